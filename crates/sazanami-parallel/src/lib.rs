@@ -1,1 +1,18 @@
-//! sazanami-parallel
+//! Where work runs: ranks that exchange messages, and threads inside a rank.
+//!
+//! This is the only crate that names a thread pool or a message-passing library. Physics sees
+//! [`Communicator`] behind a domain, and the loops of this crate, which give the same bits for
+//! any number of threads: work is cut into chunks whose size depends on the problem alone, every
+//! chunk writes only its own part, and sums follow a binary tree over the chunks.
+
+mod communicator;
+mod in_process;
+mod loops;
+mod reduction;
+mod solo;
+
+pub use communicator::{Communicator, Reduction};
+pub use in_process::{RanksFailed, run_ranks};
+pub use loops::{Rows, SlicesMut, for_each_chunk, for_each_index, join, number_of_threads, with_threads};
+pub use reduction::{max_over, reduce_over, sum_over};
+pub use solo::Solo;

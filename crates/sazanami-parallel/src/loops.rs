@@ -1,0 +1,186 @@
+//! Loops over disjoint parts, spread over the threads of the pool of this rank.
+
+use std::ops::Range;
+
+/// Runs `work` in a pool of its own with `threads` threads (0: as many as the machine offers).
+///
+/// # Panics
+/// If the operating system refuses the threads.
+pub fn with_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .expect("the operating system grants the threads asked for")
+        .install(work)
+}
+
+/// Number of threads of the current pool.
+#[must_use]
+pub fn number_of_threads() -> usize {
+    rayon::current_num_threads()
+}
+
+/// Runs two pieces of work, at the same time if a thread is free.
+pub fn join<A: Send, B: Send>(a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B) {
+    rayon::join(a, b)
+}
+
+/// Calls `body` for every index below `count`, in parallel, no fewer than `least` in one go.
+pub fn for_each_index(count: usize, least: usize, body: impl Fn(usize) + Sync) {
+    fn split(range: Range<usize>, least: usize, body: &(impl Fn(usize) + Sync)) {
+        if range.len() <= least {
+            range.for_each(body);
+        } else {
+            let middle = range.start + range.len() / 2;
+            rayon::join(|| split(range.start..middle, least, body), || split(middle..range.end, least, body));
+        }
+    }
+    split(0..count, least.max(1), &body);
+}
+
+/// One or several mutable slices of equal length that are cut together.
+pub trait SlicesMut: Sized + Send {
+    /// The same slices for a shorter time.
+    type Reborrow<'b>: SlicesMut
+    where
+        Self: 'b;
+    /// Common length.
+    fn length(&self) -> usize;
+    /// Cuts all slices at `middle`.
+    fn cut(self, middle: usize) -> (Self, Self);
+    /// Lends the slices.
+    fn lend(&mut self) -> Self::Reborrow<'_>;
+    /// The part of all slices in `range`.
+    fn part(&mut self, range: Range<usize>) -> Self::Reborrow<'_>;
+}
+
+impl<T: Send> SlicesMut for &mut [T] {
+    type Reborrow<'b>
+        = &'b mut [T]
+    where
+        Self: 'b;
+
+    fn length(&self) -> usize {
+        self.len()
+    }
+
+    fn cut(self, middle: usize) -> (Self, Self) {
+        self.split_at_mut(middle)
+    }
+
+    fn lend(&mut self) -> Self::Reborrow<'_> {
+        self
+    }
+
+    fn part(&mut self, range: Range<usize>) -> Self::Reborrow<'_> {
+        &mut self[range]
+    }
+}
+
+/// A mutable slice seen as rows of `width` elements: its length is its number of rows.
+pub struct Rows<'a, T> {
+    /// All elements, row by row.
+    pub data: &'a mut [T],
+    /// Elements in a row.
+    pub width: usize,
+}
+
+impl<T: Send> SlicesMut for Rows<'_, T> {
+    type Reborrow<'b>
+        = Rows<'b, T>
+    where
+        Self: 'b;
+
+    fn length(&self) -> usize {
+        self.data.len() / self.width
+    }
+
+    fn cut(self, middle: usize) -> (Self, Self) {
+        let (a, b) = self.data.split_at_mut(middle * self.width);
+        (Rows { data: a, width: self.width }, Rows { data: b, width: self.width })
+    }
+
+    fn lend(&mut self) -> Self::Reborrow<'_> {
+        Rows { data: self.data, width: self.width }
+    }
+
+    fn part(&mut self, range: Range<usize>) -> Self::Reborrow<'_> {
+        Rows { data: &mut self.data[range.start * self.width..range.end * self.width], width: self.width }
+    }
+}
+
+macro_rules! slices_mut_for_tuple {
+    ($($name:ident . $index:tt),+) => {
+        impl<$($name: SlicesMut),+> SlicesMut for ($($name,)+) {
+            type Reborrow<'b> = ($($name::Reborrow<'b>,)+) where Self: 'b;
+
+            fn length(&self) -> usize {
+                let length = self.0.length();
+                $(debug_assert_eq!(self.$index.length(), length);)+
+                length
+            }
+
+            fn cut(self, middle: usize) -> (Self, Self) {
+                let halves = ($(self.$index.cut(middle),)+);
+                (($(halves.$index.0,)+), ($(halves.$index.1,)+))
+            }
+
+            fn lend(&mut self) -> Self::Reborrow<'_> {
+                ($(self.$index.lend(),)+)
+            }
+
+            fn part(&mut self, range: Range<usize>) -> Self::Reborrow<'_> {
+                ($(self.$index.part(range.clone()),)+)
+            }
+        }
+    };
+}
+slices_mut_for_tuple!(A.0);
+slices_mut_for_tuple!(A.0, B.1);
+slices_mut_for_tuple!(A.0, B.1, C.2);
+slices_mut_for_tuple!(A.0, B.1, C.2, D.3);
+slices_mut_for_tuple!(A.0, B.1, C.2, D.3, E.4);
+slices_mut_for_tuple!(A.0, B.1, C.2, D.3, E.4, F.5);
+slices_mut_for_tuple!(A.0, B.1, C.2, D.3, E.4, F.5, G.6);
+slices_mut_for_tuple!(A.0, B.1, C.2, D.3, E.4, F.5, G.6, H.7);
+
+/// Cuts `slices` into chunks of `chunk` elements (the last may be shorter) and calls
+/// `body(number of the chunk, chunk)` for each, in parallel.
+pub fn for_each_chunk<S: SlicesMut>(slices: S, chunk: usize, body: impl Fn(usize, S) + Sync) {
+    fn split<S: SlicesMut>(slices: S, first: usize, chunk: usize, body: &(impl Fn(usize, S) + Sync)) {
+        let chunks = slices.length().div_ceil(chunk);
+        if chunks <= 1 {
+            if slices.length() > 0 {
+                body(first, slices);
+            }
+        } else {
+            let middle = chunks / 2;
+            let (a, b) = slices.cut(middle * chunk);
+            rayon::join(|| split(a, first, chunk, body), || split(b, first + middle, chunk, body));
+        }
+    }
+    split(slices, 0, chunk.max(1), &body);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_chunk_is_visited_once_with_its_number() {
+        for threads in [1, 2, 4] {
+            let mut a: Vec<usize> = vec![0; 103];
+            let mut b: Vec<f64> = vec![0.0; 206];
+            with_threads(threads, || {
+                for_each_chunk((&mut a[..], Rows { data: &mut b, width: 2 }), 10, |number, (a, b)| {
+                    for (offset, (a, b)) in a.iter_mut().zip(b.data.chunks_mut(2)).enumerate() {
+                        *a += number * 10 + offset;
+                        b[1] += *a as f64;
+                    }
+                });
+            });
+            assert!(a.iter().enumerate().all(|(i, &v)| v == i));
+            assert!(b.chunks(2).enumerate().all(|(i, v)| v == [0.0, i as f64]));
+        }
+    }
+}

@@ -1,0 +1,58 @@
+//! Sums and extremes over indices with bits that do not depend on the number of threads.
+
+use std::ops::Range;
+
+/// Combines `part(index)` over all indices below `count` along a fixed binary tree.
+///
+/// `None` if `count` is zero.
+pub fn reduce_over<T: Send>(
+    count: usize,
+    part: impl Fn(usize) -> T + Sync,
+    combine: impl Fn(T, T) -> T + Sync,
+) -> Option<T> {
+    fn tree<T: Send>(
+        range: Range<usize>,
+        part: &(impl Fn(usize) -> T + Sync),
+        combine: &(impl Fn(T, T) -> T + Sync),
+    ) -> T {
+        if range.len() == 1 {
+            return part(range.start);
+        }
+        let middle = range.start + range.len() / 2;
+        let (a, b) =
+            rayon::join(|| tree(range.start..middle, part, combine), || tree(middle..range.end, part, combine));
+        combine(a, b)
+    }
+    (count > 0).then(|| tree(0..count, &part, &combine))
+}
+
+/// Sums `part(index)` over all indices below `count`, element by element.
+pub fn sum_over<const N: usize>(count: usize, part: impl Fn(usize) -> [f64; N] + Sync) -> [f64; N] {
+    reduce_over(count, part, |a, b| std::array::from_fn(|n| a[n] + b[n])).unwrap_or([0.0; N])
+}
+
+/// Largest `part(index)` over all indices below `count`; NaN if one is NaN, minus infinity if none.
+pub fn max_over(count: usize, part: impl Fn(usize) -> f64 + Sync) -> f64 {
+    reduce_over(count, part, |a, b| crate::Reduction::Max.combine(a, b)).unwrap_or(f64::NEG_INFINITY)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::with_threads;
+
+    #[test]
+    fn sums_have_the_same_bits_for_any_number_of_threads() {
+        let sum = || sum_over(1000, |i| [1.0 / (i as f64 + 0.3), (i as f64).sin()]);
+        let one = with_threads(1, sum);
+        assert!([2, 3, 4].iter().all(|&threads| with_threads(threads, sum) == one));
+        // Negative control: another order of the sum does change the bits.
+        let other: f64 = (0..1000).map(|i| 1.0 / (f64::from(i) + 0.3)).sum();
+        assert_ne!(other, one[0]);
+    }
+
+    #[test]
+    fn a_not_a_number_is_not_lost() {
+        assert!(max_over(9, |i| if i == 4 { f64::NAN } else { i as f64 }).is_nan());
+    }
+}
