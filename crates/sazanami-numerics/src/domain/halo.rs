@@ -1,0 +1,334 @@
+//! Ghost layers: walls, periodic images and neighbouring ranks behind one verb.
+
+use bytemuck::Pod;
+
+use super::Domain;
+use crate::Real;
+use crate::grid::{Field, GHOSTS};
+
+/// A number that may live on a field with ghosts.
+pub trait Element: Pod + Send + Sync + std::ops::Sub<Output = Self> {
+    /// The nearest value of this type.
+    fn from_real(value: Real) -> Self;
+}
+
+impl Element for f64 {
+    fn from_real(value: Real) -> Self {
+        value
+    }
+}
+
+impl Element for f32 {
+    fn from_real(value: Real) -> Self {
+        value as Self
+    }
+}
+
+/// Where on the cell the values of a field stand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Location {
+    /// In the centre.
+    Cell,
+    /// On the lower face normal to this direction.
+    Face(usize),
+}
+
+/// What stands behind a wall of the box.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Ghost {
+    /// The mirror image: zero normal gradient. A value on the wall face itself is kept.
+    Even,
+    /// The mirror image with opposite deviation from `wall`: the wall value is `wall`, and a value
+    /// on the wall face itself is set to it.
+    Odd {
+        /// Value on the wall.
+        wall: Real,
+    },
+    /// The same value in every ghost layer; a value on the wall face itself is kept.
+    Constant {
+        /// Value behind the wall.
+        value: Real,
+    },
+    /// The nearest interior value in every ghost layer (for a face: the value on the wall face).
+    Nearest,
+    /// Ghosts are left as they are.
+    Kept,
+}
+
+/// Where a field stands and what its ghosts are at the six sides of the box.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GhostRules {
+    /// Where on the cell.
+    pub location: Location,
+    /// Rule at the lower and the upper side in each direction; not used in periodic directions.
+    pub sides: [[Ghost; 2]; 3],
+}
+
+impl GhostRules {
+    /// Cell values with zero normal gradient at all walls.
+    pub const EVEN: Self = Self { location: Location::Cell, sides: [[Ghost::Even; 2]; 3] };
+}
+
+/// Bytes on their way to and from neighbours.
+#[derive(Default)]
+pub(super) struct Buffers {
+    outgoing: Vec<u8>,
+    incoming: Vec<u8>,
+}
+
+impl Domain {
+    /// Fills all ghost layers of `fields`, edges and corners included.
+    pub fn fill_halos<T: Element>(&self, fields: &mut [(&mut Field<T>, &GhostRules)]) {
+        self.fill_halos_to(GHOSTS, fields);
+    }
+
+    /// Fills the first `depth` ghost layers of `fields`.
+    pub fn fill_halos_to<T: Element>(&self, depth: usize, fields: &mut [(&mut Field<T>, &GhostRules)]) {
+        for direction in 0..3 {
+            let exchanged = if direction < 2 { self.exchange(direction, depth, fields) } else { [false; 2] };
+            for (field, rules) in fields.iter_mut() {
+                if direction == 2 && self.periodic[2] || self.wraps_alone(direction) {
+                    wrap(field, direction, depth);
+                    continue;
+                }
+                for side in 0..2 {
+                    if !exchanged[side] {
+                        let on_face = rules.location == Location::Face(direction);
+                        mirror(field, direction, side, on_face, rules.sides[direction][side], depth);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Whether this rank is its own periodic neighbour in `direction`.
+    fn wraps_alone(&self, direction: usize) -> bool {
+        self.periodic[direction] && (direction == 2 || self.decomposition.parts()[direction] == 1)
+    }
+
+    /// Swaps layers with the neighbouring ranks in `direction`; tells on which sides there are any.
+    fn exchange<T: Element>(
+        &self,
+        direction: usize,
+        depth: usize,
+        fields: &mut [(&mut Field<T>, &GhostRules)],
+    ) -> [bool; 2] {
+        let rank = self.communicator.rank();
+        if self.decomposition.parts()[direction] == 1 {
+            return [false; 2];
+        }
+        let neighbours: [Option<usize>; 2] =
+            std::array::from_fn(|side| self.decomposition.neighbour(rank, direction, side, self.periodic[direction]));
+        let mut buffers = self.buffers();
+        let Buffers { outgoing, incoming } = &mut *buffers;
+        let n = self.cells[direction] as isize;
+        let depth = depth as isize;
+        // Tags tell the direction of travel: with two periodic ranks both neighbours are the same.
+        for side in 0..2 {
+            if let Some(to) = neighbours[side] {
+                let first = if side == 0 { 0 } else { n - depth };
+                outgoing.clear();
+                for (field, _) in fields.iter() {
+                    pack(field, direction, first, depth, outgoing);
+                }
+                self.communicator.send(to, (2 * direction + side) as u32, outgoing);
+            }
+        }
+        for side in 0..2 {
+            if let Some(from) = neighbours[side] {
+                let first = if side == 0 { -depth } else { n };
+                self.communicator.receive(from, (2 * direction + 1 - side) as u32, incoming);
+                let mut rest = &incoming[..];
+                for (field, _) in fields.iter_mut() {
+                    rest = unpack(field, direction, first, depth, rest);
+                }
+            }
+        }
+        neighbours.map(|neighbour| neighbour.is_some())
+    }
+}
+
+/// Calls `body(start, stride, count)` for the lines of values that make up layer `layer` normal to
+/// `direction`, ghosts of the other directions included.
+fn for_layer(cells: [usize; 3], direction: usize, layer: isize, mut body: impl FnMut(usize, usize, usize)) {
+    let width = cells.map(|n| n + 2 * GHOSTS);
+    let (row, plane) = (width[0], width[0] * width[1]);
+    let at = (layer + GHOSTS as isize) as usize;
+    match direction {
+        0 => (0..width[2]).for_each(|k| body(k * plane + at, row, width[1])),
+        1 => (0..width[2]).for_each(|k| body(k * plane + at * row, 1, row)),
+        _ => (0..width[1]).for_each(|j| body(at * plane + j * row, 1, row)),
+    }
+}
+
+fn pack<T: Element>(field: &Field<T>, direction: usize, first: isize, depth: isize, bytes: &mut Vec<u8>) {
+    for layer in first..first + depth {
+        for_layer(field.cells(), direction, layer, |start, stride, count| {
+            if stride == 1 {
+                bytes.extend_from_slice(bytemuck::cast_slice(&field.data()[start..start + count]));
+            } else {
+                for value in field.data()[start..].iter().step_by(stride).take(count) {
+                    bytes.extend_from_slice(bytemuck::bytes_of(value));
+                }
+            }
+        });
+    }
+}
+
+fn unpack<'b, T: Element>(
+    field: &mut Field<T>,
+    direction: usize,
+    first: isize,
+    depth: isize,
+    mut bytes: &'b [u8],
+) -> &'b [u8] {
+    let size = std::mem::size_of::<T>();
+    for layer in first..first + depth {
+        for_layer(field.cells(), direction, layer, |start, stride, count| {
+            let (line, rest) = bytes.split_at(count * size);
+            bytes = rest;
+            let targets = field.data_mut()[start..].iter_mut().step_by(stride);
+            for (target, value) in targets.zip(line.chunks_exact(size)) {
+                *target = bytemuck::pod_read_unaligned(value);
+            }
+        });
+    }
+    bytes
+}
+
+/// Sets layer `to` from layer `from`, both normal to `direction`.
+fn set_layer<T: Element>(field: &mut Field<T>, direction: usize, to: isize, from: isize, rule: impl Fn(T) -> T) {
+    let strides = field.strides();
+    let shift = (from - to) * strides[direction] as isize;
+    for_layer(field.cells(), direction, to, |start, stride, count| {
+        let data = field.data_mut();
+        for n in 0..count {
+            let at = start + n * stride;
+            data[at] = rule(data[(at as isize + shift) as usize]);
+        }
+    });
+}
+
+/// Fills the ghosts in `direction` with the periodic image.
+fn wrap<T: Element>(field: &mut Field<T>, direction: usize, depth: usize) {
+    let n = field.cells()[direction] as isize;
+    for layer in 0..depth as isize {
+        set_layer(field, direction, n + layer, layer.rem_euclid(n), |v| v);
+        set_layer(field, direction, -1 - layer, (-1 - layer).rem_euclid(n), |v| v);
+    }
+}
+
+/// Fills the ghosts behind a wall at the lower (`side` 0) or upper (1) end of `direction`.
+fn mirror<T: Element>(field: &mut Field<T>, direction: usize, side: usize, on_face: bool, rule: Ghost, depth: usize) {
+    let n = field.cells()[direction] as isize;
+    // The wall face of a face quantity is its own mirror; cells lie half a cell away from it.
+    let (wall, outward, first) = match (side, on_face) {
+        (0, true) => (0, -1, 1),
+        (0, false) => (-1, -1, 0),
+        (_, true) => (n, 1, 1),
+        (_, false) => (n, 1, 0),
+    };
+    if on_face && let Ghost::Odd { wall: value } = rule {
+        set_layer(field, direction, wall, wall, |_| T::from_real(value));
+    }
+    // The last ghost layer of a face quantity at the upper end is one nearer than that of cells.
+    let layers = if on_face && side == 1 { depth as isize } else { depth as isize + first };
+    for layer in first..layers {
+        let to = wall + outward * layer;
+        let image = if on_face { wall - outward * layer } else { wall - outward * (layer + 1) };
+        let last = if on_face { n } else { n - 1 };
+        let image = image.clamp(0, last);
+        match rule {
+            Ghost::Even => set_layer(field, direction, to, image, |v| v),
+            Ghost::Odd { wall } => set_layer(field, direction, to, image, |v| T::from_real(2.0 * wall) - v),
+            Ghost::Constant { value } => set_layer(field, direction, to, image, |_| T::from_real(value)),
+            Ghost::Nearest => {
+                let nearest = if on_face { wall } else { wall - outward };
+                set_layer(field, direction, to, nearest, |v| v);
+            }
+            Ghost::Kept => {}
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Vector;
+    use crate::grid::Grid;
+    use sazanami_parallel::run_ranks;
+
+    fn grid(cells: [usize; 3]) -> Grid {
+        Grid::new(cells, Vector::ZERO, Vector::ONE)
+    }
+
+    /// A value that tells its global indices.
+    fn label(i: isize, j: isize, k: isize) -> f64 {
+        (i * 10_000 + j * 100 + k) as f64
+    }
+
+    fn labelled(domain: &Domain) -> Field<f64> {
+        let mut field = domain.field(f64::NAN);
+        let [n1, n2, n3] = domain.cells().map(|n| n as isize);
+        let [a, b, _] = domain.start().map(|n| n as isize);
+        for k in 0..n3 {
+            for j in 0..n2 {
+                for i in 0..n1 {
+                    field[[i, j, k]] = label(i + a, j + b, k);
+                }
+            }
+        }
+        field
+    }
+
+    #[test]
+    fn periodic_ghosts_hold_the_image_on_any_number_of_ranks() {
+        let cells = [12, 8, 3];
+        for ranks in [1, 2, 3, 4, 6] {
+            run_ranks(ranks, 1, |c| {
+                let domain = Domain::new(grid(cells), [true; 3], c).unwrap();
+                let mut field = labelled(&domain);
+                domain.fill_halos(&mut [(&mut field, &GhostRules::EVEN)]);
+                let [n1, n2, n3] = domain.cells().map(|n| n as isize);
+                let [a, b, _] = domain.start().map(|n| n as isize);
+                for k in -2..n3 + 2 {
+                    for j in -2..n2 + 2 {
+                        for i in -2..n1 + 2 {
+                            let expected = label((i + a).rem_euclid(12), (j + b).rem_euclid(8), k.rem_euclid(3));
+                            assert_eq!(field[[i, j, k]], expected, "{ranks} ranks, cell {i} {j} {k}");
+                        }
+                    }
+                }
+            })
+            .unwrap();
+        }
+    }
+
+    #[test]
+    fn walls_mirror_cells_and_faces() {
+        let domain = Domain::solo(grid([4, 4, 4]), [false; 3]);
+        let odd = GhostRules { location: Location::Cell, sides: [[Ghost::Odd { wall: 3.0 }; 2]; 3] };
+        let mut u = labelled(&domain);
+        domain.fill_halos(&mut [(&mut u, &odd)]);
+        assert_eq!(u[[-1, 1, 2]], 6.0 - label(0, 1, 2));
+        assert_eq!(u[[1, 1, 5]], 6.0 - label(1, 1, 2));
+        let face = GhostRules { location: Location::Face(0), ..odd };
+        let mut uf = labelled(&domain);
+        domain.fill_halos(&mut [(&mut uf, &face)]);
+        assert_eq!(uf[[0, 1, 1]], 3.0);
+        assert_eq!(uf[[4, 1, 1]], 3.0);
+        assert_eq!(uf[[-1, 1, 1]], 6.0 - label(1, 1, 1));
+        assert_eq!(uf[[5, 1, 1]], 6.0 - label(3, 1, 1));
+        assert_eq!(uf[[1, -1, 1]], 6.0 - label(1, 0, 1), "tangential faces mirror like cells");
+        assert!(uf.data().iter().all(|v| v.is_finite()));
+    }
+
+    #[test]
+    fn one_cell_thick_boxes_have_ghosts_too() {
+        let domain = Domain::solo(grid([4, 1, 4]), [false, true, false]);
+        let mut u = labelled(&domain);
+        domain.fill_halos(&mut [(&mut u, &GhostRules::EVEN)]);
+        assert_eq!(u[[2, -2, 3]], label(2, 0, 3));
+        assert_eq!(u[[2, 2, 3]], label(2, 0, 3));
+    }
+}
