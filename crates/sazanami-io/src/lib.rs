@@ -1,1 +1,16 @@
-//! sazanami-io
+//! Files: checkpoints, VTK series, tables, meshes, pictures.
+//!
+//! Everything here takes plain slices and small structs, and knows no physics. A file that others
+//! rely on is never seen half written: it is made aside, synced, and renamed into place.
+
+mod blocks;
+mod bodies;
+pub mod checkpoint;
+pub mod mesh;
+pub mod picture;
+mod replace;
+pub mod table;
+pub mod vtk;
+
+pub use bodies::{Bodies, BodyPose, BodySurface};
+pub use replace::replace_file;

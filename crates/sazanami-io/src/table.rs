@@ -1,0 +1,333 @@
+//! Tables: one CSV row per observation, safe to go on with after a restart, and small JSON files.
+
+use std::fs::{File, OpenOptions};
+use std::io::{self, BufRead, BufReader, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+use thiserror::Error;
+
+use crate::replace_file;
+
+/// Why a table could not be written or gone on with.
+#[derive(Debug, Error)]
+pub enum TableError {
+    /// The file system refused.
+    #[error("cannot write table {path}: {source}", path = path.display())]
+    Write {
+        /// File of the table.
+        path: PathBuf,
+        /// Refusal of the file system.
+        source: io::Error,
+    },
+    /// A table of that name holds other columns.
+    #[error("table {path} has the columns `{found}`, not `{expected}`", path = path.display())]
+    OtherColumns {
+        /// File of the table.
+        path: PathBuf,
+        /// Header the table should have.
+        expected: String,
+        /// Header of the file.
+        found: String,
+    },
+    /// A value is not a number.
+    #[error("column `{column}` of table {path} would get the value {value} at step {step}", path = path.display())]
+    NotFinite {
+        /// File of the table.
+        path: PathBuf,
+        /// Name of the column.
+        column: String,
+        /// The value: NaN or infinite.
+        value: f64,
+        /// Step of the row.
+        step: u64,
+    },
+    /// A row has more or fewer values than the table has columns.
+    #[error("a row of {found} values does not fit the {expected} columns of table {path}", path = path.display())]
+    WrongWidth {
+        /// File of the table.
+        path: PathBuf,
+        /// Number of columns without the step.
+        expected: usize,
+        /// Number of values.
+        found: usize,
+    },
+}
+
+/// Heading of a column.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Column {
+    /// What the column holds.
+    pub name: String,
+    /// Its unit, empty for none.
+    pub unit: String,
+}
+
+impl Column {
+    /// A column with a unit, which may be empty.
+    #[must_use]
+    pub fn new(name: &str, unit: &str) -> Self {
+        Self { name: name.to_owned(), unit: unit.to_owned() }
+    }
+
+    fn heading(&self) -> String {
+        quoted(&if self.unit.is_empty() { self.name.clone() } else { format!("{} [{}]", self.name, self.unit) })
+    }
+}
+
+/// Entry of a row.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    /// A finite number, written so that it reads back to the bit.
+    Real(f64),
+    /// A count or identifier.
+    Count(u64),
+    /// Text, quoted if it has to be.
+    Text(String),
+    /// Nothing was observed.
+    Missing,
+}
+
+impl From<f64> for Value {
+    fn from(value: f64) -> Self {
+        Self::Real(value)
+    }
+}
+
+impl From<u64> for Value {
+    fn from(value: u64) -> Self {
+        Self::Count(value)
+    }
+}
+
+impl From<usize> for Value {
+    fn from(value: usize) -> Self {
+        Self::Count(value as u64)
+    }
+}
+
+impl From<&str> for Value {
+    fn from(value: &str) -> Self {
+        Self::Text(value.to_owned())
+    }
+}
+
+impl<T: Into<Value>> From<Option<T>> for Value {
+    fn from(value: Option<T>) -> Self {
+        value.map_or(Self::Missing, Into::into)
+    }
+}
+
+/// Writes `series.csv`: a header with units, then a line per record, each on its way to the disk before
+/// [`SeriesWriter::record`] returns. The first column is the step.
+#[derive(Debug)]
+pub struct SeriesWriter {
+    path: PathBuf,
+    columns: Vec<Column>,
+    file: File,
+    line: String,
+}
+
+impl SeriesWriter {
+    /// Starts a table anew; `columns` come after the step.
+    ///
+    /// # Errors
+    /// If the file system refuses.
+    pub fn create(path: &Path, columns: &[Column]) -> Result<Self, TableError> {
+        let cannot_write = |source| TableError::Write { path: path.to_owned(), source };
+        let mut file = File::create(path).map_err(cannot_write)?;
+        file.write_all(format!("{}\n", header(columns)).as_bytes()).map_err(cannot_write)?;
+        Ok(Self { path: path.to_owned(), columns: columns.to_vec(), file, line: String::new() })
+    }
+
+    /// Goes on with a table after the state of `step` was restored: rows of later steps and a half written last row
+    /// are cut off. A table that does not exist is started.
+    ///
+    /// # Errors
+    /// If the file system refuses, or if the table has other columns.
+    pub fn resume(path: &Path, columns: &[Column], step: u64) -> Result<Self, TableError> {
+        let cannot_write = |source| TableError::Write { path: path.to_owned(), source };
+        let mut file = match OpenOptions::new().read(true).write(true).open(path) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Self::create(path, columns),
+            file => file.map_err(cannot_write)?,
+        };
+        let (found, length) = good_part(&file, step).map_err(cannot_write)?;
+        let expected = header(columns);
+        if found != expected {
+            return Err(TableError::OtherColumns { path: path.to_owned(), expected, found });
+        }
+        file.set_len(length).and_then(|()| file.seek(SeekFrom::End(0))).map_err(cannot_write)?;
+        Ok(Self { path: path.to_owned(), columns: columns.to_vec(), file, line: String::new() })
+    }
+
+    /// Adds the row of `step`.
+    ///
+    /// # Errors
+    /// If a number is not finite, if the row does not fit the columns, or if the file system refuses; nothing of the
+    /// row is written in the first two cases.
+    pub fn record(&mut self, step: u64, values: &[Value]) -> Result<(), TableError> {
+        use std::fmt::Write as _;
+
+        let (expected, found) = (self.columns.len(), values.len());
+        if expected != found {
+            return Err(TableError::WrongWidth { path: self.path.clone(), expected, found });
+        }
+        self.line.clear();
+        let _ = write!(self.line, "{step}");
+        for (column, value) in self.columns.iter().zip(values) {
+            self.line.push(',');
+            match value {
+                Value::Real(value) if !value.is_finite() => {
+                    let (path, column) = (self.path.clone(), column.name.clone());
+                    return Err(TableError::NotFinite { path, column, value: *value, step });
+                }
+                Value::Real(value) => self.line.push_str(&shortest(*value)),
+                Value::Count(count) => drop(write!(self.line, "{count}")),
+                Value::Text(text) => self.line.push_str(&quoted(text)),
+                Value::Missing => {}
+            }
+        }
+        self.line.push('\n');
+        self.file
+            .write_all(self.line.as_bytes())
+            .map_err(|source| TableError::Write { path: self.path.clone(), source })
+    }
+}
+
+fn header(columns: &[Column]) -> String {
+    columns.iter().fold("step".to_owned(), |header, column| format!("{header},{}", column.heading()))
+}
+
+/// Header of a table and length [bytes] of its part up to `step`.
+fn good_part(file: &File, step: u64) -> io::Result<(String, u64)> {
+    let mut lines = BufReader::new(file);
+    let mut header = String::new();
+    let mut length = lines.read_line(&mut header)? as u64;
+    if header.pop() != Some('\n') {
+        return Ok((String::new(), length));
+    }
+    let mut line = Vec::new();
+    loop {
+        line.clear();
+        let read = lines.read_until(b'\n', &mut line)?;
+        let row = std::str::from_utf8(&line).ok().and_then(|line| line.strip_suffix('\n'));
+        let row_step = row.and_then(|row| row.split(',').next()?.parse::<u64>().ok());
+        if row_step.is_none_or(|row_step| row_step > step) {
+            return Ok((header, length));
+        }
+        length += read as u64;
+    }
+}
+
+/// Shortest decimal that reads back to the same bits, with an exponent where that is shorter to read.
+fn shortest(value: f64) -> String {
+    let size = value.abs();
+    if size != 0.0 && !(1e-4..1e9).contains(&size) { format!("{value:e}") } else { format!("{value}") }
+}
+
+/// A CSV field: quoted if it holds a comma, a quote or the end of a line.
+fn quoted(text: &str) -> String {
+    let text = text.replace(['\n', '\r'], " ");
+    if text.contains([',', '"']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text }
+}
+
+/// Replaces `path` by `value` as indented JSON, all at once.
+///
+/// # Errors
+/// If the value has no JSON form or the file system refuses; the old file is then untouched.
+pub fn write_json(path: &Path, value: &impl Serialize) -> Result<(), TableError> {
+    replace_file(path, |file| {
+        serde_json::to_writer_pretty(&mut *file, value)?;
+        file.write_all(b"\n")
+    })
+    .map_err(|source| TableError::Write { path: path.to_owned(), source })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn columns() -> Vec<Column> {
+        vec![Column::new("time", "s"), Column::new("contacts", ""), Column::new("limit", "")]
+    }
+
+    fn row(step: u64) -> [Value; 3] {
+        [(step as f64 * 1e-5).into(), step.into(), "grain motion".into()]
+    }
+
+    #[test]
+    fn each_row_is_in_the_file_before_the_next_one_comes() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("series.csv");
+        let mut series = SeriesWriter::create(&path, &columns()).unwrap();
+        let mut expected = "step,time [s],contacts,limit\n".to_owned();
+        for (step, text) in [(0, "0,0,0,grain motion\n"), (7, "7,7.000000000000001e-5,7,grain motion\n")] {
+            series.record(step, &row(step)).unwrap();
+            expected.push_str(text);
+            assert_eq!(std::fs::read_to_string(&path).unwrap(), expected);
+        }
+        series.record(8, &[Value::Missing, Some(3_usize).into(), "a, \"b\"\n".into()]).unwrap();
+        assert!(std::fs::read_to_string(&path).unwrap().ends_with("\n8,,3,\"a, \"\"b\"\" \"\n"));
+    }
+
+    #[test]
+    fn a_resumed_table_equals_an_uninterrupted_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let (whole, broken) = (folder.path().join("whole.csv"), folder.path().join("broken.csv"));
+        let mut series = SeriesWriter::create(&whole, &columns()).unwrap();
+        (0..20).for_each(|n| series.record(n * 10, &row(n * 10)).unwrap());
+        let complete = std::fs::read(&whole).unwrap();
+        for cut in [complete.len(), complete.len() - 1, complete.len() - 9] {
+            for step in [0, 94, 95, 100, 160] {
+                std::fs::write(&broken, &complete[..cut]).unwrap();
+                let mut series = SeriesWriter::resume(&broken, &columns(), step).unwrap();
+                let rows = std::fs::read_to_string(&broken).unwrap().lines().count() - 1;
+                assert_eq!(rows as u64, step / 10 + 1);
+                (step / 10 + 1..20).for_each(|n| series.record(n * 10, &row(n * 10)).unwrap());
+                assert_eq!(std::fs::read(&broken).unwrap(), complete);
+            }
+        }
+    }
+
+    #[test]
+    fn resuming_refuses_a_table_of_other_columns_and_starts_a_missing_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("series.csv");
+        SeriesWriter::resume(&path, &columns(), 3).unwrap().record(4, &row(4)).unwrap();
+        let before = std::fs::read(&path).unwrap();
+        let error = SeriesWriter::resume(&path, &columns()[..2], 3).unwrap_err();
+        assert!(matches!(error, TableError::OtherColumns { .. }), "{error}");
+        assert_eq!(std::fs::read(&path).unwrap(), before);
+    }
+
+    #[test]
+    fn what_is_no_number_never_reaches_the_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("series.csv");
+        let mut series = SeriesWriter::create(&path, &columns()).unwrap();
+        let before = std::fs::read(&path).unwrap();
+        let error = series.record(5, &[f64::NAN.into(), 1_u64.into(), "x".into()]).unwrap_err();
+        assert!(matches!(error, TableError::NotFinite { step: 5, .. }), "{error}");
+        assert!(matches!(series.record(5, &row(5)[..2]), Err(TableError::WrongWidth { expected: 3, found: 2, .. })));
+        assert_eq!(std::fs::read(&path).unwrap(), before);
+    }
+
+    #[test]
+    fn numbers_read_back_to_the_bit() {
+        for value in [0.0, -0.0, 1.0, 0.1, 1e-5, 123_456.789, 1.0 / 3.0, 6.02e23, f64::MIN_POSITIVE, -f64::MAX] {
+            assert_eq!(shortest(value).parse::<f64>().unwrap().to_bits(), value.to_bits());
+        }
+    }
+
+    #[test]
+    fn json_is_replaced_as_a_whole() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("summary.json");
+        write_json(&path, &serde_json::json!({"status": "running", "time_s": 0.25})).unwrap();
+        write_json(&path, &serde_json::json!({"status": "finished", "time_s": 0.5})).unwrap();
+        let read: serde_json::Value = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
+        assert_eq!(read, serde_json::json!({"status": "finished", "time_s": 0.5}));
+        assert!(write_json(&folder.path().join("none/summary.json"), &1).is_err());
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+}
