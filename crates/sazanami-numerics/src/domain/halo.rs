@@ -91,8 +91,8 @@ impl Domain {
                     wrap(field, direction, depth);
                     continue;
                 }
-                for side in 0..2 {
-                    if !exchanged[side] {
+                for (side, &done) in exchanged.iter().enumerate() {
+                    if !done {
                         let on_face = rules.location == Location::Face(direction);
                         mirror(field, direction, side, on_face, rules.sides[direction][side], depth);
                     }
@@ -124,8 +124,8 @@ impl Domain {
         let n = self.cells[direction] as isize;
         let depth = depth as isize;
         // Tags tell the direction of travel: with two periodic ranks both neighbours are the same.
-        for side in 0..2 {
-            if let Some(to) = neighbours[side] {
+        for (side, neighbour) in neighbours.iter().enumerate() {
+            if let Some(to) = *neighbour {
                 let first = if side == 0 { 0 } else { n - depth };
                 outgoing.clear();
                 for (field, _) in fields.iter() {
@@ -134,8 +134,8 @@ impl Domain {
                 self.communicator.send(to, (2 * direction + side) as u32, outgoing);
             }
         }
-        for side in 0..2 {
-            if let Some(from) = neighbours[side] {
+        for (side, neighbour) in neighbours.iter().enumerate() {
+            if let Some(from) = *neighbour {
                 let first = if side == 0 { -depth } else { n };
                 self.communicator.receive(from, (2 * direction + 1 - side) as u32, incoming);
                 let mut rest = &incoming[..];
