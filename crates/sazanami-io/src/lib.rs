@@ -6,6 +6,7 @@
 mod blocks;
 mod bodies;
 pub mod checkpoint;
+mod element;
 pub mod mesh;
 pub mod picture;
 mod replace;
@@ -13,4 +14,5 @@ pub mod table;
 pub mod vtk;
 
 pub use bodies::{Bodies, BodyPose, BodySurface};
+pub use element::{Element, ElementType};
 pub use replace::replace_file;

@@ -116,7 +116,7 @@ impl CheckpointReader {
                 ElementType::U32 => snapshot::Section::U32(self.get(name)?),
                 ElementType::U64 => snapshot::Section::U64(self.get(name)?),
                 ElementType::F64 => snapshot::Section::F64(self.get(name)?),
-                ElementType::I64 | ElementType::F32 => continue,
+                ElementType::I32 | ElementType::I64 | ElementType::F32 => continue,
             };
             snapshot.put(name, values);
         }
