@@ -1,0 +1,19 @@
+//! Geometry of rigid shapes: tetrahedral meshes and their mass properties, contact spheres, and the
+//! share of each grid cell that a shape or a liquid region fills.
+
+mod bounding_tree;
+mod contact_spheres;
+mod mass_properties;
+mod primitives;
+mod shape;
+mod spheroid;
+mod surface_mesh;
+mod tetrahedra;
+
+pub use contact_spheres::{ContactSphereError, ContactSphereRule, ContactSpheres, SphereListError, parse_sphere_list};
+pub use mass_properties::MassProperties;
+pub use primitives::{SpheroidMesh, VolumeRule, box_mesh, sphere_mesh, spheroid_mesh};
+pub use shape::{Shape, ShapeError, ShapeReport};
+pub use spheroid::Spheroid;
+pub use surface_mesh::SurfaceMesh;
+pub use tetrahedra::{MeshError, MeshQuality, TetrahedralMesh};
