@@ -1,0 +1,200 @@
+//! The grains of a bed as the observers see them.
+
+use sazanami_numerics::{Quaternion, Real, Vector};
+
+/// Closed surface of a grain shape in its body frame (origin at the centre of mass).
+#[derive(Clone, Copy, Debug)]
+pub struct Body<'a> {
+    /// Nodes [m].
+    pub nodes: &'a [Vector],
+    /// Triangles as node numbers, counter-clockwise seen from outside.
+    pub triangles: &'a [[u32; 3]],
+    /// Direction of the long axis, if the shape has a single one (unit vector).
+    pub long_axis: Option<Vector>,
+}
+
+/// All grains of a bed at one time, in the order of their identifiers.
+///
+/// The slices have one entry per grain, except `bodies` (one per shape).
+#[derive(Clone, Copy, Debug)]
+pub struct BedView<'a> {
+    /// Shapes that `body` refers to.
+    pub bodies: &'a [Body<'a>],
+    /// Shape of each grain.
+    pub body: &'a [u32],
+    /// Size factor of each grain against its shape.
+    pub scale: &'a [Real],
+    /// Mass [kg].
+    pub mass: &'a [Real],
+    /// Centre of mass [m].
+    pub position: &'a [Vector],
+    /// Orientation, body to laboratory.
+    pub orientation: &'a [Quaternion],
+    /// Velocity of the centre of mass [m/s].
+    pub velocity: &'a [Vector],
+    /// Time since the last contact with a grain or a wall [s]: 0 in contact, infinite if there was
+    /// none yet. `None` where contacts are not known, as in a bed read from a file.
+    pub time_since_contact: Option<&'a [Real]>,
+}
+
+impl BedView<'_> {
+    /// Number of grains.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.position.len()
+    }
+
+    /// Whether there are no grains.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.position.is_empty()
+    }
+
+    /// Shape of a grain.
+    #[must_use]
+    pub fn body_of(&self, grain: usize) -> &Body<'_> {
+        &self.bodies[self.body[grain] as usize]
+    }
+
+    /// Nodes of a grain in the laboratory frame [m].
+    pub fn nodes_of(&self, grain: usize) -> impl Iterator<Item = Vector> + '_ {
+        let (centre, turn, scale) = (self.position[grain], self.orientation[grain], self.scale[grain]);
+        self.body_of(grain).nodes.iter().map(move |&node| centre + turn * (node * scale))
+    }
+
+    /// Smallest box around a grain: lower and upper corner [m].
+    #[must_use]
+    pub fn bounds_of(&self, grain: usize) -> (Vector, Vector) {
+        let nothing = (Vector::INFINITY, Vector::NEG_INFINITY);
+        self.nodes_of(grain).fold(nothing, |(lower, upper), node| (lower.min(node), upper.max(node)))
+    }
+
+    /// Height of the highest node of a grain [m].
+    #[must_use]
+    pub fn top_of(&self, grain: usize) -> Real {
+        self.nodes_of(grain).fold(Real::NEG_INFINITY, |top, node| top.max(node.z))
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod test_bed {
+    //! Beds of small grains for the tests.
+
+    use super::*;
+
+    const PHI: Real = 1.618_033_988_749_895;
+
+    /// Surface of an icosahedron whose corners lie on the ellipsoid with semi-axes `axes`.
+    pub fn icosahedron(axes: Vector) -> (Vec<Vector>, Vec<[u32; 3]>) {
+        let mut nodes = Vec::new();
+        for (s, t) in [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)] {
+            nodes.push(Vector::new(0.0, s, t * PHI));
+            nodes.push(Vector::new(s, t * PHI, 0.0));
+            nodes.push(Vector::new(t * PHI, 0.0, s));
+        }
+        let mut triangles = Vec::new();
+        for a in 0..12_u32 {
+            for b in 0..12 {
+                for c in 0..12 {
+                    let [p, q, r] = [a, b, c].map(|n| nodes[n as usize]);
+                    let edges = [p - q, q - r, r - p].iter().all(|e| (e.length_squared() - 4.0).abs() < 1e-9);
+                    if edges && a < b && a < c && (q - p).cross(r - p).dot(p + q + r) > 0.0 {
+                        triangles.push([a, b, c]);
+                    }
+                }
+            }
+        }
+        (nodes.into_iter().map(|n| n.normalize() * axes).collect(), triangles)
+    }
+
+    /// A bed that owns its data.
+    pub struct Bed {
+        pub nodes: Vec<Vector>,
+        pub triangles: Vec<[u32; 3]>,
+        pub position: Vec<Vector>,
+        pub velocity: Vec<Vector>,
+        pub orientation: Vec<Quaternion>,
+        pub time_since_contact: Option<Vec<Real>>,
+        pub mass: Vec<Real>,
+        body: Vec<u32>,
+        scale: Vec<Real>,
+    }
+
+    impl Bed {
+        /// Grains of diameter `diameter` at `position`, at rest and in contact.
+        pub fn new(diameter: Real, position: Vec<Vector>) -> Self {
+            let (nodes, triangles) = icosahedron(Vector::splat(diameter / 2.0));
+            let count = position.len();
+            Self {
+                nodes,
+                triangles,
+                velocity: vec![Vector::ZERO; count],
+                orientation: vec![Quaternion::IDENTITY; count],
+                time_since_contact: Some(vec![0.0; count]),
+                mass: vec![1e-7; count],
+                body: vec![0; count],
+                scale: vec![1.0; count],
+                position,
+            }
+        }
+
+        /// Columns of grains on a square lattice that fill the square of half-width `half` about the
+        /// origin from the floor up to the level `top(r)`; the highest node of each column is there.
+        pub fn columns(diameter: Real, half: Real, layers: usize, top: impl Fn(Real) -> Real) -> Self {
+            let count = (2.0 * half / diameter).round() as usize;
+            let pitch = 2.0 * half / count as Real;
+            let mut bed = Self::new(diameter, Vec::new());
+            let highest = bed.nodes.iter().fold(0.0, |z: Real, n| z.max(n.z));
+            let mut position = Vec::new();
+            for i in 0..count {
+                for j in 0..count {
+                    let [x, y] = [i, j].map(|n| -half + (n as Real + 0.5) * pitch);
+                    let level = top(x.hypot(y));
+                    position.extend((0..layers).map(|k| Vector::new(x, y, level - highest - k as Real * diameter)));
+                }
+            }
+            bed = Self::new(diameter, position);
+            bed
+        }
+
+        pub fn view<R>(&self, look: impl FnOnce(&BedView) -> R) -> R {
+            let bodies =
+                [Body { nodes: &self.nodes, triangles: &self.triangles, long_axis: Some(Vector::new(0.0, 0.0, 1.0)) }];
+            look(&BedView {
+                bodies: &bodies,
+                body: &self.body,
+                scale: &self.scale,
+                mass: &self.mass,
+                position: &self.position,
+                orientation: &self.orientation,
+                velocity: &self.velocity,
+                time_since_contact: self.time_since_contact.as_deref(),
+            })
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::test_bed::*;
+    use super::*;
+
+    #[test]
+    fn nodes_follow_the_pose() {
+        let mut bed = Bed::new(2.0, vec![Vector::new(1.0, 2.0, 3.0)]);
+        bed.nodes = vec![Vector::new(1.0, 0.0, 0.0), Vector::new(0.0, 0.0, 2.0)];
+        bed.orientation[0] = Quaternion::from_rotation_y(-std::f64::consts::FRAC_PI_2);
+        bed.view(|bed| {
+            // The body's x1 axis points up now, its x3 axis along -x1.
+            assert!((bed.top_of(0) - 4.0).abs() < 1e-14);
+            let (lower, upper) = bed.bounds_of(0);
+            assert!((lower - Vector::new(-1.0, 2.0, 3.0)).length() < 1e-14);
+            assert!((upper - Vector::new(1.0, 2.0, 4.0)).length() < 1e-14);
+        });
+    }
+
+    #[test]
+    fn an_icosahedron_has_twenty_triangles() {
+        assert_eq!(icosahedron(Vector::ONE).1.len(), 20);
+    }
+}

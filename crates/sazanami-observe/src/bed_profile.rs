@@ -1,0 +1,251 @@
+//! The state of a bed: height at the axis, porosity, motion, orientation.
+
+use std::ops::Range;
+
+use sazanami_numerics::grid::Grid;
+use sazanami_numerics::{Real, Vector};
+
+use crate::{BedView, Body, Horizontal};
+
+/// Highest node [m] of the grains within `radius` [m] of the vertical through `axis`: `H_s` of the paper.
+///
+/// `None` if no node is that near.
+#[must_use]
+pub fn height_near(bed: &BedView, axis: Horizontal, radius: Real) -> Option<Real> {
+    let nodes = (0..bed.len()).flat_map(|grain| bed.nodes_of(grain));
+    nodes.filter(|n| (n.x - axis[0]).hypot(n.y - axis[1]) <= radius).map(|n| n.z).reduce(Real::max)
+}
+
+/// Share of void in the slab `heights` [m] of the box of `grid`, from a field of solid volume
+/// fractions per cell; cells cut by the slab count with their part in it.
+#[must_use]
+pub fn porosity_of_field(
+    grid: &Grid,
+    heights: Range<Real>,
+    solid_fraction: impl Fn(usize, usize, usize) -> Real,
+) -> Real {
+    let mut solid = 0.0;
+    let mut total = 0.0;
+    for k in 0..grid.cells[2] {
+        let lower = grid.lower.z + k as Real * grid.spacing.z;
+        let inside = ((lower + grid.spacing.z).min(heights.end) - lower.max(heights.start)).max(0.0);
+        if inside > 0.0 {
+            let layer: Real =
+                (0..grid.cells[1]).map(|j| (0..grid.cells[0]).map(|i| solid_fraction(i, j, k)).sum::<Real>()).sum();
+            solid += inside * layer;
+            total += inside * (grid.cells[0] * grid.cells[1]) as Real;
+        }
+    }
+    1.0 - solid / total
+}
+
+/// Share of void in the slab `heights` [m] over a floor of `area` [m^2], exactly from the surfaces of
+/// the grains; where grains overlap both count.
+#[must_use]
+pub fn porosity_of_grains(bed: &BedView, heights: Range<Real>, area: Real) -> Real {
+    let solid: Real = (0..bed.len())
+        .map(|grain| volume_below(bed, grain, heights.end) - volume_below(bed, grain, heights.start))
+        .sum();
+    1.0 - solid / (area * (heights.end - heights.start))
+}
+
+/// Volume [m^3] of the part of a grain below the height `level` [m].
+///
+/// Over each point of the plane the solid thickness below the level is the sum of `min(x3, level)`
+/// over the surface above that point, positive where the surface faces up and negative where it
+/// faces down; integrated over the plane, triangle by triangle.
+#[must_use]
+pub fn volume_below(bed: &BedView, grain: usize, level: Real) -> Real {
+    let Body { nodes, triangles, .. } = *bed.body_of(grain);
+    let (centre, turn, scale) = (bed.position[grain], bed.orientation[grain], bed.scale[grain]);
+    let height_above_level = |corner: Vector| (centre + turn * (corner * scale)).z - level;
+    let mut volume = 0.0;
+    for triangle in triangles {
+        let corners = triangle.map(|n| nodes[n as usize]);
+        let normal = turn * (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+        let projected_area = 0.5 * normal.z * scale * scale;
+        volume += projected_area * mean_below_zero(corners.map(height_above_level));
+    }
+    volume
+}
+
+/// Mean of `min(z, 0)` over a triangle with the heights `z` at its corners.
+fn mean_below_zero(mut z: [Real; 3]) -> Real {
+    z.sort_by(Real::total_cmp);
+    let [a, b, c] = z;
+    if c <= 0.0 {
+        (a + b + c) / 3.0
+    } else if a >= 0.0 {
+        0.0
+    } else if b >= 0.0 {
+        // Only the tip at `a` is below: a triangle with two corners at height 0.
+        a / 3.0 * (a / (a - b)) * (a / (a - c))
+    } else {
+        // Only the tip at `c` is above: take away what it would add.
+        (a + b + c) / 3.0 - c / 3.0 * (c / (c - a)) * (c / (c - b))
+    }
+}
+
+/// How a bed moves.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Motion {
+    /// Magnitude of the mean velocity of the grains [m/s].
+    pub speed_of_mean: Real,
+    /// Mean of the grains' speeds [m/s].
+    pub mean_speed: Real,
+    /// Largest speed [m/s].
+    pub largest_speed: Real,
+}
+
+/// Motion of all grains, each with the same weight; zero without grains.
+#[must_use]
+pub fn motion(bed: &BedView) -> Motion {
+    let count = bed.len().max(1) as Real;
+    let sum: Vector = bed.velocity.iter().sum();
+    let speeds = || bed.velocity.iter().map(|v| v.length());
+    Motion {
+        speed_of_mean: sum.length() / count,
+        mean_speed: speeds().sum::<Real>() / count,
+        largest_speed: speeds().fold(0.0, Real::max),
+    }
+}
+
+/// Orientation of the long axes against the vertical.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Orientation {
+    /// Nematic order parameter about the vertical, the mean of `(3 cos^2 theta - 1)/2`: 1 upright, 0 at
+    /// random, -1/2 all lying.
+    pub vertical_order: Real,
+    /// The same read as flatness, `-2` times it: 1 all lying, 0 at random, -2 upright.
+    pub lying_order: Real,
+    /// Mean angle between long axis and horizontal plane [rad]; 0.571 (1 rad less than pi/2) at random.
+    pub mean_inclination: Real,
+    /// Number of grains that have a long axis.
+    pub grains: usize,
+}
+
+/// Orientation of the grains that have a long axis; `None` if there are none.
+#[must_use]
+pub fn orientation(bed: &BedView) -> Option<Orientation> {
+    let mut grains = 0;
+    let mut squares = 0.0;
+    let mut inclinations = 0.0;
+    for grain in 0..bed.len() {
+        if let Some(axis) = bed.body_of(grain).long_axis {
+            let cosine = (bed.orientation[grain] * axis).z;
+            grains += 1;
+            squares += cosine * cosine;
+            inclinations += cosine.abs().min(1.0).asin();
+        }
+    }
+    let count = grains as Real;
+    let vertical_order = 1.5 * squares / count - 0.5;
+    (grains > 0).then(|| Orientation {
+        vertical_order,
+        lying_order: -2.0 * vertical_order,
+        mean_inclination: inclinations / count,
+        grains,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::FRAC_PI_2;
+
+    use sazanami_numerics::Quaternion;
+
+    use super::*;
+    use crate::bed::test_bed::{Bed, icosahedron};
+
+    fn volume(bed: &Bed) -> Real {
+        let corner = |n: u32| bed.nodes[n as usize];
+        bed.triangles.iter().map(|t| corner(t[0]).dot(corner(t[1]).cross(corner(t[2]))) / 6.0).sum()
+    }
+
+    #[test]
+    fn the_highest_node_near_the_axis_is_found() {
+        let bed = Bed::columns(0.5, 5.0, 2, |r| 3.0 - 0.1 * r);
+        bed.view(|view| {
+            let near = height_near(view, [2.0, 0.0], 0.6).unwrap();
+            let exact = 3.0 - 0.1 * (1.75_f64.hypot(0.25));
+            assert!((near - exact).abs() < 1e-12, "{near} {exact}");
+            assert_eq!(height_near(view, [9.0, 0.0], 0.6), None);
+        });
+    }
+
+    #[test]
+    fn cut_grains_have_the_volume_below_the_cut() {
+        let mut bed = Bed::new(1.0, vec![Vector::new(0.3, -0.2, 0.7)]);
+        let whole = volume(&bed);
+        bed.orientation[0] = Quaternion::from_scaled_axis(Vector::new(0.3, 1.1, -0.7));
+        bed.view(|view| {
+            assert!((volume_below(view, 0, 2.0) - whole).abs() < 1e-14);
+            assert!(volume_below(view, 0, 0.1).abs() < 1e-14);
+            // Centrally symmetric shape: half of it lies below its centre.
+            assert!((volume_below(view, 0, 0.7) - 0.5 * whole).abs() < 1e-14);
+            // The section area is the derivative; summed up it gives the volume again.
+            let steps = 2000;
+            let level = |n: usize| 0.2 + n as Real / f64::from(steps);
+            let moment: Real = (0..steps as usize)
+                .map(|n| {
+                    (volume_below(view, 0, level(n + 1)) - volume_below(view, 0, level(n)))
+                        * 0.5
+                        * (level(n) + level(n + 1))
+                })
+                .sum();
+            assert!((moment / whole - 0.7).abs() < 1e-10, "the centroid comes out of the slices");
+        });
+    }
+
+    #[test]
+    fn both_porosities_agree() {
+        let bed = Bed::columns(0.5, 2.0, 4, |_| 2.0);
+        let grain = volume(&bed);
+        bed.view(|view| {
+            // The slab holds the second and third of four layers.
+            let porosity = porosity_of_grains(view, 0.5..1.5, 16.0);
+            let highest = bed.nodes.iter().fold(0.0, |z: Real, n| z.max(n.z));
+            assert!(highest <= 0.25);
+            let uncut = 1.0 - 2.0 * 64.0 * grain / 16.0;
+            assert!((porosity - uncut).abs() < 0.05);
+            // Field with the exact solid fraction of horizontal layers.
+            let grid = Grid::new([2, 2, 7], Vector::new(-2.0, -2.0, 0.0), Vector::new(2.0, 2.0, 2.1));
+            let layer = |k: usize| {
+                let lower = grid.spacing.z * k as Real;
+                1.0 - porosity_of_grains(view, lower..lower + grid.spacing.z, 16.0)
+            };
+            let field = porosity_of_field(&grid, 0.3..1.5, |_, _, k| layer(k));
+            assert!((field - porosity_of_grains(view, 0.3..1.5, 16.0)).abs() < 1e-12);
+            // A cell cut by the slab counts in part.
+            let cut = porosity_of_field(&grid, 0.15..0.45, |_, _, k| if k == 0 { 1.0 } else { 0.0 });
+            assert!((cut - 0.5).abs() < 1e-12);
+        });
+    }
+
+    #[test]
+    fn speeds_and_their_mean_differ() {
+        let mut bed = Bed::new(1.0, vec![Vector::ZERO; 2]);
+        bed.velocity = vec![Vector::new(0.0, 3.0, 0.0), Vector::new(0.0, -1.0, 0.0)];
+        assert_eq!(bed.view(motion), Motion { speed_of_mean: 1.0, mean_speed: 2.0, largest_speed: 3.0 });
+        assert_eq!(Bed::new(1.0, Vec::new()).view(motion), Motion::default());
+    }
+
+    #[test]
+    fn lying_upright_and_random_grains_are_told_apart() {
+        let count = 4000_u32;
+        let mut bed = Bed::new(1.0, vec![Vector::ZERO; count as usize]);
+        let (nodes, _) = icosahedron(Vector::new(1.0, 1.0, 2.0));
+        bed.nodes = nodes;
+        let upright = bed.view(orientation).unwrap();
+        assert!((upright.vertical_order - 1.0).abs() < 1e-14 && (upright.lying_order + 2.0).abs() < 1e-14);
+        bed.orientation.fill(Quaternion::from_rotation_x(FRAC_PI_2));
+        let lying = bed.view(orientation).unwrap();
+        assert!((lying.lying_order - 1.0).abs() < 1e-12 && lying.mean_inclination.abs() < 1e-12);
+        for (n, turn) in bed.orientation.iter_mut().enumerate() {
+            let cosine = (n as Real + 0.5) / f64::from(count);
+            *turn = Quaternion::from_rotation_x(cosine.acos());
+        }
+        let random = bed.view(orientation).unwrap();
+        assert!(random.vertical_order.abs() < 1e-6 && (random.mean_inclination - (FRAC_PI_2 - 1.0)).abs() < 1e-5);
+    }
+}

@@ -1,0 +1,463 @@
+//! Where momentum, liquid and energy went.
+//!
+//! The fluid lives in every cell, also inside grains; the part of it that grains displace moves with
+//! them and is taken off. With the impulse `J` that the exchange still owes the grains, the momentum
+//!
+//! `P = sum rho_f u dV + sum (M_k - m_fk) v_k + sum J_k`
+//!
+//! changes only by what walls, gravity and open sides bring in, and by the liquid that grains swallow or
+//! release: `- sum v_k dm_fk`. The solver feeds both sides; what is left over is the residual. A solver
+//! whose `J` uses the displaced mass `m_fk` after the step counts `- v_k dm_fk` with the velocity before
+//! it, and the other way round: then the residual is round-off.
+
+use sazanami_numerics::snapshot::{Snapshot, SnapshotError};
+use sazanami_numerics::{Real, Vector};
+
+/// Momentum stored at one time, summed over all ranks [kg m/s].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct MomentumStock {
+    /// `sum rho_l C u dV`, liquid inside grains included.
+    pub liquid: Vector,
+    /// `sum rho_g (1 - C) u dV`, gas inside grains included.
+    pub gas: Vector,
+    /// `sum M_k v_k`.
+    pub grains: Vector,
+    /// `sum m_fk v_k`: fluid displaced by grains; counts negative in the total.
+    pub displaced: Vector,
+    /// `sum J_k`: taken from the fluid, not yet given to the grains.
+    pub owed_to_grains: Vector,
+}
+
+impl MomentumStock {
+    /// Total momentum `P` [kg m/s].
+    #[must_use]
+    pub fn total(&self) -> Vector {
+        self.liquid + self.gas + self.grains - self.displaced + self.owed_to_grains
+    }
+
+    fn terms(&self) -> [Vector; 5] {
+        [self.liquid, self.gas, self.grains, self.displaced, self.owed_to_grains]
+    }
+}
+
+/// Impulses from outside during one step, or since the start [kg m/s].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Impulses {
+    /// Pressure and viscous stress of the walls on the fluid.
+    pub walls_on_fluid: Vector,
+    /// Contact forces of the walls on the grains.
+    pub walls_on_grains: Vector,
+    /// Weight of the fluid.
+    pub gravity_on_fluid: Vector,
+    /// Weight of the grains less that of the fluid they displace, `sum (M_k - m_fk) g dt`.
+    pub gravity_on_grains: Vector,
+    /// Liquid and gas swallowed or released by grains, `- sum v_k dm_fk`.
+    pub swallowed: Vector,
+    /// Momentum carried in through open sides.
+    pub open_sides: Vector,
+    /// Whatever holds or drives grains with fixed or prescribed motion.
+    pub held_grains: Vector,
+}
+
+impl Impulses {
+    /// Names of the terms, in the order of [`Self::terms`].
+    pub const NAMES: [&str; 7] = [
+        "walls_on_fluid",
+        "walls_on_grains",
+        "gravity_on_fluid",
+        "gravity_on_grains",
+        "swallowed",
+        "open_sides",
+        "held_grains",
+    ];
+
+    /// The terms in the order of [`Self::NAMES`].
+    #[must_use]
+    pub fn terms(&self) -> [Vector; 7] {
+        [
+            self.walls_on_fluid,
+            self.walls_on_grains,
+            self.gravity_on_fluid,
+            self.gravity_on_grains,
+            self.swallowed,
+            self.open_sides,
+            self.held_grains,
+        ]
+    }
+
+    /// Sum of all impulses.
+    #[must_use]
+    pub fn total(&self) -> Vector {
+        self.terms().into_iter().sum()
+    }
+}
+
+impl From<[Vector; 7]> for Impulses {
+    fn from(terms: [Vector; 7]) -> Self {
+        let [walls_on_fluid, walls_on_grains, gravity_on_fluid, gravity_on_grains, swallowed, open_sides, held_grains] =
+            terms;
+        Self {
+            walls_on_fluid,
+            walls_on_grains,
+            gravity_on_fluid,
+            gravity_on_grains,
+            swallowed,
+            open_sides,
+            held_grains,
+        }
+    }
+}
+
+/// A sum that keeps what rounding drops (Neumaier): millions of small impulses add up to the last digit.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Total {
+    sum: Vector,
+    rest: Vector,
+}
+
+impl Total {
+    fn add(&mut self, value: Vector) {
+        let sum = self.sum + value;
+        for d in 0..3 {
+            let (old, new) = (self.sum[d], value[d]);
+            self.rest[d] += if old.abs() >= new.abs() { (old - sum[d]) + new } else { (new - sum[d]) + old };
+        }
+        self.sum = sum;
+    }
+
+    fn value(&self) -> Vector {
+        self.sum + self.rest
+    }
+}
+
+/// Momentum budget of a whole run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MomentumBudget {
+    initial: MomentumStock,
+    now: MomentumStock,
+    impulses: [Total; 7],
+    largest_term: Real,
+}
+
+impl MomentumBudget {
+    /// Starts with the momentum at the beginning of the run.
+    #[must_use]
+    pub fn new(initial: MomentumStock) -> Self {
+        let mut budget = Self { initial, now: initial, impulses: Default::default(), largest_term: 0.0 };
+        budget.note_largest_term();
+        budget
+    }
+
+    /// Adds the impulses of a step; call [`Self::set_stock`] once the momentum after it is known.
+    pub fn add(&mut self, step: &Impulses) {
+        for (total, impulse) in self.impulses.iter_mut().zip(step.terms()) {
+            total.add(impulse);
+        }
+    }
+
+    /// Sets the momentum stored now. Not every step needs it.
+    pub fn set_stock(&mut self, now: MomentumStock) {
+        self.now = now;
+        self.note_largest_term();
+    }
+
+    fn note_largest_term(&mut self) {
+        let stored = self.now.terms().into_iter().chain([self.initial.total()]);
+        let largest = stored.chain(self.impulses.map(|t| t.value())).map(Vector::length).fold(0.0, Real::max);
+        self.largest_term = self.largest_term.max(largest);
+    }
+
+    /// Momentum at the start.
+    #[must_use]
+    pub fn initial(&self) -> &MomentumStock {
+        &self.initial
+    }
+
+    /// Momentum stored now.
+    #[must_use]
+    pub fn stock(&self) -> &MomentumStock {
+        &self.now
+    }
+
+    /// Impulses since the start.
+    #[must_use]
+    pub fn impulses(&self) -> Impulses {
+        self.impulses.map(|total| total.value()).into()
+    }
+
+    /// Momentum that nothing accounts for: `P - P(0) - impulses` [kg m/s].
+    #[must_use]
+    pub fn residual(&self) -> Vector {
+        self.now.total() - self.initial.total() - self.impulses().total()
+    }
+
+    /// Largest term of the budget met at any time [kg m/s]: the scale of the residual.
+    #[must_use]
+    pub fn largest_term(&self) -> Real {
+        self.largest_term
+    }
+
+    /// Residual relative to the largest term; 0 if nothing ever moved.
+    #[must_use]
+    pub fn relative_residual(&self) -> Real {
+        if self.largest_term > 0.0 { self.residual().length() / self.largest_term } else { 0.0 }
+    }
+
+    /// Residual relative to the momentum at the start: the share of a drop's momentum that is lost.
+    #[must_use]
+    pub fn residual_of_initial(&self) -> Option<Real> {
+        let initial = self.initial.total().length();
+        (initial > 0.0).then(|| self.residual().length() / initial)
+    }
+
+    /// Writes the state into a snapshot.
+    pub fn save(&self, snapshot: &mut Snapshot) {
+        let stocks = self.initial.terms().into_iter().chain(self.now.terms());
+        let totals = self.impulses.iter().flat_map(|total| [total.sum, total.rest]);
+        snapshot.put_vectors("momentum_budget.vectors", &stocks.chain(totals).collect::<Vec<_>>());
+        snapshot.put_reals("momentum_budget.largest_term", vec![self.largest_term]);
+    }
+
+    /// Reads the state from a snapshot.
+    ///
+    /// # Errors
+    /// [`SnapshotError`] if it is not there or of another length.
+    pub fn restore(snapshot: &Snapshot) -> Result<Self, SnapshotError> {
+        snapshot.reals_of("momentum_budget.vectors", 3 * (5 + 5 + 14))?;
+        let v = snapshot.vectors("momentum_budget.vectors")?;
+        let stock = |at: usize| MomentumStock {
+            liquid: v[at],
+            gas: v[at + 1],
+            grains: v[at + 2],
+            displaced: v[at + 3],
+            owed_to_grains: v[at + 4],
+        };
+        Ok(Self {
+            initial: stock(0),
+            now: stock(5),
+            impulses: std::array::from_fn(|n| Total { sum: v[10 + 2 * n], rest: v[11 + 2 * n] }),
+            largest_term: snapshot.reals_of("momentum_budget.largest_term", 1)?[0],
+        })
+    }
+}
+
+/// Liquid volume at one time and what became of it [m^3].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LiquidVolume {
+    /// `sum C dV`, liquid inside grains included: what the transport conserves.
+    pub transported: Real,
+    /// `sum (1 - alpha) C dV`: the liquid that is physically there.
+    pub wet: Real,
+    /// Carried in through open sides since the start.
+    pub through_open_sides: Real,
+    /// Removed (negative: added) where the fraction was cut to the range from 0 to 1, since the start.
+    pub clipped: Real,
+}
+
+/// Liquid budget of a whole run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LiquidBudget {
+    initial: LiquidVolume,
+    now: LiquidVolume,
+}
+
+impl LiquidBudget {
+    /// Starts with the volumes at the beginning of the run.
+    #[must_use]
+    pub fn new(initial: LiquidVolume) -> Self {
+        Self { initial, now: initial }
+    }
+
+    /// Sets the volumes now.
+    pub fn set(&mut self, now: LiquidVolume) {
+        self.now = now;
+    }
+
+    /// Volumes now.
+    #[must_use]
+    pub fn now(&self) -> &LiquidVolume {
+        &self.now
+    }
+
+    /// Change of the transported volume that open sides do not explain, relative to the volume at the
+    /// start (or what came in, if that is more); clipping is part of it.
+    #[must_use]
+    pub fn relative_change(&self) -> Real {
+        let brought_in = self.now.through_open_sides - self.initial.through_open_sides;
+        let change = self.now.transported - self.initial.transported - brought_in;
+        relative(change, self.initial.transported.max(brought_in))
+    }
+
+    /// Relative change of the wet volume: liquid that entered or left cells which grains occupy.
+    #[must_use]
+    pub fn wet_relative_change(&self) -> Real {
+        let brought_in = self.now.through_open_sides - self.initial.through_open_sides;
+        relative(self.now.wet - self.initial.wet - brought_in, self.initial.wet.max(brought_in))
+    }
+
+    /// Writes the state into a snapshot.
+    pub fn save(&self, snapshot: &mut Snapshot) {
+        let volumes = [self.initial, self.now].map(|v| [v.transported, v.wet, v.through_open_sides, v.clipped]);
+        snapshot.put_reals("liquid_budget", volumes.concat());
+    }
+
+    /// Reads the state from a snapshot.
+    ///
+    /// # Errors
+    /// [`SnapshotError`] if it is not there or of another length.
+    pub fn restore(snapshot: &Snapshot) -> Result<Self, SnapshotError> {
+        let v = snapshot.reals_of("liquid_budget", 8)?;
+        let volume = |at: usize| LiquidVolume {
+            transported: v[at],
+            wet: v[at + 1],
+            through_open_sides: v[at + 2],
+            clipped: v[at + 3],
+        };
+        Ok(Self { initial: volume(0), now: volume(4) })
+    }
+}
+
+fn relative(change: Real, scale: Real) -> Real {
+    if scale > 0.0 { change / scale } else { 0.0 }
+}
+
+/// Energies at one time [J].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Energy {
+    /// Kinetic energy of the liquid.
+    pub liquid: Real,
+    /// Kinetic energy of the gas.
+    pub gas: Real,
+    /// Kinetic energy of the grains' centres of mass.
+    pub grains_moving: Real,
+    /// Kinetic energy of the grains' rotation.
+    pub grains_turning: Real,
+    /// Elastic energy of the contacts.
+    pub contacts: Real,
+    /// Potential energy of fluid and grains in the field of gravity.
+    pub potential: Real,
+}
+
+impl Energy {
+    /// Kinetic energy of everything [J].
+    #[must_use]
+    pub fn kinetic(&self) -> Real {
+        self.liquid + self.gas + self.grains_moving + self.grains_turning
+    }
+
+    /// Total energy [J]; what it loses over a run was dissipated.
+    #[must_use]
+    pub fn total(&self) -> Real {
+        self.kinetic() + self.contacts + self.potential
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A grain that takes momentum from a fluid with an impulse that arrives one step late, under gravity,
+    /// while the mass it displaces changes: the scheme in one cell.
+    fn run(steps: usize, count_swallowed: bool) -> MomentumBudget {
+        let (fluid_mass, grain_mass, dt) = (2.0, 3.0, 0.01);
+        let gravity = Vector::new(0.0, 0.0, -9.8);
+        let (mut u, mut v, mut owed) = (Vector::new(1.0, 0.5, -4.0), Vector::ZERO, Vector::ZERO);
+        let mut displaced_mass = 0.2;
+        let stock = |u: Vector, v: Vector, displaced_mass: Real, owed: Vector| MomentumStock {
+            liquid: fluid_mass * u,
+            grains: grain_mass * v,
+            displaced: displaced_mass * v,
+            owed_to_grains: owed,
+            ..Default::default()
+        };
+        let mut budget = MomentumBudget::new(stock(u, v, displaced_mass, owed));
+        for step in 0..steps {
+            let wall = Vector::new(0.0, 0.0, 0.1 * dt);
+            u += gravity * dt + wall / fluid_mass;
+            let load = 0.7 * (u - v) * dt;
+            let v_old = v;
+            v += gravity * dt + (load + owed) / grain_mass;
+            let old_mass = displaced_mass;
+            displaced_mass = 0.2 + 0.1 * (step as Real).sin();
+            let taken = 0.3 * fluid_mass * (u - v);
+            u -= taken / fluid_mass;
+            owed = taken + displaced_mass * (v - v_old - gravity * dt) - load;
+            let swallowed = -v_old * (displaced_mass - old_mass);
+            budget.add(&Impulses {
+                walls_on_fluid: wall,
+                gravity_on_fluid: fluid_mass * gravity * dt,
+                gravity_on_grains: (grain_mass - displaced_mass) * gravity * dt,
+                swallowed: if count_swallowed { swallowed } else { Vector::ZERO },
+                ..Default::default()
+            });
+            budget.set_stock(stock(u, v, displaced_mass, owed));
+        }
+        budget
+    }
+
+    #[test]
+    fn the_budget_closes_to_round_off() {
+        let budget = run(10_000, true);
+        assert!(budget.relative_residual() < 1e-12, "{}", budget.relative_residual());
+        assert!(budget.largest_term() > 100.0);
+        // Negative control: the swallowed liquid left out.
+        assert!(run(10_000, false).relative_residual() > 1e-4);
+    }
+
+    #[test]
+    fn impulses_add_up_to_the_last_digit() {
+        let mut budget = MomentumBudget::new(MomentumStock::default());
+        let small = Vector::splat(0.1);
+        (0..1_000_000).for_each(|_| budget.add(&Impulses { held_grains: small, ..Default::default() }));
+        let sum = budget.impulses().held_grains.x;
+        assert_eq!(sum, 1e5);
+        // Negative control: a plain sum misses that.
+        let plain: Real = (0..1_000_000).map(|_| 0.1).sum();
+        assert!((plain - 1e5).abs() > 1e-7);
+    }
+
+    #[test]
+    fn a_residual_is_measured_against_the_largest_term() {
+        let start = MomentumStock { liquid: Vector::new(0.0, 0.0, -4.0), ..Default::default() };
+        let mut budget = MomentumBudget::new(start);
+        budget.set_stock(MomentumStock { liquid: Vector::new(0.0, 0.0, -8.0), ..start });
+        budget.set_stock(MomentumStock { liquid: Vector::new(0.0, 0.0, -3.0), ..start });
+        assert_eq!(budget.relative_residual(), 1.0 / 8.0);
+        assert_eq!(budget.residual_of_initial(), Some(0.25));
+        assert_eq!(MomentumBudget::new(MomentumStock::default()).relative_residual(), 0.0);
+    }
+
+    #[test]
+    fn names_and_terms_match() {
+        let only = Impulses { swallowed: Vector::ONE, ..Default::default() };
+        let at = Impulses::NAMES.iter().position(|&name| name == "swallowed").unwrap();
+        assert_eq!(only.terms()[at], Vector::ONE);
+        assert_eq!(Impulses::from(only.terms()), only);
+    }
+
+    #[test]
+    fn the_state_survives_a_snapshot() {
+        let budget = run(7, true);
+        let liquid = LiquidBudget {
+            initial: LiquidVolume { transported: 2.0, wet: 1.9, through_open_sides: 0.0, clipped: 0.0 },
+            now: LiquidVolume { transported: 2.5, wet: 2.1, through_open_sides: 0.5, clipped: 1e-12 },
+        };
+        let mut snapshot = Snapshot::default();
+        budget.save(&mut snapshot);
+        liquid.save(&mut snapshot);
+        assert_eq!(MomentumBudget::restore(&snapshot).unwrap(), budget);
+        assert_eq!(LiquidBudget::restore(&snapshot).unwrap(), liquid);
+        assert!(MomentumBudget::restore(&Snapshot::default()).is_err());
+        assert!(LiquidBudget::restore(&Snapshot::default()).is_err());
+    }
+
+    #[test]
+    fn inflow_is_not_a_loss_of_liquid() {
+        let mut budget = LiquidBudget::new(LiquidVolume { transported: 2.0, wet: 2.0, ..Default::default() });
+        budget.set(LiquidVolume { transported: 3.0, wet: 2.9, through_open_sides: 1.0, clipped: 0.0 });
+        assert_eq!(budget.relative_change(), 0.0);
+        assert!((budget.wet_relative_change() + 0.05).abs() < 1e-15);
+        let energy = Energy { liquid: 1.0, grains_turning: 2.0, potential: -4.0, ..Default::default() };
+        assert_eq!((energy.kinetic(), energy.total()), (3.0, -1.0));
+    }
+}

@@ -1,0 +1,250 @@
+//! Several runs side by side: erosion volume against the momentum of the drop.
+
+use sazanami_numerics::Real;
+
+/// One run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RunResult {
+    /// Name of the run.
+    pub name: String,
+    /// Momentum of the drop at the start [kg m/s].
+    pub momentum: Real,
+    /// Axis ratio of the drop, horizontal over vertical.
+    pub axis_ratio: Real,
+    /// Erosion volume [m^3].
+    pub volume: Real,
+    /// Its uncertainty [m^3].
+    pub uncertainty: Real,
+    /// Volume found before the impact [m^3].
+    pub noise: Real,
+    /// Volume between profile and rim plane [m^3].
+    pub volume_direct: Real,
+    /// Depth of the crater below its rim [m].
+    pub depth: Real,
+    /// Radius of the rim [m].
+    pub rim_radius: Real,
+    /// Number of splashed grains.
+    pub splashed: usize,
+}
+
+impl RunResult {
+    /// Whether the volume stands clear of its noise floor.
+    #[must_use]
+    pub fn is_above_noise(&self) -> bool {
+        self.volume > self.noise
+    }
+}
+
+/// `volume = coefficient momentum^exponent`, fitted by least squares in logarithms.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PowerLaw {
+    /// Fitted slope.
+    pub exponent: Real,
+    /// Standard error of the slope from the scatter of the points; `None` with two points.
+    pub standard_error: Option<Real>,
+    /// Volume at unit momentum.
+    pub coefficient: Real,
+    /// Number of points used.
+    pub points: usize,
+}
+
+impl PowerLaw {
+    /// Fits `(x, y)` points; those that are not positive are left out. `None` with fewer than two
+    /// different `x`.
+    #[must_use]
+    pub fn fit(points: impl IntoIterator<Item = (Real, Real)>) -> Option<Self> {
+        let logs: Vec<(Real, Real)> =
+            points.into_iter().filter(|&(x, y)| x > 0.0 && y > 0.0).map(|(x, y)| (x.ln(), y.ln())).collect();
+        let count = logs.len() as Real;
+        let mean = |pick: fn(&(Real, Real)) -> Real| logs.iter().map(pick).sum::<Real>() / count;
+        let (x_mean, y_mean) = (mean(|p| p.0), mean(|p| p.1));
+        let spread: Real = logs.iter().map(|(x, _)| (x - x_mean) * (x - x_mean)).sum();
+        if logs.len() < 2 || spread < 1e-20 {
+            return None;
+        }
+        let exponent = logs.iter().map(|(x, y)| (x - x_mean) * (y - y_mean)).sum::<Real>() / spread;
+        let misfit: Real = logs.iter().map(|(x, y)| (y - y_mean - exponent * (x - x_mean)).powi(2)).sum();
+        Some(Self {
+            exponent,
+            standard_error: (logs.len() > 2).then(|| (misfit / (count - 2.0) / spread).sqrt()),
+            coefficient: (y_mean - exponent * x_mean).exp(),
+            points: logs.len(),
+        })
+    }
+
+    /// Value of the law.
+    #[must_use]
+    pub fn at(&self, x: Real) -> Real {
+        self.coefficient * x.powf(self.exponent)
+    }
+}
+
+/// Runs with one drop shape, and the law through them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Series {
+    /// Axis ratio of the drop.
+    pub axis_ratio: Real,
+    /// Its runs by momentum.
+    pub runs: Vec<RunResult>,
+    /// Volume against momentum, from the runs above their noise floor.
+    pub law: Option<PowerLaw>,
+}
+
+/// Several runs, sorted.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Comparison {
+    /// One series per drop shape, by axis ratio.
+    pub series: Vec<Series>,
+}
+
+/// Mean and scatter of repeated runs, as over several bed seeds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scatter {
+    /// Momentum of the drop [kg m/s].
+    pub momentum: Real,
+    /// Mean volume [m^3].
+    pub mean: Real,
+    /// Standard deviation of a single run [m^3].
+    pub deviation: Real,
+    /// Number of runs.
+    pub runs: usize,
+}
+
+impl Comparison {
+    /// Sorts runs by drop shape (ratios within 2 % are one) and momentum, and fits each series.
+    #[must_use]
+    pub fn of(mut runs: Vec<RunResult>) -> Self {
+        runs.sort_by(|a, b| a.axis_ratio.total_cmp(&b.axis_ratio).then_with(|| a.name.cmp(&b.name)));
+        let mut series: Vec<Series> = Vec::new();
+        for run in runs {
+            match series.last_mut() {
+                Some(last) if run.axis_ratio < 1.02 * last.axis_ratio => last.runs.push(run),
+                _ => series.push(Series { axis_ratio: run.axis_ratio, runs: vec![run], law: None }),
+            }
+        }
+        for series in &mut series {
+            series.runs.sort_by(|a, b| a.momentum.total_cmp(&b.momentum).then_with(|| a.name.cmp(&b.name)));
+            let clear = series.runs.iter().filter(|run| run.is_above_noise());
+            series.law = PowerLaw::fit(clear.map(|run| (run.momentum, run.volume)));
+        }
+        Self { series }
+    }
+
+    /// Names of the columns of [`Self::rows`].
+    pub const COLUMNS: [&str; 11] = [
+        "run",
+        "axis_ratio",
+        "momentum_g_cm_s",
+        "volume_mm3",
+        "uncertainty_mm3",
+        "noise_mm3",
+        "volume_direct_mm3",
+        "depth_mm",
+        "rim_radius_mm",
+        "splashed_grains",
+        "above_noise",
+    ];
+
+    /// One row of text per run, in the columns of [`Self::COLUMNS`].
+    #[must_use]
+    pub fn rows(&self) -> Vec<[String; 11]> {
+        let row = |run: &RunResult| {
+            let mm3 = |volume: Real| format!("{:.3}", volume * 1e9);
+            [
+                run.name.clone(),
+                format!("{:.3}", run.axis_ratio),
+                format!("{:.3}", run.momentum * 1e5),
+                mm3(run.volume),
+                mm3(run.uncertainty),
+                mm3(run.noise),
+                mm3(run.volume_direct),
+                format!("{:.4}", run.depth * 1e3),
+                format!("{:.4}", run.rim_radius * 1e3),
+                run.splashed.to_string(),
+                if run.is_above_noise() { "yes" } else { "no" }.to_string(),
+            ]
+        };
+        self.series.iter().flat_map(|series| &series.runs).map(row).collect()
+    }
+}
+
+impl Series {
+    /// Mean and scatter of runs whose momenta agree within 1 %; only groups of two or more.
+    #[must_use]
+    pub fn scatter(&self) -> Vec<Scatter> {
+        let same = |a: &RunResult, b: &RunResult| b.momentum <= 1.01 * a.momentum;
+        let groups = self.runs.chunk_by(same).filter(|group| group.len() > 1);
+        groups
+            .map(|group| {
+                let count = group.len() as Real;
+                let mean = group.iter().map(|run| run.volume).sum::<Real>() / count;
+                let squares: Real = group.iter().map(|run| (run.volume - mean).powi(2)).sum();
+                let momentum = group.iter().map(|run| run.momentum).sum::<Real>() / count;
+                Scatter { momentum, mean, deviation: (squares / (count - 1.0)).sqrt(), runs: group.len() }
+            })
+            .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn run(name: &str, axis_ratio: Real, momentum: Real, volume: Real) -> RunResult {
+        RunResult {
+            name: name.to_string(),
+            momentum,
+            axis_ratio,
+            volume,
+            uncertainty: 0.1 * volume,
+            noise: 1e-9,
+            volume_direct: 0.6 * volume,
+            depth: 2e-3,
+            rim_radius: 5e-3,
+            splashed: 7,
+        }
+    }
+
+    #[test]
+    fn a_power_law_is_recovered() {
+        let law = PowerLaw::fit([20.0, 40.0, 60.0, 80.0].map(|x: Real| (x, 3.0 * x.powf(1.2)))).unwrap();
+        assert!((law.exponent - 1.2).abs() < 1e-12 && (law.coefficient - 3.0).abs() < 1e-10);
+        assert!(law.standard_error.unwrap() < 1e-12 && (law.at(50.0) - 3.0 * 50.0_f64.powf(1.2)).abs() < 1e-9);
+        // Scatter shows in the error.
+        let scattered = PowerLaw::fit([(1.0, 1.0), (2.0, 2.5), (4.0, 3.5), (8.0, 8.5)]).unwrap();
+        assert!(scattered.standard_error.unwrap() > 0.05);
+    }
+
+    #[test]
+    fn no_law_without_two_momenta() {
+        assert_eq!(PowerLaw::fit([(20.0, 1.0), (20.0, 2.0)]), None);
+        assert_eq!(PowerLaw::fit([(20.0, 1.0), (40.0, 0.0)]), None);
+        assert_eq!(PowerLaw::fit([(1.0, 1.0), (2.0, 4.0)]).unwrap().standard_error, None);
+    }
+
+    #[test]
+    fn runs_are_sorted_by_shape_and_momentum() {
+        let comparison = Comparison::of(vec![
+            run("d", 1.6, 8e-4, 80e-9),
+            run("b", 1.0, 8e-4, 100e-9),
+            run("a", 1.0, 2e-4, 25e-9),
+            run("quiet", 1.0, 1e-4, 0.5e-9),
+        ]);
+        let names: Vec<_> = comparison.rows().into_iter().map(|row| row[0].clone()).collect();
+        assert_eq!(names, ["quiet", "a", "b", "d"]);
+        let law = comparison.series[0].law.unwrap();
+        assert_eq!(law.points, 2, "the run below its noise does not count");
+        assert!((law.exponent - 1.0).abs() < 1e-12);
+        assert_eq!(comparison.series[1].law, None);
+        assert_eq!(comparison.rows()[1][2..5], ["20.000", "25.000", "2.500"]);
+        assert_eq!(comparison.rows()[0][10], "no");
+    }
+
+    #[test]
+    fn seeds_give_a_scatter() {
+        let runs = [9.0, 10.0, 11.0].map(|v| run("s", 1.0, 8e-4, v * 1e-9)).to_vec();
+        let scatter = Comparison::of(runs).series[0].scatter();
+        assert_eq!((scatter.len(), scatter[0].runs), (1, 3));
+        assert!((scatter[0].mean - 10e-9).abs() < 1e-20 && (scatter[0].deviation - 1e-9).abs() < 1e-20);
+    }
+}

@@ -1,0 +1,194 @@
+//! The crater as a spherical cap: Yagyu et al. (2015), eqs. (9)-(14).
+
+use std::f64::consts::PI;
+
+use sazanami_numerics::Real;
+
+use super::Profile;
+
+/// Mean rim-to-rim diameter [m] of two sections, eq. (9): `l = sqrt(L1 L2)`.
+#[must_use]
+pub fn rim_diameter(first: Real, second: Real) -> Real {
+    (first * second).sqrt()
+}
+
+/// Depth [m] below the mean of two rim heights, eq. (10): `H = (a1 + a2)/2 - b`.
+#[must_use]
+pub fn depth_below_rims(first_rim: Real, second_rim: Real, base: Real) -> Real {
+    0.5 * (first_rim + second_rim) - base
+}
+
+/// Radius [m] of the sphere through the rim circle and the lowest point, eq. (11): `R = (4 H + l^2/H)/8`.
+#[must_use]
+pub fn sphere_radius(depth: Real, rim_diameter: Real) -> Real {
+    (4.0 * depth + rim_diameter * rim_diameter / depth) / 8.0
+}
+
+/// Volume [m^3] of the cap from the radius of its sphere, eq. (12): `V = pi H^2 (3 R - H)/3`.
+#[must_use]
+pub fn cap_volume_of_sphere(depth: Real, sphere_radius: Real) -> Real {
+    PI * depth * depth * (3.0 * sphere_radius - depth) / 3.0
+}
+
+/// Volume [m^3] of the cap from its rim diameter, eq. (13): `V = (pi H/6)(3 l^2/4 + H^2)`.
+#[must_use]
+pub fn cap_volume_of_diameter(depth: Real, rim_diameter: Real) -> Real {
+    cap_volume(depth, 0.5 * rim_diameter)
+}
+
+/// Volume [m^3] of the cap from its rim radius, eq. (14): `V = (pi H/6)(3 L^2 + H^2)`; zero if it is no hollow.
+#[must_use]
+pub fn cap_volume(depth: Real, rim_radius: Real) -> Real {
+    PI * depth.max(0.0) / 6.0 * (3.0 * rim_radius * rim_radius + depth * depth)
+}
+
+/// What a smoothed profile says about the crater.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Crater {
+    /// Height at the axis: the innermost layer's, `b` [m].
+    pub base: Real,
+    /// Number of the layer with the rim.
+    pub rim_layer: usize,
+    /// Distance of the rim from the axis, `L` [m].
+    pub rim_radius: Real,
+    /// Height of the rim, `a` [m].
+    pub rim_height: Real,
+    /// `H = a - b` [m]; negative if the middle stands higher.
+    pub depth: Real,
+    /// Erosion volume by eq. (14) [m^3]: below the plane of the rim, so it counts the rim's height.
+    pub volume: Real,
+    /// Volume between the profile and the plane of the rim [m^3], without the assumption of a cap.
+    pub volume_direct: Real,
+    /// Rim radius from a parabola through the rim layer and its neighbours [m].
+    pub refined_rim_radius: Real,
+    /// Rim height from that parabola [m].
+    pub refined_rim_height: Real,
+    /// Erosion volume with the refined rim [m^3].
+    pub refined_volume: Real,
+    /// The highest layer is the outermost one: the rim, if there is one, lies farther out.
+    pub rim_at_edge: bool,
+}
+
+impl Crater {
+    /// Reads the crater off a profile; `None` if fewer than two layers hold grains or the innermost does not.
+    #[must_use]
+    pub fn of(profile: &Profile) -> Option<Self> {
+        let base = profile.heights.first().copied().flatten()?;
+        let mut rim = None;
+        for (n, height) in profile.heights.iter().enumerate().skip(1) {
+            if let Some(height) = *height
+                && rim.is_none_or(|(_, highest)| height > highest)
+            {
+                rim = Some((n, height));
+            }
+        }
+        let (rim_layer, rim_height) = rim?;
+        let heights = profile.filled();
+        let rim_radius = profile.radius(rim_layer);
+        let (refined_rim_radius, refined_rim_height) = heights
+            .get(rim_layer + 1)
+            .and_then(|&outer| vertex(heights[rim_layer - 1], rim_height, outer))
+            .map_or((rim_radius, rim_height), |(shift, height)| (rim_radius + shift * profile.layer, height));
+        let volume_direct = (0..=rim_layer).map(|n| (rim_height - heights[n]) * profile.area(n)).sum();
+        Some(Self {
+            base,
+            rim_layer,
+            rim_radius,
+            rim_height,
+            depth: rim_height - base,
+            volume: cap_volume(rim_height - base, rim_radius),
+            volume_direct,
+            refined_rim_radius,
+            refined_rim_height,
+            refined_volume: cap_volume(refined_rim_height - base, refined_rim_radius),
+            rim_at_edge: profile.heights[rim_layer + 1..].iter().all(Option::is_none),
+        })
+    }
+}
+
+/// Vertex of the parabola through three equidistant points with the highest in the middle: its
+/// distance from the middle in units of the spacing, and its height. `None` on a level.
+fn vertex(inner: Real, middle: Real, outer: Real) -> Option<(Real, Real)> {
+    let curvature = inner - 2.0 * middle + outer;
+    (curvature < 0.0).then(|| {
+        let shift = 0.5 * (inner - outer) / curvature;
+        (shift, middle - 0.25 * (inner - outer) * shift)
+    })
+}
+
+/// Volumes [m^3] of a profile below and above a reference profile: what was dug out and what was heaped up.
+///
+/// `reference` gives the height [m] of each layer before the impact.
+#[must_use]
+pub fn volumes_against(profile: &Profile, reference: impl Fn(usize) -> Real) -> (Real, Real) {
+    let mut volumes = (0.0, 0.0);
+    for (n, height) in profile.filled().into_iter().enumerate() {
+        let change = height - reference(n);
+        volumes.0 += (-change).max(0.0) * profile.area(n);
+        volumes.1 += change.max(0.0) * profile.area(n);
+    }
+    volumes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Worked example in millimetres; the formulas do not care.
+    fn example() -> Profile {
+        let heights = [6.20, 6.45, 7.05, 7.80, 8.35, 8.55, 8.40, 8.25, 8.18, 8.15, 8.16, 8.14];
+        Profile { layer: 1.0, heights: heights.map(Some).to_vec() }
+    }
+
+    #[test]
+    fn the_worked_example_is_met() {
+        let crater = Crater::of(&example()).unwrap();
+        assert_eq!((crater.rim_layer, crater.rim_radius, crater.rim_height, crater.base), (5, 5.5, 8.55, 6.2));
+        assert!((crater.depth - 2.35).abs() < 1e-12);
+        assert!((crater.volume - 118.459).abs() < 5e-4, "{}", crater.volume);
+        assert!((crater.volume_direct - 72.885).abs() < 5e-4, "{}", crater.volume_direct);
+        assert!((crater.refined_rim_radius - 5.5714).abs() < 5e-5);
+        assert!((crater.refined_rim_height - 8.5509).abs() < 5e-5);
+        assert!(!crater.rim_at_edge);
+        let (excavated, rim) = volumes_against(&example(), |_| 8.15);
+        assert!((excavated - 47.846).abs() < 5e-4, "{excavated}");
+        assert!((rim - 36.662).abs() < 5e-4, "{rim}");
+    }
+
+    #[test]
+    fn the_sensitivities_of_the_worked_example_are_met() {
+        let volume = cap_volume(2.35, 5.5);
+        assert!((cap_volume(2.35, 6.0) / volume - 1.179).abs() < 5e-4);
+        assert!((cap_volume(2.45, 5.5) / volume - 1.048).abs() < 5e-4);
+    }
+
+    #[test]
+    fn the_formulas_of_the_experiment_agree() {
+        let depth = depth_below_rims(8.4, 8.6, 6.1);
+        let diameter = rim_diameter(11.2, 10.6);
+        let radius = sphere_radius(depth, diameter);
+        assert!((diameter - 10.8959).abs() < 5e-5 && (depth - 2.4).abs() < 1e-12 && (radius - 7.3833).abs() < 5e-5);
+        let volume = cap_volume_of_sphere(depth, radius);
+        assert!((volume - 119.129).abs() < 5e-4, "{volume}");
+        assert!((volume - cap_volume_of_diameter(depth, diameter)).abs() < 1e-10);
+        assert!((cap_volume_of_diameter(2.35, 11.0) - cap_volume(2.35, 5.5)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_hill_has_no_erosion_volume() {
+        let hill = Profile { layer: 1.0, heights: [3.0, 2.0, 1.0].map(Some).to_vec() };
+        let crater = Crater::of(&hill).unwrap();
+        assert_eq!((crater.volume, crater.depth), (0.0, -1.0));
+    }
+
+    #[test]
+    fn a_rim_outside_the_profile_is_told() {
+        let slope = Profile { layer: 1.0, heights: [1.0, 2.0, 3.0].map(Some).to_vec() };
+        let crater = Crater::of(&slope).unwrap();
+        assert!(crater.rim_at_edge);
+        assert_eq!(crater.refined_rim_radius, crater.rim_radius);
+        let empty_edge = Profile { layer: 1.0, heights: vec![Some(1.0), Some(3.0), Some(2.0), None] };
+        assert!(!Crater::of(&empty_edge).unwrap().rim_at_edge);
+        assert!(Crater::of(&Profile { layer: 1.0, heights: vec![None, Some(1.0)] }).is_none());
+    }
+}

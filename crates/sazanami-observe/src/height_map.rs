@@ -1,0 +1,173 @@
+//! The bed seen from above: height of the highest surface, and the grain it belongs to.
+
+use sazanami_numerics::{Real, Vector};
+
+use crate::{BedView, Horizontal};
+
+const NO_GRAIN: u32 = u32::MAX;
+
+/// Square pixels over a rectangle of the horizontal plane, each with the highest surface over its centre.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HeightMap {
+    lower: Horizontal,
+    spacing: Real,
+    pixels: [usize; 2],
+    height: Vec<Real>,
+    grain: Vec<u32>,
+}
+
+impl HeightMap {
+    /// An empty map over the rectangle from `lower` to `upper` [m] with pixels of width `spacing` [m].
+    #[must_use]
+    pub fn new(lower: Horizontal, upper: Horizontal, spacing: Real) -> Self {
+        let pixels = [0, 1].map(|d| ((upper[d] - lower[d]) / spacing).ceil().max(0.0) as usize);
+        let count = pixels[0] * pixels[1];
+        Self { lower, spacing, pixels, height: vec![Real::NEG_INFINITY; count], grain: vec![NO_GRAIN; count] }
+    }
+
+    /// A map of all grains of a bed.
+    #[must_use]
+    pub fn of(bed: &BedView, lower: Horizontal, upper: Horizontal, spacing: Real) -> Self {
+        let mut map = Self::new(lower, upper, spacing);
+        (0..bed.len()).for_each(|grain| map.add(bed, grain));
+        map
+    }
+
+    /// Draws the upper surface of a grain. The result does not depend on the order of the grains.
+    pub fn add(&mut self, bed: &BedView, grain: usize) {
+        let body = bed.body_of(grain);
+        let (centre, turn, scale) = (bed.position[grain], bed.orientation[grain], bed.scale[grain]);
+        for triangle in body.triangles {
+            let corners = triangle.map(|n| centre + turn * (body.nodes[n as usize] * scale));
+            self.draw(corners, grain as u32);
+        }
+    }
+
+    fn draw(&mut self, [a, b, c]: [Vector; 3], grain: u32) {
+        let twice_area = edge(a, b, c.x, c.y);
+        if twice_area <= 0.0 {
+            return; // seen from below or edge-on
+        }
+        let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+        let [columns, rows] = [0, 1].map(|d| self.centres_within(d, low[d], high[d]));
+        for j in rows {
+            let y = self.lower[1] + (j as Real + 0.5) * self.spacing;
+            for i in columns.clone() {
+                let x = self.lower[0] + (i as Real + 0.5) * self.spacing;
+                let [wa, wb, wc] = [edge(b, c, x, y), edge(c, a, x, y), edge(a, b, x, y)];
+                if wa >= 0.0 && wb >= 0.0 && wc >= 0.0 {
+                    let z = (wa * a.z + wb * b.z + wc * c.z) / twice_area;
+                    let at = j * self.pixels[0] + i;
+                    if z > self.height[at] || (z == self.height[at] && grain < self.grain[at]) {
+                        self.height[at] = z;
+                        self.grain[at] = grain;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Pixels of one direction whose centres lie between two coordinates.
+    fn centres_within(&self, direction: usize, low: Real, high: Real) -> std::ops::Range<usize> {
+        let pixel = |x: Real| (x - self.lower[direction]) / self.spacing - 0.5;
+        let count = self.pixels[direction];
+        // Casts of negative numbers give zero.
+        (pixel(low).ceil() as usize).min(count)..((pixel(high).floor() + 1.0) as usize).min(count)
+    }
+
+    /// Number of pixels in both directions.
+    #[must_use]
+    pub fn pixels(&self) -> [usize; 2] {
+        self.pixels
+    }
+
+    /// Width of a pixel [m].
+    #[must_use]
+    pub fn spacing(&self) -> Real {
+        self.spacing
+    }
+
+    /// Centre of a pixel [m].
+    #[must_use]
+    pub fn centre(&self, i: usize, j: usize) -> Horizontal {
+        [(0, i), (1, j)].map(|(d, n)| self.lower[d] + (n as Real + 0.5) * self.spacing)
+    }
+
+    /// Height over a pixel [m]; `None` where there is no grain.
+    #[must_use]
+    pub fn height(&self, i: usize, j: usize) -> Option<Real> {
+        Some(self.height[j * self.pixels[0] + i]).filter(|z| z.is_finite())
+    }
+
+    /// Grain seen at a pixel.
+    #[must_use]
+    pub fn grain(&self, i: usize, j: usize) -> Option<usize> {
+        Some(self.grain[j * self.pixels[0] + i]).filter(|&g| g != NO_GRAIN).map(|g| g as usize)
+    }
+
+    /// Largest height [m] over the pixels with centres in a rectangle.
+    #[must_use]
+    pub fn highest_within(&self, low: Horizontal, high: Horizontal) -> Option<Real> {
+        let [columns, rows] = [0, 1].map(|d| self.centres_within(d, low[d], high[d]));
+        rows.flat_map(|j| columns.clone().map(move |i| (i, j))).filter_map(|(i, j)| self.height(i, j)).reduce(Real::max)
+    }
+
+    /// Number of pixels at which each of `grains` grains is seen.
+    #[must_use]
+    pub fn pixels_seen(&self, grains: usize) -> Vec<u32> {
+        let mut seen = vec![0; grains];
+        for &grain in self.grain.iter().filter(|&&g| g != NO_GRAIN) {
+            seen[grain as usize] += 1;
+        }
+        seen
+    }
+}
+
+/// Twice the area of the projected triangle `(a, b, (x, y))`, positive if counter-clockwise from above.
+fn edge(a: Vector, b: Vector, x: Real, y: Real) -> Real {
+    (b.x - a.x) * (y - a.y) - (b.y - a.y) * (x - a.x)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bed::test_bed::Bed;
+
+    #[test]
+    fn the_higher_grain_hides_the_lower() {
+        let bed = Bed::new(1.0, vec![Vector::new(0.0, 0.0, 5.0), Vector::ZERO, Vector::new(0.0, 1.2, 0.0)]);
+        bed.view(|view| {
+            let map = HeightMap::of(view, [-2.0, -2.0], [2.0, 2.0], 0.05);
+            let seen = map.pixels_seen(3);
+            assert_eq!(seen[1], 0);
+            assert!(seen[0] > 200 && seen[0].abs_diff(seen[2]) < 8, "{seen:?}");
+            assert_eq!(map.grain(40, 40), Some(0));
+            let top = map.height(40, 40).unwrap();
+            assert!((5.4..5.51).contains(&top), "{top}");
+            assert_eq!(map.height(1, 1), None);
+            let beside = map.highest_within([-0.5, 0.7], [0.5, 1.7]).unwrap();
+            assert!((beside - view.top_of(2)).abs() < 0.03);
+        });
+    }
+
+    #[test]
+    fn the_order_of_the_grains_does_not_matter() {
+        let positions = [0.0, 0.3, 0.7, 0.4].map(|x| Vector::new(x, 0.5 * x, 0.1 * x)).to_vec();
+        let bed = Bed::new(1.0, positions);
+        bed.view(|view| {
+            let forward = HeightMap::of(view, [-1.0, -1.0], [2.0, 2.0], 0.03);
+            let mut backward = HeightMap::new([-1.0, -1.0], [2.0, 2.0], 0.03);
+            (0..4).rev().for_each(|grain| backward.add(view, grain));
+            assert_eq!(forward, backward);
+        });
+    }
+
+    #[test]
+    fn grains_outside_the_rectangle_are_cut() {
+        let bed = Bed::new(1.0, vec![Vector::new(-3.0, 0.0, 0.0), Vector::new(0.9, 0.9, 0.0)]);
+        bed.view(|view| {
+            let seen = HeightMap::of(view, [0.0, 0.0], [1.0, 1.0], 0.1).pixels_seen(2);
+            assert!(seen[0] == 0 && seen[1] > 10);
+        });
+    }
+}

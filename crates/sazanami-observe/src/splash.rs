@@ -1,0 +1,151 @@
+//! Splashed grains: how many, how heavy, how far.
+//!
+//! A grain counts as splashed from the moment its centre has risen more than one grain size above the
+//! highest point of the bed before the impact. Neither a heaved rim (lower) nor a grain that rolls or
+//! slides away (never up there) is a splash. Once splashed, a grain stays so wherever it lands. A hop
+//! shorter than the time between two observations can be missed, so observe often while grains fly.
+
+use sazanami_numerics::Real;
+use sazanami_numerics::snapshot::{Snapshot, SnapshotError};
+
+use crate::{BedView, Horizontal};
+
+/// Which grains were splashed so far.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SplashTracker {
+    axis: Horizontal,
+    bed_top: Real,
+    threshold: Real,
+    splashed: Vec<bool>,
+    farthest: Real,
+    highest: Real,
+}
+
+/// Splash up to a time.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Splash {
+    /// Number of grains that were splashed.
+    pub grains: usize,
+    /// Their mass [kg].
+    pub mass: Real,
+    /// Largest horizontal distance of a splashed grain from the impact axis, in flight or landed [m]; 0 if none was.
+    pub farthest_distance: Real,
+    /// Largest height of the centre of a splashed grain above the bed before the impact [m]; 0 if none was.
+    pub highest_rise: Real,
+    /// Number of grains above the threshold now.
+    pub above_now: usize,
+}
+
+impl SplashTracker {
+    /// Starts with the bed before the impact; `grain_size` is the short axis [m].
+    #[must_use]
+    pub fn new(bed: &BedView, axis: Horizontal, grain_size: Real) -> Self {
+        let bed_top = (0..bed.len()).map(|grain| bed.top_of(grain)).fold(Real::NEG_INFINITY, Real::max);
+        let threshold = bed_top + grain_size;
+        Self { axis, bed_top, threshold, splashed: vec![false; bed.len()], farthest: 0.0, highest: threshold }
+    }
+
+    /// Height above which a centre counts as splashed [m].
+    #[must_use]
+    pub fn threshold(&self) -> Real {
+        self.threshold
+    }
+
+    /// Looks at the bed now: the same grains in the same order as at the start.
+    ///
+    /// # Panics
+    /// If the number of grains differs.
+    pub fn observe(&mut self, bed: &BedView) -> Splash {
+        assert_eq!(bed.len(), self.splashed.len(), "a bed is observed with the grains it had at the start");
+        let mut splash = Splash::default();
+        for (grain, (splashed, position)) in self.splashed.iter_mut().zip(bed.position).enumerate() {
+            let above = position.z > self.threshold;
+            *splashed |= above;
+            if *splashed {
+                splash.grains += 1;
+                splash.mass += bed.mass[grain];
+                splash.above_now += usize::from(above);
+                self.farthest = self.farthest.max((position.x - self.axis[0]).hypot(position.y - self.axis[1]));
+                self.highest = self.highest.max(position.z);
+            }
+        }
+        if splash.grains > 0 {
+            splash.farthest_distance = self.farthest;
+            splash.highest_rise = self.highest - self.bed_top;
+        }
+        splash
+    }
+
+    /// Writes the state into a snapshot.
+    pub fn save(&self, snapshot: &mut Snapshot) {
+        snapshot.put_bytes("splash.splashed", self.splashed.iter().map(|&flag| u8::from(flag)).collect());
+        let numbers = [self.axis[0], self.axis[1], self.bed_top, self.threshold, self.farthest, self.highest];
+        snapshot.put_reals("splash.numbers", numbers.to_vec());
+    }
+
+    /// Reads the state from a snapshot.
+    ///
+    /// # Errors
+    /// [`SnapshotError`] if it is not there.
+    pub fn restore(snapshot: &Snapshot) -> Result<Self, SnapshotError> {
+        let splashed = snapshot.bytes("splash.splashed")?.iter().map(|&flag| flag != 0).collect();
+        let numbers = snapshot.reals_of("splash.numbers", 6)?;
+        Ok(Self {
+            axis: [numbers[0], numbers[1]],
+            bed_top: numbers[2],
+            threshold: numbers[3],
+            splashed,
+            farthest: numbers[4],
+            highest: numbers[5],
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bed::test_bed::Bed;
+
+    const D: Real = 0.5e-3;
+
+    fn start() -> (Bed, SplashTracker) {
+        let bed = Bed::columns(D, 2e-3, 2, |_| 1e-3);
+        let tracker = bed.view(|view| SplashTracker::new(view, [0.0; 2], D));
+        (bed, tracker)
+    }
+
+    #[test]
+    fn a_splashed_grain_stays_splashed_where_it_lands() {
+        let (mut bed, mut tracker) = start();
+        assert!((tracker.threshold() - 1.5e-3).abs() < 1e-15);
+        assert_eq!(bed.view(|view| tracker.observe(view)), Splash::default());
+        (bed.position[3].x, bed.position[3].y, bed.position[3].z) = (3e-3, 4e-3, 2e-3);
+        let flying = bed.view(|view| tracker.observe(view));
+        assert_eq!((flying.grains, flying.above_now), (1, 1));
+        assert!((flying.farthest_distance - 5e-3).abs() < 1e-15 && (flying.highest_rise - 1e-3).abs() < 1e-15);
+        (bed.position[3].x, bed.position[3].z) = (4.5e-3, 0.25e-3);
+        let landed = bed.view(|view| tracker.observe(view));
+        assert_eq!((landed.grains, landed.above_now, landed.mass), (1, 0, 1e-7));
+        assert!(landed.farthest_distance > flying.farthest_distance);
+        assert_eq!(landed.highest_rise, flying.highest_rise);
+    }
+
+    #[test]
+    fn a_rim_and_a_rolling_grain_are_no_splash() {
+        let (mut bed, mut tracker) = start();
+        bed.position[1].z = 1.49e-3;
+        bed.position[5].x = 20e-3;
+        assert_eq!(bed.view(|view| tracker.observe(view)), Splash::default());
+    }
+
+    #[test]
+    fn the_state_survives_a_snapshot() {
+        let (mut bed, mut tracker) = start();
+        bed.position[3].z = 3e-3;
+        bed.view(|view| tracker.observe(view));
+        let mut snapshot = Snapshot::default();
+        tracker.save(&mut snapshot);
+        assert_eq!(SplashTracker::restore(&snapshot).unwrap(), tracker);
+        assert!(SplashTracker::restore(&Snapshot::default()).is_err());
+    }
+}
