@@ -1,0 +1,300 @@
+//! Axes: round ticks, labels with units, a frame.
+
+use super::canvas::{Anchor, Canvas, Font, Pen, Rectangle};
+use super::colour::{BLACK, Colour};
+use super::text;
+
+/// Range of one direction.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Axis {
+    pub label: String,
+    pub lower: f64,
+    pub upper: f64,
+    pub log: bool,
+}
+
+/// A tick at a value; minor ones have no label.
+#[derive(Clone, Debug, PartialEq)]
+struct Tick {
+    value: f64,
+    label: Option<String>,
+}
+
+impl Axis {
+    pub fn linear(label: &str, lower: f64, upper: f64) -> Self {
+        Self { label: label.to_owned(), lower, upper, log: false }
+    }
+
+    /// Part of the way from the lower to the upper end.
+    pub fn part(&self, value: f64) -> f64 {
+        if self.log {
+            (value.max(f64::MIN_POSITIVE) / self.lower).ln() / (self.upper / self.lower).ln()
+        } else {
+            (value - self.lower) / (self.upper - self.lower)
+        }
+    }
+
+    /// Ticks, about `most` of them with labels, and the power of ten taken out of the labels.
+    fn ticks(&self, most: usize) -> (Vec<Tick>, i32) {
+        if self.log { (self.log_ticks(most), 0) } else { self.linear_ticks(most) }
+    }
+
+    fn linear_ticks(&self, most: usize) -> (Vec<Tick>, i32) {
+        let (step, parts) = round_step((self.upper - self.lower) / most.max(1) as f64);
+        let largest = self.lower.abs().max(self.upper.abs());
+        let power = if (1e-2..1e5).contains(&largest) { 0 } else { decade(largest) };
+        let decimals = (power - decade(step * 1.000_001)).max(0) as usize;
+        let minor = step / f64::from(parts);
+        let slack = 1e-9 * (self.upper - self.lower);
+        let first = ((self.lower - slack) / minor).ceil() as i64;
+        let last = ((self.upper + slack) / minor).floor() as i64;
+        let ticks = (first..=last).map(|n| {
+            let value = n as f64 * minor;
+            let major = n.rem_euclid(i64::from(parts)) == 0;
+            Tick { value, label: major.then(|| number(value / 10_f64.powi(power), decimals)) }
+        });
+        (ticks.collect(), power)
+    }
+
+    fn log_ticks(&self, most: usize) -> Vec<Tick> {
+        let (first, last) = (decade(self.lower * 1.000_001), decade(self.upper * 1.000_001));
+        let stride = ((last - first) as usize).div_ceil(most.max(1)).max(1) as i32;
+        // With fewer than two decades the powers alone say too little.
+        let few = last - first < 2;
+        let mut ticks = Vec::new();
+        for power in first..=last {
+            for digit in 1..10 {
+                let value = f64::from(digit) * 10_f64.powi(power);
+                let inside = self.part(value) > -1e-9 && self.part(value) < 1.0 + 1e-9;
+                let major = if few { matches!(digit, 1 | 2 | 5) } else { digit == 1 && power % stride == 0 };
+                if inside && (stride == 1 || digit == 1) {
+                    ticks.push(Tick { value, label: major.then(|| power_label(digit, power)) });
+                }
+            }
+        }
+        ticks
+    }
+}
+
+/// Power of ten at or below `value`.
+fn decade(value: f64) -> i32 {
+    if value > 0.0 { value.log10().floor() as i32 } else { 0 }
+}
+
+/// A step of 1, 2 or 5 times a power of ten at or above `least`, and into how many minor ones it is cut.
+fn round_step(least: f64) -> (f64, i32) {
+    let base = 10_f64.powi(decade(least));
+    let (digit, parts) = match least / base {
+        d if d <= 1.000_001 => (1.0, 5),
+        d if d <= 2.000_001 => (2.0, 4),
+        d if d <= 5.000_001 => (5.0, 5),
+        _ => (10.0, 5),
+    };
+    (digit * base, parts)
+}
+
+/// A range from or to round values that holds `lower` and `upper` with a little room.
+pub(super) fn round_range(lower: f64, upper: f64) -> [f64; 2] {
+    let extent = if upper > lower { upper - lower } else { lower.abs().max(1e-300) };
+    let (step, _) = round_step(extent / 8.0);
+    let outer = |value: f64, direction: f64| direction * (direction * value / step - 1e-6).ceil() * step;
+    let (mut low, mut high) = (outer(lower, -1.0), outer(upper, 1.0));
+    if lower == upper {
+        (low, high) = (low - step, high + step);
+    }
+    // Zero belongs to a range that nearly reaches it.
+    if low > 0.0 && low < 0.35 * high {
+        low = 0.0;
+    }
+    [low, high]
+}
+
+/// A number with a true minus sign.
+fn number(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    let zero = text.trim_start_matches('-').chars().all(|c| matches!(c, '0' | '.'));
+    if zero { text.trim_start_matches('-').to_owned() } else { text.replace('-', "−") }
+}
+
+fn power_label(digit: i32, power: i32) -> String {
+    match (digit, power) {
+        (_, -2..=3) => number(f64::from(digit) * 10_f64.powi(power), (-power).max(0) as usize),
+        (1, _) => format!("10{}", superscript(power)),
+        _ => format!("{digit}×10{}", superscript(power)),
+    }
+}
+
+/// A whole number raised.
+pub(super) fn superscript(value: i32) -> String {
+    let raised = |c| match c {
+        '-' => '⁻',
+        '1' => '¹',
+        '2' => '²',
+        '3' => '³',
+        '0' => '⁰',
+        digit => char::from_u32('⁴' as u32 + digit as u32 - '4' as u32).unwrap_or(digit),
+    };
+    value.to_string().chars().map(raised).collect()
+}
+
+/// A label with the power of ten that the tick labels leave out: `V [mm³]` becomes `V [10³ mm³]`.
+fn with_power(label: &str, power: i32) -> String {
+    match (power, label.rsplit_once('[')) {
+        (0, _) => label.to_owned(),
+        (_, Some((name, unit))) if unit.starts_with(['–', '-']) => format!("{name}[10{}]", superscript(power)),
+        (_, Some((name, unit))) => format!("{name}[10{} {unit}", superscript(power)),
+        (_, None) => format!("{label} [10{}]", superscript(power)),
+    }
+}
+
+/// A rectangle of the sheet with an axis along its bottom and one along its left side.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Frame {
+    pub area: Rectangle,
+    pub x: Axis,
+    pub y: Axis,
+    /// Size of the tick labels; axis labels are a little larger.
+    pub size: f64,
+}
+
+const GRID: Colour = [232, 233, 236];
+
+impl Frame {
+    /// Place of a point on the sheet.
+    pub fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let Rectangle { left, top, right, bottom } = self.area;
+        [left + (right - left) * self.x.part(x), bottom + (top - bottom) * self.y.part(y)]
+    }
+
+    /// Draws faint lines at the labelled ticks.
+    pub fn draw_grid(&self, canvas: &mut Canvas) {
+        let Rectangle { left, top, right, bottom } = self.area;
+        for tick in self.x_ticks().0.iter().filter(|tick| tick.label.is_some()) {
+            let x = left + (right - left) * self.x.part(tick.value);
+            canvas.line(&[[x, top], [x, bottom]], Pen::new(1.0, GRID));
+        }
+        for tick in self.y_ticks().0.iter().filter(|tick| tick.label.is_some()) {
+            let y = bottom + (top - bottom) * self.y.part(tick.value);
+            canvas.line(&[[left, y], [right, y]], Pen::new(1.0, GRID));
+        }
+    }
+
+    /// Draws frame, ticks and labels.
+    pub fn draw(&self, canvas: &mut Canvas) {
+        let Rectangle { left, top, right, bottom } = self.area;
+        let pen = Pen::new(1.5, BLACK);
+        canvas.line(&[[left, top], [right, top], [right, bottom], [left, bottom], [left, top]], pen);
+        let size = self.size;
+        let font = Font { size, colour: BLACK, across: Anchor::Middle, down: Anchor::Start, upwards: false };
+        let (ticks, power) = self.x_ticks();
+        for Tick { value, label } in &ticks {
+            let x = left + (right - left) * self.x.part(*value);
+            let length = if label.is_some() { 8.0 } else { 4.5 };
+            canvas.line(&[[x, bottom], [x, bottom - length]], pen);
+            canvas.line(&[[x, top], [x, top + length]], pen);
+            if let Some(label) = label {
+                canvas.text([x, bottom + 0.55 * size], label, font);
+            }
+        }
+        let title = Font { size: 1.12 * size, ..font };
+        canvas.text([0.5 * (left + right), bottom + 2.0 * size], &with_power(&self.x.label, power), title);
+        let (ticks, power) = self.y_ticks();
+        let labels = Font { across: Anchor::End, down: Anchor::Middle, ..font };
+        let mut widest: f64 = 0.0;
+        for Tick { value, label } in &ticks {
+            let y = bottom + (top - bottom) * self.y.part(*value);
+            let length = if label.is_some() { 8.0 } else { 4.5 };
+            canvas.line(&[[left, y], [left + length, y]], pen);
+            canvas.line(&[[right, y], [right - length, y]], pen);
+            if let Some(label) = label {
+                canvas.text([left - 0.45 * size, y], label, labels);
+                widest = widest.max(text::length(label, size));
+            }
+        }
+        let title = Font { down: Anchor::End, upwards: true, ..title };
+        let x = left - 0.45 * size - widest - 0.75 * size;
+        canvas.text([x, 0.5 * (top + bottom)], &with_power(&self.y.label, power), title);
+    }
+
+    fn x_ticks(&self) -> (Vec<Tick>, i32) {
+        self.x.ticks(((self.area.right - self.area.left) / (5.5 * self.size)) as usize)
+    }
+
+    fn y_ticks(&self) -> (Vec<Tick>, i32) {
+        self.y.ticks(((self.area.bottom - self.area.top) / (3.5 * self.size)) as usize)
+    }
+}
+
+/// A bar of colours beside a picture, with ticks on its right.
+pub(super) fn draw_colour_bar(canvas: &mut Canvas, area: Rectangle, scale: &super::ColourScale, size: f64) {
+    let Rectangle { left, top, right, bottom } = area;
+    let [low, high] = scale.range;
+    let axis = Axis::linear(&scale.label, low, high);
+    let rows = (bottom - top).round() as usize;
+    for row in 0..rows {
+        let value = high + (low - high) * (row as f64 + 0.5) / rows as f64;
+        let y = top + row as f64;
+        canvas.rectangle(Rectangle { top: y, bottom: y + 1.0, ..area }, scale.colour(value), 1.0);
+    }
+    let pen = Pen::new(1.5, BLACK);
+    canvas.line(&[[left, top], [right, top], [right, bottom], [left, bottom], [left, top]], pen);
+    let font = Font { size, colour: BLACK, across: Anchor::Start, down: Anchor::Middle, upwards: false };
+    let (ticks, power) = axis.ticks(((bottom - top) / (3.5 * size)) as usize);
+    let mut widest: f64 = 0.0;
+    for Tick { value, label } in ticks {
+        let Some(label) = label else { continue };
+        let y = bottom + (top - bottom) * axis.part(value);
+        canvas.line(&[[right - 5.0, y], [right, y]], pen);
+        canvas.text([right + 0.35 * size, y], &label, font);
+        widest = widest.max(text::length(&label, size));
+    }
+    let title = Font { size: 1.12 * size, across: Anchor::Middle, down: Anchor::Start, upwards: true, ..font };
+    let x = right + 0.35 * size + widest + 0.75 * size;
+    canvas.text([x, 0.5 * (top + bottom)], &with_power(&scale.label, power), title);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn labels(axis: &Axis, most: usize) -> (Vec<String>, i32) {
+        let (ticks, power) = axis.ticks(most);
+        (ticks.into_iter().filter_map(|tick| tick.label).collect(), power)
+    }
+
+    #[test]
+    fn ticks_are_round_and_inside() {
+        let axis = Axis::linear("x1 [mm]", 0.0, 33.8);
+        assert_eq!(labels(&axis, 8).0, ["0", "5", "10", "15", "20", "25", "30"]);
+        let axis = Axis::linear("z [mm]", -0.25, 1.0);
+        assert_eq!(labels(&axis, 7).0, ["−0.2", "0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]);
+        let axis = Axis::linear("p [N s]", -2e-5, 4e-5);
+        assert_eq!(labels(&axis, 6), (["−2", "−1", "0", "1", "2", "3", "4"].map(str::to_owned).to_vec(), -5));
+        assert_eq!(with_power("p [N s]", -5), "p [10⁻⁵ N s]");
+    }
+
+    #[test]
+    fn logarithmic_ticks_are_powers_or_small_digits() {
+        let axis = Axis { label: String::new(), lower: 1e-6, upper: 1e-1, log: true };
+        assert_eq!(labels(&axis, 10).0, ["10⁻⁶", "10⁻⁵", "10⁻⁴", "10⁻³", "0.01", "0.1"]);
+        let axis = Axis { label: String::new(), lower: 10.0, upper: 100.0, log: true };
+        assert_eq!(labels(&axis, 10).0, ["10", "20", "50", "100"]);
+        let axis = Axis { label: String::new(), lower: 1e-12, upper: 1.0, log: true };
+        assert!(labels(&axis, 5).0.len() <= 6);
+    }
+
+    #[test]
+    fn ranges_are_round_and_hold_the_data() {
+        assert_eq!(round_range(0.3, 9.7), [0.0, 10.0]);
+        assert_eq!(round_range(-0.3, 9.7), [-2.0, 10.0]);
+        assert_eq!(round_range(8.1, 8.9), [8.1, 8.9]);
+        assert_eq!(round_range(5.0, 5.0), [4.0, 6.0]);
+        let [low, high] = round_range(0.0, 0.0);
+        assert!(low < high);
+    }
+
+    #[test]
+    fn whole_numbers_are_raised() {
+        assert_eq!(superscript(-1_234_567_890), "⁻¹²³⁴⁵⁶⁷⁸⁹⁰");
+    }
+}

@@ -1,0 +1,318 @@
+//! Line and scatter plots.
+
+use super::axes::{Axis, Frame, round_range};
+use super::canvas::{Anchor, Canvas, Font, Pen, Rectangle};
+use super::colour::{BLACK, Colour, GREY, LINES, WHITE};
+use super::{Picture, PictureError, text};
+
+/// Line of a trace.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Dash {
+    /// No line: marks only.
+    None,
+    /// A whole line.
+    #[default]
+    Whole,
+    /// Dashes.
+    Dashed,
+    /// Dots.
+    Dotted,
+}
+
+impl Dash {
+    fn pattern(self) -> &'static [f64] {
+        match self {
+            Self::None | Self::Whole => &[],
+            Self::Dashed => &[10.0, 6.0],
+            Self::Dotted => &[2.0, 5.0],
+        }
+    }
+}
+
+/// Mark at each point of a trace.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Mark {
+    /// No marks.
+    #[default]
+    None,
+    /// Discs.
+    Disc,
+    /// Rings.
+    Ring,
+    /// Squares.
+    Square,
+    /// Triangles.
+    Triangle,
+    /// Diamonds.
+    Diamond,
+}
+
+/// Points that belong together.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Trace {
+    /// Name in the legend, empty for none.
+    pub label: String,
+    /// Points in the units of the axes.
+    pub points: Vec<[f64; 2]>,
+    /// Half lengths of the error bars in y, empty for none.
+    pub errors: Vec<f64>,
+    /// Line through the points.
+    pub dash: Dash,
+    /// Mark at each point.
+    pub mark: Mark,
+    /// Colour, or the next one of the usual row.
+    pub colour: Option<Colour>,
+}
+
+impl Trace {
+    /// A line.
+    #[must_use]
+    pub fn line(label: &str, points: impl IntoIterator<Item = [f64; 2]>) -> Self {
+        Self { label: label.to_owned(), points: points.into_iter().collect(), ..Self::default() }
+    }
+
+    /// Marks without a line.
+    #[must_use]
+    pub fn marks(label: &str, mark: Mark, points: impl IntoIterator<Item = [f64; 2]>) -> Self {
+        Self { mark, dash: Dash::None, ..Self::line(label, points) }
+    }
+
+    /// The same with another line.
+    #[must_use]
+    pub fn dashed(self, dash: Dash) -> Self {
+        Self { dash, ..self }
+    }
+
+    /// The same with marks.
+    #[must_use]
+    pub fn marked(self, mark: Mark) -> Self {
+        Self { mark, ..self }
+    }
+
+    /// The same with error bars: half their lengths.
+    #[must_use]
+    pub fn with_errors(self, errors: impl IntoIterator<Item = f64>) -> Self {
+        Self { errors: errors.into_iter().collect(), ..self }
+    }
+
+    /// The same in a colour of its own.
+    #[must_use]
+    pub fn coloured(self, colour: Colour) -> Self {
+        Self { colour: Some(colour), ..self }
+    }
+
+    fn is_finite(point: &[f64; 2]) -> bool {
+        point[0].is_finite() && point[1].is_finite()
+    }
+}
+
+/// A plot of one or several traces.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LinePlot {
+    /// Title above the plot.
+    pub title: String,
+    /// Label of the horizontal axis with its unit, as in `r [mm]`.
+    pub x_label: String,
+    /// Label of the vertical axis with its unit.
+    pub y_label: String,
+    /// What is plotted; points that are not finite are gaps.
+    pub traces: Vec<Trace>,
+    /// Range of the horizontal axis, or what the data need.
+    pub x_range: Option<[f64; 2]>,
+    /// Range of the vertical axis, or what the data need.
+    pub y_range: Option<[f64; 2]>,
+    /// Logarithmic horizontal axis.
+    pub x_log: bool,
+    /// Logarithmic vertical axis.
+    pub y_log: bool,
+    /// Width and height [pixels].
+    pub size: [usize; 2],
+}
+
+impl LinePlot {
+    /// An empty plot with linear axes.
+    #[must_use]
+    pub fn new(title: &str, x_label: &str, y_label: &str) -> Self {
+        Self {
+            title: title.to_owned(),
+            x_label: x_label.to_owned(),
+            y_label: y_label.to_owned(),
+            traces: Vec::new(),
+            x_range: None,
+            y_range: None,
+            x_log: false,
+            y_log: false,
+            size: [1000, 700],
+        }
+    }
+
+    /// The same with one more trace.
+    #[must_use]
+    pub fn with(mut self, trace: Trace) -> Self {
+        self.traces.push(trace);
+        self
+    }
+
+    /// Draws the plot.
+    ///
+    /// # Errors
+    /// If a trace has some error bars but not one for each point, or if a logarithmic axis has nothing to show.
+    pub fn draw(&self) -> Result<Picture, PictureError> {
+        for trace in self.traces.iter().filter(|trace| !trace.errors.is_empty()) {
+            super::check_length("an error bar", trace.points.len(), trace.errors.len())?;
+        }
+        let [width, height] = self.size;
+        let mut canvas = Canvas::new(width, height);
+        let size = 19.0;
+        let y = self.axis(1, &self.y_label, self.y_range, self.y_log)?;
+        let area = Rectangle { left: 112.0, top: 58.0, right: width as f64 - 28.0, bottom: height as f64 - 78.0 };
+        let frame = Frame { area, x: self.axis(0, &self.x_label, self.x_range, self.x_log)?, y, size };
+        frame.draw_grid(&mut canvas);
+        if !frame.y.log && frame.y.lower < 0.0 && frame.y.upper > 0.0 {
+            let zero = [frame.x.lower, frame.x.upper].map(|x| frame.place([x, 0.0]));
+            canvas.line(&zero, Pen::new(1.2, GREY));
+        }
+        canvas.clipped(area, |canvas| {
+            for (number, trace) in self.traces.iter().enumerate() {
+                draw_trace(canvas, &frame, trace, colour_of(trace, number), self);
+            }
+        });
+        frame.draw(&mut canvas);
+        self.draw_legend(&mut canvas, &frame);
+        let font = Font { size: 22.0, colour: BLACK, across: Anchor::Middle, down: Anchor::Middle, upwards: false };
+        canvas.text([0.5 * (area.left + area.right), 30.0], &self.title, font);
+        Ok(canvas.finish())
+    }
+
+    fn axis(&self, direction: usize, label: &str, range: Option<[f64; 2]>, log: bool) -> Result<Axis, PictureError> {
+        let (mut lower, mut upper) = (f64::INFINITY, f64::NEG_INFINITY);
+        let mut include = |value: f64| {
+            if !log || value > 0.0 {
+                (lower, upper) = (lower.min(value), upper.max(value));
+            }
+        };
+        for trace in &self.traces {
+            for (n, point) in trace.points.iter().enumerate().filter(|(_, point)| Trace::is_finite(point)) {
+                let error = if direction == 1 { trace.errors.get(n).copied().unwrap_or(0.0) } else { 0.0 };
+                include(point[direction] - error);
+                include(point[direction] + error);
+            }
+        }
+        let found = lower <= upper;
+        let [lower, upper] = match range {
+            Some(range) => range,
+            None if log && !found => return Err(PictureError::NothingPositive { label: label.to_owned() }),
+            None if log => [lower / 1.3, upper * 1.3],
+            None if !found => [0.0, 1.0],
+            // Time runs from edge to edge; heights get room.
+            None if direction == 0 && lower < upper && self.traces.iter().all(|trace| trace.dash != Dash::None) => {
+                [if lower > 0.0 && lower < 0.1 * upper { 0.0 } else { lower }, upper]
+            }
+            None => round_range(lower, upper),
+        };
+        Ok(Axis { label: label.to_owned(), lower, upper, log })
+    }
+
+    /// Draws the legend into the corner that hides the fewest points.
+    fn draw_legend(&self, canvas: &mut Canvas, frame: &Frame) {
+        let named: Vec<_> = self.traces.iter().enumerate().filter(|(_, trace)| !trace.label.is_empty()).collect();
+        if named.is_empty() {
+            return;
+        }
+        let (size, row, sample) = (17.0, 26.0, 42.0);
+        let longest = named.iter().map(|(_, trace)| text::length(&trace.label, size)).fold(0.0, f64::max);
+        let (width, height) = (longest + sample + 34.0, row * named.len() as f64 + 14.0);
+        let Rectangle { left, top, right, bottom } = frame.area;
+        let gap = 16.0;
+        let boxes = [
+            [right - gap - width, top + gap],
+            [left + gap, top + gap],
+            [right - gap - width, bottom - gap - height],
+            [left + gap, bottom - gap - height],
+        ]
+        .map(|[x, y]| Rectangle { left: x, top: y, right: x + width, bottom: y + height });
+        let Some(area) = boxes.into_iter().min_by_key(|area| self.hidden_by(area, frame)) else { return };
+        canvas.rectangle(area, WHITE, 0.88);
+        let Rectangle { left, top, right, bottom } = area;
+        let outline = [[left, top], [right, top], [right, bottom], [left, bottom], [left, top]];
+        canvas.line(&outline, Pen::new(1.0, [190, 192, 196]));
+        for (place, &(number, trace)) in named.iter().enumerate() {
+            let y = top + 7.0 + row * (place as f64 + 0.5);
+            let ends = [[left + 12.0, y], [left + 12.0 + sample, y]];
+            let colour = colour_of(trace, number);
+            if trace.dash != Dash::None {
+                canvas.line(&ends, Pen { width: 2.6, colour, dashes: trace.dash.pattern() });
+            }
+            draw_mark(canvas, [left + 12.0 + sample / 2.0, y], trace.mark, colour);
+            let font = Font { size, colour: BLACK, across: Anchor::Start, down: Anchor::Middle, upwards: false };
+            canvas.text([left + sample + 24.0, y], &trace.label, font);
+        }
+    }
+
+    /// Number of points, along lines too, that a rectangle hides.
+    fn hidden_by(&self, area: &Rectangle, frame: &Frame) -> usize {
+        let hidden = |[x, y]: [f64; 2]| {
+            x > area.left - 8.0 && x < area.right + 8.0 && y > area.top - 8.0 && y < area.bottom + 8.0
+        };
+        let mut count = 0;
+        for trace in &self.traces {
+            let places: Vec<_> = trace.points.iter().filter(|p| Trace::is_finite(p)).map(|&p| frame.place(p)).collect();
+            count += places.iter().filter(|&&place| hidden(place)).count();
+            for ends in places.windows(2).filter(|_| trace.dash != Dash::None) {
+                let length = (ends[1][0] - ends[0][0]).hypot(ends[1][1] - ends[0][1]);
+                let samples = (length / 12.0).min(200.0) as usize;
+                let at = |n: usize, c: usize| ends[0][c] + (ends[1][c] - ends[0][c]) * n as f64 / (samples + 1) as f64;
+                count += (1..=samples).filter(|&n| hidden([at(n, 0), at(n, 1)])).count();
+            }
+        }
+        count
+    }
+}
+
+fn colour_of(trace: &Trace, number: usize) -> Colour {
+    trace.colour.unwrap_or(LINES[number % LINES.len()])
+}
+
+fn draw_trace(canvas: &mut Canvas, frame: &Frame, trace: &Trace, colour: Colour, plot: &LinePlot) {
+    let visible = |p: &[f64; 2]| Trace::is_finite(p) && (!plot.x_log || p[0] > 0.0) && (!plot.y_log || p[1] > 0.0);
+    if trace.dash != Dash::None {
+        for part in trace.points.split(|point| !visible(point)) {
+            let places: Vec<_> = part.iter().map(|&point| frame.place(point)).collect();
+            canvas.line(&places, Pen { width: 2.6, colour, dashes: trace.dash.pattern() });
+        }
+    }
+    for (n, &[x, y]) in trace.points.iter().enumerate().filter(|(_, point)| visible(point)) {
+        if let Some(&error) = trace.errors.get(n) {
+            let ends = [frame.place([x, y - error]), frame.place([x, y + error])];
+            canvas.line(&ends, Pen::new(1.8, colour));
+            for [x, y] in ends {
+                canvas.line(&[[x - 6.0, y], [x + 6.0, y]], Pen::new(1.8, colour));
+            }
+        }
+        draw_mark(canvas, frame.place([x, y]), trace.mark, colour);
+    }
+}
+
+fn draw_mark(canvas: &mut Canvas, [x, y]: [f64; 2], mark: Mark, colour: Colour) {
+    match mark {
+        Mark::None => {}
+        Mark::Disc => canvas.disc([x, y], 6.5, colour),
+        Mark::Ring => {
+            canvas.disc([x, y], 6.5, colour);
+            canvas.disc([x, y], 4.2, WHITE);
+        }
+        Mark::Square => canvas.polygon(
+            &[[-6.0, -6.0], [6.0, -6.0], [6.0, 6.0], [-6.0, 6.0]].map(|[a, b]| [x + a, y + b]),
+            colour,
+            1.0,
+        ),
+        Mark::Triangle => {
+            canvas.polygon(&[[0.0, -8.0], [7.5, 5.5], [-7.5, 5.5]].map(|[a, b]| [x + a, y + b]), colour, 1.0)
+        }
+        Mark::Diamond => canvas.polygon(
+            &[[0.0, -8.5], [7.0, 0.0], [0.0, 8.5], [-7.0, 0.0]].map(|[a, b]| [x + a, y + b]),
+            colour,
+            1.0,
+        ),
+    }
+}

@@ -1,0 +1,232 @@
+//! Surfaces posed in the laboratory, and the light that falls on them.
+
+use sazanami_numerics::{Matrix, Vector};
+use sazanami_parallel::for_each_chunk;
+
+use super::colour::Light;
+use super::raster::cover;
+use crate::{Bodies, BodySurface};
+
+/// Triangles of several things, with normals at their corners.
+#[derive(Default)]
+pub(super) struct Scene {
+    /// Corners [m].
+    pub places: Vec<Vector>,
+    /// Unit normals, outwards.
+    pub normals: Vec<Vector>,
+    /// What each corner belongs to.
+    pub tags: Vec<u32>,
+    /// Corner numbers.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// Faces that meet at a larger angle than this cosine's (65 degrees) keep their edge.
+const SHARP: f64 = 0.42;
+
+/// A surface with as many corners at a node as there are normals.
+struct Smoothed {
+    places: Vec<Vector>,
+    normals: Vec<Vector>,
+    triangles: Vec<[u32; 3]>,
+}
+
+impl Smoothed {
+    /// The normal of a corner is the mean over the faces around its node that meet its face smoothly.
+    fn new(surface: BodySurface) -> Self {
+        let face_normals: Vec<Vector> = surface
+            .triangles
+            .iter()
+            .map(|triangle| {
+                let [a, b, c] = triangle.map(|node| surface.nodes[node as usize]);
+                (b - a).cross(c - a)
+            })
+            .collect();
+        let mut faces_of_node = vec![Vec::new(); surface.nodes.len()];
+        for (face, triangle) in surface.triangles.iter().enumerate() {
+            triangle.iter().for_each(|&node| faces_of_node[node as usize].push(face));
+        }
+        let mut smoothed = Self { places: Vec::new(), normals: Vec::new(), triangles: Vec::new() };
+        let mut corners_of_node: Vec<Vec<u32>> = vec![Vec::new(); surface.nodes.len()];
+        for (face, triangle) in surface.triangles.iter().enumerate() {
+            let own = face_normals[face].normalize_or_zero();
+            let corners = triangle.map(|node| {
+                let faces = &faces_of_node[node as usize];
+                let smooth = faces.iter().filter(|&&other| own.dot(face_normals[other].normalize_or_zero()) > SHARP);
+                let normal = smooth.map(|&other| face_normals[other]).sum::<Vector>().normalize_or(Vector::Z);
+                let corners = &mut corners_of_node[node as usize];
+                let same = corners.iter().find(|&&corner| smoothed.normals[corner as usize].dot(normal) > 0.999_999);
+                same.copied().unwrap_or_else(|| {
+                    let corner = smoothed.places.len() as u32;
+                    smoothed.places.push(surface.nodes[node as usize]);
+                    smoothed.normals.push(normal);
+                    corners.push(corner);
+                    corner
+                })
+            });
+            smoothed.triangles.push(corners);
+        }
+        smoothed
+    }
+}
+
+impl Scene {
+    /// Adds the bodies that `keep` lets through; the tag is the body's number.
+    pub fn add_bodies(&mut self, bodies: &Bodies, keep: impl Fn(usize) -> bool) {
+        let smoothed: Vec<_> = bodies.surfaces.iter().map(|&surface| Smoothed::new(surface)).collect();
+        for (number, pose) in bodies.poses.iter().enumerate().filter(|&(number, _)| keep(number)) {
+            let surface = &smoothed[pose.surface as usize];
+            let rotation = Matrix::from_quat(pose.orientation);
+            let first = self.places.len() as u32;
+            self.places.extend(surface.places.iter().map(|&place| pose.position + rotation * place));
+            self.normals.extend(surface.normals.iter().map(|&normal| rotation * normal));
+            self.tags.resize(self.places.len(), number as u32);
+            self.triangles.extend(surface.triangles.iter().map(|triangle| triangle.map(|corner| first + corner)));
+        }
+    }
+
+    /// Light at every corner, as a factor for the colour of what is there.
+    pub fn illuminate(&self, lamps: &[Lamp]) -> Vec<f32> {
+        let mut parts = vec![Vec::new(); lamps.len()];
+        for_each_chunk(&mut parts[..], 1, |number, part: &mut [Vec<f32>]| part[0] = self.light_of(&lamps[number]));
+        let mut sum = vec![0.0; self.places.len()];
+        for part in parts {
+            sum.iter_mut().zip(part).for_each(|(sum, part)| *sum += part);
+        }
+        sum
+    }
+
+    /// Light of one lamp at every corner, shadows included.
+    fn light_of(&self, lamp: &Lamp) -> Vec<f32> {
+        let shadows = Shadows::new(self, lamp.direction);
+        let lit = |(place, normal): (&Vector, &Vector)| {
+            let facing = normal.dot(-lamp.direction) as f32;
+            if facing > 0.0 { lamp.strength * facing * shadows.visible(*place, *normal) } else { 0.0 }
+        };
+        self.places.iter().zip(&self.normals).map(lit).collect()
+    }
+}
+
+/// A far lamp.
+#[derive(Clone, Copy)]
+pub(super) struct Lamp {
+    /// Unit vector that its light follows.
+    pub direction: Vector,
+    /// Light on a surface that faces it.
+    pub strength: f32,
+}
+
+/// A sun from `towards_sun` and a sky of eight lamps around the vertical and `towards_eye`.
+pub(super) fn daylight(towards_sun: Vector, towards_eye: Vector) -> Vec<Lamp> {
+    let mut lamps = vec![Lamp { direction: -towards_sun.normalize(), strength: 0.62 }];
+    let across = towards_eye.cross(Vector::Z).normalize_or(Vector::X);
+    let along = Vector::Z.cross(across);
+    for (n, height) in [0.35, 1.6, 0.7, 2.6, 0.35, 1.6, 0.7, 2.6].into_iter().enumerate() {
+        let (sine, cosine) = (std::f64::consts::TAU * (n as f64 + 0.3) / 8.0).sin_cos();
+        // Lamps behind the scene stand higher, so that every lamp shows on what the eye sees.
+        let height = if cosine > 0.2 { height + 0.8 } else { height };
+        let towards = (across * sine + along * cosine + Vector::Z * height).normalize();
+        lamps.push(Lamp { direction: -towards, strength: 0.085 });
+    }
+    lamps.push(Lamp { direction: -towards_eye.normalize(), strength: 0.2 });
+    lamps
+}
+
+/// Pixels of a shadow map along its longer side.
+const SHADOW_PIXELS: f64 = 1500.0;
+
+/// Depths of what a lamp reaches first.
+struct Shadows {
+    axes: [Vector; 3],
+    lower: [f64; 2],
+    scale: f64,
+    size: [usize; 2],
+    depth: Vec<f32>,
+}
+
+impl Shadows {
+    fn new(scene: &Scene, direction: Vector) -> Self {
+        let [right, up] = [direction.any_orthonormal_vector(), direction.cross(direction.any_orthonormal_vector())];
+        let (mut lower, mut upper) = (Vector::MAX, Vector::MIN);
+        let turned = |place: Vector| Vector::new(right.dot(place), up.dot(place), direction.dot(place));
+        for &place in &scene.places {
+            lower = lower.min(turned(place));
+            upper = upper.max(turned(place));
+        }
+        let extent = if scene.places.is_empty() { Vector::ONE } else { upper - lower };
+        let scale = SHADOW_PIXELS / extent.x.max(extent.y).max(f64::MIN_POSITIVE);
+        let size = [extent.x, extent.y].map(|length| (length * scale).ceil() as usize + 2);
+        let mut shadows = Self {
+            axes: [right, up, direction],
+            lower: [lower.x, lower.y],
+            scale,
+            size,
+            depth: vec![f32::INFINITY; size[0] * size[1]],
+        };
+        let places: Vec<_> = scene.places.iter().map(|&place| shadows.place(place)).collect();
+        for triangle in &scene.triangles {
+            let corners = triangle.map(|corner| places[corner as usize]);
+            cover(corners, size, |pixel, depth, _| shadows.depth[pixel] = shadows.depth[pixel].min(depth));
+        }
+        shadows
+    }
+
+    /// Pixels across and down, depth [pixels].
+    fn place(&self, place: Vector) -> [f32; 3] {
+        let [right, up, direction] = self.axes.map(|axis| axis.dot(place));
+        [(right - self.lower[0]) * self.scale + 1.0, (up - self.lower[1]) * self.scale + 1.0, direction * self.scale]
+            .map(|v| v as f32)
+    }
+
+    /// Part of the lamp's light that reaches a place of a surface.
+    fn visible(&self, place: Vector, normal: Vector) -> f32 {
+        // A step of two pixels off the surface keeps it from shading itself.
+        let [x, y, depth] = self.place(place + normal * (2.0 / self.scale));
+        let mut lit = 0.0;
+        for n in 0..9 {
+            let column = (x as usize + n % 3).saturating_sub(1).min(self.size[0] - 1);
+            let row = (y as usize + n / 3).saturating_sub(1).min(self.size[1] - 1);
+            if depth <= self.depth[row * self.size[0] + column] + 1.5 {
+                lit += 1.0 / 9.0;
+            }
+        }
+        lit
+    }
+}
+
+/// Light that a surface of colour `base` sends out under `illumination`.
+pub(super) fn shaded(base: Light, illumination: f32) -> Light {
+    base.map(|c| c * (0.14 + illumination))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::BodyPose;
+    use sazanami_numerics::Quaternion;
+
+    fn cube() -> (Vec<Vector>, Vec<[u32; 3]>) {
+        let nodes = (0..8).map(|n| Vector::new((n & 1) as f64, (n >> 1 & 1) as f64, (n >> 2) as f64) - 0.5).collect();
+        let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+        (nodes, quads.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect())
+    }
+
+    #[test]
+    fn sharp_edges_stay_and_a_body_casts_a_shadow_on_the_one_below() {
+        let (nodes, triangles) = cube();
+        let large: Vec<Vector> = nodes.iter().map(|node| 1.5 * *node).collect();
+        let surface = |nodes| BodySurface { nodes, triangles: &triangles };
+        let surfaces = [surface(&nodes[..]), surface(&large[..])];
+        let pose =
+            |surface, x, z| BodyPose { surface, position: Vector::new(x, 0.0, z), orientation: Quaternion::IDENTITY };
+        let poses = [pose(0, 0.0, 0.0), pose(1, 0.0, 2.0), pose(0, 5.0, 0.0)];
+        let mut scene = Scene::default();
+        scene.add_bodies(&Bodies { surfaces: &surfaces, poses: &poses }, |_| true);
+        assert_eq!(scene.places.len(), 3 * 24, "a cube has three normals at each corner");
+        let light = scene.illuminate(&[Lamp { direction: -Vector::Z, strength: 1.0 }]);
+        let top = |body: u32| -> f32 {
+            let tops = (0..light.len()).filter(|&n| scene.tags[n] == body && scene.normals[n].z > 0.9);
+            tops.map(|n| light[n]).sum::<f32>() / 4.0
+        };
+        assert!(top(0) < 0.1 && top(1) > 0.8 && top(2) > 0.8, "{} {} {}", top(0), top(1), top(2));
+    }
+}

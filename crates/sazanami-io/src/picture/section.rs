@@ -1,0 +1,335 @@
+//! Vertical section of a run: grains cut by the plane and those behind it, liquid, axes.
+
+use sazanami_numerics::Vector;
+use sazanami_numerics::grid::Grid;
+
+use super::axes::{Axis, Frame, draw_colour_bar};
+use super::canvas::{Anchor, Canvas, Font, Pen, Rectangle};
+use super::colour::{BLACK, BLUE, Light, mix, to_colour, to_light};
+use super::raster::{Corner, EMPTY, INSIDE, Layer, is_front, reduce};
+use super::scene::{Scene, daylight, shaded};
+use super::{ColourScale, Isosurface, Picture, PictureError, check_length};
+use crate::Bodies;
+
+/// How the liquid of a section is drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LiquidStyle {
+    /// Cells as they are, the fuller the darker.
+    Cells,
+    /// Fractions interpolated between the cells' centres, with a line where they are one half.
+    #[default]
+    Smooth,
+}
+
+/// A section normal to x2 at one instant, seen along x2.
+#[derive(Clone, Debug)]
+pub struct SectionView<'a> {
+    /// The grid; the picture shows its whole extent in x1 and x3.
+    pub grid: &'a Grid,
+    /// Place of the section on the x2 axis [m].
+    pub plane: f64,
+    /// Line above the picture, for example case, time and speed.
+    pub title: &'a str,
+    /// Fraction of each cell of the section that is liquid, x1 fastest (see [`section_of_cells`]).
+    pub liquid: &'a [f64],
+    /// Cells with less liquid show none (0.01 in Yagyu et al. 2015).
+    pub liquid_threshold: f64,
+    /// How the liquid is drawn.
+    pub liquid_style: LiquidStyle,
+    /// Surface of the liquid, to be shown behind the section.
+    pub liquid_behind: Option<&'a Isosurface>,
+    /// Grains; none for a picture of the liquid alone.
+    pub bodies: Bodies<'a>,
+    /// What colours the grains, one value each.
+    pub values: &'a [f64],
+    /// Colours of the values; a bar beside the picture explains them if there are grains.
+    pub scale: &'a ColourScale,
+    /// Whether grains behind the section are drawn too.
+    pub behind: bool,
+    /// Width of the section in the picture [pixels].
+    pub width: usize,
+}
+
+/// Fractions on the plane `x2` [m] from a cell field (without ghosts, x1 fastest): linear between the two nearest
+/// layers of cells.
+///
+/// # Panics
+/// If the field has fewer values than the grid cells.
+#[must_use]
+pub fn section_of_cells(grid: &Grid, values: &[f64], x2: f64) -> Vec<f64> {
+    let [n1, n2, n3] = grid.cells;
+    let place = ((x2 - grid.lower.y) / grid.spacing.y - 0.5).clamp(0.0, (n2 - 1) as f64);
+    let first = (place as usize).min(n2.saturating_sub(2));
+    let second = (first + 1).min(n2 - 1);
+    let weight = place - first as f64;
+    let mut section = Vec::with_capacity(n1 * n3);
+    for k in 0..n3 {
+        let row = |j: usize| &values[(k * n2 + j) * n1..][..n1];
+        section.extend(row(first).iter().zip(row(second)).map(|(a, b)| a + (b - a) * weight));
+    }
+    section
+}
+
+/// Samples of a pixel in each direction.
+const SAMPLES: usize = 3;
+const SIZE: f64 = 20.0;
+
+impl SectionView<'_> {
+    /// Draws the section.
+    ///
+    /// # Errors
+    /// If the liquid does not have one value per cell of the section, or the grains not one value each.
+    pub fn draw(&self) -> Result<Picture, PictureError> {
+        let [n1, _, n3] = self.grid.cells;
+        check_length("the liquid of a section", n1 * n3, self.liquid.len())?;
+        check_length("the colour of a grain", self.bodies.poses.len(), self.values.len())?;
+        let extent = self.grid.extent();
+        let height = (self.width as f64 * extent.z / extent.x).round() as usize;
+        let (left, top) = (96, 56);
+        let has_bar = !self.bodies.poses.is_empty();
+        let mut canvas = Canvas::new(left + self.width + if has_bar { 150 } else { 36 }, top + height + 80);
+        canvas.paste(left, top, &self.render(height));
+        let area = Rectangle {
+            left: left as f64,
+            top: top as f64,
+            right: (left + self.width) as f64,
+            bottom: (top + height) as f64,
+        };
+        let (lower, upper) = (1e3 * self.grid.lower, 1e3 * self.grid.upper());
+        let x = Axis::linear("x₁ [mm]", lower.x, upper.x);
+        let frame = Frame { area, x, y: Axis::linear("x₃ [mm]", lower.z, upper.z), size: SIZE };
+        canvas.clipped(area, |canvas| {
+            self.draw_liquid_line(canvas, &frame);
+            self.draw_outlines(canvas, &frame);
+        });
+        frame.draw(&mut canvas);
+        if has_bar {
+            let bar = Rectangle { left: area.right + 28.0, right: area.right + 52.0, ..area };
+            draw_colour_bar(&mut canvas, bar, self.scale, SIZE);
+        }
+        let font = Font { size: 22.0, colour: BLACK, across: Anchor::Middle, down: Anchor::Middle, upwards: false };
+        canvas.text([0.5 * (area.left + area.right), 0.5 * area.top], self.title, font);
+        Ok(canvas.finish())
+    }
+
+    /// What the section shows, without lines and labels.
+    fn render(&self, height: usize) -> Picture {
+        let size = [self.width * SAMPLES, height * SAMPLES];
+        let grains = self.draw_grains(size);
+        let liquid = self.draw_liquid_behind(size);
+        let scale = (size[0] as f64 / self.grid.extent().x) as f32;
+        let haze_depth = 0.45 * self.grid.extent().y as f32 * scale;
+        let (haze, water, paper) = (to_light([226, 231, 236]), to_light(BLUE), to_light([250, 251, 252]));
+        let bodies = self.values.iter().map(|&value| to_light(self.scale.colour(value))).collect::<Vec<Light>>();
+        reduce(self.width, height, SAMPLES, |pixel| {
+            let tag = grains.tag[pixel];
+            if tag != EMPTY && tag & INSIDE != 0 {
+                return bodies[(tag & !INSIDE) as usize].map(|c| 0.93 * c);
+            }
+            let hazy = |light: &[f32; 4], depth: f32| {
+                mix([light[0], light[1], light[2]], haze, 0.75 * (1.0 - (-depth / haze_depth).exp()))
+            };
+            let mut light = if tag == EMPTY { paper } else { hazy(&grains.light[pixel], grains.depth[pixel]) };
+            if let Some(liquid) = &liquid
+                && liquid.depth[pixel] < grains.depth[pixel]
+            {
+                light = mix(light, hazy(&liquid.light[pixel], liquid.depth[pixel]), liquid.light[pixel][3]);
+            }
+            let fraction = self.liquid_at(pixel % size[0], pixel / size[0], size);
+            if fraction >= self.liquid_threshold {
+                mix(light, water, (0.22 + 0.5 * fraction.min(1.0)) as f32)
+            } else {
+                light
+            }
+        })
+    }
+
+    /// Liquid fraction at a sample of the picture.
+    fn liquid_at(&self, column: usize, row: usize, size: [usize; 2]) -> f64 {
+        let [n1, _, n3] = self.grid.cells;
+        let x = (column as f64 + 0.5) / size[0] as f64 * n1 as f64;
+        let z = (1.0 - (row as f64 + 0.5) / size[1] as f64) * n3 as f64;
+        match self.liquid_style {
+            LiquidStyle::Cells => self.liquid[(z as usize).min(n3 - 1) * n1 + (x as usize).min(n1 - 1)],
+            LiquidStyle::Smooth => {
+                let ([i, a], [k, c]) = (between(x, n1), between(z, n3));
+                let row = |k: usize| {
+                    let next = (i as usize + 1).min(n1 - 1);
+                    self.liquid[k * n1 + i as usize] * (1.0 - a) + self.liquid[k * n1 + next] * a
+                };
+                row(k as usize) * (1.0 - c) + row((k as usize + 1).min(n3 - 1)) * c
+            }
+        }
+    }
+
+    /// Place of a point in the enlarged picture, with the distance behind the section as depth.
+    fn place(&self, point: Vector, size: [usize; 2]) -> [f32; 3] {
+        let (lower, extent) = (self.grid.lower, self.grid.extent());
+        let scale = size[0] as f64 / extent.x;
+        [
+            (point.x - lower.x) * scale,
+            (1.0 - (point.z - lower.z) / extent.z) * size[1] as f64,
+            (point.y - self.plane) * scale,
+        ]
+        .map(|v| v as f32)
+    }
+
+    /// Distance of the centre of body `number` behind the section, and its outer radius [m].
+    fn reach(&self, number: usize, radii: &[f64]) -> (f64, f64) {
+        let pose = &self.bodies.poses[number];
+        (pose.position.y - self.plane, radii[pose.surface as usize])
+    }
+
+    fn radii(&self) -> Vec<f64> {
+        let radius = |nodes: &[Vector]| nodes.iter().map(|node| node.length()).fold(0.0, f64::max);
+        self.bodies.surfaces.iter().map(|surface| radius(surface.nodes)).collect()
+    }
+
+    fn draw_grains(&self, size: [usize; 2]) -> Layer {
+        let mut layer = Layer::new(size[0], size[1]);
+        let mut scene = Scene::default();
+        let radii = self.radii();
+        let is_cut: Vec<bool> = (0..self.bodies.poses.len())
+            .map(|number| self.reach(number, &radii))
+            .map(|(behind, radius)| behind.abs() <= radius)
+            .collect();
+        scene.add_bodies(&self.bodies, |number| is_cut[number] || (self.behind && self.reach(number, &radii).0 > 0.0));
+        let light = scene.illuminate(&daylight(Vector::new(-0.5, -0.55, 0.9), -Vector::Y));
+        let corners: Vec<Corner> = (0..scene.places.len())
+            .map(|n| {
+                let base = to_light(self.scale.colour(self.values[scene.tags[n] as usize]));
+                let [r, g, b] = shaded(base, light[n]);
+                Corner { place: self.place(scene.places[n], size), light: [r, g, b, 1.0] }
+            })
+            .collect();
+        for triangle in &scene.triangles {
+            let tag = scene.tags[triangle[0] as usize];
+            let triangle = triangle.map(|corner| &corners[corner as usize]);
+            // Inner sides show only where the plane has cut the outer ones away.
+            if is_cut[tag as usize] || is_front(triangle.map(|corner| corner.place)) {
+                layer.draw(triangle, tag, 0.0);
+            }
+        }
+        layer
+    }
+
+    fn draw_liquid_behind(&self, size: [usize; 2]) -> Option<Layer> {
+        let surface = self.liquid_behind?;
+        let mut layer = Layer::new(size[0], size[1]);
+        let base = to_light([96, 164, 224]);
+        let sun = Vector::new(-0.5, -0.55, 0.9).normalize();
+        let corners: Vec<Corner> = surface
+            .nodes
+            .iter()
+            .zip(&surface.normals)
+            .map(|(&node, normal)| {
+                let [r, g, b] = base.map(|c| c * (0.45 + 0.6 * normal.dot(sun).abs() as f32));
+                let slant = 1.0 - normal.y.abs() as f32;
+                Corner { place: self.place(node, size), light: [r, g, b, 0.30 + 0.45 * slant * slant] }
+            })
+            .collect();
+        for triangle in &surface.triangles {
+            layer.draw(triangle.map(|corner| &corners[corner as usize]), 0, 0.0);
+        }
+        Some(layer)
+    }
+
+    /// Line where the liquid fills half of the cells.
+    fn draw_liquid_line(&self, canvas: &mut Canvas, frame: &Frame) {
+        if self.liquid_style == LiquidStyle::Cells {
+            return;
+        }
+        let [n1, _, n3] = self.grid.cells;
+        let pen = Pen::new(1.6, [22, 70, 130]);
+        let value = |i: usize, k: usize| self.liquid[k * n1 + i] - 0.5;
+        let point = |x: f64, z: f64| {
+            let centre = self.grid.lower + self.grid.spacing * (Vector::new(x, 0.0, z) + 0.5);
+            frame.place([1e3 * centre.x, 1e3 * centre.z])
+        };
+        for k in 0..n3 - 1 {
+            for i in 0..n1 - 1 {
+                for corners in [[[i, k], [i + 1, k], [i + 1, k + 1]], [[i, k], [i + 1, k + 1], [i, k + 1]]] {
+                    let mut ends = Vec::with_capacity(2);
+                    for n in 0..3 {
+                        let [a, b] = [corners[n], corners[(n + 1) % 3]];
+                        let [fa, fb] = [value(a[0], a[1]), value(b[0], b[1])];
+                        if (fa > 0.0) != (fb > 0.0) {
+                            let s = fa / (fa - fb);
+                            let at = |d: usize| a[d] as f64 + (b[d] as f64 - a[d] as f64) * s;
+                            ends.push(point(at(0), at(1)));
+                        }
+                    }
+                    canvas.line(&ends, pen);
+                }
+            }
+        }
+    }
+
+    /// Outlines of the grains where the section cuts them.
+    fn draw_outlines(&self, canvas: &mut Canvas, frame: &Frame) {
+        let radii = self.radii();
+        let mut nodes = Vec::new();
+        for number in 0..self.bodies.poses.len() {
+            let (behind, radius) = self.reach(number, &radii);
+            if behind.abs() > radius {
+                continue;
+            }
+            nodes.clear();
+            self.bodies.for_each_node(number, |node| nodes.push(node));
+            let dark = to_light(self.scale.colour(self.values[number])).map(|c| 0.16 * c);
+            for triangle in self.bodies.surface(number).triangles {
+                let ends = cut(triangle.map(|node| nodes[node as usize]), self.plane);
+                if let Some(ends) = ends {
+                    let ends = ends.map(|end| frame.place([1e3 * end.x, 1e3 * end.z]));
+                    canvas.line(&ends, Pen::new(1.1, to_colour(dark)));
+                }
+            }
+        }
+    }
+}
+
+/// Lower neighbour among `count` centres and weight of the upper one, for a place in cells from the edge.
+fn between(place: f64, count: usize) -> [f64; 2] {
+    let place = (place - 0.5).clamp(0.0, (count - 1) as f64);
+    [place.floor(), place - place.floor()]
+}
+
+/// Line in which a triangle meets the plane x2 = `plane`.
+fn cut(corners: [Vector; 3], plane: f64) -> Option<[Vector; 2]> {
+    let mut ends = [Vector::ZERO; 2];
+    let mut count = 0;
+    for n in 0..3 {
+        let [a, b] = [corners[n], corners[(n + 1) % 3]];
+        if (a.y > plane) != (b.y > plane) {
+            ends[count] = a + (b - a) * ((plane - a.y) / (b.y - a.y));
+            count += 1;
+        }
+    }
+    (count == 2).then_some(ends)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_section_of_a_linear_field_is_exact() {
+        let grid = Grid::new([3, 4, 2], Vector::ZERO, Vector::new(3.0, 4.0, 2.0));
+        let values: Vec<f64> =
+            (0..24).map(|n| f64::from(n % 3) + 10.0 * f64::from(n / 3 % 4) + 100.0 * f64::from(n / 12)).collect();
+        assert_eq!(section_of_cells(&grid, &values, 2.0), [15., 16., 17., 115., 116., 117.]);
+        assert_eq!(section_of_cells(&grid, &values, 1.75), [12.5, 13.5, 14.5, 112.5, 113.5, 114.5]);
+        assert_eq!(section_of_cells(&grid, &values, 99.0)[0], 30.0);
+        let flat = Grid::new([3, 1, 2], Vector::ZERO, Vector::ONE);
+        assert_eq!(section_of_cells(&flat, &values[..6], 0.5), values[..6]);
+    }
+
+    #[test]
+    fn a_triangle_meets_the_plane_in_a_line_or_not_at_all() {
+        let corners = [Vector::ZERO, Vector::new(2.0, 2.0, 0.0), Vector::new(0.0, 2.0, 2.0)];
+        let ends = cut(corners, 1.0).unwrap();
+        assert_eq!(ends, [Vector::new(1.0, 1.0, 0.0), Vector::new(0.0, 1.0, 1.0)]);
+        assert_eq!(cut(corners, 2.5), None);
+        assert_eq!(cut(corners, -0.5), None);
+    }
+}

@@ -1,0 +1,247 @@
+//! Three-dimensional picture of a run: grains and liquid in perspective.
+
+use sazanami_numerics::Vector;
+use sazanami_numerics::grid::Grid;
+
+use super::axes::draw_colour_bar;
+use super::canvas::{Anchor, Canvas, Font, Pen, Rectangle};
+use super::colour::{BLACK, Light, mix, to_light};
+use super::raster::{Corner, EMPTY, Layer, is_front, reduce};
+use super::scene::{Scene, daylight, shaded};
+use super::{ColourScale, Isosurface, Picture, PictureError, check_length};
+use crate::Bodies;
+
+/// Where the eye is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Viewpoint {
+    /// Direction of the eye seen from above, from the x1 axis towards x2 [degrees].
+    pub azimuth: f64,
+    /// Height of the eye above the horizon [degrees], below 90.
+    pub elevation: f64,
+    /// How much larger the picture is than one that just holds the box.
+    pub zoom: f64,
+    /// What is in the middle of the picture, from the lower to the upper corner of the box.
+    pub centre: Vector,
+}
+
+impl Default for Viewpoint {
+    fn default() -> Self {
+        Self { azimuth: -62.0, elevation: 24.0, zoom: 1.0, centre: Vector::splat(0.5) }
+    }
+}
+
+/// A still of grains and liquid.
+#[derive(Clone, Debug)]
+pub struct Still<'a> {
+    /// The box, drawn by its edges.
+    pub grid: &'a Grid,
+    /// Where the eye is.
+    pub viewpoint: Viewpoint,
+    /// Line above the picture, or nothing.
+    pub title: &'a str,
+    /// Grains.
+    pub bodies: Bodies<'a>,
+    /// What colours the grains, one value each.
+    pub values: &'a [f64],
+    /// Colours of the values.
+    pub scale: &'a ColourScale,
+    /// Surface of the liquid.
+    pub liquid: Option<&'a Isosurface>,
+    /// Whether grains on the side of the eye of the plane through the middle of the box, normal to x2, are left out.
+    pub cut_open: bool,
+    /// Whether a bar explains the colours.
+    pub colour_bar: bool,
+    /// Width and height [pixels].
+    pub size: [usize; 2],
+}
+
+/// Samples of a pixel in each direction.
+const SAMPLES: usize = 2;
+/// Tangent of half the height of the picture seen from the eye.
+const HALF_VIEW: f64 = 0.23;
+
+/// The eye, and how it sees a point.
+struct Camera {
+    eye: Vector,
+    right: Vector,
+    up: Vector,
+    forward: Vector,
+    /// Pixels per unit of tangent.
+    focus: f64,
+    middle: [f64; 2],
+}
+
+impl Camera {
+    /// A camera that sees the whole of a box, but for the zoom.
+    fn new(viewpoint: &Viewpoint, grid: &Grid, [width, height]: [usize; 2]) -> Self {
+        let (lower, extent) = (grid.lower, grid.extent());
+        let [azimuth, elevation] = [viewpoint.azimuth, viewpoint.elevation.clamp(-89.0, 89.0)].map(f64::to_radians);
+        let towards_eye =
+            Vector::new(elevation.cos() * azimuth.cos(), elevation.cos() * azimuth.sin(), elevation.sin());
+        let right = Vector::Z.cross(towards_eye).normalize();
+        let up = towards_eye.cross(right);
+        let centre = lower + extent * viewpoint.centre;
+        let across = HALF_VIEW * width as f64 / height as f64;
+        let corners =
+            (0..8).map(|n| lower + extent * Vector::new((n & 1) as f64, (n >> 1 & 1) as f64, (n >> 2) as f64));
+        let distance = corners.fold(0.0, |distance: f64, corner| {
+            let from = corner - centre;
+            let needed = (from.dot(right).abs() / across).max(from.dot(up).abs() / HALF_VIEW);
+            distance.max(needed + from.dot(towards_eye))
+        });
+        Self {
+            eye: centre + towards_eye * (1.03 * distance),
+            right,
+            up,
+            forward: -towards_eye,
+            focus: viewpoint.zoom * height as f64 / (2.0 * HALF_VIEW),
+            middle: [width as f64 / 2.0, height as f64 / 2.0],
+        }
+    }
+
+    /// Pixels across and down, and a depth that is linear on the picture; nothing behind the eye.
+    fn place(&self, point: Vector) -> Option<[f32; 3]> {
+        let from = point - self.eye;
+        let distance = from.dot(self.forward);
+        let place = [
+            self.middle[0] + self.focus * from.dot(self.right) / distance,
+            self.middle[1] - self.focus * from.dot(self.up) / distance,
+            -1.0 / distance,
+        ];
+        (distance > 0.0).then(|| place.map(|v| v as f32))
+    }
+}
+
+impl Still<'_> {
+    /// Draws the still.
+    ///
+    /// # Errors
+    /// If the grains do not have one value each.
+    pub fn draw(&self) -> Result<Picture, PictureError> {
+        check_length("the colour of a grain", self.bodies.poses.len(), self.values.len())?;
+        let [width, height] = self.size;
+        let camera = Camera::new(&self.viewpoint, self.grid, [width * SAMPLES, height * SAMPLES]);
+        let grains = self.draw_grains(&camera);
+        let liquid = self.draw_liquid(&camera);
+        let (top, bottom) = (to_light([214, 226, 238]), to_light([250, 250, 250]));
+        let rows = (height * SAMPLES) as f32;
+        let columns = width * SAMPLES;
+        let picture = reduce(width, height, SAMPLES, |pixel| {
+            let mut light = if grains.tag[pixel] == EMPTY {
+                mix(top, bottom, (pixel / columns) as f32 / rows)
+            } else {
+                opaque(grains.light[pixel])
+            };
+            if let Some(liquid) = &liquid
+                && liquid.depth[pixel] < grains.depth[pixel]
+            {
+                light = mix(light, opaque(liquid.light[pixel]), liquid.light[pixel][3]);
+            }
+            light
+        });
+        let mut canvas = Canvas::new(width, height);
+        canvas.paste(0, 0, &picture);
+        self.draw_box(&mut canvas, &camera, &grains, liquid.as_ref());
+        let font = Font { size: 24.0, colour: BLACK, across: Anchor::Start, down: Anchor::Start, upwards: false };
+        canvas.text([26.0, 24.0], self.title, font);
+        if self.colour_bar {
+            let (right, middle) = (width as f64 - 110.0, height as f64 / 2.0);
+            let bar = Rectangle { left: right - 20.0, right, top: middle - 150.0, bottom: middle + 150.0 };
+            draw_colour_bar(&mut canvas, bar, self.scale, 18.0);
+        }
+        Ok(canvas.finish())
+    }
+
+    fn layer(&self) -> Layer {
+        Layer::new(self.size[0] * SAMPLES, self.size[1] * SAMPLES)
+    }
+
+    /// Whether the cut takes a point away.
+    fn is_cut_away(&self, point: Vector, camera: &Camera) -> bool {
+        let middle = self.grid.lower + 0.5 * self.grid.extent();
+        self.cut_open && (point.y - middle.y) * (camera.eye.y - middle.y) > 0.0
+    }
+
+    fn draw_grains(&self, camera: &Camera) -> Layer {
+        let mut scene = Scene::default();
+        scene.add_bodies(&self.bodies, |number| !self.is_cut_away(self.bodies.poses[number].position, camera));
+        let sun = Vector::Z * 1.15 - camera.forward * 0.35 - camera.right * 0.75;
+        let light = scene.illuminate(&daylight(sun, -camera.forward));
+        let corners: Vec<Option<Corner>> = (0..scene.places.len())
+            .map(|n| {
+                let [r, g, b] = shaded(to_light(self.scale.colour(self.values[scene.tags[n] as usize])), light[n]);
+                camera.place(scene.places[n]).map(|place| Corner { place, light: [r, g, b, 1.0] })
+            })
+            .collect();
+        let mut layer = self.layer();
+        for triangle in &scene.triangles {
+            if let [Some(a), Some(b), Some(c)] = triangle.map(|corner| corners[corner as usize].as_ref())
+                && is_front([a.place, b.place, c.place])
+            {
+                layer.draw([a, b, c], scene.tags[triangle[0] as usize], f32::NEG_INFINITY);
+            }
+        }
+        layer
+    }
+
+    fn draw_liquid(&self, camera: &Camera) -> Option<Layer> {
+        let surface = self.liquid?;
+        let sun = (Vector::Z * 1.15 - camera.forward * 0.35 - camera.right * 0.75).normalize();
+        let water = to_light([64, 140, 214]);
+        let corners: Vec<Option<Corner>> = surface
+            .nodes
+            .iter()
+            .zip(&surface.normals)
+            .map(|(&node, &normal)| {
+                let to_eye = (camera.eye - node).normalize();
+                let normal = if normal.dot(to_eye) < 0.0 { -normal } else { normal };
+                let slant = (1.0 - normal.dot(to_eye)).powi(3) as f32;
+                let glint = 0.9 * normal.dot((sun + to_eye).normalize()).max(0.0).powi(60) as f32;
+                let body = water.map(|c| c * (0.35 + 0.75 * normal.dot(sun).max(0.0) as f32));
+                let sky = mix(body, [0.85, 0.92, 0.98], 0.55 * slant);
+                let [r, g, b] = sky.map(|c| c + glint);
+                let opacity = (0.62 + 0.33 * slant + glint).min(1.0);
+                camera.place(node).map(|place| Corner { place, light: [r, g, b, opacity] })
+            })
+            .collect();
+        let mut layer = self.layer();
+        for triangle in &surface.triangles {
+            let [a, b, c] = triangle.map(|corner| corners[corner as usize].as_ref());
+            let is_kept = !self.is_cut_away(surface.nodes[triangle[0] as usize], camera);
+            if let (Some(a), Some(b), Some(c), true) = (a, b, c, is_kept) {
+                layer.draw([a, b, c], 0, f32::NEG_INFINITY);
+            }
+        }
+        Some(layer)
+    }
+
+    /// Draws the edges of the box where nothing is in front of them.
+    fn draw_box(&self, canvas: &mut Canvas, camera: &Camera, grains: &Layer, liquid: Option<&Layer>) {
+        let (lower, extent) = (self.grid.lower, self.grid.extent());
+        let corner = |n: usize| lower + extent * Vector::new((n & 1) as f64, (n >> 1 & 1) as f64, (n >> 2) as f64);
+        let hidden = |[x, y, depth]: [f32; 3]| {
+            let (column, row) = (x as usize, y as usize);
+            let seen = column < grains.width && row < grains.height && x >= 0.0 && y >= 0.0;
+            let pixel = if seen { row * grains.width + column } else { return true };
+            grains.depth[pixel] < depth || liquid.is_some_and(|liquid| liquid.depth[pixel] < depth)
+        };
+        for direction in 0..3 {
+            for n in (0..8_usize).filter(|n| n >> direction & 1 == 0) {
+                let [a, b] = [corner(n), corner(n | 1 << direction)];
+                let at = |s: usize| camera.place(a + (b - a) * (s as f64 / 600.0)).filter(|&place| !hidden(place));
+                let places: Vec<_> = (0..=600).map(at).collect();
+                for ends in places.windows(2) {
+                    if let [Some(a), Some(b)] = [ends[0], ends[1]] {
+                        let on_sheet =
+                            |p: [f32; 3]| [f64::from(p[0]) / SAMPLES as f64, f64::from(p[1]) / SAMPLES as f64];
+                        canvas.line(&[on_sheet(a), on_sheet(b)], Pen::new(1.3, [110, 116, 126]));
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn opaque(light: [f32; 4]) -> Light {
+    [light[0], light[1], light[2]]
+}
