@@ -1,2 +1,66 @@
-//! Project chores.
-fn main() {}
+//! Project chores: `cargo xtask test`, `cargo xtask tidy`, `cargo xtask verify`, `cargo xtask bench`.
+
+mod test;
+mod tidy;
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode};
+
+const HELP: &str = "\
+cargo xtask test [--locked] [ARGS...]   formatting, tidy, lints, then all tests; ARGS go to `cargo test`
+cargo xtask tidy                        who may depend on whom, and what the sources may name
+cargo xtask verify [ARGS...]            `sazanami verify`: cases with known results
+cargo xtask bench [ARGS...]             `sazanami bench`: kernels and whole steps
+
+Everything is built with the release profile, so that all commands share what is built.";
+
+fn main() -> ExitCode {
+    let mut arguments = std::env::args().skip(1);
+    let command = arguments.next().unwrap_or_default();
+    let rest: Vec<String> = arguments.collect();
+    let code = match command.as_str() {
+        "test" => test::run(&rest),
+        "tidy" => tidy::run(rest.iter().any(|argument| argument == "--locked")),
+        "verify" | "bench" => forward(&command, &rest),
+        "" | "help" | "--help" | "-h" => {
+            println!("{HELP}");
+            0
+        }
+        unknown => {
+            eprintln!("there is no chore `{unknown}`\n\n{HELP}");
+            2
+        }
+    };
+    ExitCode::from(code)
+}
+
+/// Runs a command of the `sazanami` binary.
+fn forward(command: &str, arguments: &[String]) -> u8 {
+    let mut cargo = cargo();
+    cargo.args(["run", "--release", "--quiet", "--package", "sazanami-cli", "--", command]).args(arguments);
+    exit_code(&mut cargo)
+}
+
+/// Root of the workspace.
+fn root() -> PathBuf {
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    here.parent().unwrap_or(here).to_path_buf()
+}
+
+/// The cargo that runs this chore, in the root of the workspace.
+fn cargo() -> Command {
+    let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    cargo.current_dir(root());
+    cargo
+}
+
+/// Runs a command to its end and returns its exit code: 127 if it cannot be started, 130 if a signal ended it.
+fn exit_code(command: &mut Command) -> u8 {
+    match command.status() {
+        Ok(status) => status.code().map_or(130, |code| u8::try_from(code).unwrap_or(1)),
+        Err(error) => {
+            eprintln!("cannot start {command:?}: {error}");
+            127
+        }
+    }
+}
