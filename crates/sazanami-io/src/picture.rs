@@ -1,11 +1,12 @@
 //! Pictures drawn without a GPU or a display: section views, three-dimensional stills, line plots.
 //!
-//! The same input gives the same pixels on every machine and for any number of threads.
+//! The same input gives the same pixels for any number of threads.
 
 mod axes;
 mod canvas;
 mod chart;
 mod colour;
+mod figures;
 mod isosurface;
 mod raster;
 mod scene;
@@ -15,6 +16,7 @@ mod text;
 
 pub use chart::{Dash, LinePlot, Mark, Trace};
 pub use colour::{Colour, ColourMap, ColourScale};
+pub use figures::{ErosionPoint, bed_profiles, crater_history, erosion_against_momentum, momentum_budget};
 pub use isosurface::Isosurface;
 pub use section::{LiquidStyle, SectionView, section_of_cells};
 pub use still::{Still, Viewpoint};

@@ -27,13 +27,16 @@ fn state() -> State {
 
 fn writer(state: &State) -> CheckpointWriter<'_> {
     let mut writer = CheckpointWriter::new();
-    writer.add("fraction", &state.fraction).unwrap();
-    writer.add("pressure", &state.pressure).unwrap();
-    writer.add("ids", &state.ids).unwrap();
-    writer.add("counters", &state.counters).unwrap();
-    writer.add("signed", &state.signed).unwrap();
-    writer.add::<f64>("nothing", &[]).unwrap();
-    writer.add_json("clock", &("step", 12, 1e-5)).unwrap();
+    let added = [
+        writer.add("fraction", &state.fraction),
+        writer.add("pressure", &state.pressure),
+        writer.add("ids", &state.ids),
+        writer.add("counters", &state.counters),
+        writer.add("signed", &state.signed),
+        writer.add::<f64>("nothing", &[]),
+        writer.add_json("clock", &("step", 12, 1e-5)),
+    ];
+    assert!(added.iter().all(Result::is_ok));
     writer
 }
 

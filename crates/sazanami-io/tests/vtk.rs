@@ -14,39 +14,47 @@ struct Parsed {
 }
 
 fn parse(path: &Path) -> Parsed {
-    let bytes = std::fs::read(path).unwrap();
+    let bytes = std::fs::read(path).expect("the file is there");
     let marker = b"<AppendedData encoding=\"raw\">\n_";
-    let at = bytes.windows(marker.len()).position(|window| window == marker).unwrap();
+    let at = bytes.windows(marker.len()).position(|window| window == marker).expect("data are appended");
     let end = b"\n  </AppendedData>\n</VTKFile>\n";
     assert!(bytes.ends_with(end));
     Parsed {
-        text: String::from_utf8(bytes[..at].to_vec()).unwrap(),
+        text: String::from_utf8(bytes[..at].to_vec()).expect("the header is text"),
         data: bytes[at + marker.len()..bytes.len() - end.len()].to_vec(),
     }
 }
 
+fn attribute_of<'a>(tag: &'a str, name: &str) -> &'a str {
+    let (_, rest) = tag.split_once(&format!(" {name}=\"")).expect("the tag has the attribute");
+    rest.split_once('"').expect("the attribute ends").0
+}
+
 impl Parsed {
-    fn attribute(&self, element: &str, name: &str) -> String {
-        let tag = self.text.split('<').find(|tag| tag.starts_with(element)).unwrap();
-        tag.split_once(&format!(" {name}=\"")).unwrap().1.split_once('"').unwrap().0.to_owned()
+    fn tag(&self, matches: impl Fn(&str) -> bool) -> &str {
+        self.text.split('<').find(|tag| matches(tag)).expect("the tag is there")
+    }
+
+    fn attribute(&self, element: &str, name: &str) -> &str {
+        attribute_of(self.tag(|tag| tag.starts_with(element)), name)
     }
 
     /// Type, number of components and unpacked bytes of an array, with the place where it ends.
-    fn array(&self, name: &str) -> (String, usize, Vec<u8>, usize) {
-        let tag = self.text.split('<').find(|tag| tag.contains(&format!("Name=\"{name}\""))).unwrap();
-        let value = |name: &str| tag.split_once(&format!(" {name}=\"")).unwrap().1.split_once('"').unwrap().0;
-        let offset: usize = value("offset").parse().unwrap();
-        let word = |n: usize| u64::from_le_bytes(self.data[offset + 8 * n..][..8].try_into().unwrap()) as usize;
+    fn array(&self, name: &str) -> (&str, usize, Vec<u8>, usize) {
+        let tag = self.tag(|tag| tag.contains(&format!("Name=\"{name}\"")));
+        let number = |name: &str| attribute_of(tag, name).parse::<usize>().expect("a number");
+        let offset = number("offset");
+        let word = |n: usize| u64::from_le_bytes(std::array::from_fn(|b| self.data[offset + 8 * n + b])) as usize;
         let (blocks, size, last) = (word(0), word(1), word(2));
         let mut at = offset + 8 * (3 + blocks);
         let mut raw = Vec::new();
         for block in 0..blocks {
             let length = if block + 1 == blocks && last > 0 { last } else { size };
-            let stored = word(3 + block);
-            raw.extend(lz4_flex::block::decompress(&self.data[at..at + stored], length).unwrap());
-            at += stored;
+            let stored = &self.data[at..at + word(3 + block)];
+            raw.extend(lz4_flex::block::decompress(stored, length).expect("an LZ4 block"));
+            at += stored.len();
         }
-        (value("type").to_owned(), value("NumberOfComponents").parse().unwrap(), raw, at)
+        (attribute_of(tag, "type"), number("NumberOfComponents"), raw, at)
     }
 }
 
@@ -78,14 +86,14 @@ fn fields_are_found_at_their_offsets() {
     assert_eq!(parsed.attribute("CellData", "Scalars"), "liquid fraction");
     let single: Vec<f32> = fraction.iter().map(|&v| v as f32).collect();
     let (kind, components, bytes, _) = parsed.array("liquid fraction");
-    assert_eq!((kind.as_str(), components, numbers::<f32>(&bytes)), ("Float32", 1, single.clone()));
+    assert_eq!((kind, components, numbers::<f32>(&bytes)), ("Float32", 1, single.clone()));
     let (_, components, bytes, _) = parsed.array("velocity");
     let velocity = numbers::<f32>(&bytes);
     assert_eq!((components, velocity.len()), (3, 3 * grid.len()));
     assert!(velocity.chunks(3).zip(&single).all(|(v, &s)| v == [s, 0.0, s]));
     assert_eq!(parsed.array("flags").2, flags);
     let (kind, _, bytes, end) = parsed.array("pressure");
-    assert_eq!((kind.as_str(), numbers::<f64>(&bytes)), ("Float64", fraction));
+    assert_eq!((kind, numbers::<f64>(&bytes)), ("Float64", fraction));
     assert_eq!(end, parsed.data.len(), "the last array ends with the data");
     assert_eq!(numbers::<f64>(&parsed.array("TimeValue").2), [0.02]);
 }

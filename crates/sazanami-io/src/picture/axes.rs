@@ -61,6 +61,7 @@ impl Axis {
         let stride = ((last - first) as usize).div_ceil(most.max(1)).max(1) as i32;
         // With fewer than two decades the powers alone say too little.
         let few = last - first < 2;
+        let plain = first >= -3 && last <= 4;
         let mut ticks = Vec::new();
         for power in first..=last {
             for digit in 1..10 {
@@ -68,7 +69,7 @@ impl Axis {
                 let inside = self.part(value) > -1e-9 && self.part(value) < 1.0 + 1e-9;
                 let major = if few { matches!(digit, 1 | 2 | 5) } else { digit == 1 && power % stride == 0 };
                 if inside && (stride == 1 || digit == 1) {
-                    ticks.push(Tick { value, label: major.then(|| power_label(digit, power)) });
+                    ticks.push(Tick { value, label: major.then(|| power_label(digit, power, plain)) });
                 }
             }
         }
@@ -116,10 +117,10 @@ fn number(value: f64, decimals: usize) -> String {
     if zero { text.trim_start_matches('-').to_owned() } else { text.replace('-', "−") }
 }
 
-fn power_label(digit: i32, power: i32) -> String {
-    match (digit, power) {
-        (_, -2..=3) => number(f64::from(digit) * 10_f64.powi(power), (-power).max(0) as usize),
-        (1, _) => format!("10{}", superscript(power)),
+fn power_label(digit: i32, power: i32, plain: bool) -> String {
+    match digit {
+        _ if plain => number(f64::from(digit) * 10_f64.powi(power), (-power).max(0) as usize),
+        1 => format!("10{}", superscript(power)),
         _ => format!("{digit}×10{}", superscript(power)),
     }
 }
@@ -276,7 +277,7 @@ mod tests {
     #[test]
     fn logarithmic_ticks_are_powers_or_small_digits() {
         let axis = Axis { label: String::new(), lower: 1e-6, upper: 1e-1, log: true };
-        assert_eq!(labels(&axis, 10).0, ["10⁻⁶", "10⁻⁵", "10⁻⁴", "10⁻³", "0.01", "0.1"]);
+        assert_eq!(labels(&axis, 10).0, ["10⁻⁶", "10⁻⁵", "10⁻⁴", "10⁻³", "10⁻²", "10⁻¹"]);
         let axis = Axis { label: String::new(), lower: 10.0, upper: 100.0, log: true };
         assert_eq!(labels(&axis, 10).0, ["10", "20", "50", "100"]);
         let axis = Axis { label: String::new(), lower: 1e-12, upper: 1.0, log: true };

@@ -172,12 +172,12 @@ impl LinePlot {
             let zero = [frame.x.lower, frame.x.upper].map(|x| frame.place([x, 0.0]));
             canvas.line(&zero, Pen::new(1.2, GREY));
         }
+        let traces = self.traces.iter().enumerate();
         canvas.clipped(area, |canvas| {
-            for (number, trace) in self.traces.iter().enumerate() {
-                draw_trace(canvas, &frame, trace, colour_of(trace, number), self);
-            }
+            traces.clone().for_each(|(number, trace)| draw_lines(canvas, &frame, trace, colour_of(trace, number)));
         });
         frame.draw(&mut canvas);
+        traces.for_each(|(number, trace)| draw_marks(&mut canvas, &frame, trace, colour_of(trace, number)));
         self.draw_legend(&mut canvas, &frame);
         let font = Font { size: 22.0, colour: BLACK, across: Anchor::Middle, down: Anchor::Middle, upwards: false };
         canvas.text([0.5 * (area.left + area.right), 30.0], &self.title, font);
@@ -208,7 +208,11 @@ impl LinePlot {
             None if direction == 0 && lower < upper && self.traces.iter().all(|trace| trace.dash != Dash::None) => {
                 [if lower > 0.0 && lower < 0.1 * upper { 0.0 } else { lower }, upper]
             }
-            None => round_range(lower, upper),
+            None => {
+                let room = if direction == 1 { 0.03 * (upper - lower) } else { 0.0 };
+                let least = if lower >= 0.0 { (lower - room).max(0.0) } else { lower - room };
+                round_range(least, upper + room)
+            }
         };
         Ok(Axis { label: label.to_owned(), lower, upper, log })
     }
@@ -273,23 +277,36 @@ fn colour_of(trace: &Trace, number: usize) -> Colour {
     trace.colour.unwrap_or(LINES[number % LINES.len()])
 }
 
-fn draw_trace(canvas: &mut Canvas, frame: &Frame, trace: &Trace, colour: Colour, plot: &LinePlot) {
-    let visible = |p: &[f64; 2]| Trace::is_finite(p) && (!plot.x_log || p[0] > 0.0) && (!plot.y_log || p[1] > 0.0);
+/// Whether a point has a place in the frame's scales.
+fn is_drawable(frame: &Frame, point: &[f64; 2]) -> bool {
+    Trace::is_finite(point) && (!frame.x.log || point[0] > 0.0) && (!frame.y.log || point[1] > 0.0)
+}
+
+/// Draws line and error bars of a trace.
+fn draw_lines(canvas: &mut Canvas, frame: &Frame, trace: &Trace, colour: Colour) {
     if trace.dash != Dash::None {
-        for part in trace.points.split(|point| !visible(point)) {
+        for part in trace.points.split(|point| !is_drawable(frame, point)) {
             let places: Vec<_> = part.iter().map(|&point| frame.place(point)).collect();
             canvas.line(&places, Pen { width: 2.6, colour, dashes: trace.dash.pattern() });
         }
     }
-    for (n, &[x, y]) in trace.points.iter().enumerate().filter(|(_, point)| visible(point)) {
-        if let Some(&error) = trace.errors.get(n) {
-            let ends = [frame.place([x, y - error]), frame.place([x, y + error])];
-            canvas.line(&ends, Pen::new(1.8, colour));
-            for [x, y] in ends {
-                canvas.line(&[[x - 6.0, y], [x + 6.0, y]], Pen::new(1.8, colour));
-            }
+    for (&[x, y], &error) in trace.points.iter().zip(&trace.errors).filter(|(point, _)| is_drawable(frame, point)) {
+        let ends = [frame.place([x, y - error]), frame.place([x, y + error])];
+        canvas.line(&ends, Pen::new(1.8, colour));
+        for [x, y] in ends {
+            canvas.line(&[[x - 6.0, y], [x + 6.0, y]], Pen::new(1.8, colour));
         }
-        draw_mark(canvas, frame.place([x, y]), trace.mark, colour);
+    }
+}
+
+/// Draws the marks of the points inside the frame, whole even at its edge.
+fn draw_marks(canvas: &mut Canvas, frame: &Frame, trace: &Trace, colour: Colour) {
+    let Rectangle { left, top, right, bottom } = frame.area;
+    for &point in trace.points.iter().filter(|point| is_drawable(frame, point)) {
+        let [x, y] = frame.place(point);
+        if x > left - 0.5 && x < right + 0.5 && y > top - 0.5 && y < bottom + 0.5 {
+            draw_mark(canvas, [x, y], trace.mark, colour);
+        }
     }
 }
 

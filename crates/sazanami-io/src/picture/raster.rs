@@ -160,7 +160,7 @@ mod tests {
         assert!(layer.tag.iter().all(|&tag| tag == 7));
         let mut layer = Layer::new(64, 64);
         layer.draw([&centre, &rim[1], &rim[0]], 7, 0.0);
-        assert!(layer.tag.iter().any(|&tag| tag == 7 | INSIDE) && !layer.tag.contains(&7));
+        assert!(layer.tag.contains(&(7 | INSIDE)) && !layer.tag.contains(&7));
     }
 
     #[test]

@@ -137,7 +137,7 @@ impl SectionView<'_> {
             }
             let fraction = self.liquid_at(pixel % size[0], pixel / size[0], size);
             if fraction >= self.liquid_threshold {
-                mix(light, water, (0.22 + 0.5 * fraction.min(1.0)) as f32)
+                mix(light, water, (0.10 + 0.64 * fraction.min(1.0)) as f32)
             } else {
                 light
             }

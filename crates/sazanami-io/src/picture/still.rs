@@ -196,7 +196,7 @@ impl Still<'_> {
                 let to_eye = (camera.eye - node).normalize();
                 let normal = if normal.dot(to_eye) < 0.0 { -normal } else { normal };
                 let slant = (1.0 - normal.dot(to_eye)).powi(3) as f32;
-                let glint = 0.9 * normal.dot((sun + to_eye).normalize()).max(0.0).powi(60) as f32;
+                let glint = 0.5 * normal.dot((sun + to_eye).normalize()).max(0.0).powi(150) as f32;
                 let body = water.map(|c| c * (0.35 + 0.75 * normal.dot(sun).max(0.0) as f32));
                 let sky = mix(body, [0.85, 0.92, 0.98], 0.55 * slant);
                 let [r, g, b] = sky.map(|c| c + glint);

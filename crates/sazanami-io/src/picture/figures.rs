@@ -1,0 +1,72 @@
+//! The line plots of a raindrop on sand, from quantities in SI units.
+
+use super::chart::{Dash, LinePlot, Mark, Trace};
+
+/// Marks that tell traces apart.
+const MARKS: [Mark; 5] = [Mark::Disc, Mark::Square, Mark::Triangle, Mark::Diamond, Mark::Ring];
+
+/// Smoothed bed surface against radius (figures 13 and 14 of Yagyu et al. 2015): for each curve its label and its
+/// points of radius and mean height [m]. The first curve is the initial surface, drawn in dashes.
+#[must_use]
+pub fn bed_profiles(title: &str, curves: &[(String, Vec<[f64; 2]>)]) -> LinePlot {
+    let mut plot = LinePlot::new(title, "r [mm]", "smoothed bed surface [mm]");
+    for (number, (label, points)) in curves.iter().enumerate() {
+        let trace = Trace::line(label, points.iter().map(|&[r, h]| [1e3 * r, 1e3 * h]));
+        let is_first = number == 0 && curves.len() > 1;
+        let trace = if is_first { trace.dashed(Dash::Dashed) } else { trace.marked(MARKS[number % MARKS.len()]) };
+        plot = plot.with(trace);
+    }
+    plot
+}
+
+/// Crater depth and rim radius [m] against time [s].
+#[must_use]
+pub fn crater_history(title: &str, times: &[f64], depths: &[f64], rim_radii: &[f64]) -> LinePlot {
+    let against_time = |values: &[f64]| times.iter().zip(values).map(|(&t, &v)| [t, 1e3 * v]).collect::<Vec<_>>();
+    LinePlot::new(title, "t [s]", "length [mm]")
+        .with(Trace::line("crater depth H", against_time(depths)))
+        .with(Trace::line("rim radius L", against_time(rim_radii)))
+}
+
+/// Result of a run for [`erosion_against_momentum`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ErosionPoint {
+    /// Momentum of the drop [kg m/s].
+    pub momentum: f64,
+    /// Erosion volume [m^3].
+    pub volume: f64,
+    /// Its uncertainty, up and down [m^3].
+    pub uncertainty: f64,
+}
+
+/// Erosion volume against momentum (figure 15 of Yagyu et al. 2015): for each kind of drop its label and its runs.
+#[must_use]
+pub fn erosion_against_momentum(title: &str, groups: &[(String, Vec<ErosionPoint>)]) -> LinePlot {
+    let mut plot = LinePlot::new(title, "momentum of the drop m v [g cm/s]", "erosion volume V [mm³]");
+    for (number, (label, runs)) in groups.iter().enumerate() {
+        let points = runs.iter().map(|run| [1e5 * run.momentum, 1e9 * run.volume]);
+        let errors = runs.iter().map(|run| 1e9 * run.uncertainty);
+        plot = plot.with(Trace::marks(label, MARKS[number % MARKS.len()], points).with_errors(errors));
+    }
+    let runs = || groups.iter().flat_map(|(_, runs)| runs);
+    let largest = runs().map(|run| 1e5 * run.momentum).fold(0.0, f64::max);
+    let highest = runs().map(|run| 1e9 * (run.volume + run.uncertainty)).fold(0.0, f64::max);
+    if largest > 0.0 && highest > 0.0 {
+        plot.x_range = Some([0.0, super::axes::round_range(0.0, 1.08 * largest)[1]]);
+        let lowest = runs().map(|run| 1e9 * (run.volume - run.uncertainty)).fold(0.0, f64::min);
+        plot.y_range = Some(super::axes::round_range(lowest, 1.05 * highest));
+    }
+    plot
+}
+
+/// Parts of the momentum budget [N s] against time [s]; `axis` names the direction, as in `x₃`. A part called
+/// `residual` is drawn in dashes.
+#[must_use]
+pub fn momentum_budget(title: &str, axis: &str, times: &[f64], parts: &[(&str, &[f64])]) -> LinePlot {
+    let mut plot = LinePlot::new(title, "t [s]", &format!("momentum along {axis} [N s]"));
+    for (label, values) in parts {
+        let trace = Trace::line(label, times.iter().zip(*values).map(|(&t, &value)| [t, value]));
+        plot = plot.with(if *label == "residual" { trace.dashed(Dash::Dashed) } else { trace });
+    }
+    plot
+}

@@ -1,0 +1,214 @@
+//! Pictures show what they are given, and the same pixels for any number of threads.
+
+use sazanami_io::picture::{
+    ColourScale, ErosionPoint, Isosurface, LinePlot, LiquidStyle, Mark, Picture, PictureError, SectionView, Still,
+    Trace, Viewpoint, bed_profiles, crater_history, erosion_against_momentum, momentum_budget, section_of_cells,
+};
+use sazanami_io::{Bodies, BodyPose, BodySurface};
+use sazanami_numerics::grid::Grid;
+use sazanami_numerics::{Quaternion, Vector};
+use sazanami_parallel::with_threads;
+
+struct Scene {
+    grid: Grid,
+    nodes: Vec<Vector>,
+    triangles: Vec<[u32; 3]>,
+    poses: Vec<BodyPose>,
+    speeds: Vec<f64>,
+    liquid: Vec<f64>,
+}
+
+/// Twelve turned cubes of 2 mm on the floor of a box of 20 x 16 x 12 mm, and a ball of liquid above.
+fn scene() -> Scene {
+    let grid = Grid::new([20, 16, 12], Vector::ZERO, Vector::new(0.020, 0.016, 0.012));
+    let nodes =
+        (0..8).map(|n| 2e-3 * (Vector::new((n & 1) as f64, (n >> 1 & 1) as f64, (n >> 2) as f64) - 0.5)).collect();
+    let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+    let triangles = quads.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect();
+    let poses = (0..12)
+        .map(|n| BodyPose {
+            surface: 0,
+            position: Vector::new(0.003 + 0.0045 * f64::from(n % 4), 0.003 + 0.005 * f64::from(n / 4), 0.0015),
+            orientation: Quaternion::from_rotation_z(0.4 * f64::from(n)),
+        })
+        .collect();
+    let liquid = (0..grid.len())
+        .map(|n| {
+            let centre = grid.centre((n % 20) as isize, (n / 20 % 16) as isize, (n / 320) as isize);
+            (0.5 + (0.003 - centre.distance(Vector::new(0.010, 0.008, 0.007))) / 1e-3).clamp(0.0, 1.0)
+        })
+        .collect();
+    Scene { grid, nodes, triangles, poses, speeds: (0..12).map(|n| f64::from(n) / 11.0).collect(), liquid }
+}
+
+fn section(scene: &Scene, liquid: &[f64], surface: Option<&Isosurface>, with_grains: bool) -> Picture {
+    let surfaces = [BodySurface { nodes: &scene.nodes, triangles: &scene.triangles }];
+    let bodies = if with_grains { Bodies { surfaces: &surfaces, poses: &scene.poses } } else { Bodies::none() };
+    let view = SectionView {
+        grid: &scene.grid,
+        plane: 0.008,
+        title: "t = 0.02 s",
+        liquid,
+        liquid_threshold: 0.01,
+        liquid_style: LiquidStyle::Cells,
+        liquid_behind: surface,
+        bodies,
+        values: if with_grains { &scene.speeds } else { &[] },
+        scale: &ColourScale::speed(1.0),
+        behind: true,
+        width: 400,
+    };
+    view.draw().expect("the view fits the scene")
+}
+
+fn still(scene: &Scene, surface: &Isosurface) -> Picture {
+    let surfaces = [BodySurface { nodes: &scene.nodes, triangles: &scene.triangles }];
+    let still = Still {
+        grid: &scene.grid,
+        viewpoint: Viewpoint::default(),
+        title: "t = 0.02 s",
+        bodies: Bodies { surfaces: &surfaces, poses: &scene.poses },
+        values: &scene.speeds,
+        scale: &ColourScale::speed(1.0),
+        liquid: Some(surface),
+        cut_open: false,
+        colour_bar: true,
+        size: [320, 240],
+    };
+    still.draw().expect("the still fits the scene")
+}
+
+fn is_blue(pixel: &&[u8; 3]) -> bool {
+    i32::from(pixel[2]) > i32::from(pixel[0]) + 40
+}
+
+#[test]
+fn pictures_are_the_same_for_any_number_of_threads() {
+    let scene = scene();
+    let surface = Isosurface::new(&scene.grid, &scene.liquid, 0.5, 1).unwrap();
+    let liquid = section_of_cells(&scene.grid, &scene.liquid, 0.008);
+    let drawn =
+        |threads| with_threads(threads, || (section(&scene, &liquid, Some(&surface), true), still(&scene, &surface)));
+    let first = drawn(1);
+    assert!(first == drawn(1) && first == drawn(3));
+}
+
+#[test]
+fn the_cut_faces_of_grains_have_their_area_and_colour() {
+    let scene = scene();
+    let picture = section(&scene, &[0.0; 240], None, true);
+    // Grains 4 to 7 lie across the plane; the one at 0.8 rad from the axes is cut along a line of known length.
+    let scale = ColourScale::speed(1.0);
+    let width = |angle: f64| 2e-3 / angle.cos().abs().max(angle.sin().abs());
+    for n in 4..8 {
+        let face = scale.colour(scene.speeds[n]).map(|c| c as i32);
+        let near = |pixel: &&[u8; 3]| (0..3).all(|c| (i32::from(pixel[c]) - face[c]).abs() < 12);
+        // The bar of colours lies to the right of the section.
+        let rows = picture.pixels().chunks(picture.width()).map(|row| &row[..96 + 400]);
+        let count = rows.flatten().filter(near).count() as f64;
+        let area = width(0.4 * n as f64) * 2e-3 * (400.0_f64 / 0.020).powi(2);
+        // The outline takes a pixel off all round.
+        assert!((0.80..1.15).contains(&(count / area)), "grain {n}: {count} pixels of {area}");
+    }
+}
+
+#[test]
+fn liquid_is_drawn_where_there_is_at_least_a_hundredth() {
+    let scene = scene();
+    let drop = section(&scene, &section_of_cells(&scene.grid, &scene.liquid, 0.008), None, false);
+    let area = std::f64::consts::PI * 0.003_f64.powi(2) * (400.0_f64 / 0.020).powi(2);
+    let empty = section(&scene, &[0.0; 240], None, false);
+    let wet = drop.pixels().iter().zip(empty.pixels()).filter(|(a, b)| a != b).count() as f64;
+    assert!((0.9..1.5).contains(&(wet / area)), "{wet} pixels of {area}");
+    assert!(drop.pixels().iter().filter(is_blue).count() as f64 > 0.7 * area);
+    assert!(empty == section(&scene, &[0.009; 240], None, false));
+    assert!(empty != section(&scene, &[0.011; 240], None, false));
+}
+
+#[test]
+fn a_still_shows_grains_and_liquid() {
+    let scene = scene();
+    let picture = still(&scene, &Isosurface::new(&scene.grid, &scene.liquid, 0.5, 1).unwrap());
+    assert_eq!((picture.width(), picture.height()), (320, 240));
+    let sandy = picture.pixels().iter().filter(|p| i32::from(p[0]) > i32::from(p[2]) + 40).count();
+    let blue = picture.pixels().iter().filter(is_blue).count();
+    assert!(sandy > 1500 && blue > 800, "{sandy} {blue}");
+}
+
+#[test]
+fn values_that_do_not_fit_are_refused() {
+    let scene = scene();
+    let surfaces = [BodySurface { nodes: &scene.nodes, triangles: &scene.triangles }];
+    let still = Still {
+        grid: &scene.grid,
+        viewpoint: Viewpoint::default(),
+        title: "",
+        bodies: Bodies { surfaces: &surfaces, poses: &scene.poses },
+        values: &[1.0],
+        scale: &ColourScale::speed(1.0),
+        liquid: None,
+        cut_open: false,
+        colour_bar: false,
+        size: [32, 24],
+    };
+    assert!(matches!(still.draw(), Err(PictureError::WrongLength { expected: 12, found: 1, .. })));
+    let plot = LinePlot::new("", "", "").with(Trace::line("", [[0.0, 1.0]]).with_errors([1.0, 2.0]));
+    assert!(matches!(plot.draw(), Err(PictureError::WrongLength { expected: 1, found: 2, .. })));
+    let mut plot = LinePlot::new("", "", "e").with(Trace::line("", [[0.0, -1.0]]));
+    plot.y_log = true;
+    assert!(matches!(plot.draw(), Err(PictureError::NothingPositive { label }) if label == "e"));
+}
+
+#[test]
+fn plots_draw_every_trace_and_survive_odd_data() {
+    let colours = [[255, 0, 0], [0, 200, 0], [0, 0, 255]];
+    let marks = [Mark::None, Mark::Disc, Mark::Diamond];
+    let mut plot = LinePlot::new("three lines", "x [m]", "y [m]");
+    for (n, colour) in colours.into_iter().enumerate() {
+        let points = (0..20).map(|i| [f64::from(i), f64::from(i * i) * (n + 1) as f64]);
+        plot = plot.with(Trace::line(&format!("line {n}"), points).marked(marks[n]).coloured(colour));
+    }
+    let picture = plot.draw().unwrap();
+    for colour in colours {
+        assert!(picture.pixels().iter().filter(|&&pixel| pixel == colour).count() > 300);
+    }
+    let gap = LinePlot::new("", "", "")
+        .with(Trace::line("", [[0.0, 1.0], [f64::NAN, 2.0], [2.0, f64::INFINITY], [3.0, 1.0]]));
+    gap.draw().unwrap();
+    LinePlot::new("no traces", "x", "y").draw().unwrap();
+    LinePlot::new("one point", "x", "y").with(Trace::marks("", Mark::Disc, [[0.0, 0.0]])).draw().unwrap();
+}
+
+#[test]
+fn figures_of_the_raindrop_draw_in_readable_units() {
+    let profile = vec![[0.65e-3, 6.2e-3], [1.95e-3, 6.5e-3], [3.25e-3, 8.3e-3]];
+    let plot = bed_profiles("bed", &[("t = 0 s".to_owned(), profile.clone()), ("t = 0.19 s".to_owned(), profile)]);
+    assert_eq!(plot.traces[1].points[0], [0.65, 6.2]);
+    let run = |momentum, volume| ErosionPoint { momentum, volume, uncertainty: 1e-8 };
+    let volumes =
+        erosion_against_momentum("erosion", &[("sphere".to_owned(), vec![run(20e-5, 1e-7), run(80e-5, 4e-7)])]);
+    assert!(
+        (volumes.traces[0].points[1][0] - 80.0).abs() < 1e-9 && (volumes.traces[0].points[1][1] - 400.0).abs() < 1e-9
+    );
+    let times = [0.0, 0.1, 0.2];
+    let history = crater_history("crater", &times, &[0.0, 2e-3, 2.5e-3], &[0.0, 5e-3, 6e-3]);
+    let budget = momentum_budget("budget", "x₃", &times, &[("liquid", &[-8e-4, -1e-4, 0.0]), ("residual", &[0.0; 3])]);
+    for plot in [plot, volumes, history, budget, erosion_against_momentum("no runs", &[])] {
+        plot.draw().unwrap();
+    }
+}
+
+#[test]
+fn a_saved_picture_is_a_png_of_the_same_pixels() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("plot.png");
+    let picture = LinePlot::new("a", "b", "c").with(Trace::line("", [[0.0, 1.0], [1.0, 2.0]])).draw().unwrap();
+    picture.save(&path).unwrap();
+    let file = std::io::BufReader::new(std::fs::File::open(&path).unwrap());
+    let mut reader = png::Decoder::new(file).read_info().unwrap();
+    let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+    let info = reader.next_frame(&mut pixels).unwrap();
+    assert_eq!((info.width as usize, info.height as usize), (picture.width(), picture.height()));
+    assert_eq!(pixels.as_chunks::<3>().0, picture.pixels());
+    assert!(matches!(picture.save(&folder.path().join("none/plot.png")), Err(PictureError::Write { .. })));
+}
