@@ -1,5 +1,6 @@
 //! The grains of a bed as the observers see them.
 
+use sazanami_numerics::geometry::Shape;
 use sazanami_numerics::{Quaternion, Real, Vector};
 
 /// Closed surface of a grain shape in its body frame (origin at the centre of mass).
@@ -32,9 +33,34 @@ pub struct BedView<'a> {
     pub orientation: &'a [Quaternion],
     /// Velocity of the centre of mass [m/s].
     pub velocity: &'a [Vector],
-    /// Time since the last contact with a grain or a wall [s]: 0 in contact, infinite if there was
-    /// none yet. `None` where contacts are not known, as in a bed read from a file.
-    pub time_since_contact: Option<&'a [Real]>,
+    /// Time of the last contact with a grain or a wall, on the clock of `time` [s]; minus infinity if
+    /// there was none. `None` where contacts are not known, as in a bed read from a file.
+    pub last_contact: Option<&'a [Real]>,
+    /// Time now [s].
+    pub time: Real,
+}
+
+impl<'a> Body<'a> {
+    /// The surface of a shape. The long axis is that of the smallest moment of inertia, if the others
+    /// are clearly larger.
+    #[must_use]
+    pub fn of(shape: &'a Shape) -> Self {
+        let moments = shape.principal_inertia();
+        let longest = if moments.x <= moments.y && moments.x <= moments.z {
+            0
+        } else if moments.y <= moments.z {
+            1
+        } else {
+            2
+        };
+        let others = moments[(longest + 1) % 3].min(moments[(longest + 2) % 3]);
+        let surface = shape.surface();
+        Self {
+            nodes: &surface.nodes,
+            triangles: &surface.triangles,
+            long_axis: (others > 1.02 * moments[longest]).then(|| Vector::AXES[longest]),
+        }
+    }
 }
 
 impl BedView<'_> {
@@ -60,6 +86,12 @@ impl BedView<'_> {
     pub fn nodes_of(&self, grain: usize) -> impl Iterator<Item = Vector> + '_ {
         let (centre, turn, scale) = (self.position[grain], self.orientation[grain], self.scale[grain]);
         self.body_of(grain).nodes.iter().map(move |&node| centre + turn * (node * scale))
+    }
+
+    /// Time since the last contact of a grain [s]; `None` where contacts are not known.
+    #[must_use]
+    pub fn time_since_contact(&self, grain: usize) -> Option<Real> {
+        self.last_contact.map(|times| self.time - times[grain])
     }
 
     /// Smallest box around a grain: lower and upper corner [m].
@@ -114,7 +146,8 @@ pub(crate) mod test_bed {
         pub position: Vec<Vector>,
         pub velocity: Vec<Vector>,
         pub orientation: Vec<Quaternion>,
-        pub time_since_contact: Option<Vec<Real>>,
+        /// At time 1.
+        pub last_contact: Option<Vec<Real>>,
         pub mass: Vec<Real>,
         body: Vec<u32>,
         scale: Vec<Real>,
@@ -130,7 +163,7 @@ pub(crate) mod test_bed {
                 triangles,
                 velocity: vec![Vector::ZERO; count],
                 orientation: vec![Quaternion::IDENTITY; count],
-                time_since_contact: Some(vec![0.0; count]),
+                last_contact: Some(vec![1.0; count]),
                 mass: vec![1e-7; count],
                 body: vec![0; count],
                 scale: vec![1.0; count],
@@ -168,7 +201,8 @@ pub(crate) mod test_bed {
                 position: &self.position,
                 orientation: &self.orientation,
                 velocity: &self.velocity,
-                time_since_contact: self.time_since_contact.as_deref(),
+                last_contact: self.last_contact.as_deref(),
+                time: 1.0,
             })
         }
     }
@@ -176,6 +210,8 @@ pub(crate) mod test_bed {
 
 #[cfg(test)]
 mod tests {
+    use sazanami_numerics::geometry::ContactSphereRule;
+
     use super::test_bed::*;
     use super::*;
 
@@ -191,6 +227,18 @@ mod tests {
             assert!((lower - Vector::new(-1.0, 2.0, 3.0)).length() < 1e-14);
             assert!((upper - Vector::new(1.0, 2.0, 4.0)).length() < 1e-14);
         });
+    }
+
+    #[test]
+    fn only_elongated_shapes_have_a_long_axis() {
+        let axis = |edges: Vector| {
+            let shape = Shape::cuboid(edges, &ContactSphereRule::Listed(vec![(Vector::ZERO, 0.1)])).unwrap();
+            Body::of(&shape).long_axis
+        };
+        assert_eq!(axis(Vector::new(1.0, 2.0, 1.0)), Some(Vector::Y));
+        assert_eq!(axis(Vector::new(1.0, 1.5, 2.0)), Some(Vector::Z));
+        assert_eq!(axis(Vector::new(2.0, 2.0, 1.0)), None);
+        assert_eq!(axis(Vector::ONE), None);
     }
 
     #[test]

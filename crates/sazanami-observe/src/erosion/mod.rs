@@ -68,6 +68,8 @@ pub struct ErosionSettings {
     pub airborne_after: Real,
     /// A grain without contact is in the air if it is faster than this [m/s].
     pub airborne_speed: Real,
+    /// A grain has contact if the last one is no longer ago than this [s]: some sub-steps.
+    pub touching_within: Real,
 }
 
 impl ErosionSettings {
@@ -91,6 +93,7 @@ impl ErosionSettings {
             exposed_pixels: 4,
             airborne_after: 1e-3,
             airborne_speed: 0.05,
+            touching_within: 1e-5,
         }
         .reaching(0.45 * (upper[0] - lower[0]).min(upper[1] - lower[1]))
     }
@@ -377,13 +380,13 @@ mod tests {
         for n in (0..count).step_by(count / 200) {
             bed.position[n].z += 12e-3;
             bed.velocity[n].z = 0.5;
-            bed.time_since_contact.as_mut().unwrap()[n] = 4e-3;
+            bed.last_contact.as_mut().unwrap()[n] = 1.0 - 4e-3;
         }
         let splashing = evaluate(&bed);
         assert!(splashing.airborne_grains >= 200);
         assert!((splashing.crater.rim_height - still.rim_height).abs() < 0.1 * D);
         // Negative control: counted as bed, they raise it by far.
-        bed.time_since_contact = None;
+        bed.last_contact = None;
         bed.velocity.fill(sazanami_numerics::Vector::ZERO);
         let linked = bed
             .view(|view| Erosion::of(view, &ErosionSettings { grain_size: 0.2, pixel: D / 8.0, ..settings() }, None));

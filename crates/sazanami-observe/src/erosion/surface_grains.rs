@@ -50,9 +50,11 @@ fn sort_out(bed: &BedView, bounds: &[(Vector, Vector)], settings: &ErosionSettin
     let mut map = HeightMap::new(settings.lower, settings.upper, settings.pixel);
     let mut airborne: Vec<bool> = linked.iter().map(|&linked| !linked).collect();
     let mut doubtful = Vec::new();
+    // Before the first step no grain has had a contact: that says nothing about what lies where.
+    let contacts_known = (0..bed.len()).any(|grain| bed.time_since_contact(grain).is_some_and(Real::is_finite));
     for grain in 0..bed.len() {
-        let age = bed.time_since_contact.map_or(0.0, |age| age[grain]);
-        airborne[grain] |= age > 0.0 && bed.velocity[grain].length() > settings.airborne_speed;
+        let age = bed.time_since_contact(grain).filter(|_| contacts_known).unwrap_or(0.0);
+        airborne[grain] |= age > settings.touching_within && bed.velocity[grain].length() > settings.airborne_speed;
         if !airborne[grain] && age > settings.airborne_after {
             doubtful.push(grain);
         } else if !airborne[grain] {
@@ -119,11 +121,11 @@ mod tests {
         let whole = Bed::new(D, bed.position.iter().copied().chain([position]).collect());
         let mut velocities = bed.velocity.clone();
         velocities.push(velocity);
-        let mut times = bed.time_since_contact.clone().unwrap();
-        times.push(time_since_contact);
+        let mut times = bed.last_contact.clone().unwrap();
+        times.push(1.0 - time_since_contact);
         *bed = whole;
         bed.velocity = velocities;
-        bed.time_since_contact = Some(times);
+        bed.last_contact = Some(times);
     }
 
     fn airborne(bed: &Bed) -> usize {
@@ -153,7 +155,7 @@ mod tests {
     fn grains_in_the_air_do_not_count() {
         let up = Vector::new(0.0, 0.0, 1.0);
         for (height, velocity, time) in [
-            (2e-3 + 0.6 * D, 0.06 * up, 1e-5), // fast, just left
+            (2e-3 + 0.6 * D, 0.06 * up, 1e-4), // fast, just left
             (2e-3 + 4.0 * D, 0.01 * up, 5e-3), // slow at the top of its path
             (2e-3 + 9.0 * D, 1.0 * up, 0.0),   // touches another grain in the air: not linked
         ] {
@@ -171,7 +173,9 @@ mod tests {
     fn without_contacts_only_links_decide() {
         let mut bed = flat();
         add(&mut bed, Vector::new(0.0, 0.0, 4e-3), Vector::ZERO, 0.0);
-        bed.time_since_contact = None;
-        assert_eq!(airborne(&bed), 1);
+        for unknown in [None, Some(vec![Real::NEG_INFINITY; bed.position.len()])] {
+            bed.last_contact = unknown;
+            assert_eq!(airborne(&bed), 1);
+        }
     }
 }
