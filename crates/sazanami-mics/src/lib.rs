@@ -1,1 +1,14 @@
-//! sazanami-mics
+//! Sand grains, water and air on one grid: multiphase flow with resolved grains (MICS, after
+//! Yagyu, Ushijima, Toriu and Aoki 2015).
+//!
+//! The step is written in [`solver`]; what it is made of: transport of liquid and momentum with the
+//! same mass fluxes ([`interface`], [`advection`]), viscosity ([`viscosity`]), the projection that
+//! makes the velocity free of divergence ([`pressure`]), and the exchange of momentum with the
+//! grains ([`grains`]).
+
+pub mod advection;
+pub mod boundary;
+pub mod flow;
+pub mod interface;
+pub mod stability;
+pub mod viscosity;

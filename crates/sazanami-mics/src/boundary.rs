@@ -1,0 +1,248 @@
+//! The six sides of the box: walls, periodic images, inlets and open sides.
+//!
+//! A side says what happens to the water and the air there; the rules for the ghosts of every
+//! field follow from it.
+
+use sazanami_numerics::domain::{Ghost, GhostRules, Location};
+use sazanami_numerics::{Real, Vector};
+
+/// What stands at a side of the box.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Side {
+    /// A wall at rest to which the fluid sticks.
+    NoSlip,
+    /// A wall along which the fluid slides freely; also a plane of symmetry.
+    Slip,
+    /// A wall that moves in its own plane and drags the fluid along.
+    Moving {
+        /// Velocity of the wall [m/s]; its part normal to the wall is not used.
+        velocity: Vector,
+    },
+    /// The opposite side follows.
+    Periodic,
+    /// Fluid enters with a given velocity.
+    Inflow {
+        /// Velocity at the side [m/s].
+        velocity: Vector,
+        /// Liquid part of what enters.
+        volume_fraction: Real,
+    },
+    /// Fluid leaves against zero pressure.
+    Outflow {
+        /// Liquid part of what may flow back in.
+        volume_fraction: Real,
+    },
+    /// An opening to fluid at rest at a given pressure.
+    FixedPressure {
+        /// Pressure on the side [Pa].
+        pressure: Real,
+        /// Liquid part of what flows in.
+        volume_fraction: Real,
+    },
+}
+
+/// What comes in where the flow is inward at a side that lets fluid through.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Opening {
+    /// Liquid part.
+    pub volume_fraction: Real,
+    /// Velocity [m/s], if it is prescribed.
+    pub velocity: Option<Vector>,
+}
+
+/// The sides do not make a box.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum BoundaryError {
+    /// One side is periodic, its opposite is not.
+    #[error("the lower and the upper side in x{} must both be periodic, or neither", direction + 1)]
+    LonePeriodicSide {
+        /// Direction of the sides, from 0.
+        direction: usize,
+    },
+    /// Fluid enters, but there is no side that lets it out.
+    #[error(
+        "fluid flows in at a rate of {rate:e} m^3/s per m^2 of side, and no outflow or fixed-pressure side lets it out"
+    )]
+    NoWayOut {
+        /// Largest inward speed [m/s].
+        rate: Real,
+    },
+    /// A volume fraction outside 0 to 1.
+    #[error("the liquid part {value} of what flows in through a side in x{} is not between 0 and 1", direction + 1)]
+    NotAFraction {
+        /// Direction of the side, from 0.
+        direction: usize,
+        /// Value given.
+        value: Real,
+    },
+}
+
+/// The six sides of the box: lower and upper in each direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Boundary {
+    sides: [[Side; 2]; 3],
+}
+
+impl Boundary {
+    /// A box with these sides.
+    ///
+    /// # Errors
+    /// [`BoundaryError`] if the sides contradict each other.
+    pub fn new(sides: [[Side; 2]; 3]) -> Result<Self, BoundaryError> {
+        let boundary = Self { sides };
+        for (direction, pair) in sides.iter().enumerate() {
+            if (pair[0] == Side::Periodic) != (pair[1] == Side::Periodic) {
+                return Err(BoundaryError::LonePeriodicSide { direction });
+            }
+            for side in 0..2 {
+                if let Some(Opening { volume_fraction: value, .. }) = boundary.opening(direction, side)
+                    && !(0.0..=1.0).contains(&value)
+                {
+                    return Err(BoundaryError::NotAFraction { direction, value });
+                }
+            }
+        }
+        let rate = boundary.largest_inward_speed();
+        let way_out =
+            |side: &Side| matches!(side, Side::Outflow { .. } | Side::FixedPressure { .. } | Side::Inflow { .. });
+        let only_in = !sides.iter().flatten().any(|s| matches!(s, Side::Outflow { .. } | Side::FixedPressure { .. }))
+            && sides.iter().flatten().filter(|s| way_out(s)).count() == 1;
+        if rate > 0.0 && only_in {
+            return Err(BoundaryError::NoWayOut { rate });
+        }
+        Ok(boundary)
+    }
+
+    /// A closed box with walls that the fluid sticks to.
+    #[must_use]
+    pub fn closed() -> Self {
+        Self { sides: [[Side::NoSlip; 2]; 3] }
+    }
+
+    /// A box without walls.
+    #[must_use]
+    pub fn all_periodic() -> Self {
+        Self { sides: [[Side::Periodic; 2]; 3] }
+    }
+
+    /// What stands at the lower and the upper side in each direction.
+    #[must_use]
+    pub fn sides(&self) -> &[[Side; 2]; 3] {
+        &self.sides
+    }
+
+    /// Which directions are periodic.
+    #[must_use]
+    pub fn periodic(&self) -> [bool; 3] {
+        self.sides.map(|pair| pair[0] == Side::Periodic)
+    }
+
+    /// Whether a side lets fluid through other than to its periodic image.
+    #[must_use]
+    pub fn has_openings(&self) -> bool {
+        (0..3).any(|direction| (0..2).any(|side| self.opening(direction, side).is_some()))
+    }
+
+    /// What enters at a side, or `None` at walls and periodic sides.
+    pub(crate) fn opening(&self, direction: usize, side: usize) -> Option<Opening> {
+        match self.sides[direction][side] {
+            Side::Inflow { velocity, volume_fraction } => Some(Opening { volume_fraction, velocity: Some(velocity) }),
+            Side::Outflow { volume_fraction } | Side::FixedPressure { volume_fraction, .. } => {
+                Some(Opening { volume_fraction, velocity: None })
+            }
+            Side::NoSlip | Side::Slip | Side::Moving { .. } | Side::Periodic => None,
+        }
+    }
+
+    fn largest_inward_speed(&self) -> Real {
+        let inward = |direction: usize, side: usize| match self.sides[direction][side] {
+            Side::Inflow { velocity, .. } if side == 0 => velocity[direction],
+            Side::Inflow { velocity, .. } => -velocity[direction],
+            _ => 0.0,
+        };
+        (0..6).map(|n| inward(n / 2, n % 2)).fold(0.0, Real::max)
+    }
+
+    fn rules(&self, location: Location, rule: impl Fn(usize, Side) -> Ghost) -> GhostRules {
+        let sides = std::array::from_fn(|direction| self.sides[direction].map(|side| rule(direction, side)));
+        GhostRules { location, sides }
+    }
+
+    /// Ghosts of component `component` of the velocity in the cell centres.
+    #[must_use]
+    pub fn velocity_rules(&self, component: usize) -> GhostRules {
+        self.rules(Location::Cell, |direction, side| velocity_ghost(component, direction, side))
+    }
+
+    /// Ghosts of a change of component `component` of the velocity: the rules of the velocity with
+    /// walls and inlets at rest.
+    #[must_use]
+    pub fn velocity_change_rules(&self, component: usize) -> GhostRules {
+        self.rules(Location::Cell, |direction, side| match velocity_ghost(component, direction, side) {
+            Ghost::Odd { .. } => Ghost::Odd { wall: 0.0 },
+            other => other,
+        })
+    }
+
+    /// Ghosts of the normal velocity on the faces normal to `normal`; sets it on walls and inlets.
+    #[must_use]
+    pub fn face_velocity_rules(&self, normal: usize) -> GhostRules {
+        self.rules(Location::Face(normal), |direction, side| match velocity_ghost(normal, direction, side) {
+            // The face itself keeps what the pressure made of it.
+            Ghost::Nearest if direction == normal => Ghost::Even,
+            other => other,
+        })
+    }
+
+    /// Ghosts of the liquid volume fraction.
+    #[must_use]
+    pub fn volume_fraction_rules(&self) -> GhostRules {
+        self.rules(Location::Cell, |_, side| match side {
+            Side::Inflow { volume_fraction, .. } => Ghost::Constant { value: volume_fraction },
+            Side::Outflow { .. } | Side::FixedPressure { .. } => Ghost::Nearest,
+            Side::NoSlip | Side::Slip | Side::Moving { .. } | Side::Periodic => Ghost::Even,
+        })
+    }
+}
+
+fn velocity_ghost(component: usize, direction: usize, side: Side) -> Ghost {
+    let normal = component == direction;
+    match side {
+        Side::NoSlip => Ghost::Odd { wall: 0.0 },
+        Side::Slip | Side::Moving { .. } if normal => Ghost::Odd { wall: 0.0 },
+        Side::Slip => Ghost::Even,
+        Side::Moving { velocity } | Side::Inflow { velocity, .. } => Ghost::Odd { wall: velocity[component] },
+        Side::Outflow { .. } | Side::FixedPressure { .. } => Ghost::Nearest,
+        Side::Periodic => Ghost::Kept,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_moving_lid_drags_along_its_plane_only() {
+        let lid = Side::Moving { velocity: Vector::new(1.0, 0.0, 7.0) };
+        let mut sides = [[Side::NoSlip; 2]; 3];
+        sides[2][1] = lid;
+        let boundary = Boundary::new(sides).unwrap();
+        assert_eq!(boundary.velocity_rules(0).sides[2][1], Ghost::Odd { wall: 1.0 });
+        assert_eq!(boundary.velocity_rules(2).sides[2][1], Ghost::Odd { wall: 0.0 });
+        assert_eq!(boundary.face_velocity_rules(2).sides[2][1], Ghost::Odd { wall: 0.0 });
+        assert_eq!(boundary.velocity_change_rules(0).sides[2][1], Ghost::Odd { wall: 0.0 });
+    }
+
+    #[test]
+    fn contradictory_sides_are_refused() {
+        let mut sides = [[Side::NoSlip; 2]; 3];
+        sides[1][0] = Side::Periodic;
+        assert_eq!(Boundary::new(sides), Err(BoundaryError::LonePeriodicSide { direction: 1 }));
+        sides[1][0] = Side::Inflow { velocity: Vector::Y, volume_fraction: 1.0 };
+        assert_eq!(Boundary::new(sides), Err(BoundaryError::NoWayOut { rate: 1.0 }));
+        sides[1][1] = Side::Outflow { volume_fraction: 0.0 };
+        assert!(Boundary::new(sides).is_ok());
+        sides[1][1] = Side::Outflow { volume_fraction: 1.5 };
+        assert!(matches!(Boundary::new(sides), Err(BoundaryError::NotAFraction { .. })));
+    }
+}

@@ -1,0 +1,310 @@
+//! Wisps: liquid fractions within 1e-9 of empty or full, and what rounding pushes beyond.
+//!
+//! They would make pure cells look like interface cells for ever. The liquid of a wisp, with its
+//! momentum, joins the neighbouring interface cell that is nearest to half full; the total is
+//! unchanged. A wisp without such a neighbour is cut and its volume reported; a fraction further
+//! out of range without one is left and counted.
+
+use sazanami_numerics::domain::Domain;
+use sazanami_numerics::grid::GHOSTS;
+use sazanami_numerics::{Real, Vector};
+use sazanami_parallel::for_each_chunk;
+
+/// Fractions nearer to 0 or 1 than this are wisps.
+const WISP: Real = 1e-9;
+/// Larger deviations are never moved: something is wrong, and the count must show it.
+const LARGEST: Real = 1e-3;
+/// Range of fractions of a cell that takes up wisps.
+const TAKES: std::ops::RangeInclusive<Real> = 0.05..=0.95;
+
+/// What was found outside the range 0 to 1, or within 1e-9 of its ends, after a transport.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct WispReport {
+    /// Wisps given to a neighbouring interface cell.
+    pub moved_cells: u64,
+    /// Sum of their absolute volumes [m^3].
+    pub moved_volume: Real,
+    /// Wisps cut because no interface cell was near.
+    pub clipped_cells: u64,
+    /// Liquid volume added by cutting (negative: removed) [m^3].
+    pub clipped_volume: Real,
+    /// Momentum added by cutting [N s].
+    pub clipped_momentum: Vector,
+    /// Cells more than 1e-9 out of range before anything was moved.
+    pub out_of_range_cells: u64,
+    /// Largest distance from the range 0 to 1.
+    pub worst_excess: Real,
+}
+
+impl WispReport {
+    /// Joins the reports of two sets of cells or of two transports.
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        Self {
+            moved_cells: self.moved_cells + other.moved_cells,
+            moved_volume: self.moved_volume + other.moved_volume,
+            clipped_cells: self.clipped_cells + other.clipped_cells,
+            clipped_volume: self.clipped_volume + other.clipped_volume,
+            clipped_momentum: self.clipped_momentum + other.clipped_momentum,
+            out_of_range_cells: self.out_of_range_cells + other.out_of_range_cells,
+            worst_excess: self.worst_excess.max(other.worst_excess),
+        }
+    }
+
+    /// The report over all ranks.
+    fn over_ranks(self, domain: &Domain) -> Self {
+        let p = self.clipped_momentum;
+        let counts = [self.moved_cells, self.clipped_cells, self.out_of_range_cells].map(|n| n as Real);
+        let [moved, clipped, out, moved_volume, clipped_volume, x, y, z] =
+            domain.sum([counts[0], counts[1], counts[2], self.moved_volume, self.clipped_volume, p.x, p.y, p.z]);
+        Self {
+            moved_cells: moved as u64,
+            moved_volume,
+            clipped_cells: clipped as u64,
+            clipped_volume,
+            clipped_momentum: Vector::new(x, y, z),
+            out_of_range_cells: out as u64,
+            worst_excess: domain.max(self.worst_excess),
+        }
+    }
+}
+
+/// New values of a cell.
+struct Change {
+    at: usize,
+    fraction: Real,
+    velocity: Option<Vector>,
+}
+
+#[derive(Default)]
+struct PlaneOfChanges {
+    changes: Vec<Change>,
+    report: WispReport,
+}
+
+/// Finds wisps and sweeps them into the interface.
+#[derive(Default)]
+pub(crate) struct Sweeper {
+    planes: Vec<PlaneOfChanges>,
+}
+
+/// What the sweeper reads; all ghosts of `c` and the first of `u` must be filled.
+#[derive(Clone, Copy)]
+pub(crate) struct View<'a> {
+    pub c: &'a [Real],
+    pub u: [&'a [Real]; 3],
+    /// Density is `density[0] + density[1] C` [kg/m^3].
+    pub density: [Real; 2],
+}
+
+impl View<'_> {
+    fn velocity(&self, at: usize) -> Vector {
+        Vector::new(self.u[0][at], self.u[1][at], self.u[2][at])
+    }
+
+    fn density(&self, c: Real) -> Real {
+        self.density[0] + self.density[1] * c
+    }
+}
+
+/// How far a fraction is from pure if it is a wisp, positive if there is too much liquid.
+fn excess(c: Real) -> Option<Real> {
+    if c == 0.0 || c == 1.0 {
+        None
+    } else if c < WISP {
+        Some(c)
+    } else if c > 1.0 - WISP {
+        Some(c - 1.0)
+    } else {
+        None
+    }
+}
+
+impl Sweeper {
+    /// Finds what has to change on this rank, and counts over all ranks.
+    pub fn find(&mut self, domain: &Domain, view: View<'_>) -> WispReport {
+        self.planes.resize_with(domain.cells()[2], PlaneOfChanges::default);
+        let volume = domain.grid().cell_volume();
+        let neighbours = Neighbours::new(domain);
+        for_each_chunk(&mut self.planes[..], 1, |k, planes| {
+            let PlaneOfChanges { changes, report } = &mut planes[0];
+            changes.clear();
+            *report = WispReport::default();
+            for j in 0..domain.cells()[1] {
+                let start =
+                    domain.strides()[2] as usize * (k + GHOSTS) + domain.strides()[1] as usize * (j + GHOSTS) + GHOSTS;
+                let row = &view.c[start..start + domain.cells()[0]];
+                if row.iter().all(|&c| c == 0.0) || row.iter().all(|&c| c == 1.0) {
+                    continue;
+                }
+                for (i, &c) in row.iter().enumerate() {
+                    let cell = [i as isize, j as isize, k as isize];
+                    if let Some(e) = excess(c) {
+                        let (left, wisp) = neighbours.leave(view, cell, start + i, e, volume);
+                        changes.extend(left);
+                        *report = report.and(wisp);
+                    } else if TAKES.contains(&c) {
+                        neighbours.take(view, cell, start + i, changes);
+                    }
+                }
+            }
+        });
+        let report = self.planes.iter().fold(WispReport::default(), |sum, plane| sum.and(plane.report));
+        report.over_ranks(domain)
+    }
+
+    /// Whether anything has to change on this rank.
+    pub fn apply(&self, c: &mut [Real], u: [&mut [Real]; 3]) {
+        let [u1, u2, u3] = u;
+        for change in self.planes.iter().flat_map(|plane| &plane.changes) {
+            c[change.at] = change.fraction;
+            if let Some(v) = change.velocity {
+                (u1[change.at], u2[change.at], u3[change.at]) = (v.x, v.y, v.z);
+            }
+        }
+    }
+}
+
+/// The 26 cells around a cell, those behind walls left out.
+struct Neighbours {
+    strides: [isize; 3],
+    start: [isize; 3],
+    cells: [isize; 3],
+    periodic: [bool; 3],
+}
+
+impl Neighbours {
+    fn new(domain: &Domain) -> Self {
+        Self {
+            strides: domain.strides(),
+            start: domain.start().map(|n| n as isize),
+            cells: domain.grid().cells.map(|n| n as isize),
+            periodic: domain.periodic(),
+        }
+    }
+
+    /// Offsets from local cell `cell` to its neighbours, always in the same order.
+    fn offsets(&self, cell: [isize; 3]) -> impl Iterator<Item = [isize; 3]> + '_ {
+        (0..27).filter(|&n| n != 13).map(|n: isize| [n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1]).filter(move |offset| {
+            (0..3).all(|d| self.periodic[d] || (0..self.cells[d]).contains(&(cell[d] + self.start[d] + offset[d])))
+        })
+    }
+
+    fn shift(&self, offset: [isize; 3]) -> isize {
+        (0..3).map(|d| offset[d] * self.strides[d]).sum()
+    }
+
+    /// The neighbour that takes the wisp of `cell`.
+    fn heir(&self, view: View<'_>, cell: [isize; 3], at: usize) -> Option<[isize; 3]> {
+        let mut best = None;
+        let mut most = 0.0;
+        for offset in self.offsets(cell) {
+            let c = view.c[(at as isize + self.shift(offset)) as usize];
+            if TAKES.contains(&c) && c * (1.0 - c) > most {
+                most = c * (1.0 - c);
+                best = Some(offset);
+            }
+        }
+        best
+    }
+
+    /// What happens to the wisp `e` of `cell`, and the report on it.
+    fn leave(
+        &self,
+        view: View<'_>,
+        cell: [isize; 3],
+        at: usize,
+        e: Real,
+        volume: Real,
+    ) -> (Option<Change>, WispReport) {
+        let c = view.c[at];
+        let beyond = (-c).max(c - 1.0).max(0.0);
+        let mut report =
+            WispReport { worst_excess: beyond, out_of_range_cells: u64::from(beyond > WISP), ..WispReport::default() };
+        if e.abs() <= LARGEST && self.heir(view, cell, at).is_some() {
+            report.moved_cells = 1;
+            report.moved_volume = e.abs() * volume;
+        } else if e.abs() <= WISP {
+            report.clipped_cells = 1;
+            report.clipped_volume = -e * volume;
+            report.clipped_momentum = -view.density[1] * e * volume * view.velocity(at);
+        } else {
+            return (None, report);
+        }
+        (Some(Change { at, fraction: c - e, velocity: None }), report)
+    }
+
+    /// Adds the wisps of the neighbours that choose `cell` as their heir.
+    fn take(&self, view: View<'_>, cell: [isize; 3], at: usize, changes: &mut Vec<Change>) {
+        let (mut taken, mut momentum) = (0.0, Vector::ZERO);
+        for offset in self.offsets(cell) {
+            let from = (at as isize + self.shift(offset)) as usize;
+            let neighbour = std::array::from_fn(|d| cell[d] + offset[d]);
+            if let Some(e) = excess(view.c[from])
+                && e.abs() <= LARGEST
+                && self.heir(view, neighbour, from) == Some(offset.map(|o| -o))
+            {
+                taken += e;
+                momentum += view.density[1] * e * view.velocity(from);
+            }
+        }
+        if taken != 0.0 || momentum != Vector::ZERO {
+            let c = view.c[at];
+            let (before, after) = (view.density(c), view.density(c + taken));
+            let velocity = (before * view.velocity(at) + momentum) / after;
+            changes.push(Change { at, fraction: c + taken, velocity: Some(velocity) });
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sazanami_numerics::domain::GhostRules;
+    use sazanami_numerics::grid::Grid;
+
+    #[test]
+    fn wisps_join_the_interface_and_nothing_is_lost() {
+        let domain = Domain::solo(Grid::new([4, 4, 4], Vector::ZERO, Vector::ONE), [true, false, false]);
+        let mut c = domain.field(0.0);
+        let mut u = [domain.field(1.0), domain.field(0.0), domain.field(-2.0)];
+        c[[0, 1, 1]] = 0.5;
+        c[[3, 1, 1]] = 3e-10; // neighbour across the periodic seam
+        c[[1, 2, 1]] = -1e-7;
+        c[[2, 0, 3]] = 5e-10; // far from everything: cut
+        c[[1, 1, 1]] = 1.0 - 2e-12;
+        u[0][[1, 2, 1]] = 5.0;
+        for field in [&mut c].into_iter().chain(&mut u) {
+            domain.fill_halos(&mut [(field, &GhostRules::EVEN)]);
+        }
+        let density = [1.0, 999.0];
+        let totals = |c: &sazanami_numerics::grid::Field<Real>, u: &[sazanami_numerics::grid::Field<Real>; 3]| {
+            domain.sum_rows(&domain.interior(), |row| {
+                let range = row.shifted(0);
+                let mut sum = [0.0; 4];
+                for at in range {
+                    sum[0] += c.data()[at];
+                    let rho = density[0] + density[1] * c.data()[at];
+                    (0..3).for_each(|d| sum[1 + d] += rho * u[d].data()[at]);
+                }
+                sum
+            })
+        };
+        let before = totals(&c, &u);
+        let mut sweeper = Sweeper::default();
+        let view = View { c: c.data(), u: u.each_ref().map(|f| f.data()), density };
+        let report = sweeper.find(&domain, view);
+        let [u1, u2, u3] = &mut u;
+        sweeper.apply(c.data_mut(), [u1.data_mut(), u2.data_mut(), u3.data_mut()]);
+        assert_eq!((report.moved_cells, report.clipped_cells, report.out_of_range_cells), (3, 1, 1));
+        assert!((report.worst_excess - 1e-7).abs() < 1e-20);
+        let after = totals(&c, &u);
+        let volume = domain.grid().cell_volume();
+        assert!((after[0] - before[0] - report.clipped_volume / volume).abs() < 1e-16);
+        for d in 0..3 {
+            let expected = before[1 + d] + report.clipped_momentum[d] / volume;
+            assert!((after[1 + d] - expected).abs() < 1e-12 * before[1 + d].abs().max(1.0), "{d}");
+        }
+        assert_eq!((c[[3, 1, 1]], c[[1, 2, 1]], c[[2, 0, 3]], c[[1, 1, 1]]), (0.0, 0.0, 0.0, 1.0));
+    }
+}

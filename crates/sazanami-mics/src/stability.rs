@@ -1,0 +1,166 @@
+//! The one authority on the time step: what limits it, and by how much.
+
+use sazanami_numerics::Real;
+
+/// What ruled the length of a time step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Limit {
+    /// The split transport of the fluids: the parts of a cell swept per step add up to less than 1/2.
+    Advective,
+    /// Explicit viscosity.
+    Viscous,
+    /// No point of a grain moves more than a part of a cell.
+    GrainMotion,
+    /// Contacts between grains.
+    Contact,
+    /// A step is not much longer than the one before.
+    Growth,
+    /// The longest step allowed.
+    Maximum,
+    /// The step is fixed by the case.
+    Fixed,
+    /// The step ends at an output time.
+    Output,
+}
+
+impl Limit {
+    /// All limits.
+    pub const ALL: [Self; 8] = [
+        Self::Advective,
+        Self::Viscous,
+        Self::GrainMotion,
+        Self::Contact,
+        Self::Growth,
+        Self::Maximum,
+        Self::Fixed,
+        Self::Output,
+    ];
+
+    /// Name in logs and results; never changes.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Advective => "advective",
+            Self::Viscous => "viscous",
+            Self::GrainMotion => "grain_motion",
+            Self::Contact => "contact",
+            Self::Growth => "growth",
+            Self::Maximum => "maximum",
+            Self::Fixed => "fixed",
+            Self::Output => "output",
+        }
+    }
+}
+
+/// How fast things happen at present [1/s]; zero where nothing does.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Rates {
+    /// Largest sum over the directions of `|u_f| / dx`.
+    pub advective: Real,
+    /// Reciprocal of the longest stable step of explicit viscosity.
+    pub viscous: Real,
+    /// Largest speed of a point of a grain over the smallest cell width.
+    pub grain_motion: Real,
+    /// Reciprocal of the longest step that the contacts allow.
+    pub contact: Real,
+}
+
+/// What a time step must keep to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StepLimits {
+    /// Largest sum over the directions of the parts of a cell swept in a step.
+    pub courant: Real,
+    /// Largest way of a point of a grain in a step, in cell widths.
+    pub grain_travel: Real,
+    /// Largest ratio of a step to the one before.
+    pub growth: Real,
+    /// Longest step [s].
+    pub longest: Real,
+    /// Length of every step [s], for literal runs: the fluid then takes as many passes as it needs.
+    pub fixed: Option<Real>,
+}
+
+impl StepLimits {
+    /// The recommended limits with a longest step [s].
+    #[must_use]
+    pub fn up_to(longest: Real) -> Self {
+        Self { courant: 0.45, grain_travel: 0.2, growth: 1.2, longest, fixed: None }
+    }
+
+    /// Steps of one length [s].
+    #[must_use]
+    pub fn always(step: Real) -> Self {
+        Self { fixed: Some(step), ..Self::up_to(step) }
+    }
+
+    /// The next time step, after one of `previous` [s] if there was one.
+    #[must_use]
+    pub fn choose(&self, rates: &Rates, previous: Option<Real>) -> Step {
+        if let Some(dt) = self.fixed {
+            return Step { dt, limit: Limit::Fixed, fluid_passes: self.passes(rates, dt) };
+        }
+        let after = |part: Real, rate: Real| if rate > 0.0 { part / rate } else { Real::INFINITY };
+        let candidates = [
+            (self.longest, Limit::Maximum),
+            (previous.map_or(Real::INFINITY, |dt| self.growth * dt), Limit::Growth),
+            (after(self.courant, rates.advective), Limit::Advective),
+            (after(1.0, rates.viscous), Limit::Viscous),
+            (after(self.grain_travel, rates.grain_motion), Limit::GrainMotion),
+            (after(1.0, rates.contact), Limit::Contact),
+        ];
+        let (dt, limit) = candidates.into_iter().fold(candidates[0], |a, b| if b.0 < a.0 { b } else { a });
+        Step { dt, limit, fluid_passes: 1 }
+    }
+
+    /// Passes of the fluid phase in a step of `dt` [s] so that each keeps to the Courant limit.
+    #[must_use]
+    pub fn passes(&self, rates: &Rates, dt: Real) -> usize {
+        let needed = (rates.advective * dt / self.courant).max(rates.viscous * dt);
+        // A step a rounding error too long is not worth a second pass.
+        (needed * (1.0 - 1e-12)).ceil().max(1.0) as usize
+    }
+}
+
+/// A time step and why it has its length.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Step {
+    /// Length [s].
+    pub dt: Real,
+    /// What ruled it.
+    pub limit: Limit,
+    /// Equal parts in which the fluid phase takes it.
+    pub fluid_passes: usize,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_shortest_step_rules() {
+        let limits = StepLimits::up_to(1e-4);
+        let rates = Rates { advective: 9.0 / 1.9e-4, ..Rates::default() };
+        let step = limits.choose(&rates, None);
+        assert_eq!((step.limit, step.fluid_passes), (Limit::Advective, 1));
+        assert!((step.dt - 0.45 * 1.9e-4 / 9.0).abs() < 1e-20);
+        assert_eq!(limits.choose(&rates, Some(1e-6)).limit, Limit::Growth);
+        assert_eq!(limits.choose(&Rates::default(), None).limit, Limit::Maximum);
+        let grains = Rates { grain_motion: 1e6, ..rates };
+        assert_eq!(limits.choose(&grains, None).limit, Limit::GrainMotion);
+    }
+
+    #[test]
+    fn a_fixed_step_takes_as_many_passes_as_the_flow_needs() {
+        let limits = StepLimits::always(1e-5);
+        let at = |courant: Real| limits.choose(&Rates { advective: courant / 1e-5, ..Rates::default() }, None);
+        assert_eq!([0.0, 0.45, 0.57, 1.4].map(|c| at(c).fluid_passes), [1, 1, 2, 4]);
+        assert_eq!(at(0.57).limit, Limit::Fixed);
+    }
+
+    #[test]
+    fn names_are_unique() {
+        let mut names = Limit::ALL.map(Limit::name);
+        names.sort_unstable();
+        assert!(names.windows(2).all(|pair| pair[0] != pair[1]));
+    }
+}
