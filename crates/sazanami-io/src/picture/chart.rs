@@ -106,6 +106,12 @@ impl Trace {
     }
 }
 
+/// Size of the legend's text, height of its rows, length of its samples of lines [pixels].
+const LEGEND_SIZE: f64 = 17.0;
+const LEGEND_ROW: f64 = 26.0;
+const LEGEND_SAMPLE: f64 = 42.0;
+const LABEL: Font = Font { size: 17.0, colour: BLACK, across: Anchor::Start, down: Anchor::Middle, upwards: false };
+
 /// A plot of one or several traces.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LinePlot {
@@ -166,7 +172,9 @@ impl LinePlot {
         let size = 19.0;
         let y = self.axis(1, &self.y_label, self.y_range, self.y_log)?;
         let area = Rectangle { left: 112.0, top: 58.0, right: width as f64 - 28.0, bottom: height as f64 - 78.0 };
-        let frame = Frame { area, x: self.axis(0, &self.x_label, self.x_range, self.x_log)?, y, size };
+        let mut frame = Frame { area, x: self.axis(0, &self.x_label, self.x_range, self.x_log)?, y, size };
+        let legend = self.place_legend(&mut frame);
+        let area = frame.area;
         frame.draw_grid(&mut canvas);
         if !frame.y.log && frame.y.lower < 0.0 && frame.y.upper > 0.0 {
             let zero = [frame.x.lower, frame.x.upper].map(|x| frame.place([x, 0.0]));
@@ -178,7 +186,9 @@ impl LinePlot {
         });
         frame.draw(&mut canvas);
         traces.for_each(|(number, trace)| draw_marks(&mut canvas, &frame, trace, colour_of(trace, number)));
-        self.draw_legend(&mut canvas, &frame);
+        if let Some(legend) = legend {
+            self.draw_legend(&mut canvas, legend);
+        }
         let font = Font { size: 22.0, colour: BLACK, across: Anchor::Middle, down: Anchor::Middle, upwards: false };
         canvas.text([0.5 * (area.left + area.right), 30.0], &self.title, font);
         Ok(canvas.finish())
@@ -217,39 +227,43 @@ impl LinePlot {
         Ok(Axis { label: label.to_owned(), lower, upper, log })
     }
 
-    /// Draws the legend into the corner that hides the fewest points.
-    fn draw_legend(&self, canvas: &mut Canvas, frame: &Frame) {
-        let named: Vec<_> = self.traces.iter().enumerate().filter(|(_, trace)| !trace.label.is_empty()).collect();
-        if named.is_empty() {
-            return;
-        }
-        let (size, row, sample) = (17.0, 26.0, 42.0);
-        let longest = named.iter().map(|(_, trace)| text::length(&trace.label, size)).fold(0.0, f64::max);
-        let (width, height) = (longest + sample + 34.0, row * named.len() as f64 + 14.0);
+    fn named(&self) -> impl Iterator<Item = (usize, &Trace)> {
+        self.traces.iter().enumerate().filter(|(_, trace)| !trace.label.is_empty())
+    }
+
+    /// Where the legend goes, if there is one: inside the frame where it hides nothing, or else to the right of the
+    /// frame, which then shrinks.
+    fn place_legend(&self, frame: &mut Frame) -> Option<Rectangle> {
+        let longest = self.named().map(|(_, trace)| text::length(&trace.label, LEGEND_SIZE)).reduce(f64::max)?;
+        let (width, height) = (longest + LEGEND_SAMPLE + 34.0, LEGEND_ROW * self.named().count() as f64 + 14.0);
         let Rectangle { left, top, right, bottom } = frame.area;
         let gap = 16.0;
-        let boxes = [
-            [right - gap - width, top + gap],
-            [left + gap, top + gap],
-            [right - gap - width, bottom - gap - height],
-            [left + gap, bottom - gap - height],
-        ]
-        .map(|[x, y]| Rectangle { left: x, top: y, right: x + width, bottom: y + height });
-        let Some(area) = boxes.into_iter().min_by_key(|area| self.hidden_by(area, frame)) else { return };
+        let columns = [right - gap - width, left + gap, 0.5 * (left + right - width)];
+        let rows = [top + gap, bottom - gap - height, 0.5 * (top + bottom - height)];
+        let at = |x: f64, y: f64| Rectangle { left: x, top: y, right: x + width, bottom: y + height };
+        let places = rows.iter().flat_map(|&y| columns.map(|x| at(x, y)));
+        let free = places.into_iter().find(|area| self.hidden_by(area, frame) == 0);
+        free.or_else(|| {
+            frame.area.right -= width + gap;
+            Some(at(right - width, top))
+        })
+    }
+
+    fn draw_legend(&self, canvas: &mut Canvas, area: Rectangle) {
         canvas.rectangle(area, WHITE, 0.88);
         let Rectangle { left, top, right, bottom } = area;
         let outline = [[left, top], [right, top], [right, bottom], [left, bottom], [left, top]];
         canvas.line(&outline, Pen::new(1.0, [190, 192, 196]));
-        for (place, &(number, trace)) in named.iter().enumerate() {
-            let y = top + 7.0 + row * (place as f64 + 0.5);
-            let ends = [[left + 12.0, y], [left + 12.0 + sample, y]];
+        for (place, (number, trace)) in self.named().enumerate() {
+            let y = top + 7.0 + LEGEND_ROW * (place as f64 + 0.5);
+            let ends = [[left + 12.0, y], [left + 12.0 + LEGEND_SAMPLE, y]];
             let colour = colour_of(trace, number);
             if trace.dash != Dash::None {
                 canvas.line(&ends, Pen { width: 2.6, colour, dashes: trace.dash.pattern() });
             }
-            draw_mark(canvas, [left + 12.0 + sample / 2.0, y], trace.mark, colour);
-            let font = Font { size, colour: BLACK, across: Anchor::Start, down: Anchor::Middle, upwards: false };
-            canvas.text([left + sample + 24.0, y], &trace.label, font);
+            draw_mark(canvas, [left + 12.0 + LEGEND_SAMPLE / 2.0, y], trace.mark, colour);
+            let font = Font { size: LEGEND_SIZE, ..LABEL };
+            canvas.text([left + LEGEND_SAMPLE + 24.0, y], &trace.label, font);
         }
     }
 

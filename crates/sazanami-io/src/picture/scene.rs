@@ -115,8 +115,9 @@ pub(super) struct Lamp {
     pub strength: f32,
 }
 
-/// A sun from `towards_sun` and a sky of eight lamps around the vertical and `towards_eye`.
-pub(super) fn daylight(towards_sun: Vector, towards_eye: Vector) -> Vec<Lamp> {
+/// A sun from `towards_sun` and a sky of eight lamps around the vertical and `towards_eye`,
+/// and a lamp of strength `at_eye` where the eye is.
+pub(super) fn daylight(towards_sun: Vector, towards_eye: Vector, at_eye: f32) -> Vec<Lamp> {
     let mut lamps = vec![Lamp { direction: -towards_sun.normalize(), strength: 0.62 }];
     let across = towards_eye.cross(Vector::Z).normalize_or(Vector::X);
     let along = Vector::Z.cross(across);
@@ -127,7 +128,7 @@ pub(super) fn daylight(towards_sun: Vector, towards_eye: Vector) -> Vec<Lamp> {
         let towards = (across * sine + along * cosine + Vector::Z * height).normalize();
         lamps.push(Lamp { direction: -towards, strength: 0.085 });
     }
-    lamps.push(Lamp { direction: -towards_eye.normalize(), strength: 0.2 });
+    lamps.push(Lamp { direction: -towards_eye.normalize(), strength: at_eye });
     lamps
 }
 

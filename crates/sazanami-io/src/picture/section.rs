@@ -73,8 +73,35 @@ pub fn section_of_cells(grid: &Grid, values: &[f64], x2: f64) -> Vec<f64> {
 /// Samples of a pixel in each direction.
 const SAMPLES: usize = 3;
 const SIZE: f64 = 20.0;
+/// Where the sun stands.
+const SUN: Vector = Vector::new(-0.45, -0.9, 0.85);
 
-impl SectionView<'_> {
+impl<'a> SectionView<'a> {
+    /// The liquid alone, on the plane x2 = `plane` [m]; grains come with [`Self::with_grains`].
+    #[must_use]
+    pub fn new(grid: &'a Grid, plane: f64, title: &'a str, liquid: &'a [f64], scale: &'a ColourScale) -> Self {
+        Self {
+            grid,
+            plane,
+            title,
+            liquid,
+            liquid_threshold: 0.01,
+            liquid_style: LiquidStyle::default(),
+            liquid_behind: None,
+            bodies: Bodies::none(),
+            values: &[],
+            scale,
+            behind: true,
+            width: 1200,
+        }
+    }
+
+    /// The same with grains, cut and behind the section, and a value for the colour of each.
+    #[must_use]
+    pub fn with_grains(self, bodies: Bodies<'a>, values: &'a [f64]) -> Self {
+        Self { bodies, values, ..self }
+    }
+
     /// Draws the section.
     ///
     /// # Errors
@@ -194,7 +221,7 @@ impl SectionView<'_> {
             .map(|(behind, radius)| behind.abs() <= radius)
             .collect();
         scene.add_bodies(&self.bodies, |number| is_cut[number] || (self.behind && self.reach(number, &radii).0 > 0.0));
-        let light = scene.illuminate(&daylight(Vector::new(-0.5, -0.55, 0.9), -Vector::Y));
+        let light = scene.illuminate(&daylight(SUN, -Vector::Y, 0.34));
         let corners: Vec<Corner> = (0..scene.places.len())
             .map(|n| {
                 let base = to_light(self.scale.colour(self.values[scene.tags[n] as usize]));
@@ -217,7 +244,7 @@ impl SectionView<'_> {
         let surface = self.liquid_behind?;
         let mut layer = Layer::new(size[0], size[1]);
         let base = to_light([96, 164, 224]);
-        let sun = Vector::new(-0.5, -0.55, 0.9).normalize();
+        let sun = SUN.normalize();
         let corners: Vec<Corner> = surface
             .nodes
             .iter()
@@ -248,17 +275,22 @@ impl SectionView<'_> {
         };
         for k in 0..n3 - 1 {
             for i in 0..n1 - 1 {
-                for corners in [[[i, k], [i + 1, k], [i + 1, k + 1]], [[i, k], [i + 1, k + 1], [i, k + 1]]] {
-                    let mut ends = Vec::with_capacity(2);
-                    for n in 0..3 {
-                        let [a, b] = [corners[n], corners[(n + 1) % 3]];
-                        let [fa, fb] = [value(a[0], a[1]), value(b[0], b[1])];
-                        if (fa > 0.0) != (fb > 0.0) {
+                // Four triangles around the middle, so that no diagonal is preferred.
+                let square = [[i, k], [i + 1, k], [i + 1, k + 1], [i, k + 1]];
+                let [a, b, c, d] = square.map(|[i, k]| ([i as f64, k as f64], value(i, k)));
+                if [b, c, d].iter().all(|corner| (corner.1 > 0.0) == (a.1 > 0.0)) {
+                    continue;
+                }
+                let middle = ([i as f64 + 0.5, k as f64 + 0.5], 0.25 * (a.1 + b.1 + c.1 + d.1));
+                for corners in [[a, b, middle], [b, c, middle], [c, d, middle], [d, a, middle]] {
+                    let ends: Vec<_> = (0..3)
+                        .map(|n| (corners[n], corners[(n + 1) % 3]))
+                        .filter(|((_, fa), (_, fb))| (*fa > 0.0) != (*fb > 0.0))
+                        .map(|((pa, fa), (pb, fb))| {
                             let s = fa / (fa - fb);
-                            let at = |d: usize| a[d] as f64 + (b[d] as f64 - a[d] as f64) * s;
-                            ends.push(point(at(0), at(1)));
-                        }
-                    }
+                            point(pa[0] + (pb[0] - pa[0]) * s, pa[1] + (pb[1] - pa[1]) * s)
+                        })
+                        .collect();
                     canvas.line(&ends, pen);
                 }
             }

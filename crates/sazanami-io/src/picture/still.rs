@@ -5,7 +5,7 @@ use sazanami_numerics::grid::Grid;
 
 use super::axes::draw_colour_bar;
 use super::canvas::{Anchor, Canvas, Font, Pen, Rectangle};
-use super::colour::{BLACK, Light, mix, to_light};
+use super::colour::{BLACK, Light, WHITE, mix, to_light};
 use super::raster::{Corner, EMPTY, Layer, is_front, reduce};
 use super::scene::{Scene, daylight, shaded};
 use super::{ColourScale, Isosurface, Picture, PictureError, check_length};
@@ -112,7 +112,30 @@ impl Camera {
     }
 }
 
-impl Still<'_> {
+impl<'a> Still<'a> {
+    /// Grains in their box, seen from the usual viewpoint.
+    #[must_use]
+    pub fn new(grid: &'a Grid, title: &'a str, bodies: Bodies<'a>, values: &'a [f64], scale: &'a ColourScale) -> Self {
+        Self {
+            grid,
+            viewpoint: Viewpoint::default(),
+            title,
+            bodies,
+            values,
+            scale,
+            liquid: None,
+            cut_open: false,
+            colour_bar: true,
+            size: [1280, 960],
+        }
+    }
+
+    /// The same with liquid.
+    #[must_use]
+    pub fn with_liquid(self, surface: &'a Isosurface) -> Self {
+        Self { liquid: Some(surface), ..self }
+    }
+
     /// Draws the still.
     ///
     /// # Errors
@@ -147,6 +170,9 @@ impl Still<'_> {
         if self.colour_bar {
             let (right, middle) = (width as f64 - 110.0, height as f64 / 2.0);
             let bar = Rectangle { left: right - 20.0, right, top: middle - 150.0, bottom: middle + 150.0 };
+            let sheet =
+                Rectangle { left: right - 36.0, right: right + 92.0, top: middle - 170.0, bottom: middle + 170.0 };
+            canvas.rectangle(sheet, WHITE, 0.7);
             draw_colour_bar(&mut canvas, bar, self.scale, 18.0);
         }
         Ok(canvas.finish())
@@ -166,7 +192,7 @@ impl Still<'_> {
         let mut scene = Scene::default();
         scene.add_bodies(&self.bodies, |number| !self.is_cut_away(self.bodies.poses[number].position, camera));
         let sun = Vector::Z * 1.15 - camera.forward * 0.35 - camera.right * 0.75;
-        let light = scene.illuminate(&daylight(sun, -camera.forward));
+        let light = scene.illuminate(&daylight(sun, -camera.forward, 0.2));
         let corners: Vec<Option<Corner>> = (0..scene.places.len())
             .map(|n| {
                 let [r, g, b] = shaded(to_light(self.scale.colour(self.values[scene.tags[n] as usize])), light[n]);
