@@ -1,0 +1,258 @@
+//! Share of each cell that a rigid shape fills, and where in the cell that share lies.
+//!
+//! The volume below an upward facing piece of a closed surface minus that below a downward facing piece is the
+//! volume in between. So every piece of the surface adds, with the sign of its normal's vertical component, the
+//! part of its own cell below it and all of the cells under it; no piece need know of another:
+//!
+//! V_c = sum over pieces in c of int h dA + dz sum over pieces above c of int dA,
+//!
+//! with h the height above the cell's floor and dA the signed horizontal area; first moments likewise. The methods
+//! differ in how they evaluate the integrals: on vertical columns through the cell (a midpoint rule horizontally,
+//! exact vertically), on sub-cells, or exactly on the surface cut by the cells' faces. All use the mesh that
+//! gives the mass. What the sampling misses of the exact volume and centre of mass is then put on the partly
+//! filled cells, with weight alpha (1 - alpha), so that weight, buoyancy and the torque of a uniform
+//! pressure gradient are exact; alpha stays between 0 and 1.
+
+mod clip;
+mod columns;
+
+use super::Shape;
+use crate::grid::Grid;
+use crate::{Matrix, Quaternion, Real, Vector};
+
+/// How volume fractions are evaluated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum VolumeFractionMethod {
+    /// The surface rasterised into `per_axis` x `per_axis` vertical columns a cell, exact vertically.
+    Columns {
+        /// Columns per cell edge.
+        per_axis: u8,
+    },
+    /// The centres of `per_axis`^3 sub-cells, each in or out.
+    SubCells {
+        /// Sub-cells per cell edge.
+        per_axis: u8,
+    },
+    /// The surface cut by the faces of the cells: exact.
+    Clip,
+}
+
+impl Default for VolumeFractionMethod {
+    fn default() -> Self {
+        Self::Columns { per_axis: 4 }
+    }
+}
+
+/// One cell that a shape covers in part or whole.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CellCover {
+    /// Global indices; outside the grid where the shape is.
+    pub cell: [i32; 3],
+    /// Covered share of the cell, above 0, at most 1.
+    pub fraction: Real,
+    /// Centre of the covered part in the laboratory [m].
+    pub centroid: Vector,
+}
+
+/// What an imprint did.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Imprint {
+    /// Number of cells covered: the last so many of the list.
+    pub cells: usize,
+    /// Relative error of the volume before correction.
+    pub raw_volume_error: Real,
+    /// Whether the shape was too small for the method's samples and was evaluated exactly instead.
+    pub fell_back: bool,
+}
+
+/// Fractions below this are left out (and made up for by the correction).
+const NEGLIGIBLE: Real = 1e-9;
+/// Where the correction would change a half-filled cell by more than a quarter of this, samples are too few.
+const LARGEST_CORRECTION: Real = 0.5;
+
+/// Integrals over the pieces of surface in one cell, lengths in cell edges: over the part of the cell below them
+/// of 1, x, y, 2z, and over their horizontal projection of 1, x, y, 1; x and y from the centre, z from the floor.
+type Sums = [Real; 8];
+
+/// Evaluates volume fractions one body at a time; keeps its working memory between calls.
+#[derive(Clone, Debug)]
+pub struct Rasteriser {
+    method: VolumeFractionMethod,
+    /// Nodes in cell edges from the lower corner of the block of cells around the body.
+    nodes: Vec<Vector>,
+    columns: columns::Columns,
+    block: Block,
+}
+
+/// The cells around a body.
+#[derive(Clone, Debug, Default)]
+struct Block {
+    /// Global indices of its first cell.
+    first: [i32; 3],
+    cells: [usize; 3],
+    /// By x1 fastest, x3 slowest.
+    sums: Vec<Sums>,
+}
+
+impl Rasteriser {
+    /// # Panics
+    /// If the method has no samples.
+    #[must_use]
+    pub fn new(method: VolumeFractionMethod) -> Self {
+        if let VolumeFractionMethod::Columns { per_axis } | VolumeFractionMethod::SubCells { per_axis } = method {
+            assert!(per_axis > 0, "volume fractions need at least one sample a cell");
+        }
+        Self { method, nodes: Vec::new(), columns: columns::Columns::default(), block: Block::default() }
+    }
+
+    /// The method in use.
+    #[must_use]
+    pub fn method(&self) -> VolumeFractionMethod {
+        self.method
+    }
+
+    /// Appends to `covers` the cells that `shape` covers with its centre of mass at `position` [m] and its body
+    /// axes turned by `orientation`, in the order of cells in memory.
+    pub fn imprint(
+        &mut self,
+        shape: &Shape,
+        position: Vector,
+        orientation: Quaternion,
+        grid: &Grid,
+        covers: &mut Vec<CellCover>,
+    ) -> Imprint {
+        self.place(shape, position, orientation, grid);
+        let triangles = &shape.surface().triangles;
+        let start = covers.len();
+        let weight = match self.method {
+            VolumeFractionMethod::Columns { per_axis } => {
+                self.columns.accumulate::<false>(&self.nodes, triangles, per_axis, &mut self.block)
+            }
+            VolumeFractionMethod::SubCells { per_axis } => {
+                self.columns.accumulate::<true>(&self.nodes, triangles, per_axis, &mut self.block)
+            }
+            VolumeFractionMethod::Clip => clip::accumulate(&self.nodes, triangles, &mut self.block),
+        };
+        let exact_cells = shape.volume() / grid.cell_volume();
+        let mut tally = self.block.collect(weight, grid, covers);
+        let raw_volume_error = tally.cells / exact_cells - 1.0;
+        let fell_back = tally.correction(exact_cells).abs() > LARGEST_CORRECTION;
+        if fell_back {
+            covers.truncate(start);
+            self.block.clear();
+            let weight = clip::accumulate(&self.nodes, triangles, &mut self.block);
+            tally = self.block.collect(weight, grid, covers);
+        }
+        correct(&mut covers[start..], &tally, exact_cells, position);
+        Imprint { cells: covers.len() - start, raw_volume_error, fell_back }
+    }
+
+    /// Moves the nodes to their place and lays an empty block of cells around them.
+    fn place(&mut self, shape: &Shape, position: Vector, orientation: Quaternion, grid: &Grid) {
+        let to_cells = Matrix::from_diagonal(grid.spacing.recip()) * Matrix::from_quat(orientation);
+        let origin = (position - grid.lower) / grid.spacing;
+        let (mut lower, mut upper) = (Vector::splat(Real::INFINITY), Vector::splat(Real::NEG_INFINITY));
+        self.nodes.clear();
+        self.nodes.extend(shape.surface().nodes.iter().map(|&p| {
+            let q = to_cells * p + origin;
+            lower = lower.min(q);
+            upper = upper.max(q);
+            q
+        }));
+        let first = lower.floor();
+        for q in &mut self.nodes {
+            *q -= first;
+        }
+        let last = (upper - first).floor();
+        self.block.first = [first.x as i32, first.y as i32, first.z as i32];
+        self.block.cells = [last.x as usize + 1, last.y as usize + 1, last.z as usize + 1];
+        self.block.clear();
+    }
+}
+
+/// Sums over the cells of one body before correction.
+#[derive(Clone, Copy, Debug, Default)]
+struct Tally {
+    /// Sum of alpha.
+    cells: Real,
+    /// Sum of alpha (1 - alpha).
+    leeway: Real,
+    /// Sum of alpha times the centroid [m].
+    moment: Vector,
+}
+
+impl Tally {
+    /// Factor k with which alpha + k alpha (1 - alpha) sums to `exact`.
+    fn correction(&self, exact: Real) -> Real {
+        let missing = exact - self.cells;
+        if missing.abs() <= 1e-14 * exact { 0.0 } else { missing / self.leeway }
+    }
+}
+
+impl Block {
+    fn clear(&mut self) {
+        self.sums.clear();
+        self.sums.resize(self.cells.iter().product(), [0.0; 8]);
+    }
+
+    #[inline(always)]
+    fn index(&self, i: usize, j: usize, k: usize) -> usize {
+        (k * self.cells[1] + j) * self.cells[0] + i
+    }
+
+    /// Adds what lies under the pieces of the cells above, then lists the covered cells.
+    fn collect(&mut self, weight: Real, grid: &Grid, covers: &mut Vec<CellCover>) -> Tally {
+        let [n1, n2, n3] = self.cells;
+        let plane = n1 * n2;
+        for k in (0..n3.saturating_sub(1)).rev() {
+            let (here, above) = self.sums[k * plane..(k + 2) * plane].split_at_mut(plane);
+            for (v, up) in here.iter_mut().zip(above.iter()) {
+                for l in 0..4 {
+                    v[l] += up[l + 4];
+                    v[l + 4] += up[l + 4];
+                }
+            }
+        }
+        let mut tally = Tally::default();
+        let threshold = NEGLIGIBLE / weight;
+        let mut index = 0;
+        for k in 0..n3 as i32 {
+            for j in 0..n2 as i32 {
+                for i in 0..n1 as i32 {
+                    let v = &self.sums[index];
+                    index += 1;
+                    if v[0] <= threshold {
+                        continue;
+                    }
+                    let fraction = (weight * v[0]).min(1.0);
+                    let cell = [self.first[0] + i, self.first[1] + j, self.first[2] + k];
+                    let local = Vector::new(v[1] / v[0] + 0.5, v[2] / v[0] + 0.5, 0.5 * v[3] / v[0]);
+                    let floor = Vector::new(Real::from(cell[0]), Real::from(cell[1]), Real::from(cell[2]));
+                    let centroid = grid.lower + grid.spacing * (floor + local);
+                    tally.cells += fraction;
+                    tally.leeway += fraction * (1.0 - fraction);
+                    tally.moment += fraction * centroid;
+                    covers.push(CellCover { cell, fraction, centroid });
+                }
+            }
+        }
+        tally
+    }
+}
+
+/// Brings the sum of the fractions to `exact` and their common centre to `position`, full cells untouched.
+fn correct(covers: &mut [CellCover], tally: &Tally, exact: Real, position: Vector) {
+    let k = tally.correction(exact).clamp(-1.0, 1.0);
+    let (mut leeway, mut moment) = (0.0, Vector::ZERO);
+    for cover in &mut *covers {
+        cover.fraction += k * cover.fraction * (1.0 - cover.fraction);
+        leeway += cover.fraction * (1.0 - cover.fraction);
+        moment += cover.fraction * (cover.centroid - position);
+    }
+    if leeway > NEGLIGIBLE {
+        let shift = -moment / leeway;
+        for cover in covers {
+            cover.centroid += (1.0 - cover.fraction) * shift;
+        }
+    }
+}

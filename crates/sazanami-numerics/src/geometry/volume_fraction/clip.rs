@@ -1,0 +1,107 @@
+//! The surface cut by the faces of the cells, integrated exactly.
+
+use super::{Block, Sums};
+use crate::{Real, Vector};
+
+/// A triangle cut by six planes has at most nine corners.
+const CORNERS: usize = 10;
+
+/// A convex polygon.
+#[derive(Clone, Copy)]
+struct Polygon {
+    corners: [Vector; CORNERS],
+    len: usize,
+}
+
+/// Adds all triangles to the block; the integrals are in cells already.
+pub(super) fn accumulate(nodes: &[Vector], triangles: &[[u32; 3]], block: &mut Block) -> Real {
+    for triangle in triangles {
+        let corners = triangle.map(|node| nodes[node as usize]);
+        let mut rest = Polygon { corners: [Vector::ZERO; CORNERS], len: 3 };
+        rest.corners[..3].copy_from_slice(&corners);
+        let lower = corners[0].min(corners[1]).min(corners[2]).floor();
+        let upper = corners[0].max(corners[1]).max(corners[2]).floor();
+        slices(rest, 0, [lower, upper], |i, slab| {
+            slices(slab, 1, [lower, upper], |j, rod| {
+                slices(rod, 2, [lower, upper], |k, piece| {
+                    let floor = Vector::new(i as Real + 0.5, j as Real + 0.5, k as Real);
+                    let index = block.index(i, j, k);
+                    add(&piece, floor, &mut block.sums[index]);
+                });
+            });
+        });
+    }
+    1.0
+}
+
+/// Cuts a polygon at the whole numbers between the bounds along `axis` and visits the parts by cell index.
+#[inline(always)]
+fn slices(polygon: Polygon, axis: usize, [lower, upper]: [Vector; 2], mut visit: impl FnMut(usize, Polygon)) {
+    let (first, last) = (lower[axis] as usize, upper[axis] as usize);
+    let mut rest = polygon;
+    for index in first..last {
+        let (below, above) = cut(&rest, axis, (index + 1) as Real);
+        if below.len > 2 {
+            visit(index, below);
+        }
+        rest = above;
+        if rest.len < 3 {
+            return;
+        }
+    }
+    visit(last, rest);
+}
+
+/// The parts of a polygon below and above `level` along `axis`.
+fn cut(polygon: &Polygon, axis: usize, level: Real) -> (Polygon, Polygon) {
+    let empty = Polygon { corners: [Vector::ZERO; CORNERS], len: 0 };
+    let (mut below, mut above) = (empty, empty);
+    let mut previous = polygon.corners[polygon.len - 1];
+    for &corner in &polygon.corners[..polygon.len] {
+        let (from, to) = (previous[axis] - level, corner[axis] - level);
+        if from * to < 0.0 {
+            let mut crossing = previous + from / (from - to) * (corner - previous);
+            crossing[axis] = level;
+            below.push(crossing);
+            above.push(crossing);
+        }
+        if to <= 0.0 {
+            below.push(corner);
+        }
+        if to >= 0.0 {
+            above.push(corner);
+        }
+        previous = corner;
+    }
+    (below, above)
+}
+
+impl Polygon {
+    #[inline(always)]
+    fn push(&mut self, corner: Vector) {
+        if self.len < CORNERS {
+            self.corners[self.len] = corner;
+            self.len += 1;
+        }
+    }
+}
+
+/// Adds the integrals over a polygon inside one cell, whose floor has its centre at `floor`.
+fn add(polygon: &Polygon, floor: Vector, sums: &mut Sums) {
+    let p = polygon.corners[0] - floor;
+    for pair in polygon.corners[1..polygon.len].windows(2) {
+        let (q, r) = (pair[0] - floor, pair[1] - floor);
+        let area = 0.5 * ((q.x - p.x) * (r.y - p.y) - (q.y - p.y) * (r.x - p.x));
+        let s = p + q + r;
+        // int f g dA = area/12 (sum f_i g_i + sum f_i sum g_i) for linear f, g.
+        let twelfth = area / 12.0;
+        sums[0] += area / 3.0 * s.z;
+        sums[1] += twelfth * (p.z * p.x + q.z * q.x + r.z * r.x + s.z * s.x);
+        sums[2] += twelfth * (p.z * p.y + q.z * q.y + r.z * r.y + s.z * s.y);
+        sums[3] += twelfth * (p.z * p.z + q.z * q.z + r.z * r.z + s.z * s.z);
+        sums[4] += area;
+        sums[5] += area / 3.0 * s.x;
+        sums[6] += area / 3.0 * s.y;
+        sums[7] += area;
+    }
+}
