@@ -231,7 +231,8 @@ fn quoted(text: &str) -> String {
     if text.contains([',', '"']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text }
 }
 
-/// Replaces `path` by `value` as indented JSON, all at once.
+/// Replaces `path` by `value` as indented JSON, all at once. JSON knows no NaN: numbers that are not finite become
+/// `null`, as what was not observed does.
 ///
 /// # Errors
 /// If the value has no JSON form or the file system refuses; the old file is then untouched.
