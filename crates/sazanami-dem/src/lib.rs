@@ -1,1 +1,29 @@
-//! sazanami-dem
+//! Grains as rigid bodies in contact (discrete element method): spheres fixed to bodies of any shape,
+//! springs, dashpots and friction between them, and beds packed from them.
+//!
+//! [`Engine`] moves grains; [`Packing`] makes beds. Fluids act through [`Loads`]. A grain belongs to
+//! the rank whose part of the domain holds its centre of mass; copies on other ranks and periodic
+//! images are ghosts. Every sum has an order given by identifiers, so that the bits of a run depend
+//! neither on threads, nor on ranks, nor on the age of neighbour lists.
+
+mod body;
+mod contact;
+mod engine;
+mod error;
+mod ghosts;
+mod grain;
+mod lanes;
+mod material;
+mod motion;
+mod snapshot;
+mod wall;
+
+pub use body::Body;
+pub use engine::{ContactReport, Engine, Loads, Setup, Substeps};
+pub use error::DemError;
+pub use grain::{ATTACHED, Grain, Grains, Motion};
+pub use material::{ContactLaw, Damping, Interactions, Multiplicity, SlipDirection, damping_ratio, restitution};
+pub use wall::Wall;
+
+/// Identifiers from here on stand for walls in reports: `WALL + number`.
+pub const WALL: u64 = 1 << 62;

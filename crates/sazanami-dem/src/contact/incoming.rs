@@ -1,0 +1,104 @@
+//! For each of this rank's grains, the touching pairs in which it comes second, by the identifier of
+//! the first: with them the sum over its partners has one order on every rank.
+
+use super::Wrench;
+use super::block::Block;
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Entry {
+    block: u32,
+    pair: u32,
+    rank: u32,
+}
+
+/// See the module.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Incoming {
+    /// First place of each grain, and the number of places.
+    starts: Vec<u32>,
+    counts: Vec<u32>,
+    entries: Vec<Entry>,
+    order: Vec<(u64, [i32; 2], u32, u32)>,
+}
+
+impl Incoming {
+    /// Takes the pairs of new blocks, gives each its rank, and enters those that touch.
+    pub fn rebuild(&mut self, blocks: &mut [Block], ids: &[u64], owned: usize) {
+        self.starts.clear();
+        self.starts.resize(owned + 1, 0);
+        for pair in blocks.iter().flat_map(|b| &b.pairs) {
+            if (pair.high as usize) < owned {
+                self.starts[pair.high as usize + 1] += 1;
+            }
+        }
+        for g in 0..owned {
+            self.starts[g + 1] += self.starts[g];
+        }
+        let places = self.starts[owned] as usize;
+        self.counts.clear();
+        self.counts.resize(owned, 0);
+        self.entries.clear();
+        self.entries.resize(places, Entry::default());
+        // Rows of own grains come in the order of identifiers; those of ghosts break it.
+        self.order.clear();
+        self.order.resize(places, (0, [0; 2], 0, 0));
+        for (b, block) in blocks.iter().enumerate() {
+            for (p, pair) in block.pairs.iter().enumerate() {
+                let high = pair.high as usize;
+                if high < owned {
+                    let at = (self.starts[high] + self.counts[high]) as usize;
+                    self.order[at] = (ids[pair.low as usize], pair.image, b as u32, p as u32);
+                    self.counts[high] += 1;
+                }
+            }
+        }
+        for g in 0..owned {
+            let row = &mut self.order[self.starts[g] as usize..self.starts[g + 1] as usize];
+            if !row.is_sorted() {
+                row.sort_unstable();
+            }
+            self.counts[g] = 0;
+            for (rank, &(_, _, block, p)) in row.iter().enumerate() {
+                let pair = &mut blocks[block as usize].pairs[p as usize];
+                pair.rank = rank as u32;
+                if pair.touching {
+                    let at = self.starts[g] + self.counts[g];
+                    self.entries[at as usize] = Entry { block, pair: p, rank: pair.rank };
+                    self.counts[g] += 1;
+                }
+            }
+        }
+    }
+
+    /// Follows the pairs that began or ceased to touch.
+    pub fn follow(&mut self, blocks: &[Block]) {
+        for (b, block) in blocks.iter().enumerate() {
+            for &p in &block.changes {
+                let pair = &block.pairs[p as usize];
+                let g = pair.high as usize;
+                let Some(count) = self.counts.get_mut(g) else { continue };
+                let row = &mut self.entries[self.starts[g] as usize..self.starts[g + 1] as usize];
+                let at = row[..*count as usize].partition_point(|e| e.rank < pair.rank);
+                if pair.touching {
+                    row.copy_within(at..*count as usize, at + 1);
+                    row[at] = Entry { block: b as u32, pair: p, rank: pair.rank };
+                    *count += 1;
+                } else {
+                    row.copy_within(at + 1..*count as usize, at);
+                    *count -= 1;
+                }
+            }
+        }
+    }
+
+    /// Sum of the actions on own grain `g` of the pairs in which it is second, and whether there are any.
+    #[inline(always)]
+    pub fn total(&self, blocks: &[Block], g: usize) -> (Wrench, bool) {
+        let start = self.starts[g] as usize;
+        let mut total = Wrench::default();
+        for entry in &self.entries[start..start + self.counts[g] as usize] {
+            total += blocks[entry.block as usize].on_high[entry.pair as usize];
+        }
+        (total, self.counts[g] > 0)
+    }
+}

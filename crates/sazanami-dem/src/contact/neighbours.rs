@@ -1,0 +1,302 @@
+//! The list of neighbouring grains, and how the state of pairs and contacts passes from one list to the next.
+
+use sazanami_numerics::{Real, Vector};
+use sazanami_parallel::for_each_chunk;
+
+use super::block::{Block, Contact, Pair, ROWS};
+use super::search::Rod;
+use super::walls::{WallContact, WallPair};
+use super::{ContactRecord, World};
+use crate::grain::{Grains, Motion};
+use crate::material::Interactions;
+
+/// Grains sorted into the cells of a grid.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct CellList {
+    lower: Vector,
+    inverse_edge: Real,
+    cells: [usize; 3],
+    starts: Vec<u32>,
+    sorted: Vec<u32>,
+    cell_of: Vec<u32>,
+}
+
+impl CellList {
+    /// Most cells per grain; larger boxes get larger cells.
+    const MOST: usize = 4;
+
+    fn sort(&mut self, positions: &[Vector], edge: Real) {
+        let lower = positions.iter().copied().fold(Vector::INFINITY, Vector::min);
+        let upper = positions.iter().copied().fold(Vector::NEG_INFINITY, Vector::max);
+        let mut edge = edge;
+        let count = |edge: Real| ((upper - lower) / edge).floor().to_array().map(|n| n.max(0.0) + 1.0);
+        while count(edge).iter().product::<Real>() > (Self::MOST * positions.len() + 64) as Real {
+            edge *= 1.3;
+        }
+        self.lower = lower;
+        self.inverse_edge = 1.0 / edge;
+        self.cells = if positions.is_empty() { [1; 3] } else { count(edge).map(|n| n as usize) };
+        self.starts.clear();
+        self.starts.resize(self.cells.iter().product::<usize>() + 1, 0);
+        self.cell_of.clear();
+        for &p in positions {
+            let c = self.place(p);
+            let cell = (c[2] * self.cells[1] + c[1]) * self.cells[0] + c[0];
+            self.cell_of.push(cell as u32);
+            self.starts[cell + 1] += 1;
+        }
+        for c in 1..self.starts.len() {
+            self.starts[c] += self.starts[c - 1];
+        }
+        self.sorted.clear();
+        self.sorted.resize(positions.len(), 0);
+        for (g, &cell) in self.cell_of.iter().enumerate().rev() {
+            let next = self.starts[cell as usize + 1] - 1;
+            self.starts[cell as usize + 1] = next;
+            self.sorted[next as usize] = g as u32;
+        }
+        // Filling backwards has moved every start one cell up.
+        for c in 1..self.starts.len() {
+            self.starts[c - 1] = self.starts[c];
+        }
+        if let Some(end) = self.starts.last_mut() {
+            *end = positions.len() as u32;
+        }
+    }
+
+    fn place(&self, position: Vector) -> [usize; 3] {
+        let s = ((position - self.lower) * self.inverse_edge).to_array();
+        std::array::from_fn(|d| (s[d].max(0.0) as usize).min(self.cells[d] - 1))
+    }
+
+    /// Calls `visit` for all grains in cells that the box from `lower` to `upper` meets.
+    fn visit(&self, lower: Vector, upper: Vector, mut visit: impl FnMut(u32)) {
+        let (a, b) = (self.place(lower), self.place(upper));
+        for k in a[2]..=b[2] {
+            for j in a[1]..=b[1] {
+                let row = (k * self.cells[1] + j) * self.cells[0];
+                let range = self.starts[row + a[0]] as usize..self.starts[row + b[0] + 1] as usize;
+                self.sorted[range].iter().for_each(|&g| visit(g));
+            }
+        }
+    }
+}
+
+/// Bounds of a grain for the list.
+#[derive(Clone, Copy, Debug)]
+struct Bound {
+    rod: Rod,
+    /// Half extents of the capsule's box about `middle`, reach included [m].
+    half: Vector,
+    /// Centre of the capsule's box [m].
+    middle: Vector,
+    reach: Real,
+    mobile: bool,
+}
+
+/// The previous list: where the bounds of sleeping pairs are found again.
+pub(crate) struct Previous<'a> {
+    pub blocks: &'a [Block],
+    pub budget: &'a [Real],
+    pub wall_budget: &'a [Real],
+    /// Former number of each grain and ghost; `u32::MAX`: not known before.
+    pub number: &'a [u32],
+}
+
+/// What pairs are made of.
+#[derive(Clone, Copy)]
+pub(crate) struct Matter<'a> {
+    pub grains: &'a Grains,
+    pub interactions: &'a Interactions,
+    /// How far each grain may go before the list ends [m].
+    pub reach: &'a [Real],
+    /// Contacts to be taken over, by key.
+    pub records: &'a [ContactRecord],
+}
+
+/// Work space for building lists.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct ListBuilder {
+    cells: CellList,
+    bounds: Vec<Bound>,
+    centres: Vec<Vector>,
+}
+
+impl ListBuilder {
+    /// Fills `blocks` with all pairs nearer than the sum of their reaches.
+    pub fn build(
+        &mut self,
+        world: &World<'_>,
+        matter: Matter<'_>,
+        previous: Option<&Previous<'_>>,
+        blocks: &mut Vec<Block>,
+    ) {
+        let grains = matter.grains;
+        let count = grains.len();
+        blocks.resize_with(count.div_ceil(ROWS), Block::default);
+        self.bounds.clear();
+        self.bounds.extend((0..count).map(|g| bound(world, grains, matter.reach[g], g)));
+        self.centres.clear();
+        self.centres.extend(self.bounds.iter().map(|b| b.middle));
+        let largest = self.bounds.iter().map(|b| b.half).fold(Vector::ZERO, Vector::max);
+        self.cells.sort(&self.centres, 1.1 * largest.max_element().max(Real::MIN_POSITIVE));
+        let (cells, bounds) = (&self.cells, &self.bounds[..]);
+        for_each_chunk(&mut blocks[..], 1, |number, block| {
+            let first = number * ROWS;
+            fill(&mut block[0], first..(first + ROWS).min(count), world, matter, previous, (cells, bounds, largest));
+        });
+    }
+}
+
+fn bound(world: &World<'_>, grains: &Grains, reach: Real, g: usize) -> Bound {
+    let frame = &world.frames[g];
+    let mut rod = Rod::new(&world.bodies[frame.body as usize].capsule, &frame.rotation, frame.scale);
+    rod.start += grains.position[g];
+    rod.end += grains.position[g];
+    let half = 0.5 * (rod.end - rod.start).abs() + Vector::splat(rod.radius + reach);
+    let mobile = grains.motion[g] == Motion::Free;
+    Bound { rod, half, middle: 0.5 * (rod.start + rod.end), reach, mobile }
+}
+
+fn fill(
+    block: &mut Block,
+    rows: std::ops::Range<usize>,
+    world: &World<'_>,
+    matter: Matter<'_>,
+    previous: Option<&Previous<'_>>,
+    (cells, bounds, largest): (&CellList, &[Bound], Vector),
+) {
+    let Matter { grains, interactions, records, .. } = matter;
+    block.reset(rows.start, rows.len());
+    let mut near: Vec<(u64, [i32; 2], u32, Real)> = Vec::new();
+    for low in rows {
+        near.clear();
+        let b = &bounds[low];
+        cells.visit(b.middle - b.half - largest, b.middle + b.half + largest, |high| {
+            let h = high as usize;
+            if grains.id[h] <= grains.id[low] || low >= world.owned && h >= world.owned {
+                return;
+            }
+            let o = &bounds[h];
+            let apart = (o.middle - b.middle).abs() - (o.half + b.half);
+            if apart.max_element() > 0.0 || !(b.mobile || o.mobile) {
+                return;
+            }
+            let gap = b.rod.gap(&o.rod, Vector::ZERO);
+            if gap < b.reach + o.reach {
+                let (m, n) = (grains.image[low], grains.image[h]);
+                near.push((grains.id[h], [n[0] - m[0], n[1] - m[1]], high, gap));
+            }
+        });
+        near.sort_unstable_by_key(|&(id, image, ..)| (id, image));
+        let id = grains.id[low];
+        let from = records.partition_point(|r| r.low < id);
+        let mine = records[from..].iter().take_while(|r| r.low == id);
+        for &(_, image, high, gap) in &near {
+            let p = block.pairs.len() as u32;
+            let known = mine.clone().filter(|r| r.high == grains.id[high as usize] && r.image == image);
+            block.contacts.extend(known.map(|r| Contact {
+                pair: p,
+                a: r.a,
+                b: r.b,
+                deep: r.deep != 0,
+                d_t: Vector::from_array(r.d_t),
+            }));
+            let touching = block.contacts.last().is_some_and(|c| c.pair == p);
+            let pair = pair(world, grains, interactions, [low as u32, high], image, touching);
+            let bound = previous.and_then(|old| remaining(old, low, high as usize)).unwrap_or(Real::NEG_INFINITY);
+            let wake = world.budget[low] + world.budget[high as usize];
+            block.push(pair, wake + bound.max(gap * (1.0 - 1e-9)));
+        }
+        block.end_row();
+        if low < world.owned && bounds[low].mobile {
+            add_walls(block, world, matter, previous, low, &bounds[low]);
+        }
+    }
+}
+
+fn pair(
+    world: &World<'_>,
+    grains: &Grains,
+    interactions: &Interactions,
+    [low, high]: [u32; 2],
+    image: [i32; 2],
+    touching: bool,
+) -> Pair {
+    let (l, h) = (low as usize, high as usize);
+    let law = interactions.index(grains.material[l], grains.material[h]);
+    // A grain that forces do not move is a wall to the other.
+    let inverse = |g: usize| if grains.motion[g] == Motion::Free { 1.0 / grains.mass[g] } else { 0.0 };
+    let factor = if world.constants[law as usize].by_mass { (inverse(l) + inverse(h)).recip().sqrt() } else { 1.0 };
+    Pair {
+        low,
+        high,
+        law,
+        rank: 0,
+        factor,
+        shift: Vector::new(Real::from(image[0]) * world.period.x, Real::from(image[1]) * world.period.y, 0.0),
+        image,
+        touching,
+        multiplicity: interactions.laws()[law as usize].multiplicity,
+    }
+}
+
+/// What was left of the gap of a pair of the previous list, if it was listed.
+fn remaining(old: &Previous<'_>, low: usize, high: usize) -> Option<Real> {
+    let (low, high) = (old.number[low], old.number[high]);
+    if low == u32::MAX || high == u32::MAX {
+        return None;
+    }
+    let block = &old.blocks[low as usize / ROWS];
+    let row = low as usize - block.first;
+    let range = block.starts[row] as usize..block.starts[row + 1] as usize;
+    let at = range.start + block.high[range].iter().position(|&h| h == high)?;
+    Some(block.wake[at] - old.budget[low as usize] - old.budget[high as usize])
+}
+
+fn add_walls(
+    block: &mut Block,
+    world: &World<'_>,
+    matter: Matter<'_>,
+    previous: Option<&Previous<'_>>,
+    grain: usize,
+    bound: &Bound,
+) {
+    let Matter { grains, interactions, records, reach } = matter;
+    let id = grains.id[grain];
+    for (w, wall) in world.walls.iter().enumerate() {
+        let height = wall.distance(bound.rod.start).min(wall.distance(bound.rod.end)) - bound.rod.radius;
+        // Walls may move as far as grains before the list ends.
+        if height >= 2.0 * reach[grain] {
+            continue;
+        }
+        let law = interactions.index(grains.material[grain], wall.material);
+        let factor = if world.constants[law as usize].by_mass { grains.mass[grain].sqrt() } else { 1.0 };
+        let p = block.walls.pairs.len() as u32;
+        let high = crate::WALL + w as u64;
+        let from = records.partition_point(|r| (r.low, r.high) < (id, high));
+        let known = records[from..].iter().take_while(|r| (r.low, r.high) == (id, high));
+        block.walls.contacts.extend(known.map(|r| WallContact {
+            pair: p,
+            a: r.a,
+            deep: r.deep != 0,
+            d_t: Vector::from_array(r.d_t),
+        }));
+        let left = previous.and_then(|old| remaining_to_wall(old, grain, w)).unwrap_or(Real::NEG_INFINITY);
+        block.walls.pairs.push(WallPair {
+            grain: grain as u32,
+            wall: w as u32,
+            law,
+            factor,
+            wake: world.budget[grain] + world.wall_budget[w] + left.max(height * (1.0 - 1e-9)),
+            multiplicity: interactions.laws()[law as usize].multiplicity,
+        });
+    }
+}
+
+fn remaining_to_wall(old: &Previous<'_>, grain: usize, wall: usize) -> Option<Real> {
+    let number = old.number[grain];
+    let block = old.blocks.get(number as usize / ROWS)?;
+    let pair = block.walls.pairs.iter().find(|p| (p.grain, p.wall as usize) == (number, wall))?;
+    Some(pair.wake - old.budget[number as usize] - old.wall_budget[wall])
+}

@@ -1,0 +1,76 @@
+//! What can go wrong among grains, in physical terms.
+
+use sazanami_numerics::domain::FailedElsewhere;
+use sazanami_numerics::snapshot::SnapshotError;
+use sazanami_numerics::{Real, Vector};
+
+/// The grains cannot be set up or moved on.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum DemError {
+    /// A position, velocity, orientation or angular momentum is not a number any more.
+    #[error("grain {id} at {position} m is no longer a number in sub-step {substep}")]
+    NotFinite {
+        /// Identifier of the grain.
+        id: u64,
+        /// Last known position of its centre of mass [m].
+        position: Vector,
+        /// Sub-step within the call, from 0.
+        substep: usize,
+    },
+    /// A centre of mass left the region that grains may be in.
+    #[error("grain {id} escaped from the box: its centre of mass is at {position} m")]
+    GrainEscaped {
+        /// Identifier of the grain.
+        id: u64,
+        /// Position of its centre of mass [m].
+        position: Vector,
+    },
+    /// Two contact spheres, or a sphere and a wall, interpenetrate too far.
+    #[error(
+        "grains {} and {} overlap by {:.0} % of a contact sphere's radius at {position} m in sub-step {substep}",
+        ids[0], Partner(ids[1]), fraction * 100.0
+    )]
+    OverlapTooLarge {
+        /// Identifiers of the grains; [`crate::WALL`] plus its number for a wall.
+        ids: [u64; 2],
+        /// Overlap over the radius of the smaller sphere.
+        fraction: Real,
+        /// Position of the first grain [m].
+        position: Vector,
+        /// Sub-step within the call, from 0.
+        substep: usize,
+    },
+    /// A periodic direction is too short for the grains to tell each other from their own images.
+    #[error("the box is {length} m long in periodic direction x{}, but the grains need {needed} m", direction + 1)]
+    BoxTooShort {
+        /// Direction, 0 or 1.
+        direction: usize,
+        /// Extent of the box [m].
+        length: Real,
+        /// Extent needed [m].
+        needed: Real,
+    },
+    /// Grains are described inconsistently.
+    #[error("grain {id}: {what}")]
+    BadGrain {
+        /// Identifier of the grain.
+        id: u64,
+        /// What is wrong with it.
+        what: String,
+    },
+    /// A snapshot does not hold what is needed.
+    #[error(transparent)]
+    Snapshot(#[from] SnapshotError),
+    /// The grains of another rank failed.
+    #[error(transparent)]
+    Elsewhere(#[from] FailedElsewhere),
+}
+
+/// Shows a partner that may be a wall.
+struct Partner(u64);
+
+impl std::fmt::Display for Partner {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        if self.0 >= crate::WALL { write!(f, "wall {}", self.0 - crate::WALL) } else { self.0.fmt(f) }
+    }
+}

@@ -1,0 +1,1 @@
+//! Complete state of the grains as named arrays.
