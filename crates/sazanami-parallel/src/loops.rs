@@ -40,40 +40,19 @@ pub fn for_each_index(count: usize, least: usize, body: impl Fn(usize) + Sync) {
 
 /// One or several mutable slices of equal length that are cut together.
 pub trait SlicesMut: Sized + Send {
-    /// The same slices for a shorter time.
-    type Reborrow<'b>: SlicesMut
-    where
-        Self: 'b;
     /// Common length.
     fn length(&self) -> usize;
     /// Cuts all slices at `middle`.
     fn cut(self, middle: usize) -> (Self, Self);
-    /// Lends the slices.
-    fn lend(&mut self) -> Self::Reborrow<'_>;
-    /// The part of all slices in `range`.
-    fn part(&mut self, range: Range<usize>) -> Self::Reborrow<'_>;
 }
 
 impl<T: Send> SlicesMut for &mut [T] {
-    type Reborrow<'b>
-        = &'b mut [T]
-    where
-        Self: 'b;
-
     fn length(&self) -> usize {
         self.len()
     }
 
     fn cut(self, middle: usize) -> (Self, Self) {
         self.split_at_mut(middle)
-    }
-
-    fn lend(&mut self) -> Self::Reborrow<'_> {
-        self
-    }
-
-    fn part(&mut self, range: Range<usize>) -> Self::Reborrow<'_> {
-        &mut self[range]
     }
 }
 
@@ -86,34 +65,19 @@ pub struct Rows<'a, T> {
 }
 
 impl<T: Send> SlicesMut for Rows<'_, T> {
-    type Reborrow<'b>
-        = Rows<'b, T>
-    where
-        Self: 'b;
-
     fn length(&self) -> usize {
         self.data.len() / self.width
     }
 
     fn cut(self, middle: usize) -> (Self, Self) {
         let (a, b) = self.data.split_at_mut(middle * self.width);
-        (Rows { data: a, width: self.width }, Rows { data: b, width: self.width })
-    }
-
-    fn lend(&mut self) -> Self::Reborrow<'_> {
-        Rows { data: self.data, width: self.width }
-    }
-
-    fn part(&mut self, range: Range<usize>) -> Self::Reborrow<'_> {
-        Rows { data: &mut self.data[range.start * self.width..range.end * self.width], width: self.width }
+        (Self { data: a, width: self.width }, Self { data: b, width: self.width })
     }
 }
 
 macro_rules! slices_mut_for_tuple {
     ($($name:ident . $index:tt),+) => {
         impl<$($name: SlicesMut),+> SlicesMut for ($($name,)+) {
-            type Reborrow<'b> = ($($name::Reborrow<'b>,)+) where Self: 'b;
-
             fn length(&self) -> usize {
                 let length = self.0.length();
                 $(debug_assert_eq!(self.$index.length(), length);)+
@@ -123,14 +87,6 @@ macro_rules! slices_mut_for_tuple {
             fn cut(self, middle: usize) -> (Self, Self) {
                 let halves = ($(self.$index.cut(middle),)+);
                 (($(halves.$index.0,)+), ($(halves.$index.1,)+))
-            }
-
-            fn lend(&mut self) -> Self::Reborrow<'_> {
-                ($(self.$index.lend(),)+)
-            }
-
-            fn part(&mut self, range: Range<usize>) -> Self::Reborrow<'_> {
-                ($(self.$index.part(range.clone()),)+)
             }
         }
     };
