@@ -1,0 +1,8 @@
+//! Linear solvers for the equations of the grid.
+
+mod conjugate_gradient;
+mod equation;
+mod multigrid;
+
+pub use conjugate_gradient::{ConjugateGradient, Solution, SolveError, Stop};
+pub use equation::{Equation, FaceEquation};

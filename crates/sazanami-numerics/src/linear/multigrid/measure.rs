@@ -1,0 +1,94 @@
+//! Sums over rows: products in single precision in eight lanes, rows added up in double precision.
+
+use std::ops::Range;
+
+use super::chequerboard::Colours;
+use super::level::{BLACK, Frame, RED};
+use super::stencil::{RUN, Source};
+use super::wavefront::Planes;
+
+const LANES: usize = 8;
+
+/// Sums of the values that `terms` gives for the places below `count`.
+#[inline(always)]
+pub(super) fn sums_of<const N: usize>(count: usize, terms: impl Fn(usize) -> [f32; N]) -> [f64; N] {
+    let mut lanes = [[0.0f32; LANES]; N];
+    let whole = count / LANES * LANES;
+    for start in (0..whole).step_by(LANES) {
+        for lane in 0..LANES {
+            let terms = terms(start + lane);
+            for n in 0..N {
+                lanes[n][lane] += terms[n];
+            }
+        }
+    }
+    for at in whole..count {
+        let terms = terms(at);
+        for n in 0..N {
+            lanes[n][at - whole] += terms[n];
+        }
+    }
+    lanes.map(|lanes| lanes.iter().map(|&v| f64::from(v)).sum())
+}
+
+/// Largest magnitude of `values`; NaN if one is NaN.
+#[inline(always)]
+pub(super) fn largest_of(values: &[f32]) -> f64 {
+    let mut lanes = [0.0f32; LANES];
+    let mut faults = 0.0f32;
+    let (chunks, rest) = values.as_chunks::<LANES>();
+    for chunk in chunks {
+        for (lane, v) in lanes.iter_mut().zip(chunk) {
+            *lane = lane.max(v.abs());
+            faults += v * 0.0;
+        }
+    }
+    for (lane, v) in lanes.iter_mut().zip(rest) {
+        *lane = lane.max(v.abs());
+        faults += v * 0.0;
+    }
+    f64::from(lanes.into_iter().fold(faults, |a, b| if a.is_nan() { a } else { a.max(b) }))
+}
+
+impl Frame {
+    /// Adds `b x`, `previous x`, `x A x` and `x` over rows of plane `k` to `sums`.
+    #[inline]
+    pub(super) fn measure(
+        &self,
+        (rows, k): (Range<usize>, usize),
+        x: [&Planes<'_, f32>; 2],
+        b: &Colours,
+        previous: &Colours,
+        sums: &mut [f64; 4],
+    ) {
+        let board = &self.stencil.board;
+        let k = k as isize;
+        for j in rows.map(|j| j as isize) {
+            for colour in [RED, BLACK] {
+                let length = board.length(board.offset(colour, j, k));
+                let at = board.first(j, k);
+                for m0 in (0..length).step_by(RUN) {
+                    let n = (length - m0).min(RUN);
+                    let b = b[colour].run(at + m0, n);
+                    let previous = previous[colour].run(at + m0, n);
+                    let values = x[colour].run(at + m0, n);
+                    let mut product = [0.0f32; RUN];
+                    // Red was relaxed last: there `A x` is `b`.
+                    let ax = if colour == BLACK || self.residual_colours.len() == 2 {
+                        self.stencil.apply(colour, (j, k), m0, x, &mut product[..n]);
+                        &product[..n]
+                    } else {
+                        b
+                    };
+                    let row = sums_of(n, |m| {
+                        let v = values[m];
+                        [v * b[m], v * previous[m], v * ax[m], v]
+                    });
+                    for (sum, row) in sums.iter_mut().zip(row) {
+                        *sum += row;
+                    }
+                }
+            }
+        }
+    }
+}
