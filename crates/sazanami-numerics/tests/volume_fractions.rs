@@ -61,7 +61,8 @@ fn paper_grid() -> Grid {
 
 fn paper_grain() -> Shape {
     let spheres = ContactSphereRule::Axis { count: 9 };
-    Shape::spheroid(0.26e-3, 0.635e-3, SpheroidMesh::PAPER, VolumeRule::Inscribed, &spheres).unwrap()
+    Shape::spheroid(0.26e-3, 0.635e-3, SpheroidMesh::PAPER, VolumeRule::Inscribed, &spheres)
+        .expect("the shape is sound")
 }
 
 fn tetrahedron(size: Real) -> Shape {
@@ -70,11 +71,12 @@ fn tetrahedron(size: Real) -> Shape {
         tetrahedra: vec![[0, 1, 2, 3]],
     };
     Shape::from_mesh("tetrahedron", mesh, &ContactSphereRule::Listed(vec![(Vector::splat(0.2 * size), 0.1 * size)]))
-        .unwrap()
+        .expect("the shape is sound")
 }
 
 fn cuboid(edges: Vector) -> Shape {
-    Shape::cuboid(edges, &ContactSphereRule::Listed(vec![(Vector::ZERO, 0.4 * edges.min_element())])).unwrap()
+    Shape::cuboid(edges, &ContactSphereRule::Listed(vec![(Vector::ZERO, 0.4 * edges.min_element())]))
+        .expect("the shape is sound")
 }
 
 fn imprint(

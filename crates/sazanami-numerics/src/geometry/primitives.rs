@@ -56,8 +56,8 @@ pub fn spheroid_mesh(a: Real, c: Real, resolution: SpheroidMesh, rule: VolumeRul
     }
     mesh.nodes.push(Vector::new(-c, 0.0, 0.0));
     mesh.nodes.push(Vector::new(c, 0.0, 0.0));
-    for ring in mesh.first_centre..=mesh.last_centre {
-        mesh.nodes.push(Vector::new(c * positions[ring], 0.0, 0.0));
+    for &x in &positions[mesh.first_centre..=mesh.last_centre] {
+        mesh.nodes.push(Vector::new(c * x, 0.0, 0.0));
     }
     mesh.connect();
     let mesh = TetrahedralMesh { nodes: mesh.nodes, tetrahedra: mesh.tetrahedra };

@@ -121,7 +121,20 @@ impl Rasteriser {
         grid: &Grid,
         covers: &mut Vec<CellCover>,
     ) -> Imprint {
-        self.place(shape, position, orientation, grid);
+        self.imprint_scaled(shape, 1.0, position, orientation, grid, covers)
+    }
+
+    /// [`Self::imprint`] of the shape with every length multiplied by `scale`.
+    pub fn imprint_scaled(
+        &mut self,
+        shape: &Shape,
+        scale: Real,
+        position: Vector,
+        orientation: Quaternion,
+        grid: &Grid,
+        covers: &mut Vec<CellCover>,
+    ) -> Imprint {
+        self.place(shape, scale, position, orientation, grid);
         let triangles = &shape.surface().triangles;
         let start = covers.len();
         let weight = match self.method {
@@ -133,7 +146,7 @@ impl Rasteriser {
             }
             VolumeFractionMethod::Clip => clip::accumulate(&self.nodes, triangles, &mut self.block),
         };
-        let exact_cells = shape.volume() / grid.cell_volume();
+        let exact_cells = shape.volume() * scale.powi(3) / grid.cell_volume();
         let mut tally = self.block.collect(weight, grid, covers);
         let raw_volume_error = tally.cells / exact_cells - 1.0;
         let fell_back = tally.correction(exact_cells).abs() > LARGEST_CORRECTION;
@@ -148,8 +161,8 @@ impl Rasteriser {
     }
 
     /// Moves the nodes to their place and lays an empty block of cells around them.
-    fn place(&mut self, shape: &Shape, position: Vector, orientation: Quaternion, grid: &Grid) {
-        let to_cells = Matrix::from_diagonal(grid.spacing.recip()) * Matrix::from_quat(orientation);
+    fn place(&mut self, shape: &Shape, scale: Real, position: Vector, orientation: Quaternion, grid: &Grid) {
+        let to_cells = Matrix::from_diagonal(grid.spacing.recip() * scale) * Matrix::from_quat(orientation);
         let origin = (position - grid.lower) / grid.spacing;
         let (mut lower, mut upper) = (Vector::splat(Real::INFINITY), Vector::splat(Real::NEG_INFINITY));
         self.nodes.clear();
