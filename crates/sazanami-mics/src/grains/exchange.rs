@@ -1,0 +1,144 @@
+//! Back-projection: the velocity of cells that grains cover becomes mass-averaged, and the momentum
+//! that this takes from the fluid goes to the grains.
+//!
+//! With alpha the solid fraction, `u_s` the rigid velocity at the covered centroid and
+//! `w = alpha rho_s / ((1 - alpha) rho_f + alpha rho_s)`,
+//!
+//! ```text
+//! u <- u + sum_k w (alpha_k / alpha) (u_s,k - u)
+//! ```
+//!
+//! (Yagyu et al. 2015, section 2 (3), "mass-averaged velocity"). The stress integral that drives
+//! the grains does not contain the momentum this removes from partly covered cells; the exact
+//! exchange returns the difference as an impulse in the next step.
+
+use sazanami_dem::Grains;
+use sazanami_numerics::domain::Domain;
+use sazanami_numerics::grid::Field;
+use sazanami_numerics::{Real, Vector};
+use sazanami_parallel::for_each_chunk;
+
+use super::imprint::Imprint;
+
+/// How momentum returns to the grains.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Exchange {
+    /// What back-projection takes beyond the stress integral is given to the grains next step.
+    Exact,
+    /// The stress integral alone, as in the paper.
+    Stress,
+}
+
+/// Weight of the grains' velocity in a cell that they share with fluid.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Weighting {
+    /// By mass.
+    Mass,
+    /// By volume.
+    Volume,
+}
+
+/// A cell as back-projection sees it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct MixedCell {
+    /// Sum of the shares of all grains; above one where grains overlap.
+    pub alpha: Real,
+    /// Weight w of the grains.
+    pub weight: Real,
+}
+
+impl MixedCell {
+    /// `alpha` and `solid_density` as imprinted, `rho` the density of the fluid [kg/m^3].
+    #[inline]
+    pub fn new(alpha: Real, solid_density: Real, rho: Real, weighting: Weighting) -> Self {
+        let filled = alpha.min(1.0);
+        let weight = match weighting {
+            Weighting::Volume => filled,
+            Weighting::Mass => {
+                let solid = solid_density * filled / alpha;
+                solid / ((1.0 - filled) * rho + solid)
+            }
+        };
+        Self { alpha, weight }
+    }
+
+    /// Part of the cell that a grain with `fraction` fills after overfull cells are cut.
+    #[inline]
+    pub fn share(&self, fraction: Real) -> Real {
+        fraction / self.alpha.max(1.0)
+    }
+}
+
+/// What back-projection takes from the fluid on behalf of one grain, and the fluid it displaces.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Taken {
+    /// Momentum [N s].
+    pub momentum: Vector,
+    /// Angular momentum about the grain's centre of mass [N m s].
+    pub angular_momentum: Vector,
+    /// Mass of the displaced fluid [kg].
+    pub displaced_mass: Real,
+}
+
+/// Sums over the cells of each grain what back-projection will take: call before [`back_project`].
+pub(super) fn take(
+    domain: &Domain,
+    imprint: &Imprint,
+    grains: &Grains,
+    u: &[Field<Real>; 3],
+    density: &Field<Real>,
+    weighting: Weighting,
+    taken: &mut [Taken],
+) {
+    let volume = domain.grid().cell_volume();
+    let (alpha, solid, rho) = (imprint.solid_fraction.data(), imprint.solid_density.data(), density.data());
+    let [u1, u2, u3] = u.each_ref().map(Field::data);
+    for_each_chunk(taken, 64, |number, taken| {
+        for (offset, taken) in taken.iter_mut().enumerate() {
+            let n = number * 64 + offset;
+            let (velocity, spin) = (grains.velocity[n], grains.angular_velocity(n));
+            *taken = Taken::default();
+            for share in imprint.shares(n) {
+                let at = share.at as usize;
+                let cell = MixedCell::new(alpha[at], solid[at], rho[at], weighting);
+                let arm = share.arm();
+                let slip = Vector::new(u1[at], u2[at], u3[at]) - (velocity + spin.cross(arm));
+                let momentum = rho[at] * volume * cell.weight * (share.fraction / cell.alpha) * slip;
+                taken.momentum += momentum;
+                taken.angular_momentum += arm.cross(momentum);
+                taken.displaced_mass += cell.share(share.fraction) * rho[at] * volume;
+            }
+        }
+    });
+}
+
+/// Makes the velocity of covered cells mass-averaged.
+pub(super) fn back_project(
+    domain: &Domain,
+    imprint: &Imprint,
+    u: &mut [Field<Real>; 3],
+    density: &Field<Real>,
+    weighting: Weighting,
+) {
+    let [u1, u2, u3] = u;
+    let (alpha, solid, rho) = (imprint.solid_fraction.data(), imprint.solid_density.data(), density.data());
+    let rigid = imprint.solid_velocity.each_ref().map(Field::data);
+    domain.for_each_row(
+        &domain.interior(),
+        (u1.data_mut(), u2.data_mut(), u3.data_mut()),
+        |row, (u1, u2, u3)| {
+            if !imprint.row_is_covered(row.j, row.k) {
+                return;
+            }
+            for i in 0..row.len {
+                let at = row.start + i;
+                if alpha[at] > 0.0 {
+                    let cell = MixedCell::new(alpha[at], solid[at], rho[at], weighting);
+                    u1[i] += cell.weight * (rigid[0][at] / cell.alpha - u1[i]);
+                    u2[i] += cell.weight * (rigid[1][at] / cell.alpha - u2[i]);
+                    u3[i] += cell.weight * (rigid[2][at] / cell.alpha - u3[i]);
+                }
+            }
+        },
+    );
+}

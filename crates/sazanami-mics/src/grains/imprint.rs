@@ -1,0 +1,367 @@
+//! Where the grains are on the grid: volume fractions, covered centroids, rigid velocities.
+//!
+//! Every grain keeps the list of the cells it covers. From these lists come, per cell, the solid
+//! fraction alpha, the solid mass per volume and the volume-weighted rigid velocity. Where grains
+//! overlap in a contact, alpha may exceed one: users of the fields cut it there, in proportion.
+
+use std::ops::Range;
+
+use sazanami_dem::Grains;
+use sazanami_numerics::domain::Domain;
+use sazanami_numerics::geometry::{CellCover, Rasteriser, Shape, VolumeFractionMethod};
+use sazanami_numerics::grid::{Field, GHOSTS};
+use sazanami_numerics::{Quaternion, Real, Vector};
+use sazanami_parallel::{Rows, for_each_chunk};
+
+/// Grains whose cell lists are kept, and evaluated, together.
+const GROUP: usize = 32;
+/// A grain is imprinted anew when a point of it has moved by this part of the cell width.
+const STALE: Real = 1e-3;
+
+/// Where the arm of a cell's share of the fluid force ends.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TorqueArm {
+    /// In the centroid of the covered part of the cell.
+    #[default]
+    Centroid,
+    /// In the centre of the cell.
+    Cell,
+}
+
+/// A cell's share of a grain.
+#[derive(Clone, Copy, Debug)]
+pub struct Share {
+    /// Part of the cell that the grain covers, before overfull cells are cut.
+    pub fraction: Real,
+    /// Place in memory of the cell.
+    pub at: u32,
+    arm: [f32; 3],
+}
+
+impl Share {
+    /// From the grain's centre of mass to the covered part of the cell [m].
+    #[inline]
+    #[must_use]
+    pub fn arm(&self) -> Vector {
+        Vector::new(self.arm[0].into(), self.arm[1].into(), self.arm[2].into())
+    }
+}
+
+/// The pose at which a grain was imprinted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose {
+    /// Centre of mass [m].
+    pub position: Vector,
+    /// Orientation.
+    pub orientation: Quaternion,
+}
+
+impl Pose {
+    /// Upper bound of the way of any point within `radius` [m] of the centre to another pose [m].
+    fn distance(&self, other: &Self, radius: Real) -> Real {
+        let turn = self.orientation.dot(other.orientation).abs().min(1.0);
+        // The chord of the turn: 2 sin(angle/2).
+        let chord = 2.0 * (1.0 - turn * turn).sqrt();
+        (self.position - other.position).length() + radius * chord
+    }
+}
+
+/// What an imprint did and had to leave out.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ImprintReport {
+    /// Grains whose cell lists were evaluated anew.
+    pub evaluated: usize,
+    /// Largest relative error of a grain's sampled volume before it was corrected.
+    pub worst_volume_error: Real,
+    /// Cells in which the grains' fractions add up to more than one.
+    pub overfull_cells: usize,
+    /// Solid volume above one in such cells [m^3].
+    pub overfull_volume: Real,
+    /// Volume of grains outside the box, in walls that a contact lets them dip into [m^3].
+    pub outside_volume: Real,
+}
+
+/// The cell lists of up to [`GROUP`] grains that follow each other in the engine.
+struct Group {
+    rasteriser: Rasteriser,
+    covers: Vec<CellCover>,
+    shares: Vec<Share>,
+    previous: Vec<Share>,
+    ends: Vec<u32>,
+    poses: Vec<Pose>,
+    volumes: Vec<Real>,
+    outside: Vec<Real>,
+    evaluated: usize,
+    worst_volume_error: Real,
+}
+
+/// What all groups need to evaluate their grains.
+#[derive(Clone, Copy)]
+struct Evaluation<'a> {
+    domain: &'a Domain,
+    grains: &'a Grains,
+    shapes: &'a [Shape],
+    arm: TorqueArm,
+    /// Poses to imprint at instead of the present ones.
+    poses: Option<&'a [Pose]>,
+}
+
+impl Group {
+    fn new(method: VolumeFractionMethod) -> Self {
+        Self {
+            rasteriser: Rasteriser::new(method),
+            covers: Vec::new(),
+            shares: Vec::new(),
+            previous: Vec::new(),
+            ends: Vec::new(),
+            poses: Vec::new(),
+            volumes: Vec::new(),
+            outside: Vec::new(),
+            evaluated: 0,
+            worst_volume_error: 0.0,
+        }
+    }
+
+    fn range(&self, member: usize) -> Range<usize> {
+        let start = if member == 0 { 0 } else { self.ends[member - 1] as usize };
+        start..self.ends[member] as usize
+    }
+
+    /// Evaluates the members that have moved; the lists of the others are taken over.
+    fn evaluate(&mut self, with: Evaluation, members: Range<usize>) {
+        let known = self.poses.len() == members.len();
+        let stale = STALE * with.domain.grid().spacing.min_element();
+        let pose_of = |n: usize| match with.poses {
+            Some(poses) => poses[n],
+            None => Pose { position: with.grains.position[n], orientation: with.grains.orientation[n] },
+        };
+        let moved = |group: &Self, member: usize| {
+            let n = members.start + member;
+            let radius = with.shapes[with.grains.shape[n] as usize].bounding_radius() * with.grains.scale[n];
+            !known || group.poses[member].distance(&pose_of(n), radius) > stale
+        };
+        self.evaluated = 0;
+        self.worst_volume_error = 0.0;
+        if (0..members.len()).all(|member| !moved(self, member)) {
+            return;
+        }
+        std::mem::swap(&mut self.shares, &mut self.previous);
+        self.shares.clear();
+        if !known {
+            self.ends.clear();
+            self.ends.resize(members.len(), 0);
+            self.poses.clear();
+            self.poses.extend(members.clone().map(pose_of));
+            self.volumes.resize(members.len(), 0.0);
+            self.outside.resize(members.len(), 0.0);
+        }
+        let mut old_start = 0;
+        for member in 0..members.len() {
+            let old = old_start..self.ends[member] as usize;
+            old_start = old.end;
+            if moved(self, member) {
+                self.poses[member] = pose_of(members.start + member);
+                self.imprint(with, members.start + member, member);
+            } else {
+                self.shares.extend_from_slice(&self.previous[old]);
+            }
+            self.ends[member] = self.shares.len() as u32;
+        }
+    }
+
+    /// Appends the shares of grain `n`.
+    fn imprint(&mut self, with: Evaluation, n: usize, member: usize) {
+        let Evaluation { domain, grains, shapes, .. } = with;
+        let (grid, start, cells) = (domain.grid(), domain.start(), domain.cells());
+        let shape = &shapes[grains.shape[n] as usize];
+        let pose = self.poses[member];
+        self.covers.clear();
+        let imprint =
+            self.rasteriser.imprint_scaled(shape, grains.scale[n], pose.position, pose.orientation, grid, &mut self.covers);
+        self.evaluated += 1;
+        self.worst_volume_error = self.worst_volume_error.max(imprint.raw_volume_error.abs());
+        self.volumes[member] = shape.volume() * grains.scale[n].powi(3);
+        self.outside[member] = 0.0;
+        let strides = domain.strides();
+        for cover in &self.covers {
+            let inside_box = (0..3).all(|d| (0..grid.cells[d] as i32).contains(&cover.cell[d]));
+            if !inside_box {
+                self.outside[member] += cover.fraction * grid.cell_volume();
+            }
+            let local: [isize; 3] = std::array::from_fn(|d| cover.cell[d] as isize - start[d] as isize);
+            if (0..3).all(|d| (0..cells[d] as isize).contains(&local[d])) {
+                let at: isize = (0..3).map(|d| (local[d] + GHOSTS as isize) * strides[d]).sum();
+                let end = match with.arm {
+                    TorqueArm::Centroid => cover.centroid,
+                    TorqueArm::Cell => domain.centre(local[0], local[1], local[2]),
+                };
+                let arm = (end - pose.position).as_vec3().to_array();
+                self.shares.push(Share { fraction: cover.fraction, at: at as u32, arm });
+            }
+        }
+    }
+}
+
+/// The grains on the cells of a rank.
+pub struct Imprint {
+    method: VolumeFractionMethod,
+    arm: TorqueArm,
+    groups: Vec<Group>,
+    ids: Vec<u64>,
+    planes: Vec<Vec<u32>>,
+    overfull: Vec<(usize, Real)>,
+    covered: Vec<bool>,
+    rows: usize,
+    /// Solid volume fraction alpha; above one where grains overlap.
+    pub solid_fraction: Field<Real>,
+    /// Solid mass per cell volume, sum of alpha_k rho_k [kg/m^3].
+    pub solid_density: Field<Real>,
+    /// Sum of alpha_k times the rigid velocity of grain k at the covered centroid [m/s].
+    pub solid_velocity: [Field<Real>; 3],
+}
+
+impl Imprint {
+    /// No grains yet, on fields of `cells` cells (none if there will never be any grains).
+    #[must_use]
+    pub fn new(cells: [usize; 3], method: VolumeFractionMethod, arm: TorqueArm) -> Self {
+        let [_, n2, n3] = cells;
+        Self {
+            method,
+            arm,
+            groups: Vec::new(),
+            ids: Vec::new(),
+            planes: vec![Vec::new(); n3],
+            overfull: vec![(0, 0.0); n3],
+            covered: vec![false; n2 * n3],
+            rows: n2,
+            solid_fraction: Field::new(cells, 0.0),
+            solid_density: Field::new(cells, 0.0),
+            solid_velocity: std::array::from_fn(|_| Field::new(cells, 0.0)),
+        }
+    }
+
+    /// The cells that grain `n` of the engine covers on this rank.
+    #[inline]
+    #[must_use]
+    pub fn shares(&self, n: usize) -> &[Share] {
+        let group = &self.groups[n / GROUP];
+        &group.shares[group.range(n % GROUP)]
+    }
+
+    /// The poses that the cell lists belong to, in the order of the engine.
+    pub fn poses(&self) -> impl Iterator<Item = Pose> + '_ {
+        self.groups.iter().flat_map(|group| group.poses.iter().copied())
+    }
+
+    /// Whether the row of cells with local indices `j`, `k` holds any part of a grain.
+    #[inline]
+    #[must_use]
+    pub fn row_is_covered(&self, j: isize, k: isize) -> bool {
+        self.rows > 0 && self.covered[k as usize * self.rows + j as usize]
+    }
+
+    /// Evaluates the cell lists of the grains that have moved and sums them into the fields.
+    ///
+    /// `poses` gives the poses to imprint at instead of the present ones (when a run is resumed).
+    pub fn update(
+        &mut self,
+        domain: &Domain,
+        grains: &Grains,
+        shapes: &[Shape],
+        poses: Option<&[Pose]>,
+    ) -> ImprintReport {
+        let count = grains.len();
+        // With one rank and no images the engine keeps the order of its grains, and lists may stay.
+        let same_grains = domain.communicator().size() == 1 && self.ids == grains.id && poses.is_none();
+        if !same_grains {
+            self.ids.clone_from(&grains.id);
+            self.groups.resize_with(count.div_ceil(GROUP), || Group::new(self.method));
+            self.groups.iter_mut().for_each(|group| group.poses.clear());
+        }
+        let with = Evaluation { domain, grains, shapes, arm: self.arm, poses };
+        for_each_chunk(&mut self.groups[..], 1, |number, groups| {
+            let first = number * GROUP;
+            groups[0].evaluate(with, first..(first + GROUP).min(count));
+        });
+        self.sort_into_planes(domain.strides()[2] as usize);
+        self.sum(domain, grains);
+        self.report(domain)
+    }
+
+    fn report(&self, domain: &Domain) -> ImprintReport {
+        let excess: Real = self.overfull.iter().map(|plane| plane.1).sum();
+        ImprintReport {
+            evaluated: self.groups.iter().map(|group| group.evaluated).sum(),
+            worst_volume_error: self.groups.iter().map(|group| group.worst_volume_error).fold(0.0, Real::max),
+            overfull_cells: self.overfull.iter().map(|plane| plane.0).sum(),
+            overfull_volume: excess * domain.grid().cell_volume(),
+            outside_volume: self.groups.iter().flat_map(|group| &group.outside).sum(),
+        }
+    }
+
+    /// Lists the grains that touch each plane of cells, in the order of the engine.
+    fn sort_into_planes(&mut self, plane: usize) {
+        self.planes.iter_mut().for_each(Vec::clear);
+        for (g, group) in self.groups.iter().enumerate() {
+            for member in 0..group.ends.len() {
+                let shares = &group.shares[group.range(member)];
+                if let (Some(first), Some(last)) = (shares.first(), shares.last()) {
+                    for k in first.at as usize / plane..=last.at as usize / plane {
+                        self.planes[k - GHOSTS].push((g * GROUP + member) as u32);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Sums the shares into the fields, plane by plane; counts the overfull cells.
+    fn sum(&mut self, domain: &Domain, grains: &Grains) {
+        let (plane, width) = (domain.strides()[2] as usize, domain.strides()[1] as usize);
+        let [n1, n2, n3] = domain.cells();
+        let Self { groups, planes, solid_fraction, solid_density, solid_velocity, covered, overfull, .. } = self;
+        let [v1, v2, v3] = solid_velocity;
+        let (groups, planes) = (&*groups, &*planes);
+        let interior = GHOSTS * plane..(GHOSTS + n3) * plane;
+        let fields = [solid_fraction, solid_density, v1, v2, v3]
+            .map(|field| Rows { data: &mut field.data_mut()[interior.clone()], width: plane });
+        let [alpha, density, v1, v2, v3] = fields;
+        let rows = Rows { data: covered, width: n2 };
+        for_each_chunk((alpha, density, v1, v2, v3, rows, &mut overfull[..]), 1, |k, part| {
+            let (alpha, density, v1, v2, v3) = (part.0.data, part.1.data, part.2.data, part.3.data, part.4.data);
+            let (covered, overfull) = (part.5.data, &mut part.6[0]);
+            let origin = (GHOSTS + k) * plane;
+            for (j, _) in covered.iter().enumerate().filter(|(_, covered)| **covered) {
+                let row = (j + GHOSTS) * width..(j + GHOSTS + 1) * width;
+                for field in [&mut *alpha, &mut *density, &mut *v1, &mut *v2, &mut *v3] {
+                    field[row.clone()].fill(0.0);
+                }
+            }
+            covered.fill(false);
+            for n in planes[k].iter().map(|&n| n as usize) {
+                let group = &groups[n / GROUP];
+                let shares = &group.shares[group.range(n % GROUP)];
+                let begin = shares.partition_point(|share| (share.at as usize) < origin);
+                let (velocity, spin) = (grains.velocity[n], grains.angular_velocity(n));
+                let rho = grains.mass[n] / group.volumes[n % GROUP];
+                for share in shares[begin..].iter().take_while(|share| (share.at as usize) < origin + plane) {
+                    let at = share.at as usize - origin;
+                    let rigid = share.fraction * (velocity + spin.cross(share.arm()));
+                    alpha[at] += share.fraction;
+                    density[at] += share.fraction * rho;
+                    v1[at] += rigid.x;
+                    v2[at] += rigid.y;
+                    v3[at] += rigid.z;
+                    covered[at / width - GHOSTS] = true;
+                }
+            }
+            *overfull = (0, 0.0);
+            for j in (0..n2).filter(|&j| covered[j]) {
+                let start = (j + GHOSTS) * width + GHOSTS;
+                for &alpha in alpha[start..start + n1].iter().filter(|&&alpha| alpha > 1.0) {
+                    overfull.0 += 1;
+                    overfull.1 += alpha - 1.0;
+                }
+            }
+        });
+    }
+}

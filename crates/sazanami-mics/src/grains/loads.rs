@@ -1,0 +1,43 @@
+//! Fluid forces on grains: the volume integral of the divergence of the stress over the covered
+//! cells, `F_k = sum_c alpha_kc dV (-grad p + div tau)_c` and the torque with the arms to the
+//! covered centroids. By Gauss it equals the traction on the surface; buoyancy is included.
+
+use sazanami_numerics::domain::Domain;
+use sazanami_numerics::grid::Field;
+use sazanami_numerics::{Real, Vector};
+use sazanami_parallel::for_each_chunk;
+
+use super::imprint::Imprint;
+
+/// Force and torque of the fluid on a grain.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FluidLoad {
+    /// Force [N].
+    pub force: Vector,
+    /// Torque about the centre of mass [N m].
+    pub torque: Vector,
+}
+
+/// Integrates `stress_divergence` [N/m^3] over the cells that each grain covers.
+pub(super) fn integrate(
+    domain: &Domain,
+    imprint: &Imprint,
+    stress_divergence: &[Field<Real>; 3],
+    loads: &mut [FluidLoad],
+) {
+    let volume = domain.grid().cell_volume();
+    let alpha = imprint.solid_fraction.data();
+    let [s1, s2, s3] = stress_divergence.each_ref().map(Field::data);
+    for_each_chunk(loads, 64, |number, loads| {
+        for (offset, load) in loads.iter_mut().enumerate() {
+            *load = FluidLoad::default();
+            for share in imprint.shares(number * 64 + offset) {
+                let at = share.at as usize;
+                let part = share.fraction / alpha[at].max(1.0) * volume;
+                let force = part * Vector::new(s1[at], s2[at], s3[at]);
+                load.force += force;
+                load.torque += share.arm().cross(force);
+            }
+        }
+    });
+}

@@ -1,0 +1,357 @@
+//! The grains in the fluid: what they cover, what pushes them, what they take and give back.
+
+mod exchange;
+mod imprint;
+mod loads;
+
+use std::sync::Arc;
+
+use sazanami_dem::{ATTACHED, ContactReport, DemError, Engine, Loads, Motion, Substeps};
+use sazanami_numerics::domain::Domain;
+use sazanami_numerics::geometry::{Shape, VolumeFractionMethod};
+use sazanami_numerics::grid::Field;
+use sazanami_numerics::{Real, Vector};
+use sazanami_parallel::max_over;
+
+use crate::momentum::MomentumImpulses;
+
+pub use exchange::{Exchange, Taken, Weighting};
+pub use imprint::{Imprint, ImprintReport, Pose, Share, TorqueArm};
+pub use loads::FluidLoad;
+
+/// Grains that one piece of work looks at.
+const BATCH: usize = 256;
+
+/// How grains and fluid are coupled.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coupling {
+    /// How momentum returns to the grains.
+    pub exchange: Exchange,
+    /// Weight of the grains' velocity in shared cells.
+    pub weighting: Weighting,
+    /// How covered volumes are evaluated.
+    pub volume_fraction: VolumeFractionMethod,
+    /// Where the arm of a cell's force ends.
+    pub torque_arm: TorqueArm,
+    /// Contact sub-steps in a step.
+    pub substeps: Substeps,
+}
+
+/// What the fluid still owes a grain, and what the grain was before the contacts moved it; kept with
+/// the grain, so that it changes ranks with it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+struct Account {
+    /// Impulse to be given over the next step [N s].
+    impulse: [Real; 3],
+    /// Angular impulse about the centre of mass [N m s].
+    angular_impulse: [Real; 3],
+    /// Mass of the displaced fluid at the last exchange [kg].
+    displaced_mass: Real,
+    velocity_before: [Real; 3],
+    angular_momentum_before: [Real; 3],
+}
+
+const _: () = assert!(size_of::<Account>() == size_of::<[Real; ATTACHED]>());
+
+/// All grains of a rank and their exchange with the fluid.
+pub struct GrainPhase {
+    engine: Engine,
+    shapes: Arc<[Shape]>,
+    coupling: Coupling,
+    imprint: Imprint,
+    /// Time integral of the stress divergence over the passes of a step [N s/m^3].
+    stress_impulse: [Field<Real>; 3],
+    loads: Vec<FluidLoad>,
+    taken: Vec<Taken>,
+    partial: Vec<[Real; 7]>,
+    force: Vec<Vector>,
+    torque: Vec<Vector>,
+    count: usize,
+}
+
+impl GrainPhase {
+    /// Couples the grains of `engine`, of the given shapes, to the fluid of `domain` and imprints them.
+    #[must_use]
+    pub fn new(domain: &Domain, engine: Engine, shapes: Arc<[Shape]>, coupling: Coupling) -> Self {
+        let count = domain.sum([engine.grains().owned() as Real])[0] as usize;
+        // Without grains the fields of the coupling take no memory.
+        let cells = if count == 0 { [0; 3] } else { domain.cells() };
+        let mut phase = Self {
+            engine,
+            shapes,
+            coupling,
+            imprint: Imprint::new(cells, coupling.volume_fraction, coupling.torque_arm),
+            stress_impulse: std::array::from_fn(|_| Field::new(cells, 0.0)),
+            loads: Vec::new(),
+            taken: Vec::new(),
+            partial: Vec::new(),
+            force: Vec::new(),
+            torque: Vec::new(),
+            count,
+        };
+        phase.imprint(domain);
+        phase
+    }
+
+    /// The discrete-element engine.
+    #[must_use]
+    pub fn engine(&self) -> &Engine {
+        &self.engine
+    }
+
+    /// What the grains cover.
+    #[must_use]
+    pub fn covered(&self) -> &Imprint {
+        &self.imprint
+    }
+
+    /// Force of the fluid on each own grain in the last step, what back-projection returned
+    /// included [N].
+    #[must_use]
+    pub fn fluid_forces(&self) -> &[Vector] {
+        &self.force
+    }
+
+    /// Torque of the fluid on each own grain in the last step [N m].
+    #[must_use]
+    pub fn fluid_torques(&self) -> &[Vector] {
+        &self.torque
+    }
+
+    /// Number of grains on all ranks.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// Shapes of the grains.
+    #[must_use]
+    pub fn shapes(&self) -> &Arc<[Shape]> {
+        &self.shapes
+    }
+
+    /// Whether there are no grains at all.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
+    /// Largest speed of a point of a grain on any rank over the smallest cell width [1/s].
+    #[must_use]
+    pub fn motion_rate(&self, domain: &Domain) -> Real {
+        let grains = self.engine.grains();
+        let speed = |n: usize| {
+            let radius = self.shapes[grains.shape[n] as usize].bounding_radius() * grains.scale[n];
+            grains.velocity[n].length() + radius * grains.angular_velocity(n).length()
+        };
+        let fastest = max_over(grains.owned().div_ceil(BATCH), |batch| {
+            (batch * BATCH..((batch + 1) * BATCH).min(grains.owned())).map(speed).fold(0.0, Real::max)
+        });
+        domain.max(fastest.max(0.0)) / domain.grid().spacing.min_element()
+    }
+
+    /// Forgets the stress of the last step.
+    pub(crate) fn clear_stress(&mut self, domain: &Domain) {
+        if !self.is_empty() {
+            let [s1, s2, s3] = &mut self.stress_impulse;
+            let all = domain.interior();
+            domain.for_each_row(&all, (s1.data_mut(), s2.data_mut(), s3.data_mut()), |_, (s1, s2, s3)| {
+                s1.fill(0.0);
+                s2.fill(0.0);
+                s3.fill(0.0);
+            });
+        }
+    }
+
+    /// Adds the stress divergence [N/m^3] of a fluid pass of length `dt` [s], given per cell by its
+    /// place in memory, in the cells that grains cover.
+    pub(crate) fn add_stress(&mut self, domain: &Domain, dt: Real, stress_divergence: impl Fn(usize) -> Vector + Sync) {
+        if self.is_empty() {
+            return;
+        }
+        let Self { stress_impulse: [s1, s2, s3], imprint, .. } = self;
+        let alpha = imprint.solid_fraction.data();
+        let slices = (s1.data_mut(), s2.data_mut(), s3.data_mut());
+        domain.for_each_row(&domain.interior(), slices, |row, (s1, s2, s3)| {
+            if !imprint.row_is_covered(row.j, row.k) {
+                return;
+            }
+            for i in (0..row.len).filter(|i| alpha[row.start + i] > 0.0) {
+                let impulse = dt * stress_divergence(row.start + i);
+                s1[i] += impulse.x;
+                s2[i] += impulse.y;
+                s3[i] += impulse.z;
+            }
+        });
+    }
+
+    /// Turns the stress of the passes into a constant force and torque on each owned grain over
+    /// `dt` [s], and adds what the last exchange still owes.
+    pub(crate) fn load(&mut self, domain: &Domain, dt: Real) {
+        let count = self.engine.grains().len();
+        self.loads.resize(count, FluidLoad::default());
+        loads::integrate(domain, &self.imprint, &self.stress_impulse, &mut self.loads);
+        self.partial.clear();
+        self.partial.extend(self.loads.iter().map(|load| {
+            let [f, t] = [load.force.to_array(), load.torque.to_array()];
+            [f[0], f[1], f[2], t[0], t[1], t[2], 0.0]
+        }));
+        self.engine.gather_to_owners(domain, &mut self.partial);
+        self.force.clear();
+        self.torque.clear();
+        for n in 0..self.engine.grains().owned() {
+            let [impulse, angular_impulse] = vectors(&self.partial[n]);
+            let mut account = self.account(n);
+            self.force.push((impulse + Vector::from_array(account.impulse)) / dt);
+            self.torque.push((angular_impulse + Vector::from_array(account.angular_impulse)) / dt);
+            let grains = self.engine.grains();
+            account.velocity_before = grains.velocity[n].to_array();
+            account.angular_momentum_before = grains.angular_momentum[n].to_array();
+            // What this step's stress gives is not owed again: see `exchange`.
+            account.impulse = (-impulse).to_array();
+            account.angular_impulse = (-angular_impulse).to_array();
+            self.set_account(n, account);
+        }
+    }
+
+    /// Moves the grains under the fluid's load, their contacts and `gravity` [m/s^2] over `dt` [s].
+    ///
+    /// # Errors
+    /// [`DemError`] names the grain that went wrong.
+    pub(crate) fn advance(&mut self, domain: &Domain, gravity: Vector, dt: Real) -> Result<ContactReport, DemError> {
+        if self.is_empty() {
+            return Ok(ContactReport::default());
+        }
+        let loads = Loads { force: &self.force, torque: &self.torque };
+        self.engine.advance(domain, &loads, gravity, dt, self.coupling.substeps)
+    }
+
+    /// Finds the cells that the grains cover now.
+    pub(crate) fn imprint(&mut self, domain: &Domain) -> ImprintReport {
+        if self.is_empty() {
+            return ImprintReport::default();
+        }
+        self.imprint.update(domain, self.engine.grains(), &self.shapes, None)
+    }
+
+    /// Makes the velocity `u` of covered cells mass-averaged and settles the accounts of the grains.
+    pub(crate) fn exchange(
+        &mut self,
+        domain: &Domain,
+        u: &mut [Field<Real>; 3],
+        density: &Field<Real>,
+        gravity: Vector,
+        dt: Real,
+    ) -> MomentumImpulses {
+        if self.is_empty() {
+            return MomentumImpulses::default();
+        }
+        let weighting = self.coupling.weighting;
+        self.take(domain, u, density);
+        exchange::back_project(domain, &self.imprint, u, density, weighting);
+
+        let mut sum = [Vector::ZERO; 3];
+        let [weight, swallowed, held] = &mut sum;
+        for n in 0..self.engine.grains().owned() {
+            let grains = self.engine.grains();
+            let [momentum, angular_momentum] = vectors(&self.partial[n]);
+            let displaced = self.partial[n][6];
+            let mut account = self.account(n);
+            let before = Vector::from_array(account.velocity_before);
+            let gained = grains.velocity[n] - before;
+            let spun = grains.angular_momentum[n] - Vector::from_array(account.angular_momentum_before);
+            let impulse = Vector::from_array(account.impulse) + momentum + displaced * (gained - gravity * dt);
+            let turned = Vector::from_array(account.angular_impulse) + angular_momentum;
+            let turned = turned + (displaced / grains.mass[n]) * spun;
+            *weight -= displaced * gravity * dt;
+            if grains.motion[n] == Motion::Free {
+                *weight += grains.mass[n] * gravity * dt;
+                *swallowed -= before * (displaced - account.displaced_mass);
+            } else {
+                *held += displaced * gained - dt * self.force[n];
+            }
+            account.displaced_mass = displaced;
+            let owed = self.coupling.exchange == Exchange::Exact;
+            account.impulse = if owed { impulse.to_array() } else { [0.0; 3] };
+            account.angular_impulse = if owed { turned.to_array() } else { [0.0; 3] };
+            self.set_account(n, account);
+        }
+        let [gravity_on_grains, swallowed, held_grains] = sum_over_ranks(domain, sum);
+        MomentumImpulses { gravity_on_grains, swallowed, held_grains, ..MomentumImpulses::default() }
+    }
+
+    /// Opens the accounts: the fluid displaced at the start, nothing owed.
+    pub(crate) fn open_accounts(&mut self, domain: &Domain, u: &[Field<Real>; 3], density: &Field<Real>) {
+        if self.is_empty() {
+            return;
+        }
+        self.take(domain, u, density);
+        for n in 0..self.engine.grains().owned() {
+            self.set_account(n, Account { displaced_mass: self.partial[n][6], ..Account::default() });
+        }
+    }
+
+    /// Momentum of the free grains, of the fluid they displace at their velocity, and what the fluid
+    /// still owes all grains, over all ranks [N s].
+    #[must_use]
+    pub fn momentum(&self, domain: &Domain) -> [Vector; 3] {
+        let grains = self.engine.grains();
+        let mut sum = [Vector::ZERO; 3];
+        for n in 0..grains.owned() {
+            let account = self.account(n);
+            if grains.motion[n] == Motion::Free {
+                sum[0] += grains.mass[n] * grains.velocity[n];
+                sum[1] += account.displaced_mass * grains.velocity[n];
+            }
+            sum[2] += Vector::from_array(account.impulse);
+        }
+        sum_over_ranks(domain, sum)
+    }
+
+    /// Volume of liquid inside grains, over all ranks [m^3].
+    #[must_use]
+    pub fn swallowed_volume(&self, domain: &Domain, volume_fraction: &Field<Real>) -> Real {
+        if self.is_empty() {
+            return 0.0;
+        }
+        let (alpha, c) = (self.imprint.solid_fraction.data(), volume_fraction.data());
+        let inside = domain.sum_rows(&domain.interior(), |row| {
+            if !self.imprint.row_is_covered(row.j, row.k) {
+                return [0.0];
+            }
+            [row.shifted(0).map(|at| alpha[at].min(1.0) * c[at]).sum()]
+        });
+        domain.sum(inside)[0] * domain.grid().cell_volume()
+    }
+
+    fn account(&self, n: usize) -> Account {
+        bytemuck::cast(self.engine.grains().attached[n])
+    }
+
+    fn set_account(&mut self, n: usize, account: Account) {
+        self.engine.attached_mut()[n] = bytemuck::cast(account);
+    }
+
+    fn take(&mut self, domain: &Domain, u: &[Field<Real>; 3], density: &Field<Real>) {
+        let grains = self.engine.grains();
+        self.taken.resize(grains.len(), Taken::default());
+        exchange::take(domain, &self.imprint, grains, u, density, self.coupling.weighting, &mut self.taken);
+        self.partial.clear();
+        self.partial.extend(self.taken.iter().map(|taken| {
+            let [p, l] = [taken.momentum.to_array(), taken.angular_momentum.to_array()];
+            [p[0], p[1], p[2], l[0], l[1], l[2], taken.displaced_mass]
+        }));
+        self.engine.gather_to_owners(domain, &mut self.partial);
+    }
+}
+
+/// The first two vectors of a grain's gathered sums.
+fn vectors(sums: &[Real; 7]) -> [Vector; 2] {
+    [Vector::new(sums[0], sums[1], sums[2]), Vector::new(sums[3], sums[4], sums[5])]
+}
+
+fn sum_over_ranks(domain: &Domain, [a, b, c]: [Vector; 3]) -> [Vector; 3] {
+    let sum = domain.sum([a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z]);
+    [Vector::from_slice(&sum[..3]), Vector::from_slice(&sum[3..6]), Vector::from_slice(&sum[6..])]
+}

@@ -1,0 +1,218 @@
+//! The fluid side of a case: boundary, schemes, limits of the step, initial liquid.
+
+use sazanami_mics::advection::{Convection, Limiter};
+use sazanami_mics::boundary::{Boundary, BoundaryError, Side};
+use sazanami_mics::flow::{DropVelocity, Flow, Fluids, Schemes};
+use sazanami_mics::grains::{Coupling, Exchange, TorqueArm, Weighting};
+use sazanami_mics::interface::InterfaceScheme;
+use sazanami_mics::pressure::Tolerance;
+use sazanami_mics::solver::Settings;
+use sazanami_mics::stability::StepLimits;
+use sazanami_mics::viscosity::ViscosityScheme;
+use sazanami_numerics::domain::Domain;
+use sazanami_numerics::geometry::{Region, RegionFractions, VolumeFractionMethod};
+use sazanami_numerics::{Quaternion, Real, Vector};
+
+use crate::case::meaning::{self, AlphaMethod, BoundarySide, Case, FluidName, LiquidRegion, Placement, Step};
+
+/// Part of a grain's size that a grain may move in a step: the spec of the coupling.
+const GRAIN_TRAVEL: Real = 0.2;
+
+/// Sides of the box as the solver knows them.
+pub(crate) fn boundary(case: &Case) -> Result<Boundary, BoundaryError> {
+    Boundary::new(case.boundary.map(|sides| sides.map(side)))
+}
+
+fn side(side: BoundarySide) -> Side {
+    match side {
+        BoundarySide::NoSlip => Side::NoSlip,
+        BoundarySide::Slip => Side::Slip,
+        BoundarySide::Moving { velocity } => Side::Moving { velocity },
+        BoundarySide::Periodic => Side::Periodic,
+        BoundarySide::Inflow { velocity, fluid } => Side::Inflow { velocity, volume_fraction: part(fluid) },
+        // What flows back in through an open side is gas: the top of a tank.
+        BoundarySide::Outflow => Side::Outflow { volume_fraction: 0.0 },
+        BoundarySide::FixedPressure { pressure } => Side::FixedPressure { pressure, volume_fraction: 0.0 },
+    }
+}
+
+fn part(fluid: FluidName) -> Real {
+    match fluid {
+        FluidName::Liquid => 1.0,
+        FluidName::Gas => 0.0,
+    }
+}
+
+/// Both fluids at rest, without liquid yet.
+pub(crate) fn flow(case: &Case, domain: &Domain) -> Flow {
+    let fluids = Fluids {
+        liquid_density: case.fluids.liquid.density,
+        gas_density: case.fluids.gas.density,
+        liquid_viscosity: case.fluids.liquid.viscosity,
+        gas_viscosity: case.fluids.gas.viscosity,
+    };
+    let options = &case.fluid;
+    let schemes = Schemes {
+        interface: match options.vof {
+            meaning::VofScheme::Plic => InterfaceScheme::Plic,
+            meaning::VofScheme::ThincWlic => InterfaceScheme::ThincWlic,
+            meaning::VofScheme::ThincSw => InterfaceScheme::ThincSw,
+        },
+        convection: match options.convection {
+            meaning::Convection::Consistent => Convection::Consistent,
+            meaning::Convection::VelocityForm => Convection::VelocityForm,
+        },
+        limiter: match options.limiter {
+            meaning::Limiter::VanLeer => Limiter::VanLeer,
+            meaning::Limiter::Minmod => Limiter::Minmod,
+            meaning::Limiter::None => Limiter::Unlimited,
+        },
+        viscosity: match (options.viscosity, options.projection) {
+            (meaning::ViscosityScheme::Implicit, meaning::Projection::Full) => ViscosityScheme::Implicit,
+            // Second order in time needs both.
+            (meaning::ViscosityScheme::Implicit, meaning::Projection::Incremental) => ViscosityScheme::CrankNicolson,
+            (meaning::ViscosityScheme::Explicit, _) => ViscosityScheme::Explicit,
+            (meaning::ViscosityScheme::Off, _) => ViscosityScheme::Off,
+        },
+        ..Schemes::default()
+    };
+    Flow::new(domain, fluids, schemes)
+}
+
+/// How fluid and step are computed.
+pub(crate) fn settings(case: &Case) -> Settings {
+    let limits = match case.fluid.step {
+        Step::Fixed(step) => StepLimits { courant: case.fluid.cfl, ..StepLimits::always(step) },
+        Step::Adaptive { longest, growth, .. } => {
+            StepLimits { courant: case.fluid.cfl, grain_travel: GRAIN_TRAVEL, growth, longest, fixed: None }
+        }
+    };
+    Settings {
+        gravity: case.effective_gravity(0.0),
+        limits,
+        tolerance: Tolerance {
+            divergence: case.fluid.divergence_tolerance,
+            most_iterations: case.fluid.pressure_iterations,
+        },
+        incremental: case.fluid.projection == meaning::Projection::Incremental,
+    }
+}
+
+/// First step of an adaptive run [s].
+pub(crate) fn first_step(case: &Case) -> Option<Real> {
+    match case.fluid.step {
+        Step::Adaptive { first, .. } => Some(first),
+        Step::Fixed(_) => None,
+    }
+}
+
+/// How grains and fluid act on each other.
+pub(crate) fn coupling(case: &Case) -> Coupling {
+    let options = &case.coupling;
+    Coupling {
+        exchange: match options.exchange {
+            meaning::Exchange::Exact => Exchange::Exact,
+            meaning::Exchange::Stress => Exchange::Stress,
+        },
+        weighting: match options.weighting {
+            meaning::Weighting::Mass => Weighting::Mass,
+            meaning::Weighting::Volume => Weighting::Volume,
+        },
+        volume_fraction: volume_fraction(options.alpha),
+        torque_arm: match options.torque_arm {
+            meaning::TorqueArm::Centroid => TorqueArm::Centroid,
+            meaning::TorqueArm::Cell => TorqueArm::Cell,
+        },
+        substeps: super::grains::substeps(case),
+    }
+}
+
+/// Evaluator of covered volumes.
+pub(crate) fn volume_fraction(method: AlphaMethod) -> VolumeFractionMethod {
+    match method {
+        AlphaMethod::Columns(per_axis) => VolumeFractionMethod::Columns { per_axis },
+        AlphaMethod::SubCells(per_axis) => VolumeFractionMethod::SubCells { per_axis },
+        AlphaMethod::Clip => VolumeFractionMethod::Clip,
+    }
+}
+
+/// Where the origin of a liquid region is put [m], above a bed whose highest point near the axis is
+/// at `bed_height` [m].
+pub(crate) fn origin_of(liquid: &LiquidRegion, axis: [Real; 2], bed_height: Real) -> Vector {
+    match liquid.placement {
+        Placement::Absolute(origin) => origin,
+        Placement::AboveBed { height, to_bottom, offset } => {
+            let below = if to_bottom { -liquid.region.heights()[0] } else { 0.0 };
+            Vector::new(axis[0] + offset[0], axis[1] + offset[1], bed_height + height + below)
+        }
+    }
+}
+
+/// A region of the case file as the geometry knows it.
+pub(crate) fn region(region: &meaning::Region) -> Region {
+    match region {
+        meaning::Region::Box { lower, upper } => Region::Box { lower: *lower, upper: *upper },
+        meaning::Region::Sphere { centre, diameter } => Region::Sphere { centre: *centre, radius: 0.5 * diameter },
+        meaning::Region::Spheroid { centre, horizontal_diameter: h, vertical_diameter: v } => Region::Spheroid {
+            centre: *centre,
+            semi_axes: 0.5 * Vector::new(*h, *h, *v),
+            orientation: Quaternion::IDENTITY,
+        },
+        meaning::Region::HalfSpace { point, normal } => Region::HalfSpace { point: *point, normal: *normal },
+        meaning::Region::Union(members) => Region::Union(members.iter().map(self::region).collect()),
+    }
+}
+
+/// Velocity of a liquid in cells it fills in part.
+pub(crate) fn drop_velocity(liquid: &LiquidRegion) -> DropVelocity {
+    match liquid.drop_velocity {
+        meaning::DropVelocity::Mass => DropVelocity::Mass,
+        meaning::DropVelocity::Beta => DropVelocity::Beta,
+    }
+}
+
+/// Columns per cell edge on which the surface of an initial liquid is sampled.
+const COLUMNS: u32 = 8;
+
+/// Puts the initial liquids (and bubbles) into `flow`, in the order of the case: later ones take the
+/// place of earlier ones.
+pub(crate) fn pour(case: &Case, domain: &Domain, boundary: &Boundary, flow: &mut Flow, bed_height: Real) {
+    for liquid in &case.liquids {
+        let origin = origin_of(liquid, case.bed.axis, bed_height);
+        let region = region(&liquid.region.moved(origin));
+        let fractions = RegionFractions::new(&region, domain.grid(), COLUMNS);
+        let start = domain.start().map(|n| n as isize);
+        let mut beta = domain.field(0.0);
+        domain.set(&mut beta, |i, j, k| fractions.fraction(i + start[0], j + start[1], k + start[2]));
+        let Flow { volume_fraction, .. } = flow;
+        domain.for_each_row(&domain.interior(), volume_fraction.data_mut(), |row, c| {
+            for (c, &beta) in c.iter_mut().zip(&beta.data()[row.shifted(0)]) {
+                *c *= 1.0 - beta;
+            }
+        });
+        match liquid.fluid {
+            FluidName::Liquid => flow.add_liquid(domain, boundary, &beta, liquid.velocity, drop_velocity(liquid)),
+            FluidName::Gas => set_gas_velocity(domain, flow, &beta, liquid.velocity),
+        }
+    }
+    flow.fill_halos(domain, boundary);
+}
+
+/// Gives the gas that fills the part `beta` of each cell its velocity, by mass.
+fn set_gas_velocity(
+    domain: &Domain,
+    flow: &mut Flow,
+    beta: &sazanami_numerics::grid::Field<Real>,
+    velocity: Vector,
+) {
+    let fluids = flow.fluids;
+    let c = flow.volume_fraction.data();
+    for (d, u) in flow.velocity.iter_mut().enumerate() {
+        domain.for_each_row(&domain.interior(), u.data_mut(), |row, u| {
+            for ((u, &beta), &c) in u.iter_mut().zip(&beta.data()[row.shifted(0)]).zip(&c[row.shifted(0)]) {
+                let weight = (fluids.gas_density * beta / fluids.density(c)).min(1.0);
+                *u += weight * (velocity[d] - *u);
+            }
+        });
+    }
+}

@@ -1,0 +1,91 @@
+//! Shapes of the grains of a case, with their contact spheres.
+
+use std::path::{Path, PathBuf};
+
+use sazanami_io::mesh::{MeshFileError, read_mesh};
+use sazanami_numerics::Vector;
+use sazanami_numerics::geometry::{
+    ContactSphereRule, Shape, ShapeError, SphereListError, SpheroidMesh, VolumeRule, parse_sphere_list,
+};
+
+use crate::case::meaning::{ContactSphereChoice, GrainShape, Population, VolumeChoice};
+
+/// A population has no usable shape.
+#[derive(Debug, thiserror::Error)]
+pub enum ShapeProblem {
+    /// The mesh or its contact spheres make no sense.
+    #[error(transparent)]
+    Shape(#[from] ShapeError),
+    /// The mesh file cannot be used.
+    #[error(transparent)]
+    MeshFile(#[from] MeshFileError),
+    /// The list of contact spheres cannot be used.
+    #[error("{}: line {}: {}", path.display(), error.line, error.problem)]
+    SphereList {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        error: SphereListError,
+    },
+    /// A file cannot be read.
+    #[error("{}: {error}", path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        error: std::io::Error,
+    },
+}
+
+/// Builds the shape of a population at size factor 1.
+///
+/// # Errors
+/// [`ShapeProblem`] names the file or the element.
+pub fn shape_of(population: &Population) -> Result<Shape, ShapeProblem> {
+    let rule = contact_spheres(&population.contact_spheres)?;
+    let shape = match &population.shape {
+        GrainShape::Sphere { diameter, rings, segments, volume } => {
+            let radius = 0.5 * diameter;
+            Shape::spheroid(radius, radius, resolution(*rings, *segments), volume_rule(*volume), &rule)?
+        }
+        GrainShape::Spheroid { diameter, length, rings, segments, volume } => {
+            let resolution = resolution(*rings, *segments);
+            Shape::spheroid(0.5 * diameter, 0.5 * length, resolution, volume_rule(*volume), &rule)?
+        }
+        GrainShape::Box { size } => Shape::cuboid(*size, &rule)?,
+        GrainShape::Mesh { file, unit } => {
+            let mesh = read_mesh(file)?.mapped(|node: Vector| *unit * node);
+            Shape::from_mesh(&population.name, mesh, &rule)?
+        }
+    };
+    Ok(shape.named(&population.name))
+}
+
+fn resolution(rings: usize, segments: usize) -> SpheroidMesh {
+    SpheroidMesh { rings, segments }
+}
+
+fn volume_rule(choice: VolumeChoice) -> VolumeRule {
+    match choice {
+        VolumeChoice::Inscribed => VolumeRule::Inscribed,
+        VolumeChoice::Preserve => VolumeRule::Preserve,
+    }
+}
+
+fn contact_spheres(choice: &ContactSphereChoice) -> Result<ContactSphereRule, ShapeProblem> {
+    Ok(match choice {
+        ContactSphereChoice::Shell { count, radius } => ContactSphereRule::Shell { count: *count, radius: *radius },
+        ContactSphereChoice::Axis(count) => ContactSphereRule::Axis { count: *count },
+        ContactSphereChoice::Single => ContactSphereRule::Single,
+        ContactSphereChoice::File { file, unit } => {
+            let text = read(file)?;
+            let list = parse_sphere_list(&text, *unit)
+                .map_err(|error| ShapeProblem::SphereList { path: file.clone(), error })?;
+            ContactSphereRule::Listed(list)
+        }
+    })
+}
+
+fn read(path: &Path) -> Result<String, ShapeProblem> {
+    std::fs::read_to_string(path).map_err(|error| ShapeProblem::Unreadable { path: path.to_owned(), error })
+}

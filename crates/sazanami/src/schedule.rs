@@ -1,0 +1,79 @@
+//! When something is due: at regular times, at listed times, or both.
+
+use sazanami_numerics::Real;
+
+/// Relative distance at which two times count as one.
+const SAME: Real = 1e-9;
+
+/// Output times, all counted from time zero so that a resumed run meets the same ones.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Schedule {
+    every: Option<Real>,
+    at: Vec<Real>,
+}
+
+impl Schedule {
+    /// Due every `every` seconds and at the times `at` [s].
+    #[must_use]
+    pub fn new(every: Option<Real>, mut at: Vec<Real>) -> Self {
+        at.sort_by(Real::total_cmp);
+        Self { every, at }
+    }
+
+    /// Next time after `now` [s] at which something is due.
+    #[must_use]
+    pub fn next_after(&self, now: Real) -> Option<Real> {
+        let later = |time: Real| time > now + SAME * time.abs().max(Real::MIN_POSITIVE);
+        let listed = self.at.iter().copied().find(|&time| later(time));
+        let regular = self.every.map(|every| {
+            let count = (now / every).floor();
+            let next = (count + 1.0) * every;
+            if later(next) { next } else { (count + 2.0) * every }
+        });
+        match (listed, regular) {
+            (Some(a), Some(b)) => Some(a.min(b)),
+            (a, b) => a.or(b),
+        }
+    }
+
+    /// Whether something fell due after `before` and not after `now`, up to half of `tolerance` [s].
+    #[must_use]
+    pub fn is_due(&self, before: Real, now: Real, tolerance: Real) -> bool {
+        let reach = now + 0.5 * tolerance;
+        self.next_after(before + 0.5 * tolerance).is_some_and(|due| due <= reach + SAME * reach.abs())
+    }
+
+    /// Whether time zero itself is listed or regular.
+    #[must_use]
+    pub fn starts_at_zero(&self) -> bool {
+        self.every.is_some() || self.at.first() == Some(&0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn regular_times_are_met_once_each() {
+        let schedule = Schedule::new(Some(0.1), vec![0.25]);
+        let mut now = 0.0;
+        let mut met = Vec::new();
+        while let Some(due) = schedule.next_after(now).filter(|&due| due < 0.55) {
+            assert!(schedule.is_due(now, due, 0.0));
+            assert!(!schedule.is_due(due, due + 0.01, 0.0));
+            met.push((due * 100.0).round() as i32);
+            now = due;
+        }
+        assert_eq!(met, [10, 20, 25, 30, 40, 50]);
+    }
+
+    #[test]
+    fn fixed_steps_report_at_the_nearest_step() {
+        let schedule = Schedule::new(None, vec![0.0123]);
+        let dt = 0.002;
+        let due: Vec<u64> =
+            (1..20).filter(|&n| schedule.is_due((n - 1) as Real * dt, n as Real * dt, dt)).collect();
+        assert_eq!(due, [6]);
+    }
+}
