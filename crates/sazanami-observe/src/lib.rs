@@ -2,18 +2,20 @@
 //! of momentum, liquid and energy, and the comparison of several runs.
 //!
 //! Everything here reads plain slices ([`BedView`]) and returns plain numbers. Nothing is written,
-//! and nothing depends on the number of threads or ranks: the caller hands over all grains in the
-//! order of their identifiers.
+//! and nothing depends on the number of threads or ranks: all grains are looked at in the order of
+//! their identifiers, on rank 0 ([`GatheredBed`]).
 
 mod bed;
 pub mod bed_profile;
 pub mod budget;
 pub mod comparison;
 pub mod erosion;
+mod gathered;
 pub mod height_map;
 pub mod splash;
 
 pub use bed::{BedView, Body};
+pub use gathered::GatheredBed;
 
 use sazanami_numerics::Real;
 
