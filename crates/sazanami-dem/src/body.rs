@@ -98,13 +98,13 @@ impl Body {
 
 impl From<&Shape> for Body {
     fn from(shape: &Shape) -> Self {
-        let spheres = &shape.contact_spheres;
+        let spheres = shape.contact_spheres();
         Self::new(
-            shape.volume,
-            shape.principal_inertia,
+            shape.volume(),
+            shape.principal_inertia(),
             spheres.centres.clone(),
             spheres.radii.clone(),
-            shape.bounding_radius,
+            shape.bounding_radius(),
         )
     }
 }
