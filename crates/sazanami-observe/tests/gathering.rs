@@ -25,7 +25,7 @@ fn grains() -> Vec<Grain> {
 fn gathered(ranks: usize) -> Vec<GatheredBed> {
     run_ranks(ranks, 1, |communicator| {
         let grid = Grid::new([12, 12, 4], Vector::ZERO, Vector::new(8.0, 6.0, 3.0));
-        let domain = Domain::new(grid, [false; 3], communicator).unwrap();
+        let domain = Domain::new(grid, [false; 3], communicator).expect("enough cells");
         let setup = Setup {
             bodies: vec![ContactBody::ball(0.25)],
             interactions: Interactions::uniform(1, ContactLaw::SAND),
@@ -33,14 +33,14 @@ fn gathered(ranks: usize) -> Vec<GatheredBed> {
             region: [Vector::NEG_INFINITY, Vector::INFINITY],
             ghost_margin: 1.0,
         };
-        let engine = Engine::new(&domain, setup, &grains()).unwrap();
+        let engine = Engine::new(&domain, setup, &grains()).expect("sound grains");
         let mut bed = GatheredBed::default();
         // Twice: the second use must not keep anything of the first.
         bed.gather(&domain, engine.grains(), 0.0);
         bed.gather(&domain, engine.grains(), engine.time() + 7.0);
         bed
     })
-    .unwrap()
+    .expect("no rank fails")
 }
 
 #[test]

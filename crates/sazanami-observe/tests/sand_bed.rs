@@ -25,7 +25,8 @@ struct Sand {
 fn sand(top: impl Fn(Real) -> Real) -> Sand {
     let resolution = SpheroidMesh { rings: 7, segments: 6 };
     let rule = ContactSphereRule::Axis { count: 9 };
-    let shape = Shape::spheroid(0.26e-3, 0.635e-3, resolution, VolumeRule::Inscribed, &rule).unwrap();
+    let shape =
+        Shape::spheroid(0.26e-3, 0.635e-3, resolution, VolumeRule::Inscribed, &rule).expect("the grain of the paper");
     let columns = 44;
     let pitch = SIDE / columns as Real;
     let (mut position, mut orientation) = (Vec::new(), Vec::new());
@@ -40,7 +41,8 @@ fn sand(top: impl Fn(Real) -> Real) -> Sand {
                     let jitter = Vector::new(share(n, 0) - 0.5, share(n, 1) - 0.5, 0.0) * 0.3e-3;
                     position.push(Vector::new(x, y, z) + jitter);
                     let axis = Vector::new(share(n, 2) - 0.5, share(n, 3) - 0.5, 0.3);
-                    orientation.push(Quaternion::from_axis_angle(axis.normalize(), 6.28 * share(n, 1)));
+                    orientation
+                        .push(Quaternion::from_axis_angle(axis.normalize(), std::f64::consts::TAU * share(n, 1)));
                 }
             }
         }

@@ -52,12 +52,12 @@ fn sort_out(bed: &BedView, bounds: &[(Vector, Vector)], settings: &ErosionSettin
     let mut doubtful = Vec::new();
     // Before the first step no grain has had a contact: that says nothing about what lies where.
     let contacts_known = (0..bed.len()).any(|grain| bed.time_since_contact(grain).is_some_and(Real::is_finite));
-    for grain in 0..bed.len() {
+    for (grain, flies) in airborne.iter_mut().enumerate() {
         let age = bed.time_since_contact(grain).filter(|_| contacts_known).unwrap_or(0.0);
-        airborne[grain] |= age > settings.touching_within && bed.velocity[grain].length() > settings.airborne_speed;
-        if !airborne[grain] && age > settings.airborne_after {
+        *flies |= age > settings.touching_within && bed.velocity[grain].length() > settings.airborne_speed;
+        if !*flies && age > settings.airborne_after {
             doubtful.push(grain);
-        } else if !airborne[grain] {
+        } else if !*flies {
             map.add(bed, grain);
         }
     }
