@@ -10,7 +10,7 @@ use sazanami_numerics::{Real, Vector};
 use crate::advection::{Convection, Dilatation, Frozen, Limiter, State, StateMut, Sweep};
 use crate::boundary::Boundary;
 use crate::interface::{InterfaceScheme, Sweeper, WispReport};
-use crate::viscosity::ViscosityScheme;
+use crate::viscosity::{TOLERANCE, ViscosityScheme};
 
 pub use crate::viscosity::DiffusionReport;
 
@@ -110,6 +110,8 @@ pub struct Flow {
     pub density: Field<Real>,
     /// Transports done so far: decides the order of the sweeps.
     pub transports: u64,
+    /// Bound of the error of the viscous solve in the velocity, relative to the velocity.
+    pub viscous_tolerance: Real,
     pub(crate) work: [Field<Real>; WORK],
     sweeper: Sweeper,
 }
@@ -127,6 +129,7 @@ impl Flow {
             face_velocity: three(),
             density: domain.field(fluids.gas_density),
             transports: 0,
+            viscous_tolerance: TOLERANCE,
             work: std::array::from_fn(|_| domain.field(0.0)),
             sweeper: Sweeper::default(),
         }
@@ -292,6 +295,14 @@ impl Flow {
     pub fn liquid_volume(&self, domain: &Domain) -> Real {
         let c = self.volume_fraction.data();
         let sum = domain.sum_rows(&domain.interior(), |row| [c[row.shifted(0)].iter().sum()]);
+        domain.sum(sum)[0] * domain.grid().cell_volume()
+    }
+
+    /// Mass of liquid and gas, over all ranks [kg].
+    #[must_use]
+    pub fn mass(&self, domain: &Domain) -> Real {
+        let rho = self.density.data();
+        let sum = domain.sum_rows(&domain.interior(), |row| [rho[row.shifted(0)].iter().sum()]);
         domain.sum(sum)[0] * domain.grid().cell_volume()
     }
 

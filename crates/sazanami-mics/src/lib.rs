@@ -11,4 +11,5 @@ pub mod boundary;
 pub mod flow;
 pub mod interface;
 pub mod stability;
+pub mod verification;
 pub mod viscosity;

@@ -69,8 +69,8 @@ impl std::ops::AddAssign for DiffusionReport {
 }
 
 const MOST_ITERATIONS: usize = 4000;
-/// Bound of the error of the velocity after the solve, relative to the velocity.
-const TOLERANCE: Real = 1e-5;
+/// Default of [`Flow::viscous_tolerance`].
+pub(crate) const TOLERANCE: Real = 1e-5;
 /// Stands for the reciprocal of no viscosity at all [1/(Pa s)].
 const FLUID: Real = 1e200;
 /// Planes whose stresses are computed in one go.
@@ -269,7 +269,7 @@ impl Scratch {
         if self.below.len() < rows {
             self.below.resize_with(rows, FaceRow::default);
         }
-        self.below.iter_mut().for_each(|row| row.reserve(width));
+        self.below.iter_mut().take(rows).for_each(|row| row.reserve(width));
     }
 }
 
@@ -291,13 +291,13 @@ fn inverse_squares(domain: &Domain) -> Real {
 }
 
 /// Number of Chebyshev steps and the spectral bound of Jacobi's iteration they rest on.
-fn plan(domain: &Domain, fluids: &Fluids, theta: Real, dt: Real) -> (usize, Real) {
+fn plan(domain: &Domain, fluids: &Fluids, tolerance: Real, theta: Real, dt: Real) -> (usize, Real) {
     // One percent for fractions a little out of range.
     let stiffness = 2.02 * theta * largest_diffusivity(fluids) * dt * inverse_squares(domain);
     let radius = stiffness / (1.0 + stiffness);
     let rate = radius / (1.0 + (1.0 - radius * radius).sqrt());
     let bound = 4.0 * stiffness * (2.0 * stiffness).min(2.0);
-    let steps = if rate > 0.0 { ((TOLERANCE / bound).ln() / rate.ln()).ceil().max(1.0) } else { 1.0 };
+    let steps = if rate > 0.0 { ((tolerance / bound).ln() / rate.ln()).ceil().max(1.0) } else { 1.0 };
     (steps as usize, radius)
 }
 
@@ -323,7 +323,7 @@ impl Flow {
                 return Ok(DiffusionReport::default());
             }
         };
-        let (steps, radius) = plan(domain, &self.fluids, theta, dt);
+        let (steps, radius) = plan(domain, &self.fluids, self.viscous_tolerance, theta, dt);
         if steps > MOST_ITERATIONS {
             return Err(ViscosityError::TooStiff { iterations: steps, dt });
         }

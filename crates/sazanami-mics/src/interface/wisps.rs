@@ -14,8 +14,9 @@ use sazanami_parallel::for_each_chunk;
 const WISP: Real = 1e-9;
 /// Larger deviations are never moved: something is wrong, and the count must show it.
 const LARGEST: Real = 1e-3;
-/// Range of fractions of a cell that takes up wisps.
-const TAKES: std::ops::RangeInclusive<Real> = 0.05..=0.95;
+/// Least `C (1 - C)` of a cell that takes up wisps, and how many times the wisp it must be.
+const TAKES: Real = 1e-6;
+const ROOM: Real = 40.0;
 
 /// What was found outside the range 0 to 1, or within 1e-9 of its ends, after a transport.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -143,7 +144,7 @@ impl Sweeper {
                         let (left, wisp) = neighbours.leave(view, cell, start + i, e, volume);
                         changes.extend(left);
                         *report = report.and(wisp);
-                    } else if TAKES.contains(&c) {
+                    } else if c * (1.0 - c) > TAKES {
                         neighbours.take(view, cell, start + i, changes);
                     }
                 }
@@ -194,13 +195,13 @@ impl Neighbours {
         (0..3).map(|d| offset[d] * self.strides[d]).sum()
     }
 
-    /// The neighbour that takes the wisp of `cell`.
-    fn heir(&self, view: View<'_>, cell: [isize; 3], at: usize) -> Option<[isize; 3]> {
+    /// The neighbour that takes the wisp `e` of `cell`.
+    fn heir(&self, view: View<'_>, cell: [isize; 3], at: usize, e: Real) -> Option<[isize; 3]> {
         let mut best = None;
-        let mut most = 0.0;
+        let mut most = TAKES.max(ROOM * e.abs());
         for offset in self.offsets(cell) {
             let c = view.c[(at as isize + self.shift(offset)) as usize];
-            if TAKES.contains(&c) && c * (1.0 - c) > most {
+            if c * (1.0 - c) > most {
                 most = c * (1.0 - c);
                 best = Some(offset);
             }
@@ -221,7 +222,7 @@ impl Neighbours {
         let beyond = (-c).max(c - 1.0).max(0.0);
         let mut report =
             WispReport { worst_excess: beyond, out_of_range_cells: u64::from(beyond > WISP), ..WispReport::default() };
-        if e.abs() <= LARGEST && self.heir(view, cell, at).is_some() {
+        if e.abs() <= LARGEST && self.heir(view, cell, at, e).is_some() {
             report.moved_cells = 1;
             report.moved_volume = e.abs() * volume;
         } else if e.abs() <= WISP {
@@ -242,7 +243,7 @@ impl Neighbours {
             let neighbour = std::array::from_fn(|d| cell[d] + offset[d]);
             if let Some(e) = excess(view.c[from])
                 && e.abs() <= LARGEST
-                && self.heir(view, neighbour, from) == Some(offset.map(|o| -o))
+                && self.heir(view, neighbour, from, e) == Some(offset.map(|o| -o))
             {
                 taken += e;
                 momentum += view.density[1] * e * view.velocity(from);
