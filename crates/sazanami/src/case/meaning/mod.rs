@@ -1,0 +1,169 @@
+//! What a case file means: plain data in SI units with every default filled in and cross-checked.
+
+mod flow;
+mod grains;
+mod observed;
+
+pub use flow::{
+    Acceleration, AlphaMethod, BoundarySide, Convection, Coupling, DropVelocity, Exchange, Fluid, FluidName,
+    FluidOptions, Fluids, Frame, Limiter, LiquidRegion, Oscillation, Placement, Projection, Region, SIDE_NAMES, Step,
+    TorqueArm, ViscosityScheme, VofScheme, Weighting,
+};
+pub use grains::{
+    BedFile, ContactLaw, ContactSphereChoice, Damping, DampingKind, DemOptions, Grain, GrainPlacement, GrainShape,
+    HistoryRotation, LatticePlacement, Lattice, Material, Motion, Multiplicity, Orientation, Packing, PackingStop,
+    PairContact, Population, Rolling, SizeDistribution, SlipDirection, Substeps, VolumeChoice, WALL, WallContact,
+};
+pub use observed::{
+    Bed, Checkpoints, Erosion, ErosionMode, FieldPrecision, Outputs, Probe, ProbePlace, RunLength, Schedule,
+};
+
+use sazanami_numerics::grid::Grid;
+use sazanami_numerics::{Real, Vector};
+
+use super::written::choices;
+
+choices! {
+    /// Solver for the water and the air.
+    Solver {
+        /// One grid for liquid, gas and grains.
+        Mics = "mics",
+    }
+
+    /// Set of defaults.
+    Preset {
+        /// What works best.
+        Recommended = "recommended",
+        /// The scheme of Yagyu et al. (2015) to the letter, where the letter is known.
+        PaperLiteral = "paper_literal",
+    }
+}
+
+/// The box and its division into cells.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BoxDomain {
+    /// Lower corner [m].
+    pub lower: Vector,
+    /// Upper corner [m].
+    pub upper: Vector,
+    /// Cells in each direction.
+    pub cells: [usize; 3],
+}
+
+impl BoxDomain {
+    /// The grid of the box.
+    #[must_use]
+    pub fn grid(&self) -> Grid {
+        Grid::new(self.cells, self.lower, self.upper)
+    }
+
+    /// Edges of the box [m].
+    #[must_use]
+    pub fn extent(&self) -> Vector {
+        self.upper - self.lower
+    }
+
+    /// Edges of a cell [m].
+    #[must_use]
+    pub fn spacing(&self) -> Vector {
+        self.extent() / Vector::new(self.cells[0] as Real, self.cells[1] as Real, self.cells[2] as Real)
+    }
+
+    /// Number of cells.
+    #[must_use]
+    pub fn cell_count(&self) -> usize {
+        self.cells.iter().product()
+    }
+}
+
+/// A case, ready to be built.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Case {
+    /// Name, used for the folder of results.
+    pub name: String,
+    /// One line for people.
+    pub title: String,
+    /// Set of defaults that was used.
+    pub preset: Preset,
+    /// Solver for the water and the air.
+    pub solver: Solver,
+    /// The box.
+    pub domain: BoxDomain,
+    /// Sides of the box, `boundary[direction][0 lower, 1 upper]`.
+    pub boundary: [[BoundarySide; 2]; 3],
+    /// Gravity [m/s^2].
+    pub gravity: Vector,
+    /// Motion of the frame of reference, if it moves.
+    pub frame: Option<Frame>,
+    /// The two fluids.
+    pub fluids: Fluids,
+    /// How the fluids are computed.
+    pub fluid: FluidOptions,
+    /// How fluids and grains act on each other.
+    pub coupling: Coupling,
+    /// Where there is liquid at first; the rest is gas.
+    pub liquids: Vec<LiquidRegion>,
+    /// How grains are moved.
+    pub dem: DemOptions,
+    /// What grains are made of.
+    pub materials: Vec<Material>,
+    /// Contact of every pair of materials that can meet, walls included.
+    pub contacts: Vec<PairContact>,
+    /// The grains.
+    pub grains: Vec<Population>,
+    /// Observation of the bed.
+    pub bed: Bed,
+    /// Observation of the crater, if it is wanted.
+    pub erosion: Option<Erosion>,
+    /// Points, lines, planes and bodies to watch.
+    pub probes: Vec<Probe>,
+    /// What is written when.
+    pub output: Outputs,
+    /// Checkpoints.
+    pub checkpoint: Checkpoints,
+    /// How long the run is.
+    pub run: RunLength,
+}
+
+impl Case {
+    /// Gravity in the frame of the box at `time` [m/s^2]: gravity less the frame's acceleration.
+    #[must_use]
+    pub fn effective_gravity(&self, time: Real) -> Vector {
+        self.frame.as_ref().map_or(self.gravity, |frame| self.gravity - frame.acceleration_at(time))
+    }
+
+    /// Contact law of a pair of materials; `wall` is the box.
+    #[must_use]
+    pub fn contact(&self, a: &str, b: &str) -> Option<&ContactLaw> {
+        self.contacts
+            .iter()
+            .find(|pair| (pair.a == a && pair.b == b) || (pair.a == b && pair.b == a))
+            .map(|pair| &pair.law)
+    }
+
+    /// Material of that name.
+    #[must_use]
+    pub fn material(&self, name: &str) -> Option<&Material> {
+        self.materials.iter().find(|material| material.name == name)
+    }
+
+    /// Whether a side of the box holds grains back.
+    #[must_use]
+    pub fn holds_grains(&self, direction: usize, upper: usize) -> bool {
+        self.dem.grain_walls[direction][upper]
+    }
+
+    /// Whether grains are packed within the run.
+    #[must_use]
+    pub fn packs(&self) -> bool {
+        self.grains.iter().any(|population| matches!(population.placement, GrainPlacement::Packed(_)))
+    }
+
+    /// Whether the grains form a bed: packed within the run or read from a file.
+    #[must_use]
+    pub fn has_bed(&self) -> bool {
+        self.grains
+            .iter()
+            .any(|population| matches!(population.placement, GrainPlacement::Packed(_) | GrainPlacement::Bed(_)))
+    }
+}

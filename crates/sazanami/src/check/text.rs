@@ -1,0 +1,123 @@
+//! The report of `check` as text for people.
+
+use std::fmt::Write as _;
+
+use sazanami_numerics::Real;
+
+use super::{CheckReport, bytes, damping_in_words};
+use crate::case::meaning::{Case, GrainPlacement, Substeps};
+use crate::progress::duration;
+
+/// Everything `check` tells, as text.
+#[must_use]
+pub fn explain(case: &Case, report: &CheckReport) -> String {
+    let mut text = String::new();
+    let title = if report.title.is_empty() { String::new() } else { format!(": {}", report.title) };
+    let _ = writeln!(text, "{}{title}", report.case);
+    grid(&mut text, case, report);
+    bodies(&mut text, case, report);
+    step(&mut text, case, report);
+    cost(&mut text, case, report);
+    text
+}
+
+/// A length in millimetres, or metres if it is large.
+fn length(metres: Real) -> String {
+    let (value, unit) = if metres.abs() >= 1.0 { (metres, "m") } else { (metres * 1e3, "mm") };
+    let text = format!("{value:.4}");
+    format!("{} {unit}", text.trim_end_matches('0').trim_end_matches('.'))
+}
+
+fn grid(text: &mut String, case: &Case, report: &CheckReport) {
+    let extent = case.domain.extent();
+    let [n1, n2, n3] = report.cells;
+    let [dx1, dx2, dx3] = report.spacing_m.map(length);
+    let _ = writeln!(text, "\nbox           {} x {} x {}", length(extent.x), length(extent.y), length(extent.z));
+    let _ = writeln!(text, "cells         {n1} x {n2} x {n3} = {}, edges {dx1}, {dx2}, {dx3}", report.cell_count);
+}
+
+fn bodies(text: &mut String, case: &Case, report: &CheckReport) {
+    for liquid in &report.liquids {
+        let _ = write!(text, "liquid        {}", liquid.name);
+        if let (Some(volume), Some(mass), Some(momentum)) = (liquid.volume_m3, liquid.mass_kg, liquid.momentum) {
+            let _ = write!(text, ": {:.3} mm^3, {mass:.4e} kg, momentum {momentum:.4e} kg m/s", volume * 1e9);
+        }
+        if let Some(cells) = liquid.cells_per_height {
+            let _ = write!(text, ", {cells:.1} cells high");
+        }
+        text.push('\n');
+    }
+    for (population, written) in report.populations.iter().zip(&case.grains) {
+        let count = population.grains.map_or_else(|| "as many as the bed holds".to_owned(), |n| n.to_string());
+        let how = match written.placement {
+            GrainPlacement::Packed(_) => "packed in the run",
+            GrainPlacement::Bed(_) => "read from a bed",
+            GrainPlacement::Lattice(_) => "on a lattice",
+            GrainPlacement::List(_) => "put one by one",
+        };
+        let _ = writeln!(text, "grains        {}: {count}, {how}", population.name);
+        if let (Some(size), Some(cells)) = (population.size_m, population.cells_per_grain) {
+            let _ = writeln!(text, "  resolution  {cells:.2} cells on the grain size {}", length(size));
+        }
+        if let Some(mass) = population.mass_kg {
+            let _ = writeln!(text, "  mass        {mass:.4e} kg");
+        }
+        if let Some(spheres) = population.contact_spheres {
+            let _ = writeln!(text, "  contact     {spheres} spheres a grain");
+        }
+        for line in &population.shape {
+            let _ = writeln!(text, "  shape       {line}");
+        }
+    }
+    for pair in &case.contacts {
+        let _ = writeln!(
+            text,
+            "contact       {}/{}: stiffness {:.3e} N/m, {}, friction {}",
+            pair.a,
+            pair.b,
+            pair.law.normal_stiffness,
+            damping_in_words(&pair.law),
+            pair.law.friction
+        );
+    }
+}
+
+fn step(text: &mut String, case: &Case, report: &CheckReport) {
+    if case.run.packing_only {
+        let _ = writeln!(text, "\nthe run ends when the grains are packed; the fluids do not move");
+        return;
+    }
+    let _ = writeln!(text, "\nstep limits at the start (shorter ones may come up in the run)");
+    for limit in &report.limits {
+        let mark = if limit.rules { "  <- rules" } else { "" };
+        let _ = writeln!(text, "  {:<13} {:.3e} s  {}{mark}", limit.name, limit.dt_s, limit.rule);
+    }
+    if report.fluid_passes > 1 {
+        let _ = writeln!(text, "  the fluid makes {} passes in a step", report.fluid_passes);
+    }
+    if report.substeps > 0 {
+        let how = if case.dem.substeps == Substeps::Auto { "by the stiffest contact" } else { "as the case asks" };
+        let _ = writeln!(text, "  the grains make {} sub-steps in a step, {how}", report.substeps);
+    }
+    let _ = writeln!(text, "  about {:.0} steps to {} s", report.steps, case.run.until);
+}
+
+fn cost(text: &mut String, case: &Case, report: &CheckReport) {
+    let free = |available: Option<u64>| available.map_or_else(String::new, |free| format!(" of {} free", bytes(free as Real)));
+    let _ = writeln!(text, "\nmemory        {}{}", bytes(report.memory_bytes), free(report.memory_available));
+    let _ = writeln!(text, "disk          {}{}", bytes(report.disk_bytes), free(report.disk_available));
+    let parts: Vec<String> =
+        report.predicted_s.iter().map(|(name, seconds)| format!("{name} {}", duration(*seconds))).collect();
+    let _ = writeln!(
+        text,
+        "run time      about {} on {} thread{} ({})",
+        duration(report.predicted_total_s),
+        report.threads,
+        if report.threads == 1 { "" } else { "s" },
+        parts.join(", ")
+    );
+    let _ = writeln!(text, "machine       {}, {} cores", report.machine.cpu, report.machine.cores);
+    if case.has_bed() {
+        let _ = writeln!(text, "note          heights above the bed are measured on the bed in use, once it is there");
+    }
+}

@@ -1,0 +1,93 @@
+//! The folder of results: chosen, refused or made before anything is computed or overwritten.
+
+use std::fs;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use crate::error::CommandError;
+
+/// Chooses and prepares the folder of a run: `out`, or else `runs/<case>-<n>` with the next free number.
+///
+/// # Errors
+/// If `out` is not empty and `force` is not set, is not a folder, or cannot be written.
+pub fn prepare(out: Option<&Path>, case_name: &str, force: bool) -> Result<PathBuf, CommandError> {
+    let folder = match out {
+        Some(folder) => folder.to_owned(),
+        None => next_free(Path::new("runs"), case_name),
+    };
+    if folder.exists() && !folder.is_dir() {
+        return Err(CommandError::input(
+            format!("`{}` is a file, not a folder for results", folder.display()),
+            "give another name with --out",
+        ));
+    }
+    if !force && is_filled(&folder) {
+        return Err(CommandError::input(
+            format!("`{}` is not empty", folder.display()),
+            "choose another folder with --out, overwrite it with --force, or go on with `sazanami resume`",
+        ));
+    }
+    let unwritable = |error: std::io::Error| {
+        CommandError::input(
+            format!("nothing can be written to `{}`: {error}", folder.display()),
+            "choose another folder with --out",
+        )
+    };
+    fs::create_dir_all(&folder).map_err(unwritable)?;
+    let trial = folder.join(".sazanami-write-test");
+    fs::File::create(&trial).and_then(|mut file| file.write_all(b"sazanami")).map_err(unwritable)?;
+    fs::remove_file(&trial).map_err(unwritable)?;
+    Ok(folder)
+}
+
+fn is_filled(folder: &Path) -> bool {
+    fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some())
+}
+
+fn next_free(parent: &Path, case_name: &str) -> PathBuf {
+    (1..)
+        .map(|n: u32| parent.join(format!("{case_name}-{n}")))
+        .find(|folder| !is_filled(folder) && !folder.is_file())
+        .unwrap_or_else(|| parent.join(case_name))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn scratch(name: &str) -> PathBuf {
+        let folder = std::env::temp_dir().join(format!("sazanami-results-{name}-{}", std::process::id()));
+        let _ = fs::remove_dir_all(&folder);
+        folder
+    }
+
+    #[test]
+    fn filled_folders_are_refused_unless_forced() {
+        let folder = scratch("filled");
+        assert_eq!(prepare(Some(&folder), "case", false).unwrap(), folder);
+        assert!(prepare(Some(&folder), "case", false).is_ok());
+        fs::write(folder.join("series.csv"), "x").unwrap();
+        assert_eq!(prepare(Some(&folder), "case", false).unwrap_err().exit_code(), 2);
+        assert!(prepare(Some(&folder), "case", true).is_ok());
+        assert_eq!(fs::read_to_string(folder.join("series.csv")).unwrap(), "x");
+        fs::remove_dir_all(&folder).unwrap();
+    }
+
+    #[test]
+    fn files_and_unwritable_places_are_refused() {
+        let folder = scratch("file");
+        fs::write(&folder, "x").unwrap();
+        assert!(prepare(Some(&folder), "case", true).unwrap_err().to_string().contains("is a file"));
+        assert!(prepare(Some(&folder.join("inside")), "case", false).is_err());
+        fs::remove_file(&folder).unwrap();
+    }
+
+    #[test]
+    fn unnamed_results_get_the_next_free_number() {
+        let parent = scratch("numbers");
+        fs::create_dir_all(parent.join("case-1")).unwrap();
+        fs::write(parent.join("case-1/a"), "x").unwrap();
+        assert_eq!(next_free(&parent, "case"), parent.join("case-2"));
+        fs::remove_dir_all(&parent).unwrap();
+    }
+}

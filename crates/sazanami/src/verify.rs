@@ -1,0 +1,256 @@
+//! Verification and validation cases: measured values beside references, with a band and a verdict.
+
+use std::time::Instant;
+
+use sazanami_numerics::Real;
+use serde::Serialize;
+
+use crate::case::nearest;
+use crate::error::CommandError;
+use crate::progress::Progress;
+
+/// Whether a measured value lies where it should.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// Within the band.
+    Pass,
+    /// Outside the band.
+    Fail,
+    /// There is no band: told for information.
+    Info,
+}
+
+/// One measured quantity.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct VerifyRow {
+    /// Name of the case.
+    pub case: String,
+    /// What was measured.
+    pub quantity: String,
+    /// Its unit.
+    pub unit: String,
+    /// Measured value.
+    pub measured: Real,
+    /// Reference, if there is one.
+    pub reference: Option<Real>,
+    /// Lower end of the band.
+    pub low: Option<Real>,
+    /// Upper end of the band.
+    pub high: Option<Real>,
+    /// Whether it lies within the band.
+    pub verdict: Verdict,
+    /// Wall-clock time of the whole case [s].
+    pub seconds: Real,
+    /// Where the reference comes from.
+    pub source: String,
+}
+
+/// A value before it is judged.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Measured {
+    /// What was measured.
+    pub quantity: String,
+    /// Its unit.
+    pub unit: &'static str,
+    /// Measured value.
+    pub value: Real,
+    /// Reference, if there is one.
+    pub reference: Option<Real>,
+    /// Ends of the band, if there is one; an infinite end is open.
+    pub band: Option<[Real; 2]>,
+    /// Where the reference comes from.
+    pub source: &'static str,
+}
+
+impl Measured {
+    /// A value that has to lie between `low` and `high`.
+    #[must_use]
+    pub fn within(quantity: impl Into<String>, unit: &'static str, value: Real, low: Real, high: Real) -> Self {
+        Self { quantity: quantity.into(), unit, value, reference: None, band: Some([low, high]), source: "" }
+    }
+
+    /// A value that may differ from `reference` by the share `tolerance` of it.
+    #[must_use]
+    pub fn near(quantity: impl Into<String>, unit: &'static str, value: Real, reference: Real, tolerance: Real) -> Self {
+        let reach = (reference * tolerance).abs();
+        let row = Self::within(quantity, unit, value, reference - reach, reference + reach);
+        Self { reference: Some(reference), ..row }
+    }
+
+    /// A value without a band.
+    #[must_use]
+    pub fn info(quantity: impl Into<String>, unit: &'static str, value: Real) -> Self {
+        Self { quantity: quantity.into(), unit, value, reference: None, band: None, source: "" }
+    }
+
+    /// Names the source of the reference.
+    #[must_use]
+    pub fn from_source(self, source: &'static str) -> Self {
+        Self { source, ..self }
+    }
+
+    fn judged(self, case: &str, seconds: Real) -> VerifyRow {
+        let verdict = match self.band {
+            None => Verdict::Info,
+            Some([low, high]) if self.value >= low && self.value <= high => Verdict::Pass,
+            Some(_) => Verdict::Fail,
+        };
+        let end = |n: usize| self.band.map(|band| band[n]).filter(|end| end.is_finite());
+        VerifyRow {
+            case: case.to_owned(),
+            quantity: self.quantity,
+            unit: self.unit.to_owned(),
+            measured: self.value,
+            reference: self.reference,
+            low: end(0),
+            high: end(1),
+            verdict,
+            seconds,
+            source: self.source.to_owned(),
+        }
+    }
+}
+
+/// A verification case: a program that measures.
+#[derive(Clone, Copy, Debug)]
+pub struct VerifyCase {
+    /// Name on the command line.
+    pub name: &'static str,
+    /// What it shows, in one line.
+    pub about: &'static str,
+    /// Whether it runs only with `--long`.
+    pub long: bool,
+    /// Measures; an error is a failed case.
+    pub measure: fn() -> Result<Vec<Measured>, String>,
+}
+
+/// Runs the cases called `names` (all of them, if none is named; long ones with `long` or by name).
+///
+/// # Errors
+/// If a name is not known.
+pub fn verify(
+    cases: &[VerifyCase],
+    names: &[String],
+    long: bool,
+    progress: &mut dyn Progress,
+) -> Result<Vec<VerifyRow>, CommandError> {
+    let mut rows = Vec::new();
+    for case in chosen(cases, names, long)? {
+        progress.message(&format!("{}: {}", case.name, case.about));
+        let start = Instant::now();
+        let measured = (case.measure)();
+        let seconds = start.elapsed().as_secs_f64();
+        match measured {
+            Ok(values) => rows.extend(values.into_iter().map(|value| value.judged(case.name, seconds))),
+            Err(message) => {
+                progress.message(&format!("{}: {message}", case.name));
+                rows.push(VerifyRow {
+                    verdict: Verdict::Fail,
+                    ..Measured::info(format!("failed: {message}"), "", 0.0).judged(case.name, seconds)
+                });
+            }
+        }
+    }
+    Ok(rows)
+}
+
+fn chosen<'c>(cases: &'c [VerifyCase], names: &[String], long: bool) -> Result<Vec<&'c VerifyCase>, CommandError> {
+    if names.is_empty() {
+        return Ok(cases.iter().filter(|case| long || !case.long).collect());
+    }
+    let known: Vec<&str> = cases.iter().map(|case| case.name).collect();
+    names
+        .iter()
+        .map(|name| cases.iter().find(|case| case.name == name).ok_or_else(|| unknown("verification case", name, &known)))
+        .collect()
+}
+
+/// Says that a name is not known, with the nearest that is.
+pub(crate) fn unknown(what: &str, name: &str, known: &[&str]) -> CommandError {
+    let help = match nearest(name, known.iter().copied()) {
+        Some(meant) => format!("did you mean `{meant}`?"),
+        None => format!("known: {}", known.join(", ")),
+    };
+    CommandError::input(format!("there is no {what} `{name}`"), help)
+}
+
+/// The rows as a table for people.
+#[must_use]
+pub fn table(rows: &[VerifyRow]) -> String {
+    let number = |value: Option<Real>| value.map_or_else(|| "-".to_owned(), |v| format!("{v:.6}").trim_end_matches('0').trim_end_matches('.').to_owned());
+    let number = |value: Option<Real>| match value {
+        Some(v) if v != 0.0 && !(1e-3..1e6).contains(&v.abs()) => format!("{v:.4e}"),
+        other => number(other),
+    };
+    let mut text = format!(
+        "{:<28} {:<44} {:>13} {:>13} {:>27}  {:<7} {:>8}\n",
+        "case", "quantity", "measured", "reference", "band", "verdict", "seconds"
+    );
+    for row in rows {
+        let quantity = if row.unit.is_empty() { row.quantity.clone() } else { format!("{} [{}]", row.quantity, row.unit) };
+        let band = match (row.low, row.high) {
+            (None, None) => "-".to_owned(),
+            (low, high) => format!("{} .. {}", number(low), number(high)),
+        };
+        let verdict = match row.verdict {
+            Verdict::Pass => "pass",
+            Verdict::Fail => "FAIL",
+            Verdict::Info => "info",
+        };
+        text.push_str(&format!(
+            "{:<28} {:<44} {:>13} {:>13} {:>27}  {:<7} {:>8.1}\n",
+            row.case,
+            quantity,
+            number(Some(row.measured)),
+            number(row.reference),
+            band,
+            verdict,
+            row.seconds
+        ));
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::progress::Silent;
+
+    fn cases() -> [VerifyCase; 3] {
+        [
+            VerifyCase {
+                name: "near",
+                about: "lies in its band",
+                long: false,
+                measure: || Ok(vec![Measured::near("x", "m", 1.01, 1.0, 0.02), Measured::info("y", "", 3.0)]),
+            },
+            VerifyCase {
+                name: "far",
+                about: "lies outside",
+                long: false,
+                measure: || Ok(vec![Measured::near("x", "m", 1.1, 1.0, 0.02)]),
+            },
+            VerifyCase { name: "slow", about: "takes long", long: true, measure: || Err("broke".into()) },
+        ]
+    }
+
+    #[test]
+    fn bands_decide_and_errors_fail() {
+        let verdicts = |names: &[&str], long| {
+            let names: Vec<String> = names.iter().map(|name| (*name).to_owned()).collect();
+            let rows = verify(&cases(), &names, long, &mut Silent).unwrap();
+            rows.iter().map(|row| row.verdict).collect::<Vec<_>>()
+        };
+        assert_eq!(verdicts(&[], false), [Verdict::Pass, Verdict::Info, Verdict::Fail]);
+        assert_eq!(verdicts(&[], true).len(), 4);
+        assert_eq!(verdicts(&["slow"], false), [Verdict::Fail]);
+    }
+
+    #[test]
+    fn unknown_names_are_wrong_input() {
+        let error = verify(&cases(), &["neer".into()], false, &mut Silent).unwrap_err();
+        assert_eq!(error.exit_code(), 2);
+        assert!(error.to_string().contains("did you mean `near`?"));
+    }
+}
