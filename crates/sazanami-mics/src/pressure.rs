@@ -1,0 +1,454 @@
+//! The pressure that makes the face velocity free of divergence.
+//!
+//! `div((1/rho) grad p) = div(uf*) / dt`, with the coefficient `2 / (rho_L + rho_R)` on the face
+//! between two cells (the mass between their centres). The face velocity then takes the face
+//! gradient, the cell velocity the gradient of face pressures
+//! `(p_L rho_R + p_R rho_L) / (rho_L + rho_R)`, for which the acceleration is the same on both sides
+//! of a face: momentum changes by the pressure on the sides of the box alone, and a fluid of any
+//! layers at rest stays at rest. On a wall, whose face does not move, the face pressure is that of a
+//! fluid at rest: `p_c + rho_c (dx/2) g . n`. The pressure is solved for in full at every step, with
+//! the last one as the first guess.
+//!
+//! Density and pressure on collocated grids: Ushijima and Nezu's C-ISMAC family; consistent face
+//! accelerations: Popinet, J. Comput. Phys. 228 (2009) 5838.
+
+use sazanami_numerics::domain::{Domain, Ghost, GhostRules, Location, Range3, Row};
+use sazanami_numerics::grid::Field;
+use sazanami_numerics::linear::{ConjugateGradient, Equation, SolveError, Stop};
+use sazanami_numerics::{Real, Vector};
+
+/// What the pressure meets at a side of the box.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PressureSide {
+    /// The normal velocity on the side is given: a wall, or an inlet.
+    Wall,
+    /// The pressure on the side is given [Pa].
+    Fixed(Real),
+    /// The opposite side follows.
+    Periodic,
+}
+
+/// When the velocity counts as free of divergence.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tolerance {
+    /// Largest `|div u| dt` of a cell.
+    pub divergence: Real,
+    /// Iterations after which the solve is given up.
+    pub most_iterations: usize,
+}
+
+impl Default for Tolerance {
+    fn default() -> Self {
+        Self { divergence: 1e-6, most_iterations: 300 }
+    }
+}
+
+/// What a projection did.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PressureReport {
+    /// Iterations of the solver.
+    pub iterations: usize,
+    /// Largest `|div u| dt` of a cell afterwards.
+    pub divergence: Real,
+    /// 2-norm of the divergence afterwards over that with the first guess.
+    pub residual: Real,
+    /// Impulse of the pressure on all sides of the box on the fluid [N s].
+    pub wall_impulse: Vector,
+}
+
+impl std::ops::AddAssign for PressureReport {
+    /// Iterations and impulses add up, of the rest the worst stays.
+    fn add_assign(&mut self, other: Self) {
+        self.iterations += other.iterations;
+        self.divergence = self.divergence.max(other.divergence);
+        self.residual = self.residual.max(other.residual);
+        self.wall_impulse += other.wall_impulse;
+    }
+}
+
+/// The velocity could not be made free of divergence.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum PressureError {
+    /// The solver stalled or ran out of iterations.
+    #[error(
+        "the pressure did not converge: max |div u| dt = {divergence:e} after {iterations} iterations, asked for {tolerance:e}"
+    )]
+    NotConverged {
+        /// Iterations done.
+        iterations: usize,
+        /// Largest `|div u| dt` reached.
+        divergence: Real,
+        /// Largest `|div u| dt` asked for.
+        tolerance: Real,
+    },
+    /// A velocity or density is not finite.
+    #[error("the pressure equation holds a number that is not finite (noticed after {iterations} iterations)")]
+    NotFinite {
+        /// Iterations done.
+        iterations: usize,
+    },
+}
+
+/// Pressure and its solver.
+pub struct Projection {
+    sides: [[PressureSide; 2]; 3],
+    pressure: Field<Real>,
+    solver: ConjugateGradient,
+    spacing: Vector,
+}
+
+impl Projection {
+    /// Storage for the cells of `domain`, with zero pressure.
+    #[must_use]
+    pub fn new(domain: &Domain, sides: [[PressureSide; 2]; 3]) -> Self {
+        Self {
+            sides,
+            pressure: domain.field(0.0),
+            solver: ConjugateGradient::new(domain),
+            spacing: domain.grid().spacing,
+        }
+    }
+
+    /// The pressure [Pa]. Without a side of fixed pressure its mean is zero.
+    #[must_use]
+    pub fn pressure(&self) -> &Field<Real> {
+        &self.pressure
+    }
+
+    /// The pressure [Pa], to be set at a restart: the next projection starts from it.
+    pub fn pressure_mut(&mut self) -> &mut Field<Real> {
+        &mut self.pressure
+    }
+
+    /// What the pressure meets at the sides of the box.
+    #[must_use]
+    pub fn sides(&self) -> &[[PressureSide; 2]; 3] {
+        &self.sides
+    }
+
+    /// Makes `face_velocity` free of divergence and takes the same pressure to `velocity`.
+    ///
+    /// `face_velocity` holds the predicted velocity, gravity included, on all faces of the cells of
+    /// the rank (those of walls and inlets as they are to stay); `density` needs one ghost layer.
+    /// Afterwards the faces of the cells and the cells themselves are corrected, ghosts are not.
+    ///
+    /// # Errors
+    /// [`PressureError`]; the velocities are then as they were.
+    pub fn project(
+        &mut self,
+        domain: &Domain,
+        density: &Field<Real>,
+        velocity: &mut [Field<Real>; 3],
+        face_velocity: &mut [Field<Real>; 3],
+        gravity: Vector,
+        dt: Real,
+        tolerance: &Tolerance,
+    ) -> Result<PressureReport, PressureError> {
+        let Tolerance { divergence: asked, most_iterations } = *tolerance;
+        let Self { sides, pressure, solver, spacing } = self;
+        let box_sides = BoxSides::new(domain, sides);
+        let equation =
+            PressureEquation { density, face_velocity: &*face_velocity, sides: &box_sides, spacing: *spacing, dt };
+        let solution = solver
+            .solve(domain, &equation, pressure, Stop::Largest(asked / (dt * dt)), most_iterations)
+            .map_err(|error| match error {
+                SolveError::NotFinite { iterations } => PressureError::NotFinite { iterations },
+                SolveError::NotConverged { iterations, residual, .. }
+                | SolveError::Breakdown { iterations, residual, .. } => {
+                    PressureError::NotConverged { iterations, divergence: residual * dt * dt, tolerance: asked }
+                }
+            })?;
+        let force = box_sides.fill_behind_walls(domain, pressure, density, gravity);
+        self.correct(domain, &box_sides, density, velocity, face_velocity, dt);
+        let [x, y, z] = domain.sum(force.to_array());
+        Ok(PressureReport {
+            iterations: solution.iterations,
+            divergence: solution.largest * dt * dt,
+            residual: solution.relative,
+            wall_impulse: Vector::new(x, y, z) * dt,
+        })
+    }
+
+    /// The gradient that the last projection gave the cells; `density` must still be the same.
+    #[must_use]
+    pub fn gradient<'a>(&'a self, density: &'a Field<Real>) -> PressureGradient<'a> {
+        PressureGradient {
+            pressure: self.pressure.data(),
+            density: density.data(),
+            strides: self.pressure.strides(),
+            spacing: self.spacing,
+        }
+    }
+
+    /// Adds `factor` [s] times grad p / rho to `velocity`, with the pressure of the last projection.
+    ///
+    /// For incremental projection: -dt puts the old pressure into the prediction, +dt takes it out
+    /// again before the faces are interpolated.
+    pub fn push(&self, domain: &Domain, density: &Field<Real>, velocity: &mut [Field<Real>; 3], factor: Real) {
+        let gradient = self.gradient(density);
+        let [u1, u2, u3] = velocity.each_mut().map(Field::data_mut);
+        domain.for_each_row(&domain.interior(), (u1, u2, u3), |row, (u1, u2, u3)| {
+            for (n, at) in row.shifted(0).enumerate() {
+                let change = gradient.at(at) * (factor / gradient.density[at]);
+                u1[n] += change.x;
+                u2[n] += change.y;
+                u3[n] += change.z;
+            }
+        });
+    }
+
+    /// Subtracts the face accelerations from faces and, averaged over opposite faces, from cells.
+    fn correct(
+        &self,
+        domain: &Domain,
+        sides: &BoxSides,
+        density: &Field<Real>,
+        velocity: &mut [Field<Real>; 3],
+        face_velocity: &mut [Field<Real>; 3],
+        dt: Real,
+    ) {
+        let (p, rho) = (self.pressure.data(), density.data());
+        let strides = domain.strides();
+        let [u1, u2, u3] = velocity.each_mut().map(Field::data_mut);
+        let [f1, f2, f3] = face_velocity.each_mut().map(Field::data_mut);
+        domain.for_each_row(&domain.interior(), (u1, u2, u3, f1, f2, f3), |row, (u1, u2, u3, f1, f2, f3)| {
+            let at_wall = [false, sides.wall[1][0] && row.j == 0, sides.wall[2][0] && row.k == 0];
+            let kept = f1[0];
+            for (d, (u, f)) in [(u1, &mut *f1), (u2, f2), (u3, f3)].into_iter().enumerate() {
+                let scale = dt / self.spacing[d];
+                let face_scale = if at_wall[d] { 0.0 } else { 2.0 * scale };
+                let (pc, rc) = (&p[row.shifted(0)], &rho[row.shifted(0)]);
+                let (pl, rl) = (&p[row.shifted(-strides[d])], &rho[row.shifted(-strides[d])]);
+                let (pu, ru) = (&p[row.shifted(strides[d])], &rho[row.shifted(strides[d])]);
+                let (u, f) = (&mut u[..row.len], &mut f[..row.len]);
+                for n in 0..row.len {
+                    let lower = (pc[n] - pl[n]) / (rc[n] + rl[n]);
+                    let upper = (pu[n] - pc[n]) / (rc[n] + ru[n]);
+                    f[n] -= face_scale * lower;
+                    u[n] -= scale * (lower + upper);
+                }
+            }
+            if sides.wall[0][0] {
+                f1[0] = kept;
+            }
+        });
+        for d in 0..3 {
+            if sides.wall[d][1] {
+                continue;
+            }
+            let last = domain.cells()[d] as isize;
+            let mut layer: Range3 = domain.interior();
+            layer[d] = last..last + 1;
+            let scale = 2.0 * dt / self.spacing[d];
+            domain.for_each_row(&layer, face_velocity[d].data_mut(), |row, f| {
+                for (n, at) in row.shifted(0).enumerate() {
+                    let below = at - strides[d] as usize;
+                    f[n] -= scale * ((p[at] - p[below]) / (rho[at] + rho[below]));
+                }
+            });
+        }
+    }
+}
+
+/// The pressure gradient in the cells, from pressure and density.
+#[derive(Clone, Copy)]
+pub struct PressureGradient<'a> {
+    pressure: &'a [Real],
+    density: &'a [Real],
+    strides: [usize; 3],
+    spacing: Vector,
+}
+
+impl PressureGradient<'_> {
+    /// Gradient [Pa/m] in the interior cell with this place in memory ([`Field::at`]).
+    #[inline]
+    #[must_use]
+    pub fn at(&self, at: usize) -> Vector {
+        let (p, rho) = (self.pressure, self.density);
+        let component = |d: usize| {
+            let (below, above) = (at - self.strides[d], at + self.strides[d]);
+            let lower = (p[at] - p[below]) / (rho[at] + rho[below]);
+            let upper = (p[above] - p[at]) / (rho[at] + rho[above]);
+            rho[at] * (lower + upper) / self.spacing[d]
+        };
+        Vector::new(component(0), component(1), component(2))
+    }
+}
+
+/// The sides of the box that this rank touches.
+struct BoxSides {
+    wall: [[bool; 2]; 3],
+    fixed: [[Option<Real>; 2]; 3],
+    singular: bool,
+}
+
+impl BoxSides {
+    fn new(domain: &Domain, sides: &[[PressureSide; 2]; 3]) -> Self {
+        let touched = |d: usize, side: usize| domain.at_box_end(d, side);
+        let each = |d: usize, side: usize| sides[d][side];
+        Self {
+            wall: [0, 1, 2].map(|d| [0, 1].map(|s| touched(d, s) && each(d, s) == PressureSide::Wall)),
+            fixed: [0, 1, 2].map(|d| {
+                [0, 1].map(|s| match each(d, s) {
+                    PressureSide::Fixed(pressure) if touched(d, s) => Some(pressure),
+                    _ => None,
+                })
+            }),
+            singular: !sides.iter().flatten().any(|side| matches!(side, PressureSide::Fixed(_))),
+        }
+    }
+
+    /// Sets the ghosts behind a side so that the face pressure is `face(pressure, density)` of the
+    /// cell before it.
+    fn fill_behind(
+        domain: &Domain,
+        (direction, side): (usize, usize),
+        pressure: &mut Field<Real>,
+        density: &Field<Real>,
+        face: impl Fn(Real, Real) -> Real + Sync,
+    ) {
+        let stride = domain.strides()[direction];
+        let last = domain.cells()[direction] as isize;
+        let (layer, inward) = if side == 0 { (-1, stride) } else { (last, -stride) };
+        let mut range = domain.interior();
+        range[direction] = layer..layer + 1;
+        let rho = density.data();
+        for k in range[2].clone() {
+            for j in range[1].clone() {
+                for i in range[0].clone() {
+                    let ghost = pressure.at(i, j, k);
+                    let cell = (ghost as isize + inward) as usize;
+                    let p = pressure.data()[cell];
+                    let (rc, rg) = (rho[cell], rho[ghost]);
+                    // p_face = (p_c rho_g + p_g rho_c) / (rho_c + rho_g)
+                    pressure.data_mut()[ghost] = p + (face(p, rc) - p) * ((rc + rg) / rc);
+                }
+            }
+        }
+    }
+
+    fn fill_fixed(&self, domain: &Domain, pressure: &mut Field<Real>, density: &Field<Real>) {
+        for d in 0..3 {
+            for side in 0..2 {
+                if let Some(value) = self.fixed[d][side] {
+                    Self::fill_behind(domain, (d, side), pressure, density, |_, _| value);
+                }
+            }
+        }
+    }
+
+    /// Fills the ghosts behind walls with the pressure of a fluid at rest; returns the force of the
+    /// pressure on this rank's sides of the box on the fluid [N].
+    fn fill_behind_walls(
+        &self,
+        domain: &Domain,
+        pressure: &mut Field<Real>,
+        density: &Field<Real>,
+        gravity: Vector,
+    ) -> Vector {
+        let mut force = Vector::ZERO;
+        for d in 0..3 {
+            for side in 0..2 {
+                let outward = if side == 0 { -1.0 } else { 1.0 };
+                let climb = 0.5 * domain.grid().spacing[d] * gravity[d] * outward;
+                let face = |p: Real, rho: Real| self.fixed[d][side].unwrap_or(p + rho * climb);
+                if self.wall[d][side] {
+                    Self::fill_behind(domain, (d, side), pressure, density, face);
+                } else if self.fixed[d][side].is_none() {
+                    continue;
+                }
+                let layer = if side == 0 { 0 } else { domain.cells()[d] as isize - 1 };
+                let mut range = domain.interior();
+                range[d] = layer..layer + 1;
+                let [sum] = domain.sum_rows(&range, |row| {
+                    [row.shifted(0).map(|at| face(pressure.data()[at], density.data()[at])).sum()]
+                });
+                force[d] -= outward * sum * domain.grid().face_area(d);
+            }
+        }
+        force
+    }
+}
+
+/// The pressure equation, with coefficients from the density and the right-hand side from the
+/// predicted face velocity; residuals are -div(u)/dt of the velocity the pressure would give.
+struct PressureEquation<'a> {
+    density: &'a Field<Real>,
+    face_velocity: &'a [Field<Real>; 3],
+    sides: &'a BoxSides,
+    spacing: Vector,
+    dt: Real,
+}
+
+impl PressureEquation<'_> {
+    /// What a face at this index in its direction is, if it lies on a side: the side.
+    fn side(&self, direction: usize, index: isize) -> Option<usize> {
+        let last = self.density.cells()[direction] as isize;
+        let side = if index == 0 { 0 } else { usize::from(index == last) };
+        let at_end = index == 0 || index == last;
+        (at_end && (self.sides.wall[direction][side] || self.sides.fixed[direction][side].is_some())).then_some(side)
+    }
+}
+
+impl Equation for PressureEquation<'_> {
+    fn coefficients(&self, direction: usize, row: Row, into: &mut [Real]) {
+        let stride = self.density.strides()[direction] as isize;
+        let scale = 2.0 / (self.spacing[direction] * self.spacing[direction]);
+        let rho = self.density.data();
+        let (above, below) = (&rho[row.shifted(0)], &rho[row.shifted(-stride)]);
+        for ((into, above), below) in into.iter_mut().zip(above).zip(below) {
+            *into = scale / (above + below);
+        }
+        let mut on_side = |side: usize, n: usize| {
+            into[n] = match self.sides.fixed[direction][side] {
+                Some(_) => scale / if side == 0 { above[n] } else { below[n] },
+                None => 0.0,
+            };
+        };
+        match direction {
+            0 => {
+                for n in [0, row.len - 1] {
+                    if let Some(side) = self.side(0, row.first + n as isize) {
+                        on_side(side, n);
+                    }
+                }
+            }
+            _ => {
+                if let Some(side) = self.side(direction, if direction == 1 { row.j } else { row.k }) {
+                    (0..row.len).for_each(|n| on_side(side, n));
+                }
+            }
+        }
+    }
+
+    fn residual(&self, row: Row, p: &[Real], into: &mut [Real]) {
+        let rho = self.density.data();
+        let (pc, rc) = (&p[row.shifted(0)], &rho[row.shifted(0)]);
+        into.fill(0.0);
+        for d in 0..3 {
+            let stride = self.density.strides()[d] as isize;
+            let scale = 2.0 / (self.spacing[d] * self.spacing[d]);
+            let rate = 1.0 / (self.dt * self.spacing[d]);
+            let (pl, rl) = (&p[row.shifted(-stride)], &rho[row.shifted(-stride)]);
+            let (pu, ru) = (&p[row.shifted(stride)], &rho[row.shifted(stride)]);
+            let velocity = self.face_velocity[d].data();
+            let (fl, fu) = (&velocity[row.shifted(0)], &velocity[row.shifted(stride)]);
+            let into = &mut into[..row.len];
+            for n in 0..row.len {
+                let lower = (pc[n] - pl[n]) / (rc[n] + rl[n]);
+                let upper = (pu[n] - pc[n]) / (rc[n] + ru[n]);
+                into[n] += scale * (upper - lower) - rate * (fu[n] - fl[n]);
+            }
+        }
+    }
+
+    fn fill_ghosts(&self, domain: &Domain, p: &mut Field<Real>) {
+        const RULES: GhostRules = GhostRules { location: Location::Cell, sides: [[Ghost::Even; 2]; 3] };
+        domain.fill_halos_to(1, &mut [(&mut *p, &RULES)]);
+        self.sides.fill_fixed(domain, p, self.density);
+    }
+
+    fn is_singular(&self) -> bool {
+        self.sides.singular
+    }
+}
