@@ -17,4 +17,4 @@ pub mod viscosity;
 pub mod grains;
 pub mod momentum;
 pub mod solver;
-mod snapshot;
+pub mod snapshot;

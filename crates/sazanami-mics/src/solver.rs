@@ -13,7 +13,7 @@ use crate::flow::{Flow, TransportReport};
 use crate::grains::{Coupling, GrainPhase, ImprintReport};
 use crate::momentum::{MomentumImpulses, MomentumStock};
 use crate::pressure::{PressureError, PressureReport, Projection, Tolerance};
-use crate::stability::{Rates, StepLimits, TimeStep};
+use crate::stability::{Rates, Step, StepLimits};
 use crate::viscosity::{DiffusionReport, ViscosityError};
 
 /// A step could not be completed.
@@ -135,7 +135,7 @@ impl Solver {
 
     /// The longest stable next step, what limits it and in how many passes the fluid takes it.
     #[must_use]
-    pub fn stable_step(&self) -> TimeStep {
+    pub fn stable_step(&self) -> Step {
         let rates = Rates {
             advective: self.flow.advective_rate(&self.domain),
             viscous: self.flow.viscous_rate(&self.domain),
@@ -150,7 +150,7 @@ impl Solver {
     ///
     /// # Errors
     /// [`StepError`] names what went wrong and where; the state is then of no use.
-    pub fn step(&mut self, step: TimeStep, dt: Real, mut watch: impl FnMut(Phase)) -> Result<StepReport, StepError> {
+    pub fn step(&mut self, step: Step, dt: Real, mut watch: impl FnMut(Phase)) -> Result<StepReport, StepError> {
         let Self { domain, boundary, settings, flow, projection, grains, .. } = self;
         let gravity = settings.gravity;
         let mut report = StepReport { fluid_passes: step.fluid_passes, ..StepReport::default() };

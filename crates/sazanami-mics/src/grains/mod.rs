@@ -74,14 +74,30 @@ impl GrainPhase {
     /// Couples the grains of `engine`, of the given shapes, to the fluid of `domain` and imprints them.
     #[must_use]
     pub fn new(domain: &Domain, engine: Engine, shapes: Arc<[Shape]>, coupling: Coupling) -> Self {
+        Self::resumed(domain, engine, shapes, coupling, &[])
+    }
+
+    /// The same with grains last imprinted at `poses`, if there is one for each.
+    pub(crate) fn resumed(
+        domain: &Domain,
+        engine: Engine,
+        shapes: Arc<[Shape]>,
+        coupling: Coupling,
+        poses: &[Pose],
+    ) -> Self {
         let count = domain.sum([engine.grains().owned() as Real])[0] as usize;
         // Without grains the fields of the coupling take no memory.
         let cells = if count == 0 { [0; 3] } else { domain.cells() };
-        let mut phase = Self {
+        let mut imprint = Imprint::new(cells, coupling.volume_fraction, coupling.torque_arm);
+        if count > 0 {
+            let poses = (poses.len() == engine.grains().len()).then_some(poses);
+            imprint.update(domain, engine.grains(), &shapes, poses);
+        }
+        Self {
             engine,
             shapes,
             coupling,
-            imprint: Imprint::new(cells, coupling.volume_fraction, coupling.torque_arm),
+            imprint,
             stress_impulse: std::array::from_fn(|_| Field::new(cells, 0.0)),
             loads: Vec::new(),
             taken: Vec::new(),
@@ -89,15 +105,17 @@ impl GrainPhase {
             force: Vec::new(),
             torque: Vec::new(),
             count,
-        };
-        phase.imprint(domain);
-        phase
+        }
     }
 
     /// The discrete-element engine.
     #[must_use]
     pub fn engine(&self) -> &Engine {
         &self.engine
+    }
+
+    pub(crate) fn engine_mut(&mut self) -> &mut Engine {
+        &mut self.engine
     }
 
     /// What the grains cover.

@@ -1,0 +1,121 @@
+//! The state of the fluid and of its accounts with the grains as named arrays.
+//!
+//! Cell fields are whole (all ranks, x1 fastest) and complete on rank 0. The grains' own state, the
+//! accounts included, comes from their engine.
+
+use std::sync::Arc;
+
+use sazanami_dem::Engine;
+use sazanami_numerics::domain::Domain;
+use sazanami_numerics::geometry::Shape;
+use sazanami_numerics::grid::Field;
+use sazanami_numerics::snapshot::{Snapshot, SnapshotError};
+use sazanami_numerics::{Quaternion, Real, Vector};
+
+use crate::boundary::Boundary;
+use crate::flow::Flow;
+use crate::grains::{Coupling, GrainPhase, Pose};
+use crate::pressure::Projection;
+use crate::solver::{Settings, Solver};
+
+const VOLUME_FRACTION: &str = "fluid/volume_fraction";
+const VELOCITY: [&str; 3] = ["fluid/velocity_1", "fluid/velocity_2", "fluid/velocity_3"];
+const FACE_VELOCITY: [&str; 3] = ["fluid/face_velocity_1", "fluid/face_velocity_2", "fluid/face_velocity_3"];
+const LAST_FACES: [&str; 3] = ["fluid/last_faces_1", "fluid/last_faces_2", "fluid/last_faces_3"];
+const PRESSURE: &str = "fluid/pressure";
+const COUNTERS: &str = "fluid/counters";
+const PREVIOUS_STEP: &str = "fluid/previous_step";
+/// Prefix of what the engine of the grains writes.
+pub const GRAINS: &str = "grains/";
+const POSES: &str = "coupling/poses";
+
+impl Solver {
+    /// Everything that a run needs to go on with the same bits. Collective; complete on rank 0.
+    #[must_use]
+    pub fn snapshot(&mut self) -> Snapshot {
+        let domain = &self.domain;
+        let mut snapshot = Snapshot::default();
+        self.grains.engine_mut().snapshot(domain, GRAINS, &mut snapshot);
+        snapshot.put_reals(VOLUME_FRACTION, domain.gather(&self.flow.volume_fraction));
+        snapshot.put_reals(PRESSURE, domain.gather(self.projection.pressure()));
+        for d in 0..3 {
+            snapshot.put_reals(VELOCITY[d], domain.gather(&self.flow.velocity[d]));
+            let faces = &self.flow.face_velocity[d];
+            snapshot.put_reals(FACE_VELOCITY[d], domain.gather(faces));
+            snapshot.put_reals(LAST_FACES[d], domain.gather(&upper_faces(domain, faces, d)));
+        }
+        snapshot.put_u64(COUNTERS, vec![self.flow.transports]);
+        snapshot.put_reals(PREVIOUS_STEP, self.previous_step.into_iter().collect());
+        // Lists of covered cells are kept between steps on one rank only.
+        let poses = self.grains.covered().poses().filter(|_| domain.communicator().size() == 1);
+        let numbers = |pose: Pose| pose.position.to_array().into_iter().chain(pose.orientation.to_array());
+        snapshot.put_reals(POSES, poses.flat_map(numbers).collect());
+        snapshot
+    }
+
+    /// Goes on from a snapshot, which every rank holds. `flow` gives fluids and schemes.
+    ///
+    /// # Errors
+    /// [`SnapshotError`] if the snapshot is of another problem.
+    #[allow(clippy::too_many_arguments, reason = "the parts of a solver, as in `Solver::new`, and the snapshot")]
+    pub fn restore(
+        domain: Domain,
+        boundary: Boundary,
+        settings: Settings,
+        mut flow: Flow,
+        engine: Engine,
+        shapes: Arc<[Shape]>,
+        coupling: Coupling,
+        snapshot: &Snapshot,
+    ) -> Result<Self, SnapshotError> {
+        let cells = domain.grid().len();
+        let scatter = |name: &str, field: &mut Field<Real>| {
+            domain.scatter(snapshot.reals_of(name, cells)?, field);
+            Ok::<_, SnapshotError>(())
+        };
+        scatter(VOLUME_FRACTION, &mut flow.volume_fraction)?;
+        for d in 0..3 {
+            scatter(VELOCITY[d], &mut flow.velocity[d])?;
+            scatter(LAST_FACES[d], &mut flow.face_velocity[d])?;
+            let upper = flow.face_velocity[d].clone();
+            scatter(FACE_VELOCITY[d], &mut flow.face_velocity[d])?;
+            set_last_faces(&domain, &upper, &mut flow.face_velocity[d], d);
+        }
+        flow.transports = snapshot.u64(COUNTERS)?.first().copied().unwrap_or_default();
+        flow.fill_halos(&domain, &boundary);
+        let mut projection = Projection::new(&domain, boundary.pressure_sides());
+        scatter(PRESSURE, projection.pressure_mut())?;
+        let poses = poses(snapshot.reals(POSES)?);
+        let grains = GrainPhase::resumed(&domain, engine, shapes, coupling, &poses);
+        let previous_step = snapshot.reals(PREVIOUS_STEP)?.first().copied();
+        Ok(Self { domain, boundary, settings, flow, projection, grains, previous_step })
+    }
+}
+
+/// The upper faces of the cells in `direction` as a field of their lower neighbours.
+fn upper_faces(domain: &Domain, faces: &Field<Real>, direction: usize) -> Field<Real> {
+    let mut upper = domain.field(0.0);
+    let ahead = faces.strides()[direction];
+    domain.set(&mut upper, |i, j, k| faces.data()[faces.at(i, j, k) + ahead]);
+    upper
+}
+
+/// Sets the upper faces of the last cells in `direction`, which no cell has as its lower face.
+fn set_last_faces(domain: &Domain, upper: &Field<Real>, faces: &mut Field<Real>, direction: usize) {
+    let ahead = faces.strides()[direction];
+    let mut last = domain.interior();
+    last[direction] = last[direction].end - 1..last[direction].end;
+    for k in last[2].clone() {
+        for j in last[1].clone() {
+            for i in last[0].clone() {
+                let at = faces.at(i, j, k);
+                faces.data_mut()[at + ahead] = upper.data()[at];
+            }
+        }
+    }
+}
+
+fn poses(numbers: &[Real]) -> Vec<Pose> {
+    let pose = |n: &[Real]| Pose { position: Vector::from_slice(n), orientation: Quaternion::from_slice(&n[3..]) };
+    numbers.chunks_exact(7).map(pose).collect()
+}
