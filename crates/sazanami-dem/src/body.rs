@@ -90,10 +90,6 @@ impl Body {
     pub fn spheres(&self) -> usize {
         self.radii.len()
     }
-
-    pub(crate) fn smallest_radius(&self) -> Real {
-        self.radii.iter().copied().fold(Real::INFINITY, Real::min)
-    }
 }
 
 impl From<&Shape> for Body {

@@ -408,6 +408,15 @@ impl Engine {
         self.exchange.gather(domain, self.grains.owned, partial);
     }
 
+    /// Whether own grain `own` touched another grain in the last sub-step.
+    #[must_use]
+    pub fn touches_a_grain(&self, own: usize) -> bool {
+        let block = &self.blocks[own / ROWS];
+        let row = own - block.first;
+        let range = block.starts[row] as usize..block.starts[row + 1] as usize;
+        block.pairs[range].iter().any(|p| p.touching) || self.incoming.total(&self.blocks, own).1
+    }
+
     /// Changes the velocity of an own grain, and its angular velocity [m/s, rad/s].
     pub fn set_velocity(&mut self, own: usize, velocity: Vector, angular_velocity: Vector) {
         let turn = self.frames[own].rotation;
@@ -749,7 +758,6 @@ impl Engine {
             let moment = grains.inertia[g].recip();
             inert.push(Inert {
                 inverse_mass: if free { 1.0 / grains.mass[g] } else { 0.0 },
-                mass: grains.mass[g],
                 inverse_inertia: moment,
                 arm: bodies[grains.shape[g] as usize].centre_radius * grains.scale[g],
                 motion: grains.motion[g],

@@ -15,6 +15,8 @@ mod grain;
 mod lanes;
 mod material;
 mod motion;
+mod packing;
+mod random;
 mod snapshot;
 mod wall;
 
@@ -23,6 +25,8 @@ pub use engine::{ContactReport, Engine, Loads, Setup, Substeps};
 pub use error::DemError;
 pub use grain::{ATTACHED, Grain, Grains, Motion};
 pub use material::{ContactLaw, Damping, Interactions, Multiplicity, SlipDirection, damping_ratio, restitution};
+pub use packing::{Lattice, Packing, PackingReport, PackingSettings, Stage, Tapping, lying_order};
+pub use random::Random;
 pub use wall::Wall;
 
 /// Identifiers from here on stand for walls in reports: `WALL + number`.

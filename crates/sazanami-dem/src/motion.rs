@@ -33,8 +33,6 @@ pub(crate) struct Frame {
 pub(crate) struct Inert {
     /// One over mass [1/kg]; 0 if forces do not act.
     pub inverse_mass: Real,
-    /// Mass [kg].
-    pub mass: Real,
     /// One over the principal moments [1/(kg m^2)].
     pub inverse_inertia: Vector,
     /// Largest distance of a contact sphere's centre from the centre of mass [m].
@@ -123,7 +121,6 @@ mod tests {
         let mut pose = Pose { home: Vector::ZERO, orientation, velocity: Vector::ZERO, angular_momentum: momentum };
         let inert = Inert {
             inverse_mass: 1.0,
-            mass: 1.0,
             inverse_inertia: inertia.recip(),
             arm: body.centre_radius,
             motion: Motion::Free,

@@ -1,1 +1,234 @@
-//! Complete state of the grains as named arrays.
+//! Complete state of the grains as named arrays, sorted by identifier, for any number of ranks.
+//!
+//! Neighbour lists are not part of it: they have no influence on any force. The memory of contacts is.
+
+use sazanami_numerics::domain::Domain;
+use sazanami_numerics::snapshot::{Snapshot, SnapshotError};
+use sazanami_numerics::{Real, Vector};
+
+use crate::contact::ContactRecord;
+use crate::engine::{Engine, Setup};
+use crate::error::DemError;
+use crate::grain::GrainRecord;
+
+const STATE: u32 = 310;
+
+impl Engine {
+    /// Writes the state into `snapshot` on rank 0 under names that begin with `prefix`. All ranks take part.
+    pub fn snapshot(&mut self, domain: &Domain, prefix: &str, snapshot: &mut Snapshot) {
+        self.collect_records();
+        let grains: Vec<GrainRecord> = (0..self.grains.owned).map(|g| self.grains.record(g)).collect();
+        let mut grains: Vec<GrainRecord> = to_first(domain, &grains);
+        let mut contacts: Vec<ContactRecord> = to_first(domain, &self.records);
+        if domain.communicator().rank() != 0 {
+            return;
+        }
+        grains.sort_unstable_by_key(|g| g.id);
+        contacts.sort_unstable_by_key(ContactRecord::key);
+        // Both owners of a pair hold the same bits.
+        contacts.dedup_by_key(|c| c.key());
+        let mut out = Writer { prefix, snapshot };
+        out.u64("grain.id", grains.iter().map(|g| g.id));
+        out.u32("grain.shape", grains.iter().map(|g| g.shape));
+        out.u32("grain.material", grains.iter().map(|g| g.material));
+        out.u32("grain.motion", grains.iter().map(|g| g.motion));
+        out.reals("grain.scale", grains.iter().map(|g| g.scale));
+        out.reals("grain.mass", grains.iter().map(|g| g.mass));
+        out.reals("grain.last_contact", grains.iter().map(|g| g.last_contact));
+        out.reals("grain.inertia", grains.iter().flat_map(|g| g.inertia));
+        out.reals("grain.position", grains.iter().flat_map(|g| g.home));
+        out.reals("grain.orientation", grains.iter().flat_map(|g| g.orientation));
+        out.reals("grain.velocity", grains.iter().flat_map(|g| g.velocity));
+        out.reals("grain.angular_momentum", grains.iter().flat_map(|g| g.angular_momentum));
+        out.reals("grain.contact_force", grains.iter().flat_map(|g| g.contact_force));
+        out.reals("grain.contact_torque", grains.iter().flat_map(|g| g.contact_torque));
+        out.reals("grain.attached", grains.iter().flat_map(|g| g.attached));
+        out.u64("contact.low", contacts.iter().map(|c| c.low));
+        out.u64("contact.high", contacts.iter().map(|c| c.high));
+        out.u32("contact.image", contacts.iter().flat_map(|c| c.image.map(i32::cast_unsigned)));
+        out.u32("contact.spheres", contacts.iter().flat_map(|c| [u32::from(c.a), u32::from(c.b)]));
+        out.u32("contact.deep", contacts.iter().map(|c| c.deep));
+        out.reals("contact.displacement", contacts.iter().flat_map(|c| c.d_t));
+        out.reals("wall.point", self.walls.iter().flat_map(|w| w.point.to_array()));
+        out.reals("wall.velocity", self.walls.iter().flat_map(|w| w.velocity.to_array()));
+        out.reals("time", [self.time]);
+    }
+
+    /// Takes up a run from `snapshot`, which is read on rank 0 only. `setup` is that of the run that
+    /// wrote it; walls are put where they were.
+    ///
+    /// # Errors
+    /// [`DemError::Snapshot`] if something is missing, and those of [`Engine::new`]; on all ranks if on one.
+    pub fn restore(domain: &Domain, mut setup: Setup, prefix: &str, snapshot: &Snapshot) -> Result<Self, DemError> {
+        let outcome = if domain.communicator().rank() == 0 {
+            State::read(prefix, snapshot, &setup).map_err(DemError::from)
+        } else {
+            Ok(State::default())
+        };
+        let state = domain.agree(outcome)?;
+        let grains = from_first(domain, state.grains);
+        let contacts = from_first(domain, state.contacts);
+        let others = from_first(domain, state.others);
+        let time = others[0];
+        for (wall, values) in setup.walls.iter_mut().zip(others[1..].chunks_exact(6)) {
+            wall.point = Vector::from_slice(&values[..3]);
+            wall.velocity = Vector::from_slice(&values[3..]);
+        }
+        Self::from_records(domain, setup, &grains, contacts, time)
+    }
+}
+
+/// What a snapshot holds.
+#[derive(Default)]
+struct State {
+    grains: Vec<GrainRecord>,
+    contacts: Vec<ContactRecord>,
+    /// Time, then point and velocity of each wall.
+    others: Vec<Real>,
+}
+
+impl State {
+    fn read(prefix: &str, snapshot: &Snapshot, setup: &Setup) -> Result<Self, SnapshotError> {
+        let from = Reader { prefix, snapshot };
+        let id = from.u64("grain.id", None)?;
+        let n = id.len();
+        let [shape, material, motion] =
+            ["shape", "material", "motion"].map(|name| from.u32(&format!("grain.{name}"), n));
+        let (shape, material, motion) = (shape?, material?, motion?);
+        let real = |name: &str, width: usize| from.reals(&format!("grain.{name}"), n * width);
+        let (scale, mass, last_contact) = (real("scale", 1)?, real("mass", 1)?, real("last_contact", 1)?);
+        let (inertia, home, orientation) = (real("inertia", 3)?, real("position", 3)?, real("orientation", 4)?);
+        let (velocity, momentum) = (real("velocity", 3)?, real("angular_momentum", 3)?);
+        let (force, torque) = (real("contact_force", 3)?, real("contact_torque", 3)?);
+        let attached = real("attached", crate::ATTACHED)?;
+        let grains = (0..n)
+            .map(|g| GrainRecord {
+                id: id[g],
+                shape: shape[g],
+                material: material[g],
+                motion: motion[g],
+                image: [0; 2],
+                padding: 0,
+                scale: scale[g],
+                mass: mass[g],
+                last_contact: last_contact[g],
+                reach: 0.0,
+                inertia: triple(inertia, g),
+                home: triple(home, g),
+                orientation: std::array::from_fn(|d| orientation[4 * g + d]),
+                velocity: triple(velocity, g),
+                angular_momentum: triple(momentum, g),
+                contact_force: triple(force, g),
+                contact_torque: triple(torque, g),
+                attached: std::array::from_fn(|d| attached[crate::ATTACHED * g + d]),
+            })
+            .collect();
+        let low = from.u64("contact.low", None)?;
+        let n = low.len();
+        let high = from.u64("contact.high", Some(n))?;
+        let (image, spheres) = (from.u32("contact.image", 2 * n)?, from.u32("contact.spheres", 2 * n)?);
+        let (deep, d_t) = (from.u32("contact.deep", n)?, from.reals("contact.displacement", 3 * n)?);
+        let contacts = (0..n)
+            .map(|c| ContactRecord {
+                low: low[c],
+                high: high[c],
+                image: [image[2 * c].cast_signed(), image[2 * c + 1].cast_signed()],
+                a: spheres[2 * c] as u16,
+                b: spheres[2 * c + 1] as u16,
+                deep: deep[c],
+                d_t: triple(d_t, c),
+            })
+            .collect();
+        let walls = setup.walls.len();
+        let (point, velocity) = (from.reals("wall.point", 3 * walls)?, from.reals("wall.velocity", 3 * walls)?);
+        let mut others = vec![from.reals("time", 1)?[0]];
+        (0..walls).for_each(|w| others.extend(triple(point, w).into_iter().chain(triple(velocity, w))));
+        Ok(Self { grains, contacts, others })
+    }
+}
+
+fn triple(values: &[Real], at: usize) -> [Real; 3] {
+    std::array::from_fn(|d| values[3 * at + d])
+}
+
+struct Writer<'a> {
+    prefix: &'a str,
+    snapshot: &'a mut Snapshot,
+}
+
+impl Writer<'_> {
+    fn u64(&mut self, name: &str, values: impl Iterator<Item = u64>) {
+        self.snapshot.put_u64(format!("{}{name}", self.prefix), values.collect());
+    }
+
+    fn u32(&mut self, name: &str, values: impl Iterator<Item = u32>) {
+        self.snapshot.put_u32(format!("{}{name}", self.prefix), values.collect());
+    }
+
+    fn reals(&mut self, name: &str, values: impl IntoIterator<Item = Real>) {
+        self.snapshot.put_reals(format!("{}{name}", self.prefix), values.into_iter().collect());
+    }
+}
+
+struct Reader<'a> {
+    prefix: &'a str,
+    snapshot: &'a Snapshot,
+}
+
+impl<'a> Reader<'a> {
+    fn u64(&self, name: &str, expected: Option<usize>) -> Result<&'a [u64], SnapshotError> {
+        let name = format!("{}{name}", self.prefix);
+        let values = self.snapshot.u64(&name)?;
+        of_length(name, values, expected.unwrap_or(values.len()))
+    }
+
+    fn u32(&self, name: &str, expected: usize) -> Result<&'a [u32], SnapshotError> {
+        let name = format!("{}{name}", self.prefix);
+        let values = self.snapshot.u32(&name)?;
+        of_length(name, values, expected)
+    }
+
+    fn reals(&self, name: &str, expected: usize) -> Result<&'a [Real], SnapshotError> {
+        let name = format!("{}{name}", self.prefix);
+        let values = self.snapshot.reals(&name)?;
+        of_length(name, values, expected)
+    }
+}
+
+fn of_length<T>(name: String, values: &[T], expected: usize) -> Result<&[T], SnapshotError> {
+    if values.len() == expected {
+        Ok(values)
+    } else {
+        Err(SnapshotError::Length { name, expected, found: values.len() })
+    }
+}
+
+/// The values of all ranks, in rank order, on rank 0; empty on the others.
+fn to_first<T: bytemuck::Pod>(domain: &Domain, mine: &[T]) -> Vec<T> {
+    let communicator = domain.communicator();
+    if communicator.rank() != 0 {
+        communicator.send(0, STATE, bytemuck::cast_slice(mine));
+        return Vec::new();
+    }
+    let mut all = mine.to_vec();
+    let mut bytes = Vec::new();
+    for rank in 1..communicator.size() {
+        communicator.receive(rank, STATE, &mut bytes);
+        all.extend(bytes.chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned::<T>));
+    }
+    all
+}
+
+/// The values of rank 0 on every rank.
+fn from_first<T: bytemuck::Pod>(domain: &Domain, values: Vec<T>) -> Vec<T> {
+    let communicator = domain.communicator();
+    if communicator.rank() == 0 {
+        for rank in 1..communicator.size() {
+            communicator.send(rank, STATE, bytemuck::cast_slice(&values));
+        }
+        return values;
+    }
+    let mut bytes = Vec::new();
+    communicator.receive(0, STATE, &mut bytes);
+    bytes.chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned).collect()
+}

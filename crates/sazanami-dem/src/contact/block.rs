@@ -91,11 +91,6 @@ pub(crate) struct Block {
 }
 
 impl Block {
-    /// Number of grains.
-    pub fn rows(&self) -> usize {
-        self.starts.len().saturating_sub(1)
-    }
-
     /// Empties the block for `rows` grains from `first`.
     pub fn reset(&mut self, first: usize, rows: usize) {
         self.first = first;

@@ -1,0 +1,490 @@
+//! Beds: grains fall on each other until they rest (Yagyu et al. (2015), section 3).
+//!
+//! Grains start on a lattice, each turned at random, and fall under a multiple of gravity in a box
+//! without lid, without fluid. When the highest of them meets another grain gravity takes its true
+//! value, and when time enough has passed and the grains rest the bed is done.
+
+use sazanami_numerics::domain::Domain;
+use sazanami_numerics::snapshot::Snapshot;
+use sazanami_numerics::{Matrix, Quaternion, Real, Vector};
+
+use crate::body::Body;
+use crate::engine::{ContactReport, Engine, Loads, Setup, Substeps};
+use crate::error::DemError;
+use crate::grain::Grain;
+use crate::material::Interactions;
+use crate::random::Random;
+use crate::wall::Wall;
+
+/// How the lattice is laid out.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Lattice {
+    /// Cubic, room for every orientation, orientations uniformly random.
+    #[default]
+    Cubic,
+    /// Low: long axes within 10 degrees of the horizontal in random directions, layers as close as
+    /// that allows. Falls less far; the bed remembers some of the order.
+    Low,
+}
+
+/// A floor that moves up and down to make a bed denser.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tapping {
+    /// Amplitude [m].
+    pub amplitude: Real,
+    /// Frequency [Hz].
+    pub frequency: Real,
+    /// Number of full periods.
+    pub periods: u32,
+}
+
+/// How a bed is packed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PackingSettings {
+    /// Lower corner of the box [m].
+    pub lower: Vector,
+    /// Upper corner of the box [m]; its height does not limit the grains.
+    pub upper: Vector,
+    /// Which of x1 and x2 are periodic instead of walled.
+    pub periodic: [bool; 2],
+    /// Material of the walls.
+    pub wall_material: u32,
+    /// Layout of the first positions.
+    pub lattice: Lattice,
+    /// Spacing of the lattice over the largest grain's extent.
+    pub spacing: Real,
+    /// Random displacement over spacing.
+    pub jitter: Real,
+    /// Seed of positions and orientations.
+    pub seed: u64,
+    /// Gravity, downward [m/s^2].
+    pub gravity: Real,
+    /// Gravity during the fall over gravity.
+    pub fall_factor: Real,
+    /// Time after the fall before the bed can be done [s].
+    pub settling_time: Real,
+    /// Whether the settling time alone decides, as in the paper.
+    pub by_time_only: bool,
+    /// Largest mean speed of a bed at rest [m/s].
+    pub rest_speed: Real,
+    /// Largest kinetic energy of a bed at rest, over weight times thickness of a grain.
+    pub rest_energy: Real,
+    /// Factor on friction until the fall has ended; below 1 beds are denser. 1 unless a porosity is aimed at.
+    pub fall_friction: Real,
+    /// Tapping after settling; none unless a porosity is aimed at.
+    pub tapping: Option<Tapping>,
+    /// Time of a step of [`Packing::step`] [s].
+    pub step: Real,
+    /// Sub-steps within a step.
+    pub substeps: Substeps,
+    /// Time after which packing is given up [s].
+    pub longest: Real,
+    /// See [`Setup::ghost_margin`].
+    pub ghost_margin: Real,
+}
+
+impl PackingSettings {
+    /// The paper's procedure in a box.
+    #[must_use]
+    pub fn new(lower: Vector, upper: Vector) -> Self {
+        Self {
+            lower,
+            upper,
+            periodic: [false; 2],
+            wall_material: 0,
+            lattice: Lattice::Cubic,
+            spacing: 1.05,
+            jitter: 0.02,
+            seed: 1,
+            gravity: 9.8,
+            fall_factor: 4.0,
+            settling_time: 5e-3,
+            by_time_only: false,
+            rest_speed: 2e-3,
+            rest_energy: 1e-3,
+            fall_friction: 1.0,
+            tapping: None,
+            step: 2e-5,
+            substeps: Substeps::Auto,
+            longest: 2.0,
+            ghost_margin: 0.0,
+        }
+    }
+
+    /// Puts `grains` on the lattice, layer by layer; what they are is left as it is.
+    ///
+    /// # Errors
+    /// [`DemError::BadGrain`] if the box is narrower than a grain or a shape is missing.
+    pub fn arrange(&self, bodies: &[Body], grains: &mut [Grain]) -> Result<(), DemError> {
+        let mut extent: Real = 0.0;
+        let mut height: Real = 0.0;
+        for grain in grains.iter() {
+            let body = bodies
+                .get(grain.shape as usize)
+                .ok_or_else(|| DemError::BadGrain { id: grain.id, what: "there is no such shape".to_string() })?;
+            extent = extent.max(2.0 * body.bounding_radius * grain.scale);
+            height = height.max(grain.scale * self.layer(body));
+        }
+        let size = self.upper - self.lower;
+        let spacing = self.spacing * extent;
+        let along = [size.x, size.y].map(|l| (l / spacing).floor() as usize);
+        if along.contains(&0) {
+            let id = grains.first().map_or(0, |g| g.id);
+            return Err(DemError::BadGrain { id, what: format!("the box is narrower than {spacing} m") });
+        }
+        let pitch = Vector::new(size.x / along[0] as Real, size.y / along[1] as Real, self.spacing * height);
+        let mut random = Random::new(self.seed);
+        let room = pitch - Vector::new(extent, extent, height);
+        for (n, grain) in grains.iter_mut().enumerate() {
+            let (i, j) = (n % along[0], n / along[0] % along[1]);
+            let k = n / (along[0] * along[1]);
+            let cell = Vector::new(i as Real + 0.5, j as Real + 0.5, k as Real + 0.5);
+            let shake = Vector::new(random.between(-1.0, 1.0), random.between(-1.0, 1.0), random.between(-1.0, 1.0));
+            // Never so far that neighbours could touch.
+            let shake = shake * (self.jitter * pitch).min(0.5 * room);
+            grain.position = self.lower + cell * pitch + shake;
+            grain.orientation = match self.lattice {
+                Lattice::Cubic => random.orientation(),
+                Lattice::Low => lying(&bodies[grain.shape as usize], &mut random),
+            };
+        }
+        Ok(())
+    }
+
+    /// Height of a layer of grains.
+    fn layer(&self, body: &Body) -> Real {
+        let c = &body.capsule;
+        let length = (c.upper - c.lower) * TILT.sin();
+        let lying = 2.0 * c.radius + length + (c.upper + c.lower).abs() * TILT.sin();
+        if self.lattice == Lattice::Low { lying.min(2.0 * body.bounding_radius) } else { 2.0 * body.bounding_radius }
+    }
+
+    fn walls(&self) -> Vec<Wall> {
+        let [x, y] = self.periodic.map(|periodic| [!periodic; 2]);
+        // The floor comes last.
+        let mut walls = Wall::of_box(self.lower, self.upper, self.wall_material, [x, y, [false; 2]]);
+        walls.push(Wall::at_rest(self.lower, Vector::Z, self.wall_material));
+        walls
+    }
+
+    fn setup(&self, bodies: Vec<Body>, interactions: Interactions) -> Setup {
+        let mut lower = self.lower;
+        // A tapping floor takes the bed below its first place.
+        lower.z -= self.tapping.map_or(0.0, |t| 2.0 * t.amplitude);
+        let mut upper = self.upper;
+        upper.z = Real::INFINITY;
+        Setup { bodies, interactions, walls: self.walls(), region: [lower, upper], ghost_margin: self.ghost_margin }
+    }
+}
+
+/// Largest angle of a grain of the low lattice to the horizontal.
+const TILT: Real = 10.0 / 180.0 * std::f64::consts::PI;
+
+/// An orientation that lays the capsule's axis down, but for a small random tilt, and spins it about itself at random.
+fn lying(body: &Body, random: &mut Random) -> Quaternion {
+    let axis = Vector::AXES[body.capsule.axis];
+    let azimuth = random.between(0.0, 2.0 * std::f64::consts::PI);
+    let tilt = random.between(-TILT, TILT);
+    let along = Vector::new(azimuth.cos() * tilt.cos(), azimuth.sin() * tilt.cos(), tilt.sin());
+    let about = Quaternion::from_axis_angle(along, random.between(0.0, 2.0 * std::f64::consts::PI));
+    about * Quaternion::from_rotation_arc(axis, along)
+}
+
+/// Stage of a packing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// Grains fall under increased gravity.
+    Falling,
+    /// Grains come to rest.
+    Settling,
+    /// The floor moves.
+    Tapping,
+    /// The bed is done.
+    Done,
+    /// The grains did not come to rest in time.
+    GivenUp,
+}
+
+/// Where a packing stands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PackingReport {
+    /// Stage.
+    pub stage: Stage,
+    /// Time since the start [s].
+    pub time: Real,
+    /// Mean speed of the grains [m/s].
+    pub mean_speed: Real,
+    /// Largest mean speed so far [m/s].
+    pub largest_mean_speed: Real,
+    /// Kinetic energy over the sum of weight times thickness of the grains.
+    pub energy: Real,
+    /// Height of the highest centre of mass [m].
+    pub highest: Real,
+    /// Time at which gravity took its true value [s]; infinite before.
+    pub switched: Real,
+    /// What happened among the contacts.
+    pub contacts: ContactReport,
+}
+
+/// A bed in the making.
+#[derive(Debug)]
+pub struct Packing {
+    settings: PackingSettings,
+    engine: Engine,
+    interactions: Interactions,
+    stage: Stage,
+    switched: Real,
+    /// When the present wait for rest began [s].
+    since: Real,
+    tapped: bool,
+    largest_mean_speed: Real,
+    /// Sum of mass times thickness of the grains [kg m].
+    mass_thickness: Real,
+    count: Real,
+}
+
+impl Packing {
+    /// Arranges `grains` on the lattice and gets ready to drop them. `domain` needs the right extent
+    /// and periodicity in x1 and x2 only.
+    ///
+    /// # Errors
+    /// Those of [`PackingSettings::arrange`] and [`Engine::new`].
+    pub fn new(
+        domain: &Domain,
+        settings: PackingSettings,
+        bodies: Vec<Body>,
+        interactions: Interactions,
+        mut grains: Vec<Grain>,
+    ) -> Result<Self, DemError> {
+        settings.arrange(&bodies, &mut grains)?;
+        let mut falling = interactions.clone();
+        falling.scale_friction(settings.fall_friction);
+        let engine = Engine::new(domain, settings.setup(bodies, falling), &grains)?;
+        Ok(Self::with(domain, settings, engine, interactions))
+    }
+
+    fn with(domain: &Domain, settings: PackingSettings, engine: Engine, interactions: Interactions) -> Self {
+        let grains = engine.grains();
+        let thickness = |g: usize| 2.0 * engine.bodies()[grains.shape[g] as usize].capsule.radius * grains.scale[g];
+        let mine: Real = (0..grains.owned()).map(|g| grains.mass[g] * thickness(g)).sum();
+        let [mass_thickness, count] = domain.sum([mine, grains.owned() as Real]);
+        Self {
+            settings,
+            engine,
+            interactions,
+            stage: Stage::Falling,
+            switched: Real::INFINITY,
+            since: Real::INFINITY,
+            tapped: false,
+            largest_mean_speed: 0.0,
+            mass_thickness,
+            count,
+        }
+    }
+
+    /// The grains.
+    #[must_use]
+    pub fn engine(&self) -> &Engine {
+        &self.engine
+    }
+
+    /// The settings.
+    #[must_use]
+    pub fn settings(&self) -> &PackingSettings {
+        &self.settings
+    }
+
+    /// Stage reached.
+    #[must_use]
+    pub fn stage(&self) -> Stage {
+        self.stage
+    }
+
+    /// Goes on by one step of [`PackingSettings::step`]; does nothing once done.
+    ///
+    /// # Errors
+    /// Those of [`Engine::advance`].
+    pub fn step(&mut self, domain: &Domain) -> Result<PackingReport, DemError> {
+        let settings = &self.settings;
+        let factor = if self.stage == Stage::Falling { settings.fall_factor } else { 1.0 };
+        let gravity = Vector::new(0.0, 0.0, -factor * settings.gravity);
+        let contacts = if matches!(self.stage, Stage::Done | Stage::GivenUp) {
+            ContactReport::default()
+        } else {
+            self.engine.advance(domain, &Loads::none(), gravity, settings.step, settings.substeps)?
+        };
+        let mut report = self.measure(domain, contacts);
+        self.judge(domain, &mut report);
+        Ok(report)
+    }
+
+    fn measure(&mut self, domain: &Domain, contacts: ContactReport) -> PackingReport {
+        let grains = self.engine.grains();
+        let speeds: Real = (0..grains.owned()).map(|g| grains.velocity[g].length()).sum();
+        let energies: Real = (0..grains.owned()).map(|g| grains.kinetic_energy(g)).sum();
+        let [speeds, energies] = domain.sum([speeds, energies]);
+        let highest = (0..grains.owned()).map(|g| grains.position[g].z).fold(Real::NEG_INFINITY, Real::max);
+        let mean_speed = speeds / self.count;
+        self.largest_mean_speed = self.largest_mean_speed.max(mean_speed);
+        PackingReport {
+            stage: self.stage,
+            time: self.engine.time(),
+            mean_speed,
+            largest_mean_speed: self.largest_mean_speed,
+            energy: energies / (self.settings.gravity * self.mass_thickness),
+            highest: domain.max(highest),
+            switched: self.switched,
+            contacts,
+        }
+    }
+
+    /// Passes on to the next stage when it is time.
+    fn judge(&mut self, domain: &Domain, report: &mut PackingReport) {
+        let settings = &self.settings;
+        let now = report.time;
+        match self.stage {
+            Stage::Falling => {
+                let grains = self.engine.grains();
+                let landed = (0..grains.owned())
+                    .any(|g| grains.position[g].z == report.highest && self.engine.touches_a_grain(g));
+                if domain.max(Real::from(u8::from(landed))) > 0.0 {
+                    self.stage = Stage::Settling;
+                    (self.switched, self.since) = (now, now);
+                    if settings.fall_friction != 1.0 {
+                        self.engine.set_interactions(domain, self.interactions.clone());
+                    }
+                }
+            }
+            Stage::Settling => {
+                let rests = report.mean_speed < settings.rest_speed && report.energy < settings.rest_energy;
+                if now >= self.since + settings.settling_time && (rests || settings.by_time_only) {
+                    let tap = settings.tapping.is_some() && !self.tapped;
+                    self.stage = if tap { Stage::Tapping } else { Stage::Done };
+                    self.since = now;
+                }
+            }
+            Stage::Tapping => self.tap(now),
+            Stage::Done | Stage::GivenUp => {}
+        }
+        if now > self.settings.longest && self.stage != Stage::Done {
+            self.stage = Stage::GivenUp;
+        }
+        report.stage = self.stage;
+        report.switched = self.switched;
+    }
+
+    /// Moves the floor for the next step.
+    fn tap(&mut self, now: Real) {
+        let Some(tapping) = self.settings.tapping else { return };
+        let floor = self.engine.walls().len() - 1;
+        let omega = 2.0 * std::f64::consts::PI * tapping.frequency;
+        let place = |t: Real| self.settings.lower.z + tapping.amplitude * (omega * (t - self.since)).sin();
+        let (rate, over) = if now - self.since >= Real::from(tapping.periods) / tapping.frequency {
+            (0.0, true)
+        } else {
+            // The chord of the sine over the step: the floor comes back to its place.
+            ((place(now + self.settings.step) - place(now)) / self.settings.step, false)
+        };
+        self.engine.set_wall_velocity(floor, Vector::new(0.0, 0.0, rate));
+        if over {
+            self.tapped = true;
+            self.stage = Stage::Settling;
+            self.since = now;
+        }
+    }
+
+    /// Writes the state into `snapshot` on rank 0 under names that begin with `prefix`.
+    pub fn snapshot(&mut self, domain: &Domain, prefix: &str, snapshot: &mut Snapshot) {
+        self.engine.snapshot(domain, prefix, snapshot);
+        if domain.communicator().rank() == 0 {
+            let stage = self.stage as u8;
+            let state = [
+                Real::from(stage),
+                self.switched,
+                self.since,
+                Real::from(u8::from(self.tapped)),
+                self.largest_mean_speed,
+            ];
+            snapshot.put_reals(format!("{prefix}packing"), state.to_vec());
+        }
+    }
+
+    /// Takes up a packing from `snapshot`, which is read on rank 0 only.
+    ///
+    /// # Errors
+    /// Those of [`Engine::restore`].
+    pub fn restore(
+        domain: &Domain,
+        settings: PackingSettings,
+        bodies: Vec<Body>,
+        interactions: Interactions,
+        prefix: &str,
+        snapshot: &Snapshot,
+    ) -> Result<Self, DemError> {
+        let rank = domain.communicator().rank();
+        let outcome = if rank == 0 {
+            snapshot.reals_of(&format!("{prefix}packing"), 5).map(<[Real]>::to_vec)
+        } else {
+            Ok(vec![0.0; 5])
+        };
+        let state = domain.agree(outcome.map_err(DemError::from))?;
+        // Other ranks hold zeros; infinite values would not survive a sum with anything else.
+        let state: Vec<Real> =
+            state.iter().map(|&v| domain.max(if rank == 0 { v } else { Real::NEG_INFINITY })).collect();
+        let stage = match state[0] as u8 {
+            0 => Stage::Falling,
+            1 => Stage::Settling,
+            2 => Stage::Tapping,
+            3 => Stage::Done,
+            _ => Stage::GivenUp,
+        };
+        let mut present = interactions.clone();
+        if stage == Stage::Falling {
+            present.scale_friction(settings.fall_friction);
+        }
+        let engine = Engine::restore(domain, settings.setup(bodies, present), prefix, snapshot)?;
+        let mut packing = Self::with(domain, settings, engine, interactions);
+        packing.stage = stage;
+        (packing.switched, packing.since) = (state[1], state[2]);
+        packing.tapped = state[3] > 0.0;
+        packing.largest_mean_speed = state[4];
+        Ok(packing)
+    }
+
+    /// The grains of this rank as they lie, at rest.
+    #[must_use]
+    pub fn bed(&self) -> Vec<Grain> {
+        let grains = self.engine.grains();
+        (0..grains.owned())
+            .map(|g| Grain {
+                id: grains.id[g],
+                shape: grains.shape[g],
+                material: grains.material[g],
+                scale: grains.scale[g],
+                density: grains.mass[g]
+                    / (self.engine.bodies()[grains.shape[g] as usize].volume * grains.scale[g].powi(3)),
+                mass: Some(grains.mass[g]),
+                motion: grains.motion[g],
+                position: grains.position[g],
+                orientation: grains.orientation[g],
+                velocity: Vector::ZERO,
+                angular_velocity: Vector::ZERO,
+            })
+            .collect()
+    }
+}
+
+/// How flat the long axes of this rank's grains lie: `1 - 3 <cos^2>` of the angle to the vertical over
+/// all ranks; 0 without order, 1 if all lie, -2 if all stand.
+#[must_use]
+pub fn lying_order(domain: &Domain, engine: &Engine) -> Real {
+    let grains = engine.grains();
+    let square = |g: usize| {
+        let inertia = engine.bodies()[grains.shape[g] as usize].inertia.to_array();
+        let axis = (0..3).fold(0, |best, d| if inertia[d] < inertia[best] { d } else { best });
+        Matrix::from_quat(grains.orientation[g]).col(axis).z.powi(2)
+    };
+    let mine: Real = (0..grains.owned()).map(square).sum();
+    let [sum, count] = domain.sum([mine, grains.owned() as Real]);
+    1.0 - 3.0 * sum / count
+}
