@@ -30,6 +30,16 @@ pub enum SlipDirection {
     Velocity,
 }
 
+/// What the turning of the normal does to the tangential displacement.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum HistoryRotation {
+    /// It is projected onto the new tangent plane and keeps its length.
+    #[default]
+    LengthKept,
+    /// It is projected only.
+    Projected,
+}
+
 /// What several simultaneous sphere contacts of one pair of grains add up to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Multiplicity {
@@ -57,6 +67,8 @@ pub struct ContactLaw {
     pub tension: bool,
     /// Direction of friction in slip.
     pub slip_direction: SlipDirection,
+    /// Turning of the tangential displacement with the normal.
+    pub history: HistoryRotation,
     /// Effect of several sphere contacts in one pair of grains.
     pub multiplicity: Multiplicity,
     /// Coefficient of a constant torque against rolling, in units of the effective radius; 0: none.
@@ -72,6 +84,7 @@ impl ContactLaw {
         friction: 0.6,
         tension: false,
         slip_direction: SlipDirection::Force,
+        history: HistoryRotation::LengthKept,
         multiplicity: Multiplicity::Sum,
         rolling_friction: 0.0,
     };

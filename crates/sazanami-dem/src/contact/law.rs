@@ -13,7 +13,7 @@
 use sazanami_numerics::Real;
 
 use crate::lanes::{Lanes, Lanes3, Mask};
-use crate::material::{ContactLaw, SlipDirection};
+use crate::material::{ContactLaw, HistoryRotation, SlipDirection};
 
 /// Constants of a contact, ready for use.
 #[derive(Clone, Copy, Debug)]
@@ -28,6 +28,7 @@ pub(crate) struct Constants {
     pub rolling: Real,
     pub tension: bool,
     pub slip_along_velocity: bool,
+    pub projected_only: bool,
     /// Whether the dashpots are to be multiplied by the root of the reduced mass.
     pub by_mass: bool,
 }
@@ -46,13 +47,14 @@ impl Constants {
             rolling: law.rolling_friction,
             tension: law.tension,
             slip_along_velocity: law.slip_direction == SlipDirection::Velocity,
+            projected_only: law.history == HistoryRotation::Projected,
             by_mass,
         }
     }
 
     /// Whether every choice is the usual one, so that the shorter formulas do.
     pub fn plain(&self) -> bool {
-        !self.tension && !self.slip_along_velocity && self.rolling == 0.0
+        !self.tension && !self.slip_along_velocity && !self.projected_only && self.rolling == 0.0
     }
 }
 
@@ -67,6 +69,7 @@ pub(crate) struct ConstantLanes<const W: usize> {
     pub rolling: Lanes<W>,
     tension: Mask<W>,
     slip_along_velocity: Mask<W>,
+    projected_only: Mask<W>,
 }
 
 impl<const W: usize> ConstantLanes<W> {
@@ -89,6 +92,7 @@ impl<const W: usize> ConstantLanes<W> {
             rolling: lanes(|c, _| c.rolling),
             tension: Mask(std::array::from_fn(|l| of(l).0.tension)),
             slip_along_velocity: Mask(std::array::from_fn(|l| of(l).0.slip_along_velocity)),
+            projected_only: Mask(std::array::from_fn(|l| of(l).0.projected_only)),
         }
     }
 }
@@ -115,7 +119,10 @@ pub(crate) fn force<const W: usize, const PLAIN: bool>(
     let length = d_t.dot(d_t);
     let turned = d_t - n * d_t.dot(n);
     let left = turned.dot(turned);
-    let stretch = left.above(length * Lanes::splat(1e-20)).select(length.divided_by(left).sqrt(), zero);
+    let mut stretch = left.above(length * Lanes::splat(1e-20)).select(length.divided_by(left).sqrt(), zero);
+    if !PLAIN {
+        stretch = c.projected_only.select(Lanes::splat(1.0), stretch);
+    }
     let d_t = turned * stretch + v_t * Lanes::splat(dt);
 
     let h_t = d_t * c.tangential_stiffness + v_t * c.tangential_damping;
