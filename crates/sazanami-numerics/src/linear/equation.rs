@@ -7,9 +7,9 @@ use crate::grid::Field;
 /// A symmetric 7-point equation for one unknown per cell,
 /// `sum over the faces of a cell of c_f (p_C - p_N) = b_C`.
 ///
-/// `p_N` is the value of the neighbour; behind an open side (Dirichlet) it is a given value, and
-/// the coefficient of that face belongs to the equation all the same. At walls the coefficient is
-/// zero.
+/// `p_N` is the value of the neighbour. On an open side (Dirichlet) it is a given value that does not
+/// depend on `p_C`, and `c_f` is the coefficient to that value: twice that of an inner face if the
+/// value stands on the face. At walls the coefficient is zero.
 pub trait Equation: Sync {
     /// Coefficients of the lower faces in `direction` of the cells of `row`, which may be the cells
     /// behind the last in that direction: their lower faces are upper faces of the box or the part.
@@ -32,7 +32,10 @@ pub struct FaceEquation<'a> {
     pub faces: [&'a Field<Real>; 3],
     /// Right-hand side `b`.
     pub right_hand_side: &'a Field<Real>,
-    /// Ghosts of the unknown behind the sides of the box.
+    /// Ghosts of the unknown behind the sides of the box: [`Ghost::Constant`] at open sides, any at
+    /// walls.
+    ///
+    /// [`Ghost::Constant`]: crate::domain::Ghost::Constant
     pub ghosts: &'a GhostRules,
     /// Whether a constant may be added to a solution.
     pub singular: bool,

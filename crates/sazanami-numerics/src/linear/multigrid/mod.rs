@@ -48,6 +48,8 @@ pub(crate) struct Multigrid {
     /// Number of the gathered copy, if there is one.
     gathered: Option<usize>,
     gathering: Gathering,
+    /// Largest coefficient of each plane.
+    largest: Vec<Real>,
 }
 
 /// Buffers for the gathering of a level.
@@ -79,7 +81,7 @@ impl Multigrid {
             let mut level = Level::new(domain, 2);
             if ratio == [1; 3] {
                 levels.push(level);
-                return Self { levels, gathered, gathering: Gathering::default() };
+                return Self { levels, gathered, gathering: Gathering::default(), largest: Vec::new() };
             }
             let coarse = coarse_domain(&level.frame.domain, ratio);
             let coarse_widths: [Vec<Real>; 3] =
@@ -104,7 +106,7 @@ impl Multigrid {
         &mut self.levels[0]
     }
 
-    /// The right-hand side of the level below the finest, if the finest is relaxed at all.
+    /// The finest level, and the next one if a cycle relaxes the finest at all.
     fn finest_and_next(&mut self) -> (&mut Level, Option<&mut Level>) {
         let gathered = self.gathered;
         let (finest, rest) = self.levels.split_at_mut(1);
@@ -113,7 +115,7 @@ impl Multigrid {
 
     /// Sets the operators of all levels; returns the largest coefficient.
     pub(crate) fn set_up(&mut self, equation: &impl Equation) -> Real {
-        let largest = set_coefficients(&mut self.levels[0], equation);
+        let largest = set_coefficients(&mut self.levels[0], equation, &mut self.largest);
         self.levels[0].invert_diagonal();
         for number in 1..self.levels.len() {
             let (finer, coarser) = self.levels.split_at_mut(number);
@@ -294,12 +296,13 @@ fn factors(coarse: &Domain, direction: usize, fine: &[Real], widths: &[Real], ra
 }
 
 /// Sets the coefficients of the finest level; returns the largest of all ranks.
-fn set_coefficients(level: &mut Level, equation: &impl Equation) -> Real {
+fn set_coefficients(level: &mut Level, equation: &impl Equation, maxima: &mut Vec<Real>) -> Real {
     let board = *level.board();
     let [n1, n2, n3] = board.cells;
     let domain = &level.frame.domain;
     let alone = [0, 1, 2].map(|d| domain.periodic()[d] && domain.grid().cells[d] == 1);
-    let mut maxima = vec![0.0; n3 + 2];
+    maxima.clear();
+    maxima.resize(n3 + 2, 0.0);
     let width = 3 * board.plane();
     let [a, b] = &mut level.frame.stencil.faces;
     let slices = (Rows { data: a, width }, Rows { data: b, width }, &mut maxima[..]);
@@ -328,5 +331,5 @@ fn set_coefficients(level: &mut Level, equation: &impl Equation) -> Real {
             }
         }
     });
-    domain.max(maxima.into_iter().fold(0.0, Real::max))
+    domain.max(maxima.iter().copied().fold(0.0, Real::max))
 }
