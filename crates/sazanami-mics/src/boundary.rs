@@ -6,6 +6,8 @@
 use sazanami_numerics::domain::{Ghost, GhostRules, Location};
 use sazanami_numerics::{Real, Vector};
 
+use crate::pressure::PressureSide;
+
 /// What stands at a side of the box.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Side {
@@ -191,6 +193,19 @@ impl Boundary {
             // The face itself keeps what the pressure made of it.
             Ghost::Nearest if direction == normal => Ghost::Even,
             other => other,
+        })
+    }
+
+    /// What the pressure meets at the sides.
+    #[must_use]
+    pub fn pressure_sides(&self) -> [[PressureSide; 2]; 3] {
+        self.sides.map(|pair| {
+            pair.map(|side| match side {
+                Side::NoSlip | Side::Slip | Side::Moving { .. } | Side::Inflow { .. } => PressureSide::Wall,
+                Side::Outflow { .. } => PressureSide::Fixed(0.0),
+                Side::FixedPressure { pressure, .. } => PressureSide::Fixed(pressure),
+                Side::Periodic => PressureSide::Periodic,
+            })
         })
     }
 

@@ -1,16 +1,15 @@
 //! Viscous stress: implicit in the gradient of each component, explicit in the transposed gradient.
 //!
-//! The change w of the velocity over a step obeys, per component (theta = 1 backward Euler, 1/2
-//! Crank-Nicolson),
+//! The change w of the velocity over a step obeys, per component,
 //!
 //! ```text
-//! (rho / dt) w_i - theta div(mu grad w_i) = div(mu (grad u + grad u^T))_i
+//! (rho / dt) w_i - div(mu grad w_i) = div(mu (grad u + grad u^T))_i
 //! ```
 //!
 //! with the harmonic mean of the viscosities of the two cells at a face. It is solved by Chebyshev
 //! steps on Jacobi's iteration, whose number follows from the bound of the spectrum beforehand: no
 //! scalar products, hence the same bits on any number of ranks. A last step evaluates the stress of
-//! `u + theta w` on the faces, so that momentum changes at walls only, however well w has converged.
+//! `u + w` on the faces, so that momentum changes at walls only, however well w has converged.
 
 use std::cell::RefCell;
 
@@ -28,7 +27,8 @@ pub enum ViscosityScheme {
     /// Backward Euler.
     #[default]
     Implicit,
-    /// Mean of the stresses before and after: second order in time.
+    /// The stress at the start for half a step before the transport, backward Euler for half a step
+    /// after it: second order in time.
     CrankNicolson,
     /// The stress before; limits the time step.
     Explicit,
@@ -291,9 +291,9 @@ fn inverse_squares(domain: &Domain) -> Real {
 }
 
 /// Number of Chebyshev steps and the spectral bound of Jacobi's iteration they rest on.
-fn plan(domain: &Domain, fluids: &Fluids, tolerance: Real, theta: Real, dt: Real) -> (usize, Real) {
+fn plan(domain: &Domain, fluids: &Fluids, tolerance: Real, dt: Real) -> (usize, Real) {
     // One percent for fractions a little out of range.
-    let stiffness = 2.02 * theta * largest_diffusivity(fluids) * dt * inverse_squares(domain);
+    let stiffness = 2.02 * largest_diffusivity(fluids) * dt * inverse_squares(domain);
     let radius = stiffness / (1.0 + stiffness);
     let rate = radius / (1.0 + (1.0 - radius * radius).sqrt());
     let bound = 4.0 * stiffness * (2.0 * stiffness).min(2.0);
@@ -314,16 +314,15 @@ impl Flow {
         boundary: &Boundary,
         dt: Real,
     ) -> Result<DiffusionReport, ViscosityError> {
-        let theta = match self.schemes.viscosity {
-            ViscosityScheme::Implicit => 1.0,
-            ViscosityScheme::CrankNicolson => 0.5,
-            ViscosityScheme::Explicit => 0.0,
+        let dt = match self.schemes.viscosity {
+            ViscosityScheme::Implicit | ViscosityScheme::Explicit => dt,
+            ViscosityScheme::CrankNicolson => 0.5 * dt,
             ViscosityScheme::Off => {
                 self.work[..3].iter_mut().for_each(|field| field.fill(0.0));
                 return Ok(DiffusionReport::default());
             }
         };
-        let (steps, radius) = plan(domain, &self.fluids, self.viscous_tolerance, theta, dt);
+        let (steps, radius) = plan(domain, &self.fluids, self.viscous_tolerance, dt);
         if steps > MOST_ITERATIONS {
             return Err(ViscosityError::TooStiff { iterations: steps, dt });
         }
@@ -333,20 +332,30 @@ impl Flow {
         let stress = Stress::new(domain, &self.fluids);
         let c = self.volume_fraction.data();
         let mut force = stress.on_sides(domain, c, self.velocity.each_ref().map(Field::data), true);
-        let iterations = if theta == 0.0 {
+        let iterations = if self.schemes.viscosity == ViscosityScheme::Explicit {
             self.diffuse_explicitly(domain, &stress, dt);
             1
         } else {
-            let step = Step { stress, theta, dt, steps, radius };
+            let step = Step { stress, dt, steps, radius };
             force += self.diffuse_implicitly(domain, boundary, &step);
             steps + 1
         };
+        force += std::mem::take(&mut self.force_before);
         let wall_impulse = dt * Vector::from_array(domain.sum(force.to_array()));
         if wall_impulse.is_finite() {
             Ok(DiffusionReport { iterations, wall_impulse })
         } else {
             Err(ViscosityError::NotFinite)
         }
+    }
+
+    /// The explicit half step of Crank-Nicolson.
+    pub(crate) fn diffuse_before(&mut self, domain: &Domain, boundary: &Boundary, dt: Real) {
+        let stress = Stress::new(domain, &self.fluids);
+        self.fill_halos(domain, boundary);
+        let velocity = self.velocity.each_ref().map(Field::data);
+        self.force_before = stress.on_sides(domain, self.volume_fraction.data(), velocity, true);
+        self.diffuse_explicitly(domain, &stress, dt);
     }
 
     /// Reciprocal of the longest stable step of the viscous stress [1/s]; zero unless it is explicit.
@@ -360,10 +369,12 @@ impl Flow {
     }
 
     /// Divergence of the viscous stress over the density in the cell at place `at`, as applied by
-    /// the last [`Self::diffuse`] over `dt` [m/s^2]. Lost at the next transport.
+    /// the last [`Self::diffuse`] over `dt` [m/s^2]. Lost at the next transport. With
+    /// Crank-Nicolson that of the half step after the transport.
     #[inline]
     #[must_use]
     pub fn viscous_acceleration(&self, at: usize, dt: Real) -> Vector {
+        let dt = if self.schemes.viscosity == ViscosityScheme::CrankNicolson { 0.5 * dt } else { dt };
         Vector::new(self.work[0].data()[at], self.work[1].data()[at], self.work[2].data()[at]) / dt
     }
 
@@ -423,7 +434,7 @@ impl Flow {
         fill(domain, &rules, &mut x);
         let solution = x.each_ref().map(|f| f.data());
         step.finish(domain, fluids, (c, solution), b, velocity.each_mut());
-        step.theta * step.stress.on_sides(domain, c, solution, false)
+        step.stress.on_sides(domain, c, solution, false)
     }
 }
 
@@ -435,7 +446,6 @@ fn fill(domain: &Domain, rules: &[GhostRules; 3], x: &mut [&mut Field<Real>; 3])
 /// An implicit step.
 struct Step {
     stress: Stress,
-    theta: Real,
     dt: Real,
     steps: usize,
     radius: Real,
@@ -456,7 +466,7 @@ impl Step {
                 let (b, x, divergence, sum) = (&mut b[..n], &mut x[..n], &divergence[..n], &row.sum[..n]);
                 for i in 0..n {
                     b[i] = divergence[i];
-                    x[i] = divergence[i] / (fluids.density(c[i]) / self.dt + self.theta * sum[i]);
+                    x[i] = divergence[i] / (fluids.density(c[i]) / self.dt + sum[i]);
                 }
             }
         });
@@ -484,9 +494,9 @@ impl Step {
                 let (y, divergence, sum) = (&mut y[..n], &row.divergence[d][..n], &row.sum[..n]);
                 for i in 0..n {
                     let inertia = fluids.density(c[i]) / self.dt;
-                    let residual = b[i] + self.theta * divergence[i] - inertia * x[i];
+                    let residual = b[i] + divergence[i] - inertia * x[i];
                     let before = if known { y[i] } else { 0.0 };
-                    y[i] = before + omega * (x[i] - before + residual / (inertia + self.theta * sum[i]));
+                    y[i] = before + omega * (x[i] - before + residual / (inertia + sum[i]));
                 }
             }
         });
@@ -503,7 +513,7 @@ impl Step {
             for ((b, u), divergence) in [first, second, third].into_iter().zip(row.divergence) {
                 let (b, u, divergence) = (&mut b[..n], &mut u[..n], &divergence[..n]);
                 for i in 0..n {
-                    b[i] = self.dt / fluids.density(c[i]) * (b[i] + self.theta * divergence[i]);
+                    b[i] = self.dt / fluids.density(c[i]) * (b[i] + divergence[i]);
                     u[i] += b[i];
                 }
             }

@@ -63,7 +63,7 @@ fn two_layers_share_the_shear_stress() {
         let errors = u.iter().enumerate().map(|(k, u)| (u - exact((k as Real + 0.5) / n as Real)).abs());
         errors.fold(0.0, Real::max) / exact(0.75)
     };
-    let errors = [16, 32, 64].map(error);
+    let errors = [8, 16, 32].map(error);
     println!("{errors:?}");
     assert!(errors.windows(2).all(|pair| (pair[0] / pair[1]).log2() > 1.9));
 }
@@ -77,8 +77,11 @@ fn decay(scheme: ViscosityScheme, time: Real, steps: usize) -> Real {
     let wave = |i: isize| (2.0 * std::f64::consts::PI * (i as Real + 0.5) / n as Real).sin();
     domain.set(&mut flow.velocity[1], |i, _, _| wave(i));
     flow.fill_halos(&domain, &Boundary::all_periodic());
+    let dt = time / steps as Real;
     for _ in 0..steps {
-        flow.diffuse(&domain, &Boundary::all_periodic(), time / steps as Real).unwrap();
+        // Nothing moves, but Crank-Nicolson takes its first half here.
+        flow.transport(&domain, &Boundary::all_periodic(), dt);
+        flow.diffuse(&domain, &Boundary::all_periodic(), dt).unwrap();
     }
     flow.velocity[1][[5, 0, 0]] / wave(5)
 }
@@ -129,6 +132,7 @@ fn viscosity_changes_momentum_at_walls_only() {
             let before = momentum(&flow);
             let mut impulse = Vector::ZERO;
             for _ in 0..5 {
+                flow.transport(&domain, &boundary, 1e-3);
                 impulse += flow.diffuse(&domain, &boundary, 1e-3).unwrap().wall_impulse;
             }
             let residual = (momentum(&flow) - before - impulse).length() / before.length();
