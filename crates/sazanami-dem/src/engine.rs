@@ -205,6 +205,39 @@ impl Engine {
         Ok(engine)
     }
 
+    /// Adds grains to those there are, whose contacts keep their memory. Every rank gives the same list.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn insert(&mut self, domain: &Domain, grains: &[Grain]) -> Result<(), DemError> {
+        if grains.is_empty() {
+            return Ok(());
+        }
+        self.collect_records();
+        let mut records: Vec<GrainRecord> = (0..self.grains.owned).map(|g| self.grains.record(g)).collect();
+        let rank = domain.communicator().rank();
+        for grain in grains {
+            let record = GrainRecord::new(grain, &self.bodies)?;
+            if domain.owner_of(grain.position) == rank {
+                records.push(record);
+            }
+        }
+        records.sort_unstable_by_key(|r| r.id);
+        let twice = records.windows(2).find(|w| w[0].id == w[1].id);
+        domain.agree(twice.map_or(Ok(()), |w| {
+            Err(DemError::BadGrain { id: w[0].id, what: "the identifier is not unique".to_string() })
+        }))?;
+        self.check_box(domain, &records)?;
+        self.grains.clear();
+        for record in &records {
+            self.grains.push(record, self.period);
+        }
+        self.grains.owned = self.grains.len();
+        self.time_step = self.stable_time_step(domain);
+        self.listed = false;
+        self.renew(domain, true)
+    }
+
     /// All grains this rank knows.
     #[must_use]
     pub fn grains(&self) -> &Grains {

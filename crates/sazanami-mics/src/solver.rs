@@ -133,6 +133,11 @@ impl Solver {
         Ok(Self { domain, boundary, settings, flow, projection, grains, previous_step: None })
     }
 
+    /// Makes the first step no longer than `first` [s], if it is given.
+    pub fn begin_with(&mut self, first: Option<Real>) {
+        self.previous_step = first.map(|first| first / self.settings.limits.growth);
+    }
+
     /// The longest stable next step, what limits it and in how many passes the fluid takes it.
     #[must_use]
     pub fn stable_step(&self) -> Step {
