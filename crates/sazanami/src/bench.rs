@@ -101,6 +101,12 @@ pub struct Bench {
     pub time: fn() -> Result<Timing, String>,
 }
 
+/// The benchmarks of this version.
+#[must_use]
+pub const fn benches() -> &'static [Bench] {
+    &[]
+}
+
 /// Runs the benchmarks called `names`, or all of them; `threads` is what they run on.
 ///
 /// # Errors

@@ -1,8 +1,16 @@
 //! Running a case and going on with one: what is asked and what comes of it.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
 
 use sazanami_numerics::Real;
+
+use crate::case::LoadedCase;
+use crate::check::CostModel;
+use crate::error::{CommandError, Failure};
+use crate::machine::Machine;
+use crate::progress::Progress;
+use crate::{feasible, results};
 
 /// How a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
@@ -60,4 +68,37 @@ impl RunSummary {
     pub const fn exit_code(&self) -> u8 {
         if self.interrupted { crate::error::exit::STOPPED } else { crate::error::exit::DONE }
     }
+}
+
+/// Runs a case into a folder of its own until it ends or `stop` is set.
+///
+/// # Errors
+/// If the case cannot run, the folder is refused, or the run fails.
+pub fn run(
+    loaded: &LoadedCase,
+    options: &RunOptions,
+    progress: &mut dyn Progress,
+    _stop: &AtomicBool,
+) -> Result<RunSummary, CommandError> {
+    let feasible = feasible::check(loaded, &Machine::this(), &CostModel::default())?;
+    let folder = results::prepare(options.out.as_deref(), &loaded.case.name, options.force)?;
+    progress.message(&format!("{} shapes, results in {}", feasible.shapes.len(), folder.display()));
+    Err(no_engine())
+}
+
+/// Goes on from the newest good checkpoint in `folder`.
+///
+/// # Errors
+/// If there is none, or the run fails.
+pub fn resume(
+    _folder: &Path,
+    _options: &RunOptions,
+    _progress: &mut dyn Progress,
+    _stop: &AtomicBool,
+) -> Result<RunSummary, CommandError> {
+    Err(no_engine())
+}
+
+fn no_engine() -> CommandError {
+    Failure { kind: "engine", message: "this build has no solver".into(), ..Default::default() }.into()
 }

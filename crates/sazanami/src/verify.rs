@@ -125,6 +125,12 @@ pub struct VerifyCase {
     pub measure: fn() -> Result<Vec<Measured>, String>,
 }
 
+/// The verification cases of this version.
+#[must_use]
+pub const fn cases() -> &'static [VerifyCase] {
+    &[]
+}
+
 /// Runs the cases called `names` (all of them, if none is named; long ones with `long` or by name).
 ///
 /// # Errors
@@ -178,10 +184,10 @@ pub(crate) fn unknown(what: &str, name: &str, known: &[&str]) -> CommandError {
 /// The rows as a table for people.
 #[must_use]
 pub fn table(rows: &[VerifyRow]) -> String {
-    let number = |value: Option<Real>| value.map_or_else(|| "-".to_owned(), |v| format!("{v:.6}").trim_end_matches('0').trim_end_matches('.').to_owned());
     let number = |value: Option<Real>| match value {
+        None => "-".to_owned(),
         Some(v) if v != 0.0 && !(1e-3..1e6).contains(&v.abs()) => format!("{v:.4e}"),
-        other => number(other),
+        Some(v) => format!("{v:.6}").trim_end_matches('0').trim_end_matches('.').to_owned(),
     };
     let mut text = format!(
         "{:<28} {:<44} {:>13} {:>13} {:>27}  {:<7} {:>8}\n",

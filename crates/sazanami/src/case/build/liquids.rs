@@ -242,11 +242,11 @@ impl Context<'_> {
         let least = 1.05 * case.fluids.liquid.density;
         for (population, written) in case.grains.iter().zip(&text.grains) {
             let Some(material) = case.material(&population.material) else { continue };
-            let density = match (population.mass_override, population.shape.volume()) {
-                (Some(mass), Some(volume)) => mass / volume,
-                (Some(_), None) => continue,
-                (None, _) => material.density,
-            };
+            // With a mass of its own the volume of the mesh decides; it is not known yet.
+            if population.mass_override.is_some() {
+                continue;
+            }
+            let density = material.density;
             if density < least {
                 self.values
                     .report

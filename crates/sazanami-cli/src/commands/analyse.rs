@@ -1,0 +1,40 @@
+//! `sazanami analyse`: observables, tables and figures from what runs wrote.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use sazanami::analyse::analyse;
+use sazanami::error::{CommandError, exit};
+
+use crate::terminal::Screen;
+
+/// Recompute observables, tables and figures from results, or compare several.
+#[derive(Debug, Args)]
+#[command(
+    long_about = "Recompute observables, tables and figures from what one run wrote, or compare several runs (crater \
+                  volume against momentum).",
+    after_help = "Example:\n  sazanami analyse runs/drop-20 runs/drop-40 runs/drop-60 runs/drop-80"
+)]
+pub struct Analyse {
+    /// Folders of results
+    #[arg(required = true, value_name = "DIR")]
+    dirs: Vec<PathBuf>,
+}
+
+impl Analyse {
+    pub fn execute(self) -> Result<u8, CommandError> {
+        if let Some(missing) = self.dirs.iter().find(|dir| !dir.is_dir()) {
+            return Err(CommandError::input(
+                format!("there is no folder `{}`", missing.display()),
+                "give folders that runs wrote their results to",
+            ));
+        }
+        let mut screen = Screen::new();
+        let lines = analyse(&self.dirs, &mut screen)?;
+        drop(screen);
+        for line in lines {
+            println!("{line}");
+        }
+        Ok(exit::DONE)
+    }
+}

@@ -1,0 +1,68 @@
+//! `sazanami check`: reads, validates and explains a case without running it.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use sazanami::case::{self, CaseError};
+use sazanami::check::{self, CostModel};
+use sazanami::error::{CommandError, exit};
+use sazanami::feasible;
+use sazanami::machine::{self, Machine};
+use serde_json::json;
+
+use super::print_json;
+use crate::terminal;
+
+/// Read, validate and explain a case without running it.
+#[derive(Debug, Args)]
+#[command(
+    long_about = "Read, validate and explain a case without running it: resolution, counts, each limit on the time step \
+                  and which one rules, memory, disk, predicted cost and run time on this machine. Exit code 0 if the \
+                  case can run.",
+    after_help = "Example:\n  sazanami check cases/raindrop/quick.toml --set domain.cells=\"[80, 80, 80]\""
+)]
+pub struct Check {
+    /// Case file
+    case: PathBuf,
+    /// Lay a value over the case file (repeatable)
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    overrides: Vec<String>,
+    /// Predict the cost on so many threads (default: all)
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
+    /// Print the findings and the report as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+impl Check {
+    pub fn execute(self) -> Result<u8, CommandError> {
+        let machine = Machine::this();
+        let model = CostModel::default();
+        let prepared = case::load(&self.case, &self.overrides)
+            .and_then(|loaded| feasible::check(&loaded, &machine, &model).map(|feasible| (loaded, feasible)));
+        let (loaded, feasible) = match prepared {
+            Ok(prepared) => prepared,
+            Err(error) if self.json => {
+                print_json(&json!({ "ok": false, "findings": findings(&error)? }));
+                return Ok(exit::WRONG_INPUT);
+            }
+            Err(error) => return Err(error.into()),
+        };
+        let threads = self.threads.map_or(machine.cores, usize::from);
+        let mut report = check::check(&loaded.case, &feasible.facts, &machine, threads, &model);
+        report.disk_available = machine::free_disk(Path::new("."));
+        if self.json {
+            let findings = super::json(&feasible.warnings.records(&loaded.source))?;
+            print_json(&json!({ "ok": true, "findings": findings, "report": super::json(&report)? }));
+        } else {
+            terminal::warnings(&feasible.warnings, &loaded.source);
+            print!("{}", check::explain(&loaded.case, &report));
+        }
+        Ok(exit::DONE)
+    }
+}
+
+fn findings(error: &CaseError) -> Result<serde_json::Value, CommandError> {
+    super::json(&error.diagnostics.records(&error.source))
+}

@@ -1,0 +1,62 @@
+//! The commands, one file each.
+
+mod analyse;
+mod bench;
+mod check;
+mod new;
+mod resume;
+mod run;
+mod verify;
+
+use clap::Subcommand;
+use sazanami::case::units::{Dimension, parse_quantity};
+use sazanami::error::CommandError;
+
+/// What to do.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    New(new::New),
+    Check(check::Check),
+    Run(run::Run),
+    Resume(resume::Resume),
+    Analyse(analyse::Analyse),
+    Verify(verify::Verify),
+    Bench(bench::Bench),
+}
+
+impl Command {
+    /// Does it; returns the exit code.
+    pub fn execute(self) -> Result<u8, CommandError> {
+        match self {
+            Self::New(command) => command.execute(),
+            Self::Check(command) => command.execute(),
+            Self::Run(command) => command.execute(),
+            Self::Resume(command) => command.execute(),
+            Self::Analyse(command) => command.execute(),
+            Self::Verify(command) => command.execute(),
+            Self::Bench(command) => command.execute(),
+        }
+    }
+}
+
+/// A time with its unit, for the command line [s].
+fn time(text: &str) -> Result<f64, String> {
+    match parse_quantity(text) {
+        Ok((value, dimension)) if dimension == Dimension::new(0, 0, 1, 0) && value >= 0.0 => Ok(value),
+        Ok((_, dimension)) if dimension == Dimension::NONE => Err("a time needs a unit, such as \"0.02 s\"".into()),
+        Ok(_) => Err("expected a time of zero or more, such as \"0.02 s\"".into()),
+        Err(error) => Err(error.message),
+    }
+}
+
+/// Prints a value as JSON on standard output.
+fn print_json(value: &serde_json::Value) {
+    println!("{value:#}");
+}
+
+/// The value as JSON.
+fn json(value: &impl serde::Serialize) -> Result<serde_json::Value, CommandError> {
+    serde_json::to_value(value).map_err(|error| {
+        sazanami::error::Failure { kind: "json", message: error.to_string(), ..Default::default() }.into()
+    })
+}

@@ -1,0 +1,95 @@
+//! `sazanami new`: templates for cases.
+
+use std::fs;
+use std::path::PathBuf;
+
+use clap::Args;
+use sazanami::case::{json_schema, nearest};
+use sazanami::error::{CommandError, exit};
+
+/// A commented case of one kind.
+struct Template {
+    name: &'static str,
+    about: &'static str,
+    text: &'static str,
+}
+
+const TEMPLATES: [Template; 4] = [
+    Template {
+        name: "raindrop",
+        about: "a drop hits a small bed of sand that is packed in the run",
+        text: include_str!("../../../../cases/templates/raindrop.toml"),
+    },
+    Template {
+        name: "settling_sphere",
+        about: "a sphere settles in a box of liquid",
+        text: include_str!("../../../../cases/templates/settling_sphere.toml"),
+    },
+    Template {
+        name: "dam_break",
+        about: "a column of water collapses against a few blocks",
+        text: include_str!("../../../../cases/templates/dam_break.toml"),
+    },
+    Template {
+        name: "packing",
+        about: "grains of two kinds are packed, and their porosity measured",
+        text: include_str!("../../../../cases/templates/packing.toml"),
+    },
+];
+
+/// List the templates, or write a commented case of one kind into DIR.
+#[derive(Debug, Args)]
+#[command(
+    long_about = "List the templates, or write a commented case of one kind into DIR, with the JSON Schema that lets \
+                  editors complete it. Files that exist are not overwritten.",
+    after_help = "Example:\n  sazanami new raindrop my-drop\n  sazanami check my-drop/raindrop.toml"
+)]
+pub struct New {
+    /// Template; without one, the templates are listed
+    #[arg(requires = "dir")]
+    template: Option<String>,
+    /// Folder to write into; made if it is missing
+    dir: Option<PathBuf>,
+    /// Print the JSON Schema of case files and do nothing else
+    #[arg(long, conflicts_with_all = ["template", "dir"])]
+    schema: bool,
+}
+
+impl New {
+    pub fn execute(self) -> Result<u8, CommandError> {
+        if self.schema {
+            print!("{}", json_schema());
+            return Ok(exit::DONE);
+        }
+        let (Some(name), Some(dir)) = (self.template, self.dir) else {
+            for template in &TEMPLATES {
+                println!("{:<16} {}", template.name, template.about);
+            }
+            println!("\nwrite one with `sazanami new TEMPLATE DIR`");
+            return Ok(exit::DONE);
+        };
+        let Some(template) = TEMPLATES.iter().find(|template| template.name == name) else {
+            let known = TEMPLATES.map(|template| template.name);
+            let help = match nearest(&name, known) {
+                Some(meant) => format!("did you mean `{meant}`?"),
+                None => format!("templates: {}", known.join(", ")),
+            };
+            return Err(CommandError::input(format!("there is no template `{name}`"), help));
+        };
+        let case = dir.join(format!("{}.toml", template.name));
+        let schema = dir.join("schema.json");
+        if case.exists() {
+            return Err(CommandError::input(format!("`{}` exists already", case.display()), "choose another folder"));
+        }
+        let unwritable = |error: std::io::Error| {
+            CommandError::input(format!("nothing can be written to `{}`: {error}", dir.display()), "choose another folder")
+        };
+        fs::create_dir_all(&dir).map_err(unwritable)?;
+        fs::write(&case, format!("#:schema ./schema.json\n{}", template.text)).map_err(unwritable)?;
+        fs::write(&schema, json_schema()).map_err(unwritable)?;
+        println!("{}", case.display());
+        println!("{}", schema.display());
+        println!("\nsee what it will be with `sazanami check {0}`, run it with `sazanami run {0}`", case.display());
+        Ok(exit::DONE)
+    }
+}

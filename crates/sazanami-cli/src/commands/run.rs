@@ -1,0 +1,90 @@
+//! `sazanami run`: runs a case.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use sazanami::case;
+use sazanami::error::CommandError;
+use sazanami::run::{RunOptions, RunSummary, run};
+
+use super::time;
+use crate::terminal::{self, Screen};
+
+/// Run a case.
+#[derive(Debug, Args)]
+#[command(
+    long_about = "Run a case. Results go to --out, or to runs/<case>-<n>. Ctrl-C and SIGTERM end the run with a \
+                  checkpoint; `sazanami resume` goes on from it.",
+    after_help = "Example:\n  sazanami run cases/raindrop/paper.toml --out runs/slow \\\n      \
+                  --set liquid.0.fall.speed=\"2.25 m/s\" --until \"0.02 s\""
+)]
+pub struct Run {
+    /// Case file
+    case: PathBuf,
+    /// Folder for the results (default: the next free runs/<case>-<n>)
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Write into a folder that is not empty
+    #[arg(long)]
+    force: bool,
+    /// Lay a value over the case file (repeatable)
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    overrides: Vec<String>,
+    #[command(flatten)]
+    extent: Extent,
+}
+
+/// How long and on what.
+#[derive(Debug, Args)]
+pub struct Extent {
+    /// Stop at this simulated time, with its unit; never changes a time step
+    #[arg(long, value_name = "TIME", value_parser = time, conflicts_with = "steps")]
+    until: Option<f64>,
+    /// Stop after so many further fluid steps
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    steps: Option<u64>,
+    /// Threads (default: all)
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
+    /// In-process ranks
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
+    ranks: u16,
+}
+
+impl Extent {
+    /// The options of a run.
+    pub fn options(&self, out: Option<PathBuf>, force: bool) -> RunOptions {
+        RunOptions {
+            out,
+            force,
+            until: self.until,
+            steps: self.steps,
+            threads: self.threads.map(usize::from),
+            ranks: usize::from(self.ranks),
+        }
+    }
+}
+
+impl Run {
+    pub fn execute(self) -> Result<u8, CommandError> {
+        let loaded = case::load(&self.case, &self.overrides)?;
+        terminal::warnings(&loaded.warnings, &loaded.source);
+        let stop = terminal::stop_flag()?;
+        let mut screen = Screen::new();
+        let summary = run(&loaded, &self.extent.options(self.out, self.force), &mut screen, &stop)?;
+        drop(screen);
+        Ok(tell(&summary))
+    }
+}
+
+/// Tells what came of a run; returns the exit code.
+pub fn tell(summary: &RunSummary) -> u8 {
+    for line in &summary.lines {
+        println!("{line}");
+    }
+    println!("results in {}", summary.folder.display());
+    if summary.interrupted {
+        println!("go on with `sazanami resume {}`", summary.folder.display());
+    }
+    summary.exit_code()
+}
