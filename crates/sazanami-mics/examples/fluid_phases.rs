@@ -1,5 +1,5 @@
 //! Times transport, viscosity and face prediction for a drop of 5.537 mm falling at 9 m/s on the
-//! grid of Yagyu et al. (2015): `cargo run --release -p sazanami-mics --example fluid_phases [cells divisor] [threads]`.
+//! grid of Yagyu et al. (2015): `cargo run --release -p sazanami-mics --example fluid_phases [cells divisor] [threads] [repeats]`.
 
 use std::time::Instant;
 
@@ -13,10 +13,11 @@ fn main() {
     let arguments: Vec<usize> = std::env::args().skip(1).filter_map(|a| a.parse().ok()).collect();
     let divisor = arguments.first().copied().unwrap_or(1);
     let threads = arguments.get(1).copied().unwrap_or(2);
-    sazanami_parallel::with_threads(threads, || time(divisor));
+    let repeats = arguments.get(2).copied().unwrap_or(6);
+    sazanami_parallel::with_threads(threads, || time(divisor, repeats));
 }
 
-fn time(divisor: usize) {
+fn time(divisor: usize, repeats: usize) {
     let grid = Grid::new([176, 184, 132].map(|n| n / divisor), Vector::ZERO, Vector::new(33.8e-3, 33.8e-3, 25e-3));
     let domain = Domain::solo(grid, [false; 3]);
     let boundary = Boundary::closed();
@@ -42,7 +43,7 @@ fn time(divisor: usize) {
         flow.advective_rate(&domain) * dt
     );
     let faces = flow.face_velocity.clone();
-    for _ in 0..6 {
+    for _ in 0..repeats {
         flow.face_velocity.clone_from(&faces);
         let start = Instant::now();
         let report = flow.transport(&domain, &boundary, dt);

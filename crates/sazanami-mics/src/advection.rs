@@ -421,55 +421,79 @@ impl Chunk<'_, '_> {
         at: usize,
         (lower, l): (&FaceRow, usize),
         (upper, u): (&FaceRow, usize),
-        [mass_in, mass_out, dilatation, specific_volume]: &mut [Vec<Real>; 4],
+        [gain, loss, dilatation, kept]: &mut [Vec<Real>; 4],
     ) {
         let n = self.sweep.domain.cells()[0];
         let place = at - self.origin;
+        let old = |field: usize, kept: &mut [Real], to: &[Real]| match self.frozen {
+            Frozen::Read => kept.copy_from_slice(&self.from[field][at..at + n]),
+            Frozen::Kept(old) => kept.copy_from_slice(&old[field][at..at + n]),
+            Frozen::Overwritten => kept.copy_from_slice(to),
+        };
+        let (gain, loss, dilatation, kept) = (&mut gain[..n], &mut loss[..n], &mut dilatation[..n], &mut kept[..n]);
         let [c_to, u_to @ ..] = &mut self.to;
         let c_to = &mut c_to[place..place + n];
-        let [rho_g, rho_d] = self.sweep.density;
-        let (c, c_in, c_out) = (&self.from[0][at..at + n], &lower.courant[l..l + n], &upper.courant[u..u + n]);
-        let (g_in, g_out) = (&lower.liquid[l..l + n], &upper.liquid[u..u + n]);
-        let (mass_in, mass_out) = (&mut mass_in[..n], &mut mass_out[..n]);
-        let (dilatation, specific_volume) = (&mut dilatation[..n], &mut specific_volume[..n]);
-        let mut liquid = |i: usize, c_old: Real| {
-            let full = if c_old > 0.5 { 1.0 } else { 0.0 };
-            let widening = c_out[i] - c_in[i];
-            let c_new = c[i] + (full * widening - (g_out[i] - g_in[i]));
-            mass_in[i] = rho_g * c_in[i] + rho_d * g_in[i];
-            mass_out[i] = rho_g * c_out[i] + rho_d * g_out[i];
-            dilatation[i] = (rho_g + rho_d * full) * widening;
-            specific_volume[i] = 1.0 / (rho_g + rho_d * c_new);
-            c_new
-        };
-        match self.frozen {
-            Frozen::Read => (0..n).for_each(|i| c_to[i] = liquid(i, c[i])),
-            Frozen::Kept(old) => {
-                let old = &old[0][at..at + n];
-                (0..n).for_each(|i| c_to[i] = liquid(i, old[i]));
-            }
-            Frozen::Overwritten => (0..n).for_each(|i| c_to[i] = liquid(i, c_to[i])),
-        }
+        old(0, kept, c_to);
+        let c = &self.from[0][at..at + n];
+        update_liquid(
+            c,
+            kept,
+            [&lower.courant[l..l + n], &upper.courant[u..u + n]],
+            [&lower.liquid[l..l + n], &upper.liquid[u..u + n]],
+            self.sweep.density,
+            (&mut *c_to, &mut *gain, &mut *loss, &mut *dilatation),
+        );
         if self.sweep.convection == Convection::Off {
             return;
         }
         for (d, to) in u_to.iter_mut().enumerate() {
             let to = &mut to[place..place + n];
-            let (v, v_in, v_out) =
-                (&self.from[1 + d][at..at + n], &lower.velocity[d][l..l + n], &upper.velocity[d][u..u + n]);
-            let velocity = |i: usize, old: Real| {
-                let v = v[i];
-                let gain = mass_in[i] * (v_in[i] - v) - mass_out[i] * (v_out[i] - v) + dilatation[i] * (old - v);
-                v + gain * specific_volume[i]
-            };
-            match self.frozen {
-                Frozen::Read => (0..n).for_each(|i| to[i] = velocity(i, v[i])),
-                Frozen::Kept(old) => {
-                    let old = &old[1 + d][at..at + n];
-                    (0..n).for_each(|i| to[i] = velocity(i, old[i]));
-                }
-                Frozen::Overwritten => (0..n).for_each(|i| to[i] = velocity(i, to[i])),
-            }
+            old(1 + d, kept, to);
+            let faces = [&lower.velocity[d][l..l + n], &upper.velocity[d][u..u + n]];
+            update_velocity(&self.from[1 + d][at..at + n], kept, faces, [gain, loss, dilatation], to);
         }
+    }
+}
+
+/// Updates a row of liquid fractions. `gain`, `loss` and `dilatation` become the mass that enters
+/// through the lower faces, leaves through the upper ones, and that of the dilatation, over the new
+/// mass of the cell.
+fn update_liquid(
+    c: &[Real],
+    c_old: &[Real],
+    [c_in, c_out]: [&[Real]; 2],
+    [g_in, g_out]: [&[Real]; 2],
+    [rho_g, rho_d]: [Real; 2],
+    (to, gain, loss, dilatation): (&mut [Real], &mut [Real], &mut [Real], &mut [Real]),
+) {
+    let n = to.len();
+    let (c, c_old, c_in, c_out, g_in, g_out) = (&c[..n], &c_old[..n], &c_in[..n], &c_out[..n], &g_in[..n], &g_out[..n]);
+    let (gain, loss, dilatation) = (&mut gain[..n], &mut loss[..n], &mut dilatation[..n]);
+    for i in 0..n {
+        let full = if c_old[i] > 0.5 { 1.0 } else { 0.0 };
+        let widening = c_out[i] - c_in[i];
+        let c_new = c[i] + (full * widening - (g_out[i] - g_in[i]));
+        let specific_volume = 1.0 / (rho_g + rho_d * c_new);
+        to[i] = c_new;
+        gain[i] = (rho_g * c_in[i] + rho_d * g_in[i]) * specific_volume;
+        loss[i] = (rho_g * c_out[i] + rho_d * g_out[i]) * specific_volume;
+        dilatation[i] = (rho_g + rho_d * full) * widening * specific_volume;
+    }
+}
+
+/// Updates a row of one velocity component.
+fn update_velocity(
+    v: &[Real],
+    v_old: &[Real],
+    [v_in, v_out]: [&[Real]; 2],
+    [gain, loss, dilatation]: [&[Real]; 3],
+    to: &mut [Real],
+) {
+    let n = to.len();
+    let (v, v_old, v_in, v_out) = (&v[..n], &v_old[..n], &v_in[..n], &v_out[..n]);
+    let (gain, loss, dilatation) = (&gain[..n], &loss[..n], &dilatation[..n]);
+    for i in 0..n {
+        let change = gain[i] * (v_in[i] - v[i]) - loss[i] * (v_out[i] - v[i]) + dilatation[i] * (v_old[i] - v[i]);
+        to[i] = v[i] + change;
     }
 }

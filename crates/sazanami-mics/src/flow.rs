@@ -207,7 +207,7 @@ impl Flow {
 
     /// Carries liquid and velocity along with the face velocities for `dt` [s].
     ///
-    /// Afterwards the ghosts of volume fraction, density and velocity are filled.
+    /// Afterwards the ghosts of volume fraction and density are filled, those of the velocity are not.
     pub fn transport(&mut self, domain: &Domain, boundary: &Boundary, dt: Real) -> TransportReport {
         if self.schemes.viscosity == ViscosityScheme::CrankNicolson {
             self.diffuse_before(domain, boundary, 0.5 * dt);
@@ -304,7 +304,7 @@ impl Flow {
         if report.wisps.moved_cells + report.wisps.clipped_cells > 0 {
             sweeper.apply(volume_fraction.data_mut(), velocity.each_mut().map(|field| field.data_mut()));
             let [u1, u2, u3] = velocity;
-            Set { c: volume_fraction, u: [u1, u2, u3] }.fill_halos(domain, boundary, true);
+            Set { c: volume_fraction, u: [u1, u2, u3] }.fill_halos(domain, boundary, false);
         }
     }
 

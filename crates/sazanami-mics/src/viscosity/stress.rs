@@ -1,0 +1,218 @@
+//! Viscous stress on the faces, and its divergence in the cells.
+
+use std::cell::RefCell;
+use std::ops::Range;
+
+use sazanami_numerics::domain::Domain;
+use sazanami_numerics::grid::GHOSTS;
+use sazanami_numerics::{Real, Vector};
+use sazanami_parallel::{SlicesMut, for_each_chunk};
+
+use crate::flow::Fluids;
+
+/// Velocity (or a change of it) in a mixture, one ghost layer filled.
+#[derive(Clone, Copy)]
+pub(super) struct Source<'a> {
+    /// Liquid fraction.
+    pub c: &'a [Real],
+    /// Velocity [m/s].
+    pub u: [&'a [Real]; 3],
+    /// Whether the transposed gradient counts.
+    pub transposed: bool,
+}
+
+/// Stands for the reciprocal of no viscosity at all [1/(Pa s)].
+const FLUID: Real = 1e200;
+/// Planes whose stresses are computed in one go.
+const DEPTH: usize = 8;
+
+/// Coefficients of the viscous stress on a grid.
+#[derive(Clone, Copy)]
+pub(super) struct Stress {
+    strides: [isize; 3],
+    /// Reciprocals of the cell widths [1/m].
+    per_width: [Real; 3],
+    /// Reciprocal viscosities of gas and liquid [1/(Pa s)].
+    fluidity: [Real; 2],
+}
+
+/// Viscosity on a row of faces, and the stress on them per component.
+#[derive(Default)]
+struct FaceRow {
+    mu: Vec<Real>,
+    stress: [Vec<Real>; 3],
+}
+
+/// What the rows of cells between the faces get: divergence of the stress, and the sum of the face
+/// viscosities over squared widths.
+#[derive(Default)]
+struct Scratch {
+    side: FaceRow,
+    front: FaceRow,
+    back: FaceRow,
+    above: FaceRow,
+    below: Vec<FaceRow>,
+    sum: FaceRow,
+}
+
+impl FaceRow {
+    fn reserve(&mut self, width: usize) {
+        for values in [&mut self.mu].into_iter().chain(&mut self.stress) {
+            if values.len() < width {
+                values.resize(width, 0.0);
+            }
+        }
+    }
+}
+
+thread_local! {
+    static SCRATCH: RefCell<Scratch> = RefCell::default();
+}
+
+/// A row of cells with the divergence of the stress in it.
+pub(super) struct DivergenceRow<'a> {
+    /// Place in memory of the first cell.
+    pub at: usize,
+    /// Divergence of the stress per component [N/m^3 for velocities].
+    pub divergence: [&'a [Real]; 3],
+    /// Sum over the faces of viscosity over squared width [Pa s/m^2].
+    pub sum: &'a [Real],
+}
+
+impl Stress {
+    pub fn new(domain: &Domain, fluids: &Fluids) -> Self {
+        let fluidity = [fluids.gas_viscosity, fluids.liquid_viscosity].map(|mu| (1.0 / mu).min(FLUID));
+        Self { strides: domain.strides(), per_width: domain.grid().spacing.recip().to_array(), fluidity }
+    }
+
+    /// Stress on the lower faces normal to `d` of the cells at places `cells`: `mu du_i/dx_d`, and
+    /// `mu du_d/dx_i` too if the transposed gradient counts.
+    fn on_faces(&self, d: usize, cells: Range<usize>, source: Source<'_>, row: &mut FaceRow) {
+        let Source { c, u, transposed } = source;
+        let (at, n) = (cells.start, cells.len());
+        let behind = at - self.strides[d] as usize;
+        let (c_l, c_r) = (&c[behind..behind + n], &c[at..at + n]);
+        let FaceRow { mu, stress } = row;
+        let mu = &mut mu[..n];
+        let [gas, liquid] = self.fluidity;
+        for i in 0..n {
+            let c = 0.5 * (c_l[i] + c_r[i]);
+            mu[i] = 1.0 / (gas * (1.0 - c).max(0.0) + liquid * c);
+        }
+        let across = self.per_width[d];
+        for (i, stress) in stress.iter_mut().enumerate() {
+            let stress = &mut stress[..n];
+            let (u_l, u_r) = (&u[i][behind..behind + n], &u[i][at..at + n]);
+            if !transposed || i == d {
+                let factor = if transposed { 2.0 * across } else { across };
+                for x in 0..n {
+                    stress[x] = mu[x] * factor * (u_r[x] - u_l[x]);
+                }
+            } else {
+                let (along, s) = (0.25 * self.per_width[i], self.strides[i] as usize);
+                let (l_up, l_down) = (&u[d][behind + s..][..n], &u[d][behind - s..][..n]);
+                let (r_up, r_down) = (&u[d][at + s..][..n], &u[d][at - s..][..n]);
+                for x in 0..n {
+                    let turned = (l_up[x] - l_down[x]) + (r_up[x] - r_down[x]);
+                    stress[x] = mu[x] * (across * (u_r[x] - u_l[x]) + along * turned);
+                }
+            }
+        }
+    }
+
+    /// Calls `body` for every row of interior cells with the divergence of the stress of `source` in
+    /// it, and the row's part of `slices`.
+    pub fn for_each_row<S: SlicesMut>(
+        &self,
+        domain: &Domain,
+        source: Source<'_>,
+        slices: S,
+        body: impl Fn(DivergenceRow<'_>, S) + Sync,
+    ) {
+        let [n1, n2, n3] = domain.cells();
+        let [_, width, plane] = self.strides.map(|s| s as usize);
+        let place = |j: usize, k: usize| (k + GHOSTS) * plane + (j + GHOSTS) * width + GHOSTS;
+        let on_faces = |d, at, n, row: &mut FaceRow| self.on_faces(d, at..at + n, source, row);
+        let interior = slices.cut(GHOSTS * plane).1.cut(n3 * plane).0;
+        for_each_chunk(interior, DEPTH * plane, |number, mut rest| {
+            SCRATCH.with_borrow_mut(|scratch| {
+                let planes = number * DEPTH..(number * DEPTH + DEPTH).min(n3);
+                scratch.reserve(n1 + 1, n2);
+                let Scratch { side, front, back, above, below, sum } = scratch;
+                let mut reached = (planes.start + GHOSTS) * plane;
+                for (j, below) in below[..n2].iter_mut().enumerate() {
+                    on_faces(2, place(j, planes.start), n1, below);
+                }
+                for k in planes {
+                    on_faces(1, place(0, k), n1, front);
+                    for (j, below) in below[..n2].iter_mut().enumerate() {
+                        let at = place(j, k);
+                        on_faces(0, at, n1 + 1, side);
+                        on_faces(1, place(j + 1, k), n1, back);
+                        on_faces(2, place(j, k + 1), n1, above);
+                        self.add_up(n1, side, [front, below], [back, above], sum);
+                        std::mem::swap(front, back);
+                        std::mem::swap(above, below);
+                        let (values, behind) = rest.cut(at - reached).1.cut(n1);
+                        (rest, reached) = (behind, at + n1);
+                        let divergence = sum.stress.each_ref().map(|values| &values[..n1]);
+                        body(DivergenceRow { at, divergence, sum: &sum.mu[..n1] }, values);
+                    }
+                }
+            });
+        });
+    }
+
+    fn add_up(&self, n: usize, side: &FaceRow, lower: [&FaceRow; 2], upper: [&FaceRow; 2], sum: &mut FaceRow) {
+        let [p1, p2, p3] = self.per_width;
+        {
+            let (s, s_next) = (&side.mu[..n], &side.mu[1..=n]);
+            let (l2, u2) = (&lower[0].mu[..n], &upper[0].mu[..n]);
+            let (l3, u3) = (&lower[1].mu[..n], &upper[1].mu[..n]);
+            for (x, sum) in sum.mu[..n].iter_mut().enumerate() {
+                *sum = p1 * p1 * (s[x] + s_next[x]) + p2 * p2 * (l2[x] + u2[x]) + p3 * p3 * (l3[x] + u3[x]);
+            }
+        }
+        for (i, sum) in sum.stress.iter_mut().enumerate() {
+            let (s, s_next) = (&side.stress[i][..n], &side.stress[i][1..=n]);
+            let (l2, u2) = (&lower[0].stress[i][..n], &upper[0].stress[i][..n]);
+            let (l3, u3) = (&lower[1].stress[i][..n], &upper[1].stress[i][..n]);
+            for (x, sum) in sum[..n].iter_mut().enumerate() {
+                *sum = p1 * (s_next[x] - s[x]) + p2 * (u2[x] - l2[x]) + p3 * (u3[x] - l3[x]);
+            }
+        }
+    }
+
+    /// Force of the stress on the sides of the box on the fluid, this rank's part [N for velocities].
+    pub fn on_sides(&self, domain: &Domain, source: Source<'_>) -> Vector {
+        let mut force = Vector::ZERO;
+        for d in (0..3).filter(|&d| !domain.periodic()[d]) {
+            for side in (0..2).filter(|&side| domain.at_box_end(d, side)) {
+                let mut range = domain.interior();
+                range[d] = if side == 0 { 0..1 } else { range[d].end..range[d].end + 1 };
+                let sum = domain.sum_rows(&range, |row| {
+                    SCRATCH.with_borrow_mut(|scratch| {
+                        scratch.reserve(domain.cells()[0] + 1, 0);
+                        self.on_faces(d, row.shifted(0), source, &mut scratch.side);
+                        scratch.side.stress.each_ref().map(|stress| stress[..row.len].iter().sum())
+                    })
+                });
+                let outward = if side == 0 { -1.0 } else { 1.0 };
+                force += outward * domain.grid().face_area(d) * Vector::from_array(sum);
+            }
+        }
+        force
+    }
+}
+
+impl Scratch {
+    fn reserve(&mut self, width: usize, rows: usize) {
+        for row in [&mut self.side, &mut self.front, &mut self.back, &mut self.above, &mut self.sum] {
+            row.reserve(width);
+        }
+        if self.below.len() < rows {
+            self.below.resize_with(rows, FaceRow::default);
+        }
+        self.below.iter_mut().take(rows).for_each(|row| row.reserve(width));
+    }
+}
