@@ -16,6 +16,8 @@ pub struct BodySurface<'a> {
 pub struct BodyPose {
     /// Index into the surfaces.
     pub surface: u32,
+    /// Size over that of the surface.
+    pub scale: f64,
     /// Centre of mass [m].
     pub position: Vector,
     /// Orientation: takes body coordinates to laboratory coordinates.
@@ -48,7 +50,7 @@ impl<'a> Bodies<'a> {
         let pose = &self.poses[index];
         let rotation = Matrix::from_quat(pose.orientation);
         for &node in self.surface(index).nodes {
-            with(pose.position + rotation * node);
+            with(pose.position + rotation * (pose.scale * node));
         }
     }
 

@@ -27,6 +27,7 @@ fn scene() -> Scene {
     let triangles = quads.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect();
     let poses = (0..12)
         .map(|n| BodyPose {
+            scale: 1.0,
             surface: 0,
             position: Vector::new(0.003 + 0.0045 * f64::from(n % 4), 0.003 + 0.005 * f64::from(n / 4), 0.0015),
             orientation: Quaternion::from_rotation_z(0.4 * f64::from(n)),

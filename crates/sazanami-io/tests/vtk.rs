@@ -123,8 +123,8 @@ fn bodies_stand_posed_with_the_values_of_their_body() {
     let pyramid = BodySurface { nodes: &pyramid_corners, triangles: &pyramid_triangles };
     let quarter = Quaternion::from_rotation_z(std::f64::consts::FRAC_PI_2);
     let poses = [
-        BodyPose { surface: 1, position: Vector::ZERO, orientation: Quaternion::IDENTITY },
-        BodyPose { surface: 0, position: Vector::new(10.0, 0.0, 0.0), orientation: quarter },
+        BodyPose { surface: 1, scale: 1.0, position: Vector::ZERO, orientation: Quaternion::IDENTITY },
+        BodyPose { surface: 0, scale: 1.0, position: Vector::new(10.0, 0.0, 0.0), orientation: quarter },
     ];
     let arrays = [
         DataArray::rounded("speed", 1, [0.25, 2.0]),

@@ -2,14 +2,20 @@
 //!
 //! The command line and every other front end use this crate and nothing below it.
 
+pub mod analyse;
+pub mod assembly;
+pub mod bed_file;
 pub mod bench;
 pub mod case;
 pub mod check;
 pub mod clock;
 pub mod error;
+pub mod feasible;
 pub mod machine;
 pub mod progress;
+mod recorder;
 pub mod results;
 pub mod run;
 pub mod schedule;
+mod simulation;
 pub mod verify;

@@ -40,6 +40,33 @@ pub fn prepare(out: Option<&Path>, case_name: &str, force: bool) -> Result<PathB
     Ok(folder)
 }
 
+/// What a run writes.
+const WRITTEN: [&str; 10] = [
+    "fields", "grains", "figures", "checkpoints", "probes", "fields.pvd", "grains.pvd", "series.csv", "profiles.csv",
+    "summary.json",
+];
+
+/// Removes what an earlier run left in `folder`, so that nothing of it is taken for the new one; other files stay.
+///
+/// # Errors
+/// If the file system refuses.
+pub fn clear(folder: &Path) -> Result<(), CommandError> {
+    for name in WRITTEN {
+        let path = folder.join(name);
+        let outcome = if path.is_dir() { fs::remove_dir_all(&path) } else { fs::remove_file(&path) };
+        match outcome {
+            Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+                return Err(CommandError::input(
+                    format!("`{}` cannot be removed: {error}", path.display()),
+                    "choose another folder with --out",
+                ));
+            }
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
 fn is_filled(folder: &Path) -> bool {
     fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some())
 }

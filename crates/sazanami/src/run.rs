@@ -2,15 +2,23 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
+use std::sync::mpsc;
+use std::time::Instant;
 
+use sazanami_io::checkpoint::CheckpointFolder;
 use sazanami_numerics::Real;
+use sazanami_numerics::geometry::Shape;
+use sazanami_parallel::{Solo, run_ranks, with_threads};
 
-use crate::case::LoadedCase;
+use crate::bed_file::Bed;
+use crate::case::meaning::{Case, GrainPlacement, Population};
+use crate::case::{self, LoadedCase};
 use crate::check::CostModel;
 use crate::error::{CommandError, Failure};
 use crate::machine::Machine;
 use crate::progress::Progress;
-use crate::{feasible, results};
+use crate::simulation::{self, Ended, Event, Job, RankError, Reporter, Resumed};
+use crate::{feasible, recorder, results};
 
 /// How a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
@@ -78,12 +86,15 @@ pub fn run(
     loaded: &LoadedCase,
     options: &RunOptions,
     progress: &mut dyn Progress,
-    _stop: &AtomicBool,
+    stop: &AtomicBool,
 ) -> Result<RunSummary, CommandError> {
     let feasible = feasible::check(loaded, &Machine::this(), &CostModel::default())?;
+    let beds = read_beds(&loaded.case)?;
     let folder = results::prepare(options.out.as_deref(), &loaded.case.name, options.force)?;
-    progress.message(&format!("{} shapes, results in {}", feasible.shapes.len(), folder.display()));
-    Err(no_engine())
+    if options.force {
+        results::clear(&folder)?;
+    }
+    start(&loaded.case, feasible.shapes, beds, options, folder, None, progress, stop)
 }
 
 /// Goes on from the newest good checkpoint in `folder`.
@@ -91,14 +102,131 @@ pub fn run(
 /// # Errors
 /// If there is none, or the run fails.
 pub fn resume(
-    _folder: &Path,
-    _options: &RunOptions,
-    _progress: &mut dyn Progress,
-    _stop: &AtomicBool,
+    folder: &Path,
+    options: &RunOptions,
+    progress: &mut dyn Progress,
+    stop: &AtomicBool,
 ) -> Result<RunSummary, CommandError> {
-    Err(no_engine())
+    let case_file = folder.join("case.toml");
+    if !case_file.is_file() {
+        return Err(CommandError::input(
+            format!("`{}` holds no run: there is no case.toml in it", folder.display()),
+            "give the folder that `sazanami run` wrote to",
+        ));
+    }
+    let loaded = case::load(&case_file, &[])?;
+    let feasible = feasible::check(&loaded, &Machine::this(), &CostModel::default())?;
+    let unreadable = |error: sazanami_io::checkpoint::CheckpointError| {
+        CommandError::input(error.to_string(), "start the case again with `sazanami run`")
+    };
+    let newest = CheckpointFolder::new(folder.join("checkpoints"), 1).newest_good().map_err(unreadable)?;
+    for (path, error) in &newest.skipped {
+        progress.message(&format!("skipped {}: {error}", path.display()));
+    }
+    let Some((step, reader)) = newest.good else {
+        return Err(CommandError::input(
+            format!("`{}` holds no good checkpoint", folder.display()),
+            "start the case again with `sazanami run`",
+        ));
+    };
+    let resumed = Resumed {
+        run: recorder::run_state(&reader).map_err(unreadable)?,
+        snapshot: reader.snapshot().map_err(unreadable)?,
+    };
+    progress.message(&format!("going on from step {step}, time {:.6e} s", resumed.run.time));
+    let beds = if resumed.run.packing { read_beds(&loaded.case)? } else { Vec::new() };
+    start(&loaded.case, feasible.shapes, beds, options, folder.to_owned(), Some(resumed), progress, stop)
 }
 
-fn no_engine() -> CommandError {
-    Failure { kind: "engine", message: "this build has no solver".into(), ..Default::default() }.into()
+/// Beds of the populations that are read from a file.
+fn read_beds(case: &Case) -> Result<Vec<Option<Bed>>, CommandError> {
+    let read = |population: &Population| match &population.placement {
+        GrainPlacement::Bed(file) => Bed::read(&file.file).map(Some).map_err(|error| {
+            CommandError::input(error.to_string(), "make the bed again with `sazanami run cases/raindrop/bed.toml`")
+        }),
+        _ => Ok(None),
+    };
+    case.grains.iter().map(read).collect()
+}
+
+/// Starts the ranks and passes on what they say.
+#[allow(clippy::too_many_arguments, reason = "what a run needs comes from as many places")]
+fn start(
+    case: &Case,
+    shapes: Vec<Shape>,
+    beds: Vec<Option<Bed>>,
+    options: &RunOptions,
+    folder: PathBuf,
+    resumed: Option<Resumed>,
+    progress: &mut dyn Progress,
+    stop: &AtomicBool,
+) -> Result<RunSummary, CommandError> {
+    let began = Instant::now();
+    let ranks = options.ranks.max(1);
+    let cores = Machine::this().cores;
+    let threads = options.threads.unwrap_or_else(|| cores.div_ceil(ranks)).max(1);
+    let (sender, events) = mpsc::channel();
+    let reporter = Reporter(sender);
+    let job = Job { case, shapes: shapes.into(), beds, options, folder, resumed, reporter, stop, threads };
+    let outcome = std::thread::scope(|scope| {
+        // The job, and with it the only sender, ends with the worker: then the listener ends too.
+        let worker = scope.spawn(move || {
+            let folder = job.folder.clone();
+            (ranks_of(&job, ranks), folder)
+        });
+        for event in events {
+            match event {
+                Event::Step(line) => progress.step(&line),
+                Event::Message(text) => progress.message(&text),
+            }
+        }
+        worker.join()
+    });
+    let (ended, folder) = outcome.map_err(|_| Failure {
+        kind: "panic",
+        message: "the run broke off: this is a fault of the program, please report it with the case".into(),
+        ..Failure::default()
+    })?;
+    let newest = || newest_checkpoint(&folder);
+    let ended = ended.map_err(|error| error.into_command_error(newest()))?;
+    let lines = crate::analyse::analyse(std::slice::from_ref(&folder), progress)?;
+    Ok(RunSummary {
+        status: ended.status,
+        interrupted: ended.interrupted,
+        folder,
+        steps: ended.steps,
+        time: ended.time,
+        wall: began.elapsed().as_secs_f64(),
+        lines,
+    })
+}
+
+/// Runs the job on its ranks; the first-hand error of the lowest rank counts.
+fn ranks_of(job: &Job, ranks: usize) -> Result<Ended, RankError> {
+    if ranks == 1 {
+        return with_threads(job.threads, || simulation::run_rank(Box::<Solo>::default(), job));
+    }
+    let outcomes = match run_ranks(ranks, job.threads, |communicator| simulation::run_rank(communicator, job)) {
+        Ok(outcomes) => outcomes,
+        Err(failed) => std::panic::panic_any(failed.to_string()),
+    };
+    let mut ended = None;
+    let mut secondary = None;
+    for outcome in outcomes {
+        match outcome {
+            Ok(value) => ended = ended.or(Some(value)),
+            Err(error) if error.is_secondary() => secondary = secondary.or(Some(error)),
+            Err(error) => return Err(error),
+        }
+    }
+    match (secondary, ended) {
+        (Some(error), _) => Err(error),
+        (None, Some(ended)) => Ok(ended),
+        (None, None) => unreachable!("a group has at least one rank"),
+    }
+}
+
+fn newest_checkpoint(folder: &Path) -> Option<PathBuf> {
+    let checkpoints = CheckpointFolder::new(folder.join("checkpoints"), 1);
+    checkpoints.newest_good().ok()?.good.map(|(_, reader)| reader.path().to_owned())
 }

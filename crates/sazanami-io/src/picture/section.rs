@@ -204,7 +204,7 @@ impl<'a> SectionView<'a> {
     /// Distance of the centre of body `number` behind the section, and its outer radius [m].
     fn reach(&self, number: usize, radii: &[f64]) -> (f64, f64) {
         let pose = &self.bodies.poses[number];
-        (pose.position.y - self.plane, radii[pose.surface as usize])
+        (pose.position.y - self.plane, pose.scale * radii[pose.surface as usize])
     }
 
     fn radii(&self) -> Vec<f64> {

@@ -32,7 +32,9 @@ fn side(side: BoundarySide) -> Side {
         BoundarySide::Inflow { velocity, fluid } => Side::Inflow { velocity, volume_fraction: part(fluid) },
         // What flows back in through an open side is gas: the top of a tank.
         BoundarySide::Outflow => Side::Outflow { volume_fraction: 0.0 },
-        BoundarySide::FixedPressure { pressure } => Side::FixedPressure { pressure, volume_fraction: 0.0 },
+        BoundarySide::FixedPressure { pressure, fluid } => {
+            Side::FixedPressure { pressure, volume_fraction: part(fluid) }
+        }
     }
 }
 
@@ -71,6 +73,7 @@ pub(crate) fn flow(case: &Case, domain: &Domain) -> Flow {
             (meaning::ViscosityScheme::Implicit, meaning::Projection::Full) => ViscosityScheme::Implicit,
             // Second order in time needs both.
             (meaning::ViscosityScheme::Implicit, meaning::Projection::Incremental) => ViscosityScheme::CrankNicolson,
+            (meaning::ViscosityScheme::CrankNicolson, _) => ViscosityScheme::CrankNicolson,
             (meaning::ViscosityScheme::Explicit, _) => ViscosityScheme::Explicit,
             (meaning::ViscosityScheme::Off, _) => ViscosityScheme::Off,
         },

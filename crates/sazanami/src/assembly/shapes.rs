@@ -2,8 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use sazanami_io::mesh::{MeshFileError, read_mesh};
-use sazanami_numerics::Vector;
+use sazanami_io::mesh::MeshFileError;
 use sazanami_numerics::geometry::{
     ContactSphereRule, Shape, ShapeError, SphereListError, SpheroidMesh, VolumeRule, parse_sphere_list,
 };
@@ -44,9 +43,8 @@ pub enum ShapeProblem {
 pub fn shape_of(population: &Population) -> Result<Shape, ShapeProblem> {
     let rule = contact_spheres(&population.contact_spheres)?;
     let shape = match &population.shape {
-        GrainShape::Sphere { diameter, rings, segments, volume } => {
-            let radius = 0.5 * diameter;
-            Shape::spheroid(radius, radius, resolution(*rings, *segments), volume_rule(*volume), &rule)?
+        GrainShape::Sphere { diameter, refinement, volume } => {
+            Shape::sphere(*diameter, *refinement, volume_rule(*volume), &rule)?
         }
         GrainShape::Spheroid { diameter, length, rings, segments, volume } => {
             let resolution = resolution(*rings, *segments);
@@ -54,8 +52,7 @@ pub fn shape_of(population: &Population) -> Result<Shape, ShapeProblem> {
         }
         GrainShape::Box { size } => Shape::cuboid(*size, &rule)?,
         GrainShape::Mesh { file, unit } => {
-            let mesh = read_mesh(file)?.mapped(|node: Vector| *unit * node);
-            Shape::from_mesh(&population.name, mesh, &rule)?
+            Shape::from_mesh(&population.name, sazanami_io::mesh::read(file, *unit)?.mesh, &rule)?
         }
     };
     Ok(shape.named(&population.name))

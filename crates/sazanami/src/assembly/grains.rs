@@ -1,0 +1,272 @@
+//! The grain side of a case: bodies, contact laws, walls, and the grains where they begin.
+
+use std::f64::consts::PI;
+
+use sazanami_dem::{
+    Body, ContactLaw, Damping, Grain, Interactions, Motion, Multiplicity, Lattice, PackingSettings, Random,
+    Setup, SlipDirection, Substeps, Wall,
+};
+use sazanami_numerics::geometry::Shape;
+use sazanami_numerics::{Quaternion, Real, Vector};
+
+use crate::bed_file::Bed;
+use crate::case::meaning::{self, Case, GrainPlacement, Population, SizeDistribution, WALL, WallContact};
+
+/// Identifiers of a population begin at its number times this.
+const IDENTIFIERS: u64 = 1 << 32;
+/// Cells around a rank's part in which its grains are known: the exchange needs none, the loads none, but a
+/// grain that moves within a step must stay known.
+const MARGIN_CELLS: Real = 2.0;
+
+/// Contact sub-steps within a step of the fluid.
+pub(crate) fn substeps(case: &Case) -> Substeps {
+    match case.dem.substeps {
+        meaning::Substeps::Auto => Substeps::Auto,
+        meaning::Substeps::Fixed(count) => Substeps::Fixed(count),
+    }
+}
+
+/// Number of a material; the box has the two after the last: its walls, and its vertical sides.
+fn material_number(case: &Case, name: &str) -> u32 {
+    case.materials.iter().position(|material| material.name == name).unwrap_or(case.materials.len()) as u32
+}
+
+/// Contact laws of all pairs of materials, walls included.
+pub(crate) fn interactions(case: &Case) -> Interactions {
+    let count = case.materials.len();
+    let names: Vec<&str> = case.materials.iter().map(|material| material.name.as_str()).collect();
+    let mut interactions = Interactions::uniform(count + 2, ContactLaw::SAND);
+    let (walls, sides) = (count as u32, count as u32 + 1);
+    for (a, first) in names.iter().enumerate() {
+        for (b, second) in names.iter().enumerate().skip(a) {
+            if let Some(law) = case.contact(first, second) {
+                interactions.set(a as u32, b as u32, contact_law(case, law));
+            }
+        }
+        if let Some(law) = case.contact(first, WALL) {
+            let law = contact_law(case, law);
+            interactions.set(a as u32, walls, law);
+            let slippery = case.dem.wall == WallContact::FrictionlessSides;
+            interactions.set(a as u32, sides, if slippery { ContactLaw { friction: 0.0, ..law } } else { law });
+        }
+    }
+    interactions
+}
+
+fn contact_law(case: &Case, law: &meaning::ContactLaw) -> ContactLaw {
+    ContactLaw {
+        normal_stiffness: law.normal_stiffness,
+        tangential_stiffness: law.tangential_stiffness,
+        damping: match law.damping {
+            meaning::Damping::Literal { normal, tangential } => Damping::Literal { normal, tangential },
+            meaning::Damping::Restitution(e) => Damping::Restitution(e),
+        },
+        friction: law.friction,
+        tension: law.tension,
+        slip_direction: match case.dem.slip_direction {
+            meaning::SlipDirection::Force => SlipDirection::Force,
+            meaning::SlipDirection::Velocity => SlipDirection::Velocity,
+        },
+        multiplicity: match case.dem.multiplicity {
+            meaning::Multiplicity::Sum => Multiplicity::Sum,
+            meaning::Multiplicity::Average => Multiplicity::Average,
+            meaning::Multiplicity::Deepest => Multiplicity::Deepest,
+        },
+        history: match case.dem.history {
+            meaning::HistoryRotation::LengthKept => sazanami_dem::HistoryRotation::LengthKept,
+            meaning::HistoryRotation::Projected => sazanami_dem::HistoryRotation::Projected,
+        },
+        rolling_friction: match case.dem.rolling {
+            meaning::Rolling::None => 0.0,
+            meaning::Rolling::ConstantTorque => case.dem.rolling_friction,
+        },
+    }
+}
+
+/// Walls of the box that hold grains back.
+fn walls(case: &Case) -> Vec<Wall> {
+    let walls = case.materials.len() as u32;
+    let present = case.dem.grain_walls;
+    let (lower, upper) = (case.domain.lower, case.domain.upper);
+    let mut all = Wall::of_box(lower, upper, walls + 1, [present[0], present[1], [false; 2]]);
+    all.extend(Wall::of_box(lower, upper, walls, [[false; 2], [false; 2], present[2]]));
+    all
+}
+
+/// What the engine needs beside the grains.
+pub(crate) fn setup(case: &Case, shapes: &[Shape]) -> Setup {
+    let largest = case.grains.iter().zip(shapes).map(|(p, s)| s.bounding_radius() * largest_factor(&p.size));
+    let reach = largest.fold(0.0, Real::max);
+    // Where no wall holds them, grains may leave the box by their size before they are said to have escaped.
+    let room = |d: usize, side: usize| if case.dem.grain_walls[d][side] { 0.0 } else { reach };
+    let lower = Vector::from_array(std::array::from_fn(|d| case.domain.lower[d] - room(d, 0)));
+    let upper = Vector::from_array(std::array::from_fn(|d| case.domain.upper[d] + room(d, 1)));
+    Setup {
+        bodies: shapes.iter().map(Body::from).collect(),
+        interactions: interactions(case),
+        walls: walls(case),
+        region: [lower, upper],
+        ghost_margin: MARGIN_CELLS * case.domain.spacing().max_element(),
+    }
+}
+
+fn largest_factor(size: &SizeDistribution) -> Real {
+    match size {
+        SizeDistribution::Equal => 1.0,
+        SizeDistribution::List(list) => list.iter().map(|entry| entry[0]).fold(0.0, Real::max),
+        SizeDistribution::Uniform { upper, .. } | SizeDistribution::Lognormal { upper, .. } => *upper,
+    }
+}
+
+/// Identifier of a grain by the number of its population and its own.
+pub(crate) fn identifier(population: usize, index: usize) -> u64 {
+    population as u64 * IDENTIFIERS + index as u64
+}
+
+/// A grain of a population, its place still to be found.
+fn member(case: &Case, population: usize, index: usize, scale: Real) -> Grain {
+    let kind = &case.grains[population];
+    let density = case.material(&kind.material).map_or(0.0, |material| material.density);
+    Grain {
+        shape: population as u32,
+        material: material_number(case, &kind.material),
+        scale,
+        mass: kind.mass_override.map(|mass| mass * scale.powi(3)),
+        motion: motion(kind.motion),
+        ..Grain::new(identifier(population, index), density, Vector::ZERO)
+    }
+}
+
+fn motion(motion: meaning::Motion) -> Motion {
+    match motion {
+        meaning::Motion::Free => Motion::Free,
+        meaning::Motion::Fixed => Motion::Fixed,
+        meaning::Motion::Prescribed => Motion::Prescribed,
+    }
+}
+
+/// Draws the size factors of a population.
+fn factors(population: &Population, count: usize) -> Vec<Real> {
+    let mut random = Random::new(population.seed ^ 0x5eed_0f51_2e50_0000);
+    let mut draw = || match &population.size {
+        SizeDistribution::Equal => 1.0,
+        SizeDistribution::List(list) => {
+            let total: Real = list.iter().map(|entry| entry[1]).sum();
+            let mut left = random.unit() * total;
+            let chosen = list.iter().find(|entry| {
+                left -= entry[1];
+                left < 0.0
+            });
+            chosen.or(list.last()).map_or(1.0, |entry| entry[0])
+        }
+        SizeDistribution::Uniform { lower, upper } => random.between(*lower, *upper),
+        SizeDistribution::Lognormal { median, sigma, lower, upper } => loop {
+            // Box and Muller (1958).
+            let normal = (-2.0 * (1.0 - random.unit()).ln()).sqrt() * (2.0 * PI * random.unit()).cos();
+            let factor = median * (sigma * normal).exp();
+            if (*lower..=*upper).contains(&factor) {
+                break factor;
+            }
+        },
+    };
+    (0..count).map(|_| draw()).collect()
+}
+
+/// Grains that have a place from the start: listed, on a lattice, or from a bed file.
+pub(crate) fn placed(case: &Case, beds: &[Option<Bed>]) -> Vec<Grain> {
+    let mut all = Vec::new();
+    for (number, population) in case.grains.iter().enumerate() {
+        let make = |index: usize, scale: Real| member(case, number, index, scale);
+        match &population.placement {
+            GrainPlacement::Packed(_) => {}
+            GrainPlacement::List(list) => all.extend(list.iter().enumerate().map(|(index, grain)| Grain {
+                position: grain.position,
+                orientation: grain.orientation,
+                velocity: grain.velocity,
+                angular_velocity: grain.angular_velocity,
+                motion: motion(grain.motion),
+                ..make(index, grain.factor)
+            })),
+            GrainPlacement::Lattice(lattice) => {
+                let [n1, n2, n3] = lattice.counts;
+                let sizes = factors(population, n1 * n2 * n3);
+                let mut random = Random::new(population.seed);
+                let counts = Vector::new(n1 as Real, n2 as Real, n3 as Real);
+                let pitch = (lattice.upper - lattice.lower) / counts;
+                for (index, &scale) in sizes.iter().enumerate() {
+                    let place = [index % n1, index / n1 % n2, index / (n1 * n2)];
+                    let cell = Vector::new(place[0] as Real, place[1] as Real, place[2] as Real) + 0.5;
+                    let shake = Vector::from_array(std::array::from_fn(|_| random.between(-1.0, 1.0)));
+                    let turn = if lattice.random_orientation { random.orientation() } else { Quaternion::IDENTITY };
+                    all.push(Grain {
+                        position: lattice.lower + pitch * (cell + lattice.jitter * shake),
+                        orientation: turn,
+                        velocity: lattice.velocity,
+                        ..make(index, scale)
+                    });
+                }
+            }
+            GrainPlacement::Bed(file) => {
+                let Some(bed) = &beds[number] else { continue };
+                for (index, lying) in bed.grains.iter().enumerate() {
+                    all.push(Grain {
+                        position: case.domain.lower + file.scale * (lying.position - bed.lower),
+                        orientation: lying.orientation,
+                        ..make(index, lying.scale)
+                    });
+                }
+            }
+        }
+    }
+    all
+}
+
+/// Grains that are to be packed, with the settings; `None` if none are.
+pub(crate) fn to_pack(case: &Case) -> Option<(PackingSettings, Vec<Grain>)> {
+    let mut packing = None;
+    let mut grains = Vec::new();
+    for (number, population) in case.grains.iter().enumerate() {
+        if let GrainPlacement::Packed(how) = &population.placement {
+            let settings = packing.get_or_insert_with(|| packing_settings(case, how, population.seed));
+            settings.seed ^= population.seed.rotate_left(number as u32);
+            let sizes = factors(population, population.count.unwrap_or_default());
+            for (index, &scale) in sizes.iter().enumerate() {
+                grains.push(member(case, number, index, scale));
+            }
+        }
+    }
+    // Populations are mixed: the lattice is filled in an order drawn at random.
+    let settings: PackingSettings = packing?;
+    if case.grains.len() > 1 {
+        let mut random = Random::new(settings.seed);
+        for last in (1..grains.len()).rev() {
+            grains.swap(last, (random.unit() * (last + 1) as Real) as usize);
+        }
+    }
+    Some((settings, grains))
+}
+
+fn packing_settings(case: &Case, how: &meaning::Packing, seed: u64) -> PackingSettings {
+    let periodic = case.boundary.map(|sides| sides[0] == meaning::BoundarySide::Periodic);
+    PackingSettings {
+        periodic: [periodic[0], periodic[1]],
+        wall_material: case.materials.len() as u32,
+        lattice: match how.lattice {
+            meaning::Lattice::Tall => Lattice::Cubic,
+            meaning::Lattice::Low => Lattice::Low,
+        },
+        spacing: how.spacing,
+        jitter: how.jitter,
+        seed,
+        gravity: case.gravity.length(),
+        fall_factor: how.fall_gravity,
+        settling_time: how.settle_time,
+        by_time_only: how.stop == meaning::PackingStop::TimeOnly,
+        rest_speed: how.mean_speed,
+        rest_energy: how.energy_ratio,
+        fall_friction: how.friction_scale,
+        longest: how.time_limit,
+        substeps: Substeps::Auto,
+        ..PackingSettings::new(case.domain.lower, case.domain.upper)
+    }
+}

@@ -1,0 +1,5 @@
+//! From a case to what a solver needs.
+
+pub(crate) mod fluid;
+pub(crate) mod grains;
+pub mod shapes;

@@ -1,0 +1,157 @@
+//! Beds in files: positions and orientations of settled grains, with the recipe that made them.
+//!
+//! The file is a container of named, checksummed sections; the grains are in the order of their
+//! identifiers.
+
+use std::path::{Path, PathBuf};
+
+use sazanami_io::checkpoint::{CheckpointError, CheckpointReader, CheckpointWriter};
+use sazanami_numerics::{Quaternion, Real, Vector};
+use serde::{Deserialize, Serialize};
+
+/// Where a bed comes from and what it measures.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Recipe {
+    /// Name of the case that packed it.
+    pub case: String,
+    /// Hash of that case.
+    pub case_hash: String,
+    /// Version of the program.
+    pub version: String,
+    /// Shapes by number.
+    pub shapes: Vec<String>,
+    /// Porosity of the slab given in the case.
+    pub porosity: Real,
+    /// Heights of that slab [m].
+    pub porosity_slab: [Real; 2],
+    /// Highest node near the axis, H_s [m].
+    pub height: Real,
+    /// Mean speed of the grains when packing ended [m/s].
+    pub mean_speed: Real,
+    /// Largest mean speed during the fall [m/s].
+    pub largest_mean_speed: Real,
+    /// Order of the long axes: above 0 if they lie, 0 at random.
+    pub lying_order: Real,
+    /// Simulated time of the packing [s].
+    pub time: Real,
+}
+
+/// A grain at rest in a bed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lying {
+    /// Number of the shape.
+    pub shape: u32,
+    /// Size factor.
+    pub scale: Real,
+    /// Centre of mass [m].
+    pub position: Vector,
+    /// Orientation.
+    pub orientation: Quaternion,
+}
+
+/// A bed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bed {
+    /// Lower corner of the box it lies in [m].
+    pub lower: Vector,
+    /// Upper corner [m].
+    pub upper: Vector,
+    /// Where it comes from.
+    pub recipe: Recipe,
+    /// The grains.
+    pub grains: Vec<Lying>,
+}
+
+/// A bed file cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum BedFileError {
+    /// The file cannot be read or written.
+    #[error(transparent)]
+    File(#[from] CheckpointError),
+    /// Sections do not belong together.
+    #[error("{}: the sections of the bed do not fit each other", path.display())]
+    Inconsistent {
+        /// The file.
+        path: PathBuf,
+    },
+}
+
+impl Bed {
+    /// Writes the bed, all at once.
+    ///
+    /// # Errors
+    /// If the file system refuses.
+    pub fn write(&self, path: &Path) -> Result<(), BedFileError> {
+        let position: Vec<Real> = self.grains.iter().flat_map(|grain| grain.position.to_array()).collect();
+        let orientation: Vec<Real> = self.grains.iter().flat_map(|grain| grain.orientation.to_array()).collect();
+        let scale: Vec<Real> = self.grains.iter().map(|grain| grain.scale).collect();
+        let shape: Vec<u32> = self.grains.iter().map(|grain| grain.shape).collect();
+        let corners: Vec<Real> = [self.lower, self.upper].iter().flat_map(|corner| corner.to_array()).collect();
+        let mut file = CheckpointWriter::new();
+        file.add_json("bed/recipe", &self.recipe)?;
+        file.add("bed/box", &corners)?;
+        file.add("bed/position", &position)?;
+        file.add("bed/orientation", &orientation)?;
+        file.add("bed/scale", &scale)?;
+        file.add("bed/shape", &shape)?;
+        file.write_atomic(path)?;
+        Ok(())
+    }
+
+    /// Reads a bed.
+    ///
+    /// # Errors
+    /// [`BedFileError`] if it is not one.
+    pub fn read(path: &Path) -> Result<Self, BedFileError> {
+        let file = CheckpointReader::open(path)?;
+        let corners: Vec<Real> = file.get("bed/box")?;
+        let position: Vec<Real> = file.get("bed/position")?;
+        let orientation: Vec<Real> = file.get("bed/orientation")?;
+        let scale: Vec<Real> = file.get("bed/scale")?;
+        let shape: Vec<u32> = file.get("bed/shape")?;
+        let count = shape.len();
+        if corners.len() != 6 || scale.len() != count || position.len() != 3 * count || orientation.len() != 4 * count {
+            return Err(BedFileError::Inconsistent { path: path.to_owned() });
+        }
+        let lying = |n: usize| Lying {
+            shape: shape[n],
+            scale: scale[n],
+            position: Vector::from_slice(&position[3 * n..]),
+            orientation: Quaternion::from_slice(&orientation[4 * n..]),
+        };
+        Ok(Self {
+            lower: Vector::from_slice(&corners),
+            upper: Vector::from_slice(&corners[3..]),
+            recipe: file.get_json("bed/recipe")?,
+            grains: (0..count).map(lying).collect(),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_bed_comes_back_to_the_bit() {
+        let bed = Bed {
+            lower: Vector::ZERO,
+            upper: Vector::ONE,
+            recipe: Recipe { case: "bed".into(), porosity: 0.454, ..Recipe::default() },
+            grains: (0..5)
+                .map(|n| Lying {
+                    shape: n % 2,
+                    scale: 1.0 + 0.1 * Real::from(n),
+                    position: Vector::new(0.1, 0.2, Real::from(n) / 3.0),
+                    orientation: Quaternion::from_rotation_x(Real::from(n)),
+                })
+                .collect(),
+        };
+        let path = std::env::temp_dir().join(format!("sazanami-bed-{}.bed", std::process::id()));
+        bed.write(&path).unwrap();
+        assert_eq!(Bed::read(&path).unwrap(), bed);
+        std::fs::write(&path, b"not a bed").unwrap();
+        assert!(Bed::read(&path).is_err());
+        std::fs::remove_file(&path).unwrap();
+    }
+}

@@ -1,0 +1,189 @@
+//! Probes: what happens at a point, along a line, through a plane, to a grain.
+
+use sazanami_io::table::{Column, SeriesWriter, Value};
+use sazanami_mics::solver::Solver;
+use sazanami_numerics::domain::Domain;
+use sazanami_numerics::grid::Field;
+use sazanami_numerics::{Real, Vector};
+
+use super::RecordError;
+use super::files::{Files, probe_path};
+use crate::assembly::grains::identifier;
+use crate::case::meaning::{Case, Probe, ProbePlace};
+use crate::clock::Clock;
+use crate::simulation::Job;
+
+/// Liquid fraction, pressure, velocity.
+const AT_POINT: [(&str, &str); 5] =
+    [("liquid_fraction", ""), ("pressure", "Pa"), ("velocity_1", "m/s"), ("velocity_2", "m/s"), ("velocity_3", "m/s")];
+/// Fluxes through a plane and mean pressure on it.
+const THROUGH_PLANE: [(&str, &str); 3] = [("volume_flux", "m^3/s"), ("liquid_flux", "m^3/s"), ("mean_pressure", "Pa")];
+/// Motion of a grain and what acts on it.
+const OF_BODY: [(&str, &str); 18] = [
+    ("position_1", "m"),
+    ("position_2", "m"),
+    ("position_3", "m"),
+    ("velocity_1", "m/s"),
+    ("velocity_2", "m/s"),
+    ("velocity_3", "m/s"),
+    ("spin_1", "rad/s"),
+    ("spin_2", "rad/s"),
+    ("spin_3", "rad/s"),
+    ("fluid_force_1", "N"),
+    ("fluid_force_2", "N"),
+    ("fluid_force_3", "N"),
+    ("contact_force_1", "N"),
+    ("contact_force_2", "N"),
+    ("contact_force_3", "N"),
+    ("fluid_torque_1", "N m"),
+    ("fluid_torque_2", "N m"),
+    ("fluid_torque_3", "N m"),
+];
+
+/// Writes a row for every probe. All ranks take part.
+pub(crate) fn record(
+    job: &Job,
+    solver: &Solver,
+    clock: &Clock,
+    mut files: Option<&mut Files>,
+) -> Result<(), RecordError> {
+    for (number, probe) in job.case.probes.iter().enumerate() {
+        let found = measure(job.case, solver, probe);
+        if let Some(files) = files.as_deref_mut() {
+            write(files, number, probe, clock, &found)?;
+        }
+    }
+    Ok(())
+}
+
+fn columns(place: &ProbePlace) -> Vec<Column> {
+    let named = |list: &[(&str, &str)]| list.iter().map(|(name, unit)| Column::new(name, unit)).collect::<Vec<_>>();
+    let mut columns = vec![Column::new("time", "s")];
+    match place {
+        ProbePlace::Point(_) => columns.extend(named(&AT_POINT)),
+        ProbePlace::Line { points, .. } => {
+            for n in 0..*points {
+                columns.extend(AT_POINT.iter().map(|(name, unit)| Column::new(&format!("{name}_at_{n}"), unit)));
+            }
+        }
+        ProbePlace::Plane { .. } => columns.extend(named(&THROUGH_PLANE)),
+        ProbePlace::Body { .. } => columns.extend(named(&OF_BODY)),
+    }
+    columns
+}
+
+fn write(files: &mut Files, number: usize, probe: &Probe, clock: &Clock, found: &[Real]) -> Result<(), RecordError> {
+    if files.probes[number].is_none() {
+        let path = probe_path(&files.folder, &probe.name);
+        if let Some(folder) = path.parent() {
+            std::fs::create_dir_all(folder).map_err(|error| RecordError::Path { path: folder.to_owned(), error })?;
+        }
+        let columns = columns(&probe.place);
+        files.probes[number] = Some(match files.resumed_at {
+            Some((_, step)) => SeriesWriter::resume(&path, &columns, step)?,
+            None => SeriesWriter::create(&path, &columns)?,
+        });
+    }
+    let mut row = vec![Value::Real(clock.time())];
+    row.extend(found.iter().map(|&value| Value::Real(value)));
+    if let Some(writer) = &mut files.probes[number] {
+        writer.record(clock.step(), &row)?;
+    }
+    Ok(())
+}
+
+fn measure(case: &Case, solver: &Solver, probe: &Probe) -> Vec<Real> {
+    let domain = solver.domain();
+    match &probe.place {
+        ProbePlace::Point(point) => at_point(solver, *point).to_vec(),
+        ProbePlace::Line { from, to, points } => {
+            let last = points.saturating_sub(1).max(1) as Real;
+            (0..*points).flat_map(|n| at_point(solver, *from + (*to - *from) * (n as Real / last))).collect()
+        }
+        ProbePlace::Plane { direction, position } => through_plane(domain, solver, *direction, *position).to_vec(),
+        ProbePlace::Body { population, index } => {
+            let number = case.grains.iter().position(|kind| &kind.name == population).unwrap_or_default();
+            of_body(solver, identifier(number, *index)).to_vec()
+        }
+    }
+}
+
+/// Values interpolated linearly between cell centres; the rank whose part holds the point gives them.
+fn at_point(solver: &Solver, point: Vector) -> [Real; 5] {
+    let domain = solver.domain();
+    if domain.owner_of(point) != domain.communicator().rank() {
+        return domain.sum([0.0; 5]);
+    }
+    let grid = domain.grid();
+    // Between the centres of the outermost cells of the box nothing is extrapolated.
+    let last = Vector::new(grid.cells[0] as Real, grid.cells[1] as Real, grid.cells[2] as Real) - 1.0;
+    let place = ((point - grid.lower) / grid.spacing - 0.5).clamp(Vector::ZERO, last);
+    let [u1, u2, u3] = &solver.flow().velocity;
+    let fields = [&solver.flow().volume_fraction, solver.pressure(), u1, u2, u3];
+    domain.sum(fields.map(|field| interpolate(domain, field, place)))
+}
+
+fn interpolate(domain: &Domain, field: &Field<Real>, place: Vector) -> Real {
+    let (cells, start) = (domain.cells(), domain.start());
+    let mut sum = 0.0;
+    for corner in 0..8_usize {
+        let mut weight = 1.0;
+        let mut cell = [0_isize; 3];
+        for d in 0..3 {
+            let low = place[d].floor();
+            let upper = corner >> d & 1 == 1;
+            weight *= if upper { place[d] - low } else { 1.0 - (place[d] - low) };
+            let index = low as isize + isize::from(upper) - start[d] as isize;
+            // One layer beyond the rank's part is filled for every field.
+            cell[d] = index.clamp(-1, cells[d] as isize);
+        }
+        if weight > 0.0 {
+            sum += weight * field[cell];
+        }
+    }
+    sum
+}
+
+fn through_plane(domain: &Domain, solver: &Solver, direction: usize, position: Real) -> [Real; 3] {
+    let grid = domain.grid();
+    let face = ((position - grid.lower[direction]) / grid.spacing[direction]).round() as isize;
+    let local = face - domain.start()[direction] as isize;
+    let mut range = domain.interior();
+    let mut found = [0.0; 4];
+    if range[direction].contains(&local) {
+        range[direction] = local..local + 1;
+        let behind = -domain.strides()[direction];
+        let flow = solver.flow();
+        let (u, c, p) = (flow.face_velocity[direction].data(), flow.volume_fraction.data(), solver.pressure().data());
+        found = domain.sum_rows(&range, |row| {
+            let mut sum = [0.0; 4];
+            for at in row.shifted(0) {
+                let before = (at as isize + behind) as usize;
+                let donor = if u[at] > 0.0 { before } else { at };
+                sum[0] += u[at];
+                sum[1] += u[at] * c[donor];
+                sum[2] += 0.5 * (p[at] + p[before]);
+                sum[3] += 1.0;
+            }
+            sum
+        });
+    }
+    let [flux, liquid, pressure, count] = domain.sum(found);
+    let area = grid.face_area(direction);
+    [flux * area, liquid * area, pressure / count.max(1.0)]
+}
+
+fn of_body(solver: &Solver, id: u64) -> [Real; 18] {
+    let grains = solver.grains().engine().grains();
+    let mut found = [0.0; 18];
+    if let Ok(n) = grains.id[..grains.owned()].binary_search(&id) {
+        let force = solver.grains().fluid_forces().get(n).copied().unwrap_or_default();
+        let torque = solver.grains().fluid_torques().get(n).copied().unwrap_or_default();
+        let vectors =
+            [grains.position[n], grains.velocity[n], grains.angular_velocity(n), force, grains.contact_force[n], torque];
+        for (to, from) in found.chunks_exact_mut(3).zip(vectors) {
+            to.copy_from_slice(&from.to_array());
+        }
+    }
+    solver.domain().sum(found)
+}

@@ -1,0 +1,68 @@
+//! When what is due.
+
+use sazanami_numerics::Real;
+
+use crate::case::meaning::{self, Case};
+use crate::clock::Clock;
+use crate::schedule::Schedule;
+
+/// A schedule by time and by steps.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Timetable {
+    times: Schedule,
+    steps: Option<u64>,
+}
+
+impl Timetable {
+    pub fn new(schedule: &meaning::Schedule) -> Self {
+        Self {
+            times: Schedule::new(schedule.every, schedule.at.clone()),
+            steps: schedule.steps.map(|steps| steps as u64),
+        }
+    }
+
+    fn is_due(&self, before: Real, clock: &Clock, tolerance: Real) -> bool {
+        let by_step = self.steps.is_some_and(|steps| clock.step().is_multiple_of(steps));
+        by_step || self.times.is_due(before, clock.time(), tolerance)
+    }
+}
+
+/// Everything that is due at times.
+#[derive(Clone, Debug)]
+pub(crate) struct Timetables {
+    /// Series, fields, grains, pictures.
+    outputs: [Timetable; 4],
+    probes: Vec<Timetable>,
+    checkpoints: Schedule,
+}
+
+impl Timetables {
+    pub fn of(case: &Case) -> Self {
+        let output = &case.output;
+        Self {
+            outputs: [&output.series, &output.fields, &output.grains, &output.figures].map(Timetable::new),
+            probes: case.probes.iter().map(|probe| Timetable::new(&probe.schedule)).collect(),
+            checkpoints: Schedule::new(case.checkpoint.every, Vec::new()),
+        }
+    }
+
+    /// Next time after `now` [s] on which a step has to end.
+    pub fn next_after(&self, now: Real) -> Option<Real> {
+        let all = self.outputs.iter().chain(&self.probes).map(|table| &table.times);
+        all.chain([&self.checkpoints]).filter_map(|times| times.next_after(now)).reduce(Real::min)
+    }
+
+    /// Whether series, fields, grains, pictures are due.
+    pub fn due(&self, before: Real, clock: &Clock, tolerance: Real) -> [bool; 4] {
+        self.outputs.each_ref().map(|table| table.is_due(before, clock, tolerance))
+    }
+
+    /// Whether any probe is due.
+    pub fn probes_due(&self, before: Real, clock: &Clock, tolerance: Real) -> bool {
+        self.probes.iter().any(|table| table.is_due(before, clock, tolerance))
+    }
+
+    pub fn checkpoint_is_due(&self, before: Real, clock: &Clock, tolerance: Real) -> bool {
+        self.checkpoints.is_due(before, clock.time(), tolerance)
+    }
+}

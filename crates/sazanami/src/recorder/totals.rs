@@ -1,0 +1,139 @@
+//! Sums and extremes over a whole run, checkpoints included.
+
+use std::collections::BTreeMap;
+use std::time::Instant;
+
+use sazanami_mics::solver::{Phase, StepReport};
+use sazanami_mics::stability::Limit;
+use sazanami_numerics::Real;
+use serde::{Deserialize, Serialize};
+
+use crate::simulation::phase_name;
+
+/// Worst values met.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Worst {
+    /// Advective Courant number of a pass.
+    pub cfl: Real,
+    /// `|div u| dt` left by a projection.
+    pub divergence: Real,
+    /// Overlap over the smaller contact sphere's radius.
+    pub overlap_relative: Real,
+    /// Iterations of a pressure solve, all passes of a step.
+    pub pressure_iterations: usize,
+    /// Distance of a liquid fraction from the range 0 to 1 before it was tidied up.
+    pub volume_fraction_excess: Real,
+    /// Volume by which grains reached into each other's cells [m^3].
+    pub overfull_volume: Real,
+    /// Volume of grains outside the box [m^3].
+    pub outside_volume: Real,
+    /// Speed of a grain [m/s].
+    pub grain_speed: Real,
+}
+
+/// What had to be tidied up.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Tidied {
+    /// Nearly empty or full cells given to the interface next to them.
+    pub moved_cells: u64,
+    /// Their volume [m^3].
+    pub moved_volume: Real,
+    /// Nearly empty or full cells that were cut.
+    pub clipped_cells: u64,
+    /// Volume that this added (negative: removed) [m^3].
+    pub clipped_volume: Real,
+    /// Cells out of range by more than 1e-9.
+    pub out_of_range_cells: u64,
+    /// Contacts that became deeper than 20 % of the smaller sphere's radius.
+    pub deep_contacts: usize,
+}
+
+/// Sums and extremes since the start of a run.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Totals {
+    /// Wall-clock time [s].
+    pub wall_s: Real,
+    /// Wall-clock time by phase [s].
+    pub phase_s: BTreeMap<String, Real>,
+    /// Steps by the limit that ruled them.
+    pub limiter: BTreeMap<String, u64>,
+    /// Fluid passes.
+    pub fluid_passes: u64,
+    /// Contact sub-steps.
+    pub grain_substeps: u64,
+    /// Iterations of the pressure solver.
+    pub pressure_iterations: u64,
+    /// Worst values.
+    pub worst: Worst,
+    /// What had to be tidied up.
+    pub tidied: Tidied,
+    /// Liquid through open sides [m^3].
+    pub liquid_through: Real,
+    /// Contacts in the last step: pairs, touching spheres.
+    pub contacts: [usize; 2],
+}
+
+impl Totals {
+    /// Books a step.
+    pub fn add(&mut self, report: &StepReport, limit: Limit) {
+        *self.limiter.entry(limit.name().to_owned()).or_default() += 1;
+        self.fluid_passes += report.fluid_passes as u64;
+        self.grain_substeps += report.contacts.substeps as u64;
+        self.pressure_iterations += report.pressure.iterations as u64;
+        let wisps = &report.transport.wisps;
+        let worst = &mut self.worst;
+        worst.cfl = worst.cfl.max(report.courant);
+        worst.divergence = worst.divergence.max(report.pressure.divergence);
+        worst.overlap_relative = worst.overlap_relative.max(report.contacts.largest_overlap);
+        worst.pressure_iterations = worst.pressure_iterations.max(report.pressure.iterations);
+        worst.volume_fraction_excess = worst.volume_fraction_excess.max(wisps.worst_excess);
+        worst.overfull_volume = worst.overfull_volume.max(report.imprint.overfull_volume);
+        worst.outside_volume = worst.outside_volume.max(report.imprint.outside_volume);
+        worst.grain_speed = worst.grain_speed.max(report.contacts.largest_speed);
+        let tidied = &mut self.tidied;
+        tidied.moved_cells += wisps.moved_cells;
+        tidied.moved_volume += wisps.moved_volume;
+        tidied.clipped_cells += wisps.clipped_cells;
+        tidied.clipped_volume += wisps.clipped_volume;
+        tidied.out_of_range_cells += wisps.out_of_range_cells;
+        tidied.deep_contacts += report.contacts.deep_contacts;
+        self.liquid_through += report.transport.volume_through.iter().flatten().sum::<Real>();
+        self.contacts = [report.contacts.pairs, report.contacts.contacts];
+    }
+}
+
+/// Measures how long phases take.
+#[derive(Debug)]
+pub(crate) struct Watch {
+    phase: &'static str,
+    since: Instant,
+    seconds: BTreeMap<&'static str, Real>,
+}
+
+impl Watch {
+    pub fn start() -> Self {
+        Self { phase: phase_name(None), since: Instant::now(), seconds: BTreeMap::new() }
+    }
+
+    /// The phase before ends, this one begins.
+    pub fn enter(&mut self, phase: Option<Phase>) {
+        self.turn(phase_name(phase));
+    }
+
+    /// The same by name.
+    pub fn turn(&mut self, name: &'static str) {
+        let now = Instant::now();
+        *self.seconds.entry(self.phase).or_default() += (now - self.since).as_secs_f64();
+        self.since = now;
+        self.phase = name;
+    }
+
+    /// Moves what was measured into the totals.
+    pub fn empty_into(&mut self, totals: &mut Totals) {
+        self.turn(self.phase);
+        for (name, seconds) in std::mem::take(&mut self.seconds) {
+            *totals.phase_s.entry(name.to_owned()).or_default() += seconds;
+            totals.wall_s += seconds;
+        }
+    }
+}

@@ -1,0 +1,205 @@
+//! What a run is asked, by whom it is heard, and how it can fail.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::Sender;
+
+use sazanami_dem::DemError;
+use sazanami_mics::boundary::BoundaryError;
+use sazanami_mics::solver::StepError;
+use sazanami_mics::stability::Limit;
+use sazanami_numerics::Real;
+use sazanami_numerics::domain::{FailedElsewhere, LayoutError};
+use sazanami_numerics::geometry::Shape;
+use sazanami_numerics::snapshot::{Snapshot, SnapshotError};
+use serde::{Deserialize, Serialize};
+
+use crate::bed_file::Bed;
+use crate::case::meaning::Case;
+use crate::error::{CommandError, Failure};
+use crate::progress::StepLine;
+use crate::recorder::{RecordError, Totals};
+use crate::run::{RunOptions, Status};
+
+/// What a running command has to say.
+#[derive(Clone, Debug)]
+pub(crate) enum Event {
+    /// A step is done.
+    Step(StepLine),
+    /// A line of its own.
+    Message(String),
+}
+
+/// Takes what rank 0 says to whoever listens.
+#[derive(Clone, Debug)]
+pub(crate) struct Reporter(pub Sender<Event>);
+
+/// The part of a run's state that is not physics: goes into the checkpoint as text.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct RunState {
+    /// Whether the bed is still being packed.
+    pub packing: bool,
+    /// Simulated time [s].
+    pub time: Real,
+    /// Fluid steps.
+    pub step: u64,
+    /// Hash of the case.
+    pub case_hash: String,
+    /// Sums and extremes since the start.
+    pub totals: Totals,
+}
+
+/// A checkpoint that a run goes on from.
+#[derive(Debug)]
+pub(crate) struct Resumed {
+    /// Arrays.
+    pub snapshot: Snapshot,
+    /// The rest.
+    pub run: RunState,
+}
+
+/// A run as all its ranks see it.
+pub(crate) struct Job<'a> {
+    /// The case.
+    pub case: &'a Case,
+    /// Shapes of its populations.
+    pub shapes: Arc<[Shape]>,
+    /// Beds of the populations that are read from a file.
+    pub beds: Vec<Option<Bed>>,
+    /// What is asked beyond the case.
+    pub options: &'a RunOptions,
+    /// Folder of the results.
+    pub folder: PathBuf,
+    /// Where the run goes on from.
+    pub resumed: Option<Resumed>,
+    /// Whom rank 0 tells.
+    pub reporter: Reporter,
+    /// Set when the run is to end.
+    pub stop: &'a AtomicBool,
+    /// Threads per rank.
+    pub threads: usize,
+}
+
+impl Job<'_> {
+    pub fn is_stopped(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+
+    /// Tells of a step.
+    pub fn report(&self, line: &StepLine) {
+        // Nobody listens any more when the command itself has ended: nothing is lost.
+        let _ = self.reporter.0.send(Event::Step(*line));
+    }
+
+    /// Says a line.
+    pub fn say(&self, text: impl Into<String>) {
+        let _ = self.reporter.0.send(Event::Message(text.into()));
+    }
+}
+
+/// How a run ended on a rank.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Ended {
+    pub status: Status,
+    pub interrupted: bool,
+    pub time: Real,
+    pub steps: u64,
+}
+
+/// Why a run ended before its time on a rank.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum RankError {
+    #[error(transparent)]
+    Layout(#[from] LayoutError),
+    #[error(transparent)]
+    Boundary(#[from] BoundaryError),
+    /// A liquid lies on grains that were not known before the bed was packed or read.
+    #[error("the liquid `{liquid}` touches grain {id} at the start")]
+    LiquidOnGrain { liquid: String, id: u64 },
+    #[error("{error}")]
+    Step { error: Box<StepError>, step: u64, time: Real, limit: Limit },
+    #[error(transparent)]
+    Start(#[from] StepError),
+    #[error("{0}")]
+    Packing(#[from] DemError),
+    #[error("the bed did not come to rest within {time} s: its mean speed is still {mean_speed:.2e} m/s")]
+    NotAtRest { time: Real, mean_speed: Real },
+    #[error("the checkpoint does not fit the case: {0}")]
+    Snapshot(#[from] SnapshotError),
+    #[error(transparent)]
+    Record(#[from] RecordError),
+    #[error(transparent)]
+    Elsewhere(#[from] FailedElsewhere),
+}
+
+impl RankError {
+    /// Whether another rank has the reason.
+    pub fn is_secondary(&self) -> bool {
+        match self {
+            Self::Elsewhere(_) | Self::Packing(DemError::Elsewhere(_)) => true,
+            Self::Start(error) => is_elsewhere(error),
+            Self::Step { error, .. } => is_elsewhere(error),
+            _ => false,
+        }
+    }
+
+    /// What the command says, with the last good checkpoint.
+    pub fn into_command_error(self, checkpoint: Option<PathBuf>) -> CommandError {
+        let message = self.to_string();
+        let failure = Failure { kind: self.kind(), message, checkpoint, ..Failure::default() };
+        match self {
+            Self::Layout(_) => CommandError::input(failure.message, "use fewer ranks or more cells"),
+            Self::Boundary(_) => CommandError::input(failure.message, "correct the sides in `[boundary]`"),
+            Self::LiquidOnGrain { .. } => CommandError::input(
+                failure.message,
+                "put the liquid higher, or set `allow_touching_grains = true` for it",
+            ),
+            Self::Snapshot(_) => CommandError::input(failure.message, "resume with the case the run began with"),
+            Self::Step { step, time, limit, .. } => Failure { step, time, limiter: limit.name(), ..failure }.into(),
+            Self::NotAtRest { time, .. } => Failure { time, ..failure }.into(),
+            _ => failure.into(),
+        }
+    }
+
+    /// The failure in one word.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Layout(_) | Self::Boundary(_) | Self::LiquidOnGrain { .. } | Self::Snapshot(_) => "input",
+            Self::Packing(error) => grain_kind(error),
+            Self::NotAtRest { .. } => "packing",
+            Self::Record(_) => "disk",
+            Self::Elsewhere(_) => "elsewhere",
+            Self::Start(error) => step_kind(error),
+            Self::Step { error, .. } => step_kind(error),
+        }
+    }
+}
+
+fn is_elsewhere(error: &StepError) -> bool {
+    match error {
+        StepError::Elsewhere(_)
+        | StepError::Grains(DemError::Elsewhere(_)) => true,
+        StepError::Pressure(_) | StepError::Viscosity(_) | StepError::Grains(_) | StepError::NotFinite { .. } => false,
+    }
+}
+
+fn step_kind(error: &StepError) -> &'static str {
+    match error {
+        StepError::Pressure(_) => "pressure",
+        StepError::Viscosity(_) => "viscosity",
+        StepError::Grains(error) => grain_kind(error),
+        StepError::NotFinite { .. } => "not_finite",
+        StepError::Elsewhere(_) => "elsewhere",
+    }
+}
+
+fn grain_kind(error: &DemError) -> &'static str {
+    match error {
+        DemError::NotFinite { .. } => "not_finite",
+        DemError::GrainEscaped { .. } => "grain_escaped",
+        DemError::OverlapTooLarge { .. } => "overlap",
+        DemError::BoxTooShort { .. } | DemError::BadGrain { .. } | DemError::Snapshot(_) => "input",
+        DemError::Elsewhere(_) => "elsewhere",
+    }
+}

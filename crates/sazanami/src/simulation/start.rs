@@ -1,0 +1,101 @@
+//! How a run begins: from the case, from a packed bed, or from a checkpoint.
+
+use std::sync::Arc;
+
+use sazanami_dem::{Body, Engine, Packing};
+use sazanami_mics::snapshot::GRAINS;
+use sazanami_mics::solver::Solver;
+use sazanami_numerics::Real;
+use sazanami_numerics::domain::Domain;
+use sazanami_numerics::geometry::Region;
+use sazanami_numerics::snapshot::Snapshot;
+
+use super::job::{Job, RankError};
+use super::{PACKING, fixed_step};
+use crate::assembly::{fluid, grains};
+use crate::case::meaning::FluidName;
+use crate::clock::Clock;
+use crate::recorder::Recorder;
+
+/// The bed to be packed, new or from a checkpoint; `None` if the case packs none.
+pub(super) fn packing(job: &Job, domain: &Domain) -> Result<Option<Packing>, RankError> {
+    let Some((settings, to_pack)) = grains::to_pack(job.case) else { return Ok(None) };
+    let bodies: Vec<Body> = job.shapes.iter().map(Body::from).collect();
+    let laws = grains::interactions(job.case);
+    let packing = match &job.resumed {
+        Some(state) => Packing::restore(domain, settings, bodies, laws, PACKING, &state.snapshot)?,
+        None => Packing::new(domain, settings, bodies, laws, to_pack)?,
+    };
+    Ok(Some(packing))
+}
+
+/// The clock of the flow.
+pub(super) fn clock(job: &Job) -> Clock {
+    let clock = Clock::new(fixed_step(job.case));
+    match &job.resumed {
+        Some(state) if !state.run.packing => clock.at(state.run.time, state.run.step),
+        _ => clock,
+    }
+}
+
+/// The solver, from the case and a packed bed or from a checkpoint.
+pub(super) fn solver(
+    job: &Job,
+    domain: Domain,
+    packed: Option<Packing>,
+    recorder: &mut Recorder,
+) -> Result<Solver, RankError> {
+    let case = job.case;
+    let boundary = fluid::boundary(case)?;
+    let settings = fluid::settings(case);
+    let coupling = fluid::coupling(case);
+    let mut flow = fluid::flow(case, &domain);
+    let setup = grains::setup(case, &job.shapes);
+    let shapes = Arc::clone(&job.shapes);
+    if let Some(state) = job.resumed.as_ref().filter(|state| !state.run.packing) {
+        let engine = Engine::restore(&domain, setup, GRAINS, &state.snapshot)?;
+        return Ok(Solver::restore(domain, boundary, settings, flow, engine, shapes, coupling, &state.snapshot)?);
+    }
+    let engine = match packed {
+        None => Engine::new(&domain, setup, &grains::placed(case, &job.beds))?,
+        Some(mut packing) => {
+            // Contacts keep their memory: the bed stays as it lies.
+            let mut snapshot = Snapshot::default();
+            packing.snapshot(&domain, GRAINS, &mut snapshot);
+            let mut engine = Engine::restore(&domain, setup, GRAINS, &snapshot)?;
+            engine.insert(&domain, &grains::placed(case, &job.beds))?;
+            engine
+        }
+    };
+    let bed_height = recorder.measure_bed(&domain, &engine);
+    keep_clear(job, &domain, &engine, bed_height)?;
+    fluid::pour(case, &domain, &boundary, &mut flow, bed_height);
+    let mut solver = Solver::new(domain, boundary, settings, flow, engine, shapes, coupling)?;
+    solver.begin_with(fluid::first_step(case));
+    Ok(solver)
+}
+
+/// Refuses liquids that lie on grains, unless the case allows it.
+fn keep_clear(job: &Job, domain: &Domain, engine: &Engine, bed_height: Real) -> Result<(), RankError> {
+    let case = job.case;
+    let all = engine.grains();
+    let touched = case.liquids.iter().filter(|liquid| liquid.fluid == FluidName::Liquid && !liquid.allow_touching_grains);
+    let found = touched.into_iter().find_map(|liquid| {
+        let origin = fluid::origin_of(liquid, case.bed.axis, bed_height);
+        let region = fluid::region(&liquid.region.moved(origin));
+        (0..all.owned()).find(|&n| touches(&region, engine, n)).map(|n| (liquid.name.clone(), all.id[n]))
+    });
+    domain.agree(found.map_or(Ok(()), |(liquid, id)| Err(RankError::LiquidOnGrain { liquid, id })))
+}
+
+/// Whether a contact sphere of grain `n` reaches into `region`.
+fn touches(region: &Region, engine: &Engine, n: usize) -> bool {
+    let grains = engine.grains();
+    let body = &engine.bodies()[grains.shape[n] as usize];
+    let scale = grains.scale[n];
+    if !region.touches_ball(grains.position[n], scale * body.bounding_radius) {
+        return false;
+    }
+    let place = |centre| grains.position[n] + grains.orientation[n] * (scale * centre);
+    body.centres.iter().zip(&body.radii).any(|(&centre, &radius)| region.touches_ball(place(centre), scale * radius))
+}
