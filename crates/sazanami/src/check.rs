@@ -317,7 +317,9 @@ fn foreseen_velocity(case: &Case) -> Vector {
             Placement::Absolute(position) => position.z + liquid.region.heights()[1] - case.domain.lower.z,
             Placement::AboveBed { .. } => 0.0,
         };
-        let height = above.clamp(0.0, case.domain.extent().z);
+        // A full box has nothing to fall into.
+        let full = above >= case.domain.extent().z;
+        let height = if full { 0.0 } else { above.max(0.0) };
         fastest = fastest.max(Vector::new(0.0, 0.0, (2.0 * case.gravity.length() * height).sqrt()));
     }
     for side in case.boundary.iter().flatten() {

@@ -101,27 +101,24 @@ fn shapes(loaded: &LoadedCase, report: &mut Diagnostics) -> Vec<Shape> {
 /// What `check` tells about a shape.
 fn facts_of(shape: &Shape) -> ShapeFacts {
     let report = shape.report();
-    let percent = |error: Option<Real>| error.map_or_else(|| "-".into(), |e| format!("{:+.1} %", 1e2 * e));
-    let mut lines = vec![format!(
-        "{} nodes, {} tetrahedra, volume {:.5} mm^3 ({} of the smooth shape), inertia {}",
+    let mut first = format!(
+        "{} nodes, {} tetrahedra, volume {:.5} mm^3",
         report.nodes,
         report.tetrahedra,
-        report.volume * 1e9,
-        percent(report.volume_error),
-        percent(report.inertia_error)
-    )];
-    if report.volume_error.is_none() {
-        lines[0] = format!(
-            "{} nodes, {} tetrahedra, volume {:.5} mm^3",
-            report.nodes,
-            report.tetrahedra,
-            report.volume * 1e9
+        report.volume * 1e9
+    );
+    if let (Some(volume), Some(inertia)) = (report.volume_error, report.inertia_error) {
+        first += &format!(
+            ": {:+.1} % of the smooth shape's, inertia off by {:.1} %",
+            1e2 * volume,
+            1e2 * inertia.abs()
         );
     }
+    let mut lines = vec![first];
     lines.push(format!(
         "dihedral angles {:.0} to {:.0} degrees, smallest radius ratio {:.2}",
-        report.quality.smallest_dihedral_angle.to_degrees(),
-        report.quality.largest_dihedral_angle.to_degrees(),
+        report.quality.smallest_dihedral_angle,
+        report.quality.largest_dihedral_angle,
         report.quality.smallest_radius_ratio
     ));
     lines.push(format!(

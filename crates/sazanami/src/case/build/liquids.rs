@@ -158,7 +158,9 @@ impl Context<'_> {
                 if normal.length() == 0.0 {
                     values.report.error(span.clone(), "a normal needs a direction").label("this one is zero");
                 }
-                Region::HalfSpace { point, normal: normal.normalize_or_zero() }
+                // A unit vector, as in a resolved case, is kept to the last bit.
+                let unit = (normal.length() - 1.0).abs() < 1e-15;
+                Region::HalfSpace { point, normal: if unit { normal } else { normal.normalize_or_zero() } }
             }
             RegionText::Union(parts) => {
                 if parts.is_empty() {

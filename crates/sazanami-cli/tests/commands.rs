@@ -1,0 +1,120 @@
+//! The commands as people use them: exit codes, and what is left untouched.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn sazanami(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_sazanami"))
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .expect("the command can be started")
+}
+
+fn code(output: &Output) -> Option<i32> {
+    output.status.code()
+}
+
+fn errors(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+#[test]
+fn templates_are_written_checked_and_not_overwritten() {
+    let folder = tempfile::tempdir().unwrap();
+    let listed = sazanami(folder.path(), &["new"]);
+    let listed = String::from_utf8_lossy(&listed.stdout).into_owned();
+    for template in ["raindrop", "settling_sphere", "dam_break", "packing"] {
+        assert!(listed.contains(template), "{listed}");
+        assert_eq!(code(&sazanami(folder.path(), &["new", template, "made"])), Some(0), "{template}");
+        let case = format!("made/{template}.toml");
+        let checked = sazanami(folder.path(), &["check", &case]);
+        assert_eq!(code(&checked), Some(0), "{template}: {}", errors(&checked));
+    }
+    let again = sazanami(folder.path(), &["new", "raindrop", "made"]);
+    assert_eq!(code(&again), Some(2));
+    assert!(errors(&again).contains("exists already"));
+    let unknown = sazanami(folder.path(), &["new", "raindop", "other"]);
+    assert_eq!(code(&unknown), Some(2));
+    assert!(errors(&unknown).contains("did you mean `raindrop`?"));
+    assert!(!folder.path().join("other").exists());
+}
+
+#[test]
+fn the_schema_is_json() {
+    let output = sazanami(Path::new("."), &["new", "--schema"]);
+    let schema: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(schema["properties"]["domain"].is_object());
+}
+
+#[test]
+fn results_that_cannot_be_written_are_refused_before_anything_is_touched() {
+    let folder = tempfile::tempdir().unwrap();
+    sazanami(folder.path(), &["new", "raindrop", "."]);
+    let filled = folder.path().join("filled");
+    std::fs::create_dir(&filled).unwrap();
+    std::fs::write(filled.join("series.csv"), "precious").unwrap();
+    let refused = sazanami(folder.path(), &["run", "raindrop.toml", "--out", "filled"]);
+    assert_eq!(code(&refused), Some(2), "{}", errors(&refused));
+    assert!(errors(&refused).contains("is not empty"));
+    assert_eq!(std::fs::read_dir(&filled).unwrap().count(), 1);
+    let inside_a_file = sazanami(folder.path(), &["run", "raindrop.toml", "--out", "filled/series.csv/out"]);
+    assert_eq!(code(&inside_a_file), Some(2), "{}", errors(&inside_a_file));
+    assert_eq!(std::fs::read_to_string(filled.join("series.csv")).unwrap(), "precious");
+}
+
+#[test]
+fn a_box_too_large_for_memory_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    sazanami(folder.path(), &["new", "raindrop", "."]);
+    for command in ["check", "run"] {
+        let arguments = [command, "raindrop.toml", "--set", "domain.cells=[200000, 200000, 200000]"];
+        let output = sazanami(folder.path(), &arguments);
+        assert_eq!(code(&output), Some(2));
+        assert!(errors(&output).contains("too large for the memory of this machine"), "{}", errors(&output));
+    }
+    assert!(!folder.path().join("runs").exists());
+}
+
+#[test]
+fn the_command_line_is_checked() {
+    let folder = tempfile::tempdir().unwrap();
+    sazanami(folder.path(), &["new", "raindrop", "."]);
+    for arguments in [
+        &["run", "raindrop.toml", "--until", "0.02"][..],
+        &["run", "raindrop.toml", "--until", "2 mm"],
+        &["run", "raindrop.toml", "--until", "1 s", "--steps", "3"],
+        &["run", "raindrop.toml", "--threads", "0"],
+        &["run", "no_such.toml"],
+        &["run", "."],
+        &["resume", "no_such_folder"],
+        &["analyse", "no_such_folder"],
+        &["verify", "no_such_case"],
+        &["bench", "no_such_bench"],
+        &["new", "raindrop"],
+        &["dance"],
+        &[],
+    ] {
+        let output = sazanami(folder.path(), arguments);
+        assert_eq!(code(&output), Some(2), "{arguments:?}: {}", errors(&output));
+        assert!(!errors(&output).contains("panicked"), "{arguments:?}");
+    }
+}
+
+#[test]
+fn check_speaks_json() {
+    let folder = tempfile::tempdir().unwrap();
+    sazanami(folder.path(), &["new", "raindrop", "."]);
+    let good = sazanami(folder.path(), &["check", "raindrop.toml", "--json"]);
+    let value: serde_json::Value = serde_json::from_slice(&good.stdout).unwrap();
+    assert_eq!(value["ok"], true);
+    assert_eq!(value["report"]["cells"], serde_json::json!([40, 40, 40]));
+    assert_eq!(value["report"]["limits"].as_array().unwrap().iter().filter(|limit| limit["rules"] == true).count(), 1);
+    assert!(value["report"]["memory_bytes"].as_f64().unwrap() > 1e6);
+    let bad = sazanami(folder.path(), &["check", "raindrop.toml", "--json", "--set", "fluid.clf=0.3"]);
+    assert_eq!(code(&bad), Some(2));
+    let value: serde_json::Value = serde_json::from_slice(&bad.stdout).unwrap();
+    assert_eq!(value["ok"], false);
+    assert_eq!(value["findings"][0]["file"], "--set");
+    assert_eq!(value["findings"][0]["expected"], "did you mean `cfl`?");
+}
