@@ -21,53 +21,6 @@ fn channel(n: usize) -> (Domain, Boundary) {
     (domain, boundary)
 }
 
-/// Steady velocity of a channel driven by gravity along x1, from the wall at the bottom up.
-fn driven(n: usize, fluids: Fluids, gravity: Real, liquid: impl Fn(usize) -> Real + Sync) -> Vec<Real> {
-    let (domain, boundary) = channel(n);
-    let mut flow = Flow::new(&domain, fluids, Schemes::default());
-    domain.set(&mut flow.volume_fraction, |_, _, k| liquid(k as usize));
-    flow.fill_halos(&domain, &boundary);
-    flow.viscous_tolerance = 1e-13;
-    let dt = 2.0;
-    for _ in 0..60 {
-        flow.diffuse(&domain, &boundary, dt).unwrap();
-        flow.predict_faces(&domain, &boundary, Vector::new(gravity, 0.0, 0.0), dt);
-    }
-    flow.diffuse(&domain, &boundary, dt).unwrap();
-    (0..n as isize).map(|k| flow.velocity[0][[0, 0, k]]).collect()
-}
-
-#[test]
-fn plane_poiseuille_flow_is_the_exact_discrete_one() {
-    let fluids = Fluids { liquid_density: 2.0, gas_density: 2.0, liquid_viscosity: 0.3, gas_viscosity: 0.3 };
-    let (n, g) = (13, 0.7);
-    let nu = 0.15;
-    for (k, u) in driven(n, fluids, g, |_| 0.0).into_iter().enumerate() {
-        let (h, y) = (1.0 / n as Real, (k as Real + 0.5) / n as Real);
-        let exact = g / (2.0 * nu) * (y * (1.0 - y) + h * h / 4.0);
-        assert!((u / exact - 1.0).abs() < 1e-10, "{k}: {u} {exact}");
-    }
-}
-
-#[test]
-fn two_layers_share_the_shear_stress() {
-    let fluids = Fluids { liquid_density: 1.0, gas_density: 1.0, liquid_viscosity: 1.0, gas_viscosity: 0.02 };
-    let [mu1, mu2]: [Real; 2] = [1.0, 0.02];
-    // Stress s - y; s from the continuity of the velocity at y = 1/2.
-    let s = (1.0 / (8.0 * mu1) + 0.375 / mu2) / (0.5 / mu1 + 0.5 / mu2);
-    let exact = |y: Real| {
-        if y < 0.5 { (s * y - 0.5 * y * y) / mu1 } else { (s * (y - 1.0) - 0.5 * (y * y - 1.0)) / mu2 }
-    };
-    let error = |n: usize| {
-        let u = driven(n, fluids, 1.0, |k| if k < n / 2 { 1.0 } else { 0.0 });
-        let errors = u.iter().enumerate().map(|(k, u)| (u - exact((k as Real + 0.5) / n as Real)).abs());
-        errors.fold(0.0, Real::max) / exact(0.75)
-    };
-    let errors = [8, 16, 32].map(error);
-    println!("{errors:?}");
-    assert!(errors.windows(2).all(|pair| (pair[0] / pair[1]).log2() > 1.9));
-}
-
 /// Factor by which a shear wave of one period decays over `time`, in `steps` steps.
 fn decay(scheme: ViscosityScheme, time: Real, steps: usize) -> Real {
     let n = 32;

@@ -2,7 +2,8 @@
 
 use sazanami_mics::advection::Convection;
 use sazanami_mics::verification::{
-    Reynolds, TimeOrder, cavity, drop_in_flight, layers_at_rest, slip_box_vortex, taylor_green, taylor_green_in_time,
+    Reynolds, TimeOrder, cavity, dam_break, drop_in_flight, layers_at_rest, poiseuille, slip_box_vortex, taylor_green,
+    taylor_green_in_time, two_layers,
 };
 
 fn orders(errors: &[f64]) -> Vec<f64> {
@@ -15,6 +16,27 @@ fn layers_of_air_and_water_stay_at_rest() {
     println!("{still:?}");
     assert!(still.speed < 1e-12);
     assert!(still.pressure < 1e-8);
+}
+
+#[test]
+fn plane_poiseuille_flow_is_the_exact_discrete_one() {
+    let error = poiseuille(13).unwrap();
+    println!("{error:e}");
+    assert!(error < 1e-10);
+}
+
+#[test]
+fn two_layers_share_the_shear_stress() {
+    let errors = [8, 16, 32].map(|n| two_layers(n).unwrap());
+    println!("{errors:?}");
+    assert!(orders(&errors).iter().all(|&order| order > 1.9));
+}
+
+#[test]
+fn a_column_of_water_collapses_as_measured() {
+    let collapse = dam_break(16).unwrap();
+    println!("{} {} {} {}", collapse.front, collapse.height, collapse.shift, collapse.steps);
+    assert!(collapse.front < 0.06 && collapse.height < 0.05);
 }
 
 #[test]
