@@ -24,7 +24,9 @@ pub use body::Body;
 pub use engine::{ContactReport, Engine, Loads, Setup, Substeps};
 pub use error::DemError;
 pub use grain::{ATTACHED, Grain, Grains, Motion};
-pub use material::{ContactLaw, Damping, HistoryRotation, Interactions, Multiplicity, SlipDirection, damping_ratio, restitution};
+pub use material::{
+    ContactLaw, Damping, HistoryRotation, Interactions, Multiplicity, SlipDirection, damping_ratio, restitution,
+};
 pub use packing::{Lattice, Packing, PackingReport, PackingSettings, Stage, Tapping, lying_order};
 pub use random::Random;
 pub use wall::Wall;

@@ -1,0 +1,247 @@
+//! The bits of a run depend neither on threads, ranks or the age of lists, nor on an interruption.
+
+use sazanami_dem::*;
+use sazanami_numerics::domain::Domain;
+use sazanami_numerics::grid::Grid;
+use sazanami_numerics::snapshot::Snapshot;
+use sazanami_numerics::{Real, Vector};
+use sazanami_parallel::{Communicator, Solo, run_ranks, with_threads};
+
+const WIDTH: Real = 6e-3;
+const GRAVITY: Vector = Vector::new(0.0, 0.0, -500.0);
+
+fn domain(communicator: Box<dyn Communicator>, periodic: bool) -> Domain {
+    let grid = Grid::new([24, 16, 8], Vector::ZERO, Vector::new(WIDTH, WIDTH, 8e-3));
+    Domain::new(grid, [periodic, periodic, false], communicator).unwrap()
+}
+
+fn bodies() -> Vec<Body> {
+    vec![Body::prolate(0.26e-3, 0.635e-3, 9), Body::ball(0.3e-3)]
+}
+
+fn setup(periodic: bool, damping: Damping) -> Setup {
+    let side = [!periodic; 2];
+    let upper = Vector::new(WIDTH, WIDTH, 0.0);
+    let mut interactions = Interactions::uniform(2, ContactLaw { damping, ..ContactLaw::SAND });
+    interactions.set(0, 1, ContactLaw { friction: 0.3, damping, ..ContactLaw::SAND });
+    Setup {
+        bodies: bodies(),
+        interactions,
+        walls: Wall::of_box(Vector::ZERO, upper, 0, [side, side, [true, false]]),
+        region: [Vector::new(-1.0, -1.0, 0.0), Vector::ONE],
+        ghost_margin: 0.5e-3,
+    }
+}
+
+/// Grains of two shapes, materials and sizes that are about to collapse and slide to one side.
+fn grains() -> Vec<Grain> {
+    let mut random = Random::new(11);
+    let mut grains: Vec<Grain> = (0..96)
+        .map(|n| Grain {
+            shape: (n % 5 == 0).into(),
+            material: (n % 3 == 0).into(),
+            scale: random.between(0.7, 1.0),
+            ..Grain::new(7 * n % 101, 2650.0, Vector::ZERO)
+        })
+        .collect();
+    let mut settings = PackingSettings::new(Vector::ZERO, Vector::new(WIDTH, WIDTH, 1.0));
+    settings.lattice = Lattice::Low;
+    settings.arrange(&bodies(), &mut grains).unwrap();
+    for grain in &mut grains {
+        grain.velocity = Vector::new(0.6, 0.3, -1.5) + random.between(-0.5, 0.5) * Vector::X;
+        grain.angular_velocity = Vector::new(random.between(-200.0, 200.0), 50.0, 0.0);
+    }
+    grains
+}
+
+/// State of all grains after `steps` steps of `engine`, from its snapshot on rank 0.
+fn run(domain: &Domain, engine: &mut Engine, steps: usize) -> Snapshot {
+    for _ in 0..steps {
+        engine.advance(domain, &Loads::none(), GRAVITY, 2e-5, Substeps::Fixed(40)).unwrap();
+    }
+    let mut snapshot = Snapshot::default();
+    engine.snapshot(domain, "dem/", &mut snapshot);
+    snapshot
+}
+
+fn alone(periodic: bool, steps: usize) -> Snapshot {
+    let domain = domain(Box::new(Solo::default()), periodic);
+    let mut engine = Engine::new(&domain, setup(periodic, Damping::Restitution(0.5)), &grains()).unwrap();
+    run(&domain, &mut engine, steps)
+}
+
+#[test]
+fn ranks_and_threads_give_the_same_bits() {
+    for periodic in [false, true] {
+        let expected = alone(periodic, 150);
+        assert!(
+            expected.u64("dem/contact.low").unwrap().len() > 20,
+            "{}",
+            expected.u64("dem/contact.low").unwrap().len()
+        );
+        for (ranks, threads) in [(1, 3), (2, 1), (3, 2), (4, 1), (6, 1)] {
+            let found = run_ranks(ranks, threads, |c| {
+                let domain = domain(c, periodic);
+                let mut engine = Engine::new(&domain, setup(periodic, Damping::Restitution(0.5)), &grains()).unwrap();
+                run(&domain, &mut engine, 150)
+            })
+            .unwrap();
+            assert!(found[0] == expected, "{ranks} ranks, {threads} threads, periodic {periodic}");
+        }
+    }
+}
+
+#[test]
+fn another_order_of_identifiers_changes_the_bits() {
+    // Negative control of the test above: its comparison does see round-off.
+    let domain = domain(Box::new(Solo::default()), false);
+    let mut other = grains();
+    other.iter_mut().for_each(|g| g.id = 200 - g.id);
+    let mut engine = Engine::new(&domain, setup(false, Damping::Restitution(0.5)), &other).unwrap();
+    let found = run(&domain, &mut engine, 150);
+    let expected = alone(false, 150);
+    let n = other.len();
+    let (a, b) = (found.vectors("dem/grain.position").unwrap(), expected.vectors("dem/grain.position").unwrap());
+    assert!((0..n).any(|g| a[n - 1 - g] != b[g]));
+}
+
+#[test]
+fn an_interrupted_run_goes_on_with_the_same_bits() {
+    for periodic in [false, true] {
+        let expected = alone(periodic, 160);
+        let half = alone(periodic, 80);
+        for (ranks, threads) in [(1, 1), (1, 2), (4, 1)] {
+            let found = run_ranks(ranks, threads, |c| {
+                let domain = domain(c, periodic);
+                let nothing = Snapshot::default();
+                let from = if domain.communicator().rank() == 0 { &half } else { &nothing };
+                let setup = setup(periodic, Damping::Restitution(0.5));
+                let mut engine = Engine::restore(&domain, setup, "dem/", from).unwrap();
+                run(&domain, &mut engine, 80)
+            })
+            .unwrap();
+            assert!(found[0] == expected, "{ranks} ranks, periodic {periodic}");
+        }
+    }
+}
+
+#[test]
+fn a_snapshot_without_contacts_does_not_go_on_alike() {
+    // Negative control: the memory of contacts matters.
+    let mut half = alone(false, 80);
+    let displacement = half.reals("dem/contact.displacement").unwrap().to_vec();
+    half.put_reals("dem/contact.displacement", vec![0.0; displacement.len()]);
+    let domain = domain(Box::new(Solo::default()), false);
+    let setup = setup(false, Damping::Restitution(0.5));
+    let mut engine = Engine::restore(&domain, setup, "dem/", &half).unwrap();
+    assert!(run(&domain, &mut engine, 80) != alone(false, 160));
+}
+
+#[test]
+fn old_lists_give_the_forces_of_new_ones() {
+    let domain = domain(Box::new(Solo::default()), true);
+    let setup = || setup(true, Damping::Literal { normal: 2.95e-3, tangential: 2.95e-3 });
+    let mut old = Engine::new(&domain, setup(), &grains()).unwrap();
+    let mut renewed = Engine::new(&domain, setup(), &grains()).unwrap();
+    for _ in 0..120 {
+        let a = run(&domain, &mut old, 1);
+        let b = run(&domain, &mut renewed, 1);
+        assert!(a == b);
+        renewed = Engine::restore(&domain, setup(), "dem/", &b).unwrap();
+    }
+}
+
+#[test]
+fn packing_goes_on_after_an_interruption() {
+    let domain = domain(Box::new(Solo::default()), false);
+    let settings = PackingSettings {
+        lattice: Lattice::Low,
+        settling_time: 1e-3,
+        step: 1e-4,
+        fall_friction: 0.5,
+        rest_speed: 0.05,
+        rest_energy: 1.0,
+        tapping: Some(Tapping { amplitude: 2e-5, frequency: 400.0, periods: 1 }),
+        ..PackingSettings::new(Vector::ZERO, Vector::new(WIDTH, WIDTH, 1.0))
+    };
+    let laws = || Interactions::uniform(1, ContactLaw::SAND);
+    let templates: Vec<Grain> = (0..80).map(|id| Grain::new(id, 2650.0, Vector::ZERO)).collect();
+    let mut packing = Packing::new(&domain, settings.clone(), bodies(), laws(), templates).unwrap();
+    let mut saved = vec![];
+    let mut reports = vec![];
+    while !matches!(packing.stage(), Stage::Done | Stage::GivenUp) {
+        if reports.len() % 150 == 100 {
+            let mut snapshot = Snapshot::default();
+            packing.snapshot(&domain, "bed/", &mut snapshot);
+            saved.push((reports.len(), snapshot));
+        }
+        reports.push(packing.step(&domain).unwrap());
+    }
+    assert_eq!(packing.stage(), Stage::Done);
+    assert!(reports.iter().any(|r| r.stage == Stage::Tapping));
+    assert!(saved.len() > 1);
+    for (at, snapshot) in saved {
+        let mut again = Packing::restore(&domain, settings.clone(), bodies(), laws(), "bed/", &snapshot).unwrap();
+        for expected in &reports[at..] {
+            let found = again.step(&domain).unwrap();
+            assert_eq!(
+                (found.time, found.mean_speed, found.highest),
+                (expected.time, expected.mean_speed, expected.highest)
+            );
+            assert_eq!(found.stage, expected.stage);
+        }
+        assert_eq!(again.bed(), packing.bed());
+    }
+}
+
+#[test]
+fn ghosts_give_back_what_they_collected() {
+    let sum = |ranks: usize| {
+        let parts = run_ranks(ranks, 1, |c| {
+            let domain = domain(c, true);
+            let mut engine = Engine::new(&domain, setup(true, Damping::Restitution(0.5)), &grains()).unwrap();
+            run(&domain, &mut engine, 20);
+            let g = engine.grains();
+            // Every entry says how much of its x1-x2 square lies in this rank's part: together, all of it.
+            let (lower, upper) = domain.rank_box(domain.communicator().rank());
+            let mut partial: Vec<[Real; 2]> = (0..g.len())
+                .map(|n| {
+                    let overlap = |d: usize| {
+                        let (a, b) = (g.position[n][d] - 0.4e-3, g.position[n][d] + 0.4e-3);
+                        (b.min(upper[d]) - a.max(lower[d])).max(0.0) / 0.8e-3
+                    };
+                    [overlap(0) * overlap(1), 1.0]
+                })
+                .collect();
+            engine.gather_to_owners(&domain, &mut partial);
+            (0..g.owned()).map(|n| (g.id[n], partial[n][0], partial[n][1])).collect::<Vec<_>>()
+        })
+        .unwrap();
+        parts.into_iter().flatten().collect::<Vec<_>>()
+    };
+    for ranks in [1, 2, 4, 6] {
+        let all = sum(ranks);
+        assert_eq!(all.len(), 96);
+        assert!(all.iter().all(|(_, area, copies)| (area - 1.0).abs() < 1e-12 && *copies >= 1.0), "{ranks}");
+        assert!(all.iter().any(|(_, _, copies)| *copies > 1.0));
+    }
+}
+
+#[test]
+fn threads_do_not_matter_to_a_packing() {
+    let pack = |threads| {
+        with_threads(threads, || {
+            let domain = domain(Box::new(Solo::default()), false);
+            let settings = PackingSettings::new(Vector::ZERO, Vector::new(WIDTH, WIDTH, 1.0));
+            let laws = Interactions::uniform(1, ContactLaw::SAND);
+            let templates = (0..64).map(|id| Grain::new(id, 2650.0, Vector::ZERO)).collect();
+            let mut packing = Packing::new(&domain, settings, bodies(), laws, templates).unwrap();
+            (0..600).for_each(|_| {
+                packing.step(&domain).unwrap();
+            });
+            packing.bed()
+        })
+    };
+    let one = pack(1);
+    assert!([2, 4].iter().all(|&threads| pack(threads) == one));
+}
