@@ -12,7 +12,7 @@
 //! Density and pressure on collocated grids: Ushijima and Nezu's C-ISMAC family; consistent face
 //! accelerations: Popinet, J. Comput. Phys. 228 (2009) 5838.
 
-use sazanami_numerics::domain::{Domain, Ghost, GhostRules, Location, Range3, Row};
+use sazanami_numerics::domain::{Domain, GhostRules, Range3, Row};
 use sazanami_numerics::grid::Field;
 use sazanami_numerics::linear::{ConjugateGradient, Equation, SolveError, Stop};
 use sazanami_numerics::{Real, Vector};
@@ -118,6 +118,14 @@ impl Projection {
     /// The pressure [Pa], to be set at a restart: the next projection starts from it.
     pub fn pressure_mut(&mut self) -> &mut Field<Real> {
         &mut self.pressure
+    }
+
+    /// Fills the ghosts of the pressure as the projection that gave it did, for a restart: `density`
+    /// is that of the projection.
+    pub fn fill_ghosts(&mut self, domain: &Domain, density: &Field<Real>, gravity: Vector) {
+        let sides = BoxSides::new(domain, &self.sides);
+        sides.fill_solving(domain, &mut self.pressure, density);
+        let _ = sides.fill_behind_walls(domain, &mut self.pressure, density, gravity);
     }
 
     /// What the pressure meets at the sides of the box.
@@ -327,7 +335,9 @@ impl BoxSides {
         }
     }
 
-    fn fill_fixed(&self, domain: &Domain, pressure: &mut Field<Real>, density: &Field<Real>) {
+    /// Fills all ghosts for the equation: no gradient at walls.
+    fn fill_solving(&self, domain: &Domain, pressure: &mut Field<Real>, density: &Field<Real>) {
+        domain.fill_halos_to(1, &mut [(&mut *pressure, &GhostRules::EVEN)]);
         for d in 0..3 {
             for side in 0..2 {
                 if let Some(value) = self.fixed[d][side] {
@@ -443,9 +453,7 @@ impl Equation for PressureEquation<'_> {
     }
 
     fn fill_ghosts(&self, domain: &Domain, p: &mut Field<Real>) {
-        const RULES: GhostRules = GhostRules { location: Location::Cell, sides: [[Ghost::Even; 2]; 3] };
-        domain.fill_halos_to(1, &mut [(&mut *p, &RULES)]);
-        self.sides.fill_fixed(domain, p, self.density);
+        self.sides.fill_solving(domain, p, self.density);
     }
 
     fn is_singular(&self) -> bool {

@@ -7,7 +7,7 @@ use sazanami_parallel::{Rows, for_each_chunk};
 use super::borders::Borders;
 use super::chequerboard::Colours;
 use super::level::{ALONE, BLACK, Frame, LAGS, Level, RED};
-use super::measure::{largest_of, sums_of};
+use super::measure::{add_sums, largest_of, sums_of};
 use super::stencil::{RUN, Source};
 use super::wavefront::{Part, Planes};
 use super::{Equation, Multigrid};
@@ -77,17 +77,12 @@ impl Multigrid {
             Part { arrays: [b0, b1, p0, p1].map(|a| Planes::with_ghosts(a, width, 1)), sums: Planes::one_each(sums) };
         let scale32 = scale as f32;
         for_planes(frame, &mut part, &|k, part: &mut Part<'_, 4>| {
-            let [mut squares, mut sum, mut largest, mut total] = [0.0; 4];
+            let mut sums = [0.0; 4];
             for_runs(frame, k, |row| {
                 let mut values = [0.0; RUN];
                 let values = &mut values[..row.len];
                 equation.residual(row, p.data(), values);
-                total += p.data()[row.shifted(0)].iter().sum::<Real>();
-                for v in values.iter() {
-                    squares += v * v;
-                    sum += v;
-                    largest = if v.abs() > largest || v.is_nan() { v.abs() } else { largest };
-                }
+                add_sums(&mut sums, values, &p.data()[row.shifted(0)]);
                 let [b0, b1, p0, p1] = &mut part.arrays;
                 for offset in 0..2 {
                     let colour = board.colour(offset, row.j, row.k);
@@ -108,7 +103,7 @@ impl Multigrid {
                     }
                 }
             });
-            part.sums.run_mut(k, 1)[0] = [squares, sum, largest, total];
+            part.sums.run_mut(k, 1)[0] = sums;
         });
         let [squares, sum, largest, total] = reduce(domain, sums);
         let mean = sum / domain.grid().len() as Real;

@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use sazanami_parallel::Reduction;
+
 use super::chequerboard::Colours;
 use super::level::{BLACK, Frame, RED};
 use super::stencil::{RUN, Source};
@@ -48,6 +50,38 @@ pub(super) fn largest_of(values: &[f32]) -> f64 {
         faults += v * 0.0;
     }
     f64::from(lanes.into_iter().fold(faults, |a, b| if a.is_nan() { a } else { a.max(b) }))
+}
+
+/// Adds the squares of `values`, `values` and `solution` to `sums`, whose third is the largest
+/// magnitude of `values` (NaN if one is NaN).
+#[inline]
+pub(super) fn add_sums(sums: &mut [f64; 4], values: &[f64], solution: &[f64]) {
+    const LANES: usize = 4;
+    let mut lanes = [[0.0f64; LANES]; 4];
+    let mut add = |lane: usize, v: f64, p: f64| {
+        lanes[0][lane] += v * v;
+        lanes[1][lane] += v;
+        lanes[2][lane] = lanes[2][lane].max(v.abs());
+        lanes[3][lane] += p;
+    };
+    let (values, rest) = values.as_chunks::<LANES>();
+    let (solution, rest_of_solution) = solution.as_chunks::<LANES>();
+    for (v, p) in values.iter().zip(solution) {
+        for lane in 0..LANES {
+            add(lane, v[lane], p[lane]);
+        }
+    }
+    for (lane, (v, p)) in rest.iter().zip(rest_of_solution).enumerate() {
+        add(lane, *v, *p);
+    }
+    let [squares, sum, _, total] = lanes.map(|lanes| lanes.iter().sum::<f64>());
+    sums[0] += squares;
+    sums[1] += sum;
+    sums[3] += total;
+    // `max` drops NaN, the sum of squares keeps it.
+    let largest =
+        lanes[2].iter().fold(if squares.is_nan() { f64::NAN } else { 0.0 }, |a: f64, &b| Reduction::Max.combine(a, b));
+    sums[2] = Reduction::Max.combine(sums[2], largest);
 }
 
 impl Frame {

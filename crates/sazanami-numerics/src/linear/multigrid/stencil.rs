@@ -13,14 +13,14 @@ pub(super) trait Source {
 }
 
 impl Source for Planes<'_, f32> {
-    #[inline]
+    #[inline(always)]
     fn run(&self, at: usize, length: usize) -> &[f32] {
         Planes::run(self, at, length)
     }
 }
 
 impl Source for Vec<f32> {
-    #[inline]
+    #[inline(always)]
     fn run(&self, at: usize, length: usize) -> &[f32] {
         &self[at..][..length]
     }
@@ -56,7 +56,7 @@ impl Stencil {
     }
 
     /// Coefficients of the cells `m0..m0 + length` of `colour` in the row `(j, k)`.
-    #[inline]
+    #[inline(always)]
     fn coefficients(&self, colour: usize, j: isize, k: isize, m0: usize, length: usize) -> Six<'_> {
         let offset = self.board.offset(colour, j, k);
         let own = |d: usize| self.faces[colour].run(self.face(d, j, k) + m0, length);
@@ -65,7 +65,7 @@ impl Stencil {
     }
 
     /// Values next to the cells `m0..m0 + length` of `colour` in the row `(j, k)`.
-    #[inline]
+    #[inline(always)]
     fn neighbours<'a>(
         &self,
         other: &'a impl Source,
@@ -132,7 +132,7 @@ impl Stencil {
     }
 
     /// `into = A x` for the cells `m0..` of `colour` in a row.
-    #[inline]
+    #[inline(always)]
     pub(super) fn apply(
         &self,
         colour: usize,

@@ -45,13 +45,13 @@ impl<'a, T> Planes<'a, T> {
     }
 
     /// `length` values from place `at` of the whole array on.
-    #[inline]
+    #[inline(always)]
     pub(super) fn run(&self, at: usize, length: usize) -> &[T] {
         &self.data[at - self.origin..][..length]
     }
 
     /// `length` values from place `at` of the whole array on.
-    #[inline]
+    #[inline(always)]
     pub(super) fn run_mut(&mut self, at: usize, length: usize) -> &mut [T] {
         &mut self.data[at - self.origin..][..length]
     }
