@@ -77,10 +77,16 @@ struct Change {
     velocity: Option<Vector>,
 }
 
-#[derive(Default)]
 struct PlaneOfChanges {
     changes: Vec<Change>,
     report: WispReport,
+}
+
+impl PlaneOfChanges {
+    /// Room for what a plane usually needs: the list seldom grows during a run.
+    fn new() -> Self {
+        Self { changes: Vec::with_capacity(256), report: WispReport::default() }
+    }
 }
 
 /// Finds wisps and sweeps them into the interface.
@@ -124,7 +130,7 @@ fn excess(c: Real) -> Option<Real> {
 impl Sweeper {
     /// Finds what has to change on this rank, and counts over all ranks.
     pub fn find(&mut self, domain: &Domain, view: View<'_>) -> WispReport {
-        self.planes.resize_with(domain.cells()[2], PlaneOfChanges::default);
+        self.planes.resize_with(domain.cells()[2], PlaneOfChanges::new);
         let volume = domain.grid().cell_volume();
         let neighbours = Neighbours::new(domain);
         for_each_chunk(&mut self.planes[..], 1, |k, planes| {
