@@ -94,7 +94,9 @@ pub fn stop_flag() -> Result<Arc<AtomicBool>, CommandError> {
     for signal in [SIGINT, SIGTERM] {
         signal_hook::flag::register_conditional_shutdown(signal, i32::from(exit::STOPPED), Arc::clone(&stop))
             .and_then(|_| signal_hook::flag::register(signal, Arc::clone(&stop)))
-            .map_err(|error| CommandError::input(format!("signals cannot be caught: {error}"), "this is a fault of the system"))?;
+            .map_err(|error| {
+                CommandError::input(format!("signals cannot be caught: {error}"), "this is a fault of the system")
+            })?;
     }
     Ok(stop)
 }

@@ -85,7 +85,16 @@ fn errors_in_overrides_point_to_the_override() {
     let folder = tests().join("../../../cases/raindrop");
     let text = transcript(
         &folder,
-        &["check", "quick.toml", "--set", "fluid.cfl=fast", "--set", "liquid.0.fall.speed=9 mm", "--set", "fluid.vofs=plic"],
+        &[
+            "check",
+            "quick.toml",
+            "--set",
+            "fluid.cfl=fast",
+            "--set",
+            "liquid.0.fall.speed=9 mm",
+            "--set",
+            "fluid.vofs=plic",
+        ],
     );
     compare("wrong_overrides.txt", &text).unwrap_or_else(|difference| panic!("{difference}"));
     assert!(text.contains("--set:1:"));

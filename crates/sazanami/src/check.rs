@@ -6,8 +6,8 @@ use sazanami_numerics::{Real, Vector};
 use serde::Serialize;
 
 use crate::case::meaning::{
-    BoundarySide, Case, ContactLaw, ContactSphereChoice, Damping, GrainPlacement, Placement, Population, Step, Substeps,
-    ViscosityScheme, WALL,
+    BoundarySide, Case, ContactLaw, ContactSphereChoice, Damping, GrainPlacement, Placement, Population, Step,
+    Substeps, ViscosityScheme, WALL,
 };
 use crate::case::{Diagnostics, LoadedCase};
 use crate::machine::Machine;
@@ -351,7 +351,11 @@ fn step_limits(case: &Case, populations: &[PopulationReport]) -> (Vec<LimitRepor
         }
     };
     let advective = case.fluid.cfl / rate;
-    add("advective", advective, format!("{} / sum of speed over cell edge, speeds {:.3} m/s", case.fluid.cfl, velocity.length()));
+    add(
+        "advective",
+        advective,
+        format!("{} / sum of speed over cell edge, speeds {:.3} m/s", case.fluid.cfl, velocity.length()),
+    );
     if case.fluid.viscosity == ViscosityScheme::Explicit {
         let nu = (case.fluids.gas.viscosity / case.fluids.gas.density)
             .max(case.fluids.liquid.viscosity / case.fluids.liquid.density);
@@ -369,7 +373,12 @@ fn step_limits(case: &Case, populations: &[PopulationReport]) -> (Vec<LimitRepor
             (dt, ((dt / advective).ceil() as usize).max(1))
         }
         Step::Adaptive { longest, .. } => {
-            limits.push(LimitReport { name: "maximum", dt_s: longest, rule: "dt_max of the case".into(), rules: false });
+            limits.push(LimitReport {
+                name: "maximum",
+                dt_s: longest,
+                rule: "dt_max of the case".into(),
+                rules: false,
+            });
             (limits.iter().map(|limit| limit.dt_s).fold(Real::INFINITY, Real::min), 1)
         }
     };
@@ -425,7 +434,8 @@ fn predict(
     let substep = size.grains as Real * model.substep_grain + size.spheres as Real * model.substep_sphere;
     let mut parts = Vec::new();
     if case.packs() {
-        let layers = case.domain.extent().z / case.grains.iter().filter_map(|p| p.shape.size()).fold(Real::INFINITY, Real::min);
+        let layers =
+            case.domain.extent().z / case.grains.iter().filter_map(|p| p.shape.size()).fold(Real::INFINITY, Real::min);
         let count = model.packing_substeps * layers.clamp(1.0, 60.0) / 2.0;
         parts.push(("packing", substep * count / speed));
     }

@@ -12,6 +12,8 @@ use crate::assembly::shapes::shape_of;
 use crate::case::meaning::{
     Case, Exchange, GrainPlacement, GrainShape, LatticePlacement, LiquidRegion, Placement, Region, SIDE_NAMES,
 };
+use crate::case::schema::{PlacementText, ShapeText};
+use crate::case::written::At;
 use crate::case::{CaseError, Diagnostics, LoadedCase};
 use crate::check::{CostModel, ShapeFacts, check_memory};
 use crate::machine::Machine;
@@ -83,9 +85,17 @@ fn shapes(loaded: &LoadedCase, report: &mut Diagnostics) -> Vec<Shape> {
             Ok(shape) => shapes.push(shape),
             Err(problem) => {
                 let text = &written.value;
-                let span = text.shape.as_ref().map_or(written.span.clone(), |shape| shape.span.clone());
+                let span = match text.shape.as_ref() {
+                    Some(At { value: ShapeText::Mesh(mesh), span }) => {
+                        mesh.file.as_ref().map_or(span.clone(), |file| file.0.span.clone())
+                    }
+                    Some(shape) => shape.span.clone(),
+                    None => written.span.clone(),
+                };
                 let help = match population.shape {
-                    GrainShape::Mesh { .. } => "a grain needs a closed mesh of tetrahedra in a Gmsh file, version 2.2 or 4.1",
+                    GrainShape::Mesh { .. } => {
+                        "a grain needs a closed mesh of tetrahedra in a Gmsh file, version 2.2 or 4.1"
+                    }
                     _ => "check the sizes of the shape and its contact spheres",
                 };
                 report
@@ -101,18 +111,11 @@ fn shapes(loaded: &LoadedCase, report: &mut Diagnostics) -> Vec<Shape> {
 /// What `check` tells about a shape.
 fn facts_of(shape: &Shape) -> ShapeFacts {
     let report = shape.report();
-    let mut first = format!(
-        "{} nodes, {} tetrahedra, volume {:.5} mm^3",
-        report.nodes,
-        report.tetrahedra,
-        report.volume * 1e9
-    );
+    let mut first =
+        format!("{} nodes, {} tetrahedra, volume {:.5} mm^3", report.nodes, report.tetrahedra, report.volume * 1e9);
     if let (Some(volume), Some(inertia)) = (report.volume_error, report.inertia_error) {
-        first += &format!(
-            ": {:+.1} % of the smooth shape's, inertia off by {:.1} %",
-            1e2 * volume,
-            1e2 * inertia.abs()
-        );
+        first +=
+            &format!(": {:+.1} % of the smooth shape's, inertia off by {:.1} %", 1e2 * volume, 1e2 * inertia.abs());
     }
     let mut lines = vec![first];
     lines.push(format!(
@@ -140,9 +143,7 @@ fn facts_of(shape: &Shape) -> ShapeFacts {
 /// Corners of the box round the mesh in the body frame [m].
 fn extent(shape: &Shape) -> (Vector, Vector) {
     let nodes = &shape.mesh().nodes;
-    nodes
-        .iter()
-        .fold((Vector::INFINITY, Vector::NEG_INFINITY), |(low, high), &node| (low.min(node), high.max(node)))
+    nodes.iter().fold((Vector::INFINITY, Vector::NEG_INFINITY), |(low, high), &node| (low.min(node), high.max(node)))
 }
 
 struct Search<'a> {
@@ -184,7 +185,8 @@ impl Search<'_> {
             let (GrainPlacement::Packed(_), Some(count)) = (&population.placement, population.count) else { continue };
             let solid = count as Real * self.shapes[n].volume() * population.size.largest().powi(3);
             let height = solid / (0.55 * base);
-            let span = self.loaded.text.grains[n].value.count.as_ref().map_or(self.span(n), |count| count.0.span.clone());
+            let span =
+                self.loaded.text.grains[n].value.count.as_ref().map_or(self.span(n), |count| count.0.span.clone());
             if solid > DENSEST * base * extent.z {
                 self.report
                     .error(span, format!("`{}` does not fit into the box", population.name))
@@ -212,7 +214,12 @@ impl Search<'_> {
                     slack: 0.0,
                 })),
                 GrainPlacement::Lattice(lattice) => {
-                    placed.extend(lattice_places(n, lattice, population.size.largest(), self.shapes[n].bounding_radius()));
+                    placed.extend(lattice_places(
+                        n,
+                        lattice,
+                        population.size.largest(),
+                        self.shapes[n].bounding_radius(),
+                    ));
                 }
                 GrainPlacement::Packed(_) | GrainPlacement::Bed(_) => {}
             }
@@ -222,13 +229,12 @@ impl Search<'_> {
 
     /// Names a grain and points to it as well as the file allows.
     fn name(&self, grain: &Placed) -> (String, Range<usize>) {
-        use crate::case::schema::PlacementText;
         let population = &self.case.grains[grain.population];
         let place = self.loaded.text.grains[grain.population].value.placement.as_ref();
         let span = match place.map(|at| &at.value) {
-            Some(PlacementText::List(list)) => list.get(grain.index).map(|at| {
-                at.value.position.as_ref().map_or(at.span.clone(), |position| position.item.span.clone())
-            }),
+            Some(PlacementText::List(list)) => list
+                .get(grain.index)
+                .map(|at| at.value.position.as_ref().map_or(at.span.clone(), |position| position.item.span.clone())),
             _ => None,
         };
         (format!("grain {} of `{}`", grain.index, population.name), span.unwrap_or_else(|| self.span(grain.population)))
@@ -296,7 +302,10 @@ impl Search<'_> {
             let label = format!("by {:.0} % of the smaller contact sphere's radius", 1e2 * overlap);
             let title = format!("{second} overlaps {first}");
             if overlap > OVERLAP_REFUSED {
-                self.report.error(span, title).label(label).help("move one of the two: contacts are thin against grains");
+                self.report
+                    .error(span, title)
+                    .label(label)
+                    .help("move one of the two: contacts are thin against grains");
             } else {
                 self.report.warning(Some(span), title).label(label);
             }
@@ -363,7 +372,8 @@ fn sphere_touches(region: &Region, centre: Vector, radius: Real) -> bool {
         Region::Union(parts) => parts.iter().any(|part| sphere_touches(part, centre, radius)),
         Region::Spheroid { centre: other, .. } => {
             let steps = [-1.0, 0.0, 1.0];
-            let directions = steps.iter().flat_map(|&x| steps.iter().flat_map(move |&y| steps.map(|z| Vector::new(x, y, z))));
+            let directions =
+                steps.iter().flat_map(|&x| steps.iter().flat_map(move |&y| steps.map(|z| Vector::new(x, y, z))));
             let towards = (*other - centre).normalize_or_zero();
             directions.chain([towards]).any(|d| region.contains(centre + radius * d.normalize_or_zero()))
         }

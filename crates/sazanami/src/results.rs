@@ -42,7 +42,15 @@ pub fn prepare(out: Option<&Path>, case_name: &str, force: bool) -> Result<PathB
 
 /// What a run writes.
 const WRITTEN: [&str; 10] = [
-    "fields", "grains", "figures", "checkpoints", "probes", "fields.pvd", "grains.pvd", "series.csv", "profiles.csv",
+    "fields",
+    "grains",
+    "figures",
+    "checkpoints",
+    "probes",
+    "fields.pvd",
+    "grains.pvd",
+    "series.csv",
+    "profiles.csv",
     "summary.json",
 ];
 

@@ -72,7 +72,13 @@ impl Measured {
 
     /// A value that may differ from `reference` by the share `tolerance` of it.
     #[must_use]
-    pub fn near(quantity: impl Into<String>, unit: &'static str, value: Real, reference: Real, tolerance: Real) -> Self {
+    pub fn near(
+        quantity: impl Into<String>,
+        unit: &'static str,
+        value: Real,
+        reference: Real,
+        tolerance: Real,
+    ) -> Self {
         let reach = (reference * tolerance).abs();
         let row = Self::within(quantity, unit, value, reference - reach, reference + reach);
         Self { reference: Some(reference), ..row }
@@ -168,7 +174,9 @@ fn chosen<'c>(cases: &'c [VerifyCase], names: &[String], long: bool) -> Result<V
     let known: Vec<&str> = cases.iter().map(|case| case.name).collect();
     names
         .iter()
-        .map(|name| cases.iter().find(|case| case.name == name).ok_or_else(|| unknown("verification case", name, &known)))
+        .map(|name| {
+            cases.iter().find(|case| case.name == name).ok_or_else(|| unknown("verification case", name, &known))
+        })
         .collect()
 }
 
@@ -194,7 +202,8 @@ pub fn table(rows: &[VerifyRow]) -> String {
         "case", "quantity", "measured", "reference", "band", "verdict", "seconds"
     );
     for row in rows {
-        let quantity = if row.unit.is_empty() { row.quantity.clone() } else { format!("{} [{}]", row.quantity, row.unit) };
+        let quantity =
+            if row.unit.is_empty() { row.quantity.clone() } else { format!("{} [{}]", row.quantity, row.unit) };
         let band = match (row.low, row.high) {
             (None, None) => "-".to_owned(),
             (low, high) => format!("{} .. {}", number(low), number(high)),

@@ -82,7 +82,10 @@ impl New {
             return Err(CommandError::input(format!("`{}` exists already", case.display()), "choose another folder"));
         }
         let unwritable = |error: std::io::Error| {
-            CommandError::input(format!("nothing can be written to `{}`: {error}", dir.display()), "choose another folder")
+            CommandError::input(
+                format!("nothing can be written to `{}`: {error}", dir.display()),
+                "choose another folder",
+            )
         };
         fs::create_dir_all(&dir).map_err(unwritable)?;
         fs::write(&case, format!("#:schema ./schema.json\n{}", template.text)).map_err(unwritable)?;

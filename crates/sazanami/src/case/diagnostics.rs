@@ -115,9 +115,8 @@ impl Diagnostics {
     #[must_use]
     pub fn sorted(&self) -> Vec<&Diagnostic> {
         let mut sorted: Vec<&Diagnostic> = self.list.iter().collect();
-        sorted.sort_by_key(|d| {
-            (d.severity == Severity::Warning, d.span.as_ref().map_or(usize::MAX, |span| span.start))
-        });
+        sorted
+            .sort_by_key(|d| (d.severity == Severity::Warning, d.span.as_ref().map_or(usize::MAX, |span| span.start)));
         sorted
     }
 
@@ -140,8 +139,11 @@ impl Diagnostics {
         let errors = self.list.iter().filter(|d| d.severity == Severity::Error).count();
         let warnings = self.list.len() - errors;
         let counted = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
-        let parts: Vec<String> =
-            [(errors, "error"), (warnings, "warning")].iter().filter(|(n, _)| *n > 0).map(|(n, w)| counted(*n, w)).collect();
+        let parts: Vec<String> = [(errors, "error"), (warnings, "warning")]
+            .iter()
+            .filter(|(n, _)| *n > 0)
+            .map(|(n, w)| counted(*n, w))
+            .collect();
         format!("{} in {}\n", parts.join(", "), source.name())
     }
 
@@ -181,7 +183,11 @@ fn render_one(renderer: &Renderer, diagnostic: &Diagnostic, source: &Source) -> 
         }
         None => {
             let group = title.element(Origin::path(source.name()));
-            if diagnostic.label.is_empty() { group } else { group.element(Level::NOTE.message(diagnostic.label.as_str())) }
+            if diagnostic.label.is_empty() {
+                group
+            } else {
+                group.element(Level::NOTE.message(diagnostic.label.as_str()))
+            }
         }
     };
     let group = match &diagnostic.help {

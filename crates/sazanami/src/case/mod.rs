@@ -84,7 +84,7 @@ pub fn parse(path: &Path, text: &str, overrides: &[String]) -> Result<LoadedCase
     let name = path.file_stem().map_or_else(|| "case".into(), |stem| stem.to_string_lossy().into_owned());
     let folder = path.parent().unwrap_or(Path::new(""));
     let unreadable = diagnostics.has_errors() && reading.text == schema::CaseText::default();
-    let case = if unreadable { None } else { build::build(&reading, &name, folder, &mut diagnostics) };
+    let case = (!unreadable).then(|| build::build(&reading, &name, folder, &mut diagnostics));
     match case {
         Some(case) if !diagnostics.has_errors() => {
             Ok(LoadedCase { case, path: path.to_owned(), source, warnings: diagnostics, text: reading.text })

@@ -107,7 +107,11 @@ pub const fn explain() -> &'static [(&'static str, &'static str, &'static str)] 
         ("dem.slip_direction", "velocity", "eq. (6): friction along the sliding velocity"),
         ("dem.history", "projected", "the tangential displacement is projected and not stretched back"),
         ("dem.wall", "frictionless_sides", "the paper states no wall contact; the alternative to the default"),
-        ("grains.placement.packed.stop", "time_only", "the bed is taken 5e-3 s after the first collision, at rest or not"),
+        (
+            "grains.placement.packed.stop",
+            "time_only",
+            "the bed is taken 5e-3 s after the first collision, at rest or not",
+        ),
         ("grains.mass_override", "1.93e-7 kg", "table 1's mass, for the spheroid of 0.52 mm x 1.27 mm only"),
         ("erosion.mode", "all", "the wording counts all grains of a cell, not only those at the surface"),
     ]

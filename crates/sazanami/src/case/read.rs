@@ -34,11 +34,23 @@ pub fn read(source: &Source, report: &mut Diagnostics) -> Reading {
     if !syntax_errors.is_empty() {
         for error in syntax_errors.iter().take(MOST_ERRORS) {
             let span = error.span().unwrap_or(0..0);
-            report.error(span, "this is not TOML").label(error.message().to_owned());
+            report
+                .error(span, "this is not TOML")
+                .label(error.message().to_owned())
+                .help("texts stand in quotes, tables in brackets, lists in brackets with commas");
         }
         return Reading::default();
     }
     overrides::apply(&mut tree, source, &padded, report);
+    if let Some(solver) = tree.get_ref().get("solver")
+        && solver.get_ref().as_str() == Some("mps")
+    {
+        report
+            .error(solver.span(), "the solver `mps` is not in this version")
+            .label("only `mics` is")
+            .help("write `solver = \"mics\"`");
+        return Reading::default();
+    }
     let mut forgiven = BTreeSet::new();
     for _ in 0..MOST_ERRORS {
         let attempt = CaseText::deserialize(toml::Deserializer::from(tree.clone()));
@@ -55,6 +67,10 @@ pub fn read(source: &Source, report: &mut Diagnostics) -> Reading {
             Some(key) => forgiven.insert(key),
             None => break,
         };
+        // A table whose only choice was wrong is no second error.
+        if error.message().starts_with("unknown variant") {
+            forgiven.extend(drop_emptied(tree.get_mut(), &span));
+        }
     }
     Reading { text: CaseText::default(), forgiven }
 }
@@ -78,7 +94,9 @@ fn describe(
         if let Some(rest) = message.strip_prefix("invalid type: ") {
             let (found, expected) = rest.split_once(", expected ").unwrap_or((rest, "something else"));
             let expected = expected.replace("unit variant", "a word").replace("newtype variant", "a table");
-            report.error(span, format!("{found} does not fit here")).label(format!("expected {}", plain_type(&expected)));
+            report
+                .error(span, format!("{found} does not fit here"))
+                .label(format!("expected {}", plain_type(&expected)));
         } else if message.starts_with("wanted exactly 1 element") {
             report
                 .error(span, "exactly one alternative has to be chosen here")
@@ -137,18 +155,53 @@ fn remove(table: &mut DeTable<'_>, span: &Range<usize>) -> Option<String> {
             return Some(key);
         }
     }
-    let around =
-        table.iter().find(|(key, value)| holds(key.span()) || holds(value.span())).map(|(key, _)| key.get_ref().to_string())?;
+    let around = table
+        .iter()
+        .find(|(key, value)| holds(key.span()) || holds(value.span()))
+        .map(|(key, _)| key.get_ref().to_string())?;
     table.remove(around.as_str());
     Some(around)
+}
+
+/// Takes out tables that lost their only entry at `span`; returns their keys.
+fn drop_emptied(table: &mut DeTable<'_>, span: &Range<usize>) -> Vec<String> {
+    let mut dropped = Vec::new();
+    // `region.shpere = {}` has its table at the key before the dot, `region = { shpere = {} }` round it.
+    let near = |key: Range<usize>, value: Range<usize>| {
+        (value.start <= span.start && span.end <= value.end) || (key.end <= span.start && span.start - key.end < 4)
+    };
+    let is_empty = |value: &DeValue<'_>| value.as_table().is_some_and(|inner| inner.is_empty());
+    let emptied: Vec<String> = table
+        .iter()
+        .filter(|(key, value)| is_empty(value.get_ref()) && near(key.span(), value.span()))
+        .map(|(key, _)| key.get_ref().to_string())
+        .collect();
+    for key in emptied {
+        table.remove(key.as_str());
+        dropped.push(key);
+    }
+    for (_, value) in table.iter_mut() {
+        match value.get_mut() {
+            DeValue::Table(inner) => dropped.extend(drop_emptied(inner, span)),
+            DeValue::Array(array) => {
+                for element in array.iter_mut() {
+                    if let DeValue::Table(inner) = element.get_mut() {
+                        dropped.extend(drop_emptied(inner, span));
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+    dropped
 }
 
 /// Whether an entry further inside has that very span.
 fn has_inside(value: &DeValue<'_>, span: &Range<usize>) -> bool {
     match value {
-        DeValue::Table(table) => {
-            table.iter().any(|(key, value)| key.span() == *span || value.span() == *span || has_inside(value.get_ref(), span))
-        }
+        DeValue::Table(table) => table
+            .iter()
+            .any(|(key, value)| key.span() == *span || value.span() == *span || has_inside(value.get_ref(), span)),
         DeValue::Array(array) => array.iter().any(|value| has_inside(value.get_ref(), span)),
         _ => false,
     }

@@ -134,7 +134,9 @@ impl Writer {
             BoundarySide::Slip => "\"slip\"".into(),
             BoundarySide::Periodic => "\"periodic\"".into(),
             BoundarySide::Outflow => "\"outflow\"".into(),
-            BoundarySide::Moving { velocity } => format!("{{ moving = {{ velocity = {} }} }}", vector(*velocity, "m/s")),
+            BoundarySide::Moving { velocity } => {
+                format!("{{ moving = {{ velocity = {} }} }}", vector(*velocity, "m/s"))
+            }
             BoundarySide::Inflow { velocity, fluid } => {
                 format!("{{ inflow = {{ velocity = {}, fluid = \"{fluid}\" }} }}", vector(*velocity, "m/s"))
             }
@@ -299,8 +301,10 @@ impl Writer {
         match size {
             SizeDistribution::Equal => {}
             SizeDistribution::List(list) => {
-                let shares: Vec<String> =
-                    list.iter().map(|[factor, weight]| format!("{{ factor = {factor:?}, weight = {weight:?} }}")).collect();
+                let shares: Vec<String> = list
+                    .iter()
+                    .map(|[factor, weight]| format!("{{ factor = {factor:?}, weight = {weight:?} }}"))
+                    .collect();
                 self.raw("size.list", &format!("[{}]", shares.join(", ")));
             }
             SizeDistribution::Uniform { lower, upper } => {

@@ -88,7 +88,11 @@ pub fn parse_quantity(text: &str) -> Result<(Real, Dimension), UnitError> {
     })?;
     let value = if unit.factor == 1.0 { value } else { value * unit.factor };
     if !value.is_finite() {
-        return Err(UnitError { message: "the value is not finite".into(), suggestion: None, range: start..text.len() });
+        return Err(UnitError {
+            message: "the value is not finite".into(),
+            suggestion: None,
+            range: start..text.len(),
+        });
     }
     Ok((value, unit.dimension))
 }
@@ -228,7 +232,8 @@ impl UnitReader<'_> {
             self.position += 1;
             return Ok(Unit::ONE);
         }
-        let length = self.rest().find(|c: char| !(c.is_alphabetic() || c == '%' || c == '°')).unwrap_or(self.rest().len());
+        let length =
+            self.rest().find(|c: char| !(c.is_alphabetic() || c == '%' || c == '°')).unwrap_or(self.rest().len());
         let symbol = self.rest()[..length].to_owned();
         if symbol.is_empty() || symbol.starts_with(['²', '³']) {
             return Err(self.error_here("a unit is expected here"));
@@ -301,7 +306,8 @@ fn unit_named(symbol: &str) -> Option<Unit> {
         _ => return None,
     };
     let base = &symbol[first.len_utf8()..];
-    let takes_prefix = matches!(base, "m" | "g" | "s" | "N" | "Pa" | "J" | "W" | "Hz" | "L" | "l" | "P" | "St" | "rad" | "bar");
+    let takes_prefix =
+        matches!(base, "m" | "g" | "s" | "N" | "Pa" | "J" | "W" | "Hz" | "L" | "l" | "P" | "St" | "rad" | "bar");
     let unit = plain_unit(base).filter(|_| takes_prefix)?;
     Some(Unit { decimal: unit.decimal + decimal, ..unit })
 }

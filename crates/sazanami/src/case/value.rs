@@ -83,16 +83,20 @@ impl Values<'_> {
                 return Real::NAN;
             }
             other => {
-                self.report
-                    .error(at.span.clone(), format!("`{key}` is not {}", K::NAME))
-                    .label(format!("{}; expected {} such as \"{}\"", other.kind(), K::NAME, K::EXAMPLE));
+                self.report.error(at.span.clone(), format!("`{key}` is not {}", K::NAME)).label(format!(
+                    "{}; expected {} such as \"{}\"",
+                    other.kind(),
+                    K::NAME,
+                    K::EXAMPLE
+                ));
                 return Real::NAN;
             }
         };
         match parse_quantity(text) {
             Ok((value, dimension)) if dimension == K::DIMENSION => value,
             Ok((_, dimension)) => {
-                let written = if dimension == Default::default() { "no unit".into() } else { format!("the unit {dimension}") };
+                let written =
+                    if dimension == Default::default() { "no unit".into() } else { format!("the unit {dimension}") };
                 self.report
                     .error(at.span.clone(), format!("`{key}` has the wrong unit"))
                     .label(format!("this has {written}; expected {}", K::NAME))
@@ -116,8 +120,9 @@ impl Values<'_> {
         match range.refuses(value) {
             Some(why) => {
                 let help = match range {
-                    Range1::Positive | Range1::NonNegative if value < 0.0 => "is the minus sign meant?",
-                    _ => "see the page on case files for the meaning of this key",
+                    Range1::Positive | Range1::NonNegative if value < 0.0 => "leave out the minus sign".to_owned(),
+                    Range1::Between(low, high) => format!("choose a value from {low} to {high}"),
+                    _ => format!("leave out `{key}` for its default, if it has one"),
                 };
                 self.report.error(span.clone(), format!("`{key}` {why}")).label("this value").help(help);
                 Real::NAN
@@ -134,7 +139,13 @@ impl Values<'_> {
     }
 
     /// A quantity with a default.
-    pub fn quantity<K: Kind>(&mut self, written: Option<&Quantity<K>>, key: &str, range: Range1, default: Real) -> Real {
+    pub fn quantity<K: Kind>(
+        &mut self,
+        written: Option<&Quantity<K>>,
+        key: &str,
+        range: Range1,
+        default: Real,
+    ) -> Real {
         self.optional(written, key, range).unwrap_or(default)
     }
 
@@ -180,7 +191,12 @@ impl Values<'_> {
     }
 
     /// Three quantities that have to be given.
-    pub fn required_vector<K: Kind>(&mut self, written: Option<&Vectorial<K>>, table: &Range<usize>, key: &str) -> Vector {
+    pub fn required_vector<K: Kind>(
+        &mut self,
+        written: Option<&Vectorial<K>>,
+        table: &Range<usize>,
+        key: &str,
+    ) -> Vector {
         if written.is_none() {
             self.missing(Some(table), key, &format!("add `{key} = [\"{0}\", \"{0}\", \"{0}\"]`", K::EXAMPLE));
         }
@@ -188,7 +204,11 @@ impl Values<'_> {
     }
 
     /// A vector, or a magnitude (`Ok` and `Err` of the result).
-    pub fn scalar_or_vector<K: Kind>(&mut self, written: Option<&ScalarOrVector<K>>, key: &str) -> Option<Result<Vector, Real>> {
+    pub fn scalar_or_vector<K: Kind>(
+        &mut self,
+        written: Option<&ScalarOrVector<K>>,
+        key: &str,
+    ) -> Option<Result<Vector, Real>> {
         let at = &written?.item;
         Some(match &at.value {
             Item::List(_) => Ok(self.three::<K>(at, key)),
@@ -278,7 +298,7 @@ impl Values<'_> {
                 self.report
                     .error(at.span.clone(), format!("`{key}` has to be {least} or more"))
                     .label(format!("expected a whole number, {least} or more"))
-                    .help(format!("the least value that makes sense is {least}"));
+                    .help(format!("write {least} or a larger whole number"));
                 None
             }
         }
@@ -339,9 +359,11 @@ impl Values<'_> {
         let at = &written?.item;
         let words: Vec<&str> = E::ALL.iter().map(|choice| choice.word()).collect();
         let Item::Text(word) = &at.value else {
-            self.report
-                .error(at.span.clone(), format!("`{key}` is not a word"))
-                .label(format!("{}; expected one of {}", at.value.kind(), words.join(", ")));
+            self.report.error(at.span.clone(), format!("`{key}` is not a word")).label(format!(
+                "{}; expected one of {}",
+                at.value.kind(),
+                words.join(", ")
+            ));
             return None;
         };
         let choice = E::from_word(word);
@@ -357,7 +379,12 @@ impl Values<'_> {
     }
 
     /// A word with an optional count, `shell(75)`.
-    pub fn call<'t>(&mut self, written: Option<&'t Call>, key: &str, expected: &str) -> Option<(&'t str, Option<usize>)> {
+    pub fn call<'t>(
+        &mut self,
+        written: Option<&'t Call>,
+        key: &str,
+        expected: &str,
+    ) -> Option<(&'t str, Option<usize>)> {
         let Call(at) = written?;
         let parts = match &at.value {
             Item::Text(text) => split_call(text),

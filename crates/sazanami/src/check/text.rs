@@ -103,7 +103,8 @@ fn step(text: &mut String, case: &Case, report: &CheckReport) {
 }
 
 fn cost(text: &mut String, case: &Case, report: &CheckReport) {
-    let free = |available: Option<u64>| available.map_or_else(String::new, |free| format!(" of {} free", bytes(free as Real)));
+    let free =
+        |available: Option<u64>| available.map_or_else(String::new, |free| format!(" of {} free", bytes(free as Real)));
     let _ = writeln!(text, "\nmemory        {}{}", bytes(report.memory_bytes), free(report.memory_available));
     let _ = writeln!(text, "disk          {}{}", bytes(report.disk_bytes), free(report.disk_available));
     let parts: Vec<String> =

@@ -127,10 +127,18 @@ impl Context<'_> {
             }
         };
         let frame = text.frame.as_ref().map(|At { value, .. }| Frame {
-            acceleration: self.values.vector::<Acceleration>(value.acceleration.as_ref(), "acceleration").unwrap_or(Vector::ZERO),
+            acceleration: self
+                .values
+                .vector::<Acceleration>(value.acceleration.as_ref(), "acceleration")
+                .unwrap_or(Vector::ZERO),
             oscillation: value.oscillation.as_ref().map(|At { value, span }| Oscillation {
                 amplitude: self.values.required_vector::<Acceleration>(value.amplitude.as_ref(), span, "amplitude"),
-                frequency: self.values.required::<Frequency>(value.frequency.as_ref(), span, "frequency", Range1::Positive),
+                frequency: self.values.required::<Frequency>(
+                    value.frequency.as_ref(),
+                    span,
+                    "frequency",
+                    Range1::Positive,
+                ),
                 phase: self.values.quantity::<Angle>(value.phase.as_ref(), "phase", Range1::Any, 0.0),
             }),
         });
@@ -197,8 +205,15 @@ impl Context<'_> {
             viscosity: values.choice(written.viscosity.as_ref(), "viscosity", viscosity),
             step,
             cfl: values.number(written.cfl.as_ref(), "cfl", Range1::Between(1e-3, 0.499), 0.45),
-            divergence_tolerance: values.number(written.tol_div.as_ref(), "tol_div", Range1::Between(1e-15, 1e-2), 1e-6),
-            pressure_iterations: values.whole(written.pressure_iterations.as_ref(), "pressure_iterations", 1).unwrap_or(500),
+            divergence_tolerance: values.number(
+                written.tol_div.as_ref(),
+                "tol_div",
+                Range1::Between(1e-15, 1e-2),
+                1e-6,
+            ),
+            pressure_iterations: values
+                .whole(written.pressure_iterations.as_ref(), "pressure_iterations", 1)
+                .unwrap_or(500),
         };
         if options.convection == Convection::VelocityForm && options.limiter == Limiter::None {
             let span = written.limiter.as_ref().map_or(0..0, |limiter| limiter.item.span.clone());

@@ -6,12 +6,12 @@ use sazanami_numerics::{Real, Vector};
 
 use super::{Context, span_of};
 use crate::case::meaning::{
-    BoundarySide, BoxDomain, ContactLaw, ContactSphereChoice, Damping, DampingKind, DemOptions, GrainPlacement, GrainShape,
-    Material, Motion, Multiplicity, PairContact, Population, Rolling, SIDE_NAMES, SizeDistribution, Substeps, VolumeChoice,
-    WALL,
+    BoundarySide, BoxDomain, ContactLaw, ContactSphereChoice, Damping, DampingKind, DemOptions, GrainPlacement,
+    GrainShape, Material, Motion, Multiplicity, PairContact, Population, Rolling, SIDE_NAMES, SizeDistribution,
+    Substeps, VolumeChoice, WALL,
 };
 use crate::case::presets::PAPER_GRAIN;
-use crate::case::schema::{CaseText, ContactText, DemText, PopulationText, ShapeText, SizeText};
+use crate::case::schema::{CaseText, ContactText, DemText, PopulationText, ShapeText};
 use crate::case::suggest::nearest;
 use crate::case::value::Range1;
 use crate::case::written::{At, AutoOrWhole, Dashpot, Density, Item, Length, Mass, Stiffness, Words};
@@ -36,7 +36,12 @@ impl Context<'_> {
             slip_direction: values.choice(written.slip_direction.as_ref(), "slip_direction", defaults.slip_direction),
             history: values.choice(written.history.as_ref(), "history", defaults.history),
             rolling: values.choice(written.rolling.as_ref(), "rolling", Rolling::None),
-            rolling_friction: values.number(written.rolling_friction.as_ref(), "rolling_friction", Range1::NonNegative, 0.0),
+            rolling_friction: values.number(
+                written.rolling_friction.as_ref(),
+                "rolling_friction",
+                Range1::NonNegative,
+                0.0,
+            ),
             wall: values.choice(written.wall.as_ref(), "wall", defaults.wall),
             grain_walls,
         }
@@ -153,10 +158,8 @@ impl Context<'_> {
         let find = |wanted: &str| text.contact.iter().find(|(name, _)| name.0.get_ref() == wanted).map(|(_, at)| at);
         let empty = ContactText::default();
         let nowhere = 0..0;
-        let (pair, span) = names
-            .iter()
-            .find_map(|name| find(name))
-            .map_or((&empty, &nowhere), |At { value, span }| (value, span));
+        let (pair, span) =
+            names.iter().find_map(|name| find(name)).map_or((&empty, &nowhere), |At { value, span }| (value, span));
         let general = find("default").map_or(&empty, |at| &at.value);
         /// The pair's own entry, or else the general one.
         macro_rules! entry {
@@ -174,10 +177,10 @@ impl Context<'_> {
             Range1::Positive,
             normal_stiffness,
         );
-        let restitution =
-            values.optional_number(entry!(restitution), "restitution", Range1::Between(1e-3, 1.0));
+        let restitution = values.optional_number(entry!(restitution), "restitution", Range1::Between(1e-3, 1.0));
         let normal = values.optional::<Dashpot>(entry!(normal_damping), "normal_damping", Range1::NonNegative);
-        let tangential = values.optional::<Dashpot>(entry!(tangential_damping), "tangential_damping", Range1::NonNegative);
+        let tangential =
+            values.optional::<Dashpot>(entry!(tangential_damping), "tangential_damping", Range1::NonNegative);
         let coefficients = normal.is_some() || tangential.is_some();
         let implied = match (coefficients, restitution.is_some()) {
             (false, true) => Some(DampingKind::Restitution),
@@ -189,7 +192,11 @@ impl Context<'_> {
             .or_else(|| values.optional_choice(dem_text.and_then(|d| d.damping.as_ref()), "damping"))
             .or(implied)
             .unwrap_or(DampingKind::Literal);
-        if coefficients && pair.restitution.is_some() && pair.damping.is_none() && dem_text.is_none_or(|d| d.damping.is_none()) {
+        if coefficients
+            && pair.restitution.is_some()
+            && pair.damping.is_none()
+            && dem_text.is_none_or(|d| d.damping.is_none())
+        {
             values
                 .report
                 .error(span.clone(), "which of the two dashpots is meant?")
@@ -209,7 +216,12 @@ impl Context<'_> {
         ContactLaw { normal_stiffness, tangential_stiffness, damping, friction, tension }
     }
 
-    pub(super) fn populations(&mut self, text: &CaseText, domain: &BoxDomain, materials: &[Material]) -> Vec<Population> {
+    pub(super) fn populations(
+        &mut self,
+        text: &CaseText,
+        domain: &BoxDomain,
+        materials: &[Material],
+    ) -> Vec<Population> {
         let populations: Vec<Population> = text
             .grains
             .iter()
@@ -238,7 +250,8 @@ impl Context<'_> {
         materials: &[Material],
     ) -> Option<Population> {
         let At { value, span } = at;
-        let name = self.values.text(value.name.as_ref(), "name").map_or_else(|| format!("grains {number}"), str::to_owned);
+        let name =
+            self.values.text(value.name.as_ref(), "name").map_or_else(|| format!("grains {number}"), str::to_owned);
         let shape = match &value.shape {
             Some(shape) => self.shape(shape),
             None => {
@@ -315,7 +328,11 @@ impl Context<'_> {
             if let [only] = materials {
                 return only.name.clone();
             }
-            self.values.missing(Some(span), "material", "add `material = \"sand\"` and `[material.sand]` with its density");
+            self.values.missing(
+                Some(span),
+                "material",
+                "add `material = \"sand\"` and `[material.sand]` with its density",
+            );
             return String::new();
         };
         let name = self.values.text(Some(text), "material").unwrap_or_default().to_owned();
@@ -365,7 +382,11 @@ impl Context<'_> {
                 let unit = self.values.quantity::<Length>(m.unit.as_ref(), "unit", Range1::Positive, 1.0);
                 let Some(file) = self.path(m.file.as_ref(), "file") else {
                     if m.file.is_none() {
-                        self.values.missing(Some(span), "file", "add `file = \"grain.msh\"`, a tetrahedral mesh of Gmsh");
+                        self.values.missing(
+                            Some(span),
+                            "file",
+                            "add `file = \"grain.msh\"`, a tetrahedral mesh of Gmsh",
+                        );
                     }
                     return None;
                 };
@@ -394,7 +415,10 @@ impl Context<'_> {
             Some(("shell", Some(count @ 1..))) => ContactSphereChoice::Shell { count, radius },
             Some(("axis", Some(n @ 1..))) if spheroid => ContactSphereChoice::Axis(n),
             Some(("axis", _)) => {
-                refuse("spheres along the axis need a prolate spheroid and a count", "`shell(75)` covers any closed shape");
+                refuse(
+                    "spheres along the axis need a prolate spheroid and a count",
+                    "`shell(75)` covers any closed shape",
+                );
                 default
             }
             Some(("single", None)) if sphere => ContactSphereChoice::Single,
@@ -411,69 +435,17 @@ impl Context<'_> {
                     }
                 }
                 None => {
-                    self.values.missing(Some(&span), "sphere_file", "add `sphere_file = \"spheres.txt\"`, lines `x y z r`");
+                    self.values.missing(
+                        Some(&span),
+                        "sphere_file",
+                        "add `sphere_file = \"spheres.txt\"`, lines `x y z r`",
+                    );
                     default
                 }
             },
             Some(_) => {
                 refuse("no such builder of contact spheres", "for example `shell(75)`, as in the paper");
                 default
-            }
-        }
-    }
-
-    fn size_distribution(&mut self, At { value, span }: &At<SizeText>) -> SizeDistribution {
-        let values = &mut self.values;
-        match value {
-            SizeText::List(shares) => {
-                if shares.is_empty() {
-                    values.report.error(span.clone(), "a list of sizes needs at least one").label("this one is empty");
-                }
-                let mut list = Vec::new();
-                for At { value, span } in shares {
-                    let factor = values.optional_number(value.factor.as_ref(), "factor", Range1::Positive);
-                    if factor.is_none() {
-                        values.missing(Some(span), "factor", "add `factor = 1.0`");
-                    }
-                    let weight = values.number(value.weight.as_ref(), "weight", Range1::Positive, 1.0);
-                    list.push([factor.unwrap_or(Real::NAN), weight]);
-                }
-                let total: Real = list.iter().map(|share| share[1]).sum();
-                for share in &mut list {
-                    // A sum that is one but for rounding is left alone: what was written is what is used.
-                    if (total - 1.0).abs() > 1e-12 {
-                        share[1] /= total;
-                    }
-                }
-                SizeDistribution::List(list)
-            }
-            SizeText::Uniform(u) => {
-                let lower = values.number(u.lower.as_ref(), "lower", Range1::Positive, Real::NAN);
-                let upper = values.number(u.upper.as_ref(), "upper", Range1::Positive, Real::NAN);
-                for (key, missing) in [("lower", u.lower.is_none()), ("upper", u.upper.is_none())] {
-                    if missing {
-                        values.missing(Some(span), key, &format!("add `{key} = 1.0`"));
-                    }
-                }
-                if lower > upper {
-                    values.report.error(span.clone(), "`lower` lies above `upper`").label("exchange the two");
-                }
-                SizeDistribution::Uniform { lower, upper }
-            }
-            SizeText::Lognormal(l) => {
-                let median = values.number(l.median.as_ref(), "median", Range1::Positive, 1.0);
-                let sigma = values.optional_number(l.sigma.as_ref(), "sigma", Range1::Between(0.0, 2.0));
-                if sigma.is_none() {
-                    values.missing(Some(span), "sigma", "add `sigma = 0.2`, the standard deviation of the logarithm");
-                }
-                let sigma = sigma.unwrap_or(Real::NAN);
-                let reach = (3.0 * sigma).exp();
-                let lower = values.number(l.lower.as_ref(), "lower", Range1::Positive, median / reach);
-                let upper = values.number(l.upper.as_ref(), "upper", Range1::Positive, median * reach);
-                if lower > upper {
-                    values.report.error(span.clone(), "`lower` lies above `upper`").label("exchange the two");
-                }
-                SizeDistribution::Lognormal { median, sigma, lower, upper }
             }
         }
     }

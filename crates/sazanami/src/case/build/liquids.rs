@@ -31,11 +31,16 @@ impl Context<'_> {
     ) -> Option<LiquidRegion> {
         let At { value, span } = at;
         let Some(region) = &value.region else {
-            self.values.missing(Some(span), "region", "add `region.sphere = { diameter = \"5.537 mm\" }` or another shape");
+            self.values.missing(
+                Some(span),
+                "region",
+                "add `region.sphere = { diameter = \"5.537 mm\" }` or another shape",
+            );
             return None;
         };
         let shape = self.region(region)?;
-        let name = self.values.text(value.name.as_ref(), "name").map_or_else(|| format!("liquid {number}"), str::to_owned);
+        let name =
+            self.values.text(value.name.as_ref(), "name").map_or_else(|| format!("liquid {number}"), str::to_owned);
         let placement = self.placement_of_liquid(value, &shape, span, grains);
         let velocity = self.values.vector::<Velocity>(value.velocity.as_ref(), "velocity");
         let fall = value.fall.as_ref().map(|fall| self.fall(fall));
@@ -52,8 +57,16 @@ impl Context<'_> {
             region: shape,
             placement,
             velocity: velocity.or(fall).unwrap_or(Vector::ZERO),
-            drop_velocity: self.values.choice(value.drop_velocity.as_ref(), "drop_velocity", self.defaults.drop_velocity),
-            allow_touching_grains: self.values.flag(value.allow_touching_grains.as_ref(), "allow_touching_grains", false),
+            drop_velocity: self.values.choice(
+                value.drop_velocity.as_ref(),
+                "drop_velocity",
+                self.defaults.drop_velocity,
+            ),
+            allow_touching_grains: self.values.flag(
+                value.allow_touching_grains.as_ref(),
+                "allow_touching_grains",
+                false,
+            ),
         };
         self.check_place(&liquid, region, domain, axis);
         Some(liquid)
@@ -96,9 +109,9 @@ impl Context<'_> {
             }
             return Placement::Absolute(position.unwrap_or(Vector::ZERO));
         };
-        let place = value.above_bed.as_ref().or(value.gap_above_bed.as_ref()).map_or(span.clone(), |q| q.item.span.clone());
-        let has_bed =
-            grains.iter().any(|p| matches!(p.placement, GrainPlacement::Packed(_) | GrainPlacement::Bed(_)));
+        let place =
+            value.above_bed.as_ref().or(value.gap_above_bed.as_ref()).map_or(span.clone(), |q| q.item.span.clone());
+        let has_bed = grains.iter().any(|p| matches!(p.placement, GrainPlacement::Packed(_) | GrainPlacement::Bed(_)));
         if !has_bed {
             self.values
                 .report
@@ -232,7 +245,8 @@ impl Context<'_> {
             self.values
                 .report
                 .error(span, "there is nothing to pack")
-                .label("`packing_only` needs grains with `placement.packed`");
+                .label("`packing_only` needs grains with `placement.packed`")
+                .help("leave out `packing_only`, or add `placement.packed = {}` to the grains");
         }
     }
 
@@ -253,7 +267,10 @@ impl Context<'_> {
                 self.values
                     .report
                     .error(written.span.clone(), format!("`{}` is too light for the exact exchange", population.name))
-                    .label(format!("{density:.1} kg/m^3, below 1.05 times the liquid's {:.1}", case.fluids.liquid.density))
+                    .label(format!(
+                        "{density:.1} kg/m^3, below 1.05 times the liquid's {:.1}",
+                        case.fluids.liquid.density
+                    ))
                     .help(
                         "write `exchange = \"stress\"` under `[coupling]`: returning the fluid's loss one step later \
                          amplifies it by displaced over own mass",

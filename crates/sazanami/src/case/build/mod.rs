@@ -5,6 +5,7 @@ mod grains;
 mod liquids;
 mod observed;
 mod placement;
+mod sizes;
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -17,7 +18,7 @@ use super::presets::Defaults;
 use super::read::Reading;
 use super::schema::{CaseText, DomainText};
 use super::value::{Range1, Values};
-use super::written::{At, Item, Text};
+use super::written::{At, Text};
 
 /// What every part of the build needs to know.
 pub(super) struct Context<'a> {
@@ -40,19 +41,20 @@ pub(super) fn span_of(text: &Text) -> Range<usize> {
 
 /// Gives the reading its meaning; `name` is used where the file gives none. Findings go to `report`; the
 /// case is good if none of them is an error.
-pub(super) fn build(reading: &Reading, name: &str, folder: &Path, report: &mut Diagnostics) -> Option<Case> {
+pub(super) fn build(reading: &Reading, name: &str, folder: &Path, report: &mut Diagnostics) -> Case {
     let text = &reading.text;
     let mut values = Values { report, forgiven: reading.forgiven.clone() };
-    if let Some(refusal) = refuse_other_solvers(text, &mut values) {
-        return refusal;
-    }
     let preset = values.choice(text.preset.as_ref(), "preset", Preset::Recommended);
     let context = &mut Context { values, defaults: Defaults::of(preset), folder };
     let solver = context.values.choice(text.solver.as_ref(), "solver", Solver::Mics);
     let name = context.values.text(text.name.as_ref(), "name").unwrap_or(name).to_owned();
     if name.is_empty() || name.contains(['/', '\\', '\0']) {
         if let Some(written) = &text.name {
-            context.values.report.error(span_of(written), "`name` cannot be the name of a folder").label("used for the results");
+            context
+                .values
+                .report
+                .error(span_of(written), "`name` cannot be the name of a folder")
+                .label("used for the results");
         }
     }
     let title = context.values.text(text.title.as_ref(), "title").unwrap_or_default().to_owned();
@@ -97,21 +99,7 @@ pub(super) fn build(reading: &Reading, name: &str, folder: &Path, report: &mut D
         run,
     };
     context.cross_check(text, &case);
-    Some(case)
-}
-
-/// A solver of another version is refused before its keys cause confusion.
-fn refuse_other_solvers(text: &CaseText, values: &mut Values<'_>) -> Option<Option<Case>> {
-    let at = &text.solver.as_ref()?.item;
-    if matches!(&at.value, Item::Text(word) if word == "mps") {
-        values
-            .report
-            .error(at.span.clone(), "the solver `mps` is not in this version")
-            .label("only `mics` is")
-            .help("write `solver = \"mics\"`");
-        return Some(None);
-    }
-    None
+    case
 }
 
 fn domain(context: &mut Context<'_>, written: Option<&At<DomainText>>) -> BoxDomain {

@@ -8,7 +8,8 @@ use super::grains::middle;
 use super::liquids::millimetres;
 use super::{Context, span_of};
 use crate::case::meaning::{
-    Bed, BoxDomain, Checkpoints, Erosion, FieldPrecision, GrainPlacement, Outputs, Population, Probe, ProbePlace, Schedule,
+    Bed, BoxDomain, Checkpoints, Erosion, FieldPrecision, GrainPlacement, Outputs, Population, Probe, ProbePlace,
+    Schedule,
 };
 use crate::case::schema::{BedText, CaseText, CheckpointText, OutputText, ProbeText, ScheduleText};
 use crate::case::suggest::nearest;
@@ -29,14 +30,20 @@ impl Context<'_> {
             (floor + 5e-3).min(domain.upper.z),
         );
         if lower >= upper || lower < domain.lower.z || upper > domain.upper.z {
-            values
-                .report
-                .error(span, "the slab of the porosity has to lie within the box")
-                .label(format!("it reaches from {:.4} mm to {:.4} mm", lower * 1e3, upper * 1e3));
+            values.report.error(span, "the slab of the porosity has to lie within the box").label(format!(
+                "it reaches from {:.4} mm to {:.4} mm",
+                lower * 1e3,
+                upper * 1e3
+            ));
         }
         Bed {
             porosity_slab: [lower, upper],
-            height_radius: values.quantity::<Length>(written.height_radius.as_ref(), "height_radius", Range1::Positive, 1e-3),
+            height_radius: values.quantity::<Length>(
+                written.height_radius.as_ref(),
+                "height_radius",
+                Range1::Positive,
+                1e-3,
+            ),
             axis: values.pair::<Length>(written.axis.as_ref(), "axis").unwrap_or(middle(domain)),
         }
     }
@@ -55,7 +62,11 @@ impl Context<'_> {
             if text.grains.is_empty() {
                 self.values.report.error(span.clone(), "there is nothing to erode").label("the case has no grains");
             } else if grains.first().is_some() {
-                self.values.missing(Some(span), "grain_size", "add `grain_size = \"0.52 mm\"`: a mesh does not tell it");
+                self.values.missing(
+                    Some(span),
+                    "grain_size",
+                    "add `grain_size = \"0.52 mm\"`: a mesh does not tell it",
+                );
             }
             return None;
         };
@@ -89,7 +100,8 @@ impl Context<'_> {
 
     fn probe(&mut self, number: usize, at: &At<ProbeText>, domain: &BoxDomain, grains: &[Population]) -> Option<Probe> {
         let At { value, span } = at;
-        let name = self.values.text(value.name.as_ref(), "name").map_or_else(|| format!("probe {number}"), str::to_owned);
+        let name =
+            self.values.text(value.name.as_ref(), "name").map_or_else(|| format!("probe {number}"), str::to_owned);
         let schedule = self.schedule_of(value.every.as_ref(), value.steps.as_ref(), value.at.as_ref());
         let mut places = Vec::new();
         if let Some(point) = self.values.vector::<Length>(value.point.as_ref(), "point") {
@@ -145,10 +157,11 @@ impl Context<'_> {
             ProbePlace::Body { .. } => Vec::new(),
         };
         if points.iter().any(|p| p.cmplt(domain.lower).any() || p.cmpgt(domain.upper).any()) {
-            self.values
-                .report
-                .error(span.clone(), format!("`{name}` lies outside the box"))
-                .label(format!("the box reaches from {} to {}", millimetres(domain.lower), millimetres(domain.upper)));
+            self.values.report.error(span.clone(), format!("`{name}` lies outside the box")).label(format!(
+                "the box reaches from {} to {}",
+                millimetres(domain.lower),
+                millimetres(domain.upper)
+            ));
         }
         Some(Probe { name, place, schedule })
     }
@@ -196,7 +209,10 @@ impl Context<'_> {
         if times.iter().any(|&t| t < 0.0)
             && let Some(written) = at
         {
-            self.values.report.error(written.item.span.clone(), "a run begins at time zero").label("no time before that");
+            self.values
+                .report
+                .error(written.item.span.clone(), "a run begins at time zero")
+                .label("no time before that");
         }
         times.sort_by(Real::total_cmp);
         times.dedup();

@@ -4,9 +4,7 @@ use sazanami_numerics::{Quaternion, Real, Vector};
 
 use super::Context;
 use super::liquids::millimetres;
-use crate::case::meaning::{
-    BedFile, BoxDomain, Grain, GrainPlacement, Lattice, LatticePlacement, Motion, Packing,
-};
+use crate::case::meaning::{BedFile, BoxDomain, Grain, GrainPlacement, Lattice, LatticePlacement, Motion, Packing};
 use crate::case::schema::{BedFileText, GrainText, LatticeText, PackingText, PlacementText};
 use crate::case::value::Range1;
 use crate::case::written::{Angle, AngularVelocity, At, Length, Time, Velocity};
@@ -44,7 +42,12 @@ impl Context<'_> {
             jitter: values.number(written.jitter.as_ref(), "jitter", Range1::Between(0.0, 0.5), 0.02),
             height: values.optional::<Length>(written.height.as_ref(), "height", Range1::Positive),
             fall_gravity: values.number(written.fall_gravity.as_ref(), "fall_gravity", Range1::Positive, 4.0),
-            settle_time: values.quantity::<Time>(written.settle_time.as_ref(), "settle_time", Range1::NonNegative, 5e-3),
+            settle_time: values.quantity::<Time>(
+                written.settle_time.as_ref(),
+                "settle_time",
+                Range1::NonNegative,
+                5e-3,
+            ),
             stop: values.choice(written.stop.as_ref(), "stop", stop),
             mean_speed: values.quantity::<Velocity>(written.mean_speed.as_ref(), "mean_speed", Range1::Positive, 2e-3),
             energy_ratio: values.number(written.energy_ratio.as_ref(), "energy_ratio", Range1::Positive, 1e-3),
@@ -83,7 +86,12 @@ impl Context<'_> {
         Some(BedFile { file, scale, relax, recipe })
     }
 
-    fn lattice(&mut self, written: &LatticeText, span: &std::ops::Range<usize>, domain: &BoxDomain) -> LatticePlacement {
+    fn lattice(
+        &mut self,
+        written: &LatticeText,
+        span: &std::ops::Range<usize>,
+        domain: &BoxDomain,
+    ) -> LatticePlacement {
         let values = &mut self.values;
         let lattice = LatticePlacement {
             lower: values.vector::<Length>(written.lower.as_ref(), "lower").unwrap_or(domain.lower),

@@ -156,9 +156,9 @@ impl Frame {
     /// Acceleration of the frame at `time` [m/s^2].
     #[must_use]
     pub fn acceleration_at(&self, time: Real) -> Acceleration {
-        let oscillating = self.oscillation.map_or(Vector::ZERO, |o| {
-            o.amplitude * (std::f64::consts::TAU * o.frequency * time + o.phase).sin()
-        });
+        let oscillating = self
+            .oscillation
+            .map_or(Vector::ZERO, |o| o.amplitude * (std::f64::consts::TAU * o.frequency * time + o.phase).sin());
         self.acceleration + oscillating
     }
 }
@@ -329,10 +329,10 @@ impl Region {
                     if level && normal.z > 0.0 { point.z } else { Real::INFINITY },
                 ]
             }
-            Self::Union(regions) => regions.iter().map(Self::heights).fold(
-                [Real::INFINITY, Real::NEG_INFINITY],
-                |[low, high], [l, h]| [low.min(l), high.max(h)],
-            ),
+            Self::Union(regions) => regions
+                .iter()
+                .map(Self::heights)
+                .fold([Real::INFINITY, Real::NEG_INFINITY], |[low, high], [l, h]| [low.min(l), high.max(h)]),
         }
     }
 

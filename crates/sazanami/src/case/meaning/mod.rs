@@ -11,7 +11,7 @@ pub use flow::{
 };
 pub use grains::{
     BedFile, ContactLaw, ContactSphereChoice, Damping, DampingKind, DemOptions, Grain, GrainPlacement, GrainShape,
-    HistoryRotation, LatticePlacement, Lattice, Material, Motion, Multiplicity, Orientation, Packing, PackingStop,
+    HistoryRotation, Lattice, LatticePlacement, Material, Motion, Multiplicity, Orientation, Packing, PackingStop,
     PairContact, Population, Rolling, SizeDistribution, SlipDirection, Substeps, VolumeChoice, WALL, WallContact,
 };
 pub use observed::{
@@ -72,7 +72,7 @@ impl BoxDomain {
     /// Number of cells.
     #[must_use]
     pub fn cell_count(&self) -> usize {
-        self.cells.iter().product()
+        self.cells.iter().fold(1, |count: usize, &n| count.saturating_mul(n))
     }
 }
 

@@ -4,11 +4,12 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::case::meaning::{
-    Convection, DropVelocity, Exchange, FluidName, Limiter, Projection, TorqueArm, ViscosityScheme, VofScheme, Weighting,
+    Convection, DropVelocity, Exchange, FluidName, Limiter, Projection, TorqueArm, ViscosityScheme, VofScheme,
+    Weighting,
 };
 use crate::case::written::{
-    Acceleration, Angle, At, Call, Cells, Choice, Density, DynamicViscosity, Flag, Frequency, KinematicViscosity, Length,
-    Number, Pressure, Quantity, Several, Text, Time, Vectorial, Velocity, Whole,
+    Acceleration, Angle, At, Call, Cells, Choice, Density, DynamicViscosity, Flag, Frequency, KinematicViscosity,
+    Length, Number, Pressure, Quantity, Several, Text, Time, Vectorial, Velocity, Whole,
 };
 
 /// The box and its cells.

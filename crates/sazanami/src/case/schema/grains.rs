@@ -8,8 +8,8 @@ use crate::case::meaning::{
     WallContact,
 };
 use crate::case::written::{
-    Angle, AngularVelocity, At, AutoOrWhole, Call, Cells, Choice, Dashpot, Density, Flag, Length, Mass, Number, Numbers,
-    Quantity, Stiffness, Text, Time, Vectorial, Velocity, Whole, Words,
+    Angle, AngularVelocity, At, AutoOrWhole, Call, Cells, Choice, Dashpot, Density, Flag, Length, Mass, Number,
+    Numbers, Quantity, Stiffness, Text, Time, Vectorial, Velocity, Whole, Words,
 };
 
 /// How grains are moved.
