@@ -142,6 +142,7 @@ impl Projection {
     ///
     /// # Errors
     /// [`PressureError`]; the velocities are then as they were.
+    #[expect(clippy::too_many_arguments, reason = "the fields of the flow are lent one by one")]
     pub fn project(
         &mut self,
         domain: &Domain,

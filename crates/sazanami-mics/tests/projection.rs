@@ -38,17 +38,12 @@ impl Flow {
     ) -> Self {
         let size = Vector::new(cells[0] as Real, 1.1 * cells[1] as Real, 0.9 * cells[2] as Real) * 1e-3;
         let periodic = sides.map(|s| s[0] == PressureSide::Periodic);
-        let domain = Domain::new(Grid::new(cells, Vector::ZERO, size), periodic, communicator).unwrap();
+        let domain =
+            Domain::new(Grid::new(cells, Vector::ZERO, size), periodic, communicator).expect("cells for every rank");
         let start = domain.start();
         let global = |i: isize, j: isize, k: isize| {
-            [i, j, k]
-                .iter()
-                .zip(start)
-                .zip(cells)
-                .map(|((&i, s), n)| (i + s as isize).rem_euclid(n as isize) as usize)
-                .collect::<Vec<_>>()
-                .try_into()
-                .unwrap()
+            let at = [i, j, k];
+            std::array::from_fn(|d| (at[d] + start[d] as isize).rem_euclid(cells[d] as isize) as usize)
         };
         let mut rho = domain.field(0.0);
         domain.set(&mut rho, |i, j, k| density(global(i, j, k)));
@@ -99,8 +94,8 @@ impl Flow {
         let sum = self.domain.sum_rows(&self.domain.interior(), |row| {
             let mut sum = [0.0; 3];
             for at in row.shifted(0) {
-                for d in 0..3 {
-                    sum[d] += self.density.data()[at] * self.velocity[d].data()[at];
+                for (sum, velocity) in sum.iter_mut().zip(&self.velocity) {
+                    *sum += self.density.data()[at] * velocity.data()[at];
                 }
             }
             sum
@@ -256,7 +251,8 @@ fn outcome(
 ) -> (Vec<Real>, Vec<Real>, usize) {
     let mut flow = Flow::new(communicator, cells, sides, sprinkled);
     let mut projection = Projection::new(&flow.domain, sides);
-    let report = flow.project(&mut projection, Vector::new(0.0, 0.0, -9.8), 1e-5, 1e-9).unwrap();
+    let report =
+        flow.project(&mut projection, Vector::new(0.0, 0.0, -9.8), 1e-5, 1e-9).expect("the pressure converges");
     let mut faces = Vec::new();
     for field in flow.faces.iter().chain(&flow.velocity) {
         faces.extend(flow.domain.gather(field));

@@ -228,7 +228,8 @@ impl ConjugateGradient {
             let common = (before - descent) / alpha;
             bend = curvature - common * common / last;
             beta = -common / last;
-            if !(bend > 1e-3 * curvature) {
+            // A direction nearly along the last one says that rounding rules: start afresh.
+            if bend <= 1e-3 * curvature {
                 (beta, bend) = (0.0, curvature);
             }
         }

@@ -165,7 +165,7 @@ impl Multigrid {
         lags[2..].copy_from_slice(&LAGS[1..LAGS.len() - 1]);
         if descending > 0 {
             // Pairs of planes and rows that make a coarse one stay together.
-            lags[descending + 1] = (lags[descending + 1] + 1) / 2 * 2;
+            lags[descending + 1] = lags[descending + 1].div_ceil(2) * 2;
         }
         for stages in frame.stages(borders, 2 + descending) {
             let lags = if stages.len() == 1 { &ALONE[..] } else { &lags[..stages.len()] };

@@ -18,16 +18,14 @@ pub(super) fn sums_of<const N: usize>(count: usize, terms: impl Fn(usize) -> [f3
     let whole = count / LANES * LANES;
     for start in (0..whole).step_by(LANES) {
         for lane in 0..LANES {
-            let terms = terms(start + lane);
-            for n in 0..N {
-                lanes[n][lane] += terms[n];
+            for (lanes, term) in lanes.iter_mut().zip(terms(start + lane)) {
+                lanes[lane] += term;
             }
         }
     }
     for at in whole..count {
-        let terms = terms(at);
-        for n in 0..N {
-            lanes[n][at - whole] += terms[n];
+        for (lanes, term) in lanes.iter_mut().zip(terms(at)) {
+            lanes[at - whole] += term;
         }
     }
     lanes.map(|lanes| lanes.iter().map(|&v| f64::from(v)).sum())

@@ -111,7 +111,7 @@ impl Transfer {
         for start in (0..self.coarse.cells[0]).step_by(RUN) {
             let count = (self.coarse.cells[0] - start).min(RUN);
             let at = self.coarse.first(row, plane) + start / 2;
-            let [even, odd] = [0, 1].map(|o| coarse[self.coarse.colour(o, row, plane)].run(at, (count + 1) / 2));
+            let [even, odd] = [0, 1].map(|o| coarse[self.coarse.colour(o, row, plane)].run(at, count.div_ceil(2)));
             let (m0, most) = if self.ratio[0] == 2 { (start, count) } else { (start / 2, (count + 1 - offset) / 2) };
             let n = board.length(offset).saturating_sub(m0).min(most);
             let x = x.run_mut(board.first(j, k) + m0, n);
@@ -141,12 +141,12 @@ impl Transfer {
                 if (j == n2 && direction != 1) || (k == n3 && direction != 2) {
                     continue;
                 }
-                let rows = self.fine(1, j, fine_cells[1]);
-                let rows = if direction == 1 { j * self.ratio[1]..j * self.ratio[1] + 1 } else { rows };
-                let rows = if direction == 1 && j == n2 { fine_cells[1]..fine_cells[1] + 1 } else { rows };
-                let planes = self.fine(2, k, fine_cells[2]);
-                let planes = if direction == 2 { k * self.ratio[2]..k * self.ratio[2] + 1 } else { planes };
-                let planes = if direction == 2 && k == n3 { fine_cells[2]..fine_cells[2] + 1 } else { planes };
+                // The fine faces that make a coarse one: one layer along its normal, all cells across it.
+                let span = |d: usize, at: usize| {
+                    let first = (at * self.ratio[d]).min(fine_cells[d]);
+                    if d == direction { first..first + 1 } else { self.fine(d, at, fine_cells[d]) }
+                };
+                let (rows, planes) = (span(1, j), span(2, k));
                 let last = if direction == 0 { n1 + 1 } else { n1 };
                 for start in (0..last).step_by(RUN) {
                     let count = (last - start).min(RUN);
