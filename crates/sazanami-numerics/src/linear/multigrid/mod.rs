@@ -333,3 +333,92 @@ fn set_coefficients(level: &mut Level, equation: &impl Equation, maxima: &mut Ve
     });
     domain.max(maxima.iter().copied().fold(0.0, Real::max))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Vector;
+    use crate::domain::GhostRules;
+    use crate::linear::FaceEquation;
+    use sazanami_parallel::{Communicator, Solo, run_ranks};
+
+    /// A number in [0, 1) for a cell of the whole grid and a purpose.
+    fn random(purpose: u64, [i, j, k]: [usize; 3]) -> Real {
+        let mut n =
+            (i as u64 + 1000 * j as u64 + 1_000_000 * k as u64 + (purpose << 40)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        n = (n ^ (n >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        n = (n ^ (n >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((n ^ (n >> 31)) >> 11) as Real / (1u64 << 53) as Real
+    }
+
+    /// One cycle for a random right-hand side and random coefficients: global indices and values.
+    fn cycled(
+        communicator: Box<dyn Communicator>,
+        cells: [usize; 3],
+        periodic: [bool; 3],
+        right: u64,
+    ) -> Vec<([usize; 3], f32)> {
+        let domain = Domain::new(Grid::new(cells, Vector::ZERO, Vector::ONE), periodic, communicator)
+            .expect("cells for every rank");
+        let start = domain.start();
+        let global = |at: [usize; 3]| [0, 1, 2].map(|d| (at[d] + start[d]) % cells[d]);
+        let mut faces = [0, 1, 2].map(|_| domain.field(0.0));
+        let board = Chequerboard::new(domain.cells(), start);
+        board.for_each_place([1; 3], |i, j, k, _| {
+            for (d, faces) in faces.iter_mut().enumerate() {
+                let index = [i, j, k][d] + start[d];
+                let wall = !periodic[d] && (index == 0 || index == cells[d]);
+                let value = if random(d as u64, global([i, j, k])) < 0.5 { 1e-3 } else { 1.0 };
+                faces[[i as isize, j as isize, k as isize]] = if wall { 0.0 } else { value };
+            }
+        });
+        let zero = domain.field(0.0);
+        let faces = [&faces[0], &faces[1], &faces[2]];
+        let equation = FaceEquation { faces, right_hand_side: &zero, ghosts: &GhostRules::EVEN, singular: true };
+        let mut multigrid = Multigrid::new(&domain);
+        multigrid.set_up(&equation);
+        let level = multigrid.finest();
+        board.for_each_place([0; 3], |i, j, k, (colour, at)| {
+            level.b[colour][at] = random(right, global([i, j, k])) as f32 - 0.5;
+        });
+        multigrid.descend();
+        let mut sums = vec![[0.0; 4]; domain.cells()[2]];
+        multigrid.complete(&board.zeros(), &mut sums);
+        let mut values = Vec::new();
+        let level = multigrid.finest();
+        board.for_each_place([0; 3], |i, j, k, (colour, at)| values.push((global([i, j, k]), level.x[colour][at])));
+        values
+    }
+
+    #[test]
+    fn a_cycle_has_the_same_bits_on_any_number_of_ranks() {
+        let boxes =
+            [([64, 48, 20], [false; 3]), ([64, 36, 21], [true, false, true]), ([18, 13, 7], [false, true, false])];
+        for (cells, periodic) in boxes {
+            let sorted = |mut values: Vec<([usize; 3], f32)>| {
+                values.sort_by_key(|(at, _)| *at);
+                values
+            };
+            let alone = sorted(cycled(Box::new(Solo::default()), cells, periodic, 7));
+            for ranks in [2, 3, 4, 6] {
+                let parts = run_ranks(ranks, 1, |c| cycled(c, cells, periodic, 7)).unwrap();
+                assert!(sorted(parts.concat()) == alone, "{cells:?} on {ranks} ranks");
+            }
+        }
+    }
+
+    #[test]
+    fn a_cycle_is_symmetric() {
+        for (cells, periodic) in
+            [([24, 20, 12], [false; 3]), ([13, 9, 7], [true, false, true]), ([17, 1, 12], [true; 3])]
+        {
+            let product = |right: u64, left: u64| -> Real {
+                let x = cycled(Box::new(Solo::default()), cells, periodic, right);
+                x.iter().map(|(at, x)| Real::from(*x) * Real::from(random(left, *at) as f32 - 0.5)).sum()
+            };
+            let (ab, ba, aa) = (product(7, 8), product(8, 7), product(7, 7));
+            assert!((ab - ba).abs() < 2e-5 * aa.abs(), "{cells:?}: {ab} {ba} {aa}");
+            assert!(aa > 0.0);
+        }
+    }
+}
