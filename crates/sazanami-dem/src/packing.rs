@@ -451,6 +451,22 @@ impl Packing {
         Ok(packing)
     }
 
+    /// The grains as they lie, their contacts remembered, in an engine with other walls. Contacts with a wall go
+    /// to the wall of the same number: the sides of the box in their order, then the floor.
+    ///
+    /// # Errors
+    /// Those of [`Engine::restore`].
+    pub fn into_engine(mut self, domain: &Domain, setup: Setup) -> Result<Engine, DemError> {
+        let mut snapshot = Snapshot::default();
+        self.engine.snapshot(domain, "", &mut snapshot);
+        if domain.communicator().rank() == 0 {
+            snapshot.put_vectors("wall.point", &setup.walls.iter().map(|w| w.point).collect::<Vec<_>>());
+            snapshot.put_vectors("wall.velocity", &setup.walls.iter().map(|w| w.velocity).collect::<Vec<_>>());
+        }
+        drop(self);
+        Engine::restore(domain, setup, "", &snapshot)
+    }
+
     /// The grains of this rank as they lie, at rest.
     #[must_use]
     pub fn bed(&self) -> Vec<Grain> {

@@ -194,6 +194,9 @@ impl Projection {
     /// For incremental projection: -dt puts the old pressure into the prediction, +dt takes it out
     /// again before the faces are interpolated.
     pub fn push(&self, domain: &Domain, density: &Field<Real>, velocity: &mut [Field<Real>; 3], factor: Real) {
+        if factor == 0.0 {
+            return;
+        }
         let gradient = self.gradient(density);
         let [u1, u2, u3] = velocity.each_mut().map(Field::data_mut);
         domain.for_each_row(&domain.interior(), (u1, u2, u3), |row, (u1, u2, u3)| {

@@ -22,6 +22,10 @@ const VOLUME_FRACTION: &str = "fluid/volume_fraction";
 const VELOCITY: [&str; 3] = ["fluid/velocity_1", "fluid/velocity_2", "fluid/velocity_3"];
 const FACE_VELOCITY: [&str; 3] = ["fluid/face_velocity_1", "fluid/face_velocity_2", "fluid/face_velocity_3"];
 const LAST_FACES: [&str; 3] = ["fluid/last_faces_1", "fluid/last_faces_2", "fluid/last_faces_3"];
+const EARLIER_FACES: [&str; 3] = ["fluid/earlier_faces_1", "fluid/earlier_faces_2", "fluid/earlier_faces_3"];
+const EARLIER_LAST_FACES: [&str; 3] =
+    ["fluid/earlier_last_faces_1", "fluid/earlier_last_faces_2", "fluid/earlier_last_faces_3"];
+const EARLIER_STEP: &str = "fluid/earlier_step";
 const PRESSURE: &str = "fluid/pressure";
 const COUNTERS: &str = "fluid/counters";
 const PREVIOUS_STEP: &str = "fluid/previous_step";
@@ -43,6 +47,13 @@ impl Solver {
             let faces = &self.flow.face_velocity[d];
             snapshot.put_reals(FACE_VELOCITY[d], domain.gather(faces));
             snapshot.put_reals(LAST_FACES[d], domain.gather(&upper_faces(domain, faces, d)));
+        }
+        if let Some((faces, dt)) = &self.flow.previous_faces {
+            for d in 0..3 {
+                snapshot.put_reals(EARLIER_FACES[d], domain.gather(&faces[d]));
+                snapshot.put_reals(EARLIER_LAST_FACES[d], domain.gather(&upper_faces(domain, &faces[d], d)));
+            }
+            snapshot.put_reals(EARLIER_STEP, vec![*dt]);
         }
         snapshot.put_u64(COUNTERS, vec![self.flow.transports]);
         snapshot.put_reals(PREVIOUS_STEP, self.previous_step.into_iter().collect());
@@ -76,10 +87,11 @@ impl Solver {
         scatter(VOLUME_FRACTION, &mut flow.volume_fraction)?;
         for d in 0..3 {
             scatter(VELOCITY[d], &mut flow.velocity[d])?;
-            scatter(LAST_FACES[d], &mut flow.face_velocity[d])?;
-            let upper = flow.face_velocity[d].clone();
-            scatter(FACE_VELOCITY[d], &mut flow.face_velocity[d])?;
-            set_last_faces(&domain, &upper, &mut flow.face_velocity[d], d);
+            flow.face_velocity[d] = faces(&domain, snapshot, FACE_VELOCITY[d], LAST_FACES[d], d)?;
+        }
+        if let Ok(&[dt]) = snapshot.reals_of(EARLIER_STEP, 1) {
+            let earlier = |d: usize| faces(&domain, snapshot, EARLIER_FACES[d], EARLIER_LAST_FACES[d], d);
+            flow.previous_faces = Some(([earlier(0)?, earlier(1)?, earlier(2)?], dt));
         }
         flow.transports = snapshot.u64(COUNTERS)?.first().copied().unwrap_or_default();
         flow.fill_halos(&domain, &boundary);
@@ -90,6 +102,22 @@ impl Solver {
         let previous_step = snapshot.reals(PREVIOUS_STEP)?.first().copied();
         Ok(Self { domain, boundary, settings, flow, projection, grains, previous_step })
     }
+}
+
+/// Reads face values: those on lower faces, and those on the upper faces of the last cells.
+fn faces(
+    domain: &Domain,
+    snapshot: &Snapshot,
+    lower: &str,
+    last: &str,
+    direction: usize,
+) -> Result<Field<Real>, SnapshotError> {
+    let cells = domain.grid().len();
+    let (mut upper, mut faces) = (domain.field(0.0), domain.field(0.0));
+    domain.scatter(snapshot.reals_of(last, cells)?, &mut upper);
+    domain.scatter(snapshot.reals_of(lower, cells)?, &mut faces);
+    set_last_faces(domain, &upper, &mut faces, direction);
+    Ok(faces)
 }
 
 /// The upper faces of the cells in `direction` as a field of their lower neighbours.

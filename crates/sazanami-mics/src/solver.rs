@@ -164,14 +164,12 @@ impl Solver {
         for _ in 0..step.fluid_passes {
             watch(Phase::Fluid);
             report.courant = report.courant.max(flow.advective_rate(domain) * pass);
+            // The old pressure acts for half the transport's time: second order where it is asked for.
+            let half = if settings.incremental { 0.5 * pass } else { 0.0 };
+            projection.push(domain, &flow.density, &mut flow.velocity, -half);
             report.transport += flow.transport(domain, boundary, pass);
-            if settings.incremental {
-                projection.push(domain, &flow.density, &mut flow.velocity, -pass);
-            }
+            projection.push(domain, &flow.density, &mut flow.velocity, half);
             report.diffusion += flow.diffuse(domain, boundary, pass)?;
-            if settings.incremental {
-                projection.push(domain, &flow.density, &mut flow.velocity, pass);
-            }
             flow.predict_faces(domain, boundary, gravity, pass);
             report.impulses.gravity_on_fluid += flow.mass(domain) * gravity * pass;
             watch(Phase::Pressure);

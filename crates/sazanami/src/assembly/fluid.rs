@@ -2,7 +2,7 @@
 
 use sazanami_mics::advection::{Convection, Limiter};
 use sazanami_mics::boundary::{Boundary, BoundaryError, Side};
-use sazanami_mics::flow::{DropVelocity, Flow, Fluids, Schemes};
+use sazanami_mics::flow::{Carrier, DropVelocity, Flow, Fluids, Schemes};
 use sazanami_mics::grains::{Coupling, Exchange, TorqueArm, Weighting};
 use sazanami_mics::interface::InterfaceScheme;
 use sazanami_mics::pressure::Tolerance;
@@ -76,6 +76,10 @@ pub(crate) fn flow(case: &Case, domain: &Domain) -> Flow {
             (meaning::ViscosityScheme::CrankNicolson, _) => ViscosityScheme::CrankNicolson,
             (meaning::ViscosityScheme::Explicit, _) => ViscosityScheme::Explicit,
             (meaning::ViscosityScheme::Off, _) => ViscosityScheme::Off,
+        },
+        carrier: match options.projection {
+            meaning::Projection::Full => Carrier::Start,
+            meaning::Projection::Incremental => Carrier::Middle,
         },
         ..Schemes::default()
     };

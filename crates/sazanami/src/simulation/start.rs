@@ -8,7 +8,6 @@ use sazanami_mics::solver::Solver;
 use sazanami_numerics::Real;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::geometry::Region;
-use sazanami_numerics::snapshot::Snapshot;
 
 use super::job::{Job, RankError};
 use super::{PACKING, fixed_step};
@@ -58,11 +57,9 @@ pub(super) fn solver(
     }
     let engine = match packed {
         None => Engine::new(&domain, setup, &grains::placed(case, &job.beds))?,
-        Some(mut packing) => {
+        Some(packing) => {
             // Contacts keep their memory: the bed stays as it lies.
-            let mut snapshot = Snapshot::default();
-            packing.snapshot(&domain, GRAINS, &mut snapshot);
-            let mut engine = Engine::restore(&domain, setup, GRAINS, &snapshot)?;
+            let mut engine = packing.into_engine(&domain, setup)?;
             engine.insert(&domain, &grains::placed(case, &job.beds))?;
             engine
         }
