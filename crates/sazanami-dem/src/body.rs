@@ -92,6 +92,13 @@ impl Body {
     }
 }
 
+impl Body {
+    /// Centre and radius of each contact sphere.
+    pub(crate) fn packed_spheres(&self) -> impl Iterator<Item = [Real; 4]> + '_ {
+        self.centres.iter().zip(&self.radii).map(|(c, &r)| [c.x, c.y, c.z, r])
+    }
+}
+
 impl From<&Shape> for Body {
     fn from(shape: &Shape) -> Self {
         let spheres = shape.contact_spheres();

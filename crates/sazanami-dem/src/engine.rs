@@ -3,10 +3,10 @@
 use std::sync::atomic::{AtomicU8, Ordering};
 
 use sazanami_numerics::domain::Domain;
-use sazanami_numerics::{Matrix, Real, Vector};
+use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::{for_each_chunk, max_over, sum_over};
 
-use crate::body::{Body, spin};
+use crate::body::Body;
 use crate::contact::block::{Block, ROWS};
 use crate::contact::incoming::Incoming;
 use crate::contact::law::Constants;
@@ -17,7 +17,7 @@ use crate::error::DemError;
 use crate::ghosts::{self, Exchange};
 use crate::grain::{Grain, GrainRecord, Grains, Motion, imaged};
 use crate::material::Interactions;
-use crate::motion::{Frame, Inert, Pose, drift};
+use crate::motion::{Frame, Inert, Leap, Moving};
 use crate::wall::Wall;
 
 /// Overlap over radius above which a run ends.
@@ -102,6 +102,7 @@ pub struct ContactReport {
 pub struct Engine {
     pub(crate) bodies: Vec<Body>,
     arrays: Vec<SphereArrays>,
+    spheres: Vec<[Real; 4]>,
     pub(crate) interactions: Interactions,
     constants: Vec<Constants>,
     pub(crate) walls: Vec<Wall>,
@@ -163,6 +164,7 @@ impl Engine {
         let period = ghosts::period(domain);
         let mut engine = Self {
             arrays: setup.bodies.iter().map(SphereArrays::new).collect(),
+            spheres: setup.bodies.iter().flat_map(Body::packed_spheres).collect(),
             constants: setup.interactions.laws().iter().map(Constants::new).collect(),
             wall_budget: vec![0.0; setup.walls.len()],
             bodies: setup.bodies,
@@ -416,7 +418,7 @@ impl Engine {
                 let pair = &block.pairs[contact.pair as usize];
                 let (low, high) = (pair.low as usize, pair.high as usize);
                 let ((a, ra), (b, rb)) = (point(low, contact.a), point(high, contact.b));
-                let line = self.frames[high].home - self.frames[low].home + pair.shift + b - a;
+                let line = self.frames[high].home - self.frames[low].home + pair.shift(self.period) + b - a;
                 let overlap = (ra + rb - line.length()).max(0.0);
                 let c = &self.constants[pair.law as usize];
                 energy += 0.5 * (c.normal_stiffness * overlap * overlap);
@@ -456,9 +458,7 @@ impl Engine {
         let inertia = self.grains.inertia[own];
         self.grains.velocity[own] = velocity;
         self.grains.angular_momentum[own] = turn * (inertia * (turn.transpose() * angular_velocity));
-        let frame = &mut self.frames[own];
-        frame.velocity = velocity;
-        frame.spin = spin(&turn, self.inert[own].inverse_inertia, self.grains.angular_momentum[own]);
+        set_frame(&mut self.frames[own], &self.inert[own], &self.grains, own);
     }
 
     /// Brings the ghosts up to date after own grains were changed.
@@ -506,6 +506,7 @@ impl Engine {
         World {
             bodies: &self.bodies,
             arrays: &self.arrays,
+            spheres: &self.spheres,
             constants: &self.constants,
             plain: self.constants.iter().all(Constants::plain),
             frames: &self.frames,
@@ -552,22 +553,17 @@ impl Engine {
             &mut grains.contact_force[..owned],
             &mut grains.contact_torque[..owned],
         );
+        let (gravity, h) = kick.unwrap_or_default();
         for_each_chunk(
             (poses, marks, &mut frames[..owned], &mut budget[..owned]),
             ROWS,
             |number, (poses, marks, frames, budget)| {
-                let block = blocks.get(number);
-                let mut on_walls = block.map_or(&[][..], |b| &b.walls.actions[..]);
-                for row in 0..frames.len() {
-                    let g = number * ROWS + row;
-                    let inert = &inert[g];
-                    let mut pose = Pose {
-                        home: poses.0[row],
-                        orientation: poses.1[row],
-                        velocity: poses.2[row],
-                        angular_momentum: poses.3[row],
-                    };
-                    if let (Some((gravity, h)), Some(block)) = (kick, block) {
+                let first = number * ROWS;
+                let rows = first..first + frames.len();
+                let mut impulses = [Wrench::default(); ROWS];
+                if let (Some(_), Some(block)) = (kick, blocks.get(number)) {
+                    let mut on_walls = &block.walls.actions[..];
+                    for (row, g) in rows.clone().enumerate() {
                         let (mut total, touched) = incoming.total(blocks, g);
                         total += block.own[row];
                         if let [(grain, wrench), rest @ ..] = on_walls
@@ -582,25 +578,28 @@ impl Engine {
                         if keep {
                             (marks.1[row], marks.2[row]) = (total.force, total.torque);
                         }
-                        if inert.inverse_mass > 0.0 {
-                            let load = Wrench {
-                                force: loads.force.get(g).copied().unwrap_or_default(),
-                                torque: loads.torque.get(g).copied().unwrap_or_default(),
-                            };
-                            total += load;
-                            pose.velocity += h * (total.force * inert.inverse_mass + gravity);
-                            pose.angular_momentum += h * total.torque;
+                        if let Some(force) = loads.force.get(g) {
+                            total.force += *force;
                         }
+                        if let Some(torque) = loads.torque.get(g) {
+                            total.torque += *torque;
+                        }
+                        impulses[row] = Wrench { force: h * total.force, torque: h * total.torque };
                     }
-                    budget[row] += drift(&mut pose, inert, &mut frames[row], time);
-                    // Not a number counts as expired: the check that follows finds it.
-                    if !(budget[row] <= reach[g]) {
-                        state.fetch_max(EXPIRED, Ordering::Relaxed);
-                    }
-                    poses.0[row] = pose.home;
-                    poses.1[row] = pose.orientation;
-                    poses.2[row] = pose.velocity;
-                    poses.3[row] = pose.angular_momentum;
+                }
+                let mut moving = Moving {
+                    inert: &inert[rows.clone()],
+                    home: poses.0,
+                    orientation: poses.1,
+                    velocity: poses.2,
+                    angular_momentum: poses.3,
+                    frames,
+                    budget,
+                };
+                moving.leap(&Leap { gravity: h * gravity, impulses: &impulses, time });
+                // Not a number counts as expired: the check that follows finds it.
+                if !moving.budget.iter().zip(&reach[rows]).all(|(budget, reach)| budget <= reach) {
+                    state.fetch_max(EXPIRED, Ordering::Relaxed);
                 }
             },
         );
@@ -689,7 +688,7 @@ impl Engine {
                 records.push(ContactRecord {
                     low: grains.id[pair.low as usize],
                     high: grains.id[pair.high as usize],
-                    image: pair.image,
+                    image: pair.image.map(i32::from),
                     a: c.a,
                     b: c.b,
                     deep: u32::from(c.deep),
@@ -785,6 +784,14 @@ impl Engine {
     fn set_frames(&mut self) {
         let Self { grains, frames, inert, bodies, .. } = self;
         frames.resize(grains.len(), Frame::default());
+        let first: Vec<u32> = bodies
+            .iter()
+            .scan(0, |next, body| {
+                let first = *next;
+                *next += body.spheres() as u32;
+                Some(first)
+            })
+            .collect();
         inert.clear();
         for g in 0..grains.len() {
             let free = grains.motion[g] == Motion::Free;
@@ -797,17 +804,15 @@ impl Engine {
             });
             frames[g].scale = grains.scale[g];
             frames[g].body = grains.shape[g];
-            frames[g].material = grains.material[g];
+            frames[g].spheres = first[grains.shape[g] as usize];
             set_frame(&mut frames[g], &inert[g], grains, g);
         }
     }
 }
 
 fn set_frame(frame: &mut Frame, inert: &Inert, grains: &Grains, g: usize) {
-    frame.home = grains.home[g];
-    frame.rotation = Matrix::from_quat(grains.orientation[g]);
-    frame.velocity = grains.velocity[g];
-    frame.spin = spin(&frame.rotation, inert.inverse_inertia, grains.angular_momentum[g]);
+    let (home, orientation, velocity) = (grains.home[g], grains.orientation[g], grains.velocity[g]);
+    frame.set(home, orientation, velocity, grains.angular_momentum[g], inert.inverse_inertia);
 }
 
 fn overlap_error(census: &Census, substep: usize) -> DemError {

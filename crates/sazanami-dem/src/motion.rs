@@ -6,8 +6,10 @@
 
 use sazanami_numerics::{Matrix, Quaternion, Real, Vector};
 
-use crate::body::spin;
+use crate::contact::Wrench;
+use crate::contact::evaluate::WIDTH;
 use crate::grain::Motion;
+use crate::lanes::{Lanes, Lanes3};
 
 /// Where the material of a grain is and how it moves: what contact needs to know.
 #[derive(Clone, Copy, Debug, Default)]
@@ -24,8 +26,8 @@ pub(crate) struct Frame {
     pub scale: Real,
     /// Number of the body.
     pub body: u32,
-    /// Number of the material.
-    pub material: u32,
+    /// First of its contact spheres among those of all bodies.
+    pub spheres: u32,
 }
 
 /// Constants of a grain's motion.
@@ -40,60 +42,212 @@ pub(crate) struct Inert {
     pub motion: Motion,
 }
 
-/// Position, orientation and momenta.
+/// Some grains on the move, one array element each.
+pub(crate) struct Moving<'a> {
+    pub inert: &'a [Inert],
+    pub home: &'a mut [Vector],
+    pub orientation: &'a mut [Quaternion],
+    pub velocity: &'a mut [Vector],
+    pub angular_momentum: &'a mut [Vector],
+    pub frames: &'a mut [Frame],
+    /// Grows by a bound of the way of the contact spheres' centres [m].
+    pub budget: &'a mut [Real],
+}
+
+/// A change of momentum and angular momentum, and a time of free motion after it.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Pose {
-    pub home: Vector,
-    pub orientation: Quaternion,
-    pub velocity: Vector,
-    pub angular_momentum: Vector,
+pub(crate) struct Leap<'a> {
+    /// Change of velocity by gravity [m/s].
+    pub gravity: Vector,
+    /// Impulse and angular impulse of each grain [N s, N m s].
+    pub impulses: &'a [Wrench],
+    /// Time of free motion [s].
+    pub time: Real,
 }
 
-/// Rotation by the vector `angle` (axis times angle).
-///
-/// Sine and cosine of the half angle are series up to a twentieth of a radian, where they are exact
-/// to round-off.
-fn turn(angle: Vector) -> Quaternion {
-    let half = 0.5 * angle;
-    let square = half.length_squared();
-    let (sinc, cosine) = if square < 2.5e-3 {
-        let sinc = 1.0 - square / 6.0 * (1.0 - square / 20.0 * (1.0 - square / 42.0 * (1.0 - square / 72.0)));
-        let cosine = 1.0 - square / 2.0 * (1.0 - square / 12.0 * (1.0 - square / 30.0 * (1.0 - square / 56.0)));
-        (sinc, cosine)
-    } else {
-        let size = square.sqrt();
-        (size.sin() / size, size.cos())
-    };
-    Quaternion::from_xyzw(half.x * sinc, half.y * sinc, half.z * sinc, cosine)
+/// `W` unit quaternions.
+#[derive(Clone, Copy)]
+struct Orientations<const W: usize> {
+    vector: Lanes3<W>,
+    scalar: Lanes<W>,
 }
 
-/// Moves a grain freely for `time`, updates its frame, and returns a bound of the way that the
-/// centre of any of its contact spheres has gone [m].
-#[inline]
-pub(crate) fn drift(pose: &mut Pose, inert: &Inert, frame: &mut Frame, time: Real) -> Real {
-    if inert.motion == Motion::Fixed {
-        return 0.0;
+/// Columns of `W` rotation matrices.
+type Rotations<const W: usize> = [Lanes3<W>; 3];
+
+impl<const W: usize> Orientations<W> {
+    #[inline(always)]
+    fn from_fn(of: impl Fn(usize) -> Quaternion) -> Self {
+        Self { vector: Lanes3::from_fn(|l| of(l).xyz()), scalar: Lanes::from_fn(|l| of(l).w) }
     }
-    pose.home += time * pose.velocity;
-    let start = spin(&frame.rotation, inert.inverse_inertia, pose.angular_momentum);
-    let angular = if inert.motion == Motion::Prescribed {
-        start
-    } else {
-        let middle = Matrix::from_quat((turn(0.5 * time * start) * pose.orientation).normalize());
-        spin(&middle, inert.inverse_inertia, pose.angular_momentum)
-    };
-    pose.orientation = (turn(time * angular) * pose.orientation).normalize();
-    frame.home = pose.home;
-    frame.rotation = Matrix::from_quat(pose.orientation);
-    if inert.motion == Motion::Prescribed {
-        // The spin is what is prescribed; the momentum turns with the body.
-        pose.angular_momentum = frame.rotation * (frame.rotation.transpose() * angular / inert.inverse_inertia);
+
+    #[inline(always)]
+    fn times(self, o: Self) -> Self {
+        let (a, b) = (self.vector, o.vector);
+        Self { vector: b * self.scalar + a * o.scalar + a.cross(b), scalar: self.scalar * o.scalar - a.dot(b) }
     }
-    frame.velocity = pose.velocity;
-    frame.spin = spin(&frame.rotation, inert.inverse_inertia, pose.angular_momentum);
-    // The last term covers the round-off of the positions themselves.
-    time * (pose.velocity.length() + angular.length() * inert.arm) * (1.0 + 1e-9)
-        + 4e-16 * (pose.home.abs().max_element() + inert.arm)
+
+    #[inline(always)]
+    fn normalized(self) -> Self {
+        let square = self.vector.dot(self.vector) + self.scalar * self.scalar;
+        let factor = Lanes::splat(1.0).divided_by(square.sqrt());
+        Self { vector: self.vector * factor, scalar: self.scalar * factor }
+    }
+
+    #[inline(always)]
+    fn rotations(self) -> Rotations<W> {
+        let one = Lanes::splat(1.0);
+        let (q, w) = (self.vector, self.scalar);
+        let twice = q + q;
+        let (xx, xy, xz) = (q.x * twice.x, q.x * twice.y, q.x * twice.z);
+        let (yy, yz, zz) = (q.y * twice.y, q.y * twice.z, q.z * twice.z);
+        let (wx, wy, wz) = (w * twice.x, w * twice.y, w * twice.z);
+        [
+            Lanes3 { x: one - (yy + zz), y: xy + wz, z: xz - wy },
+            Lanes3 { x: xy - wz, y: one - (xx + zz), z: yz + wx },
+            Lanes3 { x: xz + wy, y: yz - wx, z: one - (xx + yy) },
+        ]
+    }
+
+    /// Rotation by the vector `angle` (axis times angle).
+    ///
+    /// Sine and cosine of the half angle are series up to a twentieth of a radian, where they are
+    /// exact to round-off.
+    #[inline(always)]
+    fn turn(angle: Lanes3<W>) -> Self {
+        let constant = Lanes::<W>::splat;
+        let half = angle * constant(0.5);
+        let square = half.dot(half);
+        let series = |from: Real, divisors: [Real; 4]| {
+            let mut sum = constant(1.0);
+            for d in divisors.into_iter().rev() {
+                sum = constant(1.0) - square * constant(1.0 / d) * sum;
+            }
+            sum * constant(from)
+        };
+        let mut sinc = series(1.0, [6.0, 20.0, 42.0, 72.0]);
+        let mut cosine = series(1.0, [2.0, 12.0, 30.0, 56.0]);
+        for l in 0..W {
+            if square.0[l] >= 2.5e-3 {
+                let size = square.0[l].sqrt();
+                (sinc.0[l], cosine.0[l]) = (size.sin() / size, size.cos());
+            }
+        }
+        Self { vector: half * sinc, scalar: cosine }
+    }
+}
+
+/// `R diag(1/I) R^T L`.
+#[inline(always)]
+fn spins<const W: usize>(r: &Rotations<W>, inverse_inertia: Lanes3<W>, momentum: Lanes3<W>) -> Lanes3<W> {
+    r[0] * (inverse_inertia.x * r[0].dot(momentum))
+        + r[1] * (inverse_inertia.y * r[1].dot(momentum))
+        + r[2] * (inverse_inertia.z * r[2].dot(momentum))
+}
+
+impl Moving<'_> {
+    /// Kicks all grains and lets them move freely.
+    pub fn leap(&mut self, leap: &Leap<'_>) {
+        let count = self.frames.len();
+        let mut at = 0;
+        while at < count {
+            let several = at + WIDTH <= count && self.inert[at..at + WIDTH].iter().all(|i| i.motion == Motion::Free);
+            if several {
+                self.leap_free::<WIDTH>(at, leap);
+                at += WIDTH;
+            } else {
+                match self.inert[at].motion {
+                    Motion::Free => self.leap_free::<1>(at, leap),
+                    Motion::Prescribed => self.go_on(at, leap.time),
+                    Motion::Fixed => {}
+                }
+                at += 1;
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn leap_free<const W: usize>(&mut self, at: usize, leap: &Leap<'_>) {
+        let time = Lanes::<W>::splat(leap.time);
+        let inert: [&Inert; W] = std::array::from_fn(|l| &self.inert[at + l]);
+        let inverse_mass = Lanes::from_fn(|l| inert[l].inverse_mass);
+        let inverse_inertia = Lanes3::from_fn(|l| inert[l].inverse_inertia);
+        let impulse = Lanes3::from_fn(|l| leap.impulses[at + l].force);
+        let twist = Lanes3::from_fn(|l| leap.impulses[at + l].torque);
+        let v = Lanes3::from_fn(|l| self.velocity[at + l]) + impulse * inverse_mass + Lanes3::splat(leap.gravity);
+        let momentum = Lanes3::from_fn(|l| self.angular_momentum[at + l]) + twist;
+        let home = Lanes3::from_fn(|l| self.home[at + l]) + v * time;
+
+        let q = Orientations::from_fn(|l| self.orientation[at + l]);
+        let first = spins(&q.rotations(), inverse_inertia, momentum);
+        let middle = Orientations::turn(first * Lanes::splat(0.5 * leap.time)).times(q);
+        let spin = spins(&middle.rotations(), inverse_inertia, momentum);
+        let q = Orientations::turn(spin * time).times(q).normalized();
+        let rotations = q.rotations();
+        let after = spins(&rotations, inverse_inertia, momentum);
+
+        let arm = Lanes::from_fn(|l| inert[l].arm);
+        let way = way(v, spin, arm, home, leap.time);
+        for l in 0..W {
+            self.home[at + l] = home.lane(l);
+            self.velocity[at + l] = v.lane(l);
+            self.angular_momentum[at + l] = momentum.lane(l);
+            let vector = q.vector.lane(l);
+            self.orientation[at + l] = Quaternion::from_xyzw(vector.x, vector.y, vector.z, q.scalar.0[l]);
+            let frame = &mut self.frames[at + l];
+            frame.home = home.lane(l);
+            frame.rotation = Matrix::from_cols(rotations[0].lane(l), rotations[1].lane(l), rotations[2].lane(l));
+            frame.velocity = v.lane(l);
+            frame.spin = after.lane(l);
+            self.budget[at + l] += way.0[l];
+        }
+    }
+
+    /// Moves a grain whose velocity and angular velocity are prescribed.
+    fn go_on(&mut self, at: usize, time: Real) {
+        let inert = &self.inert[at];
+        let spin = self.frames[at].spin;
+        self.home[at] += time * self.velocity[at];
+        let turn: Orientations<1> = Orientations::turn(Lanes3::splat(time * spin));
+        let q = turn.times(Orientations::from_fn(|_| self.orientation[at])).normalized();
+        let vector = q.vector.lane(0);
+        self.orientation[at] = Quaternion::from_xyzw(vector.x, vector.y, vector.z, q.scalar.0[0]);
+        let r = q.rotations();
+        let rotation = Matrix::from_cols(r[0].lane(0), r[1].lane(0), r[2].lane(0));
+        // The momentum turns with the body so that the spin stays.
+        self.angular_momentum[at] = rotation * (rotation.transpose() * spin / inert.inverse_inertia);
+        let (home, arm) = (Lanes3::splat(self.home[at]), Lanes::splat(inert.arm));
+        self.budget[at] += way(Lanes3::<1>::splat(self.velocity[at]), Lanes3::splat(spin), arm, home, time).0[0];
+        let momentum = self.angular_momentum[at];
+        self.frames[at].set(self.home[at], self.orientation[at], self.velocity[at], momentum, inert.inverse_inertia);
+    }
+}
+
+/// A bound of the way that the centre of any contact sphere goes in `time`; the last term covers the
+/// round-off of the positions themselves.
+#[inline(always)]
+fn way<const W: usize>(v: Lanes3<W>, spin: Lanes3<W>, arm: Lanes<W>, home: Lanes3<W>, time: Real) -> Lanes<W> {
+    let speed = v.dot(v).sqrt() + spin.dot(spin).sqrt() * arm;
+    let size = home.x.abs() + home.y.abs() + home.z.abs() + arm;
+    speed * Lanes::splat(time * (1.0 + 1e-9)) + size * Lanes::splat(4e-16)
+}
+
+impl Frame {
+    /// Sets position and motion from a grain's state.
+    pub fn set(
+        &mut self,
+        home: Vector,
+        orientation: Quaternion,
+        velocity: Vector,
+        momentum: Vector,
+        inverse_inertia: Vector,
+    ) {
+        let r = Orientations::<1>::from_fn(|_| orientation).rotations();
+        self.home = home;
+        self.rotation = Matrix::from_cols(r[0].lane(0), r[1].lane(0), r[2].lane(0));
+        self.velocity = velocity;
+        self.spin = spins(&r, Lanes3::splat(inverse_inertia), Lanes3::splat(momentum)).lane(0);
+    }
 }
 
 #[cfg(test)]
@@ -105,8 +259,10 @@ mod tests {
     fn a_turn_is_what_the_axis_and_angle_say() {
         for angle in [1e-9, 1e-3, 0.04, 0.0999, 0.1001, 1.0, 3.0] {
             let axis = Vector::new(1.0, -2.0, 0.5).normalize();
-            let (found, expected) = (turn(axis * angle), Quaternion::from_axis_angle(axis, angle));
-            assert!((found - expected).length() < 3e-16, "{angle}");
+            let turn: Orientations<1> = Orientations::turn(Lanes3::splat(axis * angle));
+            let v = turn.vector.lane(0);
+            let found = Quaternion::from_xyzw(v.x, v.y, v.z, turn.scalar.0[0]);
+            assert!((found - Quaternion::from_axis_angle(axis, angle)).length() < 3e-16, "{angle}");
         }
     }
 
@@ -118,20 +274,32 @@ mod tests {
         let rotation = Matrix::from_quat(orientation);
         let spin_body = Vector::new(30.0, 0.0, 100.0);
         let momentum = rotation * (inertia * spin_body);
-        let mut pose = Pose { home: Vector::ZERO, orientation, velocity: Vector::ZERO, angular_momentum: momentum };
         let inert = Inert {
             inverse_mass: 1.0,
             inverse_inertia: inertia.recip(),
             arm: body.centre_radius,
             motion: Motion::Free,
         };
-        let mut frame = Frame { rotation, spin: rotation * spin_body, ..Frame::default() };
-        let energy = 0.5 * momentum.dot(frame.spin);
+        // Five alike: four go together, one alone.
+        let (mut orientations, mut momenta) = ([orientation; 5], [momentum; 5]);
+        let mut frames = [Frame { rotation, spin: rotation * spin_body, ..Frame::default() }; 5];
+        let energy = 0.5 * momentum.dot(frames[0].spin);
         let (time, steps) = (1e-5, 10_000);
         for _ in 0..steps {
-            drift(&mut pose, &inert, &mut frame, time);
+            let mut moving = Moving {
+                inert: &[inert; 5],
+                home: &mut [Vector::ZERO; 5],
+                orientation: &mut orientations,
+                velocity: &mut [Vector::ZERO; 5],
+                angular_momentum: &mut momenta,
+                frames: &mut frames,
+                budget: &mut [0.0; 5],
+            };
+            moving.leap(&Leap { gravity: Vector::ZERO, impulses: &[Wrench::default(); 5], time });
         }
-        assert_eq!(pose.angular_momentum, momentum);
+        assert_eq!(momenta, [momentum; 5]);
+        assert_eq!(orientations, [orientations[0]; 5]);
+        let frame = &frames[4];
         assert!((0.5 * momentum.dot(frame.spin) / energy - 1.0).abs() < 1e-6);
         // The equator of the spin turns in the body frame at (I_axial/I_trans - 1) w_3.
         let found = frame.rotation.transpose() * frame.spin;

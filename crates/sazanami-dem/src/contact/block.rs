@@ -8,7 +8,7 @@
 
 use sazanami_numerics::{Real, Vector};
 
-use super::evaluate::{Outcome, WIDTH, evaluate};
+use super::evaluate::{Outcomes, WIDTH, evaluate};
 use super::search::Near;
 use super::walls::WallContacts;
 use super::{Census, World, Wrench};
@@ -29,17 +29,22 @@ pub(crate) struct Pair {
     /// The grain with the lower identifier.
     pub low: u32,
     pub high: u32,
-    /// Number of the contact law.
-    pub law: u32,
-    /// Place of the first among those with a lower identifier than the second.
-    pub rank: u32,
     /// Factor on the dashpots.
     pub factor: Real,
-    /// From the second's home to its periodic image [m].
-    pub shift: Vector,
-    pub image: [i32; 2],
-    pub touching: bool,
+    /// Periodic image of the second grain relative to the first.
+    pub image: [i16; 2],
+    /// Number of the contact law.
+    pub law: u16,
     pub multiplicity: Multiplicity,
+    pub touching: bool,
+}
+
+impl Pair {
+    /// From the second grain's home to its periodic image [m].
+    #[inline(always)]
+    pub fn shift(&self, period: Vector) -> Vector {
+        Vector::new(Real::from(self.image[0]) * period.x, Real::from(self.image[1]) * period.y, 0.0)
+    }
 }
 
 /// Two spheres that touch.
@@ -72,6 +77,8 @@ pub(crate) struct Block {
     /// Sum of the two budgets at which the pair must be looked at.
     pub wake: Vec<Real>,
     pub pairs: Vec<Pair>,
+    /// Place of each pair's first grain among those with a lower identifier than the second.
+    pub rank: Vec<u32>,
     pub contacts: Vec<Contact>,
     /// Action of each pair on its second grain; meaningful while it touches.
     pub on_high: Vec<Wrench>,
@@ -86,7 +93,6 @@ pub(crate) struct Block {
     due: Vec<u32>,
     found: Vec<Contact>,
     merged: Vec<Contact>,
-    outcomes: Vec<Outcome>,
     near: Near,
 }
 
@@ -99,6 +105,7 @@ impl Block {
         self.high.clear();
         self.wake.clear();
         self.pairs.clear();
+        self.rank.clear();
         self.contacts.clear();
         self.on_high.clear();
         self.changes.clear();
@@ -115,6 +122,7 @@ impl Block {
         self.high.push(pair.high);
         self.wake.push(wake);
         self.pairs.push(pair);
+        self.rank.push(0);
         self.on_high.push(Wrench::default());
     }
 
@@ -128,8 +136,11 @@ impl Block {
         self.census = Census::default();
         self.changes.clear();
         self.wake_pairs(world);
-        self.evaluate(world, dt);
-        self.sum(world, ids);
+        if world.plain {
+            self.evaluate::<true>(world, ids, dt);
+        } else {
+            self.evaluate::<false>(world, ids, dt);
+        }
         self.walls.step(world, ids, self.first, dt, &mut self.touches, &mut self.census);
     }
 
@@ -155,7 +166,7 @@ impl Block {
                 let frame = &world.frames[g];
                 (&world.bodies[frame.body as usize], &world.arrays[frame.body as usize], frame)
             });
-            let offset = ends[1].2.home - ends[0].2.home + pair.shift;
+            let offset = ends[1].2.home - ends[0].2.home + pair.shift(world.period);
             let size = (ends[0].0.bounding_radius * ends[0].2.scale).min(ends[1].0.bounding_radius * ends[1].2.scale);
             let touch = TOUCH * size;
             let gap = self.near.look(ends, offset, REACH * size, touch);
@@ -191,68 +202,78 @@ impl Block {
         std::mem::swap(&mut self.contacts, &mut self.merged);
     }
 
-    fn evaluate(&mut self, world: &World<'_>, dt: Real) {
-        self.outcomes.clear();
-        for contacts in self.contacts.chunks(WIDTH) {
-            if world.plain {
-                evaluate::<WIDTH, true>(world, &self.pairs, contacts, dt, &mut self.outcomes);
-            } else {
-                evaluate::<WIDTH, false>(world, &self.pairs, contacts, dt, &mut self.outcomes);
-            }
-        }
-    }
-
-    /// Adds up pairs and rows in order, drops the contacts that have ended.
-    fn sum(&mut self, world: &World<'_>, ids: &[u64]) {
+    /// Evaluates all contacts, adds up pairs and rows in order, drops the contacts that have ended.
+    fn evaluate<const PLAIN: bool>(&mut self, world: &World<'_>, ids: &[u64], dt: Real) {
         self.own.fill(Wrench::default());
         self.touches.fill(false);
-        let (mut at, mut kept) = (0, 0);
-        while at < self.contacts.len() {
-            let p = self.contacts[at].pair;
-            let end = at + self.contacts[at..].iter().take_while(|c| c.pair == p).count();
-            let pair = &mut self.pairs[p as usize];
-            let (low, high) = (pair.low as usize, pair.high as usize);
-            let mut total = Total::default();
-            for c in at..end {
-                let outcome = &self.outcomes[c];
+        let count = self.contacts.len();
+        let (mut kept, mut at) = (0, 0);
+        let mut present = u32::MAX;
+        let mut total = Total::default();
+        while at < count {
+            let end = (at + WIDTH).min(count);
+            let outcomes = evaluate::<WIDTH, PLAIN>(world, &self.pairs, &self.contacts[at..end], dt);
+            for l in 0..end - at {
+                let mut contact = self.contacts[at + l];
+                if contact.pair != present {
+                    self.close(present, &total);
+                    (present, total) = (contact.pair, Total::default());
+                }
+                let overlap = outcomes.overlap.0[l];
                 // A number that is none passes here and is found when the grains move.
-                if outcome.overlap <= 0.0 {
-                    let gap = (-outcome.overlap - TOUCH * world.bodies[0].bounding_radius).max(0.0);
-                    let wake = &mut self.wake[p as usize];
-                    *wake = wake.min(world.budget[low] + world.budget[high] + gap);
+                if overlap <= 0.0 {
+                    self.part(world, present, -overlap);
                     continue;
                 }
-                let mut contact = self.contacts[c];
-                contact.d_t = outcome.d_t;
-                if outcome.fraction > WARNING && !contact.deep {
+                contact.d_t = outcomes.d_t.lane(l);
+                let fraction = outcomes.fraction.0[l];
+                if fraction > self.census.deepest {
+                    let pair = &self.pairs[present as usize];
+                    self.census.deepest = fraction;
+                    self.census.deepest_ids = [ids[pair.low as usize], ids[pair.high as usize]];
+                    self.census.deepest_at = world.frames[pair.low as usize].home;
+                }
+                if fraction > WARNING && !contact.deep {
                     contact.deep = true;
                     self.census.deepened += 1;
                 }
-                if outcome.fraction > self.census.deepest {
-                    self.census.deepest = outcome.fraction;
-                    self.census.deepest_ids = [ids[low], ids[high]];
-                    self.census.deepest_at = world.frames[low].home;
-                }
                 self.contacts[kept] = contact;
                 kept += 1;
-                total.add(outcome, pair.multiplicity);
-            }
-            if (total.count > 0) != pair.touching {
-                pair.touching = !pair.touching;
-                self.changes.push(p);
-            }
-            if total.count > 0 {
-                let (on_low, on_high) = total.wrenches(pair.multiplicity);
-                let row = low - self.first;
-                self.own[row] += on_low;
-                self.on_high[p as usize] = on_high;
-                self.touches[row] = true;
-                self.census.pairs += 1;
-                self.census.contacts += total.count;
+                total.add(&outcomes, l, self.pairs[present as usize].multiplicity);
             }
             at = end;
         }
+        self.close(present, &total);
         self.contacts.truncate(kept);
+    }
+
+    /// Two spheres of a pair have parted and are `gap` apart.
+    fn part(&mut self, world: &World<'_>, p: u32, gap: Real) {
+        let pair = &self.pairs[p as usize];
+        let frame = &world.frames[pair.low as usize];
+        let slack = TOUCH * world.bodies[frame.body as usize].bounding_radius * frame.scale;
+        let sum = world.budget[pair.low as usize] + world.budget[pair.high as usize];
+        let wake = &mut self.wake[p as usize];
+        *wake = wake.min(sum + (gap - slack).max(0.0));
+    }
+
+    /// All contacts of a pair are known.
+    #[inline(always)]
+    fn close(&mut self, p: u32, total: &Total) {
+        let Some(pair) = self.pairs.get_mut(p as usize) else { return };
+        if (total.count > 0) != pair.touching {
+            pair.touching = !pair.touching;
+            self.changes.push(p);
+        }
+        if total.count > 0 {
+            let (on_low, on_high) = total.wrenches(pair.multiplicity);
+            let row = pair.low as usize - self.first;
+            self.own[row] += on_low;
+            self.on_high[p as usize] = on_high;
+            self.touches[row] = true;
+            self.census.pairs += 1;
+            self.census.contacts += total.count;
+        }
     }
 }
 
@@ -267,16 +288,16 @@ struct Total {
 
 impl Total {
     #[inline(always)]
-    fn add(&mut self, outcome: &Outcome, multiplicity: Multiplicity) {
+    fn add(&mut self, outcomes: &Outcomes<WIDTH>, l: usize, multiplicity: Multiplicity) {
         self.count += 1;
-        let on_low = Wrench { force: outcome.force, torque: outcome.torque_low };
+        let on_low = Wrench { force: outcomes.force.lane(l), torque: outcomes.torque_low.lane(l) };
         if multiplicity != Multiplicity::Deepest {
             self.on_low += on_low;
-            self.torque_high += outcome.torque_high;
-        } else if outcome.overlap > self.deepest {
-            self.deepest = outcome.overlap;
+            self.torque_high += outcomes.torque_high.lane(l);
+        } else if outcomes.overlap.0[l] > self.deepest {
+            self.deepest = outcomes.overlap.0[l];
             self.on_low = on_low;
-            self.torque_high = outcome.torque_high;
+            self.torque_high = outcomes.torque_high.lane(l);
         }
     }
 

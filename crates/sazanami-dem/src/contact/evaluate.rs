@@ -1,6 +1,6 @@
 //! The force of sphere contacts, several at a time.
 
-use sazanami_numerics::{Matrix, Real, Vector};
+use sazanami_numerics::{Real, Vector};
 
 use super::World;
 use super::block::{Contact, Pair};
@@ -11,87 +11,88 @@ use crate::motion::Frame;
 /// Number of contacts worked on at once: a vector register of numbers.
 pub(crate) const WIDTH: usize = 4;
 
-/// What a contact does in a sub-step.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Outcome {
+/// What contacts do in a sub-step.
+pub(crate) struct Outcomes<const W: usize> {
     /// Overlap; not positive: the spheres are apart [m].
-    pub overlap: Real,
+    pub overlap: Lanes<W>,
     /// Overlap over the smaller radius.
-    pub fraction: Real,
+    pub fraction: Lanes<W>,
     /// Force on the first grain [N].
-    pub force: Vector,
+    pub force: Lanes3<W>,
     /// Torque on the first grain [N m].
-    pub torque_low: Vector,
+    pub torque_low: Lanes3<W>,
     /// Torque on the second grain [N m].
-    pub torque_high: Vector,
+    pub torque_high: Lanes3<W>,
     /// Tangential displacement afterwards [m].
-    pub d_t: Vector,
+    pub d_t: Lanes3<W>,
 }
 
+/// `W` contact spheres.
+struct Spheres<const W: usize> {
+    /// From the grain's centre of mass [m].
+    offset: Lanes3<W>,
+    radius: Lanes<W>,
+}
+
+impl<const W: usize> Spheres<W> {
+    #[inline(always)]
+    fn new(world: &World<'_>, frames: [&Frame; W], number: impl Fn(usize) -> u16) -> Self {
+        let sphere: [&[Real; 4]; W] =
+            std::array::from_fn(|l| &world.spheres[frames[l].spheres as usize + number(l) as usize]);
+        let scale = Lanes::from_fn(|l| frames[l].scale);
+        let component = |d: usize| Lanes::from_fn(|l| sphere[l][d]);
+        let axis = |d: usize| Lanes3::from_fn(|l| frames[l].rotation.col(d));
+        let offset = axis(0) * component(0) + axis(1) * component(1) + axis(2) * component(2);
+        Self { offset: offset * scale, radius: component(3) * scale }
+    }
+}
+
+/// Evaluates one to `W` contacts; surplus lanes repeat the last.
 #[inline(always)]
-fn times<const W: usize>(rotation: impl Fn(usize) -> Matrix, v: Lanes3<W>) -> Lanes3<W> {
-    let axis = |d: usize| Lanes3::from_fn(|l| rotation(l).col(d));
-    axis(0) * v.x + axis(1) * v.y + axis(2) * v.z
-}
-
-/// Evaluates up to `W` contacts and appends their outcomes.
-#[inline]
 pub(crate) fn evaluate<const W: usize, const PLAIN: bool>(
     world: &World<'_>,
     pairs: &[Pair],
     contacts: &[Contact],
     dt: Real,
-    outcomes: &mut Vec<Outcome>,
-) {
+) -> Outcomes<W> {
     let last = contacts.len() - 1;
-    // Surplus lanes repeat the last contact and are dropped.
     let contact: [&Contact; W] = std::array::from_fn(|l| &contacts[l.min(last)]);
     let pair: [&Pair; W] = std::array::from_fn(|l| &pairs[contact[l].pair as usize]);
     let i: [&Frame; W] = std::array::from_fn(|l| &world.frames[pair[l].low as usize]);
     let j: [&Frame; W] = std::array::from_fn(|l| &world.frames[pair[l].high as usize]);
-    let scale_i = Lanes::from_fn(|l| i[l].scale);
-    let scale_j = Lanes::from_fn(|l| j[l].scale);
-    let a = |l: usize| contact[l].a as usize;
-    let b = |l: usize| contact[l].b as usize;
-    let (body_i, body_j): ([_; W], [_; W]) = (
-        std::array::from_fn(|l| &world.bodies[i[l].body as usize]),
-        std::array::from_fn(|l| &world.bodies[j[l].body as usize]),
-    );
-    let radius_a = Lanes::from_fn(|l| body_i[l].radii[a(l)]) * scale_i;
-    let radius_b = Lanes::from_fn(|l| body_j[l].radii[b(l)]) * scale_j;
-    let to_a = times(|l| i[l].rotation, Lanes3::from_fn(|l| body_i[l].centres[a(l)])) * scale_i;
-    let to_b = times(|l| j[l].rotation, Lanes3::from_fn(|l| body_j[l].centres[b(l)])) * scale_j;
+    let a = Spheres::new(world, i, |l| contact[l].a);
+    let b = Spheres::new(world, j, |l| contact[l].b);
 
-    let between = Lanes3::from_fn(|l| j[l].home) - Lanes3::from_fn(|l| i[l].home) + Lanes3::from_fn(|l| pair[l].shift);
-    let line = between + to_b - to_a;
+    let mut between = Lanes3::from_fn(|l| j[l].home) - Lanes3::from_fn(|l| i[l].home);
+    if world.period != Vector::ZERO {
+        between += Lanes3::from_fn(|l| pair[l].shift(world.period));
+    }
+    let line = between + b.offset - a.offset;
     let distance = line.dot(line).sqrt();
-    let overlap = radius_a + radius_b - distance;
+    let overlap = a.radius + b.radius - distance;
     let n = line * Lanes::splat(1.0).divided_by(distance);
-    let arm_i = to_a + n * (radius_a - overlap * Lanes::splat(0.5));
+    let arm_i = a.offset + n * (a.radius - overlap * Lanes::splat(0.5));
     let arm_j = arm_i - between;
     let (spin_i, spin_j) = (Lanes3::from_fn(|l| i[l].spin), Lanes3::from_fn(|l| j[l].spin));
     let v_r = Lanes3::from_fn(|l| j[l].velocity) + spin_j.cross(arm_j)
         - Lanes3::from_fn(|l| i[l].velocity)
         - spin_i.cross(arm_i);
 
-    let constants = ConstantLanes::from_fn(|l| (&world.constants[pair[l].law as usize], pair[l].factor));
+    let constants = if world.constants.len() == 1 {
+        ConstantLanes::from_fn(|l| (&world.constants[0], pair[l].factor))
+    } else {
+        ConstantLanes::from_fn(|l| (&world.constants[pair[l].law as usize], pair[l].factor))
+    };
     let d_t = Lanes3::from_fn(|l| contact[l].d_t);
     let (h, d_t, h_n) = force::<W, PLAIN>(&constants, n, overlap, v_r, d_t, dt);
-    let (mut torque_i, mut torque_j) = (arm_i.cross(h), -arm_j.cross(h));
+    let (mut torque_low, mut torque_high) = (arm_i.cross(h), -arm_j.cross(h));
     if !PLAIN {
-        let rolling = rolling_torque(&constants, radius_a, radius_b, h_n, spin_j - spin_i);
-        torque_i += rolling;
-        torque_j += -rolling;
+        let rolling = rolling_torque(&constants, a.radius, b.radius, h_n, spin_j - spin_i);
+        torque_low += rolling;
+        torque_high += -rolling;
     }
-    let fraction = overlap.divided_by(radius_a.min(radius_b));
-    outcomes.extend((0..contacts.len().min(W)).map(|l| Outcome {
-        overlap: overlap.0[l],
-        fraction: fraction.0[l],
-        force: h.lane(l),
-        torque_low: torque_i.lane(l),
-        torque_high: torque_j.lane(l),
-        d_t: d_t.lane(l),
-    }));
+    let fraction = overlap.divided_by(a.radius.min(b.radius));
+    Outcomes { overlap, fraction, force: h, torque_low, torque_high, d_t }
 }
 
 /// A torque of constant size against relative spin, on the first body.

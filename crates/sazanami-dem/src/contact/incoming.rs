@@ -18,7 +18,7 @@ pub(crate) struct Incoming {
     starts: Vec<u32>,
     counts: Vec<u32>,
     entries: Vec<Entry>,
-    order: Vec<(u64, [i32; 2], u32, u32)>,
+    order: Vec<(u64, [i16; 2], u32, u32)>,
 }
 
 impl Incoming {
@@ -59,11 +59,12 @@ impl Incoming {
             }
             self.counts[g] = 0;
             for (rank, &(_, _, block, p)) in row.iter().enumerate() {
-                let pair = &mut blocks[block as usize].pairs[p as usize];
-                pair.rank = rank as u32;
-                if pair.touching {
+                let rank = rank as u32;
+                let holder = &mut blocks[block as usize];
+                holder.rank[p as usize] = rank;
+                if holder.pairs[p as usize].touching {
                     let at = self.starts[g] + self.counts[g];
-                    self.entries[at as usize] = Entry { block, pair: p, rank: pair.rank };
+                    self.entries[at as usize] = Entry { block, pair: p, rank };
                     self.counts[g] += 1;
                 }
             }
@@ -78,10 +79,11 @@ impl Incoming {
                 let g = pair.high as usize;
                 let Some(count) = self.counts.get_mut(g) else { continue };
                 let row = &mut self.entries[self.starts[g] as usize..self.starts[g + 1] as usize];
-                let at = row[..*count as usize].partition_point(|e| e.rank < pair.rank);
+                let rank = block.rank[p as usize];
+                let at = row[..*count as usize].partition_point(|e| e.rank < rank);
                 if pair.touching {
                     row.copy_within(at..*count as usize, at + 1);
-                    row[at] = Entry { block: b as u32, pair: p, rank: pair.rank };
+                    row[at] = Entry { block: b as u32, pair: p, rank };
                     *count += 1;
                 } else {
                     row.copy_within(at + 1..*count as usize, at);

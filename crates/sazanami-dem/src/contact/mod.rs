@@ -38,6 +38,8 @@ impl std::ops::AddAssign for Wrench {
 pub(crate) struct World<'a> {
     pub bodies: &'a [Body],
     pub arrays: &'a [SphereArrays],
+    /// Centres and radii of the contact spheres of all bodies.
+    pub spheres: &'a [[Real; 4]],
     /// All contact laws, by pair of materials.
     pub constants: &'a [Constants],
     /// Whether all laws leave out the rarer options.

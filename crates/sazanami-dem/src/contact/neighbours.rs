@@ -231,13 +231,11 @@ fn pair(
     Pair {
         low,
         high,
-        law,
-        rank: 0,
         factor,
-        shift: Vector::new(Real::from(image[0]) * world.period.x, Real::from(image[1]) * world.period.y, 0.0),
-        image,
-        touching,
+        image: image.map(|n| n as i16),
+        law: law as u16,
         multiplicity: interactions.laws()[law as usize].multiplicity,
+        touching,
     }
 }
 
