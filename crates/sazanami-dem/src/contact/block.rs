@@ -9,10 +9,11 @@
 use sazanami_numerics::{Real, Vector};
 
 use super::evaluate::{Outcomes, WIDTH, evaluate};
-use super::search::Near;
+use super::search::{Near, Nearest};
 use super::walls::WallContacts;
 use super::{Census, World, Wrench};
 use crate::material::Multiplicity;
+use crate::motion::Frame;
 
 /// Grains in a block.
 pub(crate) const ROWS: usize = 64;
@@ -77,6 +78,8 @@ pub(crate) struct Block {
     /// Sum of the two budgets at which the pair must be looked at.
     pub wake: Vec<Real>,
     pub pairs: Vec<Pair>,
+    /// What each pair remembers of its last search.
+    pub nearest: Vec<Nearest>,
     /// Place of each pair's first grain among those with a lower identifier than the second.
     pub rank: Vec<u32>,
     pub contacts: Vec<Contact>,
@@ -106,6 +109,7 @@ impl Block {
         self.wake.clear();
         self.pairs.clear();
         self.rank.clear();
+        self.nearest.clear();
         self.contacts.clear();
         self.on_high.clear();
         self.changes.clear();
@@ -118,11 +122,12 @@ impl Block {
     }
 
     /// Appends a pair to the row being filled.
-    pub fn push(&mut self, pair: Pair, wake: Real) {
+    pub fn push(&mut self, pair: Pair, wake: Real, nearest: Nearest) {
         self.high.push(pair.high);
         self.wake.push(wake);
         self.pairs.push(pair);
         self.rank.push(0);
+        self.nearest.push(nearest);
         self.on_high.push(Wrench::default());
     }
 
@@ -159,30 +164,44 @@ impl Block {
             return;
         }
         self.found.clear();
-        for &p in &self.due {
-            let pair = &self.pairs[p as usize];
-            let (low, high) = (pair.low as usize, pair.high as usize);
-            let ends = [low, high].map(|g| {
-                let frame = &world.frames[g];
-                (&world.bodies[frame.body as usize], &world.arrays[frame.body as usize], frame)
-            });
-            let offset = ends[1].2.home - ends[0].2.home + pair.shift(world.period);
-            let size = (ends[0].0.bounding_radius * ends[0].2.scale).min(ends[1].0.bounding_radius * ends[1].2.scale);
-            let touch = TOUCH * size;
-            let gap = self.near.look(ends, offset, REACH * size, touch);
-            self.wake[p as usize] = world.budget[low] + world.budget[high] + (gap - touch).max(0.0);
-            if self.near.found.is_empty() {
-                continue;
-            }
-            let start = self.contacts.partition_point(|c| c.pair < p);
-            let known = self.contacts[start..].iter().take_while(|c| c.pair == p);
-            for &(a, b) in &self.near.found {
-                if !known.clone().any(|c| (c.a, c.b) == (a, b)) {
-                    self.found.push(Contact { pair: p, a, b, deep: false, d_t: Vector::ZERO });
-                }
-            }
+        for n in 0..self.due.len() {
+            self.search(world, self.due[n]);
         }
         self.insert_found();
+    }
+
+    /// Looks at a pair that has woken: at the sphere pairs it remembers, or if that is not enough at all.
+    fn search(&mut self, world: &World<'_>, p: u32) {
+        let pair = &self.pairs[p as usize];
+        let (low, high) = (pair.low as usize, pair.high as usize);
+        let frames = [low, high].map(|g| &world.frames[g]);
+        let offset = frames[1].home - frames[0].home + pair.shift(world.period);
+        let size = frames.map(|f| world.bodies[f.body as usize].bounding_radius * f.scale);
+        let size = size[0].min(size[1]);
+        let touch = TOUCH * size;
+        let sum = world.budget[low] + world.budget[high];
+        let start = self.contacts.partition_point(|c| c.pair < p);
+        let mine = self.contacts[start..].iter().take_while(|c| c.pair == p);
+        let known = |spheres: (u16, u16)| mine.clone().any(|c| (c.a, c.b) == spheres);
+        let nearest = &mut self.nearest[p as usize];
+        let new = |(a, b): (u16, u16)| Contact { pair: p, a, b, deep: false, d_t: Vector::ZERO };
+        if sum < nearest.rest {
+            let mut wake = nearest.rest;
+            for &spheres in &nearest.spheres[..nearest.count as usize] {
+                if known(spheres) {
+                    continue;
+                }
+                let gap = gap(world, frames, spheres, offset);
+                if gap < touch { self.found.push(new(spheres)) } else { wake = wake.min(sum + (gap - touch)) }
+            }
+            self.wake[p as usize] = wake;
+        } else {
+            let ends = frames.map(|f| (&world.bodies[f.body as usize], &world.arrays[f.body as usize], f));
+            let gap = self.near.look(ends, offset, REACH * size, touch);
+            self.wake[p as usize] = sum + (gap - touch).max(0.0);
+            *nearest = self.near.nearest(sum, touch);
+            self.found.extend(self.near.found.iter().filter(|s| !known(**s)).map(|s| new(*s)));
+        }
     }
 
     /// Merges the new contacts into the ordered list.
@@ -190,6 +209,7 @@ impl Block {
         if self.found.is_empty() {
             return;
         }
+        self.found.sort_unstable_by_key(Contact::key);
         self.merged.clear();
         let mut new = self.found.iter().peekable();
         for old in &self.contacts {
@@ -222,7 +242,7 @@ impl Block {
                 let overlap = outcomes.overlap.0[l];
                 // A number that is none passes here and is found when the grains move.
                 if overlap <= 0.0 {
-                    self.part(world, present, -overlap);
+                    self.part(world, &contact, -overlap);
                     continue;
                 }
                 contact.d_t = outcomes.d_t.lane(l);
@@ -247,14 +267,15 @@ impl Block {
         self.contacts.truncate(kept);
     }
 
-    /// Two spheres of a pair have parted and are `gap` apart.
-    fn part(&mut self, world: &World<'_>, p: u32, gap: Real) {
-        let pair = &self.pairs[p as usize];
+    /// Two spheres have parted and are `gap` apart.
+    fn part(&mut self, world: &World<'_>, contact: &Contact, gap: Real) {
+        let p = contact.pair as usize;
+        let pair = &self.pairs[p];
         let frame = &world.frames[pair.low as usize];
         let slack = TOUCH * world.bodies[frame.body as usize].bounding_radius * frame.scale;
         let sum = world.budget[pair.low as usize] + world.budget[pair.high as usize];
-        let wake = &mut self.wake[p as usize];
-        *wake = wake.min(sum + (gap - slack).max(0.0));
+        self.wake[p] = self.wake[p].min(sum + (gap - slack).max(0.0));
+        self.nearest[p].add((contact.a, contact.b));
     }
 
     /// All contacts of a pair are known.
@@ -275,6 +296,15 @@ impl Block {
             self.census.contacts += total.count;
         }
     }
+}
+
+/// Gap of two contact spheres [m].
+fn gap(world: &World<'_>, [i, j]: [&Frame; 2], (a, b): (u16, u16), offset: Vector) -> Real {
+    let [p, q] = [(i, a), (j, b)].map(|(frame, sphere)| {
+        let [x, y, z, r] = world.spheres[frame.spheres as usize + sphere as usize];
+        (frame.rotation * Vector::new(x, y, z) * frame.scale, r * frame.scale)
+    });
+    (offset + q.0 - p.0).length() - (p.1 + q.1)
 }
 
 /// Sum over the sphere contacts of a pair.

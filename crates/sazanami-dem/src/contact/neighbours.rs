@@ -4,7 +4,7 @@ use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
 use super::block::{Block, Contact, Pair, ROWS};
-use super::search::Rod;
+use super::search::{Nearest, Rod};
 use super::walls::{WallContact, WallPair};
 use super::{ContactRecord, World};
 use crate::grain::{Grains, Motion};
@@ -204,9 +204,12 @@ fn fill(
             }));
             let touching = block.contacts.last().is_some_and(|c| c.pair == p);
             let pair = pair(world, grains, interactions, [low as u32, high], image, touching);
-            let bound = previous.and_then(|old| remaining(old, low, high as usize)).unwrap_or(Real::NEG_INFINITY);
-            let wake = world.budget[low] + world.budget[high as usize];
-            block.push(pair, wake + bound.max(gap * (1.0 - 1e-9)));
+            let sum = world.budget[low] + world.budget[high as usize];
+            let (left, mut nearest) = previous
+                .and_then(|old| remaining(old, low, high as usize))
+                .unwrap_or((Real::NEG_INFINITY, Nearest::default()));
+            nearest.rest += sum;
+            block.push(pair, sum + left.max(gap * (1.0 - 1e-9)), nearest);
         }
         block.end_row();
         if low < world.owned && bounds[low].mobile {
@@ -239,8 +242,9 @@ fn pair(
     }
 }
 
-/// What was left of the gap of a pair of the previous list, if it was listed.
-fn remaining(old: &Previous<'_>, low: usize, high: usize) -> Option<Real> {
+/// What was left of the gap of a pair of the previous list, if it was listed, and its nearest
+/// spheres with what was left of the gap of the others.
+fn remaining(old: &Previous<'_>, low: usize, high: usize) -> Option<(Real, Nearest)> {
     let (low, high) = (old.number[low], old.number[high]);
     if low == u32::MAX || high == u32::MAX {
         return None;
@@ -249,7 +253,9 @@ fn remaining(old: &Previous<'_>, low: usize, high: usize) -> Option<Real> {
     let row = low as usize - block.first;
     let range = block.starts[row] as usize..block.starts[row + 1] as usize;
     let at = range.start + block.high[range].iter().position(|&h| h == high)?;
-    Some(block.wake[at] - old.budget[low as usize] - old.budget[high as usize])
+    let sum = old.budget[low as usize] + old.budget[high as usize];
+    let nearest = block.nearest[at];
+    Some((block.wake[at] - sum, Nearest { rest: nearest.rest - sum, ..nearest }))
 }
 
 fn add_walls(

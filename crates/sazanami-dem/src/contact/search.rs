@@ -45,6 +45,34 @@ fn segment_distance(a: Vector, b: Vector, c: Vector, d: Vector) -> Real {
     (w + u * s - v * t).length()
 }
 
+/// Sphere pairs remembered as the nearest that do not touch.
+pub(crate) const NEAREST: usize = 4;
+
+/// The nearest sphere pairs of two grains that do not touch: while all others are known to be
+/// farther, only these need be measured again.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Nearest {
+    pub count: u32,
+    pub spheres: [(u16, u16); NEAREST],
+    /// Sum of the grains' budgets at which another sphere pair could touch.
+    pub rest: Real,
+}
+
+impl Nearest {
+    /// Remembers a sphere pair that has just parted.
+    pub fn add(&mut self, spheres: (u16, u16)) {
+        let count = self.count as usize;
+        if self.spheres[..count].contains(&spheres) {
+        } else if count < NEAREST {
+            self.spheres[count] = spheres;
+            self.count += 1;
+        } else {
+            // No room: the next look is at all of them.
+            self.rest = Real::NEG_INFINITY;
+        }
+    }
+}
+
 /// Work space of a search.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Near {
@@ -53,6 +81,11 @@ pub(crate) struct Near {
     gaps: Vec<Real>,
     /// Spheres `(A, B)` that touch or are about to, in order.
     pub found: Vec<(u16, u16)>,
+    /// The nearest of the others with their gaps [m], by gap.
+    nearest: [(Real, (u16, u16)); NEAREST],
+    count: usize,
+    /// Gap that all the rest have at least [m].
+    rest: Real,
 }
 
 /// Spheres picked for a closer look.
@@ -127,7 +160,8 @@ impl Cloud {
 
 impl Near {
     /// Finds all sphere pairs of grains `i` and `j` with a gap below `touch`, and returns a lower
-    /// bound, at most `reach`, of the gaps of the others [m]. `offset` points from `i` to `j`.
+    /// bound, at most `reach` or the bound of the capsules, of the gaps of the others [m].
+    /// `offset` points from `i` to `j`.
     pub fn look(
         &mut self,
         [i, j]: [(&Body, &SphereArrays, &Frame); 2],
@@ -136,9 +170,11 @@ impl Near {
         touch: Real,
     ) -> Real {
         self.found.clear();
+        self.count = 0;
         let rods = [i, j].map(|(body, _, frame)| Rod::new(&body.capsule, &frame.rotation, frame.scale));
         let bound = rods[0].gap(&rods[1], offset);
         if bound >= reach {
+            self.rest = bound;
             return bound;
         }
         // Everything relative to j, in j's axes: j's spheres then need no rotation.
@@ -149,18 +185,26 @@ impl Near {
         let rod_j = Rod::new(&j.0.capsule, &Matrix::IDENTITY, j.2.scale);
         self.first.take(i.1, i.2.scale, &turn, shift, &rod_j, reach);
         self.second.take(j.1, j.2.scale, &Matrix::IDENTITY, Vector::ZERO, &rod_i, reach);
-        self.compare(reach, touch)
+        self.compare(reach, touch);
+        if self.count > 0 { self.nearest[0].0 } else { self.rest }
     }
 
-    fn compare(&mut self, reach: Real, touch: Real) -> Real {
-        let (a, b) = (&self.first, &self.second);
-        let n = b.count;
+    /// What to remember of the last look; `sum` is the sum of the budgets.
+    pub fn nearest(&self, sum: Real, slack: Real) -> Nearest {
+        let spheres = self.nearest.map(|(_, spheres)| spheres);
+        Nearest { count: self.count as u32, spheres, rest: sum + (self.rest - slack).max(0.0) }
+    }
+
+    fn compare(&mut self, reach: Real, touch: Real) {
+        self.rest = reach;
+        let n = self.second.count;
         if self.gaps.len() < n {
             self.gaps.resize(n, 0.0);
         }
-        let mut least = reach;
-        for k in 0..a.count {
+        for k in 0..self.first.count {
+            let (a, b) = (&self.first, &self.second);
             let (x, y, z, r) = (a.x[k], a.y[k], a.z[k], a.radius[k]);
+            let number = a.index[k];
             let gaps = &mut self.gaps[..n];
             let (bx, by, bz, br) = (&b.x[..n], &b.y[..n], &b.z[..n], &b.radius[..n]);
             for l in 0..n {
@@ -168,14 +212,33 @@ impl Near {
                 gaps[l] = (dx * dx + dy * dy + dz * dz).sqrt() - (r + br[l]);
             }
             for l in 0..n {
-                if gaps[l] < touch {
-                    self.found.push((a.index[k], b.index[l]));
-                } else {
-                    least = if gaps[l] < least { gaps[l] } else { least };
+                let gap = self.gaps[l];
+                if gap < self.rest {
+                    let spheres = (number, self.second.index[l]);
+                    if gap < touch { self.found.push(spheres) } else { self.keep(gap, spheres) }
                 }
             }
         }
-        least
+    }
+
+    /// Enters a sphere pair among the nearest; what falls out bounds the rest.
+    fn keep(&mut self, gap: Real, spheres: (u16, u16)) {
+        if self.count == NEAREST {
+            let last = self.nearest[NEAREST - 1].0;
+            if gap >= last {
+                self.rest = self.rest.min(gap);
+                return;
+            }
+            self.rest = self.rest.min(last);
+            self.count -= 1;
+        }
+        let mut at = self.count;
+        while at > 0 && self.nearest[at - 1].0 > gap {
+            self.nearest[at] = self.nearest[at - 1];
+            at -= 1;
+        }
+        self.nearest[at] = (gap, spheres);
+        self.count += 1;
     }
 }
 
