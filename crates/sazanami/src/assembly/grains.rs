@@ -227,7 +227,7 @@ pub(crate) fn to_pack(case: &Case) -> Option<(PackingSettings, Vec<Grain>)> {
     let mut grains = Vec::new();
     for (number, population) in case.grains.iter().enumerate() {
         if let GrainPlacement::Packed(how) = &population.placement {
-            let settings = packing.get_or_insert_with(|| packing_settings(case, how, population.seed));
+            let settings = packing.get_or_insert_with(|| packing_settings(case, how));
             settings.seed ^= population.seed.rotate_left(number as u32);
             let sizes = factors(population, population.count.unwrap_or_default());
             for (index, &scale) in sizes.iter().enumerate() {
@@ -246,7 +246,7 @@ pub(crate) fn to_pack(case: &Case) -> Option<(PackingSettings, Vec<Grain>)> {
     Some((settings, grains))
 }
 
-fn packing_settings(case: &Case, how: &meaning::Packing, seed: u64) -> PackingSettings {
+fn packing_settings(case: &Case, how: &meaning::Packing) -> PackingSettings {
     let periodic = case.boundary.map(|sides| sides[0] == meaning::BoundarySide::Periodic);
     PackingSettings {
         periodic: [periodic[0], periodic[1]],
@@ -257,7 +257,7 @@ fn packing_settings(case: &Case, how: &meaning::Packing, seed: u64) -> PackingSe
         },
         spacing: how.spacing,
         jitter: how.jitter,
-        seed,
+        seed: 0,
         gravity: case.gravity.length(),
         fall_factor: how.fall_gravity,
         settling_time: how.settle_time,

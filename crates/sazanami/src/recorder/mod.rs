@@ -25,13 +25,14 @@ use crate::bed_file::{Bed, BedFileError, Lying, Recipe};
 use crate::case::meaning::Case;
 use crate::clock::Clock;
 use crate::error::Failure;
+use crate::progress::StepLine;
 use crate::run::Status;
 use crate::simulation::{Ended, Job, PACKING, RankError, RunState, fixed_step};
 
 use files::Files;
 use observers::Observers;
 use timetable::Timetables;
-pub use totals::{Tidied, Totals, Worst};
+pub use totals::Totals;
 use totals::Watch;
 
 /// Sections of a checkpoint that are not physics.
@@ -112,6 +113,13 @@ impl<'a> Recorder<'a> {
         })
     }
 
+    /// Tells of a step: rank 0 speaks for all.
+    pub fn report(&self, line: &StepLine) {
+        if self.files.is_some() {
+            self.job.report(line);
+        }
+    }
+
     /// Whether a checkpoint is due by the wall clock.
     pub fn wants_checkpoint(&self) -> bool {
         let every = self.job.case.checkpoint.every_wall.map(Duration::from_secs_f64);
@@ -147,17 +155,14 @@ impl<'a> Recorder<'a> {
         wall: Real,
         began: Real,
     ) -> Result<(), RankError> {
-        let job = self.job;
         self.observers.gather(domain, packing.engine());
-        let outcome = self.files.is_some().then(|| self.tell_of_bed(packing, report, wall, began)).transpose();
+        let outcome = self.files.is_some().then(|| self.tell_of_bed(report, wall, began)).transpose();
         domain.agree(outcome.map_err(RankError::from))?;
-        let _ = job;
         Ok(())
     }
 
     fn tell_of_bed(
         &mut self,
-        packing: &Packing,
         report: &PackingReport,
         wall: Real,
         began: Real,
@@ -207,7 +212,6 @@ impl<'a> Recorder<'a> {
             bed.write(path)?;
             job.say(format!("bed written to {}", path.display()));
         }
-        let _ = packing;
         self.write_summary(Status::Running, None)
     }
 

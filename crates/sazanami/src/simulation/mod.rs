@@ -92,7 +92,7 @@ fn pack(
             Stage::Tapping => "tapping",
             Stage::Done | Stage::GivenUp => "done",
         };
-        job.report(&StepLine {
+        recorder.report(&StepLine {
             phase: "packing",
             step: (report.time / packing.settings().step).round() as u64,
             time: report.time,
@@ -157,7 +157,7 @@ fn flow(job: &Job, mut solver: Solver, recorder: &mut Recorder) -> Result<Ended,
         let before = clock.time();
         clock.advance(dt, due);
         recorder.observe(&mut solver, &clock, before, dt, limit, &report)?;
-        job.report(&StepLine {
+        recorder.report(&StepLine {
             phase: "flow",
             step: clock.step(),
             time: clock.time(),

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use sazanami_dem::{Body, Engine, Packing};
+use sazanami_dem::{Body, Engine, Loads, Packing, Substeps};
 use sazanami_mics::snapshot::GRAINS;
 use sazanami_mics::solver::Solver;
 use sazanami_numerics::Real;
@@ -12,9 +12,19 @@ use sazanami_numerics::geometry::Region;
 use super::job::{Job, RankError};
 use super::{PACKING, fixed_step};
 use crate::assembly::{fluid, grains};
-use crate::case::meaning::FluidName;
+use crate::case::meaning::{FluidName, GrainPlacement};
 use crate::clock::Clock;
+use crate::progress::StepLine;
 use crate::recorder::Recorder;
+
+/// Step of a relaxation [s].
+const RELAX_STEP: Real = 2e-5;
+/// A bed relaxes for as long as Yagyu et al. (2015) let theirs settle, at least [s].
+const RELAX_LEAST: Real = 5e-3;
+/// Longest relaxation [s].
+const RELAX_LONGEST: Real = 0.5;
+/// Mean speed of a bed at rest [m/s].
+const AT_REST: Real = 2e-3;
 
 /// The bed to be packed, new or from a checkpoint; `None` if the case packs none.
 pub(super) fn packing(job: &Job, domain: &Domain) -> Result<Option<Packing>, RankError> {
@@ -56,7 +66,13 @@ pub(super) fn solver(
         return Ok(Solver::restore(domain, boundary, settings, flow, engine, shapes, coupling, &state.snapshot)?);
     }
     let engine = match packed {
-        None => Engine::new(&domain, setup, &grains::placed(case, &job.beds))?,
+        None => {
+            let mut engine = Engine::new(&domain, setup, &grains::placed(case, &job.beds))?;
+            if case.grains.iter().any(|kind| matches!(&kind.placement, GrainPlacement::Bed(bed) if bed.relax)) {
+                relax(job, &domain, &mut engine)?;
+            }
+            engine
+        }
         Some(packing) => {
             // Contacts keep their memory: the bed stays as it lies.
             let mut engine = packing.into_engine(&domain, setup)?;
@@ -70,6 +86,38 @@ pub(super) fn solver(
     let mut solver = Solver::new(domain, boundary, settings, flow, engine, shapes, coupling)?;
     solver.begin_with(fluid::first_step(case));
     Ok(solver)
+}
+
+/// Lets a bed that was read from a file come to rest, without fluid.
+fn relax(job: &Job, domain: &Domain, engine: &mut Engine) -> Result<(), RankError> {
+    let gravity = job.case.effective_gravity(0.0);
+    let begin = engine.time();
+    loop {
+        let report = engine.advance(domain, &Loads::none(), gravity, RELAX_STEP, Substeps::Auto)?;
+        let grains = engine.grains();
+        let speeds: Real = (0..grains.owned()).map(|n| grains.velocity[n].length()).sum();
+        let [speeds, count] = domain.sum([speeds, grains.owned() as Real]);
+        let (time, mean_speed) = (engine.time() - begin, speeds / count.max(1.0));
+        if domain.communicator().rank() == 0 {
+            job.report(&StepLine {
+                phase: "relax",
+                step: (time / RELAX_STEP).round() as u64,
+                time,
+                until: RELAX_LONGEST,
+                dt: RELAX_STEP,
+                limiter: "settling",
+                substeps: report.substeps,
+                contacts: report.contacts,
+                ..StepLine::default()
+            });
+        }
+        if time >= RELAX_LEAST && mean_speed < AT_REST {
+            return Ok(());
+        }
+        if time > RELAX_LONGEST {
+            return Err(RankError::NotAtRest { time, mean_speed });
+        }
+    }
 }
 
 /// Refuses liquids that lie on grains, unless the case allows it.
