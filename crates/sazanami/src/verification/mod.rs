@@ -1,17 +1,58 @@
 //! The verification cases.
 
 mod at_rest;
+mod beds;
+mod contact;
+mod free_grains;
+mod immersed;
 mod impact;
 mod settling;
+mod single_phase;
 mod tank;
+mod transport;
+mod two_phase;
+mod volume_fractions;
 
-use crate::verify::VerifyCase;
+use crate::verify::{Measured, VerifyCase};
 
-/// All cases.
+const fn case(name: &'static str, about: &'static str, measure: fn() -> Result<Vec<Measured>, String>) -> VerifyCase {
+    VerifyCase { name, about, long: false, measure }
+}
+
+const fn long(name: &'static str, about: &'static str, measure: fn() -> Result<Vec<Measured>, String>) -> VerifyCase {
+    VerifyCase { name, about, long: true, measure }
+}
+
+/// All cases, in the order of what builds on what.
 pub const CASES: &[VerifyCase] = &[
-    VerifyCase { name: "block-on-floor", about: "buoyancy", long: false, measure: at_rest::block_on_floor },
-    VerifyCase { name: "drop-on-bed", about: "x", long: false, measure: impact::drop_on_bed },
-    VerifyCase { name: "settling", about: "x", long: false, measure: settling::settling },
-    VerifyCase { name: "settling-rest", about: "x", long: true, measure: settling::settling_rest },
-    VerifyCase { name: "trace", about: "x", long: true, measure: || { settling::trace(6, sazanami_mics::grains::Exchange::Exact)?; settling::trace(6, sazanami_mics::grains::Exchange::Stress)?; Ok(vec![]) } },
+    case("layers-at-rest", "air, water and air at rest in a closed box", single_phase::layers),
+    case("block-on-floor", "a block carries its weight less its buoyancy", at_rest::block_on_floor),
+    case("taylor-green", "decaying vortices: order in space and time", single_phase::taylor_green_vortices),
+    case("channels", "plane Poiseuille flow, one fluid and two layers", single_phase::channels),
+    case("lid-driven-cavity", "Re 100 and 1000 beside the tables of Ghia et al.", single_phase::lid_driven_cavity),
+    case("projection", "random velocity, density jumps of 1000 cell by cell", single_phase::projection),
+    case("slip-box-vortex", "the pressure on walls and the cells before them", single_phase::vortex_between_walls),
+    case("carried-sphere", "a sphere carried along the diagonal", transport::carried_sphere),
+    case("reversed-vortex", "a circle drawn to a thread and back", transport::vortex),
+    case("deformation", "a sphere deformed and back in three dimensions", transport::deformed_sphere),
+    case("falling-drop", "a drop in free flight keeps its momentum", two_phase::falling_drop),
+    case("dam-break", "front and column of Martin and Moyce", two_phase::dam_break),
+    case("restitution", "rebound of a ball", contact::restitution_of_a_ball),
+    case("bouncing", "apexes of a bouncing ball", contact::bouncing),
+    case("oblique-impact", "rebound angle and spin of Kharaz et al.", contact::oblique),
+    case("slip-to-roll", "a sliding ball comes to roll", contact::slip_to_roll),
+    case("incline", "rolling, sliding and sticking", contact::incline),
+    case("free-rotation", "the spinning grain", free_grains::free_rotation),
+    case("swarm", "momentum and energy of colliding grains", free_grains::swarm_budget),
+    case("neighbour-lists", "forces from lists beside all pairs", free_grains::neighbour_lists),
+    case("volume-fractions", "what part of a cell a shape covers", volume_fractions::evaluators),
+    case("drop-on-bed", "where the momentum of a drop goes", impact::drop_on_bed),
+    case("added-mass", "a sphere released in an inviscid liquid", immersed::added_mass),
+    case("drag", "a fixed sphere, 8 cells to a diameter", immersed::drag_coarse),
+    case("settling", "ten Cate et al., Re 4.1 and 31.9", settling::settling),
+    case("friction-and-porosity", "rough grains pack loosely and lie down", beds::friction_and_porosity),
+    case("crater-evaluation", "worked examples, a cap, a flat bed", beds::crater_evaluation),
+    long("drag-fine", "a fixed sphere, 16 cells to a diameter", immersed::drag_fine),
+    long("settling-rest", "ten Cate et al., Re 1.5 and 11.6", settling::settling_rest),
+    long("paper-bed", "30,900 grains packed as in the paper", beds::paper_bed),
 ];

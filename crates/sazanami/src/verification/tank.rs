@@ -152,3 +152,8 @@ pub(super) fn book(budget: &mut MomentumBudget, solver: &Solver, report: &StepRe
     });
     budget.set_stock(stock(solver));
 }
+
+/// Largest of `values`, at least zero; not a number if one of them is not.
+pub(super) fn largest(values: impl IntoIterator<Item = Real>) -> Real {
+    values.into_iter().fold(0.0, |a: Real, b| if a.is_nan() || b.is_nan() { Real::NAN } else { a.max(b) })
+}

@@ -12,7 +12,7 @@ use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
 
 use super::single_phase::orders;
-use super::tank::WATER_AND_AIR;
+use super::tank::{WATER_AND_AIR, largest};
 use crate::verify::Measured;
 
 const SCHEMES: [(&str, InterfaceScheme); 3] = [
@@ -44,7 +44,7 @@ fn drift(dilatation: Dilatation) -> Real {
 /// 2.1: a sphere carried once along the diagonal of a periodic box.
 pub(super) fn carried_sphere() -> Result<Vec<Measured>, String> {
     let runs = [16, 32, 64].map(|n| translation(n, InterfaceScheme::Plic));
-    let worst = |value: fn(&ShapeError) -> Real| runs.iter().map(value).fold(0.0, Real::max);
+    let worst = |value: fn(&ShapeError) -> Real| largest(runs.iter().map(value));
     let order = orders(runs.map(|run| run.shape));
     let source = "exact translation";
     Ok(vec![
@@ -55,8 +55,14 @@ pub(super) fn carried_sphere() -> Result<Vec<Measured>, String> {
         Measured::within("order of the shape error, 32 to 64", "", order[1], 1.8, Real::INFINITY).from_source(source),
         Measured::within("vortices: change of the volume", "", drift(Dilatation::Frozen), 0.0, 1e-12)
             .from_source("conservation"),
-        Measured::within("control: with the dilatation of each sweep", "", drift(Dilatation::EverySweep), 1e-6,
-            Real::INFINITY).from_source("negative control"),
+        Measured::within(
+            "control: with the dilatation of each sweep",
+            "",
+            drift(Dilatation::EverySweep),
+            1e-6,
+            Real::INFINITY,
+        )
+        .from_source("negative control"),
     ])
 }
 
@@ -70,8 +76,10 @@ pub(super) fn vortex() -> Result<Vec<Measured>, String> {
         for (run, n) in runs.iter().zip([32, 64]) {
             rows.push(Measured::info(format!("{name}, {n}^2: shape error"), "", run.shape));
         }
-        rows.push(Measured::within(format!("{name}, 128^2: shape error"), "", runs[2].shape, 0.0, band).from_source(source));
-        let volume = runs.iter().map(|run| run.volume.abs()).fold(0.0, Real::max);
+        rows.push(
+            Measured::within(format!("{name}, 128^2: shape error"), "", runs[2].shape, 0.0, band).from_source(source),
+        );
+        let volume = largest(runs.iter().map(|run| run.volume.abs()));
         rows.push(Measured::within(format!("{name}: change of the volume"), "", volume, 0.0, 1e-12));
     }
     let stayed = reversed_vortex(16, InterfaceScheme::Plic).shape;
@@ -91,6 +99,8 @@ pub(super) fn deformed_sphere() -> Result<Vec<Measured>, String> {
         rows.push(Measured::within(format!("{name}: change of the volume"), "", run.volume.abs(), 0.0, 1e-12));
     }
     let coarse = deformation(24, InterfaceScheme::Plic).shape;
-    rows.push(Measured::within("control: PLIC on 24^3", "", coarse, 5e-3, Real::INFINITY).from_source("negative control"));
+    rows.push(
+        Measured::within("control: PLIC on 24^3", "", coarse, 5e-3, Real::INFINITY).from_source("negative control"),
+    );
     Ok(rows)
 }

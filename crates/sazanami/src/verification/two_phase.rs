@@ -38,14 +38,25 @@ pub(super) fn falling_drop() -> Result<Vec<Measured>, String> {
         Measured::within("change of the liquid volume", "", volume.abs(), 0.0, 1e-10).from_source("conservation"),
         Measured::within("control: momentum lost by the velocity form", "", 1.0 - plain.momentum, 0.03, 1.0)
             .from_source("negative control; 2-D prototype 0.12-0.17 over 3 radii"),
-        Measured::within("consistent over velocity-form loss", "", (1.0 - momentum).abs() / (1.0 - plain.momentum), 0.0,
-            0.2).from_source("2-D prototype"),
+        Measured::within(
+            "consistent over velocity-form loss",
+            "",
+            (1.0 - momentum).abs() / (1.0 - plain.momentum),
+            0.0,
+            0.2,
+        )
+        .from_source("2-D prototype"),
     ];
-    let shapes = [("sphere", [2.7685e-3, 2.7685e-3], 0.967), ("1.6", [3.24e-3, 2.02e-3], 0.965), ("2.0", [3.49e-3, 1.74e-3], 0.963)];
+    let shapes = [
+        ("sphere", [2.7685e-3, 2.7685e-3], 0.967),
+        ("1.6", [3.24e-3, 2.02e-3], 0.965),
+        ("2.0", [3.49e-3, 1.74e-3], 0.963),
+    ];
     for (name, [h, v], reference) in shapes {
         let axes = Vector::new(h, h, v);
         let beta = initial_momentum(axes, DropVelocity::Beta);
-        let row = Measured::within(format!("{name}: initial momentum, beta"), "", beta, reference - 3e-3, reference + 3e-3);
+        let row =
+            Measured::within(format!("{name}: initial momentum, beta"), "", beta, reference - 3e-3, reference + 3e-3);
         rows.push(Measured { reference: Some(reference), ..row }.from_source("sum of beta^2 on the paper's grid"));
         let mass = initial_momentum(axes, DropVelocity::Mass);
         let row = Measured::within(format!("{name}: initial momentum, mass"), "", mass, 0.998, 1.002);
@@ -56,14 +67,41 @@ pub(super) fn falling_drop() -> Result<Vec<Measured>, String> {
 
 /// Front of a breaking dam: time `t sqrt(2 g/a)`, distance over the width of the column.
 const FRONT: [[Real; 2]; 15] = [
-    [0.41, 1.11], [0.84, 1.22], [1.19, 1.44], [1.43, 1.67], [1.63, 1.89], [1.83, 2.11], [1.98, 2.33], [2.20, 2.56],
-    [2.32, 2.78], [2.51, 3.00], [2.65, 3.22], [2.83, 3.44], [2.98, 3.67], [3.11, 3.89], [3.33, 4.11],
+    [0.41, 1.11],
+    [0.84, 1.22],
+    [1.19, 1.44],
+    [1.43, 1.67],
+    [1.63, 1.89],
+    [1.83, 2.11],
+    [1.98, 2.33],
+    [2.20, 2.56],
+    [2.32, 2.78],
+    [2.51, 3.00],
+    [2.65, 3.22],
+    [2.83, 3.44],
+    [2.98, 3.67],
+    [3.11, 3.89],
+    [3.33, 4.11],
 ];
 
 /// Height of the column: time `t sqrt(g/a)`, height over that at the start.
 const COLUMN: [[Real; 2]; 17] = [
-    [0.56, 0.94], [0.77, 0.89], [0.93, 0.83], [1.08, 0.78], [1.28, 0.72], [1.46, 0.67], [1.66, 0.61], [1.84, 0.56],
-    [2.00, 0.50], [2.21, 0.44], [2.45, 0.39], [2.70, 0.33], [3.06, 0.28], [3.44, 0.22], [4.20, 0.17], [5.25, 0.11],
+    [0.56, 0.94],
+    [0.77, 0.89],
+    [0.93, 0.83],
+    [1.08, 0.78],
+    [1.28, 0.72],
+    [1.46, 0.67],
+    [1.66, 0.61],
+    [1.84, 0.56],
+    [2.00, 0.50],
+    [2.21, 0.44],
+    [2.45, 0.39],
+    [2.70, 0.33],
+    [3.06, 0.28],
+    [3.44, 0.22],
+    [4.20, 0.17],
+    [5.25, 0.11],
     [7.40, 0.06],
 ];
 
@@ -119,10 +157,7 @@ fn rms(values: impl ExactSizeIterator<Item = Real>) -> Real {
 fn dam_errors(history: &[[Real; 3]], shift: Real) -> [Real; 2] {
     let front = |time: Real| at(history, (time + shift) / (2.0 * GRAVITY / COLUMN_WIDTH).sqrt(), 1);
     let height = |time: Real| at(history, (time + shift) / (GRAVITY / COLUMN_WIDTH).sqrt(), 2);
-    [
-        rms(FRONT.iter().map(|row| front(row[0]) / row[1] - 1.0)),
-        rms(COLUMN.iter().map(|row| height(row[0]) - row[1])),
-    ]
+    [rms(FRONT.iter().map(|row| front(row[0]) / row[1] - 1.0)), rms(COLUMN.iter().map(|row| height(row[0]) - row[1]))]
 }
 
 /// The shift within 0.2 that fits quantity `n` best, and its error.
@@ -143,6 +178,7 @@ pub(super) fn dam_break() -> Result<Vec<Measured>, String> {
         Measured::within("rms error of the column, of its first height", "", column[1], 0.0, 0.05).from_source(source),
         Measured::within("shift of the clock, t sqrt(g/a)", "", column[0], -0.2, 0.2).from_source(source),
         Measured::info("rms error of the front without a shift", "", dam_errors(&history, 0.0)[0]),
-        Measured::within("control: error of a front that stays", "", still[0], 0.3, 1.0).from_source("negative control"),
+        Measured::within("control: error of a front that stays", "", still[0], 0.3, 1.0)
+            .from_source("negative control"),
     ])
 }
