@@ -22,7 +22,6 @@ fn random(seed: u64, cell: [usize; 3]) -> Real {
 
 struct Flow {
     domain: Domain,
-    sides: [[PressureSide; 2]; 3],
     density: Field<Real>,
     velocity: [Field<Real>; 3],
     faces: [Field<Real>; 3],
@@ -64,7 +63,7 @@ impl Flow {
                 }
             }
         }
-        Self { domain, sides, density: rho, velocity, faces }
+        Self { domain, density: rho, velocity, faces }
     }
 
     fn solo(cells: [usize; 3], sides: [[PressureSide; 2]; 3], density: impl Fn([usize; 3]) -> Real + Sync) -> Self {
@@ -310,5 +309,9 @@ fn what_cannot_be_solved_is_said() {
     let mut projection = Projection::new(&flow.domain, WALLS);
     let error = flow.project(&mut projection, Vector::ZERO, 1e-5, 1e-6).unwrap_err();
     assert!(matches!(error, PressureError::NotFinite { .. }), "{error}");
-    assert_eq!(flow.sides, WALLS);
+    // The next projection is not spoilt by what went before.
+    flow.faces[1][[3, 3, 3]] = 0.0;
+    projection.pressure_mut().fill(0.0);
+    let report = flow.project(&mut projection, Vector::ZERO, 1e-5, 1e-6).unwrap();
+    assert!(report.iterations > 0);
 }

@@ -227,7 +227,11 @@ impl Frame {
                 let n = board.length(board.offset(colour, j, k as isize));
                 let z = z[colour].run(at, n);
                 let p = p[colour].run_mut(at, n);
-                p.iter_mut().zip(z).for_each(|(p, z)| *p = beta.mul_add(*p, z - mean));
+                if beta == 0.0 {
+                    p.iter_mut().zip(z).for_each(|(p, z)| *p = z - mean);
+                } else {
+                    p.iter_mut().zip(z).for_each(|(p, z)| *p = beta.mul_add(*p, z - mean));
+                }
             }
         }
         let [p0, p1] = p;
