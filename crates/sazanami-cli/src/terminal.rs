@@ -2,7 +2,7 @@
 
 use std::io::{IsTerminal as _, Write as _};
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use sazanami::case::{Diagnostics, Source};
@@ -87,16 +87,28 @@ pub fn warnings(warnings: &Diagnostics, source: &Source) {
     }
 }
 
+/// A second signal this long after the first ends the program at once; one that comes sooner is the same
+/// signal, sent to the group and to the program.
+const PATIENCE: Duration = Duration::from_secs(2);
+
 /// A flag that Ctrl-C and SIGTERM set; a second signal ends the program at once.
 pub fn stop_flag() -> Result<Arc<AtomicBool>, CommandError> {
     use signal_hook::consts::{SIGINT, SIGTERM};
+    let failed =
+        |error| CommandError::input(format!("signals cannot be caught: {error}"), "this is a fault of the system");
     let stop = Arc::new(AtomicBool::new(false));
-    for signal in [SIGINT, SIGTERM] {
-        signal_hook::flag::register_conditional_shutdown(signal, i32::from(exit::STOPPED), Arc::clone(&stop))
-            .and_then(|_| signal_hook::flag::register(signal, Arc::clone(&stop)))
-            .map_err(|error| {
-                CommandError::input(format!("signals cannot be caught: {error}"), "this is a fault of the system")
-            })?;
-    }
+    let mut signals = signal_hook::iterator::Signals::new([SIGINT, SIGTERM]).map_err(failed)?;
+    let flag = Arc::clone(&stop);
+    let listen = move || {
+        let mut first: Option<Instant> = None;
+        for _ in signals.forever() {
+            flag.store(true, Ordering::SeqCst);
+            if first.get_or_insert_with(Instant::now).elapsed() > PATIENCE {
+                eprintln!("\nstopped at once; what was written since the last checkpoint is lost");
+                std::process::exit(i32::from(exit::STOPPED));
+            }
+        }
+    };
+    std::thread::Builder::new().name("signals".into()).spawn(listen).map_err(failed)?;
     Ok(stop)
 }

@@ -118,3 +118,60 @@ fn check_speaks_json() {
     assert_eq!(value["findings"][0]["file"], "--set");
     assert_eq!(value["findings"][0]["expected"], "did you mean `cfl`?");
 }
+
+/// Two glass beads under a falling drop, for longer than anyone waits.
+const LONG: &str = r#"
+[domain]
+size = ["8 mm", "8 mm", "8 mm"]
+cells = [12, 12, 12]
+[[liquid]]
+region.sphere = { diameter = "3 mm" }
+position = ["4 mm", "4 mm", "5 mm"]
+[material.glass]
+density = "2500 kg/m^3"
+[contact.default]
+normal_stiffness = "1e3 N/m"
+restitution = 0.3
+[[grains]]
+shape.sphere = { diameter = "1 mm" }
+placement.list = [{ position = ["4 mm", "4 mm", "1 mm"] }, { position = ["2 mm", "4 mm", "2 mm"] }]
+[output]
+figures = { at = [] }
+[run]
+until = "1000 s"
+"#;
+
+#[test]
+fn a_signal_ends_a_run_with_a_checkpoint_to_go_on_from() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("long.toml"), LONG).unwrap();
+    let mut run = Command::new(env!("CARGO_BIN_EXE_sazanami"))
+        .args(["run", "long.toml", "--out", "out"])
+        .current_dir(folder.path())
+        .stdout(std::process::Stdio::null())
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .unwrap();
+    let series = folder.path().join("out/series.csv");
+    for _ in 0..600 {
+        std::thread::sleep(std::time::Duration::from_millis(100));
+        if std::fs::read_to_string(&series).is_ok_and(|text| text.lines().count() > 2) {
+            break;
+        }
+    }
+    assert!(run.try_wait().unwrap().is_none(), "the run ended before it was stopped");
+    // As `timeout` and process groups do it: the same signal twice at once.
+    for _ in 0..2 {
+        Command::new("kill").args(["-TERM", &run.id().to_string()]).status().unwrap();
+    }
+    assert_eq!(run.wait().unwrap().code(), Some(130));
+    let summary = || -> serde_json::Value {
+        serde_json::from_str(&std::fs::read_to_string(folder.path().join("out/summary.json")).unwrap()).unwrap()
+    };
+    assert_eq!(summary()["status"], "stopped");
+    let steps = summary()["steps"].as_u64().unwrap();
+    assert!(std::fs::read_dir(folder.path().join("out/checkpoints")).unwrap().count() > 0);
+    let resumed = sazanami(folder.path(), &["resume", "out", "--steps", "2"]);
+    assert_eq!(code(&resumed), Some(0), "{}", errors(&resumed));
+    assert_eq!(summary()["steps"].as_u64(), Some(steps + 2));
+}
