@@ -1,7 +1,7 @@
 //! Beds: grains fall on each other until they rest (Yagyu et al. (2015), section 3).
 //!
 //! Grains start on a lattice, each turned at random, and fall under a multiple of gravity in a box
-//! without lid, without fluid. When the highest of them meets another grain gravity takes its true
+//! without lid, without fluid. When the one that began highest meets another gravity takes its true
 //! value, and when time enough has passed and the grains rest the bed is done.
 
 use sazanami_numerics::domain::Domain;
@@ -238,6 +238,8 @@ pub struct Packing {
     since: Real,
     tapped: bool,
     largest_mean_speed: Real,
+    /// Identifier of the grain that began highest: its first contact with another ends the fall.
+    topmost: u64,
     /// Sum of mass times thickness of the grains [kg m].
     mass_thickness: Real,
     count: Real,
@@ -257,10 +259,12 @@ impl Packing {
         mut grains: Vec<Grain>,
     ) -> Result<Self, DemError> {
         settings.arrange(&bodies, &mut grains)?;
+        let higher = |a: &Grain, b: &Grain| a.position.z.total_cmp(&b.position.z).then(b.id.cmp(&a.id));
+        let topmost = grains.iter().max_by(|a, b| higher(a, b)).map_or(0, |grain| grain.id);
         let mut falling = interactions.clone();
         falling.scale_friction(settings.fall_friction);
         let engine = Engine::new(domain, settings.setup(bodies, falling), &grains)?;
-        Ok(Self::with(domain, settings, engine, interactions))
+        Ok(Self { topmost, ..Self::with(domain, settings, engine, interactions) })
     }
 
     fn with(domain: &Domain, settings: PackingSettings, engine: Engine, interactions: Interactions) -> Self {
@@ -277,6 +281,7 @@ impl Packing {
             since: Real::INFINITY,
             tapped: false,
             largest_mean_speed: 0.0,
+            topmost: 0,
             mass_thickness,
             count,
         }
@@ -345,8 +350,8 @@ impl Packing {
         match self.stage {
             Stage::Falling => {
                 let grains = self.engine.grains();
-                let landed = (0..grains.owned())
-                    .any(|g| grains.position[g].z == report.highest && self.engine.touches_a_grain(g));
+                let own = grains.id[..grains.owned()].binary_search(&self.topmost);
+                let landed = own.is_ok_and(|g| self.engine.touches_a_grain(g));
                 if domain.max(Real::from(u8::from(landed))) > 0.0 {
                     self.stage = Stage::Settling;
                     (self.switched, self.since) = (now, now);
@@ -404,6 +409,7 @@ impl Packing {
                 self.since,
                 Real::from(u8::from(self.tapped)),
                 self.largest_mean_speed,
+                self.topmost as Real,
             ];
             snapshot.put_reals(format!("{prefix}packing"), state.to_vec());
         }
@@ -423,9 +429,9 @@ impl Packing {
     ) -> Result<Self, DemError> {
         let rank = domain.communicator().rank();
         let outcome = if rank == 0 {
-            snapshot.reals_of(&format!("{prefix}packing"), 5).map(<[Real]>::to_vec)
+            snapshot.reals_of(&format!("{prefix}packing"), 6).map(<[Real]>::to_vec)
         } else {
-            Ok(vec![0.0; 5])
+            Ok(vec![0.0; 6])
         };
         let state = domain.agree(outcome.map_err(DemError::from))?;
         // Other ranks hold zeros; infinite values would not survive a sum with anything else.
@@ -448,6 +454,7 @@ impl Packing {
         (packing.switched, packing.since) = (state[1], state[2]);
         packing.tapped = state[3] > 0.0;
         packing.largest_mean_speed = state[4];
+        packing.topmost = state[5] as u64;
         Ok(packing)
     }
 
