@@ -6,6 +6,7 @@ mod contact;
 mod free_grains;
 mod immersed;
 mod impact;
+mod reduced;
 mod settling;
 mod single_phase;
 mod tank;
@@ -54,5 +55,6 @@ pub const CASES: &[VerifyCase] = &[
     case("crater-evaluation", "worked examples, a cap, a flat bed", beds::crater_evaluation),
     long("drag-fine", "a fixed sphere, 16 cells to a diameter", immersed::drag_fine),
     long("settling-rest", "ten Cate et al., Re 1.5 and 11.6", settling::settling_rest),
+    long("reduced-raindrop", "a quarter of the bed hit at 2.25 and 9 m/s", reduced::reduced_raindrop),
     long("paper-bed", "30,900 grains packed as in the paper", beds::paper_bed),
 ];

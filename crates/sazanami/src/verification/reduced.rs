@@ -1,0 +1,72 @@
+//! The reduced raindrop case, whole: packed, hit, evaluated.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+
+use sazanami_numerics::Real;
+use serde_json::Value;
+
+use crate::case;
+use crate::progress::Silent;
+use crate::run::{RunOptions, run};
+use crate::verify::Measured;
+
+const CASE: &str = include_str!("../../../../cases/raindrop/reduced.toml");
+
+/// Runs the case at `speed` [m/s] into `folder`; returns its summary.
+fn summary(speed: &str, folder: &Path) -> Result<Value, String> {
+    let speed = format!("liquid.0.fall.speed=\"{speed} m/s\"");
+    let loaded = case::parse(Path::new("reduced.toml"), CASE, &[speed]).map_err(|error| error.to_string())?;
+    let options = RunOptions { out: Some(folder.to_owned()), force: true, ranks: 1, ..RunOptions::default() };
+    run(&loaded, &options, &mut Silent, &AtomicBool::new(false)).map_err(|error| error.to_string())?;
+    let path = folder.join("summary.json");
+    let text = std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+    serde_json::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))
+}
+
+/// The number at `pointer` of a summary.
+fn number(summary: &Value, pointer: &str) -> Result<Real, String> {
+    summary.pointer(pointer).and_then(Value::as_f64).ok_or_else(|| format!("the summary has no number at {pointer}"))
+}
+
+/// 7.4: a quarter of the bed, an eighth of the drop, at 2.25 and 9 m/s.
+pub(super) fn reduced_raindrop() -> Result<Vec<Measured>, String> {
+    let scratch: PathBuf = std::env::temp_dir().join(format!("sazanami-verify-{}", std::process::id()));
+    let mut rows = Vec::new();
+    let mut volumes = Vec::new();
+    for speed in ["2.25", "9"] {
+        let folder = scratch.join(speed);
+        let found = summary(speed, &folder)?;
+        let of = |pointer| number(&found, pointer);
+        let name = |what: &str| format!("{speed} m/s: {what}");
+        let volume = of("/observables/erosion/volume_mm3")?;
+        let noise = of("/observables/erosion/volume_noise_mm3")?;
+        rows.push(Measured::within(name("erosion volume"), "mm3", volume, Real::MIN_POSITIVE, Real::INFINITY));
+        rows.push(Measured::info(name("erosion volume of the bed before"), "mm3", noise));
+        let residual = of("/conservation/momentum_residual_relative")?;
+        rows.push(
+            Measured::within(name("residual of the momentum budget"), "", residual.abs(), 0.0, 1e-9)
+                .from_source("conservation"),
+        );
+        let liquid = of("/conservation/liquid_volume_relative_change")?;
+        rows.push(
+            Measured::within(name("change of the liquid volume"), "", liquid.abs(), 0.0, 1e-8)
+                .from_source("conservation"),
+        );
+        rows.push(
+            Measured::within(name("grains"), "", of("/counts/grains")?, 7725.0, 7725.0)
+                .from_source("no grain lost"),
+        );
+        rows.push(
+            Measured::within(name("largest overlap over radius"), "", of("/worst/overlap_relative")?, 0.0, 0.8)
+                .from_source("warned above 0.2, refused above 0.8"),
+        );
+        volumes.push(volume);
+        std::fs::remove_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    }
+    rows.push(
+        Measured::within("V at 9 m/s over that at 2.25 m/s", "", volumes[1] / volumes[0], 1.0, Real::INFINITY)
+            .from_source("V grows with momentum"),
+    );
+    Ok(rows)
+}
