@@ -18,4 +18,5 @@ pub mod results;
 pub mod run;
 pub mod schedule;
 mod simulation;
+pub mod verification;
 pub mod verify;

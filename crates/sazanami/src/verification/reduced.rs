@@ -54,8 +54,7 @@ pub(super) fn reduced_raindrop() -> Result<Vec<Measured>, String> {
                 .from_source("conservation"),
         );
         rows.push(
-            Measured::within(name("grains"), "", of("/counts/grains")?, 7725.0, 7725.0)
-                .from_source("no grain lost"),
+            Measured::within(name("grains"), "", of("/counts/grains")?, 7725.0, 7725.0).from_source("no grain lost"),
         );
         rows.push(
             Measured::within(name("largest overlap over radius"), "", of("/worst/overlap_relative")?, 0.0, 0.8)
