@@ -35,7 +35,7 @@ fn tile(body: &Body, width: Real, count: u64) -> Vec<Grain> {
     let start = Instant::now();
     loop {
         let report = packing.step(&domain).expect("the grains fall");
-        if (report.time * 1e4).round() as u64 % 50 == 0 {
+        if ((report.time * 1e4).round() as u64).is_multiple_of(50) {
             println!(
                 "  {:?} t {:.4} mean speed {:.4} highest {:.5} contacts {} overlap {:.3} sub-steps {} {:.1} s",
                 report.stage,

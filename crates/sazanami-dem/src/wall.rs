@@ -26,11 +26,10 @@ impl Wall {
     #[must_use]
     pub fn of_box(lower: Vector, upper: Vector, material: u32, present: [[bool; 2]; 3]) -> Vec<Self> {
         let mut walls = Vec::new();
-        for direction in 0..3 {
-            for side in 0..2 {
-                if present[direction][side] {
-                    let (point, sign) = if side == 0 { (lower, 1.0) } else { (upper, -1.0) };
-                    walls.push(Self::at_rest(point, sign * Vector::AXES[direction], material));
+        for (axis, present) in Vector::AXES.into_iter().zip(present) {
+            for (present, point, sign) in [(present[0], lower, 1.0), (present[1], upper, -1.0)] {
+                if present {
+                    walls.push(Self::at_rest(point, sign * axis, material));
                 }
             }
         }

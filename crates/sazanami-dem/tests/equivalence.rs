@@ -12,7 +12,7 @@ const GRAVITY: Vector = Vector::new(0.0, 0.0, -500.0);
 
 fn domain(communicator: Box<dyn Communicator>, periodic: bool) -> Domain {
     let grid = Grid::new([24, 16, 8], Vector::ZERO, Vector::new(WIDTH, WIDTH, 8e-3));
-    Domain::new(grid, [periodic, periodic, false], communicator).unwrap()
+    Domain::new(grid, [periodic, periodic, false], communicator).expect("the case is sound")
 }
 
 fn bodies() -> Vec<Body> {
@@ -46,7 +46,7 @@ fn grains() -> Vec<Grain> {
         .collect();
     let mut settings = PackingSettings::new(Vector::ZERO, Vector::new(WIDTH, WIDTH, 1.0));
     settings.lattice = Lattice::Low;
-    settings.arrange(&bodies(), &mut grains).unwrap();
+    settings.arrange(&bodies(), &mut grains).expect("the case is sound");
     for grain in &mut grains {
         grain.velocity = Vector::new(0.6, 0.3, -1.5) + random.between(-0.5, 0.5) * Vector::X;
         grain.angular_velocity = Vector::new(random.between(-200.0, 200.0), 50.0, 0.0);
@@ -57,7 +57,7 @@ fn grains() -> Vec<Grain> {
 /// State of all grains after `steps` steps of `engine`, from its snapshot on rank 0.
 fn run(domain: &Domain, engine: &mut Engine, steps: usize) -> Snapshot {
     for _ in 0..steps {
-        engine.advance(domain, &Loads::none(), GRAVITY, 2e-5, Substeps::Fixed(40)).unwrap();
+        engine.advance(domain, &Loads::none(), GRAVITY, 2e-5, Substeps::Fixed(40)).expect("the case is sound");
     }
     let mut snapshot = Snapshot::default();
     engine.snapshot(domain, "dem/", &mut snapshot);
@@ -66,7 +66,8 @@ fn run(domain: &Domain, engine: &mut Engine, steps: usize) -> Snapshot {
 
 fn alone(periodic: bool, steps: usize) -> Snapshot {
     let domain = domain(Box::new(Solo::default()), periodic);
-    let mut engine = Engine::new(&domain, setup(periodic, Damping::Restitution(0.5)), &grains()).unwrap();
+    let mut engine =
+        Engine::new(&domain, setup(periodic, Damping::Restitution(0.5)), &grains()).expect("the case is sound");
     run(&domain, &mut engine, steps)
 }
 
@@ -75,17 +76,18 @@ fn ranks_and_threads_give_the_same_bits() {
     for periodic in [false, true] {
         let expected = alone(periodic, 150);
         assert!(
-            expected.u64("dem/contact.low").unwrap().len() > 20,
+            expected.u64("dem/contact.low").expect("the case is sound").len() > 20,
             "{}",
-            expected.u64("dem/contact.low").unwrap().len()
+            expected.u64("dem/contact.low").expect("the case is sound").len()
         );
         for (ranks, threads) in [(1, 3), (2, 1), (3, 2), (4, 1), (6, 1)] {
             let found = run_ranks(ranks, threads, |c| {
                 let domain = domain(c, periodic);
-                let mut engine = Engine::new(&domain, setup(periodic, Damping::Restitution(0.5)), &grains()).unwrap();
+                let mut engine = Engine::new(&domain, setup(periodic, Damping::Restitution(0.5)), &grains())
+                    .expect("the case is sound");
                 run(&domain, &mut engine, 150)
             })
-            .unwrap();
+            .expect("the case is sound");
             assert!(found[0] == expected, "{ranks} ranks, {threads} threads, periodic {periodic}");
         }
     }
@@ -97,11 +99,14 @@ fn another_order_of_identifiers_changes_the_bits() {
     let domain = domain(Box::new(Solo::default()), false);
     let mut other = grains();
     other.iter_mut().for_each(|g| g.id = 200 - g.id);
-    let mut engine = Engine::new(&domain, setup(false, Damping::Restitution(0.5)), &other).unwrap();
+    let mut engine = Engine::new(&domain, setup(false, Damping::Restitution(0.5)), &other).expect("the case is sound");
     let found = run(&domain, &mut engine, 150);
     let expected = alone(false, 150);
     let n = other.len();
-    let (a, b) = (found.vectors("dem/grain.position").unwrap(), expected.vectors("dem/grain.position").unwrap());
+    let (a, b) = (
+        found.vectors("dem/grain.position").expect("the case is sound"),
+        expected.vectors("dem/grain.position").expect("the case is sound"),
+    );
     assert!((0..n).any(|g| a[n - 1 - g] != b[g]));
 }
 
@@ -116,10 +121,10 @@ fn an_interrupted_run_goes_on_with_the_same_bits() {
                 let nothing = Snapshot::default();
                 let from = if domain.communicator().rank() == 0 { &half } else { &nothing };
                 let setup = setup(periodic, Damping::Restitution(0.5));
-                let mut engine = Engine::restore(&domain, setup, "dem/", from).unwrap();
+                let mut engine = Engine::restore(&domain, setup, "dem/", from).expect("the case is sound");
                 run(&domain, &mut engine, 80)
             })
-            .unwrap();
+            .expect("the case is sound");
             assert!(found[0] == expected, "{ranks} ranks, periodic {periodic}");
         }
     }
@@ -129,11 +134,11 @@ fn an_interrupted_run_goes_on_with_the_same_bits() {
 fn a_snapshot_without_contacts_does_not_go_on_alike() {
     // Negative control: the memory of contacts matters.
     let mut half = alone(false, 80);
-    let displacement = half.reals("dem/contact.displacement").unwrap().to_vec();
+    let displacement = half.reals("dem/contact.displacement").expect("the case is sound").to_vec();
     half.put_reals("dem/contact.displacement", vec![0.0; displacement.len()]);
     let domain = domain(Box::new(Solo::default()), false);
     let setup = setup(false, Damping::Restitution(0.5));
-    let mut engine = Engine::restore(&domain, setup, "dem/", &half).unwrap();
+    let mut engine = Engine::restore(&domain, setup, "dem/", &half).expect("the case is sound");
     assert!(run(&domain, &mut engine, 80) != alone(false, 160));
 }
 
@@ -141,13 +146,13 @@ fn a_snapshot_without_contacts_does_not_go_on_alike() {
 fn old_lists_give_the_forces_of_new_ones() {
     let domain = domain(Box::new(Solo::default()), true);
     let setup = || setup(true, Damping::Literal { normal: 2.95e-3, tangential: 2.95e-3 });
-    let mut old = Engine::new(&domain, setup(), &grains()).unwrap();
-    let mut renewed = Engine::new(&domain, setup(), &grains()).unwrap();
+    let mut old = Engine::new(&domain, setup(), &grains()).expect("the case is sound");
+    let mut renewed = Engine::new(&domain, setup(), &grains()).expect("the case is sound");
     for _ in 0..120 {
         let a = run(&domain, &mut old, 1);
         let b = run(&domain, &mut renewed, 1);
         assert!(a == b);
-        renewed = Engine::restore(&domain, setup(), "dem/", &b).unwrap();
+        renewed = Engine::restore(&domain, setup(), "dem/", &b).expect("the case is sound");
     }
 }
 
@@ -166,7 +171,7 @@ fn packing_goes_on_after_an_interruption() {
     };
     let laws = || Interactions::uniform(1, ContactLaw::SAND);
     let templates: Vec<Grain> = (0..80).map(|id| Grain::new(id, 2650.0, Vector::ZERO)).collect();
-    let mut packing = Packing::new(&domain, settings.clone(), bodies(), laws(), templates).unwrap();
+    let mut packing = Packing::new(&domain, settings.clone(), bodies(), laws(), templates).expect("the case is sound");
     let mut saved = vec![];
     let mut reports = vec![];
     while !matches!(packing.stage(), Stage::Done | Stage::GivenUp) {
@@ -175,15 +180,16 @@ fn packing_goes_on_after_an_interruption() {
             packing.snapshot(&domain, "bed/", &mut snapshot);
             saved.push((reports.len(), snapshot));
         }
-        reports.push(packing.step(&domain).unwrap());
+        reports.push(packing.step(&domain).expect("the case is sound"));
     }
     assert_eq!(packing.stage(), Stage::Done);
     assert!(reports.iter().any(|r| r.stage == Stage::Tapping));
     assert!(saved.len() > 1);
     for (at, snapshot) in saved {
-        let mut again = Packing::restore(&domain, settings.clone(), bodies(), laws(), "bed/", &snapshot).unwrap();
+        let mut again = Packing::restore(&domain, settings.clone(), bodies(), laws(), "bed/", &snapshot)
+            .expect("the case is sound");
         for expected in &reports[at..] {
-            let found = again.step(&domain).unwrap();
+            let found = again.step(&domain).expect("the case is sound");
             assert_eq!(
                 (found.time, found.mean_speed, found.highest),
                 (expected.time, expected.mean_speed, expected.highest)
@@ -199,7 +205,8 @@ fn ghosts_give_back_what_they_collected() {
     let sum = |ranks: usize| {
         let parts = run_ranks(ranks, 1, |c| {
             let domain = domain(c, true);
-            let mut engine = Engine::new(&domain, setup(true, Damping::Restitution(0.5)), &grains()).unwrap();
+            let mut engine =
+                Engine::new(&domain, setup(true, Damping::Restitution(0.5)), &grains()).expect("the case is sound");
             run(&domain, &mut engine, 20);
             let g = engine.grains();
             // Every entry says how much of its x1-x2 square lies in this rank's part: together, all of it.
@@ -216,7 +223,7 @@ fn ghosts_give_back_what_they_collected() {
             engine.gather_to_owners(&domain, &mut partial);
             (0..g.owned()).map(|n| (g.id[n], partial[n][0], partial[n][1])).collect::<Vec<_>>()
         })
-        .unwrap();
+        .expect("the case is sound");
         parts.into_iter().flatten().collect::<Vec<_>>()
     };
     for ranks in [1, 2, 4, 6] {
@@ -235,9 +242,9 @@ fn threads_do_not_matter_to_a_packing() {
             let settings = PackingSettings::new(Vector::ZERO, Vector::new(WIDTH, WIDTH, 1.0));
             let laws = Interactions::uniform(1, ContactLaw::SAND);
             let templates = (0..64).map(|id| Grain::new(id, 2650.0, Vector::ZERO)).collect();
-            let mut packing = Packing::new(&domain, settings, bodies(), laws, templates).unwrap();
+            let mut packing = Packing::new(&domain, settings, bodies(), laws, templates).expect("the case is sound");
             (0..600).for_each(|_| {
-                packing.step(&domain).unwrap();
+                packing.step(&domain).expect("the case is sound");
             });
             packing.bed()
         })

@@ -1,0 +1,190 @@
+//! Friction and its memory on planes.
+
+use sazanami_dem::*;
+use sazanami_numerics::domain::Domain;
+use sazanami_numerics::grid::Grid;
+use sazanami_numerics::{Real, Vector};
+
+const G: Real = 9.81;
+const RADIUS: Real = 0.01;
+const STIFFNESS: Real = 1e5;
+
+fn domain() -> Domain {
+    Domain::solo(Grid::new([4, 4, 4], Vector::splat(-10.0), Vector::splat(10.0)), [false; 3])
+}
+
+/// A body on the floor, pressed in as its weight under `gravity` would.
+fn on_floor(body: Body, law: ContactLaw, gravity: Vector, feet: Real, velocity: Vector) -> Engine {
+    let mass = 2500.0 * body.volume;
+    let lowest = body.centres.iter().zip(&body.radii).map(|(c, r)| c.z - r).fold(0.0, Real::min);
+    let height = -lowest + mass * gravity.z / (law.normal_stiffness * feet);
+    let setup = Setup {
+        bodies: vec![body],
+        interactions: Interactions::uniform(1, law),
+        walls: vec![Wall::at_rest(Vector::ZERO, Vector::Z, 0)],
+        region: [Vector::splat(-100.0), Vector::splat(100.0)],
+        ghost_margin: 0.0,
+    };
+    let grain = Grain { velocity, ..Grain::new(1, 2500.0, Vector::new(0.0, 0.0, height)) };
+    Engine::new(&domain(), setup, &[grain]).expect("the case is sound")
+}
+
+fn law(friction: Real) -> ContactLaw {
+    ContactLaw {
+        normal_stiffness: STIFFNESS,
+        tangential_stiffness: STIFFNESS,
+        damping: Damping::Restitution(0.3),
+        friction,
+        ..ContactLaw::SAND
+    }
+}
+
+fn slope(degrees: Real) -> Vector {
+    let (sine, cosine) = degrees.to_radians().sin_cos();
+    G * Vector::new(sine, 0.0, -cosine)
+}
+
+#[test]
+fn a_ball_slips_then_rolls() {
+    let gravity = Vector::new(0.0, 0.0, -G);
+    let mut engine = on_floor(Body::ball(RADIUS), law(0.3), gravity, 1.0, Vector::X);
+    let step = 2e-5;
+    let mut rolling_since = None;
+    for n in 0..7500 {
+        engine.advance(&domain(), &Loads::none(), gravity, step, Substeps::Fixed(1)).expect("the case is sound");
+        let grains = engine.grains();
+        let slip = grains.velocity[0].x - RADIUS * grains.angular_velocity(0).y;
+        if slip < 1e-3 && rolling_since.is_none() {
+            rolling_since = Some(Real::from(n) * step);
+        }
+    }
+    let grains = engine.grains();
+    let (v, w) = (grains.velocity[0].x, grains.angular_velocity(0).y);
+    println!("rolls from {rolling_since:?} s at {v} m/s");
+    assert!((rolling_since.expect("the case is sound") - 0.09708).abs() < 1e-3);
+    assert!((v - 5.0 / 7.0).abs() < 1e-3 && (w * RADIUS / v - 1.0).abs() < 1e-3);
+}
+
+#[test]
+fn a_ball_rolls_or_slides_down_a_slope() {
+    for (degrees, friction) in [(10.0, 0.3), (20.0, 0.3), (30.0, 0.3), (30.0, 0.1), (45.0, 0.2)] {
+        let gravity = slope(degrees);
+        let mut engine = on_floor(Body::ball(RADIUS), law(friction), gravity, 1.0, Vector::ZERO);
+        engine.advance(&domain(), &Loads::none(), gravity, 0.2, Substeps::Fixed(10_000)).expect("the case is sound");
+        let (sine, cosine) = Real::to_radians(degrees).sin_cos();
+        let rolls = sine / cosine <= 3.5 * friction;
+        let expected = if rolls { 5.0 / 7.0 * G * sine } else { G * (sine - friction * cosine) };
+        let found = engine.grains().velocity[0].x / 0.2;
+        println!("{degrees} deg, mu {friction}: {found} (expected {expected})");
+        assert!((found / expected - 1.0).abs() < 2e-3);
+    }
+}
+
+#[test]
+fn rolling_friction_stops_a_ball() {
+    let gravity = Vector::new(0.0, 0.0, -G);
+    let law = ContactLaw { rolling_friction: 0.02, ..law(0.5) };
+    let mut engine = on_floor(Body::ball(RADIUS), law, gravity, 1.0, 0.1 * Vector::X);
+    engine.set_velocity(0, 0.1 * Vector::X, 0.1 / RADIUS * Vector::Y);
+    engine.advance(&domain(), &Loads::none(), gravity, 0.1, Substeps::Fixed(5000)).expect("the case is sound");
+    // Torque mu_r R m g against rolling: (7/5) m a = mu_r m g.
+    let expected = 0.1 - 5.0 / 7.0 * 0.02 * G * 0.1;
+    let found = engine.grains().velocity[0].x;
+    assert!((found / expected - 1.0).abs() < 1e-2, "{found} {expected}");
+}
+
+/// Four spheres at the corners of a square, too heavy to turn.
+fn block() -> Body {
+    let at = |x: Real, y: Real| RADIUS * Vector::new(2.0 * x, 2.0 * y, 0.0);
+    let centres = vec![at(-1.0, -1.0), at(1.0, -1.0), at(-1.0, 1.0), at(1.0, 1.0)];
+    let volume = 4.0 * 4.2e-6;
+    Body::new(volume, Vector::splat(1e3 * volume * RADIUS * RADIUS), centres, vec![RADIUS; 4], 0.0)
+}
+
+/// Way that the block creeps in a fifth of a second after having settled, over its spheres' diameter, per second.
+fn creep(law: ContactLaw) -> Real {
+    let gravity = slope(15.0);
+    let mut engine = on_floor(block(), law, gravity, 4.0, Vector::ZERO);
+    engine.advance(&domain(), &Loads::none(), gravity, 0.3, Substeps::Fixed(10_000)).expect("the case is sound");
+    let before = engine.grains().position[0].x;
+    engine.advance(&domain(), &Loads::none(), gravity, 0.2, Substeps::Fixed(7000)).expect("the case is sound");
+    (engine.grains().position[0].x - before).abs() / 0.2 / (2.0 * RADIUS)
+}
+
+#[test]
+fn a_block_sticks_to_a_slope_through_the_memory_of_its_contacts() {
+    let sticks = creep(law(0.3));
+    assert!(sticks < 1e-6, "{sticks}");
+    // Negative control: friction by the dashpot alone creeps.
+    let without_spring = ContactLaw {
+        tangential_stiffness: 1e-6,
+        damping: Damping::Literal { normal: 10.0, tangential: 10.0 },
+        ..law(0.3)
+    };
+    let creeps = creep(without_spring);
+    println!("creep {sticks} with springs, {creeps} without");
+    assert!(creeps > 1e-4, "{creeps}");
+}
+
+#[test]
+fn several_contacts_add_up_as_asked() {
+    let gravity = Vector::new(0.0, 0.0, -G);
+    let sink = |multiplicity: Multiplicity| {
+        let law = ContactLaw { multiplicity, ..law(0.3) };
+        let mut engine = on_floor(block(), law, gravity, 4.0, Vector::ZERO);
+        engine.advance(&domain(), &Loads::none(), gravity, 0.3, Substeps::Fixed(10_000)).expect("the case is sound");
+        let g = engine.grains();
+        (RADIUS - g.position[0].z) * STIFFNESS / (g.mass[0] * G)
+    };
+    assert!((sink(Multiplicity::Sum) - 0.25).abs() < 1e-4);
+    assert!((sink(Multiplicity::Average) - 1.0).abs() < 1e-4);
+    // Which of the four is deepest changes from sub-step to sub-step.
+    let deepest = sink(Multiplicity::Deepest);
+    assert!((deepest - 1.0).abs() < 0.05, "{deepest}");
+}
+
+#[test]
+fn a_moving_wall_carries_a_ball_along() {
+    let gravity = Vector::new(0.0, 0.0, -G);
+    let mut engine = on_floor(Body::ball(RADIUS), law(0.5), gravity, 1.0, Vector::ZERO);
+    engine.set_wall_velocity(0, Vector::new(0.2, 0.0, 0.05));
+    engine.advance(&domain(), &Loads::none(), gravity, 0.4, Substeps::Fixed(20_000)).expect("the case is sound");
+    let grains = engine.grains();
+    assert!((engine.walls()[0].point.z - 0.02).abs() < 1e-12);
+    assert!((grains.position[0].z - 0.03).abs() < 1e-5 && (grains.velocity[0].z - 0.05).abs() < 1e-3);
+    // A ball on a belt ends up with two sevenths of its velocity.
+    assert!((grains.velocity[0].x - 0.2 * 2.0 / 7.0).abs() < 1e-3, "{}", grains.velocity[0].x);
+}
+
+#[test]
+fn grains_on_a_prescribed_course_do_not_mind_others() {
+    let domain = domain();
+    let setup = Setup {
+        bodies: vec![Body::ball(RADIUS), Body::prolate(RADIUS, 2.0 * RADIUS, 5)],
+        interactions: Interactions::uniform(1, law(0.3)),
+        walls: vec![],
+        region: [Vector::splat(-100.0), Vector::splat(100.0)],
+        ghost_margin: 0.0,
+    };
+    let spin = Vector::new(3.0, 1.0, -2.0);
+    let grains = [
+        Grain {
+            shape: 1,
+            motion: Motion::Prescribed,
+            velocity: Vector::X,
+            angular_velocity: spin,
+            ..Grain::new(1, 2500.0, Vector::ZERO)
+        },
+        Grain::new(2, 2500.0, Vector::new(0.05, 0.0, 0.0)),
+        Grain { motion: Motion::Fixed, ..Grain::new(3, 2500.0, Vector::new(0.2, 0.0, 0.0)) },
+    ];
+    let mut engine = Engine::new(&domain, setup, &grains).expect("the case is sound");
+    let report =
+        engine.advance(&domain, &Loads::none(), Vector::ZERO, 0.12, Substeps::Fixed(6000)).expect("the case is sound");
+    let g = engine.grains();
+    assert!((g.position[0] - Vector::new(0.12, 0.0, 0.0)).length() < 1e-12);
+    assert!((g.angular_velocity(0) - spin).length() < 1e-9);
+    assert!(g.position[1].x > 0.1 && g.velocity[1].x.abs() > 0.1);
+    assert_eq!(g.position[2], Vector::new(0.2, 0.0, 0.0));
+    assert!(report.largest_overlap > 0.0);
+}
