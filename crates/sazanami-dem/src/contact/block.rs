@@ -38,6 +38,8 @@ pub(crate) struct Pair {
     pub law: u16,
     pub multiplicity: Multiplicity,
     pub touching: bool,
+    /// First of its contacts, if it touches.
+    pub contacts: u32,
 }
 
 impl Pair {
@@ -180,7 +182,7 @@ impl Block {
         let size = size[0].min(size[1]);
         let touch = TOUCH * size;
         let sum = world.budget[low] + world.budget[high];
-        let start = self.contacts.partition_point(|c| c.pair < p);
+        let start = if pair.touching { pair.contacts as usize } else { self.contacts.len() };
         let mine = self.contacts[start..].iter().take_while(|c| c.pair == p);
         let known = |spheres: (u16, u16)| mine.clone().any(|c| (c.a, c.b) == spheres);
         let nearest = &mut self.nearest[p as usize];
@@ -234,41 +236,46 @@ impl Block {
             let end = (at + WIDTH).min(count);
             let outcomes = evaluate::<WIDTH, PLAIN>(world, &self.pairs, &self.contacts[at..end], dt);
             for l in 0..end - at {
-                let mut contact = self.contacts[at + l];
-                if contact.pair != present {
-                    self.close(present, &total);
-                    (present, total) = (contact.pair, Total::default());
+                let from = at + l;
+                let p = self.contacts[from].pair;
+                if p != present {
+                    self.close(world, present, &total);
+                    (present, total) = (p, Total::default());
+                    self.pairs[p as usize].contacts = kept as u32;
                 }
                 let overlap = outcomes.overlap.0[l];
                 // A number that is none passes here and is found when the grains move.
                 if overlap <= 0.0 {
-                    self.part(world, &contact, -overlap);
+                    self.part(world, from, -overlap);
                     continue;
                 }
-                contact.d_t = outcomes.d_t.lane(l);
+                if kept != from {
+                    self.contacts[kept] = self.contacts[from];
+                }
+                self.contacts[kept].d_t = outcomes.d_t.lane(l);
                 let fraction = outcomes.fraction.0[l];
                 if fraction > self.census.deepest {
-                    let pair = &self.pairs[present as usize];
+                    let pair = &self.pairs[p as usize];
                     self.census.deepest = fraction;
                     self.census.deepest_ids = [ids[pair.low as usize], ids[pair.high as usize]];
                     self.census.deepest_at = world.frames[pair.low as usize].home;
                 }
-                if fraction > WARNING && !contact.deep {
-                    contact.deep = true;
-                    self.census.deepened += 1;
+                if fraction > WARNING && !self.contacts[kept].deep {
+                    self.contacts[kept].deep = true;
+                    self.census.deepened += usize::from(self.counts(world, p));
                 }
-                self.contacts[kept] = contact;
                 kept += 1;
-                total.add(&outcomes, l, self.pairs[present as usize].multiplicity);
+                total.add(&outcomes, l, self.pairs[p as usize].multiplicity);
             }
             at = end;
         }
-        self.close(present, &total);
+        self.close(world, present, &total);
         self.contacts.truncate(kept);
     }
 
     /// Two spheres have parted and are `gap` apart.
-    fn part(&mut self, world: &World<'_>, contact: &Contact, gap: Real) {
+    fn part(&mut self, world: &World<'_>, contact: usize, gap: Real) {
+        let contact = self.contacts[contact];
         let p = contact.pair as usize;
         let pair = &self.pairs[p];
         let frame = &world.frames[pair.low as usize];
@@ -278,9 +285,15 @@ impl Block {
         self.nearest[p].add((contact.a, contact.b));
     }
 
+    /// Whether pair `p` is counted here: of the ranks that evaluate it, the one that owns its lower grain counts.
+    #[inline(always)]
+    fn counts(&self, world: &World<'_>, p: u32) -> bool {
+        (self.pairs[p as usize].low as usize) < world.owned
+    }
+
     /// All contacts of a pair are known.
     #[inline(always)]
-    fn close(&mut self, p: u32, total: &Total) {
+    fn close(&mut self, world: &World<'_>, p: u32, total: &Total) {
         let Some(pair) = self.pairs.get_mut(p as usize) else { return };
         if (total.count > 0) != pair.touching {
             pair.touching = !pair.touching;
@@ -292,8 +305,10 @@ impl Block {
             self.own[row] += on_low;
             self.on_high[p as usize] = on_high;
             self.touches[row] = true;
-            self.census.pairs += 1;
-            self.census.contacts += total.count;
+            if self.counts(world, p) {
+                self.census.pairs += 1;
+                self.census.contacts += total.count;
+            }
         }
     }
 }

@@ -194,6 +194,7 @@ fn fill(
         let mine = records[from..].iter().take_while(|r| r.low == id);
         for &(_, image, high, gap) in &near {
             let p = block.pairs.len() as u32;
+            let first = block.contacts.len() as u32;
             let known = mine.clone().filter(|r| r.high == grains.id[high as usize] && r.image == image);
             block.contacts.extend(known.map(|r| Contact {
                 pair: p,
@@ -203,7 +204,8 @@ fn fill(
                 d_t: Vector::from_array(r.d_t),
             }));
             let touching = block.contacts.last().is_some_and(|c| c.pair == p);
-            let pair = pair(world, grains, interactions, [low as u32, high], image, touching);
+            let mut pair = pair(world, grains, interactions, [low as u32, high], image, touching);
+            pair.contacts = first;
             let sum = world.budget[low] + world.budget[high as usize];
             let (left, mut nearest) = previous
                 .and_then(|old| remaining(old, low, high as usize))
@@ -239,6 +241,7 @@ fn pair(
         law: law as u16,
         multiplicity: interactions.laws()[law as usize].multiplicity,
         touching,
+        contacts: 0,
     }
 }
 
