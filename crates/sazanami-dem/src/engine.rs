@@ -246,9 +246,16 @@ impl Engine {
         &self.grains
     }
 
-    /// The numbers that a coupled solver keeps with this rank's own grains.
+    /// The numbers that a coupled solver keeps with the grains. Those of an own grain travel with it and are
+    /// stored; a ghost has those that its owner had when the lists were last renewed, and what was set since.
     pub fn attached_mut(&mut self) -> &mut [[Real; crate::ATTACHED]] {
-        &mut self.grains.attached[..self.grains.owned]
+        &mut self.grains.attached
+    }
+
+    /// Where an image of a grain is whose unwrapped position is `home` [m].
+    #[must_use]
+    pub fn imaged(&self, home: Vector, image: [i32; 2]) -> Vector {
+        imaged(home, image, self.period)
     }
 
     /// Bodies by number of the shape.
@@ -393,13 +400,15 @@ impl Engine {
         report.impulse_on_walls = Vector::new(sums[4], sums[5], sums[6]);
         report.largest_speed = domain.max(speed);
         report.largest_overlap = domain.max(deepest.deepest);
-        // The lowest rank that saw the largest overlap names the grains; identifiers are exact in a real.
+        // The lowest rank that saw the largest overlap names the grains, in halves that are exact in a real.
         let mine = deepest.deepest == report.largest_overlap && report.largest_overlap > 0.0;
         let rank = domain.min(if mine { domain.communicator().rank() as Real } else { Real::INFINITY });
         let told = rank == domain.communicator().rank() as Real;
-        let id = |n: usize| if told { deepest.deepest_ids[n] as Real } else { 0.0 };
-        let ids = domain.sum([id(0), id(1)]);
-        report.largest_overlap_ids = ids.map(|id| id as u64);
+        let half = |n: usize, shift: u32| {
+            if told { Real::from((deepest.deepest_ids[n] >> shift & u64::from(u32::MAX)) as u32) } else { 0.0 }
+        };
+        let [a, b, c, d] = domain.sum([half(0, 32), half(0, 0), half(1, 32), half(1, 0)]);
+        report.largest_overlap_ids = [[a, b], [c, d]].map(|[high, low]| (high as u64) << 32 | low as u64);
     }
 
     /// Elastic energy of all contacts this rank computes, as they stood in the last sub-step, at the present poses [J].

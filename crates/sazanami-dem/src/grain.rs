@@ -6,7 +6,7 @@ use crate::body::Body;
 use crate::error::DemError;
 
 /// Numbers that a coupled solver may keep with a grain.
-pub const ATTACHED: usize = 13;
+pub const ATTACHED: usize = 20;
 
 /// What moves a grain.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -209,6 +209,18 @@ impl Grains {
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.id.is_empty()
+    }
+
+    /// Centre of mass of grain `i` without wrapping at periodic sides [m].
+    #[must_use]
+    pub fn home(&self, i: usize) -> Vector {
+        self.home[i]
+    }
+
+    /// Periodic image that entry `i` stands for, counted from [`Self::home`].
+    #[must_use]
+    pub fn image(&self, i: usize) -> [i32; 2] {
+        self.image[i]
     }
 
     /// Angular velocity of grain `i` in the laboratory frame [rad/s].

@@ -9,12 +9,12 @@
 pub mod advection;
 pub mod boundary;
 pub mod flow;
+pub mod grains;
 pub mod interface;
+pub mod momentum;
 pub mod pressure;
+pub mod snapshot;
+pub mod solver;
 pub mod stability;
 pub mod verification;
 pub mod viscosity;
-pub mod grains;
-pub mod momentum;
-pub mod solver;
-pub mod snapshot;

@@ -71,7 +71,8 @@ impl std::ops::AddAssign for PressureReport {
 pub enum PressureError {
     /// The solver stalled or ran out of iterations.
     #[error(
-        "the pressure did not converge: max |div u| dt = {divergence:e} after {iterations} iterations, asked for {tolerance:e}"
+        "the pressure did not converge: |div u| dt = {divergence:.2e} after {iterations} iterations, asked for \
+         {tolerance:.2e}; it is largest in {place}"
     )]
     NotConverged {
         /// Iterations done.
@@ -80,13 +81,36 @@ pub enum PressureError {
         divergence: Real,
         /// Largest `|div u| dt` asked for.
         tolerance: Real,
+        /// Where it is.
+        place: CellPlace,
     },
     /// A velocity or density is not finite.
-    #[error("the pressure equation holds a number that is not finite (noticed after {iterations} iterations)")]
+    #[error(
+        "the pressure equation holds a number that is not finite (noticed after {iterations} iterations), or is \
+         farthest from its solution, in {place}"
+    )]
     NotFinite {
         /// Iterations done.
         iterations: usize,
+        /// The first cell of the lowest rank that holds one.
+        place: CellPlace,
     },
+}
+
+/// A cell to be named.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CellPlace {
+    /// Global indices.
+    pub cell: [usize; 3],
+    /// Centre [m].
+    pub position: Vector,
+}
+
+impl std::fmt::Display for CellPlace {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let ([i, j, k], p) = (self.cell, self.position);
+        write!(f, "cell ({i}, {j}, {k}) at ({:.4e}, {:.4e}, {:.4e}) m", p.x, p.y, p.z)
+    }
 }
 
 /// Pressure and its solver.
@@ -160,11 +184,15 @@ impl Projection {
             PressureEquation { density, face_velocity: &*face_velocity, sides: &box_sides, spacing: *spacing, dt };
         let solution = solver
             .solve(domain, &equation, pressure, Stop::Largest(asked / (dt * dt)), most_iterations)
-            .map_err(|error| match error {
-                SolveError::NotFinite { iterations } => PressureError::NotFinite { iterations },
-                SolveError::NotConverged { iterations, residual, .. }
-                | SolveError::Breakdown { iterations, residual, .. } => {
-                    PressureError::NotConverged { iterations, divergence: residual * dt * dt, tolerance: asked }
+            .map_err(|error| {
+                let place = equation.worst_cell(domain, pressure.data());
+                match error {
+                    SolveError::NotFinite { iterations } => PressureError::NotFinite { iterations, place },
+                    SolveError::NotConverged { iterations, residual, .. }
+                    | SolveError::Breakdown { iterations, residual, .. } => {
+                        let divergence = residual * dt * dt;
+                        PressureError::NotConverged { iterations, divergence, tolerance: asked, place }
+                    }
                 }
             })?;
         let force = box_sides.fill_behind_walls(domain, pressure, density, gravity);
@@ -395,6 +423,36 @@ struct PressureEquation<'a> {
 }
 
 impl PressureEquation<'_> {
+    /// The cell with the largest residual, one that is not finite before all others. Collective.
+    fn worst_cell(&self, domain: &Domain, p: &[Real]) -> CellPlace {
+        let size = |value: Real| if value.is_finite() { value.abs() } else { Real::INFINITY };
+        let largest_in = |range: &Range3| {
+            domain.max_rows(range, |row| {
+                let mut values = vec![0.0; row.len];
+                self.residual(row, p, &mut values);
+                values.into_iter().map(size).fold(0.0, Real::max)
+            })
+        };
+        let mut range = domain.interior();
+        let mine = largest_in(&range);
+        for d in [2, 1, 0] {
+            let holds = |n: &isize| {
+                let mut part = range.clone();
+                part[d] = *n..*n + 1;
+                largest_in(&part) == mine
+            };
+            let at = range[d].clone().find(holds).unwrap_or(range[d].start);
+            range[d] = at..at + 1;
+        }
+        let rank = domain.communicator().rank() as Real;
+        let first = domain.min(if mine == domain.max(mine) { rank } else { Real::INFINITY });
+        let start = domain.start();
+        let index = |d: usize| if rank == first { (range[d].start as usize + start[d]) as Real } else { 0.0 };
+        let cell = domain.sum([index(0), index(1), index(2)]).map(|n| n as usize);
+        let [i, j, k] = cell.map(|n| n as isize);
+        CellPlace { cell, position: domain.grid().centre(i, j, k) }
+    }
+
     /// What a face at this index in its direction is, if it lies on a side: the side.
     fn side(&self, direction: usize, index: isize) -> Option<usize> {
         let last = self.density.cells()[direction] as isize;

@@ -10,11 +10,11 @@ use sazanami_numerics::domain::Domain;
 use sazanami_numerics::geometry::Shape;
 use sazanami_numerics::grid::Field;
 use sazanami_numerics::snapshot::{Snapshot, SnapshotError};
-use sazanami_numerics::{Quaternion, Real, Vector};
+use sazanami_numerics::{Real, Vector};
 
 use crate::boundary::Boundary;
 use crate::flow::Flow;
-use crate::grains::{Coupling, GrainPhase, Pose};
+use crate::grains::{Coupling, GrainPhase};
 use crate::pressure::Projection;
 use crate::solver::{Settings, Solver};
 
@@ -29,9 +29,9 @@ const EARLIER_STEP: &str = "fluid/earlier_step";
 const PRESSURE: &str = "fluid/pressure";
 const COUNTERS: &str = "fluid/counters";
 const PREVIOUS_STEP: &str = "fluid/previous_step";
+const GRAVITY: &str = "fluid/gravity";
 /// Prefix of what the engine of the grains writes.
 pub const GRAINS: &str = "grains/";
-const POSES: &str = "coupling/poses";
 
 impl Solver {
     /// Everything that a run needs to go on with the same bits. Collective; complete on rank 0.
@@ -56,11 +56,8 @@ impl Solver {
             snapshot.put_reals(EARLIER_STEP, vec![*dt]);
         }
         snapshot.put_u64(COUNTERS, vec![self.flow.transports]);
+        snapshot.put_reals(GRAVITY, self.settings.gravity.to_array().to_vec());
         snapshot.put_reals(PREVIOUS_STEP, self.previous_step.into_iter().collect());
-        // Lists of covered cells are kept between steps on one rank only.
-        let poses = self.grains.covered().poses().filter(|_| domain.communicator().size() == 1);
-        let numbers = |pose: Pose| pose.position.to_array().into_iter().chain(pose.orientation.to_array());
-        snapshot.put_reals(POSES, poses.flat_map(numbers).collect());
         snapshot
     }
 
@@ -97,8 +94,10 @@ impl Solver {
         flow.fill_halos(&domain, &boundary);
         let mut projection = Projection::new(&domain, boundary.pressure_sides());
         scatter(PRESSURE, projection.pressure_mut())?;
-        let poses = poses(snapshot.reals(POSES)?);
-        let grains = GrainPhase::resumed(&domain, engine, shapes, coupling, &poses);
+        // The first step looks at the old pressure as the last one left it, ghosts included.
+        let gravity = Vector::from_slice(snapshot.reals_of(GRAVITY, 3)?);
+        projection.fill_ghosts(&domain, &flow.density, gravity);
+        let grains = GrainPhase::new(&domain, engine, shapes, coupling);
         let previous_step = snapshot.reals(PREVIOUS_STEP)?.first().copied();
         Ok(Self { domain, boundary, settings, flow, projection, grains, previous_step })
     }
@@ -141,9 +140,4 @@ fn set_last_faces(domain: &Domain, upper: &Field<Real>, faces: &mut Field<Real>,
             }
         }
     }
-}
-
-fn poses(numbers: &[Real]) -> Vec<Pose> {
-    let pose = |n: &[Real]| Pose { position: Vector::from_slice(n), orientation: Quaternion::from_slice(&n[3..]) };
-    numbers.chunks_exact(7).map(pose).collect()
 }

@@ -204,7 +204,8 @@ impl Solver {
             return Ok(());
         }
         let [u1, u2, u3] = &self.flow.velocity;
-        let named = [("liquid fraction", &self.flow.volume_fraction), ("velocity", u1), ("velocity", u2), ("velocity", u3)];
+        let named =
+            [("liquid fraction", &self.flow.volume_fraction), ("velocity", u1), ("velocity", u2), ("velocity", u3)];
         let found = named.iter().find_map(|(field, values)| self.first_not_finite(values).map(|cell| (*field, cell)));
         self.domain.agree(found.map_or(Ok(()), |(field, cell)| {
             let [i, j, k] = cell.map(|n| n as isize);
@@ -218,6 +219,11 @@ impl Solver {
             let value = field[[i as isize, j as isize, k as isize]];
             (!value.is_finite()).then_some([i + start[0], j + start[1], k + start[2]])
         })
+    }
+
+    /// Fills the ghosts of the fields, for who looks at values between cells. The next step fills them anyway.
+    pub fn fill_halos(&mut self) {
+        self.flow.fill_halos(&self.domain, &self.boundary);
     }
 
     /// Momentum held by everything at present, over all ranks.

@@ -56,7 +56,10 @@ fn summary(folder: &Path) -> Result<Value, CommandError> {
         )
     })?;
     serde_json::from_str(&text).map_err(|error| {
-        CommandError::input(format!("{}: {error}", path.display()), "the summary is damaged; resume the run to rewrite it")
+        CommandError::input(
+            format!("{}: {error}", path.display()),
+            "the summary is damaged; resume the run to rewrite it",
+        )
     })
 }
 
@@ -187,10 +190,10 @@ fn report(summary: &Value, folder: &Path) -> Vec<String> {
 
 fn newest_picture(folder: &Path) -> Option<PathBuf> {
     let entries = std::fs::read_dir(folder.join("figures")).ok()?;
-    let named = |path: &PathBuf, begin: &str| {
-        path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(begin))
-    };
-    let mut paths: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).filter(|path| named(path, "view-")).collect();
+    let named =
+        |path: &PathBuf, begin: &str| path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(begin));
+    let mut paths: Vec<PathBuf> =
+        entries.flatten().map(|entry| entry.path()).filter(|path| named(path, "view-")).collect();
     paths.sort();
     paths.pop()
 }
@@ -200,7 +203,9 @@ fn axis_ratio(folder: &Path) -> Real {
     let Ok(loaded) = case::load(&folder.join("case.toml"), &[]) else { return 1.0 };
     let drop = loaded.case.liquids.iter().find(|liquid| liquid.fluid == FluidName::Liquid);
     match drop.map(|liquid| &liquid.region) {
-        Some(Region::Spheroid { horizontal_diameter, vertical_diameter, .. }) => horizontal_diameter / vertical_diameter,
+        Some(Region::Spheroid { horizontal_diameter, vertical_diameter, .. }) => {
+            horizontal_diameter / vertical_diameter
+        }
         _ => 1.0,
     }
 }
@@ -210,7 +215,8 @@ fn several(folders: &[PathBuf], progress: &mut dyn Progress) -> Result<Vec<Strin
     let mut lines = Vec::new();
     for folder in folders {
         let summary = summary(folder)?;
-        let name = folder.file_name().map_or_else(|| folder.display().to_string(), |n| n.to_string_lossy().into_owned());
+        let name =
+            folder.file_name().map_or_else(|| folder.display().to_string(), |n| n.to_string_lossy().into_owned());
         let status = summary["status"].as_str().unwrap_or("unknown");
         let erosion = |key: &str| number(&summary, &["observables", "erosion", key]);
         let Some(volume) = erosion("volume_mm3") else {
@@ -218,7 +224,8 @@ fn several(folders: &[PathBuf], progress: &mut dyn Progress) -> Result<Vec<Strin
             continue;
         };
         if status != "finished" {
-            lines.push(format!("{name}: {status} at {:.3} ms", 1e3 * number(&summary, &["time_s"]).unwrap_or_default()));
+            lines
+                .push(format!("{name}: {status} at {:.3} ms", 1e3 * number(&summary, &["time_s"]).unwrap_or_default()));
         }
         let momentum = summary["momentum"]["initial"]["liquid"][2].as_f64().unwrap_or_default().abs();
         runs.push(RunResult {
@@ -275,5 +282,7 @@ fn several(folders: &[PathBuf], progress: &mut dyn Progress) -> Result<Vec<Strin
 fn aligned<const N: usize>(header: &[String; N], rows: &[[String; N]]) -> Vec<String> {
     let all = || std::iter::once(header).chain(rows);
     let widths: [usize; N] = std::array::from_fn(|n| all().map(|row| row[n].chars().count()).max().unwrap_or_default());
-    all().map(|row| row.iter().zip(widths).map(|(cell, width)| format!("{cell:>width$}")).collect::<Vec<_>>().join("  ")).collect()
+    all()
+        .map(|row| row.iter().zip(widths).map(|(cell, width)| format!("{cell:>width$}")).collect::<Vec<_>>().join("  "))
+        .collect()
 }

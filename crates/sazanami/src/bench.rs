@@ -1,8 +1,13 @@
 //! Timing of kernels and whole steps on this machine.
 
-use std::time::Instant;
+mod beds;
+mod contacts;
+mod coupling;
+mod fluid;
+mod machine;
 
 use sazanami_numerics::Real;
+use sazanami_parallel::with_threads;
 use serde::Serialize;
 
 use crate::error::CommandError;
@@ -32,15 +37,23 @@ pub struct BenchRow {
     pub floor: Option<Real>,
     /// How the floor was found.
     pub floor_how: String,
+    /// Median processor time, all threads together, in the unit of the values; absent where it means nothing.
+    pub cpu: Option<Real>,
+    /// Processors that other programs kept busy meanwhile, if the system tells.
+    pub busy_elsewhere: Option<Real>,
 }
 
 /// What a benchmark found: its values and what they are values of.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Timing {
     /// Unit of the values.
     pub unit: &'static str,
     /// One value per run.
     pub values: Vec<Real>,
+    /// Processor time of each run, all threads together, in the same unit; empty where it means nothing.
+    pub cpu: Vec<Real>,
+    /// Processors that other programs kept busy meanwhile.
+    pub busy_elsewhere: Option<Real>,
     /// Size of the problem, in words.
     pub size: String,
     /// Least possible value on this machine.
@@ -53,14 +66,22 @@ impl Timing {
     /// Runs `work` once to warm up and then `runs` times; seconds per run.
     pub fn of(size: impl Into<String>, runs: usize, mut work: impl FnMut()) -> Self {
         work();
-        let values = (0..runs.max(1))
-            .map(|_| {
-                let start = Instant::now();
-                work();
-                start.elapsed().as_secs_f64()
-            })
-            .collect();
-        Self { unit: "s", values, size: size.into(), floor: None, floor_how: String::new() }
+        let mut timing = Self { unit: "s", size: size.into(), ..Self::default() };
+        for _ in 0..runs.max(1) {
+            let watch = machine::Stopwatch::start();
+            work();
+            timing.add(&watch.stop(), 1.0);
+        }
+        timing
+    }
+
+    /// Adds a run; `factor` turns seconds into the unit of the values.
+    fn add(&mut self, lap: &machine::Lap, factor: Real) {
+        let runs = self.values.len() as Real;
+        self.values.push(factor * lap.wall);
+        self.cpu.extend(lap.cpu.map(|cpu| factor * cpu));
+        self.busy_elsewhere =
+            lap.busy_elsewhere.map(|busy| (self.busy_elsewhere.unwrap_or(0.0) * runs + busy) / (runs + 1.0));
     }
 
     /// Adds the least possible value and how it was found.
@@ -69,25 +90,33 @@ impl Timing {
         Self { floor: Some(floor), floor_how: how.into(), ..self }
     }
 
-    fn row(mut self, name: &str, threads: usize) -> BenchRow {
-        self.values.sort_by(Real::total_cmp);
-        let count = self.values.len();
-        let at = |n: usize| self.values.get(n).copied().unwrap_or(0.0);
-        let middle = count / 2;
-        let median = if count % 2 == 1 { at(middle) } else { 0.5 * (at(middle.saturating_sub(1)) + at(middle)) };
+    fn row(self, name: &str, threads: usize) -> BenchRow {
+        let [least, middle, most] = spread(&self.values).unwrap_or_default();
         BenchRow {
             name: name.to_owned(),
             unit: self.unit.to_owned(),
-            median,
-            min: at(0),
-            max: at(count.saturating_sub(1)),
-            runs: count,
+            median: middle,
+            min: least,
+            max: most,
+            runs: self.values.len(),
             threads,
             size: self.size,
             floor: self.floor,
             floor_how: self.floor_how,
+            cpu: spread(&self.cpu).map(|[_, middle, _]| middle),
+            busy_elsewhere: self.busy_elsewhere,
         }
     }
+}
+
+/// Least, median and largest of some values.
+fn spread(values: &[Real]) -> Option<[Real; 3]> {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(Real::total_cmp);
+    let (least, most) = (*sorted.first()?, *sorted.last()?);
+    let middle = sorted.len() / 2;
+    let median = if sorted.len() % 2 == 1 { sorted[middle] } else { 0.5 * (sorted[middle - 1] + sorted[middle]) };
+    Some([least, median, most])
 }
 
 /// A benchmark.
@@ -101,10 +130,52 @@ pub struct Bench {
     pub time: fn() -> Result<Timing, String>,
 }
 
+/// The benchmarks of this version, on the sizes of Yagyu et al. (2015). Memory comes first: later ones leave some behind.
+const BENCHES: &[Bench] = &[
+    Bench {
+        name: "case_memory",
+        about: "peak memory of the paper's whole case: built, and one step",
+        time: coupling::case_memory,
+    },
+    Bench { name: "machine_triad", about: "memory bandwidth, the measure of the floors", time: machine::triad },
+    Bench {
+        name: "dem_substep_shell75",
+        about: "contact sub-step of the paper's settled bed, 75 spheres a grain",
+        time: contacts::shell75,
+    },
+    Bench { name: "dem_substep_axis9", about: "the same with 9 spheres on the long axis", time: contacts::axis9 },
+    Bench { name: "dem_substep_spheres", about: "contact sub-step of 30,600 settled spheres", time: contacts::spheres },
+    Bench {
+        name: "packing_bed",
+        about: "packing of the paper's bed, from a sub-step of the settled bed",
+        time: contacts::packing_bed,
+    },
+    Bench {
+        name: "volume_fractions",
+        about: "cells covered by all grains of the paper's bed, every grain moved",
+        time: coupling::volume_fractions,
+    },
+    Bench {
+        name: "pressure_solve",
+        about: "pressure of a drop in air, density ratio 1000, relative residual 1e-6 from zero",
+        time: fluid::pressure_solve,
+    },
+    Bench {
+        name: "fluid_step",
+        about: "whole fluid step, drop at 9 m/s, max |div u| dt <= 1e-6",
+        time: fluid::fluid_step,
+    },
+    Bench {
+        name: "case_step",
+        about: "whole step of the paper's case: fluid, grains and their coupling",
+        time: coupling::case_step,
+    },
+];
+
 /// The benchmarks of this version.
 #[must_use]
 pub const fn benches() -> &'static [Bench] {
-    &[]
+    BENCHES
 }
 
 /// Runs the benchmarks called `names`, or all of them; `threads` is what they run on.
@@ -124,7 +195,7 @@ pub fn bench(
     let mut rows = Vec::new();
     for bench in benches.iter().filter(|bench| names.is_empty() || names.iter().any(|name| name == bench.name)) {
         progress.message(&format!("{}: {}", bench.name, bench.about));
-        let timing = (bench.time)().map_err(|message| crate::error::Failure {
+        let timing = with_threads(threads, bench.time).map_err(|message| crate::error::Failure {
             kind: "bench",
             message: format!("{}: {message}", bench.name),
             ..Default::default()
@@ -134,18 +205,36 @@ pub fn bench(
     Ok(rows)
 }
 
+/// Processors that other programs may keep busy before a timing is called disturbed.
+const BUSY: Real = 0.15;
+
 /// The rows as a table for people.
 #[must_use]
 pub fn table(rows: &[BenchRow]) -> String {
     let mut text = format!(
-        "{:<24} {:>11} {:>11} {:>11} {:>5} {:>5} {:>8} {:>11}  size\n",
-        "name", "median", "min", "max", "unit", "runs", "threads", "floor"
+        "{:<24} {:>11} {:>11} {:>11} {:>11} {:>5} {:>5} {:>8} {:>11}  size\n",
+        "name", "median", "min", "max", "cpu", "unit", "runs", "threads", "floor"
     );
+    let maybe = |value: Option<Real>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.4}"));
     for row in rows {
-        let floor = row.floor.map_or_else(|| "-".to_owned(), |floor| format!("{floor:.4}"));
         text.push_str(&format!(
-            "{:<24} {:>11.4} {:>11.4} {:>11.4} {:>5} {:>5} {:>8} {:>11}  {}\n",
-            row.name, row.median, row.min, row.max, row.unit, row.runs, row.threads, floor, row.size
+            "{:<24} {:>11.4} {:>11.4} {:>11.4} {:>11} {:>5} {:>5} {:>8} {:>11}  {}\n",
+            row.name,
+            row.median,
+            row.min,
+            row.max,
+            maybe(row.cpu),
+            row.unit,
+            row.runs,
+            row.threads,
+            maybe(row.floor),
+            row.size
+        ));
+    }
+    let busy = rows.iter().filter_map(|row| row.busy_elsewhere).fold(0.0, Real::max);
+    if busy > BUSY {
+        text.push_str(&format!(
+            "other programs kept up to {busy:.1} processors busy meanwhile: compare processor time (cpu), not time\n"
         ));
     }
     text
@@ -158,13 +247,8 @@ mod tests {
 
     #[test]
     fn medians_and_names_are_right() {
-        let timing = |values: &[Real]| Timing {
-            unit: "s",
-            values: values.to_vec(),
-            size: "small".into(),
-            floor: None,
-            floor_how: String::new(),
-        };
+        let timing =
+            |values: &[Real]| Timing { unit: "s", values: values.to_vec(), size: "small".into(), ..Timing::default() };
         let row = timing(&[3.0, 1.0, 2.0]).with_floor(0.5, "by hand").row("x", 2);
         assert_eq!((row.median, row.min, row.max, row.runs, row.floor), (2.0, 1.0, 3.0, 3, Some(0.5)));
         assert_eq!(timing(&[4.0, 1.0, 2.0, 3.0]).row("x", 1).median, 2.5);

@@ -17,7 +17,7 @@ use crate::check::CostModel;
 use crate::error::{CommandError, Failure};
 use crate::machine::Machine;
 use crate::progress::Progress;
-use crate::simulation::{self, Ended, Event, Job, RankError, Reporter, Resumed};
+use crate::simulation::{self, Ended, Event, Job, RankFailure, Reporter, Resumed};
 use crate::{feasible, recorder, results};
 
 /// How a run ended.
@@ -188,7 +188,7 @@ fn start(
         ..Failure::default()
     })?;
     let newest = || newest_checkpoint(&folder);
-    let ended = ended.map_err(|error| error.into_command_error(newest()))?;
+    let ended = ended.map_err(|failed| failed.into_command_error(newest()))?;
     let lines = crate::analyse::analyse(std::slice::from_ref(&folder), progress)?;
     Ok(RunSummary {
         status: ended.status,
@@ -202,7 +202,7 @@ fn start(
 }
 
 /// Runs the job on its ranks; the first-hand error of the lowest rank counts.
-fn ranks_of(job: &Job, ranks: usize) -> Result<Ended, RankError> {
+fn ranks_of(job: &Job, ranks: usize) -> Result<Ended, Box<RankFailure>> {
     if ranks == 1 {
         return with_threads(job.threads, || simulation::run_rank(Box::<Solo>::default(), job));
     }
@@ -215,12 +215,12 @@ fn ranks_of(job: &Job, ranks: usize) -> Result<Ended, RankError> {
     for outcome in outcomes {
         match outcome {
             Ok(value) => ended = ended.or(Some(value)),
-            Err(error) if error.is_secondary() => secondary = secondary.or(Some(error)),
-            Err(error) => return Err(error),
+            Err(failed) if failed.error.is_secondary() => secondary = secondary.or(Some(failed)),
+            Err(failed) => return Err(failed),
         }
     }
     match (secondary, ended) {
-        (Some(error), _) => Err(error),
+        (Some(failed), _) => Err(failed),
         (None, Some(ended)) => Ok(ended),
         (None, None) => unreachable!("a group has at least one rank"),
     }

@@ -72,8 +72,7 @@ mod tests {
     fn fixed_steps_report_at_the_nearest_step() {
         let schedule = Schedule::new(None, vec![0.0123]);
         let dt = 0.002;
-        let due: Vec<u64> =
-            (1..20).filter(|&n| schedule.is_due((n - 1) as Real * dt, n as Real * dt, dt)).collect();
+        let due: Vec<u64> = (1..20).filter(|&n| schedule.is_due((n - 1) as Real * dt, n as Real * dt, dt)).collect();
         assert_eq!(due, [6]);
     }
 }

@@ -217,8 +217,12 @@ mod tests {
         let large: Vec<Vector> = nodes.iter().map(|node| 1.5 * *node).collect();
         let surface = |nodes| BodySurface { nodes, triangles: &triangles };
         let surfaces = [surface(&nodes[..]), surface(&large[..])];
-        let pose =
-            |surface, x, z| BodyPose { surface, scale: 1.0, position: Vector::new(x, 0.0, z), orientation: Quaternion::IDENTITY };
+        let pose = |surface, x, z| BodyPose {
+            surface,
+            scale: 1.0,
+            position: Vector::new(x, 0.0, z),
+            orientation: Quaternion::IDENTITY,
+        };
         let poses = [pose(0, 0.0, 0.0), pose(1, 0.0, 2.0), pose(0, 5.0, 0.0)];
         let mut scene = Scene::default();
         scene.add_bodies(&Bodies { surfaces: &surfaces, poses: &poses }, |_| true);

@@ -123,22 +123,18 @@ pub(super) fn back_project(
     let [u1, u2, u3] = u;
     let (alpha, solid, rho) = (imprint.solid_fraction.data(), imprint.solid_density.data(), density.data());
     let rigid = imprint.solid_velocity.each_ref().map(Field::data);
-    domain.for_each_row(
-        &domain.interior(),
-        (u1.data_mut(), u2.data_mut(), u3.data_mut()),
-        |row, (u1, u2, u3)| {
-            if !imprint.row_is_covered(row.j, row.k) {
-                return;
+    domain.for_each_row(&domain.interior(), (u1.data_mut(), u2.data_mut(), u3.data_mut()), |row, (u1, u2, u3)| {
+        if !imprint.row_is_covered(row.j, row.k) {
+            return;
+        }
+        for i in 0..row.len {
+            let at = row.start + i;
+            if alpha[at] > 0.0 {
+                let cell = MixedCell::new(alpha[at], solid[at], rho[at], weighting);
+                u1[i] += cell.weight * (rigid[0][at] / cell.alpha - u1[i]);
+                u2[i] += cell.weight * (rigid[1][at] / cell.alpha - u2[i]);
+                u3[i] += cell.weight * (rigid[2][at] / cell.alpha - u3[i]);
             }
-            for i in 0..row.len {
-                let at = row.start + i;
-                if alpha[at] > 0.0 {
-                    let cell = MixedCell::new(alpha[at], solid[at], rho[at], weighting);
-                    u1[i] += cell.weight * (rigid[0][at] / cell.alpha - u1[i]);
-                    u2[i] += cell.weight * (rigid[1][at] / cell.alpha - u2[i]);
-                    u3[i] += cell.weight * (rigid[2][at] / cell.alpha - u3[i]);
-                }
-            }
-        },
-    );
+        }
+    });
 }

@@ -16,7 +16,7 @@ use sazanami_parallel::{Rows, for_each_chunk};
 /// Grains whose cell lists are kept, and evaluated, together.
 const GROUP: usize = 32;
 /// A grain is imprinted anew when a point of it has moved by this part of the cell width.
-const STALE: Real = 1e-3;
+pub(super) const STALE: Real = 1e-3;
 
 /// Where the arm of a cell's share of the fluid force ends.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -58,7 +58,7 @@ pub struct Pose {
 
 impl Pose {
     /// Upper bound of the way of any point within `radius` [m] of the centre to another pose [m].
-    fn distance(&self, other: &Self, radius: Real) -> Real {
+    pub(super) fn distance(&self, other: &Self, radius: Real) -> Real {
         let turn = self.orientation.dot(other.orientation).abs().min(1.0);
         // The chord of the turn: 2 sin(angle/2).
         let chord = 2.0 * (1.0 - turn * turn).sqrt();
@@ -127,19 +127,14 @@ impl Group {
         start..self.ends[member] as usize
     }
 
-    /// Evaluates the members that have moved; the lists of the others are taken over.
+    /// Evaluates the members that have another pose than before; the lists of the others are taken over.
     fn evaluate(&mut self, with: Evaluation, members: Range<usize>) {
         let known = self.poses.len() == members.len();
-        let stale = STALE * with.domain.grid().spacing.min_element();
         let pose_of = |n: usize| match with.poses {
             Some(poses) => poses[n],
             None => Pose { position: with.grains.position[n], orientation: with.grains.orientation[n] },
         };
-        let moved = |group: &Self, member: usize| {
-            let n = members.start + member;
-            let radius = with.shapes[with.grains.shape[n] as usize].bounding_radius() * with.grains.scale[n];
-            !known || group.poses[member].distance(&pose_of(n), radius) > stale
-        };
+        let moved = |group: &Self, member: usize| !known || group.poses[member] != pose_of(members.start + member);
         self.evaluated = 0;
         self.worst_volume_error = 0.0;
         if (0..members.len()).all(|member| !moved(self, member)) {
@@ -176,15 +171,22 @@ impl Group {
         let shape = &shapes[grains.shape[n] as usize];
         let pose = self.poses[member];
         self.covers.clear();
-        let imprint =
-            self.rasteriser.imprint_scaled(shape, grains.scale[n], pose.position, pose.orientation, grid, &mut self.covers);
+        let imprint = self.rasteriser.imprint_scaled(
+            shape,
+            grains.scale[n],
+            pose.position,
+            pose.orientation,
+            grid,
+            &mut self.covers,
+        );
         self.evaluated += 1;
         self.worst_volume_error = self.worst_volume_error.max(imprint.raw_volume_error.abs());
         self.volumes[member] = shape.volume() * grains.scale[n].powi(3);
         self.outside[member] = 0.0;
         let strides = domain.strides();
         for cover in &self.covers {
-            let inside_box = (0..3).all(|d| (0..grid.cells[d] as i32).contains(&cover.cell[d]));
+            let periodic = domain.periodic();
+            let inside_box = (0..3).all(|d| periodic[d] || (0..grid.cells[d] as i32).contains(&cover.cell[d]));
             if !inside_box {
                 self.outside[member] += cover.fraction * grid.cell_volume();
             }
@@ -207,7 +209,10 @@ pub struct Imprint {
     method: VolumeFractionMethod,
     arm: TorqueArm,
     groups: Vec<Group>,
-    ids: Vec<u64>,
+    /// Identifier and image of every entry of the engine.
+    keys: Vec<(u64, [i32; 2])>,
+    /// Entries in the order of their keys: sums over them do not depend on who owns what.
+    order: Vec<u32>,
     planes: Vec<Vec<u32>>,
     overfull: Vec<(usize, Real)>,
     covered: Vec<bool>,
@@ -229,7 +234,8 @@ impl Imprint {
             method,
             arm,
             groups: Vec::new(),
-            ids: Vec::new(),
+            keys: Vec::new(),
+            order: Vec::new(),
             planes: vec![Vec::new(); n3],
             overfull: vec![(0, 0.0); n3],
             covered: vec![false; n2 * n3],
@@ -248,11 +254,6 @@ impl Imprint {
         &group.shares[group.range(n % GROUP)]
     }
 
-    /// The poses that the cell lists belong to, in the order of the engine.
-    pub fn poses(&self) -> impl Iterator<Item = Pose> + '_ {
-        self.groups.iter().flat_map(|group| group.poses.iter().copied())
-    }
-
     /// Whether the row of cells with local indices `j`, `k` holds any part of a grain.
     #[inline]
     #[must_use]
@@ -260,9 +261,8 @@ impl Imprint {
         self.rows > 0 && self.covered[k as usize * self.rows + j as usize]
     }
 
-    /// Evaluates the cell lists of the grains that have moved and sums them into the fields.
-    ///
-    /// `poses` gives the poses to imprint at instead of the present ones (when a run is resumed).
+    /// Evaluates the cell lists of the grains whose pose in `poses`, or without them whose present pose, is not
+    /// that of the last time, and sums them into the fields.
     pub fn update(
         &mut self,
         domain: &Domain,
@@ -271,10 +271,14 @@ impl Imprint {
         poses: Option<&[Pose]>,
     ) -> ImprintReport {
         let count = grains.len();
-        // With one rank and no images the engine keeps the order of its grains, and lists may stay.
-        let same_grains = domain.communicator().size() == 1 && self.ids == grains.id && poses.is_none();
-        if !same_grains {
-            self.ids.clone_from(&grains.id);
+        let keys = || (0..count).map(|n| (grains.id[n], grains.image(n)));
+        // Without other ranks and images the engine keeps the order of its grains, else while its lists last.
+        if !keys().eq(self.keys.iter().copied()) {
+            self.keys.clear();
+            self.keys.extend(keys());
+            self.order.clear();
+            self.order.extend(0..count as u32);
+            self.order.sort_unstable_by_key(|&n| self.keys[n as usize]);
             self.groups.resize_with(count.div_ceil(GROUP), || Group::new(self.method));
             self.groups.iter_mut().for_each(|group| group.poses.clear());
         }
@@ -285,30 +289,36 @@ impl Imprint {
         });
         self.sort_into_planes(domain.strides()[2] as usize);
         self.sum(domain, grains);
-        self.report(domain)
+        self.report(domain, grains.owned())
     }
 
-    fn report(&self, domain: &Domain) -> ImprintReport {
+    /// What was done on all ranks. A grain known to several of them counts where it is owned.
+    fn report(&self, domain: &Domain, owned: usize) -> ImprintReport {
+        let evaluated: usize = self.groups.iter().map(|group| group.evaluated).sum();
+        let worst = self.groups.iter().map(|group| group.worst_volume_error).fold(0.0, Real::max);
+        let cells: usize = self.overfull.iter().map(|plane| plane.0).sum();
         let excess: Real = self.overfull.iter().map(|plane| plane.1).sum();
+        let outside: Real = self.groups.iter().flat_map(|group| &group.outside).take(owned).sum();
+        let [evaluated, cells, excess, outside] = domain.sum([evaluated as Real, cells as Real, excess, outside]);
         ImprintReport {
-            evaluated: self.groups.iter().map(|group| group.evaluated).sum(),
-            worst_volume_error: self.groups.iter().map(|group| group.worst_volume_error).fold(0.0, Real::max),
-            overfull_cells: self.overfull.iter().map(|plane| plane.0).sum(),
+            evaluated: evaluated as usize,
+            worst_volume_error: domain.max(worst),
+            overfull_cells: cells as usize,
             overfull_volume: excess * domain.grid().cell_volume(),
-            outside_volume: self.groups.iter().flat_map(|group| &group.outside).sum(),
+            outside_volume: outside,
         }
     }
 
-    /// Lists the grains that touch each plane of cells, in the order of the engine.
+    /// Lists the grains that touch each plane of cells, in the order of their keys.
     fn sort_into_planes(&mut self, plane: usize) {
-        self.planes.iter_mut().for_each(Vec::clear);
-        for (g, group) in self.groups.iter().enumerate() {
-            for member in 0..group.ends.len() {
-                let shares = &group.shares[group.range(member)];
-                if let (Some(first), Some(last)) = (shares.first(), shares.last()) {
-                    for k in first.at as usize / plane..=last.at as usize / plane {
-                        self.planes[k - GHOSTS].push((g * GROUP + member) as u32);
-                    }
+        let Self { planes, groups, order, .. } = self;
+        planes.iter_mut().for_each(Vec::clear);
+        for &n in order.iter() {
+            let group = &groups[n as usize / GROUP];
+            let shares = &group.shares[group.range(n as usize % GROUP)];
+            if let (Some(first), Some(last)) = (shares.first(), shares.last()) {
+                for k in first.at as usize / plane..=last.at as usize / plane {
+                    planes[k - GHOSTS].push(n);
                 }
             }
         }

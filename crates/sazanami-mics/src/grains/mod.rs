@@ -10,7 +10,7 @@ use sazanami_dem::{ATTACHED, ContactReport, DemError, Engine, Loads, Motion, Sub
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::geometry::{Shape, VolumeFractionMethod};
 use sazanami_numerics::grid::Field;
-use sazanami_numerics::{Real, Vector};
+use sazanami_numerics::{Quaternion, Real, Vector};
 use sazanami_parallel::max_over;
 
 use crate::momentum::MomentumImpulses;
@@ -50,6 +50,22 @@ struct Account {
     displaced_mass: Real,
     velocity_before: [Real; 3],
     angular_momentum_before: [Real; 3],
+    /// The pose at which the grain was last imprinted, without wrapping at periodic sides; orientation zero: never.
+    imprinted_at: [Real; 3],
+    imprinted_turned: [Real; 4],
+}
+
+impl Account {
+    fn imprinted(&self) -> Pose {
+        let orientation = Quaternion::from_array(self.imprinted_turned);
+        Pose { position: Vector::from_array(self.imprinted_at), orientation }
+    }
+
+    /// Nothing is owed; the grain stays imprinted.
+    fn settled(&self) -> Self {
+        let Self { imprinted_at, imprinted_turned, .. } = *self;
+        Self { imprinted_at, imprinted_turned, ..Self::default() }
+    }
 }
 
 const _: () = assert!(size_of::<Account>() == size_of::<[Real; ATTACHED]>());
@@ -67,45 +83,35 @@ pub struct GrainPhase {
     partial: Vec<[Real; 7]>,
     force: Vec<Vector>,
     torque: Vec<Vector>,
+    /// Where all entries of the engine are imprinted.
+    poses: Vec<Pose>,
     count: usize,
 }
 
 impl GrainPhase {
-    /// Couples the grains of `engine`, of the given shapes, to the fluid of `domain` and imprints them.
+    /// Couples the grains of `engine`, of the given shapes, to the fluid of `domain` and imprints them: where they
+    /// were last imprinted, if they come from a snapshot.
     #[must_use]
     pub fn new(domain: &Domain, engine: Engine, shapes: Arc<[Shape]>, coupling: Coupling) -> Self {
-        Self::resumed(domain, engine, shapes, coupling, &[])
-    }
-
-    /// The same with grains last imprinted at `poses`, if there is one for each.
-    pub(crate) fn resumed(
-        domain: &Domain,
-        engine: Engine,
-        shapes: Arc<[Shape]>,
-        coupling: Coupling,
-        poses: &[Pose],
-    ) -> Self {
         let count = domain.sum([engine.grains().owned() as Real])[0] as usize;
         // Without grains the fields of the coupling take no memory.
         let cells = if count == 0 { [0; 3] } else { domain.cells() };
-        let mut imprint = Imprint::new(cells, coupling.volume_fraction, coupling.torque_arm);
-        if count > 0 {
-            let poses = (poses.len() == engine.grains().len()).then_some(poses);
-            imprint.update(domain, engine.grains(), &shapes, poses);
-        }
-        Self {
+        let mut phase = Self {
             engine,
             shapes,
             coupling,
-            imprint,
+            imprint: Imprint::new(cells, coupling.volume_fraction, coupling.torque_arm),
             stress_impulse: std::array::from_fn(|_| Field::new(cells, 0.0)),
             loads: Vec::new(),
             taken: Vec::new(),
             partial: Vec::new(),
             force: Vec::new(),
             torque: Vec::new(),
+            poses: Vec::new(),
             count,
-        }
+        };
+        phase.imprint(domain);
+        phase
     }
 
     /// The discrete-element engine.
@@ -250,7 +256,32 @@ impl GrainPhase {
         if self.is_empty() {
             return ImprintReport::default();
         }
-        self.imprint.update(domain, self.engine.grains(), &self.shapes, None)
+        self.choose_poses(domain);
+        self.imprint.update(domain, self.engine.grains(), &self.shapes, Some(&self.poses))
+    }
+
+    /// Where the grains are imprinted: where they were the last time, until a point of them has moved by more than
+    /// [`imprint::STALE`] cells. The choice travels with the grain and ghosts make the same one as their owner, so
+    /// that it depends neither on ranks nor on the age of lists or of the run.
+    fn choose_poses(&mut self, domain: &Domain) {
+        let stale = imprint::STALE * domain.grid().spacing.min_element();
+        self.poses.clear();
+        for n in 0..self.engine.grains().len() {
+            let grains = self.engine.grains();
+            let radius = self.shapes[grains.shape[n] as usize].bounding_radius() * grains.scale[n];
+            let now = Pose { position: grains.home(n), orientation: grains.orientation[n] };
+            let image = grains.image(n);
+            let mut account = self.account(n);
+            let mut pose = account.imprinted();
+            // An orientation of zeros is as far from any other as can be.
+            if pose.distance(&now, radius) > stale || account.imprinted_turned == [0.0; 4] {
+                pose = now;
+                account.imprinted_at = now.position.to_array();
+                account.imprinted_turned = now.orientation.to_array();
+                self.set_account(n, account);
+            }
+            self.poses.push(Pose { position: self.engine.imaged(pose.position, image), ..pose });
+        }
     }
 
     /// Makes the velocity `u` of covered cells mass-averaged and settles the accounts of the grains.
@@ -306,7 +337,8 @@ impl GrainPhase {
         }
         self.take(domain, u, density);
         for n in 0..self.engine.grains().owned() {
-            self.set_account(n, Account { displaced_mass: self.partial[n][6], ..Account::default() });
+            let account = self.account(n);
+            self.set_account(n, Account { displaced_mass: self.partial[n][6], ..account.settled() });
         }
     }
 

@@ -206,12 +206,7 @@ pub(crate) fn pour(case: &Case, domain: &Domain, boundary: &Boundary, flow: &mut
 }
 
 /// Gives the gas that fills the part `beta` of each cell its velocity, by mass.
-fn set_gas_velocity(
-    domain: &Domain,
-    flow: &mut Flow,
-    beta: &sazanami_numerics::grid::Field<Real>,
-    velocity: Vector,
-) {
+fn set_gas_velocity(domain: &Domain, flow: &mut Flow, beta: &sazanami_numerics::grid::Field<Real>, velocity: Vector) {
     let fluids = flow.fluids;
     let c = flow.volume_fraction.data();
     for (d, u) in flow.velocity.iter_mut().enumerate() {

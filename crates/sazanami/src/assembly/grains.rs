@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 
 use sazanami_dem::{
-    Body, ContactLaw, Damping, Grain, Interactions, Motion, Multiplicity, Lattice, PackingSettings, Random,
-    Setup, SlipDirection, Substeps, Wall,
+    Body, ContactLaw, Damping, Grain, Interactions, Lattice, Motion, Multiplicity, PackingSettings, Random, Setup,
+    SlipDirection, Substeps, Wall,
 };
 use sazanami_numerics::geometry::Shape;
 use sazanami_numerics::{Quaternion, Real, Vector};
@@ -121,6 +121,11 @@ fn largest_factor(size: &SizeDistribution) -> Real {
 /// Identifier of a grain by the number of its population and its own.
 pub(crate) fn identifier(population: usize, index: usize) -> u64 {
     population as u64 * IDENTIFIERS + index as u64
+}
+
+/// Number of the population and number within it of a grain.
+pub(crate) fn population_of(id: u64) -> (usize, u64) {
+    ((id / IDENTIFIERS) as usize, id % IDENTIFIERS)
 }
 
 /// A grain of a population, its place still to be found.

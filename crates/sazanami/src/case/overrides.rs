@@ -125,7 +125,7 @@ fn put_inside<'i>(
         DeValue::Array(array) => {
             let (key, rest) = keys.split_first().ok_or("the path of an override is missing")?;
             let length = array.len();
-            let element = key.parse::<usize>().ok().and_then(|n| array.iter_mut().nth(n)).ok_or_else(|| {
+            let element = key.parse::<usize>().ok().and_then(|n| array.get_mut(n)).ok_or_else(|| {
                 format!("`{name}` is a list of {length}: `{key}` is not a position in it (the first is 0)")
             })?;
             if rest.is_empty() {

@@ -155,7 +155,12 @@ impl Files {
         Ok(())
     }
 
-    fn image(&mut self, clock: &Clock, grid: &sazanami_numerics::grid::Grid, arrays: &[DataArray]) -> Result<(), RecordError> {
+    fn image(
+        &mut self,
+        clock: &Clock,
+        grid: &sazanami_numerics::grid::Grid,
+        arrays: &[DataArray],
+    ) -> Result<(), RecordError> {
         let name = format!("fields/fields-{:09}.vti", clock.step());
         let file = ImageFile { grid, time: Some(clock.time()), cells: arrays, scalars: Some("liquid_fraction") };
         write_image(&self.folder.join(&name), &file)?;
@@ -314,8 +319,18 @@ fn values(
             let i = budget.impulses();
             let gravity = i.gravity_on_fluid + i.gravity_on_grains;
             let vectors = [
-                stock.liquid, stock.gas, stock.grains, stock.displaced, stock.owed_to_grains, i.walls_on_fluid,
-                i.walls_on_grains, gravity, i.swallowed, i.open_sides, i.held_grains, budget.residual(),
+                stock.liquid,
+                stock.gas,
+                stock.grains,
+                stock.displaced,
+                stock.owed_to_grains,
+                i.walls_on_fluid,
+                i.walls_on_grains,
+                gravity,
+                i.swallowed,
+                i.open_sides,
+                i.held_grains,
+                budget.residual(),
             ];
             row.extend(vectors.map(|vector| real(vector.z)));
             row.push(real(budget.relative_residual()));

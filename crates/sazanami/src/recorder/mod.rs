@@ -13,8 +13,9 @@ mod totals;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use sazanami_dem::{Engine, Packing, PackingReport};
+use sazanami_dem::{ContactReport, Engine, Packing, PackingReport};
 use sazanami_io::checkpoint::{CheckpointError, CheckpointWriter};
+use sazanami_mics::snapshot::GRAINS;
 use sazanami_mics::solver::{Solver, StepReport};
 use sazanami_mics::stability::Limit;
 use sazanami_numerics::Real;
@@ -27,7 +28,7 @@ use crate::clock::Clock;
 use crate::error::Failure;
 use crate::progress::StepLine;
 use crate::run::Status;
-use crate::simulation::{Ended, Job, PACKING, RankError, RunState, fixed_step};
+use crate::simulation::{Ended, Job, PACKING, RankError, RankFailure, RunState, fixed_step, partner};
 
 use files::Files;
 use observers::Observers;
@@ -89,6 +90,8 @@ pub(crate) struct Recorder<'a> {
     state_hash: Option<u64>,
     /// Time and step last seen.
     reached: (Real, u64),
+    /// Limit that ruled the last step.
+    limiter: &'static str,
 }
 
 impl<'a> Recorder<'a> {
@@ -110,6 +113,7 @@ impl<'a> Recorder<'a> {
             last_checkpoint: now,
             state_hash: None,
             reached: resumed_at.unwrap_or_default(),
+            limiter: "",
         })
     }
 
@@ -138,12 +142,29 @@ impl<'a> Recorder<'a> {
     }
 
     /// Takes note of a step of the packing.
-    pub fn observe_packing(&mut self, report: &PackingReport) {
+    pub fn observe_packing(&mut self, engine: &Engine, report: &PackingReport) {
         self.watch.turn("packing");
+        self.warn_of_overlap(engine, &report.contacts, report.time);
         let worst = &mut self.totals.worst;
         worst.overlap_relative = worst.overlap_relative.max(report.contacts.largest_overlap);
         worst.grain_speed = worst.grain_speed.max(report.contacts.largest_speed);
         self.totals.tidied.deep_contacts += report.contacts.deep_contacts;
+    }
+
+    /// Warns when contacts become deep for the first time, and then whenever there are ten times as many.
+    fn warn_of_overlap(&self, engine: &Engine, contacts: &ContactReport, time: Real) {
+        let before = self.totals.tidied.deep_contacts;
+        let now = before + contacts.deep_contacts;
+        let decade = |count: usize| count.checked_ilog10().map_or(0, |power| power + 1);
+        if self.files.is_none() || decade(now) == decade(before) {
+            return;
+        }
+        let [a, b] = contacts.largest_overlap_ids.map(|id| partner(self.job.case, engine.walls(), id));
+        self.job.say(format!(
+            "warning: {now} contacts so far have become deeper than 20 % of a contact sphere's radius, the deepest of \
+             this step by {:.0} % between {a} and {b} at time {time:.4e} s; a run ends at 80 %",
+            1e2 * contacts.largest_overlap
+        ));
     }
 
     /// The bed is packed: measures it, and writes it if the case asks for it.
@@ -161,12 +182,7 @@ impl<'a> Recorder<'a> {
         Ok(())
     }
 
-    fn tell_of_bed(
-        &mut self,
-        report: &PackingReport,
-        wall: Real,
-        began: Real,
-    ) -> Result<(), RecordError> {
+    fn tell_of_bed(&mut self, report: &PackingReport, wall: Real, began: Real) -> Result<(), RecordError> {
         let job = self.job;
         let case = job.case;
         let floor = case.domain.lower.z;
@@ -230,7 +246,8 @@ impl<'a> Recorder<'a> {
         self.began = Instant::now();
         self.began_at = clock.time();
         self.reached = (clock.time(), clock.step());
-        self.observers.begin(self.job, solver)?;
+        let outcome = self.observers.begin(self.job, solver);
+        solver.domain().agree(outcome)?;
         if self.job.resumed.as_ref().is_none_or(|state| state.run.packing) {
             self.write_due(solver, clock, [true; 4], None)?;
         }
@@ -248,6 +265,8 @@ impl<'a> Recorder<'a> {
         report: &StepReport,
     ) -> Result<(), RankError> {
         self.reached = (clock.time(), clock.step());
+        self.limiter = limit.name();
+        self.warn_of_overlap(solver.grains().engine(), &report.contacts, clock.time());
         self.totals.add(report, limit);
         self.observers.add(report);
         let tolerance = fixed_step(self.job.case).unwrap_or_default();
@@ -256,6 +275,8 @@ impl<'a> Recorder<'a> {
             self.write_due(solver, clock, due, Some((dt, limit, report)))?;
         }
         if self.timetables.probes_due(before, clock, tolerance) {
+            // A probe between cells of two ranks looks at both.
+            solver.fill_halos();
             let outcome = probes::record(self.job, solver, clock, self.files.as_mut());
             solver.domain().agree(outcome.map_err(RankError::from))?;
         }
@@ -274,7 +295,7 @@ impl<'a> Recorder<'a> {
         step: Option<(Real, Limit, &StepReport)>,
     ) -> Result<(), RankError> {
         let [series, fields, grains, figures] = due;
-        self.observers.look(solver)?;
+        self.look(solver)?;
         let mut outcome = Ok(());
         if series && let Some(files) = &mut self.files {
             outcome = files.row(clock, step, &self.observers, &self.totals);
@@ -328,7 +349,7 @@ impl<'a> Recorder<'a> {
         };
         let mut writer = CheckpointWriter::new();
         writer.add_snapshot(snapshot)?;
-        self.state_hash = Some(writer.content_hash(|_| true));
+        self.state_hash = Some(writer.content_hash(is_physical));
         writer.add_json(RUN_STATE, &state)?;
         if let Some(files) = &self.files {
             files.checkpoints.write(step, &writer)?;
@@ -336,9 +357,15 @@ impl<'a> Recorder<'a> {
         self.write_summary(Status::Running, None)
     }
 
+    /// Looks at everything; what rank 0 cannot evaluate ends all.
+    fn look(&mut self, solver: &mut Solver) -> Result<(), RankError> {
+        let outcome = self.observers.look(solver);
+        solver.domain().agree(outcome.map_err(RankError::from))
+    }
+
     /// Last looks at the end of the flow.
     pub fn end(&mut self, solver: &mut Solver, clock: &Clock) -> Result<(), RankError> {
-        self.observers.look(solver)?;
+        self.look(solver)?;
         self.reached = (clock.time(), clock.step());
         Ok(())
     }
@@ -353,16 +380,14 @@ impl<'a> Recorder<'a> {
     }
 
     /// The run has failed: says so in the summary, if that can still be written.
-    pub fn fail(&mut self, error: &RankError) {
+    pub fn fail(&mut self, error: RankError) -> Box<RankFailure> {
         self.watch.empty_into(&mut self.totals);
-        if self.files.is_none() || error.is_secondary() {
-            return;
-        }
         let (time, step) = self.reached;
-        let failure = Failure { kind: error.kind(), message: error.to_string(), step, time, ..Failure::default() };
+        let failure = error.failure((step, time, self.limiter));
         if let Err(problem) = self.write_summary(Status::Failed, Some(&failure)) {
             self.job.say(format!("the summary could not be written: {problem}"));
         }
+        Box::new(RankFailure { error, failure })
     }
 
     fn write_summary(&mut self, status: Status, failure: Option<&Failure>) -> Result<(), RecordError> {
@@ -383,9 +408,12 @@ impl<'a> Recorder<'a> {
     }
 }
 
+/// Whether a section of a checkpoint is part of the physical state: all but the books of the observers.
+fn is_physical(section: &str) -> bool {
+    section == CLOCK || ["fluid/", GRAINS, PACKING].iter().any(|prefix| section.starts_with(prefix))
+}
+
 /// Reads the state that is not physics from a checkpoint.
-pub(crate) fn run_state(
-    reader: &sazanami_io::checkpoint::CheckpointReader,
-) -> Result<RunState, CheckpointError> {
+pub(crate) fn run_state(reader: &sazanami_io::checkpoint::CheckpointReader) -> Result<RunState, CheckpointError> {
     reader.get_json(RUN_STATE)
 }

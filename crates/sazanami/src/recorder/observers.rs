@@ -102,7 +102,8 @@ impl Observers {
     pub fn measure_bed(&mut self) -> BedFindings {
         let (height, slab, area, floor) = (self.bed_height(), self.slab, self.area, self.floor);
         let found = self.with_bed(|bed| {
-            let porosity = if bed.is_empty() { 1.0 } else { bed_profile::porosity_of_grains(bed, slab[0]..slab[1], area) };
+            let porosity =
+                if bed.is_empty() { 1.0 } else { bed_profile::porosity_of_grains(bed, slab[0]..slab[1], area) };
             BedFindings::of(bed, floor, height, porosity)
         });
         if self.count() > 0 {

@@ -45,10 +45,13 @@ pub(crate) fn draw(
             view = view.with_grains(bodies, &speeds);
         }
         view.draw()?.save(&files.figure(&format!("section-{name}.png")))?;
-        SectionView::new(grid, plane, &title, &section, &scale).draw()?.save(&files.figure(&format!("liquid-{name}.png")))?;
+        SectionView::new(grid, plane, &title, &section, &scale)
+            .draw()?
+            .save(&files.figure(&format!("liquid-{name}.png")))?;
         let mut still = Still::new(grid, &title, bodies, &speeds, &scale);
         still.cut_open = true;
-        still.viewpoint = Viewpoint { azimuth: -75.0, elevation: 18.0, zoom: 1.25, centre: Vector::new(0.5, 0.5, 0.42) };
+        still.viewpoint =
+            Viewpoint { azimuth: -75.0, elevation: 18.0, zoom: 1.25, centre: Vector::new(0.5, 0.5, 0.42) };
         if let Some(surface) = &surface {
             still = still.with_liquid(surface);
         }

@@ -47,13 +47,15 @@ pub(crate) fn record(
     clock: &Clock,
     mut files: Option<&mut Files>,
 ) -> Result<(), RecordError> {
+    let mut outcome = Ok(());
     for (number, probe) in job.case.probes.iter().enumerate() {
         let found = measure(job.case, solver, probe);
         if let Some(files) = files.as_deref_mut() {
-            write(files, number, probe, clock, &found)?;
+            // The other ranks go on to the next probe: so does this one.
+            outcome = outcome.and_then(|()| write(files, number, probe, clock, &found));
         }
     }
-    Ok(())
+    outcome
 }
 
 fn columns(place: &ProbePlace) -> Vec<Column> {
@@ -179,8 +181,14 @@ fn of_body(solver: &Solver, id: u64) -> [Real; 18] {
     if let Ok(n) = grains.id[..grains.owned()].binary_search(&id) {
         let force = solver.grains().fluid_forces().get(n).copied().unwrap_or_default();
         let torque = solver.grains().fluid_torques().get(n).copied().unwrap_or_default();
-        let vectors =
-            [grains.position[n], grains.velocity[n], grains.angular_velocity(n), force, grains.contact_force[n], torque];
+        let vectors = [
+            grains.position[n],
+            grains.velocity[n],
+            grains.angular_velocity(n),
+            force,
+            grains.contact_force[n],
+            torque,
+        ];
         for (to, from) in found.chunks_exact_mut(3).zip(vectors) {
             to.copy_from_slice(&from.to_array());
         }

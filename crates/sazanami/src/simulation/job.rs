@@ -117,8 +117,12 @@ pub(crate) enum RankError {
     /// A liquid lies on grains that were not known before the bed was packed or read.
     #[error("the liquid `{liquid}` touches grain {id} at the start")]
     LiquidOnGrain { liquid: String, id: u64 },
-    #[error("{error}")]
-    Step { error: Box<StepError>, step: u64, time: Real, limit: Limit },
+    /// A step of the flow failed.
+    #[error("{message}")]
+    Step { error: Box<StepError>, message: String, step: u64, time: Real, limit: Limit },
+    /// A step of the packing failed.
+    #[error("{message}")]
+    PackingStep { error: DemError, message: String, step: u64, time: Real },
     #[error(transparent)]
     Start(#[from] StepError),
     #[error("{0}")]
@@ -138,16 +142,16 @@ impl RankError {
     pub fn is_secondary(&self) -> bool {
         match self {
             Self::Elsewhere(_) | Self::Packing(DemError::Elsewhere(_)) => true,
+            Self::Record(error) => matches!(error, RecordError::Elsewhere(_)),
+            Self::PackingStep { error, .. } => matches!(error, DemError::Elsewhere(_)),
             Self::Start(error) => is_elsewhere(error),
             Self::Step { error, .. } => is_elsewhere(error),
             _ => false,
         }
     }
 
-    /// What the command says, with the last good checkpoint.
-    pub fn into_command_error(self, checkpoint: Option<PathBuf>) -> CommandError {
-        let message = self.to_string();
-        let failure = Failure { kind: self.kind(), message, checkpoint, ..Failure::default() };
+    /// What the command says of it.
+    fn into_command_error(self, failure: Failure) -> CommandError {
         match self {
             Self::Layout(_) => CommandError::input(failure.message, "use fewer ranks or more cells"),
             Self::Boundary(_) => CommandError::input(failure.message, "correct the sides in `[boundary]`"),
@@ -156,17 +160,26 @@ impl RankError {
                 "put the liquid higher, or set `allow_touching_grains = true` for it",
             ),
             Self::Snapshot(_) => CommandError::input(failure.message, "resume with the case the run began with"),
-            Self::Step { step, time, limit, .. } => Failure { step, time, limiter: limit.name(), ..failure }.into(),
-            Self::NotAtRest { time, .. } => Failure { time, ..failure }.into(),
             _ => failure.into(),
         }
+    }
+
+    /// What failed, where and when; `reached` is the run's last step, its time, and the limit that ruled it.
+    pub fn failure(&self, reached: (u64, Real, &'static str)) -> Failure {
+        let (step, time, limiter) = match self {
+            Self::Step { step, time, limit, .. } => (*step, *time, limit.name()),
+            Self::PackingStep { step, time, .. } => (*step, *time, Limit::Contact.name()),
+            Self::NotAtRest { time, .. } => (0, *time, Limit::Contact.name()),
+            _ => reached,
+        };
+        Failure { kind: self.kind(), message: self.to_string(), step, time, limiter, checkpoint: None }
     }
 
     /// The failure in one word.
     pub fn kind(&self) -> &'static str {
         match self {
             Self::Layout(_) | Self::Boundary(_) | Self::LiquidOnGrain { .. } | Self::Snapshot(_) => "input",
-            Self::Packing(error) => grain_kind(error),
+            Self::Packing(error) | Self::PackingStep { error, .. } => grain_kind(error),
             Self::NotAtRest { .. } => "packing",
             Self::Record(_) => "disk",
             Self::Elsewhere(_) => "elsewhere",
@@ -176,10 +189,32 @@ impl RankError {
     }
 }
 
+/// A rank's error, with what is to be said of it.
+#[derive(Debug)]
+pub(crate) struct RankFailure {
+    pub error: RankError,
+    pub failure: Failure,
+}
+
+impl<E: Into<RankError>> From<E> for Box<RankFailure> {
+    /// Before the first step.
+    fn from(error: E) -> Self {
+        let error = error.into();
+        let failure = error.failure((0, 0.0, ""));
+        Self::new(RankFailure { error, failure })
+    }
+}
+
+impl RankFailure {
+    /// What the command says, with the last good checkpoint.
+    pub fn into_command_error(self, checkpoint: Option<PathBuf>) -> CommandError {
+        self.error.into_command_error(Failure { checkpoint, ..self.failure })
+    }
+}
+
 fn is_elsewhere(error: &StepError) -> bool {
     match error {
-        StepError::Elsewhere(_)
-        | StepError::Grains(DemError::Elsewhere(_)) => true,
+        StepError::Elsewhere(_) | StepError::Grains(DemError::Elsewhere(_)) => true,
         StepError::Pressure(_) | StepError::Viscosity(_) | StepError::Grains(_) | StepError::NotFinite { .. } => false,
     }
 }

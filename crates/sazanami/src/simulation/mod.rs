@@ -1,6 +1,7 @@
 //! A run on one rank: packing, then flow, step by step, until it ends. No physics, no files.
 
 mod job;
+mod naming;
 mod start;
 
 use std::time::Instant;
@@ -18,7 +19,8 @@ use crate::progress::StepLine;
 use crate::recorder::Recorder;
 use crate::run::Status;
 
-pub(crate) use job::{Ended, Event, Job, RankError, Reporter, Resumed, RunState};
+pub(crate) use job::{Ended, Event, Job, RankError, RankFailure, Reporter, Resumed, RunState};
+pub(crate) use naming::partner;
 
 /// Prefix of what a packing writes into a snapshot.
 pub(crate) const PACKING: &str = "packing/";
@@ -26,17 +28,14 @@ pub(crate) const PACKING: &str = "packing/";
 const END: Real = 1e-12;
 
 /// Runs `job` on one rank of a group.
-pub(crate) fn run_rank(communicator: Box<dyn Communicator>, job: &Job) -> Result<Ended, RankError> {
+pub(crate) fn run_rank(communicator: Box<dyn Communicator>, job: &Job) -> Result<Ended, Box<RankFailure>> {
     let grid = job.case.domain.grid();
     let periodic = crate::assembly::fluid::boundary(job.case)?.periodic();
     let domain = Domain::new(grid, periodic, communicator)?;
-    let mut recorder = Recorder::open(job, domain.communicator().rank() == 0)?;
-    let outcome = stages(job, domain, &mut recorder);
-    match &outcome {
-        Ok(ended) => recorder.close(ended)?,
-        Err(error) => recorder.fail(error),
-    }
-    outcome
+    let recorder = Recorder::open(job, domain.communicator().rank() == 0);
+    let mut recorder = domain.agree(recorder)?;
+    let outcome = stages(job, domain, &mut recorder).and_then(|ended| recorder.close(&ended).map(|()| ended));
+    outcome.map_err(|error| recorder.fail(error))
 }
 
 fn stages(job: &Job, domain: Domain, recorder: &mut Recorder) -> Result<Ended, RankError> {
@@ -84,8 +83,13 @@ fn pack(
         if stop {
             return Ok(Err(Ended { status: Status::Stopped, interrupted: true, time: 0.0, steps: 0 }));
         }
-        let report = packing.step(domain)?;
-        recorder.observe_packing(&report);
+        let (time, length) = (packing.engine().time(), packing.settings().step);
+        let step = (time / length).round() as u64 + 1;
+        let report = packing.step(domain).map_err(|error| {
+            let message = naming::grain_error(job.case, packing.engine().walls(), &error);
+            RankError::PackingStep { error, message, step, time }
+        })?;
+        recorder.observe_packing(packing.engine(), &report);
         let limiter = match report.stage {
             Stage::Falling => "falling",
             Stage::Settling => "settling",
@@ -149,10 +153,11 @@ fn flow(job: &Job, mut solver: Solver, recorder: &mut Recorder) -> Result<Ended,
             solver.set_gravity(case.effective_gravity(clock.time() + 0.5 * dt));
         }
         recorder.watch.enter(None);
-        let at = (clock.step() + 1, clock.time());
-        let report = solver
-            .step(stable, dt, |phase| recorder.watch.enter(Some(phase)))
-            .map_err(|error| RankError::Step { error: Box::new(error), step: at.0, time: at.1, limit })?;
+        let (step, time) = (clock.step() + 1, clock.time());
+        let report = solver.step(stable, dt, |phase| recorder.watch.enter(Some(phase))).map_err(|error| {
+            let message = naming::step_error(case, solver.grains().engine().walls(), &error);
+            RankError::Step { error: Box::new(error), message, step, time, limit }
+        })?;
         recorder.watch.enter(None);
         let before = clock.time();
         clock.advance(dt, due);

@@ -124,7 +124,8 @@ fn relax(job: &Job, domain: &Domain, engine: &mut Engine) -> Result<(), RankErro
 fn keep_clear(job: &Job, domain: &Domain, engine: &Engine, bed_height: Real) -> Result<(), RankError> {
     let case = job.case;
     let all = engine.grains();
-    let touched = case.liquids.iter().filter(|liquid| liquid.fluid == FluidName::Liquid && !liquid.allow_touching_grains);
+    let touched =
+        case.liquids.iter().filter(|liquid| liquid.fluid == FluidName::Liquid && !liquid.allow_touching_grains);
     let found = touched.into_iter().find_map(|liquid| {
         let origin = fluid::origin_of(liquid, case.bed.axis, bed_height);
         let region = fluid::region(&liquid.region.moved(origin));

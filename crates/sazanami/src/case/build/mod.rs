@@ -48,14 +48,14 @@ pub(super) fn build(reading: &Reading, name: &str, folder: &Path, report: &mut D
     let context = &mut Context { values, defaults: Defaults::of(preset), folder };
     let solver = context.values.choice(text.solver.as_ref(), "solver", Solver::Mics);
     let name = context.values.text(text.name.as_ref(), "name").unwrap_or(name).to_owned();
-    if name.is_empty() || name.contains(['/', '\\', '\0']) {
-        if let Some(written) = &text.name {
-            context
-                .values
-                .report
-                .error(span_of(written), "`name` cannot be the name of a folder")
-                .label("used for the results");
-        }
+    if (name.is_empty() || name.contains(['/', '\\', '\0']))
+        && let Some(written) = &text.name
+    {
+        context
+            .values
+            .report
+            .error(span_of(written), "`name` cannot be the name of a folder")
+            .label("used for the results");
     }
     let title = context.values.text(text.title.as_ref(), "title").unwrap_or_default().to_owned();
     let domain = domain(context, text.domain.as_ref());

@@ -61,7 +61,7 @@ impl Context<'_> {
         let Some(grain_size) = grain_size else {
             if text.grains.is_empty() {
                 self.values.report.error(span.clone(), "there is nothing to erode").label("the case has no grains");
-            } else if grains.first().is_some() {
+            } else if !grains.is_empty() {
                 self.values.missing(
                     Some(span),
                     "grain_size",

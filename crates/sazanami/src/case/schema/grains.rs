@@ -211,7 +211,7 @@ pub struct LognormalText {
 #[serde(rename_all = "snake_case")]
 pub enum PlacementText {
     /// Packed within the run.
-    Packed(PackingText),
+    Packed(Box<PackingText>),
     /// Read from a bed file.
     Bed(BedFileText),
     /// On a lattice.

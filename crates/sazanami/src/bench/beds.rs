@@ -1,0 +1,208 @@
+//! The paper's case and a settled bed for it: the shipped one, or else tiles of a small periodic bed.
+
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+use sazanami_dem::{
+    Body, ContactLaw, Engine, Grain, Interactions, Lattice, Loads, Packing, PackingSettings, Setup, Stage, Substeps,
+    Wall,
+};
+use sazanami_numerics::domain::Domain;
+use sazanami_numerics::geometry::Shape;
+use sazanami_numerics::grid::Grid;
+use sazanami_numerics::{Real, Vector};
+
+use crate::assembly::grains;
+use crate::assembly::shapes::shape_of;
+use crate::bed_file::{Bed, Lying, Recipe};
+use crate::case::meaning::{BedFile, BoundarySide, Case, ContactSphereChoice, GrainPlacement};
+use crate::case::{self, LoadedCase};
+
+/// The paper's case, as shipped.
+const PAPER: &str = include_str!("../../../../cases/raindrop/paper.toml");
+/// Where it lies in the repository.
+const PLACE: &str = "cases/raindrop/paper.toml";
+/// Tiles of the stand-in bed along x1 and x2.
+const TILES: usize = 4;
+/// Grains of a tile: 30,896 in all.
+const TILE_GRAINS: u64 = 1931;
+/// Mean speed of a bed at rest, as the packing has it [m/s].
+const AT_REST: Real = 2e-3;
+/// Sub-steps after which grains that push each other apart are stopped, and how often.
+const QUENCH: usize = 10;
+const QUENCHES: usize = 80;
+/// Sub-steps between two looks at a settling bed, and most of these.
+const SETTLING: usize = 250;
+const LOOKS: usize = 24;
+
+/// The paper's case with its bed.
+#[derive(Clone)]
+pub(super) struct Paper {
+    pub case: Case,
+    pub bed: Bed,
+    /// Whether the bed is the shipped one.
+    pub shipped: bool,
+}
+
+/// The paper's case and the shipped bed, or a stand-in for it.
+pub(super) fn paper() -> Result<Paper, String> {
+    static PAPER_ONCE: Mutex<Option<Paper>> = Mutex::new(None);
+    let mut once = PAPER_ONCE.lock().map_err(|error| error.to_string())?;
+    if let Some(paper) = &*once {
+        return Ok(paper.clone());
+    }
+    let paper = match shipped() {
+        Some(paper) => paper,
+        None => stand_in()?,
+    };
+    Ok(once.insert(paper).clone())
+}
+
+fn parse(path: &Path, overrides: &[String]) -> Result<LoadedCase, String> {
+    case::parse(path, PAPER, overrides).map_err(|error| error.to_string())
+}
+
+/// The paper's case alone: what it says of grains is of no use.
+pub(super) fn paper_case() -> Result<Case, String> {
+    Ok(parse(Path::new(PLACE), &["grains.0.placement={ packed = {} }".to_owned()])?.case)
+}
+
+/// The case with the bed it names, looked for below the working folder and where the program was built.
+fn shipped() -> Option<Paper> {
+    let built = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../..");
+    [PathBuf::from("."), built].iter().find_map(|root| {
+        let case = parse(&root.join(PLACE), &[]).ok()?.case;
+        let GrainPlacement::Bed(file) = &case.grains.first()?.placement else { return None };
+        let bed = Bed::read(&file.file).ok()?;
+        Some(Paper { bed, case, shipped: true })
+    })
+}
+
+/// The case with tiles of a small bed in place of the one it names.
+fn stand_in() -> Result<Paper, String> {
+    let mut case = paper_case()?;
+    let axis = Body::from(&shape(&case, ContactSphereChoice::Axis(9))?);
+    // Tiles fit together where the sides are periodic.
+    for d in 0..2 {
+        case.boundary[d] = [BoundarySide::Periodic; 2];
+        case.dem.grain_walls[d] = [false; 2];
+    }
+    let (lower, upper) = (case.domain.lower, case.domain.upper);
+    let width = (upper.x - lower.x) / TILES as Real;
+    let tile = pack_tile(&axis, ContactLaw::SAND, width, TILE_GRAINS)?;
+    let grains: Vec<Lying> = tiled(&tile, width)
+        .iter()
+        .map(|grain| Lying { shape: 0, scale: 1.0, position: lower + grain.position, orientation: grain.orientation })
+        .collect();
+    let file = BedFile { file: PathBuf::new(), scale: 1.0, relax: false, recipe: None };
+    let kind = case.grains.first_mut().ok_or("the paper's case has no grains")?;
+    kind.count = Some(grains.len());
+    kind.placement = GrainPlacement::Bed(file);
+    Ok(Paper { case, bed: Bed { lower, upper, recipe: Recipe::default(), grains }, shipped: false })
+}
+
+/// The shape of the paper's grain with contact spheres of choice.
+pub(super) fn shape(case: &Case, spheres: ContactSphereChoice) -> Result<Shape, String> {
+    let mut kind = case.grains.first().ok_or("the paper's case has no grains")?.clone();
+    kind.contact_spheres = spheres;
+    shape_of(&kind).map_err(|error| error.to_string())
+}
+
+impl Paper {
+    /// Solo domain of the case's box.
+    pub(super) fn domain(&self) -> Result<Domain, String> {
+        let boundary = crate::assembly::fluid::boundary(&self.case).map_err(|error| error.to_string())?;
+        Ok(Domain::solo(self.case.domain.grid(), boundary.periodic()))
+    }
+
+    /// Engine with the bed, its grains of the given shape.
+    pub(super) fn engine(&self, domain: &Domain, shape: &Shape) -> Result<Engine, String> {
+        let setup = grains::setup(&self.case, std::slice::from_ref(shape));
+        let placed = grains::placed(&self.case, &[Some(self.bed.clone())]);
+        Engine::new(domain, setup, &placed).map_err(|error| error.to_string())
+    }
+
+    /// What the bed is, in words.
+    pub(super) fn bed_in_words(&self) -> &'static str {
+        if self.shipped { "the shipped bed" } else { "16 tiles of a small bed, sides periodic" }
+    }
+}
+
+/// Lets the grains come to rest; returns their mean speed [m/s]. Overlaps go first, at no speed: a bed that was packed
+/// for other contact spheres would burst.
+pub(super) fn settle(engine: &mut Engine, domain: &Domain, gravity: Vector, dt: Real) -> Result<Real, String> {
+    for _ in 0..QUENCHES {
+        engine
+            .advance(domain, &Loads::none(), gravity, dt * QUENCH as Real, Substeps::Fixed(QUENCH))
+            .map_err(|error| error.to_string())?;
+        for n in 0..engine.grains().owned() {
+            engine.set_velocity(n, Vector::ZERO, Vector::ZERO);
+        }
+        engine.refresh_ghosts(domain);
+    }
+    let mut mean = Real::INFINITY;
+    for _ in 0..LOOKS {
+        let time = dt * SETTLING as Real;
+        engine
+            .advance(domain, &Loads::none(), gravity, time, Substeps::Fixed(SETTLING))
+            .map_err(|error| error.to_string())?;
+        let grains = engine.grains();
+        let speeds: Real = (0..grains.owned()).map(|n| grains.velocity[n].length()).sum();
+        mean = speeds / grains.owned().max(1) as Real;
+        if mean < AT_REST {
+            break;
+        }
+    }
+    Ok(mean)
+}
+
+/// A settled bed in a periodic box of the given width.
+pub(super) fn pack_tile(body: &Body, law: ContactLaw, width: Real, count: u64) -> Result<Vec<Grain>, String> {
+    let upper = Vector::new(width, width, 0.05);
+    let domain = Domain::solo(Grid::new([8, 8, 8], Vector::ZERO, upper), [true, true, false]);
+    let templates = (0..count).map(|id| Grain::new(id, 2650.0, Vector::ZERO)).collect();
+    let settings = PackingSettings {
+        periodic: [true; 2],
+        lattice: Lattice::Low,
+        step: 1e-4,
+        settling_time: 1e-2,
+        ..PackingSettings::new(Vector::ZERO, upper)
+    };
+    let laws = Interactions::uniform(1, law);
+    let failed = |error: sazanami_dem::DemError| error.to_string();
+    let mut packing = Packing::new(&domain, settings, vec![body.clone()], laws, templates).map_err(failed)?;
+    while !matches!(packing.stage(), Stage::Done | Stage::GivenUp) {
+        packing.step(&domain).map_err(failed)?;
+    }
+    Ok(packing.bed())
+}
+
+/// The grains of a tile and its neighbours, numbered in space.
+pub(super) fn tiled(tile: &[Grain], width: Real) -> Vec<Grain> {
+    let places = (0..TILES * TILES).map(|n| width * Vector::new((n % TILES) as Real, (n / TILES) as Real, 0.0));
+    let mut grains: Vec<Grain> = places
+        .flat_map(|place| tile.iter().map(move |grain| Grain { position: grain.position + place, ..*grain }))
+        .collect();
+    let key = |grain: &Grain| [grain.position.z, grain.position.y].map(|x| (x / 1.2e-3) as i64);
+    grains.sort_by(|a, b| key(a).cmp(&key(b)).then(a.position.x.total_cmp(&b.position.x)));
+    (0_u64..).zip(&mut grains).for_each(|(id, grain)| grain.id = id);
+    grains
+}
+
+/// Engine with tiles of equal spheres on a floor, sides periodic.
+pub(super) fn spheres(diameter: Real, law: ContactLaw, width: Real, count: u64) -> Result<(Domain, Engine), String> {
+    let body = Body::ball(0.5 * diameter);
+    let tile = width / TILES as Real;
+    let grains = tiled(&pack_tile(&body, law, tile, count / (TILES * TILES) as u64)?, tile);
+    let upper = Vector::new(width, width, 0.05);
+    let domain = Domain::solo(Grid::new([8, 8, 8], Vector::ZERO, upper), [true, true, false]);
+    let setup = Setup {
+        bodies: vec![body],
+        interactions: Interactions::uniform(1, law),
+        walls: vec![Wall::at_rest(Vector::ZERO, Vector::Z, 0)],
+        region: [Vector::splat(-1.0), Vector::ONE],
+        ghost_margin: 0.0,
+    };
+    let engine = Engine::new(&domain, setup, &grains).map_err(|error| error.to_string())?;
+    Ok((domain, engine))
+}

@@ -1,0 +1,54 @@
+//! Grains and walls by the names of the case, for messages.
+
+use sazanami_dem::{DemError, Wall};
+use sazanami_mics::solver::StepError;
+use sazanami_numerics::Vector;
+
+use crate::assembly::grains::population_of;
+use crate::case::meaning::{Case, SIDE_NAMES};
+
+/// What went wrong in a step.
+pub(super) fn step_error(case: &Case, walls: &[Wall], error: &StepError) -> String {
+    match error {
+        StepError::Grains(error) => grain_error(case, walls, error),
+        other => other.to_string(),
+    }
+}
+
+/// What went wrong among the grains.
+pub(super) fn grain_error(case: &Case, walls: &[Wall], error: &DemError) -> String {
+    let name = |id: u64| partner(case, walls, id);
+    match error {
+        DemError::NotFinite { id, position, substep } => {
+            format!("{} at {} is no longer a number in sub-step {substep}", name(*id), place(*position))
+        }
+        DemError::GrainEscaped { id, position } => {
+            format!("{} escaped from the box: its centre of mass is at {}", name(*id), place(*position))
+        }
+        DemError::OverlapTooLarge { ids, fraction, position, substep } => format!(
+            "{} and {} overlap by {:.0} % of a contact sphere's radius at {} in sub-step {substep}",
+            name(ids[0]),
+            name(ids[1]),
+            1e2 * fraction,
+            place(*position)
+        ),
+        other => other.to_string(),
+    }
+}
+
+/// A grain by its number and population, or a side of the box.
+pub(crate) fn partner(case: &Case, walls: &[Wall], id: u64) -> String {
+    if let Some(wall) = id.checked_sub(sazanami_dem::WALL).and_then(|number| walls.get(number as usize)) {
+        let direction = (0..3).find(|&d| wall.normal[d] != 0.0).unwrap_or_default();
+        return format!("the side {}", SIDE_NAMES[direction][usize::from(wall.normal[direction] < 0.0)]);
+    }
+    let (population, index) = population_of(id);
+    match case.grains.get(population) {
+        Some(kind) => format!("grain {index} of `{}`", kind.name),
+        None => format!("grain {id}"),
+    }
+}
+
+fn place(position: Vector) -> String {
+    format!("({:.4e}, {:.4e}, {:.4e}) m", position.x, position.y, position.z)
+}
