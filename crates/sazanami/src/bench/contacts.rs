@@ -1,11 +1,14 @@
 //! Contacts and motion of settled grains.
 
+use std::sync::OnceLock;
+
 use sazanami_dem::{ContactLaw, ContactReport, Damping, Engine, Loads, Substeps};
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::{Real, Vector};
 
+use super::Timing;
+use super::beds::{self, Paper};
 use super::machine::{Stopwatch, floor_of_bytes};
-use super::{Timing, beds};
 use crate::case::meaning::ContactSphereChoice;
 
 /// Milliseconds in a second.
@@ -19,18 +22,21 @@ const GRAIN_BYTES: Real = (2.0 * 13.0 + 4.0) * 8.0;
 /// Memory of a contact: its tangential displacement read and written, its two spheres read.
 const CONTACT_BYTES: Real = (2.0 * 3.0 + 1.0) * 8.0;
 
+/// The shells of the paper.
+const SHELL: ContactSphereChoice = ContactSphereChoice::Shell { count: 75, radius: None };
+
 /// The paper's bed with shells of 75 spheres.
 pub(super) fn shell75() -> Result<Timing, String> {
-    paper_bed(ContactSphereChoice::Shell { count: 75, radius: None })
+    static ONCE: OnceLock<Result<Timing, String>> = OnceLock::new();
+    ONCE.get_or_init(|| in_bed(&beds::paper()?, SHELL)).clone()
 }
 
-/// The paper's bed with nine spheres on the long axis.
+/// A bed of the same size with nine spheres on the long axis.
 pub(super) fn axis9() -> Result<Timing, String> {
-    paper_bed(ContactSphereChoice::Axis(9))
+    in_bed(&beds::packed_with_axes()?, ContactSphereChoice::Axis(9))
 }
 
-fn paper_bed(spheres: ContactSphereChoice) -> Result<Timing, String> {
-    let paper = beds::paper()?;
+fn in_bed(paper: &Paper, spheres: ContactSphereChoice) -> Result<Timing, String> {
     let shape = beds::shape(&paper.case, spheres)?;
     let domain = paper.domain()?;
     let mut engine = paper.engine(&domain, &shape)?;
@@ -91,12 +97,11 @@ pub(super) fn packing_bed() -> Result<Timing, String> {
                     `sazanami run cases/raindrop/bed.toml`"
             .into());
     }
-    let shape = beds::shape(&paper.case, ContactSphereChoice::Shell { count: 75, radius: None })?;
-    let domain = paper.domain()?;
-    let mut engine = paper.engine(&domain, &shape)?;
+    let shape = beds::shape(&paper.case, SHELL)?;
+    let engine = paper.engine(&paper.domain()?, &shape)?;
     let dt = engine.contact_time_step();
     let substeps = (paper.bed.recipe.time / dt).ceil();
-    let substep = time_substeps(&domain, &mut engine, paper.case.gravity, dt, "75 spheres each")?;
+    let substep = shell75()?;
     let scaled = |values: &[Real]| values.iter().map(|value| value / MILLI * substeps).collect::<Vec<Real>>();
     Ok(Timing {
         unit: "s",

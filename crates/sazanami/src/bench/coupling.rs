@@ -54,9 +54,8 @@ pub(super) fn volume_fractions() -> Result<Timing, String> {
     let shares: usize = (0..moved.owned()).map(|n| imprint.shares(n).len()).sum();
     let covered = imprint.solid_fraction.data().iter().filter(|&&alpha| alpha > 0.0).count();
     timing.size = format!(
-        "{} grains, {:?}, {shares} shares in {covered} cells, {}",
+        "{} grains, 4 x 4 columns a cell, {shares} shares in {covered} cells, {}",
         moved.owned(),
-        coupling.volume_fraction,
         paper.bed_in_words()
     );
     let bytes = 2.0 * SHARE_BYTES * shares as Real + 2.0 * 8.0 * SUMMED_FIELDS * covered as Real;
