@@ -1,35 +1,33 @@
 //! The engine that moves grains: as many sub-steps as the contacts need.
 
-use std::sync::atomic::{AtomicU8, Ordering};
+mod lists;
+mod report;
+mod substep;
 
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::{Real, Vector};
-use sazanami_parallel::{for_each_chunk, max_over, sum_over};
 
 use crate::body::Body;
 use crate::contact::block::{Block, ROWS};
 use crate::contact::incoming::Incoming;
 use crate::contact::law::Constants;
-use crate::contact::neighbours::{ListBuilder, Matter, Previous};
+use crate::contact::neighbours::ListBuilder;
 use crate::contact::search::SphereArrays;
-use crate::contact::{Census, ContactRecord, World, Wrench};
+use crate::contact::{Census, ContactRecord};
 use crate::error::DemError;
 use crate::ghosts::{self, Exchange};
-use crate::grain::{Grain, GrainRecord, Grains, Motion, imaged};
+use crate::grain::{Grain, GrainRecord, Grains, imaged};
 use crate::material::Interactions;
-use crate::motion::{Frame, Inert, Leap, Moving};
+use crate::motion::{Frame, Inert};
 use crate::wall::Wall;
+use lists::set_frame;
+pub use report::ContactReport;
+use report::overlap_error;
 
 /// Overlap over radius above which a run ends.
 const TOO_DEEP: Real = 0.8;
-/// Sub-step over pi sqrt(m*/K).
-const AUTO: Real = 0.057;
-/// How far a resting grain may go before lists are renewed, over its bounding radius.
-const REACH: Real = 0.08;
 /// How far a fast grain may go, over its bounding radius.
 const FARTHEST: Real = 0.6;
-/// Number of sub-steps that a fast grain's reach is meant to last.
-const HORIZON: Real = 150.0;
 
 /// What an engine is made of, besides grains.
 #[derive(Clone, Debug)]
@@ -70,31 +68,6 @@ pub enum Substeps {
     Auto,
     /// This number.
     Fixed(usize),
-}
-
-/// What happened among the grains of all ranks during a call.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ContactReport {
-    /// Sub-steps taken.
-    pub substeps: usize,
-    /// Touching pairs (of grains, or of a grain and a wall) in the last sub-step.
-    pub pairs: usize,
-    /// Touching spheres in the last sub-step.
-    pub contacts: usize,
-    /// Contacts that became deeper than 20 % of the smaller sphere's radius during the call.
-    pub deep_contacts: usize,
-    /// Largest overlap over the smaller sphere's radius during the call.
-    pub largest_overlap: Real,
-    /// The grains (or grain and wall) of the largest overlap.
-    pub largest_overlap_ids: [u64; 2],
-    /// Largest speed of a centre of mass at the end [m/s].
-    pub largest_speed: Real,
-    /// Kinetic energy at the end, rotation included [J].
-    pub kinetic_energy: Real,
-    /// Momentum given to the walls during the call [N s].
-    pub impulse_on_walls: Vector,
-    /// Times the neighbour lists were renewed.
-    pub list_renewals: usize,
 }
 
 /// Rigid grains, their contacts, and walls.
@@ -376,76 +349,6 @@ impl Engine {
         if domain.communicator().size() == 1 { state } else { domain.max(Real::from(state)) as u8 }
     }
 
-    fn report(&self, domain: &Domain, report: &mut ContactReport, [last, deepest]: [Census; 2], deep: usize) {
-        let grains = &self.grains;
-        let chunks = grains.owned.div_ceil(ROWS);
-        let of_chunk =
-            |c: usize| (c * ROWS..((c + 1) * ROWS).min(grains.owned)).map(|g| grains.kinetic_energy(g)).sum();
-        let [energy] = sum_over(chunks, |c| [of_chunk(c)]);
-        let speed = max_over(grains.owned, |g| grains.velocity[g].length_squared()).max(0.0).sqrt();
-        let impulse = report.impulse_on_walls;
-        let sums = domain.sum([
-            last.pairs as Real,
-            last.contacts as Real,
-            deep as Real,
-            energy,
-            impulse.x,
-            impulse.y,
-            impulse.z,
-        ]);
-        report.pairs = sums[0] as usize;
-        report.contacts = sums[1] as usize;
-        report.deep_contacts = sums[2] as usize;
-        report.kinetic_energy = sums[3];
-        report.impulse_on_walls = Vector::new(sums[4], sums[5], sums[6]);
-        report.largest_speed = domain.max(speed);
-        report.largest_overlap = domain.max(deepest.deepest);
-        // The lowest rank that saw the largest overlap names the grains, in halves that are exact in a real.
-        let mine = deepest.deepest == report.largest_overlap && report.largest_overlap > 0.0;
-        let rank = domain.min(if mine { domain.communicator().rank() as Real } else { Real::INFINITY });
-        let told = rank == domain.communicator().rank() as Real;
-        let half = |n: usize, shift: u32| {
-            if told { Real::from((deepest.deepest_ids[n] >> shift & u64::from(u32::MAX)) as u32) } else { 0.0 }
-        };
-        let [a, b, c, d] = domain.sum([half(0, 32), half(0, 0), half(1, 32), half(1, 0)]);
-        report.largest_overlap_ids = [[a, b], [c, d]].map(|[high, low]| (high as u64) << 32 | low as u64);
-    }
-
-    /// Elastic energy of all contacts this rank computes, as they stood in the last sub-step, at the present poses [J].
-    ///
-    /// Contacts with other ranks' grains are counted on both ranks.
-    #[must_use]
-    pub fn elastic_energy(&self) -> Real {
-        let point = |g: usize, a: u16| {
-            let frame = &self.frames[g];
-            let body = &self.bodies[frame.body as usize];
-            (frame.rotation * body.centres[a as usize] * frame.scale, body.radii[a as usize] * frame.scale)
-        };
-        let mut energy = 0.0;
-        for block in &self.blocks {
-            for contact in &block.contacts {
-                let pair = &block.pairs[contact.pair as usize];
-                let (low, high) = (pair.low as usize, pair.high as usize);
-                let ((a, ra), (b, rb)) = (point(low, contact.a), point(high, contact.b));
-                let line = self.frames[high].home - self.frames[low].home + pair.shift(self.period) + b - a;
-                let overlap = (ra + rb - line.length()).max(0.0);
-                let c = &self.constants[pair.law as usize];
-                energy += 0.5 * (c.normal_stiffness * overlap * overlap);
-                energy += 0.5 * c.tangential_stiffness * contact.d_t.length_squared();
-            }
-            for contact in &block.walls.contacts {
-                let pair = &block.walls.pairs[contact.pair as usize];
-                let (a, radius) = point(pair.grain as usize, contact.a);
-                let height = self.walls[pair.wall as usize].distance(self.frames[pair.grain as usize].home + a);
-                let overlap = (radius - height).max(0.0);
-                let c = &self.constants[pair.law as usize];
-                energy += 0.5 * (c.normal_stiffness * overlap * overlap);
-                energy += 0.5 * c.tangential_stiffness * contact.d_t.length_squared();
-            }
-        }
-        energy
-    }
-
     /// Adds to each own grain's entry what its ghosts on all ranks collected, in an order that does
     /// not depend on who owns the grain. `partial` has an entry for every grain and ghost.
     pub fn gather_to_owners<const N: usize>(&self, domain: &Domain, partial: &mut [[Real; N]]) {
@@ -487,157 +390,6 @@ impl Engine {
             }
         }
         Ok(())
-    }
-
-    fn stable_time_step(&self, domain: &Domain) -> Real {
-        let materials = self.interactions.materials();
-        let mut softest = vec![[0.0_f64; 2]; materials];
-        for g in (0..self.grains.owned).filter(|&g| self.grains.motion[g] == Motion::Free) {
-            let leverage = self.bodies[self.grains.shape[g] as usize].leverage;
-            let worst = &mut softest[self.grains.material[g] as usize];
-            (0..2).for_each(|d| worst[d] = worst[d].max(leverage[d] / self.grains.mass[g]));
-        }
-        for value in softest.iter_mut().flatten() {
-            *value = domain.max(*value);
-        }
-        let mut square: Real = 0.0;
-        for a in 0..materials {
-            for b in 0..materials {
-                let law = self.interactions.law(a as u32, b as u32);
-                let sum = |d: usize| softest[a][d] + softest[b][d];
-                square = square.max(law.normal_stiffness * sum(0)).max(law.tangential_stiffness * sum(1));
-            }
-        }
-        if square > 0.0 { AUTO * std::f64::consts::PI / square.sqrt() } else { Real::INFINITY }
-    }
-
-    fn world(&self) -> World<'_> {
-        World {
-            bodies: &self.bodies,
-            arrays: &self.arrays,
-            spheres: &self.spheres,
-            constants: &self.constants,
-            plain: self.constants.iter().all(Constants::plain),
-            frames: &self.frames,
-            budget: &self.budget,
-            walls: &self.walls,
-            wall_budget: &self.wall_budget,
-            period: self.period,
-            owned: self.grains.owned,
-        }
-    }
-
-    fn contacts(&mut self, h: Real) {
-        let mut blocks = std::mem::take(&mut self.blocks);
-        let world = self.world();
-        let ids = &self.grains.id[..];
-        for_each_chunk(&mut blocks[..], 1, |_, block| block[0].step(&world, ids, h));
-        self.incoming.follow(&blocks);
-        self.blocks = blocks;
-    }
-
-    fn drift(&mut self, time: Real) -> u8 {
-        let nothing = Loads::none();
-        self.move_grains(&nothing, None, time, false)
-    }
-
-    fn kick_and_drift(&mut self, loads: &Loads<'_>, gravity: Vector, h: Real, time: Real, keep: bool) -> u8 {
-        self.move_grains(loads, Some((gravity, h)), time, keep)
-    }
-
-    /// Kick by `(gravity, duration)` if given, then drift for `time`; `keep` stores the contact forces.
-    fn move_grains(&mut self, loads: &Loads<'_>, kick: Option<(Vector, Real)>, time: Real, keep: bool) -> u8 {
-        let owned = self.grains.owned;
-        let state = AtomicU8::new(FINE);
-        let Self { grains, frames, budget, inert, reach, blocks, incoming, time: now, .. } = self;
-        let (blocks, incoming, now) = (&blocks[..], &*incoming, *now);
-        let poses = (
-            &mut grains.home[..owned],
-            &mut grains.orientation[..owned],
-            &mut grains.velocity[..owned],
-            &mut grains.angular_momentum[..owned],
-        );
-        let marks = (
-            &mut grains.last_contact[..owned],
-            &mut grains.contact_force[..owned],
-            &mut grains.contact_torque[..owned],
-        );
-        let (gravity, h) = kick.unwrap_or_default();
-        for_each_chunk(
-            (poses, marks, &mut frames[..owned], &mut budget[..owned]),
-            ROWS,
-            |number, (poses, marks, frames, budget)| {
-                let first = number * ROWS;
-                let rows = first..first + frames.len();
-                let mut impulses = [Wrench::default(); ROWS];
-                if let (Some(_), Some(block)) = (kick, blocks.get(number)) {
-                    let mut on_walls = &block.walls.actions[..];
-                    for (row, g) in rows.clone().enumerate() {
-                        let (mut total, touched) = incoming.total(blocks, g);
-                        total += block.own[row];
-                        if let [(grain, wrench), rest @ ..] = on_walls
-                            && *grain as usize == g
-                        {
-                            total += *wrench;
-                            on_walls = rest;
-                        }
-                        if touched || block.touches[row] {
-                            marks.0[row] = now;
-                        }
-                        if keep {
-                            (marks.1[row], marks.2[row]) = (total.force, total.torque);
-                        }
-                        if let Some(force) = loads.force.get(g) {
-                            total.force += *force;
-                        }
-                        if let Some(torque) = loads.torque.get(g) {
-                            total.torque += *torque;
-                        }
-                        impulses[row] = Wrench { force: h * total.force, torque: h * total.torque };
-                    }
-                }
-                let mut moving = Moving {
-                    inert: &inert[rows.clone()],
-                    home: poses.0,
-                    orientation: poses.1,
-                    velocity: poses.2,
-                    angular_momentum: poses.3,
-                    frames,
-                    budget,
-                };
-                moving.leap(&Leap { gravity: h * gravity, impulses: &impulses, time });
-                // Not a number counts as expired: the check that follows finds it.
-                if !moving.budget.iter().zip(&reach[rows]).all(|(budget, reach)| budget <= reach) {
-                    state.fetch_max(EXPIRED, Ordering::Relaxed);
-                }
-            },
-        );
-        let mut state = state.into_inner();
-        let least = reach[..owned].iter().copied().fold(Real::INFINITY, Real::min);
-        for (wall, budget) in self.walls.iter_mut().zip(&mut self.wall_budget) {
-            if wall.velocity != Vector::ZERO {
-                let step = wall.velocity.dot(wall.normal) * time;
-                wall.point += step * wall.normal;
-                *budget += step.abs() * (1.0 + 1e-9);
-                if *budget > least {
-                    state = state.max(EXPIRED);
-                }
-            }
-        }
-        state
-    }
-
-    fn refresh_poses(&mut self, domain: &Domain) {
-        let Self { exchange, grains, budget, frames, inert, .. } = self;
-        exchange.refresh(domain, grains, budget, |grains, g| set_frame(&mut frames[g], &inert[g], grains, g));
-    }
-
-    /// Positions of the periodic images that this rank's entries stand for.
-    fn place(&mut self) {
-        let grains = &mut self.grains;
-        for g in 0..grains.len() {
-            grains.position[g] = imaged(grains.home[g], grains.image[g], self.period);
-        }
     }
 
     fn check_finite(&self, domain: &Domain, substep: usize) -> Result<(), DemError> {
@@ -682,153 +434,5 @@ impl Engine {
     /// Whether ghosts exist at all, so that owners and images matter.
     fn several(&self, domain: &Domain) -> bool {
         domain.communicator().size() > 1 || self.period != Vector::ZERO
-    }
-
-    /// Writes all contacts of this rank, by key, into `records`.
-    pub(crate) fn collect_records(&mut self) {
-        if !self.listed {
-            return;
-        }
-        let Self { records, blocks, grains, .. } = self;
-        records.clear();
-        for block in blocks.iter() {
-            for c in &block.contacts {
-                let pair = &block.pairs[c.pair as usize];
-                records.push(ContactRecord {
-                    low: grains.id[pair.low as usize],
-                    high: grains.id[pair.high as usize],
-                    image: pair.image.map(i32::from),
-                    a: c.a,
-                    b: c.b,
-                    deep: u32::from(c.deep),
-                    d_t: c.d_t.to_array(),
-                });
-            }
-            for c in &block.walls.contacts {
-                let pair = &block.walls.pairs[c.pair as usize];
-                records.push(ContactRecord {
-                    low: grains.id[pair.grain as usize],
-                    high: crate::WALL + u64::from(pair.wall),
-                    image: [0; 2],
-                    a: c.a,
-                    b: 0,
-                    deep: u32::from(c.deep),
-                    d_t: c.d_t.to_array(),
-                });
-            }
-        }
-        records.sort_unstable_by_key(ContactRecord::key);
-        // Pairs across periodic sides stand in the list once for each of the two.
-        records.dedup_by_key(|r| r.key());
-    }
-
-    /// New ghosts and lists; with `migrate`, new owners first.
-    fn renew(&mut self, domain: &Domain, migrate: bool) -> Result<(), DemError> {
-        self.collect_records();
-        let known: Vec<(u64, [i32; 2], u32)> = if self.listed {
-            let mut known: Vec<_> =
-                (0..self.grains.len()).map(|g| (self.grains.id[g], self.grains.image[g], g as u32)).collect();
-            known.sort_unstable();
-            known
-        } else {
-            Vec::new()
-        };
-        let old_budget = std::mem::take(&mut self.budget);
-        let old_wall_budget = self.wall_budget.clone();
-        if migrate {
-            ghosts::migrate(domain, &mut self.grains, &mut self.records);
-        }
-        self.place();
-        self.choose_reach();
-        let size: Vec<Real> = (0..self.grains.owned).map(|g| self.bounding_radius(g) + self.reach[g]).collect();
-        self.exchange.renew(domain, &mut self.grains, &size, &mut self.reach, self.ghost_margin);
-        self.set_frames();
-        self.budget.resize(self.grains.len(), 0.0);
-        self.wall_budget.fill(0.0);
-        self.list(&known, &old_budget, &old_wall_budget);
-        Ok(())
-    }
-
-    fn list(&mut self, known: &[(u64, [i32; 2], u32)], old_budget: &[Real], old_wall_budget: &[Real]) {
-        let grains = &self.grains;
-        let find = |g: usize| {
-            let key = (grains.id[g], grains.image[g]);
-            known.binary_search_by_key(&key, |k| (k.0, k.1)).map_or(u32::MAX, |at| known[at].2)
-        };
-        let number: Vec<u32> = (0..grains.len()).map(find).collect();
-        std::mem::swap(&mut self.blocks, &mut self.former);
-        let mut blocks = std::mem::take(&mut self.blocks);
-        let mut builder = std::mem::take(&mut self.builder);
-        let matter = Matter {
-            grains: &self.grains,
-            interactions: &self.interactions,
-            reach: &self.reach,
-            records: &self.records,
-        };
-        let previous =
-            Previous { blocks: &self.former, budget: old_budget, wall_budget: old_wall_budget, number: &number };
-        builder.build(&self.world(), matter, self.listed.then_some(&previous), &mut blocks);
-        self.incoming.rebuild(&mut blocks, &self.grains.id, self.grains.owned);
-        self.blocks = blocks;
-        self.builder = builder;
-        self.listed = true;
-    }
-
-    fn bounding_radius(&self, g: usize) -> Real {
-        self.bodies[self.grains.shape[g] as usize].bounding_radius * self.grains.scale[g]
-    }
-
-    fn choose_reach(&mut self) {
-        let grains = &self.grains;
-        self.reach.clear();
-        for g in 0..grains.owned {
-            let size = self.bounding_radius(g);
-            let arm = self.bodies[grains.shape[g] as usize].centre_radius * grains.scale[g];
-            let speed = grains.velocity[g].length() + arm * grains.angular_velocity(g).length();
-            let way = if self.time_step.is_finite() { HORIZON * self.time_step * speed } else { FARTHEST * size };
-            self.reach.push((REACH * size + way).min(FARTHEST * size));
-        }
-    }
-
-    fn set_frames(&mut self) {
-        let Self { grains, frames, inert, bodies, .. } = self;
-        frames.resize(grains.len(), Frame::default());
-        let first: Vec<u32> = bodies
-            .iter()
-            .scan(0, |next, body| {
-                let first = *next;
-                *next += body.spheres() as u32;
-                Some(first)
-            })
-            .collect();
-        inert.clear();
-        for g in 0..grains.len() {
-            let free = grains.motion[g] == Motion::Free;
-            let moment = grains.inertia[g].recip();
-            inert.push(Inert {
-                inverse_mass: if free { 1.0 / grains.mass[g] } else { 0.0 },
-                inverse_inertia: moment,
-                arm: bodies[grains.shape[g] as usize].centre_radius * grains.scale[g],
-                motion: grains.motion[g],
-            });
-            frames[g].scale = grains.scale[g];
-            frames[g].body = grains.shape[g];
-            frames[g].spheres = first[grains.shape[g] as usize];
-            set_frame(&mut frames[g], &inert[g], grains, g);
-        }
-    }
-}
-
-fn set_frame(frame: &mut Frame, inert: &Inert, grains: &Grains, g: usize) {
-    let (home, orientation, velocity) = (grains.home[g], grains.orientation[g], grains.velocity[g]);
-    frame.set(home, orientation, velocity, grains.angular_momentum[g], inert.inverse_inertia);
-}
-
-fn overlap_error(census: &Census, substep: usize) -> DemError {
-    DemError::OverlapTooLarge {
-        ids: census.deepest_ids,
-        fraction: census.deepest,
-        position: census.deepest_at,
-        substep,
     }
 }

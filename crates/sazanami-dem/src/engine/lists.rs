@@ -1,0 +1,158 @@
+//! Ghosts and neighbour lists of the engine, and what passes from one list to the next.
+
+use sazanami_numerics::Real;
+use sazanami_numerics::domain::Domain;
+
+use super::{Engine, FARTHEST};
+use crate::contact::ContactRecord;
+use crate::contact::neighbours::{Matter, Previous};
+use crate::error::DemError;
+use crate::ghosts;
+use crate::grain::{Grains, Motion};
+use crate::motion::{Frame, Inert};
+
+/// How far a resting grain may go before lists are renewed, over its bounding radius.
+const REACH: Real = 0.08;
+/// Number of sub-steps that a fast grain's reach is meant to last.
+const HORIZON: Real = 150.0;
+
+impl Engine {
+    /// Writes all contacts of this rank, by key, into `records`.
+    pub(crate) fn collect_records(&mut self) {
+        if !self.listed {
+            return;
+        }
+        let Self { records, blocks, grains, .. } = self;
+        records.clear();
+        for block in blocks.iter() {
+            for c in &block.contacts {
+                let pair = &block.pairs[c.pair as usize];
+                records.push(ContactRecord {
+                    low: grains.id[pair.low as usize],
+                    high: grains.id[pair.high as usize],
+                    image: pair.image.map(i32::from),
+                    a: c.a,
+                    b: c.b,
+                    deep: u32::from(c.deep),
+                    d_t: c.d_t.to_array(),
+                });
+            }
+            for c in &block.walls.contacts {
+                let pair = &block.walls.pairs[c.pair as usize];
+                records.push(ContactRecord {
+                    low: grains.id[pair.grain as usize],
+                    high: crate::WALL + u64::from(pair.wall),
+                    image: [0; 2],
+                    a: c.a,
+                    b: 0,
+                    deep: u32::from(c.deep),
+                    d_t: c.d_t.to_array(),
+                });
+            }
+        }
+        records.sort_unstable_by_key(ContactRecord::key);
+        // Pairs across periodic sides stand in the list once for each of the two.
+        records.dedup_by_key(|r| r.key());
+    }
+
+    /// New ghosts and lists; with `migrate`, new owners first.
+    pub(super) fn renew(&mut self, domain: &Domain, migrate: bool) -> Result<(), DemError> {
+        self.collect_records();
+        let known: Vec<(u64, [i32; 2], u32)> = if self.listed {
+            let mut known: Vec<_> =
+                (0..self.grains.len()).map(|g| (self.grains.id[g], self.grains.image[g], g as u32)).collect();
+            known.sort_unstable();
+            known
+        } else {
+            Vec::new()
+        };
+        let old_budget = std::mem::take(&mut self.budget);
+        let old_wall_budget = self.wall_budget.clone();
+        if migrate {
+            ghosts::migrate(domain, &mut self.grains, &mut self.records);
+        }
+        self.place();
+        self.choose_reach();
+        let size: Vec<Real> = (0..self.grains.owned).map(|g| self.bounding_radius(g) + self.reach[g]).collect();
+        self.exchange.renew(domain, &mut self.grains, &size, &mut self.reach, self.ghost_margin);
+        self.set_frames();
+        self.budget.resize(self.grains.len(), 0.0);
+        self.wall_budget.fill(0.0);
+        self.list(&known, &old_budget, &old_wall_budget);
+        Ok(())
+    }
+
+    fn list(&mut self, known: &[(u64, [i32; 2], u32)], old_budget: &[Real], old_wall_budget: &[Real]) {
+        let grains = &self.grains;
+        let find = |g: usize| {
+            let key = (grains.id[g], grains.image[g]);
+            known.binary_search_by_key(&key, |k| (k.0, k.1)).map_or(u32::MAX, |at| known[at].2)
+        };
+        let number: Vec<u32> = (0..grains.len()).map(find).collect();
+        std::mem::swap(&mut self.blocks, &mut self.former);
+        let mut blocks = std::mem::take(&mut self.blocks);
+        let mut builder = std::mem::take(&mut self.builder);
+        let matter = Matter {
+            grains: &self.grains,
+            interactions: &self.interactions,
+            reach: &self.reach,
+            records: &self.records,
+        };
+        let previous =
+            Previous { blocks: &self.former, budget: old_budget, wall_budget: old_wall_budget, number: &number };
+        builder.build(&self.world(), matter, self.listed.then_some(&previous), &mut blocks);
+        self.incoming.rebuild(&mut blocks, &self.grains.id, self.grains.owned);
+        self.blocks = blocks;
+        self.builder = builder;
+        self.listed = true;
+    }
+
+    fn bounding_radius(&self, g: usize) -> Real {
+        self.bodies[self.grains.shape[g] as usize].bounding_radius * self.grains.scale[g]
+    }
+
+    fn choose_reach(&mut self) {
+        let grains = &self.grains;
+        self.reach.clear();
+        for g in 0..grains.owned {
+            let size = self.bounding_radius(g);
+            let arm = self.bodies[grains.shape[g] as usize].centre_radius * grains.scale[g];
+            let speed = grains.velocity[g].length() + arm * grains.angular_velocity(g).length();
+            let way = if self.time_step.is_finite() { HORIZON * self.time_step * speed } else { FARTHEST * size };
+            self.reach.push((REACH * size + way).min(FARTHEST * size));
+        }
+    }
+
+    fn set_frames(&mut self) {
+        let Self { grains, frames, inert, bodies, .. } = self;
+        frames.resize(grains.len(), Frame::default());
+        let first: Vec<u32> = bodies
+            .iter()
+            .scan(0, |next, body| {
+                let first = *next;
+                *next += body.spheres() as u32;
+                Some(first)
+            })
+            .collect();
+        inert.clear();
+        for g in 0..grains.len() {
+            let free = grains.motion[g] == Motion::Free;
+            let moment = grains.inertia[g].recip();
+            inert.push(Inert {
+                inverse_mass: if free { 1.0 / grains.mass[g] } else { 0.0 },
+                inverse_inertia: moment,
+                arm: bodies[grains.shape[g] as usize].centre_radius * grains.scale[g],
+                motion: grains.motion[g],
+            });
+            frames[g].scale = grains.scale[g];
+            frames[g].body = grains.shape[g];
+            frames[g].spheres = first[grains.shape[g] as usize];
+            set_frame(&mut frames[g], &inert[g], grains, g);
+        }
+    }
+}
+
+pub(super) fn set_frame(frame: &mut Frame, inert: &Inert, grains: &Grains, g: usize) {
+    let (home, orientation, velocity) = (grains.home[g], grains.orientation[g], grains.velocity[g]);
+    frame.set(home, orientation, velocity, grains.angular_momentum[g], inert.inverse_inertia);
+}

@@ -1,0 +1,122 @@
+//! What the engine tells about a call.
+
+use sazanami_numerics::domain::Domain;
+use sazanami_numerics::{Real, Vector};
+use sazanami_parallel::{max_over, sum_over};
+
+use super::Engine;
+use crate::contact::Census;
+use crate::contact::block::ROWS;
+use crate::error::DemError;
+
+/// What happened among the grains of all ranks during a call.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ContactReport {
+    /// Sub-steps taken.
+    pub substeps: usize,
+    /// Touching pairs (of grains, or of a grain and a wall) in the last sub-step.
+    pub pairs: usize,
+    /// Touching spheres in the last sub-step.
+    pub contacts: usize,
+    /// Contacts that became deeper than 20 % of the smaller sphere's radius during the call.
+    pub deep_contacts: usize,
+    /// Largest overlap over the smaller sphere's radius during the call.
+    pub largest_overlap: Real,
+    /// The grains (or grain and wall) of the largest overlap.
+    pub largest_overlap_ids: [u64; 2],
+    /// Largest speed of a centre of mass at the end [m/s].
+    pub largest_speed: Real,
+    /// Kinetic energy at the end, rotation included [J].
+    pub kinetic_energy: Real,
+    /// Momentum given to the walls during the call [N s].
+    pub impulse_on_walls: Vector,
+    /// Times the neighbour lists were renewed.
+    pub list_renewals: usize,
+}
+
+impl Engine {
+    pub(super) fn report(
+        &self,
+        domain: &Domain,
+        report: &mut ContactReport,
+        [last, deepest]: [Census; 2],
+        deep: usize,
+    ) {
+        let grains = &self.grains;
+        let chunks = grains.owned.div_ceil(ROWS);
+        let of_chunk =
+            |c: usize| (c * ROWS..((c + 1) * ROWS).min(grains.owned)).map(|g| grains.kinetic_energy(g)).sum();
+        let [energy] = sum_over(chunks, |c| [of_chunk(c)]);
+        let speed = max_over(grains.owned, |g| grains.velocity[g].length_squared()).max(0.0).sqrt();
+        let impulse = report.impulse_on_walls;
+        let sums = domain.sum([
+            last.pairs as Real,
+            last.contacts as Real,
+            deep as Real,
+            energy,
+            impulse.x,
+            impulse.y,
+            impulse.z,
+        ]);
+        report.pairs = sums[0] as usize;
+        report.contacts = sums[1] as usize;
+        report.deep_contacts = sums[2] as usize;
+        report.kinetic_energy = sums[3];
+        report.impulse_on_walls = Vector::new(sums[4], sums[5], sums[6]);
+        report.largest_speed = domain.max(speed);
+        report.largest_overlap = domain.max(deepest.deepest);
+        // The lowest rank that saw the largest overlap names the grains, in halves that are exact in a real.
+        let mine = deepest.deepest == report.largest_overlap && report.largest_overlap > 0.0;
+        let rank = domain.min(if mine { domain.communicator().rank() as Real } else { Real::INFINITY });
+        let told = rank == domain.communicator().rank() as Real;
+        let half = |n: usize, shift: u32| {
+            if told { Real::from((deepest.deepest_ids[n] >> shift & u64::from(u32::MAX)) as u32) } else { 0.0 }
+        };
+        let [a, b, c, d] = domain.sum([half(0, 32), half(0, 0), half(1, 32), half(1, 0)]);
+        report.largest_overlap_ids = [[a, b], [c, d]].map(|[high, low]| (high as u64) << 32 | low as u64);
+    }
+
+    /// Elastic energy of all contacts this rank computes, as they stood in the last sub-step, at the present poses [J].
+    ///
+    /// Contacts with other ranks' grains are counted on both ranks.
+    #[must_use]
+    pub fn elastic_energy(&self) -> Real {
+        let point = |g: usize, a: u16| {
+            let frame = &self.frames[g];
+            let body = &self.bodies[frame.body as usize];
+            (frame.rotation * body.centres[a as usize] * frame.scale, body.radii[a as usize] * frame.scale)
+        };
+        let mut energy = 0.0;
+        for block in &self.blocks {
+            for contact in &block.contacts {
+                let pair = &block.pairs[contact.pair as usize];
+                let (low, high) = (pair.low as usize, pair.high as usize);
+                let ((a, ra), (b, rb)) = (point(low, contact.a), point(high, contact.b));
+                let line = self.frames[high].home - self.frames[low].home + pair.shift(self.period) + b - a;
+                let overlap = (ra + rb - line.length()).max(0.0);
+                let c = &self.constants[pair.law as usize];
+                energy += 0.5 * (c.normal_stiffness * overlap * overlap);
+                energy += 0.5 * c.tangential_stiffness * contact.d_t.length_squared();
+            }
+            for contact in &block.walls.contacts {
+                let pair = &block.walls.pairs[contact.pair as usize];
+                let (a, radius) = point(pair.grain as usize, contact.a);
+                let height = self.walls[pair.wall as usize].distance(self.frames[pair.grain as usize].home + a);
+                let overlap = (radius - height).max(0.0);
+                let c = &self.constants[pair.law as usize];
+                energy += 0.5 * (c.normal_stiffness * overlap * overlap);
+                energy += 0.5 * c.tangential_stiffness * contact.d_t.length_squared();
+            }
+        }
+        energy
+    }
+}
+
+pub(super) fn overlap_error(census: &Census, substep: usize) -> DemError {
+    DemError::OverlapTooLarge {
+        ids: census.deepest_ids,
+        fraction: census.deepest,
+        position: census.deepest_at,
+        substep,
+    }
+}

@@ -1,0 +1,170 @@
+//! A sub-step of the engine: contact forces, kick, drift.
+
+use std::sync::atomic::{AtomicU8, Ordering};
+
+use sazanami_numerics::domain::Domain;
+use sazanami_numerics::{Real, Vector};
+use sazanami_parallel::for_each_chunk;
+
+use super::lists::set_frame;
+use super::{EXPIRED, Engine, FINE, Loads};
+use crate::contact::block::ROWS;
+use crate::contact::law::Constants;
+use crate::contact::{World, Wrench};
+use crate::grain::{Motion, imaged};
+use crate::motion::{Leap, Moving};
+
+/// Sub-step over pi sqrt(m*/K).
+const AUTO: Real = 0.057;
+
+impl Engine {
+    pub(super) fn stable_time_step(&self, domain: &Domain) -> Real {
+        let materials = self.interactions.materials();
+        let mut softest = vec![[0.0_f64; 2]; materials];
+        for g in (0..self.grains.owned).filter(|&g| self.grains.motion[g] == Motion::Free) {
+            let leverage = self.bodies[self.grains.shape[g] as usize].leverage;
+            let worst = &mut softest[self.grains.material[g] as usize];
+            (0..2).for_each(|d| worst[d] = worst[d].max(leverage[d] / self.grains.mass[g]));
+        }
+        for value in softest.iter_mut().flatten() {
+            *value = domain.max(*value);
+        }
+        let mut square: Real = 0.0;
+        for a in 0..materials {
+            for b in 0..materials {
+                let law = self.interactions.law(a as u32, b as u32);
+                let sum = |d: usize| softest[a][d] + softest[b][d];
+                square = square.max(law.normal_stiffness * sum(0)).max(law.tangential_stiffness * sum(1));
+            }
+        }
+        if square > 0.0 { AUTO * std::f64::consts::PI / square.sqrt() } else { Real::INFINITY }
+    }
+
+    pub(super) fn world(&self) -> World<'_> {
+        World {
+            bodies: &self.bodies,
+            arrays: &self.arrays,
+            spheres: &self.spheres,
+            constants: &self.constants,
+            plain: self.constants.iter().all(Constants::plain),
+            frames: &self.frames,
+            budget: &self.budget,
+            walls: &self.walls,
+            wall_budget: &self.wall_budget,
+            period: self.period,
+            owned: self.grains.owned,
+        }
+    }
+
+    pub(super) fn contacts(&mut self, h: Real) {
+        let mut blocks = std::mem::take(&mut self.blocks);
+        let world = self.world();
+        let ids = &self.grains.id[..];
+        for_each_chunk(&mut blocks[..], 1, |_, block| block[0].step(&world, ids, h));
+        self.incoming.follow(&blocks);
+        self.blocks = blocks;
+    }
+
+    pub(super) fn drift(&mut self, time: Real) -> u8 {
+        let nothing = Loads::none();
+        self.move_grains(&nothing, None, time, false)
+    }
+
+    pub(super) fn kick_and_drift(&mut self, loads: &Loads<'_>, gravity: Vector, h: Real, time: Real, keep: bool) -> u8 {
+        self.move_grains(loads, Some((gravity, h)), time, keep)
+    }
+
+    /// Kick by `(gravity, duration)` if given, then drift for `time`; `keep` stores the contact forces.
+    fn move_grains(&mut self, loads: &Loads<'_>, kick: Option<(Vector, Real)>, time: Real, keep: bool) -> u8 {
+        let owned = self.grains.owned;
+        let state = AtomicU8::new(FINE);
+        let Self { grains, frames, budget, inert, reach, blocks, incoming, time: now, .. } = self;
+        let (blocks, incoming, now) = (&blocks[..], &*incoming, *now);
+        let poses = (
+            &mut grains.home[..owned],
+            &mut grains.orientation[..owned],
+            &mut grains.velocity[..owned],
+            &mut grains.angular_momentum[..owned],
+        );
+        let marks = (
+            &mut grains.last_contact[..owned],
+            &mut grains.contact_force[..owned],
+            &mut grains.contact_torque[..owned],
+        );
+        let (gravity, h) = kick.unwrap_or_default();
+        for_each_chunk(
+            (poses, marks, &mut frames[..owned], &mut budget[..owned]),
+            ROWS,
+            |number, (poses, marks, frames, budget)| {
+                let first = number * ROWS;
+                let rows = first..first + frames.len();
+                let mut impulses = [Wrench::default(); ROWS];
+                if let (Some(_), Some(block)) = (kick, blocks.get(number)) {
+                    let mut on_walls = &block.walls.actions[..];
+                    for (row, g) in rows.clone().enumerate() {
+                        let (mut total, touched) = incoming.total(blocks, g);
+                        total += block.own[row];
+                        if let [(grain, wrench), rest @ ..] = on_walls
+                            && *grain as usize == g
+                        {
+                            total += *wrench;
+                            on_walls = rest;
+                        }
+                        if touched || block.touches[row] {
+                            marks.0[row] = now;
+                        }
+                        if keep {
+                            (marks.1[row], marks.2[row]) = (total.force, total.torque);
+                        }
+                        if let Some(force) = loads.force.get(g) {
+                            total.force += *force;
+                        }
+                        if let Some(torque) = loads.torque.get(g) {
+                            total.torque += *torque;
+                        }
+                        impulses[row] = Wrench { force: h * total.force, torque: h * total.torque };
+                    }
+                }
+                let mut moving = Moving {
+                    inert: &inert[rows.clone()],
+                    home: poses.0,
+                    orientation: poses.1,
+                    velocity: poses.2,
+                    angular_momentum: poses.3,
+                    frames,
+                    budget,
+                };
+                moving.leap(&Leap { gravity: h * gravity, impulses: &impulses, time });
+                // Not a number counts as expired: the check that follows finds it.
+                if !moving.budget.iter().zip(&reach[rows]).all(|(budget, reach)| budget <= reach) {
+                    state.fetch_max(EXPIRED, Ordering::Relaxed);
+                }
+            },
+        );
+        let mut state = state.into_inner();
+        for (wall, budget) in self.walls.iter_mut().zip(&mut self.wall_budget) {
+            if wall.velocity != Vector::ZERO {
+                let step = wall.velocity.dot(wall.normal) * time;
+                wall.point += step * wall.normal;
+                *budget += step.abs() * (1.0 + 1e-9);
+                if reach[..owned].iter().any(|reach| *budget > *reach) {
+                    state = state.max(EXPIRED);
+                }
+            }
+        }
+        state
+    }
+
+    pub(super) fn refresh_poses(&mut self, domain: &Domain) {
+        let Self { exchange, grains, budget, frames, inert, .. } = self;
+        exchange.refresh(domain, grains, budget, |grains, g| set_frame(&mut frames[g], &inert[g], grains, g));
+    }
+
+    /// Positions of the periodic images that this rank's entries stand for.
+    pub(super) fn place(&mut self) {
+        let grains = &mut self.grains;
+        for g in 0..grains.len() {
+            grains.position[g] = imaged(grains.home[g], grains.image[g], self.period);
+        }
+    }
+}
