@@ -252,3 +252,39 @@ fn threads_do_not_matter_to_a_packing() {
     let one = pack(1);
     assert!([2, 4].iter().all(|&threads| pack(threads) == one));
 }
+
+#[test]
+fn a_bed_four_times_as_large_falls_alike_in_twice_the_time() {
+    // Lengths x 4, times x 2, masses x 64, stiffness x 16, dashpots x 32: powers of two leave the bits alone.
+    let fall = |length: Real, dashpot: Real, count: usize| {
+        let upper = length * Vector::new(WIDTH, WIDTH, 8e-3);
+        let domain = Domain::solo(Grid::new([4, 4, 4], Vector::ZERO, upper), [false; 3]);
+        let law = ContactLaw {
+            normal_stiffness: 1e4 * length * length,
+            tangential_stiffness: 1e4 * length * length,
+            damping: Damping::Literal { normal: 2.95e-3 * dashpot, tangential: 2.95e-3 * dashpot },
+            ..ContactLaw::SAND
+        };
+        let body = Body::prolate(0.26e-3 * length, 0.635e-3 * length, 9);
+        let settings = PackingSettings {
+            lattice: Lattice::Low,
+            step: 1e-4 * length.sqrt(),
+            ..PackingSettings::new(Vector::ZERO, upper)
+        };
+        let grains = (0..60).map(|id| Grain::new(id, 2650.0, Vector::ZERO)).collect();
+        let laws = Interactions::uniform(1, law);
+        let mut packing = Packing::new(&domain, settings, vec![body], laws, grains).unwrap();
+        for _ in 0..count {
+            packing.step(&domain).unwrap();
+        }
+        (packing.bed(), packing.engine().contact_time_step())
+    };
+    let ((small, short), (large, long)) = (fall(1.0, 1.0, 150), fall(4.0, 32.0, 150));
+    assert_eq!(2.0 * short, long);
+    for (a, b) in small.iter().zip(&large) {
+        assert_eq!((4.0 * a.position, a.orientation), (b.position, b.orientation));
+    }
+    // Negative control: with the dashpots of another size it is another bed.
+    let (other, _) = fall(4.0, 30.0, 150);
+    assert!(small.iter().zip(&other).any(|(a, b)| 4.0 * a.position != b.position));
+}
