@@ -58,3 +58,31 @@ pub const CASES: &[VerifyCase] = &[
     long("reduced-raindrop", "a quarter of the bed hit at 2.25 and 9 m/s", reduced::reduced_raindrop),
     long("paper-bed", "30,900 grains packed as in the paper", beds::paper_bed),
 ];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_case_has_a_name_of_its_own_and_a_description() {
+        let mut names: Vec<&str> = CASES.iter().map(|case| case.name).collect();
+        for name in &names {
+            let page = format!("{}/../../verification/{name}/README.md", env!("CARGO_MANIFEST_DIR"));
+            assert!(std::path::Path::new(&page).is_file(), "{page} is missing");
+        }
+        names.sort_unstable();
+        assert!(names.windows(2).all(|pair| pair[0] != pair[1]));
+    }
+
+    /// The cheap ones; all others take longer than a test should.
+    #[test]
+    fn cheap_cases_meet_their_bands() {
+        for name in ["block-on-floor", "restitution", "bouncing", "free-rotation", "crater-evaluation"] {
+            let case = CASES.iter().find(|case| case.name == name).unwrap();
+            for row in (case.measure)().unwrap() {
+                let inside = row.band.is_none_or(|[low, high]| row.value >= low && row.value <= high);
+                assert!(inside, "{name}: {} is {}", row.quantity, row.value);
+            }
+        }
+    }
+}

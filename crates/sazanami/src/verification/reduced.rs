@@ -6,17 +6,22 @@ use std::sync::atomic::AtomicBool;
 use sazanami_numerics::Real;
 use serde_json::Value;
 
-use crate::case;
+use crate::case::{self, LoadedCase};
 use crate::progress::Silent;
 use crate::run::{RunOptions, run};
 use crate::verify::Measured;
 
 const CASE: &str = include_str!("../../../../cases/raindrop/reduced.toml");
 
+/// The case at `speed` [m/s].
+fn at(speed: &str) -> Result<LoadedCase, String> {
+    let speed = format!("liquid.0.fall.speed=\"{speed} m/s\"");
+    case::parse(Path::new("reduced.toml"), CASE, &[speed]).map_err(|error| error.to_string())
+}
+
 /// Runs the case at `speed` [m/s] into `folder`; returns its summary.
 fn summary(speed: &str, folder: &Path) -> Result<Value, String> {
-    let speed = format!("liquid.0.fall.speed=\"{speed} m/s\"");
-    let loaded = case::parse(Path::new("reduced.toml"), CASE, &[speed]).map_err(|error| error.to_string())?;
+    let loaded = at(speed)?;
     let options = RunOptions { out: Some(folder.to_owned()), force: true, ranks: 1, ..RunOptions::default() };
     run(&loaded, &options, &mut Silent, &AtomicBool::new(false)).map_err(|error| error.to_string())?;
     let path = folder.join("summary.json");
@@ -68,4 +73,18 @@ pub(super) fn reduced_raindrop() -> Result<Vec<Measured>, String> {
             .from_source("V grows with momentum"),
     );
     Ok(rows)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_case_is_read_at_both_speeds() {
+        let slow = at("2.25").unwrap();
+        assert_eq!(slow.case.grains[0].count, Some(7725));
+        assert_ne!(slow.case, at("9").unwrap().case);
+        // Negative control: a speed that is none.
+        assert!(at("fast").is_err());
+    }
 }
