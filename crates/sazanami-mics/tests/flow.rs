@@ -16,7 +16,7 @@ const WATER_AND_AIR: Fluids =
 fn channel(n: usize) -> (Domain, Boundary) {
     let mut sides = [[Side::Periodic; 2]; 3];
     sides[2] = [Side::NoSlip; 2];
-    let boundary = Boundary::new(sides).unwrap();
+    let boundary = Boundary::new(sides).expect("the sides make a box");
     let domain = Domain::solo(Grid::new([1, 1, n], Vector::ZERO, Vector::ONE), boundary.periodic());
     (domain, boundary)
 }
@@ -34,7 +34,7 @@ fn decay(scheme: ViscosityScheme, time: Real, steps: usize) -> Real {
     for _ in 0..steps {
         // Nothing moves, but Crank-Nicolson takes its first half here.
         flow.transport(&domain, &Boundary::all_periodic(), dt);
-        flow.diffuse(&domain, &Boundary::all_periodic(), dt).unwrap();
+        flow.diffuse(&domain, &Boundary::all_periodic(), dt).expect("the viscous step is solved");
     }
     flow.velocity[1][[5, 0, 0]] / wave(5)
 }
@@ -169,7 +169,7 @@ fn steps(domain: &Domain, boundary: &Boundary) -> Vec<Vec<Real>> {
     let dt = 0.4 / flow.advective_rate(domain);
     for _ in 0..3 {
         flow.transport(domain, boundary, dt);
-        flow.diffuse(domain, boundary, dt).unwrap();
+        flow.diffuse(domain, boundary, dt).expect("the viscous step is solved");
         flow.predict_faces(domain, boundary, Vector::new(0.0, 0.0, -0.5), dt);
     }
     let fields = [&flow.volume_fraction, &flow.density].into_iter().chain(&flow.velocity).chain(&flow.face_velocity);
@@ -188,7 +188,7 @@ fn ranks_and_threads_change_no_bit() {
         Side::Outflow { volume_fraction: 0.0 },
     ];
     for sides in [walls, open] {
-        let boundary = Boundary::new(sides).unwrap();
+        let boundary = Boundary::new(sides).expect("the sides make a box");
         let alone = steps(&Domain::solo(grid, boundary.periodic()), &boundary);
         assert!(alone.iter().flatten().all(|v| v.is_finite()));
         for threads in [1, 2, 4] {
