@@ -16,11 +16,11 @@ use crate::contact::search::SphereArrays;
 use crate::contact::{Census, ContactRecord};
 use crate::error::DemError;
 use crate::ghosts::{self, Exchange};
-use crate::grain::{Grain, GrainRecord, Grains, imaged};
+use crate::grain::{Grain, GrainRecord, Grains, Motion, imaged};
 use crate::material::Interactions;
 use crate::motion::{Frame, Inert};
 use crate::wall::Wall;
-use lists::set_frame;
+use lists::{Past, set_frame};
 pub use report::ContactReport;
 use report::overlap_error;
 
@@ -76,6 +76,8 @@ pub struct Engine {
     pub(crate) bodies: Vec<Body>,
     arrays: Vec<SphereArrays>,
     spheres: Vec<[Real; 4]>,
+    /// Where each body's begin among `spheres`.
+    first_spheres: Vec<u32>,
     pub(crate) interactions: Interactions,
     constants: Vec<Constants>,
     pub(crate) walls: Vec<Wall>,
@@ -93,6 +95,7 @@ pub struct Engine {
     former: Vec<Block>,
     incoming: Incoming,
     builder: ListBuilder,
+    past: Past,
     exchange: Exchange,
     pub(crate) records: Vec<ContactRecord>,
     /// Whether blocks and records describe the present grains: false before the first list.
@@ -138,6 +141,11 @@ impl Engine {
         let mut engine = Self {
             arrays: setup.bodies.iter().map(SphereArrays::new).collect(),
             spheres: setup.bodies.iter().flat_map(Body::packed_spheres).collect(),
+            first_spheres: setup
+                .bodies
+                .iter()
+                .scan(0, |next, body| Some(std::mem::replace(next, *next + body.spheres() as u32)))
+                .collect(),
             constants: setup.interactions.laws().iter().map(Constants::new).collect(),
             wall_budget: vec![0.0; setup.walls.len()],
             bodies: setup.bodies,
@@ -156,6 +164,7 @@ impl Engine {
             former: Vec::new(),
             incoming: Incoming::default(),
             builder: ListBuilder::default(),
+            past: Past::default(),
             exchange: Exchange::default(),
             records,
             listed: false,
@@ -371,6 +380,23 @@ impl Engine {
         self.grains.velocity[own] = velocity;
         self.grains.angular_momentum[own] = turn * (inertia * (turn.transpose() * angular_velocity));
         set_frame(&mut self.frames[own], &self.inert[own], &self.grains, own);
+    }
+
+    /// Slows own grains down whose centre or farthest contact sphere turns about it faster than `limit` [m/s];
+    /// returns how many on all ranks.
+    pub fn limit_speeds(&mut self, domain: &Domain, limit: Real) -> usize {
+        let mut slowed = 0;
+        for g in 0..self.grains.owned {
+            let (velocity, spin) = (self.grains.velocity[g], self.grains.angular_velocity(g));
+            let speed = velocity.length().max(self.inert[g].arm * spin.length());
+            if speed > limit && self.grains.motion[g] == Motion::Free {
+                let part = limit / speed;
+                self.set_velocity(g, part * velocity, part * spin);
+                slowed += 1;
+            }
+        }
+        self.refresh_ghosts(domain);
+        domain.sum([slowed as Real])[0] as usize
     }
 
     /// Brings the ghosts up to date after own grains were changed.

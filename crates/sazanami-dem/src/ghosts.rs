@@ -28,7 +28,7 @@ struct PoseRecord {
 }
 
 /// Where a rank's grains are: the same for all ranks after a gather.
-#[derive(Clone, Copy, Pod, Zeroable)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 struct Extent {
     lower: [Real; 3],
@@ -63,6 +63,9 @@ pub(crate) struct Exchange {
     records: Vec<GrainRecord>,
     poses: Vec<PoseRecord>,
     scratch: Mutex<(Vec<u8>, Vec<Real>)>,
+    extents: Vec<Extent>,
+    gathered: Vec<Vec<u8>>,
+    own: Vec<Sent>,
 }
 
 /// Extent of the box in the periodic directions, else 0 [m].
@@ -96,7 +99,8 @@ impl Exchange {
         let communicator = domain.communicator();
         let me = communicator.rank();
         let period = period(domain);
-        let extents = extents(domain, grains, size);
+        self.gather_extents(domain, grains, size);
+        let extents = &self.extents[..];
         let widest = extents.iter().map(|e| e.size).fold(0.0, Real::max);
         let need = margin.max(widest);
         // What a rank must know about: its part and all its grains.
@@ -143,11 +147,10 @@ impl Exchange {
             link.incoming.1 = usize::from(from);
             self.links.push(link);
         }
-        let own: Vec<Sent> = images(domain)
-            .filter(|&image| image != [0; 2])
-            .flat_map(|image| wanted(me, image).map(move |g| Sent { grain: g as u32, image }))
-            .collect();
-        for c in own {
+        let others = images(domain).filter(|&image| image != [0; 2]);
+        self.own.clear();
+        self.own.extend(others.flat_map(|image| wanted(me, image).map(move |g| Sent { grain: g as u32, image })));
+        for &c in &self.own {
             self.selves.push((c.grain, c.image, grains.len() as u32));
             let record = copy(grains, c, reach);
             grains.push(&record, period);
@@ -165,6 +168,18 @@ impl Exchange {
                 link.incoming.1 = grains.len() - link.incoming.0;
             }
         }
+    }
+
+    fn gather_extents(&mut self, domain: &Domain, grains: &Grains, size: &[Real]) {
+        let positions = &grains.position[..grains.owned];
+        let mine = Extent {
+            lower: positions.iter().copied().fold(Vector::INFINITY, Vector::min).to_array(),
+            upper: positions.iter().copied().fold(Vector::NEG_INFINITY, Vector::max).to_array(),
+            size: size.iter().copied().fold(0.0, Real::max),
+        };
+        domain.communicator().all_gather(bytemuck::bytes_of(&mine), &mut self.gathered);
+        self.extents.clear();
+        self.extents.extend(self.gathered.iter().map(|bytes| bytemuck::pod_read_unaligned::<Extent>(bytes)));
     }
 
     /// Sends the poses of own grains to where they are ghosts; `received` is called for each ghost after its update.
@@ -290,18 +305,6 @@ pub(crate) fn migrate(domain: &Domain, grains: &mut Grains, records: &mut Vec<Co
     grains.owned = states.len();
     records.sort_unstable_by_key(ContactRecord::key);
     records.dedup_by_key(|r| r.key());
-}
-
-fn extents(domain: &Domain, grains: &Grains, size: &[Real]) -> Vec<Extent> {
-    let positions = &grains.position[..grains.owned];
-    let mine = Extent {
-        lower: positions.iter().copied().fold(Vector::INFINITY, Vector::min).to_array(),
-        upper: positions.iter().copied().fold(Vector::NEG_INFINITY, Vector::max).to_array(),
-        size: size.iter().copied().fold(0.0, Real::max),
-    };
-    let mut all = Vec::new();
-    domain.communicator().all_gather(bytemuck::bytes_of(&mine), &mut all);
-    all.iter().map(|bytes| bytemuck::pod_read_unaligned(bytes)).collect()
 }
 
 fn copy(grains: &Grains, c: Sent, reach: &[Real]) -> GrainRecord {

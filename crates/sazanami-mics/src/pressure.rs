@@ -86,13 +86,13 @@ pub enum PressureError {
     },
     /// A velocity or density is not finite.
     #[error(
-        "the pressure equation holds a number that is not finite (noticed after {iterations} iterations), or is \
-         farthest from its solution, in {place}"
+        "the pressure equation came upon a number that is not finite after {iterations} iterations; it is worst in \
+         {place}"
     )]
     NotFinite {
         /// Iterations done.
         iterations: usize,
-        /// The first cell of the lowest rank that holds one.
+        /// The first cell whose residual is not finite, or else the largest.
         place: CellPlace,
     },
 }

@@ -187,8 +187,13 @@ fn start(
         message: "the run broke off: this is a fault of the program, please report it with the case".into(),
         ..Failure::default()
     })?;
-    let newest = || newest_checkpoint(&folder);
-    let ended = ended.map_err(|failed| failed.into_command_error(newest()))?;
+    let ended = ended.map_err(|failed| {
+        // Rank 0, which wrote the summary, may have known only that another rank had failed.
+        if let Err(problem) = recorder::put_failure(&folder, &failed.failure) {
+            progress.message(&format!("the failure could not be put into the summary: {problem}"));
+        }
+        failed.into_command_error(newest_checkpoint(&folder))
+    })?;
     let lines = crate::analyse::analyse(std::slice::from_ref(&folder), progress)?;
     Ok(RunSummary {
         status: ended.status,

@@ -95,10 +95,17 @@ pub(crate) struct Block {
     pub changes: Vec<u32>,
     pub walls: WallContacts,
     pub census: Census,
+    /// Identifier, image, place and gap of the neighbours of the row being filled.
+    pub listed: Vec<(u64, [i32; 2], u32, Real)>,
     due: Vec<u32>,
     found: Vec<Contact>,
     merged: Vec<Contact>,
     near: Near,
+}
+
+/// Takes memory for `room` entries altogether.
+pub(super) fn make_room<T>(list: &mut Vec<T>, room: usize) {
+    list.reserve(room.saturating_sub(list.len()));
 }
 
 impl Block {
@@ -136,6 +143,18 @@ impl Block {
     /// Ends the row being filled.
     pub fn end_row(&mut self) {
         self.starts.push(self.pairs.len() as u32);
+    }
+
+    /// Takes the memory that the sub-steps with this list need, so that they need not ask for any: room for a
+    /// contact of each pair listed, where few of them touch, and a few to spare.
+    pub fn make_room(&mut self) {
+        let room = self.pairs.len() + 16;
+        make_room(&mut self.contacts, room);
+        make_room(&mut self.merged, room);
+        make_room(&mut self.found, room);
+        make_room(&mut self.due, room);
+        make_room(&mut self.changes, room);
+        self.walls.make_room();
     }
 
     /// Forces of all contacts of the block over a sub-step of length `dt`.

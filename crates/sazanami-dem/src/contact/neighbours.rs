@@ -168,7 +168,7 @@ fn fill(
 ) {
     let Matter { grains, interactions, records, .. } = matter;
     block.reset(rows.start, rows.len());
-    let mut near: Vec<(u64, [i32; 2], u32, Real)> = Vec::new();
+    let mut near = std::mem::take(&mut block.listed);
     for low in rows {
         near.clear();
         let b = &bounds[low];
@@ -218,6 +218,8 @@ fn fill(
             add_walls(block, world, matter, previous, low, &bounds[low]);
         }
     }
+    block.listed = near;
+    block.make_room();
 }
 
 fn pair(

@@ -2,6 +2,7 @@
 
 use sazanami_numerics::{Real, Vector};
 
+use super::block::make_room;
 use super::evaluate::rolling_torque;
 use super::law::{ConstantLanes, force};
 use super::search::Rod;
@@ -50,6 +51,15 @@ impl WallContacts {
         self.pairs.clear();
         self.contacts.clear();
         self.actions.clear();
+    }
+
+    /// See [`super::block::Block::make_room`]; a grain touches a wall with some spheres.
+    pub fn make_room(&mut self) {
+        let room = 4 * self.pairs.len();
+        make_room(&mut self.contacts, room);
+        make_room(&mut self.merged, room);
+        make_room(&mut self.found, room);
+        make_room(&mut self.actions, self.pairs.len());
     }
 
     /// Forces between walls and the grains of the block that starts at grain `first`.

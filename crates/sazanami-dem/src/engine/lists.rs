@@ -16,6 +16,19 @@ const REACH: Real = 0.08;
 /// Number of sub-steps that a fast grain's reach is meant to last.
 const HORIZON: Real = 150.0;
 
+/// What is known of the list before while the next one is made; kept for its memory.
+#[derive(Debug, Default)]
+pub(super) struct Past {
+    /// Identifier, image and place of each grain, in order.
+    known: Vec<(u64, [i32; 2], u32)>,
+    /// Place of each present grain then.
+    number: Vec<u32>,
+    budget: Vec<Real>,
+    wall_budget: Vec<Real>,
+    /// Bounding radius plus reach of each own grain now [m].
+    size: Vec<Real>,
+}
+
 impl Engine {
     /// Writes all contacts of this rank, by key, into `records`.
     pub(crate) fn collect_records(&mut self) {
@@ -58,37 +71,39 @@ impl Engine {
     /// New ghosts and lists; with `migrate`, new owners first.
     pub(super) fn renew(&mut self, domain: &Domain, migrate: bool) -> Result<(), DemError> {
         self.collect_records();
-        let known: Vec<(u64, [i32; 2], u32)> = if self.listed {
-            let mut known: Vec<_> =
-                (0..self.grains.len()).map(|g| (self.grains.id[g], self.grains.image[g], g as u32)).collect();
-            known.sort_unstable();
-            known
-        } else {
-            Vec::new()
-        };
-        let old_budget = std::mem::take(&mut self.budget);
-        let old_wall_budget = self.wall_budget.clone();
+        let mut past = std::mem::take(&mut self.past);
+        past.known.clear();
+        if self.listed {
+            past.known.extend((0..self.grains.len()).map(|g| (self.grains.id[g], self.grains.image[g], g as u32)));
+            past.known.sort_unstable();
+        }
+        std::mem::swap(&mut past.budget, &mut self.budget);
+        past.wall_budget.clone_from(&self.wall_budget);
         if migrate {
             ghosts::migrate(domain, &mut self.grains, &mut self.records);
         }
         self.place();
         self.choose_reach();
-        let size: Vec<Real> = (0..self.grains.owned).map(|g| self.bounding_radius(g) + self.reach[g]).collect();
-        self.exchange.renew(domain, &mut self.grains, &size, &mut self.reach, self.ghost_margin);
+        past.size.clear();
+        past.size.extend((0..self.grains.owned).map(|g| self.bounding_radius(g) + self.reach[g]));
+        self.exchange.renew(domain, &mut self.grains, &past.size, &mut self.reach, self.ghost_margin);
         self.set_frames();
+        self.budget.clear();
         self.budget.resize(self.grains.len(), 0.0);
         self.wall_budget.fill(0.0);
-        self.list(&known, &old_budget, &old_wall_budget);
+        self.list(&mut past);
+        self.past = past;
         Ok(())
     }
 
-    fn list(&mut self, known: &[(u64, [i32; 2], u32)], old_budget: &[Real], old_wall_budget: &[Real]) {
+    fn list(&mut self, past: &mut Past) {
         let grains = &self.grains;
-        let find = |g: usize| {
+        let Past { known, number, budget, wall_budget, .. } = past;
+        number.clear();
+        number.extend((0..grains.len()).map(|g| {
             let key = (grains.id[g], grains.image[g]);
             known.binary_search_by_key(&key, |k| (k.0, k.1)).map_or(u32::MAX, |at| known[at].2)
-        };
-        let number: Vec<u32> = (0..grains.len()).map(find).collect();
+        }));
         std::mem::swap(&mut self.blocks, &mut self.former);
         let mut blocks = std::mem::take(&mut self.blocks);
         let mut builder = std::mem::take(&mut self.builder);
@@ -98,8 +113,7 @@ impl Engine {
             reach: &self.reach,
             records: &self.records,
         };
-        let previous =
-            Previous { blocks: &self.former, budget: old_budget, wall_budget: old_wall_budget, number: &number };
+        let previous = Previous { blocks: &self.former, budget, wall_budget, number };
         builder.build(&self.world(), matter, self.listed.then_some(&previous), &mut blocks);
         self.incoming.rebuild(&mut blocks, &self.grains.id, self.grains.owned);
         self.blocks = blocks;
@@ -124,16 +138,8 @@ impl Engine {
     }
 
     fn set_frames(&mut self) {
-        let Self { grains, frames, inert, bodies, .. } = self;
+        let Self { grains, frames, inert, bodies, first_spheres, .. } = self;
         frames.resize(grains.len(), Frame::default());
-        let first: Vec<u32> = bodies
-            .iter()
-            .scan(0, |next, body| {
-                let first = *next;
-                *next += body.spheres() as u32;
-                Some(first)
-            })
-            .collect();
         inert.clear();
         for g in 0..grains.len() {
             let free = grains.motion[g] == Motion::Free;
@@ -146,7 +152,7 @@ impl Engine {
             });
             frames[g].scale = grains.scale[g];
             frames[g].body = grains.shape[g];
-            frames[g].spheres = first[grains.shape[g] as usize];
+            frames[g].spheres = first_spheres[grains.shape[g] as usize];
             set_frame(&mut frames[g], &inert[g], grains, g);
         }
     }

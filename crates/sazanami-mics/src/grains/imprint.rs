@@ -213,7 +213,9 @@ pub struct Imprint {
     keys: Vec<(u64, [i32; 2])>,
     /// Entries in the order of their keys: sums over them do not depend on who owns what.
     order: Vec<u32>,
-    planes: Vec<Vec<u32>>,
+    /// Entries that touch each plane of cells, plane after plane, and where each plane's begin.
+    touching: Vec<u32>,
+    planes: Vec<u32>,
     overfull: Vec<(usize, Real)>,
     covered: Vec<bool>,
     rows: usize,
@@ -236,7 +238,8 @@ impl Imprint {
             groups: Vec::new(),
             keys: Vec::new(),
             order: Vec::new(),
-            planes: vec![Vec::new(); n3],
+            touching: Vec::new(),
+            planes: vec![0; n3 + 1],
             overfull: vec![(0, 0.0); n3],
             covered: vec![false; n2 * n3],
             rows: n2,
@@ -309,28 +312,47 @@ impl Imprint {
         }
     }
 
-    /// Lists the grains that touch each plane of cells, in the order of their keys.
+    /// Lists the grains that touch each plane of cells, in the order of their keys: a counting sort.
     fn sort_into_planes(&mut self, plane: usize) {
-        let Self { planes, groups, order, .. } = self;
-        planes.iter_mut().for_each(Vec::clear);
-        for &n in order.iter() {
+        let Self { touching, planes, groups, order, .. } = self;
+        let touched = |n: u32| {
             let group = &groups[n as usize / GROUP];
             let shares = &group.shares[group.range(n as usize % GROUP)];
-            if let (Some(first), Some(last)) = (shares.first(), shares.last()) {
-                for k in first.at as usize / plane..=last.at as usize / plane {
-                    planes[k - GHOSTS].push(n);
-                }
+            match (shares.first(), shares.last()) {
+                (Some(first), Some(last)) => first.at as usize / plane - GHOSTS..last.at as usize / plane - GHOSTS + 1,
+                _ => 0..0,
+            }
+        };
+        planes.fill(0);
+        order.iter().flat_map(|&n| touched(n)).for_each(|k| planes[k + 1] += 1);
+        for k in 1..planes.len() {
+            planes[k] += planes[k - 1];
+        }
+        let total = planes.last().map_or(0, |&end| end as usize);
+        if touching.len() < total {
+            // With room to spare: grains that move touch more planes at times.
+            touching.resize(total + total / 4 + 16, 0);
+        }
+        for &n in order.iter() {
+            for k in touched(n) {
+                touching[planes[k] as usize] = n;
+                planes[k] += 1;
             }
         }
+        // Every start has moved to its end, which is the next start.
+        let last = planes.len() - 1;
+        planes.copy_within(0..last, 1);
+        planes[0] = 0;
     }
 
     /// Sums the shares into the fields, plane by plane; counts the overfull cells.
     fn sum(&mut self, domain: &Domain, grains: &Grains) {
         let (plane, width) = (domain.strides()[2] as usize, domain.strides()[1] as usize);
         let [n1, n2, n3] = domain.cells();
-        let Self { groups, planes, solid_fraction, solid_density, solid_velocity, covered, overfull, .. } = self;
+        let Self { groups, touching, planes, solid_fraction, solid_density, solid_velocity, covered, overfull, .. } =
+            self;
         let [v1, v2, v3] = solid_velocity;
-        let (groups, planes) = (&*groups, &*planes);
+        let (groups, touching, planes) = (&*groups, &*touching, &*planes);
         let interior = GHOSTS * plane..(GHOSTS + n3) * plane;
         let fields = [solid_fraction, solid_density, v1, v2, v3]
             .map(|field| Rows { data: &mut field.data_mut()[interior.clone()], width: plane });
@@ -347,7 +369,7 @@ impl Imprint {
                 }
             }
             covered.fill(false);
-            for n in planes[k].iter().map(|&n| n as usize) {
+            for n in touching[planes[k] as usize..planes[k + 1] as usize].iter().map(|&n| n as usize) {
                 let group = &groups[n / GROUP];
                 let shares = &group.shares[group.range(n % GROUP)];
                 let begin = shares.partition_point(|share| (share.at as usize) < origin);

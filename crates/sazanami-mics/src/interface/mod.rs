@@ -21,7 +21,7 @@ use sazanami_numerics::Real;
 pub use normal::{mixed_normal, youngs_normal};
 pub use plic::{Plane, plane_constant, volume_below};
 pub use wisps::WispReport;
-pub(crate) use wisps::{Sweeper, View};
+pub(crate) use wisps::{Sweeper, View, WISP};
 
 /// Liquid fractions of a cell and its 26 neighbours, x1 fastest; the cell itself has index 13.
 pub type Neighbourhood = [Real; 27];

@@ -6,9 +6,12 @@
 
 use sazanami_numerics::Real;
 
-use super::Neighbourhood;
+use super::{Neighbourhood, WISP};
 
 const STRIDES: [usize; 3] = [1, 3, 9];
+/// Normals whose steepness differs by less are equally steep, and the first of them is taken: a drop of a few
+/// cells has such by its shape, and rounding must not choose among them.
+const TIE: Real = 1e-9;
 
 /// Normal in cell coordinates that points out of the liquid, with `|m_1| + |m_2| + |m_3| = 1`.
 /// Youngs' weighted difference over all 27 cells; `None` if it vanishes.
@@ -35,14 +38,14 @@ pub fn mixed_normal(cells: &Neighbourhood) -> Option<[Real; 3]> {
     let mut best: Option<([Real; 3], Real)> = None;
     for d in 0..3 {
         if let Some(m) = centred_normal(cells, d)
-            && best.is_none_or(|(_, steepness)| m[d].abs() > steepness)
+            && best.is_none_or(|(_, steepness)| m[d].abs() > steepness + TIE)
         {
             best = Some((m, m[d].abs()));
         }
     }
     let Some((centred, steepness)) = best else { return youngs };
     match youngs {
-        Some(m) if m.iter().fold(0.0, |a: Real, b| a.max(b.abs())) < steepness => youngs,
+        Some(m) if m.iter().fold(0.0, |a: Real, b| a.max(b.abs())) < steepness - TIE => youngs,
         _ => Some(centred),
     }
 }
@@ -57,7 +60,8 @@ fn centred_normal(cells: &Neighbourhood, d: usize) -> Option<[Real; 3]> {
         row(at - STRIDES[f]) + row(at) + row(at + STRIDES[f])
     };
     let fall = layer(13 - sd) - layer(13 + sd);
-    if fall == 0.0 {
+    // What rounding has left around a drop must not turn its surface over.
+    if fall.abs() <= WISP {
         return None;
     }
     m[d] = fall.signum();
@@ -68,7 +72,7 @@ fn centred_normal(cells: &Neighbourhood, d: usize) -> Option<[Real; 3]> {
 
 fn normalised(m: [Real; 3]) -> Option<[Real; 3]> {
     let sum = m[0].abs() + m[1].abs() + m[2].abs();
-    (sum > 1e-30).then(|| m.map(|v| v / sum))
+    (sum > WISP).then(|| m.map(|v| v / sum))
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
 /// Fractions nearer to 0 or 1 than this are wisps.
-const WISP: Real = 1e-9;
+pub(crate) const WISP: Real = 1e-9;
 /// Larger deviations are never moved: something is wrong, and the count must show it.
 const LARGEST: Real = 1e-3;
 /// Least `C (1 - C)` of a cell that takes up wisps, and how many times the wisp it must be.

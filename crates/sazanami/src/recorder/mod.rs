@@ -32,6 +32,7 @@ use crate::simulation::{Ended, Job, PACKING, RankError, RankFailure, RunState, f
 
 use files::Files;
 use observers::Observers;
+pub(crate) use summary::put_failure;
 use timetable::Timetables;
 pub use totals::Totals;
 use totals::Watch;
@@ -41,7 +42,7 @@ const RUN_STATE: &str = "run/state";
 /// Simulated clock in a checkpoint.
 const CLOCK: &str = "clock";
 
-/// Something could not be written, drawn or evaluated.
+/// Something could not be written or drawn.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
     /// A table or the summary.
@@ -59,9 +60,6 @@ pub enum RecordError {
     /// A bed.
     #[error(transparent)]
     Bed(#[from] BedFileError),
-    /// The crater cannot be evaluated.
-    #[error(transparent)]
-    Erosion(#[from] sazanami_observe::erosion::ErosionError),
     /// A file or folder.
     #[error("{}: {error}", path.display())]
     Path {
@@ -73,6 +71,17 @@ pub enum RecordError {
     /// Rank 0 could not write.
     #[error(transparent)]
     Elsewhere(#[from] sazanami_numerics::domain::FailedElsewhere),
+}
+
+impl RecordError {
+    /// The failure in one word.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Table(sazanami_io::table::TableError::NotFinite { .. }) => "not_finite",
+            Self::Elsewhere(_) => "elsewhere",
+            _ => "disk",
+        }
+    }
 }
 
 /// Keeps the books of a run and writes what is due.
@@ -249,7 +258,7 @@ impl<'a> Recorder<'a> {
         let outcome = self.observers.begin(self.job, solver);
         solver.domain().agree(outcome)?;
         if self.job.resumed.as_ref().is_none_or(|state| state.run.packing) {
-            self.write_due(solver, clock, [true; 4], None)?;
+            self.write_due(solver, clock, self.timetables.due_at_start(), None)?;
         }
         Ok(())
     }
@@ -295,7 +304,7 @@ impl<'a> Recorder<'a> {
         step: Option<(Real, Limit, &StepReport)>,
     ) -> Result<(), RankError> {
         let [series, fields, grains, figures] = due;
-        self.look(solver)?;
+        self.observers.look(solver);
         let mut outcome = Ok(());
         if series && let Some(files) = &mut self.files {
             outcome = files.row(clock, step, &self.observers, &self.totals);
@@ -357,17 +366,10 @@ impl<'a> Recorder<'a> {
         self.write_summary(Status::Running, None)
     }
 
-    /// Looks at everything; what rank 0 cannot evaluate ends all.
-    fn look(&mut self, solver: &mut Solver) -> Result<(), RankError> {
-        let outcome = self.observers.look(solver);
-        solver.domain().agree(outcome.map_err(RankError::from))
-    }
-
     /// Last looks at the end of the flow.
-    pub fn end(&mut self, solver: &mut Solver, clock: &Clock) -> Result<(), RankError> {
-        self.look(solver)?;
+    pub fn end(&mut self, solver: &mut Solver, clock: &Clock) {
+        self.observers.look(solver);
         self.reached = (clock.time(), clock.step());
-        Ok(())
     }
 
     /// The run has ended well.

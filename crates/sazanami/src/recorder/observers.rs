@@ -13,7 +13,6 @@ use sazanami_observe::erosion::{CountedGrains, Erosion, ErosionSettings, Initial
 use sazanami_observe::splash::SplashTracker;
 use sazanami_observe::{BedView, Body, GatheredBed, bed_profile};
 
-use super::RecordError;
 use super::summary::{BedFindings, Findings};
 use crate::case::meaning::{Case, ErosionMode};
 use crate::simulation::{Job, RankError};
@@ -131,23 +130,33 @@ impl Observers {
         self.gather(solver.domain(), solver.grains().engine());
         match job.resumed.as_ref().filter(|state| !state.run.packing) {
             Some(state) => self.restore(&state.snapshot)?,
-            None => self.open(solver).map_err(RankError::from)?,
+            None => self.open(solver),
         }
         Ok(())
     }
 
-    fn open(&mut self, solver: &Solver) -> Result<(), RecordError> {
+    fn open(&mut self, solver: &Solver) {
         self.momentum = Some(MomentumBudget::new(stock(solver)));
         self.liquid = Some(LiquidBudget::new(self.liquid_volume(solver)));
         if self.count() > 0 {
             self.measure_bed();
             if let Some(settings) = &self.erosion {
-                let erosion = self.with_bed(|bed| Erosion::of(bed, settings, None))?;
                 self.splash = Some(self.with_bed(|bed| SplashTracker::new(bed, settings.axis, settings.grain_size)));
-                self.initial = Some(erosion.as_initial());
             }
+            self.evaluate_erosion();
+            self.initial = self.findings.erosion.as_ref().map(Erosion::as_initial);
         }
-        Ok(())
+    }
+
+    /// A bed without grains about the axis, or a crater down to the floor, has no volume to speak of: that is
+    /// told in the summary and ends no run.
+    fn evaluate_erosion(&mut self) {
+        let Some(settings) = &self.erosion else { return };
+        (self.findings.erosion, self.findings.no_erosion) =
+            match self.with_bed(|bed| Erosion::of(bed, settings, self.initial.as_ref())) {
+                Ok(erosion) => (Some(erosion), None),
+                Err(problem) => (None, Some(problem.to_string())),
+            };
     }
 
     fn liquid_volume(&self, solver: &Solver) -> LiquidVolume {
@@ -178,7 +187,7 @@ impl Observers {
     }
 
     /// Looks at everything. All ranks take part.
-    pub fn look(&mut self, solver: &mut Solver) -> Result<(), RecordError> {
+    pub fn look(&mut self, solver: &mut Solver) {
         let domain = solver.domain();
         self.gather(domain, solver.grains().engine());
         let volume = self.liquid_volume(solver);
@@ -195,17 +204,13 @@ impl Observers {
         let mine: Real = (0..grains.owned()).map(|n| grains.kinetic_energy(n)).sum();
         self.energies = Energies { fluid: solver.flow().kinetic_energy(domain), grains: domain.sum([mine])[0] };
         if !self.leads || self.count() == 0 {
-            return Ok(());
+            return;
         }
-        if let Some(settings) = &self.erosion {
-            let erosion = self.with_bed(|bed| Erosion::of(bed, settings, self.initial.as_ref()))?;
-            self.findings.erosion = Some(erosion);
-        }
+        self.evaluate_erosion();
         if let Some(mut splash) = self.splash.take() {
             self.findings.splash = Some(self.with_bed(|bed| splash.observe(bed)));
             self.splash = Some(splash);
         }
-        Ok(())
     }
 
     /// What was found at the last look.

@@ -19,6 +19,8 @@ use crate::run::Status;
 pub(crate) struct Findings {
     pub bed: Option<BedFindings>,
     pub erosion: Option<Erosion>,
+    /// Why there is none at present.
+    pub no_erosion: Option<String>,
     pub splash: Option<Splash>,
     pub liquid_relative_change: Real,
     pub wet_relative_change: Real,
@@ -144,19 +146,13 @@ pub(crate) fn write(folder: &Path, fixed: &Fixed, present: &Present) -> Result<(
     }
     if let Some(erosion) = &findings.erosion {
         observables.insert("erosion".into(), erosion_json(erosion));
+    } else if let Some(problem) = &findings.no_erosion {
+        observables.insert("erosion".into(), json!({ "not_evaluated": problem }));
     }
     if let Some(splash) = &findings.splash {
         observables.insert("splash".into(), splash_json(splash));
     }
-    let failure = present.failure.map(|failure| {
-        json!({
-            "kind": failure.kind,
-            "message": failure.message,
-            "step": failure.step,
-            "time": failure.time,
-            "limiter": failure.limiter,
-        })
-    });
+    let failure = present.failure.map(failure_json);
     let value = json!({
         "status": present.status,
         "failure": failure,
@@ -197,6 +193,26 @@ pub(crate) fn write(folder: &Path, fixed: &Fixed, present: &Present) -> Result<(
         "files": files(folder),
     });
     sazanami_io::table::write_json(&folder.join("summary.json"), &value)
+}
+
+fn failure_json(failure: &Failure) -> Value {
+    json!({
+        "kind": failure.kind,
+        "message": failure.message,
+        "step": failure.step,
+        "time": failure.time,
+        "limiter": failure.limiter,
+    })
+}
+
+/// Puts the failure that ended the run into the summary there is, if there is one.
+pub(crate) fn put_failure(folder: &Path, failure: &Failure) -> Result<(), sazanami_io::table::TableError> {
+    let path = folder.join("summary.json");
+    let text = std::fs::read_to_string(&path).unwrap_or_default();
+    let Ok(Value::Object(mut summary)) = serde_json::from_str(&text) else { return Ok(()) };
+    summary.insert("status".into(), json!(Status::Failed));
+    summary.insert("failure".into(), failure_json(failure));
+    sazanami_io::table::write_json(&path, &Value::Object(summary))
 }
 
 /// What lies in the folder of results, relative to it.

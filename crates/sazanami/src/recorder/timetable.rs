@@ -21,6 +21,10 @@ impl Timetable {
         }
     }
 
+    fn starts_at_zero(&self) -> bool {
+        self.steps.is_some() || self.times.starts_at_zero()
+    }
+
     fn is_due(&self, before: Real, clock: &Clock, tolerance: Real) -> bool {
         let by_step = self.steps.is_some_and(|steps| clock.step().is_multiple_of(steps));
         by_step || self.times.is_due(before, clock.time(), tolerance)
@@ -50,6 +54,13 @@ impl Timetables {
     pub fn next_after(&self, now: Real) -> Option<Real> {
         let all = self.outputs.iter().chain(&self.probes).map(|table| &table.times);
         all.chain([&self.checkpoints]).filter_map(|times| times.next_after(now)).reduce(Real::min)
+    }
+
+    /// Whether series, fields, grains, pictures are due before the first step. A series begins there.
+    pub fn due_at_start(&self) -> [bool; 4] {
+        let mut due = self.outputs.each_ref().map(Timetable::starts_at_zero);
+        due[0] = true;
+        due
     }
 
     /// Whether series, fields, grains, pictures are due.

@@ -7,6 +7,7 @@ use std::sync::mpsc::Sender;
 
 use sazanami_dem::DemError;
 use sazanami_mics::boundary::BoundaryError;
+use sazanami_mics::pressure::PressureError;
 use sazanami_mics::solver::StepError;
 use sazanami_mics::stability::Limit;
 use sazanami_numerics::Real;
@@ -117,6 +118,10 @@ pub(crate) enum RankError {
     /// A liquid lies on grains that were not known before the bed was packed or read.
     #[error("the liquid `{liquid}` touches grain {id} at the start")]
     LiquidOnGrain { liquid: String, id: u64 },
+    #[error("the bed is higher than the box: grain {id} reaches up to {height} m, the box to {top} m")]
+    BedTooHigh { id: u64, height: Real, top: Real },
+    #[error("the liquid `{liquid}` does not fit above the bed: it reaches up to {height} m, the box to {top} m")]
+    LiquidTooHigh { liquid: String, height: Real, top: Real },
     /// A step of the flow failed.
     #[error("{message}")]
     Step { error: Box<StepError>, message: String, step: u64, time: Real, limit: Limit },
@@ -159,6 +164,14 @@ impl RankError {
                 failure.message,
                 "put the liquid higher, or set `allow_touching_grains = true` for it",
             ),
+            Self::BedTooHigh { .. } => CommandError::input(
+                failure.message,
+                "make the box higher, take fewer grains, or let the bed come to rest: `stop = \"settled\"`",
+            ),
+            Self::LiquidTooHigh { .. } => CommandError::input(
+                failure.message,
+                "make the box higher or the bed lower; the resting bed is lower if `stop = \"settled\"`",
+            ),
             Self::Snapshot(_) => CommandError::input(failure.message, "resume with the case the run began with"),
             _ => failure.into(),
         }
@@ -178,10 +191,15 @@ impl RankError {
     /// The failure in one word.
     pub fn kind(&self) -> &'static str {
         match self {
-            Self::Layout(_) | Self::Boundary(_) | Self::LiquidOnGrain { .. } | Self::Snapshot(_) => "input",
+            Self::Layout(_)
+            | Self::Boundary(_)
+            | Self::LiquidOnGrain { .. }
+            | Self::BedTooHigh { .. }
+            | Self::LiquidTooHigh { .. }
+            | Self::Snapshot(_) => "input",
             Self::Packing(error) | Self::PackingStep { error, .. } => grain_kind(error),
             Self::NotAtRest { .. } => "packing",
-            Self::Record(_) => "disk",
+            Self::Record(error) => error.kind(),
             Self::Elsewhere(_) => "elsewhere",
             Self::Start(error) => step_kind(error),
             Self::Step { error, .. } => step_kind(error),
@@ -221,6 +239,7 @@ fn is_elsewhere(error: &StepError) -> bool {
 
 fn step_kind(error: &StepError) -> &'static str {
     match error {
+        StepError::Pressure(PressureError::NotFinite { .. }) => "not_finite",
         StepError::Pressure(_) => "pressure",
         StepError::Viscosity(_) => "viscosity",
         StepError::Grains(error) => grain_kind(error),

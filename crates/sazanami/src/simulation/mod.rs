@@ -142,7 +142,7 @@ fn flow(job: &Job, mut solver: Solver, recorder: &mut Recorder) -> Result<Ended,
         if finished || stopped || stop {
             let status = if finished { Status::Finished } else { Status::Stopped };
             let interrupted = stop && !finished && !stopped;
-            recorder.end(&mut solver, &clock)?;
+            recorder.end(&mut solver, &clock);
             return Ok(Ended { status, interrupted, time: clock.time(), steps: clock.step() });
         }
         let due = recorder.next_due(case, clock.time());

@@ -2,17 +2,17 @@
 
 use std::sync::Arc;
 
-use sazanami_dem::{Body, Engine, Loads, Packing, Substeps};
+use sazanami_dem::{Body, ContactReport, Engine, Loads, Packing, Substeps};
 use sazanami_mics::snapshot::GRAINS;
 use sazanami_mics::solver::Solver;
-use sazanami_numerics::Real;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::geometry::Region;
+use sazanami_numerics::{Real, Vector};
 
 use super::job::{Job, RankError};
 use super::{PACKING, fixed_step};
 use crate::assembly::{fluid, grains};
-use crate::case::meaning::{FluidName, GrainPlacement};
+use crate::case::meaning::{FluidName, GrainPlacement, Placement};
 use crate::clock::Clock;
 use crate::progress::StepLine;
 use crate::recorder::Recorder;
@@ -23,6 +23,8 @@ const RELAX_STEP: Real = 2e-5;
 const RELAX_LEAST: Real = 5e-3;
 /// Longest relaxation [s].
 const RELAX_LONGEST: Real = 0.5;
+/// Grains that overlap part no faster than this [m/s].
+const PARTING_SPEED: Real = 0.05;
 /// Mean speed of a bed at rest [m/s].
 const AT_REST: Real = 2e-3;
 
@@ -80,7 +82,9 @@ pub(super) fn solver(
             engine
         }
     };
+    within_box(job, &domain, &engine)?;
     let bed_height = recorder.measure_bed(&domain, &engine);
+    liquids_fit(job, bed_height)?;
     keep_clear(job, &domain, &engine, bed_height)?;
     fluid::pour(case, &domain, &boundary, &mut flow, bed_height);
     let mut solver = Solver::new(domain, boundary, settings, flow, engine, shapes, coupling)?;
@@ -88,12 +92,22 @@ pub(super) fn solver(
     Ok(solver)
 }
 
-/// Lets a bed that was read from a file come to rest, without fluid.
+/// Lets a bed that was read from a file come to rest, without fluid. Where its contact spheres are not those it
+/// was packed with they overlap, and would fly apart: they part slowly first.
 fn relax(job: &Job, domain: &Domain, engine: &mut Engine) -> Result<(), RankError> {
     let gravity = job.case.effective_gravity(0.0);
     let begin = engine.time();
+    let mut parting = true;
+    let mut parted = begin;
     loop {
-        let report = engine.advance(domain, &Loads::none(), gravity, RELAX_STEP, Substeps::Auto)?;
+        let report = if parting {
+            let (report, slowed) = part(domain, engine, gravity)?;
+            parting = slowed > 0;
+            parted = engine.time();
+            report
+        } else {
+            engine.advance(domain, &Loads::none(), gravity, RELAX_STEP, Substeps::Auto)?
+        };
         let grains = engine.grains();
         let speeds: Real = (0..grains.owned()).map(|n| grains.velocity[n].length()).sum();
         let [speeds, count] = domain.sum([speeds, grains.owned() as Real]);
@@ -105,19 +119,57 @@ fn relax(job: &Job, domain: &Domain, engine: &mut Engine) -> Result<(), RankErro
                 time,
                 until: RELAX_LONGEST,
                 dt: RELAX_STEP,
-                limiter: "settling",
+                limiter: if parting { "parting" } else { "settling" },
                 substeps: report.substeps,
                 contacts: report.contacts,
                 ..StepLine::default()
             });
         }
-        if time >= RELAX_LEAST && mean_speed < AT_REST {
+        if !parting && engine.time() - parted >= RELAX_LEAST && mean_speed < AT_REST {
             return Ok(());
         }
         if time > RELAX_LONGEST {
             return Err(RankError::NotAtRest { time, mean_speed });
         }
     }
+}
+
+/// A step of the relaxation with limited speeds; tells how often a grain had to be slowed.
+fn part(domain: &Domain, engine: &mut Engine, gravity: Vector) -> Result<(ContactReport, usize), RankError> {
+    let count = engine.substeps(RELAX_STEP, Substeps::Auto);
+    let (mut report, mut slowed) = (ContactReport::default(), 0);
+    for _ in 0..count {
+        report = engine.advance(domain, &Loads::none(), gravity, RELAX_STEP / count as Real, Substeps::Fixed(1))?;
+        slowed += engine.limit_speeds(domain, PARTING_SPEED);
+    }
+    Ok((ContactReport { substeps: count, ..report }, slowed))
+}
+
+/// Refuses a packed bed that is higher than the box: its own walls had no lid.
+fn within_box(job: &Job, domain: &Domain, engine: &Engine) -> Result<(), RankError> {
+    let top = job.case.domain.upper.z;
+    let grains = engine.grains();
+    let highest = (0..grains.owned())
+        .filter(|_| job.case.holds_grains(2, 1))
+        .map(|n| (spheres(engine, n).map(|(centre, radius)| centre.z + radius).fold(Real::NEG_INFINITY, Real::max), n))
+        .max_by(|a, b| a.0.total_cmp(&b.0));
+    let out = highest.filter(|&(height, _)| height > top);
+    domain.agree(out.map_or(Ok(()), |(height, n)| Err(RankError::BedTooHigh { id: grains.id[n], height, top })))
+}
+
+/// Refuses liquids that the height of the bed puts outside the box, wholly or in part.
+fn liquids_fit(job: &Job, bed_height: Real) -> Result<(), RankError> {
+    let case = job.case;
+    let top = case.domain.upper.z;
+    let on_bed = case.liquids.iter().filter(|liquid| matches!(liquid.placement, Placement::AboveBed { .. }));
+    for liquid in on_bed {
+        let origin = fluid::origin_of(liquid, case.bed.axis, bed_height);
+        let height = origin.z + liquid.region.heights()[1];
+        if height.is_finite() && height > top {
+            return Err(RankError::LiquidTooHigh { liquid: liquid.name.clone(), height, top });
+        }
+    }
+    Ok(())
 }
 
 /// Refuses liquids that lie on grains, unless the case allows it.
@@ -142,6 +194,14 @@ fn touches(region: &Region, engine: &Engine, n: usize) -> bool {
     if !region.touches_ball(grains.position[n], scale * body.bounding_radius) {
         return false;
     }
-    let place = |centre| grains.position[n] + grains.orientation[n] * (scale * centre);
-    body.centres.iter().zip(&body.radii).any(|(&centre, &radius)| region.touches_ball(place(centre), scale * radius))
+    spheres(engine, n).any(|(centre, radius)| region.touches_ball(centre, radius))
+}
+
+/// Contact spheres of grain `n` as they lie: centres [m] and radii [m].
+fn spheres(engine: &Engine, n: usize) -> impl Iterator<Item = (Vector, Real)> {
+    let grains = engine.grains();
+    let body = &engine.bodies()[grains.shape[n] as usize];
+    let (position, orientation, scale) = (grains.position[n], grains.orientation[n], grains.scale[n]);
+    let spheres = body.centres.iter().zip(&body.radii);
+    spheres.map(move |(&centre, &radius)| (position + orientation * (scale * centre), scale * radius))
 }

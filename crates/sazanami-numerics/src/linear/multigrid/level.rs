@@ -244,7 +244,16 @@ impl Frame {
             for j in rows.clone() {
                 self.stencil.relax_from_zero(RED, (j as isize, k as isize), x0, b0);
             }
-            borders.inside([x0, x1], RED, (rows, k));
+            borders.inside([&mut *x0, &mut *x1], RED, (rows.clone(), k));
+            if self.residual_colours.len() == 2 {
+                // Across a seam black meets black: what an earlier cycle left there must not take part.
+                let board = &self.stencil.board;
+                for j in rows.clone().map(|j| j as isize) {
+                    let n = board.length(board.offset(BLACK, j, k as isize));
+                    x1.run_mut(board.first(j, k as isize), n).fill(0.0);
+                }
+                borders.inside([x0, x1], BLACK, (rows, k));
+            }
         } else {
             self.relax(borders, number % 2, (rows, k), [x0, x1], [b0, b1]);
         }

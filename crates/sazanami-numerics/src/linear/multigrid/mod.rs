@@ -351,12 +351,12 @@ mod tests {
         ((n ^ (n >> 31)) >> 11) as Real / (1u64 << 53) as Real
     }
 
-    /// One cycle for a random right-hand side and random coefficients: global indices and values.
+    /// A cycle for each of some random right-hand sides and random coefficients: global indices and values of the last.
     fn cycled(
         communicator: Box<dyn Communicator>,
         cells: [usize; 3],
         periodic: [bool; 3],
-        right: u64,
+        rights: &[u64],
     ) -> Vec<([usize; 3], f32)> {
         let domain = Domain::new(Grid::new(cells, Vector::ZERO, Vector::ONE), periodic, communicator)
             .expect("cells for every rank");
@@ -377,13 +377,15 @@ mod tests {
         let equation = FaceEquation { faces, right_hand_side: &zero, ghosts: &GhostRules::EVEN, singular: true };
         let mut multigrid = Multigrid::new(&domain);
         multigrid.set_up(&equation);
-        let level = multigrid.finest();
-        board.for_each_place([0; 3], |i, j, k, (colour, at)| {
-            level.b[colour][at] = random(right, global([i, j, k])) as f32 - 0.5;
-        });
-        multigrid.descend();
-        let mut sums = vec![[0.0; 4]; domain.cells()[2]];
-        multigrid.complete(&board.zeros(), &mut sums);
+        for &right in rights {
+            let level = multigrid.finest();
+            board.for_each_place([0; 3], |i, j, k, (colour, at)| {
+                level.b[colour][at] = random(right, global([i, j, k])) as f32 - 0.5;
+            });
+            multigrid.descend();
+            let mut sums = vec![[0.0; 4]; domain.cells()[2]];
+            multigrid.complete(&board.zeros(), &mut sums);
+        }
         let mut values = Vec::new();
         let level = multigrid.finest();
         board.for_each_place([0; 3], |i, j, k, (colour, at)| values.push((global([i, j, k]), level.x[colour][at])));
@@ -399,11 +401,22 @@ mod tests {
                 values.sort_by_key(|(at, _)| *at);
                 values
             };
-            let alone = sorted(cycled(Box::new(Solo::default()), cells, periodic, 7));
+            let alone = sorted(cycled(Box::new(Solo::default()), cells, periodic, &[7]));
             for ranks in [2, 3, 4, 6] {
-                let parts = run_ranks(ranks, 1, |c| cycled(c, cells, periodic, 7)).unwrap();
+                let parts = run_ranks(ranks, 1, |c| cycled(c, cells, periodic, &[7])).unwrap();
                 assert!(sorted(parts.concat()) == alone, "{cells:?} on {ranks} ranks");
             }
+        }
+    }
+
+    #[test]
+    fn a_cycle_knows_nothing_of_the_one_before() {
+        for (cells, periodic) in
+            [([12, 12, 12], [true, true, false]), ([13, 9, 7], [true, false, true]), ([24, 20, 12], [false; 3])]
+        {
+            let last = |rights: &[u64]| cycled(Box::new(Solo::default()), cells, periodic, rights);
+            assert!(last(&[8, 7]) == last(&[7]), "{cells:?}");
+            assert!(last(&[7, 8]) != last(&[7]), "negative control: the right-hand side matters");
         }
     }
 
@@ -413,7 +426,7 @@ mod tests {
             [([24, 20, 12], [false; 3]), ([13, 9, 7], [true, false, true]), ([17, 1, 12], [true; 3])]
         {
             let product = |right: u64, left: u64| -> Real {
-                let x = cycled(Box::new(Solo::default()), cells, periodic, right);
+                let x = cycled(Box::new(Solo::default()), cells, periodic, &[right]);
                 x.iter().map(|(at, x)| Real::from(*x) * Real::from(random(left, *at) as f32 - 0.5)).sum()
             };
             let (ab, ba, aa) = (product(7, 8), product(8, 7), product(7, 7));

@@ -77,12 +77,13 @@ impl Context<'_> {
         let dx = values.quantity::<Length>(value.dx.as_ref(), "dx", Range1::Positive, 2.5 * grain_size);
         let dr =
             values.quantity::<Length>(value.dr.as_ref(), "dr", Range1::Positive, (2.5 * grain_size).min(r_max / 6.0));
-        if dr * 3.0 > r_max {
+        // The coarsest smoothing of the evaluation takes layers 1.6 times as thick, and two of them.
+        if dr * 3.2 > r_max {
             values
                 .report
                 .error(span.clone(), "the layers of the crater are too thick")
                 .label(format!("{:.4} mm each out to {:.4} mm", dr * 1e3, r_max * 1e3))
-                .help("at least three layers are needed: lower `dr` or raise `r_max`");
+                .help("`r_max` has to be at least 3.2 times `dr`: lower `dr` or raise `r_max`");
         }
         Some(Erosion {
             dx,

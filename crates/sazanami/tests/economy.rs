@@ -1,0 +1,150 @@
+//! A step of the coupled solver takes no memory once it has run a while.
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+use std::sync::Arc;
+
+use sazanami_dem::{Body, ContactLaw, Damping, Engine, Grain, Interactions, Setup, Substeps, Wall};
+use sazanami_mics::boundary::Boundary;
+use sazanami_mics::flow::{DropVelocity, Flow, Fluids, Schemes};
+use sazanami_mics::grains::{Coupling, Exchange, TorqueArm, Weighting};
+use sazanami_mics::pressure::Tolerance;
+use sazanami_mics::solver::{Settings, Solver};
+use sazanami_mics::stability::StepLimits;
+use sazanami_mics::verification::ball;
+use sazanami_numerics::domain::Domain;
+use sazanami_numerics::geometry::{ContactSphereRule, Shape, SpheroidMesh, VolumeFractionMethod, VolumeRule};
+use sazanami_numerics::grid::Grid;
+use sazanami_numerics::{Quaternion, Real, Vector};
+use sazanami_parallel::with_threads;
+
+struct Counting;
+
+thread_local! {
+    static COUNT: Cell<usize> = const { Cell::new(0) };
+    static BYTES: Cell<usize> = const { Cell::new(0) };
+    static WATCHED: Cell<bool> = const { Cell::new(false) };
+}
+
+impl Counting {
+    fn note(layout: Layout) {
+        COUNT.set(COUNT.get() + 1);
+        BYTES.set(BYTES.get() + layout.size());
+        if WATCHED.replace(false) {
+            // Tells where, for who looks for it.
+            eprintln!("{} bytes at\n{}", layout.size(), std::backtrace::Backtrace::force_capture());
+            WATCHED.set(true);
+        }
+    }
+}
+
+// SAFETY: every call is handed to the system's allocator unchanged.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        Self::note(layout);
+        // SAFETY: the caller's promises are those that `System` asks for.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: `pointer` came from `System` through `alloc`.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+const WIDTH: Real = 4e-3;
+
+/// Grains on a floor, pressed together by a strong slanted gravity, in shallow water that a drop falls into.
+fn solver(substeps: Substeps) -> Solver {
+    let domain = Domain::solo(Grid::new([16, 16, 12], Vector::ZERO, Vector::new(WIDTH, WIDTH, 3e-3)), [false; 3]);
+    let boundary = Boundary::closed();
+    let fluids = Fluids { liquid_density: 1e3, gas_density: 1.0, liquid_viscosity: 1e-3, gas_viscosity: 1e-5 };
+    let mut flow = Flow::new(&domain, fluids, Schemes::default());
+    let mut beta = domain.field(0.0);
+    domain.set(&mut beta, |_, _, k| if k < 3 { 1.0 } else { 0.0 });
+    flow.add_liquid(&domain, &boundary, &beta, Vector::ZERO, DropVelocity::Mass);
+    let drop = ball(&domain, Vector::new(2.1e-3, 1.9e-3, 2.2e-3), 0.5e-3, 4);
+    flow.add_liquid(&domain, &boundary, &drop, Vector::new(0.1, 0.0, -1.0), DropVelocity::Mass);
+    let shape = Shape::spheroid(
+        0.3e-3,
+        0.5e-3,
+        SpheroidMesh { rings: 7, segments: 6 },
+        VolumeRule::Preserve,
+        &ContactSphereRule::Axis { count: 5 },
+    )
+    .unwrap();
+    let law = ContactLaw {
+        normal_stiffness: 500.0,
+        tangential_stiffness: 500.0,
+        damping: Damping::Restitution(0.3),
+        ..ContactLaw::SAND
+    };
+    let upper = Vector::new(WIDTH, WIDTH, 3e-3);
+    let setup = Setup {
+        bodies: vec![Body::from(&shape)],
+        interactions: Interactions::uniform(1, law),
+        walls: Wall::of_box(Vector::ZERO, upper, 0, [[true; 2], [true; 2], [true, true]]),
+        region: [Vector::ZERO, upper],
+        ghost_margin: 0.5e-3,
+    };
+    let grains: Vec<Grain> = (0..32)
+        .map(|n: u32| {
+            let place = Vector::new(Real::from(n % 4) + 0.5, Real::from(n / 4 % 4) + 0.5, 0.0) * 1e-3;
+            let height = if n < 16 { 0.29e-3 } else { 0.86e-3 };
+            Grain {
+                orientation: Quaternion::from_rotation_z(0.4 * Real::from(n)) * Quaternion::from_rotation_x(1.5),
+                ..Grain::new(u64::from(n), 2650.0, place + height * Vector::Z)
+            }
+        })
+        .collect();
+    let engine = Engine::new(&domain, setup, &grains).unwrap();
+    let coupling = Coupling {
+        exchange: Exchange::Exact,
+        weighting: Weighting::Mass,
+        volume_fraction: VolumeFractionMethod::Columns { per_axis: 4 },
+        torque_arm: TorqueArm::Centroid,
+        substeps,
+    };
+    let settings = Settings {
+        gravity: Vector::new(3.0, 1.0, -30.0),
+        limits: StepLimits::up_to(2e-5),
+        tolerance: Tolerance { divergence: 1e-8, most_iterations: 300 },
+        incremental: false,
+    };
+    Solver::new(domain, boundary, settings, flow, engine, Arc::from([shape]), coupling).unwrap()
+}
+
+#[test]
+fn a_step_with_grains_in_contact_allocates_nothing() {
+    with_threads(1, || {
+        let mut solver = solver(Substeps::Auto);
+        let mut step = |watched: bool| {
+            let stable = solver.stable_step();
+            let (count, bytes) = (COUNT.get(), BYTES.get());
+            WATCHED.set(watched);
+            let report = solver.step(stable, stable.dt, |_| ()).unwrap();
+            WATCHED.set(false);
+            (COUNT.get() - count, BYTES.get() - bytes, report.contacts)
+        };
+        // Until every list has met its longest, and the grains lie on each other.
+        let mut first = 0;
+        for _ in 0..120 {
+            first += step(false).0;
+        }
+        assert!(first > 0, "negative control: the allocator counts");
+        let watched = std::env::var_os("SAZANAMI_TELL").is_some();
+        let (mut renewals, mut contacts) = (0, 0);
+        for number in 0..60 {
+            let (count, bytes, report) = step(watched);
+            contacts += report.contacts;
+            renewals += report.list_renewals;
+            assert_eq!(count, 0, "step {number} took {bytes} bytes in {count} pieces");
+        }
+        assert!(contacts > 60 * 4, "the grains touch: {contacts} contacts");
+        assert!(renewals > 0, "no list was renewed");
+        println!("{renewals} renewals, {} contacts a step", contacts / 60);
+    });
+}

@@ -1,0 +1,386 @@
+//! An interrupted run goes on to the same bits, whatever interrupted it; damaged checkpoints are told from good ones.
+
+mod support;
+
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+use sazanami::case::LoadedCase;
+use sazanami::error::exit;
+use sazanami::progress::StepLine;
+use sazanami::run::{self, RunOptions, Status};
+
+use support::{Left, Listener, On, Scratch, checkpoints, go_on, load, start};
+
+/// Grains that fall on each other and slide, in water with a free surface, with steps that grow and shrink;
+/// everything that writes is in it.
+const SLIDING: &str = r#"
+gravity = ["4 m/s^2", "0 m/s^2", "-9.8 m/s^2"]
+[domain]
+size = ["3 mm", "3 mm", "3 mm"]
+cells = [12, 12, 12]
+[fluid]
+tol_div = 1e-8
+dt_first = "2 us"
+dt_growth = 1.3
+[[liquid]]
+region.half_space = { point = ["0 mm", "0 mm", "1 mm"], normal = [0.2, 0, 1] }
+allow_touching_grains = true
+[[liquid]]
+name = "drop"
+region.sphere = { diameter = "0.8 mm" }
+position = ["1.4 mm", "1.5 mm", "2.5 mm"]
+fall = { speed = "1.5 m/s", angle = "20 deg" }
+allow_touching_grains = true
+[material.sand]
+density = "2650 kg/m^3"
+[contact.default]
+normal_stiffness = "200 N/m"
+restitution = 0.3
+friction = 0.6
+[[grains]]
+name = "sand"
+shape.spheroid = { diameter = "0.5 mm", length = "0.9 mm" }
+contact_spheres = "axis(5)"
+material = "sand"
+placement.lattice = { lower = ["0 mm", "0 mm", "0 mm"], upper = ["3 mm", "3 mm", "2.1 mm"], counts = [3, 3, 2], velocity = ["0.6 m/s", "0.2 m/s", "-1 m/s"] }
+[bed]
+porosity_upper = "1 mm"
+[erosion]
+dr = "0.45 mm"
+r_max = "1.5 mm"
+[[probe]]
+name = "middle"
+point = ["1.5 mm", "1.5 mm", "0.7 mm"]
+steps = 1
+[[probe]]
+name = "grain"
+body = { population = "sand", index = 4 }
+steps = 3
+[output]
+figures = { at = [] }
+series = { steps = 1 }
+grains = { every = "0.4 ms" }
+[run]
+until = "20 ms"
+"#;
+
+/// The same, packed first.
+const PACKED: &str = r#"
+gravity = "9.8 m/s^2"
+[domain]
+size = ["3.2 mm", "3.2 mm", "3.25 mm"]
+cells = [12, 12, 13]
+[[liquid]]
+region.sphere = { diameter = "0.8 mm" }
+gap_above_bed = "0.1 mm"
+fall = { speed = "1.5 m/s" }
+[material.sand]
+density = "2650 kg/m^3"
+[contact.default]
+normal_stiffness = "100 N/m"
+restitution = 0.3
+friction = 0.6
+[[grains]]
+name = "sand"
+count = 16
+shape.spheroid = { diameter = "0.52 mm", length = "1.27 mm" }
+contact_spheres = "axis(9)"
+material = "sand"
+placement.packed = { lattice = "low", settle_time = "2 ms", friction_scale = 0.5, stop = "time_only" }
+[output]
+figures = { at = [] }
+series = { steps = 1 }
+[run]
+until = "1 ms"
+steps = 8
+"#;
+
+const STEPS: u64 = 12;
+
+fn tables(folder: &Path) -> Vec<(String, String)> {
+    let mut found = Vec::new();
+    for part in [folder.to_owned(), folder.join("probes")] {
+        for entry in std::fs::read_dir(part).into_iter().flatten().flatten() {
+            let path = entry.path();
+            if path.extension().is_some_and(|extension| extension == "csv" || extension == "pvd") {
+                let name = path.strip_prefix(folder).unwrap().to_string_lossy().into_owned();
+                found.push((name, std::fs::read_to_string(&path).unwrap()));
+            }
+        }
+    }
+    found.sort();
+    found
+}
+
+fn assert_same(folder: &Path, expected: &Path, what: &str) {
+    let (left, right) = (Left::in_folder(folder), Left::in_folder(expected));
+    assert_eq!(left.summary["steps"], right.summary["steps"], "{what}");
+    // The state that is not physics holds wall-clock times.
+    let sections = |left: &Left| {
+        let sections = left.state.sections().filter(|(name, _)| *name != "run/state");
+        sections.map(|(name, section)| (name.to_owned(), section.clone())).collect::<Vec<_>>()
+    };
+    for ((name, a), (other, b)) in sections(&left).into_iter().zip(sections(&right)) {
+        assert_eq!(name, other, "{what}");
+        assert!(a == b, "{what}: section {name} differs");
+    }
+    assert_eq!(left.hash(), right.hash(), "{what}");
+    for ((name, a), (other, b)) in tables(folder).iter().zip(&tables(expected)) {
+        assert_eq!((name, a), (other, b), "{what}");
+    }
+    for sum in ["worst", "tidied", "limiter", "grain_substeps", "fluid_passes", "momentum", "observables"] {
+        assert_eq!(left.summary[sum], right.summary[sum], "{what}: {sum}");
+    }
+}
+
+/// Twice `STEPS` steps in one go, and with a break.
+fn goes_on_alike(name: &str, text: &str, overrides: &[&str], ranks: &[usize]) {
+    let scratch = Scratch::new(&format!("restart-{name}"));
+    let loaded = load(text, overrides);
+    for &ranks in ranks {
+        let whole = scratch.join(&format!("whole-{ranks}"));
+        start(&loaded, &whole, On::ranks(ranks, 1).steps(2 * STEPS)).unwrap();
+        let left = Left::in_folder(&whole);
+        assert!(left.column("contacts").iter().any(|&n| n > 0.0), "{name}: nothing touches");
+        let dt = left.column("dt");
+        assert!(overrides.iter().any(|key| key.contains("dt = ")) || dt[2] != dt[dt.len() - 1]);
+        for threads in [[1, 1], [1, 4], [2, 3]] {
+            let broken = scratch.join(&format!("broken-{ranks}-{}-{}", threads[0], threads[1]));
+            let first = start(&loaded, &broken, On::ranks(ranks, threads[0]).steps(STEPS)).unwrap();
+            assert_eq!((first.status, first.steps), (Status::Stopped, STEPS));
+            let at_break = Left::in_folder(&broken);
+            assert!(at_break.column("contacts")[STEPS as usize] > 0.0, "{name}: nothing touches at the break");
+            let (second, _) = go_on(&broken, On::ranks(ranks, threads[1]).steps(STEPS));
+            assert_eq!(second.unwrap().steps, 2 * STEPS);
+            assert_same(&broken, &whole, &format!("{name}, {ranks} ranks, threads {threads:?}"));
+        }
+    }
+}
+
+#[test]
+fn a_run_with_live_contacts_and_growing_steps() {
+    goes_on_alike("sliding", SLIDING, &[], &[1, 2, 4]);
+}
+
+#[test]
+fn a_run_with_fixed_steps_and_the_old_pressure_in_the_predictor() {
+    let literal = [
+        "fluid={ dt = \"50 us\", tol_div = 1e-8 }",
+        "fluid.projection=incremental",
+        "fluid.convection=velocity_form",
+        "coupling.exchange=stress",
+        "fluid.vof=thinc_wlic",
+    ];
+    goes_on_alike("literal", SLIDING, &literal, &[1, 2]);
+}
+
+#[test]
+fn a_run_with_periodic_sides() {
+    let periodic = [
+        "boundary.x1=periodic",
+        "boundary.x2=periodic",
+        // Without sides there is only the floor to meet, and each other: sooner.
+        "grains.0.placement.lattice.upper=[\"3 mm\", \"3 mm\", \"1.1 mm\"]",
+    ];
+    goes_on_alike("periodic", SLIDING, &periodic, &[1, 2]);
+}
+
+#[test]
+fn a_run_with_open_and_moving_sides_in_a_shaken_frame() {
+    let open = [
+        "boundary.x1_lower={ inflow = { velocity = [\"0.3 m/s\", \"0 m/s\", \"0 m/s\"] } }",
+        "boundary.x1_upper=outflow",
+        "boundary.x2_upper={ moving = { velocity = [\"0.5 m/s\", \"0 m/s\", \"0 m/s\"] } }",
+        "dem.grain_walls=[\"x1_lower\", \"x1_upper\", \"x2_lower\", \"x2_upper\", \"x3_lower\"]",
+        "frame.oscillation={ amplitude = [\"20 m/s^2\", \"0 m/s^2\", \"0 m/s^2\"], frequency = \"300 Hz\" }",
+    ];
+    goes_on_alike("open", SLIDING, &open, &[1]);
+}
+
+#[test]
+fn a_forgotten_contact_would_be_noticed() {
+    // Negative control: the comparison sees the memory of contacts.
+    let scratch = Scratch::new("restart-control");
+    let loaded = load(SLIDING, &[]);
+    let run = |name: &str, steps| {
+        let folder = scratch.join(name);
+        start(&loaded, &folder, On::threads(1).steps(steps)).unwrap();
+        Left::in_folder(&folder)
+    };
+    let (a, b) = (run("a", STEPS), run("b", STEPS + 1));
+    assert_ne!(a.hash(), b.hash());
+    let displacement = a.state.reals("grains/contact.displacement").unwrap();
+    assert!(displacement.iter().any(|&d| d != 0.0), "no contact has a memory");
+}
+
+/// Stops the run when `after` says so; returns the folder's status.
+fn interrupted(loaded: &LoadedCase, folder: &Path, ranks: usize, after: fn(&StepLine) -> bool) {
+    let stop = AtomicBool::new(false);
+    let mut listener = Listener { stop: Some(&stop), stop_after: Some(after), ..Listener::default() };
+    let options = On::ranks(ranks, 1).options(Some(folder));
+    let summary = run::run(loaded, &options, &mut listener, &stop).unwrap();
+    assert!(summary.interrupted);
+    assert_eq!((summary.status, summary.exit_code()), (Status::Stopped, exit::STOPPED));
+}
+
+#[test]
+fn a_signal_during_packing() {
+    let loaded = load(PACKED, &[]);
+    let scratch = Scratch::new("restart-packing");
+    for ranks in [1, 2] {
+        let whole = scratch.join(&format!("whole-{ranks}"));
+        start(&loaded, &whole, On::ranks(ranks, 1)).unwrap();
+        let broken = scratch.join(&format!("broken-{ranks}"));
+        interrupted(&loaded, &broken, ranks, |line| line.phase == "packing" && line.step >= 100);
+        assert_eq!(support::summary(&broken)["status"], "stopped");
+        let memory = support::newest(&broken).snapshot().unwrap();
+        assert!(memory.reals("packing/time").unwrap()[0] >= 100.0 * 2e-5 - 1e-9);
+        let (outcome, said) = go_on(&broken, On::ranks(ranks, 2));
+        assert_eq!(outcome.unwrap().status, Status::Stopped);
+        assert!(said.iter().any(|text| text.contains("packed 16 grains")), "{said:#?}");
+        assert_same(&broken, &whole, &format!("{ranks} ranks"));
+    }
+}
+
+#[test]
+fn signals_during_packing_and_flow_one_after_the_other() {
+    let loaded = load(PACKED, &[]);
+    let scratch = Scratch::new("restart-signals");
+    let whole = scratch.join("whole");
+    start(&loaded, &whole, On::threads(2)).unwrap();
+    let broken = scratch.join("broken");
+    interrupted(&loaded, &broken, 1, |line| line.phase == "packing" && line.step >= 40);
+    let later: [fn(&StepLine) -> bool; 2] =
+        [|line| line.phase == "packing" && line.step >= 250, |line| line.phase == "flow"];
+    for after in later {
+        let stop = AtomicBool::new(false);
+        let mut listener = Listener { stop: Some(&stop), stop_after: Some(after), ..Listener::default() };
+        run::resume(&broken, &On::threads(1).options(None), &mut listener, &stop).unwrap();
+    }
+    let (outcome, _) = go_on(&broken, On::threads(1));
+    outcome.unwrap();
+    assert_same(&broken, &whole, "three breaks");
+}
+
+#[test]
+fn limits_of_a_command_change_no_step() {
+    let scratch = Scratch::new("restart-limits");
+    let loaded = load(SLIDING, &["run.until=1 ms"]);
+    let whole = scratch.join("whole");
+    assert_eq!(start(&loaded, &whole, On::threads(2)).unwrap().status, Status::Finished);
+    let times = Left::in_folder(&whole).column("time");
+    let middle = 0.5 * (times[7] + times[8]);
+    let run = |name: &str, options: RunOptions| {
+        let folder = scratch.join(name);
+        let stop = AtomicBool::new(false);
+        let options = RunOptions { out: Some(folder.clone()), threads: Some(2), ranks: 1, ..options };
+        let ended = run::run(&loaded, &options, &mut Listener::default(), &stop).unwrap();
+        assert_eq!(ended.status, Status::Stopped);
+        (folder, ended)
+    };
+    let (until, ended) = run("until", RunOptions { until: Some(middle), ..RunOptions::default() });
+    // The first step that reaches the time is whole.
+    assert_eq!((ended.steps, ended.time), (8, times[8]));
+    let (steps, _) = run("steps", RunOptions { steps: Some(5), ..RunOptions::default() });
+    for folder in [until, steps] {
+        let (part, all) = (Left::in_folder(&folder), Left::in_folder(&whole));
+        assert_eq!(part.series.rows[..], all.series.rows[..part.series.rows.len()]);
+        let stop = AtomicBool::new(false);
+        let more = RunOptions { until: Some(0.5e-3), threads: Some(1), ranks: 1, ..RunOptions::default() };
+        run::resume(&folder, &more, &mut Listener::default(), &stop).unwrap();
+        let (outcome, _) = go_on(&folder, On::threads(1));
+        assert_eq!(outcome.unwrap().status, Status::Finished);
+        assert_same(&folder, &whole, &folder.display().to_string());
+    }
+}
+
+/// What can happen to a file.
+fn damage(path: &Path, how: &str) {
+    let mut bytes = std::fs::read(path).unwrap();
+    let length = bytes.len();
+    match how {
+        "cut to nothing" => bytes.clear(),
+        "cut in the header" => bytes.truncate(20),
+        "cut in the middle" => bytes.truncate(length / 2),
+        "short of a byte" => bytes.truncate(length - 1),
+        "a bit of the header" => bytes[17] ^= 1,
+        "a bit of the data" => bytes[length / 3] ^= 0x10,
+        "a bit of the index" => bytes[length - 40] ^= 4,
+        "something else" => {
+            bytes = b"not a checkpoint at all, but long enough to be looked at twice, or thrice".to_vec()
+        }
+        _ => panic!("unknown damage"),
+    }
+    std::fs::write(path, bytes).unwrap();
+}
+
+#[test]
+fn a_damaged_checkpoint_is_passed_over_for_the_one_before() {
+    let scratch = Scratch::new("restart-damage");
+    let loaded = load(SLIDING, &["checkpoint.every=0.1 ms", "checkpoint.keep=2"]);
+    let whole = scratch.join("whole");
+    start(&loaded, &whole, On::threads(1).steps(2 * STEPS)).unwrap();
+    let sound = scratch.join("sound");
+    start(&loaded, &sound, On::threads(1).steps(STEPS)).unwrap();
+    let steps = checkpoints(&sound).steps().unwrap();
+    assert_eq!(steps.len(), 2);
+    let copy = |name: &str| {
+        let folder = scratch.join(name);
+        assert!(copy_folder(&sound, &folder));
+        folder
+    };
+    let all = [
+        ("cut to nothing", "torn"),
+        ("cut in the header", "torn"),
+        ("cut in the middle", "torn"),
+        ("short of a byte", "torn"),
+        ("a bit of the header", "damaged header"),
+        ("a bit of the data", "damaged"),
+        ("a bit of the index", "damaged index"),
+        ("something else", "not a checkpoint"),
+    ];
+    for (how, word) in all {
+        let folder = copy(&how.replace(' ', "-"));
+        damage(&checkpoints(&folder).path_of(steps[1]), how);
+        let left = 2 * STEPS - steps[0];
+        let (outcome, said) = go_on(&folder, On::threads(2).steps(left));
+        assert_eq!(outcome.unwrap().steps, 2 * STEPS, "{how}");
+        let told = said.iter().find(|text| text.starts_with("skipped")).unwrap_or_else(|| panic!("{how}: {said:#?}"));
+        assert!(told.contains(word) && told.contains(&format!("step-{:09}", steps[1])), "{how}: {told}");
+        assert!(said.iter().any(|text| text.contains(&format!("from step {}", steps[0]))), "{how}: {said:#?}");
+        assert_same(&folder, &whole, how);
+    }
+    let folder = copy("nothing-left");
+    steps.iter().for_each(|&step| damage(&checkpoints(&folder).path_of(step), "cut in the middle"));
+    let (outcome, said) = go_on(&folder, On::threads(1));
+    let error = outcome.unwrap_err();
+    assert_eq!(error.exit_code(), exit::WRONG_INPUT);
+    assert!(error.to_string().contains("no good checkpoint"), "{error}");
+    assert_eq!(said.iter().filter(|text| text.starts_with("skipped")).count(), 2);
+    // Nothing was touched.
+    assert_eq!(std::fs::read(folder.join("series.csv")).unwrap(), std::fs::read(sound.join("series.csv")).unwrap());
+}
+
+#[test]
+fn only_folders_of_runs_can_be_gone_on_with() {
+    let scratch = Scratch::new("restart-nothing");
+    for folder in [scratch.join("missing"), scratch.path().to_owned()] {
+        let (outcome, _) = go_on(&folder, On::threads(1));
+        assert_eq!(outcome.unwrap_err().exit_code(), exit::WRONG_INPUT);
+    }
+}
+
+fn copy_folder(from: &Path, to: &Path) -> bool {
+    std::fs::create_dir_all(to).unwrap();
+    for entry in std::fs::read_dir(from).unwrap() {
+        let path = entry.unwrap().path();
+        let place = to.join(path.file_name().unwrap());
+        if path.is_dir() {
+            copy_folder(&path, &place);
+        } else {
+            std::fs::copy(&path, &place).unwrap();
+        }
+    }
+    true
+}
