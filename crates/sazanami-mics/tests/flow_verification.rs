@@ -2,8 +2,8 @@
 
 use sazanami_mics::advection::Convection;
 use sazanami_mics::verification::{
-    Reynolds, TimeOrder, cavity, dam_break, drop_in_flight, layers_at_rest, poiseuille, slip_box_vortex, taylor_green,
-    taylor_green_in_time, two_layers,
+    Reynolds, TimeOrder, cavity, dam_break::collapse, drop_in_flight, layers_at_rest, poiseuille, slip_box_vortex,
+    taylor_green, taylor_green_in_time, two_layers,
 };
 
 fn orders(errors: &[f64]) -> Vec<f64> {
@@ -34,7 +34,7 @@ fn two_layers_share_the_shear_stress() {
 
 #[test]
 fn a_column_of_water_collapses_as_measured() {
-    let collapse = dam_break(16).unwrap();
+    let collapse = collapse(16).unwrap();
     println!("{} {} {} {}", collapse.front, collapse.height, collapse.shift, collapse.steps);
     assert!(collapse.front < 0.06 && collapse.height < 0.05);
 }

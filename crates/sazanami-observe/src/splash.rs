@@ -4,11 +4,18 @@
 //! highest point of the bed before the impact. Neither a heaved rim (lower) nor a grain that rolls or
 //! slides away (never up there) is a splash. Once splashed, a grain stays so wherever it lands. A hop
 //! shorter than the time between two observations can be missed, so observe often while grains fly.
+//! Grains that are in the air before the impact neither raise the bed nor are ever splashed.
 
 use sazanami_numerics::Real;
 use sazanami_numerics::snapshot::{Snapshot, SnapshotError};
 
+use crate::erosion::linked_to_bed;
 use crate::{BedView, Horizontal};
+
+/// What has become of a grain.
+const IN_BED: u8 = 0;
+const SPLASHED: u8 = 1;
+const ALREADY_FLYING: u8 = 2;
 
 /// Which grains were splashed so far.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,7 +23,8 @@ pub struct SplashTracker {
     axis: Horizontal,
     bed_top: Real,
     threshold: Real,
-    splashed: Vec<bool>,
+    /// What has become of each grain.
+    fate: Vec<u8>,
     farthest: Real,
     highest: Real,
 }
@@ -40,9 +48,12 @@ impl SplashTracker {
     /// Starts with the bed before the impact; `grain_size` is the short axis [m].
     #[must_use]
     pub fn new(bed: &BedView, axis: Horizontal, grain_size: Real) -> Self {
-        let bed_top = (0..bed.len()).map(|grain| bed.top_of(grain)).fold(Real::NEG_INFINITY, Real::max);
+        let linked = linked_to_bed(bed, grain_size);
+        let lying = (0..bed.len()).filter(|&grain| linked[grain]);
+        let bed_top = lying.map(|grain| bed.top_of(grain)).fold(Real::NEG_INFINITY, Real::max);
         let threshold = bed_top + grain_size;
-        Self { axis, bed_top, threshold, splashed: vec![false; bed.len()], farthest: 0.0, highest: threshold }
+        let fate = linked.iter().map(|&linked| if linked { IN_BED } else { ALREADY_FLYING }).collect();
+        Self { axis, bed_top, threshold, fate, farthest: 0.0, highest: threshold }
     }
 
     /// Height above which a centre counts as splashed [m].
@@ -56,12 +67,14 @@ impl SplashTracker {
     /// # Panics
     /// If the number of grains differs.
     pub fn observe(&mut self, bed: &BedView) -> Splash {
-        assert_eq!(bed.len(), self.splashed.len(), "a bed is observed with the grains it had at the start");
+        assert_eq!(bed.len(), self.fate.len(), "a bed is observed with the grains it had at the start");
         let mut splash = Splash::default();
-        for (grain, (splashed, position)) in self.splashed.iter_mut().zip(bed.position).enumerate() {
+        for (grain, (fate, position)) in self.fate.iter_mut().zip(bed.position).enumerate() {
             let above = position.z > self.threshold;
-            *splashed |= above;
-            if *splashed {
+            if above && *fate == IN_BED {
+                *fate = SPLASHED;
+            }
+            if *fate == SPLASHED {
                 splash.grains += 1;
                 splash.mass += bed.mass[grain];
                 splash.above_now += usize::from(above);
@@ -78,7 +91,7 @@ impl SplashTracker {
 
     /// Writes the state into a snapshot.
     pub fn save(&self, snapshot: &mut Snapshot) {
-        snapshot.put_bytes("splash.splashed", self.splashed.iter().map(|&flag| u8::from(flag)).collect());
+        snapshot.put_bytes("splash.splashed", self.fate.clone());
         let numbers = [self.axis[0], self.axis[1], self.bed_top, self.threshold, self.farthest, self.highest];
         snapshot.put_reals("splash.numbers", numbers.to_vec());
     }
@@ -88,13 +101,13 @@ impl SplashTracker {
     /// # Errors
     /// [`SnapshotError`] if it is not there.
     pub fn restore(snapshot: &Snapshot) -> Result<Self, SnapshotError> {
-        let splashed = snapshot.bytes("splash.splashed")?.iter().map(|&flag| flag != 0).collect();
+        let fate = snapshot.bytes("splash.splashed")?.to_vec();
         let numbers = snapshot.reals_of("splash.numbers", 6)?;
         Ok(Self {
             axis: [numbers[0], numbers[1]],
             bed_top: numbers[2],
             threshold: numbers[3],
-            splashed,
+            fate,
             farthest: numbers[4],
             highest: numbers[5],
         })
@@ -136,6 +149,18 @@ mod tests {
         bed.position[1].z = 1.49e-3;
         bed.position[5].x = 20e-3;
         assert_eq!(bed.view(|view| tracker.observe(view)), Splash::default());
+    }
+
+    #[test]
+    fn a_grain_that_flies_before_the_impact_is_no_splash_and_no_bed() {
+        let (resting, _) = start();
+        let mut bed = resting;
+        bed.position[3].z = 20e-3;
+        let mut tracker = bed.view(|view| SplashTracker::new(view, [0.0; 2], D));
+        assert!((tracker.threshold() - 1.5e-3).abs() < 1e-15);
+        assert_eq!(bed.view(|view| tracker.observe(view)), Splash::default());
+        bed.position[5].z = 3e-3;
+        assert_eq!(bed.view(|view| tracker.observe(view)).grains, 1);
     }
 
     #[test]

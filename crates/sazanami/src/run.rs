@@ -49,6 +49,8 @@ pub struct RunOptions {
     pub threads: Option<usize>,
     /// In-process ranks.
     pub ranks: usize,
+    /// The commit that the program was built from, for the summary.
+    pub commit: Option<&'static str>,
 }
 
 /// What came of a run.

@@ -61,6 +61,7 @@ impl Extent {
             steps: self.steps,
             threads: self.threads.map(usize::from),
             ranks: usize::from(self.ranks),
+            commit: option_env!("SAZANAMI_COMMIT"),
         }
     }
 }

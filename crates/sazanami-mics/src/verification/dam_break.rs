@@ -8,11 +8,12 @@ use crate::boundary::{Boundary, Side};
 use crate::flow::{Fluids, Schemes};
 
 /// Width of the column [m]; it is twice as high.
-const WIDTH: Real = 0.05715;
-const GRAVITY: Real = 9.81;
+pub const WIDTH: Real = 0.05715;
+/// Acceleration of gravity there [m/s^2].
+pub const GRAVITY: Real = 9.81;
 
 /// Time `t sqrt(2 g / a)` and front `z / a` (table 2 of the paper).
-const FRONT: [[Real; 2]; 15] = [
+pub const FRONT: [[Real; 2]; 15] = [
     [0.41, 1.11],
     [0.84, 1.22],
     [1.19, 1.44],
@@ -31,7 +32,7 @@ const FRONT: [[Real; 2]; 15] = [
 ];
 
 /// Time `t sqrt(g / a)` and height `eta / (2 a)` of the column (table 6 of the paper).
-const HEIGHT: [[Real; 2]; 17] = [
+pub const HEIGHT: [[Real; 2]; 17] = [
     [0.56, 0.94],
     [0.77, 0.89],
     [0.93, 0.83],
@@ -71,7 +72,7 @@ pub struct Collapse {
 ///
 /// # Errors
 /// [`ExperimentError`] if a step fails.
-pub fn dam_break(n: usize) -> Result<Collapse, ExperimentError> {
+pub fn collapse(n: usize) -> Result<Collapse, ExperimentError> {
     let h = WIDTH / n as Real;
     let cells = [5 * n, 1, 5 * n / 2];
     let grid = Grid::new(cells, Vector::ZERO, h * Vector::from_array(cells.map(|n| n as Real)));

@@ -3,13 +3,12 @@
 //! Tests run them on coarse grids; `sazanami verify` on the grids that the literature reports.
 
 mod channel;
-mod dam_break;
+pub mod dam_break;
 mod prescribed;
 mod single_phase;
 mod two_phase;
 
 pub use channel::{poiseuille, two_layers};
-pub use dam_break::{Collapse, dam_break};
 pub use prescribed::{ShapeError, deformation, reversed_vortex, translation};
 pub use single_phase::{
     CavityError, Reynolds, TimeOrder, VortexError, cavity, slip_box_vortex, taylor_green, taylor_green_in_time,

@@ -23,6 +23,7 @@ pub use crater::{
     volumes_against,
 };
 pub use profile::Profile;
+pub(crate) use surface_grains::linked_to_bed;
 
 use crate::{BedView, Horizontal};
 use surface_grains::SurfaceGrains;

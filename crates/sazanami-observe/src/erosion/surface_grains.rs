@@ -46,7 +46,7 @@ impl SurfaceGrains {
 /// A grain is in the air if it belongs to a group of close grains that is not linked to the bed, or
 /// moves fast without contact, or had no contact for a while and is clear of the bed below it.
 fn sort_out(bed: &BedView, bounds: &[(Vector, Vector)], settings: &ErosionSettings) -> (Vec<bool>, HeightMap) {
-    let linked = linked_to_bed(bounds, settings.grain_size / 4.0);
+    let linked = linked(bounds, settings.grain_size / 4.0);
     let mut map = HeightMap::new(settings.lower, settings.upper, settings.pixel);
     let mut airborne: Vec<bool> = linked.iter().map(|&linked| !linked).collect();
     let mut doubtful = Vec::new();
@@ -71,8 +71,14 @@ fn sort_out(bed: &BedView, bounds: &[(Vector, Vector)], settings: &ErosionSettin
     (airborne, map)
 }
 
+/// Which grains belong to the bed: the largest group of grains close to each other, within half a grain size.
+pub(crate) fn linked_to_bed(bed: &BedView, grain_size: Real) -> Vec<bool> {
+    let bounds: Vec<_> = (0..bed.len()).map(|grain| bed.bounds_of(grain)).collect();
+    linked(&bounds, grain_size / 4.0)
+}
+
 /// Grains of the largest group linked by boxes that come closer than twice `margin` [m].
-fn linked_to_bed(bounds: &[(Vector, Vector)], margin: Real) -> Vec<bool> {
+fn linked(bounds: &[(Vector, Vector)], margin: Real) -> Vec<bool> {
     let mut by_x: Vec<usize> = (0..bounds.len()).collect();
     by_x.sort_by(|&a, &b| bounds[a].0.x.total_cmp(&bounds[b].0.x).then(a.cmp(&b)));
     let mut group: Vec<usize> = (0..bounds.len()).collect();

@@ -70,6 +70,7 @@ impl Files {
         let machine = Machine::this();
         let fixed = Fixed {
             case: case.name.clone(),
+            commit: job.options.commit.unwrap_or("unknown"),
             case_hash: format!("{:016x}", resolved::hash(case)),
             cpu: machine.cpu,
             cores: machine.cores,

@@ -54,6 +54,7 @@ impl BedFindings {
 #[derive(Clone, Debug)]
 pub(crate) struct Fixed {
     pub case: String,
+    pub commit: &'static str,
     pub case_hash: String,
     pub cpu: String,
     pub cores: usize,
@@ -159,7 +160,7 @@ pub(crate) fn write(folder: &Path, fixed: &Fixed, present: &Present) -> Result<(
         "solver": "mics",
         "case": fixed.case,
         "version": env!("CARGO_PKG_VERSION"),
-        "commit": option_env!("SAZANAMI_COMMIT").unwrap_or("unknown"),
+        "commit": fixed.commit,
         "case_hash": fixed.case_hash,
         "machine": {
             "cpu": fixed.cpu, "cores": fixed.cores, "threads": fixed.threads, "ranks": fixed.ranks,

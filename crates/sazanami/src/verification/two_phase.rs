@@ -3,6 +3,7 @@
 use sazanami_mics::advection::Convection;
 use sazanami_mics::boundary::{Boundary, Side};
 use sazanami_mics::flow::{DropVelocity, Flow, Schemes};
+use sazanami_mics::verification::dam_break::{FRONT, GRAVITY, HEIGHT, WIDTH};
 use sazanami_mics::verification::{FreeFlight, drop_in_flight};
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::geometry::Region;
@@ -65,52 +66,9 @@ pub(super) fn falling_drop() -> Result<Vec<Measured>, String> {
     Ok(rows)
 }
 
-/// Front of a breaking dam: time `t sqrt(2 g/a)`, distance over the width of the column.
-const FRONT: [[Real; 2]; 15] = [
-    [0.41, 1.11],
-    [0.84, 1.22],
-    [1.19, 1.44],
-    [1.43, 1.67],
-    [1.63, 1.89],
-    [1.83, 2.11],
-    [1.98, 2.33],
-    [2.20, 2.56],
-    [2.32, 2.78],
-    [2.51, 3.00],
-    [2.65, 3.22],
-    [2.83, 3.44],
-    [2.98, 3.67],
-    [3.11, 3.89],
-    [3.33, 4.11],
-];
-
-/// Height of the column: time `t sqrt(g/a)`, height over that at the start.
-const COLUMN: [[Real; 2]; 17] = [
-    [0.56, 0.94],
-    [0.77, 0.89],
-    [0.93, 0.83],
-    [1.08, 0.78],
-    [1.28, 0.72],
-    [1.46, 0.67],
-    [1.66, 0.61],
-    [1.84, 0.56],
-    [2.00, 0.50],
-    [2.21, 0.44],
-    [2.45, 0.39],
-    [2.70, 0.33],
-    [3.06, 0.28],
-    [3.44, 0.22],
-    [4.20, 0.17],
-    [5.25, 0.11],
-    [7.40, 0.06],
-];
-
-const COLUMN_WIDTH: Real = 0.05715;
-const GRAVITY: Real = 9.81;
-
 /// Time [s], front over width, height over height at the start.
 fn dam(cells_per_width: usize, convection: Convection) -> Result<Vec<[Real; 3]>, String> {
-    let width = COLUMN_WIDTH / cells_per_width as Real;
+    let width = WIDTH / cells_per_width as Real;
     let cells = [14 * cells_per_width, 1, 5 * cells_per_width / 2];
     let extent = Vector::from_array(cells.map(|n| n as Real)) * width;
     let mut sides = [[Side::Slip; 2]; 3];
@@ -120,7 +78,7 @@ fn dam(cells_per_width: usize, convection: Convection) -> Result<Vec<[Real; 3]>,
     let mut tank = Tank::new(Grid::new(cells, Vector::ZERO, extent), boundary, WATER_AND_AIR, 1e-3);
     tank.schemes.convection = convection;
     tank.gravity = down(GRAVITY);
-    let dam = Vector::new(COLUMN_WIDTH, extent.y, 2.0 * COLUMN_WIDTH);
+    let dam = Vector::new(WIDTH, extent.y, 2.0 * WIDTH);
     let mut solver = tank.solver(|domain, boundary, flow| {
         let beta = fractions(domain, &Region::Box { lower: Vector::ZERO, upper: dam });
         flow.add_liquid(domain, boundary, &beta, Vector::ZERO, DropVelocity::Mass);
@@ -136,7 +94,7 @@ fn dam(cells_per_width: usize, convection: Convection) -> Result<Vec<[Real; 3]>,
         let (here, next) = (c[[first, 0, 0]], if first + 1 < n1 { c[[first + 1, 0, 0]] } else { 0.0 });
         let front = (first as Real + 0.5 + (here - 0.5) / (here - next).max(1e-9)) * width;
         let column: Real = (0..n3).map(|k| c[[0, 0, k]]).sum::<Real>() * width;
-        history.push([time, front / COLUMN_WIDTH, column / (2.0 * COLUMN_WIDTH)]);
+        history.push([time, front / WIDTH, column / (2.0 * WIDTH)]);
     }
     Ok(history)
 }
@@ -155,9 +113,9 @@ fn rms(values: impl ExactSizeIterator<Item = Real>) -> Real {
 
 /// Errors of front (relative) and column (of the height at the start) with the experiment's clock shifted by `shift`.
 fn dam_errors(history: &[[Real; 3]], shift: Real) -> [Real; 2] {
-    let front = |time: Real| at(history, (time + shift) / (2.0 * GRAVITY / COLUMN_WIDTH).sqrt(), 1);
-    let height = |time: Real| at(history, (time + shift) / (GRAVITY / COLUMN_WIDTH).sqrt(), 2);
-    [rms(FRONT.iter().map(|row| front(row[0]) / row[1] - 1.0)), rms(COLUMN.iter().map(|row| height(row[0]) - row[1]))]
+    let front = |time: Real| at(history, (time + shift) / (2.0 * GRAVITY / WIDTH).sqrt(), 1);
+    let height = |time: Real| at(history, (time + shift) / (GRAVITY / WIDTH).sqrt(), 2);
+    [rms(FRONT.iter().map(|row| front(row[0]) / row[1] - 1.0)), rms(HEIGHT.iter().map(|row| height(row[0]) - row[1]))]
 }
 
 /// The shift within 0.2 that fits quantity `n` best, and its error.

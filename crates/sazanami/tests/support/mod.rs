@@ -100,6 +100,7 @@ impl On {
             steps: self.steps,
             threads: Some(self.threads),
             ranks: self.ranks,
+            commit: None,
         }
     }
 }
