@@ -8,8 +8,7 @@ fn main() {
         println!("cargo::rerun-if-changed={root}/{file}");
     }
     println!("cargo::rerun-if-env-changed=SAZANAMI_COMMIT");
-    let described =
-        Command::new("git").args(["describe", "--always", "--dirty", "--abbrev=12"]).current_dir(root).output();
+    let described = Command::new("git").args(["rev-parse", "--short=12", "HEAD"]).current_dir(root).output();
     let described = described.ok().filter(|output| output.status.success());
     let commit = described.and_then(|output| String::from_utf8(output.stdout).ok()).map(|text| text.trim().to_owned());
     // A source archive has no history: who builds from one may set the variable.

@@ -100,6 +100,8 @@ pub struct Engine {
     pub(crate) records: Vec<ContactRecord>,
     /// Whether blocks and records describe the present grains: false before the first list.
     listed: bool,
+    /// Overlap over a contact sphere's radius that ends a run.
+    too_deep: Real,
     time_step: Real,
 }
 
@@ -168,6 +170,7 @@ impl Engine {
             exchange: Exchange::default(),
             records,
             listed: false,
+            too_deep: TOO_DEEP,
             time_step: Real::INFINITY,
         };
         engine.check_box(domain, grains)?;
@@ -337,13 +340,13 @@ impl Engine {
             let last = step + 1 == count;
             self.time = start + dt * ((step + 1) as Real / count as Real);
             state = self.kick_and_drift(loads, gravity, h, if last { 0.5 * h } else { h }, last);
-            if census.deepest > TOO_DEEP {
+            if census.deepest > self.too_deep {
                 state = FAILED;
             }
             self.refresh_poses(domain);
             state = self.worst(domain, state);
             if state == FAILED {
-                let outcome = if census.deepest > TOO_DEEP { Err(overlap_error(&census, step)) } else { Ok(()) };
+                let outcome = if census.deepest > self.too_deep { Err(overlap_error(&census, step)) } else { Ok(()) };
                 domain.agree(outcome)?;
             }
         }
@@ -380,6 +383,11 @@ impl Engine {
         self.grains.velocity[own] = velocity;
         self.grains.angular_momentum[own] = turn * (inertia * (turn.transpose() * angular_velocity));
         set_frame(&mut self.frames[own], &self.inert[own], &self.grains, own);
+    }
+
+    /// Lets spheres overlap as deep as they do, or ends the run at 80 % of a radius again.
+    pub fn allow_any_overlap(&mut self, allowed: bool) {
+        self.too_deep = if allowed { Real::INFINITY } else { TOO_DEEP };
     }
 
     /// Slows own grains down whose centre or farthest contact sphere turns about it faster than `limit` [m/s];

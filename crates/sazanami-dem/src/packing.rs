@@ -352,7 +352,9 @@ impl Packing {
                 let grains = self.engine.grains();
                 let own = grains.id[..grains.owned()].binary_search(&self.topmost);
                 let landed = own.is_ok_and(|g| self.engine.touches_a_grain(g));
-                if domain.max(Real::from(u8::from(landed))) > 0.0 {
+                // Where all lie on the floor side by side it never meets another.
+                let rests = now >= settings.settling_time && self.rests(report);
+                if rests || domain.max(Real::from(u8::from(landed))) > 0.0 {
                     self.stage = Stage::Settling;
                     (self.switched, self.since) = (now, now);
                     if settings.fall_friction != 1.0 {
@@ -361,7 +363,7 @@ impl Packing {
                 }
             }
             Stage::Settling => {
-                let rests = report.mean_speed < settings.rest_speed && report.energy < settings.rest_energy;
+                let rests = self.rests(report);
                 if now >= self.since + settings.settling_time && (rests || settings.by_time_only) {
                     let tap = settings.tapping.is_some() && !self.tapped;
                     self.stage = if tap { Stage::Tapping } else { Stage::Done };
@@ -376,6 +378,10 @@ impl Packing {
         }
         report.stage = self.stage;
         report.switched = self.switched;
+    }
+
+    fn rests(&self, report: &PackingReport) -> bool {
+        report.mean_speed < self.settings.rest_speed && report.energy < self.settings.rest_energy
     }
 
     /// Moves the floor for the next step.

@@ -145,7 +145,7 @@ impl Solver {
             advective: self.flow.advective_rate(&self.domain),
             viscous: self.flow.viscous_rate(&self.domain),
             grain_motion: self.grains.motion_rate(&self.domain),
-            contact: 0.0,
+            contact: self.grains.contact_rate(),
         };
         self.settings.limits.choose(&rates, self.previous_step)
     }

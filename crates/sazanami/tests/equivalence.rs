@@ -392,7 +392,7 @@ fn outcome(scratch: &Scratch, small: &Small, on: On, more: Option<&str>) -> Left
     left
 }
 
-/// Quantities that are compared, by the first that fits: kind, and the largest value that counts as none.
+/// Kind of a section.
 fn kind_of(section: &str) -> &str {
     // The components of a vector share their scale.
     section.strip_suffix("_1").or(section.strip_suffix("_2")).or(section.strip_suffix("_3")).unwrap_or(section)

@@ -175,6 +175,16 @@ impl GrainPhase {
         domain.max(fastest.max(0.0)) / domain.grid().spacing.min_element()
     }
 
+    /// Reciprocal of the longest step that a given number of sub-steps resolves the contacts in [1/s]; zero where
+    /// their number follows the step.
+    #[must_use]
+    pub fn contact_rate(&self) -> Real {
+        match self.coupling.substeps {
+            Substeps::Fixed(count) => 1.0 / (count.max(1) as Real * self.engine.contact_time_step()),
+            Substeps::Auto => 0.0,
+        }
+    }
+
     /// Forgets the stress of the last step.
     pub(crate) fn clear_stress(&mut self, domain: &Domain) {
         if !self.is_empty() {

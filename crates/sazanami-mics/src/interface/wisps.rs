@@ -160,7 +160,7 @@ impl Sweeper {
         report.over_ranks(domain)
     }
 
-    /// Whether anything has to change on this rank.
+    /// Makes the changes found on this rank.
     pub fn apply(&self, c: &mut [Real], u: [&mut [Real]; 3]) {
         let [u1, u2, u3] = u;
         for change in self.planes.iter().flat_map(|plane| &plane.changes) {

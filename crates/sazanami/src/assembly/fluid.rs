@@ -15,7 +15,7 @@ use sazanami_numerics::{Quaternion, Real, Vector};
 
 use crate::case::meaning::{self, AlphaMethod, BoundarySide, Case, FluidName, LiquidRegion, Placement, Step};
 
-/// Part of a grain's size that a grain may move in a step: the spec of the coupling.
+/// Part of a cell that a point of a grain may move in a step.
 const GRAIN_TRAVEL: Real = 0.2;
 
 /// Sides of the box as the solver knows them.
@@ -69,13 +69,11 @@ pub(crate) fn flow(case: &Case, domain: &Domain) -> Flow {
             meaning::Limiter::Minmod => Limiter::Minmod,
             meaning::Limiter::None => Limiter::Unlimited,
         },
-        viscosity: match (options.viscosity, options.projection) {
-            (meaning::ViscosityScheme::Implicit, meaning::Projection::Full) => ViscosityScheme::Implicit,
-            // Second order in time needs both.
-            (meaning::ViscosityScheme::Implicit, meaning::Projection::Incremental) => ViscosityScheme::CrankNicolson,
-            (meaning::ViscosityScheme::CrankNicolson, _) => ViscosityScheme::CrankNicolson,
-            (meaning::ViscosityScheme::Explicit, _) => ViscosityScheme::Explicit,
-            (meaning::ViscosityScheme::Off, _) => ViscosityScheme::Off,
+        viscosity: match options.viscosity {
+            meaning::ViscosityScheme::Implicit => ViscosityScheme::Implicit,
+            meaning::ViscosityScheme::CrankNicolson => ViscosityScheme::CrankNicolson,
+            meaning::ViscosityScheme::Explicit => ViscosityScheme::Explicit,
+            meaning::ViscosityScheme::Off => ViscosityScheme::Off,
         },
         carrier: match options.projection {
             meaning::Projection::Full => Carrier::Start,

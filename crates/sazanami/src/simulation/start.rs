@@ -99,11 +99,13 @@ fn relax(job: &Job, domain: &Domain, engine: &mut Engine) -> Result<(), RankErro
     let begin = engine.time();
     let mut parting = true;
     let mut parted = begin;
+    engine.allow_any_overlap(true);
     loop {
         let report = if parting {
             let (report, slowed) = part(domain, engine, gravity)?;
             parting = slowed > 0;
             parted = engine.time();
+            engine.allow_any_overlap(parting);
             report
         } else {
             engine.advance(domain, &Loads::none(), gravity, RELAX_STEP, Substeps::Auto)?
