@@ -53,7 +53,9 @@ fn stages(job: &Job, domain: Domain, recorder: &mut Recorder) -> Result<Ended, R
     if job.case.run.packing_only {
         return Ok(Ended { status: Status::Finished, interrupted: false, time: 0.0, steps: 0 });
     }
-    let solver = start::solver(job, domain, packed, recorder)?;
+    let Some(solver) = start::solver(job, domain, packed, recorder)? else {
+        return Ok(Ended { status: Status::Stopped, interrupted: true, time: 0.0, steps: 0 });
+    };
     flow(job, solver, recorder)
 }
 

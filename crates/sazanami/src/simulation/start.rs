@@ -10,7 +10,7 @@ use sazanami_numerics::geometry::Region;
 use sazanami_numerics::{Real, Vector};
 
 use super::job::{Job, RankError};
-use super::{PACKING, fixed_step};
+use super::{PACKING, fixed_step, signals};
 use crate::assembly::{fluid, grains};
 use crate::case::meaning::{FluidName, GrainPlacement, Placement};
 use crate::clock::Clock;
@@ -49,13 +49,13 @@ pub(super) fn clock(job: &Job) -> Clock {
     }
 }
 
-/// The solver, from the case and a packed bed or from a checkpoint.
+/// The solver, from the case and a packed bed or from a checkpoint; `None` if the run is stopped before.
 pub(super) fn solver(
     job: &Job,
     domain: Domain,
     packed: Option<Packing>,
     recorder: &mut Recorder,
-) -> Result<Solver, RankError> {
+) -> Result<Option<Solver>, RankError> {
     let case = job.case;
     let boundary = fluid::boundary(case)?;
     let settings = fluid::settings(case);
@@ -65,13 +65,16 @@ pub(super) fn solver(
     let shapes = Arc::clone(&job.shapes);
     if let Some(state) = job.resumed.as_ref().filter(|state| !state.run.packing) {
         let engine = Engine::restore(&domain, setup, GRAINS, &state.snapshot)?;
-        return Ok(Solver::restore(domain, boundary, settings, flow, engine, shapes, coupling, &state.snapshot)?);
+        let snapshot = &state.snapshot;
+        return Ok(Some(Solver::restore(domain, boundary, settings, flow, engine, shapes, coupling, snapshot)?));
     }
     let engine = match packed {
         None => {
             let mut engine = Engine::new(&domain, setup, &grains::placed(case, &job.beds))?;
             if case.grains.iter().any(|kind| matches!(&kind.placement, GrainPlacement::Bed(bed) if bed.relax)) {
-                relax(job, &domain, &mut engine)?;
+                if relax(job, &domain, &mut engine, recorder)? == Relaxed::Stopped {
+                    return Ok(None);
+                }
             }
             engine
         }
@@ -89,18 +92,33 @@ pub(super) fn solver(
     fluid::pour(case, &domain, &boundary, &mut flow, bed_height);
     let mut solver = Solver::new(domain, boundary, settings, flow, engine, shapes, coupling)?;
     solver.begin_with(fluid::first_step(case));
-    Ok(solver)
+    Ok(Some(solver))
+}
+
+/// How a relaxation ended.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Relaxed {
+    AtRest,
+    Stopped,
 }
 
 /// Lets a bed that was read from a file come to rest, without fluid. Where its contact spheres are not those it
 /// was packed with they overlap, and would fly apart: they part slowly first.
-fn relax(job: &Job, domain: &Domain, engine: &mut Engine) -> Result<(), RankError> {
+fn relax(job: &Job, domain: &Domain, engine: &mut Engine, recorder: &Recorder) -> Result<Relaxed, RankError> {
     let gravity = job.case.effective_gravity(0.0);
     let begin = engine.time();
     let mut parting = true;
     let mut parted = begin;
     engine.allow_any_overlap(true);
     loop {
+        let [stop, _] = signals(domain, job, recorder);
+        if stop {
+            // A bed on its way to rest is no state to go on from.
+            if domain.communicator().rank() == 0 {
+                job.say("stopped while the bed came to rest, before the first step: run the case again");
+            }
+            return Ok(Relaxed::Stopped);
+        }
         let report = if parting {
             let (report, slowed) = part(domain, engine, gravity)?;
             parting = slowed > 0;
@@ -128,7 +146,7 @@ fn relax(job: &Job, domain: &Domain, engine: &mut Engine) -> Result<(), RankErro
             });
         }
         if !parting && engine.time() - parted >= RELAX_LEAST && mean_speed < AT_REST {
-            return Ok(());
+            return Ok(Relaxed::AtRest);
         }
         if time > RELAX_LONGEST {
             return Err(RankError::NotAtRest { time, mean_speed });
