@@ -60,6 +60,11 @@ impl Progress for Screen {
         self.clear();
         eprintln!("{text}");
     }
+
+    fn warnings(&mut self, warnings: &Diagnostics, source: &Source) {
+        self.clear();
+        self::warnings(warnings, source);
+    }
 }
 
 impl Drop for Screen {

@@ -6,8 +6,8 @@ use sazanami_numerics::{Real, Vector};
 use serde::Serialize;
 
 use crate::case::meaning::{
-    BoundarySide, Case, ContactLaw, ContactSphereChoice, Damping, GrainPlacement, Placement, Population, Step,
-    Substeps, ViscosityScheme, WALL,
+    BoundarySide, Case, ContactLaw, ContactSphereChoice, Damping, GrainPlacement, GrainShape, Placement, Population,
+    Step, Substeps, ViscosityScheme, WALL,
 };
 use crate::case::{Diagnostics, LoadedCase};
 use crate::machine::Machine;
@@ -60,6 +60,13 @@ impl Default for CostModel {
         }
     }
 }
+
+/// Part of the free memory that a case is advised to take.
+const FILLED: Real = 0.9;
+/// Memory of a tetrahedron of a shape's mesh, with nodes, surface and search trees [bytes].
+const MEMORY_TETRAHEDRON: Real = 1e3;
+/// Memory of a contact sphere of a shape [bytes].
+const MEMORY_SHAPE_SPHERE: Real = 200.0;
 
 /// A limit on the time step.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -162,34 +169,92 @@ pub struct CheckReport {
 /// Memory a case takes [bytes].
 #[must_use]
 pub fn memory(case: &Case, model: &CostModel) -> Real {
-    let cells: Real = case.domain.cells.iter().map(|&n| n as Real + 4.0).product();
-    let grains: Real = case.grains.iter().map(|p| p.count.unwrap_or(0) as Real).sum();
-    let spheres: Real =
-        case.grains.iter().map(|p| p.count.unwrap_or(0) as Real * spheres_of(p).unwrap_or(0) as Real).sum();
-    cells * model.memory_cell + grains * model.memory_grain + spheres * model.memory_sphere
+    let grains: Real = case.grains.iter().map(|p| grain_memory(p, p.count.unwrap_or(0), model)).sum();
+    cell_memory(case.domain.cells, model) + grains
 }
 
-/// Refuses a case that does not fit into the machine's memory.
+/// Memory of the fields [bytes].
+fn cell_memory(cells: [usize; 3], model: &CostModel) -> Real {
+    cells.iter().map(|&n| n as Real + 4.0).product::<Real>() * model.memory_cell
+}
+
+/// Memory of one grain [bytes].
+fn memory_per_grain(population: &Population, model: &CostModel) -> Real {
+    model.memory_grain + spheres_of(population).unwrap_or(0) as Real * model.memory_sphere
+}
+
+/// Memory of `count` grains of a population with their shape [bytes].
+fn grain_memory(population: &Population, count: usize, model: &CostModel) -> Real {
+    let tetrahedra = match population.shape {
+        GrainShape::Sphere { refinement, .. } => 20.0 * 4.0_f64.powi(refinement.min(100) as i32),
+        GrainShape::Spheroid { rings, segments, .. } => 2.0 * rings as Real * segments as Real,
+        GrainShape::Box { .. } | GrainShape::Mesh { .. } => 0.0,
+    };
+    let shape = tetrahedra * MEMORY_TETRAHEDRON + spheres_of(population).unwrap_or(0) as Real * MEMORY_SHAPE_SPHERE;
+    shape + count as Real * memory_per_grain(population, model)
+}
+
+/// Refuses a case that does not fit into the machine's memory, and points to what takes most of it.
 pub fn check_memory(loaded: &LoadedCase, machine: &Machine, model: &CostModel, report: &mut Diagnostics) {
-    let needed = memory(&loaded.case, model);
+    let case = &loaded.case;
+    let needed = memory(case, model);
     let Some(available) = machine.memory_available else { return };
     if needed <= available as Real {
         return;
     }
-    let cells = loaded.text.domain.as_ref().and_then(|domain| domain.value.cells.as_ref());
-    let title = "this box is too large for the memory of this machine";
-    let label = format!("needs about {}, and {} are free", bytes(needed), bytes(available as Real));
-    let n = loaded.case.domain.cells;
-    let help = format!(
-        "half the cells in each direction, [{}, {}, {}], take an eighth of it",
-        n[0].div_ceil(2),
-        n[1].div_ceil(2),
-        n[2].div_ceil(2)
-    );
-    match cells {
-        Some(cells) => report.error(cells.0.span.clone(), title).label(label).help(help),
-        None => report.error_in_file(title).label(label).help(help),
-    };
+    let cells = cell_memory(case.domain.cells, model);
+    let grains = |n: usize| grain_memory(&case.grains[n], case.grains[n].count.unwrap_or(0), model);
+    let heaviest = (0..case.grains.len()).max_by(|&a, &b| grains(a).total_cmp(&grains(b)));
+    let free = bytes(available as Real);
+    match heaviest.filter(|&n| grains(n) > cells) {
+        Some(n) => {
+            let population = &case.grains[n];
+            let at = &loaded.text.grains[n];
+            let placement = at.value.placement.as_ref().map_or(&at.span, |placement| &placement.span);
+            let span = at.value.count.as_ref().map_or(placement, |count| &count.0.span).clone();
+            let room = FILLED * available as Real - (needed - grains(n)) - grain_memory(population, 0, model);
+            let fit = (room / memory_per_grain(population, model)).floor();
+            let help = if fit >= 1.0 {
+                format!("{fit:.0} grains of this kind fit beside the rest")
+            } else {
+                format!("the rest of the case needs {} by itself: make it smaller as well", bytes(needed - grains(n)))
+            };
+            report
+                .error(span, format!("`{}` is too large for the memory of this machine", population.name))
+                .label(format!("these grains need about {}, and {free} are free", bytes(grains(n))))
+                .help(help);
+        }
+        None => {
+            let title = "this box is too large for the memory of this machine";
+            let label = format!("its cells need about {}, and {free} are free", bytes(cells));
+            let help = match fitting_cells(case.domain.cells, FILLED * available as Real - (needed - cells), model) {
+                Some([a, b, c]) => format!("[{a}, {b}, {c}] fits"),
+                None => format!("the grains need {} by themselves: take fewer as well", bytes(needed - cells)),
+            };
+            let written = loaded.text.domain.as_ref().and_then(|domain| domain.value.cells.as_ref());
+            match written {
+                Some(cells) => report.error(cells.0.span.clone(), title).label(label).help(help),
+                None => report.error_in_file(title).label(label).help(help),
+            };
+        }
+    }
+}
+
+/// The largest numbers of cells in the proportions of `cells` whose fields fit into `room` [bytes].
+fn fitting_cells(cells: [usize; 3], room: Real, model: &CostModel) -> Option<[usize; 3]> {
+    let mut factor = (room / cell_memory(cells, model)).cbrt();
+    if factor.is_nan() || factor <= 0.0 {
+        return None;
+    }
+    // The cells round the box do not shrink with it: thin boxes need some more steps.
+    while factor > 1e-7 {
+        let fewer = cells.map(|n| ((n as Real * factor).floor() as usize).max(1));
+        if cell_memory(fewer, model) <= room {
+            return Some(fewer);
+        }
+        factor *= 0.99;
+    }
+    None
 }
 
 /// A size for people.
@@ -227,6 +292,8 @@ pub struct ShapeFacts {
     pub contact_spheres: Option<usize>,
     /// Grain size [m].
     pub size: Option<Real>,
+    /// Number of grains, where a bed file tells it.
+    pub grains: Option<usize>,
     /// For people.
     pub lines: Vec<String>,
 }
@@ -244,6 +311,14 @@ pub fn check(case: &Case, shapes: &[ShapeFacts], machine: &Machine, threads: usi
     let (limits, dt, passes) = step_limits(case, &populations);
     let substeps = substeps(case, &populations, dt);
     let steps = (case.run.until / dt).ceil().min(case.run.steps.map_or(Real::INFINITY, |n| n as Real));
+    // Grains that only a bed file counts.
+    let of_files: Real = case
+        .grains
+        .iter()
+        .zip(&populations)
+        .filter(|(population, _)| population.count.is_none())
+        .map(|(population, told)| told.grains.unwrap_or(0) as Real * memory_per_grain(population, model))
+        .sum();
     let size = Size { cells: case.domain.cell_count(), grains, spheres: contact_spheres };
     let predicted = predict(case, &size, steps, passes, substeps, threads, model);
     CheckReport {
@@ -262,7 +337,7 @@ pub fn check(case: &Case, shapes: &[ShapeFacts], machine: &Machine, threads: usi
         fluid_passes: passes,
         substeps,
         steps,
-        memory_bytes: memory(case, model),
+        memory_bytes: memory(case, model) + of_files,
         memory_available: machine.memory_available,
         disk_bytes: disk(case, &size, steps, model),
         disk_available: None,
@@ -283,7 +358,7 @@ fn population_report(case: &Case, population: &Population, facts: &ShapeFacts) -
     let size = population.shape.size().or(facts.size).map(|size| size * population.size.smallest());
     PopulationReport {
         name: population.name.clone(),
-        grains: population.count,
+        grains: population.count.or(facts.grains),
         contact_spheres: facts.contact_spheres.or_else(|| spheres_of(population)),
         size_m: size,
         cells_per_grain: size.map(|size| size / case.domain.spacing().max_element()),

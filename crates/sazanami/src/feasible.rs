@@ -1,17 +1,20 @@
 //! Whether a case can run: everything that can be refused before memory is taken or a file overwritten.
 //!
-//! Builds the shapes of the grains, and with them asks whether meshes are sound, grains lie within the box,
-//! liquids keep clear of grains, and the whole fits into memory.
+//! Builds the shapes of the grains and reads the beds, and with them asks whether meshes are sound, grains lie
+//! within the box, liquids keep clear of grains, and the whole fits into memory.
+
+mod above_bed;
+mod beds;
 
 use std::ops::Range;
 
-use sazanami_numerics::geometry::Shape;
+use sazanami_numerics::geometry::{Region, Shape};
 use sazanami_numerics::{Quaternion, Real, Vector};
 
+use crate::assembly::grains::{self, population_of};
 use crate::assembly::shapes::shape_of;
-use crate::case::meaning::{
-    Case, Exchange, GrainPlacement, GrainShape, LatticePlacement, LiquidRegion, Placement, Region, SIDE_NAMES,
-};
+use crate::bed_file::Bed;
+use crate::case::meaning::{Case, Exchange, GrainPlacement, GrainShape, LatticePlacement, SIDE_NAMES};
 use crate::case::schema::{PlacementText, ShapeText};
 use crate::case::written::At;
 use crate::case::{CaseError, Diagnostics, LoadedCase};
@@ -23,6 +26,8 @@ use crate::machine::Machine;
 pub struct Feasible {
     /// Shape of each population at size factor 1.
     pub shapes: Vec<Shape>,
+    /// Bed of each population that is read from a file, with the grains of that population alone.
+    pub beds: Vec<Option<Bed>>,
     /// What is worth telling about them.
     pub facts: Vec<ShapeFacts>,
     /// Warnings, those of the case file included.
@@ -39,6 +44,17 @@ struct Placed {
     factor: Real,
     /// Room to leave round it for what is random [m].
     slack: Real,
+    /// How it came there.
+    origin: Origin,
+}
+
+/// How a grain came to its place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Origin {
+    /// By the case file.
+    Case,
+    /// By a bed file; whether it will still move before the run begins.
+    Bed { relaxes: bool },
 }
 
 /// More findings of one kind than this help nobody.
@@ -56,25 +72,31 @@ const OVERLAP_REFUSED: Real = 0.8;
 /// All findings together, if one of them is an error.
 pub fn check(loaded: &LoadedCase, machine: &Machine, model: &CostModel) -> Result<Feasible, Box<CaseError>> {
     let mut report = loaded.warnings.clone();
+    let refused = |diagnostics: Diagnostics| Box::new(CaseError { source: loaded.source.clone(), diagnostics });
     check_memory(loaded, machine, model, &mut report);
-    let shapes = shapes(loaded, &mut report);
+    beds::can_be_written(loaded, &mut report);
     if report.has_errors() {
-        return Err(Box::new(CaseError { source: loaded.source.clone(), diagnostics: report }));
+        return Err(refused(report));
     }
-    let facts = shapes.iter().map(facts_of).collect();
-    let mut search = Search { loaded, case: &loaded.case, shapes: &shapes, report: &mut report };
+    let shapes = shapes(loaded, &mut report);
+    let beds = beds::read(loaded, &mut report);
+    if report.has_errors() {
+        return Err(refused(report));
+    }
+    let facts = shapes.iter().zip(&beds).map(|(shape, bed)| facts_of(shape, bed.as_ref())).collect();
+    let lying = grains::placed(&loaded.case, &beds);
+    let mut search = Search { loaded, case: &loaded.case, shapes: &shapes, beds: &beds, report: &mut report };
     search.weights();
     search.room();
-    let placed = search.placed();
+    let lying: Vec<Placed> = lying.iter().map(|grain| search.as_it_lies(grain)).collect();
+    let placed = search.placed(&lying);
     search.within_box(&placed);
     search.overlaps(&placed);
-    for (n, liquid) in loaded.case.liquids.iter().enumerate() {
-        search.clear_of_grains(n, liquid, &placed);
-    }
+    search.liquids(&lying);
     if report.has_errors() {
-        return Err(Box::new(CaseError { source: loaded.source.clone(), diagnostics: report }));
+        return Err(refused(report));
     }
-    Ok(Feasible { shapes, facts, warnings: report })
+    Ok(Feasible { shapes, beds, facts, warnings: report })
 }
 
 /// Builds the shapes; those that fail are reported.
@@ -109,7 +131,7 @@ fn shapes(loaded: &LoadedCase, report: &mut Diagnostics) -> Vec<Shape> {
 }
 
 /// What `check` tells about a shape.
-fn facts_of(shape: &Shape) -> ShapeFacts {
+fn facts_of(shape: &Shape, bed: Option<&Bed>) -> ShapeFacts {
     let report = shape.report();
     let mut first =
         format!("{} nodes, {} tetrahedra, volume {:.5} mm^3", report.nodes, report.tetrahedra, report.volume * 1e9);
@@ -136,6 +158,7 @@ fn facts_of(shape: &Shape) -> ShapeFacts {
         volume: Some(report.volume),
         contact_spheres: Some(report.contact_spheres),
         size: Some((high - low).min_element()),
+        grains: bed.map(|bed| bed.grains.len()),
         lines,
     }
 }
@@ -150,6 +173,7 @@ struct Search<'a> {
     loaded: &'a LoadedCase,
     case: &'a Case,
     shapes: &'a [Shape],
+    beds: &'a [Option<Bed>],
     report: &'a mut Diagnostics,
 }
 
@@ -200,29 +224,35 @@ impl Search<'_> {
         }
     }
 
-    /// Grains whose places are known before the run.
-    fn placed(&self) -> Vec<Placed> {
-        let mut placed = Vec::new();
+    /// A grain that begins where it is now.
+    fn as_it_lies(&self, grain: &sazanami_dem::Grain) -> Placed {
+        let (population, index) = population_of(grain.id);
+        let origin = match &self.case.grains[population].placement {
+            GrainPlacement::Bed(bed) => Origin::Bed { relaxes: bed.relax },
+            _ => Origin::Case,
+        };
+        Placed {
+            population,
+            index: index as usize,
+            position: grain.position,
+            orientation: grain.orientation,
+            factor: grain.scale,
+            slack: 0.0,
+            origin,
+        }
+    }
+
+    /// Grains whose places are known before the run: lattices as far as they are not random, others as they lie.
+    fn placed(&self, lying: &[Placed]) -> Vec<Placed> {
+        let lattice = |n: usize| match &self.case.grains[n].placement {
+            GrainPlacement::Lattice(lattice) => Some(lattice),
+            _ => None,
+        };
+        let mut placed: Vec<Placed> =
+            lying.iter().filter(|grain| lattice(grain.population).is_none()).copied().collect();
         for (n, population) in self.case.grains.iter().enumerate() {
-            match &population.placement {
-                GrainPlacement::List(list) => placed.extend(list.iter().enumerate().map(|(index, grain)| Placed {
-                    population: n,
-                    index,
-                    position: grain.position,
-                    orientation: grain.orientation,
-                    factor: grain.factor,
-                    slack: 0.0,
-                })),
-                GrainPlacement::Lattice(lattice) => {
-                    placed.extend(lattice_places(
-                        n,
-                        lattice,
-                        population.size.largest(),
-                        self.shapes[n].bounding_radius(),
-                    ));
-                }
-                GrainPlacement::Packed(_) | GrainPlacement::Bed(_) => {}
-            }
+            let Some(lattice) = lattice(n) else { continue };
+            placed.extend(lattice_places(n, lattice, population.size.largest(), self.shapes[n].bounding_radius()));
         }
         placed
     }
@@ -242,83 +272,172 @@ impl Search<'_> {
 
     /// No grain may stick out of a wall.
     fn within_box(&mut self, placed: &[Placed]) {
-        let (lower, upper) = (self.case.domain.lower, self.case.domain.upper);
         let tolerance = 1e-9 * self.case.domain.extent().max_element();
         let mut found = 0;
-        for grain in placed {
-            let shape = &self.shapes[grain.population];
-            let (low, high) = if grain.slack > 0.0 {
-                let reach = Vector::splat(grain.factor * shape.bounding_radius() + grain.slack);
-                (grain.position - reach, grain.position + reach)
-            } else {
-                shape.mesh().nodes.iter().fold((Vector::INFINITY, Vector::NEG_INFINITY), |(low, high), &node| {
-                    let x = grain.position + grain.orientation * (grain.factor * node);
-                    (low.min(x), high.max(x))
-                })
-            };
-            let out = [low - lower, upper - high]
-                .iter()
-                .enumerate()
-                .flat_map(|(side, room)| (0..3).map(move |d| (d, side, -room[d])))
-                .filter(|&(d, side, depth)| depth > tolerance && self.case.holds_grains(d, side))
-                .max_by(|a, b| a.2.total_cmp(&b.2));
-            if let Some((direction, side, depth)) = out {
-                found += 1;
-                if found <= MOST_ALIKE {
-                    let (name, span) = self.name(grain);
-                    self.report
-                        .error(span, format!("{name} sticks out of the box"))
-                        .label(format!("{:.4} mm beyond the side {}", depth * 1e3, SIDE_NAMES[direction][side]))
-                        .help("move the grain, or enlarge the box");
-                }
+        let mut of_beds: Vec<Vec<(usize, Outside)>> = vec![Vec::new(); self.case.grains.len()];
+        for (number, grain) in placed.iter().enumerate() {
+            let Some(out) = self.outside(grain, tolerance) else { continue };
+            if let Origin::Bed { .. } = grain.origin {
+                of_beds[grain.population].push((number, out));
+                continue;
             }
+            found += 1;
+            if found <= MOST_ALIKE {
+                let (name, span) = self.name(grain);
+                self.report
+                    .error(span, format!("{name} sticks out of the box"))
+                    .label(out.to_string())
+                    .help("move the grain, or enlarge the box");
+            }
+        }
+        for (population, list) in of_beds.iter().enumerate() {
+            let Some((number, worst)) = list.iter().max_by(|a, b| a.1.depth.total_cmp(&b.1.depth)) else { continue };
+            self.bed_outside(population, list.len(), &placed[*number], *worst);
         }
     }
 
-    /// Grains put one by one must not lie within each other.
+    /// Says that grains of a bed lie outside the box.
+    fn bed_outside(&mut self, population: usize, count: usize, worst: &Placed, out: Outside) {
+        let (name, span) = self.name(worst);
+        let finding = if count == 1 {
+            self.report.error(span, format!("{name} sticks out of the box")).label(out.to_string())
+        } else {
+            let title =
+                format!("{count} grains of the bed of `{}` stick out of the box", self.case.grains[population].name);
+            self.report.error(span, title).label(format!("{name} the most: {out}"))
+        };
+        if let (GrainPlacement::Bed(file), Some(bed)) =
+            (&self.case.grains[population].placement, &self.beds[population])
+        {
+            let size = file.scale * (bed.upper - bed.lower) * 1e3;
+            finding.help(format!(
+                "the bed was packed in a box of {:.4} mm x {:.4} mm x {:.4} mm (times `scale`): take one as large",
+                size.x, size.y, size.z
+            ));
+        }
+    }
+
+    /// How far a grain stands out of the box, if it does.
+    ///
+    /// Grains put by hand may not do so at all. Those of a bed press against the sides, and their contact spheres
+    /// need not be those they were packed with: they may overlap a side as far as they may overlap each other.
+    fn outside(&self, grain: &Placed, tolerance: Real) -> Option<Outside> {
+        let (lower, upper) = (self.case.domain.lower, self.case.domain.upper);
+        let shape = &self.shapes[grain.population];
+        let reach = Vector::splat(grain.factor * shape.bounding_radius() + grain.slack);
+        let ball = [grain.position - reach, grain.position + reach];
+        let corners = if (ball[0] - lower).min(upper - ball[1]).min_element() >= 0.0 || grain.slack > 0.0 {
+            ball
+        } else {
+            match grain.origin {
+                Origin::Bed { relaxes } => {
+                    let share = if relaxes { OVERLAP_REFUSED } else { OVERLAP_WARNED };
+                    let top = if relaxes { share } else { 0.0 };
+                    self.spheres(grain).iter().fold(no_corners(), |[low, high], &(centre, radius)| {
+                        let room = Vector::new(share, share, top);
+                        [low.min(centre - radius * (1.0 - share)), high.max(centre + radius * (Vector::ONE - room))]
+                    })
+                }
+                Origin::Case => {
+                    let [low, mut high] =
+                        self.nodes(grain).fold(no_corners(), |[low, high], x| [low.min(x), high.max(x)]);
+                    // The run refuses contact spheres above the lid.
+                    for (centre, radius) in self.spheres(grain) {
+                        high.z = high.z.max(centre.z + radius);
+                    }
+                    [low, high]
+                }
+            }
+        };
+        let depth = |d: usize, side: usize| if side == 0 { lower[d] - corners[0][d] } else { corners[1][d] - upper[d] };
+        (0..6)
+            .map(|n| Outside { direction: n % 3, side: n / 3, depth: depth(n % 3, n / 3) })
+            .filter(|out| out.depth > tolerance && self.case.holds_grains(out.direction, out.side))
+            .max_by(|a, b| a.depth.total_cmp(&b.depth))
+    }
+
+    /// Grains must not lie within each other.
     fn overlaps(&mut self, placed: &[Placed]) {
-        let mut order: Vec<usize> = (0..placed.len()).filter(|&n| placed[n].slack == 0.0).collect();
-        order.sort_by(|&a, &b| placed[a].position.x.total_cmp(&placed[b].position.x));
-        let reach = |n: usize| placed[n].factor * self.shapes[placed[n].population].bounding_radius();
-        let widest = order.iter().map(|&n| reach(n)).fold(0.0, Real::max);
+        let settled = |n: &usize| placed[*n].slack == 0.0 && placed[*n].origin != (Origin::Bed { relaxes: true });
+        let mut order: Vec<Hull> = (0..placed.len()).filter(settled).map(|n| self.hull(n, &placed[n])).collect();
+        order.sort_by(|a, b| a.lower.x.total_cmp(&b.lower.x));
         let mut found = Vec::new();
-        for (rank, &a) in order.iter().enumerate() {
-            for &b in &order[rank + 1..] {
-                if placed[b].position.x - placed[a].position.x > reach(a) + widest {
+        for (rank, a) in order.iter().enumerate() {
+            let mut mine = None;
+            for b in &order[rank + 1..] {
+                if b.lower.x > a.upper.x {
                     break;
                 }
-                if placed[a].position.distance(placed[b].position) < reach(a) + reach(b) {
-                    let overlap = self.overlap(&placed[a], &placed[b]);
-                    if overlap > OVERLAP_WARNED {
-                        found.push((a.min(b), a.max(b), overlap));
-                    }
+                let (lower, upper) = (a.lower.max(b.lower), a.upper.min(b.upper));
+                if lower.cmpgt(upper).any() {
+                    continue;
+                }
+                let mine = mine.get_or_insert_with(|| self.spheres(&placed[a.grain]));
+                let overlap = self.overlap(mine, &placed[b.grain], [lower, upper]);
+                if overlap > OVERLAP_WARNED {
+                    found.push((a.grain.min(b.grain), a.grain.max(b.grain), overlap));
                 }
             }
         }
         found.sort_by_key(|&(a, b, _)| (a, b));
-        for &(a, b, overlap) in found.iter().take(MOST_ALIKE) {
-            let (first, _) = self.name(&placed[a]);
-            let (second, span) = self.name(&placed[b]);
-            let label = format!("by {:.0} % of the smaller contact sphere's radius", 1e2 * overlap);
-            let title = format!("{second} overlaps {first}");
-            if overlap > OVERLAP_REFUSED {
-                self.report
-                    .error(span, title)
-                    .label(label)
-                    .help("move one of the two: contacts are thin against grains");
-            } else {
-                self.report.warning(Some(span), title).label(label);
-            }
+        let of_beds =
+            |&(a, b, _): &(usize, usize, Real)| [a, b].iter().all(|&n| matches!(placed[n].origin, Origin::Bed { .. }));
+        let (within_beds, others): (Vec<_>, Vec<_>) = found.into_iter().partition(of_beds);
+        for &(a, b, overlap) in others.iter().take(MOST_ALIKE) {
+            self.overlapping(
+                [&placed[a], &placed[b]],
+                overlap,
+                "",
+                "move one of the two: contacts are thin against grains",
+            );
+        }
+        if let Some(&(a, b, overlap)) = within_beds.iter().max_by(|a, b| a.2.total_cmp(&b.2)) {
+            let more = match within_beds.len() {
+                1 => String::new(),
+                pairs => format!("; {pairs} pairs of the bed by more than {:.0} %", 1e2 * OVERLAP_WARNED),
+            };
+            let help = "`relax = true` lets the bed come to rest with these contact spheres before the run begins";
+            self.overlapping([&placed[a], &placed[b]], overlap, &more, help);
         }
     }
 
-    /// Largest overlap of two grains' contact spheres over the smaller radius.
-    fn overlap(&self, a: &Placed, b: &Placed) -> Real {
+    /// Says that two grains overlap.
+    fn overlapping(&mut self, [a, b]: [&Placed; 2], overlap: Real, more: &str, help: &str) {
+        let (first, _) = self.name(a);
+        let (second, span) = self.name(b);
+        let label = format!("by {:.0} % of the smaller contact sphere's radius{more}", 1e2 * overlap);
+        let title = format!("{second} overlaps {first}");
+        if overlap > OVERLAP_REFUSED {
+            self.report.error(span, title).label(label).help(help);
+        } else {
+            self.report.warning(Some(span), title).label(label);
+        }
+    }
+
+    /// The box round the contact spheres of a grain.
+    fn hull(&self, number: usize, grain: &Placed) -> Hull {
+        let spheres = self.shapes[grain.population].contact_spheres();
+        let [lower, upper] = spheres.centres.iter().zip(&spheres.radii).fold(no_corners(), |[low, high], (&c, &r)| {
+            let (centre, radius) = (grain.position + grain.orientation * (grain.factor * c), grain.factor * r);
+            [low.min(centre - radius), high.max(centre + radius)]
+        });
+        Hull { grain: number, lower, upper }
+    }
+
+    /// Largest overlap of two grains' contact spheres over the smaller radius, where their hulls meet.
+    fn overlap(&self, mine: &[(Vector, Real)], other: &Placed, [lower, upper]: [Vector; 2]) -> Real {
+        let near = |&&(centre, radius): &&(Vector, Real)| centre.distance(centre.clamp(lower, upper)) <= radius;
+        let mine: Vec<&(Vector, Real)> = mine.iter().filter(near).collect();
         let mut largest: Real = 0.0;
-        let other = self.spheres(b);
-        for (x, r) in self.spheres(a) {
-            for &(y, s) in &other {
-                largest = largest.max((r + s - x.distance(y)) / r.min(s));
+        if mine.is_empty() {
+            return largest;
+        }
+        for (y, s) in self.spheres(other).iter().filter(near) {
+            for (x, r) in &mine {
+                let squared = x.distance_squared(*y);
+                if squared < (r + s) * (r + s) {
+                    largest = largest.max((r + s - squared.sqrt()) / r.min(*s));
+                }
             }
         }
         largest
@@ -333,51 +452,47 @@ impl Search<'_> {
         spheres.centres.iter().zip(&spheres.radii).map(at).collect()
     }
 
-    /// A liquid must not touch grains unless that is allowed.
-    fn clear_of_grains(&mut self, number: usize, liquid: &LiquidRegion, placed: &[Placed]) {
-        let Placement::Absolute(position) = liquid.placement else { return };
-        if liquid.allow_touching_grains {
-            return;
-        }
-        let region = liquid.region.moved(position);
-        let touched = placed.iter().find(|grain| self.touches(&region, grain));
-        if let Some(grain) = touched {
-            let (name, _) = self.name(grain);
-            let at = &self.loaded.text.liquid[number];
-            let span = at.value.region.as_ref().map_or(at.span.clone(), |region| region.span.clone());
-            self.report
-                .error(span, format!("`{}` touches grains", liquid.name))
-                .label(format!("it reaches {name}"))
-                .help("move it away, or write `allow_touching_grains = true` for a liquid that wets them");
-        }
+    /// Nodes of a grain where it lies [m].
+    fn nodes(&self, grain: &Placed) -> impl Iterator<Item = Vector> {
+        let grain = *grain;
+        let nodes = &self.shapes[grain.population].mesh().nodes;
+        nodes.iter().map(move |&node| grain.position + grain.orientation * (grain.factor * node))
     }
 
     fn touches(&self, region: &Region, grain: &Placed) -> bool {
-        let shape = &self.shapes[grain.population];
-        let node_inside = shape
-            .mesh()
-            .nodes
-            .iter()
-            .any(|&node| region.contains(grain.position + grain.orientation * (grain.factor * node)));
-        node_inside || self.spheres(grain).iter().any(|&(centre, radius)| sphere_touches(region, centre, radius))
+        let reach = grain.factor * self.shapes[grain.population].bounding_radius();
+        region.touches_ball(grain.position, reach)
+            && (self.nodes(grain).any(|x| region.contains(x))
+                || self.spheres(grain).iter().any(|&(centre, radius)| region.touches_ball(centre, radius)))
     }
 }
 
-/// Whether a sphere reaches into a region (for spheroids and unions: as far as 26 points of it tell).
-fn sphere_touches(region: &Region, centre: Vector, radius: Real) -> bool {
-    match region {
-        Region::Sphere { centre: other, diameter } => centre.distance(*other) < radius + 0.5 * diameter,
-        Region::HalfSpace { point, normal } => (centre - *point).dot(*normal) < radius,
-        Region::Box { lower, upper } => centre.distance(centre.clamp(*lower, *upper)) < radius,
-        Region::Union(parts) => parts.iter().any(|part| sphere_touches(part, centre, radius)),
-        Region::Spheroid { centre: other, .. } => {
-            let steps = [-1.0, 0.0, 1.0];
-            let directions =
-                steps.iter().flat_map(|&x| steps.iter().flat_map(move |&y| steps.map(|z| Vector::new(x, y, z))));
-            let towards = (*other - centre).normalize_or_zero();
-            directions.chain([towards]).any(|d| region.contains(centre + radius * d.normalize_or_zero()))
-        }
+/// How far a grain stands out of the box.
+#[derive(Clone, Copy, Debug)]
+struct Outside {
+    direction: usize,
+    side: usize,
+    /// [m]
+    depth: Real,
+}
+
+impl std::fmt::Display for Outside {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(formatter, "{:.4} mm beyond the side {}", self.depth * 1e3, SIDE_NAMES[self.direction][self.side])
     }
+}
+
+/// The box round a grain's contact spheres.
+#[derive(Clone, Copy, Debug)]
+struct Hull {
+    grain: usize,
+    lower: Vector,
+    upper: Vector,
+}
+
+/// Corners of a box that holds nothing yet.
+const fn no_corners() -> [Vector; 2] {
+    [Vector::INFINITY, Vector::NEG_INFINITY]
 }
 
 /// Places of a lattice, with room for jitter and any orientation where these are random.
@@ -395,6 +510,14 @@ fn lattice_places(
     (0..n1 * n2 * n3).map(move |index| {
         let (i, j, k) = (index % n1, index / n1 % n2, index / (n1 * n2));
         let cell = Vector::new(i as Real + 0.5, j as Real + 0.5, k as Real + 0.5);
-        Placed { population, index, position: lower + cell * pitch, orientation: Quaternion::IDENTITY, factor, slack }
+        Placed {
+            population,
+            index,
+            position: lower + cell * pitch,
+            orientation: Quaternion::IDENTITY,
+            factor,
+            slack,
+            origin: Origin::Case,
+        }
     })
 }

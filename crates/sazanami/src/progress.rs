@@ -2,6 +2,8 @@
 
 use sazanami_numerics::Real;
 
+use crate::case::{Diagnostics, Source};
+
 /// State of a run after a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StepLine {
@@ -70,6 +72,11 @@ pub trait Progress {
 
     /// Something worth a line of its own: a checkpoint skipped, a warning, a picture written.
     fn message(&mut self, text: &str);
+
+    /// What makes one wonder about a case that can run, before it runs; as text unless shown otherwise.
+    fn warnings(&mut self, warnings: &Diagnostics, source: &Source) {
+        self.message(warnings.render(source, false).trim_end());
+    }
 }
 
 /// A listener that does not care.

@@ -11,7 +11,7 @@ use sazanami_numerics::geometry::Shape;
 use sazanami_parallel::{Solo, run_ranks, with_threads};
 
 use crate::bed_file::Bed;
-use crate::case::meaning::{Case, GrainPlacement, Population};
+use crate::case::meaning::Case;
 use crate::case::{self, LoadedCase};
 use crate::check::CostModel;
 use crate::error::{CommandError, Failure};
@@ -91,12 +91,14 @@ pub fn run(
     stop: &AtomicBool,
 ) -> Result<RunSummary, CommandError> {
     let feasible = feasible::check(loaded, &Machine::this(), &CostModel::default())?;
-    let beds = read_beds(&loaded.case)?;
+    if !feasible.warnings.is_empty() {
+        progress.warnings(&feasible.warnings, &loaded.source);
+    }
     let folder = results::prepare(options.out.as_deref(), &loaded.case.name, options.force)?;
     if options.force {
         results::clear(&folder)?;
     }
-    start(&loaded.case, feasible.shapes, beds, options, folder, None, progress, stop)
+    start(&loaded.case, feasible.shapes, feasible.beds, options, folder, None, progress, stop)
 }
 
 /// Goes on from the newest good checkpoint in `folder`.
@@ -136,19 +138,8 @@ pub fn resume(
         snapshot: reader.snapshot().map_err(unreadable)?,
     };
     progress.message(&format!("going on from step {step}, time {:.6e} s", resumed.run.time));
-    let beds = if resumed.run.packing { read_beds(&loaded.case)? } else { Vec::new() };
+    let beds = if resumed.run.packing { feasible.beds } else { Vec::new() };
     start(&loaded.case, feasible.shapes, beds, options, folder.to_owned(), Some(resumed), progress, stop)
-}
-
-/// Beds of the populations that are read from a file.
-fn read_beds(case: &Case) -> Result<Vec<Option<Bed>>, CommandError> {
-    let read = |population: &Population| match &population.placement {
-        GrainPlacement::Bed(file) => Bed::read(&file.file).map(Some).map_err(|error| {
-            CommandError::input(error.to_string(), "make the bed again with `sazanami run cases/raindrop/bed.toml`")
-        }),
-        _ => Ok(None),
-    };
-    case.grains.iter().map(read).collect()
 }
 
 /// Starts the ranks and passes on what they say.

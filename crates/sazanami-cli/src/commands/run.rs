@@ -69,7 +69,6 @@ impl Extent {
 impl Run {
     pub fn execute(self) -> Result<u8, CommandError> {
         let loaded = case::load(&self.case, &self.overrides)?;
-        terminal::warnings(&loaded.warnings, &loaded.source);
         let stop = terminal::stop_flag()?;
         let mut screen = Screen::new();
         let summary = run(&loaded, &self.extent.options(self.out, self.force), &mut screen, &stop)?;

@@ -9,6 +9,9 @@ use sazanami_numerics::geometry::{
 
 use crate::case::meaning::{ContactSphereChoice, GrainShape, Population, VolumeChoice};
 
+/// Most contact spheres that a file may list.
+const MOST_LISTED: usize = 20_000;
+
 /// A population has no usable shape.
 #[derive(Debug, thiserror::Error)]
 pub enum ShapeProblem {
@@ -25,6 +28,14 @@ pub enum ShapeProblem {
         path: PathBuf,
         /// What is wrong.
         error: SphereListError,
+    },
+    /// The list of contact spheres is longer than a grain's may be.
+    #[error("{}: {count} contact spheres: at most {MOST_LISTED} are possible", path.display())]
+    TooManySpheres {
+        /// The file.
+        path: PathBuf,
+        /// Spheres in it.
+        count: usize,
     },
     /// A file cannot be read.
     #[error("{}: {error}", path.display())]
@@ -78,6 +89,9 @@ fn contact_spheres(choice: &ContactSphereChoice) -> Result<ContactSphereRule, Sh
             let text = read(file)?;
             let list = parse_sphere_list(&text, *unit)
                 .map_err(|error| ShapeProblem::SphereList { path: file.clone(), error })?;
+            if list.len() > MOST_LISTED {
+                return Err(ShapeProblem::TooManySpheres { path: file.clone(), count: list.len() });
+            }
             ContactSphereRule::Listed(list)
         }
     })

@@ -309,6 +309,20 @@ impl Values<'_> {
         self.whole_at(&written?.0, key, least)
     }
 
+    /// A whole number from `least` to `most` that may be absent; one that is wrong counts as absent.
+    pub fn whole_up_to(&mut self, written: Option<&Whole>, key: &str, least: usize, most: usize) -> Option<usize> {
+        let at = &written?.0;
+        let number = self.whole_at(at, key, least)?;
+        if number > most {
+            self.report
+                .error(at.span.clone(), format!("`{key}` has to be {most} or less"))
+                .label(format!("expected a whole number from {least} to {most}"))
+                .help(format!("write {most} or a smaller whole number"));
+            return None;
+        }
+        Some(number)
+    }
+
     /// Three whole numbers, each 1 or more; zeros stand for what is wrong.
     pub fn cells(&mut self, written: Option<&Cells>, table: &Range<usize>, key: &str) -> [usize; 3] {
         let Some(Cells(at)) = written else {

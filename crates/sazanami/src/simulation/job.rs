@@ -116,11 +116,19 @@ pub(crate) enum RankError {
     #[error(transparent)]
     Boundary(#[from] BoundaryError),
     /// A liquid lies on grains that were not known before the bed was packed or read.
-    #[error("the liquid `{liquid}` touches grain {id} at the start")]
-    LiquidOnGrain { liquid: String, id: u64 },
-    #[error("the bed is higher than the box: grain {id} reaches up to {height} m, the box to {top} m")]
-    BedTooHigh { id: u64, height: Real, top: Real },
-    #[error("the liquid `{liquid}` does not fit above the bed: it reaches up to {height} m, the box to {top} m")]
+    #[error("the liquid `{liquid}` touches {grain} at the start")]
+    LiquidOnGrain { liquid: String, grain: String },
+    #[error(
+        "the bed is higher than the box: {grain} reaches up to {:.4} mm, the box to {:.4} mm",
+        height * 1e3,
+        top * 1e3
+    )]
+    BedTooHigh { grain: String, height: Real, top: Real },
+    #[error(
+        "the liquid `{liquid}` does not fit above the bed: it reaches up to {:.4} mm, the box to {:.4} mm",
+        height * 1e3,
+        top * 1e3
+    )]
     LiquidTooHigh { liquid: String, height: Real, top: Real },
     /// A step of the flow failed.
     #[error("{message}")]
@@ -255,5 +263,20 @@ fn grain_kind(error: &DemError) -> &'static str {
         DemError::OverlapTooLarge { .. } => "overlap",
         DemError::BoxTooShort { .. } | DemError::BadGrain { .. } | DemError::Snapshot(_) => "input",
         DemError::Elsewhere(_) => "elsewhere",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn heights_are_told_in_millimetres() {
+        let high = RankError::BedTooHigh { grain: "grain 12 of `sand`".into(), height: 0.012_345_678_9, top: 0.0121 };
+        let expected =
+            "the bed is higher than the box: grain 12 of `sand` reaches up to 12.3457 mm, the box to 12.1000 mm";
+        assert_eq!(high.to_string(), expected);
+        let drop = RankError::LiquidTooHigh { liquid: "drop".into(), height: 0.1 / 3.0, top: 0.03 };
+        assert!(drop.to_string().ends_with("it reaches up to 33.3333 mm, the box to 30.0000 mm"), "{drop}");
     }
 }

@@ -10,6 +10,7 @@ use sazanami_numerics::geometry::Region;
 use sazanami_numerics::{Real, Vector};
 
 use super::job::{Job, RankError};
+use super::naming::partner;
 use super::{PACKING, fixed_step, signals};
 use crate::assembly::{fluid, grains};
 use crate::case::meaning::{FluidName, GrainPlacement, Placement};
@@ -173,8 +174,10 @@ fn within_box(job: &Job, domain: &Domain, engine: &Engine) -> Result<(), RankErr
         .filter(|_| job.case.holds_grains(2, 1))
         .map(|n| (spheres(engine, n).map(|(centre, radius)| centre.z + radius).fold(Real::NEG_INFINITY, Real::max), n))
         .max_by(|a, b| a.0.total_cmp(&b.0));
-    let out = highest.filter(|&(height, _)| height > top);
-    domain.agree(out.map_or(Ok(()), |(height, n)| Err(RankError::BedTooHigh { id: grains.id[n], height, top })))
+    let tolerance = 1e-9 * job.case.domain.extent().max_element();
+    let out = highest.filter(|&(height, _)| height > top + tolerance);
+    let refused = |(height, n): (Real, usize)| RankError::BedTooHigh { grain: name(job, grains.id[n]), height, top };
+    domain.agree(out.map_or(Ok(()), |highest| Err(refused(highest))))
 }
 
 /// Refuses liquids that the height of the bed puts outside the box, wholly or in part.
@@ -201,9 +204,14 @@ fn keep_clear(job: &Job, domain: &Domain, engine: &Engine, bed_height: Real) -> 
     let found = touched.into_iter().find_map(|liquid| {
         let origin = fluid::origin_of(liquid, case.bed.axis, bed_height);
         let region = fluid::region(&liquid.region.moved(origin));
-        (0..all.owned()).find(|&n| touches(&region, engine, n)).map(|n| (liquid.name.clone(), all.id[n]))
+        (0..all.owned()).find(|&n| touches(&region, engine, n)).map(|n| (liquid.name.clone(), name(job, all.id[n])))
     });
-    domain.agree(found.map_or(Ok(()), |(liquid, id)| Err(RankError::LiquidOnGrain { liquid, id })))
+    domain.agree(found.map_or(Ok(()), |(liquid, grain)| Err(RankError::LiquidOnGrain { liquid, grain })))
+}
+
+/// A grain as the case names it.
+fn name(job: &Job, id: u64) -> String {
+    partner(job.case, &[], id)
 }
 
 /// Whether a contact sphere of grain `n` reaches into `region`.

@@ -22,6 +22,13 @@ const DASHPOT: Real = 2.95e-3;
 const FRICTION: Real = 0.6;
 const RESTITUTION: Real = 0.5;
 
+/// Most contact spheres of a shell: their numbers are kept in 16 bits, and fewer than this follow any grain.
+const MOST_ON_SHELL: usize = 20_000;
+/// Most contact spheres along an axis.
+const MOST_ON_AXIS: usize = 1000;
+/// Most rings of a spheroid's mesh, and most segments of a ring.
+const MOST_DIVISIONS: usize = 200;
+
 impl Context<'_> {
     pub(super) fn dem(&mut self, text: &CaseText, boundary: &[[BoundarySide; 2]; 3]) -> DemOptions {
         let empty = DemText::default();
@@ -308,7 +315,7 @@ impl Context<'_> {
                 return written;
             }
             GrainPlacement::Bed(_) => return written,
-            GrainPlacement::Lattice(lattice) => lattice.counts.iter().product(),
+            GrainPlacement::Lattice(lattice) => lattice.counts.iter().fold(1, |all: usize, &n| all.saturating_mul(n)),
             GrainPlacement::List(list) => list.len(),
         };
         if let (Some(count), Some(text)) = (written, &value.count)
@@ -367,8 +374,8 @@ impl Context<'_> {
             ShapeText::Spheroid(s) => GrainShape::Spheroid {
                 diameter: self.values.required::<Length>(s.diameter.as_ref(), span, "diameter", Range1::Positive),
                 length: self.values.required::<Length>(s.length.as_ref(), span, "length", Range1::Positive),
-                rings: self.values.whole(s.rings.as_ref(), "rings", 1).unwrap_or(7),
-                segments: self.values.whole(s.segments.as_ref(), "segments", 3).unwrap_or(6),
+                rings: self.values.whole_up_to(s.rings.as_ref(), "rings", 1, MOST_DIVISIONS).unwrap_or(7),
+                segments: self.values.whole_up_to(s.segments.as_ref(), "segments", 3, MOST_DIVISIONS).unwrap_or(6),
                 volume: self.values.choice(s.volume.as_ref(), "volume", VolumeChoice::Inscribed),
             },
             ShapeText::Box(b) => {
@@ -412,6 +419,20 @@ impl Context<'_> {
         };
         match call {
             None => default,
+            Some(("shell", Some(count))) if count > MOST_ON_SHELL => {
+                refuse(
+                    "too many contact spheres",
+                    &format!("a shell has {MOST_ON_SHELL} at most: 75 follow the paper's sand"),
+                );
+                default
+            }
+            Some(("axis", Some(count))) if count > MOST_ON_AXIS => {
+                refuse(
+                    "too many contact spheres",
+                    &format!("an axis has {MOST_ON_AXIS} at most: 9 follow the paper's sand"),
+                );
+                default
+            }
             Some(("shell", Some(count @ 1..))) => ContactSphereChoice::Shell { count, radius },
             Some(("axis", Some(n @ 1..))) if spheroid => ContactSphereChoice::Axis(n),
             Some(("axis", _)) => {

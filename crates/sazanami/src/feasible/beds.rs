@@ -1,0 +1,188 @@
+//! Bed files before a run: those that grains are read from, and the one that the run will write.
+
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use crate::bed_file::Bed;
+use crate::case::meaning::{BedFile, GrainPlacement};
+use crate::case::schema::PlacementText;
+use crate::case::written::At;
+use crate::case::{Diagnostics, LoadedCase};
+
+/// Reads the beds that populations name; each population is given the grains of its own shape.
+///
+/// A population alone takes a bed of a single shape whatever it is called. Otherwise the populations take the
+/// shapes of their own names, or, where no name is found in the bed and the numbers agree, shape by shape in
+/// the order of the case file.
+pub(super) fn read(loaded: &LoadedCase, report: &mut Diagnostics) -> Vec<Option<Bed>> {
+    let mut beds = vec![None; loaded.case.grains.len()];
+    let mut files: Vec<(&BedFile, Vec<usize>)> = Vec::new();
+    for (number, population) in loaded.case.grains.iter().enumerate() {
+        let GrainPlacement::Bed(bed) = &population.placement else { continue };
+        match files.iter_mut().find(|(known, _)| known.file == bed.file) {
+            Some((_, users)) => users.push(number),
+            None => files.push((bed, vec![number])),
+        }
+    }
+    for (file, users) in files {
+        match Bed::read(&file.file) {
+            Ok(bed) => deal(loaded, &file.file, &bed, &users, &mut beds, report),
+            Err(error) => {
+                report
+                    .error(span(loaded, users[0]), format!("`{}` is no bed file", file.file.display()))
+                    .label(error.to_string())
+                    .help(again(file));
+            }
+        }
+    }
+    beds
+}
+
+/// How a bed file is made anew.
+fn again(file: &BedFile) -> String {
+    match &file.recipe {
+        Some(recipe) => {
+            let path = std::path::absolute(&file.file).unwrap_or_else(|_| file.file.clone());
+            format!("make it with `sazanami run {} --set output.bed=\"{}\"`", recipe.display(), path.display())
+        }
+        None => "make it with a case that packs grains and names it under `output.bed`".into(),
+    }
+}
+
+/// Place of the bed file of a population in the case file.
+fn span(loaded: &LoadedCase, population: usize) -> Range<usize> {
+    let at = &loaded.text.grains[population];
+    match &at.value.placement {
+        Some(At { value: PlacementText::Bed(bed), span }) => {
+            bed.file.as_ref().map_or(span.clone(), |file| file.0.span.clone())
+        }
+        Some(placement) => placement.span.clone(),
+        None => at.span.clone(),
+    }
+}
+
+/// Gives each of `users` its grains of a bed.
+fn deal(
+    loaded: &LoadedCase,
+    file: &Path,
+    bed: &Bed,
+    users: &[usize],
+    beds: &mut [Option<Bed>],
+    report: &mut Diagnostics,
+) {
+    let finite = bed.grains.iter().all(|grain| {
+        grain.position.is_finite() && (grain.orientation.length() - 1.0).abs() < 1e-6 && grain.scale > 0.0
+    });
+    if bed.grains.is_empty() || !finite {
+        let label = if finite { "it holds no grains" } else { "it holds grains without a place or a size" };
+        report.error(span(loaded, users[0]), format!("`{}` is no bed for a run", file.display())).label(label);
+        return;
+    }
+    let mut shapes: Vec<u32> = bed.grains.iter().map(|grain| grain.shape).collect();
+    shapes.sort_unstable();
+    shapes.dedup();
+    let named = |shape: u32| bed.recipe.shapes.get(shape as usize).cloned().unwrap_or(format!("shape {shape}"));
+    let names: Vec<String> = shapes.iter().map(|&shape| named(shape)).collect();
+    let wanted: Vec<&str> = users.iter().map(|&user| loaded.case.grains[user].name.as_str()).collect();
+    let chosen = choose(&names, &wanted);
+    let all = names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+    for (&user, choice) in users.iter().zip(&chosen) {
+        if choice.is_none() {
+            report
+                .error(span(loaded, user), format!("the bed has no shape `{}`", loaded.case.grains[user].name))
+                .label(format!("its shapes are {all}"))
+                .help("give each shape of the bed one population of that `name`");
+        }
+    }
+    if chosen.contains(&None) {
+        return;
+    }
+    for (number, (&shape, name)) in shapes.iter().zip(&names).enumerate() {
+        if !chosen.contains(&Some(number)) {
+            let left = bed.grains.iter().filter(|grain| grain.shape == shape).count();
+            report
+                .error(span(loaded, users[0]), format!("no population takes the shape `{name}` of the bed"))
+                .label(format!("{left} of its {} grains would be left out", bed.grains.len()))
+                .help(format!("add a population with `name = \"{name}\"` and the same `placement.bed`"));
+        }
+    }
+    for (&user, shape) in users.iter().zip(chosen.iter().flatten().map(|&number| shapes[number])) {
+        let grains: Vec<_> = bed.grains.iter().filter(|grain| grain.shape == shape).copied().collect();
+        count_agrees(loaded, user, grains.len(), report);
+        beds[user] = Some(Bed { grains, recipe: bed.recipe.clone(), ..*bed });
+    }
+}
+
+/// Which of the shapes called `names` each of the populations called `wanted` takes.
+fn choose(names: &[String], wanted: &[&str]) -> Vec<Option<usize>> {
+    if let ([_], [_]) = (names, wanted) {
+        return vec![Some(0)];
+    }
+    let by_name: Vec<_> = wanted.iter().map(|&name| names.iter().position(|known| known == name)).collect();
+    if names.len() == wanted.len() && by_name.iter().all(Option::is_none) {
+        return (0..names.len()).map(Some).collect();
+    }
+    by_name
+}
+
+/// A `count` beside a bed has to be that of the bed.
+fn count_agrees(loaded: &LoadedCase, population: usize, found: usize, report: &mut Diagnostics) {
+    let kind = &loaded.case.grains[population];
+    if let (Some(count), Some(text)) = (kind.count, &loaded.text.grains[population].value.count)
+        && count != found
+    {
+        report
+            .error(
+                text.0.span.clone(),
+                format!("`count` says {count}, the bed holds {found} grains of `{}`", kind.name),
+            )
+            .label("the bed file gives the number by itself")
+            .help("leave out `count`, or name another bed file");
+    }
+}
+
+/// The bed file of the run has to be writable before hours are spent on the bed.
+pub(super) fn can_be_written(loaded: &LoadedCase, report: &mut Diagnostics) {
+    let Some(path) = &loaded.case.output.bed else { return };
+    let written = loaded.text.output.as_ref().and_then(|output| output.value.bed.as_ref());
+    let span = written.map_or(0..0, |bed| bed.0.span.clone());
+    let folder = match path.parent() {
+        Some(folder) if folder != Path::new("") => folder,
+        _ => Path::new("."),
+    };
+    let title = format!("the bed cannot be written to `{}`", path.display());
+    if path.is_dir() {
+        report.error(span, title).label("this is a folder").help("add the name of a file, for example `made.bed`");
+    } else if !folder.is_dir() {
+        report
+            .error(span, title)
+            .label(format!("there is no folder `{}`", folder.display()))
+            .help("make the folder first, or name another");
+    } else if let Err(error) = try_to_write(folder) {
+        report.error(span, title).label(error.to_string()).help("name a file in a folder that can be written to");
+    }
+}
+
+/// Writes a file of no content into `folder`, and removes it.
+fn try_to_write(folder: &Path) -> std::io::Result<()> {
+    let trial: PathBuf = folder.join(format!(".sazanami-write-test-{}", std::process::id()));
+    std::fs::File::create(&trial)?;
+    std::fs::remove_file(&trial)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shapes_go_to_populations_by_name_and_else_by_number() {
+        let names = |list: &[&str]| list.iter().map(|&name| name.to_owned()).collect::<Vec<_>>();
+        assert_eq!(choose(&names(&["sand"]), &["grit"]), [Some(0)]);
+        assert_eq!(choose(&names(&["sand", "grit"]), &["grit", "sand"]), [Some(1), Some(0)]);
+        assert_eq!(choose(&names(&["sand", "grit"]), &["a", "b"]), [Some(0), Some(1)]);
+        assert_eq!(choose(&names(&["sand", "grit"]), &["sand", "b"]), [Some(0), None]);
+        assert_eq!(choose(&names(&["sand", "grit"]), &["sand"]), [Some(0)]);
+        assert_eq!(choose(&names(&["sand", "grit"]), &["a"]), [None]);
+        assert_eq!(choose(&names(&["sand"]), &["a", "b"]), [None, None]);
+    }
+}
