@@ -11,6 +11,7 @@ use crate::case;
 use crate::case::meaning::{FluidName, Region};
 use crate::error::{CommandError, Failure};
 use crate::progress::Progress;
+use crate::recorder;
 
 /// Rows of a table with named columns; empty cells are not a number.
 struct Table {
@@ -76,6 +77,10 @@ fn one(folder: &Path, progress: &mut dyn Progress) -> Result<Vec<String>, Comman
         let path = figures.join(file);
         plot.draw().and_then(|picture| picture.save(&path)).map_err(|error| drawing(&error))?;
         progress.message(&format!("drew {}", path.display()));
+    }
+    // A run that is still on its way writes its summary itself.
+    if summary["status"] != "running" {
+        recorder::put_files(folder).map_err(|error| drawing(&error))?;
     }
     Ok(report(&summary, folder))
 }
@@ -165,6 +170,15 @@ fn report(summary: &Value, folder: &Path) -> Vec<String> {
     row("  heaped up above it", &erosion("volume_rim_mm3"), 1.0, "mm^3", 3);
     row("crater depth H", &erosion("depth_mm"), 1.0, "mm", 3);
     row("rim radius L", &erosion("rim_radius_mm"), 1.0, "mm", 3);
+    let not_evaluated = summary["observables"]["erosion"]["not_evaluated"].as_str();
+    if let Some(problem) = not_evaluated {
+        rows.push(("erosion volume V, eq. (14)", format!("not evaluated: {problem}")));
+    }
+    let mut row = |label: &'static str, path: &[&str], factor: Real, unit: &str, digits: usize| {
+        if let Some(value) = number(summary, path) {
+            rows.push((label, format!("{:.digits$} {unit}", factor * value)));
+        }
+    };
     row("splashed grains", &["observables", "splash", "grains"], 1.0, "", 0);
     row("  their mass", &["observables", "splash", "mass_mg"], 1.0, "mg", 3);
     row("  farthest from the axis", &["observables", "splash", "farthest_distance_mm"], 1.0, "mm", 2);
@@ -210,25 +224,51 @@ fn axis_ratio(folder: &Path) -> Real {
     }
 }
 
-fn several(folders: &[PathBuf], progress: &mut dyn Progress) -> Result<Vec<String>, CommandError> {
-    let mut runs = Vec::new();
+/// Relative distance of the ends of runs that are compared.
+const SAME_END: Real = 0.01;
+
+/// The end that most runs have, the latest of those that equally many have [s].
+fn common_end(ends: impl Iterator<Item = Real> + Clone) -> Real {
+    let alike = |end: Real| ends.clone().filter(|&other| is_same_end(other, end)).count();
+    ends.clone().max_by(|&a, &b| alike(a).cmp(&alike(b)).then(a.total_cmp(&b))).unwrap_or_default()
+}
+
+fn is_same_end(a: Real, b: Real) -> bool {
+    (a - b).abs() <= SAME_END * a.abs().max(b.abs())
+}
+
+/// `name.png`, or the next of `name-2.png`, `name-3.png`, ... that does not exist in `folder`.
+fn free_picture(folder: &Path, name: &str) -> PathBuf {
+    let numbered = (2..).map(|n: u32| folder.join(format!("{name}-{n}.png")));
+    let mut names = std::iter::once(folder.join(format!("{name}.png"))).chain(numbered);
+    names.find(|path| !path.exists()).unwrap_or_else(|| folder.join(name))
+}
+
+/// The runs that can be compared, and a line about each that cannot, or that was stopped.
+fn comparable(folders: &[PathBuf]) -> Result<(Vec<RunResult>, Vec<String>), CommandError> {
+    let mut found: Vec<(Real, RunResult)> = Vec::new();
     let mut lines = Vec::new();
     for folder in folders {
         let summary = summary(folder)?;
         let name =
             folder.file_name().map_or_else(|| folder.display().to_string(), |n| n.to_string_lossy().into_owned());
         let status = summary["status"].as_str().unwrap_or("unknown");
+        let end = number(&summary, &["time_s"]).unwrap_or_default();
+        if status == "failed" {
+            lines.push(format!("{name}: left out, it failed at {:.3} ms", 1e3 * end));
+            continue;
+        }
         let erosion = |key: &str| number(&summary, &["observables", "erosion", key]);
         let Some(volume) = erosion("volume_mm3") else {
-            lines.push(format!("{name}: {status}, without an erosion volume"));
+            lines.push(format!("{name}: left out, it is {status} without an erosion volume"));
             continue;
         };
         if status != "finished" {
-            lines
-                .push(format!("{name}: {status} at {:.3} ms", 1e3 * number(&summary, &["time_s"]).unwrap_or_default()));
+            lines.push(format!("{name}: {status} at {:.3} ms", 1e3 * end));
         }
-        let momentum = summary["momentum"]["initial"]["liquid"][2].as_f64().unwrap_or_default().abs();
-        runs.push(RunResult {
+        let momentum = &summary["momentum"]["initial"]["liquid"];
+        let momentum = (0..3).map(|d| momentum[d].as_f64().unwrap_or_default().powi(2)).sum::<Real>().sqrt();
+        let result = RunResult {
             name,
             momentum,
             axis_ratio: axis_ratio(folder),
@@ -239,8 +279,19 @@ fn several(folders: &[PathBuf], progress: &mut dyn Progress) -> Result<Vec<Strin
             depth: 1e-3 * erosion("depth_mm").unwrap_or_default(),
             rim_radius: 1e-3 * erosion("rim_radius_mm").unwrap_or_default(),
             splashed: number(&summary, &["observables", "splash", "grains"]).unwrap_or_default() as usize,
-        });
+        };
+        found.push((end, result));
     }
+    let common = common_end(found.iter().map(|&(end, _)| end));
+    let (alike, others): (Vec<_>, Vec<_>) = found.into_iter().partition(|&(end, _)| is_same_end(end, common));
+    lines.extend(others.into_iter().map(|(end, run)| {
+        format!("{}: left out, it ends at {:.3} ms and the others at {:.3} ms", run.name, 1e3 * end, 1e3 * common)
+    }));
+    Ok((alike.into_iter().map(|(_, run)| run).collect(), lines))
+}
+
+fn several(folders: &[PathBuf], progress: &mut dyn Progress) -> Result<Vec<String>, CommandError> {
+    let (runs, mut lines) = comparable(folders)?;
     let comparison = Comparison::of(runs);
     let groups: Vec<(String, Vec<ErosionPoint>)> = comparison
         .series
@@ -255,7 +306,7 @@ fn several(folders: &[PathBuf], progress: &mut dyn Progress) -> Result<Vec<Strin
         })
         .collect();
     if !groups.is_empty() {
-        let path = PathBuf::from("erosion-against-momentum.png");
+        let path = free_picture(Path::new(""), "erosion-against-momentum");
         let plot = erosion_against_momentum("Erosion volume against momentum", &groups);
         plot.draw().and_then(|picture| picture.save(&path)).map_err(|error| drawing(&error))?;
         progress.message(&format!("drew {}", path.display()));
@@ -285,4 +336,72 @@ fn aligned<const N: usize>(header: &[String; N], rows: &[[String; N]]) -> Vec<St
     all()
         .map(|row| row.iter().zip(widths).map(|(cell, width)| format!("{cell:>width$}")).collect::<Vec<_>>().join("  "))
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::progress::Silent;
+
+    fn scratch(name: &str) -> PathBuf {
+        let folder = std::env::temp_dir().join(format!("sazanami-analyse-{name}-{}", std::process::id()));
+        let _ = std::fs::remove_dir_all(&folder);
+        std::fs::create_dir_all(&folder).unwrap();
+        folder
+    }
+
+    fn run(parent: &Path, name: &str, status: &str, time: Real, momentum: [Real; 3]) -> PathBuf {
+        let folder = parent.join(name);
+        std::fs::create_dir_all(&folder).unwrap();
+        let summary = serde_json::json!({
+            "case": name,
+            "status": status,
+            "time_s": time,
+            "momentum": { "initial": { "liquid": momentum } },
+            "observables": { "erosion": { "volume_mm3": 5.0 } },
+        });
+        std::fs::write(folder.join("summary.json"), summary.to_string()).unwrap();
+        folder
+    }
+
+    #[test]
+    fn runs_that_failed_or_end_elsewhere_are_left_out() {
+        let parent = scratch("several");
+        let folders = [
+            run(&parent, "straight", "finished", 0.02, [0.0, 0.0, -5e-4]),
+            run(&parent, "slanted", "stopped", 0.02, [3e-4, 0.0, -4e-4]),
+            run(&parent, "short", "finished", 0.01, [0.0, 0.0, -5e-4]),
+            run(&parent, "broken", "failed", 0.02, [0.0, 0.0, -5e-4]),
+        ];
+        let (runs, lines) = comparable(&folders).unwrap();
+        let names: Vec<&str> = runs.iter().map(|run| run.name.as_str()).collect();
+        assert_eq!(names, ["straight", "slanted"]);
+        assert!(runs.iter().all(|run| (run.momentum - 5e-4).abs() < 1e-15), "{runs:?}");
+        let left_out: Vec<&String> = lines.iter().filter(|line| line.contains("left out")).collect();
+        assert_eq!(left_out.len(), 2, "{lines:#?}");
+        assert!(left_out[0].starts_with("broken: ") && left_out[1].starts_with("short: "), "{lines:#?}");
+        std::fs::remove_dir_all(&parent).unwrap();
+    }
+
+    #[test]
+    fn pictures_are_numbered() {
+        let folder = scratch("numbers");
+        for expected in ["a.png", "a-2.png", "a-3.png"] {
+            let path = free_picture(&folder, "a");
+            assert_eq!(path, folder.join(expected));
+            std::fs::write(path, "").unwrap();
+        }
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
+
+    #[test]
+    fn a_crater_without_a_volume_has_a_line() {
+        let folder = run(&scratch("crater"), "a", "finished", 0.02, [0.0; 3]);
+        let told = |lines: &[String]| lines.iter().any(|line| line.contains("not evaluated: no rim"));
+        assert!(!told(&analyse(std::slice::from_ref(&folder), &mut Silent).unwrap()));
+        let path = folder.join("summary.json");
+        std::fs::write(&path, r#"{ "observables": { "erosion": { "not_evaluated": "no rim" } } }"#).unwrap();
+        assert!(told(&analyse(std::slice::from_ref(&folder), &mut Silent).unwrap()));
+        std::fs::remove_dir_all(folder.parent().unwrap()).unwrap();
+    }
 }

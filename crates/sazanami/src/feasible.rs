@@ -99,6 +99,25 @@ pub fn check(loaded: &LoadedCase, machine: &Machine, model: &CostModel) -> Resul
     Ok(Feasible { shapes, beds, facts, warnings: report })
 }
 
+/// The same for a run whose grains are already there: their shapes only.
+///
+/// # Errors
+/// All findings together, if one of them is an error.
+pub fn check_without_grains(
+    loaded: &LoadedCase,
+    machine: &Machine,
+    model: &CostModel,
+) -> Result<Feasible, Box<CaseError>> {
+    let mut report = loaded.warnings.clone();
+    check_memory(loaded, machine, model, &mut report);
+    let shapes = if report.has_errors() { Vec::new() } else { shapes(loaded, &mut report) };
+    if report.has_errors() {
+        return Err(Box::new(CaseError { source: loaded.source.clone(), diagnostics: report }));
+    }
+    let facts = shapes.iter().map(|shape| facts_of(shape, None)).collect();
+    Ok(Feasible { beds: vec![None; shapes.len()], shapes, facts, warnings: report })
+}
+
 /// Builds the shapes; those that fail are reported.
 fn shapes(loaded: &LoadedCase, report: &mut Diagnostics) -> Vec<Shape> {
     let mut shapes = Vec::new();

@@ -11,6 +11,7 @@ pub mod check;
 pub mod clock;
 pub mod error;
 pub mod feasible;
+mod log;
 pub mod machine;
 pub mod progress;
 mod recorder;

@@ -4,7 +4,9 @@ use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
+use crate::case::meaning::{Case, ContactSphereChoice, GrainPlacement, GrainShape};
 use crate::error::CommandError;
+use crate::log::LOG;
 
 /// Chooses and prepares the folder of a run: `out`, or else `runs/<case>-<n>` with the next free number.
 ///
@@ -41,7 +43,7 @@ pub fn prepare(out: Option<&Path>, case_name: &str, force: bool) -> Result<PathB
 }
 
 /// What a run writes.
-const WRITTEN: [&str; 10] = [
+const WRITTEN: [&str; 11] = [
     "fields",
     "grains",
     "figures",
@@ -52,7 +54,62 @@ const WRITTEN: [&str; 10] = [
     "series.csv",
     "profiles.csv",
     "summary.json",
+    LOG,
 ];
+
+/// Folder of the copies of the files that a case names.
+const INPUTS: &str = "inputs";
+
+/// Copies the meshes, contact spheres and beds that a case names into `folder`, so that the run can go on without
+/// the originals. Returns the case with the names of the copies, relative to `folder`.
+///
+/// # Errors
+/// If a file cannot be read or written.
+pub fn keep_inputs(case: &Case, folder: &Path) -> Result<Case, CommandError> {
+    let mut kept = case.clone();
+    let absolute = |path: &mut PathBuf| {
+        if let Ok(found) = std::path::absolute(&*path) {
+            *path = found;
+        }
+    };
+    for (number, population) in kept.grains.iter_mut().enumerate() {
+        // The name of a file stays: it is part of the hash of the case.
+        let place = Path::new(INPUTS).join(format!("grains-{number}"));
+        if let GrainShape::Mesh { file, .. } = &mut population.shape {
+            *file = keep(file, folder, &place.join("shape"))?;
+        }
+        if let ContactSphereChoice::File { file, .. } = &mut population.contact_spheres {
+            *file = keep(file, folder, &place.join("contact-spheres"))?;
+        }
+        if let GrainPlacement::Bed(bed) = &mut population.placement {
+            bed.file = keep(&bed.file, folder, &place.join("bed"))?;
+            bed.recipe.iter_mut().for_each(absolute);
+        }
+    }
+    kept.output.bed.iter_mut().for_each(absolute);
+    Ok(kept)
+}
+
+/// Copies `file` into `place` within `folder`; returns its name there.
+fn keep(file: &Path, folder: &Path, place: &Path) -> Result<PathBuf, CommandError> {
+    let Some(name) = file.file_name() else { return Ok(file.to_owned()) };
+    let copy = place.join(name);
+    let target = folder.join(&copy);
+    let is_there = match (fs::canonicalize(file), fs::canonicalize(&target)) {
+        (Ok(from), Ok(to)) => from == to,
+        _ => false,
+    };
+    if !is_there {
+        let copied = fs::create_dir_all(folder.join(place)).and_then(|()| fs::copy(file, &target).map(drop));
+        copied.map_err(|error| {
+            CommandError::input(
+                format!("`{}` cannot be copied to `{}`: {error}", file.display(), target.display()),
+                "choose another folder with --out",
+            )
+        })?;
+    }
+    Ok(copy)
+}
 
 /// Removes what an earlier run left in `folder`, so that nothing of it is taken for the new one; other files stay.
 ///

@@ -12,9 +12,11 @@ use sazanami_parallel::{Solo, run_ranks, with_threads};
 
 use crate::bed_file::Bed;
 use crate::case::meaning::Case;
+use crate::case::resolved::{self, Paths};
 use crate::case::{self, LoadedCase};
 use crate::check::CostModel;
 use crate::error::{CommandError, Failure};
+use crate::log::Log;
 use crate::machine::Machine;
 use crate::progress::Progress;
 use crate::simulation::{self, Ended, Event, Job, RankFailure, Reporter, Resumed};
@@ -95,16 +97,21 @@ pub fn run(
         progress.warnings(&feasible.warnings, &loaded.source);
     }
     let folder = results::prepare(options.out.as_deref(), &loaded.case.name, options.force)?;
+    // Kept before anything is removed: the case may lie in the very folder, and name the copies of an earlier run.
+    let kept = results::keep_inputs(&loaded.case, &folder)?;
     if options.force {
         results::clear(&folder)?;
     }
-    start(&loaded.case, feasible.shapes, feasible.beds, options, folder, None, progress, stop)
+    let mut log = Log::create(&folder, progress);
+    log.note(&heading(&loaded.case, options));
+    let from = From::Case(resolved::write(&kept, Paths::AsGiven));
+    start(&loaded.case, feasible.shapes, feasible.beds, options, folder, from, &mut log, stop)
 }
 
 /// Goes on from the newest good checkpoint in `folder`.
 ///
 /// # Errors
-/// If there is none, or the run fails.
+/// If there is none, if the case in the folder is not the one the run began with, or if the run fails.
 pub fn resume(
     folder: &Path,
     options: &RunOptions,
@@ -119,14 +126,13 @@ pub fn resume(
         ));
     }
     let loaded = case::load(&case_file, &[])?;
-    let feasible = feasible::check(&loaded, &Machine::this(), &CostModel::default())?;
     let unreadable = |error: sazanami_io::checkpoint::CheckpointError| {
         CommandError::input(error.to_string(), "start the case again with `sazanami run`")
     };
     let newest = CheckpointFolder::new(folder.join("checkpoints"), 1).newest_good().map_err(unreadable)?;
-    for (path, error) in &newest.skipped {
-        progress.message(&format!("skipped {}: {error}", path.display()));
-    }
+    let skipped = newest.skipped.iter().map(|(path, error)| format!("skipped {}: {error}", path.display()));
+    let skipped: Vec<String> = skipped.collect();
+    skipped.iter().for_each(|text| progress.message(text));
     let Some((step, reader)) = newest.good else {
         return Err(CommandError::input(
             format!("`{}` holds no good checkpoint", folder.display()),
@@ -137,12 +143,48 @@ pub fn resume(
         run: recorder::run_state(&reader).map_err(unreadable)?,
         snapshot: reader.snapshot().map_err(unreadable)?,
     };
-    progress.message(&format!("going on from step {step}, time {:.6e} s", resumed.run.time));
-    let beds = if resumed.run.packing { feasible.beds } else { Vec::new() };
-    start(&loaded.case, feasible.shapes, beds, options, folder.to_owned(), Some(resumed), progress, stop)
+    if resumed.run.case_hash != format!("{:016x}", resolved::hash(&loaded.case)) {
+        return Err(CommandError::input(
+            format!("`{}` is not the case that this run began with: it was changed since", case_file.display()),
+            "put the file back as `sazanami run` wrote it, or run the changed case into a new folder: \
+             `sazanami run CASE.toml --out DIR`",
+        ));
+    }
+    let (machine, model) = (Machine::this(), CostModel::default());
+    // Once the flow has begun nobody needs the beds any more: they may be gone.
+    let feasible = if resumed.run.packing {
+        feasible::check(&loaded, &machine, &model)?
+    } else {
+        feasible::check_without_grains(&loaded, &machine, &model)?
+    };
+    let mut log = Log::append(folder, progress);
+    log.note(&heading(&loaded.case, options));
+    skipped.iter().for_each(|text| log.note(text));
+    log.message(&format!("going on from step {step}, time {:.6e} s", resumed.run.time));
+    let from = From::Checkpoint(resumed);
+    start(&loaded.case, feasible.shapes, feasible.beds, options, folder.to_owned(), from, &mut log, stop)
 }
 
-/// Starts the ranks and passes on what they say.
+/// What a run begins with.
+enum From {
+    /// A case, with the text of its resolved copy.
+    Case(String),
+    /// A checkpoint of the run in the folder.
+    Checkpoint(Resumed),
+}
+
+/// First line of a command in the log.
+fn heading(case: &Case, options: &RunOptions) -> String {
+    format!(
+        "sazanami {} ({}): {}, case hash {:016x}",
+        env!("CARGO_PKG_VERSION"),
+        options.commit.unwrap_or("unknown commit"),
+        case.name,
+        resolved::hash(case)
+    )
+}
+
+/// Runs the job; how it ended goes into the log.
 #[allow(clippy::too_many_arguments, reason = "what a run needs comes from as many places")]
 fn start(
     case: &Case,
@@ -150,7 +192,27 @@ fn start(
     beds: Vec<Option<Bed>>,
     options: &RunOptions,
     folder: PathBuf,
-    resumed: Option<Resumed>,
+    from: From,
+    log: &mut Log,
+    stop: &AtomicBool,
+) -> Result<RunSummary, CommandError> {
+    let outcome = listen(case, shapes, beds, options, folder, from, log, stop);
+    match &outcome {
+        Ok(summary) => summary.lines.iter().for_each(|line| log.note(line)),
+        Err(error) => log.note(&format!("error: {error}")),
+    }
+    outcome
+}
+
+/// Starts the ranks and hears them to the end.
+#[allow(clippy::too_many_arguments, reason = "what a run needs comes from as many places")]
+fn listen(
+    case: &Case,
+    shapes: Vec<Shape>,
+    beds: Vec<Option<Bed>>,
+    options: &RunOptions,
+    folder: PathBuf,
+    from: From,
     progress: &mut dyn Progress,
     stop: &AtomicBool,
 ) -> Result<RunSummary, CommandError> {
@@ -160,7 +222,13 @@ fn start(
     let threads = options.threads.unwrap_or_else(|| cores.div_ceil(ranks)).max(1);
     let (sender, events) = mpsc::channel();
     let reporter = Reporter(sender);
-    let job = Job { case, shapes: shapes.into(), beds, options, folder, resumed, reporter, stop, threads };
+    let (case_text, resumed) = match from {
+        From::Case(text) => (Some(text), None),
+        From::Checkpoint(resumed) => (None, Some(resumed)),
+    };
+    let goes_on = resumed.is_some();
+    let shapes = shapes.into();
+    let job = Job { case, case_text, shapes, beds, options, folder, resumed, reporter, stop, threads };
     let outcome = std::thread::scope(|scope| {
         // The job, and with it the only sender, ends with the worker: then the listener ends too.
         let worker = scope.spawn(move || {
@@ -181,8 +249,11 @@ fn start(
         ..Failure::default()
     })?;
     let ended = ended.map_err(|failed| {
-        // Rank 0, which wrote the summary, may have known only that another rank had failed.
-        if let Err(problem) = recorder::put_failure(&folder, &failed.failure) {
+        // Rank 0, which wrote the summary, may have known only that another rank had failed. A wrong command has
+        // not touched the run it was to go on with.
+        if !(goes_on && failed.error.is_input())
+            && let Err(problem) = recorder::put_failure(&folder, &failed.failure)
+        {
             progress.message(&format!("the failure could not be put into the summary: {problem}"));
         }
         failed.into_command_error(newest_checkpoint(&folder))

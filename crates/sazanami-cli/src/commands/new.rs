@@ -1,6 +1,7 @@
 //! `sazanami new`: templates for cases.
 
 use std::fs;
+use std::io::Write as _;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -89,9 +90,20 @@ impl New {
         };
         fs::create_dir_all(&dir).map_err(unwritable)?;
         fs::write(&case, format!("#:schema ./schema.json\n{}", template.text)).map_err(unwritable)?;
-        fs::write(&schema, json_schema()).map_err(unwritable)?;
         println!("{}", case.display());
-        println!("{}", schema.display());
+        let text = json_schema();
+        match fs::read(&schema) {
+            Ok(there) if there == text.as_bytes() => println!("{} (there already)", schema.display()),
+            Ok(_) => println!(
+                "{} is kept, although it differs: `sazanami new --schema` prints that of this version",
+                schema.display()
+            ),
+            Err(_) => {
+                let file = fs::File::create_new(&schema);
+                file.and_then(|mut file| file.write_all(text.as_bytes())).map_err(unwritable)?;
+                println!("{}", schema.display());
+            }
+        }
         println!("\nsee what it will be with `sazanami check {0}`, run it with `sazanami run {0}`", case.display());
         Ok(exit::DONE)
     }

@@ -12,7 +12,7 @@ use crate::terminal::Screen;
 #[command(
     long_about = "Run verification and validation cases: a table of measured value, reference, band and verdict. All of \
                   it takes an hour or less on two cores; --long adds what takes longer. Exit code 1 if a band is missed.",
-    after_help = "Example:\n  sazanami verify zalesak hydrostatic --json"
+    after_help = "Example:\n  sazanami verify layers-at-rest falling-drop --json"
 )]
 pub struct Verify {
     /// Cases (default: all)

@@ -42,6 +42,14 @@ impl<'a> DataArray<'a> {
         Self::rounded(name, 3, vectors)
     }
 
+    /// Vectors given by component, as they are.
+    #[must_use]
+    pub fn vectors(name: &str, parts: [&[f64]; 3]) -> Self {
+        let [a, b, c] = parts;
+        let vectors: Vec<f64> = a.iter().zip(b).zip(c).flat_map(|((&a, &b), &c)| [a, b, c]).collect();
+        Self::owned(name, 3, &vectors)
+    }
+
     /// Number of values, a vector counted by its components.
     pub(super) fn len(&self) -> usize {
         self.bytes.len() / self.element.width()

@@ -18,6 +18,8 @@ use super::written::ChoiceSet;
 pub enum Paths {
     /// From the root: the copy may lie anywhere.
     Absolute,
+    /// As the case has them.
+    AsGiven,
     /// Without folders: the same for every place the case lies in (used for its hash).
     NameOnly,
 }
@@ -123,6 +125,7 @@ impl Writer {
     fn path(&mut self, key: &str, path: &Path) {
         let path = match self.paths {
             Paths::Absolute => std::path::absolute(path).unwrap_or_else(|_| path.to_owned()),
+            Paths::AsGiven => path.to_owned(),
             Paths::NameOnly => path.file_name().map(Into::into).unwrap_or_default(),
         };
         self.text(key, &path.display().to_string());

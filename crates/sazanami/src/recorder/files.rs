@@ -17,7 +17,7 @@ use super::observers::Observers;
 use super::summary::Fixed;
 use super::{RecordError, Totals};
 use crate::case::meaning::FieldPrecision;
-use crate::case::resolved::{self, Paths};
+use crate::case::resolved;
 use crate::clock::Clock;
 use crate::machine::Machine;
 use crate::simulation::{Job, RankError};
@@ -49,10 +49,9 @@ impl Files {
             let path = folder.join(name);
             std::fs::create_dir_all(&path).map_err(|error| RecordError::Path { path, error })?;
         }
-        let resolved = folder.join("case.toml");
-        if job.resumed.is_none() {
-            std::fs::write(&resolved, resolved::write(case, Paths::Absolute))
-                .map_err(|error| RecordError::Path { path: resolved, error })?;
+        if let Some(text) = &job.case_text {
+            let path = folder.join("case.toml");
+            std::fs::write(&path, text).map_err(|error| RecordError::Path { path, error })?;
         }
         let path = folder.join("series.csv");
         let (series, fields, grains) = match resumed_at {
@@ -199,32 +198,60 @@ pub(crate) fn poses(bed: &BedView) -> Vec<BodyPose> {
 pub(crate) fn fields(solver: &Solver, clock: &Clock, files: Option<&mut Files>) -> Result<(), RecordError> {
     let domain = solver.domain();
     let flow = solver.flow();
-    let liquid = domain.gather(&flow.volume_fraction);
+    let Fractions { liquid, solid } = Fractions::gather(solver);
     let pressure = domain.gather(solver.pressure());
     let velocity = flow.velocity.each_ref().map(|u| domain.gather(u));
-    let grains = solver.grains();
-    let solid = if grains.is_empty() { Vec::new() } else { domain.gather(&grains.covered().solid_fraction) };
     let Some(files) = files else { return Ok(()) };
+    let outside = solid.as_ref().map(|solid| outside_grains(&liquid, solid));
+    let mut scalars = vec![("liquid_fraction", &liquid), ("pressure", &pressure)];
+    scalars.extend(outside.as_ref().map(|values| ("liquid_outside_grains", values)));
+    scalars.extend(solid.as_ref().map(|values| ("solid_fraction", values)));
     let parts = velocity.each_ref().map(Vec::as_slice);
-    let solid_part = solid.iter().map(|alpha| alpha.min(1.0));
-    let mut arrays = match files.precision {
-        FieldPrecision::Single => vec![
-            DataArray::rounded("liquid_fraction", 1, liquid.iter().copied()),
-            DataArray::rounded("pressure", 1, pressure.iter().copied()),
-            DataArray::rounded_vectors("velocity", parts),
-        ],
-        FieldPrecision::Double => vec![
-            DataArray::new("liquid_fraction", 1, &liquid),
-            DataArray::new("pressure", 1, &pressure),
-            DataArray::new("velocity_1", 1, parts[0]),
-            DataArray::new("velocity_2", 1, parts[1]),
-            DataArray::new("velocity_3", 1, parts[2]),
-        ],
-    };
-    if !solid.is_empty() {
-        arrays.push(DataArray::rounded("solid_fraction", 1, solid_part));
+    let mut arrays = Vec::new();
+    for (name, values) in scalars {
+        arrays.push(match files.precision {
+            FieldPrecision::Single => DataArray::rounded(name, 1, values.iter().copied()),
+            FieldPrecision::Double => DataArray::new(name, 1, values),
+        });
     }
+    arrays.push(match files.precision {
+        FieldPrecision::Single => DataArray::rounded_vectors("velocity", parts),
+        FieldPrecision::Double => DataArray::vectors("velocity", parts),
+    });
     files.image(clock, domain.grid(), &arrays)
+}
+
+/// Parts of the cells of the whole box, on rank 0.
+pub(crate) struct Fractions {
+    /// Volume fraction that the flow transports, within grains too.
+    pub liquid: Vec<Real>,
+    /// Part covered by grains; `None` without grains.
+    pub solid: Option<Vec<Real>>,
+}
+
+impl Fractions {
+    /// Gathers both. All ranks take part.
+    pub fn gather(solver: &Solver) -> Self {
+        let (domain, grains) = (solver.domain(), solver.grains());
+        let liquid = domain.gather(&solver.flow().volume_fraction);
+        let solid = (!grains.is_empty()).then(|| domain.gather(&grains.covered().solid_fraction));
+        // Grains may overlap: a cell holds no more than itself.
+        let solid = solid.map(|parts| parts.into_iter().map(|alpha| alpha.min(1.0)).collect());
+        Self { liquid, solid }
+    }
+
+    /// Part of each cell that is liquid outside grains.
+    pub fn outside_grains(self) -> Vec<Real> {
+        match &self.solid {
+            Some(solid) => outside_grains(&self.liquid, solid),
+            None => self.liquid,
+        }
+    }
+}
+
+/// Of each cell that part of the liquid that lies outside grains, from its volume fraction and the covered part.
+fn outside_grains(liquid: &[Real], solid: &[Real]) -> Vec<Real> {
+    liquid.iter().zip(solid).map(|(c, alpha)| c * (1.0 - alpha)).collect()
 }
 
 fn columns() -> Vec<Column> {

@@ -32,7 +32,7 @@ use crate::simulation::{Ended, Job, PACKING, RankError, RankFailure, RunState, f
 
 use files::Files;
 use observers::Observers;
-pub(crate) use summary::put_failure;
+pub(crate) use summary::{put_failure, put_files};
 use timetable::Timetables;
 pub use totals::Totals;
 use totals::Watch;
@@ -101,6 +101,8 @@ pub(crate) struct Recorder<'a> {
     reached: (Real, u64),
     /// Limit that ruled the last step.
     limiter: &'static str,
+    /// Whether it was said that the crater cannot be evaluated.
+    told_of_crater: bool,
 }
 
 impl<'a> Recorder<'a> {
@@ -123,6 +125,7 @@ impl<'a> Recorder<'a> {
             state_hash: None,
             reached: resumed_at.unwrap_or_default(),
             limiter: "",
+            told_of_crater: false,
         })
     }
 
@@ -259,6 +262,7 @@ impl<'a> Recorder<'a> {
         solver.domain().agree(outcome)?;
         if self.job.resumed.as_ref().is_none_or(|state| state.run.packing) {
             self.write_due(solver, clock, self.timetables.due_at_start(), None)?;
+            self.write_probes(solver, clock, &self.timetables.probes_due_at_start())?;
         }
         Ok(())
     }
@@ -283,16 +287,37 @@ impl<'a> Recorder<'a> {
         if due.iter().any(|due| *due) {
             self.write_due(solver, clock, due, Some((dt, limit, report)))?;
         }
-        if self.timetables.probes_due(before, clock, tolerance) {
-            // A probe between cells of two ranks looks at both.
-            solver.fill_halos();
-            let outcome = probes::record(self.job, solver, clock, self.files.as_mut());
-            solver.domain().agree(outcome.map_err(RankError::from))?;
-        }
+        self.write_probes(solver, clock, &self.timetables.probes_due(before, clock, tolerance))?;
         if self.timetables.checkpoint_is_due(before, clock, tolerance) {
             self.checkpoint(solver, clock)?;
         }
         Ok(())
+    }
+
+    /// Writes a row for each probe that is due.
+    fn write_probes(&mut self, solver: &mut Solver, clock: &Clock, due: &[bool]) -> Result<(), RankError> {
+        if due.contains(&true) {
+            // A probe between cells of two ranks looks at both.
+            solver.fill_halos();
+            let outcome = probes::record(self.job, solver, clock, due, self.files.as_mut());
+            solver.domain().agree(outcome.map_err(RankError::from))?;
+        }
+        Ok(())
+    }
+
+    /// Says once that the crater cannot be evaluated, and why.
+    fn tell_of_crater(&mut self) {
+        if self.files.is_none() || self.told_of_crater {
+            return;
+        }
+        if let Some(problem) = &self.observers.findings().no_erosion {
+            self.job.say(format!(
+                "warning: the crater cannot be evaluated at time {:.4e} s: {problem}; the run goes on, and its columns \
+                 stay empty until it can",
+                self.reached.0
+            ));
+            self.told_of_crater = true;
+        }
     }
 
     /// Writes series, fields, grains and pictures, those that are due.
@@ -305,6 +330,7 @@ impl<'a> Recorder<'a> {
     ) -> Result<(), RankError> {
         let [series, fields, grains, figures] = due;
         self.observers.look(solver);
+        self.tell_of_crater();
         let mut outcome = Ok(());
         if series && let Some(files) = &mut self.files {
             outcome = files.row(clock, step, &self.observers, &self.totals);
@@ -370,6 +396,7 @@ impl<'a> Recorder<'a> {
     pub fn end(&mut self, solver: &mut Solver, clock: &Clock) {
         self.observers.look(solver);
         self.reached = (clock.time(), clock.step());
+        self.tell_of_crater();
     }
 
     /// The run has ended well.
@@ -386,6 +413,10 @@ impl<'a> Recorder<'a> {
         self.watch.empty_into(&mut self.totals);
         let (time, step) = self.reached;
         let failure = error.failure((step, time, self.limiter));
+        if self.job.resumed.is_some() && error.is_input() {
+            // A wrong command: the run it was to go on with is what it was.
+            return Box::new(RankFailure { error, failure });
+        }
         if let Err(problem) = self.write_summary(Status::Failed, Some(&failure)) {
             self.job.say(format!("the summary could not be written: {problem}"));
         }

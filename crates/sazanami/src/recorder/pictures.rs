@@ -7,14 +7,14 @@ use sazanami_mics::solver::Solver;
 use sazanami_numerics::{Real, Vector};
 
 use super::RecordError;
-use super::files::{Files, poses, surfaces};
+use super::files::{Files, Fractions, poses, surfaces};
 use super::observers::Observers;
 use crate::clock::Clock;
 use crate::simulation::Job;
 
 /// Speed at the upper end of the colours, over the largest initial speed of a liquid: the same for all pictures of a run.
 const FASTEST: Real = 0.1;
-/// Liquid fraction on the surface that is drawn: thin sheets stay visible.
+/// Part of a cell that is liquid outside grains on the surface that is drawn: thin sheets stay visible.
 const SURFACE: Real = 0.3;
 
 /// Draws what the figures of a time are. All ranks take part.
@@ -25,7 +25,7 @@ pub(crate) fn draw(
     files: Option<&mut Files>,
     observers: &Observers,
 ) -> Result<(), RecordError> {
-    let liquid = solver.domain().gather(&solver.flow().volume_fraction);
+    let liquid = Fractions::gather(solver).outside_grains();
     let Some(files) = files else { return Ok(()) };
     let grid = solver.domain().grid();
     let case = job.case;

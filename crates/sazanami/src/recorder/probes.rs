@@ -40,15 +40,16 @@ const OF_BODY: [(&str, &str); 18] = [
     ("fluid_torque_3", "N m"),
 ];
 
-/// Writes a row for every probe. All ranks take part.
+/// Writes a row for every probe that is `due`. All ranks take part.
 pub(crate) fn record(
     job: &Job,
     solver: &Solver,
     clock: &Clock,
+    due: &[bool],
     mut files: Option<&mut Files>,
 ) -> Result<(), RecordError> {
     let mut outcome = Ok(());
-    for (number, probe) in job.case.probes.iter().enumerate() {
+    for (number, probe) in job.case.probes.iter().enumerate().filter(|&(number, _)| due[number]) {
         let found = measure(job.case, solver, probe);
         if let Some(files) = files.as_deref_mut() {
             // The other ranks go on to the next probe: so does this one.

@@ -216,6 +216,15 @@ pub(crate) fn put_failure(folder: &Path, failure: &Failure) -> Result<(), sazana
     sazanami_io::table::write_json(&path, &Value::Object(summary))
 }
 
+/// Brings the list of files in the summary there is up to date.
+pub(crate) fn put_files(folder: &Path) -> Result<(), sazanami_io::table::TableError> {
+    let path = folder.join("summary.json");
+    let text = std::fs::read_to_string(&path).unwrap_or_default();
+    let Ok(Value::Object(mut summary)) = serde_json::from_str(&text) else { return Ok(()) };
+    summary.insert("files".into(), json!(files(folder)));
+    sazanami_io::table::write_json(&path, &Value::Object(summary))
+}
+
 /// What lies in the folder of results, relative to it.
 fn files(folder: &Path) -> Vec<String> {
     let mut found = Vec::new();

@@ -68,9 +68,14 @@ impl Timetables {
         self.outputs.each_ref().map(|table| table.is_due(before, clock, tolerance))
     }
 
-    /// Whether any probe is due.
-    pub fn probes_due(&self, before: Real, clock: &Clock, tolerance: Real) -> bool {
-        self.probes.iter().any(|table| table.is_due(before, clock, tolerance))
+    /// Which probes are due before the first step.
+    pub fn probes_due_at_start(&self) -> Vec<bool> {
+        self.probes.iter().map(Timetable::starts_at_zero).collect()
+    }
+
+    /// Which probes are due.
+    pub fn probes_due(&self, before: Real, clock: &Clock, tolerance: Real) -> Vec<bool> {
+        self.probes.iter().map(|table| table.is_due(before, clock, tolerance)).collect()
     }
 
     pub fn checkpoint_is_due(&self, before: Real, clock: &Clock, tolerance: Real) -> bool {

@@ -64,6 +64,8 @@ pub(crate) struct Resumed {
 pub(crate) struct Job<'a> {
     /// The case.
     pub case: &'a Case,
+    /// Its resolved copy, to be written; absent where the folder holds it already.
+    pub case_text: Option<String>,
     /// Shapes of its populations.
     pub shapes: Arc<[Shape]>,
     /// Beds of the populations that are read from a file.
@@ -163,25 +165,33 @@ impl RankError {
         }
     }
 
+    /// What to do about it where the input is wrong; `None` if the run itself failed.
+    fn help(&self) -> Option<&'static str> {
+        match self {
+            Self::Layout(_) => Some("use fewer ranks or more cells"),
+            Self::Boundary(_) => Some("correct the sides in `[boundary]`"),
+            Self::LiquidOnGrain { .. } => Some("put the liquid higher, or set `allow_touching_grains = true` for it"),
+            Self::BedTooHigh { .. } => {
+                Some("make the box higher, take fewer grains, or let the bed come to rest: `stop = \"settled\"`")
+            }
+            Self::LiquidTooHigh { .. } => {
+                Some("make the box higher or the bed lower; the resting bed is lower if `stop = \"settled\"`")
+            }
+            Self::Snapshot(_) => Some("resume with the case the run began with"),
+            _ => None,
+        }
+    }
+
+    /// Whether the case or the command line is wrong.
+    pub fn is_input(&self) -> bool {
+        self.help().is_some()
+    }
+
     /// What the command says of it.
     fn into_command_error(self, failure: Failure) -> CommandError {
-        match self {
-            Self::Layout(_) => CommandError::input(failure.message, "use fewer ranks or more cells"),
-            Self::Boundary(_) => CommandError::input(failure.message, "correct the sides in `[boundary]`"),
-            Self::LiquidOnGrain { .. } => CommandError::input(
-                failure.message,
-                "put the liquid higher, or set `allow_touching_grains = true` for it",
-            ),
-            Self::BedTooHigh { .. } => CommandError::input(
-                failure.message,
-                "make the box higher, take fewer grains, or let the bed come to rest: `stop = \"settled\"`",
-            ),
-            Self::LiquidTooHigh { .. } => CommandError::input(
-                failure.message,
-                "make the box higher or the bed lower; the resting bed is lower if `stop = \"settled\"`",
-            ),
-            Self::Snapshot(_) => CommandError::input(failure.message, "resume with the case the run began with"),
-            _ => failure.into(),
+        match self.help() {
+            Some(help) => CommandError::input(failure.message, help),
+            None => failure.into(),
         }
     }
 

@@ -71,8 +71,8 @@ pub(super) fn build(reading: &Reading, name: &str, folder: &Path, report: &mut D
     let bed = context.bed(text, &domain);
     let liquids = context.liquids(text, &domain, &grains, bed.axis);
     let erosion = context.erosion(text, &domain, &grains, bed.axis);
-    let probes = context.probes(text, &domain, &grains);
     let output = context.outputs(text, run.until, &grains);
+    let probes = context.probes(text, &domain, &grains, &output.series);
     let checkpoint = context.checkpoints(text);
     let case = Case {
         name,

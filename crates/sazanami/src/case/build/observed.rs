@@ -95,15 +95,58 @@ impl Context<'_> {
         })
     }
 
-    pub(super) fn probes(&mut self, text: &CaseText, domain: &BoxDomain, grains: &[Population]) -> Vec<Probe> {
-        text.probe.iter().enumerate().filter_map(|(n, at)| self.probe(n, at, domain, grains)).collect()
+    /// The probes; one that does not say when follows `series`.
+    pub(super) fn probes(
+        &mut self,
+        text: &CaseText,
+        domain: &BoxDomain,
+        grains: &[Population],
+        series: &Schedule,
+    ) -> Vec<Probe> {
+        let mut probes = Vec::new();
+        let mut names: Vec<String> = Vec::new();
+        for (number, at) in text.probe.iter().enumerate() {
+            let name = self.probe_name(number, at, &names);
+            names.push(name.clone());
+            probes.extend(self.probe(name, at, domain, grains, series));
+        }
+        probes
     }
 
-    fn probe(&mut self, number: usize, at: &At<ProbeText>, domain: &BoxDomain, grains: &[Population]) -> Option<Probe> {
+    /// Name of a probe: that of its table, so it has to be the name of a file and no other probe's.
+    fn probe_name(&mut self, number: usize, at: &At<ProbeText>, before: &[String]) -> String {
+        let written = at.value.name.as_ref();
+        let name = self.values.text(written, "name").map_or_else(|| format!("probe {number}"), str::to_owned);
+        let span = written.map_or(at.span.clone(), span_of);
+        let report = &mut self.values.report;
+        if name.trim().is_empty() || name.contains(|c: char| c == '/' || c == '\\' || c.is_control()) {
+            report
+                .error(span, "`name` cannot be the name of a file")
+                .label("the probe is written to `probes/NAME.csv`")
+                .help("take a name without `/` and `\\`, such as \"behind the step\"");
+        } else if let Some(other) = before.iter().position(|other| *other == name) {
+            report
+                .error(span, format!("two probes have the name `{name}`"))
+                .label(format!("that of probe {other}, counted from 0: both would be written to `probes/{name}.csv`"))
+                .help("give each probe a name of its own");
+        }
+        name
+    }
+
+    fn probe(
+        &mut self,
+        name: String,
+        at: &At<ProbeText>,
+        domain: &BoxDomain,
+        grains: &[Population],
+        series: &Schedule,
+    ) -> Option<Probe> {
         let At { value, span } = at;
-        let name =
-            self.values.text(value.name.as_ref(), "name").map_or_else(|| format!("probe {number}"), str::to_owned);
-        let schedule = self.schedule_of(value.every.as_ref(), value.steps.as_ref(), value.at.as_ref());
+        let is_unscheduled = value.every.is_none() && value.steps.is_none() && value.at.is_none();
+        let schedule = match is_unscheduled {
+            true => series.clone(),
+            false => self.schedule_of(value.every.as_ref(), value.steps.as_ref(), value.at.as_ref()),
+        };
         let mut places = Vec::new();
         if let Some(point) = self.values.vector::<Length>(value.point.as_ref(), "point") {
             places.push(ProbePlace::Point(point));
