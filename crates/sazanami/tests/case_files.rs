@@ -593,7 +593,7 @@ fn counts_beyond_reason_are_refused() {
         assert!(found.len() == 1 && found[0].contains(expected), "{change}: {found:#?}");
     }
     for change in [
-        "grains.0.contact_spheres=shell(2000)",
+        "grains.0.contact_spheres=shell(1000)",
         "grains.0.contact_spheres=axis(1000)",
         "grains.0.shape.spheroid.rings=200",
         "grains.0.shape.spheroid.segments=200",
