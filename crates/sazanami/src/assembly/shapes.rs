@@ -9,7 +9,7 @@ use sazanami_numerics::geometry::{
 
 use crate::case::meaning::{ContactSphereChoice, GrainShape, Population, VolumeChoice};
 
-/// Most contact spheres that a file may list.
+/// Most contact spheres that a file may list: their numbers are kept in 16 bits.
 const MOST_LISTED: usize = 20_000;
 
 /// A population has no usable shape.

@@ -22,8 +22,9 @@ const DASHPOT: Real = 2.95e-3;
 const FRICTION: Real = 0.6;
 const RESTITUTION: Real = 0.5;
 
-/// Most contact spheres of a shell: their numbers are kept in 16 bits, and fewer than this follow any grain.
-const MOST_ON_SHELL: usize = 20_000;
+/// Most contact spheres of a shell: to spread them takes time as the square of their number, and far fewer follow
+/// any grain.
+const MOST_ON_SHELL: usize = 1000;
 /// Most contact spheres along an axis.
 const MOST_ON_AXIS: usize = 1000;
 /// Most rings of a spheroid's mesh, and most segments of a ring.
