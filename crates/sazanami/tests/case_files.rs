@@ -406,6 +406,9 @@ fn what_contradicts_itself_is_refused() {
     );
     refused("[run2]\n", "unknown key `run2`");
     refused("[[probe]]\npoint = [\"1 m\", \"0 m\", \"0 m\"]\n", "lies outside the box");
+    let probe = |name: &str| format!("[[probe]]\nname = \"{name}\"\npoint = [\"0 m\", \"0 m\", \"0 m\"]\n");
+    refused(&probe("../../escaped"), "`name` cannot be the name of a file");
+    refused(&(probe("same") + &probe("same")), "two probes have the name `same`");
 }
 
 #[test]

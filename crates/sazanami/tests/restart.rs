@@ -371,6 +371,91 @@ fn only_folders_of_runs_can_be_gone_on_with() {
     }
 }
 
+#[test]
+fn a_wrong_command_leaves_a_run_as_it_is() {
+    let scratch = Scratch::new("restart-wrong");
+    let folder = scratch.join("run");
+    start(&load(SLIDING, &["run.until=0.1 ms"]), &folder, On::threads(1)).unwrap();
+    let before = support::summary(&folder);
+    assert_eq!(before["status"], "finished");
+    for file in ["log.txt", "figures/momentum.png"] {
+        assert!(before["files"].as_array().unwrap().contains(&file.into()), "{file}: {}", before["files"]);
+    }
+    // More ranks than there are columns of cells.
+    let error = go_on(&folder, On::ranks(500, 1)).0.unwrap_err();
+    assert_eq!(error.exit_code(), exit::WRONG_INPUT, "{error}");
+    assert_eq!(support::summary(&folder), before);
+    // A case that was changed, and put back.
+    let case = folder.join("case.toml");
+    let text = std::fs::read_to_string(&case).unwrap();
+    let steeper = text.replace("\"-9.8 m/s^2\"", "\"-9.9 m/s^2\"");
+    assert_ne!(steeper, text);
+    std::fs::write(&case, steeper).unwrap();
+    let error = go_on(&folder, On::threads(1)).0.unwrap_err();
+    assert_eq!(error.exit_code(), exit::WRONG_INPUT);
+    assert!(error.to_string().contains("is not the case that this run began with"), "{error}");
+    assert_eq!(support::summary(&folder), before);
+    std::fs::write(&case, text).unwrap();
+    assert_eq!(go_on(&folder, On::threads(2)).0.unwrap().status, Status::Finished);
+}
+
+#[test]
+fn a_run_goes_on_without_the_bed_it_began_with() {
+    let scratch = Scratch::new("restart-bed");
+    let bed = scratch.join("small.bed");
+    let name = format!("output.bed={}", bed.display());
+    start(&load(PACKED, &[&name, "run.packing_only=true"]), &scratch.join("packed"), On::threads(2)).unwrap();
+    let packed =
+        "placement.packed = { lattice = \"low\", settle_time = \"2 ms\", friction_scale = 0.5, stop = \"time_only\" }";
+    let placed = format!("placement.bed = {{ file = {:?} }}", bed.display().to_string());
+    let text = PACKED.replace(packed, &placed).replace("count = 16\n", "");
+    let folder = scratch.join("run");
+    start(&load(&text, &[]), &folder, On::threads(1).steps(3)).unwrap();
+    std::fs::remove_file(&bed).unwrap();
+    let moved = scratch.join("moved");
+    std::fs::rename(&folder, &moved).unwrap();
+    assert_eq!(go_on(&moved, On::threads(1).steps(2)).0.unwrap().steps, 5);
+    // Negative control: the copy is what it needs.
+    std::fs::remove_dir_all(moved.join("inputs")).unwrap();
+    assert_eq!(go_on(&moved, On::threads(1)).0.unwrap_err().exit_code(), exit::WRONG_INPUT);
+}
+
+#[test]
+fn the_log_holds_what_was_said() {
+    let scratch = Scratch::new("restart-log");
+    let folder = scratch.join("run");
+    start(&load(SLIDING, &[]), &folder, On::ranks(2, 1).steps(2)).unwrap();
+    let first = std::fs::read_to_string(folder.join("log.txt")).unwrap();
+    assert_eq!(first.lines().filter(|line| line.starts_with("flow    step ")).count(), 1, "{first}");
+    let said = go_on(&folder, On::threads(1).steps(2)).1;
+    let both = std::fs::read_to_string(folder.join("log.txt")).unwrap();
+    let added = both.strip_prefix(&first).expect("the log of the first command stays");
+    assert!(said.iter().any(|text| text.starts_with("going on from step 2")));
+    for text in &said {
+        assert!(added.lines().any(|line| line == text), "`{text}` is not in:\n{added}");
+    }
+}
+
+#[test]
+fn probes_keep_their_own_schedules() {
+    let scratch = Scratch::new("restart-probes");
+    let folder = scratch.join("run");
+    let more = "[[probe]]\nname = \"as the series\"\npoint = [\"1 mm\", \"1 mm\", \"1 mm\"]\n\
+                [[probe]]\nname = \"never\"\nat = []\npoint = [\"1 mm\", \"1 mm\", \"1 mm\"]\n[output]\n";
+    let text = SLIDING.replace("[output]\n", more).replace("series = { steps = 1 }", "series = { steps = 2 }");
+    start(&load(&text, &[]), &folder, On::threads(1).steps(6)).unwrap();
+    let left = Left::in_folder(&folder);
+    let steps = |name: &str| {
+        let found = left.probes.iter().find(|(file, _)| *file == format!("{name}.csv"));
+        found.map(|(_, table)| table.column("step"))
+    };
+    assert_eq!(steps("middle"), Some(vec![0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0]));
+    assert_eq!(steps("grain"), Some(vec![0.0, 3.0, 6.0]));
+    assert_eq!(steps("as the series"), Some(left.column("step")));
+    assert_eq!(steps("never"), None);
+    assert_eq!(left.column("step"), [0.0, 2.0, 4.0, 6.0]);
+}
+
 fn copy_folder(from: &Path, to: &Path) -> bool {
     std::fs::create_dir_all(to).unwrap();
     for entry in std::fs::read_dir(from).unwrap() {
