@@ -390,21 +390,19 @@ impl Engine {
         self.too_deep = if allowed { Real::INFINITY } else { TOO_DEEP };
     }
 
-    /// Slows own grains down whose centre or farthest contact sphere turns about it faster than `limit` [m/s];
-    /// returns how many on all ranks.
-    pub fn limit_speeds(&mut self, domain: &Domain, limit: Real) -> usize {
-        let mut slowed = 0;
+    /// Leaves the part `left` of all speeds, and no more than `limit` [m/s] of the speed of a grain's centre and of
+    /// its farthest contact sphere about it.
+    pub fn limit_speeds(&mut self, domain: &Domain, limit: Real, left: Real) {
         for g in 0..self.grains.owned {
+            if self.grains.motion[g] != Motion::Free {
+                continue;
+            }
             let (velocity, spin) = (self.grains.velocity[g], self.grains.angular_velocity(g));
             let speed = velocity.length().max(self.inert[g].arm * spin.length());
-            if speed > limit && self.grains.motion[g] == Motion::Free {
-                let part = limit / speed;
-                self.set_velocity(g, part * velocity, part * spin);
-                slowed += 1;
-            }
+            let part = left.min(limit / speed.max(Real::MIN_POSITIVE));
+            self.set_velocity(g, part * velocity, part * spin);
         }
         self.refresh_ghosts(domain);
-        domain.sum([slowed as Real])[0] as usize
     }
 
     /// Brings the ghosts up to date after own grains were changed.

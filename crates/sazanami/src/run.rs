@@ -161,7 +161,7 @@ pub fn resume(
     log.note(&heading(&loaded.case, options));
     skipped.iter().for_each(|text| log.note(text));
     log.message(&format!("going on from step {step}, time {:.6e} s", resumed.run.time));
-    let from = From::Checkpoint(resumed);
+    let from = From::Checkpoint(Box::new(resumed));
     start(&loaded.case, feasible.shapes, feasible.beds, options, folder.to_owned(), from, &mut log, stop)
 }
 
@@ -170,7 +170,7 @@ enum From {
     /// A case, with the text of its resolved copy.
     Case(String),
     /// A checkpoint of the run in the folder.
-    Checkpoint(Resumed),
+    Checkpoint(Box<Resumed>),
 }
 
 /// First line of a command in the log.
@@ -224,7 +224,7 @@ fn listen(
     let reporter = Reporter(sender);
     let (case_text, resumed) = match from {
         From::Case(text) => (Some(text), None),
-        From::Checkpoint(resumed) => (None, Some(resumed)),
+        From::Checkpoint(resumed) => (None, Some(*resumed)),
     };
     let goes_on = resumed.is_some();
     let shapes = shapes.into();

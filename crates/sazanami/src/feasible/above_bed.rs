@@ -25,7 +25,8 @@ impl Search<'_> {
                 self.below_top(number, liquid, origin, height, lying);
             }
             // A bubble may surround grains.
-            if !liquid.allow_touching_grains && !(above(liquid) && liquid.fluid == FluidName::Gas) {
+            let bubble = above(liquid) && liquid.fluid == FluidName::Gas;
+            if !liquid.allow_touching_grains && !bubble {
                 self.clear_of_grains(number, liquid, origin, lying);
             }
         }

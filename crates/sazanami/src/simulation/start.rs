@@ -26,6 +26,10 @@ const RELAX_LEAST: Real = 5e-3;
 const RELAX_LONGEST: Real = 0.5;
 /// Grains that overlap part no faster than this [m/s].
 const PARTING_SPEED: Real = 0.05;
+/// What a sub-step leaves of their speed.
+const PARTING_DAMPING: Real = 0.98;
+/// They have parted when no overlap is deeper than this, over a contact sphere's radius.
+const PARTED: Real = 0.05;
 /// Mean speed of a bed at rest [m/s].
 const AT_REST: Real = 2e-3;
 
@@ -72,10 +76,10 @@ pub(super) fn solver(
     let engine = match packed {
         None => {
             let mut engine = Engine::new(&domain, setup, &grains::placed(case, &job.beds))?;
-            if case.grains.iter().any(|kind| matches!(&kind.placement, GrainPlacement::Bed(bed) if bed.relax)) {
-                if relax(job, &domain, &mut engine, recorder)? == Relaxed::Stopped {
-                    return Ok(None);
-                }
+            let relaxes =
+                case.grains.iter().any(|kind| matches!(&kind.placement, GrainPlacement::Bed(bed) if bed.relax));
+            if relaxes && relax(job, &domain, &mut engine, recorder)? == Relaxed::Stopped {
+                return Ok(None);
             }
             engine
         }
@@ -121,8 +125,8 @@ fn relax(job: &Job, domain: &Domain, engine: &mut Engine, recorder: &Recorder) -
             return Ok(Relaxed::Stopped);
         }
         let report = if parting {
-            let (report, slowed) = part(domain, engine, gravity)?;
-            parting = slowed > 0;
+            let report = part(domain, engine, gravity)?;
+            parting = report.largest_overlap > PARTED;
             parted = engine.time();
             engine.allow_any_overlap(parting);
             report
@@ -155,15 +159,15 @@ fn relax(job: &Job, domain: &Domain, engine: &mut Engine, recorder: &Recorder) -
     }
 }
 
-/// A step of the relaxation with limited speeds; tells how often a grain had to be slowed.
-fn part(domain: &Domain, engine: &mut Engine, gravity: Vector) -> Result<(ContactReport, usize), RankError> {
+/// A step of the relaxation with limited and damped speeds.
+fn part(domain: &Domain, engine: &mut Engine, gravity: Vector) -> Result<ContactReport, RankError> {
     let count = engine.substeps(RELAX_STEP, Substeps::Auto);
-    let (mut report, mut slowed) = (ContactReport::default(), 0);
+    let mut report = ContactReport::default();
     for _ in 0..count {
         report = engine.advance(domain, &Loads::none(), gravity, RELAX_STEP / count as Real, Substeps::Fixed(1))?;
-        slowed += engine.limit_speeds(domain, PARTING_SPEED);
+        engine.limit_speeds(domain, PARTING_SPEED, PARTING_DAMPING);
     }
-    Ok((ContactReport { substeps: count, ..report }, slowed))
+    Ok(ContactReport { substeps: count, ..report })
 }
 
 /// Refuses a packed bed that is higher than the box: its own walls had no lid.
