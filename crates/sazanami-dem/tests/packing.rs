@@ -20,9 +20,10 @@ fn pack(count: u64, longest: Real) -> (Packing, Stage, Real) {
     let settings = PackingSettings { longest, ..PackingSettings::new(Vector::ZERO, upper) };
     let grains = (0..count).map(|id| Grain::new(id, 2650.0, Vector::ZERO)).collect();
     let bodies = vec![Body::ball(RADIUS)];
-    let mut packing = Packing::new(&domain, settings, bodies, Interactions::uniform(1, law), grains).unwrap();
+    let mut packing =
+        Packing::new(&domain, settings, bodies, Interactions::uniform(1, law), grains).expect("the case is sound");
     loop {
-        let report = packing.step(&domain).unwrap();
+        let report = packing.step(&domain).expect("nothing goes wrong");
         if matches!(report.stage, Stage::Done | Stage::GivenUp) {
             return (packing, report.stage, report.switched);
         }

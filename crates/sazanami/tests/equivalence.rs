@@ -1,6 +1,7 @@
 //! A rank boundary is a boundary condition and a thread is nobody's business: small cases of every
 //! kind give the same bits for any number of threads, and the same physics for any number of ranks.
 
+#[allow(dead_code, reason = "every test program uses a part of it")]
 mod support;
 
 use sazanami_numerics::Real;

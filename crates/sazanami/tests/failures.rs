@@ -1,5 +1,6 @@
 //! What ends a run ends it in the open: exit code, message, summary, and the checkpoint that is left.
 
+#[allow(dead_code, reason = "every test program uses a part of it")]
 mod support;
 
 use std::path::{Path, PathBuf};

@@ -1,5 +1,6 @@
 //! An interrupted run goes on to the same bits, whatever interrupted it; damaged checkpoints are told from good ones.
 
+#[allow(dead_code, reason = "every test program uses a part of it")]
 mod support;
 
 use std::path::Path;

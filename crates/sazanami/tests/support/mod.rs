@@ -1,7 +1,5 @@
 //! Runs of small cases into folders of their own, and what they left behind.
 
-#![allow(dead_code, reason = "every test program uses a part of this")]
-
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
