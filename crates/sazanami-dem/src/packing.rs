@@ -351,10 +351,10 @@ impl Packing {
             Stage::Falling => {
                 let grains = self.engine.grains();
                 let own = grains.id[..grains.owned()].binary_search(&self.topmost);
-                let landed = own.is_ok_and(|g| self.engine.touches_a_grain(g));
                 // Where all lie on the floor side by side it never meets another.
-                let rests = now >= settings.settling_time && self.rests(report);
-                if rests || domain.max(Real::from(u8::from(landed))) > 0.0 {
+                let lies = |g: usize| self.rests(report) && grains.last_contact[g].is_finite();
+                let landed = own.is_ok_and(|g| self.engine.touches_a_grain(g) || lies(g));
+                if domain.max(Real::from(u8::from(landed))) > 0.0 {
                     self.stage = Stage::Settling;
                     (self.switched, self.since) = (now, now);
                     if settings.fall_friction != 1.0 {
