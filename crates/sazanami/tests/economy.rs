@@ -75,7 +75,7 @@ fn solver(substeps: Substeps) -> Solver {
         VolumeRule::Preserve,
         &ContactSphereRule::Axis { count: 5 },
     )
-    .unwrap();
+    .expect("the case is sound");
     let law = ContactLaw {
         normal_stiffness: 500.0,
         tangential_stiffness: 500.0,
@@ -100,7 +100,7 @@ fn solver(substeps: Substeps) -> Solver {
             }
         })
         .collect();
-    let engine = Engine::new(&domain, setup, &grains).unwrap();
+    let engine = Engine::new(&domain, setup, &grains).expect("the case is sound");
     let coupling = Coupling {
         exchange: Exchange::Exact,
         weighting: Weighting::Mass,
@@ -114,7 +114,7 @@ fn solver(substeps: Substeps) -> Solver {
         tolerance: Tolerance { divergence: 1e-8, most_iterations: 300 },
         incremental: false,
     };
-    Solver::new(domain, boundary, settings, flow, engine, Arc::from([shape]), coupling).unwrap()
+    Solver::new(domain, boundary, settings, flow, engine, Arc::from([shape]), coupling).expect("the case is sound")
 }
 
 #[test]
@@ -125,7 +125,7 @@ fn a_step_with_grains_in_contact_allocates_nothing() {
             let stable = solver.stable_step();
             let (count, bytes) = (COUNT.get(), BYTES.get());
             WATCHED.set(watched);
-            let report = solver.step(stable, stable.dt, |_| ()).unwrap();
+            let report = solver.step(stable, stable.dt, |_| ()).expect("the case is sound");
             WATCHED.set(false);
             (COUNT.get() - count, BYTES.get() - bytes, report.contacts)
         };
