@@ -389,7 +389,7 @@ fn outcome(scratch: &Scratch, small: &Small, on: On, more: Option<&str>) -> Left
     let folder = scratch.join(small.name);
     start(&loaded, &folder, on).unwrap_or_else(|error| panic!("{} on {on:?}: {error}", small.name));
     let left = Left::in_folder(&folder);
-    std::fs::remove_dir_all(&folder).unwrap();
+    std::fs::remove_dir_all(&folder).expect("the case is sound");
     left
 }
 
@@ -481,14 +481,14 @@ fn table_differences(a: &Left, b: &Left) -> Vec<(Real, String)> {
 }
 
 fn liquid(left: &Left) -> Real {
-    left.state.reals("fluid/volume_fraction").unwrap().iter().sum()
+    left.state.reals("fluid/volume_fraction").expect("the case is sound").iter().sum()
 }
 
 fn equivalent(name: &str) {
     let small = CASES.iter().find(|small| small.name == name).expect("the case is in the list");
     let scratch = Scratch::new(&format!("equivalence-{name}"));
     let alone = outcome(&scratch, small, On::threads(1), None);
-    assert!(!alone.state.u64("grains/grain.id").unwrap().is_empty() && alone.series.rows.len() > 4);
+    assert!(!alone.state.u64("grains/grain.id").expect("the case is sound").is_empty() && alone.series.rows.len() > 4);
     let contacts = alone.column("contacts").into_iter().fold(0.0, Real::max);
     assert!(contacts > 0.0 || small.apart, "{name}: nothing touches");
     let mut worst = (0.0, String::new());

@@ -95,7 +95,7 @@ fn fails(name: &str, text: &'static str, overrides: &[&str], kind: &str, words: 
         assert_eq!(left["failure"]["step"], failure.step);
         assert_eq!(left["failure"]["limiter"], failure.limiter);
         assert_eq!(failure.limiter.is_empty(), failure.step == 0);
-        if checkpoints(&folder).steps().unwrap().is_empty() {
+        if checkpoints(&folder).steps().expect("the case is sound").is_empty() {
             assert!(told.contains("no checkpoint had been written"), "{told}");
             continue;
         }
@@ -289,7 +289,7 @@ struct Disk(PathBuf);
 
 impl Disk {
     fn of(kilobytes: usize, place: PathBuf) -> Option<Self> {
-        std::fs::create_dir_all(&place).unwrap();
+        std::fs::create_dir_all(&place).expect("the case is sound");
         let size = format!("size={kilobytes}k");
         let mounted = Command::new("mount").args(["-t", "tmpfs", "-o", &size, "tmpfs"]).arg(&place).output();
         mounted.is_ok_and(|output| output.status.success()).then_some(Self(place))
@@ -308,7 +308,7 @@ fn a_full_disk() {
     let scratch = Scratch::new("failures-disk");
     let disk = Disk::of(5000, scratch.join("disk")).expect("a disk can be mounted");
     for ranks in [1, 2] {
-        let folder = disk.0.join(&format!("on-{ranks}"));
+        let folder = disk.0.join(format!("on-{ranks}"));
         let overrides =
             ["output.fields.steps=1", "output.precision=double", "domain.cells=[20, 20, 20]", "checkpoint.keep=1"];
         let error = run_in(&folder, SPLASHING, &overrides, ranks);

@@ -105,8 +105,8 @@ fn tables(folder: &Path) -> Vec<(String, String)> {
         for entry in std::fs::read_dir(part).into_iter().flatten().flatten() {
             let path = entry.path();
             if path.extension().is_some_and(|extension| extension == "csv" || extension == "pvd") {
-                let name = path.strip_prefix(folder).unwrap().to_string_lossy().into_owned();
-                found.push((name, std::fs::read_to_string(&path).unwrap()));
+                let name = path.strip_prefix(folder).expect("the case is sound").to_string_lossy().into_owned();
+                found.push((name, std::fs::read_to_string(&path).expect("the case is sound")));
             }
         }
     }
@@ -141,19 +141,19 @@ fn goes_on_alike(name: &str, text: &str, overrides: &[&str], ranks: &[usize]) {
     let loaded = load(text, overrides);
     for &ranks in ranks {
         let whole = scratch.join(&format!("whole-{ranks}"));
-        start(&loaded, &whole, On::ranks(ranks, 1).steps(2 * STEPS)).unwrap();
+        start(&loaded, &whole, On::ranks(ranks, 1).steps(2 * STEPS)).expect("the case is sound");
         let left = Left::in_folder(&whole);
         assert!(left.column("contacts").iter().any(|&n| n > 0.0), "{name}: nothing touches");
         let dt = left.column("dt");
         assert!(overrides.iter().any(|key| key.contains("dt = ")) || dt[2] != dt[dt.len() - 1]);
         for threads in [[1, 1], [1, 4], [2, 3]] {
             let broken = scratch.join(&format!("broken-{ranks}-{}-{}", threads[0], threads[1]));
-            let first = start(&loaded, &broken, On::ranks(ranks, threads[0]).steps(STEPS)).unwrap();
+            let first = start(&loaded, &broken, On::ranks(ranks, threads[0]).steps(STEPS)).expect("the case is sound");
             assert_eq!((first.status, first.steps), (Status::Stopped, STEPS));
             let at_break = Left::in_folder(&broken);
             assert!(at_break.column("contacts")[STEPS as usize] > 0.0, "{name}: nothing touches at the break");
             let (second, _) = go_on(&broken, On::ranks(ranks, threads[1]).steps(STEPS));
-            assert_eq!(second.unwrap().steps, 2 * STEPS);
+            assert_eq!(second.expect("the case is sound").steps, 2 * STEPS);
             assert_same(&broken, &whole, &format!("{name}, {ranks} ranks, threads {threads:?}"));
         }
     }
@@ -220,7 +220,7 @@ fn interrupted(loaded: &LoadedCase, folder: &Path, ranks: usize, after: fn(&Step
     let stop = AtomicBool::new(false);
     let mut listener = Listener { stop: Some(&stop), stop_after: Some(after), ..Listener::default() };
     let options = On::ranks(ranks, 1).options(Some(folder));
-    let summary = run::run(loaded, &options, &mut listener, &stop).unwrap();
+    let summary = run::run(loaded, &options, &mut listener, &stop).expect("the case is sound");
     assert!(summary.interrupted);
     assert_eq!((summary.status, summary.exit_code()), (Status::Stopped, exit::STOPPED));
 }
@@ -298,7 +298,7 @@ fn limits_of_a_command_change_no_step() {
 
 /// What can happen to a file.
 fn damage(path: &Path, how: &str) {
-    let mut bytes = std::fs::read(path).unwrap();
+    let mut bytes = std::fs::read(path).expect("the case is sound");
     let length = bytes.len();
     match how {
         "cut to nothing" => bytes.clear(),
@@ -313,7 +313,7 @@ fn damage(path: &Path, how: &str) {
         }
         _ => panic!("unknown damage"),
     }
-    std::fs::write(path, bytes).unwrap();
+    std::fs::write(path, bytes).expect("the case is sound");
 }
 
 #[test]
@@ -458,14 +458,14 @@ fn probes_keep_their_own_schedules() {
 }
 
 fn copy_folder(from: &Path, to: &Path) -> bool {
-    std::fs::create_dir_all(to).unwrap();
-    for entry in std::fs::read_dir(from).unwrap() {
-        let path = entry.unwrap().path();
-        let place = to.join(path.file_name().unwrap());
+    std::fs::create_dir_all(to).expect("the case is sound");
+    for entry in std::fs::read_dir(from).expect("the case is sound") {
+        let path = entry.expect("the case is sound").path();
+        let place = to.join(path.file_name().expect("the case is sound"));
         if path.is_dir() {
             copy_folder(&path, &place);
         } else {
-            std::fs::copy(&path, &place).unwrap();
+            std::fs::copy(&path, &place).expect("the case is sound");
         }
     }
     true

@@ -19,7 +19,7 @@ impl Scratch {
     pub fn new(name: &str) -> Self {
         let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}-{}", std::process::id()));
         let _ = std::fs::remove_dir_all(&path);
-        std::fs::create_dir_all(&path).unwrap();
+        std::fs::create_dir_all(&path).expect("the run left it");
         Self(path)
     }
 
@@ -126,7 +126,7 @@ pub struct Table {
 
 impl Table {
     pub fn read(path: &Path) -> Self {
-        let text = std::fs::read_to_string(path).unwrap();
+        let text = std::fs::read_to_string(path).expect("the run left it");
         let cells = |line: &str| line.split(',').map(str::to_owned).collect::<Vec<_>>();
         let mut lines = text.lines();
         let columns = lines.next().map(cells).unwrap_or_default();
@@ -157,7 +157,7 @@ impl Left {
             files.map(|file| (file.file_name().to_string_lossy().into_owned(), Table::read(&file.path()))).collect();
         probes.sort_by(|a, b| a.0.cmp(&b.0));
         let series = Table::read(&folder.join("series.csv"));
-        Self { summary: summary(folder), state: newest(folder).snapshot().unwrap(), series, probes }
+        Self { summary: summary(folder), state: newest(folder).snapshot().expect("the run left it"), series, probes }
     }
 
     pub fn hash(&self) -> &str {
@@ -171,7 +171,8 @@ impl Left {
 }
 
 pub fn summary(folder: &Path) -> Value {
-    serde_json::from_str(&std::fs::read_to_string(folder.join("summary.json")).unwrap()).unwrap()
+    serde_json::from_str(&std::fs::read_to_string(folder.join("summary.json")).expect("the run left it"))
+        .expect("the run left it")
 }
 
 pub fn checkpoints(folder: &Path) -> CheckpointFolder {
@@ -179,5 +180,5 @@ pub fn checkpoints(folder: &Path) -> CheckpointFolder {
 }
 
 pub fn newest(folder: &Path) -> CheckpointReader {
-    checkpoints(folder).newest_good().unwrap().good.expect("there is a checkpoint").1
+    checkpoints(folder).newest_good().expect("the run left it").good.expect("there is a checkpoint").1
 }
