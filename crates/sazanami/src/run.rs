@@ -204,6 +204,9 @@ fn start(
     outcome
 }
 
+/// How many events a run may be ahead of its listener before it waits for it.
+const LISTENER_LAG: usize = 16;
+
 /// Starts the ranks and hears them to the end.
 #[allow(clippy::too_many_arguments, reason = "what a run needs comes from as many places")]
 fn listen(
@@ -220,7 +223,7 @@ fn listen(
     let ranks = options.ranks.max(1);
     let cores = Machine::this().cores;
     let threads = options.threads.unwrap_or_else(|| cores.div_ceil(ranks)).max(1);
-    let (sender, events) = mpsc::channel();
+    let (sender, events) = mpsc::sync_channel(LISTENER_LAG);
     let reporter = Reporter(sender);
     let (case_text, resumed) = match from {
         From::Case(text) => (Some(text), None),

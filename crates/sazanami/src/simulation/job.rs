@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::Sender;
+use std::sync::mpsc::SyncSender;
 
 use sazanami_dem::DemError;
 use sazanami_mics::boundary::BoundaryError;
@@ -34,7 +34,7 @@ pub(crate) enum Event {
 
 /// Takes what rank 0 says to whoever listens.
 #[derive(Clone, Debug)]
-pub(crate) struct Reporter(pub Sender<Event>);
+pub(crate) struct Reporter(pub SyncSender<Event>);
 
 /// The part of a run's state that is not physics: goes into the checkpoint as text.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
