@@ -4,6 +4,7 @@
 
 mod files;
 mod observers;
+mod pace;
 mod pictures;
 mod probes;
 mod summary;
@@ -32,10 +33,11 @@ use crate::simulation::{Ended, Job, PACKING, RankError, RankFailure, RunState, f
 
 use files::Files;
 use observers::Observers;
+use pace::Pace;
 pub(crate) use summary::{put_failure, put_files};
 use timetable::Timetables;
 pub use totals::Totals;
-use totals::Watch;
+use totals::{SETUP, Watch};
 
 /// Sections of a checkpoint that are not physics.
 const RUN_STATE: &str = "run/state";
@@ -93,8 +95,7 @@ pub(crate) struct Recorder<'a> {
     timetables: Timetables,
     observers: Observers,
     files: Option<Files>,
-    began: Instant,
-    began_at: Real,
+    pace: Pace,
     last_checkpoint: Instant,
     state_hash: Option<u64>,
     /// Time and step last seen.
@@ -119,8 +120,7 @@ impl<'a> Recorder<'a> {
             timetables: Timetables::of(job.case),
             observers: Observers::new(job),
             files,
-            began: now,
-            began_at: 0.0,
+            pace: Pace::from(0.0),
             last_checkpoint: now,
             state_hash: None,
             reached: resumed_at.unwrap_or_default(),
@@ -148,9 +148,8 @@ impl<'a> Recorder<'a> {
     }
 
     /// Wall-clock time left [s].
-    pub fn remaining(&self, clock: &Clock, until: Real) -> Option<Real> {
-        let done = clock.time() - self.began_at;
-        (done > 0.0).then(|| self.began.elapsed().as_secs_f64() * (until - clock.time()) / done)
+    pub fn remaining(&mut self, clock: &Clock, until: Real) -> Option<Real> {
+        self.pace.seconds_for(clock.time(), until)
     }
 
     /// Takes note of a step of the packing.
@@ -188,6 +187,7 @@ impl<'a> Recorder<'a> {
         wall: Real,
         began: Real,
     ) -> Result<(), RankError> {
+        self.watch.turn(SETUP);
         self.observers.gather(domain, packing.engine());
         let outcome = self.files.is_some().then(|| self.tell_of_bed(report, wall, began)).transpose();
         domain.agree(outcome.map_err(RankError::from))?;
@@ -255,8 +255,7 @@ impl<'a> Recorder<'a> {
 
     /// The flow begins, or goes on.
     pub fn begin(&mut self, solver: &mut Solver, clock: &Clock) -> Result<(), RankError> {
-        self.began = Instant::now();
-        self.began_at = clock.time();
+        self.pace = Pace::from(clock.time());
         self.reached = (clock.time(), clock.step());
         let outcome = self.observers.begin(self.job, solver);
         solver.domain().agree(outcome)?;

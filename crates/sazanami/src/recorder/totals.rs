@@ -102,6 +102,9 @@ impl Totals {
     }
 }
 
+/// Phase of what comes before the first step: files read, grains settled, liquids poured.
+pub(crate) const SETUP: &str = "setup";
+
 /// Measures how long phases take.
 #[derive(Debug)]
 pub(crate) struct Watch {
@@ -111,8 +114,9 @@ pub(crate) struct Watch {
 }
 
 impl Watch {
+    /// Begins with the set-up.
     pub fn start() -> Self {
-        Self { phase: phase_name(None), since: Instant::now(), seconds: BTreeMap::new() }
+        Self { phase: SETUP, since: Instant::now(), seconds: BTreeMap::new() }
     }
 
     /// The phase before ends, this one begins.

@@ -127,6 +127,7 @@ fn flow(job: &Job, mut solver: Solver, recorder: &mut Recorder) -> Result<Ended,
     let case = job.case;
     let mut clock = start::clock(job);
     let first = clock.step();
+    recorder.watch.enter(None);
     recorder.begin(&mut solver, &clock)?;
     let end = |clock: &Clock| clock.time() >= case.run.until * (1.0 - END);
     let enough = |clock: &Clock| {
@@ -164,6 +165,7 @@ fn flow(job: &Job, mut solver: Solver, recorder: &mut Recorder) -> Result<Ended,
         let before = clock.time();
         clock.advance(dt, due);
         recorder.observe(&mut solver, &clock, before, dt, limit, &report)?;
+        let remaining = recorder.remaining(&clock, case.run.until);
         recorder.report(&StepLine {
             phase: "flow",
             step: clock.step(),
@@ -174,7 +176,7 @@ fn flow(job: &Job, mut solver: Solver, recorder: &mut Recorder) -> Result<Ended,
             pressure_iterations: report.pressure.iterations,
             substeps: report.contacts.substeps,
             contacts: report.contacts.contacts,
-            remaining: recorder.remaining(&clock, case.run.until),
+            remaining,
         });
     }
 }
