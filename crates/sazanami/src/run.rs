@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 use std::sync::mpsc;
 use std::time::Instant;
 
-use sazanami_io::checkpoint::CheckpointFolder;
+use sazanami_io::checkpoint::{CheckpointError, CheckpointFolder, CheckpointReader};
 use sazanami_numerics::Real;
 use sazanami_numerics::geometry::Shape;
 use sazanami_parallel::{Solo, run_ranks, with_threads};
@@ -126,14 +126,8 @@ pub fn resume(
         ));
     }
     let loaded = case::load(&case_file, &[])?;
-    let unreadable = |error: sazanami_io::checkpoint::CheckpointError| {
-        CommandError::input(error.to_string(), "start the case again with `sazanami run`")
-    };
-    let newest = CheckpointFolder::new(folder.join("checkpoints"), 1).newest_good().map_err(unreadable)?;
-    let skipped = newest.skipped.iter().map(|(path, error)| format!("skipped {}: {error}", path.display()));
-    let skipped: Vec<String> = skipped.collect();
-    skipped.iter().for_each(|text| progress.message(text));
-    let Some((step, reader)) = newest.good else {
+    let (newest, skipped) = newest_checkpoint(folder, progress)?;
+    let Some((step, reader)) = newest else {
         return Err(CommandError::input(
             format!("`{}` holds no good checkpoint", folder.display()),
             "start the case again with `sazanami run`",
@@ -163,6 +157,27 @@ pub fn resume(
     log.message(&format!("going on from step {step}, time {:.6e} s", resumed.run.time));
     let from = From::Checkpoint(Box::new(resumed));
     start(&loaded.case, feasible.shapes, feasible.beds, options, folder.to_owned(), from, &mut log, stop)
+}
+
+/// What of a checkpoint cannot be read.
+pub(crate) fn unreadable(error: CheckpointError) -> CommandError {
+    CommandError::input(error.to_string(), "start the case again with `sazanami run`")
+}
+
+/// The newest good checkpoint in a folder of results, with its step, and a line about each that was skipped.
+pub(crate) fn newest_checkpoint(
+    folder: &Path,
+    progress: &mut dyn Progress,
+) -> Result<(Option<(u64, CheckpointReader)>, Vec<String>), CommandError> {
+    let newest = checkpoints(folder).newest_good().map_err(unreadable)?;
+    let skipped = newest.skipped.iter().map(|(path, error)| format!("skipped {}: {error}", path.display()));
+    let skipped: Vec<String> = skipped.collect();
+    skipped.iter().for_each(|text| progress.message(text));
+    Ok((newest.good, skipped))
+}
+
+fn checkpoints(folder: &Path) -> CheckpointFolder {
+    CheckpointFolder::new(folder.join("checkpoints"), 1)
 }
 
 /// What a run begins with.
@@ -259,9 +274,9 @@ fn listen(
         {
             progress.message(&format!("the failure could not be put into the summary: {problem}"));
         }
-        failed.into_command_error(newest_checkpoint(&folder))
+        failed.into_command_error(last_good_checkpoint(&folder))
     })?;
-    let lines = crate::analyse::analyse(std::slice::from_ref(&folder), progress)?;
+    let lines = crate::analyse::present(&folder, progress)?;
     Ok(RunSummary {
         status: ended.status,
         interrupted: ended.interrupted,
@@ -298,7 +313,6 @@ fn ranks_of(job: &Job, ranks: usize) -> Result<Ended, Box<RankFailure>> {
     }
 }
 
-fn newest_checkpoint(folder: &Path) -> Option<PathBuf> {
-    let checkpoints = CheckpointFolder::new(folder.join("checkpoints"), 1);
-    checkpoints.newest_good().ok()?.good.map(|(_, reader)| reader.path().to_owned())
+fn last_good_checkpoint(folder: &Path) -> Option<PathBuf> {
+    checkpoints(folder).newest_good().ok()?.good.map(|(_, reader)| reader.path().to_owned())
 }
