@@ -73,7 +73,7 @@ fn evaluate(
     asked: Option<&LoadedCase>,
     progress: &mut dyn Progress,
 ) -> Result<Option<Again>, CommandError> {
-    let Some((step, reader)) = newest_checkpoint(folder, progress)?.0 else { return Ok(None) };
+    let Some((step, reader)) = newest_checkpoint(folder, progress)?.good else { return Ok(None) };
     let run = recorder::run_state(&reader).map_err(unreadable)?;
     if run.packing {
         return Ok(None);
