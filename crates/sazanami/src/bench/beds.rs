@@ -137,9 +137,7 @@ impl Paper {
 /// other springs would burst, and then fall for long: it moves slowly and loses speed at first.
 pub(super) fn settle(engine: &mut Engine, domain: &Domain, gravity: Vector, dt: Real) -> Result<Real, String> {
     for _ in 0..QUENCHES {
-        engine
-            .advance(domain, &Loads::none(), gravity, dt, Substeps::Fixed(1))
-            .map_err(|error| error.to_string())?;
+        engine.advance(domain, &Loads::none(), gravity, dt, Substeps::Fixed(1)).map_err(|error| error.to_string())?;
         engine.limit_speeds(domain, QUENCH_SPEED, QUENCHED);
     }
     let mut mean = Real::INFINITY;
