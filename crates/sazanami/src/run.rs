@@ -269,12 +269,13 @@ fn listen(
     let ended = ended.map_err(|failed| {
         // Rank 0, which wrote the summary, may have known only that another rank had failed. A wrong command has
         // not touched the run it was to go on with.
-        if !(goes_on && failed.error.is_input())
+        if !(goes_on && failed.error.is_at_once())
             && let Err(problem) = recorder::put_failure(&folder, &failed.failure)
         {
             progress.message(&format!("the failure could not be put into the summary: {problem}"));
         }
-        failed.into_command_error(last_good_checkpoint(&folder))
+        let bed = case.packs().then(|| recorder::packed_bed(case, &folder));
+        failed.into_command_error(last_good_checkpoint(&folder), bed.as_deref())
     })?;
     let lines = crate::analyse::present(&folder, progress)?;
     Ok(RunSummary {

@@ -12,7 +12,7 @@ mod summary;
 mod timetable;
 mod totals;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use sazanami_dem::{ContactReport, Engine, Packing, PackingReport};
@@ -29,6 +29,7 @@ use crate::case::meaning::Case;
 use crate::clock::Clock;
 use crate::error::Failure;
 use crate::progress::StepLine;
+use crate::results::PACKED_BED;
 use crate::run::Status;
 use crate::simulation::{Ended, Job, PACKING, RankError, RankFailure, RunState, fixed_step, partner};
 
@@ -180,7 +181,7 @@ impl<'a> Recorder<'a> {
         ));
     }
 
-    /// The bed is packed: measures it, and writes it if the case asks for it.
+    /// The bed is packed: measures and writes it, so that it is not lost if the rest of the case does not suit it.
     pub fn packed(
         &mut self,
         domain: &Domain,
@@ -215,33 +216,32 @@ impl<'a> Recorder<'a> {
             report.largest_mean_speed,
             found.lying_order,
         ));
-        if let Some(path) = &case.output.bed {
-            let bed = Bed {
-                lower: case.domain.lower,
-                upper: case.domain.upper,
-                recipe: Recipe {
-                    case: case.name.clone(),
-                    case_hash: format!("{:016x}", crate::case::resolved::hash(case)),
-                    version: env!("CARGO_PKG_VERSION").to_owned(),
-                    shapes: case.grains.iter().map(|population| population.name.clone()).collect(),
-                    porosity: found.porosity,
-                    porosity_slab: case.bed.porosity_slab,
-                    height: 1e-3 * found.height_mm,
-                    mean_speed: report.mean_speed,
-                    largest_mean_speed: report.largest_mean_speed,
-                    lying_order: found.lying_order,
-                    time: report.time,
-                },
-                grains: self.observers.lying(|shape, scale, position, orientation| Lying {
-                    shape,
-                    scale,
-                    position,
-                    orientation,
-                }),
-            };
-            bed.write(path)?;
-            job.say(format!("bed written to {}", path.display()));
-        }
+        let bed = Bed {
+            lower: case.domain.lower,
+            upper: case.domain.upper,
+            recipe: Recipe {
+                case: case.name.clone(),
+                case_hash: format!("{:016x}", crate::case::resolved::hash(case)),
+                version: env!("CARGO_PKG_VERSION").to_owned(),
+                shapes: case.grains.iter().map(|population| population.name.clone()).collect(),
+                porosity: found.porosity,
+                porosity_slab: case.bed.porosity_slab,
+                height: 1e-3 * found.height_mm,
+                mean_speed: report.mean_speed,
+                largest_mean_speed: report.largest_mean_speed,
+                lying_order: found.lying_order,
+                time: report.time,
+            },
+            grains: self.observers.lying(|shape, scale, position, orientation| Lying {
+                shape,
+                scale,
+                position,
+                orientation,
+            }),
+        };
+        let path = packed_bed(case, &job.folder);
+        bed.write(&path)?;
+        job.say(format!("bed written to {}", path.display()));
         self.write_summary(Status::Running, None)
     }
 
@@ -414,7 +414,7 @@ impl<'a> Recorder<'a> {
         self.watch.empty_into(&mut self.totals);
         let (time, step) = self.reached;
         let failure = error.failure((step, time, self.limiter));
-        if self.job.resumed.is_some() && error.is_input() {
+        if self.job.resumed.is_some() && error.is_at_once() {
             // A wrong command: the run it was to go on with is what it was.
             return Box::new(RankFailure { error, failure });
         }
@@ -445,6 +445,11 @@ impl<'a> Recorder<'a> {
 /// Whether a section of a checkpoint is part of the physical state: all but the books of the observers.
 fn is_physical(section: &str) -> bool {
     section == CLOCK || ["fluid/", GRAINS, PACKING].iter().any(|prefix| section.starts_with(prefix))
+}
+
+/// Where a run into `folder` writes the bed that it packs.
+pub(crate) fn packed_bed(case: &Case, folder: &Path) -> PathBuf {
+    case.output.bed.clone().unwrap_or_else(|| folder.join(PACKED_BED))
 }
 
 /// Reads the state that is not physics from a checkpoint.

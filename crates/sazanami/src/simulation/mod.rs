@@ -112,6 +112,7 @@ fn pack(
         match report.stage {
             Stage::Done => {
                 recorder.packed(domain, &packing, &report, start.elapsed().as_secs_f64(), began)?;
+                recorder.checkpoint_packing(domain, &mut packing)?;
                 return Ok(Ok(packing));
             }
             Stage::GivenUp => {
