@@ -145,7 +145,7 @@ pub fn resume(
         ));
     }
     let (machine, model) = (Machine::this(), CostModel::default());
-    // Once the flow has begun nobody needs the beds any more: they may be gone.
+    // Once the grains lie where they are put nobody needs the beds any more: they may be gone.
     let feasible = if resumed.run.packing {
         feasible::check(&loaded, &machine, &model)?
     } else {

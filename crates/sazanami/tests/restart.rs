@@ -315,6 +315,74 @@ fn signals_during_packing_and_flow_one_after_the_other() {
     assert_same(&broken, &whole, "three breaks");
 }
 
+/// A small bed squeezed together, so that its grains overlap.
+fn squeezed(scratch: &Scratch, scale: &str, relax: bool) -> LoadedCase {
+    let bed = scratch.join("small.bed");
+    if !bed.exists() {
+        let name = format!("output.bed={}", bed.display());
+        let packing = load(PACKED, &[&name, "run.packing_only=true"]);
+        start(&packing, &scratch.join("packed"), On::threads(1)).expect("the case is sound");
+    }
+    load(&on_bed(&bed, &format!(", scale = {scale}, relax = {relax}")), &[])
+}
+
+#[test]
+fn grains_of_a_squeezed_bed_part_and_come_to_rest() {
+    let scratch = Scratch::new("restart-squeezed");
+    let run = |name: &str, ranks: usize, relax: bool| {
+        let folder = scratch.join(name);
+        start(&squeezed(&scratch, "0.85", relax), &folder, On::ranks(ranks, 1).steps(1)).expect("the case is sound");
+        let left = Left::in_folder(&folder);
+        let worst = |key: &str| left.summary["worst"][key].as_f64().expect("a number");
+        let place = left.state.vectors("grains/grain.position").expect("there are grains");
+        (worst("overlap_relative"), worst("grain_speed"), place)
+    };
+    let (overlap, speed, alone) = run("alone", 1, true);
+    println!("overlap {overlap}, speed {speed}");
+    assert!(overlap < 0.05 && speed < 0.02, "overlap {overlap}, speed {speed}");
+    let (_, _, shared) = run("shared", 3, true);
+    let apart = alone.iter().zip(&shared).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
+    println!("ranks apart by {apart}");
+    assert!(alone.len() == 16 && apart < 1e-3 * 0.52e-3, "{apart}");
+    // Negative control: as they are squeezed.
+    let (overlap, speed, _) = run("squeezed", 1, false);
+    println!("overlap {overlap}, speed {speed}");
+    assert!(overlap > 0.2 && speed > 0.05, "overlap {overlap}, speed {speed}");
+}
+
+#[test]
+fn signals_while_a_bed_comes_to_rest() {
+    let scratch = Scratch::new("restart-relaxing");
+    let loaded = squeezed(&scratch, "0.85", true);
+    for ranks in [1, 2] {
+        let whole = scratch.join(&format!("whole-{ranks}"));
+        start(&loaded, &whole, On::ranks(ranks, 1)).unwrap();
+        let broken = scratch.join(&format!("broken-{ranks}"));
+        interrupted(&loaded, &broken, ranks, |line| line.limiter == "parting" && line.step >= 10);
+        for (breaks, parting) in [(1, 1.0), (2, 0.0)] {
+            if breaks == 2 {
+                let stop = AtomicBool::new(false);
+                let settling = |line: &StepLine| line.limiter == "settling" && line.phase == "relax";
+                let mut listener = Listener { stop: Some(&stop), stop_after: Some(settling), ..Listener::default() };
+                let ended = run::resume(&broken, &On::ranks(ranks, 2).options(None), &mut listener, &stop).unwrap();
+                assert_eq!((ended.status, ended.exit_code()), (Status::Stopped, exit::STOPPED));
+                assert!(listener.lines.iter().all(|line| line.phase == "relax"));
+            }
+            assert_eq!(support::summary(&broken)["status"], "stopped");
+            let memory = support::newest(&broken).snapshot().unwrap();
+            assert_eq!(memory.reals("relaxation/state").unwrap()[0], parting);
+            let displacement = memory.reals("relaxation/contact.displacement").unwrap();
+            assert!(displacement.iter().any(|&d| d != 0.0), "no contact has a memory");
+        }
+        assert_eq!(go_on(&broken, On::ranks(ranks, 1)).0.unwrap().status, Status::Stopped);
+        assert_same(&broken, &whole, &format!("{ranks} ranks"));
+    }
+    // Negative control: the comparison sees how far the bed was squeezed.
+    let other = scratch.join("other");
+    start(&squeezed(&scratch, "0.851", true), &other, On::threads(1)).unwrap();
+    assert_ne!(Left::in_folder(&other).hash(), Left::in_folder(&scratch.join("whole-1")).hash());
+}
+
 #[test]
 fn limits_of_a_command_change_no_step() {
     let scratch = Scratch::new("restart-limits");

@@ -41,6 +41,9 @@ pub(crate) struct Reporter(pub SyncSender<Event>);
 pub(crate) struct RunState {
     /// Whether the bed is still being packed.
     pub packing: bool,
+    /// Whether a bed from a file is still on its way to rest.
+    #[serde(default)]
+    pub relaxing: bool,
     /// Simulated time [s].
     pub time: Real,
     /// Fluid steps.
@@ -49,6 +52,13 @@ pub(crate) struct RunState {
     pub case_hash: String,
     /// Sums and extremes since the start.
     pub totals: Totals,
+}
+
+impl RunState {
+    /// Whether the flow has begun.
+    pub const fn flows(&self) -> bool {
+        !self.packing && !self.relaxing
+    }
 }
 
 /// A checkpoint that a run goes on from.
