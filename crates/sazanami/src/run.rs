@@ -274,7 +274,9 @@ fn listen(
         {
             progress.message(&format!("the failure could not be put into the summary: {problem}"));
         }
+        // A case file may lie elsewhere, and files are named relative to it.
         let bed = case.packs().then(|| recorder::packed_bed(case, &folder));
+        let bed = bed.map(|bed| std::path::absolute(&bed).unwrap_or(bed));
         failed.into_command_error(last_good_checkpoint(&folder), bed.as_deref())
     })?;
     let lines = crate::analyse::present(&folder, progress)?;
