@@ -14,7 +14,7 @@ use sazanami_numerics::{Quaternion, Real, Vector};
 use crate::assembly::grains::{self, population_of};
 use crate::assembly::shapes::shape_of;
 use crate::bed_file::Bed;
-use crate::case::meaning::{Case, Exchange, GrainPlacement, GrainShape, LatticePlacement, SIDE_NAMES};
+use crate::case::meaning::{BedFile, Case, Exchange, GrainPlacement, GrainShape, LatticePlacement, SIDE_NAMES};
 use crate::case::schema::{PlacementText, ShapeText};
 use crate::case::written::At;
 use crate::case::{CaseError, Diagnostics, LoadedCase};
@@ -61,6 +61,8 @@ enum Origin {
 const MOST_ALIKE: usize = 5;
 /// Solid fraction no packing of like grains reaches.
 const DENSEST: Real = 0.78;
+/// Solid fraction of the loosest bed to reckon with where other grains have to keep clear of it.
+const LOOSEST: Real = 0.4;
 /// Overlap of contact spheres over the smaller radius from which grains are said to overlap.
 const OVERLAP_WARNED: Real = 0.2;
 /// Overlap of contact spheres over the smaller radius that no run accepts.
@@ -92,6 +94,7 @@ pub fn check(loaded: &LoadedCase, machine: &Machine, model: &CostModel) -> Resul
     let placed = search.placed(&lying);
     search.within_box(&placed);
     search.overlaps(&placed);
+    search.beside_packed(&lying);
     search.liquids(&lying);
     if report.has_errors() {
         return Err(refused(report));
@@ -254,6 +257,62 @@ impl Search<'_> {
                     .label(format!("{count} grains make a bed about {:.1} mm high", height * 1e3));
             }
         }
+    }
+
+    /// A bed is packed without the other grains: they have to lie above it, and nothing can come to rest before.
+    fn beside_packed(&mut self, lying: &[Placed]) {
+        if !self.case.packs() {
+            return;
+        }
+        const APART: &str = "pack the bed first, with `packing_only = true` under `[run]` and `bed` under `[output]`, \
+                             and read it with `placement.bed` beside the other grains";
+        for (population, text) in self.case.grains.iter().zip(&self.loaded.text.grains) {
+            if let (GrainPlacement::Bed(BedFile { relax: true, .. }), Some(at)) =
+                (&population.placement, &text.value.placement)
+                && let PlacementText::Bed(bed) = &at.value
+            {
+                let span = bed.relax.as_ref().map_or(at.span.clone(), |relax| relax.0.span.clone());
+                self.report
+                    .error(span, format!("`{}` cannot come to rest beside grains that are packed", population.name))
+                    .label("the run packs the others without it")
+                    .help(APART);
+            }
+        }
+        let floor = self.case.domain.lower.z;
+        let top = floor + self.highest_bed();
+        for population in 0..self.case.grains.len() {
+            let all = lying.iter().filter(|grain| grain.population == population);
+            let lowest = all.map(|grain| (self.lowest(grain), grain)).min_by(|a, b| a.0.total_cmp(&b.0));
+            let Some((height, grain)) = lowest.filter(|(height, _)| *height < top) else { continue };
+            let (name, span) = self.name(grain);
+            self.report
+                .error(span, format!("{name} lies where other grains are packed"))
+                .label(format!(
+                    "it reaches down to {:.4} mm above the floor, the bed perhaps up to {:.4} mm",
+                    (height - floor) * 1e3,
+                    (top - floor) * 1e3
+                ))
+                .help(APART);
+        }
+    }
+
+    /// Height that the packed bed may reach: packed loosely, with a grain that stands on it [m].
+    fn highest_bed(&self) -> Real {
+        let extent = self.case.domain.extent();
+        let mut solid = 0.0;
+        let mut longest: Real = 0.0;
+        for (population, shape) in self.case.grains.iter().zip(self.shapes) {
+            let (GrainPlacement::Packed(_), Some(count)) = (&population.placement, population.count) else { continue };
+            let factor = population.size.largest();
+            solid += count as Real * shape.volume() * factor.powi(3);
+            longest = longest.max(2.0 * shape.bounding_radius() * factor);
+        }
+        solid / (LOOSEST * extent.x * extent.y) + longest
+    }
+
+    /// Height of the lowest point of a grain's contact spheres [m].
+    fn lowest(&self, grain: &Placed) -> Real {
+        self.spheres(grain).iter().map(|(centre, radius)| centre.z - radius).fold(Real::INFINITY, Real::min)
     }
 
     /// A grain that begins where it is now.

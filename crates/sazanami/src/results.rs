@@ -43,7 +43,7 @@ pub fn prepare(out: Option<&Path>, case_name: &str, force: bool) -> Result<PathB
 }
 
 /// What a run writes.
-const WRITTEN: [&str; 12] = [
+const WRITTEN: [&str; 13] = [
     "fields",
     "grains",
     "figures",
@@ -55,8 +55,12 @@ const WRITTEN: [&str; 12] = [
     "series.csv",
     "profiles.csv",
     "summary.json",
+    PACKED_BED,
     LOG,
 ];
+
+/// The bed that a run packed, unless its case names another file for it.
+pub(crate) const PACKED_BED: &str = "packed.bed";
 
 /// Folder of what an evaluation with other keys found.
 pub(crate) const ANALYSIS: &str = "analysis";

@@ -145,7 +145,7 @@ pub fn resume(
         ));
     }
     let (machine, model) = (Machine::this(), CostModel::default());
-    // Once the flow has begun nobody needs the beds any more: they may be gone.
+    // Once the grains lie where they are put nobody needs the beds any more: they may be gone.
     let feasible = if resumed.run.packing {
         feasible::check(&loaded, &machine, &model)?
     } else {
@@ -269,12 +269,15 @@ fn listen(
     let ended = ended.map_err(|failed| {
         // Rank 0, which wrote the summary, may have known only that another rank had failed. A wrong command has
         // not touched the run it was to go on with.
-        if !(goes_on && failed.error.is_input())
+        if !(goes_on && failed.error.is_at_once())
             && let Err(problem) = recorder::put_failure(&folder, &failed.failure)
         {
             progress.message(&format!("the failure could not be put into the summary: {problem}"));
         }
-        failed.into_command_error(last_good_checkpoint(&folder))
+        // A case file may lie elsewhere, and files are named relative to it.
+        let bed = case.packs().then(|| recorder::packed_bed(case, &folder));
+        let bed = bed.map(|bed| std::path::absolute(&bed).unwrap_or(bed));
+        failed.into_command_error(last_good_checkpoint(&folder), bed.as_deref())
     })?;
     let lines = crate::analyse::present(&folder, progress)?;
     Ok(RunSummary {

@@ -548,6 +548,38 @@ const PACKED: &str = "[material.sand]\ndensity = \"2650 kg/m^3\"\n[[grains]]\nco
                       shape.spheroid = { diameter = \"0.1 mm\", length = \"0.2 mm\" }\nplacement.packed = {}\n";
 
 #[test]
+fn grains_in_the_way_of_a_bed_that_is_packed_are_told_before_it_is() {
+    let bed = made_bed("beside");
+    let stone = "[[grains]]\nname = \"stone\"\nshape.sphere = { diameter = \"0.3 mm\" }\n";
+    let with = |placement: &str| feasibility(&format!("{SMALL}{PACKED}{stone}{placement}\n"), &[], ENOUGH);
+    let at =
+        |height: &str| with(&format!("placement.list = [{{ position = [\"0.5 mm\", \"0.5 mm\", \"{height} mm\"] }}]"));
+    let (found, feasible) = at("0.2");
+    assert!(feasible.is_none() && found.len() == 1, "{found:#?}");
+    assert!(
+        found[0].contains("grain 0 of `stone` lies where other grains are packed | pack the bed first"),
+        "{found:#?}"
+    );
+    let lattice = "placement.lattice = { upper = [\"1 mm\", \"1 mm\", \"1 mm\"], counts = [2, 2, 2] }";
+    let (found, feasible) = with(lattice);
+    assert!(feasible.is_none() && found[0].contains("lies where other grains are packed"), "{found:#?}");
+    // Negative controls: above the bed, and without a bed that is packed.
+    let (found, feasible) = at("0.7");
+    assert!(feasible.is_some(), "{found:#?}");
+    let alone = format!("{SMALL}[material.sand]\ndensity = \"2650 kg/m^3\"\n{stone}{lattice}\n");
+    let (found, feasible) = feasibility(&alone, &[], ENOUGH);
+    assert!(feasible.is_some(), "{found:#?}");
+    // A bed that should come to rest first.
+    let wide = on_bed(&bed, &["a", "b"]) + &PACKED.replace("[material.sand]\ndensity = \"2650 kg/m^3\"\n", "");
+    let (found, feasible) = feasibility(&wide, &["grains.1.placement.bed.relax=true"], ENOUGH);
+    assert!(feasible.is_none(), "{found:#?}");
+    let told =
+        found.iter().filter(|text| text.contains("`b` cannot come to rest beside grains that are packed")).count();
+    assert_eq!(told, 1, "{found:#?}");
+    std::fs::remove_file(bed).unwrap();
+}
+
+#[test]
 fn a_bed_that_cannot_be_written_is_told_before_it_is_packed() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
     let text = format!("{SMALL}{PACKED}");

@@ -7,9 +7,9 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use sazanami::case::{self, LoadedCase};
-use sazanami::error::exit;
+use sazanami::error::{CommandError, exit};
 use sazanami::progress::StepLine;
-use sazanami::run::{self, RunOptions, Status};
+use sazanami::run::{self, RunOptions, RunSummary, Status};
 
 use support::{Left, Listener, On, Scratch, checkpoints, go_on, load, start};
 
@@ -245,6 +245,57 @@ fn a_signal_during_packing() {
 }
 
 #[test]
+fn a_bed_that_the_rest_of_the_case_does_not_suit_is_told_and_kept() {
+    let loaded = load(PACKED, &["liquid.0.gap_above_bed=2.9 mm"]);
+    let scratch = Scratch::new("restart-unsuited");
+    let told = |outcome: Result<RunSummary, CommandError>, folder: &Path| {
+        let error = outcome.expect_err("the drop does not fit above the bed");
+        assert_eq!(error.exit_code(), exit::WRONG_INPUT, "{error}");
+        let kept = format!("placement.bed = {{ file = \"{}\" }}", folder.join("packed.bed").display());
+        assert!(error.to_string().contains("does not fit above the bed"), "{error}");
+        assert!(error.to_string().contains(&kept), "{error}");
+        let left = support::summary(folder);
+        assert_eq!((&left["status"], &left["failure"]["kind"]), (&"failed".into(), &"input".into()));
+    };
+    for ranks in [1, 2] {
+        let whole = scratch.join(&format!("whole-{ranks}"));
+        told(start(&loaded, &whole, On::ranks(ranks, 1)), &whole);
+        let broken = scratch.join(&format!("broken-{ranks}"));
+        interrupted(&loaded, &broken, ranks, |line| line.phase == "packing" && line.step >= 100);
+        assert_eq!(support::summary(&broken)["status"], "stopped");
+        told(go_on(&broken, On::ranks(ranks, 1)).0, &broken);
+        // The packing itself is kept as well: nothing is packed twice.
+        let (outcome, said) = go_on(&broken, On::ranks(ranks, 1));
+        told(outcome, &broken);
+        let packed = said.iter().find(|text| text.contains("packed 16 grains")).expect("the bed is measured");
+        let words: Vec<&str> = packed.split_whitespace().collect();
+        assert!(packed.contains(&format!("from {} s on", words[4])), "{packed}");
+        assert_eq!(
+            std::fs::read(whole.join("packed.bed")).expect("the bed is kept"),
+            std::fs::read(broken.join("packed.bed")).expect("the bed is kept")
+        );
+    }
+    // As the message says.
+    let bed = scratch.join("whole-1").join("packed.bed");
+    let changed = scratch.join("changed");
+    start(&load(&on_bed(&bed, ""), &[]), &changed, On::threads(1).steps(1)).unwrap();
+    // Negative control: a run that ends well says nothing of a failure, and names its own file for the bed.
+    let named = scratch.join("named.bed");
+    let fine = scratch.join("fine");
+    start(&load(PACKED, &[&format!("output.bed={}", named.display())]), &fine, On::threads(1).steps(1)).unwrap();
+    assert_eq!(support::summary(&fine)["failure"], serde_json::Value::Null);
+    assert!(named.is_file() && !fine.join("packed.bed").exists());
+}
+
+/// The packed case on a bed that is read from a file, with `more` keys of its placement.
+fn on_bed(bed: &Path, more: &str) -> String {
+    let packed =
+        "placement.packed = { lattice = \"low\", settle_time = \"2 ms\", friction_scale = 0.5, stop = \"time_only\" }";
+    let placed = format!("placement.bed = {{ file = {:?}{more} }}", bed.display().to_string());
+    PACKED.replace(packed, &placed).replace("count = 16\n", "")
+}
+
+#[test]
 fn signals_during_packing_and_flow_one_after_the_other() {
     let loaded = load(PACKED, &[]);
     let scratch = Scratch::new("restart-signals");
@@ -262,6 +313,74 @@ fn signals_during_packing_and_flow_one_after_the_other() {
     let (outcome, _) = go_on(&broken, On::threads(1));
     outcome.unwrap();
     assert_same(&broken, &whole, "three breaks");
+}
+
+/// A small bed squeezed together, so that its grains overlap.
+fn squeezed(scratch: &Scratch, scale: &str, relax: bool) -> LoadedCase {
+    let bed = scratch.join("small.bed");
+    if !bed.exists() {
+        let name = format!("output.bed={}", bed.display());
+        let packing = load(PACKED, &[&name, "run.packing_only=true"]);
+        start(&packing, &scratch.join("packed"), On::threads(1)).expect("the case is sound");
+    }
+    load(&on_bed(&bed, &format!(", scale = {scale}, relax = {relax}")), &[])
+}
+
+#[test]
+fn grains_of_a_squeezed_bed_part_and_come_to_rest() {
+    let scratch = Scratch::new("restart-squeezed");
+    let run = |name: &str, ranks: usize, relax: bool| {
+        let folder = scratch.join(name);
+        start(&squeezed(&scratch, "0.85", relax), &folder, On::ranks(ranks, 1).steps(1)).expect("the case is sound");
+        let left = Left::in_folder(&folder);
+        let worst = |key: &str| left.summary["worst"][key].as_f64().expect("a number");
+        let place = left.state.vectors("grains/grain.position").expect("there are grains");
+        (worst("overlap_relative"), worst("grain_speed"), place)
+    };
+    let (overlap, speed, alone) = run("alone", 1, true);
+    println!("overlap {overlap}, speed {speed}");
+    assert!(overlap < 0.05 && speed < 0.02, "overlap {overlap}, speed {speed}");
+    let (_, _, shared) = run("shared", 3, true);
+    let apart = alone.iter().zip(&shared).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
+    println!("ranks apart by {apart}");
+    assert!(alone.len() == 16 && apart < 1e-3 * 0.52e-3, "{apart}");
+    // Negative control: as they are squeezed.
+    let (overlap, speed, _) = run("squeezed", 1, false);
+    println!("overlap {overlap}, speed {speed}");
+    assert!(overlap > 0.2 && speed > 0.05, "overlap {overlap}, speed {speed}");
+}
+
+#[test]
+fn signals_while_a_bed_comes_to_rest() {
+    let scratch = Scratch::new("restart-relaxing");
+    let loaded = squeezed(&scratch, "0.85", true);
+    for ranks in [1, 2] {
+        let whole = scratch.join(&format!("whole-{ranks}"));
+        start(&loaded, &whole, On::ranks(ranks, 1)).unwrap();
+        let broken = scratch.join(&format!("broken-{ranks}"));
+        interrupted(&loaded, &broken, ranks, |line| line.limiter == "parting" && line.step >= 10);
+        for (breaks, parting) in [(1, 1.0), (2, 0.0)] {
+            if breaks == 2 {
+                let stop = AtomicBool::new(false);
+                let settling = |line: &StepLine| line.limiter == "settling" && line.phase == "relax";
+                let mut listener = Listener { stop: Some(&stop), stop_after: Some(settling), ..Listener::default() };
+                let ended = run::resume(&broken, &On::ranks(ranks, 2).options(None), &mut listener, &stop).unwrap();
+                assert_eq!((ended.status, ended.exit_code()), (Status::Stopped, exit::STOPPED));
+                assert!(listener.lines.iter().all(|line| line.phase == "relax"));
+            }
+            assert_eq!(support::summary(&broken)["status"], "stopped");
+            let memory = support::newest(&broken).snapshot().unwrap();
+            assert_eq!(memory.reals("relaxation/state").unwrap()[0], parting);
+            let displacement = memory.reals("relaxation/contact.displacement").unwrap();
+            assert!(displacement.iter().any(|&d| d != 0.0), "no contact has a memory");
+        }
+        assert_eq!(go_on(&broken, On::ranks(ranks, 1)).0.unwrap().status, Status::Stopped);
+        assert_same(&broken, &whole, &format!("{ranks} ranks"));
+    }
+    // Negative control: the comparison sees how far the bed was squeezed.
+    let other = scratch.join("other");
+    start(&squeezed(&scratch, "0.851", true), &other, On::threads(1)).unwrap();
+    assert_ne!(Left::in_folder(&other).hash(), Left::in_folder(&scratch.join("whole-1")).hash());
 }
 
 #[test]
@@ -406,10 +525,7 @@ fn a_run_goes_on_without_the_bed_it_began_with() {
     let bed = scratch.join("small.bed");
     let name = format!("output.bed={}", bed.display());
     start(&load(PACKED, &[&name, "run.packing_only=true"]), &scratch.join("packed"), On::threads(2)).unwrap();
-    let packed =
-        "placement.packed = { lattice = \"low\", settle_time = \"2 ms\", friction_scale = 0.5, stop = \"time_only\" }";
-    let placed = format!("placement.bed = {{ file = {:?} }}", bed.display().to_string());
-    let text = PACKED.replace(packed, &placed).replace("count = 16\n", "");
+    let text = on_bed(&bed, "");
     let folder = scratch.join("run");
     start(&load(&text, &[]), &folder, On::threads(1).steps(3)).unwrap();
     std::fs::remove_file(&bed).unwrap();

@@ -75,7 +75,7 @@ fn evaluate(
 ) -> Result<Option<Again>, CommandError> {
     let Some((step, reader)) = newest_checkpoint(folder, progress)?.good else { return Ok(None) };
     let run = recorder::run_state(&reader).map_err(unreadable)?;
-    if run.packing {
+    if !run.flows() {
         return Ok(None);
     }
     let case_file = folder.join("case.toml");

@@ -12,7 +12,7 @@ mod summary;
 mod timetable;
 mod totals;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use sazanami_dem::{ContactReport, Engine, Packing, PackingReport};
@@ -29,8 +29,11 @@ use crate::case::meaning::Case;
 use crate::clock::Clock;
 use crate::error::Failure;
 use crate::progress::StepLine;
+use crate::results::PACKED_BED;
 use crate::run::Status;
-use crate::simulation::{Ended, Job, PACKING, RankError, RankFailure, RunState, fixed_step, partner};
+use crate::simulation::{
+    Ended, Job, PACKING, RELAXATION, RankError, RankFailure, Relaxation, RunState, fixed_step, partner,
+};
 
 pub(crate) use again::{Beds, FoundAgain, is_observed};
 use files::Files;
@@ -112,7 +115,7 @@ impl<'a> Recorder<'a> {
     /// Gets ready; rank 0 (`leads`) opens the files.
     pub fn open(job: &'a Job<'a>, leads: bool) -> Result<Self, RankError> {
         let totals = job.resumed.as_ref().map_or_else(Totals::default, |state| state.run.totals.clone());
-        let resumed_at = job.resumed.as_ref().filter(|state| !state.run.packing).map(|s| (s.run.time, s.run.step));
+        let resumed_at = job.resumed.as_ref().filter(|state| state.run.flows()).map(|s| (s.run.time, s.run.step));
         let files = if leads { Some(Files::open(job, resumed_at)?) } else { None };
         let now = Instant::now();
         Ok(Self {
@@ -180,7 +183,7 @@ impl<'a> Recorder<'a> {
         ));
     }
 
-    /// The bed is packed: measures it, and writes it if the case asks for it.
+    /// The bed is packed: measures and writes it, so that it is not lost if the rest of the case does not suit it.
     pub fn packed(
         &mut self,
         domain: &Domain,
@@ -215,33 +218,32 @@ impl<'a> Recorder<'a> {
             report.largest_mean_speed,
             found.lying_order,
         ));
-        if let Some(path) = &case.output.bed {
-            let bed = Bed {
-                lower: case.domain.lower,
-                upper: case.domain.upper,
-                recipe: Recipe {
-                    case: case.name.clone(),
-                    case_hash: Recipe::hash_of(case),
-                    version: env!("CARGO_PKG_VERSION").to_owned(),
-                    shapes: case.grains.iter().map(|population| population.name.clone()).collect(),
-                    porosity: found.porosity,
-                    porosity_slab: case.bed.porosity_slab,
-                    height: 1e-3 * found.height_mm,
-                    mean_speed: report.mean_speed,
-                    largest_mean_speed: report.largest_mean_speed,
-                    lying_order: found.lying_order,
-                    time: report.time,
-                },
-                grains: self.observers.lying(|shape, scale, position, orientation| Lying {
-                    shape,
-                    scale,
-                    position,
-                    orientation,
-                }),
-            };
-            bed.write(path)?;
-            job.say(format!("bed written to {}", path.display()));
-        }
+        let bed = Bed {
+            lower: case.domain.lower,
+            upper: case.domain.upper,
+            recipe: Recipe {
+                case: case.name.clone(),
+                case_hash: Recipe::hash_of(case),
+                version: env!("CARGO_PKG_VERSION").to_owned(),
+                shapes: case.grains.iter().map(|population| population.name.clone()).collect(),
+                porosity: found.porosity,
+                porosity_slab: case.bed.porosity_slab,
+                height: 1e-3 * found.height_mm,
+                mean_speed: report.mean_speed,
+                largest_mean_speed: report.largest_mean_speed,
+                lying_order: found.lying_order,
+                time: report.time,
+            },
+            grains: self.observers.lying(|shape, scale, position, orientation| Lying {
+                shape,
+                scale,
+                position,
+                orientation,
+            }),
+        };
+        let path = packed_bed(case, &job.folder);
+        bed.write(&path)?;
+        job.say(format!("bed written to {}", path.display()));
         self.write_summary(Status::Running, None)
     }
 
@@ -261,7 +263,7 @@ impl<'a> Recorder<'a> {
         self.reached = (clock.time(), clock.step());
         let outcome = self.observers.begin(self.job, solver);
         solver.domain().agree(outcome)?;
-        if self.job.resumed.as_ref().is_none_or(|state| state.run.packing) {
+        if self.job.resumed.as_ref().is_none_or(|state| !state.run.flows()) {
             self.write_due(solver, clock, self.timetables.due_at_start(), None)?;
             self.write_probes(solver, clock, &self.timetables.probes_due_at_start())?;
         }
@@ -358,37 +360,63 @@ impl<'a> Recorder<'a> {
         self.observers.save(&mut snapshot);
         snapshot.put_reals(CLOCK, vec![clock.time()]);
         self.last_checkpoint = Instant::now();
-        let outcome = if self.files.is_some() { self.write_checkpoint(&snapshot, clock.step(), false) } else { Ok(()) };
+        let outcome = if self.files.is_some() {
+            self.write_checkpoint(&snapshot, RunState { step: clock.step(), ..RunState::default() })
+        } else {
+            Ok(())
+        };
         solver.domain().agree(outcome.map_err(RankError::from))?;
         Ok(())
     }
 
     /// Writes a checkpoint of the packing.
     pub fn checkpoint_packing(&mut self, domain: &Domain, packing: &mut Packing) -> Result<(), RankError> {
-        self.watch.empty_into(&mut self.totals);
         let mut snapshot = Snapshot::default();
         packing.snapshot(domain, PACKING, &mut snapshot);
-        snapshot.put_reals(CLOCK, vec![packing.engine().time()]);
+        self.checkpoint_grains(
+            domain,
+            snapshot,
+            packing.engine().time(),
+            RunState { packing: true, ..RunState::default() },
+        )
+    }
+
+    /// Writes a checkpoint of a bed on its way to rest.
+    pub fn checkpoint_relaxation(&mut self, domain: &Domain, relaxation: &mut Relaxation) -> Result<(), RankError> {
+        let snapshot = relaxation.snapshot(domain);
+        self.checkpoint_grains(domain, snapshot, relaxation.time(), RunState { relaxing: true, ..RunState::default() })
+    }
+
+    /// Writes a checkpoint of grains before the flow, at `time` on their own clock [s].
+    fn checkpoint_grains(
+        &mut self,
+        domain: &Domain,
+        mut snapshot: Snapshot,
+        time: Real,
+        state: RunState,
+    ) -> Result<(), RankError> {
+        self.watch.empty_into(&mut self.totals);
+        snapshot.put_reals(CLOCK, vec![time]);
         self.last_checkpoint = Instant::now();
-        let outcome = if self.files.is_some() { self.write_checkpoint(&snapshot, 0, true) } else { Ok(()) };
+        let outcome = if self.files.is_some() { self.write_checkpoint(&snapshot, state) } else { Ok(()) };
         domain.agree(outcome.map_err(RankError::from))?;
         Ok(())
     }
 
-    fn write_checkpoint(&mut self, snapshot: &Snapshot, step: u64, packing: bool) -> Result<(), RecordError> {
+    /// Writes a checkpoint; `state` tells which phase and step it is of.
+    fn write_checkpoint(&mut self, snapshot: &Snapshot, state: RunState) -> Result<(), RecordError> {
         let state = RunState {
-            packing,
             time: self.reached.0,
-            step,
             case_hash: format!("{:016x}", crate::case::resolved::hash(self.job.case)),
             totals: self.totals.clone(),
+            ..state
         };
         let mut writer = CheckpointWriter::new();
         writer.add_snapshot(snapshot)?;
         self.state_hash = Some(writer.content_hash(is_physical));
         writer.add_json(RUN_STATE, &state)?;
         if let Some(files) = &self.files {
-            files.checkpoints.write(step, &writer)?;
+            files.checkpoints.write(state.step, &writer)?;
         }
         self.write_summary(Status::Running, None)
     }
@@ -414,7 +442,7 @@ impl<'a> Recorder<'a> {
         self.watch.empty_into(&mut self.totals);
         let (time, step) = self.reached;
         let failure = error.failure((step, time, self.limiter));
-        if self.job.resumed.is_some() && error.is_input() {
+        if self.job.resumed.is_some() && error.is_at_once() {
             // A wrong command: the run it was to go on with is what it was.
             return Box::new(RankFailure { error, failure });
         }
@@ -444,7 +472,12 @@ impl<'a> Recorder<'a> {
 
 /// Whether a section of a checkpoint is part of the physical state: all but the books of the observers.
 fn is_physical(section: &str) -> bool {
-    section == CLOCK || ["fluid/", GRAINS, PACKING].iter().any(|prefix| section.starts_with(prefix))
+    section == CLOCK || ["fluid/", GRAINS, PACKING, RELAXATION].iter().any(|prefix| section.starts_with(prefix))
+}
+
+/// Where a run into `folder` writes the bed that it packs.
+pub(crate) fn packed_bed(case: &Case, folder: &Path) -> PathBuf {
+    case.output.bed.clone().unwrap_or_else(|| folder.join(PACKED_BED))
 }
 
 /// Reads the state that is not physics from a checkpoint.

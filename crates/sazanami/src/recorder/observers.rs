@@ -119,7 +119,7 @@ impl Observers {
     /// The flow begins: opens the books, or goes on with those of the checkpoint.
     pub fn begin(&mut self, job: &Job, solver: &mut Solver) -> Result<(), RankError> {
         self.gather(solver.domain(), solver.grains().engine());
-        match job.resumed.as_ref().filter(|state| !state.run.packing) {
+        match job.resumed.as_ref().filter(|state| state.run.flows()) {
             Some(state) => self.restore(&state.snapshot)?,
             None => self.open(solver),
         }

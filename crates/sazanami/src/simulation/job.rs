@@ -1,6 +1,6 @@
 //! What a run is asked, by whom it is heard, and how it can fail.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::SyncSender;
@@ -41,6 +41,9 @@ pub(crate) struct Reporter(pub SyncSender<Event>);
 pub(crate) struct RunState {
     /// Whether the bed is still being packed.
     pub packing: bool,
+    /// Whether a bed from a file is still on its way to rest.
+    #[serde(default)]
+    pub relaxing: bool,
     /// Simulated time [s].
     pub time: Real,
     /// Fluid steps.
@@ -49,6 +52,13 @@ pub(crate) struct RunState {
     pub case_hash: String,
     /// Sums and extremes since the start.
     pub totals: Totals,
+}
+
+impl RunState {
+    /// Whether the flow has begun.
+    pub const fn flows(&self) -> bool {
+        !self.packing && !self.relaxing
+    }
 }
 
 /// A checkpoint that a run goes on from.
@@ -182,16 +192,25 @@ impl RankError {
         }
     }
 
-    /// Whether the case or the command line is wrong.
-    pub fn is_input(&self) -> bool {
-        self.help().is_some()
+    /// Whether it was found before anything was done: a run that was to go on is what it was.
+    pub fn is_at_once(&self) -> bool {
+        matches!(self, Self::Layout(_) | Self::Boundary(_) | Self::Snapshot(_))
     }
 
-    /// What the command says of it.
-    fn into_command_error(self, failure: Failure) -> CommandError {
-        match self.help() {
-            Some(help) => CommandError::input(failure.message, help),
-            None => failure.into(),
+    /// What the command says of it; `bed` is the file of the bed that the run packed.
+    fn into_command_error(self, failure: Failure, bed: Option<&Path>) -> CommandError {
+        let on_bed = matches!(self, Self::LiquidOnGrain { .. } | Self::BedTooHigh { .. } | Self::LiquidTooHigh { .. });
+        match (self.help(), bed.filter(|_| on_bed)) {
+            (Some(help), Some(bed)) => CommandError::input(
+                failure.message,
+                format!(
+                    "{help}; the packed bed is kept: the changed case can read it with \
+                     `placement.bed = {{ file = \"{}\" }}`",
+                    bed.display()
+                ),
+            ),
+            (Some(help), None) => CommandError::input(failure.message, help),
+            (None, _) => failure.into(),
         }
     }
 
@@ -242,9 +261,9 @@ impl<E: Into<RankError>> From<E> for Box<RankFailure> {
 }
 
 impl RankFailure {
-    /// What the command says, with the last good checkpoint.
-    pub fn into_command_error(self, checkpoint: Option<PathBuf>) -> CommandError {
-        self.error.into_command_error(Failure { checkpoint, ..self.failure })
+    /// What the command says, with the last good checkpoint and the file of the bed that the run packed.
+    pub fn into_command_error(self, checkpoint: Option<PathBuf>, bed: Option<&Path>) -> CommandError {
+        self.error.into_command_error(Failure { checkpoint, ..self.failure }, bed)
     }
 }
 

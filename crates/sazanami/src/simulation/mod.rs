@@ -1,7 +1,8 @@
-//! A run on one rank: packing, then flow, step by step, until it ends. No physics, no files.
+//! A run on one rank: packing or relaxation of a bed, then flow, step by step, until it ends. No physics, no files.
 
 mod job;
 mod naming;
+mod relaxation;
 mod start;
 
 use std::time::Instant;
@@ -21,9 +22,12 @@ use crate::run::Status;
 
 pub(crate) use job::{Ended, Event, Job, RankError, RankFailure, Reporter, Resumed, RunState};
 pub(crate) use naming::partner;
+pub(crate) use relaxation::Relaxation;
 
 /// Prefix of what a packing writes into a snapshot.
 pub(crate) const PACKING: &str = "packing/";
+/// Prefix of what a bed on its way to rest writes into a snapshot.
+pub(crate) const RELAXATION: &str = "relaxation/";
 /// A run ends when this part of its time is left.
 const END: Real = 1e-12;
 
@@ -112,6 +116,7 @@ fn pack(
         match report.stage {
             Stage::Done => {
                 recorder.packed(domain, &packing, &report, start.elapsed().as_secs_f64(), began)?;
+                recorder.checkpoint_packing(domain, &mut packing)?;
                 return Ok(Ok(packing));
             }
             Stage::GivenUp => {

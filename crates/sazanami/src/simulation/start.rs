@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use sazanami_dem::{Body, ContactReport, Engine, Loads, Packing, Substeps};
+use sazanami_dem::{Body, Engine, Packing, Setup};
 use sazanami_mics::snapshot::GRAINS;
 use sazanami_mics::solver::Solver;
 use sazanami_numerics::domain::Domain;
@@ -11,27 +11,12 @@ use sazanami_numerics::{Real, Vector};
 
 use super::job::{Job, RankError};
 use super::naming::partner;
-use super::{PACKING, fixed_step, signals};
+use super::relaxation::{Relaxation, relax};
+use super::{PACKING, fixed_step};
 use crate::assembly::{fluid, grains};
-use crate::case::meaning::{FluidName, GrainPlacement, Placement};
+use crate::case::meaning::{FluidName, GrainPlacement, Placement, Population};
 use crate::clock::Clock;
-use crate::progress::StepLine;
 use crate::recorder::Recorder;
-
-/// Step of a relaxation [s].
-const RELAX_STEP: Real = 2e-5;
-/// A bed relaxes for as long as Yagyu et al. (2015) let theirs settle, at least [s].
-const RELAX_LEAST: Real = 5e-3;
-/// Longest relaxation [s].
-const RELAX_LONGEST: Real = 0.5;
-/// Grains that overlap part no faster than this [m/s].
-const PARTING_SPEED: Real = 0.05;
-/// What a sub-step leaves of their speed.
-const PARTING_DAMPING: Real = 0.98;
-/// They have parted when no overlap is deeper than this, over a contact sphere's radius.
-const PARTED: Real = 0.05;
-/// Mean speed of a bed at rest [m/s].
-const AT_REST: Real = 2e-3;
 
 /// The bed to be packed, new or from a checkpoint; `None` if the case packs none.
 pub(super) fn packing(job: &Job, domain: &Domain) -> Result<Option<Packing>, RankError> {
@@ -49,7 +34,7 @@ pub(super) fn packing(job: &Job, domain: &Domain) -> Result<Option<Packing>, Ran
 pub(super) fn clock(job: &Job) -> Clock {
     let clock = Clock::new(fixed_step(job.case));
     match &job.resumed {
-        Some(state) if !state.run.packing => clock.at(state.run.time, state.run.step),
+        Some(state) if state.run.flows() => clock.at(state.run.time, state.run.step),
         _ => clock,
     }
 }
@@ -68,21 +53,16 @@ pub(super) fn solver(
     let mut flow = fluid::flow(case, &domain);
     let setup = grains::setup(case, &job.shapes);
     let shapes = Arc::clone(&job.shapes);
-    if let Some(state) = job.resumed.as_ref().filter(|state| !state.run.packing) {
+    if let Some(state) = job.resumed.as_ref().filter(|state| state.run.flows()) {
         let engine = Engine::restore(&domain, setup, GRAINS, &state.snapshot)?;
         let snapshot = &state.snapshot;
         return Ok(Some(Solver::restore(domain, boundary, settings, flow, engine, shapes, coupling, snapshot)?));
     }
     let engine = match packed {
-        None => {
-            let mut engine = Engine::new(&domain, setup, &grains::placed(case, &job.beds))?;
-            let relaxes =
-                case.grains.iter().any(|kind| matches!(&kind.placement, GrainPlacement::Bed(bed) if bed.relax));
-            if relaxes && relax(job, &domain, &mut engine, recorder)? == Relaxed::Stopped {
-                return Ok(None);
-            }
-            engine
-        }
+        None => match laid(job, &domain, setup, recorder)? {
+            Some(engine) => engine,
+            None => return Ok(None),
+        },
         Some(packing) => {
             // Contacts keep their memory: the bed stays as it lies.
             let mut engine = packing.into_engine(&domain, setup)?;
@@ -100,74 +80,20 @@ pub(super) fn solver(
     Ok(Some(solver))
 }
 
-/// How a relaxation ended.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Relaxed {
-    AtRest,
-    Stopped,
-}
-
-/// Lets a bed that was read from a file come to rest, without fluid. Where its contact spheres are not those it
-/// was packed with they overlap, and would fly apart: they part slowly first.
-fn relax(job: &Job, domain: &Domain, engine: &mut Engine, recorder: &Recorder) -> Result<Relaxed, RankError> {
-    let gravity = job.case.effective_gravity(0.0);
-    let begin = engine.time();
-    let mut parting = true;
-    let mut parted = begin;
-    engine.allow_any_overlap(true);
-    loop {
-        let [stop, _] = signals(domain, job, recorder);
-        if stop {
-            // A bed on its way to rest is no state to go on from.
-            if domain.communicator().rank() == 0 {
-                job.say("stopped while the bed came to rest, before the first step: run the case again");
+/// The grains that have a place from the start, come to rest if the case asks for it; `None` if stopped before.
+fn laid(job: &Job, domain: &Domain, setup: Setup, recorder: &mut Recorder) -> Result<Option<Engine>, RankError> {
+    let relaxes = |kind: &Population| matches!(&kind.placement, GrainPlacement::Bed(bed) if bed.relax);
+    let relaxation = match job.resumed.as_ref().filter(|state| state.run.relaxing) {
+        Some(state) => Relaxation::restore(domain, setup, &state.snapshot)?,
+        None => {
+            let engine = Engine::new(domain, setup, &grains::placed(job.case, &job.beds))?;
+            if !job.case.grains.iter().any(relaxes) {
+                return Ok(Some(engine));
             }
-            return Ok(Relaxed::Stopped);
+            Relaxation::new(engine)
         }
-        let report = if parting {
-            let report = part(domain, engine, gravity)?;
-            parting = report.largest_overlap > PARTED;
-            parted = engine.time();
-            engine.allow_any_overlap(parting);
-            report
-        } else {
-            engine.advance(domain, &Loads::none(), gravity, RELAX_STEP, Substeps::Auto)?
-        };
-        let grains = engine.grains();
-        let speeds: Real = (0..grains.owned()).map(|n| grains.velocity[n].length()).sum();
-        let [speeds, count] = domain.sum([speeds, grains.owned() as Real]);
-        let (time, mean_speed) = (engine.time() - begin, speeds / count.max(1.0));
-        if domain.communicator().rank() == 0 {
-            job.report(&StepLine {
-                phase: "relax",
-                step: (time / RELAX_STEP).round() as u64,
-                time,
-                until: RELAX_LONGEST,
-                dt: RELAX_STEP,
-                limiter: if parting { "parting" } else { "settling" },
-                substeps: report.substeps,
-                contacts: report.contacts,
-                ..StepLine::default()
-            });
-        }
-        if !parting && engine.time() - parted >= RELAX_LEAST && mean_speed < AT_REST {
-            return Ok(Relaxed::AtRest);
-        }
-        if time > RELAX_LONGEST {
-            return Err(RankError::NotAtRest { time, mean_speed });
-        }
-    }
-}
-
-/// A step of the relaxation with limited and damped speeds.
-fn part(domain: &Domain, engine: &mut Engine, gravity: Vector) -> Result<ContactReport, RankError> {
-    let count = engine.substeps(RELAX_STEP, Substeps::Auto);
-    let mut report = ContactReport::default();
-    for _ in 0..count {
-        report = engine.advance(domain, &Loads::none(), gravity, RELAX_STEP / count as Real, Substeps::Fixed(1))?;
-        engine.limit_speeds(domain, PARTING_SPEED, PARTING_DAMPING);
-    }
-    Ok(ContactReport { substeps: count, ..report })
+    };
+    relax(job, domain, relaxation, recorder)
 }
 
 /// Refuses a packed bed that is higher than the box: its own walls had no lid.

@@ -1,0 +1,138 @@
+//! Beds from files come to rest before the run, without fluid.
+//!
+//! Where their contact spheres are not those they were packed with they overlap, and would fly apart: they part
+//! slowly first.
+
+use sazanami_dem::{ContactReport, Engine, Loads, Setup, Substeps};
+use sazanami_numerics::domain::Domain;
+use sazanami_numerics::snapshot::Snapshot;
+use sazanami_numerics::{Real, Vector};
+
+use super::job::{Job, RankError};
+use super::{RELAXATION, signals};
+use crate::progress::StepLine;
+use crate::recorder::Recorder;
+
+/// Step of a relaxation [s].
+const STEP: Real = 2e-5;
+/// A bed relaxes for as long as Yagyu et al. (2015) let theirs settle, at least [s].
+const LEAST: Real = 5e-3;
+/// Longest relaxation [s].
+const LONGEST: Real = 0.5;
+/// Grains that overlap part no faster than this [m/s].
+const PARTING_SPEED: Real = 0.05;
+/// What a sub-step leaves of their speed.
+const PARTING_DAMPING: Real = 0.98;
+/// They have parted when no overlap is deeper than this, over a contact sphere's radius.
+const PARTED: Real = 0.05;
+/// Mean speed of a bed at rest [m/s].
+const AT_REST: Real = 2e-3;
+
+/// A bed on its way to rest.
+#[derive(Debug)]
+pub(crate) struct Relaxation {
+    engine: Engine,
+    /// Whether overlapping grains still part.
+    parting: bool,
+    /// When they had parted [s].
+    parted: Real,
+}
+
+impl Relaxation {
+    /// Begins with grains as they lie, on a clock that begins at 0.
+    pub fn new(mut engine: Engine) -> Self {
+        engine.allow_any_overlap(true);
+        Self { engine, parting: true, parted: 0.0 }
+    }
+
+    /// Goes on from a snapshot.
+    pub fn restore(domain: &Domain, setup: Setup, snapshot: &Snapshot) -> Result<Self, RankError> {
+        let state = snapshot.reals_of(&format!("{RELAXATION}state"), 2)?;
+        let (parting, parted) = (state[0] > 0.0, state[1]);
+        let mut engine = Engine::restore(domain, setup, RELAXATION, snapshot)?;
+        engine.allow_any_overlap(parting);
+        Ok(Self { engine, parting, parted })
+    }
+
+    /// The state as a checkpoint keeps it. All ranks take part.
+    pub fn snapshot(&mut self, domain: &Domain) -> Snapshot {
+        let mut snapshot = Snapshot::default();
+        self.engine.snapshot(domain, RELAXATION, &mut snapshot);
+        snapshot.put_reals(format!("{RELAXATION}state"), vec![Real::from(u8::from(self.parting)), self.parted]);
+        snapshot
+    }
+
+    /// Time since the beginning [s].
+    pub fn time(&self) -> Real {
+        self.engine.time()
+    }
+
+    /// Goes on by a step under `gravity` [m/s^2].
+    fn step(&mut self, domain: &Domain, gravity: Vector) -> Result<ContactReport, RankError> {
+        if !self.parting {
+            return Ok(self.engine.advance(domain, &Loads::none(), gravity, STEP, Substeps::Auto)?);
+        }
+        let report = self.part(domain, gravity)?;
+        self.parting = report.largest_overlap > PARTED;
+        self.parted = self.engine.time();
+        self.engine.allow_any_overlap(self.parting);
+        Ok(report)
+    }
+
+    /// A step with limited and damped speeds.
+    fn part(&mut self, domain: &Domain, gravity: Vector) -> Result<ContactReport, RankError> {
+        let count = self.engine.substeps(STEP, Substeps::Auto);
+        let mut report = ContactReport::default();
+        for _ in 0..count {
+            report = self.engine.advance(domain, &Loads::none(), gravity, STEP / count as Real, Substeps::Fixed(1))?;
+            self.engine.limit_speeds(domain, PARTING_SPEED, PARTING_DAMPING);
+        }
+        Ok(ContactReport { substeps: count, ..report })
+    }
+
+    /// Mean speed of the grains [m/s].
+    fn mean_speed(&self, domain: &Domain) -> Real {
+        let grains = self.engine.grains();
+        let speeds: Real = (0..grains.owned()).map(|n| grains.velocity[n].length()).sum();
+        let [speeds, count] = domain.sum([speeds, grains.owned() as Real]);
+        speeds / count.max(1.0)
+    }
+}
+
+/// Lets the grains come to rest; `None` if the run is stopped before.
+pub(super) fn relax(
+    job: &Job,
+    domain: &Domain,
+    mut relaxation: Relaxation,
+    recorder: &mut Recorder,
+) -> Result<Option<Engine>, RankError> {
+    let gravity = job.case.effective_gravity(0.0);
+    loop {
+        let [stop, checkpoint] = signals(domain, job, recorder);
+        if stop || checkpoint {
+            recorder.checkpoint_relaxation(domain, &mut relaxation)?;
+        }
+        if stop {
+            return Ok(None);
+        }
+        let report = relaxation.step(domain, gravity)?;
+        let (time, mean_speed) = (relaxation.time(), relaxation.mean_speed(domain));
+        recorder.report(&StepLine {
+            phase: "relax",
+            step: (time / STEP).round() as u64,
+            time,
+            until: LONGEST,
+            dt: STEP,
+            limiter: if relaxation.parting { "parting" } else { "settling" },
+            substeps: report.substeps,
+            contacts: report.contacts,
+            ..StepLine::default()
+        });
+        if !relaxation.parting && time - relaxation.parted >= LEAST && mean_speed < AT_REST {
+            return Ok(Some(relaxation.engine));
+        }
+        if time > LONGEST {
+            return Err(RankError::NotAtRest { time, mean_speed });
+        }
+    }
+}
