@@ -8,6 +8,7 @@ use sazanami_parallel::for_each_chunk;
 
 use super::lists::set_frame;
 use super::{Drag, EXPIRED, Engine, FINE, Loads};
+use crate::body::Body;
 use crate::contact::block::ROWS;
 use crate::contact::law::Constants;
 use crate::contact::{World, Wrench};
@@ -64,6 +65,7 @@ impl Engine {
             spheres: &self.spheres,
             constants: &self.constants,
             plain: self.constants.iter().all(Constants::plain),
+            balls: self.bodies.iter().all(Body::is_ball),
             frames: &self.frames,
             budget: &self.budget,
             walls: &self.walls,
