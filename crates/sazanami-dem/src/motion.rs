@@ -11,23 +11,26 @@ use crate::contact::evaluate::WIDTH;
 use crate::grain::Motion;
 use crate::lanes::{Lanes, Lanes3};
 
-/// Where the material of a grain is and how it moves: what contact needs to know.
+/// Where the material of a grain is and how it moves: what contact needs to know. What balls need comes first.
 #[derive(Clone, Copy, Debug, Default)]
+#[repr(C)]
 pub(crate) struct Frame {
     /// Centre of mass without periodic wrapping [m].
     pub home: Vector,
-    /// Body to laboratory coordinates.
-    pub rotation: Matrix,
+    /// Radius of a ball, see [`crate::Body::is_ball`]; 0 for other grains [m].
+    pub radius: Real,
     /// Velocity of the centre of mass [m/s].
     pub velocity: Vector,
     /// Angular velocity [rad/s].
     pub spin: Vector,
-    /// Size factor.
-    pub scale: Real,
     /// Number of the body.
     pub body: u32,
     /// First of its contact spheres among those of all bodies.
     pub spheres: u32,
+    /// Size factor.
+    pub scale: Real,
+    /// Body to laboratory coordinates; for balls the identity, whatever their orientation.
+    pub rotation: Matrix,
 }
 
 /// Constants of a grain's motion.
@@ -40,6 +43,8 @@ pub(crate) struct Inert {
     /// Largest distance of a contact sphere's centre from the centre of mass [m].
     pub arm: Real,
     pub motion: Motion,
+    /// Whether the grain is a ball: orientation and spin go their own ways.
+    pub ball: bool,
 }
 
 /// Some grains on the move, one array element each.
@@ -151,13 +156,16 @@ impl Moving<'_> {
         let count = self.frames.len();
         let mut at = 0;
         while at < count {
-            let several = at + WIDTH <= count && self.inert[at..at + WIDTH].iter().all(|i| i.motion == Motion::Free);
+            let ball = self.inert[at].ball;
+            let alike = |i: &Inert| i.motion == Motion::Free && i.ball == ball;
+            let several = at + WIDTH <= count && self.inert[at..at + WIDTH].iter().all(alike);
             if several {
-                self.leap_free::<WIDTH>(at, leap);
+                if ball { self.leap_free::<WIDTH, true>(at, leap) } else { self.leap_free::<WIDTH, false>(at, leap) }
                 at += WIDTH;
             } else {
                 match self.inert[at].motion {
-                    Motion::Free => self.leap_free::<1>(at, leap),
+                    Motion::Free if ball => self.leap_free::<1, true>(at, leap),
+                    Motion::Free => self.leap_free::<1, false>(at, leap),
                     Motion::Prescribed => self.go_on(at, leap.time),
                     Motion::Fixed => {}
                 }
@@ -167,7 +175,7 @@ impl Moving<'_> {
     }
 
     #[inline(always)]
-    fn leap_free<const W: usize>(&mut self, at: usize, leap: &Leap<'_>) {
+    fn leap_free<const W: usize, const BALL: bool>(&mut self, at: usize, leap: &Leap<'_>) {
         let time = Lanes::<W>::splat(leap.time);
         let inert: [&Inert; W] = std::array::from_fn(|l| &self.inert[at + l]);
         let inverse_mass = Lanes::from_fn(|l| inert[l].inverse_mass);
@@ -179,12 +187,15 @@ impl Moving<'_> {
         let home = Lanes3::from_fn(|l| self.home[at + l]) + v * time;
 
         let q = Orientations::from_fn(|l| self.orientation[at + l]);
-        let first = spins(&q.rotations(), inverse_inertia, momentum);
-        let middle = Orientations::turn(first * Lanes::splat(0.5 * leap.time)).times(q);
-        let spin = spins(&middle.rotations(), inverse_inertia, momentum);
+        let mut spin = momentum * inverse_inertia.x;
+        if !BALL {
+            let first = spins(&q.rotations(), inverse_inertia, momentum);
+            let middle = Orientations::turn(first * Lanes::splat(0.5 * leap.time)).times(q);
+            spin = spins(&middle.rotations(), inverse_inertia, momentum);
+        }
         let q = Orientations::turn(spin * time).times(q).normalized();
         let rotations = q.rotations();
-        let after = spins(&rotations, inverse_inertia, momentum);
+        let after = if BALL { spin } else { spins(&rotations, inverse_inertia, momentum) };
 
         let arm = Lanes::from_fn(|l| inert[l].arm);
         let way = way(v, spin, arm, home, leap.time);
@@ -196,7 +207,9 @@ impl Moving<'_> {
             self.orientation[at + l] = Quaternion::from_xyzw(vector.x, vector.y, vector.z, q.scalar.0[l]);
             let frame = &mut self.frames[at + l];
             frame.home = home.lane(l);
-            frame.rotation = Matrix::from_cols(rotations[0].lane(l), rotations[1].lane(l), rotations[2].lane(l));
+            if !BALL {
+                frame.rotation = Matrix::from_cols(rotations[0].lane(l), rotations[1].lane(l), rotations[2].lane(l));
+            }
             frame.velocity = v.lane(l);
             frame.spin = after.lane(l);
             self.budget[at + l] += way.0[l];
@@ -219,7 +232,7 @@ impl Moving<'_> {
         let (home, arm) = (Lanes3::splat(self.home[at]), Lanes::splat(inert.arm));
         self.budget[at] += way(Lanes3::<1>::splat(self.velocity[at]), Lanes3::splat(spin), arm, home, time).0[0];
         let momentum = self.angular_momentum[at];
-        self.frames[at].set(self.home[at], self.orientation[at], self.velocity[at], momentum, inert.inverse_inertia);
+        self.frames[at].set(self.home[at], self.orientation[at], self.velocity[at], momentum, inert);
     }
 }
 
@@ -240,13 +253,18 @@ impl Frame {
         orientation: Quaternion,
         velocity: Vector,
         momentum: Vector,
-        inverse_inertia: Vector,
+        inert: &Inert,
     ) {
-        let r = Orientations::<1>::from_fn(|_| orientation).rotations();
         self.home = home;
-        self.rotation = Matrix::from_cols(r[0].lane(0), r[1].lane(0), r[2].lane(0));
         self.velocity = velocity;
-        self.spin = spins(&r, Lanes3::splat(inverse_inertia), Lanes3::splat(momentum)).lane(0);
+        if inert.ball {
+            self.rotation = Matrix::IDENTITY;
+            self.spin = momentum * inert.inverse_inertia.x;
+        } else {
+            let r = Orientations::<1>::from_fn(|_| orientation).rotations();
+            self.rotation = Matrix::from_cols(r[0].lane(0), r[1].lane(0), r[2].lane(0));
+            self.spin = spins(&r, Lanes3::splat(inert.inverse_inertia), Lanes3::splat(momentum)).lane(0);
+        }
     }
 }
 
@@ -279,6 +297,7 @@ mod tests {
             inverse_inertia: inertia.recip(),
             arm: body.centre_radius,
             motion: Motion::Free,
+            ball: false,
         };
         // Five alike: four go together, one alone.
         let (mut orientations, mut momenta) = ([orientation; 5], [momentum; 5]);

@@ -120,6 +120,8 @@ impl State {
                 angular_momentum: triple(momentum, g),
                 contact_force: triple(force, g),
                 contact_torque: triple(torque, g),
+                // Every step collects it anew.
+                drag_impulse: [0.0; 3],
                 attached: std::array::from_fn(|d| attached[crate::ATTACHED * g + d]),
             })
             .collect();

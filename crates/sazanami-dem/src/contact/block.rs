@@ -162,10 +162,11 @@ impl Block {
         self.census = Census::default();
         self.changes.clear();
         self.wake_pairs(world);
-        if world.plain {
-            self.evaluate::<true>(world, ids, dt);
-        } else {
-            self.evaluate::<false>(world, ids, dt);
+        match (world.plain, world.balls) {
+            (true, true) => self.evaluate::<true, true>(world, ids, dt),
+            (true, false) => self.evaluate::<true, false>(world, ids, dt),
+            (false, true) => self.evaluate::<false, true>(world, ids, dt),
+            (false, false) => self.evaluate::<false, false>(world, ids, dt),
         }
         self.walls.step(world, ids, self.first, dt, &mut self.touches, &mut self.census);
     }
@@ -244,7 +245,7 @@ impl Block {
     }
 
     /// Evaluates all contacts, adds up pairs and rows in order, drops the contacts that have ended.
-    fn evaluate<const PLAIN: bool>(&mut self, world: &World<'_>, ids: &[u64], dt: Real) {
+    fn evaluate<const PLAIN: bool, const BALLS: bool>(&mut self, world: &World<'_>, ids: &[u64], dt: Real) {
         self.own.fill(Wrench::default());
         self.touches.fill(false);
         let count = self.contacts.len();
@@ -253,7 +254,7 @@ impl Block {
         let mut total = Total::default();
         while at < count {
             let end = (at + WIDTH).min(count);
-            let outcomes = evaluate::<WIDTH, PLAIN>(world, &self.pairs, &self.contacts[at..end], dt);
+            let outcomes = evaluate::<WIDTH, PLAIN, BALLS>(world, &self.pairs, &self.contacts[at..end], dt);
             for l in 0..end - at {
                 let from = at + l;
                 let p = self.contacts[from].pair;

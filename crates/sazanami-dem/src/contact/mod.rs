@@ -44,6 +44,8 @@ pub(crate) struct World<'a> {
     pub constants: &'a [Constants],
     /// Whether all laws leave out the rarer options.
     pub plain: bool,
+    /// Whether all bodies are balls.
+    pub balls: bool,
     pub frames: &'a [Frame],
     /// Bound of the way each grain's contact spheres have gone since the lists were built [m].
     pub budget: &'a [Real],

@@ -143,15 +143,18 @@ impl Engine {
         inert.clear();
         for g in 0..grains.len() {
             let free = grains.motion[g] == Motion::Free;
+            let body = &bodies[grains.shape[g] as usize];
             let moment = grains.inertia[g].recip();
             inert.push(Inert {
                 inverse_mass: if free { 1.0 / grains.mass[g] } else { 0.0 },
                 inverse_inertia: moment,
-                arm: bodies[grains.shape[g] as usize].centre_radius * grains.scale[g],
+                arm: body.centre_radius * grains.scale[g],
                 motion: grains.motion[g],
+                ball: body.is_ball(),
             });
             frames[g].scale = grains.scale[g];
             frames[g].body = grains.shape[g];
+            frames[g].radius = if body.is_ball() { body.radii[0] * grains.scale[g] } else { 0.0 };
             frames[g].spheres = first_spheres[grains.shape[g] as usize];
             set_frame(&mut frames[g], &inert[g], grains, g);
         }
@@ -160,5 +163,5 @@ impl Engine {
 
 pub(super) fn set_frame(frame: &mut Frame, inert: &Inert, grains: &Grains, g: usize) {
     let (home, orientation, velocity) = (grains.home[g], grains.orientation[g], grains.velocity[g]);
-    frame.set(home, orientation, velocity, grains.angular_momentum[g], inert.inverse_inertia);
+    frame.set(home, orientation, velocity, grains.angular_momentum[g], inert);
 }

@@ -7,15 +7,33 @@ use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
 use super::lists::set_frame;
-use super::{EXPIRED, Engine, FINE, Loads};
+use super::{Drag, EXPIRED, Engine, FINE, Loads};
+use crate::body::Body;
 use crate::contact::block::ROWS;
 use crate::contact::law::Constants;
 use crate::contact::{World, Wrench};
 use crate::grain::{Motion, imaged};
-use crate::motion::{Leap, Moving};
+use crate::motion::{Inert, Leap, Moving};
 
 /// Sub-step over pi sqrt(m*/K).
 const AUTO: Real = 0.057;
+
+/// Impulse of the implicit drag on own grain `own` of velocity `v` over `h`, beside gravity and the other impulses.
+fn drag_impulse(
+    drag: &dyn Drag,
+    own: usize,
+    inert: &Inert,
+    v: Vector,
+    h: Real,
+    gravity: Vector,
+    others: &Wrench,
+) -> Vector {
+    let u = drag.fluid_velocity(own);
+    let kappa = drag.coefficient(own, (u - v).length());
+    // Only a free grain yields to forces, and to the drag itself.
+    let without = if inert.motion == Motion::Free { v + others.force * inert.inverse_mass + h * gravity } else { v };
+    (u - without) * (h * kappa / (1.0 + h * kappa * inert.inverse_mass))
+}
 
 impl Engine {
     pub(super) fn stable_time_step(&self, domain: &Domain) -> Real {
@@ -47,6 +65,7 @@ impl Engine {
             spheres: &self.spheres,
             constants: &self.constants,
             plain: self.constants.iter().all(Constants::plain),
+            balls: self.bodies.iter().all(Body::is_ball),
             frames: &self.frames,
             budget: &self.budget,
             walls: &self.walls,
@@ -90,6 +109,7 @@ impl Engine {
             &mut grains.last_contact[..owned],
             &mut grains.contact_force[..owned],
             &mut grains.contact_torque[..owned],
+            &mut grains.drag_impulse[..owned],
         );
         let (gravity, h) = kick.unwrap_or_default();
         for_each_chunk(
@@ -123,6 +143,11 @@ impl Engine {
                             total.torque += *torque;
                         }
                         impulses[row] = Wrench { force: h * total.force, torque: h * total.torque };
+                        if let Some(drag) = loads.drag {
+                            let impulse = drag_impulse(drag, g, &inert[g], poses.2[row], h, gravity, &impulses[row]);
+                            impulses[row].force += impulse;
+                            marks.3[row] += impulse;
+                        }
                     }
                 }
                 let mut moving = Moving {
