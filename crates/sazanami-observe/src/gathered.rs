@@ -3,6 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 use sazanami_dem::Grains;
 use sazanami_numerics::domain::Domain;
+use sazanami_numerics::snapshot::{Snapshot, SnapshotError};
 use sazanami_numerics::{Quaternion, Real, Vector};
 
 use crate::{BedView, Body};
@@ -94,6 +95,50 @@ impl GatheredBed {
             time: self.time,
         }
     }
+
+    /// Writes the bed as it lies into a snapshot under names that begin with `prefix`.
+    pub fn save(&self, prefix: &str, snapshot: &mut Snapshot) {
+        let name = |part: &str| format!("{prefix}{part}");
+        snapshot.put_u64(name("id"), self.id.clone());
+        snapshot.put_u32(name("shape"), self.body.clone());
+        snapshot.put_reals(name("scale"), self.scale.clone());
+        snapshot.put_reals(name("mass"), self.mass.clone());
+        snapshot.put_vectors(name("position"), &self.position);
+        snapshot.put_reals(name("orientation"), self.orientation.iter().flat_map(|turn| turn.to_array()).collect());
+        snapshot.put_vectors(name("velocity"), &self.velocity);
+        snapshot.put_reals(name("last_contact"), self.last_contact.clone());
+        snapshot.put_reals(name("time"), vec![self.time]);
+    }
+
+    /// Reads a bed from a snapshot.
+    ///
+    /// # Errors
+    /// [`SnapshotError`] if it is not there, or not as [`Self::save`] writes it.
+    pub fn restore(prefix: &str, snapshot: &Snapshot) -> Result<Self, SnapshotError> {
+        let name = |part: &str| format!("{prefix}{part}");
+        let id = snapshot.u64(&name("id"))?.to_vec();
+        let count = id.len();
+        let reals = |part: &str, width: usize| snapshot.reals_of(&name(part), width * count);
+        let vectors = |part: &str| {
+            reals(part, 3).map(|values| values.chunks_exact(3).map(Vector::from_slice).collect::<Vec<Vector>>())
+        };
+        let body = snapshot.u32(&name("shape"))?.to_vec();
+        if body.len() != count {
+            return Err(SnapshotError::Length { name: name("shape"), expected: count, found: body.len() });
+        }
+        Ok(Self {
+            body,
+            scale: reals("scale", 1)?.to_vec(),
+            mass: reals("mass", 1)?.to_vec(),
+            position: vectors("position")?,
+            orientation: reals("orientation", 4)?.chunks_exact(4).map(Quaternion::from_slice).collect(),
+            velocity: vectors("velocity")?,
+            last_contact: reals("last_contact", 1)?.to_vec(),
+            time: snapshot.reals_of(&name("time"), 1)?[0],
+            id,
+            ..Self::default()
+        })
+    }
 }
 
 fn record(grains: &Grains, i: usize) -> Record {
@@ -106,5 +151,35 @@ fn record(grains: &Grains, i: usize) -> Record {
         orientation: grains.orientation[i].to_array(),
         velocity: grains.velocity[i].to_array(),
         last_contact: grains.last_contact[i],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_bed_survives_a_snapshot() {
+        let record = |id: u64, last_contact: Real| Record {
+            id,
+            body: 1,
+            scale: 0.9,
+            mass: 2e-7,
+            position: [1.0, 2.0, id as Real],
+            orientation: [0.5, -0.5, 0.5, 0.5],
+            velocity: [0.1, 0.0, -0.3],
+            last_contact,
+        };
+        let records = vec![record(3, 0.25), record(8, Real::NEG_INFINITY)];
+        let mut bed = GatheredBed { records, time: 0.5, ..GatheredBed::default() };
+        bed.unpack();
+        let mut snapshot = Snapshot::default();
+        bed.save("before/", &mut snapshot);
+        let again = GatheredBed::restore("before/", &snapshot).unwrap();
+        bed.records.clear();
+        assert_eq!(format!("{again:?}"), format!("{bed:?}"));
+        assert!(GatheredBed::restore("after/", &snapshot).is_err());
+        snapshot.put_reals("before/mass", vec![1.0]);
+        assert!(GatheredBed::restore("before/", &snapshot).is_err());
     }
 }

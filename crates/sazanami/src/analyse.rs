@@ -1,8 +1,12 @@
-//! Tables and figures from what runs wrote.
+//! Observables, tables and figures from what runs wrote.
+
+mod again;
 
 use std::path::{Path, PathBuf};
 
-use sazanami_io::picture::{ErosionPoint, bed_profiles, crater_history, erosion_against_momentum, momentum_budget};
+use sazanami_io::picture::{
+    ErosionPoint, LinePlot, bed_profiles, crater_history, erosion_against_momentum, momentum_budget,
+};
 use sazanami_numerics::Real;
 use sazanami_observe::comparison::{Comparison, RunResult};
 use serde_json::Value;
@@ -38,13 +42,26 @@ impl Table {
 
 /// Recomputes what one run tells, or compares several; returns lines for people.
 ///
+/// One run is evaluated again from its newest good checkpoint of the flow; `overrides` (`path=value`, of keys under
+/// `bed` and `erosion`) say how, and what is then found goes into the folder `analysis` of the run's own.
+///
 /// # Errors
-/// If a folder holds no results, or a figure cannot be written.
-pub fn analyse(folders: &[PathBuf], progress: &mut dyn Progress) -> Result<Vec<String>, CommandError> {
+/// If a folder holds no results, or a figure cannot be written; if other keys are overridden, or those of several
+/// runs, or those of a run that left nothing to be evaluated otherwise.
+pub fn analyse(
+    folders: &[PathBuf],
+    overrides: &[String],
+    progress: &mut dyn Progress,
+) -> Result<Vec<String>, CommandError> {
     match folders {
         [] => Err(CommandError::input("no folder of results is given", "give one or more folders of runs")),
-        [folder] => one(folder, progress),
-        many => several(many, progress),
+        [folder] if overrides.is_empty() => again::as_it_was(folder, progress),
+        [folder] => again::otherwise(folder, overrides, progress),
+        many if overrides.is_empty() => several(many, progress),
+        many => Err(CommandError::input(
+            format!("`--set` changes how one run is evaluated, and {} folders are given", many.len()),
+            "analyse them one by one with it, or compare them without it",
+        )),
     }
 }
 
@@ -68,24 +85,42 @@ fn drawing(error: &dyn std::fmt::Display) -> CommandError {
     Failure { kind: "picture", message: error.to_string(), ..Failure::default() }.into()
 }
 
-fn one(folder: &Path, progress: &mut dyn Progress) -> Result<Vec<String>, CommandError> {
+/// Draws the figures of a run from its tables; returns what its summary says.
+///
+/// # Errors
+/// If the folder holds no results, or a figure cannot be written.
+pub(crate) fn present(folder: &Path, progress: &mut dyn Progress) -> Result<Vec<String>, CommandError> {
     let summary = summary(folder)?;
+    draw_figures(folder, &summary, progress)?;
+    Ok(report(&summary, None, folder))
+}
+
+fn draw_figures(folder: &Path, summary: &Value, progress: &mut dyn Progress) -> Result<(), CommandError> {
     let name = summary["case"].as_str().unwrap_or("run").to_owned();
     let figures = folder.join("figures");
     std::fs::create_dir_all(&figures).map_err(|error| drawing(&error))?;
     for (file, plot) in line_plots(folder, &name) {
-        let path = figures.join(file);
-        plot.draw().and_then(|picture| picture.save(&path)).map_err(|error| drawing(&error))?;
-        progress.message(&format!("drew {}", path.display()));
+        draw(&plot, &figures.join(file), progress)?;
     }
+    list_files(folder, summary)
+}
+
+fn draw(plot: &LinePlot, path: &Path, progress: &mut dyn Progress) -> Result<(), CommandError> {
+    plot.draw().and_then(|picture| picture.save(path)).map_err(|error| drawing(&error))?;
+    progress.message(&format!("drew {}", path.display()));
+    Ok(())
+}
+
+/// Brings the list of files in the summary up to date.
+fn list_files(folder: &Path, summary: &Value) -> Result<(), CommandError> {
     // A run that is still on its way writes its summary itself.
     if summary["status"] != "running" {
         recorder::put_files(folder).map_err(|error| drawing(&error))?;
     }
-    Ok(report(&summary, folder))
+    Ok(())
 }
 
-fn line_plots(folder: &Path, name: &str) -> Vec<(&'static str, sazanami_io::picture::LinePlot)> {
+fn line_plots(folder: &Path, name: &str) -> Vec<(&'static str, LinePlot)> {
     let mut plots = Vec::new();
     if let Some(profiles) = Table::read(&folder.join("profiles.csv")) {
         let curves = curves(&profiles);
@@ -146,8 +181,31 @@ fn number(value: &Value, path: &[&str]) -> Option<Real> {
     path.iter().try_fold(value, |value, key| value.get(key)).and_then(Value::as_f64)
 }
 
-/// The table at the end of a run.
-fn report(summary: &Value, folder: &Path) -> Vec<String> {
+/// The table at the end of a run. What was `found` again stands before what the summary says, where they differ.
+fn report(summary: &Value, found: Option<&Value>, folder: &Path) -> Vec<String> {
+    let mut rows = rows(found.unwrap_or(summary));
+    if found.is_some() {
+        let mut said = self::rows(summary);
+        for (label, value) in &mut rows {
+            let at = said.iter().position(|(other, _)| other == label);
+            match at.map(|at| said.remove(at).1) {
+                Some(before) if before == *value => {}
+                Some(before) => *value = format!("{value} (summary: {before})"),
+                None => *value = format!("{value} (summary: none)"),
+            }
+        }
+        rows.extend(said.into_iter().map(|(label, before)| (label, format!("none (summary: {before})"))));
+    }
+    let width = rows.iter().map(|(label, _)| label.len()).max().unwrap_or_default();
+    let mut lines: Vec<String> = rows.into_iter().map(|(label, value)| format!("{label:<width$}  {value}")).collect();
+    if let Some(picture) = newest_picture(folder) {
+        lines.push(format!("{:<width$}  {}", "picture", picture.display()));
+    }
+    lines
+}
+
+/// Labels and values of the table.
+fn rows(summary: &Value) -> Vec<(&'static str, String)> {
     let mut rows: Vec<(&str, String)> = Vec::new();
     let mut row = |label: &'static str, path: &[&str], factor: Real, unit: &str, digits: usize| {
         if let Some(value) = number(summary, path) {
@@ -182,6 +240,9 @@ fn report(summary: &Value, folder: &Path) -> Vec<String> {
     row("splashed grains", &["observables", "splash", "grains"], 1.0, "", 0);
     row("  their mass", &["observables", "splash", "mass_mg"], 1.0, "mg", 3);
     row("  farthest from the axis", &["observables", "splash", "farthest_distance_mm"], 1.0, "mm", 2);
+    if let Some(problem) = summary["observables"]["splash"]["not_evaluated"].as_str() {
+        rows.push(("splashed grains", format!("not evaluated: {problem}")));
+    }
     for (label, key) in [
         ("liquid volume, relative change", "liquid_volume_relative_change"),
         ("  outside grains", "wet_liquid_volume_relative_change"),
@@ -194,12 +255,7 @@ fn report(summary: &Value, folder: &Path) -> Vec<String> {
     if let Some(value) = number(summary, &["worst", "overlap_relative"]) {
         rows.push(("largest overlap of contact spheres", format!("{:.1} % of a radius", 100.0 * value)));
     }
-    let width = rows.iter().map(|(label, _)| label.len()).max().unwrap_or_default();
-    let mut lines: Vec<String> = rows.into_iter().map(|(label, value)| format!("{label:<width$}  {value}")).collect();
-    if let Some(picture) = newest_picture(folder) {
-        lines.push(format!("{:<width$}  {}", "picture", picture.display()));
-    }
-    lines
+    rows
 }
 
 fn newest_picture(folder: &Path) -> Option<PathBuf> {
@@ -307,9 +363,7 @@ fn several(folders: &[PathBuf], progress: &mut dyn Progress) -> Result<Vec<Strin
         .collect();
     if !groups.is_empty() {
         let path = free_picture(Path::new(""), "erosion-against-momentum");
-        let plot = erosion_against_momentum("Erosion volume against momentum", &groups);
-        plot.draw().and_then(|picture| picture.save(&path)).map_err(|error| drawing(&error))?;
-        progress.message(&format!("drew {}", path.display()));
+        draw(&erosion_against_momentum("Erosion volume against momentum", &groups), &path, progress)?;
     }
     lines.extend(aligned(&Comparison::COLUMNS.map(str::to_owned), &comparison.rows()));
     for series in &comparison.series {
@@ -398,10 +452,10 @@ mod tests {
     fn a_crater_without_a_volume_has_a_line() {
         let folder = run(&scratch("crater"), "a", "finished", 0.02, [0.0; 3]);
         let told = |lines: &[String]| lines.iter().any(|line| line.contains("not evaluated: no rim"));
-        assert!(!told(&analyse(std::slice::from_ref(&folder), &mut Silent).unwrap()));
+        assert!(!told(&analyse(std::slice::from_ref(&folder), &[], &mut Silent).unwrap()));
         let path = folder.join("summary.json");
         std::fs::write(&path, r#"{ "observables": { "erosion": { "not_evaluated": "no rim" } } }"#).unwrap();
-        assert!(told(&analyse(std::slice::from_ref(&folder), &mut Silent).unwrap()));
+        assert!(told(&analyse(std::slice::from_ref(&folder), &[], &mut Silent).unwrap()));
         std::fs::remove_dir_all(folder.parent().unwrap()).unwrap();
     }
 }

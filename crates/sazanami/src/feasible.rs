@@ -118,6 +118,19 @@ pub fn check_without_grains(
     Ok(Feasible { beds: vec![None; shapes.len()], shapes, facts, warnings: report })
 }
 
+/// The shapes of the grains alone, one of each population, for a run that is only looked at.
+///
+/// # Errors
+/// All findings together, if a population has no usable shape.
+pub fn shapes_alone(loaded: &LoadedCase) -> Result<Vec<Shape>, Box<CaseError>> {
+    let mut report = loaded.warnings.clone();
+    let shapes = shapes(loaded, &mut report);
+    if report.has_errors() {
+        return Err(Box::new(CaseError { source: loaded.source.clone(), diagnostics: report }));
+    }
+    Ok(shapes)
+}
+
 /// Builds the shapes; those that fail are reported.
 fn shapes(loaded: &LoadedCase, report: &mut Diagnostics) -> Vec<Shape> {
     let mut shapes = Vec::new();

@@ -43,12 +43,13 @@ pub fn prepare(out: Option<&Path>, case_name: &str, force: bool) -> Result<PathB
 }
 
 /// What a run writes.
-const WRITTEN: [&str; 11] = [
+const WRITTEN: [&str; 12] = [
     "fields",
     "grains",
     "figures",
     "checkpoints",
     "probes",
+    ANALYSIS,
     "fields.pvd",
     "grains.pvd",
     "series.csv",
@@ -56,6 +57,9 @@ const WRITTEN: [&str; 11] = [
     "summary.json",
     LOG,
 ];
+
+/// Folder of what an evaluation with other keys found.
+pub(crate) const ANALYSIS: &str = "analysis";
 
 /// Folder of the copies of the files that a case names.
 const INPUTS: &str = "inputs";

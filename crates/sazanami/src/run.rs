@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 use std::sync::mpsc;
 use std::time::Instant;
 
-use sazanami_io::checkpoint::CheckpointFolder;
+use sazanami_io::checkpoint::{CheckpointError, CheckpointFolder, NewestCheckpoint};
 use sazanami_numerics::Real;
 use sazanami_numerics::geometry::Shape;
 use sazanami_parallel::{Solo, run_ranks, with_threads};
@@ -126,21 +126,15 @@ pub fn resume(
         ));
     }
     let loaded = case::load(&case_file, &[])?;
-    let unreadable = |error: sazanami_io::checkpoint::CheckpointError| {
-        CommandError::input(error.to_string(), "start the case again with `sazanami run`")
-    };
-    let newest = CheckpointFolder::new(folder.join("checkpoints"), 1).newest_good().map_err(unreadable)?;
-    let skipped = newest.skipped.iter().map(|(path, error)| format!("skipped {}: {error}", path.display()));
-    let skipped: Vec<String> = skipped.collect();
-    skipped.iter().for_each(|text| progress.message(text));
-    let Some((step, reader)) = newest.good else {
+    let newest = newest_checkpoint(folder, progress)?;
+    let Some((step, reader)) = &newest.good else {
         return Err(CommandError::input(
             format!("`{}` holds no good checkpoint", folder.display()),
             "start the case again with `sazanami run`",
         ));
     };
     let resumed = Resumed {
-        run: recorder::run_state(&reader).map_err(unreadable)?,
+        run: recorder::run_state(reader).map_err(unreadable)?,
         snapshot: reader.snapshot().map_err(unreadable)?,
     };
     if resumed.run.case_hash != format!("{:016x}", resolved::hash(&loaded.case)) {
@@ -159,10 +153,31 @@ pub fn resume(
     };
     let mut log = Log::append(folder, progress);
     log.note(&heading(&loaded.case, options));
-    skipped.iter().for_each(|text| log.note(text));
+    skipped(&newest).for_each(|text| log.note(&text));
     log.message(&format!("going on from step {step}, time {:.6e} s", resumed.run.time));
     let from = From::Checkpoint(Box::new(resumed));
     start(&loaded.case, feasible.shapes, feasible.beds, options, folder.to_owned(), from, &mut log, stop)
+}
+
+/// What of a checkpoint cannot be read.
+pub(crate) fn unreadable(error: CheckpointError) -> CommandError {
+    CommandError::input(error.to_string(), "start the case again with `sazanami run`")
+}
+
+/// The newest good checkpoint in a folder of results, with a word about each that is skipped.
+pub(crate) fn newest_checkpoint(folder: &Path, progress: &mut dyn Progress) -> Result<NewestCheckpoint, CommandError> {
+    let newest = checkpoints(folder).newest_good().map_err(unreadable)?;
+    skipped(&newest).for_each(|text| progress.message(&text));
+    Ok(newest)
+}
+
+/// A line about each checkpoint that was skipped.
+fn skipped(newest: &NewestCheckpoint) -> impl Iterator<Item = String> {
+    newest.skipped.iter().map(|(path, error)| format!("skipped {}: {error}", path.display()))
+}
+
+fn checkpoints(folder: &Path) -> CheckpointFolder {
+    CheckpointFolder::new(folder.join("checkpoints"), 1)
 }
 
 /// What a run begins with.
@@ -259,9 +274,9 @@ fn listen(
         {
             progress.message(&format!("the failure could not be put into the summary: {problem}"));
         }
-        failed.into_command_error(newest_checkpoint(&folder))
+        failed.into_command_error(last_good_checkpoint(&folder))
     })?;
-    let lines = crate::analyse::analyse(std::slice::from_ref(&folder), progress)?;
+    let lines = crate::analyse::present(&folder, progress)?;
     Ok(RunSummary {
         status: ended.status,
         interrupted: ended.interrupted,
@@ -298,7 +313,6 @@ fn ranks_of(job: &Job, ranks: usize) -> Result<Ended, Box<RankFailure>> {
     }
 }
 
-fn newest_checkpoint(folder: &Path) -> Option<PathBuf> {
-    let checkpoints = CheckpointFolder::new(folder.join("checkpoints"), 1);
-    checkpoints.newest_good().ok()?.good.map(|(_, reader)| reader.path().to_owned())
+fn last_good_checkpoint(folder: &Path) -> Option<PathBuf> {
+    checkpoints(folder).newest_good().ok()?.good.map(|(_, reader)| reader.path().to_owned())
 }

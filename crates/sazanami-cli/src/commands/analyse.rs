@@ -12,13 +12,18 @@ use crate::terminal::Screen;
 #[derive(Debug, Args)]
 #[command(
     long_about = "Recompute observables, tables and figures from what one run wrote, or compare several runs (crater \
-                  volume against momentum).",
-    after_help = "Example:\n  sazanami analyse runs/drop-20 runs/drop-40 runs/drop-60 runs/drop-80"
+                  volume against momentum). One run is evaluated again from its newest checkpoint; --set changes how, \
+                  and what is then found goes into DIR/analysis.",
+    after_help = "Example:\n  sazanami analyse runs/drop-20 --set erosion.dr=\"1 mm\"\n  \
+                  sazanami analyse runs/drop-20 runs/drop-40 runs/drop-60 runs/drop-80"
 )]
 pub struct Analyse {
     /// Folders of results
     #[arg(required = true, value_name = "DIR")]
     dirs: Vec<PathBuf>,
+    /// Evaluate one run with another value of a key under `erosion` or `bed` (repeatable)
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    overrides: Vec<String>,
 }
 
 impl Analyse {
@@ -30,7 +35,7 @@ impl Analyse {
             ));
         }
         let mut screen = Screen::new();
-        let lines = analyse(&self.dirs, &mut screen)?;
+        let lines = analyse(&self.dirs, &self.overrides, &mut screen)?;
         drop(screen);
         for line in lines {
             println!("{line}");

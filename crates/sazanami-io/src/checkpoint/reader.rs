@@ -109,8 +109,16 @@ impl CheckpointReader {
     /// # Errors
     /// As [`Self::get`].
     pub fn snapshot(&self) -> Result<Snapshot, CheckpointError> {
+        self.snapshot_of(|_| true)
+    }
+
+    /// The same of the sections that are `wanted` by their names.
+    ///
+    /// # Errors
+    /// As [`Self::get`].
+    pub fn snapshot_of(&self, wanted: impl Fn(&str) -> bool) -> Result<Snapshot, CheckpointError> {
         let mut snapshot = Snapshot::default();
-        for (name, element, _) in self.sections() {
+        for (name, element, _) in self.sections().filter(|(name, ..)| wanted(name)) {
             let values = match element {
                 ElementType::U8 => snapshot::Section::U8(self.get(name)?),
                 ElementType::U32 => snapshot::Section::U32(self.get(name)?),

@@ -73,6 +73,20 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<LoadedCase, Box<CaseErr
     }
 }
 
+/// Tables of a case that say how a run is evaluated, and nothing of how it goes.
+const EVALUATED: [&str; 2] = ["bed", "erosion"];
+
+/// Reads the case file of a run that has been, with overrides of how it is evaluated: of keys under `bed` and `erosion`.
+///
+/// # Errors
+/// If other keys are overridden, and as [`load`].
+pub fn load_evaluated(path: &Path, overrides: &[String]) -> Result<LoadedCase, Box<CaseError>> {
+    let source = Source::new(path.display().to_string(), "", overrides);
+    let mut diagnostics = Diagnostics::default();
+    overrides::only_of(&source, &EVALUATED, &mut diagnostics);
+    if diagnostics.has_errors() { Err(Box::new(CaseError { source, diagnostics })) } else { load(path, overrides) }
+}
+
 /// Reads a case from its text; file names in it are relative to the folder of `path`.
 ///
 /// # Errors

@@ -8,6 +8,7 @@ use toml::de::{DeTable, DeValue};
 
 use super::diagnostics::Diagnostics;
 use super::source::Source;
+use super::suggest::nearest;
 
 /// The values of the overrides as `v=value`, each behind as many blanks as put its places where they belong.
 pub fn padded_values(source: &Source) -> Vec<String> {
@@ -48,6 +49,28 @@ pub fn apply<'i>(tree: &mut Spanned<DeTable<'i>>, source: &Source, padded: &'i [
         if let Err(message) = put(tree.get_mut(), &keys, path_span.clone(), value) {
             report.error(path_span, message).label("the case has nothing at this place");
         }
+    }
+}
+
+/// Refuses overrides of keys outside `tables`; those that are no overrides at all are found by [`apply`].
+pub fn only_of(source: &Source, tables: &[&str], report: &mut Diagnostics) {
+    for (start, text) in source.overrides() {
+        let Some((path, _)) = text.split_once('=') else { continue };
+        let Ok(keys) = split_path(path) else { continue };
+        if tables.contains(&keys[0].as_str()) {
+            continue;
+        }
+        let finding =
+            report.error(start..start + path.len(), format!("`{}` cannot be changed afterwards", path.trim()));
+        match nearest(&keys[0], tables.iter().copied()) {
+            Some(meant) => finding.label(format!("did you mean `{meant}`?")),
+            None => finding.label("the run has been with what its case says here"),
+        };
+        let known: Vec<String> = tables.iter().map(|table| format!("`{table}`")).collect();
+        finding.help(format!(
+            "keys under {} can be; for another one run the case again with it, `sazanami run CASE.toml --set ...`",
+            known.join(" and ")
+        ));
     }
 }
 

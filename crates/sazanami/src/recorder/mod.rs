@@ -2,6 +2,7 @@
 //!
 //! Every rank has a recorder, because what is written is gathered from all; rank 0 alone has files.
 
+mod again;
 mod files;
 mod observers;
 mod pace;
@@ -31,6 +32,7 @@ use crate::progress::StepLine;
 use crate::run::Status;
 use crate::simulation::{Ended, Job, PACKING, RankError, RankFailure, RunState, fixed_step, partner};
 
+pub(crate) use again::{Beds, FoundAgain, is_observed};
 use files::Files;
 use observers::Observers;
 use pace::Pace;

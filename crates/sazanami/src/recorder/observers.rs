@@ -20,6 +20,8 @@ use crate::simulation::{Job, RankError};
 const INITIAL_HEIGHTS: &str = "observe/initial_heights";
 const INITIAL_NOISE: &str = "observe/initial_noise";
 const BED: &str = "observe/bed";
+/// Prefix of the bed as it lay before the impact.
+pub(super) const BEFORE: &str = "observe/before_impact/";
 const LIQUID_TRACE: &str = "observe/liquid_trace";
 
 /// Energies at the last look [J].
@@ -34,13 +36,11 @@ pub(crate) struct Observers {
     shapes: Arc<[Shape]>,
     bed: GatheredBed,
     leads: bool,
-    floor: Real,
-    slab: [Real; 2],
-    height_radius: Real,
-    axis: [Real; 2],
-    area: Real,
+    measured: BedSettings,
     erosion: Option<ErosionSettings>,
     initial: Option<InitialBed>,
+    /// The bed before the impact, as it goes into every checkpoint; empty on ranks without files.
+    before: Snapshot,
     splash: Option<SplashTracker>,
     momentum: Option<MomentumBudget>,
     liquid: Option<LiquidBudget>,
@@ -53,18 +53,14 @@ pub(crate) struct Observers {
 impl Observers {
     pub fn new(job: &Job) -> Self {
         let case = job.case;
-        let extent = case.domain.extent();
         Self {
             shapes: Arc::clone(&job.shapes),
             bed: GatheredBed::default(),
             leads: false,
-            floor: case.domain.lower.z,
-            slab: case.bed.porosity_slab,
-            height_radius: case.bed.height_radius,
-            axis: case.bed.axis,
-            area: extent.x * extent.y,
+            measured: BedSettings::of(case),
             erosion: erosion_settings(case),
             initial: None,
+            before: Snapshot::default(),
             splash: None,
             momentum: None,
             liquid: None,
@@ -94,17 +90,12 @@ impl Observers {
 
     /// Highest node near the axis [m]; the floor without grains there.
     pub fn bed_height(&self) -> Real {
-        self.with_bed(|bed| bed_profile::height_near(bed, self.axis, self.height_radius)).unwrap_or(self.floor)
+        self.with_bed(|bed| self.measured.height(bed))
     }
 
     /// Measures the bed as it lies.
     pub fn measure_bed(&mut self) -> BedFindings {
-        let (height, slab, area, floor) = (self.bed_height(), self.slab, self.area, self.floor);
-        let found = self.with_bed(|bed| {
-            let porosity =
-                if bed.is_empty() { 1.0 } else { bed_profile::porosity_of_grains(bed, slab[0]..slab[1], area) };
-            BedFindings::of(bed, floor, height, porosity)
-        });
+        let found = self.with_bed(|bed| self.measured.measure(bed));
         if self.count() > 0 {
             self.findings.bed = Some(found);
         }
@@ -139,6 +130,7 @@ impl Observers {
         self.momentum = Some(MomentumBudget::new(stock(solver)));
         self.liquid = Some(LiquidBudget::new(self.liquid_volume(solver)));
         if self.count() > 0 {
+            self.bed.save(BEFORE, &mut self.before);
             self.measure_bed();
             if let Some(settings) = &self.erosion {
                 self.splash = Some(self.with_bed(|bed| SplashTracker::new(bed, settings.axis, settings.grain_size)));
@@ -152,11 +144,8 @@ impl Observers {
     /// told in the summary and ends no run.
     fn evaluate_erosion(&mut self) {
         let Some(settings) = &self.erosion else { return };
-        (self.findings.erosion, self.findings.no_erosion) =
-            match self.with_bed(|bed| Erosion::of(bed, settings, self.initial.as_ref())) {
-                Ok(erosion) => (Some(erosion), None),
-                Err(problem) => (None, Some(problem.to_string())),
-            };
+        let evaluated = self.with_bed(|bed| Erosion::of(bed, settings, self.initial.as_ref()));
+        self.findings.set_erosion(evaluated);
     }
 
     fn liquid_volume(&self, solver: &Solver) -> LiquidVolume {
@@ -246,6 +235,7 @@ impl Observers {
         if let Some(bed) = &self.findings.bed {
             snapshot.put_reals(BED, vec![bed.porosity, bed.height_mm, bed.mean_speed, bed.lying_order]);
         }
+        self.before.sections().for_each(|(name, section)| snapshot.put(name, section.clone()));
         snapshot.put_reals(LIQUID_TRACE, vec![self.through, self.clipped]);
     }
 
@@ -253,12 +243,12 @@ impl Observers {
         self.momentum = Some(MomentumBudget::restore(snapshot)?);
         self.liquid = Some(LiquidBudget::restore(snapshot)?);
         self.splash = SplashTracker::restore(snapshot).ok();
-        self.initial = snapshot.reals(INITIAL_HEIGHTS).ok().map(|heights| InitialBed {
-            heights: heights.to_vec(),
-            noise: snapshot.reals(INITIAL_NOISE).ok().and_then(|noise| noise.first().copied()).unwrap_or_default(),
-        });
-        if let Ok(&[porosity, height_mm, mean_speed, lying_order]) = snapshot.reals_of(BED, 4) {
-            self.findings.bed = Some(BedFindings { porosity, height_mm, mean_speed, lying_order });
+        self.initial = initial_heights(snapshot);
+        self.findings.bed = bed_findings(snapshot);
+        if self.leads {
+            // Checkpoints of earlier versions have no such bed.
+            let before = snapshot.sections().filter(|(name, _)| name.starts_with(BEFORE));
+            before.for_each(|(name, section)| self.before.put(name, section.clone()));
         }
         let trace = snapshot.reals_of(LIQUID_TRACE, 2)?;
         (self.through, self.clipped) = (trace[0], trace[1]);
@@ -266,7 +256,60 @@ impl Observers {
     }
 }
 
-fn erosion_settings(case: &Case) -> Option<ErosionSettings> {
+/// How the bed is measured.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct BedSettings {
+    floor: Real,
+    slab: [Real; 2],
+    height_radius: Real,
+    axis: [Real; 2],
+    area: Real,
+}
+
+impl BedSettings {
+    pub fn of(case: &Case) -> Self {
+        let extent = case.domain.extent();
+        Self {
+            floor: case.domain.lower.z,
+            slab: case.bed.porosity_slab,
+            height_radius: case.bed.height_radius,
+            axis: case.bed.axis,
+            area: extent.x * extent.y,
+        }
+    }
+
+    /// Highest node near the axis [m]; the floor without grains there.
+    fn height(&self, bed: &BedView) -> Real {
+        bed_profile::height_near(bed, self.axis, self.height_radius).unwrap_or(self.floor)
+    }
+
+    /// What is found of a bed as it lies.
+    pub fn measure(&self, bed: &BedView) -> BedFindings {
+        let slab = self.slab[0]..self.slab[1];
+        let porosity = if bed.is_empty() { 1.0 } else { bed_profile::porosity_of_grains(bed, slab, self.area) };
+        BedFindings::of(bed, self.floor, self.height(bed), porosity)
+    }
+}
+
+/// The initial bed as the run evaluated it.
+pub(super) fn initial_heights(snapshot: &Snapshot) -> Option<InitialBed> {
+    snapshot.reals(INITIAL_HEIGHTS).ok().map(|heights| InitialBed {
+        heights: heights.to_vec(),
+        noise: snapshot.reals(INITIAL_NOISE).ok().and_then(|noise| noise.first().copied()).unwrap_or_default(),
+    })
+}
+
+/// The initial bed as the run measured it.
+pub(super) fn bed_findings(snapshot: &Snapshot) -> Option<BedFindings> {
+    match snapshot.reals_of(BED, 4) {
+        Ok(&[porosity, height_mm, mean_speed, lying_order]) => {
+            Some(BedFindings { porosity, height_mm, mean_speed, lying_order })
+        }
+        _ => None,
+    }
+}
+
+pub(super) fn erosion_settings(case: &Case) -> Option<ErosionSettings> {
     let erosion = case.erosion.as_ref()?;
     let corner = |v: Vector| [v.x, v.y];
     let (lower, upper) = (corner(case.domain.lower), corner(case.domain.upper));

@@ -6,9 +6,9 @@ use std::path::Path;
 use sazanami_numerics::Real;
 use sazanami_observe::bed_profile;
 use sazanami_observe::budget::MomentumBudget;
-use sazanami_observe::erosion::Erosion;
+use sazanami_observe::erosion::{Erosion, ErosionError};
 use sazanami_observe::splash::Splash;
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 
 use super::Totals;
 use crate::error::Failure;
@@ -24,6 +24,33 @@ pub(crate) struct Findings {
     pub splash: Option<Splash>,
     pub liquid_relative_change: Real,
     pub wet_relative_change: Real,
+}
+
+impl Findings {
+    /// Takes up what came of an evaluation of the crater.
+    pub fn set_erosion(&mut self, evaluated: Result<Erosion, ErosionError>) {
+        (self.erosion, self.no_erosion) = match evaluated {
+            Ok(erosion) => (Some(erosion), None),
+            Err(problem) => (None, Some(problem.to_string())),
+        };
+    }
+
+    /// Bed, crater and splash as the summary has them.
+    pub fn observables(&self) -> Map<String, Value> {
+        let mut observables = Map::new();
+        if let Some(bed) = &self.bed {
+            observables.insert("bed".into(), json!(bed));
+        }
+        if let Some(erosion) = &self.erosion {
+            observables.insert("erosion".into(), erosion_json(erosion));
+        } else if let Some(problem) = &self.no_erosion {
+            observables.insert("erosion".into(), json!({ "not_evaluated": problem }));
+        }
+        if let Some(splash) = &self.splash {
+            observables.insert("splash".into(), splash_json(splash));
+        }
+        observables
+    }
 }
 
 /// The bed in use before anything hits it.
@@ -141,18 +168,6 @@ pub(crate) fn write(folder: &Path, fixed: &Fixed, present: &Present) -> Result<(
     let counts: usize = present.grains_by_shape.iter().sum();
     let spheres: usize =
         present.grains_by_shape.iter().zip(&fixed.contact_spheres_by_shape).map(|(grains, each)| grains * each).sum();
-    let mut observables = serde_json::Map::new();
-    if let Some(bed) = &findings.bed {
-        observables.insert("bed".into(), json!(bed));
-    }
-    if let Some(erosion) = &findings.erosion {
-        observables.insert("erosion".into(), erosion_json(erosion));
-    } else if let Some(problem) = &findings.no_erosion {
-        observables.insert("erosion".into(), json!({ "not_evaluated": problem }));
-    }
-    if let Some(splash) = &findings.splash {
-        observables.insert("splash".into(), splash_json(splash));
-    }
     let failure = present.failure.map(failure_json);
     let value = json!({
         "status": present.status,
@@ -189,7 +204,7 @@ pub(crate) fn write(folder: &Path, fixed: &Fixed, present: &Present) -> Result<(
         "worst": totals.worst,
         "tidied": totals.tidied,
         "limiter": totals.limiter,
-        "observables": observables,
+        "observables": findings.observables(),
         "state_hash": present.state_hash.map(|hash| format!("{hash:016x}")),
         "files": files(folder),
     });

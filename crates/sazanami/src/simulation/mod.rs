@@ -165,7 +165,8 @@ fn flow(job: &Job, mut solver: Solver, recorder: &mut Recorder) -> Result<Ended,
         let before = clock.time();
         clock.advance(dt, due);
         recorder.observe(&mut solver, &clock, before, dt, limit, &report)?;
-        let remaining = recorder.remaining(&clock, case.run.until);
+        let until = job.options.until.map_or(case.run.until, |until| until.min(case.run.until));
+        let remaining = recorder.remaining(&clock, until);
         recorder.report(&StepLine {
             phase: "flow",
             step: clock.step(),

@@ -1,0 +1,186 @@
+//! One run evaluated again from its newest checkpoint: as its case says, or with other keys.
+
+use std::path::Path;
+
+use sazanami_io::picture::bed_profiles;
+use sazanami_numerics::Real;
+use serde_json::{Value, json};
+
+use super::{draw, draw_figures, drawing, list_files, number, report, summary};
+use crate::case::{self, LoadedCase, resolved};
+use crate::error::CommandError;
+use crate::feasible;
+use crate::progress::Progress;
+use crate::recorder::{self, Beds, FoundAgain};
+use crate::results::ANALYSIS;
+use crate::run::{newest_checkpoint, unreadable};
+
+/// Relative difference of two erosion volumes that are meant to be the same.
+const SAME_VOLUME: Real = 1e-9;
+
+/// A checkpoint evaluated again.
+struct Again {
+    /// Name of the checkpoint, relative to the folder of results.
+    checkpoint: String,
+    step: u64,
+    /// Simulated time [s].
+    time: Real,
+    found: FoundAgain,
+    /// The same with the keys of the run, where others were asked for.
+    as_in_the_run: Option<FoundAgain>,
+}
+
+/// Draws the figures of a run anew and evaluates its newest checkpoint as its case says; warns where the summary has
+/// another erosion volume.
+pub(super) fn as_it_was(folder: &Path, progress: &mut dyn Progress) -> Result<Vec<String>, CommandError> {
+    let summary = summary(folder)?;
+    draw_figures(folder, &summary, progress)?;
+    let again = evaluate(folder, None, progress).unwrap_or_else(|error| {
+        progress.message(&format!("what the summary says was not found again: {error}"));
+        None
+    });
+    let Some(again) = again else { return Ok(report(&summary, None, folder)) };
+    tell_of_step(&again, &summary, progress);
+    let found = with_observables(&summary, &again.found);
+    warn_of_volume(&again, &summary, &found, progress);
+    Ok(report(&summary, Some(&found), folder))
+}
+
+/// Evaluates the newest checkpoint of a run with other keys; what is found goes into a folder of its own.
+pub(super) fn otherwise(
+    folder: &Path,
+    overrides: &[String],
+    progress: &mut dyn Progress,
+) -> Result<Vec<String>, CommandError> {
+    let asked = case::load_evaluated(&folder.join("case.toml"), overrides)?;
+    let summary = summary(folder)?;
+    let Some(again) = evaluate(folder, Some(&asked), progress)? else {
+        return Err(CommandError::input(
+            format!("`{}` holds no good checkpoint of the flow: there is nothing to evaluate again", folder.display()),
+            "run the case with these keys: `sazanami run CASE.toml --set ...`",
+        ));
+    };
+    tell_of_step(&again, &summary, progress);
+    write(folder, overrides, &summary, &again, progress)?;
+    list_files(folder, &summary)?;
+    Ok(report(&summary, Some(&with_observables(&summary, &again.found)), folder))
+}
+
+/// Evaluates the newest good checkpoint in `folder`, as the run did unless `asked` says otherwise; `None` if there is
+/// none, or none of the flow.
+fn evaluate(
+    folder: &Path,
+    asked: Option<&LoadedCase>,
+    progress: &mut dyn Progress,
+) -> Result<Option<Again>, CommandError> {
+    let Some((step, reader)) = newest_checkpoint(folder, progress)?.good else { return Ok(None) };
+    let run = recorder::run_state(&reader).map_err(unreadable)?;
+    if run.packing {
+        return Ok(None);
+    }
+    let case_file = folder.join("case.toml");
+    let own = case::load(&case_file, &[])?;
+    if run.case_hash != format!("{:016x}", resolved::hash(&own.case)) {
+        progress.message(&format!(
+            "warning: `{}` is not the case that this run began with: it was changed since, or another version of \
+             sazanami wrote it",
+            case_file.display()
+        ));
+    }
+    let shapes = feasible::shapes_alone(&own)?;
+    let snapshot = reader.snapshot_of(recorder::is_observed).map_err(unreadable)?;
+    let beds = Beds::of(&own.case, &shapes, snapshot)?;
+    if asked.is_some() && !beds.know_before() {
+        return Err(CommandError::input(
+            format!(
+                "`{}` does not hold the bed before the impact, as an earlier version wrote it: it cannot be evaluated \
+                 otherwise than during the run",
+                reader.path().display()
+            ),
+            "analyse it without `--set`, or run the case with these keys",
+        ));
+    }
+    let as_the_run = || beds.evaluate(&own.case, &own.case, &shapes);
+    let (found, as_in_the_run) = match asked {
+        Some(asked) => (beds.evaluate(&asked.case, &own.case, &shapes), Some(as_the_run())),
+        None => (as_the_run(), None),
+    };
+    let checkpoint = reader.path().strip_prefix(folder).unwrap_or(reader.path()).display().to_string();
+    Ok(Some(Again { checkpoint, step, time: run.time, found, as_in_the_run }))
+}
+
+/// The summary with what was found in place of its observables.
+fn with_observables(summary: &Value, found: &FoundAgain) -> Value {
+    let mut again = summary.clone();
+    again["observables"] = Value::Object(found.observables());
+    again
+}
+
+/// Says which step was evaluated, if the summary is of another.
+fn tell_of_step(again: &Again, summary: &Value, progress: &mut dyn Progress) {
+    if summary["steps"].as_u64() != Some(again.step) {
+        progress.message(&format!(
+            "evaluated {}, step {} at {:.3} ms; the summary is of step {}",
+            again.checkpoint,
+            again.step,
+            1e3 * again.time,
+            summary["steps"]
+        ));
+    }
+}
+
+/// Warns if the summary tells another erosion volume of the same state.
+fn warn_of_volume(again: &Again, summary: &Value, found: &Value, progress: &mut dyn Progress) {
+    // While a run goes on, or where it failed, the last look may be older than the checkpoint.
+    let is_last = summary["status"] == "finished" || summary["status"] == "stopped";
+    if !is_last || summary["steps"].as_u64() != Some(again.step) {
+        return;
+    }
+    let volume = |of: &Value| number(of, &["observables", "erosion", "volume_mm3"]);
+    if let (Some(now), Some(then)) = (volume(found), volume(summary))
+        && (now - then).abs() > SAME_VOLUME * now.abs().max(then.abs())
+    {
+        progress.message(&format!(
+            "warning: the erosion volume found again is {now:.9} mm^3, and the summary of the same step says \
+             {then:.9} mm^3"
+        ));
+    }
+}
+
+/// Writes what was found with other keys, and a figure of it.
+fn write(
+    folder: &Path,
+    overrides: &[String],
+    summary: &Value,
+    again: &Again,
+    progress: &mut dyn Progress,
+) -> Result<(), CommandError> {
+    let place = folder.join(ANALYSIS);
+    std::fs::create_dir_all(&place).map_err(|error| drawing(&error))?;
+    let value = json!({
+        "case": summary["case"],
+        "case_hash": summary["case_hash"],
+        "version": env!("CARGO_PKG_VERSION"),
+        "overrides": overrides,
+        "checkpoint": again.checkpoint,
+        "time_s": again.time,
+        "steps": again.step,
+        "observables": again.found.observables(),
+    });
+    let path = place.join("summary.json");
+    sazanami_io::table::write_json(&path, &value).map_err(|error| drawing(&error))?;
+    progress.message(&format!("wrote {}", path.display()));
+    let [before, now] = again.found.surfaces();
+    let [_, own] = again.as_in_the_run.as_ref().map_or([None, None], FoundAgain::surfaces);
+    // The same surface twice tells nothing.
+    let own = own.filter(|own| Some(own) != now.as_ref());
+    let named = [("before the impact", before), ("evaluated again", now), ("as in the run", own)];
+    let curves: Vec<(String, Vec<[Real; 2]>)> =
+        named.into_iter().filter_map(|(name, points)| points.map(|points| (name.to_owned(), points))).collect();
+    if curves.is_empty() {
+        return Ok(());
+    }
+    let name = summary["case"].as_str().unwrap_or("run");
+    let title = format!("{name}: smoothed bed surface, t = {:.1} ms", 1e3 * again.time);
+    draw(&bed_profiles(&title, &curves), &place.join("profiles.png"), progress)
+}

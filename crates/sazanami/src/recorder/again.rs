@@ -1,0 +1,134 @@
+//! What a run observed, found again from one of its checkpoints: as its case evaluates it, or otherwise.
+
+use sazanami_dem::Engine;
+use sazanami_mics::snapshot::GRAINS;
+use sazanami_numerics::Real;
+use sazanami_numerics::domain::Domain;
+use sazanami_numerics::geometry::Shape;
+use sazanami_numerics::snapshot::Snapshot;
+use sazanami_observe::erosion::{Erosion, InitialBed};
+use sazanami_observe::splash::SplashTracker;
+use sazanami_observe::{BedView, Body, GatheredBed};
+use serde_json::{Map, Value, json};
+
+use super::observers::{BEFORE, BedSettings, bed_findings, erosion_settings, initial_heights};
+use super::summary::Findings;
+use crate::assembly::{fluid, grains};
+use crate::case::meaning::{Case, Erosion as Evaluation};
+use crate::error::CommandError;
+
+/// Grains of a run as a checkpoint keeps them: as they lay before the impact, and as they lie.
+pub(crate) struct Beds {
+    snapshot: Snapshot,
+    now: GatheredBed,
+    before: Option<GatheredBed>,
+}
+
+/// What was found again.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct FoundAgain {
+    findings: Findings,
+    /// The crater evaluation of the bed before the impact.
+    initial: Option<Erosion>,
+    /// Why the splash cannot be told.
+    no_splash: Option<&'static str>,
+}
+
+/// Whether a section of a checkpoint is needed to evaluate it again: the fluid is not.
+pub(crate) fn is_observed(section: &str) -> bool {
+    !section.starts_with("fluid/")
+}
+
+impl Beds {
+    /// Rebuilds the grains of `case` from the sections of a checkpoint that [`is_observed`] names.
+    ///
+    /// # Errors
+    /// If the sections are not those of a run of this case.
+    pub fn of(case: &Case, shapes: &[Shape], snapshot: Snapshot) -> Result<Self, CommandError> {
+        let misfit = |problem: &dyn std::fmt::Display| {
+            CommandError::input(
+                format!("the checkpoint does not fit the case: {problem}"),
+                "put `case.toml` back as `sazanami run` wrote it",
+            )
+        };
+        for (what, known) in [("shape", shapes.len()), ("material", case.materials.len())] {
+            let numbers = snapshot.u32(&format!("{GRAINS}grain.{what}")).map_err(|error| misfit(&error))?;
+            if numbers.iter().any(|&number| number as usize >= known) {
+                return Err(misfit(&format!("it holds grains of a {what} that the case does not have")));
+            }
+        }
+        let periodic = fluid::boundary(case).map_err(|error| misfit(&error))?.periodic();
+        let domain = Domain::solo(case.domain.grid(), periodic);
+        let setup = grains::setup(case, shapes);
+        let engine = Engine::restore(&domain, setup, GRAINS, &snapshot).map_err(|error| misfit(&error))?;
+        let mut now = GatheredBed::default();
+        now.gather(&domain, engine.grains(), engine.time());
+        let before = GatheredBed::restore(BEFORE, &snapshot).ok().filter(|before| before.id == now.id);
+        Ok(Self { snapshot, now, before })
+    }
+
+    /// Whether the bed before the impact is known: checkpoints of earlier versions do not have it.
+    pub fn know_before(&self) -> bool {
+        self.before.is_some()
+    }
+
+    /// Evaluates the grains as `case` says; `own` is the case as the run had it.
+    pub fn evaluate(&self, case: &Case, own: &Case, shapes: &[Shape]) -> FoundAgain {
+        let mut found = FoundAgain::default();
+        if self.now.id.is_empty() {
+            return found;
+        }
+        let bodies: Vec<Body> = shapes.iter().map(Body::of).collect();
+        let now = self.now.view(&bodies);
+        let before = self.before.as_ref().map(|before| before.view(&bodies));
+        found.findings.bed = match &before {
+            Some(before) => Some(BedSettings::of(case).measure(before)),
+            None => bed_findings(&self.snapshot),
+        };
+        if let Some(settings) = erosion_settings(case) {
+            found.initial = before.as_ref().and_then(|before| Erosion::of(before, &settings, None).ok());
+            let initial: Option<InitialBed> = match &before {
+                Some(_) => found.initial.as_ref().map(Erosion::as_initial),
+                None => initial_heights(&self.snapshot),
+            };
+            found.findings.set_erosion(Erosion::of(&now, &settings, initial.as_ref()));
+        }
+        self.evaluate_splash(case, own, &now, &mut found);
+        found
+    }
+
+    /// Which grains were splashed is known from the whole course of the run, for the threshold and the axis it had.
+    fn evaluate_splash(&self, case: &Case, own: &Case, now: &BedView, found: &mut FoundAgain) {
+        let watched = |erosion: &Evaluation| (erosion.axis, erosion.grain_size);
+        let Some(asked) = case.erosion.as_ref().map(watched) else { return };
+        match SplashTracker::restore(&self.snapshot) {
+            Ok(mut tracker) if own.erosion.as_ref().map(watched) == Some(asked) => {
+                found.findings.splash = Some(tracker.observe(now));
+            }
+            _ => found.no_splash = Some("it was not followed with this axis and this grain size during the run"),
+        }
+    }
+}
+
+impl FoundAgain {
+    /// Bed, crater and splash in the form of the summary.
+    pub fn observables(&self) -> Map<String, Value> {
+        let mut observables = self.findings.observables();
+        if let Some(problem) = self.no_splash {
+            observables.insert("splash".into(), json!({ "not_evaluated": problem }));
+        }
+        observables
+    }
+
+    /// Smoothed surfaces of the bed before the impact and of the crater, where there are: radius [m] and height [m].
+    pub fn surfaces(&self) -> [Option<Vec<[Real; 2]>>; 2] {
+        [&self.initial, &self.findings.erosion].map(|erosion| erosion.as_ref().map(surface))
+    }
+}
+
+/// Radius [m] and height [m] of the layers that hold grains.
+fn surface(erosion: &Erosion) -> Vec<[Real; 2]> {
+    let profile = &erosion.profile;
+    let layers = profile.heights.iter().enumerate();
+    layers.filter_map(|(n, height)| height.map(|height| [profile.radius(n), height])).collect()
+}

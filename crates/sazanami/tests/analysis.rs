@@ -1,0 +1,274 @@
+//! What a run found is found again from its checkpoint, and found otherwise as a run with other keys finds it.
+
+#[allow(dead_code, reason = "every test program uses a part of it")]
+mod support;
+
+use std::path::{Path, PathBuf};
+
+use sazanami::analyse::analyse;
+use sazanami::error::{CommandError, exit};
+use sazanami::run::Status;
+use sazanami_io::checkpoint::CheckpointWriter;
+use sazanami_numerics::Real;
+use sazanami_numerics::snapshot::Snapshot;
+use serde_json::Value;
+
+use support::{Listener, On, Scratch, checkpoints, go_on, load, newest, start, summary};
+
+/// A shallow bed of beads that a drop falls on; some are thrown up.
+const BEADS: &str = r#"
+gravity = "9.8 m/s^2"
+[domain]
+size = ["4 mm", "4 mm", "4 mm"]
+cells = [12, 12, 12]
+[fluid]
+tol_div = 1e-8
+dt_max = "50 us"
+[[liquid]]
+region.sphere = { diameter = "1.2 mm" }
+position = ["2 mm", "2 mm", "1.9 mm"]
+fall = { speed = "2 m/s" }
+allow_touching_grains = true
+[material.sand]
+density = "2650 kg/m^3"
+[contact.default]
+normal_stiffness = "200 N/m"
+restitution = 0.3
+friction = 0.5
+[[grains]]
+name = "bed"
+shape.sphere = { diameter = "0.5 mm", refinement = 1 }
+material = "sand"
+placement.lattice = { lower = ["0 mm", "0 mm", "0 mm"], upper = ["4 mm", "4 mm", "1.2 mm"], counts = [7, 7, 2], jitter = 0.03 }
+[[grains]]
+name = "thrown"
+shape.spheroid = { diameter = "0.3 mm", length = "0.4 mm" }
+contact_spheres = "axis(3)"
+material = "sand"
+placement.list = [{ position = ["0.6 mm", "0.6 mm", "1.42 mm"], velocity = ["0.5 m/s", "0 m/s", "2.5 m/s"] }]
+[bed]
+porosity_upper = "0.8 mm"
+[erosion]
+grain_size = "0.5 mm"
+dr = "0.3 mm"
+dx = "0.4 mm"
+r_max = "1.8 mm"
+[checkpoint]
+every = "0.2 ms"
+keep = 2
+[output]
+figures = { at = [] }
+series = { steps = 2 }
+[run]
+until = "20 ms"
+"#;
+
+const STEPS: u64 = 40;
+
+/// Runs the beads in a folder of `scratch`.
+fn beads(scratch: &Scratch, name: &str, overrides: &[&str], ranks: usize) -> PathBuf {
+    let folder = scratch.join(name);
+    let loaded = load(BEADS, overrides);
+    start(&loaded, &folder, On::ranks(ranks, 1).steps(STEPS)).unwrap_or_else(|error| panic!("{error}"));
+    folder
+}
+
+/// Analyses a folder; returns the table, and what was said.
+fn analysed(folder: &Path, overrides: &[&str]) -> (Result<Vec<String>, CommandError>, Vec<String>) {
+    let overrides: Vec<String> = overrides.iter().map(|&text| text.to_owned()).collect();
+    let mut listener = Listener::default();
+    let outcome = analyse(&[folder.to_owned()], &overrides, &mut listener);
+    (outcome, listener.messages)
+}
+
+/// What an analysis with other keys finds.
+fn found(folder: &Path, overrides: &[&str]) -> Value {
+    analysed(folder, overrides).0.expect("the run can be evaluated again");
+    let left = summary(&folder.join("analysis"));
+    assert_eq!(left["overrides"], serde_json::json!(overrides));
+    assert_eq!(left["steps"], summary(folder)["steps"]);
+    assert_eq!(left["time_s"], summary(folder)["time_s"]);
+    left["observables"].clone()
+}
+
+fn volume(observables: &Value) -> Real {
+    observables["erosion"]["volume_mm3"].as_f64().unwrap_or_else(|| panic!("no volume in {observables:#}"))
+}
+
+#[test]
+fn what_a_run_found_is_found_again() {
+    let scratch = Scratch::new("analysis-same");
+    for (ranks, mode) in [(1, "surface"), (2, "all")] {
+        let folder = beads(&scratch, &format!("run-{ranks}"), &[&format!("erosion.mode={mode}")], ranks);
+        let before = summary(&folder);
+        assert!(before["observables"]["splash"]["grains"].as_u64() > Some(0), "{}", before["observables"]);
+        assert!(volume(&before["observables"]) > 0.0, "{}", before["observables"]);
+        let (lines, said) = analysed(&folder, &[]);
+        let lines = lines.unwrap();
+        assert!(!lines.iter().any(|line| line.contains("summary")), "{lines:#?}");
+        assert!(said.iter().all(|text| text.starts_with("drew")), "{said:#?}");
+        assert!(!folder.join("analysis").exists());
+        assert_eq!(summary(&folder), before);
+        // Keys that say what the case says already.
+        let same = ["erosion.dr=0.3 mm", "bed.porosity_upper=\"0.8 mm\""];
+        assert_eq!(found(&folder, &same), before["observables"]);
+        assert!(folder.join("analysis/profiles.png").is_file());
+    }
+}
+
+#[test]
+fn other_keys_find_what_a_run_with_them_finds() {
+    let scratch = Scratch::new("analysis-other");
+    let folder = beads(&scratch, "run", &[], 1);
+    let own = summary(&folder)["observables"].clone();
+    let all: [(&str, &[&str], &str); 4] = [
+        ("dr", &["erosion.dr=0.45 mm"], "erosion"),
+        ("mode", &["erosion.mode=all", "erosion.dx=0.5 mm"], "erosion"),
+        ("axis", &["erosion.axis=[\"2.2 mm\", \"1.9 mm\"]"], "erosion"),
+        ("slab", &["bed.porosity_upper=0.6 mm", "bed.porosity_lower=\"0.1 mm\""], "bed"),
+    ];
+    for (name, overrides, part) in all {
+        let expected = summary(&beads(&scratch, name, overrides, 1))["observables"].clone();
+        let again = found(&folder, overrides);
+        for part in ["bed", "erosion"] {
+            assert_eq!(again[part], expected[part], "{name}: {part}");
+        }
+        // Negative control: the key makes a difference.
+        assert_ne!(again[part], own[part], "{name}");
+        if name == "dr" {
+            assert_ne!(volume(&again), volume(&own));
+        }
+        if name == "axis" {
+            // Who was splashed how far is not known for another axis.
+            assert!(again["splash"]["not_evaluated"].is_string(), "{again:#}");
+        } else {
+            assert_eq!(again["splash"], expected["splash"], "{name}");
+        }
+        let (lines, _) = analysed(&folder, overrides);
+        assert!(lines.unwrap().iter().any(|line| line.contains("(summary: ")), "{name}");
+        assert_eq!(summary(&folder)["observables"], own, "{name}: the summary of the run stays");
+    }
+    let listed = summary(&folder)["files"].clone();
+    assert!(listed.as_array().unwrap().contains(&"analysis/summary.json".into()), "{listed}");
+}
+
+#[test]
+fn a_volume_that_is_not_found_again_is_told() {
+    let scratch = Scratch::new("analysis-volume");
+    let folder = beads(&scratch, "run", &[], 1);
+    let path = folder.join("summary.json");
+    let warned = |factor: Real| {
+        let mut changed = summary(&folder);
+        changed["observables"]["erosion"]["volume_mm3"] = (factor * volume(&changed["observables"])).into();
+        std::fs::write(&path, changed.to_string()).expect("the summary can be changed");
+        analysed(&folder, &[]).1.iter().any(|text| text.starts_with("warning: the erosion volume found again"))
+    };
+    assert!(!warned(1.0 + 1e-12));
+    assert!(warned(1.0 + 1e-6));
+}
+
+#[test]
+fn only_the_evaluation_can_be_changed() {
+    let scratch = Scratch::new("analysis-refused");
+    let folder = beads(&scratch, "run", &[], 1);
+    let refused = |overrides: &[&str]| {
+        let error = analysed(&folder, overrides).0.expect_err("this cannot be changed");
+        assert_eq!(error.exit_code(), exit::WRONG_INPUT, "{error}");
+        error.to_string()
+    };
+    let speed = refused(&["erosion.dr=0.4 mm", "liquid.0.fall.speed=2 m/s"]);
+    assert!(speed.contains("`liquid.0.fall.speed` cannot be changed afterwards"), "{speed}");
+    assert!(speed.contains("keys under `bed` and `erosion` can be"), "{speed}");
+    assert!(refused(&["erosoin.dr=0.4 mm"]).contains("did you mean `erosion`?"));
+    assert!(refused(&["erosion.dt=0.4 mm"]).contains("unknown key `dt`"));
+    assert!(refused(&["erosion.dr=0.4 s"]).contains("wrong unit"));
+    assert!(refused(&["erosion.dr"]).contains("needs an equals sign"));
+    let both = analyse(&[folder.clone(), folder.clone()], &["erosion.dr=0.4 mm".to_owned()], &mut Listener::default());
+    let both = both.unwrap_err();
+    assert_eq!(both.exit_code(), exit::WRONG_INPUT);
+    assert!(both.to_string().contains("2 folders are given"), "{both}");
+    assert!(!folder.join("analysis").exists());
+    // Without a checkpoint there is the summary, and nothing else.
+    std::fs::remove_dir_all(folder.join("checkpoints")).unwrap();
+    assert!(refused(&["erosion.dr=0.4 mm"]).contains("no good checkpoint of the flow"));
+    let (lines, said) = analysed(&folder, &[]);
+    assert!(lines.unwrap().iter().any(|line| line.starts_with("erosion volume V")));
+    assert!(said.iter().all(|text| text.starts_with("drew")), "{said:#?}");
+}
+
+/// Takes the sections that `gone` names out of the newest checkpoint; returns its step.
+fn thin_out(folder: &Path, gone: impl Fn(&str) -> bool) -> u64 {
+    let all = newest(folder).snapshot().expect("the run left it");
+    let mut kept = Snapshot::default();
+    all.sections().filter(|(name, _)| !gone(name)).for_each(|(name, section)| kept.put(name, section.clone()));
+    assert!(kept.sections().count() < all.sections().count(), "nothing was taken out");
+    let mut writer = CheckpointWriter::new();
+    writer.add_snapshot(&kept).expect("a checkpoint can be written");
+    let steps = checkpoints(folder).steps().expect("the run left it");
+    let step = *steps.last().expect("there is a checkpoint");
+    writer.write_atomic(&checkpoints(folder).path_of(step)).expect("a checkpoint can be written");
+    step
+}
+
+#[test]
+fn a_checkpoint_without_the_bed_before_the_impact_goes_on_and_is_found_again() {
+    let scratch = Scratch::new("analysis-earlier");
+    let folder = beads(&scratch, "run", &[], 1);
+    let before = summary(&folder);
+    thin_out(&folder, |name| name.starts_with("observe/before_impact/"));
+    let (lines, said) = analysed(&folder, &[]);
+    assert!(!lines.unwrap().iter().any(|line| line.contains("summary")));
+    assert!(said.iter().all(|text| text.starts_with("drew")), "{said:#?}");
+    let error = analysed(&folder, &["erosion.dr=0.4 mm"]).0.unwrap_err();
+    assert_eq!(error.exit_code(), exit::WRONG_INPUT);
+    assert!(error.to_string().contains("does not hold the bed before the impact"), "{error}");
+    let (resumed, _) = go_on(&folder, On::threads(1).steps(2));
+    assert_eq!(resumed.unwrap().status, Status::Stopped);
+    let whole = scratch.join("whole");
+    start(&load(BEADS, &[]), &whole, On::threads(1).steps(STEPS + 2)).unwrap();
+    assert_ne!(summary(&folder)["state_hash"], before["state_hash"]);
+    for part in ["state_hash", "observables"] {
+        assert_eq!(summary(&folder)[part], summary(&whole)[part], "{part}");
+    }
+}
+
+#[test]
+fn a_run_that_was_resumed_is_found_again_too() {
+    let scratch = Scratch::new("analysis-resumed");
+    let folder = beads(&scratch, "run", &[], 2);
+    go_on(&folder, On::threads(1).steps(3)).0.unwrap();
+    assert_eq!(found(&folder, &["erosion.mode=surface"]), summary(&folder)["observables"]);
+}
+
+#[test]
+fn a_damaged_checkpoint_is_passed_over_with_a_word() {
+    let scratch = Scratch::new("analysis-damaged");
+    let folder = beads(&scratch, "run", &[], 1);
+    let steps = checkpoints(&folder).steps().unwrap();
+    std::fs::write(checkpoints(&folder).path_of(steps[1]), "torn").unwrap();
+    let (lines, said) = analysed(&folder, &[]);
+    lines.unwrap();
+    assert!(said.iter().any(|text| text.starts_with("skipped")), "{said:#?}");
+    assert!(said.iter().any(|text| text.contains(&format!("step {} at", steps[0]))), "{said:#?}");
+    assert!(!said.iter().any(|text| text.contains("warning")), "{said:#?}");
+}
+
+#[test]
+fn a_changed_case_is_told_and_one_that_does_not_fit_is_not_evaluated() {
+    let scratch = Scratch::new("analysis-changed");
+    let folder = beads(&scratch, "run", &[], 1);
+    let path = folder.join("case.toml");
+    let text = std::fs::read_to_string(&path).unwrap();
+    std::fs::write(&path, text.replace("\"-9.8 m/s^2\"", "\"-9.9 m/s^2\"")).unwrap();
+    let (lines, said) = analysed(&folder, &[]);
+    lines.unwrap();
+    assert!(said.iter().any(|text| text.contains("is not the case that this run began with")), "{said:#?}");
+    let start = text.find("[[grains]]").unwrap();
+    let second = start + 1 + text[start + 1..].find("[[grains]]").unwrap();
+    let end = second + text[second..].find("[bed]").unwrap();
+    std::fs::write(&path, format!("{}{}", &text[..second], &text[end..])).unwrap();
+    let (lines, said) = analysed(&folder, &[]);
+    assert!(lines.unwrap().iter().any(|line| line.starts_with("erosion volume V")));
+    assert!(said.iter().any(|text| text.contains("a shape that the case does not have")), "{said:#?}");
+    assert_eq!(analysed(&folder, &["erosion.dr=0.4 mm"]).0.unwrap_err().exit_code(), exit::WRONG_INPUT);
+}
