@@ -389,6 +389,11 @@ impl Engine {
         self.exchange.gather(domain, self.grains.owned, partial);
     }
 
+    /// Gives each ghost the entry of the grain that it is a copy of. `values` has an entry for every grain and ghost.
+    pub fn share_with_ghosts<const N: usize>(&self, domain: &Domain, values: &mut [[Real; N]]) {
+        self.exchange.share(domain, values);
+    }
+
     /// Whether own grain `own` touched another grain in the last sub-step.
     #[must_use]
     pub fn touches_a_grain(&self, own: usize) -> bool {

@@ -26,7 +26,7 @@ fn solver(size: [usize; 3], fill: [usize; 3], sides: [[Side; 2]; 3], l0: Real, s
         scheme, limits: StepLimits { longest: 5e-4, ..StepLimits::default() },
         tolerance: Tolerance::default(), reference: Vector::new(0.0, 0.0, l0 * fill[2] as Real),
     };
-    Solver::new(domain, settings, tank, &fluid).unwrap()
+    { let none = sazanami_mps::grains::GrainPhase::none(&domain).unwrap(); Solver::new(domain, settings, tank, &fluid, none).unwrap() }
 }
 
 fn main() {

@@ -7,7 +7,9 @@
 pub mod boundary;
 mod coarse;
 mod exchange;
+pub mod filling;
 pub mod free_surface;
+pub mod grains;
 mod neighbours;
 mod number_density;
 mod operators;

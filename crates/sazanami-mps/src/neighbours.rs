@@ -13,7 +13,7 @@ use crate::particles::{Kind, Particles};
 pub(crate) const ROWS: usize = 64;
 
 /// A rank's part of space and its surroundings, cut into bins.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Bins {
     lower: Vector,
     inverse: Vector,
@@ -27,22 +27,16 @@ pub(crate) struct Bins {
 }
 
 impl Bins {
-    /// Bins are the cells of the domain's grid and `reach` [m] around this rank's part of it.
-    pub fn new(domain: &Domain, reach: Real) -> Self {
+    /// Makes the cells of the domain's grid, and those `reach` [m] around this rank's part of it, the bins.
+    pub fn renew(&mut self, domain: &Domain, reach: Real) {
         let spacing = domain.grid().spacing;
         let (lower, _) = domain.rank_box(domain.communicator().rank());
-        let layers: [usize; 3] = std::array::from_fn(|d| (reach / spacing[d]).ceil() as usize);
-        let margin = Vector::from_array(layers.map(|n| n as Real)) * spacing;
+        self.reach = std::array::from_fn(|d| (reach / spacing[d]).ceil() as usize);
+        let margin = Vector::from_array(self.reach.map(|n| n as Real)) * spacing;
         let cells = domain.cells();
-        let count: [usize; 3] = std::array::from_fn(|d| cells[d] + 2 * layers[d]);
-        Self {
-            lower: lower - margin,
-            inverse: spacing.recip(),
-            count,
-            own: Vec::new(),
-            ghosts: Vec::new(),
-            reach: layers,
-        }
+        self.count = std::array::from_fn(|d| cells[d] + 2 * self.reach[d]);
+        self.lower = lower - margin;
+        self.inverse = spacing.recip();
     }
 
     /// Place of `position`; those beyond the bins belong to the nearest.
@@ -64,12 +58,11 @@ impl Bins {
         self.count.iter().product()
     }
 
-    /// Takes note of where the bins begin among sorted particles.
-    pub fn fill(&mut self, particles: &Particles) {
-        let (own, ghosts) = particles.position.split_at(particles.owned);
+    /// Takes note of where the bins begin among sorted places, ghosts behind the own.
+    pub fn fill(&mut self, own: &[Vector], ghosts: &[Vector]) {
         let mut starts = (std::mem::take(&mut self.own), std::mem::take(&mut self.ghosts));
         self.starts(own, 0, &mut starts.0);
-        self.starts(ghosts, particles.owned, &mut starts.1);
+        self.starts(ghosts, own.len(), &mut starts.1);
         (self.own, self.ghosts) = starts;
     }
 
@@ -101,7 +94,10 @@ impl Bins {
                 let row = self.count[0] * (j + self.count[1] * k);
                 let (first, last) = (row + low[0], row + high[0] + 1);
                 body(self.own[first] as usize..self.own[last] as usize);
-                body(self.ghosts[first] as usize..self.ghosts[last] as usize);
+                let ghosts = self.ghosts[first] as usize..self.ghosts[last] as usize;
+                if !ghosts.is_empty() {
+                    body(ghosts);
+                }
             }
         }
     }

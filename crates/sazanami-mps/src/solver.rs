@@ -1,5 +1,6 @@
 //! One step of the fluid.
 
+use sazanami_dem::{ContactReport, DemError};
 use sazanami_numerics::domain::{Domain, FailedElsewhere};
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::{for_each_chunk, max_over, sum_over};
@@ -7,6 +8,7 @@ use sazanami_parallel::{for_each_chunk, max_over, sum_over};
 use crate::boundary::{LatticeError, Tank, WallFriction};
 use crate::exchange::{Exchange, Periods};
 use crate::free_surface::{SurfaceTest, is_splash};
+use crate::grains::{self, CouplingReport, GrainPhase};
 use crate::neighbours::{Bins, Neighbours, ROWS};
 use crate::number_density::{self, Columns, Crowding, Prediction};
 use crate::operators::{self, PressureField};
@@ -32,6 +34,9 @@ pub enum StepError {
         /// Where it was last [m].
         position: Vector,
     },
+    /// A grain went wrong.
+    #[error(transparent)]
+    Grains(#[from] DemError),
     /// Another rank failed.
     #[error(transparent)]
     Elsewhere(#[from] FailedElsewhere),
@@ -103,7 +108,7 @@ pub enum Phase {
 }
 
 /// What a step did; over all ranks.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub struct StepReport {
     /// Pressure, iterations of all solves.
     pub pressure: PressureReport,
@@ -127,6 +132,10 @@ pub struct StepReport {
     pub largest_speed: Real,
     /// Pairs within the radius of the lists.
     pub pairs: usize,
+    /// Contacts of the grains.
+    pub contacts: ContactReport,
+    /// Exchange with the grains.
+    pub coupling: CouplingReport,
 }
 
 /// Columns of a step, kept for their memory.
@@ -136,6 +145,8 @@ struct Scratch {
     bulk_rate: Vec<Real>,
     seen: Vec<Vector>,
     crowding: Vec<Crowding>,
+    /// What drag changes the velocity by.
+    change: Vec<Vector>,
     prediction: Vec<Prediction>,
     /// Predicted velocity and place, ghosts included.
     velocity: Vec<Vector>,
@@ -163,6 +174,7 @@ pub struct Solver {
     bins: Bins,
     neighbours: Neighbours,
     equation: PressureEquation,
+    pub(crate) grains: GrainPhase,
     scratch: Scratch,
 }
 
@@ -180,11 +192,17 @@ impl Solver {
     ///
     /// # Errors
     /// [`SetupError`] if walls or periods do not fit the particles.
-    pub fn new(domain: Domain, settings: Settings, tank: Tank, fluid: &[FluidParticle]) -> Result<Self, SetupError> {
+    pub fn new(
+        domain: Domain,
+        settings: Settings,
+        tank: Tank,
+        fluid: &[FluidParticle],
+        grains: GrainPhase,
+    ) -> Result<Self, SetupError> {
         let fluid = fluid.iter().enumerate();
         let records: Vec<ParticleRecord> =
             fluid.map(|(n, p)| ParticleRecord::new(n as u64, Kind::Fluid, p.position, p.velocity)).collect();
-        Self::from_records(domain, settings, tank, &records)
+        Self::from_records(domain, settings, tank, &records, grains)
     }
 
     /// The same from the state of fluid and walls; walls are added where there are none.
@@ -193,6 +211,7 @@ impl Solver {
         settings: Settings,
         tank: Tank,
         records: &[ParticleRecord],
+        grains: GrainPhase,
     ) -> Result<Self, SetupError> {
         let radius = settings.scheme.radius;
         if !(2.1..=3.6).contains(&radius) {
@@ -222,9 +241,9 @@ impl Solver {
             }
         }
         particles.owned = particles.len();
-        let bins = Bins::new(&domain, kernel.weight.radius);
         Ok(Self {
             surface: SurfaceTest::of(&kernel.sums),
+            grains,
             domain,
             periods,
             settings,
@@ -233,7 +252,7 @@ impl Solver {
             particles,
             wall_places,
             exchange: Exchange::default(),
-            bins,
+            bins: Bins::default(),
             neighbours: Neighbours::default(),
             equation: PressureEquation::default(),
             scratch: Scratch::default(),
@@ -244,11 +263,16 @@ impl Solver {
     #[must_use]
     pub fn stable_step(&self, body_force: Vector) -> Step {
         let Fluid { spacing, viscosity, .. } = self.settings.fluid;
-        let rates = Rates { advective: self.largest_speed() / spacing, ..Rates::default() };
+        let rates = Rates {
+            advective: self.largest_speed() / spacing,
+            grain_motion: self.grains.motion_rate(&self.domain),
+            drag: self.grains.drag_rate(&self.domain),
+        };
         self.settings.limits.choose(&rates, body_force, spacing, viscosity)
     }
 
-    /// Advances the fluid by `dt` [s]: arrange, sum, predict, solve, correct, keep apart.
+    /// Advances fluid and grains by `dt` [s]: arrange, crowd, move grains, predict, solve, correct, keep apart.
+    /// `watch` is told when a phase begins.
     ///
     /// # Errors
     /// [`StepError`] names what went wrong and where; the state is then of no use.
@@ -258,15 +282,25 @@ impl Solver {
         self.move_walls(forcing);
         self.arrange(dt, forcing);
         report.pairs = self.neighbours.pairs;
+        watch(Phase::Coupling);
+        self.find_voids(&mut report);
         watch(Phase::Fluid);
         self.crowd();
+        self.advance_grains(dt, forcing, &mut report, &mut watch)?;
+        watch(Phase::Fluid);
         self.predict(dt, forcing);
+        watch(Phase::Coupling);
+        self.find_predicted_voids(&mut report);
+        watch(Phase::Fluid);
         self.sum_up(&mut report);
         watch(Phase::Pressure);
         self.solve(dt, forcing, &mut report)?;
         watch(Phase::Fluid);
         self.correct(dt, forcing);
         self.keep_apart(dt, &mut report);
+        watch(Phase::Coupling);
+        self.correct_grains(dt, &mut report);
+        watch(Phase::Fluid);
         self.settle(&mut report)?;
         Ok(report)
     }
@@ -291,10 +325,11 @@ impl Solver {
         let reach = self.kernel.weight.radius + skin;
         let Self { domain, periods, particles, exchange, bins, neighbours, .. } = self;
         exchange.migrate(domain, particles);
-        *bins = Bins::new(domain, reach);
+        bins.renew(domain, reach);
         particles.sort(|x| bins.number(x));
         exchange.renew(domain, periods, particles, reach, |x| bins.number(x));
-        bins.fill(particles);
+        let (own, ghosts) = particles.position.split_at(particles.owned);
+        bins.fill(own, ghosts);
         neighbours.renew(bins, particles, reach);
         let scratch = &mut self.scratch;
         let (owned, all) = (particles.owned, particles.len());
@@ -310,6 +345,78 @@ impl Solver {
         scratch.bin.clear();
         scratch.bin.extend(particles.position[..owned].iter().map(|&x| bins.number(x)));
         self.equation.resize(owned);
+    }
+
+    /// Void fraction where the particles are.
+    fn find_voids(&mut self, report: &mut StepReport) {
+        let Self { domain, tank, particles, exchange, scratch, grains, .. } = self;
+        let Scratch { bulk, bulk_rate, change, .. } = scratch;
+        let owned = particles.owned;
+        change.clear();
+        change.resize(owned, Vector::ZERO);
+        if grains.is_empty() {
+            return;
+        }
+        grains.place(domain, tank);
+        let Particles { kind, position, velocity, .. } = &*particles;
+        let (own, own_rate) = (&mut bulk[..owned], &mut bulk_rate[..owned]);
+        let (cut, smallest) = grains.voids(kind, position, velocity, own, own_rate);
+        report.coupling.cut_voids = domain.sum([cut as Real])[0] as usize;
+        report.coupling.least_void = domain.min(smallest);
+        exchange.refresh(domain, bulk);
+        exchange.refresh(domain, bulk_rate);
+    }
+
+    /// The same where they will be without the pressure, among grains that have moved.
+    fn find_predicted_voids(&mut self, report: &mut StepReport) {
+        let Self { domain, tank, particles, exchange, scratch, grains, .. } = self;
+        if grains.is_empty() {
+            return;
+        }
+        let Scratch { bulk, bulk_rate, velocity, place, .. } = scratch;
+        let owned = particles.owned;
+        grains.place(domain, tank);
+        let (own, own_rate) = (&mut bulk[..owned], &mut bulk_rate[..owned]);
+        let (_, smallest) = grains.voids(&particles.kind, place, velocity, own, own_rate);
+        report.coupling.least_void = report.coupling.least_void.min(domain.min(smallest));
+        exchange.refresh(domain, bulk);
+        exchange.refresh(domain, bulk_rate);
+    }
+
+    /// Moves the grains, and finds what their drag does to the fluid.
+    fn advance_grains(
+        &mut self,
+        dt: Real,
+        forcing: &Forcing,
+        report: &mut StepReport,
+        watch: &mut impl FnMut(Phase),
+    ) -> Result<(), StepError> {
+        let mass = self.particle_mass();
+        let Self { domain, kernel, particles, bins, exchange, scratch, grains, .. } = self;
+        if grains.is_empty() || grains.is_frozen() {
+            return Ok(());
+        }
+        watch(Phase::Coupling);
+        exchange.refresh(domain, &mut particles.gradient);
+        grains.look_around(kernel, bins, particles, &scratch.bulk);
+        watch(Phase::Grains);
+        report.contacts = grains.advance(domain, forcing.body_force, dt, &mut report.coupling)?;
+        watch(Phase::Coupling);
+        let Scratch { bulk, change, .. } = scratch;
+        grains.react(domain, kernel, particles, bulk, mass, change, &mut report.coupling);
+        Ok(())
+    }
+
+    /// Lets the grains feel the pressure of this step.
+    fn correct_grains(&mut self, dt: Real, report: &mut StepReport) {
+        let Self { domain, kernel, particles, exchange, bins, scratch, grains, .. } = self;
+        if grains.is_empty() || grains.is_frozen() {
+            return;
+        }
+        exchange.refresh(domain, &mut particles.gradient);
+        let Particles { kind, gradient, .. } = &*particles;
+        let fluid = grains::Fluid { bins, kind, position: &scratch.after, gradient, bulk: &scratch.bulk };
+        grains.correct_pressure_force(domain, kernel, &fluid, dt, &mut report.coupling);
     }
 
     /// Number density, its rate and viscosity where the particles are.
@@ -331,7 +438,7 @@ impl Solver {
     /// Velocities and places without the pressure.
     fn predict(&mut self, dt: Real, forcing: &Forcing) {
         let Self { domain, particles, exchange, scratch, settings, .. } = self;
-        let Scratch { velocity, place, crowding, .. } = scratch;
+        let Scratch { velocity, place, crowding, change, .. } = scratch;
         velocity.clone_from(&particles.velocity);
         place.clone_from(&particles.position);
         let owned = particles.owned;
@@ -342,7 +449,7 @@ impl Solver {
             for (row, (u, x)) in velocity.iter_mut().zip(place).enumerate() {
                 let a = number * ROWS + row;
                 if kind[a] == Kind::Fluid {
-                    *u += dt * (viscosity * crowding[a].laplacian + body_force);
+                    *u += dt * (viscosity * crowding[a].laplacian + body_force) + change[a];
                     *x += dt * *u;
                 }
             }
@@ -598,6 +705,17 @@ impl Solver {
     #[must_use]
     pub fn particles(&self) -> &Particles {
         &self.particles
+    }
+
+    /// The grains and their coupling.
+    #[must_use]
+    pub fn grains(&self) -> &GrainPhase {
+        &self.grains
+    }
+
+    /// The grains, to be changed between steps.
+    pub fn grains_mut(&mut self) -> &mut GrainPhase {
+        &mut self.grains
     }
 
     /// This rank's part of the box.
