@@ -122,8 +122,13 @@ impl Engine {
                 let mut impulses = [Wrench::default(); ROWS];
                 if let (Some(_), Some(block)) = (kick, blocks.get(number)) {
                     let mut on_walls = &block.walls.actions[..];
+                    // One after the other, so that many of these scattered reads are under way at a time.
+                    let mut arriving = [(Wrench::default(), false); ROWS];
+                    for (sum, g) in arriving.iter_mut().zip(rows.clone()) {
+                        *sum = incoming.total(blocks, g);
+                    }
                     for (row, g) in rows.clone().enumerate() {
-                        let (mut total, touched) = incoming.total(blocks, g);
+                        let (mut total, touched) = arriving[row];
                         total += block.own[row];
                         if let [(grain, wrench), rest @ ..] = on_walls
                             && *grain as usize == g
