@@ -5,7 +5,7 @@ mod report;
 mod substep;
 
 use sazanami_numerics::domain::Domain;
-use sazanami_numerics::{Real, Vector};
+use sazanami_numerics::{Matrix, Real, Vector};
 
 use crate::body::Body;
 use crate::contact::block::{Block, ROWS};
@@ -108,6 +108,7 @@ pub struct Engine {
     pub(crate) time: Real,
     period: Vector,
     frames: Vec<Frame>,
+    rotations: Vec<Matrix>,
     inert: Vec<Inert>,
     budget: Vec<Real>,
     wall_budget: Vec<Real>,
@@ -180,6 +181,7 @@ impl Engine {
             time,
             period,
             frames: Vec::new(),
+            rotations: Vec::new(),
             inert: Vec::new(),
             budget: Vec::new(),
             reach: Vec::new(),
@@ -405,11 +407,11 @@ impl Engine {
 
     /// Changes the velocity of an own grain, and its angular velocity [m/s, rad/s].
     pub fn set_velocity(&mut self, own: usize, velocity: Vector, angular_velocity: Vector) {
-        let turn = self.frames[own].rotation;
+        let turn = self.rotations[own];
         let inertia = self.grains.inertia[own];
         self.grains.velocity[own] = velocity;
         self.grains.angular_momentum[own] = turn * (inertia * (turn.transpose() * angular_velocity));
-        set_frame(&mut self.frames[own], &self.inert[own], &self.grains, own);
+        self.rotations[own] = set_frame(&mut self.frames[own], &self.inert[own], &self.grains, own);
     }
 
     /// Gives each own grain that forces move an impulse through its centre of mass [N s], and tells the ghosts.

@@ -11,9 +11,8 @@ use crate::contact::evaluate::WIDTH;
 use crate::grain::Motion;
 use crate::lanes::{Lanes, Lanes3};
 
-/// Where the material of a grain is and how it moves: what contact needs to know. What balls need comes first.
+/// Where a grain is and how it moves: what its contacts need to know besides the rotation, which those of balls do not.
 #[derive(Clone, Copy, Debug, Default)]
-#[repr(C)]
 pub(crate) struct Frame {
     /// Centre of mass without periodic wrapping [m].
     pub home: Vector,
@@ -29,8 +28,6 @@ pub(crate) struct Frame {
     pub spheres: u32,
     /// Size factor.
     pub scale: Real,
-    /// Body to laboratory coordinates; for balls the identity, whatever their orientation.
-    pub rotation: Matrix,
 }
 
 /// Constants of a grain's motion.
@@ -55,6 +52,7 @@ pub(crate) struct Moving<'a> {
     pub velocity: &'a mut [Vector],
     pub angular_momentum: &'a mut [Vector],
     pub frames: &'a mut [Frame],
+    pub rotations: &'a mut [Matrix],
     /// Grows by a bound of the way of the contact spheres' centres [m].
     pub budget: &'a mut [Real],
 }
@@ -160,7 +158,11 @@ impl Moving<'_> {
             let alike = |i: &Inert| i.motion == Motion::Free && i.ball == ball;
             let several = at + WIDTH <= count && self.inert[at..at + WIDTH].iter().all(alike);
             if several {
-                if ball { self.leap_free::<WIDTH, true>(at, leap) } else { self.leap_free::<WIDTH, false>(at, leap) }
+                if ball {
+                    self.leap_free::<WIDTH, true>(at, leap)
+                } else {
+                    self.leap_free::<WIDTH, false>(at, leap)
+                }
                 at += WIDTH;
             } else {
                 match self.inert[at].motion {
@@ -208,7 +210,8 @@ impl Moving<'_> {
             let frame = &mut self.frames[at + l];
             frame.home = home.lane(l);
             if !BALL {
-                frame.rotation = Matrix::from_cols(rotations[0].lane(l), rotations[1].lane(l), rotations[2].lane(l));
+                self.rotations[at + l] =
+                    Matrix::from_cols(rotations[0].lane(l), rotations[1].lane(l), rotations[2].lane(l));
             }
             frame.velocity = v.lane(l);
             frame.spin = after.lane(l);
@@ -232,7 +235,8 @@ impl Moving<'_> {
         let (home, arm) = (Lanes3::splat(self.home[at]), Lanes::splat(inert.arm));
         self.budget[at] += way(Lanes3::<1>::splat(self.velocity[at]), Lanes3::splat(spin), arm, home, time).0[0];
         let momentum = self.angular_momentum[at];
-        self.frames[at].set(self.home[at], self.orientation[at], self.velocity[at], momentum, inert);
+        self.rotations[at] =
+            self.frames[at].set(self.home[at], self.orientation[at], self.velocity[at], momentum, inert);
     }
 }
 
@@ -246,7 +250,8 @@ fn way<const W: usize>(v: Lanes3<W>, spin: Lanes3<W>, arm: Lanes<W>, home: Lanes
 }
 
 impl Frame {
-    /// Sets position and motion from a grain's state.
+    /// Sets position and motion from a grain's state. Returns the rotation from body to laboratory coordinates; for
+    /// balls the identity, whatever their orientation.
     pub fn set(
         &mut self,
         home: Vector,
@@ -254,16 +259,16 @@ impl Frame {
         velocity: Vector,
         momentum: Vector,
         inert: &Inert,
-    ) {
+    ) -> Matrix {
         self.home = home;
         self.velocity = velocity;
         if inert.ball {
-            self.rotation = Matrix::IDENTITY;
             self.spin = momentum * inert.inverse_inertia.x;
+            Matrix::IDENTITY
         } else {
             let r = Orientations::<1>::from_fn(|_| orientation).rotations();
-            self.rotation = Matrix::from_cols(r[0].lane(0), r[1].lane(0), r[2].lane(0));
             self.spin = spins(&r, Lanes3::splat(inert.inverse_inertia), Lanes3::splat(momentum)).lane(0);
+            Matrix::from_cols(r[0].lane(0), r[1].lane(0), r[2].lane(0))
         }
     }
 }
@@ -301,7 +306,8 @@ mod tests {
         };
         // Five alike: four go together, one alone.
         let (mut orientations, mut momenta) = ([orientation; 5], [momentum; 5]);
-        let mut frames = [Frame { rotation, spin: rotation * spin_body, ..Frame::default() }; 5];
+        let mut frames = [Frame { spin: rotation * spin_body, ..Frame::default() }; 5];
+        let mut rotations = [rotation; 5];
         let energy = 0.5 * momentum.dot(frames[0].spin);
         let (time, steps) = (1e-5, 10_000);
         for _ in 0..steps {
@@ -312,6 +318,7 @@ mod tests {
                 velocity: &mut [Vector::ZERO; 5],
                 angular_momentum: &mut momenta,
                 frames: &mut frames,
+                rotations: &mut rotations,
                 budget: &mut [0.0; 5],
             };
             moving.leap(&Leap { gravity: Vector::ZERO, impulses: &[Wrench::default(); 5], time });
@@ -321,7 +328,7 @@ mod tests {
         let frame = &frames[4];
         assert!((0.5 * momentum.dot(frame.spin) / energy - 1.0).abs() < 1e-6);
         // The equator of the spin turns in the body frame at (I_axial/I_trans - 1) w_3.
-        let found = frame.rotation.transpose() * frame.spin;
+        let found = rotations[4].transpose() * frame.spin;
         let rate = (inertia.z / inertia.x - 1.0) * spin_body.z;
         let angle = rate * time * Real::from(steps);
         let expected = 30.0 * Vector::new(angle.cos(), angle.sin(), 0.0) + Vector::new(0.0, 0.0, 100.0);

@@ -67,6 +67,7 @@ impl Engine {
             plain: self.constants.iter().all(Constants::plain),
             balls: self.bodies.iter().all(Body::is_ball),
             frames: &self.frames,
+            rotations: &self.rotations,
             budget: &self.budget,
             walls: &self.walls,
             wall_budget: &self.wall_budget,
@@ -97,7 +98,7 @@ impl Engine {
     fn move_grains(&mut self, loads: &Loads<'_>, kick: Option<(Vector, Real)>, time: Real, keep: bool) -> u8 {
         let owned = self.grains.owned;
         let state = AtomicU8::new(FINE);
-        let Self { grains, frames, budget, inert, reach, blocks, incoming, time: now, .. } = self;
+        let Self { grains, frames, rotations, budget, inert, reach, blocks, incoming, time: now, .. } = self;
         let (blocks, incoming, now) = (&blocks[..], &*incoming, *now);
         let poses = (
             &mut grains.home[..owned],
@@ -113,16 +114,21 @@ impl Engine {
         );
         let (gravity, h) = kick.unwrap_or_default();
         for_each_chunk(
-            (poses, marks, &mut frames[..owned], &mut budget[..owned]),
+            (poses, marks, &mut frames[..owned], &mut rotations[..owned], &mut budget[..owned]),
             ROWS,
-            |number, (poses, marks, frames, budget)| {
+            |number, (poses, marks, frames, rotations, budget)| {
                 let first = number * ROWS;
                 let rows = first..first + frames.len();
                 let mut impulses = [Wrench::default(); ROWS];
                 if let (Some(_), Some(block)) = (kick, blocks.get(number)) {
                     let mut on_walls = &block.walls.actions[..];
+                    // One after the other, so that many of these scattered reads are under way at a time.
+                    let mut arriving = [(Wrench::default(), false); ROWS];
+                    for (sum, g) in arriving.iter_mut().zip(rows.clone()) {
+                        *sum = incoming.total(blocks, g);
+                    }
                     for (row, g) in rows.clone().enumerate() {
-                        let (mut total, touched) = incoming.total(blocks, g);
+                        let (mut total, touched) = arriving[row];
                         total += block.own[row];
                         if let [(grain, wrench), rest @ ..] = on_walls
                             && *grain as usize == g
@@ -157,6 +163,7 @@ impl Engine {
                     velocity: poses.2,
                     angular_momentum: poses.3,
                     frames,
+                    rotations,
                     budget,
                 };
                 moving.leap(&Leap { gravity: h * gravity, impulses: &impulses, time });
@@ -181,8 +188,10 @@ impl Engine {
     }
 
     pub(super) fn refresh_poses(&mut self, domain: &Domain) {
-        let Self { exchange, grains, budget, frames, inert, .. } = self;
-        exchange.refresh(domain, grains, budget, |grains, g| set_frame(&mut frames[g], &inert[g], grains, g));
+        let Self { exchange, grains, budget, frames, rotations, inert, .. } = self;
+        exchange.refresh(domain, grains, budget, |grains, g| {
+            rotations[g] = set_frame(&mut frames[g], &inert[g], grains, g);
+        });
     }
 
     /// Positions of the periodic images that this rank's entries stand for.
