@@ -52,9 +52,14 @@ impl SurfaceProfile {
         [self.start, self.x(self.len().saturating_sub(1))]
     }
 
-    /// The places with a height [m], as for a picture.
+    /// The places that have a height, with it [m].
     pub fn points(&self) -> impl Iterator<Item = [Real; 2]> + '_ {
         self.heights.iter().enumerate().filter_map(|(n, z)| z.map(|z| [self.x(n), z]))
+    }
+
+    /// All places with their heights [m], NaN where there is none: as pictures leave gaps.
+    pub fn points_with_gaps(&self) -> impl Iterator<Item = [Real; 2]> + '_ {
+        self.heights.iter().enumerate().map(|(n, z)| [self.x(n), z.unwrap_or(Real::NAN)])
     }
 
     /// Height [m] at `x` [m], linear between places: a wave gauge on the profile of the water surface. Within half a
@@ -170,6 +175,8 @@ mod tests {
         assert_eq!(profile.at(0.76), Some(2.0));
         assert_eq!((profile.at(0.7), profile.at(3.3), profile.at(1.7)), (None, None, None));
         assert_eq!(profile.at(3.0), Some(6.0));
+        assert_eq!((profile.points().count(), profile.points_with_gaps().count()), (3, 5));
+        assert!(profile.points_with_gaps().nth(2).is_some_and(|[x, z]| x == 2.0 && z.is_nan()));
         assert_eq!(SurfaceProfile::default().at(0.0), None);
     }
 
