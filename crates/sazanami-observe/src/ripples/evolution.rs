@@ -124,7 +124,7 @@ mod tests {
 
     #[test]
     fn ripples_are_followed_to_either_side() {
-        let settings = RippleSettings::of_grains(1e-3);
+        let settings = RippleSettings::of_grains(1e-3, 20e-3);
         for shift in [0.0, 1.7e-3, -3.2e-3] {
             let found = migration(&ripples(0.0), &ripples(shift), [-0.065, 0.065], 8e-3, &settings).expect("ripples");
             assert!((found.shift - shift).abs() < 0.15e-3 && found.correlation > 0.97, "{shift}: {found:?}");
@@ -133,7 +133,7 @@ mod tests {
 
     #[test]
     fn no_shift_is_made_up() {
-        let settings = RippleSettings::of_grains(1e-3);
+        let settings = RippleSettings::of_grains(1e-3, 20e-3);
         let flat = SurfaceProfile::complete(-0.07, 0.5e-3, vec![0.01; 281]);
         let to_flat = migration(&ripples(0.0), &flat, [-0.065, 0.065], 8e-3, &settings);
         assert!(matches!(to_flat, Err(Unmeasured::Flat { .. })));

@@ -241,7 +241,7 @@ mod tests {
     }
 
     fn settings() -> RippleSettings {
-        RippleSettings::of_grains(1e-3)
+        RippleSettings::of_grains(1e-3, 20e-3)
     }
 
     #[test]

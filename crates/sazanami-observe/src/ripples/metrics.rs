@@ -23,10 +23,16 @@ pub struct RippleSettings {
 
 impl RippleSettings {
     /// The usual evaluation for grains of diameter `grain_size` [m]: 10 mm off the walls, waves of 5 to 60 mm, a
-    /// window that rises over a tenth at each end, and at least a relief of 0.05 grains.
+    /// window that rises over a tenth at each end.
+    ///
+    /// A level bed is never level to the grain. `across` [m] is the width over which the surface is an average: that
+    /// of the tank for concentration and top layer, that of the slab for the image. A made-up level bed with its top
+    /// layer half full showed waves of standard deviation up to `0.41 d sqrt(d / across)` in all three definitions,
+    /// 8 to 12 mm long; from `0.5 d sqrt(d / across)` on waves are taken for ripples.
     #[must_use]
-    pub fn of_grains(grain_size: Real) -> Self {
-        Self { margin: 10e-3, band: [5e-3, 60e-3], taper: 0.1, least_relief: 0.05 * grain_size }
+    pub fn of_grains(grain_size: Real, across: Real) -> Self {
+        let least_relief = 0.5 * grain_size * (grain_size / across).sqrt();
+        Self { margin: 10e-3, band: [5e-3, 60e-3], taper: 0.1, least_relief }
     }
 
     /// The part of x1 [m] that is looked at in a tank.
@@ -198,7 +204,7 @@ mod tests {
     const RANGE: [Real; 2] = [-0.065, 0.065];
 
     fn settings() -> RippleSettings {
-        RippleSettings::of_grains(1e-3)
+        RippleSettings::of_grains(1e-3, 20e-3)
     }
 
     /// A profile over a tank of 150 mm.
