@@ -79,7 +79,7 @@ fn main() {
     let (lower, upper) = (-half, upper - half);
     let tank = Tank::new(lower, upper, sides, WallFriction::NoSlip);
     let dom = domain(upper, lower, sides, l0, &scheme);
-    let coupling = Coupling { closure: Closure::recommended(1000.0, 1e-3), smoothing: 3.0 * d, least_void: 0.3, corrected_pressure_force: std::env::var("LAG").is_err(), substeps: Substeps::Auto };
+    let coupling = Coupling { closure: Closure::recommended(1000.0, 1e-3), smoothing: 3.0 * d, least_void: 0.3, implicit_pressure_force: std::env::var("LAG").is_err(), substeps: Substeps::Auto };
     let grains = match args[1].as_str() {
         "fall" => vec![Grain::new(0, 2650.0, Vector::new(0.13e-3, 10.2e-3, 36e-3))],
         "small" => packed(&dom, &tank, d, 5.0),

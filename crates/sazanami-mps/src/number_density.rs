@@ -91,11 +91,16 @@ pub(crate) struct Prediction {
 }
 
 /// Sums of each own particle at its predicted place, and its coefficients in the pressure equation.
+///
+/// Those are `f_ij beta_ij/(eps_i eps_j N2)` with the mean `beta_ij` of `eps + mobile`: the operator
+/// `div((eps + mobile) grad p)/eps` for fluid in the voids and grains that give way.
+#[allow(clippy::too_many_arguments, reason = "columns in, columns out")]
 pub(crate) fn prediction(
     kernel: &Kernel,
     spacing: Real,
     neighbours: &Neighbours,
     columns: &Columns<'_>,
+    mobile: &[Real],
     blocks: &mut [Block],
     into: &mut [Prediction],
 ) {
@@ -115,6 +120,7 @@ pub(crate) fn prediction(
             let a = number * ROWS + row;
             if !near.is_empty() {
                 let (x, u, bulk_a) = (position[a], velocity[a], bulk[a]);
+                let conductance = 1.0 / bulk_a + mobile[a];
                 let mut sum = Prediction { density: bulk_a, rate: bulk_rate[a], ..Prediction::default() };
                 for &b in near {
                     let column = b;
@@ -131,7 +137,7 @@ pub(crate) fn prediction(
                         weight.slope(r) * (velocity[b] - u).dot(apart) / r * bulk[b] + weight.value(r) * bulk_rate[b];
                     sum.asymmetry += (w / r) * apart;
                     let (f, cut) = scheme.laplacian.coefficient(weight, r);
-                    let c = f * half * (bulk_a + bulk[b]);
+                    let c = f * half * (conductance + (1.0 / bulk[b] + mobile[b])) * (bulk_a * bulk[b]);
                     sum.lean += c * apart;
                     match kind[b] {
                         Kind::Fluid => {

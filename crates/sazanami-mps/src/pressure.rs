@@ -1,7 +1,7 @@
 //! The pressure equation, `sum_j c_ij (p_j - p_i) = -(rho/dt) (source)`, and its solution.
 //!
 //! `c_ij = f_ij (1/eps_i + 1/eps_j) / (2 N2)`, with the Laplacian's weight `f`: the operator
-//! `div(eps grad p)/eps`, symmetric to the last bit because both ends of a pair evaluate the same expression.
+//! `div(eps grad p)/eps` (with more where grains give way), symmetric to the last bit because both ends of a pair evaluate the same expression.
 //! Coefficients are stored in single precision, sums are in double. Conjugate gradients, preconditioned by the
 //! diagonal plus a correction on a coarse grid, which is all it takes: neighbours are so many that the diagonal
 //! alone rules everything shorter than the radius of influence.

@@ -8,7 +8,7 @@ use sazanami_parallel::{for_each_chunk, max_over, sum_over};
 use crate::boundary::{LatticeError, Tank, WallFriction};
 use crate::exchange::{Exchange, Periods};
 use crate::free_surface::{SurfaceTest, is_splash};
-use crate::grains::{self, CouplingReport, GrainPhase};
+use crate::grains::{self, CouplingReport, GrainPhase, Voids};
 use crate::neighbours::{Bins, Neighbours, ROWS};
 use crate::number_density::{self, Columns, Crowding, Prediction};
 use crate::operators::{self, PressureField};
@@ -143,6 +143,8 @@ pub struct StepReport {
 struct Scratch {
     bulk: Vec<Real>,
     bulk_rate: Vec<Real>,
+    mobile: Vec<Real>,
+    previous: Vec<Real>,
     seen: Vec<Vector>,
     crowding: Vec<Crowding>,
     /// What drag changes the velocity by.
@@ -338,6 +340,8 @@ impl Solver {
         scratch.bulk.resize(all, 1.0);
         scratch.bulk_rate.clear();
         scratch.bulk_rate.resize(all, 0.0);
+        scratch.mobile.clear();
+        scratch.mobile.resize(all, 0.0);
         scratch.crowding.resize(owned, Crowding::default());
         scratch.prediction.resize(blocks * ROWS, Prediction::default());
         scratch.plain.resize(owned, false);
@@ -350,7 +354,7 @@ impl Solver {
     /// Void fraction where the particles are.
     fn find_voids(&mut self, report: &mut StepReport) {
         let Self { domain, tank, particles, exchange, scratch, grains, .. } = self;
-        let Scratch { bulk, bulk_rate, change, .. } = scratch;
+        let Scratch { bulk, bulk_rate, mobile, change, .. } = scratch;
         let owned = particles.owned;
         change.clear();
         change.resize(owned, Vector::ZERO);
@@ -359,8 +363,12 @@ impl Solver {
         }
         grains.place(domain, tank);
         let Particles { kind, position, velocity, .. } = &*particles;
-        let (own, own_rate) = (&mut bulk[..owned], &mut bulk_rate[..owned]);
-        let (cut, smallest) = grains.voids(kind, position, velocity, own, own_rate);
+        let mut voids = Voids {
+            bulk: &mut bulk[..owned],
+            bulk_rate: &mut bulk_rate[..owned],
+            mobile: &mut mobile[..owned],
+        };
+        let (cut, smallest) = grains.voids(kind, position, velocity, &mut voids);
         report.coupling.cut_voids = domain.sum([cut as Real])[0] as usize;
         report.coupling.least_void = domain.min(smallest);
         exchange.refresh(domain, bulk);
@@ -373,14 +381,19 @@ impl Solver {
         if grains.is_empty() {
             return;
         }
-        let Scratch { bulk, bulk_rate, velocity, place, .. } = scratch;
+        let Scratch { bulk, bulk_rate, mobile, velocity, place, .. } = scratch;
         let owned = particles.owned;
         grains.place(domain, tank);
-        let (own, own_rate) = (&mut bulk[..owned], &mut bulk_rate[..owned]);
-        let (_, smallest) = grains.voids(&particles.kind, place, velocity, own, own_rate);
+        let mut voids = Voids {
+            bulk: &mut bulk[..owned],
+            bulk_rate: &mut bulk_rate[..owned],
+            mobile: &mut mobile[..owned],
+        };
+        let (_, smallest) = grains.voids(&particles.kind, place, velocity, &mut voids);
         report.coupling.least_void = report.coupling.least_void.min(domain.min(smallest));
         exchange.refresh(domain, bulk);
         exchange.refresh(domain, bulk_rate);
+        exchange.refresh(domain, mobile);
     }
 
     /// Moves the grains, and finds what their drag does to the fluid.
@@ -461,10 +474,10 @@ impl Solver {
     /// Sums at the predicted places: coefficients of the pressure equation, roles.
     fn sum_up(&mut self, report: &mut StepReport) {
         let Self { domain, kernel, particles, exchange, neighbours, scratch, settings, equation, surface, .. } = self;
-        let Scratch { bulk, bulk_rate, velocity, place, prediction, roles, .. } = scratch;
+        let Scratch { bulk, bulk_rate, mobile, velocity, place, prediction, roles, .. } = scratch;
         let columns = Columns { kind: &particles.kind, position: place, velocity, bulk, bulk_rate };
         let spacing = settings.fluid.spacing;
-        number_density::prediction(kernel, spacing, neighbours, &columns, &mut equation.blocks, prediction);
+        number_density::prediction(kernel, spacing, neighbours, &columns, mobile, &mut equation.blocks, prediction);
         let n0 = kernel.sums.number_density;
         let owned = particles.owned;
         roles.clear();
@@ -507,7 +520,7 @@ impl Solver {
     /// Pressure and its gradient.
     fn solve(&mut self, dt: Real, forcing: &Forcing, report: &mut StepReport) -> Result<(), StepError> {
         let Self { domain, kernel, particles, exchange, bins, scratch, settings, equation, surface, .. } = self;
-        let Scratch { bulk, place, crowding, prediction, plain, bin, .. } = scratch;
+        let Scratch { bulk, mobile, previous, place, crowding, prediction, plain, bin, .. } = scratch;
         let Settings { fluid, scheme, tolerance, reference, .. } = settings;
         let Particles { kind, role, pressure, gradient, owned, .. } = particles;
         let owned = *owned;
@@ -519,6 +532,9 @@ impl Solver {
                 Role::Unknown => {}
             }
         }
+        // What the grains' way in the sub-steps already owes to the last pressure.
+        previous.clear();
+        previous.extend_from_slice(pressure);
         let n0 = kernel.sums.number_density;
         let strain = |density: Real| (density - n0) / kernel.sums.strain;
         let layout = Layout { domain, bins, roles: role, bin, owned };
@@ -548,6 +564,17 @@ impl Solver {
                         + error / (scheme.relaxation * dt);
                 }
                 row.right = fluid.density / dt * source;
+                if mobile[a] > 0.0 {
+                    let (columns, coefficients) = equation.blocks[a / ROWS].row(a % ROWS);
+                    let conductance = |a: usize| 1.0 / bulk[a] + mobile[a];
+                    for (&b, &c) in columns.iter().zip(coefficients) {
+                        let b = b as usize;
+                        if role[b] != Role::Outside {
+                            let share = (mobile[a] + mobile[b]) / (conductance(a) + conductance(b));
+                            row.right -= Real::from(c) * share * (previous[b] - previous[a]);
+                        }
+                    }
+                }
                 if row.beside_surface && kind[a] == Kind::Fluid {
                     // Neighbours are missing: what the sum makes of the gradient that is known is no curvature.
                     row.right -= gradient[a].dot(prediction[a].lean);

@@ -34,8 +34,9 @@ pub struct Coupling {
     pub smoothing: Real,
     /// Least void fraction.
     pub least_void: Real,
-    /// Whether the pressure force on grains is corrected with the pressure of the same step.
-    pub corrected_pressure_force: bool,
+    /// Whether grains feel the pressure of the same step, and the pressure equation knows how they give way to it;
+    /// otherwise they feel that of the step before, which is stable only for heavy grains.
+    pub implicit_pressure_force: bool,
     /// Sub-steps of the grains in a step.
     pub substeps: Substeps,
 }
@@ -137,7 +138,7 @@ impl GrainPhase {
             closure: Closure::recommended(1.0, 0.0),
             smoothing: 1.0,
             least_void: 1.0,
-            corrected_pressure_force: false,
+            implicit_pressure_force: false,
             substeps: Substeps::Auto,
         };
         Ok(Self::new(domain, Engine::new(domain, setup, &[])?, coupling))
@@ -227,30 +228,31 @@ impl GrainPhase {
     /// Takes note of where the grains are.
     pub(crate) fn place(&mut self, domain: &Domain, tank: &Tank) {
         if self.any {
-            self.sources.fill(domain, tank, &self.engine);
+            self.sources.fill(domain, tank, &self.engine, self.coupling.closure.density);
         }
     }
 
-    /// `1/eps` and its rate at each own fluid particle; tells how many were cut and the smallest `eps`.
+    /// What the grains make of each own fluid particle's surroundings; tells how many were cut and the smallest `eps`.
     pub(crate) fn voids(
         &mut self,
         kind: &[Kind],
         position: &[Vector],
         velocity: &[Vector],
-        bulk: &mut [Real],
-        bulk_rate: &mut [Real],
+        voids: &mut Voids<'_>,
     ) -> (usize, Real) {
         if !self.any {
             return (0, 1.0);
         }
+        let gives_way = self.coupling.implicit_pressure_force && !self.frozen;
         let Self { sources, void, coupling, .. } = self;
         let (sources, least) = (&*sources, coupling.least_void);
         void.clear();
-        void.resize(bulk.len(), 1.0);
-        for_each_chunk((&mut void[..], &mut *bulk, &mut *bulk_rate), ROWS, |number, (void, bulk, rate)| {
+        void.resize(voids.bulk.len(), 1.0);
+        let columns = (&mut void[..], &mut *voids.bulk, &mut *voids.bulk_rate, &mut *voids.mobile);
+        for_each_chunk(columns, ROWS, |number, (void, bulk, rate, mobile)| {
             for (row, void) in void.iter_mut().enumerate() {
                 let a = number * ROWS + row;
-                (bulk[row], rate[row]) = (1.0, 0.0);
+                (bulk[row], rate[row], mobile[row]) = (1.0, 0.0, 0.0);
                 if kind[a] != Kind::Fluid {
                     continue;
                 }
@@ -260,6 +262,9 @@ impl GrainPhase {
                 bulk[row] = 1.0 / eps;
                 if *void > least {
                     rate[row] = solid.rate / (eps * eps);
+                }
+                if gives_way {
+                    mobile[row] = solid.mobile;
                 }
             }
         });
@@ -469,7 +474,7 @@ impl GrainPhase {
         dt: Real,
         report: &mut CouplingReport,
     ) {
-        if !self.coupling.corrected_pressure_force {
+        if !self.coupling.implicit_pressure_force {
             return;
         }
         let Self { engine, force, .. } = self;
@@ -516,6 +521,16 @@ impl GrainPhase {
         engine.apply_impulses(domain, force);
         report.pressure_on_grains += Vector::from_array(domain.sum(sum));
     }
+}
+
+/// Columns of the own fluid particles that follow from where the grains are.
+pub(crate) struct Voids<'a> {
+    /// `1/eps`.
+    pub bulk: &'a mut [Real],
+    /// Its rate [1/s].
+    pub bulk_rate: &'a mut [Real],
+    /// Solid fraction times density of the fluid over that of the grains, where grains give way to the pressure.
+    pub mobile: &'a mut [Real],
 }
 
 /// The fluid after the pressure was found, ghosts included.

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use sazanami_dem::Engine;
+use sazanami_dem::{Engine, Motion};
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::{Real, Vector};
 
@@ -17,6 +17,8 @@ pub(crate) struct Source {
     pub position: Vector,
     pub velocity: Vector,
     pub volume: Real,
+    /// Density of the fluid over that of the grain; 0 for one that pressure does not move.
+    pub mobility: Real,
 }
 
 /// Solid volume around places, smoothed with a Wendland function of unit integral (spec: W_eps).
@@ -37,6 +39,8 @@ pub(crate) struct Sources {
 pub(crate) struct Solid {
     pub fraction: Real,
     pub rate: Real,
+    /// Solid fraction times density of the fluid over that of the grains.
+    pub mobile: Real,
 }
 
 impl Sources {
@@ -56,8 +60,9 @@ impl Sources {
         self.scale * volume
     }
 
-    /// Takes note of all grains near this rank's part and of their images in walls.
-    pub fn fill(&mut self, domain: &Domain, tank: &Tank, engine: &Engine) {
+    /// Takes note of all grains near this rank's part and of their images in walls; `density` is that of the fluid
+    /// [kg/m^3].
+    pub fn fill(&mut self, domain: &Domain, tank: &Tank, engine: &Engine, density: Real) {
         let radius = self.weight.radius;
         let mut bins = std::mem::take(&mut self.bins);
         bins.renew(domain, radius);
@@ -66,7 +71,9 @@ impl Sources {
         keys.clear();
         for g in 0..grains.len() {
             let d = engine.bodies()[grains.shape[g] as usize].bounding_radius * 2.0 * grains.scale[g];
-            let real = Source { position: grains.position[g], velocity: grains.velocity[g], volume: volume(d) };
+            let volume = volume(d);
+            let mobility = if grains.motion[g] == Motion::Free { density * volume / grains.mass[g] } else { 0.0 };
+            let real = Source { position: grains.position[g], velocity: grains.velocity[g], volume, mobility };
             keys.push((0, grains.id[g], real));
             let first = keys.len() - 1;
             for direction in 0..3 {
@@ -114,7 +121,9 @@ impl Sources {
                 let r2 = apart.length_squared();
                 if r2 < square {
                     let r = r2.sqrt();
-                    solid.fraction += source.volume * self.weight.value(r);
+                    let share = source.volume * self.weight.value(r);
+                    solid.fraction += share;
+                    solid.mobile += source.mobility * share;
                     if r > 0.0 {
                         let approach = (velocity - source.velocity).dot(apart) / r;
                         solid.rate += source.volume * self.weight.slope(r) * approach;
@@ -122,6 +131,7 @@ impl Sources {
                 }
             }
         });
-        Solid { fraction: self.scale * solid.fraction, rate: self.scale * solid.rate }
+        let Solid { fraction, rate, mobile } = solid;
+        Solid { fraction: self.scale * fraction, rate: self.scale * rate, mobile: self.scale * mobile }
     }
 }
