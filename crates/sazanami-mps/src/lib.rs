@@ -16,6 +16,7 @@ mod operators;
 mod particles;
 pub mod pressure;
 pub mod scheme;
+pub mod snapshot;
 pub mod solver;
 mod stabilisation;
 pub mod stability;

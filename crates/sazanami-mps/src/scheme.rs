@@ -34,8 +34,10 @@ pub struct Stabilisation {
 }
 
 impl Default for Stabilisation {
+    /// A distance of 0.95: with 0.85 (one less the Courant number) water at rest on a disordered arrangement gains
+    /// energy (`docs/decisions/0006-stabilisation.md`).
     fn default() -> Self {
-        Self { distance: 0.85, weighted: true }
+        Self { distance: 0.95, weighted: true }
     }
 }
 

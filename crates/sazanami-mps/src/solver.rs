@@ -66,6 +66,9 @@ pub enum SetupError {
     },
 }
 
+/// Repeats of the first solve for the gradient at surfaces.
+const FIRST_REPEATS: usize = 3;
+
 /// What moves the fluid from outside in a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Forcing {
@@ -163,7 +166,7 @@ struct Scratch {
 
 /// Fluid and walls on one rank.
 pub struct Solver {
-    domain: Domain,
+    pub(crate) domain: Domain,
     periods: Periods,
     settings: Settings,
     tank: Tank,
@@ -177,6 +180,8 @@ pub struct Solver {
     neighbours: Neighbours,
     equation: PressureEquation,
     pub(crate) grains: GrainPhase,
+    /// Steps taken.
+    pub(crate) steps: u64,
     scratch: Scratch,
 }
 
@@ -257,6 +262,7 @@ impl Solver {
             bins: Bins::default(),
             neighbours: Neighbours::default(),
             equation: PressureEquation::default(),
+            steps: 0,
             scratch: Scratch::default(),
         })
     }
@@ -304,6 +310,7 @@ impl Solver {
         self.correct_grains(dt, &mut report);
         watch(Phase::Fluid);
         self.settle(&mut report)?;
+        self.steps += 1;
         Ok(report)
     }
 
@@ -519,7 +526,7 @@ impl Solver {
 
     /// Pressure and its gradient.
     fn solve(&mut self, dt: Real, forcing: &Forcing, report: &mut StepReport) -> Result<(), StepError> {
-        let Self { domain, kernel, particles, exchange, bins, scratch, settings, equation, surface, .. } = self;
+        let Self { domain, kernel, particles, exchange, bins, scratch, settings, equation, surface, steps, .. } = self;
         let Scratch { bulk, mobile, previous, place, crowding, prediction, plain, bin, .. } = scratch;
         let Settings { fluid, scheme, tolerance, reference, .. } = settings;
         let Particles { kind, role, pressure, gradient, owned, .. } = particles;
@@ -538,7 +545,9 @@ impl Solver {
         let n0 = kernel.sums.number_density;
         let strain = |density: Real| (density - n0) / kernel.sums.strain;
         let layout = Layout { domain, bins, roles: role, bin, owned };
-        for repeat in 0..=scheme.surface_repeats {
+        // Before the first step no gradient is known.
+        let repeats = if *steps == 0 { scheme.surface_repeats.max(FIRST_REPEATS) } else { scheme.surface_repeats };
+        for repeat in 0..=repeats {
             for a in 0..owned {
                 let row = &mut equation.rows[a];
                 if row.diagonal == 0.0 {
@@ -593,7 +602,7 @@ impl Solver {
                 weight_of_fluid: fluid.density * body_force,
             };
             operators::gradient(kernel, &mut equation.blocks, &field, &mut gradient[..owned], plain);
-            if repeat == scheme.surface_repeats {
+            if repeat == repeats {
                 report.plain_gradients = domain.sum([plain.iter().filter(|p| **p).count() as Real])[0] as usize;
             }
         }
