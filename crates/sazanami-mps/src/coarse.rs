@@ -165,8 +165,9 @@ impl Level {
                 let place = [i, j, k];
                 let cell = self.cell(place.map(|n| n / 2));
                 for (s, coefficients) in below.matrix.iter().enumerate() {
-                    let far: [isize; 3] =
-                        std::array::from_fn(|d| (place[d] as isize + step(s, d)).div_euclid(2) - (place[d] / 2) as isize);
+                    let far: [isize; 3] = std::array::from_fn(|d| {
+                        (place[d] as isize + step(s, d)).div_euclid(2) - (place[d] / 2) as isize
+                    });
                     self.matrix[number(far)][cell] += coefficients[from];
                 }
             }

@@ -25,11 +25,7 @@ pub fn layers(lower: Vector, upper: Vector, level: Real, spacing: Real, void: im
         for j in 0..ny as usize {
             for i in 0..nx as usize {
                 let (i, j) = (i as Real + 0.5, j as Real + 0.5);
-                places.push(Vector::new(
-                    lower.x + i * extent.x / nx,
-                    lower.y + j * extent.y / ny,
-                    z + 0.5 * thickness,
-                ));
+                places.push(Vector::new(lower.x + i * extent.x / nx, lower.y + j * extent.y / ny, z + 0.5 * thickness));
             }
         }
         z += thickness;

@@ -234,7 +234,11 @@ impl PressureEquation {
             let [sum] = domain.sum(sum(blocks.len(), |a| if a < owned { [rows[a].right] } else { [0.0] }));
             let mean = sum / unknowns;
             report.removed_mean = mean * strain;
-            rows[..owned].iter_mut().zip(roles).filter(|(_, r)| **r == Role::Unknown).for_each(|(r, _)| r.right -= mean);
+            rows[..owned]
+                .iter_mut()
+                .zip(roles)
+                .filter(|(_, r)| **r == Role::Unknown)
+                .for_each(|(r, _)| r.right -= mean);
         }
         let size = evaluate(layout, blocks, rows, pressure, residual);
         let mut largest = domain.max(size) * strain;
@@ -263,9 +267,7 @@ impl PressureEquation {
             direction[owned..padded.min(roles.len())].fill(0.0);
             exchange.refresh(domain, &mut direction[..roles.len()]);
             multiply(layout, blocks, rows, direction, product);
-            let [bend] = domain.sum(sum(blocks.len(), |a| {
-                if a < owned { [direction[a] * product[a]] } else { [0.0] }
-            }));
+            let [bend] = domain.sum(sum(blocks.len(), |a| if a < owned { [direction[a] * product[a]] } else { [0.0] }));
             if !(descent > 0.0 && bend > 0.0 && bend.is_finite()) {
                 if descent == 0.0 && bend == 0.0 {
                     break;

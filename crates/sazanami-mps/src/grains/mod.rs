@@ -331,9 +331,8 @@ impl GrainPhase {
             let fluid = solid / (around.void_fraction * density * volume(d));
             kappa * (1.0 / grains.mass[g] + fluid)
         };
-        let rate = max_over(owned.div_ceil(ROWS), |n| {
-            (n * ROWS..((n + 1) * ROWS).min(owned)).map(rate).fold(0.0, Real::max)
-        });
+        let rate =
+            max_over(owned.div_ceil(ROWS), |n| (n * ROWS..((n + 1) * ROWS).min(owned)).map(rate).fold(0.0, Real::max));
         domain.max(rate.max(0.0))
     }
 
@@ -345,9 +344,8 @@ impl GrainPhase {
             grains.velocity[g].length() / (2.0 * radius)
         };
         let owned = grains.owned();
-        let rate = max_over(owned.div_ceil(ROWS), |n| {
-            (n * ROWS..((n + 1) * ROWS).min(owned)).map(rate).fold(0.0, Real::max)
-        });
+        let rate =
+            max_over(owned.div_ceil(ROWS), |n| (n * ROWS..((n + 1) * ROWS).min(owned)).map(rate).fold(0.0, Real::max));
         domain.max(rate.max(0.0))
     }
 
@@ -362,9 +360,12 @@ impl GrainPhase {
         let Self { engine, coupling, around, diameter, force, places, .. } = self;
         let density = coupling.closure.density;
         force.clear();
-        force.extend(around.iter().zip(&*diameter).map(|(around, &d)| {
-            -around.wetness * volume(d) * (around.gradient + density * body_force)
-        }));
+        force.extend(
+            around
+                .iter()
+                .zip(&*diameter)
+                .map(|(around, &d)| -around.wetness * volume(d) * (around.gradient + density * body_force)),
+        );
         places.clear();
         places.extend((0..around.len()).map(|g| engine.grains().home(g)));
         for (g, kept) in engine.attached_mut().iter_mut().enumerate().take(around.len()) {

@@ -1,6 +1,8 @@
 //! Beds of grains: how they pack, and what a crater in them measures.
 
-use sazanami_dem::{Body, ContactLaw, Damping, Grain, Interactions, Packing, PackingSettings, Random, Stage, lying_order};
+use sazanami_dem::{
+    Body, ContactLaw, Damping, Grain, Interactions, Packing, PackingSettings, Random, Stage, lying_order,
+};
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::geometry::{ContactSphereRule, Shape, SpheroidMesh, VolumeRule};
 use sazanami_numerics::grid::Grid;

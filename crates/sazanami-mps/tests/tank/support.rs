@@ -33,6 +33,7 @@ pub struct Case {
     pub viscosity: Real,
     pub fluid: Vec<FluidParticle>,
     pub grains: Vec<Grain>,
+    pub implicit_pressure_force: bool,
 }
 
 impl Case {
@@ -48,6 +49,7 @@ impl Case {
             viscosity: 1e-6,
             fluid: lattice(fill),
             grains: Vec::new(),
+            implicit_pressure_force: true,
         }
     }
 
@@ -101,7 +103,7 @@ impl Case {
             closure: Closure::recommended(1000.0, 1e-3),
             smoothing: 3.0 * SPACING,
             least_void: 0.3,
-            implicit_pressure_force: true,
+            implicit_pressure_force: self.implicit_pressure_force,
             substeps: Substeps::Auto,
         }
     }

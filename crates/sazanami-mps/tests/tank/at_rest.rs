@@ -1,18 +1,16 @@
 //! Water at rest stays at rest, and falling water falls.
 
-mod support;
-
+use crate::support::{Case, GRAVITY, NOTHING, OPEN_TOP, PERIODIC, SPACING, WALLS, jittered, under};
 use sazanami_mps::Kind;
 use sazanami_mps::scheme::Scheme;
 use sazanami_mps::solver::Solver;
 use sazanami_numerics::{Real, Vector};
-use support::{Case, GRAVITY, NOTHING, OPEN_TOP, PERIODIC, SPACING, WALLS, jittered, under};
 
 fn run(solver: &mut Solver, body_force: Vector, until: Real) -> Real {
     let mut time = 0.0;
     while time < until {
         let dt = solver.stable_step(body_force).dt;
-        solver.step(dt, &under(body_force), |_| ()).unwrap();
+        solver.step(dt, &under(body_force), |_| ()).expect("the step is sound");
         time += dt;
     }
     time
@@ -70,7 +68,8 @@ fn disordered_water_comes_to_rest() {
     run(&mut solver, GRAVITY, 0.25);
     assert!(kinetic(&solver) < early, "{} {early}", kinetic(&solver));
     // Negative control: particles that are pushed apart only when they are very near gain energy.
-    case.scheme.stabilisation = case.scheme.stabilisation.map(|s| sazanami_mps::scheme::Stabilisation { distance: 0.6, ..s });
+    case.scheme.stabilisation =
+        case.scheme.stabilisation.map(|s| sazanami_mps::scheme::Stabilisation { distance: 0.6, ..s });
     let mut solver = case.solo();
     run(&mut solver, GRAVITY, 0.05);
     let early = kinetic(&solver);
