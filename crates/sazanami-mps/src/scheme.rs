@@ -35,7 +35,7 @@ pub struct Stabilisation {
 
 impl Default for Stabilisation {
     /// A distance of 0.95: with 0.85 (one less the Courant number) water at rest on a disordered arrangement gains
-    /// energy (`docs/decisions/0006-stabilisation.md`).
+    /// energy (`docs/decisions/0006-moving-particles.md`).
     fn default() -> Self {
         Self { distance: 0.95, weighted: true }
     }
