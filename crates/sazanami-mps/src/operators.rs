@@ -115,6 +115,7 @@ pub(crate) fn mirrored_velocities(
     into.extend_from_slice(&particles.velocity);
     let Particles { kind, position, velocity, .. } = particles;
     let weight = &kernel.weight;
+    let square = weight.radius * weight.radius;
     let owned = particles.owned;
     for_each_chunk(&mut into[..owned], ROWS, |number, into| {
         for (row, seen) in into.iter_mut().enumerate() {
@@ -127,10 +128,11 @@ pub(crate) fn mirrored_velocities(
             let (mut w0, mut w1, mut w2) = (0.0, Vector::ZERO, [0.0; 6]);
             let (mut u0, mut u1) = (Vector::ZERO, [Vector::ZERO; 3]);
             bins.for_each_range(at, |range| {
-                for b in range.filter(|&b| kind[b] == Kind::Fluid) {
+                for b in range {
                     let apart = position[b] - at;
-                    let w = weight.value(apart.length());
-                    if w > 0.0 {
+                    let r2 = apart.length_squared();
+                    if r2 < square && kind[b] == Kind::Fluid {
+                        let w = weight.value(r2.sqrt());
                         w0 += w;
                         w1 += w * apart;
                         add(&mut w2, w, apart);
