@@ -1,5 +1,6 @@
-//! Project chores: `cargo xtask test`, `cargo xtask tidy`, `cargo xtask verify`, `cargo xtask bench`.
+//! Project chores: `cargo xtask test`, `tidy`, `verify`, `tables`, `bench`.
 
+mod tables;
 mod test;
 mod tidy;
 
@@ -10,6 +11,7 @@ const HELP: &str = "\
 cargo xtask test [--locked] [ARGS...]   formatting, tidy, lints, then all tests; ARGS go to `cargo test`
 cargo xtask tidy                        who may depend on whom, and what the sources may name
 cargo xtask verify [ARGS...]            `sazanami verify`: cases with known results
+cargo xtask tables [ROWS.json...]       tables of docs/results/verification.md, from what `verify --json` printed
 cargo xtask bench [ARGS...]             `sazanami bench`: kernels and whole steps
 
 Everything is built with the release profile, so that all commands share what is built.";
@@ -21,6 +23,7 @@ fn main() -> ExitCode {
     let code = match command.as_str() {
         "test" => test::run(&rest),
         "tidy" => tidy::run(rest.iter().any(|argument| argument == "--locked")),
+        "tables" => tables::run(&rest),
         "verify" | "bench" => forward(&command, &rest),
         "" | "help" | "--help" | "-h" => {
             println!("{HELP}");

@@ -9,12 +9,15 @@ use sazanami_io::checkpoint::{CheckpointError, CheckpointReader, CheckpointWrite
 use sazanami_numerics::{Quaternion, Real, Vector};
 use serde::{Deserialize, Serialize};
 
+use crate::case::meaning::Case;
+use crate::case::resolved;
+
 /// Where a bed comes from and what it measures.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Recipe {
     /// Name of the case that packed it.
     pub case: String,
-    /// Hash of that case.
+    /// Hash of that case, see [`Self::hash_of`].
     pub case_hash: String,
     /// Version of the program.
     pub version: String,
@@ -34,6 +37,16 @@ pub struct Recipe {
     pub lying_order: Real,
     /// Simulated time of the packing [s].
     pub time: Real,
+}
+
+impl Recipe {
+    /// Hash of a case as far as it makes a bed: wherever the bed is written to.
+    #[must_use]
+    pub fn hash_of(case: &Case) -> String {
+        let mut case = case.clone();
+        case.output.bed = None;
+        format!("{:016x}", resolved::hash(&case))
+    }
 }
 
 /// A grain at rest in a bed.

@@ -1,5 +1,6 @@
 //! What a case will be, without running it: resolution, counts, step limits, memory, disk and cost.
 
+mod cost;
 mod text;
 
 use sazanami_numerics::{Real, Vector};
@@ -16,21 +17,22 @@ pub use text::explain;
 
 /// Cost of the parts of a run on one thread of an ordinary processor, and the memory they take.
 ///
-/// The figures are those of the timings under `docs/`; `sazanami bench` measures them anew.
+/// The figures follow from the timings in `docs/performance.md`, where predictions stand beside measurements: they are
+/// good to a factor of two.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CostModel {
-    /// Fluid step, pressure included [s per cell].
+    /// Fluid pass, pressure included [s per cell].
     pub fluid: Real,
     /// Volume fractions and loads [s per grain and fluid step].
     pub coupling: Real,
     /// Sub-step of the grains [s per grain], plus
     pub substep_grain: Real,
-    /// [s per contact sphere].
+    /// [s per contact sphere]: little, as the contacts cost, and grains of few and of many spheres have two to four each.
     pub substep_sphere: Real,
     /// Share of further threads that turns into speed.
     pub parallel_share: Real,
-    /// Sub-steps of packing per grain diameter of fall.
-    pub packing_substeps: Real,
+    /// Time to rest of a bed over that in which gravity would stop its fall.
+    pub packing_rest: Real,
     /// Memory [bytes per cell].
     pub memory_cell: Real,
     /// Memory [bytes per grain], plus
@@ -46,12 +48,12 @@ pub struct CostModel {
 impl Default for CostModel {
     fn default() -> Self {
         Self {
-            fluid: 1.1e-6,
-            coupling: 2.0e-5,
-            substep_grain: 1.5e-7,
-            substep_sphere: 4e-9,
+            fluid: 2.2e-7,
+            coupling: 9e-6,
+            substep_grain: 1.95e-7,
+            substep_sphere: 2e-10,
             parallel_share: 0.85,
-            packing_substeps: 4.0e3,
+            packing_rest: 0.65,
             memory_cell: 320.0,
             memory_grain: 2.0e3,
             memory_sphere: 16.0,
@@ -320,7 +322,8 @@ pub fn check(case: &Case, shapes: &[ShapeFacts], machine: &Machine, threads: usi
         .map(|(population, told)| told.grains.unwrap_or(0) as Real * memory_per_grain(population, model))
         .sum();
     let size = Size { cells: case.domain.cell_count(), grains, spheres: contact_spheres };
-    let predicted = predict(case, &size, steps, passes, substeps, threads, model);
+    let work = cost::Work { steps, passes, substeps, packing: cost::packing_substeps(case, &populations, model) };
+    let predicted = cost::predict(case, &size, &work, threads, model);
     CheckReport {
         case: case.name.clone(),
         title: case.title.clone(),
@@ -493,36 +496,6 @@ fn substeps(case: &Case, populations: &[PopulationReport], dt: Real) -> usize {
         Substeps::Fixed(n) => n,
         Substeps::Auto => contact_step(case, populations).map_or(1, |step| (dt / step).ceil() as usize).max(1),
     }
-}
-
-/// Wall-clock time by part [s].
-fn predict(
-    case: &Case,
-    size: &Size,
-    steps: Real,
-    passes: usize,
-    substeps: usize,
-    threads: usize,
-    model: &CostModel,
-) -> Vec<(&'static str, Real)> {
-    let speed = 1.0 + model.parallel_share * (threads as Real - 1.0);
-    let substep = size.grains as Real * model.substep_grain + size.spheres as Real * model.substep_sphere;
-    let mut parts = Vec::new();
-    if case.packs() {
-        let layers =
-            case.domain.extent().z / case.grains.iter().filter_map(|p| p.shape.size()).fold(Real::INFINITY, Real::min);
-        let count = model.packing_substeps * layers.clamp(1.0, 60.0) / 2.0;
-        parts.push(("packing", substep * count / speed));
-    }
-    if case.run.packing_only {
-        return parts;
-    }
-    parts.push(("fluid", steps * passes as Real * size.cells as Real * model.fluid / speed));
-    if size.grains > 0 {
-        parts.push(("grains", steps * substeps as Real * substep / speed));
-        parts.push(("coupling", steps * size.grains as Real * model.coupling / speed));
-    }
-    parts
 }
 
 /// Results on disk [bytes], the checkpoints kept included.

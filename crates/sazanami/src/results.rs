@@ -4,7 +4,7 @@ use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-use crate::case::meaning::{Case, ContactSphereChoice, GrainPlacement, GrainShape};
+use crate::case::meaning::{Case, ContactSphereChoice, GrainPlacement, GrainShape, Population};
 use crate::error::CommandError;
 use crate::log::LOG;
 
@@ -115,25 +115,63 @@ fn keep(file: &Path, folder: &Path, place: &Path) -> Result<PathBuf, CommandErro
     Ok(copy)
 }
 
-/// Removes what an earlier run left in `folder`, so that nothing of it is taken for the new one; other files stay.
+/// Removes what an earlier run left in `folder`, so that nothing of it is taken for the new one; other files stay, and
+/// so do the copies that `kept` names, which [`keep_inputs`] returned.
 ///
 /// # Errors
 /// If the file system refuses.
-pub fn clear(folder: &Path) -> Result<(), CommandError> {
+pub fn clear(folder: &Path, kept: &Case) -> Result<(), CommandError> {
     for name in WRITTEN {
         let path = folder.join(name);
         let outcome = if path.is_dir() { fs::remove_dir_all(&path) } else { fs::remove_file(&path) };
-        match outcome {
-            Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-                return Err(CommandError::input(
-                    format!("`{}` cannot be removed: {error}", path.display()),
-                    "choose another folder with --out",
-                ));
-            }
-            _ => {}
+        removed(&path, outcome)?;
+    }
+    let needed: Vec<PathBuf> = kept.grains.iter().flat_map(inputs_of).map(|file| folder.join(file)).collect();
+    clear_inputs(&folder.join(INPUTS), &needed)
+}
+
+/// The files that a population names.
+fn inputs_of(population: &Population) -> impl Iterator<Item = &PathBuf> {
+    let shape = match &population.shape {
+        GrainShape::Mesh { file, .. } => Some(file),
+        _ => None,
+    };
+    let spheres = match &population.contact_spheres {
+        ContactSphereChoice::File { file, .. } => Some(file),
+        _ => None,
+    };
+    let bed = match &population.placement {
+        GrainPlacement::Bed(bed) => Some(&bed.file),
+        _ => None,
+    };
+    [shape, spheres, bed].into_iter().flatten()
+}
+
+/// Removes all files under `folder` but those `needed`, and the folders that are empty then.
+fn clear_inputs(folder: &Path, needed: &[PathBuf]) -> Result<(), CommandError> {
+    let Ok(entries) = fs::read_dir(folder) else { return Ok(()) };
+    for entry in entries.flatten() {
+        let path = entry.path();
+        if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
+            clear_inputs(&path, needed)?;
+        } else if !needed.contains(&path) {
+            removed(&path, fs::remove_file(&path))?;
         }
     }
+    if !is_filled(folder) {
+        removed(folder, fs::remove_dir(folder))?;
+    }
     Ok(())
+}
+
+fn removed(path: &Path, outcome: std::io::Result<()>) -> Result<(), CommandError> {
+    match outcome {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(CommandError::input(
+            format!("`{}` cannot be removed: {error}", path.display()),
+            "choose another folder with --out",
+        )),
+        _ => Ok(()),
+    }
 }
 
 fn is_filled(folder: &Path) -> bool {
@@ -167,6 +205,22 @@ mod tests {
         assert!(prepare(Some(&folder), "case", true).is_ok());
         assert_eq!(fs::read_to_string(folder.join("series.csv")).unwrap(), "x");
         fs::remove_dir_all(&folder).unwrap();
+    }
+
+    #[test]
+    fn copies_for_earlier_runs_go_and_those_needed_stay() {
+        let folder = scratch("inputs");
+        let [needed, old] = ["grains-0/bed/new.bed", "grains-1/shape/old.msh"].map(|name| folder.join(name));
+        for file in [&needed, &old, &folder.join("grains-0/bed/old.bed")] {
+            fs::create_dir_all(file.parent().unwrap()).unwrap();
+            fs::write(file, "x").unwrap();
+        }
+        clear_inputs(&folder, std::slice::from_ref(&needed)).unwrap();
+        assert!(needed.is_file() && !folder.join("grains-1").exists());
+        assert_eq!(fs::read_dir(folder.join("grains-0/bed")).unwrap().count(), 1);
+        clear_inputs(&folder, &[]).unwrap();
+        assert!(!folder.exists());
+        assert!(clear_inputs(&folder, &[]).is_ok());
     }
 
     #[test]

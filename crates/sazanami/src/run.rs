@@ -100,7 +100,7 @@ pub fn run(
     // Kept before anything is removed: the case may lie in the very folder, and name the copies of an earlier run.
     let kept = results::keep_inputs(&loaded.case, &folder)?;
     if options.force {
-        results::clear(&folder)?;
+        results::clear(&folder, &kept)?;
     }
     let mut log = Log::create(&folder, progress);
     log.note(&heading(&loaded.case, options));

@@ -1,5 +1,6 @@
 //! Verification and validation cases: measured values beside references, with a band and a verdict.
 
+use std::collections::BTreeSet;
 use std::time::Instant;
 
 use sazanami_numerics::Real;
@@ -151,7 +152,7 @@ pub fn verify(
     for case in chosen(cases, names, long)? {
         progress.message(&format!("{}: {}", case.name, case.about));
         let start = Instant::now();
-        let measured = (case.measure)();
+        let measured = (case.measure)().and_then(named_once);
         let seconds = start.elapsed().as_secs_f64();
         match measured {
             Ok(values) => rows.extend(values.into_iter().map(|value| value.judged(case.name, seconds))),
@@ -165,6 +166,15 @@ pub fn verify(
         }
     }
     Ok(rows)
+}
+
+/// The values of a case, if no two share a name: a table of them could not be read otherwise.
+fn named_once(values: Vec<Measured>) -> Result<Vec<Measured>, String> {
+    let mut names = BTreeSet::new();
+    match values.iter().find(|value| !names.insert(&value.quantity)) {
+        Some(twice) => Err(format!("two rows are called `{}`", twice.quantity)),
+        None => Ok(values),
+    }
 }
 
 fn chosen<'c>(cases: &'c [VerifyCase], names: &[String], long: bool) -> Result<Vec<&'c VerifyCase>, CommandError> {
@@ -260,6 +270,20 @@ mod tests {
         assert_eq!(verdicts(&[], false), [Verdict::Pass, Verdict::Info, Verdict::Fail]);
         assert_eq!(verdicts(&[], true).len(), 4);
         assert_eq!(verdicts(&["slow"], false), [Verdict::Fail]);
+    }
+
+    #[test]
+    fn two_rows_of_one_name_fail() {
+        let twice = VerifyCase {
+            name: "twice",
+            about: "says x two times",
+            long: false,
+            measure: || Ok(vec![Measured::info("x", "", 1.0), Measured::info("x", "", 2.0)]),
+        };
+        let rows = verify(&[twice], &[], false, &mut Silent).unwrap();
+        assert_eq!(rows.len(), 1);
+        assert_eq!(rows[0].verdict, Verdict::Fail);
+        assert!(rows[0].quantity.contains("two rows are called `x`"));
     }
 
     #[test]

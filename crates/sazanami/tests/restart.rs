@@ -6,7 +6,7 @@ mod support;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use sazanami::case::LoadedCase;
+use sazanami::case::{self, LoadedCase};
 use sazanami::error::exit;
 use sazanami::progress::StepLine;
 use sazanami::run::{self, RunOptions, Status};
@@ -416,9 +416,21 @@ fn a_run_goes_on_without_the_bed_it_began_with() {
     let moved = scratch.join("moved");
     std::fs::rename(&folder, &moved).unwrap();
     assert_eq!(go_on(&moved, On::threads(1).steps(2)).0.unwrap().steps, 5);
+    // Begun anew in its own folder it finds the copy there.
+    let again = RunOptions { force: true, ..On::threads(1).steps(1).options(Some(&moved)) };
+    let stop = AtomicBool::new(false);
+    let kept = case::load(&moved.join("case.toml"), &[]).unwrap();
+    run::run(&kept, &again, &mut Listener::default(), &stop).unwrap();
+    let copy = "inputs/grains-0/bed/small.bed";
+    let listed = |copy: &str| support::summary(&moved)["files"].as_array().unwrap().contains(&copy.into());
+    assert!(listed(copy));
     // Negative control: the copy is what it needs.
-    std::fs::remove_dir_all(moved.join("inputs")).unwrap();
+    std::fs::rename(moved.join(copy), scratch.join("small.bed")).unwrap();
     assert_eq!(go_on(&moved, On::threads(1)).0.unwrap_err().exit_code(), exit::WRONG_INPUT);
+    // Another case in the same folder leaves no copy of what it does not name.
+    std::fs::rename(scratch.join("small.bed"), moved.join(copy)).unwrap();
+    run::run(&load(SLIDING, &[]), &again, &mut Listener::default(), &stop).unwrap();
+    assert!(!listed(copy) && !moved.join("inputs").exists());
 }
 
 #[test]

@@ -32,9 +32,11 @@ const TILE_GRAINS: u64 = 1931;
 const SOFT: Real = 200.0;
 /// Mean speed of a bed at rest, as the packing has it [m/s].
 const AT_REST: Real = 2e-3;
-/// Sub-steps after which grains that push each other apart are stopped, and how often.
-const QUENCH: usize = 10;
-const QUENCHES: usize = 80;
+/// Sub-steps in which grains lose speed until they lie on each other, what a sub-step leaves of it, and how fast they
+/// may be [m/s].
+const QUENCHES: usize = 15_000;
+const QUENCHED: Real = 0.99;
+const QUENCH_SPEED: Real = 0.01;
 /// Sub-steps between two looks at a settling bed, and most of these.
 const SETTLING: usize = 250;
 const LOOKS: usize = 24;
@@ -133,17 +135,12 @@ impl Paper {
     }
 }
 
-/// Lets the grains come to rest; returns their mean speed [m/s]. Overlaps go first, at no speed: a bed that was packed
-/// for other contact spheres would burst.
+/// Lets the grains come to rest; returns their mean speed [m/s]. A bed that was packed for other contact spheres or with
+/// other springs would burst, and then fall for long: it moves slowly and loses speed at first.
 pub(super) fn settle(engine: &mut Engine, domain: &Domain, gravity: Vector, dt: Real) -> Result<Real, String> {
     for _ in 0..QUENCHES {
-        engine
-            .advance(domain, &Loads::none(), gravity, dt * QUENCH as Real, Substeps::Fixed(QUENCH))
-            .map_err(|error| error.to_string())?;
-        for n in 0..engine.grains().owned() {
-            engine.set_velocity(n, Vector::ZERO, Vector::ZERO);
-        }
-        engine.refresh_ghosts(domain);
+        engine.advance(domain, &Loads::none(), gravity, dt, Substeps::Fixed(1)).map_err(|error| error.to_string())?;
+        engine.limit_speeds(domain, QUENCH_SPEED, QUENCHED);
     }
     let mut mean = Real::INFINITY;
     for _ in 0..LOOKS {

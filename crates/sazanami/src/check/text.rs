@@ -117,6 +117,7 @@ fn cost(text: &mut String, case: &Case, report: &CheckReport) {
         if report.threads == 1 { "" } else { "s" },
         parts.join(", ")
     );
+    let _ = writeln!(text, "              an estimate: half of it or twice as much may come out");
     let _ = writeln!(text, "machine       {}, {} cores", report.machine.cpu, report.machine.cores);
     if case.has_bed() {
         let _ = writeln!(text, "note          heights above the bed are measured on the bed in use, once it is there");

@@ -221,7 +221,7 @@ impl<'a> Recorder<'a> {
                 upper: case.domain.upper,
                 recipe: Recipe {
                     case: case.name.clone(),
-                    case_hash: format!("{:016x}", crate::case::resolved::hash(case)),
+                    case_hash: Recipe::hash_of(case),
                     version: env!("CARGO_PKG_VERSION").to_owned(),
                     shapes: case.grains.iter().map(|population| population.name.clone()).collect(),
                     porosity: found.porosity,

@@ -110,7 +110,7 @@ pub(super) fn friction_and_porosity() -> Result<Vec<Measured>, String> {
     add("porosity at 0.6 less that at 0.3", porosities[0] - porosities[1], 1e-3, 1.0, trend);
     add("porosity at 0.3 less that at 0", porosities[1] - porosities[2], 1e-3, 1.0, trend);
     // 400 axes that point anywhere have an order of 0 with a standard deviation of 0.045.
-    add("order of lying axes, friction 0.6", order, 0.1, 1.0, trend);
+    add("axes lie: order with friction 0.6", order, 0.1, 1.0, trend);
     add("control: order of random axes", random_order(100_000).abs(), 0.0, 0.01, "negative control");
     Ok(rows)
 }

@@ -84,7 +84,7 @@ pub(super) fn restitution_of_a_ball() -> Result<Vec<Measured>, String> {
         for e in [0.5, 0.8, 1.0] {
             let law = ContactLaw { tension, ..law(1e4, Damping::Restitution(e), 0.0) };
             let [found, _] = rebound(law, 1e-6, 500.0)?;
-            let name = format!("restitution, tension {}", if tension { "on" } else { "off" });
+            let name = format!("tension {}, e = {e:.1}", if tension { "on" } else { "off" });
             let row = Measured::within(name, "", found, e - 1e-3, e + 1e-3);
             rows.push(Measured { reference: Some(e), ..row }.from_source(closed_form));
         }

@@ -166,7 +166,15 @@ pub(super) fn swarm_budget() -> Result<Vec<Measured>, String> {
         Measured::within("damped: change of momentum", "", damped.momentum[0], 0.0, 1e-12).from_source(source),
         Measured::within("damped: change of angular momentum", "", damped.momentum[1], 0.0, 1e-12).from_source(source),
         Measured::info("damped: energy left", "", damped.left),
-        Measured::info("damped: largest rise of energy, springs against dashpots included", "", damped.rise),
+        // Missed: a spring set against its dashpot in slip holds energy only on paper, and it is counted.
+        Measured::within(
+            "damped: largest rise of energy, springs against dashpots included",
+            "",
+            damped.rise,
+            -1.0,
+            1e-6,
+        )
+        .from_source("dissipation"),
         Measured::within(
             "no tangential dashpot, a 32nd of the sub-step: largest rise of energy",
             "",

@@ -76,10 +76,12 @@ mod tests {
 
     /// The cheap ones; all others take longer than a test should.
     #[test]
-    fn cheap_cases_meet_their_bands() {
+    fn cheap_cases_meet_their_bands_with_names_of_their_own() {
         for name in ["block-on-floor", "restitution", "bouncing", "free-rotation", "crater-evaluation"] {
             let case = CASES.iter().find(|case| case.name == name).unwrap();
+            let mut names = std::collections::BTreeSet::new();
             for row in (case.measure)().unwrap() {
+                assert!(names.insert(row.quantity.clone()), "{name}: {} twice", row.quantity);
                 let inside = row.band.is_none_or(|[low, high]| row.value >= low && row.value <= high);
                 assert!(inside, "{name}: {} is {}", row.quantity, row.value);
             }

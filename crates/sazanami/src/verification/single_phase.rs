@@ -75,13 +75,10 @@ pub(super) fn taylor_green_vortices() -> Result<Vec<Measured>, String> {
             )
             .from_source(source),
         );
-        // On a fixed grid the slope of the upwind value, which knows the Courant number, leaves an error of dt h^2.
+        // Missed: the slope of the upwind value, which knows the Courant number, leaves an error of dt h^2 on a fixed grid.
         let order = smallest(&orders(second));
-        let row = Measured::info(
-            format!("{name}: order in time on fixed 32^2, incremental (second order missed)"),
-            "",
-            order,
-        );
+        let quantity = format!("{name}: order in time on fixed 32^2, incremental");
+        let row = Measured::within(quantity, "", order, 1.8, Real::INFINITY);
         rows.push(Measured { reference: Some(2.0), ..row }.from_source("definition of second order"));
         let joint = each([16, 32, 64], |n| taylor_green(n, n / 2, drift, TimeOrder::Second))?;
         let order = smallest(&orders(joint.map(|run| run.velocity)));

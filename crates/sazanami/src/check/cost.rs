@@ -1,0 +1,128 @@
+//! How long a run will take.
+
+use sazanami_numerics::Real;
+
+use super::{CostModel, PopulationReport, Size, contact_step};
+use crate::case::meaning::{Case, GrainPlacement, Lattice, Packing, PackingStop};
+
+/// What a run has to do.
+pub(super) struct Work {
+    /// Fluid steps.
+    pub steps: Real,
+    /// Fluid passes in a step.
+    pub passes: usize,
+    /// Sub-steps of the grains in a step.
+    pub substeps: usize,
+    /// Sub-steps of packing.
+    pub packing: Real,
+}
+
+/// Wall-clock time by part [s].
+pub(super) fn predict(
+    case: &Case,
+    size: &Size,
+    work: &Work,
+    threads: usize,
+    model: &CostModel,
+) -> Vec<(&'static str, Real)> {
+    let speed = 1.0 + model.parallel_share * (threads as Real - 1.0);
+    let substep = (size.grains as Real * model.substep_grain + size.spheres as Real * model.substep_sphere) / speed;
+    let mut parts = Vec::new();
+    if case.packs() {
+        parts.push(("packing", substep * work.packing));
+    }
+    if case.run.packing_only {
+        return parts;
+    }
+    parts.push(("fluid", work.steps * work.passes as Real * size.cells as Real * model.fluid / speed));
+    if size.grains > 0 {
+        parts.push(("grains", work.steps * work.substeps as Real * substep));
+        parts.push(("coupling", work.steps * size.grains as Real * model.coupling / speed));
+    }
+    parts
+}
+
+/// Share of the space that grains fill in a bed, about.
+const FILLING: Real = 0.55;
+/// Sine of the tilt of grains of the low lattice, 10 degrees.
+const TILT: Real = 0.174;
+
+/// Sub-steps that packing takes: the fall from the lattice, then the bounces until the bed rests.
+pub(super) fn packing_substeps(case: &Case, populations: &[PopulationReport], model: &CostModel) -> Real {
+    let (Some((how, fall)), Some(contact)) = (fall_of(case, populations), contact_step(case, populations)) else {
+        return 0.0;
+    };
+    let rest = match how.stop {
+        PackingStop::TimeOnly => how.settle_time,
+        PackingStop::Settled => how.settle_time.max(model.packing_rest * how.fall_gravity * fall),
+    };
+    (fall + rest).min(how.time_limit) / contact
+}
+
+/// How the grains are packed, and the time [s] in which those of the uppermost layer fall onto the bed.
+fn fall_of<'c>(case: &'c Case, populations: &[PopulationReport]) -> Option<(&'c Packing, Real)> {
+    let box_ = case.domain.extent();
+    let mut how = None;
+    let (mut count, mut volume, mut extent, mut layer): (Real, Real, Real, Real) = (0.0, 0.0, 0.0, 0.0);
+    for (population, report) in case.grains.iter().zip(populations) {
+        let GrainPlacement::Packed(packing) = &population.placement else { continue };
+        how = Some(packing);
+        let scale = population.size.largest();
+        let thick = scale * population.shape.size().or(report.size_m)?;
+        let long = scale * population.shape.extent().unwrap_or(thick);
+        let grains = report.grains.unwrap_or(0) as Real;
+        count += grains;
+        volume += grains * population.shape.volume().unwrap_or(long * thick * thick);
+        extent = extent.max(long);
+        layer = layer.max(match packing.lattice {
+            Lattice::Tall => long,
+            Lattice::Low => thick + TILT * (long - thick),
+        });
+    }
+    let how = how?;
+    let along = |length: Real| (length / (how.spacing * extent)).floor().max(1.0);
+    let layers = (count / (along(box_.x) * along(box_.y))).ceil();
+    let drop = layers * how.spacing * layer - volume / (FILLING * box_.x * box_.y);
+    Some((how, (2.0 * drop.max(0.0) / (how.fall_gravity * case.gravity.length())).sqrt()))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::super::{ShapeFacts, check};
+    use super::*;
+    use crate::machine::Machine;
+
+    /// The measurements of `docs/performance.md`, on two threads [s].
+    #[test]
+    fn predictions_agree_with_measurements_to_a_factor_of_two() {
+        for (name, until, measured) in [
+            ("quick", None, 62.0),
+            ("reduced", None, 690.0),
+            ("bed", None, 2687.0),
+            ("paper", Some("run.until=20 ms".to_owned()), 2029.0),
+            ("table3", None, 396.0),
+        ] {
+            let file = format!("{}/../../cases/raindrop/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+            let loaded = crate::case::load(Path::new(&file), until.as_slice()).unwrap();
+            let bed = ShapeFacts { grains: Some(30_900), ..ShapeFacts::default() };
+            let report = check(&loaded.case, &[bed], &Machine::this(), 2, &CostModel::default());
+            let ratio = report.predicted_total_s / measured;
+            assert!((0.5..=2.0).contains(&ratio), "{name}: {} s, not {measured} s", report.predicted_total_s);
+        }
+    }
+
+    #[test]
+    fn a_taller_lattice_takes_longer_to_pack() {
+        let file = format!("{}/../../cases/raindrop/quick.toml", env!("CARGO_MANIFEST_DIR"));
+        let packing = |change: &str| {
+            let loaded = crate::case::load(Path::new(&file), &[change.to_owned()]).unwrap();
+            let report = check(&loaded.case, &[], &Machine::this(), 2, &CostModel::default());
+            packing_substeps(&loaded.case, &report.populations, &CostModel::default())
+        };
+        let low = packing("grains.0.placement.packed.lattice=low");
+        assert!(packing("grains.0.placement.packed.lattice=tall") > 1.3 * low);
+        assert!(packing("grains.0.placement.packed.stop=time_only") < 0.5 * low);
+    }
+}
