@@ -85,6 +85,13 @@ impl Body {
         Self::new(volume, inertia, centres, radii, c)
     }
 
+    /// Whether this is a ball: one contact sphere about the centre of mass, which turns alike about all axes, so that
+    /// neither its contacts nor its spin depend on its orientation.
+    #[must_use]
+    pub fn is_ball(&self) -> bool {
+        self.centres == [Vector::ZERO] && self.inertia == Vector::splat(self.inertia.x)
+    }
+
     /// Number of contact spheres.
     #[must_use]
     pub fn spheres(&self) -> usize {

@@ -5,7 +5,7 @@ mod report;
 mod substep;
 
 use sazanami_numerics::domain::Domain;
-use sazanami_numerics::{Real, Vector};
+use sazanami_numerics::{Matrix, Real, Vector};
 
 use crate::body::Body;
 use crate::contact::block::{Block, ROWS};
@@ -44,13 +44,34 @@ pub struct Setup {
     pub ghost_margin: Real,
 }
 
-/// Forces and torques from outside on this rank's grains, constant over a call.
-#[derive(Clone, Copy, Debug, Default)]
+/// Forces and torques from outside on this rank's grains, constant over a call, and the drag of a fluid.
+#[derive(Clone, Copy, Default)]
 pub struct Loads<'a> {
     /// Force on each own grain [N]; empty: none.
     pub force: &'a [Vector],
     /// Torque about the centre of mass of each own grain [N m]; empty: none.
     pub torque: &'a [Vector],
+    /// Drag, implicit in every sub-step; what it gives each own grain is in [`Grains::drag_impulse`].
+    pub drag: Option<&'a dyn Drag>,
+}
+
+/// The drag of a fluid on own grains: force `kappa (u - v)` through the centre of mass.
+///
+/// A sub-step of length `h` takes a free grain from velocity `v` to
+/// `(v + h (F/m + g) + h kappa u/m)/(1 + h kappa/m)`, with `kappa` at the slip `|u - v|` of its start.
+pub trait Drag: Sync {
+    /// Velocity `u` of the fluid round own grain `own` [m/s].
+    fn fluid_velocity(&self, own: usize) -> Vector;
+
+    /// Drag coefficient `kappa` of own grain `own` at the speed `slip` [m/s] relative to the fluid [kg/s].
+    fn coefficient(&self, own: usize, slip: Real) -> Real;
+}
+
+impl std::fmt::Debug for Loads<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let mut out = f.debug_struct("Loads");
+        out.field("force", &self.force).field("torque", &self.torque).field("drag", &self.drag.is_some()).finish()
+    }
 }
 
 impl Loads<'_> {
@@ -87,6 +108,7 @@ pub struct Engine {
     pub(crate) time: Real,
     period: Vector,
     frames: Vec<Frame>,
+    rotations: Vec<Matrix>,
     inert: Vec<Inert>,
     budget: Vec<Real>,
     wall_budget: Vec<Real>,
@@ -159,6 +181,7 @@ impl Engine {
             time,
             period,
             frames: Vec::new(),
+            rotations: Vec::new(),
             inert: Vec::new(),
             budget: Vec::new(),
             reach: Vec::new(),
@@ -320,6 +343,7 @@ impl Engine {
         let h = dt / count as Real;
         let mut report = ContactReport { substeps: count, ..ContactReport::default() };
         let start = self.time;
+        self.grains.drag_impulse.fill(Vector::ZERO);
         let state = self.drift(0.5 * h);
         self.refresh_poses(domain);
         let mut state = self.worst(domain, state);
@@ -367,6 +391,11 @@ impl Engine {
         self.exchange.gather(domain, self.grains.owned, partial);
     }
 
+    /// Gives each ghost the entry of the grain that it is a copy of. `values` has an entry for every grain and ghost.
+    pub fn share_with_ghosts<const N: usize>(&self, domain: &Domain, values: &mut [[Real; N]]) {
+        self.exchange.share(domain, values);
+    }
+
     /// Whether own grain `own` touched another grain in the last sub-step.
     #[must_use]
     pub fn touches_a_grain(&self, own: usize) -> bool {
@@ -378,11 +407,25 @@ impl Engine {
 
     /// Changes the velocity of an own grain, and its angular velocity [m/s, rad/s].
     pub fn set_velocity(&mut self, own: usize, velocity: Vector, angular_velocity: Vector) {
-        let turn = self.frames[own].rotation;
+        let turn = self.rotations[own];
         let inertia = self.grains.inertia[own];
         self.grains.velocity[own] = velocity;
         self.grains.angular_momentum[own] = turn * (inertia * (turn.transpose() * angular_velocity));
-        set_frame(&mut self.frames[own], &self.inert[own], &self.grains, own);
+        self.rotations[own] = set_frame(&mut self.frames[own], &self.inert[own], &self.grains, own);
+    }
+
+    /// Gives each own grain that forces move an impulse through its centre of mass [N s], and tells the ghosts.
+    ///
+    /// # Panics
+    /// If there are not as many impulses as own grains.
+    pub fn apply_impulses(&mut self, domain: &Domain, impulses: &[Vector]) {
+        assert_eq!(impulses.len(), self.grains.owned, "every own grain has an impulse");
+        for (g, impulse) in impulses.iter().enumerate() {
+            let change = *impulse * self.inert[g].inverse_mass;
+            self.grains.velocity[g] += change;
+            self.frames[g].velocity = self.grains.velocity[g];
+        }
+        self.refresh_ghosts(domain);
     }
 
     /// Lets spheres overlap as deep as they do, or ends the run at 80 % of a radius again.

@@ -14,6 +14,7 @@ const POSES: u32 = 301;
 const BACK: u32 = 302;
 const GRAINS: u32 = 303;
 const CONTACTS: u32 = 304;
+const SHARED: u32 = 305;
 
 /// What a ghost needs in every sub-step.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
@@ -207,6 +208,28 @@ impl Exchange {
                 let ghost = link.incoming.0 + n;
                 put_pose(grains, budget, ghost, &bytemuck::pod_read_unaligned(bytes));
                 received(grains, ghost);
+            }
+        }
+    }
+
+    /// See [`crate::Engine::share_with_ghosts`].
+    pub fn share<const N: usize>(&self, domain: &Domain, values: &mut [[Real; N]]) {
+        let communicator = domain.communicator();
+        let mut scratch = self.scratch.lock().unwrap_or_else(PoisonError::into_inner);
+        let (bytes, row) = &mut *scratch;
+        for link in self.links.iter().filter(|l| !l.outgoing.is_empty()) {
+            row.clear();
+            row.extend(link.outgoing.iter().flat_map(|c| values[c.grain as usize]));
+            communicator.send(link.rank, SHARED, bytemuck::cast_slice(row));
+        }
+        for &(grain, _, ghost) in &self.selves {
+            values[ghost as usize] = values[grain as usize];
+        }
+        for link in self.links.iter().filter(|l| l.incoming.1 > 0) {
+            communicator.receive(link.rank, SHARED, bytes);
+            let ghosts = &mut values[link.incoming.0..link.incoming.0 + link.incoming.1];
+            for (ghost, bytes) in ghosts.iter_mut().zip(bytes.chunks_exact(N * size_of::<Real>())) {
+                *ghost = std::array::from_fn(|n| bytemuck::pod_read_unaligned(&bytes[8 * n..8 * n + 8]));
             }
         }
     }

@@ -100,6 +100,9 @@ pub struct Grains {
     pub contact_force: Vec<Vector>,
     /// Sum of the contact torques in the last sub-step [N m]; of owned grains only.
     pub contact_torque: Vec<Vector>,
+    /// Impulse of the drag on each grain over the last call of [`crate::Engine::advance`] [N s], also of those that
+    /// forces do not move; of owned grains only. The fluid loses as much.
+    pub drag_impulse: Vec<Vector>,
     /// Numbers that a coupled solver keeps with each grain, zero at first; they travel with it.
     pub attached: Vec<[Real; ATTACHED]>,
     /// Centre of mass without wrapping at periodic sides [m].
@@ -129,6 +132,7 @@ pub(crate) struct GrainRecord {
     pub angular_momentum: [Real; 3],
     pub contact_force: [Real; 3],
     pub contact_torque: [Real; 3],
+    pub drag_impulse: [Real; 3],
     pub attached: [Real; ATTACHED],
 }
 
@@ -187,6 +191,7 @@ impl GrainRecord {
             angular_momentum: momentum.to_array(),
             contact_force: [0.0; 3],
             contact_torque: [0.0; 3],
+            drag_impulse: [0.0; 3],
             attached: [0.0; ATTACHED],
         })
     }
@@ -263,6 +268,7 @@ impl Grains {
         self.last_contact.truncate(length);
         self.contact_force.truncate(length);
         self.contact_torque.truncate(length);
+        self.drag_impulse.truncate(length);
         self.attached.truncate(length);
         self.home.truncate(length);
         self.image.truncate(length);
@@ -284,6 +290,7 @@ impl Grains {
         self.last_contact.push(record.last_contact);
         self.contact_force.push(Vector::from_array(record.contact_force));
         self.contact_torque.push(Vector::from_array(record.contact_torque));
+        self.drag_impulse.push(Vector::from_array(record.drag_impulse));
         self.attached.push(record.attached);
         self.home.push(home);
         self.image.push(record.image);
@@ -308,6 +315,7 @@ impl Grains {
             angular_momentum: self.angular_momentum[i].to_array(),
             contact_force: self.contact_force[i].to_array(),
             contact_torque: self.contact_torque[i].to_array(),
+            drag_impulse: self.drag_impulse[i].to_array(),
             attached: self.attached[i],
         }
     }

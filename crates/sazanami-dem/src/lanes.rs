@@ -62,6 +62,11 @@ impl<const W: usize> Lanes<W> {
 }
 
 impl<const W: usize> Mask<W> {
+    #[inline(always)]
+    pub fn any(self) -> bool {
+        self.0.iter().fold(false, |any, &truth| any | truth)
+    }
+
     /// `yes` where true, else `no`.
     #[inline(always)]
     pub fn select(self, yes: Lanes<W>, no: Lanes<W>) -> Lanes<W> {

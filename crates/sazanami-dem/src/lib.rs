@@ -21,7 +21,7 @@ mod snapshot;
 mod wall;
 
 pub use body::Body;
-pub use engine::{ContactReport, Engine, Loads, Setup, Substeps};
+pub use engine::{ContactReport, Drag, Engine, Loads, Setup, Substeps};
 pub use error::DemError;
 pub use grain::{ATTACHED, Grain, Grains, Motion};
 pub use material::{

@@ -18,6 +18,13 @@ pub enum Damping {
         /// Restitution coefficient, above 0 and at most 1.
         Real,
     ),
+    /// The normal dashpot as with `Restitution`, the tangential one a multiple of it.
+    RestitutionAndRatio {
+        /// Restitution coefficient, above 0 and at most 1.
+        restitution: Real,
+        /// Tangential coefficient over the normal one, `D_t/D_n`.
+        tangential: Real,
+    },
 }
 
 /// Direction of the friction force of a contact that slips.
@@ -89,6 +96,19 @@ impl ContactLaw {
         rolling_friction: 0.0,
     };
 
+    /// The law of spheres with linear springs: without tension, `K_t/K_n = D_t/D_n = 2/7`. With this ratio the
+    /// tangential half period of a solid sphere is that of the normal spring. `normal_stiffness` [N/m].
+    #[must_use]
+    pub const fn spheres(normal_stiffness: Real, restitution: Real, friction: Real) -> Self {
+        Self {
+            normal_stiffness,
+            tangential_stiffness: 2.0 / 7.0 * normal_stiffness,
+            damping: Damping::RestitutionAndRatio { restitution, tangential: 2.0 / 7.0 },
+            friction,
+            ..Self::SAND
+        }
+    }
+
     /// Dashpots `(D_n, D_t)` of this law, and whether they are still to be multiplied by the square
     /// root of the reduced mass.
     pub(crate) fn dashpots(&self) -> ([Real; 2], bool) {
@@ -98,6 +118,10 @@ impl ContactLaw {
                 let gamma = damping_ratio(e, self.tension);
                 let of = |stiffness: Real| 2.0 * gamma * stiffness.sqrt();
                 ([of(self.normal_stiffness), of(self.tangential_stiffness)], true)
+            }
+            Damping::RestitutionAndRatio { restitution, tangential } => {
+                let normal = 2.0 * damping_ratio(restitution, self.tension) * self.normal_stiffness.sqrt();
+                ([normal, tangential * normal], true)
             }
         }
     }
@@ -199,6 +223,9 @@ mod tests {
         assert!((damping_ratio(0.5, false) - 0.25528).abs() < 5e-6);
         assert!((restitution(0.21545, false) - 0.5503).abs() < 1e-4);
         assert_eq!(damping_ratio(1.0, false), 0.0);
+        let ([normal, tangential], by_mass) = ContactLaw::spheres(400.0, 0.5, 0.4).dashpots();
+        assert!((normal - 2.0 * 0.25528 * 20.0).abs() < 2e-4 && by_mass);
+        assert!((tangential / normal - 2.0 / 7.0).abs() < 1e-15);
         assert!((restitution(damping_ratio(0.05, false), false) - 0.05).abs() < 1e-9);
     }
 }

@@ -11,23 +11,23 @@ use crate::contact::evaluate::WIDTH;
 use crate::grain::Motion;
 use crate::lanes::{Lanes, Lanes3};
 
-/// Where the material of a grain is and how it moves: what contact needs to know.
+/// Where a grain is and how it moves: what its contacts need to know besides the rotation, which those of balls do not.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Frame {
     /// Centre of mass without periodic wrapping [m].
     pub home: Vector,
-    /// Body to laboratory coordinates.
-    pub rotation: Matrix,
+    /// Radius of a ball, see [`crate::Body::is_ball`]; 0 for other grains [m].
+    pub radius: Real,
     /// Velocity of the centre of mass [m/s].
     pub velocity: Vector,
     /// Angular velocity [rad/s].
     pub spin: Vector,
-    /// Size factor.
-    pub scale: Real,
     /// Number of the body.
     pub body: u32,
     /// First of its contact spheres among those of all bodies.
     pub spheres: u32,
+    /// Size factor.
+    pub scale: Real,
 }
 
 /// Constants of a grain's motion.
@@ -40,6 +40,8 @@ pub(crate) struct Inert {
     /// Largest distance of a contact sphere's centre from the centre of mass [m].
     pub arm: Real,
     pub motion: Motion,
+    /// Whether the grain is a ball: orientation and spin go their own ways.
+    pub ball: bool,
 }
 
 /// Some grains on the move, one array element each.
@@ -50,6 +52,7 @@ pub(crate) struct Moving<'a> {
     pub velocity: &'a mut [Vector],
     pub angular_momentum: &'a mut [Vector],
     pub frames: &'a mut [Frame],
+    pub rotations: &'a mut [Matrix],
     /// Grows by a bound of the way of the contact spheres' centres [m].
     pub budget: &'a mut [Real],
 }
@@ -151,13 +154,20 @@ impl Moving<'_> {
         let count = self.frames.len();
         let mut at = 0;
         while at < count {
-            let several = at + WIDTH <= count && self.inert[at..at + WIDTH].iter().all(|i| i.motion == Motion::Free);
+            let ball = self.inert[at].ball;
+            let alike = |i: &Inert| i.motion == Motion::Free && i.ball == ball;
+            let several = at + WIDTH <= count && self.inert[at..at + WIDTH].iter().all(alike);
             if several {
-                self.leap_free::<WIDTH>(at, leap);
+                if ball {
+                    self.leap_free::<WIDTH, true>(at, leap)
+                } else {
+                    self.leap_free::<WIDTH, false>(at, leap)
+                }
                 at += WIDTH;
             } else {
                 match self.inert[at].motion {
-                    Motion::Free => self.leap_free::<1>(at, leap),
+                    Motion::Free if ball => self.leap_free::<1, true>(at, leap),
+                    Motion::Free => self.leap_free::<1, false>(at, leap),
                     Motion::Prescribed => self.go_on(at, leap.time),
                     Motion::Fixed => {}
                 }
@@ -167,7 +177,7 @@ impl Moving<'_> {
     }
 
     #[inline(always)]
-    fn leap_free<const W: usize>(&mut self, at: usize, leap: &Leap<'_>) {
+    fn leap_free<const W: usize, const BALL: bool>(&mut self, at: usize, leap: &Leap<'_>) {
         let time = Lanes::<W>::splat(leap.time);
         let inert: [&Inert; W] = std::array::from_fn(|l| &self.inert[at + l]);
         let inverse_mass = Lanes::from_fn(|l| inert[l].inverse_mass);
@@ -179,12 +189,15 @@ impl Moving<'_> {
         let home = Lanes3::from_fn(|l| self.home[at + l]) + v * time;
 
         let q = Orientations::from_fn(|l| self.orientation[at + l]);
-        let first = spins(&q.rotations(), inverse_inertia, momentum);
-        let middle = Orientations::turn(first * Lanes::splat(0.5 * leap.time)).times(q);
-        let spin = spins(&middle.rotations(), inverse_inertia, momentum);
+        let mut spin = momentum * inverse_inertia.x;
+        if !BALL {
+            let first = spins(&q.rotations(), inverse_inertia, momentum);
+            let middle = Orientations::turn(first * Lanes::splat(0.5 * leap.time)).times(q);
+            spin = spins(&middle.rotations(), inverse_inertia, momentum);
+        }
         let q = Orientations::turn(spin * time).times(q).normalized();
         let rotations = q.rotations();
-        let after = spins(&rotations, inverse_inertia, momentum);
+        let after = if BALL { spin } else { spins(&rotations, inverse_inertia, momentum) };
 
         let arm = Lanes::from_fn(|l| inert[l].arm);
         let way = way(v, spin, arm, home, leap.time);
@@ -196,7 +209,10 @@ impl Moving<'_> {
             self.orientation[at + l] = Quaternion::from_xyzw(vector.x, vector.y, vector.z, q.scalar.0[l]);
             let frame = &mut self.frames[at + l];
             frame.home = home.lane(l);
-            frame.rotation = Matrix::from_cols(rotations[0].lane(l), rotations[1].lane(l), rotations[2].lane(l));
+            if !BALL {
+                self.rotations[at + l] =
+                    Matrix::from_cols(rotations[0].lane(l), rotations[1].lane(l), rotations[2].lane(l));
+            }
             frame.velocity = v.lane(l);
             frame.spin = after.lane(l);
             self.budget[at + l] += way.0[l];
@@ -219,7 +235,8 @@ impl Moving<'_> {
         let (home, arm) = (Lanes3::splat(self.home[at]), Lanes::splat(inert.arm));
         self.budget[at] += way(Lanes3::<1>::splat(self.velocity[at]), Lanes3::splat(spin), arm, home, time).0[0];
         let momentum = self.angular_momentum[at];
-        self.frames[at].set(self.home[at], self.orientation[at], self.velocity[at], momentum, inert.inverse_inertia);
+        self.rotations[at] =
+            self.frames[at].set(self.home[at], self.orientation[at], self.velocity[at], momentum, inert);
     }
 }
 
@@ -233,20 +250,26 @@ fn way<const W: usize>(v: Lanes3<W>, spin: Lanes3<W>, arm: Lanes<W>, home: Lanes
 }
 
 impl Frame {
-    /// Sets position and motion from a grain's state.
+    /// Sets position and motion from a grain's state. Returns the rotation from body to laboratory coordinates; for
+    /// balls the identity, whatever their orientation.
     pub fn set(
         &mut self,
         home: Vector,
         orientation: Quaternion,
         velocity: Vector,
         momentum: Vector,
-        inverse_inertia: Vector,
-    ) {
-        let r = Orientations::<1>::from_fn(|_| orientation).rotations();
+        inert: &Inert,
+    ) -> Matrix {
         self.home = home;
-        self.rotation = Matrix::from_cols(r[0].lane(0), r[1].lane(0), r[2].lane(0));
         self.velocity = velocity;
-        self.spin = spins(&r, Lanes3::splat(inverse_inertia), Lanes3::splat(momentum)).lane(0);
+        if inert.ball {
+            self.spin = momentum * inert.inverse_inertia.x;
+            Matrix::IDENTITY
+        } else {
+            let r = Orientations::<1>::from_fn(|_| orientation).rotations();
+            self.spin = spins(&r, Lanes3::splat(inert.inverse_inertia), Lanes3::splat(momentum)).lane(0);
+            Matrix::from_cols(r[0].lane(0), r[1].lane(0), r[2].lane(0))
+        }
     }
 }
 
@@ -279,10 +302,12 @@ mod tests {
             inverse_inertia: inertia.recip(),
             arm: body.centre_radius,
             motion: Motion::Free,
+            ball: false,
         };
         // Five alike: four go together, one alone.
         let (mut orientations, mut momenta) = ([orientation; 5], [momentum; 5]);
-        let mut frames = [Frame { rotation, spin: rotation * spin_body, ..Frame::default() }; 5];
+        let mut frames = [Frame { spin: rotation * spin_body, ..Frame::default() }; 5];
+        let mut rotations = [rotation; 5];
         let energy = 0.5 * momentum.dot(frames[0].spin);
         let (time, steps) = (1e-5, 10_000);
         for _ in 0..steps {
@@ -293,6 +318,7 @@ mod tests {
                 velocity: &mut [Vector::ZERO; 5],
                 angular_momentum: &mut momenta,
                 frames: &mut frames,
+                rotations: &mut rotations,
                 budget: &mut [0.0; 5],
             };
             moving.leap(&Leap { gravity: Vector::ZERO, impulses: &[Wrench::default(); 5], time });
@@ -302,7 +328,7 @@ mod tests {
         let frame = &frames[4];
         assert!((0.5 * momentum.dot(frame.spin) / energy - 1.0).abs() < 1e-6);
         // The equator of the spin turns in the body frame at (I_axial/I_trans - 1) w_3.
-        let found = frame.rotation.transpose() * frame.spin;
+        let found = rotations[4].transpose() * frame.spin;
         let rate = (inertia.z / inertia.x - 1.0) * spin_body.z;
         let angle = rate * time * Real::from(steps);
         let expected = 30.0 * Vector::new(angle.cos(), angle.sin(), 0.0) + Vector::new(0.0, 0.0, 100.0);

@@ -11,15 +11,13 @@ use crate::engine::{Engine, Setup};
 use crate::error::DemError;
 use crate::grain::GrainRecord;
 
-const STATE: u32 = 310;
-
 impl Engine {
     /// Writes the state into `snapshot` on rank 0 under names that begin with `prefix`. All ranks take part.
     pub fn snapshot(&mut self, domain: &Domain, prefix: &str, snapshot: &mut Snapshot) {
         self.collect_records();
         let grains: Vec<GrainRecord> = (0..self.grains.owned).map(|g| self.grains.record(g)).collect();
-        let mut grains: Vec<GrainRecord> = to_first(domain, &grains);
-        let mut contacts: Vec<ContactRecord> = to_first(domain, &self.records);
+        let mut grains: Vec<GrainRecord> = domain.to_first(&grains);
+        let mut contacts: Vec<ContactRecord> = domain.to_first(&self.records);
         if domain.communicator().rank() != 0 {
             return;
         }
@@ -66,9 +64,9 @@ impl Engine {
             Ok(State::default())
         };
         let state = domain.agree(outcome)?;
-        let grains = from_first(domain, state.grains);
-        let contacts = from_first(domain, state.contacts);
-        let others = from_first(domain, state.others);
+        let grains = domain.from_first(state.grains);
+        let contacts = domain.from_first(state.contacts);
+        let others = domain.from_first(state.others);
         let time = others[0];
         for (wall, values) in setup.walls.iter_mut().zip(others[1..].chunks_exact(6)) {
             wall.point = Vector::from_slice(&values[..3]);
@@ -120,6 +118,8 @@ impl State {
                 angular_momentum: triple(momentum, g),
                 contact_force: triple(force, g),
                 contact_torque: triple(torque, g),
+                // Every step collects it anew.
+                drag_impulse: [0.0; 3],
                 attached: std::array::from_fn(|d| attached[crate::ATTACHED * g + d]),
             })
             .collect();
@@ -201,34 +201,4 @@ fn of_length<T>(name: String, values: &[T], expected: usize) -> Result<&[T], Sna
     } else {
         Err(SnapshotError::Length { name, expected, found: values.len() })
     }
-}
-
-/// The values of all ranks, in rank order, on rank 0; empty on the others.
-fn to_first<T: bytemuck::Pod>(domain: &Domain, mine: &[T]) -> Vec<T> {
-    let communicator = domain.communicator();
-    if communicator.rank() != 0 {
-        communicator.send(0, STATE, bytemuck::cast_slice(mine));
-        return Vec::new();
-    }
-    let mut all = mine.to_vec();
-    let mut bytes = Vec::new();
-    for rank in 1..communicator.size() {
-        communicator.receive(rank, STATE, &mut bytes);
-        all.extend(bytes.chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned::<T>));
-    }
-    all
-}
-
-/// The values of rank 0 on every rank.
-fn from_first<T: bytemuck::Pod>(domain: &Domain, values: Vec<T>) -> Vec<T> {
-    let communicator = domain.communicator();
-    if communicator.rank() == 0 {
-        for rank in 1..communicator.size() {
-            communicator.send(rank, STATE, bytemuck::cast_slice(&values));
-        }
-        return values;
-    }
-    let mut bytes = Vec::new();
-    communicator.receive(0, STATE, &mut bytes);
-    bytes.chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned).collect()
 }

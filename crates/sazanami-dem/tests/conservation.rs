@@ -212,7 +212,7 @@ fn a_grain_that_is_no_number_is_named_on_every_rank() {
             force[3].x = Real::NAN;
         }
         let id = engine.grains().id[3];
-        let loads = Loads { force: &force, torque: &[] };
+        let loads = Loads { force: &force, ..Loads::none() };
         (id, engine.advance(&domain, &loads, Vector::ZERO, 1e-5, Substeps::Auto).unwrap_err())
     })
     .expect("the case is sound");

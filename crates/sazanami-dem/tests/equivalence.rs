@@ -288,3 +288,58 @@ fn a_bed_four_times_as_large_falls_alike_in_twice_the_time() {
     let (other, _) = fall(4.0, 30.0, 150);
     assert!(small.iter().zip(&other).any(|(a, b)| 4.0 * a.position != b.position));
 }
+
+/// Balls of three sizes and two materials that collapse between walls, after some steps. With `others` the engine
+/// knows of another body too, which no grain has.
+fn balls(domain: &Domain, rolling_friction: Real, others: bool) -> Snapshot {
+    let law = |friction| ContactLaw { rolling_friction, ..ContactLaw::spheres(400.0, 0.5, friction) };
+    let mut interactions = Interactions::uniform(2, law(0.4));
+    interactions.set(0, 1, law(0.2));
+    let mut random = Random::new(5);
+    let mut grains: Vec<Grain> = (0..120)
+        .map(|n| Grain {
+            material: (n % 3 == 0).into(),
+            scale: [0.7, 0.85, 1.0][n as usize % 3],
+            ..Grain::new(7 * n % 127, 2650.0, Vector::ZERO)
+        })
+        .collect();
+    let settings = PackingSettings::new(Vector::ZERO, Vector::new(WIDTH, WIDTH, 1.0));
+    settings.arrange(&[Body::ball(0.3e-3)], &mut grains).expect("the lattice fits");
+    for grain in &mut grains {
+        grain.velocity = Vector::new(0.6, 0.3, -0.5) + random.between(-0.5, 0.5) * Vector::X;
+        grain.angular_velocity = Vector::new(random.between(-200.0, 200.0), 50.0, 0.0);
+    }
+    let side = [!domain.periodic()[0]; 2];
+    let mut bodies = vec![Body::ball(0.3e-3)];
+    bodies.extend(others.then(|| Body::prolate(0.26e-3, 0.635e-3, 9)));
+    let setup = Setup {
+        bodies,
+        interactions,
+        walls: Wall::of_box(Vector::ZERO, Vector::new(WIDTH, WIDTH, 0.0), 0, [side, side, [true, false]]),
+        region: [Vector::new(-1.0, -1.0, 0.0), Vector::ONE],
+        ghost_margin: 0.5e-3,
+    };
+    let mut engine = Engine::new(domain, setup, &grains).expect("the case is sound");
+    for _ in 0..100 {
+        engine.advance(domain, &Loads::none(), GRAVITY, 1e-4, Substeps::Fixed(40)).expect("they fall");
+    }
+    let mut snapshot = Snapshot::default();
+    engine.snapshot(domain, "", &mut snapshot);
+    snapshot
+}
+
+#[test]
+fn balls_alone_have_the_bits_of_balls_among_others() {
+    let solo = |periodic| domain(Box::new(Solo::default()), periodic);
+    for (periodic, rolling) in [(false, 0.0), (true, 0.0), (true, 0.05)] {
+        let expected = balls(&solo(periodic), rolling, true);
+        assert!(expected.u64("contact.low").expect("there is a list of contacts").len() > 50);
+        assert!(balls(&solo(periodic), rolling, false) == expected);
+        for (ranks, threads) in [(1, 2), (2, 1), (4, 2)] {
+            let found = run_ranks(ranks, threads, |c| balls(&domain(c, periodic), rolling, false)).expect("they fall");
+            assert!(found[0] == expected, "{ranks} ranks, {threads} threads, periodic {periodic}, rolling {rolling}");
+        }
+        // Negative control: the comparison sees another torque against rolling.
+        assert!(balls(&solo(periodic), rolling + 1e-12, false) != expected);
+    }
+}

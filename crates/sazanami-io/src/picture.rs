@@ -9,17 +9,25 @@ mod colour;
 mod figures;
 mod isosurface;
 mod raster;
+mod ripples;
 mod scene;
 mod section;
+mod slab;
 mod still;
 mod text;
+mod tiles;
+mod vectors;
 
 pub use chart::{Dash, LinePlot, Mark, Trace};
 pub use colour::{Colour, ColourMap, ColourScale};
 pub use figures::{ErosionPoint, bed_profiles, crater_history, erosion_against_momentum, momentum_budget};
 pub use isosurface::Isosurface;
+pub use ripples::{LayerFigure, LayerHistory, ProfileFigure, ProfilesAtTime, RippleHistory, ripple_growth};
 pub use section::{LiquidStyle, SectionView, section_of_cells};
+pub use slab::{SlabPanel, SlabView};
 pub use still::{Still, Viewpoint};
+pub use tiles::sheet;
+pub use vectors::VectorWindow;
 
 use std::io;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,4 @@
-//! What people came for: crater volume and profile, splashed grains, the state of the bed, budgets
+//! What people came for: crater volume and profile, splashed grains, the state of the bed, ripples, budgets
 //! of momentum, liquid and energy, and the comparison of several runs.
 //!
 //! Everything here reads plain slices ([`BedView`]) and returns plain numbers. Nothing is written,
@@ -12,6 +12,7 @@ pub mod comparison;
 pub mod erosion;
 mod gathered;
 pub mod height_map;
+pub mod ripples;
 pub mod splash;
 
 pub use bed::{BedView, Body};

@@ -146,6 +146,11 @@ const BENCHES: &[Bench] = &[
     Bench { name: "dem_substep_axis9", about: "the same with 9 spheres on the long axis", time: contacts::axis9 },
     Bench { name: "dem_substep_spheres", about: "contact sub-step of 30,600 settled spheres", time: contacts::spheres },
     Bench {
+        name: "dem_substep_tank",
+        about: "the same of 34,000 spheres, the bed of a wave tank between two walls",
+        time: contacts::tank,
+    },
+    Bench {
         name: "packing_bed",
         about: "packing of the paper's bed, from a sub-step of the settled bed",
         time: contacts::packing_bed,

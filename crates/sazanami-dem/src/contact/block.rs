@@ -13,7 +13,6 @@ use super::search::{Near, Nearest};
 use super::walls::WallContacts;
 use super::{Census, World, Wrench};
 use crate::material::Multiplicity;
-use crate::motion::Frame;
 
 /// Grains in a block.
 pub(crate) const ROWS: usize = 64;
@@ -162,10 +161,11 @@ impl Block {
         self.census = Census::default();
         self.changes.clear();
         self.wake_pairs(world);
-        if world.plain {
-            self.evaluate::<true>(world, ids, dt);
-        } else {
-            self.evaluate::<false>(world, ids, dt);
+        match (world.plain, world.balls) {
+            (true, true) => self.evaluate_balls::<true>(world, ids, dt),
+            (false, true) => self.evaluate_balls::<false>(world, ids, dt),
+            (true, false) => self.evaluate::<true>(world, ids, dt),
+            (false, false) => self.evaluate::<false>(world, ids, dt),
         }
         self.walls.step(world, ids, self.first, dt, &mut self.touches, &mut self.census);
     }
@@ -206,18 +206,29 @@ impl Block {
         let known = |spheres: (u16, u16)| mine.clone().any(|c| (c.a, c.b) == spheres);
         let nearest = &mut self.nearest[p as usize];
         let new = |(a, b): (u16, u16)| Contact { pair: p, a, b, deep: false, d_t: Vector::ZERO };
-        if sum < nearest.rest {
+        if frames.iter().all(|f| f.radius > 0.0) {
+            // Of balls there is nothing else to know. While they touch they need no look; see `part`.
+            let gap = offset.length() - (frames[0].radius + frames[1].radius);
+            self.wake[p as usize] = if gap < touch { Real::INFINITY } else { sum + (gap - touch) };
+            if gap < touch && !pair.touching {
+                self.found.push(new((0, 0)));
+            }
+        } else if sum < nearest.rest {
             let mut wake = nearest.rest;
             for &spheres in &nearest.spheres[..nearest.count as usize] {
                 if known(spheres) {
                     continue;
                 }
-                let gap = gap(world, frames, spheres, offset);
+                let gap = gap(world, [low, high], spheres, offset);
                 if gap < touch { self.found.push(new(spheres)) } else { wake = wake.min(sum + (gap - touch)) }
             }
             self.wake[p as usize] = wake;
         } else {
-            let ends = frames.map(|f| (&world.bodies[f.body as usize], &world.arrays[f.body as usize], f));
+            let ends = [low, high].map(|g| {
+                let frame = &world.frames[g];
+                let body = frame.body as usize;
+                (&world.bodies[body], &world.arrays[body], &world.rotations[g], frame.scale)
+            });
             let gap = self.near.look(ends, offset, REACH * size, touch);
             self.wake[p as usize] = sum + (gap - touch).max(0.0);
             *nearest = self.near.nearest(sum, touch);
@@ -244,6 +255,7 @@ impl Block {
     }
 
     /// Evaluates all contacts, adds up pairs and rows in order, drops the contacts that have ended.
+    #[inline(never)]
     fn evaluate<const PLAIN: bool>(&mut self, world: &World<'_>, ids: &[u64], dt: Real) {
         self.own.fill(Wrench::default());
         self.touches.fill(false);
@@ -253,7 +265,7 @@ impl Block {
         let mut total = Total::default();
         while at < count {
             let end = (at + WIDTH).min(count);
-            let outcomes = evaluate::<WIDTH, PLAIN>(world, &self.pairs, &self.contacts[at..end], dt);
+            let outcomes = evaluate::<WIDTH, PLAIN, false>(world, &self.pairs, &self.contacts[at..end], dt);
             for l in 0..end - at {
                 let from = at + l;
                 let p = self.contacts[from].pair;
@@ -273,15 +285,8 @@ impl Block {
                 }
                 self.contacts[kept].d_t = outcomes.d_t.lane(l);
                 let fraction = outcomes.fraction.0[l];
-                if fraction > self.census.deepest {
-                    let pair = &self.pairs[p as usize];
-                    self.census.deepest = fraction;
-                    self.census.deepest_ids = [ids[pair.low as usize], ids[pair.high as usize]];
-                    self.census.deepest_at = world.frames[pair.low as usize].home;
-                }
-                if fraction > WARNING && !self.contacts[kept].deep {
-                    self.contacts[kept].deep = true;
-                    self.census.deepened += usize::from(self.counts(world, p));
+                if fraction > self.census.deepest.min(WARNING) {
+                    self.note_depth(world, ids, kept, fraction);
                 }
                 kept += 1;
                 total.add(&outcomes, l, self.pairs[p as usize].multiplicity);
@@ -290,6 +295,68 @@ impl Block {
         }
         self.close(world, present, &total);
         self.contacts.truncate(kept);
+    }
+
+    /// The same where all bodies are balls: a pair has one contact, and there is nothing to add up.
+    #[inline(never)]
+    fn evaluate_balls<const PLAIN: bool>(&mut self, world: &World<'_>, ids: &[u64], dt: Real) {
+        self.own.fill(Wrench::default());
+        self.touches.fill(false);
+        let count = self.contacts.len();
+        let (mut kept, mut at) = (0, 0);
+        while at < count {
+            let end = (at + WIDTH).min(count);
+            let outcomes = evaluate::<WIDTH, PLAIN, true>(world, &self.pairs, &self.contacts[at..end], dt);
+            for l in 0..end - at {
+                let from = at + l;
+                let p = self.contacts[from].pair;
+                let pair = &mut self.pairs[p as usize];
+                let parted = outcomes.overlap.0[l] <= 0.0;
+                if parted == pair.touching {
+                    pair.touching = !parted;
+                    self.changes.push(p);
+                }
+                if parted {
+                    self.part(world, from, -outcomes.overlap.0[l]);
+                    continue;
+                }
+                let row = pair.low as usize - self.first;
+                let counted = usize::from((pair.low as usize) < world.owned);
+                if kept != from {
+                    self.contacts[kept] = self.contacts[from];
+                }
+                self.contacts[kept].d_t = outcomes.d_t.lane(l);
+                let fraction = outcomes.fraction.0[l];
+                if fraction > self.census.deepest.min(WARNING) {
+                    self.note_depth(world, ids, kept, fraction);
+                }
+                kept += 1;
+                let force = outcomes.force.lane(l);
+                self.own[row] += Wrench { force, torque: outcomes.torque_low.lane(l) };
+                self.on_high[p as usize] = Wrench { force: -force, torque: outcomes.torque_high.lane(l) };
+                self.touches[row] = true;
+                self.census.pairs += counted;
+                self.census.contacts += counted;
+            }
+            at = end;
+        }
+        self.contacts.truncate(kept);
+    }
+
+    /// Takes down the deepest contact, and one that passes the warning limit.
+    #[cold]
+    fn note_depth(&mut self, world: &World<'_>, ids: &[u64], contact: usize, fraction: Real) {
+        let p = self.contacts[contact].pair;
+        let pair = &self.pairs[p as usize];
+        if fraction > self.census.deepest {
+            self.census.deepest = fraction;
+            self.census.deepest_ids = [ids[pair.low as usize], ids[pair.high as usize]];
+            self.census.deepest_at = world.frames[pair.low as usize].home;
+        }
+        if fraction > WARNING && !self.contacts[contact].deep {
+            self.contacts[contact].deep = true;
+            self.census.deepened += usize::from(self.counts(world, p));
+        }
     }
 
     /// Two spheres have parted and are `gap` apart.
@@ -333,10 +400,11 @@ impl Block {
 }
 
 /// Gap of two contact spheres [m].
-fn gap(world: &World<'_>, [i, j]: [&Frame; 2], (a, b): (u16, u16), offset: Vector) -> Real {
-    let [p, q] = [(i, a), (j, b)].map(|(frame, sphere)| {
+fn gap(world: &World<'_>, [i, j]: [usize; 2], (a, b): (u16, u16), offset: Vector) -> Real {
+    let [p, q] = [(i, a), (j, b)].map(|(grain, sphere)| {
+        let frame = &world.frames[grain];
         let [x, y, z, r] = world.spheres[frame.spheres as usize + sphere as usize];
-        (frame.rotation * Vector::new(x, y, z) * frame.scale, r * frame.scale)
+        (world.rotations[grain] * Vector::new(x, y, z) * frame.scale, r * frame.scale)
     });
     (offset + q.0 - p.0).length() - (p.1 + q.1)
 }

@@ -1,6 +1,6 @@
 //! The force of sphere contacts, several at a time.
 
-use sazanami_numerics::{Real, Vector};
+use sazanami_numerics::{Matrix, Real, Vector};
 
 use super::World;
 use super::block::{Contact, Pair};
@@ -36,20 +36,31 @@ struct Spheres<const W: usize> {
 
 impl<const W: usize> Spheres<W> {
     #[inline(always)]
-    fn new(world: &World<'_>, frames: [&Frame; W], number: impl Fn(usize) -> u16) -> Self {
+    fn new<const BALLS: bool>(
+        world: &World<'_>,
+        grains: [u32; W],
+        frames: [&Frame; W],
+        number: impl Fn(usize) -> u16,
+    ) -> Self {
+        if BALLS {
+            return Self { offset: Lanes3::splat(Vector::ZERO), radius: Lanes::from_fn(|l| frames[l].radius) };
+        }
         let sphere: [&[Real; 4]; W] =
             std::array::from_fn(|l| &world.spheres[frames[l].spheres as usize + number(l) as usize]);
         let scale = Lanes::from_fn(|l| frames[l].scale);
         let component = |d: usize| Lanes::from_fn(|l| sphere[l][d]);
-        let axis = |d: usize| Lanes3::from_fn(|l| frames[l].rotation.col(d));
+        // As many as frames: one check of bounds does for both.
+        let rotations = &world.rotations[..world.frames.len()];
+        let rotations: [&Matrix; W] = std::array::from_fn(|l| &rotations[grains[l] as usize]);
+        let axis = |d: usize| Lanes3::from_fn(|l| rotations[l].col(d));
         let offset = axis(0) * component(0) + axis(1) * component(1) + axis(2) * component(2);
         Self { offset: offset * scale, radius: component(3) * scale }
     }
 }
 
-/// Evaluates one to `W` contacts; surplus lanes repeat the last.
+/// Evaluates one to `W` contacts; surplus lanes repeat the last. `BALLS` has the same bits where all bodies are balls.
 #[inline(always)]
-pub(crate) fn evaluate<const W: usize, const PLAIN: bool>(
+pub(crate) fn evaluate<const W: usize, const PLAIN: bool, const BALLS: bool>(
     world: &World<'_>,
     pairs: &[Pair],
     contacts: &[Contact],
@@ -58,20 +69,22 @@ pub(crate) fn evaluate<const W: usize, const PLAIN: bool>(
     let last = contacts.len() - 1;
     let contact: [&Contact; W] = std::array::from_fn(|l| &contacts[l.min(last)]);
     let pair: [&Pair; W] = std::array::from_fn(|l| &pairs[contact[l].pair as usize]);
-    let i: [&Frame; W] = std::array::from_fn(|l| &world.frames[pair[l].low as usize]);
-    let j: [&Frame; W] = std::array::from_fn(|l| &world.frames[pair[l].high as usize]);
-    let a = Spheres::new(world, i, |l| contact[l].a);
-    let b = Spheres::new(world, j, |l| contact[l].b);
+    let (low, high) = (pair.map(|p| p.low), pair.map(|p| p.high));
+    let i: [&Frame; W] = std::array::from_fn(|l| &world.frames[low[l] as usize]);
+    let j: [&Frame; W] = std::array::from_fn(|l| &world.frames[high[l] as usize]);
+    let a = Spheres::new::<BALLS>(world, low, i, |l| contact[l].a);
+    let b = Spheres::new::<BALLS>(world, high, j, |l| contact[l].b);
 
     let mut between = Lanes3::from_fn(|l| j[l].home) - Lanes3::from_fn(|l| i[l].home);
     if world.period != Vector::ZERO {
         between += Lanes3::from_fn(|l| pair[l].shift(world.period));
     }
-    let line = between + b.offset - a.offset;
+    let line = if BALLS { between } else { between + b.offset - a.offset };
     let distance = line.dot(line).sqrt();
     let overlap = a.radius + b.radius - distance;
     let n = line * Lanes::splat(1.0).divided_by(distance);
-    let arm_i = a.offset + n * (a.radius - overlap * Lanes::splat(0.5));
+    let lever = n * (a.radius - overlap * Lanes::splat(0.5));
+    let arm_i = if BALLS { lever } else { a.offset + lever };
     let arm_j = arm_i - between;
     let (spin_i, spin_j) = (Lanes3::from_fn(|l| i[l].spin), Lanes3::from_fn(|l| j[l].spin));
     let v_r = Lanes3::from_fn(|l| j[l].velocity) + spin_j.cross(arm_j)

@@ -129,6 +129,9 @@ pub(crate) fn force<const W: usize, const PLAIN: bool>(
     let limit = c.friction * h_n.abs();
     let square = h_t.dot(h_t);
     let slips = square.above(limit * limit);
+    if !slips.any() {
+        return (n * h_n + h_t, d_t, h_n.abs());
+    }
     let mut cut = h_t * limit.divided_by(square.sqrt());
     if !PLAIN {
         let speed = v_t.dot(v_t).sqrt();

@@ -8,7 +8,7 @@ pub(crate) mod neighbours;
 pub(crate) mod search;
 pub(crate) mod walls;
 
-use sazanami_numerics::{Real, Vector};
+use sazanami_numerics::{Matrix, Real, Vector};
 
 use crate::body::Body;
 use crate::motion::Frame;
@@ -44,7 +44,11 @@ pub(crate) struct World<'a> {
     pub constants: &'a [Constants],
     /// Whether all laws leave out the rarer options.
     pub plain: bool,
+    /// Whether all bodies are balls.
+    pub balls: bool,
     pub frames: &'a [Frame],
+    /// Body to laboratory coordinates of each grain; the identity for balls.
+    pub rotations: &'a [Matrix],
     /// Bound of the way each grain's contact spheres have gone since the lists were built [m].
     pub budget: &'a [Real],
     pub walls: &'a [Wall],

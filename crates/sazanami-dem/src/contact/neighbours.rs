@@ -150,7 +150,7 @@ impl ListBuilder {
 
 fn bound(world: &World<'_>, grains: &Grains, reach: Real, g: usize) -> Bound {
     let frame = &world.frames[g];
-    let mut rod = Rod::new(&world.bodies[frame.body as usize].capsule, &frame.rotation, frame.scale);
+    let mut rod = Rod::new(&world.bodies[frame.body as usize].capsule, &world.rotations[g], frame.scale);
     rod.start += grains.position[g];
     rod.end += grains.position[g];
     let half = 0.5 * (rod.end - rod.start).abs() + Vector::splat(rod.radius + reach);

@@ -7,7 +7,6 @@
 use sazanami_numerics::{Matrix, Real, Vector};
 
 use crate::body::{Body, Capsule};
-use crate::motion::Frame;
 
 /// A segment with a radius, in some common frame.
 #[derive(Clone, Copy, Debug)]
@@ -161,30 +160,30 @@ impl Cloud {
 impl Near {
     /// Finds all sphere pairs of grains `i` and `j` with a gap below `touch`, and returns a lower
     /// bound, at most `reach` or the bound of the capsules, of the gaps of the others [m].
-    /// `offset` points from `i` to `j`.
+    /// Each with its rotation and scale; `offset` points from `i` to `j`.
     pub fn look(
         &mut self,
-        [i, j]: [(&Body, &SphereArrays, &Frame); 2],
+        [i, j]: [(&Body, &SphereArrays, &Matrix, Real); 2],
         offset: Vector,
         reach: Real,
         touch: Real,
     ) -> Real {
         self.found.clear();
         self.count = 0;
-        let rods = [i, j].map(|(body, _, frame)| Rod::new(&body.capsule, &frame.rotation, frame.scale));
+        let rods = [i, j].map(|(body, _, rotation, scale)| Rod::new(&body.capsule, rotation, scale));
         let bound = rods[0].gap(&rods[1], offset);
         if bound >= reach {
             self.rest = bound;
             return bound;
         }
         // Everything relative to j, in j's axes: j's spheres then need no rotation.
-        let back = j.2.rotation.transpose();
-        let turn = back * i.2.rotation;
+        let back = j.2.transpose();
+        let turn = back * *i.2;
         let shift = -(back * offset);
         let rod_i = Rod { start: back * rods[0].start + shift, end: back * rods[0].end + shift, ..rods[0] };
-        let rod_j = Rod::new(&j.0.capsule, &Matrix::IDENTITY, j.2.scale);
-        self.first.take(i.1, i.2.scale, &turn, shift, &rod_j, reach);
-        self.second.take(j.1, j.2.scale, &Matrix::IDENTITY, Vector::ZERO, &rod_i, reach);
+        let rod_j = Rod::new(&j.0.capsule, &Matrix::IDENTITY, j.3);
+        self.first.take(i.1, i.3, &turn, shift, &rod_j, reach);
+        self.second.take(j.1, j.3, &Matrix::IDENTITY, Vector::ZERO, &rod_i, reach);
         self.compare(reach, touch);
         if self.count > 0 { self.nearest[0].0 } else { self.rest }
     }
@@ -247,9 +246,9 @@ mod tests {
     use super::*;
     use sazanami_numerics::Quaternion;
 
-    fn frame(angle: Real, scale: Real) -> Frame {
+    fn rotation(angle: Real) -> Matrix {
         let axis = Vector::new(angle.sin(), 0.4, angle.cos()).normalize();
-        Frame { rotation: Matrix::from_quat(Quaternion::from_axis_angle(axis, 3.0 * angle)), scale, ..Frame::default() }
+        Matrix::from_quat(Quaternion::from_axis_angle(axis, 3.0 * angle))
     }
 
     #[test]
@@ -260,16 +259,16 @@ mod tests {
         let (mut touching, mut apart) = (0, 0);
         for n in 0..400 {
             let angle = Real::from(n) * 0.7;
-            let (i, j) = (frame(angle, 1.0), frame(1.3 * angle + 0.2, 1.2));
+            let (i, j) = (rotation(angle), rotation(1.3 * angle + 0.2));
             let offset = Vector::new(0.9 * angle.sin(), 0.8 * (1.7 * angle).cos(), 0.5 + 0.6 * (2.1 * angle).sin());
-            let bound = near.look([(&body, &arrays, &i), (&body, &arrays, &j)], offset, 0.1, 1e-9);
+            let bound = near.look([(&body, &arrays, &i, 1.0), (&body, &arrays, &j, 1.2)], offset, 0.1, 1e-9);
             let mut expected = Vec::new();
             let mut least = 0.1_f64;
             for a in 0..9 {
                 for b in 0..9 {
-                    let p = i.rotation * body.centres[a] * i.scale;
-                    let q = j.rotation * body.centres[b] * j.scale + offset;
-                    let gap = (q - p).length() - body.radii[a] * i.scale - body.radii[b] * j.scale;
+                    let p = i * body.centres[a];
+                    let q = j * body.centres[b] * 1.2 + offset;
+                    let gap = (q - p).length() - body.radii[a] - body.radii[b] * 1.2;
                     if gap < 1e-9 {
                         expected.push((a as u16, b as u16));
                     } else {

@@ -148,11 +148,12 @@ impl WallContacts {
             let size = body.bounding_radius * frame.scale;
             let near = 1e-9 * size;
             let height = wall.distance(frame.home);
-            let rod = Rod::new(&body.capsule, &frame.rotation, frame.scale);
+            let rotation = &world.rotations[pair.grain as usize];
+            let rod = Rod::new(&body.capsule, rotation, frame.scale);
             let mut gap = height + rod.start.dot(wall.normal).min(rod.end.dot(wall.normal)) - rod.radius;
             if gap < REACH * size {
                 gap = REACH * size;
-                let normal = frame.rotation.transpose() * wall.normal;
+                let normal = rotation.transpose() * wall.normal;
                 for (a, (centre, radius)) in body.centres.iter().zip(&body.radii).enumerate() {
                     let distance = height + (centre.dot(normal) - radius) * frame.scale;
                     if distance >= near {
@@ -185,7 +186,7 @@ fn touch(world: &World<'_>, pair: &WallPair, contact: &mut WallContact, dt: Real
     let body = &world.bodies[frame.body as usize];
     let wall = &world.walls[pair.wall as usize];
     let radius = body.radii[contact.a as usize] * frame.scale;
-    let to_a = frame.rotation * body.centres[contact.a as usize] * frame.scale;
+    let to_a = world.rotations[pair.grain as usize] * body.centres[contact.a as usize] * frame.scale;
     let overlap = radius - (wall.distance(frame.home) + to_a.dot(wall.normal));
     if overlap <= 0.0 {
         return None;

@@ -1,7 +1,7 @@
 //! Ghosts and neighbour lists of the engine, and what passes from one list to the next.
 
-use sazanami_numerics::Real;
 use sazanami_numerics::domain::Domain;
+use sazanami_numerics::{Matrix, Real};
 
 use super::{Engine, FARTHEST};
 use crate::contact::ContactRecord;
@@ -138,27 +138,31 @@ impl Engine {
     }
 
     fn set_frames(&mut self) {
-        let Self { grains, frames, inert, bodies, first_spheres, .. } = self;
+        let Self { grains, frames, rotations, inert, bodies, first_spheres, .. } = self;
         frames.resize(grains.len(), Frame::default());
+        rotations.resize(grains.len(), Matrix::IDENTITY);
         inert.clear();
         for g in 0..grains.len() {
             let free = grains.motion[g] == Motion::Free;
+            let body = &bodies[grains.shape[g] as usize];
             let moment = grains.inertia[g].recip();
             inert.push(Inert {
                 inverse_mass: if free { 1.0 / grains.mass[g] } else { 0.0 },
                 inverse_inertia: moment,
-                arm: bodies[grains.shape[g] as usize].centre_radius * grains.scale[g],
+                arm: body.centre_radius * grains.scale[g],
                 motion: grains.motion[g],
+                ball: body.is_ball(),
             });
             frames[g].scale = grains.scale[g];
             frames[g].body = grains.shape[g];
+            frames[g].radius = if body.is_ball() { body.radii[0] * grains.scale[g] } else { 0.0 };
             frames[g].spheres = first_spheres[grains.shape[g] as usize];
-            set_frame(&mut frames[g], &inert[g], grains, g);
+            rotations[g] = set_frame(&mut frames[g], &inert[g], grains, g);
         }
     }
 }
 
-pub(super) fn set_frame(frame: &mut Frame, inert: &Inert, grains: &Grains, g: usize) {
+pub(super) fn set_frame(frame: &mut Frame, inert: &Inert, grains: &Grains, g: usize) -> Matrix {
     let (home, orientation, velocity) = (grains.home[g], grains.orientation[g], grains.velocity[g]);
-    frame.set(home, orientation, velocity, grains.angular_momentum[g], inert.inverse_inertia);
+    frame.set(home, orientation, velocity, grains.angular_momentum[g], inert)
 }

@@ -84,7 +84,7 @@ impl Engine {
         let point = |g: usize, a: u16| {
             let frame = &self.frames[g];
             let body = &self.bodies[frame.body as usize];
-            (frame.rotation * body.centres[a as usize] * frame.scale, body.radii[a as usize] * frame.scale)
+            (self.rotations[g] * body.centres[a as usize] * frame.scale, body.radii[a as usize] * frame.scale)
         };
         let mut energy = 0.0;
         for block in &self.blocks {

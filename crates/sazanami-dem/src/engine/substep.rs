@@ -7,15 +7,33 @@ use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
 use super::lists::set_frame;
-use super::{EXPIRED, Engine, FINE, Loads};
+use super::{Drag, EXPIRED, Engine, FINE, Loads};
+use crate::body::Body;
 use crate::contact::block::ROWS;
 use crate::contact::law::Constants;
 use crate::contact::{World, Wrench};
 use crate::grain::{Motion, imaged};
-use crate::motion::{Leap, Moving};
+use crate::motion::{Inert, Leap, Moving};
 
 /// Sub-step over pi sqrt(m*/K).
 const AUTO: Real = 0.057;
+
+/// Impulse of the implicit drag on own grain `own` of velocity `v` over `h`, beside gravity and the other impulses.
+fn drag_impulse(
+    drag: &dyn Drag,
+    own: usize,
+    inert: &Inert,
+    v: Vector,
+    h: Real,
+    gravity: Vector,
+    others: &Wrench,
+) -> Vector {
+    let u = drag.fluid_velocity(own);
+    let kappa = drag.coefficient(own, (u - v).length());
+    // Only a free grain yields to forces, and to the drag itself.
+    let without = if inert.motion == Motion::Free { v + others.force * inert.inverse_mass + h * gravity } else { v };
+    (u - without) * (h * kappa / (1.0 + h * kappa * inert.inverse_mass))
+}
 
 impl Engine {
     pub(super) fn stable_time_step(&self, domain: &Domain) -> Real {
@@ -47,7 +65,9 @@ impl Engine {
             spheres: &self.spheres,
             constants: &self.constants,
             plain: self.constants.iter().all(Constants::plain),
+            balls: self.bodies.iter().all(Body::is_ball),
             frames: &self.frames,
+            rotations: &self.rotations,
             budget: &self.budget,
             walls: &self.walls,
             wall_budget: &self.wall_budget,
@@ -78,7 +98,7 @@ impl Engine {
     fn move_grains(&mut self, loads: &Loads<'_>, kick: Option<(Vector, Real)>, time: Real, keep: bool) -> u8 {
         let owned = self.grains.owned;
         let state = AtomicU8::new(FINE);
-        let Self { grains, frames, budget, inert, reach, blocks, incoming, time: now, .. } = self;
+        let Self { grains, frames, rotations, budget, inert, reach, blocks, incoming, time: now, .. } = self;
         let (blocks, incoming, now) = (&blocks[..], &*incoming, *now);
         let poses = (
             &mut grains.home[..owned],
@@ -90,19 +110,25 @@ impl Engine {
             &mut grains.last_contact[..owned],
             &mut grains.contact_force[..owned],
             &mut grains.contact_torque[..owned],
+            &mut grains.drag_impulse[..owned],
         );
         let (gravity, h) = kick.unwrap_or_default();
         for_each_chunk(
-            (poses, marks, &mut frames[..owned], &mut budget[..owned]),
+            (poses, marks, &mut frames[..owned], &mut rotations[..owned], &mut budget[..owned]),
             ROWS,
-            |number, (poses, marks, frames, budget)| {
+            |number, (poses, marks, frames, rotations, budget)| {
                 let first = number * ROWS;
                 let rows = first..first + frames.len();
                 let mut impulses = [Wrench::default(); ROWS];
                 if let (Some(_), Some(block)) = (kick, blocks.get(number)) {
                     let mut on_walls = &block.walls.actions[..];
+                    // One after the other, so that many of these scattered reads are under way at a time.
+                    let mut arriving = [(Wrench::default(), false); ROWS];
+                    for (sum, g) in arriving.iter_mut().zip(rows.clone()) {
+                        *sum = incoming.total(blocks, g);
+                    }
                     for (row, g) in rows.clone().enumerate() {
-                        let (mut total, touched) = incoming.total(blocks, g);
+                        let (mut total, touched) = arriving[row];
                         total += block.own[row];
                         if let [(grain, wrench), rest @ ..] = on_walls
                             && *grain as usize == g
@@ -123,6 +149,11 @@ impl Engine {
                             total.torque += *torque;
                         }
                         impulses[row] = Wrench { force: h * total.force, torque: h * total.torque };
+                        if let Some(drag) = loads.drag {
+                            let impulse = drag_impulse(drag, g, &inert[g], poses.2[row], h, gravity, &impulses[row]);
+                            impulses[row].force += impulse;
+                            marks.3[row] += impulse;
+                        }
                     }
                 }
                 let mut moving = Moving {
@@ -132,6 +163,7 @@ impl Engine {
                     velocity: poses.2,
                     angular_momentum: poses.3,
                     frames,
+                    rotations,
                     budget,
                 };
                 moving.leap(&Leap { gravity: h * gravity, impulses: &impulses, time });
@@ -156,8 +188,10 @@ impl Engine {
     }
 
     pub(super) fn refresh_poses(&mut self, domain: &Domain) {
-        let Self { exchange, grains, budget, frames, inert, .. } = self;
-        exchange.refresh(domain, grains, budget, |grains, g| set_frame(&mut frames[g], &inert[g], grains, g));
+        let Self { exchange, grains, budget, frames, rotations, inert, .. } = self;
+        exchange.refresh(domain, grains, budget, |grains, g| {
+            rotations[g] = set_frame(&mut frames[g], &inert[g], grains, g);
+        });
     }
 
     /// Positions of the periodic images that this rank's entries stand for.

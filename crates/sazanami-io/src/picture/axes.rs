@@ -39,6 +39,14 @@ impl Axis {
         if self.log { (self.log_ticks(most), 0) } else { self.linear_ticks(most) }
     }
 
+    /// Ticks along `length` [pixels]: labels about the first of the distances apart, or the second where that would be
+    /// fewer than four of them.
+    fn ticks_along(&self, length: f64, [usual, closest]: [f64; 2]) -> (Vec<Tick>, i32) {
+        let ticks = self.ticks((length / usual) as usize);
+        let labels = ticks.0.iter().filter(|tick| tick.label.is_some()).count();
+        if labels < 4 { self.ticks((length / closest) as usize) } else { ticks }
+    }
+
     fn linear_ticks(&self, most: usize) -> (Vec<Tick>, i32) {
         let (step, parts) = round_step((self.upper - self.lower) / most.max(1) as f64);
         let largest = self.lower.abs().max(self.upper.abs());
@@ -60,7 +68,7 @@ impl Axis {
         let (first, last) = (decade(self.lower * 1.000_001), decade(self.upper * 1.000_001));
         let stride = ((last - first) as usize).div_ceil(most.max(1)).max(1) as i32;
         // With fewer than two decades the powers alone say too little.
-        let few = last - first < 2;
+        let few = self.upper / self.lower < 99.0;
         let plain = first >= -3 && last <= 4;
         let mut ticks = Vec::new();
         for power in first..=last {
@@ -218,11 +226,11 @@ impl Frame {
     }
 
     fn x_ticks(&self) -> (Vec<Tick>, i32) {
-        self.x.ticks(((self.area.right - self.area.left) / (5.5 * self.size)) as usize)
+        self.x.ticks_along(self.area.right - self.area.left, [5.5 * self.size, 3.8 * self.size])
     }
 
     fn y_ticks(&self) -> (Vec<Tick>, i32) {
-        self.y.ticks(((self.area.bottom - self.area.top) / (3.5 * self.size)) as usize)
+        self.y.ticks_along(self.area.bottom - self.area.top, [3.5 * self.size, 2.1 * self.size])
     }
 }
 
@@ -240,7 +248,7 @@ pub(super) fn draw_colour_bar(canvas: &mut Canvas, area: Rectangle, scale: &supe
     let pen = Pen::new(1.5, BLACK);
     canvas.line(&[[left, top], [right, top], [right, bottom], [left, bottom], [left, top]], pen);
     let font = Font { size, colour: BLACK, across: Anchor::Start, down: Anchor::Middle, upwards: false };
-    let (ticks, power) = axis.ticks(((bottom - top) / (3.5 * size)) as usize);
+    let (ticks, power) = axis.ticks_along(bottom - top, [3.5 * size, 2.1 * size]);
     let mut widest: f64 = 0.0;
     for Tick { value, label } in ticks {
         let Some(label) = label else { continue };
@@ -272,6 +280,16 @@ mod tests {
         let axis = Axis::linear("p [N s]", -2e-5, 4e-5);
         assert_eq!(labels(&axis, 6), (["−2", "−1", "0", "1", "2", "3", "4"].map(str::to_owned).to_vec(), -5));
         assert_eq!(with_power("p [N s]", -5), "p [10⁻⁵ N s]");
+    }
+
+    #[test]
+    fn a_short_axis_has_closer_labels_rather_than_hardly_any() {
+        let axis = Axis::linear("z [mm]", 6.0, 14.0);
+        let count = |length: f64| {
+            let ticks = axis.ticks_along(length, [66.0, 40.0]).0;
+            ticks.iter().filter(|tick| tick.label.is_some()).count()
+        };
+        assert_eq!((count(230.0), count(400.0), labels(&axis, 3).0.len()), (5, 5, 1));
     }
 
     #[test]

@@ -45,6 +45,8 @@ pub enum Mark {
     Triangle,
     /// Diamonds.
     Diamond,
+    /// Small discs, for many points over a line.
+    Dot,
 }
 
 /// Points that belong together.
@@ -159,6 +161,18 @@ impl LinePlot {
         self
     }
 
+    /// The same as a picture of `width` with a frame of `height` [pixels], whatever the labels need.
+    pub(super) fn framed(mut self, width: usize, height: usize) -> Self {
+        let [above, below] = self.margins();
+        self.size = [width, height + (above + below) as usize];
+        self
+    }
+
+    /// Room above and below the frame, for title and labels if there are any [pixels].
+    fn margins(&self) -> [f64; 2] {
+        [if self.title.is_empty() { 22.0 } else { 58.0 }, if self.x_label.is_empty() { 40.0 } else { 78.0 }]
+    }
+
     /// Draws the plot.
     ///
     /// # Errors
@@ -171,7 +185,8 @@ impl LinePlot {
         let mut canvas = Canvas::new(width, height);
         let size = 19.0;
         let y = self.axis(1, &self.y_label, self.y_range, self.y_log)?;
-        let area = Rectangle { left: 112.0, top: 58.0, right: width as f64 - 28.0, bottom: height as f64 - 78.0 };
+        let [above, below] = self.margins();
+        let area = Rectangle { left: 112.0, top: above, right: width as f64 - 28.0, bottom: height as f64 - below };
         let mut frame = Frame { area, x: self.axis(0, &self.x_label, self.x_range, self.x_log)?, y, size };
         let legend = self.place_legend(&mut frame);
         let area = frame.area;
@@ -249,21 +264,50 @@ impl LinePlot {
         })
     }
 
+    /// The legend alone, in rows as long as `width` [pixels] lets them be: for several plots that share it.
+    pub(super) fn legend_strip(&self, width: usize) -> Picture {
+        let length = |label: &str| LEGEND_SAMPLE + 40.0 + text::length(label, LEGEND_SIZE);
+        let mut rows: Vec<(f64, Vec<(usize, &Trace)>)> = Vec::new();
+        for (number, trace) in self.named() {
+            let needed = length(&trace.label);
+            match rows.last_mut().filter(|row| row.0 + needed <= width as f64) {
+                Some(row) => {
+                    row.0 += needed;
+                    row.1.push((number, trace));
+                }
+                None => rows.push((needed, vec![(number, trace)])),
+            }
+        }
+        let mut canvas = Canvas::new(width, (LEGEND_ROW * rows.len() as f64) as usize + 6);
+        for (row, (needed, traces)) in rows.into_iter().enumerate() {
+            let mut left = (0.5 * (width as f64 - needed)).max(0.0);
+            for (number, trace) in traces {
+                self.draw_sample(&mut canvas, [left, LEGEND_ROW * (row as f64 + 0.5) + 3.0], number, trace);
+                left += length(&trace.label);
+            }
+        }
+        canvas.finish()
+    }
+
+    /// A line of the legend from the point `[x, y]` on.
+    fn draw_sample(&self, canvas: &mut Canvas, [x, y]: [f64; 2], number: usize, trace: &Trace) {
+        let ends = [[x + 12.0, y], [x + 12.0 + LEGEND_SAMPLE, y]];
+        let colour = colour_of(trace, number);
+        if trace.dash != Dash::None {
+            canvas.line(&ends, Pen { width: 2.6, colour, dashes: trace.dash.pattern() });
+        }
+        draw_mark(canvas, [x + 12.0 + LEGEND_SAMPLE / 2.0, y], trace.mark, colour);
+        let font = Font { size: LEGEND_SIZE, ..LABEL };
+        canvas.text([x + LEGEND_SAMPLE + 24.0, y], &trace.label, font);
+    }
+
     fn draw_legend(&self, canvas: &mut Canvas, area: Rectangle) {
         canvas.rectangle(area, WHITE, 0.88);
         let Rectangle { left, top, right, bottom } = area;
         let outline = [[left, top], [right, top], [right, bottom], [left, bottom], [left, top]];
         canvas.line(&outline, Pen::new(1.0, [190, 192, 196]));
         for (place, (number, trace)) in self.named().enumerate() {
-            let y = top + 7.0 + LEGEND_ROW * (place as f64 + 0.5);
-            let ends = [[left + 12.0, y], [left + 12.0 + LEGEND_SAMPLE, y]];
-            let colour = colour_of(trace, number);
-            if trace.dash != Dash::None {
-                canvas.line(&ends, Pen { width: 2.6, colour, dashes: trace.dash.pattern() });
-            }
-            draw_mark(canvas, [left + 12.0 + LEGEND_SAMPLE / 2.0, y], trace.mark, colour);
-            let font = Font { size: LEGEND_SIZE, ..LABEL };
-            canvas.text([left + LEGEND_SAMPLE + 24.0, y], &trace.label, font);
+            self.draw_sample(canvas, [left, top + 7.0 + LEGEND_ROW * (place as f64 + 0.5)], number, trace);
         }
     }
 
@@ -328,6 +372,7 @@ fn draw_mark(canvas: &mut Canvas, [x, y]: [f64; 2], mark: Mark, colour: Colour) 
     match mark {
         Mark::None => {}
         Mark::Disc => canvas.disc([x, y], 6.5, colour),
+        Mark::Dot => canvas.disc([x, y], 3.4, colour),
         Mark::Ring => {
             canvas.disc([x, y], 6.5, colour);
             canvas.disc([x, y], 4.2, WHITE);

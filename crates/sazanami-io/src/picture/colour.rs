@@ -45,6 +45,12 @@ impl ColourScale {
         Self { label: "grain speed [m/s]".to_owned(), range: [0.0, fastest], map: ColourMap::Sand }
     }
 
+    /// A quantity of either sign, zero in the middle, up to `largest` to either side.
+    #[must_use]
+    pub fn symmetric(label: &str, largest: f64) -> Self {
+        Self { label: label.to_owned(), range: [-largest, largest], map: ColourMap::BlueRed }
+    }
+
     /// Colour of `value`.
     #[must_use]
     pub fn colour(&self, value: f64) -> Colour {
@@ -127,5 +133,8 @@ mod tests {
         assert_eq!(scale.colour(7.0), ColourMap::Sand.colour(1.0));
         assert_eq!(scale.colour(f64::NAN), ColourMap::Sand.colour(0.0));
         assert_eq!(scale.colour(1.0), [232, 104, 46]);
+        let force = ColourScale::symmetric("f [N]", 1e-6);
+        assert_eq!(force.colour(0.0), ColourMap::BlueRed.colour(0.5));
+        assert_eq!((force.colour(-1e-6), force.colour(1e-6)), ([33, 75, 165], [170, 25, 40]));
     }
 }

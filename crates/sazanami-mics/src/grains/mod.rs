@@ -257,7 +257,7 @@ impl GrainPhase {
         if self.is_empty() {
             return Ok(ContactReport::default());
         }
-        let loads = Loads { force: &self.force, torque: &self.torque };
+        let loads = Loads { force: &self.force, torque: &self.torque, drag: None };
         self.engine.advance(domain, &loads, gravity, dt, self.coupling.substeps)
     }
 

@@ -1,4 +1,4 @@
-//! Whole fields on one rank, for files.
+//! Whole fields and lists on one rank, for files.
 
 use super::Domain;
 use crate::grid::Field;
@@ -6,6 +6,7 @@ use bytemuck::Pod;
 
 const GATHER: u32 = 100;
 const SCATTER: u32 = 101;
+const LIST: u32 = 102;
 
 impl Domain {
     /// The interior values of all ranks, `x1` fastest, on rank 0; empty on the others.
@@ -62,6 +63,36 @@ impl Domain {
                 }
             }
         }
+    }
+
+    /// The values of all ranks, in rank order, on rank 0; empty on the others.
+    pub fn to_first<T: Pod>(&self, mine: &[T]) -> Vec<T> {
+        let communicator = self.communicator();
+        if communicator.rank() != 0 {
+            communicator.send(0, LIST, bytemuck::cast_slice(mine));
+            return Vec::new();
+        }
+        let mut all = mine.to_vec();
+        let mut bytes = Vec::new();
+        for rank in 1..communicator.size() {
+            communicator.receive(rank, LIST, &mut bytes);
+            all.extend(bytes.chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned::<T>));
+        }
+        all
+    }
+
+    /// The values of rank 0 on every rank.
+    pub fn from_first<T: Pod>(&self, values: Vec<T>) -> Vec<T> {
+        let communicator = self.communicator();
+        if communicator.rank() == 0 {
+            for rank in 1..communicator.size() {
+                communicator.send(rank, LIST, bytemuck::cast_slice(&values));
+            }
+            return values;
+        }
+        let mut bytes = Vec::new();
+        communicator.receive(0, LIST, &mut bytes);
+        bytes.chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned).collect()
     }
 
     /// Places of the first cells of a rank's rows in the array of the whole grid.

@@ -22,6 +22,8 @@ use crate::case::{self, LoadedCase};
 const PAPER: &str = include_str!("../../../../cases/raindrop/paper.toml");
 /// Where it lies in the repository.
 const PLACE: &str = "cases/raindrop/paper.toml";
+/// Tiles of the bed of a wave tank, along x1.
+const TANK_TILES: usize = 8;
 /// Tiles of the stand-in bed along x1 and x2.
 const TILES: usize = 4;
 /// Grains of a tile: 30,896 in all.
@@ -94,8 +96,8 @@ fn stand_in() -> Result<Paper, String> {
     let width = (upper.x - lower.x) / TILES as Real;
     // Soft springs take longer sub-steps, and at rest the overlaps stay below a thousandth of a grain all the same.
     let soft = ContactLaw { normal_stiffness: SOFT, tangential_stiffness: SOFT, ..ContactLaw::SAND };
-    let tile = pack_tile(&axis, soft, width, TILE_GRAINS)?;
-    let grains: Vec<Lying> = tiled(&tile, width)
+    let tile = pack_tile(&axis, soft, [width; 2], TILE_GRAINS)?;
+    let grains: Vec<Lying> = tiled(&tile, [width; 2], [TILES; 2])
         .iter()
         .map(|grain| Lying { shape: 0, scale: 1.0, position: lower + grain.position, orientation: grain.orientation })
         .collect();
@@ -156,9 +158,9 @@ pub(super) fn settle(engine: &mut Engine, domain: &Domain, gravity: Vector, dt: 
     Ok(mean)
 }
 
-/// A settled bed in a periodic box of the given width.
-pub(super) fn pack_tile(body: &Body, law: ContactLaw, width: Real, count: u64) -> Result<Vec<Grain>, String> {
-    let upper = Vector::new(width, width, 0.05);
+/// A settled bed in a periodic box of the given widths.
+fn pack_tile(body: &Body, law: ContactLaw, width: [Real; 2], count: u64) -> Result<Vec<Grain>, String> {
+    let upper = Vector::new(width[0], width[1], 0.05);
     let domain = Domain::solo(Grid::new([8, 8, 8], Vector::ZERO, upper), [true, true, false]);
     let templates = (0..count).map(|id| Grain::new(id, 2650.0, Vector::ZERO)).collect();
     let settings = PackingSettings {
@@ -178,8 +180,9 @@ pub(super) fn pack_tile(body: &Body, law: ContactLaw, width: Real, count: u64) -
 }
 
 /// The grains of a tile and its neighbours, numbered in space.
-pub(super) fn tiled(tile: &[Grain], width: Real) -> Vec<Grain> {
-    let places = (0..TILES * TILES).map(|n| width * Vector::new((n % TILES) as Real, (n / TILES) as Real, 0.0));
+fn tiled(tile: &[Grain], width: [Real; 2], tiles: [usize; 2]) -> Vec<Grain> {
+    let place = |n: usize| Vector::new((n % tiles[0]) as Real * width[0], (n / tiles[0]) as Real * width[1], 0.0);
+    let places = (0..tiles[0] * tiles[1]).map(place);
     let mut grains: Vec<Grain> = places
         .flat_map(|place| tile.iter().map(move |grain| Grain { position: grain.position + place, ..*grain }))
         .collect();
@@ -193,13 +196,41 @@ pub(super) fn tiled(tile: &[Grain], width: Real) -> Vec<Grain> {
 pub(super) fn spheres(diameter: Real, law: ContactLaw, width: Real, count: u64) -> Result<(Domain, Engine), String> {
     let body = Body::ball(0.5 * diameter);
     let tile = width / TILES as Real;
-    let grains = tiled(&pack_tile(&body, law, tile, count / (TILES * TILES) as u64)?, tile);
+    let grains = tiled(&pack_tile(&body, law, [tile; 2], count / (TILES * TILES) as u64)?, [tile; 2], [TILES; 2]);
     let upper = Vector::new(width, width, 0.05);
     let domain = Domain::solo(Grid::new([8, 8, 8], Vector::ZERO, upper), [true, true, false]);
     let setup = Setup {
         bodies: vec![body],
         interactions: Interactions::uniform(1, law),
         walls: vec![Wall::at_rest(Vector::ZERO, Vector::Z, 0)],
+        region: [Vector::splat(-1.0), Vector::ONE],
+        ghost_margin: 0.0,
+    };
+    let engine = Engine::new(&domain, setup, &grains).map_err(|error| error.to_string())?;
+    Ok((domain, engine))
+}
+
+/// Engine with tiles of equal spheres on a floor between walls across x1, periodic in x2.
+pub(super) fn tank(
+    diameter: Real,
+    law: ContactLaw,
+    width: [Real; 2],
+    count: usize,
+) -> Result<(Domain, Engine), String> {
+    let body = Body::ball(0.5 * diameter);
+    let tile = [width[0] / TANK_TILES as Real, width[1]];
+    // A few more than needed: those in the walls go.
+    let packed = pack_tile(&body, law, tile, (count / TANK_TILES) as u64 + 20)?;
+    let mut grains = tiled(&packed, tile, [TANK_TILES, 1]);
+    let margin = 0.25 * diameter;
+    grains.retain(|grain| (margin..width[0] - margin).contains(&grain.position.x));
+    grains.truncate(count);
+    let upper = Vector::new(width[0], width[1], 0.05);
+    let domain = Domain::solo(Grid::new([8, 8, 8], Vector::ZERO, upper), [false, true, false]);
+    let setup = Setup {
+        bodies: vec![body],
+        interactions: Interactions::uniform(1, law),
+        walls: Wall::of_box(Vector::ZERO, upper, 0, [[true; 2], [false; 2], [true, false]]),
         region: [Vector::splat(-1.0), Vector::ONE],
         ghost_margin: 0.0,
     };

@@ -59,6 +59,14 @@ pub(super) fn spheres() -> Result<Timing, String> {
     time_substeps(&domain, &mut engine, Vector::new(0.0, 0.0, -9.8), dt, "equal spheres of 1 mm, K_n = 100 N/m")
 }
 
+/// The bed of a wave tank: ten layers of spheres of 1 mm on 0.15 m x 0.02 m, 400 N/m.
+pub(super) fn tank() -> Result<Timing, String> {
+    let (domain, mut engine) = beds::tank(1e-3, ContactLaw::spheres(400.0, 0.5, 0.4), [0.15, 0.02], 34_000)?;
+    let dt = engine.contact_time_step();
+    let words = "equal spheres of 1 mm, K_n = 400 N/m, walls across x1";
+    time_substeps(&domain, &mut engine, Vector::new(0.0, 0.0, -9.8), dt, words)
+}
+
 fn time_substeps(
     domain: &Domain,
     engine: &mut Engine,

@@ -270,7 +270,7 @@ fn all_pairs(body: &Body, grains: &Grains, walls: &[Wall]) -> (Vec<Vector>, Vec<
     };
     let dashpot = match PLAIN.damping {
         Damping::Literal { normal, .. } => normal,
-        Damping::Restitution(_) => 0.0,
+        Damping::Restitution(_) | Damping::RestitutionAndRatio { .. } => 0.0,
     };
     let push = |overlap: Real, closing: Real| (PLAIN.normal_stiffness * overlap + dashpot * closing).max(0.0);
     let (mut force, mut torque) = (vec![Vector::ZERO; grains.len()], vec![Vector::ZERO; grains.len()]);

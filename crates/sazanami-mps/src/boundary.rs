@@ -1,0 +1,199 @@
+//! The box, its walls, and the lattice of particles that walls are made of.
+
+use sazanami_numerics::{Real, Vector};
+
+use crate::particles::{Kind, ParticleRecord, WALL};
+
+/// A side of the box.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Side {
+    /// A wall of particles.
+    #[default]
+    Wall,
+    /// Nothing: fluid may leave the box there, as over the rim of a tank.
+    Open,
+    /// The fluid goes on at the opposite side, which is periodic too.
+    Periodic,
+}
+
+/// How fluid moves along walls.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum WallFriction {
+    /// It sticks to them.
+    #[default]
+    NoSlip,
+    /// Walls do not act along their surface.
+    Slip,
+}
+
+/// A box with particles as walls, which may move as a whole.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tank {
+    /// Lower corner where the box was at the start [m].
+    pub lower: Vector,
+    /// Upper corner [m].
+    pub upper: Vector,
+    /// Lower and upper side in each direction.
+    pub sides: [[Side; 2]; 3],
+    /// How fluid moves along the walls.
+    pub friction: WallFriction,
+    /// Where walls are from where they were at the start [m].
+    pub displacement: Vector,
+    /// Velocity of the walls [m/s].
+    pub velocity: Vector,
+}
+
+/// The box's extent in a direction is no multiple of the particle spacing.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "the box is {:.6} mm long in x{}: the nearest wall lattice has a spacing of {:.6} mm, more than 2 % from that of \
+     the fluid, {:.6} mm",
+    1e3 * length, direction + 1, 1e3 * found, 1e3 * spacing
+)]
+pub struct LatticeError {
+    /// Direction, from 0.
+    pub direction: usize,
+    /// Extent of the box [m].
+    pub length: Real,
+    /// Spacing of the fluid particles [m].
+    pub spacing: Real,
+    /// Nearest spacing that fits [m].
+    pub found: Real,
+}
+
+/// Part of the spacing by which that of a wall may differ.
+const LATTICE_TOLERANCE: Real = 0.02;
+/// Nearest that a fluid particle comes to a wall, over the particle spacing.
+const NEAREST: Real = 0.2;
+
+impl Tank {
+    /// A box at rest.
+    #[must_use]
+    pub fn new(lower: Vector, upper: Vector, sides: [[Side; 2]; 3], friction: WallFriction) -> Self {
+        Self { lower, upper, sides, friction, displacement: Vector::ZERO, velocity: Vector::ZERO }
+    }
+
+    /// Spacing of a lattice with about `spacing` [m] that fits the box in each direction [m].
+    ///
+    /// # Errors
+    /// [`LatticeError`] if it differs by more than 2 %.
+    pub fn lattice(&self, spacing: Real) -> Result<Vector, LatticeError> {
+        let mut fitted = Vector::ZERO;
+        for direction in 0..3 {
+            let length = self.upper[direction] - self.lower[direction];
+            let found = length / (length / spacing).round().max(1.0);
+            // A side that is open does not need to lie on the lattice.
+            let open = self.sides[direction].contains(&Side::Open);
+            if !open && (found / spacing - 1.0).abs() > LATTICE_TOLERANCE {
+                return Err(LatticeError { direction, length, spacing, found });
+            }
+            fitted[direction] = if open { spacing } else { found };
+        }
+        Ok(fitted)
+    }
+
+    /// Particles of the walls where the box was at the start; `reach` is the radius of influence [m].
+    ///
+    /// # Errors
+    /// [`LatticeError`] if no lattice of about `spacing` [m] fits.
+    pub(crate) fn particles(&self, spacing: Real, reach: Real) -> Result<Vec<ParticleRecord>, LatticeError> {
+        let lattice = self.lattice(spacing)?;
+        // The first layer, and as many as lie within reach of it.
+        let layers = 1 + (reach / spacing * (1.0 + 1e-9)).floor() as i64;
+        let extent = self.upper - self.lower;
+        let counts: [i64; 3] = std::array::from_fn(|d| (extent[d] / lattice[d]).round() as i64);
+        let range = |d: usize| {
+            let beyond = |side: usize| if self.sides[d][side] == Side::Wall { layers } else { 0 };
+            -beyond(0)..counts[d] + beyond(1)
+        };
+        let mut records = Vec::new();
+        let depth = |n: i64, d: usize| if n < 0 { -n } else { (n - counts[d] + 1).max(0) };
+        for k in range(2) {
+            for j in range(1) {
+                for i in range(0) {
+                    let deepest = depth(i, 0).max(depth(j, 1)).max(depth(k, 2));
+                    if deepest == 0 {
+                        continue;
+                    }
+                    let kind = if deepest == 1 { Kind::Wall } else { Kind::Dummy };
+                    let place = Vector::new(i as Real + 0.5, j as Real + 0.5, k as Real + 0.5);
+                    let id = WALL + records.len() as u64;
+                    records.push(ParticleRecord::new(id, kind, self.lower + place * lattice, Vector::ZERO));
+                }
+            }
+        }
+        Ok(records)
+    }
+
+    /// Puts a fluid particle that came too near to a wall back to where it may be; tells whether it did.
+    pub(crate) fn clip(&self, spacing: Real, position: &mut Vector, velocity: &mut Vector) -> bool {
+        let mut clipped = false;
+        for d in 0..3 {
+            let [lower, upper] = self.sides[d];
+            let low = self.lower[d] + self.displacement[d] + NEAREST * spacing;
+            let high = self.upper[d] + self.displacement[d] - NEAREST * spacing;
+            if lower == Side::Wall && position[d] < low {
+                position[d] = low;
+                velocity[d] = velocity[d].max(self.velocity[d]);
+                clipped = true;
+            } else if upper == Side::Wall && position[d] > high {
+                position[d] = high;
+                velocity[d] = velocity[d].min(self.velocity[d]);
+                clipped = true;
+            }
+        }
+        clipped
+    }
+
+    /// The point in the fluid that mirrors a `position` [m] behind walls.
+    pub(crate) fn mirrored(&self, position: Vector) -> Vector {
+        let mut mirrored = position;
+        for d in 0..3 {
+            let (low, high) = (self.lower[d] + self.displacement[d], self.upper[d] + self.displacement[d]);
+            if self.sides[d][0] == Side::Wall && position[d] < low {
+                mirrored[d] = 2.0 * low - position[d];
+            } else if self.sides[d][1] == Side::Wall && position[d] > high {
+                mirrored[d] = 2.0 * high - position[d];
+            }
+        }
+        mirrored
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tank() -> Tank {
+        let sides = [[Side::Wall; 2], [Side::Periodic; 2], [Side::Wall, Side::Open]];
+        Tank::new(Vector::ZERO, Vector::new(8.0, 7.0, 5.0), sides, WallFriction::NoSlip)
+    }
+
+    #[test]
+    fn walls_have_one_layer_with_pressure_and_dummies_behind() {
+        let records = tank().particles(1.0, 3.1).unwrap();
+        let walls = records.iter().filter(|r| r.kind() == Kind::Wall).count();
+        // Floor with its two edges, and two sides of five layers.
+        assert_eq!(walls, (8 + 2) * 7 + 2 * 5 * 7);
+        assert_eq!(records.len(), (8 + 8) * 7 * (5 + 4) - 8 * 7 * 5);
+        assert!(records.iter().all(|r| r.position[2] < 5.0 && r.position[1] > 0.0 && r.position[1] < 7.0));
+    }
+
+    #[test]
+    fn a_box_that_fits_no_lattice_is_refused() {
+        let mut tank = tank();
+        tank.upper.x = 8.1;
+        assert!((tank.lattice(1.0).unwrap().x - 8.1 / 8.0).abs() < 1e-12);
+        tank.upper.x = 8.3;
+        assert_eq!(tank.lattice(1.0).unwrap_err().direction, 0);
+    }
+
+    #[test]
+    fn what_comes_too_near_is_put_back_without_its_speed_to_the_wall() {
+        let (mut x, mut u) = (Vector::new(0.1, 3.0, 4.0), Vector::new(-1.0, 2.0, 3.0));
+        assert!(tank().clip(1.0, &mut x, &mut u));
+        assert_eq!((x, u), (Vector::new(0.2, 3.0, 4.0), Vector::new(0.0, 2.0, 3.0)));
+        assert!(!tank().clip(1.0, &mut x, &mut u));
+        assert_eq!(tank().mirrored(Vector::new(-0.5, 1.0, -1.5)), Vector::new(0.5, 1.0, 1.5));
+    }
+}

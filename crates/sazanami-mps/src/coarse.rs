@@ -1,0 +1,299 @@
+//! Coarse-grid correction for the pressure equation: particles are gathered into cells, cells into larger cells.
+//!
+//! The equation of a level is that of the level below summed over the members of each cell (Galerkin, with constant
+//! values in a cell), in single precision. A cycle smooths by damped Jacobi sweeps, in the same number before and
+//! after the correction from above, and is therefore symmetric. Ranks correct on their own.
+
+use std::ops::Range;
+
+use sazanami_numerics::Real;
+use sazanami_parallel::for_each_chunk;
+
+use crate::neighbours::ROWS;
+use crate::pressure::{Block, Layout, Role, Row};
+
+/// Neighbours of a cell, itself included.
+const STENCIL: usize = 27;
+/// Place of the cell itself among them.
+const CENTRE: usize = 13;
+/// Sweeps before and after the correction.
+const SWEEPS: usize = 2;
+/// Sweeps on the coarsest level.
+const LAST_SWEEPS: usize = 16;
+/// Damping of a sweep.
+const DAMPING: f32 = 0.7;
+/// By how much a correction is stretched: constants in cells are too stiff by about twice that.
+const STRETCH: f32 = 1.7;
+/// A level with no more cells in its longest direction is the coarsest.
+const FEW: usize = 4;
+
+/// One level: cells with a layer of empty cells around.
+#[derive(Clone, Debug, Default)]
+struct Level {
+    /// Cells in each direction, without the layer around.
+    count: [usize; 3],
+    /// Coefficients by neighbour: `matrix[s][cell]`.
+    matrix: Vec<Vec<f32>>,
+    /// Reciprocal of the diagonal, damped; zero in empty cells.
+    inverse: Vec<f32>,
+    right: Vec<f32>,
+    value: Vec<f32>,
+    next: Vec<f32>,
+}
+
+/// The levels above the particles.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct CoarseGrid {
+    levels: Vec<Level>,
+    /// Cell of each own particle on the finest level.
+    cell: Vec<u32>,
+    /// Coefficients of a cell before they are stored.
+    sums: Vec<[f64; STENCIL]>,
+    /// Number of the neighbour by the difference of cells.
+    neighbour: Vec<u8>,
+}
+
+/// Rows along x1 of a box of cells with a layer around.
+fn rows(count: [usize; 3]) -> impl Iterator<Item = Range<usize>> {
+    let [n1, n2, n3] = count;
+    let (b, c) = (n1 + 2, (n1 + 2) * (n2 + 2));
+    (0..n3).flat_map(move |k| (0..n2).map(move |j| (k + 1) * c + (j + 1) * b + 1)).map(move |at| at..at + n1)
+}
+
+impl Level {
+    fn new(count: [usize; 3]) -> Self {
+        let cells = count.iter().map(|n| n + 2).product();
+        let zeros = || vec![0.0; cells];
+        Self {
+            count,
+            matrix: (0..STENCIL).map(|_| zeros()).collect(),
+            inverse: zeros(),
+            right: zeros(),
+            value: zeros(),
+            next: zeros(),
+        }
+    }
+
+    fn strides(&self) -> [usize; 3] {
+        [1, self.count[0] + 2, (self.count[0] + 2) * (self.count[1] + 2)]
+    }
+
+    /// Number of the cell at `place`.
+    fn cell(&self, place: [usize; 3]) -> usize {
+        let strides = self.strides();
+        (0..3).map(|d| (place[d] + 1) * strides[d]).sum()
+    }
+
+    /// Differences of numbers to the neighbours.
+    fn offsets(&self) -> [isize; STENCIL] {
+        let strides = self.strides();
+        std::array::from_fn(|s| (0..3).map(|d| step(s, d) * strides[d] as isize).sum())
+    }
+
+    fn set_inverse(&mut self) {
+        for (inverse, &diagonal) in self.inverse.iter_mut().zip(&self.matrix[CENTRE]) {
+            *inverse = if diagonal > 0.0 { DAMPING / diagonal } else { 0.0 };
+        }
+    }
+
+    /// `next = right - A value` in one row.
+    fn residual(&mut self, row: &Range<usize>, offsets: &[isize; STENCIL]) {
+        let into = &mut self.next[row.clone()];
+        into.copy_from_slice(&self.right[row.clone()]);
+        for (coefficients, offset) in self.matrix.iter().zip(offsets) {
+            let values = &self.value[(row.start as isize + offset) as usize..][..row.len()];
+            for ((into, c), v) in into.iter_mut().zip(&coefficients[row.clone()]).zip(values) {
+                *into -= c * v;
+            }
+        }
+    }
+
+    /// One damped Jacobi sweep.
+    fn sweep(&mut self) {
+        let offsets = self.offsets();
+        for row in rows(self.count) {
+            self.residual(&row, &offsets);
+            let (inverse, value) = (&self.inverse[row.clone()], &self.value[row.clone()]);
+            for ((next, inverse), value) in self.next[row.clone()].iter_mut().zip(inverse).zip(value) {
+                *next = value + inverse * *next;
+            }
+        }
+        std::mem::swap(&mut self.value, &mut self.next);
+    }
+
+    /// The first sweep from nothing.
+    fn begin(&mut self) {
+        for ((value, inverse), right) in self.value.iter_mut().zip(&self.inverse).zip(&self.right) {
+            *value = inverse * right;
+        }
+    }
+
+    /// Gives the sums of its cells' residuals to the level above.
+    fn restrict(&mut self, above: &mut Self) {
+        let offsets = self.offsets();
+        above.right.fill(0.0);
+        for (row, [j, k]) in rows(self.count).zip(places(self.count)) {
+            self.residual(&row, &offsets);
+            let first = above.cell([0, j / 2, k / 2]);
+            for (i, r) in self.next[row].iter().enumerate() {
+                above.right[first + i / 2] += r;
+            }
+        }
+    }
+
+    /// Adds the correction from the level above.
+    fn prolong(&mut self, above: &Self) {
+        for (row, [j, k]) in rows(self.count).zip(places(self.count)) {
+            let first = above.cell([0, j / 2, k / 2]);
+            for (i, value) in self.value[row].iter_mut().enumerate() {
+                *value += STRETCH * above.value[first + i / 2];
+            }
+        }
+        // Empty cells have no equation and no value.
+        for (value, inverse) in self.value.iter_mut().zip(&self.inverse) {
+            if *inverse == 0.0 {
+                *value = 0.0;
+            }
+        }
+    }
+
+    /// Sums the equations of the level below over its cells.
+    fn gather(&mut self, below: &Self) {
+        self.matrix.iter_mut().for_each(|column| column.fill(0.0));
+        for (row, [j, k]) in rows(below.count).zip(places(below.count)) {
+            for (i, from) in row.enumerate() {
+                let place = [i, j, k];
+                let cell = self.cell(place.map(|n| n / 2));
+                for (s, coefficients) in below.matrix.iter().enumerate() {
+                    let far: [isize; 3] = std::array::from_fn(|d| {
+                        (place[d] as isize + step(s, d)).div_euclid(2) - (place[d] / 2) as isize
+                    });
+                    self.matrix[number(far)][cell] += coefficients[from];
+                }
+            }
+        }
+        self.set_inverse();
+    }
+}
+
+/// Step to neighbour `s` in direction `d`: -1, 0 or 1.
+fn step(s: usize, d: usize) -> isize {
+    (s / [1, 3, 9][d] % 3) as isize - 1
+}
+
+/// Number of the neighbour that lies `far` cells away.
+fn number(far: [isize; 3]) -> usize {
+    ((far[0] + 1) + 3 * (far[1] + 1) + 9 * (far[2] + 1)) as usize
+}
+
+/// Places of the rows of a box of cells in x2 and x3.
+fn places(count: [usize; 3]) -> impl Iterator<Item = [usize; 2]> {
+    (0..count[2]).flat_map(move |k| (0..count[1]).map(move |j| [j, k]))
+}
+
+impl CoarseGrid {
+    /// Sums up the equation of this step.
+    pub fn assemble(&mut self, layout: &Layout<'_>, blocks: &[Block], rows: &[Row]) {
+        let Layout { bins, roles, owned, .. } = *layout;
+        // Cells as wide as lists reach: neighbours are in cells next to each other.
+        let width = bins.reach;
+        let count: [usize; 3] = std::array::from_fn(|d| bins.count[d].div_ceil(width[d]));
+        self.size(count);
+        let Self { levels, cell, sums, neighbour } = self;
+        let finest = &mut levels[0];
+        let places = bins.count;
+        cell.clear();
+        cell.extend(layout.bin.iter().map(|&bin| {
+            let bin = bin as usize;
+            let place = [bin % places[0], bin / places[0] % places[1], bin / (places[0] * places[1])];
+            finest.cell(std::array::from_fn(|d| place[d] / width[d])) as u32
+        }));
+        let strides = finest.strides();
+        let (corner, plane) = (strides[0] + strides[1] + strides[2], strides[2]);
+        sums.clear();
+        sums.resize(finest.right.len(), [0.0; STENCIL]);
+        for_each_chunk(&mut sums[plane..(count[2] + 1) * plane], plane, |k, sums| {
+            let layer = places[0] * places[1] * width[2];
+            for bin in k * layer..((k + 1) * layer).min(bins.len()) {
+                for a in bins.own(bin).filter(|&a| rows[a].diagonal > 0.0) {
+                    let sum = &mut sums[cell[a] as usize - (k + 1) * plane];
+                    sum[CENTRE] += rows[a].diagonal;
+                    let (columns, coefficients) = blocks[a / ROWS].row(a % ROWS);
+                    for (&b, &c) in columns.iter().zip(coefficients) {
+                        let b = b as usize;
+                        if b < owned && roles[b] == Role::Unknown {
+                            let far = cell[b] as usize + corner - cell[a] as usize;
+                            sum[neighbour[far] as usize] -= f64::from(c);
+                        }
+                    }
+                }
+            }
+        });
+        for (s, column) in finest.matrix.iter_mut().enumerate() {
+            column.iter_mut().zip(sums.iter()).for_each(|(c, sum)| *c = sum[s] as f32);
+        }
+        finest.set_inverse();
+        for n in 1..levels.len() {
+            let (below, above) = levels.split_at_mut(n);
+            above[0].gather(&below[n - 1]);
+        }
+    }
+
+    /// Makes the levels for a box of cells.
+    fn size(&mut self, count: [usize; 3]) {
+        if self.levels.first().is_some_and(|level| level.count == count) {
+            return;
+        }
+        self.levels.clear();
+        let mut count = count;
+        loop {
+            self.levels.push(Level::new(count));
+            if count.iter().all(|&n| n <= FEW) {
+                break;
+            }
+            count = count.map(|n| n.div_ceil(2));
+        }
+        let finest = &self.levels[0];
+        let corner: usize = finest.strides().iter().sum();
+        self.neighbour.clear();
+        self.neighbour.resize(2 * corner + 1, CENTRE as u8);
+        for (s, offset) in finest.offsets().into_iter().enumerate() {
+            self.neighbour[(corner as isize + offset) as usize] = s as u8;
+        }
+    }
+
+    /// `z = P B P^T r`, the correction of every own particle.
+    pub fn correct(&mut self, layout: &Layout<'_>, r: &[Real], z: &mut [Real]) {
+        let Self { levels, cell, .. } = self;
+        let finest = &mut levels[0];
+        finest.right.fill(0.0);
+        for (&cell, r) in cell.iter().zip(r) {
+            finest.right[cell as usize] += *r as f32;
+        }
+        cycle(levels);
+        let value = &levels[0].value;
+        let (roles, owned) = (layout.roles, layout.owned);
+        for_each_chunk(z, ROWS, |number, z| {
+            for (n, z) in z.iter_mut().enumerate() {
+                let a = number * ROWS + n;
+                let unknown = a < owned && roles[a] == Role::Unknown;
+                *z = if unknown { Real::from(STRETCH * value[cell[a] as usize]) } else { 0.0 };
+            }
+        });
+    }
+}
+
+/// A symmetric cycle over the levels from the first on, from nothing.
+fn cycle(levels: &mut [Level]) {
+    let Some((level, above)) = levels.split_first_mut() else { return };
+    level.begin();
+    if above.is_empty() {
+        (1..LAST_SWEEPS).for_each(|_| level.sweep());
+        return;
+    }
+    (1..SWEEPS).for_each(|_| level.sweep());
+    level.restrict(&mut above[0]);
+    cycle(above);
+    level.prolong(&above[0]);
+    (0..SWEEPS).for_each(|_| level.sweep());
+}

@@ -1,0 +1,179 @@
+//! Gradient of the pressure, and velocities mirrored at walls.
+
+use sazanami_numerics::{Matrix, Real, Vector};
+use sazanami_parallel::for_each_chunk;
+
+use crate::boundary::Tank;
+use crate::neighbours::{Bins, ROWS};
+use crate::particles::{Kind, Particles};
+use crate::pressure::{Block, Role};
+use crate::scheme::{GradientForm, Kernel};
+
+/// Determinant over that of full support below which the gradient is not corrected.
+const SINGULAR: Real = 0.05;
+/// Condition number above which it is not.
+const ILL: Real = 50.0;
+
+/// Symmetric 3 x 3 matrix: 11, 22, 33, 12, 13, 23.
+type Symmetric = [Real; 6];
+
+fn add(matrix: &mut Symmetric, weight: Real, d: Vector) {
+    let terms = [d.x * d.x, d.y * d.y, d.z * d.z, d.x * d.y, d.x * d.z, d.y * d.z];
+    matrix.iter_mut().zip(terms).for_each(|(m, t)| *m += weight * t);
+}
+
+fn full(m: &Symmetric) -> Matrix {
+    Matrix::from_cols(Vector::new(m[0], m[3], m[4]), Vector::new(m[3], m[1], m[5]), Vector::new(m[4], m[5], m[2]))
+}
+
+/// `M^-1`, if `M` is far enough from singular; `support` is the sum of the weights.
+fn inverse(m: &Symmetric, support: Real) -> Option<Matrix> {
+    let matrix = full(m);
+    let determinant = matrix.determinant();
+    if determinant < SINGULAR * (support / 3.0).powi(3) {
+        return None;
+    }
+    let inverse = matrix.inverse();
+    // Norms bound the condition number from above, by a factor of three at most.
+    let norm = |m: &Matrix| m.to_cols_array().iter().map(|v| v * v).sum::<Real>().sqrt();
+    (norm(&matrix) * norm(&inverse) <= 3.0 * ILL).then_some(inverse)
+}
+
+/// What the gradient is taken of.
+pub(crate) struct PressureField<'a> {
+    pub pressure: &'a [Real],
+    pub position: &'a [Vector],
+    pub bulk: &'a [Real],
+    pub roles: &'a [Role],
+    pub kind: &'a [Kind],
+    /// `rho b` where the pressure is reduced, zero where it is not [N/m^3].
+    pub weight_of_fluid: Vector,
+}
+
+/// Gradient of the reduced pressure at each own fluid particle, and how many are not corrected.
+pub(crate) fn gradient(
+    kernel: &Kernel,
+    blocks: &mut [Block],
+    field: &PressureField<'_>,
+    into: &mut [Vector],
+    plain: &mut [bool],
+) {
+    let PressureField { pressure, position, bulk, roles, kind, weight_of_fluid } = *field;
+    let Kernel { scheme, weight, sums } = kernel;
+    let owned = into.len();
+    let into = &mut into[..];
+    for_each_chunk((into, plain), ROWS, |number, (into, plain)| {
+        let block = &blocks[number];
+        for (row, (gradient, plain)) in into.iter_mut().zip(plain).enumerate() {
+            let a = number * ROWS + row;
+            (*gradient, *plain) = (Vector::ZERO, false);
+            if a >= owned || kind[a] != Kind::Fluid || roles[a] == Role::Outside {
+                continue;
+            }
+            let (mut matrix, mut sum, mut support) = ([0.0; 6], Vector::ZERO, 0.0);
+            // Differences of the whole pressure, for where support is too thin to be corrected.
+            let mut whole = Vector::ZERO;
+            for &b in block.row(row).0 {
+                let b = b as usize;
+                if roles[b] == Role::Outside {
+                    continue;
+                }
+                let apart = position[b] - position[a];
+                let r2 = apart.length_squared();
+                let w = weight.value(r2.sqrt()) * bulk[b];
+                let difference = pressure[b] - pressure[a];
+                support += w;
+                add(&mut matrix, w / r2, apart);
+                sum += (w / r2 * difference) * apart;
+                whole += (w / r2 * (difference + weight_of_fluid.dot(apart))) * apart;
+            }
+            let corrected = match scheme.gradient {
+                GradientForm::Corrected => inverse(&matrix, support),
+                GradientForm::Classical => Some(Matrix::from_diagonal(Vector::splat(3.0 / sums.others))),
+            };
+            *gradient = match corrected {
+                Some(inverse) => inverse * sum,
+                None => {
+                    *plain = true;
+                    whole * (3.0 / sums.others) - weight_of_fluid
+                }
+            };
+        }
+    });
+}
+
+/// Velocities that viscosity sees: that of a particle itself, and behind a wall twice the wall's less that of the
+/// mirrored point, from a linear fit of the fluid around it.
+pub(crate) fn mirrored_velocities(
+    kernel: &Kernel,
+    tank: &Tank,
+    bins: &Bins,
+    particles: &Particles,
+    into: &mut Vec<Vector>,
+) {
+    into.clear();
+    into.extend_from_slice(&particles.velocity);
+    let Particles { kind, position, velocity, .. } = particles;
+    let weight = &kernel.weight;
+    let square = weight.radius * weight.radius;
+    let owned = particles.owned;
+    for_each_chunk(&mut into[..owned], ROWS, |number, into| {
+        for (row, seen) in into.iter_mut().enumerate() {
+            let a = number * ROWS + row;
+            if kind[a] == Kind::Fluid {
+                continue;
+            }
+            let at = tank.mirrored(position[a]);
+            // Least squares of u + G (x - at): sums of 1, x, x x and of u, u x with the weight.
+            let (mut w0, mut w1, mut w2) = (0.0, Vector::ZERO, [0.0; 6]);
+            let (mut u0, mut u1) = (Vector::ZERO, [Vector::ZERO; 3]);
+            bins.for_each_range(at, |range| {
+                for b in range {
+                    let apart = position[b] - at;
+                    let r2 = apart.length_squared();
+                    if r2 < square && kind[b] == Kind::Fluid {
+                        let w = weight.value(r2.sqrt());
+                        w0 += w;
+                        w1 += w * apart;
+                        add(&mut w2, w, apart);
+                        u0 += w * velocity[b];
+                        (0..3).for_each(|d| u1[d] += w * apart[d] * velocity[b]);
+                    }
+                }
+            });
+            *seen = if w0 > 0.0 {
+                // Eliminating the slope leaves the value; without a slope it is the mean.
+                let scale = w0 * weight.radius * weight.radius;
+                let matrix = full(&w2);
+                let value = if matrix.determinant() > 1e-6 * scale.powi(3) {
+                    let share = matrix.inverse() * w1;
+                    let rest = w0 - share.dot(w1);
+                    let moment = share.x * u1[0] + share.y * u1[1] + share.z * u1[2];
+                    if rest > 0.05 * w0 { (u0 - moment) / rest } else { u0 / w0 }
+                } else {
+                    u0 / w0
+                };
+                2.0 * tank.velocity - value
+            } else {
+                tank.velocity
+            };
+        }
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn thin_support_is_recognised() {
+        let mut plane = [0.0; 6];
+        for d in [Vector::X, Vector::Y, Vector::new(0.6, 0.8, 0.0)] {
+            add(&mut plane, 1.0, d);
+        }
+        assert!(inverse(&plane, 3.0).is_none());
+        add(&mut plane, 1.0, Vector::Z);
+        let found = inverse(&plane, 4.0).unwrap();
+        assert!((found * full(&plane) - Matrix::IDENTITY).to_cols_array().iter().all(|v| v.abs() < 1e-12));
+    }
+}

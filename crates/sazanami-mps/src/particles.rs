@@ -1,0 +1,164 @@
+//! Particles of fluid and walls as structure of arrays: this rank's own in the order of their bins, then ghosts.
+
+use bytemuck::{Pod, Zeroable};
+use sazanami_numerics::{Real, Vector};
+
+use crate::pressure::Role;
+
+/// Identifiers from here on are those of wall and dummy particles.
+pub const WALL: u64 = 1 << 62;
+
+/// What a particle is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Kind {
+    /// Moves with the flow.
+    #[default]
+    Fluid,
+    /// First layer of a wall: stands still and has a pressure of its own.
+    Wall,
+    /// Deeper layer of a wall: completes sums, has no pressure.
+    Dummy,
+}
+
+impl Kind {
+    fn number(self) -> u64 {
+        self as u64
+    }
+
+    fn from_number(number: u64) -> Self {
+        match number {
+            0 => Self::Fluid,
+            1 => Self::Wall,
+            _ => Self::Dummy,
+        }
+    }
+}
+
+/// All particles a rank knows: its own (`0..owned`, by bin and identifier), then ghosts, which are copies of other
+/// ranks' particles or periodic images. Every column covers both.
+#[derive(Clone, Debug, Default)]
+pub struct Particles {
+    pub(crate) owned: usize,
+    /// Identifiers.
+    pub id: Vec<u64>,
+    /// What each particle is.
+    pub kind: Vec<Kind>,
+    /// Position, of the periodic image that this entry stands for [m].
+    pub position: Vec<Vector>,
+    /// Velocity [m/s].
+    pub velocity: Vec<Vector>,
+    /// Reduced pressure: pressure less that of a fluid at rest under the body force [Pa].
+    pub pressure: Vec<Real>,
+    /// Gradient of the reduced pressure at the end of the last step [Pa/m].
+    pub gradient: Vec<Vector>,
+    /// Role in the pressure equation of the last step.
+    pub role: Vec<Role>,
+    /// Order of the particles, kept for its memory.
+    keys: Vec<(u32, u64, u32)>,
+    records: Vec<ParticleRecord>,
+}
+
+/// Everything about a particle, as it is sent and stored.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct ParticleRecord {
+    pub id: u64,
+    /// Kind, and 256 times the role.
+    pub flags: u64,
+    pub position: [Real; 3],
+    pub velocity: [Real; 3],
+    pub pressure: Real,
+    pub gradient: [Real; 3],
+}
+
+impl ParticleRecord {
+    pub fn kind(&self) -> Kind {
+        Kind::from_number(self.flags & 255)
+    }
+
+    pub fn role(&self) -> Role {
+        Role::from_number((self.flags >> 8) as u8)
+    }
+
+    pub fn new(id: u64, kind: Kind, position: Vector, velocity: Vector) -> Self {
+        let (position, velocity) = (position.to_array(), velocity.to_array());
+        // Until the first step tells better, fluid is not a splash.
+        let flags = kind.number() | (u64::from(Role::Unknown.number()) << 8);
+        Self { id, flags, position, velocity, ..Self::default() }
+    }
+}
+
+impl Particles {
+    /// Number of particles that belong to this rank.
+    #[must_use]
+    pub fn owned(&self) -> usize {
+        self.owned
+    }
+
+    /// Number of particles and ghosts.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.id.len()
+    }
+
+    /// Whether this rank knows no particles at all.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.id.is_empty()
+    }
+
+    /// Whether particle `a` is fluid.
+    #[must_use]
+    pub fn is_fluid(&self, a: usize) -> bool {
+        self.kind[a] == Kind::Fluid
+    }
+
+    pub(crate) fn truncate(&mut self, length: usize) {
+        self.id.truncate(length);
+        self.kind.truncate(length);
+        self.position.truncate(length);
+        self.velocity.truncate(length);
+        self.pressure.truncate(length);
+        self.gradient.truncate(length);
+        self.role.truncate(length);
+    }
+
+    pub(crate) fn push(&mut self, record: &ParticleRecord) {
+        self.id.push(record.id);
+        self.kind.push(record.kind());
+        self.position.push(Vector::from_array(record.position));
+        self.velocity.push(Vector::from_array(record.velocity));
+        self.pressure.push(record.pressure);
+        self.gradient.push(Vector::from_array(record.gradient));
+        self.role.push(record.role());
+    }
+
+    pub(crate) fn record(&self, a: usize) -> ParticleRecord {
+        ParticleRecord {
+            id: self.id[a],
+            flags: self.kind[a].number() | (u64::from(self.role[a].number()) << 8),
+            position: self.position[a].to_array(),
+            velocity: self.velocity[a].to_array(),
+            pressure: self.pressure[a],
+            gradient: self.gradient[a].to_array(),
+        }
+    }
+
+    /// Puts the own particles into the order of `bin` and, within a bin, of their identifiers. There are no ghosts.
+    pub(crate) fn sort(&mut self, bin: impl Fn(Vector) -> u32) {
+        let mut keys = std::mem::take(&mut self.keys);
+        keys.clear();
+        keys.extend(self.position.iter().zip(&self.id).enumerate().map(|(a, (&x, &id))| (bin(x), id, a as u32)));
+        if !keys.is_sorted() {
+            keys.sort_unstable();
+            let mut records = std::mem::take(&mut self.records);
+            records.clear();
+            records.extend(keys.iter().map(|key| self.record(key.2 as usize)));
+            self.truncate(0);
+            records.iter().for_each(|record| self.push(record));
+            self.records = records;
+        }
+        self.owned = self.len();
+        self.keys = keys;
+    }
+}

@@ -1,0 +1,392 @@
+//! The pressure equation, `sum_j c_ij (p_j - p_i) = -(rho/dt) (source)`, and its solution.
+//!
+//! `c_ij = f_ij (1/eps_i + 1/eps_j) / (2 N2)`, with the Laplacian's weight `f`: the operator
+//! `div(eps grad p)/eps` (with more where grains give way), symmetric to the last bit because both ends of a pair evaluate the same expression.
+//! Coefficients are stored in single precision, sums are in double. Conjugate gradients, preconditioned by the
+//! diagonal plus a correction on a coarse grid, which is all it takes: neighbours are so many that the diagonal
+//! alone rules everything shorter than the radius of influence.
+
+use sazanami_numerics::domain::{Domain, FailedElsewhere};
+use sazanami_numerics::{Real, Vector};
+use sazanami_parallel::{Rows, for_each_chunk, max_over, sum_over};
+
+use crate::coarse::CoarseGrid;
+use crate::exchange::Exchange;
+use crate::neighbours::{Bins, ROWS};
+
+/// What a particle is in the pressure equation.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Role {
+    /// No part of it: dummies, splashes, walls without water.
+    #[default]
+    Outside,
+    /// Its pressure is given: surface.
+    Given,
+    /// Its pressure is sought.
+    Unknown,
+}
+
+impl Role {
+    pub(crate) fn number(self) -> u8 {
+        self as u8
+    }
+
+    pub(crate) fn from_number(number: u8) -> Self {
+        match number {
+            1 => Self::Given,
+            2 => Self::Unknown,
+            _ => Self::Outside,
+        }
+    }
+}
+
+/// When a solution is good enough, and how the solver gets there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tolerance {
+    /// Largest residual as a volume strain in a step.
+    pub strain: Real,
+    /// Most iterations.
+    pub most_iterations: usize,
+}
+
+impl Default for Tolerance {
+    fn default() -> Self {
+        Self { strain: 1e-6, most_iterations: 500 }
+    }
+}
+
+/// What a solve did.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PressureReport {
+    /// Iterations.
+    pub iterations: usize,
+    /// Largest residual as a volume strain in the step, from the solution itself.
+    pub residual: Real,
+    /// Number of unknowns.
+    pub unknowns: usize,
+    /// Number of given pressures.
+    pub given: usize,
+    /// Mean of the right side that had to be taken out where no pressure is given, as a strain in the step.
+    pub removed_mean: Real,
+    /// Pairs whose coefficient was cut to zero.
+    pub cut_coefficients: usize,
+}
+
+/// The pressure equation was not solved.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum PressureError {
+    /// The residual does not fall any more, or not fast enough.
+    #[error(
+        "the pressure was not found: after {iterations} iterations a strain of {residual:.3e} a step is left, \
+         asked for {tolerance:.1e}"
+    )]
+    NotConverged {
+        /// Iterations done.
+        iterations: usize,
+        /// Residual reached, as a volume strain in the step.
+        residual: Real,
+        /// Residual asked for.
+        tolerance: Real,
+    },
+    /// A number that is not finite came up.
+    #[error("the pressure became a number that is not finite after {iterations} iterations")]
+    NotFinite {
+        /// Iterations done.
+        iterations: usize,
+    },
+    /// Another rank failed.
+    #[error(transparent)]
+    Elsewhere(#[from] FailedElsewhere),
+}
+
+/// Coefficients of some consecutive particles.
+#[derive(Clone, Debug)]
+pub(crate) struct Block {
+    pub starts: [u32; ROWS + 1],
+    pub columns: Vec<u32>,
+    pub coefficients: Vec<f32>,
+    /// Pairs whose coefficient was cut to zero.
+    pub cut: usize,
+}
+
+impl Default for Block {
+    fn default() -> Self {
+        Self { starts: [0; ROWS + 1], columns: Vec::new(), coefficients: Vec::new(), cut: 0 }
+    }
+}
+
+impl Block {
+    pub fn clear(&mut self) {
+        self.columns.clear();
+        self.coefficients.clear();
+        self.cut = 0;
+    }
+
+    /// Neighbours of a row and the coefficients to them.
+    #[inline(always)]
+    pub fn row(&self, row: usize) -> (&[u32], &[f32]) {
+        let range = self.starts[row] as usize..self.starts[row + 1] as usize;
+        (&self.columns[range.clone()], &self.coefficients[range])
+    }
+}
+
+/// Terms of a row besides its coefficients.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Row {
+    /// Sum of the coefficients to particles of the equation; 0 for a row that is none.
+    pub diagonal: Real,
+    /// Right side.
+    pub right: Real,
+    /// Whether a neighbour's pressure is given.
+    pub beside_surface: bool,
+}
+
+/// The equation of the present step and all that its solution needs.
+#[derive(Debug, Default)]
+pub(crate) struct PressureEquation {
+    pub blocks: Vec<Block>,
+    pub rows: Vec<Row>,
+    coarse: CoarseGrid,
+    residual: Vec<Real>,
+    step: Vec<Real>,
+    direction: Vec<Real>,
+    product: Vec<Real>,
+}
+
+/// Roles and places that a solve looks at.
+pub(crate) struct Layout<'a> {
+    pub domain: &'a Domain,
+    pub bins: &'a Bins,
+    /// Of every particle, ghosts included.
+    pub roles: &'a [Role],
+    /// Bin of each own particle.
+    pub bin: &'a [u32],
+    pub owned: usize,
+}
+
+impl PressureEquation {
+    /// Room for the rows of `owned` particles.
+    pub fn resize(&mut self, owned: usize) {
+        self.blocks.resize_with(owned.div_ceil(ROWS), Block::default);
+        self.rows.clear();
+        self.rows.resize(self.blocks.len() * ROWS, Row::default());
+    }
+
+    /// Sums up the diagonal and finds the rows beside the surface.
+    pub fn close(&mut self, roles: &[Role], owned: usize) {
+        let rows = Rows { data: &mut self.rows[..], width: ROWS };
+        for_each_chunk((&mut self.blocks[..], rows), 1, |number, (block, rows)| {
+            for (row, entry) in rows.data.iter_mut().enumerate() {
+                let a = number * ROWS + row;
+                *entry = Row::default();
+                if a >= owned || roles[a] != Role::Unknown {
+                    continue;
+                }
+                let (columns, coefficients) = block[0].row(row);
+                for (&b, &c) in columns.iter().zip(coefficients) {
+                    let role = roles[b as usize];
+                    if role != Role::Outside {
+                        entry.diagonal += Real::from(c);
+                    }
+                    entry.beside_surface |= role == Role::Given;
+                }
+            }
+        });
+    }
+
+    /// Number of pairs whose coefficient was cut to zero.
+    pub fn cut(&self) -> usize {
+        self.blocks.iter().map(|block| block.cut).sum()
+    }
+
+    /// Solves for `pressure`, which holds given values and the first guess, ghosts included.
+    /// `strain` turns a residual into a volume strain in the step.
+    pub fn solve(
+        &mut self,
+        layout: &Layout<'_>,
+        exchange: &mut Exchange,
+        pressure: &mut [Real],
+        strain: Real,
+        tolerance: &Tolerance,
+    ) -> Result<PressureReport, PressureError> {
+        let Layout { domain, roles, owned, .. } = *layout;
+        let Self { blocks, rows, coarse, residual, step, direction, product } = self;
+        let count = |role: Role| roles[..owned].iter().filter(|r| **r == role).count() as Real;
+        let [unknowns, given] = domain.sum([count(Role::Unknown), count(Role::Given)]);
+        let mut report =
+            PressureReport { unknowns: unknowns as usize, given: given as usize, ..PressureReport::default() };
+        if unknowns == 0.0 {
+            return Ok(report);
+        }
+        coarse.assemble(layout, blocks, rows);
+        let padded = blocks.len() * ROWS;
+        for column in [&mut *residual, &mut *step, &mut *product] {
+            column.clear();
+            column.resize(padded, 0.0);
+        }
+        direction.clear();
+        direction.resize(roles.len().max(padded), 0.0);
+
+        let singular = given == 0.0;
+        if singular {
+            // Constants may be added: the right side must be orthogonal to them.
+            let [sum] = domain.sum(sum(blocks.len(), |a| if a < owned { [rows[a].right] } else { [0.0] }));
+            let mean = sum / unknowns;
+            report.removed_mean = mean * strain;
+            rows[..owned]
+                .iter_mut()
+                .zip(roles)
+                .filter(|(_, r)| **r == Role::Unknown)
+                .for_each(|(r, _)| r.right -= mean);
+        }
+        let size = evaluate(layout, blocks, rows, pressure, residual);
+        let mut largest = domain.max(size) * strain;
+        let mut before: Option<Real> = None;
+        while largest > tolerance.strain {
+            let iterations = report.iterations;
+            if !largest.is_finite() {
+                return Err(PressureError::NotFinite { iterations });
+            }
+            if iterations >= tolerance.most_iterations {
+                return Err(PressureError::NotConverged { iterations, residual: largest, tolerance: tolerance.strain });
+            }
+            // z = M^-1 r
+            coarse.correct(layout, residual, step);
+            add_diagonal(rows, residual, step);
+            if singular {
+                take_out_mean(layout, step, unknowns);
+            }
+            let [descent] = domain.sum(sum(blocks.len(), |a| [residual[a] * step[a]]));
+            let beta = before.map_or(0.0, |before| descent / before);
+            before = Some(descent);
+            for_each_chunk((&mut direction[..padded], &mut step[..]), ROWS, |_, (p, z)| {
+                p.iter_mut().zip(z).for_each(|(p, z)| *p = *z + beta * *p);
+            });
+            // The columns behind the own particles are ghosts: padding of the last block is theirs.
+            direction[owned..padded.min(roles.len())].fill(0.0);
+            exchange.refresh(domain, &mut direction[..roles.len()]);
+            multiply(layout, blocks, rows, direction, product);
+            let [bend] = domain.sum(sum(blocks.len(), |a| if a < owned { [direction[a] * product[a]] } else { [0.0] }));
+            if !(descent > 0.0 && bend > 0.0 && bend.is_finite()) {
+                if descent == 0.0 && bend == 0.0 {
+                    break;
+                }
+                return Err(PressureError::NotFinite { iterations });
+            }
+            let alpha = descent / bend;
+            let own = &direction[..owned];
+            for_each_chunk(&mut pressure[..owned], ROWS, |number, p| {
+                p.iter_mut().zip(&own[number * ROWS..]).for_each(|(p, d)| *p += alpha * d);
+            });
+            for_each_chunk((&mut residual[..], &mut product[..]), ROWS, |_, (r, q)| {
+                r.iter_mut().zip(q).for_each(|(r, q)| *r -= alpha * *q);
+            });
+            report.iterations += 1;
+            let size = max_over(blocks.len(), |n| {
+                residual[n * ROWS..(n + 1) * ROWS].iter().fold(0.0, |m: Real, r| m.max(r.abs()))
+            });
+            largest = domain.max(size) * strain;
+            if largest <= tolerance.strain {
+                // What counts is the residual of the solution itself.
+                exchange.refresh(domain, pressure);
+                let size = evaluate(layout, blocks, rows, pressure, residual);
+                largest = domain.max(size) * strain;
+                before = None;
+            }
+        }
+        exchange.refresh(domain, pressure);
+        report.residual = largest;
+        Ok(report)
+    }
+}
+
+/// Sum of `part` over all rows, block by block along a fixed tree.
+fn sum<const N: usize>(blocks: usize, part: impl Fn(usize) -> [Real; N] + Sync) -> [Real; N] {
+    sum_over(blocks, |block| {
+        let mut total = [0.0; N];
+        for a in block * ROWS..(block + 1) * ROWS {
+            let part = part(a);
+            (0..N).for_each(|n| total[n] += part[n]);
+        }
+        total
+    })
+}
+
+/// `r = b + sum c (p_j - p_i)`; returns the largest.
+fn evaluate(layout: &Layout<'_>, blocks: &mut [Block], rows: &[Row], p: &[Real], r: &mut [Real]) -> Real {
+    let Layout { roles, owned, .. } = *layout;
+    for_each_chunk((blocks, Rows { data: r, width: ROWS }), 1, |number, (block, r)| {
+        for (row, r) in r.data.iter_mut().enumerate() {
+            let a = number * ROWS + row;
+            *r = 0.0;
+            if a < owned && roles[a] == Role::Unknown {
+                let (columns, coefficients) = block[0].row(row);
+                let mut sum = rows[a].right;
+                for (&b, &c) in columns.iter().zip(coefficients) {
+                    if roles[b as usize] != Role::Outside {
+                        sum += Real::from(c) * (p[b as usize] - p[a]);
+                    }
+                }
+                *r = sum;
+            }
+        }
+    });
+    r.iter().fold(0.0, |m: Real, r| if r.is_nan() { Real::NAN } else { m.max(r.abs()) })
+}
+
+/// `q = A d`, with `d` zero where nothing is sought.
+fn multiply(layout: &Layout<'_>, blocks: &mut [Block], rows: &[Row], d: &[Real], q: &mut [Real]) {
+    let owned = layout.owned;
+    for_each_chunk((blocks, Rows { data: q, width: ROWS }), 1, |number, (block, q)| {
+        for (row, q) in q.data.iter_mut().enumerate() {
+            let a = number * ROWS + row;
+            *q = 0.0;
+            if a < owned && rows[a].diagonal > 0.0 {
+                let (columns, coefficients) = block[0].row(row);
+                *q = rows[a].diagonal * d[a] - gathered(columns, coefficients, d);
+            }
+        }
+    });
+}
+
+/// `sum c_b d_b`, in four strands.
+#[inline(always)]
+fn gathered(columns: &[u32], coefficients: &[f32], d: &[Real]) -> Real {
+    let mut sums = [0.0; 4];
+    let (columns4, coefficients4) = (columns.chunks_exact(4), coefficients.chunks_exact(4));
+    let rest = columns4.remainder().iter().zip(coefficients4.remainder());
+    let tail: Real = rest.map(|(&b, &c)| Real::from(c) * d[b as usize]).sum();
+    for (b, c) in columns4.zip(coefficients4) {
+        for lane in 0..4 {
+            sums[lane] += Real::from(c[lane]) * d[b[lane] as usize];
+        }
+    }
+    (sums[0] + sums[1]) + (sums[2] + sums[3]) + tail
+}
+
+/// Adds `D^-1 r`.
+fn add_diagonal(rows: &[Row], r: &[Real], z: &mut [Real]) {
+    for_each_chunk(z, ROWS, |number, z| {
+        for (n, z) in z.iter_mut().enumerate() {
+            let a = number * ROWS + n;
+            if rows[a].diagonal > 0.0 {
+                *z += r[a] / rows[a].diagonal;
+            }
+        }
+    });
+}
+
+/// Takes the mean of the unknown's entries out of them.
+fn take_out_mean(layout: &Layout<'_>, z: &mut [Real], unknowns: Real) {
+    let [sum] = layout.domain.sum(sum(z.len() / ROWS, |a| [z[a]]));
+    let mean = sum / unknowns;
+    let of = |a: usize| a < layout.owned && layout.roles[a] == Role::Unknown;
+    z.iter_mut().enumerate().filter(|(a, _)| of(*a)).for_each(|(_, z)| *z -= mean);
+}
+
+/// Hydrostatic part of the pressure at `position`, `rho b . (x - x_ref)` [Pa].
+#[inline]
+pub(crate) fn hydrostatic(density: Real, body_force: Vector, position: Vector, reference: Vector) -> Real {
+    density * body_force.dot(position - reference)
+}

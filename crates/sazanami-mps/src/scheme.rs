@@ -1,0 +1,110 @@
+//! What the fluid is and which of the enhancements act.
+
+use sazanami_numerics::Real;
+
+use crate::weight::{Calibration, LaplacianForm, Weight, Wendland};
+
+/// Source of the pressure equation.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SourceForm {
+    /// Rate of change of the number density from velocities (Khayyer & Gotoh 2009, HS).
+    #[default]
+    HigherOrder,
+    /// Deviation of the number density from that of rest, over the step (Koshizuka & Oka 1996).
+    Classical,
+}
+
+/// Gradient of the pressure.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum GradientForm {
+    /// Exact for linear fields whatever the neighbours' places (Khayyer & Gotoh 2011, GC).
+    #[default]
+    Corrected,
+    /// Exact on a lattice.
+    Classical,
+}
+
+/// Forces that keep particles apart (Tsuruta, Khayyer & Gotoh 2013, DS).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stabilisation {
+    /// Distance below which it acts, over the mean size of the two particles.
+    pub distance: Real,
+    /// Whether a pair counts with its weight, or fully.
+    pub weighted: bool,
+}
+
+impl Default for Stabilisation {
+    /// A distance of 0.95: with 0.85 (one less the Courant number) water at rest on a disordered arrangement gains
+    /// energy (`docs/decisions/0006-moving-particles.md`).
+    fn default() -> Self {
+        Self { distance: 0.95, weighted: true }
+    }
+}
+
+/// Which enhancements act, and how strongly.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scheme {
+    /// Family of the weight function.
+    pub weight: Wendland,
+    /// Radius of influence r_e over the particle spacing, 2.1 to 3.6.
+    pub radius: Real,
+    /// HS.
+    pub source: SourceForm,
+    /// HL.
+    pub laplacian: LaplacianForm,
+    /// Factor of the error-compensating source (Khayyer & Gotoh 2011, ECS); 0: none.
+    pub compensation: Real,
+    /// Steps over which an error of the number density relaxes; infinite: does not.
+    pub relaxation: Real,
+    /// GC.
+    pub gradient: GradientForm,
+    /// DS.
+    pub stabilisation: Option<Stabilisation>,
+    /// Whether the pressure is solved for without its part at rest, which is exact for water at rest.
+    pub reduced_pressure: bool,
+    /// Times the pressure equation is solved once more with the gradient found, for surfaces that fall or splash.
+    pub surface_repeats: usize,
+}
+
+impl Default for Scheme {
+    fn default() -> Self {
+        Self {
+            weight: Wendland::C2,
+            radius: 3.1,
+            source: SourceForm::HigherOrder,
+            laplacian: LaplacianForm::HigherOrder,
+            compensation: 1.0,
+            relaxation: 100.0,
+            gradient: GradientForm::Corrected,
+            stabilisation: Some(Stabilisation::default()),
+            reduced_pressure: true,
+            surface_repeats: 0,
+        }
+    }
+}
+
+/// The fluid and its discretisation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fluid {
+    /// Density [kg/m^3].
+    pub density: Real,
+    /// Kinematic viscosity [m^2/s].
+    pub viscosity: Real,
+    /// Particle spacing l0 [m].
+    pub spacing: Real,
+}
+
+/// Everything that pairs of particles are summed with.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Kernel {
+    pub scheme: Scheme,
+    pub weight: Weight,
+    pub sums: Calibration,
+}
+
+impl Kernel {
+    pub fn new(scheme: Scheme, spacing: Real) -> Self {
+        let weight = Weight { family: scheme.weight, radius: scheme.radius * spacing };
+        Self { scheme, weight, sums: Calibration::new(&weight, scheme.laplacian, spacing) }
+    }
+}

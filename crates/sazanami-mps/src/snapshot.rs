@@ -1,0 +1,90 @@
+//! The state of the fluid as named arrays, sorted by identifier, for any number of ranks.
+//!
+//! Lists and ghosts are not part of it: they follow from places and identifiers.
+
+use sazanami_numerics::domain::Domain;
+use sazanami_numerics::snapshot::{Snapshot, SnapshotError};
+
+use crate::boundary::Tank;
+use crate::grains::GrainPhase;
+use crate::particles::ParticleRecord;
+use crate::solver::{Settings, SetupError, Solver};
+
+const ID: &str = "fluid/id";
+const FLAGS: &str = "fluid/flags";
+const POSITION: &str = "fluid/position";
+const VELOCITY: &str = "fluid/velocity";
+const PRESSURE: &str = "fluid/pressure";
+const GRADIENT: &str = "fluid/gradient";
+const STEPS: &str = "fluid/steps";
+/// Prefix of what the engine of the grains writes.
+pub const GRAINS: &str = "grains/";
+
+/// A solver could not be taken from a snapshot.
+#[derive(Clone, Debug, thiserror::Error)]
+pub enum RestoreError {
+    /// The snapshot is of another problem.
+    #[error(transparent)]
+    Snapshot(#[from] SnapshotError),
+    /// Walls or periods do not fit.
+    #[error(transparent)]
+    Setup(#[from] SetupError),
+}
+
+impl Solver {
+    /// Everything that a run needs to go on with the same bits. Collective; complete on rank 0.
+    #[must_use]
+    pub fn snapshot(&mut self) -> Snapshot {
+        let mut snapshot = Snapshot::default();
+        let Self { domain, grains, .. } = self;
+        grains.engine_mut().snapshot(domain, GRAINS, &mut snapshot);
+        let mine: Vec<ParticleRecord> = (0..self.particles.owned).map(|a| self.particles.record(a)).collect();
+        let mut all = self.domain.to_first(&mine);
+        all.sort_unstable_by_key(|record| record.id);
+        snapshot.put_u64(ID, all.iter().map(|r| r.id).collect());
+        snapshot.put_u64(FLAGS, all.iter().map(|r| r.flags).collect());
+        snapshot.put_reals(POSITION, all.iter().flat_map(|r| r.position).collect());
+        snapshot.put_reals(VELOCITY, all.iter().flat_map(|r| r.velocity).collect());
+        snapshot.put_reals(PRESSURE, all.iter().map(|r| r.pressure).collect());
+        snapshot.put_reals(GRADIENT, all.iter().flat_map(|r| r.gradient).collect());
+        snapshot.put_u64(STEPS, vec![self.steps]);
+        snapshot
+    }
+
+    /// Goes on from a snapshot, which every rank holds; `grains` come from their own part of it.
+    ///
+    /// # Errors
+    /// [`RestoreError`] if the snapshot is of another problem.
+    pub fn restore(
+        domain: Domain,
+        settings: Settings,
+        tank: Tank,
+        grains: GrainPhase,
+        snapshot: &Snapshot,
+    ) -> Result<Self, RestoreError> {
+        let id = snapshot.u64(ID)?;
+        let count = id.len();
+        let flags = snapshot.u64(FLAGS)?;
+        if flags.len() != count {
+            let (name, found) = (FLAGS.to_owned(), flags.len());
+            return Err(SnapshotError::Length { name, expected: count, found }.into());
+        }
+        let triple = |name: &str| snapshot.reals_of(name, 3 * count);
+        let (position, velocity, gradient) = (triple(POSITION)?, triple(VELOCITY)?, triple(GRADIENT)?);
+        let pressure = snapshot.reals_of(PRESSURE, count)?;
+        let of = |values: &[f64], n: usize| [values[3 * n], values[3 * n + 1], values[3 * n + 2]];
+        let records: Vec<ParticleRecord> = (0..count)
+            .map(|n| ParticleRecord {
+                id: id[n],
+                flags: flags[n],
+                position: of(position, n),
+                velocity: of(velocity, n),
+                pressure: pressure[n],
+                gradient: of(gradient, n),
+            })
+            .collect();
+        let mut solver = Self::from_records(domain, settings, tank, &records, grains)?;
+        solver.steps = snapshot.u64(STEPS)?.first().copied().unwrap_or_default();
+        Ok(solver)
+    }
+}

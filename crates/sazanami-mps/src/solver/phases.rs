@@ -1,0 +1,404 @@
+//! The phases of a step, in their order.
+
+use sazanami_numerics::{Real, Vector};
+use sazanami_parallel::for_each_chunk;
+
+use super::{FIRST_REPEATS, Forcing, Phase, Scratch, Settings, Solver, StepError, StepReport};
+use crate::boundary::WallFriction;
+use crate::free_surface::is_splash;
+use crate::grains::{self, Voids};
+use crate::neighbours::ROWS;
+use crate::number_density::{self, Columns, Crowding, Prediction};
+use crate::operators::{self, PressureField};
+use crate::particles::{Kind, Particles, WALL};
+use crate::pressure::{Layout, PressureReport, Role, hydrostatic};
+use crate::scheme::{Fluid, SourceForm};
+use crate::stabilisation::{self, Moved, Push};
+
+impl Solver {
+    pub(super) fn move_walls(&mut self, forcing: &Forcing) {
+        self.tank.displacement = forcing.wall_displacement;
+        self.tank.velocity = forcing.wall_velocity;
+        let particles = &mut self.particles;
+        particles.truncate(particles.owned);
+        for a in (0..particles.owned).filter(|&a| particles.kind[a] != Kind::Fluid) {
+            let place = self.wall_places[(particles.id[a] - WALL) as usize];
+            particles.position[a] = self.periods.wrapped(place + forcing.wall_displacement);
+            particles.velocity[a] = forcing.wall_velocity;
+        }
+    }
+
+    /// Owners, order, ghosts, lists.
+    pub(super) fn arrange(&mut self, dt: Real, forcing: &Forcing) {
+        // Neighbours come no nearer than this before the pressure acts.
+        let way = dt * (self.largest_speed() + dt * forcing.body_force.length());
+        let skin = 2.1 * way + 0.02 * self.settings.fluid.spacing;
+        let reach = self.kernel.weight.radius + skin;
+        let Self { domain, periods, particles, exchange, bins, neighbours, .. } = self;
+        exchange.migrate(domain, particles);
+        bins.renew(domain, reach);
+        particles.sort(|x| bins.number(x));
+        exchange.renew(domain, periods, particles, reach, |x| bins.number(x));
+        let (own, ghosts) = particles.position.split_at(particles.owned);
+        bins.fill(own, ghosts);
+        neighbours.renew(bins, particles, reach);
+        let scratch = &mut self.scratch;
+        let (owned, all) = (particles.owned, particles.len());
+        let blocks = owned.div_ceil(ROWS);
+        scratch.bulk.clear();
+        scratch.bulk.resize(all, 1.0);
+        scratch.bulk_rate.clear();
+        scratch.bulk_rate.resize(all, 0.0);
+        scratch.mobile.clear();
+        scratch.mobile.resize(all, 0.0);
+        scratch.crowding.resize(owned, Crowding::default());
+        scratch.prediction.resize(blocks * ROWS, Prediction::default());
+        scratch.plain.resize(owned, false);
+        scratch.pushes.resize(owned, Push::default());
+        scratch.bin.clear();
+        scratch.bin.extend(particles.position[..owned].iter().map(|&x| bins.number(x)));
+        self.equation.resize(owned);
+    }
+
+    /// Void fraction where the particles are.
+    pub(super) fn find_voids(&mut self, report: &mut StepReport) {
+        let Self { domain, tank, particles, exchange, scratch, grains, .. } = self;
+        let Scratch { bulk, bulk_rate, mobile, change, .. } = scratch;
+        let owned = particles.owned;
+        change.clear();
+        change.resize(owned, Vector::ZERO);
+        if grains.is_empty() {
+            return;
+        }
+        grains.place(domain, tank);
+        let Particles { kind, position, velocity, .. } = &*particles;
+        let mut voids =
+            Voids { bulk: &mut bulk[..owned], bulk_rate: &mut bulk_rate[..owned], mobile: &mut mobile[..owned] };
+        let (cut, smallest) = grains.voids(kind, position, velocity, &mut voids);
+        report.coupling.cut_voids = domain.sum([cut as Real])[0] as usize;
+        report.coupling.least_void = domain.min(smallest);
+        exchange.refresh(domain, bulk);
+        exchange.refresh(domain, bulk_rate);
+    }
+
+    /// The same where they will be without the pressure, among grains that have moved.
+    pub(super) fn find_predicted_voids(&mut self, report: &mut StepReport) {
+        let Self { domain, tank, particles, exchange, scratch, grains, .. } = self;
+        if grains.is_empty() {
+            return;
+        }
+        let Scratch { bulk, bulk_rate, mobile, velocity, place, .. } = scratch;
+        let owned = particles.owned;
+        grains.place(domain, tank);
+        let mut voids =
+            Voids { bulk: &mut bulk[..owned], bulk_rate: &mut bulk_rate[..owned], mobile: &mut mobile[..owned] };
+        let (_, smallest) = grains.voids(&particles.kind, place, velocity, &mut voids);
+        report.coupling.least_void = report.coupling.least_void.min(domain.min(smallest));
+        exchange.refresh(domain, bulk);
+        exchange.refresh(domain, bulk_rate);
+        exchange.refresh(domain, mobile);
+    }
+
+    /// Moves the grains, and finds what their drag does to the fluid.
+    pub(super) fn advance_grains(
+        &mut self,
+        dt: Real,
+        forcing: &Forcing,
+        report: &mut StepReport,
+        watch: &mut impl FnMut(Phase),
+    ) -> Result<(), StepError> {
+        let mass = self.particle_mass();
+        let Self { domain, kernel, particles, bins, exchange, scratch, grains, .. } = self;
+        if grains.is_empty() || grains.is_frozen() {
+            return Ok(());
+        }
+        watch(Phase::Coupling);
+        exchange.refresh(domain, &mut particles.gradient);
+        grains.look_around(kernel, bins, particles, &scratch.bulk);
+        watch(Phase::Grains);
+        report.contacts = grains.advance(domain, forcing.body_force, dt, &mut report.coupling)?;
+        watch(Phase::Coupling);
+        let Scratch { bulk, change, .. } = scratch;
+        grains.react(domain, kernel, particles, bulk, mass, change, &mut report.coupling);
+        Ok(())
+    }
+
+    /// Lets the grains feel the pressure of this step.
+    pub(super) fn correct_grains(&mut self, dt: Real, report: &mut StepReport) {
+        let Self { domain, kernel, particles, exchange, bins, scratch, grains, .. } = self;
+        if grains.is_empty() || grains.is_frozen() {
+            return;
+        }
+        exchange.refresh(domain, &mut particles.gradient);
+        let Particles { kind, gradient, .. } = &*particles;
+        let fluid = grains::Fluid { bins, kind, position: &scratch.after, gradient, bulk: &scratch.bulk };
+        grains.correct_pressure_force(domain, kernel, &fluid, dt, &mut report.coupling);
+    }
+
+    /// Number density, its rate and viscosity where the particles are.
+    pub(super) fn crowd(&mut self) {
+        let Self { domain, tank, kernel, particles, exchange, bins, neighbours, scratch, settings, .. } = self;
+        let Scratch { seen, bulk, bulk_rate, crowding, .. } = scratch;
+        let seen = if settings.fluid.viscosity > 0.0 && tank.friction == WallFriction::NoSlip {
+            operators::mirrored_velocities(kernel, tank, bins, particles, seen);
+            exchange.refresh(domain, seen);
+            &seen[..]
+        } else {
+            &particles.velocity[..]
+        };
+        let Particles { kind, position, velocity, .. } = &*particles;
+        let columns = Columns { kind, position, velocity, bulk, bulk_rate };
+        number_density::crowding(kernel, neighbours, &columns, seen, tank.friction, crowding);
+    }
+
+    /// Velocities and places without the pressure.
+    pub(super) fn predict(&mut self, dt: Real, forcing: &Forcing) {
+        let Self { domain, particles, exchange, scratch, settings, .. } = self;
+        let Scratch { velocity, place, crowding, change, .. } = scratch;
+        velocity.clone_from(&particles.velocity);
+        place.clone_from(&particles.position);
+        let owned = particles.owned;
+        let viscosity = settings.fluid.viscosity;
+        let body_force = if settings.scheme.reduced_pressure { Vector::ZERO } else { forcing.body_force };
+        let kind = &particles.kind;
+        for_each_chunk((&mut velocity[..owned], &mut place[..owned]), ROWS, |number, (velocity, place)| {
+            for (row, (u, x)) in velocity.iter_mut().zip(place).enumerate() {
+                let a = number * ROWS + row;
+                if kind[a] == Kind::Fluid {
+                    *u += dt * (viscosity * crowding[a].laplacian + body_force) + change[a];
+                    *x += dt * *u;
+                }
+            }
+        });
+        exchange.refresh(domain, velocity);
+        exchange.refresh_positions(domain, place);
+    }
+
+    /// Sums at the predicted places: coefficients of the pressure equation, roles.
+    pub(super) fn sum_up(&mut self, report: &mut StepReport) {
+        let Self { domain, kernel, particles, exchange, neighbours, scratch, settings, equation, surface, .. } = self;
+        let Scratch { bulk, bulk_rate, mobile, velocity, place, prediction, roles, .. } = scratch;
+        let columns = Columns { kind: &particles.kind, position: place, velocity, bulk, bulk_rate };
+        let spacing = settings.fluid.spacing;
+        number_density::prediction(kernel, spacing, neighbours, &columns, mobile, &mut equation.blocks, prediction);
+        let n0 = kernel.sums.number_density;
+        let owned = particles.owned;
+        roles.clear();
+        roles.extend(prediction[..owned].iter().zip(&particles.kind).map(|(sums, kind)| {
+            let density = sums.density / n0;
+            let role = match kind {
+                Kind::Fluid if is_splash(sums.company) => Role::Outside,
+                Kind::Fluid if surface.is_surface(density, sums.asymmetry / n0) => Role::Given,
+                Kind::Wall if sums.wet == 0 => Role::Outside,
+                Kind::Dummy => Role::Outside,
+                Kind::Fluid | Kind::Wall => Role::Unknown,
+            };
+            role.number()
+        }));
+        roles.resize(particles.len(), 0);
+        exchange.refresh(domain, roles);
+        particles.role.iter_mut().zip(&*roles).for_each(|(role, &number)| *role = Role::from_number(number));
+        equation.close(&particles.role, owned);
+        let fluid = (0..owned).filter(|&a| particles.kind[a] == Kind::Fluid);
+        let mut counts = [0.0; 5];
+        for a in fluid {
+            match particles.role[a] {
+                Role::Outside => counts[0] += 1.0,
+                Role::Given => counts[1] += 1.0,
+                Role::Unknown if equation.rows[a].beside_surface => {}
+                Role::Unknown => {
+                    let strain = (scratch.crowding[a].density - n0) / kernel.sums.strain;
+                    counts[2] += 1.0;
+                    counts[3] += strain;
+                    counts[4] += strain * strain;
+                }
+            }
+        }
+        let [splashes, at_surface, inner, sum, squares] = domain.sum(counts);
+        (report.splashes, report.surface) = (splashes as usize, at_surface as usize);
+        let inner = inner.max(1.0);
+        report.strain = [sum / inner, (squares / inner).sqrt()];
+    }
+
+    /// Pressure and its gradient.
+    pub(super) fn solve(&mut self, dt: Real, forcing: &Forcing, report: &mut StepReport) -> Result<(), StepError> {
+        let Self { domain, kernel, particles, exchange, bins, scratch, settings, equation, surface, steps, .. } = self;
+        let Scratch { bulk, mobile, previous, place, crowding, prediction, plain, bin, .. } = scratch;
+        let Settings { fluid, scheme, tolerance, reference, .. } = settings;
+        let Particles { kind, role, pressure, gradient, owned, .. } = particles;
+        let owned = *owned;
+        let body_force = if scheme.reduced_pressure { forcing.body_force } else { Vector::ZERO };
+        for ((p, role), &x) in pressure.iter_mut().zip(&*role).zip(&*place) {
+            match role {
+                Role::Outside => *p = 0.0,
+                Role::Given => *p = -hydrostatic(fluid.density, body_force, x, *reference),
+                Role::Unknown => {}
+            }
+        }
+        // What the grains' way in the sub-steps already owes to the last pressure.
+        previous.clear();
+        previous.extend_from_slice(pressure);
+        let n0 = kernel.sums.number_density;
+        let strain = |density: Real| (density - n0) / kernel.sums.strain;
+        let layout = Layout { domain, bins, roles: role, bin, owned };
+        // Before the first step no gradient is known.
+        let repeats = if *steps == 0 { scheme.surface_repeats.max(FIRST_REPEATS) } else { scheme.surface_repeats };
+        for repeat in 0..=repeats {
+            for a in 0..owned {
+                let row = &mut equation.rows[a];
+                if row.diagonal == 0.0 {
+                    continue;
+                }
+                let Crowding { density, rate, .. } = crowding[a];
+                let error = strain(density);
+                let mut source = match scheme.source {
+                    SourceForm::HigherOrder => prediction[a].rate,
+                    SourceForm::Classical => strain(prediction[a].density) / dt,
+                };
+                // Water that leaves a wall above the surface pulls at nothing.
+                if kind[a] == Kind::Wall && prediction[a].density < surface.density * n0 {
+                    source = source.max(0.0);
+                }
+                // Below the surface a number density that is too low is no error.
+                if row.beside_surface && error < 0.0 {
+                    if scheme.source == SourceForm::Classical {
+                        source = source.max(0.0);
+                    }
+                } else {
+                    source += scheme.compensation * (error.abs() * rate + rate.abs() * error)
+                        + error / (scheme.relaxation * dt);
+                }
+                row.right = fluid.density / dt * source;
+                if mobile[a] > 0.0 {
+                    let (columns, coefficients) = equation.blocks[a / ROWS].row(a % ROWS);
+                    let conductance = |a: usize| 1.0 / bulk[a] + mobile[a];
+                    for (&b, &c) in columns.iter().zip(coefficients) {
+                        let b = b as usize;
+                        if role[b] != Role::Outside {
+                            let share = (mobile[a] + mobile[b]) / (conductance(a) + conductance(b));
+                            row.right -= Real::from(c) * share * (previous[b] - previous[a]);
+                        }
+                    }
+                }
+                if row.beside_surface && kind[a] == Kind::Fluid {
+                    // Neighbours are missing: what the sum makes of the gradient that is known is no curvature.
+                    row.right -= gradient[a].dot(prediction[a].lean);
+                }
+            }
+            let to_strain = dt * dt / fluid.density;
+            let solved = equation.solve(&layout, exchange, pressure, to_strain, tolerance)?;
+            let iterations = report.pressure.iterations + solved.iterations;
+            report.pressure = PressureReport { iterations, cut_coefficients: equation.cut(), ..solved };
+            let field = PressureField {
+                pressure,
+                position: place,
+                bulk,
+                roles: role,
+                kind,
+                weight_of_fluid: fluid.density * body_force,
+            };
+            operators::gradient(kernel, &mut equation.blocks, &field, &mut gradient[..owned], plain);
+            if repeat == repeats {
+                report.plain_gradients = domain.sum([plain.iter().filter(|p| **p).count() as Real])[0] as usize;
+            }
+        }
+        Ok(())
+    }
+
+    /// Velocities and places with the pressure.
+    pub(super) fn correct(&mut self, dt: Real, forcing: &Forcing) {
+        let Self { domain, particles, exchange, scratch, settings, .. } = self;
+        let Scratch { velocity, place, after, .. } = scratch;
+        after.clone_from(place);
+        let Particles { kind, role, gradient, owned, .. } = particles;
+        let owned = *owned;
+        let density = settings.fluid.density;
+        // Who flies on its own feels the body force, and nothing else.
+        let alone = if settings.scheme.reduced_pressure { forcing.body_force } else { Vector::ZERO };
+        for_each_chunk((&mut velocity[..owned], &mut after[..owned]), ROWS, |number, (velocity, after)| {
+            for (row, (u, x)) in velocity.iter_mut().zip(after).enumerate() {
+                let a = number * ROWS + row;
+                if kind[a] != Kind::Fluid {
+                    continue;
+                }
+                let acceleration = if role[a] == Role::Outside { alone } else { -gradient[a] / density };
+                *u += dt * acceleration;
+                *x += dt * dt * acceleration;
+            }
+        });
+        exchange.refresh(domain, velocity);
+        exchange.refresh_positions(domain, after);
+    }
+
+    /// Pushes and collisions.
+    pub(super) fn keep_apart(&mut self, dt: Real, report: &mut StepReport) {
+        let Self { domain, kernel, particles, exchange, neighbours, scratch, settings, .. } = self;
+        let Scratch { velocity, place, after, bulk, pushes, collisions, .. } = scratch;
+        let (kind, owned) = (&particles.kind[..], particles.owned);
+        let Fluid { spacing, density, .. } = settings.fluid;
+        let mut nearest = 0.0;
+        if let Some(stabilisation) = &settings.scheme.stabilisation {
+            let moved = Moved { kind, before: place, after, bulk };
+            stabilisation::pushes(kernel, stabilisation, spacing, neighbours, &moved, pushes);
+            let mass = density * spacing.powi(3);
+            let mut sums = [0.0; 2];
+            nearest = Real::INFINITY;
+            for a in 0..owned {
+                let push = pushes[a];
+                if push.pairs > 0 {
+                    let change = push.way / dt;
+                    sums[0] += Real::from(push.pairs);
+                    sums[1] += mass * change.dot(velocity[a] + 0.5 * change);
+                    velocity[a] += change;
+                    after[a] += push.way;
+                }
+                nearest = nearest.min(push.nearest);
+            }
+            let [pairs, work] = domain.sum(sums);
+            (report.pushed_pairs, report.push_work) = ((pairs / 2.0) as usize, work);
+            nearest = domain.min(nearest);
+            exchange.refresh(domain, velocity);
+            exchange.refresh_positions(domain, after);
+        }
+        // Pushes move by less than a tenth of a spacing: who was farther apart does not collide.
+        if nearest < (0.7 * spacing) * (0.7 * spacing) {
+            collisions.resize(owned, (Vector::ZERO, 0));
+            stabilisation::collisions(spacing, neighbours, kind, after, velocity, collisions);
+            let mut count = 0.0;
+            for (u, (change, pairs)) in velocity.iter_mut().zip(&*collisions) {
+                *u += *change;
+                count += Real::from(*pairs);
+            }
+            report.collisions = (domain.sum([count])[0] / 2.0) as usize;
+        }
+    }
+
+    /// Takes over what was found, keeps particles off the walls and in the box, and looks for nonsense.
+    pub(super) fn settle(&mut self, report: &mut StepReport) -> Result<(), StepError> {
+        let Self { domain, periods, tank, particles, scratch, settings, .. } = self;
+        let Scratch { velocity, after, .. } = scratch;
+        let spacing = settings.fluid.spacing;
+        let mut clipped = 0.0;
+        let mut bad = None;
+        for a in 0..particles.owned {
+            if particles.kind[a] != Kind::Fluid {
+                continue;
+            }
+            let (mut x, mut u) = (after[a], velocity[a]);
+            if !(x.is_finite() && u.is_finite() && particles.pressure[a].is_finite()) {
+                let what = if u.is_finite() { "pressure" } else { "velocity" };
+                bad = bad.or(Some(StepError::NotFinite { id: particles.id[a], what, position: particles.position[a] }));
+                continue;
+            }
+            if tank.clip(spacing, &mut x, &mut u) {
+                clipped += 1.0;
+            }
+            particles.position[a] = periods.wrapped(x);
+            particles.velocity[a] = u;
+        }
+        domain.agree(bad.map_or(Ok(()), Err))?;
+        report.clipped = domain.sum([clipped])[0] as usize;
+        report.largest_speed = self.largest_speed();
+        Ok(())
+    }
+}

@@ -1,0 +1,114 @@
+//! The longest stable step, and what limits it.
+
+use sazanami_numerics::{Real, Vector};
+
+/// What limits a step.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Limit {
+    /// No fluid particle moves more than a part of its size.
+    #[default]
+    Advective,
+    /// The body force moves none more than a part of its size.
+    BodyForce,
+    /// Viscosity.
+    Viscous,
+    /// No grain moves more than a part of its size.
+    GrainMotion,
+    /// Drag between grains and fluid.
+    Drag,
+    /// The longest step asked for.
+    Longest,
+    /// The step is given.
+    Fixed,
+}
+
+impl Limit {
+    /// Name in results.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Advective => "advective",
+            Self::BodyForce => "body_force",
+            Self::Viscous => "viscous",
+            Self::GrainMotion => "grain_motion",
+            Self::Drag => "drag",
+            Self::Longest => "longest",
+            Self::Fixed => "fixed",
+        }
+    }
+}
+
+/// Limits of the step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StepLimits {
+    /// Way of the fastest fluid particle or grain in a step over its size.
+    pub courant: Real,
+    /// Longest step [s].
+    pub longest: Real,
+    /// The step is always this long [s].
+    pub fixed: Option<Real>,
+}
+
+impl Default for StepLimits {
+    fn default() -> Self {
+        Self { courant: 0.15, longest: 2e-4, fixed: None }
+    }
+}
+
+/// What a step has to follow.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Rates {
+    /// Largest speed of a fluid particle over the particle spacing [1/s].
+    pub advective: Real,
+    /// Largest speed of a grain over its diameter [1/s].
+    pub grain_motion: Real,
+    /// Reciprocal of the shortest time in which drag brings grains and fluid together [1/s].
+    pub drag: Real,
+}
+
+/// A step and what limits it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Step {
+    /// Length [s].
+    pub dt: Real,
+    /// What limits it.
+    pub limit: Limit,
+}
+
+impl StepLimits {
+    /// The longest step for these rates, a body force [m/s^2], a spacing [m] and a viscosity [m^2/s].
+    #[must_use]
+    pub fn choose(&self, rates: &Rates, body_force: Vector, spacing: Real, viscosity: Real) -> Step {
+        if let Some(dt) = self.fixed {
+            return Step { dt, limit: Limit::Fixed };
+        }
+        let within = |part: Real, rate: Real| if rate > 0.0 { part / rate } else { Real::INFINITY };
+        let limits = [
+            (within(self.courant, rates.advective), Limit::Advective),
+            (within(self.courant, rates.grain_motion), Limit::GrainMotion),
+            (0.2 * within(1.0, (body_force.length() / spacing).sqrt()), Limit::BodyForce),
+            (within(0.2, viscosity / (spacing * spacing)), Limit::Viscous),
+            (within(0.5, rates.drag), Limit::Drag),
+            (self.longest, Limit::Longest),
+        ];
+        let shortest = limits.into_iter().reduce(|a, b| if b.0 < a.0 { b } else { a });
+        shortest.map_or(Step::default(), |(dt, limit)| Step { dt, limit })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_shortest_limit_rules() {
+        let limits = StepLimits { longest: 1.0, ..StepLimits::default() };
+        let rates = Rates { advective: 300.0, ..Rates::default() };
+        let step = limits.choose(&rates, Vector::new(0.0, 0.0, -9.81), 1e-3, 1e-6);
+        assert_eq!((step.limit, step.dt), (Limit::Advective, 0.15 / 300.0));
+        let slow = Rates { advective: 1.0, ..Rates::default() };
+        assert_eq!(limits.choose(&slow, Vector::new(0.0, 0.0, -9.81), 1e-3, 1e-6).limit, Limit::BodyForce);
+        let fixed = StepLimits { fixed: Some(2e-4), ..limits };
+        assert_eq!(fixed.choose(&rates, Vector::ZERO, 1e-3, 1e-6), Step { dt: 2e-4, limit: Limit::Fixed });
+    }
+}

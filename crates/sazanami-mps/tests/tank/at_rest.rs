@@ -1,0 +1,95 @@
+//! Water at rest stays at rest, and falling water falls.
+
+use crate::support::{Case, GRAVITY, NOTHING, OPEN_TOP, PERIODIC, SPACING, WALLS, jittered, under};
+use sazanami_mps::Kind;
+use sazanami_mps::scheme::Scheme;
+use sazanami_mps::solver::Solver;
+use sazanami_numerics::{Real, Vector};
+
+fn run(solver: &mut Solver, body_force: Vector, until: Real) -> Real {
+    let mut time = 0.0;
+    while time < until {
+        let dt = solver.stable_step(body_force).dt;
+        solver.step(dt, &under(body_force), |_| ()).expect("the step is sound");
+        time += dt;
+    }
+    time
+}
+
+fn water() -> Case {
+    Case::filled([20, 7, 25], [20, 7, 20], [WALLS, PERIODIC, OPEN_TOP])
+}
+
+#[test]
+fn a_lattice_of_water_stays_at_rest() {
+    let mut solver = water().solo();
+    run(&mut solver, GRAVITY, 0.05);
+    // The pressure is solved to 1e-6 a step.
+    assert!(solver.largest_speed() < 1e-5, "{}", solver.largest_speed());
+    let particles = solver.particles();
+    // The pressure vanishes in the middle of the top layer, half a spacing below the reference.
+    let expected = -9810.0 * 0.5 * SPACING;
+    for a in (0..particles.owned()).filter(|&a| particles.kind[a] == Kind::Fluid) {
+        assert!((particles.pressure[a] - expected).abs() < 1e-4 * 9810.0 * 0.02);
+    }
+}
+
+#[test]
+fn plain_pressure_is_not_balanced() {
+    // Negative control: with gravity in the source the gradient of the pressure is some tenth too small.
+    let mut case = water();
+    case.scheme = Scheme { reduced_pressure: false, ..case.scheme };
+    let mut solver = case.solo();
+    solver.step(1e-4, &under(GRAVITY), |_| ()).unwrap();
+    let particles = solver.particles();
+    let inside = (0..particles.owned()).filter(|&a| {
+        let z = particles.position[a].z / SPACING;
+        particles.kind[a] == Kind::Fluid && (5.0..15.0).contains(&z)
+    });
+    let (mut sum, mut count) = (0.0, 0.0);
+    for a in inside {
+        sum -= particles.gradient[a].z / 9810.0;
+        count += 1.0;
+    }
+    assert!((0.8..0.95).contains(&(sum / count)), "{}", sum / count);
+}
+
+#[test]
+fn disordered_water_comes_to_rest() {
+    let mut case = Case::filled([12, 7, 15], [12, 7, 12], [WALLS, PERIODIC, OPEN_TOP]);
+    case.fluid = jittered(case.fluid, 0.1);
+    let kinetic = |solver: &Solver| {
+        let [twice] = solver.sum_over_fluid(|p, a| [p.velocity[a].length_squared()]);
+        twice
+    };
+    let mut solver = case.solo();
+    run(&mut solver, GRAVITY, 0.05);
+    let early = kinetic(&solver);
+    run(&mut solver, GRAVITY, 0.25);
+    assert!(kinetic(&solver) < early, "{} {early}", kinetic(&solver));
+    // Negative control: particles that are pushed apart only when they are very near gain energy.
+    case.scheme.stabilisation =
+        case.scheme.stabilisation.map(|s| sazanami_mps::scheme::Stabilisation { distance: 0.6, ..s });
+    let mut solver = case.solo();
+    run(&mut solver, GRAVITY, 0.05);
+    let early = kinetic(&solver);
+    run(&mut solver, GRAVITY, 0.25);
+    assert!(kinetic(&solver) > early);
+}
+
+#[test]
+fn a_block_in_the_air_falls_freely() {
+    let mut case = Case::filled([12, 12, 24], [12, 12, 12], [NOTHING; 3]);
+    let error = |case: &Case, until: Real| {
+        let mut solver = case.solo();
+        let time = run(&mut solver, GRAVITY, until);
+        let wrong = |velocity: Vector| (velocity / time - GRAVITY).length_squared() / GRAVITY.length_squared();
+        let [sum, count] = solver.sum_over_fluid(|p, a| [wrong(p.velocity[a]), 1.0]);
+        (sum / count).sqrt()
+    };
+    assert!(error(&case, 4e-4) < 0.02, "{}", error(&case, 4e-4));
+    assert!(error(&case, 0.02) < 1e-3);
+    // Negative control: without gravity in the surface's pressure nothing would fall.
+    case.scheme.reduced_pressure = false;
+    assert!(error(&case, 4e-4) < 1e-9, "plain pressure falls too: all of it is zero");
+}

@@ -1,0 +1,6 @@
+//! Small tanks: rest, free fall, grains, threads, restarts, ranks.
+
+mod at_rest;
+mod equivalence;
+mod grains;
+mod support;

@@ -1,0 +1,159 @@
+//! Small tanks for tests.
+
+use sazanami_dem::{Body, ContactLaw, Damping, Engine, Grain, Interactions, Setup, Substeps, Wall};
+use sazanami_mps::boundary::{Side, Tank, WallFriction};
+use sazanami_mps::grains::{Closure, Coupling, GrainPhase};
+use sazanami_mps::pressure::Tolerance;
+use sazanami_mps::scheme::{Fluid, Scheme};
+use sazanami_mps::solver::{FluidParticle, Forcing, Settings, Solver};
+use sazanami_mps::stability::StepLimits;
+use sazanami_numerics::domain::Domain;
+use sazanami_numerics::grid::Grid;
+use sazanami_numerics::{Real, Vector};
+use sazanami_parallel::{Communicator, Solo};
+
+/// Particle spacing of the tests [m].
+pub const SPACING: Real = 1e-3;
+/// Gravity [m/s^2].
+pub const GRAVITY: Vector = Vector::new(0.0, 0.0, -9.81);
+pub const WALLS: [Side; 2] = [Side::Wall; 2];
+pub const OPEN_TOP: [Side; 2] = [Side::Wall, Side::Open];
+pub const PERIODIC: [Side; 2] = [Side::Periodic; 2];
+pub const NOTHING: [Side; 2] = [Side::Open; 2];
+
+/// A tank in units of the spacing, part filled.
+#[derive(Clone)]
+pub struct Case {
+    pub size: [usize; 3],
+    pub sides: [[Side; 2]; 3],
+    pub scheme: Scheme,
+    pub tolerance: Tolerance,
+    pub limits: StepLimits,
+    pub friction: WallFriction,
+    pub viscosity: Real,
+    pub fluid: Vec<FluidParticle>,
+    pub grains: Vec<Grain>,
+    pub implicit_pressure_force: bool,
+}
+
+impl Case {
+    /// A box filled with a lattice of `fill` particles from its lower corner.
+    pub fn filled(size: [usize; 3], fill: [usize; 3], sides: [[Side; 2]; 3]) -> Self {
+        Self {
+            size,
+            sides,
+            scheme: Scheme::default(),
+            tolerance: Tolerance::default(),
+            limits: StepLimits { longest: 5e-4, ..StepLimits::default() },
+            friction: WallFriction::NoSlip,
+            viscosity: 1e-6,
+            fluid: lattice(fill),
+            grains: Vec::new(),
+            implicit_pressure_force: true,
+        }
+    }
+
+    pub fn upper(&self) -> Vector {
+        SPACING * Vector::from_array(self.size.map(|n| n as Real))
+    }
+
+    pub fn domain(&self, communicator: Box<dyn Communicator>) -> Domain {
+        let cell = 0.5 * (self.scheme.radius + 0.36) * SPACING;
+        let upper = self.upper();
+        let cells = [0, 1, 2].map(|d| ((upper[d] / cell).floor() as usize).max(1));
+        let periodic = self.sides.map(|sides| sides[0] == Side::Periodic);
+        Domain::new(Grid::new(cells, Vector::ZERO, upper), periodic, communicator).expect("the box can be cut")
+    }
+
+    pub fn settings(&self) -> Settings {
+        let height = self.fluid.iter().map(|p| p.position.z).fold(0.0, Real::max) + 0.5 * SPACING;
+        Settings {
+            fluid: Fluid { density: 1000.0, viscosity: self.viscosity, spacing: SPACING },
+            scheme: self.scheme,
+            limits: self.limits,
+            tolerance: self.tolerance,
+            reference: Vector::new(0.0, 0.0, height),
+        }
+    }
+
+    pub fn tank(&self) -> Tank {
+        Tank::new(Vector::ZERO, self.upper(), self.sides, self.friction)
+    }
+
+    pub fn setup(&self) -> Setup {
+        let present = self.sides.map(|sides| sides.map(|side| side == Side::Wall));
+        let law = ContactLaw {
+            normal_stiffness: 400.0,
+            tangential_stiffness: 400.0 * 2.0 / 7.0,
+            damping: Damping::Restitution(0.5),
+            friction: 0.4,
+            ..ContactLaw::SAND
+        };
+        Setup {
+            bodies: vec![Body::ball(0.5 * SPACING)],
+            interactions: Interactions::uniform(1, law),
+            walls: Wall::of_box(Vector::ZERO, self.upper(), 0, present),
+            region: [Vector::splat(-1.0), Vector::ONE],
+            ghost_margin: 3.6 * SPACING,
+        }
+    }
+
+    pub fn coupling(&self) -> Coupling {
+        Coupling {
+            closure: Closure::recommended(1000.0, 1e-3),
+            smoothing: 3.0 * SPACING,
+            least_void: 0.3,
+            implicit_pressure_force: self.implicit_pressure_force,
+            substeps: Substeps::Auto,
+        }
+    }
+
+    /// The solver on a rank.
+    pub fn on(&self, communicator: Box<dyn Communicator>) -> Solver {
+        let domain = self.domain(communicator);
+        let grains = if self.grains.is_empty() {
+            GrainPhase::none(&domain).expect("no grains")
+        } else {
+            let engine = Engine::new(&domain, self.setup(), &self.grains).expect("sound grains");
+            GrainPhase::new(&domain, engine, self.coupling())
+        };
+        Solver::new(domain, self.settings(), self.tank(), &self.fluid, grains).expect("a sound tank")
+    }
+
+    /// The solver on one rank.
+    pub fn solo(&self) -> Solver {
+        self.on(Box::<Solo>::default())
+    }
+}
+
+/// A lattice of particles at rest.
+pub fn lattice(count: [usize; 3]) -> Vec<FluidParticle> {
+    let mut fluid = Vec::new();
+    for k in 0..count[2] {
+        for j in 0..count[1] {
+            for i in 0..count[0] {
+                let position = SPACING * Vector::new(i as Real + 0.5, j as Real + 0.5, k as Real + 0.5);
+                fluid.push(FluidParticle { position, velocity: Vector::ZERO });
+            }
+        }
+    }
+    fluid
+}
+
+/// Moves every particle by up to `part` of a spacing in each direction, always alike.
+pub fn jittered(mut fluid: Vec<FluidParticle>, part: Real) -> Vec<FluidParticle> {
+    let mut state = 7_u64;
+    let mut random = move || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        2.0 * ((state >> 11) as Real / (1_u64 << 53) as Real) - 1.0
+    };
+    for particle in &mut fluid {
+        particle.position += part * SPACING * Vector::new(random(), random(), random());
+    }
+    fluid
+}
+
+/// A body force in a frame and walls at rest.
+pub fn under(body_force: Vector) -> Forcing {
+    Forcing { body_force, ..Forcing::default() }
+}

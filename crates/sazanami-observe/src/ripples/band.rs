@@ -1,0 +1,159 @@
+//! A profile without its trend, and the part of it in a band of wavelengths.
+
+use std::f64::consts::{PI, TAU};
+
+use sazanami_numerics::Real;
+
+/// How much longer than the profile the period of its spectrum is.
+const PADDING: usize = 4;
+
+/// Takes the parabola of least squares off evenly spaced values.
+pub(super) fn detrended(values: &[Real]) -> Vec<Real> {
+    let count = values.len();
+    let place = |n: usize| n as Real - 0.5 * (count as Real - 1.0);
+    let mean_square = (0..count).map(|n| place(n).powi(2)).sum::<Real>() / count as Real;
+    // Polynomials orthogonal over the places: the fit of one does not change that of another.
+    let polynomials: [&dyn Fn(usize) -> Real; 3] = [&|_| 1.0, &place, &|n| place(n).powi(2) - mean_square];
+    let mut rest = values.to_vec();
+    for polynomial in polynomials {
+        let product: Real = rest.iter().enumerate().map(|(n, value)| value * polynomial(n)).sum();
+        let square: Real = (0..count).map(|n| polynomial(n).powi(2)).sum();
+        if square > 0.0 {
+            rest.iter_mut().enumerate().for_each(|(n, value)| *value -= product / square * polynomial(n));
+        }
+    }
+    rest
+}
+
+/// Cosine window: rises over the part `taper` of the values at each end, one between.
+fn window(count: usize, taper: Real) -> Vec<Real> {
+    let rise = taper * count as Real;
+    let weight = |n: usize| {
+        let from_end = n.min(count - 1 - n) as Real + 0.5;
+        if from_end < rise { 0.5 - 0.5 * (PI * from_end / rise).cos() } else { 1.0 }
+    };
+    (0..count).map(weight).collect()
+}
+
+/// The part of a profile in a band of wavelengths.
+pub(super) struct Band {
+    /// The values in the band; weakened by the window in the part `taper` at each end.
+    pub values: Vec<Real>,
+    /// Variance of the values, as if there were no window [m^2].
+    pub variance: Real,
+    /// Zeroth over first moment of the spectrum in the band: the wavelength of its centre [m].
+    pub centroid: Option<Real>,
+    /// Number of values under the rise of the window at each end.
+    pub rise: usize,
+}
+
+impl Band {
+    /// Takes the waves from `shortest` to `longest` [m] out of values `spacing` [m] apart that have no trend. The
+    /// profile is padded with zeros to four times its length, so that the wavenumbers lie close.
+    pub fn of(values: &[Real], spacing: Real, [shortest, longest]: [Real; 2], taper: Real) -> Self {
+        let count = values.len();
+        let weights = window(count, taper);
+        let tapered: Vec<Real> = values.iter().zip(&weights).map(|(value, weight)| value * weight).collect();
+        let period = PADDING * count;
+        let length = period as Real * spacing;
+        let first = (length / longest * (1.0 - 1e-9)).ceil().max(1.0) as usize;
+        let last = ((length / shortest * (1.0 + 1e-9)).floor() as usize).min(period / 2);
+        let table: Vec<(Real, Real)> = (0..period).map(|n| (TAU * n as Real / period as Real).sin_cos()).collect();
+        let mut filtered = vec![0.0; count];
+        let (mut power, mut moment) = (0.0, 0.0);
+        for wave in first..=last {
+            let angle = |n: usize| table[wave * n % period];
+            let (mut sine, mut cosine) = (0.0, 0.0);
+            for (n, value) in tapered.iter().enumerate() {
+                let (s, c) = angle(n);
+                sine += value * s;
+                cosine += value * c;
+            }
+            let share = if 2 * wave == period { 1.0 } else { 2.0 } / period as Real;
+            for (n, value) in filtered.iter_mut().enumerate() {
+                let (s, c) = angle(n);
+                *value += share * (sine * s + cosine * c);
+            }
+            let strength = share * (sine * sine + cosine * cosine);
+            power += strength;
+            moment += strength * wave as Real / length;
+        }
+        let squares: Real = weights.iter().map(|weight| weight * weight).sum();
+        let rise = (taper * count as Real).ceil() as usize;
+        Self { values: filtered, variance: power / squares, centroid: (moment > 0.0).then(|| power / moment), rise }
+    }
+
+    /// The values that the window left whole, and the number of the first.
+    pub fn inner(&self) -> (usize, &[Real]) {
+        (self.rise, &self.values[self.rise..self.values.len() - self.rise])
+    }
+}
+
+/// Highest point of the parabola through three values one apart, from the middle one: its place and its value.
+pub(super) fn vertex(before: Real, middle: Real, after: Real) -> (Real, Real) {
+    let bend = before - 2.0 * middle + after;
+    if bend >= 0.0 {
+        return (0.0, middle);
+    }
+    let place = (0.5 * (before - after) / bend).clamp(-1.0, 1.0);
+    (place, middle - 0.25 * (before - after) * place)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_parabola_is_taken_off_and_nothing_else() {
+        let wave = |n: usize| (TAU * n as Real / 10.0).sin();
+        let bare: Vec<Real> = (0..80).map(wave).collect();
+        let bent: Vec<Real> = (0..80).map(|n| wave(n) + 3.0 - 0.2 * n as Real + 0.01 * (n * n) as Real).collect();
+        let (a, b) = (detrended(&bare), detrended(&bent));
+        assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-11));
+        assert!(detrended(&[1.0, 4.0, 9.0]).iter().all(|rest| rest.abs() < 1e-14));
+        // A cubic stays.
+        let cubic: Vec<Real> = (0..80).map(|n| (n as Real - 40.0).powi(3)).collect();
+        assert!(detrended(&cubic).iter().any(|rest| rest.abs() > 1e3));
+        assert_eq!(detrended(&[]), Vec::<Real>::new());
+    }
+
+    #[test]
+    fn waves_in_the_band_stay_and_others_go() {
+        let spacing = 0.5e-3;
+        let wave = |length: Real| -> Vec<Real> {
+            (0..280).map(|n| (TAU * n as Real * spacing / length + 0.4).sin()).collect()
+        };
+        let band = |values: &[Real]| Band::of(values, spacing, [5e-3, 60e-3], 0.1);
+        let inside = wave(20e-3);
+        let found = band(&inside);
+        let (first, values) = found.inner();
+        assert_eq!((first, values.len()), (28, 224));
+        // Sharp edges of the band ring a little near the ends of the window.
+        let misfit: Vec<Real> = values.iter().zip(&inside[first..]).map(|(a, b)| (a - b).abs()).collect();
+        let scatter = (misfit.iter().map(|m| m * m).sum::<Real>() / 224.0).sqrt();
+        let largest = misfit.iter().copied().fold(0.0, Real::max);
+        assert!(scatter < 0.05 && largest < 0.15, "{scatter} {largest}");
+        assert!((found.variance - 0.5).abs() < 0.01, "{}", found.variance);
+        assert!((found.centroid.expect("there are waves") - 20e-3).abs() < 0.5e-3);
+        for outside in [wave(2e-3), wave(500e-3)] {
+            assert!(band(&detrended(&outside)).variance < 0.01, "{}", band(&detrended(&outside)).variance);
+        }
+        assert_eq!(band(&[0.0; 280]).centroid, None);
+    }
+
+    #[test]
+    fn the_whole_band_gives_the_profile_back() {
+        let values: Vec<Real> = (0..24).map(|n| Real::from(n * n % 7) - 3.0).collect();
+        let whole = Band::of(&values, 1.0, [2.0, 1e9], 0.0);
+        let mean = values.iter().sum::<Real>() / 96.0;
+        assert!(whole.values.iter().zip(&values).all(|(a, b)| (a + mean - b).abs() < 1e-12));
+    }
+
+    #[test]
+    fn the_vertex_of_a_parabola_is_exact() {
+        let parabola = |x: Real| 2.0 - 3.0 * (x - 0.3).powi(2);
+        let (place, value) = vertex(parabola(-1.0), parabola(0.0), parabola(1.0));
+        assert!((place - 0.3).abs() < 1e-14 && (value - 2.0).abs() < 1e-14);
+        assert_eq!(vertex(1.0, 0.0, 1.0), (0.0, 0.0));
+    }
+}

@@ -1,0 +1,253 @@
+//! Sand ripples in a shaken tank: surfaces of bed and water, ripples and their growth, layer averages, gauges and
+//! probes, and the comparison with profiles read from photographs (Tazaki, Harada, Ikari and Gotoh, overlapping
+//! DEM-MPS of ripples in an oscillating tank).
+//!
+//! Positions and velocities are those in the frame of the tank: x1 along the shaking, x2 across, x3 up. What cannot
+//! be measured is an [`Unmeasured`] that says why, never a number made up.
+
+mod band;
+mod bed_surface;
+mod evolution;
+mod experiment;
+mod exposed;
+mod layers;
+mod metrics;
+mod phases;
+mod probes;
+mod profile;
+mod section_density;
+mod water_surface;
+
+pub use bed_surface::{BedSurfaceSettings, BedSurfaces, ViewedSide, suspended};
+pub use evolution::{Growth, Migration, migration};
+pub use experiment::{BedMatch, ProfileMatch, ShiftLimits, match_bed, match_profiles};
+pub use layers::{
+    Layer, LayerGrains, LayerMeans, LayerReference, LayerWater, Layers, NormalisedForces, layer_means, submerged_weight,
+};
+pub use metrics::{RippleSettings, Ripples};
+pub use phases::{Harmonic, PhaseAverage, cycle_averages, phase_average};
+pub use probes::{Interpolation, SectionWindow, vectors_in_section};
+pub use profile::SurfaceProfile;
+pub use water_surface::water_surface;
+
+use sazanami_numerics::{Real, Vector};
+use thiserror::Error;
+
+/// What the sides of the tank at the ends of x2 are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Sides {
+    /// What leaves on one side enters on the other.
+    #[default]
+    Periodic,
+    /// Walls.
+    Walls,
+}
+
+/// The inside of the tank. Its ends in x1 are walls.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tank {
+    /// Places of the end walls on x1 [m].
+    pub x: [Real; 2],
+    /// Places of the sides on x2 [m].
+    pub y: [Real; 2],
+    /// Height of the floor [m].
+    pub floor: Real,
+    /// What the sides are.
+    pub sides: Sides,
+}
+
+impl Tank {
+    /// Length between the end walls [m].
+    #[must_use]
+    pub fn length(&self) -> Real {
+        self.x[1] - self.x[0]
+    }
+
+    /// Width between the sides [m].
+    #[must_use]
+    pub fn width(&self) -> Real {
+        self.y[1] - self.y[0]
+    }
+
+    /// The part of x1 that is farther than `margin` [m] from both end walls.
+    #[must_use]
+    pub fn range_inside(&self, margin: Real) -> [Real; 2] {
+        [self.x[0] + margin, self.x[1] - margin]
+    }
+
+    /// A place on x2 [m] brought back between periodic sides; as it is between walls.
+    #[must_use]
+    pub fn across(&self, y: Real) -> Real {
+        match self.sides {
+            Sides::Periodic => self.y[0] + (y - self.y[0]).rem_euclid(self.width()),
+            Sides::Walls => y,
+        }
+    }
+}
+
+/// Spherical grains at one instant, one entry each, in the order of their identifiers.
+#[derive(Clone, Copy, Debug)]
+pub struct GrainView<'a> {
+    /// Centres [m].
+    pub position: &'a [Vector],
+    /// Diameters [m].
+    pub diameter: &'a [Real],
+    /// Number of grains and walls that each one touches.
+    pub contacts: &'a [u32],
+}
+
+impl GrainView<'_> {
+    /// Mean diameter [m]; zero without grains.
+    #[must_use]
+    pub fn mean_diameter(&self) -> Real {
+        self.diameter.iter().sum::<Real>() / self.diameter.len().max(1) as Real
+    }
+
+    /// Height of the highest point of a grain [m].
+    #[must_use]
+    pub fn top_of(&self, grain: usize) -> Real {
+        self.position[grain].z + 0.5 * self.diameter[grain]
+    }
+}
+
+/// Particles of water at one instant, one entry each, in the order of their identifiers.
+#[derive(Clone, Copy, Debug)]
+pub struct WaterView<'a> {
+    /// Centres [m].
+    pub position: &'a [Vector],
+    /// Volume that a particle takes up together with the grains in it, `V0 / eps` [m^3].
+    pub bulk_volume: &'a [Real],
+    /// Whether a particle flies free of the others.
+    pub splash: &'a [bool],
+}
+
+/// Why something was not measured.
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
+pub enum Unmeasured {
+    /// A profile does not reach far enough.
+    #[error("the profile is {length} m long where at least {needed} m are needed")]
+    TooShort {
+        /// Length there is [m].
+        length: Real,
+        /// Length needed [m].
+        needed: Real,
+    },
+    /// The points of a profile are too far apart for the shortest wave asked for.
+    #[error("points {spacing} m apart do not show waves of {shortest} m")]
+    TooCoarse {
+        /// Distance of the points [m].
+        spacing: Real,
+        /// Shortest wave [m].
+        shortest: Real,
+    },
+    /// A profile has no height at some place.
+    #[error("the profile has no height at x = {at} m")]
+    Gap {
+        /// The place [m].
+        at: Real,
+    },
+    /// Nothing stands out of the plane.
+    #[error("the relief of {relief} m is below the {least} m from which on it is taken for ripples")]
+    Flat {
+        /// Root mean square of the relief [m].
+        relief: Real,
+        /// Least relief [m].
+        least: Real,
+    },
+    /// Not enough whole waves.
+    #[error("{found} whole waves where at least {needed} are needed")]
+    TooFewWaves {
+        /// Number of whole waves.
+        found: usize,
+        /// Number needed.
+        needed: usize,
+    },
+    /// A correlation has no maximum among the shifts looked at.
+    #[error("the correlation has no maximum up to a shift of {reach} m")]
+    NoMaximum {
+        /// Largest shift [m].
+        reach: Real,
+    },
+    /// Not enough values.
+    #[error("{found} usable values where at least {needed} are needed")]
+    TooFewValues {
+        /// Number of values.
+        found: usize,
+        /// Number needed.
+        needed: usize,
+    },
+    /// A series does not hold the cycles asked for.
+    #[error("the series lasts {found} cycles where {needed} are needed")]
+    TooFewCycles {
+        /// Cycles there are.
+        found: Real,
+        /// Cycles needed.
+        needed: usize,
+    },
+    /// A phase of the cycle was never observed.
+    #[error("nothing was observed near phase {phase} of the cycle")]
+    PhaseMissing {
+        /// The phase, from 0 to 1.
+        phase: Real,
+    },
+}
+
+#[cfg(test)]
+pub(crate) mod made_up {
+    //! Beds and water made up for tests.
+
+    use super::*;
+
+    /// Columns of a bed or of water.
+    pub struct Lattice {
+        pub position: Vec<Vector>,
+        pub diameter: Vec<Real>,
+        pub contacts: Vec<u32>,
+        pub volume: Vec<Real>,
+        pub splash: Vec<bool>,
+    }
+
+    impl Lattice {
+        /// Cubic lattice of the given spacing [m] below `surface(x)` [m], each point with `share` of its cell.
+        pub fn below(tank: &Tank, spacing: Real, share: Real, surface: impl Fn(Real) -> Real) -> Self {
+            let count = |length: Real| (length / spacing).round() as usize;
+            let diameter = spacing * (share * 6.0 / std::f64::consts::PI).cbrt();
+            let mut position = Vec::new();
+            for i in 0..count(tank.length()) {
+                let x = tank.x[0] + (i as Real + 0.5) * spacing;
+                for j in 0..count(tank.width()) {
+                    let y = tank.y[0] + (j as Real + 0.5) * spacing;
+                    let height = surface(x) - tank.floor;
+                    position.extend(
+                        (0..count(height)).map(|k| Vector::new(x, y, tank.floor + (k as Real + 0.5) * spacing)),
+                    );
+                }
+            }
+            let n = position.len();
+            let volume = vec![spacing.powi(3); n];
+            Self { position, diameter: vec![diameter; n], contacts: vec![6; n], volume, splash: vec![false; n] }
+        }
+
+        /// Adds a grain or particle like the others.
+        pub fn add(&mut self, position: Vector, contacts: u32, splash: bool) {
+            self.position.push(position);
+            self.diameter.push(self.diameter[0]);
+            self.volume.push(self.volume[0]);
+            self.contacts.push(contacts);
+            self.splash.push(splash);
+        }
+
+        pub fn grains(&self) -> GrainView<'_> {
+            GrainView { position: &self.position, diameter: &self.diameter, contacts: &self.contacts }
+        }
+
+        pub fn water(&self) -> WaterView<'_> {
+            WaterView { position: &self.position, bulk_volume: &self.volume, splash: &self.splash }
+        }
+    }
+
+    /// A tank of 60 x 8 mm about the origin of x1.
+    pub fn tank(sides: Sides) -> Tank {
+        Tank { x: [-0.03, 0.03], y: [0.0, 0.008], floor: 0.0, sides }
+    }
+}

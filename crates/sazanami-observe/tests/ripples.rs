@@ -1,0 +1,109 @@
+//! From grains to ripples: what a bed of grains in disorder shows, and what a level one must not show.
+
+use std::f64::consts::TAU;
+
+use sazanami_numerics::{Real, Vector};
+use sazanami_observe::ripples::{
+    BedSurfaceSettings, BedSurfaces, GrainView, RippleSettings, Ripples, ShiftLimits, Sides, SurfaceProfile, Tank,
+    Unmeasured, match_bed,
+};
+
+const D: Real = 1e-3;
+/// Grains every 0.95 diameters take up 0.61 of the space.
+const SPACING: Real = 0.95 * D;
+
+/// Numbers from 0 to 1 by lot (xorshift of Marsaglia 2003).
+struct Lot(u64);
+
+impl Lot {
+    fn draw(&mut self) -> Real {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 >> 11) as Real / (1_u64 << 53) as Real
+    }
+}
+
+fn tank(width: Real) -> Tank {
+    Tank { x: [-0.075, 0.075], y: [0.0, width], floor: 0.0, sides: Sides::Periodic }
+}
+
+/// Grains below a surface; a place of the lattice that the surface cuts is taken with the chance of its part below.
+fn grains(tank: &Tank, seed: u64, surface: impl Fn(Real) -> Real) -> Vec<Vector> {
+    let mut lot = Lot(0x9e37_79b9_7f4a_7c15 ^ seed);
+    let count = |length: Real| (length / SPACING) as usize;
+    let mut places = Vec::new();
+    for i in 0..count(tank.length()) {
+        for j in 0..count(tank.width()) {
+            for k in 0..20 {
+                let [x, y, z] = [i, j, k].map(|n| (n as Real + 0.5) * SPACING);
+                let below = (surface(tank.x[0] + x) - z) / SPACING + 0.5;
+                if lot.draw() < below {
+                    let shake = 0.2 * D * Vector::new(lot.draw() - 0.5, lot.draw() - 0.5, lot.draw() - 0.5);
+                    places.push(Vector::new(tank.x[0] + x, tank.y[0] + y, z) + shake);
+                }
+            }
+        }
+    }
+    places
+}
+
+fn surfaces(tank: &Tank, position: &[Vector]) -> BedSurfaces {
+    let view = GrainView { position, diameter: &vec![D; position.len()], contacts: &vec![4; position.len()] };
+    BedSurfaces::of(tank, &view, &BedSurfaceSettings::of_grains(D))
+}
+
+/// The profiles of all definitions, each with the width it is an average over.
+fn definitions<'a>(tank: &Tank, found: &'a BedSurfaces) -> [(&'a SurfaceProfile, Real); 3] {
+    [(&found.concentration, tank.width()), (&found.image, 2.0 * D), (&found.top_layer, tank.width())]
+}
+
+#[test]
+fn a_level_bed_of_grains_in_disorder_has_no_ripples() {
+    for width in [8e-3, 20e-3] {
+        let tank = tank(width);
+        for seed in 1..=6 {
+            // The top layer is half full: the roughest a level bed can be.
+            let found = surfaces(&tank, &grains(&tank, seed, |_| 10.5 * SPACING));
+            for (number, (profile, across)) in definitions(&tank, &found).into_iter().enumerate() {
+                let settings = RippleSettings::of_grains(D, across);
+                let ripples = Ripples::of(profile, settings.range_in(&tank), &settings);
+                let Err(Unmeasured::Flat { relief, .. }) = ripples else {
+                    panic!("definition {number}, width {width}, seed {seed}: {ripples:?}")
+                };
+                // Without the limit there would be waves to report.
+                assert!(relief > 0.1 * D * (D / across).sqrt(), "{relief}");
+            }
+        }
+    }
+}
+
+#[test]
+fn ripples_of_grains_in_disorder_have_their_length_and_height() {
+    let tank = tank(20e-3);
+    let bed = |x: Real| 0.010 + 1.25e-3 * (TAU * x / 22e-3).sin();
+    let found = surfaces(&tank, &grains(&tank, 1, bed));
+    for (profile, across) in definitions(&tank, &found) {
+        let settings = RippleSettings::of_grains(D, across);
+        let ripples = Ripples::of(profile, settings.range_in(&tank), &settings).expect("ripples");
+        let length = ripples.crossing_wavelength.expect("whole waves");
+        assert!((length / 22e-3 - 1.0).abs() < 0.05, "{ripples:?}");
+        let length = ripples.correlation_wavelength.expect("a maximum");
+        assert!((length / 22e-3 - 1.0).abs() < 0.05, "{ripples:?}");
+        assert!((ripples.height() / 2.5e-3 - 1.0).abs() < 0.15, "{ripples:?}");
+    }
+}
+
+#[test]
+fn a_bed_matches_readings_of_its_own_shape() {
+    let tank = tank(20e-3);
+    let bed =
+        |height: Real| move |x: Real| 0.010 + 0.5 * height * ((TAU * x / 22e-3).sin() + 0.3 * (TAU * x / 37e-3).cos());
+    let found = surfaces(&tank, &grains(&tank, 3, bed(2e-3)));
+    let readings: Vec<[Real; 2]> = (0..90).map(|n| -0.07 + 1.5e-3 * f64::from(n)).map(|x| [x, bed(4e-3)(x)]).collect();
+    let settings = RippleSettings::of_grains(D, 20e-3);
+    let matched = match_bed(&found.concentration, &readings, ShiftLimits::default(), &settings).expect("a match");
+    assert!((matched.height_ratio().expect("ripples") - 0.5).abs() < 0.08, "{matched:?}");
+    assert!((matched.wavelength_ratio().expect("ripples") - 1.0).abs() < 0.1, "{matched:?}");
+    assert!(matched.profiles.correlation.expect("ripples") > 0.9 && matched.crests_agree == Some(1.0), "{matched:?}");
+}
