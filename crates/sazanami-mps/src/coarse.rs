@@ -9,8 +9,9 @@ use std::ops::Range;
 use sazanami_numerics::Real;
 use sazanami_parallel::for_each_chunk;
 
+use crate::matrix::{Block, Layout, Row};
 use crate::neighbours::ROWS;
-use crate::pressure::{Block, Layout, Role, Row};
+use crate::particles::Role;
 
 /// Neighbours of a cell, itself included.
 const STENCIL: usize = 27;

@@ -10,6 +10,7 @@ mod exchange;
 pub mod filling;
 pub mod free_surface;
 pub mod grains;
+mod matrix;
 mod neighbours;
 mod number_density;
 mod operators;
@@ -23,4 +24,4 @@ pub mod stability;
 pub mod weight;
 
 pub use exchange::Periods;
-pub use particles::{Kind, Particles, WALL};
+pub use particles::{Kind, Particles, Role, WALL};

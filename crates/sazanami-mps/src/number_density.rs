@@ -7,9 +7,9 @@ use sazanami_numerics::{Real, Vector};
 
 use crate::boundary::WallFriction;
 use crate::free_surface::COMPANY_RADIUS;
+use crate::matrix::Block;
 use crate::neighbours::{Neighbours, ROWS};
 use crate::particles::Kind;
-use crate::pressure::Block;
 use crate::scheme::Kernel;
 
 /// Columns that the sums look at, ghosts included.

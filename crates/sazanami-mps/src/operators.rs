@@ -4,9 +4,9 @@ use sazanami_numerics::{Matrix, Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
 use crate::boundary::Tank;
+use crate::matrix::Block;
 use crate::neighbours::{Bins, ROWS};
-use crate::particles::{Kind, Particles};
-use crate::pressure::{Block, Role};
+use crate::particles::{Kind, Particles, Role};
 use crate::scheme::{GradientForm, Kernel};
 
 /// Determinant over that of full support below which the gradient is not corrected.

@@ -3,8 +3,6 @@
 use bytemuck::{Pod, Zeroable};
 use sazanami_numerics::{Real, Vector};
 
-use crate::pressure::Role;
-
 /// Identifiers from here on are those of wall and dummy particles.
 pub const WALL: u64 = 1 << 62;
 
@@ -30,6 +28,33 @@ impl Kind {
             0 => Self::Fluid,
             1 => Self::Wall,
             _ => Self::Dummy,
+        }
+    }
+}
+
+/// What a particle is in the pressure equation.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Role {
+    /// No part of it: dummies, splashes, walls without water.
+    #[default]
+    Outside,
+    /// Its pressure is given: surface.
+    Given,
+    /// Its pressure is sought.
+    Unknown,
+}
+
+impl Role {
+    pub(crate) fn number(self) -> u8 {
+        self as u8
+    }
+
+    pub(crate) fn from_number(number: u8) -> Self {
+        match number {
+            1 => Self::Given,
+            2 => Self::Unknown,
+            _ => Self::Outside,
         }
     }
 }

@@ -6,40 +6,15 @@
 //! diagonal plus a correction on a coarse grid, which is all it takes: neighbours are so many that the diagonal
 //! alone rules everything shorter than the radius of influence.
 
-use sazanami_numerics::domain::{Domain, FailedElsewhere};
+use sazanami_numerics::domain::FailedElsewhere;
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::{Rows, for_each_chunk, max_over, sum_over};
 
 use crate::coarse::CoarseGrid;
 use crate::exchange::Exchange;
-use crate::neighbours::{Bins, ROWS};
-
-/// What a particle is in the pressure equation.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[repr(u8)]
-pub enum Role {
-    /// No part of it: dummies, splashes, walls without water.
-    #[default]
-    Outside,
-    /// Its pressure is given: surface.
-    Given,
-    /// Its pressure is sought.
-    Unknown,
-}
-
-impl Role {
-    pub(crate) fn number(self) -> u8 {
-        self as u8
-    }
-
-    pub(crate) fn from_number(number: u8) -> Self {
-        match number {
-            1 => Self::Given,
-            2 => Self::Unknown,
-            _ => Self::Outside,
-        }
-    }
-}
+use crate::matrix::{Block, Layout, Row};
+use crate::neighbours::ROWS;
+use crate::particles::Role;
 
 /// When a solution is good enough, and how the solver gets there.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -100,48 +75,6 @@ pub enum PressureError {
     Elsewhere(#[from] FailedElsewhere),
 }
 
-/// Coefficients of some consecutive particles.
-#[derive(Clone, Debug)]
-pub(crate) struct Block {
-    pub starts: [u32; ROWS + 1],
-    pub columns: Vec<u32>,
-    pub coefficients: Vec<f32>,
-    /// Pairs whose coefficient was cut to zero.
-    pub cut: usize,
-}
-
-impl Default for Block {
-    fn default() -> Self {
-        Self { starts: [0; ROWS + 1], columns: Vec::new(), coefficients: Vec::new(), cut: 0 }
-    }
-}
-
-impl Block {
-    pub fn clear(&mut self) {
-        self.columns.clear();
-        self.coefficients.clear();
-        self.cut = 0;
-    }
-
-    /// Neighbours of a row and the coefficients to them.
-    #[inline(always)]
-    pub fn row(&self, row: usize) -> (&[u32], &[f32]) {
-        let range = self.starts[row] as usize..self.starts[row + 1] as usize;
-        (&self.columns[range.clone()], &self.coefficients[range])
-    }
-}
-
-/// Terms of a row besides its coefficients.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Row {
-    /// Sum of the coefficients to particles of the equation; 0 for a row that is none.
-    pub diagonal: Real,
-    /// Right side.
-    pub right: Real,
-    /// Whether a neighbour's pressure is given.
-    pub beside_surface: bool,
-}
-
 /// The equation of the present step and all that its solution needs.
 #[derive(Debug, Default)]
 pub(crate) struct PressureEquation {
@@ -152,17 +85,6 @@ pub(crate) struct PressureEquation {
     step: Vec<Real>,
     direction: Vec<Real>,
     product: Vec<Real>,
-}
-
-/// Roles and places that a solve looks at.
-pub(crate) struct Layout<'a> {
-    pub domain: &'a Domain,
-    pub bins: &'a Bins,
-    /// Of every particle, ghosts included.
-    pub roles: &'a [Role],
-    /// Bin of each own particle.
-    pub bin: &'a [u32],
-    pub owned: usize,
 }
 
 impl PressureEquation {

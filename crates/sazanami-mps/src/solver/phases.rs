@@ -7,11 +7,12 @@ use super::{FIRST_REPEATS, Forcing, Phase, Scratch, Settings, Solver, StepError,
 use crate::boundary::WallFriction;
 use crate::free_surface::is_splash;
 use crate::grains::{self, Voids};
+use crate::matrix::Layout;
 use crate::neighbours::ROWS;
 use crate::number_density::{self, Columns, Crowding, Prediction};
 use crate::operators::{self, PressureField};
-use crate::particles::{Kind, Particles, WALL};
-use crate::pressure::{Layout, PressureReport, Role, hydrostatic};
+use crate::particles::{Kind, Particles, Role, WALL};
+use crate::pressure::{PressureReport, hydrostatic};
 use crate::scheme::{Fluid, SourceForm};
 use crate::stabilisation::{self, Moved, Push};
 
