@@ -67,6 +67,8 @@ pub(crate) const ANALYSIS: &str = "analysis";
 
 /// Folder of the copies of the files that a case names.
 const INPUTS: &str = "inputs";
+/// Folders in it for what a population may name: mesh, contact spheres, bed.
+const KINDS: [&str; 3] = ["shape", "contact-spheres", "bed"];
 
 /// Copies the meshes, contact spheres and beds that a case names into `folder`, so that the run can go on without
 /// the originals. Returns the case with the names of the copies, relative to `folder`.
@@ -82,15 +84,15 @@ pub fn keep_inputs(case: &Case, folder: &Path) -> Result<Case, CommandError> {
     };
     for (number, population) in kept.grains.iter_mut().enumerate() {
         // The name of a file stays: it is part of the hash of the case.
-        let place = Path::new(INPUTS).join(format!("grains-{number}"));
+        let place = Path::new(INPUTS).join(self::population(number));
         if let GrainShape::Mesh { file, .. } = &mut population.shape {
-            *file = keep(file, folder, &place.join("shape"))?;
+            *file = keep(file, folder, &place.join(KINDS[0]))?;
         }
         if let ContactSphereChoice::File { file, .. } = &mut population.contact_spheres {
-            *file = keep(file, folder, &place.join("contact-spheres"))?;
+            *file = keep(file, folder, &place.join(KINDS[1]))?;
         }
         if let GrainPlacement::Bed(bed) = &mut population.placement {
-            bed.file = keep(&bed.file, folder, &place.join("bed"))?;
+            bed.file = keep(&bed.file, folder, &place.join(KINDS[2]))?;
             bed.recipe.iter_mut().for_each(absolute);
         }
     }
@@ -134,6 +136,11 @@ pub fn clear(folder: &Path, kept: &Case) -> Result<(), CommandError> {
     clear_inputs(&folder.join(INPUTS), &needed)
 }
 
+/// Folder of the copies for a population, by its number.
+fn population(number: usize) -> String {
+    format!("grains-{number}")
+}
+
 /// The files that a population names.
 fn inputs_of(population: &Population) -> impl Iterator<Item = &PathBuf> {
     let shape = match &population.shape {
@@ -151,21 +158,25 @@ fn inputs_of(population: &Population) -> impl Iterator<Item = &PathBuf> {
     [shape, spheres, bed].into_iter().flatten()
 }
 
-/// Removes all files under `folder` but those `needed`, and the folders that are empty then.
+/// Removes the copies that [`keep_inputs`] made under `folder` for an earlier run but those `needed`, and the folders
+/// that are empty then. What else lies there is somebody's own.
 fn clear_inputs(folder: &Path, needed: &[PathBuf]) -> Result<(), CommandError> {
-    let Ok(entries) = fs::read_dir(folder) else { return Ok(()) };
-    for entry in entries.flatten() {
-        let path = entry.path();
-        if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
-            clear_inputs(&path, needed)?;
-        } else if !needed.contains(&path) {
-            removed(&path, fs::remove_file(&path))?;
+    for place in (0..).map(|number| folder.join(population(number))).take_while(|path| path.is_dir()) {
+        for kind in KINDS.map(|kind| place.join(kind)) {
+            for path in fs::read_dir(&kind).into_iter().flatten().flatten().map(|entry| entry.path()) {
+                if path.is_file() && !needed.contains(&path) {
+                    removed(&path, fs::remove_file(&path))?;
+                }
+            }
+            remove_if_empty(&kind)?;
         }
+        remove_if_empty(&place)?;
     }
-    if !is_filled(folder) {
-        removed(folder, fs::remove_dir(folder))?;
-    }
-    Ok(())
+    remove_if_empty(folder)
+}
+
+fn remove_if_empty(folder: &Path) -> Result<(), CommandError> {
+    if folder.is_dir() && !is_filled(folder) { removed(folder, fs::remove_dir(folder)) } else { Ok(()) }
 }
 
 fn removed(path: &Path, outcome: std::io::Result<()>) -> Result<(), CommandError> {
@@ -222,6 +233,14 @@ mod tests {
         clear_inputs(&folder, std::slice::from_ref(&needed)).unwrap();
         assert!(needed.is_file() && !folder.join("grains-1").exists());
         assert_eq!(fs::read_dir(folder.join("grains-0/bed")).unwrap().count(), 1);
+        // What no run put there is somebody's own.
+        let own = [folder.join("other.msh"), folder.join("mine/sand.msh")];
+        fs::create_dir_all(folder.join("mine")).unwrap();
+        own.iter().for_each(|file| fs::write(file, "x").unwrap());
+        clear_inputs(&folder, &[]).unwrap();
+        assert!(own.iter().all(|file| file.is_file()) && !needed.exists());
+        own.iter().for_each(|file| fs::remove_file(file).unwrap());
+        fs::remove_dir(folder.join("mine")).unwrap();
         clear_inputs(&folder, &[]).unwrap();
         assert!(!folder.exists());
         assert!(clear_inputs(&folder, &[]).is_ok());

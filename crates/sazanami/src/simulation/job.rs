@@ -187,14 +187,15 @@ impl RankError {
             Self::LiquidTooHigh { .. } => {
                 Some("make the box higher or the bed lower; the resting bed is lower if `stop = \"settled\"`")
             }
-            Self::Snapshot(_) => Some("resume with the case the run began with"),
+            Self::Snapshot(_) | Self::Packing(DemError::Snapshot(_)) => Some("resume with the case the run began with"),
             _ => None,
         }
     }
 
     /// Whether it was found before anything was done: a run that was to go on is what it was.
     pub fn is_at_once(&self) -> bool {
-        matches!(self, Self::Layout(_) | Self::Boundary(_) | Self::Snapshot(_))
+        let no_state = matches!(self, Self::Snapshot(_) | Self::Packing(DemError::Snapshot(_)));
+        no_state || matches!(self, Self::Layout(_) | Self::Boundary(_))
     }
 
     /// What the command says of it; `bed` is the file of the bed that the run packed.

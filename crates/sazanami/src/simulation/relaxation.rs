@@ -109,14 +109,22 @@ pub(super) fn relax(
     let gravity = job.case.effective_gravity(0.0);
     loop {
         let [stop, checkpoint] = signals(domain, job, recorder);
-        if stop || checkpoint {
+        let (time, mean_speed) = (relaxation.time(), relaxation.mean_speed(domain));
+        let at_rest = !relaxation.parting && time - relaxation.parted >= LEAST && mean_speed < AT_REST;
+        if stop || checkpoint || at_rest {
             recorder.checkpoint_relaxation(domain, &mut relaxation)?;
         }
         if stop {
             return Ok(None);
         }
+        if at_rest {
+            return Ok(Some(relaxation.engine));
+        }
+        if time > LONGEST {
+            return Err(RankError::NotAtRest { time, mean_speed });
+        }
         let report = relaxation.step(domain, gravity)?;
-        let (time, mean_speed) = (relaxation.time(), relaxation.mean_speed(domain));
+        let time = relaxation.time();
         recorder.report(&StepLine {
             phase: "relax",
             step: (time / STEP).round() as u64,
@@ -128,11 +136,5 @@ pub(super) fn relax(
             contacts: report.contacts,
             ..StepLine::default()
         });
-        if !relaxation.parting && time - relaxation.parted >= LEAST && mean_speed < AT_REST {
-            return Ok(Some(relaxation.engine));
-        }
-        if time > LONGEST {
-            return Err(RankError::NotAtRest { time, mean_speed });
-        }
     }
 }
