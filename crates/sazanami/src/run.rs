@@ -220,7 +220,7 @@ fn start(
 }
 
 /// How many events a run may be ahead of its listener before it waits for it.
-const LISTENER_LAG: usize = 16;
+const LISTENER_LAG: usize = 1;
 
 /// Starts the ranks and hears them to the end.
 #[allow(clippy::too_many_arguments, reason = "what a run needs comes from as many places")]

@@ -358,7 +358,7 @@ fn signals_while_a_bed_comes_to_rest() {
         let whole = scratch.join(&format!("whole-{ranks}"));
         start(&loaded, &whole, On::ranks(ranks, 1)).unwrap();
         let broken = scratch.join(&format!("broken-{ranks}"));
-        interrupted(&loaded, &broken, ranks, |line| line.limiter == "parting" && line.step >= 10);
+        interrupted(&loaded, &broken, ranks, |line| line.limiter == "parting" && line.step >= 5);
         for (breaks, parting) in [(1, 1.0), (2, 0.0)] {
             if breaks == 2 {
                 let stop = AtomicBool::new(false);
@@ -371,8 +371,9 @@ fn signals_while_a_bed_comes_to_rest() {
             assert_eq!(support::summary(&broken)["status"], "stopped");
             let memory = support::newest(&broken).snapshot().unwrap();
             assert_eq!(memory.reals("relaxation/state").unwrap()[0], parting);
+            // Grains that have parted may touch nothing for a while.
             let displacement = memory.reals("relaxation/contact.displacement").unwrap();
-            assert!(displacement.iter().any(|&d| d != 0.0), "no contact has a memory");
+            assert!(parting == 0.0 || displacement.iter().any(|&d| d != 0.0), "no contact has a memory");
         }
         assert_eq!(go_on(&broken, On::ranks(ranks, 1)).0.unwrap().status, Status::Stopped);
         assert_same(&broken, &whole, &format!("{ranks} ranks"));
