@@ -42,6 +42,8 @@ impl Block {
 pub(crate) struct Row {
     /// Sum of the coefficients to particles of the equation; 0 for a row that is none.
     pub diagonal: Real,
+    /// Right side without the correction beside the surface.
+    pub source: Real,
     /// Right side.
     pub right: Real,
     /// Whether a neighbour's pressure is given.

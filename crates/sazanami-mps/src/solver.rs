@@ -148,7 +148,6 @@ struct Scratch {
     bulk: Vec<Real>,
     bulk_rate: Vec<Real>,
     mobile: Vec<Real>,
-    previous: Vec<Real>,
     seen: Vec<Vector>,
     crowding: Vec<Crowding>,
     /// What drag changes the velocity by.
@@ -286,20 +285,21 @@ impl Solver {
     /// # Errors
     /// [`StepError`] names what went wrong and where; the state is then of no use.
     pub fn step(&mut self, dt: Real, forcing: &Forcing, mut watch: impl FnMut(Phase)) -> Result<StepReport, StepError> {
-        let mut report = StepReport::default();
+        let coupling = CouplingReport { least_void: 1.0, ..CouplingReport::default() };
+        let mut report = StepReport { coupling, ..StepReport::default() };
         watch(Phase::Neighbours);
         self.move_walls(forcing);
         self.arrange(dt, forcing);
         report.pairs = self.neighbours.pairs;
         watch(Phase::Coupling);
-        self.find_voids(&mut report);
+        self.find_voids(false, &mut report);
         watch(Phase::Fluid);
         self.crowd();
         self.advance_grains(dt, forcing, &mut report, &mut watch)?;
         watch(Phase::Fluid);
         self.predict(dt, forcing);
         watch(Phase::Coupling);
-        self.find_predicted_voids(&mut report);
+        self.find_voids(true, &mut report);
         watch(Phase::Fluid);
         self.sum_up(&mut report);
         watch(Phase::Pressure);

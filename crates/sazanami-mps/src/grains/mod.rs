@@ -212,21 +212,16 @@ impl GrainPhase {
         [DRAG_FORCE, PRESSURE_FORCE].map(|at| Vector::from_slice(&kept[at..at + 3]))
     }
 
-    /// Void fraction at `position` [m] among the grains as they lie, no less than the least. Call
-    /// [`Self::take_places`] before.
+    /// Void fraction at `position` [m] among the grains where [`Self::place`] last found them, no less than
+    /// the least.
     #[must_use]
     pub fn void_fraction(&self, position: Vector) -> Real {
         let solid = if self.any { self.sources.solid(position, Vector::ZERO).fraction } else { 0.0 };
         (1.0 - solid).max(self.coupling.least_void)
     }
 
-    /// Takes note of where the grains are. All ranks take part.
-    pub fn take_places(&mut self, domain: &Domain, tank: &Tank) {
-        self.place(domain, tank);
-    }
-
-    /// Takes note of where the grains are.
-    pub(crate) fn place(&mut self, domain: &Domain, tank: &Tank) {
+    /// Takes note of where the grains are, and of their images in the walls of `tank`.
+    pub fn place(&mut self, domain: &Domain, tank: &Tank) {
         if self.any {
             self.sources.fill(domain, tank, &self.engine, self.coupling.closure.density);
         }
@@ -240,9 +235,6 @@ impl GrainPhase {
         velocity: &[Vector],
         voids: &mut Voids<'_>,
     ) -> (usize, Real) {
-        if !self.any {
-            return (0, 1.0);
-        }
         let gives_way = self.coupling.implicit_pressure_force && !self.frozen;
         let Self { sources, void, coupling, .. } = self;
         let (sources, least) = (&*sources, coupling.least_void);

@@ -12,7 +12,7 @@ use crate::neighbours::ROWS;
 use crate::number_density::{self, Columns, Crowding, Prediction};
 use crate::operators::{self, PressureField};
 use crate::particles::{Kind, Particles, Role, WALL};
-use crate::pressure::{PressureReport, hydrostatic};
+use crate::pressure::{PressureEquation, PressureReport, hydrostatic};
 use crate::scheme::{Fluid, SourceForm};
 use crate::stabilisation::{self, Moved, Push};
 
@@ -52,6 +52,8 @@ impl Solver {
         scratch.bulk_rate.resize(all, 0.0);
         scratch.mobile.clear();
         scratch.mobile.resize(all, 0.0);
+        scratch.change.clear();
+        scratch.change.resize(owned, Vector::ZERO);
         scratch.crowding.resize(owned, Crowding::default());
         scratch.prediction.resize(blocks * ROWS, Prediction::default());
         scratch.plain.resize(owned, false);
@@ -61,40 +63,23 @@ impl Solver {
         self.equation.resize(owned);
     }
 
-    /// Void fraction where the particles are.
-    pub(super) fn find_voids(&mut self, report: &mut StepReport) {
-        let Self { domain, tank, particles, exchange, scratch, grains, .. } = self;
-        let Scratch { bulk, bulk_rate, mobile, change, .. } = scratch;
-        let owned = particles.owned;
-        change.clear();
-        change.resize(owned, Vector::ZERO);
-        if grains.is_empty() {
-            return;
-        }
-        grains.place(domain, tank);
-        let Particles { kind, position, velocity, .. } = &*particles;
-        let mut voids =
-            Voids { bulk: &mut bulk[..owned], bulk_rate: &mut bulk_rate[..owned], mobile: &mut mobile[..owned] };
-        let (cut, smallest) = grains.voids(kind, position, velocity, &mut voids);
-        report.coupling.cut_voids = domain.sum([cut as Real])[0] as usize;
-        report.coupling.least_void = domain.min(smallest);
-        exchange.refresh(domain, bulk);
-        exchange.refresh(domain, bulk_rate);
-    }
-
-    /// The same where they will be without the pressure, among grains that have moved.
-    pub(super) fn find_predicted_voids(&mut self, report: &mut StepReport) {
+    /// Void fraction where the particles are; with `predicted`, where they will be without the pressure.
+    pub(super) fn find_voids(&mut self, predicted: bool, report: &mut StepReport) {
         let Self { domain, tank, particles, exchange, scratch, grains, .. } = self;
         if grains.is_empty() {
             return;
         }
         let Scratch { bulk, bulk_rate, mobile, velocity, place, .. } = scratch;
         let owned = particles.owned;
+        let (places, velocities) =
+            if predicted { (&*place, &*velocity) } else { (&particles.position, &particles.velocity) };
         grains.place(domain, tank);
         let mut voids =
             Voids { bulk: &mut bulk[..owned], bulk_rate: &mut bulk_rate[..owned], mobile: &mut mobile[..owned] };
-        let (_, smallest) = grains.voids(&particles.kind, place, velocity, &mut voids);
-        report.coupling.least_void = report.coupling.least_void.min(domain.min(smallest));
+        let (cut, smallest) = grains.voids(&particles.kind, places, velocities, &mut voids);
+        let worst = &mut report.coupling;
+        worst.cut_voids = worst.cut_voids.max(domain.sum([cut as Real])[0] as usize);
+        worst.least_void = worst.least_void.min(domain.min(smallest));
         exchange.refresh(domain, bulk);
         exchange.refresh(domain, bulk_rate);
         exchange.refresh(domain, mobile);
@@ -224,7 +209,7 @@ impl Solver {
     /// Pressure and its gradient.
     pub(super) fn solve(&mut self, dt: Real, forcing: &Forcing, report: &mut StepReport) -> Result<(), StepError> {
         let Self { domain, kernel, particles, exchange, bins, scratch, settings, equation, surface, steps, .. } = self;
-        let Scratch { bulk, mobile, previous, place, crowding, prediction, plain, bin, .. } = scratch;
+        let Scratch { bulk, mobile, place, crowding, prediction, plain, bin, .. } = scratch;
         let Settings { fluid, scheme, tolerance, reference, .. } = settings;
         let Particles { kind, role, pressure, gradient, owned, .. } = particles;
         let owned = *owned;
@@ -236,20 +221,18 @@ impl Solver {
                 Role::Unknown => {}
             }
         }
-        // What the grains' way in the sub-steps already owes to the last pressure.
-        previous.clear();
-        previous.extend_from_slice(pressure);
+        // `pressure` still is that of the last step, which the grains' way in the sub-steps already followed.
         let n0 = kernel.sums.number_density;
         let strain = |density: Real| (density - n0) / kernel.sums.strain;
         let layout = Layout { domain, bins, roles: role, bin, owned };
         // Before the first step no gradient is known.
         let repeats = if *steps == 0 { scheme.surface_repeats.max(FIRST_REPEATS) } else { scheme.surface_repeats };
-        for repeat in 0..=repeats {
-            for a in 0..owned {
-                let row = &mut equation.rows[a];
-                if row.diagonal == 0.0 {
-                    continue;
-                }
+        let conductance = |a: usize| 1.0 / bulk[a] + mobile[a];
+        let PressureEquation { blocks, rows, .. } = &mut *equation;
+        let blocks = &blocks[..];
+        for_each_chunk(&mut rows[..owned], ROWS, |number, rows| {
+            for (place, row) in rows.iter_mut().enumerate().filter(|(_, row)| row.diagonal > 0.0) {
+                let a = number * ROWS + place;
                 let Crowding { density, rate, .. } = crowding[a];
                 let error = strain(density);
                 let mut source = match scheme.source {
@@ -269,22 +252,25 @@ impl Solver {
                     source += scheme.compensation * (error.abs() * rate + rate.abs() * error)
                         + error / (scheme.relaxation * dt);
                 }
-                row.right = fluid.density / dt * source;
+                row.source = fluid.density / dt * source;
                 if mobile[a] > 0.0 {
-                    let (columns, coefficients) = equation.blocks[a / ROWS].row(a % ROWS);
-                    let conductance = |a: usize| 1.0 / bulk[a] + mobile[a];
+                    let (columns, coefficients) = blocks[number].row(place);
                     for (&b, &c) in columns.iter().zip(coefficients) {
                         let b = b as usize;
                         if role[b] != Role::Outside {
                             let share = (mobile[a] + mobile[b]) / (conductance(a) + conductance(b));
-                            row.right -= Real::from(c) * share * (previous[b] - previous[a]);
+                            row.source -= Real::from(c) * share * (pressure[b] - pressure[a]);
                         }
                     }
                 }
-                if row.beside_surface && kind[a] == Kind::Fluid {
-                    // Neighbours are missing: what the sum makes of the gradient that is known is no curvature.
-                    row.right -= gradient[a].dot(prediction[a].lean);
-                }
+            }
+        });
+        for repeat in 0..=repeats {
+            for (a, row) in equation.rows[..owned].iter_mut().enumerate() {
+                // Neighbours are missing beside the surface: what the sum makes of the gradient that is known is no
+                // curvature.
+                let corrected = row.beside_surface && kind[a] == Kind::Fluid;
+                row.right = row.source - if corrected { gradient[a].dot(prediction[a].lean) } else { 0.0 };
             }
             let to_strain = dt * dt / fluid.density;
             let solved = equation.solve(&layout, exchange, pressure, to_strain, tolerance)?;

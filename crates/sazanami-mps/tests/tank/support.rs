@@ -1,6 +1,6 @@
 //! Small tanks for tests.
 
-use sazanami_dem::{Body, ContactLaw, Damping, Engine, Grain, Interactions, Setup, Substeps, Wall};
+use sazanami_dem::{Body, ContactLaw, Engine, Grain, Interactions, Setup, Substeps, Wall};
 use sazanami_mps::boundary::{Side, Tank, WallFriction};
 use sazanami_mps::grains::{Closure, Coupling, GrainPhase};
 use sazanami_mps::pressure::Tolerance;
@@ -82,16 +82,9 @@ impl Case {
 
     pub fn setup(&self) -> Setup {
         let present = self.sides.map(|sides| sides.map(|side| side == Side::Wall));
-        let law = ContactLaw {
-            normal_stiffness: 400.0,
-            tangential_stiffness: 400.0 * 2.0 / 7.0,
-            damping: Damping::Restitution(0.5),
-            friction: 0.4,
-            ..ContactLaw::SAND
-        };
         Setup {
             bodies: vec![Body::ball(0.5 * SPACING)],
-            interactions: Interactions::uniform(1, law),
+            interactions: Interactions::uniform(1, ContactLaw::spheres(400.0, 0.5, 0.4)),
             walls: Wall::of_box(Vector::ZERO, self.upper(), 0, present),
             region: [Vector::splat(-1.0), Vector::ONE],
             ghost_margin: 3.6 * SPACING,
