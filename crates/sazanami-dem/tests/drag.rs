@@ -37,13 +37,7 @@ fn alone(periodic: bool) -> Domain {
 }
 
 fn setup(walls: Vec<Wall>) -> Setup {
-    let law = ContactLaw {
-        normal_stiffness: 400.0,
-        tangential_stiffness: 400.0 * 2.0 / 7.0,
-        damping: Damping::Restitution(0.5),
-        friction: 0.4,
-        ..ContactLaw::SAND
-    };
+    let law = ContactLaw::spheres(400.0, 0.5, 0.4);
     Setup {
         bodies: vec![Body::ball(RADIUS), Body::prolate(0.4e-3, 0.7e-3, 5)],
         interactions: Interactions::uniform(1, law),

@@ -265,7 +265,7 @@ impl GrainPhase {
     }
 
     /// Looks at the fluid around each own grain.
-    pub(crate) fn look_around(&mut self, kernel: &Kernel, bins: &Bins, particles: &Particles, bulk: &[Real]) {
+    pub(crate) fn look_around(&mut self, kernel: &Kernel, fluid: &Fluid<'_>, velocity: &[Vector]) {
         let Self { engine, coupling, sources, around, diameter, .. } = self;
         let grains = engine.grains();
         let owned = grains.owned();
@@ -276,24 +276,16 @@ impl GrainPhase {
         around.clear();
         around.resize(owned, Surroundings::default());
         let whole = WET * kernel.sums.number_density;
-        let Particles { kind, position, velocity, gradient, .. } = particles;
         let (sources, diameter, least) = (&*sources, &diameter[..], coupling.least_void);
-        let square = kernel.weight.radius * kernel.weight.radius;
         for_each_chunk(&mut around[..], ROWS, |number, around| {
             for (row, around) in around.iter_mut().enumerate() {
                 let g = number * ROWS + row;
                 let x = grains.position[g];
                 let mut sum = Surroundings::default();
-                bins.for_each_range(x, |range| {
-                    for a in range {
-                        let r2 = (position[a] - x).length_squared();
-                        if r2 < square && kind[a] == Kind::Fluid {
-                            let w = kernel.weight.value(r2.sqrt()) * bulk[a];
-                            sum.support += w;
-                            sum.velocity += w * velocity[a];
-                            sum.gradient += w * gradient[a];
-                        }
-                    }
+                fluid.for_each_near(kernel, x, |a, w| {
+                    sum.support += w;
+                    sum.velocity += w * velocity[a];
+                    sum.gradient += w * fluid.gradient[a];
                 });
                 if sum.support > 0.0 {
                     sum.velocity /= sum.support;
@@ -323,9 +315,7 @@ impl GrainPhase {
             let fluid = solid / (around.void_fraction * density * volume(d));
             kappa * (1.0 / grains.mass[g] + fluid)
         };
-        let rate =
-            max_over(owned.div_ceil(ROWS), |n| (n * ROWS..((n + 1) * ROWS).min(owned)).map(rate).fold(0.0, Real::max));
-        domain.max(rate.max(0.0))
+        largest(domain, owned, rate)
     }
 
     /// Largest speed of a grain over its diameter [1/s].
@@ -335,10 +325,7 @@ impl GrainPhase {
             let radius = self.engine.bodies()[grains.shape[g] as usize].bounding_radius * grains.scale[g];
             grains.velocity[g].length() / (2.0 * radius)
         };
-        let owned = grains.owned();
-        let rate =
-            max_over(owned.div_ceil(ROWS), |n| (n * ROWS..((n + 1) * ROWS).min(owned)).map(rate).fold(0.0, Real::max));
-        domain.max(rate.max(0.0))
+        largest(domain, grains.owned(), rate)
     }
 
     /// Moves the grains by `dt` [s] under contacts, drag, pressure and the body force [m/s^2].
@@ -473,7 +460,6 @@ impl GrainPhase {
         let Self { engine, force, .. } = self;
         let grains = engine.grains();
         let owned = grains.owned();
-        let square = kernel.weight.radius * kernel.weight.radius;
         force.clear();
         force.resize(owned, Vector::ZERO);
         let bodies = engine.bodies();
@@ -486,15 +472,9 @@ impl GrainPhase {
                 }
                 let x = grains.position[g];
                 let (mut support, mut sum) = (0.0, Vector::ZERO);
-                fluid.bins.for_each_range(x, |range| {
-                    for a in range {
-                        let r2 = (fluid.position[a] - x).length_squared();
-                        if r2 < square && fluid.kind[a] == Kind::Fluid {
-                            let w = kernel.weight.value(r2.sqrt()) * fluid.bulk[a];
-                            support += w;
-                            sum += w * fluid.gradient[a];
-                        }
-                    }
+                fluid.for_each_near(kernel, x, |a, w| {
+                    support += w;
+                    sum += w * fluid.gradient[a];
                 });
                 if support > 0.0 {
                     let before = Vector::from_slice(&kept[GRADIENT..GRADIENT + 3]);
@@ -526,7 +506,29 @@ pub(crate) struct Voids<'a> {
     pub mobile: &'a mut [Real],
 }
 
-/// The fluid after the pressure was found, ghosts included.
+/// Largest `rate` of the first `count` grains, over all ranks; 0 without grains.
+fn largest(domain: &Domain, count: usize, rate: impl Fn(usize) -> Real + Sync) -> Real {
+    let part = |n: usize| (n * ROWS..((n + 1) * ROWS).min(count)).map(&rate).fold(0.0, Real::max);
+    domain.max(max_over(count.div_ceil(ROWS), part).max(0.0))
+}
+
+impl Fluid<'_> {
+    /// Calls `body` with every fluid particle within reach of `x` [m] and its weight `w/eps`, in a fixed order.
+    #[inline(always)]
+    fn for_each_near(&self, kernel: &Kernel, x: Vector, mut body: impl FnMut(usize, Real)) {
+        let square = kernel.weight.radius * kernel.weight.radius;
+        self.bins.for_each_range(x, |range| {
+            for a in range {
+                let r2 = (self.position[a] - x).length_squared();
+                if r2 < square && self.kind[a] == Kind::Fluid {
+                    body(a, kernel.weight.value(r2.sqrt()) * self.bulk[a]);
+                }
+            }
+        });
+    }
+}
+
+/// The fluid as grains see it, ghosts included.
 pub(crate) struct Fluid<'a> {
     pub bins: &'a Bins,
     pub kind: &'a [Kind],

@@ -100,7 +100,9 @@ impl Solver {
         }
         watch(Phase::Coupling);
         exchange.refresh(domain, &mut particles.gradient);
-        grains.look_around(kernel, bins, particles, &scratch.bulk);
+        let Particles { kind, position, velocity, gradient, .. } = &*particles;
+        let fluid = grains::Fluid { bins, kind, position, gradient, bulk: &scratch.bulk };
+        grains.look_around(kernel, &fluid, velocity);
         watch(Phase::Grains);
         report.contacts = grains.advance(domain, forcing.body_force, dt, &mut report.coupling)?;
         watch(Phase::Coupling);
