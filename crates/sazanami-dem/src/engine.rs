@@ -396,13 +396,19 @@ impl Engine {
         self.exchange.share(domain, values);
     }
 
-    /// Whether own grain `own` touched another grain in the last sub-step.
+    /// Number of grains that own grain `own` touched in the last sub-step.
     #[must_use]
-    pub fn touches_a_grain(&self, own: usize) -> bool {
+    pub fn touched_grains(&self, own: usize) -> usize {
         let block = &self.blocks[own / ROWS];
         let row = own - block.first;
         let range = block.starts[row] as usize..block.starts[row + 1] as usize;
-        block.pairs[range].iter().any(|p| p.touching) || self.incoming.total(&self.blocks, own).1
+        block.pairs[range].iter().filter(|p| p.touching).count() + self.incoming.count(own)
+    }
+
+    /// Whether own grain `own` touched another grain in the last sub-step.
+    #[must_use]
+    pub fn touches_a_grain(&self, own: usize) -> bool {
+        self.touched_grains(own) > 0
     }
 
     /// Changes the velocity of an own grain, and its angular velocity [m/s, rad/s].

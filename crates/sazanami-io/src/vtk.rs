@@ -7,11 +7,13 @@ mod appended;
 mod array;
 mod bodies;
 mod image;
+mod points;
 mod series;
 
 pub use array::DataArray;
 pub use bodies::{BodyFile, write_bodies};
 pub use image::{ImageFile, write_image};
+pub use points::{PointFile, write_points};
 pub use series::{PvdSeries, SeriesEntry};
 
 use std::io;

@@ -306,7 +306,7 @@ impl Solver {
         self.solve(dt, forcing, &mut report)?;
         watch(Phase::Fluid);
         self.correct(dt, forcing);
-        self.keep_apart(dt, &mut report);
+        self.keep_apart(dt, forcing, &mut report);
         watch(Phase::Coupling);
         self.correct_grains(dt, &mut report);
         watch(Phase::Fluid);
@@ -356,6 +356,11 @@ impl Solver {
     #[must_use]
     pub fn grains(&self) -> &GrainPhase {
         &self.grains
+    }
+
+    /// Takes note of where the grains are now, for void fractions that are asked for between steps.
+    pub fn place_grains(&mut self) {
+        self.grains.place(&self.domain, &self.tank);
     }
 
     /// The grains, to be changed between steps.

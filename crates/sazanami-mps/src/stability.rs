@@ -76,6 +76,12 @@ pub struct Step {
 }
 
 impl StepLimits {
+    /// The longest step [s] of water at rest under a body force [m/s^2], for a spacing [m] and a viscosity [m^2/s].
+    #[must_use]
+    pub fn at_rest(&self, body_force: Vector, spacing: Real, viscosity: Real) -> Real {
+        self.choose(&Rates::default(), body_force, spacing, viscosity).dt
+    }
+
     /// The longest step for these rates, a body force [m/s^2], a spacing [m] and a viscosity [m^2/s].
     #[must_use]
     pub fn choose(&self, rates: &Rates, body_force: Vector, spacing: Real, viscosity: Real) -> Step {

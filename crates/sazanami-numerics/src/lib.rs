@@ -6,6 +6,7 @@ pub mod geometry;
 pub mod grid;
 pub mod linear;
 pub mod snapshot;
+pub mod spline;
 
 /// Floating-point type of every physical quantity.
 pub type Real = f64;

@@ -19,5 +19,6 @@ pub mod results;
 pub mod run;
 pub mod schedule;
 mod simulation;
+pub mod tanks;
 pub mod verification;
 pub mod verify;

@@ -8,19 +8,20 @@ use std::time::Instant;
 use sazanami_io::checkpoint::{CheckpointError, CheckpointFolder, NewestCheckpoint};
 use sazanami_numerics::Real;
 use sazanami_numerics::geometry::Shape;
+use sazanami_numerics::snapshot::Snapshot;
 use sazanami_parallel::{Solo, run_ranks, with_threads};
 
 use crate::bed_file::Bed;
 use crate::case::meaning::Case;
 use crate::case::resolved::{self, Paths};
-use crate::case::{self, LoadedCase};
+use crate::case::{self, CaseError, Diagnostics, LoadedCase};
 use crate::check::CostModel;
 use crate::error::{CommandError, Failure};
 use crate::log::Log;
 use crate::machine::Machine;
 use crate::progress::Progress;
 use crate::simulation::{self, Ended, Event, Job, RankFailure, Reporter, Resumed};
-use crate::{feasible, recorder, results};
+use crate::{feasible, recorder, results, tanks};
 
 /// How a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
@@ -104,8 +105,20 @@ pub fn run(
     }
     let mut log = Log::create(&folder, progress);
     log.note(&heading(&loaded.case, options));
-    let from = From::Case(resolved::write(&kept, Paths::AsGiven));
+    let prepared = tanks_of(loaded, options, &mut log)?;
+    let from = From::Case(resolved::write(&kept, Paths::AsGiven), prepared);
     start(&loaded.case, feasible.shapes, feasible.beds, options, folder, from, &mut log, stop)
+}
+
+/// A tank made ready before that suits the case, if there is one.
+fn tanks_of(loaded: &LoadedCase, options: &RunOptions, log: &mut Log) -> Result<Option<Snapshot>, CommandError> {
+    let mut report = Diagnostics::default();
+    let commit = options.commit.unwrap_or("unknown");
+    let found = tanks::find(loaded, commit, &mut report, |text| log.message(&text));
+    if report.has_errors() {
+        return Err(Box::new(CaseError { source: loaded.source.clone(), diagnostics: report }).into());
+    }
+    Ok(found)
 }
 
 /// Goes on from the newest good checkpoint in `folder`.
@@ -182,8 +195,8 @@ fn checkpoints(folder: &Path) -> CheckpointFolder {
 
 /// What a run begins with.
 enum From {
-    /// A case, with the text of its resolved copy.
-    Case(String),
+    /// A case, with the text of its resolved copy and a tank that was made ready before.
+    Case(String, Option<Snapshot>),
     /// A checkpoint of the run in the folder.
     Checkpoint(Box<Resumed>),
 }
@@ -240,13 +253,13 @@ fn listen(
     let threads = options.threads.unwrap_or_else(|| cores.div_ceil(ranks)).max(1);
     let (sender, events) = mpsc::sync_channel(LISTENER_LAG);
     let reporter = Reporter(sender);
-    let (case_text, resumed) = match from {
-        From::Case(text) => (Some(text), None),
-        From::Checkpoint(resumed) => (None, Some(*resumed)),
+    let (case_text, prepared, resumed) = match from {
+        From::Case(text, prepared) => (Some(text), prepared, None),
+        From::Checkpoint(resumed) => (None, None, Some(*resumed)),
     };
     let goes_on = resumed.is_some();
     let shapes = shapes.into();
-    let job = Job { case, case_text, shapes, beds, options, folder, resumed, reporter, stop, threads };
+    let job = Job { case, case_text, shapes, beds, options, folder, prepared, resumed, reporter, stop, threads };
     let outcome = std::thread::scope(|scope| {
         // The job, and with it the only sender, ends with the worker: then the listener ends too.
         let worker = scope.spawn(move || {

@@ -103,4 +103,9 @@ impl Incoming {
         }
         (total, self.counts[g] > 0)
     }
+
+    /// Number of such pairs.
+    pub fn count(&self, g: usize) -> usize {
+        self.counts[g] as usize
+    }
 }

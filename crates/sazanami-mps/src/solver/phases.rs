@@ -320,7 +320,7 @@ impl Solver {
     }
 
     /// Pushes and collisions.
-    pub(super) fn keep_apart(&mut self, dt: Real, report: &mut StepReport) {
+    pub(super) fn keep_apart(&mut self, dt: Real, forcing: &Forcing, report: &mut StepReport) {
         let Self { domain, kernel, particles, exchange, neighbours, scratch, settings, .. } = self;
         let Scratch { velocity, place, after, bulk, pushes, collisions, .. } = scratch;
         let (kind, owned) = (&particles.kind[..], particles.owned);
@@ -328,6 +328,10 @@ impl Solver {
         let mut nearest = 0.0;
         if let Some(stabilisation) = &settings.scheme.stabilisation {
             let moved = Moved { kind, before: place, after, bulk };
+            // A push is an acceleration: one that moved particles apart within a step however short it is would give
+            // them speeds that shorten the next step.
+            let rest = settings.limits.at_rest(forcing.body_force, spacing, settings.fluid.viscosity).max(dt);
+            let rate = dt / (rest * rest);
             stabilisation::pushes(kernel, stabilisation, spacing, neighbours, &moved, pushes);
             let mass = density * spacing.powi(3);
             let mut sums = [0.0; 2];
@@ -335,11 +339,11 @@ impl Solver {
             for a in 0..owned {
                 let push = pushes[a];
                 if push.pairs > 0 {
-                    let change = push.way / dt;
+                    let change = rate * push.way;
                     sums[0] += Real::from(push.pairs);
                     sums[1] += mass * change.dot(velocity[a] + 0.5 * change);
                     velocity[a] += change;
-                    after[a] += push.way;
+                    after[a] += dt * change;
                 }
                 nearest = nearest.min(push.nearest);
             }

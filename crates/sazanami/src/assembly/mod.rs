@@ -2,4 +2,5 @@
 
 pub(crate) mod fluid;
 pub(crate) mod grains;
+pub(crate) mod particles;
 pub mod shapes;

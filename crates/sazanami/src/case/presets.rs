@@ -1,7 +1,7 @@
 //! Sets of defaults.
 //!
-//! `paper_literal` follows Yagyu et al. (2015) to the letter where the paper's letter, or the nearest
-//! named alternative to what the paper leaves open, is known; [`explain`] gives the reasons line by line.
+//! `paper_literal` follows Yagyu et al. (2015), and for moving particles Tazaki et al., to the letter where the
+//! paper's letter, or the nearest named alternative to what the paper leaves open, is known; [`explain`] gives the reasons line by line.
 
 use sazanami_numerics::Real;
 
@@ -43,6 +43,12 @@ pub struct Defaults {
     pub paper_grain_mass: Option<Real>,
     /// `erosion.mode`
     pub erosion_mode: ErosionMode,
+    /// `overlap.blend`
+    pub blend: [Real; 2],
+    /// `frame.motion.ramp`, in periods
+    pub ramp: Real,
+    /// `particles.reduced_pressure`
+    pub reduced_pressure: bool,
 }
 
 /// The paper's grain: its two equal axes and the single one [m].
@@ -69,6 +75,9 @@ impl Defaults {
                 packing_stop: PackingStop::Settled,
                 paper_grain_mass: None,
                 erosion_mode: ErosionMode::Surface,
+                blend: [0.38, 0.42],
+                ramp: 1.0,
+                reduced_pressure: true,
             },
             Preset::PaperLiteral => Self {
                 vof: VofScheme::ThincWlic,
@@ -86,6 +95,9 @@ impl Defaults {
                 packing_stop: PackingStop::TimeOnly,
                 paper_grain_mass: Some(1.93e-7),
                 erosion_mode: ErosionMode::All,
+                blend: [0.4, 0.4],
+                ramp: 0.0,
+                reduced_pressure: false,
             },
         }
     }
@@ -114,5 +126,8 @@ pub const fn explain() -> &'static [(&'static str, &'static str, &'static str)] 
         ),
         ("grains.mass_override", "1.93e-7 kg", "table 1's mass, for the spheroid of 0.52 mm x 1.27 mm only"),
         ("erosion.mode", "all", "the wording counts all grains of a cell, not only those at the surface"),
+        ("overlap.blend", "[0.4, 0.4]", "Tazaki et al. switch between the drag laws at phi = 0.4"),
+        ("frame.motion.ramp", "0 s", "Tazaki et al. give the motion without a rise"),
+        ("particles.reduced_pressure", "false", "the usual equations hold the whole pressure"),
     ]
 }

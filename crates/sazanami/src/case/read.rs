@@ -42,15 +42,6 @@ pub fn read(source: &Source, report: &mut Diagnostics) -> Reading {
         return Reading::default();
     }
     overrides::apply(&mut tree, source, &padded, report);
-    if let Some(solver) = tree.get_ref().get("solver")
-        && solver.get_ref().as_str() == Some("mps")
-    {
-        report
-            .error(solver.span(), "the solver `mps` is not in this version")
-            .label("only `mics` is")
-            .help("write `solver = \"mics\"`");
-        return Reading::default();
-    }
     let mut forgiven = BTreeSet::new();
     for _ in 0..MOST_ERRORS {
         let attempt = CaseText::deserialize(toml::Deserializer::from(tree.clone()));

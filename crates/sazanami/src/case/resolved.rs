@@ -1,6 +1,8 @@
 //! The resolved copy: a case file that says everything, in SI units, and is itself a case with the
 //! same meaning.
 
+mod particles;
+
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -48,6 +50,7 @@ pub fn write(case: &Case, paths: Paths) -> String {
     writer.frame(case);
     writer.fluids(case);
     writer.coupling(case);
+    writer.particles(case);
     for liquid in &case.liquids {
         writer.liquid(liquid);
     }
@@ -159,6 +162,7 @@ impl Writer {
             self.quantity("frequency", oscillation.frequency, "Hz");
             self.quantity("phase", oscillation.phase, "rad");
         }
+        self.motion(frame);
     }
 
     fn fluids(&mut self, case: &Case) {
@@ -350,6 +354,9 @@ impl Writer {
         self.word("lattice", packing.lattice);
         self.number("spacing", packing.spacing);
         self.number("jitter", packing.jitter);
+        if let Some(level) = packing.level {
+            self.quantity("level", level, "m");
+        }
         if let Some(height) = packing.height {
             self.quantity("height", height, "m");
         }
@@ -410,11 +417,13 @@ impl Writer {
             self.word("mode", erosion.mode);
             self.axis(erosion.axis);
         }
+        self.ripples(case);
         for probe in &case.probes {
             self.probe(probe);
         }
         self.table("output");
         self.word("precision", case.output.precision);
+        self.word("frame", case.output.frame);
         if let Some(bed) = &case.output.bed {
             self.path("bed", bed);
         }
@@ -471,6 +480,9 @@ impl Writer {
             ),
             ProbePlace::Plane { direction, position } => {
                 self.raw("plane", &format!("{{ x{} = {} }}", direction + 1, quantity(*position, "m")));
+            }
+            ProbePlace::Gauge(place) => {
+                self.raw("gauge", &format!("[{}, {}]", quantity(place[0], "m"), quantity(place[1], "m")));
             }
             ProbePlace::Body { population, index } => {
                 self.raw("body", &format!("{{ population = {}, index = {index} }}", quoted(population)));

@@ -11,8 +11,9 @@ use sazanami_observe::splash::SplashTracker;
 use sazanami_observe::{BedView, Body, GatheredBed};
 use serde_json::{Map, Value, json};
 
-use super::observers::{BEFORE, BedSettings, bed_findings, erosion_settings, initial_heights};
-use super::summary::Findings;
+use super::bed::{BedSettings, bed_findings};
+use super::mics::{BEFORE, Findings, erosion_settings, initial_heights};
+use super::summary::BedFindings;
 use crate::assembly::{fluid, grains};
 use crate::case::meaning::{Case, Erosion as Evaluation};
 use crate::error::CommandError;
@@ -27,6 +28,7 @@ pub(crate) struct Beds {
 /// What was found again.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct FoundAgain {
+    bed: Option<BedFindings>,
     findings: Findings,
     /// The crater evaluation of the bed before the impact.
     initial: Option<Erosion>,
@@ -81,7 +83,7 @@ impl Beds {
         let bodies: Vec<Body> = shapes.iter().map(Body::of).collect();
         let now = self.now.view(&bodies);
         let before = self.before.as_ref().map(|before| before.view(&bodies));
-        found.findings.bed = match &before {
+        found.bed = match &before {
             Some(before) => Some(BedSettings::of(case).measure(before)),
             None => bed_findings(&self.snapshot),
         };
@@ -114,6 +116,9 @@ impl FoundAgain {
     /// Bed, crater and splash in the form of the summary.
     pub fn observables(&self) -> Map<String, Value> {
         let mut observables = self.findings.observables();
+        if let Some(bed) = &self.bed {
+            observables.insert("bed".into(), json!(bed));
+        }
         if let Some(problem) = self.no_splash {
             observables.insert("splash".into(), json!({ "not_evaluated": problem }));
         }

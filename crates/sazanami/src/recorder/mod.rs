@@ -3,11 +3,12 @@
 //! Every rank has a recorder, because what is written is gathered from all; rank 0 alone has files.
 
 mod again;
+mod bed;
+mod books;
 mod files;
-mod observers;
+mod mics;
+mod mps;
 mod pace;
-mod pictures;
-mod probes;
 mod summary;
 mod timetable;
 mod totals;
@@ -17,9 +18,7 @@ use std::time::{Duration, Instant};
 
 use sazanami_dem::{ContactReport, Engine, Packing, PackingReport};
 use sazanami_io::checkpoint::{CheckpointError, CheckpointWriter};
-use sazanami_mics::snapshot::GRAINS;
-use sazanami_mics::solver::{Solver, StepReport};
-use sazanami_mics::stability::Limit;
+use sazanami_mps::snapshot::GRAINS;
 use sazanami_numerics::Real;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::snapshot::Snapshot;
@@ -31,13 +30,17 @@ use crate::error::Failure;
 use crate::progress::StepLine;
 use crate::results::PACKED_BED;
 use crate::run::Status;
+use crate::tanks;
 use crate::simulation::{
-    Ended, Job, PACKING, RELAXATION, RankError, RankFailure, Relaxation, RunState, fixed_step, partner,
+    Ended, Job, PACKING, RELAXATION, RankError, RankFailure, Relaxation, RunState, Water, fixed_step, partner,
 };
 
 pub(crate) use again::{Beds, FoundAgain, is_observed};
+use bed::GrainsSeen;
+pub(crate) use books::{Books, Step};
 use files::Files;
-use observers::Observers;
+pub(crate) use mics::GridBooks;
+pub(crate) use mps::ParticleBooks;
 use pace::Pace;
 pub(crate) use summary::{put_failure, put_files};
 use timetable::Timetables;
@@ -92,13 +95,14 @@ impl RecordError {
 }
 
 /// Keeps the books of a run and writes what is due.
-pub(crate) struct Recorder<'a> {
+pub(crate) struct Recorder<'a, B: Books> {
     job: &'a Job<'a>,
     /// Measures the phases.
     pub watch: Watch,
     totals: Totals,
     timetables: Timetables,
-    observers: Observers,
+    seen: GrainsSeen,
+    books: B,
     files: Option<Files>,
     pace: Pace,
     last_checkpoint: Instant,
@@ -107,30 +111,31 @@ pub(crate) struct Recorder<'a> {
     reached: (Real, u64),
     /// Limit that ruled the last step.
     limiter: &'static str,
-    /// Whether it was said that the crater cannot be evaluated.
-    told_of_crater: bool,
+    /// Whether the worry of the books was told.
+    told_of_worry: bool,
 }
 
-impl<'a> Recorder<'a> {
+impl<'a, B: Books> Recorder<'a, B> {
     /// Gets ready; rank 0 (`leads`) opens the files.
     pub fn open(job: &'a Job<'a>, leads: bool) -> Result<Self, RankError> {
         let totals = job.resumed.as_ref().map_or_else(Totals::default, |state| state.run.totals.clone());
         let resumed_at = job.resumed.as_ref().filter(|state| state.run.flows()).map(|s| (s.run.time, s.run.step));
-        let files = if leads { Some(Files::open(job, resumed_at)?) } else { None };
+        let files = if leads { Some(Files::open(job, &B::columns(), resumed_at)?) } else { None };
         let now = Instant::now();
         Ok(Self {
             job,
             watch: Watch::start(),
             totals,
             timetables: Timetables::of(job.case),
-            observers: Observers::new(job),
+            seen: GrainsSeen::new(job),
+            books: B::new(job),
             files,
             pace: Pace::from(0.0),
             last_checkpoint: now,
             state_hash: None,
             reached: resumed_at.unwrap_or_default(),
             limiter: "",
-            told_of_crater: false,
+            told_of_worry: false,
         })
     }
 
@@ -193,7 +198,7 @@ impl<'a> Recorder<'a> {
         began: Real,
     ) -> Result<(), RankError> {
         self.watch.turn(SETUP);
-        self.observers.gather(domain, packing.engine());
+        self.seen.gather(domain, packing.engine());
         let outcome = self.files.is_some().then(|| self.tell_of_bed(report, wall, began)).transpose();
         domain.agree(outcome.map_err(RankError::from))?;
         Ok(())
@@ -203,11 +208,11 @@ impl<'a> Recorder<'a> {
         let job = self.job;
         let case = job.case;
         let floor = case.domain.lower.z;
-        let found = self.observers.measure_bed();
+        let found = self.seen.measure_bed();
         job.say(format!(
             "packed {} grains in {:.4} s of simulated time ({:.0} s of wall clock from {began:.4} s on): porosity {:.4} \
              between {:.1} and {:.1} mm, H_s {:.3} mm, mean speed {:.2e} m/s ({:.3} m/s at most), order of lying axes {:.3}",
-            self.observers.count(),
+            self.seen.count(),
             report.time,
             wall,
             found.porosity,
@@ -234,7 +239,7 @@ impl<'a> Recorder<'a> {
                 lying_order: found.lying_order,
                 time: report.time,
             },
-            grains: self.observers.lying(|shape, scale, position, orientation| Lying {
+            grains: self.seen.lying(|shape, scale, position, orientation| Lying {
                 shape,
                 scale,
                 position,
@@ -249,23 +254,28 @@ impl<'a> Recorder<'a> {
 
     /// Height of the highest node of the bed near the axis, known to all ranks [m]; the floor if there are no grains.
     pub fn measure_bed(&mut self, domain: &Domain, engine: &Engine) -> Real {
-        self.observers.gather(domain, engine);
-        let height = if self.files.is_some() { self.observers.bed_height() } else { Real::NEG_INFINITY };
+        self.seen.gather(domain, engine);
+        let height = if self.files.is_some() { self.seen.bed_height() } else { Real::NEG_INFINITY };
         if self.files.is_some() {
-            self.observers.measure_bed();
+            self.seen.measure_bed();
         }
         domain.max(height)
     }
 
     /// The flow begins, or goes on.
-    pub fn begin(&mut self, solver: &mut Solver, clock: &Clock) -> Result<(), RankError> {
+    pub fn begin(&mut self, water: &mut B::Water, clock: &Clock) -> Result<(), RankError> {
         self.pace = Pace::from(clock.time());
         self.reached = (clock.time(), clock.step());
-        let outcome = self.observers.begin(self.job, solver);
-        solver.domain().agree(outcome)?;
-        if self.job.resumed.as_ref().is_none_or(|state| !state.run.flows()) {
-            self.write_due(solver, clock, self.timetables.due_at_start(), None)?;
-            self.write_probes(solver, clock, &self.timetables.probes_due_at_start())?;
+        self.seen.gather(water.domain(), water.engine());
+        let resumed = self.job.resumed.as_ref().filter(|state| state.run.flows());
+        if let Some(state) = resumed {
+            self.seen.restore(&state.snapshot);
+        }
+        let outcome = self.books.begin(self.job, &mut self.seen, water);
+        water.domain().agree(outcome)?;
+        if resumed.is_none() {
+            self.write_due(water, clock, self.timetables.due_at_start(), None)?;
+            self.write_probes(water, clock, &self.timetables.probes_due_at_start())?;
         }
         Ok(())
     }
@@ -273,91 +283,90 @@ impl<'a> Recorder<'a> {
     /// Takes note of a step and writes what is due.
     pub fn observe(
         &mut self,
-        solver: &mut Solver,
+        water: &mut B::Water,
         clock: &Clock,
         before: Real,
-        dt: Real,
-        limit: Limit,
-        report: &StepReport,
+        step: &Step<'_, B::Water>,
     ) -> Result<(), RankError> {
         self.reached = (clock.time(), clock.step());
-        self.limiter = limit.name();
-        self.warn_of_overlap(solver.grains().engine(), &report.contacts, clock.time());
-        self.totals.add(report, limit);
-        self.observers.add(report);
+        self.limiter = step.limit;
+        self.warn_of_overlap(water.engine(), B::Water::contacts(step.report), clock.time());
+        self.totals.ruled_by(step.limit);
+        self.books.add(step.report, &mut self.totals);
         let tolerance = fixed_step(self.job.case).unwrap_or_default();
         let due = self.timetables.due(before, clock, tolerance);
         if due.iter().any(|due| *due) {
-            self.write_due(solver, clock, due, Some((dt, limit, report)))?;
+            self.write_due(water, clock, due, Some(step))?;
         }
-        self.write_probes(solver, clock, &self.timetables.probes_due(before, clock, tolerance))?;
+        self.write_probes(water, clock, &self.timetables.probes_due(before, clock, tolerance))?;
         if self.timetables.checkpoint_is_due(before, clock, tolerance) {
-            self.checkpoint(solver, clock)?;
+            self.checkpoint(water, clock)?;
         }
         Ok(())
     }
 
     /// Writes a row for each probe that is due.
-    fn write_probes(&mut self, solver: &mut Solver, clock: &Clock, due: &[bool]) -> Result<(), RankError> {
+    fn write_probes(&mut self, water: &mut B::Water, clock: &Clock, due: &[bool]) -> Result<(), RankError> {
         if due.contains(&true) {
-            // A probe between cells of two ranks looks at both.
-            solver.fill_halos();
-            let outcome = probes::record(self.job, solver, clock, due, self.files.as_mut());
-            solver.domain().agree(outcome.map_err(RankError::from))?;
+            let outcome = self.books.probe(self.job, water, clock, due, self.files.as_mut());
+            water.domain().agree(outcome.map_err(RankError::from))?;
         }
         Ok(())
     }
 
-    /// Says once that the crater cannot be evaluated, and why.
-    fn tell_of_crater(&mut self) {
-        if self.files.is_none() || self.told_of_crater {
+    /// Says once what the books worry about.
+    fn tell_of_worry(&mut self) {
+        if self.files.is_none() || self.told_of_worry {
             return;
         }
-        if let Some(problem) = &self.observers.findings().no_erosion {
-            self.job.say(format!(
-                "warning: the crater cannot be evaluated at time {:.4e} s: {problem}; the run goes on, and its columns \
-                 stay empty until it can",
-                self.reached.0
-            ));
-            self.told_of_crater = true;
+        if let Some(problem) = self.books.worry() {
+            self.job.say(format!("warning: at time {:.4e} s {problem}", self.reached.0));
+            self.told_of_worry = true;
         }
+    }
+
+    /// Looks at grains and fluid. All ranks take part.
+    fn look(&mut self, water: &mut B::Water) {
+        self.seen.gather(water.domain(), water.engine());
+        self.books.look(&mut self.seen, water);
+        self.tell_of_worry();
     }
 
     /// Writes series, fields, grains and pictures, those that are due.
     fn write_due(
         &mut self,
-        solver: &mut Solver,
+        water: &mut B::Water,
         clock: &Clock,
         due: [bool; 4],
-        step: Option<(Real, Limit, &StepReport)>,
+        step: Option<&Step<'_, B::Water>>,
     ) -> Result<(), RankError> {
         let [series, fields, grains, figures] = due;
-        self.observers.look(solver);
-        self.tell_of_crater();
+        self.look(water);
         let mut outcome = Ok(());
         if series && let Some(files) = &mut self.files {
-            outcome = files.row(clock, step, &self.observers, &self.totals);
+            outcome = self.books.rows(clock, step, &self.seen, &self.totals, files);
         }
         if fields {
-            let written = files::fields(solver, clock, self.files.as_mut());
+            let written = self.books.fields(self.job, water, clock, self.files.as_mut());
             outcome = outcome.and(written);
         }
         if grains && let Some(files) = &mut self.files {
-            outcome = outcome.and_then(|()| files.grains(clock, &self.observers, &self.job.shapes));
+            outcome = outcome.and_then(|()| self.books.grains(self.job, clock, &self.seen, files));
         }
         if figures {
-            let written = pictures::draw(self.job, solver, clock, self.files.as_mut(), &self.observers);
+            let written = self.books.draw(self.job, water, clock, self.files.as_mut(), &self.seen);
             outcome = outcome.and(written);
         }
-        solver.domain().agree(outcome.map_err(RankError::from))?;
+        water.domain().agree(outcome.map_err(RankError::from))?;
         Ok(())
     }
 
     /// Writes a checkpoint of the flow and the summary.
-    pub fn checkpoint(&mut self, solver: &mut Solver, clock: &Clock) -> Result<(), RankError> {
+    pub fn checkpoint(&mut self, water: &mut B::Water, clock: &Clock) -> Result<(), RankError> {
         self.watch.empty_into(&mut self.totals);
-        let mut snapshot = solver.snapshot();
-        self.observers.save(&mut snapshot);
+        let mut snapshot = water.snapshot();
+        self.books.save(&mut snapshot);
+        self.seen.save(&mut snapshot);
         snapshot.put_reals(CLOCK, vec![clock.time()]);
         self.last_checkpoint = Instant::now();
         let outcome = if self.files.is_some() {
@@ -365,7 +374,7 @@ impl<'a> Recorder<'a> {
         } else {
             Ok(())
         };
-        solver.domain().agree(outcome.map_err(RankError::from))?;
+        water.domain().agree(outcome.map_err(RankError::from))?;
         Ok(())
     }
 
@@ -385,6 +394,31 @@ impl<'a> Recorder<'a> {
     pub fn checkpoint_relaxation(&mut self, domain: &Domain, relaxation: &mut Relaxation) -> Result<(), RankError> {
         let snapshot = relaxation.snapshot(domain);
         self.checkpoint_grains(domain, snapshot, relaxation.time(), RunState { relaxing: true, ..RunState::default() })
+    }
+
+    /// Writes a checkpoint of a tank that is being made ready; `stage` adds how far it has come.
+    pub fn checkpoint_preparation(
+        &mut self,
+        water: &mut B::Water,
+        stage: impl FnOnce(&mut Snapshot),
+    ) -> Result<(), RankError> {
+        let mut snapshot = water.snapshot();
+        stage(&mut snapshot);
+        self.checkpoint_grains(water.domain(), snapshot, 0.0, RunState { preparing: true, ..RunState::default() })
+    }
+
+    /// Keeps a tank that was made ready, for later runs.
+    pub fn keep_tank(&mut self, water: &mut B::Water) -> Result<(), RankError> {
+        let snapshot = water.snapshot();
+        let outcome = if self.files.is_some() { tanks::keep(self.job, &snapshot) } else { Ok(()) };
+        Ok(water.domain().agree(outcome)?)
+    }
+
+    /// Says a line, once for all ranks.
+    pub fn say(&self, text: &str) {
+        if self.files.is_some() {
+            self.job.say(text);
+        }
     }
 
     /// Writes a checkpoint of grains before the flow, at `time` on their own clock [s].
@@ -422,10 +456,9 @@ impl<'a> Recorder<'a> {
     }
 
     /// Last looks at the end of the flow.
-    pub fn end(&mut self, solver: &mut Solver, clock: &Clock) {
-        self.observers.look(solver);
+    pub fn end(&mut self, water: &mut B::Water, clock: &Clock) {
         self.reached = (clock.time(), clock.step());
-        self.tell_of_crater();
+        self.look(water);
     }
 
     /// The run has ended well.
@@ -460,9 +493,9 @@ impl<'a> Recorder<'a> {
             time: self.reached.0,
             steps: self.reached.1,
             totals: &self.totals,
-            grains_by_shape: &self.observers.grains_by_shape(self.job.shapes.len()),
-            budget: self.observers.budget(),
-            findings: self.observers.findings(),
+            grains_by_shape: &self.seen.grains_by_shape(self.job.shapes.len()),
+            bed: self.seen.found.as_ref(),
+            account: self.books.account(),
             state_hash: self.state_hash,
         };
         summary::write(&self.job.folder, &files.fixed, &present)?;

@@ -3,12 +3,10 @@
 use std::collections::BTreeMap;
 use std::time::Instant;
 
-use sazanami_mics::solver::{Phase, StepReport};
-use sazanami_mics::stability::Limit;
+use sazanami_mics::solver::StepReport;
 use sazanami_numerics::Real;
 use serde::{Deserialize, Serialize};
 
-use crate::simulation::phase_name;
 
 /// Worst values met.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -71,12 +69,66 @@ pub struct Totals {
     pub liquid_through: Real,
     /// Contacts in the last step: pairs, touching spheres.
     pub contacts: [usize; 2],
+    /// What happened to moving particles, where there are any.
+    #[serde(default)]
+    pub particles: Option<ParticleTotals>,
+}
+
+/// What happened to moving particles.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ParticleTotals {
+    /// Pairs that the dynamic stabilisation pushed apart.
+    pub pushed_pairs: u64,
+    /// Work of its pushes [J].
+    pub push_work: Real,
+    /// Pairs that bounced off each other.
+    pub collisions: u64,
+    /// Particles that were put back from a wall.
+    pub clipped: u64,
+    /// Particles whose void fraction was cut to the least.
+    pub cut_voids: u64,
+    /// Particles whose pressure gradient was not corrected.
+    pub plain_gradients: u64,
+    /// Coefficients of the pressure equation that were cut to zero.
+    pub cut_coefficients: u64,
+    /// Largest root mean square of the volume strain.
+    pub worst_strain_rms: Real,
+    /// Smallest void fraction before it was cut.
+    pub least_void: Real,
+    /// Largest speed of the fluid [m/s].
+    pub fluid_speed: Real,
+}
+
+impl ParticleTotals {
+    /// Books a step.
+    pub fn add(&mut self, report: &sazanami_mps::solver::StepReport) {
+        if self.least_void == 0.0 {
+            self.least_void = 1.0;
+        }
+        self.pushed_pairs += report.pushed_pairs as u64;
+        self.push_work += report.push_work;
+        self.collisions += report.collisions as u64;
+        self.clipped += report.clipped as u64;
+        self.cut_voids += report.coupling.cut_voids as u64;
+        self.plain_gradients += report.plain_gradients as u64;
+        self.cut_coefficients += report.pressure.cut_coefficients as u64;
+        self.worst_strain_rms = self.worst_strain_rms.max(report.strain[1]);
+        self.least_void = self.least_void.min(report.coupling.least_void);
+        self.fluid_speed = self.fluid_speed.max(report.largest_speed);
+    }
 }
 
 impl Totals {
-    /// Books a step.
-    pub fn add(&mut self, report: &StepReport, limit: Limit) {
-        *self.limiter.entry(limit.name().to_owned()).or_default() += 1;
+    /// Books which limit ruled a step.
+    pub fn ruled_by(&mut self, limit: &str) {
+        match self.limiter.get_mut(limit) {
+            Some(steps) => *steps += 1,
+            None => drop(self.limiter.insert(limit.to_owned(), 1)),
+        }
+    }
+
+    /// Books a step on a grid.
+    pub fn add(&mut self, report: &StepReport) {
         self.fluid_passes += report.fluid_passes as u64;
         self.grain_substeps += report.contacts.substeps as u64;
         self.pressure_iterations += report.pressure.iterations as u64;
@@ -119,12 +171,7 @@ impl Watch {
         Self { phase: SETUP, since: Instant::now(), seconds: BTreeMap::new() }
     }
 
-    /// The phase before ends, this one begins.
-    pub fn enter(&mut self, phase: Option<Phase>) {
-        self.turn(phase_name(phase));
-    }
-
-    /// The same by name.
+    /// The phase before ends, that of this name begins.
     pub fn turn(&mut self, name: &'static str) {
         let now = Instant::now();
         *self.seconds.entry(self.phase).or_default() += (now - self.since).as_secs_f64();

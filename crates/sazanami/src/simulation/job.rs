@@ -7,15 +7,18 @@ use std::sync::mpsc::SyncSender;
 
 use sazanami_dem::DemError;
 use sazanami_mics::boundary::BoundaryError;
-use sazanami_mics::pressure::PressureError;
 use sazanami_mics::solver::StepError;
 use sazanami_mics::stability::Limit;
+use sazanami_mps::solver::SetupError;
 use sazanami_numerics::Real;
 use sazanami_numerics::domain::{FailedElsewhere, LayoutError};
 use sazanami_numerics::geometry::Shape;
 use sazanami_numerics::snapshot::{Snapshot, SnapshotError};
 use serde::{Deserialize, Serialize};
 
+use super::mics;
+use super::preparation::StateError;
+use super::water::StepProblem;
 use crate::bed_file::Bed;
 use crate::case::meaning::Case;
 use crate::error::{CommandError, Failure};
@@ -44,6 +47,9 @@ pub(crate) struct RunState {
     /// Whether a bed from a file is still on its way to rest.
     #[serde(default)]
     pub relaxing: bool,
+    /// Whether a bed in water is still being made ready.
+    #[serde(default)]
+    pub preparing: bool,
     /// Simulated time [s].
     pub time: Real,
     /// Fluid steps.
@@ -57,7 +63,7 @@ pub(crate) struct RunState {
 impl RunState {
     /// Whether the flow has begun.
     pub const fn flows(&self) -> bool {
-        !self.packing && !self.relaxing
+        !self.packing && !self.relaxing && !self.preparing
     }
 }
 
@@ -84,6 +90,8 @@ pub(crate) struct Job<'a> {
     pub options: &'a RunOptions,
     /// Folder of the results.
     pub folder: PathBuf,
+    /// A tank with water that was made ready before; none where the run makes it ready.
+    pub prepared: Option<Snapshot>,
     /// Where the run goes on from.
     pub resumed: Option<Resumed>,
     /// Whom rank 0 tells.
@@ -143,13 +151,19 @@ pub(crate) enum RankError {
     )]
     LiquidTooHigh { liquid: String, height: Real, top: Real },
     /// A step of the flow failed.
-    #[error("{message}")]
-    Step { error: Box<StepError>, message: String, step: u64, time: Real, limit: Limit },
+    #[error("{}", problem.message)]
+    Step { problem: StepProblem, step: u64, time: Real, limit: &'static str },
     /// A step of the packing failed.
     #[error("{message}")]
     PackingStep { error: DemError, message: String, step: u64, time: Real },
     #[error(transparent)]
     Start(#[from] StepError),
+    /// Water as moving particles could not be put into its tank.
+    #[error(transparent)]
+    Particles(#[from] SetupError),
+    /// Nor taken from a state of it.
+    #[error(transparent)]
+    State(#[from] StateError),
     #[error("{0}")]
     Packing(#[from] DemError),
     #[error("the bed did not come to rest within {time} s: its mean speed is still {mean_speed:.2e} m/s")]
@@ -163,14 +177,25 @@ pub(crate) enum RankError {
 }
 
 impl RankError {
+    /// A step before the run failed, with grains and water that come to rest.
+    pub fn preparing(
+        case: &Case,
+        solver: &sazanami_mps::solver::Solver,
+        error: &sazanami_mps::solver::StepError,
+        step: u64,
+        time: Real,
+    ) -> Self {
+        Self::Step { problem: super::mps::problem(case, solver, error), step, time, limit: "preparation" }
+    }
+
     /// Whether another rank has the reason.
     pub fn is_secondary(&self) -> bool {
         match self {
             Self::Elsewhere(_) | Self::Packing(DemError::Elsewhere(_)) => true,
             Self::Record(error) => matches!(error, RecordError::Elsewhere(_)),
             Self::PackingStep { error, .. } => matches!(error, DemError::Elsewhere(_)),
-            Self::Start(error) => is_elsewhere(error),
-            Self::Step { error, .. } => is_elsewhere(error),
+            Self::Start(error) => mics::is_elsewhere(error),
+            Self::Step { problem, .. } => problem.elsewhere,
             _ => false,
         }
     }
@@ -187,6 +212,8 @@ impl RankError {
             Self::LiquidTooHigh { .. } => {
                 Some("make the box higher or the bed lower; the resting bed is lower if `stop = \"settled\"`")
             }
+            Self::Particles(_) => Some("change the tank or the particle spacing"),
+            Self::State(_) => Some("leave out `state` under `[preparation]`, or resume with the case the run began with"),
             Self::Snapshot(_) | Self::Packing(DemError::Snapshot(_)) => Some("resume with the case the run began with"),
             _ => None,
         }
@@ -194,7 +221,7 @@ impl RankError {
 
     /// Whether it was found before anything was done: a run that was to go on is what it was.
     pub fn is_at_once(&self) -> bool {
-        let no_state = matches!(self, Self::Snapshot(_) | Self::Packing(DemError::Snapshot(_)));
+        let no_state = matches!(self, Self::State(_) | Self::Snapshot(_) | Self::Packing(DemError::Snapshot(_)));
         no_state || matches!(self, Self::Layout(_) | Self::Boundary(_))
     }
 
@@ -218,7 +245,7 @@ impl RankError {
     /// What failed, where and when; `reached` is the run's last step, its time, and the limit that ruled it.
     pub fn failure(&self, reached: (u64, Real, &'static str)) -> Failure {
         let (step, time, limiter) = match self {
-            Self::Step { step, time, limit, .. } => (*step, *time, limit.name()),
+            Self::Step { step, time, limit, .. } => (*step, *time, *limit),
             Self::PackingStep { step, time, .. } => (*step, *time, Limit::Contact.name()),
             Self::NotAtRest { time, .. } => (0, *time, Limit::Contact.name()),
             _ => reached,
@@ -234,13 +261,15 @@ impl RankError {
             | Self::LiquidOnGrain { .. }
             | Self::BedTooHigh { .. }
             | Self::LiquidTooHigh { .. }
+            | Self::Particles(_)
+            | Self::State(_)
             | Self::Snapshot(_) => "input",
             Self::Packing(error) | Self::PackingStep { error, .. } => grain_kind(error),
             Self::NotAtRest { .. } => "packing",
             Self::Record(error) => error.kind(),
             Self::Elsewhere(_) => "elsewhere",
-            Self::Start(error) => step_kind(error),
-            Self::Step { error, .. } => step_kind(error),
+            Self::Start(error) => mics::kind(error),
+            Self::Step { problem, .. } => problem.kind,
         }
     }
 }
@@ -268,25 +297,8 @@ impl RankFailure {
     }
 }
 
-fn is_elsewhere(error: &StepError) -> bool {
-    match error {
-        StepError::Elsewhere(_) | StepError::Grains(DemError::Elsewhere(_)) => true,
-        StepError::Pressure(_) | StepError::Viscosity(_) | StepError::Grains(_) | StepError::NotFinite { .. } => false,
-    }
-}
-
-fn step_kind(error: &StepError) -> &'static str {
-    match error {
-        StepError::Pressure(PressureError::NotFinite { .. }) => "not_finite",
-        StepError::Pressure(_) => "pressure",
-        StepError::Viscosity(_) => "viscosity",
-        StepError::Grains(error) => grain_kind(error),
-        StepError::NotFinite { .. } => "not_finite",
-        StepError::Elsewhere(_) => "elsewhere",
-    }
-}
-
-fn grain_kind(error: &DemError) -> &'static str {
+/// The failure of grains in one word.
+pub(super) fn grain_kind(error: &DemError) -> &'static str {
     match error {
         DemError::NotFinite { .. } => "not_finite",
         DemError::GrainEscaped { .. } => "grain_escaped",

@@ -1,55 +1,92 @@
 //! A run on one rank: packing or relaxation of a bed, then flow, step by step, until it ends. No physics, no files.
 
 mod job;
+mod mics;
+mod mps;
 mod naming;
+mod preparation;
 mod relaxation;
 mod start;
+mod water;
 
 use std::time::Instant;
 
 use sazanami_dem::{Packing, Stage};
-use sazanami_mics::solver::{Phase, Solver};
-use sazanami_mics::stability::Limit;
 use sazanami_numerics::Real;
 use sazanami_numerics::domain::Domain;
 use sazanami_parallel::{Communicator, Reduction};
 
-use crate::case::meaning::Case;
+use crate::case::meaning::{Case, Solver};
 use crate::clock::Clock;
 use crate::progress::StepLine;
-use crate::recorder::Recorder;
+use crate::recorder::{Books, GridBooks, ParticleBooks, Recorder, Step};
 use crate::run::Status;
 
 pub(crate) use job::{Ended, Event, Job, RankError, RankFailure, Reporter, Resumed, RunState};
 pub(crate) use naming::partner;
+pub(crate) use mps::initial_velocity;
 pub(crate) use relaxation::Relaxation;
+pub(crate) use water::Water;
 
 /// Prefix of what a packing writes into a snapshot.
 pub(crate) const PACKING: &str = "packing/";
 /// Prefix of what a bed on its way to rest writes into a snapshot.
 pub(crate) const RELAXATION: &str = "relaxation/";
+/// Phase between the steps.
+pub(crate) const OUTPUT: &str = "output";
 /// A run ends when this part of its time is left.
 const END: Real = 1e-12;
 
 /// Runs `job` on one rank of a group.
 pub(crate) fn run_rank(communicator: Box<dyn Communicator>, job: &Job) -> Result<Ended, Box<RankFailure>> {
-    let grid = job.case.domain.grid();
-    let periodic = crate::assembly::fluid::boundary(job.case)?.periodic();
-    let domain = Domain::new(grid, periodic, communicator)?;
-    let recorder = Recorder::open(job, domain.communicator().rank() == 0);
+    match job.case.solver {
+        Solver::Mics => {
+            let periodic = crate::assembly::fluid::boundary(job.case)?.periodic();
+            let domain = Domain::new(job.case.domain.grid(), periodic, communicator)?;
+            recorded::<GridBooks>(job, domain, |domain, packed, recorder| start::solver(job, domain, packed, recorder))
+        }
+        Solver::Mps => {
+            let domain = crate::assembly::particles::domain(job.case, communicator)?;
+            recorded::<ParticleBooks>(job, domain, |domain, packed, recorder| {
+                preparation::solver(job, domain, packed, recorder)
+            })
+        }
+    }
+}
+
+/// How a run comes by its solver: from a packed bed, if it packs one; `None` if it is stopped before.
+trait Begin<B: Books>: FnOnce(Domain, Option<Packing>, &mut Recorder<B>) -> Result<Option<B::Water>, RankError> {}
+
+impl<B, F> Begin<B> for F
+where
+    B: Books,
+    F: FnOnce(Domain, Option<Packing>, &mut Recorder<B>) -> Result<Option<B::Water>, RankError>,
+{
+}
+
+/// Runs `job` with a recorder from beginning to end.
+fn recorded<B: Books>(job: &Job, domain: Domain, begin: impl Begin<B>) -> Result<Ended, Box<RankFailure>> {
+    let recorder = Recorder::<B>::open(job, domain.communicator().rank() == 0);
     let mut recorder = domain.agree(recorder)?;
-    let outcome = stages(job, domain, &mut recorder).and_then(|ended| recorder.close(&ended).map(|()| ended));
+    let outcome = stages(job, domain, &mut recorder, begin);
+    let outcome = outcome.and_then(|ended| recorder.close(&ended).map(|()| ended));
     outcome.map_err(|error| recorder.fail(error))
 }
 
-fn stages(job: &Job, domain: Domain, recorder: &mut Recorder) -> Result<Ended, RankError> {
-    let resumed = job.resumed.as_ref();
-    let packed = match resumed {
+fn stages<B: Books>(
+    job: &Job,
+    domain: Domain,
+    recorder: &mut Recorder<B>,
+    begin: impl Begin<B>,
+) -> Result<Ended, RankError> {
+    let stopped = Ended { status: Status::Stopped, interrupted: true, time: 0.0, steps: 0 };
+    let packed = match &job.resumed {
         Some(state) if !state.run.packing => None,
+        _ if preparation::is_ready(job) => None,
         _ => match start::packing(job, &domain)? {
             Some(packing) => match pack(job, &domain, packing, recorder)? {
-                Ok(packing) => Some(packing),
-                Err(ended) => return Ok(ended),
+                Some(packing) => Some(packing),
+                None => return Ok(stopped),
             },
             None => None,
         },
@@ -57,27 +94,27 @@ fn stages(job: &Job, domain: Domain, recorder: &mut Recorder) -> Result<Ended, R
     if job.case.run.packing_only {
         return Ok(Ended { status: Status::Finished, interrupted: false, time: 0.0, steps: 0 });
     }
-    let Some(solver) = start::solver(job, domain, packed, recorder)? else {
-        return Ok(Ended { status: Status::Stopped, interrupted: true, time: 0.0, steps: 0 });
-    };
-    flow(job, solver, recorder)
+    match begin(domain, packed, recorder)? {
+        Some(water) => flow(job, water, recorder),
+        None => Ok(stopped),
+    }
 }
 
 /// What one rank knows of the outside, agreed with all: stop, and write a checkpoint.
-fn signals(domain: &Domain, job: &Job, recorder: &Recorder) -> [bool; 2] {
+fn signals<B: Books>(domain: &Domain, job: &Job, recorder: &Recorder<B>) -> [bool; 2] {
     let flag = |set: bool| Real::from(u8::from(set));
     let mut values = [flag(job.is_stopped()), flag(recorder.wants_checkpoint())];
     domain.communicator().all_reduce(&mut values, Reduction::Max);
     values.map(|value| value > 0.0)
 }
 
-/// Packs the bed; ends early if the run is stopped.
-fn pack(
+/// Packs the bed; `None` if the run is stopped before.
+fn pack<B: Books>(
     job: &Job,
     domain: &Domain,
     mut packing: Packing,
-    recorder: &mut Recorder,
-) -> Result<Result<Packing, Ended>, RankError> {
+    recorder: &mut Recorder<B>,
+) -> Result<Option<Packing>, RankError> {
     let start = Instant::now();
     let began = packing.engine().time();
     let longest = packing.settings().longest;
@@ -87,7 +124,7 @@ fn pack(
             recorder.checkpoint_packing(domain, &mut packing)?;
         }
         if stop {
-            return Ok(Err(Ended { status: Status::Stopped, interrupted: true, time: 0.0, steps: 0 }));
+            return Ok(None);
         }
         let (time, length) = (packing.engine().time(), packing.settings().step);
         let step = (time / length).round() as u64 + 1;
@@ -117,7 +154,7 @@ fn pack(
             Stage::Done => {
                 recorder.packed(domain, &packing, &report, start.elapsed().as_secs_f64(), began)?;
                 recorder.checkpoint_packing(domain, &mut packing)?;
-                return Ok(Ok(packing));
+                return Ok(Some(packing));
             }
             Stage::GivenUp => {
                 return Err(RankError::NotAtRest { time: report.time, mean_speed: report.mean_speed });
@@ -128,12 +165,12 @@ fn pack(
 }
 
 /// Steps through the flow.
-fn flow(job: &Job, mut solver: Solver, recorder: &mut Recorder) -> Result<Ended, RankError> {
+fn flow<B: Books>(job: &Job, mut water: B::Water, recorder: &mut Recorder<B>) -> Result<Ended, RankError> {
     let case = job.case;
     let mut clock = start::clock(job);
     let first = clock.step();
-    recorder.watch.enter(None);
-    recorder.begin(&mut solver, &clock)?;
+    recorder.watch.turn(OUTPUT);
+    recorder.begin(&mut water, &clock)?;
     let end = |clock: &Clock| clock.time() >= case.run.until * (1.0 - END);
     let enough = |clock: &Clock| {
         job.options.steps.is_some_and(|steps| clock.step() >= first + steps)
@@ -141,67 +178,54 @@ fn flow(job: &Job, mut solver: Solver, recorder: &mut Recorder) -> Result<Ended,
             || job.options.until.is_some_and(|until| clock.time() >= until * (1.0 - END))
     };
     loop {
-        let [stop, checkpoint] = signals(solver.domain(), job, recorder);
+        let [stop, checkpoint] = signals(water.domain(), job, recorder);
         let finished = end(&clock);
         let stopped = enough(&clock);
         if checkpoint || stop || finished || stopped {
-            recorder.checkpoint(&mut solver, &clock)?;
+            recorder.checkpoint(&mut water, &clock)?;
         }
         if finished || stopped || stop {
             let status = if finished { Status::Finished } else { Status::Stopped };
             let interrupted = stop && !finished && !stopped;
-            recorder.end(&mut solver, &clock);
+            recorder.end(&mut water, &clock);
             return Ok(Ended { status, interrupted, time: clock.time(), steps: clock.step() });
         }
         let due = recorder.next_due(case, clock.time());
-        let stable = solver.stable_step();
-        let dt = clock.next_step(stable.dt, due);
-        let limit = if dt < stable.dt { Limit::Output } else { stable.limit };
-        if case.frame.is_some() {
-            solver.set_gravity(case.effective_gravity(clock.time() + 0.5 * dt));
-        }
-        recorder.watch.enter(None);
+        let stable = water.stable_step(case, clock.time());
+        let (longest, ruling) = B::Water::length(stable);
+        let dt = clock.next_step(longest, due);
+        let limit = if dt < longest { OUTPUT } else { ruling };
+        recorder.watch.turn(OUTPUT);
         let (step, time) = (clock.step() + 1, clock.time());
-        let report = solver.step(stable, dt, |phase| recorder.watch.enter(Some(phase))).map_err(|error| {
-            let message = naming::step_error(case, solver.grains().engine().walls(), &error);
-            RankError::Step { error: Box::new(error), message, step, time, limit }
-        })?;
-        recorder.watch.enter(None);
-        let before = clock.time();
+        let report = water
+            .advance(case, time, stable, dt, |phase| recorder.watch.turn(phase))
+            .map_err(|problem| RankError::Step { problem, step, time, limit })?;
+        recorder.watch.turn(OUTPUT);
         clock.advance(dt, due);
-        recorder.observe(&mut solver, &clock, before, dt, limit, &report)?;
+        recorder.observe(&mut water, &clock, time, &Step { dt, limit, report: &report })?;
         let until = job.options.until.map_or(case.run.until, |until| until.min(case.run.until));
         let remaining = recorder.remaining(&clock, until);
+        let contacts = B::Water::contacts(&report);
         recorder.report(&StepLine {
             phase: "flow",
             step: clock.step(),
             time: clock.time(),
             until: case.run.until,
             dt,
-            limiter: limit.name(),
-            pressure_iterations: report.pressure.iterations,
-            substeps: report.contacts.substeps,
-            contacts: report.contacts.contacts,
+            limiter: limit,
+            pressure_iterations: B::Water::pressure_iterations(&report),
+            substeps: contacts.substeps,
+            contacts: contacts.contacts,
             remaining,
         });
     }
 }
 
-/// Names of the phases of a step in results.
-pub(crate) fn phase_name(phase: Option<Phase>) -> &'static str {
-    match phase {
-        Some(Phase::Fluid) => "fluid",
-        Some(Phase::Pressure) => "pressure",
-        Some(Phase::Grains) => "grains",
-        Some(Phase::Coupling) => "coupling",
-        None => "output",
-    }
-}
-
 /// A fixed step length of the case, if it has one [s].
 pub(crate) fn fixed_step(case: &Case) -> Option<Real> {
-    match case.fluid.step {
-        crate::case::meaning::Step::Fixed(dt) => Some(dt),
-        crate::case::meaning::Step::Adaptive { .. } => None,
+    match (case.solver, case.fluid.step) {
+        (Solver::Mps, _) => case.particles.as_ref().and_then(|particles| particles.dt),
+        (Solver::Mics, crate::case::meaning::Step::Fixed(dt)) => Some(dt),
+        (Solver::Mics, crate::case::meaning::Step::Adaptive { .. }) => None,
     }
 }

@@ -1,19 +1,10 @@
 //! Grains and walls by the names of the case, for messages.
 
 use sazanami_dem::{DemError, Wall};
-use sazanami_mics::solver::StepError;
 use sazanami_numerics::Vector;
 
 use crate::assembly::grains::population_of;
 use crate::case::meaning::{Case, SIDE_NAMES};
-
-/// What went wrong in a step.
-pub(super) fn step_error(case: &Case, walls: &[Wall], error: &StepError) -> String {
-    match error {
-        StepError::Grains(error) => grain_error(case, walls, error),
-        other => other.to_string(),
-    }
-}
 
 /// What went wrong among the grains.
 pub(super) fn grain_error(case: &Case, walls: &[Wall], error: &DemError) -> String {

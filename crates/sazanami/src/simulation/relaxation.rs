@@ -11,7 +11,7 @@ use sazanami_numerics::{Real, Vector};
 use super::job::{Job, RankError};
 use super::{RELAXATION, signals};
 use crate::progress::StepLine;
-use crate::recorder::Recorder;
+use crate::recorder::{Books, Recorder};
 
 /// Step of a relaxation [s].
 const STEP: Real = 2e-5;
@@ -100,11 +100,11 @@ impl Relaxation {
 }
 
 /// Lets the grains come to rest; `None` if the run is stopped before.
-pub(super) fn relax(
+pub(super) fn relax<B: Books>(
     job: &Job,
     domain: &Domain,
     mut relaxation: Relaxation,
-    recorder: &mut Recorder,
+    recorder: &mut Recorder<B>,
 ) -> Result<Option<Engine>, RankError> {
     let gravity = job.case.effective_gravity(0.0);
     loop {

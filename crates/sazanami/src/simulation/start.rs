@@ -13,15 +13,18 @@ use super::job::{Job, RankError};
 use super::naming::partner;
 use super::relaxation::{Relaxation, relax};
 use super::{PACKING, fixed_step};
-use crate::assembly::{fluid, grains};
-use crate::case::meaning::{FluidName, GrainPlacement, Placement, Population};
+use crate::assembly::{fluid, grains, particles};
+use crate::case::meaning::{self, FluidName, GrainPlacement, Placement, Population};
 use crate::clock::Clock;
-use crate::recorder::Recorder;
+use crate::recorder::{Books, Recorder};
 
 /// The bed to be packed, new or from a checkpoint; `None` if the case packs none.
 pub(super) fn packing(job: &Job, domain: &Domain) -> Result<Option<Packing>, RankError> {
     let Some((settings, to_pack)) = grains::to_pack(job.case) else { return Ok(None) };
-    let bodies: Vec<Body> = job.shapes.iter().map(Body::from).collect();
+    let bodies: Vec<Body> = match job.case.solver {
+        meaning::Solver::Mics => job.shapes.iter().map(Body::from).collect(),
+        meaning::Solver::Mps => particles::bodies(job.case),
+    };
     let laws = grains::interactions(job.case);
     let packing = match &job.resumed {
         Some(state) => Packing::restore(domain, settings, bodies, laws, PACKING, &state.snapshot)?,
@@ -44,7 +47,7 @@ pub(super) fn solver(
     job: &Job,
     domain: Domain,
     packed: Option<Packing>,
-    recorder: &mut Recorder,
+    recorder: &mut Recorder<crate::recorder::GridBooks>,
 ) -> Result<Option<Solver>, RankError> {
     let case = job.case;
     let boundary = fluid::boundary(case)?;
@@ -81,7 +84,12 @@ pub(super) fn solver(
 }
 
 /// The grains that have a place from the start, come to rest if the case asks for it; `None` if stopped before.
-fn laid(job: &Job, domain: &Domain, setup: Setup, recorder: &mut Recorder) -> Result<Option<Engine>, RankError> {
+pub(super) fn laid<B: Books>(
+    job: &Job,
+    domain: &Domain,
+    setup: Setup,
+    recorder: &mut Recorder<B>,
+) -> Result<Option<Engine>, RankError> {
     let relaxes = |kind: &Population| matches!(&kind.placement, GrainPlacement::Bed(bed) if bed.relax);
     let relaxation = match job.resumed.as_ref().filter(|state| state.run.relaxing) {
         Some(state) => Relaxation::restore(domain, setup, &state.snapshot)?,
@@ -97,7 +105,7 @@ fn laid(job: &Job, domain: &Domain, setup: Setup, recorder: &mut Recorder) -> Re
 }
 
 /// Refuses a packed bed that is higher than the box: its own walls had no lid.
-fn within_box(job: &Job, domain: &Domain, engine: &Engine) -> Result<(), RankError> {
+pub(super) fn within_box(job: &Job, domain: &Domain, engine: &Engine) -> Result<(), RankError> {
     let top = job.case.domain.upper.z;
     let grains = engine.grains();
     let highest = (0..grains.owned())
@@ -111,7 +119,7 @@ fn within_box(job: &Job, domain: &Domain, engine: &Engine) -> Result<(), RankErr
 }
 
 /// Refuses liquids that the height of the bed puts outside the box, wholly or in part.
-fn liquids_fit(job: &Job, bed_height: Real) -> Result<(), RankError> {
+pub(super) fn liquids_fit(job: &Job, bed_height: Real) -> Result<(), RankError> {
     let case = job.case;
     let top = case.domain.upper.z;
     let on_bed = case.liquids.iter().filter(|liquid| matches!(liquid.placement, Placement::AboveBed { .. }));

@@ -126,7 +126,10 @@ impl Context<'_> {
                 Vector::new(0.0, 0.0, if magnitude == 0.0 { 0.0 } else { -magnitude })
             }
         };
-        let frame = text.frame.as_ref().map(|At { value, .. }| Frame {
+        let moved = text.frame.as_ref().map(|at| self.motion(&at.value));
+        let frame = text.frame.as_ref().zip(moved).map(|(At { value, .. }, (motion, walls))| Frame {
+            motion,
+            walls,
             acceleration: self
                 .values
                 .vector::<Acceleration>(value.acceleration.as_ref(), "acceleration")

@@ -17,6 +17,8 @@ use crate::case::value::Range1;
 use crate::case::written::{At, AutoOrWhole, Dashpot, Density, Item, Length, Mass, Stiffness, Words};
 
 /// Contact of the paper's sand: stiffness [N/m], dashpot [N s/m], friction, restitution.
+/// Solid fraction for which grains of a bed that is levelled are counted: some are left to take away.
+const LEVELLED: Real = 0.70;
 const STIFFNESS: Real = 1e4;
 const DASHPOT: Real = 2.95e-3;
 const FRICTION: Real = 0.6;
@@ -290,7 +292,18 @@ impl Context<'_> {
             .optional::<Mass>(value.mass_override.as_ref(), "mass_override", Range1::Positive)
             .or_else(|| self.paper_mass(&shape));
         let placement = placement?;
-        let count = self.count(count, &placement, value, span);
+        let level = match &placement {
+            GrainPlacement::Packed(packing) => packing.level,
+            _ => None,
+        };
+        let count = match (count, level, shape.volume()) {
+            (None, Some(level), Some(volume)) if value.count.is_none() => {
+                let extent = domain.extent();
+                let solid = LEVELLED * extent.x * extent.y * level;
+                Some((solid / (volume * size.mean_cube())).ceil().max(1.0) as usize)
+            }
+            _ => self.count(count, &placement, value, span),
+        };
         if motion == Motion::Prescribed && !matches!(placement, GrainPlacement::List(_) | GrainPlacement::Lattice(_)) {
             self.values
                 .report

@@ -4,6 +4,7 @@ mod flow;
 mod grains;
 mod liquids;
 mod observed;
+mod particles;
 mod placement;
 mod sizes;
 
@@ -58,7 +59,7 @@ pub(super) fn build(reading: &Reading, name: &str, folder: &Path, report: &mut D
             .label("used for the results");
     }
     let title = context.values.text(text.title.as_ref(), "title").unwrap_or_default().to_owned();
-    let domain = domain(context, text.domain.as_ref());
+    let mut domain = domain(context, text.domain.as_ref(), solver);
     let boundary = context.boundary(text, &domain);
     let (gravity, frame) = context.gravity(text);
     let fluids = context.fluids(text);
@@ -68,9 +69,11 @@ pub(super) fn build(reading: &Reading, name: &str, folder: &Path, report: &mut D
     let dem = context.dem(text, &boundary);
     let (materials, contacts) = context.materials(text);
     let grains = context.populations(text, &domain, &materials);
+    let particles = context.particles(text, solver, &mut domain, &grains);
     let bed = context.bed(text, &domain);
     let liquids = context.liquids(text, &domain, &grains, bed.axis);
     let erosion = context.erosion(text, &domain, &grains, bed.axis);
+    let ripples = context.ripples(text, &domain, &grains, run.until);
     let output = context.outputs(text, run.until, &grains);
     let probes = context.probes(text, &domain, &grains, &output.series);
     let checkpoint = context.checkpoints(text);
@@ -86,6 +89,7 @@ pub(super) fn build(reading: &Reading, name: &str, folder: &Path, report: &mut D
         fluids,
         fluid,
         coupling,
+        particles,
         liquids,
         dem,
         materials,
@@ -93,16 +97,18 @@ pub(super) fn build(reading: &Reading, name: &str, folder: &Path, report: &mut D
         grains,
         bed,
         erosion,
+        ripples,
         probes,
         output,
         checkpoint,
         run,
     };
     context.cross_check(text, &case);
+    context.check_particles(text, &case);
     case
 }
 
-fn domain(context: &mut Context<'_>, written: Option<&At<DomainText>>) -> BoxDomain {
+fn domain(context: &mut Context<'_>, written: Option<&At<DomainText>>, solver: Solver) -> BoxDomain {
     let nothing = BoxDomain { lower: Vector::NAN, upper: Vector::NAN, cells: [0; 3] };
     let Some(At { value, span }) = written else {
         context.values.missing(
@@ -117,7 +123,11 @@ fn domain(context: &mut Context<'_>, written: Option<&At<DomainText>>) -> BoxDom
     let lower = values.vector::<Length>(value.lower.as_ref(), "lower").unwrap_or(Vector::ZERO);
     let size = values.vector::<Length>(value.size.as_ref(), "size");
     let upper = values.vector::<Length>(value.upper.as_ref(), "upper");
-    let cells = values.cells(value.cells.as_ref(), span, "cells");
+    // Moving particles need no cells: `particles` fills them in.
+    let cells = match (&value.cells, solver) {
+        (None, Solver::Mps) => [0; 3],
+        _ => values.cells(value.cells.as_ref(), span, "cells"),
+    };
     let upper = match (upper, size) {
         (Some(_), Some(_)) => {
             values

@@ -8,7 +8,7 @@ use super::grains::middle;
 use super::liquids::millimetres;
 use super::{Context, span_of};
 use crate::case::meaning::{
-    Bed, BoxDomain, Checkpoints, Erosion, FieldPrecision, GrainPlacement, Outputs, Population, Probe, ProbePlace,
+    Bed, BoxDomain, Checkpoints, Erosion, FieldPrecision, GrainPlacement, OutputFrame, Outputs, Population, Probe, ProbePlace,
     Schedule,
 };
 use crate::case::schema::{BedText, CaseText, CheckpointText, OutputText, ProbeText, ScheduleText};
@@ -174,19 +174,23 @@ impl Context<'_> {
                 }
             }
         }
+        if let Some(gauge) = self.values.pair::<Length>(value.gauge.as_ref(), "gauge") {
+            places.push(ProbePlace::Gauge(gauge));
+        }
         if let Some(At { value: body, span }) = &value.body {
             places.extend(self.probed_body(body.population.as_ref(), body.index.as_ref(), span, grains));
         }
         let alternatives = usize::from(value.point.is_some())
             + usize::from(value.line.is_some())
             + usize::from(value.plane.is_some())
+            + usize::from(value.gauge.is_some())
             + usize::from(value.body.is_some());
         if alternatives != 1 {
             self.values
                 .report
                 .error(span.clone(), "a probe watches one place")
                 .label(format!("this one has {alternatives}"))
-                .help("give one of `point`, `line`, `plane` and `body`");
+                .help("give one of `point`, `line`, `plane`, `gauge` and `body`");
             return None;
         }
         let place = places.pop()?;
@@ -198,6 +202,7 @@ impl Context<'_> {
                 point[*direction] = *position;
                 vec![point]
             }
+            ProbePlace::Gauge([x, y]) => vec![Vector::new(*x, *y, domain.lower.z)],
             ProbePlace::Body { .. } => Vec::new(),
         };
         if points.iter().any(|p| p.cmplt(domain.lower).any() || p.cmpgt(domain.upper).any()) {
@@ -290,6 +295,7 @@ impl Context<'_> {
             figures: self.schedule(written.figures.as_ref(), ends),
             series: self.schedule(written.series.as_ref(), each_step),
             precision: self.values.choice(written.precision.as_ref(), "precision", FieldPrecision::Single),
+            frame: self.values.choice(written.frame.as_ref(), "frame", OutputFrame::Tank),
             bed,
         }
     }

@@ -144,12 +144,16 @@ pub struct Oscillation {
 }
 
 /// Motion of the frame of reference without rotation.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Frame {
     /// Constant acceleration [m/s^2].
     pub acceleration: Acceleration,
     /// Oscillating acceleration, if there is one.
     pub oscillation: Option<Oscillation>,
+    /// Displacement of the tank, if it has one.
+    pub motion: Option<super::TankMotion>,
+    /// Where that motion is seen from.
+    pub walls: super::WallMotion,
 }
 
 impl Frame {
@@ -159,7 +163,11 @@ impl Frame {
         let oscillating = self
             .oscillation
             .map_or(Vector::ZERO, |o| o.amplitude * (std::f64::consts::TAU * o.frequency * time + o.phase).sin());
-        self.acceleration + oscillating
+        let moved = match (&self.motion, self.walls) {
+            (Some(motion), super::WallMotion::AtRest) => motion.at(time)[2],
+            _ => Acceleration::ZERO,
+        };
+        self.acceleration + oscillating + moved
     }
 }
 

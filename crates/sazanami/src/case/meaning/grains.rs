@@ -272,6 +272,8 @@ pub struct Packing {
     pub spacing: Real,
     /// Random displacement over the distance of neighbours.
     pub jitter: Real,
+    /// Height above the floor up to which grains stay [m]: the packed bed is levelled there.
+    pub level: Option<Real>,
     /// Height of the packing space above the floor [m]; by the lattice if not given.
     pub height: Option<Real>,
     /// Gravity during the fall over gravity.
@@ -386,6 +388,37 @@ impl SizeDistribution {
             Self::Equal => 1.0,
             Self::List(list) => list.iter().map(|share| share[0]).fold(0.0, Real::max),
             Self::Uniform { upper, .. } | Self::Lognormal { upper, .. } => *upper,
+        }
+    }
+
+    /// Mean size factor.
+    #[must_use]
+    pub fn mean(&self) -> Real {
+        self.mean_power(1)
+    }
+
+    /// Mean cube of the size factors: that of the volumes.
+    #[must_use]
+    pub fn mean_cube(&self) -> Real {
+        self.mean_power(3)
+    }
+
+    /// Mean of a power of the size factors; that of the whole distribution where a log-normal one is cut off.
+    fn mean_power(&self, power: i32) -> Real {
+        match self {
+            Self::Equal => 1.0,
+            Self::List(list) => {
+                let shares: Real = list.iter().map(|share| share[1]).sum();
+                list.iter().map(|share| share[1] * share[0].powi(power)).sum::<Real>() / shares
+            }
+            Self::Uniform { lower, upper } if upper > lower => {
+                let over = f64::from(power + 1);
+                (upper.powi(power + 1) - lower.powi(power + 1)) / (over * (upper - lower))
+            }
+            Self::Uniform { upper, .. } => upper.powi(power),
+            Self::Lognormal { median, sigma, .. } => {
+                median.powi(power) * (0.5 * (f64::from(power) * sigma).powi(2)).exp()
+            }
         }
     }
 

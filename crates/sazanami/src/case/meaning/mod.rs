@@ -3,6 +3,7 @@
 mod flow;
 mod grains;
 mod observed;
+mod particles;
 
 pub use flow::{
     Acceleration, AlphaMethod, BoundarySide, Convection, Coupling, DropVelocity, Exchange, Fluid, FluidName,
@@ -17,6 +18,10 @@ pub use grains::{
 pub use observed::{
     Bed, Checkpoints, Erosion, ErosionMode, FieldPrecision, Outputs, Probe, ProbePlace, RunLength, Schedule,
 };
+pub use particles::{
+    Axis, DensityReference, GradientForm, ImageSide, KeepApart, LayerReference, Measured, Motion as TankMotion, Order,
+    OutputFrame, Overlap, Particles, Preparation, PressureForce, Ripples, SphereDrag, WallMotion, Wendland,
+};
 
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
@@ -28,13 +33,15 @@ choices! {
     Solver {
         /// One grid for liquid, gas and grains.
         Mics = "mics",
+        /// Moving particles of liquid that overlap grains.
+        Mps = "mps",
     }
 
     /// Set of defaults.
     Preset {
         /// What works best.
         Recommended = "recommended",
-        /// The scheme of Yagyu et al. (2015) to the letter, where the letter is known.
+        /// The scheme of Yagyu et al. (2015), or of Tazaki et al. for moving particles, to the letter, where it is known.
         PaperLiteral = "paper_literal",
     }
 }
@@ -101,6 +108,8 @@ pub struct Case {
     pub fluid: FluidOptions,
     /// How fluids and grains act on each other.
     pub coupling: Coupling,
+    /// Water as moving particles, where the case says how.
+    pub particles: Option<Particles>,
     /// Where there is liquid at first; the rest is gas.
     pub liquids: Vec<LiquidRegion>,
     /// How grains are moved.
@@ -115,6 +124,8 @@ pub struct Case {
     pub bed: Bed,
     /// Observation of the crater, if it is wanted.
     pub erosion: Option<Erosion>,
+    /// Observation of ripples, if it is wanted.
+    pub ripples: Option<Ripples>,
     /// Points, lines, planes and bodies to watch.
     pub probes: Vec<Probe>,
     /// What is written when.
@@ -126,10 +137,29 @@ pub struct Case {
 }
 
 impl Case {
-    /// Gravity in the frame of the box at `time` [m/s^2]: gravity less the frame's acceleration.
+    /// Gravity in the frame of positions at `time` [m/s^2]: gravity less the frame's acceleration.
     #[must_use]
     pub fn effective_gravity(&self, time: Real) -> Vector {
         self.frame.as_ref().map_or(self.gravity, |frame| self.gravity - frame.acceleration_at(time))
+    }
+
+    /// Gravity in the frame of the tank before it moves [m/s^2].
+    #[must_use]
+    pub fn resting_gravity(&self) -> Vector {
+        self.gravity - self.frame.as_ref().map_or(Vector::ZERO, |frame| frame.acceleration)
+    }
+
+    /// Displacement [m], velocity [m/s] and acceleration [m/s^2] of the tank at `time` [s] by its motion.
+    #[must_use]
+    pub fn tank_at(&self, time: Real) -> [Vector; 3] {
+        let motion = self.frame.as_ref().and_then(|frame| frame.motion.as_ref());
+        motion.map_or([Vector::ZERO; 3], |motion| motion.at(time))
+    }
+
+    /// Whether positions are those in the laboratory, in which the walls move.
+    #[must_use]
+    pub fn walls_move(&self) -> bool {
+        self.frame.as_ref().is_some_and(|frame| frame.motion.is_some() && frame.walls == WallMotion::Moving)
     }
 
     /// Contact law of a pair of materials; `wall` is the box.

@@ -100,6 +100,8 @@ pub enum ProbePlace {
         /// Coordinate along it [m].
         position: Real,
     },
+    /// A wave gauge at this place in x1 and x2 [m].
+    Gauge([Real; 2]),
     /// A grain.
     Body {
         /// Name of its population.
@@ -133,6 +135,8 @@ pub struct Outputs {
     pub series: Schedule,
     /// Precision of fields.
     pub precision: FieldPrecision,
+    /// Frame of positions and velocities.
+    pub frame: super::OutputFrame,
     /// File the packed bed is written to.
     pub bed: Option<PathBuf>,
 }

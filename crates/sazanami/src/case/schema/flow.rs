@@ -22,7 +22,7 @@ pub struct DomainText {
     pub upper: Option<Vectorial<Length>>,
     /// Edges, instead of the upper corner.
     pub size: Option<Vectorial<Length>>,
-    /// Cells in x1, x2, x3.
+    /// Cells in x1, x2, x3; not needed for `solver = "mps"`.
     pub cells: Option<Cells>,
 }
 
@@ -108,6 +108,8 @@ pub struct FrameText {
     pub acceleration: Option<Vectorial<Acceleration>>,
     /// Oscillating acceleration.
     pub oscillation: Option<At<OscillationText>>,
+    /// Displacement of the tank, by formula or from a file.
+    pub motion: Option<At<super::MotionText>>,
 }
 
 /// An acceleration `amplitude sin(2 pi frequency t + phase)`.

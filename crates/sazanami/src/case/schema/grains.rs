@@ -74,7 +74,7 @@ pub struct ContactText {
 pub struct PopulationText {
     /// Name.
     pub name: Option<Text>,
-    /// How many.
+    /// How many; for a bed that is levelled, as many as fill it up to there by default.
     pub count: Option<Whole>,
     /// Shape.
     pub shape: Option<At<ShapeText>>,
@@ -230,6 +230,8 @@ pub struct PackingText {
     pub spacing: Option<Number>,
     /// Random displacement over that distance (default: 0.02).
     pub jitter: Option<Number>,
+    /// Height above the floor at which the packed bed is levelled: grains that reach above are taken away.
+    pub level: Option<Quantity<Length>>,
     /// Height of the packing space (default: by the lattice).
     pub height: Option<Quantity<Length>>,
     /// Gravity during the fall over gravity (default: 4).

@@ -4,10 +4,12 @@
 mod flow;
 mod grains;
 mod observed;
+mod particles;
 
 pub use flow::*;
 pub use grains::*;
 pub use observed::*;
+pub use particles::*;
 
 use std::collections::BTreeMap;
 
@@ -51,7 +53,7 @@ pub struct CaseText {
     pub title: Option<Text>,
     /// Set of defaults.
     pub preset: Option<Choice<Preset>>,
-    /// Solver of water and air.
+    /// Solver of the water: one grid for water, air and grains (mics), or moving particles (mps).
     pub solver: Option<Choice<Solver>>,
     /// The box and its cells.
     pub domain: Option<At<DomainText>>,
@@ -65,6 +67,12 @@ pub struct CaseText {
     pub fluid: Option<At<FluidText>>,
     /// How fluids and grains act on each other.
     pub coupling: Option<At<CouplingText>>,
+    /// Water as moving particles, for `solver = "mps"`.
+    pub particles: Option<At<ParticlesText>>,
+    /// How grains and the particles of water that overlap them act on each other, for `solver = "mps"`.
+    pub overlap: Option<At<OverlapText>>,
+    /// How a bed in water is made ready before the run begins, for `solver = "mps"`.
+    pub preparation: Option<At<PreparationText>>,
     /// Where there is liquid (or a bubble) at the start; all else is gas.
     #[serde(default)]
     pub liquid: Vec<At<LiquidText>>,
@@ -83,6 +91,8 @@ pub struct CaseText {
     pub bed: Option<At<BedText>>,
     /// Observation of the crater; absent: not observed.
     pub erosion: Option<At<ErosionText>>,
+    /// Observation of ripples, for `solver = "mps"`; absent: not observed.
+    pub ripples: Option<At<RipplesText>>,
     /// Points, lines, planes and bodies to watch.
     #[serde(default)]
     pub probe: Vec<At<ProbeText>>,

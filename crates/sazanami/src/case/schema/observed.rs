@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::case::meaning::{ErosionMode, FieldPrecision};
+use crate::case::meaning::{ErosionMode, FieldPrecision, OutputFrame};
 use crate::case::written::{At, Choice, Flag, Length, Quantity, Several, Text, Time, Vectorial, Whole};
 
 /// Observation of the bed.
@@ -38,7 +38,7 @@ pub struct ErosionText {
     pub axis: Option<Several<Length>>,
 }
 
-/// A place to watch: one of point, line, plane and body.
+/// A place to watch: one of point, line, plane, gauge and body.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ProbeText {
@@ -50,6 +50,8 @@ pub struct ProbeText {
     pub line: Option<At<LineText>>,
     /// A plane.
     pub plane: Option<At<PlaneText>>,
+    /// A wave gauge: a place in x1 and x2; moving particles are averaged across x2.
+    pub gauge: Option<Several<Length>>,
     /// A grain.
     pub body: Option<At<BodyText>>,
     /// Every so often.
@@ -108,6 +110,8 @@ pub struct OutputText {
     pub series: Option<At<ScheduleText>>,
     /// Precision of fields.
     pub precision: Option<Choice<FieldPrecision>>,
+    /// Frame of positions and velocities in files for ParaView and of probes.
+    pub frame: Option<Choice<OutputFrame>>,
     /// File the packed bed is written to, relative to the case file (default: none but the one in OUT).
     pub bed: Option<Text>,
 }

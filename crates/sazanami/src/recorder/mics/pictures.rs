@@ -6,10 +6,11 @@ use sazanami_io::picture::{ColourScale, Isosurface, SectionView, Still, Viewpoin
 use sazanami_mics::solver::Solver;
 use sazanami_numerics::{Real, Vector};
 
-use super::RecordError;
-use super::files::{Files, Fractions, poses, surfaces};
-use super::observers::Observers;
+use super::series::Fractions;
 use crate::clock::Clock;
+use crate::recorder::RecordError;
+use crate::recorder::bed::GrainsSeen;
+use crate::recorder::files::{Files, poses, surfaces};
 use crate::simulation::Job;
 
 /// Speed at the upper end of the colours, over the largest initial speed of a liquid: the same for all pictures of a run.
@@ -18,12 +19,12 @@ const FASTEST: Real = 0.1;
 const SURFACE: Real = 0.3;
 
 /// Draws what the figures of a time are. All ranks take part.
-pub(crate) fn draw(
+pub(super) fn draw(
     job: &Job,
     solver: &Solver,
     clock: &Clock,
     files: Option<&mut Files>,
-    observers: &Observers,
+    seen: &GrainsSeen,
 ) -> Result<(), RecordError> {
     let liquid = Fractions::gather(solver).outside_grains();
     let Some(files) = files else { return Ok(()) };
@@ -36,7 +37,7 @@ pub(crate) fn draw(
     let title = format!("{}: t = {:.3} ms", caption(job), 1e3 * clock.time());
     let any_liquid = liquid.iter().any(|&c| c > SURFACE);
     let surface = any_liquid.then(|| Isosurface::new(grid, &liquid, SURFACE, 1)).transpose()?;
-    observers.with_bed(|bed| {
+    seen.with_bed(|bed| {
         let (surfaces, poses) = (surfaces(&job.shapes), poses(bed));
         let speeds: Vec<Real> = bed.velocity.iter().map(|v| v.length()).collect();
         let bodies = Bodies { surfaces: &surfaces, poses: &poses };

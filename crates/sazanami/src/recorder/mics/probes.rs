@@ -1,16 +1,16 @@
 //! Probes: what happens at a point, along a line, through a plane, to a grain.
 
-use sazanami_io::table::{Column, SeriesWriter, Value};
+use sazanami_io::table::{Column, Value};
 use sazanami_mics::solver::Solver;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::Field;
 use sazanami_numerics::{Real, Vector};
 
-use super::RecordError;
-use super::files::{Files, probe_path};
 use crate::assembly::grains::identifier;
 use crate::case::meaning::{Case, Probe, ProbePlace};
 use crate::clock::Clock;
+use crate::recorder::RecordError;
+use crate::recorder::files::Files;
 use crate::simulation::Job;
 
 /// Liquid fraction, pressure, velocity.
@@ -41,7 +41,7 @@ const OF_BODY: [(&str, &str); 18] = [
 ];
 
 /// Writes a row for every probe that is `due`. All ranks take part.
-pub(crate) fn record(
+pub(super) fn record(
     job: &Job,
     solver: &Solver,
     clock: &Clock,
@@ -53,7 +53,10 @@ pub(crate) fn record(
         let found = measure(job.case, solver, probe);
         if let Some(files) = files.as_deref_mut() {
             // The other ranks go on to the next probe: so does this one.
-            outcome = outcome.and_then(|()| write(files, number, probe, clock, &found));
+            let mut row = vec![Value::Real(clock.time())];
+            row.extend(found.iter().map(|&value| Value::Real(value)));
+            let columns = || columns(&probe.place);
+            outcome = outcome.and_then(|()| files.probe(number, &probe.name, columns, clock, &row));
         }
     }
     outcome
@@ -71,28 +74,9 @@ fn columns(place: &ProbePlace) -> Vec<Column> {
         }
         ProbePlace::Plane { .. } => columns.extend(named(&THROUGH_PLANE)),
         ProbePlace::Body { .. } => columns.extend(named(&OF_BODY)),
+        ProbePlace::Gauge(_) => columns.push(Column::new("water_level", "m")),
     }
     columns
-}
-
-fn write(files: &mut Files, number: usize, probe: &Probe, clock: &Clock, found: &[Real]) -> Result<(), RecordError> {
-    if files.probes[number].is_none() {
-        let path = probe_path(&files.folder, &probe.name);
-        if let Some(folder) = path.parent() {
-            std::fs::create_dir_all(folder).map_err(|error| RecordError::Path { path: folder.to_owned(), error })?;
-        }
-        let columns = columns(&probe.place);
-        files.probes[number] = Some(match files.resumed_at {
-            Some((_, step)) => SeriesWriter::resume(&path, &columns, step)?,
-            None => SeriesWriter::create(&path, &columns)?,
-        });
-    }
-    let mut row = vec![Value::Real(clock.time())];
-    row.extend(found.iter().map(|&value| Value::Real(value)));
-    if let Some(writer) = &mut files.probes[number] {
-        writer.record(clock.step(), &row)?;
-    }
-    Ok(())
 }
 
 fn measure(case: &Case, solver: &Solver, probe: &Probe) -> Vec<Real> {
@@ -108,6 +92,7 @@ fn measure(case: &Case, solver: &Solver, probe: &Probe) -> Vec<Real> {
             let number = case.grains.iter().position(|kind| &kind.name == population).unwrap_or_default();
             of_body(solver, identifier(number, *index)).to_vec()
         }
+        ProbePlace::Gauge(place) => vec![level(solver, *place)],
     }
 }
 
@@ -195,4 +180,21 @@ fn of_body(solver: &Solver, id: u64) -> [Real; 18] {
         }
     }
     solver.domain().sum(found)
+}
+
+/// Height above the floor that the liquid in the column of cells over a place would fill [m], and the floor's height.
+fn level(solver: &Solver, [x, y]: [Real; 2]) -> Real {
+    let domain = solver.domain();
+    let grid = domain.grid();
+    let column = grid.cell_of(Vector::new(x, y, grid.lower.z));
+    let start = domain.start();
+    let local = [0, 1].map(|d| column[d] as isize - start[d] as isize);
+    let range = domain.interior();
+    let mut depth = 0.0;
+    if range[0].contains(&local[0]) && range[1].contains(&local[1]) {
+        let c = &solver.flow().volume_fraction;
+        depth = range[2].clone().map(|k| c[[local[0], local[1], k]]).sum::<Real>() * grid.spacing.z;
+    }
+    let [depth] = domain.sum([depth]);
+    grid.lower.z + depth
 }

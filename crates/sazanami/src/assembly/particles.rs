@@ -1,0 +1,210 @@
+//! Water as moving particles: tank, scheme, coupling, and the fluid where it begins.
+
+use sazanami_dem::{Body, Setup};
+use sazanami_mps::boundary::{Side, Tank, WallFriction};
+use sazanami_mps::filling;
+use sazanami_mps::grains::{Closure, Coupling, DensityReference, Forchheimer, GrainPhase, SphereDrag};
+use sazanami_mps::pressure::Tolerance;
+use sazanami_mps::scheme::{Fluid, GradientForm, Scheme, SourceForm, Stabilisation};
+use sazanami_mps::solver::{FluidParticle, Settings};
+use sazanami_mps::stability::StepLimits;
+use sazanami_mps::weight::{LaplacianForm, Wendland};
+use sazanami_numerics::domain::{Domain, LayoutError};
+use sazanami_numerics::geometry::{Region, Shape};
+use sazanami_numerics::grid::Grid;
+use sazanami_numerics::{Real, Vector};
+use sazanami_parallel::Communicator;
+
+use super::{fluid, grains};
+use crate::case::meaning::{self, BoundarySide, Case, FluidName, GrainShape, Particles};
+
+/// Cells of the division into ranks, over the radius of influence.
+const CELL: Real = 0.56;
+/// Room around a rank's part for the way of grains within a step, over the largest diameter.
+const GRAIN_WAY: Real = 0.6;
+/// Places in each direction at which the void fraction of a height is taken, over the smoothing radius.
+const PLACES: Real = 1.0;
+
+/// How the case has particles: a case for this solver has been asked for them.
+fn particles(case: &Case) -> &Particles {
+    case.particles.as_ref().expect("a case of moving particles says how they are")
+}
+
+/// The box and its walls.
+pub(crate) fn tank(case: &Case) -> Tank {
+    let slips = case.boundary.iter().flatten().any(|side| *side == BoundarySide::Slip);
+    let friction = if slips { WallFriction::Slip } else { WallFriction::NoSlip };
+    Tank::new(case.domain.lower, case.domain.upper, case.boundary.map(|sides| sides.map(side)), friction)
+}
+
+fn side(side: BoundarySide) -> Side {
+    match side {
+        BoundarySide::NoSlip | BoundarySide::Slip => Side::Wall,
+        BoundarySide::Periodic => Side::Periodic,
+        BoundarySide::Outflow | BoundarySide::FixedPressure { .. } => Side::Open,
+        BoundarySide::Moving { .. } | BoundarySide::Inflow { .. } => {
+            unreachable!("such sides are refused with the case")
+        }
+    }
+}
+
+/// The tank divided among the ranks of a group.
+pub(crate) fn domain(case: &Case, communicator: Box<dyn Communicator>) -> Result<Domain, LayoutError> {
+    let particles = particles(case);
+    let cell = CELL * particles.radius * particles.spacing;
+    let extent = case.domain.extent();
+    let cells = [0, 1, 2].map(|d| ((extent[d] / cell).floor() as usize).max(2));
+    let periodic = case.boundary.map(|sides| sides[0] == BoundarySide::Periodic);
+    Domain::new(Grid::new(cells, case.domain.lower, case.domain.upper), periodic, communicator)
+}
+
+/// How fluid and step are computed.
+pub(crate) fn settings(case: &Case, level: Real) -> Settings {
+    let p = particles(case);
+    let liquid = case.fluids.liquid;
+    let middle = 0.5 * (case.domain.lower + case.domain.upper);
+    let stabilised = |weighted| Some(Stabilisation { distance: p.stabilisation_distance, weighted });
+    Settings {
+        fluid: Fluid {
+            density: liquid.density,
+            viscosity: liquid.viscosity / liquid.density,
+            spacing: p.spacing,
+        },
+        scheme: Scheme {
+            weight: match p.weight {
+                meaning::Wendland::C2 => Wendland::C2,
+                meaning::Wendland::C4 => Wendland::C4,
+            },
+            radius: p.radius,
+            source: match p.source {
+                meaning::Order::HigherOrder => SourceForm::HigherOrder,
+                meaning::Order::Classical => SourceForm::Classical,
+            },
+            laplacian: match p.laplacian {
+                meaning::Order::HigherOrder => LaplacianForm::HigherOrder,
+                meaning::Order::Classical => LaplacianForm::Classical,
+            },
+            compensation: p.compensation,
+            relaxation: if p.relaxation > 0.0 { p.relaxation } else { Real::INFINITY },
+            gradient: match p.gradient {
+                meaning::GradientForm::Corrected => GradientForm::Corrected,
+                meaning::GradientForm::Classical => GradientForm::Classical,
+            },
+            stabilisation: match p.stabilisation {
+                meaning::KeepApart::Weighted => stabilised(true),
+                meaning::KeepApart::Full => stabilised(false),
+                meaning::KeepApart::Off => None,
+            },
+            reduced_pressure: p.reduced_pressure,
+            surface_repeats: p.surface_repeats,
+        },
+        limits: StepLimits { courant: p.courant, longest: p.dt_max, fixed: p.dt },
+        tolerance: Tolerance { strain: p.tolerance, most_iterations: p.pressure_iterations },
+        reference: Vector::new(middle.x, middle.y, level),
+    }
+}
+
+/// How grains and fluid act on each other.
+pub(crate) fn coupling(case: &Case) -> Coupling {
+    let overlap = &particles(case).overlap;
+    let liquid = case.fluids.liquid;
+    Coupling {
+        closure: Closure {
+            kozeny: overlap.kozeny,
+            forchheimer: overlap.forchheimer.map_or(Forchheimer::Ergun, Forchheimer::Constant),
+            sphere: match overlap.sphere_drag {
+                meaning::SphereDrag::SchillerNaumann => SphereDrag::SchillerNaumann,
+                meaning::SphereDrag::DallaValle => SphereDrag::DallaValle,
+            },
+            reference: match overlap.density_reference {
+                meaning::DensityReference::SimpleCubic => DensityReference::SimpleCubic,
+                meaning::DensityReference::ClosePacked => DensityReference::ClosePacked,
+                meaning::DensityReference::Solid => DensityReference::Solid,
+            },
+            blend: overlap.blend,
+            ..Closure::recommended(liquid.density, liquid.viscosity)
+        },
+        smoothing: overlap.smoothing,
+        least_void: overlap.least_void,
+        implicit_pressure_force: overlap.pressure_force == meaning::PressureForce::Implicit,
+        substeps: grains::substeps(case),
+    }
+}
+
+/// Spheres as the engine knows them, whatever mesh they would have.
+pub(crate) fn bodies(case: &Case) -> Vec<Body> {
+    let radius = |population: &meaning::Population| match population.shape {
+        GrainShape::Sphere { diameter, .. } => 0.5 * diameter,
+        _ => unreachable!("only spheres are accepted with the case"),
+    };
+    case.grains.iter().map(|population| Body::ball(radius(population))).collect()
+}
+
+/// What the engine of the grains needs.
+pub(crate) fn setup(case: &Case, shapes: &[Shape]) -> Setup {
+    let particles = particles(case);
+    let largest = case.grains.iter().filter_map(|p| Some(p.shape.size()? * p.size.largest())).fold(0.0, Real::max);
+    let reach = particles.overlap.smoothing.max(particles.radius * particles.spacing);
+    let mut setup = Setup {
+        bodies: bodies(case),
+        ghost_margin: reach + GRAIN_WAY * largest,
+        ..grains::setup(case, shapes)
+    };
+    if case.walls_move() {
+        // Seen from the laboratory grains go wherever the tank goes.
+        setup.region = [Vector::NEG_INFINITY, Vector::INFINITY];
+    }
+    setup
+}
+
+/// Highest level of liquid at the start [m]; the floor without liquid.
+pub(crate) fn level(case: &Case, bed_height: Real) -> Real {
+    let tops = case.liquids.iter().filter(|liquid| liquid.fluid == FluidName::Liquid).map(|liquid| {
+        let origin = fluid::origin_of(liquid, case.bed.axis, bed_height);
+        (origin.z + liquid.region.heights()[1]).min(case.domain.upper.z)
+    });
+    tops.fold(case.domain.lower.z, Real::max)
+}
+
+/// Fluid particles of the liquid at the start, between grains as many as their voids hold. All ranks take part and
+/// have the same particles.
+pub(crate) fn fill(case: &Case, domain: &Domain, grains: &GrainPhase, bed_height: Real) -> Vec<FluidParticle> {
+    let (lower, upper) = (case.domain.lower, case.domain.upper);
+    let spacing = particles(case).spacing;
+    let extent = upper - lower;
+    let step = PLACES * particles(case).overlap.smoothing.min(extent.min_element());
+    let counts = [0, 1].map(|d| ((extent[d] / step).ceil() as usize).max(1));
+    let me = domain.communicator().rank();
+    let void = |z: Real| {
+        let mut sums = [0.0; 2];
+        for j in 0..counts[1] {
+            for i in 0..counts[0] {
+                let part = |n: usize, d: usize| lower[d] + (n as Real + 0.5) / counts[d] as Real * extent[d];
+                let place = Vector::new(part(i, 0), part(j, 1), z);
+                if domain.owner_of(place) == me {
+                    sums[0] += grains.void_fraction(place);
+                    sums[1] += 1.0;
+                }
+            }
+        }
+        let [sum, count] = domain.sum(sums);
+        sum / count
+    };
+    let regions: Vec<(Region, FluidName, Vector)> = case
+        .liquids
+        .iter()
+        .map(|liquid| {
+            let origin = fluid::origin_of(liquid, case.bed.axis, bed_height);
+            (fluid::region(&liquid.region.moved(origin)), liquid.fluid, liquid.velocity)
+        })
+        .collect();
+    let places = filling::layers(lower, upper, level(case, bed_height), spacing, void);
+    places
+        .into_iter()
+        .filter_map(|position| {
+            // Later regions overwrite earlier ones.
+            let (_, fluid, velocity) = regions.iter().rev().find(|(region, ..)| region.contains(position))?;
+            (*fluid == FluidName::Liquid).then_some(FluidParticle { position, velocity: *velocity })
+        })
+        .collect()
+}

@@ -1,0 +1,286 @@
+//! Runs with one grid for water, air and grains: the crater, the splash, and the books of liquid and momentum.
+
+mod pictures;
+mod probes;
+mod series;
+mod summary;
+
+use sazanami_io::table::Column;
+use sazanami_mics::solver::{Solver, StepReport};
+use sazanami_numerics::snapshot::Snapshot;
+use sazanami_numerics::{Real, Vector};
+use sazanami_observe::budget::{Impulses, LiquidBudget, LiquidVolume, MomentumBudget, MomentumStock};
+use sazanami_observe::erosion::{CountedGrains, Erosion, ErosionSettings, InitialBed};
+use sazanami_observe::splash::SplashTracker;
+
+use super::bed::GrainsSeen;
+use super::books::{Account, Books, Step};
+use super::files::Files;
+use super::{RecordError, Totals};
+use crate::case::meaning::{Case, ErosionMode};
+use crate::clock::Clock;
+use crate::simulation::{Job, RankError};
+
+pub(super) use summary::Findings;
+
+const INITIAL_HEIGHTS: &str = "observe/initial_heights";
+const INITIAL_NOISE: &str = "observe/initial_noise";
+/// Prefix of the bed as it lay before the impact.
+pub(super) const BEFORE: &str = "observe/before_impact/";
+const LIQUID_TRACE: &str = "observe/liquid_trace";
+
+/// Energies at the last look [J].
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Energies {
+    pub fluid: Real,
+    pub grains: Real,
+}
+
+/// Books of a run on a grid.
+pub(crate) struct GridBooks {
+    erosion: Option<ErosionSettings>,
+    initial: Option<InitialBed>,
+    /// The bed before the impact, as it goes into every checkpoint; empty on ranks without files.
+    before: Snapshot,
+    splash: Option<SplashTracker>,
+    momentum: Option<MomentumBudget>,
+    liquid: Option<LiquidBudget>,
+    through: Real,
+    clipped: Real,
+    findings: Findings,
+    energies: Energies,
+}
+
+impl GridBooks {
+    fn open(&mut self, seen: &mut GrainsSeen, solver: &Solver) {
+        self.momentum = Some(MomentumBudget::new(stock(solver)));
+        self.liquid = Some(LiquidBudget::new(self.liquid_volume(solver)));
+        if seen.count() > 0 {
+            seen.keep(BEFORE, &mut self.before);
+            seen.measure_bed();
+            if let Some(settings) = &self.erosion {
+                self.splash = Some(seen.with_bed(|bed| SplashTracker::new(bed, settings.axis, settings.grain_size)));
+            }
+            self.evaluate_erosion(seen);
+            self.initial = self.findings.erosion.as_ref().map(Erosion::as_initial);
+        }
+    }
+
+    /// A bed without grains about the axis, or a crater down to the floor, has no volume to speak of: that is
+    /// told in the summary and ends no run.
+    fn evaluate_erosion(&mut self, seen: &GrainsSeen) {
+        let Some(settings) = &self.erosion else { return };
+        let evaluated = seen.with_bed(|bed| Erosion::of(bed, settings, self.initial.as_ref()));
+        self.findings.set_erosion(evaluated);
+    }
+
+    fn liquid_volume(&self, solver: &Solver) -> LiquidVolume {
+        LiquidVolume {
+            transported: solver.flow().liquid_volume(solver.domain()),
+            wet: solver.wet_liquid_volume(),
+            through_open_sides: self.through,
+            clipped: -self.clipped,
+        }
+    }
+
+    fn book(&mut self, report: &StepReport) {
+        let i = &report.impulses;
+        if let Some(momentum) = &mut self.momentum {
+            momentum.add(&Impulses {
+                walls_on_fluid: i.walls_on_fluid,
+                walls_on_grains: i.walls_on_grains,
+                gravity_on_fluid: i.gravity_on_fluid,
+                gravity_on_grains: i.gravity_on_grains,
+                swallowed: i.swallowed,
+                open_sides: i.open_sides + report.transport.wisps.clipped_momentum,
+                held_grains: i.held_grains,
+            });
+        }
+        self.through += report.transport.volume_through.iter().flatten().sum::<Real>();
+        self.clipped += report.transport.wisps.clipped_volume;
+    }
+
+    fn restore(&mut self, leads: bool, snapshot: &Snapshot) -> Result<(), RankError> {
+        self.momentum = Some(MomentumBudget::restore(snapshot)?);
+        self.liquid = Some(LiquidBudget::restore(snapshot)?);
+        self.splash = SplashTracker::restore(snapshot).ok();
+        self.initial = initial_heights(snapshot);
+        if leads {
+            // Checkpoints of earlier versions have no such bed.
+            let before = snapshot.sections().filter(|(name, _)| name.starts_with(BEFORE));
+            before.for_each(|(name, section)| self.before.put(name, section.clone()));
+        }
+        let trace = snapshot.reals_of(LIQUID_TRACE, 2)?;
+        (self.through, self.clipped) = (trace[0], trace[1]);
+        Ok(())
+    }
+}
+
+impl Books for GridBooks {
+    type Water = Solver;
+
+    fn new(job: &Job) -> Self {
+        Self {
+            erosion: erosion_settings(job.case),
+            initial: None,
+            before: Snapshot::default(),
+            splash: None,
+            momentum: None,
+            liquid: None,
+            through: 0.0,
+            clipped: 0.0,
+            findings: Findings::default(),
+            energies: Energies::default(),
+        }
+    }
+
+    fn begin(&mut self, job: &Job, seen: &mut GrainsSeen, solver: &mut Solver) -> Result<(), RankError> {
+        match job.resumed.as_ref().filter(|state| state.run.flows()) {
+            Some(state) => self.restore(seen.leads, &state.snapshot)?,
+            None => self.open(seen, solver),
+        }
+        Ok(())
+    }
+
+    fn add(&mut self, report: &StepReport, totals: &mut Totals) {
+        totals.add(report);
+        self.book(report);
+    }
+
+    fn look(&mut self, seen: &mut GrainsSeen, solver: &mut Solver) {
+        let domain = solver.domain();
+        let volume = self.liquid_volume(solver);
+        if let Some(liquid) = &mut self.liquid {
+            liquid.set(volume);
+            self.findings.liquid_relative_change = liquid.relative_change();
+            self.findings.wet_relative_change = liquid.wet_relative_change();
+        }
+        let now = stock(solver);
+        if let Some(momentum) = &mut self.momentum {
+            momentum.set_stock(now);
+        }
+        let grains = solver.grains().engine().grains();
+        let mine: Real = (0..grains.owned()).map(|n| grains.kinetic_energy(n)).sum();
+        self.energies = Energies { fluid: solver.flow().kinetic_energy(domain), grains: domain.sum([mine])[0] };
+        if !seen.leads || seen.count() == 0 {
+            return;
+        }
+        self.evaluate_erosion(seen);
+        if let Some(mut splash) = self.splash.take() {
+            self.findings.splash = Some(seen.with_bed(|bed| splash.observe(bed)));
+            self.splash = Some(splash);
+        }
+    }
+
+    fn worry(&self) -> Option<String> {
+        let problem = self.findings.no_erosion.as_ref()?;
+        Some(format!("the crater cannot be evaluated: {problem}; the run goes on, and its columns stay empty until it can"))
+    }
+
+    fn columns() -> Vec<Column> {
+        series::columns()
+    }
+
+    fn rows(
+        &self,
+        clock: &Clock,
+        step: Option<&Step<'_, Solver>>,
+        seen: &GrainsSeen,
+        totals: &Totals,
+        files: &mut Files,
+    ) -> Result<(), RecordError> {
+        series::rows(self, clock, step, seen, totals, files)
+    }
+
+    fn fields(
+        &self,
+        _job: &Job,
+        solver: &mut Solver,
+        clock: &Clock,
+        files: Option<&mut Files>,
+    ) -> Result<(), RecordError> {
+        series::fields(solver, clock, files)
+    }
+
+    fn draw(
+        &self,
+        job: &Job,
+        solver: &Solver,
+        clock: &Clock,
+        files: Option<&mut Files>,
+        seen: &GrainsSeen,
+    ) -> Result<(), RecordError> {
+        pictures::draw(job, solver, clock, files, seen)
+    }
+
+    fn probe(
+        &self,
+        job: &Job,
+        solver: &mut Solver,
+        clock: &Clock,
+        due: &[bool],
+        files: Option<&mut Files>,
+    ) -> Result<(), RecordError> {
+        // A probe between cells of two ranks looks at both.
+        solver.fill_halos();
+        probes::record(job, solver, clock, due, files)
+    }
+
+    fn account(&self) -> Account {
+        summary::account(self)
+    }
+
+    fn save(&self, snapshot: &mut Snapshot) {
+        if let Some(momentum) = &self.momentum {
+            momentum.save(snapshot);
+        }
+        if let Some(liquid) = &self.liquid {
+            liquid.save(snapshot);
+        }
+        if let Some(splash) = &self.splash {
+            splash.save(snapshot);
+        }
+        if let Some(initial) = &self.initial {
+            snapshot.put_reals(INITIAL_HEIGHTS, initial.heights.clone());
+            snapshot.put_reals(INITIAL_NOISE, vec![initial.noise]);
+        }
+        self.before.sections().for_each(|(name, section)| snapshot.put(name, section.clone()));
+        snapshot.put_reals(LIQUID_TRACE, vec![self.through, self.clipped]);
+    }
+}
+
+/// The initial bed as the run evaluated it.
+pub(super) fn initial_heights(snapshot: &Snapshot) -> Option<InitialBed> {
+    snapshot.reals(INITIAL_HEIGHTS).ok().map(|heights| InitialBed {
+        heights: heights.to_vec(),
+        noise: snapshot.reals(INITIAL_NOISE).ok().and_then(|noise| noise.first().copied()).unwrap_or_default(),
+    })
+}
+
+pub(super) fn erosion_settings(case: &Case) -> Option<ErosionSettings> {
+    let erosion = case.erosion.as_ref()?;
+    let corner = |v: Vector| [v.x, v.y];
+    let (lower, upper) = (corner(case.domain.lower), corner(case.domain.upper));
+    Some(ErosionSettings {
+        axis: erosion.axis,
+        cell: erosion.dx,
+        layer: erosion.dr,
+        largest_radius: erosion.r_max,
+        counted: match erosion.mode {
+            ErosionMode::Surface => CountedGrains::Surface,
+            ErosionMode::All => CountedGrains::All,
+        },
+        ..ErosionSettings::recommended(lower, upper, case.domain.lower.z, erosion.grain_size)
+    })
+}
+
+fn stock(solver: &Solver) -> MomentumStock {
+    let now = solver.momentum();
+    MomentumStock {
+        liquid: now.liquid,
+        gas: now.gas,
+        grains: now.grains,
+        displaced: now.displaced,
+        owed_to_grains: now.owed,
+    }
+}

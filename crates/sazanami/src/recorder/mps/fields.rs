@@ -1,0 +1,66 @@
+//! Water for ParaView: a point per particle.
+
+use sazanami_io::vtk::{DataArray, PointFile};
+use sazanami_numerics::{Real, Vector};
+
+use super::sight::Sight;
+use crate::case::meaning::{Case, OutputFrame};
+use crate::clock::Clock;
+use crate::recorder::RecordError;
+use crate::recorder::files::Files;
+use crate::simulation::Job;
+
+/// What is added to positions [m] and velocities [m/s] of the solver's frame for the frame that is written.
+pub(crate) fn to_written_frame(case: &Case, time: Real) -> [Vector; 2] {
+    let [place, velocity, _] = case.tank_at(time);
+    match (case.output.frame, case.walls_move()) {
+        (OutputFrame::Tank, false) | (OutputFrame::Laboratory, true) => [Vector::ZERO; 2],
+        (OutputFrame::Laboratory, false) => [place, velocity],
+        (OutputFrame::Tank, true) => [-place, -velocity],
+    }
+}
+
+/// Writes the particles of a time.
+pub(super) fn write(job: &Job, sight: &Sight, clock: &Clock, files: &mut Files) -> Result<(), RecordError> {
+    let water = &sight.water;
+    let [shift, drift] = to_written_frame(job.case, clock.time());
+    let body_force = job.case.effective_gravity(clock.time());
+    let places: Vec<Vector> = water.position.iter().map(|&x| x + shift).collect();
+    let part = |d: usize| water.velocity.iter().map(|v| v[d] + drift[d]).collect::<Vec<Real>>();
+    let velocity = [part(0), part(1), part(2)];
+    let volume = sight.spacing.powi(3);
+    let arrays = [
+        DataArray::rounded_vectors("velocity", [&velocity[0], &velocity[1], &velocity[2]]),
+        DataArray::rounded("pressure", 1, (0..places.len()).map(|n| sight.pressure(n, body_force))),
+        DataArray::rounded("void_fraction", 1, water.bulk_volume.iter().map(|bulk| volume / bulk)),
+        DataArray::new("surface", 1, &water.place),
+    ];
+    let file = PointFile { places: &places, time: Some(clock.time()), arrays: &arrays, scalars: Some("pressure") };
+    files.fluid_points(clock, &file)
+}
+
+/// Writes the grains of a time: a point each, with its diameter.
+pub(super) fn write_grains(job: &Job, sight: &Sight, clock: &Clock, files: &mut Files) -> Result<(), RecordError> {
+    let grains = &sight.grains;
+    if grains.is_empty() {
+        return Ok(());
+    }
+    let [shift, drift] = to_written_frame(job.case, clock.time());
+    let places: Vec<Vector> = grains.position.iter().map(|&x| x + shift).collect();
+    let vectors = |name: &str, values: &[Vector], more: Vector| {
+        let part = |d: usize| values.iter().map(|v| v[d] + more[d]).collect::<Vec<Real>>();
+        let parts = [part(0), part(1), part(2)];
+        DataArray::rounded_vectors(name, [&parts[0], &parts[1], &parts[2]])
+    };
+    let arrays = [
+        DataArray::rounded("diameter", 1, grains.diameter.iter().copied()),
+        vectors("velocity", &grains.velocity, drift),
+        vectors("drag", &grains.drag, Vector::ZERO),
+        vectors("pressure_force", &grains.pressure_force, Vector::ZERO),
+        DataArray::rounded("void_fraction", 1, grains.void_fraction.iter().copied()),
+        DataArray::rounded("wetness", 1, grains.wetness.iter().copied()),
+        DataArray::new("touched_grains", 1, &grains.contacts),
+    ];
+    let file = PointFile { places: &places, time: Some(clock.time()), arrays: &arrays, scalars: Some("velocity") };
+    files.grain_points(clock, &file)
+}

@@ -1,0 +1,343 @@
+//! Runs with moving particles: bed and water surface, ripples, averages over layers, and what is to be watched.
+
+mod fields;
+mod pictures;
+mod probes;
+mod series;
+mod sight;
+
+use sazanami_io::table::Column;
+use sazanami_mps::solver::{Solver, StepReport};
+use sazanami_numerics::snapshot::Snapshot;
+use sazanami_numerics::{Real, Vector};
+use sazanami_observe::ripples::{self, BedSurfaces, LayerMeans, Ripples, SurfaceProfile, Tank, Unmeasured};
+use serde_json::{Map, json};
+
+use super::bed::GrainsSeen;
+use super::books::{Account, Books, Step};
+use super::files::Files;
+use super::{RecordError, Totals};
+use crate::case::meaning::{self, Case, LayerReference};
+use crate::clock::Clock;
+use crate::simulation::{Job, RankError};
+use sight::Sight;
+
+const INITIAL: &str = "observe/initial_tank";
+const LAYERS: &str = "observe/initial_layers";
+const MOMENTUM: &str = "observe/momentum";
+
+/// What is found of bed and water.
+#[derive(Clone, Debug)]
+pub(super) struct Found {
+    /// Surface of the bed in its three definitions.
+    pub bed: BedSurfaces,
+    /// Waves in each of them.
+    pub ripples: [Result<Ripples, Unmeasured>; 3],
+    /// Averages of the lower and the upper layer.
+    pub layers: [LayerMeans; 2],
+}
+
+/// Sums over the tank.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Stock {
+    /// Bulk volume of the fluid [m^3].
+    pub volume: Real,
+    /// Momentum of fluid and grains [N s].
+    pub momentum: Vector,
+    /// Kinetic energy of the fluid [J].
+    pub fluid_energy: Real,
+    /// Kinetic energy of the grains [J].
+    pub grain_energy: Real,
+    /// Potential energy of fluid and submerged grains against gravity, from the floor [J].
+    pub potential_energy: Real,
+    /// Weight of the grains less that of the fluid they displace [N].
+    pub submerged_weight: Real,
+    /// Mean height of the grains above the floor [m].
+    pub grain_height: Real,
+    /// Share of the grains on which the law of beds acts.
+    pub bed_share: Real,
+    /// Number of fluid particles.
+    pub particles: usize,
+    /// Largest place of fluid along x1 [m].
+    pub front: Real,
+}
+
+/// Books of a run with moving particles.
+pub(crate) struct ParticleBooks {
+    tank: Tank,
+    settings: Option<meaning::Ripples>,
+    sight: Sight,
+    /// Bulk volume of the fluid at the start [m^3].
+    first_volume: Real,
+    /// Layer of each grain at the start, by its place among them; empty if layers follow the grains.
+    first_layers: Vec<u64>,
+    water: SurfaceProfile,
+    found: Option<Found>,
+    stock: Stock,
+    /// Impulses of the drag on grains and on fluid since the start [N s].
+    drag: [Vector; 2],
+}
+
+impl ParticleBooks {
+    fn settings_of(&self, across: Real, case: &meaning::Ripples) -> ripples::RippleSettings {
+        ripples::RippleSettings { margin: case.margin, ..ripples::RippleSettings::of_grains(case.grain_size, across) }
+    }
+
+    /// Evaluates bed and layers by what is in sight, on rank 0.
+    fn evaluate(&mut self) {
+        let Some(case) = self.settings.clone() else { return };
+        if self.sight.grains.is_empty() {
+            self.found = None;
+            return;
+        }
+        let surface = ripples::BedSurfaceSettings {
+            side: match case.image_side {
+                meaning::ImageSide::Lower => ripples::ViewedSide::Lower,
+                meaning::ImageSide::Upper => ripples::ViewedSide::Upper,
+            },
+            ..ripples::BedSurfaceSettings::of_grains(case.grain_size)
+        };
+        let bed = BedSurfaces::of(&self.tank, &self.sight.grain_view(), &surface);
+        let width = self.tank.width();
+        let measure = |profile: &SurfaceProfile, across: Real| {
+            let settings = self.settings_of(across, &case);
+            let range = settings.range_in(&self.tank);
+            // A tank that dries at its ends, or a bed with a hole, has short gaps.
+            Ripples::of(&profile.with_gaps_closed(4.0 * case.grain_size), range, &settings)
+        };
+        let ripples = [
+            measure(&bed.concentration, width),
+            measure(&bed.image, surface.slab),
+            measure(&bed.top_layer, width),
+        ];
+        let layers = self.layer_means(&case, &bed.concentration);
+        self.found = Some(Found { bed, ripples, layers });
+    }
+
+    fn layer_means(&self, case: &meaning::Ripples, surface: &SurfaceProfile) -> [LayerMeans; 2] {
+        let reference = match case.layers {
+            LayerReference::Surface => ripples::LayerReference::Surface(surface),
+            LayerReference::Floor | LayerReference::Initial => ripples::LayerReference::Floor(self.tank.floor),
+        };
+        let layers = ripples::Layers { reference, thickness: case.layer_thickness, range: case.layer_range };
+        let sight = &self.sight;
+        let of_grains = if self.first_layers.len() == sight.grains.position.len() {
+            self.first_layers.iter().map(|&number| layer_of(number)).collect()
+        } else {
+            layers.sort(&sight.grains.position)
+        };
+        let of_water = layers.sort(&sight.water.position);
+        let grains = ripples::LayerGrains {
+            layer: &of_grains,
+            velocity: &sight.grains.velocity,
+            drag: &sight.grains.drag,
+            pressure_force: &sight.grains.pressure_force,
+        };
+        let water = ripples::LayerWater {
+            layer: &of_water,
+            bulk_volume: &sight.water.bulk_volume,
+            velocity: &sight.water.velocity,
+        };
+        [ripples::Layer::Lower, ripples::Layer::Upper].map(|layer| ripples::layer_means(layer, &grains, &water))
+    }
+}
+
+/// A layer by the number it is kept under.
+fn layer_of(number: u64) -> Option<ripples::Layer> {
+    match number {
+        1 => Some(ripples::Layer::Lower),
+        2 => Some(ripples::Layer::Upper),
+        _ => None,
+    }
+}
+
+fn number_of(layer: Option<ripples::Layer>) -> u64 {
+    match layer {
+        None => 0,
+        Some(ripples::Layer::Lower) => 1,
+        Some(ripples::Layer::Upper) => 2,
+    }
+}
+
+/// The tank as ripples are measured in it.
+pub(crate) fn tank_of(case: &Case) -> Tank {
+    let periodic = case.boundary[1][0] == meaning::BoundarySide::Periodic;
+    let (lower, upper) = (case.domain.lower, case.domain.upper);
+    Tank {
+        x: [lower.x, upper.x],
+        y: [lower.y, upper.y],
+        floor: lower.z,
+        sides: if periodic { ripples::Sides::Periodic } else { ripples::Sides::Walls },
+    }
+}
+
+impl Books for ParticleBooks {
+    type Water = Solver;
+
+    fn new(job: &Job) -> Self {
+        Self {
+            tank: tank_of(job.case),
+            settings: job.case.ripples.clone(),
+            sight: Sight::default(),
+            first_volume: 0.0,
+            first_layers: Vec::new(),
+            water: SurfaceProfile { start: 0.0, spacing: 1.0, heights: Vec::new() },
+            found: None,
+            stock: Stock::default(),
+            drag: [Vector::ZERO; 2],
+        }
+    }
+
+    fn begin(&mut self, job: &Job, seen: &mut GrainsSeen, water: &mut Solver) -> Result<(), RankError> {
+        match job.resumed.as_ref().filter(|state| state.run.flows()) {
+            Some(state) => {
+                self.first_volume = state.snapshot.reals_of(INITIAL, 1)?[0];
+                self.first_layers = state.snapshot.u64(LAYERS)?.to_vec();
+                let drag = state.snapshot.reals_of(MOMENTUM, 6)?;
+                self.drag = [Vector::from_slice(&drag[..3]), Vector::from_slice(&drag[3..])];
+            }
+            None => {
+                seen.measure_bed();
+                self.look_at(water);
+                self.first_volume = self.stock.volume;
+                if let Some(case) = self.settings.as_ref().filter(|case| case.layers == LayerReference::Initial) {
+                    let reference = ripples::LayerReference::Floor(self.tank.floor);
+                    let layers =
+                        ripples::Layers { reference, thickness: case.layer_thickness, range: case.layer_range };
+                    self.first_layers =
+                        layers.sort(&self.sight.grains.position).into_iter().map(number_of).collect();
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn add(&mut self, report: &StepReport, totals: &mut Totals) {
+        totals.grain_substeps += report.contacts.substeps as u64;
+        totals.fluid_passes += 1;
+        totals.pressure_iterations += report.pressure.iterations as u64;
+        totals.contacts = [report.contacts.pairs, report.contacts.contacts];
+        totals.tidied.deep_contacts += report.contacts.deep_contacts;
+        let worst = &mut totals.worst;
+        worst.divergence = worst.divergence.max(report.pressure.residual);
+        worst.pressure_iterations = worst.pressure_iterations.max(report.pressure.iterations);
+        worst.overlap_relative = worst.overlap_relative.max(report.contacts.largest_overlap);
+        worst.grain_speed = worst.grain_speed.max(report.contacts.largest_speed);
+        totals.particles.get_or_insert_default().add(report);
+        self.drag[0] += report.coupling.drag_on_grains;
+        self.drag[1] += report.coupling.drag_on_fluid;
+    }
+
+    fn look(&mut self, _seen: &mut GrainsSeen, water: &mut Solver) {
+        self.look_at(water);
+    }
+
+    fn worry(&self) -> Option<String> {
+        let share = if self.first_volume > 0.0 { self.stock.volume / self.first_volume - 1.0 } else { 0.0 };
+        (share.abs() > 0.01).then(|| format!("the bulk volume of the water has changed by {:+.2} %", 1e2 * share))
+    }
+
+    fn columns() -> Vec<Column> {
+        series::columns()
+    }
+
+    fn rows(
+        &self,
+        clock: &Clock,
+        step: Option<&Step<'_, Solver>>,
+        _seen: &GrainsSeen,
+        _totals: &Totals,
+        files: &mut Files,
+    ) -> Result<(), RecordError> {
+        series::rows(self, clock, step, files)
+    }
+
+    fn fields(
+        &self,
+        job: &Job,
+        _water: &mut Solver,
+        clock: &Clock,
+        files: Option<&mut Files>,
+    ) -> Result<(), RecordError> {
+        files.map_or(Ok(()), |files| fields::write(job, &self.sight, clock, files))
+    }
+
+    fn grains(&self, job: &Job, clock: &Clock, _seen: &GrainsSeen, files: &mut Files) -> Result<(), RecordError> {
+        fields::write_grains(job, &self.sight, clock, files)
+    }
+
+    fn draw(
+        &self,
+        job: &Job,
+        _water: &Solver,
+        clock: &Clock,
+        files: Option<&mut Files>,
+        _seen: &GrainsSeen,
+    ) -> Result<(), RecordError> {
+        files.map_or(Ok(()), |files| pictures::draw(job, self, clock, files))
+    }
+
+    fn probe(
+        &self,
+        job: &Job,
+        water: &mut Solver,
+        clock: &Clock,
+        due: &[bool],
+        files: Option<&mut Files>,
+    ) -> Result<(), RecordError> {
+        let sight = Sight::of(water);
+        files.map_or(Ok(()), |files| probes::record(job, &self.tank, &sight, clock, due, files))
+    }
+
+    fn account(&self) -> Account {
+        let change = if self.first_volume > 0.0 { self.stock.volume / self.first_volume - 1.0 } else { 0.0 };
+        let [on_grains, on_fluid] = self.drag;
+        let mut observables = Map::new();
+        if let Some(found) = &self.found {
+            observables.insert("ripples".into(), series::ripples_json(found, &self.tank));
+        }
+        if let Some(level) = self.water.mean() {
+            let extent = self.water.extent().unwrap_or_default();
+            observables.insert(
+                "water".into(),
+                json!({ "mean_level_mm": 1e3 * level, "highest_less_lowest_mm": 1e3 * extent }),
+            );
+        }
+        let exchanged = on_grains.length().max(on_fluid.length());
+        Account {
+            particles: self.stock.particles,
+            conservation: json!({
+                "fluid_bulk_volume_relative_change": change,
+                "drag_exchange_residual_relative":
+                    if exchanged > 0.0 { (on_grains + on_fluid).length() / exchanged } else { 0.0 },
+            }),
+            momentum: json!({
+                "now": self.stock.momentum.to_array(),
+                "impulses": { "drag_on_grains": on_grains.to_array(), "drag_on_fluid": on_fluid.to_array() },
+            }),
+            observables,
+        }
+    }
+
+    fn save(&self, snapshot: &mut Snapshot) {
+        let [a, b] = self.drag;
+        snapshot.put_reals(INITIAL, vec![self.first_volume]);
+        snapshot.put_u64(LAYERS, self.first_layers.clone());
+        snapshot.put_reals(MOMENTUM, [a.to_array(), b.to_array()].concat());
+    }
+}
+
+impl ParticleBooks {
+    /// Looks at grains and water. All ranks take part.
+    fn look_at(&mut self, water: &mut Solver) {
+        self.sight.renew(water);
+        self.stock = self.sight.stock(water);
+        if !self.sight.leads {
+            return;
+        }
+        let spacing = 0.5 * water.settings().fluid.spacing;
+        self.water =
+            ripples::water_surface(&self.tank, &self.sight.water_view(), spacing, water.settings().fluid.spacing);
+        self.evaluate();
+    }
+}

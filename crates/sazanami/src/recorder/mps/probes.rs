@@ -1,0 +1,133 @@
+//! Probes: what happens at a point, along a line, to a grain, at a wave gauge.
+
+use sazanami_io::table::{Column, Value};
+use sazanami_mps::weight::{Weight, Wendland};
+use sazanami_numerics::{Real, Vector};
+use sazanami_observe::ripples::{Interpolation, Tank, water_surface};
+
+use super::fields::to_written_frame;
+use super::sight::Sight;
+use crate::assembly::grains::identifier;
+use crate::case::meaning::{Case, ProbePlace};
+use crate::clock::Clock;
+use crate::recorder::RecordError;
+use crate::recorder::files::Files;
+use crate::simulation::Job;
+
+/// Pressure and velocity.
+const AT_POINT: [(&str, &str); 4] =
+    [("pressure", "Pa"), ("velocity_1", "m/s"), ("velocity_2", "m/s"), ("velocity_3", "m/s")];
+/// Motion of a grain and what acts on it.
+const OF_BODY: [(&str, &str); 13] = [
+    ("position_1", "m"),
+    ("position_2", "m"),
+    ("position_3", "m"),
+    ("velocity_1", "m/s"),
+    ("velocity_2", "m/s"),
+    ("velocity_3", "m/s"),
+    ("drag_1", "N"),
+    ("drag_2", "N"),
+    ("drag_3", "N"),
+    ("pressure_force_1", "N"),
+    ("pressure_force_2", "N"),
+    ("pressure_force_3", "N"),
+    ("void_fraction", ""),
+];
+/// Least number of particles within reach for a value at a point.
+const FEWEST: usize = 4;
+
+/// Writes a row for every probe that is `due`.
+pub(super) fn record(
+    job: &Job,
+    tank: &Tank,
+    sight: &Sight,
+    clock: &Clock,
+    due: &[bool],
+    files: &mut Files,
+) -> Result<(), RecordError> {
+    for (number, probe) in job.case.probes.iter().enumerate().filter(|&(number, _)| due[number]) {
+        let mut row = vec![Value::Real(clock.time())];
+        row.extend(measure(job.case, tank, sight, clock.time(), &probe.place));
+        files.probe(number, &probe.name, || columns(&probe.place), clock, &row)?;
+    }
+    Ok(())
+}
+
+fn columns(place: &ProbePlace) -> Vec<Column> {
+    let named = |list: &[(&str, &str)]| list.iter().map(|(name, unit)| Column::new(name, unit)).collect::<Vec<_>>();
+    let mut columns = vec![Column::new("time", "s")];
+    match place {
+        ProbePlace::Point(_) => columns.extend(named(&AT_POINT)),
+        ProbePlace::Line { points, .. } => {
+            for n in 0..*points {
+                columns.extend(AT_POINT.iter().map(|(name, unit)| Column::new(&format!("{name}_at_{n}"), unit)));
+            }
+        }
+        ProbePlace::Body { .. } => columns.extend(named(&OF_BODY)),
+        ProbePlace::Gauge(_) => columns.push(Column::new("water_level", "m")),
+        ProbePlace::Plane { .. } => {}
+    }
+    columns
+}
+
+fn measure(case: &Case, tank: &Tank, sight: &Sight, time: Real, place: &ProbePlace) -> Vec<Value> {
+    match place {
+        ProbePlace::Point(point) => at_points(case, tank, sight, time, &[*point]),
+        ProbePlace::Line { from, to, points } => {
+            let last = points.saturating_sub(1).max(1) as Real;
+            let all: Vec<Vector> = (0..*points).map(|n| *from + (*to - *from) * (n as Real / last)).collect();
+            at_points(case, tank, sight, time, &all)
+        }
+        ProbePlace::Body { population, index } => {
+            let number = case.grains.iter().position(|kind| &kind.name == population).unwrap_or_default();
+            of_body(case, sight, time, identifier(number, *index))
+        }
+        ProbePlace::Gauge([x, _]) => {
+            let surface = water_surface(tank, &sight.water_view(), 0.5 * sight.spacing, sight.spacing);
+            vec![surface.at(*x).map_or(Value::Missing, Value::Real)]
+        }
+        // Refused with the case.
+        ProbePlace::Plane { .. } => Vec::new(),
+    }
+}
+
+/// Means over the particles around each point, weighted by their volume and distance; nothing where there are too few.
+fn at_points(case: &Case, tank: &Tank, sight: &Sight, time: Real, points: &[Vector]) -> Vec<Value> {
+    let body_force = case.effective_gravity(time);
+    let [_, drift] = to_written_frame(case, time);
+    let water = &sight.water;
+    let pressure: Vec<Real> = (0..water.position.len()).map(|n| sight.pressure(n, body_force)).collect();
+    let weight = Weight { family: Wendland::C2, radius: sight.reach };
+    let around = Interpolation {
+        tank,
+        position: &water.position,
+        volume: &water.bulk_volume,
+        reach: sight.reach,
+        kernel: |distance| weight.value(distance),
+        least: FEWEST,
+    };
+    let mut row = Vec::with_capacity(4 * points.len());
+    for &point in points {
+        match (around.at(point, &pressure), around.at(point, &water.velocity)) {
+            (Some(pressure), Some(velocity)) => {
+                row.push(Value::Real(pressure));
+                row.extend((velocity + drift).to_array().map(Value::Real));
+            }
+            _ => row.extend(std::iter::repeat_n(Value::Missing, 4)),
+        }
+    }
+    row
+}
+
+fn of_body(case: &Case, sight: &Sight, time: Real, id: u64) -> Vec<Value> {
+    let grains = &sight.grains;
+    let Ok(n) = grains.id.binary_search(&id) else {
+        return std::iter::repeat_n(Value::Missing, OF_BODY.len()).collect();
+    };
+    let [shift, drift] = to_written_frame(case, time);
+    let vectors =
+        [grains.position[n] + shift, grains.velocity[n] + drift, grains.drag[n], grains.pressure_force[n]];
+    let mut row: Vec<Value> = vectors.iter().flat_map(|v| v.to_array()).map(Value::Real).collect();
+    row.push(Value::Real(grains.void_fraction[n]));
+    row
+}

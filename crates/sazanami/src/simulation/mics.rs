@@ -1,0 +1,99 @@
+//! One grid for water, air and grains, as a run drives it.
+
+use sazanami_dem::{ContactReport, DemError, Engine};
+use sazanami_mics::pressure::PressureError;
+use sazanami_mics::solver::{Phase, Solver, StepError, StepReport};
+use sazanami_mics::stability::Step;
+use sazanami_numerics::Real;
+use sazanami_numerics::domain::Domain;
+use sazanami_numerics::snapshot::Snapshot;
+
+use super::job::grain_kind;
+use super::naming;
+use super::water::{StepProblem, Water};
+use crate::case::meaning::Case;
+
+impl Water for Solver {
+    type Stable = Step;
+    type Report = StepReport;
+
+    fn domain(&self) -> &Domain {
+        self.domain()
+    }
+
+    fn engine(&self) -> &Engine {
+        self.grains().engine()
+    }
+
+    fn stable_step(&self, _case: &Case, _time: Real) -> Step {
+        self.stable_step()
+    }
+
+    fn length(stable: Step) -> (Real, &'static str) {
+        (stable.dt, stable.limit.name())
+    }
+
+    fn advance(
+        &mut self,
+        case: &Case,
+        time: Real,
+        stable: Step,
+        dt: Real,
+        mut watch: impl FnMut(&'static str),
+    ) -> Result<StepReport, StepProblem> {
+        if case.frame.is_some() {
+            self.set_gravity(case.effective_gravity(time + 0.5 * dt));
+        }
+        let outcome = self.step(stable, dt, |phase| watch(phase_name(phase)));
+        outcome.map_err(|error| problem(case, self, &error))
+    }
+
+    fn pressure_iterations(report: &StepReport) -> usize {
+        report.pressure.iterations
+    }
+
+    fn contacts(report: &StepReport) -> &ContactReport {
+        &report.contacts
+    }
+
+    fn snapshot(&mut self) -> Snapshot {
+        self.snapshot()
+    }
+}
+
+fn phase_name(phase: Phase) -> &'static str {
+    match phase {
+        Phase::Fluid => "fluid",
+        Phase::Pressure => "pressure",
+        Phase::Grains => "grains",
+        Phase::Coupling => "coupling",
+    }
+}
+
+fn problem(case: &Case, solver: &Solver, error: &StepError) -> StepProblem {
+    let message = match error {
+        StepError::Grains(error) => naming::grain_error(case, solver.grains().engine().walls(), error),
+        other => other.to_string(),
+    };
+    StepProblem { kind: kind(error), elsewhere: is_elsewhere(error), message }
+}
+
+/// Whether another rank has the reason.
+pub(super) fn is_elsewhere(error: &StepError) -> bool {
+    match error {
+        StepError::Elsewhere(_) | StepError::Grains(DemError::Elsewhere(_)) => true,
+        StepError::Pressure(_) | StepError::Viscosity(_) | StepError::Grains(_) | StepError::NotFinite { .. } => false,
+    }
+}
+
+/// The failure in one word.
+pub(super) fn kind(error: &StepError) -> &'static str {
+    match error {
+        StepError::Pressure(PressureError::NotFinite { .. }) => "not_finite",
+        StepError::Pressure(_) => "pressure",
+        StepError::Viscosity(_) => "viscosity",
+        StepError::Grains(error) => grain_kind(error),
+        StepError::NotFinite { .. } => "not_finite",
+        StepError::Elsewhere(_) => "elsewhere",
+    }
+}

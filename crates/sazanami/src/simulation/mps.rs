@@ -1,0 +1,99 @@
+//! Moving particles of water that overlap grains, as a run drives them.
+
+use sazanami_dem::{ContactReport, DemError, Engine};
+use sazanami_mps::pressure::PressureError;
+use sazanami_mps::solver::{Forcing, Phase, Solver, StepError, StepReport};
+use sazanami_mps::stability::Step;
+use sazanami_numerics::domain::Domain;
+use sazanami_numerics::snapshot::Snapshot;
+use sazanami_numerics::{Real, Vector};
+
+use super::job::grain_kind;
+use super::naming;
+use super::water::{StepProblem, Water};
+use crate::case::meaning::Case;
+
+/// What moves water and walls in the step from `time` to `time + dt` [s].
+pub(crate) fn forcing(case: &Case, time: Real, dt: Real) -> Forcing {
+    let body_force = case.effective_gravity(time + 0.5 * dt);
+    if !case.walls_move() {
+        return Forcing { body_force, ..Forcing::default() };
+    }
+    let [before, after] = [time, time + dt].map(|time| case.tank_at(time)[0]);
+    Forcing { body_force, wall_displacement: after, wall_velocity: (after - before) / dt }
+}
+
+impl Water for Solver {
+    type Stable = Step;
+    type Report = StepReport;
+
+    fn domain(&self) -> &Domain {
+        self.domain()
+    }
+
+    fn engine(&self) -> &Engine {
+        self.grains().engine()
+    }
+
+    fn stable_step(&self, case: &Case, time: Real) -> Step {
+        self.stable_step(case.effective_gravity(time))
+    }
+
+    fn length(stable: Step) -> (Real, &'static str) {
+        (stable.dt, stable.limit.name())
+    }
+
+    fn advance(
+        &mut self,
+        case: &Case,
+        time: Real,
+        _stable: Step,
+        dt: Real,
+        mut watch: impl FnMut(&'static str),
+    ) -> Result<StepReport, StepProblem> {
+        let outcome = self.step(dt, &forcing(case, time, dt), |phase| watch(phase_name(phase)));
+        outcome.map_err(|error| problem(case, self, &error))
+    }
+
+    fn pressure_iterations(report: &StepReport) -> usize {
+        report.pressure.iterations
+    }
+
+    fn contacts(report: &StepReport) -> &ContactReport {
+        &report.contacts
+    }
+
+    fn snapshot(&mut self) -> Snapshot {
+        self.snapshot()
+    }
+}
+
+fn phase_name(phase: Phase) -> &'static str {
+    match phase {
+        Phase::Neighbours => "neighbours",
+        Phase::Fluid => "fluid",
+        Phase::Pressure => "pressure",
+        Phase::Grains => "grains",
+        Phase::Coupling => "coupling",
+    }
+}
+
+pub(super) fn problem(case: &Case, solver: &Solver, error: &StepError) -> StepProblem {
+    let kind = match error {
+        StepError::Pressure(PressureError::NotFinite { .. }) | StepError::NotFinite { .. } => "not_finite",
+        StepError::Pressure(_) => "pressure",
+        StepError::Grains(error) => grain_kind(error),
+        StepError::Elsewhere(_) => "elsewhere",
+    };
+    let message = match error {
+        StepError::Grains(error) => naming::grain_error(case, solver.grains().engine().walls(), error),
+        other => other.to_string(),
+    };
+    let elsewhere = matches!(error, StepError::Elsewhere(_) | StepError::Grains(DemError::Elsewhere(_)));
+    StepProblem { kind, elsewhere, message }
+}
+
+/// Velocity that fluid and grains at rest have in the frame of a tank that begins with a speed [m/s].
+pub(crate) fn initial_velocity(case: &Case) -> Vector {
+    if case.walls_move() { Vector::ZERO } else { -case.tank_at(0.0)[1] }
+}

@@ -1,0 +1,285 @@
+//! A bed in water before its run: the packed bed is levelled, the water poured between its grains and left to come to
+//! rest, and the grains let go. What comes of it is kept, and found again by what it was made of.
+
+use sazanami_dem::{Engine, Grain, Packing};
+use sazanami_mps::grains::GrainPhase;
+use sazanami_mps::snapshot::GRAINS;
+use sazanami_mps::solver::{Forcing, Solver, StepReport};
+use sazanami_numerics::domain::Domain;
+use sazanami_numerics::snapshot::Snapshot;
+use sazanami_numerics::{Real, Vector};
+
+use super::job::{Job, RankError};
+use super::water::Water;
+use super::{initial_velocity, signals, start};
+use crate::assembly::particles;
+use crate::case::meaning::{Case, GrainPlacement, Population, Preparation};
+use crate::progress::StepLine;
+use crate::recorder::{Books, ParticleBooks, Recorder};
+
+/// Section of a checkpoint that tells how far a preparation has come.
+const STAGE: &str = "preparation/stage";
+
+/// A state of a tank that does not fit.
+#[derive(Clone, Debug, thiserror::Error)]
+pub(crate) enum StateError {
+    /// Its arrays are not those of this case.
+    #[error("the state of the tank does not fit the case: {0}")]
+    Restore(#[from] sazanami_mps::snapshot::RestoreError),
+    /// Neither are its grains.
+    #[error("the grains of the tank's state do not fit the case: {0}")]
+    Grains(sazanami_dem::DemError),
+}
+
+/// How far a preparation has come.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Stage {
+    /// Water comes to rest between grains that are held; steps done.
+    Relaxing(usize),
+    /// Grains are free in water at rest; time done [s].
+    Settling(Real),
+    /// The motion may begin.
+    Ready,
+}
+
+impl Stage {
+    fn save(self, snapshot: &mut Snapshot) {
+        let values = match self {
+            Self::Relaxing(steps) => [0.0, steps as Real],
+            Self::Settling(time) => [1.0, time],
+            Self::Ready => [2.0, 0.0],
+        };
+        snapshot.put_reals(STAGE, values.to_vec());
+    }
+
+    fn of(snapshot: &Snapshot) -> Result<Self, RankError> {
+        let values = snapshot.reals_of(STAGE, 2)?;
+        Ok(match values[0] as u8 {
+            0 => Self::Relaxing(values[1] as usize),
+            1 => Self::Settling(values[1]),
+            _ => Self::Ready,
+        })
+    }
+}
+
+/// Whether the tank was made ready by an earlier run, so that nothing has to be packed.
+pub(super) fn is_ready(job: &Job) -> bool {
+    job.prepared.is_some()
+}
+
+/// The solver, from the case and a packed bed, from a state made ready before or from a checkpoint; `None` if the run
+/// is stopped before.
+pub(super) fn solver(
+    job: &Job,
+    domain: Domain,
+    packed: Option<Packing>,
+    recorder: &mut Recorder<ParticleBooks>,
+) -> Result<Option<Solver>, RankError> {
+    let resumed = job.resumed.as_ref();
+    let (mut solver, stage) = if let Some(state) = resumed.filter(|state| state.run.flows()) {
+        return restored(job, domain, &state.snapshot).map(Some);
+    } else if let Some(state) = resumed.filter(|state| state.run.preparing) {
+        (restored(job, domain, &state.snapshot)?, Stage::of(&state.snapshot)?)
+    } else if let Some(prepared) = &job.prepared {
+        (restored(job, domain, prepared)?, Stage::Ready)
+    } else {
+        match poured(job, domain, packed, recorder)? {
+            Some(solver) => (solver, first_stage(job.case)),
+            None => return Ok(None),
+        }
+    };
+    if stage != Stage::Ready {
+        if !make_ready(job, &mut solver, stage, recorder)? {
+            return Ok(None);
+        }
+        recorder.keep_tank(&mut solver)?;
+    }
+    set_off(job.case, &mut solver);
+    Ok(Some(solver))
+}
+
+fn first_stage(case: &Case) -> Stage {
+    let preparation = preparation(case);
+    match () {
+        () if preparation.relax_steps > 0 => Stage::Relaxing(0),
+        () if preparation.settle > 0.0 => Stage::Settling(0.0),
+        () => Stage::Ready,
+    }
+}
+
+fn preparation(case: &Case) -> &Preparation {
+    let particles = case.particles.as_ref();
+    &particles.expect("a case of moving particles says how they are").preparation
+}
+
+/// Takes solver and grains from a snapshot.
+fn restored(job: &Job, domain: Domain, snapshot: &Snapshot) -> Result<Solver, RankError> {
+    let case = job.case;
+    let setup = particles::setup(case, &job.shapes);
+    let engine = Engine::restore(&domain, setup, GRAINS, snapshot).map_err(StateError::Grains)?;
+    let grains = GrainPhase::new(&domain, engine, particles::coupling(case));
+    let settings = particles::settings(case, particles::level(case, case.domain.lower.z));
+    let solver = Solver::restore(domain, settings, particles::tank(case), grains, snapshot);
+    Ok(solver.map_err(StateError::Restore)?)
+}
+
+/// Grains where they lie, and water between and above them.
+fn poured(
+    job: &Job,
+    domain: Domain,
+    packed: Option<Packing>,
+    recorder: &mut Recorder<ParticleBooks>,
+) -> Result<Option<Solver>, RankError> {
+    let case = job.case;
+    let setup = particles::setup(case, &job.shapes);
+    let engine = match packed {
+        Some(packing) => {
+            let lying = levelled(case, &packing);
+            drop(packing);
+            let mut engine = Engine::new(&domain, setup, &lying)?;
+            engine.insert(&domain, &crate::assembly::grains::placed(case, &job.beds))?;
+            engine
+        }
+        None => match start::laid(job, &domain, setup, recorder)? {
+            Some(engine) => engine,
+            None => return Ok(None),
+        },
+    };
+    start::within_box(job, &domain, &engine)?;
+    let bed_height = recorder.measure_bed(&domain, &engine);
+    start::liquids_fit(job, bed_height)?;
+    let tank = particles::tank(case);
+    let mut grains = GrainPhase::new(&domain, engine, particles::coupling(case));
+    grains.place(&domain, &tank);
+    let fluid = particles::fill(case, &domain, &grains, bed_height);
+    recorder.say(&format!("poured {} particles of water", fluid.len()));
+    let settings = particles::settings(case, particles::level(case, bed_height));
+    Ok(Some(Solver::new(domain, settings, tank, &fluid, grains)?))
+}
+
+/// The packed grains of this rank without those that reach above the level of their population.
+fn levelled(case: &Case, packing: &Packing) -> Vec<Grain> {
+    let bodies = packing.engine().bodies();
+    let level = |population: &Population| match &population.placement {
+        GrainPlacement::Packed(how) => how.level.map(|level| case.domain.lower.z + level),
+        _ => None,
+    };
+    let stays = |grain: &Grain| {
+        let top = grain.position.z + grain.scale * bodies[grain.shape as usize].bounding_radius;
+        case.grains.get(grain.shape as usize).and_then(level).is_none_or(|level| top <= level)
+    };
+    packing.bed().into_iter().filter(stays).collect()
+}
+
+/// Lets water and grains come to rest; tells whether they did, or the run was stopped before.
+fn make_ready(
+    job: &Job,
+    solver: &mut Solver,
+    mut stage: Stage,
+    recorder: &mut Recorder<ParticleBooks>,
+) -> Result<bool, RankError> {
+    let case = job.case;
+    let how = preparation(case);
+    let gravity = case.resting_gravity();
+    let forcing = Forcing { body_force: gravity, ..Forcing::default() };
+    let mut steps = 0;
+    loop {
+        let [stop, checkpoint] = signals(Water::domain(solver), job, recorder);
+        if stop || checkpoint {
+            recorder.checkpoint_preparation(solver, |snapshot| stage.save(snapshot))?;
+        }
+        if stop {
+            return Ok(false);
+        }
+        let (name, done, until) = match stage {
+            Stage::Relaxing(done) => ("relax", done as Real, how.relax_steps as Real),
+            Stage::Settling(done) => ("settle", done, how.settle),
+            Stage::Ready => return Ok(true),
+        };
+        let stable = solver.stable_step(gravity);
+        let dt = match stage {
+            Stage::Settling(done) => stable.dt.min(how.settle - done),
+            _ => stable.dt,
+        };
+        solver.grains_mut().freeze(matches!(stage, Stage::Relaxing(_)));
+        steps += 1;
+        let report = solver
+            .step(dt, &forcing, |_| ())
+            .map_err(|error| RankError::preparing(case, solver, &error, steps, done))?;
+        recorder.report(&StepLine {
+            phase: name,
+            step: steps,
+            time: done,
+            until,
+            dt,
+            limiter: stable.limit.name(),
+            pressure_iterations: report.pressure.iterations,
+            substeps: report.contacts.substeps,
+            contacts: report.contacts.contacts,
+            ..StepLine::default()
+        });
+        stage = next(how, solver, stage, dt, &report, recorder);
+    }
+}
+
+/// The stage after a step.
+fn next<B: Books>(
+    how: &Preparation,
+    solver: &mut Solver,
+    stage: Stage,
+    dt: Real,
+    report: &StepReport,
+    recorder: &Recorder<B>,
+) -> Stage {
+    let after_rest = |solver: &mut Solver| {
+        solver.set_velocities(|_, _| Vector::ZERO);
+        solver.grains_mut().freeze(false);
+        if how.settle > 0.0 { Stage::Settling(0.0) } else { Stage::Ready }
+    };
+    match stage {
+        Stage::Relaxing(done) => {
+            let done = done + 1;
+            let told = || {
+                format!(
+                    "after {done} steps with the grains held: volume strain {:.2} % (root mean square), largest speed \
+                     {:.2} mm/s",
+                    1e2 * report.strain[1],
+                    1e3 * report.largest_speed
+                )
+            };
+            let at_rest = report.strain[1] < how.strain && report.largest_speed < how.speed;
+            if at_rest && done > 1 {
+                recorder.say(&format!("the water is at rest {}", told()));
+                return after_rest(solver);
+            }
+            if done >= how.relax_steps {
+                recorder.say(&format!(
+                    "warning: the water is not at rest {}; asked for {:.2} % and {:.2} mm/s",
+                    told(),
+                    1e2 * how.strain,
+                    1e3 * how.speed
+                ));
+                return after_rest(solver);
+            }
+            solver.set_velocities(|particles, a| how.damping * particles.velocity[a]);
+            Stage::Relaxing(done)
+        }
+        Stage::Settling(done) if done + dt >= how.settle * (1.0 - 1e-12) => Stage::Ready,
+        Stage::Settling(done) => Stage::Settling(done + dt),
+        Stage::Ready => Stage::Ready,
+    }
+}
+
+/// Gives fluid and grains at rest the velocity that they have against a tank which begins with a speed.
+fn set_off(case: &Case, solver: &mut Solver) {
+    let velocity = initial_velocity(case);
+    if velocity == Vector::ZERO {
+        return;
+    }
+    solver.set_velocities(|particles, a| particles.velocity[a] + velocity);
+    let engine = solver.grains_mut().engine_mut();
+    for g in 0..engine.grains().owned() {
+        let (before, spin) = (engine.grains().velocity[g], engine.grains().angular_velocity(g));
+        engine.set_velocity(g, before + velocity, spin);
+    }
+}

@@ -1,0 +1,183 @@
+//! Tanks of water and grains that were made ready: kept in a file, and found again by what they were made of.
+
+use std::path::{Path, PathBuf};
+
+use sazanami_io::checkpoint::{CheckpointReader, CheckpointWriter};
+use sazanami_numerics::snapshot::Snapshot;
+use serde::{Deserialize, Serialize};
+
+use crate::case::meaning::{Bed, Case, Checkpoints, OutputFrame, Outputs, RunLength, Schedule};
+use crate::case::resolved::{self, Paths};
+use crate::case::{LoadedCase, Diagnostics};
+use crate::recorder::RecordError;
+use crate::simulation::Job;
+
+/// Name of the file in the folder of results.
+pub(crate) const PREPARED: &str = "prepared.state";
+/// Section of a state's file that tells what it is.
+const RECIPE: &str = "tank/recipe";
+/// Environment variable that names the folder in which states are kept.
+pub const CACHE: &str = "SAZANAMI_CACHE";
+
+/// What a state was made of.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+struct Recipe {
+    /// Version of the program.
+    version: String,
+    /// Commit that it was built from.
+    commit: String,
+    /// The part of the resolved case that a tank at rest depends on.
+    tank: String,
+}
+
+/// The part of a case that a tank at rest depends on, as text: all but how it is moved, observed and written.
+fn tank_of(case: &Case) -> String {
+    let nothing = Schedule::default;
+    let mut tank = Case {
+        name: String::new(),
+        title: String::new(),
+        bed: Bed { porosity_slab: [0.0, 1.0], height_radius: 1.0, axis: [0.0; 2] },
+        erosion: None,
+        ripples: None,
+        probes: Vec::new(),
+        output: Outputs {
+            fields: nothing(),
+            grains: nothing(),
+            figures: nothing(),
+            series: nothing(),
+            bed: None,
+            frame: OutputFrame::Tank,
+            ..case.output.clone()
+        },
+        checkpoint: Checkpoints { every_wall: None, every: None, keep: 1 },
+        run: RunLength { until: 0.0, steps: None, packing_only: false },
+        ..case.clone()
+    };
+    if let Some(frame) = &mut tank.frame {
+        frame.oscillation = None;
+        frame.motion = None;
+    }
+    if tank.frame.as_ref().is_some_and(|frame| frame.acceleration == sazanami_numerics::Vector::ZERO) {
+        tank.frame = None;
+    }
+    if let Some(particles) = &mut tank.particles {
+        particles.preparation.state = None;
+        particles.preparation.cache = true;
+    }
+    resolved::write(&tank, Paths::NameOnly)
+}
+
+/// File in which the state of this tank is kept, if the system has a place for such.
+fn kept_at(case: &Case, commit: &str) -> Option<PathBuf> {
+    let folder = std::env::var_os(CACHE).map(PathBuf::from).or_else(|| {
+        let cache = std::env::var_os("XDG_CACHE_HOME").map(PathBuf::from);
+        let cache = cache.or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".cache")));
+        Some(cache?.join("sazanami"))
+    })?;
+    let key = format!("{} {commit}\n{}", env!("CARGO_PKG_VERSION"), tank_of(case));
+    Some(folder.join(format!("tank-{:016x}.state", xxhash_rust::xxh3::xxh3_64(key.as_bytes()))))
+}
+
+/// The state that `path` holds, with what it was made of.
+fn read(path: &Path) -> Result<(Recipe, Snapshot), String> {
+    let reader = CheckpointReader::open(path).map_err(|error| error.to_string())?;
+    let recipe = reader.get_json(RECIPE).map_err(|error| error.to_string())?;
+    let snapshot = reader.snapshot_of(|name| name != RECIPE).map_err(|error| error.to_string())?;
+    Ok((recipe, snapshot))
+}
+
+/// The tank of this case made ready before: the one that the case names, or one that was kept; `None` if the run has to
+/// make it ready. `say` is told where it comes from.
+///
+/// A state that the case names and that does not fit it is an error in `report`.
+pub(crate) fn find(
+    loaded: &LoadedCase,
+    commit: &str,
+    report: &mut Diagnostics,
+    mut say: impl FnMut(String),
+) -> Option<Snapshot> {
+    let case = &loaded.case;
+    let preparation = &case.particles.as_ref()?.preparation;
+    if let Some(path) = &preparation.state {
+        let span = loaded.text.preparation.as_ref().map_or(0..0, |at| at.span.clone());
+        let (recipe, snapshot) = match read(path) {
+            Ok(found) => found,
+            Err(problem) => {
+                report
+                    .error(span, format!("`{}` is no state of a tank", path.display()))
+                    .label(problem)
+                    .help("leave out `state`: the tank is made ready before the run");
+                return None;
+            }
+        };
+        let tank = tank_of(case);
+        if recipe.tank != tank {
+            let (theirs, ours) = first_difference(&recipe.tank, &tank);
+            report
+                .error(span, format!("`{}` is the state of another tank", path.display()))
+                .label(format!("it was made with `{theirs}`, this case has `{ours}`"))
+                .help("make the two alike, or leave out `state`");
+            return None;
+        }
+        say(format!("tank made ready before, from {}", path.display()));
+        return Some(snapshot);
+    }
+    if !preparation.cache || !preparation.is_needed() {
+        return None;
+    }
+    let path = kept_at(case, commit).filter(|path| path.is_file())?;
+    match read(&path) {
+        Ok((recipe, snapshot)) if recipe.tank == tank_of(case) => {
+            say(format!("tank made ready by an earlier run, from {}", path.display()));
+            Some(snapshot)
+        }
+        Ok(_) => None,
+        Err(problem) => {
+            say(format!("warning: {} cannot be used: {problem}; the tank is made ready anew", path.display()));
+            None
+        }
+    }
+}
+
+/// The first line in which two texts differ, of each.
+fn first_difference<'t>(a: &'t str, b: &'t str) -> (&'t str, &'t str) {
+    let pairs = a.lines().map(Some).chain(std::iter::repeat(None)).zip(b.lines().map(Some).chain(std::iter::repeat(None)));
+    let longest = a.lines().count().max(b.lines().count());
+    let different = pairs.take(longest).find(|(a, b)| a != b);
+    different.map_or(("", ""), |(a, b)| (a.unwrap_or("nothing"), b.unwrap_or("nothing")))
+}
+
+/// Keeps a tank that was made ready: in the folder of results, and for later runs.
+pub(crate) fn keep(job: &Job, snapshot: &Snapshot) -> Result<(), RecordError> {
+    let commit = job.options.commit.unwrap_or("unknown");
+    let recipe = Recipe {
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        commit: commit.to_owned(),
+        tank: tank_of(job.case),
+    };
+    let mut writer = CheckpointWriter::new();
+    writer.add_snapshot(snapshot)?;
+    writer.add_json(RECIPE, &recipe)?;
+    writer.write_atomic(&job.folder.join(PREPARED))?;
+    let wanted = job.case.particles.as_ref().is_some_and(|particles| particles.preparation.cache);
+    let Some(path) = kept_at(job.case, commit).filter(|_| wanted) else { return Ok(()) };
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let kept = std::fs::create_dir_all(folder).map_err(|error| error.to_string());
+    let kept = kept.and_then(|()| writer.write_atomic(&path).map_err(|error| error.to_string()));
+    match kept {
+        Ok(_) => job.say(format!("tank made ready, kept for later runs in {}", path.display())),
+        Err(problem) => job.say(format!("warning: the tank is not kept for later runs: {problem}")),
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_different_line_is_found() {
+        assert_eq!(first_difference("a\nb\nc", "a\nx\nc"), ("b", "x"));
+        assert_eq!(first_difference("a", "a\nb"), ("nothing", "b"));
+    }
+}
