@@ -1,6 +1,7 @@
 //! Observables, tables and figures from what runs wrote.
 
 mod again;
+mod ripples;
 
 use std::path::{Path, PathBuf};
 
@@ -42,8 +43,8 @@ impl Table {
 
 /// Recomputes what one run tells, or compares several; returns lines for people.
 ///
-/// One run is evaluated again from its newest good checkpoint of the flow; `overrides` (`path=value`, of keys under
-/// `bed` and `erosion`) say how, and what is then found goes into the folder `analysis` of the run's own.
+/// One run is evaluated again from its newest good checkpoint of the flow, ripples from the tables that it wrote;
+/// `overrides` (`path=value`, of keys under `bed`, `erosion` and `ripples`) say how, and what is then found goes into the folder `analysis` of the run's own.
 ///
 /// # Errors
 /// If a folder holds no results, or a figure cannot be written; if other keys are overridden, or those of several
@@ -55,9 +56,21 @@ pub fn analyse(
 ) -> Result<Vec<String>, CommandError> {
     match folders {
         [] => Err(CommandError::input("no folder of results is given", "give one or more folders of runs")),
+        [folder] if ripples::is_one(&summary(folder)?) => ripples::of_run(folder, overrides, progress),
         [folder] if overrides.is_empty() => again::as_it_was(folder, progress),
         [folder] => again::otherwise(folder, overrides, progress),
-        many if overrides.is_empty() => several(many, progress),
+        many if overrides.is_empty() => {
+            let summaries = many.iter().map(|folder| summary(folder)).collect::<Result<Vec<_>, _>>()?;
+            let moving = summaries.iter().filter(|summary| ripples::is_one(summary)).count();
+            match moving {
+                0 => several(many, progress),
+                all if all == many.len() => ripples::several(many, progress),
+                _ => Err(CommandError::input(
+                    "craters and ripples cannot be put into one table",
+                    "analyse the runs with `solver = \"mics\"` and those with `solver = \"mps\"` apart",
+                )),
+            }
+        }
         many => Err(CommandError::input(
             format!("`--set` changes how one run is evaluated, and {} folders are given", many.len()),
             "analyse them one by one with it, or compare them without it",
@@ -91,6 +104,9 @@ fn drawing(error: &dyn std::fmt::Display) -> CommandError {
 /// If the folder holds no results, or a figure cannot be written.
 pub(crate) fn present(folder: &Path, progress: &mut dyn Progress) -> Result<Vec<String>, CommandError> {
     let summary = summary(folder)?;
+    if ripples::is_one(&summary) {
+        return ripples::of_run(folder, &[], progress);
+    }
     draw_figures(folder, &summary, progress)?;
     Ok(report(&summary, None, folder))
 }

@@ -1,6 +1,7 @@
 //! What a case will be, without running it: resolution, counts, step limits, memory, disk and cost.
 
 mod cost;
+mod particles;
 mod text;
 
 use sazanami_numerics::{Real, Vector};
@@ -8,11 +9,13 @@ use serde::Serialize;
 
 use crate::case::meaning::{
     BoundarySide, Case, ContactLaw, ContactSphereChoice, Damping, GrainPlacement, GrainShape, Placement, Population,
-    Step, Substeps, ViscosityScheme, WALL,
+    Solver, Step, Substeps, ViscosityScheme, WALL,
 };
 use crate::case::{Diagnostics, LoadedCase};
 use crate::machine::Machine;
 
+pub use particles::{ParticlesReport, TankReport};
+pub(crate) use particles::tank;
 pub use text::explain;
 
 /// Cost of the parts of a run on one thread of an ordinary processor, and the memory they take.
@@ -43,6 +46,14 @@ pub struct CostModel {
     pub disk_cell: Real,
     /// Grains on disk [bytes per grain and output], after compression.
     pub disk_grain: Real,
+    /// Step of moving particles, pressure and coupling included [s per fluid particle], plus
+    pub fluid_particle: Real,
+    /// [s per wall particle].
+    pub wall_particle: Real,
+    /// Memory [bytes per moving or wall particle].
+    pub memory_particle: Real,
+    /// Moving particles, or grains that are points, on disk [bytes each and output], after compression.
+    pub disk_point: Real,
 }
 
 impl Default for CostModel {
@@ -59,6 +70,10 @@ impl Default for CostModel {
             memory_sphere: 16.0,
             disk_cell: 12.0,
             disk_grain: 3.0e3,
+            fluid_particle: 7e-6,
+            wall_particle: 2e-6,
+            memory_particle: 3.0e3,
+            disk_point: 40.0,
         }
     }
 }
@@ -140,6 +155,8 @@ pub struct CheckReport {
     pub grains: usize,
     /// Contact spheres in all, as far as known.
     pub contact_spheres: usize,
+    /// Moving particles and their tank, for that solver.
+    pub particles: Option<ParticlesReport>,
     /// Limits on the step, shortest first.
     pub limits: Vec<LimitReport>,
     /// Step at the start [s].
@@ -172,7 +189,10 @@ pub struct CheckReport {
 #[must_use]
 pub fn memory(case: &Case, model: &CostModel) -> Real {
     let grains: Real = case.grains.iter().map(|p| grain_memory(p, p.count.unwrap_or(0), model)).sum();
-    cell_memory(case.domain.cells, model) + grains
+    grains + match particles::report(case) {
+        Some(particles) => particles::memory(&particles, model),
+        None => cell_memory(case.domain.cells, model),
+    }
 }
 
 /// Memory of the fields [bytes].
@@ -204,7 +224,10 @@ pub fn check_memory(loaded: &LoadedCase, machine: &Machine, model: &CostModel, r
     if needed <= available as Real {
         return;
     }
-    let cells = cell_memory(case.domain.cells, model);
+    let cells = match particles::report(case) {
+        Some(particles) => particles::memory(&particles, model),
+        None => cell_memory(case.domain.cells, model),
+    };
     let grains = |n: usize| grain_memory(&case.grains[n], case.grains[n].count.unwrap_or(0), model);
     let heaviest = (0..case.grains.len()).max_by(|&a, &b| grains(a).total_cmp(&grains(b)));
     let free = bytes(available as Real);
@@ -225,6 +248,13 @@ pub fn check_memory(loaded: &LoadedCase, machine: &Machine, model: &CostModel, r
                 .error(span, format!("`{}` is too large for the memory of this machine", population.name))
                 .label(format!("these grains need about {}, and {free} are free", bytes(grains(n))))
                 .help(help);
+        }
+        None if case.solver == Solver::Mps => {
+            let written = loaded.text.particles.as_ref();
+            report
+                .error(written.map_or(0..0, |at| at.span.clone()), "this tank is too large for the memory of this machine")
+                .label(format!("its particles need about {}, and {free} are free", bytes(cells)))
+                .help("take a larger `spacing`, or a smaller tank");
         }
         None => {
             let title = "this box is too large for the memory of this machine";
@@ -310,7 +340,14 @@ pub fn check(case: &Case, shapes: &[ShapeFacts], machine: &Machine, threads: usi
         case.grains.iter().enumerate().map(|(n, p)| population_report(case, p, facts(n))).collect();
     let grains = populations.iter().filter_map(|p| p.grains).sum();
     let contact_spheres = populations.iter().map(|p| p.grains.unwrap_or(0) * p.contact_spheres.unwrap_or(0)).sum();
-    let (limits, dt, passes) = step_limits(case, &populations);
+    let particles = particles::report(case);
+    let (limits, dt, passes) = match (&case.particles, &particles) {
+        (Some(how), Some(_)) => {
+            let (limits, dt) = particles::step_limits(case, how);
+            (limits, dt, 1)
+        }
+        _ => step_limits(case, &populations),
+    };
     let substeps = substeps(case, &populations, dt);
     let steps = (case.run.until / dt).ceil().min(case.run.steps.map_or(Real::INFINITY, |n| n as Real));
     // Grains that only a bed file counts.
@@ -323,7 +360,7 @@ pub fn check(case: &Case, shapes: &[ShapeFacts], machine: &Machine, threads: usi
         .sum();
     let size = Size { cells: case.domain.cell_count(), grains, spheres: contact_spheres };
     let work = cost::Work { steps, passes, substeps, packing: cost::packing_substeps(case, &populations, model) };
-    let predicted = cost::predict(case, &size, &work, threads, model);
+    let predicted = cost::predict(case, &size, &work, particles.as_ref(), threads, model);
     CheckReport {
         case: case.name.clone(),
         title: case.title.clone(),
@@ -335,6 +372,7 @@ pub fn check(case: &Case, shapes: &[ShapeFacts], machine: &Machine, threads: usi
         populations,
         grains,
         contact_spheres,
+        particles,
         limits,
         dt_s: dt,
         fluid_passes: passes,
@@ -483,7 +521,9 @@ fn contact_step(case: &Case, populations: &[PopulationReport]) -> Option<Real> {
             .filter(|pair| pair.a == population.material || pair.b == population.material)
             .map(|pair| pair.law.normal_stiffness.max(pair.law.tangential_stiffness))
             .fold(0.0, Real::max);
-        Some(0.057 * std::f64::consts::PI * (0.5 * mass / OFF_CENTRE / stiffest).sqrt())
+        // A single sphere is never hit off its centre.
+        let lever = if population.contact_spheres == ContactSphereChoice::Single { 1.0 } else { OFF_CENTRE };
+        Some(0.057 * std::f64::consts::PI * (0.5 * mass / lever / stiffest).sqrt())
     };
     case.grains.iter().zip(populations).filter_map(step).reduce(Real::min)
 }
@@ -501,11 +541,15 @@ fn substeps(case: &Case, populations: &[PopulationReport], dt: Real) -> usize {
 /// Results on disk [bytes], the checkpoints kept included.
 fn disk(case: &Case, size: &Size, steps: Real, model: &CostModel) -> Real {
     let outputs = &case.output;
-    let fields = outputs.fields.count(case.run.until, steps) * size.cells as Real * model.disk_cell;
-    let grains = outputs.grains.count(case.run.until, steps) * size.grains as Real * model.disk_grain;
+    let (elements, element, grain) = match particles::report(case) {
+        Some(particles) => (particles.fluid, model.disk_point, 1.5 * model.disk_point),
+        None => (size.cells, model.disk_cell, model.disk_grain),
+    };
+    let fields = outputs.fields.count(case.run.until, steps) * elements as Real * element;
+    let grains = outputs.grains.count(case.run.until, steps) * size.grains as Real * grain;
     let figures = outputs.figures.count(case.run.until, steps) * 1.5e6;
     let series = outputs.series.count(case.run.until, steps) * 600.0;
-    let state = size.cells as Real * 64.0 + size.grains as Real * 600.0;
+    let state = elements as Real * 64.0 + size.grains as Real * 600.0;
     fields + grains + figures + series + (case.checkpoint.keep + 1) as Real * state
 }
 

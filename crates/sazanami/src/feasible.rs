@@ -14,7 +14,7 @@ use sazanami_numerics::{Quaternion, Real, Vector};
 use crate::assembly::grains::{self, population_of};
 use crate::assembly::shapes::shape_of;
 use crate::bed_file::Bed;
-use crate::case::meaning::{BedFile, Case, Exchange, GrainPlacement, GrainShape, LatticePlacement, SIDE_NAMES};
+use crate::case::meaning::{BedFile, Case, Exchange, GrainPlacement, GrainShape, LatticePlacement, SIDE_NAMES, Solver};
 use crate::case::schema::{PlacementText, ShapeText};
 use crate::case::written::At;
 use crate::case::{CaseError, Diagnostics, LoadedCase};
@@ -221,6 +221,9 @@ impl Search<'_> {
 
     /// A mass override must not make a grain too light for the exact exchange.
     fn weights(&mut self) {
+        if self.case.solver != Solver::Mics {
+            return;
+        }
         let least = 1.05 * self.case.fluids.liquid.density;
         for (n, population) in self.case.grains.iter().enumerate() {
             let Some(mass) = population.mass_override else { continue };
@@ -246,6 +249,10 @@ impl Search<'_> {
             let height = solid / (0.55 * base);
             let span =
                 self.loaded.text.grains[n].value.count.as_ref().map_or(self.span(n), |count| count.0.span.clone());
+            let levelled = matches!(&population.placement, GrainPlacement::Packed(how) if how.level.is_some());
+            if levelled && solid <= DENSEST * base * extent.z {
+                continue;
+            }
             if solid > DENSEST * base * extent.z {
                 self.report
                     .error(span, format!("`{}` does not fit into the box", population.name))

@@ -74,9 +74,9 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<LoadedCase, Box<CaseErr
 }
 
 /// Tables of a case that say how a run is evaluated, and nothing of how it goes.
-const EVALUATED: [&str; 2] = ["bed", "erosion"];
+const EVALUATED: [&str; 3] = ["bed", "erosion", "ripples"];
 
-/// Reads the case file of a run that has been, with overrides of how it is evaluated: of keys under `bed` and `erosion`.
+/// Reads the case file of a run that has been, with overrides of how it is evaluated: of keys under `bed`, `erosion` and `ripples`.
 ///
 /// # Errors
 /// If other keys are overridden, and as [`load`].

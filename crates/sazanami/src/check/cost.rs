@@ -2,7 +2,7 @@
 
 use sazanami_numerics::Real;
 
-use super::{CostModel, PopulationReport, Size, contact_step};
+use super::{CostModel, ParticlesReport, PopulationReport, Size, contact_step};
 use crate::case::meaning::{Case, GrainPlacement, Lattice, Packing, PackingStop};
 
 /// What a run has to do.
@@ -22,6 +22,7 @@ pub(super) fn predict(
     case: &Case,
     size: &Size,
     work: &Work,
+    particles: Option<&ParticlesReport>,
     threads: usize,
     model: &CostModel,
 ) -> Vec<(&'static str, Real)> {
@@ -32,6 +33,15 @@ pub(super) fn predict(
         parts.push(("packing", substep * work.packing));
     }
     if case.run.packing_only {
+        return parts;
+    }
+    if let (Some(particles), Some(how)) = (particles, &case.particles) {
+        let before = super::particles::preparation_steps(how, case.run.until / work.steps.max(1.0));
+        let steps = work.steps + before;
+        parts.push(("fluid", super::particles::predict(particles, steps, threads, model)));
+        if size.grains > 0 {
+            parts.push(("grains", steps * work.substeps as Real * substep));
+        }
         return parts;
     }
     parts.push(("fluid", work.steps * work.passes as Real * size.cells as Real * model.fluid / speed));

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use sazanami_numerics::Real;
 
-use super::{CheckReport, bytes, damping_in_words};
+use super::{CheckReport, TankReport, bytes, damping_in_words};
 use crate::case::meaning::{Case, GrainPlacement, Substeps};
 use crate::progress::duration;
 
@@ -33,7 +33,43 @@ fn grid(text: &mut String, case: &Case, report: &CheckReport) {
     let [n1, n2, n3] = report.cells;
     let [dx1, dx2, dx3] = report.spacing_m.map(length);
     let _ = writeln!(text, "\nbox           {} x {} x {}", length(extent.x), length(extent.y), length(extent.z));
+    if let Some(particles) = &report.particles {
+        let _ = writeln!(
+            text,
+            "particles     about {} of water and {} of walls, spacing {}",
+            particles.fluid,
+            particles.walls,
+            length(particles.spacing_m)
+        );
+        if let Some(tank) = &particles.tank {
+            waves(text, tank);
+        }
+        return;
+    }
     let _ = writeln!(text, "cells         {n1} x {n2} x {n3} = {}, edges {dx1}, {dx2}, {dx3}", report.cell_count);
+}
+
+fn waves(text: &mut String, tank: &TankReport) {
+    let _ = writeln!(
+        text,
+        "waves         {} of water in a tank of {}, wavelength {} (linear theory)",
+        length(tank.depth_m),
+        length(tank.length_m),
+        length(tank.wavelength_m)
+    );
+    let _ = writeln!(
+        text,
+        "  speed       up to {:.3} m/s over the bed: {:.2} times that of the tank; 1/cos(kL/2) = {:.2}",
+        tank.speed_ratio * tank.tank_speed,
+        tank.speed_ratio,
+        tank.amplification
+    );
+    let _ = writeln!(
+        text,
+        "  elevation   {:.2} of the depth at the ends, {:.2} at most",
+        tank.end_elevation, tank.largest_elevation
+    );
+    let _ = writeln!(text, "  bed         boundary layer of {}", length(tank.stokes_layer_m));
 }
 
 fn bodies(text: &mut String, case: &Case, report: &CheckReport) {
@@ -42,7 +78,7 @@ fn bodies(text: &mut String, case: &Case, report: &CheckReport) {
         if let (Some(volume), Some(mass), Some(momentum)) = (liquid.volume_m3, liquid.mass_kg, liquid.momentum) {
             let _ = write!(text, ": {:.3} mm^3, {mass:.4e} kg, momentum {momentum:.4e} kg m/s", volume * 1e9);
         }
-        if let Some(cells) = liquid.cells_per_height {
+        if let Some(cells) = liquid.cells_per_height.filter(|_| report.particles.is_none()) {
             let _ = write!(text, ", {cells:.1} cells high");
         }
         text.push('\n');
@@ -57,7 +93,15 @@ fn bodies(text: &mut String, case: &Case, report: &CheckReport) {
         };
         let _ = writeln!(text, "grains        {}: {count}, {how}", population.name);
         if let (Some(size), Some(cells)) = (population.size_m, population.cells_per_grain) {
-            let _ = writeln!(text, "  resolution  {cells:.2} cells on the grain size {}", length(size));
+            let _ = match &report.particles {
+                Some(particles) => writeln!(
+                    text,
+                    "  resolution  grain size {}: {:.2} particle spacings",
+                    length(size),
+                    size / particles.spacing_m
+                ),
+                None => writeln!(text, "  resolution  {cells:.2} cells on the grain size {}", length(size)),
+            };
         }
         if let Some(mass) = population.mass_kg {
             let _ = writeln!(text, "  mass        {mass:.4e} kg");

@@ -40,7 +40,7 @@ use bed::GrainsSeen;
 pub(crate) use books::{Books, Step};
 use files::Files;
 pub(crate) use mics::GridBooks;
-pub(crate) use mps::ParticleBooks;
+pub(crate) use mps::{ParticleBooks, tank_of, weight_of_grain};
 use pace::Pace;
 pub(crate) use summary::{put_failure, put_files};
 use timetable::Timetables;

@@ -5,6 +5,7 @@ use sazanami_numerics::{Real, Vector};
 use super::Context;
 use crate::case::meaning::{
     BoxDomain, Case, Exchange, FluidName, GrainPlacement, LiquidRegion, Placement, Population, Projection, Region,
+    Solver,
 };
 use crate::case::schema::{CaseText, FallText, LiquidText, RegionText};
 use crate::case::value::Range1;
@@ -65,7 +66,7 @@ impl Context<'_> {
             allow_touching_grains: self.values.flag(
                 value.allow_touching_grains.as_ref(),
                 "allow_touching_grains",
-                false,
+                self.overlaps,
             ),
         };
         self.check_place(&liquid, region, domain, axis);
@@ -121,7 +122,8 @@ impl Context<'_> {
         }
         let to_bottom = above.is_none();
         let bottom = if to_bottom { height } else { height + shape.heights()[0] };
-        let touches = self.values.flag(value.allow_touching_grains.as_ref(), "allow_touching_grains", false);
+        let overlaps = self.overlaps;
+        let touches = self.values.flag(value.allow_touching_grains.as_ref(), "allow_touching_grains", overlaps);
         if bottom < 0.0 && !touches {
             self.values
                 .report
@@ -252,7 +254,7 @@ impl Context<'_> {
 
     /// The exact exchange is unstable for grains hardly heavier than the liquid.
     fn check_exchange(&mut self, text: &CaseText, case: &Case) {
-        if case.coupling.exchange != Exchange::Exact {
+        if case.solver != Solver::Mics || case.coupling.exchange != Exchange::Exact {
             return;
         }
         let least = 1.05 * case.fluids.liquid.density;

@@ -26,6 +26,8 @@ pub(super) struct Context<'a> {
     pub(super) values: Values<'a>,
     pub(super) defaults: Defaults,
     pub(super) folder: &'a Path,
+    /// Whether liquid and grains overlap: so they do for moving particles.
+    pub(super) overlaps: bool,
 }
 
 impl Context<'_> {
@@ -46,8 +48,9 @@ pub(super) fn build(reading: &Reading, name: &str, folder: &Path, report: &mut D
     let text = &reading.text;
     let mut values = Values { report, forgiven: reading.forgiven.clone() };
     let preset = values.choice(text.preset.as_ref(), "preset", Preset::Recommended);
-    let context = &mut Context { values, defaults: Defaults::of(preset), folder };
+    let context = &mut Context { values, defaults: Defaults::of(preset), folder, overlaps: false };
     let solver = context.values.choice(text.solver.as_ref(), "solver", Solver::Mics);
+    context.overlaps = solver == Solver::Mps;
     let name = context.values.text(text.name.as_ref(), "name").unwrap_or(name).to_owned();
     if (name.is_empty() || name.contains(['/', '\\', '\0']))
         && let Some(written) = &text.name

@@ -1,5 +1,6 @@
 //! Water as moving particles, the shaking of its tank, and ripples.
 
+use sazanami_io::MeasuredProfile;
 use sazanami_io::readings::Readings;
 use sazanami_numerics::spline::Spline;
 use sazanami_numerics::Real;
@@ -24,6 +25,9 @@ const RADIUS: Real = 3.1;
 const LONGEST: Real = 2e-4;
 /// Largest grain over the smallest edge of its tank.
 const LARGEST_GRAIN: Real = 0.25;
+
+/// Amplification of waves from which on a tank is near resonance.
+const RESONANT: Real = 4.0;
 
 /// Smoothing of the void fraction over the mean diameter, and over the largest.
 const SMOOTHING: [Real; 2] = [3.0, 2.5];
@@ -274,17 +278,24 @@ impl Context<'_> {
         let mut read = |written: Option<&Text>, key: &str| {
             let file = self.path(written, key)?;
             let text = written?;
-            match Readings::read_if_there(&file, &["x_m", "z_m"], 2) {
-                Ok(Some(readings)) => {
-                    let x = readings.column(0);
-                    // Places of a photograph may be counted from its middle or from its edge; wider than the tank is wrong.
-                    let width = x[x.len() - 1] - x[0];
-                    if width > domain.extent().x * 1.02 {
+            match MeasuredProfile::read_if_there(&file) {
+                Ok(Some(profile)) => {
+                    let (first, last) = (profile.points.first(), profile.points.last());
+                    let [first, last] = [first, last].map(|point| point.map_or(0.0, |point| point[0]));
+                    let reach = 0.02 * domain.extent().x;
+                    let width = last - first;
+                    if first < domain.lower.x - reach || last > domain.upper.x + reach {
                         self.values
                             .report
-                            .error(span_of(text), "the measured profile is longer than the tank")
-                            .label(format!("{:.1} mm, the tank {:.1} mm", 1e3 * width, 1e3 * domain.extent().x))
-                            .help("columns are in metres; check the size of a pixel");
+                            .error(span_of(text), "the measured profile reaches out of the tank")
+                            .label(format!(
+                                "it is {:.1} mm long, from x1 = {:.1} mm on; the tank reaches from {:.1} to {:.1} mm",
+                                1e3 * width,
+                                1e3 * first,
+                                1e3 * domain.lower.x,
+                                1e3 * domain.upper.x
+                            ))
+                            .help("columns are in metres in the coordinates of the tank: check the origin and the size of a pixel");
                     }
                 }
                 Ok(None) => {
@@ -330,6 +341,7 @@ impl Context<'_> {
         self.check_sides(text, case);
         self.check_spheres(text, case);
         self.check_lattice(text, case, particles);
+        self.warn_of_waves(text, case);
         if let (Some(TankMotion::File { curve, .. }), Some(at)) =
             (case.frame.as_ref().and_then(|frame| frame.motion.as_ref()), &text.frame)
             && curve.range()[1] < case.run.until * (1.0 - 1e-9)
@@ -353,6 +365,44 @@ impl Context<'_> {
                 .report
                 .error(at.span.clone(), "craters are observed with `solver = \"mics\"`")
                 .label("this case has `solver = \"mps\"`");
+        }
+    }
+
+    /// Waves that a shaken tank makes, and that linear theory or the particles cannot follow.
+    fn warn_of_waves(&mut self, text: &CaseText, case: &Case) {
+        let Some(tank) = crate::check::tank(case) else { return };
+        let Some(span) = text.frame.as_ref().and_then(|at| at.value.motion.as_ref()).map(|at| at.span.clone()) else {
+            return;
+        };
+        let mut warn = |title: &str, label: String| {
+            self.values.report.warning(Some(span.clone()), title).label(label);
+        };
+        if tank.amplification > RESONANT {
+            warn(
+                "the tank is near resonance",
+                format!(
+                    "1/cos(kL/2) = {:.1}: expect breaking waves and bores; with this depth and frequency L = {:.0} mm and                      {:.0} mm have 1",
+                    tank.amplification,
+                    1e3 * tank.wavelength_m,
+                    2e3 * tank.wavelength_m
+                ),
+            );
+        }
+        if tank.end_elevation > 1.0 {
+            warn(
+                "the tank dries at its ends",
+                format!("by linear theory the water falls there by {:.2} times its depth", tank.end_elevation),
+            );
+        }
+        if let Some(particles) = case.particles.as_ref().filter(|particles| tank.stokes_layer_m < particles.spacing) {
+            warn(
+                "the boundary layer on the bed is thinner than a particle",
+                format!(
+                    "{:.2} mm, the particle spacing {:.2} mm: near the bed the drag law carries the shear",
+                    1e3 * tank.stokes_layer_m,
+                    1e3 * particles.spacing
+                ),
+            );
         }
     }
 

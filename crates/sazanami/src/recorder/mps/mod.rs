@@ -20,6 +20,7 @@ use super::{RecordError, Totals};
 use crate::case::meaning::{self, Case, LayerReference};
 use crate::clock::Clock;
 use crate::simulation::{Job, RankError};
+pub(crate) use pictures::weight_of_grain;
 use sight::Sight;
 
 const INITIAL: &str = "observe/initial_tank";

@@ -1,10 +1,10 @@
 //! Pictures at output times: the tank seen from the side with grains coloured by speed, drag and pressure force, and the
 //! water between them (as figure 3 of Tazaki et al.), and the surfaces of bed and water (as their figure 2).
 
+use sazanami_io::MeasuredProfile;
 use sazanami_io::picture::{
     ColourScale, ProfileFigure, ProfilesAtTime, SlabPanel, SlabView, VectorWindow,
 };
-use sazanami_io::readings::Readings;
 use sazanami_mps::weight::{Weight, Wendland};
 use sazanami_numerics::Real;
 use sazanami_observe::ripples::{Interpolation, SectionWindow, SurfaceProfile, submerged_weight, vectors_in_section};
@@ -106,8 +106,8 @@ fn draw_profiles(
     let measured = books.settings.iter().flat_map(|ripples| &ripples.measured).find(|measured| near(measured.time));
     if let Some(measured) = measured {
         let read = |file: &Option<std::path::PathBuf>| {
-            let readings = file.as_ref().and_then(|file| Readings::read_if_there(file, &["x_m", "z_m"], 2).ok().flatten());
-            readings.map(|readings| readings.points()).unwrap_or_default()
+            let profile = file.as_ref().and_then(|file| MeasuredProfile::read_if_there(file).ok().flatten());
+            profile.map(|profile| profile.points).unwrap_or_default()
         };
         moment.measured_bed = read(&measured.bed);
         moment.measured_water = read(&measured.water);
