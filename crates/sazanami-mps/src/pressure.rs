@@ -14,7 +14,7 @@ use crate::coarse::CoarseGrid;
 use crate::exchange::Exchange;
 use crate::matrix::{Block, Layout, Row};
 use crate::neighbours::ROWS;
-use crate::particles::Role;
+use crate::particles::{Kind, Role};
 
 /// When a solution is good enough, and how the solver gets there.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -120,6 +120,42 @@ impl PressureEquation {
     /// Number of pairs whose coefficient was cut to zero.
     pub fn cut(&self) -> usize {
         self.blocks.iter().map(|block| block.cut).sum()
+    }
+
+    /// Lets go of the water before walls that are `bare` of it: where such a wall particle has a lower pressure than
+    /// the water around it, it takes theirs, as air would come between. A film that runs up a wall would be drawn into
+    /// it otherwise, and driven along. Tells how many own wall particles let go.
+    pub fn release_walls(
+        &self,
+        bare: impl Fn(usize) -> bool + Sync,
+        kind: &[Kind],
+        roles: &[Role],
+        pressure: &mut [Real],
+    ) -> usize {
+        let mut released = 0;
+        for (number, block) in self.blocks.iter().enumerate() {
+            for row in 0..ROWS {
+                let a = number * ROWS + row;
+                if self.rows[a].diagonal <= 0.0 || !bare(a) {
+                    continue;
+                }
+                let (columns, coefficients) = block.row(row);
+                let (mut sum, mut weights) = (0.0, 0.0);
+                for (&b, &c) in columns.iter().zip(coefficients) {
+                    let b = b as usize;
+                    // Only walls change here: what is read stays as it was solved for.
+                    if kind[b] == Kind::Fluid && roles[b] != Role::Outside {
+                        sum += Real::from(c) * pressure[b];
+                        weights += Real::from(c);
+                    }
+                }
+                if weights > 0.0 && pressure[a] < sum / weights {
+                    pressure[a] = sum / weights;
+                    released += 1;
+                }
+            }
+        }
+        released
     }
 
     /// Solves for `pressure`, which holds given values and the first guess, ghosts included.

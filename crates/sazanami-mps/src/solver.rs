@@ -122,6 +122,8 @@ pub struct StepReport {
     pub surface: usize,
     /// Fluid particles that fly on their own.
     pub splashes: usize,
+    /// Wall particles with little water before them that would have pulled at it.
+    pub released_walls: usize,
     /// Particles whose pressure gradient was not corrected.
     pub plain_gradients: usize,
     /// Pairs that were pushed apart.

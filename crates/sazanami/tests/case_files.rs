@@ -412,12 +412,6 @@ fn what_contradicts_itself_is_refused() {
 }
 
 #[test]
-fn other_solvers_are_refused_with_a_word() {
-    let found = findings("solver = \"mps\"\nparticles = 3\n", &[]);
-    assert_eq!(found, ["c.toml:1 the solver `mps` is not in this version"]);
-}
-
-#[test]
 fn placements_and_shapes_are_read() {
     let case = case_of(RICH, &[]);
     assert!(matches!(case.grains[0].shape, GrainShape::Spheroid { rings: 7, segments: 6, .. }));

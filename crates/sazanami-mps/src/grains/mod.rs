@@ -176,6 +176,13 @@ impl GrainPhase {
         self.frozen
     }
 
+    /// Gives the walls of the grains a velocity [m/s].
+    pub(crate) fn move_walls(&mut self, velocity: Vector) {
+        for wall in 0..self.engine.walls().len() {
+            self.engine.set_wall_velocity(wall, velocity);
+        }
+    }
+
     /// Whether there are no grains on any rank.
     #[must_use]
     pub fn is_empty(&self) -> bool {

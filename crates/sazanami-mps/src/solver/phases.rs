@@ -20,6 +20,7 @@ impl Solver {
     pub(super) fn move_walls(&mut self, forcing: &Forcing) {
         self.tank.displacement = forcing.wall_displacement;
         self.tank.velocity = forcing.wall_velocity;
+        self.grains.move_walls(forcing.wall_velocity);
         let particles = &mut self.particles;
         particles.truncate(particles.owned);
         for a in (0..particles.owned).filter(|&a| particles.kind[a] != Kind::Fluid) {
@@ -278,6 +279,10 @@ impl Solver {
             let solved = equation.solve(&layout, exchange, pressure, to_strain, tolerance)?;
             let iterations = report.pressure.iterations + solved.iterations;
             report.pressure = PressureReport { iterations, cut_coefficients: equation.cut(), ..solved };
+            let bare = |a: usize| kind[a] == Kind::Wall && prediction[a].density < surface.density * n0;
+            let released = equation.release_walls(bare, kind, role, &mut pressure[..]);
+            report.released_walls = domain.sum([released as Real])[0] as usize;
+            exchange.refresh(domain, pressure);
             let field = PressureField {
                 pressure,
                 position: place,

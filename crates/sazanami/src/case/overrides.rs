@@ -67,9 +67,10 @@ pub fn only_of(source: &Source, tables: &[&str], report: &mut Diagnostics) {
             None => finding.label("the run has been with what its case says here"),
         };
         let known: Vec<String> = tables.iter().map(|table| format!("`{table}`")).collect();
+        let (last, others) = known.split_last().map_or(("", &[][..]), |(last, others)| (last.as_str(), others));
         finding.help(format!(
-            "keys under {} can be; for another one run the case again with it, `sazanami run CASE.toml --set ...`",
-            known.join(" and ")
+            "keys under {} and {last} can be; for another one run the case again with it, `sazanami run CASE.toml --set ...`",
+            others.join(", ")
         ));
     }
 }

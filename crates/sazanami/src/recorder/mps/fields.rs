@@ -10,13 +10,14 @@ use crate::recorder::RecordError;
 use crate::recorder::files::Files;
 use crate::simulation::Job;
 
-/// What is added to positions [m] and velocities [m/s] of the solver's frame for the frame that is written.
-pub(crate) fn to_written_frame(case: &Case, time: Real) -> [Vector; 2] {
-    let [place, velocity, _] = case.tank_at(time);
-    match (case.output.frame, case.walls_move()) {
-        (OutputFrame::Tank, false) | (OutputFrame::Laboratory, true) => [Vector::ZERO; 2],
-        (OutputFrame::Laboratory, false) => [place, velocity],
-        (OutputFrame::Tank, true) => [-place, -velocity],
+/// What is added to positions [m] and velocities [m/s] in the frame of the tank for the frame that is written.
+pub(super) fn to_written_frame(case: &Case, time: Real) -> [Vector; 2] {
+    match case.output.frame {
+        OutputFrame::Tank => [Vector::ZERO; 2],
+        OutputFrame::Laboratory => {
+            let [place, velocity, _] = case.tank_at(time);
+            [place, velocity]
+        }
     }
 }
 

@@ -80,7 +80,7 @@ pub(super) struct Water {
     pub place: Vec<u32>,
 }
 
-/// Everything in sight; empty on ranks other than 0.
+/// Everything in sight, in the frame of the tank; empty on ranks other than 0.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Sight {
     /// Whether this is rank 0.
@@ -113,6 +113,8 @@ impl Sight {
         self.at_rest = settings.scheme.reduced_pressure.then_some((settings.reference, settings.fluid.density));
         self.reach = settings.scheme.radius * settings.fluid.spacing;
         self.spacing = settings.fluid.spacing;
+        // Everything is seen from the tank.
+        let (shift, drift) = (solver.tank().displacement, solver.tank().velocity);
         let phase = solver.grains();
         let engine = phase.engine();
         let all = engine.grains();
@@ -125,8 +127,8 @@ impl Sight {
                 GrainRecord {
                     id: all.id[g],
                     contacts: engine.touched_grains(g) as u64,
-                    position: all.position[g].to_array(),
-                    velocity: all.velocity[g].to_array(),
+                    position: (all.position[g] - shift).to_array(),
+                    velocity: (all.velocity[g] - drift).to_array(),
                     drag,
                     pressure_force,
                     diameter: 2.0 * radius,
@@ -147,8 +149,8 @@ impl Sight {
                     Role::Given => 1,
                     Role::Outside => 2,
                 },
-                position: particles.position[a].to_array(),
-                velocity: particles.velocity[a].to_array(),
+                position: (particles.position[a] - shift).to_array(),
+                velocity: (particles.velocity[a] - drift).to_array(),
                 pressure: particles.pressure[a],
                 bulk_volume: volume / phase.void_fraction(particles.position[a]),
             })

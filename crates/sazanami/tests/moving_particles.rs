@@ -1,0 +1,287 @@
+//! Shaken tanks of moving particles: the same bits on any number of threads and after an interruption, one motion in
+//! several ways, tanks that are made ready, and what is refused.
+
+#[allow(dead_code, reason = "every test program uses a part of it")]
+mod support;
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+
+use sazanami::analyse::analyse;
+use sazanami::case::meaning::{Case, Solver, TankMotion};
+use sazanami::case::resolved::{self, Paths};
+use sazanami::case::{self};
+use sazanami::error::{CommandError, exit};
+use sazanami::progress::StepLine;
+use sazanami::run;
+use sazanami_numerics::Real;
+
+use support::{Left, Listener, On, Scratch, Table, go_on, load, start};
+
+/// A tank of 14 x 7 mm with three layers of grains under as much water, shaken hard.
+const TANK: &str = r#"
+solver = "mps"
+gravity = "9.81 m/s^2"
+[domain]
+lower = ["-7 mm", "0 mm", "0 mm"]
+size = ["14 mm", "7 mm", "14 mm"]
+[boundary]
+x2 = "periodic"
+x3_upper = "outflow"
+[frame.motion]
+amplitude = ["-2 mm", "0 mm", "0 mm"]
+frequency = "5 Hz"
+ramp = "0.02 s"
+[particles]
+spacing = "1 mm"
+[[liquid]]
+region.box = { lower = ["-7 mm", "0 mm", "0 mm"], upper = ["7 mm", "7 mm", "7 mm"] }
+[material.sand]
+density = "2650 kg/m^3"
+[contact.default]
+normal_stiffness = "400 N/m"
+restitution = 0.5
+friction = 0.4
+[[grains]]
+shape.sphere = { diameter = "1 mm" }
+placement.packed = { level = "3 mm", spacing = 1.1, fall_gravity = 1.0 }
+[preparation]
+relax_steps = 12
+settle = "1 ms"
+cache = false
+[ripples]
+margin = "1 mm"
+[[probe]]
+name = "gauge"
+gauge = ["3 mm", "3.5 mm"]
+steps = 2
+[[probe]]
+name = "grain"
+body = { index = 17 }
+steps = 5
+[[probe]]
+name = "middle"
+point = ["0 mm", "3 mm", "5 mm"]
+steps = 2
+[output]
+figures = { at = [] }
+fields = { at = [] }
+grains = { at = [] }
+series = { steps = 1 }
+[run]
+until = "1 s"
+"#;
+
+const STEPS: u64 = 14;
+
+fn run_tank(folder: &Path, overrides: &[&str], on: On) -> Left {
+    start(&load(TANK, overrides), folder, on.steps(STEPS)).unwrap_or_else(|error| panic!("{error}"));
+    Left::in_folder(folder)
+}
+
+fn near(a: &[Real], b: &[Real], tolerance: Real, what: &str) {
+    let scale = a.iter().fold(0.0, |m: Real, x| m.max(x.abs()));
+    assert_eq!(a.len(), b.len(), "{what}");
+    for (a, b) in a.iter().zip(b) {
+        assert!((a - b).abs() <= tolerance * scale || (a.is_nan() && b.is_nan()), "{what}: {a} and {b}");
+    }
+}
+
+#[test]
+fn threads_ranks_and_interruptions_change_nothing() {
+    let scratch = Scratch::new("tank");
+    let whole = run_tank(&scratch.join("whole"), &[], On::threads(1));
+    let threads = run_tank(&scratch.join("threads"), &[], On::threads(3));
+    assert_eq!(whole.hash(), threads.hash());
+    assert_eq!(whole.series, threads.series);
+    let ranks = run_tank(&scratch.join("ranks"), &[], On::ranks(2, 1));
+    for column in ["kinetic_energy_fluid", "kinetic_energy_grains", "potential_energy", "momentum_1", "grain_height"] {
+        near(&whole.column(column), &ranks.column(column), 1e-6, column);
+    }
+    // Stopped after some steps, and while the tank was made ready.
+    let folder = scratch.join("parts");
+    start(&load(TANK, &[]), &folder, On::threads(2).steps(5)).unwrap();
+    go_on(&folder, On::threads(1).steps(STEPS - 5)).0.unwrap();
+    let parts = Left::in_folder(&folder);
+    assert_eq!(whole.hash(), parts.hash());
+    assert_eq!(whole.series, parts.series);
+    assert_eq!(whole.probes, parts.probes);
+    for (phase, after) in [
+        ("relax", (|line: &StepLine| line.phase == "relax" && line.step == 4) as fn(&StepLine) -> bool),
+        ("settle", |line: &StepLine| line.phase == "settle" && line.time > 2e-4),
+    ] {
+        let folder = scratch.join(phase);
+        let stop = AtomicBool::new(false);
+        let mut listener = Listener { stop: Some(&stop), stop_after: Some(after), ..Listener::default() };
+        let stopped = run::run(&load(TANK, &[]), &On::threads(2).options(Some(&folder)), &mut listener, &stop).unwrap();
+        assert_eq!((stopped.steps, stopped.exit_code()), (0, exit::STOPPED), "{phase}");
+        go_on(&folder, On::threads(2).steps(STEPS)).0.unwrap();
+        let left = Left::in_folder(&folder);
+        assert_eq!(whole.hash(), left.hash(), "{phase}");
+        assert_eq!(whole.series, left.series, "{phase}");
+    }
+}
+
+#[test]
+fn a_tank_made_ready_begins_where_its_maker_began_and_fits_no_other() {
+    let scratch = Scratch::new("ready");
+    let first = run_tank(&scratch.join("first"), &[], On::threads(2));
+    let state = scratch.join("first").join("prepared.state");
+    let given = format!("preparation.state={}", state.display());
+    // Another motion, and other observations: the tank is the same.
+    let folder = scratch.join("again");
+    let loaded = load(TANK, &[&given, "ripples.margin=2 mm"]);
+    let mut listener = Listener::default();
+    let stop = AtomicBool::new(false);
+    run::run(&loaded, &On::threads(2).steps(STEPS).options(Some(&folder)), &mut listener, &stop).unwrap();
+    assert!(listener.lines.iter().all(|line| line.phase == "flow"));
+    assert_eq!(first.hash(), Left::in_folder(&folder).hash());
+    let refused = |overrides: &[&str]| {
+        let mut all = vec![given.as_str()];
+        all.extend(overrides);
+        let outcome = start(&load(TANK, &all), &scratch.join("other"), On::threads(1).steps(1));
+        let error = outcome.expect_err("this tank is another");
+        assert_eq!(error.exit_code(), exit::WRONG_INPUT);
+        error.to_string()
+    };
+    let message = refused(&["contact.default.friction=0.3"]);
+    assert!(message.contains("the state of another tank") && message.contains("friction = 0.4"), "{message}");
+    refused(&["particles.spacing=0.99 mm", "domain.lower=[\"-6.93 mm\",\"0 mm\",\"0 mm\"]"]);
+    std::fs::write(&state, "no state").unwrap();
+    assert!(refused(&[]).contains("is no state of a tank"));
+}
+
+#[test]
+fn one_motion_in_several_ways() {
+    let scratch = Scratch::new("motion");
+    let first = run_tank(&scratch.join("formula"), &[], On::threads(2));
+    let state = format!("preparation.state={}", scratch.join("formula").join("prepared.state").display());
+    let Case { frame: Some(frame), .. } = load(TANK, &[]).case else { panic!("the tank moves") };
+    let Some(motion @ TankMotion::Formula { .. }) = frame.motion else { panic!("by a formula") };
+    let mut csv = "# a shaken tank\nt_s,x_m\n".to_owned();
+    for n in 0..=2000 {
+        let time = 5e-4 * Real::from(n);
+        csv += &format!("{time},{:?}\n", motion.at(time)[0].x);
+    }
+    let file = scratch.join("motion.csv");
+    std::fs::write(&file, csv).unwrap();
+    let text = TANK.replace(
+        "amplitude = [\"-2 mm\", \"0 mm\", \"0 mm\"]\nfrequency = \"5 Hz\"\nramp = \"0.02 s\"",
+        &format!("file = \"{}\"", file.display()),
+    );
+    let run = |text: &str, overrides: &[&str], name: &str| {
+        let mut all = vec![state.as_str()];
+        all.extend(overrides);
+        start(&load(text, &all), &scratch.join(name), On::threads(2).steps(STEPS)).unwrap();
+        Left::in_folder(&scratch.join(name))
+    };
+    let columns = ["kinetic_energy_fluid", "momentum_1", "grain_height", "water_level_highest"];
+    let from_file = run(&text, &[], "file");
+    let moving = run(TANK, &["frame.motion.walls=moving"], "moving");
+    for column in columns {
+        near(&first.column(column), &from_file.column(column), 2e-3, column);
+        near(&first.column(column), &moving.column(column), 2e-3, column);
+    }
+    // The other way round it is another motion.
+    let other = run(TANK, &["frame.motion.amplitude=[\"2 mm\",\"0 mm\",\"0 mm\"]"], "other");
+    let last = |left: &Left| *left.column("momentum_1").last().unwrap();
+    assert!((last(&first) + last(&other)).abs() < 0.2 * last(&first).abs(), "{} {}", last(&first), last(&other));
+}
+
+#[test]
+fn what_a_run_leaves_can_be_analysed() {
+    let scratch = Scratch::new("leaves");
+    let folder = scratch.join("run");
+    let measured = "[[ripples.measured]]\ntime = \"2 ms\"\nbed = \"nowhere.csv\"\n[[probe]]";
+    let text = TANK.replacen("[[probe]]", measured, 1).replace("fields = { at = [] }", "fields = { steps = 7 }");
+    let text = text.replace("grains = { at = [] }", "grains = { steps = 7 }");
+    let text = text.replace("figures = { at = [] }", "figures = { steps = 7 }");
+    start(&load(&text, &[]), &folder, On::threads(2).steps(STEPS)).unwrap();
+    let left = Left::in_folder(&folder);
+    assert!(left.summary["conservation"]["drag_exchange_residual_relative"].as_f64().unwrap() < 1e-9);
+    assert!(left.summary["counts"]["fluid_particles"].as_u64().unwrap() > 400);
+    let layers = Table::read(&folder.join("layers.csv"));
+    assert_eq!(layers.rows.len(), 2 * (STEPS as usize + 1));
+    assert!(layers.column("drag_1").iter().filter(|drag| drag.abs() > 0.0).count() > 10);
+    for name in ["bed.csv", "water.csv", "probes/gauge.csv", "probes/grain.csv", "prepared.state", "fields.pvd"] {
+        assert!(folder.join(name).is_file(), "{name}");
+    }
+    for name in ["grains-000000007.png", "profiles-000000014.png", "layers.png", "profiles.png"] {
+        assert!(folder.join("figures").join(name).is_file(), "{name}");
+    }
+    let mut listener = Listener::default();
+    let lines = analyse(std::slice::from_ref(&folder), &[], &mut listener).unwrap();
+    assert!(lines.iter().any(|line| line.contains("bed against experiment") && line.contains("absent")), "{lines:#?}");
+    let both: Vec<PathBuf> = vec![folder.clone(), folder];
+    std::env::set_current_dir(scratch.path()).unwrap();
+    let lines = analyse(&both, &[], &mut listener).unwrap();
+    assert_eq!(lines.len(), 3, "{lines:#?}");
+}
+
+#[test]
+fn resolved_tanks_mean_the_same() {
+    let first = load(TANK, &["frame.motion.walls=moving", "particles.dt=0.1 ms", "overlap.forchheimer=0.55"]).case;
+    assert_eq!(first.solver, Solver::Mps);
+    let again = load(&resolved::write(&first, Paths::AsGiven), &[]).case;
+    assert_eq!(first, again);
+    assert_eq!(resolved::hash(&first), resolved::hash(&again));
+    let literal = load(&format!("preset = \"paper_literal\"\n{TANK}"), &[]).case.particles.unwrap();
+    assert_eq!((literal.overlap.blend, literal.reduced_pressure), ([0.4, 0.4], false));
+}
+
+/// The errors of a changed case.
+fn refused(change: &[&str]) -> String {
+    let overrides: Vec<String> = change.iter().map(|text| (*text).to_owned()).collect();
+    let error = case::parse(Path::new("tank.toml"), TANK, &overrides).expect_err("this is wrong");
+    let error = CommandError::from(error);
+    assert_eq!(error.exit_code(), exit::WRONG_INPUT);
+    error.to_string()
+}
+
+#[test]
+fn wrong_tanks_are_refused_with_a_reason() {
+    let scratch = Scratch::new("wrong");
+    let size = |x: &str, y: &str| format!("domain.size=[\"{x}\",\"{y}\",\"14 mm\"]");
+    for (changes, reason) in [
+        (vec![size("14 mm", "6 mm")], "than what a particle looks at"),
+        (vec![size("14.5 mm", "7 mm")], "no lattice of wall particles fits"),
+        (vec!["grains.0.shape.sphere.diameter=2 mm".into()], "too large for its tank"),
+        (vec!["liquid.0.region.box.upper=[\"7 mm\",\"7 mm\",\"15 mm\"]".into()], "deeper than the tank"),
+        (vec!["particles.radius=1.9".into()], "has to lie between 2.1 and 3.6"),
+        (vec!["particles.radius=3.7".into()], "has to lie between 2.1 and 3.6"),
+        (vec!["boundary.x1=slip".into()], "walls of moving particles are all alike"),
+        (vec!["boundary.x1_lower={ inflow = { velocity = [\"1 m/s\",\"0 m/s\",\"0 m/s\"] } }".into()], "cannot have the side"),
+        (vec!["overlap.blend=[0.5, 0.4]".into()], "a lower and an upper"),
+        (vec!["preparation.state=nowhere.state".into()], "there is no file"),
+        (vec!["solver=mics".into(), "domain.cells=[14,7,14]".into()], "ripples are observed with"),
+        (vec!["particles.spacing=1 s".into()], "wrong unit"),
+        (vec!["particles.spacng=1 mm".into()], "did you mean `spacing`?"),
+    ] {
+        let changes: Vec<&str> = changes.iter().map(String::as_str).collect();
+        let message = refused(&changes);
+        assert!(message.contains(reason), "{changes:?}: {message}");
+    }
+    let no_sphere = TANK.replace("shape.sphere = { diameter = \"1 mm\" }", "shape.box = { size = [\"1 mm\",\"1 mm\",\"1 mm\"] }");
+    let error = case::parse(Path::new("tank.toml"), &no_sphere, &[]).expect_err("boxes are no spheres");
+    assert!(error.to_string().contains("is no sphere"), "{error}");
+    let csv = scratch.join("bad.csv");
+    let measured = format!("[[ripples.measured]]\ntime = \"0.1 s\"\nbed = \"{}\"\n[[probe]]", csv.display());
+    let with_bed = TANK.replacen("[[probe]]", &measured, 1);
+    let moved = TANK.replace(
+        "amplitude = [\"-2 mm\", \"0 mm\", \"0 mm\"]\nfrequency = \"5 Hz\"\nramp = \"0.02 s\"",
+        &format!("file = \"{}\"", csv.display()),
+    );
+    for (text, content, reason) in [
+        (&with_bed, "x_m,y_m\n0,1\n", "z_m"),
+        (&with_bed, "x_m,z_m\n0,1\n0.1,2\n0.05,1\n", "bad.csv:4"),
+        (&with_bed, "x_m,z_m\n0,0.01\n0.1,0.01\n", "reaches out of the tank"),
+        (&moved, "t_s,x_mm\n0,0\n1,1\n", "x_m"),
+        (&moved, "t_s,x_m\n0,0\n0.2,0\n0.1,0\n2,0\n", "bad.csv:4"),
+        (&moved, "t_s,x_m\n0,0\n0.5,0.001\n", "ends before the run"),
+        (&moved, "t_s,x_m\n0.1,0\n5,0.001\n", "begins after the run"),
+    ] {
+        std::fs::write(&csv, content).unwrap();
+        let error = case::parse(Path::new("tank.toml"), text, &[]).expect_err(reason);
+        assert!(error.to_string().contains(reason), "{reason}: {error}");
+    }
+}
