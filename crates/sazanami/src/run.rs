@@ -97,6 +97,7 @@ pub fn run(
     if !feasible.warnings.is_empty() {
         progress.warnings(&feasible.warnings, &loaded.source);
     }
+    let (prepared, told) = made_ready(loaded, options)?;
     let folder = results::prepare(options.out.as_deref(), &loaded.case.name, options.force)?;
     // Kept before anything is removed: the case may lie in the very folder, and name the copies of an earlier run.
     let kept = results::keep_inputs(&loaded.case, &folder)?;
@@ -105,20 +106,20 @@ pub fn run(
     }
     let mut log = Log::create(&folder, progress);
     log.note(&heading(&loaded.case, options));
-    let prepared = tanks_of(loaded, options, &mut log)?;
+    told.iter().for_each(|text| log.message(text));
     let from = From::Case(resolved::write(&kept, Paths::AsGiven), prepared);
     start(&loaded.case, feasible.shapes, feasible.beds, options, folder, from, &mut log, stop)
 }
 
-/// A tank made ready before that suits the case, if there is one.
-fn tanks_of(loaded: &LoadedCase, options: &RunOptions, log: &mut Log) -> Result<Option<Snapshot>, CommandError> {
-    let mut report = Diagnostics::default();
+/// A tank made ready before that suits the case, if there is one, and where it comes from.
+fn made_ready(loaded: &LoadedCase, options: &RunOptions) -> Result<(Option<Snapshot>, Vec<String>), CommandError> {
+    let (mut report, mut told) = (Diagnostics::default(), Vec::new());
     let commit = options.commit.unwrap_or("unknown");
-    let found = tanks::find(loaded, commit, &mut report, |text| log.message(&text));
+    let found = tanks::find(loaded, commit, &mut report, |text| told.push(text));
     if report.has_errors() {
         return Err(Box::new(CaseError { source: loaded.source.clone(), diagnostics: report }).into());
     }
-    Ok(found)
+    Ok((found, told))
 }
 
 /// Goes on from the newest good checkpoint in `folder`.

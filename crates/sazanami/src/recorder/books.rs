@@ -50,8 +50,8 @@ pub(crate) trait Books: Sized {
     /// Books a step.
     fn add(&mut self, report: &<Self::Water as Water>::Report, totals: &mut Totals);
 
-    /// Looks at everything; the grains were looked at.
-    fn look(&mut self, seen: &mut GrainsSeen, water: &mut Self::Water);
+    /// Looks at everything at `time` [s]; the grains were looked at.
+    fn look(&mut self, seen: &mut GrainsSeen, water: &mut Self::Water, time: Real);
 
     /// What was found at the last look that people should know of, once.
     fn worry(&self) -> Option<String>;

@@ -326,9 +326,9 @@ impl<'a, B: Books> Recorder<'a, B> {
     }
 
     /// Looks at grains and fluid. All ranks take part.
-    fn look(&mut self, water: &mut B::Water) {
+    fn look(&mut self, water: &mut B::Water, time: Real) {
         self.seen.gather(water.domain(), water.engine());
-        self.books.look(&mut self.seen, water);
+        self.books.look(&mut self.seen, water, time);
         self.tell_of_worry();
     }
 
@@ -341,7 +341,7 @@ impl<'a, B: Books> Recorder<'a, B> {
         step: Option<&Step<'_, B::Water>>,
     ) -> Result<(), RankError> {
         let [series, fields, grains, figures] = due;
-        self.look(water);
+        self.look(water, clock.time());
         let mut outcome = Ok(());
         if series && let Some(files) = &mut self.files {
             outcome = self.books.rows(clock, step, &self.seen, &self.totals, files);
@@ -458,7 +458,7 @@ impl<'a, B: Books> Recorder<'a, B> {
     /// Last looks at the end of the flow.
     pub fn end(&mut self, water: &mut B::Water, clock: &Clock) {
         self.reached = (clock.time(), clock.step());
-        self.look(water);
+        self.look(water, clock.time());
     }
 
     /// The run has ended well.

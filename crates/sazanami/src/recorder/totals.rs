@@ -89,6 +89,9 @@ pub struct ParticleTotals {
     pub cut_voids: u64,
     /// Particles whose pressure gradient was not corrected.
     pub plain_gradients: u64,
+    /// Wall particles with little water before them that would have pulled at it.
+    #[serde(default)]
+    pub released_walls: u64,
     /// Coefficients of the pressure equation that were cut to zero.
     pub cut_coefficients: u64,
     /// Largest root mean square of the volume strain.
@@ -111,6 +114,7 @@ impl ParticleTotals {
         self.clipped += report.clipped as u64;
         self.cut_voids += report.coupling.cut_voids as u64;
         self.plain_gradients += report.plain_gradients as u64;
+        self.released_walls += report.released_walls as u64;
         self.cut_coefficients += report.pressure.cut_coefficients as u64;
         self.worst_strain_rms = self.worst_strain_rms.max(report.strain[1]);
         self.least_void = self.least_void.min(report.coupling.least_void);

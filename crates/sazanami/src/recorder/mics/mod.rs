@@ -147,7 +147,7 @@ impl Books for GridBooks {
         self.book(report);
     }
 
-    fn look(&mut self, seen: &mut GrainsSeen, solver: &mut Solver) {
+    fn look(&mut self, seen: &mut GrainsSeen, solver: &mut Solver, _time: Real) {
         let domain = solver.domain();
         let volume = self.liquid_volume(solver);
         if let Some(liquid) = &mut self.liquid {

@@ -17,7 +17,7 @@ use super::bed::GrainsSeen;
 use super::books::{Account, Books, Step};
 use super::files::Files;
 use super::{RecordError, Totals};
-use crate::case::meaning::{self, Case, LayerReference};
+use crate::case::meaning::{self, Case, LayerReference, TankMotion};
 use crate::clock::Clock;
 use crate::simulation::{Job, RankError};
 pub(crate) use pictures::weight_of_grain;
@@ -67,6 +67,8 @@ pub(super) struct Stock {
 pub(crate) struct ParticleBooks {
     tank: Tank,
     settings: Option<meaning::Ripples>,
+    /// Motion of the tank, where its walls move.
+    moving: Option<TankMotion>,
     sight: Sight,
     /// Bulk volume of the fluid at the start [m^3].
     first_volume: Real,
@@ -143,6 +145,14 @@ impl ParticleBooks {
     }
 }
 
+/// Displacement [m] and velocity [m/s] of a tank whose walls move.
+fn tank_motion(motion: Option<&TankMotion>, time: Real) -> [Vector; 2] {
+    motion.map_or([Vector::ZERO; 2], |motion| {
+        let [place, velocity, _] = motion.at(time);
+        [place, velocity]
+    })
+}
+
 /// A layer by the number it is kept under.
 fn layer_of(number: u64) -> Option<ripples::Layer> {
     match number {
@@ -179,6 +189,7 @@ impl Books for ParticleBooks {
         Self {
             tank: tank_of(job.case),
             settings: job.case.ripples.clone(),
+            moving: job.case.frame.as_ref().filter(|_| job.case.walls_move()).and_then(|frame| frame.motion.clone()),
             sight: Sight::default(),
             first_volume: 0.0,
             first_layers: Vec::new(),
@@ -199,7 +210,7 @@ impl Books for ParticleBooks {
             }
             None => {
                 seen.measure_bed();
-                self.look_at(water);
+                self.look_at(water, 0.0);
                 self.first_volume = self.stock.volume;
                 if let Some(case) = self.settings.as_ref().filter(|case| case.layers == LayerReference::Initial) {
                     let reference = ripples::LayerReference::Floor(self.tank.floor);
@@ -229,8 +240,8 @@ impl Books for ParticleBooks {
         self.drag[1] += report.coupling.drag_on_fluid;
     }
 
-    fn look(&mut self, _seen: &mut GrainsSeen, water: &mut Solver) {
-        self.look_at(water);
+    fn look(&mut self, _seen: &mut GrainsSeen, water: &mut Solver, time: Real) {
+        self.look_at(water, time);
     }
 
     fn worry(&self) -> Option<String> {
@@ -286,7 +297,7 @@ impl Books for ParticleBooks {
         due: &[bool],
         files: Option<&mut Files>,
     ) -> Result<(), RecordError> {
-        let sight = Sight::of(water);
+        let sight = Sight::of(water, tank_motion(self.moving.as_ref(), clock.time()));
         files.map_or(Ok(()), |files| probes::record(job, &self.tank, &sight, clock, due, files))
     }
 
@@ -330,8 +341,8 @@ impl Books for ParticleBooks {
 
 impl ParticleBooks {
     /// Looks at grains and water. All ranks take part.
-    fn look_at(&mut self, water: &mut Solver) {
-        self.sight.renew(water);
+    fn look_at(&mut self, water: &mut Solver, time: Real) {
+        self.sight.renew(water, tank_motion(self.moving.as_ref(), time));
         self.stock = self.sight.stock(water);
         if !self.sight.leads {
             return;

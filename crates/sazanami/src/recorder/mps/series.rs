@@ -32,6 +32,7 @@ pub(super) fn columns() -> Vec<Column> {
         ("surface_particles", ""),
         ("splash_particles", ""),
         ("plain_gradients", ""),
+        ("released_walls", ""),
         ("cut_coefficients", ""),
         ("pushed_pairs", ""),
         ("push_work", "J"),
@@ -155,6 +156,7 @@ fn values(books: &ParticleBooks, clock: &Clock, step: Option<&Step<'_, Solver>>)
                 count(report.surface),
                 count(report.splashes),
                 count(report.plain_gradients),
+                count(report.released_walls),
                 count(report.pressure.cut_coefficients),
                 count(report.pushed_pairs),
                 real(report.push_work),
@@ -170,7 +172,7 @@ fn values(books: &ParticleBooks, clock: &Clock, step: Option<&Step<'_, Solver>>)
                 if weight > 0.0 { real(-supported / weight) } else { Value::Missing },
             ]);
         }
-        None => row.extend(std::iter::repeat_with(|| Value::Missing).take(23)),
+        None => row.extend(std::iter::repeat_with(|| Value::Missing).take(24)),
     }
     let change = if books.first_volume > 0.0 { stock.volume / books.first_volume - 1.0 } else { 0.0 };
     row.extend([

@@ -89,6 +89,8 @@ pub(super) struct Sight {
     pub water: Water,
     /// Point at which the pressure at rest is zero [m], and density [kg/m^3], if the pressure is without it.
     pub at_rest: Option<(Vector, Real)>,
+    /// Velocity of the tank against the solver's frame [m/s].
+    pub drift: Vector,
     /// Radius of influence [m].
     pub reach: Real,
     /// Particle spacing [m].
@@ -97,14 +99,14 @@ pub(super) struct Sight {
 
 impl Sight {
     /// What is in sight now. All ranks take part.
-    pub fn of(water: &mut Solver) -> Self {
+    pub fn of(water: &mut Solver, tank: [Vector; 2]) -> Self {
         let mut sight = Self::default();
-        sight.renew(water);
+        sight.renew(water, tank);
         sight
     }
 
-    /// Looks again. All ranks take part.
-    pub fn renew(&mut self, solver: &mut Solver) {
+    /// Looks again from a tank that is displaced [m] and moves [m/s]. All ranks take part.
+    pub fn renew(&mut self, solver: &mut Solver, [shift, drift]: [Vector; 2]) {
         solver.place_grains();
         let domain = solver.domain();
         let settings = *solver.settings();
@@ -113,8 +115,7 @@ impl Sight {
         self.at_rest = settings.scheme.reduced_pressure.then_some((settings.reference, settings.fluid.density));
         self.reach = settings.scheme.radius * settings.fluid.spacing;
         self.spacing = settings.fluid.spacing;
-        // Everything is seen from the tank.
-        let (shift, drift) = (solver.tank().displacement, solver.tank().velocity);
+        self.drift = drift;
         let phase = solver.grains();
         let engine = phase.engine();
         let all = engine.grains();
@@ -192,6 +193,7 @@ impl Sight {
         let floor = solver.tank().lower.z;
         let gravity = 9.81;
         let mass = solver.particle_mass();
+        let drift = self.drift;
         let phase = solver.grains();
         let all = phase.engine().grains();
         let closure = &phase.coupling().closure;
@@ -200,9 +202,9 @@ impl Sight {
         for g in 0..all.owned() {
             let radius = phase.engine().bodies()[all.shape[g] as usize].bounding_radius * all.scale[g];
             let volume = sazanami_mps::grains::volume(2.0 * radius);
-            let momentum = all.mass[g] * all.velocity[g];
-            (0..3).for_each(|d| sums[d] += momentum[d]);
-            sums[3] += all.kinetic_energy(g);
+            let (momentum, drifting) = (all.mass[g] * all.velocity[g], all.mass[g] * drift);
+            (0..3).for_each(|d| sums[d] += momentum[d] - drifting[d]);
+            sums[3] += all.kinetic_energy(g) - momentum.dot(drift) + 0.5 * drifting.dot(drift);
             sums[4] += (all.mass[g] - density * volume) * gravity;
             sums[5] += (all.mass[g] - density * volume) * gravity * (all.position[g].z - floor);
             sums[6] += all.position[g].z - floor;
