@@ -65,7 +65,7 @@ impl Waves {
             return Err(Unmeasured::TooCoarse { spacing: part.spacing, shortest });
         }
         let rest = detrended(&values);
-        let relief = (rest.iter().map(|z| z * z).sum::<Real>() / rest.len() as Real).sqrt();
+        let relief = root_mean_square(&rest);
         let band = Band::of(&rest, part.spacing, [shortest, longest.min(length)], settings.taper);
         let deviation = band.variance.sqrt();
         if deviation < settings.least_relief || band.centroid.is_none() {
@@ -131,6 +131,23 @@ impl Waves {
         let shift = vertex(correlation[top - 1], correlation[top], correlation[top + 1]).0;
         Ok((top as Real + shift) * self.spacing)
     }
+}
+
+fn root_mean_square(values: &[Real]) -> Real {
+    (values.iter().map(|z| z * z).sum::<Real>() / values.len() as Real).sqrt()
+}
+
+/// Root mean square of the part of a profile within `range` [m] without its trend, all wavelengths [m]: of a level bed
+/// too.
+///
+/// # Errors
+/// If the part is empty or has gaps.
+pub fn relief(profile: &SurfaceProfile, range: [Real; 2]) -> Result<Real, Unmeasured> {
+    let values = profile.within(range).whole()?;
+    if values.len() < 4 {
+        return Err(Unmeasured::TooFewValues { found: values.len(), needed: 4 });
+    }
+    Ok(root_mean_square(&detrended(&values)))
 }
 
 /// Measures of the ripples of a profile.

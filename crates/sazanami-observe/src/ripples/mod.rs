@@ -24,7 +24,7 @@ pub use experiment::{BedMatch, ProfileMatch, ShiftLimits, match_bed, match_profi
 pub use layers::{
     Layer, LayerGrains, LayerMeans, LayerReference, LayerWater, Layers, NormalisedForces, layer_means, submerged_weight,
 };
-pub use metrics::{RippleSettings, Ripples};
+pub use metrics::{RippleSettings, Ripples, relief};
 pub use phases::{Harmonic, PhaseAverage, cycle_averages, phase_average};
 pub use probes::{Interpolation, SectionWindow, vectors_in_section};
 pub use profile::SurfaceProfile;

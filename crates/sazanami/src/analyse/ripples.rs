@@ -495,7 +495,8 @@ pub(super) fn several(folders: &[PathBuf], progress: &mut dyn Progress) -> Resul
                 number(&run.summary, &["time_s"]).map_or("none".into(), |time| format!("{time:.3}")),
                 of(|ripples| ripples.spectral_wavelength),
                 of(Ripples::height),
-                of(|ripples| ripples.relief),
+                number(&run.summary, &["observables", "ripples", "relief_mm"])
+                    .map_or("none".into(), |relief| format!("{relief:.2}")),
                 growth,
                 volume.map_or("none".into(), |volume| format!("{:+.2}", 1e2 * volume)),
             ]

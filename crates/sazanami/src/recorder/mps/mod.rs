@@ -32,6 +32,8 @@ const MOMENTUM: &str = "observe/momentum";
 pub(super) struct Found {
     /// Surface of the bed in its three definitions.
     pub bed: BedSurfaces,
+    /// Root mean square of the main one without its trend [m].
+    pub relief: Option<Real>,
     /// Waves in each of them.
     pub ripples: [Result<Ripples, Unmeasured>; 3],
     /// Averages of the lower and the upper layer.
@@ -102,19 +104,21 @@ impl ParticleBooks {
         };
         let bed = BedSurfaces::of(&self.tank, &self.sight.grain_view(), &surface);
         let width = self.tank.width();
+        // A bed with a hole has short gaps.
+        let closed = |profile: &SurfaceProfile| profile.with_gaps_closed(4.0 * case.grain_size);
         let measure = |profile: &SurfaceProfile, across: Real| {
             let settings = self.settings_of(across, &case);
-            let range = settings.range_in(&self.tank);
-            // A tank that dries at its ends, or a bed with a hole, has short gaps.
-            Ripples::of(&profile.with_gaps_closed(4.0 * case.grain_size), range, &settings)
+            Ripples::of(&closed(profile), settings.range_in(&self.tank), &settings)
         };
+        let range = self.settings_of(width, &case).range_in(&self.tank);
+        let relief = ripples::relief(&closed(&bed.concentration), range).ok();
         let ripples = [
             measure(&bed.concentration, width),
             measure(&bed.image, surface.slab),
             measure(&bed.top_layer, width),
         ];
         let layers = self.layer_means(&case, &bed.concentration);
-        self.found = Some(Found { bed, ripples, layers });
+        self.found = Some(Found { bed, relief, ripples, layers });
     }
 
     fn layer_means(&self, case: &meaning::Ripples, surface: &SurfaceProfile) -> [LayerMeans; 2] {

@@ -201,7 +201,7 @@ fn values(books: &ParticleBooks, clock: &Clock, step: Option<&Step<'_, Solver>>)
                 optional(main.as_ref().ok().and_then(|ripples| value(ripples).ok()))
             };
             row.extend([
-                of(|ripples| Ok(ripples.relief)),
+                optional(found.relief),
                 of(|ripples| Ok(ripples.height())),
                 of(|ripples| ripples.crest_to_trough.clone()),
                 of(|ripples| Ok(ripples.spectral_wavelength)),
@@ -233,12 +233,13 @@ pub(super) fn ripples_json(found: &Found, tank: &Tank) -> serde_json::Value {
                 "mean_height_mm": profile.mean().map(|z| 1e3 * (z - tank.floor)),
             })
         }
-        Err(problem) => json!({ "not_measured": problem.to_string() }),
+        Err(problem) => json!({ "not_measured": problem.to_string(), "mean_height_mm": profile.mean().map(|z| 1e3 * (z - tank.floor)) }),
     };
     let mut main = of(&found.ripples[0], &found.bed.concentration);
     if let Some(main) = main.as_object_mut() {
         main.insert("image".into(), of(&found.ripples[1], &found.bed.image));
         main.insert("top_layer".into(), of(&found.ripples[2], &found.bed.top_layer));
+        main.insert("relief_mm".into(), json!(found.relief.map(|relief| 1e3 * relief)));
         main.insert("suspended_grains".into(), json!(found.bed.suspended));
     }
     main
