@@ -103,12 +103,13 @@ pub(crate) fn gradient(
 }
 
 /// Velocities that viscosity sees: that of a particle itself, and behind a wall twice the wall's less that of the
-/// mirrored point, from a linear fit of the fluid around it.
+/// mirrored point, from a linear fit of the fluid around it. Only those that are `wet` are looked at by fluid.
 pub(crate) fn mirrored_velocities(
     kernel: &Kernel,
     tank: &Tank,
     bins: &Bins,
     particles: &Particles,
+    wet: impl Fn(usize) -> bool + Sync,
     into: &mut Vec<Vector>,
 ) {
     into.clear();
@@ -120,14 +121,14 @@ pub(crate) fn mirrored_velocities(
     for_each_chunk(&mut into[..owned], ROWS, |number, into| {
         for (row, seen) in into.iter_mut().enumerate() {
             let a = number * ROWS + row;
-            if kind[a] == Kind::Fluid {
+            if kind[a] == Kind::Fluid || !wet(a) {
                 continue;
             }
             let at = tank.mirrored(position[a]);
             // Least squares of u + G (x - at): sums of 1, x, x x and of u, u x with the weight.
             let (mut w0, mut w1, mut w2) = (0.0, Vector::ZERO, [0.0; 6]);
             let (mut u0, mut u1) = (Vector::ZERO, [Vector::ZERO; 3]);
-            bins.for_each_range(at, |range| {
+            bins.for_each_range(at, weight.radius, |range| {
                 for b in range {
                     let apart = position[b] - at;
                     let r2 = apart.length_squared();

@@ -115,7 +115,7 @@ impl Sources {
     pub fn solid(&self, position: Vector, velocity: Vector) -> Solid {
         let mut solid = Solid::default();
         let square = self.weight.radius * self.weight.radius;
-        self.bins.for_each_range(position, |range| {
+        self.bins.for_each_range(position, self.weight.radius, |range| {
             for source in &self.sources[range] {
                 let apart = position - source.position;
                 let r2 = apart.length_squared();

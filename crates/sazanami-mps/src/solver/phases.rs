@@ -1,14 +1,14 @@
 //! The phases of a step, in their order.
 
 use sazanami_numerics::{Real, Vector};
-use sazanami_parallel::for_each_chunk;
+use sazanami_parallel::{for_each_chunk, max_over};
 
 use super::{FIRST_REPEATS, Forcing, Phase, Scratch, Settings, Solver, StepError, StepReport};
 use crate::boundary::WallFriction;
 use crate::free_surface::is_splash;
 use crate::grains::{self, Voids};
 use crate::matrix::Layout;
-use crate::neighbours::ROWS;
+use crate::neighbours::{MARGIN, ROWS};
 use crate::number_density::{self, Columns, Crowding, Prediction};
 use crate::operators::{self, PressureField};
 use crate::particles::{Kind, Particles, Role, WALL};
@@ -29,12 +29,18 @@ impl Solver {
         }
     }
 
+    /// Body force that acts before the pressure [m/s^2].
+    fn explicit_force(&self, forcing: &Forcing) -> Vector {
+        if self.settings.scheme.reduced_pressure { Vector::ZERO } else { forcing.body_force }
+    }
+
     /// Owners, order, ghosts, lists.
     pub(super) fn arrange(&mut self, dt: Real, forcing: &Forcing) {
         // Neighbours come no nearer than this before the pressure acts.
-        let way = dt * (self.largest_speed() + dt * forcing.body_force.length());
-        let skin = 2.1 * way + 0.02 * self.settings.fluid.spacing;
-        let reach = self.kernel.weight.radius + skin;
+        let body_force = self.explicit_force(forcing);
+        let margin = MARGIN * self.settings.fluid.spacing;
+        let radius = self.kernel.weight.radius + margin;
+        let reach = radius + 2.1 * dt * (self.largest_speed() + dt * forcing.body_force.length());
         let Self { domain, periods, particles, exchange, bins, neighbours, .. } = self;
         exchange.migrate(domain, particles);
         bins.renew(domain, reach);
@@ -42,7 +48,8 @@ impl Solver {
         exchange.renew(domain, periods, particles, reach, |x| bins.number(x));
         let (own, ghosts) = particles.position.split_at(particles.owned);
         bins.fill(own, ghosts);
-        neighbours.renew(bins, particles, reach);
+        let way = |a: usize| dt * (particles.velocity[a] + dt * body_force);
+        neighbours.renew(bins, particles, radius, way);
         let scratch = &mut self.scratch;
         let (owned, all) = (particles.owned, particles.len());
         let blocks = owned.div_ceil(ROWS);
@@ -101,7 +108,7 @@ impl Solver {
         watch(Phase::Coupling);
         exchange.refresh(domain, &mut particles.gradient);
         let Particles { kind, position, velocity, gradient, .. } = &*particles;
-        let fluid = grains::Fluid { bins, kind, position, gradient, bulk: &scratch.bulk };
+        let fluid = grains::Fluid { bins, moved: 0.0, kind, position, gradient, bulk: &scratch.bulk };
         grains.look_around(kernel, &fluid, velocity);
         watch(Phase::Grains);
         report.contacts = grains.advance(domain, forcing.body_force, dt, &mut report.coupling)?;
@@ -119,16 +126,19 @@ impl Solver {
         }
         exchange.refresh(domain, &mut particles.gradient);
         let Particles { kind, gradient, .. } = &*particles;
-        let fluid = grains::Fluid { bins, kind, position: &scratch.after, gradient, bulk: &scratch.bulk };
+        let position = &scratch.after[..];
+        let moved = bins.radius - kernel.weight.radius;
+        let fluid = grains::Fluid { bins, moved, kind, position, gradient, bulk: &scratch.bulk };
         grains.correct_pressure_force(domain, kernel, &fluid, dt, &mut report.coupling);
     }
 
     /// Number density, its rate and viscosity where the particles are.
     pub(super) fn crowd(&mut self) {
         let Self { domain, tank, kernel, particles, exchange, bins, neighbours, scratch, settings, .. } = self;
-        let Scratch { seen, bulk, bulk_rate, crowding, .. } = scratch;
+        let Scratch { seen, bulk, bulk_rate, crowding, bin, .. } = scratch;
         let seen = if settings.fluid.viscosity > 0.0 && tank.friction == WallFriction::NoSlip {
-            operators::mirrored_velocities(kernel, tank, bins, particles, seen);
+            let wet = |a: usize| neighbours.is_wet(bin[a]);
+            operators::mirrored_velocities(kernel, tank, bins, particles, wet, seen);
             exchange.refresh(domain, seen);
             &seen[..]
         } else {
@@ -141,13 +151,13 @@ impl Solver {
 
     /// Velocities and places without the pressure.
     pub(super) fn predict(&mut self, dt: Real, forcing: &Forcing) {
+        let body_force = self.explicit_force(forcing);
         let Self { domain, particles, exchange, scratch, settings, .. } = self;
         let Scratch { velocity, place, crowding, change, .. } = scratch;
         velocity.clone_from(&particles.velocity);
         place.clone_from(&particles.position);
         let owned = particles.owned;
         let viscosity = settings.fluid.viscosity;
-        let body_force = if settings.scheme.reduced_pressure { Vector::ZERO } else { forcing.body_force };
         let kind = &particles.kind;
         for_each_chunk((&mut velocity[..owned], &mut place[..owned]), ROWS, |number, (velocity, place)| {
             for (row, (u, x)) in velocity.iter_mut().zip(place).enumerate() {
@@ -160,6 +170,19 @@ impl Solver {
         });
         exchange.refresh(domain, velocity);
         exchange.refresh_positions(domain, place);
+        // What drag and viscosity drove farther than the lists foresaw is listed anew.
+        let Self { kernel, bins, neighbours, .. } = self;
+        let (position, place) = (&particles.position, &scratch.place);
+        let foreseen = |a: usize| position[a] + dt * (particles.velocity[a] + dt * body_force);
+        let stray = max_over(owned.div_ceil(ROWS), |n| {
+            let fluid = (n * ROWS..((n + 1) * ROWS).min(owned)).filter(|&a| kind[a] == Kind::Fluid);
+            fluid.map(|a| (place[a] - foreseen(a)).length_squared()).fold(0.0, Real::max)
+        });
+        let margin = MARGIN * settings.fluid.spacing;
+        if 2.1 * domain.max(stray.max(0.0)).sqrt() > margin {
+            let way = |a: usize| place[a] - position[a];
+            neighbours.renew(bins, particles, kernel.weight.radius + margin, way);
+        }
     }
 
     /// Sums at the predicted places: coefficients of the pressure equation, roles.
