@@ -155,6 +155,11 @@ impl Default for Block {
 }
 
 impl Block {
+    /// Pairs of all its particles.
+    pub fn len(&self) -> usize {
+        self.starts[ROWS] as usize
+    }
+
     #[inline(always)]
     pub fn of(&self, row: usize) -> &[u32] {
         &self.list[self.starts[row] as usize..self.starts[row + 1] as usize]
@@ -316,7 +321,7 @@ impl Neighbours {
                 starts[row + 1] = end as u32;
             }
         });
-        self.pairs = self.blocks.iter().map(|block| block.starts[ROWS] as usize).sum();
+        self.pairs = self.blocks.iter().map(Block::len).sum();
     }
 
     /// Whether there may be fluid within reach of what lies in a bin.

@@ -516,12 +516,13 @@ impl Fluid<'_> {
     /// Calls `body` with every fluid particle within reach of `x` [m] and its weight `w/eps`, in a fixed order.
     #[inline(always)]
     fn for_each_near(&self, kernel: &Kernel, x: Vector, mut body: impl FnMut(usize, Real)) {
-        let square = kernel.weight.radius * kernel.weight.radius;
+        let weight = kernel.weight;
+        let square = weight.radius * weight.radius;
         self.bins.for_each_range(x, kernel.weight.radius + self.moved, |range| {
             for a in range {
                 let r2 = (self.position[a] - x).length_squared();
                 if r2 < square && self.kind[a] == Kind::Fluid {
-                    body(a, kernel.weight.value(r2.sqrt()) * self.bulk[a]);
+                    body(a, weight.value(r2.sqrt()) * self.bulk[a]);
                 }
             }
         });

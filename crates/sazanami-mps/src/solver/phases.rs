@@ -9,7 +9,7 @@ use crate::free_surface::is_splash;
 use crate::grains::{self, Voids};
 use crate::matrix::Layout;
 use crate::neighbours::{MARGIN, ROWS};
-use crate::number_density::{self, Columns, Crowding, Prediction};
+use crate::number_density::{self, Crowding, Prediction};
 use crate::operators::{self, PressureField};
 use crate::particles::{Kind, Particles, Role, WALL};
 use crate::pressure::{PressureEquation, PressureReport, hydrostatic};
@@ -135,7 +135,7 @@ impl Solver {
     /// Number density, its rate and viscosity where the particles are.
     pub(super) fn crowd(&mut self) {
         let Self { domain, tank, kernel, particles, exchange, bins, neighbours, scratch, settings, .. } = self;
-        let Scratch { seen, bulk, bulk_rate, crowding, bin, .. } = scratch;
+        let Scratch { seen, bulk, bulk_rate, crowding, bin, samples, .. } = scratch;
         let seen = if settings.fluid.viscosity > 0.0 && tank.friction == WallFriction::NoSlip {
             let wet = |a: usize| neighbours.is_wet(bin[a]);
             operators::mirrored_velocities(kernel, tank, bins, particles, wet, seen);
@@ -145,8 +145,8 @@ impl Solver {
             &particles.velocity[..]
         };
         let Particles { kind, position, velocity, .. } = &*particles;
-        let columns = Columns { kind, position, velocity, bulk, bulk_rate };
-        number_density::crowding(kernel, neighbours, &columns, seen, tank.friction, crowding);
+        number_density::sample(position, velocity, bulk, bulk_rate, samples);
+        number_density::crowding(kernel, neighbours, kind, samples, seen, tank.friction, crowding);
     }
 
     /// Velocities and places without the pressure.
@@ -188,10 +188,22 @@ impl Solver {
     /// Sums at the predicted places: coefficients of the pressure equation, roles.
     pub(super) fn sum_up(&mut self, report: &mut StepReport) {
         let Self { domain, kernel, particles, exchange, neighbours, scratch, settings, equation, surface, .. } = self;
-        let Scratch { bulk, bulk_rate, mobile, velocity, place, prediction, roles, .. } = scratch;
-        let columns = Columns { kind: &particles.kind, position: place, velocity, bulk, bulk_rate };
+        let Scratch { bulk, bulk_rate, mobile, conductance, velocity, place, prediction, roles, samples, .. } = scratch;
         let spacing = settings.fluid.spacing;
-        number_density::prediction(kernel, spacing, neighbours, &columns, mobile, &mut equation.blocks, prediction);
+        conductance.clear();
+        conductance.extend(bulk.iter().zip(&*mobile).map(|(bulk, mobile)| 1.0 / bulk + mobile));
+        number_density::sample(place, velocity, bulk, bulk_rate, samples);
+        let blocks = &mut equation.blocks;
+        number_density::prediction(
+            kernel,
+            spacing,
+            neighbours,
+            &particles.kind,
+            samples,
+            conductance,
+            blocks,
+            prediction,
+        );
         let n0 = kernel.sums.number_density;
         let owned = particles.owned;
         roles.clear();
@@ -234,7 +246,7 @@ impl Solver {
     /// Pressure and its gradient.
     pub(super) fn solve(&mut self, dt: Real, forcing: &Forcing, report: &mut StepReport) -> Result<(), StepError> {
         let Self { domain, kernel, particles, exchange, bins, scratch, settings, equation, surface, steps, .. } = self;
-        let Scratch { bulk, mobile, place, crowding, prediction, plain, bin, .. } = scratch;
+        let Scratch { bulk, mobile, conductance, place, crowding, prediction, plain, bin, .. } = scratch;
         let Settings { fluid, scheme, tolerance, reference, .. } = settings;
         let Particles { kind, role, pressure, gradient, owned, .. } = particles;
         let owned = *owned;
@@ -252,7 +264,6 @@ impl Solver {
         let layout = Layout { domain, bins, roles: role, bin, owned };
         // Before the first step no gradient is known.
         let repeats = if *steps == 0 { scheme.surface_repeats.max(FIRST_REPEATS) } else { scheme.surface_repeats };
-        let conductance = |a: usize| 1.0 / bulk[a] + mobile[a];
         let PressureEquation { blocks, rows, .. } = &mut *equation;
         let blocks = &blocks[..];
         for_each_chunk(&mut rows[..owned], ROWS, |number, rows| {
@@ -283,7 +294,7 @@ impl Solver {
                     for (&b, &c) in columns.iter().zip(coefficients) {
                         let b = b as usize;
                         if role[b] != Role::Outside {
-                            let share = (mobile[a] + mobile[b]) / (conductance(a) + conductance(b));
+                            let share = (mobile[a] + mobile[b]) / (conductance[a] + conductance[b]);
                             row.source -= Real::from(c) * share * (pressure[b] - pressure[a]);
                         }
                     }
