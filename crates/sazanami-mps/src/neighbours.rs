@@ -46,6 +46,12 @@ impl Bins {
         self.inverse = spacing.recip();
     }
 
+    /// Coordinates of `position`, in bins.
+    #[inline(always)]
+    pub fn coordinates(&self, position: Vector) -> Vector {
+        (position - self.lower) * self.inverse
+    }
+
     /// Place of `position`; those beyond the bins belong to the nearest.
     #[inline(always)]
     pub fn place(&self, position: Vector) -> [usize; 3] {

@@ -161,12 +161,13 @@ fn prediction_with<const C4: bool, const CLASSICAL: bool>(
         let square = weight.radius * weight.radius;
         let (close, half) = (close, half);
         let block = &mut block[0];
-        block.clear();
         let lists = &neighbours.blocks()[number];
-        block.columns.resize(lists.len(), 0);
-        block.coefficients.resize(lists.len(), 0.0);
-        let (columns, coefficients) = (&mut block.columns[..], &mut block.coefficients[..]);
-        let (mut end, mut cuts) = (0, 0);
+        // No shorter than the lists, and no longer than they ever were.
+        for column in [&mut block.columns, &mut block.close] {
+            column.resize(column.len().max(lists.len()), 0);
+        }
+        block.coefficients.resize(block.columns.len(), 0.0);
+        let (mut end, mut close_end, mut cuts) = (0, 0, 0);
         for (row, entry) in into.data.iter_mut().enumerate() {
             *entry = Prediction::default();
             let near = lists.of(row);
@@ -197,17 +198,17 @@ fn prediction_with<const C4: bool, const CLASSICAL: bool>(
                     sum.wet += u32::from(fluid);
                     sum.company += u32::from(fluid & (r2 < close));
                     cuts += usize::from(cut & part);
-                    columns[end] = column;
-                    coefficients[end] = c as f32;
+                    block.columns[end] = column;
+                    block.coefficients[end] = c as f32;
                     end += usize::from(part);
+                    block.close[close_end] = column;
+                    close_end += usize::from(part & (r2 < close));
                 }
                 sum.rate /= sums.strain;
                 *entry = sum;
             }
-            block.starts[row + 1] = end as u32;
+            block.end_row(row, end, close_end);
         }
         block.cut = cuts;
-        block.columns.truncate(end);
-        block.coefficients.truncate(end);
     });
 }

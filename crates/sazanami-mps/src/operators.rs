@@ -124,6 +124,14 @@ pub(crate) fn mirrored_velocities(
                 continue;
             }
             let (at, weight) = (tank.mirrored(position[a]), *weight);
+            let mut touched = false;
+            bins.for_each_range(position[a], weight.radius, |mut range| {
+                let near = |b: usize| kind[b] == Kind::Fluid && (position[b] - position[a]).length_squared() < square;
+                touched = touched || range.any(near);
+            });
+            if !touched {
+                continue;
+            }
             // Least squares of u + G (x - at): sums of 1, x, x x and of u, u x with the weight.
             let (mut w0, mut w1, mut w2) = (0.0, Vector::ZERO, [0.0; 6]);
             let (mut u0, mut u1) = (Vector::ZERO, [Vector::ZERO; 3]);

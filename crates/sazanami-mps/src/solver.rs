@@ -163,6 +163,7 @@ struct Scratch {
     plain: Vec<bool>,
     roles: Vec<u8>,
     bin: Vec<u32>,
+    size: Vec<Real>,
     pushes: Vec<Push>,
     collisions: Vec<(Vector, u32)>,
 }

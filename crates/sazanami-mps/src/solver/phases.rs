@@ -1,11 +1,11 @@
 //! The phases of a step, in their order.
 
 use sazanami_numerics::{Real, Vector};
-use sazanami_parallel::{for_each_chunk, max_over};
+use sazanami_parallel::{for_each_chunk, max_over, sum_over};
 
 use super::{FIRST_REPEATS, Forcing, Phase, Scratch, Settings, Solver, StepError, StepReport};
 use crate::boundary::WallFriction;
-use crate::free_surface::is_splash;
+use crate::free_surface::{COMPANY_RADIUS, is_splash};
 use crate::grains::{self, Voids};
 use crate::matrix::Layout;
 use crate::neighbours::{MARGIN, ROWS};
@@ -15,6 +15,22 @@ use crate::particles::{Kind, Particles, Role, WALL};
 use crate::pressure::{PressureEquation, PressureReport, hydrostatic};
 use crate::scheme::{Fluid, SourceForm};
 use crate::stabilisation::{self, Moved, Push};
+
+/// Largest `value` of the first `count` particles; minus infinity without any.
+fn largest(count: usize, value: impl Fn(usize) -> Real + Sync) -> Real {
+    let part = |n: usize| (n * ROWS..((n + 1) * ROWS).min(count)).map(&value).fold(Real::NEG_INFINITY, Real::max);
+    max_over(count.div_ceil(ROWS), part)
+}
+
+/// Sum of `part` over the first `count` particles, block by block along a fixed tree.
+fn sum_of<const N: usize>(count: usize, part: impl Fn(usize) -> [Real; N] + Sync) -> [Real; N] {
+    sum_over(count.div_ceil(ROWS), |n| {
+        (n * ROWS..((n + 1) * ROWS).min(count)).fold([0.0; N], |mut total, a| {
+            total.iter_mut().zip(part(a)).for_each(|(total, part)| *total += part);
+            total
+        })
+    })
+}
 
 impl Solver {
     pub(super) fn move_walls(&mut self, forcing: &Forcing) {
@@ -174,12 +190,9 @@ impl Solver {
         let Self { kernel, bins, neighbours, .. } = self;
         let (position, place) = (&particles.position, &scratch.place);
         let foreseen = |a: usize| position[a] + dt * (particles.velocity[a] + dt * body_force);
-        let stray = max_over(owned.div_ceil(ROWS), |n| {
-            let fluid = (n * ROWS..((n + 1) * ROWS).min(owned)).filter(|&a| kind[a] == Kind::Fluid);
-            fluid.map(|a| (place[a] - foreseen(a)).length_squared()).fold(0.0, Real::max)
-        });
+        let stray = |a: usize| if kind[a] == Kind::Fluid { (place[a] - foreseen(a)).length_squared() } else { 0.0 };
         let margin = MARGIN * settings.fluid.spacing;
-        if 2.1 * domain.max(stray.max(0.0)).sqrt() > margin {
+        if 2.1 * domain.max(largest(owned, stray).max(0.0)).sqrt() > margin {
             let way = |a: usize| place[a] - position[a];
             neighbours.renew(bins, particles, kernel.weight.radius + margin, way);
         }
@@ -261,7 +274,7 @@ impl Solver {
         // `pressure` still is that of the last step, which the grains' way in the sub-steps already followed.
         let n0 = kernel.sums.number_density;
         let strain = |density: Real| (density - n0) / kernel.sums.strain;
-        let layout = Layout { domain, bins, roles: role, bin, owned };
+        let layout = Layout { domain, bins, roles: role, bin, place, owned };
         // Before the first step no gradient is known.
         let repeats = if *steps == 0 { scheme.surface_repeats.max(FIRST_REPEATS) } else { scheme.surface_repeats };
         let PressureEquation { blocks, rows, .. } = &mut *equation;
@@ -355,38 +368,42 @@ impl Solver {
 
     /// Pushes and collisions.
     pub(super) fn keep_apart(&mut self, dt: Real, report: &mut StepReport) {
-        let Self { domain, kernel, particles, exchange, neighbours, scratch, settings, .. } = self;
-        let Scratch { velocity, place, after, bulk, pushes, collisions, .. } = scratch;
+        let Self { domain, kernel, particles, exchange, scratch, settings, equation, .. } = self;
+        let Scratch { velocity, place, after, bulk, size, pushes, collisions, .. } = scratch;
         let (kind, owned) = (&particles.kind[..], particles.owned);
         let Fluid { spacing, density, .. } = settings.fluid;
+        stabilisation::sizes(spacing, kind, bulk, size);
+        let longest = largest(owned, |a| (after[a] - place[a]).length_squared());
+        let longest = domain.max(longest.max(0.0)).sqrt();
+        let close = 2.0 * longest + stabilisation::widest(spacing) < COMPANY_RADIUS * spacing;
+        let blocks = &equation.blocks[..];
         let mut nearest = 0.0;
         if let Some(stabilisation) = &settings.scheme.stabilisation {
-            let moved = Moved { kind, before: place, after, bulk };
-            stabilisation::pushes(kernel, stabilisation, spacing, neighbours, &moved, pushes);
+            let moved = Moved { kind, before: place, after, size, blocks, close };
+            stabilisation::pushes(kernel, stabilisation, spacing, &moved, pushes);
             let mass = density * spacing.powi(3);
-            let mut sums = [0.0; 2];
-            nearest = Real::INFINITY;
-            for a in 0..owned {
-                let push = pushes[a];
-                if push.pairs > 0 {
-                    let change = push.way / dt;
-                    sums[0] += Real::from(push.pairs);
-                    sums[1] += mass * change.dot(velocity[a] + 0.5 * change);
-                    velocity[a] += change;
-                    after[a] += push.way;
+            let sums = sum_of(owned, |a| {
+                let change = pushes[a].way / dt;
+                [Real::from(pushes[a].pairs), mass * change.dot(velocity[a] + 0.5 * change)]
+            });
+            nearest = domain.min(-largest(owned, |a| -pushes[a].nearest));
+            for_each_chunk((&mut velocity[..owned], &mut after[..owned]), ROWS, |number, (velocity, after)| {
+                let pushes = &pushes[number * ROWS..];
+                for ((u, x), push) in velocity.iter_mut().zip(after).zip(pushes).filter(|(_, push)| push.pairs > 0) {
+                    *u += push.way / dt;
+                    *x += push.way;
                 }
-                nearest = nearest.min(push.nearest);
-            }
+            });
             let [pairs, work] = domain.sum(sums);
             (report.pushed_pairs, report.push_work) = ((pairs / 2.0) as usize, work);
-            nearest = domain.min(nearest);
             exchange.refresh(domain, velocity);
             exchange.refresh_positions(domain, after);
         }
         // Pushes move by less than a tenth of a spacing: who was farther apart does not collide.
         if nearest < (0.7 * spacing) * (0.7 * spacing) {
             collisions.resize(owned, (Vector::ZERO, 0));
-            stabilisation::collisions(spacing, neighbours, kind, after, velocity, collisions);
+            let moved = Moved { kind, before: place, after, size, blocks, close };
+            stabilisation::collisions(spacing, &moved, velocity, collisions);
             let mut count = 0.0;
             for (u, (change, pairs)) in velocity.iter_mut().zip(&*collisions) {
                 *u += *change;
