@@ -26,7 +26,7 @@ const LAST_SWEEPS: usize = 16;
 const DAMPING: f32 = 0.7;
 /// By how much a correction is stretched: constants in cells are too stiff by about twice that.
 const STRETCH: f32 = 1.7;
-/// Parts in which the particles' residuals are gathered, and cells that are summed up in one go.
+/// Parts in which the particles' residuals are gathered, and cells that are looked at in one go.
 const PARTS: usize = 8;
 const CELLS: usize = 1024;
 /// A level with no more cells in its longest direction is the coarsest.
@@ -134,28 +134,37 @@ impl Level {
         }
     }
 
-    /// `next = right - A value` in one row.
-    fn residual(&mut self, row: &Range<usize>, offsets: &[isize; STENCIL]) {
-        let into = &mut self.next[row.clone()];
-        into.copy_from_slice(&self.right[row.clone()]);
-        for (coefficients, offset) in self.matrix.iter().zip(offsets) {
-            let values = &self.value[(row.start as isize + offset) as usize..][..row.len()];
-            for ((into, c), v) in into.iter_mut().zip(&coefficients[row.clone()]).zip(values) {
-                *into -= c * v;
+    /// `next = right - A value`, or with `step` what a damped Jacobi sweep makes of `value`.
+    fn pass(&mut self, step: bool) {
+        let offsets = self.offsets();
+        let Self { count, matrix, inverse, right, value, next } = self;
+        let [n1, n2, n3] = *count;
+        let plane = (n1 + 2) * (n2 + 2);
+        let planes = CELLS.div_ceil(plane);
+        for_each_chunk(&mut next[plane..(n3 + 1) * plane], planes * plane, |number, next| {
+            let first = plane * (1 + number * planes);
+            for at in (0..next.len() / plane).flat_map(|k| (1..=n2).map(move |j| k * plane + j * (n1 + 2) + 1)) {
+                let into = &mut next[at..at + n1];
+                let row = first + at..first + at + n1;
+                into.copy_from_slice(&right[row.clone()]);
+                for (coefficients, offset) in matrix.iter().zip(offsets) {
+                    let values = &value[(row.start as isize + offset) as usize..][..n1];
+                    for ((into, c), v) in into.iter_mut().zip(&coefficients[row.clone()]).zip(values) {
+                        *into -= c * v;
+                    }
+                }
+                if step {
+                    for ((next, inverse), value) in into.iter_mut().zip(&inverse[row.clone()]).zip(&value[row]) {
+                        *next = value + inverse * *next;
+                    }
+                }
             }
-        }
+        });
     }
 
     /// One damped Jacobi sweep.
     fn sweep(&mut self) {
-        let offsets = self.offsets();
-        for row in rows(self.count) {
-            self.residual(&row, &offsets);
-            let (inverse, value) = (&self.inverse[row.clone()], &self.value[row.clone()]);
-            for ((next, inverse), value) in self.next[row.clone()].iter_mut().zip(inverse).zip(value) {
-                *next = value + inverse * *next;
-            }
-        }
+        self.pass(true);
         std::mem::swap(&mut self.value, &mut self.next);
     }
 
@@ -168,10 +177,9 @@ impl Level {
 
     /// Gives the sums of its cells' residuals to the level above.
     fn restrict(&mut self, above: &mut Self) {
-        let offsets = self.offsets();
+        self.pass(false);
         above.right.fill(0.0);
         for (row, [j, k]) in rows(self.count).zip(places(self.count)) {
-            self.residual(&row, &offsets);
             let first = above.cell([0, j / 2, k / 2]);
             for (i, r) in self.next[row].iter().enumerate() {
                 above.right[first + i / 2] += r;
@@ -267,9 +275,10 @@ impl CoarseGrid {
                 }
             }
         });
-        for (s, column) in finest.matrix.iter_mut().enumerate() {
-            column.iter_mut().zip(sums.iter()).for_each(|(c, sum)| *c = sum[s] as f32);
-        }
+        let sums = &sums[..];
+        for_each_chunk(&mut finest.matrix[..], 1, |s, column| {
+            column[0].iter_mut().zip(sums).for_each(|(c, sum)| *c = sum[s] as f32);
+        });
         finest.set_inverse();
         between.resize(owned, Between::default());
         let corners = corners(finest.strides());

@@ -220,36 +220,35 @@ impl Solver {
         let n0 = kernel.sums.number_density;
         let owned = particles.owned;
         roles.clear();
-        roles.extend(prediction[..owned].iter().zip(&particles.kind).map(|(sums, kind)| {
-            let density = sums.density / n0;
-            let role = match kind {
-                Kind::Fluid if is_splash(sums.company) => Role::Outside,
-                Kind::Fluid if surface.is_surface(density, sums.asymmetry / n0) => Role::Given,
-                Kind::Wall if sums.wet == 0 => Role::Outside,
-                Kind::Dummy => Role::Outside,
-                Kind::Fluid | Kind::Wall => Role::Unknown,
-            };
-            role.number()
-        }));
         roles.resize(particles.len(), 0);
+        let kind = &particles.kind[..];
+        for_each_chunk(&mut roles[..owned], ROWS, |number, roles| {
+            let sums = &prediction[number * ROWS..];
+            for ((number, sums), kind) in roles.iter_mut().zip(sums).zip(&kind[number * ROWS..]) {
+                let density = sums.density / n0;
+                let role = match kind {
+                    Kind::Fluid if is_splash(sums.company) => Role::Outside,
+                    Kind::Fluid if surface.is_surface(density, sums.asymmetry / n0) => Role::Given,
+                    Kind::Wall if sums.wet == 0 => Role::Outside,
+                    Kind::Dummy => Role::Outside,
+                    Kind::Fluid | Kind::Wall => Role::Unknown,
+                };
+                *number = role.number();
+            }
+        });
         exchange.refresh(domain, roles);
         particles.role.iter_mut().zip(&*roles).for_each(|(role, &number)| *role = Role::from_number(number));
         equation.close(&particles.role, owned);
-        let fluid = (0..owned).filter(|&a| particles.kind[a] == Kind::Fluid);
-        let mut counts = [0.0; 5];
-        for a in fluid {
-            match particles.role[a] {
-                Role::Outside => counts[0] += 1.0,
-                Role::Given => counts[1] += 1.0,
-                Role::Unknown if equation.rows[a].beside_surface => {}
-                Role::Unknown => {
-                    let strain = (scratch.crowding[a].density - n0) / kernel.sums.strain;
-                    counts[2] += 1.0;
-                    counts[3] += strain;
-                    counts[4] += strain * strain;
-                }
+        let counts = sum_of(owned, |a| match particles.role[a] {
+            _ if kind[a] != Kind::Fluid => [0.0; 5],
+            Role::Outside => [1.0, 0.0, 0.0, 0.0, 0.0],
+            Role::Given => [0.0, 1.0, 0.0, 0.0, 0.0],
+            Role::Unknown if equation.rows[a].beside_surface => [0.0; 5],
+            Role::Unknown => {
+                let strain = (scratch.crowding[a].density - n0) / kernel.sums.strain;
+                [0.0, 0.0, 1.0, strain, strain * strain]
             }
-        }
+        });
         let [splashes, at_surface, inner, sum, squares] = domain.sum(counts);
         (report.splashes, report.surface) = (splashes as usize, at_surface as usize);
         let inner = inner.max(1.0);
@@ -315,12 +314,16 @@ impl Solver {
             }
         });
         for repeat in 0..=repeats {
-            for (a, row) in equation.rows[..owned].iter_mut().enumerate() {
-                // Neighbours are missing beside the surface: what the sum makes of the gradient that is known is no
-                // curvature.
-                let corrected = row.beside_surface && kind[a] == Kind::Fluid;
-                row.right = row.source - if corrected { gradient[a].dot(prediction[a].lean) } else { 0.0 };
-            }
+            let known = &gradient[..];
+            for_each_chunk(&mut equation.rows[..owned], ROWS, |number, rows| {
+                for (n, row) in rows.iter_mut().enumerate() {
+                    let a = number * ROWS + n;
+                    // Neighbours are missing beside the surface: what the sum makes of the gradient that is known is
+                    // no curvature.
+                    let corrected = row.beside_surface && kind[a] == Kind::Fluid;
+                    row.right = row.source - if corrected { known[a].dot(prediction[a].lean) } else { 0.0 };
+                }
+            });
             let to_strain = dt * dt / fluid.density;
             let solved = equation.solve(&layout, exchange, pressure, to_strain, tolerance)?;
             let iterations = report.pressure.iterations + solved.iterations;
