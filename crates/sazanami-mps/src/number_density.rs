@@ -83,6 +83,8 @@ fn crowding_with<const C4: bool, const CLASSICAL: bool>(
         let (weight, form) = kernel.pair::<C4, CLASSICAL>();
         let square = weight.radius * weight.radius;
         let (mine, s) = (samples[a], seen[a]);
+        // Walls do not feel viscosity.
+        let viscous = kind[a] == Kind::Fluid;
         let mut density = mine.bulk;
         let mut rate = mine.bulk_rate;
         let mut laplacian = Vector::ZERO;
@@ -99,7 +101,7 @@ fn crowding_with<const C4: bool, const CLASSICAL: bool>(
             density += w * other.bulk;
             let stretch = (other.velocity - mine.velocity).dot(apart);
             rate += weight.slope_over_distance(r) * stretch * other.bulk + w * other.bulk_rate;
-            if friction == WallFriction::NoSlip || kind[b] == Kind::Fluid {
+            if viscous && (friction == WallFriction::NoSlip || kind[b] == Kind::Fluid) {
                 laplacian += form.coefficient(&weight, r).0 * other.bulk * (seen[b] - s);
             }
         }

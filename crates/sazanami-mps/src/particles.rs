@@ -171,7 +171,7 @@ impl Particles {
     }
 
     /// Puts the own particles into the order of `bin` and, within a bin, of their identifiers. There are no ghosts.
-    pub(crate) fn sort(&mut self, bin: impl Fn(Vector) -> u32 + Sync) {
+    pub(crate) fn sort(&mut self, bins: usize, bin: impl Fn(Vector) -> u32 + Sync) {
         let Self { id, kind, position, velocity, pressure, gradient, role, keys, spare, .. } = self;
         keys.resize(id.len(), (0, 0, 0));
         for_each_chunk(&mut keys[..], MANY, |number, keys| {
@@ -181,8 +181,7 @@ impl Particles {
             }
         });
         if !keys.is_sorted() {
-            // Most are where they were in the last step: runs are merged.
-            keys.sort();
+            sort_by_bin(keys, &mut spare.keys, &mut spare.starts, bins);
             permute(id, &mut spare.id, keys);
             permute(kind, &mut spare.kind, keys);
             permute(position, &mut spare.vector, keys);
@@ -206,6 +205,29 @@ struct Spare {
     vector: Vec<Vector>,
     number: Vec<Real>,
     role: Vec<Role>,
+    keys: Vec<(u32, u64, u32)>,
+    starts: Vec<u32>,
+}
+
+/// Sorts keys whose first part is less than `bins`.
+fn sort_by_bin(keys: &mut Vec<(u32, u64, u32)>, spare: &mut Vec<(u32, u64, u32)>, starts: &mut Vec<u32>, bins: usize) {
+    starts.clear();
+    starts.resize(bins + 1, 0);
+    keys.iter().for_each(|key| starts[key.0 as usize + 1] += 1);
+    (1..=bins).for_each(|n| starts[n] += starts[n - 1]);
+    spare.resize(keys.len(), (0, 0, 0));
+    for key in &*keys {
+        let at = &mut starts[key.0 as usize];
+        spare[*at as usize] = *key;
+        *at += 1;
+    }
+    // Each entry is where its bin ends now.
+    let mut first = 0;
+    for &end in &starts[..bins] {
+        spare[first..end as usize].sort_unstable();
+        first = end as usize;
+    }
+    std::mem::swap(keys, spare);
 }
 
 /// Puts a column into the order of the keys.

@@ -60,7 +60,7 @@ impl Solver {
         let Self { domain, periods, particles, exchange, bins, neighbours, .. } = self;
         exchange.migrate(domain, particles);
         bins.renew(domain, reach);
-        particles.sort(|x| bins.number(x));
+        particles.sort(bins.len(), |x| bins.number(x));
         exchange.renew(domain, periods, particles, reach, |x| bins.number(x));
         let (own, ghosts) = particles.position.split_at(particles.owned);
         bins.fill(own, ghosts);
