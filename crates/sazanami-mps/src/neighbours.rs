@@ -1,7 +1,8 @@
 //! Bins and neighbour lists.
 //!
 //! Lists are made anew in every step, from the order of the particles alone, so that the order of every sum
-//! follows from the state: threads, restarts and ranks do not change it.
+//! follows from the state: threads, restarts and ranks do not change it. They hold all pairs within the radius of
+//! influence at the start of the step or at the predicted places, and few others.
 
 use std::ops::Range;
 
