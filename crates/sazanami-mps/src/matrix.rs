@@ -1,7 +1,7 @@
 //! The pressure equation as it is stored: coefficients by row, roles, and where rows lie.
 
-use sazanami_numerics::Real;
 use sazanami_numerics::domain::Domain;
+use sazanami_numerics::{Real, Vector};
 
 use crate::neighbours::{Bins, ROWS};
 use crate::particles::Role;
@@ -9,24 +9,28 @@ use crate::particles::Role;
 /// Coefficients of some consecutive particles.
 #[derive(Clone, Debug)]
 pub(crate) struct Block {
-    pub starts: [u32; ROWS + 1],
+    starts: [u32; ROWS + 1],
     pub columns: Vec<u32>,
     pub coefficients: Vec<f32>,
+    close_starts: [u32; ROWS + 1],
+    /// Neighbours within 2.1 spacings.
+    pub close: Vec<u32>,
     /// Pairs whose coefficient was cut to zero.
     pub cut: usize,
 }
 
 impl Default for Block {
     fn default() -> Self {
-        Self { starts: [0; ROWS + 1], columns: Vec::new(), coefficients: Vec::new(), cut: 0 }
+        let starts = [0; ROWS + 1];
+        let (columns, coefficients, close) = (Vec::new(), Vec::new(), Vec::new());
+        Self { starts, columns, coefficients, close_starts: starts, close, cut: 0 }
     }
 }
 
 impl Block {
-    pub fn clear(&mut self) {
-        self.columns.clear();
-        self.coefficients.clear();
-        self.cut = 0;
+    /// Notes that a row ends where its columns and its close neighbours end now.
+    pub fn end_row(&mut self, row: usize, columns: usize, close: usize) {
+        (self.starts[row + 1], self.close_starts[row + 1]) = (columns as u32, close as u32);
     }
 
     /// Neighbours of a row and the coefficients to them.
@@ -34,6 +38,12 @@ impl Block {
     pub fn row(&self, row: usize) -> (&[u32], &[f32]) {
         let range = self.starts[row] as usize..self.starts[row + 1] as usize;
         (&self.columns[range.clone()], &self.coefficients[range])
+    }
+
+    /// Neighbours of a row within 2.1 spacings.
+    #[inline(always)]
+    pub fn close(&self, row: usize) -> &[u32] {
+        &self.close[self.close_starts[row] as usize..self.close_starts[row + 1] as usize]
     }
 }
 
@@ -58,5 +68,7 @@ pub(crate) struct Layout<'a> {
     pub roles: &'a [Role],
     /// Bin of each own particle.
     pub bin: &'a [u32],
+    /// Where each particle is [m].
+    pub place: &'a [Vector],
     pub owned: usize,
 }

@@ -4,26 +4,45 @@
 //! number density n0 is aimed at.
 
 use sazanami_numerics::{Real, Vector};
+use sazanami_parallel::{Rows, for_each_chunk};
 
 use crate::boundary::WallFriction;
 use crate::free_surface::COMPANY_RADIUS;
 use crate::matrix::Block;
 use crate::neighbours::{Neighbours, ROWS};
 use crate::particles::Kind;
-use crate::scheme::Kernel;
+use crate::scheme::{Kernel, for_kernel};
+use crate::weight::{LaplacianForm, Wendland};
 
-/// Columns that the sums look at, ghosts included.
-#[derive(Clone, Copy)]
-pub(crate) struct Columns<'a> {
-    pub kind: &'a [Kind],
-    /// Places [m].
-    pub position: &'a [Vector],
-    /// Velocities that count for the change of volume [m/s].
-    pub velocity: &'a [Vector],
+/// What the sums look at in a particle, in one line of the cache.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(C, align(64))]
+pub(crate) struct Sample {
+    /// Place [m].
+    position: Vector,
     /// `1/eps`.
-    pub bulk: &'a [Real],
+    bulk: Real,
+    /// Velocity that counts for the change of volume [m/s].
+    velocity: Vector,
     /// Rate of `1/eps` along the particle [1/s].
-    pub bulk_rate: &'a [Real],
+    bulk_rate: Real,
+}
+
+/// Gathers what the sums look at, ghosts included.
+pub(crate) fn sample(
+    position: &[Vector],
+    velocity: &[Vector],
+    bulk: &[Real],
+    bulk_rate: &[Real],
+    into: &mut Vec<Sample>,
+) {
+    into.resize(position.len(), Sample::default());
+    for_each_chunk(&mut into[..], ROWS, |number, into| {
+        for (row, sample) in into.iter_mut().enumerate() {
+            let a = number * ROWS + row;
+            *sample = Sample { position: position[a], bulk: bulk[a], velocity: velocity[a], bulk_rate: bulk_rate[a] };
+        }
+    });
 }
 
 /// Sums at the start of a step.
@@ -41,32 +60,49 @@ pub(crate) struct Crowding {
 pub(crate) fn crowding(
     kernel: &Kernel,
     neighbours: &Neighbours,
-    columns: &Columns<'_>,
+    kind: &[Kind],
+    samples: &[Sample],
     seen: &[Vector],
     friction: WallFriction,
     into: &mut [Crowding],
 ) {
-    let Columns { kind, position, velocity, bulk, bulk_rate } = *columns;
-    let Kernel { scheme, weight, sums } = kernel;
-    let square = weight.radius * weight.radius;
+    for_kernel!(kernel, crowding_with(kernel, neighbours, kind, samples, seen, friction, into));
+}
+
+fn crowding_with<const C4: bool, const CLASSICAL: bool>(
+    kernel: &Kernel,
+    neighbours: &Neighbours,
+    kind: &[Kind],
+    samples: &[Sample],
+    seen: &[Vector],
+    friction: WallFriction,
+    into: &mut [Crowding],
+) {
+    let sums = &kernel.sums;
     neighbours.set(into, |a, near| {
-        let (x, u, s) = (position[a], velocity[a], seen[a]);
-        let mut density = bulk[a];
-        let mut rate = bulk_rate[a];
+        let (weight, form) = kernel.pair::<C4, CLASSICAL>();
+        let square = weight.radius * weight.radius;
+        let (mine, s) = (samples[a], seen[a]);
+        // Walls do not feel viscosity.
+        let viscous = kind[a] == Kind::Fluid;
+        let mut density = mine.bulk;
+        let mut rate = mine.bulk_rate;
         let mut laplacian = Vector::ZERO;
         for &b in near {
             let b = b as usize;
-            let apart = position[b] - x;
+            let other = &samples[b];
+            let apart = other.position - mine.position;
             let r2 = apart.length_squared();
             if r2 >= square {
                 continue;
             }
             let r = r2.sqrt();
             let w = weight.value(r);
-            density += w * bulk[b];
-            rate += weight.slope(r) * (velocity[b] - u).dot(apart) / r * bulk[b] + w * bulk_rate[b];
-            if friction == WallFriction::NoSlip || kind[b] == Kind::Fluid {
-                laplacian += scheme.laplacian.coefficient(weight, r).0 * bulk[b] * (seen[b] - s);
+            density += w * other.bulk;
+            let stretch = (other.velocity - mine.velocity).dot(apart);
+            rate += weight.slope_over_distance(r) * stretch * other.bulk + w * other.bulk_rate;
+            if viscous && (friction == WallFriction::NoSlip || kind[b] == Kind::Fluid) {
+                laplacian += form.coefficient(&weight, r).0 * other.bulk * (seen[b] - s);
             }
         }
         Crowding { density, rate: rate / sums.strain, laplacian: laplacian / sums.laplacian }
@@ -99,62 +135,82 @@ pub(crate) fn prediction(
     kernel: &Kernel,
     spacing: Real,
     neighbours: &Neighbours,
-    columns: &Columns<'_>,
-    mobile: &[Real],
+    kind: &[Kind],
+    samples: &[Sample],
+    conductance: &[Real],
     blocks: &mut [Block],
     into: &mut [Prediction],
 ) {
-    let Columns { kind, position, velocity, bulk, bulk_rate } = *columns;
-    let Kernel { scheme, weight, sums } = kernel;
-    let square = weight.radius * weight.radius;
+    for_kernel!(kernel, prediction_with(kernel, spacing, neighbours, kind, samples, conductance, blocks, into));
+}
+
+#[allow(clippy::too_many_arguments, reason = "columns in, columns out")]
+fn prediction_with<const C4: bool, const CLASSICAL: bool>(
+    kernel: &Kernel,
+    spacing: Real,
+    neighbours: &Neighbours,
+    kind: &[Kind],
+    samples: &[Sample],
+    conductance: &[Real],
+    blocks: &mut [Block],
+    into: &mut [Prediction],
+) {
+    let sums = &kernel.sums;
     let close = (COMPANY_RADIUS * spacing) * (COMPANY_RADIUS * spacing);
     let half = 0.5 / sums.laplacian;
-    let into = sazanami_parallel::Rows { data: into, width: ROWS };
-    sazanami_parallel::for_each_chunk((blocks, into), 1, |number, (block, into)| {
+    for_each_chunk((blocks, Rows { data: into, width: ROWS }), 1, |number, (block, into)| {
+        let (weight, form) = kernel.pair::<C4, CLASSICAL>();
+        let square = weight.radius * weight.radius;
+        let (close, half) = (close, half);
         let block = &mut block[0];
-        block.clear();
         let lists = &neighbours.blocks()[number];
+        // No shorter than the lists, and no longer than they ever were.
+        for column in [&mut block.columns, &mut block.close] {
+            column.resize(column.len().max(lists.len()), 0);
+        }
+        block.coefficients.resize(block.columns.len(), 0.0);
+        let (mut end, mut close_end, mut cuts) = (0, 0, 0);
         for (row, entry) in into.data.iter_mut().enumerate() {
             *entry = Prediction::default();
             let near = lists.of(row);
             let a = number * ROWS + row;
             if !near.is_empty() {
-                let (x, u, bulk_a) = (position[a], velocity[a], bulk[a]);
-                let conductance = 1.0 / bulk_a + mobile[a];
-                let mut sum = Prediction { density: bulk_a, rate: bulk_rate[a], ..Prediction::default() };
-                for &b in near {
-                    let column = b;
-                    let b = b as usize;
-                    let apart = position[b] - x;
+                let (mine, conductance_a) = (samples[a], conductance[a]);
+                let mut sum = Prediction { density: mine.bulk, rate: mine.bulk_rate, ..Prediction::default() };
+                for &column in near {
+                    let b = column as usize;
+                    let other = &samples[b];
+                    let apart = other.position - mine.position;
                     let r2 = apart.length_squared();
                     if r2 >= square {
                         continue;
                     }
                     let r = r2.sqrt();
-                    let w = weight.value(r) * bulk[b];
+                    let value = weight.value(r);
+                    let w = value * other.bulk;
                     sum.density += w;
-                    sum.rate +=
-                        weight.slope(r) * (velocity[b] - u).dot(apart) / r * bulk[b] + weight.value(r) * bulk_rate[b];
+                    let stretch = (other.velocity - mine.velocity).dot(apart);
+                    sum.rate += weight.slope_over_distance(r) * stretch * other.bulk + value * other.bulk_rate;
                     sum.asymmetry += (w / r) * apart;
-                    let (f, cut) = scheme.laplacian.coefficient(weight, r);
-                    let c = f * half * (conductance + (1.0 / bulk[b] + mobile[b])) * (bulk_a * bulk[b]);
+                    let (f, cut) = form.coefficient(&weight, r);
+                    let c = f * half * (conductance_a + conductance[b]) * (mine.bulk * other.bulk);
                     sum.lean += c * apart;
-                    match kind[b] {
-                        Kind::Fluid => {
-                            sum.wet += 1;
-                            sum.company += u32::from(r2 < close);
-                        }
-                        Kind::Wall => {}
-                        Kind::Dummy => continue,
-                    }
-                    block.cut += usize::from(cut);
-                    block.columns.push(column);
-                    block.coefficients.push(c as f32);
+                    let part = kind[b] != Kind::Dummy;
+                    let fluid = kind[b] == Kind::Fluid;
+                    sum.wet += u32::from(fluid);
+                    sum.company += u32::from(fluid & (r2 < close));
+                    cuts += usize::from(cut & part);
+                    block.columns[end] = column;
+                    block.coefficients[end] = c as f32;
+                    end += usize::from(part);
+                    block.close[close_end] = column;
+                    close_end += usize::from(part & (r2 < close));
                 }
                 sum.rate /= sums.strain;
                 *entry = sum;
             }
-            block.starts[row + 1] = block.columns.len() as u32;
+            block.end_row(row, end, close_end);
         }
+        block.cut = cuts;
     });
 }

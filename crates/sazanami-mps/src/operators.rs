@@ -63,7 +63,7 @@ pub(crate) fn gradient(
     let owned = into.len();
     let into = &mut into[..];
     for_each_chunk((into, plain), ROWS, |number, (into, plain)| {
-        let block = &blocks[number];
+        let (block, weight) = (&blocks[number], *weight);
         for (row, (gradient, plain)) in into.iter_mut().zip(plain).enumerate() {
             let a = number * ROWS + row;
             (*gradient, *plain) = (Vector::ZERO, false);
@@ -71,8 +71,6 @@ pub(crate) fn gradient(
                 continue;
             }
             let (mut matrix, mut sum, mut support) = ([0.0; 6], Vector::ZERO, 0.0);
-            // Differences of the whole pressure, for where support is too thin to be corrected.
-            let mut whole = Vector::ZERO;
             for &b in block.row(row).0 {
                 let b = b as usize;
                 if roles[b] == Role::Outside {
@@ -81,11 +79,10 @@ pub(crate) fn gradient(
                 let apart = position[b] - position[a];
                 let r2 = apart.length_squared();
                 let w = weight.value(r2.sqrt()) * bulk[b];
-                let difference = pressure[b] - pressure[a];
+                let share = w / r2;
                 support += w;
-                add(&mut matrix, w / r2, apart);
-                sum += (w / r2 * difference) * apart;
-                whole += (w / r2 * (difference + weight_of_fluid.dot(apart))) * apart;
+                add(&mut matrix, share, apart);
+                sum += (share * (pressure[b] - pressure[a])) * apart;
             }
             let corrected = match scheme.gradient {
                 GradientForm::Corrected => inverse(&matrix, support),
@@ -94,7 +91,9 @@ pub(crate) fn gradient(
             *gradient = match corrected {
                 Some(inverse) => inverse * sum,
                 None => {
+                    // Support is too thin to be corrected: differences of the whole pressure.
                     *plain = true;
+                    let whole = sum + full(&matrix) * weight_of_fluid;
                     whole * (3.0 / sums.others) - weight_of_fluid
                 }
             };
@@ -103,12 +102,13 @@ pub(crate) fn gradient(
 }
 
 /// Velocities that viscosity sees: that of a particle itself, and behind a wall twice the wall's less that of the
-/// mirrored point, from a linear fit of the fluid around it.
+/// mirrored point, from a linear fit of the fluid around it. Only those that are `wet` are looked at by fluid.
 pub(crate) fn mirrored_velocities(
     kernel: &Kernel,
     tank: &Tank,
     bins: &Bins,
     particles: &Particles,
+    wet: impl Fn(usize) -> bool + Sync,
     into: &mut Vec<Vector>,
 ) {
     into.clear();
@@ -120,14 +120,22 @@ pub(crate) fn mirrored_velocities(
     for_each_chunk(&mut into[..owned], ROWS, |number, into| {
         for (row, seen) in into.iter_mut().enumerate() {
             let a = number * ROWS + row;
-            if kind[a] == Kind::Fluid {
+            if kind[a] == Kind::Fluid || !wet(a) {
                 continue;
             }
-            let at = tank.mirrored(position[a]);
+            let (at, weight) = (tank.mirrored(position[a]), *weight);
+            let mut touched = false;
+            bins.for_each_range(position[a], weight.radius, |mut range| {
+                let near = |b: usize| kind[b] == Kind::Fluid && (position[b] - position[a]).length_squared() < square;
+                touched = touched || range.any(near);
+            });
+            if !touched {
+                continue;
+            }
             // Least squares of u + G (x - at): sums of 1, x, x x and of u, u x with the weight.
             let (mut w0, mut w1, mut w2) = (0.0, Vector::ZERO, [0.0; 6]);
             let (mut u0, mut u1) = (Vector::ZERO, [Vector::ZERO; 3]);
-            bins.for_each_range(at, |range| {
+            bins.for_each_range(at, weight.radius, |range| {
                 for b in range {
                     let apart = position[b] - at;
                     let r2 = apart.length_squared();

@@ -2,6 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 use sazanami_numerics::{Real, Vector};
+use sazanami_parallel::for_each_chunk;
 
 /// Identifiers from here on are those of wall and dummy particles.
 pub const WALL: u64 = 1 << 62;
@@ -80,7 +81,7 @@ pub struct Particles {
     pub role: Vec<Role>,
     /// Order of the particles, kept for its memory.
     keys: Vec<(u32, u64, u32)>,
-    records: Vec<ParticleRecord>,
+    spare: Spare,
 }
 
 /// Everything about a particle, as it is sent and stored.
@@ -170,20 +171,71 @@ impl Particles {
     }
 
     /// Puts the own particles into the order of `bin` and, within a bin, of their identifiers. There are no ghosts.
-    pub(crate) fn sort(&mut self, bin: impl Fn(Vector) -> u32) {
-        let mut keys = std::mem::take(&mut self.keys);
-        keys.clear();
-        keys.extend(self.position.iter().zip(&self.id).enumerate().map(|(a, (&x, &id))| (bin(x), id, a as u32)));
+    pub(crate) fn sort(&mut self, bins: usize, bin: impl Fn(Vector) -> u32 + Sync) {
+        let Self { id, kind, position, velocity, pressure, gradient, role, keys, spare, .. } = self;
+        keys.resize(id.len(), (0, 0, 0));
+        for_each_chunk(&mut keys[..], MANY, |number, keys| {
+            for (n, key) in keys.iter_mut().enumerate() {
+                let a = number * MANY + n;
+                *key = (bin(position[a]), id[a], a as u32);
+            }
+        });
         if !keys.is_sorted() {
-            keys.sort_unstable();
-            let mut records = std::mem::take(&mut self.records);
-            records.clear();
-            records.extend(keys.iter().map(|key| self.record(key.2 as usize)));
-            self.truncate(0);
-            records.iter().for_each(|record| self.push(record));
-            self.records = records;
+            sort_by_bin(keys, &mut spare.keys, &mut spare.starts, bins);
+            permute(id, &mut spare.id, keys);
+            permute(kind, &mut spare.kind, keys);
+            permute(position, &mut spare.vector, keys);
+            permute(velocity, &mut spare.vector, keys);
+            permute(pressure, &mut spare.number, keys);
+            permute(gradient, &mut spare.vector, keys);
+            permute(role, &mut spare.role, keys);
         }
         self.owned = self.len();
-        self.keys = keys;
     }
+}
+
+/// Particles that are put in order in one go.
+const MANY: usize = 1024;
+
+/// Columns to be put in order, kept for their memory.
+#[derive(Clone, Debug, Default)]
+struct Spare {
+    id: Vec<u64>,
+    kind: Vec<Kind>,
+    vector: Vec<Vector>,
+    number: Vec<Real>,
+    role: Vec<Role>,
+    keys: Vec<(u32, u64, u32)>,
+    starts: Vec<u32>,
+}
+
+/// Sorts keys whose first part is less than `bins`.
+fn sort_by_bin(keys: &mut Vec<(u32, u64, u32)>, spare: &mut Vec<(u32, u64, u32)>, starts: &mut Vec<u32>, bins: usize) {
+    starts.clear();
+    starts.resize(bins + 1, 0);
+    keys.iter().for_each(|key| starts[key.0 as usize + 1] += 1);
+    (1..=bins).for_each(|n| starts[n] += starts[n - 1]);
+    spare.resize(keys.len(), (0, 0, 0));
+    for key in &*keys {
+        let at = &mut starts[key.0 as usize];
+        spare[*at as usize] = *key;
+        *at += 1;
+    }
+    // Each entry is where its bin ends now.
+    let mut first = 0;
+    for &end in &starts[..bins] {
+        spare[first..end as usize].sort_unstable();
+        first = end as usize;
+    }
+    std::mem::swap(keys, spare);
+}
+
+/// Puts a column into the order of the keys.
+fn permute<T: Copy + Default + Send + Sync>(column: &mut Vec<T>, spare: &mut Vec<T>, keys: &[(u32, u64, u32)]) {
+    spare.resize(column.len(), T::default());
+    let before = &column[..];
+    for_each_chunk(&mut spare[..], MANY, |number, after| {
+        after.iter_mut().zip(&keys[number * MANY..]).for_each(|(after, key)| *after = before[key.2 as usize]);
+    });
+    std::mem::swap(column, spare);
 }

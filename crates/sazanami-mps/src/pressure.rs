@@ -271,29 +271,28 @@ fn sum<const N: usize>(blocks: usize, part: impl Fn(usize) -> [Real; N] + Sync) 
     })
 }
 
-/// `r = b + sum c (p_j - p_i)`; returns the largest.
+/// `r = b + sum c (p_j - p_i)`, with `p` zero outside; returns the largest.
 fn evaluate(layout: &Layout<'_>, blocks: &mut [Block], rows: &[Row], p: &[Real], r: &mut [Real]) -> Real {
-    let Layout { roles, owned, .. } = *layout;
-    for_each_chunk((blocks, Rows { data: r, width: ROWS }), 1, |number, (block, r)| {
-        for (row, r) in r.data.iter_mut().enumerate() {
-            let a = number * ROWS + row;
-            *r = 0.0;
-            if a < owned && roles[a] == Role::Unknown {
-                let (columns, coefficients) = block[0].row(row);
-                let mut sum = rows[a].right;
-                for (&b, &c) in columns.iter().zip(coefficients) {
-                    if roles[b as usize] != Role::Outside {
-                        sum += Real::from(c) * (p[b as usize] - p[a]);
-                    }
-                }
-                *r = sum;
+    multiply(layout, blocks, rows, p, r);
+    let owned = layout.owned;
+    for_each_chunk(&mut *r, ROWS, |number, r| {
+        for (n, r) in r.iter_mut().enumerate() {
+            let a = number * ROWS + n;
+            if a < owned && rows[a].diagonal > 0.0 {
+                *r = rows[a].right - *r;
             }
         }
     });
-    r.iter().fold(0.0, |m: Real, r| if r.is_nan() { Real::NAN } else { m.max(r.abs()) })
+    let r = &*r;
+    max_over(blocks.len(), |n| r[n * ROWS..(n + 1) * ROWS].iter().fold(0.0, |m: Real, r| larger(m, r.abs())))
 }
 
-/// `q = A d`, with `d` zero where nothing is sought.
+/// The larger of two; not a number if one is not.
+fn larger(a: Real, b: Real) -> Real {
+    if b.is_nan() || a < b { b } else { a }
+}
+
+/// `q = A d`, with `d` zero outside.
 fn multiply(layout: &Layout<'_>, blocks: &mut [Block], rows: &[Row], d: &[Real], q: &mut [Real]) {
     let owned = layout.owned;
     for_each_chunk((blocks, Rows { data: q, width: ROWS }), 1, |number, (block, q)| {

@@ -107,4 +107,25 @@ impl Kernel {
         let weight = Weight { family: scheme.weight, radius: scheme.radius * spacing };
         Self { scheme, weight, sums: Calibration::new(&weight, scheme.laplacian, spacing) }
     }
+
+    /// Weight and Laplacian of a pair, chosen when the program is built: to be asked for where pairs are summed.
+    #[inline(always)]
+    pub fn pair<const C4: bool, const CLASSICAL: bool>(&self) -> (Weight, LaplacianForm) {
+        let family = if C4 { Wendland::C4 } else { Wendland::C2 };
+        let form = if CLASSICAL { LaplacianForm::Classical } else { LaplacianForm::HigherOrder };
+        (Weight { family, radius: self.weight.radius }, form)
+    }
 }
+
+/// Calls `$function::<C4, CLASSICAL>` as a kernel has it.
+macro_rules! for_kernel {
+    ($kernel:expr, $function:ident($($argument:expr),* $(,)?)) => {
+        match ($kernel.weight.family, $kernel.scheme.laplacian) {
+            (Wendland::C2, LaplacianForm::HigherOrder) => $function::<false, false>($($argument),*),
+            (Wendland::C2, LaplacianForm::Classical) => $function::<false, true>($($argument),*),
+            (Wendland::C4, LaplacianForm::HigherOrder) => $function::<true, false>($($argument),*),
+            (Wendland::C4, LaplacianForm::Classical) => $function::<true, true>($($argument),*),
+        }
+    };
+}
+pub(crate) use for_kernel;

@@ -12,7 +12,7 @@ use crate::exchange::{Exchange, Periods};
 use crate::free_surface::SurfaceTest;
 use crate::grains::{CouplingReport, GrainPhase};
 use crate::neighbours::{Bins, Neighbours, ROWS};
-use crate::number_density::{Crowding, Prediction};
+use crate::number_density::{Crowding, Prediction, Sample};
 use crate::particles::{Kind, ParticleRecord, Particles, WALL};
 use crate::pressure::{PressureEquation, PressureError, PressureReport, Tolerance};
 use crate::scheme::{Fluid, Kernel, Scheme};
@@ -150,7 +150,10 @@ struct Scratch {
     bulk: Vec<Real>,
     bulk_rate: Vec<Real>,
     mobile: Vec<Real>,
+    /// `eps` and what gives way with it.
+    conductance: Vec<Real>,
     seen: Vec<Vector>,
+    samples: Vec<Sample>,
     crowding: Vec<Crowding>,
     /// What drag changes the velocity by.
     change: Vec<Vector>,
@@ -162,6 +165,7 @@ struct Scratch {
     plain: Vec<bool>,
     roles: Vec<u8>,
     bin: Vec<u32>,
+    size: Vec<Real>,
     pushes: Vec<Push>,
     collisions: Vec<(Vector, u32)>,
 }

@@ -1,8 +1,10 @@
 //! What keeps particles apart when the pressure does not: stabilisation (DS) and, at last, collisions.
 
 use sazanami_numerics::{Real, Vector};
+use sazanami_parallel::for_each_chunk;
 
-use crate::neighbours::Neighbours;
+use crate::matrix::Block;
+use crate::neighbours::ROWS;
 use crate::particles::Kind;
 use crate::scheme::{Kernel, Stabilisation};
 
@@ -16,7 +18,41 @@ pub(crate) struct Moved<'a> {
     pub kind: &'a [Kind],
     pub before: &'a [Vector],
     pub after: &'a [Vector],
-    pub bulk: &'a [Real],
+    /// Sizes: the spacing, stretched by the bulk volume [m].
+    pub size: &'a [Real],
+    pub blocks: &'a [Block],
+    /// Whether the close neighbours hold all pairs that can be too near.
+    pub close: bool,
+}
+
+impl Moved<'_> {
+    /// Sets an entry of `column` for every own particle from the neighbours that may be too near.
+    fn set<T: Send>(&self, column: &mut [T], value: impl Fn(usize, &[u32]) -> T + Sync) {
+        for_each_chunk(column, ROWS, |number, column| {
+            let block = &self.blocks[number];
+            for (row, entry) in column.iter_mut().enumerate() {
+                let near = if self.close { block.close(row) } else { block.row(row).0 };
+                *entry = value(number * ROWS + row, near);
+            }
+        });
+    }
+}
+
+/// Sizes of particles of spacing `spacing` [m] with bulk volumes `1/eps`.
+pub(crate) fn sizes(spacing: Real, kind: &[Kind], bulk: &[Real], into: &mut Vec<Real>) {
+    into.resize(kind.len(), 0.0);
+    for_each_chunk(&mut into[..], ROWS, |number, into| {
+        for (row, size) in into.iter_mut().enumerate() {
+            let a = number * ROWS + row;
+            let plain = kind[a] != Kind::Fluid || bulk[a] == 1.0;
+            *size = if plain { spacing } else { spacing * bulk[a].cbrt() };
+        }
+    });
+}
+
+/// The widest particle [m].
+pub(crate) fn widest(spacing: Real) -> Real {
+    1.5 * spacing
 }
 
 /// What stabilisation does to a particle.
@@ -34,32 +70,24 @@ pub(crate) struct Push {
 ///
 /// A pair at `r` after the correction that is nearer than it may be is pushed along its direction `e` before the
 /// correction, each so that the longest step of water at rest would move it by half of what is missing, times `w/n0`.
-pub(crate) fn pushes(
-    kernel: &Kernel,
-    settings: &Stabilisation,
-    spacing: Real,
-    neighbours: &Neighbours,
-    moved: &Moved<'_>,
-    into: &mut [Push],
-) {
-    let Moved { kind, before, after, bulk } = *moved;
-    let size = |a: usize| if kind[a] == Kind::Fluid { spacing * bulk[a].cbrt() } else { spacing };
-    neighbours.set(into, |a, near| {
+pub(crate) fn pushes(kernel: &Kernel, settings: &Stabilisation, spacing: Real, moved: &Moved<'_>, into: &mut [Push]) {
+    let Moved { kind, before, after, size, .. } = *moved;
+    let limit = widest(spacing) * widest(spacing);
+    moved.set(into, |a, near| {
         let mut push = Push { nearest: Real::INFINITY, ..Push::default() };
         if kind[a] != Kind::Fluid {
             return push;
         }
-        let mine = size(a);
+        let mine = size[a];
         for &b in near {
             let b = b as usize;
             let apart = after[b] - after[a];
             let r2 = apart.length_squared();
-            // The widest particles are 1.5 spacings wide.
-            if r2 > (1.5 * spacing) * (1.5 * spacing) || kind[b] == Kind::Dummy {
+            if r2 > limit {
                 continue;
             }
             push.nearest = push.nearest.min(r2);
-            let least = settings.distance * 0.5 * (mine + size(b));
+            let least = settings.distance * 0.5 * (mine + size[b]);
             if r2 >= least * least {
                 continue;
             }
@@ -77,16 +105,10 @@ pub(crate) fn pushes(
 
 /// Change of velocity of each own fluid particle by collisions with particles that are still too near, and with
 /// how many.
-pub(crate) fn collisions(
-    spacing: Real,
-    neighbours: &Neighbours,
-    kind: &[Kind],
-    position: &[Vector],
-    velocity: &[Vector],
-    into: &mut [(Vector, u32)],
-) {
+pub(crate) fn collisions(spacing: Real, moved: &Moved<'_>, velocity: &[Vector], into: &mut [(Vector, u32)]) {
+    let Moved { kind, after: position, .. } = *moved;
     let limit = (COLLISION * spacing) * (COLLISION * spacing);
-    neighbours.set(into, |a, near| {
+    moved.set(into, |a, near| {
         let mut change = (Vector::ZERO, 0);
         if kind[a] != Kind::Fluid {
             return change;
@@ -95,7 +117,7 @@ pub(crate) fn collisions(
             let b = b as usize;
             let apart = position[b] - position[a];
             let r2 = apart.length_squared();
-            if r2 >= limit || kind[b] == Kind::Dummy {
+            if r2 >= limit {
                 continue;
             }
             change.1 += 1;

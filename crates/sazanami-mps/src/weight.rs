@@ -25,15 +25,18 @@ pub struct Weight {
 }
 
 impl Weight {
+    /// Distance over the radius and what is left of it to 1, which is 0 beyond the radius.
+    #[inline(always)]
+    fn place(&self, r: Real) -> (Real, Real) {
+        let q = r * self.radius.recip();
+        (q, (1.0 - q).max(0.0))
+    }
+
     /// `w(r)`; 1 at the centre, 0 from the radius on.
     #[inline(always)]
     #[must_use]
     pub fn value(&self, r: Real) -> Real {
-        let q = r / self.radius;
-        if q >= 1.0 {
-            return 0.0;
-        }
-        let p = 1.0 - q;
+        let (q, p) = self.place(r);
         let p2 = p * p;
         match self.family {
             Wendland::C2 => p2 * p2 * (1.0 + 4.0 * q),
@@ -45,17 +48,19 @@ impl Weight {
     #[inline(always)]
     #[must_use]
     pub fn slope(&self, r: Real) -> Real {
-        let q = r / self.radius;
-        if q >= 1.0 {
-            return 0.0;
-        }
-        let p = 1.0 - q;
+        self.slope_over_distance(r) * r
+    }
+
+    /// `w'(r)/r`, finite at the centre [1/m^2].
+    #[inline(always)]
+    #[must_use]
+    pub fn slope_over_distance(&self, r: Real) -> Real {
+        let (q, p) = self.place(r);
+        let scale = (self.radius * self.radius).recip();
+        let p2 = p * p;
         match self.family {
-            Wendland::C2 => -20.0 * q * p * p * p / self.radius,
-            Wendland::C4 => {
-                let p2 = p * p;
-                -(56.0 / 3.0) * q * (1.0 + 5.0 * q) * p2 * p2 * p / self.radius
-            }
+            Wendland::C2 => -20.0 * scale * (p2 * p),
+            Wendland::C4 => -(56.0 / 3.0) * scale * (1.0 + 5.0 * q) * (p2 * p2 * p),
         }
     }
 
@@ -63,16 +68,12 @@ impl Weight {
     #[inline(always)]
     #[must_use]
     pub fn curvature(&self, r: Real) -> Real {
-        let q = r / self.radius;
-        if q >= 1.0 {
-            return 0.0;
-        }
-        let p = 1.0 - q;
+        let (q, p) = self.place(r);
+        let scale = (self.radius * self.radius).recip();
         let p2 = p * p;
-        let scale = 1.0 / (self.radius * self.radius);
         match self.family {
-            Wendland::C2 => -20.0 * p2 * (1.0 - 4.0 * q) * scale,
-            Wendland::C4 => -(56.0 / 3.0) * p2 * p2 * (1.0 + q * (4.0 - 35.0 * q)) * scale,
+            Wendland::C2 => -20.0 * scale * p2 * (1.0 - 4.0 * q),
+            Wendland::C4 => -(56.0 / 3.0) * scale * (p2 * p2) * (1.0 + q * (4.0 - 35.0 * q)),
         }
     }
 }

@@ -5,6 +5,7 @@ mod contacts;
 mod coupling;
 mod fluid;
 mod machine;
+mod particles;
 
 use sazanami_numerics::Real;
 use sazanami_parallel::with_threads;
@@ -174,6 +175,16 @@ const BENCHES: &[Bench] = &[
         name: "case_step",
         about: "whole step of the paper's case: fluid, grains and their coupling",
         time: coupling::case_step,
+    },
+    Bench {
+        name: "mps_step",
+        about: "step of moving particles in a wave tank over a bed of spheres, without the grains' sub-steps",
+        time: particles::tank_step,
+    },
+    Bench {
+        name: "mps_dam_break",
+        about: "step of 100,000 moving particles of a dam that breaks, steps 50 to 100",
+        time: particles::dam_break,
     },
 ];
 

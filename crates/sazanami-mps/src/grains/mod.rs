@@ -434,7 +434,7 @@ impl GrainPhase {
                     continue;
                 }
                 let x = particles.position[a];
-                bins.for_each_range(x, |range| {
+                bins.for_each_range(x, kernel.weight.radius, |range| {
                     for (_, _, place, impulse) in &reaction[range] {
                         let r2 = (*place - x).length_squared();
                         if r2 < square {
@@ -523,12 +523,13 @@ impl Fluid<'_> {
     /// Calls `body` with every fluid particle within reach of `x` [m] and its weight `w/eps`, in a fixed order.
     #[inline(always)]
     fn for_each_near(&self, kernel: &Kernel, x: Vector, mut body: impl FnMut(usize, Real)) {
-        let square = kernel.weight.radius * kernel.weight.radius;
-        self.bins.for_each_range(x, |range| {
+        let weight = kernel.weight;
+        let square = weight.radius * weight.radius;
+        self.bins.for_each_range(x, kernel.weight.radius + self.moved, |range| {
             for a in range {
                 let r2 = (self.position[a] - x).length_squared();
                 if r2 < square && self.kind[a] == Kind::Fluid {
-                    body(a, kernel.weight.value(r2.sqrt()) * self.bulk[a]);
+                    body(a, weight.value(r2.sqrt()) * self.bulk[a]);
                 }
             }
         });
@@ -538,6 +539,8 @@ impl Fluid<'_> {
 /// The fluid as grains see it, ghosts included.
 pub(crate) struct Fluid<'a> {
     pub bins: &'a Bins,
+    /// How far particles may have gone since the bins were filled [m].
+    pub moved: Real,
     pub kind: &'a [Kind],
     pub position: &'a [Vector],
     pub gradient: &'a [Vector],

@@ -114,20 +114,19 @@ impl Sources {
     /// Solid fraction at `position` [m] and its rate along `velocity` [m/s].
     pub fn solid(&self, position: Vector, velocity: Vector) -> Solid {
         let mut solid = Solid::default();
-        let square = self.weight.radius * self.weight.radius;
-        self.bins.for_each_range(position, |range| {
+        let weight = self.weight;
+        let square = weight.radius * weight.radius;
+        self.bins.for_each_range(position, self.weight.radius, |range| {
             for source in &self.sources[range] {
                 let apart = position - source.position;
                 let r2 = apart.length_squared();
                 if r2 < square {
                     let r = r2.sqrt();
-                    let share = source.volume * self.weight.value(r);
+                    let share = source.volume * weight.value(r);
                     solid.fraction += share;
                     solid.mobile += source.mobility * share;
-                    if r > 0.0 {
-                        let approach = (velocity - source.velocity).dot(apart) / r;
-                        solid.rate += source.volume * self.weight.slope(r) * approach;
-                    }
+                    let stretch = (velocity - source.velocity).dot(apart);
+                    solid.rate += source.volume * weight.slope_over_distance(r) * stretch;
                 }
             }
         });

@@ -1,20 +1,36 @@
 //! The phases of a step, in their order.
 
 use sazanami_numerics::{Real, Vector};
-use sazanami_parallel::for_each_chunk;
+use sazanami_parallel::{for_each_chunk, max_over, sum_over};
 
 use super::{FIRST_REPEATS, Forcing, Phase, Scratch, Settings, Solver, StepError, StepReport};
 use crate::boundary::WallFriction;
-use crate::free_surface::is_splash;
+use crate::free_surface::{COMPANY_RADIUS, is_splash};
 use crate::grains::{self, Voids};
 use crate::matrix::Layout;
-use crate::neighbours::ROWS;
-use crate::number_density::{self, Columns, Crowding, Prediction};
+use crate::neighbours::{MARGIN, ROWS};
+use crate::number_density::{self, Crowding, Prediction};
 use crate::operators::{self, PressureField};
 use crate::particles::{Kind, Particles, Role, WALL};
 use crate::pressure::{PressureEquation, PressureReport, hydrostatic};
 use crate::scheme::{Fluid, SourceForm};
 use crate::stabilisation::{self, Moved, Push};
+
+/// Largest `value` of the first `count` particles; minus infinity without any.
+fn largest(count: usize, value: impl Fn(usize) -> Real + Sync) -> Real {
+    let part = |n: usize| (n * ROWS..((n + 1) * ROWS).min(count)).map(&value).fold(Real::NEG_INFINITY, Real::max);
+    max_over(count.div_ceil(ROWS), part)
+}
+
+/// Sum of `part` over the first `count` particles, block by block along a fixed tree.
+fn sum_of<const N: usize>(count: usize, part: impl Fn(usize) -> [Real; N] + Sync) -> [Real; N] {
+    sum_over(count.div_ceil(ROWS), |n| {
+        (n * ROWS..((n + 1) * ROWS).min(count)).fold([0.0; N], |mut total, a| {
+            total.iter_mut().zip(part(a)).for_each(|(total, part)| *total += part);
+            total
+        })
+    })
+}
 
 impl Solver {
     pub(super) fn move_walls(&mut self, forcing: &Forcing) {
@@ -30,20 +46,27 @@ impl Solver {
         }
     }
 
+    /// Body force that acts before the pressure [m/s^2].
+    fn explicit_force(&self, forcing: &Forcing) -> Vector {
+        if self.settings.scheme.reduced_pressure { Vector::ZERO } else { forcing.body_force }
+    }
+
     /// Owners, order, ghosts, lists.
     pub(super) fn arrange(&mut self, dt: Real, forcing: &Forcing) {
         // Neighbours come no nearer than this before the pressure acts.
-        let way = dt * (self.largest_speed() + dt * forcing.body_force.length());
-        let skin = 2.1 * way + 0.02 * self.settings.fluid.spacing;
-        let reach = self.kernel.weight.radius + skin;
+        let body_force = self.explicit_force(forcing);
+        let margin = MARGIN * self.settings.fluid.spacing;
+        let radius = self.kernel.weight.radius + margin;
+        let reach = radius + 2.1 * dt * (self.largest_speed() + dt * forcing.body_force.length());
         let Self { domain, periods, particles, exchange, bins, neighbours, .. } = self;
         exchange.migrate(domain, particles);
         bins.renew(domain, reach);
-        particles.sort(|x| bins.number(x));
+        particles.sort(bins.len(), |x| bins.number(x));
         exchange.renew(domain, periods, particles, reach, |x| bins.number(x));
         let (own, ghosts) = particles.position.split_at(particles.owned);
         bins.fill(own, ghosts);
-        neighbours.renew(bins, particles, reach);
+        let way = |a: usize| dt * (particles.velocity[a] + dt * body_force);
+        neighbours.renew(bins, particles, radius, way);
         let scratch = &mut self.scratch;
         let (owned, all) = (particles.owned, particles.len());
         let blocks = owned.div_ceil(ROWS);
@@ -102,7 +125,7 @@ impl Solver {
         watch(Phase::Coupling);
         exchange.refresh(domain, &mut particles.gradient);
         let Particles { kind, position, velocity, gradient, .. } = &*particles;
-        let fluid = grains::Fluid { bins, kind, position, gradient, bulk: &scratch.bulk };
+        let fluid = grains::Fluid { bins, moved: 0.0, kind, position, gradient, bulk: &scratch.bulk };
         grains.look_around(kernel, &fluid, velocity);
         watch(Phase::Grains);
         report.contacts = grains.advance(domain, forcing.body_force, dt, &mut report.coupling)?;
@@ -120,35 +143,38 @@ impl Solver {
         }
         exchange.refresh(domain, &mut particles.gradient);
         let Particles { kind, gradient, .. } = &*particles;
-        let fluid = grains::Fluid { bins, kind, position: &scratch.after, gradient, bulk: &scratch.bulk };
+        let position = &scratch.after[..];
+        let moved = bins.radius - kernel.weight.radius;
+        let fluid = grains::Fluid { bins, moved, kind, position, gradient, bulk: &scratch.bulk };
         grains.correct_pressure_force(domain, kernel, &fluid, dt, &mut report.coupling);
     }
 
     /// Number density, its rate and viscosity where the particles are.
     pub(super) fn crowd(&mut self) {
         let Self { domain, tank, kernel, particles, exchange, bins, neighbours, scratch, settings, .. } = self;
-        let Scratch { seen, bulk, bulk_rate, crowding, .. } = scratch;
+        let Scratch { seen, bulk, bulk_rate, crowding, bin, samples, .. } = scratch;
         let seen = if settings.fluid.viscosity > 0.0 && tank.friction == WallFriction::NoSlip {
-            operators::mirrored_velocities(kernel, tank, bins, particles, seen);
+            let wet = |a: usize| neighbours.is_wet(bin[a]);
+            operators::mirrored_velocities(kernel, tank, bins, particles, wet, seen);
             exchange.refresh(domain, seen);
             &seen[..]
         } else {
             &particles.velocity[..]
         };
         let Particles { kind, position, velocity, .. } = &*particles;
-        let columns = Columns { kind, position, velocity, bulk, bulk_rate };
-        number_density::crowding(kernel, neighbours, &columns, seen, tank.friction, crowding);
+        number_density::sample(position, velocity, bulk, bulk_rate, samples);
+        number_density::crowding(kernel, neighbours, kind, samples, seen, tank.friction, crowding);
     }
 
     /// Velocities and places without the pressure.
     pub(super) fn predict(&mut self, dt: Real, forcing: &Forcing) {
+        let body_force = self.explicit_force(forcing);
         let Self { domain, particles, exchange, scratch, settings, .. } = self;
         let Scratch { velocity, place, crowding, change, .. } = scratch;
         velocity.clone_from(&particles.velocity);
         place.clone_from(&particles.position);
         let owned = particles.owned;
         let viscosity = settings.fluid.viscosity;
-        let body_force = if settings.scheme.reduced_pressure { Vector::ZERO } else { forcing.body_force };
         let kind = &particles.kind;
         for_each_chunk((&mut velocity[..owned], &mut place[..owned]), ROWS, |number, (velocity, place)| {
             for (row, (u, x)) in velocity.iter_mut().zip(place).enumerate() {
@@ -161,48 +187,69 @@ impl Solver {
         });
         exchange.refresh(domain, velocity);
         exchange.refresh_positions(domain, place);
+        // What drag and viscosity drove farther than the lists foresaw is listed anew.
+        let Self { kernel, bins, neighbours, .. } = self;
+        let (position, place) = (&particles.position, &scratch.place);
+        let foreseen = |a: usize| position[a] + dt * (particles.velocity[a] + dt * body_force);
+        let stray = |a: usize| if kind[a] == Kind::Fluid { (place[a] - foreseen(a)).length_squared() } else { 0.0 };
+        let margin = MARGIN * settings.fluid.spacing;
+        if 2.1 * domain.max(largest(owned, stray).max(0.0)).sqrt() > margin {
+            let way = |a: usize| place[a] - position[a];
+            neighbours.renew(bins, particles, kernel.weight.radius + margin, way);
+        }
     }
 
     /// Sums at the predicted places: coefficients of the pressure equation, roles.
     pub(super) fn sum_up(&mut self, report: &mut StepReport) {
         let Self { domain, kernel, particles, exchange, neighbours, scratch, settings, equation, surface, .. } = self;
-        let Scratch { bulk, bulk_rate, mobile, velocity, place, prediction, roles, .. } = scratch;
-        let columns = Columns { kind: &particles.kind, position: place, velocity, bulk, bulk_rate };
+        let Scratch { bulk, bulk_rate, mobile, conductance, velocity, place, prediction, roles, samples, .. } = scratch;
         let spacing = settings.fluid.spacing;
-        number_density::prediction(kernel, spacing, neighbours, &columns, mobile, &mut equation.blocks, prediction);
+        conductance.clear();
+        conductance.extend(bulk.iter().zip(&*mobile).map(|(bulk, mobile)| 1.0 / bulk + mobile));
+        number_density::sample(place, velocity, bulk, bulk_rate, samples);
+        let blocks = &mut equation.blocks;
+        number_density::prediction(
+            kernel,
+            spacing,
+            neighbours,
+            &particles.kind,
+            samples,
+            conductance,
+            blocks,
+            prediction,
+        );
         let n0 = kernel.sums.number_density;
         let owned = particles.owned;
         roles.clear();
-        roles.extend(prediction[..owned].iter().zip(&particles.kind).map(|(sums, kind)| {
-            let density = sums.density / n0;
-            let role = match kind {
-                Kind::Fluid if is_splash(sums.company) => Role::Outside,
-                Kind::Fluid if surface.is_surface(density, sums.asymmetry / n0) => Role::Given,
-                Kind::Wall if sums.wet == 0 => Role::Outside,
-                Kind::Dummy => Role::Outside,
-                Kind::Fluid | Kind::Wall => Role::Unknown,
-            };
-            role.number()
-        }));
         roles.resize(particles.len(), 0);
+        let kind = &particles.kind[..];
+        for_each_chunk(&mut roles[..owned], ROWS, |number, roles| {
+            let sums = &prediction[number * ROWS..];
+            for ((number, sums), kind) in roles.iter_mut().zip(sums).zip(&kind[number * ROWS..]) {
+                let density = sums.density / n0;
+                let role = match kind {
+                    Kind::Fluid if is_splash(sums.company) => Role::Outside,
+                    Kind::Fluid if surface.is_surface(density, sums.asymmetry / n0) => Role::Given,
+                    Kind::Wall if sums.wet == 0 => Role::Outside,
+                    Kind::Dummy => Role::Outside,
+                    Kind::Fluid | Kind::Wall => Role::Unknown,
+                };
+                *number = role.number();
+            }
+        });
         exchange.refresh(domain, roles);
         particles.role.iter_mut().zip(&*roles).for_each(|(role, &number)| *role = Role::from_number(number));
         equation.close(&particles.role, owned);
-        let fluid = (0..owned).filter(|&a| particles.kind[a] == Kind::Fluid);
-        let mut counts = [0.0; 5];
-        for a in fluid {
-            match particles.role[a] {
-                Role::Outside => counts[0] += 1.0,
-                Role::Given => counts[1] += 1.0,
-                Role::Unknown if equation.rows[a].beside_surface => {}
-                Role::Unknown => {
-                    let strain = (scratch.crowding[a].density - n0) / kernel.sums.strain;
-                    counts[2] += 1.0;
-                    counts[3] += strain;
-                    counts[4] += strain * strain;
-                }
+        let counts = sum_of(owned, |a| match particles.role[a] {
+            _ if kind[a] != Kind::Fluid => [0.0; 5],
+            Role::Outside => [1.0, 0.0, 0.0, 0.0, 0.0],
+            Role::Given => [0.0, 1.0, 0.0, 0.0, 0.0],
+            Role::Unknown if equation.rows[a].beside_surface => [0.0; 5],
+            Role::Unknown => {
+                let strain = (scratch.crowding[a].density - n0) / kernel.sums.strain;
+                [0.0, 0.0, 1.0, strain, strain * strain]
             }
-        }
+        });
         let [splashes, at_surface, inner, sum, squares] = domain.sum(counts);
         (report.splashes, report.surface) = (splashes as usize, at_surface as usize);
         let inner = inner.max(1.0);
@@ -212,7 +259,7 @@ impl Solver {
     /// Pressure and its gradient.
     pub(super) fn solve(&mut self, dt: Real, forcing: &Forcing, report: &mut StepReport) -> Result<(), StepError> {
         let Self { domain, kernel, particles, exchange, bins, scratch, settings, equation, surface, steps, .. } = self;
-        let Scratch { bulk, mobile, place, crowding, prediction, plain, bin, .. } = scratch;
+        let Scratch { bulk, mobile, conductance, place, crowding, prediction, plain, bin, .. } = scratch;
         let Settings { fluid, scheme, tolerance, reference, .. } = settings;
         let Particles { kind, role, pressure, gradient, owned, .. } = particles;
         let owned = *owned;
@@ -227,10 +274,9 @@ impl Solver {
         // `pressure` still is that of the last step, which the grains' way in the sub-steps already followed.
         let n0 = kernel.sums.number_density;
         let strain = |density: Real| (density - n0) / kernel.sums.strain;
-        let layout = Layout { domain, bins, roles: role, bin, owned };
+        let layout = Layout { domain, bins, roles: role, bin, place, owned };
         // Before the first step no gradient is known.
         let repeats = if *steps == 0 { scheme.surface_repeats.max(FIRST_REPEATS) } else { scheme.surface_repeats };
-        let conductance = |a: usize| 1.0 / bulk[a] + mobile[a];
         let PressureEquation { blocks, rows, .. } = &mut *equation;
         let blocks = &blocks[..];
         for_each_chunk(&mut rows[..owned], ROWS, |number, rows| {
@@ -261,7 +307,7 @@ impl Solver {
                     for (&b, &c) in columns.iter().zip(coefficients) {
                         let b = b as usize;
                         if role[b] != Role::Outside {
-                            let share = (mobile[a] + mobile[b]) / (conductance(a) + conductance(b));
+                            let share = (mobile[a] + mobile[b]) / (conductance[a] + conductance[b]);
                             row.source -= Real::from(c) * share * (pressure[b] - pressure[a]);
                         }
                     }
@@ -269,12 +315,16 @@ impl Solver {
             }
         });
         for repeat in 0..=repeats {
-            for (a, row) in equation.rows[..owned].iter_mut().enumerate() {
-                // Neighbours are missing beside the surface: what the sum makes of the gradient that is known is no
-                // curvature.
-                let corrected = row.beside_surface && kind[a] == Kind::Fluid;
-                row.right = row.source - if corrected { gradient[a].dot(prediction[a].lean) } else { 0.0 };
-            }
+            let known = &gradient[..];
+            for_each_chunk(&mut equation.rows[..owned], ROWS, |number, rows| {
+                for (n, row) in rows.iter_mut().enumerate() {
+                    let a = number * ROWS + n;
+                    // Neighbours are missing beside the surface: what the sum makes of the gradient that is known is
+                    // no curvature.
+                    let corrected = row.beside_surface && kind[a] == Kind::Fluid;
+                    row.right = row.source - if corrected { known[a].dot(prediction[a].lean) } else { 0.0 };
+                }
+            });
             let to_strain = dt * dt / fluid.density;
             let solved = equation.solve(&layout, exchange, pressure, to_strain, tolerance)?;
             let iterations = report.pressure.iterations + solved.iterations;
@@ -326,42 +376,46 @@ impl Solver {
 
     /// Pushes and collisions.
     pub(super) fn keep_apart(&mut self, dt: Real, forcing: &Forcing, report: &mut StepReport) {
-        let Self { domain, kernel, particles, exchange, neighbours, scratch, settings, .. } = self;
-        let Scratch { velocity, place, after, bulk, pushes, collisions, .. } = scratch;
+        let Self { domain, kernel, particles, exchange, scratch, settings, equation, .. } = self;
+        let Scratch { velocity, place, after, bulk, size, pushes, collisions, .. } = scratch;
         let (kind, owned) = (&particles.kind[..], particles.owned);
         let Fluid { spacing, density, .. } = settings.fluid;
+        stabilisation::sizes(spacing, kind, bulk, size);
+        let longest = largest(owned, |a| (after[a] - place[a]).length_squared());
+        let longest = domain.max(longest.max(0.0)).sqrt();
+        let close = 2.0 * longest + stabilisation::widest(spacing) < COMPANY_RADIUS * spacing;
+        let blocks = &equation.blocks[..];
         let mut nearest = 0.0;
         if let Some(stabilisation) = &settings.scheme.stabilisation {
-            let moved = Moved { kind, before: place, after, bulk };
+            let moved = Moved { kind, before: place, after, size, blocks, close };
+            stabilisation::pushes(kernel, stabilisation, spacing, &moved, pushes);
             // A push is an acceleration: one that moved particles apart within a step however short it is would give
             // them speeds that shorten the next step.
             let rest = settings.limits.at_rest(forcing.body_force, spacing, settings.fluid.viscosity).max(dt);
             let rate = dt / (rest * rest);
-            stabilisation::pushes(kernel, stabilisation, spacing, neighbours, &moved, pushes);
             let mass = density * spacing.powi(3);
-            let mut sums = [0.0; 2];
-            nearest = Real::INFINITY;
-            for a in 0..owned {
-                let push = pushes[a];
-                if push.pairs > 0 {
-                    let change = rate * push.way;
-                    sums[0] += Real::from(push.pairs);
-                    sums[1] += mass * change.dot(velocity[a] + 0.5 * change);
-                    velocity[a] += change;
-                    after[a] += dt * change;
+            let sums = sum_of(owned, |a| {
+                let change = rate * pushes[a].way;
+                [Real::from(pushes[a].pairs), mass * change.dot(velocity[a] + 0.5 * change)]
+            });
+            nearest = domain.min(-largest(owned, |a| -pushes[a].nearest));
+            for_each_chunk((&mut velocity[..owned], &mut after[..owned]), ROWS, |number, (velocity, after)| {
+                let pushes = &pushes[number * ROWS..];
+                for ((u, x), push) in velocity.iter_mut().zip(after).zip(pushes).filter(|(_, push)| push.pairs > 0) {
+                    *u += rate * push.way;
+                    *x += dt * rate * push.way;
                 }
-                nearest = nearest.min(push.nearest);
-            }
+            });
             let [pairs, work] = domain.sum(sums);
             (report.pushed_pairs, report.push_work) = ((pairs / 2.0) as usize, work);
-            nearest = domain.min(nearest);
             exchange.refresh(domain, velocity);
             exchange.refresh_positions(domain, after);
         }
         // Pushes move by less than a tenth of a spacing: who was farther apart does not collide.
         if nearest < (0.7 * spacing) * (0.7 * spacing) {
             collisions.resize(owned, (Vector::ZERO, 0));
-            stabilisation::collisions(spacing, neighbours, kind, after, velocity, collisions);
+            let moved = Moved { kind, before: place, after, size, blocks, close };
+            stabilisation::collisions(spacing, &moved, velocity, collisions);
             let mut count = 0.0;
             for (u, (change, pairs)) in velocity.iter_mut().zip(&*collisions) {
                 *u += *change;

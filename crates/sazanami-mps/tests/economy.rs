@@ -1,0 +1,102 @@
+//! A step allocates nothing once it has run.
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+use sazanami_dem::{Body, ContactLaw, Engine, Grain, Interactions, Setup, Substeps, Wall};
+use sazanami_mps::boundary::{Side, Tank, WallFriction};
+use sazanami_mps::grains::{Closure, Coupling, GrainPhase};
+use sazanami_mps::pressure::Tolerance;
+use sazanami_mps::scheme::{Fluid, Scheme};
+use sazanami_mps::solver::{FluidParticle, Forcing, Settings, Solver};
+use sazanami_mps::stability::StepLimits;
+use sazanami_numerics::domain::Domain;
+use sazanami_numerics::grid::Grid;
+use sazanami_numerics::{Real, Vector};
+use sazanami_parallel::with_threads;
+
+struct Counting;
+
+thread_local! {
+    static COUNT: Cell<usize> = const { Cell::new(0) };
+}
+
+// SAFETY: every call is handed to the system's allocator unchanged.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        COUNT.set(COUNT.get() + 1);
+        // SAFETY: the caller's promises are those that `System` asks for.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: `pointer` came from `System` through `alloc`.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+const SPACING: Real = 1e-3;
+
+/// Water with some grains between two walls, periodic in x2.
+fn tank() -> Solver {
+    let upper = SPACING * Vector::new(12.0, 8.0, 14.0);
+    let sides = [[Side::Wall; 2], [Side::Periodic; 2], [Side::Wall, Side::Open]];
+    let tank = Tank::new(Vector::ZERO, upper, sides, WallFriction::NoSlip);
+    let domain = Domain::solo(Grid::new([6, 4, 8], Vector::ZERO, upper), [false, true, false]);
+    let setup = Setup {
+        bodies: vec![Body::ball(0.5 * SPACING)],
+        interactions: Interactions::uniform(1, ContactLaw::spheres(400.0, 0.5, 0.4)),
+        walls: Wall::of_box(Vector::ZERO, upper, 0, sides.map(|sides| sides.map(|side| side == Side::Wall))),
+        region: [Vector::splat(-1.0), Vector::ONE],
+        ghost_margin: 3.6 * SPACING,
+    };
+    let at = |n: usize, step: Real| (n as Real + 0.5) * step;
+    let grains: Vec<Grain> = (0..24)
+        .map(|n| Grain::new(n as u64, 2650.0, SPACING * Vector::new(at(n % 6, 2.0), at(n / 6, 2.0), 0.6)))
+        .collect();
+    let coupling = Coupling {
+        closure: Closure::recommended(1000.0, 1e-3),
+        smoothing: 3.0 * SPACING,
+        least_void: 0.3,
+        implicit_pressure_force: true,
+        substeps: Substeps::Auto,
+    };
+    let engine = Engine::new(&domain, setup, &grains).expect("sound grains");
+    let phase = GrainPhase::new(&domain, engine, coupling);
+    let place = |n: usize| SPACING * Vector::new(at(n % 12, 1.0), at(n / 12 % 8, 1.0), at(n / 96, 1.0));
+    let fluid: Vec<FluidParticle> =
+        (0..12 * 8 * 9).map(|n| FluidParticle { position: place(n), velocity: Vector::ZERO }).collect();
+    let settings = Settings {
+        fluid: Fluid { density: 1000.0, viscosity: 1e-6, spacing: SPACING },
+        scheme: Scheme::default(),
+        limits: StepLimits::default(),
+        tolerance: Tolerance::default(),
+        reference: Vector::new(0.0, 0.0, 9.0 * SPACING),
+    };
+    Solver::new(domain, settings, tank, &fluid, phase).expect("a sound tank")
+}
+
+#[test]
+fn a_step_allocates_nothing_after_some() {
+    let allocations = with_threads(1, || {
+        let mut solver = tank();
+        // To and fro, so that every list has met its longest.
+        let mut step = |n: usize| {
+            let sway = Vector::new(2.0 * (0.3 * n as Real).sin(), 0.0, -9.81);
+            let forcing = Forcing { body_force: sway, ..Forcing::default() };
+            solver.step(2e-4, &forcing, |_| ()).expect("the step is sound");
+        };
+        let begin = COUNT.get();
+        step(0);
+        // Negative control: the first step does.
+        assert!(COUNT.get() > begin);
+        (1..100).for_each(&mut step);
+        let before = COUNT.get();
+        (100..120).for_each(&mut step);
+        COUNT.get() - before
+    });
+    assert_eq!(allocations, 0);
+}
