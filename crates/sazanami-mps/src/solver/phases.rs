@@ -186,6 +186,17 @@ impl Solver {
         roles.resize(particles.len(), 0);
         exchange.refresh(domain, roles);
         particles.role.iter_mut().zip(&*roles).for_each(|(role, &number)| *role = Role::from_number(number));
+        // Walls that see no water but what flies on its own are tied to no given pressure.
+        let dry = (0..owned).filter(|&a| {
+            let wet =
+                |&b: &u32| particles.kind[b as usize] == Kind::Fluid && particles.role[b as usize] != Role::Outside;
+            let near = || equation.blocks[a / ROWS].row(a % ROWS).0.iter().any(wet);
+            particles.kind[a] == Kind::Wall && particles.role[a] == Role::Unknown && !near()
+        });
+        let dry: Vec<usize> = dry.collect();
+        dry.iter().for_each(|&a| roles[a] = Role::Outside.number());
+        exchange.refresh(domain, roles);
+        particles.role.iter_mut().zip(&*roles).for_each(|(role, &number)| *role = Role::from_number(number));
         equation.close(&particles.role, owned);
         let fluid = (0..owned).filter(|&a| particles.kind[a] == Kind::Fluid);
         let mut counts = [0.0; 5];
