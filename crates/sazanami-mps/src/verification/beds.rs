@@ -200,13 +200,13 @@ impl Seepage {
     }
 }
 
-/// Flow under a body force `force` [m/s^2] through a bed of void fraction `eps`, 10 x 8 x 10 diameters, periodic in x
+/// Flow until `end` [s] under a body force `force` [m/s^2] through a bed of void fraction `eps`, 10 x 8 x 10 diameters, periodic in x
 /// and y, between walls that slip. Grains of about a diameter lie on a body-centred lattice, each moved by up to a tenth
 /// of it.
 ///
 /// # Errors
 /// [`ExperimentError`] if a step fails.
-pub fn seepage(eps: Real, force: Real) -> Result<Seepage, ExperimentError> {
+pub fn seepage(eps: Real, force: Real, end: Real) -> Result<Seepage, ExperimentError> {
     let d = DIAMETER;
     let size = [10, 8, 10];
     let mut vessel = Vessel::new(size, d, [PERIODIC, PERIODIC, WALLS]);
@@ -235,7 +235,6 @@ pub fn seepage(eps: Real, force: Real) -> Result<Seepage, ExperimentError> {
         .collect();
     let mut solver = vessel.solver()?;
     let forcing = |_: Real, _: Real| Forcing { body_force: force * Vector::X, ..Forcing::default() };
-    let end = 0.1;
     let (mut speed, mut counts) = ([0.0; 4], [0.0; 4]);
     advance(&mut solver, [0.0, end], forcing, |time, solver, _| {
         let [sum, count] = solver.sum_over_fluid(|p, a| [p.velocity[a].x, 1.0]);

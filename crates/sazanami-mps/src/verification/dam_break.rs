@@ -69,8 +69,9 @@ fn state(solver: &Solver, time: Real, right: Real) -> Collapse {
     for a in fluid(solver).filter(|&a| particles.role[a] != Role::Outside) {
         let x = particles.position[a];
         state.front = state.front.max(x.x + 0.5 * spacing);
-        if x.x < 1.5 * spacing {
-            state.height = state.height.max(x.z + 0.5 * spacing);
+        // What stands on a strip of two spacings.
+        if x.x < 2.0 * spacing {
+            state.height += spacing / (2 * SLAB) as Real;
         }
     }
     let reference = solver.settings().reference;

@@ -102,7 +102,7 @@ pub(in crate::verification) fn packed_bed() -> Result<Vec<Measured>, String> {
     let source = "Ergun 1952";
     let mut rows = Vec::new();
     for (eps, force) in [(0.36, 0.8), (0.40, 0.1), (0.40, 0.8), (0.40, 3.0), (0.50, 0.8)] {
-        let found = experiments::seepage(eps, force).map_err(said)?;
+        let found = experiments::seepage(eps, force, 0.2).map_err(said)?;
         let name = format!("eps {eps}, {:.0} Pa/m", found.gradient);
         let void = Measured::info(format!("{name}: void fraction of the fluid"), "", found.void_fraction);
         rows.push(Measured { reference: Some(eps), ..void });
