@@ -303,11 +303,14 @@ pub fn resting_bed(
     };
     let (height, volume) = (mean_height(&solver), bulk(&solver));
     let mut found = RestingBed::default();
-    let mut last = [0.0; 3];
+    let (mut last, mut before) = ([0.0; 4], 0.0);
     advance(&mut solver, [0.0, seconds], under(force), |time, solver, report| {
+        let dt = time - before;
+        before = time;
         if time < 0.9 * seconds {
             return;
         }
+        last[3] += dt;
         let grains = solver.grains().engine().grains();
         found.speed = grains.velocity[..grains.owned()].iter().map(|v| v.length()).fold(found.speed, Real::max);
         last[0] += 1.0;
@@ -316,8 +319,7 @@ pub fn resting_bed(
     })?;
     found.pressure = last[2] / last[0];
     found.height = (mean_height(&solver) - height) / d;
-    // Impulses of the last tenth over its length.
-    found.floor = last[1] / (0.1 * seconds) / submerged;
+    found.floor = last[1] / last[3] / submerged;
     found.volume = bulk(&solver) / volume - 1.0;
     [found.density, found.density_spread] = bed_density(&solver, layers);
     Ok(found)
