@@ -21,6 +21,7 @@ pub mod snapshot;
 pub mod solver;
 mod stabilisation;
 pub mod stability;
+pub mod verification;
 pub mod weight;
 
 pub use exchange::Periods;

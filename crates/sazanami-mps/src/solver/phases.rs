@@ -239,6 +239,17 @@ impl Solver {
         });
         exchange.refresh(domain, roles);
         particles.role.iter_mut().zip(&*roles).for_each(|(role, &number)| *role = Role::from_number(number));
+        // Walls that see no water but what flies on its own are tied to no given pressure.
+        let dry = (0..owned).filter(|&a| {
+            let wet =
+                |&b: &u32| particles.kind[b as usize] == Kind::Fluid && particles.role[b as usize] != Role::Outside;
+            let near = || equation.blocks[a / ROWS].row(a % ROWS).0.iter().any(wet);
+            particles.kind[a] == Kind::Wall && particles.role[a] == Role::Unknown && !near()
+        });
+        let dry: Vec<usize> = dry.collect();
+        dry.iter().for_each(|&a| roles[a] = Role::Outside.number());
+        exchange.refresh(domain, roles);
+        particles.role.iter_mut().zip(&*roles).for_each(|(role, &number)| *role = Role::from_number(number));
         equation.close(&particles.role, owned);
         let counts = sum_of(owned, |a| match particles.role[a] {
             _ if kind[a] != Kind::Fluid => [0.0; 5],

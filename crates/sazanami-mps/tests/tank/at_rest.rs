@@ -3,7 +3,7 @@
 use crate::support::{Case, GRAVITY, NOTHING, OPEN_TOP, PERIODIC, SPACING, WALLS, jittered, under};
 use sazanami_mps::Kind;
 use sazanami_mps::scheme::Scheme;
-use sazanami_mps::solver::Solver;
+use sazanami_mps::solver::{FluidParticle, Solver};
 use sazanami_numerics::{Real, Vector};
 
 fn run(solver: &mut Solver, body_force: Vector, until: Real) -> Real {
@@ -75,6 +75,23 @@ fn disordered_water_comes_to_rest() {
     let early = kinetic(&solver);
     run(&mut solver, GRAVITY, 0.25);
     assert!(kinetic(&solver) > early);
+}
+
+#[test]
+fn a_lone_particle_at_a_wall_does_not_disturb_the_pressure() {
+    let calm = Case::filled([24, 7, 16], [8, 7, 6], [WALLS, PERIODIC, OPEN_TOP]);
+    let mut case = calm.clone();
+    // Far from the water, on its way into the wall.
+    let position = SPACING * Vector::new(23.4, 3.5, 12.2);
+    case.fluid.push(FluidParticle { position, velocity: Vector::new(0.5, 0.0, 0.0) });
+    let mut solver = case.solo();
+    let report = solver.step(1e-4, &under(GRAVITY), |_| ()).expect("walls beside a splash have no pressure");
+    assert_eq!(report.splashes, 1);
+    let particles = solver.particles();
+    let far = (0..particles.owned()).filter(|&a| particles.position[a].x > 12.0 * SPACING);
+    assert!(far.into_iter().all(|a| particles.pressure[a] == 0.0));
+    let expected = calm.solo().step(1e-4, &under(GRAVITY), |_| ()).unwrap().pressure;
+    assert_eq!(report.pressure.unknowns, expected.unknowns);
 }
 
 #[test]

@@ -6,6 +6,7 @@ mod contact;
 mod free_grains;
 mod immersed;
 mod impact;
+mod moving_particles;
 mod reduced;
 mod settling;
 mod single_phase;
@@ -53,6 +54,24 @@ pub const CASES: &[VerifyCase] = &[
     case("settling", "ten Cate et al., Re 4.1 and 31.9", settling::settling),
     case("friction-and-porosity", "rough grains pack loosely and lie down", beds::friction_and_porosity),
     case("crater-evaluation", "worked examples, a cap, a flat bed", beds::crater_evaluation),
+    case("mps-operators", "sums over particles on and off a lattice", moving_particles::operators),
+    long("mps-hydrostatics", "water of moving particles at rest", moving_particles::hydrostatics),
+    case("mps-falling-block", "a block of moving particles in free fall", moving_particles::falling_block),
+    case("mps-void-fraction", "void fractions of a lattice of grains", moving_particles::void_fraction),
+    case("mps-settling-grain", "a grain falls as its drag law says", moving_particles::settling_grain),
+    case("mps-packed-bed", "flow through a bed beside Ergun", moving_particles::packed_bed),
+    long("mps-resting-bed", "a bed under water at rest", moving_particles::resting_bed),
+    case("mps-standing-wave", "periods of standing waves", moving_particles::standing_wave),
+    long("mps-standing-wave-shallow", "the same in shallow water", moving_particles::standing_wave_shallow),
+    long("mps-sloshing", "waves in a shaken tank", moving_particles::sloshing),
+    long("mps-sloshing-resonance", "the length of a tank that answers most", moving_particles::sloshing_resonance),
+    case("mps-viscous-walls", "Poiseuille flow, Stokes's second problem", moving_particles::viscous_walls),
+    case("mps-dam-break", "both columns of Martin and Moyce", moving_particles::dam_break),
+    long("mps-dam-break-lobovsky", "front and impact of Lobovsky et al.", moving_particles::dam_break_lobovsky),
+    case("mps-taylor-green", "decaying vortices of moving particles", moving_particles::taylor_green),
+    case("mps-rotating-square", "a square of water that turns in the air", moving_particles::rotating_square),
+    long("mps-frames", "a shaken tank in two frames", moving_particles::frames),
+    long("mps-frames-bed", "the same with a bed", moving_particles::frames_with_bed),
     long("drag-fine", "a fixed sphere, 16 cells to a diameter", immersed::drag_fine),
     long("settling-rest", "ten Cate et al., Re 1.5 and 11.6", settling::settling_rest),
     long("reduced-raindrop", "a quarter of the bed hit at 2.25 and 9 m/s", reduced::reduced_raindrop),
