@@ -9,7 +9,7 @@ use super::lattice;
 use crate::boundary::WallFriction;
 use crate::matrix::Block;
 use crate::neighbours::{Bins, Neighbours, ROWS};
-use crate::number_density::{self, Columns, Crowding, Prediction};
+use crate::number_density::{self, Crowding, Prediction, Sample};
 use crate::operators::{PressureField, gradient};
 use crate::particles::{Kind, ParticleRecord, Particles, Role};
 use crate::scheme::{GradientForm, Kernel, Scheme};
@@ -67,10 +67,10 @@ impl Cloud {
         }
         let mut bins = Bins::default();
         bins.renew(&domain, kernel.weight.radius);
-        particles.sort(|x| bins.number(x));
+        particles.sort(bins.len(), |x| bins.number(x));
         bins.fill(&particles.position, &[]);
         let mut neighbours = Neighbours::default();
-        neighbours.renew(&bins, &particles, kernel.weight.radius);
+        neighbours.renew(&bins, &particles, kernel.weight.radius, |_| Vector::ZERO);
         particles.role.fill(Role::Unknown);
         let rim = RIM.max(1.3 * kernel.weight.radius);
         let inside = |x: Vector| x.min_element() > rim && x.max_element() < width - rim;
@@ -79,9 +79,11 @@ impl Cloud {
         Self { kernel, particles, neighbours, bulk, inner }
     }
 
-    fn columns<'a>(&'a self, velocity: &'a [Vector], still: &'a [Real]) -> Columns<'a> {
-        let Particles { kind, position, .. } = &self.particles;
-        Columns { kind, position, velocity, bulk: &self.bulk, bulk_rate: still }
+    fn samples(&self, velocity: &[Vector]) -> Vec<Sample> {
+        let mut samples = Vec::new();
+        let still = vec![0.0; velocity.len()];
+        number_density::sample(&self.particles.position, velocity, &self.bulk, &still, &mut samples);
+        samples
     }
 
     fn values<T>(&self, value: impl Fn(Vector) -> T) -> Vec<T> {
@@ -89,21 +91,22 @@ impl Cloud {
     }
 
     fn crowding(&self, velocity: &[Vector]) -> Vec<Crowding> {
-        let still = vec![0.0; velocity.len()];
         let mut found = vec![Crowding::default(); velocity.len()];
-        let columns = self.columns(velocity, &still);
-        number_density::crowding(&self.kernel, &self.neighbours, &columns, velocity, WallFriction::NoSlip, &mut found);
+        let (samples, kind) = (self.samples(velocity), &self.particles.kind);
+        let friction = WallFriction::NoSlip;
+        number_density::crowding(&self.kernel, &self.neighbours, kind, &samples, velocity, friction, &mut found);
         found
     }
 
     fn equation(&self) -> Vec<Block> {
         let owned = self.particles.owned;
         let blocks = owned.div_ceil(ROWS);
-        let (still, velocity) = (vec![0.0; owned], vec![Vector::ZERO; owned]);
+        let samples = self.samples(&vec![Vector::ZERO; owned]);
+        let conductance: Vec<Real> = self.bulk.iter().map(|bulk| 1.0 / bulk).collect();
         let mut equation = vec![Block::default(); blocks];
         let mut sums = vec![Prediction::default(); blocks * ROWS];
-        let columns = self.columns(&velocity, &still);
-        number_density::prediction(&self.kernel, 1.0, &self.neighbours, &columns, &still, &mut equation, &mut sums);
+        let (kind, near) = (&self.particles.kind, &self.neighbours);
+        number_density::prediction(&self.kernel, 1.0, near, kind, &samples, &conductance, &mut equation, &mut sums);
         equation
     }
 

@@ -357,6 +357,9 @@ impl Writer {
         if let Some(level) = packing.level {
             self.quantity("level", level, "m");
         }
+        if let Some(glued) = packing.glued {
+            self.quantity("glued", glued, "m");
+        }
         if let Some(height) = packing.height {
             self.quantity("height", height, "m");
         }

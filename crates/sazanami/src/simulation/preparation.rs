@@ -1,7 +1,7 @@
 //! A bed in water before its run: the packed bed is levelled, the water poured between its grains and left to come to
 //! rest, and the grains let go. What comes of it is kept, and found again by what it was made of.
 
-use sazanami_dem::{Engine, Grain, Packing};
+use sazanami_dem::{Engine, Grain, Motion, Packing};
 use sazanami_mps::grains::GrainPhase;
 use sazanami_mps::snapshot::GRAINS;
 use sazanami_mps::solver::{Forcing, Solver, StepReport};
@@ -13,7 +13,7 @@ use super::job::{Job, RankError};
 use super::water::Water;
 use super::{initial_velocity, signals, start};
 use crate::assembly::particles;
-use crate::case::meaning::{Case, GrainPlacement, Population, Preparation};
+use crate::case::meaning::{Case, GrainPlacement, Preparation};
 use crate::progress::StepLine;
 use crate::recorder::{Books, ParticleBooks, Recorder};
 
@@ -157,18 +157,24 @@ fn poured(
     Ok(Some(Solver::new(domain, settings, tank, &fluid, grains)?))
 }
 
-/// The packed grains of this rank without those that reach above the level of their population.
+/// The packed grains of this rank without those that reach above the level of their population, and with those held
+/// that are glued to the floor.
 fn levelled(case: &Case, packing: &Packing) -> Vec<Grain> {
     let bodies = packing.engine().bodies();
-    let level = |population: &Population| match &population.placement {
-        GrainPlacement::Packed(how) => how.level.map(|level| case.domain.lower.z + level),
+    let floor = case.domain.lower.z;
+    let how = |grain: &Grain| match &case.grains[grain.shape as usize].placement {
+        GrainPlacement::Packed(how) => Some(how),
         _ => None,
     };
     let stays = |grain: &Grain| {
         let top = grain.position.z + grain.scale * bodies[grain.shape as usize].bounding_radius;
-        case.grains.get(grain.shape as usize).and_then(level).is_none_or(|level| top <= level)
+        how(grain).and_then(|how| how.level).is_none_or(|level| top <= floor + level)
     };
-    packing.bed().into_iter().filter(stays).collect()
+    let held = |grain: Grain| {
+        let glued = how(&grain).and_then(|how| how.glued).is_some_and(|glued| grain.position.z < floor + glued);
+        Grain { motion: if glued { Motion::Fixed } else { grain.motion }, ..grain }
+    };
+    packing.bed().into_iter().filter(stays).map(held).collect()
 }
 
 /// Lets water and grains come to rest; tells whether they did, or the run was stopped before.

@@ -321,6 +321,17 @@ impl Context<'_> {
     /// What has to fit together for moving particles.
     pub(super) fn check_particles(&mut self, text: &CaseText, case: &Case) {
         if case.solver == Solver::Mics {
+            for (population, at) in case.grains.iter().zip(&text.grains) {
+                if let GrainPlacement::Packed(how) = &population.placement
+                    && (how.level.is_some() || how.glued.is_some())
+                {
+                    self.values
+                        .report
+                        .error(at.span.clone(), "beds are levelled and glued for `solver = \"mps\"`")
+                        .label("this case has `solver = \"mics\"`")
+                        .help("give a `count` instead of `level`, and leave out `glued`");
+                }
+            }
             if case.walls_move() {
                 let span = text.frame.as_ref().map_or(0..0, |at| at.span.clone());
                 self.values

@@ -41,6 +41,7 @@ impl Context<'_> {
             spacing: values.number(written.spacing.as_ref(), "spacing", Range1::Between(0.1, 100.0), 1.05),
             jitter: values.number(written.jitter.as_ref(), "jitter", Range1::Between(0.0, 0.5), 0.02),
             level: values.optional::<Length>(written.level.as_ref(), "level", Range1::Positive),
+            glued: values.optional::<Length>(written.glued.as_ref(), "glued", Range1::Positive),
             height: values.optional::<Length>(written.height.as_ref(), "height", Range1::Positive),
             fall_gravity: values.number(written.fall_gravity.as_ref(), "fall_gravity", Range1::Positive, 4.0),
             settle_time: values.quantity::<Time>(

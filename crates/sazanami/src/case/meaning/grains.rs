@@ -274,6 +274,8 @@ pub struct Packing {
     pub jitter: Real,
     /// Height above the floor up to which grains stay [m]: the packed bed is levelled there.
     pub level: Option<Real>,
+    /// Height above the floor below which the centres of grains lie that are glued to it [m]: the floor is rough.
+    pub glued: Option<Real>,
     /// Height of the packing space above the floor [m]; by the lattice if not given.
     pub height: Option<Real>,
     /// Gravity during the fall over gravity.

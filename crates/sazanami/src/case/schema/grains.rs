@@ -232,6 +232,9 @@ pub struct PackingText {
     pub jitter: Option<Number>,
     /// Height above the floor at which the packed bed is levelled: grains that reach above are taken away.
     pub level: Option<Quantity<Length>>,
+    /// Height above the floor below which the centres of grains lie that are glued to it once they are packed
+    /// (default: none; for `solver = "mps"`).
+    pub glued: Option<Quantity<Length>>,
     /// Height of the packing space (default: by the lattice).
     pub height: Option<Quantity<Length>>,
     /// Gravity during the fall over gravity (default: 4).
