@@ -16,7 +16,9 @@ impl Spline {
     #[must_use]
     pub fn through(x: &[Real], y: &[Real]) -> Option<Self> {
         let n = x.len();
-        if n < 2 || y.len() != n || x.windows(2).any(|pair| pair[0].partial_cmp(&pair[1]) != Some(std::cmp::Ordering::Less))
+        if n < 2
+            || y.len() != n
+            || x.windows(2).any(|pair| pair[0].partial_cmp(&pair[1]) != Some(std::cmp::Ordering::Less))
         {
             return None;
         }

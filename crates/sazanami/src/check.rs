@@ -14,8 +14,8 @@ use crate::case::meaning::{
 use crate::case::{Diagnostics, LoadedCase};
 use crate::machine::Machine;
 
-pub use particles::{ParticlesReport, TankReport};
 pub(crate) use particles::tank;
+pub use particles::{ParticlesReport, TankReport};
 pub use text::explain;
 
 /// Cost of the parts of a run on one thread of an ordinary processor, and the memory they take.
@@ -189,10 +189,11 @@ pub struct CheckReport {
 #[must_use]
 pub fn memory(case: &Case, model: &CostModel) -> Real {
     let grains: Real = case.grains.iter().map(|p| grain_memory(p, p.count.unwrap_or(0), model)).sum();
-    grains + match particles::report(case) {
-        Some(particles) => particles::memory(&particles, model),
-        None => cell_memory(case.domain.cells, model),
-    }
+    grains
+        + match particles::report(case) {
+            Some(particles) => particles::memory(&particles, model),
+            None => cell_memory(case.domain.cells, model),
+        }
 }
 
 /// Memory of the fields [bytes].
@@ -252,7 +253,10 @@ pub fn check_memory(loaded: &LoadedCase, machine: &Machine, model: &CostModel, r
         None if case.solver == Solver::Mps => {
             let written = loaded.text.particles.as_ref();
             report
-                .error(written.map_or(0..0, |at| at.span.clone()), "this tank is too large for the memory of this machine")
+                .error(
+                    written.map_or(0..0, |at| at.span.clone()),
+                    "this tank is too large for the memory of this machine",
+                )
                 .label(format!("its particles need about {}, and {free} are free", bytes(cells)))
                 .help("take a larger `spacing`, or a smaller tank");
         }

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::case::meaning::{Bed, Case, Checkpoints, OutputFrame, Outputs, RunLength, Schedule};
 use crate::case::resolved::{self, Paths};
-use crate::case::{LoadedCase, Diagnostics};
+use crate::case::{Diagnostics, LoadedCase};
 use crate::recorder::RecordError;
 use crate::simulation::Job;
 
@@ -141,7 +141,8 @@ pub(crate) fn find(
 
 /// The first line in which two texts differ, of each.
 fn first_difference<'t>(a: &'t str, b: &'t str) -> (&'t str, &'t str) {
-    let pairs = a.lines().map(Some).chain(std::iter::repeat(None)).zip(b.lines().map(Some).chain(std::iter::repeat(None)));
+    let pairs =
+        a.lines().map(Some).chain(std::iter::repeat(None)).zip(b.lines().map(Some).chain(std::iter::repeat(None)));
     let longest = a.lines().count().max(b.lines().count());
     let different = pairs.take(longest).find(|(a, b)| a != b);
     different.map_or(("", ""), |(a, b)| (a.unwrap_or("nothing"), b.unwrap_or("nothing")))
@@ -150,11 +151,8 @@ fn first_difference<'t>(a: &'t str, b: &'t str) -> (&'t str, &'t str) {
 /// Keeps a tank that was made ready: in the folder of results, and for later runs.
 pub(crate) fn keep(job: &Job, snapshot: &Snapshot) -> Result<(), RecordError> {
     let commit = job.options.commit.unwrap_or("unknown");
-    let recipe = Recipe {
-        version: env!("CARGO_PKG_VERSION").to_owned(),
-        commit: commit.to_owned(),
-        tank: tank_of(job.case),
-    };
+    let recipe =
+        Recipe { version: env!("CARGO_PKG_VERSION").to_owned(), commit: commit.to_owned(), tank: tank_of(job.case) };
     let mut writer = CheckpointWriter::new();
     writer.add_snapshot(snapshot)?;
     writer.add_json(RECIPE, &recipe)?;

@@ -117,7 +117,8 @@ fn threads_ranks_and_interruptions_change_nothing() {
         let folder = scratch.join(phase);
         let stop = AtomicBool::new(false);
         let mut listener = Listener { stop: Some(&stop), stop_after: Some(after), ..Listener::default() };
-        let stopped = run::run(&load(TANK, &[TIGHT]), &On::threads(2).options(Some(&folder)), &mut listener, &stop).unwrap();
+        let stopped =
+            run::run(&load(TANK, &[TIGHT]), &On::threads(2).options(Some(&folder)), &mut listener, &stop).unwrap();
         assert_eq!((stopped.steps, stopped.exit_code()), (0, exit::STOPPED), "{phase}");
         go_on(&folder, On::threads(2).steps(STEPS)).0.unwrap();
         let left = Left::in_folder(&folder);
@@ -257,7 +258,10 @@ fn wrong_tanks_are_refused_with_a_reason() {
         (vec!["particles.radius=1.9".into()], "has to lie between 2.1 and 3.6"),
         (vec!["particles.radius=3.7".into()], "has to lie between 2.1 and 3.6"),
         (vec!["boundary.x1=slip".into()], "walls of moving particles are all alike"),
-        (vec!["boundary.x1_lower={ inflow = { velocity = [\"1 m/s\",\"0 m/s\",\"0 m/s\"] } }".into()], "cannot have the side"),
+        (
+            vec!["boundary.x1_lower={ inflow = { velocity = [\"1 m/s\",\"0 m/s\",\"0 m/s\"] } }".into()],
+            "cannot have the side",
+        ),
         (vec!["overlap.blend=[0.5, 0.4]".into()], "a lower and an upper"),
         (vec!["preparation.state=nowhere.state".into()], "there is no file"),
         (vec!["solver=mics".into(), "domain.cells=[14,7,14]".into()], "ripples are observed with"),
@@ -268,7 +272,8 @@ fn wrong_tanks_are_refused_with_a_reason() {
         let message = refused(&changes);
         assert!(message.contains(reason), "{changes:?}: {message}");
     }
-    let no_sphere = TANK.replace("shape.sphere = { diameter = \"1 mm\" }", "shape.box = { size = [\"1 mm\",\"1 mm\",\"1 mm\"] }");
+    let no_sphere =
+        TANK.replace("shape.sphere = { diameter = \"1 mm\" }", "shape.box = { size = [\"1 mm\",\"1 mm\",\"1 mm\"] }");
     let error = case::parse(Path::new("tank.toml"), &no_sphere, &[]).expect_err("boxes are no spheres");
     assert!(error.to_string().contains("is no sphere"), "{error}");
     let csv = scratch.join("bad.csv");

@@ -3,7 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use sazanami_io::MeasuredProfile;
-use sazanami_io::picture::{LayerFigure, LayerHistory, Picture, ProfileFigure, ProfilesAtTime, RippleHistory, ripple_growth};
+use sazanami_io::picture::{
+    LayerFigure, LayerHistory, Picture, ProfileFigure, ProfilesAtTime, RippleHistory, ripple_growth,
+};
 use sazanami_numerics::Real;
 use sazanami_observe::ripples::{
     BedMatch, Growth, RippleSettings, Ripples, ShiftLimits, SurfaceProfile, Unmeasured, match_bed, match_profiles,
@@ -196,9 +198,7 @@ fn layer_names(case: &Case) -> [String; 2] {
     let Some(ripples) = &case.ripples else { return ["upper".into(), "lower".into()] };
     let thickness = 1e3 * ripples.layer_thickness;
     match ripples.layers {
-        LayerReference::Surface => {
-            [format!("upper {thickness} mm"), format!("next {thickness} mm")]
-        }
+        LayerReference::Surface => [format!("upper {thickness} mm"), format!("next {thickness} mm")],
         LayerReference::Floor | LayerReference::Initial => {
             [format!("{thickness} to {} mm above the floor", 2.0 * thickness), format!("below {thickness} mm")]
         }
@@ -232,8 +232,13 @@ fn layers(folder: &Path) -> Option<LayerHistory> {
 /// Times at which profiles are drawn: those that were measured, or else the last that the case has pictures for.
 fn moments(case: &Case, end: Real) -> Vec<Real> {
     let within = |time: &Real| *time <= end * (1.0 + SAME_TIME);
-    let mut measured: Vec<Real> =
-        case.ripples.iter().flat_map(|ripples| &ripples.measured).map(|measured| measured.time).filter(within).collect();
+    let mut measured: Vec<Real> = case
+        .ripples
+        .iter()
+        .flat_map(|ripples| &ripples.measured)
+        .map(|measured| measured.time)
+        .filter(within)
+        .collect();
     measured.sort_by(Real::total_cmp);
     measured.dedup();
     if measured.is_empty() {
@@ -258,10 +263,7 @@ fn measured_at(case: &Case, time: Real) -> [Option<MeasuredProfile>; 2] {
     found.map_or([None, None], |measured| [read(&measured.bed), read(&measured.water)])
 }
 
-fn profiles(
-    title: &str,
-    runs: &[RunTables],
-) -> Option<Result<Picture, sazanami_io::picture::PictureError>> {
+fn profiles(title: &str, runs: &[RunTables]) -> Option<Result<Picture, sazanami_io::picture::PictureError>> {
     let first = runs.first()?;
     let end = number(&first.summary, &["time_s"])?;
     let mean = |profiles: Option<&Profiles>| profiles.and_then(|all| all.profile.last()?.mean());
@@ -475,7 +477,17 @@ pub(super) fn several(folders: &[PathBuf], progress: &mut dyn Progress) -> Resul
     if let Some(figure) = profiles("Runs", &runs) {
         draw(figure, "ripple-profiles")?;
     }
-    let header = ["run", "status", "L [mm]", "t [s]", "wavelength [mm]", "height [mm]", "relief [mm]", "growth [1/s]", "volume [%]"];
+    let header = [
+        "run",
+        "status",
+        "L [mm]",
+        "t [s]",
+        "wavelength [mm]",
+        "height [mm]",
+        "relief [mm]",
+        "growth [1/s]",
+        "volume [%]",
+    ];
     let rows: Vec<[String; 9]> = runs
         .iter()
         .map(|run| {

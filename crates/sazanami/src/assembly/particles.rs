@@ -40,7 +40,9 @@ pub(crate) fn tank(case: &Case) -> Tank {
 fn side(side: BoundarySide) -> Side {
     match side {
         // The others are refused with the case.
-        BoundarySide::NoSlip | BoundarySide::Slip | BoundarySide::Moving { .. } | BoundarySide::Inflow { .. } => Side::Wall,
+        BoundarySide::NoSlip | BoundarySide::Slip | BoundarySide::Moving { .. } | BoundarySide::Inflow { .. } => {
+            Side::Wall
+        }
         BoundarySide::Periodic => Side::Periodic,
         BoundarySide::Outflow | BoundarySide::FixedPressure { .. } => Side::Open,
     }
@@ -63,11 +65,7 @@ pub(crate) fn settings(case: &Case, level: Real) -> Settings {
     let middle = 0.5 * (case.domain.lower + case.domain.upper);
     let stabilised = |weighted| Some(Stabilisation { distance: p.stabilisation_distance, weighted });
     Settings {
-        fluid: Fluid {
-            density: liquid.density,
-            viscosity: liquid.viscosity / liquid.density,
-            spacing: p.spacing,
-        },
+        fluid: Fluid { density: liquid.density, viscosity: liquid.viscosity / liquid.density, spacing: p.spacing },
         scheme: Scheme {
             weight: match p.weight {
                 meaning::Wendland::C2 => Wendland::C2,
@@ -143,11 +141,8 @@ pub(crate) fn setup(case: &Case, shapes: &[Shape]) -> Setup {
     let particles = particles(case);
     let largest = case.grains.iter().filter_map(|p| Some(p.shape.size()? * p.size.largest())).fold(0.0, Real::max);
     let reach = particles.overlap.smoothing.max(particles.radius * particles.spacing);
-    let mut setup = Setup {
-        bodies: bodies(case),
-        ghost_margin: reach + GRAIN_WAY * largest,
-        ..grains::setup(case, shapes)
-    };
+    let mut setup =
+        Setup { bodies: bodies(case), ghost_margin: reach + GRAIN_WAY * largest, ..grains::setup(case, shapes) };
     if case.walls_move() {
         // Seen from the laboratory grains go wherever the tank goes.
         setup.region = [Vector::NEG_INFINITY, Vector::INFINITY];

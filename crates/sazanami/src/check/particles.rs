@@ -6,9 +6,7 @@ use sazanami_numerics::Real;
 use serde::Serialize;
 
 use super::{CostModel, LimitReport};
-use crate::case::meaning::{
-    BoundarySide, Case, FluidName, GrainPlacement, Particles, Placement, Solver, TankMotion,
-};
+use crate::case::meaning::{BoundarySide, Case, FluidName, GrainPlacement, Particles, Placement, Solver, TankMotion};
 
 /// Share of the space that grains fill in a bed of spheres.
 const FILLING: Real = 0.60;

@@ -195,7 +195,8 @@ impl Files {
         if self.probes[number].is_none() {
             let path = probe_path(&self.folder, name);
             if let Some(folder) = path.parent() {
-                std::fs::create_dir_all(folder).map_err(|error| RecordError::Path { path: folder.to_owned(), error })?;
+                std::fs::create_dir_all(folder)
+                    .map_err(|error| RecordError::Path { path: folder.to_owned(), error })?;
             }
             self.probes[number] = Some(match self.resumed_at {
                 Some((_, step)) => SeriesWriter::resume(&path, &columns(), step)?,

@@ -30,10 +30,10 @@ use crate::error::Failure;
 use crate::progress::StepLine;
 use crate::results::PACKED_BED;
 use crate::run::Status;
-use crate::tanks;
 use crate::simulation::{
     Ended, Job, PACKING, RELAXATION, RankError, RankFailure, Relaxation, RunState, Water, fixed_step, partner,
 };
+use crate::tanks;
 
 pub(crate) use again::{Beds, FoundAgain, is_observed};
 use bed::GrainsSeen;

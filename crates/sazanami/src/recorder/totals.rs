@@ -7,7 +7,6 @@ use sazanami_mics::solver::StepReport;
 use sazanami_numerics::Real;
 use serde::{Deserialize, Serialize};
 
-
 /// Worst values met.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Worst {

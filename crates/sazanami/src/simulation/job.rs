@@ -213,7 +213,9 @@ impl RankError {
                 Some("make the box higher or the bed lower; the resting bed is lower if `stop = \"settled\"`")
             }
             Self::Particles(_) => Some("change the tank or the particle spacing"),
-            Self::State(_) => Some("leave out `state` under `[preparation]`, or resume with the case the run began with"),
+            Self::State(_) => {
+                Some("leave out `state` under `[preparation]`, or resume with the case the run began with")
+            }
             Self::Snapshot(_) | Self::Packing(DemError::Snapshot(_)) => Some("resume with the case the run began with"),
             _ => None,
         }

@@ -23,8 +23,8 @@ use crate::recorder::{Books, GridBooks, ParticleBooks, Recorder, Step};
 use crate::run::Status;
 
 pub(crate) use job::{Ended, Event, Job, RankError, RankFailure, Reporter, Resumed, RunState};
-pub(crate) use naming::partner;
 pub(crate) use mps::initial_velocity;
+pub(crate) use naming::partner;
 pub(crate) use relaxation::Relaxation;
 pub(crate) use water::Water;
 

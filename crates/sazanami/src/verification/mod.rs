@@ -2,6 +2,7 @@
 
 mod at_rest;
 mod beds;
+mod both;
 mod contact;
 mod free_grains;
 mod immersed;
@@ -72,6 +73,8 @@ pub const CASES: &[VerifyCase] = &[
     case("mps-rotating-square", "a square of water that turns in the air", moving_particles::rotating_square),
     long("mps-frames", "a shaken tank in two frames", moving_particles::frames),
     long("mps-frames-bed", "the same with a bed", moving_particles::frames_with_bed),
+    case("both-dam-break", "one dam, a grid and moving particles", both::dam_break),
+    long("both-settling-sphere", "one sphere, resolved and by a drag law", both::settling_sphere),
     long("drag-fine", "a fixed sphere, 16 cells to a diameter", immersed::drag_fine),
     long("settling-rest", "ten Cate et al., Re 1.5 and 11.6", settling::settling_rest),
     long("reduced-raindrop", "a quarter of the bed hit at 2.25 and 9 m/s", reduced::reduced_raindrop),

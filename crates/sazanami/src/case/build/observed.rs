@@ -8,8 +8,8 @@ use super::grains::middle;
 use super::liquids::millimetres;
 use super::{Context, span_of};
 use crate::case::meaning::{
-    Bed, BoxDomain, Checkpoints, Erosion, FieldPrecision, GrainPlacement, OutputFrame, Outputs, Population, Probe, ProbePlace,
-    Schedule,
+    Bed, BoxDomain, Checkpoints, Erosion, FieldPrecision, GrainPlacement, OutputFrame, Outputs, Population, Probe,
+    ProbePlace, Schedule,
 };
 use crate::case::schema::{BedText, CaseText, CheckpointText, OutputText, ProbeText, ScheduleText};
 use crate::case::suggest::nearest;

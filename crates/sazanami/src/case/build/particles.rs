@@ -2,18 +2,16 @@
 
 use sazanami_io::MeasuredProfile;
 use sazanami_io::readings::Readings;
-use sazanami_numerics::spline::Spline;
 use sazanami_numerics::Real;
+use sazanami_numerics::spline::Spline;
 
 use super::{Context, span_of};
 use crate::case::meaning::{
     Axis, BoundarySide, BoxDomain, Case, DensityReference, GradientForm, GrainPlacement, GrainShape, ImageSide,
-    KeepApart, LayerReference, Measured, Order, Overlap, Particles, Population, Preparation, PressureForce, ProbePlace, Ripples,
-    SIDE_NAMES, Solver, SphereDrag, TankMotion, WallMotion, Wendland,
+    KeepApart, LayerReference, Measured, Order, Overlap, Particles, Population, Preparation, PressureForce, ProbePlace,
+    Ripples, SIDE_NAMES, Solver, SphereDrag, TankMotion, WallMotion, Wendland,
 };
-use crate::case::schema::{
-    CaseText, FrameText, MeasuredText, MotionText, OverlapText, ParticlesText, PreparationText,
-};
+use crate::case::schema::{CaseText, FrameText, MeasuredText, MotionText, OverlapText, ParticlesText, PreparationText};
 use crate::case::value::Range1;
 use crate::case::written::{Angle, At, Frequency, Length, Text, Time, Velocity};
 
@@ -68,13 +66,7 @@ impl Context<'_> {
             weight: values.choice(value.weight.as_ref(), "weight", Wendland::C2),
             source: values.choice(value.source.as_ref(), "source", Order::HigherOrder),
             laplacian: values.choice(value.laplacian.as_ref(), "laplacian", Order::HigherOrder),
-            compensation: number(
-                values,
-                value.compensation.as_ref(),
-                "compensation",
-                Range1::Between(0.0, 10.0),
-                1.0,
-            ),
+            compensation: number(values, value.compensation.as_ref(), "compensation", Range1::Between(0.0, 10.0), 1.0),
             relaxation: number(values, value.relaxation.as_ref(), "relaxation", Range1::NonNegative, 100.0),
             gradient: values.choice(value.gradient.as_ref(), "gradient", GradientForm::Corrected),
             stabilisation: values.choice(value.stabilisation.as_ref(), "stabilisation", KeepApart::Weighted),
@@ -189,8 +181,7 @@ impl Context<'_> {
         }
         let ramp = self.defaults.ramp;
         let values = &mut self.values;
-        let frequency =
-            values.required::<Frequency>(value.frequency.as_ref(), span, "frequency", Range1::Positive);
+        let frequency = values.required::<Frequency>(value.frequency.as_ref(), span, "frequency", Range1::Positive);
         let motion = TankMotion::Formula {
             amplitude: values.required_vector::<Length>(value.amplitude.as_ref(), span, "amplitude"),
             frequency,
@@ -241,8 +232,9 @@ impl Context<'_> {
         };
         let values = &mut self.values;
         let extent = domain.extent().x;
-        let length =
-            values.quantity::<Length>(value.layer_length.as_ref(), "layer_length", Range1::Positive, extent).min(extent);
+        let length = values
+            .quantity::<Length>(value.layer_length.as_ref(), "layer_length", Range1::Positive, extent)
+            .min(extent);
         let middle = 0.5 * (domain.lower.x + domain.upper.x);
         Some(Ripples {
             grain_size,
@@ -309,7 +301,9 @@ impl Context<'_> {
                         .report
                         .error(span_of(text), "the measured profile cannot be read")
                         .label(problem.to_string())
-                        .help("a CSV file with a line `x_m,z_m` and a row of numbers for each place, places increasing");
+                        .help(
+                            "a CSV file with a line `x_m,z_m` and a row of numbers for each place, places increasing",
+                        );
                 }
             }
             Some(file)
@@ -505,7 +499,11 @@ impl Context<'_> {
                 self.values
                     .report
                     .error(at.span.clone(), format!("`{}` is deeper than the tank", liquid.name))
-                    .label(format!("it reaches up to {:.4} mm, the tank to {:.4} mm", 1e3 * top, 1e3 * case.domain.upper.z))
+                    .label(format!(
+                        "it reaches up to {:.4} mm, the tank to {:.4} mm",
+                        1e3 * top,
+                        1e3 * case.domain.upper.z
+                    ))
                     .help("make the tank higher or the water shallower");
             }
         }

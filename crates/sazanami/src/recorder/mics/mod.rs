@@ -49,6 +49,8 @@ pub(crate) struct GridBooks {
     clipped: Real,
     findings: Findings,
     energies: Energies,
+    /// Largest place of liquid along x1 [m], if there is any.
+    front: Option<Real>,
 }
 
 impl GridBooks {
@@ -131,6 +133,7 @@ impl Books for GridBooks {
             clipped: 0.0,
             findings: Findings::default(),
             energies: Energies::default(),
+            front: None,
         }
     }
 
@@ -162,6 +165,7 @@ impl Books for GridBooks {
         let grains = solver.grains().engine().grains();
         let mine: Real = (0..grains.owned()).map(|n| grains.kinetic_energy(n)).sum();
         self.energies = Energies { fluid: solver.flow().kinetic_energy(domain), grains: domain.sum([mine])[0] };
+        self.front = front(solver);
         if !seen.leads || seen.count() == 0 {
             return;
         }
@@ -174,7 +178,9 @@ impl Books for GridBooks {
 
     fn worry(&self) -> Option<String> {
         let problem = self.findings.no_erosion.as_ref()?;
-        Some(format!("the crater cannot be evaluated: {problem}; the run goes on, and its columns stay empty until it can"))
+        Some(format!(
+            "the crater cannot be evaluated: {problem}; the run goes on, and its columns stay empty until it can"
+        ))
     }
 
     fn columns() -> Vec<Column> {
@@ -247,6 +253,20 @@ impl Books for GridBooks {
         self.before.sections().for_each(|(name, section)| snapshot.put(name, section.clone()));
         snapshot.put_reals(LIQUID_TRACE, vec![self.through, self.clipped]);
     }
+}
+
+/// Largest place along x1 of a cell that is at least half liquid: the far side of the liquid in it [m].
+fn front(solver: &Solver) -> Option<Real> {
+    let domain = solver.domain();
+    let (grid, start) = (domain.grid(), domain.start());
+    let c = &solver.flow().volume_fraction;
+    let [columns, depth, height] = domain.interior();
+    let wet = |i: isize| depth.clone().any(|j| height.clone().any(|k| c[[i, j, k]] >= 0.5));
+    let last = columns.rev().find(|&i| wet(i));
+    let mine =
+        last.map_or(Real::NEG_INFINITY, |i| grid.lower.x + grid.spacing.x * ((i + start[0] as isize) as Real + 1.0));
+    let found = domain.max(mine);
+    found.is_finite().then_some(found)
 }
 
 /// The initial bed as the run evaluated it.

@@ -130,6 +130,7 @@ pub(super) fn columns() -> Vec<Column> {
         ("impulse_held_grains_3", "N s"),
         ("momentum_residual_3", "N s"),
         ("momentum_residual_relative", ""),
+        ("front", "m"),
         ("crater_depth", "m"),
         ("rim_radius", "m"),
         ("erosion_volume", "m^3"),
@@ -207,6 +208,7 @@ fn values(
         }
         None => row.extend(std::iter::repeat_with(|| Value::Missing).take(13)),
     }
+    row.push(books.front.map_or(Value::Missing, real));
     match &findings.erosion {
         Some(erosion) => row.extend([
             real(erosion.crater.depth),
@@ -223,4 +225,3 @@ fn values(
     }
     row
 }
-

@@ -112,11 +112,8 @@ impl ParticleBooks {
         };
         let range = self.settings_of(width, &case).range_in(&self.tank);
         let relief = ripples::relief(&closed(&bed.concentration), range).ok();
-        let ripples = [
-            measure(&bed.concentration, width),
-            measure(&bed.image, surface.slab),
-            measure(&bed.top_layer, width),
-        ];
+        let ripples =
+            [measure(&bed.concentration, width), measure(&bed.image, surface.slab), measure(&bed.top_layer, width)];
         let layers = self.layer_means(&case, &bed.concentration);
         self.found = Some(Found { bed, relief, ripples, layers });
     }
@@ -220,8 +217,7 @@ impl Books for ParticleBooks {
                     let reference = ripples::LayerReference::Floor(self.tank.floor);
                     let layers =
                         ripples::Layers { reference, thickness: case.layer_thickness, range: case.layer_range };
-                    self.first_layers =
-                        layers.sort(&self.sight.grains.position).into_iter().map(number_of).collect();
+                    self.first_layers = layers.sort(&self.sight.grains.position).into_iter().map(number_of).collect();
                 }
             }
         }

@@ -2,9 +2,7 @@
 //! water between them (as figure 3 of Tazaki et al.), and the surfaces of bed and water (as their figure 2).
 
 use sazanami_io::MeasuredProfile;
-use sazanami_io::picture::{
-    ColourScale, ProfileFigure, ProfilesAtTime, SlabPanel, SlabView, VectorWindow,
-};
+use sazanami_io::picture::{ColourScale, ProfileFigure, ProfilesAtTime, SlabPanel, SlabView, VectorWindow};
 use sazanami_mps::weight::{Weight, Wendland};
 use sazanami_numerics::Real;
 use sazanami_observe::ripples::{Interpolation, SectionWindow, SurfaceProfile, submerged_weight, vectors_in_section};
@@ -95,8 +93,7 @@ fn draw_profiles(
 ) -> Result<(), RecordError> {
     let (lower, upper) = (case.domain.lower, case.domain.upper);
     let points = |profile: &SurfaceProfile| profile.points_with_gaps().collect::<Vec<_>>();
-    let mut moment =
-        ProfilesAtTime { title: format!("t = {:.2} s", clock.time()), ..ProfilesAtTime::default() };
+    let mut moment = ProfilesAtTime { title: format!("t = {:.2} s", clock.time()), ..ProfilesAtTime::default() };
     moment.water.push((String::new(), points(&books.water)));
     if let Some(found) = &books.found {
         let surfaces = [("concentration", &found.bed.concentration), ("image", &found.bed.image)];

@@ -125,8 +125,7 @@ fn of_body(case: &Case, sight: &Sight, time: Real, id: u64) -> Vec<Value> {
         return std::iter::repeat_n(Value::Missing, OF_BODY.len()).collect();
     };
     let [shift, drift] = to_written_frame(case, time);
-    let vectors =
-        [grains.position[n] + shift, grains.velocity[n] + drift, grains.drag[n], grains.pressure_force[n]];
+    let vectors = [grains.position[n] + shift, grains.velocity[n] + drift, grains.drag[n], grains.pressure_force[n]];
     let mut row: Vec<Value> = vectors.iter().flat_map(|v| v.to_array()).map(Value::Real).collect();
     row.push(Value::Real(grains.void_fraction[n]));
     row

@@ -233,7 +233,9 @@ pub(super) fn ripples_json(found: &Found, tank: &Tank) -> serde_json::Value {
                 "mean_height_mm": profile.mean().map(|z| 1e3 * (z - tank.floor)),
             })
         }
-        Err(problem) => json!({ "not_measured": problem.to_string(), "mean_height_mm": profile.mean().map(|z| 1e3 * (z - tank.floor)) }),
+        Err(problem) => {
+            json!({ "not_measured": problem.to_string(), "mean_height_mm": profile.mean().map(|z| 1e3 * (z - tank.floor)) })
+        }
     };
     let mut main = of(&found.ripples[0], &found.bed.concentration);
     if let Some(main) = main.as_object_mut() {
