@@ -188,7 +188,7 @@ fn level(solver: &Solver, [x, y]: [Real; 2]) -> Real {
     let grid = domain.grid();
     let column = grid.cell_of(Vector::new(x, y, grid.lower.z));
     let start = domain.start();
-    let local = [0, 1].map(|d| column[d] as isize - start[d] as isize);
+    let local = [0, 1].map(|d| column[d] - start[d] as isize);
     let range = domain.interior();
     let mut depth = 0.0;
     if range[0].contains(&local[0]) && range[1].contains(&local[1]) {

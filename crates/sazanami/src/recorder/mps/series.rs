@@ -203,10 +203,10 @@ fn values(books: &ParticleBooks, clock: &Clock, step: Option<&Step<'_, Solver>>)
             row.extend([
                 optional(found.relief),
                 of(|ripples| Ok(ripples.height())),
-                of(|ripples| ripples.crest_to_trough.clone()),
+                of(|ripples| ripples.crest_to_trough),
                 of(|ripples| Ok(ripples.spectral_wavelength)),
-                of(|ripples| ripples.crossing_wavelength.clone()),
-                of(|ripples| ripples.correlation_wavelength.clone()),
+                of(|ripples| ripples.crossing_wavelength),
+                of(|ripples| ripples.correlation_wavelength),
                 of(Ripples::steepness),
                 count(found.bed.suspended),
             ]);
