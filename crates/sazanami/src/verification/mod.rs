@@ -9,6 +9,7 @@ mod immersed;
 mod impact;
 mod moving_particles;
 mod reduced;
+mod ripples;
 mod settling;
 mod single_phase;
 mod tank;
@@ -75,6 +76,7 @@ pub const CASES: &[VerifyCase] = &[
     long("mps-frames-bed", "the same with a bed", moving_particles::frames_with_bed),
     case("both-dam-break", "one dam, a grid and moving particles", both::dam_break),
     long("both-settling-sphere", "one sphere, resolved and by a drag law", both::settling_sphere),
+    long("ripples", "ripples on the bed of a shaken tank", ripples::ripples),
     long("drag-fine", "a fixed sphere, 16 cells to a diameter", immersed::drag_fine),
     long("settling-rest", "ten Cate et al., Re 1.5 and 11.6", settling::settling_rest),
     long("reduced-raindrop", "a quarter of the bed hit at 2.25 and 9 m/s", reduced::reduced_raindrop),
