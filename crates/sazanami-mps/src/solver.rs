@@ -13,7 +13,7 @@ use crate::free_surface::SurfaceTest;
 use crate::grains::{CouplingReport, GrainPhase};
 use crate::neighbours::{Bins, Neighbours, ROWS};
 use crate::number_density::{Crowding, Prediction, Sample};
-use crate::particles::{Kind, ParticleRecord, Particles, WALL};
+use crate::particles::{Kind, ParticleRecord, Particles, Role, WALL};
 use crate::pressure::{PressureEquation, PressureError, PressureReport, Tolerance};
 use crate::scheme::{Fluid, Kernel, Scheme};
 use crate::stabilisation::Push;
@@ -278,7 +278,8 @@ impl Solver {
     pub fn stable_step(&self, body_force: Vector) -> Step {
         let Fluid { spacing, viscosity, .. } = self.settings.fluid;
         let rates = Rates {
-            advective: self.largest_speed() / spacing,
+            // Who flies on its own disturbs nobody, however fast.
+            advective: self.largest_speed_of(|role| role != Role::Outside) / spacing,
             grain_motion: self.grains.motion_rate(&self.domain),
             drag: self.grains.drag_rate(&self.domain),
         };
@@ -324,11 +325,16 @@ impl Solver {
     /// Largest speed of the fluid, over all ranks [m/s].
     #[must_use]
     pub fn largest_speed(&self) -> Real {
+        self.largest_speed_of(|_| true)
+    }
+
+    /// The same of particles that had a role which `counts` in the last step.
+    fn largest_speed_of(&self, counts: impl Fn(Role) -> bool + Sync) -> Real {
         let particles = &self.particles;
         let blocks = particles.owned.div_ceil(ROWS);
         let square = max_over(blocks, |n| {
             (n * ROWS..((n + 1) * ROWS).min(particles.owned))
-                .filter(|&a| particles.kind[a] == Kind::Fluid)
+                .filter(|&a| particles.kind[a] == Kind::Fluid && counts(particles.role[a]))
                 .map(|a| particles.velocity[a].length_squared())
                 .fold(0.0, Real::max)
         });

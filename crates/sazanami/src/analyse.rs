@@ -18,6 +18,8 @@ use crate::error::{CommandError, Failure};
 use crate::progress::Progress;
 use crate::recorder;
 
+pub(crate) use ripples::CYCLES;
+
 /// Rows of a table with named columns; empty cells are not a number.
 struct Table {
     columns: Vec<String>,

@@ -4,9 +4,11 @@ use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-use crate::case::meaning::{Case, ContactSphereChoice, GrainPlacement, GrainShape, Population};
+use crate::analyse::CYCLES;
+use crate::case::meaning::{Case, ContactSphereChoice, GrainPlacement, GrainShape, Population, TankMotion};
 use crate::error::CommandError;
 use crate::log::LOG;
+use crate::tanks::PREPARED;
 
 /// Chooses and prepares the folder of a run: `out`, or else `runs/<case>-<n>` with the next free number.
 ///
@@ -43,7 +45,7 @@ pub fn prepare(out: Option<&Path>, case_name: &str, force: bool) -> Result<PathB
 }
 
 /// What a run writes.
-const WRITTEN: [&str; 13] = [
+const WRITTEN: [&str; 18] = [
     "fields",
     "grains",
     "figures",
@@ -54,6 +56,11 @@ const WRITTEN: [&str; 13] = [
     "grains.pvd",
     "series.csv",
     "profiles.csv",
+    "bed.csv",
+    "water.csv",
+    "layers.csv",
+    CYCLES,
+    PREPARED,
     "summary.json",
     PACKED_BED,
     LOG,
@@ -69,6 +76,8 @@ pub(crate) const ANALYSIS: &str = "analysis";
 const INPUTS: &str = "inputs";
 /// Folders in it for what a population may name: mesh, contact spheres, bed.
 const KINDS: [&str; 3] = ["shape", "contact-spheres", "bed"];
+/// Beginning of the names of those for what a tank may name.
+const TANK: &str = "tank";
 
 /// Copies the meshes, contact spheres and beds that a case names into `folder`, so that the run can go on without
 /// the originals. Returns the case with the names of the copies, relative to `folder`.
@@ -94,6 +103,14 @@ pub fn keep_inputs(case: &Case, folder: &Path) -> Result<Case, CommandError> {
         if let GrainPlacement::Bed(bed) = &mut population.placement {
             bed.file = keep(&bed.file, folder, &place.join(KINDS[2]))?;
             bed.recipe.iter_mut().for_each(absolute);
+        }
+    }
+    for (number, file) in inputs_of_tank(&mut kept).into_iter().enumerate() {
+        // Profiles may be absent.
+        if file.is_file() {
+            *file = keep(file, folder, &Path::new(INPUTS).join(format!("{TANK}-{number}")))?;
+        } else {
+            absolute(file);
         }
     }
     kept.output.bed.iter_mut().for_each(absolute);
@@ -132,13 +149,28 @@ pub fn clear(folder: &Path, kept: &Case) -> Result<(), CommandError> {
         let outcome = if path.is_dir() { fs::remove_dir_all(&path) } else { fs::remove_file(&path) };
         removed(&path, outcome)?;
     }
-    let needed: Vec<PathBuf> = kept.grains.iter().flat_map(inputs_of).map(|file| folder.join(file)).collect();
+    let mut named = kept.clone();
+    let of_tank = inputs_of_tank(&mut named).into_iter().map(|file| &*file);
+    let needed: Vec<PathBuf> =
+        kept.grains.iter().flat_map(inputs_of).chain(of_tank).map(|file| folder.join(file)).collect();
     clear_inputs(&folder.join(INPUTS), &needed)
 }
 
 /// Folder of the copies for a population, by its number.
 fn population(number: usize) -> String {
     format!("grains-{number}")
+}
+
+/// The files that a case names for its tank: its motion, a state of it, measured profiles.
+fn inputs_of_tank(case: &mut Case) -> Vec<&mut PathBuf> {
+    let motion = case.frame.as_mut().and_then(|frame| match &mut frame.motion {
+        Some(TankMotion::File { file, .. }) => Some(file),
+        _ => None,
+    });
+    let state = case.particles.as_mut().and_then(|particles| particles.preparation.state.as_mut());
+    let measured = case.ripples.iter_mut().flat_map(|ripples| &mut ripples.measured);
+    let profiles = measured.flat_map(|measured| [&mut measured.bed, &mut measured.water]).flatten();
+    motion.into_iter().chain(state).chain(profiles).collect()
 }
 
 /// The files that a population names.
@@ -171,6 +203,17 @@ fn clear_inputs(folder: &Path, needed: &[PathBuf]) -> Result<(), CommandError> {
             remove_if_empty(&kind)?;
         }
         remove_if_empty(&place)?;
+    }
+    for place in fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path()) {
+        let is_of_tank = place.file_name().is_some_and(|name| name.to_string_lossy().starts_with(TANK));
+        for path in fs::read_dir(&place).into_iter().flatten().flatten().map(|entry| entry.path()) {
+            if is_of_tank && path.is_file() && !needed.contains(&path) {
+                removed(&path, fs::remove_file(&path))?;
+            }
+        }
+        if is_of_tank {
+            remove_if_empty(&place)?;
+        }
     }
     remove_if_empty(folder)
 }

@@ -1,5 +1,6 @@
 //! Runs with moving particles: ripples, averages over layers and measured profiles, from the tables that they wrote.
 
+use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use sazanami_io::MeasuredProfile;
@@ -8,8 +9,8 @@ use sazanami_io::picture::{
 };
 use sazanami_numerics::Real;
 use sazanami_observe::ripples::{
-    BedMatch, Growth, RippleSettings, Ripples, ShiftLimits, SurfaceProfile, Unmeasured, match_bed, match_profiles,
-    migration,
+    BedMatch, Growth, PhaseAverage, RippleSettings, Ripples, ShiftLimits, SurfaceProfile, Unmeasured, cycle_averages,
+    match_bed, match_profiles, migration, phase_average,
 };
 use serde_json::Value;
 
@@ -158,7 +159,13 @@ pub(super) fn of_run(
         Ok::<(), CommandError>(())
     };
     let name = tables.summary["case"].as_str().unwrap_or("run").to_owned();
-    if let Some(figure) = layers(folder) {
+    let layers = layers(folder);
+    let cycles = layers.as_ref().zip(tables.period()).map(|(layers, period)| averages(layers, period));
+    if let Some(cycles) = cycles.as_ref().filter(|cycles| !cycles.is_empty()) {
+        let place = if overrides.is_empty() { folder } else { &figures };
+        write_averages(&place.join(CYCLES), cycles).map_err(|error| drawing(&error))?;
+    }
+    if let Some(figure) = layers {
         let title = format!("{name}: averages over the layers of the bed");
         let names = layer_names(&tables.case);
         let names = names.each_ref().map(String::as_str);
@@ -181,7 +188,7 @@ pub(super) fn of_run(
         save(figure, "profiles.png")?;
     }
     list_files(folder, &tables.summary)?;
-    Ok(lines(folder, &tables))
+    Ok(lines(folder, &tables, cycles.as_deref().unwrap_or_default()))
 }
 
 fn history(name: &str, tables: &RunTables) -> RippleHistory {
@@ -205,8 +212,63 @@ fn layer_names(case: &Case) -> [String; 2] {
     }
 }
 
+/// Quantities that are averaged over layers, by their columns.
+const QUANTITIES: [&str; 4] = ["water_velocity_1", "grain_velocity_1", "drag_1", "pressure_force_1"];
+/// Table of what layers do in a cycle of the tank.
+pub(crate) const CYCLES: &str = "cycles.csv";
+/// Cycles at the end of a run that are averaged over, and phases of a cycle.
+const LAST_CYCLES: usize = 4;
+const PHASES: usize = 20;
+
+/// A quantity of a layer in a cycle of the tank.
+struct CycleAverage {
+    layer: &'static str,
+    quantity: &'static str,
+    /// By phase, over the last cycles, where the run has as many.
+    phases: Option<PhaseAverage>,
+    /// Ends of cycles [s] and means over each.
+    means: Vec<(Real, Real)>,
+}
+
+/// What layers do in cycles of a `period` [s].
+fn averages(layers: &LayerHistory, period: Real) -> Vec<CycleAverage> {
+    let sides = [("upper", &layers.upper), ("lower", &layers.lower)];
+    let each = sides.into_iter().flat_map(|(layer, columns)| {
+        QUANTITIES.iter().zip(columns).map(move |(quantity, column)| (layer, *quantity, column))
+    });
+    each.map(|(layer, quantity, column)| {
+        let pairs = layers.time.iter().copied().zip(column.iter().copied());
+        let series: Vec<(Real, Real)> = pairs.filter(|(_, value)| value.is_finite()).collect();
+        let last = layers.time.last().copied().unwrap_or_default();
+        let cycles = ((last / period + 1e-6).floor() as usize).min(LAST_CYCLES);
+        CycleAverage {
+            layer,
+            quantity,
+            phases: phase_average(&series, period, cycles, PHASES).ok(),
+            means: cycle_averages(&series, period),
+        }
+    })
+    .collect()
+}
+
+/// Writes a row for each phase and for each whole cycle.
+fn write_averages(path: &Path, cycles: &[CycleAverage]) -> std::io::Result<()> {
+    let mut text = "layer,quantity,kind,phase_or_end_of_cycle,mean,deviation,cycles\n".to_owned();
+    for CycleAverage { layer, quantity, phases, means } in cycles {
+        if let Some(phases) = phases {
+            for (n, (mean, deviation)) in phases.mean.iter().zip(&phases.deviation).enumerate() {
+                let phase = n as Real / phases.mean.len() as Real;
+                let _ = writeln!(text, "{layer},{quantity},phase,{phase},{mean:e},{deviation:e},{}", phases.cycles);
+            }
+        }
+        for (end, mean) in means {
+            let _ = writeln!(text, "{layer},{quantity},cycle,{end},{mean:e},,1");
+        }
+    }
+    std::fs::write(path, text)
+}
+
 fn layers(folder: &Path) -> Option<LayerHistory> {
-    const QUANTITIES: [&str; 4] = ["water_velocity_1", "grain_velocity_1", "drag_1", "pressure_force_1"];
     let text = std::fs::read_to_string(folder.join("layers.csv")).ok()?;
     let mut rows = text.lines();
     let head: Vec<&str> = rows.next()?.split(',').map(|name| name.split(" [").next().unwrap_or(name)).collect();
@@ -305,7 +367,7 @@ fn profiles(title: &str, runs: &[RunTables]) -> Option<Result<Picture, sazanami_
 }
 
 /// The table at the end of a run.
-fn lines(folder: &Path, tables: &RunTables) -> Vec<String> {
+fn lines(folder: &Path, tables: &RunTables, cycles: &[CycleAverage]) -> Vec<String> {
     let mut rows: Vec<(String, String)> = Vec::new();
     let summary = &tables.summary;
     let mut row = |label: &str, value: String| rows.push((label.to_owned(), value));
@@ -349,6 +411,19 @@ fn lines(folder: &Path, tables: &RunTables) -> Vec<String> {
     }
     if let Some((shift, correlation)) = tables.migration() {
         row("  migration in the last period", format!("{:+.2} mm (correlation {correlation:.2})", 1e3 * shift));
+    }
+    for quantity in QUANTITIES {
+        let of = |layer: &str| {
+            let found = cycles.iter().find(|average| average.layer == layer && average.quantity == quantity);
+            found.and_then(|average| Some(average.phases.as_ref()?.half_range()))
+        };
+        if let (Some(upper), Some(lower)) = (of("upper"), of("lower")) {
+            let name = quantity.trim_end_matches("_1").replace('_', " ");
+            row(
+                &format!("  {name}, half range, upper / lower"),
+                format!("{upper:.3e} / {lower:.3e} = {:.2}", upper / lower),
+            );
+        }
     }
     if let Some(extent) = said(&["observables", "water", "highest_less_lowest_mm"]) {
         row("water surface, highest less lowest", format!("{extent:.2} mm"));

@@ -12,7 +12,8 @@ use crate::run::{RunOptions, run};
 use crate::verify::Measured;
 
 const CASE: &str = include_str!("../../../../cases/ripples/paper.toml");
-const SOURCE: &str = "predictors for the tank: dem-mps-validation V14, after Wiberg and Harris, Nielsen, Miller and Komar";
+const SOURCE: &str =
+    "predictors for the tank: dem-mps-validation V14, after Wiberg and Harris, Nielsen, Miller and Komar";
 /// Simulated time of each run [s].
 const UNTIL: Real = 3.0;
 /// Last part of a run whose layer averages count: two periods [s].
@@ -91,12 +92,24 @@ pub(super) fn ripples() -> Result<Vec<Measured>, String> {
             .from_source("no ripples below the threshold of motion"),
         Measured::within("wavelength at 3 s", "mm", base.wavelength.unwrap_or(Real::NAN), 10.0, 40.0)
             .from_source(SOURCE),
-        Measured::within("water velocity, upper over lower layer", "", base.upper[0] / base.lower[0], 5.0, Real::INFINITY)
-            .from_source("Tazaki et al.: the upper layer is much faster"),
+        Measured::within(
+            "water velocity, upper over lower layer",
+            "",
+            base.upper[0] / base.lower[0],
+            5.0,
+            Real::INFINITY,
+        )
+        .from_source("Tazaki et al.: the upper layer is much faster"),
         Measured::within("drag, upper over lower layer", "", base.upper[1] / base.lower[1], 1.0, Real::INFINITY)
             .from_source("Tazaki et al."),
-        Measured::within("drag over pressure force, upper layer", "", base.upper[1] / base.upper[2], 1.0, Real::INFINITY)
-            .from_source("Tazaki et al.: drag dominates at the surface"),
+        Measured::within(
+            "drag over pressure force, upper layer",
+            "",
+            base.upper[1] / base.upper[2],
+            1.0,
+            Real::INFINITY,
+        )
+        .from_source("Tazaki et al.: drag dominates at the surface"),
         Measured::within("change of the water's volume", "", base.volume.abs(), 0.0, 0.01).from_source("conservation"),
     ];
     for (name, change) in
