@@ -15,7 +15,7 @@ struct Template {
     text: &'static str,
 }
 
-const TEMPLATES: [Template; 4] = [
+const TEMPLATES: [Template; 5] = [
     Template {
         name: "raindrop",
         about: "a drop hits a small bed of sand that is packed in the run",
@@ -35,6 +35,11 @@ const TEMPLATES: [Template; 4] = [
         name: "packing",
         about: "grains of two kinds are packed, and their porosity measured",
         text: include_str!("../../../../cases/templates/packing.toml"),
+    },
+    Template {
+        name: "shaken_tank",
+        about: "a bed of spheres under water is shaken: ripples",
+        text: include_str!("../../../../cases/templates/shaken_tank.toml"),
     },
 ];
 
