@@ -58,7 +58,7 @@ pub(crate) fn widest(spacing: Real) -> Real {
 /// What stabilisation does to a particle.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Push {
-    /// Acceleration times the square of the longest step of water at rest: a displacement [m].
+    /// Acceleration times the square of the usual step: a displacement [m].
     pub way: Vector,
     /// Square of the distance to the nearest neighbour [m^2].
     pub nearest: Real,
@@ -69,7 +69,7 @@ pub(crate) struct Push {
 /// Pushes each own fluid particle from neighbours that came too near (Tsuruta et al. 2013).
 ///
 /// A pair at `r` after the correction that is nearer than it may be is pushed along its direction `e` before the
-/// correction, each so that the longest step of water at rest would move it by half of what is missing, times `w/n0`.
+/// correction, each so that the usual step would move it by half of what is missing, times `w/n0`.
 pub(crate) fn pushes(kernel: &Kernel, settings: &Stabilisation, spacing: Real, moved: &Moved<'_>, into: &mut [Push]) {
     let Moved { kind, before, after, size, .. } = *moved;
     let limit = widest(spacing) * widest(spacing);

@@ -75,11 +75,15 @@ pub struct Step {
     pub limit: Limit,
 }
 
+/// Speed of fast water over the mean.
+const FASTEST: Real = 3.0;
+
 impl StepLimits {
-    /// The longest step [s] of water at rest under a body force [m/s^2], for a spacing [m] and a viscosity [m^2/s].
+    /// The step [s] of water that moves with a mean speed [m/s], whatever single particles do.
     #[must_use]
-    pub fn at_rest(&self, body_force: Vector, spacing: Real, viscosity: Real) -> Real {
-        self.choose(&Rates::default(), body_force, spacing, viscosity).dt
+    pub fn usual(&self, mean_speed: Real, body_force: Vector, spacing: Real, viscosity: Real) -> Real {
+        let rates = Rates { advective: FASTEST * mean_speed / spacing, ..Rates::default() };
+        self.choose(&rates, body_force, spacing, viscosity).dt
     }
 
     /// The longest step for these rates, a body force [m/s^2], a spacing [m] and a viscosity [m^2/s].

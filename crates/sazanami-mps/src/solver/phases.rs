@@ -400,10 +400,13 @@ impl Solver {
         if let Some(stabilisation) = &settings.scheme.stabilisation {
             let moved = Moved { kind, before: place, after, size, blocks, close };
             stabilisation::pushes(kernel, stabilisation, spacing, &moved, pushes);
-            // A push is an acceleration: one that moved particles apart within a step however short it is would give
-            // them speeds that shorten the next step.
-            let rest = settings.limits.at_rest(forcing.body_force, spacing, settings.fluid.viscosity).max(dt);
-            let rate = dt / (rest * rest);
+            // A push is an acceleration over the usual step: one that moved particles apart within a step however short
+            // it is would give them speeds that shorten the next step.
+            let speeds = sum_of(owned, |a| if kind[a] == Kind::Fluid { [velocity[a].length(), 1.0] } else { [0.0; 2] });
+            let [speeds, count] = domain.sum(speeds);
+            let Settings { limits, fluid, .. } = settings;
+            let usual = limits.usual(speeds / count.max(1.0), forcing.body_force, spacing, fluid.viscosity).max(dt);
+            let rate = dt / (usual * usual);
             let mass = density * spacing.powi(3);
             let sums = sum_of(owned, |a| {
                 let change = rate * pushes[a].way;
