@@ -47,6 +47,18 @@ impl Bins {
         self.inverse = spacing.recip();
     }
 
+    /// Makes boxes with edges no longer than `edge` [m] the bins: those of this rank's part and of `reach` [m] around it.
+    pub fn cover(&mut self, domain: &Domain, reach: Real, edge: Vector) {
+        let (lower, upper) = domain.rank_box(domain.communicator().rank());
+        let extent = upper - lower + 2.0 * reach;
+        self.count = std::array::from_fn(|d| ((extent[d] / edge[d]).ceil() as usize).max(1));
+        self.lower = lower - reach;
+        self.spacing = extent / Vector::from_array(self.count.map(|n| n as Real));
+        self.inverse = self.spacing.recip();
+        self.reach = std::array::from_fn(|d| (reach * self.inverse[d]).ceil() as usize);
+        self.radius = reach;
+    }
+
     /// Coordinates of `position`, in bins.
     #[inline(always)]
     pub fn coordinates(&self, position: Vector) -> Vector {
@@ -106,6 +118,21 @@ impl Bins {
     /// radius is no longer than the bins were made for.
     #[inline(always)]
     pub fn for_each_range(&self, position: Vector, radius: Real, mut body: impl FnMut(Range<usize>)) {
+        self.for_each_row(position, radius, |row| {
+            let own = self.own[row.start] as usize..self.own[row.end] as usize;
+            if !own.is_empty() {
+                body(own);
+            }
+            let ghosts = self.ghosts[row.start] as usize..self.ghosts[row.end] as usize;
+            if !ghosts.is_empty() {
+                body(ghosts);
+            }
+        });
+    }
+
+    /// Calls `body` with ranges of bins along x1 that hold all within `radius` [m] of `position`, in a fixed order.
+    #[inline(always)]
+    pub fn for_each_row(&self, position: Vector, radius: Real, mut body: impl FnMut(Range<usize>)) {
         // A hair more, for what is just as far.
         let radius = radius * (1.0 + 1e-9);
         let s = (position - self.lower) * self.inverse;
@@ -134,14 +161,7 @@ impl Bins {
                 let row = self.count[0] * (j + self.count[1] * k);
                 let first = row + ((s.x - half).max(0.0) as usize).min(last);
                 let last = row + ((s.x + half).max(0.0) as usize).min(last) + 1;
-                let own = self.own[first] as usize..self.own[last] as usize;
-                if !own.is_empty() {
-                    body(own);
-                }
-                let ghosts = self.ghosts[first] as usize..self.ghosts[last] as usize;
-                if !ghosts.is_empty() {
-                    body(ghosts);
-                }
+                body(first..last);
             }
         }
     }
