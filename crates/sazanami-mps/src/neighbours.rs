@@ -69,7 +69,7 @@ impl Bins {
     #[inline(always)]
     pub fn place(&self, position: Vector) -> [usize; 3] {
         let s = (position - self.lower) * self.inverse;
-        std::array::from_fn(|d| (s[d].max(0.0) as usize).min(self.count[d] - 1))
+        std::array::from_fn(|d| (s[d] as u32 as usize).min(self.count[d] - 1))
     }
 
     /// Number of the bin of `position`, x1 fastest.
@@ -136,17 +136,14 @@ impl Bins {
         // A hair more, for what is just as far.
         let radius = radius * (1.0 + 1e-9);
         let s = (position - self.lower) * self.inverse;
-        let place = self.place(position);
         let low = self.place(position - radius);
         let high = self.place(position + radius);
+        let end = Vector::from_array(self.count.map(|n| n as Real));
+        let inside = s.max(Vector::ZERO).min(end);
         // Distance to the row of bins `n` in direction `d`; the outermost bins go on without end.
         let apart = |n: usize, d: usize| {
-            let distance = match n.cmp(&place[d]) {
-                std::cmp::Ordering::Less => s[d] - (n + 1) as Real,
-                std::cmp::Ordering::Equal => 0.0,
-                std::cmp::Ordering::Greater => n as Real - s[d],
-            };
-            distance.max(0.0) * self.spacing[d]
+            let n = Real::from(n as u32);
+            (n - inside[d]).max(inside[d] - (n + 1.0)).max(0.0) * self.spacing[d]
         };
         let square = radius * radius;
         for k in low[2]..=high[2] {
@@ -159,8 +156,8 @@ impl Bins {
                 let half = rest.sqrt() * self.inverse.x;
                 let last = self.count[0] - 1;
                 let row = self.count[0] * (j + self.count[1] * k);
-                let first = row + ((s.x - half).max(0.0) as usize).min(last);
-                let last = row + ((s.x + half).max(0.0) as usize).min(last) + 1;
+                let first = row + ((s.x - half) as u32 as usize).min(last);
+                let last = row + ((s.x + half) as u32 as usize).min(last) + 1;
                 body(first..last);
             }
         }
