@@ -47,7 +47,7 @@ impl Bins {
         self.inverse = spacing.recip();
     }
 
-    /// Makes boxes with edges no longer than `edge` [m] the bins: those of this rank's part and of `reach` [m] around it.
+    /// Makes boxes with edges no longer than `edge` [m], in this rank's part and `reach` [m] around it, the bins.
     pub fn cover(&mut self, domain: &Domain, reach: Real, edge: Vector) {
         let (lower, upper) = domain.rank_box(domain.communicator().rank());
         let extent = upper - lower + 2.0 * reach;

@@ -1,7 +1,7 @@
 //! Numbers at places, laid out for sums over what is near.
 //!
-//! Bins are short along x1 and each row of them begins with a group of its own, so that a sum runs over whole groups: what
-//! they hold besides is out of reach and has no weight. The order within a bin follows from identifiers and places.
+//! Bins are short along x1 and each row of them begins with a group of its own, so that a sum runs over whole groups:
+//! what they hold besides is out of reach and has no weight. The order within a bin is given, that of the bins too.
 
 use std::cmp::Ordering;
 
@@ -22,8 +22,9 @@ const EDGES: Vector = Vector::new(0.08, 0.7, 0.7);
 const FAR: Real = 1e30;
 /// No bin, and nothing.
 const NONE: u32 = u32::MAX;
-/// Groups that are listed before they are summed, and those that are written at once.
+/// Groups that are listed before they are summed.
 const LIST: usize = 128;
+/// Groups of a row that are listed at once.
 const RUN: usize = 8;
 /// Things looked at in one go.
 const MANY: usize = 1024;
@@ -199,7 +200,8 @@ impl<const N: usize> Binned<N> {
     }
 }
 
-/// Adds `terms` of the groups in a list to sums. The compiler works on whole lanes from where they are stored: not to be inlined.
+/// Adds `terms` of the groups in a list to sums. The compiler works on whole lanes because the sums are stored in the
+/// end: inlined, they are not, and square roots are taken one by one.
 #[inline(never)]
 fn add<const N: usize, const S: usize, const C4: bool>(
     groups: &[[Lanes; N]],
