@@ -47,6 +47,18 @@ impl Bins {
         self.inverse = spacing.recip();
     }
 
+    /// Makes boxes with edges no longer than `edge` [m], in this rank's part and `reach` [m] around it, the bins.
+    pub fn cover(&mut self, domain: &Domain, reach: Real, edge: Vector) {
+        let (lower, upper) = domain.rank_box(domain.communicator().rank());
+        let extent = upper - lower + 2.0 * reach;
+        self.count = std::array::from_fn(|d| ((extent[d] / edge[d]).ceil() as usize).max(1));
+        self.lower = lower - reach;
+        self.spacing = extent / Vector::from_array(self.count.map(|n| n as Real));
+        self.inverse = self.spacing.recip();
+        self.reach = std::array::from_fn(|d| (reach * self.inverse[d]).ceil() as usize);
+        self.radius = reach;
+    }
+
     /// Coordinates of `position`, in bins.
     #[inline(always)]
     pub fn coordinates(&self, position: Vector) -> Vector {
@@ -57,7 +69,7 @@ impl Bins {
     #[inline(always)]
     pub fn place(&self, position: Vector) -> [usize; 3] {
         let s = (position - self.lower) * self.inverse;
-        std::array::from_fn(|d| (s[d].max(0.0) as usize).min(self.count[d] - 1))
+        std::array::from_fn(|d| (s[d] as u32 as usize).min(self.count[d] - 1))
     }
 
     /// Number of the bin of `position`, x1 fastest.
@@ -106,20 +118,32 @@ impl Bins {
     /// radius is no longer than the bins were made for.
     #[inline(always)]
     pub fn for_each_range(&self, position: Vector, radius: Real, mut body: impl FnMut(Range<usize>)) {
+        self.for_each_row(position, radius, |row| {
+            let own = self.own[row.start] as usize..self.own[row.end] as usize;
+            if !own.is_empty() {
+                body(own);
+            }
+            let ghosts = self.ghosts[row.start] as usize..self.ghosts[row.end] as usize;
+            if !ghosts.is_empty() {
+                body(ghosts);
+            }
+        });
+    }
+
+    /// Calls `body` with ranges of bins along x1 that hold all within `radius` [m] of `position`, in a fixed order.
+    #[inline(always)]
+    pub fn for_each_row(&self, position: Vector, radius: Real, mut body: impl FnMut(Range<usize>)) {
         // A hair more, for what is just as far.
         let radius = radius * (1.0 + 1e-9);
         let s = (position - self.lower) * self.inverse;
-        let place = self.place(position);
         let low = self.place(position - radius);
         let high = self.place(position + radius);
+        let end = Vector::from_array(self.count.map(|n| n as Real));
+        let inside = s.max(Vector::ZERO).min(end);
         // Distance to the row of bins `n` in direction `d`; the outermost bins go on without end.
         let apart = |n: usize, d: usize| {
-            let distance = match n.cmp(&place[d]) {
-                std::cmp::Ordering::Less => s[d] - (n + 1) as Real,
-                std::cmp::Ordering::Equal => 0.0,
-                std::cmp::Ordering::Greater => n as Real - s[d],
-            };
-            distance.max(0.0) * self.spacing[d]
+            let n = Real::from(n as u32);
+            (n - inside[d]).max(inside[d] - (n + 1.0)).max(0.0) * self.spacing[d]
         };
         let square = radius * radius;
         for k in low[2]..=high[2] {
@@ -132,16 +156,9 @@ impl Bins {
                 let half = rest.sqrt() * self.inverse.x;
                 let last = self.count[0] - 1;
                 let row = self.count[0] * (j + self.count[1] * k);
-                let first = row + ((s.x - half).max(0.0) as usize).min(last);
-                let last = row + ((s.x + half).max(0.0) as usize).min(last) + 1;
-                let own = self.own[first] as usize..self.own[last] as usize;
-                if !own.is_empty() {
-                    body(own);
-                }
-                let ghosts = self.ghosts[first] as usize..self.ghosts[last] as usize;
-                if !ghosts.is_empty() {
-                    body(ghosts);
-                }
+                let first = row + ((s.x - half) as u32 as usize).min(last);
+                let last = row + ((s.x + half) as u32 as usize).min(last) + 1;
+                body(first..last);
             }
         }
     }

@@ -4,6 +4,7 @@
 //! fluid particles within the radius of influence, weighted by `w/eps`, and the drag on a grain returns to the same
 //! particles with the same weights, so that its sum over both vanishes.
 
+mod binned;
 mod closure;
 mod sources;
 
@@ -12,11 +13,12 @@ use sazanami_numerics::domain::Domain;
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::{for_each_chunk, max_over};
 
+use binned::{Binned, Lanes, lanes};
 pub use closure::{Closure, DensityReference, Forchheimer, SphereDrag, volume};
 use sources::Sources;
 
 use crate::boundary::Tank;
-use crate::neighbours::{Bins, ROWS};
+use crate::neighbours::ROWS;
 use crate::particles::{Kind, Particles};
 use crate::scheme::Kernel;
 
@@ -92,9 +94,11 @@ pub struct GrainPhase {
     diameter: Vec<Real>,
     force: Vec<Vector>,
     shared: Vec<[Real; 6]>,
-    reaction: Vec<(u32, u64, Vector, Vector)>,
     places: Vec<Vector>,
-    bins: Bins,
+    /// Fluid around the grains: places, `1/eps`, gradients, velocities.
+    fluid: Binned<10>,
+    /// Impulse that each grain took from the fluid over the sum of its weights, where it was.
+    impulses: Binned<6>,
     /// Whether there are grains at all, on any rank.
     any: bool,
     frozen: bool,
@@ -157,9 +161,9 @@ impl GrainPhase {
             diameter: Vec::new(),
             force: Vec::new(),
             shared: Vec::new(),
-            reaction: Vec::new(),
             places: Vec::new(),
-            bins: Bins::default(),
+            fluid: Binned::default(),
+            impulses: Binned::default(),
             any,
             frozen: false,
         }
@@ -223,7 +227,7 @@ impl GrainPhase {
     /// the least.
     #[must_use]
     pub fn void_fraction(&self, position: Vector) -> Real {
-        let solid = if self.any { self.sources.solid(position, Vector::ZERO).fraction } else { 0.0 };
+        let solid = if self.any { self.sources.fraction(position) } else { 0.0 };
         (1.0 - solid).max(self.coupling.least_void)
     }
 
@@ -255,7 +259,9 @@ impl GrainPhase {
                 if kind[a] != Kind::Fluid {
                     continue;
                 }
-                let solid = sources.solid(position[a], velocity[a]);
+                let Some(solid) = sources.solid(position[a], velocity[a]) else {
+                    continue;
+                };
                 *void = 1.0 - solid.fraction;
                 let eps = void.max(least);
                 bulk[row] = 1.0 / eps;
@@ -272,8 +278,8 @@ impl GrainPhase {
     }
 
     /// Looks at the fluid around each own grain.
-    pub(crate) fn look_around(&mut self, kernel: &Kernel, fluid: &Fluid<'_>, velocity: &[Vector]) {
-        let Self { engine, coupling, sources, around, diameter, .. } = self;
+    pub(crate) fn look_around(&mut self, domain: &Domain, kernel: &Kernel, fluid: &Fluid<'_>) {
+        let Self { engine, coupling, sources, around, diameter, fluid: binned, .. } = self;
         let grains = engine.grains();
         let owned = grains.owned();
         diameter.clear();
@@ -283,23 +289,26 @@ impl GrainPhase {
         around.clear();
         around.resize(owned, Surroundings::default());
         let whole = WET * kernel.sums.number_density;
-        let (sources, diameter, least) = (&*sources, &diameter[..], coupling.least_void);
+        fluid.put_into(binned, domain, kernel);
+        let (binned, sources, diameter, least) = (&*binned, &*sources, &diameter[..], coupling.least_void);
         for_each_chunk(&mut around[..], ROWS, |number, around| {
             for (row, around) in around.iter_mut().enumerate() {
                 let g = number * ROWS + row;
                 let x = grains.position[g];
-                let mut sum = Surroundings::default();
-                fluid.for_each_near(kernel, x, |a, w| {
-                    sum.support += w;
-                    sum.velocity += w * velocity[a];
-                    sum.gradient += w * fluid.gradient[a];
+                let family = kernel.weight.family;
+                let [support, gradient @ .., u, v, w] = binned.sum(family, x, |pair, fluid: &[Lanes; 10]| {
+                    let [_, _, _, bulk, g1, g2, g3, u, v, w] = fluid;
+                    let weight = lanes(|l| pair.weight[l] * bulk[l]);
+                    let mean = |field: &Lanes| lanes(|l| weight[l] * field[l]);
+                    [weight, mean(g1), mean(g2), mean(g3), mean(u), mean(v), mean(w)]
                 });
-                if sum.support > 0.0 {
-                    sum.velocity /= sum.support;
-                    sum.gradient /= sum.support;
-                    sum.wetness = (sum.support / whole).min(1.0);
+                let mut sum = Surroundings { support, ..Surroundings::default() };
+                if support > 0.0 {
+                    sum.velocity = Vector::new(u, v, w) / support;
+                    sum.gradient = Vector::from_array(gradient) / support;
+                    sum.wetness = (support / whole).min(1.0);
                 }
-                let solid = sources.solid(x, Vector::ZERO).fraction;
+                let solid = sources.fraction(x);
                 let own = sources.own(volume(diameter[g]));
                 let others = (solid - own) / (1.0 - own / PACKED);
                 sum.void_fraction = (1.0 - others).clamp(least, 1.0);
@@ -397,7 +406,7 @@ impl GrainPhase {
         change: &mut [Vector],
         report: &mut CouplingReport,
     ) {
-        let Self { engine, shared, reaction, places, bins, .. } = self;
+        let Self { engine, shared, impulses, .. } = self;
         let grains = engine.grains();
         shared.clear();
         shared.resize(grains.len(), [0.0; 6]);
@@ -411,38 +420,36 @@ impl GrainPhase {
             }
         }
         engine.share_with_ghosts(domain, shared);
-        bins.renew(domain, kernel.weight.radius);
-        reaction.clear();
-        reaction.extend((0..grains.len()).map(|g| {
-            let home = Vector::from_slice(&shared[g][..3]);
-            let place = engine.imaged(home, grains.image(g));
-            (bins.number(place), grains.id[g], place, Vector::from_slice(&shared[g][3..]))
-        }));
-        reaction.sort_unstable_by(|a, b| {
-            (a.0, a.1).cmp(&(b.0, b.1)).then_with(|| a.2.x.total_cmp(&b.2.x).then(a.2.y.total_cmp(&b.2.y)))
-        });
-        places.clear();
-        places.extend(reaction.iter().map(|r| r.2));
-        bins.fill(places, &[]);
-        let square = kernel.weight.radius * kernel.weight.radius;
-        let reaction = &reaction[..];
+        for (g, shared) in shared.iter_mut().enumerate() {
+            let place = engine.imaged(Vector::from_slice(&shared[..3]), grains.image(g));
+            shared[..3].copy_from_slice(&place.to_array());
+        }
+        let shared = &shared[..];
+        impulses.fill(
+            domain,
+            kernel.weight.radius,
+            shared.len(),
+            |g| Some(Vector::from_slice(&shared[g][..3])),
+            |a, b| {
+                let by = |d: usize| shared[a][d].total_cmp(&shared[b][d]);
+                grains.id[a].cmp(&grains.id[b]).then_with(|| by(0).then_with(|| by(1)).then_with(|| by(2)))
+            },
+            |g| shared[g],
+        );
+        let impulses = &*impulses;
         for_each_chunk(&mut *change, ROWS, |number, change| {
             for (row, change) in change.iter_mut().enumerate() {
                 let a = number * ROWS + row;
                 *change = Vector::ZERO;
-                if particles.kind[a] != Kind::Fluid {
+                if particles.kind[a] != Kind::Fluid || !impulses.is_near(particles.position[a]) {
                     continue;
                 }
-                let x = particles.position[a];
-                bins.for_each_range(x, kernel.weight.radius, |range| {
-                    for (_, _, place, impulse) in &reaction[range] {
-                        let r2 = (*place - x).length_squared();
-                        if r2 < square {
-                            *change -= kernel.weight.value(r2.sqrt()) * *impulse;
-                        }
-                    }
-                });
-                *change *= bulk[a] / particle_mass;
+                let family = kernel.weight.family;
+                let taken =
+                    impulses.sum(family, particles.position[a], |pair, [_, _, _, impulse @ ..]: &[Lanes; 6]| {
+                        impulse.map(|impulse| lanes(|l| pair.weight[l] * impulse[l]))
+                    });
+                *change = -bulk[a] / particle_mass * Vector::from_array(taken);
             }
         });
         let mut sum = [0.0; 3];
@@ -464,7 +471,9 @@ impl GrainPhase {
         if !self.coupling.implicit_pressure_force {
             return;
         }
-        let Self { engine, force, .. } = self;
+        let Self { engine, force, fluid: binned, .. } = self;
+        fluid.put_into(binned, domain, kernel);
+        let binned = &*binned;
         let grains = engine.grains();
         let owned = grains.owned();
         force.clear();
@@ -478,15 +487,17 @@ impl GrainPhase {
                     continue;
                 }
                 let x = grains.position[g];
-                let (mut support, mut sum) = (0.0, Vector::ZERO);
-                fluid.for_each_near(kernel, x, |a, w| {
-                    support += w;
-                    sum += w * fluid.gradient[a];
+                let family = kernel.weight.family;
+                let [support, sum @ ..] = binned.sum(family, x, |pair, fluid: &[Lanes; 10]| {
+                    let [_, _, _, bulk, g1, g2, g3, ..] = fluid;
+                    let weight = lanes(|l| pair.weight[l] * bulk[l]);
+                    let mean = |field: &Lanes| lanes(|l| weight[l] * field[l]);
+                    [weight, mean(g1), mean(g2), mean(g3)]
                 });
                 if support > 0.0 {
                     let before = Vector::from_slice(&kept[GRADIENT..GRADIENT + 3]);
                     let d = 2.0 * bodies[grains.shape[g] as usize].bounding_radius * grains.scale[g];
-                    *force = -kept[WETNESS] * volume(d) * (sum / support - before);
+                    *force = -kept[WETNESS] * volume(d) * (Vector::from_array(sum) / support - before);
                 }
             }
         });
@@ -519,30 +530,28 @@ fn largest(domain: &Domain, count: usize, rate: impl Fn(usize) -> Real + Sync) -
     domain.max(max_over(count.div_ceil(ROWS), part).max(0.0))
 }
 
-impl Fluid<'_> {
-    /// Calls `body` with every fluid particle within reach of `x` [m] and its weight `w/eps`, in a fixed order.
-    #[inline(always)]
-    fn for_each_near(&self, kernel: &Kernel, x: Vector, mut body: impl FnMut(usize, Real)) {
-        let weight = kernel.weight;
-        let square = weight.radius * weight.radius;
-        self.bins.for_each_range(x, kernel.weight.radius + self.moved, |range| {
-            for a in range {
-                let r2 = (self.position[a] - x).length_squared();
-                if r2 < square && self.kind[a] == Kind::Fluid {
-                    body(a, weight.value(r2.sqrt()) * self.bulk[a]);
-                }
-            }
-        });
-    }
-}
-
 /// The fluid as grains see it, ghosts included.
 pub(crate) struct Fluid<'a> {
-    pub bins: &'a Bins,
-    /// How far particles may have gone since the bins were filled [m].
-    pub moved: Real,
     pub kind: &'a [Kind],
     pub position: &'a [Vector],
+    pub velocity: &'a [Vector],
     pub gradient: &'a [Vector],
     pub bulk: &'a [Real],
+}
+
+impl Fluid<'_> {
+    /// Puts all fluid particles in bins; their order within a bin is the one they have.
+    fn put_into(&self, binned: &mut Binned<10>, domain: &Domain, kernel: &Kernel) {
+        binned.fill(
+            domain,
+            kernel.weight.radius,
+            self.position.len(),
+            |a| (self.kind[a] == Kind::Fluid).then_some(self.position[a]),
+            |a, b| a.cmp(&b),
+            |a| {
+                let (x, g, u) = (self.position[a], self.gradient[a], self.velocity[a]);
+                [x.x, x.y, x.z, self.bulk[a], g.x, g.y, g.z, u.x, u.y, u.z]
+            },
+        );
+    }
 }

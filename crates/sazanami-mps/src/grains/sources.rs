@@ -1,24 +1,37 @@
 //! Grains as sources of solid volume: real ones, periodic images, and images in walls.
 
+use std::cmp::Ordering;
 use std::f64::consts::PI;
 
 use sazanami_dem::{Engine, Motion};
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::{Real, Vector};
+use sazanami_parallel::for_each_chunk;
 
+use super::binned::{Binned, Lanes, Pair, lanes};
 use super::closure::volume;
 use crate::boundary::{Side, Tank};
-use crate::neighbours::Bins;
+use crate::neighbours::ROWS;
 use crate::weight::{Weight, Wendland};
 
 /// A grain or an image of one.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Source {
-    pub position: Vector,
-    pub velocity: Vector,
-    pub volume: Real,
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Source {
+    /// Identifier of the grain.
+    id: u64,
+    position: Vector,
+    velocity: Vector,
+    volume: Real,
     /// Density of the fluid over that of the grain; 0 for one that pressure does not move.
-    pub mobility: Real,
+    mobility: Real,
+}
+
+impl Source {
+    /// Order of sources within a bin.
+    fn order(&self, other: &Self) -> Ordering {
+        let by = |d: usize| self.position[d].total_cmp(&other.position[d]);
+        self.id.cmp(&other.id).then_with(|| by(0).then_with(|| by(1)).then_with(|| by(2)))
+    }
 }
 
 /// Solid volume around places, smoothed with a Wendland function of unit integral (spec: W_eps).
@@ -28,10 +41,9 @@ pub(crate) struct Sources {
     weight: Weight,
     /// `21/(2 pi R_eps^3)`.
     scale: Real,
-    bins: Bins,
     sources: Vec<Source>,
-    positions: Vec<Vector>,
-    keys: Vec<(u32, u64, Source)>,
+    /// Places, velocities, volumes, mobilities.
+    binned: Binned<8>,
 }
 
 /// Solid fraction at a place and its rate.
@@ -48,10 +60,8 @@ impl Sources {
         Self {
             weight: Weight { family: Wendland::C2, radius },
             scale: 21.0 / (2.0 * PI * radius.powi(3)),
-            bins: Bins::default(),
             sources: Vec::new(),
-            positions: Vec::new(),
-            keys: Vec::new(),
+            binned: Binned::default(),
         }
     }
 
@@ -64,73 +74,76 @@ impl Sources {
     /// [kg/m^3].
     pub fn fill(&mut self, domain: &Domain, tank: &Tank, engine: &Engine, density: Real) {
         let radius = self.weight.radius;
-        let mut bins = std::mem::take(&mut self.bins);
-        bins.renew(domain, radius);
         let grains = engine.grains();
-        let keys = &mut self.keys;
-        keys.clear();
-        for g in 0..grains.len() {
-            let d = engine.bodies()[grains.shape[g] as usize].bounding_radius * 2.0 * grains.scale[g];
-            let volume = volume(d);
-            let mobility = if grains.motion[g] == Motion::Free { density * volume / grains.mass[g] } else { 0.0 };
-            let real = Source { position: grains.position[g], velocity: grains.velocity[g], volume, mobility };
-            keys.push((0, grains.id[g], real));
-            let first = keys.len() - 1;
-            for direction in 0..3 {
-                for side in 0..2 {
-                    if tank.sides[direction][side] != Side::Wall {
-                        continue;
-                    }
-                    let corner = if side == 0 { tank.lower } else { tank.upper };
-                    let wall = corner[direction] + tank.displacement[direction];
-                    // Images of images stand for edges and corners.
-                    for n in first..keys.len() {
-                        let mut image = keys[n].2;
-                        if (image.position[direction] - wall).abs() < radius {
-                            image.position[direction] = 2.0 * wall - image.position[direction];
-                            image.velocity[direction] = 2.0 * tank.velocity[direction] - image.velocity[direction];
-                            keys.push((0, grains.id[g], image));
-                        }
+        let sources = &mut self.sources;
+        sources.clear();
+        sources.resize(grains.len(), Source::default());
+        for_each_chunk(&mut sources[..], ROWS, |number, sources| {
+            for (n, source) in sources.iter_mut().enumerate() {
+                let g = number * ROWS + n;
+                let d = engine.bodies()[grains.shape[g] as usize].bounding_radius * 2.0 * grains.scale[g];
+                let volume = volume(d);
+                let mobility = if grains.motion[g] == Motion::Free { density * volume / grains.mass[g] } else { 0.0 };
+                let (position, velocity) = (grains.position[g], grains.velocity[g]);
+                *source = Source { id: grains.id[g], position, velocity, volume, mobility };
+            }
+        });
+        for direction in 0..3 {
+            // Images of images stand for edges and corners.
+            let known = sources.len();
+            for side in 0..2 {
+                if tank.sides[direction][side] != Side::Wall {
+                    continue;
+                }
+                let corner = if side == 0 { tank.lower } else { tank.upper };
+                let wall = corner[direction] + tank.displacement[direction];
+                for n in 0..known {
+                    if (sources[n].position[direction] - wall).abs() < radius {
+                        let mut image = sources[n];
+                        image.position[direction] = 2.0 * wall - image.position[direction];
+                        image.velocity[direction] = 2.0 * tank.velocity[direction] - image.velocity[direction];
+                        sources.push(image);
                     }
                 }
             }
         }
-        keys.iter_mut().for_each(|key| key.0 = bins.number(key.2.position));
-        keys.sort_unstable_by(|a, b| {
-            let place = |s: &Source| s.position;
-            let (p, q) = (place(&a.2), place(&b.2));
-            (a.0, a.1)
-                .cmp(&(b.0, b.1))
-                .then_with(|| p.x.total_cmp(&q.x).then(p.y.total_cmp(&q.y)).then(p.z.total_cmp(&q.z)))
-        });
-        self.sources.clear();
-        self.sources.extend(keys.iter().map(|key| key.2));
-        self.positions.clear();
-        self.positions.extend(keys.iter().map(|key| key.2.position));
-        bins.fill(&self.positions, &[]);
-        self.bins = bins;
+        let sources = &sources[..];
+        self.binned.fill(
+            domain,
+            radius,
+            sources.len(),
+            |n| Some(sources[n].position),
+            |a, b| sources[a].order(&sources[b]),
+            |n| {
+                let Source { position: x, velocity: u, volume, mobility, .. } = sources[n];
+                [x.x, x.y, x.z, u.x, u.y, u.z, volume, mobility]
+            },
+        );
     }
 
-    /// Solid fraction at `position` [m] and its rate along `velocity` [m/s].
-    pub fn solid(&self, position: Vector, velocity: Vector) -> Solid {
-        let mut solid = Solid::default();
-        let weight = self.weight;
-        let square = weight.radius * weight.radius;
-        self.bins.for_each_range(position, self.weight.radius, |range| {
-            for source in &self.sources[range] {
-                let apart = position - source.position;
-                let r2 = apart.length_squared();
-                if r2 < square {
-                    let r = r2.sqrt();
-                    let share = source.volume * weight.value(r);
-                    solid.fraction += share;
-                    solid.mobile += source.mobility * share;
-                    let stretch = (velocity - source.velocity).dot(apart);
-                    solid.rate += source.volume * weight.slope_over_distance(r) * stretch;
-                }
-            }
-        });
-        let Solid { fraction, rate, mobile } = solid;
-        Solid { fraction: self.scale * fraction, rate: self.scale * rate, mobile: self.scale * mobile }
+    /// Solid fraction at `position` [m].
+    pub fn fraction(&self, position: Vector) -> Real {
+        let share = |pair: &Pair, source: &[Lanes; 8]| [lanes(|l| source[6][l] * pair.weight[l])];
+        let [fraction] = self.binned.sum(self.weight.family, position, share);
+        self.scale * fraction
+    }
+
+    /// Solid fraction at `position` [m] and its rate along `velocity` [m/s]; nothing where no grain is near.
+    pub fn solid(&self, position: Vector, velocity: Vector) -> Option<Solid> {
+        if !self.binned.is_near(position) {
+            return None;
+        }
+        let shares = |pair: &Pair, source: &[Lanes; 8]| {
+            let [p, q, r] = &pair.apart;
+            let [_, _, _, u, v, w1, volume, mobility] = source;
+            let share = lanes(|l| volume[l] * pair.weight[l]);
+            let stretch =
+                lanes(|l| (velocity.x - u[l]) * p[l] + (velocity.y - v[l]) * q[l] + (velocity.z - w1[l]) * r[l]);
+            let slope = lanes(|l| volume[l] * pair.slope[l]);
+            [share, lanes(|l| slope[l] * stretch[l]), lanes(|l| mobility[l] * share[l])]
+        };
+        let [fraction, rate, mobile] =
+            self.binned.sum(self.weight.family, position, shares).map(|sum| self.scale * sum);
+        Some(Solid { fraction, rate, mobile })
     }
 }

@@ -118,15 +118,15 @@ impl Solver {
         watch: &mut impl FnMut(Phase),
     ) -> Result<(), StepError> {
         let mass = self.particle_mass();
-        let Self { domain, kernel, particles, bins, exchange, scratch, grains, .. } = self;
+        let Self { domain, kernel, particles, exchange, scratch, grains, .. } = self;
         if grains.is_empty() || grains.is_frozen() {
             return Ok(());
         }
         watch(Phase::Coupling);
         exchange.refresh(domain, &mut particles.gradient);
         let Particles { kind, position, velocity, gradient, .. } = &*particles;
-        let fluid = grains::Fluid { bins, moved: 0.0, kind, position, gradient, bulk: &scratch.bulk };
-        grains.look_around(kernel, &fluid, velocity);
+        let fluid = grains::Fluid { kind, position, velocity, gradient, bulk: &scratch.bulk };
+        grains.look_around(domain, kernel, &fluid);
         watch(Phase::Grains);
         report.contacts = grains.advance(domain, forcing.body_force, dt, &mut report.coupling)?;
         watch(Phase::Coupling);
@@ -137,15 +137,14 @@ impl Solver {
 
     /// Lets the grains feel the pressure of this step.
     pub(super) fn correct_grains(&mut self, dt: Real, report: &mut StepReport) {
-        let Self { domain, kernel, particles, exchange, bins, scratch, grains, .. } = self;
+        let Self { domain, kernel, particles, exchange, scratch, grains, .. } = self;
         if grains.is_empty() || grains.is_frozen() {
             return;
         }
         exchange.refresh(domain, &mut particles.gradient);
         let Particles { kind, gradient, .. } = &*particles;
-        let position = &scratch.after[..];
-        let moved = bins.radius - kernel.weight.radius;
-        let fluid = grains::Fluid { bins, moved, kind, position, gradient, bulk: &scratch.bulk };
+        let Scratch { after: position, velocity, bulk, .. } = scratch;
+        let fluid = grains::Fluid { kind, position, velocity, gradient, bulk };
         grains.correct_pressure_force(domain, kernel, &fluid, dt, &mut report.coupling);
     }
 

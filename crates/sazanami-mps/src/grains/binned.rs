@@ -1,0 +1,310 @@
+//! Numbers at places, laid out for sums over what is near.
+//!
+//! Bins are short along x1 and each row of them begins with a group of its own, so that a sum runs over whole groups:
+//! what they hold besides is out of reach and has no weight. The order within a bin is given, that of the bins too.
+
+use std::cmp::Ordering;
+
+use sazanami_numerics::domain::Domain;
+use sazanami_numerics::{Real, Vector};
+use sazanami_parallel::for_each_chunk;
+
+use crate::neighbours::{Bins, ROWS};
+use crate::weight::{Weight, Wendland};
+
+/// Numbers worked on at once.
+pub(super) const LANES: usize = 4;
+pub(super) type Lanes = [Real; LANES];
+
+/// Edges of the bins over the radius: rows are few and what is beyond reach at their ends is little.
+const EDGES: Vector = Vector::new(0.08, 0.7, 0.7);
+/// Where entries are that stand for nothing [m].
+const FAR: Real = 1e30;
+/// No bin, and nothing.
+const NONE: u32 = u32::MAX;
+/// Groups that are listed before they are summed.
+const LIST: usize = 128;
+/// Groups of a row that are listed at once.
+const RUN: usize = 8;
+/// Things looked at in one go.
+const MANY: usize = 1024;
+
+/// `value` of every lane.
+#[inline(always)]
+pub(super) fn lanes(value: impl FnMut(usize) -> Real) -> Lanes {
+    std::array::from_fn(value)
+}
+
+/// What a group is to a place.
+pub(super) struct Pair {
+    /// From the group's members to the place [m].
+    pub apart: [Lanes; 3],
+    /// Weight `w(r)` of each member.
+    pub weight: Lanes,
+    /// `w'(r)/r` [1/m^2].
+    pub slope: Lanes,
+}
+
+/// Places, each with `N` numbers of which the first three are its coordinates [m].
+#[derive(Clone, Debug, Default)]
+pub(super) struct Binned<const N: usize> {
+    /// Within what it is looked at [m].
+    radius: Real,
+    bins: Bins,
+    /// First entry of each bin, and one more.
+    starts: Vec<u32>,
+    /// First and last bin along x1 that hold something, in all rows within reach of a row.
+    extents: Vec<[u32; 2]>,
+    spare: Vec<[u32; 2]>,
+    /// Bin of each thing.
+    bin: Vec<u32>,
+    /// Thing that each entry stands for.
+    entries: Vec<u32>,
+    groups: Vec<[Lanes; N]>,
+}
+
+impl<const N: usize> Binned<N> {
+    /// Takes in `count` things: those that have a place [m], and their numbers. Within a bin they come in
+    /// `order`.
+    pub fn fill(
+        &mut self,
+        domain: &Domain,
+        radius: Real,
+        count: usize,
+        place: impl Fn(usize) -> Option<Vector> + Sync,
+        order: impl Fn(usize, usize) -> Ordering,
+        numbers: impl Fn(usize) -> [Real; N] + Sync,
+    ) {
+        let Self { bins, starts, bin, entries, groups, .. } = self;
+        self.radius = radius;
+        bins.cover(domain, radius, radius * EDGES);
+        bin.resize(count, NONE);
+        for_each_chunk(&mut bin[..], MANY, |number, bin| {
+            for (n, bin) in bin.iter_mut().enumerate() {
+                *bin = place(number * MANY + n).map_or(NONE, |x| bins.number(x));
+            }
+        });
+        starts.clear();
+        starts.resize(bins.len() + 1, 0);
+        bin.iter().filter(|&&bin| bin != NONE).for_each(|&bin| starts[bin as usize] += 1);
+        let mut end = 0;
+        for row in starts[..bins.len()].chunks_mut(bins.count[0]) {
+            for start in row {
+                end += std::mem::replace(start, end);
+            }
+            end = end.next_multiple_of(LANES as u32);
+        }
+        starts[bins.len()] = end;
+        entries.clear();
+        entries.resize(end as usize, NONE);
+        for (n, &bin) in bin.iter().enumerate().filter(|(_, bin)| **bin != NONE) {
+            let at = &mut starts[bin as usize];
+            entries[*at as usize] = n as u32;
+            *at += 1;
+        }
+        // Each bin's start is its end now.
+        let mut end = 0;
+        for row in starts[..bins.len()].chunks_mut(bins.count[0]) {
+            for start in row {
+                let first = std::mem::replace(start, end);
+                if first - end > 1 {
+                    entries[end as usize..first as usize].sort_unstable_by(|&a, &b| order(a as usize, b as usize));
+                }
+                end = first;
+            }
+            end = end.next_multiple_of(LANES as u32);
+        }
+        groups.resize(entries.len() / LANES, [[0.0; LANES]; N]);
+        let entries = &entries[..];
+        for_each_chunk(&mut groups[..], ROWS, |number, groups| {
+            for (n, group) in groups.iter_mut().enumerate() {
+                for (l, &n) in entries[LANES * (ROWS * number + n)..][..LANES].iter().enumerate() {
+                    let numbers = if n == NONE { nothing() } else { numbers(n as usize) };
+                    group.iter_mut().zip(numbers).for_each(|(lanes, number)| lanes[l] = number);
+                }
+            }
+        });
+        self.find_extents();
+    }
+
+    fn find_extents(&mut self) {
+        let Self { bins, extents, spare, bin, .. } = self;
+        let [along, rows, layers] = bins.count;
+        extents.clear();
+        extents.resize(rows * layers, [NONE, 0]);
+        for &bin in bin.iter().filter(|bin| **bin != NONE) {
+            let [first, last] = &mut extents[bin as usize / along];
+            let place = (bin as usize % along) as u32;
+            (*first, *last) = ((*first).min(place), (*last).max(place));
+        }
+        for (stride, count, reach) in [(1, rows, bins.reach[1]), (rows, layers, bins.reach[2])] {
+            spare.clear();
+            spare.extend((0..rows * layers).map(|row| {
+                let place = row / stride % count;
+                let (low, high) = (place.saturating_sub(reach), (place + reach).min(count - 1));
+                (low..=high)
+                    .map(|n| extents[row - place * stride + n * stride])
+                    .fold([NONE, 0], |a, b| [a[0].min(b[0]), a[1].max(b[1])])
+            }));
+            std::mem::swap(extents, spare);
+        }
+    }
+
+    /// Whether something may be within reach of `x` [m].
+    #[inline(always)]
+    pub fn is_near(&self, x: Vector) -> bool {
+        let [i, j, k] = self.bins.place(x);
+        let [first, last] = self.extents[j + self.bins.count[1] * k];
+        let reach = self.bins.reach[0];
+        i + reach >= first as usize && i <= last as usize + reach
+    }
+
+    /// Sums `terms` over all that is within reach of `x` [m]; they must vanish with the weight of family `family`.
+    #[inline(always)]
+    pub fn sum<const S: usize>(
+        &self,
+        family: Wendland,
+        x: Vector,
+        terms: impl Fn(&Pair, &[Lanes; N]) -> [Lanes; S],
+    ) -> [Real; S] {
+        match family {
+            Wendland::C2 => self.sum_with::<S, false>(x, terms),
+            Wendland::C4 => self.sum_with::<S, true>(x, terms),
+        }
+    }
+
+    #[inline(always)]
+    fn sum_with<const S: usize, const C4: bool>(
+        &self,
+        x: Vector,
+        terms: impl Fn(&Pair, &[Lanes; N]) -> [Lanes; S],
+    ) -> [Real; S] {
+        let mut sums = [[0.0; LANES]; S];
+        let (mut list, mut length) = ([0; LIST], 0);
+        self.bins.for_each_row(x, self.radius, |row| {
+            let mut first = self.starts[row.start] / LANES as u32;
+            let end = self.starts[row.end].div_ceil(LANES as u32);
+            // As many as fit are written in one go, whether they are there or not: cheaper than to decide.
+            while first < end {
+                if length + RUN > LIST {
+                    add::<N, S, C4>(&self.groups, &list[..length], self.radius, x, &terms, &mut sums);
+                    length = 0;
+                }
+                list[length..length + RUN].iter_mut().zip(first..).for_each(|(entry, group)| *entry = group);
+                length += RUN.min((end - first) as usize);
+                first += RUN as u32;
+            }
+        });
+        add::<N, S, C4>(&self.groups, &list[..length], self.radius, x, &terms, &mut sums);
+        sums.map(|[a, b, c, d]| (a + b) + (c + d))
+    }
+}
+
+/// Adds `terms` of the groups in a list to sums. The compiler works on whole lanes because the sums are stored in the
+/// end: inlined, they are not, and square roots are taken one by one.
+#[inline(never)]
+fn add<const N: usize, const S: usize, const C4: bool>(
+    groups: &[[Lanes; N]],
+    list: &[u32],
+    radius: Real,
+    x: Vector,
+    terms: &impl Fn(&Pair, &[Lanes; N]) -> [Lanes; S],
+    sums: &mut [Lanes; S],
+) {
+    let weight = Weight { family: if C4 { Wendland::C4 } else { Wendland::C2 }, radius };
+    let mut total = *sums;
+    for &n in list {
+        let group = &groups[n as usize];
+        let apart = [lanes(|l| x.x - group[0][l]), lanes(|l| x.y - group[1][l]), lanes(|l| x.z - group[2][l])];
+        let [p, q, r] = &apart;
+        let square = lanes(|l| p[l] * p[l] + q[l] * q[l] + r[l] * r[l]);
+        let r = lanes(|l| square[l].sqrt());
+        let (value, slope) = (lanes(|l| weight.value(r[l])), lanes(|l| weight.slope_over_distance(r[l])));
+        let pair = Pair { apart, weight: value, slope };
+        let terms = terms(&pair, group);
+        for (total, term) in total.iter_mut().zip(&terms) {
+            *total = lanes(|l| total[l] + term[l]);
+        }
+    }
+    *sums = total;
+}
+
+/// Numbers of an entry that stands for nothing.
+fn nothing<const N: usize>() -> [Real; N] {
+    std::array::from_fn(|n| if n < 3 { FAR } else { 0.0 })
+}
+
+#[cfg(test)]
+mod tests {
+    use sazanami_numerics::grid::Grid;
+
+    use super::*;
+
+    const RADIUS: Real = 0.3;
+
+    /// Places in a box of edge 2 and around it, each with a number.
+    fn things() -> Vec<[Real; 4]> {
+        let mut state = 3_u64;
+        let mut random = move || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as Real / (1_u64 << 53) as Real
+        };
+        (0..3000).map(|_| [3.0 * random() - 0.5, 1.6 * random(), 3.0 * random() - 0.5, random()]).collect()
+    }
+
+    fn binned(things: &[[Real; 4]]) -> Binned<4> {
+        let domain = Domain::solo(Grid::new([4; 3], Vector::ZERO, Vector::splat(2.0)), [false; 3]);
+        let place = |n: usize| Vector::from_slice(&things[n][..3]);
+        let mut binned = Binned::default();
+        let order = |a: usize, b: usize| things[a][3].total_cmp(&things[b][3]);
+        binned.fill(&domain, RADIUS, things.len(), |n| (things[n][3] > 0.1).then(|| place(n)), order, |n| things[n]);
+        binned
+    }
+
+    fn sum(binned: &Binned<4>, family: Wendland, x: Vector) -> [Real; 2] {
+        binned.sum(family, x, |pair, [.., number]| {
+            [lanes(|l| pair.weight[l] * number[l]), lanes(|l| pair.slope[l] * pair.apart[0][l] * number[l])]
+        })
+    }
+
+    #[test]
+    fn sums_hold_all_that_is_near() {
+        let things = things();
+        let binned = binned(&things);
+        let (mut near, mut far) = (0, 0);
+        for family in [Wendland::C2, Wendland::C4] {
+            let weight = Weight { family, radius: RADIUS };
+            for [x, y, z, _] in &things[..400] {
+                let x = Vector::new(*x, 2.0 * y, *z);
+                let mut expected = [0.0; 2];
+                for thing in things.iter().filter(|thing| thing[3] > 0.1) {
+                    let apart = x - Vector::from_slice(&thing[..3]);
+                    expected[0] += weight.value(apart.length()) * thing[3];
+                    expected[1] += weight.slope_over_distance(apart.length()) * apart.x * thing[3];
+                }
+                let found = sum(&binned, family, x);
+                assert!((found[0] - expected[0]).abs() < 1e-13 && (found[1] - expected[1]).abs() < 1e-12);
+                assert!(binned.is_near(x) || expected[0] == 0.0);
+                near += usize::from(expected[0] > 0.0);
+                far += usize::from(!binned.is_near(x));
+            }
+        }
+        assert!(near > 400 && far > 40, "{near} {far}");
+    }
+
+    #[test]
+    fn the_order_of_things_does_not_matter() {
+        let things = things();
+        let mut turned = things.clone();
+        turned.reverse();
+        let (one, other) = (binned(&things), binned(&turned));
+        let same = |other: &Binned<4>| {
+            let at = |n: usize| Vector::from_slice(&things[n][..3]);
+            (0..200).all(|n| sum(&one, Wendland::C2, at(n)) == sum(other, Wendland::C2, at(n)))
+        };
+        assert!(same(&other));
+        // Negative control: a hair more does.
+        turned.iter_mut().for_each(|thing| thing[0] += 1e-12);
+        assert!(!same(&binned(&turned)));
+    }
+}
