@@ -18,16 +18,17 @@ use crate::error::{CommandError, Failure};
 use crate::progress::Progress;
 use crate::recorder;
 
-pub(crate) use ripples::CYCLES;
+pub(crate) use ripples::{CYCLES, layer_history};
 
 /// Rows of a table with named columns; empty cells are not a number.
-struct Table {
+pub(crate) struct Table {
     columns: Vec<String>,
     rows: Vec<Vec<Real>>,
 }
 
 impl Table {
-    fn read(path: &Path) -> Option<Self> {
+    /// Reads the table at `path`; `None` if there is none.
+    pub fn read(path: &Path) -> Option<Self> {
         let text = std::fs::read_to_string(path).ok()?;
         let mut lines = text.lines();
         let columns = lines.next()?.split(',').map(|name| name.split(" [").next().unwrap_or(name).to_owned()).collect();
@@ -35,7 +36,8 @@ impl Table {
         Some(Self { columns, rows })
     }
 
-    fn column(&self, name: &str) -> Vec<Real> {
+    /// Values of a column; none if there is no such column.
+    pub fn column(&self, name: &str) -> Vec<Real> {
         match self.columns.iter().position(|column| column == name) {
             Some(at) => self.rows.iter().map(|row| row.get(at).copied().unwrap_or(Real::NAN)).collect(),
             None => Vec::new(),

@@ -19,7 +19,7 @@ use crate::case::meaning::{Case, LayerReference};
 use crate::case::{self, LoadedCase};
 use crate::error::CommandError;
 use crate::progress::Progress;
-use crate::recorder::{tank_of, weight_of_grain};
+use crate::recorder::{self, measure, tank_of, weight_of_grain};
 use crate::results::ANALYSIS;
 
 /// Times in a figure of profiles, side by side, at most.
@@ -80,15 +80,10 @@ impl RunTables {
         let bed = Profiles::read(&folder.join("bed.csv"), "z_concentration");
         let water = Profiles::read(&folder.join("water.csv"), "z");
         let mut ripples = Vec::new();
-        if let (Some(bed), Some(settings)) = (&bed, settings_of(&case)) {
-            let range = settings.range_in(&tank_of(&case));
-            let closed = 4.0 * case.ripples.as_ref().map_or(0.0, |ripples| ripples.grain_size);
-            ripples = bed
-                .time
-                .iter()
-                .zip(&bed.profile)
-                .map(|(&time, profile)| (time, Ripples::of(&profile.with_gaps_closed(closed), range, &settings)))
-                .collect();
+        if let (Some(bed), Some(how)) = (&bed, &case.ripples) {
+            let tank = tank_of(&case);
+            let all = bed.time.iter().zip(&bed.profile);
+            ripples = all.map(|(&time, profile)| (time, measure(how, &tank, profile, tank.width()))).collect();
         }
         Ok(Self { case, summary: summary(folder)?, bed, water, ripples })
     }
@@ -132,9 +127,7 @@ impl RunTables {
 
 /// How ripples are measured on the main surface of the bed; `None` if the case does not ask for it.
 fn settings_of(case: &Case) -> Option<RippleSettings> {
-    let ripples = case.ripples.as_ref()?;
-    let across = tank_of(case).width();
-    Some(RippleSettings { margin: ripples.margin, ..RippleSettings::of_grains(ripples.grain_size, across) })
+    Some(recorder::settings_of(case.ripples.as_ref()?, tank_of(case).width()))
 }
 
 /// Whether a folder holds a run with moving particles.
@@ -159,7 +152,7 @@ pub(super) fn of_run(
         Ok::<(), CommandError>(())
     };
     let name = tables.summary["case"].as_str().unwrap_or("run").to_owned();
-    let layers = layers(folder);
+    let layers = layer_history(folder);
     let cycles = layers.as_ref().zip(tables.period()).map(|(layers, period)| averages(layers, period));
     if let Some(cycles) = cycles.as_ref().filter(|cycles| !cycles.is_empty()) {
         let place = if overrides.is_empty() { folder } else { &figures };
@@ -268,7 +261,8 @@ fn write_averages(path: &Path, cycles: &[CycleAverage]) -> std::io::Result<()> {
     std::fs::write(path, text)
 }
 
-fn layers(folder: &Path) -> Option<LayerHistory> {
+/// What layers did in a run; `None` if it did not look.
+pub(crate) fn layer_history(folder: &Path) -> Option<LayerHistory> {
     let text = std::fs::read_to_string(folder.join("layers.csv")).ok()?;
     let mut rows = text.lines();
     let head: Vec<&str> = rows.next()?.split(',').map(|name| name.split(" [").next().unwrap_or(name)).collect();

@@ -48,7 +48,7 @@ pub(crate) trait Books: Sized {
     fn begin(&mut self, job: &Job, seen: &mut GrainsSeen, water: &mut Self::Water) -> Result<(), RankError>;
 
     /// Books a step.
-    fn add(&mut self, report: &<Self::Water as Water>::Report, totals: &mut Totals);
+    fn add(&mut self, step: &Step<'_, Self::Water>, totals: &mut Totals);
 
     /// Looks at everything at `time` [s]; the grains were looked at.
     fn look(&mut self, seen: &mut GrainsSeen, water: &mut Self::Water, time: Real);
@@ -95,7 +95,7 @@ pub(crate) trait Books: Sized {
 
     /// Writes a row for every probe that is `due`.
     fn probe(
-        &self,
+        &mut self,
         job: &Job,
         water: &mut Self::Water,
         clock: &Clock,

@@ -40,7 +40,7 @@ use bed::GrainsSeen;
 pub(crate) use books::{Books, Step};
 use files::Files;
 pub(crate) use mics::GridBooks;
-pub(crate) use mps::{ParticleBooks, tank_of, weight_of_grain};
+pub(crate) use mps::{ParticleBooks, measure, settings_of, tank_of, weight_of_grain};
 use pace::Pace;
 pub(crate) use summary::{put_failure, put_files};
 use timetable::Timetables;
@@ -292,7 +292,7 @@ impl<'a, B: Books> Recorder<'a, B> {
         self.limiter = step.limit;
         self.warn_of_overlap(water.engine(), B::Water::contacts(step.report), clock.time());
         self.totals.ruled_by(step.limit);
-        self.books.add(step.report, &mut self.totals);
+        self.books.add(step, &mut self.totals);
         let tolerance = fixed_step(self.job.case).unwrap_or_default();
         let due = self.timetables.due(before, clock, tolerance);
         if due.iter().any(|due| *due) {

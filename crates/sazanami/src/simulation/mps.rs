@@ -14,7 +14,7 @@ use super::water::{StepProblem, Water};
 use crate::case::meaning::Case;
 
 /// What moves water and walls in the step from `time` to `time + dt` [s].
-pub(crate) fn forcing(case: &Case, time: Real, dt: Real) -> Forcing {
+fn forcing(case: &Case, time: Real, dt: Real) -> Forcing {
     let body_force = case.effective_gravity(time + 0.5 * dt);
     if !case.walls_move() {
         return Forcing { body_force, ..Forcing::default() };

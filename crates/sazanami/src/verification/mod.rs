@@ -16,6 +16,7 @@ mod tank;
 mod transport;
 mod two_phase;
 mod volume_fractions;
+mod whole_run;
 
 use crate::verify::{Measured, VerifyCase};
 

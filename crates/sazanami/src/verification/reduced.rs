@@ -1,14 +1,11 @@
 //! The reduced raindrop case, whole: packed, hit, evaluated.
 
-use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
+use std::path::Path;
 
 use sazanami_numerics::Real;
-use serde_json::Value;
 
+use super::whole_run::{WholeRun, number};
 use crate::case::{self, LoadedCase};
-use crate::progress::Silent;
-use crate::run::{RunOptions, run};
 use crate::verify::Measured;
 
 const CASE: &str = include_str!("../../../../cases/raindrop/reduced.toml");
@@ -19,29 +16,12 @@ fn at(speed: &str) -> Result<LoadedCase, String> {
     case::parse(Path::new("reduced.toml"), CASE, &[speed]).map_err(|error| error.to_string())
 }
 
-/// Runs the case at `speed` [m/s] into `folder`; returns its summary.
-fn summary(speed: &str, folder: &Path) -> Result<Value, String> {
-    let loaded = at(speed)?;
-    let options = RunOptions { out: Some(folder.to_owned()), force: true, ranks: 1, ..RunOptions::default() };
-    run(&loaded, &options, &mut Silent, &AtomicBool::new(false)).map_err(|error| error.to_string())?;
-    let path = folder.join("summary.json");
-    let text = std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
-    serde_json::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))
-}
-
-/// The number at `pointer` of a summary.
-fn number(summary: &Value, pointer: &str) -> Result<Real, String> {
-    summary.pointer(pointer).and_then(Value::as_f64).ok_or_else(|| format!("the summary has no number at {pointer}"))
-}
-
 /// 7.4: a quarter of the bed, an eighth of the drop, at 2.25 and 9 m/s.
 pub(super) fn reduced_raindrop() -> Result<Vec<Measured>, String> {
-    let scratch: PathBuf = std::env::temp_dir().join(format!("sazanami-verify-{}", std::process::id()));
     let mut rows = Vec::new();
     let mut volumes = Vec::new();
     for speed in ["2.25", "9"] {
-        let folder = scratch.join(speed);
-        let found = summary(speed, &folder)?;
+        let found = WholeRun::of(&format!("reduced-{speed}"), &at(speed)?)?.summary()?;
         let of = |pointer| number(&found, pointer);
         let name = |what: &str| format!("{speed} m/s: {what}");
         let volume = of("/observables/erosion/volume_mm3")?;
@@ -66,7 +46,6 @@ pub(super) fn reduced_raindrop() -> Result<Vec<Measured>, String> {
                 .from_source("warned above 0.2, refused above 0.8"),
         );
         volumes.push(volume);
-        std::fs::remove_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     }
     rows.push(
         Measured::within("V at 9 m/s over that at 2.25 m/s", "", volumes[1] / volumes[0], 1.0, Real::INFINITY)

@@ -1,14 +1,9 @@
 //! Ripples in the shaken tank of Tazaki et al., ten diameters across, to 3 s.
 
-use std::path::Path;
-use std::sync::atomic::AtomicBool;
-
 use sazanami_numerics::Real;
-use serde_json::Value;
 
-use crate::case;
-use crate::progress::Silent;
-use crate::run::{RunOptions, run};
+use super::whole_run::{WholeRun, number};
+use crate::analyse::layer_history;
 use crate::verify::Measured;
 
 const CASE: &str = include_str!("../../../../cases/ripples/paper.toml");
@@ -43,43 +38,26 @@ fn tank(name: &str, changes: &[&str]) -> Result<Found, String> {
         "output.grains={ at = [] }".to_owned(),
     ];
     overrides.extend(changes.iter().map(|change| (*change).to_owned()));
-    let loaded = case::parse(Path::new("ripples.toml"), CASE, &overrides).map_err(|error| error.to_string())?;
-    let folder = std::env::temp_dir().join(format!("sazanami-ripples-{name}-{}", std::process::id()));
-    let options = RunOptions { out: Some(folder.clone()), force: true, ranks: 1, ..RunOptions::default() };
-    run(&loaded, &options, &mut Silent, &AtomicBool::new(false)).map_err(|error| error.to_string())?;
-    let read = |file: &str| {
-        let path = folder.join(file);
-        std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))
+    let left = WholeRun::of_text(&format!("ripples-{name}"), CASE, &overrides)?;
+    let summary = left.summary()?;
+    let layers = layer_history(left.folder()).ok_or("the run tells nothing of its layers")?;
+    let half_ranges = |columns: &[Vec<Real>; 4]| {
+        // Velocity of water, drag, pressure force.
+        [0, 2, 3].map(|quantity| half_range(&layers.time, &columns[quantity]))
     };
-    let summary: Value = serde_json::from_str(&read("summary.json")?).map_err(|error| error.to_string())?;
-    let number = |pointer: &str| summary.pointer(pointer).and_then(Value::as_f64);
-    let layers = read("layers.csv")?;
-    let found = Found {
-        relief: number("/observables/ripples/relief_mm").ok_or("the run tells no relief")?,
-        wavelength: number("/observables/ripples/wavelength_mm"),
-        upper: half_ranges(&layers, "upper"),
-        lower: half_ranges(&layers, "lower"),
-        volume: number("/conservation/fluid_bulk_volume_relative_change").unwrap_or(Real::NAN),
-    };
-    std::fs::remove_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
-    Ok(found)
+    Ok(Found {
+        relief: number(&summary, "/observables/ripples/relief_mm")?,
+        wavelength: number(&summary, "/observables/ripples/wavelength_mm").ok(),
+        upper: half_ranges(&layers.upper),
+        lower: half_ranges(&layers.lower),
+        volume: number(&summary, "/conservation/fluid_bulk_volume_relative_change")?,
+    })
 }
 
-/// Half of the way from the lowest to the highest water velocity, drag and pressure force of a layer in the last part.
-fn half_ranges(table: &str, layer: &str) -> [Real; 3] {
-    let mut ranges = [[Real::INFINITY, Real::NEG_INFINITY]; 3];
-    for line in table.lines().skip(1) {
-        let cells: Vec<&str> = line.split(',').collect();
-        let value = |n: usize| cells.get(n).and_then(|cell| cell.parse::<Real>().ok()).unwrap_or(Real::NAN);
-        if cells.get(2).is_none_or(|name| name.trim_matches('"') != layer) || value(1) < UNTIL - WATCHED {
-            continue;
-        }
-        // Step, time, layer, velocity of water, of grains, drag, pressure force.
-        for (range, column) in ranges.iter_mut().zip([3, 5, 6]) {
-            *range = [range[0].min(value(column)), range[1].max(value(column))];
-        }
-    }
-    ranges.map(|[low, high]| 0.5 * (high - low))
+/// Half of the way from the lowest to the highest value in the last part of a run.
+fn half_range(time: &[Real], values: &[Real]) -> Real {
+    let late = || time.iter().zip(values).filter(|(time, _)| **time >= UNTIL - WATCHED).map(|(_, value)| *value);
+    0.5 * (late().fold(Real::NEG_INFINITY, Real::max) - late().fold(Real::INFINITY, Real::min))
 }
 
 /// V14: relief and wavelength, the same for other particles and another drag law, none for a gentle motion.
@@ -131,10 +109,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn half_ranges_are_those_of_the_layer_in_the_last_part() {
-        let table = "step,time [s],layer,u,v,fd,fp\n1,1.0,\"upper\",9,9,9,9\n2,2.5,upper,-1,0,2,5\n2,2.5,lower,7,7,7,7\n\
-                     3,3.0,upper,3,0,4,5\n";
-        assert_eq!(half_ranges(table, "upper"), [2.0, 1.0, 0.0]);
-        assert_eq!(half_ranges(table, "lower"), [0.0; 3]);
+    fn half_ranges_are_those_of_the_last_part() {
+        let time = [1.0, 2.5, 3.0];
+        assert_eq!(half_range(&time, &[9.0, -1.0, 3.0]), 2.0);
+        // Negative control: earlier values do not count.
+        assert_ne!(half_range(&[2.1, 2.5, 3.0], &[9.0, -1.0, 3.0]), 2.0);
     }
 }

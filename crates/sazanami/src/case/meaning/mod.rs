@@ -143,6 +143,12 @@ impl Case {
         self.frame.as_ref().map_or(self.gravity, |frame| self.gravity - frame.acceleration_at(time))
     }
 
+    /// What stands above pictures: the title, or the name of a case without one.
+    #[must_use]
+    pub fn caption(&self) -> &str {
+        if self.title.is_empty() { &self.name } else { &self.title }
+    }
+
     /// Gravity in the frame of the tank before it moves [m/s^2].
     #[must_use]
     pub fn resting_gravity(&self) -> Vector {

@@ -145,9 +145,9 @@ impl Books for GridBooks {
         Ok(())
     }
 
-    fn add(&mut self, report: &StepReport, totals: &mut Totals) {
-        totals.add(report);
-        self.book(report);
+    fn add(&mut self, step: &Step<'_, Solver>, totals: &mut Totals) {
+        totals.add(step.report);
+        self.book(step.report);
     }
 
     fn look(&mut self, seen: &mut GrainsSeen, solver: &mut Solver, _time: Real) {
@@ -220,7 +220,7 @@ impl Books for GridBooks {
     }
 
     fn probe(
-        &self,
+        &mut self,
         job: &Job,
         solver: &mut Solver,
         clock: &Clock,

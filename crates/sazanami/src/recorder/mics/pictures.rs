@@ -34,7 +34,7 @@ pub(super) fn draw(
     let plane = case.bed.axis[1];
     let section = section_of_cells(grid, &liquid, plane);
     let scale = ColourScale::speed(fastest(job));
-    let title = format!("{}: t = {:.3} ms", caption(job), 1e3 * clock.time());
+    let title = format!("{}: t = {:.3} ms", case.caption(), 1e3 * clock.time());
     let any_liquid = liquid.iter().any(|&c| c > SURFACE);
     let surface = any_liquid.then(|| Isosurface::new(grid, &liquid, SURFACE, 1)).transpose()?;
     seen.with_bed(|bed| {
@@ -59,10 +59,6 @@ pub(super) fn draw(
         still.draw()?.save(&files.figure(&format!("view-{name}.png")))?;
         Ok(())
     })
-}
-
-fn caption(job: &Job) -> String {
-    if job.case.title.is_empty() { job.case.name.clone() } else { job.case.title.clone() }
 }
 
 /// Speed of the last colour [m/s].

@@ -7,7 +7,7 @@ mod series;
 mod sight;
 
 use sazanami_io::table::Column;
-use sazanami_mps::solver::{Solver, StepReport};
+use sazanami_mps::solver::Solver;
 use sazanami_numerics::snapshot::Snapshot;
 use sazanami_numerics::{Real, Vector};
 use sazanami_observe::ripples::{self, BedSurfaces, LayerMeans, Ripples, SurfaceProfile, Tank, Unmeasured};
@@ -71,7 +71,13 @@ pub(crate) struct ParticleBooks {
     settings: Option<meaning::Ripples>,
     /// Motion of the tank, where its walls move.
     moving: Option<TankMotion>,
+    /// Gravity [m/s^2].
+    gravity: Real,
+    /// Particle spacing [m].
+    spacing: Real,
     sight: Sight,
+    /// Time of what is in sight [s].
+    seen_at: Option<Real>,
     /// Bulk volume of the fluid at the start [m^3].
     first_volume: Real,
     /// Layer of each grain at the start, by its place among them; empty if layers follow the grains.
@@ -84,10 +90,6 @@ pub(crate) struct ParticleBooks {
 }
 
 impl ParticleBooks {
-    fn settings_of(&self, across: Real, case: &meaning::Ripples) -> ripples::RippleSettings {
-        ripples::RippleSettings { margin: case.margin, ..ripples::RippleSettings::of_grains(case.grain_size, across) }
-    }
-
     /// Evaluates bed and layers by what is in sight, on rank 0.
     fn evaluate(&mut self) {
         let Some(case) = self.settings.clone() else { return };
@@ -104,14 +106,9 @@ impl ParticleBooks {
         };
         let bed = BedSurfaces::of(&self.tank, &self.sight.grain_view(), &surface);
         let width = self.tank.width();
-        // A bed with a hole has short gaps.
-        let closed = |profile: &SurfaceProfile| profile.with_gaps_closed(4.0 * case.grain_size);
-        let measure = |profile: &SurfaceProfile, across: Real| {
-            let settings = self.settings_of(across, &case);
-            Ripples::of(&closed(profile), settings.range_in(&self.tank), &settings)
-        };
-        let range = self.settings_of(width, &case).range_in(&self.tank);
-        let relief = ripples::relief(&closed(&bed.concentration), range).ok();
+        let measure = |profile: &SurfaceProfile, across: Real| measure(&case, &self.tank, profile, across);
+        let range = settings_of(&case, width).range_in(&self.tank);
+        let relief = ripples::relief(&closed(&case, &bed.concentration), range).ok();
         let ripples =
             [measure(&bed.concentration, width), measure(&bed.image, surface.slab), measure(&bed.top_layer, width)];
         let layers = self.layer_means(&case, &bed.concentration);
@@ -144,6 +141,27 @@ impl ParticleBooks {
         };
         [ripples::Layer::Lower, ripples::Layer::Upper].map(|layer| ripples::layer_means(layer, &grains, &water))
     }
+}
+
+/// How ripples of a surface are measured that is an average over `across` [m] across the tank.
+pub(crate) fn settings_of(case: &meaning::Ripples, across: Real) -> ripples::RippleSettings {
+    ripples::RippleSettings { margin: case.margin, ..ripples::RippleSettings::of_grains(case.grain_size, across) }
+}
+
+/// The profile of a bed without its short gaps: a bed may have a hole.
+fn closed(case: &meaning::Ripples, profile: &SurfaceProfile) -> SurfaceProfile {
+    profile.with_gaps_closed(4.0 * case.grain_size)
+}
+
+/// Ripples of such a surface.
+pub(crate) fn measure(
+    case: &meaning::Ripples,
+    tank: &Tank,
+    profile: &SurfaceProfile,
+    across: Real,
+) -> Result<Ripples, Unmeasured> {
+    let settings = settings_of(case, across);
+    Ripples::of(&closed(case, profile), settings.range_in(tank), &settings)
 }
 
 /// Displacement [m] and velocity [m/s] of a tank whose walls move.
@@ -191,7 +209,10 @@ impl Books for ParticleBooks {
             tank: tank_of(job.case),
             settings: job.case.ripples.clone(),
             moving: job.case.frame.as_ref().filter(|_| job.case.walls_move()).and_then(|frame| frame.motion.clone()),
+            gravity: job.case.gravity.length(),
+            spacing: job.case.particles.as_ref().map_or(1.0, |particles| particles.spacing),
             sight: Sight::default(),
+            seen_at: None,
             first_volume: 0.0,
             first_layers: Vec::new(),
             water: SurfaceProfile { start: 0.0, spacing: 1.0, heights: Vec::new() },
@@ -224,13 +245,14 @@ impl Books for ParticleBooks {
         Ok(())
     }
 
-    fn add(&mut self, report: &StepReport, totals: &mut Totals) {
+    fn add(&mut self, &Step { dt, report, .. }: &Step<'_, Solver>, totals: &mut Totals) {
         totals.grain_substeps += report.contacts.substeps as u64;
         totals.fluid_passes += 1;
         totals.pressure_iterations += report.pressure.iterations as u64;
         totals.contacts = [report.contacts.pairs, report.contacts.contacts];
         totals.tidied.deep_contacts += report.contacts.deep_contacts;
         let worst = &mut totals.worst;
+        worst.cfl = worst.cfl.max(report.largest_speed * dt / self.spacing);
         worst.divergence = worst.divergence.max(report.pressure.residual);
         worst.pressure_iterations = worst.pressure_iterations.max(report.pressure.iterations);
         worst.overlap_relative = worst.overlap_relative.max(report.contacts.largest_overlap);
@@ -290,15 +312,15 @@ impl Books for ParticleBooks {
     }
 
     fn probe(
-        &self,
+        &mut self,
         job: &Job,
         water: &mut Solver,
         clock: &Clock,
         due: &[bool],
         files: Option<&mut Files>,
     ) -> Result<(), RecordError> {
-        let sight = Sight::of(water, tank_motion(self.moving.as_ref(), clock.time()));
-        files.map_or(Ok(()), |files| probes::record(job, &self.tank, &sight, clock, due, files))
+        self.see(water, clock.time());
+        files.map_or(Ok(()), |files| probes::record(job, &self.tank, &self.sight, clock, due, files))
     }
 
     fn account(&self) -> Account {
@@ -340,10 +362,18 @@ impl Books for ParticleBooks {
 }
 
 impl ParticleBooks {
+    /// Gathers grains and water as they are at `time` [s], once. All ranks take part.
+    fn see(&mut self, water: &mut Solver, time: Real) {
+        if self.seen_at != Some(time) {
+            self.sight.renew(water, tank_motion(self.moving.as_ref(), time));
+            self.seen_at = Some(time);
+        }
+    }
+
     /// Looks at grains and water. All ranks take part.
     fn look_at(&mut self, water: &mut Solver, time: Real) {
-        self.sight.renew(water, tank_motion(self.moving.as_ref(), time));
-        self.stock = self.sight.stock(water);
+        self.see(water, time);
+        self.stock = self.sight.stock(water, self.gravity);
         if !self.sight.leads {
             return;
         }

@@ -31,7 +31,7 @@ const SAND: Real = 2650.0;
 pub(super) fn draw(job: &Job, books: &ParticleBooks, clock: &Clock, files: &mut Files) -> Result<(), RecordError> {
     let case = job.case;
     let name = format!("{:09}", clock.step());
-    let title = format!("{}: t = {:.3} s", caption(case), clock.time());
+    let title = format!("{}: t = {:.3} s", case.caption(), clock.time());
     let (lower, upper) = (case.domain.lower, case.domain.upper);
     let sight = &books.sight;
     let grains = &sight.grains;
@@ -113,9 +113,9 @@ fn draw_profiles(
         let mean = profile.and_then(SurfaceProfile::mean).unwrap_or(0.5 * (lower.z + upper.z));
         [mean - 8e-3, mean + 8e-3]
     };
-    let title = caption(case);
+    let title = case.caption();
     let figure = ProfileFigure {
-        title: &title,
+        title,
         moments: &[moment],
         x_range: [lower.x, upper.x],
         bed_range: heights(books.found.as_ref().map(|found| &found.bed.concentration)),
@@ -123,10 +123,6 @@ fn draw_profiles(
     };
     figure.draw()?.save(&files.figure(&format!("profiles-{name}.png")))?;
     Ok(())
-}
-
-fn caption(case: &Case) -> String {
-    if case.title.is_empty() { case.name.clone() } else { case.title.clone() }
 }
 
 /// Submerged weight of a grain of the first population [N].

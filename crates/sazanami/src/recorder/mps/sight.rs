@@ -98,13 +98,6 @@ pub(super) struct Sight {
 }
 
 impl Sight {
-    /// What is in sight now. All ranks take part.
-    pub fn of(water: &mut Solver, tank: [Vector; 2]) -> Self {
-        let mut sight = Self::default();
-        sight.renew(water, tank);
-        sight
-    }
-
     /// Looks again from a tank that is displaced [m] and moves [m/s]. All ranks take part.
     pub fn renew(&mut self, solver: &mut Solver, [shift, drift]: [Vector; 2]) {
         solver.place_grains();
@@ -187,11 +180,12 @@ impl Sight {
     }
 
     /// Sums over what is in sight, and over the grains of all ranks. All ranks take part; the sums are on rank 0.
-    pub fn stock(&self, solver: &Solver) -> Stock {
+    ///
+    /// `gravity` is that of the case [m/s^2].
+    pub fn stock(&self, solver: &Solver, gravity: Real) -> Stock {
         let settings = solver.settings();
         let density = settings.fluid.density;
         let floor = solver.tank().lower.z;
-        let gravity = 9.81;
         let mass = solver.particle_mass();
         let drift = self.drift;
         let phase = solver.grains();
