@@ -54,7 +54,8 @@ pub struct Scheme {
     pub laplacian: LaplacianForm,
     /// Factor of the error-compensating source (Khayyer & Gotoh 2011, ECS); 0: none.
     pub compensation: Real,
-    /// Steps over which an error of the number density relaxes; infinite: does not.
+    /// Times of the flow (half a millisecond for spacings of 1 mm and water that moves slowly) over which an error of the
+    /// number density relaxes; infinite: does not.
     pub relaxation: Real,
     /// GC.
     pub gradient: GradientForm,

@@ -35,6 +35,18 @@ pub enum StepError {
         /// Where it was last [m].
         position: Vector,
     },
+    /// A particle moved farther in a step than it looks.
+    #[error("fluid particle {id} moved {:.3} mm in the step, farther than its radius of influence of {:.3} mm, from ({:.4e}, {:.4e}, {:.4e}) m", 1e3 * way, 1e3 * farthest, position.x, position.y, position.z)]
+    TooFar {
+        /// Identifier.
+        id: u64,
+        /// How far it moved [m].
+        way: Real,
+        /// Radius of influence [m].
+        farthest: Real,
+        /// Where it was last [m].
+        position: Vector,
+    },
     /// A grain went wrong.
     #[error(transparent)]
     Grains(#[from] DemError),
@@ -295,6 +307,7 @@ impl Solver {
         let coupling = CouplingReport { least_void: 1.0, ..CouplingReport::default() };
         let mut report = StepReport { coupling, ..StepReport::default() };
         watch(Phase::Neighbours);
+        let time = self.flow_time(dt, forcing);
         self.move_walls(forcing);
         self.arrange(dt, forcing);
         report.pairs = self.neighbours.pairs;
@@ -310,10 +323,10 @@ impl Solver {
         watch(Phase::Fluid);
         self.sum_up(&mut report);
         watch(Phase::Pressure);
-        self.solve(dt, forcing, &mut report)?;
+        self.solve(dt, time, forcing, &mut report)?;
         watch(Phase::Fluid);
         self.correct(dt, forcing);
-        self.keep_apart(dt, forcing, &mut report);
+        self.keep_apart(dt, time, &mut report);
         watch(Phase::Coupling);
         self.correct_grains(dt, &mut report);
         watch(Phase::Fluid);

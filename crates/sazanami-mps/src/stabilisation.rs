@@ -10,14 +10,15 @@ use crate::scheme::{Kernel, Stabilisation};
 
 /// Distance over the particle spacing below which particles bounce off each other.
 const COLLISION: Real = 0.5;
-/// Part of the speed that they keep.
+/// Part of the speed that they keep, and of the push that a pair keeps which comes apart by itself.
 const RESTITUTION: Real = 0.2;
 
-/// Places before and after the pressure's correction, ghosts included.
+/// Places before and after the pressure's correction and velocities after it, ghosts included.
 pub(crate) struct Moved<'a> {
     pub kind: &'a [Kind],
     pub before: &'a [Vector],
     pub after: &'a [Vector],
+    pub velocity: &'a [Vector],
     /// Sizes: the spacing, stretched by the bulk volume [m].
     pub size: &'a [Real],
     pub blocks: &'a [Block],
@@ -58,7 +59,7 @@ pub(crate) fn widest(spacing: Real) -> Real {
 /// What stabilisation does to a particle.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Push {
-    /// Acceleration times the square of the usual step: a displacement [m].
+    /// Acceleration times the square of [`crate::stability::flow_time`]: a displacement [m].
     pub way: Vector,
     /// Square of the distance to the nearest neighbour [m^2].
     pub nearest: Real,
@@ -69,9 +70,10 @@ pub(crate) struct Push {
 /// Pushes each own fluid particle from neighbours that came too near (Tsuruta et al. 2013).
 ///
 /// A pair at `r` after the correction that is nearer than it may be is pushed along its direction `e` before the
-/// correction, each so that the usual step would move it by half of what is missing, times `w/n0`.
+/// correction, each so that it would move by half of what is missing in [`crate::stability::flow_time`], times `w/n0`; by a fifth of that if
+/// the pair comes apart already, so that pushes take energy from water that is disordered, and do not give it.
 pub(crate) fn pushes(kernel: &Kernel, settings: &Stabilisation, spacing: Real, moved: &Moved<'_>, into: &mut [Push]) {
-    let Moved { kind, before, after, size, .. } = *moved;
+    let Moved { kind, before, after, velocity, size, .. } = *moved;
     let limit = widest(spacing) * widest(spacing);
     moved.set(into, |a, near| {
         let mut push = Push { nearest: Real::INFINITY, ..Push::default() };
@@ -96,7 +98,9 @@ pub(crate) fn pushes(kernel: &Kernel, settings: &Stabilisation, spacing: Real, m
             let across = (r2 - along * along).max(0.0);
             let missing = (least * least - across).sqrt() - along;
             let share = if settings.weighted { kernel.weight.value(r2.sqrt()) } else { 1.0 };
-            push.way -= (0.5 * missing * share / kernel.sums.number_density) * direction;
+            let approaching = (velocity[b] - velocity[a]).dot(direction) < 0.0;
+            let kept = if approaching { 1.0 } else { RESTITUTION };
+            push.way -= (kept * 0.5 * missing * share / kernel.sums.number_density) * direction;
             push.pairs += 1;
         }
         push
@@ -105,8 +109,8 @@ pub(crate) fn pushes(kernel: &Kernel, settings: &Stabilisation, spacing: Real, m
 
 /// Change of velocity of each own fluid particle by collisions with particles that are still too near, and with
 /// how many.
-pub(crate) fn collisions(spacing: Real, moved: &Moved<'_>, velocity: &[Vector], into: &mut [(Vector, u32)]) {
-    let Moved { kind, after: position, .. } = *moved;
+pub(crate) fn collisions(spacing: Real, moved: &Moved<'_>, into: &mut [(Vector, u32)]) {
+    let Moved { kind, after: position, velocity, .. } = *moved;
     let limit = (COLLISION * spacing) * (COLLISION * spacing);
     moved.set(into, |a, near| {
         let mut change = (Vector::ZERO, 0);

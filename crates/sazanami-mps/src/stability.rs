@@ -75,17 +75,24 @@ pub struct Step {
     pub limit: Limit,
 }
 
-/// Speed of fast water over the mean.
+/// Way of fast water in the time of the flow, in spacings, and its speed over the mean.
+const WAY: Real = 0.15;
 const FASTEST: Real = 3.0;
+/// The time of the flow over that in which the body force moves a particle by half a spacing.
+const SHORT: Real = 0.05;
+
+/// Time [s] in which the arrangement of particles is mended: of water of a mean speed [m/s] relative to its walls under a
+/// body force [m/s^2], never less than the step; infinite where nothing moves.
+///
+/// What mends within a step, however short, gives particles speeds that shorten the next step, and so on without end
+/// (`docs/decisions/0007-shaken-tanks.md`).
+#[must_use]
+pub(crate) fn flow_time(mean_speed: Real, body_force: Vector, spacing: Real, dt: Real) -> Real {
+    let of_speed = WAY * spacing / (FASTEST * mean_speed);
+    of_speed.min(SHORT * (spacing / body_force.length()).sqrt()).max(dt)
+}
 
 impl StepLimits {
-    /// The step [s] of water that moves with a mean speed [m/s], whatever single particles do.
-    #[must_use]
-    pub fn usual(&self, mean_speed: Real, body_force: Vector, spacing: Real, viscosity: Real) -> Real {
-        let rates = Rates { advective: FASTEST * mean_speed / spacing, ..Rates::default() };
-        self.choose(&rates, body_force, spacing, viscosity).dt
-    }
-
     /// The longest step for these rates, a body force [m/s^2], a spacing [m] and a viscosity [m^2/s].
     #[must_use]
     pub fn choose(&self, rates: &Rates, body_force: Vector, spacing: Real, viscosity: Real) -> Step {

@@ -25,6 +25,18 @@ pub fn join<A: Send, B: Send>(a: impl FnOnce() -> A + Send, b: impl FnOnce() -> 
     rayon::join(a, b)
 }
 
+/// Pieces that a loop is cut into for each thread: enough to even out their costs.
+const PIECES: usize = 32;
+
+/// How many of `count` parts of a loop are done in one go: to hand a part to another thread costs more than some parts do.
+pub(crate) fn in_one_go(count: usize) -> usize {
+    match number_of_threads() {
+        1 => count,
+        threads => count / (PIECES * threads),
+    }
+    .max(1)
+}
+
 /// Calls `body` for every index below `count`, in parallel, no fewer than `least` in one go.
 pub fn for_each_index(count: usize, least: usize, body: impl Fn(usize) + Sync) {
     fn split(range: Range<usize>, least: usize, body: &(impl Fn(usize) + Sync)) {
@@ -103,19 +115,32 @@ slices_mut_for_tuple!(A.0, B.1, C.2, D.3, E.4, F.5, G.6, H.7);
 /// Cuts `slices` into chunks of `chunk` elements (the last may be shorter) and calls
 /// `body(number of the chunk, chunk)` for each, in parallel.
 pub fn for_each_chunk<S: SlicesMut>(slices: S, chunk: usize, body: impl Fn(usize, S) + Sync) {
-    fn split<S: SlicesMut>(slices: S, first: usize, chunk: usize, body: &(impl Fn(usize, S) + Sync)) {
+    /// Number of elements in a chunk, and of chunks in one go.
+    #[derive(Clone, Copy)]
+    struct Sizes {
+        chunk: usize,
+        least: usize,
+    }
+
+    fn split<S: SlicesMut>(mut slices: S, first: usize, sizes: Sizes, body: &(impl Fn(usize, S) + Sync)) {
+        let Sizes { chunk, least } = sizes;
         let chunks = slices.length().div_ceil(chunk);
-        if chunks <= 1 {
-            if slices.length() > 0 {
-                body(first, slices);
-            }
-        } else {
+        if chunks > least {
             let middle = chunks / 2;
             let (a, b) = slices.cut(middle * chunk);
-            rayon::join(|| split(a, first, chunk, body), || split(b, first + middle, chunk, body));
+            rayon::join(|| split(a, first, sizes, body), || split(b, first + middle, sizes, body));
+            return;
+        }
+        for number in first..first + chunks {
+            let end = chunk.min(slices.length());
+            let (now, later) = slices.cut(end);
+            body(number, now);
+            slices = later;
         }
     }
-    split(slices, 0, chunk.max(1), &body);
+    let chunk = chunk.max(1);
+    let least = in_one_go(slices.length().div_ceil(chunk));
+    split(slices, 0, Sizes { chunk, least }, &body);
 }
 
 #[cfg(test)]

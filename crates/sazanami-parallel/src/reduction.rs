@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use crate::loops::in_one_go;
+
 /// Combines `part(index)` over all indices below `count` along a fixed binary tree.
 ///
 /// `None` if `count` is zero.
@@ -12,6 +14,7 @@ pub fn reduce_over<T: Send>(
 ) -> Option<T> {
     fn tree<T: Send>(
         range: Range<usize>,
+        least: usize,
         part: &(impl Fn(usize) -> T + Sync),
         combine: &(impl Fn(T, T) -> T + Sync),
     ) -> T {
@@ -19,11 +22,14 @@ pub fn reduce_over<T: Send>(
             return part(range.start);
         }
         let middle = range.start + range.len() / 2;
-        let (a, b) =
-            rayon::join(|| tree(range.start..middle, part, combine), || tree(middle..range.end, part, combine));
+        let halves = [range.start..middle, middle..range.end];
+        // Either way the same tree.
+        let shared = range.len() > least;
+        let [a, b] = halves.map(|half| move || tree(half, least, part, combine));
+        let (a, b) = if shared { rayon::join(a, b) } else { (a(), b()) };
         combine(a, b)
     }
-    (count > 0).then(|| tree(0..count, &part, &combine))
+    (count > 0).then(|| tree(0..count, in_one_go(count), &part, &combine))
 }
 
 /// Sums `part(index)` over all indices below `count`, element by element.

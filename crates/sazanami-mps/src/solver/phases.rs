@@ -15,6 +15,7 @@ use crate::particles::{Kind, Particles, Role, WALL};
 use crate::pressure::{PressureEquation, PressureReport, hydrostatic};
 use crate::scheme::{Fluid, SourceForm};
 use crate::stabilisation::{self, Moved, Push};
+use crate::stability::flow_time;
 
 /// Largest `value` of the first `count` particles; minus infinity without any.
 fn largest(count: usize, value: impl Fn(usize) -> Real + Sync) -> Real {
@@ -44,6 +45,13 @@ impl Solver {
             particles.position[a] = self.periods.wrapped(place + forcing.wall_displacement);
             particles.velocity[a] = forcing.wall_velocity;
         }
+    }
+
+    /// See [`flow_time`] [s].
+    pub(super) fn flow_time(&self, dt: Real, forcing: &Forcing) -> Real {
+        let walls = forcing.wall_velocity;
+        let [speeds, count] = self.sum_over_fluid(|particles, a| [(particles.velocity[a] - walls).length(), 1.0]);
+        flow_time(speeds / count.max(1.0), forcing.body_force, self.settings.fluid.spacing, dt)
     }
 
     /// Body force that acts before the pressure [m/s^2].
@@ -266,8 +274,14 @@ impl Solver {
         report.strain = [sum / inner, (squares / inner).sqrt()];
     }
 
-    /// Pressure and its gradient.
-    pub(super) fn solve(&mut self, dt: Real, forcing: &Forcing, report: &mut StepReport) -> Result<(), StepError> {
+    /// Pressure and its gradient; `time` is that of the flow [s].
+    pub(super) fn solve(
+        &mut self,
+        dt: Real,
+        time: Real,
+        forcing: &Forcing,
+        report: &mut StepReport,
+    ) -> Result<(), StepError> {
         let Self { domain, kernel, particles, exchange, bins, scratch, settings, equation, surface, steps, .. } = self;
         let Scratch { bulk, mobile, conductance, place, crowding, prediction, plain, bin, .. } = scratch;
         let Settings { fluid, scheme, tolerance, reference, .. } = settings;
@@ -309,7 +323,7 @@ impl Solver {
                     }
                 } else {
                     source += scheme.compensation * (error.abs() * rate + rate.abs() * error)
-                        + error / (scheme.relaxation * dt);
+                        + error / (scheme.relaxation * time);
                 }
                 row.source = fluid.density / dt * source;
                 if mobile[a] > 0.0 {
@@ -384,8 +398,8 @@ impl Solver {
         exchange.refresh_positions(domain, after);
     }
 
-    /// Pushes and collisions.
-    pub(super) fn keep_apart(&mut self, dt: Real, forcing: &Forcing, report: &mut StepReport) {
+    /// Pushes and collisions; `time` is that of the flow [s].
+    pub(super) fn keep_apart(&mut self, dt: Real, time: Real, report: &mut StepReport) {
         let Self { domain, kernel, particles, exchange, scratch, settings, equation, .. } = self;
         let Scratch { velocity, place, after, bulk, size, pushes, collisions, .. } = scratch;
         let (kind, owned) = (&particles.kind[..], particles.owned);
@@ -397,15 +411,9 @@ impl Solver {
         let blocks = &equation.blocks[..];
         let mut nearest = 0.0;
         if let Some(stabilisation) = &settings.scheme.stabilisation {
-            let moved = Moved { kind, before: place, after, size, blocks, close };
+            let moved = Moved { kind, before: place, after, velocity, size, blocks, close };
             stabilisation::pushes(kernel, stabilisation, spacing, &moved, pushes);
-            // A push is an acceleration over the usual step: one that moved particles apart within a step however short
-            // it is would give them speeds that shorten the next step.
-            let speeds = sum_of(owned, |a| if kind[a] == Kind::Fluid { [velocity[a].length(), 1.0] } else { [0.0; 2] });
-            let [speeds, count] = domain.sum(speeds);
-            let Settings { limits, fluid, .. } = settings;
-            let usual = limits.usual(speeds / count.max(1.0), forcing.body_force, spacing, fluid.viscosity).max(dt);
-            let rate = dt / (usual * usual);
+            let rate = dt / (time * time);
             let mass = density * spacing.powi(3);
             let sums = sum_of(owned, |a| {
                 let change = rate * pushes[a].way;
@@ -427,8 +435,8 @@ impl Solver {
         // Pushes move by less than a tenth of a spacing: who was farther apart does not collide.
         if nearest < (0.7 * spacing) * (0.7 * spacing) {
             collisions.resize(owned, (Vector::ZERO, 0));
-            let moved = Moved { kind, before: place, after, size, blocks, close };
-            stabilisation::collisions(spacing, &moved, velocity, collisions);
+            let moved = Moved { kind, before: place, after, velocity, size, blocks, close };
+            stabilisation::collisions(spacing, &moved, collisions);
             let mut count = 0.0;
             for (u, (change, pairs)) in velocity.iter_mut().zip(&*collisions) {
                 *u += *change;
@@ -440,9 +448,10 @@ impl Solver {
 
     /// Takes over what was found, keeps particles off the walls and in the box, and looks for nonsense.
     pub(super) fn settle(&mut self, report: &mut StepReport) -> Result<(), StepError> {
-        let Self { domain, periods, tank, particles, scratch, settings, .. } = self;
+        let Self { domain, periods, tank, particles, scratch, settings, kernel, .. } = self;
         let Scratch { velocity, after, .. } = scratch;
         let spacing = settings.fluid.spacing;
+        let farthest = kernel.weight.radius;
         let mut clipped = 0.0;
         let mut bad = None;
         for a in 0..particles.owned {
@@ -450,6 +459,12 @@ impl Solver {
                 continue;
             }
             let (mut x, mut u) = (after[a], velocity[a]);
+            let way = (x - particles.position[a]).length();
+            if way > farthest {
+                let position = particles.position[a];
+                bad = bad.or(Some(StepError::TooFar { id: particles.id[a], way, farthest, position }));
+                continue;
+            }
             if !(x.is_finite() && u.is_finite() && particles.pressure[a].is_finite()) {
                 let what = if u.is_finite() { "pressure" } else { "velocity" };
                 bad = bad.or(Some(StepError::NotFinite { id: particles.id[a], what, position: particles.position[a] }));

@@ -82,6 +82,7 @@ pub(super) fn problem(case: &Case, solver: &Solver, error: &StepError) -> StepPr
     let kind = match error {
         StepError::Pressure(PressureError::NotFinite { .. }) | StepError::NotFinite { .. } => "not_finite",
         StepError::Pressure(_) => "pressure",
+        StepError::TooFar { .. } => "too_far",
         StepError::Grains(error) => grain_kind(error),
         StepError::Elsewhere(_) => "elsewhere",
     };

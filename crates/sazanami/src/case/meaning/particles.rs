@@ -127,7 +127,7 @@ pub struct Particles {
     pub laplacian: Order,
     /// Factor of ECS.
     pub compensation: Real,
-    /// Steps over which an error of the number density relaxes; 0: it does not.
+    /// Times of the flow over which an error of the number density relaxes; 0: it does not.
     pub relaxation: Real,
     /// GC or classical.
     pub gradient: GradientForm,

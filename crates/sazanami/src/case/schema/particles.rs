@@ -27,7 +27,7 @@ pub struct ParticlesText {
     pub laplacian: Option<Choice<Order>>,
     /// Factor of the error-compensating source (ECS); 0: none (default: 1).
     pub compensation: Option<Number>,
-    /// Steps over which an error of the number density relaxes; 0: it does not (default: 100).
+    /// Times of the flow over which an error of the number density relaxes; 0: it does not (default: 100).
     pub relaxation: Option<Number>,
     /// Gradient of the pressure: GC or the classical one.
     pub gradient: Option<Choice<GradientForm>>,
