@@ -199,11 +199,7 @@ impl Engine {
         engine.check_box(domain, grains)?;
         let rank = domain.communicator().rank();
         for record in grains {
-            let mut record = *record;
-            for d in (0..2).filter(|&d| period[d] > 0.0) {
-                let turns = (record.home[d] - domain.grid().lower[d]) / period[d];
-                record.image[d] = -turns.floor() as i32;
-            }
+            let record = GrainRecord { image: ghosts::image_within(domain, record.home), ..*record };
             let position = imaged(Vector::from_array(record.home), record.image, period);
             if domain.owner_of(position) == rank {
                 engine.grains.push(&record, period);
@@ -345,7 +341,7 @@ impl Engine {
         let start = self.time;
         self.grains.drag_impulse.fill(Vector::ZERO);
         let state = self.drift(0.5 * h);
-        self.refresh_poses(domain);
+        self.refresh_poses(domain, false);
         let mut state = self.worst(domain, state);
         let mut census = Census::default();
         let mut deep = 0;
@@ -367,7 +363,7 @@ impl Engine {
             if census.deepest > self.too_deep {
                 state = FAILED;
             }
-            self.refresh_poses(domain);
+            self.refresh_poses(domain, last);
             state = self.worst(domain, state);
             if state == FAILED {
                 let outcome = if census.deepest > self.too_deep { Err(overlap_error(&census, step)) } else { Ok(()) };
@@ -456,7 +452,7 @@ impl Engine {
 
     /// Brings the ghosts up to date after own grains were changed.
     pub fn refresh_ghosts(&mut self, domain: &Domain) {
-        self.refresh_poses(domain);
+        self.refresh_poses(domain, true);
         self.place();
     }
 
@@ -497,9 +493,11 @@ impl Engine {
             None => Ok(()),
         };
         domain.agree(outcome)?;
-        // Half of the reach is left for the next step; otherwise now is the time to change owners.
-        let spent = (0..grains.owned).any(|g| self.budget[g] > 0.5 * self.reach[g]);
-        let state = if spent && self.several(domain) { EXPIRED } else { FINE };
+        // Half of the reach is left for the next step; otherwise now is the time to change owners. Grains stand for
+        // their image in the box whenever others may look, so that what these add up has one order.
+        let spent = |g: usize| self.budget[g] > 0.5 * self.reach[g];
+        let left = |g: usize| grains.image[g] != ghosts::image_within(domain, grains.home[g].to_array());
+        let state = if self.several(domain) && (0..grains.owned).any(|g| spent(g) || left(g)) { EXPIRED } else { FINE };
         if self.worst(domain, state) == EXPIRED { self.renew(domain, true) } else { Ok(()) }
     }
 

@@ -60,6 +60,8 @@ pub(crate) struct Exchange {
     links: Vec<Link>,
     /// Images of own grains on this rank: `(grain, image relative to the grain's, ghost)`.
     selves: Vec<(u32, [i32; 2], u32)>,
+    /// Which of these can come to touch: the others need not be known in every sub-step.
+    near: Vec<u32>,
     bytes: Vec<u8>,
     records: Vec<GrainRecord>,
     poses: Vec<PoseRecord>,
@@ -74,6 +76,12 @@ pub(crate) fn period(domain: &Domain) -> Vector {
     let extent = domain.grid().extent();
     let of = |d: usize| if domain.periodic()[d] { extent[d] } else { 0.0 };
     Vector::new(of(0), of(1), 0.0)
+}
+
+/// The periodic image of a grain at `home` [m] that lies in the box.
+pub(crate) fn image_within(domain: &Domain, home: [Real; 3]) -> [i32; 2] {
+    let (lower, period) = (domain.grid().lower, period(domain));
+    std::array::from_fn(|d| if period[d] > 0.0 { -((home[d] - lower[d]) / period[d]).floor() as i32 } else { 0 })
 }
 
 /// Distance of `point` from the box `lower..upper` [m].
@@ -97,6 +105,7 @@ impl Exchange {
         reach.truncate(owned);
         self.links.clear();
         self.selves.clear();
+        self.near.clear();
         let communicator = domain.communicator();
         let me = communicator.rank();
         let period = period(domain);
@@ -121,15 +130,14 @@ impl Exchange {
                     (lower - b).max(a - upper).max_element() < need + e.size
                 })
         };
+        let away = |position: Vector, lower: Vector, upper: Vector| {
+            // Heights do not matter to whom a cell belongs, nor to whom a grain is sent.
+            distance(position.with_z(position.z.clamp(lower.z, upper.z)), lower, upper)
+        };
         let wanted = |rank: usize, image: [i32; 2]| {
             let (lower, upper) = zone(rank);
             let positions = &grains.position[..owned];
-            (0..owned).filter(move |&g| {
-                // Heights do not matter to whom a cell belongs, nor to whom a grain is sent.
-                let (mut p, l, u) = (positions[g] + shift(image), lower, upper);
-                p.z = p.z.clamp(l.z, u.z);
-                distance(p, l, u) < size[g] + need
-            })
+            (0..owned).filter(move |&g| away(positions[g] + shift(image), lower, upper) < size[g] + need)
         };
         for rank in (0..communicator.size()).filter(|&r| r != me) {
             let (to, from) = (sends(me, rank), sends(rank, me));
@@ -151,7 +159,12 @@ impl Exchange {
         let others = images(domain).filter(|&image| image != [0; 2]);
         self.own.clear();
         self.own.extend(others.flat_map(|image| wanted(me, image).map(move |g| Sent { grain: g as u32, image })));
+        let (lower, upper) = zone(me);
         for &c in &self.own {
+            let g = c.grain as usize;
+            if away(grains.position[g] + shift(c.image), lower, upper) < size[g] + widest {
+                self.near.push(self.selves.len() as u32);
+            }
             self.selves.push((c.grain, c.image, grains.len() as u32));
             let record = copy(grains, c, reach);
             grains.push(&record, period);
@@ -183,12 +196,14 @@ impl Exchange {
         self.extents.extend(self.gathered.iter().map(|bytes| bytemuck::pod_read_unaligned::<Extent>(bytes)));
     }
 
-    /// Sends the poses of own grains to where they are ghosts; `received` is called for each ghost after its update.
+    /// Sends the poses of own grains to where they are ghosts, with `all` also to images that cannot come to touch;
+    /// `received` is called for each ghost after its update.
     pub fn refresh(
         &mut self,
         domain: &Domain,
         grains: &mut Grains,
         budget: &mut [Real],
+        all: bool,
         mut received: impl FnMut(&Grains, usize),
     ) {
         let communicator = domain.communicator();
@@ -197,10 +212,15 @@ impl Exchange {
             self.poses.extend(link.outgoing.iter().map(|c| pose(grains, budget, c.grain as usize)));
             communicator.send(link.rank, POSES, bytemuck::cast_slice(&self.poses));
         }
-        for &(grain, _, ghost) in &self.selves {
+        let mut renew = |(grain, _, ghost): (u32, [i32; 2], u32)| {
             let record = pose(grains, budget, grain as usize);
             put_pose(grains, budget, ghost as usize, &record);
             received(grains, ghost as usize);
+        };
+        if all {
+            self.selves.iter().for_each(|&image| renew(image));
+        } else {
+            self.near.iter().for_each(|&n| renew(self.selves[n as usize]));
         }
         for link in self.links.iter().filter(|l| l.incoming.1 > 0) {
             communicator.receive(link.rank, POSES, &mut self.bytes);
@@ -285,12 +305,9 @@ impl Exchange {
 /// `records` are the contacts of this rank, by key; afterwards they include those that came.
 pub(crate) fn migrate(domain: &Domain, grains: &mut Grains, records: &mut Vec<ContactRecord>) {
     let period = period(domain);
-    let (lower, extent) = (domain.grid().lower, domain.grid().extent());
     grains.truncate(grains.owned);
     for g in 0..grains.owned {
-        for d in (0..2).filter(|&d| period[d] > 0.0) {
-            grains.image[g][d] = -((grains.home[g][d] - lower[d]) / extent[d]).floor() as i32;
-        }
+        grains.image[g] = image_within(domain, grains.home[g].to_array());
         grains.position[g] = crate::grain::imaged(grains.home[g], grains.image[g], period);
     }
     let communicator = domain.communicator();

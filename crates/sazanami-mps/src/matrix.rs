@@ -50,10 +50,9 @@ impl Block {
 /// Terms of a row besides its coefficients.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Row {
-    /// Sum of the coefficients to particles of the equation; 0 for a row that is none.
+    /// Sum of the coefficients to particles of the equation, and to what is missing beyond the surface; 0 for a row
+    /// that is none.
     pub diagonal: Real,
-    /// Right side without the correction beside the surface.
-    pub source: Real,
     /// Right side.
     pub right: Real,
     /// Whether a neighbour's pressure is given.

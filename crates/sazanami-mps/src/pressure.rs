@@ -1,7 +1,8 @@
 //! The pressure equation, `sum_j c_ij (p_j - p_i) = -(rho/dt) (source)`, and its solution.
 //!
 //! `c_ij = f_ij (1/eps_i + 1/eps_j) / (2 N2)`, with the Laplacian's weight `f`: the operator
-//! `div(eps grad p)/eps` (with more where grains give way), symmetric to the last bit because both ends of a pair evaluate the same expression.
+//! `div(eps grad p)/eps` (with more where grains give way), symmetric to the last bit because both ends of a pair
+//! evaluate the same expression.
 //! Coefficients are stored in single precision, sums are in double. Conjugate gradients, preconditioned by the
 //! diagonal plus a correction on a coarse grid, which is all it takes: neighbours are so many that the diagonal
 //! alone rules everything shorter than the radius of influence.
@@ -117,6 +118,52 @@ impl PressureEquation {
         });
     }
 
+    /// Gives rows beside the surface the neighbours that they lack beyond it. `lean` is the sum of a row's coefficients
+    /// times the ways to its neighbours, where it is to be completed; `pressure` holds what is given.
+    ///
+    /// A sum over the neighbours that are there takes a pressure that rises into the water for a curved one: it is too
+    /// large by the gradient times `lean`. The missing part is put where the neighbours with a given pressure lie on
+    /// the mean, with the coefficient that makes a pressure exact which is linear in that direction. It only adds to the
+    /// diagonal, so that the equation stays symmetric.
+    pub fn complete(
+        &mut self,
+        roles: &[Role],
+        place: &[Vector],
+        pressure: &[Real],
+        lean: impl Fn(usize) -> Option<Vector> + Sync,
+    ) {
+        let blocks = &self.blocks[..];
+        for_each_chunk(&mut self.rows[..], ROWS, |number, rows| {
+            for (n, row) in rows.iter_mut().enumerate().filter(|(_, row)| row.beside_surface) {
+                let a = number * ROWS + n;
+                let Some(lean) = lean(a) else { continue };
+                let (columns, coefficients) = blocks[number].row(n);
+                let (mut lean, mut way, mut given, mut weights) = (lean, Vector::ZERO, 0.0, 0.0);
+                for (&b, &c) in columns.iter().zip(coefficients) {
+                    let (b, c) = (b as usize, Real::from(c));
+                    match roles[b] {
+                        Role::Given => {
+                            way += c * (place[b] - place[a]);
+                            given += c * pressure[b];
+                            weights += c;
+                        }
+                        // The row leaves these out: they support nothing.
+                        Role::Outside => lean -= c * (place[b] - place[a]),
+                        Role::Unknown => {}
+                    }
+                }
+                let (way, given) = (way / weights, given / weights);
+                // No more than a whole side: those with a given pressure may lie on both. Not a number where the
+                // coefficients to them are zero.
+                let missing = (-lean.dot(way) / way.length_squared()).min(row.diagonal);
+                if missing > 0.0 {
+                    row.diagonal += missing;
+                    row.right += missing * given;
+                }
+            }
+        });
+    }
+
     /// Number of pairs whose coefficient was cut to zero.
     pub fn cut(&self) -> usize {
         self.blocks.iter().map(|block| block.cut).sum()
@@ -201,7 +248,7 @@ impl PressureEquation {
         let size = evaluate(layout, blocks, rows, pressure, residual);
         let mut largest = domain.max(size) * strain;
         let mut before: Option<Real> = None;
-        while largest > tolerance.strain {
+        while largest > tolerance.strain || largest.is_nan() {
             let iterations = report.iterations;
             if !largest.is_finite() {
                 return Err(PressureError::NotFinite { iterations });

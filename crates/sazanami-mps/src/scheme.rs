@@ -54,8 +54,8 @@ pub struct Scheme {
     pub laplacian: LaplacianForm,
     /// Factor of the error-compensating source (Khayyer & Gotoh 2011, ECS); 0: none.
     pub compensation: Real,
-    /// Times of the flow (half a millisecond for spacings of 1 mm and water that moves slowly) over which an error of the
-    /// number density relaxes; infinite: does not.
+    /// Times of the flow (half a millisecond for spacings of 1 mm and water that moves slowly) over which an error of
+    /// the number density relaxes; infinite: does not.
     pub relaxation: Real,
     /// GC.
     pub gradient: GradientForm,
@@ -63,8 +63,6 @@ pub struct Scheme {
     pub stabilisation: Option<Stabilisation>,
     /// Whether the pressure is solved for without its part at rest, which is exact for water at rest.
     pub reduced_pressure: bool,
-    /// Times the pressure equation is solved once more with the gradient found, for surfaces that fall or splash.
-    pub surface_repeats: usize,
 }
 
 impl Default for Scheme {
@@ -79,7 +77,6 @@ impl Default for Scheme {
             gradient: GradientForm::Corrected,
             stabilisation: Some(Stabilisation::default()),
             reduced_pressure: true,
-            surface_repeats: 0,
         }
     }
 }

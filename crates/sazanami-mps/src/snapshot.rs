@@ -2,6 +2,7 @@
 //!
 //! Lists and ghosts are not part of it: they follow from places and identifiers.
 
+use sazanami_numerics::Vector;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::snapshot::{Snapshot, SnapshotError};
 
@@ -16,7 +17,8 @@ const POSITION: &str = "fluid/position";
 const VELOCITY: &str = "fluid/velocity";
 const PRESSURE: &str = "fluid/pressure";
 const GRADIENT: &str = "fluid/gradient";
-const STEPS: &str = "fluid/steps";
+const REFERENCE: &str = "fluid/reference";
+const DRAG_RATE: &str = "fluid/drag_rate";
 /// Prefix of what the engine of the grains writes.
 pub const GRAINS: &str = "grains/";
 
@@ -47,7 +49,8 @@ impl Solver {
         snapshot.put_reals(VELOCITY, all.iter().flat_map(|r| r.velocity).collect());
         snapshot.put_reals(PRESSURE, all.iter().map(|r| r.pressure).collect());
         snapshot.put_reals(GRADIENT, all.iter().flat_map(|r| r.gradient).collect());
-        snapshot.put_u64(STEPS, vec![self.steps]);
+        snapshot.put_reals(REFERENCE, self.settings().reference.to_array().to_vec());
+        snapshot.put_reals(DRAG_RATE, vec![self.grains.drag_rate(&self.domain)]);
         snapshot
     }
 
@@ -83,8 +86,11 @@ impl Solver {
                 gradient: of(gradient, n),
             })
             .collect();
+        // The pressures are told from this point.
+        let reference = snapshot.reals_of(REFERENCE, 3)?;
+        let settings = Settings { reference: Vector::from_slice(reference), ..settings };
         let mut solver = Self::from_records(domain, settings, tank, &records, grains)?;
-        solver.steps = snapshot.u64(STEPS)?.first().copied().unwrap_or_default();
+        solver.grains.limit_first_step(snapshot.reals_of(DRAG_RATE, 1)?[0]);
         Ok(solver)
     }
 }

@@ -79,9 +79,6 @@ pub enum SetupError {
     },
 }
 
-/// Repeats of the first solve for the gradient at surfaces.
-const FIRST_REPEATS: usize = 3;
-
 /// What moves the fluid from outside in a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Forcing {
@@ -126,7 +123,7 @@ pub enum Phase {
 /// What a step did; over all ranks.
 #[derive(Clone, Debug, Default)]
 pub struct StepReport {
-    /// Pressure, iterations of all solves.
+    /// Pressure.
     pub pressure: PressureReport,
     /// Mean and root mean square of the volume strain of fluid away from the surface, at the start of the step.
     pub strain: [Real; 2],
@@ -198,8 +195,6 @@ pub struct Solver {
     neighbours: Neighbours,
     equation: PressureEquation,
     pub(crate) grains: GrainPhase,
-    /// Steps taken.
-    pub(crate) steps: u64,
     scratch: Scratch,
 }
 
@@ -280,7 +275,6 @@ impl Solver {
             bins: Bins::default(),
             neighbours: Neighbours::default(),
             equation: PressureEquation::default(),
-            steps: 0,
             scratch: Scratch::default(),
         })
     }
@@ -307,9 +301,9 @@ impl Solver {
         let coupling = CouplingReport { least_void: 1.0, ..CouplingReport::default() };
         let mut report = StepReport { coupling, ..StepReport::default() };
         watch(Phase::Neighbours);
-        let time = self.flow_time(dt, forcing);
         self.move_walls(forcing);
         self.arrange(dt, forcing);
+        let time = self.flow_time(dt, forcing);
         report.pairs = self.neighbours.pairs;
         watch(Phase::Coupling);
         self.find_voids(false, &mut report);
@@ -331,7 +325,6 @@ impl Solver {
         self.correct_grains(dt, &mut report);
         watch(Phase::Fluid);
         self.settle(&mut report)?;
-        self.steps += 1;
         Ok(report)
     }
 

@@ -70,8 +70,9 @@ pub(crate) struct Push {
 /// Pushes each own fluid particle from neighbours that came too near (Tsuruta et al. 2013).
 ///
 /// A pair at `r` after the correction that is nearer than it may be is pushed along its direction `e` before the
-/// correction, each so that it would move by half of what is missing in [`crate::stability::flow_time`], times `w/n0`; by a fifth of that if
-/// the pair comes apart already, so that pushes take energy from water that is disordered, and do not give it.
+/// correction, each so that it would move by half of what is missing in [`crate::stability::flow_time`], times `w/n0`;
+/// by a fifth of that if the pair comes apart already, so that pushes take more energy from disordered water than they
+/// give.
 pub(crate) fn pushes(kernel: &Kernel, settings: &Stabilisation, spacing: Real, moved: &Moved<'_>, into: &mut [Push]) {
     let Moved { kind, before, after, velocity, size, .. } = *moved;
     let limit = widest(spacing) * widest(spacing);

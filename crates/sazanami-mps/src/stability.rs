@@ -81,8 +81,8 @@ const FASTEST: Real = 3.0;
 /// The time of the flow over that in which the body force moves a particle by half a spacing.
 const SHORT: Real = 0.05;
 
-/// Time [s] in which the arrangement of particles is mended: of water of a mean speed [m/s] relative to its walls under a
-/// body force [m/s^2], never less than the step; infinite where nothing moves.
+/// Time [s] in which the arrangement of particles is mended: of water of a mean speed [m/s] relative to its walls under
+/// a body force [m/s^2], never less than the step; infinite where nothing moves and no force acts.
 ///
 /// What mends within a step, however short, gives particles speeds that shorten the next step, and so on without end
 /// (`docs/decisions/0007-shaken-tanks.md`).

@@ -28,7 +28,7 @@ pub fn join<A: Send, B: Send>(a: impl FnOnce() -> A + Send, b: impl FnOnce() -> 
 /// Pieces that a loop is cut into for each thread: enough to even out their costs.
 const PIECES: usize = 32;
 
-/// How many of `count` parts of a loop are done in one go: to hand a part to another thread costs more than some parts do.
+/// How many of `count` parts of a loop are done in one go: to hand a part to another thread costs more than some do.
 pub(crate) fn in_one_go(count: usize) -> usize {
     match number_of_threads() {
         1 => count,

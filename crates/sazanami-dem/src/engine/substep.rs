@@ -187,9 +187,10 @@ impl Engine {
         state
     }
 
-    pub(super) fn refresh_poses(&mut self, domain: &Domain) {
+    /// Brings ghosts up to date, with `all` also those that cannot come to touch.
+    pub(super) fn refresh_poses(&mut self, domain: &Domain, all: bool) {
         let Self { exchange, grains, budget, frames, rotations, inert, .. } = self;
-        exchange.refresh(domain, grains, budget, |grains, g| {
+        exchange.refresh(domain, grains, budget, all, |grains, g| {
             rotations[g] = set_frame(&mut frames[g], &inert[g], grains, g);
         });
     }

@@ -91,6 +91,8 @@ pub struct GrainPhase {
     /// Void fraction of each own fluid particle before it is cut.
     void: Vec<Real>,
     around: Vec<Surroundings>,
+    /// Rate of drag that a restored state had, until its surroundings are found [1/s].
+    first_drag_rate: Option<Real>,
     diameter: Vec<Real>,
     force: Vec<Vector>,
     shared: Vec<[Real; 6]>,
@@ -158,6 +160,7 @@ impl GrainPhase {
             sources: Sources::new(coupling.smoothing),
             void: Vec::new(),
             around: Vec::new(),
+            first_drag_rate: None,
             diameter: Vec::new(),
             force: Vec::new(),
             shared: Vec::new(),
@@ -279,6 +282,7 @@ impl GrainPhase {
 
     /// Looks at the fluid around each own grain.
     pub(crate) fn look_around(&mut self, domain: &Domain, kernel: &Kernel, fluid: &Fluid<'_>) {
+        self.first_drag_rate = None;
         let Self { engine, coupling, sources, around, diameter, fluid: binned, .. } = self;
         let grains = engine.grains();
         let owned = grains.owned();
@@ -322,6 +326,9 @@ impl GrainPhase {
         let grains = self.engine.grains();
         let owned = self.around.len().min(grains.owned());
         let density = self.coupling.closure.density;
+        if let Some(rate) = self.first_drag_rate {
+            return rate;
+        }
         let rate = |g: usize| {
             let around = &self.around[g];
             let slip = (around.velocity - grains.velocity[g]).length();
@@ -332,6 +339,11 @@ impl GrainPhase {
             kappa * (1.0 / grains.mass[g] + fluid)
         };
         largest(domain, owned, rate)
+    }
+
+    /// Takes up the rate of drag [1/s] of a state whose surroundings are found in the next step.
+    pub(crate) fn limit_first_step(&mut self, rate: Real) {
+        self.first_drag_rate = Some(rate);
     }
 
     /// Largest speed of a grain over its diameter [1/s].

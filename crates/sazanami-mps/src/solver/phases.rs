@@ -3,7 +3,7 @@
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::{for_each_chunk, max_over, sum_over};
 
-use super::{FIRST_REPEATS, Forcing, Phase, Scratch, Settings, Solver, StepError, StepReport};
+use super::{Forcing, Phase, Scratch, Settings, Solver, StepError, StepReport};
 use crate::boundary::WallFriction;
 use crate::free_surface::{COMPANY_RADIUS, is_splash};
 use crate::grains::{self, Voids};
@@ -282,7 +282,7 @@ impl Solver {
         forcing: &Forcing,
         report: &mut StepReport,
     ) -> Result<(), StepError> {
-        let Self { domain, kernel, particles, exchange, bins, scratch, settings, equation, surface, steps, .. } = self;
+        let Self { domain, kernel, particles, exchange, bins, scratch, settings, equation, surface, .. } = self;
         let Scratch { bulk, mobile, conductance, place, crowding, prediction, plain, bin, .. } = scratch;
         let Settings { fluid, scheme, tolerance, reference, .. } = settings;
         let Particles { kind, role, pressure, gradient, owned, .. } = particles;
@@ -299,8 +299,6 @@ impl Solver {
         let n0 = kernel.sums.number_density;
         let strain = |density: Real| (density - n0) / kernel.sums.strain;
         let layout = Layout { domain, bins, roles: role, bin, place, owned };
-        // Before the first step no gradient is known.
-        let repeats = if *steps == 0 { scheme.surface_repeats.max(FIRST_REPEATS) } else { scheme.surface_repeats };
         let PressureEquation { blocks, rows, .. } = &mut *equation;
         let blocks = &blocks[..];
         for_each_chunk(&mut rows[..owned], ROWS, |number, rows| {
@@ -325,51 +323,38 @@ impl Solver {
                     source += scheme.compensation * (error.abs() * rate + rate.abs() * error)
                         + error / (scheme.relaxation * time);
                 }
-                row.source = fluid.density / dt * source;
+                row.right = fluid.density / dt * source;
                 if mobile[a] > 0.0 {
                     let (columns, coefficients) = blocks[number].row(place);
                     for (&b, &c) in columns.iter().zip(coefficients) {
                         let b = b as usize;
                         if role[b] != Role::Outside {
                             let share = (mobile[a] + mobile[b]) / (conductance[a] + conductance[b]);
-                            row.source -= Real::from(c) * share * (pressure[b] - pressure[a]);
+                            row.right -= Real::from(c) * share * (pressure[b] - pressure[a]);
                         }
                     }
                 }
             }
         });
-        for repeat in 0..=repeats {
-            let known = &gradient[..];
-            for_each_chunk(&mut equation.rows[..owned], ROWS, |number, rows| {
-                for (n, row) in rows.iter_mut().enumerate() {
-                    let a = number * ROWS + n;
-                    // Neighbours are missing beside the surface: what the sum makes of the gradient that is known is
-                    // no curvature.
-                    let corrected = row.beside_surface && kind[a] == Kind::Fluid;
-                    row.right = row.source - if corrected { known[a].dot(prediction[a].lean) } else { 0.0 };
-                }
-            });
-            let to_strain = dt * dt / fluid.density;
-            let solved = equation.solve(&layout, exchange, pressure, to_strain, tolerance)?;
-            let iterations = report.pressure.iterations + solved.iterations;
-            report.pressure = PressureReport { iterations, cut_coefficients: equation.cut(), ..solved };
-            let bare = |a: usize| kind[a] == Kind::Wall && prediction[a].density < surface.density * n0;
-            let released = equation.release_walls(bare, kind, role, &mut pressure[..]);
-            report.released_walls = domain.sum([released as Real])[0] as usize;
-            exchange.refresh(domain, pressure);
-            let field = PressureField {
-                pressure,
-                position: place,
-                bulk,
-                roles: role,
-                kind,
-                weight_of_fluid: fluid.density * body_force,
-            };
-            operators::gradient(kernel, &mut equation.blocks, &field, &mut gradient[..owned], plain);
-            if repeat == repeats {
-                report.plain_gradients = domain.sum([plain.iter().filter(|p| **p).count() as Real])[0] as usize;
-            }
-        }
+        let completed = |a: usize| (kind[a] == Kind::Fluid).then(|| prediction[a].lean);
+        equation.complete(role, place, pressure, completed);
+        let to_strain = dt * dt / fluid.density;
+        let solved = equation.solve(&layout, exchange, pressure, to_strain, tolerance)?;
+        report.pressure = PressureReport { cut_coefficients: equation.cut(), ..solved };
+        let bare = |a: usize| kind[a] == Kind::Wall && prediction[a].density < surface.density * n0;
+        let released = equation.release_walls(bare, kind, role, &mut pressure[..]);
+        report.released_walls = domain.sum([released as Real])[0] as usize;
+        exchange.refresh(domain, pressure);
+        let field = PressureField {
+            pressure,
+            position: place,
+            bulk,
+            roles: role,
+            kind,
+            weight_of_fluid: fluid.density * body_force,
+        };
+        operators::gradient(kernel, &mut equation.blocks, &field, &mut gradient[..owned], plain);
+        report.plain_gradients = domain.sum([plain.iter().filter(|p| **p).count() as Real])[0] as usize;
         Ok(())
     }
 
@@ -459,15 +444,15 @@ impl Solver {
                 continue;
             }
             let (mut x, mut u) = (after[a], velocity[a]);
+            if !(x.is_finite() && u.is_finite() && particles.pressure[a].is_finite()) {
+                let what = if u.is_finite() { "pressure" } else { "velocity" };
+                bad = bad.or(Some(StepError::NotFinite { id: particles.id[a], what, position: particles.position[a] }));
+                continue;
+            }
             let way = (x - particles.position[a]).length();
             if way > farthest {
                 let position = particles.position[a];
                 bad = bad.or(Some(StepError::TooFar { id: particles.id[a], way, farthest, position }));
-                continue;
-            }
-            if !(x.is_finite() && u.is_finite() && particles.pressure[a].is_finite()) {
-                let what = if u.is_finite() { "pressure" } else { "velocity" };
-                bad = bad.or(Some(StepError::NotFinite { id: particles.id[a], what, position: particles.position[a] }));
                 continue;
             }
             if tank.clip(spacing, &mut x, &mut u) {

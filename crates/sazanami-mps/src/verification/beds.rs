@@ -287,7 +287,8 @@ pub fn resting_bed(
     seconds: Real,
 ) -> Result<RestingBed, ExperimentError> {
     let d = DIAMETER;
-    let (mut solver, depth) = settled_bed(size, layers, water, tilt, 0.0)?;
+    let bed = SettledBed { size, layers, water, tilt, ..SettledBed::default() };
+    let (mut solver, depth) = (bed.solver()?, bed.depth());
     let force = Vector::new(tilt * GRAVITY, 0.0, -GRAVITY);
     let submerged: Real = {
         let grains = solver.grains().engine().grains();
@@ -375,58 +376,71 @@ fn bed_density(solver: &Solver, layers: Real) -> [Real; 2] {
     [values.iter().sum::<Real>() / count, (values.iter().map(|v| v * v).sum::<Real>() / count).sqrt()]
 }
 
-/// A bed under a flat surface in a vessel that may move by `margin` [m] in x.
-pub(super) fn settled_vessel(
-    size: [usize; 2],
-    layers: Real,
-    water: Real,
-    margin: Real,
-) -> Result<Solver, ExperimentError> {
-    Ok(settled_bed(size, layers, water, 0.0, margin)?.0)
+/// A bed that settled without water, covered by water that came to rest around held grains; lengths in diameters.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct SettledBed {
+    /// Extent in x and y.
+    pub size: [usize; 2],
+    /// Thickness of the bed.
+    pub layers: Real,
+    /// Water above it.
+    pub water: Real,
+    /// Room that the surface of the water has to rise at the ends.
+    pub rise: Real,
+    /// Part of gravity along x while the water comes to rest; its surface lies across the sum.
+    pub tilt: Real,
+    /// How far the vessel may move in x [m].
+    pub margin: Real,
+    /// Height below which grains are held for good.
+    pub glued: Real,
 }
 
-/// A bed that settled without water, covered by water that came to rest around held grains; and the depth [m].
-fn settled_bed(
-    size: [usize; 2],
-    layers: Real,
-    water: Real,
-    tilt: Real,
-    margin: Real,
-) -> Result<(Solver, Real), ExperimentError> {
-    let d = DIAMETER;
-    let depth = (layers + water) * d;
-    let rise = 0.5 * tilt.abs() * size[0] as Real;
-    let high = (layers + water + rise + 6.0).ceil() as usize;
-    let mut vessel = Vessel::new([size[0], size[1], high], d, [WALLS, PERIODIC, OPEN_TOP]);
-    (vessel.longest, vessel.margin) = (2e-4, margin);
-    vessel.reference = Vector::new(0.5 * vessel.upper.x, 0.0, depth);
-    vessel.grains = packed(&vessel, layers)?;
-    let force = Vector::new(tilt * GRAVITY, 0.0, -GRAVITY);
-    let domain = vessel.domain();
-    let mut phase = vessel.grain_phase(&domain)?;
-    phase.place(&domain, &vessel.tank());
-    let mean = |z: Real| {
-        let places = lattice([40, 8, 1]).map(|s| s * Vector::new(vessel.upper.x / 40.0, vessel.upper.y / 8.0, 0.0));
-        places.map(|x| phase.void_fraction(x + z * Vector::Z)).sum::<Real>() / 320.0
-    };
-    let top = vessel.upper.z - 3.0 * d;
-    let places = filling::layers(vessel.lower, vessel.upper, if tilt == 0.0 { depth } else { top }, d, mean);
-    let under_water = |x: &Vector| tilt == 0.0 || force.dot(*x - vessel.reference) > 0.0;
-    let fluid = places.into_iter().filter(under_water);
-    vessel.fluid = fluid.map(|position| FluidParticle { position, velocity: Vector::ZERO }).collect();
-    let mut solver = vessel.solver()?;
-    solver.grains_mut().freeze(true);
-    for _ in 0..500 {
-        let dt = solver.stable_step(force).dt;
-        let report = solver.step(dt, &under(force)(0.0, dt), |_| ())?;
-        solver.set_velocities(|p, a| 0.9 * p.velocity[a]);
-        if report.strain[1] < 0.01 && report.largest_speed < 1e-3 {
-            break;
-        }
+impl SettledBed {
+    /// Depth of the water above the floor [m].
+    pub fn depth(&self) -> Real {
+        (self.layers + self.water) * DIAMETER
     }
-    solver.set_velocities(|_, _| Vector::ZERO);
-    solver.grains_mut().freeze(false);
-    Ok((solver, depth))
+
+    /// The bed with its water at rest.
+    pub fn solver(&self) -> Result<Solver, ExperimentError> {
+        let Self { size, layers, water, tilt, .. } = *self;
+        let (d, depth) = (DIAMETER, self.depth());
+        let rise = self.rise + 0.5 * tilt.abs() * size[0] as Real;
+        let high = (layers + water + rise + 6.0).ceil() as usize;
+        let mut vessel = Vessel::new([size[0], size[1], high], d, [WALLS, PERIODIC, OPEN_TOP]);
+        (vessel.longest, vessel.margin) = (2e-4, self.margin);
+        vessel.reference = Vector::new(0.5 * vessel.upper.x, 0.0, depth);
+        vessel.grains = packed(&vessel, layers)?;
+        for grain in vessel.grains.iter_mut().filter(|grain| grain.position.z < self.glued * d) {
+            grain.motion = Motion::Fixed;
+        }
+        let force = Vector::new(tilt * GRAVITY, 0.0, -GRAVITY);
+        let domain = vessel.domain();
+        let mut phase = vessel.grain_phase(&domain)?;
+        phase.place(&domain, &vessel.tank());
+        let mean = |z: Real| {
+            let places = lattice([40, 8, 1]).map(|s| s * Vector::new(vessel.upper.x / 40.0, vessel.upper.y / 8.0, 0.0));
+            places.map(|x| phase.void_fraction(x + z * Vector::Z)).sum::<Real>() / 320.0
+        };
+        let top = vessel.upper.z - 3.0 * d;
+        let places = filling::layers(vessel.lower, vessel.upper, if tilt == 0.0 { depth } else { top }, d, mean);
+        let under_water = |x: &Vector| tilt == 0.0 || force.dot(*x - vessel.reference) > 0.0;
+        let fluid = places.into_iter().filter(under_water);
+        vessel.fluid = fluid.map(|position| FluidParticle { position, velocity: Vector::ZERO }).collect();
+        let mut solver = vessel.solver()?;
+        solver.grains_mut().freeze(true);
+        for _ in 0..500 {
+            let dt = solver.stable_step(force).dt;
+            let report = solver.step(dt, &under(force)(0.0, dt), |_| ())?;
+            solver.set_velocities(|p, a| 0.9 * p.velocity[a]);
+            if report.strain[1] < 0.01 && report.largest_speed < 1e-3 {
+                break;
+            }
+        }
+        solver.set_velocities(|_, _| Vector::ZERO);
+        solver.grains_mut().freeze(false);
+        Ok(solver)
+    }
 }
 
 /// Grains dropped into the box without water until they lie still.

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use sazanami_numerics::{Real, Vector};
 
-use super::beds::settled_vessel;
+use super::beds::SettledBed;
 use super::waves::Shaking;
 use super::{DOWN, ExperimentError, OPEN_TOP, PERIODIC, SLAB, Vessel, WALLS, fluid, kinetic_energy};
 use crate::boundary::WallFriction;
@@ -171,7 +171,10 @@ pub fn frames(layers: usize, end: Real) -> Result<FrameDifference, ExperimentErr
 /// [`ExperimentError`] if a step fails.
 pub fn frames_with_bed(length: usize, end: Real) -> Result<FrameDifference, ExperimentError> {
     let dt = 2e-4;
-    let solver = || settled_vessel([length, SLAB + 1], 4.0, 6.0, 2.0 * SHAKING.amplitude);
+    let size = [length, SLAB + 1];
+    let margin = 2.0 * SHAKING.amplitude;
+    let bed = SettledBed { size, layers: 4.0, water: 6.0, margin, ..SettledBed::default() };
+    let solver = || bed.solver();
     let still = run(solver()?, SHAKING, dt, end, false)?;
     let moving = run(solver()?, SHAKING, dt, end, true)?;
     Ok(compare(&still, &moving, SHAKING, dt, super::DIAMETER))

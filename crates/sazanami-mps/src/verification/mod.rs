@@ -8,6 +8,7 @@ pub mod dam_break;
 mod frames;
 mod interior;
 mod operators;
+mod repose;
 mod viscous;
 mod waves;
 
@@ -19,6 +20,7 @@ pub use beds::{
 pub use frames::{FrameDifference, frames, frames_with_bed};
 pub use interior::{TurningPatch, Vortices, taylor_green, turning_patch, turning_patch_pressure};
 pub use operators::{Operators, bulk_weighted, laplacian_by_number_density, operators};
+pub use repose::{Repose, repose};
 pub use viscous::{Channel, poiseuille, stokes_layer};
 pub use waves::{Shaking, Sloshing, StandingWave, WaveTank, sloshing, standing_wave};
 

@@ -16,7 +16,7 @@ use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::Communicator;
 
 use super::{fluid, grains};
-use crate::case::meaning::{self, BoundarySide, Case, FluidName, GrainShape, Particles};
+use crate::case::meaning::{self, BoundarySide, Case, FluidName, GrainShape};
 
 /// Cells of the division into ranks, over the radius of influence.
 const CELL: Real = 0.56;
@@ -24,11 +24,6 @@ const CELL: Real = 0.56;
 const GRAIN_WAY: Real = 0.6;
 /// Places in each direction at which the void fraction of a height is taken, over the smoothing radius.
 const PLACES: Real = 1.0;
-
-/// How the case has particles: a case for this solver has been asked for them.
-fn particles(case: &Case) -> &Particles {
-    case.particles.as_ref().expect("a case of moving particles says how they are")
-}
 
 /// The box and its walls.
 pub(crate) fn tank(case: &Case) -> Tank {
@@ -50,7 +45,7 @@ fn side(side: BoundarySide) -> Side {
 
 /// The tank divided among the ranks of a group.
 pub(crate) fn domain(case: &Case, communicator: Box<dyn Communicator>) -> Result<Domain, LayoutError> {
-    let particles = particles(case);
+    let particles = case.moving_particles();
     let cell = CELL * particles.radius * particles.spacing;
     let extent = case.domain.extent();
     let cells = [0, 1, 2].map(|d| ((extent[d] / cell).floor() as usize).max(2));
@@ -60,7 +55,7 @@ pub(crate) fn domain(case: &Case, communicator: Box<dyn Communicator>) -> Result
 
 /// How fluid and step are computed.
 pub(crate) fn settings(case: &Case, level: Real) -> Settings {
-    let p = particles(case);
+    let p = case.moving_particles();
     let liquid = case.fluids.liquid;
     let middle = 0.5 * (case.domain.lower + case.domain.upper);
     let stabilised = |weighted| Some(Stabilisation { distance: p.stabilisation_distance, weighted });
@@ -92,7 +87,6 @@ pub(crate) fn settings(case: &Case, level: Real) -> Settings {
                 meaning::KeepApart::Off => None,
             },
             reduced_pressure: p.reduced_pressure,
-            surface_repeats: p.surface_repeats,
         },
         limits: StepLimits { courant: p.courant, longest: p.dt_max, fixed: p.dt },
         tolerance: Tolerance { strain: p.tolerance, most_iterations: p.pressure_iterations },
@@ -102,7 +96,7 @@ pub(crate) fn settings(case: &Case, level: Real) -> Settings {
 
 /// How grains and fluid act on each other.
 pub(crate) fn coupling(case: &Case) -> Coupling {
-    let overlap = &particles(case).overlap;
+    let overlap = &case.moving_particles().overlap;
     let liquid = case.fluids.liquid;
     Coupling {
         closure: Closure {
@@ -138,7 +132,7 @@ pub(crate) fn bodies(case: &Case) -> Vec<Body> {
 
 /// What the engine of the grains needs.
 pub(crate) fn setup(case: &Case, shapes: &[Shape]) -> Setup {
-    let particles = particles(case);
+    let particles = case.moving_particles();
     let largest = case.grains.iter().filter_map(|p| Some(p.shape.size()? * p.size.largest())).fold(0.0, Real::max);
     let reach = particles.overlap.smoothing.max(particles.radius * particles.spacing);
     let mut setup =
@@ -163,9 +157,9 @@ pub(crate) fn level(case: &Case, bed_height: Real) -> Real {
 /// have the same particles.
 pub(crate) fn fill(case: &Case, domain: &Domain, grains: &GrainPhase, bed_height: Real) -> Vec<FluidParticle> {
     let (lower, upper) = (case.domain.lower, case.domain.upper);
-    let spacing = particles(case).spacing;
+    let spacing = case.moving_particles().spacing;
     let extent = upper - lower;
-    let step = PLACES * particles(case).overlap.smoothing.min(extent.min_element());
+    let step = PLACES * case.moving_particles().overlap.smoothing.min(extent.min_element());
     let counts = [0, 1].map(|d| ((extent[d] / step).ceil() as usize).max(1));
     let me = domain.communicator().rank();
     let void = |z: Real| {

@@ -1,13 +1,14 @@
 //! Sets of defaults.
 //!
-//! `paper_literal` follows Yagyu et al. (2015), and for moving particles Tazaki et al., to the letter where the
-//! paper's letter, or the nearest named alternative to what the paper leaves open, is known; [`explain`] gives the reasons line by line.
+//! `paper_literal` follows Yagyu et al. (2015), or for moving particles Tazaki et al., to the letter where the
+//! paper's letter, or the nearest named alternative to what the paper leaves open, is known; [`explain`] gives the
+//! reasons line by line.
 
 use sazanami_numerics::Real;
 
 use super::meaning::{
     AlphaMethod, Convection, DropVelocity, ErosionMode, Exchange, HistoryRotation, PackingStop, Preset, Projection,
-    SlipDirection, Substeps, VofScheme, WallContact,
+    SlipDirection, Solver, Substeps, VofScheme, WallContact,
 };
 
 /// Defaults that differ between presets.
@@ -55,11 +56,14 @@ pub struct Defaults {
 pub const PAPER_GRAIN: [Real; 2] = [0.52e-3, 1.27e-3];
 
 impl Defaults {
-    /// The defaults of a preset.
+    /// The defaults of a preset for a solver: each follows its own paper.
     #[must_use]
-    pub const fn of(preset: Preset) -> Self {
-        match preset {
-            Preset::Recommended => Self {
+    pub const fn of(preset: Preset, solver: Solver) -> Self {
+        match (preset, solver) {
+            (Preset::PaperLiteral, Solver::Mps) => {
+                Self { blend: [0.4, 0.4], ramp: 0.0, reduced_pressure: false, ..Self::of(Preset::Recommended, solver) }
+            }
+            (Preset::Recommended, _) => Self {
                 vof: VofScheme::Plic,
                 convection: Convection::Consistent,
                 projection: Projection::Full,
@@ -79,7 +83,7 @@ impl Defaults {
                 ramp: 1.0,
                 reduced_pressure: true,
             },
-            Preset::PaperLiteral => Self {
+            (Preset::PaperLiteral, Solver::Mics) => Self {
                 vof: VofScheme::ThincWlic,
                 convection: Convection::VelocityForm,
                 projection: Projection::Incremental,
@@ -95,9 +99,9 @@ impl Defaults {
                 packing_stop: PackingStop::TimeOnly,
                 paper_grain_mass: Some(1.93e-7),
                 erosion_mode: ErosionMode::All,
-                blend: [0.4, 0.4],
-                ramp: 0.0,
-                reduced_pressure: false,
+                blend: [0.38, 0.42],
+                ramp: 1.0,
+                reduced_pressure: true,
             },
         }
     }

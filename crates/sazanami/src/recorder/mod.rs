@@ -9,6 +9,7 @@ mod files;
 mod mics;
 mod mps;
 mod pace;
+mod probe_columns;
 mod summary;
 mod timetable;
 mod totals;

@@ -99,17 +99,12 @@ pub(super) fn solver(
 }
 
 fn first_stage(case: &Case) -> Stage {
-    let preparation = preparation(case);
+    let preparation = &case.moving_particles().preparation;
     match () {
         () if preparation.relax_steps > 0 => Stage::Relaxing(0),
         () if preparation.settle > 0.0 => Stage::Settling(0.0),
         () => Stage::Ready,
     }
-}
-
-fn preparation(case: &Case) -> &Preparation {
-    let particles = case.particles.as_ref();
-    &particles.expect("a case of moving particles says how they are").preparation
 }
 
 /// Takes solver and grains from a snapshot.
@@ -185,7 +180,7 @@ fn make_ready(
     recorder: &mut Recorder<ParticleBooks>,
 ) -> Result<bool, RankError> {
     let case = job.case;
-    let how = preparation(case);
+    let how = &case.moving_particles().preparation;
     let gravity = case.resting_gravity();
     let forcing = Forcing { body_force: gravity, ..Forcing::default() };
     let mut steps = 0;

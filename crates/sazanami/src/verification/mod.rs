@@ -64,6 +64,7 @@ pub const CASES: &[VerifyCase] = &[
     case("mps-settling-grain", "a grain falls as its drag law says", moving_particles::settling_grain),
     case("mps-packed-bed", "flow through a bed beside Ergun", moving_particles::packed_bed),
     long("mps-resting-bed", "a bed under water at rest", moving_particles::resting_bed),
+    long("mps-repose", "a bed under water tilted until it slides", moving_particles::repose),
     case("mps-standing-wave", "periods of standing waves", moving_particles::standing_wave),
     long("mps-standing-wave-shallow", "the same in shallow water", moving_particles::standing_wave_shallow),
     long("mps-sloshing", "waves in a shaken tank", moving_particles::sloshing),

@@ -48,9 +48,9 @@ pub(super) fn build(reading: &Reading, name: &str, folder: &Path, report: &mut D
     let text = &reading.text;
     let mut values = Values { report, forgiven: reading.forgiven.clone() };
     let preset = values.choice(text.preset.as_ref(), "preset", Preset::Recommended);
-    let context = &mut Context { values, defaults: Defaults::of(preset), folder, overlaps: false };
-    let solver = context.values.choice(text.solver.as_ref(), "solver", Solver::Mics);
-    context.overlaps = solver == Solver::Mps;
+    let solver = values.choice(text.solver.as_ref(), "solver", Solver::Mics);
+    let defaults = Defaults::of(preset, solver);
+    let context = &mut Context { values, defaults, folder, overlaps: solver == Solver::Mps };
     let name = context.values.text(text.name.as_ref(), "name").unwrap_or(name).to_owned();
     if (name.is_empty() || name.contains(['/', '\\', '\0']))
         && let Some(written) = &text.name

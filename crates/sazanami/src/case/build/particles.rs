@@ -78,9 +78,6 @@ impl Context<'_> {
                 0.95,
             ),
             reduced_pressure: values.flag(value.reduced_pressure.as_ref(), "reduced_pressure", reduced),
-            surface_repeats: values
-                .whole_up_to(value.surface_repeats.as_ref(), "surface_repeats", 0, 10)
-                .unwrap_or_default(),
             courant: number(values, value.courant.as_ref(), "courant", Range1::Between(1e-3, 0.5), 0.15),
             dt: values.optional::<Time>(value.dt.as_ref(), "dt", Range1::Positive),
             dt_max: values.quantity::<Time>(value.dt_max.as_ref(), "dt_max", Range1::Positive, LONGEST),
@@ -386,7 +383,8 @@ impl Context<'_> {
             warn(
                 "the tank is near resonance",
                 format!(
-                    "1/cos(kL/2) = {:.1}: expect breaking waves and bores; with this depth and frequency L = {:.0} mm and                      {:.0} mm have 1",
+                    "1/cos(kL/2) = {:.1}: expect breaking waves and bores; with this depth and frequency L = {:.0} mm \
+                     and {:.0} mm have 1",
                     tank.amplification,
                     1e3 * tank.wavelength_m,
                     2e3 * tank.wavelength_m

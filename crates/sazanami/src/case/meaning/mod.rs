@@ -137,6 +137,15 @@ pub struct Case {
 }
 
 impl Case {
+    /// How water is moving particles, in a case for that solver.
+    ///
+    /// # Panics
+    /// In a case for another one.
+    #[must_use]
+    pub(crate) fn moving_particles(&self) -> &Particles {
+        self.particles.as_ref().expect("a case of moving particles says how they are")
+    }
+
     /// Gravity in the frame of positions at `time` [m/s^2]: gravity less the frame's acceleration.
     #[must_use]
     pub fn effective_gravity(&self, time: Real) -> Vector {

@@ -137,8 +137,6 @@ pub struct Particles {
     pub stabilisation_distance: Real,
     /// Whether the pressure is solved for without its part at rest.
     pub reduced_pressure: bool,
-    /// Further solves of a step for surfaces that fall.
-    pub surface_repeats: usize,
     /// Way of the fastest particle in a step over its size.
     pub courant: Real,
     /// Fixed step [s].

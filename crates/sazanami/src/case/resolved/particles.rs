@@ -36,7 +36,6 @@ impl Writer {
         self.word("stabilisation", particles.stabilisation);
         self.number("stabilisation_distance", particles.stabilisation_distance);
         self.raw("reduced_pressure", &particles.reduced_pressure.to_string());
-        self.raw("surface_repeats", &particles.surface_repeats.to_string());
         self.number("courant", particles.courant);
         if let Some(dt) = particles.dt {
             self.quantity("dt", dt, "s");

@@ -37,8 +37,6 @@ pub struct ParticlesText {
     pub stabilisation_distance: Option<Number>,
     /// Whether the pressure is solved for without its part at rest.
     pub reduced_pressure: Option<Flag>,
-    /// Times the pressure equation is solved once more in a step for surfaces that fall or splash (default: 0).
-    pub surface_repeats: Option<Whole>,
     /// Way of the fastest particle or grain in a step over its size (default: 0.15).
     pub courant: Option<Number>,
     /// Fixed time step; absent: as long as the limits allow.

@@ -1,6 +1,6 @@
 //! Probes: what happens at a point, along a line, through a plane, to a grain.
 
-use sazanami_io::table::{Column, Value};
+use sazanami_io::table::Value;
 use sazanami_mics::solver::Solver;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::Field;
@@ -11,15 +11,16 @@ use crate::case::meaning::{Case, Probe, ProbePlace};
 use crate::clock::Clock;
 use crate::recorder::RecordError;
 use crate::recorder::files::Files;
+use crate::recorder::probe_columns::{Quantities, Quantity};
 use crate::simulation::Job;
 
 /// Liquid fraction, pressure, velocity.
-const AT_POINT: [(&str, &str); 5] =
+const AT_POINT: [Quantity; 5] =
     [("liquid_fraction", ""), ("pressure", "Pa"), ("velocity_1", "m/s"), ("velocity_2", "m/s"), ("velocity_3", "m/s")];
 /// Fluxes through a plane and mean pressure on it.
-const THROUGH_PLANE: [(&str, &str); 3] = [("volume_flux", "m^3/s"), ("liquid_flux", "m^3/s"), ("mean_pressure", "Pa")];
+const THROUGH_PLANE: [Quantity; 3] = [("volume_flux", "m^3/s"), ("liquid_flux", "m^3/s"), ("mean_pressure", "Pa")];
 /// Motion of a grain and what acts on it.
-const OF_BODY: [(&str, &str); 18] = [
+const OF_BODY: [Quantity; 18] = [
     ("position_1", "m"),
     ("position_2", "m"),
     ("position_3", "m"),
@@ -40,6 +41,8 @@ const OF_BODY: [(&str, &str); 18] = [
     ("fluid_torque_3", "N m"),
 ];
 
+const QUANTITIES: Quantities = Quantities { at_point: &AT_POINT, through_plane: &THROUGH_PLANE, of_body: &OF_BODY };
+
 /// Writes a row for every probe that is `due`. All ranks take part.
 pub(super) fn record(
     job: &Job,
@@ -55,28 +58,11 @@ pub(super) fn record(
             // The other ranks go on to the next probe: so does this one.
             let mut row = vec![Value::Real(clock.time())];
             row.extend(found.iter().map(|&value| Value::Real(value)));
-            let columns = || columns(&probe.place);
+            let columns = || QUANTITIES.columns(&probe.place);
             outcome = outcome.and_then(|()| files.probe(number, &probe.name, columns, clock, &row));
         }
     }
     outcome
-}
-
-fn columns(place: &ProbePlace) -> Vec<Column> {
-    let named = |list: &[(&str, &str)]| list.iter().map(|(name, unit)| Column::new(name, unit)).collect::<Vec<_>>();
-    let mut columns = vec![Column::new("time", "s")];
-    match place {
-        ProbePlace::Point(_) => columns.extend(named(&AT_POINT)),
-        ProbePlace::Line { points, .. } => {
-            for n in 0..*points {
-                columns.extend(AT_POINT.iter().map(|(name, unit)| Column::new(&format!("{name}_at_{n}"), unit)));
-            }
-        }
-        ProbePlace::Plane { .. } => columns.extend(named(&THROUGH_PLANE)),
-        ProbePlace::Body { .. } => columns.extend(named(&OF_BODY)),
-        ProbePlace::Gauge(_) => columns.push(Column::new("water_level", "m")),
-    }
-    columns
 }
 
 fn measure(case: &Case, solver: &Solver, probe: &Probe) -> Vec<Real> {

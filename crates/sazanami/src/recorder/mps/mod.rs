@@ -85,8 +85,8 @@ pub(crate) struct ParticleBooks {
     water: SurfaceProfile,
     found: Option<Found>,
     stock: Stock,
-    /// Impulses of the drag on grains and on fluid since the start [N s].
-    drag: [Vector; 2],
+    /// Impulses since the start: of drag on grains and on fluid, of pressure on grains, of grains on walls [N s].
+    impulses: [Vector; 4],
 }
 
 impl ParticleBooks {
@@ -218,7 +218,7 @@ impl Books for ParticleBooks {
             water: SurfaceProfile { start: 0.0, spacing: 1.0, heights: Vec::new() },
             found: None,
             stock: Stock::default(),
-            drag: [Vector::ZERO; 2],
+            impulses: [Vector::ZERO; 4],
         }
     }
 
@@ -227,8 +227,8 @@ impl Books for ParticleBooks {
             Some(state) => {
                 self.first_volume = state.snapshot.reals_of(INITIAL, 1)?[0];
                 self.first_layers = state.snapshot.u64(LAYERS)?.to_vec();
-                let drag = state.snapshot.reals_of(MOMENTUM, 6)?;
-                self.drag = [Vector::from_slice(&drag[..3]), Vector::from_slice(&drag[3..])];
+                let impulses = state.snapshot.reals_of(MOMENTUM, 3 * self.impulses.len())?;
+                self.impulses = std::array::from_fn(|n| Vector::from_slice(&impulses[3 * n..3 * n + 3]));
             }
             None => {
                 seen.measure_bed();
@@ -258,8 +258,14 @@ impl Books for ParticleBooks {
         worst.overlap_relative = worst.overlap_relative.max(report.contacts.largest_overlap);
         worst.grain_speed = worst.grain_speed.max(report.contacts.largest_speed);
         totals.particles.get_or_insert_default().add(report);
-        self.drag[0] += report.coupling.drag_on_grains;
-        self.drag[1] += report.coupling.drag_on_fluid;
+        let coupling = &report.coupling;
+        let impulses = [
+            coupling.drag_on_grains,
+            coupling.drag_on_fluid,
+            coupling.pressure_on_grains,
+            report.contacts.impulse_on_walls,
+        ];
+        self.impulses.iter_mut().zip(impulses).for_each(|(sum, impulse)| *sum += impulse);
     }
 
     fn look(&mut self, _seen: &mut GrainsSeen, water: &mut Solver, time: Real) {
@@ -320,12 +326,13 @@ impl Books for ParticleBooks {
         files: Option<&mut Files>,
     ) -> Result<(), RecordError> {
         self.see(water, clock.time());
-        files.map_or(Ok(()), |files| probes::record(job, &self.tank, &self.sight, clock, due, files))
+        let Some(files) = files else { return Ok(()) };
+        probes::record(job, &self.tank, &self.sight, clock, due, files)
     }
 
     fn account(&self) -> Account {
         let change = if self.first_volume > 0.0 { self.stock.volume / self.first_volume - 1.0 } else { 0.0 };
-        let [on_grains, on_fluid] = self.drag;
+        let [on_grains, on_fluid, pressure, on_walls] = self.impulses;
         let mut observables = Map::new();
         if let Some(found) = &self.found {
             observables.insert("ripples".into(), series::ripples_json(found, &self.tank));
@@ -347,17 +354,21 @@ impl Books for ParticleBooks {
             }),
             momentum: json!({
                 "now": self.stock.momentum.to_array(),
-                "impulses": { "drag_on_grains": on_grains.to_array(), "drag_on_fluid": on_fluid.to_array() },
+                "impulses": {
+                    "drag_on_grains": on_grains.to_array(),
+                    "drag_on_fluid": on_fluid.to_array(),
+                    "pressure_on_grains": pressure.to_array(),
+                    "grains_on_walls": on_walls.to_array(),
+                },
             }),
             observables,
         }
     }
 
     fn save(&self, snapshot: &mut Snapshot) {
-        let [a, b] = self.drag;
         snapshot.put_reals(INITIAL, vec![self.first_volume]);
         snapshot.put_u64(LAYERS, self.first_layers.clone());
-        snapshot.put_reals(MOMENTUM, [a.to_array(), b.to_array()].concat());
+        snapshot.put_reals(MOMENTUM, self.impulses.map(|impulse| impulse.to_array()).concat());
     }
 }
 
@@ -377,9 +388,7 @@ impl ParticleBooks {
         if !self.sight.leads {
             return;
         }
-        let spacing = 0.5 * water.settings().fluid.spacing;
-        self.water =
-            ripples::water_surface(&self.tank, &self.sight.water_view(), spacing, water.settings().fluid.spacing);
+        self.water = self.sight.surface(&self.tank);
         self.evaluate();
     }
 }

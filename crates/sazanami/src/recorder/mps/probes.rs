@@ -1,9 +1,11 @@
 //! Probes: what happens at a point, along a line, to a grain, at a wave gauge.
 
-use sazanami_io::table::{Column, Value};
+use std::cell::OnceCell;
+
+use sazanami_io::table::Value;
 use sazanami_mps::weight::{Weight, Wendland};
 use sazanami_numerics::{Real, Vector};
-use sazanami_observe::ripples::{Interpolation, Tank, water_surface};
+use sazanami_observe::ripples::{Interpolation, SurfaceProfile, Tank};
 
 use super::fields::to_written_frame;
 use super::sight::Sight;
@@ -12,13 +14,14 @@ use crate::case::meaning::{Case, ProbePlace};
 use crate::clock::Clock;
 use crate::recorder::RecordError;
 use crate::recorder::files::Files;
+use crate::recorder::probe_columns::{Quantities, Quantity};
 use crate::simulation::Job;
 
 /// Pressure and velocity.
-const AT_POINT: [(&str, &str); 4] =
+const AT_POINT: [Quantity; 4] =
     [("pressure", "Pa"), ("velocity_1", "m/s"), ("velocity_2", "m/s"), ("velocity_3", "m/s")];
 /// Motion of a grain and what acts on it.
-const OF_BODY: [(&str, &str); 13] = [
+const OF_BODY: [Quantity; 13] = [
     ("position_1", "m"),
     ("position_2", "m"),
     ("position_3", "m"),
@@ -33,8 +36,17 @@ const OF_BODY: [(&str, &str); 13] = [
     ("pressure_force_3", "N"),
     ("void_fraction", ""),
 ];
+const QUANTITIES: Quantities = Quantities { at_point: &AT_POINT, through_plane: &[], of_body: &OF_BODY };
 /// Least number of particles within reach for a value at a point.
 const FEWEST: usize = 4;
+
+/// What probes are read from.
+struct Seen<'a> {
+    tank: &'a Tank,
+    sight: &'a Sight,
+    /// Surface of the water, once it is asked for.
+    surface: OnceCell<SurfaceProfile>,
+}
 
 /// Writes a row for every probe that is `due`.
 pub(super) fn record(
@@ -45,32 +57,17 @@ pub(super) fn record(
     due: &[bool],
     files: &mut Files,
 ) -> Result<(), RecordError> {
+    let seen = Seen { tank, sight, surface: OnceCell::new() };
     for (number, probe) in job.case.probes.iter().enumerate().filter(|&(number, _)| due[number]) {
         let mut row = vec![Value::Real(clock.time())];
-        row.extend(measure(job.case, tank, sight, clock.time(), &probe.place));
-        files.probe(number, &probe.name, || columns(&probe.place), clock, &row)?;
+        row.extend(measure(job.case, &seen, clock.time(), &probe.place));
+        files.probe(number, &probe.name, || QUANTITIES.columns(&probe.place), clock, &row)?;
     }
     Ok(())
 }
 
-fn columns(place: &ProbePlace) -> Vec<Column> {
-    let named = |list: &[(&str, &str)]| list.iter().map(|(name, unit)| Column::new(name, unit)).collect::<Vec<_>>();
-    let mut columns = vec![Column::new("time", "s")];
-    match place {
-        ProbePlace::Point(_) => columns.extend(named(&AT_POINT)),
-        ProbePlace::Line { points, .. } => {
-            for n in 0..*points {
-                columns.extend(AT_POINT.iter().map(|(name, unit)| Column::new(&format!("{name}_at_{n}"), unit)));
-            }
-        }
-        ProbePlace::Body { .. } => columns.extend(named(&OF_BODY)),
-        ProbePlace::Gauge(_) => columns.push(Column::new("water_level", "m")),
-        ProbePlace::Plane { .. } => {}
-    }
-    columns
-}
-
-fn measure(case: &Case, tank: &Tank, sight: &Sight, time: Real, place: &ProbePlace) -> Vec<Value> {
+fn measure(case: &Case, seen: &Seen<'_>, time: Real, place: &ProbePlace) -> Vec<Value> {
+    let &Seen { tank, sight, ref surface } = seen;
     match place {
         ProbePlace::Point(point) => at_points(case, tank, sight, time, &[*point]),
         ProbePlace::Line { from, to, points } => {
@@ -82,8 +79,9 @@ fn measure(case: &Case, tank: &Tank, sight: &Sight, time: Real, place: &ProbePla
             let number = case.grains.iter().position(|kind| &kind.name == population).unwrap_or_default();
             of_body(case, sight, time, identifier(number, *index))
         }
+        // The surface is a mean over the width.
         ProbePlace::Gauge([x, _]) => {
-            let surface = water_surface(tank, &sight.water_view(), 0.5 * sight.spacing, sight.spacing);
+            let surface = surface.get_or_init(|| sight.surface(tank));
             vec![surface.at(*x).map_or(Value::Missing, Value::Real)]
         }
         // Refused with the case.

@@ -183,7 +183,7 @@ fn values(books: &ParticleBooks, clock: &Clock, step: Option<&Step<'_, Solver>>)
         real(stock.momentum.x),
         real(stock.momentum.y),
         real(stock.momentum.z),
-        real((books.drag[0] + books.drag[1]).length()),
+        real((books.impulses[0] + books.impulses[1]).length()),
     ]);
     let optional = |value: Option<Real>| value.map_or(Value::Missing, real);
     let has_grains = !books.sight.grains.is_empty();

@@ -4,7 +4,7 @@ use bytemuck::{Pod, Zeroable};
 use sazanami_mps::solver::Solver;
 use sazanami_mps::{Kind, Role};
 use sazanami_numerics::{Real, Vector};
-use sazanami_observe::ripples::{GrainView, WaterView};
+use sazanami_observe::ripples::{GrainView, SurfaceProfile, Tank, WaterView, water_surface};
 
 use super::Stock;
 
@@ -240,6 +240,11 @@ impl Sight {
     pub fn water_view(&self) -> WaterView<'_> {
         let water = &self.water;
         WaterView { position: &water.position, bulk_volume: &water.bulk_volume, splash: &water.splash }
+    }
+
+    /// Surface of the water.
+    pub fn surface(&self, tank: &Tank) -> SurfaceProfile {
+        water_surface(tank, &self.water_view(), 0.5 * self.spacing, self.spacing)
     }
 
     /// Whole pressure of particle `n` under a body force [m/s^2], in Pa.

@@ -64,6 +64,20 @@ pub(in crate::verification) fn resting_bed() -> Result<Vec<Measured>, String> {
     Ok(rows)
 }
 
+/// V13: the submerged angle of repose.
+pub(in crate::verification) fn repose() -> Result<Vec<Measured>, String> {
+    let found = experiments::repose([40, 8], 10.0, 2.0).map_err(said)?;
+    let source = "immersed avalanches of spheres, after Courrech du Pont et al. (2003)";
+    Ok(vec![
+        Measured::within("angle at which the bed begins to slide, degrees", "", found.start, 25.0, 29.0)
+            .from_source(source),
+        Measured::within("angle at which it lies still again, degrees", "", found.stop, 21.0, 25.0).from_source(source),
+        Measured::info("way of the upper grains before, in diameters", "", found.creep),
+        Measured::info("time of the slide", "s", found.seconds),
+        Measured::info("largest mean speed of the upper grains, of sqrt(g d)", "", found.speed),
+    ])
+}
+
 /// V10.
 pub(in crate::verification) fn settling_grain() -> Result<Vec<Measured>, String> {
     let source = "Schiller-Naumann drag, no added mass";

@@ -7,7 +7,7 @@ mod waves;
 pub(super) use fluid::{
     dam_break, dam_break_lobovsky, falling_block, hydrostatics, operators, rotating_square, taylor_green, viscous_walls,
 };
-pub(super) use grains::{frames, frames_with_bed, packed_bed, resting_bed, settling_grain, void_fraction};
+pub(super) use grains::{frames, frames_with_bed, packed_bed, repose, resting_bed, settling_grain, void_fraction};
 pub(super) use waves::{sloshing, sloshing_resonance, standing_wave, standing_wave_shallow};
 
 use sazanami_mps::verification::ExperimentError;
