@@ -152,9 +152,12 @@ impl PressureEquation {
                         Role::Unknown => {}
                     }
                 }
+                // Coefficients to neighbours that are very near or far are zero.
+                if weights <= 0.0 || way == Vector::ZERO {
+                    continue;
+                }
                 let (way, given) = (way / weights, given / weights);
-                // No more than a whole side: those with a given pressure may lie on both. Not a number where the
-                // coefficients to them are zero.
+                // No more than a whole side: those with a given pressure may lie on both.
                 let missing = (-lean.dot(way) / way.length_squared()).min(row.diagonal);
                 if missing > 0.0 {
                     row.diagonal += missing;
