@@ -258,6 +258,14 @@ fn wrong_tanks_are_refused_with_a_reason() {
         (vec![size("14.5 mm", "7 mm")], "no lattice of wall particles fits"),
         (vec!["grains.0.shape.sphere.diameter=2 mm".into()], "too large for its tank"),
         (vec!["liquid.0.region.box.upper=[\"7 mm\",\"7 mm\",\"15 mm\"]".into()], "deeper than the tank"),
+        (
+            vec![
+                "boundary.x3=periodic".into(),
+                "boundary.x3_upper=periodic".into(),
+                "boundary.x3_lower=periodic".into(),
+            ],
+            "grains need a floor",
+        ),
         (vec!["particles.radius=1.9".into()], "has to lie between 2.1 and 3.6"),
         (vec!["particles.radius=3.7".into()], "has to lie between 2.1 and 3.6"),
         (vec!["boundary.x1=slip".into()], "walls of moving particles are all alike"),
@@ -290,6 +298,7 @@ fn wrong_tanks_are_refused_with_a_reason() {
         (&with_bed, "x_m,y_m\n0,1\n", "z_m"),
         (&with_bed, "x_m,z_m\n0,1\n0.1,2\n0.05,1\n", "line 4"),
         (&with_bed, "x_m,z_m\n0,0.01\n0.05,0.01\n0.1,0.01\n", "reaches out of the tank"),
+        (&with_bed, "x_m,z_m\n0.001,10\n0.005,10\n0.01,11\n", "reaches out of the tank"),
         (&moved, "t_s,x_mm\n0,0\n1,1\n", "x_m"),
         (&moved, "t_s,x_m\n0,0\n0.2,0\n0.1,0\n2,0\n", "line 4"),
         (&moved, "t_s,x_m\n0,0\n0.5,0.001\n", "ends before the run"),

@@ -269,22 +269,31 @@ impl Context<'_> {
             let text = written?;
             match MeasuredProfile::read_if_there(&file) {
                 Ok(Some(profile)) => {
-                    let (first, last) = (profile.points.first(), profile.points.last());
-                    let [first, last] = [first, last].map(|point| point.map_or(0.0, |point| point[0]));
-                    let reach = 0.02 * domain.extent().x;
-                    let width = last - first;
-                    if first < domain.lower.x - reach || last > domain.upper.x + reach {
+                    // Pixels and shakes of the camera: a fiftieth of the tank.
+                    for d in [0, 2] {
+                        let along = profile.points.iter().map(|point| point[d.min(1)]);
+                        let [low, high] =
+                            [along.clone().fold(Real::INFINITY, Real::min), along.fold(Real::MIN, Real::max)];
+                        let [lower, upper] = [domain.lower[d], domain.upper[d]];
+                        let beyond = 0.02 * (upper - lower);
+                        if low >= lower - beyond && high <= upper + beyond {
+                            continue;
+                        }
                         self.values
                             .report
                             .error(span_of(text), "the measured profile reaches out of the tank")
                             .label(format!(
-                                "it is {:.1} mm long, from x1 = {:.1} mm on; the tank reaches from {:.1} to {:.1} mm",
-                                1e3 * width,
-                                1e3 * first,
-                                1e3 * domain.lower.x,
-                                1e3 * domain.upper.x
+                                "it reaches from x{n} = {:.1} to {:.1} mm, the tank from {:.1} to {:.1} mm",
+                                1e3 * low,
+                                1e3 * high,
+                                1e3 * lower,
+                                1e3 * upper,
+                                n = d + 1
                             ))
-                            .help("columns are in metres in the coordinates of the tank: check the origin and the size of a pixel");
+                            .help(
+                                "columns are in metres in the coordinates of the tank: check the origin and the size of \
+                                 a pixel",
+                            );
                     }
                 }
                 Ok(None) => {
@@ -434,6 +443,15 @@ impl Context<'_> {
 
     /// Overlapping grains are spheres, small against their tank.
     fn check_spheres(&mut self, text: &CaseText, case: &Case) {
+        if case.boundary[2][0] == BoundarySide::Periodic
+            && let Some(at) = text.grains.first()
+        {
+            self.values
+                .report
+                .error(at.span.clone(), "grains need a floor: x3 is periodic")
+                .label("they would fall without end")
+                .help("make x3 a wall, or leave the grains out");
+        }
         let smallest = case.domain.extent().min_element();
         for (population, at) in case.grains.iter().zip(&text.grains) {
             let span = at.value.shape.as_ref().map_or(at.span.clone(), |shape| shape.span.clone());
