@@ -55,28 +55,27 @@ fn pile(density: Real) -> Case {
     case
 }
 
-/// Largest speed of a grain in the last of some steps [m/s].
-fn calm(case: &Case, steps: usize) -> Real {
+/// Largest speed of a grain in any of some steps [m/s].
+fn largest_speed(case: &Case, steps: usize) -> Real {
     let mut solver = case.solo();
-    let mut speed = 0.0;
+    let mut largest: Real = 0.0;
     for _ in 0..steps {
         if solver.step(2e-4, &under(GRAVITY), |_| ()).is_err() {
             return Real::INFINITY;
         }
         let grains = solver.grains().engine().grains();
-        speed = grains.velocity.iter().map(|v| v.length()).fold(0.0, Real::max);
-        if speed > 10.0 {
-            return Real::INFINITY;
-        }
+        largest = grains.velocity.iter().map(|v| v.length()).fold(largest, Real::max);
     }
-    speed
+    largest
 }
 
 #[test]
 fn light_grains_stay_calm() {
     let mut case = pile(550.0);
-    assert!(calm(&case, 150) < 0.1, "{}", calm(&case, 150));
-    // Negative control: with the pressure of the step before they do not.
+    let speed = largest_speed(&case, 150);
+    assert!(speed < 0.1, "{speed}");
+    // Negative control: with the pressure of the step before they are thrown about.
     case.implicit_pressure_force = false;
-    assert!(calm(&case, 150) > 0.3, "{}", calm(&case, 150));
+    let speed = largest_speed(&case, 150);
+    assert!(speed > 0.3, "{speed}");
 }
