@@ -20,7 +20,7 @@ use crate::grain::{Grain, GrainRecord, Grains, Motion, imaged};
 use crate::material::Interactions;
 use crate::motion::{Frame, Inert};
 use crate::wall::Wall;
-use lists::{Past, set_frame};
+use lists::Past;
 pub use report::ContactReport;
 use report::overlap_error;
 
@@ -413,7 +413,7 @@ impl Engine {
         let inertia = self.grains.inertia[own];
         self.grains.velocity[own] = velocity;
         self.grains.angular_momentum[own] = turn * (inertia * (turn.transpose() * angular_velocity));
-        self.rotations[own] = set_frame(&mut self.frames[own], &self.inert[own], &self.grains, own);
+        self.rotations[own] = self.frames[own].follow(&self.grains, own, &self.inert[own]);
     }
 
     /// Gives each own grain that forces move an impulse through its centre of mass [N s], and tells the ghosts.
@@ -493,11 +493,17 @@ impl Engine {
             None => Ok(()),
         };
         domain.agree(outcome)?;
-        // Half of the reach is left for the next step; otherwise now is the time to change owners. Grains stand for
-        // their image in the box whenever others may look, so that what these add up has one order.
+        // Grains stand for their image in the box whenever others may look, so that what these add up has one order.
+        if domain.communicator().size() == 1 {
+            let within = self.period == Vector::ZERO
+                || (0..self.grains.owned).all(|g| self.budget[g] <= self.reach[g])
+                    && self.exchange.return_to_box(domain, &mut self.grains);
+            return if within { Ok(()) } else { self.renew(domain, true) };
+        }
+        // Half of the reach is left for the next step; otherwise now is the time to change owners.
         let spent = |g: usize| self.budget[g] > 0.5 * self.reach[g];
         let left = |g: usize| grains.image[g] != ghosts::image_within(domain, grains.home[g].to_array());
-        let state = if self.several(domain) && (0..grains.owned).any(|g| spent(g) || left(g)) { EXPIRED } else { FINE };
+        let state = if (0..grains.owned).any(|g| spent(g) || left(g)) { EXPIRED } else { FINE };
         if self.worst(domain, state) == EXPIRED { self.renew(domain, true) } else { Ok(()) }
     }
 
@@ -508,10 +514,5 @@ impl Engine {
             let periodic = d < 2 && self.period[d] > 0.0;
             !periodic && (p[d] < self.region[0][d] || p[d] > self.region[1][d])
         })
-    }
-
-    /// Whether ghosts exist at all, so that owners and images matter.
-    fn several(&self, domain: &Domain) -> bool {
-        domain.communicator().size() > 1 || self.period != Vector::ZERO
     }
 }

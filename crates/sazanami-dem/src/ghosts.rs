@@ -4,10 +4,11 @@ use std::sync::{Mutex, PoisonError};
 
 use bytemuck::{Pod, Zeroable};
 use sazanami_numerics::domain::Domain;
-use sazanami_numerics::{Quaternion, Real, Vector};
+use sazanami_numerics::{Matrix, Quaternion, Real, Vector};
 
 use crate::contact::ContactRecord;
 use crate::grain::{GrainRecord, Grains};
+use crate::motion::{Frame, Inert};
 
 const GHOSTS: u32 = 300;
 const POSES: u32 = 301;
@@ -54,14 +55,33 @@ struct Link {
     incoming: (usize, usize),
 }
 
+/// What follows from where grains are and how they move.
+pub(crate) struct Poses<'a> {
+    pub frames: &'a mut [Frame],
+    pub rotations: &'a mut [Matrix],
+    pub budget: &'a mut [Real],
+    pub inert: &'a [Inert],
+}
+
+impl Poses<'_> {
+    /// An image has the frame of its grain: both count from where the grain is without wrapping.
+    fn copy(&mut self, grain: usize, image: usize) {
+        self.frames[image] = self.frames[grain];
+        self.budget[image] = self.budget[grain];
+        if !self.inert[grain].ball {
+            self.rotations[image] = self.rotations[grain];
+        }
+    }
+}
+
 /// Who sends which grains to whom.
 #[derive(Debug, Default)]
 pub(crate) struct Exchange {
     links: Vec<Link>,
-    /// Images of own grains on this rank: `(grain, image relative to the grain's, ghost)`.
-    selves: Vec<(u32, [i32; 2], u32)>,
-    /// Which of these can come to touch: the others need not be known in every sub-step.
-    near: Vec<u32>,
+    /// Images of own grains on this rank, in order: `(image relative to the grain's, grain, ghost)`.
+    selves: Vec<([i32; 2], u32, u32)>,
+    /// Those of these that can come to touch, `(grain, ghost)`: the others need not be known in every sub-step.
+    near: Vec<(u32, u32)>,
     bytes: Vec<u8>,
     records: Vec<GrainRecord>,
     poses: Vec<PoseRecord>,
@@ -163,9 +183,9 @@ impl Exchange {
         for &c in &self.own {
             let g = c.grain as usize;
             if away(grains.position[g] + shift(c.image), lower, upper) < size[g] + widest {
-                self.near.push(self.selves.len() as u32);
+                self.near.push((c.grain, grains.len() as u32));
             }
-            self.selves.push((c.grain, c.image, grains.len() as u32));
+            self.selves.push((c.image, c.grain, grains.len() as u32));
             let record = copy(grains, c, reach);
             grains.push(&record, period);
             reach.push(record.reach);
@@ -196,40 +216,62 @@ impl Exchange {
         self.extents.extend(self.gathered.iter().map(|bytes| bytemuck::pod_read_unaligned::<Extent>(bytes)));
     }
 
-    /// Sends the poses of own grains to where they are ghosts, with `all` also to images that cannot come to touch;
-    /// `received` is called for each ghost after its update.
-    pub fn refresh(
-        &mut self,
-        domain: &Domain,
-        grains: &mut Grains,
-        budget: &mut [Real],
-        all: bool,
-        mut received: impl FnMut(&Grains, usize),
-    ) {
+    /// Sends the poses of own grains to where they are ghosts, with `all` also to images that cannot come to touch; else
+    /// images on this rank learn only what contacts look at.
+    pub fn refresh(&mut self, domain: &Domain, grains: &mut Grains, poses: &mut Poses<'_>, all: bool) {
         let communicator = domain.communicator();
         for link in self.links.iter().filter(|l| !l.outgoing.is_empty()) {
             self.poses.clear();
-            self.poses.extend(link.outgoing.iter().map(|c| pose(grains, budget, c.grain as usize)));
+            self.poses.extend(link.outgoing.iter().map(|c| pose(grains, poses.budget, c.grain as usize)));
             communicator.send(link.rank, POSES, bytemuck::cast_slice(&self.poses));
         }
-        let mut renew = |(grain, _, ghost): (u32, [i32; 2], u32)| {
-            let record = pose(grains, budget, grain as usize);
-            put_pose(grains, budget, ghost as usize, &record);
-            received(grains, ghost as usize);
-        };
         if all {
-            self.selves.iter().for_each(|&image| renew(image));
+            for &(_, grain, ghost) in &self.selves {
+                let record = pose(grains, poses.budget, grain as usize);
+                put_pose(grains, poses.budget, ghost as usize, &record);
+                poses.copy(grain as usize, ghost as usize);
+            }
         } else {
-            self.near.iter().for_each(|&n| renew(self.selves[n as usize]));
+            self.near.iter().for_each(|&(grain, ghost)| poses.copy(grain as usize, ghost as usize));
         }
         for link in self.links.iter().filter(|l| l.incoming.1 > 0) {
             communicator.receive(link.rank, POSES, &mut self.bytes);
             for (n, bytes) in self.bytes.chunks_exact(size_of::<PoseRecord>()).enumerate() {
                 let ghost = link.incoming.0 + n;
-                put_pose(grains, budget, ghost, &bytemuck::pod_read_unaligned(bytes));
-                received(grains, ghost);
+                put_pose(grains, poses.budget, ghost, &bytemuck::pod_read_unaligned(bytes));
+                poses.rotations[ghost] = poses.frames[ghost].follow(grains, ghost, &poses.inert[ghost]);
             }
         }
+    }
+
+    /// Lets own grains that have left the box of a single rank stand for their image in it: each changes places with its
+    /// ghost there. Lists stay as they are, since they count from where grains are without wrapping. Tells whether all
+    /// grains that left had such a ghost.
+    pub fn return_to_box(&mut self, domain: &Domain, grains: &mut Grains) -> bool {
+        let mut turned = false;
+        for own in 0..grains.owned {
+            let image = image_within(domain, grains.home[own].to_array());
+            if grains.image[own] == image {
+                continue;
+            }
+            let mine = |s: &&([i32; 2], u32, u32)| s.1 as usize == own;
+            let Some(&(_, _, ghost)) = self.selves.iter().filter(mine).find(|s| grains.image[s.2 as usize] == image)
+            else {
+                return false;
+            };
+            grains.image.swap(own, ghost as usize);
+            grains.position.swap(own, ghost as usize);
+            for (relative, _, ghost) in self.selves.iter_mut().filter(|s| s.1 as usize == own) {
+                let there = grains.image[*ghost as usize];
+                *relative = [there[0] - image[0], there[1] - image[1]];
+            }
+            turned = true;
+        }
+        if turned {
+            // In the order of images again, as after a renewal.
+            self.selves.sort_unstable();
+        }
+        true
     }
 
     /// See [`crate::Engine::share_with_ghosts`].
@@ -242,7 +284,7 @@ impl Exchange {
             row.extend(link.outgoing.iter().flat_map(|c| values[c.grain as usize]));
             communicator.send(link.rank, SHARED, bytemuck::cast_slice(row));
         }
-        for &(grain, _, ghost) in &self.selves {
+        for &(_, grain, ghost) in &self.selves {
             values[ghost as usize] = values[grain as usize];
         }
         for link in self.links.iter().filter(|l| l.incoming.1 > 0) {
@@ -275,10 +317,10 @@ impl Exchange {
         let me = communicator.rank();
         let mut own_added = false;
         let add_own = |add: &mut dyn FnMut(usize, &[Real])| {
-            let selves = |before: bool| self.selves.iter().filter(move |s| (s.1 < [0; 2]) == before);
-            selves(true).for_each(|s| add(s.0 as usize, &partial[s.2 as usize]));
+            let selves = |before: bool| self.selves.iter().filter(move |s| (s.0 < [0; 2]) == before);
+            selves(true).for_each(|s| add(s.1 as usize, &partial[s.2 as usize]));
             (0..owned).for_each(|g| add(g, &partial[g]));
-            selves(false).for_each(|s| add(s.0 as usize, &partial[s.2 as usize]));
+            selves(false).for_each(|s| add(s.1 as usize, &partial[s.2 as usize]));
         };
         for link in &self.links {
             if link.rank > me && !own_added {

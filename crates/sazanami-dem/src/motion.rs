@@ -8,7 +8,7 @@ use sazanami_numerics::{Matrix, Quaternion, Real, Vector};
 
 use crate::contact::Wrench;
 use crate::contact::evaluate::WIDTH;
-use crate::grain::Motion;
+use crate::grain::{Grains, Motion};
 use crate::lanes::{Lanes, Lanes3};
 
 /// Where a grain is and how it moves: what its contacts need to know besides the rotation, which those of balls do not.
@@ -250,6 +250,11 @@ fn way<const W: usize>(v: Lanes3<W>, spin: Lanes3<W>, arm: Lanes<W>, home: Lanes
 }
 
 impl Frame {
+    /// The same from a grain or ghost.
+    pub fn follow(&mut self, grains: &Grains, g: usize, inert: &Inert) -> Matrix {
+        self.set(grains.home[g], grains.orientation[g], grains.velocity[g], grains.angular_momentum[g], inert)
+    }
+
     /// Sets position and motion from a grain's state. Returns the rotation from body to laboratory coordinates; for
     /// balls the identity, whatever their orientation.
     pub fn set(

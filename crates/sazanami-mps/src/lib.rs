@@ -11,6 +11,7 @@ pub mod filling;
 pub mod free_surface;
 pub mod grains;
 mod matrix;
+mod momentum;
 mod neighbours;
 mod number_density;
 mod operators;
@@ -25,4 +26,5 @@ pub mod verification;
 pub mod weight;
 
 pub use exchange::Periods;
+pub use momentum::FluidImpulses;
 pub use particles::{Kind, Particles, Role, WALL};

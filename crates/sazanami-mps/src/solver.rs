@@ -11,6 +11,7 @@ use crate::boundary::{LatticeError, Tank};
 use crate::exchange::{Exchange, Periods};
 use crate::free_surface::SurfaceTest;
 use crate::grains::{CouplingReport, GrainPhase};
+use crate::momentum::{FluidImpulses, facet};
 use crate::neighbours::{Bins, Neighbours, ROWS};
 use crate::number_density::{Crowding, Prediction, Sample};
 use crate::particles::{Kind, ParticleRecord, Particles, Role, WALL};
@@ -151,6 +152,8 @@ pub struct StepReport {
     pub contacts: ContactReport,
     /// Exchange with the grains.
     pub coupling: CouplingReport,
+    /// What else acted on the fluid from outside.
+    pub impulses: FluidImpulses,
 }
 
 /// Columns of a step, kept for their memory.
@@ -190,6 +193,8 @@ pub struct Solver {
     pub(crate) particles: Particles,
     /// Where wall particles were at the start, by number [m].
     wall_places: Vec<Vector>,
+    /// See [`facet`], by number.
+    facets: Vec<Vector>,
     exchange: Exchange,
     bins: Bins,
     neighbours: Neighbours,
@@ -246,7 +251,9 @@ impl Solver {
             }
         }
         let mut walls = tank.particles(settings.fluid.spacing, kernel.weight.radius)?;
-        let wall_places = walls.iter().map(|wall| Vector::from_array(wall.position)).collect();
+        let wall_places: Vec<Vector> = walls.iter().map(|wall| Vector::from_array(wall.position)).collect();
+        let lattice = tank.lattice(settings.fluid.spacing)?;
+        let facets = wall_places.iter().map(|&place| facet(&tank, lattice, place)).collect();
         let me = domain.communicator().rank();
         let mut particles = Particles::default();
         for known in records.iter().filter(|record| record.id >= WALL) {
@@ -271,6 +278,7 @@ impl Solver {
             kernel,
             particles,
             wall_places,
+            facets,
             exchange: Exchange::default(),
             bins: Bins::default(),
             neighbours: Neighbours::default(),
@@ -320,6 +328,7 @@ impl Solver {
         self.solve(dt, time, forcing, &mut report)?;
         watch(Phase::Fluid);
         self.correct(dt, forcing);
+        self.book(dt, forcing, &mut report);
         self.keep_apart(dt, time, &mut report);
         watch(Phase::Coupling);
         self.correct_grains(dt, &mut report);
@@ -362,6 +371,12 @@ impl Solver {
             total
         });
         self.domain.sum(sums)
+    }
+
+    /// Momentum of the fluid, over all ranks [N s].
+    #[must_use]
+    pub fn fluid_momentum(&self) -> Vector {
+        self.momentum(&self.particles.velocity)
     }
 
     /// Fluid and walls; between steps own particles are up to date, ghosts are not.

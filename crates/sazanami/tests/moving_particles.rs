@@ -309,3 +309,45 @@ fn wrong_tanks_are_refused_with_a_reason() {
         assert!(error.to_string().contains(reason), "{reason}: {error}");
     }
 }
+
+/// The warnings of a changed case.
+fn warned(text: &str, change: &[&str]) -> Vec<String> {
+    let overrides: Vec<String> = change.iter().map(|text| (*text).to_owned()).collect();
+    let loaded = case::parse(Path::new("tank.toml"), text, &overrides).unwrap_or_else(|error| panic!("{error}"));
+    loaded.warnings.records(&loaded.source).into_iter().map(|record| record.message).collect()
+}
+
+#[test]
+fn waves_that_a_tank_will_make_are_foreseen_on_either_axis_and_from_a_record() {
+    let told = |text: &str, change: &[&str], what: &str| warned(text, change).iter().any(|w| w.contains(what));
+    let (resonant, dry, thin) = ("near resonance", "dries at its ends", "thinner than a particle");
+    // 4 mm of water at 5 Hz: half a wave is 19.8 mm.
+    let longer = [
+        "domain.lower=[\"-10 mm\",\"0 mm\",\"0 mm\"]",
+        "domain.size=[\"20 mm\",\"7 mm\",\"14 mm\"]",
+        "liquid.0.region.box.lower=[\"-10 mm\",\"0 mm\",\"0 mm\"]",
+        "liquid.0.region.box.upper=[\"10 mm\",\"7 mm\",\"7 mm\"]",
+    ];
+    assert!(told(TANK, &longer, resonant) && told(TANK, &longer, dry) && told(TANK, &longer, thin));
+    assert!(!told(TANK, &[], resonant) && !told(TANK, &[], dry));
+    let thick = ["fluid.liquid.density=1000 kg/m^3", "fluid.liquid.kinematic_viscosity=1e-4 m^2/s"];
+    assert!(!told(TANK, &thick, thin));
+    // The same motion as a record.
+    let scratch = Scratch::new("record");
+    let csv = scratch.join("record.csv");
+    let at = |t: Real| -2e-3 * (t / 0.02).min(1.0) * (10.0 * std::f64::consts::PI * t).sin();
+    let rows = (0..=1000).map(|n| 2e-3 * Real::from(n)).map(|t| format!("{t},{}\n", at(t)));
+    std::fs::write(&csv, format!("t_s,x_m\n{}", rows.collect::<String>())).unwrap();
+    let formula = "amplitude = [\"-2 mm\", \"0 mm\", \"0 mm\"]\nfrequency = \"5 Hz\"\nramp = \"0.02 s\"";
+    let recorded = TANK.replace(formula, &format!("file = \"{}\"", csv.display()));
+    assert!(told(&recorded, &longer, resonant) && !told(&recorded, &[], resonant));
+    // And along x2, between walls there.
+    let across = TANK
+        .replace("x2 = \"periodic\"", "x1 = \"periodic\"")
+        .replace("amplitude = [\"-2 mm\", \"0 mm\", \"0 mm\"]", "amplitude = [\"0 mm\", \"-2 mm\", \"0 mm\"]");
+    let wider =
+        ["domain.size=[\"14 mm\",\"20 mm\",\"14 mm\"]", "liquid.0.region.box.upper=[\"7 mm\",\"20 mm\",\"7 mm\"]"];
+    assert!(told(&across, &wider, resonant) && !told(&across, &[], resonant));
+    let lagged = ["overlap.pressure_force=lagged", "material.sand.density=1500 kg/m^3"];
+    assert!(told(TANK, &lagged, "thrown about") && !told(TANK, &lagged[..1], "thrown about"));
+}

@@ -8,7 +8,7 @@ use crate::contact::ContactRecord;
 use crate::contact::neighbours::{Matter, Previous};
 use crate::error::DemError;
 use crate::ghosts;
-use crate::grain::{Grains, Motion};
+use crate::grain::Motion;
 use crate::motion::{Frame, Inert};
 
 /// How far a resting grain may go before lists are renewed, over its bounding radius.
@@ -157,12 +157,7 @@ impl Engine {
             frames[g].body = grains.shape[g];
             frames[g].radius = if body.is_ball() { body.radii[0] * grains.scale[g] } else { 0.0 };
             frames[g].spheres = first_spheres[grains.shape[g] as usize];
-            rotations[g] = set_frame(&mut frames[g], &inert[g], grains, g);
+            rotations[g] = frames[g].follow(grains, g, &inert[g]);
         }
     }
-}
-
-pub(super) fn set_frame(frame: &mut Frame, inert: &Inert, grains: &Grains, g: usize) -> Matrix {
-    let (home, orientation, velocity) = (grains.home[g], grains.orientation[g], grains.velocity[g]);
-    frame.set(home, orientation, velocity, grains.angular_momentum[g], inert)
 }

@@ -6,12 +6,12 @@ use sazanami_numerics::domain::Domain;
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
-use super::lists::set_frame;
 use super::{Drag, EXPIRED, Engine, FINE, Loads};
 use crate::body::Body;
 use crate::contact::block::ROWS;
 use crate::contact::law::Constants;
 use crate::contact::{World, Wrench};
+use crate::ghosts::Poses;
 use crate::grain::{Motion, imaged};
 use crate::motion::{Inert, Leap, Moving};
 
@@ -190,9 +190,7 @@ impl Engine {
     /// Brings ghosts up to date, with `all` also those that cannot come to touch.
     pub(super) fn refresh_poses(&mut self, domain: &Domain, all: bool) {
         let Self { exchange, grains, budget, frames, rotations, inert, .. } = self;
-        exchange.refresh(domain, grains, budget, all, |grains, g| {
-            rotations[g] = set_frame(&mut frames[g], &inert[g], grains, g);
-        });
+        exchange.refresh(domain, grains, &mut Poses { frames, rotations, budget, inert }, all);
     }
 
     /// Positions of the periodic images that this rank's entries stand for.

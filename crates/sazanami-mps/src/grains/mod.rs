@@ -22,8 +22,6 @@ use crate::neighbours::ROWS;
 use crate::particles::{Kind, Particles};
 use crate::scheme::Kernel;
 
-/// Solid fraction of a packing: what a grain among others has around it.
-const PACKED: Real = 0.60;
 /// Sum of weights over n0 from which on a grain is wholly wet.
 const WET: Real = 0.5;
 
@@ -313,9 +311,7 @@ impl GrainPhase {
                     sum.wetness = (support / whole).min(1.0);
                 }
                 let solid = sources.fraction(x);
-                let own = sources.own(volume(diameter[g]));
-                let others = (solid - own) / (1.0 - own / PACKED);
-                sum.void_fraction = (1.0 - others).clamp(least, 1.0);
+                sum.void_fraction = (1.0 - sources.around(solid, diameter[g])).clamp(least, 1.0);
                 *around = sum;
             }
         });

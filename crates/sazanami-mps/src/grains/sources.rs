@@ -55,6 +55,12 @@ pub(crate) struct Solid {
     pub mobile: Real,
 }
 
+/// Integral of the smoothing function over the ball of `q` times its radius.
+fn share_within(q: Real) -> Real {
+    let q = q.min(1.0);
+    q.powi(3) * (14.0 + q * q * (-84.0 + q * (140.0 + q * (-90.0 + q * 21.0))))
+}
+
 impl Sources {
     pub fn new(radius: Real) -> Self {
         Self {
@@ -65,9 +71,15 @@ impl Sources {
         }
     }
 
-    /// Part of space that a grain of volume `volume` [m^3] fills at its own centre.
-    pub fn own(&self, volume: Real) -> Real {
-        self.scale * volume
+    /// Solid fraction that a grain of diameter `d` [m] has around it, where `solid` is that at its centre.
+    ///
+    /// A grain on its own has nothing around it: its own share `S0` does not count. Other centres keep a diameter away, so
+    /// that in a random suspension what they add falls short of the solid fraction by the part `E` of the smoothing function
+    /// within a diameter; in beds the own share fills just that gap. Hence the smaller of `(S - S0)/(1 - E)` and `S`
+    /// (`docs/decisions/0006-moving-particles.md`).
+    pub fn around(&self, solid: Real, d: Real) -> Real {
+        let others = (solid - self.scale * volume(d)).max(0.0);
+        (others / (1.0 - share_within(d / self.weight.radius))).min(solid)
     }
 
     /// Takes note of all grains near this rank's part and of their images in walls; `density` is that of the fluid
@@ -145,5 +157,38 @@ impl Sources {
         let [fraction, rate, mobile] =
             self.binned.sum(self.weight.family, position, shares).map(|sum| self.scale * sum);
         Some(Solid { fraction, rate, mobile })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn grains_know_the_solid_around_them_in_suspensions_and_beds() {
+        let d = 1e-3;
+        let sources = Sources::new(3.0 * d);
+        let sum = |steps: u32, q: Real| {
+            let part = |n: u32| q * (Real::from(n) + 0.5) / Real::from(steps);
+            let shell = |x: Real| 4.0 * PI * x * x * (1.0 - x).powi(4) * (1.0 + 4.0 * x) * 21.0 / (2.0 * PI);
+            (0..steps).map(|n| shell(part(n)) * q / Real::from(steps)).sum::<Real>()
+        };
+        assert!(
+            (share_within(1.0 / 3.0) - sum(1000, 1.0 / 3.0)).abs() < 1e-6 && (share_within(1.0) - 1.0).abs() < 1e-12
+        );
+        let own = sources.scale * volume(d);
+        assert_eq!(sources.around(own, d), 0.0);
+        // Solid fractions at the centres of spheres placed at random one after the other, and on a disturbed body-centred
+        // lattice, at those of the whole.
+        for (fraction, at_centre) in
+            [(0.1, 0.1365), (0.2, 0.2160), (0.3, 0.3043), (0.4, 0.4030), (0.5, 0.5033), (0.6, 0.6031)]
+        {
+            let found = sources.around(at_centre, d);
+            assert!((found - fraction).abs() < 0.02, "{fraction}: {found}");
+            // Negative controls: with the own share, and without it.
+            let others = at_centre - own;
+            assert!(found < at_centre || fraction > 0.15);
+            assert!((others - fraction).abs() > 0.02);
+        }
     }
 }

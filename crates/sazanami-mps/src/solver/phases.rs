@@ -8,6 +8,7 @@ use crate::boundary::WallFriction;
 use crate::free_surface::{COMPANY_RADIUS, is_splash};
 use crate::grains::{self, Voids};
 use crate::matrix::Layout;
+use crate::momentum::FluidImpulses;
 use crate::neighbours::{MARGIN, ROWS};
 use crate::number_density::{self, Crowding, Prediction};
 use crate::operators::{self, PressureField};
@@ -383,6 +384,46 @@ impl Solver {
         exchange.refresh_positions(domain, after);
     }
 
+    /// Momentum of the fluid with such a `velocity` of each particle, over all ranks [N s].
+    pub(super) fn momentum(&self, velocity: &[Vector]) -> Vector {
+        self.particle_mass() * Vector::from_array(self.sum_over_fluid(|_, a| velocity[a].to_array()))
+    }
+
+    /// Books what acted on the fluid from outside, but for what keeps particles apart.
+    pub(super) fn book(&self, dt: Real, forcing: &Forcing, report: &mut StepReport) {
+        let Self { domain, kernel, particles, scratch, settings, facets, surface, .. } = self;
+        let Particles { kind, role, pressure, id, owned, .. } = particles;
+        let bare = |a: usize| scratch.prediction[a].density < surface.density * kernel.sums.number_density;
+        let Settings { fluid, scheme, reference, .. } = settings;
+        let reduced = if scheme.reduced_pressure { forcing.body_force } else { Vector::ZERO };
+        let mass = self.particle_mass();
+        let sums = sum_of(*owned, |a| {
+            let [body, friction, wall] = match kind[a] {
+                Kind::Fluid => {
+                    [mass * forcing.body_force, mass * fluid.viscosity * scratch.crowding[a].laplacian, Vector::ZERO]
+                }
+                Kind::Wall if role[a] != Role::Outside => {
+                    // The whole pressure on the face, half a spacing before the particle.
+                    let facet = facets[(id[a] - WALL) as usize];
+                    let face = scratch.place[a] + 0.5 * fluid.spacing * facet.normalize_or_zero();
+                    let whole = pressure[a] + hydrostatic(fluid.density, reduced, face, *reference);
+                    // What goes on above the surface pulls at nothing.
+                    let whole = if bare(a) { whole.max(0.0) } else { whole };
+                    [Vector::ZERO, Vector::ZERO, whole * facet]
+                }
+                Kind::Wall | Kind::Dummy => [Vector::ZERO; 3],
+            };
+            [body.x, body.y, body.z, friction.x, friction.y, friction.z, wall.x, wall.y, wall.z]
+        });
+        let sums = domain.sum(sums).map(|sum| dt * sum);
+        report.impulses = FluidImpulses {
+            body_force: Vector::from_slice(&sums[..3]),
+            friction: Vector::from_slice(&sums[3..6]),
+            wall_pressure: Vector::from_slice(&sums[6..]),
+            contact: -self.momentum(&scratch.velocity),
+        };
+    }
+
     /// Pushes and collisions; `time` is that of the flow [s].
     pub(super) fn keep_apart(&mut self, dt: Real, time: Real, report: &mut StepReport) {
         let Self { domain, kernel, particles, exchange, scratch, settings, equation, .. } = self;
@@ -464,6 +505,7 @@ impl Solver {
         domain.agree(bad.map_or(Ok(()), Err))?;
         report.clipped = domain.sum([clipped])[0] as usize;
         report.largest_speed = self.largest_speed();
+        report.impulses.contact += self.fluid_momentum();
         Ok(())
     }
 }

@@ -26,9 +26,13 @@ pub struct ParticlesReport {
     pub tank: Option<TankReport>,
 }
 
-/// Waves in a tank that is shaken along x1, by linear theory: from the bed or the floor up, without friction.
+/// Waves in a tank that is shaken along x1 or x2, by linear theory: from the bed or the floor up, without friction.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct TankReport {
+    /// Direction, from 1.
+    pub axis: usize,
+    /// Frequency of the motion, or of its strongest harmonic [Hz].
+    pub frequency_hz: Real,
     /// Length of the tank [m].
     pub length_m: Real,
     /// Depth of the water above the bed [m].
@@ -97,18 +101,22 @@ fn walls(case: &Case, particles: &Particles) -> usize {
     (outer(0) * outer(1) * outer(2) - inner[0] * inner[1] * inner[2]) as usize
 }
 
-/// Waves of a tank with end walls that moves along x1 by a formula.
+/// Waves along the horizontal direction with end walls in which a tank is shaken most, at its strongest harmonic.
 pub(crate) fn tank(case: &Case) -> Option<TankReport> {
-    let Some(TankMotion::Formula { amplitude, frequency, .. }) = case.frame.as_ref()?.motion.as_ref() else {
-        return None;
+    let frame = case.frame.as_ref()?;
+    let shaken = frame.motion.as_ref().and_then(TankMotion::harmonic).or_else(|| {
+        let by = frame.oscillation?;
+        Some((by.amplitude / (TAU * by.frequency).powi(2), by.frequency))
+    });
+    let (amplitude, frequency) = shaken?;
+    let closed = |d: &usize| {
+        let is_wall = |side: &BoundarySide| matches!(side, BoundarySide::NoSlip | BoundarySide::Slip);
+        amplitude[*d] != 0.0 && case.boundary[*d].iter().all(is_wall)
     };
-    let ends = case.boundary[0].iter().all(|side| matches!(side, BoundarySide::NoSlip | BoundarySide::Slip));
-    let (amplitude, omega) = (amplitude.x.abs(), TAU * frequency);
-    if !ends || amplitude == 0.0 {
-        return None;
-    }
+    let axis = (0..2).filter(closed).max_by(|&a, &b| amplitude[a].abs().total_cmp(&amplitude[b].abs()))?;
+    let (amplitude, omega) = (amplitude[axis].abs(), TAU * frequency);
     let depth = depth(case)?;
-    let length_m = case.domain.extent().x;
+    let length_m = case.domain.extent()[axis];
     let k = wavenumber(omega, case.gravity.length(), depth);
     let half = 0.5 * k * length_m;
     let amplification = 1.0 / half.cos().abs();
@@ -117,6 +125,8 @@ pub(crate) fn tank(case: &Case) -> Option<TankReport> {
     let speed_ratio = places.clone().map(|place| (1.0 - place.cos() / half.cos()).abs()).fold(0.0, Real::max);
     let elevation = amplitude * k * amplification;
     Some(TankReport {
+        axis: axis + 1,
+        frequency_hz: frequency,
         length_m,
         depth_m: depth,
         wavelength_m: TAU / k,

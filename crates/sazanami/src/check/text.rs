@@ -52,9 +52,11 @@ fn grid(text: &mut String, case: &Case, report: &CheckReport) {
 fn waves(text: &mut String, tank: &TankReport) {
     let _ = writeln!(
         text,
-        "waves         {} of water in a tank of {}, wavelength {} (linear theory)",
+        "waves         {} of water in a tank of {} along x{}, {:.3} Hz, wavelength {} (linear theory)",
         length(tank.depth_m),
         length(tank.length_m),
+        tank.axis,
+        tank.frequency_hz,
         length(tank.wavelength_m)
     );
     let _ = writeln!(

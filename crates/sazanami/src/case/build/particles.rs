@@ -23,6 +23,8 @@ const RADIUS: Real = 3.1;
 const LONGEST: Real = 2e-4;
 /// Largest grain over the smallest edge of its tank.
 const LARGEST_GRAIN: Real = 0.25;
+/// Least density of grains over that of the liquid with a pressure force of the step before.
+const LAGGED_LEAST: Real = 1.8;
 
 /// Amplification of waves from which on a tank is near resonance.
 const RESONANT: Real = 4.0;
@@ -351,6 +353,7 @@ impl Context<'_> {
         let Some(particles) = &case.particles else { return };
         self.check_sides(text, case);
         self.check_spheres(text, case);
+        self.warn_of_light_grains(text, case);
         self.check_lattice(text, case, particles);
         self.warn_of_waves(text, case);
         if let (Some(TankMotion::File { curve, .. }), Some(at)) =
@@ -382,9 +385,8 @@ impl Context<'_> {
     /// Waves that a shaken tank makes, and that linear theory or the particles cannot follow.
     fn warn_of_waves(&mut self, text: &CaseText, case: &Case) {
         let Some(tank) = crate::check::tank(case) else { return };
-        let Some(span) = text.frame.as_ref().and_then(|at| at.value.motion.as_ref()).map(|at| at.span.clone()) else {
-            return;
-        };
+        let Some(frame) = &text.frame else { return };
+        let span = frame.value.motion.as_ref().map_or(frame.span.clone(), |at| at.span.clone());
         let mut warn = |title: &str, label: String| {
             self.values.report.warning(Some(span.clone()), title).label(label);
         };
@@ -474,6 +476,29 @@ impl Context<'_> {
                         1e3 * smallest
                     ))
                     .help("make the tank wider or the grains smaller");
+            }
+        }
+    }
+
+    /// A pressure force of the step before grows from step to step where grains have too little inertia: in a packed bed,
+    /// where the solid fraction over the void fraction is 1.8, below 1.8 of the liquid's density.
+    fn warn_of_light_grains(&mut self, text: &CaseText, case: &Case) {
+        if case.particles.as_ref().is_none_or(|p| p.overlap.pressure_force == PressureForce::Implicit) {
+            return;
+        }
+        let liquid = case.fluids.liquid.density;
+        for (population, at) in case.grains.iter().zip(&text.grains) {
+            let by_volume = population.shape.volume().zip(population.mass_override).map(|(volume, mass)| mass / volume);
+            let density = by_volume.or_else(|| case.material(&population.material).map(|material| material.density));
+            if let Some(density) = density.filter(|density| *density < LAGGED_LEAST * liquid) {
+                self.values
+                    .report
+                    .warning(Some(at.span.clone()), format!("`{}` may be thrown about", population.name))
+                    .label(format!(
+                        "{:.2} times as heavy as the liquid; a lagged pressure force is stable above {LAGGED_LEAST}",
+                        density / liquid
+                    ))
+                    .help("leave out `pressure_force = \"lagged\"`");
             }
         }
     }

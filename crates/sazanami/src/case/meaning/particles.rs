@@ -1,5 +1,6 @@
 //! Water as moving particles, the shaking of its tank, and ripples.
 
+use std::f64::consts::TAU;
 use std::path::PathBuf;
 
 use sazanami_numerics::{Real, Vector};
@@ -201,6 +202,15 @@ impl Preparation {
     }
 }
 
+/// Times at which a motion from a file is looked at for its harmonics.
+const SAMPLES: usize = 1024;
+
+impl Axis {
+    fn direction(self) -> Vector {
+        [Vector::X, Vector::Y, Vector::Z][self as usize]
+    }
+}
+
 /// A motion of the tank, counted from where it is at the start.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Motion {
@@ -232,7 +242,7 @@ impl Motion {
     pub fn at(&self, time: Real) -> [Vector; 3] {
         match self {
             Self::Formula { amplitude, frequency, phase, ramp } => {
-                let w = std::f64::consts::TAU * frequency;
+                let w = TAU * frequency;
                 let (sin, cos) = (w * time + phase).sin_cos();
                 let s = if *ramp > 0.0 { (time / ramp).min(1.0) } else { 1.0 };
                 let [r, r1, r2] = if s < 1.0 {
@@ -248,12 +258,40 @@ impl Motion {
                 ]
             }
             Self::File { axis, curve, .. } => {
-                let along = [Vector::X, Vector::Y, Vector::Z][*axis as usize];
+                let along = axis.direction();
                 let [x, v, a] = curve.at(time);
                 let start = curve.at(0.0)[0];
                 [along * (x - start), along * v, along * a]
             }
         }
+    }
+
+    /// Amplitude [m] and frequency [Hz] of its strongest harmonic; `None` without motion.
+    #[must_use]
+    pub fn harmonic(&self) -> Option<(Vector, Real)> {
+        let Self::File { axis, curve, .. } = self else {
+            let Self::Formula { amplitude, frequency, .. } = self else { return None };
+            return (*amplitude != Vector::ZERO).then_some((*amplitude, *frequency));
+        };
+        // The velocity has no trend to speak of; Hann's window keeps harmonics apart.
+        let [start, end] = curve.range();
+        let span = end - start;
+        let place = |n: usize| (n as Real + 0.5) / SAMPLES as Real;
+        let window = |n: usize| 1.0 - (TAU * place(n)).cos();
+        let speeds: Vec<Real> = (0..SAMPLES).map(|n| window(n) * curve.at(start + span * place(n))[1]).collect();
+        let amplitude = |cycles: Real| {
+            let (mut cosine, mut sine) = (0.0, 0.0);
+            for (n, speed) in speeds.iter().enumerate() {
+                let (s, c) = (TAU * cycles * place(n)).sin_cos();
+                cosine += speed * c;
+                sine += speed * s;
+            }
+            2.0 * cosine.hypot(sine) / SAMPLES as Real
+        };
+        let tried = (4..2 * SAMPLES).map(|n| 0.25 * n as Real);
+        let (cycles, speed) = tried.map(|cycles| (cycles, amplitude(cycles))).max_by(|a, b| a.1.total_cmp(&b.1))?;
+        let frequency = cycles / span;
+        (speed > 0.0).then(|| (axis.direction() * (speed / (TAU * frequency)), frequency))
     }
 
     /// Period of the motion [s], if it has one.
@@ -321,5 +359,21 @@ mod tests {
         let speed = -0.01 * 4.0 * std::f64::consts::PI;
         assert_eq!(motion.at(0.0)[0], Vector::ZERO);
         assert!((motion.at(0.0)[1].x - speed).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_strongest_harmonic_of_a_record_is_found() {
+        let t: Vec<Real> = (0..=700).map(|n| 0.01 * n as Real).collect();
+        // A rise in half a second, a slow drift, and a third harmonic.
+        let at =
+            |t: Real| (t / 0.5).min(1.0) * (-0.01 * (TAU * 2.0 * t).sin() + 0.001 * (TAU * 6.0 * t).sin()) + 1e-3 * t;
+        let x: Vec<Real> = t.iter().map(|&t| at(t)).collect();
+        let curve = sazanami_numerics::spline::Spline::through(&t, &x).unwrap();
+        let motion = Motion::File { file: PathBuf::new(), axis: Axis::X2, curve };
+        let (amplitude, frequency) = motion.harmonic().unwrap();
+        assert!((frequency - 2.0).abs() < 0.02, "{frequency}");
+        assert!((amplitude - Vector::new(0.0, 0.01, 0.0)).length() < 3e-4, "{amplitude}");
+        let still = sazanami_numerics::spline::Spline::through(&[0.0, 1.0], &[0.3, 0.3]).unwrap();
+        assert_eq!(Motion::File { file: PathBuf::new(), axis: Axis::X1, curve: still }.harmonic(), None);
     }
 }

@@ -85,9 +85,23 @@ pub(crate) struct ParticleBooks {
     water: SurfaceProfile,
     found: Option<Found>,
     stock: Stock,
-    /// Impulses since the start: of drag on grains and on fluid, of pressure on grains, of grains on walls [N s].
-    impulses: [Vector; 4],
+    /// Momentum of the fluid at the start and now, in the frame of its places [N s].
+    fluid_momentum: [Vector; 2],
+    /// Impulses since the start, in the order of [`IMPULSES`] [N s].
+    impulses: [Vector; IMPULSES.len()],
 }
+
+/// Names of the impulses that are booked.
+const IMPULSES: [&str; 8] = [
+    "body_force_on_fluid",
+    "wall_pressure_on_fluid",
+    "wall_friction_on_fluid",
+    "wall_contact_on_fluid",
+    "drag_on_fluid",
+    "drag_on_grains",
+    "pressure_on_grains",
+    "grains_on_walls",
+];
 
 impl ParticleBooks {
     /// Evaluates bed and layers by what is in sight, on rank 0.
@@ -218,7 +232,8 @@ impl Books for ParticleBooks {
             water: SurfaceProfile { start: 0.0, spacing: 1.0, heights: Vec::new() },
             found: None,
             stock: Stock::default(),
-            impulses: [Vector::ZERO; 4],
+            fluid_momentum: [Vector::ZERO; 2],
+            impulses: [Vector::ZERO; IMPULSES.len()],
         }
     }
 
@@ -227,13 +242,15 @@ impl Books for ParticleBooks {
             Some(state) => {
                 self.first_volume = state.snapshot.reals_of(INITIAL, 1)?[0];
                 self.first_layers = state.snapshot.u64(LAYERS)?.to_vec();
-                let impulses = state.snapshot.reals_of(MOMENTUM, 3 * self.impulses.len())?;
-                self.impulses = std::array::from_fn(|n| Vector::from_slice(&impulses[3 * n..3 * n + 3]));
+                let momentum = state.snapshot.reals_of(MOMENTUM, 3 + 3 * self.impulses.len())?;
+                self.fluid_momentum[0] = Vector::from_slice(&momentum[..3]);
+                self.impulses = std::array::from_fn(|n| Vector::from_slice(&momentum[3 * n + 3..3 * n + 6]));
             }
             None => {
                 seen.measure_bed();
                 self.look_at(water, 0.0);
                 self.first_volume = self.stock.volume;
+                self.fluid_momentum[0] = self.fluid_momentum[1];
                 if let Some(case) = self.settings.as_ref().filter(|case| case.layers == LayerReference::Initial) {
                     let reference = ripples::LayerReference::Floor(self.tank.floor);
                     let layers =
@@ -258,10 +275,14 @@ impl Books for ParticleBooks {
         worst.overlap_relative = worst.overlap_relative.max(report.contacts.largest_overlap);
         worst.grain_speed = worst.grain_speed.max(report.contacts.largest_speed);
         totals.particles.get_or_insert_default().add(report);
-        let coupling = &report.coupling;
+        let (fluid, coupling) = (&report.impulses, &report.coupling);
         let impulses = [
-            coupling.drag_on_grains,
+            fluid.body_force,
+            fluid.wall_pressure,
+            fluid.friction,
+            fluid.contact,
             coupling.drag_on_fluid,
+            coupling.drag_on_grains,
             coupling.pressure_on_grains,
             report.contacts.impulse_on_walls,
         ];
@@ -332,7 +353,7 @@ impl Books for ParticleBooks {
 
     fn account(&self) -> Account {
         let change = if self.first_volume > 0.0 { self.stock.volume / self.first_volume - 1.0 } else { 0.0 };
-        let [on_grains, on_fluid, pressure, on_walls] = self.impulses;
+        let [body_force, _, _, _, on_fluid, on_grains, ..] = self.impulses;
         let mut observables = Map::new();
         if let Some(found) = &self.found {
             observables.insert("ripples".into(), series::ripples_json(found, &self.tank));
@@ -345,21 +366,22 @@ impl Books for ParticleBooks {
             );
         }
         let exchanged = on_grains.length().max(on_fluid.length());
+        let (given, residual) = (body_force.length(), self.fluid_residual());
+        let named = IMPULSES.iter().zip(self.impulses);
+        let impulses: Map<String, serde_json::Value> =
+            named.map(|(name, impulse)| ((*name).to_owned(), json!(impulse.to_array()))).collect();
         Account {
             particles: self.stock.particles,
             conservation: json!({
                 "fluid_bulk_volume_relative_change": change,
                 "drag_exchange_residual_relative":
-                    if exchanged > 0.0 { (on_grains + on_fluid).length() / exchanged } else { 0.0 },
+                    if exchanged > 0.0 { self.drag_residual().length() / exchanged } else { 0.0 },
+                "fluid_momentum_residual_relative": if given > 0.0 { residual.length() / given } else { 0.0 },
             }),
             momentum: json!({
                 "now": self.stock.momentum.to_array(),
-                "impulses": {
-                    "drag_on_grains": on_grains.to_array(),
-                    "drag_on_fluid": on_fluid.to_array(),
-                    "pressure_on_grains": pressure.to_array(),
-                    "grains_on_walls": on_walls.to_array(),
-                },
+                "impulses": impulses,
+                "fluid_residual": residual.to_array(),
             }),
             observables,
         }
@@ -368,7 +390,8 @@ impl Books for ParticleBooks {
     fn save(&self, snapshot: &mut Snapshot) {
         snapshot.put_reals(INITIAL, vec![self.first_volume]);
         snapshot.put_u64(LAYERS, self.first_layers.clone());
-        snapshot.put_reals(MOMENTUM, self.impulses.map(|impulse| impulse.to_array()).concat());
+        let momentum = std::iter::once(self.fluid_momentum[0]).chain(self.impulses);
+        snapshot.put_reals(MOMENTUM, momentum.flat_map(|part| part.to_array()).collect());
     }
 }
 
@@ -381,10 +404,24 @@ impl ParticleBooks {
         }
     }
 
+    /// Sum of drag on grains and on fluid [N s].
+    fn drag_residual(&self) -> Vector {
+        let [_, _, _, _, on_fluid, on_grains, ..] = self.impulses;
+        on_fluid + on_grains
+    }
+
+    /// What the fluid gained beyond what body force, walls and grains gave it [N s].
+    fn fluid_residual(&self) -> Vector {
+        let [first, now] = self.fluid_momentum;
+        let [body_force, pressure, friction, contact, drag, _, pressure_on_grains, _] = self.impulses;
+        now - first - (body_force + pressure + friction + contact + drag - pressure_on_grains)
+    }
+
     /// Looks at grains and water. All ranks take part.
     fn look_at(&mut self, water: &mut Solver, time: Real) {
         self.see(water, time);
         self.stock = self.sight.stock(water, self.gravity);
+        self.fluid_momentum[1] = water.fluid_momentum();
         if !self.sight.leads {
             return;
         }

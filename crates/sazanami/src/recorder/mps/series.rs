@@ -54,6 +54,9 @@ pub(super) fn columns() -> Vec<Column> {
         ("momentum_2", "N s"),
         ("momentum_3", "N s"),
         ("drag_exchange_residual", "N s"),
+        ("fluid_momentum_residual_1", "N s"),
+        ("fluid_momentum_residual_2", "N s"),
+        ("fluid_momentum_residual_3", "N s"),
         ("grain_height", "m"),
         ("bed_law_share", ""),
         ("front", "m"),
@@ -175,6 +178,7 @@ fn values(books: &ParticleBooks, clock: &Clock, step: Option<&Step<'_, Solver>>)
         None => row.extend(std::iter::repeat_with(|| Value::Missing).take(24)),
     }
     let change = if books.first_volume > 0.0 { stock.volume / books.first_volume - 1.0 } else { 0.0 };
+    let residual = books.fluid_residual();
     row.extend([
         real(change),
         real(stock.fluid_energy),
@@ -183,7 +187,10 @@ fn values(books: &ParticleBooks, clock: &Clock, step: Option<&Step<'_, Solver>>)
         real(stock.momentum.x),
         real(stock.momentum.y),
         real(stock.momentum.z),
-        real((books.impulses[0] + books.impulses[1]).length()),
+        real(books.drag_residual().length()),
+        real(residual.x),
+        real(residual.y),
+        real(residual.z),
     ]);
     let optional = |value: Option<Real>| value.map_or(Value::Missing, real);
     let has_grains = !books.sight.grains.is_empty();

@@ -1,0 +1,67 @@
+//! What the fluid gains is what acts on it from outside.
+
+use crate::support::{Case, GRAVITY, OPEN_TOP, PERIODIC, SPACING, WALLS, under};
+use sazanami_dem::Grain;
+use sazanami_numerics::{Real, Vector};
+
+/// Gain of the fluid, and what body force, walls and grains gave it, over the impulse of gravity.
+fn balance(case: &Case, body_force: Vector, [from, until]: [Real; 2]) -> [Vector; 3] {
+    let mut solver = case.solo();
+    let mut before = solver.fluid_momentum();
+    let (mut time, mut span, mut walls, mut others) = (0.0, 0.0, Vector::ZERO, Vector::ZERO);
+    while time < until {
+        let dt = solver.stable_step(body_force).dt;
+        let report = solver.step(dt, &under(body_force), |_| ()).expect("the step is sound");
+        let of = &report.impulses;
+        walls += of.wall_pressure + of.friction + of.contact;
+        others += of.body_force + report.coupling.drag_on_fluid - report.coupling.pressure_on_grains;
+        time += dt;
+        if time < from {
+            (before, walls, others) = (solver.fluid_momentum(), Vector::ZERO, Vector::ZERO);
+        } else {
+            span += dt;
+        }
+    }
+    let scale = solver.particle_mass() * case.fluid.len() as Real * GRAVITY.length() * span;
+    [solver.fluid_momentum() - before, walls, others].map(|impulse| impulse / scale)
+}
+
+#[test]
+fn the_floor_carries_water_at_rest_but_for_half_a_layer() {
+    let case = Case::filled([20, 7, 25], [20, 7, 20], [WALLS, PERIODIC, OPEN_TOP]);
+    let [gained, walls, others] = balance(&case, GRAVITY, [0.0, 0.02]);
+    // The pressure vanishes in the middle of the top layer.
+    let residual = gained - walls - others;
+    assert!((residual - Vector::new(0.0, 0.0, 0.5 / 20.0)).length() < 1e-5, "{residual}");
+    // Negative control: without the walls all of the weight is left over.
+    assert!((gained - others).z > 0.9);
+}
+
+#[test]
+fn end_walls_hold_water_on_a_slope() {
+    let (tilt, layers) = (4.0 / 9.81, 12.0);
+    let mut case = Case::filled([24, 7, 24], [24, 7, 20], [WALLS, PERIODIC, OPEN_TOP]);
+    case.fluid.retain(|p| p.position.z / SPACING < layers + tilt * (p.position.x / SPACING - 12.0));
+    let [gained, walls, others] = balance(&case, GRAVITY + Vector::new(4.0, 0.0, 0.0), [0.0, 0.05]);
+    // Both depths at the ends are half a layer short in what the walls feel.
+    let expected = Vector::new(-tilt / (2.0 * layers), 0.0, 0.5 / layers);
+    let residual = gained - walls - others;
+    assert!((residual - expected).length() < 0.003, "{residual} {expected}");
+    // Negative control: without the walls.
+    assert!((gained - others).x < -0.3);
+}
+
+#[test]
+fn grains_give_what_they_take() {
+    let mut case = Case::filled([12, 8, 24], [12, 8, 20], [WALLS, PERIODIC, OPEN_TOP]);
+    let places = (0..11 * 7 * 4).map(|id: u64| {
+        let at = |n: u64, step: Real| (n as Real + 0.5) * step;
+        (id, SPACING * Vector::new(at(id % 11, 12.0 / 11.0), at(id / 11 % 7, 8.0 / 7.0), 6.0 + at(id / 77, 1.5)))
+    });
+    case.grains = places.map(|(id, place)| Grain::new(id, 2650.0, place)).collect();
+    let [gained, walls, others] = balance(&case, GRAVITY, [0.1, 0.2]);
+    let residual = gained - walls - others;
+    assert!((residual - Vector::new(0.0, 0.0, 0.5 / 20.0)).length() < 0.002, "{residual}");
+    // Negative control: without what the grains take from the pressure and give by drag.
+    assert!((gained - walls).z + 1.0 < -0.08, "{gained} {walls}");
+}
