@@ -397,3 +397,53 @@ fn take_out_mean(layout: &Layout<'_>, z: &mut [Real], unknowns: Real) {
 pub(crate) fn hydrostatic(density: Real, body_force: Vector, position: Vector, reference: Vector) -> Real {
     density * body_force.dot(position - reference)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Row 0 with neighbours of coefficient 1 at these places, and what its sum leaves of a pressure `slope . x`.
+    fn left_over(neighbours: &[(Vector, Role)], slope: Vector, complete: bool) -> Real {
+        let mut equation = PressureEquation::default();
+        equation.resize(1);
+        let mut place = vec![Vector::ZERO];
+        let mut roles = vec![Role::Unknown];
+        for &(way, role) in neighbours {
+            place.push(way);
+            roles.push(role);
+        }
+        let block = &mut equation.blocks[0];
+        block.columns = (1..=neighbours.len() as u32).collect();
+        block.coefficients = vec![1.0; neighbours.len()];
+        (0..ROWS).for_each(|row| block.end_row(row, neighbours.len(), 0));
+        let pressure: Vec<Real> = place.iter().map(|x| slope.dot(*x)).collect();
+        equation.close(&roles, 1);
+        if complete {
+            let lean = neighbours.iter().map(|(way, _)| *way).sum::<Vector>();
+            equation.complete(&roles, &place, &pressure, |_| Some(lean));
+        }
+        let row = equation.rows[0];
+        let counts = |n: &usize| roles[n + 1] != Role::Outside;
+        let sum: Real = (0..neighbours.len()).filter(counts).map(|n| pressure[n + 1]).sum();
+        // The row reads `diagonal p_0 - sum = right`.
+        row.diagonal * pressure[0] - sum - row.right
+    }
+
+    #[test]
+    fn what_is_missing_beyond_the_surface_leaves_a_linear_pressure_alone() {
+        let [x, z] = [Vector::X, Vector::Z];
+        // Water below and beside, a surface one spacing above, nothing beyond.
+        let deep = [(-2.0 * z, Role::Unknown), (-z, Role::Unknown), (x, Role::Unknown), (-x, Role::Unknown)];
+        let near = [(z + x, Role::Given), (z - x, Role::Given)];
+        let both: Vec<(Vector, Role)> = deep.iter().chain(&near).copied().collect();
+        assert!(left_over(&both, z, true).abs() < 1e-12);
+        assert!((left_over(&both, z, false) - 1.0).abs() < 1e-12, "negative control: a row that lacks what is beyond");
+        assert!(left_over(&both, x, true).abs() < 1e-12, "along the surface nothing is missing");
+        // A splash supports nothing: it does not stand for what is missing.
+        let splash: Vec<(Vector, Role)> = both.iter().copied().chain([(1.5 * z, Role::Outside)]).collect();
+        assert!(left_over(&splash, z, true).abs() < 1e-12);
+        // Neighbours on all sides need nothing.
+        let whole: Vec<(Vector, Role)> = both.iter().copied().chain([(z, Role::Unknown)]).collect();
+        assert_eq!(left_over(&whole, z, true), left_over(&whole, z, false));
+    }
+}

@@ -128,4 +128,16 @@ mod tests {
         let fixed = StepLimits { fixed: Some(2e-4), ..limits };
         assert_eq!(fixed.choose(&rates, Vector::ZERO, 1e-3, 1e-6), Step { dt: 2e-4, limit: Limit::Fixed });
     }
+
+    #[test]
+    fn the_time_of_the_flow_is_that_of_the_faster_and_no_less_than_the_step() {
+        let still = flow_time(0.0, Vector::new(0.0, 0.0, -9.81), 1e-3, 1e-5);
+        assert!((still - 0.05 * (1e-3 / 9.81_f64).sqrt()).abs() < 1e-12);
+        // Ten times as fast, a tenth of the time; the step does not enter.
+        let of = |speed: Real, dt: Real| flow_time(speed, Vector::new(0.0, 0.0, -9.81), 1e-3, dt);
+        assert!((of(1.0, 1e-6) - 5e-5).abs() < 1e-15 && of(1.0, 1e-6) == of(1.0, 1e-5));
+        assert!((of(10.0, 1e-7) - 5e-6).abs() < 1e-15);
+        assert_eq!(of(10.0, 1e-4), 1e-4);
+        assert_eq!(flow_time(0.0, Vector::ZERO, 1e-3, 1e-4), Real::INFINITY);
+    }
 }

@@ -3,7 +3,7 @@
 use crate::support::{Case, GRAVITY, NOTHING, OPEN_TOP, PERIODIC, SPACING, WALLS, jittered, under};
 use sazanami_mps::Kind;
 use sazanami_mps::scheme::Scheme;
-use sazanami_mps::solver::{FluidParticle, Solver};
+use sazanami_mps::solver::{FluidParticle, Solver, StepError};
 use sazanami_numerics::{Real, Vector};
 
 fn run(solver: &mut Solver, body_force: Vector, until: Real) -> Real {
@@ -110,4 +110,21 @@ fn a_block_in_the_air_falls_freely() {
     // Negative control: without gravity in the surface's pressure nothing would fall.
     case.scheme.reduced_pressure = false;
     assert!(error(&case, 4e-4) < 1e-9, "plain pressure falls too: all of it is zero");
+}
+
+#[test]
+fn a_particle_that_moves_farther_than_it_looks_is_an_error() {
+    let mut case = Case::filled([12, 7, 16], [12, 7, 6], [WALLS, PERIODIC, OPEN_TOP]);
+    let position = SPACING * Vector::new(6.3, 3.5, 12.2);
+    case.fluid.push(FluidParticle { position, velocity: Vector::new(0.0, 20.0, 0.0) });
+    let mut solver = case.solo();
+    match solver.step(2e-4, &under(GRAVITY), |_| ()) {
+        Err(StepError::TooFar { way, farthest, .. }) => assert!((way - 4e-3).abs() < 1e-4 && farthest < way),
+        other => panic!("{other:?}"),
+    }
+    // Negative control: the same way in two steps.
+    let mut solver = case.solo();
+    for _ in 0..2 {
+        solver.step(1e-4, &under(GRAVITY), |_| ()).expect("it looks as far as it moves");
+    }
 }

@@ -50,26 +50,68 @@ fn threads_do_not_matter() {
     assert!(with_threads(1, || state(&other, Box::<Solo>::default(), 12)) != one);
 }
 
+/// The solver that goes on from a state.
+fn restored(case: &Case, state: &Snapshot) -> Solver {
+    let domain = case.domain(Box::<Solo>::default());
+    let engine = Engine::restore(&domain, case.setup(), GRAINS, state).expect("a sound state of the grains");
+    let grains = GrainPhase::new(&domain, engine, case.coupling());
+    Solver::restore(domain, case.settings(), case.tank(), grains, state).expect("a sound state of the fluid")
+}
+
 #[test]
 fn a_restart_goes_on_with_the_same_bits() {
     let case = shaken();
     let whole = state(&case, Box::<Solo>::default(), 14);
     let half = state(&case, Box::<Solo>::default(), 6);
-    let domain = case.domain(Box::<Solo>::default());
-    let engine = Engine::restore(&domain, case.setup(), GRAINS, &half).unwrap();
-    let grains = GrainPhase::new(&domain, engine, case.coupling());
-    let mut solver = Solver::restore(domain, case.settings(), case.tank(), grains, &half).unwrap();
+    let mut solver = restored(&case, &half);
     go_on(&mut solver, 6, 8);
     assert!(solver.snapshot() == whole);
     // Negative control: without the gradient of the last pressure it goes on otherwise.
     let mut forgetful = half.clone();
     let gradient = half.reals("fluid/gradient").unwrap();
     forgetful.put_reals("fluid/gradient", vec![0.0; gradient.len()]);
-    let domain = case.domain(Box::<Solo>::default());
-    let engine = Engine::restore(&domain, case.setup(), GRAINS, &half).unwrap();
-    let grains = GrainPhase::new(&domain, engine, case.coupling());
-    let mut solver = Solver::restore(domain, case.settings(), case.tank(), grains, &forgetful).unwrap();
+    let mut solver = restored(&case, &forgetful);
     go_on(&mut solver, 6, 8);
+    assert!(solver.snapshot() != whole);
+}
+
+#[test]
+fn a_restart_goes_on_while_grains_cross_a_periodic_side_in_fast_water() {
+    let mut case = shaken();
+    let swirl = |x: Vector| Vector::new(0.2 * (700.0 * x.z).sin(), 0.5, 0.1 * (500.0 * x.x).cos());
+    case.fluid.iter_mut().for_each(|p| p.velocity = swirl(p.position));
+    // Pairs that touch across the side, or will.
+    let grain = |n: u64| {
+        let place = Vector::new(1.0 + 1.02 * (n % 8) as Real, [7.7, 0.65][n as usize / 8 % 2], 1.0 + (n / 16) as Real);
+        Grain { velocity: Vector::new(0.0, 0.4, 0.0), ..Grain::new(n, 2650.0, SPACING * place) }
+    };
+    case.grains = (0..48).map(grain).collect();
+    let mut solver = case.solo();
+    let mut states = Vec::new();
+    let mut crossings = 0;
+    let across = |solver: &Solver| {
+        let grains = solver.grains().engine().grains();
+        let mut places: Vec<(u64, Real)> = (0..grains.owned()).map(|g| (grains.id[g], grains.position[g].y)).collect();
+        places.sort_by_key(|place| place.0);
+        places
+    };
+    for n in 0..24 {
+        states.push(solver.snapshot());
+        let before = across(&solver);
+        go_on(&mut solver, n, 1);
+        let jump = |(a, b): (&(u64, Real), &(u64, Real))| (a.1 - b.1).abs() > 4.0 * SPACING;
+        crossings += before.iter().zip(&across(&solver)).filter(|pair| jump(*pair)).count();
+    }
+    assert!(crossings > 20, "{crossings}");
+    let whole = solver.snapshot();
+    for from in [3, 10, 15, 23] {
+        let mut solver = restored(&case, &states[from]);
+        go_on(&mut solver, from, 24 - from);
+        assert!(solver.snapshot() == whole, "from step {from}");
+    }
+    // Negative control: one step left out.
+    let mut solver = restored(&case, &states[10]);
+    go_on(&mut solver, 11, 13);
     assert!(solver.snapshot() != whole);
 }
 
