@@ -18,7 +18,7 @@ use crate::error::DemError;
 use crate::ghosts::{self, Exchange};
 use crate::grain::{Grain, GrainRecord, Grains, Motion, imaged};
 use crate::material::Interactions;
-use crate::motion::{Frame, Inert};
+use crate::motion::{Frame, Inert, turn_balls};
 use crate::wall::Wall;
 use lists::Past;
 pub use report::ContactReport;
@@ -110,6 +110,8 @@ pub struct Engine {
     frames: Vec<Frame>,
     rotations: Vec<Matrix>,
     inert: Vec<Inert>,
+    /// Angles that balls have turned through in the present call [rad].
+    turned: Vec<Vector>,
     budget: Vec<Real>,
     wall_budget: Vec<Real>,
     reach: Vec<Real>,
@@ -183,6 +185,7 @@ impl Engine {
             frames: Vec::new(),
             rotations: Vec::new(),
             inert: Vec::new(),
+            turned: Vec::new(),
             budget: Vec::new(),
             reach: Vec::new(),
             blocks: Vec::new(),
@@ -340,6 +343,8 @@ impl Engine {
         let mut report = ContactReport { substeps: count, ..ContactReport::default() };
         let start = self.time;
         self.grains.drag_impulse.fill(Vector::ZERO);
+        self.turned.clear();
+        self.turned.resize(self.grains.owned, Vector::ZERO);
         let state = self.drift(0.5 * h);
         self.refresh_poses(domain, false);
         let mut state = self.worst(domain, state);
@@ -362,6 +367,9 @@ impl Engine {
             state = self.kick_and_drift(loads, gravity, h, if last { 0.5 * h } else { h }, last);
             if census.deepest > self.too_deep {
                 state = FAILED;
+            }
+            if last {
+                turn_balls(&mut self.grains.orientation[..self.grains.owned], &self.turned);
             }
             self.refresh_poses(domain, last);
             state = self.worst(domain, state);

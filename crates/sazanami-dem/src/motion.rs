@@ -5,8 +5,10 @@
 //! `w = R I_b^-1 R^T L`, by a midpoint rule in two stages; `L` itself is constant in free flight.
 
 use sazanami_numerics::{Matrix, Quaternion, Real, Vector};
+use sazanami_parallel::for_each_chunk;
 
 use crate::contact::Wrench;
+use crate::contact::block::ROWS;
 use crate::contact::evaluate::WIDTH;
 use crate::grain::{Grains, Motion};
 use crate::lanes::{Lanes, Lanes3};
@@ -53,6 +55,9 @@ pub(crate) struct Moving<'a> {
     pub angular_momentum: &'a mut [Vector],
     pub frames: &'a mut [Frame],
     pub rotations: &'a mut [Matrix],
+    /// Grows by the angles that balls turn through: nothing looks at their orientation before all have moved, see
+    /// [`turn_balls`] [rad].
+    pub turned: &'a mut [Vector],
     /// Grows by a bound of the way of the contact spheres' centres [m].
     pub budget: &'a mut [Real],
 }
@@ -82,6 +87,12 @@ impl<const W: usize> Orientations<W> {
     #[inline(always)]
     fn from_fn(of: impl Fn(usize) -> Quaternion) -> Self {
         Self { vector: Lanes3::from_fn(|l| of(l).xyz()), scalar: Lanes::from_fn(|l| of(l).w) }
+    }
+
+    #[inline(always)]
+    fn lane(&self, l: usize) -> Quaternion {
+        let vector = self.vector.lane(l);
+        Quaternion::from_xyzw(vector.x, vector.y, vector.z, self.scalar.0[l])
     }
 
     #[inline(always)]
@@ -188,31 +199,32 @@ impl Moving<'_> {
         let momentum = Lanes3::from_fn(|l| self.angular_momentum[at + l]) + twist;
         let home = Lanes3::from_fn(|l| self.home[at + l]) + v * time;
 
-        let q = Orientations::from_fn(|l| self.orientation[at + l]);
-        let mut spin = momentum * inverse_inertia.x;
-        if !BALL {
+        let arm = Lanes::from_fn(|l| inert[l].arm);
+        let (spin, after) = if BALL {
+            let spin = momentum * inverse_inertia.x;
+            (0..W).for_each(|l| self.turned[at + l] += (spin * time).lane(l));
+            (spin, spin)
+        } else {
+            let q = Orientations::from_fn(|l| self.orientation[at + l]);
             let first = spins(&q.rotations(), inverse_inertia, momentum);
             let middle = Orientations::turn(first * Lanes::splat(0.5 * leap.time)).times(q);
-            spin = spins(&middle.rotations(), inverse_inertia, momentum);
-        }
-        let q = Orientations::turn(spin * time).times(q).normalized();
-        let rotations = q.rotations();
-        let after = if BALL { spin } else { spins(&rotations, inverse_inertia, momentum) };
-
-        let arm = Lanes::from_fn(|l| inert[l].arm);
+            let spin = spins(&middle.rotations(), inverse_inertia, momentum);
+            let q = Orientations::turn(spin * time).times(q).normalized();
+            let rotations = q.rotations();
+            for l in 0..W {
+                self.orientation[at + l] = q.lane(l);
+                self.rotations[at + l] =
+                    Matrix::from_cols(rotations[0].lane(l), rotations[1].lane(l), rotations[2].lane(l));
+            }
+            (spin, spins(&rotations, inverse_inertia, momentum))
+        };
         let way = way(v, spin, arm, home, leap.time);
         for l in 0..W {
             self.home[at + l] = home.lane(l);
             self.velocity[at + l] = v.lane(l);
             self.angular_momentum[at + l] = momentum.lane(l);
-            let vector = q.vector.lane(l);
-            self.orientation[at + l] = Quaternion::from_xyzw(vector.x, vector.y, vector.z, q.scalar.0[l]);
             let frame = &mut self.frames[at + l];
             frame.home = home.lane(l);
-            if !BALL {
-                self.rotations[at + l] =
-                    Matrix::from_cols(rotations[0].lane(l), rotations[1].lane(l), rotations[2].lane(l));
-            }
             frame.velocity = v.lane(l);
             frame.spin = after.lane(l);
             self.budget[at + l] += way.0[l];
@@ -226,8 +238,7 @@ impl Moving<'_> {
         self.home[at] += time * self.velocity[at];
         let turn: Orientations<1> = Orientations::turn(Lanes3::splat(time * spin));
         let q = turn.times(Orientations::from_fn(|_| self.orientation[at])).normalized();
-        let vector = q.vector.lane(0);
-        self.orientation[at] = Quaternion::from_xyzw(vector.x, vector.y, vector.z, q.scalar.0[0]);
+        self.orientation[at] = q.lane(0);
         let r = q.rotations();
         let rotation = Matrix::from_cols(r[0].lane(0), r[1].lane(0), r[2].lane(0));
         // The momentum turns with the body so that the spin stays.
@@ -238,6 +249,19 @@ impl Moving<'_> {
         self.rotations[at] =
             self.frames[at].set(self.home[at], self.orientation[at], self.velocity[at], momentum, inert);
     }
+}
+
+/// Turns balls through the angles that they have `turned` [rad], one after the other taken as one: of the orientation of a
+/// ball only pictures know.
+pub(crate) fn turn_balls(orientation: &mut [Quaternion], turned: &[Vector]) {
+    for_each_chunk(orientation, ROWS, |number, orientation| {
+        for (orientation, &angle) in orientation.iter_mut().zip(&turned[number * ROWS..]) {
+            if angle != Vector::ZERO {
+                let turn: Orientations<1> = Orientations::turn(Lanes3::splat(angle));
+                *orientation = turn.times(Orientations::from_fn(|_| *orientation)).normalized().lane(0);
+            }
+        }
+    });
 }
 
 /// A bound of the way that the centre of any contact sphere goes in `time`; the last term covers the
@@ -324,6 +348,7 @@ mod tests {
                 angular_momentum: &mut momenta,
                 frames: &mut frames,
                 rotations: &mut rotations,
+                turned: &mut [Vector::ZERO; 5],
                 budget: &mut [0.0; 5],
             };
             moving.leap(&Leap { gravity: Vector::ZERO, impulses: &[Wrench::default(); 5], time });

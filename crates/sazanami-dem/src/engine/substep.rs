@@ -98,7 +98,7 @@ impl Engine {
     fn move_grains(&mut self, loads: &Loads<'_>, kick: Option<(Vector, Real)>, time: Real, keep: bool) -> u8 {
         let owned = self.grains.owned;
         let state = AtomicU8::new(FINE);
-        let Self { grains, frames, rotations, budget, inert, reach, blocks, incoming, time: now, .. } = self;
+        let Self { grains, frames, rotations, turned, budget, inert, reach, blocks, incoming, time: now, .. } = self;
         let (blocks, incoming, now) = (&blocks[..], &*incoming, *now);
         let poses = (
             &mut grains.home[..owned],
@@ -114,9 +114,9 @@ impl Engine {
         );
         let (gravity, h) = kick.unwrap_or_default();
         for_each_chunk(
-            (poses, marks, &mut frames[..owned], &mut rotations[..owned], &mut budget[..owned]),
+            (poses, marks, &mut frames[..owned], &mut rotations[..owned], (&mut turned[..owned], &mut budget[..owned])),
             ROWS,
-            |number, (poses, marks, frames, rotations, budget)| {
+            |number, (poses, marks, frames, rotations, (turned, budget))| {
                 let first = number * ROWS;
                 let rows = first..first + frames.len();
                 let mut impulses = [Wrench::default(); ROWS];
@@ -164,6 +164,7 @@ impl Engine {
                     angular_momentum: poses.3,
                     frames,
                     rotations,
+                    turned,
                     budget,
                 };
                 moving.leap(&Leap { gravity: h * gravity, impulses: &impulses, time });
