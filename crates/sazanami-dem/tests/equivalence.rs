@@ -4,7 +4,7 @@ use sazanami_dem::*;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::snapshot::Snapshot;
-use sazanami_numerics::{Real, Vector};
+use sazanami_numerics::{Quaternion, Real, Vector};
 use sazanami_parallel::{Communicator, Solo, run_ranks, with_threads};
 
 const WIDTH: Real = 6e-3;
@@ -154,6 +154,69 @@ fn old_lists_give_the_forces_of_new_ones() {
         assert!(a == b);
         renewed = Engine::restore(&domain, setup(), "dem/", &b).expect("the case is sound");
     }
+}
+
+#[test]
+fn balls_that_touch_on_both_sides_of_a_narrow_box_keep_both_contacts_while_they_cross_it() {
+    let radius = 0.3e-3;
+    let upper = Vector::new(4.2 * radius, WIDTH, 8e-3);
+    let grid = Grid::new([2, 16, 8], Vector::ZERO, upper);
+    let domain = Domain::new(grid, [true, false, false], Box::<Solo>::default()).expect("the case is sound");
+    let setup = || Setup {
+        walls: Wall::of_box(Vector::ZERO, upper, 0, [[false; 2], [true; 2], [true, false]]),
+        ..setup(true, Damping::Literal { normal: 0.0, tangential: 0.0 })
+    };
+    // They bounce between each other and each other's image, and go round.
+    let ball = |id: u64, x: Real, speed: Real| Grain {
+        shape: 1,
+        velocity: Vector::new(speed, 0.0, 0.0),
+        ..Grain::new(id, 2650.0, Vector::new(x * radius, 3e-3, 3e-3))
+    };
+    let balls = [ball(0, 1.0, 0.7), ball(1, 3.1, 0.6)];
+    let mut old = Engine::new(&domain, setup(), &balls).expect("the case is sound");
+    let mut renewed = Engine::new(&domain, setup(), &balls).expect("the case is sound");
+    let step = |engine: &mut Engine| {
+        engine.advance(&domain, &Loads::none(), Vector::ZERO, 2e-5, Substeps::Auto).expect("no ball is lost")
+    };
+    let (mut impacts, mut touching, mut renewals) = (0, 0, 0);
+    for _ in 0..1500 {
+        let report = step(&mut old);
+        renewals += report.list_renewals;
+        impacts += usize::from(report.contacts > touching);
+        touching = report.contacts;
+        step(&mut renewed);
+        let (mut a, mut b) = (Snapshot::default(), Snapshot::default());
+        old.snapshot(&domain, "dem/", &mut a);
+        renewed.snapshot(&domain, "dem/", &mut b);
+        assert!(a == b);
+        renewed = Engine::restore(&domain, setup(), "dem/", &b).expect("the case is sound");
+    }
+    assert!(impacts > 20 && renewals > 20, "{impacts} {renewals}");
+}
+
+#[test]
+fn a_ball_turns_as_it_spins() {
+    let domain = domain(Box::<Solo>::default(), true);
+    let spin = Vector::new(300.0, -200.0, 100.0);
+    // It crosses a side meanwhile, with lists renewed on the way.
+    let ball = Grain {
+        shape: 1,
+        velocity: Vector::new(3.0, 0.0, 0.0),
+        angular_velocity: spin,
+        ..Grain::new(3, 2650.0, Vector::splat(3e-3))
+    };
+    let setup = setup(true, Damping::Literal { normal: 0.0, tangential: 0.0 });
+    let mut engine = Engine::new(&domain, setup, &[ball]).expect("the case is sound");
+    let mut renewals = 0;
+    for _ in 0..10 {
+        let report = engine.advance(&domain, &Loads::none(), Vector::ZERO, 2e-4, Substeps::Fixed(400));
+        renewals += report.expect("the case is sound").list_renewals;
+    }
+    let expected = Quaternion::from_scaled_axis(spin * engine.time());
+    let found = engine.grains().orientation[0];
+    assert!(found.dot(expected).abs() > 1.0 - 1e-12, "{found} {expected}");
+    assert!(renewals > 0, "{renewals}");
+    assert!(found.dot(Quaternion::IDENTITY).abs() < 0.95, "negative control: it does turn");
 }
 
 #[test]

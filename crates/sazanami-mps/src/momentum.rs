@@ -1,10 +1,11 @@
 //! What acts on the fluid from outside, for its budget of momentum.
 //!
-//! The fluid gains `M b dt` by the body force, `sum p A n dt` by the pressure on the walls it stands before and
-//! `sum m nu lap(u) dt` by their friction, and what keeps particles off them; drag and pressure of the grains stand in the report of the coupling. Forces
-//! between fluid particles should cancel. Those of the corrected gradient do so only as far as it is consistent, and the
-//! pressure vanishes in the middle of the particles at the surface, half a spacing below where the water ends: what is
-//! left over, the residual of the budget, tells how well what the particles feel adds up to what the walls feel.
+//! The fluid gains `M b dt` by the body force, `sum p A n dt` by the pressure on the walls it stands before, the walls'
+//! part of `sum m nu lap(u) dt` by their friction, and what keeps particles off them; drag and pressure of the grains stand
+//! in the report of the coupling. Forces between fluid particles should cancel. Pushes do. Viscosity does where the void
+//! fraction is even, those of the corrected gradient as far as it is consistent, and the pressure vanishes in the middle of
+//! the particles at the surface, half a spacing below where the water ends: what is left over, the residual of the budget,
+//! tells how well what the particles feel adds up to what walls and grains feel.
 
 use sazanami_numerics::Vector;
 
@@ -17,7 +18,7 @@ pub struct FluidImpulses {
     pub body_force: Vector,
     /// Of the pressure on the walls.
     pub wall_pressure: Vector,
-    /// Of viscosity, that is of the walls' friction.
+    /// Of the walls' friction.
     pub friction: Vector,
     /// Of what keeps particles apart, which is of the walls: pushes, bounces, and putting back into the box.
     pub contact: Vector,

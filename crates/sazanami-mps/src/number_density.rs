@@ -54,6 +54,8 @@ pub(crate) struct Crowding {
     pub rate: Real,
     /// Laplacian of the velocity [1/(m s)].
     pub laplacian: Vector,
+    /// Part of it that comes from walls [1/(m s)].
+    pub from_walls: Vector,
 }
 
 /// Number density, rate and viscosity of each own particle; `seen` is the velocity that viscosity sees.
@@ -87,7 +89,7 @@ fn crowding_with<const C4: bool, const CLASSICAL: bool>(
         let viscous = kind[a] == Kind::Fluid;
         let mut density = mine.bulk;
         let mut rate = mine.bulk_rate;
-        let mut laplacian = Vector::ZERO;
+        let (mut laplacian, mut from_walls) = (Vector::ZERO, Vector::ZERO);
         for &b in near {
             let b = b as usize;
             let other = &samples[b];
@@ -102,10 +104,15 @@ fn crowding_with<const C4: bool, const CLASSICAL: bool>(
             let stretch = (other.velocity - mine.velocity).dot(apart);
             rate += weight.slope_over_distance(r) * stretch * other.bulk + w * other.bulk_rate;
             if viscous && (friction == WallFriction::NoSlip || kind[b] == Kind::Fluid) {
-                laplacian += form.coefficient(&weight, r).0 * other.bulk * (seen[b] - s);
+                let pull = form.coefficient(&weight, r).0 * other.bulk * (seen[b] - s);
+                laplacian += pull;
+                if kind[b] != Kind::Fluid {
+                    from_walls += pull;
+                }
             }
         }
-        Crowding { density, rate: rate / sums.strain, laplacian: laplacian / sums.laplacian }
+        let (laplacian, from_walls) = (laplacian / sums.laplacian, from_walls / sums.laplacian);
+        Crowding { density, rate: rate / sums.strain, laplacian, from_walls }
     });
 }
 

@@ -208,7 +208,7 @@ fn fill(
             pair.contacts = first;
             let sum = world.budget[low] + world.budget[high as usize];
             let (left, mut nearest) = previous
-                .and_then(|old| remaining(old, low, high as usize))
+                .and_then(|old| remaining(old, low, high as usize, image))
                 .unwrap_or((Real::NEG_INFINITY, Nearest::default()));
             nearest.rest += sum;
             block.push(pair, sum + left.max(gap * (1.0 - 1e-9)), nearest);
@@ -249,7 +249,7 @@ fn pair(
 
 /// What was left of the gap of a pair of the previous list, if it was listed, and its nearest
 /// spheres with what was left of the gap of the others.
-fn remaining(old: &Previous<'_>, low: usize, high: usize) -> Option<(Real, Nearest)> {
+fn remaining(old: &Previous<'_>, low: usize, high: usize, image: [i32; 2]) -> Option<(Real, Nearest)> {
     let (low, high) = (old.number[low], old.number[high]);
     if low == u32::MAX || high == u32::MAX {
         return None;
@@ -257,7 +257,9 @@ fn remaining(old: &Previous<'_>, low: usize, high: usize) -> Option<(Real, Neare
     let block = &old.blocks[low as usize / ROWS];
     let row = low as usize - block.first;
     let range = block.starts[row] as usize..block.starts[row + 1] as usize;
-    let at = range.start + block.high[range].iter().position(|&h| h == high)?;
+    // Grains and their ghosts may have changed places: the image must be the same too.
+    let same = |p: &usize| block.high[*p] == high && block.pairs[*p].image.map(i32::from) == image;
+    let at = range.into_iter().find(same)?;
     let sum = old.budget[low as usize] + old.budget[high as usize];
     let nearest = block.nearest[at];
     Some((block.wake[at] - sum, Nearest { rest: nearest.rest - sum, ..nearest }))

@@ -185,9 +185,8 @@ mod tests {
         {
             let found = sources.around(at_centre, d);
             assert!((found - fraction).abs() < 0.02, "{fraction}: {found}");
-            // Negative controls: with the own share, and without it.
+            // Negative control: without the own share.
             let others = at_centre - own;
-            assert!(found < at_centre || fraction > 0.15);
             assert!((others - fraction).abs() > 0.02);
         }
     }

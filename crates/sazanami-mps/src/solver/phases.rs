@@ -395,18 +395,18 @@ impl Solver {
         let Particles { kind, role, pressure, id, owned, .. } = particles;
         let bare = |a: usize| scratch.prediction[a].density < surface.density * kernel.sums.number_density;
         let Settings { fluid, scheme, reference, .. } = settings;
-        let reduced = if scheme.reduced_pressure { forcing.body_force } else { Vector::ZERO };
         let mass = self.particle_mass();
         let sums = sum_of(*owned, |a| {
             let [body, friction, wall] = match kind[a] {
                 Kind::Fluid => {
-                    [mass * forcing.body_force, mass * fluid.viscosity * scratch.crowding[a].laplacian, Vector::ZERO]
+                    [mass * forcing.body_force, mass * fluid.viscosity * scratch.crowding[a].from_walls, Vector::ZERO]
                 }
                 Kind::Wall if role[a] != Role::Outside => {
                     // The whole pressure on the face, half a spacing before the particle.
                     let facet = facets[(id[a] - WALL) as usize];
                     let face = scratch.place[a] + 0.5 * fluid.spacing * facet.normalize_or_zero();
-                    let whole = pressure[a] + hydrostatic(fluid.density, reduced, face, *reference);
+                    let rest = if scheme.reduced_pressure { *reference } else { scratch.place[a] };
+                    let whole = pressure[a] + hydrostatic(fluid.density, forcing.body_force, face, rest);
                     // What goes on above the surface pulls at nothing.
                     let whole = if bare(a) { whole.max(0.0) } else { whole };
                     [Vector::ZERO, Vector::ZERO, whole * facet]

@@ -2,6 +2,7 @@
 
 use crate::support::{Case, GRAVITY, OPEN_TOP, PERIODIC, SPACING, WALLS, under};
 use sazanami_dem::Grain;
+use sazanami_mps::boundary::WallFriction;
 use sazanami_numerics::{Real, Vector};
 
 /// Gain of the fluid, and what body force, walls and grains gave it, over the impulse of gravity.
@@ -49,6 +50,20 @@ fn end_walls_hold_water_on_a_slope() {
     assert!((residual - expected).length() < 0.003, "{residual} {expected}");
     // Negative control: without the walls.
     assert!((gained - others).x < -0.3);
+}
+
+#[test]
+fn only_walls_that_hold_the_water_rub_at_it() {
+    let mut case = Case::filled([12, 8, 16], [12, 8, 10], [WALLS, PERIODIC, OPEN_TOP]);
+    case.viscosity = 1e-4;
+    case.fluid.iter_mut().for_each(|p| p.velocity = Vector::new(0.0, 0.1, 0.0));
+    let friction = |case: &Case| {
+        let report = case.solo().step(1e-4, &under(GRAVITY), |_| ()).expect("the step is sound");
+        report.impulses.friction
+    };
+    assert!(friction(&case).y < -1e-9, "{}", friction(&case));
+    case.friction = WallFriction::Slip;
+    assert_eq!(friction(&case), Vector::ZERO);
 }
 
 #[test]

@@ -6,7 +6,7 @@ use sazanami_numerics::Real;
 use serde::Serialize;
 
 use super::{CostModel, LimitReport};
-use crate::case::meaning::{BoundarySide, Case, FluidName, GrainPlacement, Particles, Placement, Solver, TankMotion};
+use crate::case::meaning::{BoundarySide, Case, FluidName, GrainPlacement, Particles, Placement, Solver};
 
 /// Share of the space that grains fill in a bed of spheres.
 const FILLING: Real = 0.60;
@@ -101,10 +101,11 @@ fn walls(case: &Case, particles: &Particles) -> usize {
     (outer(0) * outer(1) * outer(2) - inner[0] * inner[1] * inner[2]) as usize
 }
 
-/// Waves along the horizontal direction with end walls in which a tank is shaken most, at its strongest harmonic.
+/// Waves of a tank that is shaken at its strongest harmonic, along the horizontal direction with end walls in which they are
+/// highest.
 pub(crate) fn tank(case: &Case) -> Option<TankReport> {
     let frame = case.frame.as_ref()?;
-    let shaken = frame.motion.as_ref().and_then(TankMotion::harmonic).or_else(|| {
+    let shaken = frame.motion.as_ref().and_then(|motion| motion.harmonic(case.run.until)).or_else(|| {
         let by = frame.oscillation?;
         Some((by.amplitude / (TAU * by.frequency).powi(2), by.frequency))
     });
@@ -113,9 +114,14 @@ pub(crate) fn tank(case: &Case) -> Option<TankReport> {
         let is_wall = |side: &BoundarySide| matches!(side, BoundarySide::NoSlip | BoundarySide::Slip);
         amplitude[*d] != 0.0 && case.boundary[*d].iter().all(is_wall)
     };
-    let axis = (0..2).filter(closed).max_by(|&a, &b| amplitude[a].abs().total_cmp(&amplitude[b].abs()))?;
-    let (amplitude, omega) = (amplitude[axis].abs(), TAU * frequency);
     let depth = depth(case)?;
+    let waves = (0..2).filter(closed).map(|axis| waves(case, axis, amplitude[axis].abs(), frequency, depth));
+    waves.max_by(|a, b| a.largest_elevation.total_cmp(&b.largest_elevation))
+}
+
+/// Waves along a direction, from 0, in which the tank is shaken by an amplitude [m] at a frequency [Hz].
+fn waves(case: &Case, axis: usize, amplitude: Real, frequency: Real, depth: Real) -> TankReport {
+    let omega = TAU * frequency;
     let length_m = case.domain.extent()[axis];
     let k = wavenumber(omega, case.gravity.length(), depth);
     let half = 0.5 * k * length_m;
@@ -124,7 +130,7 @@ pub(crate) fn tank(case: &Case) -> Option<TankReport> {
     let places = (0..=200).map(|n| half * Real::from(n) / 200.0);
     let speed_ratio = places.clone().map(|place| (1.0 - place.cos() / half.cos()).abs()).fold(0.0, Real::max);
     let elevation = amplitude * k * amplification;
-    Some(TankReport {
+    TankReport {
         axis: axis + 1,
         frequency_hz: frequency,
         length_m,
@@ -136,7 +142,7 @@ pub(crate) fn tank(case: &Case) -> Option<TankReport> {
         largest_elevation: elevation * places.map(|place| place.sin().abs()).fold(0.0, Real::max),
         tank_speed: amplitude * omega,
         stokes_layer_m: (2.0 * case.fluids.liquid.viscosity / case.fluids.liquid.density / omega).sqrt(),
-    })
+    }
 }
 
 /// Depth of the water above a bed that is levelled, or above the floor [m].

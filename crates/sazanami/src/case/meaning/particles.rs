@@ -202,8 +202,8 @@ impl Preparation {
     }
 }
 
-/// Times at which a motion from a file is looked at for its harmonics.
-const SAMPLES: usize = 1024;
+/// Most times at which a motion from a file is looked at for its harmonics.
+const MOST_SAMPLES: usize = 8192;
 
 impl Axis {
     fn direction(self) -> Vector {
@@ -266,29 +266,37 @@ impl Motion {
         }
     }
 
-    /// Amplitude [m] and frequency [Hz] of its strongest harmonic; `None` without motion.
+    /// Amplitude [m] and frequency [Hz] of its strongest harmonic until `until` [s]; `None` without motion.
     #[must_use]
-    pub fn harmonic(&self) -> Option<(Vector, Real)> {
+    pub fn harmonic(&self, until: Real) -> Option<(Vector, Real)> {
         let Self::File { axis, curve, .. } = self else {
             let Self::Formula { amplitude, frequency, .. } = self else { return None };
             return (*amplitude != Vector::ZERO).then_some((*amplitude, *frequency));
         };
         // The velocity has no trend to speak of; Hann's window keeps harmonics apart.
         let [start, end] = curve.range();
-        let span = end - start;
-        let place = |n: usize| (n as Real + 0.5) / SAMPLES as Real;
+        let (start, span) = (start.max(0.0), end.min(until) - start.max(0.0));
+        if span <= 0.0 {
+            return None;
+        }
+        // Twice as many samples as there are points in that time, so that none of its harmonics is taken for another.
+        let samples = (2 * curve.points_within([start, start + span])).clamp(256, MOST_SAMPLES);
+        let place = |n: usize| (n as Real + 0.5) / samples as Real;
         let window = |n: usize| 1.0 - (TAU * place(n)).cos();
-        let speeds: Vec<Real> = (0..SAMPLES).map(|n| window(n) * curve.at(start + span * place(n))[1]).collect();
+        let speeds: Vec<Real> = (0..samples).map(|n| window(n) * curve.at(start + span * place(n))[1]).collect();
         let amplitude = |cycles: Real| {
+            // The angle of the next sample by the addition theorems.
+            let (turn_sine, turn_cosine) = (TAU * cycles / samples as Real).sin_cos();
+            let (mut s, mut c) = (0.5 * TAU * cycles / samples as Real).sin_cos();
             let (mut cosine, mut sine) = (0.0, 0.0);
-            for (n, speed) in speeds.iter().enumerate() {
-                let (s, c) = (TAU * cycles * place(n)).sin_cos();
+            for speed in &speeds {
                 cosine += speed * c;
                 sine += speed * s;
+                (s, c) = (s * turn_cosine + c * turn_sine, c * turn_cosine - s * turn_sine);
             }
-            2.0 * cosine.hypot(sine) / SAMPLES as Real
+            2.0 * cosine.hypot(sine) / samples as Real
         };
-        let tried = (4..2 * SAMPLES).map(|n| 0.25 * n as Real);
+        let tried = (2..samples).map(|n| 0.5 * n as Real);
         let (cycles, speed) = tried.map(|cycles| (cycles, amplitude(cycles))).max_by(|a, b| a.1.total_cmp(&b.1))?;
         let frequency = cycles / span;
         (speed > 0.0).then(|| (axis.direction() * (speed / (TAU * frequency)), frequency))
@@ -370,10 +378,22 @@ mod tests {
         let x: Vec<Real> = t.iter().map(|&t| at(t)).collect();
         let curve = sazanami_numerics::spline::Spline::through(&t, &x).unwrap();
         let motion = Motion::File { file: PathBuf::new(), axis: Axis::X2, curve };
-        let (amplitude, frequency) = motion.harmonic().unwrap();
+        let (amplitude, frequency) = motion.harmonic(7.0).unwrap();
         assert!((frequency - 2.0).abs() < 0.02, "{frequency}");
         assert!((amplitude - Vector::new(0.0, 0.01, 0.0)).length() < 3e-4, "{amplitude}");
+        // A long record of which the run sees the beginning, and one of 600 cycles.
+        let t: Vec<Real> = (0..=12_000).map(|n| 0.025 * n as Real).collect();
+        let record = |at: &dyn Fn(Real) -> Real| {
+            let x: Vec<Real> = t.iter().map(|&t| at(t)).collect();
+            let curve = sazanami_numerics::spline::Spline::through(&t, &x).unwrap();
+            Motion::File { file: PathBuf::new(), axis: Axis::X1, curve }
+        };
+        let soon_still = record(&|t| if t < 5.0 { 0.01 * (TAU * 2.0 * t).sin() } else { 0.0 });
+        let (amplitude, frequency) = soon_still.harmonic(5.0).unwrap();
+        assert!((frequency - 2.0).abs() < 0.02 && (amplitude.x - 0.01).abs() < 3e-4, "{frequency} {amplitude}");
+        let (_, frequency) = record(&|t| 0.01 * (TAU * 2.0 * t).sin()).harmonic(300.0).unwrap();
+        assert!((frequency - 2.0).abs() < 0.01, "{frequency}");
         let still = sazanami_numerics::spline::Spline::through(&[0.0, 1.0], &[0.3, 0.3]).unwrap();
-        assert_eq!(Motion::File { file: PathBuf::new(), axis: Axis::X1, curve: still }.harmonic(), None);
+        assert_eq!(Motion::File { file: PathBuf::new(), axis: Axis::X1, curve: still }.harmonic(1.0), None);
     }
 }

@@ -85,8 +85,12 @@ pub(crate) struct ParticleBooks {
     water: SurfaceProfile,
     found: Option<Found>,
     stock: Stock,
-    /// Momentum of the fluid at the start and now, in the frame of its places [N s].
-    fluid_momentum: [Vector; 2],
+    /// Momentum of the fluid at the start, in the frame of its places [N s].
+    first_momentum: Vector,
+    /// What the fluid had gained, when last looked at, beyond what acted on it from outside [N s].
+    fluid_residual: Vector,
+    /// Sum of the sizes of the impulses of the body force in each direction [N s].
+    forced: Vector,
     /// Impulses since the start, in the order of [`IMPULSES`] [N s].
     impulses: [Vector; IMPULSES.len()],
 }
@@ -232,7 +236,9 @@ impl Books for ParticleBooks {
             water: SurfaceProfile { start: 0.0, spacing: 1.0, heights: Vec::new() },
             found: None,
             stock: Stock::default(),
-            fluid_momentum: [Vector::ZERO; 2],
+            first_momentum: Vector::ZERO,
+            fluid_residual: Vector::ZERO,
+            forced: Vector::ZERO,
             impulses: [Vector::ZERO; IMPULSES.len()],
         }
     }
@@ -242,15 +248,17 @@ impl Books for ParticleBooks {
             Some(state) => {
                 self.first_volume = state.snapshot.reals_of(INITIAL, 1)?[0];
                 self.first_layers = state.snapshot.u64(LAYERS)?.to_vec();
-                let momentum = state.snapshot.reals_of(MOMENTUM, 3 + 3 * self.impulses.len())?;
-                self.fluid_momentum[0] = Vector::from_slice(&momentum[..3]);
-                self.impulses = std::array::from_fn(|n| Vector::from_slice(&momentum[3 * n + 3..3 * n + 6]));
+                let momentum = state.snapshot.reals_of(MOMENTUM, 6 + 3 * self.impulses.len())?;
+                let part = |n: usize| Vector::from_slice(&momentum[3 * n..3 * n + 3]);
+                (self.first_momentum, self.forced) = (part(0), part(1));
+                self.impulses = std::array::from_fn(|n| part(n + 2));
+                self.fluid_residual = self.residual(water);
             }
             None => {
                 seen.measure_bed();
                 self.look_at(water, 0.0);
                 self.first_volume = self.stock.volume;
-                self.fluid_momentum[0] = self.fluid_momentum[1];
+                (self.first_momentum, self.fluid_residual) = (water.fluid_momentum(), Vector::ZERO);
                 if let Some(case) = self.settings.as_ref().filter(|case| case.layers == LayerReference::Initial) {
                     let reference = ripples::LayerReference::Floor(self.tank.floor);
                     let layers =
@@ -276,6 +284,7 @@ impl Books for ParticleBooks {
         worst.grain_speed = worst.grain_speed.max(report.contacts.largest_speed);
         totals.particles.get_or_insert_default().add(report);
         let (fluid, coupling) = (&report.impulses, &report.coupling);
+        self.forced += fluid.body_force.abs();
         let impulses = [
             fluid.body_force,
             fluid.wall_pressure,
@@ -353,7 +362,7 @@ impl Books for ParticleBooks {
 
     fn account(&self) -> Account {
         let change = if self.first_volume > 0.0 { self.stock.volume / self.first_volume - 1.0 } else { 0.0 };
-        let [body_force, _, _, _, on_fluid, on_grains, ..] = self.impulses;
+        let [_, _, _, _, on_fluid, on_grains, ..] = self.impulses;
         let mut observables = Map::new();
         if let Some(found) = &self.found {
             observables.insert("ripples".into(), series::ripples_json(found, &self.tank));
@@ -366,7 +375,8 @@ impl Books for ParticleBooks {
             );
         }
         let exchanged = on_grains.length().max(on_fluid.length());
-        let (given, residual) = (body_force.length(), self.fluid_residual());
+        let residual = self.fluid_residual;
+        let relative = [0, 1, 2].map(|d| (self.forced[d] > 0.0).then(|| residual[d].abs() / self.forced[d]));
         let named = IMPULSES.iter().zip(self.impulses);
         let impulses: Map<String, serde_json::Value> =
             named.map(|(name, impulse)| ((*name).to_owned(), json!(impulse.to_array()))).collect();
@@ -376,7 +386,7 @@ impl Books for ParticleBooks {
                 "fluid_bulk_volume_relative_change": change,
                 "drag_exchange_residual_relative":
                     if exchanged > 0.0 { self.drag_residual().length() / exchanged } else { 0.0 },
-                "fluid_momentum_residual_relative": if given > 0.0 { residual.length() / given } else { 0.0 },
+                "fluid_momentum_residual_relative": relative,
             }),
             momentum: json!({
                 "now": self.stock.momentum.to_array(),
@@ -390,7 +400,7 @@ impl Books for ParticleBooks {
     fn save(&self, snapshot: &mut Snapshot) {
         snapshot.put_reals(INITIAL, vec![self.first_volume]);
         snapshot.put_u64(LAYERS, self.first_layers.clone());
-        let momentum = std::iter::once(self.fluid_momentum[0]).chain(self.impulses);
+        let momentum = [self.first_momentum, self.forced].into_iter().chain(self.impulses);
         snapshot.put_reals(MOMENTUM, momentum.flat_map(|part| part.to_array()).collect());
     }
 }
@@ -410,18 +420,19 @@ impl ParticleBooks {
         on_fluid + on_grains
     }
 
-    /// What the fluid gained beyond what body force, walls and grains gave it [N s].
-    fn fluid_residual(&self) -> Vector {
-        let [first, now] = self.fluid_momentum;
+    /// What the fluid gained beyond what body force, walls and grains gave it [N s]. All ranks take part.
+    fn residual(&self, water: &Solver) -> Vector {
         let [body_force, pressure, friction, contact, drag, _, pressure_on_grains, _] = self.impulses;
-        now - first - (body_force + pressure + friction + contact + drag - pressure_on_grains)
+        water.fluid_momentum()
+            - self.first_momentum
+            - (body_force + pressure + friction + contact + drag - pressure_on_grains)
     }
 
     /// Looks at grains and water. All ranks take part.
     fn look_at(&mut self, water: &mut Solver, time: Real) {
         self.see(water, time);
         self.stock = self.sight.stock(water, self.gravity);
-        self.fluid_momentum[1] = water.fluid_momentum();
+        self.fluid_residual = self.residual(water);
         if !self.sight.leads {
             return;
         }

@@ -178,7 +178,7 @@ fn values(books: &ParticleBooks, clock: &Clock, step: Option<&Step<'_, Solver>>)
         None => row.extend(std::iter::repeat_with(|| Value::Missing).take(24)),
     }
     let change = if books.first_volume > 0.0 { stock.volume / books.first_volume - 1.0 } else { 0.0 };
-    let residual = books.fluid_residual();
+    let residual = books.fluid_residual;
     row.extend([
         real(change),
         real(stock.fluid_energy),
