@@ -251,8 +251,8 @@ impl Moving<'_> {
     }
 }
 
-/// Turns balls through the angles that they have `turned` [rad], one after the other taken as one: of the orientation of a
-/// ball only pictures know.
+/// Turns balls through the angles that they have `turned` [rad], those of all sub-steps taken as one: contacts do not look
+/// at the orientation of a ball, and who does looks between the steps.
 pub(crate) fn turn_balls(orientation: &mut [Quaternion], turned: &[Vector]) {
     for_each_chunk(orientation, ROWS, |number, orientation| {
         for (orientation, &angle) in orientation.iter_mut().zip(&turned[number * ROWS..]) {
