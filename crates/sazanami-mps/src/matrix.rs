@@ -57,6 +57,8 @@ pub(crate) struct Row {
     pub right: Real,
     /// Whether a neighbour's pressure is given.
     pub beside_surface: bool,
+    /// Whether what is missing beyond the surface was held to a whole side.
+    pub held: bool,
 }
 
 /// Roles and places that a solve looks at.

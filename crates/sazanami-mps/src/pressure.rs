@@ -47,6 +47,8 @@ pub struct PressureReport {
     pub removed_mean: Real,
     /// Pairs whose coefficient was cut to zero.
     pub cut_coefficients: usize,
+    /// Rows whose missing part beyond the surface was held to a whole side.
+    pub held_rows: usize,
 }
 
 /// The pressure equation was not solved.
@@ -158,7 +160,9 @@ impl PressureEquation {
                 }
                 let (way, given) = (way / weights, given / weights);
                 // No more than a whole side: those with a given pressure may lie on both.
-                let missing = (-lean.dot(way) / way.length_squared()).min(row.diagonal);
+                let asked = -lean.dot(way) / way.length_squared();
+                row.held = asked > row.diagonal;
+                let missing = asked.min(row.diagonal);
                 if missing > 0.0 {
                     row.diagonal += missing;
                     row.right += missing * given;
@@ -167,9 +171,10 @@ impl PressureEquation {
         });
     }
 
-    /// Number of pairs whose coefficient was cut to zero.
-    pub fn cut(&self) -> usize {
-        self.blocks.iter().map(|block| block.cut).sum()
+    /// Own pairs whose coefficient was cut to zero, and own rows that were held.
+    pub fn limited(&self) -> [usize; 2] {
+        let cut = self.blocks.iter().map(|block| block.cut).sum();
+        [cut, self.rows.iter().filter(|row| row.held).count()]
     }
 
     /// Lets go of the water before walls that are `bare` of it: where such a wall particle has a lower pressure than

@@ -341,7 +341,8 @@ impl Solver {
         equation.complete(role, place, pressure, completed);
         let to_strain = dt * dt / fluid.density;
         let solved = equation.solve(&layout, exchange, pressure, to_strain, tolerance)?;
-        report.pressure = PressureReport { cut_coefficients: equation.cut(), ..solved };
+        let [cut, held] = domain.sum(equation.limited().map(|count| count as Real));
+        report.pressure = PressureReport { cut_coefficients: cut as usize, held_rows: held as usize, ..solved };
         let bare = |a: usize| kind[a] == Kind::Wall && prediction[a].density < surface.density * n0;
         let released = equation.release_walls(bare, kind, role, &mut pressure[..]);
         report.released_walls = domain.sum([released as Real])[0] as usize;

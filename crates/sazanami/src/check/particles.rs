@@ -91,11 +91,14 @@ fn fluid(case: &Case, particles: &Particles) -> usize {
     ((liquid - solid).max(0.0) / particles.spacing.powi(3)).round() as usize
 }
 
+fn is_wall(side: &BoundarySide) -> bool {
+    matches!(side, BoundarySide::NoSlip | BoundarySide::Slip)
+}
+
 /// Particles of the walls: the layers behind each, edges included.
 fn walls(case: &Case, particles: &Particles) -> usize {
     let layers = WALL_LAYERS + particles.radius.floor();
     let box_ = case.domain.extent();
-    let is_wall = |side: &BoundarySide| matches!(side, BoundarySide::NoSlip | BoundarySide::Slip);
     let inner: Vec<Real> = (0..3).map(|d| (box_[d] / particles.spacing).round()).collect();
     let outer = |d: usize| inner[d] + layers * case.boundary[d].iter().filter(|side| is_wall(side)).count() as Real;
     (outer(0) * outer(1) * outer(2) - inner[0] * inner[1] * inner[2]) as usize
@@ -110,10 +113,7 @@ pub(crate) fn tank(case: &Case) -> Option<TankReport> {
         Some((by.amplitude / (TAU * by.frequency).powi(2), by.frequency))
     });
     let (amplitude, frequency) = shaken?;
-    let closed = |d: &usize| {
-        let is_wall = |side: &BoundarySide| matches!(side, BoundarySide::NoSlip | BoundarySide::Slip);
-        amplitude[*d] != 0.0 && case.boundary[*d].iter().all(is_wall)
-    };
+    let closed = |d: &usize| amplitude[*d] != 0.0 && case.boundary[*d].iter().all(is_wall);
     let depth = depth(case)?;
     let waves = (0..2).filter(closed).map(|axis| waves(case, axis, amplitude[axis].abs(), frequency, depth));
     waves.max_by(|a, b| a.largest_elevation.total_cmp(&b.largest_elevation))

@@ -93,6 +93,9 @@ pub struct ParticleTotals {
     pub released_walls: u64,
     /// Coefficients of the pressure equation that were cut to zero.
     pub cut_coefficients: u64,
+    /// Rows beside the surface held to a whole side.
+    #[serde(default)]
+    pub held_rows: u64,
     /// Largest root mean square of the volume strain.
     pub worst_strain_rms: Real,
     /// Smallest void fraction before it was cut.
@@ -115,6 +118,7 @@ impl ParticleTotals {
         self.plain_gradients += report.plain_gradients as u64;
         self.released_walls += report.released_walls as u64;
         self.cut_coefficients += report.pressure.cut_coefficients as u64;
+        self.held_rows += report.pressure.held_rows as u64;
         self.worst_strain_rms = self.worst_strain_rms.max(report.strain[1]);
         self.least_void = self.least_void.min(report.coupling.least_void);
         self.fluid_speed = self.fluid_speed.max(report.largest_speed);

@@ -34,6 +34,7 @@ pub(super) fn columns() -> Vec<Column> {
         ("plain_gradients", ""),
         ("released_walls", ""),
         ("cut_coefficients", ""),
+        ("held_rows", ""),
         ("pushed_pairs", ""),
         ("push_work", "J"),
         ("collisions", ""),
@@ -161,6 +162,7 @@ fn values(books: &ParticleBooks, clock: &Clock, step: Option<&Step<'_, Solver>>)
                 count(report.plain_gradients),
                 count(report.released_walls),
                 count(report.pressure.cut_coefficients),
+                count(report.pressure.held_rows),
                 count(report.pushed_pairs),
                 real(report.push_work),
                 count(report.collisions),
@@ -175,7 +177,7 @@ fn values(books: &ParticleBooks, clock: &Clock, step: Option<&Step<'_, Solver>>)
                 if weight > 0.0 { real(-supported / weight) } else { Value::Missing },
             ]);
         }
-        None => row.extend(std::iter::repeat_with(|| Value::Missing).take(24)),
+        None => row.extend(std::iter::repeat_with(|| Value::Missing).take(25)),
     }
     let change = if books.first_volume > 0.0 { stock.volume / books.first_volume - 1.0 } else { 0.0 };
     let residual = books.fluid_residual;
