@@ -63,6 +63,8 @@ pub struct LatticeError {
 
 /// Part of the spacing by which that of a wall may differ.
 const LATTICE_TOLERANCE: Real = 0.02;
+/// Part of a closed box from which on it is full.
+const FULL: Real = 0.99;
 /// Nearest that a fluid particle comes to a wall, over the particle spacing.
 const NEAREST: Real = 0.2;
 
@@ -71,6 +73,12 @@ impl Tank {
     #[must_use]
     pub fn new(lower: Vector, upper: Vector, sides: [[Side; 2]; 3], friction: WallFriction) -> Self {
         Self { lower, upper, sides, friction, displacement: Vector::ZERO, velocity: Vector::ZERO }
+    }
+
+    /// Whether a volume of fluid and grains [m^3] fills the box and cannot leave it: such water has no surface.
+    pub(crate) fn is_full(&self, volume: Real) -> bool {
+        let closed = self.sides.as_flattened().iter().all(|&side| side != Side::Open);
+        closed && volume > FULL * (self.upper - self.lower).element_product()
     }
 
     /// Spacing of a lattice with about `spacing` [m] that fits the box in each direction [m].

@@ -18,6 +18,7 @@ mod operators;
 mod particles;
 pub mod pressure;
 pub mod scheme;
+mod shifting;
 pub mod snapshot;
 pub mod solver;
 mod stabilisation;

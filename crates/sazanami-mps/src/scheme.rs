@@ -61,6 +61,9 @@ pub struct Scheme {
     pub gradient: GradientForm,
     /// DS.
     pub stabilisation: Option<Stabilisation>,
+    /// Part of the square of half the radius of influence by which particles move down the gradient of their
+    /// concentration in a time of the flow, 0 to 0.5; 0: shifting is off.
+    pub shifting: Real,
     /// Whether the pressure is solved for without its part at rest, which is exact for water at rest.
     pub reduced_pressure: bool,
 }
@@ -76,6 +79,7 @@ impl Default for Scheme {
             relaxation: 100.0,
             gradient: GradientForm::Corrected,
             stabilisation: Some(Stabilisation::default()),
+            shifting: 0.0,
             reduced_pressure: true,
         }
     }

@@ -140,6 +140,8 @@ pub struct StepReport {
     pub pushed_pairs: usize,
     /// Work of the pushes [J].
     pub push_work: Real,
+    /// Longest way that a particle was shifted [m].
+    pub largest_shift: Real,
     /// Pairs that bounced off each other.
     pub collisions: usize,
     /// Particles that were put back from a wall.
@@ -179,6 +181,7 @@ struct Scratch {
     bin: Vec<u32>,
     size: Vec<Real>,
     pushes: Vec<Push>,
+    shifts: Vec<Vector>,
     collisions: Vec<(Vector, u32)>,
 }
 
@@ -189,7 +192,8 @@ pub struct Solver {
     settings: Settings,
     tank: Tank,
     kernel: Kernel,
-    surface: SurfaceTest,
+    /// None where the box is closed and full.
+    surface: Option<SurfaceTest>,
     pub(crate) particles: Particles,
     /// Where wall particles were at the start, by number [m].
     wall_places: Vec<Vector>,
@@ -254,6 +258,8 @@ impl Solver {
         let wall_places: Vec<Vector> = walls.iter().map(|wall| Vector::from_array(wall.position)).collect();
         let lattice = tank.lattice(settings.fluid.spacing)?;
         let facets = wall_places.iter().map(|&place| facet(&tank, lattice, place)).collect();
+        let water = records.iter().filter(|record| record.id < WALL).count() as Real * settings.fluid.spacing.powi(3);
+        let full = tank.is_full(water + grains.solid_volume(&domain));
         let me = domain.communicator().rank();
         let mut particles = Particles::default();
         for known in records.iter().filter(|record| record.id >= WALL) {
@@ -269,7 +275,7 @@ impl Solver {
         }
         particles.owned = particles.len();
         Ok(Self {
-            surface: SurfaceTest::of(&kernel.sums),
+            surface: (!full).then(|| SurfaceTest::of(&kernel.sums)),
             grains,
             domain,
             periods,
@@ -300,7 +306,7 @@ impl Solver {
         self.settings.limits.choose(&rates, body_force, spacing, viscosity)
     }
 
-    /// Advances fluid and grains by `dt` [s]: arrange, crowd, move grains, predict, solve, correct, keep apart.
+    /// Advances fluid and grains by `dt` [s]: arrange, crowd, move grains, predict, solve, correct, keep apart, shift.
     /// `watch` is told when a phase begins.
     ///
     /// # Errors
@@ -330,6 +336,7 @@ impl Solver {
         self.correct(dt, forcing);
         self.book(dt, forcing, &mut report);
         self.keep_apart(dt, time, &mut report);
+        self.shift(dt, time, &mut report);
         watch(Phase::Coupling);
         self.correct_grains(dt, &mut report);
         watch(Phase::Fluid);

@@ -125,6 +125,12 @@ impl Drag for FluidDrag<'_> {
     }
 }
 
+/// Diameter of an own grain [m].
+fn diameter_of(engine: &Engine, g: usize) -> Real {
+    let grains = engine.grains();
+    2.0 * engine.bodies()[grains.shape[g] as usize].bounding_radius * grains.scale[g]
+}
+
 impl GrainPhase {
     /// No grains.
     ///
@@ -232,6 +238,12 @@ impl GrainPhase {
         (1.0 - solid).max(self.coupling.least_void)
     }
 
+    /// Volume of the grains of all ranks [m^3].
+    pub(crate) fn solid_volume(&self, domain: &Domain) -> Real {
+        let own = (0..self.engine.grains().owned()).map(|g| volume(diameter_of(&self.engine, g)));
+        domain.sum([own.sum()])[0]
+    }
+
     /// Takes note of where the grains are, and of their images in the walls of `tank`.
     pub fn place(&mut self, domain: &Domain, tank: &Tank) {
         if self.any {
@@ -285,9 +297,7 @@ impl GrainPhase {
         let grains = engine.grains();
         let owned = grains.owned();
         diameter.clear();
-        diameter.extend(
-            (0..owned).map(|g| 2.0 * engine.bodies()[grains.shape[g] as usize].bounding_radius * grains.scale[g]),
-        );
+        diameter.extend((0..owned).map(|g| diameter_of(engine, g)));
         around.clear();
         around.resize(owned, Surroundings::default());
         let whole = WET * kernel.sums.number_density;

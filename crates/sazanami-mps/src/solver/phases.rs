@@ -5,7 +5,7 @@ use sazanami_parallel::{for_each_chunk, max_over, sum_over};
 
 use super::{Forcing, Phase, Scratch, Settings, Solver, StepError, StepReport};
 use crate::boundary::WallFriction;
-use crate::free_surface::{COMPANY_RADIUS, is_splash};
+use crate::free_surface::{COMPANY_RADIUS, SurfaceTest, is_splash};
 use crate::grains::{self, Voids};
 use crate::matrix::Layout;
 use crate::momentum::FluidImpulses;
@@ -15,6 +15,7 @@ use crate::operators::{self, PressureField};
 use crate::particles::{Kind, Particles, Role, WALL};
 use crate::pressure::{PressureEquation, PressureReport, hydrostatic};
 use crate::scheme::{Fluid, SourceForm};
+use crate::shifting::{self, Arrangement};
 use crate::stabilisation::{self, Moved, Push};
 use crate::stability::flow_time;
 
@@ -32,6 +33,11 @@ fn sum_of<const N: usize>(count: usize, part: impl Fn(usize) -> [Real; N] + Sync
             total
         })
     })
+}
+
+/// Whether this is a wall particle with little water before it, above a surface if there is one.
+fn is_bare(surface: Option<&SurfaceTest>, n0: Real, kind: Kind, sums: &Prediction) -> bool {
+    kind == Kind::Wall && surface.is_some_and(|test| sums.density < test.density * n0)
 }
 
 impl Solver {
@@ -231,13 +237,16 @@ impl Solver {
         roles.clear();
         roles.resize(particles.len(), 0);
         let kind = &particles.kind[..];
+        let surface = *surface;
+        let splashes = |company: u32| surface.is_some() && is_splash(company);
+        let given = |density: Real, asymmetry: Vector| surface.is_some_and(|test| test.is_surface(density, asymmetry));
         for_each_chunk(&mut roles[..owned], ROWS, |number, roles| {
             let sums = &prediction[number * ROWS..];
             for ((number, sums), kind) in roles.iter_mut().zip(sums).zip(&kind[number * ROWS..]) {
                 let density = sums.density / n0;
                 let role = match kind {
-                    Kind::Fluid if is_splash(sums.company) => Role::Outside,
-                    Kind::Fluid if surface.is_surface(density, sums.asymmetry / n0) => Role::Given,
+                    Kind::Fluid if splashes(sums.company) => Role::Outside,
+                    Kind::Fluid if given(density, sums.asymmetry / n0) => Role::Given,
                     Kind::Wall if sums.wet == 0 => Role::Outside,
                     Kind::Dummy => Role::Outside,
                     Kind::Fluid | Kind::Wall => Role::Unknown,
@@ -299,6 +308,7 @@ impl Solver {
         // `pressure` still is that of the last step, which the grains' way in the sub-steps already followed.
         let n0 = kernel.sums.number_density;
         let strain = |density: Real| (density - n0) / kernel.sums.strain;
+        let bare = |a: usize| is_bare(surface.as_ref(), n0, kind[a], &prediction[a]);
         let layout = Layout { domain, bins, roles: role, bin, place, owned };
         let PressureEquation { blocks, rows, .. } = &mut *equation;
         let blocks = &blocks[..];
@@ -312,7 +322,7 @@ impl Solver {
                     SourceForm::Classical => strain(prediction[a].density) / dt,
                 };
                 // Water that leaves a wall above the surface pulls at nothing.
-                if kind[a] == Kind::Wall && prediction[a].density < surface.density * n0 {
+                if bare(a) {
                     source = source.max(0.0);
                 }
                 // Below the surface a number density that is too low is no error.
@@ -343,7 +353,6 @@ impl Solver {
         let solved = equation.solve(&layout, exchange, pressure, to_strain, tolerance)?;
         let [cut, held] = domain.sum(equation.limited().map(|count| count as Real));
         report.pressure = PressureReport { cut_coefficients: cut as usize, held_rows: held as usize, ..solved };
-        let bare = |a: usize| kind[a] == Kind::Wall && prediction[a].density < surface.density * n0;
         let released = equation.release_walls(bare, kind, role, &mut pressure[..]);
         report.released_walls = domain.sum([released as Real])[0] as usize;
         exchange.refresh(domain, pressure);
@@ -394,7 +403,7 @@ impl Solver {
     pub(super) fn book(&self, dt: Real, forcing: &Forcing, report: &mut StepReport) {
         let Self { domain, kernel, particles, scratch, settings, facets, surface, .. } = self;
         let Particles { kind, role, pressure, id, owned, .. } = particles;
-        let bare = |a: usize| scratch.prediction[a].density < surface.density * kernel.sums.number_density;
+        let bare = |a: usize| is_bare(surface.as_ref(), kernel.sums.number_density, kind[a], &scratch.prediction[a]);
         let Settings { fluid, scheme, reference, .. } = settings;
         let mass = self.particle_mass();
         let sums = sum_of(*owned, |a| {
@@ -471,6 +480,24 @@ impl Solver {
             }
             report.collisions = (domain.sum([count])[0] / 2.0) as usize;
         }
+    }
+
+    /// Evens out the arrangement; `time` is that of the flow [s].
+    pub(super) fn shift(&mut self, dt: Real, time: Real, report: &mut StepReport) {
+        let Self { domain, kernel, particles, exchange, neighbours, scratch, .. } = self;
+        let factor = kernel.scheme.shifting * dt / time;
+        if factor == 0.0 {
+            return;
+        }
+        let Scratch { after, bulk, shifts, .. } = scratch;
+        let Particles { kind, role, owned, .. } = &*particles;
+        shifts.resize(*owned, Vector::ZERO);
+        let arrangement = Arrangement { kind, roles: role, position: after, bulk };
+        shifting::ways(kernel, neighbours, factor, &arrangement, shifts);
+        after.iter_mut().zip(&*shifts).for_each(|(x, way)| *x += *way);
+        exchange.refresh_positions(domain, after);
+        let longest = largest(*owned, |a| shifts[a].length_squared()).max(0.0);
+        report.largest_shift = domain.max(longest).sqrt();
     }
 
     /// Takes over what was found, keeps particles off the walls and in the box, and looks for nonsense.

@@ -128,3 +128,18 @@ fn a_particle_that_moves_farther_than_it_looks_is_an_error() {
         solver.step(1e-4, &under(GRAVITY), |_| ()).expect("it looks as far as it moves");
     }
 }
+
+#[test]
+fn a_full_box_has_no_surface() {
+    let mut case = Case::filled([8, 8, 8], [8, 8, 8], [PERIODIC; 3]);
+    case.fluid = jittered(case.fluid, 0.45);
+    let surface = |case: &Case| {
+        let report = case.solo().step(1e-4, &under(Vector::ZERO), |_| ()).expect("the step is sound");
+        report.surface + report.splashes
+    };
+    assert_eq!(surface(&case), 0);
+    // Negative control: around a hole there is one.
+    let middle = SPACING * Vector::splat(4.0);
+    case.fluid.retain(|particle| (particle.position - middle).length() > 2.2 * SPACING);
+    assert!(surface(&case) > 10, "{}", surface(&case));
+}

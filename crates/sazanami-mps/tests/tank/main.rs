@@ -1,7 +1,8 @@
-//! Small tanks: rest, free fall, grains, threads, restarts, ranks.
+//! Small tanks: rest, free fall, grains, shifting, threads, restarts, ranks.
 
 mod at_rest;
 mod budget;
 mod equivalence;
 mod grains;
+mod shifting;
 mod support;

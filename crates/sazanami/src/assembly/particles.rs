@@ -86,6 +86,7 @@ pub(crate) fn settings(case: &Case, level: Real) -> Settings {
                 meaning::KeepApart::Full => stabilised(false),
                 meaning::KeepApart::Off => None,
             },
+            shifting: p.shifting,
             reduced_pressure: p.reduced_pressure,
         },
         limits: StepLimits { courant: p.courant, longest: p.dt_max, fixed: p.dt },

@@ -21,6 +21,8 @@ const RADII: [Real; 2] = [2.1, 3.6];
 const RADIUS: Real = 3.1;
 /// Longest step [s].
 const LONGEST: Real = 2e-4;
+/// Largest part of (r_e/2)^2 by which particles are shifted: with twice as much vortices gain energy.
+const SHIFTING: Real = 0.5;
 /// Largest grain over the smallest edge of its tank.
 const LARGEST_GRAIN: Real = 0.25;
 /// Least density of grains over that of the liquid with a pressure force of the step before: `1.2 (1 - eps)/eps` in a bed of
@@ -80,6 +82,7 @@ impl Context<'_> {
                 Range1::Between(0.5, 1.0),
                 0.95,
             ),
+            shifting: number(values, value.shifting.as_ref(), "shifting", Range1::Between(0.0, SHIFTING), 0.0),
             reduced_pressure: values.flag(value.reduced_pressure.as_ref(), "reduced_pressure", reduced),
             courant: number(values, value.courant.as_ref(), "courant", Range1::Between(1e-3, 0.5), 0.15),
             dt: values.optional::<Time>(value.dt.as_ref(), "dt", Range1::Positive),

@@ -136,6 +136,8 @@ pub struct Particles {
     pub stabilisation: KeepApart,
     /// Distance below which DS acts, over the particle size.
     pub stabilisation_distance: Real,
+    /// Part of (r_e/2)^2 by which particles are shifted in a time of the flow; 0: they are not.
+    pub shifting: Real,
     /// Whether the pressure is solved for without its part at rest.
     pub reduced_pressure: bool,
     /// Way of the fastest particle in a step over its size.

@@ -35,6 +35,7 @@ impl Writer {
         self.word("gradient", particles.gradient);
         self.word("stabilisation", particles.stabilisation);
         self.number("stabilisation_distance", particles.stabilisation_distance);
+        self.number("shifting", particles.shifting);
         self.raw("reduced_pressure", &particles.reduced_pressure.to_string());
         self.number("courant", particles.courant);
         if let Some(dt) = particles.dt {

@@ -35,6 +35,9 @@ pub struct ParticlesText {
     pub stabilisation: Option<Choice<KeepApart>>,
     /// Distance below which it acts, over the particle size (default: 0.95).
     pub stabilisation_distance: Option<Number>,
+    /// Part of (r_e/2)^2 by which particles away from the surface move down the gradient of their concentration in a
+    /// time of the flow, 0 to 0.5; 0: they do not (default).
+    pub shifting: Option<Number>,
     /// Whether the pressure is solved for without its part at rest.
     pub reduced_pressure: Option<Flag>,
     /// Way of the fastest particle or grain in a step over its size (default: 0.15).

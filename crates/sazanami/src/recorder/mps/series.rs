@@ -37,6 +37,7 @@ pub(super) fn columns() -> Vec<Column> {
         ("held_rows", ""),
         ("pushed_pairs", ""),
         ("push_work", "J"),
+        ("largest_shift", "m"),
         ("collisions", ""),
         ("clipped_particles", ""),
         ("cut_voids", ""),
@@ -165,6 +166,7 @@ fn values(books: &ParticleBooks, clock: &Clock, step: Option<&Step<'_, Solver>>)
                 count(report.pressure.held_rows),
                 count(report.pushed_pairs),
                 real(report.push_work),
+                real(report.largest_shift),
                 count(report.collisions),
                 count(report.clipped),
                 count(report.coupling.cut_voids),
@@ -177,7 +179,7 @@ fn values(books: &ParticleBooks, clock: &Clock, step: Option<&Step<'_, Solver>>)
                 if weight > 0.0 { real(-supported / weight) } else { Value::Missing },
             ]);
         }
-        None => row.extend(std::iter::repeat_with(|| Value::Missing).take(25)),
+        None => row.extend(std::iter::repeat_with(|| Value::Missing).take(26)),
     }
     let change = if books.first_volume > 0.0 { stock.volume / books.first_volume - 1.0 } else { 0.0 };
     let residual = books.fluid_residual;
