@@ -192,15 +192,14 @@ fn make_ready(
         if stop {
             return Ok(false);
         }
-        let (name, done, until) = match stage {
-            Stage::Relaxing(done) => ("relax", done as Real, how.relax_steps as Real),
-            Stage::Settling(done) => ("settle", done, how.settle),
-            Stage::Ready => return Ok(true),
-        };
         let stable = solver.stable_step(gravity);
-        let dt = match stage {
-            Stage::Settling(done) => stable.dt.min(how.settle - done),
-            _ => stable.dt,
+        let (name, dt, done, until) = match stage {
+            // In steps as long as this one.
+            Stage::Relaxing(done) => {
+                ("relax", stable.dt, done as Real * stable.dt, how.relax_steps as Real * stable.dt)
+            }
+            Stage::Settling(done) => ("settle", stable.dt.min(how.settle - done), done, how.settle),
+            Stage::Ready => return Ok(true),
         };
         solver.grains_mut().freeze(matches!(stage, Stage::Relaxing(_)));
         steps += 1;
