@@ -24,8 +24,8 @@ pub struct Vortices {
 /// Largest speed over the first one from which on vortices have burst.
 const BURST: Real = 10.0;
 
-/// Vortices of Reynolds number 100 in a periodic box of `count` x 7 x `count` particles until `t U/L` = 0.5 or they burst, in steps
-/// in which no particle moves by more than `courant` spacings.
+/// Vortices of Reynolds number 100 in a periodic box of `count` x 7 x `count` particles until `t U/L` = 0.5 or they
+/// burst, in steps in which no particle moves by more than `courant` spacings.
 ///
 /// # Errors
 /// [`ExperimentError`] if a step fails.
