@@ -72,7 +72,7 @@ fn main() {
         Shape::spheroid(0.26e-3, 0.635e-3, SpheroidMesh::PAPER, VolumeRule::Inscribed, &rule).expect("a sound shape");
     let body = Body::from(&shape);
     let width = 33.8e-3 / 4.0;
-    with_threads(threads, || run(&body, width, tiles, substeps));
+    with_threads(threads, || run(&body, width, tiles, substeps)).expect("the threads are granted");
 }
 
 fn run(body: &Body, width: Real, tiles: usize, substeps: usize) {

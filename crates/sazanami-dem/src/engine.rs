@@ -23,9 +23,11 @@ use crate::wall::Wall;
 use lists::Past;
 pub use report::ContactReport;
 use report::overlap_error;
+pub use substep::AUTO;
+use substep::Kick;
 
-/// Overlap over radius above which a run ends.
-const TOO_DEEP: Real = 0.8;
+/// Overlap over the smaller contact sphere's radius above which a run ends.
+pub const TOO_DEEP: Real = 0.8;
 /// How far a fast grain may go, over its bounding radius.
 const FARTHEST: Real = 0.6;
 
@@ -141,17 +143,7 @@ impl Engine {
     /// [`DemError::BadGrain`] for a grain that makes no sense, [`DemError::BoxTooShort`] for a
     /// periodic direction in which a grain could touch its own image.
     pub fn new(domain: &Domain, setup: Setup, grains: &[Grain]) -> Result<Self, DemError> {
-        let mut records = Vec::with_capacity(grains.len());
-        for grain in grains {
-            if (grain.material as usize) >= setup.interactions.materials() {
-                return Err(DemError::BadGrain { id: grain.id, what: "there is no such material".to_string() });
-            }
-            records.push(GrainRecord::new(grain, &setup.bodies)?);
-        }
-        records.sort_unstable_by_key(|r| r.id);
-        if let Some(twice) = records.windows(2).find(|w| w[0].id == w[1].id) {
-            return Err(DemError::BadGrain { id: twice[0].id, what: "the identifier is not unique".to_string() });
-        }
+        let records = GrainRecord::of_all(grains, &setup.bodies, setup.interactions.materials())?;
         Self::from_records(domain, setup, &records, Vec::new(), 0.0)
     }
 
@@ -222,21 +214,16 @@ impl Engine {
         if grains.is_empty() {
             return Ok(());
         }
+        let new = GrainRecord::of_all(grains, &self.bodies, self.interactions.materials())?;
+        self.check_box(domain, &new)?;
+        let known = &self.grains.id[..self.grains.owned];
+        let twice = known.iter().find(|id| new.binary_search_by_key(*id, |r| r.id).is_ok());
+        domain.agree(twice.map_or(Ok(()), |id| Err(DemError::not_unique(*id))))?;
         self.collect_records();
-        let mut records: Vec<GrainRecord> = (0..self.grains.owned).map(|g| self.grains.record(g)).collect();
         let rank = domain.communicator().rank();
-        for grain in grains {
-            let record = GrainRecord::new(grain, &self.bodies)?;
-            if domain.owner_of(grain.position) == rank {
-                records.push(record);
-            }
-        }
+        let mut records: Vec<GrainRecord> = (0..self.grains.owned).map(|g| self.grains.record(g)).collect();
+        records.extend(new.iter().filter(|r| domain.owner_of(Vector::from_array(r.home)) == rank));
         records.sort_unstable_by_key(|r| r.id);
-        let twice = records.windows(2).find(|w| w[0].id == w[1].id);
-        domain.agree(twice.map_or(Ok(()), |w| {
-            Err(DemError::BadGrain { id: w[0].id, what: "the identifier is not unique".to_string() })
-        }))?;
-        self.check_box(domain, &records)?;
         self.grains.clear();
         for record in &records {
             self.grains.push(record, self.period);
@@ -291,6 +278,20 @@ impl Engine {
     #[must_use]
     pub fn walls(&self) -> &[Wall] {
         &self.walls
+    }
+
+    /// Gives all walls, and the grains that are glued to them, a velocity [m/s]. All ranks take part.
+    pub fn set_wall_velocities(&mut self, domain: &Domain, velocity: Vector) {
+        if self.walls.iter().all(|wall| wall.velocity == velocity) {
+            return;
+        }
+        self.walls.iter_mut().for_each(|wall| wall.velocity = velocity);
+        for g in 0..self.grains.owned {
+            if self.grains.motion[g] == Motion::WithWalls && self.grains.velocity[g] != velocity {
+                self.set_velocity(g, velocity, Vector::ZERO);
+            }
+        }
+        self.refresh_ghosts(domain);
     }
 
     /// Gives a wall a velocity [m/s].
@@ -364,7 +365,7 @@ impl Engine {
             report.impulse_on_walls += h * census.on_walls;
             let last = step + 1 == count;
             self.time = start + dt * ((step + 1) as Real / count as Real);
-            state = self.kick_and_drift(loads, gravity, h, if last { 0.5 * h } else { h }, last);
+            state = self.kick_and_drift(&Kick { loads, gravity, h, keep: last }, if last { 0.5 * h } else { h });
             if census.deepest > self.too_deep {
                 state = FAILED;
             }
@@ -464,10 +465,15 @@ impl Engine {
         self.place();
     }
 
+    /// Shortest periodic edge in which a grain of bounding radius `largest` [m] does not meet its own image [m].
+    #[must_use]
+    pub fn shortest_period(largest: Real) -> Real {
+        2.0 * largest * (1.0 + FARTHEST)
+    }
+
     fn check_box(&self, domain: &Domain, grains: &[GrainRecord]) -> Result<(), DemError> {
         let size = |r: &GrainRecord| self.bodies[r.shape as usize].bounding_radius * r.scale;
-        let largest = grains.iter().map(size).fold(0.0, Real::max);
-        let needed = 2.0 * largest * (1.0 + FARTHEST);
+        let needed = Self::shortest_period(grains.iter().map(size).fold(0.0, Real::max));
         for direction in 0..2 {
             let length = self.period[direction];
             if domain.periodic()[direction] && length < needed {

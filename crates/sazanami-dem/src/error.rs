@@ -66,6 +66,13 @@ pub enum DemError {
     Elsewhere(#[from] FailedElsewhere),
 }
 
+impl DemError {
+    /// Two grains have the identifier `id`.
+    pub(crate) fn not_unique(id: u64) -> Self {
+        Self::BadGrain { id, what: "the identifier is not unique".to_string() }
+    }
+}
+
 /// Shows a partner that may be a wall.
 struct Partner(u64);
 

@@ -7,7 +7,7 @@ use sazanami_numerics::domain::Domain;
 use sazanami_numerics::{Matrix, Quaternion, Real, Vector};
 
 use crate::contact::ContactRecord;
-use crate::grain::{GrainRecord, Grains};
+use crate::grain::{GrainRecord, Grains, imaged};
 use crate::motion::{Frame, Inert};
 
 const GHOSTS: u32 = 300;
@@ -44,6 +44,16 @@ struct Extent {
 struct Sent {
     grain: u32,
     image: [i32; 2],
+}
+
+/// An own grain that has left the box of a single rank.
+#[derive(Clone, Copy, Debug)]
+struct Left {
+    own: u32,
+    /// The image of it that lies in the box.
+    image: [i32; 2],
+    /// The ghost that stands for this image; `u32::MAX`: none does.
+    ghost: u32,
 }
 
 /// Ghosts exchanged with one rank.
@@ -89,6 +99,12 @@ pub(crate) struct Exchange {
     extents: Vec<Extent>,
     gathered: Vec<Vec<u8>>,
     own: Vec<Sent>,
+    left: Vec<Left>,
+    /// New owner of each own grain.
+    owners: Vec<usize>,
+    /// Identifiers of the grains that go to one rank, and the contacts that these remember.
+    leaving: Vec<u64>,
+    contacts: Vec<ContactRecord>,
 }
 
 /// Extent of the box in the periodic directions, else 0 [m].
@@ -246,32 +262,97 @@ impl Exchange {
 
     /// Lets own grains that have left the box of a single rank stand for their image in it: each changes places with its
     /// ghost there. Lists stay as they are, since they count from where grains are without wrapping. Tells whether all
-    /// grains that left had such a ghost.
+    /// grains that left had such a ghost; if not, nothing has changed.
     pub fn return_to_box(&mut self, domain: &Domain, grains: &mut Grains) -> bool {
-        let mut turned = false;
-        for own in 0..grains.owned {
-            let image = image_within(domain, grains.home[own].to_array());
-            if grains.image[own] == image {
-                continue;
-            }
-            let mine = |s: &&([i32; 2], u32, u32)| s.1 as usize == own;
-            let Some(&(_, _, ghost)) = self.selves.iter().filter(mine).find(|s| grains.image[s.2 as usize] == image)
-            else {
-                return false;
-            };
-            grains.image.swap(own, ghost as usize);
-            grains.position.swap(own, ghost as usize);
-            for (relative, _, ghost) in self.selves.iter_mut().filter(|s| s.1 as usize == own) {
-                let there = grains.image[*ghost as usize];
-                *relative = [there[0] - image[0], there[1] - image[1]];
-            }
-            turned = true;
+        let Self { selves, left, .. } = self;
+        left.clear();
+        left.extend((0..grains.owned).filter_map(|g| {
+            let image = image_within(domain, grains.home[g].to_array());
+            (image != grains.image[g]).then_some(Left { own: g as u32, image, ghost: u32::MAX })
+        }));
+        if left.is_empty() {
+            return true;
         }
-        if turned {
-            // In the order of images again, as after a renewal.
-            self.selves.sort_unstable();
+        for &(_, own, ghost) in selves.iter() {
+            if let Ok(at) = left.binary_search_by_key(&own, |l| l.own)
+                && grains.image[ghost as usize] == left[at].image
+            {
+                left[at].ghost = ghost;
+            }
         }
+        if left.iter().any(|l| l.ghost == u32::MAX) {
+            return false;
+        }
+        for l in left.iter() {
+            grains.image.swap(l.own as usize, l.ghost as usize);
+            grains.position.swap(l.own as usize, l.ghost as usize);
+        }
+        for (relative, own, ghost) in selves.iter_mut() {
+            let (there, here) = (grains.image[*ghost as usize], grains.image[*own as usize]);
+            *relative = [there[0] - here[0], there[1] - here[1]];
+        }
+        // In the order of images again, as after a renewal.
+        selves.sort_unstable();
         true
+    }
+
+    /// Hands grains whose centre lies in another rank's part to it, with the contacts they remember.
+    /// `records` are the contacts of this rank, by key; afterwards they include those that came.
+    pub fn migrate(&mut self, domain: &Domain, grains: &mut Grains, records: &mut Vec<ContactRecord>) {
+        let period = period(domain);
+        grains.truncate(grains.owned);
+        for g in 0..grains.owned {
+            grains.image[g] = image_within(domain, grains.home[g].to_array());
+            grains.position[g] = imaged(grains.home[g], grains.image[g], period);
+        }
+        let communicator = domain.communicator();
+        if communicator.size() == 1 {
+            return;
+        }
+        let me = communicator.rank();
+        self.owners.clear();
+        self.owners.extend(grains.position.iter().map(|&p| domain.owner_of(p)));
+        for rank in (0..communicator.size()).filter(|&r| r != me) {
+            self.send_grains(domain, rank, grains, records);
+        }
+        self.pick(grains, me);
+        for rank in (0..communicator.size()).filter(|&r| r != me) {
+            communicator.receive(rank, GRAINS, &mut self.bytes);
+            let arrived = self.bytes.chunks_exact(size_of::<GrainRecord>());
+            self.records.extend(arrived.map(bytemuck::pod_read_unaligned::<GrainRecord>));
+            communicator.receive(rank, CONTACTS, &mut self.bytes);
+            let arrived = self.bytes.chunks_exact(size_of::<ContactRecord>());
+            records.extend(arrived.map(bytemuck::pod_read_unaligned::<ContactRecord>));
+        }
+        self.records.sort_unstable_by_key(|s| s.id);
+        grains.clear();
+        self.records.iter().for_each(|s| grains.push(s, period));
+        grains.owned = self.records.len();
+        records.sort_unstable_by_key(ContactRecord::key);
+        records.dedup_by_key(|r| r.key());
+    }
+
+    /// Sends the grains that belong to `rank` now, with those of the contacts `remembered` that they take part in.
+    fn send_grains(&mut self, domain: &Domain, rank: usize, grains: &Grains, remembered: &[ContactRecord]) {
+        self.pick(grains, rank);
+        let Self { records, leaving, contacts, .. } = self;
+        leaving.clear();
+        leaving.extend(records.iter().map(|r| r.id));
+        contacts.clear();
+        if !leaving.is_empty() {
+            let moves = |id: u64| leaving.binary_search(&id).is_ok();
+            contacts.extend(remembered.iter().filter(|c| moves(c.low) || moves(c.high)));
+        }
+        let communicator = domain.communicator();
+        communicator.send(rank, GRAINS, bytemuck::cast_slice(records));
+        communicator.send(rank, CONTACTS, bytemuck::cast_slice(contacts));
+    }
+
+    /// Writes down the own grains that belong to `rank` now.
+    fn pick(&mut self, grains: &Grains, rank: usize) {
+        let Self { records, owners, .. } = self;
+        records.clear();
+        records.extend((0..grains.owned).filter(|&g| owners[g] == rank).map(|g| grains.record(g)));
     }
 
     /// See [`crate::Engine::share_with_ghosts`].
@@ -343,52 +424,6 @@ impl Exchange {
     }
 }
 
-/// Hands grains whose centre lies in another rank's part to it, with the contacts they remember.
-/// `records` are the contacts of this rank, by key; afterwards they include those that came.
-pub(crate) fn migrate(domain: &Domain, grains: &mut Grains, records: &mut Vec<ContactRecord>) {
-    let period = period(domain);
-    grains.truncate(grains.owned);
-    for g in 0..grains.owned {
-        grains.image[g] = image_within(domain, grains.home[g].to_array());
-        grains.position[g] = crate::grain::imaged(grains.home[g], grains.image[g], period);
-    }
-    let communicator = domain.communicator();
-    if communicator.size() == 1 {
-        return;
-    }
-    let me = communicator.rank();
-    let destination: Vec<usize> = grains.position.iter().map(|&p| domain.owner_of(p)).collect();
-    for rank in (0..communicator.size()).filter(|&r| r != me) {
-        let leaving: Vec<usize> = (0..grains.owned).filter(|&g| destination[g] == rank).collect();
-        let ids: Vec<u64> = leaving.iter().map(|&g| grains.id[g]).collect();
-        let moves = |id: u64| ids.binary_search(&id).is_ok();
-        let states: Vec<GrainRecord> = leaving.iter().map(|&g| grains.record(g)).collect();
-        let contacts: Vec<ContactRecord> = if ids.is_empty() {
-            Vec::new()
-        } else {
-            records.iter().filter(|r| moves(r.low) || moves(r.high)).copied().collect()
-        };
-        communicator.send(rank, GRAINS, bytemuck::cast_slice(&states));
-        communicator.send(rank, CONTACTS, bytemuck::cast_slice(&contacts));
-    }
-    let mut states: Vec<GrainRecord> =
-        (0..grains.owned).filter(|&g| destination[g] == me).map(|g| grains.record(g)).collect();
-    let mut bytes = Vec::new();
-    for rank in (0..communicator.size()).filter(|&r| r != me) {
-        communicator.receive(rank, GRAINS, &mut bytes);
-        states.extend(bytes.chunks_exact(size_of::<GrainRecord>()).map(bytemuck::pod_read_unaligned::<GrainRecord>));
-        communicator.receive(rank, CONTACTS, &mut bytes);
-        let arrived = bytes.chunks_exact(size_of::<ContactRecord>());
-        records.extend(arrived.map(bytemuck::pod_read_unaligned::<ContactRecord>));
-    }
-    states.sort_unstable_by_key(|s| s.id);
-    grains.clear();
-    states.iter().for_each(|s| grains.push(s, period));
-    grains.owned = states.len();
-    records.sort_unstable_by_key(ContactRecord::key);
-    records.dedup_by_key(|r| r.key());
-}
-
 fn copy(grains: &Grains, c: Sent, reach: &[Real]) -> GrainRecord {
     let g = c.grain as usize;
     let mut record = grains.record(g);
@@ -415,4 +450,76 @@ fn put_pose(grains: &mut Grains, budget: &mut [Real], g: usize, record: &PoseRec
     grains.angular_momentum[g] = Vector::from_array(record.angular_momentum);
     grains.last_contact[g] = record.last_contact;
     budget[g] = record.budget;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::Body;
+    use crate::grain::Grain;
+    use sazanami_numerics::grid::Grid;
+
+    const SIZE: Real = 0.15;
+
+    /// A box of 1 m that is periodic along x1 and x2, with balls that have all their ghosts.
+    fn balls(positions: &[[Real; 3]]) -> (Domain, Grains, Exchange) {
+        let domain = Domain::solo(Grid::new([8; 3], Vector::ZERO, Vector::ONE), [true, true, false]);
+        let mut grains = Grains::default();
+        for (id, position) in positions.iter().enumerate() {
+            let grain = Grain::new(id as u64, 1.0, Vector::from_array(*position));
+            let record = GrainRecord::new(&grain, &[Body::ball(0.1)], 1).expect("the ball makes sense");
+            grains.push(&record, period(&domain));
+        }
+        grains.owned = positions.len();
+        let mut exchange = Exchange::default();
+        renew(&mut exchange, &domain, &mut grains);
+        (domain, grains, exchange)
+    }
+
+    fn renew(exchange: &mut Exchange, domain: &Domain, grains: &mut Grains) {
+        let size = vec![SIZE; grains.owned];
+        exchange.renew(domain, grains, &size, &mut vec![0.0; grains.owned], 0.0);
+    }
+
+    /// Image and position of every entry, by grain.
+    fn images(grains: &Grains) -> Vec<(u64, [i32; 2], [Real; 3])> {
+        let entries = 0..grains.len();
+        let mut images: Vec<_> =
+            entries.map(|g| (grains.id[g], grains.image[g], grains.position[g].to_array())).collect();
+        images.sort_unstable_by_key(|entry| (entry.0, entry.1));
+        images
+    }
+
+    #[test]
+    fn a_grain_that_crosses_a_corner_changes_places_with_its_ghost_there() {
+        let (domain, mut grains, mut exchange) = balls(&[[0.96, 0.98, 0.5], [0.5, 0.03, 0.5], [0.9, 0.5, 0.5]]);
+        let known = grains.len();
+        assert_eq!(known, 3 + 3 + 1 + 1, "three images beyond a corner, one beyond a side");
+        // The first leaves across the corner, the second across a side; the third stays.
+        for g in 0..known {
+            grains.home[g] +=
+                [Vector::new(0.06, 0.04, 0.0), Vector::new(0.0, -0.05, 0.0), Vector::ZERO][grains.id[g] as usize];
+            grains.position[g] = imaged(grains.home[g], grains.image[g], Vector::new(1.0, 1.0, 0.0));
+        }
+        let before = images(&grains);
+        assert!(exchange.return_to_box(&domain, &mut grains));
+        assert_eq!(grains.image[..3], [[-1, -1], [0, 1], [0, 0]]);
+        assert!(grains.position[..3].iter().all(|p| p.cmpge(Vector::ZERO).all() && p.cmplt(Vector::ONE).all()));
+        assert_eq!(images(&grains), before, "the same images, in other places");
+        // Relative images are in the order of those that are chosen afresh.
+        let selves: Vec<_> = exchange.selves.iter().map(|s| (s.0, s.1)).collect();
+        renew(&mut exchange, &domain, &mut grains);
+        assert_eq!(selves, exchange.selves.iter().map(|s| (s.0, s.1)).collect::<Vec<_>>());
+        assert!(selves.contains(&([0, -1], 1)));
+    }
+
+    #[test]
+    fn nothing_changes_if_one_grain_has_no_ghost_in_the_box() {
+        let (domain, mut grains, mut exchange) = balls(&[[0.98, 0.98, 0.5], [0.5, 0.5, 0.5]]);
+        grains.home.iter_mut().for_each(|home| *home += Vector::new(0.6, 0.03, 0.0));
+        let (before, selves) = (images(&grains), exchange.selves.clone());
+        assert!(!exchange.return_to_box(&domain, &mut grains));
+        assert_eq!((images(&grains), exchange.selves), (before, selves));
+        assert_eq!(grains.image[..2], [[0; 2]; 2]);
+    }
 }

@@ -18,6 +18,8 @@ pub enum Motion {
     Fixed,
     /// Its constant velocity and angular velocity; forces do not act on it.
     Prescribed,
+    /// The velocity of the walls, to which it is glued ([`Engine::set_wall_velocities`](crate::Engine::set_wall_velocities)).
+    WithWalls,
 }
 
 /// A grain as a user describes it.
@@ -145,15 +147,30 @@ impl Motion {
         match number {
             1 => Self::Fixed,
             2 => Self::Prescribed,
+            3 => Self::WithWalls,
             _ => Self::Free,
         }
     }
 }
 
 impl GrainRecord {
+    /// Turns users' descriptions into states, by identifier; `materials` is how many materials there are.
+    pub(crate) fn of_all(grains: &[Grain], bodies: &[Body], materials: usize) -> Result<Vec<Self>, DemError> {
+        let mut records: Vec<Self> =
+            grains.iter().map(|grain| Self::new(grain, bodies, materials)).collect::<Result<_, _>>()?;
+        records.sort_unstable_by_key(|r| r.id);
+        match records.windows(2).find(|w| w[0].id == w[1].id) {
+            Some(twice) => Err(DemError::not_unique(twice[0].id)),
+            None => Ok(records),
+        }
+    }
+
     /// Turns a user's description into a state.
-    pub(crate) fn new(grain: &Grain, bodies: &[Body]) -> Result<Self, DemError> {
+    pub(crate) fn new(grain: &Grain, bodies: &[Body], materials: usize) -> Result<Self, DemError> {
         let bad = |what: &str| DemError::BadGrain { id: grain.id, what: what.to_string() };
+        if grain.material as usize >= materials {
+            return Err(bad("there is no such material"));
+        }
         let body = bodies.get(grain.shape as usize).ok_or_else(|| bad("there is no such shape"))?;
         if grain.id >= crate::WALL {
             return Err(bad("the identifier is too large"));
@@ -166,7 +183,7 @@ impl GrainRecord {
         let inertia = body.inertia * grain.scale.powi(5) * (mass / volume);
         let orientation = grain.orientation.normalize();
         let turn = Matrix::from_quat(orientation);
-        let at_rest = grain.motion == Motion::Fixed;
+        let at_rest = matches!(grain.motion, Motion::Fixed | Motion::WithWalls);
         let momentum =
             if at_rest { Vector::ZERO } else { turn * (inertia * (turn.transpose() * grain.angular_velocity)) };
         let velocity = if at_rest { Vector::ZERO } else { grain.velocity };

@@ -21,13 +21,14 @@ mod snapshot;
 mod wall;
 
 pub use body::Body;
-pub use engine::{ContactReport, Drag, Engine, Loads, Setup, Substeps};
+pub use contact::block::WARNING as DEEP;
+pub use engine::{AUTO as SUBSTEP, ContactReport, Drag, Engine, Loads, Setup, Substeps, TOO_DEEP};
 pub use error::DemError;
 pub use grain::{ATTACHED, Grain, Grains, Motion};
 pub use material::{
     ContactLaw, Damping, HistoryRotation, Interactions, Multiplicity, SlipDirection, damping_ratio, restitution,
 };
-pub use packing::{Lattice, Packing, PackingReport, PackingSettings, Stage, Tapping, lying_order};
+pub use packing::{Lattice, Packing, PackingReport, PackingSettings, Stage, TILT, Tapping, lying_order};
 pub use random::Random;
 pub use wall::Wall;
 

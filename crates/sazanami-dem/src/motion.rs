@@ -180,6 +180,7 @@ impl Moving<'_> {
                     Motion::Free if ball => self.leap_free::<1, true>(at, leap),
                     Motion::Free => self.leap_free::<1, false>(at, leap),
                     Motion::Prescribed => self.go_on(at, leap.time),
+                    Motion::WithWalls => self.carry(at, leap.time),
                     Motion::Fixed => {}
                 }
                 at += 1;
@@ -229,6 +230,15 @@ impl Moving<'_> {
             frame.spin = after.lane(l);
             self.budget[at + l] += way.0[l];
         }
+    }
+
+    /// Moves a grain that does not turn.
+    fn carry(&mut self, at: usize, time: Real) {
+        let velocity = self.velocity[at];
+        self.home[at] += time * velocity;
+        self.frames[at].home = self.home[at];
+        let (home, arm) = (Lanes3::splat(self.home[at]), Lanes::splat(self.inert[at].arm));
+        self.budget[at] += way(Lanes3::<1>::splat(velocity), Lanes3::splat(Vector::ZERO), arm, home, time).0[0];
     }
 
     /// Moves a grain whose velocity and angular velocity are prescribed.

@@ -177,8 +177,8 @@ impl PackingSettings {
     }
 }
 
-/// Largest angle of a grain of the low lattice to the horizontal.
-const TILT: Real = 10.0 / 180.0 * std::f64::consts::PI;
+/// Largest angle of a grain of the low lattice to the horizontal [rad].
+pub const TILT: Real = 10.0 / 180.0 * std::f64::consts::PI;
 
 /// An orientation that lays the capsule's axis down, but for a small random tilt, and spins it about itself at random.
 fn lying(body: &Body, random: &mut Random) -> Quaternion {
@@ -433,16 +433,12 @@ impl Packing {
         prefix: &str,
         snapshot: &Snapshot,
     ) -> Result<Self, DemError> {
-        let rank = domain.communicator().rank();
-        let outcome = if rank == 0 {
+        let outcome = if domain.communicator().rank() == 0 {
             snapshot.reals_of(&format!("{prefix}packing"), 6).map(<[Real]>::to_vec)
         } else {
-            Ok(vec![0.0; 6])
+            Ok(Vec::new())
         };
-        let state = domain.agree(outcome.map_err(DemError::from))?;
-        // Other ranks hold zeros; infinite values would not survive a sum with anything else.
-        let state: Vec<Real> =
-            state.iter().map(|&v| domain.max(if rank == 0 { v } else { Real::NEG_INFINITY })).collect();
+        let state = domain.from_first(domain.agree(outcome.map_err(DemError::from))?);
         let stage = match state[0] as u8 {
             0 => Stage::Falling,
             1 => Stage::Settling,

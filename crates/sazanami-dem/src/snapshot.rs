@@ -88,12 +88,12 @@ struct State {
 impl State {
     fn read(prefix: &str, snapshot: &Snapshot, setup: &Setup) -> Result<Self, SnapshotError> {
         let from = Reader { prefix, snapshot };
-        let id = from.u64("grain.id", None)?;
+        let id = from.u64("grain.id")?;
         let n = id.len();
         let [shape, material, motion] =
-            ["shape", "material", "motion"].map(|name| from.u32(&format!("grain.{name}"), n));
+            ["shape", "material", "motion"].map(|name| from.u32_of(&format!("grain.{name}"), n));
         let (shape, material, motion) = (shape?, material?, motion?);
-        let real = |name: &str, width: usize| from.reals(&format!("grain.{name}"), n * width);
+        let real = |name: &str, width: usize| from.reals_of(&format!("grain.{name}"), n * width);
         let (scale, mass, last_contact) = (real("scale", 1)?, real("mass", 1)?, real("last_contact", 1)?);
         let (inertia, home, orientation) = (real("inertia", 3)?, real("position", 3)?, real("orientation", 4)?);
         let (velocity, momentum) = (real("velocity", 3)?, real("angular_momentum", 3)?);
@@ -123,11 +123,11 @@ impl State {
                 attached: std::array::from_fn(|d| attached[crate::ATTACHED * g + d]),
             })
             .collect();
-        let low = from.u64("contact.low", None)?;
+        let low = from.u64("contact.low")?;
         let n = low.len();
-        let high = from.u64("contact.high", Some(n))?;
-        let (image, spheres) = (from.u32("contact.image", 2 * n)?, from.u32("contact.spheres", 2 * n)?);
-        let (deep, d_t) = (from.u32("contact.deep", n)?, from.reals("contact.displacement", 3 * n)?);
+        let high = from.u64_of("contact.high", n)?;
+        let (image, spheres) = (from.u32_of("contact.image", 2 * n)?, from.u32_of("contact.spheres", 2 * n)?);
+        let (deep, d_t) = (from.u32_of("contact.deep", n)?, from.reals_of("contact.displacement", 3 * n)?);
         let contacts = (0..n)
             .map(|c| ContactRecord {
                 low: low[c],
@@ -140,8 +140,8 @@ impl State {
             })
             .collect();
         let walls = setup.walls.len();
-        let (point, velocity) = (from.reals("wall.point", 3 * walls)?, from.reals("wall.velocity", 3 * walls)?);
-        let mut others = vec![from.reals("time", 1)?[0]];
+        let (point, velocity) = (from.reals_of("wall.point", 3 * walls)?, from.reals_of("wall.velocity", 3 * walls)?);
+        let mut others = vec![from.reals_of("time", 1)?[0]];
         (0..walls).for_each(|w| others.extend(triple(point, w).into_iter().chain(triple(velocity, w))));
         Ok(Self { grains, contacts, others })
     }
@@ -176,29 +176,23 @@ struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    fn u64(&self, name: &str, expected: Option<usize>) -> Result<&'a [u64], SnapshotError> {
-        let name = format!("{}{name}", self.prefix);
-        let values = self.snapshot.u64(&name)?;
-        of_length(name, values, expected.unwrap_or(values.len()))
+    fn u64(&self, name: &str) -> Result<&'a [u64], SnapshotError> {
+        self.snapshot.u64(&self.full(name))
     }
 
-    fn u32(&self, name: &str, expected: usize) -> Result<&'a [u32], SnapshotError> {
-        let name = format!("{}{name}", self.prefix);
-        let values = self.snapshot.u32(&name)?;
-        of_length(name, values, expected)
+    fn u64_of(&self, name: &str, expected: usize) -> Result<&'a [u64], SnapshotError> {
+        self.snapshot.u64_of(&self.full(name), expected)
     }
 
-    fn reals(&self, name: &str, expected: usize) -> Result<&'a [Real], SnapshotError> {
-        let name = format!("{}{name}", self.prefix);
-        let values = self.snapshot.reals(&name)?;
-        of_length(name, values, expected)
+    fn u32_of(&self, name: &str, expected: usize) -> Result<&'a [u32], SnapshotError> {
+        self.snapshot.u32_of(&self.full(name), expected)
     }
-}
 
-fn of_length<T>(name: String, values: &[T], expected: usize) -> Result<&[T], SnapshotError> {
-    if values.len() == expected {
-        Ok(values)
-    } else {
-        Err(SnapshotError::Length { name, expected, found: values.len() })
+    fn reals_of(&self, name: &str, expected: usize) -> Result<&'a [Real], SnapshotError> {
+        self.snapshot.reals_of(&self.full(name), expected)
+    }
+
+    fn full(&self, name: &str) -> String {
+        format!("{}{name}", self.prefix)
     }
 }

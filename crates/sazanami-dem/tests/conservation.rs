@@ -267,6 +267,29 @@ fn senseless_grains_are_refused() {
 }
 
 #[test]
+fn senseless_grains_are_refused_later_too_and_leave_the_others_alone() {
+    let numbers = run_ranks(2, 1, |c| {
+        let domain = Domain::new(Grid::new([4, 4, 4], Vector::ZERO, Vector::splat(0.02)), [false; 3], c)
+            .expect("there are cells for two ranks");
+        let at = |id: u64, x: Real| Grain::new(id, 2650.0, Vector::splat(x));
+        let mut engine = Engine::new(&domain, setup(ContactLaw::SAND), &[at(1, 5e-3)]).expect("the grain makes sense");
+        let late = at(2, 15e-3);
+        let twice_there = [at(2, 5e-3), at(2, 15e-3)];
+        for bad in [&[Grain { material: 1, ..late }][..], &[Grain { shape: 1, ..late }], &[at(1, 15e-3)], &twice_there]
+        {
+            let error = engine.insert(&domain, bad).unwrap_err();
+            assert!(matches!(error, DemError::BadGrain { .. } | DemError::Elsewhere(_)), "{error}");
+        }
+        engine.insert(&domain, &[late]).expect("this grain makes sense");
+        let report = engine.advance(&domain, &Loads::none(), Vector::ZERO, 1e-5, Substeps::Auto);
+        report.expect("two grains far apart");
+        engine.grains().owned()
+    })
+    .expect("no rank fails");
+    assert_eq!(numbers, [1, 1]);
+}
+
+#[test]
 fn less_friction_packs_denser() {
     let width = 3e-3;
     let grid = Grid::new([4, 4, 4], Vector::ZERO, Vector::new(width, width, 0.02));

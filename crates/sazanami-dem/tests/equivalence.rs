@@ -311,6 +311,7 @@ fn threads_do_not_matter_to_a_packing() {
             });
             packing.bed()
         })
+        .expect("the threads are granted")
     };
     let one = pack(1);
     assert!([2, 4].iter().all(|&threads| pack(threads) == one));

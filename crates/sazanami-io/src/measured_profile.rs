@@ -6,6 +6,8 @@ use crate::readings::{Readings, ReadingsError, Trouble};
 
 const COLUMNS: [&str; 2] = ["x_m", "z_m"];
 const LEAST_ROWS: usize = 3;
+/// What `frame` declares of a profile that was seen from there.
+const LABORATORY: &str = "laboratory";
 
 /// A profile read from an experiment: a file with the columns `x_m,z_m` and comments `# key: value` (see
 /// [`crate::readings`]).
@@ -13,10 +15,10 @@ const LEAST_ROWS: usize = 3;
 pub struct MeasuredProfile {
     /// Where it was read from (`source`).
     pub source: Option<String>,
-    /// Frame of the film, or frame of reference, in the words of whoever read it (`frame`).
+    /// Frame of the film, or frame of reference, in the words of whoever read it (`frame`). Places are those in the
+    /// tank unless it is `laboratory`.
     pub frame: Option<String>,
-    /// Origin that the reading was made with, as declared (`x0`, `z0`). For the record: the points are those of the
-    /// tank already, and nothing is added to them.
+    /// Origin that the reading was made with, as declared (`x0`, `z0`). For the record: nothing is added to the points.
     pub origin: [Option<f64>; 2],
     /// Width of a pixel (`pixel_size_m`) [m].
     pub pixel_size: Option<f64>,
@@ -25,7 +27,7 @@ pub struct MeasuredProfile {
     /// Largest shift in x1 to either side within which the origin is known (`x_shift_limit_m`) [m]; without it the
     /// profile is not to be moved.
     pub x_shift_limit: Option<f64>,
-    /// The same in x3 (`z_shift_limit_m`) [m]; without it the height of the origin is free.
+    /// The same in x3 (`z_shift_limit_m`) [m].
     pub z_shift_limit: Option<f64>,
     /// Points `(x1, x3)` in the order of x1 [m].
     pub points: Vec<[f64; 2]>,
@@ -39,6 +41,22 @@ impl MeasuredProfile {
     /// something that is not a number where one is expected.
     pub fn read_if_there(path: &Path) -> Result<Option<Self>, ReadingsError> {
         Readings::read_if_there(path, &COLUMNS, LEAST_ROWS)?.map(|readings| Self::of(&readings)).transpose()
+    }
+
+    /// Whether its places are those in the laboratory, where the tank moves.
+    #[must_use]
+    pub fn is_of_laboratory(&self) -> bool {
+        self.frame.as_ref().is_some_and(|frame| frame.trim().eq_ignore_ascii_case(LABORATORY))
+    }
+
+    /// The profile in the tank, which stands `displaced` along x1 and x3 [m] from where both frames are the same.
+    #[must_use]
+    pub fn in_tank(mut self, displaced: [f64; 2]) -> Self {
+        if self.is_of_laboratory() {
+            self.points.iter_mut().for_each(|[x, z]| (*x, *z) = (*x - displaced[0], *z - displaced[1]));
+            self.frame = None;
+        }
+        self
     }
 
     fn of(readings: &Readings) -> Result<Self, ReadingsError> {
@@ -94,6 +112,15 @@ x_m,z_m
         assert_eq!(profile.points.len(), 3);
         let bare = read("x_m,z_m\n0,1\n1,1\n2,1\n").expect("a good file");
         assert_eq!(bare, MeasuredProfile { points: vec![[0.0, 1.0], [1.0, 1.0], [2.0, 1.0]], ..Default::default() });
+    }
+
+    #[test]
+    fn places_in_the_laboratory_are_brought_into_the_tank() {
+        let inside = read(FILE).expect("a good file");
+        assert_eq!(inside.clone().in_tank([1e-3, 0.0]), inside);
+        let seen = read(&FILE.replace("frame: tank", "frame: Laboratory")).expect("a good file");
+        let moved = seen.in_tank([0.01, -0.001]).in_tank([0.01, -0.001]);
+        assert!((moved.points[1][0] + 0.01).abs() < 1e-15 && (moved.points[1][1] - 0.010).abs() < 1e-15, "{moved:?}");
     }
 
     #[test]

@@ -5,7 +5,7 @@
 
 mod source;
 
-use std::fmt::{self, Write};
+use std::fmt;
 use std::path::{Path, PathBuf};
 
 use sazanami_numerics::geometry::{MeshError, TetrahedralMesh};
@@ -142,23 +142,6 @@ pub fn parse(bytes: &[u8], unit: Real) -> Result<MeshFile, MeshFileError> {
         source.end_section(&section)?;
     }
     raw.into_mesh(unit)
-}
-
-/// The mesh as an MSH 2.2 text file, lengths in metres.
-#[must_use]
-pub fn to_msh(mesh: &TetrahedralMesh) -> String {
-    let mut text = format!("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n{}\n", mesh.nodes.len());
-    for (index, p) in mesh.nodes.iter().enumerate() {
-        // Writing to a string cannot fail.
-        let _ = writeln!(text, "{} {:e} {:e} {:e}", index + 1, p.x, p.y, p.z);
-    }
-    let _ = write!(text, "$EndNodes\n$Elements\n{}\n", mesh.tetrahedra.len());
-    for (index, nodes) in mesh.tetrahedra.iter().enumerate() {
-        let [a, b, c, d] = nodes.map(|n| n + 1);
-        let _ = writeln!(text, "{} 4 2 1 1 {a} {b} {c} {d}", index + 1);
-    }
-    text.push_str("$EndElements\n");
-    text
 }
 
 /// The two layouts of a file.

@@ -141,10 +141,11 @@ impl SeriesWriter {
     }
 
     /// Goes on with a table after the state of `step` was restored: rows of later steps and a half written last row
-    /// are cut off. A table that does not exist is started.
+    /// are cut off. A table that does not exist is started. One that lacks columns, since an older program began it, is
+    /// given them, empty in the rows that it has.
     ///
     /// # Errors
-    /// If the file system refuses, or if the table has other columns.
+    /// If the file system refuses, or if the table has columns that are not among `columns`.
     pub fn resume(path: &Path, columns: &[Column], step: u64) -> Result<Self, TableError> {
         let cannot_write = |source| TableError::Write { path: path.to_owned(), source };
         let mut file = match OpenOptions::new().read(true).write(true).open(path) {
@@ -154,7 +155,11 @@ impl SeriesWriter {
         let (found, length) = good_part(&file, step).map_err(cannot_write)?;
         let expected = header(columns);
         if found != expected {
-            return Err(TableError::OtherColumns { path: path.to_owned(), expected, found });
+            let Some(places) = places(&found, &expected) else {
+                return Err(TableError::OtherColumns { path: path.to_owned(), expected, found });
+            };
+            widen(path, length, &expected, &places).map_err(cannot_write)?;
+            return Self::resume(path, columns, step);
         }
         file.set_len(length).and_then(|()| file.seek(SeekFrom::End(0))).map_err(cannot_write)?;
         Ok(Self { path: path.to_owned(), columns: columns.to_vec(), file, line: String::new() })
@@ -217,6 +222,37 @@ fn good_part(file: &File, step: u64) -> io::Result<(String, u64)> {
         }
         length += read as u64;
     }
+}
+
+/// Where each column of one header stands in another; `None` if that lacks a column of the first one.
+fn places(found: &str, expected: &str) -> Option<Vec<usize>> {
+    let expected = fields(expected);
+    fields(found).into_iter().map(|name| expected.iter().position(|other| *other == name)).collect()
+}
+
+/// Replaces the first `length` bytes of a table by the same rows under a wider `header`, all at once.
+fn widen(path: &Path, length: u64, header: &str, places: &[usize]) -> io::Result<()> {
+    let text = std::fs::read_to_string(path)?;
+    let width = fields(header).len();
+    replace_file(path, |file| {
+        writeln!(file, "{header}")?;
+        for line in text[..length as usize].lines().skip(1) {
+            let mut row = vec![""; width];
+            fields(line).into_iter().zip(places).for_each(|(field, &place)| row[place] = field);
+            writeln!(file, "{}", row.join(","))?;
+        }
+        Ok(())
+    })
+}
+
+/// The fields of a line as they are written.
+fn fields(line: &str) -> Vec<&str> {
+    let mut is_quoted = false;
+    line.split(move |character| {
+        is_quoted ^= character == '"';
+        character == ',' && !is_quoted
+    })
+    .collect()
 }
 
 /// Shortest decimal that reads back to the same bits, with an exponent where that is shorter to read.
@@ -288,6 +324,19 @@ mod tests {
                 assert_eq!(std::fs::read(&broken).unwrap(), complete);
             }
         }
+    }
+
+    #[test]
+    fn a_table_of_fewer_columns_is_widened() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("series.csv");
+        let few = [columns()[2].clone(), columns()[0].clone()];
+        let mut series = SeriesWriter::create(&path, &few).unwrap();
+        (0..3).for_each(|n| series.record(n, &["a, b".into(), (0.5 * n as f64).into()]).unwrap());
+        let mut series = SeriesWriter::resume(&path, &columns(), 1).unwrap();
+        series.record(2, &row(2)).unwrap();
+        let expected = "step,time [s],contacts,limit\n0,0,,\"a, b\"\n1,0.5,,\"a, b\"\n2,2e-5,2,grain motion\n";
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), expected);
     }
 
     #[test]

@@ -60,9 +60,6 @@ fn every_array_comes_back_to_the_bit() {
     assert_eq!(reader.get::<i64>("signed").unwrap(), state.signed);
     assert!(reader.get::<f64>("nothing").unwrap().is_empty());
     assert_eq!(reader.get_json::<(String, u64, f64)>("clock").unwrap(), ("step".to_owned(), 12, 1e-5));
-    let mut ids = vec![0; state.ids.len()];
-    reader.get_into("ids", &mut ids).unwrap();
-    assert_eq!(ids, state.ids);
     assert_eq!(reader.sections().next(), Some(("fraction", ElementType::F64, state.fraction.len())));
 }
 
@@ -77,8 +74,6 @@ fn asking_for_the_wrong_thing_says_what_is_there() {
     );
     let error = reader.get::<f32>("fraction").unwrap_err();
     assert!(matches!(error, CheckpointError::WrongElement { found: ElementType::F64, .. }), "{error}");
-    let error = reader.get_into::<u64>("counters", &mut [0; 2]).unwrap_err();
-    assert!(matches!(error, CheckpointError::WrongCount { found: 3, expected: 2, .. }), "{error}");
     assert!(matches!(reader.get_json::<u64>("clock"), Err(CheckpointError::WrongText { .. })));
     let mut twice = CheckpointWriter::new();
     twice.add("a", &[1_u8]).unwrap();
@@ -199,8 +194,9 @@ fn the_newest_good_checkpoint_is_taken_and_the_bad_ones_are_told() {
     let mut expected = Vec::new();
     for step in [9, 100, 1_000, 1_000_000_000] {
         expected.push(step);
+        let section = [step];
         let mut writer = CheckpointWriter::new();
-        writer.add_owned("step", &[step]).unwrap();
+        writer.add("step", &section).unwrap();
         checkpoints.write(step, &writer).unwrap();
     }
     assert_eq!(checkpoints.steps().unwrap(), expected);

@@ -88,8 +88,8 @@ fn pictures_are_the_same_for_any_number_of_threads() {
     let scene = scene();
     let surface = Isosurface::new(&scene.grid, &scene.liquid, 0.5, 1).unwrap();
     let liquid = section_of_cells(&scene.grid, &scene.liquid, 0.008);
-    let drawn =
-        |threads| with_threads(threads, || (section(&scene, &liquid, Some(&surface), true), still(&scene, &surface)));
+    let draw = || (section(&scene, &liquid, Some(&surface), true), still(&scene, &surface));
+    let drawn = |threads| with_threads(threads, draw).unwrap();
     let first = drawn(1);
     assert!(first == drawn(1) && first == drawn(3));
 }

@@ -44,6 +44,9 @@ fn profiles(with_experiment: bool) -> Picture {
             ("L = 0.15 m, reference".to_owned(), curve(|x| water(x, time))),
             ("half the friction".to_owned(), curve(|x| water(x, time + 0.3))),
         ],
+        other_beds: vec![("seen from the side".to_owned(), curve(|x| bed(x, own) + 4e-4))],
+        first_bed: curve(|_| 0.01),
+        first_water: curve(|_| 0.02),
         measured_bed: measured(|x| bed(x + 1e-3, other)),
         measured_water: if time > 5.0 { Vec::new() } else { measured(|x| 1.1 * water(x, time) - 0.002) },
     };
@@ -54,13 +57,7 @@ fn profiles(with_experiment: bool) -> Picture {
             moment.measured_water.clear();
         }
     }
-    let figure = ProfileFigure {
-        title: "Bed and water surface",
-        moments: &moments,
-        x_range: X,
-        bed_range: [0.006, 0.014],
-        water_range: [0.012, 0.028],
-    };
+    let figure = ProfileFigure { title: "Bed and water surface", moments: &moments, x_range: X };
     figure.draw().expect("profiles")
 }
 
@@ -112,6 +109,7 @@ fn section(slab: [f64; 2]) -> Picture {
     let surface = curve(|x| water(x, 3.0));
     let view = SlabView {
         title: "t = 3.0 s",
+        note: "grains of the whole width",
         x: X,
         z: [0.0, 0.028],
         slab,

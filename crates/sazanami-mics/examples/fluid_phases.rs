@@ -14,7 +14,7 @@ fn main() {
     let divisor = arguments.first().copied().unwrap_or(1);
     let threads = arguments.get(1).copied().unwrap_or(2);
     let repeats = arguments.get(2).copied().unwrap_or(6);
-    sazanami_parallel::with_threads(threads, || time(divisor, repeats));
+    sazanami_parallel::with_threads(threads, || time(divisor, repeats)).expect("the threads are granted");
 }
 
 fn time(divisor: usize, repeats: usize) {

@@ -13,7 +13,8 @@ use sazanami_numerics::grid::Grid;
 fn main() {
     let arguments: Vec<usize> = std::env::args().skip(1).filter_map(|a| a.parse().ok()).collect();
     let argument = |n: usize, default: usize| arguments.get(n).copied().unwrap_or(default);
-    sazanami_parallel::with_threads(argument(1, 2), || time(argument(0, 1), argument(2, 8)));
+    sazanami_parallel::with_threads(argument(1, 2), || time(argument(0, 1), argument(2, 8)))
+        .expect("the threads are granted");
 }
 
 fn time(divisor: usize, steps: usize) {

@@ -19,23 +19,9 @@ pub enum Limit {
     Maximum,
     /// The step is fixed by the case.
     Fixed,
-    /// The step ends at an output time.
-    Output,
 }
 
 impl Limit {
-    /// All limits.
-    pub const ALL: [Self; 8] = [
-        Self::Advective,
-        Self::Viscous,
-        Self::GrainMotion,
-        Self::Contact,
-        Self::Growth,
-        Self::Maximum,
-        Self::Fixed,
-        Self::Output,
-    ];
-
     /// Name in logs and results; never changes.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -47,7 +33,6 @@ impl Limit {
             Self::Growth => "growth",
             Self::Maximum => "maximum",
             Self::Fixed => "fixed",
-            Self::Output => "output",
         }
     }
 }
@@ -155,12 +140,5 @@ mod tests {
         let at = |courant: Real| limits.choose(&Rates { advective: courant / 1e-5, ..Rates::default() }, None);
         assert_eq!([0.0, 0.45, 0.57, 1.4].map(|c| at(c).fluid_passes), [1, 1, 2, 4]);
         assert_eq!(at(0.57).limit, Limit::Fixed);
-    }
-
-    #[test]
-    fn names_are_unique() {
-        let mut names = Limit::ALL.map(Limit::name);
-        names.sort_unstable();
-        assert!(names.windows(2).all(|pair| pair[0] != pair[1]));
     }
 }

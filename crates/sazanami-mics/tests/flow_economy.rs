@@ -57,6 +57,7 @@ fn a_step_allocates_nothing_after_the_first() {
             step().unwrap();
         }
         COUNT.get() - before
-    });
+    })
+    .expect("the threads are granted");
     assert_eq!(allocations, 0);
 }

@@ -291,7 +291,10 @@ fn ranks_agree_with_a_single_one() {
 
 #[test]
 fn threads_give_the_same_bits() {
-    let run = |threads| with_threads(threads, || outcome(Box::new(Solo::default()), [48, 50, 52], WALLS));
+    let run = |threads| {
+        with_threads(threads, || outcome(Box::new(Solo::default()), [48, 50, 52], WALLS))
+            .expect("the threads are granted")
+    };
     let one = run(1);
     for threads in [2, 3, 4] {
         assert!(run(threads) == one, "{threads} threads");

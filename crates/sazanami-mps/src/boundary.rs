@@ -110,6 +110,11 @@ impl Tank {
         let layers = 1 + (reach / spacing * (1.0 + 1e-9)).floor() as i64;
         let extent = self.upper - self.lower;
         let counts: [i64; 3] = std::array::from_fn(|d| (extent[d] / lattice[d]).round() as i64);
+        // Where only the upper side is a wall, the lattice begins there.
+        let base = Vector::from_array(std::array::from_fn(|d| match self.sides[d] {
+            [Side::Open, Side::Wall] => self.upper[d] - counts[d] as Real * lattice[d],
+            _ => self.lower[d],
+        }));
         let range = |d: usize| {
             let beyond = |side: usize| if self.sides[d][side] == Side::Wall { layers } else { 0 };
             -beyond(0)..counts[d] + beyond(1)
@@ -126,7 +131,7 @@ impl Tank {
                     let kind = if deepest == 1 { Kind::Wall } else { Kind::Dummy };
                     let place = Vector::new(i as Real + 0.5, j as Real + 0.5, k as Real + 0.5);
                     let id = WALL + records.len() as u64;
-                    records.push(ParticleRecord::new(id, kind, self.lower + place * lattice, Vector::ZERO));
+                    records.push(ParticleRecord::new(id, kind, base + place * lattice, Vector::ZERO));
                 }
             }
         }
@@ -185,6 +190,21 @@ mod tests {
         assert_eq!(walls, (8 + 2) * 7 + 2 * 5 * 7);
         assert_eq!(records.len(), (8 + 8) * 7 * (5 + 4) - 8 * 7 * 5);
         assert!(records.iter().all(|r| r.position[2] < 5.0 && r.position[1] > 0.0 && r.position[1] < 7.0));
+    }
+
+    #[test]
+    fn walls_lie_on_their_side_where_the_other_is_open() {
+        let mut tank = tank();
+        tank.sides[0] = [Side::Open, Side::Wall];
+        tank.upper.x = 8.3;
+        let nearest = |tank: &Tank| {
+            let walls = tank.particles(1.0, 3.1).unwrap();
+            let beyond = walls.iter().map(|r| r.position[0]).filter(|&x| x > 8.0);
+            beyond.fold(Real::INFINITY, Real::min) - tank.upper.x
+        };
+        assert!((nearest(&tank) - 0.5).abs() < 1e-12);
+        tank.sides[0] = [Side::Wall, Side::Open];
+        assert!(tank.particles(1.0, 3.1).unwrap().iter().any(|r| (r.position[0] + 0.5).abs() < 1e-12));
     }
 
     #[test]

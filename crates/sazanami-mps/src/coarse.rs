@@ -268,8 +268,11 @@ impl CoarseGrid {
                     for (&b, &c) in columns.iter().zip(coefficients) {
                         let b = b as usize;
                         if b < owned && roles[b] == Role::Unknown {
-                            let far = cell[b] as usize + corner - cell[a] as usize;
-                            sum[neighbour[far] as usize] -= f64::from(c);
+                            let far = (cell[b] as usize + corner).wrapping_sub(cell[a] as usize);
+                            // A pair that drag drove together from farther cells is none of the coarse grid's.
+                            if let Some(entry) = neighbour.get(far).and_then(|&s| sum.get_mut(s as usize)) {
+                                *entry -= f64::from(c);
+                            }
                         }
                     }
                 }
@@ -316,7 +319,7 @@ impl CoarseGrid {
         let finest = &self.levels[0];
         let corner: usize = finest.strides().iter().sum();
         self.neighbour.clear();
-        self.neighbour.resize(2 * corner + 1, CENTRE as u8);
+        self.neighbour.resize(2 * corner + 1, STENCIL as u8);
         for (s, offset) in finest.offsets().into_iter().enumerate() {
             self.neighbour[(corner as isize + offset) as usize] = s as u8;
         }

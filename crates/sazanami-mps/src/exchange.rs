@@ -35,17 +35,28 @@ impl Periods {
         Self { lower, length: Vector::new(of(0), of(1), of(2)), grain }
     }
 
+    /// `position` on exact multiples along periodic directions.
+    #[inline]
+    #[must_use]
+    pub fn rounded(&self, mut position: Vector) -> Vector {
+        for d in 0..3 {
+            if self.length[d] > 0.0 {
+                position[d] = (position[d] / self.grain).round() * self.grain;
+            }
+        }
+        position
+    }
+
     /// The image of `position` in the box, on exact multiples along periodic directions.
     #[must_use]
     pub fn wrapped(&self, mut position: Vector) -> Vector {
         for d in 0..3 {
             let length = self.length[d];
             if length > 0.0 {
-                let place = position[d] - ((position[d] - self.lower[d]) / length).floor() * length;
-                position[d] = (place / self.grain).round() * self.grain;
+                position[d] -= ((position[d] - self.lower[d]) / length).floor() * length;
             }
         }
-        position
+        self.rounded(position)
     }
 
     /// Images other than the box itself that can matter.
@@ -78,6 +89,8 @@ pub(crate) struct Exchange {
     links: Vec<Link>,
     bytes: Vec<u8>,
     records: Vec<ParticleRecord>,
+    /// New owner of each own particle.
+    owners: Vec<usize>,
     /// Ghosts in the order of arrival, with link and place there.
     arrived: Vec<(u32, u32, ParticleRecord)>,
 }
@@ -107,15 +120,13 @@ impl Exchange {
         if size == 1 {
             return;
         }
-        let owners: Vec<usize> = particles.position.iter().map(|&x| domain.owner_of(x)).collect();
+        self.owners.clear();
+        self.owners.extend(particles.position.iter().map(|&x| domain.owner_of(x)));
         for rank in (0..size).filter(|&rank| rank != me) {
-            self.records.clear();
-            let leaving = owners.iter().enumerate().filter(|(_, owner)| **owner == rank);
-            self.records.extend(leaving.map(|(a, _)| particles.record(a)));
+            self.pick(particles, rank);
             communicator.send(rank, MIGRANTS, bytemuck::cast_slice(&self.records));
         }
-        self.records.clear();
-        self.records.extend((0..particles.len()).filter(|&a| owners[a] == me).map(|a| particles.record(a)));
+        self.pick(particles, me);
         for rank in (0..size).filter(|&rank| rank != me) {
             communicator.receive(rank, MIGRANTS, &mut self.bytes);
             let records = self.bytes.chunks_exact(size_of::<ParticleRecord>());
@@ -123,6 +134,13 @@ impl Exchange {
         }
         particles.truncate(0);
         self.records.iter().for_each(|record| particles.push(record));
+    }
+
+    /// Writes down the particles that belong to `rank` now.
+    fn pick(&mut self, particles: &Particles, rank: usize) {
+        let Self { records, owners, .. } = self;
+        records.clear();
+        records.extend((0..particles.len()).filter(|&a| owners[a] == rank).map(|a| particles.record(a)));
     }
 
     /// Chooses and exchanges ghosts: every particle within `margin` [m] of a rank's part becomes known there. They

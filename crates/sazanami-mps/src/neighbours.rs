@@ -1,7 +1,7 @@
 //! Bins and neighbour lists.
 //!
 //! Lists are made anew in every step, from the order of the particles alone, so that the order of every sum
-//! follows from the state: threads, restarts and ranks do not change it. They hold all pairs within the radius of
+//! follows from the state: threads and restarts do not change it, and ranks only beside the cuts between them. They hold all pairs within the radius of
 //! influence at the start of the step or at the predicted places, and few others.
 
 use std::ops::Range;

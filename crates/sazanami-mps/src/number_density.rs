@@ -12,7 +12,7 @@ use crate::matrix::Block;
 use crate::neighbours::{Neighbours, ROWS};
 use crate::particles::Kind;
 use crate::scheme::{Kernel, for_kernel};
-use crate::weight::{LaplacianForm, Wendland};
+use crate::weight::{LaplacianForm, SAME, Wendland};
 
 /// What the sums look at in a particle, in one line of the cache.
 #[derive(Clone, Copy, Debug, Default)]
@@ -198,7 +198,7 @@ fn prediction_with<const C4: bool, const CLASSICAL: bool>(
                     sum.density += w;
                     let stretch = (other.velocity - mine.velocity).dot(apart);
                     sum.rate += weight.slope_over_distance(r) * stretch * other.bulk + value * other.bulk_rate;
-                    sum.asymmetry += (w / r) * apart;
+                    sum.asymmetry += (w / r.max(SAME)) * apart;
                     let (f, cut) = form.coefficient(&weight, r);
                     let c = f * half * (conductance_a + conductance[b]) * (mine.bulk * other.bulk);
                     sum.lean += c * apart;

@@ -281,11 +281,11 @@ impl PressureEquation {
             exchange.refresh(domain, &mut direction[..roles.len()]);
             multiply(layout, blocks, rows, direction, product);
             let [bend] = domain.sum(sum(blocks.len(), |a| if a < owned { [direction[a] * product[a]] } else { [0.0] }));
-            if !(descent > 0.0 && bend > 0.0 && bend.is_finite()) {
-                if descent == 0.0 && bend == 0.0 {
-                    break;
-                }
+            if !(descent.is_finite() && bend.is_finite()) {
                 return Err(PressureError::NotFinite { iterations });
+            }
+            if descent <= 0.0 || bend <= 0.0 {
+                return Err(PressureError::NotConverged { iterations, residual: largest, tolerance: tolerance.strain });
             }
             let alpha = descent / bend;
             let own = &direction[..owned];

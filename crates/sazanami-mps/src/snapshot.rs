@@ -50,7 +50,7 @@ impl Solver {
         snapshot.put_reals(PRESSURE, all.iter().map(|r| r.pressure).collect());
         snapshot.put_reals(GRADIENT, all.iter().flat_map(|r| r.gradient).collect());
         snapshot.put_reals(REFERENCE, self.settings().reference.to_array().to_vec());
-        snapshot.put_reals(DRAG_RATE, vec![self.grains.drag_rate(&self.domain)]);
+        snapshot.put_reals(DRAG_RATE, vec![self.grains.drag_rate()]);
         snapshot
     }
 
@@ -67,11 +67,7 @@ impl Solver {
     ) -> Result<Self, RestoreError> {
         let id = snapshot.u64(ID)?;
         let count = id.len();
-        let flags = snapshot.u64(FLAGS)?;
-        if flags.len() != count {
-            let (name, found) = (FLAGS.to_owned(), flags.len());
-            return Err(SnapshotError::Length { name, expected: count, found }.into());
-        }
+        let flags = snapshot.u64_of(FLAGS, count)?;
         let triple = |name: &str| snapshot.reals_of(name, 3 * count);
         let (position, velocity, gradient) = (triple(POSITION)?, triple(VELOCITY)?, triple(GRADIENT)?);
         let pressure = snapshot.reals_of(PRESSURE, count)?;
@@ -90,7 +86,7 @@ impl Solver {
         let reference = snapshot.reals_of(REFERENCE, 3)?;
         let settings = Settings { reference: Vector::from_slice(reference), ..settings };
         let mut solver = Self::from_records(domain, settings, tank, &records, grains)?;
-        solver.grains.limit_first_step(snapshot.reals_of(DRAG_RATE, 1)?[0]);
+        solver.grains.set_drag_rate(snapshot.reals_of(DRAG_RATE, 1)?[0]);
         Ok(solver)
     }
 }

@@ -142,7 +142,7 @@ pub struct StepReport {
     pub push_work: Real,
     /// Longest way that a particle was shifted [m].
     pub largest_shift: Real,
-    /// Pairs that bounced off each other.
+    /// Pairs, of fluid or of fluid and wall, that bounced off each other.
     pub collisions: usize,
     /// Particles that were put back from a wall.
     pub clipped: usize,
@@ -182,7 +182,9 @@ struct Scratch {
     size: Vec<Real>,
     pushes: Vec<Push>,
     shifts: Vec<Vector>,
-    collisions: Vec<(Vector, u32)>,
+    collisions: Vec<(Vector, Real)>,
+    /// Walls that see no water but what flies on its own.
+    dry: Vec<u32>,
 }
 
 /// Fluid and walls on one rank.
@@ -293,6 +295,16 @@ impl Solver {
         })
     }
 
+    /// The part of a body force [m/s^2] whose pressure at rest the reduced pressure is without: along a periodic direction
+    /// there is no rest.
+    #[must_use]
+    pub fn reduced_force(&self, body_force: Vector) -> Vector {
+        if !self.settings.scheme.reduced_pressure {
+            return Vector::ZERO;
+        }
+        Vector::select(self.periods.length.cmpgt(Vector::ZERO), Vector::ZERO, body_force)
+    }
+
     /// The longest stable next step under a body force [m/s^2].
     #[must_use]
     pub fn stable_step(&self, body_force: Vector) -> Step {
@@ -301,7 +313,7 @@ impl Solver {
             // Who flies on its own disturbs nobody, however fast.
             advective: self.largest_speed_of(|role| role != Role::Outside) / spacing,
             grain_motion: self.grains.motion_rate(&self.domain),
-            drag: self.grains.drag_rate(&self.domain),
+            drag: self.grains.drag_rate(),
         };
         self.settings.limits.choose(&rates, body_force, spacing, viscosity)
     }
@@ -315,7 +327,7 @@ impl Solver {
         let coupling = CouplingReport { least_void: 1.0, ..CouplingReport::default() };
         let mut report = StepReport { coupling, ..StepReport::default() };
         watch(Phase::Neighbours);
-        self.move_walls(forcing);
+        self.begin_walls(dt, forcing);
         self.arrange(dt, forcing);
         let time = self.flow_time(dt, forcing);
         report.pairs = self.neighbours.pairs;
@@ -333,7 +345,7 @@ impl Solver {
         watch(Phase::Pressure);
         self.solve(dt, time, forcing, &mut report)?;
         watch(Phase::Fluid);
-        self.correct(dt, forcing);
+        self.correct(dt);
         self.book(dt, forcing, &mut report);
         self.keep_apart(dt, time, &mut report);
         self.shift(dt, time, &mut report);

@@ -10,8 +10,10 @@ use crate::scheme::{Kernel, Stabilisation};
 
 /// Distance over the particle spacing below which particles bounce off each other.
 const COLLISION: Real = 0.5;
-/// Part of the speed that they keep, and of the push that a pair keeps which comes apart by itself.
+/// Part of the speed with which particles leave a collision.
 const RESTITUTION: Real = 0.2;
+/// Part of its push that a pair keeps which comes apart by itself (`docs/decisions/0007-shaken-tanks.md`).
+const PARTING: Real = 0.2;
 
 /// Places before and after the pressure's correction and velocities after it, ghosts included.
 pub(crate) struct Moved<'a> {
@@ -63,16 +65,16 @@ pub(crate) struct Push {
     pub way: Vector,
     /// Square of the distance to the nearest neighbour [m^2].
     pub nearest: Real,
-    /// Neighbours too near.
-    pub pairs: u32,
+    /// Pairs too near, of which another particle of fluid counts a half.
+    pub pairs: Real,
 }
 
 /// Pushes each own fluid particle from neighbours that came too near (Tsuruta et al. 2013).
 ///
 /// A pair at `r` after the correction that is nearer than it may be is pushed along its direction `e` before the
 /// correction, each so that it would move by half of what is missing in [`crate::stability::flow_time`], times `w/n0`;
-/// by a fifth of that if the pair comes apart already, so that pushes take more energy from disordered water than they
-/// give.
+/// by [`PARTING`] of that if the pair comes apart already, so that pushes take more energy from disordered water than
+/// they give.
 pub(crate) fn pushes(kernel: &Kernel, settings: &Stabilisation, spacing: Real, moved: &Moved<'_>, into: &mut [Push]) {
     let Moved { kind, before, after, velocity, size, .. } = *moved;
     let limit = widest(spacing) * widest(spacing);
@@ -100,21 +102,26 @@ pub(crate) fn pushes(kernel: &Kernel, settings: &Stabilisation, spacing: Real, m
             let missing = (least * least - across).sqrt() - along;
             let share = if settings.weighted { kernel.weight.value(r2.sqrt()) } else { 1.0 };
             let approaching = (velocity[b] - velocity[a]).dot(direction) < 0.0;
-            let kept = if approaching { 1.0 } else { RESTITUTION };
+            let kept = if approaching { 1.0 } else { PARTING };
             push.way -= (kept * 0.5 * missing * share / kernel.sums.number_density) * direction;
-            push.pairs += 1;
+            push.pairs += part_of_pair(kind[b]);
         }
         push
     });
 }
 
-/// Change of velocity of each own fluid particle by collisions with particles that are still too near, and with
-/// how many.
-pub(crate) fn collisions(spacing: Real, moved: &Moved<'_>, into: &mut [(Vector, u32)]) {
+/// The part that one fluid particle has in a pair with another particle: walls do not give way.
+fn part_of_pair(other: Kind) -> Real {
+    if other == Kind::Fluid { 0.5 } else { 1.0 }
+}
+
+/// Change of velocity of each own fluid particle by collisions with particles that are still too near, and in how many
+/// pairs, of which another particle of fluid counts a half.
+pub(crate) fn collisions(spacing: Real, moved: &Moved<'_>, into: &mut [(Vector, Real)]) {
     let Moved { kind, after: position, velocity, .. } = *moved;
     let limit = (COLLISION * spacing) * (COLLISION * spacing);
     moved.set(into, |a, near| {
-        let mut change = (Vector::ZERO, 0);
+        let mut change = (Vector::ZERO, 0.0);
         if kind[a] != Kind::Fluid {
             return change;
         }
@@ -125,11 +132,10 @@ pub(crate) fn collisions(spacing: Real, moved: &Moved<'_>, into: &mut [(Vector, 
             if r2 >= limit {
                 continue;
             }
-            change.1 += 1;
             let approach = (velocity[b] - velocity[a]).dot(apart);
             if approach < 0.0 {
-                // Walls do not give way.
-                let part = if kind[b] == Kind::Fluid { 0.5 } else { 1.0 };
+                let part = part_of_pair(kind[b]);
+                change.1 += part;
                 change.0 += part * (1.0 + RESTITUTION) * approach / r2 * apart;
             }
         }

@@ -20,6 +20,8 @@ pub enum Limit {
     Longest,
     /// The step is given.
     Fixed,
+    /// The step is given, and longer than what the other limits allow.
+    FixedBeyondLimits,
 }
 
 impl Limit {
@@ -34,9 +36,20 @@ impl Limit {
             Self::Drag => "drag",
             Self::Longest => "longest",
             Self::Fixed => "fixed",
+            Self::FixedBeyondLimits => "fixed_beyond_limits",
         }
     }
 }
+
+/// Recommended way of the fastest particle in a step, over its size.
+pub const COURANT: Real = 0.15;
+/// Step over the time sqrt(l0/|b|) of the body force (spec: section 13).
+pub const BODY_FORCE: Real = 0.2;
+/// Step over the time l0^2/nu of viscosity (spec: section 13).
+pub const VISCOUS: Real = 0.2;
+/// Step over the time in which drag brings grains and fluid together: the fluid's part of it is explicit, and overshoots
+/// beyond 1.
+pub const DRAG: Real = 0.5;
 
 /// Limits of the step.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,7 +64,7 @@ pub struct StepLimits {
 
 impl Default for StepLimits {
     fn default() -> Self {
-        Self { courant: 0.15, longest: 2e-4, fixed: None }
+        Self { courant: COURANT, longest: 2e-4, fixed: None }
     }
 }
 
@@ -75,8 +88,10 @@ pub struct Step {
     pub limit: Limit,
 }
 
-/// Way of fast water in the time of the flow, in spacings, and its speed over the mean.
-const WAY: Real = 0.15;
+/// Way of fast water in the time of the flow, in spacings: that of a recommended step, whatever a case asks for, since
+/// the time of the flow does not follow the step.
+const WAY: Real = COURANT;
+/// Speed of fast water over the mean.
 const FASTEST: Real = 3.0;
 /// The time of the flow over that in which the body force moves a particle by half a spacing.
 const SHORT: Real = 0.05;
@@ -96,19 +111,20 @@ impl StepLimits {
     /// The longest step for these rates, a body force [m/s^2], a spacing [m] and a viscosity [m^2/s].
     #[must_use]
     pub fn choose(&self, rates: &Rates, body_force: Vector, spacing: Real, viscosity: Real) -> Step {
-        if let Some(dt) = self.fixed {
-            return Step { dt, limit: Limit::Fixed };
-        }
         let within = |part: Real, rate: Real| if rate > 0.0 { part / rate } else { Real::INFINITY };
         let limits = [
             (within(self.courant, rates.advective), Limit::Advective),
             (within(self.courant, rates.grain_motion), Limit::GrainMotion),
-            (0.2 * within(1.0, (body_force.length() / spacing).sqrt()), Limit::BodyForce),
-            (within(0.2, viscosity / (spacing * spacing)), Limit::Viscous),
-            (within(0.5, rates.drag), Limit::Drag),
-            (self.longest, Limit::Longest),
+            (BODY_FORCE * within(1.0, (body_force.length() / spacing).sqrt()), Limit::BodyForce),
+            (within(VISCOUS, viscosity / (spacing * spacing)), Limit::Viscous),
+            (within(DRAG, rates.drag), Limit::Drag),
         ];
-        let shortest = limits.into_iter().reduce(|a, b| if b.0 < a.0 { b } else { a });
+        if let Some(dt) = self.fixed {
+            let beyond = limits.iter().any(|&(allowed, _)| dt > allowed);
+            return Step { dt, limit: if beyond { Limit::FixedBeyondLimits } else { Limit::Fixed } };
+        }
+        let limits = limits.into_iter().chain([(self.longest, Limit::Longest)]);
+        let shortest = limits.reduce(|a, b| if b.0 < a.0 { b } else { a });
         shortest.map_or(Step::default(), |(dt, limit)| Step { dt, limit })
     }
 }
@@ -127,6 +143,9 @@ mod tests {
         assert_eq!(limits.choose(&slow, Vector::new(0.0, 0.0, -9.81), 1e-3, 1e-6).limit, Limit::BodyForce);
         let fixed = StepLimits { fixed: Some(2e-4), ..limits };
         assert_eq!(fixed.choose(&rates, Vector::ZERO, 1e-3, 1e-6), Step { dt: 2e-4, limit: Limit::Fixed });
+        let dragged = Rates { drag: 1e4, ..rates };
+        let beyond = Step { dt: 2e-4, limit: Limit::FixedBeyondLimits };
+        assert_eq!(fixed.choose(&dragged, Vector::ZERO, 1e-3, 1e-6), beyond);
     }
 
     #[test]

@@ -5,6 +5,9 @@
 
 use sazanami_numerics::Real;
 
+/// Two particles nearer than this are in the same place: sums divide by no less [m or m^2].
+pub(crate) const SAME: Real = 1e-100;
+
 /// Family of weight functions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Wendland {

@@ -97,6 +97,7 @@ fn a_step_allocates_nothing_after_some() {
         let before = COUNT.get();
         (200..220).for_each(&mut step);
         COUNT.get() - before
-    });
+    })
+    .expect("the threads are granted");
     assert_eq!(allocations, 0);
 }

@@ -40,7 +40,8 @@ fn main() {
     let sprinkled = text(0, "drop") == "sprinkled";
     let cells = [number(1, 176), number(2, 184), number(3, 132)];
     let tolerance: f64 = text(4, "1e-6").parse().expect("a tolerance");
-    sazanami_parallel::with_threads(number(5, 2), || run(sprinkled, cells, tolerance));
+    sazanami_parallel::with_threads(number(5, 2), || run(sprinkled, cells, tolerance))
+        .expect("the threads are granted");
 }
 
 fn run(sprinkled: bool, cells: [usize; 3], tolerance: f64) {

@@ -47,7 +47,7 @@ pub struct Snapshot {
 }
 
 macro_rules! accessors {
-    ($put:ident, $get:ident, $variant:ident, $element:ty) => {
+    ($put:ident, $get:ident $(, $get_of:ident)?; $variant:ident, $element:ty) => {
         /// Adds an array, in place of one of the same name.
         pub fn $put(&mut self, name: impl Into<String>, values: Vec<$element>) {
             self.sections.insert(name.into(), Section::$variant(values));
@@ -63,14 +63,24 @@ macro_rules! accessors {
                 _ => Err(SnapshotError::Missing { name: name.to_string(), kind: stringify!($element) }),
             }
         }
+
+        $(
+            /// Reads an array of known length.
+            ///
+            /// # Errors
+            /// [`SnapshotError`] if there is no such array or its length differs.
+            pub fn $get_of(&self, name: &str, expected: usize) -> Result<&[$element], SnapshotError> {
+                of_length(name, self.$get(name)?, expected)
+            }
+        )?
     };
 }
 
 impl Snapshot {
-    accessors!(put_bytes, bytes, U8, u8);
-    accessors!(put_u32, u32, U32, u32);
-    accessors!(put_u64, u64, U64, u64);
-    accessors!(put_reals, reals, F64, Real);
+    accessors!(put_bytes, bytes; U8, u8);
+    accessors!(put_u32, u32, u32_of; U32, u32);
+    accessors!(put_u64, u64, u64_of; U64, u64);
+    accessors!(put_reals, reals, reals_of; F64, Real);
 
     /// Adds vectors as an array of three values each.
     pub fn put_vectors(&mut self, name: impl Into<String>, values: &[Vector]) {
@@ -83,24 +93,8 @@ impl Snapshot {
     /// [`SnapshotError`] if there is no such array or its length is not a multiple of three.
     pub fn vectors(&self, name: &str) -> Result<Vec<Vector>, SnapshotError> {
         let values = self.reals(name)?;
-        if !values.len().is_multiple_of(3) {
-            let expected = values.len() / 3 * 3;
-            return Err(SnapshotError::Length { name: name.to_string(), expected, found: values.len() });
-        }
+        let values = of_length(name, values, values.len() / 3 * 3)?;
         Ok(values.chunks_exact(3).map(Vector::from_slice).collect())
-    }
-
-    /// Reads an array of known length.
-    ///
-    /// # Errors
-    /// [`SnapshotError`] if there is no such array or its length differs.
-    pub fn reals_of(&self, name: &str, expected: usize) -> Result<&[Real], SnapshotError> {
-        let values = self.reals(name)?;
-        if values.len() == expected {
-            Ok(values)
-        } else {
-            Err(SnapshotError::Length { name: name.to_string(), expected, found: values.len() })
-        }
     }
 
     /// All arrays in alphabetical order.
@@ -111,5 +105,14 @@ impl Snapshot {
     /// Adds an array of any type.
     pub fn put(&mut self, name: impl Into<String>, section: Section) {
         self.sections.insert(name.into(), section);
+    }
+}
+
+/// The values of array `name` if there are as many as expected.
+fn of_length<'a, T>(name: &str, values: &'a [T], expected: usize) -> Result<&'a [T], SnapshotError> {
+    if values.len() == expected {
+        Ok(values)
+    } else {
+        Err(SnapshotError::Length { name: name.to_string(), expected, found: values.len() })
     }
 }

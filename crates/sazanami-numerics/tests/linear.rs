@@ -1,8 +1,10 @@
 //! The multigrid-preconditioned conjugate gradients: true residuals and iteration counts.
 
-use sazanami_numerics::domain::{Domain, Ghost, GhostRules, Location};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use sazanami_numerics::domain::{Domain, Ghost, GhostRules, Location, Row};
 use sazanami_numerics::grid::{Field, Grid};
-use sazanami_numerics::linear::{ConjugateGradient, FaceEquation, Solution, SolveError, Stop};
+use sazanami_numerics::linear::{ConjugateGradient, Equation, FaceEquation, Solution, SolveError, Stop};
 use sazanami_numerics::{Real, Vector};
 
 const OPEN_TOP: GhostRules = GhostRules {
@@ -68,16 +70,18 @@ impl Problem {
         Self { domain, faces, right, ghosts, singular: !open }
     }
 
+    fn equation(&self) -> FaceEquation<'_> {
+        let faces = [&self.faces[0], &self.faces[1], &self.faces[2]];
+        FaceEquation { faces, right_hand_side: &self.right, ghosts: &self.ghosts, singular: self.singular }
+    }
+
     fn solve(
         &self,
         solver: &mut ConjugateGradient,
         p: &mut Field<Real>,
         tolerance: Real,
     ) -> Result<Solution, SolveError> {
-        let faces = [&self.faces[0], &self.faces[1], &self.faces[2]];
-        let equation =
-            FaceEquation { faces, right_hand_side: &self.right, ghosts: &self.ghosts, singular: self.singular };
-        solver.solve(&self.domain, &equation, p, Stop::Relative(tolerance), 100)
+        solver.solve(&self.domain, &self.equation(), p, Stop::Relative(tolerance), 100)
     }
 
     /// ||b - A p|| / ||b|| by the definition, face by face.
@@ -164,4 +168,49 @@ fn double_precision_is_reached() {
     // Negative control: beyond the rounding of double precision it says that it stalls.
     let error = problem.solve(&mut ConjugateGradient::new(&problem.domain), &mut p, 1e-12).unwrap_err();
     assert!(matches!(error, SolveError::NotConverged { .. }), "{error}");
+}
+
+/// An equation whose residual is not a number any more from some evaluation of a row on.
+struct Breaking<'a> {
+    sound: FaceEquation<'a>,
+    left: AtomicUsize,
+}
+
+impl Equation for Breaking<'_> {
+    fn coefficients(&self, direction: usize, row: Row, into: &mut [Real]) {
+        self.sound.coefficients(direction, row, into);
+    }
+
+    fn residual(&self, row: Row, p: &[Real], into: &mut [Real]) {
+        self.sound.residual(row, p, into);
+        let left = self.left.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |left| left.checked_sub(1));
+        if left.is_err() {
+            into.fill(Real::NAN);
+        }
+    }
+
+    fn fill_ghosts(&self, domain: &Domain, p: &mut Field<Real>) {
+        self.sound.fill_ghosts(domain, p);
+    }
+
+    fn is_singular(&self) -> bool {
+        self.sound.is_singular()
+    }
+}
+
+#[test]
+fn a_number_that_is_not_finite_is_told_with_the_iterations_before_it() {
+    let problem = Problem::new([16, 16, 16], Vector::ONE, true, |_, _, _| 1.0);
+    let iterations = |evaluations: usize| {
+        let left = AtomicUsize::new(evaluations * 16 * 16);
+        let equation = Breaking { sound: problem.equation(), left };
+        let mut solver = ConjugateGradient::new(&problem.domain);
+        let mut p = problem.domain.field(0.0);
+        match solver.solve(&problem.domain, &equation, &mut p, Stop::Relative(1e-12), 100) {
+            Err(SolveError::NotFinite { iterations }) => iterations,
+            other => panic!("{other:?}"),
+        }
+    };
+    let [first, second, third] = [0, 1, 2].map(iterations);
+    assert!(first == 0 && second > 0 && third > second, "{first} {second} {third}");
 }

@@ -59,5 +59,6 @@ fn a_solve_allocates_nothing_after_the_first() {
         let before = ALLOCATIONS.load(Ordering::Relaxed);
         assert_eq!(solve(&mut p), first);
         assert_eq!(ALLOCATIONS.load(Ordering::Relaxed), before);
-    });
+    })
+    .expect("the threads are granted");
 }

@@ -2,6 +2,8 @@
 
 use sazanami_numerics::Real;
 
+use crate::fit::line;
+
 /// One run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunResult {
@@ -57,20 +59,15 @@ impl PowerLaw {
     pub fn fit(points: impl IntoIterator<Item = (Real, Real)>) -> Option<Self> {
         let logs: Vec<(Real, Real)> =
             points.into_iter().filter(|&(x, y)| x > 0.0 && y > 0.0).map(|(x, y)| (x.ln(), y.ln())).collect();
-        let count = logs.len() as Real;
-        let mean = |pick: fn(&(Real, Real)) -> Real| logs.iter().map(pick).sum::<Real>() / count;
-        let (x_mean, y_mean) = (mean(|p| p.0), mean(|p| p.1));
-        let spread: Real = logs.iter().map(|(x, _)| (x - x_mean) * (x - x_mean)).sum();
-        if logs.len() < 2 || spread < count * LEAST_SPREAD * LEAST_SPREAD {
+        let line = line(&logs)?;
+        if line.spread < line.points as Real * LEAST_SPREAD * LEAST_SPREAD {
             return None;
         }
-        let exponent = logs.iter().map(|(x, y)| (x - x_mean) * (y - y_mean)).sum::<Real>() / spread;
-        let misfit: Real = logs.iter().map(|(x, y)| (y - y_mean - exponent * (x - x_mean)).powi(2)).sum();
         Some(Self {
-            exponent,
-            standard_error: (logs.len() > 2).then(|| (misfit / (count - 2.0) / spread).sqrt()),
-            coefficient: (y_mean - exponent * x_mean).exp(),
-            points: logs.len(),
+            exponent: line.slope,
+            standard_error: line.standard_error,
+            coefficient: line.intercept.exp(),
+            points: line.points,
         })
     }
 

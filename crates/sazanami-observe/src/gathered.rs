@@ -8,8 +8,6 @@ use sazanami_numerics::{Quaternion, Real, Vector};
 
 use crate::{BedView, Body};
 
-const BED: u32 = 4100;
-
 /// What the observers need of a grain.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
@@ -26,7 +24,7 @@ struct Record {
 
 /// All grains of all ranks on rank 0, in the order of their identifiers; empty on the other ranks.
 ///
-/// Keep one and gather into it again: it keeps its memory.
+/// Keep one and gather into it again: its columns keep their memory.
 #[derive(Clone, Debug, Default)]
 pub struct GatheredBed {
     /// Identifiers.
@@ -39,37 +37,23 @@ pub struct GatheredBed {
     velocity: Vec<Vector>,
     last_contact: Vec<Real>,
     time: Real,
-    records: Vec<Record>,
-    bytes: Vec<u8>,
 }
 
 impl GatheredBed {
     /// Gathers the grains at `time` on the clock of their engine [s]. Collective.
     pub fn gather(&mut self, domain: &Domain, grains: &Grains, time: Real) {
-        let communicator = domain.communicator();
+        let mine: Vec<Record> = (0..grains.owned()).map(|i| record(grains, i)).collect();
+        let mut records = domain.to_first(&mine);
+        records.sort_unstable_by_key(|record| record.id);
         self.time = time;
-        self.records.clear();
-        self.records.extend((0..grains.owned()).map(|i| record(grains, i)));
-        if communicator.rank() != 0 {
-            communicator.send(0, BED, bytemuck::cast_slice(&self.records));
-            self.records.clear();
-        } else {
-            for from in 1..communicator.size() {
-                communicator.receive(from, BED, &mut self.bytes);
-                let parts = self.bytes.chunks_exact(size_of::<Record>());
-                self.records.extend(parts.map(bytemuck::pod_read_unaligned::<Record>));
-            }
-        }
-        self.records.sort_unstable_by_key(|record| record.id);
-        self.unpack();
+        self.unpack(&records);
     }
 
-    fn unpack(&mut self) {
+    fn unpack(&mut self, records: &[Record]) {
         fn refill<T>(column: &mut Vec<T>, records: &[Record], value: impl Fn(&Record) -> T) {
             column.clear();
             column.extend(records.iter().map(value));
         }
-        let records = &self.records;
         refill(&mut self.id, records, |r| r.id);
         refill(&mut self.body, records, |r| r.body as u32);
         refill(&mut self.scale, records, |r| r.scale);
@@ -136,7 +120,6 @@ impl GatheredBed {
             last_contact: reals("last_contact", 1)?.to_vec(),
             time: snapshot.reals_of(&name("time"), 1)?[0],
             id,
-            ..Self::default()
         })
     }
 }
@@ -170,13 +153,11 @@ mod tests {
             velocity: [0.1, 0.0, -0.3],
             last_contact,
         };
-        let records = vec![record(3, 0.25), record(8, Real::NEG_INFINITY)];
-        let mut bed = GatheredBed { records, time: 0.5, ..GatheredBed::default() };
-        bed.unpack();
+        let mut bed = GatheredBed { time: 0.5, ..GatheredBed::default() };
+        bed.unpack(&[record(3, 0.25), record(8, Real::NEG_INFINITY)]);
         let mut snapshot = Snapshot::default();
         bed.save("before/", &mut snapshot);
         let again = GatheredBed::restore("before/", &snapshot).unwrap();
-        bed.records.clear();
         assert_eq!(format!("{again:?}"), format!("{bed:?}"));
         assert!(GatheredBed::restore("after/", &snapshot).is_err());
         snapshot.put_reals("before/mass", vec![1.0]);

@@ -68,11 +68,11 @@ fn a_level_bed_of_grains_in_disorder_has_no_ripples() {
             for (number, (profile, across)) in definitions(&tank, &found).into_iter().enumerate() {
                 let settings = RippleSettings::of_grains(D, across);
                 let ripples = Ripples::of(profile, settings.range_in(&tank), &settings);
-                let Err(Unmeasured::Flat { relief, .. }) = ripples else {
+                let Err(Unmeasured::Flat { deviation, .. }) = ripples else {
                     panic!("definition {number}, width {width}, seed {seed}: {ripples:?}")
                 };
                 // Without the limit there would be waves to report.
-                assert!(relief > 0.1 * D * (D / across).sqrt(), "{relief}");
+                assert!(deviation > 0.1 * D * (D / across).sqrt(), "{deviation}");
             }
         }
     }

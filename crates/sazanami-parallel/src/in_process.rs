@@ -1,29 +1,34 @@
 //! Ranks as threads of one process, with messages in memory: rank bugs are found without MPI.
 
+use std::any::Any;
 use std::collections::VecDeque;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
-use crate::{Communicator, Reduction, with_threads};
+use crate::{Communicator, Reduction, ThreadsRefused, with_threads};
 
 const REDUCE_UP: u32 = u32::MAX;
 const REDUCE_DOWN: u32 = u32::MAX - 1;
 const GATHER: u32 = u32::MAX - 2;
 
-/// Some ranks panicked; the others were woken and ended.
+/// A group of ranks did not come to its end.
 #[derive(Debug)]
-pub struct RanksFailed {
-    /// Rank and message of each first-hand panic.
-    pub panics: Vec<(usize, String)>,
+pub enum RanksFailed {
+    /// There are not as many threads as the ranks need.
+    Threads(ThreadsRefused),
+    /// Some ranks panicked; the others were woken and ended. Rank and message of each first-hand panic.
+    Panicked(Vec<(usize, String)>),
 }
 
 impl std::fmt::Display for RanksFailed {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        for (rank, message) in &self.panics {
-            writeln!(f, "rank {rank} panicked: {message}")?;
+        match self {
+            Self::Threads(refused) => refused.fmt(f),
+            Self::Panicked(panics) => {
+                panics.iter().try_for_each(|(rank, message)| writeln!(f, "rank {rank} panicked: {message}"))
+            }
         }
-        Ok(())
     }
 }
 
@@ -94,7 +99,8 @@ impl Communicator for InProcess {
         loop {
             if self.shared.failed.load(Ordering::SeqCst) {
                 drop(mailbox);
-                std::panic::panic_any(FailedElsewhere);
+                // Without the words of a panic: the rank that failed says why.
+                std::panic::resume_unwind(Box::new(FailedElsewhere));
             }
             if let Some(at) = mailbox.messages.iter().position(|m| m.from == from && m.tag == tag)
                 && let Some(mut message) = mailbox.messages.remove(at)
@@ -157,7 +163,7 @@ mod bytemuck {
 /// `threads_per_rank` threads, and returns the results by rank.
 ///
 /// # Errors
-/// [`RanksFailed`] if a rank panics; the other ranks end at their next wait.
+/// [`RanksFailed`] if there are too few threads, or if a rank panics; the other ranks end at their next wait.
 pub fn run_ranks<T: Send>(
     ranks: usize,
     threads_per_rank: usize,
@@ -167,37 +173,42 @@ pub fn run_ranks<T: Send>(
         mailboxes: (0..ranks).map(|_| Default::default()).collect(),
         failed: AtomicBool::new(false),
     });
-    let program = &program;
+    let (program, shared) = (&program, &shared);
     let outcomes: Vec<_> = std::thread::scope(|scope| {
-        let handles: Vec<_> = (0..ranks)
-            .map(|rank| {
-                let shared = Arc::clone(&shared);
-                scope.spawn(move || {
-                    let communicator = InProcess { rank, shared: Arc::clone(&shared), scratch: Mutex::default() };
-                    let run = || with_threads(threads_per_rank, || program(Box::new(communicator)));
-                    catch_unwind(AssertUnwindSafe(run)).inspect_err(|_| shared.fail())
-                })
-            })
-            .collect();
-        handles.into_iter().map(|handle| handle.join().and_then(|outcome| outcome)).collect()
+        let start = |rank| {
+            let run = move || {
+                let communicator = InProcess { rank, shared: Arc::clone(shared), scratch: Mutex::default() };
+                let work = || with_threads(threads_per_rank, || program(Box::new(communicator)));
+                let outcome = catch_unwind(AssertUnwindSafe(work));
+                if !matches!(outcome, Ok(Ok(_))) {
+                    shared.fail();
+                }
+                outcome
+            };
+            let handle = std::thread::Builder::new().spawn_scoped(scope, run);
+            handle.inspect_err(|_| shared.fail())
+        };
+        let handles: Vec<_> = (0..ranks).map(start).collect();
+        let refused = |reason| Ok(Err(ThreadsRefused::new(ranks, &reason)));
+        handles.into_iter().map(|h| h.map_or_else(refused, |h| h.join().and_then(|outcome| outcome))).collect()
     });
     let mut results = Vec::with_capacity(ranks);
     let mut panics = Vec::new();
     for (rank, outcome) in outcomes.into_iter().enumerate() {
         match outcome {
-            Ok(value) => results.push(value),
+            Ok(Ok(value)) => results.push(value),
+            Ok(Err(refused)) => return Err(RanksFailed::Threads(refused)),
             Err(payload) if payload.is::<FailedElsewhere>() => {}
-            Err(payload) => {
-                let message = payload
-                    .downcast_ref::<String>()
-                    .cloned()
-                    .or_else(|| payload.downcast_ref::<&str>().map(ToString::to_string))
-                    .unwrap_or_else(|| "no message".to_string());
-                panics.push((rank, message));
-            }
+            Err(payload) => panics.push((rank, message(payload.as_ref()))),
         }
     }
-    if results.len() == ranks { Ok(results) } else { Err(RanksFailed { panics }) }
+    if results.len() == ranks { Ok(results) } else { Err(RanksFailed::Panicked(panics)) }
+}
+
+/// What a panic says.
+fn message(payload: &(dyn Any + Send)) -> String {
+    let text = payload.downcast_ref::<String>().map(String::as_str);
+    text.or_else(|| payload.downcast_ref::<&str>().copied()).unwrap_or("no message").to_string()
 }
 
 #[cfg(test)]
@@ -246,7 +257,7 @@ mod tests {
             let mut bytes = Vec::new();
             c.receive(1, 0, &mut bytes);
         });
-        let panics = outcome.unwrap_err().panics;
+        let Err(RanksFailed::Panicked(panics)) = outcome else { panic!("a rank panicked") };
         assert_eq!(panics.len(), 1);
         assert!(panics[0].0 == 1 && panics[0].1.contains("the sand ran out"));
     }

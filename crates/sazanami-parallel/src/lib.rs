@@ -13,6 +13,6 @@ mod solo;
 
 pub use communicator::{Communicator, Reduction};
 pub use in_process::{RanksFailed, run_ranks};
-pub use loops::{Rows, SlicesMut, for_each_chunk, for_each_index, join, number_of_threads, with_threads};
+pub use loops::{Rows, SlicesMut, ThreadsRefused, for_each_chunk, join, number_of_threads, with_threads};
 pub use reduction::{max_over, reduce_over, sum_over};
 pub use solo::Solo;

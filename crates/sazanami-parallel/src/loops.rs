@@ -1,17 +1,33 @@
 //! Loops over disjoint parts, spread over the threads of the pool of this rank.
 
-use std::ops::Range;
+/// The operating system does not grant the threads asked for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ThreadsRefused {
+    threads: usize,
+    reason: String,
+}
+
+impl ThreadsRefused {
+    pub(crate) fn new(threads: usize, reason: &impl std::error::Error) -> Self {
+        Self { threads, reason: reason.to_string() }
+    }
+}
+
+impl std::fmt::Display for ThreadsRefused {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "the operating system does not grant {} threads: {}", self.threads, self.reason)
+    }
+}
+
+impl std::error::Error for ThreadsRefused {}
 
 /// Runs `work` in a pool of its own with `threads` threads (0: as many as the machine offers).
 ///
-/// # Panics
-/// If the operating system refuses the threads.
-pub fn with_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T {
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build()
-        .expect("the operating system grants the threads asked for")
-        .install(work)
+/// # Errors
+/// [`ThreadsRefused`], before `work` begins.
+pub fn with_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> Result<T, ThreadsRefused> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    Ok(pool.map_err(|reason| ThreadsRefused::new(threads, &reason))?.install(work))
 }
 
 /// Number of threads of the current pool.
@@ -35,19 +51,6 @@ pub(crate) fn in_one_go(count: usize) -> usize {
         threads => count / (PIECES * threads),
     }
     .max(1)
-}
-
-/// Calls `body` for every index below `count`, in parallel, no fewer than `least` in one go.
-pub fn for_each_index(count: usize, least: usize, body: impl Fn(usize) + Sync) {
-    fn split(range: Range<usize>, least: usize, body: &(impl Fn(usize) + Sync)) {
-        if range.len() <= least {
-            range.for_each(body);
-        } else {
-            let middle = range.start + range.len() / 2;
-            rayon::join(|| split(range.start..middle, least, body), || split(middle..range.end, least, body));
-        }
-    }
-    split(0..count, least.max(1), &body);
 }
 
 /// One or several mutable slices of equal length that are cut together.
@@ -159,7 +162,8 @@ mod tests {
                         b[1] += *a as f64;
                     }
                 });
-            });
+            })
+            .unwrap();
             assert!(a.iter().enumerate().all(|(i, &v)| v == i));
             assert!(b.chunks(2).enumerate().all(|(i, v)| v == [0.0, i as f64]));
         }

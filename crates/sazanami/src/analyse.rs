@@ -6,7 +6,8 @@ mod ripples;
 use std::path::{Path, PathBuf};
 
 use sazanami_io::picture::{
-    ErosionPoint, LinePlot, bed_profiles, crater_history, erosion_against_momentum, momentum_budget,
+    ErosionPoint, LinePlot, Picture, PictureError, bed_profiles, crater_history, erosion_against_momentum,
+    momentum_budget,
 };
 use sazanami_numerics::Real;
 use sazanami_observe::comparison::{Comparison, RunResult};
@@ -14,16 +15,17 @@ use serde_json::Value;
 
 use crate::case;
 use crate::case::meaning::{FluidName, Region};
-use crate::error::{CommandError, Failure};
+use crate::error::CommandError;
 use crate::progress::Progress;
 use crate::recorder;
+use crate::results::{CASE, CRATER_PROFILES, FIGURES, SERIES, SUMMARY};
 
-pub(crate) use ripples::{CYCLES, layer_history};
+pub(crate) use ripples::layer_history;
 
-/// Rows of a table with named columns; empty cells are not a number.
+/// Rows of a table with named columns.
 pub(crate) struct Table {
     columns: Vec<String>,
-    rows: Vec<Vec<Real>>,
+    rows: Vec<String>,
 }
 
 impl Table {
@@ -32,23 +34,49 @@ impl Table {
         let text = std::fs::read_to_string(path).ok()?;
         let mut lines = text.lines();
         let columns = lines.next()?.split(',').map(|name| name.split(" [").next().unwrap_or(name).to_owned()).collect();
-        let rows = lines.map(|line| line.split(',').map(|cell| cell.parse().unwrap_or(Real::NAN)).collect()).collect();
-        Some(Self { columns, rows })
+        Some(Self { columns, rows: lines.map(str::to_owned).collect() })
     }
 
-    /// Values of a column; none if there is no such column.
+    /// Values of a column, NaN where a cell is empty; none if there is no such column.
     pub fn column(&self, name: &str) -> Vec<Real> {
-        match self.columns.iter().position(|column| column == name) {
-            Some(at) => self.rows.iter().map(|row| row.get(at).copied().unwrap_or(Real::NAN)).collect(),
-            None => Vec::new(),
-        }
+        self.cells(name).map(value).collect()
     }
+
+    /// Words in a column; none if there is no such column.
+    pub fn words(&self, name: &str) -> Vec<&str> {
+        self.cells(name).map(|cell| cell.trim_matches('"')).collect()
+    }
+
+    /// Whether there are no rows.
+    pub fn is_empty(&self) -> bool {
+        self.rows.is_empty()
+    }
+
+    /// Values of a row.
+    fn row(&self, number: usize) -> impl Iterator<Item = Real> {
+        self.rows[number].split(',').map(value)
+    }
+
+    fn place(&self, name: &str) -> Option<usize> {
+        self.columns.iter().position(|column| column == name)
+    }
+
+    fn cells(&self, name: &str) -> impl Iterator<Item = &str> {
+        let place = self.place(name);
+        place.into_iter().flat_map(|at| self.rows.iter().map(move |row| row.split(',').nth(at).unwrap_or_default()))
+    }
+}
+
+/// Value of a cell; NaN if it is empty.
+fn value(cell: &str) -> Real {
+    cell.parse().unwrap_or(Real::NAN)
 }
 
 /// Recomputes what one run tells, or compares several; returns lines for people.
 ///
 /// One run is evaluated again from its newest good checkpoint of the flow, ripples from the tables that it wrote;
-/// `overrides` (`path=value`, of keys under `bed`, `erosion` and `ripples`) say how, and what is then found goes into the folder `analysis` of the run's own.
+/// `overrides` (`path=value`, of keys under `bed` and `erosion`, or [`case::RIPPLES_EVALUATED`]) say how, and what is then
+/// found goes into the folder `analysis` of the run's own.
 ///
 /// # Errors
 /// If a folder holds no results, or a figure cannot be written; if other keys are overridden, or those of several
@@ -60,12 +88,12 @@ pub fn analyse(
 ) -> Result<Vec<String>, CommandError> {
     match folders {
         [] => Err(CommandError::input("no folder of results is given", "give one or more folders of runs")),
-        [folder] if ripples::is_one(&summary(folder)?) => ripples::of_run(folder, overrides, progress),
+        [folder] if has_moving_particles(&summary(folder)?) => ripples::of_run(folder, overrides, progress),
         [folder] if overrides.is_empty() => again::as_it_was(folder, progress),
         [folder] => again::otherwise(folder, overrides, progress),
         many if overrides.is_empty() => {
             let summaries = many.iter().map(|folder| summary(folder)).collect::<Result<Vec<_>, _>>()?;
-            let moving = summaries.iter().filter(|summary| ripples::is_one(summary)).count();
+            let moving = summaries.iter().filter(|summary| has_moving_particles(summary)).count();
             match moving {
                 0 => several(many, progress),
                 all if all == many.len() => ripples::several(many, progress),
@@ -82,8 +110,13 @@ pub fn analyse(
     }
 }
 
+/// Whether a summary is that of a run with moving particles.
+fn has_moving_particles(summary: &Value) -> bool {
+    summary["solver"] == "mps"
+}
+
 fn summary(folder: &Path) -> Result<Value, CommandError> {
-    let path = folder.join("summary.json");
+    let path = folder.join(SUMMARY);
     let text = std::fs::read_to_string(&path).map_err(|error| {
         CommandError::input(
             format!("`{}` holds no results: {error}", folder.display()),
@@ -99,7 +132,7 @@ fn summary(folder: &Path) -> Result<Value, CommandError> {
 }
 
 fn drawing(error: &dyn std::fmt::Display) -> CommandError {
-    Failure { kind: "picture", message: error.to_string(), ..Failure::default() }.into()
+    CommandError::Undone(error.to_string())
 }
 
 /// Draws the figures of a run from its tables; returns what its summary says.
@@ -108,7 +141,7 @@ fn drawing(error: &dyn std::fmt::Display) -> CommandError {
 /// If the folder holds no results, or a figure cannot be written.
 pub(crate) fn present(folder: &Path, progress: &mut dyn Progress) -> Result<Vec<String>, CommandError> {
     let summary = summary(folder)?;
-    if ripples::is_one(&summary) {
+    if has_moving_particles(&summary) {
         return ripples::of_run(folder, &[], progress);
     }
     draw_figures(folder, &summary, progress)?;
@@ -117,16 +150,17 @@ pub(crate) fn present(folder: &Path, progress: &mut dyn Progress) -> Result<Vec<
 
 fn draw_figures(folder: &Path, summary: &Value, progress: &mut dyn Progress) -> Result<(), CommandError> {
     let name = summary["case"].as_str().unwrap_or("run").to_owned();
-    let figures = folder.join("figures");
+    let figures = folder.join(FIGURES);
     std::fs::create_dir_all(&figures).map_err(|error| drawing(&error))?;
     for (file, plot) in line_plots(folder, &name) {
-        draw(&plot, &figures.join(file), progress)?;
+        save(plot.draw(), &figures.join(file), progress)?;
     }
     list_files(folder, summary)
 }
 
-fn draw(plot: &LinePlot, path: &Path, progress: &mut dyn Progress) -> Result<(), CommandError> {
-    plot.draw().and_then(|picture| picture.save(path)).map_err(|error| drawing(&error))?;
+/// Saves what was drawn and says so.
+fn save(picture: Result<Picture, PictureError>, path: &Path, progress: &mut dyn Progress) -> Result<(), CommandError> {
+    picture.and_then(|picture| picture.save(path)).map_err(|error| drawing(&error))?;
     progress.message(&format!("drew {}", path.display()));
     Ok(())
 }
@@ -142,13 +176,13 @@ fn list_files(folder: &Path, summary: &Value) -> Result<(), CommandError> {
 
 fn line_plots(folder: &Path, name: &str) -> Vec<(&'static str, LinePlot)> {
     let mut plots = Vec::new();
-    if let Some(profiles) = Table::read(&folder.join("profiles.csv")) {
+    if let Some(profiles) = Table::read(&folder.join(CRATER_PROFILES)) {
         let curves = curves(&profiles);
         if !curves.is_empty() {
             plots.push(("profiles.png", bed_profiles(&format!("{name}: smoothed bed surface"), &curves)));
         }
     }
-    let Some(series) = Table::read(&folder.join("series.csv")) else { return plots };
+    let Some(series) = Table::read(&folder.join(SERIES)) else { return plots };
     let times = series.column("time");
     if times.len() < 2 {
         return plots;
@@ -184,13 +218,12 @@ fn curves(profiles: &Table) -> Vec<(String, Vec<[Real; 2]>)> {
     let mut chosen: Vec<usize> = (0..=BETWEEN + 1).map(|n| n * count.saturating_sub(1) / (BETWEEN + 1)).collect();
     chosen.dedup();
     let (times, layers) = (profiles.column("time"), profiles.column("layer"));
-    let first = profiles.columns.iter().position(|column| column == "height_0");
-    let Some(first) = first.filter(|_| count > 0) else { return Vec::new() };
+    let Some(first) = profiles.place("height_0").filter(|_| count > 0) else { return Vec::new() };
     chosen
         .into_iter()
         .map(|row| {
-            let heights = profiles.rows[row].iter().skip(first).enumerate();
-            let points = heights.map(|(n, &height)| [(n as Real + 0.5) * layers[row], height]);
+            let heights = profiles.row(row).skip(first).enumerate();
+            let points = heights.map(|(n, height)| [(n as Real + 0.5) * layers[row], height]);
             let label = format!("t = {:.1} ms", 1e3 * times[row]);
             (label, points.filter(|point| point[1].is_finite()).collect())
         })
@@ -216,12 +249,16 @@ fn report(summary: &Value, found: Option<&Value>, folder: &Path) -> Vec<String> 
         }
         rows.extend(said.into_iter().map(|(label, before)| (label, format!("none (summary: {before})"))));
     }
-    let width = rows.iter().map(|(label, _)| label.len()).max().unwrap_or_default();
-    let mut lines: Vec<String> = rows.into_iter().map(|(label, value)| format!("{label:<width$}  {value}")).collect();
-    if let Some(picture) = newest_picture(folder) {
-        lines.push(format!("{:<width$}  {}", "picture", picture.display()));
+    if let Some(picture) = newest_picture(folder, "view-") {
+        rows.push(("picture", picture.display().to_string()));
     }
-    lines
+    labelled(&rows)
+}
+
+/// Lines of labels and values, one below the other.
+fn labelled<L: AsRef<str>>(rows: &[(L, String)]) -> Vec<String> {
+    let width = rows.iter().map(|(label, _)| label.as_ref().len()).max().unwrap_or_default();
+    rows.iter().map(|(label, value)| format!("{:<width$}  {value}", label.as_ref())).collect()
 }
 
 /// Labels and values of the table.
@@ -278,19 +315,16 @@ fn rows(summary: &Value) -> Vec<(&'static str, String)> {
     rows
 }
 
-fn newest_picture(folder: &Path) -> Option<PathBuf> {
-    let entries = std::fs::read_dir(folder.join("figures")).ok()?;
-    let named =
-        |path: &PathBuf, begin: &str| path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(begin));
-    let mut paths: Vec<PathBuf> =
-        entries.flatten().map(|entry| entry.path()).filter(|path| named(path, "view-")).collect();
-    paths.sort();
-    paths.pop()
+/// The last of the pictures whose names begin with `prefix`.
+fn newest_picture(folder: &Path, prefix: &str) -> Option<PathBuf> {
+    let paths = std::fs::read_dir(folder.join(FIGURES)).ok()?.flatten().map(|entry| entry.path());
+    let named = |path: &PathBuf| path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(prefix));
+    paths.filter(named).max()
 }
 
 /// Axis ratio of the first liquid of a case, horizontal over vertical.
 fn axis_ratio(folder: &Path) -> Real {
-    let Ok(loaded) = case::load(&folder.join("case.toml"), &[]) else { return 1.0 };
+    let Ok(loaded) = case::load(&folder.join(CASE), &[]) else { return 1.0 };
     let drop = loaded.case.liquids.iter().find(|liquid| liquid.fluid == FluidName::Liquid);
     match drop.map(|liquid| &liquid.region) {
         Some(Region::Spheroid { horizontal_diameter, vertical_diameter, .. }) => {
@@ -313,10 +347,11 @@ fn is_same_end(a: Real, b: Real) -> bool {
     (a - b).abs() <= SAME_END * a.abs().max(b.abs())
 }
 
-/// `name.png`, or the next of `name-2.png`, `name-3.png`, ... that does not exist in `folder`.
-fn free_picture(folder: &Path, name: &str) -> PathBuf {
-    let numbered = (2..).map(|n: u32| folder.join(format!("{name}-{n}.png")));
-    let mut names = std::iter::once(folder.join(format!("{name}.png"))).chain(numbered);
+/// `name.png`, or the next of `name-2.png`, `name-3.png`, ... that does not exist in `folder`, or so of another
+/// `extension`.
+fn free_path(folder: &Path, name: &str, extension: &str) -> PathBuf {
+    let numbered = (2..).map(|n: u32| folder.join(format!("{name}-{n}.{extension}")));
+    let mut names = std::iter::once(folder.join(format!("{name}.{extension}"))).chain(numbered);
     names.find(|path| !path.exists()).unwrap_or_else(|| folder.join(name))
 }
 
@@ -382,8 +417,8 @@ fn several(folders: &[PathBuf], progress: &mut dyn Progress) -> Result<Vec<Strin
         })
         .collect();
     if !groups.is_empty() {
-        let path = free_picture(Path::new(""), "erosion-against-momentum");
-        draw(&erosion_against_momentum("Erosion volume against momentum", &groups), &path, progress)?;
+        let path = free_path(Path::new(""), "erosion-against-momentum", "png");
+        save(erosion_against_momentum("Erosion volume against momentum", &groups).draw(), &path, progress)?;
     }
     lines.extend(aligned(&Comparison::COLUMNS.map(str::to_owned), &comparison.rows()));
     for series in &comparison.series {
@@ -434,7 +469,7 @@ mod tests {
             "momentum": { "initial": { "liquid": momentum } },
             "observables": { "erosion": { "volume_mm3": 5.0 } },
         });
-        std::fs::write(folder.join("summary.json"), summary.to_string()).unwrap();
+        std::fs::write(folder.join(SUMMARY), summary.to_string()).unwrap();
         folder
     }
 
@@ -461,7 +496,7 @@ mod tests {
     fn pictures_are_numbered() {
         let folder = scratch("numbers");
         for expected in ["a.png", "a-2.png", "a-3.png"] {
-            let path = free_picture(&folder, "a");
+            let path = free_path(&folder, "a", "png");
             assert_eq!(path, folder.join(expected));
             std::fs::write(path, "").unwrap();
         }
@@ -473,7 +508,7 @@ mod tests {
         let folder = run(&scratch("crater"), "a", "finished", 0.02, [0.0; 3]);
         let told = |lines: &[String]| lines.iter().any(|line| line.contains("not evaluated: no rim"));
         assert!(!told(&analyse(std::slice::from_ref(&folder), &[], &mut Silent).unwrap()));
-        let path = folder.join("summary.json");
+        let path = folder.join(SUMMARY);
         std::fs::write(&path, r#"{ "observables": { "erosion": { "not_evaluated": "no rim" } } }"#).unwrap();
         assert!(told(&analyse(std::slice::from_ref(&folder), &[], &mut Silent).unwrap()));
         std::fs::remove_dir_all(folder.parent().unwrap()).unwrap();

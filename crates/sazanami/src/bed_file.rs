@@ -45,7 +45,7 @@ impl Recipe {
     pub fn hash_of(case: &Case) -> String {
         let mut case = case.clone();
         case.output.bed = None;
-        format!("{:016x}", resolved::hash(&case))
+        resolved::hash_text(&case)
     }
 }
 

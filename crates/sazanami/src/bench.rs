@@ -211,11 +211,9 @@ pub fn bench(
     let mut rows = Vec::new();
     for bench in benches.iter().filter(|bench| names.is_empty() || names.iter().any(|name| name == bench.name)) {
         progress.message(&format!("{}: {}", bench.name, bench.about));
-        let timing = with_threads(threads, bench.time).map_err(|message| crate::error::Failure {
-            kind: "bench",
-            message: format!("{}: {message}", bench.name),
-            ..Default::default()
-        })?;
+        let timing = with_threads(threads, bench.time)
+            .map_err(|refused| CommandError::input(refused.to_string(), "ask for fewer with `--threads`"))?
+            .map_err(|message| CommandError::Undone(format!("{}: {message}", bench.name)))?;
         rows.push(timing.row(bench.name, threads));
     }
     Ok(rows)

@@ -1,21 +1,24 @@
 //! What a case will be, without running it: resolution, counts, step limits, memory, disk and cost.
 
 mod cost;
+mod limits;
 mod particles;
 mod text;
 
-use sazanami_numerics::{Real, Vector};
+use sazanami_numerics::Real;
 use serde::Serialize;
 
 use crate::case::meaning::{
-    BoundarySide, Case, ContactLaw, ContactSphereChoice, Damping, GrainPlacement, GrainShape, Placement, Population,
-    Solver, Step, Substeps, ViscosityScheme, WALL,
+    Case, ContactLaw, ContactSphereChoice, Damping, GrainShape, LiquidRegion, Population, Probe, ProbePlace, Schedule,
+    Solver, WALL,
 };
 use crate::case::{Diagnostics, LoadedCase};
 use crate::machine::Machine;
 
-pub(crate) use particles::tank;
+pub(crate) use cost::packing_substeps;
+pub(crate) use limits::{Cause, Pace, speeds, stiffest_contact, strongest_force};
 pub use particles::{ParticlesReport, TankReport};
+pub(crate) use particles::{levelled, tank};
 pub use text::explain;
 
 /// Cost of the parts of a run on one thread of an ordinary processor, and the memory they take.
@@ -30,7 +33,7 @@ pub struct CostModel {
     pub coupling: Real,
     /// Sub-step of the grains [s per grain], plus
     pub substep_grain: Real,
-    /// [s per contact sphere]: little, as the contacts cost, and grains of few and of many spheres have two to four each.
+    /// [s per contact sphere]: little, as the contacts cost, of which grains of few and of many spheres have as many.
     pub substep_sphere: Real,
     /// Share of further threads that turns into speed.
     pub parallel_share: Real,
@@ -78,6 +81,10 @@ impl Default for CostModel {
     }
 }
 
+/// Solid fraction of a bed of grains that were packed, about.
+pub(crate) const PACKED: Real = 0.55;
+/// The same of spheres of like size (spec of moving particles: section 14).
+pub(crate) const PACKED_SPHERES: Real = 0.60;
 /// Part of the free memory that a case is advised to take.
 const FILLED: Real = 0.9;
 /// Memory of a tetrahedron of a shape's mesh, with nodes, surface and search trees [bytes].
@@ -105,6 +112,8 @@ pub struct PopulationReport {
     pub name: String,
     /// How many; absent for a bed whose file has not been read.
     pub grains: Option<usize>,
+    /// How many of those that are packed stay when the bed is levelled, about.
+    pub levelled: Option<usize>,
     /// Contact spheres of one grain.
     pub contact_spheres: Option<usize>,
     /// Grain size [m].
@@ -122,7 +131,7 @@ pub struct PopulationReport {
 pub struct LiquidReport {
     /// Name.
     pub name: String,
-    /// Volume [m^3], where it has a formula.
+    /// Volume within the box and between the grains [m^3], where it has a formula.
     pub volume_m3: Option<Real>,
     /// Mass [kg].
     pub mass_kg: Option<Real>,
@@ -151,10 +160,12 @@ pub struct CheckReport {
     pub liquids: Vec<LiquidReport>,
     /// Grains.
     pub populations: Vec<PopulationReport>,
-    /// Grains in all, as far as known.
+    /// Grains of the flow in all, as far as known.
     pub grains: usize,
-    /// Contact spheres in all, as far as known.
+    /// Their contact spheres in all, as far as known.
     pub contact_spheres: usize,
+    /// Whether the tank was made ready before, so that nothing has to be packed.
+    pub made_ready: bool,
     /// Moving particles and their tank, for that solver.
     pub particles: Option<ParticlesReport>,
     /// Limits on the step, shortest first.
@@ -185,15 +196,24 @@ pub struct CheckReport {
     pub machine: Machine,
 }
 
-/// Memory a case takes [bytes].
+/// Memory a case takes [bytes]: of the flow, or of the packing before it.
 #[must_use]
 pub fn memory(case: &Case, model: &CostModel) -> Real {
-    let grains: Real = case.grains.iter().map(|p| grain_memory(p, p.count.unwrap_or(0), model)).sum();
-    grains
-        + match particles::report(case) {
-            Some(particles) => particles::memory(&particles, model),
-            None => cell_memory(case.domain.cells, model),
-        }
+    let of_grains = |count: fn(&Case, &Population) -> Option<usize>| {
+        let each = case.grains.iter().map(|p| grain_memory(p, count(case, p).unwrap_or(0), model));
+        each.sum::<Real>()
+    };
+    let packing = of_grains(|_, population| population.count);
+    let flow = of_grains(|case, population| particles::levelled(case, population).or(population.count));
+    packing.max(flow + fluid_memory(case, model))
+}
+
+/// Memory of the fluids [bytes].
+fn fluid_memory(case: &Case, model: &CostModel) -> Real {
+    match particles::report(case) {
+        Some(particles) => particles::memory(&particles, model),
+        None => cell_memory(case.domain.cells, model),
+    }
 }
 
 /// Memory of the fields [bytes].
@@ -225,10 +245,7 @@ pub fn check_memory(loaded: &LoadedCase, machine: &Machine, model: &CostModel, r
     if needed <= available as Real {
         return;
     }
-    let cells = match particles::report(case) {
-        Some(particles) => particles::memory(&particles, model),
-        None => cell_memory(case.domain.cells, model),
-    };
+    let cells = fluid_memory(case, model);
     let grains = |n: usize| grain_memory(&case.grains[n], case.grains[n].count.unwrap_or(0), model);
     let heaviest = (0..case.grains.len()).max_by(|&a, &b| grains(a).total_cmp(&grains(b)));
     let free = bytes(available as Real);
@@ -303,6 +320,12 @@ pub fn bytes(size: Real) -> String {
         .map_or_else(|| format!("{size:.0} B"), |(unit, name)| format!("{:.1} {name}", size / unit))
 }
 
+/// A number for people: so many decimals, or from a million on a power of ten.
+#[must_use]
+pub fn number(value: Real, decimals: usize) -> String {
+    if value.abs() < 1e6 { format!("{value:.decimals$}") } else { format!("{value:.3e}") }
+}
+
 /// Contact spheres of one grain, where known without reading files.
 fn spheres_of(population: &Population) -> Option<usize> {
     match population.contact_spheres {
@@ -334,26 +357,25 @@ pub struct ShapeFacts {
     pub lines: Vec<String>,
 }
 
-/// Describes the case; `shapes` holds what is known of each population's shape.
+/// What is known of a case beyond its file.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Known<'k> {
+    /// The shape of each population.
+    pub shapes: &'k [ShapeFacts],
+    /// Whether the tank was made ready before.
+    pub made_ready: bool,
+}
+
+/// Describes the case.
 #[must_use]
-pub fn check(case: &Case, shapes: &[ShapeFacts], machine: &Machine, threads: usize, model: &CostModel) -> CheckReport {
+pub fn check(case: &Case, known: Known, machine: &Machine, threads: usize, model: &CostModel) -> CheckReport {
     let spacing = case.domain.spacing();
-    let nothing = ShapeFacts::default();
-    let facts = |n: usize| shapes.get(n).unwrap_or(&nothing);
-    let populations: Vec<PopulationReport> =
-        case.grains.iter().enumerate().map(|(n, p)| population_report(case, p, facts(n))).collect();
-    let grains = populations.iter().filter_map(|p| p.grains).sum();
-    let contact_spheres = populations.iter().map(|p| p.grains.unwrap_or(0) * p.contact_spheres.unwrap_or(0)).sum();
+    let populations = population_reports(case, known.shapes);
+    let in_flow = |p: &PopulationReport| p.levelled.or(p.grains).unwrap_or(0);
+    let grains = populations.iter().map(in_flow).sum();
+    let contact_spheres = populations.iter().map(|p| in_flow(p) * p.contact_spheres.unwrap_or(0)).sum();
     let particles = particles::report(case);
-    let (limits, dt, passes) = match (&case.particles, &particles) {
-        (Some(how), Some(_)) => {
-            let (limits, dt) = particles::step_limits(case, how);
-            (limits, dt, 1)
-        }
-        _ => step_limits(case, &populations),
-    };
-    let substeps = substeps(case, &populations, dt);
-    let steps = (case.run.until / dt).ceil().min(case.run.steps.map_or(Real::INFINITY, |n| n as Real));
+    let pace = Pace::of(case, &populations, particles.as_ref().and_then(|particles| particles.tank.as_ref()));
     // Grains that only a bed file counts.
     let of_files: Real = case
         .grains
@@ -363,12 +385,19 @@ pub fn check(case: &Case, shapes: &[ShapeFacts], machine: &Machine, threads: usi
         .map(|(population, told)| told.grains.unwrap_or(0) as Real * memory_per_grain(population, model))
         .sum();
     let size = Size { cells: case.domain.cell_count(), grains, spheres: contact_spheres };
-    let work = cost::Work { steps, passes, substeps, packing: cost::packing_substeps(case, &populations, model) };
-    let predicted = cost::predict(case, &size, &work, particles.as_ref(), threads, model);
+    let work = cost::Work {
+        steps: pace.steps,
+        passes: pace.passes,
+        substeps: pace.substeps,
+        packing: cost::packing_substeps(case, &populations, model),
+        made_ready: known.made_ready,
+    };
+    let predicted = cost::predict(case, &populations, &size, &work, particles.as_ref(), threads, model);
+    let disk: Real = disk(case, &size, [pace.steps, pace.dt], model).iter().map(|(_, bytes)| bytes).sum();
     CheckReport {
         case: case.name.clone(),
         title: case.title.clone(),
-        case_hash: format!("{:016x}", crate::case::resolved::hash(case)),
+        case_hash: crate::case::resolved::hash_text(case),
         cells: case.domain.cells,
         cell_count: size.cells,
         spacing_m: spacing.to_array(),
@@ -376,15 +405,16 @@ pub fn check(case: &Case, shapes: &[ShapeFacts], machine: &Machine, threads: usi
         populations,
         grains,
         contact_spheres,
+        made_ready: known.made_ready,
         particles,
-        limits,
-        dt_s: dt,
-        fluid_passes: passes,
-        substeps,
-        steps,
+        dt_s: pace.dt,
+        fluid_passes: pace.passes,
+        substeps: pace.substeps,
+        steps: pace.steps,
+        limits: pace.limits,
         memory_bytes: memory(case, model) + of_files,
         memory_available: machine.memory_available,
-        disk_bytes: disk(case, &size, steps, model),
+        disk_bytes: disk,
         disk_available: None,
         predicted_total_s: predicted.iter().map(|(_, seconds)| seconds).sum(),
         predicted_s: predicted,
@@ -399,11 +429,19 @@ struct Size {
     spheres: usize,
 }
 
+/// What is known of the populations; `shapes` as for [`check`].
+pub(crate) fn population_reports(case: &Case, shapes: &[ShapeFacts]) -> Vec<PopulationReport> {
+    let nothing = ShapeFacts::default();
+    let facts = |n: usize| shapes.get(n).unwrap_or(&nothing);
+    case.grains.iter().enumerate().map(|(n, population)| population_report(case, population, facts(n))).collect()
+}
+
 fn population_report(case: &Case, population: &Population, facts: &ShapeFacts) -> PopulationReport {
     let size = population.shape.size().or(facts.size).map(|size| size * population.size.smallest());
     PopulationReport {
         name: population.name.clone(),
         grains: population.count.or(facts.grains),
+        levelled: particles::levelled(case, population),
         contact_spheres: facts.contact_spheres.or_else(|| spheres_of(population)),
         size_m: size,
         cells_per_grain: size.map(|size| size / case.domain.spacing().max_element()),
@@ -414,8 +452,8 @@ fn population_report(case: &Case, population: &Population, facts: &ShapeFacts) -
 
 fn liquid_reports(case: &Case) -> Vec<LiquidReport> {
     let density = case.fluids.liquid.density;
-    let report = |liquid: &crate::case::meaning::LiquidRegion| {
-        let volume = liquid.region.volume();
+    let report = |liquid: &LiquidRegion| {
+        let volume = particles::volume_between_grains(case, liquid);
         let [low, high] = liquid.region.heights();
         LiquidReport {
             name: liquid.name.clone(),
@@ -428,133 +466,65 @@ fn liquid_reports(case: &Case) -> Vec<LiquidReport> {
     case.liquids.iter().map(report).collect()
 }
 
-/// Speeds that can be foreseen [m/s]: what moves at the start, and what falls through the box.
-fn foreseen_velocity(case: &Case) -> Vector {
-    let mut fastest = Vector::ZERO;
-    for liquid in &case.liquids {
-        fastest = fastest.max(liquid.velocity.abs());
-        let above = match liquid.placement {
-            Placement::Absolute(position) => position.z + liquid.region.heights()[1] - case.domain.lower.z,
-            Placement::AboveBed { .. } => 0.0,
-        };
-        // A full box has nothing to fall into.
-        let full = above >= case.domain.extent().z;
-        let height = if full { 0.0 } else { above.max(0.0) };
-        fastest = fastest.max(Vector::new(0.0, 0.0, (2.0 * case.gravity.length() * height).sqrt()));
-    }
-    for side in case.boundary.iter().flatten() {
-        if let BoundarySide::Moving { velocity } | BoundarySide::Inflow { velocity, .. } = side {
-            fastest = fastest.max(velocity.abs());
-        }
-    }
-    fastest
-}
-
-fn fastest_grain(case: &Case) -> Real {
-    let of_population = |population: &Population| match &population.placement {
-        GrainPlacement::List(list) => list.iter().map(|grain| grain.velocity.length()).fold(0.0, Real::max),
-        GrainPlacement::Lattice(lattice) => lattice.velocity.length(),
-        GrainPlacement::Packed(_) | GrainPlacement::Bed(_) => 0.0,
-    };
-    case.grains.iter().map(of_population).fold(0.0, Real::max)
-}
-
-/// The limits on the step at the start, the step, and the fluid's passes in it.
-fn step_limits(case: &Case, populations: &[PopulationReport]) -> (Vec<LimitReport>, Real, usize) {
-    let spacing = case.domain.spacing();
-    let velocity = foreseen_velocity(case);
-    let rate = velocity.x / spacing.x + velocity.y / spacing.y + velocity.z / spacing.z;
-    let mut limits = Vec::new();
-    let mut add = |name, dt: Real, rule: String| {
-        if dt.is_finite() {
-            limits.push(LimitReport { name, dt_s: dt, rule, rules: false });
-        }
-    };
-    let advective = case.fluid.cfl / rate;
-    add(
-        "advective",
-        advective,
-        format!("{} / sum of speed over cell edge, speeds {:.3} m/s", case.fluid.cfl, velocity.length()),
-    );
-    if case.fluid.viscosity == ViscosityScheme::Explicit {
-        let nu = (case.fluids.gas.viscosity / case.fluids.gas.density)
-            .max(case.fluids.liquid.viscosity / case.fluids.liquid.density);
-        let inverse = (Vector::ONE / (spacing * spacing)).element_sum();
-        add("viscous", 0.5 / (nu * inverse), "1 / (2 nu sum of 1/dx^2)".into());
-    }
-    let grain = fastest_grain(case);
-    add("grain motion", 0.2 * spacing.min_element() / grain, format!("a fifth of a cell at {grain:.3} m/s"));
-    if let (Substeps::Fixed(n), Some(contact)) = (case.dem.substeps, contact_step(case, populations)) {
-        add("contact", contact * n as Real, format!("{n} sub-steps of {contact:.2e} s"));
-    }
-    let (dt, passes) = match case.fluid.step {
-        Step::Fixed(dt) => {
-            limits.push(LimitReport { name: "fixed", dt_s: dt, rule: "the case asks for it".into(), rules: false });
-            (dt, ((dt / advective).ceil() as usize).max(1))
-        }
-        Step::Adaptive { longest, .. } => {
-            limits.push(LimitReport {
-                name: "maximum",
-                dt_s: longest,
-                rule: "dt_max of the case".into(),
-                rules: false,
-            });
-            (limits.iter().map(|limit| limit.dt_s).fold(Real::INFINITY, Real::min), 1)
-        }
-    };
-    limits.sort_by(|a, b| a.dt_s.total_cmp(&b.dt_s));
-    for limit in &mut limits {
-        limit.rules = match case.fluid.step {
-            Step::Fixed(_) => limit.name == "fixed",
-            Step::Adaptive { .. } => limit.dt_s == dt,
-        };
-    }
-    (limits, dt, passes)
-}
-
-/// Largest ratio of a grain's mass to the effective mass of a contact, for a spheroid like the paper's.
-const OFF_CENTRE: Real = 5.28;
-
-/// Longest sub-step the contacts allow [s].
-fn contact_step(case: &Case, populations: &[PopulationReport]) -> Option<Real> {
-    let step = |(population, report): (&Population, &PopulationReport)| {
-        let mass = report.mass_kg? * population.size.smallest().powi(3);
-        let stiffest = case
-            .contacts
-            .iter()
-            .filter(|pair| pair.a == population.material || pair.b == population.material)
-            .map(|pair| pair.law.normal_stiffness.max(pair.law.tangential_stiffness))
-            .fold(0.0, Real::max);
-        // A single sphere is never hit off its centre.
-        let lever = if population.contact_spheres == ContactSphereChoice::Single { 1.0 } else { OFF_CENTRE };
-        Some(0.057 * std::f64::consts::PI * (0.5 * mass / lever / stiffest).sqrt())
-    };
-    case.grains.iter().zip(populations).filter_map(step).reduce(Real::min)
-}
-
-fn substeps(case: &Case, populations: &[PopulationReport], dt: Real) -> usize {
-    if case.grains.is_empty() {
-        return 0;
-    }
-    match case.dem.substeps {
-        Substeps::Fixed(n) => n,
-        Substeps::Auto => contact_step(case, populations).map_or(1, |step| (dt / step).ceil() as usize).max(1),
-    }
-}
-
-/// Results on disk [bytes], the checkpoints kept included.
-fn disk(case: &Case, size: &Size, steps: Real, model: &CostModel) -> Real {
+/// Results on disk by key of `[output]` [bytes], and the checkpoints kept.
+fn disk(case: &Case, size: &Size, [steps, dt]: [Real; 2], model: &CostModel) -> [(&'static str, Real); 6] {
     let outputs = &case.output;
     let (elements, element, grain) = match particles::report(case) {
         Some(particles) => (particles.fluid, model.disk_point, 1.5 * model.disk_point),
         None => (size.cells, model.disk_cell, model.disk_grain),
     };
-    let fields = outputs.fields.count(case.run.until, steps) * elements as Real * element;
-    let grains = outputs.grains.count(case.run.until, steps) * size.grains as Real * grain;
-    let figures = outputs.figures.count(case.run.until, steps) * 1.5e6;
-    let series = outputs.series.count(case.run.until, steps) * 600.0;
+    let until = if case.run.steps.is_some() { case.run.until.min(steps * dt) } else { case.run.until };
+    let times = |schedule: &Schedule| schedule.count(until, steps);
     let state = elements as Real * 64.0 + size.grains as Real * 600.0;
-    fields + grains + figures + series + (case.checkpoint.keep + 1) as Real * state
+    let probes = case.probes.iter().map(|probe| times(&probe.schedule) * points(probe) * ROW_OF_POINT).sum();
+    [
+        ("fields", times(&outputs.fields) * elements as Real * element),
+        ("grains", times(&outputs.grains) * size.grains as Real * grain),
+        ("figures", times(&outputs.figures) * PICTURES),
+        ("series", times(&outputs.series) * (ROW + profiles(case))),
+        ("probe", probes),
+        ("checkpoint", (case.checkpoint.keep + 1) as Real * state),
+    ]
+}
+
+/// The pictures of a time on disk [bytes].
+const PICTURES: Real = 1.5e6;
+/// A row of the series on disk [bytes].
+const ROW: Real = 600.0;
+/// What is written of a point that is watched [bytes].
+const ROW_OF_POINT: Real = 70.0;
+/// What is written of a place along the bed, with the water above it [bytes].
+const ROW_OF_PLACE: Real = 150.0;
+
+/// Profiles of bed and water beside a row of the series [bytes].
+fn profiles(case: &Case) -> Real {
+    // Two places a grain size.
+    case.ripples.as_ref().map_or(0.0, |ripples| 2.0 * case.domain.extent().x / ripples.grain_size * ROW_OF_PLACE)
+}
+
+/// Points that a probe watches.
+fn points(probe: &Probe) -> Real {
+    if let ProbePlace::Line { points, .. } = probe.place { points as Real } else { 1.0 }
+}
+
+/// Warns of results that do not fit onto the disk, of which `available` bytes are free, and names what takes most.
+pub fn warn_of_disk(loaded: &LoadedCase, report: &CheckReport, available: Option<u64>, warnings: &mut Diagnostics) {
+    let Some(free) = available.map(|free| free as Real).filter(|&free| report.disk_bytes > free) else { return };
+    let (case, text) = (&loaded.case, &loaded.text);
+    let size = Size { cells: report.cell_count, grains: report.grains, spheres: report.contact_spheres };
+    let dt = report.limits.first().map_or(0.0, |limit| limit.dt_s);
+    let parts = disk(case, &size, [report.steps, dt], &CostModel::default());
+    let Some((most, share)) = parts.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)) else { return };
+    let span = match most {
+        "checkpoint" => text.checkpoint.as_ref().map(|at| at.span.clone()),
+        "probe" => text.probe.first().map(|at| at.span.clone()),
+        _ => text.output.as_ref().map(|at| at.span.clone()),
+    };
+    let key = if ["checkpoint", "probe"].contains(&most) { most.to_owned() } else { format!("output.{most}") };
+    warnings
+        .warning(span, "the results do not fit onto the disk")
+        .label(format!("about {}, of which {} are free", bytes(report.disk_bytes), bytes(free)))
+        .help(format!("write `{key}` less often: it takes {}", bytes(share)));
 }
 
 /// Damping of a contact, in words.

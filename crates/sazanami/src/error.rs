@@ -65,6 +65,9 @@ pub enum CommandError {
     /// The run failed: physics or machine.
     #[error("{0}")]
     Failed(Box<Failure>),
+    /// What comes of results or beside a run, a picture, a table, a timing, could not be had.
+    #[error("{0}")]
+    Undone(String),
 }
 
 impl CommandError {
@@ -79,7 +82,7 @@ impl CommandError {
     pub const fn exit_code(&self) -> u8 {
         match self {
             Self::Case(_) | Self::Input { .. } => exit::WRONG_INPUT,
-            Self::Failed(_) => exit::FAILED,
+            Self::Failed(_) | Self::Undone(_) => exit::FAILED,
         }
     }
 }

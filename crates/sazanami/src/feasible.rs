@@ -5,21 +5,28 @@
 
 mod above_bed;
 mod beds;
+mod pace;
+mod workers;
 
 use std::ops::Range;
 
+use sazanami_dem::{DEEP, Engine, TOO_DEEP};
 use sazanami_numerics::geometry::{Region, Shape};
 use sazanami_numerics::{Quaternion, Real, Vector};
 
 use crate::assembly::grains::{self, population_of};
 use crate::assembly::shapes::shape_of;
 use crate::bed_file::Bed;
-use crate::case::meaning::{BedFile, Case, Exchange, GrainPlacement, GrainShape, LatticePlacement, SIDE_NAMES, Solver};
+use crate::case::meaning::{
+    BedFile, BoundarySide, Case, Exchange, GrainPlacement, GrainShape, LatticePlacement, SIDE_NAMES, Solver,
+};
 use crate::case::schema::{PlacementText, ShapeText};
 use crate::case::written::At;
 use crate::case::{CaseError, Diagnostics, LoadedCase};
-use crate::check::{CostModel, ShapeFacts, check_memory};
+use crate::check::{CostModel, PACKED, ShapeFacts, check_memory};
 use crate::machine::Machine;
+
+pub use workers::check_workers;
 
 /// What was built on the way.
 #[derive(Clone, Debug)]
@@ -63,10 +70,6 @@ const MOST_ALIKE: usize = 5;
 const DENSEST: Real = 0.78;
 /// Solid fraction of the loosest bed to reckon with where other grains have to keep clear of it.
 const LOOSEST: Real = 0.4;
-/// Overlap of contact spheres over the smaller radius from which grains are said to overlap.
-const OVERLAP_WARNED: Real = 0.2;
-/// Overlap of contact spheres over the smaller radius that no run accepts.
-const OVERLAP_REFUSED: Real = 0.8;
 
 /// Asks whether the case can run on this machine.
 ///
@@ -85,17 +88,19 @@ pub fn check(loaded: &LoadedCase, machine: &Machine, model: &CostModel) -> Resul
     if report.has_errors() {
         return Err(refused(report));
     }
-    let facts = shapes.iter().zip(&beds).map(|(shape, bed)| facts_of(shape, bed.as_ref())).collect();
+    let facts: Vec<ShapeFacts> = shapes.iter().zip(&beds).map(|(shape, bed)| facts_of(shape, bed.as_ref())).collect();
     let lying = grains::placed(&loaded.case, &beds);
     let mut search = Search { loaded, case: &loaded.case, shapes: &shapes, beds: &beds, report: &mut report };
     search.weights();
     search.room();
+    search.periods();
     let lying: Vec<Placed> = lying.iter().map(|grain| search.as_it_lies(grain)).collect();
     let placed = search.placed(&lying);
     search.within_box(&placed);
     search.overlaps(&placed);
     search.beside_packed(&lying);
     search.liquids(&lying);
+    search.pace(&facts, model);
     if report.has_errors() {
         return Err(refused(report));
     }
@@ -239,6 +244,26 @@ impl Search<'_> {
         }
     }
 
+    /// Between periodic sides a grain must not meet an image of itself.
+    fn periods(&mut self) {
+        let extent = self.case.domain.extent();
+        for (n, population) in self.case.grains.iter().enumerate() {
+            let needed = Engine::shortest_period(self.shapes[n].bounding_radius() * population.size.largest());
+            let is_short = |&d: &usize| self.case.boundary[d][0] == BoundarySide::Periodic && extent[d] < needed;
+            let Some(d) = (0..2).find(is_short) else { continue };
+            self.report
+                .error(self.span_of_shape(n), format!("`{}` is too long for the periodic box", population.name))
+                .label(format!("the box is {:.4} mm long along x{}", 1e3 * extent[d], d + 1))
+                .help(format!("it has to be {:.4} mm at least: make it longer, or the grains smaller", 1e3 * needed));
+        }
+    }
+
+    /// Place of the shape of a population in the file.
+    fn span_of_shape(&self, population: usize) -> Range<usize> {
+        let at = &self.loaded.text.grains[population];
+        at.value.shape.as_ref().map_or(at.span.clone(), |shape| shape.span.clone())
+    }
+
     /// A packed bed has to fit into the box.
     fn room(&mut self) {
         let extent = self.case.domain.extent();
@@ -246,7 +271,7 @@ impl Search<'_> {
         for (n, population) in self.case.grains.iter().enumerate() {
             let (GrainPlacement::Packed(_), Some(count)) = (&population.placement, population.count) else { continue };
             let solid = count as Real * self.shapes[n].volume() * population.size.largest().powi(3);
-            let height = solid / (0.55 * base);
+            let height = solid / (PACKED * base);
             let span =
                 self.loaded.text.grains[n].value.count.as_ref().map_or(self.span(n), |count| count.0.span.clone());
             let levelled = matches!(&population.placement, GrainPlacement::Packed(how) if how.level.is_some());
@@ -429,7 +454,7 @@ impl Search<'_> {
         } else {
             match grain.origin {
                 Origin::Bed { relaxes } => {
-                    let share = if relaxes { OVERLAP_REFUSED } else { OVERLAP_WARNED };
+                    let share = if relaxes { TOO_DEEP } else { DEEP };
                     let top = if relaxes { share } else { 0.0 };
                     self.spheres(grain).iter().fold(no_corners(), |[low, high], &(centre, radius)| {
                         let room = Vector::new(share, share, top);
@@ -472,7 +497,7 @@ impl Search<'_> {
                 }
                 let mine = mine.get_or_insert_with(|| self.spheres(&placed[a.grain]));
                 let overlap = self.overlap(mine, &placed[b.grain], [lower, upper]);
-                if overlap > OVERLAP_WARNED {
+                if overlap > DEEP {
                     found.push((a.grain.min(b.grain), a.grain.max(b.grain), overlap));
                 }
             }
@@ -492,7 +517,7 @@ impl Search<'_> {
         if let Some(&(a, b, overlap)) = within_beds.iter().max_by(|a, b| a.2.total_cmp(&b.2)) {
             let more = match within_beds.len() {
                 1 => String::new(),
-                pairs => format!("; {pairs} pairs of the bed by more than {:.0} %", 1e2 * OVERLAP_WARNED),
+                pairs => format!("; {pairs} pairs of the bed by more than {:.0} %", 1e2 * DEEP),
             };
             let help = "`relax = true` lets the bed come to rest with these contact spheres before the run begins";
             self.overlapping([&placed[a], &placed[b]], overlap, &more, help);
@@ -505,7 +530,7 @@ impl Search<'_> {
         let (second, span) = self.name(b);
         let label = format!("by {:.0} % of the smaller contact sphere's radius{more}", 1e2 * overlap);
         let title = format!("{second} overlaps {first}");
-        if overlap > OVERLAP_REFUSED {
+        if overlap > TOO_DEEP {
             self.report.error(span, title).label(label).help(help);
         } else {
             self.report.warning(Some(span), title).label(label);

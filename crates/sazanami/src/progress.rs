@@ -60,8 +60,10 @@ pub fn duration(seconds: Real) -> String {
         format!("{whole:.0} s")
     } else if whole < 7200.0 {
         format!("{:.0} min {:02.0} s", (whole / 60.0).floor(), whole % 60.0)
-    } else {
+    } else if whole < 3.6e9 {
         format!("{:.0} h {:02.0} min", (whole / 3600.0).floor(), ((whole % 3600.0) / 60.0).floor())
+    } else {
+        format!("{:.1e} h", whole / 3600.0)
     }
 }
 

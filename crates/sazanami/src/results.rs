@@ -4,7 +4,6 @@ use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-use crate::analyse::CYCLES;
 use crate::case::meaning::{Case, ContactSphereChoice, GrainPlacement, GrainShape, Population, TankMotion};
 use crate::error::CommandError;
 use crate::log::LOG;
@@ -44,31 +43,63 @@ pub fn prepare(out: Option<&Path>, case_name: &str, force: bool) -> Result<PathB
     Ok(folder)
 }
 
-/// What a run writes.
+/// What a run writes, beside its case.
 const WRITTEN: [&str; 18] = [
-    "fields",
-    "grains",
-    "figures",
-    "checkpoints",
-    "probes",
+    FIELDS,
+    GRAINS,
+    FIGURES,
+    CHECKPOINTS,
+    PROBES,
     ANALYSIS,
-    "fields.pvd",
-    "grains.pvd",
-    "series.csv",
-    "profiles.csv",
-    "bed.csv",
-    "water.csv",
-    "layers.csv",
+    FIELD_SERIES,
+    GRAIN_SERIES,
+    SERIES,
+    CRATER_PROFILES,
+    BED_PROFILES,
+    WATER_PROFILES,
+    LAYER_MEANS,
     CYCLES,
     PREPARED,
-    "summary.json",
+    SUMMARY,
     PACKED_BED,
     LOG,
 ];
 
+/// The case as it is run.
+pub(crate) const CASE: &str = "case.toml";
+/// What a run was, did, and found.
+pub(crate) const SUMMARY: &str = "summary.json";
+/// A row per observation.
+pub(crate) const SERIES: &str = "series.csv";
+/// Heights of the smoothed surface of a bed about the axis of a crater.
+pub(crate) const CRATER_PROFILES: &str = "profiles.csv";
+/// Heights of the bed's surface along a tank.
+pub(crate) const BED_PROFILES: &str = "bed.csv";
+/// What the surface of a bed is in pictures, in the order of the columns of [`BED_PROFILES`]: the main definition first.
+pub(crate) const BED_DEFINITIONS: [&str; 3] = ["bed: concentration 0.30", "seen from the side", "topmost grains"];
+/// Heights of the water's surface along a tank.
+pub(crate) const WATER_PROFILES: &str = "water.csv";
+/// Averages over the layers of the bed.
+pub(crate) const LAYER_MEANS: &str = "layers.csv";
+/// What layers do in a cycle of the tank.
+pub(crate) const CYCLES: &str = "cycles.csv";
+/// Times and files of the fluid for ParaView.
+pub(crate) const FIELD_SERIES: &str = "fields.pvd";
+/// Times and files of the grains for ParaView.
+pub(crate) const GRAIN_SERIES: &str = "grains.pvd";
 /// The bed that a run packed, unless its case names another file for it.
 pub(crate) const PACKED_BED: &str = "packed.bed";
 
+/// Folder of the fluid for ParaView.
+pub(crate) const FIELDS: &str = "fields";
+/// Folder of the grains for ParaView.
+pub(crate) const GRAINS: &str = "grains";
+/// Folder of the pictures.
+pub(crate) const FIGURES: &str = "figures";
+/// Folder of the checkpoints.
+pub(crate) const CHECKPOINTS: &str = "checkpoints";
+/// Folder of the tables of probes.
+pub(crate) const PROBES: &str = "probes";
 /// Folder of what an evaluation with other keys found.
 pub(crate) const ANALYSIS: &str = "analysis";
 

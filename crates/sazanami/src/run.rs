@@ -9,19 +9,21 @@ use sazanami_io::checkpoint::{CheckpointError, CheckpointFolder, NewestCheckpoin
 use sazanami_numerics::Real;
 use sazanami_numerics::geometry::Shape;
 use sazanami_numerics::snapshot::Snapshot;
-use sazanami_parallel::{Solo, run_ranks, with_threads};
+use sazanami_parallel::{RanksFailed, Solo, run_ranks, with_threads};
 
 use crate::bed_file::Bed;
 use crate::case::meaning::Case;
 use crate::case::resolved::{self, Paths};
-use crate::case::{self, CaseError, Diagnostics, LoadedCase};
-use crate::check::CostModel;
+use crate::case::{self, LoadedCase};
+use crate::check::{self, CostModel, Known};
 use crate::error::{CommandError, Failure};
+use crate::feasible::{self, Feasible};
 use crate::log::Log;
-use crate::machine::Machine;
-use crate::progress::Progress;
-use crate::simulation::{self, Ended, Event, Job, RankFailure, Reporter, Resumed};
-use crate::{feasible, recorder, results, tanks};
+use crate::machine::{self, Machine};
+use crate::progress::{Progress, StepLine};
+use crate::simulation::{self, Ended, Event, Job, Program, RankFailure, Reporter, Resumed, RunState};
+use crate::tanks::{self, MadeReady};
+use crate::{recorder, results};
 
 /// How a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
@@ -54,6 +56,14 @@ pub struct RunOptions {
     pub ranks: usize,
     /// The commit that the program was built from, for the summary.
     pub commit: Option<&'static str>,
+}
+
+impl RunOptions {
+    /// Threads of each rank on a machine of so many processors.
+    #[must_use]
+    pub fn threads_of_rank(&self, cores: usize) -> usize {
+        self.threads.unwrap_or_else(|| cores.div_ceil(self.ranks.max(1))).max(1)
+    }
 }
 
 /// What came of a run.
@@ -93,11 +103,14 @@ pub fn run(
     progress: &mut dyn Progress,
     stop: &AtomicBool,
 ) -> Result<RunSummary, CommandError> {
-    let feasible = feasible::check(loaded, &Machine::this(), &CostModel::default())?;
+    let machine = Machine::this();
+    let mut feasible = feasible::check(loaded, &machine, &CostModel::default())?;
+    feasible::check_workers(&loaded.case, options, machine.cores)?;
+    let ready = tanks::made_ready(loaded, options.commit)?;
+    foresee_disk(loaded, &mut feasible, &ready, options);
     if !feasible.warnings.is_empty() {
         progress.warnings(&feasible.warnings, &loaded.source);
     }
-    let (prepared, told) = made_ready(loaded, options)?;
     let folder = results::prepare(options.out.as_deref(), &loaded.case.name, options.force)?;
     // Kept before anything is removed: the case may lie in the very folder, and name the copies of an earlier run.
     let kept = results::keep_inputs(&loaded.case, &folder)?;
@@ -106,20 +119,17 @@ pub fn run(
     }
     let mut log = Log::create(&folder, progress);
     log.note(&heading(&loaded.case, options));
-    told.iter().for_each(|text| log.message(text));
-    let from = From::Case(resolved::write(&kept, Paths::AsGiven), prepared);
+    ready.told.iter().for_each(|text| log.message(text));
+    let from = From::Case(resolved::write(&kept, Paths::AsGiven), ready.tank);
     start(&loaded.case, feasible.shapes, feasible.beds, options, folder, from, &mut log, stop)
 }
 
-/// A tank made ready before that suits the case, if there is one, and where it comes from.
-fn made_ready(loaded: &LoadedCase, options: &RunOptions) -> Result<(Option<Snapshot>, Vec<String>), CommandError> {
-    let (mut report, mut told) = (Diagnostics::default(), Vec::new());
-    let commit = options.commit.unwrap_or("unknown");
-    let found = tanks::find(loaded, commit, &mut report, |text| told.push(text));
-    if report.has_errors() {
-        return Err(Box::new(CaseError { source: loaded.source.clone(), diagnostics: report }).into());
-    }
-    Ok((found, told))
+/// Warns of results that the disk does not hold.
+fn foresee_disk(loaded: &LoadedCase, feasible: &mut Feasible, ready: &MadeReady, options: &RunOptions) {
+    let known = Known { shapes: &feasible.facts, made_ready: ready.tank.is_some() };
+    let report = check::check(&loaded.case, known, &Machine::this(), 1, &CostModel::default());
+    let free = machine::free_disk(options.out.as_deref().unwrap_or(Path::new(".")));
+    check::warn_of_disk(loaded, &report, free, &mut feasible.warnings);
 }
 
 /// Goes on from the newest good checkpoint in `folder`.
@@ -132,10 +142,10 @@ pub fn resume(
     progress: &mut dyn Progress,
     stop: &AtomicBool,
 ) -> Result<RunSummary, CommandError> {
-    let case_file = folder.join("case.toml");
+    let case_file = folder.join(results::CASE);
     if !case_file.is_file() {
         return Err(CommandError::input(
-            format!("`{}` holds no run: there is no case.toml in it", folder.display()),
+            format!("`{}` holds no run: there is no {} in it", folder.display(), results::CASE),
             "give the folder that `sazanami run` wrote to",
         ));
     }
@@ -151,7 +161,7 @@ pub fn resume(
         run: recorder::run_state(reader).map_err(unreadable)?,
         snapshot: reader.snapshot().map_err(unreadable)?,
     };
-    if resumed.run.case_hash != format!("{:016x}", resolved::hash(&loaded.case)) {
+    if !resolved::has_hash(&loaded, &resumed.run.case_hash) {
         return Err(CommandError::input(
             format!("`{}` is not the case that this run began with: it was changed since", case_file.display()),
             "put the file back as `sazanami run` wrote it, or run the changed case into a new folder: \
@@ -165,12 +175,31 @@ pub fn resume(
     } else {
         feasible::check_without_grains(&loaded, &machine, &model)?
     };
+    feasible::check_workers(&loaded.case, options, machine.cores)?;
     let mut log = Log::append(folder, progress);
     log.note(&heading(&loaded.case, options));
     skipped(&newest).for_each(|text| log.note(&text));
     log.message(&format!("going on from step {step}, time {:.6e} s", resumed.run.time));
+    if let Some(text) = other_program(&resumed.run, &loaded.case, options) {
+        log.message(&text);
+    }
     let from = From::Checkpoint(Box::new(resumed));
     start(&loaded.case, feasible.shapes, feasible.beds, options, folder.to_owned(), from, &mut log, stop)
+}
+
+/// What is to be said where another program began the run than goes on with it.
+fn other_program(run: &RunState, case: &Case, options: &RunOptions) -> Option<String> {
+    let this = Program::this(options);
+    let began = match &run.program {
+        Some(program) if *program == this => return None,
+        Some(program) => program.to_string(),
+        None if run.case_hash == format!("{:016x}", resolved::hash(case)) => return None,
+        None => "an earlier version of sazanami".into(),
+    };
+    Some(format!(
+        "warning: {began} began this run, and {this} goes on with it: the results may differ from those of a run \
+         without a break"
+    ))
 }
 
 /// What of a checkpoint cannot be read.
@@ -191,7 +220,7 @@ fn skipped(newest: &NewestCheckpoint) -> impl Iterator<Item = String> {
 }
 
 fn checkpoints(folder: &Path) -> CheckpointFolder {
-    CheckpointFolder::new(folder.join("checkpoints"), 1)
+    CheckpointFolder::new(folder.join(results::CHECKPOINTS), 1)
 }
 
 /// What a run begins with.
@@ -205,11 +234,11 @@ enum From {
 /// First line of a command in the log.
 fn heading(case: &Case, options: &RunOptions) -> String {
     format!(
-        "sazanami {} ({}): {}, case hash {:016x}",
+        "sazanami {} ({}): {}, case hash {}",
         env!("CARGO_PKG_VERSION"),
         options.commit.unwrap_or("unknown commit"),
         case.name,
-        resolved::hash(case)
+        resolved::hash_text(case)
     )
 }
 
@@ -250,8 +279,7 @@ fn listen(
 ) -> Result<RunSummary, CommandError> {
     let began = Instant::now();
     let ranks = options.ranks.max(1);
-    let cores = Machine::this().cores;
-    let threads = options.threads.unwrap_or_else(|| cores.div_ceil(ranks)).max(1);
+    let threads = options.threads_of_rank(Machine::this().cores);
     let (sender, events) = mpsc::sync_channel(LISTENER_LAG);
     let reporter = Reporter(sender);
     let (case_text, prepared, resumed) = match from {
@@ -259,34 +287,30 @@ fn listen(
         From::Checkpoint(resumed) => (None, None, Some(*resumed)),
     };
     let goes_on = resumed.is_some();
+    let place = folder.clone();
     let shapes = shapes.into();
     let job = Job { case, case_text, shapes, beds, options, folder, prepared, resumed, reporter, stop, threads };
+    let mut last = StepLine::default();
     let outcome = std::thread::scope(|scope| {
         // The job, and with it the only sender, ends with the worker: then the listener ends too.
-        let worker = scope.spawn(move || {
-            let folder = job.folder.clone();
-            (ranks_of(&job, ranks), folder)
-        });
+        let worker = scope.spawn(move || ranks_of(&job, ranks));
         for event in events {
             match event {
-                Event::Step(line) => progress.step(&line),
+                Event::Step(line) => {
+                    progress.step(&line);
+                    last = line;
+                }
                 Event::Message(text) => progress.message(&text),
             }
         }
         worker.join()
     });
-    let (ended, folder) = outcome.map_err(|_| Failure {
-        kind: "panic",
-        message: "the run broke off: this is a fault of the program, please report it with the case".into(),
-        ..Failure::default()
-    })?;
-    let ended = ended.map_err(|failed| {
+    let folder = place;
+    let ended = outcome.map_err(|_| broke_off(&folder, &last, progress))?.map_err(|failed| {
         // Rank 0, which wrote the summary, may have known only that another rank had failed. A wrong command has
         // not touched the run it was to go on with.
-        if !(goes_on && failed.error.is_at_once())
-            && let Err(problem) = recorder::put_failure(&folder, &failed.failure)
-        {
-            progress.message(&format!("the failure could not be put into the summary: {problem}"));
+        if !(goes_on && failed.error.is_at_once()) {
+            put_failure(&folder, &failed.failure, progress);
         }
         // A case file may lie elsewhere, and files are named relative to it.
         let bed = case.packs().then(|| recorder::packed_bed(case, &folder));
@@ -305,13 +329,35 @@ fn listen(
     })
 }
 
+/// The run panicked, soon after it told of its step `last`.
+fn broke_off(folder: &Path, last: &StepLine, progress: &mut dyn Progress) -> Failure {
+    let failure = Failure {
+        kind: "panic",
+        message: "the run broke off: this is a fault of the program, please report it with the case".into(),
+        step: last.step,
+        time: last.time,
+        limiter: last.limiter,
+        checkpoint: last_good_checkpoint(folder),
+    };
+    put_failure(folder, &failure, progress);
+    failure
+}
+
+/// Puts a failure into the summary of its run, or says that it could not.
+fn put_failure(folder: &Path, failure: &Failure, progress: &mut dyn Progress) {
+    if let Err(problem) = recorder::put_failure(folder, failure) {
+        progress.message(&format!("the failure could not be put into the summary: {problem}"));
+    }
+}
+
 /// Runs the job on its ranks; the first-hand error of the lowest rank counts.
 fn ranks_of(job: &Job, ranks: usize) -> Result<Ended, Box<RankFailure>> {
     if ranks == 1 {
-        return with_threads(job.threads, || simulation::run_rank(Box::<Solo>::default(), job));
+        return with_threads(job.threads, || simulation::run_rank(Box::<Solo>::default(), job))?;
     }
     let outcomes = match run_ranks(ranks, job.threads, |communicator| simulation::run_rank(communicator, job)) {
         Ok(outcomes) => outcomes,
+        Err(RanksFailed::Threads(refused)) => return Err(refused.into()),
         Err(failed) => std::panic::panic_any(failed.to_string()),
     };
     let mut ended = None;

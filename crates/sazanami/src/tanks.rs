@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::case::meaning::{Bed, Case, Checkpoints, OutputFrame, Outputs, RunLength, Schedule};
 use crate::case::resolved::{self, Paths};
-use crate::case::{Diagnostics, LoadedCase};
+use crate::case::{CaseError, Diagnostics, LoadedCase};
 use crate::recorder::RecordError;
 use crate::simulation::Job;
 
@@ -86,16 +86,33 @@ fn read(path: &Path) -> Result<(Recipe, Snapshot), String> {
     Ok((recipe, snapshot))
 }
 
+/// What was made ready before.
+#[derive(Clone, Debug, Default)]
+pub struct MadeReady {
+    /// The tank, if there is one that suits the case.
+    pub tank: Option<Snapshot>,
+    /// Where it comes from, or why it does not serve, for people.
+    pub told: Vec<String>,
+}
+
+/// Looks for a tank made ready before that suits the case, as `commit` of this program made it.
+///
+/// # Errors
+/// If the case names a state that does not suit it.
+pub fn made_ready(loaded: &LoadedCase, commit: Option<&str>) -> Result<MadeReady, Box<CaseError>> {
+    let (mut report, mut told) = (Diagnostics::default(), Vec::new());
+    let tank = find(loaded, commit.unwrap_or("unknown"), &mut report, |text| told.push(text));
+    if report.has_errors() {
+        return Err(Box::new(CaseError { source: loaded.source.clone(), diagnostics: report }));
+    }
+    Ok(MadeReady { tank, told })
+}
+
 /// The tank of this case made ready before: the one that the case names, or one that was kept; `None` if the run has to
 /// make it ready. `say` is told where it comes from.
 ///
 /// A state that the case names and that does not fit it is an error in `report`.
-pub(crate) fn find(
-    loaded: &LoadedCase,
-    commit: &str,
-    report: &mut Diagnostics,
-    mut say: impl FnMut(String),
-) -> Option<Snapshot> {
+fn find(loaded: &LoadedCase, commit: &str, report: &mut Diagnostics, mut say: impl FnMut(String)) -> Option<Snapshot> {
     let case = &loaded.case;
     let preparation = &case.particles.as_ref()?.preparation;
     if let Some(path) = &preparation.state {

@@ -146,5 +146,6 @@ fn a_step_with_grains_in_contact_allocates_nothing() {
         assert!(contacts > 60 * 4, "the grains touch: {contacts} contacts");
         assert!(renewals > 0, "no list was renewed");
         println!("{renewals} renewals, {} contacts a step", contacts / 60);
-    });
+    })
+    .expect("the threads are granted");
 }

@@ -10,7 +10,7 @@ use std::sync::mpsc;
 use std::time::Duration;
 
 use sazanami::error::{CommandError, Failure, exit};
-use sazanami::run::{self, Status};
+use sazanami::run::{self, RunOptions, Status};
 
 use support::{Left, Listener, On, Scratch, checkpoints, go_on, load, newest, start, summary};
 
@@ -181,12 +181,12 @@ fn a_pressure_that_does_not_converge() {
 
 #[test]
 fn numbers_that_are_none() {
-    // A lid at a speed whose square is not a number any more.
-    let lid = ["boundary.x3_upper={ moving = { velocity = [\"1e200 m/s\", \"0 m/s\", \"0 m/s\"] } }"];
+    // A pressure that drives the fluid to a speed whose square is not a number any more.
+    let push = ["boundary.x1_lower={ fixed_pressure = { pressure = \"1e250 Pa\" } }", "boundary.x1_upper=outflow"];
     let scratch = Scratch::new("failures-numbers");
     for ranks in [1, 2] {
         let folder = scratch.join(&format!("on-{ranks}"));
-        let error = run_in(&folder, SPLASHING, &lid, ranks);
+        let error = run_in(&folder, SPLASHING, &push, ranks);
         println!("{error}\n");
         assert_eq!((error.exit_code(), failure(&error).kind), (exit::FAILED, "not_finite"));
         assert!(error.to_string().contains("cell ("), "{error}");
@@ -282,6 +282,46 @@ fn a_place_that_cannot_be_written_to() {
         let (outcome, _) = go_on(&folder, On::ranks(ranks, 1).steps(3));
         assert_eq!(outcome.unwrap().status, Status::Stopped);
     }
+}
+
+/// What lies in a folder, with what is in it.
+fn all_files(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
+    let mut found: Vec<_> = entries
+        .flat_map(|path| match path.is_dir() {
+            true => all_files(&path),
+            false => vec![(path.clone(), std::fs::read(&path).expect("it can be read"))],
+        })
+        .collect();
+    found.sort();
+    found
+}
+
+#[test]
+fn a_group_that_cannot_be_formed_is_refused_before_anything_is_removed() {
+    let scratch = Scratch::new("failures-group");
+    let loaded = load(THROWN, &[]);
+    let folder = scratch.join("results");
+    start(&loaded, &folder, On::threads(1).steps(1)).unwrap();
+    let before = all_files(&folder);
+    let stop = AtomicBool::new(false);
+    // Eight cells each way: no more than four parts of two cells in x1 and x2.
+    let refusals = [(On::ranks(64, 1), "among 64 ranks", "`--ranks 16`"), (On::threads(60_000), "60000", "processor")];
+    for (on, what, help) in refusals {
+        for force in [true, false] {
+            let out = if force { folder.clone() } else { scratch.join("new") };
+            let options = RunOptions { force, ..on.options(Some(&out)) };
+            let error = run::run(&loaded, &options, &mut Listener::default(), &stop).unwrap_err();
+            assert_eq!(error.exit_code(), exit::WRONG_INPUT, "{error}");
+            assert!(error.to_string().contains(what) && error.to_string().contains(help), "{error}");
+        }
+        assert_eq!(go_on(&folder, on).0.unwrap_err().exit_code(), exit::WRONG_INPUT);
+        assert!(all_files(&folder) == before && !scratch.join("new").exists(), "{what}");
+    }
+    // Negative control: a group that can be formed overwrites.
+    let options = RunOptions { force: true, ..On::ranks(4, 1).steps(1).options(Some(&folder)) };
+    run::run(&loaded, &options, &mut Listener::default(), &stop).unwrap();
+    assert!(all_files(&folder) != before);
 }
 
 /// A small disk of its own, where the system allows it.

@@ -11,9 +11,12 @@ use sazanami::analyse::analyse;
 use sazanami::case::meaning::{Case, Solver, TankMotion};
 use sazanami::case::resolved::{self, Paths};
 use sazanami::case::{self};
+use sazanami::check::{self, CostModel, Known};
 use sazanami::error::{CommandError, exit};
+use sazanami::machine::Machine;
 use sazanami::progress::StepLine;
 use sazanami::run;
+use sazanami::tanks;
 use sazanami_numerics::Real;
 
 use support::{Left, Listener, On, Scratch, Table, go_on, load, start};
@@ -141,12 +144,23 @@ fn a_tank_made_ready_begins_where_its_maker_began_and_fits_no_other() {
     run::run(&loaded, &On::threads(2).steps(STEPS).options(Some(&folder)), &mut listener, &stop).unwrap();
     assert!(listener.lines.iter().all(|line| line.phase == "flow"));
     assert_eq!(first.hash(), Left::in_folder(&folder).hash());
+    let foreseen = |made_ready: bool| {
+        let known = Known { made_ready, ..Known::default() };
+        let report = check::check(&loaded.case, known, &Machine::this(), 1, &CostModel::default());
+        report.predicted_s.iter().map(|(name, _)| *name).collect::<Vec<_>>()
+    };
+    assert!(tanks::made_ready(&loaded, None).unwrap().tank.is_some());
+    assert_eq!((foreseen(false), foreseen(true)), (vec!["packing", "fluid", "grains"], vec!["fluid", "grains"]));
     let refused = |overrides: &[&str]| {
         let mut all = vec![given.as_str()];
         all.extend(overrides);
-        let outcome = start(&load(TANK, &all), &scratch.join("other"), On::threads(1).steps(1));
+        let loaded = load(TANK, &all);
+        let outcome = start(&loaded, &scratch.join("other"), On::threads(1).steps(1));
         let error = outcome.expect_err("this tank is another");
         assert_eq!(error.exit_code(), exit::WRONG_INPUT);
+        // So does the check of the case, and nothing was written.
+        assert_eq!(tanks::made_ready(&loaded, None).unwrap_err().to_string(), error.to_string());
+        assert!(!scratch.join("other").exists());
         error.to_string()
     };
     let message = refused(&["contact.default.friction=0.3"]);
@@ -154,6 +168,69 @@ fn a_tank_made_ready_begins_where_its_maker_began_and_fits_no_other() {
     refused(&["particles.spacing=0.99 mm", "domain.lower=[\"-6.93 mm\",\"0 mm\",\"0 mm\"]"]);
     std::fs::write(&state, "no state").unwrap();
     assert!(refused(&[]).contains("is no state of a tank"));
+}
+
+/// A tank at rest in which the bed may settle.
+const STILL: [&str; 2] = ["frame.motion.amplitude=[\"1 nm\", \"0 mm\", \"0 mm\"]", "preparation.settle=60 ms"];
+
+#[test]
+fn a_resting_bed_is_carried_whether_its_lowest_grains_are_glued_or_not() {
+    let scratch = Scratch::new("carried");
+    for glued in ["", ", glued = \"0.75 mm\""] {
+        let packed =
+            format!("grains.0.placement.packed={{ level = \"3 mm\", spacing = 1.1, fall_gravity = 1.0{glued} }}");
+        let left = run_tank(
+            &scratch.join(if glued.is_empty() { "free" } else { "glued" }),
+            &[&packed, STILL[0], STILL[1]],
+            On::threads(2),
+        );
+        let carried = &left.column("contact_force_over_submerged_weight")[1..];
+        let mean = carried.iter().sum::<Real>() / carried.len() as Real;
+        assert!((mean - 1.0).abs() < 0.1, "{glued}: {mean} {carried:?}");
+    }
+}
+
+#[test]
+fn a_series_tells_what_ruled_steps_before_they_were_cut_for_it() {
+    let scratch = Scratch::new("cut");
+    let left = run_tank(&scratch.join("every"), &["output.series={ every = \"0.37 ms\" }"], On::threads(2));
+    let [taken, stable, least] = ["dt", "stable_dt", "least_stable_dt"].map(|name| left.column(name));
+    assert!(taken.len() > 3, "{taken:?}");
+    for n in 1..taken.len() {
+        assert!(taken[n] < stable[n] && least[n] <= stable[n] && least[n] > 0.0, "{taken:?} {stable:?} {least:?}");
+    }
+    let cut = left.summary["limiter"]["output"].as_u64().unwrap();
+    assert!(
+        cut as usize >= taken.len() - 1 && !left.series.rows.iter().flatten().any(|cell| cell == "output"),
+        "{cut}"
+    );
+}
+
+#[test]
+fn the_pressure_of_water_that_follows_a_force_is_level_along_it() {
+    let scratch = Scratch::new("level");
+    let water = TANK.split("[material.sand]").next().unwrap();
+    let after = "[preparation]\nrelax_steps = 0\nsettle = \"0 s\"\n\
+                 cache = false\n[[probe]]\nname = \"along\"\nsteps = 5\n\
+                 line = { from = [\"-6 mm\", \"3.5 mm\", \"2 mm\"], to = [\"6 mm\", \"3.5 mm\", \"2 mm\"], points = 3 }\n\
+                 [output]\nfigures = { at = [] }\nfields = { at = [] }\n[run]\nuntil = \"1 s\"\n";
+    let text = format!("{water}{after}");
+    let across = |side: &str| {
+        let text = text.replacen("x2 = \"periodic\"", &format!("x2 = \"periodic\"\nx1 = \"{side}\""), 1);
+        let sudden = ["frame.motion.ramp=0 s", "frame.motion.phase=90 deg"];
+        let folder = scratch.join(side);
+        let left =
+            start(&load(&text, &sudden), &folder, On::threads(1).steps(5)).map(|_| Left::in_folder(&folder)).unwrap();
+        let along = &left.probes[0].1;
+        let last = |name: &str| along.column(name).last().copied().unwrap();
+        (last("pressure_at_2") - last("pressure_at_0")).abs()
+    };
+    // The tank starts with 2 m/s^2: 12 mm of water between walls build up a pressure against it, between periodic sides none.
+    let level = across("periodic");
+    assert!(level < 1.0, "{level}");
+    // Negative control: walls.
+    let slope = across("no_slip");
+    assert!(slope > 5.0, "{slope}");
 }
 
 #[test]
@@ -222,11 +299,51 @@ fn what_a_run_leaves_can_be_analysed() {
     }
     let mut listener = Listener::default();
     let lines = analyse(std::slice::from_ref(&folder), &[], &mut listener).unwrap();
-    assert!(lines.iter().any(|line| line.contains("bed against experiment") && line.contains("absent")), "{lines:#?}");
-    let both: Vec<PathBuf> = vec![folder.clone(), folder];
+    assert!(lines.iter().any(|line| line.contains("bed (image) against") && line.contains("absent")), "{lines:#?}");
+    evaluated_otherwise(&folder);
+    let both: Vec<PathBuf> = vec![folder.clone(), folder.clone()];
     std::env::set_current_dir(scratch.path()).unwrap();
     let lines = analyse(&both, &[], &mut listener).unwrap();
     assert_eq!(lines.len(), 3, "{lines:#?}");
+    let table = std::fs::read_to_string("ripple-comparison.csv").unwrap();
+    assert!(table.starts_with("run,status,length [m],time [s]") && table.lines().count() == 3, "{table}");
+    std::fs::remove_file(folder.join("bed.csv")).unwrap();
+    let lines = analyse(&[folder], &[], &mut listener).unwrap();
+    assert!(lines.iter().any(|line| line.starts_with("bed.csv: absent")), "{lines:#?}");
+}
+
+/// Keys of what was gathered are refused; what the others find is kept apart.
+fn evaluated_otherwise(folder: &Path) {
+    let with = |overrides: &[&str]| {
+        let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
+        analyse(&[folder.to_owned()], &overrides, &mut Listener::default())
+    };
+    for gathered in ["ripples.layer_thickness=1 m", "ripples.image_side=x2_upper", "bed.height_radius=1 mm"] {
+        let error = with(&[gathered]).expect_err("the run is over");
+        assert!(error.to_string().contains("cannot be changed afterwards"), "{error}");
+    }
+    assert!(!folder.join("analysis").exists());
+    // Two tables of one time, and the bed that was seen from the laboratory.
+    let motion = load(TANK, &[]).case.tank_at(2e-3)[0];
+    let rows = |at: Real| (0..12).map(|n| -6e-3 + 1e-3 * Real::from(n)).map(move |x| format!("{},0.003\n", x + at));
+    let write = |name: &str, head: &str, at: Real| {
+        std::fs::write(folder.join(name), format!("{head}x_m,z_m\n{}", rows(at).collect::<String>())).expect("a file");
+    };
+    write("seen.csv", "# frame: laboratory\n# z_shift_limit_m: 1e-5\n", motion.x);
+    write("level.csv", "", 0.0);
+    let measured = "ripples.measured=[{time='2 ms',bed='seen.csv'},{time='2 ms',water='level.csv'}]";
+    let lines = with(&["ripples.margin=0.5 mm", measured]).expect("these can be changed");
+    let told = |what: &str| lines.iter().find(|line| line.starts_with(what)).unwrap_or_else(|| panic!("{lines:#?}"));
+    assert!(told("bed (image) against").contains("rmse") && told("water against").contains("wave height ratio"));
+    assert!(told("  warning").contains("x3 as far as allowed"), "{lines:#?}");
+    let text = std::fs::read_to_string(folder.join("analysis/summary.json")).expect("a summary");
+    let found: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    assert_eq!(found["overrides"][0], "ripples.margin=0.5 mm");
+    let ripples = &found["observables"]["ripples"];
+    assert!(ripples["image"].is_object() && ripples["relief_mm"].is_number(), "{text}");
+    let experiment = ripples["experiment"].as_array().expect("a list");
+    let surfaces: Vec<_> = experiment.iter().map(|found| &found["surface"]).collect();
+    assert_eq!(surfaces, ["bed (image)", "bed (concentration)", "water"]);
 }
 
 #[test]
@@ -294,11 +411,13 @@ fn wrong_tanks_are_refused_with_a_reason() {
     let csv = scratch.join("bad.csv");
     let measured = format!("[[ripples.measured]]\ntime = \"0.1 s\"\nbed = \"{}\"\n[[probe]]", csv.display());
     let with_bed = TANK.replacen("[[probe]]", &measured, 1);
+    let nothing = TANK.replacen("[[probe]]", "[[ripples.measured]]\ntime = \"0.1 s\"\n[[probe]]", 1);
     let moved = TANK.replace(
         "amplitude = [\"-2 mm\", \"0 mm\", \"0 mm\"]\nfrequency = \"5 Hz\"\nramp = \"0.02 s\"",
         &format!("file = \"{}\"", csv.display()),
     );
     for (text, content, reason) in [
+        (&nothing, "", "nothing was measured at this time"),
         (&with_bed, "x_m,y_m\n0,1\n", "z_m"),
         (&with_bed, "x_m,z_m\n0,1\n0.1,2\n0.05,1\n", "line 4"),
         (&with_bed, "x_m,z_m\n0,0.01\n0.05,0.01\n0.1,0.01\n", "reaches out of the tank"),

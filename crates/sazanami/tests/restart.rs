@@ -6,10 +6,11 @@ mod support;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use sazanami::case::{self, LoadedCase};
+use sazanami::case::{self, LoadedCase, resolved};
 use sazanami::error::{CommandError, exit};
 use sazanami::progress::StepLine;
 use sazanami::run::{self, RunOptions, RunSummary, Status};
+use sazanami_io::checkpoint::CheckpointWriter;
 
 use support::{Left, Listener, On, Scratch, checkpoints, go_on, load, start};
 
@@ -518,6 +519,72 @@ fn a_wrong_command_leaves_a_run_as_it_is() {
     assert_eq!(support::summary(&folder), before);
     std::fs::write(&case, text).unwrap();
     assert_eq!(go_on(&folder, On::threads(2)).0.unwrap().status, Status::Finished);
+}
+
+/// Makes the run in `folder` one of a program that knew fewer keys and columns, and perhaps told which it was.
+fn made_older(folder: &Path, key: &str, program: serde_json::Value) {
+    let path = folder.join("series.csv");
+    let table = std::fs::read_to_string(&path).expect("the run left it");
+    let at = table.lines().next().and_then(|header| header.split(',').position(|name| name.starts_with("stable_dt")));
+    let at = at.expect("there is such a column");
+    let fewer = |line: &str| {
+        let fields = line.split(',').enumerate().filter(|(n, _)| *n != at).map(|(_, field)| field);
+        fields.collect::<Vec<_>>().join(",") + "\n"
+    };
+    std::fs::write(&path, table.lines().map(fewer).collect::<String>()).expect("the run left it");
+    let path = folder.join("case.toml");
+    let text = std::fs::read_to_string(&path).expect("the run left it");
+    let older: String = text.lines().filter(|line| !line.starts_with(key)).flat_map(|line| [line, "\n"]).collect();
+    assert!(older.len() < text.len(), "{key} is not in the copy");
+    std::fs::write(&path, &older).expect("the run left it");
+    let reader = support::newest(folder);
+    let mut state: serde_json::Value = reader.get_json("run/state").expect("the run left it");
+    state["case_hash"] = format!("{:016x}", resolved::hash_of_copy(&older)).into();
+    state["program"] = program;
+    let snapshot = reader.snapshot_of(|name| name != "run/state").expect("the run left it");
+    let mut writer = CheckpointWriter::new();
+    writer.add_snapshot(&snapshot).expect("the run left it");
+    writer.add_json("run/state", &state).expect("the run left it");
+    writer.write_atomic(reader.path()).expect("the run left it");
+}
+
+#[test]
+fn a_run_of_an_older_program_goes_on_and_a_changed_case_does_not() {
+    let scratch = Scratch::new("restart-older");
+    let bed = scratch.join("small.bed");
+    let name = format!("output.bed={}", bed.display());
+    start(&load(PACKED, &[&name, "run.packing_only=true"]), &scratch.join("packed"), On::threads(1)).unwrap();
+    let told =
+        |said: &[String]| said.iter().filter(|text| text.contains("began this run")).cloned().collect::<Vec<_>>();
+    // With a file that is named, of which the folder is no part of the hash, and without.
+    for (name, text) in [("sliding", SLIDING.to_owned()), ("bed", on_bed(&bed, ""))] {
+        let folder = scratch.join(name);
+        start(&load(&text, &[]), &folder, On::threads(1).steps(1)).unwrap();
+        let copy = std::fs::read_to_string(folder.join("case.toml")).unwrap();
+        let own = case::load(&folder.join("case.toml"), &[]).unwrap();
+        assert_eq!(resolved::hash_of_copy(&copy), resolved::hash(&own.case), "{name}");
+        assert!(told(&go_on(&folder, On::threads(1).steps(1)).1).is_empty());
+
+        made_older(&folder, "torque_arm", serde_json::Value::Null);
+        let (outcome, said) = go_on(&folder, On::threads(1).steps(1));
+        outcome.unwrap();
+        assert!(told(&said)[0].contains("an earlier version of sazanami began this run"), "{said:#?}");
+        let program = serde_json::json!({ "version": "0.0.1", "commit": "abc" });
+        made_older(&folder, "drop_velocity", program.clone());
+        for _ in 0..2 {
+            let (outcome, said) = go_on(&folder, On::threads(1).steps(1));
+            outcome.unwrap();
+            assert!(told(&said)[0].contains("sazanami 0.0.1 (abc) began this run"), "{said:#?}");
+        }
+        let state: serde_json::Value = support::newest(&folder).get_json("run/state").unwrap();
+        assert_eq!(state["program"], program);
+
+        // What was changed is refused, whoever began the run.
+        let older = std::fs::read_to_string(folder.join("case.toml")).unwrap();
+        std::fs::write(folder.join("case.toml"), older.replace("friction = 0.6", "friction = 0.5")).unwrap();
+        let error = go_on(&folder, On::threads(1).steps(1)).0.unwrap_err();
+        assert!(error.exit_code() == exit::WRONG_INPUT && error.to_string().contains("changed since"), "{error}");
+    }
 }
 
 #[test]

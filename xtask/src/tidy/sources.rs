@@ -12,7 +12,7 @@ const LONG: usize = 700;
 const NOWHERE: &[(&str, &str)] = &[
     ("todo!", "finish it or leave it out"),
     ("unimplemented!", "finish it or leave it out"),
-    ("dbg!", "say it through tracing"),
+    ("dbg!", "say it in a report or an error"),
     ("#![allow(", "allow a lint where it is met, with its reason"),
 ];
 
@@ -20,10 +20,10 @@ const NOWHERE: &[(&str, &str)] = &[
 const NOT_IN_PURE: &[(&str, &str)] = &[
     ("std::fs", "files belong to sazanami-io"),
     ("File::", "files belong to sazanami-io"),
-    ("println!", "diagnostics go through tracing"),
-    ("print!", "diagnostics go through tracing"),
-    ("eprintln!", "diagnostics go through tracing"),
-    ("eprint!", "diagnostics go through tracing"),
+    ("println!", "what happened belongs to reports and errors"),
+    ("print!", "what happened belongs to reports and errors"),
+    ("eprintln!", "what happened belongs to reports and errors"),
+    ("eprint!", "what happened belongs to reports and errors"),
     ("serde", "formats belong to sazanami-io and sazanami"),
     ("Instant::now", "physics has no wall clock"),
     ("SystemTime", "physics has no wall clock"),

@@ -12,16 +12,19 @@ use crate::terminal::Screen;
 #[derive(Debug, Args)]
 #[command(
     long_about = "Recompute observables, tables and figures from what one run wrote, or compare several runs (crater \
-                  volume against momentum). One run is evaluated again from its newest checkpoint; --set changes how, \
-                  and what is then found goes into DIR/analysis.",
+                  volume against momentum; growth and profiles of ripples). A crater is evaluated again from the newest \
+                  checkpoint, ripples from the tables of their run; --set changes how, and what is then found goes into \
+                  DIR/analysis.",
     after_help = "Example:\n  sazanami analyse runs/drop-20 --set erosion.dr=\"1 mm\"\n  \
-                  sazanami analyse runs/drop-20 runs/drop-40 runs/drop-60 runs/drop-80"
+                  sazanami analyse runs/drop-20 runs/drop-40 runs/drop-60 runs/drop-80\n  \
+                  sazanami analyse runs/tank --set ripples.margin=\"15 mm\""
 )]
 pub struct Analyse {
     /// Folders of results
     #[arg(required = true, value_name = "DIR")]
     dirs: Vec<PathBuf>,
-    /// Evaluate one run with another value of a key under `erosion` or `bed` (repeatable)
+    /// Evaluate one run with another value (repeatable): craters of a key under `erosion` or `bed`, ripples of
+    /// `ripples.margin`, `ripples.grain_size` or under `ripples.measured`
     #[arg(long = "set", value_name = "PATH=VALUE")]
     overrides: Vec<String>,
 }

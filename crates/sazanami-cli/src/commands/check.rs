@@ -4,10 +4,11 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use sazanami::case::{self, CaseError};
-use sazanami::check::{self, CostModel};
+use sazanami::check::{self, CostModel, Known};
 use sazanami::error::{CommandError, exit};
 use sazanami::feasible;
 use sazanami::machine::{self, Machine};
+use sazanami::tanks;
 use serde_json::json;
 
 use super::print_json;
@@ -40,8 +41,11 @@ impl Check {
         let machine = Machine::this();
         let model = CostModel::default();
         let prepared = case::load(&self.case, &self.overrides)
-            .and_then(|loaded| feasible::check(&loaded, &machine, &model).map(|feasible| (loaded, feasible)));
-        let (loaded, feasible) = match prepared {
+            .and_then(|loaded| feasible::check(&loaded, &machine, &model).map(|feasible| (loaded, feasible)))
+            .and_then(|(loaded, feasible)| {
+                tanks::made_ready(&loaded, option_env!("SAZANAMI_COMMIT")).map(|ready| (loaded, feasible, ready))
+            });
+        let (loaded, mut feasible, ready) = match prepared {
             Ok(prepared) => prepared,
             Err(error) if self.json => {
                 print_json(&json!({ "ok": false, "findings": findings(&error)? }));
@@ -50,13 +54,16 @@ impl Check {
             Err(error) => return Err(error.into()),
         };
         let threads = self.threads.map_or(machine.cores, usize::from);
-        let mut report = check::check(&loaded.case, &feasible.facts, &machine, threads, &model);
+        let known = Known { shapes: &feasible.facts, made_ready: ready.tank.is_some() };
+        let mut report = check::check(&loaded.case, known, &machine, threads, &model);
         report.disk_available = machine::free_disk(Path::new("."));
+        check::warn_of_disk(&loaded, &report, report.disk_available, &mut feasible.warnings);
         if self.json {
             let findings = super::json(&feasible.warnings.records(&loaded.source))?;
             print_json(&json!({ "ok": true, "findings": findings, "report": super::json(&report)? }));
         } else {
             terminal::warnings(&feasible.warnings, &loaded.source);
+            ready.told.iter().for_each(|text| eprintln!("{text}"));
             print!("{}", check::explain(&loaded.case, &report));
         }
         Ok(exit::DONE)

@@ -56,7 +56,5 @@ fn print_json(value: &serde_json::Value) {
 
 /// The value as JSON.
 fn json(value: &impl serde::Serialize) -> Result<serde_json::Value, CommandError> {
-    serde_json::to_value(value).map_err(|error| {
-        sazanami::error::Failure { kind: "json", message: error.to_string(), ..Default::default() }.into()
-    })
+    serde_json::to_value(value).map_err(|error| CommandError::Undone(error.to_string()))
 }

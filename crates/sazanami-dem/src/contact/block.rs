@@ -9,19 +9,15 @@
 use sazanami_numerics::{Real, Vector};
 
 use super::evaluate::{Outcomes, WIDTH, evaluate};
-use super::search::{Near, Nearest};
+use super::search::{Near, Nearest, REACH, TOUCH};
 use super::walls::WallContacts;
 use super::{Census, World, Wrench};
 use crate::material::Multiplicity;
 
 /// Grains in a block.
 pub(crate) const ROWS: usize = 64;
-/// Overlap over radius above which a contact is counted.
-pub(crate) const WARNING: Real = 0.2;
-/// Sphere pairs closer than this fraction of the bounding radius are handed to the contact law, which decides.
-const TOUCH: Real = 1e-9;
-/// Distance, over the smaller bounding radius, within which gaps of spheres are measured one by one.
-const REACH: Real = 0.1;
+/// Overlap over the smaller contact sphere's radius above which a contact is counted as deep.
+pub const WARNING: Real = 0.2;
 
 /// Two grains near each other.
 #[derive(Clone, Copy, Debug)]

@@ -8,6 +8,12 @@ use sazanami_numerics::{Matrix, Real, Vector};
 
 use crate::body::{Body, Capsule};
 
+/// Gap, over the smaller bounding radius, below which a contact sphere is handed to the contact law, which decides.
+pub(crate) const TOUCH: Real = 1e-9;
+/// Gap of two grains, or of a grain and a wall, over the smaller bounding radius, below which the gaps of their contact
+/// spheres are measured one by one.
+pub(crate) const REACH: Real = 0.1;
+
 /// A segment with a radius, in some common frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rod {

@@ -5,13 +5,10 @@ use sazanami_numerics::{Real, Vector};
 use super::block::make_room;
 use super::evaluate::rolling_torque;
 use super::law::{ConstantLanes, force};
-use super::search::Rod;
+use super::search::{REACH, Rod, TOUCH};
 use super::{Census, World, Wrench};
 use crate::lanes::{Lanes, Lanes3};
 use crate::material::Multiplicity;
-
-/// Distance, over the bounding radius, within which gaps of spheres are measured one by one.
-const REACH: Real = 0.1;
 
 /// A grain near a wall.
 #[derive(Clone, Copy, Debug)]
@@ -146,7 +143,7 @@ impl WallContacts {
             let body = &world.bodies[frame.body as usize];
             let wall = &world.walls[pair.wall as usize];
             let size = body.bounding_radius * frame.scale;
-            let near = 1e-9 * size;
+            let near = TOUCH * size;
             let height = wall.distance(frame.home);
             let rotation = &world.rotations[pair.grain as usize];
             let rod = Rod::new(&body.capsule, rotation, frame.scale);

@@ -7,12 +7,11 @@ use super::{Engine, FARTHEST};
 use crate::contact::ContactRecord;
 use crate::contact::neighbours::{Matter, Previous};
 use crate::error::DemError;
-use crate::ghosts;
 use crate::grain::Motion;
 use crate::motion::{Frame, Inert};
 
 /// How far a resting grain may go before lists are renewed, over its bounding radius.
-const REACH: Real = 0.08;
+const RESTING_REACH: Real = 0.08;
 /// Number of sub-steps that a fast grain's reach is meant to last.
 const HORIZON: Real = 150.0;
 
@@ -80,7 +79,7 @@ impl Engine {
         std::mem::swap(&mut past.budget, &mut self.budget);
         past.wall_budget.clone_from(&self.wall_budget);
         if migrate {
-            ghosts::migrate(domain, &mut self.grains, &mut self.records);
+            self.exchange.migrate(domain, &mut self.grains, &mut self.records);
         }
         self.place();
         self.choose_reach();
@@ -133,7 +132,7 @@ impl Engine {
             let arm = self.bodies[grains.shape[g] as usize].centre_radius * grains.scale[g];
             let speed = grains.velocity[g].length() + arm * grains.angular_velocity(g).length();
             let way = if self.time_step.is_finite() { HORIZON * self.time_step * speed } else { FARTHEST * size };
-            self.reach.push((REACH * size + way).min(FARTHEST * size));
+            self.reach.push((RESTING_REACH * size + way).min(FARTHEST * size));
         }
     }
 

@@ -8,15 +8,16 @@ use sazanami_parallel::for_each_chunk;
 
 use super::{Drag, EXPIRED, Engine, FINE, Loads};
 use crate::body::Body;
-use crate::contact::block::ROWS;
+use crate::contact::block::{Block, ROWS};
+use crate::contact::incoming::Incoming;
 use crate::contact::law::Constants;
 use crate::contact::{World, Wrench};
 use crate::ghosts::Poses;
 use crate::grain::{Motion, imaged};
 use crate::motion::{Inert, Leap, Moving};
 
-/// Sub-step over pi sqrt(m*/K).
-const AUTO: Real = 0.057;
+/// Sub-step over half the period of the stiffest contact, pi sqrt(m*/K).
+pub const AUTO: Real = 0.057;
 
 /// Impulse of the implicit drag on own grain `own` of velocity `v` over `h`, beside gravity and the other impulses.
 fn drag_impulse(
@@ -33,6 +34,87 @@ fn drag_impulse(
     // Only a free grain yields to forces, and to the drag itself.
     let without = if inert.motion == Motion::Free { v + others.force * inert.inverse_mass + h * gravity } else { v };
     (u - without) * (h * kappa / (1.0 + h * kappa * inert.inverse_mass))
+}
+
+/// A change of velocities by contacts, loads, drag and gravity.
+pub(super) struct Kick<'a> {
+    pub loads: &'a Loads<'a>,
+    /// [m/s^2].
+    pub gravity: Vector,
+    /// Its length [s].
+    pub h: Real,
+    /// Whether grains keep the contact forces.
+    pub keep: bool,
+}
+
+/// The contacts as the sub-step left them.
+struct Contacts<'a> {
+    blocks: &'a [Block],
+    incoming: &'a Incoming,
+    /// On the grains' clock [s].
+    time: Real,
+}
+
+/// What the grains of a block remember of a kick.
+struct Marks<'a> {
+    last_contact: &'a mut [Real],
+    contact_force: &'a mut [Vector],
+    contact_torque: &'a mut [Vector],
+    drag_impulse: &'a mut [Vector],
+}
+
+impl Kick<'_> {
+    /// Impulses on the grains of block `number`, besides gravity.
+    #[inline]
+    fn impulses(
+        &self,
+        contacts: &Contacts<'_>,
+        number: usize,
+        inert: &[Inert],
+        velocity: &[Vector],
+        marks: Marks<'_>,
+    ) -> [Wrench; ROWS] {
+        let Self { loads, gravity, h, keep } = *self;
+        let Contacts { blocks, incoming, time } = *contacts;
+        let mut impulses = [Wrench::default(); ROWS];
+        let Some(block) = blocks.get(number) else { return impulses };
+        let rows = number * ROWS..number * ROWS + velocity.len();
+        let mut on_walls = &block.walls.actions[..];
+        // One after the other, so that many of these scattered reads are under way at a time.
+        let mut arriving = [(Wrench::default(), false); ROWS];
+        for (sum, g) in arriving.iter_mut().zip(rows.clone()) {
+            *sum = incoming.total(blocks, g);
+        }
+        for (row, g) in rows.enumerate() {
+            let (mut total, touched) = arriving[row];
+            total += block.own[row];
+            if let [(grain, wrench), rest @ ..] = on_walls
+                && *grain as usize == g
+            {
+                total += *wrench;
+                on_walls = rest;
+            }
+            if touched || block.touches[row] {
+                marks.last_contact[row] = time;
+            }
+            if keep {
+                (marks.contact_force[row], marks.contact_torque[row]) = (total.force, total.torque);
+            }
+            if let Some(force) = loads.force.get(g) {
+                total.force += *force;
+            }
+            if let Some(torque) = loads.torque.get(g) {
+                total.torque += *torque;
+            }
+            impulses[row] = Wrench { force: h * total.force, torque: h * total.torque };
+            if let Some(drag) = loads.drag {
+                let impulse = drag_impulse(drag, g, &inert[row], velocity[row], h, gravity, &impulses[row]);
+                impulses[row].force += impulse;
+                marks.drag_impulse[row] += impulse;
+            }
+        }
+        impulses
+    }
 }
 
 impl Engine {
@@ -85,21 +167,22 @@ impl Engine {
         self.blocks = blocks;
     }
 
+    /// Moves grains and walls for `time` [s] with the velocities that they have.
     pub(super) fn drift(&mut self, time: Real) -> u8 {
-        let nothing = Loads::none();
-        self.move_grains(&nothing, None, time, false)
+        self.move_grains(None, time).max(self.move_walls(time))
     }
 
-    pub(super) fn kick_and_drift(&mut self, loads: &Loads<'_>, gravity: Vector, h: Real, time: Real, keep: bool) -> u8 {
-        self.move_grains(loads, Some((gravity, h)), time, keep)
+    /// Changes velocities by `kick`, then moves grains and walls for `time` [s].
+    pub(super) fn kick_and_drift(&mut self, kick: &Kick<'_>, time: Real) -> u8 {
+        self.move_grains(Some(kick), time).max(self.move_walls(time))
     }
 
-    /// Kick by `(gravity, duration)` if given, then drift for `time`; `keep` stores the contact forces.
-    fn move_grains(&mut self, loads: &Loads<'_>, kick: Option<(Vector, Real)>, time: Real, keep: bool) -> u8 {
+    fn move_grains(&mut self, kick: Option<&Kick<'_>>, time: Real) -> u8 {
         let owned = self.grains.owned;
         let state = AtomicU8::new(FINE);
         let Self { grains, frames, rotations, turned, budget, inert, reach, blocks, incoming, time: now, .. } = self;
-        let (blocks, incoming, now) = (&blocks[..], &*incoming, *now);
+        let contacts = Contacts { blocks, incoming, time: *now };
+        let gravity = kick.map_or(Vector::ZERO, |kick| kick.h * kick.gravity);
         let poses = (
             &mut grains.home[..owned],
             &mut grains.orientation[..owned],
@@ -112,76 +195,44 @@ impl Engine {
             &mut grains.contact_torque[..owned],
             &mut grains.drag_impulse[..owned],
         );
-        let (gravity, h) = kick.unwrap_or_default();
+        let bounds = (&mut turned[..owned], &mut budget[..owned]);
         for_each_chunk(
-            (poses, marks, &mut frames[..owned], &mut rotations[..owned], (&mut turned[..owned], &mut budget[..owned])),
+            (poses, marks, &mut frames[..owned], &mut rotations[..owned], bounds),
             ROWS,
             |number, (poses, marks, frames, rotations, (turned, budget))| {
-                let first = number * ROWS;
-                let rows = first..first + frames.len();
-                let mut impulses = [Wrench::default(); ROWS];
-                if let (Some(_), Some(block)) = (kick, blocks.get(number)) {
-                    let mut on_walls = &block.walls.actions[..];
-                    // One after the other, so that many of these scattered reads are under way at a time.
-                    let mut arriving = [(Wrench::default(), false); ROWS];
-                    for (sum, g) in arriving.iter_mut().zip(rows.clone()) {
-                        *sum = incoming.total(blocks, g);
+                let (home, orientation, velocity, angular_momentum) = poses;
+                let (last_contact, contact_force, contact_torque, drag_impulse) = marks;
+                let rows = number * ROWS..number * ROWS + frames.len();
+                let inert = &inert[rows.clone()];
+                let impulses = match kick {
+                    Some(kick) => {
+                        let marks = Marks { last_contact, contact_force, contact_torque, drag_impulse };
+                        kick.impulses(&contacts, number, inert, velocity, marks)
                     }
-                    for (row, g) in rows.clone().enumerate() {
-                        let (mut total, touched) = arriving[row];
-                        total += block.own[row];
-                        if let [(grain, wrench), rest @ ..] = on_walls
-                            && *grain as usize == g
-                        {
-                            total += *wrench;
-                            on_walls = rest;
-                        }
-                        if touched || block.touches[row] {
-                            marks.0[row] = now;
-                        }
-                        if keep {
-                            (marks.1[row], marks.2[row]) = (total.force, total.torque);
-                        }
-                        if let Some(force) = loads.force.get(g) {
-                            total.force += *force;
-                        }
-                        if let Some(torque) = loads.torque.get(g) {
-                            total.torque += *torque;
-                        }
-                        impulses[row] = Wrench { force: h * total.force, torque: h * total.torque };
-                        if let Some(drag) = loads.drag {
-                            let impulse = drag_impulse(drag, g, &inert[g], poses.2[row], h, gravity, &impulses[row]);
-                            impulses[row].force += impulse;
-                            marks.3[row] += impulse;
-                        }
-                    }
-                }
-                let mut moving = Moving {
-                    inert: &inert[rows.clone()],
-                    home: poses.0,
-                    orientation: poses.1,
-                    velocity: poses.2,
-                    angular_momentum: poses.3,
-                    frames,
-                    rotations,
-                    turned,
-                    budget,
+                    None => [Wrench::default(); ROWS],
                 };
-                moving.leap(&Leap { gravity: h * gravity, impulses: &impulses, time });
+                let mut moving =
+                    Moving { inert, home, orientation, velocity, angular_momentum, frames, rotations, turned, budget };
+                moving.leap(&Leap { gravity, impulses: &impulses, time });
                 // Not a number counts as expired: the check that follows finds it.
                 if !moving.budget.iter().zip(&reach[rows]).all(|(budget, reach)| budget <= reach) {
                     state.fetch_max(EXPIRED, Ordering::Relaxed);
                 }
             },
         );
-        let mut state = state.into_inner();
+        state.into_inner()
+    }
+
+    fn move_walls(&mut self, time: Real) -> u8 {
+        let reach = &self.reach[..self.grains.owned];
+        let mut state = FINE;
         for (wall, budget) in self.walls.iter_mut().zip(&mut self.wall_budget) {
             if wall.velocity != Vector::ZERO {
                 let step = wall.velocity.dot(wall.normal) * time;
                 wall.point += step * wall.normal;
                 *budget += step.abs() * (1.0 + 1e-9);
-                if reach[..owned].iter().any(|reach| *budget > *reach) {
-                    state = state.max(EXPIRED);
+                if reach.iter().any(|reach| *budget > *reach) {
+                    state = EXPIRED;
                 }
             }
         }

@@ -108,18 +108,6 @@ pub enum CheckpointError {
         /// Elements in the file.
         found: ElementType,
     },
-    /// The section has another number of elements than asked for.
-    #[error("section `{name}` of checkpoint {path} has {found} elements, not {expected}", path = path.display())]
-    WrongCount {
-        /// File read.
-        path: PathBuf,
-        /// Name of the section.
-        name: String,
-        /// Number asked for.
-        expected: usize,
-        /// Number in the file.
-        found: usize,
-    },
     /// The JSON text of a section does not describe the value asked for.
     #[error("section `{name}` of checkpoint {path} cannot be understood: {reason}", path = path.display())]
     WrongText {

@@ -74,24 +74,6 @@ impl CheckpointReader {
         Ok(elements)
     }
 
-    /// Fills `elements` from section `name`.
-    ///
-    /// # Errors
-    /// As [`Self::get`], and if the section has another number of elements.
-    pub fn get_into<T: Element>(&self, name: &str, elements: &mut [T]) -> Result<(), CheckpointError> {
-        let section = self.find::<T>(name)?;
-        if section.count != elements.len() as u64 {
-            let (expected, found) = (elements.len(), section.count as usize);
-            return Err(CheckpointError::WrongCount {
-                path: self.path.clone(),
-                name: name.to_owned(),
-                expected,
-                found,
-            });
-        }
-        self.unpack(section, bytemuck::cast_slice_mut(elements))
-    }
-
     /// The value that section `name` holds as JSON text.
     ///
     /// # Errors

@@ -34,14 +34,6 @@ impl<'a> CheckpointWriter<'a> {
         self.push(name, T::TYPE, Cow::Borrowed(bytemuck::cast_slice(elements)))
     }
 
-    /// Adds an array that nobody else keeps.
-    ///
-    /// # Errors
-    /// If the name is taken.
-    pub fn add_owned<T: Element>(&mut self, name: &str, elements: &[T]) -> Result<(), CheckpointError> {
-        self.push(name, T::TYPE, Cow::Owned(bytemuck::cast_slice(elements).to_vec()))
-    }
-
     /// Adds a small value as JSON text.
     ///
     /// # Errors
@@ -73,12 +65,6 @@ impl<'a> CheckpointWriter<'a> {
         }
         self.sections.push((name.to_owned(), element, bytes));
         Ok(())
-    }
-
-    /// Bytes of all sections before compression.
-    #[must_use]
-    pub fn raw_bytes(&self) -> u64 {
-        self.sections.iter().map(|(.., bytes)| bytes.len() as u64).sum()
     }
 
     /// XXH3-64 of the names, types and contents of the sections that `counts` lets through, in the order of their

@@ -1,3 +1,5 @@
+use std::fmt::Write;
+
 use sazanami_numerics::geometry::{SpheroidMesh, VolumeRule, box_mesh, spheroid_mesh};
 
 use super::*;
@@ -56,6 +58,22 @@ fn corner_binary(version: Version, swap: bool) -> Vec<u8> {
     }
     bytes.extend(b"\n$EndElements\n");
     bytes
+}
+
+/// The mesh as an MSH 2.2 text file, lengths in metres.
+fn to_msh(mesh: &TetrahedralMesh) -> String {
+    let mut text = format!("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n{}\n", mesh.nodes.len());
+    for (index, p) in mesh.nodes.iter().enumerate() {
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "{} {:e} {:e} {:e}", index + 1, p.x, p.y, p.z);
+    }
+    let _ = write!(text, "$EndNodes\n$Elements\n{}\n", mesh.tetrahedra.len());
+    for (index, nodes) in mesh.tetrahedra.iter().enumerate() {
+        let [a, b, c, d] = nodes.map(|n| n + 1);
+        let _ = writeln!(text, "{} 4 2 1 1 {a} {b} {c} {d}", index + 1);
+    }
+    text.push_str("$EndElements\n");
+    text
 }
 
 fn message(text: &str) -> String {

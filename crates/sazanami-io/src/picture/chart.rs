@@ -64,6 +64,8 @@ pub struct Trace {
     pub mark: Mark,
     /// Colour, or the next one of the usual row.
     pub colour: Option<Colour>,
+    /// Whether its line is thin.
+    pub thin: bool,
 }
 
 impl Trace {
@@ -103,6 +105,17 @@ impl Trace {
         Self { colour: Some(colour), ..self }
     }
 
+    /// The same with a thin line.
+    #[must_use]
+    pub fn thin(self) -> Self {
+        Self { thin: true, ..self }
+    }
+
+    /// Width of its line [pixels].
+    fn width(&self) -> f64 {
+        if self.thin { 1.4 } else { 2.6 }
+    }
+
     fn is_finite(point: &[f64; 2]) -> bool {
         point[0].is_finite() && point[1].is_finite()
     }
@@ -112,6 +125,9 @@ impl Trace {
 const LEGEND_SIZE: f64 = 17.0;
 const LEGEND_ROW: f64 = 26.0;
 const LEGEND_SAMPLE: f64 = 42.0;
+/// Room beside the frame [pixels].
+const LEFT: f64 = 112.0;
+const RIGHT: f64 = 28.0;
 const LABEL: Font = Font { size: 17.0, colour: BLACK, across: Anchor::Start, down: Anchor::Middle, upwards: false };
 
 /// A plot of one or several traces.
@@ -168,6 +184,11 @@ impl LinePlot {
         self
     }
 
+    /// Width of the frame in a picture of `width` without a legend of its own [pixels].
+    pub(super) fn frame_width(width: usize) -> f64 {
+        width as f64 - LEFT - RIGHT
+    }
+
     /// Room above and below the frame, for title and labels if there are any [pixels].
     fn margins(&self) -> [f64; 2] {
         [if self.title.is_empty() { 22.0 } else { 58.0 }, if self.x_label.is_empty() { 40.0 } else { 78.0 }]
@@ -186,7 +207,7 @@ impl LinePlot {
         let size = 19.0;
         let y = self.axis(1, &self.y_label, self.y_range, self.y_log)?;
         let [above, below] = self.margins();
-        let area = Rectangle { left: 112.0, top: above, right: width as f64 - 28.0, bottom: height as f64 - below };
+        let area = Rectangle { left: LEFT, top: above, right: width as f64 - RIGHT, bottom: height as f64 - below };
         let mut frame = Frame { area, x: self.axis(0, &self.x_label, self.x_range, self.x_log)?, y, size };
         let legend = self.place_legend(&mut frame);
         let area = frame.area;
@@ -294,7 +315,7 @@ impl LinePlot {
         let ends = [[x + 12.0, y], [x + 12.0 + LEGEND_SAMPLE, y]];
         let colour = colour_of(trace, number);
         if trace.dash != Dash::None {
-            canvas.line(&ends, Pen { width: 2.6, colour, dashes: trace.dash.pattern() });
+            canvas.line(&ends, Pen { width: trace.width(), colour, dashes: trace.dash.pattern() });
         }
         draw_mark(canvas, [x + 12.0 + LEGEND_SAMPLE / 2.0, y], trace.mark, colour);
         let font = Font { size: LEGEND_SIZE, ..LABEL };
@@ -345,7 +366,7 @@ fn draw_lines(canvas: &mut Canvas, frame: &Frame, trace: &Trace, colour: Colour)
     if trace.dash != Dash::None {
         for part in trace.points.split(|point| !is_drawable(frame, point)) {
             let places: Vec<_> = part.iter().map(|&point| frame.place(point)).collect();
-            canvas.line(&places, Pen { width: 2.6, colour, dashes: trace.dash.pattern() });
+            canvas.line(&places, Pen { width: trace.width(), colour, dashes: trace.dash.pattern() });
         }
     }
     for (&[x, y], &error) in trace.points.iter().zip(&trace.errors).filter(|(point, _)| is_drawable(frame, point)) {

@@ -1,12 +1,17 @@
 //! The plots of ripples in a shaken tank, from quantities in SI units: profiles of bed and water, layer averages,
 //! growth (figures 2 and 4 of Tazaki, Harada, Ikari and Gotoh, ripples in an oscillating tank).
 
-use super::colour::{BLACK, LINES};
+use super::axes::round_range;
+use super::colour::{BLACK, GREY, LINES};
 use super::tiles::sheet;
 use super::{Dash, LinePlot, Mark, Picture, PictureError, Trace, check_length};
 
 /// Width of the plots of histories [pixels].
 const WIDTH: usize = 1100;
+/// Height of the frames of profiles [pixels].
+const PROFILE_HEIGHT: usize = 270;
+/// A level surface is shown within this range of heights [mm].
+const LEAST_RANGE: f64 = 2.0;
 /// Points of a photograph closer than this part of the width of a plot are thinned out.
 const CLOSEST: f64 = 1.0 / 150.0;
 
@@ -19,13 +24,74 @@ pub struct ProfilesAtTime {
     pub bed: Vec<(String, Vec<[f64; 2]>)>,
     /// Water surfaces, in the order of the beds.
     pub water: Vec<(String, Vec<[f64; 2]>)>,
+    /// The bed by other definitions of its surface: thin lines.
+    pub other_beds: Vec<(String, Vec<[f64; 2]>)>,
+    /// Bed at the start, in grey; empty if it is not shown.
+    pub first_bed: Vec<[f64; 2]>,
+    /// Water surface at the start, in grey; empty if it is not shown.
+    pub first_water: Vec<[f64; 2]>,
     /// Bed of the experiment; empty if there is none.
     pub measured_bed: Vec<[f64; 2]>,
     /// Water surface of the experiment; empty if there is none.
     pub measured_water: Vec<[f64; 2]>,
 }
 
-/// Bed (above) and water surface (below) at one or several instants side by side.
+impl ProfilesAtTime {
+    /// Curves and marks of the bed [mm], the farthest behind first.
+    fn traces_of_bed(&self, closest: f64) -> Vec<Trace> {
+        let mut traces = traces_of_start(&self.first_bed);
+        for (number, (label, points)) in self.other_beds.iter().enumerate() {
+            let colour = LINES[(self.bed.len() + number) % LINES.len()];
+            traces.push(Trace::line(label, in_mm(points)).thin().coloured(colour));
+        }
+        traces.extend(traces_of_runs(&self.bed));
+        traces.extend(traces_of_experiment(&self.measured_bed, closest));
+        traces
+    }
+
+    /// Curves and marks of the water surface [mm], the farthest behind first.
+    fn traces_of_water(&self, closest: f64) -> Vec<Trace> {
+        let mut traces = traces_of_start(&self.first_water);
+        traces.extend(traces_of_runs(&self.water));
+        traces.extend(traces_of_experiment(&self.measured_water, closest));
+        traces
+    }
+}
+
+fn in_mm(points: &[[f64; 2]]) -> impl Iterator<Item = [f64; 2]> + '_ {
+    points.iter().map(|point| point.map(|v| 1e3 * v))
+}
+
+fn traces_of_start(points: &[[f64; 2]]) -> Vec<Trace> {
+    if points.is_empty() { Vec::new() } else { vec![Trace::line("at the start", in_mm(points)).coloured(GREY).thin()] }
+}
+
+fn traces_of_runs(runs: &[(String, Vec<[f64; 2]>)]) -> impl Iterator<Item = Trace> + '_ {
+    let line = |(number, (label, points)): (usize, &(String, Vec<[f64; 2]>))| {
+        Trace::line(label, in_mm(points)).coloured(LINES[number % LINES.len()])
+    };
+    runs.iter().enumerate().map(line)
+}
+
+/// Readings of an experiment, at least `closest` [m] apart.
+fn traces_of_experiment(points: &[[f64; 2]], closest: f64) -> Option<Trace> {
+    let shown = thinned(points, closest);
+    (!shown.is_empty()).then(|| Trace::marks("experiment", Mark::Dot, in_mm(&shown)).coloured(BLACK))
+}
+
+/// Round heights that hold all of the traces; the same for all instants.
+fn heights_of<'a>(traces: impl Iterator<Item = &'a Trace>) -> [f64; 2] {
+    let heights = traces.flat_map(|trace| &trace.points).map(|point| point[1]).filter(|z| z.is_finite());
+    let [low, high] = heights.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], z| [low.min(z), high.max(z)]);
+    if low > high {
+        return [0.0, LEAST_RANGE];
+    }
+    let (middle, half) = (0.5 * (low + high), 0.5 * (1.06 * (high - low)).max(LEAST_RANGE));
+    round_range(middle - half, middle + half)
+}
+
+/// Bed (above) and water surface (below) at one or several instants side by side, each within the heights that it
+/// reaches at any of them, drawn higher than it is: how much the axes say.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ProfileFigure<'a> {
     /// Title of the sheet.
@@ -34,10 +100,6 @@ pub struct ProfileFigure<'a> {
     pub moments: &'a [ProfilesAtTime],
     /// Part of x1 shown [m].
     pub x_range: [f64; 2],
-    /// Heights shown for the bed [m].
-    pub bed_range: [f64; 2],
-    /// Heights shown for the water [m].
-    pub water_range: [f64; 2],
 }
 
 impl ProfileFigure<'_> {
@@ -50,46 +112,37 @@ impl ProfileFigure<'_> {
             return Err(PictureError::WrongLength { what: "profiles at instants", expected: 1, found: 0 });
         }
         let width = if self.moments.len() == 1 { 1100 } else { 860 };
-        let (mut above, mut below) = (Vec::new(), Vec::new());
+        let closest = CLOSEST * (self.x_range[1] - self.x_range[0]);
+        let beds: Vec<_> = self.moments.iter().map(|moment| moment.traces_of_bed(closest)).collect();
+        let waters: Vec<_> = self.moments.iter().map(|moment| moment.traces_of_water(closest)).collect();
+        let ranges = [&beds, &waters].map(|all| heights_of(all.iter().flatten()));
         let mut key = LinePlot::new("", "", "");
-        for moment in self.moments {
-            let title = &moment.title;
-            let bed = self.plot([title, "", "bed surface [mm]"], &moment.bed, &moment.measured_bed, self.bed_range);
-            let labels = ["", "x₁ [mm]", "water surface [mm]"];
-            let water = self.plot(labels, &moment.water, &moment.measured_water, self.water_range);
-            for trace in bed.traces.iter().chain(&water.traces) {
-                if !key.traces.iter().any(|known| known.label == trace.label) {
-                    key.traces.push(trace.clone());
-                }
-            }
-            for (plot, row) in [(bed, &mut above), (water, &mut below)] {
-                row.push(without_labels(plot).framed(width, 260).draw()?);
+        for trace in beds.iter().chain(&waters).flatten() {
+            if !key.traces.iter().any(|known| known.label == trace.label) {
+                key.traces.push(trace.clone());
             }
         }
         let strip = key.legend_strip(width * self.moments.len());
+        let (mut above, mut below) = (Vec::new(), Vec::new());
+        for ((moment, bed), water) in self.moments.iter().zip(beds).zip(waters) {
+            let bed = self.plot([&moment.title, "", "bed"], bed, ranges[0], width);
+            let water = self.plot(["", "x₁ [mm]", "water"], water, ranges[1], width);
+            above.push(bed.framed(width, PROFILE_HEIGHT).draw()?);
+            below.push(water.framed(width, PROFILE_HEIGHT).draw()?);
+        }
         Ok(sheet(self.title, &[vec![strip], above, below]))
     }
 
-    fn plot(
-        &self,
-        [title, x_label, y_label]: [&str; 3],
-        runs: &[(String, Vec<[f64; 2]>)],
-        measured: &[[f64; 2]],
-        range: [f64; 2],
-    ) -> LinePlot {
-        let mut plot = LinePlot::new(title, x_label, y_label);
-        plot.x_range = Some(self.x_range.map(|x| 1e3 * x));
-        plot.y_range = Some(range.map(|z| 1e3 * z));
-        for (number, (label, points)) in runs.iter().enumerate() {
-            let trace = Trace::line(label, points.iter().map(|point| point.map(|v| 1e3 * v)));
-            plot = plot.with(trace.coloured(LINES[number % LINES.len()]));
-        }
-        if !measured.is_empty() {
-            let shown = thinned(measured, CLOSEST * (self.x_range[1] - self.x_range[0]));
-            let points = shown.into_iter().map(|point| point.map(|v| 1e3 * v));
-            plot = plot.with(Trace::marks("experiment", Mark::Dot, points).coloured(BLACK));
-        }
-        plot
+    /// A plot of a surface in a picture of `width` [pixels].
+    fn plot(&self, [title, x_label, what]: [&str; 3], traces: Vec<Trace>, heights: [f64; 2], width: usize) -> LinePlot {
+        let x_range = self.x_range.map(|x| 1e3 * x);
+        let along = LinePlot::frame_width(width) / (x_range[1] - x_range[0]);
+        let upwards = PROFILE_HEIGHT as f64 / (heights[1] - heights[0]);
+        let mut plot = LinePlot::new(title, x_label, &format!("{what} [mm], heights ×{:.1}", upwards / along));
+        plot.x_range = Some(x_range);
+        plot.y_range = Some(heights);
+        plot.traces = traces;
+        without_labels(plot)
     }
 }
 
@@ -233,14 +286,18 @@ mod tests {
     }
 
     #[test]
+    fn ranges_hold_all_heights_and_show_a_level_surface_as_level() {
+        let traces = [Trace::line("", [[0.0, 8.1], [1.0, f64::NAN]]), Trace::line("", [[0.0, 31.7]])];
+        let [low, high] = heights_of(traces.iter());
+        assert!(low <= 8.1 && high >= 31.7 && high - low < 40.0, "{low} {high}");
+        let [low, high] = heights_of(traces[..1].iter());
+        assert!(high - low >= LEAST_RANGE && low < 8.1 && high > 8.1, "{low} {high}");
+        assert_eq!(heights_of([].into_iter()), [0.0, LEAST_RANGE]);
+    }
+
+    #[test]
     fn figures_need_something_of_the_right_length() {
-        let figure = ProfileFigure {
-            title: "",
-            moments: &[],
-            x_range: [0.0, 1.0],
-            bed_range: [0.0, 1.0],
-            water_range: [0.0, 1.0],
-        };
+        let figure = ProfileFigure { title: "", moments: &[], x_range: [0.0, 1.0] };
         assert!(matches!(figure.draw(), Err(PictureError::WrongLength { .. })));
         let run = LayerHistory { time: vec![0.0, 1.0], ..LayerHistory::default() };
         let figure = LayerFigure {

@@ -5,7 +5,7 @@ use sazanami_numerics::Vector;
 
 use super::axes::{Axis, Frame, draw_colour_bar};
 use super::canvas::{Anchor, Canvas, Font, Pen, Rectangle};
-use super::colour::{BLACK, BLUE, Colour, mix, to_colour, to_light};
+use super::colour::{BLACK, BLUE, Colour, GREY, mix, to_colour, to_light};
 use super::{ColourScale, Picture, PictureError, VectorWindow, check_length};
 
 /// Size of numbers and captions, distances [pixels].
@@ -37,6 +37,8 @@ pub struct SlabPanel<'a> {
 pub struct SlabView<'a> {
     /// Line above the panels, for example the time.
     pub title: &'a str,
+    /// What is to be known of all panels, small above the first: which grains are drawn, for example.
+    pub note: &'a str,
     /// Part of x1 shown [m].
     pub x: [f64; 2],
     /// Part of x3 shown [m].
@@ -99,6 +101,11 @@ impl SlabView<'_> {
             }
             frame.draw(&mut canvas);
             caption(&mut canvas, &area, &panel.scale.label);
+            if number == 0 {
+                let across = Anchor::End;
+                let font = Font { size: 0.9 * SIZE, colour: GREY, across, down: Anchor::End, upwards: false };
+                canvas.text([area.right, area.top - 9.0], self.note, font);
+            }
             let bar = Rectangle { left: area.right + 20.0, right: area.right + 20.0 + BAR, ..area };
             let unnamed = ColourScale { label: String::new(), ..panel.scale.clone() };
             draw_colour_bar(&mut canvas, bar, &unnamed, SIZE);
@@ -199,6 +206,7 @@ mod tests {
     ) -> SlabView<'a> {
         SlabView {
             title: "",
+            note: "",
             x: [0.0, 0.03],
             z: [0.0, 0.02],
             slab,

@@ -36,6 +36,11 @@ impl Appended {
         self.depth += 1;
     }
 
+    /// Adds a comment, which holds no two hyphens in a row.
+    pub fn comment(&mut self, text: &str) {
+        let _ = writeln!(self.text, "{:1$}<!-- {text} -->", "", 2 * self.depth);
+    }
+
     /// Closes the element `name`.
     pub fn close(&mut self, name: &str) {
         self.depth -= 1;

@@ -18,6 +18,8 @@ pub struct PointFile<'a> {
     pub arrays: &'a [DataArray<'a>],
     /// Name of the array that ParaView colours by.
     pub scalars: Option<&'a str>,
+    /// Frame of places and velocities, in a comment.
+    pub frame: &'a str,
 }
 
 /// Writes points as vertices to a `.vtp` file, all at once; coordinates in four bytes.
@@ -25,7 +27,7 @@ pub struct PointFile<'a> {
 /// # Errors
 /// If an array does not fit the points or the file system refuses.
 pub fn write_points(path: &Path, file: &PointFile) -> Result<(), VtkError> {
-    let PointFile { places, time, arrays, scalars } = *file;
+    let PointFile { places, time, arrays, scalars, frame } = *file;
     let count = places.len();
     for array in arrays {
         let (expected, found) = (count * array.components, array.len());
@@ -37,6 +39,7 @@ pub fn write_points(path: &Path, file: &PointFile) -> Result<(), VtkError> {
         return Err(VtkError::TooManyNodes { nodes: count });
     }
     let mut file = Appended::new("PolyData", "");
+    file.comment(&format!("positions and velocities in the frame of the {frame}"));
     file.time(time);
     file.open(&format!("Piece NumberOfPoints=\"{count}\" NumberOfVerts=\"{count}\""));
     file.attributes("PointData", arrays, scalars)?;

@@ -68,7 +68,7 @@ pub struct Collapse {
 }
 
 /// The column on cells of its width over `n`, two-dimensional, with slip walls and an open top, until
-/// the front has passed the last measured point. The time origin of the experiment may shift by 0.2.
+/// the front has passed the last measured point. The time origin of the experiment may shift by up to 0.2.
 ///
 /// # Errors
 /// [`ExperimentError`] if a step fails.

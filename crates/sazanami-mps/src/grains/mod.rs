@@ -43,7 +43,7 @@ pub struct Coupling {
 
 /// The fluid around a grain, at the start of a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Surroundings {
+pub(crate) struct Surroundings {
     /// Velocity of the fluid [m/s].
     pub velocity: Vector,
     /// Gradient of the reduced pressure [Pa/m].
@@ -79,6 +79,7 @@ const GRADIENT: usize = 5;
 /// Force on a grain in the last step, for output [N]: drag, then pressure.
 const DRAG_FORCE: usize = 8;
 const PRESSURE_FORCE: usize = 11;
+const VOID: usize = 14;
 
 /// The grains of one rank and what couples them to the fluid.
 #[derive(Debug)]
@@ -89,8 +90,9 @@ pub struct GrainPhase {
     /// Void fraction of each own fluid particle before it is cut.
     void: Vec<Real>,
     around: Vec<Surroundings>,
-    /// Rate of drag that a restored state had, until its surroundings are found [1/s].
-    first_drag_rate: Option<Real>,
+    /// Reciprocal of the shortest time in which drag brought a grain and the fluid around it together in the last
+    /// step, over all ranks [1/s].
+    drag_rate: Real,
     diameter: Vec<Real>,
     force: Vec<Vector>,
     shared: Vec<[Real; 6]>,
@@ -125,8 +127,9 @@ impl Drag for FluidDrag<'_> {
     }
 }
 
-/// Diameter of an own grain [m].
-fn diameter_of(engine: &Engine, g: usize) -> Real {
+/// Diameter of grain `g`, a sphere [m].
+#[must_use]
+pub fn diameter_of(engine: &Engine, g: usize) -> Real {
     let grains = engine.grains();
     2.0 * engine.bodies()[grains.shape[g] as usize].bounding_radius * grains.scale[g]
 }
@@ -164,7 +167,7 @@ impl GrainPhase {
             sources: Sources::new(coupling.smoothing),
             void: Vec::new(),
             around: Vec::new(),
-            first_drag_rate: None,
+            drag_rate: 0.0,
             diameter: Vec::new(),
             force: Vec::new(),
             shared: Vec::new(),
@@ -185,13 +188,6 @@ impl GrainPhase {
     #[must_use]
     pub fn is_frozen(&self) -> bool {
         self.frozen
-    }
-
-    /// Gives the walls of the grains a velocity [m/s].
-    pub(crate) fn move_walls(&mut self, velocity: Vector) {
-        for wall in 0..self.engine.walls().len() {
-            self.engine.set_wall_velocity(wall, velocity);
-        }
     }
 
     /// Whether there are no grains on any rank.
@@ -217,10 +213,12 @@ impl GrainPhase {
         &self.coupling
     }
 
-    /// The fluid around each own grain at the start of the last step.
+    /// Void fraction around own grain `g`, without its own share, and the part of it that was wet at the start of the
+    /// last step; zeros before the first one.
     #[must_use]
-    pub fn surroundings(&self) -> &[Surroundings] {
-        &self.around
+    pub fn surroundings(&self, g: usize) -> [Real; 2] {
+        let kept = &self.engine.grains().attached[g];
+        [kept[VOID], kept[WETNESS]]
     }
 
     /// Drag and pressure force on own grain `g` in the last step, means over the step [N].
@@ -292,7 +290,6 @@ impl GrainPhase {
 
     /// Looks at the fluid around each own grain.
     pub(crate) fn look_around(&mut self, domain: &Domain, kernel: &Kernel, fluid: &Fluid<'_>) {
-        self.first_drag_rate = None;
         let Self { engine, coupling, sources, around, diameter, fluid: binned, .. } = self;
         let grains = engine.grains();
         let owned = grains.owned();
@@ -327,14 +324,21 @@ impl GrainPhase {
         });
     }
 
-    /// Reciprocal of the shortest time in which drag brings a grain and the fluid around it together [1/s].
-    pub(crate) fn drag_rate(&self, domain: &Domain) -> Real {
+    /// Reciprocal of the shortest time in which drag brought a grain and the fluid around it together in the last
+    /// step [1/s].
+    pub(crate) fn drag_rate(&self) -> Real {
+        self.drag_rate
+    }
+
+    /// Takes up the rate of drag [1/s] of a restored state.
+    pub(crate) fn set_drag_rate(&mut self, rate: Real) {
+        self.drag_rate = rate;
+    }
+
+    /// See [`Self::drag_rate`], where the grains and the fluid around them are now.
+    fn present_drag_rate(&self, domain: &Domain) -> Real {
         let grains = self.engine.grains();
-        let owned = self.around.len().min(grains.owned());
         let density = self.coupling.closure.density;
-        if let Some(rate) = self.first_drag_rate {
-            return rate;
-        }
         let rate = |g: usize| {
             let around = &self.around[g];
             let slip = (around.velocity - grains.velocity[g]).length();
@@ -344,32 +348,26 @@ impl GrainPhase {
             let fluid = solid / (around.void_fraction * density * volume(d));
             kappa * (1.0 / grains.mass[g] + fluid)
         };
-        largest(domain, owned, rate)
-    }
-
-    /// Takes up the rate of drag [1/s] of a state whose surroundings are found in the next step.
-    pub(crate) fn limit_first_step(&mut self, rate: Real) {
-        self.first_drag_rate = Some(rate);
+        largest(domain, self.around.len(), rate)
     }
 
     /// Largest speed of a grain over its diameter [1/s].
     pub(crate) fn motion_rate(&self, domain: &Domain) -> Real {
         let grains = self.engine.grains();
-        let rate = |g: usize| {
-            let radius = self.engine.bodies()[grains.shape[g] as usize].bounding_radius * grains.scale[g];
-            grains.velocity[g].length() / (2.0 * radius)
-        };
+        let rate = |g: usize| grains.velocity[g].length() / diameter_of(&self.engine, g);
         largest(domain, grains.owned(), rate)
     }
 
-    /// Moves the grains by `dt` [s] under contacts, drag, pressure and the body force [m/s^2].
+    /// Moves the grains by `dt` [s] under contacts, drag, pressure and the body force [m/s^2], of which the gradient
+    /// is without the part `reduced`.
     pub(crate) fn advance(
         &mut self,
         domain: &Domain,
-        body_force: Vector,
+        [body_force, reduced]: [Vector; 2],
         dt: Real,
         report: &mut CouplingReport,
     ) -> Result<ContactReport, DemError> {
+        self.drag_rate = self.present_drag_rate(domain);
         let Self { engine, coupling, around, diameter, force, places, .. } = self;
         let density = coupling.closure.density;
         force.clear();
@@ -377,7 +375,7 @@ impl GrainPhase {
             around
                 .iter()
                 .zip(&*diameter)
-                .map(|(around, &d)| -around.wetness * volume(d) * (around.gradient + density * body_force)),
+                .map(|(around, &d)| -around.wetness * volume(d) * (around.gradient + density * reduced)),
         );
         places.clear();
         places.extend((0..around.len()).map(|g| engine.grains().home(g)));
@@ -385,6 +383,7 @@ impl GrainPhase {
             kept[PLACE..PLACE + 3].copy_from_slice(&places[g].to_array());
             kept[SUPPORT] = around[g].support;
             kept[WETNESS] = around[g].wetness;
+            kept[VOID] = around[g].void_fraction;
             kept[GRADIENT..GRADIENT + 3].copy_from_slice(&around[g].gradient.to_array());
             kept[PRESSURE_FORCE..PRESSURE_FORCE + 3].copy_from_slice(&force[g].to_array());
         }
@@ -411,7 +410,7 @@ impl GrainPhase {
         Ok(contacts)
     }
 
-    /// Adds to each own fluid particle's `change` what drag took from it, as a velocity [m/s]; places and weights
+    /// Sets each own fluid particle's `change` to what drag took from it, as a velocity [m/s]; places and weights
     /// are those of the start of the step.
     #[allow(clippy::too_many_arguments, reason = "the fluid of the start of the step, in columns")]
     pub(crate) fn react(
@@ -496,7 +495,6 @@ impl GrainPhase {
         let owned = grains.owned();
         force.clear();
         force.resize(owned, Vector::ZERO);
-        let bodies = engine.bodies();
         for_each_chunk(&mut force[..], ROWS, |number, force| {
             for (row, force) in force.iter_mut().enumerate() {
                 let g = number * ROWS + row;
@@ -514,8 +512,8 @@ impl GrainPhase {
                 });
                 if support > 0.0 {
                     let before = Vector::from_slice(&kept[GRADIENT..GRADIENT + 3]);
-                    let d = 2.0 * bodies[grains.shape[g] as usize].bounding_radius * grains.scale[g];
-                    *force = -kept[WETNESS] * volume(d) * (Vector::from_array(sum) / support - before);
+                    *force =
+                        -kept[WETNESS] * volume(diameter_of(engine, g)) * (Vector::from_array(sum) / support - before);
                 }
             }
         });

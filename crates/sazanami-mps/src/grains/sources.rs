@@ -10,6 +10,7 @@ use sazanami_parallel::for_each_chunk;
 
 use super::binned::{Binned, Lanes, Pair, lanes};
 use super::closure::volume;
+use super::diameter_of;
 use crate::boundary::{Side, Tank};
 use crate::neighbours::ROWS;
 use crate::weight::{Weight, Wendland};
@@ -93,8 +94,7 @@ impl Sources {
         for_each_chunk(&mut sources[..], ROWS, |number, sources| {
             for (n, source) in sources.iter_mut().enumerate() {
                 let g = number * ROWS + n;
-                let d = engine.bodies()[grains.shape[g] as usize].bounding_radius * 2.0 * grains.scale[g];
-                let volume = volume(d);
+                let volume = volume(diameter_of(engine, g));
                 let mobility = if grains.motion[g] == Motion::Free { density * volume / grains.mass[g] } else { 0.0 };
                 let (position, velocity) = (grains.position[g], grains.velocity[g]);
                 *source = Source { id: grains.id[g], position, velocity, volume, mobility };

@@ -41,15 +41,16 @@ fn is_bare(surface: Option<&SurfaceTest>, n0: Real, kind: Kind, sums: &Predictio
 }
 
 impl Solver {
-    pub(super) fn move_walls(&mut self, forcing: &Forcing) {
-        self.tank.displacement = forcing.wall_displacement;
+    /// Puts the walls where they are at the start of the step, with the velocity that they have in it.
+    pub(super) fn begin_walls(&mut self, dt: Real, forcing: &Forcing) {
+        self.tank.displacement = forcing.wall_displacement - dt * forcing.wall_velocity;
         self.tank.velocity = forcing.wall_velocity;
-        self.grains.move_walls(forcing.wall_velocity);
+        self.grains.engine_mut().set_wall_velocities(&self.domain, forcing.wall_velocity);
         let particles = &mut self.particles;
         particles.truncate(particles.owned);
         for a in (0..particles.owned).filter(|&a| particles.kind[a] != Kind::Fluid) {
             let place = self.wall_places[(particles.id[a] - WALL) as usize];
-            particles.position[a] = self.periods.wrapped(place + forcing.wall_displacement);
+            particles.position[a] = self.periods.wrapped(place + self.tank.displacement);
             particles.velocity[a] = forcing.wall_velocity;
         }
     }
@@ -63,7 +64,7 @@ impl Solver {
 
     /// Body force that acts before the pressure [m/s^2].
     fn explicit_force(&self, forcing: &Forcing) -> Vector {
-        if self.settings.scheme.reduced_pressure { Vector::ZERO } else { forcing.body_force }
+        forcing.body_force - self.reduced_force(forcing.body_force)
     }
 
     /// Owners, order, ghosts, lists.
@@ -72,7 +73,9 @@ impl Solver {
         let body_force = self.explicit_force(forcing);
         let margin = MARGIN * self.settings.fluid.spacing;
         let radius = self.kernel.weight.radius + margin;
-        let reach = radius + 2.1 * dt * (self.largest_speed() + dt * forcing.body_force.length());
+        // Drag may speed particles up by as much as grains and fluid differ, of which there is the part that its rate tells.
+        let kick = 1.0 + (dt * self.grains.drag_rate()).min(1.0);
+        let reach = radius + 2.1 * dt * (kick * self.largest_speed() + dt * forcing.body_force.length());
         let Self { domain, periods, particles, exchange, bins, neighbours, .. } = self;
         exchange.migrate(domain, particles);
         bins.renew(domain, reach);
@@ -133,6 +136,7 @@ impl Solver {
         watch: &mut impl FnMut(Phase),
     ) -> Result<(), StepError> {
         let mass = self.particle_mass();
+        let reduced = self.reduced_force(forcing.body_force);
         let Self { domain, kernel, particles, exchange, scratch, grains, .. } = self;
         if grains.is_empty() || grains.is_frozen() {
             return Ok(());
@@ -143,7 +147,7 @@ impl Solver {
         let fluid = grains::Fluid { kind, position, velocity, gradient, bulk: &scratch.bulk };
         grains.look_around(domain, kernel, &fluid);
         watch(Phase::Grains);
-        report.contacts = grains.advance(domain, forcing.body_force, dt, &mut report.coupling)?;
+        report.contacts = grains.advance(domain, [forcing.body_force, reduced], dt, &mut report.coupling)?;
         watch(Phase::Coupling);
         let Scratch { bulk, change, .. } = scratch;
         grains.react(domain, kernel, particles, bulk, mass, change, &mut report.coupling);
@@ -183,7 +187,8 @@ impl Solver {
     /// Velocities and places without the pressure.
     pub(super) fn predict(&mut self, dt: Real, forcing: &Forcing) {
         let body_force = self.explicit_force(forcing);
-        let Self { domain, particles, exchange, scratch, settings, .. } = self;
+        self.tank.displacement = forcing.wall_displacement;
+        let Self { domain, periods, particles, exchange, scratch, settings, .. } = self;
         let Scratch { velocity, place, crowding, change, .. } = scratch;
         velocity.clone_from(&particles.velocity);
         place.clone_from(&particles.position);
@@ -195,8 +200,9 @@ impl Solver {
                 let a = number * ROWS + row;
                 if kind[a] == Kind::Fluid {
                     *u += dt * (viscosity * crowding[a].laplacian + body_force) + change[a];
-                    *x += dt * *u;
                 }
+                // On exact multiples: both ends of a pair then see the same distance across a periodic side.
+                *x = periods.rounded(*x + dt * *u);
             }
         });
         exchange.refresh(domain, velocity);
@@ -216,7 +222,8 @@ impl Solver {
     /// Sums at the predicted places: coefficients of the pressure equation, roles.
     pub(super) fn sum_up(&mut self, report: &mut StepReport) {
         let Self { domain, kernel, particles, exchange, neighbours, scratch, settings, equation, surface, .. } = self;
-        let Scratch { bulk, bulk_rate, mobile, conductance, velocity, place, prediction, roles, samples, .. } = scratch;
+        let Scratch { bulk, bulk_rate, mobile, conductance, velocity, place, prediction, roles, samples, dry, .. } =
+            scratch;
         let spacing = settings.fluid.spacing;
         conductance.clear();
         conductance.extend(bulk.iter().zip(&*mobile).map(|(bulk, mobile)| 1.0 / bulk + mobile));
@@ -256,15 +263,20 @@ impl Solver {
         });
         exchange.refresh(domain, roles);
         particles.role.iter_mut().zip(&*roles).for_each(|(role, &number)| *role = Role::from_number(number));
-        // Walls that see no water but what flies on its own are tied to no given pressure.
-        let dry = (0..owned).filter(|&a| {
-            let wet =
-                |&b: &u32| particles.kind[b as usize] == Kind::Fluid && particles.role[b as usize] != Role::Outside;
-            let near = || equation.blocks[a / ROWS].row(a % ROWS).0.iter().any(wet);
-            particles.kind[a] == Kind::Wall && particles.role[a] == Role::Unknown && !near()
-        });
-        let dry: Vec<usize> = dry.collect();
-        dry.iter().for_each(|&a| roles[a] = Role::Outside.number());
+        // Such walls are tied to no given pressure.
+        dry.clear();
+        dry.extend(
+            (0..owned)
+                .filter(|&a| {
+                    let wet = |&b: &u32| {
+                        particles.kind[b as usize] == Kind::Fluid && particles.role[b as usize] != Role::Outside
+                    };
+                    let near = || equation.blocks[a / ROWS].row(a % ROWS).0.iter().any(wet);
+                    particles.kind[a] == Kind::Wall && particles.role[a] == Role::Unknown && !near()
+                })
+                .map(|a| a as u32),
+        );
+        dry.iter().for_each(|&a| roles[a as usize] = Role::Outside.number());
         exchange.refresh(domain, roles);
         particles.role.iter_mut().zip(&*roles).for_each(|(role, &number)| *role = Role::from_number(number));
         equation.close(&particles.role, owned);
@@ -292,22 +304,16 @@ impl Solver {
         forcing: &Forcing,
         report: &mut StepReport,
     ) -> Result<(), StepError> {
+        let reduced = self.reduced_force(forcing.body_force);
         let Self { domain, kernel, particles, exchange, bins, scratch, settings, equation, surface, .. } = self;
         let Scratch { bulk, mobile, conductance, place, crowding, prediction, plain, bin, .. } = scratch;
         let Settings { fluid, scheme, tolerance, reference, .. } = settings;
         let Particles { kind, role, pressure, gradient, owned, .. } = particles;
         let owned = *owned;
-        let body_force = if scheme.reduced_pressure { forcing.body_force } else { Vector::ZERO };
-        for ((p, role), &x) in pressure.iter_mut().zip(&*role).zip(&*place) {
-            match role {
-                Role::Outside => *p = 0.0,
-                Role::Given => *p = -hydrostatic(fluid.density, body_force, x, *reference),
-                Role::Unknown => {}
-            }
-        }
         // `pressure` still is that of the last step, which the grains' way in the sub-steps already followed.
         let n0 = kernel.sums.number_density;
         let strain = |density: Real| (density - n0) / kernel.sums.strain;
+        let at_surface = |x: Vector| -hydrostatic(fluid.density, reduced, x, *reference);
         let bare = |a: usize| is_bare(surface.as_ref(), n0, kind[a], &prediction[a]);
         let layout = Layout { domain, bins, roles: role, bin, place, owned };
         let PressureEquation { blocks, rows, .. } = &mut *equation;
@@ -347,6 +353,13 @@ impl Solver {
                 }
             }
         });
+        for ((p, role), &x) in pressure.iter_mut().zip(&*role).zip(&*place) {
+            match role {
+                Role::Outside => *p = 0.0,
+                Role::Given => *p = at_surface(x),
+                Role::Unknown => {}
+            }
+        }
         let completed = |a: usize| (kind[a] == Kind::Fluid).then(|| prediction[a].lean);
         equation.complete(role, place, pressure, completed);
         let to_strain = dt * dt / fluid.density;
@@ -362,30 +375,31 @@ impl Solver {
             bulk,
             roles: role,
             kind,
-            weight_of_fluid: fluid.density * body_force,
+            weight_of_fluid: fluid.density * reduced,
         };
         operators::gradient(kernel, &mut equation.blocks, &field, &mut gradient[..owned], plain);
         report.plain_gradients = domain.sum([plain.iter().filter(|p| **p).count() as Real])[0] as usize;
+        for a in (0..owned).filter(|&a| role[a] == Role::Outside) {
+            pressure[a] = at_surface(place[a]);
+        }
         Ok(())
     }
 
     /// Velocities and places with the pressure.
-    pub(super) fn correct(&mut self, dt: Real, forcing: &Forcing) {
+    pub(super) fn correct(&mut self, dt: Real) {
         let Self { domain, particles, exchange, scratch, settings, .. } = self;
         let Scratch { velocity, place, after, .. } = scratch;
         after.clone_from(place);
-        let Particles { kind, role, gradient, owned, .. } = particles;
+        let Particles { kind, gradient, owned, .. } = particles;
         let owned = *owned;
         let density = settings.fluid.density;
-        // Who flies on its own feels the body force, and nothing else.
-        let alone = if settings.scheme.reduced_pressure { forcing.body_force } else { Vector::ZERO };
         for_each_chunk((&mut velocity[..owned], &mut after[..owned]), ROWS, |number, (velocity, after)| {
             for (row, (u, x)) in velocity.iter_mut().zip(after).enumerate() {
                 let a = number * ROWS + row;
                 if kind[a] != Kind::Fluid {
                     continue;
                 }
-                let acceleration = if role[a] == Role::Outside { alone } else { -gradient[a] / density };
+                let acceleration = -gradient[a] / density;
                 *u += dt * acceleration;
                 *x += dt * dt * acceleration;
             }
@@ -401,10 +415,11 @@ impl Solver {
 
     /// Books what acted on the fluid from outside, but for what keeps particles apart.
     pub(super) fn book(&self, dt: Real, forcing: &Forcing, report: &mut StepReport) {
+        let reduced = self.reduced_force(forcing.body_force);
         let Self { domain, kernel, particles, scratch, settings, facets, surface, .. } = self;
         let Particles { kind, role, pressure, id, owned, .. } = particles;
         let bare = |a: usize| is_bare(surface.as_ref(), kernel.sums.number_density, kind[a], &scratch.prediction[a]);
-        let Settings { fluid, scheme, reference, .. } = settings;
+        let Settings { fluid, reference, .. } = settings;
         let mass = self.particle_mass();
         let sums = sum_of(*owned, |a| {
             let [body, friction, wall] = match kind[a] {
@@ -415,8 +430,9 @@ impl Solver {
                     // The whole pressure on the face, half a spacing before the particle.
                     let facet = facets[(id[a] - WALL) as usize];
                     let face = scratch.place[a] + 0.5 * fluid.spacing * facet.normalize_or_zero();
-                    let rest = if scheme.reduced_pressure { *reference } else { scratch.place[a] };
-                    let whole = pressure[a] + hydrostatic(fluid.density, forcing.body_force, face, rest);
+                    let rest = |force: Vector, from: Vector| hydrostatic(fluid.density, force, face, from);
+                    let beyond = rest(forcing.body_force - reduced, scratch.place[a]);
+                    let whole = pressure[a] + rest(reduced, *reference) + beyond;
                     // What goes on above the surface pulls at nothing.
                     let whole = if bare(a) { whole.max(0.0) } else { whole };
                     [Vector::ZERO, Vector::ZERO, whole * facet]
@@ -453,32 +469,32 @@ impl Solver {
             let mass = density * spacing.powi(3);
             let sums = sum_of(owned, |a| {
                 let change = rate * pushes[a].way;
-                [Real::from(pushes[a].pairs), mass * change.dot(velocity[a] + 0.5 * change)]
+                [pushes[a].pairs, mass * change.dot(velocity[a] + 0.5 * change)]
             });
             nearest = domain.min(-largest(owned, |a| -pushes[a].nearest));
             for_each_chunk((&mut velocity[..owned], &mut after[..owned]), ROWS, |number, (velocity, after)| {
                 let pushes = &pushes[number * ROWS..];
-                for ((u, x), push) in velocity.iter_mut().zip(after).zip(pushes).filter(|(_, push)| push.pairs > 0) {
+                for ((u, x), push) in velocity.iter_mut().zip(after).zip(pushes).filter(|(_, push)| push.pairs > 0.0) {
                     *u += rate * push.way;
                     *x += dt * rate * push.way;
                 }
             });
             let [pairs, work] = domain.sum(sums);
-            (report.pushed_pairs, report.push_work) = ((pairs / 2.0) as usize, work);
+            (report.pushed_pairs, report.push_work) = (pairs.round() as usize, work);
             exchange.refresh(domain, velocity);
             exchange.refresh_positions(domain, after);
         }
         // Pushes move by less than a tenth of a spacing: who was farther apart does not collide.
         if nearest < (0.7 * spacing) * (0.7 * spacing) {
-            collisions.resize(owned, (Vector::ZERO, 0));
+            collisions.resize(owned, (Vector::ZERO, 0.0));
             let moved = Moved { kind, before: place, after, velocity, size, blocks, close };
             stabilisation::collisions(spacing, &moved, collisions);
             let mut count = 0.0;
             for (u, (change, pairs)) in velocity.iter_mut().zip(&*collisions) {
                 *u += *change;
-                count += Real::from(*pairs);
+                count += *pairs;
             }
-            report.collisions = (domain.sum([count])[0] / 2.0) as usize;
+            report.collisions = domain.sum([count])[0].round() as usize;
         }
     }
 
@@ -509,10 +525,11 @@ impl Solver {
         let mut clipped = 0.0;
         let mut bad = None;
         for a in 0..particles.owned {
+            let (mut x, mut u) = (after[a], velocity[a]);
             if particles.kind[a] != Kind::Fluid {
+                particles.position[a] = periods.wrapped(x);
                 continue;
             }
-            let (mut x, mut u) = (after[a], velocity[a]);
             if !(x.is_finite() && u.is_finite() && particles.pressure[a].is_finite()) {
                 let what = if u.is_finite() { "pressure" } else { "velocity" };
                 bad = bad.or(Some(StepError::NotFinite { id: particles.id[a], what, position: particles.position[a] }));

@@ -135,23 +135,24 @@ pub struct Falling {
 }
 
 /// A grain of density 2650 kg/m^3 and 1 mm in a tank of 20 x 20 x 60 diameters (rounded to the lattice), released at
-/// rest, for `end` [s]; fluid particles of `spacing` diameters.
+/// rest, for `end` [s]; fluid particles of `spacing` diameters. The grain may be of another `density` [kg/m^3] than the one
+/// that the drag law is asked for.
 ///
 /// # Errors
 /// [`ExperimentError`] if a step fails.
-pub fn falling_grain(spacing: Real, end: Real) -> Result<Falling, ExperimentError> {
+pub fn falling_grain(spacing: Real, density: Real, end: Real) -> Result<Falling, ExperimentError> {
     let d = DIAMETER;
     let size = [20.0, 20.0, 60.0].map(|n: Real| (n / spacing).round() as usize);
     let mut vessel = Vessel::new(size, spacing * d, [WALLS, WALLS, OPEN_TOP]).filled([size[0], size[1], size[2] - 3]);
     vessel.diameter = d;
     vessel.longest = 5e-4;
     let start = Vector::new(10.13 * d, 9.88 * d, (size[2] - 3) as Real * spacing * d - 8.0 * d);
-    vessel.grains = vec![Grain::new(0, GRAIN_DENSITY, start)];
+    vessel.grains = vec![Grain::new(0, density, start)];
     let mut solver = vessel.solver()?;
     let closure = Closure::recommended(DENSITY, DENSITY * vessel.viscosity);
     let (mass, weight) = (GRAIN_DENSITY * volume(d), (GRAIN_DENSITY - DENSITY) * volume(d) * GRAVITY);
     let (mut expected, mut before): (Real, Real) = (0.0, 0.0);
-    let (mut found, mut momentum): (Real, Real) = (0.0, 0.0);
+    let (mut found, mut momentum): (Real, Real) = (0.0, Real::NAN);
     let mut sums = [0.0; 2];
     advance(&mut solver, [0.0, end], under(DOWN), |time, solver, report| {
         let steps = 50;
@@ -166,7 +167,8 @@ pub fn falling_grain(spacing: Real, end: Real) -> Result<Falling, ExperimentErro
         sums[1] += 1.0;
         let coupling = &report.coupling;
         let given = (coupling.drag_on_grains + coupling.drag_on_fluid).length() / coupling.drag_on_grains.length();
-        momentum = momentum.max(if given.is_finite() { given } else { 0.0 });
+        // Not a number as long as nothing drags at all.
+        momentum = momentum.max(given);
     })?;
     let history = (sums[0] / sums[1]).sqrt() / expected;
     Ok(Falling { speed: found / expected, history, expected, momentum })
@@ -326,6 +328,26 @@ pub fn resting_bed(
     Ok(found)
 }
 
+/// Force on the floor under the bed of [`resting_bed`] before it is covered, over the submerged weight of the grains.
+///
+/// # Errors
+/// [`ExperimentError`] if a step fails.
+pub fn dry_bed(size: [usize; 2], layers: Real) -> Result<Real, ExperimentError> {
+    let high = (layers + 6.0).ceil() as usize;
+    let mut vessel = Vessel::new([size[0], size[1], high], DIAMETER, [WALLS, PERIODIC, OPEN_TOP]);
+    vessel.grains = packed(&vessel, layers)?;
+    let domain = vessel.domain();
+    let mut engine = vessel.engine(&domain)?;
+    let (mut impulse, dt) = (0.0, 2e-4);
+    // Let the springs close again, then listen.
+    for step in 0..1000 {
+        let report = engine.advance(&domain, &Loads::none(), DOWN, dt, Substeps::Auto)?;
+        impulse -= if step < 500 { 0.0 } else { report.impulse_on_walls.z };
+    }
+    let mass: Real = engine.grains().mass[..engine.grains().owned()].iter().sum();
+    Ok(impulse / (500.0 * dt * mass * (1.0 - DENSITY / GRAIN_DENSITY) * GRAVITY))
+}
+
 /// Largest difference of the pressure of the fluid from the hydrostatic, over that of the depth `depth` [m].
 fn pressure_error(solver: &Solver, force: Vector, depth: Real) -> Real {
     let particles = solver.particles();
@@ -412,7 +434,7 @@ impl SettledBed {
         vessel.reference = Vector::new(0.5 * vessel.upper.x, 0.0, depth);
         vessel.grains = packed(&vessel, layers)?;
         for grain in vessel.grains.iter_mut().filter(|grain| grain.position.z < self.glued * d) {
-            grain.motion = Motion::Fixed;
+            grain.motion = Motion::WithWalls;
         }
         let force = Vector::new(tilt * GRAVITY, 0.0, -GRAVITY);
         let domain = vessel.domain();

@@ -14,8 +14,8 @@ mod waves;
 
 pub use at_rest::{Rest, RestSetup, falling_block, plain_pressure_gradient, rest};
 pub use beds::{
-    DIAMETER, Falling, GRAIN_DENSITY, LatticeVoids, RestingBed, Seepage, falling_grain, lattice_voids, resting_bed,
-    seepage,
+    DIAMETER, Falling, GRAIN_DENSITY, LatticeVoids, RestingBed, Seepage, dry_bed, falling_grain, lattice_voids,
+    resting_bed, seepage,
 };
 pub use frames::{FrameDifference, frames, frames_with_bed};
 pub use interior::{TurningPatch, Vortices, taylor_green, turning_patch, turning_patch_pressure};

@@ -128,10 +128,10 @@ impl ConjugateGradient {
         let largest_coefficient = self.multigrid.set_up(equation);
         equation.fill_ghosts(domain, p);
         let mut scale = 1.0;
-        let mut residual = self.evaluate(domain, equation, p, scale, false)?;
+        let mut residual = self.evaluate(domain, equation, p, scale, 0)?;
         if !(1e-9..1e12).contains(&residual.largest) && residual.largest > 0.0 {
             scale = largest_coefficient.max(1.0) / residual.largest;
-            residual = self.evaluate(domain, equation, p, scale, false)?;
+            residual = self.evaluate(domain, equation, p, scale, 0)?;
         }
         let initial = residual;
         let measure = |r: &Residual| match stop {
@@ -180,7 +180,7 @@ impl ConjugateGradient {
             if now <= MARGIN * tolerance || now <= TRUSTED * recursion.trusted {
                 self.add_steps(domain, equation, p, scale, residual.mean);
                 let before = recursion.trusted;
-                residual = self.evaluate(domain, equation, p, scale, true)?;
+                residual = self.evaluate(domain, equation, p, scale, solution.iterations)?;
                 solution.evaluations += 1;
                 stalls = if measure(&residual) > 0.5 * before { stalls + 1 } else { 0 };
                 recursion.now = measure(&residual);
@@ -194,18 +194,18 @@ impl ConjugateGradient {
         Ok(solution)
     }
 
-    /// Evaluates the residual of `p` and makes it the one of the recursion.
+    /// Evaluates the residual of `p` after `iterations` and makes it the one of the recursion.
     fn evaluate(
         &mut self,
         domain: &Domain,
         equation: &impl Equation,
         p: &Field<Real>,
         scale: Real,
-        going_on: bool,
+        iterations: usize,
     ) -> Result<Residual, SolveError> {
-        let previous = going_on.then_some(&mut self.previous);
+        let previous = (iterations > 0).then_some(&mut self.previous);
         let residual = self.multigrid.evaluate(domain, equation, p, scale, previous, &mut self.sums);
-        if residual.largest.is_finite() { Ok(residual) } else { Err(SolveError::NotFinite { iterations: 0 }) }
+        if residual.largest.is_finite() { Ok(residual) } else { Err(SolveError::NotFinite { iterations }) }
     }
 
     /// Completes the cycle, and gives the next direction and the step along it; or else its

@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use sazanami_numerics::Real;
 
 use super::Profile;
+use crate::fit::vertex;
 
 /// Mean rim-to-rim diameter [m] of two sections, eq. (9): `l = sqrt(L1 L2)`.
 #[must_use]
@@ -104,16 +105,6 @@ impl Crater {
             rim_at_edge: profile.heights[rim_layer + 1..].iter().all(Option::is_none),
         })
     }
-}
-
-/// Vertex of the parabola through three equidistant points with the highest in the middle: its
-/// distance from the middle in units of the spacing, and its height. `None` on a level.
-fn vertex(inner: Real, middle: Real, outer: Real) -> Option<(Real, Real)> {
-    let curvature = inner - 2.0 * middle + outer;
-    (curvature < 0.0).then(|| {
-        let shift = 0.5 * (inner - outer) / curvature;
-        (shift, middle - 0.25 * (inner - outer) * shift)
-    })
 }
 
 /// Volumes [m^3] of a profile below and above a reference profile: what was dug out and what was heaped up.

@@ -89,16 +89,6 @@ impl Band {
     }
 }
 
-/// Highest point of the parabola through three values one apart, from the middle one: its place and its value.
-pub(super) fn vertex(before: Real, middle: Real, after: Real) -> (Real, Real) {
-    let bend = before - 2.0 * middle + after;
-    if bend >= 0.0 {
-        return (0.0, middle);
-    }
-    let place = (0.5 * (before - after) / bend).clamp(-1.0, 1.0);
-    (place, middle - 0.25 * (before - after) * place)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -147,13 +137,5 @@ mod tests {
         let whole = Band::of(&values, 1.0, [2.0, 1e9], 0.0);
         let mean = values.iter().sum::<Real>() / 96.0;
         assert!(whole.values.iter().zip(&values).all(|(a, b)| (a + mean - b).abs() < 1e-12));
-    }
-
-    #[test]
-    fn the_vertex_of_a_parabola_is_exact() {
-        let parabola = |x: Real| 2.0 - 3.0 * (x - 0.3).powi(2);
-        let (place, value) = vertex(parabola(-1.0), parabola(0.0), parabola(1.0));
-        assert!((place - 0.3).abs() < 1e-14 && (value - 2.0).abs() < 1e-14);
-        assert_eq!(vertex(1.0, 0.0, 1.0), (0.0, 0.0));
     }
 }

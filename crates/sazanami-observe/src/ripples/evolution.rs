@@ -2,9 +2,9 @@
 
 use sazanami_numerics::Real;
 
-use super::band::vertex;
 use super::metrics::Waves;
 use super::{RippleSettings, SurfaceProfile, Unmeasured};
+use crate::fit::{line, vertex};
 
 /// Exponential growth, `height = scale exp(rate t)`, fitted by least squares in the logarithm of the height.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,21 +26,10 @@ impl Growth {
     /// With fewer than three heights at different times.
     pub fn of(series: &[(Real, Real)]) -> Result<Self, Unmeasured> {
         let logs: Vec<(Real, Real)> = series.iter().filter(|(_, h)| *h > 0.0).map(|&(t, h)| (t, h.ln())).collect();
-        let count = logs.len() as Real;
-        let (t_mean, log_mean) =
-            (logs.iter().map(|p| p.0).sum::<Real>() / count, logs.iter().map(|p| p.1).sum::<Real>() / count);
-        let spread: Real = logs.iter().map(|(t, _)| (t - t_mean).powi(2)).sum();
-        if logs.len() < 3 || spread <= 0.0 {
-            return Err(Unmeasured::TooFewValues { found: logs.len().min(2), needed: 3 });
-        }
-        let rate = logs.iter().map(|(t, log)| (t - t_mean) * (log - log_mean)).sum::<Real>() / spread;
-        let misfit: Real = logs.iter().map(|(t, log)| (log - log_mean - rate * (t - t_mean)).powi(2)).sum();
-        Ok(Self {
-            rate,
-            standard_error: (misfit / (count - 2.0) / spread).sqrt(),
-            scale: (log_mean - rate * t_mean).exp(),
-            points: logs.len(),
-        })
+        let too_few = Unmeasured::TooFewValues { found: logs.len().min(2), needed: 3 };
+        let line = line(&logs).ok_or(too_few)?;
+        let standard_error = line.standard_error.ok_or(too_few)?;
+        Ok(Self { rate: line.slope, standard_error, scale: line.intercept.exp(), points: line.points })
     }
 
     /// Height of the law at `time` [s], in m.
@@ -85,7 +74,8 @@ pub fn migration(
     if top == 0 || top + 1 == correlation.len() {
         return Err(Unmeasured::NoMaximum { reach });
     }
-    let (part, highest) = vertex(correlation[top - 1], correlation[top], correlation[top + 1]);
+    let highest = vertex(correlation[top - 1], correlation[top], correlation[top + 1]);
+    let (part, highest) = highest.unwrap_or((0.0, correlation[top]));
     let shift = (top as Real - lags as Real + part) * before.spacing;
     Ok(Migration { shift, correlation: highest.min(1.0) })
 }

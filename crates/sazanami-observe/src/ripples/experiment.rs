@@ -18,8 +18,8 @@ const LEAST_PLACES: usize = 3;
 pub struct ShiftLimits {
     /// Largest shift in x1 to either side [m]; 0 if the experiment declares none.
     pub x: Real,
-    /// Largest shift in x3 to either side [m]; `None`: as far as fits best.
-    pub z: Option<Real>,
+    /// Largest shift in x3 to either side [m]; 0 if the experiment declares none.
+    pub z: Real,
 }
 
 /// A profile of a run held against a measured one.
@@ -29,6 +29,10 @@ pub struct ProfileMatch {
     pub shift_x: Real,
     /// How far it was moved upwards [m].
     pub shift_z: Real,
+    /// Whether the shifts in x1 and x3 are as large as they may be: a better one may lie beyond.
+    pub at_limit: [bool; 2],
+    /// Mean height of the run less the measured one before the shift in x3 [m].
+    pub offset: Real,
     /// The part of x1 that was compared [m].
     pub range: [Real; 2],
     /// Number of places compared, 1 mm apart.
@@ -82,7 +86,7 @@ fn best_match(
     let tried = (0..=steps).flat_map(|n| if n == 0 { vec![0] } else { vec![n, -n] });
     for shift in tried.map(|n| Real::from(n) * SHIFT_STEP) {
         let pair = pair(run, measured, limits.x.max(0.0), shift)?;
-        let found = compare(&pair, shift, limits.z);
+        let found = compare(&pair, shift, [Real::from(steps) * SHIFT_STEP, limits.z.abs()]);
         if best.as_ref().is_none_or(|(known, _)| found.rmse < known.rmse * (1.0 - 1e-9)) {
             best = Some((found, pair));
         }
@@ -117,13 +121,15 @@ fn between(points: &[[Real; 2]], x: Real) -> Real {
     }
 }
 
-fn compare(pair: &Pair, shift_x: Real, limit_z: Option<Real>) -> ProfileMatch {
+/// Compares heights after a shift in x1 and the best one in x3; the `limits` of both are not negative [m].
+fn compare(pair: &Pair, shift_x: Real, limits: [Real; 2]) -> ProfileMatch {
     let Pair { range, run, measured } = pair;
     let count = run.len() as Real;
     let mean = |values: &[Real]| values.iter().sum::<Real>() / count;
     let (run_mean, measured_mean) = (mean(run), mean(measured));
-    let best = run_mean - measured_mean;
-    let shift_z = limit_z.map_or(best, |limit| best.clamp(-limit.abs(), limit.abs()));
+    let offset = run_mean - measured_mean;
+    let shift_z = offset.clamp(-limits[1], limits[1]);
+    let is_at = |shift: Real, limit: Real| limit > 0.0 && shift.abs() >= limit * (1.0 - 1e-9);
     let about = |a: &[Real], a_mean: Real, b: &[Real], b_mean: Real| -> Real {
         a.iter().zip(b).map(|(a, b)| (a - a_mean) * (b - b_mean)).sum()
     };
@@ -139,6 +145,8 @@ fn compare(pair: &Pair, shift_x: Real, limit_z: Option<Real>) -> ProfileMatch {
     ProfileMatch {
         shift_x,
         shift_z,
+        at_limit: [is_at(shift_x, limits[0]), is_at(shift_z, limits[1])],
+        offset,
         range: *range,
         places: run.len(),
         rmse: (squares / count).sqrt(),
@@ -264,16 +272,18 @@ mod tests {
     fn shifts_are_found_within_their_limits_only() {
         let run = profile(|x| ripples(x, 3e-3));
         let moved = readings(|x| ripples(x + 2.3e-3, 3e-3) - 1.1e-3);
-        let found = |x: Real, z: Option<Real>| match_profiles(&run, &moved, ShiftLimits { x, z }).expect("a match");
-        let free = found(5e-3, None);
+        let found = |x: Real, z: Real| match_profiles(&run, &moved, ShiftLimits { x, z }).expect("a match");
+        let free = found(5e-3, 5e-3);
         assert!((free.shift_x - 2.3e-3).abs() < 0.06e-3 && (free.shift_z - 1.1e-3).abs() < 0.03e-3, "{free:?}");
-        assert!(free.rmse < 0.05e-3);
-        let none = found(0.0, None);
-        assert!(none.shift_x == 0.0 && none.rmse > 0.5e-3, "{none:?}");
-        let little = found(1e-3, Some(0.4e-3));
+        assert!(free.rmse < 0.05e-3 && free.at_limit == [false; 2]);
+        let none = found(0.0, 0.0);
+        assert!((none.shift_x, none.shift_z, none.at_limit) == (0.0, 0.0, [false; 2]) && none.rmse > 0.5e-3);
+        assert!((none.offset - 1.1e-3).abs() < 0.1e-3, "{none:?}");
+        let little = found(1e-3, 0.4e-3);
+        assert_eq!(little.at_limit, [true; 2]);
         assert!((little.shift_x - 1e-3).abs() < 1e-9 && (little.shift_z - 0.4e-3).abs() < 1e-12);
         // Half a wavelength is the most that a bed is moved.
-        let bed = match_bed(&run, &moved, ShiftLimits { x: 40e-3, z: None }, &settings()).expect("a match");
+        let bed = match_bed(&run, &moved, ShiftLimits { x: 40e-3, z: 40e-3 }, &settings()).expect("a match");
         assert!((bed.profiles.shift_x - 2.3e-3).abs() < 0.06e-3 && bed.profiles.places > 90, "{bed:?}");
     }
 

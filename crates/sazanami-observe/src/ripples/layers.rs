@@ -98,24 +98,6 @@ pub struct LayerMeans {
     pub grain_count: usize,
 }
 
-/// Forces in parts of the submerged weight of a grain.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct NormalisedForces {
-    /// Drag.
-    pub drag: Option<Real>,
-    /// Force of the pressure gradient.
-    pub pressure_force: Option<Real>,
-}
-
-impl LayerMeans {
-    /// The forces over the submerged weight of a grain [N].
-    #[must_use]
-    pub fn normalised(&self, submerged_weight: Real) -> NormalisedForces {
-        let over_weight = |force: Option<Real>| force.map(|force| force / submerged_weight);
-        NormalisedForces { drag: over_weight(self.drag), pressure_force: over_weight(self.pressure_force) }
-    }
-}
-
 /// Weight under water [N] of a sphere of `diameter` [m], with the densities of grain and water [kg/m^3] and the
 /// gravity [m/s^2].
 #[must_use]
@@ -205,10 +187,8 @@ mod tests {
     }
 
     #[test]
-    fn forces_are_measured_by_the_submerged_weight() {
+    fn grains_weigh_less_under_water() {
         let weight = submerged_weight(1e-3, 2650.0, 1000.0, 9.81);
         assert!((weight - 8.475e-6).abs() < 1e-9, "{weight}");
-        let means = LayerMeans { drag: Some(weight), pressure_force: None, ..LayerMeans::default() };
-        assert_eq!(means.normalised(weight), NormalisedForces { drag: Some(1.0), pressure_force: None });
     }
 }

@@ -2,8 +2,9 @@
 
 use sazanami_numerics::Real;
 
-use super::band::{Band, detrended, vertex};
+use super::band::{Band, detrended};
 use super::{SurfaceProfile, Tank, Unmeasured};
+use crate::fit::vertex;
 
 /// Part of a profile over which waves are compared with themselves.
 const LARGEST_LAG: Real = 0.6;
@@ -69,7 +70,7 @@ impl Waves {
         let band = Band::of(&rest, part.spacing, [shortest, longest.min(length)], settings.taper);
         let deviation = band.variance.sqrt();
         if deviation < settings.least_relief || band.centroid.is_none() {
-            return Err(Unmeasured::Flat { relief: deviation, least: settings.least_relief });
+            return Err(Unmeasured::Flat { deviation, least: settings.least_relief });
         }
         Ok(Self { band, relief, start: part.start, spacing: part.spacing })
     }
@@ -102,7 +103,7 @@ impl Waves {
             {
                 // A rise that the window cuts off has its crest elsewhere.
                 if at > 0 && at + 1 < values.len() {
-                    let shift = vertex(values[at - 1], values[at], values[at + 1]).0;
+                    let shift = peak(values, at);
                     crests.push(self.start + ((first + at) as Real + shift) * self.spacing);
                 }
                 highest = None;
@@ -128,9 +129,13 @@ impl Waves {
         let top = (negative.max(1)..lags.saturating_sub(1))
             .find(|n| is_highest(n) && correlation[*n] > correlation[n + 1])
             .ok_or(Unmeasured::NoMaximum { reach })?;
-        let shift = vertex(correlation[top - 1], correlation[top], correlation[top + 1]).0;
-        Ok((top as Real + shift) * self.spacing)
+        Ok((top as Real + peak(&correlation, top)) * self.spacing)
     }
+}
+
+/// Place of the maximum near the highest value `at`, from there on, in distances of the values.
+fn peak(values: &[Real], at: usize) -> Real {
+    vertex(values[at - 1], values[at], values[at + 1]).map_or(0.0, |(place, _)| place)
 }
 
 fn root_mean_square(values: &[Real]) -> Real {
@@ -259,8 +264,10 @@ mod tests {
     fn the_height_of_a_trend_is_no_height() {
         let trend = profile(|x| 0.01 + 0.3 * x - 2.0 * x * x);
         assert!(
-            matches!(Ripples::of(&trend, RANGE, &settings()), Err(Unmeasured::Flat { relief, .. }) if relief < 1e-12)
+            matches!(Ripples::of(&trend, RANGE, &settings()), Err(Unmeasured::Flat { deviation, .. }) if deviation < 1e-12)
         );
+        let told = Unmeasured::Flat { deviation: 1.23e-4, least: 2e-4 }.to_string();
+        assert!(told.contains("0.123 mm (rms), below the 0.200 mm"), "{told}");
         let rough = profile(|x| 1e-3 * (TAU * x / 2e-3).sin());
         assert!(matches!(Ripples::of(&rough, RANGE, &settings()), Err(Unmeasured::Flat { .. })));
     }

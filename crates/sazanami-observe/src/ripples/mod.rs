@@ -21,12 +21,10 @@ mod water_surface;
 pub use bed_surface::{BedSurfaceSettings, BedSurfaces, ViewedSide, suspended};
 pub use evolution::{Growth, Migration, migration};
 pub use experiment::{BedMatch, ProfileMatch, ShiftLimits, match_bed, match_profiles};
-pub use layers::{
-    Layer, LayerGrains, LayerMeans, LayerReference, LayerWater, Layers, NormalisedForces, layer_means, submerged_weight,
-};
+pub use layers::{Layer, LayerGrains, LayerMeans, LayerReference, LayerWater, Layers, layer_means, submerged_weight};
 pub use metrics::{RippleSettings, Ripples, relief};
-pub use phases::{Harmonic, PhaseAverage, cycle_averages, phase_average};
-pub use probes::{Interpolation, SectionWindow, vectors_in_section};
+pub use phases::{PhaseAverage, cycle_averages, phase_average};
+pub use probes::{Interpolation, Near, SectionWindow, vectors_in_section};
 pub use profile::SurfaceProfile;
 pub use water_surface::water_surface;
 
@@ -147,11 +145,15 @@ pub enum Unmeasured {
         at: Real,
     },
     /// Nothing stands out of the plane.
-    #[error("the relief of {relief} m is below the {least} m from which on it is taken for ripples")]
+    #[error(
+        "the waves in the band of ripples are {:.3} mm (rms), below the {:.3} mm from which on they are taken for \
+         ripples",
+        1e3 * deviation, 1e3 * least
+    )]
     Flat {
-        /// Root mean square of the relief [m].
-        relief: Real,
-        /// Least relief [m].
+        /// Root mean square of the waves in the band [m].
+        deviation: Real,
+        /// Least one of ripples [m].
         least: Real,
     },
     /// Not enough whole waves.

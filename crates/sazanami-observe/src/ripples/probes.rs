@@ -27,23 +27,21 @@ pub struct Interpolation<'a, W> {
 
 impl<W: Fn(Real) -> Real> Interpolation<'_, W> {
     /// Value at a place of a quantity with one value per particle; `None` where too few particles are near.
-    pub fn at<T>(&self, place: Vector, values: &[T]) -> Option<T>
-    where
-        T: Copy + Default + AddAssign + Mul<Real, Output = T> + Div<Real, Output = T>,
-    {
-        let (mut sum, mut weights, mut near) = (T::default(), 0.0, 0);
-        for (n, &position) in self.position.iter().enumerate() {
-            if (position.x - place.x).abs() < self.reach && (position.z - place.z).abs() < self.reach {
-                let distance = self.distance(position, place);
-                if distance < self.reach {
-                    let weight = self.volume[n] * (self.kernel)(distance);
-                    sum += values[n] * weight;
-                    weights += weight;
-                    near += 1;
-                }
-            }
-        }
-        (near >= self.least.max(1) && weights > 0.0).then(|| sum / weights)
+    pub fn at<T: Mean>(&self, place: Vector, values: &[T]) -> Option<T> {
+        Some(self.near(place)?.mean(|n| values[n]))
+    }
+
+    /// The particles near a place; `None` where they are too few.
+    pub fn near(&self, place: Vector) -> Option<Near> {
+        let weight_of = |(n, &position): (usize, &Vector)| {
+            let within = |between: Real| between.abs() < self.reach;
+            let may_reach = within(position.x - place.x) && within(position.z - place.z);
+            let distance = may_reach.then(|| self.distance(position, place)).filter(|&distance| within(distance))?;
+            Some((n, self.volume[n] * (self.kernel)(distance)))
+        };
+        let weights: Vec<(usize, Real)> = self.position.iter().enumerate().filter_map(weight_of).collect();
+        let sum = weights.iter().map(|(_, weight)| weight).sum();
+        (weights.len() >= self.least.max(1) && sum > 0.0).then_some(Near { weights, sum })
     }
 
     fn distance(&self, a: Vector, b: Vector) -> Real {
@@ -52,6 +50,29 @@ impl<W: Fn(Real) -> Real> Interpolation<'_, W> {
             between.y -= self.tank.width() * (between.y / self.tank.width()).round();
         }
         between.length()
+    }
+}
+
+/// What a mean can be taken of.
+pub trait Mean: Copy + Default + AddAssign + Mul<Real, Output = Self> + Div<Real, Output = Self> {}
+
+impl<T: Copy + Default + AddAssign + Mul<Real, Output = T> + Div<Real, Output = T>> Mean for T {}
+
+/// The particles near a place, for the means of several quantities there.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Near {
+    /// Number and weight of each particle [m^3].
+    weights: Vec<(usize, Real)>,
+    /// Sum of the weights [m^3].
+    sum: Real,
+}
+
+impl Near {
+    /// Mean of a quantity by its value of each particle.
+    pub fn mean<T: Mean>(&self, value: impl Fn(usize) -> T) -> T {
+        let mut sum = T::default();
+        self.weights.iter().for_each(|&(n, weight)| sum += value(n) * weight);
+        sum / self.sum
     }
 }
 
@@ -155,6 +176,10 @@ mod tests {
         assert_eq!(probe(&made_up::tank(Sides::Walls), &water).at(place, &values), None);
         let tank = made_up::tank(Sides::Periodic);
         assert_eq!(Interpolation { least: 5, ..probe(&tank, &water) }.at(place, &values), None);
+        // The same particles serve for several quantities.
+        let near = probe(&tank, &water).near(place).expect("near");
+        assert!((near.mean(|n| n as Real) - 1.5).abs() < 1e-12);
+        assert_eq!(Some(near.mean(|n| values[n])), across);
     }
 
     #[test]

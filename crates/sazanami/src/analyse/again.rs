@@ -6,13 +6,13 @@ use sazanami_io::picture::bed_profiles;
 use sazanami_numerics::Real;
 use serde_json::{Value, json};
 
-use super::{draw, draw_figures, drawing, list_files, number, report, summary};
-use crate::case::{self, LoadedCase, resolved};
+use super::{draw_figures, drawing, list_files, number, report, save, summary};
+use crate::case::{self, CRATERS_EVALUATED, LoadedCase, resolved};
 use crate::error::CommandError;
 use crate::feasible;
 use crate::progress::Progress;
 use crate::recorder::{self, Beds, FoundAgain};
-use crate::results::ANALYSIS;
+use crate::results::{ANALYSIS, CASE, SUMMARY};
 use crate::run::{newest_checkpoint, unreadable};
 
 /// Relative difference of two erosion volumes that are meant to be the same.
@@ -52,7 +52,7 @@ pub(super) fn otherwise(
     overrides: &[String],
     progress: &mut dyn Progress,
 ) -> Result<Vec<String>, CommandError> {
-    let asked = case::load_evaluated(&folder.join("case.toml"), overrides)?;
+    let asked = case::load_evaluated(&folder.join(CASE), overrides, &CRATERS_EVALUATED)?;
     let summary = summary(folder)?;
     let Some(again) = evaluate(folder, Some(&asked), progress)? else {
         return Err(CommandError::input(
@@ -78,9 +78,9 @@ fn evaluate(
     if !run.flows() {
         return Ok(None);
     }
-    let case_file = folder.join("case.toml");
+    let case_file = folder.join(CASE);
     let own = case::load(&case_file, &[])?;
-    if run.case_hash != format!("{:016x}", resolved::hash(&own.case)) {
+    if !resolved::has_hash(&own, &run.case_hash) {
         progress.message(&format!(
             "warning: `{}` is not the case that this run began with: it was changed since, or another version of \
              sazanami wrote it",
@@ -167,7 +167,7 @@ fn write(
         "steps": again.step,
         "observables": again.found.observables(),
     });
-    let path = place.join("summary.json");
+    let path = place.join(SUMMARY);
     sazanami_io::table::write_json(&path, &value).map_err(|error| drawing(&error))?;
     progress.message(&format!("wrote {}", path.display()));
     let [before, now] = again.found.surfaces();
@@ -182,5 +182,5 @@ fn write(
     }
     let name = summary["case"].as_str().unwrap_or("run");
     let title = format!("{name}: smoothed bed surface, t = {:.1} ms", 1e3 * again.time);
-    draw(&bed_profiles(&title, &curves), &place.join("profiles.png"), progress)
+    save(bed_profiles(&title, &curves).draw(), &place.join("profiles.png"), progress)
 }

@@ -1,33 +1,46 @@
 //! Runs with moving particles: ripples, averages over layers and measured profiles, from the tables that they wrote.
 
-use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+mod comparison;
+mod findings;
+mod measured;
+mod told;
 
-use sazanami_io::MeasuredProfile;
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::Path;
+
 use sazanami_io::picture::{
-    LayerFigure, LayerHistory, Picture, ProfileFigure, ProfilesAtTime, RippleHistory, ripple_growth,
+    LayerFigure, LayerHistory, Picture, PictureError, ProfileFigure, ProfilesAtTime, RippleHistory, ripple_growth,
 };
+use sazanami_io::{MeasuredProfile, replace_file};
 use sazanami_numerics::Real;
 use sazanami_observe::ripples::{
-    BedMatch, Growth, PhaseAverage, RippleSettings, Ripples, ShiftLimits, SurfaceProfile, Unmeasured, cycle_averages,
-    match_bed, match_profiles, migration, phase_average,
+    PhaseAverage, RippleSettings, Ripples, SurfaceProfile, Unmeasured, cycle_averages, migration, phase_average,
 };
-use serde_json::Value;
+use serde_json::{Map, Value, json};
 
-use super::{Table, aligned, drawing, free_picture, list_files, number, summary};
+use super::{Table, drawing, list_files, save, summary};
 use crate::case::meaning::{Case, LayerReference};
-use crate::case::{self, LoadedCase};
+use crate::case::{self, LoadedCase, RIPPLES_EVALUATED};
 use crate::error::CommandError;
 use crate::progress::Progress;
-use crate::recorder::{self, measure, tank_of, weight_of_grain};
-use crate::results::ANALYSIS;
+use crate::recorder::{self, measure, moment, tank_of, weight_of_grain};
+use crate::results::{
+    ANALYSIS, BED_DEFINITIONS, BED_PROFILES, CASE, CYCLES, FIGURES, LAYER_MEANS, SUMMARY, WATER_PROFILES,
+};
 
-/// Times in a figure of profiles, side by side, at most.
+pub(super) use comparison::several;
+
+/// Figures of a run.
+const LAYERS_FIGURE: &str = "layers.png";
+const GROWTH_FIGURE: &str = "growth.png";
+const PROFILES_FIGURE: &str = "profiles.png";
+/// Times in a figure of profiles, side by side, at most, unless more were measured.
 const MOMENTS: usize = 3;
-/// Heights shown in a figure of profiles about their mean [m].
-const SHOWN: Real = 8e-3;
 /// Part of a step of the series by which times are the same.
 const SAME_TIME: Real = 1e-9;
+/// Part of a period by which phases are the same: rows of the series need not fall on the ends of periods.
+const SAME_PHASE: Real = 0.02;
 
 /// Profiles of a run against time.
 struct Profiles {
@@ -62,30 +75,70 @@ impl Profiles {
         let nearest = (0..self.time.len()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or_default();
         (self.time[nearest], &self.profile[nearest])
     }
+
+    /// The profile at `time` [s], no farther from it than rows are from one another there; `None` beyond the rows.
+    fn reached(&self, time: Real) -> Option<&SurfaceProfile> {
+        let (found, profile) = self.at(time);
+        let after = self.time.partition_point(|&row| row <= found);
+        let before = after.saturating_sub(2);
+        let row = |n: usize| self.time[n.min(self.time.len() - 1)];
+        let interval = (found - row(before)).max(row(after) - found);
+        ((found - time).abs() <= interval + SAME_TIME * time.max(1.0)).then_some(profile)
+    }
+
+    /// The last profile.
+    fn last(&self) -> &SurfaceProfile {
+        &self.profile[self.profile.len() - 1]
+    }
+
+    /// Time of the last profile [s].
+    fn end(&self) -> Real {
+        self.time[self.time.len() - 1]
+    }
 }
 
 /// What the tables of a run tell.
 struct RunTables {
     case: Case,
     summary: Value,
+    /// The bed by its concentration, its main surface.
     bed: Option<Profiles>,
+    /// The bed as seen from the side.
+    image: Option<Profiles>,
+    /// The mean of the topmost grains.
+    top_layer: Option<Profiles>,
     water: Option<Profiles>,
     /// Ripples at the times of the bed's profiles.
     ripples: Vec<(Real, Result<Ripples, Unmeasured>)>,
+    /// Period of the tank [s], if it moves in cycles.
+    period: Option<Real>,
 }
 
 impl RunTables {
     fn read(folder: &Path, loaded: LoadedCase) -> Result<Self, CommandError> {
         let case = loaded.case;
-        let bed = Profiles::read(&folder.join("bed.csv"), "z_concentration");
-        let water = Profiles::read(&folder.join("water.csv"), "z");
+        let [bed, image, top_layer] = ["z_concentration", "z_image", "z_top_layer"]
+            .map(|column| Profiles::read(&folder.join(BED_PROFILES), column));
+        let water = Profiles::read(&folder.join(WATER_PROFILES), "z");
         let mut ripples = Vec::new();
         if let (Some(bed), Some(how)) = (&bed, &case.ripples) {
             let tank = tank_of(&case);
             let all = bed.time.iter().zip(&bed.profile);
             ripples = all.map(|(&time, profile)| (time, measure(how, &tank, profile, tank.width()))).collect();
         }
-        Ok(Self { case, summary: summary(folder)?, bed, water, ripples })
+        let period = case.period();
+        Ok(Self { case, summary: summary(folder)?, bed, image, top_layer, water, ripples, period })
+    }
+
+    /// Time of the last profiles [s], if there are any.
+    fn end(&self) -> Option<Real> {
+        let ends = [&self.bed, &self.water].into_iter().flatten().map(Profiles::end);
+        ends.reduce(Real::max)
+    }
+
+    /// Whether there are profiles at `time` [s].
+    fn reaches(&self, time: Real) -> bool {
+        [&self.bed, &self.water].into_iter().flatten().any(|profiles| profiles.reached(time).is_some())
     }
 
     fn last_ripples(&self) -> Option<&Result<Ripples, Unmeasured>> {
@@ -95,27 +148,18 @@ impl RunTables {
     /// Heights of the ripples at the ends of whole periods, or at all times without a period [s, m].
     fn heights(&self) -> Vec<(Real, Real)> {
         let found = self.ripples.iter().filter_map(|(time, ripples)| Some((*time, ripples.as_ref().ok()?.height())));
-        match self.period() {
-            Some(period) => found
-                .filter(|(time, _)| {
-                    let phase = time / period;
-                    phase > 0.5 && (phase - phase.round()).abs() < 1e-6 * phase.max(1.0)
-                })
-                .collect(),
+        match self.period {
+            Some(period) => at_whole_periods(found, period),
             None => found.collect(),
         }
     }
 
-    fn period(&self) -> Option<Real> {
-        self.case.frame.as_ref()?.motion.as_ref()?.period()
-    }
-
     /// Shift of the ripples in the last period [m], and how well they are the same.
     fn migration(&self) -> Option<(Real, Real)> {
-        let (bed, period, settings) = (self.bed.as_ref()?, self.period()?, settings_of(&self.case)?);
+        let (bed, period, settings) = (self.bed.as_ref()?, self.period?, settings_of(&self.case)?);
         let (last, now) = (*bed.time.last()?, bed.profile.last()?);
         let (then, before) = bed.at(last - period);
-        if (last - period - then).abs() > SAME_TIME * last.max(1.0) {
+        if (last - period - then).abs() > SAME_PHASE * period {
             return None;
         }
         let range = settings.range_in(&tank_of(&self.case));
@@ -125,35 +169,45 @@ impl RunTables {
     }
 }
 
+/// Of times [s] and values those at the ends of whole periods [s], or the nearest to each of them.
+fn at_whole_periods(series: impl Iterator<Item = (Real, Real)>, period: Real) -> Vec<(Real, Real)> {
+    let end = |time: Real| (time / period).round();
+    let distance = |time: Real| (time / period - end(time)).abs();
+    let mut found: Vec<(Real, Real)> = Vec::new();
+    for (time, value) in series.filter(|&(time, _)| end(time) > 0.0 && distance(time) < SAME_PHASE) {
+        match found.last_mut().filter(|last| end(last.0) == end(time)) {
+            Some(last) if distance(last.0) <= distance(time) => {}
+            Some(last) => *last = (time, value),
+            None => found.push((time, value)),
+        }
+    }
+    found
+}
+
 /// How ripples are measured on the main surface of the bed; `None` if the case does not ask for it.
 fn settings_of(case: &Case) -> Option<RippleSettings> {
     Some(recorder::settings_of(case.ripples.as_ref()?, tank_of(case).width()))
 }
 
-/// Whether a folder holds a run with moving particles.
-pub(super) fn is_one(summary: &Value) -> bool {
-    summary["solver"] == "mps"
-}
-
-/// Draws the figures of a run and tells what its tables say, evaluated as `overrides` of keys under `ripples` ask.
+/// Draws the figures of a run and tells what its tables say, evaluated as `overrides` of keys under `ripples` ask. What
+/// the tables tell of the whole run goes into its summary, or into one of its own if keys are overridden.
 pub(super) fn of_run(
     folder: &Path,
     overrides: &[String],
     progress: &mut dyn Progress,
 ) -> Result<Vec<String>, CommandError> {
-    let loaded = case::load_evaluated(&folder.join("case.toml"), overrides)?;
+    let loaded = case::load_evaluated(&folder.join(CASE), overrides, &RIPPLES_EVALUATED)?;
     let tables = RunTables::read(folder, loaded)?;
-    let figures = if overrides.is_empty() { folder.join("figures") } else { folder.join(ANALYSIS) };
+    let figures = if overrides.is_empty() { folder.join(FIGURES) } else { folder.join(ANALYSIS) };
     std::fs::create_dir_all(&figures).map_err(|error| drawing(&error))?;
-    let mut save = |picture: Result<Picture, sazanami_io::picture::PictureError>, name: &str| {
-        let path = figures.join(name);
-        picture.and_then(|picture| picture.save(&path)).map_err(|error| drawing(&error))?;
-        progress.message(&format!("drew {}", path.display()));
-        Ok::<(), CommandError>(())
-    };
+    for name in [LAYERS_FIGURE, GROWTH_FIGURE, PROFILES_FIGURE] {
+        // What an earlier call found otherwise is no part of this.
+        let _ = std::fs::remove_file(figures.join(name));
+    }
+    let mut draw = |picture: Result<Picture, PictureError>, name: &str| save(picture, &figures.join(name), progress);
     let name = tables.summary["case"].as_str().unwrap_or("run").to_owned();
     let layers = layer_history(folder);
-    let cycles = layers.as_ref().zip(tables.period()).map(|(layers, period)| averages(layers, period));
+    let cycles = layers.as_ref().zip(tables.period).map(|(layers, period)| averages(layers, period));
     if let Some(cycles) = cycles.as_ref().filter(|cycles| !cycles.is_empty()) {
         let place = if overrides.is_empty() { folder } else { &figures };
         write_averages(&place.join(CYCLES), cycles).map_err(|error| drawing(&error))?;
@@ -171,17 +225,58 @@ pub(super) fn of_run(
             ranges: [None; 4],
             submerged_weight: (weight > 0.0).then_some(weight),
         };
-        save(figure.draw(), "layers.png")?;
+        draw(figure.draw(), LAYERS_FIGURE)?;
     }
     let history = history(&name, &tables);
     if history.height.len() > 1 {
-        save(ripple_growth(&format!("{name}: growth of ripples"), &[history], false), "growth.png")?;
+        draw(ripple_growth(&format!("{name}: growth of ripples"), &[history], false), GROWTH_FIGURE)?;
     }
     if let Some(figure) = profiles(&name, std::slice::from_ref(&tables)) {
-        save(figure, "profiles.png")?;
+        draw(figure, PROFILES_FIGURE)?;
+    }
+    let cycles = cycles.unwrap_or_default();
+    let compared = measured::compared(&tables);
+    let found = findings::of_history(&tables, &cycles, &compared);
+    if overrides.is_empty() {
+        keep(folder, &tables.summary, found)?;
+    } else {
+        write_apart(&figures, overrides, &tables, found, progress)?;
     }
     list_files(folder, &tables.summary)?;
-    Ok(lines(folder, &tables, cycles.as_deref().unwrap_or_default()))
+    Ok(told::lines(folder, &tables, &cycles, &compared))
+}
+
+/// Puts what was found into the summary of a run that has ended.
+fn keep(folder: &Path, summary: &Value, found: Map<String, Value>) -> Result<(), CommandError> {
+    if summary["status"] == "running" || found.is_empty() {
+        return Ok(());
+    }
+    recorder::put_ripples(folder, found).map_err(|error| drawing(&error))
+}
+
+/// Writes what was found with other keys into the folder `place`, with the ripples at the end as they ask.
+fn write_apart(
+    place: &Path,
+    overrides: &[String],
+    tables: &RunTables,
+    found: Map<String, Value>,
+    progress: &mut dyn Progress,
+) -> Result<(), CommandError> {
+    let mut ripples = findings::at_the_end(tables);
+    ripples.extend(found);
+    let summary = &tables.summary;
+    let value = json!({
+        "case": summary["case"],
+        "case_hash": summary["case_hash"],
+        "version": env!("CARGO_PKG_VERSION"),
+        "overrides": overrides,
+        "time_s": tables.end(),
+        "observables": { "ripples": ripples },
+    });
+    let path = place.join(SUMMARY);
+    sazanami_io::table::write_json(&path, &value).map_err(|error| drawing(&error))?;
+    progress.message(&format!("wrote {}", path.display()));
+    Ok(())
 }
 
 fn history(name: &str, tables: &RunTables) -> RippleHistory {
@@ -207,8 +302,6 @@ fn layer_names(case: &Case) -> [String; 2] {
 
 /// Quantities that are averaged over layers, by their columns.
 const QUANTITIES: [&str; 4] = ["water_velocity_1", "grain_velocity_1", "drag_1", "pressure_force_1"];
-/// Table of what layers do in a cycle of the tank.
-pub(crate) const CYCLES: &str = "cycles.csv";
 /// Cycles at the end of a run that are averaged over, and phases of a cycle.
 const LAST_CYCLES: usize = 4;
 const PHASES: usize = 20;
@@ -221,6 +314,17 @@ struct CycleAverage {
     phases: Option<PhaseAverage>,
     /// Ends of cycles [s] and means over each.
     means: Vec<(Real, Real)>,
+}
+
+impl CycleAverage {
+    /// Half of what a quantity spans in a mean cycle, in the upper and in the lower layer.
+    fn half_ranges(all: &[Self], quantity: &str) -> Option<[Real; 2]> {
+        let of = |layer: &str| {
+            let found = all.iter().find(|average| average.layer == layer && average.quantity == quantity);
+            Some(found?.phases.as_ref()?.half_range())
+        };
+        Some([of("upper")?, of("lower")?])
+    }
 }
 
 /// What layers do in cycles of a `period` [s].
@@ -258,330 +362,148 @@ fn write_averages(path: &Path, cycles: &[CycleAverage]) -> std::io::Result<()> {
             let _ = writeln!(text, "{layer},{quantity},cycle,{end},{mean:e},,1");
         }
     }
-    std::fs::write(path, text)
+    replace_file(path, |file| file.write_all(text.as_bytes()))
 }
 
 /// What layers did in a run; `None` if it did not look.
 pub(crate) fn layer_history(folder: &Path) -> Option<LayerHistory> {
-    let text = std::fs::read_to_string(folder.join("layers.csv")).ok()?;
-    let mut rows = text.lines();
-    let head: Vec<&str> = rows.next()?.split(',').map(|name| name.split(" [").next().unwrap_or(name)).collect();
-    let at = |name: &str| head.iter().position(|column| *column == name);
-    let (time, layer) = (at("time")?, at("layer")?);
-    let places: Vec<usize> = QUANTITIES.iter().map(|name| at(name)).collect::<Option<_>>()?;
-    let mut found = LayerHistory::default();
-    for row in rows {
-        let cells: Vec<&str> = row.split(',').collect();
-        let value = |n: usize| cells.get(n).and_then(|cell| cell.parse().ok()).unwrap_or(Real::NAN);
-        let upper = cells.get(layer).is_some_and(|name| name.trim_matches('"') == "upper");
-        let into = if upper { &mut found.upper } else { &mut found.lower };
-        for (column, &place) in into.iter_mut().zip(&places) {
-            column.push(value(place));
-        }
-        if upper {
-            found.time.push(value(time));
-        }
-    }
-    (found.time.len() > 1).then_some(found)
+    let table = Table::read(&folder.join(LAYER_MEANS))?;
+    let (times, columns) = (table.column("time"), QUANTITIES.map(|name| table.column(name)));
+    let is_upper: Vec<bool> = table.words("layer").iter().map(|layer| *layer == "upper").collect();
+    let of = |values: &Vec<Real>, upper: bool| -> Vec<Real> {
+        values.iter().zip(&is_upper).filter(|(_, is_upper)| **is_upper == upper).map(|(value, _)| *value).collect()
+    };
+    let layer = |upper: bool| columns.each_ref().map(|column| of(column, upper));
+    let found = LayerHistory { time: of(&times, true), upper: layer(true), lower: layer(false), ..Default::default() };
+    let is_whole = columns.iter().all(|column| column.len() == times.len());
+    (is_whole && found.time.len() > 1).then_some(found)
 }
 
-/// Times at which profiles are drawn: those that were measured, or else the last that the case has pictures for.
-fn moments(case: &Case, end: Real) -> Vec<Real> {
-    let within = |time: &Real| *time <= end * (1.0 + SAME_TIME);
-    let mut measured: Vec<Real> = case
-        .ripples
+/// Times at which profiles are drawn [s], in order, of those that at least half of the runs reach: all that were
+/// measured, or else the first, the middle and the last that the cases have pictures for, or else the end.
+fn moments(runs: &[RunTables]) -> Vec<Real> {
+    let measured = runs.iter().flat_map(|run| &run.case.ripples).flat_map(|ripples| &ripples.measured);
+    let measured = shared(runs, measured.map(|measured| measured.time));
+    if !measured.is_empty() {
+        return measured;
+    }
+    let pictured = runs.iter().flat_map(|run| &run.case.output.figures.at).copied().filter(|&time| time > 0.0);
+    let pictured = shared(runs, pictured);
+    if pictured.len() > MOMENTS {
+        return (0..MOMENTS).map(|n| pictured[n * (pictured.len() - 1) / (MOMENTS - 1)]).collect();
+    }
+    if !pictured.is_empty() {
+        return pictured;
+    }
+    shared(runs, runs.iter().filter_map(RunTables::end)).pop().into_iter().collect()
+}
+
+/// Of some times [s] those that at least half of the runs reach, in order, each once.
+fn shared(runs: &[RunTables], times: impl Iterator<Item = Real>) -> Vec<Real> {
+    let reaching = |time: Real| runs.iter().filter(|run| run.reaches(time)).count();
+    let mut found: Vec<Real> = times.filter(|&time| 2 * reaching(time) >= runs.len()).collect();
+    found.sort_by(Real::total_cmp);
+    found.dedup_by(|a, b| (*a - *b).abs() <= SAME_TIME * b.max(1.0));
+    found
+}
+
+/// The bed and the water that were measured at `time` [s], each by the first run that has it.
+fn measured_at(runs: &[RunTables], time: Real) -> [Option<MeasuredProfile>; 2] {
+    runs.iter().fold([None, None], |[bed, water], run| {
+        let [its_bed, its_water] = run.case.measured_at(time);
+        [bed.or(its_bed), water.or(its_water)]
+    })
+}
+
+/// Points of the profile at `time` [s]; none where a run does not reach it.
+fn points_at(profiles: Option<&Profiles>, time: Real) -> Vec<[Real; 2]> {
+    let reached = profiles.and_then(|all| all.reached(time));
+    reached.map(|profile| profile.points_with_gaps().collect()).unwrap_or_default()
+}
+
+/// Surfaces of one run at `time` [s], and what it began with.
+fn of_one(run: &RunTables, time: Real) -> ProfilesAtTime {
+    let [main, image, top_layer] = BED_DEFINITIONS;
+    let named = |name: &str, profiles: &Option<Profiles>| (name.to_owned(), points_at(profiles.as_ref(), time));
+    let other_beds = [(image, &run.image), (top_layer, &run.top_layer)].map(|(name, all)| named(name, all));
+    ProfilesAtTime {
+        title: moment(&run.case, run.period, time),
+        bed: vec![named(main, &run.bed)],
+        water: vec![named("", &run.water)],
+        other_beds: other_beds.into_iter().filter(|(_, points)| !points.is_empty()).collect(),
+        first_bed: points_at(run.bed.as_ref(), 0.0),
+        first_water: points_at(run.water.as_ref(), 0.0),
+        ..ProfilesAtTime::default()
+    }
+}
+
+/// Surfaces of several runs at `time` [s], by the names of the runs.
+fn of_several(runs: &[&RunTables], time: Real) -> ProfilesAtTime {
+    let named = |surface: fn(&RunTables) -> Option<&Profiles>| {
+        let name = |run: &RunTables| run.summary["case"].as_str().unwrap_or("run").to_owned();
+        runs.iter().map(|run| (name(run), points_at(surface(run), time))).collect()
+    };
+    ProfilesAtTime {
+        title: format!("t = {time:.2} s"),
+        bed: named(|run| run.bed.as_ref()),
+        water: named(|run| run.water.as_ref()),
+        ..ProfilesAtTime::default()
+    }
+}
+
+/// Surfaces of bed and water of runs at the times that most of them reach; a single run is shown with the bed by its
+/// other definitions and with what it began with.
+fn profiles(title: &str, runs: &[RunTables]) -> Option<Result<Picture, PictureError>> {
+    let times = moments(runs);
+    if times.is_empty() || runs.iter().all(|run| run.water.is_none()) {
+        return None;
+    }
+    let shown: Vec<&RunTables> = runs.iter().filter(|run| times.iter().any(|&time| run.reaches(time))).collect();
+    let moments: Vec<ProfilesAtTime> = times
         .iter()
-        .flat_map(|ripples| &ripples.measured)
-        .map(|measured| measured.time)
-        .filter(within)
-        .collect();
-    measured.sort_by(Real::total_cmp);
-    measured.dedup();
-    if measured.is_empty() {
-        measured = case.output.figures.at.iter().copied().filter(within).filter(|&time| time > 0.0).collect();
-        if measured.len() > MOMENTS {
-            // The first, the middle and the last of them.
-            let last = measured.len() - 1;
-            measured = (0..MOMENTS).map(|n| measured[n * last / (MOMENTS - 1)]).collect();
-        }
-    }
-    if measured.is_empty() {
-        measured.push(end);
-    }
-    measured.truncate(MOMENTS);
-    measured
-}
-
-fn measured_at(case: &Case, time: Real) -> [Option<MeasuredProfile>; 2] {
-    let all = case.ripples.iter().flat_map(|ripples| &ripples.measured);
-    let found = all.into_iter().find(|measured| (measured.time - time).abs() < 1e-9);
-    let read = |file: &Option<PathBuf>| MeasuredProfile::read_if_there(file.as_ref()?).ok().flatten();
-    found.map_or([None, None], |measured| [read(&measured.bed), read(&measured.water)])
-}
-
-fn profiles(title: &str, runs: &[RunTables]) -> Option<Result<Picture, sazanami_io::picture::PictureError>> {
-    let first = runs.first()?;
-    let end = number(&first.summary, &["time_s"])?;
-    let mean = |profiles: Option<&Profiles>| profiles.and_then(|all| all.profile.last()?.mean());
-    let heights = |mean: Real| [mean - SHOWN, mean + SHOWN];
-    let (bed, water) = (mean(first.bed.as_ref()).unwrap_or(0.0), mean(first.water.as_ref())?);
-    let several = runs.len() > 1;
-    let moments: Vec<ProfilesAtTime> = moments(&first.case, end)
-        .into_iter()
-        .map(|time| {
-            let [measured_bed, measured_water] = measured_at(&first.case, time);
+        .map(|&time| {
             let points = |profile: Option<MeasuredProfile>| profile.map(|profile| profile.points).unwrap_or_default();
-            let mut moment = ProfilesAtTime {
-                title: format!("t = {time:.2} s"),
-                measured_bed: points(measured_bed),
-                measured_water: points(measured_water),
-                ..ProfilesAtTime::default()
+            let [measured_bed, measured_water] = measured_at(runs, time).map(points);
+            let surfaces = match runs {
+                [one] => of_one(one, time),
+                _ => of_several(&shown, time),
             };
-            for run in runs {
-                let label = if several { run.summary["case"].as_str().unwrap_or("run") } else { "" };
-                let of = |profiles: &Option<Profiles>| {
-                    profiles.as_ref().map(|all| all.at(time).1.points_with_gaps().collect()).unwrap_or_default()
-                };
-                moment.bed.push((label.to_owned(), of(&run.bed)));
-                moment.water.push((label.to_owned(), of(&run.water)));
-            }
-            moment
+            ProfilesAtTime { measured_bed, measured_water, ..surfaces }
         })
         .collect();
     let longest = runs.iter().map(|run| [run.case.domain.lower.x, run.case.domain.upper.x]);
     let x_range = longest.fold([Real::INFINITY, Real::NEG_INFINITY], |[a, b], [c, d]| [a.min(c), b.max(d)]);
-    let figure = ProfileFigure {
-        title: &format!("{title}: surfaces of bed and water"),
-        moments: &moments,
-        x_range,
-        bed_range: heights(bed),
-        water_range: heights(water),
-    };
-    Some(figure.draw())
+    Some(ProfileFigure { title: &format!("{title}: surfaces of bed and water"), moments: &moments, x_range }.draw())
 }
 
-/// The table at the end of a run.
-fn lines(folder: &Path, tables: &RunTables, cycles: &[CycleAverage]) -> Vec<String> {
-    let mut rows: Vec<(String, String)> = Vec::new();
-    let summary = &tables.summary;
-    let mut row = |label: &str, value: String| rows.push((label.to_owned(), value));
-    let said = |path: &[&str]| number(summary, path);
-    for (label, path, unit, digits) in [
-        ("time simulated", &["time_s"][..], "s", 4),
-        ("steps", &["steps"], "", 0),
-        ("grain sub-steps", &["grain_substeps"], "", 0),
-        ("wall-clock time", &["wall_s"], "s", 1),
-        ("fluid particles", &["counts", "fluid_particles"], "", 0),
-        ("grains", &["counts", "grains"], "", 0),
-    ] {
-        if let Some(value) = said(path) {
-            row(label, format!("{value:.digits$} {unit}"));
-        }
-    }
-    match tables.last_ripples() {
-        Some(Ok(ripples)) => {
-            let mm = |value: &Result<Real, Unmeasured>| match value {
-                Ok(value) => format!("{:.2} mm", 1e3 * value),
-                Err(problem) => format!("not measured: {problem}"),
-            };
-            row("ripples: wavelength, spectrum", format!("{:.2} mm", 1e3 * ripples.spectral_wavelength));
-            row("  from crossings", mm(&ripples.crossing_wavelength));
-            row("  from correlation", mm(&ripples.correlation_wavelength));
-            row("ripples: height, 2 sqrt(2) sigma", format!("{:.3} mm", 1e3 * ripples.height()));
-            row("  crest to trough", mm(&ripples.crest_to_trough));
-            row("  relief of the bed, rms", format!("{:.3} mm", 1e3 * ripples.relief));
-            if let Ok(steepness) = ripples.steepness() {
-                row("  steepness", format!("{steepness:.3}"));
-            }
-        }
-        Some(Err(problem)) => row("ripples", format!("none measured: {problem}")),
-        None => {}
-    }
-    if let Ok(growth) = Growth::of(&tables.heights()) {
-        row(
-            "  growth",
-            format!("{:+.3} +- {:.3} 1/s over {} periods", growth.rate, growth.standard_error, growth.points),
-        );
-    }
-    if let Some((shift, correlation)) = tables.migration() {
-        row("  migration in the last period", format!("{:+.2} mm (correlation {correlation:.2})", 1e3 * shift));
-    }
-    for quantity in QUANTITIES {
-        let of = |layer: &str| {
-            let found = cycles.iter().find(|average| average.layer == layer && average.quantity == quantity);
-            found.and_then(|average| Some(average.phases.as_ref()?.half_range()))
-        };
-        if let (Some(upper), Some(lower)) = (of("upper"), of("lower")) {
-            let name = quantity.trim_end_matches("_1").replace('_', " ");
-            row(
-                &format!("  {name}, half range, upper / lower"),
-                format!("{upper:.3e} / {lower:.3e} = {:.2}", upper / lower),
-            );
-        }
-    }
-    if let Some(extent) = said(&["observables", "water", "highest_less_lowest_mm"]) {
-        row("water surface, highest less lowest", format!("{extent:.2} mm"));
-    }
-    for (label, key) in [
-        ("bulk volume of the water, change", "fluid_bulk_volume_relative_change"),
-        ("drag given and taken, residual", "drag_exchange_residual_relative"),
-    ] {
-        if let Some(value) = said(&["conservation", key]) {
-            row(label, format!("{value:+.2e}"));
-        }
-    }
-    if let Some(value) = said(&["particles", "worst_strain_rms"]) {
-        row("largest volume strain, rms", format!("{:.2} %", 1e2 * value));
-    }
-    if let Some(value) = said(&["worst", "overlap_relative"]) {
-        row("largest overlap of grains", format!("{:.1} % of a radius", 1e2 * value));
-    }
-    let counted = ["clipped", "collisions", "cut_voids", "plain_gradients"].map(|key| said(&["particles", key]));
-    if let [Some(clipped), Some(collisions), Some(voids), Some(plain)] = counted {
-        row(
-            "put back, bounced, cut voids, plain gradients",
-            format!("{clipped:.0}, {collisions:.0}, {voids:.0}, {plain:.0}"),
-        );
-    }
-    rows.extend(compared(tables));
-    if let Some(picture) = newest_picture(folder) {
-        rows.push(("picture".into(), picture.display().to_string()));
-    }
-    let width = rows.iter().map(|(label, _)| label.len()).max().unwrap_or_default();
-    rows.into_iter().map(|(label, value)| format!("{label:<width$}  {value}")).collect()
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-fn newest_picture(folder: &Path) -> Option<PathBuf> {
-    let entries = std::fs::read_dir(folder.join("figures")).ok()?;
-    let is_one = |path: &PathBuf| path.file_name().is_some_and(|name| name.to_string_lossy().starts_with("grains-"));
-    entries.flatten().map(|entry| entry.path()).filter(is_one).max()
-}
-
-/// Lines about profiles that were measured.
-fn compared(tables: &RunTables) -> Vec<(String, String)> {
-    let mut rows = Vec::new();
-    let all = tables.case.ripples.iter().flat_map(|ripples| &ripples.measured);
-    let end = number(&tables.summary, &["time_s"]).unwrap_or_default();
-    for measured in all {
-        let [bed, water] = measured_at(&tables.case, measured.time);
-        let label = |what: &str| format!("{what} against experiment, t = {} s", measured.time);
-        if measured.time > end * (1.0 + SAME_TIME) {
-            rows.push((label("profiles"), "the run ends before".into()));
-            continue;
-        }
-        for (what, file, profile, own) in
-            [("bed", &measured.bed, &bed, &tables.bed), ("water", &measured.water, &water, &tables.water)]
-        {
-            let Some(file) = file else { continue };
-            let Some(profile) = profile else {
-                rows.push((label(what), format!("absent: {}", file.display())));
-                continue;
-            };
-            let Some(own) = own else { continue };
-            let limits = ShiftLimits { x: profile.x_shift_limit.unwrap_or(0.0), z: profile.z_shift_limit };
-            let run = own.at(measured.time).1;
-            let told = match (what, settings_of(&tables.case)) {
-                ("bed", Some(settings)) => match_bed(run, &profile.points, limits, &settings).map(|m| told_of_bed(&m)),
-                _ => match_profiles(run, &profile.points, limits).map(|m| {
-                    let ratio = m.extent_ratio().map_or("none".into(), |ratio| format!("{ratio:.2}"));
-                    format!(
-                        "rmse {:.2} mm, correlation {}, wave height ratio {ratio}, moved by {:.1} and {:.1} mm",
-                        1e3 * m.rmse,
-                        two_digits(m.correlation),
-                        1e3 * m.shift_x,
-                        1e3 * m.shift_z
-                    )
-                }),
-            };
-            rows.push((label(what), told.unwrap_or_else(|problem| format!("not compared: {problem}"))));
-        }
+    fn profiles(time: &[Real]) -> Profiles {
+        let profile = |_| SurfaceProfile::complete(0.0, 1.0, [0.0; 3]);
+        Profiles { time: time.to_vec(), profile: time.iter().map(profile).collect() }
     }
-    rows
-}
 
-fn two_digits(value: Option<Real>) -> String {
-    value.map_or("none".into(), |value| format!("{value:.2}"))
-}
+    #[test]
+    fn times_beyond_the_rows_are_not_reached() {
+        let rows = profiles(&[0.0, 0.1, 0.2, 0.5]);
+        let reached = |time: Real| rows.reached(time).is_some();
+        assert!(reached(0.0) && reached(0.05) && reached(0.35) && reached(0.5) && reached(0.7));
+        assert!(!reached(0.9) && !reached(3.0));
+        let one = profiles(&[1.0]);
+        assert!(one.reached(1.0).is_some() && one.reached(1.1).is_none());
+    }
 
-fn told_of_bed(found: &BedMatch) -> String {
-    let profiles = &found.profiles;
-    format!(
-        "rmse {:.2} mm ({} of the height), correlation {}, height ratio {}, wavelength ratio {}, crests that agree {}, \
-         moved by {:.1} and {:.1} mm",
-        1e3 * profiles.rmse,
-        two_digits(found.relative_rmse()),
-        two_digits(profiles.correlation),
-        two_digits(found.height_ratio()),
-        two_digits(found.wavelength_ratio()),
-        two_digits(found.crests_agree),
-        1e3 * profiles.shift_x,
-        1e3 * profiles.shift_z
-    )
-}
-
-/// Puts several runs, failed ones included, into one table and their growth and profiles into one figure each.
-pub(super) fn several(folders: &[PathBuf], progress: &mut dyn Progress) -> Result<Vec<String>, CommandError> {
-    let mut runs = Vec::new();
-    for folder in folders {
-        let loaded = case::load(&folder.join("case.toml"), &[])?;
-        let mut tables = RunTables::read(folder, loaded)?;
-        // Folders tell runs of one case apart.
-        if let Some(name) = folder.file_name() {
-            tables.summary["case"] = Value::String(name.to_string_lossy().into_owned());
-        }
-        runs.push(tables);
+    #[test]
+    fn one_row_stands_for_the_end_of_a_period() {
+        let rows = (0..=20).map(|n| (0.1 * Real::from(n), Real::from(n)));
+        let ends = |period: Real| at_whole_periods(rows.clone(), period).iter().map(|end| end.1).collect::<Vec<_>>();
+        assert_eq!(ends(0.5), [5.0, 10.0, 15.0, 20.0]);
+        // A period that no row hits, and rows of which several come near.
+        assert_eq!(ends(0.502), [5.0, 10.0, 15.0, 20.0]);
+        assert_eq!(ends(0.53), [16.0]);
+        let close = (0..=100).map(|n| (0.005 * Real::from(n), Real::from(n)));
+        assert_eq!(at_whole_periods(close, 0.499), [(0.5, 100.0)]);
     }
-    let name_of = |run: &RunTables| run.summary["case"].as_str().unwrap_or("run").to_owned();
-    let histories: Vec<RippleHistory> =
-        runs.iter().map(|run| history(&name_of(run), run)).filter(|history| history.height.len() > 1).collect();
-    let mut draw = |picture: Result<Picture, sazanami_io::picture::PictureError>, name: &str| {
-        let path = free_picture(Path::new(""), name);
-        picture.and_then(|picture| picture.save(&path)).map_err(|error| drawing(&error))?;
-        progress.message(&format!("drew {}", path.display()));
-        Ok::<(), CommandError>(())
-    };
-    if !histories.is_empty() {
-        draw(ripple_growth("Growth of ripples", &histories, false), "ripple-growth")?;
-    }
-    if let Some(figure) = profiles("Runs", &runs) {
-        draw(figure, "ripple-profiles")?;
-    }
-    let header = [
-        "run",
-        "status",
-        "L [mm]",
-        "t [s]",
-        "wavelength [mm]",
-        "height [mm]",
-        "relief [mm]",
-        "growth [1/s]",
-        "volume [%]",
-    ];
-    let rows: Vec<[String; 9]> = runs
-        .iter()
-        .map(|run| {
-            let status = run.summary["status"].as_str().unwrap_or("unknown");
-            let status = match run.summary["failure"]["kind"].as_str() {
-                Some(kind) => format!("{status}: {kind}"),
-                None => status.to_owned(),
-            };
-            let ripples = run.last_ripples().and_then(|ripples| ripples.as_ref().ok());
-            let of = |value: fn(&Ripples) -> Real| ripples.map_or("none".into(), |r| format!("{:.2}", 1e3 * value(r)));
-            let growth = Growth::of(&run.heights()).map_or("none".into(), |growth| format!("{:+.2}", growth.rate));
-            let volume = number(&run.summary, &["conservation", "fluid_bulk_volume_relative_change"]);
-            [
-                name_of(run),
-                status,
-                format!("{:.0}", 1e3 * run.case.domain.extent().x),
-                number(&run.summary, &["time_s"]).map_or("none".into(), |time| format!("{time:.3}")),
-                of(|ripples| ripples.spectral_wavelength),
-                of(Ripples::height),
-                number(&run.summary, &["observables", "ripples", "relief_mm"])
-                    .map_or("none".into(), |relief| format!("{relief:.2}")),
-                growth,
-                volume.map_or("none".into(), |volume| format!("{:+.2}", 1e2 * volume)),
-            ]
-        })
-        .collect();
-    Ok(aligned(&header.map(str::to_owned), &rows))
 }

@@ -15,9 +15,6 @@ use sazanami_numerics::{Quaternion, Real, Vector};
 
 use crate::case::meaning::{self, AlphaMethod, BoundarySide, Case, FluidName, LiquidRegion, Placement, Step};
 
-/// Part of a cell that a point of a grain may move in a step.
-const GRAIN_TRAVEL: Real = 0.2;
-
 /// Sides of the box as the solver knows them.
 pub(crate) fn boundary(case: &Case) -> Result<Boundary, BoundaryError> {
     Boundary::new(case.boundary.map(|sides| sides.map(side)))
@@ -89,7 +86,7 @@ pub(crate) fn settings(case: &Case) -> Settings {
     let limits = match case.fluid.step {
         Step::Fixed(step) => StepLimits { courant: case.fluid.cfl, ..StepLimits::always(step) },
         Step::Adaptive { longest, growth, .. } => {
-            StepLimits { courant: case.fluid.cfl, grain_travel: GRAIN_TRAVEL, growth, longest, fixed: None }
+            StepLimits { courant: case.fluid.cfl, growth, ..StepLimits::up_to(longest) }
         }
     };
     Settings {

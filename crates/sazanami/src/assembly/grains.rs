@@ -137,14 +137,16 @@ fn member(case: &Case, population: usize, index: usize, scale: Real) -> Grain {
         material: material_number(case, &kind.material),
         scale,
         mass: kind.mass_override.map(|mass| mass * scale.powi(3)),
-        motion: motion(kind.motion),
+        motion: motion(case, kind.motion),
         ..Grain::new(identifier(population, index), density, Vector::ZERO)
     }
 }
 
-fn motion(motion: meaning::Motion) -> Motion {
+fn motion(case: &Case, motion: meaning::Motion) -> Motion {
     match motion {
         meaning::Motion::Free => Motion::Free,
+        // Fixed in the tank, wherever that goes; one that was made ready at rest may be moved later.
+        meaning::Motion::Fixed if case.solver == meaning::Solver::Mps => Motion::WithWalls,
         meaning::Motion::Fixed => Motion::Fixed,
         meaning::Motion::Prescribed => Motion::Prescribed,
     }
@@ -189,7 +191,7 @@ pub(crate) fn placed(case: &Case, beds: &[Option<Bed>]) -> Vec<Grain> {
                 orientation: grain.orientation,
                 velocity: grain.velocity,
                 angular_velocity: grain.angular_velocity,
-                motion: motion(grain.motion),
+                motion: motion(case, grain.motion),
                 ..make(index, grain.factor)
             })),
             GrainPlacement::Lattice(lattice) => {

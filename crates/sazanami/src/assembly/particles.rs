@@ -43,14 +43,19 @@ fn side(side: BoundarySide) -> Side {
     }
 }
 
-/// The tank divided among the ranks of a group.
-pub(crate) fn domain(case: &Case, communicator: Box<dyn Communicator>) -> Result<Domain, LayoutError> {
+/// Cells by which the tank is divided among ranks.
+pub(crate) fn grid(case: &Case) -> Grid {
     let particles = case.moving_particles();
     let cell = CELL * particles.radius * particles.spacing;
     let extent = case.domain.extent();
     let cells = [0, 1, 2].map(|d| ((extent[d] / cell).floor() as usize).max(2));
+    Grid::new(cells, case.domain.lower, case.domain.upper)
+}
+
+/// The tank divided among the ranks of a group.
+pub(crate) fn domain(case: &Case, communicator: Box<dyn Communicator>) -> Result<Domain, LayoutError> {
     let periodic = case.boundary.map(|sides| sides[0] == BoundarySide::Periodic);
-    Domain::new(Grid::new(cells, case.domain.lower, case.domain.upper), periodic, communicator)
+    Domain::new(grid(case), periodic, communicator)
 }
 
 /// How fluid and step are computed.

@@ -84,12 +84,22 @@ impl Diagnostics {
         self.add(Severity::Error, None, title.into())
     }
 
+    /// Adds an error about the text at `span`, or about the whole file.
+    pub fn error_at(&mut self, span: Option<Range<usize>>, title: impl Into<String>) -> &mut Diagnostic {
+        self.add(Severity::Error, span, title.into())
+    }
+
     /// Adds a warning about the text at `span`, or about the whole file.
     pub fn warning(&mut self, span: Option<Range<usize>>, title: impl Into<String>) -> &mut Diagnostic {
         self.add(Severity::Warning, span, title.into())
     }
 
+    /// A finding told before, such as that of a general table which several entries take it from, is told once.
     fn add(&mut self, severity: Severity, span: Option<Range<usize>>, title: String) -> &mut Diagnostic {
+        let same = |d: &Diagnostic| d.severity == severity && d.span.is_some() && d.span == span && d.title == title;
+        if let Some(before) = self.list.iter().position(same) {
+            return &mut self.list[before];
+        }
         self.list.push(Diagnostic { severity, title, span, label: String::new(), help: None });
         self.list.last_mut().expect("an element was pushed just now")
     }

@@ -73,17 +73,20 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<LoadedCase, Box<CaseErr
     }
 }
 
-/// Tables of a case that say how a run is evaluated, and nothing of how it goes.
-const EVALUATED: [&str; 3] = ["bed", "erosion", "ripples"];
+/// Tables of a case that say how craters are evaluated, from a checkpoint, and nothing of how the run goes.
+pub const CRATERS_EVALUATED: [&str; 2] = ["bed", "erosion"];
+/// Keys that say how ripples are evaluated from tables: layers and surfaces were gathered during the run.
+pub const RIPPLES_EVALUATED: [&str; 3] = ["ripples.grain_size", "ripples.margin", "ripples.measured"];
 
-/// Reads the case file of a run that has been, with overrides of how it is evaluated: of keys under `bed`, `erosion` and `ripples`.
+/// Reads the case file of a run that has been, with overrides of how it is evaluated: of the keys `evaluated`, each a
+/// table or a `table.key`, and what is under them.
 ///
 /// # Errors
 /// If other keys are overridden, and as [`load`].
-pub fn load_evaluated(path: &Path, overrides: &[String]) -> Result<LoadedCase, Box<CaseError>> {
+pub fn load_evaluated(path: &Path, overrides: &[String], evaluated: &[&str]) -> Result<LoadedCase, Box<CaseError>> {
     let source = Source::new(path.display().to_string(), "", overrides);
     let mut diagnostics = Diagnostics::default();
-    overrides::only_of(&source, &EVALUATED, &mut diagnostics);
+    overrides::only_of(&source, evaluated, &mut diagnostics);
     if diagnostics.has_errors() { Err(Box::new(CaseError { source, diagnostics })) } else { load(path, overrides) }
 }
 

@@ -52,27 +52,43 @@ pub fn apply<'i>(tree: &mut Spanned<DeTable<'i>>, source: &Source, padded: &'i [
     }
 }
 
-/// Refuses overrides of keys outside `tables`; those that are no overrides at all are found by [`apply`].
-pub fn only_of(source: &Source, tables: &[&str], report: &mut Diagnostics) {
+/// Refuses overrides of keys other than those `known`, each a table or a `table.key`, and what is under them; those
+/// that are no overrides at all are found by [`apply`].
+pub fn only_of(source: &Source, known: &[&str], report: &mut Diagnostics) {
     for (start, text) in source.overrides() {
         let Some((path, _)) = text.split_once('=') else { continue };
         let Ok(keys) = split_path(path) else { continue };
-        if tables.contains(&keys[0].as_str()) {
+        if known.iter().any(|known| is_under(&keys, known)) {
             continue;
         }
         let finding =
             report.error(start..start + path.len(), format!("`{}` cannot be changed afterwards", path.trim()));
-        match nearest(&keys[0], tables.iter().copied()) {
+        let tables = known.iter().copied().filter(|known| !known.contains('.'));
+        let meant = nearest(&keys.join("."), known.iter().copied()).or(nearest(&keys[0], tables));
+        let is_table_known = known.iter().any(|known| known.split('.').next() == Some(&keys[0]));
+        match meant {
             Some(meant) => finding.label(format!("did you mean `{meant}`?")),
+            None if is_table_known => finding.label("what it rules was gathered during the run"),
             None => finding.label("the run has been with what its case says here"),
         };
-        let known: Vec<String> = tables.iter().map(|table| format!("`{table}`")).collect();
-        let (last, others) = known.split_last().map_or(("", &[][..]), |(last, others)| (last.as_str(), others));
         finding.help(format!(
-            "keys under {} and {last} can be; for another one run the case again with it, `sazanami run CASE.toml --set ...`",
-            others.join(", ")
+            "{} can be; for another one run the case again with it, `sazanami run CASE.toml --set ...`",
+            listed(known)
         ));
     }
+}
+
+/// Whether the path of `keys` is `known`, a table or a `table.key`, or under it.
+fn is_under(keys: &[String], known: &str) -> bool {
+    known.split('.').count() <= keys.len() && known.split('.').zip(keys).all(|(known, key)| known == key)
+}
+
+/// The keys, or the tables that keys are under, in a sentence.
+fn listed(known: &[&str]) -> String {
+    let named: Vec<String> = known.iter().map(|name| format!("`{name}`")).collect();
+    let (last, others) = named.split_last().map_or(("", &[][..]), |(last, others)| (last.as_str(), others));
+    let under = if known.iter().any(|name| name.contains('.')) { "" } else { "keys under " };
+    format!("{under}{} and {last}", others.join(", "))
 }
 
 /// Splits `a.0."b.c"[1]` at its dots and brackets.
@@ -196,6 +212,23 @@ mod tests {
         assert_eq!(table["c"][0]["d"][1].as_integer(), Some(2));
         assert_eq!(table["c"][0]["k"].as_str(), Some("q"));
         assert_eq!(table["f"]["g/h"]["i"].as_bool(), Some(true));
+    }
+
+    #[test]
+    fn what_was_gathered_is_not_changed_afterwards() {
+        let told = |path: &str| {
+            let source = Source::new("c.toml", "", &[path.to_owned()]);
+            let mut report = Diagnostics::default();
+            only_of(&source, &["ripples.margin", "ripples.measured"], &mut report);
+            report.render(&source, false)
+        };
+        let can = |path: &str| !told(path).contains("cannot be changed");
+        assert!(can("ripples.margin=5 mm") && can("ripples.measured.0.time=1 s"));
+        let gathered = told("ripples.layer_thickness=1 m");
+        assert!(gathered.contains("gathered during the run"), "{gathered}");
+        assert!(gathered.contains("`ripples.margin` and `ripples.measured` can be"), "{gathered}");
+        assert!(told("ripples.margn=5 mm").contains("did you mean `ripples.margin`?"));
+        assert!(told("ripples={}").contains("cannot be changed afterwards"));
     }
 
     #[test]

@@ -69,6 +69,41 @@ pub fn hash(case: &Case) -> u64 {
     xxhash_rust::xxh3::xxh3_64(write(case, Paths::NameOnly).as_bytes())
 }
 
+/// The same in the form in which it is written.
+#[must_use]
+pub fn hash_text(case: &Case) -> String {
+    hex(hash(case))
+}
+
+fn hex(hash: u64) -> String {
+    format!("{hash:016x}")
+}
+
+/// Keys whose value is the name of a file.
+const FILES: [&str; 7] = ["file", "sphere_file", "recipe", "state", "bed", "water", "shape.mesh.file"];
+
+/// Hash of the meaning that a resolved copy had for the program which wrote it, by its text alone: that of [`hash`],
+/// whatever keys programs have come to know since.
+#[must_use]
+pub fn hash_of_copy(text: &str) -> u64 {
+    let lines = text.lines().map(|line| name_only(line).unwrap_or_else(|| line.to_owned()) + "\n");
+    xxhash_rust::xxh3::xxh3_64(lines.collect::<String>().as_bytes())
+}
+
+/// A line of a resolved copy that names a file, without its folder; `None` for another line.
+fn name_only(line: &str) -> Option<String> {
+    let (key, value) = line.split_once(" = ").filter(|(key, _)| FILES.contains(key))?;
+    let toml::Value::String(path) = value.parse().ok()? else { return None };
+    Some(format!("{key} = {}", quoted(Path::new(&path).file_name()?.to_str()?)))
+}
+
+/// Whether the case of `loaded` is the one whose hash was written down as `hash`: by its meaning, or as the copy that
+/// an older program wrote.
+#[must_use]
+pub fn has_hash(loaded: &super::LoadedCase, hash: &str) -> bool {
+    [self::hash(&loaded.case), hash_of_copy(loaded.source.text())].iter().any(|&own| hex(own) == hash)
+}
+
 struct Writer {
     text: String,
     paths: Paths,

@@ -57,6 +57,13 @@ impl fmt::Display for Dimension {
     }
 }
 
+/// A number for people, to four digits and without what does not count.
+#[must_use]
+pub fn rounded(value: Real) -> String {
+    let short: Real = format!("{value:.3e}").parse().unwrap_or(value);
+    if short == 0.0 || (1e-3..1e6).contains(&short.abs()) { format!("{short}") } else { format!("{short:e}") }
+}
+
 /// Why a text is no quantity.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UnitError {

@@ -10,7 +10,7 @@ use sazanami_numerics::{Real, Vector};
 
 use super::diagnostics::Diagnostics;
 use super::suggest::nearest;
-use super::units::parse_quantity;
+use super::units::{parse_quantity, rounded};
 use super::written::{
     At, Call, Cells, Choice, ChoiceSet, Flag, Item, Kind, Number, Numbers, Quantity, ScalarOrVector, Several, Text,
     Vectorial, Whole,
@@ -39,16 +39,23 @@ pub enum Range1 {
 }
 
 impl Range1 {
-    fn refuses(self, value: Real) -> Option<String> {
+    /// What is wrong with a value, in a unit.
+    fn refuses(self, value: Real, unit: &str) -> Option<String> {
         match self {
             Self::Any => None,
             Self::Positive => (value <= 0.0).then(|| "has to be above zero".into()),
             Self::NonNegative => (value < 0.0).then(|| "must not be negative".into()),
             Self::Between(low, high) => {
-                (value < low || value > high).then(|| format!("has to lie between {low} and {high}"))
+                let [least, most] = [low, high].map(|end| in_unit(end, unit));
+                (value < low || value > high).then(|| format!("has to lie between {least} and {most}"))
             }
         }
     }
+}
+
+/// An end of a range for people.
+fn in_unit(value: Real, unit: &str) -> String {
+    format!("{} {unit}", rounded(value)).trim_end().to_owned()
 }
 
 impl Values<'_> {
@@ -116,15 +123,25 @@ impl Values<'_> {
         }
     }
 
-    fn check_range(&mut self, span: &Range<usize>, key: &str, value: Real, range: Range1) -> Real {
-        match range.refuses(value) {
+    /// The value, if it lies in the range; `unit` and `example` are for people.
+    fn check_range(
+        &mut self,
+        at: &At<Item>,
+        key: &str,
+        value: Real,
+        range: Range1,
+        [unit, example]: [&str; 2],
+    ) -> Real {
+        match range.refuses(value, unit) {
             Some(why) => {
                 let help = match range {
                     Range1::Positive | Range1::NonNegative if value < 0.0 => "leave out the minus sign".to_owned(),
-                    Range1::Between(low, high) => format!("choose a value from {low} to {high}"),
-                    _ => format!("leave out `{key}` for its default, if it has one"),
+                    Range1::Between(low, high) => {
+                        format!("choose a value from {} to {}", in_unit(low, unit), in_unit(high, unit))
+                    }
+                    _ => format!("for example {example}"),
                 };
-                self.report.error(span.clone(), format!("`{key}` {why}")).label("this value").help(help);
+                self.report.error(at.span.clone(), format!("`{key}` {why}")).label("this value").help(help);
                 Real::NAN
             }
             None => value,
@@ -135,7 +152,7 @@ impl Values<'_> {
     pub fn optional<K: Kind>(&mut self, written: Option<&Quantity<K>>, key: &str, range: Range1) -> Option<Real> {
         let at = &written?.item;
         let value = self.si::<K>(at, key);
-        Some(self.check_range(&at.span, key, value, range))
+        Some(self.check_range(at, key, value, range, [K::SI, &format!("\"{}\"", K::EXAMPLE)]))
     }
 
     /// A quantity with a default.
@@ -157,8 +174,20 @@ impl Values<'_> {
         key: &str,
         range: Range1,
     ) -> Real {
+        self.required_such_as(written, table, key, range, K::EXAMPLE)
+    }
+
+    /// A quantity that has to be given, with an example of its own.
+    pub fn required_such_as<K: Kind>(
+        &mut self,
+        written: Option<&Quantity<K>>,
+        table: &Range<usize>,
+        key: &str,
+        range: Range1,
+        example: &str,
+    ) -> Real {
         if written.is_none() {
-            self.missing(Some(table), key, &format!("add `{key} = \"{}\"`", K::EXAMPLE));
+            self.missing(Some(table), key, &format!("add `{key} = \"{example}\"`"));
         }
         self.optional(written, key, range).unwrap_or(Real::NAN)
     }
@@ -243,7 +272,10 @@ impl Values<'_> {
             Item::Integer(n) => *n as Real,
             Item::Float(x) if x.is_finite() => *x,
             Item::Float(_) => {
-                self.report.error(at.span.clone(), format!("`{key}` is not finite")).label("expected a finite number");
+                self.report
+                    .error(at.span.clone(), format!("`{key}` is not finite"))
+                    .label("expected a finite number")
+                    .help("write its digits, for example 0.5");
                 Real::NAN
             }
             other => {
@@ -260,7 +292,7 @@ impl Values<'_> {
     pub fn optional_number(&mut self, written: Option<&Number>, key: &str, range: Range1) -> Option<Real> {
         let at = &written?.0;
         let value = self.bare(at, key);
-        Some(self.check_range(&at.span, key, value, range))
+        Some(self.check_range(at, key, value, range, ["", "1.0"]))
     }
 
     /// A pure number with a default.

@@ -1,8 +1,10 @@
 //! How long a run will take.
 
+use sazanami_dem::TILT;
 use sazanami_numerics::Real;
 
-use super::{CostModel, ParticlesReport, PopulationReport, Size, contact_step};
+use super::limits::contact_step;
+use super::{CostModel, PACKED, ParticlesReport, PopulationReport, Size};
 use crate::case::meaning::{Case, GrainPlacement, Lattice, Packing, PackingStop};
 
 /// What a run has to do.
@@ -15,11 +17,14 @@ pub(super) struct Work {
     pub substeps: usize,
     /// Sub-steps of packing.
     pub packing: Real,
+    /// Whether the tank was made ready before.
+    pub made_ready: bool,
 }
 
 /// Wall-clock time by part [s].
 pub(super) fn predict(
     case: &Case,
+    populations: &[PopulationReport],
     size: &Size,
     work: &Work,
     particles: Option<&ParticlesReport>,
@@ -29,14 +34,18 @@ pub(super) fn predict(
     let speed = 1.0 + model.parallel_share * (threads as Real - 1.0);
     let substep = (size.grains as Real * model.substep_grain + size.spheres as Real * model.substep_sphere) / speed;
     let mut parts = Vec::new();
-    if case.packs() {
-        parts.push(("packing", substep * work.packing));
+    if case.packs() && !work.made_ready {
+        // Those too that are taken away when the bed is levelled.
+        let packed: usize = populations.iter().filter_map(|population| population.grains).sum();
+        let of_all = packed as Real / size.grains.max(1) as Real;
+        parts.push(("packing", substep * of_all * work.packing));
     }
     if case.run.packing_only {
         return parts;
     }
     if let (Some(particles), Some(how)) = (particles, &case.particles) {
         let before = super::particles::preparation_steps(how, case.run.until / work.steps.max(1.0));
+        let before = if work.made_ready { 0.0 } else { before };
         let steps = work.steps + before;
         parts.push(("fluid", super::particles::predict(particles, steps, threads, model)));
         if size.grains > 0 {
@@ -52,13 +61,8 @@ pub(super) fn predict(
     parts
 }
 
-/// Share of the space that grains fill in a bed, about.
-const FILLING: Real = 0.55;
-/// Sine of the tilt of grains of the low lattice, 10 degrees.
-const TILT: Real = 0.174;
-
 /// Sub-steps that packing takes: the fall from the lattice, then the bounces until the bed rests.
-pub(super) fn packing_substeps(case: &Case, populations: &[PopulationReport], model: &CostModel) -> Real {
+pub(crate) fn packing_substeps(case: &Case, populations: &[PopulationReport], model: &CostModel) -> Real {
     let (Some((how, fall)), Some(contact)) = (fall_of(case, populations), contact_step(case, populations)) else {
         return 0.0;
     };
@@ -86,13 +90,13 @@ fn fall_of<'c>(case: &'c Case, populations: &[PopulationReport]) -> Option<(&'c 
         extent = extent.max(long);
         layer = layer.max(match packing.lattice {
             Lattice::Tall => long,
-            Lattice::Low => thick + TILT * (long - thick),
+            Lattice::Low => thick + TILT.sin() * (long - thick),
         });
     }
     let how = how?;
     let along = |length: Real| (length / (how.spacing * extent)).floor().max(1.0);
     let layers = (count / (along(box_.x) * along(box_.y))).ceil();
-    let drop = layers * how.spacing * layer - volume / (FILLING * box_.x * box_.y);
+    let drop = layers * how.spacing * layer - volume / (PACKED * box_.x * box_.y);
     Some((how, (2.0 * drop.max(0.0) / (how.fall_gravity * case.gravity.length())).sqrt()))
 }
 
@@ -100,7 +104,7 @@ fn fall_of<'c>(case: &'c Case, populations: &[PopulationReport]) -> Option<(&'c 
 mod tests {
     use std::path::Path;
 
-    use super::super::{ShapeFacts, check};
+    use super::super::{Known, ShapeFacts, check};
     use super::*;
     use crate::machine::Machine;
 
@@ -117,7 +121,13 @@ mod tests {
             let file = format!("{}/../../cases/raindrop/{name}.toml", env!("CARGO_MANIFEST_DIR"));
             let loaded = crate::case::load(Path::new(&file), until.as_slice()).unwrap();
             let bed = ShapeFacts { grains: Some(30_900), ..ShapeFacts::default() };
-            let report = check(&loaded.case, &[bed], &Machine::this(), 2, &CostModel::default());
+            let report = check(
+                &loaded.case,
+                Known { shapes: &[bed], ..Known::default() },
+                &Machine::this(),
+                2,
+                &CostModel::default(),
+            );
             let ratio = report.predicted_total_s / measured;
             assert!((0.5..=2.0).contains(&ratio), "{name}: {} s, not {measured} s", report.predicted_total_s);
         }
@@ -128,7 +138,7 @@ mod tests {
         let file = format!("{}/../../cases/raindrop/quick.toml", env!("CARGO_MANIFEST_DIR"));
         let packing = |change: &str| {
             let loaded = crate::case::load(Path::new(&file), &[change.to_owned()]).unwrap();
-            let report = check(&loaded.case, &[], &Machine::this(), 2, &CostModel::default());
+            let report = check(&loaded.case, Known::default(), &Machine::this(), 2, &CostModel::default());
             packing_substeps(&loaded.case, &report.populations, &CostModel::default())
         };
         let low = packing("grains.0.placement.packed.lattice=low");

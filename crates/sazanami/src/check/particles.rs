@@ -2,14 +2,14 @@
 
 use std::f64::consts::TAU;
 
-use sazanami_numerics::Real;
+use sazanami_numerics::{Real, Vector};
 use serde::Serialize;
 
-use super::{CostModel, LimitReport};
-use crate::case::meaning::{BoundarySide, Case, FluidName, GrainPlacement, Particles, Placement, Solver};
+use super::{CostModel, PACKED_SPHERES};
+use crate::case::meaning::{
+    BoundarySide, Case, FluidName, GrainPlacement, LiquidRegion, Particles, Placement, Population, Region, Solver,
+};
 
-/// Share of the space that grains fill in a bed of spheres.
-const FILLING: Real = 0.60;
 /// Layers of a wall beside those within the radius of influence.
 const WALL_LAYERS: Real = 1.0;
 
@@ -64,31 +64,64 @@ pub(super) fn report(case: &Case) -> Option<ParticlesReport> {
     })
 }
 
-/// Fluid particles: the liquids less what grains take of them.
+/// Fluid particles: what the liquids hold between the grains.
 fn fluid(case: &Case, particles: &Particles) -> usize {
     let box_ = case.domain.extent();
     let liquid: Real = case
         .liquids
         .iter()
         .map(|liquid| {
-            let volume = liquid.region.volume().unwrap_or(box_.x * box_.y * box_.z);
+            let volume = volume_within(case, liquid).unwrap_or(box_.x * box_.y * box_.z);
             if liquid.fluid == FluidName::Liquid { volume } else { -volume }
         })
         .sum();
-    let solid: Real = case
-        .grains
-        .iter()
-        .map(|population| match &population.placement {
-            GrainPlacement::Packed(how) if how.level.is_some() => {
-                FILLING * box_.x * box_.y * how.level.unwrap_or_default()
-            }
-            _ => {
-                let volume = population.shape.volume().unwrap_or_default() * population.size.mean_cube();
-                population.count.unwrap_or_default() as Real * volume
-            }
-        })
-        .sum();
-    ((liquid - solid).max(0.0) / particles.spacing.powi(3)).round() as usize
+    ((liquid - solid(case)).max(0.0) / particles.spacing.powi(3)).round() as usize
+}
+
+/// Volume of the grains, after a bed was levelled [m^3].
+fn solid(case: &Case) -> Real {
+    let of_population = |population: &Population| {
+        let count = levelled(case, population).or(population.count).unwrap_or_default();
+        count as Real * population.shape.volume().unwrap_or_default() * population.size.mean_cube()
+    };
+    case.grains.iter().map(of_population).sum()
+}
+
+/// Grains of a population that stay when its bed is levelled, about: those whose tops lie below the level.
+pub(crate) fn levelled(case: &Case, population: &Population) -> Option<usize> {
+    let GrainPlacement::Packed(how) = &population.placement else { return None };
+    let size = population.shape.size()? * population.size.mean();
+    let volume = population.shape.volume()? * population.size.mean_cube();
+    let extent = case.domain.extent();
+    let solid = PACKED_SPHERES * extent.x * extent.y * (how.level? - size).max(0.0);
+    Some(((solid / volume).round() as usize).min(population.count.unwrap_or(usize::MAX)))
+}
+
+/// Volume of a liquid within the box [m^3], where it has a formula.
+fn volume_within(case: &Case, liquid: &LiquidRegion) -> Option<Real> {
+    let Placement::Absolute(position) = liquid.placement else { return liquid.region.volume() };
+    let (lower, upper) = (case.domain.lower, case.domain.upper);
+    let between = |low: Vector, high: Vector| (high.min(upper) - low.max(lower)).max(Vector::ZERO).element_product();
+    match liquid.region.moved(position) {
+        Region::Box { lower, upper } => Some(between(lower, upper)),
+        region @ Region::HalfSpace { .. } => {
+            let [low, high] = region.heights();
+            let is_level = low.is_finite() != high.is_finite();
+            is_level.then(|| between(lower.with_z(low), upper.with_z(high)))
+        }
+        region => region.volume(),
+    }
+}
+
+/// Volume of a liquid within the box [m^3]; among moving particles without its share of the grains that lie in it.
+pub(super) fn volume_between_grains(case: &Case, liquid: &LiquidRegion) -> Option<Real> {
+    let volume = volume_within(case, liquid)?;
+    if case.solver == Solver::Mics || liquid.fluid == FluidName::Gas {
+        return Some(volume);
+    }
+    let liquids = case.liquids.iter().filter(|liquid| liquid.fluid == FluidName::Liquid);
+    let all: Real = liquids.map(|liquid| volume_within(case, liquid)).sum::<Option<Real>>()?;
+    Some(volume * (1.0 - solid(case) / all).max(0.0))
 }
 
 fn is_wall(side: &BoundarySide) -> bool {
@@ -104,15 +137,10 @@ fn walls(case: &Case, particles: &Particles) -> usize {
     (outer(0) * outer(1) * outer(2) - inner[0] * inner[1] * inner[2]) as usize
 }
 
-/// Waves of a tank that is shaken at its strongest harmonic, along the horizontal direction with end walls in which they are
-/// highest.
+/// Waves of a tank that is shaken at its strongest harmonic, along the horizontal direction with end walls in which
+/// they are highest.
 pub(crate) fn tank(case: &Case) -> Option<TankReport> {
-    let frame = case.frame.as_ref()?;
-    let shaken = frame.motion.as_ref().and_then(|motion| motion.harmonic(case.run.until)).or_else(|| {
-        let by = frame.oscillation?;
-        Some((by.amplitude / (TAU * by.frequency).powi(2), by.frequency))
-    });
-    let (amplitude, frequency) = shaken?;
+    let (amplitude, frequency) = super::limits::swing(case)?;
     let closed = |d: &usize| amplitude[*d] != 0.0 && case.boundary[*d].iter().all(is_wall);
     let depth = depth(case)?;
     let waves = (0..2).filter(closed).map(|axis| waves(case, axis, amplitude[axis].abs(), frequency, depth));
@@ -147,7 +175,7 @@ fn waves(case: &Case, axis: usize, amplitude: Real, frequency: Real, depth: Real
 
 /// Depth of the water above a bed that is levelled, or above the floor [m].
 fn depth(case: &Case) -> Option<Real> {
-    let top = |liquid: &crate::case::meaning::LiquidRegion| match liquid.placement {
+    let top = |liquid: &LiquidRegion| match liquid.placement {
         Placement::Absolute(position) => Some(position.z + liquid.region.heights()[1]),
         Placement::AboveBed { .. } => None,
     };
@@ -174,53 +202,6 @@ fn wavenumber(omega: Real, gravity: Real, depth: Real) -> Real {
         }
     }
     k
-}
-
-/// The limits on the step at the start [s].
-pub(super) fn step_limits(case: &Case, particles: &Particles) -> (Vec<LimitReport>, Real) {
-    let spacing = particles.spacing;
-    let mut limits = Vec::new();
-    let mut add = |name, dt_s: Real, rule: String| {
-        if dt_s.is_finite() && dt_s > 0.0 {
-            limits.push(LimitReport { name, dt_s, rule, rules: false });
-        }
-    };
-    if let Some(dt) = particles.dt {
-        add("fixed", dt, "the case asks for it".into());
-    } else {
-        add("longest", particles.dt_max, "dt_max of the case".into());
-        let speed = fastest(case);
-        add(
-            "advective",
-            particles.courant * spacing / speed,
-            format!("{} of the particle spacing at {speed:.3} m/s, foreseen", particles.courant),
-        );
-        let force = case.gravity.length();
-        add("body force", 0.2 * (spacing / force).sqrt(), "0.2 sqrt(spacing / body force)".into());
-        let nu = case.fluids.liquid.viscosity / case.fluids.liquid.density;
-        add("viscous", 0.2 * spacing * spacing / nu, "0.2 spacing^2 / nu".into());
-    }
-    limits.sort_by(|a, b| a.dt_s.total_cmp(&b.dt_s));
-    let dt = limits.first().map_or(particles.dt_max, |limit| limit.dt_s);
-    if let Some(first) = limits.first_mut() {
-        first.rules = true;
-    }
-    (limits, dt)
-}
-
-/// Largest speed of the water that can be foreseen [m/s]: that of the waves, of what falls, or of the start.
-fn fastest(case: &Case) -> Real {
-    let waves = tank(case).map_or(0.0, |tank| tank.speed_ratio.min(6.0) * tank.tank_speed);
-    let box_ = case.domain.extent();
-    let falls = |liquid: &crate::case::meaning::LiquidRegion| {
-        let region = liquid.region.volume().unwrap_or(Real::INFINITY);
-        let [low, high] = liquid.region.heights();
-        // A body of liquid that does not fill the floor collapses.
-        let covers = region >= 0.99 * box_.x * box_.y * (high - low);
-        let height = if covers || !high.is_finite() { 0.0 } else { high.min(box_.z) };
-        liquid.velocity.length() + (2.0 * case.gravity.length() * height).sqrt()
-    };
-    case.liquids.iter().map(falls).fold(waves, Real::max)
 }
 
 /// Wall-clock time of the steps and of what comes before them, without the grains [s].

@@ -4,8 +4,9 @@ use std::fmt::Write as _;
 
 use sazanami_numerics::Real;
 
-use super::{CheckReport, TankReport, bytes, damping_in_words};
+use super::{CheckReport, TankReport, bytes, damping_in_words, number};
 use crate::case::meaning::{Case, GrainPlacement, Substeps};
+use crate::case::units::rounded;
 use crate::progress::duration;
 
 /// Everything `check` tells, as text.
@@ -24,8 +25,9 @@ pub fn explain(case: &Case, report: &CheckReport) -> String {
 /// A length in millimetres, or metres if it is large.
 fn length(metres: Real) -> String {
     let (value, unit) = if metres.abs() >= 1.0 { (metres, "m") } else { (metres * 1e3, "mm") };
-    let text = format!("{value:.4}");
-    format!("{} {unit}", text.trim_end_matches('0').trim_end_matches('.'))
+    let text = number(value, 4);
+    let short = if text.contains('e') { &text } else { text.trim_end_matches('0').trim_end_matches('.') };
+    format!("{short} {unit}")
 }
 
 fn grid(text: &mut String, case: &Case, report: &CheckReport) {
@@ -52,24 +54,25 @@ fn grid(text: &mut String, case: &Case, report: &CheckReport) {
 fn waves(text: &mut String, tank: &TankReport) {
     let _ = writeln!(
         text,
-        "waves         {} of water in a tank of {} along x{}, {:.3} Hz, wavelength {} (linear theory)",
+        "waves         {} of water in a tank of {} along x{}, {} Hz, wavelength {} (linear theory)",
         length(tank.depth_m),
         length(tank.length_m),
         tank.axis,
-        tank.frequency_hz,
+        number(tank.frequency_hz, 3),
         length(tank.wavelength_m)
     );
     let _ = writeln!(
         text,
-        "  speed       up to {:.3} m/s over the bed: {:.2} times that of the tank; 1/cos(kL/2) = {:.2}",
-        tank.speed_ratio * tank.tank_speed,
-        tank.speed_ratio,
-        tank.amplification
+        "  speed       up to {} m/s over the bed: {} times that of the tank; 1/cos(kL/2) = {}",
+        number(tank.speed_ratio * tank.tank_speed, 3),
+        number(tank.speed_ratio, 2),
+        number(tank.amplification, 2)
     );
     let _ = writeln!(
         text,
-        "  elevation   {:.2} of the depth at the ends, {:.2} at most",
-        tank.end_elevation, tank.largest_elevation
+        "  elevation   {} of the depth at the ends, {} at most",
+        number(tank.end_elevation, 2),
+        number(tank.largest_elevation, 2)
     );
     let _ = writeln!(text, "  bed         boundary layer of {}", length(tank.stokes_layer_m));
 }
@@ -78,7 +81,8 @@ fn bodies(text: &mut String, case: &Case, report: &CheckReport) {
     for liquid in &report.liquids {
         let _ = write!(text, "liquid        {}", liquid.name);
         if let (Some(volume), Some(mass), Some(momentum)) = (liquid.volume_m3, liquid.mass_kg, liquid.momentum) {
-            let _ = write!(text, ": {:.3} mm^3, {mass:.4e} kg, momentum {momentum:.4e} kg m/s", volume * 1e9);
+            let volume = number(volume * 1e9, 3);
+            let _ = write!(text, ": {volume} mm^3, {mass:.4e} kg, momentum {momentum:.4e} kg m/s");
         }
         if let Some(cells) = liquid.cells_per_height.filter(|_| report.particles.is_none()) {
             let _ = write!(text, ", {cells:.1} cells high");
@@ -93,7 +97,8 @@ fn bodies(text: &mut String, case: &Case, report: &CheckReport) {
             GrainPlacement::Lattice(_) => "on a lattice",
             GrainPlacement::List(_) => "put one by one",
         };
-        let _ = writeln!(text, "grains        {}: {count}, {how}", population.name);
+        let left = population.levelled.map_or(String::new(), |left| format!(", about {left} stay below the level"));
+        let _ = writeln!(text, "grains        {}: {count}, {how}{left}", population.name);
         if let (Some(size), Some(cells)) = (population.size_m, population.cells_per_grain) {
             let _ = match &report.particles {
                 Some(particles) => writeln!(
@@ -145,7 +150,7 @@ fn step(text: &mut String, case: &Case, report: &CheckReport) {
         let how = if case.dem.substeps == Substeps::Auto { "by the stiffest contact" } else { "as the case asks" };
         let _ = writeln!(text, "  the grains make {} sub-steps in a step, {how}", report.substeps);
     }
-    let _ = writeln!(text, "  about {:.0} steps to {} s", report.steps, case.run.until);
+    let _ = writeln!(text, "  about {} steps to {} s", number(report.steps, 0), rounded(case.run.until));
 }
 
 fn cost(text: &mut String, case: &Case, report: &CheckReport) {
@@ -165,6 +170,9 @@ fn cost(text: &mut String, case: &Case, report: &CheckReport) {
     );
     let _ = writeln!(text, "              an estimate: half of it or twice as much may come out");
     let _ = writeln!(text, "machine       {}, {} cores", report.machine.cpu, report.machine.cores);
+    if report.made_ready {
+        let _ = writeln!(text, "note          the tank was made ready before: nothing is packed");
+    }
     if case.has_bed() {
         let _ = writeln!(text, "note          heights above the bed are measured on the bed in use, once it is there");
     }

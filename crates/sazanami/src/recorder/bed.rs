@@ -54,18 +54,17 @@ impl GrainsSeen {
         look(&self.bed.view(&bodies))
     }
 
-    /// Highest node near the axis [m]; the floor without grains there.
-    pub fn bed_height(&self) -> Real {
-        self.with_bed(|bed| self.measured.height(bed))
-    }
-
-    /// Measures the bed as it lies.
-    pub fn measure_bed(&mut self) -> BedFindings {
-        let found = self.with_bed(|bed| self.measured.measure(bed));
+    /// Measures the bed as it lies: height of its highest node near the axis, the floor without grains there [m], and
+    /// all that is found.
+    pub fn measure_bed(&mut self) -> (Real, BedFindings) {
+        let (height, found) = self.with_bed(|bed| {
+            let height = self.measured.height(bed);
+            (height, self.measured.findings(bed, height))
+        });
         if self.count() > 0 {
             self.found = Some(found);
         }
-        found
+        (height, found)
     }
 
     /// The grains as they lie, in the order of their identifiers.
@@ -129,9 +128,14 @@ impl BedSettings {
 
     /// What is found of a bed as it lies.
     pub fn measure(&self, bed: &BedView) -> BedFindings {
+        self.findings(bed, self.height(bed))
+    }
+
+    /// The same for a bed of a `height` that is known [m].
+    fn findings(&self, bed: &BedView, height: Real) -> BedFindings {
         let slab = self.slab[0]..self.slab[1];
         let porosity = if bed.is_empty() { 1.0 } else { bed_profile::porosity_of_grains(bed, slab, self.area) };
-        BedFindings::of(bed, self.floor, self.height(bed), porosity)
+        BedFindings::of(bed, self.floor, height, porosity)
     }
 }
 

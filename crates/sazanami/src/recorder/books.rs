@@ -8,6 +8,7 @@ use serde_json::{Map, Value};
 use super::bed::GrainsSeen;
 use super::files::Files;
 use super::{RecordError, Totals};
+use crate::case::meaning::Case;
 use crate::clock::Clock;
 use crate::simulation::{Job, RankError, Water};
 
@@ -15,10 +16,20 @@ use crate::simulation::{Job, RankError, Water};
 pub(crate) struct Step<'a, W: Water> {
     /// Its length [s].
     pub dt: Real,
-    /// The limit that ruled it.
+    /// The limit that ruled it: that of the stable length, or the next output.
     pub limit: &'static str,
+    /// Length that would have been stable [s] and the limit that ruled it: the step before it was cut for an output.
+    pub stable: (Real, &'static str),
     /// What it did.
     pub report: &'a W::Report,
+}
+
+/// Something that people should know of.
+pub(crate) struct Worry {
+    /// What it is about: each is told of once.
+    pub about: &'static str,
+    /// In a sentence.
+    pub text: String,
 }
 
 /// What books have to tell for the summary.
@@ -47,14 +58,19 @@ pub(crate) trait Books: Sized {
     /// The flow begins, or goes on; the grains were looked at.
     fn begin(&mut self, job: &Job, seen: &mut GrainsSeen, water: &mut Self::Water) -> Result<(), RankError>;
 
-    /// Books a step.
+    /// Books of a step what only this solver has.
     fn add(&mut self, step: &Step<'_, Self::Water>, totals: &mut Totals);
 
     /// Looks at everything at `time` [s]; the grains were looked at.
     fn look(&mut self, seen: &mut GrainsSeen, water: &mut Self::Water, time: Real);
 
-    /// What was found at the last look that people should know of, once.
-    fn worry(&self) -> Option<String>;
+    /// What is to be said as the flow of `case` begins.
+    fn notes(_case: &Case) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// What was found at the last look that people should know of.
+    fn worries(&self) -> Vec<Worry>;
 
     /// Columns of the series.
     fn columns() -> Vec<Column>;

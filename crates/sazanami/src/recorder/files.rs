@@ -1,6 +1,7 @@
 //! The files of a run: series, time series for ParaView, checkpoints.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -16,11 +17,14 @@ use super::RecordError;
 use super::bed::GrainsSeen;
 use super::summary::Fixed;
 use crate::case::meaning::FieldPrecision;
-use crate::case::resolved;
 use crate::case::written::ChoiceSet;
 use crate::clock::Clock;
 use crate::machine::Machine;
-use crate::simulation::{Job, RankError};
+use crate::results::{CASE, CHECKPOINTS, FIELD_SERIES, FIELDS, FIGURES, GRAIN_SERIES, GRAINS, PROBES, SERIES};
+use crate::simulation::{Job, RankError, RunState};
+
+/// Time [s] and step a resumed run goes on from.
+type Left = Option<(Real, u64)>;
 
 /// Files of a run, open on rank 0.
 pub(crate) struct Files {
@@ -33,45 +37,30 @@ pub(crate) struct Files {
     grains: PvdSeries,
     pub precision: FieldPrecision,
     probes: Vec<Option<SeriesWriter>>,
-    /// Time and step a resumed run goes on from.
-    pub resumed_at: Option<(Real, u64)>,
+    resumed_at: Left,
 }
 
 impl Files {
     /// Opens the files of a run anew, or where it left them.
-    pub fn open(job: &Job, columns: &[Column], resumed_at: Option<(Real, u64)>) -> Result<Self, RankError> {
+    pub fn open(job: &Job, columns: &[Column], resumed_at: Left) -> Result<Self, RankError> {
         Self::open_files(job, columns, resumed_at).map_err(RankError::from)
     }
 
-    fn open_files(job: &Job, columns: &[Column], resumed_at: Option<(Real, u64)>) -> Result<Self, RecordError> {
+    fn open_files(job: &Job, columns: &[Column], resumed_at: Left) -> Result<Self, RecordError> {
         let (case, folder) = (job.case, job.folder.clone());
-        for name in ["fields", "grains", "figures", "checkpoints"] {
-            let path = folder.join(name);
-            std::fs::create_dir_all(&path).map_err(|error| RecordError::Path { path, error })?;
+        for name in [FIELDS, GRAINS, FIGURES, CHECKPOINTS] {
+            make_folder(&folder.join(name))?;
         }
         if let Some(text) = &job.case_text {
-            let path = folder.join("case.toml");
+            let path = folder.join(CASE);
             std::fs::write(&path, text).map_err(|error| RecordError::Path { path, error })?;
         }
-        let path = folder.join("series.csv");
-        let (series, fields, grains) = match resumed_at {
-            Some((time, step)) => (
-                SeriesWriter::resume(&path, columns, step)?,
-                PvdSeries::resume(&folder.join("fields.pvd"), time)?,
-                PvdSeries::resume(&folder.join("grains.pvd"), time)?,
-            ),
-            None => (
-                SeriesWriter::create(&path, columns)?,
-                PvdSeries::create(&folder.join("fields.pvd")),
-                PvdSeries::create(&folder.join("grains.pvd")),
-            ),
-        };
         let machine = Machine::this();
         let fixed = Fixed {
             solver: case.solver.word(),
             case: case.name.clone(),
             commit: job.options.commit.unwrap_or("unknown"),
-            case_hash: format!("{:016x}", resolved::hash(case)),
+            case_hash: RunState::of(job).case_hash,
             cpu: machine.cpu,
             cores: machine.cores,
             threads: job.threads,
@@ -81,13 +70,13 @@ impl Files {
         };
         let probes = case.probes.iter().map(|_| None).collect();
         Ok(Self {
-            checkpoints: CheckpointFolder::new(folder.join("checkpoints"), case.checkpoint.keep),
-            folder,
+            checkpoints: CheckpointFolder::new(folder.join(CHECKPOINTS), case.checkpoint.keep),
             fixed,
-            series,
+            series: open_table(&folder.join(SERIES), columns, resumed_at)?,
             tables: BTreeMap::new(),
-            fields,
-            grains,
+            fields: open_times(&folder.join(FIELD_SERIES), resumed_at)?,
+            grains: open_times(&folder.join(GRAIN_SERIES), resumed_at)?,
+            folder,
             precision: case.output.precision,
             probes,
             resumed_at,
@@ -107,18 +96,11 @@ impl Files {
         clock: &Clock,
         rows: &[Vec<Value>],
     ) -> Result<(), RecordError> {
-        if !self.tables.contains_key(name) {
-            let path = self.folder.join(name);
-            let table = match self.resumed_at {
-                Some((_, step)) => SeriesWriter::resume(&path, &columns(), step)?,
-                None => SeriesWriter::create(&path, &columns())?,
-            };
-            self.tables.insert(name, table);
-        }
-        if let Some(table) = self.tables.get_mut(name) {
-            rows.iter().try_for_each(|row| table.record(clock.step(), row))?;
-        }
-        Ok(())
+        let table = match self.tables.entry(name) {
+            Entry::Occupied(table) => table.into_mut(),
+            Entry::Vacant(place) => place.insert(open_table(&self.folder.join(name), &columns(), self.resumed_at)?),
+        };
+        Ok(rows.iter().try_for_each(|row| table.record(clock.step(), row))?)
     }
 
     /// Writes the grains for ParaView.
@@ -126,7 +108,7 @@ impl Files {
         if seen.count() == 0 {
             return Ok(());
         }
-        let name = format!("grains/grains-{:09}.vtp", clock.step());
+        let name = format!("{GRAINS}/grains-{:09}.vtp", clock.step());
         let path = self.folder.join(&name);
         let time = clock.time();
         seen.with_bed(|bed| {
@@ -157,14 +139,14 @@ impl Files {
 
     /// Writes grains that are points with values for ParaView.
     pub fn grain_points(&mut self, clock: &Clock, file: &PointFile) -> Result<(), RecordError> {
-        let name = format!("grains/grains-{:09}.vtp", clock.step());
+        let name = format!("{GRAINS}/grains-{:09}.vtp", clock.step());
         write_points(&self.folder.join(&name), file)?;
         Ok(self.grains.push(clock.time(), &name)?)
     }
 
     /// Writes fluid that is points with values for ParaView.
     pub fn fluid_points(&mut self, clock: &Clock, file: &PointFile) -> Result<(), RecordError> {
-        let name = format!("fields/fields-{:09}.vtp", clock.step());
+        let name = format!("{FIELDS}/fields-{:09}.vtp", clock.step());
         write_points(&self.folder.join(&name), file)?;
         Ok(self.fields.push(clock.time(), &name)?)
     }
@@ -176,7 +158,7 @@ impl Files {
         grid: &sazanami_numerics::grid::Grid,
         arrays: &[DataArray],
     ) -> Result<(), RecordError> {
-        let name = format!("fields/fields-{:09}.vti", clock.step());
+        let name = format!("{FIELDS}/fields-{:09}.vti", clock.step());
         let file = ImageFile { grid, time: Some(clock.time()), cells: arrays, scalars: Some("liquid_fraction") };
         write_image(&self.folder.join(&name), &file)?;
         self.fields.push(clock.time(), &name)?;
@@ -192,26 +174,20 @@ impl Files {
         clock: &Clock,
         row: &[Value],
     ) -> Result<(), RecordError> {
-        if self.probes[number].is_none() {
-            let path = probe_path(&self.folder, name);
-            if let Some(folder) = path.parent() {
-                std::fs::create_dir_all(folder)
-                    .map_err(|error| RecordError::Path { path: folder.to_owned(), error })?;
+        let table = match &mut self.probes[number] {
+            Some(table) => table,
+            place => {
+                let folder = self.folder.join(PROBES);
+                make_folder(&folder)?;
+                place.insert(open_table(&folder.join(format!("{name}.csv")), &columns(), self.resumed_at)?)
             }
-            self.probes[number] = Some(match self.resumed_at {
-                Some((_, step)) => SeriesWriter::resume(&path, &columns(), step)?,
-                None => SeriesWriter::create(&path, &columns())?,
-            });
-        }
-        if let Some(table) = &mut self.probes[number] {
-            table.record(clock.step(), row)?;
-        }
-        Ok(())
+        };
+        Ok(table.record(clock.step(), row)?)
     }
 
-    /// Nothing is left unwritten: rows are flushed as they come.
+    /// Where the picture `name` goes.
     pub fn figure(&self, name: &str) -> PathBuf {
-        self.folder.join("figures").join(name)
+        self.folder.join(FIGURES).join(name)
     }
 }
 
@@ -235,7 +211,22 @@ pub(crate) fn poses(bed: &BedView) -> Vec<BodyPose> {
         .collect()
 }
 
-/// Where a probe writes.
-fn probe_path(folder: &Path, name: &str) -> PathBuf {
-    folder.join("probes").join(format!("{name}.csv"))
+/// Opens a table anew, or where the run left it.
+fn open_table(path: &Path, columns: &[Column], left: Left) -> Result<SeriesWriter, RecordError> {
+    Ok(match left {
+        Some((_, step)) => SeriesWriter::resume(path, columns, step)?,
+        None => SeriesWriter::create(path, columns)?,
+    })
+}
+
+/// Opens a time series for ParaView anew, or where the run left it.
+fn open_times(path: &Path, left: Left) -> Result<PvdSeries, RecordError> {
+    Ok(match left {
+        Some((time, _)) => PvdSeries::resume(path, time)?,
+        None => PvdSeries::create(path),
+    })
+}
+
+fn make_folder(path: &Path) -> Result<(), RecordError> {
+    std::fs::create_dir_all(path).map_err(|error| RecordError::Path { path: path.to_owned(), error })
 }

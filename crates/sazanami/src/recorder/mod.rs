@@ -5,11 +5,11 @@
 mod again;
 mod bed;
 mod books;
+mod columns;
 mod files;
 mod mics;
 mod mps;
 mod pace;
-mod probe_columns;
 mod summary;
 mod timetable;
 mod totals;
@@ -38,12 +38,12 @@ use crate::tanks;
 
 pub(crate) use again::{Beds, FoundAgain, is_observed};
 use bed::GrainsSeen;
-pub(crate) use books::{Books, Step};
+pub(crate) use books::{Books, Step, Worry};
 use files::Files;
 pub(crate) use mics::GridBooks;
-pub(crate) use mps::{ParticleBooks, measure, settings_of, tank_of, weight_of_grain};
+pub(crate) use mps::{ParticleBooks, closed, measure, moment, settings_of, surface_json, tank_of, weight_of_grain};
 use pace::Pace;
-pub(crate) use summary::{put_failure, put_files};
+pub(crate) use summary::{put_failure, put_files, put_ripples};
 use timetable::Timetables;
 pub use totals::Totals;
 use totals::{SETUP, Watch};
@@ -112,8 +112,8 @@ pub(crate) struct Recorder<'a, B: Books> {
     reached: (Real, u64),
     /// Limit that ruled the last step.
     limiter: &'static str,
-    /// Whether the worry of the books was told.
-    told_of_worry: bool,
+    /// Worries of the books that were told.
+    told: Vec<&'static str>,
 }
 
 impl<'a, B: Books> Recorder<'a, B> {
@@ -136,7 +136,7 @@ impl<'a, B: Books> Recorder<'a, B> {
             state_hash: None,
             reached: resumed_at.unwrap_or_default(),
             limiter: "",
-            told_of_worry: false,
+            told: Vec::new(),
         })
     }
 
@@ -167,10 +167,7 @@ impl<'a, B: Books> Recorder<'a, B> {
     pub fn observe_packing(&mut self, engine: &Engine, report: &PackingReport) {
         self.watch.turn("packing");
         self.warn_of_overlap(engine, &report.contacts, report.time);
-        let worst = &mut self.totals.worst;
-        worst.overlap_relative = worst.overlap_relative.max(report.contacts.largest_overlap);
-        worst.grain_speed = worst.grain_speed.max(report.contacts.largest_speed);
-        self.totals.tidied.deep_contacts += report.contacts.deep_contacts;
+        self.totals.note_contacts(&report.contacts);
     }
 
     /// Warns when contacts become deep for the first time, and then whenever there are ten times as many.
@@ -209,7 +206,7 @@ impl<'a, B: Books> Recorder<'a, B> {
         let job = self.job;
         let case = job.case;
         let floor = case.domain.lower.z;
-        let found = self.seen.measure_bed();
+        let (_, found) = self.seen.measure_bed();
         job.say(format!(
             "packed {} grains in {:.4} s of simulated time ({:.0} s of wall clock from {began:.4} s on): porosity {:.4} \
              between {:.1} and {:.1} mm, H_s {:.3} mm, mean speed {:.2e} m/s ({:.3} m/s at most), order of lying axes {:.3}",
@@ -256,10 +253,7 @@ impl<'a, B: Books> Recorder<'a, B> {
     /// Height of the highest node of the bed near the axis, known to all ranks [m]; the floor if there are no grains.
     pub fn measure_bed(&mut self, domain: &Domain, engine: &Engine) -> Real {
         self.seen.gather(domain, engine);
-        let height = if self.files.is_some() { self.seen.bed_height() } else { Real::NEG_INFINITY };
-        if self.files.is_some() {
-            self.seen.measure_bed();
-        }
+        let height = if self.files.is_some() { self.seen.measure_bed().0 } else { Real::NEG_INFINITY };
         domain.max(height)
     }
 
@@ -275,6 +269,7 @@ impl<'a, B: Books> Recorder<'a, B> {
         let outcome = self.books.begin(self.job, &mut self.seen, water);
         water.domain().agree(outcome)?;
         if resumed.is_none() {
+            B::notes(self.job.case).iter().for_each(|note| self.say(note));
             self.write_due(water, clock, self.timetables.due_at_start(), None)?;
             self.write_probes(water, clock, &self.timetables.probes_due_at_start())?;
         }
@@ -291,8 +286,11 @@ impl<'a, B: Books> Recorder<'a, B> {
     ) -> Result<(), RankError> {
         self.reached = (clock.time(), clock.step());
         self.limiter = step.limit;
-        self.warn_of_overlap(water.engine(), B::Water::contacts(step.report), clock.time());
+        let contacts = B::Water::contacts(step.report);
+        self.warn_of_overlap(water.engine(), contacts, clock.time());
+        self.totals.note_step(contacts, B::Water::pressure_iterations(step.report));
         self.totals.ruled_by(step.limit);
+        self.totals.note_stable_step(step.stable.0);
         self.books.add(step, &mut self.totals);
         let tolerance = fixed_step(self.job.case).unwrap_or_default();
         let due = self.timetables.due(before, clock, tolerance);
@@ -315,14 +313,16 @@ impl<'a, B: Books> Recorder<'a, B> {
         Ok(())
     }
 
-    /// Says once what the books worry about.
-    fn tell_of_worry(&mut self) {
-        if self.files.is_none() || self.told_of_worry {
+    /// Says what the books worry about, each worry once.
+    fn tell_of_worries(&mut self) {
+        if self.files.is_none() {
             return;
         }
-        if let Some(problem) = self.books.worry() {
-            self.job.say(format!("warning: at time {:.4e} s {problem}", self.reached.0));
-            self.told_of_worry = true;
+        for Worry { about, text } in self.books.worries() {
+            if !self.told.contains(&about) {
+                self.job.say(format!("warning: at time {:.4e} s {text}", self.reached.0));
+                self.told.push(about);
+            }
         }
     }
 
@@ -330,7 +330,7 @@ impl<'a, B: Books> Recorder<'a, B> {
     fn look(&mut self, water: &mut B::Water, time: Real) {
         self.seen.gather(water.domain(), water.engine());
         self.books.look(&mut self.seen, water, time);
-        self.tell_of_worry();
+        self.tell_of_worries();
     }
 
     /// Writes series, fields, grains and pictures, those that are due.
@@ -346,6 +346,9 @@ impl<'a, B: Books> Recorder<'a, B> {
         let mut outcome = Ok(());
         if series && let Some(files) = &mut self.files {
             outcome = self.books.rows(clock, step, &self.seen, &self.totals, files);
+        }
+        if series {
+            self.totals.least_stable_step = None;
         }
         if fields {
             let written = self.books.fields(self.job, water, clock, self.files.as_mut());
@@ -364,37 +367,24 @@ impl<'a, B: Books> Recorder<'a, B> {
 
     /// Writes a checkpoint of the flow and the summary.
     pub fn checkpoint(&mut self, water: &mut B::Water, clock: &Clock) -> Result<(), RankError> {
-        self.watch.empty_into(&mut self.totals);
         let mut snapshot = water.snapshot();
         self.books.save(&mut snapshot);
         self.seen.save(&mut snapshot);
-        snapshot.put_reals(CLOCK, vec![clock.time()]);
-        self.last_checkpoint = Instant::now();
-        let outcome = if self.files.is_some() {
-            self.write_checkpoint(&snapshot, RunState { step: clock.step(), ..RunState::default() })
-        } else {
-            Ok(())
-        };
-        water.domain().agree(outcome.map_err(RankError::from))?;
-        Ok(())
+        let state = RunState { step: clock.step(), ..RunState::default() };
+        self.save(water.domain(), snapshot, clock.time(), state)
     }
 
     /// Writes a checkpoint of the packing.
     pub fn checkpoint_packing(&mut self, domain: &Domain, packing: &mut Packing) -> Result<(), RankError> {
         let mut snapshot = Snapshot::default();
         packing.snapshot(domain, PACKING, &mut snapshot);
-        self.checkpoint_grains(
-            domain,
-            snapshot,
-            packing.engine().time(),
-            RunState { packing: true, ..RunState::default() },
-        )
+        self.save(domain, snapshot, packing.engine().time(), RunState { packing: true, ..RunState::default() })
     }
 
     /// Writes a checkpoint of a bed on its way to rest.
     pub fn checkpoint_relaxation(&mut self, domain: &Domain, relaxation: &mut Relaxation) -> Result<(), RankError> {
         let snapshot = relaxation.snapshot(domain);
-        self.checkpoint_grains(domain, snapshot, relaxation.time(), RunState { relaxing: true, ..RunState::default() })
+        self.save(domain, snapshot, relaxation.time(), RunState { relaxing: true, ..RunState::default() })
     }
 
     /// Writes a checkpoint of a tank that is being made ready; `stage` adds how far it has come.
@@ -405,7 +395,7 @@ impl<'a, B: Books> Recorder<'a, B> {
     ) -> Result<(), RankError> {
         let mut snapshot = water.snapshot();
         stage(&mut snapshot);
-        self.checkpoint_grains(water.domain(), snapshot, 0.0, RunState { preparing: true, ..RunState::default() })
+        self.save(water.domain(), snapshot, 0.0, RunState { preparing: true, ..RunState::default() })
     }
 
     /// Keeps a tank that was made ready, for later runs.
@@ -422,37 +412,27 @@ impl<'a, B: Books> Recorder<'a, B> {
         }
     }
 
-    /// Writes a checkpoint of grains before the flow, at `time` on their own clock [s].
-    fn checkpoint_grains(
-        &mut self,
-        domain: &Domain,
-        mut snapshot: Snapshot,
-        time: Real,
-        state: RunState,
-    ) -> Result<(), RankError> {
+    /// Writes a checkpoint and the summary. `time` is that of the clock that runs, of the flow or of the grains before
+    /// it [s]; `state` tells which phase and step it is of.
+    fn save(&mut self, domain: &Domain, mut snapshot: Snapshot, time: Real, state: RunState) -> Result<(), RankError> {
         self.watch.empty_into(&mut self.totals);
         snapshot.put_reals(CLOCK, vec![time]);
         self.last_checkpoint = Instant::now();
-        let outcome = if self.files.is_some() { self.write_checkpoint(&snapshot, state) } else { Ok(()) };
+        let outcome = self.write_checkpoint(&snapshot, state);
         domain.agree(outcome.map_err(RankError::from))?;
         Ok(())
     }
 
-    /// Writes a checkpoint; `state` tells which phase and step it is of.
+    /// Writes a checkpoint and the summary, on rank 0.
     fn write_checkpoint(&mut self, snapshot: &Snapshot, state: RunState) -> Result<(), RecordError> {
-        let state = RunState {
-            time: self.reached.0,
-            case_hash: format!("{:016x}", crate::case::resolved::hash(self.job.case)),
-            totals: self.totals.clone(),
-            ..state
-        };
+        let Some(files) = &self.files else { return Ok(()) };
+        let RunState { case_hash, program, .. } = RunState::of(self.job);
+        let state = RunState { time: self.reached.0, case_hash, program, totals: self.totals.clone(), ..state };
         let mut writer = CheckpointWriter::new();
         writer.add_snapshot(snapshot)?;
         self.state_hash = Some(writer.content_hash(is_physical));
         writer.add_json(RUN_STATE, &state)?;
-        if let Some(files) = &self.files {
-            files.checkpoints.write(state.step, &writer)?;
-        }
+        files.checkpoints.write(state.step, &writer)?;
         self.write_summary(Status::Running, None)
     }
 

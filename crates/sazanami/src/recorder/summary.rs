@@ -2,13 +2,15 @@
 
 use std::path::Path;
 
+use sazanami_io::table::{TableError, write_json};
 use sazanami_numerics::Real;
 use sazanami_observe::bed_profile;
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 
 use super::Totals;
 use super::books::Account;
 use crate::error::Failure;
+use crate::results::SUMMARY;
 use crate::run::Status;
 
 /// The bed in use before anything hits it.
@@ -65,7 +67,7 @@ pub(crate) struct Present<'a> {
 }
 
 /// Writes the summary, all at once.
-pub(crate) fn write(folder: &Path, fixed: &Fixed, present: &Present) -> Result<(), sazanami_io::table::TableError> {
+pub(crate) fn write(folder: &Path, fixed: &Fixed, present: &Present) -> Result<(), TableError> {
     let totals = present.totals;
     let mut observables = present.account.observables.clone();
     if let Some(bed) = present.bed {
@@ -110,7 +112,7 @@ pub(crate) fn write(folder: &Path, fixed: &Fixed, present: &Present) -> Result<(
         "state_hash": present.state_hash.map(|hash| format!("{hash:016x}")),
         "files": files(folder),
     });
-    sazanami_io::table::write_json(&folder.join("summary.json"), &value)
+    write_json(&folder.join(SUMMARY), &value)
 }
 
 fn failure_json(failure: &Failure) -> Value {
@@ -124,22 +126,36 @@ fn failure_json(failure: &Failure) -> Value {
 }
 
 /// Puts the failure that ended the run into the summary there is, if there is one.
-pub(crate) fn put_failure(folder: &Path, failure: &Failure) -> Result<(), sazanami_io::table::TableError> {
-    let path = folder.join("summary.json");
-    let text = std::fs::read_to_string(&path).unwrap_or_default();
-    let Ok(Value::Object(mut summary)) = serde_json::from_str(&text) else { return Ok(()) };
-    summary.insert("status".into(), json!(Status::Failed));
-    summary.insert("failure".into(), failure_json(failure));
-    sazanami_io::table::write_json(&path, &Value::Object(summary))
+pub(crate) fn put_failure(folder: &Path, failure: &Failure) -> Result<(), TableError> {
+    amend(folder, |summary| {
+        summary.insert("status".into(), json!(Status::Failed));
+        summary.insert("failure".into(), failure_json(failure));
+    })
 }
 
 /// Brings the list of files in the summary there is up to date.
-pub(crate) fn put_files(folder: &Path) -> Result<(), sazanami_io::table::TableError> {
-    let path = folder.join("summary.json");
+pub(crate) fn put_files(folder: &Path) -> Result<(), TableError> {
+    amend(folder, |summary| drop(summary.insert("files".into(), json!(files(folder)))))
+}
+
+/// Puts what the tables of a whole run tell of its ripples beside what the summary there is says of them at the end.
+pub(crate) fn put_ripples(folder: &Path, told: Map<String, Value>) -> Result<(), TableError> {
+    amend(folder, |summary| {
+        let observables = summary.entry("observables").or_insert_with(|| json!({}));
+        let ripples = observables.as_object_mut().map(|all| all.entry("ripples").or_insert_with(|| json!({})));
+        if let Some(ripples) = ripples.and_then(Value::as_object_mut) {
+            ripples.extend(told);
+        }
+    })
+}
+
+/// Changes the summary in a folder, if there is a good one.
+fn amend(folder: &Path, change: impl FnOnce(&mut Map<String, Value>)) -> Result<(), TableError> {
+    let path = folder.join(SUMMARY);
     let text = std::fs::read_to_string(&path).unwrap_or_default();
     let Ok(Value::Object(mut summary)) = serde_json::from_str(&text) else { return Ok(()) };
-    summary.insert("files".into(), json!(files(folder)));
-    sazanami_io::table::write_json(&path, &Value::Object(summary))
+    change(&mut summary);
+    write_json(&path, &Value::Object(summary))
 }
 
 /// What lies in the folder of results, relative to it.

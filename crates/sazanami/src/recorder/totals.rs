@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::Instant;
 
+use sazanami_dem::ContactReport;
 use sazanami_mics::solver::StepReport;
 use sazanami_numerics::Real;
 use serde::{Deserialize, Serialize};
@@ -54,6 +55,9 @@ pub struct Totals {
     pub phase_s: BTreeMap<String, Real>,
     /// Steps by the limit that ruled them.
     pub limiter: BTreeMap<String, u64>,
+    /// Shortest stable length of a step since the last row of the series [s]; none if there was no step.
+    #[serde(default)]
+    pub least_stable_step: Option<Real>,
     /// Fluid passes.
     pub fluid_passes: u64,
     /// Contact sub-steps.
@@ -134,30 +138,45 @@ impl Totals {
         }
     }
 
-    /// Books a step on a grid.
+    /// Books how long the stable length of a step was [s].
+    pub fn note_stable_step(&mut self, length: Real) {
+        self.least_stable_step = Some(self.least_stable_step.map_or(length, |least| least.min(length)));
+    }
+
+    /// Books how deep contacts were and how fast grains.
+    pub fn note_contacts(&mut self, contacts: &ContactReport) {
+        self.tidied.deep_contacts += contacts.deep_contacts;
+        let worst = &mut self.worst;
+        worst.overlap_relative = worst.overlap_relative.max(contacts.largest_overlap);
+        worst.grain_speed = worst.grain_speed.max(contacts.largest_speed);
+    }
+
+    /// Books what a step of the flow did with whatever water: contacts, and iterations of the pressure solver.
+    pub fn note_step(&mut self, contacts: &ContactReport, pressure_iterations: usize) {
+        self.note_contacts(contacts);
+        self.grain_substeps += contacts.substeps as u64;
+        self.contacts = [contacts.pairs, contacts.contacts];
+        self.pressure_iterations += pressure_iterations as u64;
+        self.worst.pressure_iterations = self.worst.pressure_iterations.max(pressure_iterations);
+    }
+
+    /// Books what a step on a grid did beside [`Self::note_step`].
     pub fn add(&mut self, report: &StepReport) {
         self.fluid_passes += report.fluid_passes as u64;
-        self.grain_substeps += report.contacts.substeps as u64;
-        self.pressure_iterations += report.pressure.iterations as u64;
         let wisps = &report.transport.wisps;
         let worst = &mut self.worst;
         worst.cfl = worst.cfl.max(report.courant);
         worst.divergence = worst.divergence.max(report.pressure.divergence);
-        worst.overlap_relative = worst.overlap_relative.max(report.contacts.largest_overlap);
-        worst.pressure_iterations = worst.pressure_iterations.max(report.pressure.iterations);
         worst.volume_fraction_excess = worst.volume_fraction_excess.max(wisps.worst_excess);
         worst.overfull_volume = worst.overfull_volume.max(report.imprint.overfull_volume);
         worst.outside_volume = worst.outside_volume.max(report.imprint.outside_volume);
-        worst.grain_speed = worst.grain_speed.max(report.contacts.largest_speed);
         let tidied = &mut self.tidied;
         tidied.moved_cells += wisps.moved_cells;
         tidied.moved_volume += wisps.moved_volume;
         tidied.clipped_cells += wisps.clipped_cells;
         tidied.clipped_volume += wisps.clipped_volume;
         tidied.out_of_range_cells += wisps.out_of_range_cells;
-        tidied.deep_contacts += report.contacts.deep_contacts;
         self.liquid_through += report.transport.volume_through.iter().flatten().sum::<Real>();
-        self.contacts = [report.contacts.pairs, report.contacts.contacts];
     }
 }
 

@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::SyncSender;
 
 use sazanami_dem::DemError;
+use sazanami_io::table::TableError;
 use sazanami_mics::boundary::BoundaryError;
 use sazanami_mics::solver::StepError;
 use sazanami_mics::stability::Limit;
@@ -14,6 +15,7 @@ use sazanami_numerics::Real;
 use sazanami_numerics::domain::{FailedElsewhere, LayoutError};
 use sazanami_numerics::geometry::Shape;
 use sazanami_numerics::snapshot::{Snapshot, SnapshotError};
+use sazanami_parallel::ThreadsRefused;
 use serde::{Deserialize, Serialize};
 
 use super::mics;
@@ -21,6 +23,7 @@ use super::preparation::StateError;
 use super::water::StepProblem;
 use crate::bed_file::Bed;
 use crate::case::meaning::Case;
+use crate::case::resolved;
 use crate::error::{CommandError, Failure};
 use crate::progress::StepLine;
 use crate::recorder::{RecordError, Totals};
@@ -54,13 +57,52 @@ pub(crate) struct RunState {
     pub time: Real,
     /// Fluid steps.
     pub step: u64,
-    /// Hash of the case.
+    /// Hash of the case, as the program that began the run found it.
     pub case_hash: String,
+    /// That program; absent in checkpoints of earlier ones.
+    #[serde(default)]
+    pub program: Option<Program>,
     /// Sums and extremes since the start.
     pub totals: Totals,
 }
 
+/// Which sazanami.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct Program {
+    /// Version.
+    pub version: String,
+    /// Commit that it was built from.
+    pub commit: String,
+}
+
+impl Program {
+    /// This program, as the command line knows it.
+    pub fn this(options: &RunOptions) -> Self {
+        Self { version: env!("CARGO_PKG_VERSION").into(), commit: options.commit.unwrap_or("unknown commit").into() }
+    }
+}
+
+impl std::fmt::Display for Program {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(formatter, "sazanami {} ({})", self.version, self.commit)
+    }
+}
+
 impl RunState {
+    /// The beginning of a run's state: its case and the program that began it.
+    pub fn of(job: &Job) -> Self {
+        match &job.resumed {
+            Some(state) => {
+                Self { case_hash: state.run.case_hash.clone(), program: state.run.program.clone(), ..Self::default() }
+            }
+            None => Self {
+                case_hash: resolved::hash_text(job.case),
+                program: Some(Program::this(job.options)),
+                ..Self::default()
+            },
+        }
+    }
+
     /// Whether the flow has begun.
     pub const fn flows(&self) -> bool {
         !self.packing && !self.relaxing && !self.preparing
@@ -132,6 +174,8 @@ pub(crate) struct Ended {
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum RankError {
     #[error(transparent)]
+    Threads(#[from] ThreadsRefused),
+    #[error(transparent)]
     Layout(#[from] LayoutError),
     #[error(transparent)]
     Boundary(#[from] BoundaryError),
@@ -166,8 +210,10 @@ pub(crate) enum RankError {
     State(#[from] StateError),
     #[error("{0}")]
     Packing(#[from] DemError),
-    #[error("the bed did not come to rest within {time} s: its mean speed is still {mean_speed:.2e} m/s")]
-    NotAtRest { time: Real, mean_speed: Real },
+    #[error(
+        "the bed did not come to rest within {time} s: its mean speed is still {mean_speed:.2e} m/s\n  help: {help}"
+    )]
+    NotAtRest { time: Real, mean_speed: Real, help: &'static str },
     #[error("the checkpoint does not fit the case: {0}")]
     Snapshot(#[from] SnapshotError),
     #[error(transparent)]
@@ -203,6 +249,7 @@ impl RankError {
     /// What to do about it where the input is wrong; `None` if the run itself failed.
     fn help(&self) -> Option<&'static str> {
         match self {
+            Self::Threads(_) => Some("ask for fewer with `--threads` or `--ranks`"),
             Self::Layout(_) => Some("use fewer ranks or more cells"),
             Self::Boundary(_) => Some("correct the sides in `[boundary]`"),
             Self::LiquidOnGrain { .. } => Some("put the liquid higher, or set `allow_touching_grains = true` for it"),
@@ -224,7 +271,8 @@ impl RankError {
     /// Whether it was found before anything was done: a run that was to go on is what it was.
     pub fn is_at_once(&self) -> bool {
         let no_state = matches!(self, Self::State(_) | Self::Snapshot(_) | Self::Packing(DemError::Snapshot(_)));
-        no_state || matches!(self, Self::Layout(_) | Self::Boundary(_))
+        let other_table = matches!(self, Self::Record(RecordError::Table(TableError::OtherColumns { .. })));
+        no_state || other_table || matches!(self, Self::Threads(_) | Self::Layout(_) | Self::Boundary(_))
     }
 
     /// What the command says of it; `bed` is the file of the bed that the run packed.
@@ -258,7 +306,8 @@ impl RankError {
     /// The failure in one word.
     pub fn kind(&self) -> &'static str {
         match self {
-            Self::Layout(_)
+            Self::Threads(_)
+            | Self::Layout(_)
             | Self::Boundary(_)
             | Self::LiquidOnGrain { .. }
             | Self::BedTooHigh { .. }

@@ -22,7 +22,7 @@ use crate::progress::StepLine;
 use crate::recorder::{Books, GridBooks, ParticleBooks, Recorder, Step};
 use crate::run::Status;
 
-pub(crate) use job::{Ended, Event, Job, RankError, RankFailure, Reporter, Resumed, RunState};
+pub(crate) use job::{Ended, Event, Job, Program, RankError, RankFailure, Reporter, Resumed, RunState};
 pub(crate) use mps::initial_velocity;
 pub(crate) use naming::partner;
 pub(crate) use relaxation::Relaxation;
@@ -128,10 +128,9 @@ fn pack<B: Books>(
         }
         let (time, length) = (packing.engine().time(), packing.settings().step);
         let step = (time / length).round() as u64 + 1;
-        let report = packing.step(domain).map_err(|error| {
-            let message = naming::grain_error(job.case, packing.engine().walls(), &error);
-            RankError::PackingStep { error, message, step, time }
-        })?;
+        let report = packing
+            .step(domain)
+            .map_err(|error| naming::packing_error(job.case, packing.engine().walls(), error, step, time))?;
         recorder.observe_packing(packing.engine(), &report);
         let limiter = match report.stage {
             Stage::Falling => "falling",
@@ -157,7 +156,8 @@ fn pack<B: Books>(
                 return Ok(Some(packing));
             }
             Stage::GivenUp => {
-                return Err(RankError::NotAtRest { time: report.time, mean_speed: report.mean_speed });
+                let help = "raise `time_limit` of the packing, or take it as it then lies with `stop = \"time_only\"`";
+                return Err(RankError::NotAtRest { time: report.time, mean_speed: report.mean_speed, help });
             }
             Stage::Falling | Stage::Settling | Stage::Tapping => {}
         }
@@ -191,18 +191,18 @@ fn flow<B: Books>(job: &Job, mut water: B::Water, recorder: &mut Recorder<B>) ->
             return Ok(Ended { status, interrupted, time: clock.time(), steps: clock.step() });
         }
         let due = recorder.next_due(case, clock.time());
-        let stable = water.stable_step(case, clock.time());
-        let (longest, ruling) = B::Water::length(stable);
+        let next = water.stable_step(case, clock.time());
+        let stable @ (longest, ruling) = B::Water::length(next);
         let dt = clock.next_step(longest, due);
         let limit = if dt < longest { OUTPUT } else { ruling };
         recorder.watch.turn(OUTPUT);
         let (step, time) = (clock.step() + 1, clock.time());
         let report = water
-            .advance(case, time, stable, dt, |phase| recorder.watch.turn(phase))
+            .advance(case, time, next, dt, |phase| recorder.watch.turn(phase))
             .map_err(|problem| RankError::Step { problem, step, time, limit })?;
         recorder.watch.turn(OUTPUT);
         clock.advance(dt, due);
-        recorder.observe(&mut water, &clock, time, &Step { dt, limit, report: &report })?;
+        recorder.observe(&mut water, &clock, time, &Step { dt, limit, stable, report: &report })?;
         let until = job.options.until.map_or(case.run.until, |until| until.min(case.run.until));
         let remaining = recorder.remaining(&clock, until);
         let contacts = B::Water::contacts(&report);

@@ -1,10 +1,17 @@
 //! Grains and walls by the names of the case, for messages.
 
 use sazanami_dem::{DemError, Wall};
-use sazanami_numerics::Vector;
+use sazanami_numerics::{Real, Vector};
 
 use crate::assembly::grains::population_of;
 use crate::case::meaning::{Case, SIDE_NAMES};
+
+use super::job::RankError;
+
+/// A step at `time` [s] failed while grains packed or came to rest.
+pub(super) fn packing_error(case: &Case, walls: &[Wall], error: DemError, step: u64, time: Real) -> RankError {
+    RankError::PackingStep { message: grain_error(case, walls, &error), error, step, time }
+}
 
 /// What went wrong among the grains.
 pub(super) fn grain_error(case: &Case, walls: &[Wall], error: &DemError) -> String {

@@ -11,7 +11,7 @@ use sazanami_numerics::{Real, Vector};
 
 use super::job::{Job, RankError};
 use super::water::Water;
-use super::{initial_velocity, signals, start};
+use super::{END, initial_velocity, signals, start};
 use crate::assembly::particles;
 use crate::case::meaning::{Case, GrainPlacement, Preparation};
 use crate::progress::StepLine;
@@ -167,7 +167,7 @@ fn levelled(case: &Case, packing: &Packing) -> Vec<Grain> {
     };
     let held = |grain: Grain| {
         let glued = how(&grain).and_then(|how| how.glued).is_some_and(|glued| grain.position.z < floor + glued);
-        Grain { motion: if glued { Motion::Fixed } else { grain.motion }, ..grain }
+        Grain { motion: if glued { Motion::WithWalls } else { grain.motion }, ..grain }
     };
     packing.bed().into_iter().filter(stays).map(held).collect()
 }
@@ -264,7 +264,7 @@ fn next<B: Books>(
             solver.set_velocities(|particles, a| how.damping * particles.velocity[a]);
             Stage::Relaxing(done)
         }
-        Stage::Settling(done) if done + dt >= how.settle * (1.0 - 1e-12) => Stage::Ready,
+        Stage::Settling(done) if done + dt >= how.settle * (1.0 - END) => Stage::Ready,
         Stage::Settling(done) => Stage::Settling(done + dt),
         Stage::Ready => Stage::Ready,
     }
@@ -279,6 +279,9 @@ fn set_off(case: &Case, solver: &mut Solver) {
     solver.set_velocities(|particles, a| particles.velocity[a] + velocity);
     let engine = solver.grains_mut().engine_mut();
     for g in 0..engine.grains().owned() {
+        if engine.grains().motion[g] != Motion::Free {
+            continue;
+        }
         let (before, spin) = (engine.grains().velocity[g], engine.grains().angular_velocity(g));
         engine.set_velocity(g, before + velocity, spin);
     }

@@ -3,13 +3,13 @@
 //! Where their contact spheres are not those they were packed with they overlap, and would fly apart: they part
 //! slowly first.
 
-use sazanami_dem::{ContactReport, Engine, Loads, Setup, Substeps};
+use sazanami_dem::{ContactReport, DemError, Engine, Loads, Setup, Substeps};
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::snapshot::Snapshot;
 use sazanami_numerics::{Real, Vector};
 
 use super::job::{Job, RankError};
-use super::{RELAXATION, signals};
+use super::{RELAXATION, naming, signals};
 use crate::progress::StepLine;
 use crate::recorder::{Books, Recorder};
 
@@ -68,9 +68,9 @@ impl Relaxation {
     }
 
     /// Goes on by a step under `gravity` [m/s^2].
-    fn step(&mut self, domain: &Domain, gravity: Vector) -> Result<ContactReport, RankError> {
+    fn step(&mut self, domain: &Domain, gravity: Vector) -> Result<ContactReport, DemError> {
         if !self.parting {
-            return Ok(self.engine.advance(domain, &Loads::none(), gravity, STEP, Substeps::Auto)?);
+            return self.engine.advance(domain, &Loads::none(), gravity, STEP, Substeps::Auto);
         }
         let report = self.part(domain, gravity)?;
         self.parting = report.largest_overlap > PARTED;
@@ -80,7 +80,7 @@ impl Relaxation {
     }
 
     /// A step with limited and damped speeds.
-    fn part(&mut self, domain: &Domain, gravity: Vector) -> Result<ContactReport, RankError> {
+    fn part(&mut self, domain: &Domain, gravity: Vector) -> Result<ContactReport, DemError> {
         let count = self.engine.substeps(STEP, Substeps::Auto);
         let mut report = ContactReport::default();
         for _ in 0..count {
@@ -106,7 +106,7 @@ pub(super) fn relax<B: Books>(
     mut relaxation: Relaxation,
     recorder: &mut Recorder<B>,
 ) -> Result<Option<Engine>, RankError> {
-    let gravity = job.case.effective_gravity(0.0);
+    let gravity = job.case.resting_gravity();
     loop {
         let [stop, checkpoint] = signals(domain, job, recorder);
         let (time, mean_speed) = (relaxation.time(), relaxation.mean_speed(domain));
@@ -121,14 +121,17 @@ pub(super) fn relax<B: Books>(
             return Ok(Some(relaxation.engine));
         }
         if time > LONGEST {
-            return Err(RankError::NotAtRest { time, mean_speed });
+            let help = "look at what its grains touch: contacts much stiffer or softer than those it was packed with?";
+            return Err(RankError::NotAtRest { time, mean_speed, help });
         }
-        let report = relaxation.step(domain, gravity)?;
-        let time = relaxation.time();
+        let step = (time / STEP).round() as u64 + 1;
+        let report = relaxation
+            .step(domain, gravity)
+            .map_err(|error| naming::packing_error(job.case, relaxation.engine.walls(), error, step, time))?;
         recorder.report(&StepLine {
             phase: "relax",
-            step: (time / STEP).round() as u64,
-            time,
+            step,
+            time: relaxation.time(),
             until: LONGEST,
             dt: STEP,
             limiter: if relaxation.parting { "parting" } else { "settling" },

@@ -1,5 +1,6 @@
 //! Cases that are posed once and run with both solvers.
 
+use sazanami_mics::verification::dam_break::WIDTH;
 use sazanami_mps::grains::{Closure, volume};
 use sazanami_numerics::Real;
 
@@ -10,8 +11,6 @@ const DAM_BREAK: &str = include_str!("../../../../cases/both/dam-break.toml");
 const SETTLING_SPHERE: &str = include_str!("../../../../cases/both/settling-sphere.toml");
 /// Both solvers.
 const SOLVERS: [&str; 2] = ["mics", "mps"];
-/// Width of the column [m].
-const COLUMN: Real = 57.15e-3;
 /// Diameter of the sphere [m].
 const DIAMETER: Real = 1e-3;
 
@@ -28,7 +27,7 @@ pub(super) fn dam_break() -> Result<Vec<Measured>, String> {
     let mut worst: Real = 0.0;
     for (n, &time) in grid[0].iter().enumerate() {
         let Some(m) = particles[0].iter().position(|&other| (other - time).abs() < 1e-9) else { continue };
-        let (a, b) = (grid[1][n] / COLUMN, particles[1][m] / COLUMN);
+        let (a, b) = (grid[1][n] / WIDTH, particles[1][m] / WIDTH);
         // Until the front has moved by a tenth of the width a cell decides.
         if a.min(b) < 1.1 {
             continue;

@@ -18,7 +18,17 @@ mod two_phase;
 mod volume_fractions;
 mod whole_run;
 
+use sazanami_numerics::Real;
+
 use crate::verify::{Measured, VerifyCase};
+
+/// The shift of a clock, no more than `most` either way, with the least `error`, and that error. It is the error that is
+/// judged: the shift is what is allowed for it.
+fn best_shift(most: Real, error: impl Fn(Real) -> Real) -> [Real; 2] {
+    let steps = (most / 0.005).round() as i32;
+    let tried = (-steps..=steps).map(|n| 0.005 * Real::from(n)).map(|shift| [shift, error(shift)]);
+    tried.fold([0.0, Real::INFINITY], |best, now| if now[1] < best[1] { now } else { best })
+}
 
 const fn case(name: &'static str, about: &'static str, measure: fn() -> Result<Vec<Measured>, String>) -> VerifyCase {
     VerifyCase { name, about, long: false, measure }

@@ -10,6 +10,7 @@ use sazanami_numerics::geometry::Region;
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Quaternion, Real, Vector};
 
+use super::best_shift;
 use super::tank::{Tank, WATER_AND_AIR, down, fractions, step};
 use crate::verify::Measured;
 
@@ -118,23 +119,17 @@ fn dam_errors(history: &[[Real; 3]], shift: Real) -> [Real; 2] {
     [rms(FRONT.iter().map(|row| front(row[0]) / row[1] - 1.0)), rms(HEIGHT.iter().map(|row| height(row[0]) - row[1]))]
 }
 
-/// The shift within 0.2 that fits quantity `n` best, and its error.
-fn best_shift(history: &[[Real; 3]], n: usize) -> [Real; 2] {
-    let tried = (-40..=40).map(|m| 0.005 * Real::from(m)).map(|shift| [shift, dam_errors(history, shift)[n]]);
-    tried.fold([0.0, Real::INFINITY], |best, now| if now[1] < best[1] { now } else { best })
-}
-
 /// 3.2: the dam break of Martin and Moyce.
 pub(super) fn dam_break() -> Result<Vec<Measured>, String> {
     let history = dam(24, Convection::Consistent)?;
     let source = "Martin and Moyce 1952";
-    let (front, column) = (best_shift(&history, 0), best_shift(&history, 1));
+    let [front, column] = [0, 1].map(|n| best_shift(0.2, |shift| dam_errors(&history, shift)[n]));
     let still = dam_errors(&[[0.0, 1.0, 1.0], [1.0, 1.0, 1.0]], 0.0);
     Ok(vec![
         Measured::within("rms error of the front", "", front[1], 0.0, 0.06).from_source(source),
-        Measured::within("shift of the clock, t sqrt(2g/a)", "", front[0], -0.2, 0.2).from_source(source),
+        Measured::info("shift of the clock allowed for it, up to 0.2 t sqrt(2g/a)", "", front[0]),
         Measured::within("rms error of the column, of its first height", "", column[1], 0.0, 0.05).from_source(source),
-        Measured::within("shift of the clock, t sqrt(g/a)", "", column[0], -0.2, 0.2).from_source(source),
+        Measured::info("shift of the clock allowed for it, up to 0.2 t sqrt(g/a)", "", column[0]),
         Measured::info("rms error of the front without a shift", "", dam_errors(&history, 0.0)[0]),
         Measured::within("control: error of a front that stays", "", still[0], 0.3, 1.0)
             .from_source("negative control"),

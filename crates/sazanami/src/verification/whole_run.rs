@@ -38,7 +38,7 @@ impl WholeRun {
 
     /// Its summary.
     pub fn summary(&self) -> Result<Value, String> {
-        let path = self.folder.join("summary.json");
+        let path = self.folder.join(crate::results::SUMMARY);
         let text = std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
         serde_json::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))
     }

@@ -1,5 +1,7 @@
 //! Boundaries, gravity, fluids and their schemes.
 
+use std::ops::Range;
+
 use sazanami_numerics::{Real, Vector};
 
 use super::Context;
@@ -17,22 +19,33 @@ use crate::case::written::{
 const WATER: [Real; 2] = [1000.0, 1e-6];
 const AIR: [Real; 2] = [1.0, 1e-5];
 
+/// What is written about a side: for itself, for its direction, or for all.
+fn side_text(written: &BoundaryText, direction: usize, upper: usize) -> Option<&At<SideText>> {
+    let by_direction = [&written.x1, &written.x2, &written.x3];
+    let by_side = [
+        [&written.x1_lower, &written.x1_upper],
+        [&written.x2_lower, &written.x2_upper],
+        [&written.x3_lower, &written.x3_upper],
+    ];
+    by_side[direction][upper].as_ref().or(by_direction[direction].as_ref()).or(written.all.as_ref())
+}
+
+/// Place of a side in the file, if it is written about.
+pub(super) fn span_of_side(text: &CaseText, direction: usize, upper: usize) -> Option<Range<usize>> {
+    let boundary = text.boundary.as_ref()?;
+    let side = side_text(&boundary.value, direction, upper);
+    Some(side.map_or(boundary.span.clone(), |at| at.span.clone()))
+}
+
 impl Context<'_> {
     pub(super) fn boundary(&mut self, text: &CaseText, domain: &BoxDomain) -> [[BoundarySide; 2]; 3] {
         let empty = BoundaryText::default();
         let written = text.boundary.as_ref().map_or(&empty, |at| &at.value);
-        let by_direction = [&written.x1, &written.x2, &written.x3];
-        let by_side = [
-            [&written.x1_lower, &written.x1_upper],
-            [&written.x2_lower, &written.x2_upper],
-            [&written.x3_lower, &written.x3_upper],
-        ];
         let mut sides = [[BoundarySide::NoSlip; 2]; 3];
         for d in 0..3 {
             let mut spans = [None, None];
             for upper in 0..2 {
-                let chosen = by_side[d][upper].as_ref().or(by_direction[d].as_ref()).or(written.all.as_ref());
-                if let Some(at) = chosen {
+                if let Some(at) = side_text(written, d, upper) {
                     sides[d][upper] = self.side(at, d, SIDE_NAMES[d][upper]);
                     spans[upper] = Some(at.span.clone());
                 }
@@ -109,7 +122,7 @@ impl Context<'_> {
         }
     }
 
-    pub(super) fn gravity(&mut self, text: &CaseText) -> (Vector, Option<Frame>) {
+    pub(super) fn gravity(&mut self, text: &CaseText, until: Real) -> (Vector, Option<Frame>) {
         let gravity = match self.values.scalar_or_vector::<Acceleration>(text.gravity.as_ref(), "gravity") {
             None => Vector::new(0.0, 0.0, -9.8),
             Some(Ok(vector)) => vector,
@@ -126,7 +139,7 @@ impl Context<'_> {
                 Vector::new(0.0, 0.0, if magnitude == 0.0 { 0.0 } else { -magnitude })
             }
         };
-        let moved = text.frame.as_ref().map(|at| self.motion(&at.value));
+        let moved = text.frame.as_ref().map(|at| self.motion(&at.value, until));
         let frame = text.frame.as_ref().zip(moved).map(|(At { value, .. }, (motion, walls))| Frame {
             motion,
             walls,

@@ -3,9 +3,10 @@
 use sazanami_numerics::{Real, Vector};
 
 use super::Context;
+use super::flow::span_of_side;
 use crate::case::meaning::{
-    BoxDomain, Case, Exchange, FluidName, GrainPlacement, LiquidRegion, Placement, Population, Projection, Region,
-    Solver,
+    BoxDomain, Case, Exchange, FluidName, GrainPlacement, LiquidRegion, Motion, Placement, Population, Projection,
+    Region, Solver,
 };
 use crate::case::schema::{CaseText, FallText, LiquidText, RegionText};
 use crate::case::value::Range1;
@@ -242,6 +243,7 @@ impl Context<'_> {
                 .help("`projection = \"full\"` follows the interface");
         }
         self.check_exchange(text, case);
+        self.check_floor(text, case);
         if case.run.packing_only && !case.packs() {
             let span = text.run.as_ref().map_or(0..0, |at| at.span.clone());
             self.values
@@ -249,6 +251,31 @@ impl Context<'_> {
                 .error(span, "there is nothing to pack")
                 .label("`packing_only` needs grains with `placement.packed`")
                 .help("leave out `packing_only`, or add `placement.packed = {}` to the grains");
+        }
+    }
+
+    /// Grains that are packed, and beds that are free, lie on the lower side of x3; they are packed downwards.
+    fn check_floor(&mut self, text: &CaseText, case: &Case) {
+        let lies = |population: &&Population| match &population.placement {
+            GrainPlacement::Packed(_) => true,
+            GrainPlacement::Bed(_) => population.motion == Motion::Free,
+            GrainPlacement::Lattice(_) | GrainPlacement::List(_) => false,
+        };
+        if let Some(population) = case.grains.iter().find(lies).filter(|_| !case.holds_grains(2, 0)) {
+            self.values
+                .report
+                .error_at(span_of_side(text, 2, 0), format!("nothing holds `{}` from below", population.name))
+                .label("the side x3_lower is no wall for grains")
+                .help("make `x3_lower` \"no_slip\" or \"slip\"");
+        }
+        let down = -case.gravity.z;
+        if case.packs() && down <= case.gravity.x.hypot(case.gravity.y) {
+            let span = text.gravity.as_ref().map(|gravity| gravity.item.span.clone());
+            self.values
+                .report
+                .error_at(span, "gravity does not pack these grains onto the floor")
+                .label("its largest part has to point down x3")
+                .help("write `gravity = \"9.8 m/s^2\"`, which points down by itself");
         }
     }
 

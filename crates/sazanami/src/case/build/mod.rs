@@ -64,9 +64,9 @@ pub(super) fn build(reading: &Reading, name: &str, folder: &Path, report: &mut D
     let title = context.values.text(text.title.as_ref(), "title").unwrap_or_default().to_owned();
     let mut domain = domain(context, text.domain.as_ref(), solver);
     let boundary = context.boundary(text, &domain);
-    let (gravity, frame) = context.gravity(text);
-    let fluids = context.fluids(text);
     let run = run_length(context, text);
+    let (gravity, frame) = context.gravity(text, run.until);
+    let fluids = context.fluids(text);
     let fluid = context.fluid_options(text, &domain, gravity);
     let coupling = context.coupling(text);
     let dem = context.dem(text, &boundary);
@@ -76,7 +76,7 @@ pub(super) fn build(reading: &Reading, name: &str, folder: &Path, report: &mut D
     let bed = context.bed(text, &domain);
     let liquids = context.liquids(text, &domain, &grains, bed.axis);
     let erosion = context.erosion(text, &domain, &grains, bed.axis);
-    let ripples = context.ripples(text, &domain, &grains, run.until);
+    let ripples = context.ripples(text, &domain, &grains, frame.as_ref(), run.until);
     let output = context.outputs(text, run.until, &grains);
     let probes = context.probes(text, &domain, &grains, &output.series);
     let checkpoint = context.checkpoints(text);
@@ -169,7 +169,7 @@ fn run_length(context: &mut Context<'_>, text: &CaseText) -> RunLength {
     let until = if packing_only && value.until.is_none() {
         0.0
     } else {
-        values.required::<Time>(value.until.as_ref(), span, "until", Range1::NonNegative)
+        values.required_such_as::<Time>(value.until.as_ref(), span, "until", Range1::NonNegative, "0.02 s")
     };
     RunLength { until, steps: values.whole(value.steps.as_ref(), "steps", 1), packing_only }
 }

@@ -13,8 +13,28 @@ use crate::case::meaning::{
 };
 use crate::case::schema::{BedText, CaseText, CheckpointText, OutputText, ProbeText, ScheduleText};
 use crate::case::suggest::nearest;
+use crate::case::units::rounded;
 use crate::case::value::Range1;
 use crate::case::written::{At, Length, Quantity, Several, Text, Time, Whole};
+
+/// Most points of a line that is watched: each has columns of its own in a table.
+const MOST_POINTS: usize = 10_000;
+/// How far a grain size that lengths of an evaluation are measured in may be from those of the grains.
+const NEAR_SIZE: Real = 10.0;
+/// Cells of an evaluation over the shortest edge of the box at least, where no size of grains is known.
+const FINEST: Real = 1e-3;
+
+/// Range of the grain size that lengths of an evaluation are measured in.
+pub(super) fn range_of_grain_size(domain: &BoxDomain, grains: &[Population]) -> Range1 {
+    let sizes = |factor: fn(&Population) -> Real| grains.iter().filter_map(move |p| Some(p.shape.size()? * factor(p)));
+    let smallest = sizes(|p| p.size.smallest()).reduce(Real::min);
+    let largest = sizes(|p| p.size.largest()).reduce(Real::max);
+    let edge = domain.extent().min_element();
+    match smallest.zip(largest) {
+        Some((smallest, largest)) => Range1::Between(smallest / NEAR_SIZE, largest * NEAR_SIZE),
+        None => Range1::Between(FINEST * edge, edge),
+    }
+}
 
 impl Context<'_> {
     pub(super) fn bed(&mut self, text: &CaseText, domain: &BoxDomain) -> Bed {
@@ -30,11 +50,18 @@ impl Context<'_> {
             (floor + 5e-3).min(domain.upper.z),
         );
         if lower >= upper || lower < domain.lower.z || upper > domain.upper.z {
-            values.report.error(span, "the slab of the porosity has to lie within the box").label(format!(
-                "it reaches from {:.4} mm to {:.4} mm",
-                lower * 1e3,
-                upper * 1e3
-            ));
+            let place = written.porosity_upper.as_ref().or(written.porosity_lower.as_ref());
+            let [from, to, floor, top] = [lower, upper, floor, domain.upper.z].map(|height| rounded(1e3 * height));
+            values
+                .report
+                .error(
+                    place.map_or(span, |q| q.item.span.clone()),
+                    "the slab of the porosity has to lie within the box",
+                )
+                .label(format!("it reaches from {from} mm to {to} mm"))
+                .help(format!(
+                    "choose heights between {floor} mm and {top} mm, `porosity_lower` below `porosity_upper`"
+                ));
         }
         Bed {
             porosity_slab: [lower, upper],
@@ -56,7 +83,8 @@ impl Context<'_> {
         axis: [Real; 2],
     ) -> Option<Erosion> {
         let At { value, span } = text.erosion.as_ref()?;
-        let given = self.values.optional::<Length>(value.grain_size.as_ref(), "grain_size", Range1::Positive);
+        let sizes = range_of_grain_size(domain, grains);
+        let given = self.values.optional::<Length>(value.grain_size.as_ref(), "grain_size", sizes);
         let grain_size = given.or_else(|| grains.first().and_then(|population| population.shape.size()));
         let Some(grain_size) = grain_size else {
             if text.grains.is_empty() {
@@ -74,9 +102,9 @@ impl Context<'_> {
         let values = &mut self.values;
         let r_max =
             values.quantity::<Length>(value.r_max.as_ref(), "r_max", Range1::Positive, 0.45 * extent.x.min(extent.y));
-        let dx = values.quantity::<Length>(value.dx.as_ref(), "dx", Range1::Positive, 2.5 * grain_size);
-        let dr =
-            values.quantity::<Length>(value.dr.as_ref(), "dr", Range1::Positive, (2.5 * grain_size).min(r_max / 6.0));
+        let cells = Range1::Between(grain_size / NEAR_SIZE, extent.max_element());
+        let dx = values.quantity::<Length>(value.dx.as_ref(), "dx", cells, 2.5 * grain_size);
+        let dr = values.quantity::<Length>(value.dr.as_ref(), "dr", cells, (2.5 * grain_size).min(r_max / 6.0));
         // The coarsest smoothing of the evaluation takes layers 1.6 times as thick, and two of them.
         if dr * 3.2 > r_max {
             values
@@ -154,7 +182,7 @@ impl Context<'_> {
         if let Some(At { value: line, span }) = &value.line {
             let from = self.values.required_vector::<Length>(line.from.as_ref(), span, "from");
             let to = self.values.required_vector::<Length>(line.to.as_ref(), span, "to");
-            let points = self.values.whole(line.points.as_ref(), "points", 2).unwrap_or(101);
+            let points = self.values.whole_up_to(line.points.as_ref(), "points", 2, MOST_POINTS).unwrap_or(101);
             places.push(ProbePlace::Line { from, to, points });
         }
         if let Some(At { value: plane, span }) = &value.plane {
@@ -206,11 +234,14 @@ impl Context<'_> {
             ProbePlace::Body { .. } => Vec::new(),
         };
         if points.iter().any(|p| p.cmplt(domain.lower).any() || p.cmpgt(domain.upper).any()) {
-            self.values.report.error(span.clone(), format!("`{name}` lies outside the box")).label(format!(
-                "the box reaches from {} to {}",
-                millimetres(domain.lower),
-                millimetres(domain.upper)
-            ));
+            let items = [value.point.as_ref().map(|point| &point.item), value.gauge.as_ref().map(|gauge| &gauge.item)];
+            let tables = [value.line.as_ref().map(|at| &at.span), value.plane.as_ref().map(|at| &at.span)];
+            let written = items.into_iter().flatten().map(|item| &item.span).chain(tables.into_iter().flatten()).next();
+            self.values
+                .report
+                .error(written.unwrap_or(span).clone(), format!("`{name}` lies outside the box"))
+                .label(format!("the box reaches from {} to {}", millimetres(domain.lower), millimetres(domain.upper)))
+                .help("move it into the box; where the box begins is `lower` under `[domain]`");
         }
         Some(Probe { name, place, schedule })
     }
@@ -222,6 +253,7 @@ impl Context<'_> {
         span: &Range<usize>,
         grains: &[Population],
     ) -> Option<ProbePlace> {
+        let place = index.map_or(span.clone(), |Whole(at)| at.span.clone());
         let index = self.values.whole(index, "index", 0).unwrap_or(0);
         let name = self.values.text(population, "population");
         let found = match name {
@@ -234,14 +266,22 @@ impl Context<'_> {
             self.values
                 .report
                 .error(place, "there is no such population of grains")
-                .label(meant.map_or("not a population of this case".into(), |m| format!("did you mean `{m}`?")));
+                .label(meant.map_or("not a population of this case".into(), |m| format!("did you mean `{m}`?")))
+                .help(match grains {
+                    [] => "leave out the probe: the case has no grains".to_owned(),
+                    grains => {
+                        let known: Vec<String> = grains.iter().map(|p| format!("`{}`", p.name)).collect();
+                        format!("known here: {}", known.join(", "))
+                    }
+                });
             return None;
         };
         if found.count.is_some_and(|count| index >= count) {
             self.values
                 .report
-                .error(span.clone(), format!("`{}` has no grain {index}", found.name))
-                .label(format!("its grains are numbered from 0 to {}", found.count.unwrap_or(1) - 1));
+                .error(place, format!("`{}` has no grain {index}", found.name))
+                .label(format!("its grains are numbered from 0 to {}", found.count.unwrap_or(1) - 1))
+                .help("take one of these numbers");
         }
         Some(ProbePlace::Body { population: found.name.clone(), index })
     }
@@ -261,7 +301,8 @@ impl Context<'_> {
             self.values
                 .report
                 .error(written.item.span.clone(), "a run begins at time zero")
-                .label("no time before that");
+                .label("no time before that")
+                .help("leave out the times below zero");
         }
         times.sort_by(Real::total_cmp);
         times.dedup();

@@ -2,18 +2,23 @@
 
 use sazanami_io::MeasuredProfile;
 use sazanami_io::readings::Readings;
-use sazanami_numerics::Real;
+use sazanami_mps::stability::COURANT;
 use sazanami_numerics::spline::Spline;
+use sazanami_numerics::{Real, Vector};
 
+use super::flow::span_of_side;
+use super::observed::range_of_grain_size;
 use super::{Context, span_of};
 use crate::case::meaning::{
-    Axis, BoundarySide, BoxDomain, Case, DensityReference, GradientForm, GrainPlacement, GrainShape, ImageSide,
-    KeepApart, LayerReference, Measured, Order, Overlap, Particles, Population, Preparation, PressureForce, ProbePlace,
-    Ripples, SIDE_NAMES, Solver, SphereDrag, TankMotion, WallMotion, Wendland,
+    Axis, BoundarySide, BoxDomain, Case, DensityReference, FluidName, Frame, GradientForm, GrainPlacement, GrainShape,
+    ImageSide, KeepApart, LayerReference, Measured, Order, Overlap, Particles, Population, Preparation, PressureForce,
+    ProbePlace, Ripples, SIDE_NAMES, Solver, SphereDrag, TankMotion, WallMotion, Wendland,
 };
 use crate::case::schema::{CaseText, FrameText, MeasuredText, MotionText, OverlapText, ParticlesText, PreparationText};
+use crate::case::units::rounded;
 use crate::case::value::Range1;
 use crate::case::written::{Angle, At, Frequency, Length, Text, Time, Velocity};
+use crate::check::number;
 
 /// Range of the radius of influence over the particle spacing in which the lattice sums are what they should be.
 const RADII: [Real; 2] = [2.1, 3.6];
@@ -25,12 +30,17 @@ const LONGEST: Real = 2e-4;
 const SHIFTING: Real = 0.5;
 /// Largest grain over the smallest edge of its tank.
 const LARGEST_GRAIN: Real = 0.25;
-/// Least density of grains over that of the liquid with a pressure force of the step before: `1.2 (1 - eps)/eps` in a bed of
-/// void fraction 0.4.
+/// Least density of grains over that of the liquid with a pressure force of the step before: `1.2 (1 - eps)/eps` in a
+/// bed of void fraction 0.4.
 const LAGGED_LEAST: Real = 1.8;
 
 /// Amplification of waves from which on a tank is near resonance.
 const RESONANT: Real = 4.0;
+
+/// Distance from the end walls at which ripples are not measured [m], in tanks four times as long or longer.
+const MARGIN: Real = 10e-3;
+/// Largest such distance over the length of the tank: something has to be left in the middle.
+const WIDEST_MARGIN: Real = 0.45;
 
 /// Smoothing of the void fraction over the mean diameter, and over the largest.
 const SMOOTHING: [Real; 2] = [3.0, 2.5];
@@ -84,7 +94,7 @@ impl Context<'_> {
             ),
             shifting: number(values, value.shifting.as_ref(), "shifting", Range1::Between(0.0, SHIFTING), 0.0),
             reduced_pressure: values.flag(value.reduced_pressure.as_ref(), "reduced_pressure", reduced),
-            courant: number(values, value.courant.as_ref(), "courant", Range1::Between(1e-3, 0.5), 0.15),
+            courant: number(values, value.courant.as_ref(), "courant", Range1::Between(1e-3, 0.5), COURANT),
             dt: values.optional::<Time>(value.dt.as_ref(), "dt", Range1::Positive),
             dt_max: values.quantity::<Time>(value.dt_max.as_ref(), "dt_max", Range1::Positive, LONGEST),
             tolerance: number(values, value.tolerance.as_ref(), "tolerance", Range1::Between(1e-15, 1e-2), 1e-6),
@@ -113,10 +123,13 @@ impl Context<'_> {
         let smoothing = (SMOOTHING[0] * mean).max(SMOOTHING[1] * largest);
         let values = &mut self.values;
         let blend = values.numbers::<2>(written.blend.as_ref(), "blend").unwrap_or(self.defaults.blend);
-        if !(0.0..=blend[1]).contains(&blend[0]) {
+        if blend.iter().all(|value| value.is_finite()) && !(0.0..=blend[1]).contains(&blend[0]) {
             values
                 .report
-                .error(span, "`blend` is a lower and an upper solid number density")
+                .error(
+                    written.blend.as_ref().map_or(span, |blend| blend.0.span.clone()),
+                    "`blend` is a lower and an upper solid number density",
+                )
                 .label(format!("[{}, {}]", blend[0], blend[1]))
                 .help("for example `blend = [0.38, 0.42]`, or `[0.4, 0.4]` for a switch");
         }
@@ -167,7 +180,7 @@ impl Context<'_> {
         }
     }
 
-    pub(super) fn motion(&mut self, frame: &FrameText) -> (Option<TankMotion>, WallMotion) {
+    pub(super) fn motion(&mut self, frame: &FrameText, until: Real) -> (Option<TankMotion>, WallMotion) {
         let Some(At { value, span }) = &frame.motion else { return (None, WallMotion::AtRest) };
         let walls = self.values.choice(value.walls.as_ref(), "walls", WallMotion::AtRest);
         let formula = value.amplitude.is_some() || value.frequency.is_some();
@@ -180,7 +193,7 @@ impl Context<'_> {
             return (None, walls);
         }
         if let Some(name) = &value.file {
-            return (self.motion_from_file(name, value), walls);
+            return (self.motion_from_file(name, value, until), walls);
         }
         let ramp = self.defaults.ramp;
         let values = &mut self.values;
@@ -194,7 +207,7 @@ impl Context<'_> {
         (Some(motion), walls)
     }
 
-    fn motion_from_file(&mut self, name: &Text, value: &MotionText) -> Option<TankMotion> {
+    fn motion_from_file(&mut self, name: &Text, value: &MotionText, until: Real) -> Option<TankMotion> {
         let axis = self.values.choice(value.axis.as_ref(), "axis", Axis::X1);
         let file = self.path(Some(name), "file")?;
         let curve = match Readings::read(&file, &["t_s", "x_m"], 2) {
@@ -212,10 +225,10 @@ impl Context<'_> {
             self.values
                 .report
                 .error(span_of(name), "the motion of the tank begins after the run")
-                .label(format!("its first time is {} s", curve.range()[0]))
+                .label(format!("its first time is {} s", rounded(curve.range()[0])))
                 .help("add a row at time 0");
         }
-        Some(TankMotion::File { file, axis, curve })
+        Some(TankMotion::recorded(file, axis, curve, until))
     }
 
     pub(super) fn ripples(
@@ -223,10 +236,12 @@ impl Context<'_> {
         text: &CaseText,
         domain: &BoxDomain,
         grains: &[Population],
+        frame: Option<&Frame>,
         until: Real,
     ) -> Option<Ripples> {
         let At { value, span } = text.ripples.as_ref()?;
-        let given = self.values.optional::<Length>(value.grain_size.as_ref(), "grain_size", Range1::Positive);
+        let sizes = range_of_grain_size(domain, grains);
+        let given = self.values.optional::<Length>(value.grain_size.as_ref(), "grain_size", sizes);
         let Some(grain_size) = given.or_else(|| grains.first().and_then(|p| p.shape.size())) else {
             if text.grains.is_empty() {
                 self.values.report.error(span.clone(), "there is nothing to ripple").label("the case has no grains");
@@ -234,7 +249,8 @@ impl Context<'_> {
             return None;
         };
         let values = &mut self.values;
-        let extent = domain.extent().x;
+        let (extent, height) = (domain.extent().x, domain.extent().z);
+        let margins = Range1::Between(0.0, WIDEST_MARGIN * extent);
         let length = values
             .quantity::<Length>(value.layer_length.as_ref(), "layer_length", Range1::Positive, extent)
             .min(extent);
@@ -244,12 +260,12 @@ impl Context<'_> {
             layer_thickness: values.quantity::<Length>(
                 value.layer_thickness.as_ref(),
                 "layer_thickness",
-                Range1::Positive,
-                5.0 * grain_size,
+                Range1::Between(0.1 * grain_size, height),
+                (5.0 * grain_size).min(height),
             ),
             layers: values.choice(value.layers.as_ref(), "layers", LayerReference::Floor),
             layer_range: [middle - 0.5 * length, middle + 0.5 * length],
-            margin: values.quantity::<Length>(value.margin.as_ref(), "margin", Range1::NonNegative, 10e-3),
+            margin: values.quantity::<Length>(value.margin.as_ref(), "margin", margins, MARGIN.min(0.25 * extent)),
             image_side: values.choice(value.image_side.as_ref(), "image_side", ImageSide::Lower),
             colour_speed: values.quantity::<Velocity>(
                 value.colour_speed.as_ref(),
@@ -257,24 +273,72 @@ impl Context<'_> {
                 Range1::Positive,
                 0.1,
             ),
-            measured: value.measured.iter().filter_map(|at| self.measured(at, domain, until)).collect(),
+            measured: self.all_measured(&value.measured, domain, frame, until),
         })
     }
 
-    fn measured(&mut self, At { value, span }: &At<MeasuredText>, domain: &BoxDomain, until: Real) -> Option<Measured> {
-        let time = self.values.required::<Time>(value.time.as_ref(), span, "time", Range1::NonNegative);
+    /// Measured profiles; tables of one time become one, unless both name the same surface.
+    fn all_measured(
+        &mut self,
+        written: &[At<MeasuredText>],
+        domain: &BoxDomain,
+        frame: Option<&Frame>,
+        until: Real,
+    ) -> Vec<Measured> {
+        let mut found: Vec<Measured> = Vec::new();
+        for at in written {
+            let Some(mut one) = self.measured(at, domain, frame, until) else { continue };
+            match found.iter_mut().find(|other| other.can_take(&one)) {
+                Some(other) => {
+                    other.bed = other.bed.take().or(one.bed.take());
+                    other.water = other.water.take().or(one.water.take());
+                }
+                None => found.push(one),
+            }
+        }
+        found
+    }
+
+    fn measured(
+        &mut self,
+        At { value, span }: &At<MeasuredText>,
+        domain: &BoxDomain,
+        frame: Option<&Frame>,
+        until: Real,
+    ) -> Option<Measured> {
+        let time = self.values.required_such_as::<Time>(value.time.as_ref(), span, "time", Range1::NonNegative, "3 s");
+        if value.bed.is_none() && value.water.is_none() {
+            self.values
+                .report
+                .error(span.clone(), "nothing was measured at this time")
+                .label("it names no file")
+                .help("name the file of a surface, `bed` or `water`");
+            return None;
+        }
+        // A tank of which the case knows only how it is accelerated may be anywhere.
+        let is_lost = frame.is_some_and(|frame| frame.oscillation.is_some());
+        let motion = frame.and_then(|frame| frame.motion.as_ref());
+        let displaced = motion.map_or(Vector::ZERO, |motion| motion.at(time)[0]);
         if time > until {
             let place = value.time.as_ref().map_or(span.clone(), |time| time.item.span.clone());
             self.values
                 .report
                 .warning(Some(place), "these profiles were measured after the end of the run")
-                .label(format!("the run ends at {until} s"));
+                .label(format!("the run ends at {} s", rounded(until)));
         }
         let mut read = |written: Option<&Text>, key: &str| {
             let file = self.path(written, key)?;
             let text = written?;
             match MeasuredProfile::read_if_there(&file) {
+                Ok(Some(profile)) if profile.is_of_laboratory() && is_lost => {
+                    self.values
+                        .report
+                        .error(span_of(text), "a profile measured from the laboratory cannot be brought into this tank")
+                        .label("the case gives the acceleration of the tank, not its place")
+                        .help("give the profile in the coordinates of the tank, or the tank a `[frame.motion]`");
+                }
                 Ok(Some(profile)) => {
+                    let profile = profile.in_tank([displaced.x, displaced.z]);
                     // Pixels and shakes of the camera: a fiftieth of the tank.
                     for d in [0, 2] {
                         let along = profile.points.iter().map(|point| point[d.min(1)]);
@@ -358,6 +422,8 @@ impl Context<'_> {
         self.check_sides(text, case);
         self.check_spheres(text, case);
         self.check_light_grains(text, case);
+        self.warn_of_glued_beds(text, case);
+        self.check_smoothing(text, case);
         self.check_lattice(text, case, particles);
         self.warn_of_waves(text, case);
         if let (Some(TankMotion::File { curve, .. }), Some(at)) =
@@ -367,9 +433,14 @@ impl Context<'_> {
             self.values
                 .report
                 .error(at.span.clone(), "the motion of the tank ends before the run")
-                .label(format!("its last time is {} s, the run ends at {} s", curve.range()[1], case.run.until))
+                .label(format!(
+                    "its last time is {} s, the run ends at {} s",
+                    rounded(curve.range()[1]),
+                    rounded(case.run.until)
+                ))
                 .help("add rows, or end the run before");
         }
+        self.warn_of_levelled_probes(text, case);
         let planes = case.probes.iter().zip(&text.probe);
         for (_, at) in planes.filter(|(probe, _)| matches!(probe.place, ProbePlace::Plane { .. })) {
             self.values
@@ -398,18 +469,18 @@ impl Context<'_> {
             warn(
                 "the tank is near resonance",
                 format!(
-                    "1/cos(kL/2) = {:.1}: expect breaking waves and bores; with this depth and frequency L = {:.0} mm \
-                     and {:.0} mm have 1",
-                    tank.amplification,
-                    1e3 * tank.wavelength_m,
-                    2e3 * tank.wavelength_m
+                    "1/cos(kL/2) = {}: expect breaking waves and bores; with this depth and frequency L = {} mm \
+                     and {} mm have 1",
+                    number(tank.amplification, 1),
+                    number(1e3 * tank.wavelength_m, 0),
+                    number(2e3 * tank.wavelength_m, 0)
                 ),
             );
         }
         if tank.end_elevation > 1.0 {
             warn(
                 "the tank dries at its ends",
-                format!("by linear theory the water falls there by {:.2} times its depth", tank.end_elevation),
+                format!("by linear theory the water falls there by {} times its depth", number(tank.end_elevation, 2)),
             );
         }
         if let Some(particles) = case.particles.as_ref().filter(|particles| tank.stokes_layer_m < particles.spacing) {
@@ -426,17 +497,26 @@ impl Context<'_> {
 
     /// Sides that moving particles know: walls, periodic ones, and open ones.
     fn check_sides(&mut self, text: &CaseText, case: &Case) {
-        let span = text.boundary.as_ref().map_or(0..0, |at| at.span.clone());
-        let sides = case.boundary.iter().flatten().zip(SIDE_NAMES.iter().flatten());
-        for (side, name) in sides {
-            if matches!(side, BoundarySide::Inflow { .. } | BoundarySide::Moving { .. }) {
-                self.values
+        for (d, upper) in (0..3).flat_map(|d| [(d, 0), (d, 1)]) {
+            let (name, span) = (SIDE_NAMES[d][upper], span_of_side(text, d, upper));
+            match case.boundary[d][upper] {
+                BoundarySide::Inflow { .. } | BoundarySide::Moving { .. } => self
+                    .values
                     .report
-                    .error(span.clone(), format!("moving particles cannot have the side {name}"))
+                    .error_at(span, format!("moving particles cannot have the side {name}"))
                     .label("walls, periodic and open sides are possible")
-                    .help("use \"no_slip\", \"slip\", \"periodic\" or \"outflow\"");
-            }
+                    .help("use \"no_slip\", \"slip\", \"periodic\" or \"outflow\""),
+                BoundarySide::FixedPressure { pressure, fluid } if pressure != 0.0 || fluid == FluidName::Liquid => {
+                    self.values
+                        .report
+                        .error_at(span, format!("moving particles leave through the side {name}, and none come in"))
+                        .label("beyond an open side there is air at pressure zero")
+                        .help("write \"outflow\"")
+                }
+                _ => continue,
+            };
         }
+        let span = text.boundary.as_ref().map_or(0..0, |at| at.span.clone());
         let any = |wanted: BoundarySide| case.boundary.iter().flatten().any(|side| *side == wanted);
         if any(BoundarySide::NoSlip) && any(BoundarySide::Slip) {
             self.values
@@ -480,6 +560,76 @@ impl Context<'_> {
                         1e3 * smallest
                     ))
                     .help("make the tank wider or the grains smaller");
+            }
+        }
+    }
+
+    /// The void fraction is smoothed over several grains, and over no more than one image of each beyond a side.
+    fn check_smoothing(&mut self, text: &CaseText, case: &Case) {
+        let largest = case.grains.iter().filter_map(|p| Some(p.shape.size()? * p.size.largest())).reduce(Real::max);
+        let (Some(particles), Some(largest)) = (&case.particles, largest) else { return };
+        let (smoothing, wide) = (particles.overlap.smoothing, SMOOTHING[1] * largest);
+        let written = text.overlap.as_ref().and_then(|at| at.value.smoothing.as_ref());
+        let span = written.map(|smoothing| smoothing.item.span.clone());
+        let open = |side: &BoundarySide| matches!(side, BoundarySide::Outflow | BoundarySide::FixedPressure { .. });
+        let edges = (0..3).filter(|&d| !case.boundary[d].iter().any(open)).map(|d| case.domain.extent()[d]);
+        let edge = edges.fold(Real::INFINITY, Real::min);
+        let millimetres = |length: Real| rounded(1e3 * length);
+        if smoothing > edge {
+            let suited = SMOOTHING[0] * largest;
+            let help = if suited <= edge {
+                format!("{} mm, three grain sizes, suit these grains", millimetres(suited))
+            } else {
+                "make the tank wider or the grains smaller".to_owned()
+            };
+            self.values
+                .report
+                .error_at(span, "`smoothing` is longer than the tank between two sides")
+                .label(format!("{} mm, the edge {} mm", millimetres(smoothing), millimetres(edge)))
+                .help(help);
+        } else if smoothing < largest {
+            self.values
+                .report
+                .error_at(span, "`smoothing` is smaller than a grain")
+                .label("water between grains does not see them, water within one sees nothing else")
+                .help(format!("take {} mm at least, 2.5 times the largest grain", millimetres(wide)));
+        } else if smoothing < wide * (1.0 - 1e-9) {
+            self.values
+                .report
+                .warning(span, "`smoothing` is short: one grain passes for a dense bed where it lies")
+                .label(format!("{} times the largest grain", rounded(smoothing / largest)))
+                .help(format!("take {} mm at least, 2.5 times the largest grain", millimetres(wide)));
+        }
+    }
+
+    /// A grain that is taken away when its bed is levelled has nothing to be watched.
+    fn warn_of_levelled_probes(&mut self, text: &CaseText, case: &Case) {
+        for (probe, at) in case.probes.iter().zip(&text.probe) {
+            let ProbePlace::Body { population: name, index } = &probe.place else { continue };
+            let Some(population) = case.grains.iter().find(|population| population.name == *name) else { continue };
+            let Some(left) = crate::check::levelled(case, population).filter(|left| index >= left) else { continue };
+            let span = at.value.body.as_ref().map_or(at.span.clone(), |body| body.span.clone());
+            self.values
+                .report
+                .warning(Some(span), format!("grain {index} of `{name}` may be taken away when the bed is levelled"))
+                .label("its rows would then be empty")
+                .help(format!("about {left} grains stay, as a rule those of the smallest numbers"));
+        }
+    }
+
+    /// A bed of which every grain is glued to the floor does not move.
+    fn warn_of_glued_beds(&mut self, text: &CaseText, case: &Case) {
+        for (population, at) in case.grains.iter().zip(&text.grains) {
+            let GrainPlacement::Packed(how) = &population.placement else { continue };
+            let radius = 0.5 * population.shape.size().unwrap_or(0.0) * population.size.smallest();
+            let (Some(glued), Some(level)) = (how.glued, how.level) else { continue };
+            if glued > level - radius {
+                let span = at.value.placement.as_ref().map_or(at.span.clone(), |placement| placement.span.clone());
+                self.values
+                    .report
+                    .warning(Some(span), format!("every grain of `{}` is glued to the floor", population.name))
+                    .label(format!("up to {} mm, the bed is {} mm high", rounded(1e3 * glued), rounded(1e3 * level)))
+                    .help("lower `glued`: three quarters of a grain size hold the lowest layer");
             }
         }
     }

@@ -23,6 +23,10 @@ pub use particles::{
     OutputFrame, Overlap, Particles, Preparation, PressureForce, Ripples, SphereDrag, WallMotion, Wendland,
 };
 
+use std::path::{Path, PathBuf};
+
+use sazanami_io::MeasuredProfile;
+use sazanami_io::readings::ReadingsError;
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
 
@@ -169,6 +173,32 @@ impl Case {
     pub fn tank_at(&self, time: Real) -> [Vector; 3] {
         let motion = self.frame.as_ref().and_then(|frame| frame.motion.as_ref());
         motion.map_or([Vector::ZERO; 3], |motion| motion.at(time))
+    }
+
+    /// Period of the tank's motion [s], if it moves in cycles.
+    #[must_use]
+    pub fn period(&self) -> Option<Real> {
+        self.frame.as_ref()?.motion.as_ref()?.period()
+    }
+
+    /// Reads a profile that was measured at `time` [s], as seen from the tank; nothing if there is no such file.
+    ///
+    /// # Errors
+    /// As [`MeasuredProfile::read_if_there`].
+    pub fn measured_profile(&self, file: &Path, time: Real) -> Result<Option<MeasuredProfile>, ReadingsError> {
+        let place = self.tank_at(time)[0];
+        Ok(MeasuredProfile::read_if_there(file)?.map(|profile| profile.in_tank([place.x, place.z])))
+    }
+
+    /// The bed and the water that were measured at `time` [s], each by the first file that is there.
+    #[must_use]
+    pub fn measured_at(&self, time: Real) -> [Option<MeasuredProfile>; 2] {
+        let of = |file: fn(&Measured) -> Option<&PathBuf>| {
+            let mut tables =
+                self.ripples.iter().flat_map(|ripples| &ripples.measured).filter(|table| table.is_of(time));
+            tables.find_map(|table| self.measured_profile(file(table)?, table.time).ok().flatten())
+        };
+        [of(|table| table.bed.as_ref()), of(|table| table.water.as_ref())]
     }
 
     /// Whether positions are those in the laboratory, in which the walls move.

@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 use std::path::PathBuf;
 
+use sazanami_numerics::spline::Spline;
 use sazanami_numerics::{Real, Vector};
 
 use crate::case::written::choices;
@@ -234,7 +235,9 @@ pub enum Motion {
         /// Direction.
         axis: Axis,
         /// The curve through them.
-        curve: sazanami_numerics::spline::Spline,
+        curve: Spline,
+        /// Amplitude [m] and frequency [Hz] of its strongest harmonic within the run, if it moves.
+        harmonic: Option<(Vector, Real)>,
     },
 }
 
@@ -268,50 +271,74 @@ impl Motion {
         }
     }
 
-    /// Amplitude [m] and frequency [Hz] of its strongest harmonic until `until` [s]; `None` without motion.
+    /// The motion along a curve of positions, in a run until `until` [s].
     #[must_use]
-    pub fn harmonic(&self, until: Real) -> Option<(Vector, Real)> {
-        let Self::File { axis, curve, .. } = self else {
-            let Self::Formula { amplitude, frequency, .. } = self else { return None };
-            return (*amplitude != Vector::ZERO).then_some((*amplitude, *frequency));
-        };
-        // The velocity has no trend to speak of; Hann's window keeps harmonics apart.
-        let [start, end] = curve.range();
-        let (start, span) = (start.max(0.0), end.min(until) - start.max(0.0));
-        if span <= 0.0 {
-            return None;
-        }
-        // Twice as many samples as there are points in that time, so that none of its harmonics is taken for another.
-        let samples = (2 * curve.points_within([start, start + span])).clamp(256, MOST_SAMPLES);
-        let place = |n: usize| (n as Real + 0.5) / samples as Real;
-        let window = |n: usize| 1.0 - (TAU * place(n)).cos();
-        let speeds: Vec<Real> = (0..samples).map(|n| window(n) * curve.at(start + span * place(n))[1]).collect();
-        let amplitude = |cycles: Real| {
-            // The angle of the next sample by the addition theorems.
-            let (turn_sine, turn_cosine) = (TAU * cycles / samples as Real).sin_cos();
-            let (mut s, mut c) = (0.5 * TAU * cycles / samples as Real).sin_cos();
-            let (mut cosine, mut sine) = (0.0, 0.0);
-            for speed in &speeds {
-                cosine += speed * c;
-                sine += speed * s;
-                (s, c) = (s * turn_cosine + c * turn_sine, c * turn_cosine - s * turn_sine);
-            }
-            2.0 * cosine.hypot(sine) / samples as Real
-        };
-        let tried = (2..samples).map(|n| 0.5 * n as Real);
-        let (cycles, speed) = tried.map(|cycles| (cycles, amplitude(cycles))).max_by(|a, b| a.1.total_cmp(&b.1))?;
-        let frequency = cycles / span;
-        (speed > 0.0).then(|| (axis.direction() * (speed / (TAU * frequency)), frequency))
+    pub fn recorded(file: PathBuf, axis: Axis, curve: Spline, until: Real) -> Self {
+        let harmonic = strongest(&curve, until).map(|(amplitude, frequency)| (axis.direction() * amplitude, frequency));
+        Self::File { file, axis, curve, harmonic }
     }
 
-    /// Period of the motion [s], if it has one.
+    /// Amplitude [m] and frequency [Hz] of its strongest harmonic within the run; `None` without motion.
+    #[must_use]
+    pub fn harmonic(&self) -> Option<(Vector, Real)> {
+        match self {
+            Self::Formula { amplitude, frequency, .. } => {
+                (*amplitude != Vector::ZERO).then_some((*amplitude, *frequency))
+            }
+            Self::File { harmonic, .. } => *harmonic,
+        }
+    }
+
+    /// Period of the motion [s], if it has one: that of a record is that of its strongest harmonic.
     #[must_use]
     pub fn period(&self) -> Option<Real> {
         match self {
             Self::Formula { frequency, .. } => Some(1.0 / frequency),
-            Self::File { .. } => None,
+            Self::File { .. } => self.harmonic().map(|(_, frequency)| frequency.recip()),
         }
     }
+}
+
+/// Amplitude [m] and frequency [Hz] of the strongest harmonic of a curve until `until` [s]; `None` without motion.
+fn strongest(curve: &Spline, until: Real) -> Option<(Real, Real)> {
+    // The velocity has no trend to speak of; Hann's window keeps harmonics apart.
+    let [start, end] = curve.range();
+    let (start, span) = (start.max(0.0), end.min(until) - start.max(0.0));
+    if span <= 0.0 {
+        return None;
+    }
+    // Twice as many samples as there are points in that time, so that none of its harmonics is taken for another.
+    let samples = (2 * curve.points_within([start, start + span])).clamp(256, MOST_SAMPLES);
+    let place = |n: usize| (n as Real + 0.5) / samples as Real;
+    let window = |n: usize| 1.0 - (TAU * place(n)).cos();
+    let speeds: Vec<Real> = (0..samples).map(|n| window(n) * curve.at(start + span * place(n))[1]).collect();
+    let amplitude = |cycles: Real| {
+        // The angle of the next sample by the addition theorems.
+        let (turn_sine, turn_cosine) = (TAU * cycles / samples as Real).sin_cos();
+        let (mut s, mut c) = (0.5 * TAU * cycles / samples as Real).sin_cos();
+        let (mut cosine, mut sine) = (0.0, 0.0);
+        for speed in &speeds {
+            cosine += speed * c;
+            sine += speed * s;
+            (s, c) = (s * turn_cosine + c * turn_sine, c * turn_cosine - s * turn_sine);
+        }
+        2.0 * cosine.hypot(sine) / samples as Real
+    };
+    let tried = (2..samples).map(|n| 0.5 * n as Real);
+    let (cycles, speed) = tried.map(|cycles| (cycles, amplitude(cycles))).max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let cycles = highest(amplitude, [cycles - 0.5, cycles + 0.5]);
+    let frequency = cycles / span;
+    (speed > 0.0).then(|| (speed / (TAU * frequency), frequency))
+}
+
+/// Place of the maximum of a function that has one between the ends, by golden section.
+fn highest(value: impl Fn(Real) -> Real, [mut low, mut high]: [Real; 2]) -> Real {
+    const PART: Real = 0.618_033_988_749_894_9;
+    while high - low > 1e-4 {
+        let [left, right] = [high - PART * (high - low), low + PART * (high - low)];
+        if value(left) > value(right) { high = right } else { low = left }
+    }
+    0.5 * (low + high)
 }
 
 /// Observation of ripples.
@@ -346,6 +373,24 @@ pub struct Measured {
     pub water: Option<PathBuf>,
 }
 
+impl Measured {
+    /// Times closer than this are the same [s].
+    const SAME_TIME: Real = 1e-9;
+
+    /// Whether it was measured at `time` [s].
+    #[must_use]
+    pub fn is_of(&self, time: Real) -> bool {
+        (self.time - time).abs() < Self::SAME_TIME
+    }
+
+    /// Whether `other` is of the same time and of surfaces that this one lacks.
+    #[must_use]
+    pub fn can_take(&self, other: &Self) -> bool {
+        let both = |a: &Option<PathBuf>, b: &Option<PathBuf>| a.is_some() && b.is_some();
+        self.is_of(other.time) && !both(&self.bed, &other.bed) && !both(&self.water, &other.water)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -372,30 +417,34 @@ mod tests {
     }
 
     #[test]
+    fn a_maximum_is_found_between_ends() {
+        assert!((highest(|x| -(x - 3.3) * (x - 3.3), [3.0, 4.0]) - 3.3).abs() < 1e-4);
+    }
+
+    #[test]
     fn the_strongest_harmonic_of_a_record_is_found() {
         let t: Vec<Real> = (0..=700).map(|n| 0.01 * n as Real).collect();
         // A rise in half a second, a slow drift, and a third harmonic.
         let at =
             |t: Real| (t / 0.5).min(1.0) * (-0.01 * (TAU * 2.0 * t).sin() + 0.001 * (TAU * 6.0 * t).sin()) + 1e-3 * t;
         let x: Vec<Real> = t.iter().map(|&t| at(t)).collect();
-        let curve = sazanami_numerics::spline::Spline::through(&t, &x).unwrap();
-        let motion = Motion::File { file: PathBuf::new(), axis: Axis::X2, curve };
-        let (amplitude, frequency) = motion.harmonic(7.0).unwrap();
+        let curve = Spline::through(&t, &x).unwrap();
+        let motion = |axis, curve, until| Motion::recorded(PathBuf::new(), axis, curve, until);
+        let (amplitude, frequency) = motion(Axis::X2, curve, 7.0).harmonic().unwrap();
         assert!((frequency - 2.0).abs() < 0.02, "{frequency}");
         assert!((amplitude - Vector::new(0.0, 0.01, 0.0)).length() < 3e-4, "{amplitude}");
         // A long record of which the run sees the beginning, and one of 600 cycles.
         let t: Vec<Real> = (0..=12_000).map(|n| 0.025 * n as Real).collect();
-        let record = |at: &dyn Fn(Real) -> Real| {
+        let record = |at: &dyn Fn(Real) -> Real, until| {
             let x: Vec<Real> = t.iter().map(|&t| at(t)).collect();
-            let curve = sazanami_numerics::spline::Spline::through(&t, &x).unwrap();
-            Motion::File { file: PathBuf::new(), axis: Axis::X1, curve }
+            motion(Axis::X1, Spline::through(&t, &x).unwrap(), until)
         };
-        let soon_still = record(&|t| if t < 5.0 { 0.01 * (TAU * 2.0 * t).sin() } else { 0.0 });
-        let (amplitude, frequency) = soon_still.harmonic(5.0).unwrap();
+        let soon_still = record(&|t| if t < 5.0 { 0.01 * (TAU * 2.0 * t).sin() } else { 0.0 }, 5.0);
+        let (amplitude, frequency) = soon_still.harmonic().unwrap();
         assert!((frequency - 2.0).abs() < 0.02 && (amplitude.x - 0.01).abs() < 3e-4, "{frequency} {amplitude}");
-        let (_, frequency) = record(&|t| 0.01 * (TAU * 2.0 * t).sin()).harmonic(300.0).unwrap();
+        let (_, frequency) = record(&|t| 0.01 * (TAU * 2.0 * t).sin(), 300.0).harmonic().unwrap();
         assert!((frequency - 2.0).abs() < 0.01, "{frequency}");
-        let still = sazanami_numerics::spline::Spline::through(&[0.0, 1.0], &[0.3, 0.3]).unwrap();
-        assert_eq!(Motion::File { file: PathBuf::new(), axis: Axis::X1, curve: still }.harmonic(1.0), None);
+        let still = Spline::through(&[0.0, 1.0], &[0.3, 0.3]).unwrap();
+        assert_eq!(motion(Axis::X1, still, 1.0).harmonic(), None);
     }
 }

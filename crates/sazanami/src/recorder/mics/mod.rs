@@ -14,7 +14,7 @@ use sazanami_observe::erosion::{CountedGrains, Erosion, ErosionSettings, Initial
 use sazanami_observe::splash::SplashTracker;
 
 use super::bed::GrainsSeen;
-use super::books::{Account, Books, Step};
+use super::books::{Account, Books, Step, Worry};
 use super::files::Files;
 use super::{RecordError, Totals};
 use crate::case::meaning::{Case, ErosionMode};
@@ -176,11 +176,14 @@ impl Books for GridBooks {
         }
     }
 
-    fn worry(&self) -> Option<String> {
-        let problem = self.findings.no_erosion.as_ref()?;
-        Some(format!(
-            "the crater cannot be evaluated: {problem}; the run goes on, and its columns stay empty until it can"
-        ))
+    fn worries(&self) -> Vec<Worry> {
+        let told = |problem| {
+            format!(
+                "the crater cannot be evaluated: {problem}; the run goes on, and its columns stay empty until it can"
+            )
+        };
+        let no_crater = self.findings.no_erosion.as_ref();
+        no_crater.map(|problem| Worry { about: "crater", text: told(problem) }).into_iter().collect()
     }
 
     fn columns() -> Vec<Column> {

@@ -10,8 +10,8 @@ use crate::assembly::grains::identifier;
 use crate::case::meaning::{Case, Probe, ProbePlace};
 use crate::clock::Clock;
 use crate::recorder::RecordError;
+use crate::recorder::columns::{Quantities, Quantity};
 use crate::recorder::files::Files;
-use crate::recorder::probe_columns::{Quantities, Quantity};
 use crate::simulation::Job;
 
 /// Liquid fraction, pressure, velocity.

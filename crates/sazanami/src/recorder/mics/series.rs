@@ -2,16 +2,22 @@
 
 use sazanami_io::table::{Column, Value};
 use sazanami_io::vtk::DataArray;
-use sazanami_mics::solver::Solver;
+use sazanami_mics::solver::{Solver, StepReport};
 use sazanami_numerics::Real;
+use sazanami_observe::bed_profile;
+use sazanami_observe::budget::MomentumBudget;
+use sazanami_observe::erosion::Erosion;
+use sazanami_observe::splash::Splash;
 
 use super::GridBooks;
 use crate::case::meaning::FieldPrecision;
 use crate::clock::Clock;
 use crate::recorder::bed::GrainsSeen;
 use crate::recorder::books::Step;
+use crate::recorder::columns::{LENGTH, Quantity, columns as named, length, missing};
 use crate::recorder::files::Files;
 use crate::recorder::{RecordError, Totals};
+use crate::results::CRATER_PROFILES;
 
 /// Adds a row to the series, and the bed's profile to its table.
 pub(super) fn rows(
@@ -30,9 +36,9 @@ pub(super) fn rows(
         columns.extend((0..heights.len()).map(|n| Column::new(&format!("height_{n}"), "m")));
         columns
     };
-    let mut row = vec![Value::Real(clock.time()), Value::Real(erosion.profile.layer)];
-    row.extend(heights.iter().map(|height| height.map_or(Value::Missing, Value::Real)));
-    files.add("profiles.csv", columns, clock, &[row])
+    let mut row: Vec<Value> = vec![clock.time().into(), erosion.profile.layer.into()];
+    row.extend(heights.iter().map(|&height| Value::from(height)));
+    files.add(CRATER_PROFILES, columns, clock, &[row])
 }
 
 /// Writes the fields for ParaView. All ranks take part.
@@ -95,52 +101,61 @@ fn outside_grains(liquid: &[Real], solid: &[Real]) -> Vec<Real> {
     liquid.iter().zip(solid).map(|(c, alpha)| c * (1.0 - alpha)).collect()
 }
 
+/// Time of a row.
+const TIME: [Quantity; 1] = [("time", "s")];
+/// What the last step did.
+const OF_STEP: [Quantity; 8] = [
+    ("fluid_passes", ""),
+    ("pressure_iterations", ""),
+    ("divergence", ""),
+    ("courant", ""),
+    ("grain_substeps", ""),
+    ("contact_pairs", ""),
+    ("contacts", ""),
+    ("largest_overlap", ""),
+];
+/// What had to be tidied up.
+const TIDIED: [Quantity; 4] =
+    [("deep_contacts", ""), ("overfull_volume", "m^3"), ("out_of_range_cells", ""), ("clipped_volume", "m^3")];
+/// What is kept, or should be, and how it moves.
+const CONSERVED: [Quantity; 5] = [
+    ("liquid_volume_relative_change", ""),
+    ("wet_liquid_volume_relative_change", ""),
+    ("kinetic_energy_fluid", "J"),
+    ("kinetic_energy_grains", "J"),
+    ("largest_grain_speed", "m/s"),
+];
+/// Where the upward momentum is, and where it came from.
+const MOMENTUM: [Quantity; 13] = [
+    ("momentum_liquid_3", "N s"),
+    ("momentum_gas_3", "N s"),
+    ("momentum_grains_3", "N s"),
+    ("momentum_displaced_3", "N s"),
+    ("momentum_owed_3", "N s"),
+    ("impulse_walls_on_fluid_3", "N s"),
+    ("impulse_walls_on_grains_3", "N s"),
+    ("impulse_gravity_3", "N s"),
+    ("impulse_swallowed_3", "N s"),
+    ("impulse_open_sides_3", "N s"),
+    ("impulse_held_grains_3", "N s"),
+    ("momentum_residual_3", "N s"),
+    ("momentum_residual_relative", ""),
+];
+/// How far the liquid reaches.
+const FRONT: [Quantity; 1] = [("front", "m")];
+/// The crater.
+const CRATER: [Quantity; 5] = [
+    ("crater_depth", "m"),
+    ("rim_radius", "m"),
+    ("erosion_volume", "m^3"),
+    ("erosion_volume_direct", "m^3"),
+    ("erosion_volume_excavated", "m^3"),
+];
+/// Grains that were splashed.
+const SPLASH: [Quantity; 3] = [("splashed_grains", ""), ("splashed_mass", "kg"), ("splash_distance", "m")];
+
 pub(super) fn columns() -> Vec<Column> {
-    let named = [
-        ("time", "s"),
-        ("dt", "s"),
-        ("limiter", ""),
-        ("fluid_passes", ""),
-        ("pressure_iterations", ""),
-        ("divergence", ""),
-        ("courant", ""),
-        ("grain_substeps", ""),
-        ("contact_pairs", ""),
-        ("contacts", ""),
-        ("largest_overlap", ""),
-        ("deep_contacts", ""),
-        ("overfull_volume", "m^3"),
-        ("out_of_range_cells", ""),
-        ("clipped_volume", "m^3"),
-        ("liquid_volume_relative_change", ""),
-        ("wet_liquid_volume_relative_change", ""),
-        ("kinetic_energy_fluid", "J"),
-        ("kinetic_energy_grains", "J"),
-        ("largest_grain_speed", "m/s"),
-        ("momentum_liquid_3", "N s"),
-        ("momentum_gas_3", "N s"),
-        ("momentum_grains_3", "N s"),
-        ("momentum_displaced_3", "N s"),
-        ("momentum_owed_3", "N s"),
-        ("impulse_walls_on_fluid_3", "N s"),
-        ("impulse_walls_on_grains_3", "N s"),
-        ("impulse_gravity_3", "N s"),
-        ("impulse_swallowed_3", "N s"),
-        ("impulse_open_sides_3", "N s"),
-        ("impulse_held_grains_3", "N s"),
-        ("momentum_residual_3", "N s"),
-        ("momentum_residual_relative", ""),
-        ("front", "m"),
-        ("crater_depth", "m"),
-        ("rim_radius", "m"),
-        ("erosion_volume", "m^3"),
-        ("erosion_volume_direct", "m^3"),
-        ("erosion_volume_excavated", "m^3"),
-        ("splashed_grains", ""),
-        ("splashed_mass", "kg"),
-        ("splash_distance", "m"),
-    ];
-    named.iter().map(|(name, unit)| Column::new(name, unit)).collect()
+    named(&[&TIME, &LENGTH, &OF_STEP, &TIDIED, &CONSERVED, &MOMENTUM, &FRONT, &CRATER, &SPLASH])
 }
 
 fn values(
@@ -150,78 +165,84 @@ fn values(
     seen: &GrainsSeen,
     totals: &Totals,
 ) -> Vec<Value> {
-    let real = Value::Real;
-    let count = |n: usize| Value::Count(n as u64);
-    let mut row = vec![real(clock.time())];
-    match step {
-        Some(Step { dt, limit, report }) => row.extend([
-            real(*dt),
-            Value::Text((*limit).to_owned()),
-            count(report.fluid_passes),
-            count(report.pressure.iterations),
-            real(report.pressure.divergence),
-            real(report.courant),
-            count(report.contacts.substeps),
-            count(report.contacts.pairs),
-            count(report.contacts.contacts),
-            real(report.contacts.largest_overlap),
-        ]),
-        None => row.extend(std::iter::repeat_with(|| Value::Missing).take(10)),
-    }
-    row.extend([
-        count(totals.tidied.deep_contacts),
-        real(step.map_or(0.0, |step| step.report.imprint.overfull_volume)),
-        Value::Count(totals.tidied.out_of_range_cells),
-        real(totals.tidied.clipped_volume),
-    ]);
     let findings = &books.findings;
-    let energies = books.energies;
-    let fastest = seen.with_bed(|bed| sazanami_observe::bed_profile::motion(bed).largest_speed);
-    row.extend([
-        real(findings.liquid_relative_change),
-        real(findings.wet_relative_change),
-        real(energies.fluid),
-        real(energies.grains),
-        real(fastest),
-    ]);
-    match &books.momentum {
-        Some(budget) => {
-            let stock = budget.stock();
-            let i = budget.impulses();
-            let gravity = i.gravity_on_fluid + i.gravity_on_grains;
-            let vectors = [
-                stock.liquid,
-                stock.gas,
-                stock.grains,
-                stock.displaced,
-                stock.owed_to_grains,
-                i.walls_on_fluid,
-                i.walls_on_grains,
-                gravity,
-                i.swallowed,
-                i.open_sides,
-                i.held_grains,
-                budget.residual(),
-            ];
-            row.extend(vectors.map(|vector| real(vector.z)));
-            row.push(real(budget.relative_residual()));
-        }
-        None => row.extend(std::iter::repeat_with(|| Value::Missing).take(13)),
-    }
-    row.push(books.front.map_or(Value::Missing, real));
-    match &findings.erosion {
-        Some(erosion) => row.extend([
-            real(erosion.crater.depth),
-            real(erosion.crater.rim_radius),
-            real(erosion.crater.volume),
-            real(erosion.crater.volume_direct),
-            erosion.volume_excavated.map_or(Value::Missing, Value::Real),
-        ]),
-        None => row.extend(std::iter::repeat_with(|| Value::Missing).take(5)),
-    }
-    match &findings.splash {
-        Some(splash) => row.extend([count(splash.grains), real(splash.mass), real(splash.farthest_distance)]),
-        None => row.extend(std::iter::repeat_with(|| Value::Missing).take(3)),
-    }
+    let mut row = vec![clock.time().into()];
+    row.extend(step.map_or_else(missing, |step| length(step, totals)));
+    row.extend(step.map_or_else(missing, |step| of_step(step.report)));
+    row.extend(tidied(step, totals));
+    row.extend(conserved(books, seen));
+    row.extend(books.momentum.as_ref().map_or_else(missing, momentum));
+    row.push(books.front.into());
+    row.extend(findings.erosion.as_ref().map_or_else(missing, crater));
+    row.extend(findings.splash.as_ref().map_or_else(missing, splash));
     row
+}
+
+fn of_step(report: &StepReport) -> [Value; OF_STEP.len()] {
+    let contacts = &report.contacts;
+    [
+        report.fluid_passes.into(),
+        report.pressure.iterations.into(),
+        report.pressure.divergence.into(),
+        report.courant.into(),
+        contacts.substeps.into(),
+        contacts.pairs.into(),
+        contacts.contacts.into(),
+        contacts.largest_overlap.into(),
+    ]
+}
+
+fn tidied(step: Option<&Step<'_, Solver>>, totals: &Totals) -> [Value; TIDIED.len()] {
+    let tidied = &totals.tidied;
+    [
+        tidied.deep_contacts.into(),
+        step.map_or(0.0, |step| step.report.imprint.overfull_volume).into(),
+        tidied.out_of_range_cells.into(),
+        tidied.clipped_volume.into(),
+    ]
+}
+
+fn conserved(books: &GridBooks, seen: &GrainsSeen) -> [Value; CONSERVED.len()] {
+    let (findings, energies) = (&books.findings, books.energies);
+    [
+        findings.liquid_relative_change.into(),
+        findings.wet_relative_change.into(),
+        energies.fluid.into(),
+        energies.grains.into(),
+        seen.with_bed(|bed| bed_profile::motion(bed).largest_speed).into(),
+    ]
+}
+
+fn momentum(budget: &MomentumBudget) -> [Value; MOMENTUM.len()] {
+    let (stock, impulses) = (budget.stock(), budget.impulses());
+    [
+        stock.liquid.z.into(),
+        stock.gas.z.into(),
+        stock.grains.z.into(),
+        stock.displaced.z.into(),
+        stock.owed_to_grains.z.into(),
+        impulses.walls_on_fluid.z.into(),
+        impulses.walls_on_grains.z.into(),
+        (impulses.gravity_on_fluid + impulses.gravity_on_grains).z.into(),
+        impulses.swallowed.z.into(),
+        impulses.open_sides.z.into(),
+        impulses.held_grains.z.into(),
+        budget.residual().z.into(),
+        budget.relative_residual().into(),
+    ]
+}
+
+fn crater(erosion: &Erosion) -> [Value; CRATER.len()] {
+    let crater = &erosion.crater;
+    [
+        crater.depth.into(),
+        crater.rim_radius.into(),
+        crater.volume.into(),
+        crater.volume_direct.into(),
+        erosion.volume_excavated.into(),
+    ]
+}
+
+fn splash(splash: &Splash) -> [Value; SPLASH.len()] {
+    [splash.grains.into(), splash.mass.into(), splash.farthest_distance.into()]
 }

@@ -5,6 +5,7 @@ use sazanami_numerics::{Real, Vector};
 
 use super::sight::Sight;
 use crate::case::meaning::{Case, OutputFrame};
+use crate::case::written::ChoiceSet;
 use crate::clock::Clock;
 use crate::recorder::RecordError;
 use crate::recorder::files::Files;
@@ -36,7 +37,8 @@ pub(super) fn write(job: &Job, sight: &Sight, clock: &Clock, files: &mut Files) 
         DataArray::rounded("void_fraction", 1, water.bulk_volume.iter().map(|bulk| volume / bulk)),
         DataArray::new("surface", 1, &water.place),
     ];
-    let file = PointFile { places: &places, time: Some(clock.time()), arrays: &arrays, scalars: Some("pressure") };
+    let (time, frame) = (Some(clock.time()), job.case.output.frame.word());
+    let file = PointFile { places: &places, time, arrays: &arrays, scalars: Some("pressure"), frame };
     files.fluid_points(clock, &file)
 }
 
@@ -62,6 +64,7 @@ pub(super) fn write_grains(job: &Job, sight: &Sight, clock: &Clock, files: &mut 
         DataArray::rounded("wetness", 1, grains.wetness.iter().copied()),
         DataArray::new("touched_grains", 1, &grains.contacts),
     ];
-    let file = PointFile { places: &places, time: Some(clock.time()), arrays: &arrays, scalars: Some("velocity") };
+    let (time, frame) = (Some(clock.time()), job.case.output.frame.word());
+    let file = PointFile { places: &places, time, arrays: &arrays, scalars: Some("velocity"), frame };
     files.grain_points(clock, &file)
 }

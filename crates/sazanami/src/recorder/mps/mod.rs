@@ -1,8 +1,10 @@
 //! Runs with moving particles: bed and water surface, ripples, averages over layers, and what is to be watched.
 
 mod fields;
+mod notes;
 mod pictures;
 mod probes;
+mod rim;
 mod series;
 mod sight;
 
@@ -10,22 +12,25 @@ use sazanami_io::table::Column;
 use sazanami_mps::solver::Solver;
 use sazanami_numerics::snapshot::Snapshot;
 use sazanami_numerics::{Real, Vector};
+use sazanami_observe::budget::{FluidMomentumBudget, ParticleImpulses};
 use sazanami_observe::ripples::{self, BedSurfaces, LayerMeans, Ripples, SurfaceProfile, Tank, Unmeasured};
 use serde_json::{Map, json};
 
 use super::bed::GrainsSeen;
-use super::books::{Account, Books, Step};
+use super::books::{Account, Books, Step, Worry};
 use super::files::Files;
 use super::{RecordError, Totals};
 use crate::case::meaning::{self, Case, LayerReference, TankMotion};
 use crate::clock::Clock;
 use crate::simulation::{Job, RankError};
-pub(crate) use pictures::weight_of_grain;
+pub(crate) use pictures::{moment, weight_of_grain};
+use rim::Rim;
+pub(crate) use series::surface_json;
 use sight::Sight;
 
 const INITIAL: &str = "observe/initial_tank";
 const LAYERS: &str = "observe/initial_layers";
-const MOMENTUM: &str = "observe/momentum";
+const HIGHEST: &str = "observe/highest_water";
 
 /// What is found of bed and water.
 #[derive(Clone, Debug)]
@@ -53,8 +58,10 @@ pub(super) struct Stock {
     pub grain_energy: Real,
     /// Potential energy of fluid and submerged grains against gravity, from the floor [J].
     pub potential_energy: Real,
-    /// Weight of the grains less that of the fluid they displace [N].
+    /// Weight of the free grains less that of the fluid they displace [N].
     pub submerged_weight: Real,
+    /// Upward force of walls and of grains that forces do not move on the free grains, at the end of the last step [N].
+    pub carried_weight: Real,
     /// Mean height of the grains above the floor [m].
     pub grain_height: Real,
     /// Share of the grains on which the law of beds acts.
@@ -71,6 +78,8 @@ pub(crate) struct ParticleBooks {
     settings: Option<meaning::Ripples>,
     /// Motion of the tank, where its walls move.
     moving: Option<TankMotion>,
+    /// Period of that motion, or of the acceleration that stands for it [s].
+    period: Option<Real>,
     /// Gravity [m/s^2].
     gravity: Real,
     /// Particle spacing [m].
@@ -83,29 +92,15 @@ pub(crate) struct ParticleBooks {
     /// Layer of each grain at the start, by its place among them; empty if layers follow the grains.
     first_layers: Vec<u64>,
     water: SurfaceProfile,
+    /// Highest level of the water at any look [m], if there was any.
+    highest: Option<Real>,
+    /// Rim of the tank, if it is open and has walls.
+    rim: Option<Rim>,
     found: Option<Found>,
     stock: Stock,
-    /// Momentum of the fluid at the start, in the frame of its places [N s].
-    first_momentum: Vector,
-    /// What the fluid had gained, when last looked at, beyond what acted on it from outside [N s].
-    fluid_residual: Vector,
-    /// Sum of the sizes of the impulses of the body force in each direction [N s].
-    forced: Vector,
-    /// Impulses since the start, in the order of [`IMPULSES`] [N s].
-    impulses: [Vector; IMPULSES.len()],
+    /// Where the momentum of the fluid went, in the frame of its places.
+    momentum: FluidMomentumBudget,
 }
-
-/// Names of the impulses that are booked.
-const IMPULSES: [&str; 8] = [
-    "body_force_on_fluid",
-    "wall_pressure_on_fluid",
-    "wall_friction_on_fluid",
-    "wall_contact_on_fluid",
-    "drag_on_fluid",
-    "drag_on_grains",
-    "pressure_on_grains",
-    "grains_on_walls",
-];
 
 impl ParticleBooks {
     /// Evaluates bed and layers by what is in sight, on rank 0.
@@ -167,7 +162,7 @@ pub(crate) fn settings_of(case: &meaning::Ripples, across: Real) -> ripples::Rip
 }
 
 /// The profile of a bed without its short gaps: a bed may have a hole.
-fn closed(case: &meaning::Ripples, profile: &SurfaceProfile) -> SurfaceProfile {
+pub(crate) fn closed(case: &meaning::Ripples, profile: &SurfaceProfile) -> SurfaceProfile {
     profile.with_gaps_closed(4.0 * case.grain_size)
 }
 
@@ -227,6 +222,7 @@ impl Books for ParticleBooks {
             tank: tank_of(job.case),
             settings: job.case.ripples.clone(),
             moving: job.case.frame.as_ref().filter(|_| job.case.walls_move()).and_then(|frame| frame.motion.clone()),
+            period: job.case.period(),
             gravity: job.case.gravity.length(),
             spacing: job.case.particles.as_ref().map_or(1.0, |particles| particles.spacing),
             sight: Sight::default(),
@@ -234,12 +230,11 @@ impl Books for ParticleBooks {
             first_volume: 0.0,
             first_layers: Vec::new(),
             water: SurfaceProfile { start: 0.0, spacing: 1.0, heights: Vec::new() },
+            highest: None,
+            rim: job.case.particles.as_ref().and_then(|p| Rim::of(job.case, p.radius * p.spacing)),
             found: None,
             stock: Stock::default(),
-            first_momentum: Vector::ZERO,
-            fluid_residual: Vector::ZERO,
-            forced: Vector::ZERO,
-            impulses: [Vector::ZERO; IMPULSES.len()],
+            momentum: FluidMomentumBudget::default(),
         }
     }
 
@@ -248,17 +243,16 @@ impl Books for ParticleBooks {
             Some(state) => {
                 self.first_volume = state.snapshot.reals_of(INITIAL, 1)?[0];
                 self.first_layers = state.snapshot.u64(LAYERS)?.to_vec();
-                let momentum = state.snapshot.reals_of(MOMENTUM, 6 + 3 * self.impulses.len())?;
-                let part = |n: usize| Vector::from_slice(&momentum[3 * n..3 * n + 3]);
-                (self.first_momentum, self.forced) = (part(0), part(1));
-                self.impulses = std::array::from_fn(|n| part(n + 2));
-                self.fluid_residual = self.residual(water);
+                // Checkpoints of earlier versions do not have it.
+                self.highest = state.snapshot.reals(HIGHEST).ok().and_then(|level| level.first().copied());
+                self.momentum = FluidMomentumBudget::restore(&state.snapshot)?;
+                self.momentum.balance(water.fluid_momentum());
             }
             None => {
                 seen.measure_bed();
                 self.look_at(water, 0.0);
                 self.first_volume = self.stock.volume;
-                (self.first_momentum, self.fluid_residual) = (water.fluid_momentum(), Vector::ZERO);
+                self.momentum = FluidMomentumBudget::new(water.fluid_momentum());
                 if let Some(case) = self.settings.as_ref().filter(|case| case.layers == LayerReference::Initial) {
                     let reference = ripples::LayerReference::Floor(self.tank.floor);
                     let layers =
@@ -271,40 +265,48 @@ impl Books for ParticleBooks {
     }
 
     fn add(&mut self, &Step { dt, report, .. }: &Step<'_, Solver>, totals: &mut Totals) {
-        totals.grain_substeps += report.contacts.substeps as u64;
         totals.fluid_passes += 1;
-        totals.pressure_iterations += report.pressure.iterations as u64;
-        totals.contacts = [report.contacts.pairs, report.contacts.contacts];
-        totals.tidied.deep_contacts += report.contacts.deep_contacts;
         let worst = &mut totals.worst;
         worst.cfl = worst.cfl.max(report.largest_speed * dt / self.spacing);
         worst.divergence = worst.divergence.max(report.pressure.residual);
-        worst.pressure_iterations = worst.pressure_iterations.max(report.pressure.iterations);
-        worst.overlap_relative = worst.overlap_relative.max(report.contacts.largest_overlap);
-        worst.grain_speed = worst.grain_speed.max(report.contacts.largest_speed);
         totals.particles.get_or_insert_default().add(report);
         let (fluid, coupling) = (&report.impulses, &report.coupling);
-        self.forced += fluid.body_force.abs();
-        let impulses = [
-            fluid.body_force,
-            fluid.wall_pressure,
-            fluid.friction,
-            fluid.contact,
-            coupling.drag_on_fluid,
-            coupling.drag_on_grains,
-            coupling.pressure_on_grains,
-            report.contacts.impulse_on_walls,
-        ];
-        self.impulses.iter_mut().zip(impulses).for_each(|(sum, impulse)| *sum += impulse);
+        self.momentum.add(&ParticleImpulses {
+            body_force_on_fluid: fluid.body_force,
+            wall_pressure_on_fluid: fluid.wall_pressure,
+            wall_friction_on_fluid: fluid.friction,
+            wall_contact_on_fluid: fluid.contact,
+            drag_on_fluid: coupling.drag_on_fluid,
+            drag_on_grains: coupling.drag_on_grains,
+            pressure_on_grains: coupling.pressure_on_grains,
+            grains_on_walls: report.contacts.impulse_on_walls,
+        });
     }
 
     fn look(&mut self, _seen: &mut GrainsSeen, water: &mut Solver, time: Real) {
         self.look_at(water, time);
     }
 
-    fn worry(&self) -> Option<String> {
-        let share = if self.first_volume > 0.0 { self.stock.volume / self.first_volume - 1.0 } else { 0.0 };
-        (share.abs() > 0.01).then(|| format!("the bulk volume of the water has changed by {:+.2} %", 1e2 * share))
+    fn notes(case: &Case) -> Vec<String> {
+        notes::of(case)
+    }
+
+    fn worries(&self) -> Vec<Worry> {
+        let change = self.volume_change();
+        let volume = (change.abs() > 0.01).then(|| Worry {
+            about: "volume",
+            text: format!("the bulk volume of the water has changed by {:+.2} %", 1e2 * change),
+        });
+        let excess = self.rim.as_ref().and_then(Rim::excess);
+        let rim = excess.map(|excess| Worry {
+            about: "rim",
+            text: format!(
+                "water stands {:.1} mm above the rim of the tank, where it would flow over its walls but is kept inside: \
+                 make the box higher",
+                1e3 * excess
+            ),
+        });
+        volume.into_iter().chain(rim).collect()
     }
 
     fn columns() -> Vec<Column> {
@@ -316,10 +318,10 @@ impl Books for ParticleBooks {
         clock: &Clock,
         step: Option<&Step<'_, Solver>>,
         _seen: &GrainsSeen,
-        _totals: &Totals,
+        totals: &Totals,
         files: &mut Files,
     ) -> Result<(), RecordError> {
-        series::rows(self, clock, step, files)
+        series::rows(self, clock, step, totals, files)
     }
 
     fn fields(
@@ -361,8 +363,6 @@ impl Books for ParticleBooks {
     }
 
     fn account(&self) -> Account {
-        let change = if self.first_volume > 0.0 { self.stock.volume / self.first_volume - 1.0 } else { 0.0 };
-        let [_, _, _, _, on_fluid, on_grains, ..] = self.impulses;
         let mut observables = Map::new();
         if let Some(found) = &self.found {
             observables.insert("ripples".into(), series::ripples_json(found, &self.tank));
@@ -371,27 +371,30 @@ impl Books for ParticleBooks {
             let extent = self.water.extent().unwrap_or_default();
             observables.insert(
                 "water".into(),
-                json!({ "mean_level_mm": 1e3 * level, "highest_less_lowest_mm": 1e3 * extent }),
+                json!({
+                    "mean_level_mm": 1e3 * level,
+                    "highest_less_lowest_mm": 1e3 * extent,
+                    "highest_level_mm": self.highest.map(|level| 1e3 * level),
+                }),
             );
         }
-        let exchanged = on_grains.length().max(on_fluid.length());
-        let residual = self.fluid_residual;
-        let relative = [0, 1, 2].map(|d| (self.forced[d] > 0.0).then(|| residual[d].abs() / self.forced[d]));
-        let named = IMPULSES.iter().zip(self.impulses);
-        let impulses: Map<String, serde_json::Value> =
-            named.map(|(name, impulse)| ((*name).to_owned(), json!(impulse.to_array()))).collect();
+        let impulses = self.momentum.impulses();
+        let named: Map<String, serde_json::Value> = ParticleImpulses::NAMES
+            .into_iter()
+            .zip(impulses.terms())
+            .map(|(name, impulse)| (name.to_owned(), json!(impulse.to_array())))
+            .collect();
         Account {
             particles: self.stock.particles,
             conservation: json!({
-                "fluid_bulk_volume_relative_change": change,
-                "drag_exchange_residual_relative":
-                    if exchanged > 0.0 { self.drag_residual().length() / exchanged } else { 0.0 },
-                "fluid_momentum_residual_relative": relative,
+                "fluid_bulk_volume_relative_change": self.volume_change(),
+                "drag_exchange_residual_relative": impulses.relative_drag_residual(),
+                "fluid_momentum_residual_relative": self.momentum.relative_residual(),
             }),
             momentum: json!({
                 "now": self.stock.momentum.to_array(),
-                "impulses": impulses,
-                "fluid_residual": residual.to_array(),
+                "impulses": named,
+                "fluid_residual": self.momentum.residual().to_array(),
             }),
             observables,
         }
@@ -400,8 +403,8 @@ impl Books for ParticleBooks {
     fn save(&self, snapshot: &mut Snapshot) {
         snapshot.put_reals(INITIAL, vec![self.first_volume]);
         snapshot.put_u64(LAYERS, self.first_layers.clone());
-        let momentum = [self.first_momentum, self.forced].into_iter().chain(self.impulses);
-        snapshot.put_reals(MOMENTUM, momentum.flat_map(|part| part.to_array()).collect());
+        snapshot.put_reals(HIGHEST, self.highest.into_iter().collect());
+        self.momentum.save(snapshot);
     }
 }
 
@@ -414,29 +417,24 @@ impl ParticleBooks {
         }
     }
 
-    /// Sum of drag on grains and on fluid [N s].
-    fn drag_residual(&self) -> Vector {
-        let [_, _, _, _, on_fluid, on_grains, ..] = self.impulses;
-        on_fluid + on_grains
-    }
-
-    /// What the fluid gained beyond what body force, walls and grains gave it [N s]. All ranks take part.
-    fn residual(&self, water: &Solver) -> Vector {
-        let [body_force, pressure, friction, contact, drag, _, pressure_on_grains, _] = self.impulses;
-        water.fluid_momentum()
-            - self.first_momentum
-            - (body_force + pressure + friction + contact + drag - pressure_on_grains)
+    /// Change of the bulk volume of the fluid, relative to that at the start.
+    fn volume_change(&self) -> Real {
+        if self.first_volume > 0.0 { self.stock.volume / self.first_volume - 1.0 } else { 0.0 }
     }
 
     /// Looks at grains and water. All ranks take part.
     fn look_at(&mut self, water: &mut Solver, time: Real) {
         self.see(water, time);
         self.stock = self.sight.stock(water, self.gravity);
-        self.fluid_residual = self.residual(water);
+        self.momentum.balance(water.fluid_momentum());
         if !self.sight.leads {
             return;
         }
         self.water = self.sight.surface(&self.tank);
+        self.highest = self.water.points().map(|[_, z]| z).chain(self.highest).reduce(Real::max);
+        if let Some(rim) = &mut self.rim {
+            rim.look(&self.sight.water, &self.water);
+        }
         self.evaluate();
     }
 }

@@ -1,17 +1,21 @@
 //! Pictures at output times: the tank seen from the side with grains coloured by speed, drag and pressure force, and the
 //! water between them (as figure 3 of Tazaki et al.), and the surfaces of bed and water (as their figure 2).
 
-use sazanami_io::MeasuredProfile;
-use sazanami_io::picture::{ColourScale, ProfileFigure, ProfilesAtTime, SlabPanel, SlabView, VectorWindow};
-use sazanami_mps::weight::{Weight, Wendland};
-use sazanami_numerics::Real;
-use sazanami_observe::ripples::{Interpolation, SectionWindow, SurfaceProfile, submerged_weight, vectors_in_section};
+use std::fmt::Write as _;
 
-use super::ParticleBooks;
+use sazanami_io::MeasuredProfile;
+use sazanami_io::picture::{
+    ColourScale, Picture, PictureError, ProfileFigure, ProfilesAtTime, SlabPanel, SlabView, VectorWindow,
+};
+use sazanami_numerics::{Real, Vector};
+use sazanami_observe::ripples::{SectionWindow, SurfaceProfile, submerged_weight, vectors_in_section};
+
+use super::{Found, ParticleBooks};
 use crate::case::meaning::Case;
 use crate::clock::Clock;
 use crate::recorder::RecordError;
 use crate::recorder::files::Files;
+use crate::results::BED_DEFINITIONS;
 use crate::simulation::Job;
 
 /// Part of the width of a tank, about its middle, in which grains are drawn; a thin slab hides nothing.
@@ -20,8 +24,14 @@ const SLAB: Real = 0.3;
 const WINDOW: Real = 20e-3;
 /// Distance of the arrows [m].
 const ARROWS: Real = 1e-3;
-/// Force at the ends of the colours, over the submerged weight of a grain: drag, force of the pressure.
-const FORCES: [Real; 2] = [2.0, 1.0];
+/// Room above the highest water [m].
+const ABOVE: Real = 5e-3;
+/// Share of the grains whose forces are within the colours, and the least force at their ends over the submerged weight
+/// of a grain.
+const WITHIN: Real = 0.98;
+const LEAST_FORCE: Real = 0.01;
+/// Weight that stands for none [N].
+const NO_WEIGHT: Real = 1e-12;
 /// Width of a panel [pixels].
 const WIDTH: usize = 1100;
 /// Density that force ranges are found with where a case has no grains [kg/m^3].
@@ -29,47 +39,62 @@ const SAND: Real = 2650.0;
 
 /// Draws what the figures of a time are.
 pub(super) fn draw(job: &Job, books: &ParticleBooks, clock: &Clock, files: &mut Files) -> Result<(), RecordError> {
-    let case = job.case;
     let name = format!("{:09}", clock.step());
-    let title = format!("{}: t = {:.3} s", case.caption(), clock.time());
+    let moment = moment(job.case, books.period, clock.time());
+    draw_grains(job.case, books, &moment)?.save(&files.figure(&format!("grains-{name}.png")))?;
+    draw_profiles(job.case, books, clock.time(), moment)?.save(&files.figure(&format!("profiles-{name}.png")))?;
+    Ok(())
+}
+
+/// What a time [s] is called in pictures: with the phase of the tank, if it has a `period` [s], and where it is and how
+/// it accelerates, if it moves.
+pub(crate) fn moment(case: &Case, period: Option<Real>, time: Real) -> String {
+    let mut text = format!("t = {time:.3} s");
+    if let Some(period) = period {
+        let hundredths = (1e2 * time / period).round().rem_euclid(1e2);
+        let _ = write!(text, ", phase {:.2}", 1e-2 * hundredths);
+    }
+    let [place, _, acceleration] = case.tank_at(time);
+    let moves = |d: usize| place[d] != 0.0 || acceleration[d] != 0.0;
+    for (d, name) in ["₁", "₂", "₃"].into_iter().enumerate().filter(|&(d, _)| moves(d)) {
+        let (x, a) = (rounded(1e3 * place[d], 10.0), rounded(acceleration[d], 100.0));
+        let _ = write!(text, ", tank x{name} = {x:.1} mm, a{name} = {a:.2} m/s²");
+    }
+    text.replace('-', "−")
+}
+
+/// A number in whole parts of which `parts` are one, zero without a sign.
+fn rounded(value: Real, parts: Real) -> Real {
+    (value * parts).round() / parts + 0.0
+}
+
+/// Grains by speed, drag and pressure force, and the velocity of the water in a window.
+fn draw_grains(case: &Case, books: &ParticleBooks, moment: &str) -> Result<Picture, PictureError> {
     let (lower, upper) = (case.domain.lower, case.domain.upper);
-    let sight = &books.sight;
-    let grains = &sight.grains;
+    let grains = &books.sight.grains;
     let speed: Vec<Real> = grains.velocity.iter().map(|v| v.length()).collect();
-    let drag: Vec<Real> = grains.drag.iter().map(|f| f.x).collect();
-    let pressure: Vec<Real> = grains.pressure_force.iter().map(|f| f.x).collect();
+    let along = |forces: &[Vector]| forces.iter().map(|force| force.x).collect::<Vec<Real>>();
+    let (drag, pressure) = (along(&grains.drag), along(&grains.pressure_force));
     let fastest = books.settings.as_ref().map_or(0.1, |ripples| ripples.colour_speed);
     let weight = weight_of_grain(case);
     let scales = [
         ColourScale::speed(fastest),
-        ColourScale::symmetric("drag f_{d,x} [N]", FORCES[0] * weight),
-        ColourScale::symmetric("pressure force f_{p,x} [N]", FORCES[1] * weight),
+        force_scale("drag f_{d,x}", &drag, weight),
+        force_scale("pressure force f_{p,x}", &pressure, weight),
     ];
     let panels: Vec<SlabPanel> =
         [&speed, &drag, &pressure].iter().zip(&scales).map(|(values, scale)| SlabPanel { values, scale }).collect();
     let water: Vec<[Real; 2]> = books.water.points_with_gaps().collect();
     let middle = 0.5 * (lower + upper);
     let half = (0.5 * SLAB * (upper.y - lower.y)).max(grains.diameter.first().copied().unwrap_or_default());
-    let top = (books.water.points().map(|[_, z]| z).fold(lower.z, Real::max) + 5e-3).min(upper.z);
-    let window = SectionWindow {
-        x: [middle.x - 0.5 * WINDOW, middle.x + 0.5 * WINDOW],
-        z: [lower.z, top],
-        plane: middle.y,
-        spacing: ARROWS,
-    };
-    let kernel = Weight { family: Wendland::C2, radius: sight.reach };
-    let around = Interpolation {
-        tank: &books.tank,
-        position: &sight.water.position,
-        volume: &sight.water.bulk_volume,
-        reach: sight.reach,
-        kernel: |distance| kernel.value(distance),
-        least: 4,
-    };
-    let vectors = vectors_in_section(&around, &window, &sight.water.velocity);
-    let arrows = VectorWindow { x: window.x, z: window.z, vectors: &vectors, reference: 2.0 * fastest };
+    // The water may stand above the open top of the box.
+    let top = books.water.points().map(|[_, z]| z).fold(lower.z, Real::max) + ABOVE;
+    let x = [middle.x - 0.5 * WINDOW, middle.x + 0.5 * WINDOW];
+    let vectors = arrows(books, &SectionWindow { x, z: [lower.z, top], plane: middle.y, spacing: ARROWS });
+    let share = (2e2 * half / (upper.y - lower.y)).min(100.0);
     let view = SlabView {
-        title: &title,
+        title: &format!("{}: {moment}", case.caption()),
+        note: &format!("grains: middle {share:.0} % of the width; water surface: mean over the whole width"),
         x: [lower.x, upper.x],
         z: [lower.z, top],
         slab: [middle.y - half, middle.y + half],
@@ -77,52 +102,43 @@ pub(super) fn draw(job: &Job, books: &ParticleBooks, clock: &Clock, files: &mut 
         diameter: &grains.diameter,
         panels: &panels,
         water: &water,
-        vectors: Some(&arrows),
+        vectors: Some(&VectorWindow { x, z: [lower.z, top], vectors: &vectors, reference: 2.0 * fastest }),
         width: WIDTH,
     };
-    view.draw()?.save(&files.figure(&format!("grains-{name}.png")))?;
-    draw_profiles(case, books, clock, files, &name)
+    view.draw()
 }
 
-fn draw_profiles(
-    case: &Case,
-    books: &ParticleBooks,
-    clock: &Clock,
-    files: &Files,
-    name: &str,
-) -> Result<(), RecordError> {
-    let (lower, upper) = (case.domain.lower, case.domain.upper);
-    let points = |profile: &SurfaceProfile| profile.points_with_gaps().collect::<Vec<_>>();
-    let mut moment = ProfilesAtTime { title: format!("t = {:.2} s", clock.time()), ..ProfilesAtTime::default() };
-    moment.water.push((String::new(), points(&books.water)));
-    if let Some(found) = &books.found {
-        let surfaces = [("concentration", &found.bed.concentration), ("image", &found.bed.image)];
-        moment.bed.extend(surfaces.iter().map(|(name, profile)| ((*name).to_owned(), points(profile))));
+/// Colours for forces [N] on grains of the submerged `weight` [N], which say how far they go.
+fn force_scale(name: &str, forces: &[Real], weight: Real) -> ColourScale {
+    let scale = ColourScale::symmetric_about("", forces, WITHIN, LEAST_FORCE * weight.max(NO_WEIGHT));
+    let percent = 1e2 * WITHIN;
+    // Grains as dense as water have no weight in it.
+    let ends = if weight > 0.0 { format!("±{:.2} W", scale.range[1] / weight) } else { "the ends".to_owned() };
+    ColourScale { label: format!("{name} [N], colours to {ends}: {percent:.0} % of the grains"), ..scale }
+}
+
+/// Places and velocities of the water in a window, below its surface: a mean over what is near a place is one above the
+/// surface too.
+fn arrows(books: &ParticleBooks, window: &SectionWindow) -> Vec<([Real; 2], [Real; 2])> {
+    let sight = &books.sight;
+    let mut vectors = vectors_in_section(&sight.around(&books.tank), window, &sight.water.velocity);
+    vectors.retain(|&([x, z], _)| books.water.at(x).is_some_and(|surface| z <= surface));
+    vectors
+}
+
+/// Surfaces of bed and water, and what was measured of them.
+fn draw_profiles(case: &Case, books: &ParticleBooks, time: Real, title: String) -> Result<Picture, PictureError> {
+    let named = |name: &str, profile: &SurfaceProfile| (name.to_owned(), profile.points_with_gaps().collect());
+    let mut moment = ProfilesAtTime { title, water: vec![named("", &books.water)], ..ProfilesAtTime::default() };
+    if let Some(Found { bed, .. }) = &books.found {
+        let [main, image, top_layer] = BED_DEFINITIONS;
+        moment.bed.push(named(main, &bed.concentration));
+        moment.other_beds.extend([named(image, &bed.image), named(top_layer, &bed.top_layer)]);
     }
-    let near = |time: Real| (time - clock.time()).abs() < 1e-6;
-    let measured = books.settings.iter().flat_map(|ripples| &ripples.measured).find(|measured| near(measured.time));
-    if let Some(measured) = measured {
-        let read = |file: &Option<std::path::PathBuf>| {
-            let profile = file.as_ref().and_then(|file| MeasuredProfile::read_if_there(file).ok().flatten());
-            profile.map(|profile| profile.points).unwrap_or_default()
-        };
-        moment.measured_bed = read(&measured.bed);
-        moment.measured_water = read(&measured.water);
-    }
-    let heights = |profile: Option<&SurfaceProfile>| {
-        let mean = profile.and_then(SurfaceProfile::mean).unwrap_or(0.5 * (lower.z + upper.z));
-        [mean - 8e-3, mean + 8e-3]
-    };
-    let title = case.caption();
-    let figure = ProfileFigure {
-        title,
-        moments: &[moment],
-        x_range: [lower.x, upper.x],
-        bed_range: heights(books.found.as_ref().map(|found| &found.bed.concentration)),
-        water_range: heights(Some(&books.water)),
-    };
-    figure.draw()?.save(&files.figure(&format!("profiles-{name}.png")))?;
-    Ok(())
+    let points = |profile: Option<MeasuredProfile>| profile.map(|profile| profile.points).unwrap_or_default();
+    [moment.measured_bed, moment.measured_water] = case.measured_at(time).map(points);
+    let x_range = [case.domain.lower.x, case.domain.upper.x];
+    ProfileFigure { title: case.caption(), moments: &[moment], x_range }.draw()
 }
 
 /// Submerged weight of a grain of the first population [N].
@@ -131,4 +147,14 @@ pub(crate) fn weight_of_grain(case: &Case) -> Real {
     let density = first.and_then(|kind| case.material(&kind.material)).map_or(SAND, |material| material.density);
     let size = first.and_then(|kind| kind.shape.size()).unwrap_or(1e-3);
     submerged_weight(size, density, case.fluids.liquid.density, case.gravity.length()).abs()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn small_numbers_have_no_sign_when_they_round_to_zero() {
+        assert_eq!(format!("{:.1} {:.2}", rounded(-0.04, 10.0), rounded(-1.579, 100.0)), "0.0 -1.58");
+    }
 }

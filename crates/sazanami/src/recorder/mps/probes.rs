@@ -3,9 +3,8 @@
 use std::cell::OnceCell;
 
 use sazanami_io::table::Value;
-use sazanami_mps::weight::{Weight, Wendland};
 use sazanami_numerics::{Real, Vector};
-use sazanami_observe::ripples::{Interpolation, SurfaceProfile, Tank};
+use sazanami_observe::ripples::{Near, SurfaceProfile, Tank};
 
 use super::fields::to_written_frame;
 use super::sight::Sight;
@@ -13,8 +12,8 @@ use crate::assembly::grains::identifier;
 use crate::case::meaning::{Case, ProbePlace};
 use crate::clock::Clock;
 use crate::recorder::RecordError;
+use crate::recorder::columns::{Quantities, Quantity, missing};
 use crate::recorder::files::Files;
-use crate::recorder::probe_columns::{Quantities, Quantity};
 use crate::simulation::Job;
 
 /// Pressure and velocity.
@@ -37,8 +36,6 @@ const OF_BODY: [Quantity; 13] = [
     ("void_fraction", ""),
 ];
 const QUANTITIES: Quantities = Quantities { at_point: &AT_POINT, through_plane: &[], of_body: &OF_BODY };
-/// Least number of particles within reach for a value at a point.
-const FEWEST: usize = 4;
 
 /// What probes are read from.
 struct Seen<'a> {
@@ -82,7 +79,7 @@ fn measure(case: &Case, seen: &Seen<'_>, time: Real, place: &ProbePlace) -> Vec<
         // The surface is a mean over the width.
         ProbePlace::Gauge([x, _]) => {
             let surface = surface.get_or_init(|| sight.surface(tank));
-            vec![surface.at(*x).map_or(Value::Missing, Value::Real)]
+            vec![surface.at(*x).into()]
         }
         // Refused with the case.
         ProbePlace::Plane { .. } => Vec::new(),
@@ -93,35 +90,18 @@ fn measure(case: &Case, seen: &Seen<'_>, time: Real, place: &ProbePlace) -> Vec<
 fn at_points(case: &Case, tank: &Tank, sight: &Sight, time: Real, points: &[Vector]) -> Vec<Value> {
     let body_force = case.effective_gravity(time);
     let [_, drift] = to_written_frame(case, time);
-    let water = &sight.water;
-    let pressure: Vec<Real> = (0..water.position.len()).map(|n| sight.pressure(n, body_force)).collect();
-    let weight = Weight { family: Wendland::C2, radius: sight.reach };
-    let around = Interpolation {
-        tank,
-        position: &water.position,
-        volume: &water.bulk_volume,
-        reach: sight.reach,
-        kernel: |distance| weight.value(distance),
-        least: FEWEST,
+    let around = sight.around(tank);
+    let read = |near: &Near| -> [Value; AT_POINT.len()] {
+        let pressure = near.mean(|n| sight.pressure(n, body_force));
+        let [u1, u2, u3] = (near.mean(|n| sight.water.velocity[n]) + drift).to_array();
+        [pressure, u1, u2, u3].map(Value::Real)
     };
-    let mut row = Vec::with_capacity(4 * points.len());
-    for &point in points {
-        match (around.at(point, &pressure), around.at(point, &water.velocity)) {
-            (Some(pressure), Some(velocity)) => {
-                row.push(Value::Real(pressure));
-                row.extend((velocity + drift).to_array().map(Value::Real));
-            }
-            _ => row.extend(std::iter::repeat_n(Value::Missing, 4)),
-        }
-    }
-    row
+    points.iter().flat_map(|&point| around.near(point).as_ref().map_or_else(missing, read)).collect()
 }
 
 fn of_body(case: &Case, sight: &Sight, time: Real, id: u64) -> Vec<Value> {
     let grains = &sight.grains;
-    let Ok(n) = grains.id.binary_search(&id) else {
-        return std::iter::repeat_n(Value::Missing, OF_BODY.len()).collect();
-    };
+    let Ok(n) = grains.id.binary_search(&id) else { return missing::<{ OF_BODY.len() }>().to_vec() };
     let [shift, drift] = to_written_frame(case, time);
     let vectors = [grains.position[n] + shift, grains.velocity[n] + drift, grains.drag[n], grains.pressure_force[n]];
     let mut row: Vec<Value> = vectors.iter().flat_map(|v| v.to_array()).map(Value::Real).collect();

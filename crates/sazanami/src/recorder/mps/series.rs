@@ -1,80 +1,97 @@
 //! Rows of the series, the profiles of bed and water, and the averages over layers.
 
 use sazanami_io::table::{Column, Value};
-use sazanami_mps::solver::Solver;
+use sazanami_mps::solver::{Solver, StepReport};
 use sazanami_numerics::Real;
-use sazanami_observe::ripples::{Ripples, SurfaceProfile, Tank, Unmeasured};
+use sazanami_observe::ripples::{BedSurfaces, LayerMeans, Ripples, SurfaceProfile, Tank, Unmeasured};
 use serde_json::json;
 
-use super::{Found, ParticleBooks};
+use super::{Found, ParticleBooks, Stock};
 use crate::clock::Clock;
-use crate::recorder::RecordError;
 use crate::recorder::books::Step;
+use crate::recorder::columns::{LENGTH, Quantity, columns as named, length, missing};
 use crate::recorder::files::Files;
+use crate::recorder::{RecordError, Totals};
+use crate::results::{BED_PROFILES, LAYER_MEANS, WATER_PROFILES};
 
-/// Profiles of the bed's surface.
-pub(crate) const BED: &str = "bed.csv";
-/// Profiles of the water's surface.
-pub(crate) const WATER: &str = "water.csv";
-/// Averages over layers.
-pub(crate) const LAYERS: &str = "layers.csv";
+/// Time of a row.
+const TIME: [Quantity; 1] = [("time", "s")];
+/// What the last step did.
+const OF_STEP: [Quantity; 24] = [
+    ("pressure_iterations", ""),
+    ("pressure_residual", ""),
+    ("removed_mean_strain", ""),
+    ("strain_mean", ""),
+    ("strain_rms", ""),
+    ("surface_particles", ""),
+    ("splash_particles", ""),
+    ("plain_gradients", ""),
+    ("released_walls", ""),
+    ("cut_coefficients", ""),
+    ("held_rows", ""),
+    ("pushed_pairs", ""),
+    ("push_work", "J"),
+    ("largest_shift", "m"),
+    ("collisions", ""),
+    ("clipped_particles", ""),
+    ("cut_voids", ""),
+    ("least_void_fraction", ""),
+    ("largest_fluid_speed", "m/s"),
+    ("largest_grain_speed", "m/s"),
+    ("grain_substeps", ""),
+    ("contacts", ""),
+    ("largest_overlap", ""),
+    ("contact_force_over_submerged_weight", ""),
+];
+/// What is kept, or should be.
+const CONSERVED: [Quantity; 11] = [
+    ("bulk_volume_relative_change", ""),
+    ("kinetic_energy_fluid", "J"),
+    ("kinetic_energy_grains", "J"),
+    ("potential_energy", "J"),
+    ("momentum_1", "N s"),
+    ("momentum_2", "N s"),
+    ("momentum_3", "N s"),
+    ("drag_exchange_residual", "N s"),
+    ("fluid_momentum_residual_1", "N s"),
+    ("fluid_momentum_residual_2", "N s"),
+    ("fluid_momentum_residual_3", "N s"),
+];
+/// Where grains and water are.
+const PLACES: [Quantity; 7] = [
+    ("grain_height", "m"),
+    ("bed_law_share", ""),
+    ("front", "m"),
+    ("water_level_mean", "m"),
+    ("water_level_highest", "m"),
+    ("water_level_lowest", "m"),
+    ("particles_above_rim", ""),
+];
+/// What the bed is like.
+const OF_BED: [Quantity; 8] = [
+    ("bed_relief", "m"),
+    ("ripple_height", "m"),
+    ("ripple_crest_to_trough", "m"),
+    ("ripple_wavelength_spectrum", "m"),
+    ("ripple_wavelength_crossings", "m"),
+    ("ripple_wavelength_correlation", "m"),
+    ("ripple_steepness", ""),
+    ("suspended_grains", ""),
+];
+/// Averages over a layer at a time.
+const OF_LAYER: [Quantity; 8] = [
+    ("time", "s"),
+    ("layer", ""),
+    ("water_velocity_1", "m/s"),
+    ("grain_velocity_1", "m/s"),
+    ("drag_1", "N"),
+    ("pressure_force_1", "N"),
+    ("water_particles", ""),
+    ("grains", ""),
+];
 
 pub(super) fn columns() -> Vec<Column> {
-    let named = [
-        ("time", "s"),
-        ("dt", "s"),
-        ("limiter", ""),
-        ("pressure_iterations", ""),
-        ("pressure_residual", ""),
-        ("removed_mean_strain", ""),
-        ("strain_mean", ""),
-        ("strain_rms", ""),
-        ("surface_particles", ""),
-        ("splash_particles", ""),
-        ("plain_gradients", ""),
-        ("released_walls", ""),
-        ("cut_coefficients", ""),
-        ("held_rows", ""),
-        ("pushed_pairs", ""),
-        ("push_work", "J"),
-        ("largest_shift", "m"),
-        ("collisions", ""),
-        ("clipped_particles", ""),
-        ("cut_voids", ""),
-        ("least_void_fraction", ""),
-        ("largest_fluid_speed", "m/s"),
-        ("largest_grain_speed", "m/s"),
-        ("grain_substeps", ""),
-        ("contacts", ""),
-        ("largest_overlap", ""),
-        ("contact_force_over_submerged_weight", ""),
-        ("bulk_volume_relative_change", ""),
-        ("kinetic_energy_fluid", "J"),
-        ("kinetic_energy_grains", "J"),
-        ("potential_energy", "J"),
-        ("momentum_1", "N s"),
-        ("momentum_2", "N s"),
-        ("momentum_3", "N s"),
-        ("drag_exchange_residual", "N s"),
-        ("fluid_momentum_residual_1", "N s"),
-        ("fluid_momentum_residual_2", "N s"),
-        ("fluid_momentum_residual_3", "N s"),
-        ("grain_height", "m"),
-        ("bed_law_share", ""),
-        ("front", "m"),
-        ("water_level_mean", "m"),
-        ("water_level_highest", "m"),
-        ("water_level_lowest", "m"),
-        ("bed_relief", "m"),
-        ("ripple_height", "m"),
-        ("ripple_crest_to_trough", "m"),
-        ("ripple_wavelength_spectrum", "m"),
-        ("ripple_wavelength_crossings", "m"),
-        ("ripple_wavelength_correlation", "m"),
-        ("ripple_steepness", ""),
-        ("suspended_grains", ""),
-    ];
-    named.iter().map(|(name, unit)| Column::new(name, unit)).collect()
+    named(&[&TIME, &LENGTH, &OF_STEP, &CONSERVED, &PLACES, &OF_BED])
 }
 
 /// Adds rows to the series and to the other tables.
@@ -82,57 +99,46 @@ pub(super) fn rows(
     books: &ParticleBooks,
     clock: &Clock,
     step: Option<&Step<'_, Solver>>,
+    totals: &Totals,
     files: &mut Files,
 ) -> Result<(), RecordError> {
-    files.row(clock, &values(books, clock, step))?;
-    let time = Value::Real(clock.time());
-    let optional = |value: Option<Real>| value.map_or(Value::Missing, Value::Real);
-    let surface = &books.water;
-    let rows: Vec<Vec<Value>> = (0..surface.len())
-        .map(|n| vec![time.clone(), Value::Real(surface.x(n)), optional(surface.heights[n])])
-        .collect();
-    files.add(WATER, || profile_columns(&["z"]), clock, &rows)?;
+    files.row(clock, &values(books, clock, step, totals))?;
+    files.add(WATER_PROFILES, || profile_columns(&["z"]), clock, &water_rows(clock, &books.water))?;
     let Some(found) = &books.found else { return Ok(()) };
-    let bed = &found.bed.concentration;
-    let rows: Vec<Vec<Value>> = (0..bed.len())
-        .map(|n| {
-            let x = bed.x(n);
-            let others = [&found.bed.image, &found.bed.top_layer].map(|profile| optional(profile.at(x)));
-            let [image, top_layer] = others;
-            vec![time.clone(), Value::Real(x), optional(bed.heights[n]), image, top_layer]
-        })
-        .collect();
-    files.add(BED, || profile_columns(&["z_concentration", "z_image", "z_top_layer"]), clock, &rows)?;
-    let rows: Vec<Vec<Value>> = ["lower", "upper"]
-        .iter()
-        .zip(&found.layers)
-        .map(|(name, means)| {
-            vec![
-                time.clone(),
-                Value::Text((*name).to_owned()),
-                optional(means.water_velocity),
-                optional(means.grain_velocity),
-                optional(means.drag),
-                optional(means.pressure_force),
-                Value::Count(means.water_count as u64),
-                Value::Count(means.grain_count as u64),
-            ]
-        })
-        .collect();
-    let columns = || {
-        let named = [
-            ("time", "s"),
-            ("layer", ""),
-            ("water_velocity_1", "m/s"),
-            ("grain_velocity_1", "m/s"),
-            ("drag_1", "N"),
-            ("pressure_force_1", "N"),
-            ("water_particles", ""),
-            ("grains", ""),
-        ];
-        named.iter().map(|(name, unit)| Column::new(name, unit)).collect()
+    let heights = ["z_concentration", "z_image", "z_top_layer"];
+    files.add(BED_PROFILES, || profile_columns(&heights), clock, &bed_rows(clock, &found.bed))?;
+    let of_layers = ["lower", "upper"].iter().zip(&found.layers);
+    let rows: Vec<Vec<Value>> = of_layers.map(|(name, means)| of_layer(clock, name, means).to_vec()).collect();
+    files.add(LAYER_MEANS, || named(&[&OF_LAYER]), clock, &rows)
+}
+
+/// Heights of the water's surface, a row for each place.
+fn water_rows(clock: &Clock, surface: &SurfaceProfile) -> Vec<Vec<Value>> {
+    let row = |n: usize| vec![clock.time().into(), surface.x(n).into(), surface.heights[n].into()];
+    (0..surface.len()).map(row).collect()
+}
+
+/// Heights of the bed's surface in its three definitions, a row for each place of the main one.
+fn bed_rows(clock: &Clock, bed: &BedSurfaces) -> Vec<Vec<Value>> {
+    let main = &bed.concentration;
+    let row = |n: usize| {
+        let x = main.x(n);
+        vec![clock.time().into(), x.into(), main.heights[n].into(), bed.image.at(x).into(), bed.top_layer.at(x).into()]
     };
-    files.add(LAYERS, columns, clock, &rows)
+    (0..main.len()).map(row).collect()
+}
+
+fn of_layer(clock: &Clock, name: &str, means: &LayerMeans) -> [Value; OF_LAYER.len()] {
+    [
+        clock.time().into(),
+        name.into(),
+        means.water_velocity.into(),
+        means.grain_velocity.into(),
+        means.drag.into(),
+        means.pressure_force.into(),
+        means.water_count.into(),
+        means.grain_count.into(),
+    ]
 }
 
 fn profile_columns(heights: &[&str]) -> Vec<Column> {
@@ -141,95 +147,102 @@ fn profile_columns(heights: &[&str]) -> Vec<Column> {
     columns
 }
 
-fn values(books: &ParticleBooks, clock: &Clock, step: Option<&Step<'_, Solver>>) -> Vec<Value> {
-    let real = Value::Real;
-    let count = |n: usize| Value::Count(n as u64);
-    let stock = &books.stock;
-    let mut row = vec![real(clock.time())];
-    match step {
-        Some(Step { dt, limit, report }) => {
-            let supported = report.contacts.impulse_on_walls.z / dt;
-            let weight = stock.submerged_weight;
-            row.extend([
-                real(*dt),
-                Value::Text((*limit).to_owned()),
-                count(report.pressure.iterations),
-                real(report.pressure.residual),
-                real(report.pressure.removed_mean),
-                real(report.strain[0]),
-                real(report.strain[1]),
-                count(report.surface),
-                count(report.splashes),
-                count(report.plain_gradients),
-                count(report.released_walls),
-                count(report.pressure.cut_coefficients),
-                count(report.pressure.held_rows),
-                count(report.pushed_pairs),
-                real(report.push_work),
-                real(report.largest_shift),
-                count(report.collisions),
-                count(report.clipped),
-                count(report.coupling.cut_voids),
-                real(report.coupling.least_void),
-                real(report.largest_speed),
-                real(report.contacts.largest_speed),
-                count(report.contacts.substeps),
-                count(report.contacts.contacts),
-                real(report.contacts.largest_overlap),
-                if weight > 0.0 { real(-supported / weight) } else { Value::Missing },
-            ]);
-        }
-        None => row.extend(std::iter::repeat_with(|| Value::Missing).take(26)),
-    }
-    let change = if books.first_volume > 0.0 { stock.volume / books.first_volume - 1.0 } else { 0.0 };
-    let residual = books.fluid_residual;
-    row.extend([
-        real(change),
-        real(stock.fluid_energy),
-        real(stock.grain_energy),
-        real(stock.potential_energy),
-        real(stock.momentum.x),
-        real(stock.momentum.y),
-        real(stock.momentum.z),
-        real(books.drag_residual().length()),
-        real(residual.x),
-        real(residual.y),
-        real(residual.z),
-    ]);
-    let optional = |value: Option<Real>| value.map_or(Value::Missing, real);
-    let has_grains = !books.sight.grains.is_empty();
-    row.extend([
-        optional(has_grains.then_some(stock.grain_height)),
-        optional(has_grains.then_some(stock.bed_share)),
-        optional(stock.front.is_finite().then_some(stock.front)),
-    ]);
-    let level = |pick: fn(Real, Real) -> Real| books.water.points().map(|[_, z]| z).reduce(pick);
-    row.extend([optional(books.water.mean()), optional(level(Real::max)), optional(level(Real::min))]);
-    match &books.found {
-        Some(found) => {
-            let main = &found.ripples[0];
-            let of = |value: fn(&Ripples) -> Result<Real, Unmeasured>| {
-                optional(main.as_ref().ok().and_then(|ripples| value(ripples).ok()))
-            };
-            row.extend([
-                optional(found.relief),
-                of(|ripples| Ok(ripples.height())),
-                of(|ripples| ripples.crest_to_trough),
-                of(|ripples| Ok(ripples.spectral_wavelength)),
-                of(|ripples| ripples.crossing_wavelength),
-                of(|ripples| ripples.correlation_wavelength),
-                of(Ripples::steepness),
-                count(found.bed.suspended),
-            ]);
-        }
-        None => row.extend(std::iter::repeat_with(|| Value::Missing).take(8)),
-    }
+fn values(books: &ParticleBooks, clock: &Clock, step: Option<&Step<'_, Solver>>, totals: &Totals) -> Vec<Value> {
+    let mut row = vec![clock.time().into()];
+    row.extend(step.map_or_else(missing, |step| length(step, totals)));
+    row.extend(step.map_or_else(missing, |step| of_step(&books.stock, step.report)));
+    row.extend(conserved(books));
+    row.extend(places(books));
+    row.extend(books.found.as_ref().map_or_else(missing, of_bed));
     row
 }
 
-/// Ripples in the form of the summary; lengths in mm. Where there is none the main definition says why.
-pub(super) fn ripples_json(found: &Found, tank: &Tank) -> serde_json::Value {
-    let of = |ripples: &Result<Ripples, Unmeasured>, profile: &SurfaceProfile| match ripples {
+fn of_step(stock: &Stock, report: &StepReport) -> [Value; OF_STEP.len()] {
+    let (pressure, contacts) = (&report.pressure, &report.contacts);
+    let carried = (stock.submerged_weight > 0.0).then(|| stock.carried_weight / stock.submerged_weight);
+    [
+        pressure.iterations.into(),
+        pressure.residual.into(),
+        pressure.removed_mean.into(),
+        report.strain[0].into(),
+        report.strain[1].into(),
+        report.surface.into(),
+        report.splashes.into(),
+        report.plain_gradients.into(),
+        report.released_walls.into(),
+        pressure.cut_coefficients.into(),
+        pressure.held_rows.into(),
+        report.pushed_pairs.into(),
+        report.push_work.into(),
+        report.largest_shift.into(),
+        report.collisions.into(),
+        report.clipped.into(),
+        report.coupling.cut_voids.into(),
+        report.coupling.least_void.into(),
+        report.largest_speed.into(),
+        contacts.largest_speed.into(),
+        contacts.substeps.into(),
+        contacts.contacts.into(),
+        contacts.largest_overlap.into(),
+        carried.into(),
+    ]
+}
+
+fn conserved(books: &ParticleBooks) -> [Value; CONSERVED.len()] {
+    let (stock, residual) = (&books.stock, books.momentum.residual());
+    [
+        books.volume_change().into(),
+        stock.fluid_energy.into(),
+        stock.grain_energy.into(),
+        stock.potential_energy.into(),
+        stock.momentum.x.into(),
+        stock.momentum.y.into(),
+        stock.momentum.z.into(),
+        books.momentum.impulses().drag_residual().length().into(),
+        residual.x.into(),
+        residual.y.into(),
+        residual.z.into(),
+    ]
+}
+
+fn places(books: &ParticleBooks) -> [Value; PLACES.len()] {
+    let (stock, water) = (&books.stock, &books.water);
+    let has_grains = !books.sight.grains.is_empty();
+    let level = |pick: fn(Real, Real) -> Real| water.points().map(|[_, z]| z).reduce(pick);
+    [
+        has_grains.then_some(stock.grain_height).into(),
+        has_grains.then_some(stock.bed_share).into(),
+        stock.front.is_finite().then_some(stock.front).into(),
+        water.mean().into(),
+        level(Real::max).into(),
+        level(Real::min).into(),
+        books.rim.as_ref().map(|rim| rim.above).into(),
+    ]
+}
+
+fn of_bed(found: &Found) -> [Value; OF_BED.len()] {
+    let main = found.ripples[0].as_ref().ok();
+    let of = |value: fn(&Ripples) -> Result<Real, Unmeasured>| main.and_then(|ripples| value(ripples).ok()).into();
+    [
+        found.relief.into(),
+        of(|ripples| Ok(ripples.height())),
+        of(|ripples| ripples.crest_to_trough),
+        of(|ripples| Ok(ripples.spectral_wavelength)),
+        of(|ripples| ripples.crossing_wavelength),
+        of(|ripples| ripples.correlation_wavelength),
+        of(Ripples::steepness),
+        found.bed.suspended.into(),
+    ]
+}
+
+/// Ripples of one surface in the form of the summary; lengths in mm. Where there are none it says why.
+pub(crate) fn surface_json(
+    ripples: &Result<Ripples, Unmeasured>,
+    profile: &SurfaceProfile,
+    tank: &Tank,
+) -> serde_json::Value {
+    let mean_height = profile.mean().map(|z| 1e3 * (z - tank.floor));
+    match ripples {
         Ok(ripples) => {
             let mm = |value: &Result<Real, Unmeasured>| value.as_ref().ok().map(|value| 1e3 * value);
             json!({
@@ -241,13 +254,16 @@ pub(super) fn ripples_json(found: &Found, tank: &Tank) -> serde_json::Value {
                 "steepness": ripples.steepness().ok(),
                 "relief_mm": 1e3 * ripples.relief,
                 "waves": ripples.waves,
-                "mean_height_mm": profile.mean().map(|z| 1e3 * (z - tank.floor)),
+                "mean_height_mm": mean_height,
             })
         }
-        Err(problem) => {
-            json!({ "not_measured": problem.to_string(), "mean_height_mm": profile.mean().map(|z| 1e3 * (z - tank.floor)) })
-        }
-    };
+        Err(problem) => json!({ "not_measured": problem.to_string(), "mean_height_mm": mean_height }),
+    }
+}
+
+/// Ripples in the form of the summary: of the main surface, with those of the others in it.
+pub(super) fn ripples_json(found: &Found, tank: &Tank) -> serde_json::Value {
+    let of = |ripples, profile| surface_json(ripples, profile, tank);
     let mut main = of(&found.ripples[0], &found.bed.concentration);
     if let Some(main) = main.as_object_mut() {
         main.insert("image".into(), of(&found.ripples[1], &found.bed.image));

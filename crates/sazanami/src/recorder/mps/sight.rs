@@ -1,12 +1,18 @@
 //! Grains and water of all ranks on rank 0, as an observer sees them.
 
 use bytemuck::{Pod, Zeroable};
+use sazanami_dem::Motion;
+use sazanami_mps::grains::{diameter_of, volume};
 use sazanami_mps::solver::Solver;
+use sazanami_mps::weight::{Weight, Wendland};
 use sazanami_mps::{Kind, Role};
 use sazanami_numerics::{Real, Vector};
-use sazanami_observe::ripples::{GrainView, SurfaceProfile, Tank, WaterView, water_surface};
+use sazanami_observe::ripples::{GrainView, Interpolation, SurfaceProfile, Tank, WaterView, water_surface};
 
 use super::Stock;
+
+/// Least number of particles within reach for a value at a place.
+const FEWEST: usize = 4;
 
 /// A grain on its way to rank 0.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -87,8 +93,10 @@ pub(super) struct Sight {
     pub leads: bool,
     pub grains: Grains,
     pub water: Water,
-    /// Point at which the pressure at rest is zero [m], and density [kg/m^3], if the pressure is without it.
-    pub at_rest: Option<(Vector, Real)>,
+    /// Point, as seen from the tank, at which the pressure at rest is zero [m].
+    pub reference: Vector,
+    /// Density along directions of whose body force the pressure is without its part at rest, zero along others [kg/m^3].
+    pub reduced_density: Vector,
     /// Velocity of the tank against the solver's frame [m/s].
     pub drift: Vector,
     /// Radius of influence [m].
@@ -105,19 +113,18 @@ impl Sight {
         let settings = *solver.settings();
         let volume = settings.fluid.spacing.powi(3);
         self.leads = domain.communicator().rank() == 0;
-        self.at_rest = settings.scheme.reduced_pressure.then_some((settings.reference, settings.fluid.density));
+        self.reference = settings.reference - shift;
+        self.reduced_density = settings.fluid.density * solver.reduced_force(Vector::ONE);
         self.reach = settings.scheme.radius * settings.fluid.spacing;
         self.spacing = settings.fluid.spacing;
         self.drift = drift;
         let phase = solver.grains();
         let engine = phase.engine();
         let all = engine.grains();
-        let around = phase.surroundings();
         let mine: Vec<GrainRecord> = (0..all.owned())
             .map(|g| {
                 let [drag, pressure_force] = phase.forces(g).map(|force| force.to_array());
-                let radius = engine.bodies()[all.shape[g] as usize].bounding_radius * all.scale[g];
-                let near = around.get(g).copied().unwrap_or_default();
+                let [void_fraction, wetness] = phase.surroundings(g);
                 GrainRecord {
                     id: all.id[g],
                     contacts: engine.touched_grains(g) as u64,
@@ -125,9 +132,9 @@ impl Sight {
                     velocity: (all.velocity[g] - drift).to_array(),
                     drag,
                     pressure_force,
-                    diameter: 2.0 * radius,
-                    void_fraction: near.void_fraction,
-                    wetness: near.wetness,
+                    diameter: diameter_of(engine, g),
+                    void_fraction,
+                    wetness,
                 }
             })
             .collect();
@@ -191,18 +198,22 @@ impl Sight {
         let phase = solver.grains();
         let all = phase.engine().grains();
         let closure = &phase.coupling().closure;
-        let around = phase.surroundings();
-        let mut sums = [0.0; 8];
+        let mut sums = [0.0; 9];
         for g in 0..all.owned() {
-            let radius = phase.engine().bodies()[all.shape[g] as usize].bounding_radius * all.scale[g];
-            let volume = sazanami_mps::grains::volume(2.0 * radius);
+            let volume = volume(diameter_of(phase.engine(), g));
             let (momentum, drifting) = (all.mass[g] * all.velocity[g], all.mass[g] * drift);
             (0..3).for_each(|d| sums[d] += momentum[d] - drifting[d]);
             sums[3] += all.kinetic_energy(g) - momentum.dot(drift) + 0.5 * drifting.dot(drift);
-            sums[4] += (all.mass[g] - density * volume) * gravity;
-            sums[5] += (all.mass[g] - density * volume) * gravity * (all.position[g].z - floor);
+            let submerged_weight = (all.mass[g] - density * volume) * gravity;
+            sums[5] += submerged_weight * (all.position[g].z - floor);
+            if all.motion[g] == Motion::Free {
+                sums[4] += submerged_weight;
+                // What free grains do to each other cancels: what carries them is left.
+                sums[8] += all.contact_force[g].z;
+            }
             sums[6] += all.position[g].z - floor;
-            sums[7] += around.get(g).map_or(0.0, |near| closure.bed_share(near.void_fraction));
+            let [void_fraction, _] = phase.surroundings(g);
+            sums[7] += if void_fraction > 0.0 { closure.bed_share(void_fraction) } else { 0.0 };
         }
         let sums = solver.domain().sum(sums);
         let count = self.grains.position.len().max(1) as Real;
@@ -210,6 +221,7 @@ impl Sight {
             momentum: Vector::from_slice(&sums[..3]),
             grain_energy: sums[3],
             submerged_weight: sums[4],
+            carried_weight: sums[8],
             potential_energy: sums[5],
             grain_height: sums[6] / count,
             bed_share: sums[7] / count,
@@ -242,6 +254,19 @@ impl Sight {
         WaterView { position: &water.position, bulk_volume: &water.bulk_volume, splash: &water.splash }
     }
 
+    /// Means over the water around places.
+    pub fn around<'a>(&'a self, tank: &'a Tank) -> Interpolation<'a, impl Fn(Real) -> Real> {
+        let weight = Weight { family: Wendland::C2, radius: self.reach };
+        Interpolation {
+            tank,
+            position: &self.water.position,
+            volume: &self.water.bulk_volume,
+            reach: self.reach,
+            kernel: move |distance| weight.value(distance),
+            least: FEWEST,
+        }
+    }
+
     /// Surface of the water.
     pub fn surface(&self, tank: &Tank) -> SurfaceProfile {
         water_surface(tank, &self.water_view(), 0.5 * self.spacing, self.spacing)
@@ -249,9 +274,6 @@ impl Sight {
 
     /// Whole pressure of particle `n` under a body force [m/s^2], in Pa.
     pub fn pressure(&self, n: usize, body_force: Vector) -> Real {
-        let at_rest = self
-            .at_rest
-            .map_or(0.0, |(reference, density)| density * body_force.dot(self.water.position[n] - reference));
-        self.water.pressure[n] + at_rest
+        self.water.pressure[n] + (self.reduced_density * body_force).dot(self.water.position[n] - self.reference)
     }
 }

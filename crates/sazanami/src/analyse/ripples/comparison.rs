@@ -1,0 +1,179 @@
+//! Several runs with moving particles in one table, and in one figure each of growth and profiles.
+
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use sazanami_io::picture::{Picture, PictureError, RippleHistory, ripple_growth};
+use sazanami_io::replace_file;
+use sazanami_numerics::Real;
+use sazanami_observe::ripples::{Growth, Ripples};
+use serde_json::Value;
+
+use super::{RunTables, history, moments, profiles};
+use crate::analyse::{aligned, drawing, free_path, number, save};
+use crate::case;
+use crate::error::CommandError;
+use crate::progress::Progress;
+use crate::results::CASE;
+
+/// A column of numbers: heading for people, factor to its unit and digits; heading in the file, in SI units.
+struct Column {
+    heading: &'static str,
+    factor: Real,
+    digits: usize,
+    signed: bool,
+    in_file: &'static str,
+}
+
+const COLUMNS: [Column; 7] = [
+    Column { heading: "L [mm]", factor: 1e3, digits: 0, signed: false, in_file: "length [m]" },
+    Column { heading: "t [s]", factor: 1.0, digits: 3, signed: false, in_file: "time [s]" },
+    Column { heading: "wavelength [mm]", factor: 1e3, digits: 2, signed: false, in_file: "wavelength [m]" },
+    Column { heading: "height [mm]", factor: 1e3, digits: 2, signed: false, in_file: "height [m]" },
+    Column { heading: "relief [mm]", factor: 1e3, digits: 2, signed: false, in_file: "relief [m]" },
+    Column { heading: "growth [1/s]", factor: 1.0, digits: 2, signed: true, in_file: "growth [1/s]" },
+    Column {
+        heading: "volume [%]",
+        factor: 1e2,
+        digits: 2,
+        signed: true,
+        in_file: "fluid_bulk_volume_relative_change",
+    },
+];
+
+impl Column {
+    fn told(&self, value: Option<Real>) -> String {
+        let Self { factor, digits, .. } = *self;
+        match value.map(|value| factor * value) {
+            Some(value) if self.signed => format!("{value:+.digits$}"),
+            Some(value) => format!("{value:.digits$}"),
+            None => "none".into(),
+        }
+    }
+}
+
+/// A run in the table: name, how it ended, numbers in SI units.
+struct Row {
+    name: String,
+    status: String,
+    values: [Option<Real>; COLUMNS.len()],
+}
+
+impl Row {
+    fn of(run: &RunTables) -> Self {
+        let summary = &run.summary;
+        let status = summary["status"].as_str().unwrap_or("unknown");
+        let ripples = run.last_ripples().and_then(|ripples| ripples.as_ref().ok());
+        Self {
+            name: name_of(run),
+            status: match summary["failure"]["kind"].as_str() {
+                Some(kind) => format!("{status}: {kind}"),
+                None => status.to_owned(),
+            },
+            values: [
+                Some(run.case.domain.extent().x),
+                number(summary, &["time_s"]),
+                ripples.map(|ripples| ripples.spectral_wavelength),
+                ripples.map(Ripples::height),
+                number(summary, &["observables", "ripples", "relief_mm"]).map(|relief| 1e-3 * relief),
+                Growth::of(&run.heights()).ok().map(|growth| growth.rate),
+                number(summary, &["conservation", "fluid_bulk_volume_relative_change"]),
+            ],
+        }
+    }
+
+    fn told(&self) -> [String; COLUMNS.len() + 2] {
+        let mut values = COLUMNS.iter().zip(self.values).map(|(column, value)| column.told(value));
+        std::array::from_fn(|n| match n {
+            0 => self.name.clone(),
+            1 => self.status.clone(),
+            _ => values.next().unwrap_or_default(),
+        })
+    }
+
+    fn in_file(&self) -> String {
+        let quoted = |text: &str| format!("\"{}\"", text.replace('"', "\"\""));
+        let values = self.values.iter().map(|value| value.map_or(String::new(), |value| value.to_string()));
+        [quoted(&self.name), quoted(&self.status)].into_iter().chain(values).collect::<Vec<_>>().join(",")
+    }
+}
+
+/// Puts several runs, failed ones included, into one table and their growth and profiles into one figure each.
+pub(in crate::analyse) fn several(
+    folders: &[PathBuf],
+    progress: &mut dyn Progress,
+) -> Result<Vec<String>, CommandError> {
+    let runs = folders.iter().map(|folder| named(folder)).collect::<Result<Vec<_>, _>>()?;
+    let rows: Vec<Row> = runs.iter().map(Row::of).collect();
+    draw(&runs, progress)?;
+    write(&rows, progress)?;
+    let heading = |n: usize| ["run", "status"].get(n).copied().unwrap_or_else(|| COLUMNS[n - 2].heading);
+    let header: [String; COLUMNS.len() + 2] = std::array::from_fn(|n| heading(n).to_owned());
+    let mut lines = left_out(&runs);
+    lines.extend(aligned(&header, &rows.iter().map(Row::told).collect::<Vec<_>>()));
+    Ok(lines)
+}
+
+/// The tables of a run under the name of its folder: folders tell runs of one case apart.
+fn named(folder: &Path) -> Result<RunTables, CommandError> {
+    let mut tables = RunTables::read(folder, case::load(&folder.join(CASE), &[])?)?;
+    if let Some(name) = folder.file_name() {
+        tables.summary["case"] = Value::String(name.to_string_lossy().into_owned());
+    }
+    Ok(tables)
+}
+
+fn name_of(run: &RunTables) -> String {
+    run.summary["case"].as_str().unwrap_or("run").to_owned()
+}
+
+fn draw(runs: &[RunTables], progress: &mut dyn Progress) -> Result<(), CommandError> {
+    let mut draw = |picture: Result<Picture, PictureError>, name: &str| {
+        save(picture, &free_path(Path::new(""), name, "png"), progress)
+    };
+    let histories: Vec<RippleHistory> =
+        runs.iter().map(|run| history(&name_of(run), run)).filter(|history| history.height.len() > 1).collect();
+    if !histories.is_empty() {
+        draw(ripple_growth("Growth of ripples", &histories, false), "ripple-growth")?;
+    }
+    if let Some(figure) = profiles("Runs", runs) {
+        draw(figure, "ripple-profiles")?;
+    }
+    Ok(())
+}
+
+fn write(rows: &[Row], progress: &mut dyn Progress) -> Result<(), CommandError> {
+    let path = free_path(Path::new(""), "ripple-comparison", "csv");
+    let header = COLUMNS.iter().fold("run,status".to_owned(), |header, column| header + "," + column.in_file);
+    let lines = std::iter::once(header).chain(rows.iter().map(Row::in_file));
+    let text: String = lines.map(|line| line + "\n").collect();
+    replace_file(&path, |file| file.write_all(text.as_bytes())).map_err(|error| drawing(&error))?;
+    progress.message(&format!("wrote {}", path.display()));
+    Ok(())
+}
+
+/// A line for each run that is not in every panel of the profiles.
+fn left_out(runs: &[RunTables]) -> Vec<String> {
+    let moments = moments(runs);
+    let told = |run: &RunTables| {
+        let missed = moments.iter().filter(|&&time| !run.reaches(time));
+        let missed: Vec<String> = missed.map(|time| format!("{time:.2}")).collect();
+        let end = run.end().map_or("has no profiles".to_owned(), |end| format!("ends at {end:.3} s"));
+        (!missed.is_empty())
+            .then(|| format!("{}: left out of the profiles at t = {} s, it {end}", name_of(run), missed.join(", ")))
+    };
+    runs.iter().filter_map(told).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_the_units_of_their_columns() {
+        let values = [Some(0.15), Some(3.0), Some(0.0325), None, Some(6.4e-4), Some(0.1), Some(-6e-4)];
+        let row = Row { name: "a,b".into(), status: "failed: step".into(), values };
+        assert_eq!(row.told(), ["a,b", "failed: step", "150", "3.000", "32.50", "none", "0.64", "+0.10", "-0.06"]);
+        assert_eq!(row.in_file(), "\"a,b\",\"failed: step\",0.15,3,0.0325,,0.00064,0.1,-0.0006");
+    }
+}

@@ -1,0 +1,175 @@
+//! The table at the end of a run with moving particles.
+
+use std::path::Path;
+
+use sazanami_numerics::Real;
+use sazanami_observe::ripples::{Growth, Ripples, Unmeasured, relief};
+use serde_json::Value;
+
+use super::measured::Compared;
+use super::{CycleAverage, QUANTITIES, RunTables, settings_of};
+use crate::analyse::{Table, labelled, newest_picture, number};
+use crate::recorder::{closed, tank_of};
+use crate::results::{BED_PROFILES, LAYER_MEANS, SERIES, WATER_PROFILES};
+
+/// A label and what stands beside it.
+type Row = (String, String);
+
+/// The table at the end of a run.
+pub(super) fn lines(folder: &Path, tables: &RunTables, cycles: &[CycleAverage], compared: &[Compared]) -> Vec<String> {
+    let mut rows = of_run(&tables.summary);
+    rows.extend(of_ripples(tables));
+    rows.extend(of_layers(cycles));
+    rows.extend(of_water(&tables.summary));
+    rows.extend(above_rim(folder));
+    rows.extend(of_scheme(&tables.summary));
+    rows.extend(compared.iter().flat_map(Compared::rows));
+    rows.extend(absent(folder, tables));
+    if let Some(picture) = newest_picture(folder, "grains-") {
+        rows.push(("picture".into(), picture.display().to_string()));
+    }
+    labelled(&rows)
+}
+
+fn row(label: &str, value: impl Into<String>) -> Row {
+    (label.to_owned(), value.into())
+}
+
+fn of_run(summary: &Value) -> Vec<Row> {
+    let all = [
+        ("time simulated", &["time_s"][..], "s", 4),
+        ("steps", &["steps"], "", 0),
+        ("grain sub-steps", &["grain_substeps"], "", 0),
+        ("wall-clock time", &["wall_s"], "s", 1),
+        ("fluid particles", &["counts", "fluid_particles"], "", 0),
+        ("grains", &["counts", "grains"], "", 0),
+        ("bed: porosity", &["observables", "bed", "porosity"], "", 4),
+    ];
+    let told = |(label, path, unit, digits): (&str, &[&str], &str, usize)| {
+        number(summary, path).map(|value| row(label, format!("{value:.digits$} {unit}")))
+    };
+    all.into_iter().filter_map(told).collect()
+}
+
+fn of_ripples(tables: &RunTables) -> Vec<Row> {
+    let mut rows = match tables.last_ripples() {
+        Some(Ok(ripples)) => measures(ripples),
+        Some(Err(problem)) => vec![row("ripples", format!("not measured: {problem}"))],
+        None => Vec::new(),
+    };
+    if let Some(relief) = last_relief(tables) {
+        rows.push(row("  relief of the bed, all wavelengths, rms", format!("{:.3} mm", 1e3 * relief)));
+    }
+    if let Ok(growth) = Growth::of(&tables.heights()) {
+        let per = if tables.period.is_some() { "periods" } else { "times" };
+        let told = format!("{:+.3} +- {:.3} 1/s over {} {per}", growth.rate, growth.standard_error, growth.points);
+        rows.push(row("  growth", told));
+    }
+    if let Some((shift, correlation)) = tables.migration() {
+        let told = format!("{:+.2} mm (correlation {correlation:.2})", 1e3 * shift);
+        rows.push(row("  migration in the last period", told));
+    }
+    rows
+}
+
+fn measures(ripples: &Ripples) -> Vec<Row> {
+    let mm = |value: &Result<Real, Unmeasured>| match value {
+        Ok(value) => format!("{:.2} mm", 1e3 * value),
+        Err(problem) => format!("not measured: {problem}"),
+    };
+    let mut rows = vec![
+        row("ripples: wavelength, spectrum", format!("{:.2} mm", 1e3 * ripples.spectral_wavelength)),
+        row("  from crossings", mm(&ripples.crossing_wavelength)),
+        row("  from correlation", mm(&ripples.correlation_wavelength)),
+        row("ripples: height, 2 sqrt(2) sigma", format!("{:.3} mm", 1e3 * ripples.height())),
+        row("  crest to trough", mm(&ripples.crest_to_trough)),
+    ];
+    rows.extend(ripples.steepness().ok().map(|steepness| row("  steepness", format!("{steepness:.3}"))));
+    rows
+}
+
+/// Root mean square of the bed at the end without its trend [m], all wavelengths.
+fn last_relief(tables: &RunTables) -> Option<Real> {
+    let (how, settings) = (tables.case.ripples.as_ref()?, settings_of(&tables.case)?);
+    relief(&closed(how, tables.bed.as_ref()?.last()), settings.range_in(&tank_of(&tables.case))).ok()
+}
+
+fn of_layers(cycles: &[CycleAverage]) -> Vec<Row> {
+    let told = |quantity: &str| {
+        let [upper, lower] = CycleAverage::half_ranges(cycles, quantity)?;
+        let name = quantity.trim_end_matches("_1").replace('_', " ");
+        let ratio = upper / lower;
+        Some((format!("  {name}, half range, upper / lower"), format!("{upper:.3e} / {lower:.3e} = {ratio:.2}")))
+    };
+    QUANTITIES.into_iter().filter_map(told).collect()
+}
+
+fn of_water(summary: &Value) -> Vec<Row> {
+    let mut rows = Vec::new();
+    if let Some(extent) = number(summary, &["observables", "water", "highest_less_lowest_mm"]) {
+        rows.push(row("water surface, highest less lowest", format!("{extent:.2} mm")));
+    }
+    for (label, key) in [
+        ("bulk volume of the water, change", "fluid_bulk_volume_relative_change"),
+        ("drag given and taken, residual", "drag_exchange_residual_relative"),
+    ] {
+        if let Some(value) = number(summary, &["conservation", key]) {
+            rows.push(row(label, format!("{value:+.2e}")));
+        }
+    }
+    rows.extend(momentum_residual(&summary["conservation"]["fluid_momentum_residual_relative"]));
+    rows
+}
+
+/// What is not accounted for of the water's momentum, over the impulse of the body force: direction by direction, or of
+/// all of them together, as earlier versions wrote it.
+fn momentum_residual(residual: &Value) -> Option<Row> {
+    let one = |value: &Value| value.as_f64().map_or("no such force".into(), |value| format!("{value:.1e}"));
+    let told = match residual {
+        Value::Array(parts) => {
+            let named = parts.iter().enumerate().map(|(d, part)| format!("x{} {}", d + 1, one(part)));
+            named.collect::<Vec<_>>().join(", ")
+        }
+        Value::Number(_) => one(residual),
+        _ => return None,
+    };
+    Some(row("momentum of the water, residual over body force", told))
+}
+
+/// The most water that stood above the rim of an open tank, if the run looked and there was any.
+fn above_rim(folder: &Path) -> Option<Row> {
+    let counts = Table::read(&folder.join(SERIES))?.column("particles_above_rim");
+    let most = counts.into_iter().fold(0.0, Real::max);
+    (most > 0.0).then(|| row("water above the rim, at most", format!("{most:.0} particles")))
+}
+
+fn of_scheme(summary: &Value) -> Vec<Row> {
+    let mut rows = Vec::new();
+    if let Some(value) = number(summary, &["particles", "worst_strain_rms"]) {
+        rows.push(row("largest volume strain, rms", format!("{:.2} %", 1e2 * value)));
+    }
+    if let Some(value) = number(summary, &["worst", "overlap_relative"]) {
+        rows.push(row("largest overlap of grains", format!("{:.1} % of a radius", 1e2 * value)));
+    }
+    let counted =
+        ["clipped", "collisions", "cut_voids", "plain_gradients"].map(|key| number(summary, &["particles", key]));
+    if let [Some(clipped), Some(collisions), Some(voids), Some(plain)] = counted {
+        let told = format!("{clipped:.0}, {collisions:.0}, {voids:.0}, {plain:.0}");
+        rows.push(row("put back, bounced, cut voids, plain gradients", told));
+    }
+    rows
+}
+
+/// A line for each table that the run should have left and did not.
+fn absent(folder: &Path, tables: &RunTables) -> Vec<Row> {
+    let observes = tables.case.ripples.is_some();
+    let expected = [
+        (BED_PROFILES, observes, "no ripples, no growth, no migration"),
+        (WATER_PROFILES, true, "no surface of the water, no figure of profiles"),
+        (LAYER_MEANS, observes, "no averages over layers"),
+        (SERIES, true, "nothing of single steps"),
+    ];
+    let is_missing = |name: &str| Table::read(&folder.join(name)).is_none_or(|table| table.is_empty());
+    let missing = expected.into_iter().filter(|(name, expected, _)| *expected && is_missing(name));
+    missing.map(|(name, _, lost)| row(&format!("{name}: absent or empty"), lost)).collect()
+}

@@ -1,0 +1,170 @@
+//! Whether a run comes to its end: speeds that no fluid without sound has, steps without end, steps that are too long.
+
+use std::ops::Range;
+
+use sazanami_mics::stability::Limit;
+use sazanami_numerics::Real;
+
+use super::Search;
+use crate::case::meaning::{PairContact, Solver};
+use crate::case::schema::{FrameText, RunText};
+use crate::case::units::rounded;
+use crate::case::written::At;
+use crate::check::{
+    Cause, CostModel, LimitReport, Pace, ShapeFacts, TankReport, number, packing_substeps, population_reports, speeds,
+    stiffest_contact, strongest_force, tank,
+};
+use crate::simulation::fixed_step;
+
+/// Speed of sound in water [m/s]: no liquid is as good as incompressible that moves faster.
+const SOUND: Real = 1500.0;
+/// Most steps of a run: years on any machine.
+const MOST_STEPS: Real = 1e10;
+/// Most sub-steps of the grains in a run.
+const MOST_SUBSTEPS: Real = 1e12;
+/// Passes of the fluid in a fixed step from which on it is said to be long.
+const MANY_PASSES: usize = 10;
+/// Longest step over the period of an oscillation that it can follow.
+const OF_PERIOD: Real = 0.1;
+
+/// Whether a value is larger than allowed, or no number for the size of what it comes from.
+fn exceeds(value: Real, most: Real) -> bool {
+    value.is_nan() || value > most
+}
+
+impl Search<'_> {
+    /// Refuses runs that cannot come to their end, and warns of steps that are too long.
+    pub(super) fn pace(&mut self, facts: &[ShapeFacts], model: &CostModel) {
+        let case = self.case;
+        let tank = tank(case);
+        self.below_sound(tank.as_ref());
+        if self.report.has_errors() || (case.run.packing_only && !case.packs()) {
+            return;
+        }
+        let populations = population_reports(case, facts);
+        let pace = Pace::of(case, &populations, tank.as_ref());
+        if !case.run.packing_only {
+            self.fixed_step(&pace);
+            self.follows_oscillation(&pace);
+            if exceeds(pace.steps, MOST_STEPS) {
+                return self.without_end(&pace);
+            }
+        }
+        let of_flow = if case.run.packing_only { 0.0 } else { pace.steps * pace.substeps as Real };
+        let substeps = of_flow + packing_substeps(case, &populations, model);
+        if let Some(pair) = stiffest_contact(case).filter(|_| exceeds(substeps, MOST_SUBSTEPS)) {
+            self.report
+                .error_at(self.span_of_contact(pair), "the grains would not come to the end of this run")
+                .label(format!("{:.1e} N/m ask for {} sub-steps", pair.law.normal_stiffness, number(substeps, 0)))
+                .help("take a softer contact: grains may overlap by a hundredth of their size");
+        }
+    }
+
+    /// Refuses speeds that fluids without sound do not have, and forces that make them.
+    fn below_sound(&mut self, tank: Option<&TankReport>) {
+        let case = self.case;
+        let known = speeds(case, tank);
+        for (cause, speed) in known.iter().filter(|(_, speed)| exceeds(speed.length(), SOUND)) {
+            self.report
+                .error_at(self.span_of_cause(*cause), "this moves faster than sound in water")
+                .label(format!("{} m/s can be foreseen; sound has {SOUND} m/s", number(speed.length(), 1)))
+                .help("these fluids cannot be compressed: check the units, and take something slower");
+        }
+        let reach = case.domain.extent().max_element();
+        let falls = (2.0 * strongest_force(case) * reach).sqrt();
+        if exceeds(falls, SOUND) && !self.report.has_errors() {
+            self.report
+                .error_at(self.span_of_force(), "this body force is beyond what fluids bear without being compressed")
+                .label(format!(
+                    "{} m/s^2: what falls through the box gets to {} m/s",
+                    number(strongest_force(case), 1),
+                    number(falls, 1)
+                ))
+                .help("check the units of gravity and of the frame's acceleration");
+        }
+    }
+
+    /// Refuses steps without end.
+    fn without_end(&mut self, pace: &Pace) {
+        let written = self.loaded.text.run.as_ref();
+        let until = |at: &At<RunText>| at.value.until.as_ref().map_or(at.span.clone(), |until| until.item.span.clone());
+        let rule = pace.limits.iter().find(|limit| limit.rules);
+        let rule = rule.map_or(String::new(), |limit| format!("; `{}` rules the step: {}", limit.name, limit.rule));
+        self.report
+            .error_at(written.map(until), "this run would not come to its end")
+            .label(format!("about {} steps of {} s", number(pace.steps, 0), rounded(pace.dt)))
+            .help(format!("end it sooner{rule}"));
+    }
+
+    /// Warns of a fixed step that is longer than the limits allow.
+    fn fixed_step(&mut self, pace: &Pace) {
+        if fixed_step(self.case).is_none() {
+            return;
+        }
+        let (text, on_grid) = (&self.loaded.text, self.case.solver == Solver::Mics);
+        let written = match self.case.solver {
+            Solver::Mps => text.particles.as_ref().and_then(|at| at.value.dt.as_ref()),
+            Solver::Mics => text.fluid.as_ref().and_then(|at| at.value.dt.as_ref()),
+        };
+        let span = written.map(|dt| dt.item.span.clone());
+        // The fluid on a grid makes several passes where it has to.
+        let in_passes = [Limit::Advective, Limit::Viscous].map(Limit::name);
+        let binding = |limit: &&LimitReport| !(limit.rules || on_grid && in_passes.contains(&limit.name));
+        if let Some(limit) = pace.limits.iter().find(binding).filter(|limit| limit.dt_s < pace.dt) {
+            self.report
+                .warning(span, "this fixed step is longer than the limits allow")
+                .label(format!("`{}` allows {} s: {}", limit.name, rounded(limit.dt_s), limit.rule))
+                .help("leave out `dt` for a step that adapts");
+        } else if pace.passes > MANY_PASSES {
+            self.report
+                .warning(span, "this fixed step is long for the fluid")
+                .label(format!("the fluid makes {} passes in each", number(pace.passes as Real, 0)))
+                .help("leave out `dt` for a step that adapts");
+        }
+    }
+
+    /// Warns of an oscillation that the steps cannot follow.
+    fn follows_oscillation(&mut self, pace: &Pace) {
+        let Some(frame) = &self.case.frame else { return };
+        let frequencies = [
+            frame.oscillation.as_ref().map(|oscillation| oscillation.frequency),
+            frame.motion.as_ref().and_then(|motion| motion.harmonic()).map(|(_, frequency)| frequency),
+        ];
+        let Some(frequency) = frequencies.into_iter().flatten().reduce(Real::max) else { return };
+        if pace.dt * frequency > OF_PERIOD {
+            self.report
+                .warning(self.span_of_cause(Cause::Frame), "the steps are too long for this oscillation")
+                .label(format!("a step of {} s is {} of its periods", rounded(pace.dt), rounded(pace.dt * frequency)))
+                .help(format!("take steps of {} s at most, or check the frequency", rounded(OF_PERIOD / frequency)));
+        }
+    }
+
+    /// Place of what makes a speed.
+    fn span_of_cause(&self, cause: Cause) -> Option<Range<usize>> {
+        let text = &self.loaded.text;
+        let of_frame =
+            |at: &At<FrameText>| at.value.motion.as_ref().map_or(at.span.clone(), |motion| motion.span.clone());
+        match cause {
+            Cause::Liquid(n) => text.liquid.get(n).map(|at| at.span.clone()),
+            Cause::Side => text.boundary.as_ref().map(|at| at.span.clone()),
+            Cause::Frame => text.frame.as_ref().map(of_frame),
+            Cause::Grains(n) => Some(self.span(n)),
+        }
+    }
+
+    /// Place of the body force: the frame, or gravity.
+    fn span_of_force(&self) -> Option<Range<usize>> {
+        let text = &self.loaded.text;
+        let gravity = text.gravity.as_ref().map(|gravity| gravity.item.span.clone());
+        text.frame.as_ref().map(|at| at.span.clone()).or(gravity)
+    }
+
+    /// Place of the stiffness of a contact.
+    fn span_of_contact(&self, pair: &PairContact) -> Option<Range<usize>> {
+        let names = [format!("{}/{}", pair.a, pair.b), format!("{}/{}", pair.b, pair.a), "default".into()];
+        let contacts = &self.loaded.text.contact;
+        let (_, at) = names.iter().find_map(|wanted| contacts.iter().find(|(name, _)| name.0.get_ref() == wanted))?;
+        let stiffness = at.value.normal_stiffness.as_ref();
+        Some(stiffness.map_or(at.span.clone(), |stiffness| stiffness.item.span.clone()))
+    }
+}

@@ -1,0 +1,40 @@
+//! What is to be said as a flow begins: in which frame things are written, and what is made of the motion of a tank.
+
+use crate::case::meaning::{Axis, Case, OutputFrame, TankMotion};
+
+/// What is to be said of a case.
+pub(super) fn of(case: &Case) -> Vec<String> {
+    let Some(motion) = case.frame.as_ref().and_then(|frame| frame.motion.as_ref()) else { return Vec::new() };
+    let mut notes = Vec::new();
+    if case.output.frame == OutputFrame::Laboratory {
+        notes.push(
+            "fields, grains and probes are written in the frame of the laboratory; series, surfaces, layers and pictures \
+             in that of the tank"
+                .to_owned(),
+        );
+    }
+    if case.ripples.is_none() {
+        return notes;
+    }
+    if let (TankMotion::File { .. }, Some(period)) = (motion, motion.period()) {
+        notes.push(format!(
+            "the record of the tank's motion counts as one of its strongest harmonic: cycles of {period:.4} s"
+        ));
+    }
+    if is_across(motion) {
+        notes.push(
+            "warning: the tank is shaken along x2, but ripples, layers and figures are evaluated along x1 alone: turn the \
+             tank so that it is shaken along x1"
+                .to_owned(),
+        );
+    }
+    notes
+}
+
+/// Whether a motion has a part along x2.
+fn is_across(motion: &TankMotion) -> bool {
+    match motion {
+        TankMotion::Formula { amplitude, .. } => amplitude.y != 0.0,
+        TankMotion::File { axis, .. } => *axis == Axis::X2,
+    }
+}

@@ -1,0 +1,210 @@
+//! Cases that can be read and that nobody can mean: refused or warned of before they run.
+
+use std::path::Path;
+
+use sazanami::case::{self, Diagnostics, LoadedCase};
+use sazanami::check::{self, CheckReport, CostModel, Known};
+use sazanami::feasible;
+use sazanami::machine::Machine;
+
+/// The shipped tank and the shipped crater.
+const RIPPLES: &str = "ripples/quick.toml";
+const RAINDROP: &str = "raindrop/quick.toml";
+
+/// What is said of a shipped case with other values, each with its place, label and suggestion; whether it can run.
+fn told(case: &str, overrides: &[&str]) -> (bool, Vec<String>) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases").join(case);
+    let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
+    let machine = Machine { cpu: "any".into(), cores: 2, memory_available: Some(8 << 30) };
+    let loaded = case::load(&path, &overrides);
+    let found = loaded.and_then(|loaded| {
+        let source = loaded.source.clone();
+        feasible::check(&loaded, &machine, &CostModel::default()).map(|feasible| (feasible.warnings, source))
+    });
+    let (fine, findings, source) = match found {
+        Ok((warnings, source)) => (true, warnings, source),
+        Err(error) => (false, error.diagnostics, error.source),
+    };
+    let texts = findings.records(&source).into_iter().map(|found| {
+        let [label, help] = [found.expected, found.suggestion].map(Option::unwrap_or_default);
+        format!("{}:{} {} | {label} | {help}", found.file, found.column.unwrap_or(0), found.message)
+    });
+    (fine, texts.collect())
+}
+
+/// Asserts that changed cases are refused (or else warned of) in these words.
+fn all_told(fine: bool, changes: &[(&str, &str, &str)]) {
+    for (case, change, words) in changes {
+        let (runs, texts) = told(case, &[change]);
+        assert_eq!(runs, fine, "{change}: {texts:#?}");
+        assert!(texts.iter().any(|text| text.contains(words)), "{change}: `{words}` is not in {texts:#?}");
+        let numbers = texts.iter().flat_map(|text| text.split(' ')).filter(|word| word.len() > 60).collect::<Vec<_>>();
+        assert!(numbers.is_empty(), "{change}: {numbers:?}");
+    }
+}
+
+#[test]
+fn runs_that_come_to_no_end_are_refused() {
+    let scratch = std::env::temp_dir().join(format!("sazanami-absurd-{}.csv", std::process::id()));
+    std::fs::write(&scratch, "t_s,x_m\n0,0\n1,5e300\n2,0\n3,1\n").unwrap();
+    let record = format!("frame.motion={{file=\"{}\"}}", scratch.display());
+    all_told(
+        false,
+        &[
+            (RIPPLES, "frame.motion.amplitude=[\"1e300 m\", \"0 m\", \"0 m\"]", "faster than sound"),
+            (RIPPLES, &record, "faster than sound"),
+            (RIPPLES, "frame.motion.frequency=1e9 Hz", "faster than sound"),
+            (RIPPLES, "run.until=1e300 s", "about 3.333e303 steps"),
+            (RAINDROP, "run.until=1e300 s", "would not come to its end"),
+            (RIPPLES, "contact.default.normal_stiffness=1e30 N/m", "the grains would not come to the end"),
+            (RIPPLES, "frame.acceleration=[\"1e9 m/s^2\", \"0 m/s^2\", \"0 m/s^2\"]", "this body force"),
+            (RAINDROP, "gravity=1e9 m/s^2", "this body force"),
+            (RAINDROP, "liquid.0.fall.speed=1e5 m/s", "faster than sound"),
+        ],
+    );
+    std::fs::remove_file(&scratch).unwrap();
+    assert!(told(RIPPLES, &["run.until=7 s", "contact.default.normal_stiffness=1e5 N/m"]).0);
+}
+
+#[test]
+fn evaluations_that_find_nothing_are_refused() {
+    let points = "probe=[{line={from=[\"0 mm\",\"1 mm\",\"1 mm\"],to=[\"1 mm\",\"1 mm\",\"1 mm\"],points=1000000000}}]";
+    all_told(
+        false,
+        &[
+            (RIPPLES, points, "expected a whole number from 2 to 10000"),
+            (RIPPLES, "ripples.grain_size=1 nm", "between 1e-4 m and 0.01 m"),
+            (RIPPLES, "ripples.grain_size=1 m", "between 1e-4 m and 0.01 m"),
+            (RIPPLES, "ripples.margin=60 mm", "between 0 m and 0.054 m"),
+            (RIPPLES, "ripples.layer_thickness=1 m", "`layer_thickness` has to lie between"),
+            (RAINDROP, "erosion.grain_size=1 nm", "`grain_size` has to lie between"),
+            (RAINDROP, "erosion.dx=1 nm", "`dx` has to lie between"),
+        ],
+    );
+}
+
+#[test]
+fn what_runs_and_does_not_serve_is_warned_of() {
+    all_told(
+        true,
+        &[
+            (RIPPLES, "grains.0.placement.packed.glued=11 mm", "every grain of `sand` is glued"),
+            (RIPPLES, "particles.dt=1 s", "longer than the limits allow | `advective` allows"),
+            (RIPPLES, "particles.dt=0.2 s", "too long for this oscillation"),
+            (RAINDROP, "fluid={dt=\"1 ms\"}", "the fluid makes 34 passes in each"),
+            (RIPPLES, "overlap.smoothing=1.5 mm", "`smoothing` is short"),
+        ],
+    );
+    let quiet = |case, change: &str, words: &str| !told(case, &[change]).1.iter().any(|text| text.contains(words));
+    assert!(quiet(RIPPLES, "grains.0.placement.packed.glued=9 mm", "glued"));
+    assert!(quiet(RIPPLES, "particles.dt=0.2 ms", "fixed step"));
+    assert!(quiet(RAINDROP, "fluid={dt=\"50 us\"}", "fixed step"));
+    assert!(quiet(RIPPLES, "overlap.smoothing=2.5 mm", "smoothing"));
+}
+
+#[test]
+fn the_void_fraction_is_smoothed_over_grains_and_within_the_tank() {
+    all_told(
+        false,
+        &[
+            (RIPPLES, "overlap.smoothing=0.1 mm", "smaller than a grain"),
+            (RIPPLES, "overlap.smoothing=1 m", "1000 mm, the edge 8 mm"),
+        ],
+    );
+}
+
+#[test]
+fn findings_are_told_once_with_a_place_and_something_to_do() {
+    let sayings = [
+        (
+            RAINDROP,
+            "probe=[{ point = [\"1 m\", \"0 m\", \"0 m\"] }]",
+            "--set:18 `probe 0` lies outside",
+            "into the box",
+        ),
+        (RAINDROP, "probe=[{ body = { population = \"snd\" } }]", "no such population", "known here: `sand`"),
+        (RAINDROP, "probe=[{ body = { index = 9999 } }]", "--set:27 `sand` has no grain 9999", "one of these numbers"),
+        (RAINDROP, "output.fields={ at = [\"-1 s\"] }", "a run begins at time zero", "leave out the times"),
+        (RAINDROP, "fluid.cfl=nan", "`cfl` is not finite", "write its digits"),
+        (RAINDROP, "bed.porosity_upper=1 m", "--set:20 the slab of the porosity", "between 0 mm and 12 mm"),
+        (RIPPLES, "particles.spacing=0 mm", "`spacing` has to be above zero", "for example \"0.52 mm\""),
+        (RIPPLES, "overlap.blend=[0.5, 0.4]", "--set:15 `blend` is a lower and an upper", "for example"),
+    ];
+    for (case, change, title, help) in sayings {
+        let (runs, texts) = told(case, &[change]);
+        let found: Vec<&String> = texts.iter().filter(|text| text.contains(title)).collect();
+        assert!(!runs && found.len() == 1 && found[0].contains(help), "{change}: {texts:#?}");
+    }
+    let once = |change: &str, title: &str| told(RIPPLES, &[change]).1.iter().filter(|t| t.contains(title)).count() == 1;
+    assert!(once("contact.default.friction=-1", "`friction` has to lie between 0 and 10"));
+    assert!(once("overlap.blend=[0.1, 0.2, 0.3]", "`blend`"));
+    let error = case::parse(Path::new("case.toml"), "[run]\n", &[]).unwrap_err().to_string();
+    assert!(error.contains("add `until = \"0.02 s\"`"), "{error}");
+}
+
+/// What the check of a shipped case reports.
+fn report(case: &str, overrides: &[&str]) -> (LoadedCase, CheckReport) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases").join(case);
+    let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
+    let loaded = case::load(&path, &overrides).unwrap_or_else(|error| panic!("{error}"));
+    let report = check::check(&loaded.case, Known::default(), &Machine::this(), 2, &CostModel::default());
+    (loaded, report)
+}
+
+#[test]
+fn grains_above_the_level_and_water_within_grains_are_not_counted() {
+    // Grains and particles of water that runs of these cases had.
+    for (case, packed, grains, water) in
+        [(RIPPLES, 12_835, 9_915, 14_006), ("ripples/paper.toml", 40_108, 30_965, 43_774)]
+    {
+        let (_, report) = report(case, &[]);
+        let near = |found: usize, measured: usize| found.abs_diff(measured) * 200 < measured;
+        assert_eq!(report.populations[0].grains, Some(packed));
+        assert!(near(report.populations[0].levelled.unwrap(), grains) && near(report.grains, grains), "{case}");
+        assert!(near(report.particles.unwrap().fluid, water), "{case}");
+        let volume = 1e9 * report.liquids[0].volume_m3.unwrap();
+        assert!((volume / water as f64 - 1.0).abs() < 0.005, "{case}: {volume} mm^3");
+    }
+    // Water that reaches out of the box is not in it.
+    let wide = "liquid.0.region.box.lower=[\"-90 mm\", \"0 mm\", \"0 mm\"]";
+    let volume = |overrides: &[&str]| report(RIPPLES, overrides).1.liquids[0].volume_m3;
+    assert_eq!(volume(&[wide]), volume(&[]));
+    let probe = |index: usize| told(RIPPLES, &[&format!("probe=[{{ body = {{ index = {index} }} }}]")]).1;
+    let is_warned = |texts: &[String]| texts.iter().any(|text| text.contains("may be taken away"));
+    assert!(is_warned(&probe(12_000)) && !is_warned(&probe(100)));
+}
+
+#[test]
+fn results_that_do_not_fit_onto_the_disk_are_warned_of() {
+    let warnings = |change: &str, free: u64| {
+        let (loaded, report) = report(RIPPLES, &[change]);
+        let mut found = Diagnostics::default();
+        check::warn_of_disk(&loaded, &report, Some(free), &mut found);
+        found.records(&loaded.source).iter().map(|f| f.suggestion.clone().unwrap_or_default()).collect::<Vec<_>>()
+    };
+    assert_eq!(warnings("run.until=2 s", 50 << 30), Vec::<String>::new());
+    assert!(warnings("output.fields={ every = \"1e-6 s\" }", 50 << 30)[0].contains("`output.fields` less often"));
+    // The profiles of bed and water come with every row of the series.
+    assert!(warnings("output.series={ every = \"1e-5 s\" }", 1 << 30)[0].contains("`output.series` less often"));
+}
+
+#[test]
+fn grains_are_packed_onto_a_wall() {
+    let upward = "gravity=[\"0 m/s^2\", \"0 m/s^2\", \"9.8 m/s^2\"]";
+    let sideways = "gravity=[\"9.8 m/s^2\", \"0 m/s^2\", \"0 m/s^2\"]";
+    let wet = "boundary.x3_upper={ fixed_pressure = { fluid = \"liquid\" } }";
+    all_told(
+        false,
+        &[
+            (RIPPLES, "boundary.x3_lower=outflow", "nothing holds `sand` from below"),
+            (RAINDROP, "boundary.x3_lower=outflow", "nothing holds `sand` from below"),
+            (RIPPLES, upward, "does not pack these grains"),
+            (RAINDROP, upward, "does not pack these grains"),
+            (RAINDROP, sideways, "does not pack these grains"),
+            (RIPPLES, "boundary.x3_upper={ fixed_pressure = { pressure = \"1e5 Pa\" } }", "the side x3_upper"),
+            (RIPPLES, wet, "the side x3_upper"),
+        ],
+    );
+    assert!(told(RIPPLES, &["boundary.x3_upper={ fixed_pressure = {} }"]).0);
+    assert!(told(RAINDROP, &["gravity=[\"3 m/s^2\", \"0 m/s^2\", \"-9.3 m/s^2\"]"]).0);
+}
