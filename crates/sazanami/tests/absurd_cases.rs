@@ -27,7 +27,8 @@ fn told(case: &str, overrides: &[&str]) -> (bool, Vec<String>) {
     };
     let texts = findings.records(&source).into_iter().map(|found| {
         let [label, help] = [found.expected, found.suggestion].map(Option::unwrap_or_default);
-        format!("{}:{} {} | {label} | {help}", found.file, found.column.unwrap_or(0), found.message)
+        let file = Path::new(&found.file).file_name().unwrap_or_default().display();
+        format!("{file}:{} {} | {label} | {help}", found.column.unwrap_or(0), found.message)
     });
     (fine, texts.collect())
 }
