@@ -246,6 +246,25 @@ impl Engine {
         &mut self.grains.attached
     }
 
+    /// How far `position` [m] lies beyond this rank's part along the periodic directions that this rank spans [m].
+    ///
+    /// There are always ghosts up to [`Setup::ghost_margin`] beyond it. Whether there are others farther away depends
+    /// on when lists were renewed: a sum whose order is to follow from the state alone leaves these out.
+    #[must_use]
+    pub fn beyond_period(&self, domain: &Domain, position: Vector) -> Real {
+        let (lower, upper) = domain.rank_box(domain.communicator().rank());
+        let along = |d: usize| {
+            if domain.wraps_alone(d) { (lower[d] - position[d]).max(position[d] - upper[d]).max(0.0) } else { 0.0 }
+        };
+        along(0).hypot(along(1))
+    }
+
+    /// How far beyond a rank's part grains are surely known ([`Setup::ghost_margin`]) [m].
+    #[must_use]
+    pub fn ghost_margin(&self) -> Real {
+        self.ghost_margin
+    }
+
     /// Where an image of a grain is whose unwrapped position is `home` [m].
     #[must_use]
     pub fn imaged(&self, home: Vector, image: [i32; 2]) -> Vector {

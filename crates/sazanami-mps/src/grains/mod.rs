@@ -446,7 +446,11 @@ impl GrainPhase {
             domain,
             kernel.weight.radius,
             shared.len(),
-            |g| Some(Vector::from_slice(&shared[g][..3])),
+            // Beyond the radius there are more or fewer, by chance.
+            |g| {
+                let place = Vector::from_slice(&shared[g][..3]);
+                (engine.beyond_period(domain, place) < kernel.weight.radius).then_some(place)
+            },
             |a, b| {
                 let by = |d: usize| shared[a][d].total_cmp(&shared[b][d]);
                 grains.id[a].cmp(&grains.id[b]).then_with(|| by(0).then_with(|| by(1)).then_with(|| by(2)))

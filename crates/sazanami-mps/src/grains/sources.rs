@@ -100,6 +100,9 @@ impl Sources {
                 *source = Source { id: grains.id[g], position, velocity, volume, mobility };
             }
         });
+        // Those farther away are chance, and their places among the lanes would change the order of the sums.
+        let margin = engine.ghost_margin();
+        sources.retain(|source| engine.beyond_period(domain, source.position) < margin);
         for direction in 0..3 {
             // Images of images stand for edges and corners.
             let known = sources.len();

@@ -1,7 +1,7 @@
 //! Threads, restarts and ranks do not change what a solver finds.
 
 use crate::support::{Case, GRAVITY, OPEN_TOP, PERIODIC, SPACING, WALLS, jittered};
-use sazanami_dem::{Engine, Grain};
+use sazanami_dem::{Engine, Grain, Motion};
 use sazanami_mps::grains::GrainPhase;
 use sazanami_mps::snapshot::GRAINS;
 use sazanami_mps::solver::{Forcing, Solver};
@@ -115,6 +115,43 @@ fn a_restart_goes_on_while_grains_cross_a_periodic_side_in_fast_water() {
     let mut solver = restored(&case, &states[10]);
     go_on(&mut solver, 11, 13);
     assert!(solver.snapshot() != whole);
+}
+
+#[test]
+fn a_restart_at_any_step_goes_on_above_a_bed_that_is_shaken() {
+    let mut case = Case::filled([16, 8, 12], [16, 8, 9], [WALLS, PERIODIC, OPEN_TOP]);
+    case.fluid.retain(|p| p.position.z > 2.0 * SPACING);
+    let jet = |x: Vector| Vector::new(0.1 * (900.0 * x.y).sin(), 0.25 * (400.0 * x.x).cos(), 0.0);
+    case.fluid.iter_mut().for_each(|p| p.velocity = jet(p.position));
+    // Two layers, of which the lower is glued: most grains along the periodic sides have images beyond them.
+    case.grains = (0..15 * 7 * 2)
+        .map(|n| {
+            let place = Vector::new(0.6 + 1.04 * (n % 15) as Real, 0.3 + 1.13 * (n / 15 % 7) as Real, 0.5);
+            let motion = if n < 15 * 7 { Motion::WithWalls } else { Motion::Free };
+            let place = place + (n / 105) as Real * Vector::new(0.1, 0.2, 1.0);
+            let velocity = if motion == Motion::Free { jet(SPACING * place) } else { Vector::ZERO };
+            Grain { motion, velocity, ..Grain::new(n, 2650.0, SPACING * place) }
+        })
+        .collect();
+    let mut solver = case.solo();
+    let mut states = vec![solver.snapshot()];
+    for n in 0..40 {
+        go_on(&mut solver, n, 1);
+        states.push(solver.snapshot());
+    }
+    for (n, pair) in states.windows(2).enumerate() {
+        let mut solver = restored(&case, &pair[0]);
+        go_on(&mut solver, n, 1);
+        assert!(solver.snapshot() == pair[1], "from step {n}");
+    }
+    // Negative control: a particle a hair elsewhere.
+    let mut moved = states[39].clone();
+    let mut places = moved.reals("fluid/position").unwrap().to_vec();
+    places[15] += 1e-9;
+    moved.put_reals("fluid/position", places);
+    let mut solver = restored(&case, &moved);
+    go_on(&mut solver, 39, 1);
+    assert!(solver.snapshot() != states[40]);
 }
 
 /// Largest difference of two states' numbers over the largest of each section.

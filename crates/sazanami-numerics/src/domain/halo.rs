@@ -102,7 +102,8 @@ impl Domain {
     }
 
     /// Whether this rank is its own periodic neighbour in `direction`.
-    fn wraps_alone(&self, direction: usize) -> bool {
+    #[must_use]
+    pub fn wraps_alone(&self, direction: usize) -> bool {
         self.periodic[direction] && (direction == 2 || self.decomposition.parts()[direction] == 1)
     }
 
