@@ -93,6 +93,22 @@ pub enum Substeps {
     Fixed(usize),
 }
 
+/// Where images of grains are surely known: see [`Engine::vicinity`].
+#[derive(Clone, Copy, Debug)]
+pub struct Vicinity {
+    lower: Vector,
+    upper: Vector,
+}
+
+impl Vicinity {
+    /// Whether `position` [m] lies in it.
+    #[inline]
+    #[must_use]
+    pub fn holds(&self, position: Vector) -> bool {
+        position.cmpgt(self.lower).all() && position.cmplt(self.upper).all()
+    }
+}
+
 /// Rigid grains, their contacts, and walls.
 #[derive(Debug)]
 pub struct Engine {
@@ -246,17 +262,20 @@ impl Engine {
         &mut self.grains.attached
     }
 
-    /// How far `position` [m] lies beyond this rank's part along the periodic directions that this rank spans [m].
+    /// What lies within `margin` [m] of this rank's part along the periodic directions that it spans.
     ///
-    /// There are always ghosts up to [`Setup::ghost_margin`] beyond it. Whether there are others farther away depends
-    /// on when lists were renewed: a sum whose order is to follow from the state alone leaves these out.
+    /// With a margin up to [`Setup::ghost_margin`] all images of grains in it are known. Whether there are others
+    /// farther away depends on when lists were renewed: a sum whose order is to follow from the state alone leaves
+    /// these out. Images beyond a whole period are not known.
     #[must_use]
-    pub fn beyond_period(&self, domain: &Domain, position: Vector) -> Real {
-        let (lower, upper) = domain.rank_box(domain.communicator().rank());
-        let along = |d: usize| {
-            if domain.wraps_alone(d) { (lower[d] - position[d]).max(position[d] - upper[d]).max(0.0) } else { 0.0 }
-        };
-        along(0).hypot(along(1))
+    pub fn vicinity(&self, domain: &Domain, margin: Real) -> Vicinity {
+        let (mut lower, mut upper) = domain.rank_box(domain.communicator().rank());
+        for d in 0..3 {
+            let beyond = if d < 2 && domain.wraps_alone(d) { margin.min(self.period[d]) } else { Real::INFINITY };
+            lower[d] -= beyond;
+            upper[d] += beyond;
+        }
+        Vicinity { lower, upper }
     }
 
     /// How far beyond a rank's part grains are surely known ([`Setup::ghost_margin`]) [m].
@@ -301,7 +320,10 @@ impl Engine {
 
     /// Gives all walls, and the grains that are glued to them, a velocity [m/s]. All ranks take part.
     pub fn set_wall_velocities(&mut self, domain: &Domain, velocity: Vector) {
-        if self.walls.iter().all(|wall| wall.velocity == velocity) {
+        let Grains { motion, velocity: velocities, owned, .. } = &self.grains;
+        let mut glued = motion[..*owned].iter().zip(velocities).filter(|(motion, _)| **motion == Motion::WithWalls);
+        let same = self.walls.iter().all(|wall| wall.velocity == velocity) && glued.all(|(_, v)| *v == velocity);
+        if domain.max(if same { 0.0 } else { 1.0 }) == 0.0 {
             return;
         }
         self.walls.iter_mut().for_each(|wall| wall.velocity = velocity);
@@ -435,7 +457,8 @@ impl Engine {
         self.touched_grains(own) > 0
     }
 
-    /// Changes the velocity of an own grain, and its angular velocity [m/s, rad/s].
+    /// Changes the velocity of an own grain, and its angular velocity [m/s, rad/s]; its ghosts learn of it by
+    /// [`Self::refresh_ghosts`].
     pub fn set_velocity(&mut self, own: usize, velocity: Vector, angular_velocity: Vector) {
         let turn = self.rotations[own];
         let inertia = self.grains.inertia[own];

@@ -22,7 +22,7 @@ mod wall;
 
 pub use body::Body;
 pub use contact::block::WARNING as DEEP;
-pub use engine::{AUTO as SUBSTEP, ContactReport, Drag, Engine, Loads, Setup, Substeps, TOO_DEEP};
+pub use engine::{AUTO as SUBSTEP, ContactReport, Drag, Engine, Loads, Setup, Substeps, TOO_DEEP, Vicinity};
 pub use error::DemError;
 pub use grain::{ATTACHED, Grain, Grains, Motion};
 pub use material::{

@@ -325,3 +325,20 @@ fn less_friction_packs_denser() {
     assert!(rough.0 > middle.0 && middle.0 > smooth.0);
     assert!([rough, middle, smooth].iter().all(|h| h.1 > 0.0));
 }
+
+#[test]
+fn glued_grains_go_with_walls_that_are_not_there() {
+    let domain = domain();
+    let glued =
+        |id: u64, motion: Motion| Grain { motion, ..Grain::new(id, 2650.0, Vector::splat(5e-3 * (id + 1) as Real)) };
+    let grains = [glued(0, Motion::WithWalls), glued(1, Motion::Fixed)];
+    let mut engine = Engine::new(&domain, setup(ContactLaw::SAND), &grains).expect("the case is sound");
+    let velocity = Vector::new(0.1, 0.0, 0.0);
+    engine.set_wall_velocities(&domain, velocity);
+    // Negative control: a fixed one stays.
+    assert_eq!(engine.grains().velocity[..2], [velocity, Vector::ZERO]);
+    // One that comes later too.
+    engine.insert(&domain, &[glued(2, Motion::WithWalls)]).expect("the case is sound");
+    engine.set_wall_velocities(&domain, velocity);
+    assert_eq!(engine.grains().velocity[2], velocity);
+}

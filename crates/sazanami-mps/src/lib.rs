@@ -17,6 +17,7 @@ mod number_density;
 mod operators;
 mod particles;
 pub mod pressure;
+mod reductions;
 pub mod scheme;
 mod shifting;
 pub mod snapshot;

@@ -268,15 +268,26 @@ pub(crate) struct Neighbours {
     /// Longest way of a fluid particle in and around each bin [m]; negative where there is none.
     ways: Vec<f32>,
     spare: Vec<f32>,
+    /// Way of the walls [m].
+    walls: f32,
     /// Pairs listed.
     pub pairs: usize,
 }
 
 impl Neighbours {
-    /// Lists the pairs that are nearer than `radius` [m] now, or when each fluid particle has gone its `way` [m].
-    pub fn renew(&mut self, bins: &Bins, particles: &Particles, radius: Real, way: impl Fn(usize) -> Vector + Sync) {
+    /// Lists the pairs that are nearer than `radius` [m] now, or when each fluid particle has gone its `way` and all
+    /// `walls` theirs [m].
+    pub fn renew(
+        &mut self,
+        bins: &Bins,
+        particles: &Particles,
+        radius: Real,
+        walls: Vector,
+        way: impl Fn(usize) -> Vector + Sync,
+    ) {
         let kinds = &particles.kind[..];
-        let way = |a: usize| if kinds[a] == Kind::Fluid { way(a) } else { Vector::ZERO };
+        let way = |a: usize| if kinds[a] == Kind::Fluid { way(a) } else { walls };
+        self.walls = walls.length() as f32;
         self.places.fill(&particles.position, bins.lower, way);
         self.find_ways(bins, kinds);
         self.list(bins, particles, radius);
@@ -316,8 +327,8 @@ impl Neighbours {
 
     fn list(&mut self, bins: &Bins, particles: &Particles, radius: Real) {
         self.blocks.resize_with(particles.owned.div_ceil(ROWS), Block::default);
-        let Self { blocks, places, ways, .. } = self;
-        let (places, ways) = (&*places, &*ways);
+        let Self { blocks, places, ways, walls, .. } = self;
+        let (places, ways, walls) = (&*places, &*ways, *walls);
         let (positions, kinds) = (&particles.position[..], &particles.kind[..]);
         let square = (radius * radius) as f32;
         // What single precision may take off.
@@ -335,7 +346,7 @@ impl Neighbours {
                 if longest < 0.0 {
                     continue;
                 }
-                let reach = radius + Real::from(places.way(a) + longest);
+                let reach = radius + Real::from(places.way(a) + longest.max(walls));
                 let begin = end;
                 bins.for_each_range(positions[a], reach, |range| end = places.list_near(a, range, square, list, end));
                 // A wall that no water touches has no part in anything.

@@ -41,7 +41,7 @@ pub(crate) struct PressureField<'a> {
     pub bulk: &'a [Real],
     pub roles: &'a [Role],
     pub kind: &'a [Kind],
-    /// `rho b` where the pressure is reduced, zero where it is not [N/m^3].
+    /// Density times the part of the body force that the reduced pressure is without [N/m^3].
     pub weight_of_fluid: Vector,
 }
 

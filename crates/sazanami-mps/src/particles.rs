@@ -73,7 +73,8 @@ pub struct Particles {
     pub position: Vec<Vector>,
     /// Velocity [m/s].
     pub velocity: Vec<Vector>,
-    /// Reduced pressure: pressure less that of a fluid at rest under the body force [Pa].
+    /// Reduced pressure: pressure less that of a fluid at rest under the part of the body force that walls can bear
+    /// ([`Solver::reduced_force`](crate::solver::Solver::reduced_force)) [Pa].
     pub pressure: Vec<Real>,
     /// Gradient of the reduced pressure at the end of the last step [Pa/m].
     pub gradient: Vec<Vector>,

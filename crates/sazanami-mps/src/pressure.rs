@@ -9,13 +9,14 @@
 
 use sazanami_numerics::domain::FailedElsewhere;
 use sazanami_numerics::{Real, Vector};
-use sazanami_parallel::{Rows, for_each_chunk, max_over, sum_over};
+use sazanami_parallel::{Rows, for_each_chunk, max_over};
 
 use crate::coarse::CoarseGrid;
 use crate::exchange::Exchange;
 use crate::matrix::{Block, Layout, Row};
 use crate::neighbours::ROWS;
 use crate::particles::{Kind, Role};
+use crate::reductions::sum_of;
 
 /// When a solution is good enough, and how the solver gets there.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -244,7 +245,7 @@ impl PressureEquation {
         let singular = given == 0.0;
         if singular {
             // Constants may be added: the right side must be orthogonal to them.
-            let [sum] = domain.sum(sum(blocks.len(), |a| if a < owned { [rows[a].right] } else { [0.0] }));
+            let [sum] = domain.sum(sum_of(blocks.len() * ROWS, |a| if a < owned { [rows[a].right] } else { [0.0] }));
             let mean = sum / unknowns;
             report.removed_mean = mean * strain;
             rows[..owned]
@@ -270,7 +271,7 @@ impl PressureEquation {
             if singular {
                 take_out_mean(layout, step, unknowns);
             }
-            let [descent] = domain.sum(sum(blocks.len(), |a| [residual[a] * step[a]]));
+            let [descent] = domain.sum(sum_of(blocks.len() * ROWS, |a| [residual[a] * step[a]]));
             let beta = before.map_or(0.0, |before| descent / before);
             before = Some(descent);
             for_each_chunk((&mut direction[..padded], &mut step[..]), ROWS, |_, (p, z)| {
@@ -280,7 +281,8 @@ impl PressureEquation {
             direction[owned..padded.min(roles.len())].fill(0.0);
             exchange.refresh(domain, &mut direction[..roles.len()]);
             multiply(layout, blocks, rows, direction, product);
-            let [bend] = domain.sum(sum(blocks.len(), |a| if a < owned { [direction[a] * product[a]] } else { [0.0] }));
+            let [bend] = domain
+                .sum(sum_of(blocks.len() * ROWS, |a| if a < owned { [direction[a] * product[a]] } else { [0.0] }));
             if !(descent.is_finite() && bend.is_finite()) {
                 return Err(PressureError::NotFinite { iterations });
             }
@@ -312,18 +314,6 @@ impl PressureEquation {
         report.residual = largest;
         Ok(report)
     }
-}
-
-/// Sum of `part` over all rows, block by block along a fixed tree.
-fn sum<const N: usize>(blocks: usize, part: impl Fn(usize) -> [Real; N] + Sync) -> [Real; N] {
-    sum_over(blocks, |block| {
-        let mut total = [0.0; N];
-        for a in block * ROWS..(block + 1) * ROWS {
-            let part = part(a);
-            (0..N).for_each(|n| total[n] += part[n]);
-        }
-        total
-    })
 }
 
 /// `r = b + sum c (p_j - p_i)`, with `p` zero outside; returns the largest.
@@ -391,7 +381,7 @@ fn add_diagonal(rows: &[Row], r: &[Real], z: &mut [Real]) {
 
 /// Takes the mean of the unknown's entries out of them.
 fn take_out_mean(layout: &Layout<'_>, z: &mut [Real], unknowns: Real) {
-    let [sum] = layout.domain.sum(sum(z.len() / ROWS, |a| [z[a]]));
+    let [sum] = layout.domain.sum(sum_of(z.len(), |a| [z[a]]));
     let mean = sum / unknowns;
     let of = |a: usize| a < layout.owned && layout.roles[a] == Role::Unknown;
     z.iter_mut().enumerate().filter(|(a, _)| of(*a)).for_each(|(_, z)| *z -= mean);

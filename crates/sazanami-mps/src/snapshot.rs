@@ -19,6 +19,8 @@ const PRESSURE: &str = "fluid/pressure";
 const GRADIENT: &str = "fluid/gradient";
 const REFERENCE: &str = "fluid/reference";
 const DRAG_RATE: &str = "fluid/drag_rate";
+/// Displacement and velocity of the walls.
+const WALLS: &str = "fluid/walls";
 /// Prefix of what the engine of the grains writes.
 pub const GRAINS: &str = "grains/";
 
@@ -51,6 +53,8 @@ impl Solver {
         snapshot.put_reals(GRADIENT, all.iter().flat_map(|r| r.gradient).collect());
         snapshot.put_reals(REFERENCE, self.settings().reference.to_array().to_vec());
         snapshot.put_reals(DRAG_RATE, vec![self.grains.drag_rate()]);
+        let tank = self.tank();
+        snapshot.put_reals(WALLS, [tank.displacement, tank.velocity].iter().flat_map(|v| v.to_array()).collect());
         snapshot
     }
 
@@ -85,6 +89,15 @@ impl Solver {
         // The pressures are told from this point.
         let reference = snapshot.reals_of(REFERENCE, 3)?;
         let settings = Settings { reference: Vector::from_slice(reference), ..settings };
+        // Older snapshots do not tell.
+        let tank = match snapshot.reals_of(WALLS, 6) {
+            Ok(walls) => Tank {
+                displacement: Vector::from_slice(&walls[..3]),
+                velocity: Vector::from_slice(&walls[3..]),
+                ..tank
+            },
+            Err(_) => tank,
+        };
         let mut solver = Self::from_records(domain, settings, tank, &records, grains)?;
         solver.grains.set_drag_rate(snapshot.reals_of(DRAG_RATE, 1)?[0]);
         Ok(solver)

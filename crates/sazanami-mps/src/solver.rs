@@ -2,20 +2,20 @@
 
 mod phases;
 
-use sazanami_dem::{ContactReport, DemError};
+use sazanami_dem::{ContactReport, DemError, Engine};
 use sazanami_numerics::domain::{Domain, FailedElsewhere};
 use sazanami_numerics::{Real, Vector};
-use sazanami_parallel::{max_over, sum_over};
 
 use crate::boundary::{LatticeError, Tank};
 use crate::exchange::{Exchange, Periods};
 use crate::free_surface::SurfaceTest;
 use crate::grains::{CouplingReport, GrainPhase};
 use crate::momentum::{FluidImpulses, facet};
-use crate::neighbours::{Bins, Neighbours, ROWS};
+use crate::neighbours::{Bins, Neighbours};
 use crate::number_density::{Crowding, Prediction, Sample};
 use crate::particles::{Kind, ParticleRecord, Particles, Role, WALL};
 use crate::pressure::{PressureEquation, PressureError, PressureReport, Tolerance};
+use crate::reductions::{largest, sum_of};
 use crate::scheme::{Fluid, Kernel, Scheme};
 use crate::stabilisation::Push;
 use crate::stability::{Rates, Step, StepLimits};
@@ -365,13 +365,9 @@ impl Solver {
     /// The same of particles that had a role which `counts` in the last step.
     fn largest_speed_of(&self, counts: impl Fn(Role) -> bool + Sync) -> Real {
         let particles = &self.particles;
-        let blocks = particles.owned.div_ceil(ROWS);
-        let square = max_over(blocks, |n| {
-            (n * ROWS..((n + 1) * ROWS).min(particles.owned))
-                .filter(|&a| particles.kind[a] == Kind::Fluid && counts(particles.role[a]))
-                .map(|a| particles.velocity[a].length_squared())
-                .fold(0.0, Real::max)
-        });
+        let counted = |a: usize| particles.kind[a] == Kind::Fluid && counts(particles.role[a]);
+        let square =
+            largest(particles.owned, |a| if counted(a) { particles.velocity[a].length_squared() } else { 0.0 });
         self.domain.max(square.max(0.0).sqrt())
     }
 
@@ -379,16 +375,8 @@ impl Solver {
     #[must_use]
     pub fn sum_over_fluid<const N: usize>(&self, part: impl Fn(&Particles, usize) -> [Real; N] + Sync) -> [Real; N] {
         let particles = &self.particles;
-        let sums = sum_over(particles.owned.div_ceil(ROWS), |n| {
-            let mut total = [0.0; N];
-            for a in n * ROWS..((n + 1) * ROWS).min(particles.owned) {
-                if particles.kind[a] == Kind::Fluid {
-                    let part = part(particles, a);
-                    (0..N).for_each(|m| total[m] += part[m]);
-                }
-            }
-            total
-        });
+        let fluid = |a: usize| particles.kind[a] == Kind::Fluid;
+        let sums = sum_of(particles.owned, |a| if fluid(a) { part(particles, a) } else { [0.0; N] });
         self.domain.sum(sums)
     }
 
@@ -418,6 +406,11 @@ impl Solver {
     /// The grains, to be changed between steps.
     pub fn grains_mut(&mut self) -> &mut GrainPhase {
         &mut self.grains
+    }
+
+    /// The engine of the grains, to be changed between steps, with this rank's part of the box.
+    pub fn engine_mut(&mut self) -> (&mut Engine, &Domain) {
+        (self.grains.engine_mut(), &self.domain)
     }
 
     /// This rank's part of the box.

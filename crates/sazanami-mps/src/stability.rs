@@ -43,9 +43,9 @@ impl Limit {
 
 /// Recommended way of the fastest particle in a step, over its size.
 pub const COURANT: Real = 0.15;
-/// Step over the time sqrt(l0/|b|) of the body force (spec: section 13).
+/// Step over the time sqrt(l0/|b|) of the body force.
 pub const BODY_FORCE: Real = 0.2;
-/// Step over the time l0^2/nu of viscosity (spec: section 13).
+/// Step over the time l0^2/nu of viscosity.
 pub const VISCOUS: Real = 0.2;
 /// Step over the time in which drag brings grains and fluid together: the fluid's part of it is explicit, and overshoots
 /// beyond 1.

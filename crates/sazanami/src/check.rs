@@ -83,7 +83,7 @@ impl Default for CostModel {
 
 /// Solid fraction of a bed of grains that were packed, about.
 pub(crate) const PACKED: Real = 0.55;
-/// The same of spheres of like size (spec of moving particles: section 14).
+/// The same of spheres of like size.
 pub(crate) const PACKED_SPHERES: Real = 0.60;
 /// Part of the free memory that a case is advised to take.
 const FILLED: Real = 0.9;
@@ -184,6 +184,9 @@ pub struct CheckReport {
     pub memory_available: Option<u64>,
     /// Results on disk [bytes].
     pub disk_bytes: Real,
+    /// The same by what is written.
+    #[serde(skip)]
+    pub disk_parts: [(&'static str, Real); 6],
     /// Disk that is free [bytes].
     pub disk_available: Option<u64>,
     /// Wall-clock time by part on this machine [s].
@@ -393,7 +396,7 @@ pub fn check(case: &Case, known: Known, machine: &Machine, threads: usize, model
         made_ready: known.made_ready,
     };
     let predicted = cost::predict(case, &populations, &size, &work, particles.as_ref(), threads, model);
-    let disk: Real = disk(case, &size, [pace.steps, pace.dt], model).iter().map(|(_, bytes)| bytes).sum();
+    let disk_parts = disk(case, &size, [pace.steps, pace.dt], model);
     CheckReport {
         case: case.name.clone(),
         title: case.title.clone(),
@@ -414,7 +417,8 @@ pub fn check(case: &Case, known: Known, machine: &Machine, threads: usize, model
         limits: pace.limits,
         memory_bytes: memory(case, model) + of_files,
         memory_available: machine.memory_available,
-        disk_bytes: disk,
+        disk_bytes: disk_parts.iter().map(|(_, bytes)| bytes).sum(),
+        disk_parts,
         disk_available: None,
         predicted_total_s: predicted.iter().map(|(_, seconds)| seconds).sum(),
         predicted_s: predicted,
@@ -510,11 +514,8 @@ fn points(probe: &Probe) -> Real {
 /// Warns of results that do not fit onto the disk, of which `available` bytes are free, and names what takes most.
 pub fn warn_of_disk(loaded: &LoadedCase, report: &CheckReport, available: Option<u64>, warnings: &mut Diagnostics) {
     let Some(free) = available.map(|free| free as Real).filter(|&free| report.disk_bytes > free) else { return };
-    let (case, text) = (&loaded.case, &loaded.text);
-    let size = Size { cells: report.cell_count, grains: report.grains, spheres: report.contact_spheres };
-    let dt = report.limits.first().map_or(0.0, |limit| limit.dt_s);
-    let parts = disk(case, &size, [report.steps, dt], &CostModel::default());
-    let Some((most, share)) = parts.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)) else { return };
+    let text = &loaded.text;
+    let Some((most, share)) = report.disk_parts.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)) else { return };
     let span = match most {
         "checkpoint" => text.checkpoint.as_ref().map(|at| at.span.clone()),
         "probe" => text.probe.first().map(|at| at.span.clone()),

@@ -1,5 +1,6 @@
 //! Tanks of water and grains that were made ready: kept in a file, and found again by what they were made of.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use sazanami_io::checkpoint::{CheckpointReader, CheckpointWriter};
@@ -129,10 +130,11 @@ fn find(loaded: &LoadedCase, commit: &str, report: &mut Diagnostics, mut say: im
         };
         let tank = tank_of(case);
         if recipe.tank != tank {
-            let (theirs, ours) = first_difference(&recipe.tank, &tank);
+            let [theirs, ours] = first_difference(&recipe.tank, &tank);
+            let made = format!("it was made with {theirs} (version {}, commit {})", recipe.version, recipe.commit);
             report
                 .error(span, format!("`{}` is the state of another tank", path.display()))
-                .label(format!("it was made with `{theirs}`, this case has `{ours}`"))
+                .label(format!("{made}, this case has {ours}"))
                 .help("make the two alike, or leave out `state`");
             return None;
         }
@@ -156,13 +158,38 @@ fn find(loaded: &LoadedCase, commit: &str, report: &mut Diagnostics, mut say: im
     }
 }
 
-/// The first line in which two texts differ, of each.
-fn first_difference<'t>(a: &'t str, b: &'t str) -> (&'t str, &'t str) {
-    let pairs =
-        a.lines().map(Some).chain(std::iter::repeat(None)).zip(b.lines().map(Some).chain(std::iter::repeat(None)));
-    let longest = a.lines().count().max(b.lines().count());
-    let different = pairs.take(longest).find(|(a, b)| a != b);
-    different.map_or(("", ""), |(a, b)| (a.unwrap_or("nothing"), b.unwrap_or("nothing")))
+/// The first key in which two resolved copies differ, and what each has there, in words.
+fn first_difference(theirs: &str, ours: &str) -> [String; 2] {
+    let keys = |text: &str| {
+        let mut keys = BTreeMap::new();
+        if let Ok(table) = text.parse::<toml::Table>() {
+            flatten(String::new(), &toml::Value::Table(table), &mut keys);
+        }
+        keys
+    };
+    let (theirs, ours) = (keys(theirs), keys(ours));
+    // What both know comes first: a key of one alone may be one that the other program does not have.
+    let both = theirs.keys().find(|key| ours.get(*key).is_some_and(|value| *value != theirs[*key]));
+    let one = || theirs.keys().chain(ours.keys()).find(|key| theirs.get(*key) != ours.get(*key));
+    let Some(key) = both.or_else(one) else { return [String::new(), String::new()] };
+    [&theirs, &ours].map(|keys| match keys.get(key) {
+        Some(value) => format!("`{key} = {value}`"),
+        None => format!("no `{key}`"),
+    })
+}
+
+/// Lists the values of a table by their full keys.
+fn flatten(key: String, value: &toml::Value, into: &mut BTreeMap<String, String>) {
+    let under = |name: &str| if key.is_empty() { name.to_owned() } else { format!("{key}.{name}") };
+    match value {
+        toml::Value::Table(table) => table.iter().for_each(|(name, value)| flatten(under(name), value, into)),
+        toml::Value::Array(list) if list.iter().any(toml::Value::is_table) => {
+            list.iter().enumerate().for_each(|(n, value)| flatten(under(&n.to_string()), value, into));
+        }
+        value => {
+            into.insert(key, value.to_string());
+        }
+    }
 }
 
 /// Keeps a tank that was made ready: in the folder of results, and for later runs.
@@ -191,8 +218,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_first_different_line_is_found() {
-        assert_eq!(first_difference("a\nb\nc", "a\nx\nc"), ("b", "x"));
-        assert_eq!(first_difference("a", "a\nb"), ("nothing", "b"));
+    fn the_first_different_key_is_found() {
+        let text = "a = 1\n[particles]\nspacing = \"1 mm\"\n[[grains]]\nname = \"sand\"\n";
+        let words = |a: &str, b: &str| [a.to_owned(), b.to_owned()];
+        let other = text.replace("sand", "silt");
+        assert_eq!(first_difference(text, &other), words("`grains.0.name = \"sand\"`", "`grains.0.name = \"silt\"`"));
+        // A key that only one of them knows is told where nothing else differs.
+        let older = text.replace("a = 1\n", "");
+        assert_eq!(first_difference(&older, &other), words("`grains.0.name = \"sand\"`", "`grains.0.name = \"silt\"`"));
+        assert_eq!(first_difference(&older, text), words("no `a`", "`a = 1`"));
+        assert_eq!(first_difference(text, text), words("", ""));
     }
 }

@@ -1,7 +1,5 @@
 //! Colours and colour scales.
 
-use super::axes::round_range;
-
 /// Red, green and blue as written in a file (sRGB).
 pub type Colour = [u8; 3];
 
@@ -51,18 +49,6 @@ impl ColourScale {
     #[must_use]
     pub fn symmetric(label: &str, largest: f64) -> Self {
         Self { label: label.to_owned(), range: [-largest, largest], map: ColourMap::BlueRed }
-    }
-
-    /// The same for `values` as they are: zero in the middle, up to what `share` of them do not exceed in size, but at
-    /// least up to `least`, rounded outward.
-    #[must_use]
-    pub fn symmetric_about(label: &str, values: &[f64], share: f64, least: f64) -> Self {
-        let mut sizes: Vec<f64> = values.iter().map(|value| value.abs()).filter(|size| size.is_finite()).collect();
-        sizes.sort_by(f64::total_cmp);
-        let number = (share * sizes.len() as f64).ceil() as usize;
-        let largest = sizes.get(number.saturating_sub(1)).copied().unwrap_or_default();
-        let [_, largest] = round_range(0.0, largest.max(least));
-        Self::symmetric(label, largest)
     }
 
     /// Colour of `value`.
@@ -150,16 +136,5 @@ mod tests {
         let force = ColourScale::symmetric("f [N]", 1e-6);
         assert_eq!(force.colour(0.0), ColourMap::BlueRed.colour(0.5));
         assert_eq!((force.colour(-1e-6), force.colour(1e-6)), ([33, 75, 165], [170, 25, 40]));
-    }
-
-    #[test]
-    fn a_range_of_either_sign_follows_the_values_but_few() {
-        let mut values: Vec<f64> = (0..100).map(|n| if n % 2 == 0 { 0.001 * f64::from(n) } else { -0.19 }).collect();
-        values[4] = 50.0;
-        values[7] = f64::NAN;
-        let range = |share| ColourScale::symmetric_about("", &values, share, 1e-9).range[1];
-        assert!((0.19..=0.25).contains(&range(0.98)), "{}", range(0.98));
-        assert!(range(1.0) >= 50.0);
-        assert!(ColourScale::symmetric_about("", &[], 0.98, 0.3).range[1] >= 0.3);
     }
 }

@@ -11,7 +11,7 @@ mod sources;
 use sazanami_dem::{ContactLaw, ContactReport, DemError, Drag, Engine, Interactions, Loads, Setup, Substeps};
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::{Real, Vector};
-use sazanami_parallel::{for_each_chunk, max_over};
+use sazanami_parallel::for_each_chunk;
 
 use binned::{Binned, Lanes, lanes};
 pub use closure::{Closure, DensityReference, Forchheimer, SphereDrag, volume};
@@ -20,6 +20,7 @@ use sources::Sources;
 use crate::boundary::Tank;
 use crate::neighbours::ROWS;
 use crate::particles::{Kind, Particles};
+use crate::reductions;
 use crate::scheme::Kernel;
 
 /// Sum of weights over n0 from which on a grain is wholly wet.
@@ -158,9 +159,13 @@ impl GrainPhase {
     }
 
     /// Grains that are spheres, with an engine of their own.
+    ///
+    /// # Panics
+    /// If the engine knows fewer images of grains than the void fraction asks for.
     #[must_use]
     pub fn new(domain: &Domain, engine: Engine, coupling: Coupling) -> Self {
         let any = domain.max(if engine.grains().owned() > 0 { 1.0 } else { 0.0 }) > 0.0;
+        assert!(!any || engine.ghost_margin() > coupling.smoothing, "grains are known as far as they are smoothed");
         Self {
             engine,
             coupling,
@@ -351,6 +356,12 @@ impl GrainPhase {
         largest(domain, self.around.len(), rate)
     }
 
+    /// Largest speed of a grain [m/s].
+    pub(crate) fn largest_speed(&self, domain: &Domain) -> Real {
+        let grains = self.engine.grains();
+        largest(domain, grains.owned(), |g| grains.velocity[g].length())
+    }
+
     /// Largest speed of a grain over its diameter [1/s].
     pub(crate) fn motion_rate(&self, domain: &Domain) -> Real {
         let grains = self.engine.grains();
@@ -442,15 +453,13 @@ impl GrainPhase {
             shared[..3].copy_from_slice(&place.to_array());
         }
         let shared = &shared[..];
+        // Beyond the radius more or fewer are known, by chance.
+        let near = engine.vicinity(domain, kernel.weight.radius);
         impulses.fill(
             domain,
             kernel.weight.radius,
             shared.len(),
-            // Beyond the radius there are more or fewer, by chance.
-            |g| {
-                let place = Vector::from_slice(&shared[g][..3]);
-                (engine.beyond_period(domain, place) < kernel.weight.radius).then_some(place)
-            },
+            |g| Some(Vector::from_slice(&shared[g][..3])).filter(|&place| near.holds(place)),
             |a, b| {
                 let by = |d: usize| shared[a][d].total_cmp(&shared[b][d]);
                 grains.id[a].cmp(&grains.id[b]).then_with(|| by(0).then_with(|| by(1)).then_with(|| by(2)))
@@ -546,8 +555,7 @@ pub(crate) struct Voids<'a> {
 
 /// Largest `rate` of the first `count` grains, over all ranks; 0 without grains.
 fn largest(domain: &Domain, count: usize, rate: impl Fn(usize) -> Real + Sync) -> Real {
-    let part = |n: usize| (n * ROWS..((n + 1) * ROWS).min(count)).map(&rate).fold(0.0, Real::max);
-    domain.max(max_over(count.div_ceil(ROWS), part).max(0.0))
+    domain.max(reductions::largest(count, rate).max(0.0))
 }
 
 /// The fluid as grains see it, ghosts included.

@@ -35,7 +35,7 @@ impl Source {
     }
 }
 
-/// Solid volume around places, smoothed with a Wendland function of unit integral (spec: W_eps).
+/// Solid volume around places, smoothed with a Wendland function of unit integral.
 #[derive(Debug)]
 pub(crate) struct Sources {
     /// Smoothing function; its radius is R_eps.
@@ -100,9 +100,9 @@ impl Sources {
                 *source = Source { id: grains.id[g], position, velocity, volume, mobility };
             }
         });
-        // Those farther away are chance, and their places among the lanes would change the order of the sums.
-        let margin = engine.ghost_margin();
-        sources.retain(|source| engine.beyond_period(domain, source.position) < margin);
+        // Those farther away are known by chance, and their places among the lanes would change the order of the sums.
+        let known = engine.vicinity(domain, engine.ghost_margin());
+        sources.retain(|source| known.holds(source.position));
         for direction in 0..3 {
             // Images of images stand for edges and corners.
             let known = sources.len();

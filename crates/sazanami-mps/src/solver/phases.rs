@@ -1,7 +1,7 @@
 //! The phases of a step, in their order.
 
 use sazanami_numerics::{Real, Vector};
-use sazanami_parallel::{for_each_chunk, max_over, sum_over};
+use sazanami_parallel::for_each_chunk;
 
 use super::{Forcing, Phase, Scratch, Settings, Solver, StepError, StepReport};
 use crate::boundary::WallFriction;
@@ -14,26 +14,11 @@ use crate::number_density::{self, Crowding, Prediction};
 use crate::operators::{self, PressureField};
 use crate::particles::{Kind, Particles, Role, WALL};
 use crate::pressure::{PressureEquation, PressureReport, hydrostatic};
+use crate::reductions::{largest, sum_of};
 use crate::scheme::{Fluid, SourceForm};
 use crate::shifting::{self, Arrangement};
 use crate::stabilisation::{self, Moved, Push};
 use crate::stability::flow_time;
-
-/// Largest `value` of the first `count` particles; minus infinity without any.
-fn largest(count: usize, value: impl Fn(usize) -> Real + Sync) -> Real {
-    let part = |n: usize| (n * ROWS..((n + 1) * ROWS).min(count)).map(&value).fold(Real::NEG_INFINITY, Real::max);
-    max_over(count.div_ceil(ROWS), part)
-}
-
-/// Sum of `part` over the first `count` particles, block by block along a fixed tree.
-fn sum_of<const N: usize>(count: usize, part: impl Fn(usize) -> [Real; N] + Sync) -> [Real; N] {
-    sum_over(count.div_ceil(ROWS), |n| {
-        (n * ROWS..((n + 1) * ROWS).min(count)).fold([0.0; N], |mut total, a| {
-            total.iter_mut().zip(part(a)).for_each(|(total, part)| *total += part);
-            total
-        })
-    })
-}
 
 /// Whether this is a wall particle with little water before it, above a surface if there is one.
 fn is_bare(surface: Option<&SurfaceTest>, n0: Real, kind: Kind, sums: &Prediction) -> bool {
@@ -73,9 +58,12 @@ impl Solver {
         let body_force = self.explicit_force(forcing);
         let margin = MARGIN * self.settings.fluid.spacing;
         let radius = self.kernel.weight.radius + margin;
-        // Drag may speed particles up by as much as grains and fluid differ, of which there is the part that its rate tells.
+        // Drag may speed water up by as much as grains and water differ, of which there is the part that its rate tells.
         let kick = 1.0 + (dt * self.grains.drag_rate()).min(1.0);
-        let reach = radius + 2.1 * dt * (kick * self.largest_speed() + dt * forcing.body_force.length());
+        let walls = dt * forcing.wall_velocity;
+        let speed =
+            self.largest_speed().max(self.grains.largest_speed(&self.domain)).max(forcing.wall_velocity.length());
+        let reach = radius + 2.1 * dt * (kick * speed + dt * forcing.body_force.length());
         let Self { domain, periods, particles, exchange, bins, neighbours, .. } = self;
         exchange.migrate(domain, particles);
         bins.renew(domain, reach);
@@ -84,7 +72,7 @@ impl Solver {
         let (own, ghosts) = particles.position.split_at(particles.owned);
         bins.fill(own, ghosts);
         let way = |a: usize| dt * (particles.velocity[a] + dt * body_force);
-        neighbours.renew(bins, particles, radius, way);
+        neighbours.renew(bins, particles, radius, walls, way);
         let scratch = &mut self.scratch;
         let (owned, all) = (particles.owned, particles.len());
         let blocks = owned.div_ceil(ROWS);
@@ -215,7 +203,7 @@ impl Solver {
         let margin = MARGIN * settings.fluid.spacing;
         if 2.1 * domain.max(largest(owned, stray).max(0.0)).sqrt() > margin {
             let way = |a: usize| place[a] - position[a];
-            neighbours.renew(bins, particles, kernel.weight.radius + margin, way);
+            neighbours.renew(bins, particles, kernel.weight.radius + margin, dt * forcing.wall_velocity, way);
         }
     }
 

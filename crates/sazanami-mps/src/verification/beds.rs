@@ -12,7 +12,7 @@ use crate::filling;
 use crate::grains::{Closure, GrainPhase, Voids, volume};
 use crate::particles::{Kind, Role};
 use crate::pressure::hydrostatic;
-use crate::scheme::{Kernel, Scheme};
+use crate::scheme::Kernel;
 use crate::solver::{FluidParticle, Forcing, Solver};
 
 /// Density of the grains [kg/m^3].
@@ -213,7 +213,6 @@ pub fn seepage(eps: Real, force: Real, end: Real) -> Result<Seepage, ExperimentE
     let size = [10, 8, 10];
     let mut vessel = Vessel::new(size, d, [PERIODIC, PERIODIC, WALLS]);
     vessel.friction = WallFriction::Slip;
-    vessel.scheme = Scheme { reduced_pressure: false, ..Scheme::default() };
     vessel.longest = 2e-4;
     // As many cells of two grains as the solid volume asks for.
     let grains = (1.0 - eps) * (vessel.upper / d).element_product() / (PI / 6.0);

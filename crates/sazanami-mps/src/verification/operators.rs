@@ -70,7 +70,7 @@ impl Cloud {
         particles.sort(bins.len(), |x| bins.number(x));
         bins.fill(&particles.position, &[]);
         let mut neighbours = Neighbours::default();
-        neighbours.renew(&bins, &particles, kernel.weight.radius, |_| Vector::ZERO);
+        neighbours.renew(&bins, &particles, kernel.weight.radius, Vector::ZERO, |_| Vector::ZERO);
         particles.role.fill(Role::Unknown);
         let rim = RIM.max(1.3 * kernel.weight.radius);
         let inside = |x: Vector| x.min_element() > rim && x.max_element() < width - rim;

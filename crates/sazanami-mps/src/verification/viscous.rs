@@ -4,7 +4,6 @@ use sazanami_numerics::{Real, Vector};
 
 use super::{ExperimentError, PERIODIC, SLAB, Vessel, WALLS, advance};
 use crate::boundary::WallFriction;
-use crate::scheme::Scheme;
 use crate::solver::{Forcing, Solver};
 
 /// Kinematic viscosity [m^2/s].
@@ -16,8 +15,6 @@ fn channel(layers: usize, spacing: Real, friction: WallFriction) -> Vessel {
     let mut vessel = Vessel::new(size, spacing, [PERIODIC, PERIODIC, WALLS]).filled(size);
     vessel.friction = friction;
     vessel.viscosity = VISCOSITY;
-    // A force along a periodic direction has no pressure that balances it.
-    vessel.scheme = Scheme { reduced_pressure: false, ..Scheme::default() };
     vessel
 }
 

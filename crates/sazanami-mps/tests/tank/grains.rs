@@ -57,7 +57,7 @@ fn buoyancy_is_the_same_with_the_whole_pressure() {
     let submerged = |pressure: Real| -9.81 * (2650.0 - 1000.0 * pressure) / 2650.0;
     let reduced = acceleration(&case);
     assert!((reduced / submerged(1.0) - 1.0).abs() < 0.03, "{reduced} {}", submerged(1.0));
-    // The whole pressure on this lattice rises too little by 8 % (spec: V2).
+    // The whole pressure on this lattice rises too little by 8 %.
     case.scheme.reduced_pressure = false;
     let plain = acceleration(&case);
     assert!((plain / submerged(0.92) - 1.0).abs() < 0.05, "{plain} {}", submerged(0.92));

@@ -15,7 +15,8 @@ use sazanami_io::picture::{
 use sazanami_io::{MeasuredProfile, replace_file};
 use sazanami_numerics::Real;
 use sazanami_observe::ripples::{
-    PhaseAverage, RippleSettings, Ripples, SurfaceProfile, Unmeasured, cycle_averages, migration, phase_average,
+    BedSurfaceSettings, PhaseAverage, RippleSettings, Ripples, SurfaceProfile, Unmeasured, cycle_averages, migration,
+    phase_average,
 };
 use serde_json::{Map, Value, json};
 
@@ -100,6 +101,8 @@ impl Profiles {
 /// What the tables of a run tell.
 struct RunTables {
     case: Case,
+    /// Width of the slab that the bed was seen in from the side, when the tables were written [m].
+    slab: Real,
     summary: Value,
     /// The bed by its concentration, its main surface.
     bed: Option<Profiles>,
@@ -117,6 +120,12 @@ struct RunTables {
 impl RunTables {
     fn read(folder: &Path, loaded: LoadedCase) -> Result<Self, CommandError> {
         let case = loaded.case;
+        // Other keys do not change what was gathered during the run.
+        let as_run = case::load(&folder.join(CASE), &[]).ok().and_then(|run| run.case.ripples);
+        let slab = as_run
+            .as_ref()
+            .or(case.ripples.as_ref())
+            .map_or(0.0, |how| BedSurfaceSettings::of_grains(how.grain_size).slab);
         let [bed, image, top_layer] = ["z_concentration", "z_image", "z_top_layer"]
             .map(|column| Profiles::read(&folder.join(BED_PROFILES), column));
         let water = Profiles::read(&folder.join(WATER_PROFILES), "z");
@@ -127,7 +136,7 @@ impl RunTables {
             ripples = all.map(|(&time, profile)| (time, measure(how, &tank, profile, tank.width()))).collect();
         }
         let period = case.period();
-        Ok(Self { case, summary: summary(folder)?, bed, image, top_layer, water, ripples, period })
+        Ok(Self { case, slab, summary: summary(folder)?, bed, image, top_layer, water, ripples, period })
     }
 
     /// Time of the last profiles [s], if there are any.

@@ -64,6 +64,21 @@ pub fn rounded(value: Real) -> String {
     if short == 0.0 || (1e-3..1e6).contains(&short.abs()) { format!("{short}") } else { format!("{short:e}") }
 }
 
+/// How near a value is the same as an end of a range, relative: what is lost when numbers are written and computed.
+pub(super) const SAME: Real = 1e-9;
+
+/// The ends of a range for people, as [`rounded`], but never beyond it.
+#[must_use]
+pub(super) fn rounded_within(low: Real, high: Real) -> [String; 2] {
+    let inward = |value: Real, direction: Real| {
+        let short: Real = format!("{value:.3e}").parse().unwrap_or(value);
+        let beyond = direction * (value - short) > SAME * value.abs();
+        let digit = 10_f64.powf(value.abs().log10().floor() - 3.0);
+        rounded(if beyond { short + direction * digit } else { short })
+    };
+    [inward(low, 1.0), inward(high, -1.0)]
+}
+
 /// Why a text is no quantity.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UnitError {
@@ -352,6 +367,17 @@ mod tests {
 
     fn value(text: &str) -> Real {
         parse_quantity(text).unwrap().0
+    }
+
+    #[test]
+    fn ends_of_a_range_are_told_within_it() {
+        let told = |low: Real, high: Real| rounded_within(low, high);
+        assert_eq!(told(0.0, 12.3456), ["0", "12.34"]);
+        assert_eq!(told(3.0864, 1e300), ["3.087", "1e300"]);
+        assert_eq!(told(-1.23449, -1.23451), ["-1.234", "-1.235"]);
+        // What was lost in computing an end is no reason to shorten it.
+        assert_eq!(told(0.1, 0.45 * 0.12), ["0.1", "0.054"]);
+        assert_eq!(told(0.0, Real::INFINITY)[0], "0");
     }
 
     #[test]

@@ -10,7 +10,7 @@ use sazanami_numerics::{Real, Vector};
 
 use super::diagnostics::Diagnostics;
 use super::suggest::nearest;
-use super::units::{parse_quantity, rounded};
+use super::units::{SAME, parse_quantity, rounded_within};
 use super::written::{
     At, Call, Cells, Choice, ChoiceSet, Flag, Item, Kind, Number, Numbers, Quantity, ScalarOrVector, Several, Text,
     Vectorial, Whole,
@@ -46,16 +46,17 @@ impl Range1 {
             Self::Positive => (value <= 0.0).then(|| "has to be above zero".into()),
             Self::NonNegative => (value < 0.0).then(|| "must not be negative".into()),
             Self::Between(low, high) => {
-                let [least, most] = [low, high].map(|end| in_unit(end, unit));
-                (value < low || value > high).then(|| format!("has to lie between {least} and {most}"))
+                let beyond = low - value > SAME * low.abs() || value - high > SAME * high.abs();
+                let [least, most] = ends(low, high, unit);
+                beyond.then(|| format!("has to lie between {least} and {most}"))
             }
         }
     }
 }
 
-/// An end of a range for people.
-fn in_unit(value: Real, unit: &str) -> String {
-    format!("{} {unit}", rounded(value)).trim_end().to_owned()
+/// The ends of a range for people.
+fn ends(low: Real, high: Real, unit: &str) -> [String; 2] {
+    rounded_within(low, high).map(|end| format!("{end} {unit}").trim_end().to_owned())
 }
 
 impl Values<'_> {
@@ -137,7 +138,8 @@ impl Values<'_> {
                 let help = match range {
                     Range1::Positive | Range1::NonNegative if value < 0.0 => "leave out the minus sign".to_owned(),
                     Range1::Between(low, high) => {
-                        format!("choose a value from {} to {}", in_unit(low, unit), in_unit(high, unit))
+                        let [least, most] = ends(low, high, unit);
+                        format!("choose a value from {least} to {most}")
                     }
                     _ => format!("for example {example}"),
                 };

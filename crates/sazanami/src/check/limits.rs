@@ -190,10 +190,16 @@ fn of_particles(
     let (spacing, courant) = (particles.spacing, particles.courant);
     let [flow, grains] = largest(&speeds(case, tank)).map(Vector::length);
     let at = |speed: Real| format!("{courant} of the particle spacing at {} m/s, foreseen", super::number(speed, 3));
+    let sizes = case.grains.iter().filter_map(|p| Some(p.shape.size()? * p.size.smallest()));
+    let smallest = sizes.fold(Real::INFINITY, Real::min);
     let nu = case.fluids.liquid.viscosity / case.fluids.liquid.density;
     let mut limits = vec![
         limit(ParticleLimit::Advective.name(), courant * spacing / flow, at(flow)),
-        limit(ParticleLimit::GrainMotion.name(), courant * spacing / grains, at(grains)),
+        limit(
+            ParticleLimit::GrainMotion.name(),
+            courant * smallest / grains,
+            format!("{courant} of the smallest grain at {} m/s, foreseen", super::number(grains, 3)),
+        ),
         limit(
             ParticleLimit::BodyForce.name(),
             BODY_FORCE * (spacing / strongest_force(case)).sqrt(),

@@ -27,6 +27,7 @@ use crate::case::resolved;
 use crate::error::{CommandError, Failure};
 use crate::progress::StepLine;
 use crate::recorder::{RecordError, Totals};
+use crate::results::SERIES;
 use crate::run::{RunOptions, Status};
 
 /// What a running command has to say.
@@ -271,7 +272,12 @@ impl RankError {
     /// Whether it was found before anything was done: a run that was to go on is what it was.
     pub fn is_at_once(&self) -> bool {
         let no_state = matches!(self, Self::State(_) | Self::Snapshot(_) | Self::Packing(DemError::Snapshot(_)));
-        let other_table = matches!(self, Self::Record(RecordError::Table(TableError::OtherColumns { .. })));
+        // The series is opened first, the other tables when there is something for them.
+        let is_first = |path: &Path| path.file_name().is_some_and(|name| name == SERIES);
+        let other_table = match self {
+            Self::Record(RecordError::Table(TableError::OtherColumns { path, .. })) => is_first(path),
+            _ => false,
+        };
         no_state || other_table || matches!(self, Self::Threads(_) | Self::Layout(_) | Self::Boundary(_))
     }
 

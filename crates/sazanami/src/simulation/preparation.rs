@@ -277,7 +277,7 @@ fn set_off(case: &Case, solver: &mut Solver) {
         return;
     }
     solver.set_velocities(|particles, a| particles.velocity[a] + velocity);
-    let engine = solver.grains_mut().engine_mut();
+    let (engine, domain) = solver.engine_mut();
     for g in 0..engine.grains().owned() {
         if engine.grains().motion[g] != Motion::Free {
             continue;
@@ -285,4 +285,5 @@ fn set_off(case: &Case, solver: &mut Solver) {
         let (before, spin) = (engine.grains().velocity[g], engine.grains().angular_velocity(g));
         engine.set_velocity(g, before + velocity, spin);
     }
+    engine.refresh_ghosts(domain);
 }

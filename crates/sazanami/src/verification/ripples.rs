@@ -7,8 +7,7 @@ use crate::analyse::layer_history;
 use crate::verify::Measured;
 
 const CASE: &str = include_str!("../../../../cases/ripples/paper.toml");
-const SOURCE: &str =
-    "predictors for the tank: dem-mps-validation V14, after Wiberg and Harris, Nielsen, Miller and Komar";
+const SOURCE: &str = "predictors for the motion of the tank, after Wiberg and Harris, Nielsen, Miller and Komar";
 /// Simulated time of each run [s].
 const UNTIL: Real = 3.0;
 /// Last part of a run whose layer averages count: two periods [s].
@@ -60,7 +59,7 @@ fn half_range(time: &[Real], values: &[Real]) -> Real {
     0.5 * (late().fold(Real::NEG_INFINITY, Real::max) - late().fold(Real::INFINITY, Real::min))
 }
 
-/// V14: relief and wavelength, the same for other particles and another drag law, none for a gentle motion.
+/// Relief and wavelength, the same for other particles and another drag law, none for a gentle motion.
 pub(super) fn ripples() -> Result<Vec<Measured>, String> {
     let base = tank("base", &[])?;
     let gentle = tank("gentle", &["frame.motion.amplitude=[\"-3 mm\",\"0 mm\",\"0 mm\"]"])?;

@@ -1,6 +1,6 @@
 //! What the tables of a whole run tell of its ripples, in the form of the summary.
 
-use sazanami_observe::ripples::{BedSurfaceSettings, Growth, relief};
+use sazanami_observe::ripples::{Growth, relief};
 use serde_json::{Map, Value, json};
 
 use super::measured::Compared;
@@ -47,13 +47,14 @@ fn of_layers(cycles: &[CycleAverage]) -> Map<String, Value> {
 pub(super) fn at_the_end(tables: &RunTables) -> Map<String, Value> {
     let (Some(how), Some(bed)) = (&tables.case.ripples, &tables.bed) else { return Map::new() };
     let tank = tank_of(&tables.case);
-    let slab = BedSurfaceSettings::of_grains(how.grain_size).slab;
     let of = |profiles: &Profiles, across| {
         let profile = profiles.last();
         surface_json(&measure(how, &tank, profile, across), profile, &tank)
     };
     let Value::Object(mut told) = of(bed, tank.width()) else { return Map::new() };
-    for (name, profiles, across) in [("image", &tables.image, slab), ("top_layer", &tables.top_layer, tank.width())] {
+    for (name, profiles, across) in
+        [("image", &tables.image, tables.slab), ("top_layer", &tables.top_layer, tank.width())]
+    {
         if let Some(profiles) = profiles {
             told.insert(name.into(), of(profiles, across));
         }

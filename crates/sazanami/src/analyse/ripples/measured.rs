@@ -4,7 +4,7 @@ use std::path::Path;
 
 use sazanami_io::MeasuredProfile;
 use sazanami_numerics::Real;
-use sazanami_observe::ripples::{BedMatch, BedSurfaceSettings, ProfileMatch, ShiftLimits, match_bed, match_profiles};
+use sazanami_observe::ripples::{BedMatch, ProfileMatch, ShiftLimits, match_bed, match_profiles};
 use serde_json::{Value, json};
 
 use super::{Profiles, RunTables};
@@ -134,8 +134,7 @@ fn of_time(tables: &RunTables, measured: &Measured) -> Vec<Compared> {
     let mut all = Vec::new();
     if let Some(file) = &measured.bed {
         let profile = read(tables, file, time);
-        let slab = tables.case.ripples.as_ref().map(|ripples| BedSurfaceSettings::of_grains(ripples.grain_size).slab);
-        let image = of_bed(tables, tables.image.as_ref(), &profile, time, slab.unwrap_or_default());
+        let image = of_bed(tables, tables.image.as_ref(), &profile, time, tables.slab);
         all.push(one("bed (image)", image));
         let main = of_bed(tables, tables.bed.as_ref(), &profile, time, tank_of(&tables.case).width());
         all.push(one("bed (concentration)", main));

@@ -13,7 +13,7 @@ use crate::case::meaning::{
 };
 use crate::case::schema::{BedText, CaseText, CheckpointText, OutputText, ProbeText, ScheduleText};
 use crate::case::suggest::nearest;
-use crate::case::units::rounded;
+use crate::case::units::{rounded, rounded_within};
 use crate::case::value::Range1;
 use crate::case::written::{At, Length, Quantity, Several, Text, Time, Whole};
 
@@ -30,9 +30,11 @@ pub(super) fn range_of_grain_size(domain: &BoxDomain, grains: &[Population]) -> 
     let smallest = sizes(|p| p.size.smallest()).reduce(Real::min);
     let largest = sizes(|p| p.size.largest()).reduce(Real::max);
     let edge = domain.extent().min_element();
+    // The size of a mesh is known with its file only.
+    let known = grains.iter().all(|p| p.shape.size().is_some());
     match smallest.zip(largest) {
-        Some((smallest, largest)) => Range1::Between(smallest / NEAR_SIZE, largest * NEAR_SIZE),
-        None => Range1::Between(FINEST * edge, edge),
+        Some((smallest, largest)) if known => Range1::Between(smallest / NEAR_SIZE, largest * NEAR_SIZE),
+        _ => Range1::Between(FINEST * edge, edge),
     }
 }
 
@@ -51,7 +53,8 @@ impl Context<'_> {
         );
         if lower >= upper || lower < domain.lower.z || upper > domain.upper.z {
             let place = written.porosity_upper.as_ref().or(written.porosity_lower.as_ref());
-            let [from, to, floor, top] = [lower, upper, floor, domain.upper.z].map(|height| rounded(1e3 * height));
+            let [from, to] = [lower, upper].map(|height| rounded(1e3 * height));
+            let [floor, top] = rounded_within(1e3 * floor, 1e3 * domain.upper.z);
             values
                 .report
                 .error(

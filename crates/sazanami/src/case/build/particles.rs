@@ -10,12 +10,12 @@ use super::flow::span_of_side;
 use super::observed::range_of_grain_size;
 use super::{Context, span_of};
 use crate::case::meaning::{
-    Axis, BoundarySide, BoxDomain, Case, DensityReference, FluidName, Frame, GradientForm, GrainPlacement, GrainShape,
-    ImageSide, KeepApart, LayerReference, Measured, Order, Overlap, Particles, Population, Preparation, PressureForce,
-    ProbePlace, Ripples, SIDE_NAMES, Solver, SphereDrag, TankMotion, WallMotion, Wendland,
+    Axis, BoundarySide, BoxDomain, COLOUR_FORCE, Case, DensityReference, FluidName, Frame, GradientForm,
+    GrainPlacement, GrainShape, ImageSide, KeepApart, LayerReference, Measured, Order, Overlap, Particles, Population,
+    Preparation, PressureForce, ProbePlace, Ripples, SIDE_NAMES, Solver, SphereDrag, TankMotion, WallMotion, Wendland,
 };
 use crate::case::schema::{CaseText, FrameText, MeasuredText, MotionText, OverlapText, ParticlesText, PreparationText};
-use crate::case::units::rounded;
+use crate::case::units::{rounded, rounded_within};
 use crate::case::value::Range1;
 use crate::case::written::{Angle, At, Frequency, Length, Text, Time, Velocity};
 use crate::check::number;
@@ -273,6 +273,7 @@ impl Context<'_> {
                 Range1::Positive,
                 0.1,
             ),
+            colour_force: values.number(value.colour_force.as_ref(), "colour_force", Range1::Positive, COLOUR_FORCE),
             measured: self.all_measured(&value.measured, domain, frame, until),
         })
     }
@@ -351,14 +352,13 @@ impl Context<'_> {
                         }
                         self.values
                             .report
-                            .error(span_of(text), "the measured profile reaches out of the tank")
+                            .error(span_of(text), format!("the measured profile reaches out of the tank along x{}", d + 1))
                             .label(format!(
-                                "it reaches from x{n} = {:.1} to {:.1} mm, the tank from {:.1} to {:.1} mm",
+                                "it reaches from {:.1} to {:.1} mm, the tank from {:.1} to {:.1} mm",
                                 1e3 * low,
                                 1e3 * high,
                                 1e3 * lower,
-                                1e3 * upper,
-                                n = d + 1
+                                1e3 * upper
                             ))
                             .help(
                                 "columns are in metres in the coordinates of the tank: check the origin and the size of \
@@ -433,11 +433,7 @@ impl Context<'_> {
             self.values
                 .report
                 .error(at.span.clone(), "the motion of the tank ends before the run")
-                .label(format!(
-                    "its last time is {} s, the run ends at {} s",
-                    rounded(curve.range()[1]),
-                    rounded(case.run.until)
-                ))
+                .label(format!("its last time is {} s, the run ends at {} s", curve.range()[1], case.run.until))
                 .help("add rows, or end the run before");
         }
         self.warn_of_levelled_probes(text, case);
@@ -575,6 +571,7 @@ impl Context<'_> {
         let edges = (0..3).filter(|&d| !case.boundary[d].iter().any(open)).map(|d| case.domain.extent()[d]);
         let edge = edges.fold(Real::INFINITY, Real::min);
         let millimetres = |length: Real| rounded(1e3 * length);
+        let [least, _] = rounded_within(1e3 * wide, Real::INFINITY);
         if smoothing > edge {
             let suited = SMOOTHING[0] * largest;
             let help = if suited <= edge {
@@ -592,13 +589,13 @@ impl Context<'_> {
                 .report
                 .error_at(span, "`smoothing` is smaller than a grain")
                 .label("water between grains does not see them, water within one sees nothing else")
-                .help(format!("take {} mm at least, 2.5 times the largest grain", millimetres(wide)));
+                .help(format!("take {least} mm at least, 2.5 times the largest grain"));
         } else if smoothing < wide * (1.0 - 1e-9) {
             self.values
                 .report
                 .warning(span, "`smoothing` is short: one grain passes for a dense bed where it lies")
                 .label(format!("{} times the largest grain", rounded(smoothing / largest)))
-                .help(format!("take {} mm at least, 2.5 times the largest grain", millimetres(wide)));
+                .help(format!("take {least} mm at least, 2.5 times the largest grain"));
         }
     }
 

@@ -19,8 +19,9 @@ pub use observed::{
     Bed, Checkpoints, Erosion, ErosionMode, FieldPrecision, Outputs, Probe, ProbePlace, RunLength, Schedule,
 };
 pub use particles::{
-    Axis, DensityReference, GradientForm, ImageSide, KeepApart, LayerReference, Measured, Motion as TankMotion, Order,
-    OutputFrame, Overlap, Particles, Preparation, PressureForce, Ripples, SphereDrag, WallMotion, Wendland,
+    Axis, COLOUR_FORCE, DensityReference, GradientForm, ImageSide, KeepApart, LayerReference, Measured,
+    Motion as TankMotion, Order, OutputFrame, Overlap, Particles, Preparation, PressureForce, Ripples, SphereDrag,
+    WallMotion, Wendland,
 };
 
 use std::path::{Path, PathBuf};

@@ -341,6 +341,9 @@ fn highest(value: impl Fn(Real) -> Real, [mut low, mut high]: [Real; 2]) -> Real
     0.5 * (low + high)
 }
 
+/// Force at the ends of the colours, over the submerged weight of a grain, where a case says nothing.
+pub const COLOUR_FORCE: Real = 0.3;
+
 /// Observation of ripples.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ripples {
@@ -358,6 +361,8 @@ pub struct Ripples {
     pub image_side: ImageSide,
     /// Speed at the upper end of the colours [m/s].
     pub colour_speed: Real,
+    /// Force at the ends of the colours, over the submerged weight of a grain.
+    pub colour_force: Real,
     /// Profiles that were measured.
     pub measured: Vec<Measured>,
 }

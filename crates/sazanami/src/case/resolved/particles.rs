@@ -79,6 +79,7 @@ impl Writer {
         self.quantity("margin", ripples.margin, "m");
         self.word("image_side", ripples.image_side);
         self.quantity("colour_speed", ripples.colour_speed, "m/s");
+        self.number("colour_force", ripples.colour_force);
         for measured in &ripples.measured {
             self.element("ripples.measured");
             self.quantity("time", measured.time, "s");

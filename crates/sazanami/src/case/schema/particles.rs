@@ -120,18 +120,21 @@ pub struct MotionText {
 pub struct RipplesText {
     /// Grain size d (default: that of the first population).
     pub grain_size: Option<Quantity<Length>>,
-    /// Thickness of the two layers of averages (default: 5 d).
+    /// Thickness of the two layers of averages (default: 5 d, at most the height of the box).
     pub layer_thickness: Option<Quantity<Length>>,
     /// Where the layers are counted from.
     pub layers: Option<Choice<LayerReference>>,
     /// Part of x1 that is averaged over, about the middle (default: the whole length).
     pub layer_length: Option<Quantity<Length>>,
-    /// Distance from the end walls at which ripples are not measured (default: 10 mm).
+    /// Distance from the end walls at which ripples are not measured (default: 10 mm, at most a quarter of the
+    /// length).
     pub margin: Option<Quantity<Length>>,
     /// Side that photographs were taken from.
     pub image_side: Option<Choice<ImageSide>>,
     /// Speed at the upper end of the colours (default: 0.1 m/s).
     pub colour_speed: Option<Quantity<Velocity>>,
+    /// Drag and force of the pressure at the ends of the colours, over the submerged weight of a grain (default: 0.3).
+    pub colour_force: Option<Number>,
     /// Profiles that were measured.
     #[serde(default)]
     pub measured: Vec<At<MeasuredText>>,

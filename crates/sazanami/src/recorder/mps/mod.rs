@@ -387,6 +387,8 @@ impl Books for ParticleBooks {
         Account {
             particles: self.stock.particles,
             conservation: json!({
+                "liquid_volume_relative_change": self.volume_change(),
+                "momentum_residual_relative": self.momentum.relative_residual().into_iter().flatten().reduce(Real::max),
                 "fluid_bulk_volume_relative_change": self.volume_change(),
                 "drag_exchange_residual_relative": impulses.relative_drag_residual(),
                 "fluid_momentum_residual_relative": self.momentum.relative_residual(),

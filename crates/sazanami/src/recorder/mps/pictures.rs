@@ -11,7 +11,7 @@ use sazanami_numerics::{Real, Vector};
 use sazanami_observe::ripples::{SectionWindow, SurfaceProfile, submerged_weight, vectors_in_section};
 
 use super::{Found, ParticleBooks};
-use crate::case::meaning::Case;
+use crate::case::meaning::{COLOUR_FORCE, Case};
 use crate::clock::Clock;
 use crate::recorder::RecordError;
 use crate::recorder::files::Files;
@@ -26,10 +26,6 @@ const WINDOW: Real = 20e-3;
 const ARROWS: Real = 1e-3;
 /// Room above the highest water [m].
 const ABOVE: Real = 5e-3;
-/// Share of the grains whose forces are within the colours, and the least force at their ends over the submerged weight
-/// of a grain.
-const WITHIN: Real = 0.98;
-const LEAST_FORCE: Real = 0.01;
 /// Weight that stands for none [N].
 const NO_WEIGHT: Real = 1e-12;
 /// Width of a panel [pixels].
@@ -75,12 +71,13 @@ fn draw_grains(case: &Case, books: &ParticleBooks, moment: &str) -> Result<Pictu
     let speed: Vec<Real> = grains.velocity.iter().map(|v| v.length()).collect();
     let along = |forces: &[Vector]| forces.iter().map(|force| force.x).collect::<Vec<Real>>();
     let (drag, pressure) = (along(&grains.drag), along(&grains.pressure_force));
-    let fastest = books.settings.as_ref().map_or(0.1, |ripples| ripples.colour_speed);
+    let (fastest, part) =
+        books.settings.as_ref().map_or((0.1, COLOUR_FORCE), |ripples| (ripples.colour_speed, ripples.colour_force));
     let weight = weight_of_grain(case);
     let scales = [
         ColourScale::speed(fastest),
-        force_scale("drag f_{d,x}", &drag, weight),
-        force_scale("pressure force f_{p,x}", &pressure, weight),
+        force_scale("drag f_{d,x}", &drag, part, weight),
+        force_scale("pressure force f_{p,x}", &pressure, part, weight),
     ];
     let panels: Vec<SlabPanel> =
         [&speed, &drag, &pressure].iter().zip(&scales).map(|(values, scale)| SlabPanel { values, scale }).collect();
@@ -108,13 +105,14 @@ fn draw_grains(case: &Case, books: &ParticleBooks, moment: &str) -> Result<Pictu
     view.draw()
 }
 
-/// Colours for forces [N] on grains of the submerged `weight` [N], which say how far they go.
-fn force_scale(name: &str, forces: &[Real], weight: Real) -> ColourScale {
-    let scale = ColourScale::symmetric_about("", forces, WITHIN, LEAST_FORCE * weight.max(NO_WEIGHT));
-    let percent = 1e2 * WITHIN;
+/// Colours for forces [N] on grains up to `part` of their submerged `weight` [N], which say how many go beyond.
+fn force_scale(name: &str, forces: &[Real], part: Real, weight: Real) -> ColourScale {
     // Grains as dense as water have no weight in it.
-    let ends = if weight > 0.0 { format!("±{:.2} W", scale.range[1] / weight) } else { "the ends".to_owned() };
-    ColourScale { label: format!("{name} [N], colours to {ends}: {percent:.0} % of the grains"), ..scale }
+    let largest = part * if weight > 0.0 { weight } else { NO_WEIGHT };
+    let beyond = forces.iter().filter(|force| force.abs() > largest).count();
+    let percent = (1e2 * beyond as Real / forces.len().max(1) as Real).ceil();
+    let ends = if weight > 0.0 { format!("colours to ±{part} W") } else { "colours of the sign".to_owned() };
+    ColourScale::symmetric(&format!("{name} [N], {ends}, {percent:.0} % of the grains beyond"), largest)
 }
 
 /// Places and velocities of the water in a window, below its surface: a mean over what is near a place is one above the

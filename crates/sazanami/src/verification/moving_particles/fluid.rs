@@ -24,7 +24,7 @@ fn per_displacement(errors: &[[Real; 2]; 4]) -> Real {
     errors.iter().map(|[a, error]| error / a).sum::<Real>() / 4.0
 }
 
-/// V1.
+/// Sums on lattices and off them.
 pub(in crate::verification) fn operators() -> Result<Vec<Measured>, String> {
     let lattice = experiments::operators(0.0);
     let round_off = 1e-6;
@@ -94,7 +94,7 @@ fn rest_rows(name: &str, pressure: Real, found: &Rest) -> Vec<Measured> {
     ]
 }
 
-/// V2: rest.
+/// Rest.
 pub(in crate::verification) fn hydrostatics() -> Result<Vec<Measured>, String> {
     let mut rows = Vec::new();
     let cases = [
@@ -116,7 +116,7 @@ pub(in crate::verification) fn hydrostatics() -> Result<Vec<Measured>, String> {
     Ok(rows)
 }
 
-/// V2: free fall.
+/// Free fall.
 pub(in crate::verification) fn falling_block() -> Result<Vec<Measured>, String> {
     let times = [5e-4, 0.02];
     let found = experiments::falling_block(Scheme::default(), 0.0, &times).map_err(said)?;
@@ -132,7 +132,7 @@ pub(in crate::verification) fn falling_block() -> Result<Vec<Measured>, String> 
     ])
 }
 
-/// V3: Taylor-Green vortices.
+/// Taylor-Green vortices.
 pub(in crate::verification) fn taylor_green() -> Result<Vec<Measured>, String> {
     let courant = StepLimits::default().courant;
     let stabilised = Scheme::default();
@@ -172,7 +172,7 @@ pub(in crate::verification) fn taylor_green() -> Result<Vec<Measured>, String> {
     Ok(rows)
 }
 
-/// V3: a square that turns.
+/// A square that turns.
 pub(in crate::verification) fn rotating_square() -> Result<Vec<Measured>, String> {
     let found = experiments::turning_patch(50, 2.0, Scheme::default()).map_err(said)?;
     let reference = experiments::turning_patch_pressure();
@@ -203,7 +203,7 @@ pub(in crate::verification) fn rotating_square() -> Result<Vec<Measured>, String
     ])
 }
 
-/// V6.
+/// Walls that hold water by its viscosity.
 pub(in crate::verification) fn viscous_walls() -> Result<Vec<Measured>, String> {
     let channel = experiments::poiseuille(20, WallFriction::NoSlip).map_err(said)?;
     let layer = experiments::stokes_layer(4, WallFriction::NoSlip).map_err(said)?;
@@ -258,7 +258,7 @@ fn slopes(series: &[Collapse], front: &[[Real; 2]], n: Real, [low, high]: [Real;
     [fitted_slope(&computed), fitted_slope(&rows)]
 }
 
-/// V7: Martin and Moyce, both ratios.
+/// Martin and Moyce, both ratios.
 pub(in crate::verification) fn dam_break() -> Result<Vec<Measured>, String> {
     let source = "Martin and Moyce 1952";
     let across = 16;
@@ -301,7 +301,7 @@ pub(in crate::verification) fn dam_break() -> Result<Vec<Measured>, String> {
 /// Time `t sqrt(g/H)` and front `1 + x/H` of a column of 600 mm (Lobovsky et al. 2014).
 const FRONT_600: [[Real; 2]; 6] = [[0.25, 1.19], [0.50, 1.40], [0.77, 1.64], [1.00, 1.89], [1.24, 2.20], [1.50, 2.55]];
 
-/// V7: Lobovsky et al., 600 mm, particles of 12 mm.
+/// Lobovsky et al., 600 mm, particles of 12 mm.
 pub(in crate::verification) fn dam_break_lobovsky() -> Result<Vec<Measured>, String> {
     let source = "Lobovsky et al. 2014";
     let height = 0.6;

@@ -8,7 +8,7 @@ use sazanami_numerics::Real;
 use super::{CONTROL, EXACT, at_most, said};
 use crate::verify::Measured;
 
-/// V9: void fractions.
+/// Void fractions.
 pub(in crate::verification) fn void_fraction() -> Result<Vec<Measured>, String> {
     let found = experiments::lattice_voids().map_err(said)?;
     let eps = 1.0 - PI / 6.0;
@@ -45,7 +45,7 @@ fn bed_rows(name: &str, found: &RestingBed) -> Vec<Measured> {
     ]
 }
 
-/// V9: a bed at rest, level and under a tilted surface.
+/// A bed at rest, level and under a tilted surface.
 pub(in crate::verification) fn resting_bed() -> Result<Vec<Measured>, String> {
     let level = experiments::resting_bed([10, 8], 10.0, 5.0, 0.0, 5.0).map_err(said)?;
     let tilted = experiments::resting_bed([10, 8], 10.0, 5.0, 0.161, 1.0).map_err(said)?;
@@ -62,7 +62,7 @@ pub(in crate::verification) fn resting_bed() -> Result<Vec<Measured>, String> {
     Ok(rows)
 }
 
-/// V13: the submerged angle of repose.
+/// The submerged angle of repose.
 pub(in crate::verification) fn repose() -> Result<Vec<Measured>, String> {
     let found = experiments::repose([40, 8], 10.0, 2.0).map_err(said)?;
     let source = "immersed avalanches of spheres, after Courrech du Pont et al. (2003)";
@@ -76,7 +76,7 @@ pub(in crate::verification) fn repose() -> Result<Vec<Measured>, String> {
     ])
 }
 
-/// V10.
+/// One grain in water at rest.
 pub(in crate::verification) fn settling_grain() -> Result<Vec<Measured>, String> {
     let source = "Schiller-Naumann drag, no added mass";
     let mut rows = Vec::new();
@@ -110,7 +110,7 @@ pub(in crate::verification) fn settling_grain() -> Result<Vec<Measured>, String>
     Ok(rows)
 }
 
-/// V11.
+/// Flow through a bed.
 pub(in crate::verification) fn packed_bed() -> Result<Vec<Measured>, String> {
     let source = "Ergun 1952";
     let mut rows = Vec::new();
@@ -136,7 +136,7 @@ pub(in crate::verification) fn packed_bed() -> Result<Vec<Measured>, String> {
     Ok(rows)
 }
 
-/// V12: water alone.
+/// Water alone.
 pub(in crate::verification) fn frames() -> Result<Vec<Measured>, String> {
     let [found, chance] = experiments::frames(5, 1.0).map_err(said)?;
     let source = "the frame is a matter of choice";
@@ -156,7 +156,7 @@ pub(in crate::verification) fn frames() -> Result<Vec<Measured>, String> {
     ])
 }
 
-/// V12: with a bed.
+/// With a bed.
 pub(in crate::verification) fn frames_with_bed() -> Result<Vec<Measured>, String> {
     let [found, chance] = experiments::frames_with_bed(120, 0.5).map_err(said)?;
     let source = "the frame is a matter of choice";

@@ -14,7 +14,7 @@ const LINEAR: &str = "linear wave theory";
 /// Length, depth [m], layers, mode, largest error of the period that is allowed at this resolution.
 type Wave = (Real, Real, usize, usize, Option<Real>);
 
-/// V4.
+/// Standing waves.
 pub(in crate::verification) fn standing_wave() -> Result<Vec<Measured>, String> {
     periods(&[(0.1, 0.05, 5, 1, None), (0.1, 0.05, 10, 1, Some(0.03)), (0.15, 0.01, 5, 1, None)])
 }

@@ -1,0 +1,22 @@
+//! Sums and largest values over particles or grains of a rank, block by block: the same bits for any number of threads.
+
+use sazanami_numerics::Real;
+use sazanami_parallel::{max_over, sum_over};
+
+use crate::neighbours::ROWS;
+
+/// Largest `value` of the first `count`; minus infinity without any.
+pub(crate) fn largest(count: usize, value: impl Fn(usize) -> Real + Sync) -> Real {
+    let part = |n: usize| (n * ROWS..((n + 1) * ROWS).min(count)).map(&value).fold(Real::NEG_INFINITY, Real::max);
+    max_over(count.div_ceil(ROWS), part)
+}
+
+/// Sum of `part` over the first `count`, along a fixed tree.
+pub(crate) fn sum_of<const N: usize>(count: usize, part: impl Fn(usize) -> [Real; N] + Sync) -> [Real; N] {
+    sum_over(count.div_ceil(ROWS), |n| {
+        (n * ROWS..((n + 1) * ROWS).min(count)).fold([0.0; N], |mut total, a| {
+            total.iter_mut().zip(part(a)).for_each(|(total, part)| *total += part);
+            total
+        })
+    })
+}
