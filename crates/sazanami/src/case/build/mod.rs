@@ -6,6 +6,7 @@ mod liquids;
 mod observed;
 mod particles;
 mod placement;
+mod ripples;
 mod sizes;
 
 use std::ops::Range;
