@@ -73,25 +73,12 @@ pub(crate) struct Poses<'a> {
     pub inert: &'a [Inert],
 }
 
-impl Poses<'_> {
-    /// An image has the frame of its grain: both count from where the grain is without wrapping.
-    fn copy(&mut self, grain: usize, image: usize) {
-        self.frames[image] = self.frames[grain];
-        self.budget[image] = self.budget[grain];
-        if !self.inert[grain].ball {
-            self.rotations[image] = self.rotations[grain];
-        }
-    }
-}
-
 /// Who sends which grains to whom.
 #[derive(Debug, Default)]
 pub(crate) struct Exchange {
     links: Vec<Link>,
     /// Images of own grains on this rank, in order: `(image relative to the grain's, grain, ghost)`.
     selves: Vec<([i32; 2], u32, u32)>,
-    /// Those of these that can come to touch, `(grain, ghost)`: the others need not be known in every sub-step.
-    near: Vec<(u32, u32)>,
     bytes: Vec<u8>,
     records: Vec<GrainRecord>,
     poses: Vec<PoseRecord>,
@@ -141,7 +128,6 @@ impl Exchange {
         reach.truncate(owned);
         self.links.clear();
         self.selves.clear();
-        self.near.clear();
         let communicator = domain.communicator();
         let me = communicator.rank();
         let period = period(domain);
@@ -195,12 +181,7 @@ impl Exchange {
         let others = images(domain).filter(|&image| image != [0; 2]);
         self.own.clear();
         self.own.extend(others.flat_map(|image| wanted(me, image).map(move |g| Sent { grain: g as u32, image })));
-        let (lower, upper) = zone(me);
         for &c in &self.own {
-            let g = c.grain as usize;
-            if away(grains.position[g] + shift(c.image), lower, upper) < size[g] + widest {
-                self.near.push((c.grain, grains.len() as u32));
-            }
             self.selves.push((c.image, c.grain, grains.len() as u32));
             let record = copy(grains, c, reach);
             grains.push(&record, period);
@@ -232,8 +213,17 @@ impl Exchange {
         self.extents.extend(self.gathered.iter().map(|bytes| bytemuck::pod_read_unaligned::<Extent>(bytes)));
     }
 
-    /// Sends the poses of own grains to where they are ghosts, with `all` also to images that cannot come to touch; else
-    /// images on this rank learn only what contacts look at.
+    /// Writes down the entry that contacts look at for each of `count` entries: images on this rank share the frame of
+    /// their grain, since both count from where the grain is without wrapping.
+    pub fn originals(&self, count: usize, into: &mut Vec<u32>) {
+        into.clear();
+        into.extend(0..count as u32);
+        for &(_, grain, ghost) in &self.selves {
+            into[ghost as usize] = grain;
+        }
+    }
+
+    /// Sends the poses of own grains to where they are ghosts, with `all` also to images on this rank.
     pub fn refresh(&mut self, domain: &Domain, grains: &mut Grains, poses: &mut Poses<'_>, all: bool) {
         let communicator = domain.communicator();
         for link in self.links.iter().filter(|l| !l.outgoing.is_empty()) {
@@ -245,10 +235,7 @@ impl Exchange {
             for &(_, grain, ghost) in &self.selves {
                 let record = pose(grains, poses.budget, grain as usize);
                 put_pose(grains, poses.budget, ghost as usize, &record);
-                poses.copy(grain as usize, ghost as usize);
             }
-        } else {
-            self.near.iter().for_each(|&(grain, ghost)| poses.copy(grain as usize, ghost as usize));
         }
         for link in self.links.iter().filter(|l| l.incoming.1 > 0) {
             communicator.receive(link.rank, POSES, &mut self.bytes);

@@ -112,6 +112,8 @@ pub(crate) struct Matter<'a> {
     pub reach: &'a [Real],
     /// Contacts to be taken over, by key.
     pub records: &'a [ContactRecord],
+    /// The entry that contacts look at for each grain and ghost.
+    pub originals: &'a [u32],
 }
 
 /// Work space for building lists.
@@ -166,11 +168,16 @@ fn fill(
     previous: Option<&Previous<'_>>,
     (cells, bounds, largest): (&CellList, &[Bound], Vector),
 ) {
-    let Matter { grains, interactions, records, .. } = matter;
+    let Matter { grains, interactions, records, originals, .. } = matter;
     block.reset(rows.start, rows.len());
     let mut near = std::mem::take(&mut block.listed);
     for low in rows {
         near.clear();
+        // An image on this rank is second in its pairs: where it would be first its grain is, with an image of the other.
+        if originals[low] as usize != low {
+            block.end_row();
+            continue;
+        }
         let b = &bounds[low];
         cells.visit(b.middle - b.half - largest, b.middle + b.half + largest, |high| {
             let h = high as usize;
@@ -185,7 +192,7 @@ fn fill(
             let gap = b.rod.gap(&o.rod, Vector::ZERO);
             if gap < b.reach + o.reach {
                 let (m, n) = (grains.image[low], grains.image[h]);
-                near.push((grains.id[h], [n[0] - m[0], n[1] - m[1]], high, gap));
+                near.push((grains.id[h], [n[0] - m[0], n[1] - m[1]], originals[h], gap));
             }
         });
         near.sort_unstable_by_key(|&(id, image, ..)| (id, image));
@@ -257,7 +264,7 @@ fn remaining(old: &Previous<'_>, low: usize, high: usize, image: [i32; 2]) -> Op
     let block = &old.blocks[low as usize / ROWS];
     let row = low as usize - block.first;
     let range = block.starts[row] as usize..block.starts[row + 1] as usize;
-    // Grains and their ghosts may have changed places: the image must be the same too.
+    // A grain may be near with several of its images.
     let same = |p: &usize| block.high[*p] == high && block.pairs[*p].image.map(i32::from) == image;
     let at = range.into_iter().find(same)?;
     let sum = old.budget[low as usize] + old.budget[high as usize];
@@ -273,7 +280,7 @@ fn add_walls(
     grain: usize,
     bound: &Bound,
 ) {
-    let Matter { grains, interactions, records, reach } = matter;
+    let Matter { grains, interactions, records, reach, .. } = matter;
     let id = grains.id[grain];
     for (w, wall) in world.walls.iter().enumerate() {
         let height = wall.distance(bound.rod.start).min(wall.distance(bound.rod.end)) - bound.rod.radius;

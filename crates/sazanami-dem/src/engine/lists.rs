@@ -26,6 +26,8 @@ pub(super) struct Past {
     wall_budget: Vec<Real>,
     /// Bounding radius plus reach of each own grain now [m].
     size: Vec<Real>,
+    /// See [`crate::ghosts::Exchange::originals`].
+    originals: Vec<u32>,
 }
 
 impl Engine {
@@ -63,8 +65,7 @@ impl Engine {
             }
         }
         records.sort_unstable_by_key(ContactRecord::key);
-        // Pairs across periodic sides stand in the list once for each of the two.
-        records.dedup_by_key(|r| r.key());
+        debug_assert!(records.is_sorted_by(|a, b| a.key() < b.key()), "every pair stands in the list once");
     }
 
     /// New ghosts and lists; with `migrate`, new owners first.
@@ -97,7 +98,8 @@ impl Engine {
 
     fn list(&mut self, past: &mut Past) {
         let grains = &self.grains;
-        let Past { known, number, budget, wall_budget, .. } = past;
+        let Past { known, number, budget, wall_budget, originals, .. } = past;
+        self.exchange.originals(grains.len(), originals);
         number.clear();
         number.extend((0..grains.len()).map(|g| {
             let key = (grains.id[g], grains.image[g]);
@@ -111,6 +113,7 @@ impl Engine {
             interactions: &self.interactions,
             reach: &self.reach,
             records: &self.records,
+            originals,
         };
         let previous = Previous { blocks: &self.former, budget, wall_budget, number };
         builder.build(&self.world(), matter, self.listed.then_some(&previous), &mut blocks);

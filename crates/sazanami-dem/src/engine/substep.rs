@@ -239,7 +239,7 @@ impl Engine {
         state
     }
 
-    /// Brings ghosts up to date, with `all` also those that cannot come to touch.
+    /// Brings ghosts up to date, with `all` also images on this rank, which contacts do not look at.
     pub(super) fn refresh_poses(&mut self, domain: &Domain, all: bool) {
         let Self { exchange, grains, budget, frames, rotations, inert, .. } = self;
         exchange.refresh(domain, grains, &mut Poses { frames, rotations, budget, inert }, all);
