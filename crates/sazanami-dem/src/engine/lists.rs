@@ -7,7 +7,7 @@ use super::{Engine, FARTHEST};
 use crate::contact::ContactRecord;
 use crate::contact::neighbours::{Matter, Previous};
 use crate::error::DemError;
-use crate::grain::Motion;
+use crate::grain::{Grains, Motion};
 use crate::motion::{Frame, Inert};
 
 /// How far a resting grain may go before lists are renewed, over its bounding radius.
@@ -18,9 +18,9 @@ const HORIZON: Real = 150.0;
 /// What is known of the list before while the next one is made; kept for its memory.
 #[derive(Debug, Default)]
 pub(super) struct Past {
-    /// Identifier, image and place of each grain, in order.
-    known: Vec<(u64, [i32; 2], u32)>,
-    /// Place of each present grain then.
+    /// Identifier and place of each grain that contacts looked at, in order; of those of other ranks the image too.
+    known: Vec<(u64, Option<[i32; 2]>, u32)>,
+    /// Place of each present grain then; of no use for images on this rank.
     number: Vec<u32>,
     budget: Vec<Real>,
     wall_budget: Vec<Real>,
@@ -39,9 +39,9 @@ impl Engine {
         let Self { records, blocks, grains, .. } = self;
         records.clear();
         for block in blocks.iter() {
-            for c in &block.contacts {
+            let on_grains = block.contacts.iter().map(|c| {
                 let pair = &block.pairs[c.pair as usize];
-                records.push(ContactRecord {
+                let record = ContactRecord {
                     low: grains.id[pair.low as usize],
                     high: grains.id[pair.high as usize],
                     image: pair.image.map(i32::from),
@@ -49,11 +49,12 @@ impl Engine {
                     b: c.b,
                     deep: u32::from(c.deep),
                     d_t: c.d_t.to_array(),
-                });
-            }
-            for c in &block.walls.contacts {
+                };
+                (pair.low, record)
+            });
+            let mut on_walls = block.walls.contacts.iter().map(|c| {
                 let pair = &block.walls.pairs[c.pair as usize];
-                records.push(ContactRecord {
+                let record = ContactRecord {
                     low: grains.id[pair.grain as usize],
                     high: crate::WALL + u64::from(pair.wall),
                     image: [0; 2],
@@ -61,9 +62,21 @@ impl Engine {
                     b: 0,
                     deep: u32::from(c.deep),
                     d_t: c.d_t.to_array(),
-                });
+                };
+                (pair.grain, record)
+            });
+            // Those of a grain with walls behind those with grains: in order as far as rows are.
+            let mut waiting = on_walls.next();
+            for (grain, record) in on_grains {
+                while let Some((_, wall)) = waiting.filter(|(before, _)| *before < grain) {
+                    records.push(wall);
+                    waiting = on_walls.next();
+                }
+                records.push(record);
             }
+            records.extend(waiting.into_iter().chain(on_walls).map(|(_, record)| record));
         }
+        // Rows of grains of other ranks break the order.
         records.sort_unstable_by_key(ContactRecord::key);
         debug_assert!(records.is_sorted_by(|a, b| a.key() < b.key()), "every pair stands in the list once");
     }
@@ -74,7 +87,11 @@ impl Engine {
         let mut past = std::mem::take(&mut self.past);
         past.known.clear();
         if self.listed {
-            past.known.extend((0..self.grains.len()).map(|g| (self.grains.id[g], self.grains.image[g], g as u32)));
+            let Grains { id, image, owned, .. } = &self.grains;
+            let others = (*owned..id.len()).filter(|&g| past.originals[g] as usize == g);
+            past.known.extend((0..*owned).map(|g| (id[g], None, g as u32)));
+            past.known.extend(others.map(|g| (id[g], Some(image[g]), g as u32)));
+            // Own grains are in order.
             past.known.sort_unstable();
         }
         std::mem::swap(&mut past.budget, &mut self.budget);
@@ -102,7 +119,7 @@ impl Engine {
         self.exchange.originals(grains.len(), originals);
         number.clear();
         number.extend((0..grains.len()).map(|g| {
-            let key = (grains.id[g], grains.image[g]);
+            let key = (grains.id[g], (g >= grains.owned).then_some(grains.image[g]));
             known.binary_search_by_key(&key, |k| (k.0, k.1)).map_or(u32::MAX, |at| known[at].2)
         }));
         std::mem::swap(&mut self.blocks, &mut self.former);
