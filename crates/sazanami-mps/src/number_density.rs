@@ -116,6 +116,26 @@ fn crowding_with<const C4: bool, const CLASSICAL: bool>(
     });
 }
 
+/// Rate of compression of particle `a` by those among its neighbours `near` that `count` [1/s].
+pub(crate) fn rate_by(
+    kernel: &Kernel,
+    samples: &[Sample],
+    a: usize,
+    near: &[u32],
+    counts: impl Fn(usize) -> bool,
+) -> Real {
+    let mine = &samples[a];
+    let mut rate = mine.bulk_rate;
+    for b in near.iter().map(|&b| b as usize).filter(|&b| counts(b)) {
+        let other = &samples[b];
+        let apart = other.position - mine.position;
+        let r = apart.length();
+        let stretch = (other.velocity - mine.velocity).dot(apart);
+        rate += kernel.weight.slope_over_distance(r) * stretch * other.bulk + kernel.weight.value(r) * other.bulk_rate;
+    }
+    rate / kernel.sums.strain
+}
+
 /// Sums at the predicted places.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Prediction {

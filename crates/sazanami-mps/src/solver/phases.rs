@@ -294,7 +294,7 @@ impl Solver {
     ) -> Result<(), StepError> {
         let reduced = self.reduced_force(forcing.body_force);
         let Self { domain, kernel, particles, exchange, bins, scratch, settings, equation, surface, .. } = self;
-        let Scratch { bulk, mobile, conductance, place, crowding, prediction, plain, bin, .. } = scratch;
+        let Scratch { bulk, mobile, conductance, place, crowding, prediction, plain, bin, samples, .. } = scratch;
         let Settings { fluid, scheme, tolerance, reference, .. } = settings;
         let Particles { kind, role, pressure, gradient, owned, .. } = particles;
         let owned = *owned;
@@ -311,12 +311,20 @@ impl Solver {
                 let a = number * ROWS + place;
                 let Crowding { density, rate, .. } = crowding[a];
                 let error = strain(density);
+                let bare = bare(a);
                 let mut source = match scheme.source {
+                    // Particles that fly on their own stop at no pressure: what they do is no business of a wall that
+                    // hardly has another particle before it.
+                    SourceForm::HigherOrder if bare => {
+                        number_density::rate_by(kernel, samples, a, blocks[number].row(place).0, |b| {
+                            role[b] != Role::Outside
+                        })
+                    }
                     SourceForm::HigherOrder => prediction[a].rate,
                     SourceForm::Classical => strain(prediction[a].density) / dt,
                 };
                 // Water that leaves a wall above the surface pulls at nothing.
-                if bare(a) {
+                if bare {
                     source = source.max(0.0);
                 }
                 // Below the surface a number density that is too low is no error.

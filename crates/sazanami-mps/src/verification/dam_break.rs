@@ -55,7 +55,8 @@ impl Column {
         vessel.friction = WallFriction::Slip;
         let right = vessel.upper.x;
         let mut solver = vessel.solver()?;
-        let mut series = vec![state(&solver, 0.0, right)];
+        // No pressure is known before the first step.
+        let mut series = vec![Collapse { impact: 0.0, ..state(&solver, 0.0, right) }];
         advance(&mut solver, [0.0, end], under(DOWN), |time, solver, _| series.push(state(solver, time, right)))?;
         Ok(series)
     }
