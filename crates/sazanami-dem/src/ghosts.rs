@@ -493,6 +493,10 @@ mod tests {
         assert_eq!(grains.image[..3], [[-1, -1], [0, 1], [0, 0]]);
         assert!(grains.position[..3].iter().all(|p| p.cmpge(Vector::ZERO).all() && p.cmplt(Vector::ONE).all()));
         assert_eq!(images(&grains), before, "the same images, in other places");
+        // Contacts look at the grain itself, wherever its images are.
+        let mut originals = Vec::new();
+        exchange.originals(known, &mut originals);
+        assert!(originals.iter().zip(&grains.id).all(|(&of, &id)| (of as usize) < 3 && grains.id[of as usize] == id));
         // Relative images are in the order of those that are chosen afresh.
         let selves: Vec<_> = exchange.selves.iter().map(|s| (s.0, s.1)).collect();
         renew(&mut exchange, &domain, &mut grains);

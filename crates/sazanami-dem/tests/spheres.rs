@@ -185,3 +185,27 @@ fn unequal_balls_share_an_impact_by_their_masses() {
     assert!((grains.velocity[0].x - expected[0]).abs() < 1e-4, "{} {expected:?}", grains.velocity[0]);
     assert!((grains.velocity[1].x - expected[1]).abs() < 1e-4, "{} {expected:?}", grains.velocity[1]);
 }
+
+#[test]
+fn a_contact_across_a_periodic_side_counts_once() {
+    let edge = 10.0 * RADIUS;
+    let domain = Domain::solo(Grid::new([4; 3], Vector::ZERO, Vector::splat(edge)), [true, true, false]);
+    let setup = Setup {
+        bodies: vec![Body::ball(RADIUS)],
+        interactions: Interactions::uniform(1, with(1.0)),
+        walls: vec![],
+        region: [Vector::splat(-1.0), Vector::ONE],
+        ghost_margin: 0.0,
+    };
+    let depth = 0.01 * RADIUS;
+    let centre = Vector::splat(0.5 * edge);
+    let low = Grain::new(1, 2650.0, centre.with_x(0.2 * RADIUS));
+    let high = Grain::new(2, 2650.0, centre.with_x(edge - 1.8 * RADIUS + depth));
+    let mut engine = Engine::new(&domain, setup, &[low, high]).expect("the case is sound");
+    // Short enough that they hardly move.
+    let report = engine.advance(&domain, &Loads::none(), Vector::ZERO, 1e-12, Substeps::Fixed(1)).expect("they touch");
+    assert_eq!((report.pairs, report.contacts), (1, 1));
+    let stiffness = engine.interactions().law(0, 0).normal_stiffness;
+    let expected = 0.5 * stiffness * depth * depth;
+    assert!((engine.elastic_energy() / expected - 1.0).abs() < 1e-6, "{} {expected}", engine.elastic_energy());
+}

@@ -116,7 +116,8 @@ fn crowding_with<const C4: bool, const CLASSICAL: bool>(
     });
 }
 
-/// Rate of compression of particle `a` by those among its neighbours `near` that `count` [1/s].
+/// Rate of compression of wall particle `a` by those among its neighbours `near` that `count` [1/s]; other wall particles,
+/// listed or not, move with it and add nothing.
 pub(crate) fn rate_by(
     kernel: &Kernel,
     samples: &[Sample],

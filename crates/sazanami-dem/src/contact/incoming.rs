@@ -39,7 +39,7 @@ impl Incoming {
         self.counts.resize(owned, 0);
         self.entries.clear();
         self.entries.resize(places, Entry::default());
-        // Rows of own grains come in the order of identifiers; those of ghosts break it.
+        // Rows of own grains come in the order of identifiers; those of other ranks' grains break it.
         self.order.clear();
         self.order.resize(places, (0, [0; 2], 0, 0));
         for (b, block) in blocks.iter().enumerate() {

@@ -46,6 +46,7 @@ pub(crate) struct World<'a> {
     pub plain: bool,
     /// Whether all bodies are balls.
     pub balls: bool,
+    /// Of images on this rank as they were when the lists were built: contacts look at the grain itself.
     pub frames: &'a [Frame],
     /// Body to laboratory coordinates of each grain; the identity for balls.
     pub rotations: &'a [Matrix],

@@ -173,7 +173,8 @@ fn fill(
     let mut near = std::mem::take(&mut block.listed);
     for low in rows {
         near.clear();
-        // An image on this rank is second in its pairs: where it would be first its grain is, with an image of the other.
+        // Rows of images on this rank stay empty: the pair stands in the row of the grain itself, with an image of the
+        // other.
         if originals[low] as usize != low {
             block.end_row();
             continue;

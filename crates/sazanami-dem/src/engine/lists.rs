@@ -39,9 +39,9 @@ impl Engine {
         let Self { records, blocks, grains, .. } = self;
         records.clear();
         for block in blocks.iter() {
-            let on_grains = block.contacts.iter().map(|c| {
+            for c in &block.contacts {
                 let pair = &block.pairs[c.pair as usize];
-                let record = ContactRecord {
+                records.push(ContactRecord {
                     low: grains.id[pair.low as usize],
                     high: grains.id[pair.high as usize],
                     image: pair.image.map(i32::from),
@@ -49,12 +49,11 @@ impl Engine {
                     b: c.b,
                     deep: u32::from(c.deep),
                     d_t: c.d_t.to_array(),
-                };
-                (pair.low, record)
-            });
-            let mut on_walls = block.walls.contacts.iter().map(|c| {
+                });
+            }
+            for c in &block.walls.contacts {
                 let pair = &block.walls.pairs[c.pair as usize];
-                let record = ContactRecord {
+                records.push(ContactRecord {
                     low: grains.id[pair.grain as usize],
                     high: crate::WALL + u64::from(pair.wall),
                     image: [0; 2],
@@ -62,21 +61,9 @@ impl Engine {
                     b: 0,
                     deep: u32::from(c.deep),
                     d_t: c.d_t.to_array(),
-                };
-                (pair.grain, record)
-            });
-            // Those of a grain with walls behind those with grains: in order as far as rows are.
-            let mut waiting = on_walls.next();
-            for (grain, record) in on_grains {
-                while let Some((_, wall)) = waiting.filter(|(before, _)| *before < grain) {
-                    records.push(wall);
-                    waiting = on_walls.next();
-                }
-                records.push(record);
+                });
             }
-            records.extend(waiting.into_iter().chain(on_walls).map(|(_, record)| record));
         }
-        // Rows of grains of other ranks break the order.
         records.sort_unstable_by_key(ContactRecord::key);
         debug_assert!(records.is_sorted_by(|a, b| a.key() < b.key()), "every pair stands in the list once");
     }
@@ -91,7 +78,7 @@ impl Engine {
             let others = (*owned..id.len()).filter(|&g| past.originals[g] as usize == g);
             past.known.extend((0..*owned).map(|g| (id[g], None, g as u32)));
             past.known.extend(others.map(|g| (id[g], Some(image[g]), g as u32)));
-            // Own grains are in order.
+            // Cheap: own grains are in order already.
             past.known.sort_unstable();
         }
         std::mem::swap(&mut past.budget, &mut self.budget);

@@ -323,12 +323,11 @@ impl Solver {
                     SourceForm::HigherOrder => prediction[a].rate,
                     SourceForm::Classical => strain(prediction[a].density) / dt,
                 };
-                // Water that leaves a wall above the surface pulls at nothing.
                 if bare {
+                    // Water that leaves a wall above the surface pulls at nothing, nor does what is missing there.
                     source = source.max(0.0);
-                }
-                // Below the surface a number density that is too low is no error.
-                if row.beside_surface && error < 0.0 {
+                } else if row.beside_surface && error < 0.0 {
+                    // Below the surface a number density that is too low is no error.
                     if scheme.source == SourceForm::Classical {
                         source = source.max(0.0);
                     }
