@@ -18,7 +18,7 @@ use crate::pressure::{PressureEquation, PressureError, PressureReport, Tolerance
 use crate::reductions::{largest, sum_of};
 use crate::scheme::{Fluid, Kernel, Scheme};
 use crate::stabilisation::Push;
-use crate::stability::{Rates, Step, StepLimits};
+use crate::stability::{COMPRESSIBLE, Rates, Step, StepLimits};
 
 /// A step could not be completed.
 #[derive(Clone, Debug, thiserror::Error)]
@@ -45,6 +45,16 @@ pub enum StepError {
         way: Real,
         /// Radius of influence [m].
         farthest: Real,
+        /// Where it was last [m].
+        position: Vector,
+    },
+    /// A particle is so fast that water would not be incompressible.
+    #[error("fluid particle {id} moves at {speed:.4e} m/s, which no water does that is incompressible (at most {COMPRESSIBLE} m/s), from ({:.4e}, {:.4e}, {:.4e}) m: speeds have grown out of hand", position.x, position.y, position.z)]
+    TooFast {
+        /// Identifier.
+        id: u64,
+        /// Its speed [m/s].
+        speed: Real,
         /// Where it was last [m].
         position: Vector,
     },

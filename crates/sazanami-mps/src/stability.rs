@@ -51,6 +51,10 @@ pub const VISCOUS: Real = 0.2;
 /// beyond 1.
 pub const DRAG: Real = 0.5;
 
+/// Speed from which on water is not to be taken for incompressible, a tenth of that of sound in it [m/s]: a run whose
+/// particles reach it has gone wrong, and its steps shrink without end.
+pub const COMPRESSIBLE: Real = 150.0;
+
 /// Limits of the step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StepLimits {

@@ -89,8 +89,8 @@ fn on_walls(height: Real, droplets: usize) -> (Real, bool) {
         let position = spacing * Vector::new(0.8 + (n / 7) as Real, 0.5 + (n % 7) as Real, height);
         vessel.fluid.push(FluidParticle { position, velocity: Vector::new(-1.0, 0.0, 0.0) });
     }
-    let mut solver = vessel.solver().unwrap();
-    solver.step(1e-4, &Forcing { body_force: DOWN, ..Forcing::default() }, |_| ()).unwrap();
+    let mut solver = vessel.solver().expect("the vessel makes sense");
+    solver.step(1e-4, &Forcing { body_force: DOWN, ..Forcing::default() }, |_| ()).expect("a step like any other");
     let particles = solver.particles();
     let walls =
         (0..particles.owned()).filter(|&a| particles.kind[a] == Kind::Wall && particles.role[a] == Role::Unknown);

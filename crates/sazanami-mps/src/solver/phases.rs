@@ -18,7 +18,7 @@ use crate::reductions::{largest, sum_of};
 use crate::scheme::{Fluid, SourceForm};
 use crate::shifting::{self, Arrangement};
 use crate::stabilisation::{self, Moved, Push};
-use crate::stability::flow_time;
+use crate::stability::{COMPRESSIBLE, flow_time};
 
 /// Whether this is a wall particle with little water before it, above a surface if there is one.
 fn is_bare(surface: Option<&SurfaceTest>, n0: Real, kind: Kind, sums: &Prediction) -> bool {
@@ -534,6 +534,12 @@ impl Solver {
             if way > farthest {
                 let position = particles.position[a];
                 bad = bad.or(Some(StepError::TooFar { id: particles.id[a], way, farthest, position }));
+                continue;
+            }
+            let speed = u.length();
+            if speed > COMPRESSIBLE {
+                let position = particles.position[a];
+                bad = bad.or(Some(StepError::TooFast { id: particles.id[a], speed, position }));
                 continue;
             }
             if tank.clip(spacing, &mut x, &mut u) {

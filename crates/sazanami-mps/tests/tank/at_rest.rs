@@ -173,3 +173,17 @@ fn a_full_box_has_no_surface() {
     case.fluid.retain(|particle| (particle.position - middle).length() > 2.2 * SPACING);
     assert!(surface(&case) > 10, "{}", surface(&case));
 }
+
+#[test]
+fn a_particle_faster_than_incompressible_water_is_an_error() {
+    let mut case = Case::filled([12, 7, 16], [12, 7, 6], [WALLS, PERIODIC, OPEN_TOP]);
+    let position = SPACING * Vector::new(6.3, 3.5, 12.2);
+    case.fluid.push(FluidParticle { position, velocity: Vector::new(0.0, 160.0, 0.0) });
+    match case.solo().step(1e-6, &under(GRAVITY), |_| ()) {
+        Err(StepError::TooFast { id, speed, .. }) => assert!(id == 12 * 7 * 6 && (speed - 160.0).abs() < 1e-3),
+        other => panic!("{other:?}"),
+    }
+    // Negative control: not so fast.
+    case.fluid.last_mut().expect("there is water").velocity.y = 140.0;
+    case.solo().step(1e-6, &under(GRAVITY), |_| ()).expect("water may be that fast");
+}

@@ -83,6 +83,7 @@ pub(super) fn problem(case: &Case, solver: &Solver, error: &StepError) -> StepPr
         StepError::Pressure(PressureError::NotFinite { .. }) | StepError::NotFinite { .. } => "not_finite",
         StepError::Pressure(_) => "pressure",
         StepError::TooFar { .. } => "too_far",
+        StepError::TooFast { .. } => "too_fast",
         StepError::Grains(error) => grain_kind(error),
         StepError::Elsewhere(_) => "elsewhere",
     };
