@@ -131,6 +131,8 @@ pub struct Engine {
     /// Angles that balls have turned through in the present call [rad].
     turned: Vec<Vector>,
     budget: Vec<Real>,
+    /// Bound of what any budget has grown by since the lists were made [m].
+    grown: Real,
     wall_budget: Vec<Real>,
     reach: Vec<Real>,
     blocks: Vec<Block>,
@@ -195,6 +197,7 @@ impl Engine {
             inert: Vec::new(),
             turned: Vec::new(),
             budget: Vec::new(),
+            grown: 0.0,
             reach: Vec::new(),
             blocks: Vec::new(),
             former: Vec::new(),

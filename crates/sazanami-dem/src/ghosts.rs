@@ -70,6 +70,8 @@ pub(crate) struct Poses<'a> {
     pub frames: &'a mut [Frame],
     pub rotations: &'a mut [Matrix],
     pub budget: &'a mut [Real],
+    /// Bound of what budgets have grown by; follows those of other ranks' grains.
+    pub grown: &'a mut Real,
     pub inert: &'a [Inert],
 }
 
@@ -234,17 +236,22 @@ impl Exchange {
         if all {
             for &(_, grain, ghost) in &self.selves {
                 let record = pose(grains, poses.budget, grain as usize);
-                put_pose(grains, poses.budget, ghost as usize, &record);
+                put_pose(grains, ghost as usize, &record);
             }
         }
+        let mut growth: Real = 0.0;
         for link in self.links.iter().filter(|l| l.incoming.1 > 0) {
             communicator.receive(link.rank, POSES, &mut self.bytes);
             for (n, bytes) in self.bytes.chunks_exact(size_of::<PoseRecord>()).enumerate() {
                 let ghost = link.incoming.0 + n;
-                put_pose(grains, poses.budget, ghost, &bytemuck::pod_read_unaligned(bytes));
+                let record: PoseRecord = bytemuck::pod_read_unaligned(bytes);
+                growth = growth.max(record.budget - poses.budget[ghost]);
+                poses.budget[ghost] = record.budget;
+                put_pose(grains, ghost, &record);
                 poses.rotations[ghost] = poses.frames[ghost].follow(grains, ghost, &poses.inert[ghost]);
             }
         }
+        *poses.grown += growth;
     }
 
     /// Lets own grains that have left the box of a single rank stand for their image in it: each changes places with its
@@ -430,13 +437,12 @@ fn pose(grains: &Grains, budget: &[Real], g: usize) -> PoseRecord {
     }
 }
 
-fn put_pose(grains: &mut Grains, budget: &mut [Real], g: usize, record: &PoseRecord) {
+fn put_pose(grains: &mut Grains, g: usize, record: &PoseRecord) {
     grains.home[g] = Vector::from_array(record.home);
     grains.orientation[g] = Quaternion::from_array(record.orientation);
     grains.velocity[g] = Vector::from_array(record.velocity);
     grains.angular_momentum[g] = Vector::from_array(record.angular_momentum);
     grains.last_contact[g] = record.last_contact;
-    budget[g] = record.budget;
 }
 
 #[cfg(test)]

@@ -160,36 +160,38 @@ fn spins<const W: usize>(r: &Rotations<W>, inverse_inertia: Lanes3<W>, momentum:
 }
 
 impl Moving<'_> {
-    /// Kicks all grains and lets them move freely.
-    pub fn leap(&mut self, leap: &Leap<'_>) {
+    /// Kicks all grains and lets them move freely. Returns the largest growth of a budget [m].
+    pub fn leap(&mut self, leap: &Leap<'_>) -> Real {
         let count = self.frames.len();
-        let mut at = 0;
+        let (mut at, mut farthest) = (0, 0.0);
         while at < count {
             let ball = self.inert[at].ball;
             let alike = |i: &Inert| i.motion == Motion::Free && i.ball == ball;
             let several = at + WIDTH <= count && self.inert[at..at + WIDTH].iter().all(alike);
-            if several {
-                if ball {
-                    self.leap_free::<WIDTH, true>(at, leap)
-                } else {
-                    self.leap_free::<WIDTH, false>(at, leap)
-                }
+            let way = if several {
                 at += WIDTH;
-            } else {
-                match self.inert[at].motion {
-                    Motion::Free if ball => self.leap_free::<1, true>(at, leap),
-                    Motion::Free => self.leap_free::<1, false>(at, leap),
-                    Motion::Prescribed => self.go_on(at, leap.time),
-                    Motion::WithWalls => self.carry(at, leap.time),
-                    Motion::Fixed => {}
+                if ball {
+                    self.leap_free::<WIDTH, true>(at - WIDTH, leap)
+                } else {
+                    self.leap_free::<WIDTH, false>(at - WIDTH, leap)
                 }
+            } else {
                 at += 1;
-            }
+                match self.inert[at - 1].motion {
+                    Motion::Free if ball => self.leap_free::<1, true>(at - 1, leap),
+                    Motion::Free => self.leap_free::<1, false>(at - 1, leap),
+                    Motion::Prescribed => self.go_on(at - 1, leap.time),
+                    Motion::WithWalls => self.carry(at - 1, leap.time),
+                    Motion::Fixed => 0.0,
+                }
+            };
+            farthest = Real::max(farthest, way);
         }
+        farthest
     }
 
     #[inline(always)]
-    fn leap_free<const W: usize, const BALL: bool>(&mut self, at: usize, leap: &Leap<'_>) {
+    fn leap_free<const W: usize, const BALL: bool>(&mut self, at: usize, leap: &Leap<'_>) -> Real {
         let time = Lanes::<W>::splat(leap.time);
         let inert: [&Inert; W] = std::array::from_fn(|l| &self.inert[at + l]);
         let inverse_mass = Lanes::from_fn(|l| inert[l].inverse_mass);
@@ -230,19 +232,22 @@ impl Moving<'_> {
             frame.spin = after.lane(l);
             self.budget[at + l] += way.0[l];
         }
+        way.largest()
     }
 
     /// Moves a grain that does not turn.
-    fn carry(&mut self, at: usize, time: Real) {
+    fn carry(&mut self, at: usize, time: Real) -> Real {
         let velocity = self.velocity[at];
         self.home[at] += time * velocity;
         self.frames[at].home = self.home[at];
         let (home, arm) = (Lanes3::splat(self.home[at]), Lanes::splat(self.inert[at].arm));
-        self.budget[at] += way(Lanes3::<1>::splat(velocity), Lanes3::splat(Vector::ZERO), arm, home, time).0[0];
+        let way = way(Lanes3::<1>::splat(velocity), Lanes3::splat(Vector::ZERO), arm, home, time).0[0];
+        self.budget[at] += way;
+        way
     }
 
     /// Moves a grain whose velocity and angular velocity are prescribed.
-    fn go_on(&mut self, at: usize, time: Real) {
+    fn go_on(&mut self, at: usize, time: Real) -> Real {
         let inert = &self.inert[at];
         let spin = self.frames[at].spin;
         self.home[at] += time * self.velocity[at];
@@ -254,10 +259,12 @@ impl Moving<'_> {
         // The momentum turns with the body so that the spin stays.
         self.angular_momentum[at] = rotation * (rotation.transpose() * spin / inert.inverse_inertia);
         let (home, arm) = (Lanes3::splat(self.home[at]), Lanes::splat(inert.arm));
-        self.budget[at] += way(Lanes3::<1>::splat(self.velocity[at]), Lanes3::splat(spin), arm, home, time).0[0];
+        let way = way(Lanes3::<1>::splat(self.velocity[at]), Lanes3::splat(spin), arm, home, time).0[0];
+        self.budget[at] += way;
         let momentum = self.angular_momentum[at];
         self.rotations[at] =
             self.frames[at].set(self.home[at], self.orientation[at], self.velocity[at], momentum, inert);
+        way
     }
 }
 

@@ -194,6 +194,32 @@ fn balls_that_touch_on_both_sides_of_a_narrow_box_keep_both_contacts_while_they_
     assert!(impacts > 20 && renewals > 20, "{impacts} {renewals}");
 }
 
+/// A ball at rest, and one that comes from where another of two ranks is.
+fn one_hits_the_other(domain: &Domain) -> Snapshot {
+    let radius = 0.3e-3;
+    let ball = |id: u64, x: Real, speed: Real| Grain {
+        shape: 1,
+        velocity: Vector::new(speed, 0.0, 0.0),
+        ..Grain::new(id, 2650.0, Vector::new(0.5 * WIDTH + x * radius, 3e-3, 3e-3))
+    };
+    let balls = [ball(0, -1.2, 0.0), ball(1, 1.0, -1.0)];
+    let mut engine = Engine::new(domain, setup(false, Damping::Restitution(0.5)), &balls).expect("the case is sound");
+    for _ in 0..10 {
+        engine.advance(domain, &Loads::none(), Vector::ZERO, 2e-5, Substeps::Fixed(40)).expect("no ball is lost");
+    }
+    let mut snapshot = Snapshot::default();
+    engine.snapshot(domain, "dem/", &mut snapshot);
+    snapshot
+}
+
+#[test]
+fn a_ball_of_another_rank_wakes_one_at_rest() {
+    let expected = one_hits_the_other(&domain(Box::<Solo>::default(), false));
+    assert!(expected.vectors("dem/grain.velocity").expect("balls have velocities")[0].x < -0.5);
+    let found = run_ranks(2, 1, |c| one_hits_the_other(&domain(c, false))).expect("two ranks start");
+    assert!(found[0] == expected);
+}
+
 #[test]
 fn a_ball_turns_as_it_spins() {
     let domain = domain(Box::<Solo>::default(), true);

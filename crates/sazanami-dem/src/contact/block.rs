@@ -2,9 +2,10 @@
 //!
 //! A pair of grains sleeps until the two could have come together: both carry a bound of the way
 //! their contact spheres have gone, and the pair need not be looked at before the sum has grown by
-//! its last known gap. A sleeping pair costs one comparison. Contacts that touch are kept in a list
-//! ordered by pair and sphere and evaluated in every sub-step. Which pairs are listed or awake has
-//! no influence on any force: it only decides what is looked at.
+//! its last known gap. A row of pairs sleeps as long as its grain and the fastest of all have not gone
+//! as far as the first of them to wake needs: a sleeping row costs one comparison. Contacts that touch
+//! are kept in a list ordered by pair and sphere and evaluated in every sub-step. Which pairs are listed
+//! or awake has no influence on any force: it only decides what is looked at.
 
 use sazanami_numerics::{Real, Vector};
 
@@ -74,6 +75,8 @@ pub(crate) struct Block {
     pub high: Vec<u32>,
     /// Sum of the two budgets at which the pair must be looked at.
     pub wake: Vec<Real>,
+    /// Sum of a row's budget and [`World::grown`] before which none of its pairs can be due.
+    alarm: Vec<Real>,
     pub pairs: Vec<Pair>,
     /// What each pair remembers of its last search.
     pub nearest: Vec<Nearest>,
@@ -111,6 +114,8 @@ impl Block {
         self.starts.push(0);
         self.high.clear();
         self.wake.clear();
+        self.alarm.clear();
+        self.alarm.resize(rows, Real::NEG_INFINITY);
         self.pairs.clear();
         self.rank.clear();
         self.nearest.clear();
@@ -168,14 +173,22 @@ impl Block {
 
     fn wake_pairs(&mut self, world: &World<'_>) {
         self.due.clear();
-        for (row, range) in self.starts.windows(2).enumerate() {
-            let mine = world.budget[self.first + row];
-            for p in range[0]..range[1] {
-                let sum = mine + world.budget[self.high[p as usize] as usize];
-                if sum >= self.wake[p as usize] {
+        let mine = &world.budget[self.first..];
+        for ((range, alarm), mine) in self.starts.windows(2).zip(&mut self.alarm).zip(mine) {
+            if mine + world.grown < *alarm {
+                continue;
+            }
+            let pairs = range[0] as usize..range[1] as usize;
+            let mut least = Real::INFINITY;
+            for (p, (high, wake)) in (range[0]..).zip(self.high[pairs.clone()].iter().zip(&self.wake[pairs])) {
+                let other = world.budget[*high as usize];
+                if mine + other >= *wake {
                     self.due.push(p);
+                } else {
+                    least = least.min(wake - other);
                 }
             }
+            *alarm = least + world.grown;
         }
         if self.due.is_empty() {
             return;
@@ -183,8 +196,16 @@ impl Block {
         self.found.clear();
         for n in 0..self.due.len() {
             self.search(world, self.due[n]);
+            self.set_alarm(world, self.due[n]);
         }
         self.insert_found();
+    }
+
+    /// Sees to it that the row of a pair wakes when the pair does.
+    fn set_alarm(&mut self, world: &World<'_>, p: u32) {
+        let pair = &self.pairs[p as usize];
+        let alarm = &mut self.alarm[pair.low as usize - self.first];
+        *alarm = alarm.min(self.wake[p as usize] - world.budget[pair.high as usize] + world.grown);
     }
 
     /// Looks at a pair that has woken: at the sphere pairs it remembers, or if that is not enough at all.
@@ -365,6 +386,7 @@ impl Block {
         let sum = world.budget[pair.low as usize] + world.budget[pair.high as usize];
         self.wake[p] = self.wake[p].min(sum + (gap - slack).max(0.0));
         self.nearest[p].add((contact.a, contact.b));
+        self.set_alarm(world, contact.pair);
     }
 
     /// Whether pair `p` is counted here: of the ranks that evaluate it, the one that owns its lower grain counts.

@@ -76,7 +76,7 @@ pub(crate) fn evaluate<const W: usize, const PLAIN: bool, const BALLS: bool>(
     let b = Spheres::new::<BALLS>(world, high, j, |l| contact[l].b);
 
     let mut between = Lanes3::from_fn(|l| j[l].home) - Lanes3::from_fn(|l| i[l].home);
-    if world.period != Vector::ZERO {
+    if pair.iter().any(|p| p.image != [0; 2]) {
         between += Lanes3::from_fn(|l| pair[l].shift(world.period));
     }
     let line = if BALLS { between } else { between + b.offset - a.offset };

@@ -52,6 +52,8 @@ pub(crate) struct World<'a> {
     pub rotations: &'a [Matrix],
     /// Bound of the way each grain's contact spheres have gone since the lists were built [m].
     pub budget: &'a [Real],
+    /// Bound of what any of these has grown by since then [m].
+    pub grown: Real,
     pub walls: &'a [Wall],
     /// The same for walls.
     pub wall_budget: &'a [Real],

@@ -94,6 +94,7 @@ impl Engine {
         self.set_frames();
         self.budget.clear();
         self.budget.resize(self.grains.len(), 0.0);
+        self.grown = 0.0;
         self.wall_budget.fill(0.0);
         self.list(&mut past);
         self.past = past;

@@ -1,6 +1,6 @@
 //! A sub-step of the engine: contact forces, kick, drift.
 
-use std::sync::atomic::{AtomicU8, Ordering};
+use std::sync::atomic::{AtomicU8, AtomicU64, Ordering};
 
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::{Real, Vector};
@@ -151,6 +151,7 @@ impl Engine {
             frames: &self.frames,
             rotations: &self.rotations,
             budget: &self.budget,
+            grown: self.grown,
             walls: &self.walls,
             wall_budget: &self.wall_budget,
             period: self.period,
@@ -180,6 +181,8 @@ impl Engine {
     fn move_grains(&mut self, kick: Option<&Kick<'_>>, time: Real) -> u8 {
         let owned = self.grains.owned;
         let state = AtomicU8::new(FINE);
+        // Numbers that are not negative are ordered as their bits are.
+        let farthest = AtomicU64::new(0);
         let Self { grains, frames, rotations, turned, budget, inert, reach, blocks, incoming, time: now, .. } = self;
         let contacts = Contacts { blocks, incoming, time: *now };
         let gravity = kick.map_or(Vector::ZERO, |kick| kick.h * kick.gravity);
@@ -213,13 +216,15 @@ impl Engine {
                 };
                 let mut moving =
                     Moving { inert, home, orientation, velocity, angular_momentum, frames, rotations, turned, budget };
-                moving.leap(&Leap { gravity, impulses: &impulses, time });
+                let way = moving.leap(&Leap { gravity, impulses: &impulses, time });
+                farthest.fetch_max(way.to_bits(), Ordering::Relaxed);
                 // Not a number counts as expired: the check that follows finds it.
                 if !moving.budget.iter().zip(&reach[rows]).all(|(budget, reach)| budget <= reach) {
                     state.fetch_max(EXPIRED, Ordering::Relaxed);
                 }
             },
         );
+        self.grown += Real::from_bits(farthest.into_inner());
         state.into_inner()
     }
 
@@ -242,7 +247,8 @@ impl Engine {
     /// Brings ghosts up to date, with `all` also images on this rank, which contacts do not look at.
     pub(super) fn refresh_poses(&mut self, domain: &Domain, all: bool) {
         let Self { exchange, grains, budget, frames, rotations, inert, .. } = self;
-        exchange.refresh(domain, grains, &mut Poses { frames, rotations, budget, inert }, all);
+        let mut poses = Poses { frames, rotations, budget, inert, grown: &mut self.grown };
+        exchange.refresh(domain, grains, &mut poses, all);
     }
 
     /// Positions of the periodic images that this rank's entries stand for.
