@@ -136,6 +136,8 @@ pub struct Engine {
     wall_budget: Vec<Real>,
     reach: Vec<Real>,
     blocks: Vec<Block>,
+    /// What happened in each block in the last sub-step.
+    censuses: Vec<Census>,
     former: Vec<Block>,
     incoming: Incoming,
     builder: ListBuilder,
@@ -200,6 +202,7 @@ impl Engine {
             grown: 0.0,
             reach: Vec::new(),
             blocks: Vec::new(),
+            censuses: Vec::new(),
             former: Vec::new(),
             incoming: Incoming::default(),
             builder: ListBuilder::default(),
@@ -402,8 +405,7 @@ impl Engine {
                 self.renew(domain, false)?;
                 report.list_renewals += 1;
             }
-            self.contacts(h);
-            census = self.blocks.iter().fold(Census::default(), |sum, block| sum.merged(block.census));
+            census = self.contacts(h);
             deep += census.deepened;
             deepest = deepest.merged(census);
             report.impulse_on_walls += h * census.on_walls;

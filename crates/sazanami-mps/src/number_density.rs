@@ -28,6 +28,16 @@ pub(crate) struct Sample {
     bulk_rate: Real,
 }
 
+impl Sample {
+    /// What a neighbour `apart` from here [m] adds to the rate of compression, before the division by the sum that is one
+    /// for a strain; `weights` are the weight there and its slope over the distance.
+    #[inline(always)]
+    fn rate_by(&self, other: &Self, apart: Vector, weights: [Real; 2]) -> Real {
+        let stretch = (other.velocity - self.velocity).dot(apart);
+        weights[1] * stretch * other.bulk + weights[0] * other.bulk_rate
+    }
+}
+
 /// Gathers what the sums look at, ghosts included.
 pub(crate) fn sample(
     position: &[Vector],
@@ -101,8 +111,7 @@ fn crowding_with<const C4: bool, const CLASSICAL: bool>(
             let r = r2.sqrt();
             let w = weight.value(r);
             density += w * other.bulk;
-            let stretch = (other.velocity - mine.velocity).dot(apart);
-            rate += weight.slope_over_distance(r) * stretch * other.bulk + w * other.bulk_rate;
+            rate += mine.rate_by(other, apart, [w, weight.slope_over_distance(r)]);
             if viscous && (friction == WallFriction::NoSlip || kind[b] == Kind::Fluid) {
                 let pull = form.coefficient(&weight, r).0 * other.bulk * (seen[b] - s);
                 laplacian += pull;
@@ -128,11 +137,9 @@ pub(crate) fn rate_by(
     let mine = &samples[a];
     let mut rate = mine.bulk_rate;
     for b in near.iter().map(|&b| b as usize).filter(|&b| counts(b)) {
-        let other = &samples[b];
-        let apart = other.position - mine.position;
+        let apart = samples[b].position - mine.position;
         let r = apart.length();
-        let stretch = (other.velocity - mine.velocity).dot(apart);
-        rate += kernel.weight.slope_over_distance(r) * stretch * other.bulk + kernel.weight.value(r) * other.bulk_rate;
+        rate += mine.rate_by(&samples[b], apart, [kernel.weight.value(r), kernel.weight.slope_over_distance(r)]);
     }
     rate / kernel.sums.strain
 }
@@ -217,8 +224,7 @@ fn prediction_with<const C4: bool, const CLASSICAL: bool>(
                     let value = weight.value(r);
                     let w = value * other.bulk;
                     sum.density += w;
-                    let stretch = (other.velocity - mine.velocity).dot(apart);
-                    sum.rate += weight.slope_over_distance(r) * stretch * other.bulk + value * other.bulk_rate;
+                    sum.rate += mine.rate_by(other, apart, [value, weight.slope_over_distance(r)]);
                     sum.asymmetry += (w / r.max(SAME)) * apart;
                     let (f, cut) = form.coefficient(&weight, r);
                     let c = f * half * (conductance_a + conductance[b]) * (mine.bulk * other.bulk);

@@ -85,6 +85,27 @@ impl Default for Scheme {
     }
 }
 
+impl Scheme {
+    /// The source of the pressure equation [1/s]: the `predicted` one with what compensates errors (Khayyer & Gotoh 2011),
+    /// from rate of compression and strain at the start of the step; `time` is that of the flow [s].
+    pub(crate) fn compensated(
+        &self,
+        predicted: Real,
+        [rate, error]: [Real; 2],
+        beside_surface: bool,
+        time: Real,
+    ) -> Real {
+        if beside_surface && error < 0.0 {
+            // Below the surface a number density that is too low is no error.
+            return match self.source {
+                SourceForm::HigherOrder => predicted,
+                SourceForm::Classical => predicted.max(0.0),
+            };
+        }
+        predicted + (self.compensation * (error.abs() * rate + rate.abs() * error) + error / (self.relaxation * time))
+    }
+}
+
 /// The fluid and its discretisation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fluid {

@@ -92,7 +92,6 @@ pub(crate) struct Block {
     /// Pairs that began or ceased to touch in this sub-step.
     pub changes: Vec<u32>,
     pub walls: WallContacts,
-    pub census: Census,
     /// Identifier, image, place and gap of the neighbours of the row being filled.
     pub listed: Vec<(u64, [i32; 2], u32, Real)>,
     due: Vec<u32>,
@@ -127,7 +126,6 @@ impl Block {
         self.touches.clear();
         self.touches.resize(rows, false);
         self.walls.clear();
-        self.census = Census::default();
     }
 
     /// Appends a pair to the row being filled.
@@ -158,17 +156,19 @@ impl Block {
     }
 
     /// Forces of all contacts of the block over a sub-step of length `dt`.
-    pub fn step(&mut self, world: &World<'_>, ids: &[u64], dt: Real) {
-        self.census = Census::default();
+    pub fn step(&mut self, world: &World<'_>, ids: &[u64], dt: Real) -> Census {
+        let mut census = Census::default();
         self.changes.clear();
         self.wake_pairs(world);
         match (world.plain, world.balls) {
-            (true, true) => self.evaluate_balls::<true>(world, ids, dt),
-            (false, true) => self.evaluate_balls::<false>(world, ids, dt),
-            (true, false) => self.evaluate::<true>(world, ids, dt),
-            (false, false) => self.evaluate::<false>(world, ids, dt),
+            (true, true) => self.evaluate_balls::<true>(world, ids, dt, &mut census),
+            (false, true) => self.evaluate_balls::<false>(world, ids, dt, &mut census),
+            (true, false) => self.evaluate::<true>(world, ids, dt, &mut census),
+            (false, false) => self.evaluate::<false>(world, ids, dt, &mut census),
         }
-        self.walls.step(world, ids, self.first, dt, &mut self.touches, &mut self.census);
+        self.walls.step(world, ids, self.first, dt, &mut self.touches, &mut census);
+        census.changes = self.changes.len();
+        census
     }
 
     fn wake_pairs(&mut self, world: &World<'_>) {
@@ -273,7 +273,7 @@ impl Block {
 
     /// Evaluates all contacts, adds up pairs and rows in order, drops the contacts that have ended.
     #[inline(never)]
-    fn evaluate<const PLAIN: bool>(&mut self, world: &World<'_>, ids: &[u64], dt: Real) {
+    fn evaluate<const PLAIN: bool>(&mut self, world: &World<'_>, ids: &[u64], dt: Real, census: &mut Census) {
         self.own.fill(Wrench::default());
         self.touches.fill(false);
         let count = self.contacts.len();
@@ -287,7 +287,7 @@ impl Block {
                 let from = at + l;
                 let p = self.contacts[from].pair;
                 if p != present {
-                    self.close(world, present, &total);
+                    self.close(world, present, &total, census);
                     (present, total) = (p, Total::default());
                     self.pairs[p as usize].contacts = kept as u32;
                 }
@@ -302,21 +302,21 @@ impl Block {
                 }
                 self.contacts[kept].d_t = outcomes.d_t.lane(l);
                 let fraction = outcomes.fraction.0[l];
-                if fraction > self.census.deepest.min(WARNING) {
-                    self.note_depth(world, ids, kept, fraction);
+                if fraction > census.deepest.min(WARNING) {
+                    self.note_depth(world, ids, kept, fraction, census);
                 }
                 kept += 1;
                 total.add(&outcomes, l, self.pairs[p as usize].multiplicity);
             }
             at = end;
         }
-        self.close(world, present, &total);
+        self.close(world, present, &total, census);
         self.contacts.truncate(kept);
     }
 
     /// The same where all bodies are balls: a pair has one contact, and there is nothing to add up.
     #[inline(never)]
-    fn evaluate_balls<const PLAIN: bool>(&mut self, world: &World<'_>, ids: &[u64], dt: Real) {
+    fn evaluate_balls<const PLAIN: bool>(&mut self, world: &World<'_>, ids: &[u64], dt: Real, census: &mut Census) {
         self.own.fill(Wrench::default());
         self.touches.fill(false);
         let count = self.contacts.len();
@@ -344,16 +344,16 @@ impl Block {
                 }
                 self.contacts[kept].d_t = outcomes.d_t.lane(l);
                 let fraction = outcomes.fraction.0[l];
-                if fraction > self.census.deepest.min(WARNING) {
-                    self.note_depth(world, ids, kept, fraction);
+                if fraction > census.deepest.min(WARNING) {
+                    self.note_depth(world, ids, kept, fraction, census);
                 }
                 kept += 1;
                 let force = outcomes.force.lane(l);
                 self.own[row] += Wrench { force, torque: outcomes.torque_low.lane(l) };
                 self.on_high[p as usize] = Wrench { force: -force, torque: outcomes.torque_high.lane(l) };
                 self.touches[row] = true;
-                self.census.pairs += counted;
-                self.census.contacts += counted;
+                census.pairs += counted;
+                census.contacts += counted;
             }
             at = end;
         }
@@ -362,17 +362,17 @@ impl Block {
 
     /// Takes down the deepest contact, and one that passes the warning limit.
     #[cold]
-    fn note_depth(&mut self, world: &World<'_>, ids: &[u64], contact: usize, fraction: Real) {
+    fn note_depth(&mut self, world: &World<'_>, ids: &[u64], contact: usize, fraction: Real, census: &mut Census) {
         let p = self.contacts[contact].pair;
         let pair = &self.pairs[p as usize];
-        if fraction > self.census.deepest {
-            self.census.deepest = fraction;
-            self.census.deepest_ids = [ids[pair.low as usize], ids[pair.high as usize]];
-            self.census.deepest_at = world.frames[pair.low as usize].home;
+        if fraction > census.deepest {
+            census.deepest = fraction;
+            census.deepest_ids = [ids[pair.low as usize], ids[pair.high as usize]];
+            census.deepest_at = world.frames[pair.low as usize].home;
         }
         if fraction > WARNING && !self.contacts[contact].deep {
             self.contacts[contact].deep = true;
-            self.census.deepened += usize::from(self.counts(world, p));
+            census.deepened += usize::from(self.counts(world, p));
         }
     }
 
@@ -397,7 +397,7 @@ impl Block {
 
     /// All contacts of a pair are known.
     #[inline(always)]
-    fn close(&mut self, world: &World<'_>, p: u32, total: &Total) {
+    fn close(&mut self, world: &World<'_>, p: u32, total: &Total, census: &mut Census) {
         let Some(pair) = self.pairs.get_mut(p as usize) else { return };
         if (total.count > 0) != pair.touching {
             pair.touching = !pair.touching;
@@ -410,8 +410,8 @@ impl Block {
             self.on_high[p as usize] = on_high;
             self.touches[row] = true;
             if self.counts(world, p) {
-                self.census.pairs += 1;
-                self.census.contacts += total.count;
+                census.pairs += 1;
+                census.contacts += total.count;
             }
         }
     }

@@ -69,16 +69,24 @@ pub(crate) fn evaluate<const W: usize, const PLAIN: bool, const BALLS: bool>(
     let last = contacts.len() - 1;
     let contact: [&Contact; W] = std::array::from_fn(|l| &contacts[l.min(last)]);
     let pair: [&Pair; W] = std::array::from_fn(|l| &pairs[contact[l].pair as usize]);
+    // Branches come first: what is computed before one would have to be put aside.
+    let shift = if pair.iter().any(|p| p.image != [0; 2]) {
+        Lanes3::from_fn(|l| pair[l].shift(world.period))
+    } else {
+        Lanes3::splat(Vector::ZERO)
+    };
+    let constants = if world.constants.len() == 1 {
+        ConstantLanes::from_fn(|l| (&world.constants[0], pair[l].factor))
+    } else {
+        ConstantLanes::from_fn(|l| (&world.constants[pair[l].law as usize], pair[l].factor))
+    };
     let (low, high) = (pair.map(|p| p.low), pair.map(|p| p.high));
     let i: [&Frame; W] = std::array::from_fn(|l| &world.frames[low[l] as usize]);
     let j: [&Frame; W] = std::array::from_fn(|l| &world.frames[high[l] as usize]);
     let a = Spheres::new::<BALLS>(world, low, i, |l| contact[l].a);
     let b = Spheres::new::<BALLS>(world, high, j, |l| contact[l].b);
 
-    let mut between = Lanes3::from_fn(|l| j[l].home) - Lanes3::from_fn(|l| i[l].home);
-    if pair.iter().any(|p| p.image != [0; 2]) {
-        between += Lanes3::from_fn(|l| pair[l].shift(world.period));
-    }
+    let between = Lanes3::from_fn(|l| j[l].home) - Lanes3::from_fn(|l| i[l].home) + shift;
     let line = if BALLS { between } else { between + b.offset - a.offset };
     let distance = line.dot(line).sqrt();
     let overlap = a.radius + b.radius - distance;
@@ -91,11 +99,6 @@ pub(crate) fn evaluate<const W: usize, const PLAIN: bool, const BALLS: bool>(
         - Lanes3::from_fn(|l| i[l].velocity)
         - spin_i.cross(arm_i);
 
-    let constants = if world.constants.len() == 1 {
-        ConstantLanes::from_fn(|l| (&world.constants[0], pair[l].factor))
-    } else {
-        ConstantLanes::from_fn(|l| (&world.constants[pair[l].law as usize], pair[l].factor))
-    };
     let d_t = Lanes3::from_fn(|l| contact[l].d_t);
     let (h, d_t, h_n) = force::<W, PLAIN>(&constants, n, overlap, v_r, d_t, dt);
     let (mut torque_low, mut torque_high) = (arm_i.cross(h), -arm_j.cross(h));

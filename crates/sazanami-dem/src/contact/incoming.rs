@@ -1,8 +1,8 @@
 //! For each of this rank's grains, the touching pairs in which it comes second, by the identifier of
 //! the first: with them the sum over its partners has one order on every rank.
 
-use super::Wrench;
 use super::block::Block;
+use super::{Census, Wrench};
 
 #[derive(Clone, Copy, Debug, Default)]
 struct Entry {
@@ -71,9 +71,9 @@ impl Incoming {
         }
     }
 
-    /// Follows the pairs that began or ceased to touch.
-    pub fn follow(&mut self, blocks: &[Block]) {
-        for (b, block) in blocks.iter().enumerate() {
+    /// Follows the pairs that began or ceased to touch, in the blocks whose `censuses` tell of some.
+    pub fn follow(&mut self, blocks: &[Block], censuses: &[Census]) {
+        for (b, block) in blocks.iter().enumerate().filter(|(b, _)| censuses[*b].changes > 0) {
             for &p in &block.changes {
                 let pair = &block.pairs[p as usize];
                 let g = pair.high as usize;

@@ -90,6 +90,8 @@ impl ContactRecord {
 pub(crate) struct Census {
     pub pairs: usize,
     pub contacts: usize,
+    /// Pairs that began or ceased to touch.
+    pub changes: usize,
     /// Contacts that passed the warning limit in this sub-step.
     pub deepened: usize,
     /// Largest overlap over the smaller radius, with the identifiers and a position.
@@ -105,6 +107,7 @@ impl Default for Census {
         Self {
             pairs: 0,
             contacts: 0,
+            changes: 0,
             deepened: 0,
             deepest: 0.0,
             deepest_ids: [u64::MAX; 2],
@@ -120,6 +123,7 @@ impl Census {
         Self {
             pairs: self.pairs + other.pairs,
             contacts: self.contacts + other.contacts,
+            changes: self.changes + other.changes,
             deepened: self.deepened + other.deepened,
             deepest: deeper.deepest,
             deepest_ids: deeper.deepest_ids,

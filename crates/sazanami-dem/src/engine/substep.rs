@@ -11,7 +11,7 @@ use crate::body::Body;
 use crate::contact::block::{Block, ROWS};
 use crate::contact::incoming::Incoming;
 use crate::contact::law::Constants;
-use crate::contact::{World, Wrench};
+use crate::contact::{Census, World, Wrench};
 use crate::ghosts::Poses;
 use crate::grain::{Motion, imaged};
 use crate::motion::{Inert, Leap, Moving};
@@ -159,13 +159,21 @@ impl Engine {
         }
     }
 
-    pub(super) fn contacts(&mut self, h: Real) {
+    /// Forces of all contacts over a sub-step of length `h` [s].
+    pub(super) fn contacts(&mut self, h: Real) -> Census {
         let mut blocks = std::mem::take(&mut self.blocks);
+        let mut censuses = std::mem::take(&mut self.censuses);
         let world = self.world();
         let ids = &self.grains.id[..];
-        for_each_chunk(&mut blocks[..], 1, |_, block| block[0].step(&world, ids, h));
-        self.incoming.follow(&blocks);
-        self.blocks = blocks;
+        // By itself and close together: all of it is read by one thread.
+        censuses.resize(blocks.len(), Census::default());
+        for_each_chunk((&mut blocks[..], &mut censuses[..]), 1, |_, (block, census)| {
+            census[0] = block[0].step(&world, ids, h);
+        });
+        self.incoming.follow(&blocks, &censuses);
+        let sum = censuses.iter().fold(Census::default(), |sum, census| sum.merged(*census));
+        (self.blocks, self.censuses) = (blocks, censuses);
+        sum
     }
 
     /// Moves grains and walls for `time` [s] with the velocities that they have.
@@ -217,7 +225,10 @@ impl Engine {
                 let mut moving =
                     Moving { inert, home, orientation, velocity, angular_momentum, frames, rotations, turned, budget };
                 let way = moving.leap(&Leap { gravity, impulses: &impulses, time });
-                farthest.fetch_max(way.to_bits(), Ordering::Relaxed);
+                // Threads that look only do not wait for each other.
+                if way.to_bits() > farthest.load(Ordering::Relaxed) {
+                    farthest.fetch_max(way.to_bits(), Ordering::Relaxed);
+                }
                 // Not a number counts as expired: the check that follows finds it.
                 if !moving.budget.iter().zip(&reach[rows]).all(|(budget, reach)| budget <= reach) {
                     state.fetch_max(EXPIRED, Ordering::Relaxed);

@@ -310,31 +310,23 @@ impl Solver {
             for (place, row) in rows.iter_mut().enumerate().filter(|(_, row)| row.diagonal > 0.0) {
                 let a = number * ROWS + place;
                 let Crowding { density, rate, .. } = crowding[a];
-                let error = strain(density);
                 let bare = bare(a);
-                let mut source = match scheme.source {
+                let predicted = match scheme.source {
                     // Particles that fly on their own stop at no pressure: what they do is no business of a wall that
                     // hardly has another particle before it.
                     SourceForm::HigherOrder if bare => {
-                        number_density::rate_by(kernel, samples, a, blocks[number].row(place).0, |b| {
-                            role[b] != Role::Outside
-                        })
+                        let near = blocks[number].row(place).0;
+                        number_density::rate_by(kernel, samples, a, near, |b| role[b] != Role::Outside)
                     }
                     SourceForm::HigherOrder => prediction[a].rate,
                     SourceForm::Classical => strain(prediction[a].density) / dt,
                 };
-                if bare {
-                    // Water that leaves a wall above the surface pulls at nothing, nor does what is missing there.
-                    source = source.max(0.0);
-                } else if row.beside_surface && error < 0.0 {
-                    // Below the surface a number density that is too low is no error.
-                    if scheme.source == SourceForm::Classical {
-                        source = source.max(0.0);
-                    }
+                // Water that leaves a wall above the surface pulls at nothing, nor does what is missing there.
+                let source = if bare {
+                    predicted.max(0.0)
                 } else {
-                    source += scheme.compensation * (error.abs() * rate + rate.abs() * error)
-                        + error / (scheme.relaxation * time);
-                }
+                    scheme.compensated(predicted, [rate, strain(density)], row.beside_surface, time)
+                };
                 row.right = fluid.density / dt * source;
                 if mobile[a] > 0.0 {
                     let (columns, coefficients) = blocks[number].row(place);
