@@ -132,6 +132,8 @@ pub struct Falling {
     pub expected: Real,
     /// Largest sum of the impulses of drag on grain and fluid, over that on the grain.
     pub momentum: Real,
+    /// The same at the end if the fluid's shares were weights over n0, not over their sum round the grain.
+    pub momentum_by_density: Real,
 }
 
 /// A grain of density 2650 kg/m^3 and 1 mm in a tank of 20 x 20 x 60 diameters (rounded to the lattice), released at
@@ -171,7 +173,12 @@ pub fn falling_grain(spacing: Real, density: Real, end: Real) -> Result<Falling,
         momentum = momentum.max(given);
     })?;
     let history = (sums[0] / sums[1]).sqrt() / expected;
-    Ok(Falling { speed: found / expected, history, expected, momentum })
+    let kernel = Kernel::new(solver.settings().scheme, solver.settings().fluid.spacing);
+    let grain = solver.grains().engine().grains().position[0];
+    let particles = solver.particles();
+    let support: Real = fluid(&solver).map(|a| kernel.weight.value((particles.position[a] - grain).length())).sum();
+    let momentum_by_density = (support / kernel.sums.number_density - 1.0).abs();
+    Ok(Falling { speed: found / expected, history, expected, momentum, momentum_by_density })
 }
 
 /// Steady flow through a bed of fixed grains.
@@ -269,6 +276,8 @@ pub struct RestingBed {
     pub floor: Real,
     /// Change of the bulk volume of the fluid over itself.
     pub volume: Real,
+    /// The same without every fiftieth particle.
+    pub volume_of_fewer: Real,
     /// Mean number density in the bed over n0, less one.
     pub density: Real,
     /// Root mean square of the same.
@@ -299,11 +308,14 @@ pub fn resting_bed(
         let grains = solver.grains().engine().grains();
         (0..grains.owned()).map(|g| grains.position[g].z).sum::<Real>() / grains.owned() as Real
     };
+    // Of all particles, and without every fiftieth.
     let bulk = |solver: &Solver| {
-        let [bulk] = solver.sum_over_fluid(|p, a| [solver.grains().void_fraction(p.position[a]).recip()]);
-        bulk
+        solver.sum_over_fluid(|p, a| {
+            let bulk = solver.grains().void_fraction(p.position[a]).recip();
+            [bulk, if a % 50 == 0 { 0.0 } else { bulk }]
+        })
     };
-    let (height, volume) = (mean_height(&solver), bulk(&solver));
+    let (height, [volume, _]) = (mean_height(&solver), bulk(&solver));
     let mut found = RestingBed::default();
     let (mut last, mut before) = ([0.0; 4], 0.0);
     advance(&mut solver, [0.0, seconds], under(force), |time, solver, report| {
@@ -322,7 +334,7 @@ pub fn resting_bed(
     found.pressure = last[2] / last[0];
     found.height = (mean_height(&solver) - height) / d;
     found.floor = last[1] / last[3] / submerged;
-    found.volume = bulk(&solver) / volume - 1.0;
+    [found.volume, found.volume_of_fewer] = bulk(&solver).map(|bulk| bulk / volume - 1.0);
     [found.density, found.density_spread] = bed_density(&solver, layers);
     Ok(found)
 }

@@ -70,6 +70,8 @@ pub struct TurningPatch {
     pub pressure: Real,
     /// Angular momentum at the end over that at the start.
     pub angular_momentum: Real,
+    /// The same without every tenth particle.
+    pub angular_momentum_of_fewer: Real,
     /// Part of the particles that flew on their own at the end.
     pub splashes: Real,
     /// Distance of the farthest particle from the axis at the end over the side.
@@ -115,11 +117,14 @@ pub fn turning_patch(count: usize, end: Real, scheme: Scheme) -> Result<TurningP
     let particles = solver.particles();
     let distance = |a: usize| ((particles.position[a] - centre) * Vector::new(1.0, 0.0, 1.0)).length();
     let reach = fluid(&solver).map(distance).fold(0.0, Real::max);
-    let [after, alone, all] = solver.sum_over_fluid(|p, a| {
+    let [after, after_of_fewer, alone, all] = solver.sum_over_fluid(|p, a| {
         let alone = if p.role[a] == Role::Outside { 1.0 } else { 0.0 };
-        [momentum(p, a), alone, 1.0]
+        let momentum = momentum(p, a);
+        [momentum, if a % 10 == 0 { 0.0 } else { momentum }, alone, 1.0]
     });
-    Ok(TurningPatch { pressure, angular_momentum: after / before, splashes: alone / all, reach, collisions })
+    let [angular_momentum, angular_momentum_of_fewer] = [after, after_of_fewer].map(|sum| sum / before);
+    let splashes = alone / all;
+    Ok(TurningPatch { pressure, angular_momentum, angular_momentum_of_fewer, splashes, reach, collisions })
 }
 
 /// Pressure in the middle of a turning square over `rho w^2 L^2` (Colagrossi 2005), from its double series.

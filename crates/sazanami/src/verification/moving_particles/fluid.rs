@@ -189,6 +189,14 @@ pub(in crate::verification) fn rotating_square() -> Result<Vec<Measured>, String
         .from_source("Colagrossi 2005, double series"),
         Measured::within("angular momentum at t w = 2 over that at the start", "", found.angular_momentum, 0.95, 1.05)
             .from_source("conservation"),
+        Measured::within(
+            "control: the same without every tenth particle, off by",
+            "",
+            (found.angular_momentum_of_fewer - 1.0).abs(),
+            0.05,
+            1.0,
+        )
+        .from_source(CONTROL),
         Measured::info("part of the particles that fly on their own", "", found.splashes),
         Measured::info("farthest particle from the axis, of the side", "", found.reach),
         Measured::info("collisions", "", found.collisions as Real),

@@ -55,6 +55,11 @@ pub(in crate::verification) fn resting_bed() -> Result<Vec<Measured>, String> {
             .from_source("9.1 degrees are less than the friction angle"),
     );
     rows.push(Measured::within("tilted: largest speed of a grain", "m/s", tilted.speed, 0.0, 1e-3).from_source(EXACT));
+    let fewer = -level.volume_of_fewer;
+    rows.push(
+        Measured::within("control: bulk volume lost without every fiftieth particle", "", fewer, 0.01, 1.0)
+            .from_source(CONTROL),
+    );
     let dry = experiments::dry_bed([10, 8], 10.0).map_err(said)?;
     rows.push(
         Measured::within("control: floor's force without water, off by", "", dry - 1.0, 0.01, 1.0).from_source(CONTROL),
@@ -100,6 +105,11 @@ pub(in crate::verification) fn settling_grain() -> Result<Vec<Measured>, String>
         rows.push(
             Measured::within(format!("{name}: sum of drag on grain and fluid"), "", found.momentum, 0.0, 1e-10)
                 .from_source("conservation"),
+        );
+        let by_density = found.momentum_by_density;
+        rows.push(
+            Measured::within(format!("control, {name}: the same with shares by n0"), "", by_density, 1e-3, 1.0)
+                .from_source(CONTROL),
         );
     }
     let heavier = experiments::falling_grain(1.5, 1.1 * experiments::GRAIN_DENSITY, 0.15).map_err(said)?;
