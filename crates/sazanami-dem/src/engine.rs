@@ -131,8 +131,10 @@ pub struct Engine {
     /// Angles that balls have turned through in the present call [rad].
     turned: Vec<Vector>,
     budget: Vec<Real>,
-    /// Bound of what any budget has grown by since the lists were made [m].
+    /// Grows in each sub-step by at least as much as any budget does, and starts at 0 with new lists [m].
     grown: Real,
+    /// Largest growth of an own grain's budget that is not in `grown` yet [m].
+    moved: Real,
     wall_budget: Vec<Real>,
     reach: Vec<Real>,
     blocks: Vec<Block>,
@@ -200,6 +202,7 @@ impl Engine {
             turned: Vec::new(),
             budget: Vec::new(),
             grown: 0.0,
+            moved: 0.0,
             reach: Vec::new(),
             blocks: Vec::new(),
             censuses: Vec::new(),

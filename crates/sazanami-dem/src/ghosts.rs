@@ -70,8 +70,6 @@ pub(crate) struct Poses<'a> {
     pub frames: &'a mut [Frame],
     pub rotations: &'a mut [Matrix],
     pub budget: &'a mut [Real],
-    /// Bound of what budgets have grown by; follows those of other ranks' grains.
-    pub grown: &'a mut Real,
     pub inert: &'a [Inert],
 }
 
@@ -225,8 +223,9 @@ impl Exchange {
         }
     }
 
-    /// Sends the poses of own grains to where they are ghosts, with `all` also to images on this rank.
-    pub fn refresh(&mut self, domain: &Domain, grains: &mut Grains, poses: &mut Poses<'_>, all: bool) {
+    /// Sends the poses of own grains to where they are ghosts, with `all` also to images on this rank. Returns the largest
+    /// growth of the budget of another rank's grain [m].
+    pub fn refresh(&mut self, domain: &Domain, grains: &mut Grains, poses: &mut Poses<'_>, all: bool) -> Real {
         let communicator = domain.communicator();
         for link in self.links.iter().filter(|l| !l.outgoing.is_empty()) {
             self.poses.clear();
@@ -251,7 +250,7 @@ impl Exchange {
                 poses.rotations[ghost] = poses.frames[ghost].follow(grains, ghost, &poses.inert[ghost]);
             }
         }
-        *poses.grown += growth;
+        growth
     }
 
     /// Lets own grains that have left the box of a single rank stand for their image in it: each changes places with its

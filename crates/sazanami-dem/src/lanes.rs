@@ -50,7 +50,7 @@ impl<const W: usize> Lanes<W> {
         self.zip(other, |a, b| if a < b { a } else { b })
     }
 
-    /// The largest.
+    /// The largest of those that are numbers.
     #[inline(always)]
     pub fn largest(self) -> Real {
         self.0.into_iter().fold(Real::NEG_INFINITY, Real::max)

@@ -168,24 +168,22 @@ impl Moving<'_> {
             let ball = self.inert[at].ball;
             let alike = |i: &Inert| i.motion == Motion::Free && i.ball == ball;
             let several = at + WIDTH <= count && self.inert[at..at + WIDTH].iter().all(alike);
-            let way = if several {
-                at += WIDTH;
-                if ball {
-                    self.leap_free::<WIDTH, true>(at - WIDTH, leap)
-                } else {
-                    self.leap_free::<WIDTH, false>(at - WIDTH, leap)
-                }
+            let (width, way) = if several && ball {
+                (WIDTH, self.leap_free::<WIDTH, true>(at, leap))
+            } else if several {
+                (WIDTH, self.leap_free::<WIDTH, false>(at, leap))
             } else {
-                at += 1;
-                match self.inert[at - 1].motion {
-                    Motion::Free if ball => self.leap_free::<1, true>(at - 1, leap),
-                    Motion::Free => self.leap_free::<1, false>(at - 1, leap),
-                    Motion::Prescribed => self.go_on(at - 1, leap.time),
-                    Motion::WithWalls => self.carry(at - 1, leap.time),
+                let way = match self.inert[at].motion {
+                    Motion::Free if ball => self.leap_free::<1, true>(at, leap),
+                    Motion::Free => self.leap_free::<1, false>(at, leap),
+                    Motion::Prescribed => self.go_on(at, leap.time),
+                    Motion::WithWalls => self.carry(at, leap.time),
                     Motion::Fixed => 0.0,
-                }
+                };
+                (1, way)
             };
             farthest = Real::max(farthest, way);
+            at += width;
         }
         farthest
     }

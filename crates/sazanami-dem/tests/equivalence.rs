@@ -194,30 +194,45 @@ fn balls_that_touch_on_both_sides_of_a_narrow_box_keep_both_contacts_while_they_
     assert!(impacts > 20 && renewals > 20, "{impacts} {renewals}");
 }
 
-/// A ball at rest, and one that comes from where another of two ranks is.
-fn one_hits_the_other(domain: &Domain) -> Snapshot {
+/// Velocity of a ball at rest after another came along, of this `motion`, from where the second of two ranks is; and
+/// all there is. With `fresh` lists are made anew in every step.
+fn one_hits_the_other(domain: &Domain, motion: Motion, fresh: bool) -> (Vector, Snapshot) {
     let radius = 0.3e-3;
-    let ball = |id: u64, x: Real, speed: Real| Grain {
+    let ball = |id: u64, x: Real, speed: Real, motion: Motion| Grain {
         shape: 1,
+        motion,
         velocity: Vector::new(speed, 0.0, 0.0),
         ..Grain::new(id, 2650.0, Vector::new(0.5 * WIDTH + x * radius, 3e-3, 3e-3))
     };
-    let balls = [ball(0, -1.2, 0.0), ball(1, 1.0, -1.0)];
-    let mut engine = Engine::new(domain, setup(false, Damping::Restitution(0.5)), &balls).expect("the case is sound");
-    for _ in 0..10 {
-        engine.advance(domain, &Loads::none(), Vector::ZERO, 2e-5, Substeps::Fixed(40)).expect("no ball is lost");
-    }
+    let balls = [ball(0, -1.2, 0.0, Motion::Free), ball(1, 1.0, -1.0, motion)];
+    let setup = || setup(false, Damping::Restitution(0.5));
+    let mut engine = Engine::new(domain, setup(), &balls).expect("the case is sound");
     let mut snapshot = Snapshot::default();
-    engine.snapshot(domain, "dem/", &mut snapshot);
-    snapshot
+    for _ in 0..10 {
+        if motion == Motion::WithWalls {
+            engine.set_wall_velocities(domain, Vector::new(-1.0, 0.0, 0.0));
+        }
+        engine.advance(domain, &Loads::none(), Vector::ZERO, 2e-5, Substeps::Fixed(40)).expect("no ball is lost");
+        snapshot = Snapshot::default();
+        engine.snapshot(domain, "dem/", &mut snapshot);
+        if fresh {
+            engine = Engine::restore(domain, setup(), "dem/", &snapshot).expect("the case is sound");
+        }
+    }
+    let velocities = snapshot.vectors("dem/grain.velocity").map_or(Vector::ZERO, |v| v[0]);
+    (velocities, snapshot)
 }
 
 #[test]
-fn a_ball_of_another_rank_wakes_one_at_rest() {
-    let expected = one_hits_the_other(&domain(Box::<Solo>::default(), false));
-    assert!(expected.vectors("dem/grain.velocity").expect("balls have velocities")[0].x < -0.5);
-    let found = run_ranks(2, 1, |c| one_hits_the_other(&domain(c, false))).expect("two ranks start");
-    assert!(found[0] == expected);
+fn a_ball_at_rest_wakes_whatever_comes_along() {
+    let alone = || domain(Box::<Solo>::default(), false);
+    for motion in [Motion::Free, Motion::Prescribed, Motion::WithWalls] {
+        let (velocity, expected) = one_hits_the_other(&alone(), motion, true);
+        assert!(velocity.x < -0.5, "{motion:?}: {velocity}");
+        assert!(one_hits_the_other(&alone(), motion, false).1 == expected, "{motion:?}");
+        let found = run_ranks(2, 1, |c| one_hits_the_other(&domain(c, false), motion, false)).expect("two ranks start");
+        assert!(found[0].1 == expected, "{motion:?} on two ranks");
+    }
 }
 
 #[test]

@@ -29,12 +29,12 @@ pub(crate) struct Sample {
 }
 
 impl Sample {
-    /// What a neighbour `apart` from here [m] adds to the rate of compression, before the division by the sum that is one
-    /// for a strain; `weights` are the weight there and its slope over the distance.
+    /// What a neighbour `apart` from here [m] adds to the rate of compression, not yet divided by
+    /// [`Calibration::strain`](crate::weight::Calibration).
     #[inline(always)]
-    fn rate_by(&self, other: &Self, apart: Vector, weights: [Real; 2]) -> Real {
+    fn compression_by(&self, other: &Self, apart: Vector, weight: Real, slope_over_distance: Real) -> Real {
         let stretch = (other.velocity - self.velocity).dot(apart);
-        weights[1] * stretch * other.bulk + weights[0] * other.bulk_rate
+        slope_over_distance * stretch * other.bulk + weight * other.bulk_rate
     }
 }
 
@@ -111,7 +111,7 @@ fn crowding_with<const C4: bool, const CLASSICAL: bool>(
             let r = r2.sqrt();
             let w = weight.value(r);
             density += w * other.bulk;
-            rate += mine.rate_by(other, apart, [w, weight.slope_over_distance(r)]);
+            rate += mine.compression_by(other, apart, w, weight.slope_over_distance(r));
             if viscous && (friction == WallFriction::NoSlip || kind[b] == Kind::Fluid) {
                 let pull = form.coefficient(&weight, r).0 * other.bulk * (seen[b] - s);
                 laplacian += pull;
@@ -139,7 +139,8 @@ pub(crate) fn rate_by(
     for b in near.iter().map(|&b| b as usize).filter(|&b| counts(b)) {
         let apart = samples[b].position - mine.position;
         let r = apart.length();
-        rate += mine.rate_by(&samples[b], apart, [kernel.weight.value(r), kernel.weight.slope_over_distance(r)]);
+        let weight = &kernel.weight;
+        rate += mine.compression_by(&samples[b], apart, weight.value(r), weight.slope_over_distance(r));
     }
     rate / kernel.sums.strain
 }
@@ -224,7 +225,7 @@ fn prediction_with<const C4: bool, const CLASSICAL: bool>(
                     let value = weight.value(r);
                     let w = value * other.bulk;
                     sum.density += w;
-                    sum.rate += mine.rate_by(other, apart, [value, weight.slope_over_distance(r)]);
+                    sum.rate += mine.compression_by(other, apart, value, weight.slope_over_distance(r));
                     sum.asymmetry += (w / r.max(SAME)) * apart;
                     let (f, cut) = form.coefficient(&weight, r);
                     let c = f * half * (conductance_a + conductance[b]) * (mine.bulk * other.bulk);

@@ -91,7 +91,8 @@ impl Scheme {
     pub(crate) fn compensated(
         &self,
         predicted: Real,
-        [rate, error]: [Real; 2],
+        rate: Real,
+        error: Real,
         beside_surface: bool,
         time: Real,
     ) -> Real {

@@ -2,8 +2,9 @@
 //!
 //! A pair of grains sleeps until the two could have come together: both carry a bound of the way
 //! their contact spheres have gone, and the pair need not be looked at before the sum has grown by
-//! its last known gap. A row of pairs sleeps as long as its grain and the fastest of all have not gone
-//! as far as the first of them to wake needs: a sleeping row costs one comparison. Contacts that touch
+//! its last known gap. A row of pairs sleeps until its grain's way and the farthest way of any grain in
+//! each sub-step could add up to the least of what its pairs have left: a sleeping row costs one
+//! comparison. Contacts that touch
 //! are kept in a list ordered by pair and sphere and evaluated in every sub-step. Which pairs are listed
 //! or awake has no influence on any force: it only decides what is looked at.
 

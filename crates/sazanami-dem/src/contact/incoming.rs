@@ -73,7 +73,7 @@ impl Incoming {
 
     /// Follows the pairs that began or ceased to touch, in the blocks whose `censuses` tell of some.
     pub fn follow(&mut self, blocks: &[Block], censuses: &[Census]) {
-        for (b, block) in blocks.iter().enumerate().filter(|(b, _)| censuses[*b].changes > 0) {
+        for (b, (block, _)) in blocks.iter().zip(censuses).enumerate().filter(|(_, (_, census))| census.changes > 0) {
             for &p in &block.changes {
                 let pair = &block.pairs[p as usize];
                 let g = pair.high as usize;

@@ -50,9 +50,9 @@ pub(crate) struct World<'a> {
     pub frames: &'a [Frame],
     /// Body to laboratory coordinates of each grain; the identity for balls.
     pub rotations: &'a [Matrix],
-    /// Bound of the way each grain's contact spheres have gone since the lists were built [m].
+    /// Bound of the way each grain's contact spheres have gone since the lists were built; 0 for images on this rank [m].
     pub budget: &'a [Real],
-    /// Bound of what any of these has grown by since then [m].
+    /// Grows in each sub-step by at least as much as any budget does [m].
     pub grown: Real,
     pub walls: &'a [Wall],
     /// The same for walls.

@@ -4,8 +4,8 @@ use sazanami_numerics::domain::Domain;
 use sazanami_numerics::{Matrix, Real};
 
 use super::{Engine, FARTHEST};
-use crate::contact::ContactRecord;
 use crate::contact::neighbours::{Matter, Previous};
+use crate::contact::{Census, ContactRecord};
 use crate::error::DemError;
 use crate::grain::{Grains, Motion};
 use crate::motion::{Frame, Inert};
@@ -123,6 +123,7 @@ impl Engine {
         let previous = Previous { blocks: &self.former, budget, wall_budget, number };
         builder.build(&self.world(), matter, self.listed.then_some(&previous), &mut blocks);
         self.incoming.rebuild(&mut blocks, &self.grains.id, self.grains.owned);
+        self.censuses.resize(blocks.len(), Census::default());
         self.blocks = blocks;
         self.builder = builder;
         self.listed = true;

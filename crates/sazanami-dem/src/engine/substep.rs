@@ -162,11 +162,10 @@ impl Engine {
     /// Forces of all contacts over a sub-step of length `h` [s].
     pub(super) fn contacts(&mut self, h: Real) -> Census {
         let mut blocks = std::mem::take(&mut self.blocks);
+        // Apart from the blocks, which lie far from each other: one thread reads them all.
         let mut censuses = std::mem::take(&mut self.censuses);
         let world = self.world();
         let ids = &self.grains.id[..];
-        // By itself and close together: all of it is read by one thread.
-        censuses.resize(blocks.len(), Census::default());
         for_each_chunk((&mut blocks[..], &mut censuses[..]), 1, |_, (block, census)| {
             census[0] = block[0].step(&world, ids, h);
         });
@@ -225,7 +224,7 @@ impl Engine {
                 let mut moving =
                     Moving { inert, home, orientation, velocity, angular_momentum, frames, rotations, turned, budget };
                 let way = moving.leap(&Leap { gravity, impulses: &impulses, time });
-                // Threads that look only do not wait for each other.
+                // Most chunks have nothing to tell, and do not make other threads wait.
                 if way.to_bits() > farthest.load(Ordering::Relaxed) {
                     farthest.fetch_max(way.to_bits(), Ordering::Relaxed);
                 }
@@ -235,7 +234,7 @@ impl Engine {
                 }
             },
         );
-        self.grown += Real::from_bits(farthest.into_inner());
+        self.moved += Real::from_bits(farthest.into_inner());
         state.into_inner()
     }
 
@@ -258,8 +257,9 @@ impl Engine {
     /// Brings ghosts up to date, with `all` also images on this rank, which contacts do not look at.
     pub(super) fn refresh_poses(&mut self, domain: &Domain, all: bool) {
         let Self { exchange, grains, budget, frames, rotations, inert, .. } = self;
-        let mut poses = Poses { frames, rotations, budget, inert, grown: &mut self.grown };
-        exchange.refresh(domain, grains, &mut poses, all);
+        let others = exchange.refresh(domain, grains, &mut Poses { frames, rotations, budget, inert }, all);
+        self.grown += others.max(self.moved);
+        self.moved = 0.0;
     }
 
     /// Positions of the periodic images that this rank's entries stand for.

@@ -325,7 +325,7 @@ impl Solver {
                 let source = if bare {
                     predicted.max(0.0)
                 } else {
-                    scheme.compensated(predicted, [rate, strain(density)], row.beside_surface, time)
+                    scheme.compensated(predicted, rate, strain(density), row.beside_surface, time)
                 };
                 row.right = fluid.density / dt * source;
                 if mobile[a] > 0.0 {

@@ -176,7 +176,11 @@ pub fn falling_grain(spacing: Real, density: Real, end: Real) -> Result<Falling,
     let kernel = Kernel::new(solver.settings().scheme, solver.settings().fluid.spacing);
     let grain = solver.grains().engine().grains().position[0];
     let particles = solver.particles();
-    let support: Real = fluid(&solver).map(|a| kernel.weight.value((particles.position[a] - grain).length())).sum();
+    let share = |a: usize| {
+        let place = particles.position[a];
+        kernel.weight.value((place - grain).length()) / solver.grains().void_fraction(place)
+    };
+    let support: Real = fluid(&solver).map(share).sum();
     let momentum_by_density = (support / kernel.sums.number_density - 1.0).abs();
     Ok(Falling { speed: found / expected, history, expected, momentum, momentum_by_density })
 }
@@ -312,7 +316,7 @@ pub fn resting_bed(
     let bulk = |solver: &Solver| {
         solver.sum_over_fluid(|p, a| {
             let bulk = solver.grains().void_fraction(p.position[a]).recip();
-            [bulk, if a % 50 == 0 { 0.0 } else { bulk }]
+            [bulk, if p.id[a] % 50 == 0 { 0.0 } else { bulk }]
         })
     };
     let (height, [volume, _]) = (mean_height(&solver), bulk(&solver));

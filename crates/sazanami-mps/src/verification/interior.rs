@@ -120,7 +120,7 @@ pub fn turning_patch(count: usize, end: Real, scheme: Scheme) -> Result<TurningP
     let [after, after_of_fewer, alone, all] = solver.sum_over_fluid(|p, a| {
         let alone = if p.role[a] == Role::Outside { 1.0 } else { 0.0 };
         let momentum = momentum(p, a);
-        [momentum, if a % 10 == 0 { 0.0 } else { momentum }, alone, 1.0]
+        [momentum, if p.id[a] % 10 == 0 { 0.0 } else { momentum }, alone, 1.0]
     });
     let [angular_momentum, angular_momentum_of_fewer] = [after, after_of_fewer].map(|sum| sum / before);
     let splashes = alone / all;

@@ -190,7 +190,7 @@ pub(in crate::verification) fn rotating_square() -> Result<Vec<Measured>, String
         Measured::within("angular momentum at t w = 2 over that at the start", "", found.angular_momentum, 0.95, 1.05)
             .from_source("conservation"),
         Measured::within(
-            "control: the same without every tenth particle, off by",
+            "control: angular momentum without every tenth particle, off by",
             "",
             (found.angular_momentum_of_fewer - 1.0).abs(),
             0.05,
@@ -201,7 +201,7 @@ pub(in crate::verification) fn rotating_square() -> Result<Vec<Measured>, String
         Measured::info("farthest particle from the axis, of the side", "", found.reach),
         Measured::info("collisions", "", found.collisions as Real),
         Measured::within(
-            "control: the same with the classical source, off by",
+            "control: pressure with the classical source, off by",
             "",
             (usual.pressure / reference - 1.0).abs(),
             0.05,

@@ -108,7 +108,7 @@ pub(in crate::verification) fn settling_grain() -> Result<Vec<Measured>, String>
         );
         let by_density = found.momentum_by_density;
         rows.push(
-            Measured::within(format!("control, {name}: the same with shares by n0"), "", by_density, 1e-3, 1.0)
+            Measured::within(format!("control, {name}: sum of drag with shares over n0"), "", by_density, 1e-5, 1.0)
                 .from_source(CONTROL),
         );
     }
