@@ -4,9 +4,9 @@
 //! their contact spheres have gone, and the pair need not be looked at before the sum has grown by
 //! its last known gap. A row of pairs sleeps until its grain's way and the farthest way of any grain in
 //! each sub-step could add up to the least of what its pairs have left: a sleeping row costs one
-//! comparison. Contacts that touch
-//! are kept in a list ordered by pair and sphere and evaluated in every sub-step. Which pairs are listed
-//! or awake has no influence on any force: it only decides what is looked at.
+//! comparison. Contacts that touch are kept in a list ordered by pair and sphere and evaluated in every
+//! sub-step. Which pairs are listed or awake has no influence on any force: it only decides what is
+//! looked at.
 
 use sazanami_numerics::{Real, Vector};
 
