@@ -3,7 +3,9 @@
 use bytemuck::Pod;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::{Real, Vector};
+use sazanami_parallel::for_each_chunk;
 
+use crate::neighbours::ROWS;
 use crate::particles::{ParticleRecord, Particles};
 
 const MIGRANTS: u32 = 400;
@@ -93,6 +95,12 @@ pub(crate) struct Exchange {
     owners: Vec<usize>,
     /// Ghosts in the order of arrival, with link and place there.
     arrived: Vec<(u32, u32, ParticleRecord)>,
+    /// Bin and identifier of those that have arrived, and their place among them, in the order of the ghosts.
+    order: Vec<(u32, u64, u32)>,
+    /// First ghost.
+    first: usize,
+    /// Own particle that each ghost is an image of, and the shift of the image [m]; none of a ghost of another rank.
+    origins: Vec<Option<(u32, Vector)>>,
 }
 
 /// The part of space that belongs to `rank`: its box, without end where the box ends.
@@ -207,50 +215,64 @@ impl Exchange {
             let records = self.records.iter().enumerate();
             self.arrived.extend(records.map(|(place, record)| (number as u32, place as u32, *record)));
         }
+        self.order.clear();
+        let keys = self.arrived.iter().zip(0..);
+        self.order.extend(keys.map(|((.., r), place)| (bin(Vector::from_array(r.position)), r.id, place)));
         // An image of a particle is another particle: positions tell images of the same particle apart.
-        self.arrived.sort_unstable_by(|(_, _, a), (_, _, b)| {
-            let key = |r: &ParticleRecord| (bin(Vector::from_array(r.position)), r.id);
-            let place = |r: &ParticleRecord| Vector::from_array(r.position);
-            key(a).cmp(&key(b)).then_with(|| {
-                let (a, b) = (place(a), place(b));
-                a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(a.z.total_cmp(&b.z))
+        let arrived = &self.arrived;
+        self.order.sort_unstable_by(|a, b| {
+            (a.0, a.1).cmp(&(b.0, b.1)).then_with(|| {
+                let [a, b] = [a, b].map(|key| arrived[key.2 as usize].2.position);
+                a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])).then(a[2].total_cmp(&b[2]))
             })
         });
-        for &(link, place, record) in &self.arrived {
-            links[link as usize].slots[place as usize] = particles.len() as u32;
+        self.first = particles.len();
+        self.origins.clear();
+        for &(.., at) in &self.order {
+            let (link, place, record) = arrived[at as usize];
+            let link = &mut links[link as usize];
+            link.slots[place as usize] = particles.len() as u32;
+            self.origins.push((link.rank == me).then(|| link.outgoing[place as usize]));
             particles.push(&record);
         }
         self.links = links;
     }
 
     /// Brings a column up to date at the ghosts; `image` says what a shift [m] makes of a value.
-    pub fn refresh_with<T: Pod>(&mut self, domain: &Domain, column: &mut [T], image: impl Fn(T, Vector) -> T) {
+    pub fn refresh_with<T: Pod + Send + Sync>(
+        &mut self,
+        domain: &Domain,
+        column: &mut [T],
+        image: impl Fn(T, Vector) -> T + Sync,
+    ) {
         let communicator = domain.communicator();
-        let me = communicator.rank();
-        let Self { links, bytes, .. } = self;
-        for link in links.iter().filter(|link| link.rank != me) {
+        let Self { links, bytes, first, origins, .. } = self;
+        let others = |link: &&Link| link.rank != communicator.rank();
+        for link in links.iter().filter(others) {
             bytes.clear();
             for &(a, shift) in &link.outgoing {
                 bytes.extend_from_slice(bytemuck::bytes_of(&image(column[a as usize], shift)));
             }
             communicator.send(link.rank, VALUES, bytes);
         }
-        for link in links.iter() {
-            if link.rank == me {
-                for (&(a, shift), &slot) in link.outgoing.iter().zip(&link.slots) {
-                    column[slot as usize] = image(column[a as usize], shift);
+        let (own, ghosts) = column.split_at_mut(*first);
+        for_each_chunk(ghosts, ROWS, |number, ghosts| {
+            for (value, origin) in ghosts.iter_mut().zip(&origins[number * ROWS..]) {
+                if let Some((a, shift)) = *origin {
+                    *value = image(own[a as usize], shift);
                 }
-            } else {
-                communicator.receive(link.rank, VALUES, bytes);
-                for (value, &slot) in bytes.chunks_exact(size_of::<T>()).zip(&link.slots) {
-                    column[slot as usize] = bytemuck::pod_read_unaligned(value);
-                }
+            }
+        });
+        for link in links.iter().filter(others) {
+            communicator.receive(link.rank, VALUES, bytes);
+            for (value, &slot) in bytes.chunks_exact(size_of::<T>()).zip(&link.slots) {
+                column[slot as usize] = bytemuck::pod_read_unaligned(value);
             }
         }
     }
 
     /// Brings a column up to date at the ghosts, which have the value of the particle they are images of.
-    pub fn refresh<T: Pod>(&mut self, domain: &Domain, column: &mut [T]) {
+    pub fn refresh<T: Pod + Send + Sync>(&mut self, domain: &Domain, column: &mut [T]) {
         self.refresh_with(domain, column, |value, _| value);
     }
 

@@ -5,6 +5,7 @@ use sazanami_numerics::{Matrix, Real};
 
 use super::{Engine, FARTHEST};
 use crate::contact::neighbours::{Matter, Previous};
+use crate::contact::walls::WallContact;
 use crate::contact::{Census, ContactRecord};
 use crate::error::DemError;
 use crate::grain::{Grains, Motion};
@@ -39,8 +40,25 @@ impl Engine {
         let Self { records, blocks, grains, .. } = self;
         records.clear();
         for block in blocks.iter() {
+            let of_wall = |c: &WallContact| {
+                let pair = &block.walls.pairs[c.pair as usize];
+                ContactRecord {
+                    low: grains.id[pair.grain as usize],
+                    high: crate::WALL + u64::from(pair.wall),
+                    image: [0; 2],
+                    a: c.a,
+                    b: 0,
+                    deep: u32::from(c.deep),
+                    d_t: c.d_t.to_array(),
+                }
+            };
+            // In the order of rows, which is that of identifiers but for other ranks' grains: there is little to sort.
+            let mut walls = block.walls.contacts.iter().peekable();
             for c in &block.contacts {
                 let pair = &block.pairs[c.pair as usize];
+                while let Some(c) = walls.next_if(|c| block.walls.pairs[c.pair as usize].grain < pair.low) {
+                    records.push(of_wall(c));
+                }
                 records.push(ContactRecord {
                     low: grains.id[pair.low as usize],
                     high: grains.id[pair.high as usize],
@@ -51,18 +69,7 @@ impl Engine {
                     d_t: c.d_t.to_array(),
                 });
             }
-            for c in &block.walls.contacts {
-                let pair = &block.walls.pairs[c.pair as usize];
-                records.push(ContactRecord {
-                    low: grains.id[pair.grain as usize],
-                    high: crate::WALL + u64::from(pair.wall),
-                    image: [0; 2],
-                    a: c.a,
-                    b: 0,
-                    deep: u32::from(c.deep),
-                    d_t: c.d_t.to_array(),
-                });
-            }
+            records.extend(walls.map(of_wall));
         }
         records.sort_unstable_by_key(ContactRecord::key);
         debug_assert!(records.is_sorted_by(|a, b| a.key() < b.key()), "every pair stands in the list once");
