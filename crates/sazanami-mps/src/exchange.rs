@@ -238,7 +238,8 @@ impl Exchange {
         self.links = links;
     }
 
-    /// Brings a column up to date at the ghosts; `image` says what a shift [m] makes of a value.
+    /// Brings a column of all particles and ghosts up to date at the ghosts; `image` says what a shift [m] makes of a
+    /// value.
     pub fn refresh_with<T: Pod + Send + Sync>(
         &mut self,
         domain: &Domain,
@@ -247,6 +248,7 @@ impl Exchange {
     ) {
         let communicator = domain.communicator();
         let Self { links, bytes, first, origins, .. } = self;
+        debug_assert_eq!(column.len(), *first + origins.len(), "own particles and ghosts");
         let others = |link: &&Link| link.rank != communicator.rank();
         for link in links.iter().filter(others) {
             bytes.clear();
