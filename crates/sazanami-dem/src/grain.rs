@@ -1,5 +1,6 @@
 //! Grains as structure of arrays: this rank's own, sorted by identifier, then ghosts.
 
+use sazanami_numerics::choices;
 use sazanami_numerics::{Matrix, Quaternion, Real, Vector};
 
 use crate::body::Body;
@@ -8,18 +9,21 @@ use crate::error::DemError;
 /// Numbers that a coupled solver may keep with a grain.
 pub const ATTACHED: usize = 20;
 
-/// What moves a grain.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Motion {
-    /// Forces.
-    #[default]
-    Free,
-    /// Nothing.
-    Fixed,
-    /// Its constant velocity and angular velocity; forces do not act on it.
-    Prescribed,
-    /// The velocity of the walls, to which it is glued ([`Engine::set_wall_velocities`](crate::Engine::set_wall_velocities)).
-    WithWalls,
+choices! {
+    /// What moves a grain.
+    #[derive(Default)]
+    pub enum Motion {
+        /// Forces.
+        #[default]
+        Free = "free",
+        /// Nothing.
+        Fixed = "fixed",
+        /// Its constant velocity and angular velocity; forces do not act on it.
+        Prescribed = "prescribed",
+        /// The velocity of the walls, to which it is glued ([`Engine::set_wall_velocities`](crate::Engine::set_wall_velocities)).
+        #[unlisted]
+        WithWalls = "with_walls",
+    }
 }
 
 /// A grain as a user describes it.

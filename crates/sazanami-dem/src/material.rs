@@ -1,6 +1,7 @@
 //! Contact laws between materials (Yagyu et al. (2015), eqs. (4)-(6)).
 
 use sazanami_numerics::Real;
+use sazanami_numerics::choices;
 
 /// How the dashpot of a contact is given.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,36 +28,42 @@ pub enum Damping {
     },
 }
 
-/// Direction of the friction force of a contact that slips.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum SlipDirection {
-    /// Along the tangential force of spring and dashpot.
-    #[default]
-    Force,
-    /// Along the tangential velocity, as eq. (6) is written; along the force below 1e-12 m/s.
-    Velocity,
+choices! {
+    /// Direction of the friction force of a contact that slips.
+    #[derive(Default)]
+    pub enum SlipDirection {
+        /// Along the tangential force of spring and dashpot.
+        #[default]
+        Force = "force",
+        /// Along the tangential velocity, as eq. (6) is written; along the force below 1e-12 m/s.
+        Velocity = "velocity",
+    }
 }
 
-/// What the turning of the normal does to the tangential displacement.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum HistoryRotation {
-    /// It is projected onto the new tangent plane and keeps its length.
-    #[default]
-    LengthKept,
-    /// It is projected only.
-    Projected,
+choices! {
+    /// What the turning of the normal does to the tangential displacement.
+    #[derive(Default)]
+    pub enum HistoryRotation {
+        /// It is projected onto the new tangent plane and keeps its length.
+        #[default]
+        LengthKept = "length_kept",
+        /// It is projected only.
+        Projected = "projected",
+    }
 }
 
-/// What several simultaneous sphere contacts of one pair of grains add up to.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Multiplicity {
-    /// All of them act in full.
-    #[default]
-    Sum,
-    /// Stiffness and damping are divided by their number.
-    Average,
-    /// Only the deepest acts.
-    Deepest,
+choices! {
+    /// What several simultaneous sphere contacts of one pair of grains add up to.
+    #[derive(Default)]
+    pub enum Multiplicity {
+        /// All of them act in full.
+        #[default]
+        Sum = "sum",
+        /// Stiffness and damping are divided by their number.
+        Average = "average",
+        /// Only the deepest acts.
+        Deepest = "deepest",
+    }
 }
 
 /// The contact law of a pair of materials.

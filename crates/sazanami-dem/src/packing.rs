@@ -4,6 +4,7 @@
 //! without lid, without fluid. When the one that began highest meets another gravity takes its true
 //! value, and when time enough has passed and the grains rest the bed is done.
 
+use sazanami_numerics::choices;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::snapshot::Snapshot;
 use sazanami_numerics::{Matrix, Quaternion, Real, Vector};
@@ -16,15 +17,17 @@ use crate::material::Interactions;
 use crate::random::Random;
 use crate::wall::Wall;
 
-/// How the lattice is laid out.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Lattice {
-    /// Cubic, room for every orientation, orientations uniformly random.
-    #[default]
-    Cubic,
-    /// Low: long axes within 10 degrees of the horizontal in random directions, layers as close as
-    /// that allows. Falls less far; the bed remembers some of the order.
-    Low,
+choices! {
+    /// How the lattice is laid out.
+    #[derive(Default)]
+    pub enum Lattice {
+        /// Cubic, room for every orientation, orientations uniformly random.
+        #[default]
+        Cubic = "tall",
+        /// Low: long axes within 10 degrees of the horizontal in random directions, layers as close as
+        /// that allows. Falls less far; the bed remembers some of the order.
+        Low = "low",
+    }
 }
 
 /// A floor that moves up and down to make a bed denser.

@@ -17,6 +17,7 @@
 use std::cell::RefCell;
 
 use sazanami_numerics::Real;
+use sazanami_numerics::choices;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::GHOSTS;
 use sazanami_parallel::for_each_chunk;
@@ -24,28 +25,33 @@ use sazanami_parallel::for_each_chunk;
 use crate::boundary::{Boundary, Opening};
 use crate::interface::{InterfaceScheme, WISP, neighbourhood};
 
-/// How velocity is carried along.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Convection {
-    /// As momentum, with the mass fluxes of the liquid and the gas.
-    #[default]
-    Consistent,
-    /// As velocity, whatever the density: the form of Yagyu et al. (2015), eq. (3).
-    VelocityForm,
-    /// Not at all: the velocity is prescribed.
-    Off,
+choices! {
+    /// How velocity is carried along.
+    #[derive(Default)]
+    pub enum Convection {
+        /// As momentum, with the mass fluxes of the liquid and the gas.
+        #[default]
+        Consistent = "consistent",
+        /// As velocity, whatever the density: the form of Yagyu et al. (2015), eq. (3).
+        VelocityForm = "velocity_form",
+        /// Not at all: the velocity is prescribed.
+        #[unlisted]
+        Off = "off",
+    }
 }
 
-/// Slope of the velocity in the donor cell.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Limiter {
-    /// van Leer (1974): harmonic mean of the differences on both sides.
-    #[default]
-    VanLeer,
-    /// The smaller difference.
-    Minmod,
-    /// Mean of the differences (Fromm): second order, not monotone; for convergence tests.
-    Unlimited,
+choices! {
+    /// Slope of the velocity in the donor cell.
+    #[derive(Default)]
+    pub enum Limiter {
+        /// van Leer (1974): harmonic mean of the differences on both sides.
+        #[default]
+        VanLeer = "van_leer",
+        /// The smaller difference.
+        Minmod = "minmod",
+        /// Mean of the differences (Fromm): second order, not monotone; for convergence tests.
+        Unlimited = "none",
+    }
 }
 
 /// Which velocity and which `c_c` the dilatation of a sweep carries.

@@ -13,6 +13,7 @@
 
 mod stress;
 
+use sazanami_numerics::choices;
 use sazanami_numerics::domain::{Domain, GhostRules};
 use sazanami_numerics::grid::Field;
 use sazanami_numerics::{Real, Vector};
@@ -21,19 +22,21 @@ use crate::boundary::Boundary;
 use crate::flow::{Flow, Fluids};
 use stress::{Source, Stress};
 
-/// Time integration of the viscous stress.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum ViscosityScheme {
-    /// Backward Euler.
-    #[default]
-    Implicit,
-    /// The stress at the start for half a step before the transport, backward Euler for half a step
-    /// after it: second order in time.
-    CrankNicolson,
-    /// The stress before; limits the time step.
-    Explicit,
-    /// No viscous stress.
-    Off,
+choices! {
+    /// Time integration of the viscous stress.
+    #[derive(Default)]
+    pub enum ViscosityScheme {
+        /// Backward Euler.
+        #[default]
+        Implicit = "implicit",
+        /// The stress at the start for half a step before the transport, backward Euler for half a step
+        /// after it: second order in time.
+        CrankNicolson = "crank_nicolson",
+        /// The stress before; limits the time step.
+        Explicit = "explicit",
+        /// No viscous stress.
+        Off = "off",
+    }
 }
 
 /// The viscous step cannot be solved.

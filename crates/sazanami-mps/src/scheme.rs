@@ -1,27 +1,32 @@
 //! What the fluid is and which of the enhancements act.
 
 use sazanami_numerics::Real;
+use sazanami_numerics::choices;
 
 use crate::weight::{Calibration, LaplacianForm, Weight, Wendland};
 
-/// Source of the pressure equation.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum SourceForm {
-    /// Rate of change of the number density from velocities (Khayyer & Gotoh 2009, HS).
-    #[default]
-    HigherOrder,
-    /// Deviation of the number density from that of rest, over the step (Koshizuka & Oka 1996).
-    Classical,
+choices! {
+    /// Source of the pressure equation.
+    #[derive(Default)]
+    pub enum SourceForm {
+        /// Rate of change of the number density from velocities (Khayyer & Gotoh 2009, HS).
+        #[default]
+        HigherOrder = "higher_order",
+        /// Deviation of the number density from that of rest, over the step (Koshizuka & Oka 1996).
+        Classical = "classical",
+    }
 }
 
-/// Gradient of the pressure.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum GradientForm {
-    /// Exact for linear fields whatever the neighbours' places (Khayyer & Gotoh 2011, GC).
-    #[default]
-    Corrected,
-    /// Exact on a lattice.
-    Classical,
+choices! {
+    /// Gradient of the pressure.
+    #[derive(Default)]
+    pub enum GradientForm {
+        /// Exact for linear fields whatever the neighbours' places (Khayyer & Gotoh 2011, GC).
+        #[default]
+        Corrected = "corrected",
+        /// Exact on a lattice.
+        Classical = "classical",
+    }
 }
 
 /// Forces that keep particles apart (Tsuruta, Khayyer & Gotoh 2013, DS).

@@ -4,18 +4,21 @@
 //! sums over a cubic lattice, never by the number density, so that they are exact there for quadratic fields.
 
 use sazanami_numerics::Real;
+use sazanami_numerics::choices;
 
 /// Two particles nearer than this are in the same place: sums divide by no less [m or m^2].
 pub(crate) const SAME: Real = 1e-100;
 
-/// Family of weight functions.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Wendland {
-    /// `(1 - q)^4 (1 + 4 q)`.
-    #[default]
-    C2,
-    /// `(1 - q)^6 (1 + 6 q + 35 q^2 / 3)`.
-    C4,
+choices! {
+    /// Family of weight functions.
+    #[derive(Default)]
+    pub enum Wendland {
+        /// `(1 - q)^4 (1 + 4 q)`.
+        #[default]
+        C2 = "c2",
+        /// `(1 - q)^6 (1 + 6 q + 35 q^2 / 3)`.
+        C4 = "c4",
+    }
 }
 
 /// A weight function with its radius of influence.
@@ -81,14 +84,16 @@ impl Weight {
     }
 }
 
-/// The weight of a pair in the Laplacian.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum LaplacianForm {
-    /// The weight's second derivative (Khayyer & Gotoh 2010, HL, in three dimensions), where it is positive.
-    #[default]
-    HigherOrder,
-    /// The weight itself (Koshizuka & Oka 1996).
-    Classical,
+choices! {
+    /// The weight of a pair in the Laplacian.
+    #[derive(Default)]
+    pub enum LaplacianForm {
+        /// The weight's second derivative (Khayyer & Gotoh 2010, HL, in three dimensions), where it is positive.
+        #[default]
+        HigherOrder = "higher_order",
+        /// The weight itself (Koshizuka & Oka 1996).
+        Classical = "classical",
+    }
 }
 
 impl LaplacianForm {

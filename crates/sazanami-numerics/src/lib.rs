@@ -1,6 +1,7 @@
 //! Discretisation without physics: the domain and its verbs, fields with ghost layers, geometry of
 //! rigid shapes, linear solvers, and the named sections a checkpoint is made of.
 
+pub mod choice;
 pub mod domain;
 pub mod geometry;
 pub mod grid;

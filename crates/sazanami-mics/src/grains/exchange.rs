@@ -13,6 +13,7 @@
 //! exchange returns the difference as an impulse in the next step.
 
 use sazanami_dem::Grains;
+use sazanami_numerics::choices;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::Field;
 use sazanami_numerics::{Real, Vector};
@@ -20,22 +21,24 @@ use sazanami_parallel::for_each_chunk;
 
 use super::imprint::Imprint;
 
-/// How momentum returns to the grains.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Exchange {
-    /// What back-projection takes beyond the stress integral is given to the grains next step.
-    Exact,
-    /// The stress integral alone, as in the paper.
-    Stress,
+choices! {
+    /// How momentum returns to the grains.
+    pub enum Exchange {
+        /// What back-projection takes beyond the stress integral is given to the grains next step.
+        Exact = "exact",
+        /// The stress integral alone, as in the paper.
+        Stress = "stress",
+    }
 }
 
-/// Weight of the grains' velocity in a cell that they share with fluid.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Weighting {
-    /// By mass.
-    Mass,
-    /// By volume.
-    Volume,
+choices! {
+    /// Weight of the grains' velocity in a cell that they share with fluid.
+    pub enum Weighting {
+        /// By mass.
+        Mass = "mass",
+        /// By volume.
+        Volume = "volume",
+    }
 }
 
 /// A cell as back-projection sees it.

@@ -7,6 +7,7 @@
 use std::ops::Range;
 
 use sazanami_dem::Grains;
+use sazanami_numerics::choices;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::geometry::{CellCover, Rasteriser, Shape, VolumeFractionMethod};
 use sazanami_numerics::grid::{Field, GHOSTS};
@@ -18,14 +19,16 @@ const GROUP: usize = 32;
 /// A grain is imprinted anew when a point of it has moved by this part of the cell width.
 pub(super) const STALE: Real = 1e-3;
 
-/// Where the arm of a cell's share of the fluid force ends.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum TorqueArm {
-    /// In the centroid of the covered part of the cell.
-    #[default]
-    Centroid,
-    /// In the centre of the cell.
-    Cell,
+choices! {
+    /// Where the arm of a cell's share of the fluid force ends.
+    #[derive(Default)]
+    pub enum TorqueArm {
+        /// In the centroid of the covered part of the cell.
+        #[default]
+        Centroid = "centroid",
+        /// In the centre of the cell.
+        Cell = "cell",
+    }
 }
 
 /// A cell's share of a grain.

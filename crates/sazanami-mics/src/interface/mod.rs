@@ -17,6 +17,7 @@ mod thinc;
 mod wisps;
 
 use sazanami_numerics::Real;
+use sazanami_numerics::choices;
 
 pub use normal::{mixed_normal, youngs_normal};
 pub use plic::{Plane, plane_constant, volume_below};
@@ -26,16 +27,18 @@ pub(crate) use wisps::{Sweeper, View, WISP};
 /// Liquid fractions of a cell and its 26 neighbours, x1 fastest; the cell itself has index 13.
 pub type Neighbourhood = [Real; 27];
 
-/// How the liquid that leaves a cell is found.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum InterfaceScheme {
-    /// A plane in every cell (piecewise linear interface), mixed Youngs-centred normals.
-    #[default]
-    Plic,
-    /// Hyperbolic-tangent profiles weighted by the normal (Yokoi 2007), steepness 3.5.
-    ThincWlic,
-    /// Hyperbolic-tangent profiles with slope-dependent steepness (Xiao et al. 2011).
-    ThincSw,
+choices! {
+    /// How the liquid that leaves a cell is found.
+    #[derive(Default)]
+    pub enum InterfaceScheme {
+        /// A plane in every cell (piecewise linear interface), mixed Youngs-centred normals.
+        #[default]
+        Plic = "plic",
+        /// Hyperbolic-tangent profiles weighted by the normal (Yokoi 2007), steepness 3.5.
+        ThincWlic = "thinc_wlic",
+        /// Hyperbolic-tangent profiles with slope-dependent steepness (Xiao et al. 2011).
+        ThincSw = "thinc_sw",
+    }
 }
 
 impl InterfaceScheme {

@@ -3,17 +3,20 @@
 use std::f64::consts::PI;
 
 use sazanami_numerics::Real;
+use sazanami_numerics::choices;
 
-/// Volume fraction of the packing whose number density is 1.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum DensityReference {
-    /// Touching spheres on a simple cubic lattice, `pi/6`: the convention of moving-particle methods.
-    #[default]
-    SimpleCubic,
-    /// Randomly close-packed spheres, 0.64.
-    ClosePacked,
-    /// Solid alone.
-    Solid,
+choices! {
+    /// Volume fraction of the packing whose number density is 1.
+    #[derive(Default)]
+    pub enum DensityReference {
+        /// Touching spheres on a simple cubic lattice, `pi/6`: the convention of moving-particle methods.
+        #[default]
+        SimpleCubic = "simple_cubic",
+        /// Randomly close-packed spheres, 0.64.
+        ClosePacked = "close_packed",
+        /// Solid alone.
+        Solid = "solid",
+    }
 }
 
 impl DensityReference {
@@ -36,14 +39,16 @@ pub enum Forchheimer {
     Constant(Real),
 }
 
-/// Drag coefficient of a single sphere.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum SphereDrag {
-    /// `24/Re (1 + 0.15 Re^0.687)` up to Re = 1000, then 0.44 (Schiller & Naumann).
-    #[default]
-    SchillerNaumann,
-    /// `(0.63 + 4.8/sqrt(Re))^2` (Dalla Valle, as Di Felice uses it).
-    DallaValle,
+choices! {
+    /// Drag coefficient of a single sphere.
+    #[derive(Default)]
+    pub enum SphereDrag {
+        /// `24/Re (1 + 0.15 Re^0.687)` up to Re = 1000, then 0.44 (Schiller & Naumann).
+        #[default]
+        SchillerNaumann = "schiller_naumann",
+        /// `(0.63 + 4.8/sqrt(Re))^2` (Dalla Valle, as Di Felice uses it).
+        DallaValle = "dalla_valle",
+    }
 }
 
 /// Drag law of grains.

@@ -3,16 +3,19 @@
 use std::f64::consts::TAU;
 
 use super::{Spheroid, TetrahedralMesh};
+use crate::choices;
 use crate::{Real, Vector};
 
-/// What a faceted mesh of a smooth shape has in common with it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum VolumeRule {
-    /// The nodes lie on the surface; the mesh holds less than the shape.
-    #[default]
-    Inscribed,
-    /// The mesh is scaled to the volume of the shape; its nodes stand out of it.
-    Preserve,
+choices! {
+    /// What a faceted mesh of a smooth shape has in common with it.
+    #[derive(Default)]
+    pub enum VolumeRule {
+        /// The nodes lie on the surface; the mesh holds less than the shape.
+        #[default]
+        Inscribed = "inscribed",
+        /// The mesh is scaled to the volume of the shape; its nodes stand out of it.
+        Preserve = "preserve",
+    }
 }
 
 /// Resolution of the ring mesh of a spheroid.

@@ -17,6 +17,7 @@ mod profile;
 mod surface_grains;
 
 use sazanami_numerics::Real;
+use sazanami_numerics::choices;
 
 pub use crater::{
     Crater, cap_volume, cap_volume_of_diameter, cap_volume_of_sphere, depth_below_rims, rim_diameter, sphere_radius,
@@ -31,13 +32,14 @@ use surface_grains::SurfaceGrains;
 /// Smoothing widths of the uncertainty, relative to the default one: 1.5, 2.5 and 4 grain sizes against 2.5.
 const SMOOTHINGS: [Real; 3] = [0.6, 1.0, 1.6];
 
-/// Grains whose tops are averaged.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum CountedGrains {
-    /// Those seen from above.
-    Surface,
-    /// All but those in the air. The result lies about half a bed depth too low; the literal reading of the paper.
-    All,
+choices! {
+    /// Grains whose tops are averaged.
+    pub enum CountedGrains {
+        /// Those seen from above.
+        Surface = "surface",
+        /// All but those in the air. The result lies about half a bed depth too low; the literal reading of the paper.
+        All = "all",
+    }
 }
 
 /// How the bed surface is smoothed and which grains belong to it.

@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use sazanami_numerics::Real;
+use sazanami_numerics::choices;
 
 use super::exposed::exposed;
 use super::profile::median;
@@ -16,14 +17,16 @@ const FEWEST_CONTACTS: u32 = 2;
 /// Height above the median surface from which on such a grain is suspended [mean diameters].
 const SUSPENDED_ABOVE: Real = 2.0;
 
-/// Side from which the tank is looked at.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum ViewedSide {
-    /// The side of the smaller x2.
-    #[default]
-    Lower,
-    /// The side of the larger x2.
-    Upper,
+choices! {
+    /// Side from which the tank is looked at.
+    #[derive(Default)]
+    pub enum ViewedSide {
+        /// The side of the smaller x2.
+        #[default]
+        Lower = "x2_lower",
+        /// The side of the larger x2.
+        Upper = "x2_upper",
+    }
 }
 
 /// Lengths in the three definitions of the bed surface.
