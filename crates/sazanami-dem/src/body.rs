@@ -1,4 +1,4 @@
-//! The rigid body behind a grain as contact sees it: spheres in flat arrays, mass properties, bounds.
+//! The rigid body of a grain as contacts use it: contact spheres in flat arrays, mass properties, bounds.
 
 use sazanami_numerics::geometry::Shape;
 use sazanami_numerics::{Matrix, Real, Vector};
@@ -38,7 +38,7 @@ pub(crate) struct Capsule {
 }
 
 impl Body {
-    /// Describes a body.
+    /// A body of given mass properties and contact spheres, all in its body frame.
     ///
     /// # Panics
     /// If there are no spheres, or not as many radii as centres.

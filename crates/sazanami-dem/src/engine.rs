@@ -13,25 +13,25 @@ use crate::contact::incoming::Incoming;
 use crate::contact::law::Constants;
 use crate::contact::neighbours::ListBuilder;
 use crate::contact::search::SphereArrays;
-use crate::contact::{Census, ContactRecord};
+use crate::contact::{ContactRecord, Counters};
 use crate::error::DemError;
 use crate::ghosts::{self, Exchange};
-use crate::grain::{Grain, GrainRecord, Grains, Motion, imaged};
+use crate::grain::{Grain, GrainRecord, Grains, Motion, image_position};
 use crate::material::Interactions;
-use crate::motion::{Frame, Inert, turn_balls};
+use crate::motion::{MassProperties, Pose, turn_balls};
 use crate::wall::Wall;
-use lists::Past;
+use lists::FormerList;
 pub use report::ContactReport;
 use report::overlap_error;
 pub use substep::AUTO;
 use substep::Kick;
 
 /// Overlap over the smaller contact sphere's radius above which a run ends.
-pub const TOO_DEEP: Real = 0.8;
-/// How far a fast grain may go, over its bounding radius.
-const FARTHEST: Real = 0.6;
+pub const LARGEST_OVERLAP: Real = 0.8;
+/// Largest skin of a fast grain over its bounding radius.
+const LARGEST_SKIN: Real = 0.6;
 
-/// What an engine is made of, besides grains.
+/// Bodies, contact laws, walls and region of an engine: everything but the grains.
 #[derive(Clone, Debug)]
 pub struct Setup {
     /// Bodies by number of the shape.
@@ -42,7 +42,7 @@ pub struct Setup {
     pub walls: Vec<Wall>,
     /// Corners of the region that centres of mass may not leave [m]; components may be infinite.
     pub region: [Vector; 2],
-    /// Every grain whose surface comes this near to a rank's part is known there [m].
+    /// A rank holds a ghost of every grain whose surface comes this near to its part of the domain [m].
     pub ghost_margin: Real,
 }
 
@@ -93,7 +93,7 @@ pub enum Substeps {
     Fixed(usize),
 }
 
-/// Where images of grains are surely known: see [`Engine::vicinity`].
+/// The region in which a rank holds all images of grains: see [`Engine::vicinity`].
 #[derive(Clone, Copy, Debug)]
 pub struct Vicinity {
     lower: Vector,
@@ -101,10 +101,10 @@ pub struct Vicinity {
 }
 
 impl Vicinity {
-    /// Whether `position` [m] lies in it.
+    /// Whether `position` [m] lies in the region.
     #[inline]
     #[must_use]
-    pub fn holds(&self, position: Vector) -> bool {
+    pub fn contains(&self, position: Vector) -> bool {
         position.cmpgt(self.lower).all() && position.cmplt(self.upper).all()
     }
 }
@@ -125,31 +125,31 @@ pub struct Engine {
     pub(crate) grains: Grains,
     pub(crate) time: Real,
     period: Vector,
-    frames: Vec<Frame>,
+    poses: Vec<Pose>,
     rotations: Vec<Matrix>,
-    inert: Vec<Inert>,
+    mass_properties: Vec<MassProperties>,
     /// Angles that balls have turned through in the present call [rad].
     turned: Vec<Vector>,
-    budget: Vec<Real>,
-    /// Grows in each sub-step by at least as much as any budget does, and starts at 0 with new lists [m].
-    grown: Real,
-    /// Largest growth of an own grain's budget that is not in `grown` yet [m].
-    moved: Real,
-    wall_budget: Vec<Real>,
-    reach: Vec<Real>,
+    travel: Vec<Real>,
+    /// Upper bound of every grain's travel since the lists were built [m].
+    largest_travel: Real,
+    /// Largest increment of an own grain's travel that is not in `largest_travel` yet [m].
+    pending_travel: Real,
+    wall_travel: Vec<Real>,
+    skin: Vec<Real>,
     blocks: Vec<Block>,
-    /// What happened in each block in the last sub-step.
-    censuses: Vec<Census>,
+    /// Contiguous counters of the last sub-step, one per block.
+    block_counters: Vec<Counters>,
     former: Vec<Block>,
     incoming: Incoming,
     builder: ListBuilder,
-    past: Past,
+    former_list: FormerList,
     exchange: Exchange,
     pub(crate) records: Vec<ContactRecord>,
-    /// Whether blocks and records describe the present grains: false before the first list.
+    /// Whether blocks and records belong to the present grains: false before the first list.
     listed: bool,
-    /// Overlap over a contact sphere's radius that ends a run.
-    too_deep: Real,
+    /// Overlap over a contact sphere's radius above which a run ends.
+    largest_overlap_allowed: Real,
     time_step: Real,
 }
 
@@ -169,7 +169,7 @@ impl Engine {
         Self::from_records(domain, setup, &records, Vec::new(), 0.0)
     }
 
-    /// Places grains with the contacts they remember; `records` are sorted by identifier and key.
+    /// Places grains with the history of their contacts; `records` are sorted by identifier and key.
     pub(crate) fn from_records(
         domain: &Domain,
         setup: Setup,
@@ -187,7 +187,7 @@ impl Engine {
                 .scan(0, |next, body| Some(std::mem::replace(next, *next + body.spheres() as u32)))
                 .collect(),
             constants: setup.interactions.laws().iter().map(Constants::new).collect(),
-            wall_budget: vec![0.0; setup.walls.len()],
+            wall_travel: vec![0.0; setup.walls.len()],
             bodies: setup.bodies,
             interactions: setup.interactions,
             walls: setup.walls,
@@ -196,31 +196,31 @@ impl Engine {
             grains: Grains::default(),
             time,
             period,
-            frames: Vec::new(),
+            poses: Vec::new(),
             rotations: Vec::new(),
-            inert: Vec::new(),
+            mass_properties: Vec::new(),
             turned: Vec::new(),
-            budget: Vec::new(),
-            grown: 0.0,
-            moved: 0.0,
-            reach: Vec::new(),
+            travel: Vec::new(),
+            largest_travel: 0.0,
+            pending_travel: 0.0,
+            skin: Vec::new(),
             blocks: Vec::new(),
-            censuses: Vec::new(),
+            block_counters: Vec::new(),
             former: Vec::new(),
             incoming: Incoming::default(),
             builder: ListBuilder::default(),
-            past: Past::default(),
+            former_list: FormerList::default(),
             exchange: Exchange::default(),
             records,
             listed: false,
-            too_deep: TOO_DEEP,
+            largest_overlap_allowed: LARGEST_OVERLAP,
             time_step: Real::INFINITY,
         };
         engine.check_box(domain, grains)?;
         let rank = domain.communicator().rank();
         for record in grains {
-            let record = GrainRecord { image: ghosts::image_within(domain, record.home), ..*record };
-            let position = imaged(Vector::from_array(record.home), record.image, period);
+            let record = GrainRecord { image: ghosts::image_in_box(domain, record.unwrapped), ..*record };
+            let position = image_position(Vector::from_array(record.unwrapped), record.image, period);
             if domain.owner_of(position) == rank {
                 engine.grains.push(&record, period);
             }
@@ -247,7 +247,7 @@ impl Engine {
         self.collect_records();
         let rank = domain.communicator().rank();
         let mut records: Vec<GrainRecord> = (0..self.grains.owned).map(|g| self.grains.record(g)).collect();
-        records.extend(new.iter().filter(|r| domain.owner_of(Vector::from_array(r.home)) == rank));
+        records.extend(new.iter().filter(|r| domain.owner_of(Vector::from_array(r.unwrapped)) == rank));
         records.sort_unstable_by_key(|r| r.id);
         self.grains.clear();
         for record in &records {
@@ -273,9 +273,9 @@ impl Engine {
 
     /// What lies within `margin` [m] of this rank's part along the periodic directions that it spans.
     ///
-    /// With a margin up to [`Setup::ghost_margin`] all images of grains in it are known. Whether there are others
-    /// farther away depends on when lists were renewed: a sum whose order is to follow from the state alone leaves
-    /// these out. Images beyond a whole period are not known.
+    /// With a margin up to [`Setup::ghost_margin`] every image of a grain in it has an entry. Whether there are entries
+    /// farther away depends on when lists were renewed: a sum whose order is to follow from the state alone omits
+    /// them. There are no images beyond a whole period.
     #[must_use]
     pub fn vicinity(&self, domain: &Domain, margin: Real) -> Vicinity {
         let (mut lower, mut upper) = domain.rank_box(domain.communicator().rank());
@@ -287,16 +287,16 @@ impl Engine {
         Vicinity { lower, upper }
     }
 
-    /// How far beyond a rank's part grains are surely known ([`Setup::ghost_margin`]) [m].
+    /// Width of the layer around a rank's part in which it holds ghosts of all grains ([`Setup::ghost_margin`]) [m].
     #[must_use]
     pub fn ghost_margin(&self) -> Real {
         self.ghost_margin
     }
 
-    /// Where an image of a grain is whose unwrapped position is `home` [m].
+    /// Position of the periodic image `image` of a grain whose unwrapped position is `unwrapped` [m].
     #[must_use]
-    pub fn imaged(&self, home: Vector, image: [i32; 2]) -> Vector {
-        imaged(home, image, self.period)
+    pub fn image_position(&self, unwrapped: Vector, image: [i32; 2]) -> Vector {
+        image_position(unwrapped, image, self.period)
     }
 
     /// Bodies by number of the shape.
@@ -376,7 +376,7 @@ impl Engine {
     /// Moves the grains by `dt` [s] under contact forces, `loads` and `gravity` [m/s^2].
     ///
     /// Afterwards every grain belongs to the rank whose part holds its centre of mass or has left it
-    /// by less than the list's reach only, and ghosts are up to date.
+    /// by less than the skin of the neighbour list, and ghosts are up to date.
     ///
     /// # Errors
     /// [`DemError::NotFinite`], [`DemError::GrainEscaped`] or [`DemError::OverlapTooLarge`]; on all
@@ -399,23 +399,23 @@ impl Engine {
         let state = self.drift(0.5 * h);
         self.refresh_poses(domain, false);
         let mut state = self.worst(domain, state);
-        let mut census = Census::default();
+        let mut counters = Counters::default();
         let mut deep = 0;
-        let mut deepest = Census::default();
+        let mut deepest = Counters::default();
         for step in 0..count {
             if state >= EXPIRED || !self.listed {
                 self.check_finite(domain, step)?;
                 self.renew(domain, false)?;
                 report.list_renewals += 1;
             }
-            census = self.contacts(h);
-            deep += census.deepened;
-            deepest = deepest.merged(census);
-            report.impulse_on_walls += h * census.on_walls;
+            counters = self.contacts(h);
+            deep += counters.deepened;
+            deepest = deepest.merged(counters);
+            report.impulse_on_walls += h * counters.on_walls;
             let last = step + 1 == count;
             self.time = start + dt * ((step + 1) as Real / count as Real);
             state = self.kick_and_drift(&Kick { loads, gravity, h, keep: last }, if last { 0.5 * h } else { h });
-            if census.deepest > self.too_deep {
+            if counters.deepest > self.largest_overlap_allowed {
                 state = FAILED;
             }
             if last {
@@ -424,13 +424,17 @@ impl Engine {
             self.refresh_poses(domain, last);
             state = self.worst(domain, state);
             if state == FAILED {
-                let outcome = if census.deepest > self.too_deep { Err(overlap_error(&census, step)) } else { Ok(()) };
+                let outcome = if counters.deepest > self.largest_overlap_allowed {
+                    Err(overlap_error(&counters, step))
+                } else {
+                    Ok(())
+                };
                 domain.agree(outcome)?;
             }
         }
         self.check_finite(domain, count)?;
         self.finish(domain)?;
-        self.report(domain, &mut report, [census, deepest], deep);
+        self.report(domain, &mut report, [counters, deepest], deep);
         Ok(report)
     }
 
@@ -465,45 +469,45 @@ impl Engine {
         self.touched_grains(own) > 0
     }
 
-    /// Changes the velocity of an own grain, and its angular velocity [m/s, rad/s]; its ghosts learn of it by
+    /// Changes the velocity of an own grain, and its angular velocity [m/s, rad/s]; its ghosts follow with
     /// [`Self::refresh_ghosts`].
     pub fn set_velocity(&mut self, own: usize, velocity: Vector, angular_velocity: Vector) {
         let turn = self.rotations[own];
         let inertia = self.grains.inertia[own];
         self.grains.velocity[own] = velocity;
         self.grains.angular_momentum[own] = turn * (inertia * (turn.transpose() * angular_velocity));
-        self.rotations[own] = self.frames[own].follow(&self.grains, own, &self.inert[own]);
+        self.rotations[own] = self.poses[own].follow(&self.grains, own, &self.mass_properties[own]);
     }
 
-    /// Gives each own grain that forces move an impulse through its centre of mass [N s], and tells the ghosts.
+    /// Applies an impulse through the centre of mass of each own grain that forces move [N s], and updates the ghosts.
     ///
     /// # Panics
     /// If there are not as many impulses as own grains.
     pub fn apply_impulses(&mut self, domain: &Domain, impulses: &[Vector]) {
         assert_eq!(impulses.len(), self.grains.owned, "every own grain has an impulse");
         for (g, impulse) in impulses.iter().enumerate() {
-            let change = *impulse * self.inert[g].inverse_mass;
+            let change = *impulse * self.mass_properties[g].inverse_mass;
             self.grains.velocity[g] += change;
-            self.frames[g].velocity = self.grains.velocity[g];
+            self.poses[g].velocity = self.grains.velocity[g];
         }
         self.refresh_ghosts(domain);
     }
 
-    /// Lets spheres overlap as deep as they do, or ends the run at 80 % of a radius again.
+    /// Accepts any overlap of contact spheres, or restores the limit of [`LARGEST_OVERLAP`].
     pub fn allow_any_overlap(&mut self, allowed: bool) {
-        self.too_deep = if allowed { Real::INFINITY } else { TOO_DEEP };
+        self.largest_overlap_allowed = if allowed { Real::INFINITY } else { LARGEST_OVERLAP };
     }
 
-    /// Leaves the part `left` of all speeds, and no more than `limit` [m/s] of the speed of a grain's centre and of
-    /// its farthest contact sphere about it.
-    pub fn limit_speeds(&mut self, domain: &Domain, limit: Real, left: Real) {
+    /// Multiplies all velocities by `factor` or less, so that neither the speed of a grain's centre nor that of its
+    /// farthest contact sphere about it exceeds `limit` [m/s].
+    pub fn limit_speeds(&mut self, domain: &Domain, limit: Real, factor: Real) {
         for g in 0..self.grains.owned {
             if self.grains.motion[g] != Motion::Free {
                 continue;
             }
             let (velocity, spin) = (self.grains.velocity[g], self.grains.angular_velocity(g));
-            let speed = velocity.length().max(self.inert[g].arm * spin.length());
-            let part = left.min(limit / speed.max(Real::MIN_POSITIVE));
+            let speed = velocity.length().max(self.mass_properties[g].arm * spin.length());
+            let part = factor.min(limit / speed.max(Real::MIN_POSITIVE));
             self.set_velocity(g, part * velocity, part * spin);
         }
         self.refresh_ghosts(domain);
@@ -518,7 +522,7 @@ impl Engine {
     /// Shortest periodic edge in which a grain of bounding radius `largest` [m] does not meet its own image [m].
     #[must_use]
     pub fn shortest_period(largest: Real) -> Real {
-        2.0 * largest * (1.0 + FARTHEST)
+        2.0 * largest * (1.0 + LARGEST_SKIN)
     }
 
     fn check_box(&self, domain: &Domain, grains: &[GrainRecord]) -> Result<(), DemError> {
@@ -536,7 +540,7 @@ impl Engine {
     fn check_finite(&self, domain: &Domain, substep: usize) -> Result<(), DemError> {
         let grains = &self.grains;
         let fine = |g: usize| {
-            grains.home[g].is_finite()
+            grains.unwrapped[g].is_finite()
                 && grains.velocity[g].is_finite()
                 && grains.angular_momentum[g].is_finite()
                 && grains.orientation[g].is_finite()
@@ -557,23 +561,23 @@ impl Engine {
             None => Ok(()),
         };
         domain.agree(outcome)?;
-        // Grains stand for their image in the box whenever others may look, so that what these add up has one order.
+        // Between steps every own entry is the image inside the box, so that sums over grains have one order.
         if domain.communicator().size() == 1 {
             let within = self.period == Vector::ZERO
-                || (0..self.grains.owned).all(|g| self.budget[g] <= self.reach[g])
+                || (0..self.grains.owned).all(|g| self.travel[g] <= self.skin[g])
                     && self.exchange.return_to_box(domain, &mut self.grains);
             return if within { Ok(()) } else { self.renew(domain, true) };
         }
-        // Half of the reach is left for the next step; otherwise now is the time to change owners.
-        let spent = |g: usize| self.budget[g] > 0.5 * self.reach[g];
-        let left = |g: usize| grains.image[g] != ghosts::image_within(domain, grains.home[g].to_array());
+        // Owners change here, unless half of every skin is left for the next step.
+        let spent = |g: usize| self.travel[g] > 0.5 * self.skin[g];
+        let left = |g: usize| grains.image[g] != ghosts::image_in_box(domain, grains.unwrapped[g].to_array());
         let state = if (0..grains.owned).any(|g| spent(g) || left(g)) { EXPIRED } else { FINE };
         if self.worst(domain, state) == EXPIRED { self.renew(domain, true) } else { Ok(()) }
     }
 
     /// Whether own grain `g` is outside the region in a direction that is not periodic.
     fn outside(&self, g: usize) -> bool {
-        let p = self.grains.home[g];
+        let p = self.grains.unwrapped[g];
         (0..3).any(|d| {
             let periodic = d < 2 && self.period[d] > 0.0;
             !periodic && (p[d] < self.region[0][d] || p[d] > self.region[1][d])

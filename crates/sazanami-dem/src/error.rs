@@ -1,4 +1,4 @@
-//! What can go wrong among grains, in physical terms.
+//! Errors of grains and their contacts, in physical terms.
 
 use sazanami_numerics::domain::FailedElsewhere;
 use sazanami_numerics::snapshot::SnapshotError;
@@ -7,8 +7,8 @@ use sazanami_numerics::{Real, Vector};
 /// The grains cannot be set up or moved on.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum DemError {
-    /// A position, velocity, orientation or angular momentum is not a number any more.
-    #[error("grain {id} at {position} m is no longer a number in sub-step {substep}")]
+    /// A position, velocity, orientation or angular momentum is NaN or infinite.
+    #[error("grain {id} at {position} m became NaN or infinite in sub-step {substep}")]
     NotFinite {
         /// Identifier of the grain.
         id: u64,
@@ -40,7 +40,7 @@ pub enum DemError {
         /// Sub-step within the call, from 0.
         substep: usize,
     },
-    /// A periodic direction is too short for the grains to tell each other from their own images.
+    /// A periodic direction is so short that a grain could touch its own image.
     #[error("the box is {length} m long in periodic direction x{}, but the grains need {needed} m", direction + 1)]
     BoxTooShort {
         /// Direction, 0 or 1.

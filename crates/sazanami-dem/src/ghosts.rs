@@ -1,4 +1,4 @@
-//! Ghosts: copies of grains of other ranks and periodic images, and the way of grains to new owners.
+//! Ghosts (copies of other ranks' grains, and periodic images) and the migration of grains to new owners.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -7,8 +7,8 @@ use sazanami_numerics::domain::Domain;
 use sazanami_numerics::{Matrix, Quaternion, Real, Vector};
 
 use crate::contact::ContactRecord;
-use crate::grain::{GrainRecord, Grains, imaged};
-use crate::motion::{Frame, Inert};
+use crate::grain::{GrainRecord, Grains, image_position};
+use crate::motion::{MassProperties, Pose};
 
 const GHOSTS: u32 = 300;
 const POSES: u32 = 301;
@@ -17,42 +17,42 @@ const GRAINS: u32 = 303;
 const CONTACTS: u32 = 304;
 const SHARED: u32 = 305;
 
-/// What a ghost needs in every sub-step.
+/// State of a ghost that changes in every sub-step.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 struct PoseRecord {
-    home: [Real; 3],
+    unwrapped: [Real; 3],
     orientation: [Real; 4],
     velocity: [Real; 3],
     angular_momentum: [Real; 3],
     last_contact: Real,
-    budget: Real,
+    travel: Real,
 }
 
-/// Where a rank's grains are: the same for all ranks after a gather.
+/// Bounding box of a rank's grains: the same for all ranks after a gather.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 struct Extent {
     lower: [Real; 3],
     upper: [Real; 3],
-    /// Largest bounding radius plus reach [m].
+    /// Largest bounding radius plus skin [m].
     size: Real,
 }
 
 /// A copy that this rank sends.
 #[derive(Clone, Copy, Debug)]
-struct Sent {
+struct GhostSource {
     grain: u32,
     image: [i32; 2],
 }
 
 /// An own grain that has left the box of a single rank.
 #[derive(Clone, Copy, Debug)]
-struct Left {
+struct Departed {
     own: u32,
     /// The image of it that lies in the box.
     image: [i32; 2],
-    /// The ghost that stands for this image; `u32::MAX`: none does.
+    /// The ghost that represents this image; `u32::MAX`: none does.
     ghost: u32,
 }
 
@@ -60,17 +60,17 @@ struct Left {
 #[derive(Clone, Debug, Default)]
 struct Link {
     rank: usize,
-    outgoing: Vec<Sent>,
+    outgoing: Vec<GhostSource>,
     /// Ghosts received from it: first and number.
     incoming: (usize, usize),
 }
 
-/// What follows from where grains are and how they move.
-pub(crate) struct Poses<'a> {
-    pub frames: &'a mut [Frame],
+/// State derived from the motion of grains and ghosts, updated with it.
+pub(crate) struct PoseState<'a> {
+    pub poses: &'a mut [Pose],
     pub rotations: &'a mut [Matrix],
-    pub budget: &'a mut [Real],
-    pub inert: &'a [Inert],
+    pub travel: &'a mut [Real],
+    pub mass_properties: &'a [MassProperties],
 }
 
 /// Who sends which grains to whom.
@@ -78,18 +78,18 @@ pub(crate) struct Poses<'a> {
 pub(crate) struct Exchange {
     links: Vec<Link>,
     /// Images of own grains on this rank, in order: `(image relative to the grain's, grain, ghost)`.
-    selves: Vec<([i32; 2], u32, u32)>,
+    self_images: Vec<([i32; 2], u32, u32)>,
     bytes: Vec<u8>,
     records: Vec<GrainRecord>,
-    poses: Vec<PoseRecord>,
+    pose_records: Vec<PoseRecord>,
     scratch: Mutex<(Vec<u8>, Vec<Real>)>,
     extents: Vec<Extent>,
     gathered: Vec<Vec<u8>>,
-    own: Vec<Sent>,
-    left: Vec<Left>,
+    own: Vec<GhostSource>,
+    departed: Vec<Departed>,
     /// New owner of each own grain.
     owners: Vec<usize>,
-    /// Identifiers of the grains that go to one rank, and the contacts that these remember.
+    /// Identifiers of the grains that migrate to one rank, and the history of their contacts.
     leaving: Vec<u64>,
     contacts: Vec<ContactRecord>,
 }
@@ -101,10 +101,10 @@ pub(crate) fn period(domain: &Domain) -> Vector {
     Vector::new(of(0), of(1), 0.0)
 }
 
-/// The periodic image of a grain at `home` [m] that lies in the box.
-pub(crate) fn image_within(domain: &Domain, home: [Real; 3]) -> [i32; 2] {
+/// The periodic image of a grain at `unwrapped` [m] that lies in the box.
+pub(crate) fn image_in_box(domain: &Domain, unwrapped: [Real; 3]) -> [i32; 2] {
     let (lower, period) = (domain.grid().lower, period(domain));
-    std::array::from_fn(|d| if period[d] > 0.0 { -((home[d] - lower[d]) / period[d]).floor() as i32 } else { 0 })
+    std::array::from_fn(|d| if period[d] > 0.0 { -((unwrapped[d] - lower[d]) / period[d]).floor() as i32 } else { 0 })
 }
 
 /// Distance of `point` from the box `lower..upper` [m].
@@ -120,14 +120,14 @@ fn images(domain: &Domain) -> impl Iterator<Item = [i32; 2]> {
 }
 
 impl Exchange {
-    /// Chooses and exchanges ghosts. `size[g]` is the bounding radius plus reach of own grain `g`;
-    /// every grain whose surface may come within `margin` of a rank's part becomes known there.
-    pub fn renew(&mut self, domain: &Domain, grains: &mut Grains, size: &[Real], reach: &mut Vec<Real>, margin: Real) {
+    /// Chooses and exchanges ghosts. `size[g]` is the bounding radius plus skin of own grain `g`;
+    /// every grain whose surface may come within `margin` of a rank's part becomes a ghost there.
+    pub fn renew(&mut self, domain: &Domain, grains: &mut Grains, size: &[Real], skin: &mut Vec<Real>, margin: Real) {
         let owned = grains.owned;
         grains.truncate(owned);
-        reach.truncate(owned);
+        skin.truncate(owned);
         self.links.clear();
-        self.selves.clear();
+        self.self_images.clear();
         let communicator = domain.communicator();
         let me = communicator.rank();
         let period = period(domain);
@@ -135,7 +135,7 @@ impl Exchange {
         let extents = &self.extents[..];
         let widest = extents.iter().map(|e| e.size).fold(0.0, Real::max);
         let need = margin.max(widest);
-        // What a rank must know about: its part and all its grains.
+        // The region for which a rank needs ghosts: its part and all its grains.
         let zone = |rank: usize| {
             let (lower, upper) = domain.rank_box(rank);
             let e = &extents[rank];
@@ -169,10 +169,10 @@ impl Exchange {
             let mut link = Link { rank, ..Link::default() };
             if to {
                 for image in images(domain) {
-                    link.outgoing.extend(wanted(rank, image).map(|g| Sent { grain: g as u32, image }));
+                    link.outgoing.extend(wanted(rank, image).map(|g| GhostSource { grain: g as u32, image }));
                 }
                 self.records.clear();
-                self.records.extend(link.outgoing.iter().map(|c| copy(grains, *c, reach)));
+                self.records.extend(link.outgoing.iter().map(|c| copy(grains, *c, skin)));
                 communicator.send(rank, GHOSTS, bytemuck::cast_slice(&self.records));
             }
             link.incoming.1 = usize::from(from);
@@ -180,12 +180,13 @@ impl Exchange {
         }
         let others = images(domain).filter(|&image| image != [0; 2]);
         self.own.clear();
-        self.own.extend(others.flat_map(|image| wanted(me, image).map(move |g| Sent { grain: g as u32, image })));
+        self.own
+            .extend(others.flat_map(|image| wanted(me, image).map(move |g| GhostSource { grain: g as u32, image })));
         for &c in &self.own {
-            self.selves.push((c.image, c.grain, grains.len() as u32));
-            let record = copy(grains, c, reach);
+            self.self_images.push((c.image, c.grain, grains.len() as u32));
+            let record = copy(grains, c, skin);
             grains.push(&record, period);
-            reach.push(record.reach);
+            skin.push(record.skin);
         }
         for link in &mut self.links {
             let expected = link.incoming.1 > 0;
@@ -194,7 +195,7 @@ impl Exchange {
                 communicator.receive(link.rank, GHOSTS, &mut self.bytes);
                 for record in self.bytes.chunks_exact(size_of::<GrainRecord>()).map(bytemuck::pod_read_unaligned) {
                     grains.push(&record, period);
-                    reach.push(record.reach);
+                    skin.push(record.skin);
                 }
                 link.incoming.1 = grains.len() - link.incoming.0;
             }
@@ -213,28 +214,28 @@ impl Exchange {
         self.extents.extend(self.gathered.iter().map(|bytes| bytemuck::pod_read_unaligned::<Extent>(bytes)));
     }
 
-    /// Writes down the entry that contacts look at for each of `count` entries: images on this rank share the frame of
-    /// their grain, since both count from where the grain is without wrapping.
+    /// Writes the entry that contacts read for each of `count` entries: images on this rank share the pose of their
+    /// grain, since its unwrapped position is theirs.
     pub fn originals(&self, count: usize, into: &mut Vec<u32>) {
         into.clear();
         into.extend(0..count as u32);
-        for &(_, grain, ghost) in &self.selves {
+        for &(_, grain, ghost) in &self.self_images {
             into[ghost as usize] = grain;
         }
     }
 
     /// Sends the poses of own grains to where they are ghosts, with `all` also to images on this rank. Returns the largest
-    /// growth of the budget of another rank's grain [m].
-    pub fn refresh(&mut self, domain: &Domain, grains: &mut Grains, poses: &mut Poses<'_>, all: bool) -> Real {
+    /// growth of the travel of another rank's grain [m].
+    pub fn refresh(&mut self, domain: &Domain, grains: &mut Grains, state: &mut PoseState<'_>, all: bool) -> Real {
         let communicator = domain.communicator();
         for link in self.links.iter().filter(|l| !l.outgoing.is_empty()) {
-            self.poses.clear();
-            self.poses.extend(link.outgoing.iter().map(|c| pose(grains, poses.budget, c.grain as usize)));
-            communicator.send(link.rank, POSES, bytemuck::cast_slice(&self.poses));
+            self.pose_records.clear();
+            self.pose_records.extend(link.outgoing.iter().map(|c| pose(grains, state.travel, c.grain as usize)));
+            communicator.send(link.rank, POSES, bytemuck::cast_slice(&self.pose_records));
         }
         if all {
-            for &(_, grain, ghost) in &self.selves {
-                let record = pose(grains, poses.budget, grain as usize);
+            for &(_, grain, ghost) in &self.self_images {
+                let record = pose(grains, state.travel, grain as usize);
                 put_pose(grains, ghost as usize, &record);
             }
         }
@@ -244,59 +245,59 @@ impl Exchange {
             for (n, bytes) in self.bytes.chunks_exact(size_of::<PoseRecord>()).enumerate() {
                 let ghost = link.incoming.0 + n;
                 let record: PoseRecord = bytemuck::pod_read_unaligned(bytes);
-                growth = growth.max(record.budget - poses.budget[ghost]);
-                poses.budget[ghost] = record.budget;
+                growth = growth.max(record.travel - state.travel[ghost]);
+                state.travel[ghost] = record.travel;
                 put_pose(grains, ghost, &record);
-                poses.rotations[ghost] = poses.frames[ghost].follow(grains, ghost, &poses.inert[ghost]);
+                state.rotations[ghost] = state.poses[ghost].follow(grains, ghost, &state.mass_properties[ghost]);
             }
         }
         growth
     }
 
-    /// Lets own grains that have left the box of a single rank stand for their image in it: each changes places with its
-    /// ghost there. Lists stay as they are, since they count from where grains are without wrapping. Tells whether all
-    /// grains that left had such a ghost; if not, nothing has changed.
+    /// Makes the entries of own grains that have left the box of a single rank represent their image inside it: each is
+    /// swapped with its ghost there. Lists remain valid, since they use unwrapped positions. Returns whether every such
+    /// grain had a ghost inside the box; if not, nothing has changed.
     pub fn return_to_box(&mut self, domain: &Domain, grains: &mut Grains) -> bool {
-        let Self { selves, left, .. } = self;
-        left.clear();
-        left.extend((0..grains.owned).filter_map(|g| {
-            let image = image_within(domain, grains.home[g].to_array());
-            (image != grains.image[g]).then_some(Left { own: g as u32, image, ghost: u32::MAX })
+        let Self { self_images, departed, .. } = self;
+        departed.clear();
+        departed.extend((0..grains.owned).filter_map(|g| {
+            let image = image_in_box(domain, grains.unwrapped[g].to_array());
+            (image != grains.image[g]).then_some(Departed { own: g as u32, image, ghost: u32::MAX })
         }));
-        if left.is_empty() {
+        if departed.is_empty() {
             return true;
         }
-        for &(_, own, ghost) in selves.iter() {
-            if let Ok(at) = left.binary_search_by_key(&own, |l| l.own)
-                && grains.image[ghost as usize] == left[at].image
+        for &(_, own, ghost) in self_images.iter() {
+            if let Ok(at) = departed.binary_search_by_key(&own, |l| l.own)
+                && grains.image[ghost as usize] == departed[at].image
             {
-                left[at].ghost = ghost;
+                departed[at].ghost = ghost;
             }
         }
-        if left.iter().any(|l| l.ghost == u32::MAX) {
+        if departed.iter().any(|l| l.ghost == u32::MAX) {
             return false;
         }
-        for l in left.iter() {
+        for l in departed.iter() {
             grains.image.swap(l.own as usize, l.ghost as usize);
             grains.position.swap(l.own as usize, l.ghost as usize);
         }
-        for (relative, own, ghost) in selves.iter_mut() {
+        for (relative, own, ghost) in self_images.iter_mut() {
             let (there, here) = (grains.image[*ghost as usize], grains.image[*own as usize]);
             *relative = [there[0] - here[0], there[1] - here[1]];
         }
         // In the order of images again, as after a renewal.
-        selves.sort_unstable();
+        self_images.sort_unstable();
         true
     }
 
-    /// Hands grains whose centre lies in another rank's part to it, with the contacts they remember.
+    /// Sends grains whose centre lies in another rank's part to it, with the history of their contacts.
     /// `records` are the contacts of this rank, by key; afterwards they include those that came.
     pub fn migrate(&mut self, domain: &Domain, grains: &mut Grains, records: &mut Vec<ContactRecord>) {
         let period = period(domain);
         grains.truncate(grains.owned);
         for g in 0..grains.owned {
-            grains.image[g] = image_within(domain, grains.home[g].to_array());
-            grains.position[g] = imaged(grains.home[g], grains.image[g], period);
+            grains.image[g] = image_in_box(domain, grains.unwrapped[g].to_array());
+            grains.position[g] = image_position(grains.unwrapped[g], grains.image[g], period);
         }
         let communicator = domain.communicator();
         if communicator.size() == 1 {
@@ -308,7 +309,7 @@ impl Exchange {
         for rank in (0..communicator.size()).filter(|&r| r != me) {
             self.send_grains(domain, rank, grains, records);
         }
-        self.pick(grains, me);
+        self.collect_for(grains, me);
         for rank in (0..communicator.size()).filter(|&r| r != me) {
             communicator.receive(rank, GRAINS, &mut self.bytes);
             let arrived = self.bytes.chunks_exact(size_of::<GrainRecord>());
@@ -327,7 +328,7 @@ impl Exchange {
 
     /// Sends the grains that belong to `rank` now, with those of the contacts `remembered` that they take part in.
     fn send_grains(&mut self, domain: &Domain, rank: usize, grains: &Grains, remembered: &[ContactRecord]) {
-        self.pick(grains, rank);
+        self.collect_for(grains, rank);
         let Self { records, leaving, contacts, .. } = self;
         leaving.clear();
         leaving.extend(records.iter().map(|r| r.id));
@@ -341,8 +342,8 @@ impl Exchange {
         communicator.send(rank, CONTACTS, bytemuck::cast_slice(contacts));
     }
 
-    /// Writes down the own grains that belong to `rank` now.
-    fn pick(&mut self, grains: &Grains, rank: usize) {
+    /// Collects the own grains that belong to `rank` now.
+    fn collect_for(&mut self, grains: &Grains, rank: usize) {
         let Self { records, owners, .. } = self;
         records.clear();
         records.extend((0..grains.owned).filter(|&g| owners[g] == rank).map(|g| grains.record(g)));
@@ -358,7 +359,7 @@ impl Exchange {
             row.extend(link.outgoing.iter().flat_map(|c| values[c.grain as usize]));
             communicator.send(link.rank, SHARED, bytemuck::cast_slice(row));
         }
-        for &(_, grain, ghost) in &self.selves {
+        for &(_, grain, ghost) in &self.self_images {
             values[ghost as usize] = values[grain as usize];
         }
         for link in self.links.iter().filter(|l| l.incoming.1 > 0) {
@@ -372,7 +373,7 @@ impl Exchange {
 
     /// See [`crate::Engine::gather_to_owners`].
     pub fn gather<const N: usize>(&self, domain: &Domain, owned: usize, partial: &mut [[Real; N]]) {
-        if self.links.is_empty() && self.selves.is_empty() {
+        if self.links.is_empty() && self.self_images.is_empty() {
             return;
         }
         let communicator = domain.communicator();
@@ -391,10 +392,10 @@ impl Exchange {
         let me = communicator.rank();
         let mut own_added = false;
         let add_own = |add: &mut dyn FnMut(usize, &[Real])| {
-            let selves = |before: bool| self.selves.iter().filter(move |s| (s.0 < [0; 2]) == before);
-            selves(true).for_each(|s| add(s.1 as usize, &partial[s.2 as usize]));
+            let self_images = |before: bool| self.self_images.iter().filter(move |s| (s.0 < [0; 2]) == before);
+            self_images(true).for_each(|s| add(s.1 as usize, &partial[s.2 as usize]));
             (0..owned).for_each(|g| add(g, &partial[g]));
-            selves(false).for_each(|s| add(s.1 as usize, &partial[s.2 as usize]));
+            self_images(false).for_each(|s| add(s.1 as usize, &partial[s.2 as usize]));
         };
         for link in &self.links {
             if link.rank > me && !own_added {
@@ -417,27 +418,27 @@ impl Exchange {
     }
 }
 
-fn copy(grains: &Grains, c: Sent, reach: &[Real]) -> GrainRecord {
+fn copy(grains: &Grains, c: GhostSource, skin: &[Real]) -> GrainRecord {
     let g = c.grain as usize;
     let mut record = grains.record(g);
     record.image = [grains.image[g][0] + c.image[0], grains.image[g][1] + c.image[1]];
-    record.reach = reach[g];
+    record.skin = skin[g];
     record
 }
 
-fn pose(grains: &Grains, budget: &[Real], g: usize) -> PoseRecord {
+fn pose(grains: &Grains, travel: &[Real], g: usize) -> PoseRecord {
     PoseRecord {
-        home: grains.home[g].to_array(),
+        unwrapped: grains.unwrapped[g].to_array(),
         orientation: grains.orientation[g].to_array(),
         velocity: grains.velocity[g].to_array(),
         angular_momentum: grains.angular_momentum[g].to_array(),
         last_contact: grains.last_contact[g],
-        budget: budget[g],
+        travel: travel[g],
     }
 }
 
 fn put_pose(grains: &mut Grains, g: usize, record: &PoseRecord) {
-    grains.home[g] = Vector::from_array(record.home);
+    grains.unwrapped[g] = Vector::from_array(record.unwrapped);
     grains.orientation[g] = Quaternion::from_array(record.orientation);
     grains.velocity[g] = Vector::from_array(record.velocity);
     grains.angular_momentum[g] = Vector::from_array(record.angular_momentum);
@@ -489,33 +490,33 @@ mod tests {
         assert_eq!(known, 3 + 3 + 1 + 1, "three images beyond a corner, one beyond a side");
         // The first leaves across the corner, the second across a side; the third stays.
         for g in 0..known {
-            grains.home[g] +=
+            grains.unwrapped[g] +=
                 [Vector::new(0.06, 0.04, 0.0), Vector::new(0.0, -0.05, 0.0), Vector::ZERO][grains.id[g] as usize];
-            grains.position[g] = imaged(grains.home[g], grains.image[g], Vector::new(1.0, 1.0, 0.0));
+            grains.position[g] = image_position(grains.unwrapped[g], grains.image[g], Vector::new(1.0, 1.0, 0.0));
         }
         let before = images(&grains);
         assert!(exchange.return_to_box(&domain, &mut grains));
         assert_eq!(grains.image[..3], [[-1, -1], [0, 1], [0, 0]]);
         assert!(grains.position[..3].iter().all(|p| p.cmpge(Vector::ZERO).all() && p.cmplt(Vector::ONE).all()));
         assert_eq!(images(&grains), before, "the same images, in other places");
-        // Contacts look at the grain itself, wherever its images are.
+        // Contacts read the grain itself, wherever its images are.
         let mut originals = Vec::new();
         exchange.originals(known, &mut originals);
         assert!(originals.iter().zip(&grains.id).all(|(&of, &id)| (of as usize) < 3 && grains.id[of as usize] == id));
         // Relative images are in the order of those that are chosen afresh.
-        let selves: Vec<_> = exchange.selves.iter().map(|s| (s.0, s.1)).collect();
+        let self_images: Vec<_> = exchange.self_images.iter().map(|s| (s.0, s.1)).collect();
         renew(&mut exchange, &domain, &mut grains);
-        assert_eq!(selves, exchange.selves.iter().map(|s| (s.0, s.1)).collect::<Vec<_>>());
-        assert!(selves.contains(&([0, -1], 1)));
+        assert_eq!(self_images, exchange.self_images.iter().map(|s| (s.0, s.1)).collect::<Vec<_>>());
+        assert!(self_images.contains(&([0, -1], 1)));
     }
 
     #[test]
     fn nothing_changes_if_one_grain_has_no_ghost_in_the_box() {
         let (domain, mut grains, mut exchange) = balls(&[[0.98, 0.98, 0.5], [0.5, 0.5, 0.5]]);
-        grains.home.iter_mut().for_each(|home| *home += Vector::new(0.6, 0.03, 0.0));
-        let (before, selves) = (images(&grains), exchange.selves.clone());
+        grains.unwrapped.iter_mut().for_each(|unwrapped| *unwrapped += Vector::new(0.6, 0.03, 0.0));
+        let (before, self_images) = (images(&grains), exchange.self_images.clone());
         assert!(!exchange.return_to_box(&domain, &mut grains));
-        assert_eq!((images(&grains), exchange.selves), (before, selves));
+        assert_eq!((images(&grains), exchange.self_images), (before, self_images));
         assert_eq!(grains.image[..2], [[0; 2]; 2]);
     }
 }

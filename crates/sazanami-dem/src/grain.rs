@@ -6,27 +6,27 @@ use sazanami_numerics::{Matrix, Quaternion, Real, Vector};
 use crate::body::Body;
 use crate::error::DemError;
 
-/// Numbers that a coupled solver may keep with a grain.
+/// Number of values that a coupled solver may store with each grain ([`Grains::attached`]).
 pub const ATTACHED: usize = 20;
 
 choices! {
-    /// What moves a grain.
+    /// How a grain moves.
     #[derive(Default)]
     pub enum Motion {
-        /// Forces.
+        /// Moved by forces.
         #[default]
         Free = "free",
-        /// Nothing.
+        /// Held in place.
         Fixed = "fixed",
         /// Its constant velocity and angular velocity; forces do not act on it.
         Prescribed = "prescribed",
-        /// The velocity of the walls, to which it is glued ([`Engine::set_wall_velocities`](crate::Engine::set_wall_velocities)).
+        /// The velocity of the walls, to which it is fixed ([`Engine::set_wall_velocities`](crate::Engine::set_wall_velocities)).
         #[unlisted]
         WithWalls = "with_walls",
     }
 }
 
-/// A grain as a user describes it.
+/// A grain as input: shape, material, size, motion and state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grain {
     /// Identifier, unique, below [`crate::WALL`].
@@ -41,7 +41,7 @@ pub struct Grain {
     pub density: Real,
     /// Mass that overrides density times volume [kg].
     pub mass: Option<Real>,
-    /// What moves it.
+    /// How it moves.
     pub motion: Motion,
     /// Centre of mass [m].
     pub position: Vector,
@@ -73,7 +73,7 @@ impl Grain {
     }
 }
 
-/// All grains a rank knows: its own (`0..owned`, sorted by identifier), then ghosts, which are
+/// All grains a rank holds: its own (`0..owned`, sorted by identifier), then ghosts, which are
 /// copies of other ranks' grains or periodic images. Every array covers both.
 #[derive(Clone, Debug, Default)]
 pub struct Grains {
@@ -90,9 +90,9 @@ pub struct Grains {
     pub mass: Vec<Real>,
     /// Principal moments of inertia [kg m^2].
     pub inertia: Vec<Vector>,
-    /// What moves the grain.
+    /// How the grain moves.
     pub motion: Vec<Motion>,
-    /// Centre of mass, of the periodic image that this entry stands for [m].
+    /// Centre of mass of the periodic image that this entry represents [m].
     pub position: Vec<Vector>,
     /// Takes body coordinates to laboratory coordinates.
     pub orientation: Vec<Quaternion>,
@@ -109,15 +109,15 @@ pub struct Grains {
     /// Impulse of the drag on each grain over the last call of [`crate::Engine::advance`] [N s], also of those that
     /// forces do not move; of owned grains only. The fluid loses as much.
     pub drag_impulse: Vec<Vector>,
-    /// Numbers that a coupled solver keeps with each grain, zero at first; they travel with it.
+    /// Values that a coupled solver stores with each grain, zero at first; they migrate with it.
     pub attached: Vec<[Real; ATTACHED]>,
     /// Centre of mass without wrapping at periodic sides [m].
-    pub(crate) home: Vec<Vector>,
-    /// Periodic image: `position = home + image * period`.
+    pub(crate) unwrapped: Vec<Vector>,
+    /// Periodic image: `position = unwrapped + image * period`.
     pub(crate) image: Vec<[i32; 2]>,
 }
 
-/// Everything about one grain, as it is sent and stored.
+/// Complete state of one grain, as it is sent to other ranks and stored.
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub(crate) struct GrainRecord {
@@ -130,9 +130,9 @@ pub(crate) struct GrainRecord {
     pub scale: Real,
     pub mass: Real,
     pub last_contact: Real,
-    pub reach: Real,
+    pub skin: Real,
     pub inertia: [Real; 3],
-    pub home: [Real; 3],
+    pub unwrapped: [Real; 3],
     pub orientation: [Real; 4],
     pub velocity: [Real; 3],
     pub angular_momentum: [Real; 3],
@@ -204,9 +204,9 @@ impl GrainRecord {
             scale: grain.scale,
             mass,
             last_contact: Real::NEG_INFINITY,
-            reach: 0.0,
+            skin: 0.0,
             inertia: inertia.to_array(),
-            home: grain.position.to_array(),
+            unwrapped: grain.position.to_array(),
             orientation: orientation.to_array(),
             velocity: velocity.to_array(),
             angular_momentum: momentum.to_array(),
@@ -231,7 +231,7 @@ impl Grains {
         self.id.len()
     }
 
-    /// Whether this rank knows no grains at all.
+    /// Whether this rank holds neither grains nor ghosts.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.id.is_empty()
@@ -239,11 +239,11 @@ impl Grains {
 
     /// Centre of mass of grain `i` without wrapping at periodic sides [m].
     #[must_use]
-    pub fn home(&self, i: usize) -> Vector {
-        self.home[i]
+    pub fn unwrapped_position(&self, i: usize) -> Vector {
+        self.unwrapped[i]
     }
 
-    /// Periodic image that entry `i` stands for, counted from [`Self::home`].
+    /// Periodic image that entry `i` represents, counted from [`Self::unwrapped_position`].
     #[must_use]
     pub fn image(&self, i: usize) -> [i32; 2] {
         self.image[i]
@@ -291,12 +291,12 @@ impl Grains {
         self.contact_torque.truncate(length);
         self.drag_impulse.truncate(length);
         self.attached.truncate(length);
-        self.home.truncate(length);
+        self.unwrapped.truncate(length);
         self.image.truncate(length);
     }
 
     pub(crate) fn push(&mut self, record: &GrainRecord, period: Vector) {
-        let home = Vector::from_array(record.home);
+        let unwrapped = Vector::from_array(record.unwrapped);
         self.id.push(record.id);
         self.shape.push(record.shape);
         self.material.push(record.material);
@@ -304,7 +304,7 @@ impl Grains {
         self.mass.push(record.mass);
         self.inertia.push(Vector::from_array(record.inertia));
         self.motion.push(Motion::from_number(record.motion));
-        self.position.push(imaged(home, record.image, period));
+        self.position.push(image_position(unwrapped, record.image, period));
         self.orientation.push(Quaternion::from_array(record.orientation));
         self.velocity.push(Vector::from_array(record.velocity));
         self.angular_momentum.push(Vector::from_array(record.angular_momentum));
@@ -313,7 +313,7 @@ impl Grains {
         self.contact_torque.push(Vector::from_array(record.contact_torque));
         self.drag_impulse.push(Vector::from_array(record.drag_impulse));
         self.attached.push(record.attached);
-        self.home.push(home);
+        self.unwrapped.push(unwrapped);
         self.image.push(record.image);
     }
 
@@ -328,9 +328,9 @@ impl Grains {
             scale: self.scale[i],
             mass: self.mass[i],
             last_contact: self.last_contact[i],
-            reach: 0.0,
+            skin: 0.0,
             inertia: self.inertia[i].to_array(),
-            home: self.home[i].to_array(),
+            unwrapped: self.unwrapped[i].to_array(),
             orientation: self.orientation[i].to_array(),
             velocity: self.velocity[i].to_array(),
             angular_momentum: self.angular_momentum[i].to_array(),
@@ -342,10 +342,10 @@ impl Grains {
     }
 }
 
-/// Position of a periodic image.
-pub(crate) fn imaged(home: Vector, image: [i32; 2], period: Vector) -> Vector {
+/// Position of the periodic image `image` of a grain [m].
+pub(crate) fn image_position(unwrapped: Vector, image: [i32; 2], period: Vector) -> Vector {
     if image == [0; 2] {
-        return home;
+        return unwrapped;
     }
-    home + Vector::new(Real::from(image[0]) * period.x, Real::from(image[1]) * period.y, 0.0)
+    unwrapped + Vector::new(Real::from(image[0]) * period.x, Real::from(image[1]) * period.y, 0.0)
 }

@@ -1,15 +1,15 @@
-//! A few numbers worked on at once: formulas are written once and run for one contact or for several.
+//! Short vectors of numbers for the processor's vector registers: a formula is written once for one contact or several.
 
 use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 
 use sazanami_numerics::{Real, Vector};
 
-/// `W` numbers.
+/// `W` floating-point numbers.
 #[derive(Clone, Copy, Debug)]
 #[repr(transparent)]
 pub(crate) struct Lanes<const W: usize>(pub [Real; W]);
 
-/// `W` truths.
+/// `W` conditions.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Mask<const W: usize>(pub [bool; W]);
 
@@ -44,13 +44,13 @@ impl<const W: usize> Lanes<W> {
         self.zip(other, |a, b| a / b)
     }
 
-    /// The smaller; `other` if this is not a number.
+    /// The smaller; `other` if this is NaN.
     #[inline(always)]
     pub fn min(self, other: Self) -> Self {
         self.zip(other, |a, b| if a < b { a } else { b })
     }
 
-    /// The largest of those that are numbers.
+    /// The largest, NaN left out.
     #[inline(always)]
     pub fn largest(self) -> Real {
         self.0.into_iter().fold(Real::NEG_INFINITY, Real::max)

@@ -21,8 +21,8 @@ mod snapshot;
 mod wall;
 
 pub use body::Body;
-pub use contact::block::WARNING as DEEP;
-pub use engine::{AUTO as SUBSTEP, ContactReport, Drag, Engine, Loads, Setup, Substeps, TOO_DEEP, Vicinity};
+pub use contact::block::DEEP_OVERLAP;
+pub use engine::{AUTO as SUBSTEP, ContactReport, Drag, Engine, LARGEST_OVERLAP, Loads, Setup, Substeps, Vicinity};
 pub use error::DemError;
 pub use grain::{ATTACHED, Grain, Grains, Motion};
 pub use material::{

@@ -13,11 +13,11 @@ use crate::contact::evaluate::WIDTH;
 use crate::grain::{Grains, Motion};
 use crate::lanes::{Lanes, Lanes3};
 
-/// Where a grain is and how it moves: what its contacts need to know besides the rotation, which those of balls do not.
+/// Pose and velocities of a grain as its contacts read them. The rotation is stored apart: balls do not need it.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Frame {
+pub(crate) struct Pose {
     /// Centre of mass without periodic wrapping [m].
-    pub home: Vector,
+    pub unwrapped: Vector,
     /// Radius of a ball, see [`crate::Body::is_ball`]; 0 for other grains [m].
     pub radius: Real,
     /// Velocity of the centre of mass [m/s].
@@ -34,7 +34,7 @@ pub(crate) struct Frame {
 
 /// Constants of a grain's motion.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Inert {
+pub(crate) struct MassProperties {
     /// One over mass [1/kg]; 0 if forces do not act.
     pub inverse_mass: Real,
     /// One over the principal moments [1/(kg m^2)].
@@ -42,34 +42,33 @@ pub(crate) struct Inert {
     /// Largest distance of a contact sphere's centre from the centre of mass [m].
     pub arm: Real,
     pub motion: Motion,
-    /// Whether the grain is a ball: orientation and spin go their own ways.
+    /// Whether the grain is a ball, whose spin does not depend on its orientation.
     pub ball: bool,
 }
 
-/// Some grains on the move, one array element each.
+/// State of consecutive grains during kick and drift, one array element each.
 pub(crate) struct Moving<'a> {
-    pub inert: &'a [Inert],
-    pub home: &'a mut [Vector],
+    pub mass_properties: &'a [MassProperties],
+    pub unwrapped: &'a mut [Vector],
     pub orientation: &'a mut [Quaternion],
     pub velocity: &'a mut [Vector],
     pub angular_momentum: &'a mut [Vector],
-    pub frames: &'a mut [Frame],
+    pub poses: &'a mut [Pose],
     pub rotations: &'a mut [Matrix],
-    /// Grows by the angles that balls turn through: nothing looks at their orientation before all have moved, see
-    /// [`turn_balls`] [rad].
+    /// Accumulated rotation vectors of balls, whose orientation is updated once per call by [`turn_balls`] [rad].
     pub turned: &'a mut [Vector],
-    /// Grows by a bound of the way of the contact spheres' centres [m].
-    pub budget: &'a mut [Real],
+    /// Accumulated upper bound of the path of the contact spheres' centres [m].
+    pub travel: &'a mut [Real],
 }
 
-/// A change of momentum and angular momentum, and a time of free motion after it.
+/// A kick (change of momentum and angular momentum) and the drift (free motion) after it.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Leap<'a> {
+pub(crate) struct KickAndDrift<'a> {
     /// Change of velocity by gravity [m/s].
     pub gravity: Vector,
     /// Impulse and angular impulse of each grain [N s, N m s].
     pub impulses: &'a [Wrench],
-    /// Time of free motion [s].
+    /// Duration of the drift [s].
     pub time: Real,
 }
 
@@ -160,47 +159,47 @@ fn spins<const W: usize>(r: &Rotations<W>, inverse_inertia: Lanes3<W>, momentum:
 }
 
 impl Moving<'_> {
-    /// Kicks all grains and lets them move freely. Returns the largest growth of a budget [m].
-    pub fn leap(&mut self, leap: &Leap<'_>) -> Real {
-        let count = self.frames.len();
+    /// Kicks all grains and lets them drift. Returns the largest increment of a travel [m].
+    pub fn kick_and_drift(&mut self, step: &KickAndDrift<'_>) -> Real {
+        let count = self.poses.len();
         let (mut at, mut farthest) = (0, 0.0);
         while at < count {
-            let ball = self.inert[at].ball;
-            let alike = |i: &Inert| i.motion == Motion::Free && i.ball == ball;
-            let several = at + WIDTH <= count && self.inert[at..at + WIDTH].iter().all(alike);
-            let (width, way) = if several && ball {
-                (WIDTH, self.leap_free::<WIDTH, true>(at, leap))
+            let ball = self.mass_properties[at].ball;
+            let alike = |i: &MassProperties| i.motion == Motion::Free && i.ball == ball;
+            let several = at + WIDTH <= count && self.mass_properties[at..at + WIDTH].iter().all(alike);
+            let (width, distance) = if several && ball {
+                (WIDTH, self.drift_free::<WIDTH, true>(at, step))
             } else if several {
-                (WIDTH, self.leap_free::<WIDTH, false>(at, leap))
+                (WIDTH, self.drift_free::<WIDTH, false>(at, step))
             } else {
-                let way = match self.inert[at].motion {
-                    Motion::Free if ball => self.leap_free::<1, true>(at, leap),
-                    Motion::Free => self.leap_free::<1, false>(at, leap),
-                    Motion::Prescribed => self.go_on(at, leap.time),
-                    Motion::WithWalls => self.carry(at, leap.time),
+                let distance = match self.mass_properties[at].motion {
+                    Motion::Free if ball => self.drift_free::<1, true>(at, step),
+                    Motion::Free => self.drift_free::<1, false>(at, step),
+                    Motion::Prescribed => self.drift_prescribed(at, step.time),
+                    Motion::WithWalls => self.drift_with_walls(at, step.time),
                     Motion::Fixed => 0.0,
                 };
-                (1, way)
+                (1, distance)
             };
-            farthest = Real::max(farthest, way);
+            farthest = Real::max(farthest, distance);
             at += width;
         }
         farthest
     }
 
     #[inline(always)]
-    fn leap_free<const W: usize, const BALL: bool>(&mut self, at: usize, leap: &Leap<'_>) -> Real {
-        let time = Lanes::<W>::splat(leap.time);
-        let inert: [&Inert; W] = std::array::from_fn(|l| &self.inert[at + l]);
-        let inverse_mass = Lanes::from_fn(|l| inert[l].inverse_mass);
-        let inverse_inertia = Lanes3::from_fn(|l| inert[l].inverse_inertia);
-        let impulse = Lanes3::from_fn(|l| leap.impulses[at + l].force);
-        let twist = Lanes3::from_fn(|l| leap.impulses[at + l].torque);
-        let v = Lanes3::from_fn(|l| self.velocity[at + l]) + impulse * inverse_mass + Lanes3::splat(leap.gravity);
+    fn drift_free<const W: usize, const BALL: bool>(&mut self, at: usize, step: &KickAndDrift<'_>) -> Real {
+        let time = Lanes::<W>::splat(step.time);
+        let mass_properties: [&MassProperties; W] = std::array::from_fn(|l| &self.mass_properties[at + l]);
+        let inverse_mass = Lanes::from_fn(|l| mass_properties[l].inverse_mass);
+        let inverse_inertia = Lanes3::from_fn(|l| mass_properties[l].inverse_inertia);
+        let impulse = Lanes3::from_fn(|l| step.impulses[at + l].force);
+        let twist = Lanes3::from_fn(|l| step.impulses[at + l].torque);
+        let v = Lanes3::from_fn(|l| self.velocity[at + l]) + impulse * inverse_mass + Lanes3::splat(step.gravity);
         let momentum = Lanes3::from_fn(|l| self.angular_momentum[at + l]) + twist;
-        let home = Lanes3::from_fn(|l| self.home[at + l]) + v * time;
+        let unwrapped = Lanes3::from_fn(|l| self.unwrapped[at + l]) + v * time;
 
-        let arm = Lanes::from_fn(|l| inert[l].arm);
+        let arm = Lanes::from_fn(|l| mass_properties[l].arm);
         let (spin, after) = if BALL {
             let spin = momentum * inverse_inertia.x;
             (0..W).for_each(|l| self.turned[at + l] += (spin * time).lane(l));
@@ -208,7 +207,7 @@ impl Moving<'_> {
         } else {
             let q = Orientations::from_fn(|l| self.orientation[at + l]);
             let first = spins(&q.rotations(), inverse_inertia, momentum);
-            let middle = Orientations::turn(first * Lanes::splat(0.5 * leap.time)).times(q);
+            let middle = Orientations::turn(first * Lanes::splat(0.5 * step.time)).times(q);
             let spin = spins(&middle.rotations(), inverse_inertia, momentum);
             let q = Orientations::turn(spin * time).times(q).normalized();
             let rotations = q.rotations();
@@ -219,55 +218,55 @@ impl Moving<'_> {
             }
             (spin, spins(&rotations, inverse_inertia, momentum))
         };
-        let way = way(v, spin, arm, home, leap.time);
+        let distance = distance(v, spin, arm, unwrapped, step.time);
         for l in 0..W {
-            self.home[at + l] = home.lane(l);
+            self.unwrapped[at + l] = unwrapped.lane(l);
             self.velocity[at + l] = v.lane(l);
             self.angular_momentum[at + l] = momentum.lane(l);
-            let frame = &mut self.frames[at + l];
-            frame.home = home.lane(l);
-            frame.velocity = v.lane(l);
-            frame.spin = after.lane(l);
-            self.budget[at + l] += way.0[l];
+            let pose = &mut self.poses[at + l];
+            pose.unwrapped = unwrapped.lane(l);
+            pose.velocity = v.lane(l);
+            pose.spin = after.lane(l);
+            self.travel[at + l] += distance.0[l];
         }
-        way.largest()
+        distance.largest()
     }
 
-    /// Moves a grain that does not turn.
-    fn carry(&mut self, at: usize, time: Real) -> Real {
+    /// Drift of a grain that moves with the walls and does not rotate.
+    fn drift_with_walls(&mut self, at: usize, time: Real) -> Real {
         let velocity = self.velocity[at];
-        self.home[at] += time * velocity;
-        self.frames[at].home = self.home[at];
-        let (home, arm) = (Lanes3::splat(self.home[at]), Lanes::splat(self.inert[at].arm));
-        let way = way(Lanes3::<1>::splat(velocity), Lanes3::splat(Vector::ZERO), arm, home, time).0[0];
-        self.budget[at] += way;
-        way
+        self.unwrapped[at] += time * velocity;
+        self.poses[at].unwrapped = self.unwrapped[at];
+        let (unwrapped, arm) = (Lanes3::splat(self.unwrapped[at]), Lanes::splat(self.mass_properties[at].arm));
+        let distance = distance(Lanes3::<1>::splat(velocity), Lanes3::splat(Vector::ZERO), arm, unwrapped, time).0[0];
+        self.travel[at] += distance;
+        distance
     }
 
     /// Moves a grain whose velocity and angular velocity are prescribed.
-    fn go_on(&mut self, at: usize, time: Real) -> Real {
-        let inert = &self.inert[at];
-        let spin = self.frames[at].spin;
-        self.home[at] += time * self.velocity[at];
+    fn drift_prescribed(&mut self, at: usize, time: Real) -> Real {
+        let mass_properties = &self.mass_properties[at];
+        let spin = self.poses[at].spin;
+        self.unwrapped[at] += time * self.velocity[at];
         let turn: Orientations<1> = Orientations::turn(Lanes3::splat(time * spin));
         let q = turn.times(Orientations::from_fn(|_| self.orientation[at])).normalized();
         self.orientation[at] = q.lane(0);
         let r = q.rotations();
         let rotation = Matrix::from_cols(r[0].lane(0), r[1].lane(0), r[2].lane(0));
         // The momentum turns with the body so that the spin stays.
-        self.angular_momentum[at] = rotation * (rotation.transpose() * spin / inert.inverse_inertia);
-        let (home, arm) = (Lanes3::splat(self.home[at]), Lanes::splat(inert.arm));
-        let way = way(Lanes3::<1>::splat(self.velocity[at]), Lanes3::splat(spin), arm, home, time).0[0];
-        self.budget[at] += way;
+        self.angular_momentum[at] = rotation * (rotation.transpose() * spin / mass_properties.inverse_inertia);
+        let (unwrapped, arm) = (Lanes3::splat(self.unwrapped[at]), Lanes::splat(mass_properties.arm));
+        let distance = distance(Lanes3::<1>::splat(self.velocity[at]), Lanes3::splat(spin), arm, unwrapped, time).0[0];
+        self.travel[at] += distance;
         let momentum = self.angular_momentum[at];
         self.rotations[at] =
-            self.frames[at].set(self.home[at], self.orientation[at], self.velocity[at], momentum, inert);
-        way
+            self.poses[at].set(self.unwrapped[at], self.orientation[at], self.velocity[at], momentum, mass_properties);
+        distance
     }
 }
 
-/// Turns balls through the angles that they have `turned` [rad], those of all sub-steps taken as one: contacts do not look
-/// at the orientation of a ball, and who does looks between the steps.
+/// Rotates balls by the accumulated vectors `turned` [rad], once for all sub-steps of a call: contacts do not depend on
+/// the orientation of a ball, which is read between calls only.
 pub(crate) fn turn_balls(orientation: &mut [Quaternion], turned: &[Vector]) {
     for_each_chunk(orientation, ROWS, |number, orientation| {
         for (orientation, &angle) in orientation.iter_mut().zip(&turned[number * ROWS..]) {
@@ -279,39 +278,51 @@ pub(crate) fn turn_balls(orientation: &mut [Quaternion], turned: &[Vector]) {
     });
 }
 
-/// A bound of the way that the centre of any contact sphere goes in `time`; the last term covers the
+/// An upper bound of the path that the centre of any contact sphere goes in `time`; the last term covers the
 /// round-off of the positions themselves.
 #[inline(always)]
-fn way<const W: usize>(v: Lanes3<W>, spin: Lanes3<W>, arm: Lanes<W>, home: Lanes3<W>, time: Real) -> Lanes<W> {
+fn distance<const W: usize>(
+    v: Lanes3<W>,
+    spin: Lanes3<W>,
+    arm: Lanes<W>,
+    unwrapped: Lanes3<W>,
+    time: Real,
+) -> Lanes<W> {
     let speed = v.dot(v).sqrt() + spin.dot(spin).sqrt() * arm;
-    let size = home.x.abs() + home.y.abs() + home.z.abs() + arm;
+    let size = unwrapped.x.abs() + unwrapped.y.abs() + unwrapped.z.abs() + arm;
     speed * Lanes::splat(time * (1.0 + 1e-9)) + size * Lanes::splat(4e-16)
 }
 
-impl Frame {
-    /// The same from a grain or ghost.
-    pub fn follow(&mut self, grains: &Grains, g: usize, inert: &Inert) -> Matrix {
-        self.set(grains.home[g], grains.orientation[g], grains.velocity[g], grains.angular_momentum[g], inert)
+impl Pose {
+    /// Sets position and motion from the state of grain or ghost `g`; see [`Self::set`].
+    pub fn follow(&mut self, grains: &Grains, g: usize, mass_properties: &MassProperties) -> Matrix {
+        self.set(
+            grains.unwrapped[g],
+            grains.orientation[g],
+            grains.velocity[g],
+            grains.angular_momentum[g],
+            mass_properties,
+        )
     }
 
     /// Sets position and motion from a grain's state. Returns the rotation from body to laboratory coordinates; for
     /// balls the identity, whatever their orientation.
     pub fn set(
         &mut self,
-        home: Vector,
+        unwrapped: Vector,
         orientation: Quaternion,
         velocity: Vector,
         momentum: Vector,
-        inert: &Inert,
+        mass_properties: &MassProperties,
     ) -> Matrix {
-        self.home = home;
+        self.unwrapped = unwrapped;
         self.velocity = velocity;
-        if inert.ball {
-            self.spin = momentum * inert.inverse_inertia.x;
+        if mass_properties.ball {
+            self.spin = momentum * mass_properties.inverse_inertia.x;
             Matrix::IDENTITY
         } else {
             let r = Orientations::<1>::from_fn(|_| orientation).rotations();
-            self.spin = spins(&r, Lanes3::splat(inert.inverse_inertia), Lanes3::splat(momentum)).lane(0);
+            self.spin = spins(&r, Lanes3::splat(mass_properties.inverse_inertia), Lanes3::splat(momentum)).lane(0);
             Matrix::from_cols(r[0].lane(0), r[1].lane(0), r[2].lane(0))
         }
     }
@@ -341,39 +352,39 @@ mod tests {
         let rotation = Matrix::from_quat(orientation);
         let spin_body = Vector::new(30.0, 0.0, 100.0);
         let momentum = rotation * (inertia * spin_body);
-        let inert = Inert {
+        let mass_properties = MassProperties {
             inverse_mass: 1.0,
             inverse_inertia: inertia.recip(),
             arm: body.centre_radius,
             motion: Motion::Free,
             ball: false,
         };
-        // Five alike: four go together, one alone.
+        // Five grains in the same state: four in one set of lanes, one by itself.
         let (mut orientations, mut momenta) = ([orientation; 5], [momentum; 5]);
-        let mut frames = [Frame { spin: rotation * spin_body, ..Frame::default() }; 5];
+        let mut poses = [Pose { spin: rotation * spin_body, ..Pose::default() }; 5];
         let mut rotations = [rotation; 5];
-        let energy = 0.5 * momentum.dot(frames[0].spin);
+        let energy = 0.5 * momentum.dot(poses[0].spin);
         let (time, steps) = (1e-5, 10_000);
         for _ in 0..steps {
             let mut moving = Moving {
-                inert: &[inert; 5],
-                home: &mut [Vector::ZERO; 5],
+                mass_properties: &[mass_properties; 5],
+                unwrapped: &mut [Vector::ZERO; 5],
                 orientation: &mut orientations,
                 velocity: &mut [Vector::ZERO; 5],
                 angular_momentum: &mut momenta,
-                frames: &mut frames,
+                poses: &mut poses,
                 rotations: &mut rotations,
                 turned: &mut [Vector::ZERO; 5],
-                budget: &mut [0.0; 5],
+                travel: &mut [0.0; 5],
             };
-            moving.leap(&Leap { gravity: Vector::ZERO, impulses: &[Wrench::default(); 5], time });
+            moving.kick_and_drift(&KickAndDrift { gravity: Vector::ZERO, impulses: &[Wrench::default(); 5], time });
         }
         assert_eq!(momenta, [momentum; 5]);
         assert_eq!(orientations, [orientations[0]; 5]);
-        let frame = &frames[4];
-        assert!((0.5 * momentum.dot(frame.spin) / energy - 1.0).abs() < 1e-6);
+        let pose = &poses[4];
+        assert!((0.5 * momentum.dot(pose.spin) / energy - 1.0).abs() < 1e-6);
         // The equator of the spin turns in the body frame at (I_axial/I_trans - 1) w_3.
-        let found = rotations[4].transpose() * frame.spin;
+        let found = rotations[4].transpose() * pose.spin;
         let rate = (inertia.z / inertia.x - 1.0) * spin_body.z;
         let angle = rate * time * Real::from(steps);
         let expected = 30.0 * Vector::new(angle.cos(), angle.sin(), 0.0) + Vector::new(0.0, 0.0, 100.0);

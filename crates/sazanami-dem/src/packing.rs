@@ -25,7 +25,7 @@ choices! {
         #[default]
         Cubic = "tall",
         /// Low: long axes within 10 degrees of the horizontal in random directions, layers as close as
-        /// that allows. Falls less far; the bed remembers some of the order.
+        /// that allows. Falls less far; some of the initial order remains in the bed.
         Low = "low",
     }
 }
@@ -183,7 +183,7 @@ impl PackingSettings {
 /// Largest angle of a grain of the low lattice to the horizontal [rad].
 pub const TILT: Real = 10.0 / 180.0 * std::f64::consts::PI;
 
-/// An orientation that lays the capsule's axis down, but for a small random tilt, and spins it about itself at random.
+/// An orientation with the capsule's axis horizontal but for a small random tilt, and a random rotation about it.
 fn lying(body: &Body, random: &mut Random) -> Quaternion {
     let axis = Vector::AXES[body.capsule.axis];
     let azimuth = random.between(0.0, 2.0 * std::f64::consts::PI);
@@ -208,10 +208,10 @@ pub enum Stage {
     GivenUp,
 }
 
-/// Where a packing stands.
+/// State of a packing after a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PackingReport {
-    /// Stage.
+    /// Stage that the packing has reached.
     pub stage: Stage,
     /// Time since the start [s].
     pub time: Real,
@@ -229,7 +229,7 @@ pub struct PackingReport {
     pub contacts: ContactReport,
 }
 
-/// A bed in the making.
+/// A bed that is being packed.
 #[derive(Debug)]
 pub struct Packing {
     settings: PackingSettings,
@@ -290,25 +290,25 @@ impl Packing {
         }
     }
 
-    /// The grains.
+    /// The engine with the grains of the bed.
     #[must_use]
     pub fn engine(&self) -> &Engine {
         &self.engine
     }
 
-    /// The settings.
+    /// The settings that the packing was started with.
     #[must_use]
     pub fn settings(&self) -> &PackingSettings {
         &self.settings
     }
 
-    /// Stage reached.
+    /// Stage that the packing has reached.
     #[must_use]
     pub fn stage(&self) -> Stage {
         self.stage
     }
 
-    /// Goes on by one step of [`PackingSettings::step`]; does nothing once done.
+    /// Advances by one step of [`PackingSettings::step`]; does nothing once done.
     ///
     /// # Errors
     /// Those of [`Engine::advance`].
@@ -346,7 +346,7 @@ impl Packing {
         }
     }
 
-    /// Passes on to the next stage when it is time.
+    /// Enters the next stage when its condition is met.
     fn judge(&mut self, domain: &Domain, report: &mut PackingReport) {
         let settings = &self.settings;
         let now = report.time;
@@ -424,7 +424,7 @@ impl Packing {
         }
     }
 
-    /// Takes up a packing from `snapshot`, which is read on rank 0 only.
+    /// Restores a packing from `snapshot`, which is read on rank 0 only.
     ///
     /// # Errors
     /// Those of [`Engine::restore`].
@@ -463,7 +463,7 @@ impl Packing {
         Ok(packing)
     }
 
-    /// The grains as they lie, their contacts remembered, in an engine with other walls. Contacts with a wall go
+    /// The packed grains with their contact history in an engine with other walls. Contacts with a wall go
     /// to the wall of the same number: the sides of the box in their order, then the floor.
     ///
     /// # Errors
@@ -479,7 +479,7 @@ impl Packing {
         Engine::restore(domain, setup, "", &snapshot)
     }
 
-    /// The grains of this rank as they lie, at rest.
+    /// The grains of this rank in their present places, at rest.
     #[must_use]
     pub fn bed(&self) -> Vec<Grain> {
         let grains = self.engine.grains();

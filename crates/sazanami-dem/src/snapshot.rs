@@ -34,7 +34,7 @@ impl Engine {
         out.reals("grain.mass", grains.iter().map(|g| g.mass));
         out.reals("grain.last_contact", grains.iter().map(|g| g.last_contact));
         out.reals("grain.inertia", grains.iter().flat_map(|g| g.inertia));
-        out.reals("grain.position", grains.iter().flat_map(|g| g.home));
+        out.reals("grain.position", grains.iter().flat_map(|g| g.unwrapped));
         out.reals("grain.orientation", grains.iter().flat_map(|g| g.orientation));
         out.reals("grain.velocity", grains.iter().flat_map(|g| g.velocity));
         out.reals("grain.angular_momentum", grains.iter().flat_map(|g| g.angular_momentum));
@@ -52,7 +52,7 @@ impl Engine {
         out.reals("time", [self.time]);
     }
 
-    /// Takes up a run from `snapshot`, which is read on rank 0 only. `setup` is that of the run that
+    /// Restores an engine from `snapshot`, which is read on rank 0 only. `setup` is that of the run that
     /// wrote it; walls are put where they were.
     ///
     /// # Errors
@@ -95,7 +95,7 @@ impl State {
         let (shape, material, motion) = (shape?, material?, motion?);
         let real = |name: &str, width: usize| from.reals_of(&format!("grain.{name}"), n * width);
         let (scale, mass, last_contact) = (real("scale", 1)?, real("mass", 1)?, real("last_contact", 1)?);
-        let (inertia, home, orientation) = (real("inertia", 3)?, real("position", 3)?, real("orientation", 4)?);
+        let (inertia, unwrapped, orientation) = (real("inertia", 3)?, real("position", 3)?, real("orientation", 4)?);
         let (velocity, momentum) = (real("velocity", 3)?, real("angular_momentum", 3)?);
         let (force, torque) = (real("contact_force", 3)?, real("contact_torque", 3)?);
         let attached = real("attached", crate::ATTACHED)?;
@@ -110,9 +110,9 @@ impl State {
                 scale: scale[g],
                 mass: mass[g],
                 last_contact: last_contact[g],
-                reach: 0.0,
+                skin: 0.0,
                 inertia: triple(inertia, g),
-                home: triple(home, g),
+                unwrapped: triple(unwrapped, g),
                 orientation: std::array::from_fn(|d| orientation[4 * g + d]),
                 velocity: triple(velocity, g),
                 angular_momentum: triple(momentum, g),

@@ -1,4 +1,4 @@
-//! Natural cubic splines: curves through points with continuous second derivative, none of it at the ends.
+//! Natural cubic splines: curves through points with continuous second derivative, which is zero at the ends.
 
 use crate::Real;
 
@@ -8,7 +8,7 @@ pub struct Spline {
     x: Vec<Real>,
     y: Vec<Real>,
     /// Second derivative at the points.
-    bend: Vec<Real>,
+    curvature: Vec<Real>,
 }
 
 impl Spline {
@@ -23,19 +23,19 @@ impl Spline {
             return None;
         }
         // Continuity of the slope at the inner points, solved by elimination.
-        let mut bend = vec![0.0; n];
+        let mut curvature = vec![0.0; n];
         let mut ratio = vec![0.0; n];
         for i in 1..n - 1 {
             let (before, after) = (x[i] - x[i - 1], x[i + 1] - x[i]);
             let jump = (y[i + 1] - y[i]) / after - (y[i] - y[i - 1]) / before;
             let pivot = 2.0 * (before + after) - before * ratio[i - 1];
             ratio[i] = after / pivot;
-            bend[i] = (6.0 * jump - before * bend[i - 1]) / pivot;
+            curvature[i] = (6.0 * jump - before * curvature[i - 1]) / pivot;
         }
         for i in (1..n - 1).rev() {
-            bend[i] -= ratio[i] * bend[i + 1];
+            curvature[i] -= ratio[i] * curvature[i + 1];
         }
-        Some(Self { x: x.to_vec(), y: y.to_vec(), bend })
+        Some(Self { x: x.to_vec(), y: y.to_vec(), curvature })
     }
 
     /// First and last abscissa.
@@ -56,7 +56,7 @@ impl Spline {
         let last = self.x.len() - 1;
         let piece = self.x.partition_point(|&known| known <= x).clamp(1, last);
         let inside = x.clamp(self.x[0], self.x[last]);
-        let (x0, x1, m0, m1) = (self.x[piece - 1], self.x[piece], self.bend[piece - 1], self.bend[piece]);
+        let (x0, x1, m0, m1) = (self.x[piece - 1], self.x[piece], self.curvature[piece - 1], self.curvature[piece]);
         let h = x1 - x0;
         let (a, b) = ((x1 - inside) / h, (inside - x0) / h);
         let (y0, y1) = (self.y[piece - 1], self.y[piece]);
@@ -76,10 +76,10 @@ mod tests {
         let y: Vec<Real> = x.iter().map(|x| (3.0 * x).sin()).collect();
         let spline = Spline::through(&x, &y).unwrap();
         for at in [0.503, 1.0, 1.377] {
-            let [value, slope, bend] = spline.at(at);
+            let [value, slope, curvature] = spline.at(at);
             assert!((value - (3.0 * at).sin()).abs() < 1e-8);
             assert!((slope - 3.0 * (3.0 * at).cos()).abs() < 1e-5);
-            assert!((bend + 9.0 * (3.0 * at).sin()).abs() < 2e-3);
+            assert!((curvature + 9.0 * (3.0 * at).sin()).abs() < 2e-3);
         }
     }
 

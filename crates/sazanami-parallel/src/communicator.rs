@@ -1,4 +1,4 @@
-//! What the physics may ask of other ranks.
+//! Communication with other ranks.
 
 /// How [`Communicator::all_reduce`] combines the values of the ranks, element by element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -12,12 +12,12 @@ const REDUCE_UP: u32 = u32::MAX;
 const REDUCE_DOWN: u32 = u32::MAX - 1;
 const GATHER: u32 = u32::MAX - 2;
 
-/// A group of ranks did not come to its end.
+/// A group of ranks failed.
 #[derive(Debug)]
 pub enum RanksFailed {
     /// There are not as many threads as the ranks need.
     Threads(ThreadsRefused),
-    /// Some ranks panicked; the others were woken and ended. Rank and message of each first-hand panic.
+    /// Some ranks panicked, upon which the others ended: rank and message of each panic.
     Panicked(Vec<(usize, String)>),
 }
 

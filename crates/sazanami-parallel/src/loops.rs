@@ -1,6 +1,6 @@
 //! Loops over disjoint parts, spread over the threads of the pool of this rank.
 
-/// The operating system does not grant the threads asked for.
+/// The operating system refused to start the threads.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ThreadsRefused {
     threads: usize,
@@ -15,7 +15,7 @@ impl ThreadsRefused {
 
 impl std::fmt::Display for ThreadsRefused {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "the operating system does not grant {} threads: {}", self.threads, self.reason)
+        write!(f, "the operating system refused {} threads: {}", self.threads, self.reason)
     }
 }
 
@@ -44,7 +44,7 @@ pub fn join<A: Send, B: Send>(a: impl FnOnce() -> A + Send, b: impl FnOnce() -> 
 /// Pieces that a loop is cut into for each thread: enough to even out their costs.
 const PIECES: usize = 32;
 
-/// How many of `count` parts of a loop are done in one go: to hand a part to another thread costs more than some do.
+/// Number of consecutive parts, of `count`, that one task of a loop does: handing a part to another thread has a cost.
 pub(crate) fn in_one_go(count: usize) -> usize {
     match number_of_threads() {
         1 => count,

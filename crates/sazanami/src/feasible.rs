@@ -10,7 +10,7 @@ mod workers;
 
 use std::ops::Range;
 
-use sazanami_dem::{DEEP, Engine, TOO_DEEP};
+use sazanami_dem::{DEEP_OVERLAP, Engine, LARGEST_OVERLAP};
 use sazanami_numerics::geometry::{Region, Shape};
 use sazanami_numerics::{Quaternion, Real, Vector};
 
@@ -454,7 +454,7 @@ impl Search<'_> {
         } else {
             match grain.origin {
                 Origin::Bed { relaxes } => {
-                    let share = if relaxes { TOO_DEEP } else { DEEP };
+                    let share = if relaxes { LARGEST_OVERLAP } else { DEEP_OVERLAP };
                     let top = if relaxes { share } else { 0.0 };
                     self.spheres(grain).iter().fold(no_corners(), |[low, high], &(centre, radius)| {
                         let room = Vector::new(share, share, top);
@@ -497,7 +497,7 @@ impl Search<'_> {
                 }
                 let mine = mine.get_or_insert_with(|| self.spheres(&placed[a.grain]));
                 let overlap = self.overlap(mine, &placed[b.grain], [lower, upper]);
-                if overlap > DEEP {
+                if overlap > DEEP_OVERLAP {
                     found.push((a.grain.min(b.grain), a.grain.max(b.grain), overlap));
                 }
             }
@@ -517,7 +517,7 @@ impl Search<'_> {
         if let Some(&(a, b, overlap)) = within_beds.iter().max_by(|a, b| a.2.total_cmp(&b.2)) {
             let more = match within_beds.len() {
                 1 => String::new(),
-                pairs => format!("; {pairs} pairs of the bed by more than {:.0} %", 1e2 * DEEP),
+                pairs => format!("; {pairs} pairs of the bed by more than {:.0} %", 1e2 * DEEP_OVERLAP),
             };
             let help = "`relax = true` lets the bed come to rest with these contact spheres before the run begins";
             self.overlapping([&placed[a], &placed[b]], overlap, &more, help);
@@ -530,7 +530,7 @@ impl Search<'_> {
         let (second, span) = self.name(b);
         let label = format!("by {:.0} % of the smaller contact sphere's radius{more}", 1e2 * overlap);
         let title = format!("{second} overlaps {first}");
-        if overlap > TOO_DEEP {
+        if overlap > LARGEST_OVERLAP {
             self.report.error(span, title).label(label).help(help);
         } else {
             self.report.warning(Some(span), title).label(label);

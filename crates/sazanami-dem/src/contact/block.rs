@@ -1,25 +1,23 @@
 //! A block of neighbouring grains and the pairs in which they come first: the unit of parallel work.
 //!
-//! A pair of grains sleeps until the two could have come together: both carry a bound of the way
-//! their contact spheres have gone, and the pair need not be looked at before the sum has grown by
-//! its last known gap. A row of pairs sleeps until its grain's way and the farthest way of any grain in
-//! each sub-step could add up to the least of what its pairs have left: a sleeping row costs one
-//! comparison. Contacts that touch are kept in a list ordered by pair and sphere and evaluated in every
-//! sub-step. Which pairs are listed or awake has no influence on any force: it only decides what is
-//! looked at.
+//! Skin check: every grain carries an upper bound of the path of its contact spheres, its travel. A pair is skipped
+//! until the travel of its two grains has grown by the gap last measured; a row of pairs is skipped until its grain's
+//! travel and the largest travel of any grain could add up to the smallest gap left in the row, so that a skipped row
+//! costs one comparison. Contacts that touch are kept in a list ordered by pair and sphere and evaluated in every
+//! sub-step. Which pairs are listed or skipped has no influence on any force.
 
 use sazanami_numerics::{Real, Vector};
 
-use super::evaluate::{Outcomes, WIDTH, evaluate};
-use super::search::{Near, Nearest, REACH, TOUCH};
+use super::evaluate::{ContactForces, WIDTH, evaluate};
+use super::search::{CUT_OFF, NearestSpheres, SphereSearch, TOUCH};
 use super::walls::WallContacts;
-use super::{Census, World, Wrench};
+use super::{ContactContext, Counters, Wrench};
 use crate::material::Multiplicity;
 
 /// Grains in a block.
 pub(crate) const ROWS: usize = 64;
 /// Overlap over the smaller contact sphere's radius above which a contact is counted as deep.
-pub const WARNING: Real = 0.2;
+pub const DEEP_OVERLAP: Real = 0.2;
 
 /// Two grains near each other.
 #[derive(Clone, Copy, Debug)]
@@ -40,7 +38,7 @@ pub(crate) struct Pair {
 }
 
 impl Pair {
-    /// From the second grain's home to its periodic image [m].
+    /// From the second grain's unwrapped position to its periodic image [m].
     #[inline(always)]
     pub fn shift(&self, period: Vector) -> Vector {
         Vector::new(Real::from(self.image[0]) * period.x, Real::from(self.image[1]) * period.y, 0.0)
@@ -65,7 +63,7 @@ impl Contact {
     }
 }
 
-/// See the module.
+/// Consecutive grains with the pairs in which they come first; see the module.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Block {
     /// First grain.
@@ -74,13 +72,13 @@ pub(crate) struct Block {
     pub starts: Vec<u32>,
     /// Second grain of each pair.
     pub high: Vec<u32>,
-    /// Sum of the two budgets at which the pair must be looked at.
-    pub wake: Vec<Real>,
-    /// Sum of a row's budget and [`World::grown`] before which none of its pairs can be due.
-    alarm: Vec<Real>,
+    /// Sum of the two travels until which the pair is skipped [m].
+    pub skip_until: Vec<Real>,
+    /// Sum of a row's travel and [`ContactContext::largest_travel`] until which the whole row is skipped [m].
+    row_skip_until: Vec<Real>,
     pub pairs: Vec<Pair>,
-    /// What each pair remembers of its last search.
-    pub nearest: Vec<Nearest>,
+    /// Nearest spheres of each pair from its last search.
+    pub nearest: Vec<NearestSpheres>,
     /// Place of each pair's first grain among those with a lower identifier than the second.
     pub rank: Vec<u32>,
     pub contacts: Vec<Contact>,
@@ -98,11 +96,11 @@ pub(crate) struct Block {
     due: Vec<u32>,
     found: Vec<Contact>,
     merged: Vec<Contact>,
-    near: Near,
+    near: SphereSearch,
 }
 
-/// Takes memory for `room` entries altogether.
-pub(super) fn make_room<T>(list: &mut Vec<T>, room: usize) {
+/// Reserves memory for `room` entries in all.
+pub(super) fn reserve<T>(list: &mut Vec<T>, room: usize) {
     list.reserve(room.saturating_sub(list.len()));
 }
 
@@ -113,9 +111,9 @@ impl Block {
         self.starts.clear();
         self.starts.push(0);
         self.high.clear();
-        self.wake.clear();
-        self.alarm.clear();
-        self.alarm.resize(rows, Real::NEG_INFINITY);
+        self.skip_until.clear();
+        self.row_skip_until.clear();
+        self.row_skip_until.resize(rows, Real::NEG_INFINITY);
         self.pairs.clear();
         self.rank.clear();
         self.nearest.clear();
@@ -130,9 +128,9 @@ impl Block {
     }
 
     /// Appends a pair to the row being filled.
-    pub fn push(&mut self, pair: Pair, wake: Real, nearest: Nearest) {
+    pub fn push(&mut self, pair: Pair, skip_until: Real, nearest: NearestSpheres) {
         self.high.push(pair.high);
-        self.wake.push(wake);
+        self.skip_until.push(skip_until);
         self.pairs.push(pair);
         self.rank.push(0);
         self.nearest.push(nearest);
@@ -144,111 +142,118 @@ impl Block {
         self.starts.push(self.pairs.len() as u32);
     }
 
-    /// Takes the memory that the sub-steps with this list need, so that they need not ask for any: room for a
-    /// contact of each pair listed, where few of them touch, and a few to spare.
-    pub fn make_room(&mut self) {
+    /// Reserves the memory that the sub-steps with this list need: one contact per listed pair, of which few touch,
+    /// and a few to spare.
+    pub fn reserve(&mut self) {
         let room = self.pairs.len() + 16;
-        make_room(&mut self.contacts, room);
-        make_room(&mut self.merged, room);
-        make_room(&mut self.found, room);
-        make_room(&mut self.due, room);
-        make_room(&mut self.changes, room);
-        self.walls.make_room();
+        reserve(&mut self.contacts, room);
+        reserve(&mut self.merged, room);
+        reserve(&mut self.found, room);
+        reserve(&mut self.due, room);
+        reserve(&mut self.changes, room);
+        self.walls.reserve();
     }
 
     /// Forces of all contacts of the block over a sub-step of length `dt`.
-    pub fn step(&mut self, world: &World<'_>, ids: &[u64], dt: Real) -> Census {
-        let mut census = Census::default();
+    pub fn step(&mut self, context: &ContactContext<'_>, ids: &[u64], dt: Real) -> Counters {
+        let mut counters = Counters::default();
         self.changes.clear();
-        self.wake_pairs(world);
-        match (world.plain, world.balls) {
-            (true, true) => self.evaluate_balls::<true>(world, ids, dt, &mut census),
-            (false, true) => self.evaluate_balls::<false>(world, ids, dt, &mut census),
-            (true, false) => self.evaluate::<true>(world, ids, dt, &mut census),
-            (false, false) => self.evaluate::<false>(world, ids, dt, &mut census),
+        self.check_skins(context);
+        match (context.plain, context.balls) {
+            (true, true) => self.evaluate_balls::<true>(context, ids, dt, &mut counters),
+            (false, true) => self.evaluate_balls::<false>(context, ids, dt, &mut counters),
+            (true, false) => self.evaluate::<true>(context, ids, dt, &mut counters),
+            (false, false) => self.evaluate::<false>(context, ids, dt, &mut counters),
         }
-        self.walls.step(world, ids, self.first, dt, &mut self.touches, &mut census);
-        census.changes = self.changes.len();
-        census
+        self.walls.step(context, ids, self.first, dt, &mut self.touches, &mut counters);
+        counters.changes = self.changes.len();
+        counters
     }
 
-    fn wake_pairs(&mut self, world: &World<'_>) {
+    fn check_skins(&mut self, context: &ContactContext<'_>) {
         self.due.clear();
-        let mine = &world.budget[self.first..];
-        for ((range, alarm), mine) in self.starts.windows(2).zip(&mut self.alarm).zip(mine) {
-            if mine + world.grown < *alarm {
+        let mine = &context.travel[self.first..];
+        for ((range, row_skip_until), mine) in self.starts.windows(2).zip(&mut self.row_skip_until).zip(mine) {
+            if mine + context.largest_travel < *row_skip_until {
                 continue;
             }
             let pairs = range[0] as usize..range[1] as usize;
             let mut least = Real::INFINITY;
-            for (p, (high, wake)) in (range[0]..).zip(self.high[pairs.clone()].iter().zip(&self.wake[pairs])) {
-                let other = world.budget[*high as usize];
-                if mine + other >= *wake {
+            for (p, (high, skip_until)) in
+                (range[0]..).zip(self.high[pairs.clone()].iter().zip(&self.skip_until[pairs]))
+            {
+                let other = context.travel[*high as usize];
+                if mine + other >= *skip_until {
                     self.due.push(p);
                 } else {
-                    least = least.min(wake - other);
+                    least = least.min(skip_until - other);
                 }
             }
-            *alarm = least + world.grown;
+            *row_skip_until = least + context.largest_travel;
         }
         if self.due.is_empty() {
             return;
         }
         self.found.clear();
         for n in 0..self.due.len() {
-            self.search(world, self.due[n]);
-            self.set_alarm(world, self.due[n]);
+            self.search(context, self.due[n]);
+            self.lower_row_limit(context, self.due[n]);
         }
         self.insert_found();
     }
 
-    /// Sees to it that the row of a pair wakes when the pair does.
-    fn set_alarm(&mut self, world: &World<'_>, p: u32) {
+    /// Limits the skipping of a row to that of its pair `p`.
+    fn lower_row_limit(&mut self, context: &ContactContext<'_>, p: u32) {
         let pair = &self.pairs[p as usize];
-        let alarm = &mut self.alarm[pair.low as usize - self.first];
-        *alarm = alarm.min(self.wake[p as usize] - world.budget[pair.high as usize] + world.grown);
+        let row_skip_until = &mut self.row_skip_until[pair.low as usize - self.first];
+        *row_skip_until = row_skip_until
+            .min(self.skip_until[p as usize] - context.travel[pair.high as usize] + context.largest_travel);
     }
 
-    /// Looks at a pair that has woken: at the sphere pairs it remembers, or if that is not enough at all.
-    fn search(&mut self, world: &World<'_>, p: u32) {
+    /// Measures the gaps of a pair that is due: of the sphere pairs stored with it, or if that is not enough of all.
+    fn search(&mut self, context: &ContactContext<'_>, p: u32) {
         let pair = &self.pairs[p as usize];
         let (low, high) = (pair.low as usize, pair.high as usize);
-        let frames = [low, high].map(|g| &world.frames[g]);
-        let offset = frames[1].home - frames[0].home + pair.shift(world.period);
-        let size = frames.map(|f| world.bodies[f.body as usize].bounding_radius * f.scale);
+        let poses = [low, high].map(|g| &context.poses[g]);
+        let offset = poses[1].unwrapped - poses[0].unwrapped + pair.shift(context.period);
+        let size = poses.map(|f| context.bodies[f.body as usize].bounding_radius * f.scale);
         let size = size[0].min(size[1]);
         let touch = TOUCH * size;
-        let sum = world.budget[low] + world.budget[high];
+        let sum = context.travel[low] + context.travel[high];
         let start = if pair.touching { pair.contacts as usize } else { self.contacts.len() };
         let mine = self.contacts[start..].iter().take_while(|c| c.pair == p);
         let known = |spheres: (u16, u16)| mine.clone().any(|c| (c.a, c.b) == spheres);
         let nearest = &mut self.nearest[p as usize];
         let new = |(a, b): (u16, u16)| Contact { pair: p, a, b, deep: false, d_t: Vector::ZERO };
-        if frames.iter().all(|f| f.radius > 0.0) {
-            // Of balls there is nothing else to know. While they touch they need no look; see `part`.
-            let gap = offset.length() - (frames[0].radius + frames[1].radius);
-            self.wake[p as usize] = if gap < touch { Real::INFINITY } else { sum + (gap - touch) };
+        if poses.iter().all(|f| f.radius > 0.0) {
+            // Balls have one sphere each. While they touch they need no check; see `part`.
+            let gap = offset.length() - (poses[0].radius + poses[1].radius);
+            self.skip_until[p as usize] = if gap < touch { Real::INFINITY } else { sum + (gap - touch) };
             if gap < touch && !pair.touching {
                 self.found.push(new((0, 0)));
             }
         } else if sum < nearest.rest {
-            let mut wake = nearest.rest;
+            let mut skip_until = nearest.rest;
             for &spheres in &nearest.spheres[..nearest.count as usize] {
                 if known(spheres) {
                     continue;
                 }
-                let gap = gap(world, [low, high], spheres, offset);
-                if gap < touch { self.found.push(new(spheres)) } else { wake = wake.min(sum + (gap - touch)) }
+                let gap = gap(context, [low, high], spheres, offset);
+                if gap < touch {
+                    self.found.push(new(spheres))
+                } else {
+                    skip_until = skip_until.min(sum + (gap - touch))
+                }
             }
-            self.wake[p as usize] = wake;
+            self.skip_until[p as usize] = skip_until;
         } else {
             let ends = [low, high].map(|g| {
-                let frame = &world.frames[g];
-                let body = frame.body as usize;
-                (&world.bodies[body], &world.arrays[body], &world.rotations[g], frame.scale)
+                let pose = &context.poses[g];
+                let body = pose.body as usize;
+                (&context.bodies[body], &context.arrays[body], &context.rotations[g], pose.scale)
             });
-            let gap = self.near.look(ends, offset, REACH * size, touch);
-            self.wake[p as usize] = sum + (gap - touch).max(0.0);
+            let gap = self.near.find(ends, offset, CUT_OFF * size, touch);
+            self.skip_until[p as usize] = sum + (gap - touch).max(0.0);
             *nearest = self.near.nearest(sum, touch);
             self.found.extend(self.near.found.iter().filter(|s| !known(**s)).map(|s| new(*s)));
         }
@@ -274,7 +279,13 @@ impl Block {
 
     /// Evaluates all contacts, adds up pairs and rows in order, drops the contacts that have ended.
     #[inline(never)]
-    fn evaluate<const PLAIN: bool>(&mut self, world: &World<'_>, ids: &[u64], dt: Real, census: &mut Census) {
+    fn evaluate<const PLAIN: bool>(
+        &mut self,
+        context: &ContactContext<'_>,
+        ids: &[u64],
+        dt: Real,
+        counters: &mut Counters,
+    ) {
         self.own.fill(Wrench::default());
         self.touches.fill(false);
         let count = self.contacts.len();
@@ -283,122 +294,135 @@ impl Block {
         let mut total = Total::default();
         while at < count {
             let end = (at + WIDTH).min(count);
-            let outcomes = evaluate::<WIDTH, PLAIN, false>(world, &self.pairs, &self.contacts[at..end], dt);
+            let forces = evaluate::<WIDTH, PLAIN, false>(context, &self.pairs, &self.contacts[at..end], dt);
             for l in 0..end - at {
                 let from = at + l;
                 let p = self.contacts[from].pair;
                 if p != present {
-                    self.close(world, present, &total, census);
+                    self.close(context, present, &total, counters);
                     (present, total) = (p, Total::default());
                     self.pairs[p as usize].contacts = kept as u32;
                 }
-                let overlap = outcomes.overlap.0[l];
-                // A number that is none passes here and is found when the grains move.
+                let overlap = forces.overlap.0[l];
+                // NaN passes here and is found when the grains move.
                 if overlap <= 0.0 {
-                    self.part(world, from, -overlap);
+                    self.part(context, from, -overlap);
                     continue;
                 }
                 if kept != from {
                     self.contacts[kept] = self.contacts[from];
                 }
-                self.contacts[kept].d_t = outcomes.d_t.lane(l);
-                let fraction = outcomes.fraction.0[l];
-                if fraction > census.deepest.min(WARNING) {
-                    self.note_depth(world, ids, kept, fraction, census);
+                self.contacts[kept].d_t = forces.d_t.lane(l);
+                let fraction = forces.fraction.0[l];
+                if fraction > counters.deepest.min(DEEP_OVERLAP) {
+                    self.note_depth(context, ids, kept, fraction, counters);
                 }
                 kept += 1;
-                total.add(&outcomes, l, self.pairs[p as usize].multiplicity);
+                total.add(&forces, l, self.pairs[p as usize].multiplicity);
             }
             at = end;
         }
-        self.close(world, present, &total, census);
+        self.close(context, present, &total, counters);
         self.contacts.truncate(kept);
     }
 
     /// The same where all bodies are balls: a pair has one contact, and there is nothing to add up.
     #[inline(never)]
-    fn evaluate_balls<const PLAIN: bool>(&mut self, world: &World<'_>, ids: &[u64], dt: Real, census: &mut Census) {
+    fn evaluate_balls<const PLAIN: bool>(
+        &mut self,
+        context: &ContactContext<'_>,
+        ids: &[u64],
+        dt: Real,
+        counters: &mut Counters,
+    ) {
         self.own.fill(Wrench::default());
         self.touches.fill(false);
         let count = self.contacts.len();
         let (mut kept, mut at) = (0, 0);
         while at < count {
             let end = (at + WIDTH).min(count);
-            let outcomes = evaluate::<WIDTH, PLAIN, true>(world, &self.pairs, &self.contacts[at..end], dt);
+            let forces = evaluate::<WIDTH, PLAIN, true>(context, &self.pairs, &self.contacts[at..end], dt);
             for l in 0..end - at {
                 let from = at + l;
                 let p = self.contacts[from].pair;
                 let pair = &mut self.pairs[p as usize];
-                let parted = outcomes.overlap.0[l] <= 0.0;
+                let parted = forces.overlap.0[l] <= 0.0;
                 if parted == pair.touching {
                     pair.touching = !parted;
                     self.changes.push(p);
                 }
                 if parted {
-                    self.part(world, from, -outcomes.overlap.0[l]);
+                    self.part(context, from, -forces.overlap.0[l]);
                     continue;
                 }
                 let row = pair.low as usize - self.first;
-                let counted = usize::from((pair.low as usize) < world.owned);
+                let counted = usize::from((pair.low as usize) < context.owned);
                 if kept != from {
                     self.contacts[kept] = self.contacts[from];
                 }
-                self.contacts[kept].d_t = outcomes.d_t.lane(l);
-                let fraction = outcomes.fraction.0[l];
-                if fraction > census.deepest.min(WARNING) {
-                    self.note_depth(world, ids, kept, fraction, census);
+                self.contacts[kept].d_t = forces.d_t.lane(l);
+                let fraction = forces.fraction.0[l];
+                if fraction > counters.deepest.min(DEEP_OVERLAP) {
+                    self.note_depth(context, ids, kept, fraction, counters);
                 }
                 kept += 1;
-                let force = outcomes.force.lane(l);
-                self.own[row] += Wrench { force, torque: outcomes.torque_low.lane(l) };
-                self.on_high[p as usize] = Wrench { force: -force, torque: outcomes.torque_high.lane(l) };
+                let force = forces.force.lane(l);
+                self.own[row] += Wrench { force, torque: forces.torque_low.lane(l) };
+                self.on_high[p as usize] = Wrench { force: -force, torque: forces.torque_high.lane(l) };
                 self.touches[row] = true;
-                census.pairs += counted;
-                census.contacts += counted;
+                counters.pairs += counted;
+                counters.contacts += counted;
             }
             at = end;
         }
         self.contacts.truncate(kept);
     }
 
-    /// Takes down the deepest contact, and one that passes the warning limit.
+    /// Records the deepest contact, and one that passes the warning limit.
     #[cold]
-    fn note_depth(&mut self, world: &World<'_>, ids: &[u64], contact: usize, fraction: Real, census: &mut Census) {
+    fn note_depth(
+        &mut self,
+        context: &ContactContext<'_>,
+        ids: &[u64],
+        contact: usize,
+        fraction: Real,
+        counters: &mut Counters,
+    ) {
         let p = self.contacts[contact].pair;
         let pair = &self.pairs[p as usize];
-        if fraction > census.deepest {
-            census.deepest = fraction;
-            census.deepest_ids = [ids[pair.low as usize], ids[pair.high as usize]];
-            census.deepest_at = world.frames[pair.low as usize].home;
+        if fraction > counters.deepest {
+            counters.deepest = fraction;
+            counters.deepest_ids = [ids[pair.low as usize], ids[pair.high as usize]];
+            counters.deepest_at = context.poses[pair.low as usize].unwrapped;
         }
-        if fraction > WARNING && !self.contacts[contact].deep {
+        if fraction > DEEP_OVERLAP && !self.contacts[contact].deep {
             self.contacts[contact].deep = true;
-            census.deepened += usize::from(self.counts(world, p));
+            counters.deepened += usize::from(self.counts(context, p));
         }
     }
 
     /// Two spheres have parted and are `gap` apart.
-    fn part(&mut self, world: &World<'_>, contact: usize, gap: Real) {
+    fn part(&mut self, context: &ContactContext<'_>, contact: usize, gap: Real) {
         let contact = self.contacts[contact];
         let p = contact.pair as usize;
         let pair = &self.pairs[p];
-        let frame = &world.frames[pair.low as usize];
-        let slack = TOUCH * world.bodies[frame.body as usize].bounding_radius * frame.scale;
-        let sum = world.budget[pair.low as usize] + world.budget[pair.high as usize];
-        self.wake[p] = self.wake[p].min(sum + (gap - slack).max(0.0));
+        let pose = &context.poses[pair.low as usize];
+        let slack = TOUCH * context.bodies[pose.body as usize].bounding_radius * pose.scale;
+        let sum = context.travel[pair.low as usize] + context.travel[pair.high as usize];
+        self.skip_until[p] = self.skip_until[p].min(sum + (gap - slack).max(0.0));
         self.nearest[p].add((contact.a, contact.b));
-        self.set_alarm(world, contact.pair);
+        self.lower_row_limit(context, contact.pair);
     }
 
     /// Whether pair `p` is counted here: of the ranks that evaluate it, the one that owns its lower grain counts.
     #[inline(always)]
-    fn counts(&self, world: &World<'_>, p: u32) -> bool {
-        (self.pairs[p as usize].low as usize) < world.owned
+    fn counts(&self, context: &ContactContext<'_>, p: u32) -> bool {
+        (self.pairs[p as usize].low as usize) < context.owned
     }
 
-    /// All contacts of a pair are known.
+    /// Ends the sum over the contacts of pair `p`.
     #[inline(always)]
-    fn close(&mut self, world: &World<'_>, p: u32, total: &Total, census: &mut Census) {
+    fn close(&mut self, context: &ContactContext<'_>, p: u32, total: &Total, counters: &mut Counters) {
         let Some(pair) = self.pairs.get_mut(p as usize) else { return };
         if (total.count > 0) != pair.touching {
             pair.touching = !pair.touching;
@@ -410,20 +434,20 @@ impl Block {
             self.own[row] += on_low;
             self.on_high[p as usize] = on_high;
             self.touches[row] = true;
-            if self.counts(world, p) {
-                census.pairs += 1;
-                census.contacts += total.count;
+            if self.counts(context, p) {
+                counters.pairs += 1;
+                counters.contacts += total.count;
             }
         }
     }
 }
 
 /// Gap of two contact spheres [m].
-fn gap(world: &World<'_>, [i, j]: [usize; 2], (a, b): (u16, u16), offset: Vector) -> Real {
+fn gap(context: &ContactContext<'_>, [i, j]: [usize; 2], (a, b): (u16, u16), offset: Vector) -> Real {
     let [p, q] = [(i, a), (j, b)].map(|(grain, sphere)| {
-        let frame = &world.frames[grain];
-        let [x, y, z, r] = world.spheres[frame.spheres as usize + sphere as usize];
-        (world.rotations[grain] * Vector::new(x, y, z) * frame.scale, r * frame.scale)
+        let pose = &context.poses[grain];
+        let [x, y, z, r] = context.spheres[pose.spheres as usize + sphere as usize];
+        (context.rotations[grain] * Vector::new(x, y, z) * pose.scale, r * pose.scale)
     });
     (offset + q.0 - p.0).length() - (p.1 + q.1)
 }
@@ -439,16 +463,16 @@ struct Total {
 
 impl Total {
     #[inline(always)]
-    fn add(&mut self, outcomes: &Outcomes<WIDTH>, l: usize, multiplicity: Multiplicity) {
+    fn add(&mut self, forces: &ContactForces<WIDTH>, l: usize, multiplicity: Multiplicity) {
         self.count += 1;
-        let on_low = Wrench { force: outcomes.force.lane(l), torque: outcomes.torque_low.lane(l) };
+        let on_low = Wrench { force: forces.force.lane(l), torque: forces.torque_low.lane(l) };
         if multiplicity != Multiplicity::Deepest {
             self.on_low += on_low;
-            self.torque_high += outcomes.torque_high.lane(l);
-        } else if outcomes.overlap.0[l] > self.deepest {
-            self.deepest = outcomes.overlap.0[l];
+            self.torque_high += forces.torque_high.lane(l);
+        } else if forces.overlap.0[l] > self.deepest {
+            self.deepest = forces.overlap.0[l];
             self.on_low = on_low;
-            self.torque_high = outcomes.torque_high.lane(l);
+            self.torque_high = forces.torque_high.lane(l);
         }
     }
 

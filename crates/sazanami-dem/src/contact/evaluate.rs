@@ -2,17 +2,17 @@
 
 use sazanami_numerics::{Matrix, Real, Vector};
 
-use super::World;
+use super::ContactContext;
 use super::block::{Contact, Pair};
 use super::law::{ConstantLanes, force};
 use crate::lanes::{Lanes, Lanes3};
-use crate::motion::Frame;
+use crate::motion::Pose;
 
 /// Number of contacts worked on at once: a vector register of numbers.
 pub(crate) const WIDTH: usize = 4;
 
-/// What contacts do in a sub-step.
-pub(crate) struct Outcomes<const W: usize> {
+/// Overlaps, forces, torques and tangential displacements of `W` contacts in a sub-step.
+pub(crate) struct ContactForces<const W: usize> {
     /// Overlap; not positive: the spheres are apart [m].
     pub overlap: Lanes<W>,
     /// Overlap over the smaller radius.
@@ -37,20 +37,20 @@ struct Spheres<const W: usize> {
 impl<const W: usize> Spheres<W> {
     #[inline(always)]
     fn new<const BALLS: bool>(
-        world: &World<'_>,
+        context: &ContactContext<'_>,
         grains: [u32; W],
-        frames: [&Frame; W],
+        poses: [&Pose; W],
         number: impl Fn(usize) -> u16,
     ) -> Self {
         if BALLS {
-            return Self { offset: Lanes3::splat(Vector::ZERO), radius: Lanes::from_fn(|l| frames[l].radius) };
+            return Self { offset: Lanes3::splat(Vector::ZERO), radius: Lanes::from_fn(|l| poses[l].radius) };
         }
         let sphere: [&[Real; 4]; W] =
-            std::array::from_fn(|l| &world.spheres[frames[l].spheres as usize + number(l) as usize]);
-        let scale = Lanes::from_fn(|l| frames[l].scale);
+            std::array::from_fn(|l| &context.spheres[poses[l].spheres as usize + number(l) as usize]);
+        let scale = Lanes::from_fn(|l| poses[l].scale);
         let component = |d: usize| Lanes::from_fn(|l| sphere[l][d]);
-        // As many as frames: one check of bounds does for both.
-        let rotations = &world.rotations[..world.frames.len()];
+        // As many as poses: one check of bounds serves both.
+        let rotations = &context.rotations[..context.poses.len()];
         let rotations: [&Matrix; W] = std::array::from_fn(|l| &rotations[grains[l] as usize]);
         let axis = |d: usize| Lanes3::from_fn(|l| rotations[l].col(d));
         let offset = axis(0) * component(0) + axis(1) * component(1) + axis(2) * component(2);
@@ -61,32 +61,32 @@ impl<const W: usize> Spheres<W> {
 /// Evaluates one to `W` contacts; surplus lanes repeat the last. `BALLS` has the same bits where all bodies are balls.
 #[inline(always)]
 pub(crate) fn evaluate<const W: usize, const PLAIN: bool, const BALLS: bool>(
-    world: &World<'_>,
+    context: &ContactContext<'_>,
     pairs: &[Pair],
     contacts: &[Contact],
     dt: Real,
-) -> Outcomes<W> {
+) -> ContactForces<W> {
     let last = contacts.len() - 1;
     let contact: [&Contact; W] = std::array::from_fn(|l| &contacts[l.min(last)]);
     let pair: [&Pair; W] = std::array::from_fn(|l| &pairs[contact[l].pair as usize]);
     // Branches come first: what is computed before one would have to be put aside.
     let shift = if pair.iter().any(|p| p.image != [0; 2]) {
-        Lanes3::from_fn(|l| pair[l].shift(world.period))
+        Lanes3::from_fn(|l| pair[l].shift(context.period))
     } else {
         Lanes3::splat(Vector::ZERO)
     };
-    let constants = if world.constants.len() == 1 {
-        ConstantLanes::from_fn(|l| (&world.constants[0], pair[l].factor))
+    let constants = if context.constants.len() == 1 {
+        ConstantLanes::from_fn(|l| (&context.constants[0], pair[l].factor))
     } else {
-        ConstantLanes::from_fn(|l| (&world.constants[pair[l].law as usize], pair[l].factor))
+        ConstantLanes::from_fn(|l| (&context.constants[pair[l].law as usize], pair[l].factor))
     };
     let (low, high) = (pair.map(|p| p.low), pair.map(|p| p.high));
-    let i: [&Frame; W] = std::array::from_fn(|l| &world.frames[low[l] as usize]);
-    let j: [&Frame; W] = std::array::from_fn(|l| &world.frames[high[l] as usize]);
-    let a = Spheres::new::<BALLS>(world, low, i, |l| contact[l].a);
-    let b = Spheres::new::<BALLS>(world, high, j, |l| contact[l].b);
+    let i: [&Pose; W] = std::array::from_fn(|l| &context.poses[low[l] as usize]);
+    let j: [&Pose; W] = std::array::from_fn(|l| &context.poses[high[l] as usize]);
+    let a = Spheres::new::<BALLS>(context, low, i, |l| contact[l].a);
+    let b = Spheres::new::<BALLS>(context, high, j, |l| contact[l].b);
 
-    let between = Lanes3::from_fn(|l| j[l].home) - Lanes3::from_fn(|l| i[l].home) + shift;
+    let between = Lanes3::from_fn(|l| j[l].unwrapped) - Lanes3::from_fn(|l| i[l].unwrapped) + shift;
     let line = if BALLS { between } else { between + b.offset - a.offset };
     let distance = line.dot(line).sqrt();
     let overlap = a.radius + b.radius - distance;
@@ -108,7 +108,7 @@ pub(crate) fn evaluate<const W: usize, const PLAIN: bool, const BALLS: bool>(
         torque_high += -rolling;
     }
     let fraction = overlap.divided_by(a.radius.min(b.radius));
-    Outcomes { overlap, fraction, force: h, torque_low, torque_high, d_t }
+    ContactForces { overlap, fraction, force: h, torque_low, torque_high, d_t }
 }
 
 /// A torque of constant size against relative spin, on the first body.

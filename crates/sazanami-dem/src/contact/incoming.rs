@@ -2,27 +2,27 @@
 //! the first: with them the sum over its partners has one order on every rank.
 
 use super::block::Block;
-use super::{Census, Wrench};
+use super::{Counters, Wrench};
 
 #[derive(Clone, Copy, Debug, Default)]
-struct Entry {
+struct IncomingPair {
     block: u32,
     pair: u32,
     rank: u32,
 }
 
-/// See the module.
+/// Touching pairs by second grain; see the module.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Incoming {
     /// First place of each grain, and the number of places.
     starts: Vec<u32>,
     counts: Vec<u32>,
-    entries: Vec<Entry>,
+    entries: Vec<IncomingPair>,
     order: Vec<(u64, [i16; 2], u32, u32)>,
 }
 
 impl Incoming {
-    /// Takes the pairs of new blocks, gives each its rank, and enters those that touch.
+    /// Ranks the pairs of new blocks within their second grain, and enters those that touch.
     pub fn rebuild(&mut self, blocks: &mut [Block], ids: &[u64], owned: usize) {
         self.starts.clear();
         self.starts.resize(owned + 1, 0);
@@ -38,7 +38,7 @@ impl Incoming {
         self.counts.clear();
         self.counts.resize(owned, 0);
         self.entries.clear();
-        self.entries.resize(places, Entry::default());
+        self.entries.resize(places, IncomingPair::default());
         // Rows of own grains come in the order of identifiers; those of other ranks' grains break it.
         self.order.clear();
         self.order.resize(places, (0, [0; 2], 0, 0));
@@ -64,16 +64,18 @@ impl Incoming {
                 holder.rank[p as usize] = rank;
                 if holder.pairs[p as usize].touching {
                     let at = self.starts[g] + self.counts[g];
-                    self.entries[at as usize] = Entry { block, pair: p, rank };
+                    self.entries[at as usize] = IncomingPair { block, pair: p, rank };
                     self.counts[g] += 1;
                 }
             }
         }
     }
 
-    /// Follows the pairs that began or ceased to touch, in the blocks whose `censuses` tell of some.
-    pub fn follow(&mut self, blocks: &[Block], censuses: &[Census]) {
-        for (b, (block, _)) in blocks.iter().zip(censuses).enumerate().filter(|(_, (_, census))| census.changes > 0) {
+    /// Enters and removes the pairs that began or ceased to touch, in the blocks whose counters report changes.
+    pub fn follow(&mut self, blocks: &[Block], block_counters: &[Counters]) {
+        for (b, (block, _)) in
+            blocks.iter().zip(block_counters).enumerate().filter(|(_, (_, counters))| counters.changes > 0)
+        {
             for &p in &block.changes {
                 let pair = &block.pairs[p as usize];
                 let g = pair.high as usize;
@@ -83,7 +85,7 @@ impl Incoming {
                 let at = row[..*count as usize].partition_point(|e| e.rank < rank);
                 if pair.touching {
                     row.copy_within(at..*count as usize, at + 1);
-                    row[at] = Entry { block: b as u32, pair: p, rank };
+                    row[at] = IncomingPair { block: b as u32, pair: p, rank };
                     *count += 1;
                 } else {
                     row.copy_within(at + 1..*count as usize, at);

@@ -1,4 +1,4 @@
-//! Contacts: who is near whom, who touches, and with what force.
+//! Contacts: neighbour search, skin checks, contact forces.
 
 pub(crate) mod block;
 pub(crate) mod evaluate;
@@ -11,7 +11,7 @@ pub(crate) mod walls;
 use sazanami_numerics::{Matrix, Real, Vector};
 
 use crate::body::Body;
-use crate::motion::Frame;
+use crate::motion::Pose;
 use crate::wall::Wall;
 use law::Constants;
 use search::SphereArrays;
@@ -33,9 +33,9 @@ impl std::ops::AddAssign for Wrench {
     }
 }
 
-/// What contacts are computed from.
+/// State from which contact forces are computed.
 #[derive(Clone, Copy)]
-pub(crate) struct World<'a> {
+pub(crate) struct ContactContext<'a> {
     pub bodies: &'a [Body],
     pub arrays: &'a [SphereArrays],
     /// Centres and radii of the contact spheres of all bodies.
@@ -46,23 +46,23 @@ pub(crate) struct World<'a> {
     pub plain: bool,
     /// Whether all bodies are balls.
     pub balls: bool,
-    /// Of images on this rank as they were when the lists were built: contacts look at the grain itself.
-    pub frames: &'a [Frame],
+    /// Those of images on this rank are as old as the lists: contacts read the grain itself.
+    pub poses: &'a [Pose],
     /// Body to laboratory coordinates of each grain; the identity for balls.
     pub rotations: &'a [Matrix],
-    /// Bound of the way each grain's contact spheres have gone since the lists were built; 0 for images on this rank [m].
-    pub budget: &'a [Real],
-    /// Grows in each sub-step by at least as much as any budget does [m].
-    pub grown: Real,
+    /// Upper bound of the path of each grain's contact spheres since the lists were built; 0 for images on this rank [m].
+    pub travel: &'a [Real],
+    /// Upper bound of all of them [m].
+    pub largest_travel: Real,
     pub walls: &'a [Wall],
-    /// The same for walls.
-    pub wall_budget: &'a [Real],
+    /// Path of each wall since the lists were built [m].
+    pub wall_travel: &'a [Real],
     /// Extent of the box in periodic directions, else 0 [m].
     pub period: Vector,
     pub owned: usize,
 }
 
-/// The memory of a sphere contact between two grains, the lower identifier first, or between a
+/// The history of a sphere contact between two grains, the lower identifier first, or between a
 /// grain and a wall: as it is sent and stored.
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
@@ -74,7 +74,7 @@ pub(crate) struct ContactRecord {
     pub image: [i32; 2],
     pub a: u16,
     pub b: u16,
-    /// Whether it is known to have been deeper than the warning limit.
+    /// Whether it has been counted as deeper than the warning limit.
     pub deep: u32,
     pub d_t: [Real; 3],
 }
@@ -85,9 +85,9 @@ impl ContactRecord {
     }
 }
 
-/// What happened among the contacts of one or more blocks in a sub-step.
+/// Counters of the contacts of one or more blocks in a sub-step.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Census {
+pub(crate) struct Counters {
     pub pairs: usize,
     pub contacts: usize,
     /// Pairs that began or ceased to touch.
@@ -102,7 +102,7 @@ pub(crate) struct Census {
     pub on_walls: Vector,
 }
 
-impl Default for Census {
+impl Default for Counters {
     fn default() -> Self {
         Self {
             pairs: 0,
@@ -117,7 +117,7 @@ impl Default for Census {
     }
 }
 
-impl Census {
+impl Counters {
     pub fn merged(self, other: Self) -> Self {
         let deeper = if other.deepest > self.deepest { &other } else { &self };
         Self {

@@ -4,9 +4,9 @@ use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
 use super::block::{Block, Contact, Pair, ROWS};
-use super::search::{Nearest, Rod};
+use super::search::{NearestSpheres, PlacedCapsule};
 use super::walls::{WallContact, WallPair};
-use super::{ContactRecord, World};
+use super::{ContactContext, ContactRecord};
 use crate::grain::{Grains, Motion};
 use crate::material::Interactions;
 
@@ -82,37 +82,37 @@ impl CellList {
     }
 }
 
-/// Bounds of a grain for the list.
+/// Capsule and bounding box of a grain for the list.
 #[derive(Clone, Copy, Debug)]
 struct Bound {
-    rod: Rod,
-    /// Half extents of the capsule's box about `middle`, reach included [m].
+    capsule: PlacedCapsule,
+    /// Half extents of the capsule's box about `middle`, skin included [m].
     half: Vector,
     /// Centre of the capsule's box [m].
     middle: Vector,
-    reach: Real,
+    skin: Real,
     mobile: bool,
 }
 
-/// The previous list: where the bounds of sleeping pairs are found again.
+/// The previous list, from which bounds of skipped pairs are taken over.
 pub(crate) struct Previous<'a> {
     pub blocks: &'a [Block],
-    pub budget: &'a [Real],
-    pub wall_budget: &'a [Real],
-    /// Former number of each grain and ghost; `u32::MAX`: not known before.
+    pub travel: &'a [Real],
+    pub wall_travel: &'a [Real],
+    /// Former number of each grain and ghost; `u32::MAX`: new on this rank.
     pub number: &'a [u32],
 }
 
-/// What pairs are made of.
+/// Grains, laws and contact history from which a list is built.
 #[derive(Clone, Copy)]
-pub(crate) struct Matter<'a> {
+pub(crate) struct ListInput<'a> {
     pub grains: &'a Grains,
     pub interactions: &'a Interactions,
-    /// How far each grain may go before the list ends [m].
-    pub reach: &'a [Real],
+    /// Distance that each grain may travel before the list expires [m].
+    pub skin: &'a [Real],
     /// Contacts to be taken over, by key.
     pub records: &'a [ContactRecord],
-    /// The entry that contacts look at for each grain and ghost.
+    /// The entry that contacts read for each grain and ghost: images on this rank share that of their grain.
     pub originals: &'a [u32],
 }
 
@@ -125,19 +125,19 @@ pub(crate) struct ListBuilder {
 }
 
 impl ListBuilder {
-    /// Fills `blocks` with all pairs nearer than the sum of their reaches.
+    /// Fills `blocks` with all pairs nearer than the sum of their skins.
     pub fn build(
         &mut self,
-        world: &World<'_>,
-        matter: Matter<'_>,
+        context: &ContactContext<'_>,
+        input: ListInput<'_>,
         previous: Option<&Previous<'_>>,
         blocks: &mut Vec<Block>,
     ) {
-        let grains = matter.grains;
+        let grains = input.grains;
         let count = grains.len();
         blocks.resize_with(count.div_ceil(ROWS), Block::default);
         self.bounds.clear();
-        self.bounds.extend((0..count).map(|g| bound(world, grains, matter.reach[g], g)));
+        self.bounds.extend((0..count).map(|g| bound(context, grains, input.skin[g], g)));
         self.centres.clear();
         self.centres.extend(self.bounds.iter().map(|b| b.middle));
         let largest = self.bounds.iter().map(|b| b.half).fold(Vector::ZERO, Vector::max);
@@ -145,35 +145,36 @@ impl ListBuilder {
         let (cells, bounds) = (&self.cells, &self.bounds[..]);
         for_each_chunk(&mut blocks[..], 1, |number, block| {
             let first = number * ROWS;
-            fill(&mut block[0], first..(first + ROWS).min(count), world, matter, previous, (cells, bounds, largest));
+            fill(&mut block[0], first..(first + ROWS).min(count), context, input, previous, (cells, bounds, largest));
         });
     }
 }
 
-fn bound(world: &World<'_>, grains: &Grains, reach: Real, g: usize) -> Bound {
-    let frame = &world.frames[g];
-    let mut rod = Rod::new(&world.bodies[frame.body as usize].capsule, &world.rotations[g], frame.scale);
-    rod.start += grains.position[g];
-    rod.end += grains.position[g];
-    let half = 0.5 * (rod.end - rod.start).abs() + Vector::splat(rod.radius + reach);
+fn bound(context: &ContactContext<'_>, grains: &Grains, skin: Real, g: usize) -> Bound {
+    let pose = &context.poses[g];
+    let mut capsule =
+        PlacedCapsule::new(&context.bodies[pose.body as usize].capsule, &context.rotations[g], pose.scale);
+    capsule.start += grains.position[g];
+    capsule.end += grains.position[g];
+    let half = 0.5 * (capsule.end - capsule.start).abs() + Vector::splat(capsule.radius + skin);
     let mobile = grains.motion[g] == Motion::Free;
-    Bound { rod, half, middle: 0.5 * (rod.start + rod.end), reach, mobile }
+    Bound { capsule, half, middle: 0.5 * (capsule.start + capsule.end), skin, mobile }
 }
 
 fn fill(
     block: &mut Block,
     rows: std::ops::Range<usize>,
-    world: &World<'_>,
-    matter: Matter<'_>,
+    context: &ContactContext<'_>,
+    input: ListInput<'_>,
     previous: Option<&Previous<'_>>,
     (cells, bounds, largest): (&CellList, &[Bound], Vector),
 ) {
-    let Matter { grains, interactions, records, originals, .. } = matter;
+    let ListInput { grains, interactions, records, originals, .. } = input;
     block.reset(rows.start, rows.len());
     let mut near = std::mem::take(&mut block.listed);
     for low in rows {
         near.clear();
-        // Rows of images on this rank stay empty: the pair stands in the row of the grain itself, with an image of the
+        // Rows of images on this rank stay empty: the pair is in the row of the grain itself, with an image of the
         // other.
         if originals[low] as usize != low {
             block.end_row();
@@ -182,7 +183,7 @@ fn fill(
         let b = &bounds[low];
         cells.visit(b.middle - b.half - largest, b.middle + b.half + largest, |high| {
             let h = high as usize;
-            if grains.id[h] <= grains.id[low] || low >= world.owned && h >= world.owned {
+            if grains.id[h] <= grains.id[low] || low >= context.owned && h >= context.owned {
                 return;
             }
             let o = &bounds[h];
@@ -190,8 +191,8 @@ fn fill(
             if apart.max_element() > 0.0 || !(b.mobile || o.mobile) {
                 return;
             }
-            let gap = b.rod.gap(&o.rod, Vector::ZERO);
-            if gap < b.reach + o.reach {
+            let gap = b.capsule.gap(&o.capsule, Vector::ZERO);
+            if gap < b.skin + o.skin {
                 let (m, n) = (grains.image[low], grains.image[h]);
                 near.push((grains.id[h], [n[0] - m[0], n[1] - m[1]], originals[h], gap));
             }
@@ -212,26 +213,26 @@ fn fill(
                 d_t: Vector::from_array(r.d_t),
             }));
             let touching = block.contacts.last().is_some_and(|c| c.pair == p);
-            let mut pair = pair(world, grains, interactions, [low as u32, high], image, touching);
+            let mut pair = pair(context, grains, interactions, [low as u32, high], image, touching);
             pair.contacts = first;
-            let sum = world.budget[low] + world.budget[high as usize];
+            let sum = context.travel[low] + context.travel[high as usize];
             let (left, mut nearest) = previous
                 .and_then(|old| remaining(old, low, high as usize, image))
-                .unwrap_or((Real::NEG_INFINITY, Nearest::default()));
+                .unwrap_or((Real::NEG_INFINITY, NearestSpheres::default()));
             nearest.rest += sum;
             block.push(pair, sum + left.max(gap * (1.0 - 1e-9)), nearest);
         }
         block.end_row();
-        if low < world.owned && bounds[low].mobile {
-            add_walls(block, world, matter, previous, low, &bounds[low]);
+        if low < context.owned && bounds[low].mobile {
+            add_walls(block, context, input, previous, low, &bounds[low]);
         }
     }
     block.listed = near;
-    block.make_room();
+    block.reserve();
 }
 
 fn pair(
-    world: &World<'_>,
+    context: &ContactContext<'_>,
     grains: &Grains,
     interactions: &Interactions,
     [low, high]: [u32; 2],
@@ -242,7 +243,7 @@ fn pair(
     let law = interactions.index(grains.material[l], grains.material[h]);
     // A grain that forces do not move is a wall to the other.
     let inverse = |g: usize| if grains.motion[g] == Motion::Free { 1.0 / grains.mass[g] } else { 0.0 };
-    let factor = if world.constants[law as usize].by_mass { (inverse(l) + inverse(h)).recip().sqrt() } else { 1.0 };
+    let factor = if context.constants[law as usize].by_mass { (inverse(l) + inverse(h)).recip().sqrt() } else { 1.0 };
     Pair {
         low,
         high,
@@ -255,9 +256,9 @@ fn pair(
     }
 }
 
-/// What was left of the gap of a pair of the previous list, if it was listed, and its nearest
-/// spheres with what was left of the gap of the others.
-fn remaining(old: &Previous<'_>, low: usize, high: usize, image: [i32; 2]) -> Option<(Real, Nearest)> {
+/// Travel left until a pair of the previous list is due, if it was listed, and its nearest spheres with the travel left
+/// until the others are.
+fn remaining(old: &Previous<'_>, low: usize, high: usize, image: [i32; 2]) -> Option<(Real, NearestSpheres)> {
     let (low, high) = (old.number[low], old.number[high]);
     if low == u32::MAX || high == u32::MAX {
         return None;
@@ -268,29 +269,29 @@ fn remaining(old: &Previous<'_>, low: usize, high: usize, image: [i32; 2]) -> Op
     // A grain may be near with several of its images.
     let same = |p: &usize| block.high[*p] == high && block.pairs[*p].image.map(i32::from) == image;
     let at = range.into_iter().find(same)?;
-    let sum = old.budget[low as usize] + old.budget[high as usize];
+    let sum = old.travel[low as usize] + old.travel[high as usize];
     let nearest = block.nearest[at];
-    Some((block.wake[at] - sum, Nearest { rest: nearest.rest - sum, ..nearest }))
+    Some((block.skip_until[at] - sum, NearestSpheres { rest: nearest.rest - sum, ..nearest }))
 }
 
 fn add_walls(
     block: &mut Block,
-    world: &World<'_>,
-    matter: Matter<'_>,
+    context: &ContactContext<'_>,
+    input: ListInput<'_>,
     previous: Option<&Previous<'_>>,
     grain: usize,
     bound: &Bound,
 ) {
-    let Matter { grains, interactions, records, reach, .. } = matter;
+    let ListInput { grains, interactions, records, skin, .. } = input;
     let id = grains.id[grain];
-    for (w, wall) in world.walls.iter().enumerate() {
-        let height = wall.distance(bound.rod.start).min(wall.distance(bound.rod.end)) - bound.rod.radius;
-        // Walls may move as far as grains before the list ends.
-        if height >= 2.0 * reach[grain] {
+    for (w, wall) in context.walls.iter().enumerate() {
+        let height = wall.distance(bound.capsule.start).min(wall.distance(bound.capsule.end)) - bound.capsule.radius;
+        // Walls may move as far as grains before the list expires.
+        if height >= 2.0 * skin[grain] {
             continue;
         }
         let law = interactions.index(grains.material[grain], wall.material);
-        let factor = if world.constants[law as usize].by_mass { grains.mass[grain].sqrt() } else { 1.0 };
+        let factor = if context.constants[law as usize].by_mass { grains.mass[grain].sqrt() } else { 1.0 };
         let p = block.walls.pairs.len() as u32;
         let high = crate::WALL + w as u64;
         let from = records.partition_point(|r| (r.low, r.high) < (id, high));
@@ -307,7 +308,7 @@ fn add_walls(
             wall: w as u32,
             law,
             factor,
-            wake: world.budget[grain] + world.wall_budget[w] + left.max(height * (1.0 - 1e-9)),
+            skip_until: context.travel[grain] + context.wall_travel[w] + left.max(height * (1.0 - 1e-9)),
             multiplicity: interactions.laws()[law as usize].multiplicity,
         });
     }
@@ -317,5 +318,5 @@ fn remaining_to_wall(old: &Previous<'_>, grain: usize, wall: usize) -> Option<Re
     let number = old.number[grain];
     let block = old.blocks.get(number as usize / ROWS)?;
     let pair = block.walls.pairs.iter().find(|p| (p.grain, p.wall as usize) == (number, wall))?;
-    Some(pair.wake - old.budget[number as usize] - old.wall_budget[wall])
+    Some(pair.skip_until - old.travel[number as usize] - old.wall_travel[wall])
 }

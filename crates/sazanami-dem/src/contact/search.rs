@@ -1,6 +1,6 @@
 //! Which contact spheres of two grains are near each other.
 //!
-//! Every answer is exact: spheres are passed over only where a bound proves them far. Bounds come
+//! The search is exact: spheres are left out only where a bound proves them far. Bounds come
 //! from the capsules round the two grains, so that a pair costs some tens of distances instead of
 //! the product of the numbers of spheres.
 
@@ -8,28 +8,28 @@ use sazanami_numerics::{Matrix, Real, Vector};
 
 use crate::body::{Body, Capsule};
 
-/// Gap, over the smaller bounding radius, below which a contact sphere is handed to the contact law, which decides.
+/// Gap over the smaller bounding radius below which a sphere pair is given to the contact law.
 pub(crate) const TOUCH: Real = 1e-9;
 /// Gap of two grains, or of a grain and a wall, over the smaller bounding radius, below which the gaps of their contact
 /// spheres are measured one by one.
-pub(crate) const REACH: Real = 0.1;
+pub(crate) const CUT_OFF: Real = 0.1;
 
-/// A segment with a radius, in some common frame.
+/// A capsule in the laboratory frame or another common one: all points within `radius` of a segment [m].
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Rod {
+pub(crate) struct PlacedCapsule {
     pub start: Vector,
     pub end: Vector,
     pub radius: Real,
 }
 
-impl Rod {
+impl PlacedCapsule {
     /// The capsule of a grain relative to its centre of mass, in the laboratory frame.
     pub fn new(capsule: &Capsule, rotation: &Matrix, scale: Real) -> Self {
         let axis = rotation.col(capsule.axis) * scale;
         Self { start: axis * capsule.lower, end: axis * capsule.upper, radius: capsule.radius * scale }
     }
 
-    /// A lower bound of the gap to a rod whose origin stands at `offset` from this one's [m].
+    /// A lower bound of the gap to a capsule whose origin stands at `offset` from this one's [m].
     pub fn gap(&self, other: &Self, offset: Vector) -> Real {
         segment_distance(self.start, self.end, other.start + offset, other.end + offset) - self.radius - other.radius
     }
@@ -50,21 +50,21 @@ fn segment_distance(a: Vector, b: Vector, c: Vector, d: Vector) -> Real {
     (w + u * s - v * t).length()
 }
 
-/// Sphere pairs remembered as the nearest that do not touch.
+/// Number of sphere pairs stored as the nearest that do not touch.
 pub(crate) const NEAREST: usize = 4;
 
 /// The nearest sphere pairs of two grains that do not touch: while all others are known to be
 /// farther, only these need be measured again.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Nearest {
+pub(crate) struct NearestSpheres {
     pub count: u32,
     pub spheres: [(u16, u16); NEAREST],
-    /// Sum of the grains' budgets at which another sphere pair could touch.
+    /// Sum of the grains' travels at which another sphere pair could touch.
     pub rest: Real,
 }
 
-impl Nearest {
-    /// Remembers a sphere pair that has just parted.
+impl NearestSpheres {
+    /// Adds a sphere pair that has just parted.
     pub fn add(&mut self, spheres: (u16, u16)) {
         let count = self.count as usize;
         if self.spheres[..count].contains(&spheres) {
@@ -72,7 +72,7 @@ impl Nearest {
             self.spheres[count] = spheres;
             self.count += 1;
         } else {
-            // No room: the next look is at all of them.
+            // No room: the next search measures all of them.
             self.rest = Real::NEG_INFINITY;
         }
     }
@@ -80,9 +80,9 @@ impl Nearest {
 
 /// Work space of a search.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Near {
-    first: Cloud,
-    second: Cloud,
+pub(crate) struct SphereSearch {
+    first: Candidates,
+    second: Candidates,
     gaps: Vec<Real>,
     /// Spheres `(A, B)` that touch or are about to, in order.
     pub found: Vec<(u16, u16)>,
@@ -93,9 +93,9 @@ pub(crate) struct Near {
     rest: Real,
 }
 
-/// Spheres picked for a closer look.
+/// Spheres of one grain that may be near the other grain.
 #[derive(Clone, Debug, Default)]
-struct Cloud {
+struct Candidates {
     count: usize,
     index: Vec<u16>,
     x: Vec<Real>,
@@ -121,9 +121,17 @@ impl SphereArrays {
     }
 }
 
-impl Cloud {
-    /// Takes the spheres, moved by `turn` and `shift` after scaling, that come within `reach` of a rod.
-    fn take(&mut self, spheres: &SphereArrays, scale: Real, turn: &Matrix, shift: Vector, rod: &Rod, reach: Real) {
+impl Candidates {
+    /// Selects the spheres, moved by `turn` and `shift` after scaling, that come within `cut_off` of a capsule [m].
+    fn take(
+        &mut self,
+        spheres: &SphereArrays,
+        scale: Real,
+        turn: &Matrix,
+        shift: Vector,
+        capsule: &PlacedCapsule,
+        cut_off: Real,
+    ) {
         let n = spheres.x.len();
         if self.index.len() < n {
             self.index.resize(n, 0);
@@ -132,7 +140,7 @@ impl Cloud {
             }
         }
         let m = *turn * scale;
-        let axis = rod.end - rod.start;
+        let axis = capsule.end - capsule.start;
         let inverse = if axis.length_squared() > 0.0 { axis.length_squared().recip() } else { 0.0 };
         let (x, y, z) = (&mut self.x[..n], &mut self.y[..n], &mut self.z[..n]);
         let (radius, excess) = (&mut self.radius[..n], &mut self.excess[..n]);
@@ -143,12 +151,12 @@ impl Cloud {
             y[k] = m.x_axis.y * a + m.y_axis.y * b + m.z_axis.y * c + shift.y;
             z[k] = m.x_axis.z * a + m.y_axis.z * b + m.z_axis.z * c + shift.z;
             radius[k] = sr[k] * scale;
-            let (px, py, pz) = (x[k] - rod.start.x, y[k] - rod.start.y, z[k] - rod.start.z);
+            let (px, py, pz) = (x[k] - capsule.start.x, y[k] - capsule.start.y, z[k] - capsule.start.z);
             let along = (px * axis.x + py * axis.y + pz * axis.z) * inverse;
             let along = if along > 0.0 { along } else { 0.0 };
             let along = if along < 1.0 { along } else { 1.0 };
             let (px, py, pz) = (px - along * axis.x, py - along * axis.y, pz - along * axis.z);
-            let limit = radius[k] + rod.radius + reach;
+            let limit = radius[k] + capsule.radius + cut_off;
             excess[k] = px * px + py * py + pz * pz - limit * limit;
         }
         let mut count = 0;
@@ -163,22 +171,22 @@ impl Cloud {
     }
 }
 
-impl Near {
+impl SphereSearch {
     /// Finds all sphere pairs of grains `i` and `j` with a gap below `touch`, and returns a lower
-    /// bound, at most `reach` or the bound of the capsules, of the gaps of the others [m].
+    /// bound, at most `cut_off` or the bound of the capsules, of the gaps of the others [m].
     /// Each with its rotation and scale; `offset` points from `i` to `j`.
-    pub fn look(
+    pub fn find(
         &mut self,
         [i, j]: [(&Body, &SphereArrays, &Matrix, Real); 2],
         offset: Vector,
-        reach: Real,
+        cut_off: Real,
         touch: Real,
     ) -> Real {
         self.found.clear();
         self.count = 0;
-        let rods = [i, j].map(|(body, _, rotation, scale)| Rod::new(&body.capsule, rotation, scale));
-        let bound = rods[0].gap(&rods[1], offset);
-        if bound >= reach {
+        let capsules = [i, j].map(|(body, _, rotation, scale)| PlacedCapsule::new(&body.capsule, rotation, scale));
+        let bound = capsules[0].gap(&capsules[1], offset);
+        if bound >= cut_off {
             self.rest = bound;
             return bound;
         }
@@ -186,22 +194,26 @@ impl Near {
         let back = j.2.transpose();
         let turn = back * *i.2;
         let shift = -(back * offset);
-        let rod_i = Rod { start: back * rods[0].start + shift, end: back * rods[0].end + shift, ..rods[0] };
-        let rod_j = Rod::new(&j.0.capsule, &Matrix::IDENTITY, j.3);
-        self.first.take(i.1, i.3, &turn, shift, &rod_j, reach);
-        self.second.take(j.1, j.3, &Matrix::IDENTITY, Vector::ZERO, &rod_i, reach);
-        self.compare(reach, touch);
+        let capsule_i = PlacedCapsule {
+            start: back * capsules[0].start + shift,
+            end: back * capsules[0].end + shift,
+            ..capsules[0]
+        };
+        let capsule_j = PlacedCapsule::new(&j.0.capsule, &Matrix::IDENTITY, j.3);
+        self.first.take(i.1, i.3, &turn, shift, &capsule_j, cut_off);
+        self.second.take(j.1, j.3, &Matrix::IDENTITY, Vector::ZERO, &capsule_i, cut_off);
+        self.compare(cut_off, touch);
         if self.count > 0 { self.nearest[0].0 } else { self.rest }
     }
 
-    /// What to remember of the last look; `sum` is the sum of the budgets.
-    pub fn nearest(&self, sum: Real, slack: Real) -> Nearest {
+    /// Nearest spheres of the last search; `sum` is the sum of the two travels [m].
+    pub fn nearest(&self, sum: Real, slack: Real) -> NearestSpheres {
         let spheres = self.nearest.map(|(_, spheres)| spheres);
-        Nearest { count: self.count as u32, spheres, rest: sum + (self.rest - slack).max(0.0) }
+        NearestSpheres { count: self.count as u32, spheres, rest: sum + (self.rest - slack).max(0.0) }
     }
 
-    fn compare(&mut self, reach: Real, touch: Real) {
-        self.rest = reach;
+    fn compare(&mut self, cut_off: Real, touch: Real) {
+        self.rest = cut_off;
         let n = self.second.count;
         if self.gaps.len() < n {
             self.gaps.resize(n, 0.0);
@@ -261,13 +273,13 @@ mod tests {
     fn the_search_finds_what_all_pairs_find() {
         let body = Body::prolate(0.26, 0.635, 9);
         let arrays = SphereArrays::new(&body);
-        let mut near = Near::default();
+        let mut near = SphereSearch::default();
         let (mut touching, mut apart) = (0, 0);
         for n in 0..400 {
             let angle = Real::from(n) * 0.7;
             let (i, j) = (rotation(angle), rotation(1.3 * angle + 0.2));
             let offset = Vector::new(0.9 * angle.sin(), 0.8 * (1.7 * angle).cos(), 0.5 + 0.6 * (2.1 * angle).sin());
-            let bound = near.look([(&body, &arrays, &i, 1.0), (&body, &arrays, &j, 1.2)], offset, 0.1, 1e-9);
+            let bound = near.find([(&body, &arrays, &i, 1.0), (&body, &arrays, &j, 1.2)], offset, 0.1, 1e-9);
             let mut expected = Vec::new();
             let mut least = 0.1_f64;
             for a in 0..9 {

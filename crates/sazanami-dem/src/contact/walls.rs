@@ -2,11 +2,11 @@
 
 use sazanami_numerics::{Real, Vector};
 
-use super::block::make_room;
+use super::block::reserve;
 use super::evaluate::rolling_torque;
 use super::law::{ConstantLanes, force};
-use super::search::{REACH, Rod, TOUCH};
-use super::{Census, World, Wrench};
+use super::search::{CUT_OFF, PlacedCapsule, TOUCH};
+use super::{ContactContext, Counters, Wrench};
 use crate::lanes::{Lanes, Lanes3};
 use crate::material::Multiplicity;
 
@@ -17,8 +17,8 @@ pub(crate) struct WallPair {
     pub wall: u32,
     pub law: u32,
     pub factor: Real,
-    /// Sum of the budgets of grain and wall at which the pair must be looked at.
-    pub wake: Real,
+    /// Sum of the travels of grain and wall until which the pair is skipped [m].
+    pub skip_until: Real,
     pub multiplicity: Multiplicity,
 }
 
@@ -31,7 +31,7 @@ pub(crate) struct WallContact {
     pub d_t: Vector,
 }
 
-/// The walls' side of a block.
+/// Pairs and contacts of a block's grains with walls.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct WallContacts {
     /// By grain, then wall.
@@ -50,30 +50,30 @@ impl WallContacts {
         self.actions.clear();
     }
 
-    /// See [`super::block::Block::make_room`]; a grain touches a wall with some spheres.
-    pub fn make_room(&mut self) {
+    /// See [`super::block::Block::reserve`]; a grain touches a wall with some spheres.
+    pub fn reserve(&mut self) {
         let room = 4 * self.pairs.len();
-        make_room(&mut self.contacts, room);
-        make_room(&mut self.merged, room);
-        make_room(&mut self.found, room);
-        make_room(&mut self.actions, self.pairs.len());
+        reserve(&mut self.contacts, room);
+        reserve(&mut self.merged, room);
+        reserve(&mut self.found, room);
+        reserve(&mut self.actions, self.pairs.len());
     }
 
     /// Forces between walls and the grains of the block that starts at grain `first`.
     pub fn step(
         &mut self,
-        world: &World<'_>,
+        context: &ContactContext<'_>,
         ids: &[u64],
         first: usize,
         dt: Real,
         touches: &mut [bool],
-        census: &mut Census,
+        counters: &mut Counters,
     ) {
         self.actions.clear();
         if self.pairs.is_empty() {
             return;
         }
-        self.wake_pairs(world);
+        self.check_skins(context);
         let (mut at, mut kept) = (0, 0);
         while at < self.contacts.len() {
             let p = self.contacts[at].pair;
@@ -84,20 +84,20 @@ impl WallContacts {
             while at < self.contacts.len() && self.contacts[at].pair == p {
                 let mut contact = self.contacts[at];
                 at += 1;
-                let Some((action, overlap, fraction)) = touch(world, &pair, &mut contact, dt) else {
-                    let wake = &mut self.pairs[p as usize].wake;
-                    let budget = world.budget[pair.grain as usize] + world.wall_budget[pair.wall as usize];
-                    *wake = wake.min(budget);
+                let Some((action, overlap, fraction)) = touch(context, &pair, &mut contact, dt) else {
+                    let skip_until = &mut self.pairs[p as usize].skip_until;
+                    let travel = context.travel[pair.grain as usize] + context.wall_travel[pair.wall as usize];
+                    *skip_until = skip_until.min(travel);
                     continue;
                 };
-                if fraction > super::block::WARNING && !contact.deep {
+                if fraction > super::block::DEEP_OVERLAP && !contact.deep {
                     contact.deep = true;
-                    census.deepened += 1;
+                    counters.deepened += 1;
                 }
-                if fraction > census.deepest {
-                    census.deepest = fraction;
-                    census.deepest_ids = [ids[pair.grain as usize], crate::WALL + u64::from(pair.wall)];
-                    census.deepest_at = world.frames[pair.grain as usize].home;
+                if fraction > counters.deepest {
+                    counters.deepest = fraction;
+                    counters.deepest_ids = [ids[pair.grain as usize], crate::WALL + u64::from(pair.wall)];
+                    counters.deepest_at = context.poses[pair.grain as usize].unwrapped;
                 }
                 self.contacts[kept] = contact;
                 kept += 1;
@@ -116,9 +116,9 @@ impl WallContacts {
                 total = Wrench { force: share * total.force, torque: share * total.torque };
             }
             touches[pair.grain as usize - first] = true;
-            census.contacts += count;
-            census.pairs += 1;
-            census.on_walls -= total.force;
+            counters.contacts += count;
+            counters.pairs += 1;
+            counters.on_walls -= total.force;
             match self.actions.last_mut() {
                 Some((grain, sum)) if *grain == pair.grain => *sum += total,
                 _ => self.actions.push((pair.grain, total)),
@@ -127,11 +127,11 @@ impl WallContacts {
         self.contacts.truncate(kept);
     }
 
-    fn wake_pairs(&mut self, world: &World<'_>) {
+    fn check_skins(&mut self, context: &ContactContext<'_>) {
         self.found.clear();
         for (p, pair) in self.pairs.iter_mut().enumerate() {
-            let budget = world.budget[pair.grain as usize] + world.wall_budget[pair.wall as usize];
-            if budget < pair.wake {
+            let travel = context.travel[pair.grain as usize] + context.wall_travel[pair.wall as usize];
+            if travel < pair.skip_until {
                 continue;
             }
             let p = p as u32;
@@ -139,20 +139,20 @@ impl WallContacts {
                 let start = self.contacts.partition_point(|c| c.pair < p);
                 self.contacts[start..].iter().take_while(|c| c.pair == p).any(|c| c.a == a)
             };
-            let frame = &world.frames[pair.grain as usize];
-            let body = &world.bodies[frame.body as usize];
-            let wall = &world.walls[pair.wall as usize];
-            let size = body.bounding_radius * frame.scale;
+            let pose = &context.poses[pair.grain as usize];
+            let body = &context.bodies[pose.body as usize];
+            let wall = &context.walls[pair.wall as usize];
+            let size = body.bounding_radius * pose.scale;
             let near = TOUCH * size;
-            let height = wall.distance(frame.home);
-            let rotation = &world.rotations[pair.grain as usize];
-            let rod = Rod::new(&body.capsule, rotation, frame.scale);
-            let mut gap = height + rod.start.dot(wall.normal).min(rod.end.dot(wall.normal)) - rod.radius;
-            if gap < REACH * size {
-                gap = REACH * size;
+            let height = wall.distance(pose.unwrapped);
+            let rotation = &context.rotations[pair.grain as usize];
+            let capsule = PlacedCapsule::new(&body.capsule, rotation, pose.scale);
+            let mut gap = height + capsule.start.dot(wall.normal).min(capsule.end.dot(wall.normal)) - capsule.radius;
+            if gap < CUT_OFF * size {
+                gap = CUT_OFF * size;
                 let normal = rotation.transpose() * wall.normal;
                 for (a, (centre, radius)) in body.centres.iter().zip(&body.radii).enumerate() {
-                    let distance = height + (centre.dot(normal) - radius) * frame.scale;
+                    let distance = height + (centre.dot(normal) - radius) * pose.scale;
                     if distance >= near {
                         gap = gap.min(distance);
                     } else if !known(a as u16) {
@@ -160,7 +160,7 @@ impl WallContacts {
                     }
                 }
             }
-            pair.wake = budget + (gap - near).max(0.0);
+            pair.skip_until = travel + (gap - near).max(0.0);
         }
         if !self.found.is_empty() {
             self.merged.clear();
@@ -178,21 +178,26 @@ impl WallContacts {
 }
 
 /// Action of a wall on a grain through one sphere, with overlap and overlap over radius; `None` if they are apart.
-fn touch(world: &World<'_>, pair: &WallPair, contact: &mut WallContact, dt: Real) -> Option<(Wrench, Real, Real)> {
-    let frame = &world.frames[pair.grain as usize];
-    let body = &world.bodies[frame.body as usize];
-    let wall = &world.walls[pair.wall as usize];
-    let radius = body.radii[contact.a as usize] * frame.scale;
-    let to_a = world.rotations[pair.grain as usize] * body.centres[contact.a as usize] * frame.scale;
-    let overlap = radius - (wall.distance(frame.home) + to_a.dot(wall.normal));
+fn touch(
+    context: &ContactContext<'_>,
+    pair: &WallPair,
+    contact: &mut WallContact,
+    dt: Real,
+) -> Option<(Wrench, Real, Real)> {
+    let pose = &context.poses[pair.grain as usize];
+    let body = &context.bodies[pose.body as usize];
+    let wall = &context.walls[pair.wall as usize];
+    let radius = body.radii[contact.a as usize] * pose.scale;
+    let to_a = context.rotations[pair.grain as usize] * body.centres[contact.a as usize] * pose.scale;
+    let overlap = radius - (wall.distance(pose.unwrapped) + to_a.dot(wall.normal));
     if overlap <= 0.0 {
         return None;
     }
     // The wall is body j: the normal points into it.
     let n = -wall.normal;
     let arm = to_a + n * (radius - 0.5 * overlap);
-    let v_r = wall.velocity - frame.velocity - frame.spin.cross(arm);
-    let constants: ConstantLanes<1> = ConstantLanes::from_fn(|_| (&world.constants[pair.law as usize], pair.factor));
+    let v_r = wall.velocity - pose.velocity - pose.spin.cross(arm);
+    let constants: ConstantLanes<1> = ConstantLanes::from_fn(|_| (&context.constants[pair.law as usize], pair.factor));
     let (h, d_t, h_n) = force::<1, false>(
         &constants,
         Lanes3::splat(n),
@@ -203,7 +208,7 @@ fn touch(world: &World<'_>, pair: &WallPair, contact: &mut WallContact, dt: Real
     );
     // A plane has no curvature: the effective radius is the sphere's own.
     let far = Lanes::splat(1e9 * radius);
-    let rolling = rolling_torque(&constants, Lanes::splat(radius), far, h_n, Lanes3::splat(-frame.spin));
+    let rolling = rolling_torque(&constants, Lanes::splat(radius), far, h_n, Lanes3::splat(-pose.spin));
     contact.d_t = d_t.lane(0);
     let force = h.lane(0);
     Some((Wrench { force, torque: arm.cross(force) + rolling.lane(0) }, overlap, overlap / radius))

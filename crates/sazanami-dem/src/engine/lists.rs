@@ -1,31 +1,31 @@
-//! Ghosts and neighbour lists of the engine, and what passes from one list to the next.
+//! Renewal of ghosts and neighbour lists, and what passes from one list to the next.
 
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::{Matrix, Real};
 
-use super::{Engine, FARTHEST};
-use crate::contact::neighbours::{Matter, Previous};
+use super::{Engine, LARGEST_SKIN};
+use crate::contact::neighbours::{ListInput, Previous};
 use crate::contact::walls::WallContact;
-use crate::contact::{Census, ContactRecord};
+use crate::contact::{ContactRecord, Counters};
 use crate::error::DemError;
 use crate::grain::{Grains, Motion};
-use crate::motion::{Frame, Inert};
+use crate::motion::{MassProperties, Pose};
 
-/// How far a resting grain may go before lists are renewed, over its bounding radius.
-const RESTING_REACH: Real = 0.08;
-/// Number of sub-steps that a fast grain's reach is meant to last.
+/// Skin of a resting grain, the distance it may travel before lists are renewed, over its bounding radius.
+const RESTING_SKIN: Real = 0.08;
+/// Number of sub-steps for which the skin of a fast grain suffices at its present speed.
 const HORIZON: Real = 150.0;
 
-/// What is known of the list before while the next one is made; kept for its memory.
+/// Data of the former list from which the next one takes over bounds; allocated once.
 #[derive(Debug, Default)]
-pub(super) struct Past {
-    /// Identifier and place of each grain that contacts looked at, in order; of those of other ranks the image too.
+pub(super) struct FormerList {
+    /// Sorted identifier, image (of other ranks' grains only) and index of each grain that took part in contacts.
     known: Vec<(u64, Option<[i32; 2]>, u32)>,
-    /// Place of each present grain then; of no use for images on this rank.
+    /// Former index of each present grain; unused for images on this rank.
     number: Vec<u32>,
-    budget: Vec<Real>,
-    wall_budget: Vec<Real>,
-    /// Bounding radius plus reach of each own grain now [m].
+    travel: Vec<Real>,
+    wall_travel: Vec<Real>,
+    /// Bounding radius plus skin of each own grain now [m].
     size: Vec<Real>,
     /// See [`crate::ghosts::Exchange::originals`].
     originals: Vec<u32>,
@@ -78,39 +78,39 @@ impl Engine {
     /// New ghosts and lists; with `migrate`, new owners first.
     pub(super) fn renew(&mut self, domain: &Domain, migrate: bool) -> Result<(), DemError> {
         self.collect_records();
-        let mut past = std::mem::take(&mut self.past);
-        past.known.clear();
+        let mut former_list = std::mem::take(&mut self.former_list);
+        former_list.known.clear();
         if self.listed {
             let Grains { id, image, owned, .. } = &self.grains;
-            let others = (*owned..id.len()).filter(|&g| past.originals[g] as usize == g);
-            past.known.extend((0..*owned).map(|g| (id[g], None, g as u32)));
-            past.known.extend(others.map(|g| (id[g], Some(image[g]), g as u32)));
+            let others = (*owned..id.len()).filter(|&g| former_list.originals[g] as usize == g);
+            former_list.known.extend((0..*owned).map(|g| (id[g], None, g as u32)));
+            former_list.known.extend(others.map(|g| (id[g], Some(image[g]), g as u32)));
             // Cheap: own grains are in order already.
-            past.known.sort_unstable();
+            former_list.known.sort_unstable();
         }
-        std::mem::swap(&mut past.budget, &mut self.budget);
-        past.wall_budget.clone_from(&self.wall_budget);
+        std::mem::swap(&mut former_list.travel, &mut self.travel);
+        former_list.wall_travel.clone_from(&self.wall_travel);
         if migrate {
             self.exchange.migrate(domain, &mut self.grains, &mut self.records);
         }
         self.place();
-        self.choose_reach();
-        past.size.clear();
-        past.size.extend((0..self.grains.owned).map(|g| self.bounding_radius(g) + self.reach[g]));
-        self.exchange.renew(domain, &mut self.grains, &past.size, &mut self.reach, self.ghost_margin);
-        self.set_frames();
-        self.budget.clear();
-        self.budget.resize(self.grains.len(), 0.0);
-        self.grown = 0.0;
-        self.wall_budget.fill(0.0);
-        self.list(&mut past);
-        self.past = past;
+        self.choose_skins();
+        former_list.size.clear();
+        former_list.size.extend((0..self.grains.owned).map(|g| self.bounding_radius(g) + self.skin[g]));
+        self.exchange.renew(domain, &mut self.grains, &former_list.size, &mut self.skin, self.ghost_margin);
+        self.set_poses();
+        self.travel.clear();
+        self.travel.resize(self.grains.len(), 0.0);
+        self.largest_travel = 0.0;
+        self.wall_travel.fill(0.0);
+        self.list(&mut former_list);
+        self.former_list = former_list;
         Ok(())
     }
 
-    fn list(&mut self, past: &mut Past) {
+    fn list(&mut self, former_list: &mut FormerList) {
         let grains = &self.grains;
-        let Past { known, number, budget, wall_budget, originals, .. } = past;
+        let FormerList { known, number, travel, wall_travel, originals, .. } = former_list;
         self.exchange.originals(grains.len(), originals);
         number.clear();
         number.extend((0..grains.len()).map(|g| {
@@ -120,17 +120,17 @@ impl Engine {
         std::mem::swap(&mut self.blocks, &mut self.former);
         let mut blocks = std::mem::take(&mut self.blocks);
         let mut builder = std::mem::take(&mut self.builder);
-        let matter = Matter {
+        let input = ListInput {
             grains: &self.grains,
             interactions: &self.interactions,
-            reach: &self.reach,
+            skin: &self.skin,
             records: &self.records,
             originals,
         };
-        let previous = Previous { blocks: &self.former, budget, wall_budget, number };
-        builder.build(&self.world(), matter, self.listed.then_some(&previous), &mut blocks);
+        let previous = Previous { blocks: &self.former, travel, wall_travel, number };
+        builder.build(&self.context(), input, self.listed.then_some(&previous), &mut blocks);
         self.incoming.rebuild(&mut blocks, &self.grains.id, self.grains.owned);
-        self.censuses.resize(blocks.len(), Census::default());
+        self.block_counters.resize(blocks.len(), Counters::default());
         self.blocks = blocks;
         self.builder = builder;
         self.listed = true;
@@ -140,39 +140,39 @@ impl Engine {
         self.bodies[self.grains.shape[g] as usize].bounding_radius * self.grains.scale[g]
     }
 
-    fn choose_reach(&mut self) {
+    fn choose_skins(&mut self) {
         let grains = &self.grains;
-        self.reach.clear();
+        self.skin.clear();
         for g in 0..grains.owned {
             let size = self.bounding_radius(g);
             let arm = self.bodies[grains.shape[g] as usize].centre_radius * grains.scale[g];
             let speed = grains.velocity[g].length() + arm * grains.angular_velocity(g).length();
-            let way = if self.time_step.is_finite() { HORIZON * self.time_step * speed } else { FARTHEST * size };
-            self.reach.push((RESTING_REACH * size + way).min(FARTHEST * size));
+            let way = if self.time_step.is_finite() { HORIZON * self.time_step * speed } else { LARGEST_SKIN * size };
+            self.skin.push((RESTING_SKIN * size + way).min(LARGEST_SKIN * size));
         }
     }
 
-    fn set_frames(&mut self) {
-        let Self { grains, frames, rotations, inert, bodies, first_spheres, .. } = self;
-        frames.resize(grains.len(), Frame::default());
+    fn set_poses(&mut self) {
+        let Self { grains, poses, rotations, mass_properties, bodies, first_spheres, .. } = self;
+        poses.resize(grains.len(), Pose::default());
         rotations.resize(grains.len(), Matrix::IDENTITY);
-        inert.clear();
+        mass_properties.clear();
         for g in 0..grains.len() {
             let free = grains.motion[g] == Motion::Free;
             let body = &bodies[grains.shape[g] as usize];
             let moment = grains.inertia[g].recip();
-            inert.push(Inert {
+            mass_properties.push(MassProperties {
                 inverse_mass: if free { 1.0 / grains.mass[g] } else { 0.0 },
                 inverse_inertia: moment,
                 arm: body.centre_radius * grains.scale[g],
                 motion: grains.motion[g],
                 ball: body.is_ball(),
             });
-            frames[g].scale = grains.scale[g];
-            frames[g].body = grains.shape[g];
-            frames[g].radius = if body.is_ball() { body.radii[0] * grains.scale[g] } else { 0.0 };
-            frames[g].spheres = first_spheres[grains.shape[g] as usize];
-            rotations[g] = frames[g].follow(grains, g, &inert[g]);
+            poses[g].scale = grains.scale[g];
+            poses[g].body = grains.shape[g];
+            poses[g].radius = if body.is_ball() { body.radii[0] * grains.scale[g] } else { 0.0 };
+            poses[g].spheres = first_spheres[grains.shape[g] as usize];
+            rotations[g] = poses[g].follow(grains, g, &mass_properties[g]);
         }
     }
 }

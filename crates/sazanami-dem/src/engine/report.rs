@@ -1,11 +1,11 @@
-//! What the engine tells about a call.
+//! The report of a call: sums and extremes over all ranks.
 
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::{max_over, sum_over};
 
 use super::Engine;
-use crate::contact::Census;
+use crate::contact::Counters;
 use crate::contact::block::ROWS;
 use crate::error::DemError;
 
@@ -39,7 +39,7 @@ impl Engine {
         &self,
         domain: &Domain,
         report: &mut ContactReport,
-        [last, deepest]: [Census; 2],
+        [last, deepest]: [Counters; 2],
         deep: usize,
     ) {
         let grains = &self.grains;
@@ -68,9 +68,9 @@ impl Engine {
         // The lowest rank that saw the largest overlap names the grains, in halves that are exact in a real.
         let mine = deepest.deepest == report.largest_overlap && report.largest_overlap > 0.0;
         let rank = domain.min(if mine { domain.communicator().rank() as Real } else { Real::INFINITY });
-        let told = rank == domain.communicator().rank() as Real;
+        let reports = rank == domain.communicator().rank() as Real;
         let half = |n: usize, shift: u32| {
-            if told { Real::from((deepest.deepest_ids[n] >> shift & u64::from(u32::MAX)) as u32) } else { 0.0 }
+            if reports { Real::from((deepest.deepest_ids[n] >> shift & u64::from(u32::MAX)) as u32) } else { 0.0 }
         };
         let [a, b, c, d] = domain.sum([half(0, 32), half(0, 0), half(1, 32), half(1, 0)]);
         report.largest_overlap_ids = [[a, b], [c, d]].map(|[high, low]| (high as u64) << 32 | low as u64);
@@ -82,9 +82,9 @@ impl Engine {
     #[must_use]
     pub fn elastic_energy(&self) -> Real {
         let point = |g: usize, a: u16| {
-            let frame = &self.frames[g];
-            let body = &self.bodies[frame.body as usize];
-            (self.rotations[g] * body.centres[a as usize] * frame.scale, body.radii[a as usize] * frame.scale)
+            let pose = &self.poses[g];
+            let body = &self.bodies[pose.body as usize];
+            (self.rotations[g] * body.centres[a as usize] * pose.scale, body.radii[a as usize] * pose.scale)
         };
         let mut energy = 0.0;
         for block in &self.blocks {
@@ -92,7 +92,7 @@ impl Engine {
                 let pair = &block.pairs[contact.pair as usize];
                 let (low, high) = (pair.low as usize, pair.high as usize);
                 let ((a, ra), (b, rb)) = (point(low, contact.a), point(high, contact.b));
-                let line = self.frames[high].home - self.frames[low].home + pair.shift(self.period) + b - a;
+                let line = self.poses[high].unwrapped - self.poses[low].unwrapped + pair.shift(self.period) + b - a;
                 let overlap = (ra + rb - line.length()).max(0.0);
                 let c = &self.constants[pair.law as usize];
                 energy += 0.5 * (c.normal_stiffness * overlap * overlap);
@@ -101,7 +101,7 @@ impl Engine {
             for contact in &block.walls.contacts {
                 let pair = &block.walls.pairs[contact.pair as usize];
                 let (a, radius) = point(pair.grain as usize, contact.a);
-                let height = self.walls[pair.wall as usize].distance(self.frames[pair.grain as usize].home + a);
+                let height = self.walls[pair.wall as usize].distance(self.poses[pair.grain as usize].unwrapped + a);
                 let overlap = (radius - height).max(0.0);
                 let c = &self.constants[pair.law as usize];
                 energy += 0.5 * (c.normal_stiffness * overlap * overlap);
@@ -112,11 +112,11 @@ impl Engine {
     }
 }
 
-pub(super) fn overlap_error(census: &Census, substep: usize) -> DemError {
+pub(super) fn overlap_error(counters: &Counters, substep: usize) -> DemError {
     DemError::OverlapTooLarge {
-        ids: census.deepest_ids,
-        fraction: census.deepest,
-        position: census.deepest_at,
+        ids: counters.deepest_ids,
+        fraction: counters.deepest,
+        position: counters.deepest_at,
         substep,
     }
 }

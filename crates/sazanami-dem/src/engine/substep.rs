@@ -11,10 +11,10 @@ use crate::body::Body;
 use crate::contact::block::{Block, ROWS};
 use crate::contact::incoming::Incoming;
 use crate::contact::law::Constants;
-use crate::contact::{Census, World, Wrench};
-use crate::ghosts::Poses;
-use crate::grain::{Motion, imaged};
-use crate::motion::{Inert, Leap, Moving};
+use crate::contact::{ContactContext, Counters, Wrench};
+use crate::ghosts::PoseState;
+use crate::grain::{Motion, image_position};
+use crate::motion::{KickAndDrift, MassProperties, Moving};
 
 /// Sub-step over half the period of the stiffest contact, pi sqrt(m*/K).
 pub const AUTO: Real = 0.057;
@@ -23,7 +23,7 @@ pub const AUTO: Real = 0.057;
 fn drag_impulse(
     drag: &dyn Drag,
     own: usize,
-    inert: &Inert,
+    mass_properties: &MassProperties,
     v: Vector,
     h: Real,
     gravity: Vector,
@@ -32,31 +32,35 @@ fn drag_impulse(
     let u = drag.fluid_velocity(own);
     let kappa = drag.coefficient(own, (u - v).length());
     // Only a free grain yields to forces, and to the drag itself.
-    let without = if inert.motion == Motion::Free { v + others.force * inert.inverse_mass + h * gravity } else { v };
-    (u - without) * (h * kappa / (1.0 + h * kappa * inert.inverse_mass))
+    let without = if mass_properties.motion == Motion::Free {
+        v + others.force * mass_properties.inverse_mass + h * gravity
+    } else {
+        v
+    };
+    (u - without) * (h * kappa / (1.0 + h * kappa * mass_properties.inverse_mass))
 }
 
 /// A change of velocities by contacts, loads, drag and gravity.
 pub(super) struct Kick<'a> {
     pub loads: &'a Loads<'a>,
-    /// [m/s^2].
+    /// Gravity [m/s^2].
     pub gravity: Vector,
-    /// Its length [s].
+    /// Length of the sub-step [s].
     pub h: Real,
     /// Whether grains keep the contact forces.
     pub keep: bool,
 }
 
-/// The contacts as the sub-step left them.
+/// Contact forces of the present sub-step.
 struct Contacts<'a> {
     blocks: &'a [Block],
     incoming: &'a Incoming,
-    /// On the grains' clock [s].
+    /// Present time on the grains' clock [s].
     time: Real,
 }
 
-/// What the grains of a block remember of a kick.
-struct Marks<'a> {
+/// Per-grain results of a kick.
+struct KickOutputs<'a> {
     last_contact: &'a mut [Real],
     contact_force: &'a mut [Vector],
     contact_torque: &'a mut [Vector],
@@ -70,9 +74,9 @@ impl Kick<'_> {
         &self,
         contacts: &Contacts<'_>,
         number: usize,
-        inert: &[Inert],
+        mass_properties: &[MassProperties],
         velocity: &[Vector],
-        marks: Marks<'_>,
+        outputs: KickOutputs<'_>,
     ) -> [Wrench; ROWS] {
         let Self { loads, gravity, h, keep } = *self;
         let Contacts { blocks, incoming, time } = *contacts;
@@ -80,7 +84,7 @@ impl Kick<'_> {
         let Some(block) = blocks.get(number) else { return impulses };
         let rows = number * ROWS..number * ROWS + velocity.len();
         let mut on_walls = &block.walls.actions[..];
-        // One after the other, so that many of these scattered reads are under way at a time.
+        // In a loop of its own, so that many of these scattered reads are in flight at once.
         let mut arriving = [(Wrench::default(), false); ROWS];
         for (sum, g) in arriving.iter_mut().zip(rows.clone()) {
             *sum = incoming.total(blocks, g);
@@ -95,10 +99,10 @@ impl Kick<'_> {
                 on_walls = rest;
             }
             if touched || block.touches[row] {
-                marks.last_contact[row] = time;
+                outputs.last_contact[row] = time;
             }
             if keep {
-                (marks.contact_force[row], marks.contact_torque[row]) = (total.force, total.torque);
+                (outputs.contact_force[row], outputs.contact_torque[row]) = (total.force, total.torque);
             }
             if let Some(force) = loads.force.get(g) {
                 total.force += *force;
@@ -108,9 +112,9 @@ impl Kick<'_> {
             }
             impulses[row] = Wrench { force: h * total.force, torque: h * total.torque };
             if let Some(drag) = loads.drag {
-                let impulse = drag_impulse(drag, g, &inert[row], velocity[row], h, gravity, &impulses[row]);
+                let impulse = drag_impulse(drag, g, &mass_properties[row], velocity[row], h, gravity, &impulses[row]);
                 impulses[row].force += impulse;
-                marks.drag_impulse[row] += impulse;
+                outputs.drag_impulse[row] += impulse;
             }
         }
         impulses
@@ -140,38 +144,38 @@ impl Engine {
         if square > 0.0 { AUTO * std::f64::consts::PI / square.sqrt() } else { Real::INFINITY }
     }
 
-    pub(super) fn world(&self) -> World<'_> {
-        World {
+    pub(super) fn context(&self) -> ContactContext<'_> {
+        ContactContext {
             bodies: &self.bodies,
             arrays: &self.arrays,
             spheres: &self.spheres,
             constants: &self.constants,
             plain: self.constants.iter().all(Constants::plain),
             balls: self.bodies.iter().all(Body::is_ball),
-            frames: &self.frames,
+            poses: &self.poses,
             rotations: &self.rotations,
-            budget: &self.budget,
-            grown: self.grown,
+            travel: &self.travel,
+            largest_travel: self.largest_travel,
             walls: &self.walls,
-            wall_budget: &self.wall_budget,
+            wall_travel: &self.wall_travel,
             period: self.period,
             owned: self.grains.owned,
         }
     }
 
     /// Forces of all contacts over a sub-step of length `h` [s].
-    pub(super) fn contacts(&mut self, h: Real) -> Census {
+    pub(super) fn contacts(&mut self, h: Real) -> Counters {
         let mut blocks = std::mem::take(&mut self.blocks);
         // Apart from the blocks, which lie far from each other: one thread reads them all.
-        let mut censuses = std::mem::take(&mut self.censuses);
-        let world = self.world();
+        let mut block_counters = std::mem::take(&mut self.block_counters);
+        let context = self.context();
         let ids = &self.grains.id[..];
-        for_each_chunk((&mut blocks[..], &mut censuses[..]), 1, |_, (block, census)| {
-            census[0] = block[0].step(&world, ids, h);
+        for_each_chunk((&mut blocks[..], &mut block_counters[..]), 1, |_, (block, counters)| {
+            counters[0] = block[0].step(&context, ids, h);
         });
-        self.incoming.follow(&blocks, &censuses);
-        let sum = censuses.iter().fold(Census::default(), |sum, census| sum.merged(*census));
-        (self.blocks, self.censuses) = (blocks, censuses);
+        self.incoming.follow(&blocks, &block_counters);
+        let sum = block_counters.iter().fold(Counters::default(), |sum, counters| sum.merged(*counters));
+        (self.blocks, self.block_counters) = (blocks, block_counters);
         sum
     }
 
@@ -190,63 +194,74 @@ impl Engine {
         let state = AtomicU8::new(FINE);
         // Numbers that are not negative are ordered as their bits are.
         let farthest = AtomicU64::new(0);
-        let Self { grains, frames, rotations, turned, budget, inert, reach, blocks, incoming, time: now, .. } = self;
+        let Self {
+            grains, poses, rotations, turned, travel, mass_properties, skin, blocks, incoming, time: now, ..
+        } = self;
         let contacts = Contacts { blocks, incoming, time: *now };
         let gravity = kick.map_or(Vector::ZERO, |kick| kick.h * kick.gravity);
-        let poses = (
-            &mut grains.home[..owned],
+        let motion = (
+            &mut grains.unwrapped[..owned],
             &mut grains.orientation[..owned],
             &mut grains.velocity[..owned],
             &mut grains.angular_momentum[..owned],
         );
-        let marks = (
+        let outputs = (
             &mut grains.last_contact[..owned],
             &mut grains.contact_force[..owned],
             &mut grains.contact_torque[..owned],
             &mut grains.drag_impulse[..owned],
         );
-        let bounds = (&mut turned[..owned], &mut budget[..owned]);
+        let bounds = (&mut turned[..owned], &mut travel[..owned]);
         for_each_chunk(
-            (poses, marks, &mut frames[..owned], &mut rotations[..owned], bounds),
+            (motion, outputs, &mut poses[..owned], &mut rotations[..owned], bounds),
             ROWS,
-            |number, (poses, marks, frames, rotations, (turned, budget))| {
-                let (home, orientation, velocity, angular_momentum) = poses;
-                let (last_contact, contact_force, contact_torque, drag_impulse) = marks;
-                let rows = number * ROWS..number * ROWS + frames.len();
-                let inert = &inert[rows.clone()];
+            |number, (motion, outputs, poses, rotations, (turned, travel))| {
+                let (unwrapped, orientation, velocity, angular_momentum) = motion;
+                let (last_contact, contact_force, contact_torque, drag_impulse) = outputs;
+                let rows = number * ROWS..number * ROWS + poses.len();
+                let mass_properties = &mass_properties[rows.clone()];
                 let impulses = match kick {
                     Some(kick) => {
-                        let marks = Marks { last_contact, contact_force, contact_torque, drag_impulse };
-                        kick.impulses(&contacts, number, inert, velocity, marks)
+                        let outputs = KickOutputs { last_contact, contact_force, contact_torque, drag_impulse };
+                        kick.impulses(&contacts, number, mass_properties, velocity, outputs)
                     }
                     None => [Wrench::default(); ROWS],
                 };
-                let mut moving =
-                    Moving { inert, home, orientation, velocity, angular_momentum, frames, rotations, turned, budget };
-                let way = moving.leap(&Leap { gravity, impulses: &impulses, time });
-                // Most chunks have nothing to tell, and do not make other threads wait.
-                if way.to_bits() > farthest.load(Ordering::Relaxed) {
-                    farthest.fetch_max(way.to_bits(), Ordering::Relaxed);
+                let mut moving = Moving {
+                    mass_properties,
+                    unwrapped,
+                    orientation,
+                    velocity,
+                    angular_momentum,
+                    poses,
+                    rotations,
+                    turned,
+                    travel,
+                };
+                let distance = moving.kick_and_drift(&KickAndDrift { gravity, impulses: &impulses, time });
+                // Most chunks do not raise the maximum and skip the atomic write.
+                if distance.to_bits() > farthest.load(Ordering::Relaxed) {
+                    farthest.fetch_max(distance.to_bits(), Ordering::Relaxed);
                 }
-                // Not a number counts as expired: the check that follows finds it.
-                if !moving.budget.iter().zip(&reach[rows]).all(|(budget, reach)| budget <= reach) {
+                // NaN counts as expired: the check that follows finds it.
+                if !moving.travel.iter().zip(&skin[rows]).all(|(travel, skin)| travel <= skin) {
                     state.fetch_max(EXPIRED, Ordering::Relaxed);
                 }
             },
         );
-        self.moved += Real::from_bits(farthest.into_inner());
+        self.pending_travel += Real::from_bits(farthest.into_inner());
         state.into_inner()
     }
 
     fn move_walls(&mut self, time: Real) -> u8 {
-        let reach = &self.reach[..self.grains.owned];
+        let skin = &self.skin[..self.grains.owned];
         let mut state = FINE;
-        for (wall, budget) in self.walls.iter_mut().zip(&mut self.wall_budget) {
+        for (wall, travel) in self.walls.iter_mut().zip(&mut self.wall_travel) {
             if wall.velocity != Vector::ZERO {
                 let step = wall.velocity.dot(wall.normal) * time;
                 wall.point += step * wall.normal;
-                *budget += step.abs() * (1.0 + 1e-9);
-                if reach.iter().any(|reach| *budget > *reach) {
+                *travel += step.abs() * (1.0 + 1e-9);
+                if skin.iter().any(|skin| *travel > *skin) {
                     state = EXPIRED;
                 }
             }
@@ -254,19 +269,20 @@ impl Engine {
         state
     }
 
-    /// Brings ghosts up to date, with `all` also images on this rank, which contacts do not look at.
+    /// Brings ghosts up to date; with `all` also images on this rank, which contacts do not read.
     pub(super) fn refresh_poses(&mut self, domain: &Domain, all: bool) {
-        let Self { exchange, grains, budget, frames, rotations, inert, .. } = self;
-        let others = exchange.refresh(domain, grains, &mut Poses { frames, rotations, budget, inert }, all);
-        self.grown += others.max(self.moved);
-        self.moved = 0.0;
+        let Self { exchange, grains, travel, poses, rotations, mass_properties, .. } = self;
+        let others =
+            exchange.refresh(domain, grains, &mut PoseState { poses, rotations, travel, mass_properties }, all);
+        self.largest_travel += others.max(self.pending_travel);
+        self.pending_travel = 0.0;
     }
 
-    /// Positions of the periodic images that this rank's entries stand for.
+    /// Positions of the periodic images that the entries of this rank represent.
     pub(super) fn place(&mut self) {
         let grains = &mut self.grains;
         for g in 0..grains.len() {
-            grains.position[g] = imaged(grains.home[g], grains.image[g], self.period);
+            grains.position[g] = image_position(grains.unwrapped[g], grains.image[g], self.period);
         }
     }
 }

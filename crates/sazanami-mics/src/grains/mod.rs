@@ -279,7 +279,7 @@ impl GrainPhase {
         for n in 0..self.engine.grains().len() {
             let grains = self.engine.grains();
             let radius = self.shapes[grains.shape[n] as usize].bounding_radius() * grains.scale[n];
-            let now = Pose { position: grains.home(n), orientation: grains.orientation[n] };
+            let now = Pose { position: grains.unwrapped_position(n), orientation: grains.orientation[n] };
             let image = grains.image(n);
             let mut account = self.account(n);
             let mut pose = account.imprinted();
@@ -290,7 +290,7 @@ impl GrainPhase {
                 account.imprinted_turned = now.orientation.to_array();
                 self.set_account(n, account);
             }
-            self.poses.push(Pose { position: self.engine.imaged(pose.position, image), ..pose });
+            self.poses.push(Pose { position: self.engine.image_position(pose.position, image), ..pose });
         }
     }
 

@@ -389,7 +389,7 @@ impl GrainPhase {
                 .map(|(around, &d)| -around.wetness * volume(d) * (around.gradient + density * reduced)),
         );
         places.clear();
-        places.extend((0..around.len()).map(|g| engine.grains().home(g)));
+        places.extend((0..around.len()).map(|g| engine.grains().unwrapped_position(g)));
         for (g, kept) in engine.attached_mut().iter_mut().enumerate().take(around.len()) {
             kept[PLACE..PLACE + 3].copy_from_slice(&places[g].to_array());
             kept[SUPPORT] = around[g].support;
@@ -449,7 +449,7 @@ impl GrainPhase {
         }
         engine.share_with_ghosts(domain, shared);
         for (g, shared) in shared.iter_mut().enumerate() {
-            let place = engine.imaged(Vector::from_slice(&shared[..3]), grains.image(g));
+            let place = engine.image_position(Vector::from_slice(&shared[..3]), grains.image(g));
             shared[..3].copy_from_slice(&place.to_array());
         }
         let shared = &shared[..];
@@ -459,7 +459,7 @@ impl GrainPhase {
             domain,
             kernel.weight.radius,
             shared.len(),
-            |g| Some(Vector::from_slice(&shared[g][..3])).filter(|&place| near.holds(place)),
+            |g| Some(Vector::from_slice(&shared[g][..3])).filter(|&place| near.contains(place)),
             |a, b| {
                 let by = |d: usize| shared[a][d].total_cmp(&shared[b][d]);
                 grains.id[a].cmp(&grains.id[b]).then_with(|| by(0).then_with(|| by(1)).then_with(|| by(2)))

@@ -102,7 +102,7 @@ impl Sources {
         });
         // Those farther away are known by chance, and their places among the lanes would change the order of the sums.
         let known = engine.vicinity(domain, engine.ghost_margin());
-        sources.retain(|source| known.holds(source.position));
+        sources.retain(|source| known.contains(source.position));
         for direction in 0..3 {
             // Images of images stand for edges and corners.
             let known = sources.len();

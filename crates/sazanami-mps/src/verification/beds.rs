@@ -511,7 +511,7 @@ fn packed(vessel: &Vessel, layers: Real) -> Result<Vec<Grain>, ExperimentError> 
         }
     }
     for (n, grain) in grains.iter_mut().enumerate() {
-        grain.position = engine.grains().home(n);
+        grain.position = engine.grains().unwrapped_position(n);
     }
     Ok(grains)
 }

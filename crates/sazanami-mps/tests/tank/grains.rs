@@ -85,7 +85,7 @@ fn glued_grains_go_with_the_walls() {
             solver.step(dt, &forcing, |_| ()).unwrap();
         }
         let grains = solver.grains().engine().grains();
-        let way = |n: usize| grains.home(n).x - case.grains[grains.id[n] as usize].position.x;
+        let way = |n: usize| grains.unwrapped_position(n).x - case.grains[grains.id[n] as usize].position.x;
         (0..grains.owned()).map(way).fold([Real::INFINITY, Real::NEG_INFINITY], |[a, b], way| [a.min(way), b.max(way)])
     };
     let [least, most] = ways(Motion::WithWalls);

@@ -107,7 +107,7 @@ impl Domain {
         self.periodic[direction] && (direction == 2 || self.decomposition.parts()[direction] == 1)
     }
 
-    /// Swaps layers with the neighbouring ranks in `direction`; tells on which sides there are any.
+    /// Swaps layers with the neighbouring ranks in `direction`; returns on which sides there are any.
     fn exchange<T: Element>(
         &self,
         direction: usize,

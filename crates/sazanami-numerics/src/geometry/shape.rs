@@ -60,7 +60,7 @@ pub enum ShapeError {
     ContactSpheres(#[from] ContactSphereError),
 }
 
-/// What `check` tells about a shape.
+/// Figures of a shape that `check` reports.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShapeReport {
     /// Name of the shape.

@@ -53,8 +53,8 @@ pub enum SolveError {
         /// Residual asked for.
         tolerance: Real,
     },
-    /// A number that is not finite came up; the equation holds one, or is not positive definite.
-    #[error("a number that is not finite after {iterations} iterations")]
+    /// NaN or infinity came up: the equation holds one, or is not positive definite.
+    #[error("NaN or infinity after {iterations} iterations")]
     NotFinite {
         /// Iterations done.
         iterations: usize,
@@ -116,7 +116,7 @@ impl ConjugateGradient {
     /// solution is zero to single precision of its own size.
     ///
     /// # Errors
-    /// [`SolveError`], with what was reached; `p` then holds the best known solution.
+    /// [`SolveError`], with the residual reached; `p` then holds the last solution whose residual was evaluated.
     pub fn solve(
         &mut self,
         domain: &Domain,
@@ -219,25 +219,25 @@ impl ConjugateGradient {
                 *sum += plane;
             }
         }
-        let [descent, before, curvature, sum] = domain.sum(sums);
+        let [descent, before, uncorrected, sum] = domain.sum(sums);
         let mean = if singular { sum / domain.grid().len() as Real } else { 0.0 };
         // With r the residual, q = (r_old - r)/alpha the product of A and the last direction p:
         // beta = -(z q)/(p q), and (z + beta p) A (z + beta p) = z A z - (z q)^2/(p q).
-        let (mut beta, mut bend) = (0.0, curvature);
+        let (mut beta, mut curvature) = (0.0, uncorrected);
         if let Some((alpha, last)) = recursion.last {
             let common = (before - descent) / alpha;
-            bend = curvature - common * common / last;
+            curvature = uncorrected - common * common / last;
             beta = -common / last;
             // A direction nearly along the last one says that rounding rules: start afresh.
-            if bend <= 1e-3 * curvature {
-                (beta, bend) = (0.0, curvature);
+            if curvature <= 1e-3 * uncorrected {
+                (beta, curvature) = (0.0, uncorrected);
             }
         }
-        if !(descent > 0.0 && bend > 0.0 && bend.is_finite()) {
-            return Err(bend);
+        if !(descent > 0.0 && curvature > 0.0 && curvature.is_finite()) {
+            return Err(curvature);
         }
-        let alpha = (descent / bend) as f32;
-        recursion.last = Some((f64::from(alpha), bend));
+        let alpha = (descent / curvature) as f32;
+        recursion.last = Some((f64::from(alpha), curvature));
         Ok(Step { beta: beta as f32, mean: mean as f32, alpha, keep: true })
     }
 

@@ -2,7 +2,7 @@
 //!
 //! An update (stage) of plane `k` may use planes `k - 1`, `k` and `k + 1` of the stages before it.
 //! The stages then follow each other through the planes at fixed lags, and while they do the planes
-//! stay in cache. Inside a plane the rows are cut into tiles that lean back by the lag, for the
+//! stay in cache. Inside a plane the rows are cut into tiles skewed back by the lag, for the
 //! same reason. Threads take slabs of planes: a stage with lag `l` first leaves out `l` planes at
 //! either side of a cut, and a second round does those. The order in which cells are updated
 //! differs from doing stage after stage, but what every update reads does not: the result has the
