@@ -24,8 +24,7 @@ pub struct Body {
     pub(crate) centre_radius: Real,
     /// A capsule round all contact spheres.
     pub(crate) capsule: Capsule,
-    /// Largest mass over effective mass at a contact point, along the normal and across it.
-    pub(crate) leverage: [Real; 2],
+    leverage: [Real; 2],
 }
 
 /// All points within `radius` of the segment from `lower` to `upper` on a coordinate axis.
@@ -90,6 +89,12 @@ impl Body {
     #[must_use]
     pub fn is_ball(&self) -> bool {
         self.centres == [Vector::ZERO] && self.inertia == Vector::splat(self.inertia.x)
+    }
+
+    /// Largest ratio of mass to effective mass at a contact point, along the normal and across it; see [`crate::stability`].
+    #[must_use]
+    pub fn leverage(&self) -> [Real; 2] {
+        self.leverage
     }
 
     /// Number of contact spheres.

@@ -23,7 +23,6 @@ use crate::wall::Wall;
 use lists::FormerList;
 pub use report::ContactReport;
 use report::overlap_error;
-pub use substep::AUTO;
 use substep::Kick;
 
 /// Overlap over the smaller contact sphere's radius above which a run ends.
@@ -355,10 +354,7 @@ impl Engine {
         self.time
     }
 
-    /// Longest sub-step that resolves every contact, `0.057 pi sqrt(m*/K)` [s].
-    ///
-    /// `m*` is the smallest effective mass of any two grains, or of a grain at a wall, for forces
-    /// along and across the normal at any point of their contact spheres.
+    /// Longest sub-step that resolves every contact [s]; see [`crate::stability`].
     #[must_use]
     pub fn contact_time_step(&self) -> Real {
         self.time_step

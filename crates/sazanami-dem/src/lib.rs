@@ -18,11 +18,12 @@ mod motion;
 mod packing;
 mod random;
 mod snapshot;
+pub mod stability;
 mod wall;
 
 pub use body::Body;
 pub use contact::block::DEEP_OVERLAP;
-pub use engine::{AUTO as SUBSTEP, ContactReport, Drag, Engine, LARGEST_OVERLAP, Loads, Setup, Substeps, Vicinity};
+pub use engine::{ContactReport, Drag, Engine, LARGEST_OVERLAP, Loads, Setup, Substeps, Vicinity};
 pub use error::DemError;
 pub use grain::{ATTACHED, Grain, Grains, Motion};
 pub use material::{

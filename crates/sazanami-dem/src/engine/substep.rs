@@ -13,11 +13,9 @@ use crate::contact::incoming::Incoming;
 use crate::contact::law::Constants;
 use crate::contact::{ContactContext, Counters, Wrench};
 use crate::ghosts::PoseState;
-use crate::grain::{Motion, image_position};
+use crate::grain::{Grains, Motion, image_position};
 use crate::motion::{KickAndDrift, MassProperties, Moving};
-
-/// Sub-step over half the period of the stiffest contact, pi sqrt(m*/K).
-pub const AUTO: Real = 0.057;
+use crate::stability::EffectiveMasses;
 
 /// Impulse of the implicit drag on own grain `own` of velocity `v` over `h`, beside gravity and the other impulses.
 fn drag_impulse(
@@ -123,25 +121,13 @@ impl Kick<'_> {
 
 impl Engine {
     pub(super) fn stable_time_step(&self, domain: &Domain) -> Real {
-        let materials = self.interactions.materials();
-        let mut softest = vec![[0.0_f64; 2]; materials];
-        for g in (0..self.grains.owned).filter(|&g| self.grains.motion[g] == Motion::Free) {
-            let leverage = self.bodies[self.grains.shape[g] as usize].leverage;
-            let worst = &mut softest[self.grains.material[g] as usize];
-            (0..2).for_each(|d| worst[d] = worst[d].max(leverage[d] / self.grains.mass[g]));
+        let Grains { mass, motion, material, shape, .. } = &self.grains;
+        let mut masses = EffectiveMasses::new(self.interactions.materials());
+        for g in (0..self.grains.owned).filter(|&g| motion[g] == Motion::Free) {
+            masses.add(&self.bodies[shape[g] as usize], mass[g], material[g]);
         }
-        for value in softest.iter_mut().flatten() {
-            *value = domain.max(*value);
-        }
-        let mut square: Real = 0.0;
-        for a in 0..materials {
-            for b in 0..materials {
-                let law = self.interactions.law(a as u32, b as u32);
-                let sum = |d: usize| softest[a][d] + softest[b][d];
-                square = square.max(law.normal_stiffness * sum(0)).max(law.tangential_stiffness * sum(1));
-            }
-        }
-        if square > 0.0 { AUTO * std::f64::consts::PI / square.sqrt() } else { Real::INFINITY }
+        masses.over_ranks(domain);
+        masses.longest_substep(&self.interactions)
     }
 
     pub(super) fn context(&self) -> ContactContext<'_> {

@@ -246,7 +246,7 @@ pub(super) fn contact_step(case: &Case, populations: &[PopulationReport]) -> Opt
         let stiffest = contacts_of(case, population).map(stiffness).fold(0.0, Real::max);
         // A single sphere is never hit off its centre.
         let lever = if population.contact_spheres == ContactSphereChoice::Single { 1.0 } else { OFF_CENTRE };
-        Some(sazanami_dem::SUBSTEP * PI * (0.5 * mass / lever / stiffest).sqrt())
+        Some(sazanami_dem::stability::SUBSTEP_FACTOR * PI * (0.5 * mass / lever / stiffest).sqrt())
     };
     case.grains.iter().zip(populations).filter_map(step).reduce(Real::min)
 }

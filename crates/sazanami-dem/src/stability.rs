@@ -1,0 +1,84 @@
+//! The limit on the contact sub-step, the one authority that the engine, `check` and `feasible` ask.
+//!
+//! A contact of stiffness `K` between grains of effective mass `m*` oscillates with half period `pi sqrt(m*/K)`. A force
+//! off the centre of mass also turns a grain: at its contact point a grain of mass `m` has the effective mass `m/l` with
+//! the leverage `l` of [`Body::leverage`], which is 1 along and 3.5 across the normal for a ball.
+
+use std::f64::consts::PI;
+
+use sazanami_numerics::Real;
+use sazanami_numerics::domain::Domain;
+
+use crate::body::Body;
+use crate::material::Interactions;
+
+/// Longest sub-step over the half period `pi sqrt(m*/K)` of the stiffest contact.
+pub const SUBSTEP_FACTOR: Real = 0.057;
+
+/// The smallest effective masses at contact points of the grains of each material.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EffectiveMasses {
+    /// Largest reciprocal of the effective mass along and across the normal, by material; 0: no grain [1/kg].
+    inverse: Vec<[Real; 2]>,
+}
+
+impl EffectiveMasses {
+    /// No grains yet, of any of `materials` materials.
+    #[must_use]
+    pub fn new(materials: usize) -> Self {
+        Self { inverse: vec![[0.0; 2]; materials] }
+    }
+
+    /// Takes a grain into account that forces move, with its `mass` [kg].
+    ///
+    /// # Panics
+    /// If there is no such material.
+    pub fn add(&mut self, body: &Body, mass: Real, material: u32) {
+        let leverage = body.leverage();
+        let worst = &mut self.inverse[material as usize];
+        (0..2).for_each(|d| worst[d] = worst[d].max(leverage[d] / mass));
+    }
+
+    /// Takes the grains of all ranks into account.
+    pub fn over_ranks(&mut self, domain: &Domain) {
+        for value in self.inverse.iter_mut().flatten() {
+            *value = domain.max(*value);
+        }
+    }
+
+    /// Longest sub-step that resolves every contact of these grains with each other and with walls of any of the
+    /// materials, `0.057 pi sqrt(m*/K)` [s]; infinite without grains.
+    #[must_use]
+    pub fn longest_substep(&self, interactions: &Interactions) -> Real {
+        let materials = interactions.materials();
+        let mut square: Real = 0.0;
+        for a in 0..materials {
+            for b in 0..materials {
+                let law = interactions.law(a as u32, b as u32);
+                let sum = |d: usize| self.inverse[a][d] + self.inverse[b][d];
+                square = square.max(law.normal_stiffness * sum(0)).max(law.tangential_stiffness * sum(1));
+            }
+        }
+        if square > 0.0 { SUBSTEP_FACTOR * PI / square.sqrt() } else { Real::INFINITY }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::material::ContactLaw;
+
+    #[test]
+    fn two_balls_are_limited_by_their_tangential_spring() {
+        let law = ContactLaw { normal_stiffness: 1e4, tangential_stiffness: 1e4, ..ContactLaw::SAND };
+        let mut masses = EffectiveMasses::new(1);
+        assert_eq!(masses.longest_substep(&Interactions::uniform(1, law)), Real::INFINITY);
+        masses.add(&Body::ball(1e-3), 2e-6, 0);
+        let expected = 0.057 * PI * (2e-6 / (2.0 * 3.5 * 1e4_f64)).sqrt();
+        let found = masses.longest_substep(&Interactions::uniform(1, law));
+        assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected}");
+        let softer = ContactLaw { tangential_stiffness: 1e3, ..law };
+        let found = masses.longest_substep(&Interactions::uniform(1, softer));
+        assert!((found / (expected * 3.5_f64.sqrt()) - 1.0).abs() < 1e-12, "then by the normal one: {found}");
+    }
+}
