@@ -53,14 +53,14 @@ fn time(divisor: usize, repeats: usize) {
         flow.predict_faces(&domain, &boundary, gravity, dt);
         let all = start.elapsed();
         println!(
-            "transport {:.1} ms, diffuse {:.1} ms ({} passes), faces {:.1} ms, sum {:.1} ms; {} wisps moved, {} cut",
+            "transport {:.1} ms, diffuse {:.1} ms ({} passes), faces {:.1} ms, sum {:.1} ms; {} residue moved, {} cut",
             transport.as_secs_f64() * 1e3,
             diffuse.as_secs_f64() * 1e3,
             diffusion.iterations,
             (all - transport - diffuse).as_secs_f64() * 1e3,
             all.as_secs_f64() * 1e3,
-            report.wisps.moved_cells,
-            report.wisps.clipped_cells,
+            report.residue.moved_cells,
+            report.residue.clipped_cells,
         );
     }
 }

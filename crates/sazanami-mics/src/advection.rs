@@ -23,18 +23,18 @@ use sazanami_numerics::grid::GHOSTS;
 use sazanami_parallel::for_each_chunk;
 
 use crate::boundary::{Boundary, Opening};
-use crate::interface::{InterfaceScheme, WISP, neighbourhood};
+use crate::interface::{InterfaceScheme, RESIDUE, neighbourhood};
 
 choices! {
-    /// How velocity is carried along.
+    /// Convection of momentum.
     #[derive(Default)]
     pub enum Convection {
-        /// As momentum, with the mass fluxes of the liquid and the gas.
+        /// Conservative, with the mass fluxes of liquid and gas.
         #[default]
         Consistent = "consistent",
-        /// As velocity, whatever the density: the form of Yagyu et al. (2015), eq. (3).
+        /// Velocity form, independent of the density: Yagyu et al. (2015), eq. (3).
         VelocityForm = "velocity_form",
-        /// Not at all: the velocity is prescribed.
+        /// None: the velocity is prescribed.
         #[unlisted]
         Off = "off",
     }
@@ -54,17 +54,17 @@ choices! {
     }
 }
 
-/// Which velocity and which `c_c` the dilatation of a sweep carries.
+/// Time level of velocity and `c_c` in the dilatation term of a sweep.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Dilatation {
-    /// Those before the first sweep: conserving.
+    /// Before the first sweep: conservative.
     #[default]
     Frozen,
-    /// Those before each sweep: liquid and momentum drift. Shows why the other one is needed.
+    /// Before each sweep: liquid and momentum drift. A negative control.
     EverySweep,
 }
 
-/// Slope from the difference behind and before the donor.
+/// Limited slope from the differences upwind and downwind of the donor.
 trait Slope: Copy + Sync {
     fn slope(self, behind: Real, ahead: Real) -> Real;
 }
@@ -102,10 +102,10 @@ impl Slope for Unlimited {
 
 /// Liquid fraction and velocity on all cells of a rank.
 pub(crate) type State<'a> = [&'a [Real]; 4];
-/// The same to be written.
+/// The same for writing.
 pub(crate) type StateMut<'a> = [&'a mut [Real]; 4];
 
-/// Where `C^n` and `u^n` are during a sweep.
+/// Where `C^n` and `u^n` are stored during a sweep.
 #[derive(Clone, Copy)]
 pub(crate) enum Frozen<'a> {
     /// They are what the sweep reads.
@@ -116,7 +116,7 @@ pub(crate) enum Frozen<'a> {
     Overwritten,
 }
 
-/// Everything a sweep needs but its fields.
+/// Parameters of a sweep.
 pub(crate) struct Sweep<'a> {
     pub domain: &'a Domain,
     pub direction: usize,
@@ -128,7 +128,7 @@ pub(crate) struct Sweep<'a> {
     pub convection: Convection,
     /// Density is `density[0] + density[1] C` [kg/m^3].
     pub density: [Real; 2],
-    /// What comes in through the lower and the upper side of the box.
+    /// Inflow conditions of the lower and the upper side of the box.
     pub openings: [Option<Opening>; 2],
 }
 
@@ -172,7 +172,7 @@ thread_local! {
 const BLOCK: usize = 16;
 
 impl<'a> Sweep<'a> {
-    /// What comes in through the sides of the box in `direction` that this rank touches.
+    /// Inflow conditions of the sides of the box in `direction` that this rank touches.
     pub fn openings_of(domain: &Domain, boundary: &Boundary, direction: usize) -> [Option<Opening>; 2] {
         std::array::from_fn(|side| boundary.opening(direction, side).filter(|_| domain.at_box_end(direction, side)))
     }
@@ -300,11 +300,11 @@ impl<'a> Sweep<'a> {
     }
 }
 
-/// Fluxes of pure donors; tells whether some donor holds an interface.
+/// Fluxes of pure donors; returns whether some donor holds an interface.
 ///
 /// `weight` becomes `(1 - |c|) / 2`, the place where the donor's slope is read off, or zero where
-/// the donor or a neighbour holds an interface or the interface lies on a face. Wisps, which a sweep leaves
-/// for the tidying after the last one, are none: what rounding leaves must not decide about slopes.
+/// the donor or a neighbour holds an interface or the interface lies on a face. Mixed-cell residue,
+/// collected after the last sweep only, does not count: round-off must not decide about slopes.
 fn liquid_fluxes(
     [c_ll, c_l, c_r, c_rr]: [&[Real]; 4],
     face_velocity: &[Real],
@@ -324,8 +324,8 @@ fn liquid_fluxes(
         let ahead = if forward { c_r[i] } else { c_l[i] };
         let inside = (donor > 0.0) & (donor < 1.0);
         mixed |= u64::from(inside);
-        let pure = (donor <= WISP) | (donor >= 1.0 - WISP);
-        let alike = ((behind - donor).abs() <= WISP) & ((ahead - donor).abs() <= WISP);
+        let pure = (donor <= RESIDUE) | (donor >= 1.0 - RESIDUE);
+        let alike = ((behind - donor).abs() <= RESIDUE) & ((ahead - donor).abs() <= RESIDUE);
         let smooth = ignore_interface | (alike & pure);
         courant[i] = c;
         liquid[i] = c * donor.clamp(0.0, 1.0);

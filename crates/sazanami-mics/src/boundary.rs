@@ -1,76 +1,75 @@
 //! The six sides of the box: walls, periodic images, inlets and open sides.
 //!
-//! A side says what happens to the water and the air there; the rules for the ghosts of every
-//! field follow from it.
+//! The kind of a side determines the ghost values of every field.
 
 use sazanami_numerics::domain::{Ghost, GhostRules, Location};
 use sazanami_numerics::{Real, Vector};
 
 use crate::pressure::PressureSide;
 
-/// What stands at a side of the box.
+/// Boundary condition on a side of the box.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Side {
-    /// A wall at rest to which the fluid sticks.
+    /// A no-slip wall at rest.
     NoSlip,
-    /// A wall along which the fluid slides freely; also a plane of symmetry.
+    /// A free-slip wall, or a plane of symmetry.
     Slip,
-    /// A wall that moves in its own plane and drags the fluid along.
+    /// A no-slip wall that moves in its own plane.
     Moving {
-        /// Velocity of the wall [m/s]; its part normal to the wall is not used.
+        /// Velocity of the wall [m/s]; the normal component is not used.
         velocity: Vector,
     },
-    /// The opposite side follows.
+    /// Periodic with the opposite side.
     Periodic,
     /// Fluid enters with a given velocity.
     Inflow {
         /// Velocity at the side [m/s].
         velocity: Vector,
-        /// Liquid part of what enters.
+        /// Liquid fraction of the inflow.
         volume_fraction: Real,
     },
     /// Fluid leaves against zero pressure.
     Outflow {
-        /// Liquid part of what may flow back in.
+        /// Liquid fraction of any backflow.
         volume_fraction: Real,
     },
     /// An opening to fluid at rest at a given pressure.
     FixedPressure {
         /// Pressure on the side [Pa].
         pressure: Real,
-        /// Liquid part of what flows in.
+        /// Liquid fraction of any inflow.
         volume_fraction: Real,
     },
 }
 
-/// What comes in where the flow is inward at a side that lets fluid through.
+/// What enters where the flow at an open side is inward.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Opening {
-    /// Liquid part.
+    /// Liquid fraction.
     pub volume_fraction: Real,
     /// Velocity [m/s], if it is prescribed.
     pub velocity: Option<Vector>,
 }
 
-/// The sides do not make a box.
+/// The boundary conditions are not consistent.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum BoundaryError {
     /// One side is periodic, its opposite is not.
     #[error("the lower and the upper side in x{} must both be periodic, or neither", direction + 1)]
-    LonePeriodicSide {
+    UnpairedPeriodicSide {
         /// Direction of the sides, from 0.
         direction: usize,
     },
-    /// Fluid enters, but there is no side that lets it out.
+    /// Fluid enters, and no side lets it out.
     #[error(
-        "fluid flows in at a rate of {rate:e} m^3/s per m^2 of side, and no outflow or fixed-pressure side lets it out"
+        "fluid flows in at a rate of {rate:e} m^3/s per m^2 of side, and there is no outflow or fixed-pressure side"
     )]
-    NoWayOut {
+    NoOutlet {
         /// Largest inward speed [m/s].
         rate: Real,
     },
-    /// A volume fraction outside 0 to 1.
-    #[error("the liquid part {value} of what flows in through a side in x{} is not between 0 and 1", direction + 1)]
+    /// A liquid fraction outside 0 to 1.
+    #[error("the liquid fraction {value} of the inflow through a side in x{} is not between 0 and 1", direction + 1)]
     NotAFraction {
         /// Direction of the side, from 0.
         direction: usize,
@@ -94,7 +93,7 @@ impl Boundary {
         let boundary = Self { sides };
         for (direction, pair) in sides.iter().enumerate() {
             if (pair[0] == Side::Periodic) != (pair[1] == Side::Periodic) {
-                return Err(BoundaryError::LonePeriodicSide { direction });
+                return Err(BoundaryError::UnpairedPeriodicSide { direction });
             }
             for side in 0..2 {
                 if let Some(Opening { volume_fraction: value, .. }) = boundary.opening(direction, side)
@@ -110,24 +109,24 @@ impl Boundary {
         let only_in = !sides.iter().flatten().any(|s| matches!(s, Side::Outflow { .. } | Side::FixedPressure { .. }))
             && sides.iter().flatten().filter(|s| way_out(s)).count() == 1;
         if rate > 0.0 && only_in {
-            return Err(BoundaryError::NoWayOut { rate });
+            return Err(BoundaryError::NoOutlet { rate });
         }
         Ok(boundary)
     }
 
-    /// A closed box with walls that the fluid sticks to.
+    /// A closed box with no-slip walls.
     #[must_use]
     pub fn closed() -> Self {
         Self { sides: [[Side::NoSlip; 2]; 3] }
     }
 
-    /// A box without walls.
+    /// A box that is periodic in all directions.
     #[must_use]
     pub fn all_periodic() -> Self {
         Self { sides: [[Side::Periodic; 2]; 3] }
     }
 
-    /// What stands at the lower and the upper side in each direction.
+    /// Boundary conditions on the lower and the upper side in each direction.
     #[must_use]
     pub fn sides(&self) -> &[[Side; 2]; 3] {
         &self.sides
@@ -145,7 +144,7 @@ impl Boundary {
         (0..3).any(|direction| (0..2).any(|side| self.opening(direction, side).is_some()))
     }
 
-    /// What enters at a side, or `None` at walls and periodic sides.
+    /// Inflow condition of a side, or `None` at walls and periodic sides.
     pub(crate) fn opening(&self, direction: usize, side: usize) -> Option<Opening> {
         match self.sides[direction][side] {
             Side::Inflow { velocity, volume_fraction } => Some(Opening { volume_fraction, velocity: Some(velocity) }),
@@ -170,7 +169,7 @@ impl Boundary {
         GhostRules { location, sides }
     }
 
-    /// Ghosts of component `component` of the velocity in the cell centres.
+    /// Ghost rules of component `component` of the velocity in the cell centres.
     #[must_use]
     pub fn velocity_rules(&self, component: usize) -> GhostRules {
         self.rules(Location::Cell, |direction, side| velocity_ghost(component, direction, side))
@@ -196,7 +195,7 @@ impl Boundary {
         })
     }
 
-    /// What the pressure meets at the sides.
+    /// Boundary conditions of the pressure.
     #[must_use]
     pub fn pressure_sides(&self) -> [[PressureSide; 2]; 3] {
         self.sides.map(|pair| {
@@ -252,9 +251,9 @@ mod tests {
     fn contradictory_sides_are_refused() {
         let mut sides = [[Side::NoSlip; 2]; 3];
         sides[1][0] = Side::Periodic;
-        assert_eq!(Boundary::new(sides), Err(BoundaryError::LonePeriodicSide { direction: 1 }));
+        assert_eq!(Boundary::new(sides), Err(BoundaryError::UnpairedPeriodicSide { direction: 1 }));
         sides[1][0] = Side::Inflow { velocity: Vector::Y, volume_fraction: 1.0 };
-        assert_eq!(Boundary::new(sides), Err(BoundaryError::NoWayOut { rate: 1.0 }));
+        assert_eq!(Boundary::new(sides), Err(BoundaryError::NoOutlet { rate: 1.0 }));
         sides[1][1] = Side::Outflow { volume_fraction: 0.0 };
         assert!(Boundary::new(sides).is_ok());
         sides[1][1] = Side::Outflow { volume_fraction: 1.5 };

@@ -1,7 +1,7 @@
 //! Liquid and gas on the grid: the fields, their transport, and the predicted face velocities.
 //!
-//! Cell centres hold the liquid part C of the fluid and the velocity u; faces hold the normal
-//! velocity that the last projection made free of divergence. The density follows from C.
+//! Cell centres hold the liquid fraction C of the fluid and the velocity u; faces hold the normal
+//! velocity, divergence-free after the last projection. The density follows from C.
 
 use sazanami_numerics::choices;
 use sazanami_numerics::domain::{Domain, GhostRules};
@@ -10,12 +10,12 @@ use sazanami_numerics::{Real, Vector};
 
 use crate::advection::{Convection, Dilatation, Frozen, Limiter, State, StateMut, Sweep};
 use crate::boundary::Boundary;
-use crate::interface::{InterfaceScheme, Sweeper, WispReport};
+use crate::interface::{Collector, InterfaceScheme, ResidueReport};
 use crate::viscosity::{TOLERANCE, ViscosityScheme};
 
 pub use crate::viscosity::DiffusionReport;
 
-/// The two fluids.
+/// Properties of the two fluids.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fluids {
     /// Density of the liquid [kg/m^3].
@@ -29,7 +29,7 @@ pub struct Fluids {
 }
 
 impl Fluids {
-    /// Density of a mixture with liquid part `c` [kg/m^3].
+    /// Density of a mixture with liquid fraction `c` [kg/m^3].
     #[inline]
     #[must_use]
     pub fn density(&self, c: Real) -> Real {
@@ -42,38 +42,38 @@ impl Fluids {
     }
 }
 
-/// The numerical schemes of the fluid phase; the default is what is recommended.
+/// Numerical schemes of the fluid phase; the default is recommended.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Schemes {
-    /// How liquid fluxes are found.
+    /// Reconstruction of the interface.
     pub interface: InterfaceScheme,
-    /// How velocity is carried along.
+    /// Convection of momentum.
     pub convection: Convection,
-    /// Slope of the velocity.
+    /// Slope limiter of the velocity.
     pub limiter: Limiter,
     /// Time integration of the viscous stress.
     pub viscosity: ViscosityScheme,
-    /// Dilatation of the sweeps.
+    /// Dilatation term of the sweeps.
     pub dilatation: Dilatation,
-    /// Which face velocity carries the fluids.
+    /// Convecting face velocity.
     pub carrier: Carrier,
 }
 
-/// The face velocity that carries liquid and momentum through a step.
+/// Time level of the convecting face velocity.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Carrier {
-    /// That at the start of the step.
+    /// Start of the step.
     #[default]
     Start,
-    /// That in the middle of the step, by extrapolation from the last two: second order in time.
+    /// Middle of the step, by extrapolation from the last two: second order in time.
     Middle,
 }
 
 choices! {
-    /// How a liquid region gives its velocity to cells it fills in part.
+    /// Initial velocity of cells that a liquid region fills in part.
     #[derive(Default)]
     pub enum DropVelocity {
-        /// By mass: the momentum is that of the liquid.
+        /// Mass-averaged: the momentum is that of the liquid.
         #[default]
         Mass = "mass",
         /// The volume fraction times the velocity, as in Yagyu et al. (2015): the momentum of a drop
@@ -82,15 +82,15 @@ choices! {
     }
 }
 
-/// What passed through open sides and what had to be tidied up.
+/// Diagnostics of a transport: inflow through open sides, and mixed-cell residue.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TransportReport {
     /// Liquid that came in through each side of the box (negative: went out) [m^3].
     pub volume_through: [[Real; 2]; 3],
-    /// Momentum that the fluid carried in through all sides [N s].
+    /// Momentum convected in through all sides [N s].
     pub momentum_through: Vector,
-    /// Fractions out of range or nearly pure.
-    pub wisps: WispReport,
+    /// Mixed-cell residue: fractions out of range or nearly pure.
+    pub residue: ResidueReport,
 }
 
 impl std::ops::AddAssign for TransportReport {
@@ -99,7 +99,7 @@ impl std::ops::AddAssign for TransportReport {
             (0..2).for_each(|side| self.volume_through[d][side] += other.volume_through[d][side]);
         }
         self.momentum_through += other.momentum_through;
-        self.wisps = self.wisps.and(other.wisps);
+        self.residue = self.residue.and(other.residue);
     }
 }
 
@@ -109,13 +109,13 @@ const ORDERS: [[usize; 3]; 6] = [[0, 1, 2], [2, 1, 0], [1, 2, 0], [0, 2, 1], [2,
 /// Number of scratch fields: two states for the sweeps, three vectors for the viscosity.
 const WORK: usize = 9;
 
-/// Liquid and gas on a rank's part of the grid.
+/// Fields of the two fluids on a rank's part of the grid.
 pub struct Flow {
-    /// The two fluids.
+    /// Properties of the two fluids.
     pub fluids: Fluids,
-    /// The schemes.
+    /// Numerical schemes.
     pub schemes: Schemes,
-    /// Liquid part C of the fluid in each cell, inside grains too.
+    /// Liquid fraction C of the fluid in each cell, inside grains too.
     pub volume_fraction: Field<Real>,
     /// Velocity in the cell centres [m/s].
     pub velocity: [Field<Real>; 3],
@@ -123,19 +123,19 @@ pub struct Flow {
     pub face_velocity: [Field<Real>; 3],
     /// Density of the fluid [kg/m^3].
     pub density: Field<Real>,
-    /// Transports done so far: decides the order of the sweeps.
+    /// Number of transports so far: determines the order of the sweeps.
     pub transports: u64,
-    /// Face velocity one step ago and the length of that step [m/s, s], if the carrier needs it.
+    /// Face velocity one step ago [m/s] and the length of that step [s], if the scheme needs them.
     pub previous_faces: Option<([Field<Real>; 3], Real)>,
     /// Bound of the error of the viscous solve in the velocity, relative to the velocity.
     pub viscous_tolerance: Real,
     pub(crate) force_before: Vector,
     pub(crate) work: [Field<Real>; WORK],
-    sweeper: Sweeper,
+    collector: Collector,
 }
 
 impl Flow {
-    /// Gas at rest.
+    /// The box filled with gas at rest.
     #[must_use]
     pub fn new(domain: &Domain, fluids: Fluids, schemes: Schemes) -> Self {
         let three = || std::array::from_fn(|_| domain.field(0.0));
@@ -151,7 +151,7 @@ impl Flow {
             viscous_tolerance: TOLERANCE,
             force_before: Vector::ZERO,
             work: std::array::from_fn(|_| domain.field(0.0)),
-            sweeper: Sweeper::default(),
+            collector: Collector::default(),
         }
     }
 
@@ -208,7 +208,7 @@ impl Flow {
         });
     }
 
-    /// Carries liquid and velocity along with the face velocities for `dt` [s].
+    /// Convects liquid and velocity with the face velocities for `dt` [s].
     ///
     /// Afterwards the ghosts of volume fraction and density are filled, those of the velocity are not.
     pub fn transport(&mut self, domain: &Domain, boundary: &Boundary, dt: Real) -> TransportReport {
@@ -247,7 +247,7 @@ impl Flow {
             let frozen_in = |kept| if schemes.dilatation == Dilatation::Frozen { kept } else { Frozen::Read };
             let from = [&now, &a, &b][number].read();
             let entered = [0, 1].map(|side| sweep.entered(schemes.limiter, from, side, mass_density));
-            report.book(domain, direction, entered);
+            report.add_inflow(domain, direction, entered);
             let moved = match number {
                 0 => {
                     sweep.run(schemes.limiter, now.read(), Frozen::Read, a.write());
@@ -267,12 +267,12 @@ impl Flow {
         if boundary.has_openings() {
             report.sum_over_ranks(domain);
         }
-        self.tidy(domain, boundary, &mut report);
+        self.collect_residue(domain, boundary, &mut report);
         self.update_density(domain);
         report
     }
 
-    /// Extrapolates the face velocity by half a step; still free of divergence.
+    /// Extrapolates the face velocity by half a step; it stays divergence-free.
     fn move_faces_to_middle(&mut self, domain: &Domain, dt: Real) {
         if let Some((previous, before)) = &mut self.previous_faces {
             let part = 0.5 * dt / *before;
@@ -291,21 +291,21 @@ impl Flow {
         }
     }
 
-    /// Sweeps wisps into the interface.
-    fn tidy(&mut self, domain: &Domain, boundary: &Boundary, report: &mut TransportReport) {
+    /// Moves mixed-cell residue to the interface.
+    fn collect_residue(&mut self, domain: &Domain, boundary: &Boundary, report: &mut TransportReport) {
         let density = match self.schemes.convection {
             Convection::Consistent => self.fluids.density_line(),
             Convection::VelocityForm | Convection::Off => [1.0, 0.0],
         };
-        let Self { volume_fraction, velocity, sweeper, .. } = self;
+        let Self { volume_fraction, velocity, collector, .. } = self;
         let view = crate::interface::View {
             c: volume_fraction.data(),
             u: velocity.each_ref().map(|field| field.data()),
             density,
         };
-        report.wisps = sweeper.find(domain, view);
-        if report.wisps.moved_cells + report.wisps.clipped_cells > 0 {
-            sweeper.apply(volume_fraction.data_mut(), velocity.each_mut().map(|field| field.data_mut()));
+        report.residue = collector.find(domain, view);
+        if report.residue.moved_cells + report.residue.clipped_cells > 0 {
+            collector.apply(volume_fraction.data_mut(), velocity.each_mut().map(|field| field.data_mut()));
             let [u1, u2, u3] = velocity;
             Set { c: volume_fraction, u: [u1, u2, u3] }.fill_halos(domain, boundary, false);
         }
@@ -396,7 +396,7 @@ impl Flow {
     }
 }
 
-/// A volume fraction and a velocity that belong together.
+/// A volume fraction and a velocity at the same stage of the sweeps.
 struct Set<'a> {
     c: &'a mut Field<Real>,
     u: [&'a mut Field<Real>; 3],
@@ -427,8 +427,8 @@ impl Set<'_> {
 }
 
 impl TransportReport {
-    /// Books what entered through the two sides in `direction`, in cell volumes.
-    fn book(&mut self, domain: &Domain, direction: usize, entered: [[Real; 4]; 2]) {
+    /// Adds what entered through the two sides in `direction`, in cell volumes.
+    fn add_inflow(&mut self, domain: &Domain, direction: usize, entered: [[Real; 4]; 2]) {
         let volume = domain.grid().cell_volume();
         for (side, [liquid, momentum @ ..]) in entered.into_iter().enumerate() {
             self.volume_through[direction][side] += liquid * volume;

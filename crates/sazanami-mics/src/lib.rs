@@ -2,9 +2,9 @@
 //! Yagyu, Ushijima, Toriu and Aoki 2015).
 //!
 //! The step is written in [`solver`]; what it is made of: transport of liquid and momentum with the
-//! same mass fluxes ([`interface`], [`advection`]), viscosity ([`viscosity`]), the projection that
-//! makes the velocity free of divergence ([`pressure`]), and the exchange of momentum with the
-//! grains ([`grains`]).
+//! same mass fluxes ([`interface`], [`advection`]), viscosity ([`viscosity`]), the projection onto a
+//! divergence-free velocity ([`pressure`]), and the exchange of momentum with the grains
+//! ([`grains`]).
 
 pub mod advection;
 pub mod boundary;

@@ -17,36 +17,36 @@ use sazanami_numerics::grid::Field;
 use sazanami_numerics::linear::{ConjugateGradient, Equation, SolveError, Stop};
 use sazanami_numerics::{Real, Vector};
 
-/// What the pressure meets at a side of the box.
+/// Boundary condition of the pressure on a side of the box.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PressureSide {
-    /// The normal velocity on the side is given: a wall, or an inlet.
+    /// The normal velocity is given: a wall, or an inlet.
     Wall,
-    /// The pressure on the side is given [Pa].
+    /// The pressure is given [Pa].
     Fixed(Real),
-    /// The opposite side follows.
+    /// Periodic with the opposite side.
     Periodic,
 }
 
-/// When the velocity counts as free of divergence.
+/// Convergence criterion of the projection.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerance {
-    /// Largest `|div u| dt` of a cell.
+    /// Largest `|div u| dt` allowed in a cell.
     pub divergence: Real,
-    /// Iterations after which the solve is given up.
-    pub most_iterations: usize,
+    /// Iterations after which the solve fails.
+    pub max_iterations: usize,
 }
 
 impl Default for Tolerance {
     fn default() -> Self {
-        Self { divergence: 1e-6, most_iterations: 300 }
+        Self { divergence: 1e-6, max_iterations: 300 }
     }
 }
 
-/// What a projection did.
+/// Diagnostics of a projection.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PressureReport {
-    /// Iterations of the solver.
+    /// Iterations of the conjugate-gradient solver.
     pub iterations: usize,
     /// Largest `|div u| dt` of a cell afterwards.
     pub divergence: Real,
@@ -57,7 +57,7 @@ pub struct PressureReport {
 }
 
 impl std::ops::AddAssign for PressureReport {
-    /// Iterations and impulses add up, of the rest the worst stays.
+    /// Iterations and impulses add up; residuals take the larger value.
     fn add_assign(&mut self, other: Self) {
         self.iterations += other.iterations;
         self.divergence = self.divergence.max(other.divergence);
@@ -66,7 +66,7 @@ impl std::ops::AddAssign for PressureReport {
     }
 }
 
-/// The velocity could not be made free of divergence.
+/// The pressure equation could not be solved.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum PressureError {
     /// The solver stalled or ran out of iterations.
@@ -81,12 +81,12 @@ pub enum PressureError {
         divergence: Real,
         /// Largest `|div u| dt` asked for.
         tolerance: Real,
-        /// Where it is.
+        /// Cell of the largest divergence.
         place: CellPlace,
     },
-    /// A velocity or density is not finite.
+    /// A velocity or density is NaN or infinite.
     #[error(
-        "the pressure equation came upon a number that is not finite after {iterations} iterations; it is worst in \
+        "the pressure equation met NaN or an infinite value after {iterations} iterations, first in \
          {place}"
     )]
     NotFinite {
@@ -97,12 +97,12 @@ pub enum PressureError {
     },
 }
 
-/// A cell to be named.
+/// A cell, for error messages.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CellPlace {
-    /// Global indices.
+    /// Global indices of the cell.
     pub cell: [usize; 3],
-    /// Centre [m].
+    /// Centre of the cell [m].
     pub position: Vector,
 }
 
@@ -113,7 +113,7 @@ impl std::fmt::Display for CellPlace {
     }
 }
 
-/// Pressure and its solver.
+/// Pressure field and the solver of its equation.
 pub struct Projection {
     sides: [[PressureSide; 2]; 3],
     pressure: Field<Real>,
@@ -139,7 +139,7 @@ impl Projection {
         &self.pressure
     }
 
-    /// The pressure [Pa], to be set at a restart: the next projection starts from it.
+    /// The pressure [Pa] for writing, at a restart: the first guess of the next projection.
     pub fn pressure_mut(&mut self) -> &mut Field<Real> {
         &mut self.pressure
     }
@@ -152,21 +152,21 @@ impl Projection {
         let _ = sides.fill_behind_walls(domain, &mut self.pressure, density, gravity);
     }
 
-    /// What the pressure meets at the sides of the box.
+    /// Boundary conditions of the pressure.
     #[must_use]
     pub fn sides(&self) -> &[[PressureSide; 2]; 3] {
         &self.sides
     }
 
-    /// Makes `face_velocity` free of divergence and takes the same pressure to `velocity`.
+    /// Makes `face_velocity` divergence-free and corrects `velocity` with the same pressure.
     ///
     /// `face_velocity` holds the predicted velocity, gravity included, on all faces of the cells of
-    /// the rank (those of walls and inlets as they are to stay); `density` needs one ghost layer.
-    /// Afterwards the faces of the cells and the cells themselves are corrected, ghosts are not.
+    /// the rank (on walls and inlets the prescribed one); `density` needs one ghost layer.
+    /// Faces and cells of the interior are corrected, ghosts are not.
     ///
     /// # Errors
     /// [`PressureError`]; the velocities are then as they were.
-    #[expect(clippy::too_many_arguments, reason = "the fields of the flow are lent one by one")]
+    #[expect(clippy::too_many_arguments, reason = "fields of the flow are borrowed one by one")]
     pub fn project(
         &mut self,
         domain: &Domain,
@@ -177,13 +177,13 @@ impl Projection {
         dt: Real,
         tolerance: &Tolerance,
     ) -> Result<PressureReport, PressureError> {
-        let Tolerance { divergence: asked, most_iterations } = *tolerance;
+        let Tolerance { divergence: asked, max_iterations } = *tolerance;
         let Self { sides, pressure, solver, spacing } = self;
         let box_sides = BoxSides::new(domain, sides);
         let equation =
             PressureEquation { density, face_velocity: &*face_velocity, sides: &box_sides, spacing: *spacing, dt };
         let solution = solver
-            .solve(domain, &equation, pressure, Stop::Largest(asked / (dt * dt)), most_iterations)
+            .solve(domain, &equation, pressure, Stop::Largest(asked / (dt * dt)), max_iterations)
             .map_err(|error| {
                 let place = equation.worst_cell(domain, pressure.data());
                 match error {
@@ -219,9 +219,9 @@ impl Projection {
 
     /// Adds `factor` [s] times grad p / rho to `velocity`, with the pressure of the last projection.
     ///
-    /// For incremental projection: -dt puts the old pressure into the prediction, +dt takes it out
-    /// again before the faces are interpolated.
-    pub fn push(&self, domain: &Domain, density: &Field<Real>, velocity: &mut [Field<Real>; 3], factor: Real) {
+    /// For incremental projection: -dt adds the old pressure force to the prediction, +dt removes it
+    /// before the faces are interpolated.
+    pub fn add_gradient(&self, domain: &Domain, density: &Field<Real>, velocity: &mut [Field<Real>; 3], factor: Real) {
         if factor == 0.0 {
             return;
         }

@@ -1,7 +1,7 @@
-//! The state of the fluid and of its accounts with the grains as named arrays.
+//! The state of the fluid and of its coupling to the grains as named arrays.
 //!
-//! Cell fields are whole (all ranks, x1 fastest) and complete on rank 0. The grains' own state, the
-//! accounts included, comes from their engine.
+//! Cell fields span the whole box (x1 fastest) and are complete on rank 0. The state of the grains,
+//! deferred impulses included, is saved by the discrete-element engine.
 
 use std::sync::Arc;
 
@@ -34,7 +34,7 @@ const GRAVITY: &str = "fluid/gravity";
 pub const GRAINS: &str = "grains/";
 
 impl Solver {
-    /// Everything that a run needs to go on with the same bits. Collective; complete on rank 0.
+    /// Everything that a restart needs to continue bit for bit. Collective; complete on rank 0.
     #[must_use]
     pub fn snapshot(&mut self) -> Snapshot {
         let domain = &self.domain;
@@ -61,10 +61,10 @@ impl Solver {
         snapshot
     }
 
-    /// Goes on from a snapshot, which every rank holds. `flow` gives fluids and schemes.
+    /// Continues from a snapshot, which every rank holds. `flow` supplies fluids and schemes.
     ///
     /// # Errors
-    /// [`SnapshotError`] if the snapshot is of another problem.
+    /// [`SnapshotError`] if the snapshot does not fit this grid.
     #[allow(clippy::too_many_arguments, reason = "the parts of a solver, as in `Solver::new`, and the snapshot")]
     pub fn restore(
         domain: Domain,
@@ -94,7 +94,7 @@ impl Solver {
         flow.fill_halos(&domain, &boundary);
         let mut projection = Projection::new(&domain, boundary.pressure_sides());
         scatter(PRESSURE, projection.pressure_mut())?;
-        // The first step looks at the old pressure as the last one left it, ghosts included.
+        // The first step starts from the old pressure, ghosts included.
         let gravity = Vector::from_slice(snapshot.reals_of(GRAVITY, 3)?);
         projection.fill_ghosts(&domain, &flow.density, gravity);
         let grains = GrainPhase::new(&domain, engine, shapes, coupling);

@@ -11,7 +11,7 @@ use sazanami_numerics::{Real, Vector};
 use crate::boundary::Boundary;
 use crate::flow::{Flow, TransportReport};
 use crate::grains::{Coupling, GrainPhase, ImprintReport};
-use crate::momentum::{MomentumImpulses, MomentumStock};
+use crate::momentum::{Impulses, StoredMomentum};
 use crate::pressure::{PressureError, PressureReport, Projection, Tolerance};
 use crate::stability::{Rates, Step, StepLimits};
 use crate::viscosity::{DiffusionReport, ViscosityError};
@@ -25,10 +25,10 @@ pub enum StepError {
     /// The viscous equation was not solved.
     #[error(transparent)]
     Viscosity(#[from] ViscosityError),
-    /// A grain went wrong.
+    /// The discrete-element engine failed.
     #[error(transparent)]
     Grains(#[from] DemError),
-    /// A field holds a number that is not finite.
+    /// A field holds NaN or an infinite value.
     #[error(
         "the {field} is not finite in cell ({}, {}, {}) at ({:.4e}, {:.4e}, {:.4e}) m",
         cell[0], cell[1], cell[2], position.x, position.y, position.z
@@ -36,61 +36,61 @@ pub enum StepError {
     NotFinite {
         /// Name of the field.
         field: &'static str,
-        /// Global indices of the first such cell of the rank.
+        /// Global indices of the first such cell on the rank.
         cell: [usize; 3],
-        /// Its centre [m].
+        /// Centre of that cell [m].
         position: Vector,
     },
-    /// Another rank failed.
+    /// The step failed on another rank.
     #[error(transparent)]
     Elsewhere(#[from] FailedElsewhere),
 }
 
-/// What a step did.
+/// Diagnostics of one step.
 #[derive(Clone, Debug, Default)]
 pub struct StepReport {
-    /// Fluid passes.
+    /// Passes of the fluid phase in this step.
     pub fluid_passes: usize,
-    /// Transport, summed over the passes.
+    /// Inflow and mixed-cell residue of the transport, summed over the passes.
     pub transport: TransportReport,
-    /// Viscosity, summed over the passes.
+    /// Viscous solve and its wall impulse, summed over the passes.
     pub diffusion: DiffusionReport,
-    /// Pressure: iterations summed, the worst of the rest over the passes.
+    /// Pressure solve: iterations and wall impulse summed, the largest residuals over the passes.
     pub pressure: PressureReport,
-    /// Largest advective Courant number of a pass.
+    /// Largest advective Courant number over the passes.
     pub courant: Real,
-    /// Contacts.
+    /// Contacts of the grains.
     pub contacts: ContactReport,
-    /// Imprint.
+    /// Volume fractions of the grains.
     pub imprint: ImprintReport,
-    /// Impulses, over all ranks.
-    pub impulses: MomentumImpulses,
+    /// Impulses in the momentum budget, over all ranks.
+    pub impulses: Impulses,
 }
 
-/// How the fluid and the step are computed.
+/// Physical and numerical settings of the step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
     /// Gravity [m/s^2].
     pub gravity: Vector,
-    /// Limits of the step.
+    /// Limits on the time step.
     pub limits: StepLimits,
-    /// Accuracy of the projection.
+    /// Convergence criterion of the projection.
     pub tolerance: Tolerance,
     /// Whether the predictor carries the old pressure and the projection its increment: second
     /// order in time for a single fluid.
     pub incremental: bool,
 }
 
-/// A phase of the step, for whoever measures it.
+/// A phase of the step, reported to the caller for timing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Phase {
     /// Transport, viscosity and face velocities.
     Fluid,
-    /// Projection.
+    /// Solution of the pressure equation and correction of the velocities.
     Pressure,
     /// Contacts and motion of the grains.
     Grains,
-    /// Loads, imprint, exchange.
+    /// Fluid loads on grains, volume fractions, momentum exchange.
     Coupling,
 }
 
@@ -102,12 +102,12 @@ pub struct Solver {
     pub(crate) flow: Flow,
     pub(crate) projection: Projection,
     pub(crate) grains: GrainPhase,
-    /// Length that the limits gave the last step, before an output shortened it [s].
+    /// Length that the limits allowed for the last step, before an output time shortened it [s].
     pub(crate) previous_step: Option<Real>,
 }
 
 impl Solver {
-    /// Puts the parts together and makes the flow free of divergence, without transport.
+    /// Assembles the solver and projects the initial velocity onto a divergence-free field; nothing is transported.
     ///
     /// # Errors
     /// [`StepError`] if the projection fails.
@@ -123,22 +123,22 @@ impl Solver {
         let mut projection = Projection::new(&domain, boundary.pressure_sides());
         let mut grains = GrainPhase::new(&domain, engine, shapes, coupling);
         flow.fill_halos(&domain, &boundary);
-        // A short step without gravity: only the divergence of the initial velocity matters.
+        // Without gravity: only the divergence of the initial velocity matters.
         let dt = settings.limits.longest;
         flow.predict_faces(&domain, &boundary, Vector::ZERO, dt);
         let Flow { density, velocity, face_velocity, .. } = &mut flow;
         projection.project(&domain, density, velocity, face_velocity, Vector::ZERO, dt, &settings.tolerance)?;
         flow.fill_halos(&domain, &boundary);
-        grains.open_accounts(&domain, &flow.velocity, &flow.density);
+        grains.begin_exchange(&domain, &flow.velocity, &flow.density);
         Ok(Self { domain, boundary, settings, flow, projection, grains, previous_step: None })
     }
 
-    /// Makes the first step no longer than `first` [s], if it is given.
-    pub fn begin_with(&mut self, first: Option<Real>) {
+    /// Limits the length of the first step to `first` [s], if given.
+    pub fn limit_first_step(&mut self, first: Option<Real>) {
         self.previous_step = first.map(|first| first / self.settings.limits.growth);
     }
 
-    /// The longest stable next step, what limits it and in how many passes the fluid takes it.
+    /// The longest stable next step, the limit that sets it, and the number of fluid passes in it.
     #[must_use]
     pub fn stable_step(&self) -> Step {
         let rates = Rates {
@@ -151,10 +151,10 @@ impl Solver {
     }
 
     /// Advances flow, interface and grains by `dt` [s], at most `step.dt`: transport, diffuse,
-    /// project, load, move, imprint, exchange. `watch` is told when a phase begins.
+    /// project, load, move, imprint, exchange. `watch` is called at the start of each phase.
     ///
     /// # Errors
-    /// [`StepError`] names what went wrong and where; the state is then of no use.
+    /// [`StepError`] names what failed and where; the state is then not usable.
     pub fn step(&mut self, step: Step, dt: Real, mut watch: impl FnMut(Phase)) -> Result<StepReport, StepError> {
         let Self { domain, boundary, settings, flow, projection, grains, .. } = self;
         let gravity = settings.gravity;
@@ -164,11 +164,11 @@ impl Solver {
         for _ in 0..step.fluid_passes {
             watch(Phase::Fluid);
             report.courant = report.courant.max(flow.advective_rate(domain) * pass);
-            // The old pressure acts for half the transport's time: second order where it is asked for.
+            // Incremental projection: the old pressure gradient acts at half time during the transport (second order).
             let half = if settings.incremental { 0.5 * pass } else { 0.0 };
-            projection.push(domain, &flow.density, &mut flow.velocity, -half);
+            projection.add_gradient(domain, &flow.density, &mut flow.velocity, -half);
             report.transport += flow.transport(domain, boundary, pass);
-            projection.push(domain, &flow.density, &mut flow.velocity, half);
+            projection.add_gradient(domain, &flow.density, &mut flow.velocity, half);
             report.diffusion += flow.diffuse(domain, boundary, pass)?;
             flow.predict_faces(domain, boundary, gravity, pass);
             report.impulses.gravity_on_fluid += flow.mass(domain) * gravity * pass;
@@ -197,7 +197,7 @@ impl Solver {
         Ok(report)
     }
 
-    /// Looks for numbers that are not finite, at the price of one reduction when all is well.
+    /// Checks for NaN and infinities; costs one reduction when all values are finite.
     fn check(&self, report: &StepReport) -> Result<(), StepError> {
         let energy = self.flow.kinetic_energy(&self.domain);
         if energy.is_finite() && report.pressure.divergence.is_finite() {
@@ -221,61 +221,62 @@ impl Solver {
         })
     }
 
-    /// Fills the ghosts of the fields, for who looks at values between cells. The next step fills them anyway.
+    /// Fills the ghost cells, as needed to interpolate the fields between cells.
     pub fn fill_halos(&mut self) {
         self.flow.fill_halos(&self.domain, &self.boundary);
     }
 
-    /// Momentum held by everything at present, over all ranks.
+    /// Momentum stored in fluids, grains and the exchange between them, over all ranks.
     #[must_use]
-    pub fn momentum(&self) -> MomentumStock {
+    pub fn momentum(&self) -> StoredMomentum {
         let [liquid, gas] = self.flow.momentum(&self.domain);
-        let [grains, displaced, owed] = self.grains.momentum(&self.domain);
-        MomentumStock { liquid, gas, grains, displaced, owed }
+        let [grains, displaced, deferred] = self.grains.momentum(&self.domain);
+        StoredMomentum { liquid, gas, grains, displaced, deferred }
     }
 
     /// Volume of liquid outside grains, over all ranks [m^3].
     #[must_use]
     pub fn wet_liquid_volume(&self) -> Real {
-        self.flow.liquid_volume(&self.domain) - self.grains.swallowed_volume(&self.domain, &self.flow.volume_fraction)
+        self.flow.liquid_volume(&self.domain)
+            - self.grains.liquid_volume_inside(&self.domain, &self.flow.volume_fraction)
     }
 
-    /// This rank's part of the grid.
+    /// The grid and this rank's part of it.
     #[must_use]
     pub fn domain(&self) -> &Domain {
         &self.domain
     }
 
-    /// Sides of the box.
+    /// Boundary conditions on the six sides of the box.
     #[must_use]
     pub fn boundary(&self) -> &Boundary {
         &self.boundary
     }
 
-    /// How the fluid and the step are computed.
+    /// Physical and numerical settings.
     #[must_use]
     pub fn settings(&self) -> &Settings {
         &self.settings
     }
 
-    /// Changes gravity (a frame of reference that moves) [m/s^2].
+    /// Sets gravity [m/s^2]: in an accelerated frame of reference it changes with time.
     pub fn set_gravity(&mut self, gravity: Vector) {
         self.settings.gravity = gravity;
     }
 
-    /// Liquid and gas.
+    /// The fluid phase: volume fraction, velocity, density.
     #[must_use]
     pub fn flow(&self) -> &Flow {
         &self.flow
     }
 
-    /// Pressure [Pa].
+    /// Pressure in the cells [Pa].
     #[must_use]
     pub fn pressure(&self) -> &Field<Real> {
         self.projection.pressure()
     }
 
-    /// The grains and their coupling.
+    /// The grains and their coupling to the fluid.
     #[must_use]
     pub fn grains(&self) -> &GrainPhase {
         &self.grains

@@ -1,19 +1,19 @@
-//! The one authority on the time step: what limits it, and by how much.
+//! Stability limits on the time step.
 
 use sazanami_numerics::Real;
 
-/// What ruled the length of a time step.
+/// The limit that set the length of a time step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Limit {
-    /// The split transport of the fluids: the parts of a cell swept per step add up to less than 1/2.
+    /// Courant number of the split transport.
     Advective,
-    /// Explicit viscosity.
+    /// Stability of explicit viscosity.
     Viscous,
-    /// No point of a grain moves more than a part of a cell.
+    /// Displacement of the fastest point of a grain, in cell widths.
     GrainMotion,
-    /// Contacts between grains.
+    /// Resolution of the contacts, where the number of sub-steps is fixed.
     Contact,
-    /// A step is not much longer than the one before.
+    /// Growth over the previous step.
     Growth,
     /// The longest step allowed.
     Maximum,
@@ -22,7 +22,7 @@ pub enum Limit {
 }
 
 impl Limit {
-    /// Name in logs and results; never changes.
+    /// Name in logs and results.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -37,7 +37,7 @@ impl Limit {
     }
 }
 
-/// How fast things happen at present [1/s]; zero where nothing does.
+/// Rates that limit the next step [1/s]; zero where there is no limit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Rates {
     /// Largest sum over the directions of `|u_f| / dx`.
@@ -50,18 +50,18 @@ pub struct Rates {
     pub contact: Real,
 }
 
-/// What a time step must keep to.
+/// Bounds on the time step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StepLimits {
-    /// Largest sum over the directions of the parts of a cell swept in a step.
+    /// Largest Courant number, summed over the directions; stable below 1/2.
     pub courant: Real,
-    /// Largest way of a point of a grain in a step, in cell widths.
+    /// Largest displacement of a point of a grain in a step, in cell widths.
     pub grain_travel: Real,
     /// Largest ratio of a step to the one before.
     pub growth: Real,
     /// Longest step [s].
     pub longest: Real,
-    /// Length of every step [s], for literal runs: the fluid then takes as many passes as it needs.
+    /// Fixed length of every step [s]: the fluid then takes as many passes as it needs.
     pub fixed: Option<Real>,
 }
 
@@ -72,13 +72,13 @@ impl StepLimits {
         Self { courant: 0.45, grain_travel: 0.2, growth: 1.2, longest, fixed: None }
     }
 
-    /// Steps of one length [s].
+    /// Steps of a fixed length [s].
     #[must_use]
     pub fn always(step: Real) -> Self {
         Self { fixed: Some(step), ..Self::up_to(step) }
     }
 
-    /// The next time step, after one of `previous` [s] if there was one.
+    /// The next time step; `previous` is the length of the one before [s].
     #[must_use]
     pub fn choose(&self, rates: &Rates, previous: Option<Real>) -> Step {
         if let Some(dt) = self.fixed {
@@ -101,19 +101,19 @@ impl StepLimits {
     #[must_use]
     pub fn passes(&self, rates: &Rates, dt: Real) -> usize {
         let needed = (rates.advective * dt / self.courant).max(rates.viscous * dt);
-        // A step a rounding error too long is not worth a second pass.
+        // Round-off must not cause a second pass.
         (needed * (1.0 - 1e-12)).ceil().max(1.0) as usize
     }
 }
 
-/// A time step and why it has its length.
+/// A time step and the limit that set it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Step {
     /// Length [s].
     pub dt: Real,
-    /// What ruled it.
+    /// The limit that set the length.
     pub limit: Limit,
-    /// Equal parts in which the fluid phase takes it.
+    /// Number of equal passes of the fluid phase.
     pub fluid_passes: usize,
 }
 

@@ -39,26 +39,26 @@ choices! {
     }
 }
 
-/// The viscous step cannot be solved.
+/// The viscous equation cannot be solved.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum ViscosityError {
-    /// The time step is so long that the iteration would not end.
+    /// The time step needs more iterations than allowed.
     #[error("the viscous solve would take {iterations} iterations for a time step of {dt:e} s; shorten the step")]
     TooStiff {
-        /// Iterations it would take.
+        /// Iterations needed.
         iterations: usize,
         /// Time step [s].
         dt: Real,
     },
-    /// A value is not a number.
+    /// A value is NaN or infinite.
     #[error("the viscous stress on the walls is not finite")]
     NotFinite,
 }
 
-/// What a viscous step did.
+/// Diagnostics of a viscous step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DiffusionReport {
-    /// Passes over the grid for the solve.
+    /// Sweeps over the grid in the solve.
     pub iterations: usize,
     /// Impulse of the stress on the sides of the box on the fluid [N s].
     pub wall_impulse: Vector,
@@ -71,7 +71,7 @@ impl std::ops::AddAssign for DiffusionReport {
     }
 }
 
-const MOST_ITERATIONS: usize = 4000;
+const MAX_ITERATIONS: usize = 4000;
 /// Default of [`Flow::viscous_tolerance`].
 pub(crate) const TOLERANCE: Real = 1e-5;
 /// Bound of the face viscosity over the density of a cell [m^2/s].
@@ -93,7 +93,7 @@ fn inverse_squares(domain: &Domain) -> Real {
 
 /// Number of Chebyshev steps and the spectral bound of Jacobi's iteration they rest on.
 fn plan(domain: &Domain, fluids: &Fluids, tolerance: Real, dt: Real) -> (usize, Real) {
-    // One percent for fractions a little out of range.
+    // One percent in reserve for fractions slightly out of range.
     let stiffness = 2.02 * largest_diffusivity(fluids) * dt * inverse_squares(domain);
     let radius = stiffness / (1.0 + stiffness);
     let rate = radius / (1.0 + (1.0 - radius * radius).sqrt());
@@ -121,7 +121,7 @@ impl Flow {
             ViscosityScheme::Off => return Ok(DiffusionReport::default()),
         };
         let (steps, radius) = plan(domain, &self.fluids, self.viscous_tolerance, dt);
-        if steps > MOST_ITERATIONS && self.schemes.viscosity != ViscosityScheme::Explicit {
+        if steps > MAX_ITERATIONS && self.schemes.viscosity != ViscosityScheme::Explicit {
             return Err(ViscosityError::TooStiff { iterations: steps, dt });
         }
         let rules: [GhostRules; 3] = std::array::from_fn(|i| boundary.velocity_rules(i));
@@ -146,7 +146,7 @@ impl Flow {
         }
     }
 
-    /// The fluid in motion.
+    /// The velocity, with the transposed gradient.
     fn moving(&self) -> Source<'_> {
         let u = self.velocity.each_ref().map(Field::data);
         Source { c: self.volume_fraction.data(), u, transposed: true }

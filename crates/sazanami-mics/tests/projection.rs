@@ -109,7 +109,7 @@ impl Flow {
         dt: Real,
         divergence: Real,
     ) -> Result<sazanami_mics::pressure::PressureReport, PressureError> {
-        let tolerance = Tolerance { divergence, most_iterations: 300 };
+        let tolerance = Tolerance { divergence, max_iterations: 300 };
         let Self { domain, density, velocity, faces, .. } = self;
         projection.project(domain, density, velocity, faces, gravity, dt, &tolerance)
     }

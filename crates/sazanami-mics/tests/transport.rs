@@ -128,10 +128,10 @@ fn drift(schemes: Schemes) -> [Real; 2] {
     let mut clipped = Vector::ZERO;
     let mut clipped_volume = 0.0;
     for _ in 0..12 {
-        let wisps = flow.transport(&domain, &boundary, dt).wisps;
-        clipped += wisps.clipped_momentum;
-        clipped_volume += wisps.clipped_volume;
-        assert!(wisps.worst_excess < 1e-12 || schemes.dilatation == Dilatation::EverySweep);
+        let residue = flow.transport(&domain, &boundary, dt).residue;
+        clipped += residue.clipped_momentum;
+        clipped_volume += residue.clipped_volume;
+        assert!(residue.worst_excess < 1e-12 || schemes.dilatation == Dilatation::EverySweep);
     }
     let after = totals(&flow);
     let volume = (after.1 - before.1 - clipped_volume) / before.1;

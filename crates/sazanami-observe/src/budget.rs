@@ -1,29 +1,29 @@
-//! Where momentum and liquid went.
+//! Budgets of momentum and liquid volume.
 //!
-//! The fluid lives in every cell, also inside grains; the part of it that grains displace moves with
-//! them and is taken off. With the impulse `J` that the exchange still owes the grains, the momentum
+//! The fluid fills every cell, also inside grains; the part that grains displace moves with them and is
+//! subtracted. With the deferred impulse `J` that the exchange gives the grains in the next step, the momentum
 //!
 //! `P = sum rho_f u dV + sum (M_k - m_fk) v_k + sum J_k`
 //!
-//! changes only by what walls, gravity and open sides bring in, and by the liquid that grains swallow or
-//! release: `- sum v_k dm_fk`. The solver feeds both sides; what is left over is the residual. A solver
-//! whose `J` uses the displaced mass `m_fk` after the step counts `- v_k dm_fk` with the velocity before
+//! changes only by the impulses of walls, gravity and open sides, and by the displaced-mass flux
+//! `- sum v_k dm_fk`. The solver supplies both sides; their difference is the residual. A solver
+//! whose `J` uses the displaced mass `m_fk` after the step takes `- v_k dm_fk` with the velocity before
 //! it, and the other way round: then the residual is round-off.
 //!
-//! Where the fluid is moving particles, it has a budget of its own ([`FluidMomentumBudget`]): it lies between the
-//! grains, and what it gives them is drag and the force of its pressure.
+//! Moving particles have a separate budget ([`FluidMomentumBudget`]): that fluid lies between the grains, and
+//! acts on them by drag and pressure.
 
 use sazanami_numerics::snapshot::{Snapshot, SnapshotError};
 use sazanami_numerics::{Real, Vector};
 
-/// Section of a snapshot with the momentum of a fluid at the start and the sums of its impulses.
+/// Section of a snapshot with the initial momentum of a fluid and the sums of its impulses.
 const FLUID_SUMS: &str = "observe/momentum";
-/// What rounding dropped of these sums.
+/// Round-off of these sums.
 const FLUID_RESTS: &str = "observe/momentum_rest";
 
 /// Momentum stored at one time, summed over all ranks [kg m/s].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct MomentumStock {
+pub struct StoredMomentum {
     /// `sum rho_l C u dV`, liquid inside grains included.
     pub liquid: Vector,
     /// `sum rho_g (1 - C) u dV`, gas inside grains included.
@@ -32,19 +32,19 @@ pub struct MomentumStock {
     pub grains: Vector,
     /// `sum m_fk v_k`: fluid displaced by grains; counts negative in the total.
     pub displaced: Vector,
-    /// `sum J_k`: taken from the fluid, not yet given to the grains.
-    pub owed_to_grains: Vector,
+    /// `sum J_k`: deferred impulse, given to the grains in the next step.
+    pub deferred: Vector,
 }
 
-impl MomentumStock {
+impl StoredMomentum {
     /// Total momentum `P` [kg m/s].
     #[must_use]
     pub fn total(&self) -> Vector {
-        self.liquid + self.gas + self.grains - self.displaced + self.owed_to_grains
+        self.liquid + self.gas + self.grains - self.displaced + self.deferred
     }
 
     fn terms(&self) -> [Vector; 5] {
-        [self.liquid, self.gas, self.grains, self.displaced, self.owed_to_grains]
+        [self.liquid, self.gas, self.grains, self.displaced, self.deferred]
     }
 }
 
@@ -59,11 +59,11 @@ pub struct Impulses {
     pub gravity_on_fluid: Vector,
     /// Weight of the grains less that of the fluid they displace, `sum (M_k - m_fk) g dt`.
     pub gravity_on_grains: Vector,
-    /// Liquid and gas swallowed or released by grains, `- sum v_k dm_fk`.
-    pub swallowed: Vector,
-    /// Momentum carried in through open sides.
+    /// Displaced-mass flux, `- sum v_k dm_fk`.
+    pub displaced_mass_flux: Vector,
+    /// Momentum convected in through open sides.
     pub open_sides: Vector,
-    /// Whatever holds or drives grains with fixed or prescribed motion.
+    /// Constraints that hold or drive grains with fixed or prescribed motion.
     pub held_grains: Vector,
 }
 
@@ -87,7 +87,7 @@ impl Impulses {
             self.walls_on_grains,
             self.gravity_on_fluid,
             self.gravity_on_grains,
-            self.swallowed,
+            self.displaced_mass_flux,
             self.open_sides,
             self.held_grains,
         ]
@@ -102,21 +102,28 @@ impl Impulses {
 
 impl From<[Vector; 7]> for Impulses {
     fn from(terms: [Vector; 7]) -> Self {
-        let [walls_on_fluid, walls_on_grains, gravity_on_fluid, gravity_on_grains, swallowed, open_sides, held_grains] =
-            terms;
+        let [
+            walls_on_fluid,
+            walls_on_grains,
+            gravity_on_fluid,
+            gravity_on_grains,
+            displaced_mass_flux,
+            open_sides,
+            held_grains,
+        ] = terms;
         Self {
             walls_on_fluid,
             walls_on_grains,
             gravity_on_fluid,
             gravity_on_grains,
-            swallowed,
+            displaced_mass_flux,
             open_sides,
             held_grains,
         }
     }
 }
 
-/// A sum that keeps what rounding drops (Neumaier): millions of small impulses add up to the last digit.
+/// Compensated sum (Neumaier): millions of small impulses add up to the last digit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Total {
     sum: Vector,
@@ -141,8 +148,8 @@ impl Total {
 /// Momentum budget of a whole run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MomentumBudget {
-    initial: MomentumStock,
-    now: MomentumStock,
+    initial: StoredMomentum,
+    now: StoredMomentum,
     impulses: [Total; 7],
     largest_term: Real,
 }
@@ -150,13 +157,13 @@ pub struct MomentumBudget {
 impl MomentumBudget {
     /// Starts with the momentum at the beginning of the run.
     #[must_use]
-    pub fn new(initial: MomentumStock) -> Self {
+    pub fn new(initial: StoredMomentum) -> Self {
         let mut budget = Self { initial, now: initial, impulses: Default::default(), largest_term: 0.0 };
-        budget.note_largest_term();
+        budget.update_largest_term();
         budget
     }
 
-    /// Adds the impulses of a step; call [`Self::set_stock`] once the momentum after it is known.
+    /// Adds the impulses of a step; call [`Self::set_stored`] once the momentum after it is known.
     pub fn add(&mut self, step: &Impulses) {
         for (total, impulse) in self.impulses.iter_mut().zip(step.terms()) {
             total.add(impulse);
@@ -164,12 +171,12 @@ impl MomentumBudget {
     }
 
     /// Sets the momentum stored now. Not every step needs it.
-    pub fn set_stock(&mut self, now: MomentumStock) {
+    pub fn set_stored(&mut self, now: StoredMomentum) {
         self.now = now;
-        self.note_largest_term();
+        self.update_largest_term();
     }
 
-    fn note_largest_term(&mut self) {
+    fn update_largest_term(&mut self) {
         let stored = self.now.terms().into_iter().chain([self.initial.total()]);
         let largest = stored.chain(self.impulses.map(|t| t.value())).map(Vector::length).fold(0.0, Real::max);
         self.largest_term = self.largest_term.max(largest);
@@ -177,13 +184,13 @@ impl MomentumBudget {
 
     /// Momentum at the start.
     #[must_use]
-    pub fn initial(&self) -> &MomentumStock {
+    pub fn initial(&self) -> &StoredMomentum {
         &self.initial
     }
 
     /// Momentum stored now.
     #[must_use]
-    pub fn stock(&self) -> &MomentumStock {
+    pub fn stored(&self) -> &StoredMomentum {
         &self.now
     }
 
@@ -193,19 +200,19 @@ impl MomentumBudget {
         self.impulses.map(|total| total.value()).into()
     }
 
-    /// Momentum that nothing accounts for: `P - P(0) - impulses` [kg m/s].
+    /// Residual momentum `P - P(0) - impulses` [kg m/s].
     #[must_use]
     pub fn residual(&self) -> Vector {
         self.now.total() - self.initial.total() - self.impulses().total()
     }
 
-    /// Largest term of the budget met at any time [kg m/s]: the scale of the residual.
+    /// Largest term of the budget at any time so far [kg m/s]: the scale of the residual.
     #[must_use]
     pub fn largest_term(&self) -> Real {
         self.largest_term
     }
 
-    /// Residual relative to the largest term; 0 if nothing ever moved.
+    /// Residual relative to the largest term; 0 if that is 0.
     #[must_use]
     pub fn relative_residual(&self) -> Real {
         if self.largest_term > 0.0 { self.residual().length() / self.largest_term } else { 0.0 }
@@ -220,9 +227,9 @@ impl MomentumBudget {
 
     /// Writes the state into a snapshot.
     pub fn save(&self, snapshot: &mut Snapshot) {
-        let stocks = self.initial.terms().into_iter().chain(self.now.terms());
+        let stored = self.initial.terms().into_iter().chain(self.now.terms());
         let totals = self.impulses.iter().flat_map(|total| [total.sum, total.rest]);
-        snapshot.put_vectors("momentum_budget.vectors", &stocks.chain(totals).collect::<Vec<_>>());
+        snapshot.put_vectors("momentum_budget.vectors", &stored.chain(totals).collect::<Vec<_>>());
         snapshot.put_reals("momentum_budget.largest_term", vec![self.largest_term]);
     }
 
@@ -232,16 +239,16 @@ impl MomentumBudget {
     /// [`SnapshotError`] if it is not there or of another length.
     pub fn restore(snapshot: &Snapshot) -> Result<Self, SnapshotError> {
         let v = vectors_of(snapshot, "momentum_budget.vectors", 5 + 5 + 14)?;
-        let stock = |at: usize| MomentumStock {
+        let stored = |at: usize| StoredMomentum {
             liquid: v[at],
             gas: v[at + 1],
             grains: v[at + 2],
             displaced: v[at + 3],
-            owed_to_grains: v[at + 4],
+            deferred: v[at + 4],
         };
         Ok(Self {
-            initial: stock(0),
-            now: stock(5),
+            initial: stored(0),
+            now: stored(5),
             impulses: std::array::from_fn(|n| Total { sum: v[10 + 2 * n], rest: v[11 + 2 * n] }),
             largest_term: snapshot.reals_of("momentum_budget.largest_term", 1)?[0],
         })
@@ -251,13 +258,13 @@ impl MomentumBudget {
 /// Impulses in a tank of moving particles during one step, or since the start [N s].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ParticleImpulses {
-    /// Gravity and what stands for the motion of the tank, on the fluid.
+    /// Gravity and the inertial force of the tank's motion on the fluid.
     pub body_force_on_fluid: Vector,
     /// Pressure of the walls on the fluid.
     pub wall_pressure_on_fluid: Vector,
     /// Viscous stress of the walls on the fluid.
     pub wall_friction_on_fluid: Vector,
-    /// What keeps particles apart, which is of the walls: pushes, bounces, and putting back into the box.
+    /// Stabilisation and collisions of fluid particles with walls, and particles returned to the box.
     pub wall_contact_on_fluid: Vector,
     /// Drag of the grains on the fluid.
     pub drag_on_fluid: Vector,
@@ -297,7 +304,7 @@ impl ParticleImpulses {
         ]
     }
 
-    /// What body force, walls and grains gave the fluid.
+    /// Impulse of body force, walls and grains on the fluid.
     #[must_use]
     pub fn on_fluid(&self) -> Vector {
         let walls = self.body_force_on_fluid
@@ -307,7 +314,7 @@ impl ParticleImpulses {
         walls + self.drag_on_fluid - self.pressure_on_grains
     }
 
-    /// Sum of drag on grains and on fluid: what one was given and the other did not lose.
+    /// Sum of drag on grains and on fluid: zero where action equals reaction.
     #[must_use]
     pub fn drag_residual(&self) -> Vector {
         self.drag_on_fluid + self.drag_on_grains
@@ -342,7 +349,7 @@ impl From<[Vector; 8]> for ParticleImpulses {
 pub struct FluidMomentumBudget {
     initial: Vector,
     impulses: [Total; 8],
-    /// Sizes of the impulses of the body force in each direction: the scale of the residual.
+    /// Absolute impulses of the body force in each direction: the scale of the residual.
     forced: Total,
     residual: Vector,
 }
@@ -371,7 +378,7 @@ impl FluidMomentumBudget {
         self.impulses.map(|total| total.value()).into()
     }
 
-    /// What the fluid had gained, when last balanced, beyond what acted on it [N s].
+    /// Momentum gained beyond the impulses, when last balanced [N s].
     #[must_use]
     pub fn residual(&self) -> Vector {
         self.residual
@@ -419,16 +426,16 @@ fn vectors_of(snapshot: &Snapshot, name: &str, count: usize) -> Result<Vec<Vecto
     snapshot.vectors(name)
 }
 
-/// Liquid volume at one time and what became of it [m^3].
+/// Liquid volume at one time, and its sources since the start [m^3].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LiquidVolume {
-    /// `sum C dV`, liquid inside grains included: what the transport conserves.
+    /// `sum C dV`, liquid inside grains included: conserved by the transport.
     pub transported: Real,
-    /// `sum (1 - alpha) C dV`: the liquid that is physically there.
+    /// `sum (1 - alpha) C dV`: liquid outside grains.
     pub wet: Real,
-    /// Carried in through open sides since the start.
+    /// Inflow through open sides since the start.
     pub through_open_sides: Real,
-    /// Removed (negative: added) where the fraction was cut to the range from 0 to 1, since the start.
+    /// Removed (negative: added) by clipping to the range 0 to 1, since the start.
     pub clipped: Real,
 }
 
@@ -458,19 +465,19 @@ impl LiquidBudget {
     }
 
     /// Change of the transported volume that open sides do not explain, relative to the volume at the
-    /// start (or what came in, if that is more); clipping is part of it.
+    /// start (or the inflow, if that is more); clipping is included.
     #[must_use]
     pub fn relative_change(&self) -> Real {
-        let brought_in = self.now.through_open_sides - self.initial.through_open_sides;
-        let change = self.now.transported - self.initial.transported - brought_in;
-        relative(change, self.initial.transported.max(brought_in))
+        let inflow = self.now.through_open_sides - self.initial.through_open_sides;
+        let change = self.now.transported - self.initial.transported - inflow;
+        relative(change, self.initial.transported.max(inflow))
     }
 
-    /// Relative change of the wet volume: liquid that entered or left cells which grains occupy.
+    /// Relative change of the liquid volume outside grains.
     #[must_use]
     pub fn wet_relative_change(&self) -> Real {
-        let brought_in = self.now.through_open_sides - self.initial.through_open_sides;
-        relative(self.now.wet - self.initial.wet - brought_in, self.initial.wet.max(brought_in))
+        let inflow = self.now.through_open_sides - self.initial.through_open_sides;
+        relative(self.now.wet - self.initial.wet - inflow, self.initial.wet.max(inflow))
     }
 
     /// Writes the state into a snapshot.
@@ -505,39 +512,39 @@ mod tests {
 
     /// A grain that takes momentum from a fluid with an impulse that arrives one step late, under gravity,
     /// while the mass it displaces changes: the scheme in one cell.
-    fn run(steps: usize, count_swallowed: bool) -> MomentumBudget {
+    fn run(steps: usize, count_displaced_mass: bool) -> MomentumBudget {
         let (fluid_mass, grain_mass, dt) = (2.0, 3.0, 0.01);
         let gravity = Vector::new(0.0, 0.0, -9.8);
-        let (mut u, mut v, mut owed) = (Vector::new(1.0, 0.5, -4.0), Vector::ZERO, Vector::ZERO);
+        let (mut u, mut v, mut deferred) = (Vector::new(1.0, 0.5, -4.0), Vector::ZERO, Vector::ZERO);
         let mut displaced_mass = 0.2;
-        let stock = |u: Vector, v: Vector, displaced_mass: Real, owed: Vector| MomentumStock {
+        let stored = |u: Vector, v: Vector, displaced_mass: Real, deferred: Vector| StoredMomentum {
             liquid: fluid_mass * u,
             grains: grain_mass * v,
             displaced: displaced_mass * v,
-            owed_to_grains: owed,
+            deferred,
             ..Default::default()
         };
-        let mut budget = MomentumBudget::new(stock(u, v, displaced_mass, owed));
+        let mut budget = MomentumBudget::new(stored(u, v, displaced_mass, deferred));
         for step in 0..steps {
             let wall = Vector::new(0.0, 0.0, 0.1 * dt);
             u += gravity * dt + wall / fluid_mass;
             let load = 0.7 * (u - v) * dt;
             let v_old = v;
-            v += gravity * dt + (load + owed) / grain_mass;
+            v += gravity * dt + (load + deferred) / grain_mass;
             let old_mass = displaced_mass;
             displaced_mass = 0.2 + 0.1 * (step as Real).sin();
             let taken = 0.3 * fluid_mass * (u - v);
             u -= taken / fluid_mass;
-            owed = taken + displaced_mass * (v - v_old - gravity * dt) - load;
-            let swallowed = -v_old * (displaced_mass - old_mass);
+            deferred = taken + displaced_mass * (v - v_old - gravity * dt) - load;
+            let displaced_mass_flux = -v_old * (displaced_mass - old_mass);
             budget.add(&Impulses {
                 walls_on_fluid: wall,
                 gravity_on_fluid: fluid_mass * gravity * dt,
                 gravity_on_grains: (grain_mass - displaced_mass) * gravity * dt,
-                swallowed: if count_swallowed { swallowed } else { Vector::ZERO },
+                displaced_mass_flux: if count_displaced_mass { displaced_mass_flux } else { Vector::ZERO },
                 ..Default::default()
             });
-            budget.set_stock(stock(u, v, displaced_mass, owed));
+            budget.set_stored(stored(u, v, displaced_mass, deferred));
         }
         budget
     }
@@ -547,13 +554,13 @@ mod tests {
         let budget = run(10_000, true);
         assert!(budget.relative_residual() < 1e-12, "{}", budget.relative_residual());
         assert!(budget.largest_term() > 100.0);
-        // Negative control: the swallowed liquid left out.
+        // Negative control: the displaced_mass_flux liquid left out.
         assert!(run(10_000, false).relative_residual() > 1e-4);
     }
 
     #[test]
     fn impulses_add_up_to_the_last_digit() {
-        let mut budget = MomentumBudget::new(MomentumStock::default());
+        let mut budget = MomentumBudget::new(StoredMomentum::default());
         let small = Vector::splat(0.1);
         (0..1_000_000).for_each(|_| budget.add(&Impulses { held_grains: small, ..Default::default() }));
         let sum = budget.impulses().held_grains.x;
@@ -565,18 +572,18 @@ mod tests {
 
     #[test]
     fn a_residual_is_measured_against_the_largest_term() {
-        let start = MomentumStock { liquid: Vector::new(0.0, 0.0, -4.0), ..Default::default() };
+        let start = StoredMomentum { liquid: Vector::new(0.0, 0.0, -4.0), ..Default::default() };
         let mut budget = MomentumBudget::new(start);
-        budget.set_stock(MomentumStock { liquid: Vector::new(0.0, 0.0, -8.0), ..start });
-        budget.set_stock(MomentumStock { liquid: Vector::new(0.0, 0.0, -3.0), ..start });
+        budget.set_stored(StoredMomentum { liquid: Vector::new(0.0, 0.0, -8.0), ..start });
+        budget.set_stored(StoredMomentum { liquid: Vector::new(0.0, 0.0, -3.0), ..start });
         assert_eq!(budget.relative_residual(), 1.0 / 8.0);
         assert_eq!(budget.residual_of_initial(), Some(0.25));
-        assert_eq!(MomentumBudget::new(MomentumStock::default()).relative_residual(), 0.0);
+        assert_eq!(MomentumBudget::new(StoredMomentum::default()).relative_residual(), 0.0);
     }
 
     #[test]
     fn names_and_terms_match() {
-        let only = Impulses { swallowed: Vector::ONE, ..Default::default() };
+        let only = Impulses { displaced_mass_flux: Vector::ONE, ..Default::default() };
         let at = Impulses::NAMES.iter().position(|&name| name == "swallowed").unwrap();
         assert_eq!(only.terms()[at], Vector::ONE);
         assert_eq!(Impulses::from(only.terms()), only);

@@ -111,7 +111,7 @@ fn solver(substeps: Substeps) -> Solver {
     let settings = Settings {
         gravity: Vector::new(3.0, 1.0, -30.0),
         limits: StepLimits::up_to(2e-5),
-        tolerance: Tolerance { divergence: 1e-8, most_iterations: 300 },
+        tolerance: Tolerance { divergence: 1e-8, max_iterations: 300 },
         incremental: false,
     };
     Solver::new(domain, boundary, settings, flow, engine, Arc::from([shape]), coupling).expect("the case is sound")

@@ -1,5 +1,5 @@
-//! Back-projection: the velocity of cells that grains cover becomes mass-averaged, and the momentum
-//! that this takes from the fluid goes to the grains.
+//! Momentum exchange: the velocity of cells that grains cover becomes mass-averaged (back-projection),
+//! and the momentum that this takes from the fluid is given to the grains.
 //!
 //! With alpha the solid fraction, `u_s` the rigid velocity at the covered centroid and
 //! `w = alpha rho_s / ((1 - alpha) rho_f + alpha rho_s)`,
@@ -22,29 +22,29 @@ use sazanami_parallel::for_each_chunk;
 use super::imprint::Imprint;
 
 choices! {
-    /// How momentum returns to the grains.
+    /// How the momentum taken from the fluid is given to the grains.
     pub enum Exchange {
-        /// What back-projection takes beyond the stress integral is given to the grains next step.
+        /// What back-projection takes beyond the stress integral is given to the grains in the next step.
         Exact = "exact",
-        /// The stress integral alone, as in the paper.
+        /// The stress integral alone, as in Yagyu et al. (2015): momentum is not conserved.
         Stress = "stress",
     }
 }
 
 choices! {
-    /// Weight of the grains' velocity in a cell that they share with fluid.
+    /// Weight of the grain velocity in a partly covered cell.
     pub enum Weighting {
-        /// By mass.
+        /// Mass fraction of the grains.
         Mass = "mass",
-        /// By volume.
+        /// Volume fraction of the grains.
         Volume = "volume",
     }
 }
 
-/// A cell as back-projection sees it.
+/// Composition of a partly covered cell.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MixedCell {
-    /// Sum of the shares of all grains; above one where grains overlap.
+    /// Solid fraction, summed over the grains; above one where they overlap.
     pub alpha: Real,
     /// Weight w of the grains.
     pub weight: Real,
@@ -65,16 +65,16 @@ impl MixedCell {
         Self { alpha, weight }
     }
 
-    /// Part of the cell that a grain with `fraction` fills after overfull cells are cut.
+    /// Fraction of a grain in the cell, scaled down where the sum exceeds one.
     #[inline]
     pub fn share(&self, fraction: Real) -> Real {
         fraction / self.alpha.max(1.0)
     }
 }
 
-/// What back-projection takes from the fluid on behalf of one grain, and the fluid it displaces.
+/// Momentum that back-projection takes from the fluid for one grain, and the fluid mass it displaces.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Taken {
+pub struct Transfer {
     /// Momentum [N s].
     pub momentum: Vector,
     /// Angular momentum about the grain's centre of mass [N m s].
@@ -91,7 +91,7 @@ pub(super) fn take(
     u: &[Field<Real>; 3],
     density: &Field<Real>,
     weighting: Weighting,
-    taken: &mut [Taken],
+    taken: &mut [Transfer],
 ) {
     let volume = domain.grid().cell_volume();
     let (alpha, solid, rho) = (imprint.solid_fraction.data(), imprint.solid_density.data(), density.data());
@@ -100,7 +100,7 @@ pub(super) fn take(
         for (offset, taken) in taken.iter_mut().enumerate() {
             let n = number * 64 + offset;
             let (velocity, spin) = (grains.velocity[n], grains.angular_velocity(n));
-            *taken = Taken::default();
+            *taken = Transfer::default();
             for share in imprint.shares(n) {
                 let at = share.at as usize;
                 let cell = MixedCell::new(alpha[at], solid[at], rho[at], weighting);

@@ -1,8 +1,8 @@
-//! Where the grains are on the grid: volume fractions, covered centroids, rigid velocities.
+//! Volume fractions of the grains, covered centroids, and rigid velocities on the grid.
 //!
 //! Every grain keeps the list of the cells it covers. From these lists come, per cell, the solid
 //! fraction alpha, the solid mass per volume and the volume-weighted rigid velocity. Where grains
-//! overlap in a contact, alpha may exceed one: users of the fields cut it there, in proportion.
+//! overlap in a contact, alpha may exceed one: users of the fields scale it down there.
 
 use std::ops::Range;
 
@@ -14,27 +14,27 @@ use sazanami_numerics::grid::{Field, GHOSTS};
 use sazanami_numerics::{Quaternion, Real, Vector};
 use sazanami_parallel::{Rows, for_each_chunk};
 
-/// Grains whose cell lists are kept, and evaluated, together.
+/// Grains in one group of cell lists: the unit of parallel work.
 const GROUP: usize = 32;
 /// A grain is imprinted anew when a point of it has moved by this part of the cell width.
 pub(super) const STALE: Real = 1e-3;
 
 choices! {
-    /// Where the arm of a cell's share of the fluid force ends.
+    /// Point of action of the fluid force in a cell.
     #[derive(Default)]
     pub enum TorqueArm {
-        /// In the centroid of the covered part of the cell.
+        /// Centroid of the covered part of the cell.
         #[default]
         Centroid = "centroid",
-        /// In the centre of the cell.
+        /// Centre of the cell.
         Cell = "cell",
     }
 }
 
-/// A cell's share of a grain.
+/// The part of a grain in one cell.
 #[derive(Clone, Copy, Debug)]
 pub struct Share {
-    /// Part of the cell that the grain covers, before overfull cells are cut.
+    /// Volume fraction of the grain in the cell, before scaling where the sum exceeds one.
     pub fraction: Real,
     /// Place in memory of the cell.
     pub at: u32,
@@ -55,12 +55,12 @@ impl Share {
 pub struct Pose {
     /// Centre of mass [m].
     pub position: Vector,
-    /// Orientation.
+    /// Rotation from the body frame to the box.
     pub orientation: Quaternion,
 }
 
 impl Pose {
-    /// Upper bound of the way of any point within `radius` [m] of the centre to another pose [m].
+    /// Upper bound of the displacement of any point within `radius` [m] of the centre to another pose [m].
     pub(super) fn distance(&self, other: &Self, radius: Real) -> Real {
         let turn = self.orientation.dot(other.orientation).abs().min(1.0);
         // The chord of the turn: 2 sin(angle/2).
@@ -69,18 +69,18 @@ impl Pose {
     }
 }
 
-/// What an imprint did and had to leave out.
+/// Diagnostics of the volume fractions.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ImprintReport {
     /// Grains whose cell lists were evaluated anew.
     pub evaluated: usize,
-    /// Largest relative error of a grain's sampled volume before it was corrected.
+    /// Largest relative error of a grain's sampled volume before correction.
     pub worst_volume_error: Real,
-    /// Cells in which the grains' fractions add up to more than one.
+    /// Cells whose solid fractions sum to more than one.
     pub overfull_cells: usize,
-    /// Solid volume above one in such cells [m^3].
+    /// Solid volume in excess of one in such cells [m^3].
     pub overfull_volume: Real,
-    /// Volume of grains outside the box, in walls that a contact lets them dip into [m^3].
+    /// Volume of grains outside the box, where they overlap walls in contact [m^3].
     pub outside_volume: Real,
 }
 
@@ -98,14 +98,14 @@ struct Group {
     worst_volume_error: Real,
 }
 
-/// What all groups need to evaluate their grains.
+/// Arguments common to all groups.
 #[derive(Clone, Copy)]
 struct Evaluation<'a> {
     domain: &'a Domain,
     grains: &'a Grains,
     shapes: &'a [Shape],
     arm: TorqueArm,
-    /// Poses to imprint at instead of the present ones.
+    /// Poses to use instead of the present ones.
     poses: Option<&'a [Pose]>,
 }
 
@@ -130,7 +130,7 @@ impl Group {
         start..self.ends[member] as usize
     }
 
-    /// Evaluates the members that have another pose than before; the lists of the others are taken over.
+    /// Evaluates the members whose pose has changed; the lists of the others are kept.
     fn evaluate(&mut self, with: Evaluation, members: Range<usize>) {
         let known = self.poses.len() == members.len();
         let pose_of = |n: usize| match with.poses {
@@ -207,16 +207,16 @@ impl Group {
     }
 }
 
-/// The grains on the cells of a rank.
+/// Volume fractions of the grains on the cells of a rank.
 pub struct Imprint {
     method: VolumeFractionMethod,
     arm: TorqueArm,
     groups: Vec<Group>,
     /// Identifier and image of every entry of the engine.
     keys: Vec<(u64, [i32; 2])>,
-    /// Entries in the order of their keys: sums over them do not depend on who owns what.
+    /// Entries in the order of their keys: sums over them do not depend on the decomposition.
     order: Vec<u32>,
-    /// Entries that touch each plane of cells, plane after plane, and where each plane's begin.
+    /// Entries that touch each plane of cells, plane by plane, and the offset of each plane.
     touching: Vec<u32>,
     planes: Vec<u32>,
     overfull: Vec<(usize, Real)>,
@@ -231,7 +231,7 @@ pub struct Imprint {
 }
 
 impl Imprint {
-    /// No grains yet, on fields of `cells` cells (none if there will never be any grains).
+    /// Empty fields of `cells` cells (no cells if there are no grains).
     #[must_use]
     pub fn new(cells: [usize; 3], method: VolumeFractionMethod, arm: TorqueArm) -> Self {
         let [_, n2, n3] = cells;
@@ -278,7 +278,7 @@ impl Imprint {
     ) -> ImprintReport {
         let count = grains.len();
         let keys = || (0..count).map(|n| (grains.id[n], grains.image(n)));
-        // Without other ranks and images the engine keeps the order of its grains, else while its lists last.
+        // The engine changes the order of its entries only when it rebuilds its neighbour lists.
         if !keys().eq(self.keys.iter().copied()) {
             self.keys.clear();
             self.keys.extend(keys());
@@ -298,7 +298,7 @@ impl Imprint {
         self.report(domain, grains.owned())
     }
 
-    /// What was done on all ranks. A grain known to several of them counts where it is owned.
+    /// Diagnostics over all ranks; each grain counts on the rank that owns it.
     fn report(&self, domain: &Domain, owned: usize) -> ImprintReport {
         let evaluated: usize = self.groups.iter().map(|group| group.evaluated).sum();
         let worst = self.groups.iter().map(|group| group.worst_volume_error).fold(0.0, Real::max);
@@ -333,7 +333,7 @@ impl Imprint {
         }
         let total = planes.last().map_or(0, |&end| end as usize);
         if touching.len() < total {
-            // With room to spare: grains that move touch more planes at times.
+            // In reserve: grains that move may touch more planes.
             touching.resize(total + total / 4 + 16, 0);
         }
         for &n in order.iter() {

@@ -1,4 +1,4 @@
-//! The grains in the fluid: what they cover, what pushes them, what they take and give back.
+//! The grains in the fluid: volume fractions, fluid loads, and the exchange of momentum.
 
 mod exchange;
 mod imprint;
@@ -13,40 +13,40 @@ use sazanami_numerics::grid::Field;
 use sazanami_numerics::{Quaternion, Real, Vector};
 use sazanami_parallel::max_over;
 
-use crate::momentum::MomentumImpulses;
+use crate::momentum::Impulses;
 
-pub use exchange::{Exchange, Taken, Weighting};
+pub use exchange::{Exchange, Transfer, Weighting};
 pub use imprint::{Imprint, ImprintReport, Pose, Share, TorqueArm};
 pub use loads::FluidLoad;
 
-/// Grains that one piece of work looks at.
+/// Grains in one parallel task.
 const BATCH: usize = 256;
 
 /// How grains and fluid are coupled.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coupling {
-    /// How momentum returns to the grains.
+    /// Scheme of the momentum exchange.
     pub exchange: Exchange,
-    /// Weight of the grains' velocity in shared cells.
+    /// Weight of the grain velocity in partly covered cells.
     pub weighting: Weighting,
-    /// How covered volumes are evaluated.
+    /// Evaluation of the volume fractions.
     pub volume_fraction: VolumeFractionMethod,
-    /// Where the arm of a cell's force ends.
+    /// Point of action of a cell's force.
     pub torque_arm: TorqueArm,
-    /// Contact sub-steps in a step.
+    /// Number of contact sub-steps in a step.
     pub substeps: Substeps,
 }
 
-/// What the fluid still owes a grain, and what the grain was before the contacts moved it; kept with
-/// the grain, so that it changes ranks with it.
+/// What the coupling keeps with each grain between steps, also when it migrates to another rank: the deferred
+/// impulse, the grain's state before the contacts moved it, and the pose of its volume fractions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
-struct Account {
-    /// Impulse to be given over the next step [N s].
+struct CouplingState {
+    /// Deferred impulse: to be given over the next step [N s].
     impulse: [Real; 3],
-    /// Angular impulse about the centre of mass [N m s].
+    /// Deferred angular impulse about the centre of mass [N m s].
     angular_impulse: [Real; 3],
-    /// Mass of the displaced fluid at the last exchange [kg].
+    /// Mass of displaced fluid at the last exchange [kg].
     displaced_mass: Real,
     velocity_before: [Real; 3],
     angular_momentum_before: [Real; 3],
@@ -55,22 +55,22 @@ struct Account {
     imprinted_turned: [Real; 4],
 }
 
-impl Account {
+impl CouplingState {
     fn imprinted(&self) -> Pose {
         let orientation = Quaternion::from_array(self.imprinted_turned);
         Pose { position: Vector::from_array(self.imprinted_at), orientation }
     }
 
-    /// Nothing is owed; the grain stays imprinted.
-    fn settled(&self) -> Self {
+    /// The same without a deferred impulse.
+    fn without_impulse(&self) -> Self {
         let Self { imprinted_at, imprinted_turned, .. } = *self;
         Self { imprinted_at, imprinted_turned, ..Self::default() }
     }
 }
 
-const _: () = assert!(size_of::<Account>() == size_of::<[Real; ATTACHED]>());
+const _: () = assert!(size_of::<CouplingState>() == size_of::<[Real; ATTACHED]>());
 
-/// All grains of a rank and their exchange with the fluid.
+/// The grains of a rank and their coupling to the fluid.
 pub struct GrainPhase {
     engine: Engine,
     shapes: Arc<[Shape]>,
@@ -79,11 +79,11 @@ pub struct GrainPhase {
     /// Time integral of the stress divergence over the passes of a step [N s/m^3].
     stress_impulse: [Field<Real>; 3],
     loads: Vec<FluidLoad>,
-    taken: Vec<Taken>,
+    taken: Vec<Transfer>,
     partial: Vec<[Real; 7]>,
     force: Vec<Vector>,
     torque: Vec<Vector>,
-    /// Where all entries of the engine are imprinted.
+    /// Poses at which the grains of the engine, ghosts included, are imprinted.
     poses: Vec<Pose>,
     count: usize,
 }
@@ -124,20 +124,19 @@ impl GrainPhase {
         &mut self.engine
     }
 
-    /// What the grains cover.
+    /// Volume fractions of the grains.
     #[must_use]
     pub fn covered(&self) -> &Imprint {
         &self.imprint
     }
 
-    /// Force of the fluid on each own grain in the last step, what back-projection returned
-    /// included [N].
+    /// Force of the fluid on each owned grain in the last step, deferred impulse included [N].
     #[must_use]
     pub fn fluid_forces(&self) -> &[Vector] {
         &self.force
     }
 
-    /// Torque of the fluid on each own grain in the last step [N m].
+    /// Torque of the fluid on each owned grain in the last step [N m].
     #[must_use]
     pub fn fluid_torques(&self) -> &[Vector] {
         &self.torque
@@ -149,7 +148,7 @@ impl GrainPhase {
         self.count
     }
 
-    /// Shapes of the grains.
+    /// Shapes of the grains, by shape index.
     #[must_use]
     pub fn shapes(&self) -> &Arc<[Shape]> {
         &self.shapes
@@ -185,7 +184,7 @@ impl GrainPhase {
         }
     }
 
-    /// Forgets the stress of the last step.
+    /// Clears the stress impulse of the last step.
     pub(crate) fn clear_stress(&mut self, domain: &Domain) {
         if !self.is_empty() {
             let [s1, s2, s3] = &mut self.stress_impulse;
@@ -221,7 +220,7 @@ impl GrainPhase {
     }
 
     /// Turns the stress of the passes into a constant force and torque on each owned grain over
-    /// `dt` [s], and adds what the last exchange still owes.
+    /// `dt` [s], and adds the deferred impulse of the last exchange.
     pub(crate) fn load(&mut self, domain: &Domain, dt: Real) {
         let count = self.engine.grains().len();
         self.loads.resize(count, FluidLoad::default());
@@ -236,23 +235,23 @@ impl GrainPhase {
         self.torque.clear();
         for n in 0..self.engine.grains().owned() {
             let [impulse, angular_impulse] = vectors(&self.partial[n]);
-            let mut account = self.account(n);
-            self.force.push((impulse + Vector::from_array(account.impulse)) / dt);
-            self.torque.push((angular_impulse + Vector::from_array(account.angular_impulse)) / dt);
+            let mut state = self.coupling_state(n);
+            self.force.push((impulse + Vector::from_array(state.impulse)) / dt);
+            self.torque.push((angular_impulse + Vector::from_array(state.angular_impulse)) / dt);
             let grains = self.engine.grains();
-            account.velocity_before = grains.velocity[n].to_array();
-            account.angular_momentum_before = grains.angular_momentum[n].to_array();
-            // What this step's stress gives is not owed again: see `exchange`.
-            account.impulse = (-impulse).to_array();
-            account.angular_impulse = (-angular_impulse).to_array();
-            self.set_account(n, account);
+            state.velocity_before = grains.velocity[n].to_array();
+            state.angular_momentum_before = grains.angular_momentum[n].to_array();
+            // The impulse of this step's stress is not deferred: see `exchange`.
+            state.impulse = (-impulse).to_array();
+            state.angular_impulse = (-angular_impulse).to_array();
+            self.set_coupling_state(n, state);
         }
     }
 
     /// Moves the grains under the fluid's load, their contacts and `gravity` [m/s^2] over `dt` [s].
     ///
     /// # Errors
-    /// [`DemError`] names the grain that went wrong.
+    /// [`DemError`] names the grain that failed.
     pub(crate) fn advance(&mut self, domain: &Domain, gravity: Vector, dt: Real) -> Result<ContactReport, DemError> {
         if self.is_empty() {
             return Ok(ContactReport::default());
@@ -261,7 +260,7 @@ impl GrainPhase {
         self.engine.advance(domain, &loads, gravity, dt, self.coupling.substeps)
     }
 
-    /// Finds the cells that the grains cover now.
+    /// Updates the volume fractions of the grains.
     pub(crate) fn imprint(&mut self, domain: &Domain) -> ImprintReport {
         if self.is_empty() {
             return ImprintReport::default();
@@ -270,9 +269,9 @@ impl GrainPhase {
         self.imprint.update(domain, self.engine.grains(), &self.shapes, Some(&self.poses))
     }
 
-    /// Where the grains are imprinted: where they were the last time, until a point of them has moved by more than
-    /// [`imprint::STALE`] cells. The choice travels with the grain and ghosts make the same one as their owner, so
-    /// that it depends neither on ranks nor on the age of lists or of the run.
+    /// Poses of the volume fractions: kept until a point of the grain has moved by more than [`imprint::STALE`]
+    /// cells. The pose is stored with the grain and is the same for its ghosts, so that it depends neither on the
+    /// decomposition nor on a restart.
     fn choose_poses(&mut self, domain: &Domain) {
         let stale = imprint::STALE * domain.grid().spacing.min_element();
         self.poses.clear();
@@ -281,20 +280,20 @@ impl GrainPhase {
             let radius = self.shapes[grains.shape[n] as usize].bounding_radius() * grains.scale[n];
             let now = Pose { position: grains.unwrapped_position(n), orientation: grains.orientation[n] };
             let image = grains.image(n);
-            let mut account = self.account(n);
-            let mut pose = account.imprinted();
-            // An orientation of zeros is as far from any other as can be.
-            if pose.distance(&now, radius) > stale || account.imprinted_turned == [0.0; 4] {
+            let mut state = self.coupling_state(n);
+            let mut pose = state.imprinted();
+            // An orientation of zeros marks a grain never imprinted.
+            if pose.distance(&now, radius) > stale || state.imprinted_turned == [0.0; 4] {
                 pose = now;
-                account.imprinted_at = now.position.to_array();
-                account.imprinted_turned = now.orientation.to_array();
-                self.set_account(n, account);
+                state.imprinted_at = now.position.to_array();
+                state.imprinted_turned = now.orientation.to_array();
+                self.set_coupling_state(n, state);
             }
             self.poses.push(Pose { position: self.engine.image_position(pose.position, image), ..pose });
         }
     }
 
-    /// Makes the velocity `u` of covered cells mass-averaged and settles the accounts of the grains.
+    /// Makes the velocity `u` of covered cells mass-averaged and sets the deferred impulses of the grains.
     pub(crate) fn exchange(
         &mut self,
         domain: &Domain,
@@ -302,76 +301,76 @@ impl GrainPhase {
         density: &Field<Real>,
         gravity: Vector,
         dt: Real,
-    ) -> MomentumImpulses {
+    ) -> Impulses {
         if self.is_empty() {
-            return MomentumImpulses::default();
+            return Impulses::default();
         }
         let weighting = self.coupling.weighting;
         self.take(domain, u, density);
         exchange::back_project(domain, &self.imprint, u, density, weighting);
 
         let mut sum = [Vector::ZERO; 3];
-        let [weight, swallowed, held] = &mut sum;
+        let [weight, displaced_mass_flux, held] = &mut sum;
         for n in 0..self.engine.grains().owned() {
             let grains = self.engine.grains();
             let [momentum, angular_momentum] = vectors(&self.partial[n]);
             let displaced = self.partial[n][6];
-            let mut account = self.account(n);
-            let before = Vector::from_array(account.velocity_before);
+            let mut state = self.coupling_state(n);
+            let before = Vector::from_array(state.velocity_before);
             let gained = grains.velocity[n] - before;
-            let spun = grains.angular_momentum[n] - Vector::from_array(account.angular_momentum_before);
-            let impulse = Vector::from_array(account.impulse) + momentum + displaced * (gained - gravity * dt);
-            let turned = Vector::from_array(account.angular_impulse) + angular_momentum;
+            let spun = grains.angular_momentum[n] - Vector::from_array(state.angular_momentum_before);
+            let impulse = Vector::from_array(state.impulse) + momentum + displaced * (gained - gravity * dt);
+            let turned = Vector::from_array(state.angular_impulse) + angular_momentum;
             let turned = turned + (displaced / grains.mass[n]) * spun;
             *weight -= displaced * gravity * dt;
             if grains.motion[n] == Motion::Free {
                 *weight += grains.mass[n] * gravity * dt;
-                *swallowed -= before * (displaced - account.displaced_mass);
+                *displaced_mass_flux -= before * (displaced - state.displaced_mass);
             } else {
                 *held += displaced * gained - dt * self.force[n];
             }
-            account.displaced_mass = displaced;
-            let owed = self.coupling.exchange == Exchange::Exact;
-            account.impulse = if owed { impulse.to_array() } else { [0.0; 3] };
-            account.angular_impulse = if owed { turned.to_array() } else { [0.0; 3] };
-            self.set_account(n, account);
+            state.displaced_mass = displaced;
+            let exact = self.coupling.exchange == Exchange::Exact;
+            state.impulse = if exact { impulse.to_array() } else { [0.0; 3] };
+            state.angular_impulse = if exact { turned.to_array() } else { [0.0; 3] };
+            self.set_coupling_state(n, state);
         }
-        let [gravity_on_grains, swallowed, held_grains] = sum_over_ranks(domain, sum);
-        MomentumImpulses { gravity_on_grains, swallowed, held_grains, ..MomentumImpulses::default() }
+        let [gravity_on_grains, displaced_mass_flux, held_grains] = sum_over_ranks(domain, sum);
+        Impulses { gravity_on_grains, displaced_mass_flux, held_grains, ..Impulses::default() }
     }
 
-    /// Opens the accounts: the fluid displaced at the start, nothing owed.
-    pub(crate) fn open_accounts(&mut self, domain: &Domain, u: &[Field<Real>; 3], density: &Field<Real>) {
+    /// Starts the exchange: displaced mass as at the start, no deferred impulse.
+    pub(crate) fn begin_exchange(&mut self, domain: &Domain, u: &[Field<Real>; 3], density: &Field<Real>) {
         if self.is_empty() {
             return;
         }
         self.take(domain, u, density);
         for n in 0..self.engine.grains().owned() {
-            let account = self.account(n);
-            self.set_account(n, Account { displaced_mass: self.partial[n][6], ..account.settled() });
+            let state = self.coupling_state(n);
+            self.set_coupling_state(n, CouplingState { displaced_mass: self.partial[n][6], ..state.without_impulse() });
         }
     }
 
-    /// Momentum of the free grains, of the fluid they displace at their velocity, and what the fluid
-    /// still owes all grains, over all ranks [N s].
+    /// Momentum of the free grains, of the fluid they displace at their velocity, and the deferred impulse of
+    /// all grains, over all ranks [N s].
     #[must_use]
     pub fn momentum(&self, domain: &Domain) -> [Vector; 3] {
         let grains = self.engine.grains();
         let mut sum = [Vector::ZERO; 3];
         for n in 0..grains.owned() {
-            let account = self.account(n);
+            let state = self.coupling_state(n);
             if grains.motion[n] == Motion::Free {
                 sum[0] += grains.mass[n] * grains.velocity[n];
-                sum[1] += account.displaced_mass * grains.velocity[n];
+                sum[1] += state.displaced_mass * grains.velocity[n];
             }
-            sum[2] += Vector::from_array(account.impulse);
+            sum[2] += Vector::from_array(state.impulse);
         }
         sum_over_ranks(domain, sum)
     }
 
     /// Volume of liquid inside grains, over all ranks [m^3].
     #[must_use]
-    pub fn swallowed_volume(&self, domain: &Domain, volume_fraction: &Field<Real>) -> Real {
+    pub fn liquid_volume_inside(&self, domain: &Domain, volume_fraction: &Field<Real>) -> Real {
         if self.is_empty() {
             return 0.0;
         }
@@ -385,17 +384,17 @@ impl GrainPhase {
         domain.sum(inside)[0] * domain.grid().cell_volume()
     }
 
-    fn account(&self, n: usize) -> Account {
+    fn coupling_state(&self, n: usize) -> CouplingState {
         bytemuck::cast(self.engine.grains().attached[n])
     }
 
-    fn set_account(&mut self, n: usize, account: Account) {
-        self.engine.attached_mut()[n] = bytemuck::cast(account);
+    fn set_coupling_state(&mut self, n: usize, state: CouplingState) {
+        self.engine.attached_mut()[n] = bytemuck::cast(state);
     }
 
     fn take(&mut self, domain: &Domain, u: &[Field<Real>; 3], density: &Field<Real>) {
         let grains = self.engine.grains();
-        self.taken.resize(grains.len(), Taken::default());
+        self.taken.resize(grains.len(), Transfer::default());
         exchange::take(domain, &self.imprint, grains, u, density, self.coupling.weighting, &mut self.taken);
         self.partial.clear();
         self.partial.extend(self.taken.iter().map(|taken| {

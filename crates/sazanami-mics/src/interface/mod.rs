@@ -1,6 +1,6 @@
-//! The interface between liquid and gas: how much liquid leaves a cell through a face.
+//! The interface between liquid and gas: the liquid flux through a cell face.
 //!
-//! The liquid part C of the fluid in a cell is moved one direction after the other by
+//! The liquid fraction C of the fluid in a cell is transported one direction after the other by
 //! (Weymouth and Yue 2010, J. Comput. Phys. 229)
 //!
 //! ```text
@@ -13,22 +13,22 @@
 
 mod normal;
 mod plic;
+mod residue;
 mod thinc;
-mod wisps;
 
 use sazanami_numerics::Real;
 use sazanami_numerics::choices;
 
 pub use normal::{mixed_normal, youngs_normal};
 pub use plic::{Plane, plane_constant, volume_below};
-pub use wisps::WispReport;
-pub(crate) use wisps::{Sweeper, View, WISP};
+pub use residue::ResidueReport;
+pub(crate) use residue::{Collector, RESIDUE, View};
 
 /// Liquid fractions of a cell and its 26 neighbours, x1 fastest; the cell itself has index 13.
 pub type Neighbourhood = [Real; 27];
 
 choices! {
-    /// How the liquid that leaves a cell is found.
+    /// Reconstruction of the interface for the liquid fluxes.
     #[derive(Default)]
     pub enum InterfaceScheme {
         /// A plane in every cell (piecewise linear interface), mixed Youngs-centred normals.

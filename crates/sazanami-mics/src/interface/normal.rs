@@ -6,7 +6,7 @@
 
 use sazanami_numerics::Real;
 
-use super::{Neighbourhood, WISP};
+use super::{Neighbourhood, RESIDUE};
 
 const STRIDES: [usize; 3] = [1, 3, 9];
 /// Normals whose steepness differs by less are equally steep, and the first of them is taken: a drop of a few
@@ -60,8 +60,8 @@ fn centred_normal(cells: &Neighbourhood, d: usize) -> Option<[Real; 3]> {
         row(at - STRIDES[f]) + row(at) + row(at + STRIDES[f])
     };
     let fall = layer(13 - sd) - layer(13 + sd);
-    // What rounding has left around a drop must not turn its surface over.
-    if fall.abs() <= WISP {
+    // Round-off residue around a drop must not flip the normal.
+    if fall.abs() <= RESIDUE {
         return None;
     }
     m[d] = fall.signum();
@@ -72,7 +72,7 @@ fn centred_normal(cells: &Neighbourhood, d: usize) -> Option<[Real; 3]> {
 
 fn normalised(m: [Real; 3]) -> Option<[Real; 3]> {
     let sum = m[0].abs() + m[1].abs() + m[2].abs();
-    (sum > WISP).then(|| m.map(|v| v / sum))
+    (sum > RESIDUE).then(|| m.map(|v| v / sum))
 }
 
 #[cfg(test)]

@@ -97,11 +97,11 @@ impl Experiment {
     /// [`ExperimentError`] if a phase fails.
     pub fn step(&mut self, gravity: Vector, dt: Real) -> Result<TransportReport, ExperimentError> {
         if self.pressure_carried {
-            self.projection.push(&self.domain, &self.flow.density, &mut self.flow.velocity, -0.5 * dt);
+            self.projection.add_gradient(&self.domain, &self.flow.density, &mut self.flow.velocity, -0.5 * dt);
         }
         let report = self.flow.transport(&self.domain, &self.boundary, dt);
         if self.pressure_carried {
-            self.projection.push(&self.domain, &self.flow.density, &mut self.flow.velocity, 0.5 * dt);
+            self.projection.add_gradient(&self.domain, &self.flow.density, &mut self.flow.velocity, 0.5 * dt);
         }
         self.flow.diffuse(&self.domain, &self.boundary, dt)?;
         self.flow.predict_faces(&self.domain, &self.boundary, gravity, dt);

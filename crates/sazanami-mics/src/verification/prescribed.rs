@@ -10,7 +10,7 @@ use super::ball;
 use crate::advection::Convection;
 use crate::boundary::Boundary;
 use crate::flow::{Flow, Fluids, Schemes};
-use crate::interface::{InterfaceScheme, WispReport};
+use crate::interface::{InterfaceScheme, ResidueReport};
 
 /// How a shape came back.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,12 +19,12 @@ pub struct ShapeError {
     pub shape: Real,
     /// The same over the volume of the shape.
     pub relative_shape: Real,
-    /// Change of the volume over the volume; what was cut with the wisps is not counted.
+    /// Change of the volume over the volume; what was cut with the residue is not counted.
     pub volume: Real,
     /// Smallest and largest fraction met after any step.
     pub range: [Real; 2],
     /// Wisps over the whole run.
-    pub wisps: WispReport,
+    pub residue: ResidueReport,
     /// Steps taken.
     pub steps: usize,
 }
@@ -120,11 +120,11 @@ fn carry(
     let volume = flow.liquid_volume(&domain);
     let steps = (time / dt).ceil() as usize;
     let dt = time / steps as Real;
-    let mut wisps = WispReport::default();
+    let mut residue = ResidueReport::default();
     let mut range: [Real; 2] = [0.0, 1.0];
     for step in 0..steps {
         velocity(&domain, &mut flow.face_velocity, (step as Real + 0.5) * dt);
-        wisps = wisps.and(flow.transport(&domain, &boundary, dt).wisps);
+        residue = residue.and(flow.transport(&domain, &boundary, dt).residue);
         let c = flow.volume_fraction.data();
         let extreme = |sign: Real| {
             domain.max_rows(&domain.interior(), |row| c[row.shifted(0)].iter().fold(-1.0, |a, c| a.max(sign * c)))
@@ -140,9 +140,9 @@ fn carry(
     ShapeError {
         shape: shape / depth,
         relative_shape: shape / volume,
-        volume: (flow.liquid_volume(&domain) - volume - wisps.clipped_volume) / volume,
+        volume: (flow.liquid_volume(&domain) - volume - residue.clipped_volume) / volume,
         range,
-        wisps,
+        residue,
         steps,
     }
 }

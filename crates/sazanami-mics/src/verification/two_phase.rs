@@ -69,7 +69,7 @@ pub struct FreeFlight {
     pub liquid_momentum: Real,
     /// Way of the drop's centre over the way of a free body.
     pub way: Real,
-    /// Change of the liquid volume over the volume, less what was cut with wisps.
+    /// Change of the liquid volume over the volume, less what was cut with residue.
     pub volume: Real,
     /// Largest part of the liquid fraction out of range.
     pub excess: Real,
@@ -106,8 +106,8 @@ pub fn drop_in_flight(
     while t < time {
         let dt = (0.45 / run.flow.advective_rate(&run.domain)).min(1e-5).min(1.2 * before).min(time - t);
         let report = run.step(GRAVITY, dt)?;
-        clipped += report.wisps.clipped_volume;
-        excess = excess.max(report.wisps.worst_excess);
+        clipped += report.residue.clipped_volume;
+        excess = excess.max(report.residue.worst_excess);
         before = dt;
         t += dt;
     }

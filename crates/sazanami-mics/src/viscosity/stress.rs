@@ -21,9 +21,9 @@ pub(super) struct Source<'a> {
     pub transposed: bool,
 }
 
-/// Stands for the reciprocal of no viscosity at all [1/(Pa s)].
+/// Reciprocal viscosity of an inviscid fluid, large but finite [1/(Pa s)].
 const FLUID: Real = 1e200;
-/// Planes whose stresses are computed in one go.
+/// Planes of cells in one parallel task.
 const DEPTH: usize = 8;
 
 /// Coefficients of the viscous stress on a grid.
@@ -43,7 +43,7 @@ struct FaceRow {
     stress: [Vec<Real>; 3],
 }
 
-/// What the rows of cells between the faces get: divergence of the stress, and the sum of the face
+/// Stresses on the faces around a row of cells, and the sums for that row: divergence of the stress, and face
 /// viscosities over squared widths.
 #[derive(Default)]
 struct Scratch {
@@ -150,7 +150,7 @@ impl Stress {
                         on_faces(0, at, n1 + 1, side);
                         on_faces(1, place(j + 1, k), n1, back);
                         on_faces(2, place(j, k + 1), n1, above);
-                        self.add_up(n1, side, [front, below], [back, above], sum);
+                        self.assemble_divergence(n1, side, [front, below], [back, above], sum);
                         std::mem::swap(front, back);
                         std::mem::swap(above, below);
                         let (values, behind) = rest.cut(at - reached).1.cut(n1);
@@ -163,7 +163,14 @@ impl Stress {
         });
     }
 
-    fn add_up(&self, n: usize, side: &FaceRow, lower: [&FaceRow; 2], upper: [&FaceRow; 2], sum: &mut FaceRow) {
+    fn assemble_divergence(
+        &self,
+        n: usize,
+        side: &FaceRow,
+        lower: [&FaceRow; 2],
+        upper: [&FaceRow; 2],
+        sum: &mut FaceRow,
+    ) {
         let [p1, p2, p3] = self.per_width;
         {
             let (s, s_next) = (&side.mu[..n], &side.mu[1..=n]);

@@ -94,7 +94,7 @@ pub(crate) fn settings(case: &Case) -> Settings {
         limits,
         tolerance: Tolerance {
             divergence: case.fluid.divergence_tolerance,
-            most_iterations: case.fluid.pressure_iterations,
+            max_iterations: case.fluid.pressure_iterations,
         },
         incremental: case.fluid.projection == meaning::Projection::Incremental,
     }

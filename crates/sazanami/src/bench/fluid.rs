@@ -197,7 +197,7 @@ pub(super) fn build(
     let (settings, coupling) = (fluid::settings(case), fluid::coupling(case));
     let mut solver =
         Solver::new(domain, boundary, settings, flow, engine, shapes, coupling).map_err(|error| error.to_string())?;
-    solver.begin_with(fluid::first_step(case));
+    solver.limit_first_step(fluid::first_step(case));
     Ok(solver)
 }
 

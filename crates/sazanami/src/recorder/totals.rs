@@ -163,19 +163,19 @@ impl Totals {
     /// Books what a step on a grid did beside [`Self::note_step`].
     pub fn add(&mut self, report: &StepReport) {
         self.fluid_passes += report.fluid_passes as u64;
-        let wisps = &report.transport.wisps;
+        let residue = &report.transport.residue;
         let worst = &mut self.worst;
         worst.cfl = worst.cfl.max(report.courant);
         worst.divergence = worst.divergence.max(report.pressure.divergence);
-        worst.volume_fraction_excess = worst.volume_fraction_excess.max(wisps.worst_excess);
+        worst.volume_fraction_excess = worst.volume_fraction_excess.max(residue.worst_excess);
         worst.overfull_volume = worst.overfull_volume.max(report.imprint.overfull_volume);
         worst.outside_volume = worst.outside_volume.max(report.imprint.outside_volume);
         let tidied = &mut self.tidied;
-        tidied.moved_cells += wisps.moved_cells;
-        tidied.moved_volume += wisps.moved_volume;
-        tidied.clipped_cells += wisps.clipped_cells;
-        tidied.clipped_volume += wisps.clipped_volume;
-        tidied.out_of_range_cells += wisps.out_of_range_cells;
+        tidied.moved_cells += residue.moved_cells;
+        tidied.moved_volume += residue.moved_volume;
+        tidied.clipped_cells += residue.clipped_cells;
+        tidied.clipped_volume += residue.clipped_volume;
+        tidied.out_of_range_cells += residue.out_of_range_cells;
         self.liquid_through += report.transport.volume_through.iter().flatten().sum::<Real>();
     }
 }

@@ -79,7 +79,7 @@ pub(super) fn solver(
     keep_clear(job, &domain, &engine, bed_height)?;
     fluid::pour(case, &domain, &boundary, &mut flow, bed_height);
     let mut solver = Solver::new(domain, boundary, settings, flow, engine, shapes, coupling)?;
-    solver.begin_with(fluid::first_step(case));
+    solver.limit_first_step(fluid::first_step(case));
     Ok(Some(solver))
 }
 

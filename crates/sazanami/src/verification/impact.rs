@@ -9,7 +9,7 @@ use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
 use sazanami_observe::budget::MomentumBudget;
 
-use super::tank::{Tank, WATER_AND_AIR, book, fractions, step, stock};
+use super::tank::{Tank, WATER_AND_AIR, book, fractions, step, stored_momentum};
 use crate::verify::Measured;
 
 const SPEED: Real = 9.0;
@@ -60,18 +60,18 @@ fn outcome(cells_per_grain: Real, exchange: Exchange) -> Result<Outcome, String>
         let beta = fractions(domain, &Region::Sphere { centre, radius: DROP });
         flow.add_liquid(domain, boundary, &beta, Vector::new(0.0, 0.0, -SPEED), DropVelocity::Mass);
     })?;
-    let mut budget = MomentumBudget::new(stock(&solver));
+    let mut budget = MomentumBudget::new(stored_momentum(&solver));
     let liquid = solver.flow().liquid_volume(solver.domain());
     let (mut time, end) = (0.0, DROP / SPEED);
     let mut clipped = 0.0;
     while time < end * (1.0 - 1e-9) {
         let (dt, report) = step(&mut solver, time, end)?;
         time += dt;
-        clipped += report.transport.wisps.clipped_volume;
+        clipped += report.transport.residue.clipped_volume;
         book(&mut budget, &solver, &report);
     }
     let start = budget.initial().total().z;
-    let (now, impulses) = (budget.stock(), budget.impulses());
+    let (now, impulses) = (budget.stored(), budget.impulses());
     let walls = (impulses.walls_on_fluid + impulses.walls_on_grains).z;
     let (fluid, grains) = ((now.liquid + now.gas).z, (now.grains - now.displaced).z);
     Ok(Outcome {
@@ -79,7 +79,7 @@ fn outcome(cells_per_grain: Real, exchange: Exchange) -> Result<Outcome, String>
         grains: grains / start,
         lost: 1.0 - (fluid + grains - walls) / start,
         closed: budget.relative_residual(),
-        swallowed: impulses.swallowed.z / start,
+        swallowed: impulses.displaced_mass_flux.z / start,
         liquid: (solver.flow().liquid_volume(solver.domain()) - liquid - clipped) / liquid,
     })
 }

@@ -274,7 +274,7 @@ impl Sprinkled {
     }
 
     fn project(&mut self, projection: &mut Projection, dt: Real, divergence: Real) -> Result<PressureReport, String> {
-        let tolerance = Tolerance { divergence, most_iterations: 500 };
+        let tolerance = Tolerance { divergence, max_iterations: 500 };
         let Self { domain, density, velocity, faces } = self;
         projection
             .project(domain, density, velocity, faces, Vector::ZERO, dt, &tolerance)

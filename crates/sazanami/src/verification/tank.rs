@@ -12,7 +12,7 @@ use sazanami_numerics::domain::Domain;
 use sazanami_numerics::geometry::{Region, RegionFractions, Shape, VolumeFractionMethod};
 use sazanami_numerics::grid::{Field, Grid};
 use sazanami_numerics::{Real, Vector};
-use sazanami_observe::budget::{Impulses, MomentumBudget, MomentumStock};
+use sazanami_observe::budget::{Impulses, MomentumBudget, StoredMomentum};
 
 /// Standard gravity of the reference experiments, downwards [m/s^2].
 pub(super) fn down(gravity: Real) -> Vector {
@@ -133,9 +133,9 @@ pub(super) fn step(solver: &mut Solver, now: Real, end: Real) -> Result<(Real, S
 }
 
 /// The momentum that a solver holds, as the budget books it.
-pub(super) fn stock(solver: &Solver) -> MomentumStock {
-    let sazanami_mics::momentum::MomentumStock { liquid, gas, grains, displaced, owed } = solver.momentum();
-    MomentumStock { liquid, gas, grains, displaced, owed_to_grains: owed }
+pub(super) fn stored_momentum(solver: &Solver) -> StoredMomentum {
+    let sazanami_mics::momentum::StoredMomentum { liquid, gas, grains, displaced, deferred } = solver.momentum();
+    StoredMomentum { liquid, gas, grains, displaced, deferred }
 }
 
 /// Books the impulses of a step and what is held after it.
@@ -146,11 +146,11 @@ pub(super) fn book(budget: &mut MomentumBudget, solver: &Solver, report: &StepRe
         walls_on_grains: of.walls_on_grains,
         gravity_on_fluid: of.gravity_on_fluid,
         gravity_on_grains: of.gravity_on_grains,
-        swallowed: of.swallowed,
+        displaced_mass_flux: of.displaced_mass_flux,
         open_sides: of.open_sides,
         held_grains: of.held_grains,
     });
-    budget.set_stock(stock(solver));
+    budget.set_stored(stored_momentum(solver));
 }
 
 /// Largest of `values`, at least zero; not a number if one of them is not.

@@ -36,7 +36,7 @@ fn drift(dilatation: Dilatation) -> Real {
     let volume = flow.liquid_volume(&domain);
     let mut clipped = 0.0;
     for _ in 0..50 {
-        clipped += flow.transport(&domain, &boundary, 0.4 * h).wisps.clipped_volume;
+        clipped += flow.transport(&domain, &boundary, 0.4 * h).residue.clipped_volume;
     }
     ((flow.liquid_volume(&domain) - volume - clipped) / volume).abs()
 }

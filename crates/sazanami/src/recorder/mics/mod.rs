@@ -9,7 +9,7 @@ use sazanami_io::table::Column;
 use sazanami_mics::solver::{Solver, StepReport};
 use sazanami_numerics::snapshot::Snapshot;
 use sazanami_numerics::{Real, Vector};
-use sazanami_observe::budget::{Impulses, LiquidBudget, LiquidVolume, MomentumBudget, MomentumStock};
+use sazanami_observe::budget::{Impulses, LiquidBudget, LiquidVolume, MomentumBudget, StoredMomentum};
 use sazanami_observe::erosion::{CountedGrains, Erosion, ErosionSettings, InitialBed};
 use sazanami_observe::splash::SplashTracker;
 
@@ -55,7 +55,7 @@ pub(crate) struct GridBooks {
 
 impl GridBooks {
     fn open(&mut self, seen: &mut GrainsSeen, solver: &Solver) {
-        self.momentum = Some(MomentumBudget::new(stock(solver)));
+        self.momentum = Some(MomentumBudget::new(stored_momentum(solver)));
         self.liquid = Some(LiquidBudget::new(self.liquid_volume(solver)));
         if seen.count() > 0 {
             seen.keep(BEFORE, &mut self.before);
@@ -93,13 +93,13 @@ impl GridBooks {
                 walls_on_grains: i.walls_on_grains,
                 gravity_on_fluid: i.gravity_on_fluid,
                 gravity_on_grains: i.gravity_on_grains,
-                swallowed: i.swallowed,
-                open_sides: i.open_sides + report.transport.wisps.clipped_momentum,
+                displaced_mass_flux: i.displaced_mass_flux,
+                open_sides: i.open_sides + report.transport.residue.clipped_momentum,
                 held_grains: i.held_grains,
             });
         }
         self.through += report.transport.volume_through.iter().flatten().sum::<Real>();
-        self.clipped += report.transport.wisps.clipped_volume;
+        self.clipped += report.transport.residue.clipped_volume;
     }
 
     fn restore(&mut self, leads: bool, snapshot: &Snapshot) -> Result<(), RankError> {
@@ -158,9 +158,9 @@ impl Books for GridBooks {
             self.findings.liquid_relative_change = liquid.relative_change();
             self.findings.wet_relative_change = liquid.wet_relative_change();
         }
-        let now = stock(solver);
+        let now = stored_momentum(solver);
         if let Some(momentum) = &mut self.momentum {
-            momentum.set_stock(now);
+            momentum.set_stored(now);
         }
         let grains = solver.grains().engine().grains();
         let mine: Real = (0..grains.owned()).map(|n| grains.kinetic_energy(n)).sum();
@@ -297,13 +297,13 @@ pub(super) fn erosion_settings(case: &Case) -> Option<ErosionSettings> {
     })
 }
 
-fn stock(solver: &Solver) -> MomentumStock {
+fn stored_momentum(solver: &Solver) -> StoredMomentum {
     let now = solver.momentum();
-    MomentumStock {
+    StoredMomentum {
         liquid: now.liquid,
         gas: now.gas,
         grains: now.grains,
         displaced: now.displaced,
-        owed_to_grains: now.owed,
+        deferred: now.deferred,
     }
 }

@@ -214,17 +214,17 @@ fn conserved(books: &GridBooks, seen: &GrainsSeen) -> [Value; CONSERVED.len()] {
 }
 
 fn momentum(budget: &MomentumBudget) -> [Value; MOMENTUM.len()] {
-    let (stock, impulses) = (budget.stock(), budget.impulses());
+    let (stored, impulses) = (budget.stored(), budget.impulses());
     [
-        stock.liquid.z.into(),
-        stock.gas.z.into(),
-        stock.grains.z.into(),
-        stock.displaced.z.into(),
-        stock.owed_to_grains.z.into(),
+        stored.liquid.z.into(),
+        stored.gas.z.into(),
+        stored.grains.z.into(),
+        stored.displaced.z.into(),
+        stored.deferred.z.into(),
         impulses.walls_on_fluid.z.into(),
         impulses.walls_on_grains.z.into(),
         (impulses.gravity_on_fluid + impulses.gravity_on_grains).z.into(),
-        impulses.swallowed.z.into(),
+        impulses.displaced_mass_flux.z.into(),
         impulses.open_sides.z.into(),
         impulses.held_grains.z.into(),
         budget.residual().z.into(),

@@ -81,13 +81,13 @@ fn splash_json(splash: &Splash) -> Value {
 }
 
 fn momentum_json(budget: &MomentumBudget) -> Value {
-    let stock = |stock: &sazanami_observe::budget::MomentumStock| {
+    let stored = |stored: &sazanami_observe::budget::StoredMomentum| {
         json!({
-            "liquid": stock.liquid.to_array(),
-            "gas": stock.gas.to_array(),
-            "grains": stock.grains.to_array(),
-            "displaced": stock.displaced.to_array(),
-            "owed_to_grains": stock.owed_to_grains.to_array(),
+            "liquid": stored.liquid.to_array(),
+            "gas": stored.gas.to_array(),
+            "grains": stored.grains.to_array(),
+            "displaced": stored.displaced.to_array(),
+            "owed_to_grains": stored.deferred.to_array(),
         })
     };
     let impulses = budget.impulses();
@@ -96,8 +96,8 @@ fn momentum_json(budget: &MomentumBudget) -> Value {
         .zip(impulses.terms().map(|term| term.to_array()))
         .collect();
     json!({
-        "initial": stock(budget.initial()),
-        "now": stock(budget.stock()),
+        "initial": stored(budget.initial()),
+        "now": stored(budget.stored()),
         "impulses": named,
         "residual": budget.residual().to_array(),
     })

@@ -1,35 +1,35 @@
-//! Wisps: liquid fractions within 1e-9 of empty or full, and what rounding pushes beyond.
+//! Mixed-cell residue: liquid fractions within 1e-9 of 0 or 1, and round-off beyond that range.
 //!
-//! They would make pure cells look like interface cells for ever. The liquid of a wisp, with its
-//! momentum, joins the neighbouring interface cell that is nearest to half full; the total is
-//! unchanged. A wisp without such a neighbour is cut and its volume reported; a fraction further
-//! out of range without one is left and counted.
+//! Left alone, residue keeps pure cells on the slow path of interface cells. The liquid of a residue,
+//! with its momentum, is moved to the neighbouring interface cell nearest to half full (the receiver);
+//! the total is unchanged. A residue without a receiver is clipped and its volume reported; a fraction
+//! further out of range without one is left and counted.
 
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::GHOSTS;
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
-/// Fractions nearer to 0 or 1 than this are wisps.
-pub(crate) const WISP: Real = 1e-9;
-/// Larger deviations are never moved: something is wrong, and the count must show it.
+/// Fractions nearer to 0 or 1 than this are residue.
+pub(crate) const RESIDUE: Real = 1e-9;
+/// Larger deviations are never moved: they are errors, and the count must show them.
 const LARGEST: Real = 1e-3;
-/// Least `C (1 - C)` of a cell that takes up wisps, and how many times the wisp it must be.
-const TAKES: Real = 1e-6;
-const ROOM: Real = 40.0;
+/// Least `C (1 - C)` of a receiver, and the least ratio of that to the residue.
+const LEAST_RECEIVER: Real = 1e-6;
+const RECEIVER_TO_RESIDUE: Real = 40.0;
 
-/// What was found outside the range 0 to 1, or within 1e-9 of its ends, after a transport.
+/// Liquid fractions outside the range 0 to 1, or within 1e-9 of its ends, after a transport.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct WispReport {
-    /// Wisps given to a neighbouring interface cell.
+pub struct ResidueReport {
+    /// Residues moved to a neighbouring interface cell.
     pub moved_cells: u64,
     /// Sum of their absolute volumes [m^3].
     pub moved_volume: Real,
-    /// Wisps cut because no interface cell was near.
+    /// Residues clipped for want of a receiver.
     pub clipped_cells: u64,
-    /// Liquid volume added by cutting (negative: removed) [m^3].
+    /// Liquid volume added by clipping (negative: removed) [m^3].
     pub clipped_volume: Real,
-    /// Momentum added by cutting [N s].
+    /// Momentum added by clipping [N s].
     pub clipped_momentum: Vector,
     /// Cells more than 1e-9 out of range before anything was moved.
     pub out_of_range_cells: u64,
@@ -37,8 +37,8 @@ pub struct WispReport {
     pub worst_excess: Real,
 }
 
-impl WispReport {
-    /// Joins the reports of two sets of cells or of two transports.
+impl ResidueReport {
+    /// Sum of the reports of two sets of cells or of two transports.
     #[must_use]
     pub fn and(self, other: Self) -> Self {
         Self {
@@ -79,23 +79,23 @@ struct Change {
 
 struct PlaneOfChanges {
     changes: Vec<Change>,
-    report: WispReport,
+    report: ResidueReport,
 }
 
 impl PlaneOfChanges {
     /// Room for what a plane usually needs: the list seldom grows during a run.
     fn new() -> Self {
-        Self { changes: Vec::with_capacity(256), report: WispReport::default() }
+        Self { changes: Vec::with_capacity(256), report: ResidueReport::default() }
     }
 }
 
-/// Finds wisps and sweeps them into the interface.
+/// Finds residue and moves it to the interface.
 #[derive(Default)]
-pub(crate) struct Sweeper {
+pub(crate) struct Collector {
     planes: Vec<PlaneOfChanges>,
 }
 
-/// What the sweeper reads; all ghosts of `c` and the first of `u` must be filled.
+/// Fields to search; all ghosts of `c` and the first of `u` must be filled.
 #[derive(Clone, Copy)]
 pub(crate) struct View<'a> {
     pub c: &'a [Real],
@@ -114,29 +114,29 @@ impl View<'_> {
     }
 }
 
-/// How far a fraction is from pure if it is a wisp, positive if there is too much liquid.
+/// Distance of a residue from a pure cell, positive if there is too much liquid; `None` for other fractions.
 fn excess(c: Real) -> Option<Real> {
     if c == 0.0 || c == 1.0 {
         None
-    } else if c < WISP {
+    } else if c < RESIDUE {
         Some(c)
-    } else if c > 1.0 - WISP {
+    } else if c > 1.0 - RESIDUE {
         Some(c - 1.0)
     } else {
         None
     }
 }
 
-impl Sweeper {
-    /// Finds what has to change on this rank, and counts over all ranks.
-    pub fn find(&mut self, domain: &Domain, view: View<'_>) -> WispReport {
+impl Collector {
+    /// Finds the changes on this rank, and counts over all ranks.
+    pub fn find(&mut self, domain: &Domain, view: View<'_>) -> ResidueReport {
         self.planes.resize_with(domain.cells()[2], PlaneOfChanges::new);
         let volume = domain.grid().cell_volume();
         let neighbours = Neighbours::new(domain);
         for_each_chunk(&mut self.planes[..], 1, |k, planes| {
             let PlaneOfChanges { changes, report } = &mut planes[0];
             changes.clear();
-            *report = WispReport::default();
+            *report = ResidueReport::default();
             for j in 0..domain.cells()[1] {
                 let start =
                     domain.strides()[2] as usize * (k + GHOSTS) + domain.strides()[1] as usize * (j + GHOSTS) + GHOSTS;
@@ -147,16 +147,16 @@ impl Sweeper {
                 for (i, &c) in row.iter().enumerate() {
                     let cell = [i as isize, j as isize, k as isize];
                     if let Some(e) = excess(c) {
-                        let (left, wisp) = neighbours.leave(view, cell, start + i, e, volume);
-                        changes.extend(left);
-                        *report = report.and(wisp);
-                    } else if c * (1.0 - c) > TAKES {
-                        neighbours.take(view, cell, start + i, changes);
+                        let (change, residue) = neighbours.release(view, cell, start + i, e, volume);
+                        changes.extend(change);
+                        *report = report.and(residue);
+                    } else if c * (1.0 - c) > LEAST_RECEIVER {
+                        neighbours.receive(view, cell, start + i, changes);
                     }
                 }
             }
         });
-        let report = self.planes.iter().fold(WispReport::default(), |sum, plane| sum.and(plane.report));
+        let report = self.planes.iter().fold(ResidueReport::default(), |sum, plane| sum.and(plane.report));
         report.over_ranks(domain)
     }
 
@@ -201,10 +201,10 @@ impl Neighbours {
         (0..3).map(|d| offset[d] * self.strides[d]).sum()
     }
 
-    /// The neighbour that takes the wisp `e` of `cell`.
-    fn heir(&self, view: View<'_>, cell: [isize; 3], at: usize, e: Real) -> Option<[isize; 3]> {
+    /// The neighbour that receives the residue `e` of `cell`.
+    fn receiver(&self, view: View<'_>, cell: [isize; 3], at: usize, e: Real) -> Option<[isize; 3]> {
         let mut best = None;
-        let mut most = TAKES.max(ROOM * e.abs());
+        let mut most = LEAST_RECEIVER.max(RECEIVER_TO_RESIDUE * e.abs());
         for offset in self.offsets(cell) {
             let c = view.c[(at as isize + self.shift(offset)) as usize];
             if c * (1.0 - c) > most {
@@ -215,23 +215,26 @@ impl Neighbours {
         best
     }
 
-    /// What happens to the wisp `e` of `cell`, and the report on it.
-    fn leave(
+    /// Removes the residue `e` from `cell`: its new value, and the report.
+    fn release(
         &self,
         view: View<'_>,
         cell: [isize; 3],
         at: usize,
         e: Real,
         volume: Real,
-    ) -> (Option<Change>, WispReport) {
+    ) -> (Option<Change>, ResidueReport) {
         let c = view.c[at];
         let beyond = (-c).max(c - 1.0).max(0.0);
-        let mut report =
-            WispReport { worst_excess: beyond, out_of_range_cells: u64::from(beyond > WISP), ..WispReport::default() };
-        if e.abs() <= LARGEST && self.heir(view, cell, at, e).is_some() {
+        let mut report = ResidueReport {
+            worst_excess: beyond,
+            out_of_range_cells: u64::from(beyond > RESIDUE),
+            ..ResidueReport::default()
+        };
+        if e.abs() <= LARGEST && self.receiver(view, cell, at, e).is_some() {
             report.moved_cells = 1;
             report.moved_volume = e.abs() * volume;
-        } else if e.abs() <= WISP {
+        } else if e.abs() <= RESIDUE {
             report.clipped_cells = 1;
             report.clipped_volume = -e * volume;
             report.clipped_momentum = -view.density[1] * e * volume * view.velocity(at);
@@ -241,25 +244,25 @@ impl Neighbours {
         (Some(Change { at, fraction: c - e, velocity: None }), report)
     }
 
-    /// Adds the wisps of the neighbours that choose `cell` as their heir.
-    fn take(&self, view: View<'_>, cell: [isize; 3], at: usize, changes: &mut Vec<Change>) {
-        let (mut taken, mut momentum) = (0.0, Vector::ZERO);
+    /// Adds the residues of the neighbours that have `cell` as their receiver.
+    fn receive(&self, view: View<'_>, cell: [isize; 3], at: usize, changes: &mut Vec<Change>) {
+        let (mut received, mut momentum) = (0.0, Vector::ZERO);
         for offset in self.offsets(cell) {
             let from = (at as isize + self.shift(offset)) as usize;
             let neighbour = std::array::from_fn(|d| cell[d] + offset[d]);
             if let Some(e) = excess(view.c[from])
                 && e.abs() <= LARGEST
-                && self.heir(view, neighbour, from, e) == Some(offset.map(|o| -o))
+                && self.receiver(view, neighbour, from, e) == Some(offset.map(|o| -o))
             {
-                taken += e;
+                received += e;
                 momentum += view.density[1] * e * view.velocity(from);
             }
         }
-        if taken != 0.0 || momentum != Vector::ZERO {
+        if received != 0.0 || momentum != Vector::ZERO {
             let c = view.c[at];
-            let (before, after) = (view.density(c), view.density(c + taken));
+            let (before, after) = (view.density(c), view.density(c + received));
             let velocity = (before * view.velocity(at) + momentum) / after;
-            changes.push(Change { at, fraction: c + taken, velocity: Some(velocity) });
+            changes.push(Change { at, fraction: c + received, velocity: Some(velocity) });
         }
     }
 }
@@ -271,14 +274,14 @@ mod tests {
     use sazanami_numerics::grid::Grid;
 
     #[test]
-    fn wisps_join_the_interface_and_nothing_is_lost() {
+    fn residue_joins_the_interface_and_nothing_is_lost() {
         let domain = Domain::solo(Grid::new([4, 4, 4], Vector::ZERO, Vector::ONE), [true, false, false]);
         let mut c = domain.field(0.0);
         let mut u = [domain.field(1.0), domain.field(0.0), domain.field(-2.0)];
         c[[0, 1, 1]] = 0.5;
         c[[3, 1, 1]] = 3e-10; // neighbour across the periodic seam
         c[[1, 2, 1]] = -1e-7;
-        c[[2, 0, 3]] = 5e-10; // far from everything: cut
+        c[[2, 0, 3]] = 5e-10; // without a receiver: clipped
         c[[1, 1, 1]] = 1.0 - 2e-12;
         u[0][[1, 2, 1]] = 5.0;
         for field in [&mut c].into_iter().chain(&mut u) {
@@ -298,11 +301,11 @@ mod tests {
             })
         };
         let before = totals(&c, &u);
-        let mut sweeper = Sweeper::default();
+        let mut collector = Collector::default();
         let view = View { c: c.data(), u: u.each_ref().map(|f| f.data()), density };
-        let report = sweeper.find(&domain, view);
+        let report = collector.find(&domain, view);
         let [u1, u2, u3] = &mut u;
-        sweeper.apply(c.data_mut(), [u1.data_mut(), u2.data_mut(), u3.data_mut()]);
+        collector.apply(c.data_mut(), [u1.data_mut(), u2.data_mut(), u3.data_mut()]);
         assert_eq!((report.moved_cells, report.clipped_cells, report.out_of_range_cells), (3, 1, 1));
         assert!((report.worst_excess - 1e-7).abs() < 1e-20);
         let after = totals(&c, &u);
