@@ -7,6 +7,7 @@
 //! ([`grains`]).
 
 pub mod advection;
+pub mod ball;
 pub mod boundary;
 pub mod flow;
 pub mod grains;
@@ -16,5 +17,4 @@ pub mod pressure;
 pub mod snapshot;
 pub mod solver;
 pub mod stability;
-pub mod verification;
 pub mod viscosity;

@@ -1,8 +1,8 @@
 //! Viscosity and the prediction of face velocities.
 
+use sazanami_mics::ball::ball;
 use sazanami_mics::boundary::{Boundary, Side};
 use sazanami_mics::flow::{DropVelocity, Flow, Fluids, Schemes};
-use sazanami_mics::verification::ball;
 use sazanami_mics::viscosity::ViscosityScheme;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::Grid;

@@ -3,9 +3,9 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
+use sazanami_mics::ball::ball;
 use sazanami_mics::boundary::Boundary;
 use sazanami_mics::flow::{DropVelocity, Flow, Fluids, Schemes};
-use sazanami_mics::verification::ball;
 use sazanami_numerics::Vector;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::Grid;

@@ -17,6 +17,7 @@ mod number_density;
 mod operators;
 mod particles;
 pub mod pressure;
+pub mod probe;
 mod reductions;
 pub mod scheme;
 mod shifting;
@@ -24,7 +25,6 @@ pub mod snapshot;
 pub mod solver;
 mod stabilisation;
 pub mod stability;
-pub mod verification;
 pub mod weight;
 
 pub use exchange::Periods;

@@ -389,7 +389,8 @@ fn take_out_mean(layout: &Layout<'_>, z: &mut [Real], unknowns: Real) {
 
 /// Hydrostatic part of the pressure at `position`, `rho b . (x - x_ref)` [Pa].
 #[inline]
-pub(crate) fn hydrostatic(density: Real, body_force: Vector, position: Vector, reference: Vector) -> Real {
+#[must_use]
+pub fn hydrostatic(density: Real, body_force: Vector, position: Vector, reference: Vector) -> Real {
     density * body_force.dot(position - reference)
 }
 

@@ -20,10 +20,10 @@ use crate::progress::Progress;
 use crate::recorder;
 use crate::results::{CASE, CRATER_PROFILES, FIGURES, SERIES, SUMMARY};
 
-pub(crate) use ripples::layer_history;
+pub use ripples::layer_history;
 
 /// Rows of a table with named columns.
-pub(crate) struct Table {
+pub struct Table {
     columns: Vec<String>,
     rows: Vec<String>,
 }

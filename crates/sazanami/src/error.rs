@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use sazanami_numerics::Real;
 
-use crate::case::CaseError;
+use crate::case::{CaseError, nearest};
 
 /// Exit codes of the command line.
 pub mod exit {
@@ -75,6 +75,16 @@ impl CommandError {
     #[must_use]
     pub fn input(message: impl Into<String>, help: impl Into<String>) -> Self {
         Self::Input { message: message.into(), help: Some(help.into()) }
+    }
+
+    /// A name that is not known, with the nearest that is.
+    #[must_use]
+    pub fn unknown(what: &str, name: &str, known: &[&str]) -> Self {
+        let help = match nearest(name, known.iter().copied()) {
+            Some(meant) => format!("did you mean `{meant}`?"),
+            None => format!("known: {}", known.join(", ")),
+        };
+        Self::input(format!("there is no {what} `{name}`"), help)
     }
 
     /// Exit code of the command.

@@ -5,7 +5,6 @@
 pub mod analyse;
 pub mod assembly;
 pub mod bed_file;
-pub mod bench;
 pub mod case;
 pub mod check;
 pub mod clock;
@@ -20,5 +19,3 @@ pub mod run;
 pub mod schedule;
 mod simulation;
 pub mod tanks;
-pub mod verification;
-pub mod verify;

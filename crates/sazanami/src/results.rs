@@ -68,7 +68,7 @@ const WRITTEN: [&str; 18] = [
 /// The case as it is run.
 pub(crate) const CASE: &str = "case.toml";
 /// What a run was, did, and found.
-pub(crate) const SUMMARY: &str = "summary.json";
+pub const SUMMARY: &str = "summary.json";
 /// A row per observation.
 pub(crate) const SERIES: &str = "series.csv";
 /// Heights of the smoothed surface of a bed about the axis of a crater.

@@ -5,13 +5,13 @@ use std::cell::Cell;
 use std::sync::Arc;
 
 use sazanami_dem::{Body, ContactLaw, Damping, Engine, Grain, Interactions, Setup, Substeps, Wall};
+use sazanami_mics::ball::ball;
 use sazanami_mics::boundary::Boundary;
 use sazanami_mics::flow::{DropVelocity, Flow, Fluids, Schemes};
 use sazanami_mics::grains::{Coupling, Exchange, TorqueArm, Weighting};
 use sazanami_mics::pressure::Tolerance;
 use sazanami_mics::solver::{Settings, Solver};
 use sazanami_mics::stability::StepLimits;
-use sazanami_mics::verification::ball;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::geometry::{ContactSphereRule, Shape, SpheroidMesh, VolumeFractionMethod, VolumeRule};
 use sazanami_numerics::grid::Grid;

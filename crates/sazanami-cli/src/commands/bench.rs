@@ -1,9 +1,9 @@
 //! `sazanami bench`: times kernels and whole steps on this machine.
 
 use clap::Args;
-use sazanami::bench;
 use sazanami::error::{CommandError, exit};
 use sazanami::machine::Machine;
+use sazanami_bench as bench;
 
 use super::print_json;
 use crate::terminal::Screen;

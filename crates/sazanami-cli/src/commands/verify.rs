@@ -2,7 +2,8 @@
 
 use clap::Args;
 use sazanami::error::{CommandError, exit};
-use sazanami::verify::{self, Verdict};
+use sazanami_verification::catalogue::CASES;
+use sazanami_verification::verify::{self, Verdict};
 
 use super::print_json;
 use crate::terminal::Screen;
@@ -32,13 +33,13 @@ pub struct Verify {
 impl Verify {
     pub fn execute(self) -> Result<u8, CommandError> {
         if self.list {
-            for case in verify::cases() {
+            for case in CASES {
                 println!("{:<28} {}{}", case.name, case.about, if case.long { " (long)" } else { "" });
             }
             return Ok(exit::DONE);
         }
         let mut screen = Screen::new();
-        let rows = verify::verify(verify::cases(), &self.names, self.long, &mut screen)?;
+        let rows = verify::verify(CASES, &self.names, self.long, &mut screen)?;
         drop(screen);
         if self.json {
             print_json(&super::json(&rows)?);

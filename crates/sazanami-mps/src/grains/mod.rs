@@ -255,7 +255,7 @@ impl GrainPhase {
     }
 
     /// What the grains make of each own fluid particle's surroundings; tells how many were cut and the smallest `eps`.
-    pub(crate) fn voids(
+    pub fn voids(
         &mut self,
         kind: &[Kind],
         position: &[Vector],
@@ -544,7 +544,7 @@ impl GrainPhase {
 }
 
 /// Columns of the own fluid particles that follow from where the grains are.
-pub(crate) struct Voids<'a> {
+pub struct Voids<'a> {
     /// `1/eps`.
     pub bulk: &'a mut [Real],
     /// Its rate [1/s].

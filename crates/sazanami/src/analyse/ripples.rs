@@ -375,7 +375,7 @@ fn write_averages(path: &Path, cycles: &[CycleAverage]) -> std::io::Result<()> {
 }
 
 /// What layers did in a run; `None` if it did not look.
-pub(crate) fn layer_history(folder: &Path) -> Option<LayerHistory> {
+pub fn layer_history(folder: &Path) -> Option<LayerHistory> {
     let table = Table::read(&folder.join(LAYER_MEANS))?;
     let (times, columns) = (table.column("time"), QUANTITIES.map(|name| table.column(name)));
     let is_upper: Vec<bool> = table.words("layer").iter().map(|layer| *layer == "upper").collect();

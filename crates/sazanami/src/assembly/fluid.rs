@@ -16,7 +16,7 @@ use sazanami_numerics::{Quaternion, Real, Vector};
 use crate::case::meaning::{self, AlphaMethod, BoundarySide, Case, FluidName, LiquidRegion, Placement, Step};
 
 /// Sides of the box as the solver knows them.
-pub(crate) fn boundary(case: &Case) -> Result<Boundary, BoundaryError> {
+pub fn boundary(case: &Case) -> Result<Boundary, BoundaryError> {
     Boundary::new(case.boundary.map(|sides| sides.map(side)))
 }
 
@@ -43,7 +43,7 @@ fn part(fluid: FluidName) -> Real {
 }
 
 /// Both fluids at rest, without liquid yet.
-pub(crate) fn flow(case: &Case, domain: &Domain) -> Flow {
+pub fn flow(case: &Case, domain: &Domain) -> Flow {
     let fluids = Fluids {
         liquid_density: case.fluids.liquid.density,
         gas_density: case.fluids.gas.density,
@@ -82,7 +82,7 @@ pub(crate) fn flow(case: &Case, domain: &Domain) -> Flow {
 }
 
 /// How fluid and step are computed.
-pub(crate) fn settings(case: &Case) -> Settings {
+pub fn settings(case: &Case) -> Settings {
     let limits = match case.fluid.step {
         Step::Fixed(step) => StepLimits { courant: case.fluid.cfl, ..StepLimits::always(step) },
         Step::Adaptive { longest, growth, .. } => {
@@ -101,7 +101,7 @@ pub(crate) fn settings(case: &Case) -> Settings {
 }
 
 /// First step of an adaptive run [s].
-pub(crate) fn first_step(case: &Case) -> Option<Real> {
+pub fn first_step(case: &Case) -> Option<Real> {
     match case.fluid.step {
         Step::Adaptive { first, .. } => Some(first),
         Step::Fixed(_) => None,
@@ -109,7 +109,7 @@ pub(crate) fn first_step(case: &Case) -> Option<Real> {
 }
 
 /// How grains and fluid act on each other.
-pub(crate) fn coupling(case: &Case) -> Coupling {
+pub fn coupling(case: &Case) -> Coupling {
     let options = &case.coupling;
     Coupling {
         exchange: match options.exchange {
@@ -178,7 +178,7 @@ const COLUMNS: u32 = 8;
 
 /// Puts the initial liquids (and bubbles) into `flow`, in the order of the case: later ones take the
 /// place of earlier ones.
-pub(crate) fn pour(case: &Case, domain: &Domain, boundary: &Boundary, flow: &mut Flow, bed_height: Real) {
+pub fn pour(case: &Case, domain: &Domain, boundary: &Boundary, flow: &mut Flow, bed_height: Real) {
     for liquid in &case.liquids {
         let origin = origin_of(liquid, case.bed.axis, bed_height);
         let region = region(&liquid.region.moved(origin));

@@ -94,7 +94,7 @@ fn walls(case: &Case) -> Vec<Wall> {
 }
 
 /// What the engine needs beside the grains.
-pub(crate) fn setup(case: &Case, shapes: &[Shape]) -> Setup {
+pub fn setup(case: &Case, shapes: &[Shape]) -> Setup {
     let largest = case.grains.iter().zip(shapes).map(|(p, s)| s.bounding_radius() * largest_factor(&p.size));
     let reach = largest.fold(0.0, Real::max);
     // Where no wall holds them, grains may leave the box by their size before they are said to have escaped.
@@ -180,7 +180,7 @@ fn factors(population: &Population, count: usize) -> Vec<Real> {
 }
 
 /// Grains that have a place from the start: listed, on a lattice, or from a bed file.
-pub(crate) fn placed(case: &Case, beds: &[Option<Bed>]) -> Vec<Grain> {
+pub fn placed(case: &Case, beds: &[Option<Bed>]) -> Vec<Grain> {
     let mut all = Vec::new();
     for (number, population) in case.grains.iter().enumerate() {
         let make = |index: usize, scale: Real| member(case, number, index, scale);

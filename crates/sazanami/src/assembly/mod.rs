@@ -1,6 +1,6 @@
 //! From a case to what a solver needs.
 
-pub(crate) mod fluid;
-pub(crate) mod grains;
+pub mod fluid;
+pub mod grains;
 pub(crate) mod particles;
 pub mod shapes;

@@ -1,0 +1,239 @@
+//! The paper's case and a settled bed for it: the shipped one, or else tiles of a small periodic bed.
+
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+
+use sazanami_dem::{
+    Body, ContactLaw, Engine, Grain, Interactions, Lattice, Loads, Packing, PackingSettings, Setup, Stage, Substeps,
+    Wall,
+};
+use sazanami_numerics::domain::Domain;
+use sazanami_numerics::geometry::Shape;
+use sazanami_numerics::grid::Grid;
+use sazanami_numerics::{Real, Vector};
+
+use sazanami::assembly::grains;
+use sazanami::assembly::shapes::shape_of;
+use sazanami::bed_file::{Bed, Lying, Recipe};
+use sazanami::case::meaning::{BedFile, BoundarySide, Case, ContactSphereChoice, GrainPlacement};
+use sazanami::case::{self, LoadedCase};
+
+/// The paper's case, as shipped.
+const PAPER: &str = include_str!("../../../cases/raindrop/paper.toml");
+/// Where it lies in the repository.
+const PLACE: &str = "cases/raindrop/paper.toml";
+/// Tiles of the bed of a wave tank, along x1.
+const TANK_TILES: usize = 8;
+/// Tiles of the stand-in bed along x1 and x2.
+const TILES: usize = 4;
+/// Grains of a tile: 30,896 in all.
+const TILE_GRAINS: u64 = 1931;
+/// Stiffness of contacts while a tile is packed [N/m].
+const SOFT: Real = 200.0;
+/// Mean speed of a bed at rest, as the packing has it [m/s].
+const AT_REST: Real = 2e-3;
+/// Sub-steps in which grains lose speed until they lie on each other, what a sub-step leaves of it, and how fast they
+/// may be [m/s].
+const QUENCHES: usize = 15_000;
+const QUENCHED: Real = 0.99;
+const QUENCH_SPEED: Real = 0.01;
+/// Sub-steps between two looks at a settling bed, and most of these.
+const SETTLING: usize = 250;
+const LOOKS: usize = 24;
+
+/// The paper's case with its bed.
+#[derive(Clone)]
+pub(crate) struct Paper {
+    pub case: Case,
+    pub bed: Bed,
+    /// Whether the bed is the shipped one.
+    pub shipped: bool,
+}
+
+/// The paper's case and the shipped bed, or a stand-in for it.
+pub(crate) fn paper() -> Result<Paper, String> {
+    static ONCE: OnceLock<Result<Paper, String>> = OnceLock::new();
+    ONCE.get_or_init(|| shipped().map_or_else(packed_with_axes, Ok)).clone()
+}
+
+/// The paper's case with a bed of grains with nine spheres on the long axis: the shipped bed is packed for shells, and
+/// these spheres overlap in it.
+pub(crate) fn packed_with_axes() -> Result<Paper, String> {
+    static ONCE: OnceLock<Result<Paper, String>> = OnceLock::new();
+    ONCE.get_or_init(stand_in).clone()
+}
+
+fn parse(path: &Path, overrides: &[String]) -> Result<LoadedCase, String> {
+    case::parse(path, PAPER, overrides).map_err(|error| error.to_string())
+}
+
+/// The paper's case alone: what it says of grains is of no use.
+pub(crate) fn paper_case() -> Result<Case, String> {
+    Ok(parse(Path::new(PLACE), &["grains.0.placement={ packed = {} }".to_owned()])?.case)
+}
+
+/// The case with the bed it names, looked for below the working folder and where the program was built.
+fn shipped() -> Option<Paper> {
+    let built = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../..");
+    [PathBuf::from("."), built].iter().find_map(|root| {
+        let case = parse(&root.join(PLACE), &[]).ok()?.case;
+        let GrainPlacement::Bed(file) = &case.grains.first()?.placement else { return None };
+        let bed = Bed::read(&file.file).ok()?;
+        Some(Paper { bed, case, shipped: true })
+    })
+}
+
+/// The case with tiles of a small bed in place of the one it names.
+fn stand_in() -> Result<Paper, String> {
+    let mut case = paper_case()?;
+    let axis = Body::from(&shape(&case, ContactSphereChoice::Axis(9))?);
+    // Tiles fit together where the sides are periodic.
+    for d in 0..2 {
+        case.boundary[d] = [BoundarySide::Periodic; 2];
+        case.dem.grain_walls[d] = [false; 2];
+    }
+    let (lower, upper) = (case.domain.lower, case.domain.upper);
+    let width = (upper.x - lower.x) / TILES as Real;
+    // Soft springs take longer sub-steps, and at rest the overlaps stay below a thousandth of a grain all the same.
+    let soft = ContactLaw { normal_stiffness: SOFT, tangential_stiffness: SOFT, ..ContactLaw::SAND };
+    let tile = pack_tile(&axis, soft, [width; 2], TILE_GRAINS)?;
+    let grains: Vec<Lying> = tiled(&tile, [width; 2], [TILES; 2])
+        .iter()
+        .map(|grain| Lying { shape: 0, scale: 1.0, position: lower + grain.position, orientation: grain.orientation })
+        .collect();
+    let file = BedFile { file: PathBuf::new(), scale: 1.0, relax: false, recipe: None };
+    let kind = case.grains.first_mut().ok_or("the paper's case has no grains")?;
+    kind.count = Some(grains.len());
+    kind.placement = GrainPlacement::Bed(file);
+    Ok(Paper { case, bed: Bed { lower, upper, recipe: Recipe::default(), grains }, shipped: false })
+}
+
+/// The shape of the paper's grain with contact spheres of choice.
+pub(crate) fn shape(case: &Case, spheres: ContactSphereChoice) -> Result<Shape, String> {
+    let mut kind = case.grains.first().ok_or("the paper's case has no grains")?.clone();
+    kind.contact_spheres = spheres;
+    shape_of(&kind).map_err(|error| error.to_string())
+}
+
+impl Paper {
+    /// Solo domain of the case's box.
+    pub(crate) fn domain(&self) -> Result<Domain, String> {
+        let boundary = sazanami::assembly::fluid::boundary(&self.case).map_err(|error| error.to_string())?;
+        Ok(Domain::solo(self.case.domain.grid(), boundary.periodic()))
+    }
+
+    /// Engine with the bed, its grains of the given shape.
+    pub(crate) fn engine(&self, domain: &Domain, shape: &Shape) -> Result<Engine, String> {
+        let setup = grains::setup(&self.case, std::slice::from_ref(shape));
+        let placed = grains::placed(&self.case, &[Some(self.bed.clone())]);
+        Engine::new(domain, setup, &placed).map_err(|error| error.to_string())
+    }
+
+    /// What the bed is, in words.
+    pub(crate) fn bed_in_words(&self) -> &'static str {
+        if self.shipped { "the shipped bed" } else { "16 tiles of a small bed, sides periodic" }
+    }
+}
+
+/// Lets the grains come to rest; returns their mean speed [m/s]. A bed that was packed for other contact spheres or with
+/// other springs would burst, and then fall for long: it moves slowly and loses speed at first.
+pub(crate) fn settle(engine: &mut Engine, domain: &Domain, gravity: Vector, dt: Real) -> Result<Real, String> {
+    for _ in 0..QUENCHES {
+        engine.advance(domain, &Loads::none(), gravity, dt, Substeps::Fixed(1)).map_err(|error| error.to_string())?;
+        engine.limit_speeds(domain, QUENCH_SPEED, QUENCHED);
+    }
+    let mut mean = Real::INFINITY;
+    for _ in 0..LOOKS {
+        let time = dt * SETTLING as Real;
+        engine
+            .advance(domain, &Loads::none(), gravity, time, Substeps::Fixed(SETTLING))
+            .map_err(|error| error.to_string())?;
+        let grains = engine.grains();
+        let speeds: Real = (0..grains.owned()).map(|n| grains.velocity[n].length()).sum();
+        mean = speeds / grains.owned().max(1) as Real;
+        if mean < AT_REST {
+            break;
+        }
+    }
+    Ok(mean)
+}
+
+/// A settled bed in a periodic box of the given widths.
+fn pack_tile(body: &Body, law: ContactLaw, width: [Real; 2], count: u64) -> Result<Vec<Grain>, String> {
+    let upper = Vector::new(width[0], width[1], 0.05);
+    let domain = Domain::solo(Grid::new([8, 8, 8], Vector::ZERO, upper), [true, true, false]);
+    let templates = (0..count).map(|id| Grain::new(id, 2650.0, Vector::ZERO)).collect();
+    let settings = PackingSettings {
+        periodic: [true; 2],
+        lattice: Lattice::Low,
+        step: 1e-4,
+        settling_time: 1e-2,
+        ..PackingSettings::new(Vector::ZERO, upper)
+    };
+    let laws = Interactions::uniform(1, law);
+    let failed = |error: sazanami_dem::DemError| error.to_string();
+    let mut packing = Packing::new(&domain, settings, vec![body.clone()], laws, templates).map_err(failed)?;
+    while !matches!(packing.stage(), Stage::Done | Stage::GivenUp) {
+        packing.step(&domain).map_err(failed)?;
+    }
+    Ok(packing.bed())
+}
+
+/// The grains of a tile and its neighbours, numbered in space.
+fn tiled(tile: &[Grain], width: [Real; 2], tiles: [usize; 2]) -> Vec<Grain> {
+    let place = |n: usize| Vector::new((n % tiles[0]) as Real * width[0], (n / tiles[0]) as Real * width[1], 0.0);
+    let places = (0..tiles[0] * tiles[1]).map(place);
+    let mut grains: Vec<Grain> = places
+        .flat_map(|place| tile.iter().map(move |grain| Grain { position: grain.position + place, ..*grain }))
+        .collect();
+    let key = |grain: &Grain| [grain.position.z, grain.position.y].map(|x| (x / 1.2e-3) as i64);
+    grains.sort_by(|a, b| key(a).cmp(&key(b)).then(a.position.x.total_cmp(&b.position.x)));
+    (0_u64..).zip(&mut grains).for_each(|(id, grain)| grain.id = id);
+    grains
+}
+
+/// Engine with tiles of equal spheres on a floor, sides periodic.
+pub(crate) fn spheres(diameter: Real, law: ContactLaw, width: Real, count: u64) -> Result<(Domain, Engine), String> {
+    let body = Body::ball(0.5 * diameter);
+    let tile = width / TILES as Real;
+    let grains = tiled(&pack_tile(&body, law, [tile; 2], count / (TILES * TILES) as u64)?, [tile; 2], [TILES; 2]);
+    let upper = Vector::new(width, width, 0.05);
+    let domain = Domain::solo(Grid::new([8, 8, 8], Vector::ZERO, upper), [true, true, false]);
+    let setup = Setup {
+        bodies: vec![body],
+        interactions: Interactions::uniform(1, law),
+        walls: vec![Wall::at_rest(Vector::ZERO, Vector::Z, 0)],
+        region: [Vector::splat(-1.0), Vector::ONE],
+        ghost_margin: 0.0,
+    };
+    let engine = Engine::new(&domain, setup, &grains).map_err(|error| error.to_string())?;
+    Ok((domain, engine))
+}
+
+/// Engine with tiles of equal spheres on a floor between walls across x1, periodic in x2.
+pub(crate) fn tank(
+    diameter: Real,
+    law: ContactLaw,
+    width: [Real; 2],
+    count: usize,
+) -> Result<(Domain, Engine), String> {
+    let body = Body::ball(0.5 * diameter);
+    let tile = [width[0] / TANK_TILES as Real, width[1]];
+    // A few more than needed: those in the walls go.
+    let packed = pack_tile(&body, law, tile, (count / TANK_TILES) as u64 + 20)?;
+    let mut grains = tiled(&packed, tile, [TANK_TILES, 1]);
+    let margin = 0.25 * diameter;
+    grains.retain(|grain| (margin..width[0] - margin).contains(&grain.position.x));
+    grains.truncate(count);
+    let upper = Vector::new(width[0], width[1], 0.05);
+    let domain = Domain::solo(Grid::new([8, 8, 8], Vector::ZERO, upper), [false, true, false]);
+    let setup = Setup {
+        bodies: vec![body],
+        interactions: Interactions::uniform(1, law),
+        walls: Wall::of_box(Vector::ZERO, upper, 0, [[true; 2], [false; 2], [true, false]]),
+        region: [Vector::splat(-1.0), Vector::ONE],
+        ghost_margin: 0.0,
+    };
+    let engine = Engine::new(&domain, setup, &grains).map_err(|error| error.to_string())?;
+    Ok((domain, engine))
+}

@@ -1,0 +1,134 @@
+//! Grains on the grid, and the paper's whole case.
+
+use std::sync::Arc;
+
+use sazanami_mics::grains::Imprint;
+use sazanami_mics::solver::Solver;
+use sazanami_numerics::geometry::Shape;
+use sazanami_numerics::{Real, Vector};
+use sazanami_observe::{Body, GatheredBed, bed_profile};
+
+use crate::beds;
+use crate::fluid::{Phases, build};
+use crate::machine::floor_of_bytes;
+use crate::stopwatch::{Stopwatch, forget_peak, memory};
+use crate::timing::Timing;
+use sazanami::assembly::fluid;
+use sazanami::case::meaning::Case;
+
+/// Bytes in a mebibyte.
+const MEBI: Real = 1_048_576.0;
+/// Runs.
+const RUNS: usize = 7;
+/// Bytes of a cell's share of a grain: fraction, place and arm.
+const SHARE_BYTES: Real = 24.0;
+/// Fields that the shares are summed into: solid fraction, density, velocity.
+const SUMMED_FIELDS: Real = 5.0;
+/// Fields that a step keeps: liquid fraction, pressure, velocity, face velocity.
+const KEPT_FIELDS: Real = 8.0;
+
+/// Cells covered by every grain of the paper's bed, anew: all grains have moved by a part of a cell.
+pub(crate) fn volume_fractions() -> Result<Timing, String> {
+    let paper = beds::paper()?;
+    let case = &paper.case;
+    let shape = beds::shape(case, case.grains[0].contact_spheres.clone())?;
+    let domain = paper.domain()?;
+    let engine = paper.engine(&domain, &shape)?;
+    let coupling = fluid::coupling(case);
+    let shapes = [shape];
+    let mut imprint = Imprint::new(domain.cells(), coupling.volume_fraction, coupling.torque_arm);
+    let mut moved = engine.grains().clone();
+    let way = 0.05 * domain.grid().spacing.min_element();
+    let mut timing = Timing { unit: "s", ..Timing::default() };
+    for run in 0..=RUNS {
+        let shift = if run % 2 == 0 { way } else { -way };
+        moved.position.iter_mut().for_each(|x| *x += Vector::new(0.0, 0.0, shift));
+        let watch = Stopwatch::start();
+        let report = imprint.update(&domain, &moved, &shapes, None);
+        let lap = watch.stop();
+        if report.evaluated != moved.owned() {
+            return Err(format!("{} of {} grains were evaluated", report.evaluated, moved.owned()));
+        }
+        if run > 0 {
+            timing.add(&lap, 1.0);
+        }
+    }
+    let shares: usize = (0..moved.owned()).map(|n| imprint.shares(n).len()).sum();
+    let covered = imprint.solid_fraction.data().iter().filter(|&&alpha| alpha > 0.0).count();
+    timing.size = format!(
+        "{} grains, 4 x 4 columns a cell, {shares} shares in {covered} cells, {}",
+        moved.owned(),
+        paper.bed_in_words()
+    );
+    let bytes = 2.0 * SHARE_BYTES * shares as Real + 2.0 * 8.0 * SUMMED_FIELDS * covered as Real;
+    let (floor, how) = floor_of_bytes(bytes, "shares out and in, five fields in and out where there are grains");
+    Ok(timing.with_floor(floor, how))
+}
+
+/// The paper's case, built.
+fn whole_case() -> Result<(Case, Solver), String> {
+    let paper = beds::paper()?;
+    let case = paper.case.clone();
+    let shapes: Arc<[Shape]> = vec![beds::shape(&case, case.grains[0].contact_spheres.clone())?].into();
+    let domain = paper.domain()?;
+    let engine = paper.engine(&domain, &shapes[0])?;
+    let mut bed = GatheredBed::default();
+    bed.gather(&domain, engine.grains(), engine.time());
+    let bodies: Vec<Body> = shapes.iter().map(Body::of).collect();
+    let height = bed_profile::height_near(&bed.view(&bodies), case.bed.axis, case.bed.height_radius);
+    let solver = build(&case, Some((engine, Arc::clone(&shapes))), height.unwrap_or(case.domain.lower.z))?;
+    Ok((case, solver))
+}
+
+/// Peak of the resident memory while the paper's case is built and steps once.
+pub(crate) fn case_memory() -> Result<Timing, String> {
+    // The bed's stand-in, if it is needed, is no part of the case.
+    beds::paper()?;
+    let before = forget_peak();
+    let (case, mut solver) = whole_case()?;
+    Phases::default().step(&mut solver)?;
+    let peak = memory("VmHWM").ok_or("the system does not tell how much memory is taken")?;
+    let held = before.map_or_else(|| "an unknown part".to_owned(), |bytes| format!("{:.0} MiB", bytes / MEBI));
+    let cells: Real = case.domain.cells.iter().map(|&n| n as Real + 4.0).product();
+    let grains = solver.grains().engine().grains().owned();
+    let state = cells * KEPT_FIELDS * 8.0 + grains as Real * 250.0;
+    Ok(Timing {
+        unit: "MiB",
+        values: vec![peak / MEBI],
+        size: format!(
+            "{} cells, {grains} grains of {} spheres; {held} of it held before",
+            case.domain.cell_count(),
+            solver.grains().shapes()[0].contact_spheres().len()
+        ),
+        floor: Some(state / MEBI),
+        floor_how: "what a step hands to the next: eight fields in double precision, and the grains".into(),
+        ..Timing::default()
+    })
+}
+
+/// Steps of the paper's case from its start.
+pub(crate) fn case_step() -> Result<Timing, String> {
+    let (case, mut solver) = whole_case()?;
+    let mut timing = Timing { unit: "s", ..Timing::default() };
+    let mut phases = Phases::default();
+    let (mut substeps, mut dt) = (0, 0.0);
+    for run in 0..4 {
+        if run == 1 {
+            phases = Phases::default();
+        }
+        let stepped = phases.step(&mut solver)?;
+        if run > 0 {
+            timing.add(&stepped.lap, 1.0);
+        }
+        substeps = stepped.report.contacts.substeps;
+        dt = stepped.dt;
+    }
+    timing.size = format!(
+        "{} cells, {} grains, step {dt:.2e} s of {substeps} sub-steps; {}",
+        case.domain.cell_count(),
+        solver.grains().engine().grains().owned(),
+        phases.in_words()
+    );
+    timing.floor_how = "see its parts".into();
+    Ok(timing)
+}

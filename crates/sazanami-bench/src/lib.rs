@@ -1,0 +1,170 @@
+//! Timing of kernels and whole steps on this machine.
+
+mod beds;
+mod contacts;
+mod coupling;
+mod fluid;
+mod machine;
+mod particles;
+mod stopwatch;
+mod timing;
+
+pub use timing::{BenchRow, Timing};
+
+use sazanami_numerics::Real;
+use sazanami_parallel::with_threads;
+
+use sazanami::error::CommandError;
+use sazanami::progress::Progress;
+
+/// A benchmark.
+#[derive(Clone, Copy, Debug)]
+pub struct Bench {
+    /// Name on the command line.
+    pub name: &'static str,
+    /// What it times, in one line.
+    pub about: &'static str,
+    /// Times it.
+    pub time: fn() -> Result<Timing, String>,
+}
+
+/// The benchmarks of this version, on the sizes of Yagyu et al. (2015). Memory comes first: later ones leave some behind.
+const BENCHES: &[Bench] = &[
+    Bench {
+        name: "case_memory",
+        about: "peak memory of the paper's whole case: built, and one step",
+        time: coupling::case_memory,
+    },
+    Bench { name: "machine_triad", about: "memory bandwidth, the measure of the floors", time: machine::triad },
+    Bench {
+        name: "dem_substep_shell75",
+        about: "contact sub-step of the paper's settled bed, 75 spheres a grain",
+        time: contacts::shell75,
+    },
+    Bench { name: "dem_substep_axis9", about: "the same with 9 spheres on the long axis", time: contacts::axis9 },
+    Bench { name: "dem_substep_spheres", about: "contact sub-step of 30,600 settled spheres", time: contacts::spheres },
+    Bench {
+        name: "dem_substep_tank",
+        about: "the same of 34,000 spheres, the bed of a wave tank between two walls",
+        time: contacts::tank,
+    },
+    Bench {
+        name: "packing_bed",
+        about: "packing of the paper's bed, from a sub-step of the settled bed",
+        time: contacts::packing_bed,
+    },
+    Bench {
+        name: "volume_fractions",
+        about: "cells covered by all grains of the paper's bed, every grain moved",
+        time: coupling::volume_fractions,
+    },
+    Bench {
+        name: "pressure_solve",
+        about: "pressure of a drop in air, density ratio 1000, relative residual 1e-6 from zero",
+        time: fluid::pressure_solve,
+    },
+    Bench {
+        name: "fluid_step",
+        about: "whole fluid step, drop at 9 m/s, max |div u| dt <= 1e-6",
+        time: fluid::fluid_step,
+    },
+    Bench {
+        name: "case_step",
+        about: "whole step of the paper's case: fluid, grains and their coupling",
+        time: coupling::case_step,
+    },
+    Bench {
+        name: "mps_step",
+        about: "step of moving particles in a wave tank over a bed of spheres, without the grains' sub-steps",
+        time: particles::tank_step,
+    },
+    Bench {
+        name: "mps_dam_break",
+        about: "step of 100,000 moving particles of a dam that breaks, steps 50 to 100",
+        time: particles::dam_break,
+    },
+];
+
+/// The benchmarks of this version.
+#[must_use]
+pub const fn benches() -> &'static [Bench] {
+    BENCHES
+}
+
+/// Runs the benchmarks called `names`, or all of them; `threads` is what they run on.
+///
+/// # Errors
+/// If a name is not known, or a benchmark fails.
+pub fn bench(
+    benches: &[Bench],
+    names: &[String],
+    threads: usize,
+    progress: &mut dyn Progress,
+) -> Result<Vec<BenchRow>, CommandError> {
+    let known: Vec<&str> = benches.iter().map(|bench| bench.name).collect();
+    if let Some(name) = names.iter().find(|name| !known.contains(&name.as_str())) {
+        return Err(CommandError::unknown("benchmark", name, &known));
+    }
+    let mut rows = Vec::new();
+    for bench in benches.iter().filter(|bench| names.is_empty() || names.iter().any(|name| name == bench.name)) {
+        progress.message(&format!("{}: {}", bench.name, bench.about));
+        let timing = with_threads(threads, bench.time)
+            .map_err(|refused| CommandError::input(refused.to_string(), "ask for fewer with `--threads`"))?
+            .map_err(|message| CommandError::Undone(format!("{}: {message}", bench.name)))?;
+        rows.push(timing.row(bench.name, threads));
+    }
+    Ok(rows)
+}
+
+/// Processors that other programs may keep busy before a timing is called disturbed.
+const BUSY: Real = 0.15;
+
+/// The rows as a table for people.
+#[must_use]
+pub fn table(rows: &[BenchRow]) -> String {
+    let mut text = format!(
+        "{:<24} {:>11} {:>11} {:>11} {:>11} {:>5} {:>5} {:>8} {:>11}  size\n",
+        "name", "median", "min", "max", "cpu", "unit", "runs", "threads", "floor"
+    );
+    let maybe = |value: Option<Real>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.4}"));
+    for row in rows {
+        text.push_str(&format!(
+            "{:<24} {:>11.4} {:>11.4} {:>11.4} {:>11} {:>5} {:>5} {:>8} {:>11}  {}\n",
+            row.name,
+            row.median,
+            row.min,
+            row.max,
+            maybe(row.cpu),
+            row.unit,
+            row.runs,
+            row.threads,
+            maybe(row.floor),
+            row.size
+        ));
+    }
+    let busy = rows.iter().filter_map(|row| row.busy_elsewhere).fold(0.0, Real::max);
+    if busy > BUSY {
+        text.push_str(&format!(
+            "other programs kept up to {busy:.1} processors busy meanwhile: compare processor time (cpu), not time\n"
+        ));
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sazanami::progress::Silent;
+
+    #[test]
+    fn medians_and_names_are_right() {
+        let timing =
+            |values: &[Real]| Timing { unit: "s", values: values.to_vec(), size: "small".into(), ..Timing::default() };
+        let row = timing(&[3.0, 1.0, 2.0]).with_floor(0.5, "by hand").row("x", 2);
+        assert_eq!((row.median, row.min, row.max, row.runs, row.floor), (2.0, 1.0, 3.0, 3, Some(0.5)));
+        assert_eq!(timing(&[4.0, 1.0, 2.0, 3.0]).row("x", 1).median, 2.5);
+        let benches = [Bench { name: "nothing", about: "does nothing", time: || Ok(Timing::of("none", 3, || ())) }];
+        assert_eq!(bench(&benches, &[], 1, &mut Silent).unwrap().len(), 1);
+        assert_eq!(bench(&benches, &["nothin".into()], 1, &mut Silent).unwrap_err().exit_code(), 2);
+    }
+}

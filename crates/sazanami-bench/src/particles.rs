@@ -1,0 +1,252 @@
+//! Whole steps of moving particles: a wave tank over a bed of spheres, and a dam that breaks.
+
+use sazanami_dem::{Body, ContactLaw, Engine, Grain, Interactions, Setup, Substeps, Wall};
+use sazanami_mps::boundary::{Side, Tank, WallFriction};
+use sazanami_mps::filling;
+use sazanami_mps::grains::{Closure, Coupling, GrainPhase};
+use sazanami_mps::pressure::Tolerance;
+use sazanami_mps::scheme::{Fluid, Scheme};
+use sazanami_mps::solver::{FluidParticle, Forcing, Phase, Settings, Solver, StepReport};
+use sazanami_mps::stability::StepLimits;
+use sazanami_numerics::domain::Domain;
+use sazanami_numerics::grid::Grid;
+use sazanami_numerics::{Real, Vector};
+
+use crate::machine::floor_of_bytes;
+use crate::stopwatch::{Lap, Stopwatch};
+use crate::timing::Timing;
+
+/// Particle spacing, and diameter of the spheres [m].
+const SPACING: Real = 1e-3;
+const GRAVITY: Vector = Vector::new(0.0, 0.0, -9.81);
+const WALLS: [Side; 2] = [Side::Wall; 2];
+const OPEN_TOP: [Side; 2] = [Side::Wall, Side::Open];
+const PERIODIC: [Side; 2] = [Side::Periodic; 2];
+
+/// The wave tank of Tazaki et al. in spacings, its depth of water and its spheres, in layers of a centred lattice.
+const TANK: [Real; 3] = [150.0, 20.0, 35.0];
+const DEPTH: Real = 20.0;
+const BED_LAYERS: usize = 17;
+/// Step in the tank [s], and the amplitude of its acceleration: 10 mm at 2 Hz [m/s^2].
+const TANK_STEP: Real = 2e-4;
+const SWAY: Real = 1.58;
+/// Steps in which the water finds its places while it loses a tenth of its speed in each, steps that are not timed
+/// and steps that are.
+const RELAXATION: usize = 60;
+const WARM_UP: usize = 5;
+const TANK_STEPS: usize = 15;
+
+/// The box of the dam break and its water, in spacings; step [s]; first and last step that is timed.
+const BOX: [usize; 3] = [100, 40, 80];
+const WATER: [usize; 3] = [50, 40, 50];
+const DAM_STEP: Real = 5e-4;
+const DAM_STEPS: [usize; 2] = [50, 100];
+
+/// Bytes per pair that a list takes: written once, read by two passes.
+const LIST_BYTES: Real = 3.0 * 4.0;
+/// Bytes per pair of the pressure equation: column and coefficient.
+const COEFFICIENT_BYTES: Real = 8.0;
+/// Passes over them besides the iterations: written, diagonal, residual at the beginning and at the end, coarse
+/// equation; and columns alone for the gradient and the pushes.
+const COEFFICIENT_PASSES: Real = 6.0;
+
+fn domain(tank: &Tank, scheme: &Scheme) -> Domain {
+    let extent = tank.upper - tank.lower;
+    let cell = 0.5 * (scheme.radius + 0.36) * SPACING;
+    let cells = [0, 1, 2].map(|d| ((extent[d] / cell).floor() as usize).max(2));
+    let periodic = tank.sides.map(|sides| sides[0] == Side::Periodic);
+    Domain::solo(Grid::new(cells, tank.lower, tank.upper), periodic)
+}
+
+fn settings(level: Real) -> Settings {
+    Settings {
+        fluid: Fluid { density: 1000.0, viscosity: 1e-6, spacing: SPACING },
+        scheme: Scheme::default(),
+        limits: StepLimits::default(),
+        tolerance: Tolerance::default(),
+        reference: Vector::new(0.0, 0.0, level),
+    }
+}
+
+fn at_rest(position: Vector) -> FluidParticle {
+    FluidParticle { position, velocity: Vector::ZERO }
+}
+
+/// Spheres on a centred lattice of solid fraction 0.6, none at its exact place.
+fn bed(tank: &Tank) -> Vec<Grain> {
+    let extent = (tank.upper - tank.lower) / SPACING;
+    let edge = 1.204;
+    let count = [extent.x, extent.y].map(|length| (length / edge).floor() as usize);
+    let size = Vector::new(extent.x / count[0] as Real, extent.y / count[1] as Real, edge);
+    let mut state = 1_u64;
+    let mut random = move || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as Real / (1_u64 << 53) as Real - 0.5
+    };
+    let layer = count[0] * count[1];
+    let sphere = |n: usize| {
+        let (half, place) = (0.5 * (n / layer % 2) as Real, n % layer);
+        let place = Vector::new((place % count[0]) as Real, (place / count[0]) as Real, (n / layer / 2) as Real);
+        let place = (place + 0.25 + half) * size + Vector::new(0.0, 0.0, 0.25);
+        let jitter = 0.08 * Vector::new(random(), random(), random());
+        Grain::new(n as u64, 2650.0, tank.lower + SPACING * (place + jitter))
+    };
+    (0..BED_LAYERS * layer).map(sphere).collect()
+}
+
+fn grain_phase(domain: &Domain, tank: &Tank, grains: &[Grain]) -> Result<GrainPhase, String> {
+    let present = tank.sides.map(|sides| sides.map(|side| side == Side::Wall));
+    let setup = Setup {
+        bodies: vec![Body::ball(0.5 * SPACING)],
+        interactions: Interactions::uniform(1, ContactLaw::spheres(400.0, 0.5, 0.4)),
+        walls: Wall::of_box(tank.lower, tank.upper, 0, present),
+        region: [tank.lower - Vector::ONE, tank.upper + Vector::ONE],
+        ghost_margin: 3.6 * SPACING,
+    };
+    let engine = Engine::new(domain, setup, grains).map_err(|error| error.to_string())?;
+    let coupling = Coupling {
+        closure: Closure::recommended(1000.0, 1e-3),
+        smoothing: 3.0 * SPACING,
+        least_void: 0.3,
+        implicit_pressure_force: true,
+        substeps: Substeps::Auto,
+    };
+    Ok(GrainPhase::new(domain, engine, coupling))
+}
+
+/// Mean void fraction at a height.
+fn mean_void(grains: &GrainPhase, tank: &Tank, height: Real) -> Real {
+    let count = [40, 8];
+    let extent = tank.upper - tank.lower;
+    let place = |n: usize| {
+        let (i, j) = ((n % count[0]) as Real + 0.5, (n / count[0]) as Real + 0.5);
+        let across = Vector::new(i * extent.x / count[0] as Real, j * extent.y / count[1] as Real, 0.0);
+        Vector::new(tank.lower.x, tank.lower.y, height) + across
+    };
+    let places = count[0] * count[1];
+    (0..places).map(|n| grains.void_fraction(place(n))).sum::<Real>() / places as Real
+}
+
+fn number(phase: Phase) -> usize {
+    match phase {
+        Phase::Neighbours => 0,
+        Phase::Fluid => 1,
+        Phase::Pressure => 2,
+        Phase::Coupling => 3,
+        Phase::Grains => 4,
+    }
+}
+
+/// Times steps; what they did, to be told with the timing.
+#[derive(Default)]
+struct Steps {
+    timing: Timing,
+    /// Processor time of the phases, or time where the system does not tell, of all timed steps [s].
+    phases: [Real; 5],
+    iterations: usize,
+    /// Bytes that have to move in a step.
+    bytes: Real,
+}
+
+impl Steps {
+    /// One step, its time without that of the grains.
+    fn step(&mut self, solver: &mut Solver, dt: Real, body_force: Vector, timed: bool) -> Result<StepReport, String> {
+        let mut now = (0, Stopwatch::start());
+        let mut laps: Vec<(usize, Lap)> = Vec::new();
+        let forcing = Forcing { body_force, ..Forcing::default() };
+        let report = solver
+            .step(dt, &forcing, |phase| {
+                laps.push((now.0, now.1.stop()));
+                now = (number(phase), Stopwatch::start());
+            })
+            .map_err(|error| error.to_string())?;
+        laps.push((now.0, now.1.stop()));
+        if timed {
+            let busy = laps.iter().filter_map(|(_, lap)| Some(lap.busy_elsewhere? * lap.wall)).sum::<Real>();
+            let fluid = || laps.iter().filter(|(phase, _)| *phase != number(Phase::Grains));
+            let wall: Real = fluid().map(|(_, lap)| lap.wall).sum();
+            let cpu = fluid().map(|(_, lap)| lap.cpu).sum::<Option<Real>>();
+            let busy = laps.iter().any(|(_, lap)| lap.busy_elsewhere.is_some()).then_some(busy / wall);
+            self.timing.add(&Lap { wall, cpu, busy_elsewhere: busy }, 1.0);
+            laps.iter().for_each(|(phase, lap)| self.phases[*phase] += lap.cpu.unwrap_or(lap.wall));
+            self.iterations += report.pressure.iterations;
+            let passes = report.pressure.iterations as Real + COEFFICIENT_PASSES;
+            self.bytes += report.pairs as Real * (LIST_BYTES + COEFFICIENT_BYTES * passes);
+        }
+        Ok(report)
+    }
+
+    fn finish(mut self, solver: &Solver, words: &str, last: &StepReport) -> Timing {
+        let steps = self.timing.values.len().max(1) as Real;
+        let fluid = (0..solver.particles().owned()).filter(|&a| solver.particles().is_fluid(a)).count();
+        let [_, median, _] = crate::timing::spread(&self.timing.values).unwrap_or_default();
+        let names = ["lists", "sums", "pressure", "coupling"];
+        let all: Real = self.phases[..4].iter().sum();
+        let share = |n: usize| (100.0 * self.phases[n] / all.max(1e-300)).round();
+        let parts = (0..4).filter(|&n| share(n) > 0.0).map(|n| format!("{} {} %", names[n], share(n)));
+        self.timing.unit = "s";
+        self.timing.size = format!(
+            "{words}: {fluid} fluid and {} wall particles, {} pairs, {:.1} iterations, {:.3e} fluid particles a \
+             second; {}",
+            solver.particles().owned() - fluid,
+            last.pairs,
+            self.iterations as Real / steps,
+            fluid as Real / median.max(1e-300),
+            parts.collect::<Vec<String>>().join(", ")
+        );
+        let (floor, how) = floor_of_bytes(
+            self.bytes / steps,
+            "lists written once and read twice, coefficients written once and read in every iteration and five \
+             other passes; no arithmetic",
+        );
+        self.timing.with_floor(floor, how)
+    }
+}
+
+/// Steps of a wave tank over a bed of loose spheres, without the grains' sub-steps.
+pub(crate) fn tank_step() -> Result<Timing, String> {
+    let size = SPACING * Vector::from_array(TANK);
+    let lower = Vector::new(-0.5 * size.x, 0.0, 0.0);
+    let tank = Tank::new(lower, lower + size, [WALLS, PERIODIC, OPEN_TOP], WallFriction::NoSlip);
+    let level = DEPTH * SPACING;
+    let domain = domain(&tank, &Scheme::default());
+    let grains = bed(&tank);
+    let mut phase = grain_phase(&domain, &tank, &grains)?;
+    phase.place(&domain, &tank);
+    let places = filling::layers(tank.lower, tank.upper, level, SPACING, |z| mean_void(&phase, &tank, z));
+    let fluid: Vec<FluidParticle> = places.into_iter().map(at_rest).collect();
+    let mut solver = Solver::new(domain, settings(level), tank, &fluid, phase).map_err(|error| error.to_string())?;
+    let mut steps = Steps::default();
+    solver.grains_mut().freeze(true);
+    for _ in 0..RELAXATION {
+        steps.step(&mut solver, TANK_STEP, GRAVITY, false)?;
+        solver.set_velocities(|particles, a| 0.9 * particles.velocity[a]);
+    }
+    solver.grains_mut().freeze(false);
+    let mut report = StepReport::default();
+    for n in 0..WARM_UP + TANK_STEPS {
+        report = steps.step(&mut solver, TANK_STEP, GRAVITY + Vector::new(SWAY, 0.0, 0.0), n >= WARM_UP)?;
+    }
+    let words = format!("tank of 150 x 20 x 35 mm, {} spheres, step {TANK_STEP:.0e} s", grains.len());
+    Ok(steps.finish(&solver, &words, &report))
+}
+
+/// Steps of a dam that breaks in a box with walls all around.
+pub(crate) fn dam_break() -> Result<Timing, String> {
+    let upper = SPACING * Vector::from_array(BOX.map(|n| n as Real));
+    let tank = Tank::new(Vector::ZERO, upper, [WALLS, WALLS, OPEN_TOP], WallFriction::NoSlip);
+    let domain = domain(&tank, &Scheme::default());
+    let [n1, n2, n3] = WATER;
+    let place = |n: usize| Vector::new((n % n1) as Real, (n / n1 % n2) as Real, (n / (n1 * n2)) as Real) + 0.5;
+    let fluid: Vec<FluidParticle> = (0..n1 * n2 * n3).map(|n| at_rest(SPACING * place(n))).collect();
+    let none = GrainPhase::none(&domain).map_err(|error| error.to_string())?;
+    let level = n3 as Real * SPACING;
+    let mut solver = Solver::new(domain, settings(level), tank, &fluid, none).map_err(|error| error.to_string())?;
+    let mut steps = Steps::default();
+    let mut report = StepReport::default();
+    for n in 1..=DAM_STEPS[1] {
+        report = steps.step(&mut solver, DAM_STEP, GRAVITY, n >= DAM_STEPS[0])?;
+    }
+    let words = format!("box of 100 x 40 x 80 mm, steps 50 to 100 of {DAM_STEP:.0e} s");
+    Ok(steps.finish(&solver, &words, &report))
+}

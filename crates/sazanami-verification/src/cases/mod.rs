@@ -1,0 +1,20 @@
+//! The programs that pose the cases and measure.
+
+pub mod at_rest;
+pub mod beds;
+pub mod both;
+pub mod contact;
+pub mod free_grains;
+pub mod immersed;
+pub mod impact;
+pub mod moving_particles;
+pub mod reduced;
+pub mod ripples;
+pub mod settling;
+pub mod shift;
+pub mod single_phase;
+pub mod tank;
+pub mod transport;
+pub mod two_phase;
+pub mod volume_fractions;
+pub mod whole_run;

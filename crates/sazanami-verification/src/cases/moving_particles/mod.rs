@@ -1,0 +1,29 @@
+//! The moving-particle solver beside what is known exactly or was measured.
+
+mod fluid;
+mod grains;
+mod waves;
+
+pub(crate) use fluid::{
+    dam_break, dam_break_lobovsky, falling_block, hydrostatics, operators, rotating_square, taylor_green, viscous_walls,
+};
+pub(crate) use grains::{frames, frames_with_bed, packed_bed, repose, resting_bed, settling_grain, void_fraction};
+pub(crate) use waves::{sloshing, sloshing_resonance, standing_wave, standing_wave_shallow};
+
+use crate::particles::ExperimentError;
+
+use crate::measured::Measured;
+
+/// What the references of most cases are.
+const EXACT: &str = "exact";
+const CONTROL: &str = "negative control";
+
+/// A failed experiment as the message of a failed case.
+fn said(error: ExperimentError) -> String {
+    error.to_string()
+}
+
+/// A value of at most `limit`, and not below zero.
+fn at_most(quantity: impl Into<String>, value: f64, limit: f64) -> Measured {
+    Measured::within(quantity, "", value, 0.0, limit).from_source(EXACT)
+}

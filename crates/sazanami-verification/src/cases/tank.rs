@@ -1,0 +1,159 @@
+//! A closed description of fluid and grains that becomes a solver on one rank.
+
+use sazanami_dem::{Body, ContactLaw, Damping, Engine, Grain, Interactions, Setup, Substeps, Wall};
+use sazanami_mics::boundary::{Boundary, Side};
+use sazanami_mics::flow::{Flow, Fluids, Schemes};
+use sazanami_mics::grains::{Coupling, Exchange, TorqueArm, Weighting};
+use sazanami_mics::pressure::Tolerance;
+use sazanami_mics::solver::{Settings, Solver, StepReport};
+use sazanami_mics::stability::StepLimits;
+use sazanami_mics::viscosity::ViscosityScheme;
+use sazanami_numerics::domain::Domain;
+use sazanami_numerics::geometry::{Region, RegionFractions, Shape, VolumeFractionMethod};
+use sazanami_numerics::grid::{Field, Grid};
+use sazanami_numerics::{Real, Vector};
+use sazanami_observe::budget::{Impulses, MomentumBudget, StoredMomentum};
+
+/// Standard gravity of the reference experiments, downwards [m/s^2].
+pub(crate) fn down(gravity: Real) -> Vector {
+    Vector::new(0.0, 0.0, -gravity)
+}
+
+/// Water and air of the raindrop cases.
+pub(crate) const WATER_AND_AIR: Fluids =
+    Fluids { liquid_density: 1e3, gas_density: 1.0, liquid_viscosity: 1e-3, gas_viscosity: 1e-5 };
+
+/// One liquid everywhere.
+pub(crate) fn single(density: Real, viscosity: Real) -> Fluids {
+    Fluids { liquid_density: density, gas_density: density, liquid_viscosity: viscosity, gas_viscosity: viscosity }
+}
+
+/// Everything a coupled run starts from.
+#[derive(Clone)]
+pub(crate) struct Tank {
+    /// Cells.
+    pub grid: Grid,
+    /// Sides; grains meet walls where the fluid does.
+    pub boundary: Boundary,
+    /// Fluids.
+    pub fluids: Fluids,
+    /// Schemes of the fluid phase.
+    pub schemes: Schemes,
+    /// Gravity [m/s^2].
+    pub gravity: Vector,
+    /// Limits of the step.
+    pub limits: StepLimits,
+    /// Largest |div u| dt.
+    pub divergence: Real,
+    /// How momentum returns to the grains.
+    pub exchange: Exchange,
+    /// Contact law between all grains and walls.
+    pub law: ContactLaw,
+    /// Contact sub-steps.
+    pub substeps: Substeps,
+    /// Shapes of the grains.
+    pub shapes: Vec<Shape>,
+    /// Grains.
+    pub grains: Vec<Grain>,
+}
+
+impl Tank {
+    /// Fluid at rest without gravity and without grains.
+    pub fn new(grid: Grid, boundary: Boundary, fluids: Fluids, longest_step: Real) -> Self {
+        Self {
+            grid,
+            boundary,
+            fluids,
+            schemes: Schemes::default(),
+            gravity: Vector::ZERO,
+            limits: StepLimits::up_to(longest_step),
+            divergence: 1e-8,
+            exchange: Exchange::Exact,
+            law: ContactLaw { damping: Damping::Restitution(0.5), ..ContactLaw::SAND },
+            substeps: Substeps::Auto,
+            shapes: Vec::new(),
+            grains: Vec::new(),
+        }
+    }
+
+    /// Without viscosity.
+    pub fn inviscid(mut self) -> Self {
+        self.schemes.viscosity = ViscosityScheme::Off;
+        self
+    }
+
+    /// The solver, after `fill` has set liquid and velocity.
+    pub fn solver(self, fill: impl FnOnce(&Domain, &Boundary, &mut Flow)) -> Result<Solver, String> {
+        let domain = Domain::solo(self.grid, self.boundary.periodic());
+        let mut flow = Flow::new(&domain, self.fluids, self.schemes);
+        fill(&domain, &self.boundary, &mut flow);
+        let is_wall = |side: &Side| matches!(side, Side::NoSlip | Side::Slip | Side::Moving { .. });
+        let present = self.boundary.sides().map(|pair| pair.map(|side| is_wall(&side)));
+        let (lower, upper) = (self.grid.lower, self.grid.upper());
+        let setup = Setup {
+            bodies: self.shapes.iter().map(Body::from).collect(),
+            interactions: Interactions::uniform(1, self.law),
+            walls: Wall::of_box(lower, upper, 0, present),
+            region: [lower, upper],
+            ghost_margin: 2.0 * self.grid.spacing.max_element(),
+        };
+        let engine = Engine::new(&domain, setup, &self.grains).map_err(|error| error.to_string())?;
+        let settings = Settings {
+            gravity: self.gravity,
+            limits: self.limits,
+            tolerance: Tolerance { divergence: self.divergence, ..Tolerance::default() },
+            incremental: false,
+        };
+        let coupling = Coupling {
+            exchange: self.exchange,
+            weighting: Weighting::Mass,
+            volume_fraction: VolumeFractionMethod::default(),
+            torque_arm: TorqueArm::Centroid,
+            substeps: self.substeps,
+        };
+        Solver::new(domain, self.boundary, settings, flow, engine, self.shapes.into(), coupling)
+            .map_err(|error| error.to_string())
+    }
+}
+
+/// Part of each cell that lies in `region`.
+pub(crate) fn fractions(domain: &Domain, region: &Region) -> Field<Real> {
+    let exact = RegionFractions::new(region, domain.grid(), 8);
+    let mut beta = domain.field(0.0);
+    domain.set(&mut beta, |i, j, k| exact.fraction(i, j, k));
+    beta
+}
+
+/// One step of the length that the limits allow, but not beyond `end` [s]; returns its length [s].
+pub(crate) fn step(solver: &mut Solver, now: Real, end: Real) -> Result<(Real, StepReport), String> {
+    let step = solver.stable_step();
+    let dt = step.dt.min(end - now);
+    let report = solver.step(step, dt, |_| ()).map_err(|error| format!("at t = {now:e} s: {error}"))?;
+    Ok((dt, report))
+}
+
+/// The momentum that a solver holds, as the budget books it.
+pub(crate) fn stored_momentum(solver: &Solver) -> StoredMomentum {
+    let sazanami_mics::momentum::StoredMomentum { liquid, gas, grains, displaced, deferred } = solver.momentum();
+    StoredMomentum { liquid, gas, grains, displaced, deferred }
+}
+
+/// Books the impulses of a step and what is held after it.
+pub(crate) fn book(budget: &mut MomentumBudget, solver: &Solver, report: &StepReport) {
+    let of = &report.impulses;
+    budget.add(&Impulses {
+        walls_on_fluid: of.walls_on_fluid,
+        walls_on_grains: of.walls_on_grains,
+        gravity_on_fluid: of.gravity_on_fluid,
+        gravity_on_grains: of.gravity_on_grains,
+        displaced_mass_flux: of.displaced_mass_flux,
+        open_sides: of.open_sides,
+        held_grains: of.held_grains,
+    });
+    budget.set_stored(stored_momentum(solver));
+}
+
+/// Largest of `values`, at least zero; not a number if one of them is not.
+pub(crate) fn largest(values: impl IntoIterator<Item = Real>) -> Real {
+    values.into_iter().fold(0.0, |a: Real, b| if a.is_nan() || b.is_nan() { Real::NAN } else { a.max(b) })
+}

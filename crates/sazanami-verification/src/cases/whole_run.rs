@@ -1,0 +1,68 @@
+//! A case run whole, into a folder that goes when it is no longer needed.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+
+use sazanami_numerics::Real;
+use serde_json::Value;
+
+use sazanami::analyse::Table;
+use sazanami::case::{self, LoadedCase};
+use sazanami::progress::Silent;
+use sazanami::run::{RunOptions, run};
+
+/// What a run left behind.
+pub(crate) struct WholeRun {
+    folder: PathBuf,
+}
+
+impl WholeRun {
+    /// Runs `loaded` under a `name` of its own.
+    pub fn of(name: &str, loaded: &LoadedCase) -> Result<Self, String> {
+        let left = Self { folder: std::env::temp_dir().join(format!("sazanami-{name}-{}", std::process::id())) };
+        let options = RunOptions { out: Some(left.folder.clone()), force: true, ranks: 1, ..RunOptions::default() };
+        run(loaded, &options, &mut Silent, &AtomicBool::new(false)).map_err(|error| error.to_string())?;
+        Ok(left)
+    }
+
+    /// Reads a case from its text with overrides and runs it.
+    pub fn of_text(name: &str, text: &str, overrides: &[String]) -> Result<Self, String> {
+        let loaded = case::parse(Path::new("case.toml"), text, overrides).map_err(|error| error.to_string())?;
+        Self::of(name, &loaded)
+    }
+
+    /// Where it is.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// Its summary.
+    pub fn summary(&self) -> Result<Value, String> {
+        let path = self.folder.join(sazanami::results::SUMMARY);
+        let text = std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+        serde_json::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))
+    }
+
+    /// Columns of one of its tables, by name.
+    pub fn columns<const N: usize>(&self, table: &str, names: [&str; N]) -> Result<[Vec<Real>; N], String> {
+        let path = self.folder.join(table);
+        let table = Table::read(&path).ok_or_else(|| format!("{} is no table", path.display()))?;
+        let found = names.map(|name| table.column(name));
+        match found.iter().position(Vec::is_empty) {
+            Some(n) => Err(format!("{} has no column {}", path.display(), names[n])),
+            None => Ok(found),
+        }
+    }
+}
+
+impl Drop for WholeRun {
+    fn drop(&mut self) {
+        // What cannot be removed stays in the folder for such things.
+        let _ = std::fs::remove_dir_all(&self.folder);
+    }
+}
+
+/// The number at `pointer` of a summary.
+pub(crate) fn number(summary: &Value, pointer: &str) -> Result<Real, String> {
+    summary.pointer(pointer).and_then(Value::as_f64).ok_or_else(|| format!("the summary has no number at {pointer}"))
+}

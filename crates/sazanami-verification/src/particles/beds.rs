@@ -1,0 +1,523 @@
+//! Void fractions, a grain that falls, flow through a bed, a bed at rest.
+
+use std::f64::consts::PI;
+
+use sazanami_dem::{Grain, Loads, Motion, Random, Substeps};
+use sazanami_numerics::{Real, Vector};
+
+use super::vessel::{DENSITY, DOWN, ExperimentError, GRAVITY, OPEN, OPEN_TOP, PERIODIC, Vessel, WALLS};
+use super::vessel::{advance, fluid, lattice, under};
+use sazanami_mps::boundary::WallFriction;
+use sazanami_mps::filling;
+use sazanami_mps::grains::{Closure, GrainPhase, Voids, volume};
+use sazanami_mps::pressure::hydrostatic;
+use sazanami_mps::solver::{FluidParticle, Forcing, Solver};
+use sazanami_mps::weight::{Calibration, Weight};
+use sazanami_mps::{Kind, Role};
+
+/// Density of the grains [kg/m^3].
+pub const GRAIN_DENSITY: Real = 2650.0;
+/// Diameter of the grains [m].
+pub const DIAMETER: Real = 1e-3;
+
+/// Void fractions of touching grains on a simple cubic lattice.
+#[derive(Clone, Copy, Debug)]
+pub struct LatticeVoids {
+    /// Mean in the interior, and largest difference from it.
+    pub interior: [Real; 2],
+    /// Mean half a grain from a wall.
+    pub at_wall: Real,
+    /// The same if grains had no images in the walls.
+    pub without_images: Real,
+    /// Analytic rate of the void fraction over that from differences, while the lattice is compressed.
+    pub rate: Real,
+    /// The same with the rate of a lattice that stands still.
+    pub rate_of_fluid_alone: Real,
+}
+
+/// 10 x 10 x 10 grains between a floor and a lid, periodic in x and y.
+///
+/// # Errors
+/// [`ExperimentError`] if the grains cannot be set up.
+pub fn lattice_voids() -> Result<LatticeVoids, ExperimentError> {
+    let count = 10;
+    let d = DIAMETER;
+    let lid = |sides| {
+        let mut vessel = Vessel::new([count; 3], d, sides);
+        vessel.grains = lattice([count; 3])
+            .enumerate()
+            .map(|(n, place)| Grain { motion: Motion::Fixed, ..Grain::new(n as u64, GRAIN_DENSITY, d * place) })
+            .collect();
+        vessel
+    };
+    let phase = |vessel: &Vessel| -> Result<GrainPhase, ExperimentError> {
+        let domain = vessel.domain();
+        let mut phase = vessel.grain_phase(&domain)?;
+        phase.place(&domain, &vessel.tank());
+        Ok(phase)
+    };
+    let vessel = lid([PERIODIC, PERIODIC, WALLS]);
+    let closed = phase(&vessel)?;
+    let open = phase(&lid([PERIODIC, PERIODIC, OPEN]))?;
+    // Over a cell of the lattice: the smoothed fraction ripples.
+    let samples = |z: [Real; 2]| {
+        lattice([8; 3]).map(move |s| {
+            let place = Vector::new(5.0 + s.x / 8.0, 5.0 + s.y / 8.0, z[0] + (z[1] - z[0]) * s.z / 8.0);
+            d * place
+        })
+    };
+    let mean = |phase: &GrainPhase, z: [Real; 2]| samples(z).map(|x| phase.void_fraction(x)).sum::<Real>() / 512.0;
+    let interior = mean(&closed, [5.0, 6.0]);
+    let spread = samples([5.0, 6.0]).map(|x| (closed.void_fraction(x) - interior).abs()).fold(0.0, Real::max);
+    let (at_wall, without_images) = (mean(&closed, [0.0, 1.0]), mean(&open, [0.0, 1.0]));
+
+    // Grains and fluid move towards the middle of x at unequal rates.
+    let mut vessel = lid([WALLS, PERIODIC, WALLS]);
+    let middle = 0.5 * count as Real * d;
+    let (grain_rate, fluid_rate) = (-2.0, 1.0);
+    let moved = |vessel: &mut Vessel, time: Real| {
+        for (grain, place) in vessel.grains.iter_mut().zip(lattice([count; 3])) {
+            grain.position.x = middle + (d * place.x - middle) * (1.0 + grain_rate * time);
+            grain.velocity = Vector::new(grain_rate * (d * place.x - middle), 0.0, 0.0);
+            grain.motion = Motion::Prescribed;
+        }
+    };
+    let points: Vec<Vector> = lattice([6; 3]).map(|s| d * (Vector::splat(3.0) + s / 1.5)).collect();
+    let found = |vessel: &Vessel, time: Real, still: bool| -> Result<[Vec<Real>; 2], ExperimentError> {
+        let mut phase = phase(vessel)?;
+        let velocity: Vec<Vector> = points.iter().map(|x| fluid_rate * (x.x - middle) * Vector::X).collect();
+        let place: Vec<Vector> = points.iter().zip(&velocity).map(|(x, u)| *x + time * *u).collect();
+        if still {
+            for g in 0..phase.engine().grains().owned() {
+                phase.engine_mut().set_velocity(g, Vector::ZERO, Vector::ZERO);
+            }
+            phase.place(&vessel.domain(), &vessel.tank());
+        }
+        let count = points.len();
+        let (mut bulk, mut rate, mut mobile) = (vec![0.0; count], vec![0.0; count], vec![0.0; count]);
+        let kind = vec![Kind::Fluid; count];
+        let mut voids = Voids { bulk: &mut bulk, bulk_rate: &mut rate, mobile: &mut mobile };
+        phase.voids(&kind, &place, &velocity, &mut voids);
+        Ok([bulk, rate])
+    };
+    let step = 1e-4;
+    let mut at = |time: Real, still: bool| {
+        moved(&mut vessel, time);
+        found(&vessel, time, still)
+    };
+    let ([before, _], [after, _], [_, rate], [_, still]) =
+        (at(-step, false)?, at(step, false)?, at(0.0, false)?, at(0.0, true)?);
+    let difference = |n: usize| (after[n] - before[n]) / (2.0 * step);
+    let share = |rate: &[Real]| {
+        let product: Real = (0..rate.len()).map(|n| rate[n] * difference(n)).sum();
+        product / (0..rate.len()).map(|n| difference(n).powi(2)).sum::<Real>()
+    };
+    Ok(LatticeVoids {
+        interior: [interior, spread],
+        at_wall,
+        without_images,
+        rate: share(&rate),
+        rate_of_fluid_alone: share(&still),
+    })
+}
+
+/// A grain that falls in a closed tank.
+#[derive(Clone, Copy, Debug)]
+pub struct Falling {
+    /// Speed at the end over that of a grain with the same drag law in water at rest, which is `expected` [m/s].
+    pub speed: Real,
+    /// The same, as root mean square difference over the way, over the expected speed at the end.
+    pub history: Real,
+    /// Speed by the drag law at the end [m/s].
+    pub expected: Real,
+    /// Largest sum of the impulses of drag on grain and fluid, over that on the grain.
+    pub momentum: Real,
+    /// The same at the end if the fluid's shares were weights over n0, not over their sum round the grain.
+    pub momentum_by_density: Real,
+}
+
+/// A grain of density 2650 kg/m^3 and 1 mm in a tank of 20 x 20 x 60 diameters (rounded to the lattice), released at
+/// rest, for `end` [s]; fluid particles of `spacing` diameters. The grain may be of another `density` [kg/m^3] than the one
+/// that the drag law is asked for.
+///
+/// # Errors
+/// [`ExperimentError`] if a step fails.
+pub fn falling_grain(spacing: Real, density: Real, end: Real) -> Result<Falling, ExperimentError> {
+    let d = DIAMETER;
+    let size = [20.0, 20.0, 60.0].map(|n: Real| (n / spacing).round() as usize);
+    let mut vessel = Vessel::new(size, spacing * d, [WALLS, WALLS, OPEN_TOP]).filled([size[0], size[1], size[2] - 3]);
+    vessel.diameter = d;
+    vessel.longest = 5e-4;
+    let start = Vector::new(10.13 * d, 9.88 * d, (size[2] - 3) as Real * spacing * d - 8.0 * d);
+    vessel.grains = vec![Grain::new(0, density, start)];
+    let mut solver = vessel.solver()?;
+    let closure = Closure::recommended(DENSITY, DENSITY * vessel.viscosity);
+    let (mass, weight) = (GRAIN_DENSITY * volume(d), (GRAIN_DENSITY - DENSITY) * volume(d) * GRAVITY);
+    let (mut expected, mut before): (Real, Real) = (0.0, 0.0);
+    let (mut found, mut momentum): (Real, Real) = (0.0, Real::NAN);
+    let mut sums = [0.0; 2];
+    advance(&mut solver, [0.0, end], under(DOWN), |time, solver, report| {
+        let steps = 50;
+        let dt = (time - before) / Real::from(steps);
+        for _ in 0..steps {
+            let rate = closure.coefficient(d, 1.0, expected) / mass;
+            expected = (expected + dt * weight / mass) / (1.0 + dt * rate);
+        }
+        before = time;
+        found = -solver.grains().engine().grains().velocity[0].z;
+        sums[0] += (found - expected).powi(2);
+        sums[1] += 1.0;
+        let coupling = &report.coupling;
+        let given = (coupling.drag_on_grains + coupling.drag_on_fluid).length() / coupling.drag_on_grains.length();
+        // Not a number as long as nothing drags at all.
+        momentum = momentum.max(given);
+    })?;
+    let history = (sums[0] / sums[1]).sqrt() / expected;
+    let (weight, sums) = weight_of(&solver);
+    let grain = solver.grains().engine().grains().position[0];
+    let particles = solver.particles();
+    let share = |a: usize| {
+        let place = particles.position[a];
+        weight.value((place - grain).length()) / solver.grains().void_fraction(place)
+    };
+    let support: Real = fluid(&solver).map(share).sum();
+    let momentum_by_density = (support / sums.number_density - 1.0).abs();
+    Ok(Falling { speed: found / expected, history, expected, momentum, momentum_by_density })
+}
+
+/// Weight of the solver and its sums on a lattice.
+fn weight_of(solver: &Solver) -> (Weight, Calibration) {
+    let settings = solver.settings();
+    let weight = Weight { family: settings.scheme.weight, radius: settings.scheme.radius * settings.fluid.spacing };
+    (weight, Calibration::new(&weight, settings.scheme.laplacian, settings.fluid.spacing))
+}
+
+/// Steady flow through a bed of fixed grains.
+#[derive(Clone, Copy, Debug)]
+pub struct Seepage {
+    /// Diameter of the grains [m].
+    pub diameter: Real,
+    /// Void fraction, from the bulk volumes of the fluid.
+    pub void_fraction: Real,
+    /// Mean velocity times void fraction [m/s].
+    pub flux: Real,
+    /// Force on the fluid over its volume, which is the pressure gradient that drives it [Pa/m].
+    pub gradient: Real,
+    /// Change of the flux between the last two quarters of the run over the flux.
+    pub change: Real,
+}
+
+impl Seepage {
+    /// Pressure gradient of Ergun (1952) at this flux over that found, with `eps^power` in place of `eps^3`.
+    #[must_use]
+    pub fn ergun(&self, power: i32) -> Real {
+        let Self { void_fraction: eps, flux, gradient, .. } = *self;
+        let d = self.diameter;
+        let viscosity = DENSITY * 1e-6;
+        let linear = 150.0 * viscosity * (1.0 - eps).powi(2) * flux / (eps.powi(power) * d * d);
+        let quadratic = 1.75 * DENSITY * (1.0 - eps) * flux * flux / (eps.powi(power) * d);
+        (linear + quadratic) / gradient
+    }
+}
+
+/// Flow until `end` [s] under a body force `force` [m/s^2] through a bed of void fraction `eps`, 10 x 8 x 10 diameters, periodic in x
+/// and y, between walls that slip. Grains of about a diameter lie on a body-centred lattice, each moved by up to a tenth
+/// of it.
+///
+/// # Errors
+/// [`ExperimentError`] if a step fails.
+pub fn seepage(eps: Real, force: Real, end: Real) -> Result<Seepage, ExperimentError> {
+    let d = DIAMETER;
+    let size = [10, 8, 10];
+    let mut vessel = Vessel::new(size, d, [PERIODIC, PERIODIC, WALLS]);
+    vessel.friction = WallFriction::Slip;
+    vessel.longest = 2e-4;
+    // As many cells of two grains as the solid volume asks for.
+    let grains = (1.0 - eps) * (vessel.upper / d).element_product() / (PI / 6.0);
+    let width = (2.0 * (vessel.upper / d).element_product() / grains).cbrt();
+    let cells = size.map(|n| (n as Real / width).round() as usize);
+    let cell = vessel.upper / Vector::from_array(cells.map(|n| n as Real));
+    let mut random = Random::new(11);
+    for place in lattice(cells) {
+        for offset in [-0.25, 0.25] {
+            let way = Vector::new(random.between(-1.0, 1.0), random.between(-1.0, 1.0), random.between(-1.0, 1.0));
+            let position = cell * (place + Vector::splat(offset)) + 0.1 * d * way;
+            let grain = Grain::new(vessel.grains.len() as u64, GRAIN_DENSITY, position);
+            vessel.grains.push(Grain { motion: Motion::Fixed, ..grain });
+        }
+    }
+    // Whole cells fit the box; the diameter makes up for it.
+    vessel.diameter = ((1.0 - eps) * vessel.upper.element_product() / volume(1.0) / vessel.grains.len() as Real).cbrt();
+    vessel.fluid = filling::layers(vessel.lower, vessel.upper, vessel.upper.z, d, |_| eps)
+        .into_iter()
+        .map(|position| FluidParticle { position, velocity: Vector::ZERO })
+        .collect();
+    let mut solver = vessel.solver()?;
+    let forcing = |_: Real, _: Real| Forcing { body_force: force * Vector::X, ..Forcing::default() };
+    let (mut speed, mut counts) = ([0.0; 4], [0.0; 4]);
+    advance(&mut solver, [0.0, end], forcing, |time, solver, _| {
+        let [sum, count] = solver.sum_over_fluid(|p, a| [p.velocity[a].x, 1.0]);
+        let quarter = ((4.0 * time / end) as usize).min(3);
+        speed[quarter] += sum / count;
+        counts[quarter] += 1.0;
+    })?;
+    let [bulk, count] = solver.sum_over_fluid(|p, a| [solver.grains().void_fraction(p.position[a]).recip(), 1.0]);
+    let void_fraction = count / bulk;
+    let [before, after] = [2, 3].map(|n| speed[n] / counts[n]);
+    Ok(Seepage {
+        diameter: vessel.diameter,
+        void_fraction,
+        flux: void_fraction * after,
+        gradient: DENSITY * force,
+        change: after / before - 1.0,
+    })
+}
+
+/// How a bed under water rests.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct RestingBed {
+    /// Largest difference of the reduced pressure from its value at the surface, over `rho g H`, as a mean over the
+    /// last tenth of the run.
+    pub pressure: Real,
+    /// Change of the mean height of the grains, in diameters.
+    pub height: Real,
+    /// Largest speed of a grain in the last tenth of the run [m/s].
+    pub speed: Real,
+    /// Force on the floor over the submerged weight of the grains, mean over the last tenth.
+    pub floor: Real,
+    /// Change of the bulk volume of the fluid over itself.
+    pub volume: Real,
+    /// The same without every fiftieth particle.
+    pub volume_of_fewer: Real,
+    /// Mean number density in the bed over n0, less one.
+    pub density: Real,
+    /// Root mean square of the same.
+    pub density_spread: Real,
+}
+
+/// A bed of `layers` diameters under `water` diameters of water in a box of `size` diameters, settled before it is
+/// covered, for `seconds`; the body force has the part `tilt` of gravity along x, and the surface lies across it.
+///
+/// # Errors
+/// [`ExperimentError`] if a step fails.
+pub fn resting_bed(
+    size: [usize; 2],
+    layers: Real,
+    water: Real,
+    tilt: Real,
+    seconds: Real,
+) -> Result<RestingBed, ExperimentError> {
+    let d = DIAMETER;
+    let bed = SettledBed { size, layers, water, tilt, ..SettledBed::default() };
+    let (mut solver, depth) = (bed.solver()?, bed.depth());
+    let force = Vector::new(tilt * GRAVITY, 0.0, -GRAVITY);
+    let submerged: Real = {
+        let grains = solver.grains().engine().grains();
+        (0..grains.owned()).map(|g| grains.mass[g] * (1.0 - DENSITY / GRAIN_DENSITY) * GRAVITY).sum()
+    };
+    let mean_height = |solver: &Solver| {
+        let grains = solver.grains().engine().grains();
+        (0..grains.owned()).map(|g| grains.position[g].z).sum::<Real>() / grains.owned() as Real
+    };
+    // Of all particles, and without every fiftieth.
+    let bulk = |solver: &Solver| {
+        solver.sum_over_fluid(|p, a| {
+            let bulk = solver.grains().void_fraction(p.position[a]).recip();
+            [bulk, if p.id[a] % 50 == 0 { 0.0 } else { bulk }]
+        })
+    };
+    let (height, [volume, _]) = (mean_height(&solver), bulk(&solver));
+    let mut found = RestingBed::default();
+    let (mut last, mut before) = ([0.0; 4], 0.0);
+    advance(&mut solver, [0.0, seconds], under(force), |time, solver, report| {
+        let dt = time - before;
+        before = time;
+        if time < 0.9 * seconds {
+            return;
+        }
+        last[3] += dt;
+        let grains = solver.grains().engine().grains();
+        found.speed = grains.velocity[..grains.owned()].iter().map(|v| v.length()).fold(found.speed, Real::max);
+        last[0] += 1.0;
+        last[1] -= report.contacts.impulse_on_walls.z;
+        last[2] += pressure_error(solver, force, depth);
+    })?;
+    found.pressure = last[2] / last[0];
+    found.height = (mean_height(&solver) - height) / d;
+    found.floor = last[1] / last[3] / submerged;
+    [found.volume, found.volume_of_fewer] = bulk(&solver).map(|bulk| bulk / volume - 1.0);
+    [found.density, found.density_spread] = bed_density(&solver, layers);
+    Ok(found)
+}
+
+/// Force on the floor under the bed of [`resting_bed`] before it is covered, over the submerged weight of the grains.
+///
+/// # Errors
+/// [`ExperimentError`] if a step fails.
+pub fn dry_bed(size: [usize; 2], layers: Real) -> Result<Real, ExperimentError> {
+    let high = (layers + 6.0).ceil() as usize;
+    let mut vessel = Vessel::new([size[0], size[1], high], DIAMETER, [WALLS, PERIODIC, OPEN_TOP]);
+    vessel.grains = packed(&vessel, layers)?;
+    let domain = vessel.domain();
+    let mut engine = vessel.engine(&domain)?;
+    let (mut impulse, dt) = (0.0, 2e-4);
+    // Let the springs close again, then listen.
+    for step in 0..1000 {
+        let report = engine.advance(&domain, &Loads::none(), DOWN, dt, Substeps::Auto)?;
+        impulse -= if step < 500 { 0.0 } else { report.impulse_on_walls.z };
+    }
+    let mass: Real = engine.grains().mass[..engine.grains().owned()].iter().sum();
+    Ok(impulse / (500.0 * dt * mass * (1.0 - DENSITY / GRAIN_DENSITY) * GRAVITY))
+}
+
+/// Largest difference of the pressure of the fluid from the hydrostatic, over that of the depth `depth` [m].
+fn pressure_error(solver: &Solver, force: Vector, depth: Real) -> Real {
+    let particles = solver.particles();
+    let reference = solver.settings().reference;
+    let up = -force.normalize();
+    let (mut level, mut count) = (0.0, 0.0);
+    for a in fluid(solver).filter(|&a| particles.role[a] == Role::Given) {
+        level += up.dot(particles.position[a]);
+        count += 1.0;
+    }
+    let level = level / Real::max(count, 1.0);
+    let weight = DENSITY * force.length();
+    let error = |a: usize| {
+        let x = particles.position[a];
+        let p = particles.pressure[a] + hydrostatic(DENSITY, force, x, reference);
+        (p - weight * (level - up.dot(x))).abs()
+    };
+    fluid(solver).map(error).fold(0.0, Real::max) / (weight * depth)
+}
+
+/// Mean and root mean square of `n/n0 - 1` of the fluid in the bed, away from its top.
+fn bed_density(solver: &Solver, layers: Real) -> [Real; 2] {
+    let (weight, sums) = weight_of(solver);
+    let particles = solver.particles();
+    let d = DIAMETER;
+    let inside: Vec<usize> = fluid(solver).filter(|&a| particles.position[a].z < (layers - 2.0) * d).collect();
+    let bulk: Vec<Real> = (0..particles.owned())
+        .map(|b| if particles.is_fluid(b) { solver.grains().void_fraction(particles.position[b]).recip() } else { 1.0 })
+        .collect();
+    let tank = solver.tank();
+    let width = tank.upper - tank.lower;
+    let density = |a: usize| {
+        let mut sum = 0.0;
+        for (b, bulk) in bulk.iter().enumerate() {
+            let mut apart = particles.position[b] - particles.position[a];
+            for axis in 0..3 {
+                if tank.sides[axis][0] == sazanami_mps::boundary::Side::Periodic {
+                    apart[axis] -= width[axis] * (apart[axis] / width[axis]).round();
+                }
+            }
+            sum += bulk * weight.value(apart.length());
+        }
+        sum / sums.number_density - 1.0
+    };
+    let values: Vec<Real> = inside.iter().map(|&a| density(a)).collect();
+    let count = values.len() as Real;
+    [values.iter().sum::<Real>() / count, (values.iter().map(|v| v * v).sum::<Real>() / count).sqrt()]
+}
+
+/// A bed that settled without water, covered by water that came to rest around held grains; lengths in diameters.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct SettledBed {
+    /// Extent in x and y.
+    pub size: [usize; 2],
+    /// Thickness of the bed.
+    pub layers: Real,
+    /// Water above it.
+    pub water: Real,
+    /// Room that the surface of the water has to rise at the ends.
+    pub rise: Real,
+    /// Part of gravity along x while the water comes to rest; its surface lies across the sum.
+    pub tilt: Real,
+    /// How far the vessel may move in x [m].
+    pub margin: Real,
+    /// Height below which grains are held for good.
+    pub glued: Real,
+}
+
+impl SettledBed {
+    /// Depth of the water above the floor [m].
+    pub fn depth(&self) -> Real {
+        (self.layers + self.water) * DIAMETER
+    }
+
+    /// The bed with its water at rest.
+    pub fn solver(&self) -> Result<Solver, ExperimentError> {
+        let Self { size, layers, water, tilt, .. } = *self;
+        let (d, depth) = (DIAMETER, self.depth());
+        let rise = self.rise + 0.5 * tilt.abs() * size[0] as Real;
+        let high = (layers + water + rise + 6.0).ceil() as usize;
+        let mut vessel = Vessel::new([size[0], size[1], high], d, [WALLS, PERIODIC, OPEN_TOP]);
+        (vessel.longest, vessel.margin) = (2e-4, self.margin);
+        vessel.reference = Vector::new(0.5 * vessel.upper.x, 0.0, depth);
+        vessel.grains = packed(&vessel, layers)?;
+        for grain in vessel.grains.iter_mut().filter(|grain| grain.position.z < self.glued * d) {
+            grain.motion = Motion::WithWalls;
+        }
+        let force = Vector::new(tilt * GRAVITY, 0.0, -GRAVITY);
+        let domain = vessel.domain();
+        let mut phase = vessel.grain_phase(&domain)?;
+        phase.place(&domain, &vessel.tank());
+        let mean = |z: Real| {
+            let places = lattice([40, 8, 1]).map(|s| s * Vector::new(vessel.upper.x / 40.0, vessel.upper.y / 8.0, 0.0));
+            places.map(|x| phase.void_fraction(x + z * Vector::Z)).sum::<Real>() / 320.0
+        };
+        let top = vessel.upper.z - 3.0 * d;
+        let places = filling::layers(vessel.lower, vessel.upper, if tilt == 0.0 { depth } else { top }, d, mean);
+        let under_water = |x: &Vector| tilt == 0.0 || force.dot(*x - vessel.reference) > 0.0;
+        let fluid = places.into_iter().filter(under_water);
+        vessel.fluid = fluid.map(|position| FluidParticle { position, velocity: Vector::ZERO }).collect();
+        let mut solver = vessel.solver()?;
+        solver.grains_mut().freeze(true);
+        for _ in 0..500 {
+            let dt = solver.stable_step(force).dt;
+            let report = solver.step(dt, &under(force)(0.0, dt), |_| ())?;
+            solver.set_velocities(|p, a| 0.9 * p.velocity[a]);
+            if report.strain[1] < 0.01 && report.largest_speed < 1e-3 {
+                break;
+            }
+        }
+        solver.set_velocities(|_, _| Vector::ZERO);
+        solver.grains_mut().freeze(false);
+        Ok(solver)
+    }
+}
+
+/// Grains dropped into the box without water until they lie still.
+fn packed(vessel: &Vessel, layers: Real) -> Result<Vec<Grain>, ExperimentError> {
+    let d = vessel.diameter;
+    let extent = vessel.upper - vessel.lower;
+    let [n1, n2] = [0, 1].map(|axis| (extent[axis] / (1.1 * d)).floor() as usize);
+    let total = (0.6 / (PI / 6.0) * extent.x * extent.y * layers / (d * d)).round() as usize;
+    let mut random = Random::new(1);
+    let mut way = || 0.045 * d * random.between(-1.0, 1.0);
+    let mut grains: Vec<Grain> = (0..total)
+        .map(|n| {
+            let (i, j, k) = (n % n1, n / n1 % n2, n / (n1 * n2));
+            let place = Vector::new(
+                (i as Real + 0.5) * extent.x / n1 as Real,
+                (j as Real + 0.5) * extent.y / n2 as Real,
+                (k as Real + 0.55) * 1.1 * d,
+            );
+            Grain::new(n as u64, GRAIN_DENSITY, vessel.lower + place + Vector::new(way(), way(), way()))
+        })
+        .collect();
+    let settling = Vessel { grains: grains.clone(), ..vessel.clone() };
+    let domain = settling.domain();
+    let mut engine = settling.engine(&domain)?;
+    for step in 0..5000 {
+        engine.advance(&domain, &Loads::none(), DOWN, 2e-4, Substeps::Auto)?;
+        let owned = engine.grains().owned();
+        let fastest = engine.grains().velocity[..owned].iter().map(|v| v.length()).fold(0.0, Real::max);
+        if step > 300 && fastest < 1e-4 {
+            break;
+        }
+    }
+    for (n, grain) in grains.iter_mut().enumerate() {
+        grain.position = engine.grains().unwrapped_position(n);
+    }
+    Ok(grains)
+}

@@ -1,0 +1,139 @@
+//! Flows without walls: decaying vortices, a turning patch.
+
+use std::f64::consts::PI;
+
+use sazanami_numerics::{Real, Vector};
+
+use super::vessel::{DENSITY, ExperimentError, OPEN, PERIODIC, SLAB, Vessel, advance, fluid, under};
+use sazanami_mps::Role;
+use sazanami_mps::scheme::Scheme;
+
+/// How decaying vortices differ from the solution of Taylor and Green (1937).
+#[derive(Clone, Copy, Debug)]
+pub struct Vortices {
+    /// When they were looked at, t U/L: 0.5, or when they burst.
+    pub time: Real,
+    /// Rate of decay of the largest speed over the exact one.
+    pub decay: Real,
+    /// Root mean square error of the velocity over the root mean square of the exact one.
+    pub velocity: Real,
+    /// Pairs of particles nearer than half a spacing, over all steps.
+    pub collisions: usize,
+}
+
+/// Largest speed over the first one from which on vortices have burst.
+const BURST: Real = 10.0;
+
+/// Vortices of Reynolds number 100 in a periodic box of `count` x 7 x `count` particles until `t U/L` = 0.5 or they
+/// burst, in steps in which no particle moves by more than `courant` spacings.
+///
+/// # Errors
+/// [`ExperimentError`] if a step fails.
+pub fn taylor_green(count: usize, courant: Real, scheme: Scheme) -> Result<Vortices, ExperimentError> {
+    let (reynolds, end) = (100.0, 0.5);
+    let rate = -8.0 * PI * PI / reynolds;
+    let spacing = 1.0 / count as Real;
+    let exact = |x: Vector, t: Real| {
+        let (x, z) = (2.0 * PI * x.x, 2.0 * PI * x.z);
+        (rate * t).exp() * Vector::new(-x.cos() * z.sin(), 0.0, x.sin() * z.cos())
+    };
+    let mut vessel = Vessel::new([count, SLAB, count], spacing, [PERIODIC; 3]).filled([count, SLAB, count]);
+    vessel.viscosity = 1.0 / reynolds;
+    vessel.scheme = scheme;
+    vessel.longest = courant * spacing;
+    vessel.set_velocity(|x| exact(x, 0.0));
+    let mut solver = vessel.solver()?;
+    let first = solver.largest_speed();
+    let (mut time, mut collisions) = (0.0, 0);
+    while time < end && solver.largest_speed() < BURST * first {
+        let dt = solver.stable_step(Vector::ZERO).dt.min(end - time);
+        let report = solver.step(dt, &under(Vector::ZERO)(time, time + dt), |_| ())?;
+        time += dt;
+        collisions += report.collisions;
+    }
+    let [error, scale] = solver.sum_over_fluid(|p, a| {
+        let exact = exact(p.position[a], time);
+        [(p.velocity[a] - exact).length_squared(), exact.length_squared()]
+    });
+    Ok(Vortices {
+        time,
+        decay: (solver.largest_speed() / first).ln() / (rate * time),
+        velocity: (error / scale).sqrt(),
+        collisions,
+    })
+}
+
+/// How a square patch of water turns in the air.
+#[derive(Clone, Copy, Debug)]
+pub struct TurningPatch {
+    /// Pressure in the middle after the first step over `rho w^2 L^2`.
+    pub pressure: Real,
+    /// Angular momentum at the end over that at the start.
+    pub angular_momentum: Real,
+    /// The same without every tenth particle.
+    pub angular_momentum_of_fewer: Real,
+    /// Part of the particles that flew on their own at the end.
+    pub splashes: Real,
+    /// Distance of the farthest particle from the axis at the end over the side.
+    pub reach: Real,
+    /// Pairs of particles nearer than half a spacing, over all steps.
+    pub collisions: usize,
+}
+
+/// A square of `count` x `count` particles, 7 thick and periodic in y, that turns with unit rate until `t w = end`
+/// (Colagrossi 2005).
+///
+/// # Errors
+/// [`ExperimentError`] if a step fails.
+pub fn turning_patch(count: usize, end: Real, scheme: Scheme) -> Result<TurningPatch, ExperimentError> {
+    let spacing = 1.0 / count as Real;
+    // Arms grow to about twice the half diagonal.
+    let room = 2 * count;
+    let mut vessel =
+        Vessel::new([room + count, SLAB, room + count], spacing, [OPEN, PERIODIC, OPEN]).filled([count, SLAB, count]);
+    let shift = 0.5 * room as Real * spacing * Vector::new(1.0, 0.0, 1.0);
+    let centre = shift + Vector::new(0.5, 0.0, 0.5);
+    vessel.fluid.iter_mut().for_each(|particle| particle.position += shift);
+    vessel.scheme = scheme;
+    vessel.viscosity = 0.0;
+    vessel.longest = 0.15 * spacing;
+    vessel.set_velocity(|x| Vector::new(x.z - centre.z, 0.0, centre.x - x.x));
+    let mut solver = vessel.solver()?;
+    let momentum = |p: &sazanami_mps::Particles, a: usize| {
+        let (x, u) = (p.position[a] - centre, p.velocity[a]);
+        x.z * u.x - x.x * u.z
+    };
+    let [before] = solver.sum_over_fluid(|p, a| [momentum(p, a)]);
+    let dt = solver.stable_step(Vector::ZERO).dt;
+    solver.step(dt, &under(Vector::ZERO)(0.0, dt), |_| ())?;
+    let [sum, weight] = solver.sum_over_fluid(|p, a| {
+        let near = (p.position[a] - centre) * Vector::new(1.0, 0.0, 1.0);
+        let inside = if near.abs().max_element() < 1.01 * spacing { 1.0 } else { 0.0 };
+        [inside * p.pressure[a], inside]
+    });
+    let pressure = sum / weight / DENSITY;
+    let mut collisions = 0;
+    advance(&mut solver, [dt, end], under(Vector::ZERO), |_, _, report| collisions += report.collisions)?;
+    let particles = solver.particles();
+    let distance = |a: usize| ((particles.position[a] - centre) * Vector::new(1.0, 0.0, 1.0)).length();
+    let reach = fluid(&solver).map(distance).fold(0.0, Real::max);
+    let [after, after_of_fewer, alone, all] = solver.sum_over_fluid(|p, a| {
+        let alone = if p.role[a] == Role::Outside { 1.0 } else { 0.0 };
+        let momentum = momentum(p, a);
+        [momentum, if p.id[a] % 10 == 0 { 0.0 } else { momentum }, alone, 1.0]
+    });
+    let [angular_momentum, angular_momentum_of_fewer] = [after, after_of_fewer].map(|sum| sum / before);
+    let splashes = alone / all;
+    Ok(TurningPatch { pressure, angular_momentum, angular_momentum_of_fewer, splashes, reach, collisions })
+}
+
+/// Pressure in the middle of a turning square over `rho w^2 L^2` (Colagrossi 2005), from its double series.
+#[must_use]
+pub fn turning_patch_pressure() -> Real {
+    let odd = || (0..200).map(|n| Real::from(2 * n + 1));
+    let term = |m: Real, n: Real| {
+        let sign = |k: Real| (0.5 * PI * k).sin();
+        -32.0 / (m * n * PI * PI * (n * n + m * m) * PI * PI) * sign(m) * sign(n)
+    };
+    odd().map(|m| odd().map(|n| term(m, n)).sum::<Real>()).sum()
+}

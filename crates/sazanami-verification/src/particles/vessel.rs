@@ -1,0 +1,229 @@
+//! A box with fluid and grains, and the loop that runs it.
+
+use sazanami_dem::{Body, ContactLaw, DemError, Engine, Grain, Interactions, Random, Setup, Substeps, Wall};
+use sazanami_numerics::domain::Domain;
+use sazanami_numerics::grid::Grid;
+use sazanami_numerics::{Real, Vector};
+
+use sazanami_mps::boundary::{Side, Tank, WallFriction};
+use sazanami_mps::grains::{Closure, Coupling, GrainPhase};
+use sazanami_mps::pressure::Tolerance;
+use sazanami_mps::scheme::{Fluid, Scheme};
+use sazanami_mps::solver::{FluidParticle, Forcing, Settings, SetupError, Solver, StepError, StepReport};
+use sazanami_mps::stability::StepLimits;
+
+/// Density of the water [kg/m^3].
+pub const DENSITY: Real = 1000.0;
+/// Acceleration of gravity [m/s^2].
+pub const GRAVITY: Real = 9.81;
+/// The same as a vector.
+pub const DOWN: Vector = Vector::new(0.0, 0.0, -GRAVITY);
+
+pub(super) const WALLS: [Side; 2] = [Side::Wall; 2];
+pub(super) const PERIODIC: [Side; 2] = [Side::Periodic; 2];
+pub(super) const OPEN: [Side; 2] = [Side::Open; 2];
+pub(super) const OPEN_TOP: [Side; 2] = [Side::Wall, Side::Open];
+/// Least thickness of a slab that stands for a flow in two dimensions, in spacings.
+pub(super) const SLAB: usize = 7;
+
+/// An experiment could not be set up or went wrong.
+#[derive(Debug, thiserror::Error)]
+pub enum ExperimentError {
+    /// Fluid and walls do not fit.
+    #[error(transparent)]
+    Setup(#[from] SetupError),
+    /// Grains do not fit or went wrong.
+    #[error(transparent)]
+    Grains(#[from] DemError),
+    /// A step failed.
+    #[error(transparent)]
+    Step(#[from] StepError),
+}
+
+/// A box with fluid and grains before it runs.
+#[derive(Clone, Debug)]
+pub struct Vessel {
+    /// Lower corner [m].
+    pub lower: Vector,
+    /// Upper corner [m].
+    pub upper: Vector,
+    /// Sides of the box.
+    pub sides: [[Side; 2]; 3],
+    /// Particle spacing [m].
+    pub spacing: Real,
+    /// Kinematic viscosity [m^2/s].
+    pub viscosity: Real,
+    /// How fluid moves along walls.
+    pub friction: WallFriction,
+    /// Enhancements.
+    pub scheme: Scheme,
+    /// Accuracy of the pressure.
+    pub tolerance: Tolerance,
+    /// Longest step [s].
+    pub longest: Real,
+    /// Where the hydrostatic part of the pressure is zero [m].
+    pub reference: Vector,
+    /// How far the box will move in x [m].
+    pub margin: Real,
+    /// Fluid.
+    pub fluid: Vec<FluidParticle>,
+    /// Grains, spheres of [`Self::diameter`].
+    pub grains: Vec<Grain>,
+    /// Diameter of the grains [m].
+    pub diameter: Real,
+    /// Whether grains answer to the pressure of the same step.
+    pub implicit_pressure_force: bool,
+}
+
+impl Vessel {
+    /// An empty box of `size` spacings with its lower corner at the origin.
+    #[must_use]
+    pub fn new(size: [usize; 3], spacing: Real, sides: [[Side; 2]; 3]) -> Self {
+        Self {
+            lower: Vector::ZERO,
+            upper: spacing * Vector::from_array(size.map(|n| n as Real)),
+            sides,
+            spacing,
+            viscosity: 1e-6,
+            friction: WallFriction::NoSlip,
+            scheme: Scheme::default(),
+            tolerance: Tolerance::default(),
+            longest: 0.05 * (spacing / GRAVITY).sqrt(),
+            reference: Vector::ZERO,
+            margin: 0.0,
+            fluid: Vec::new(),
+            grains: Vec::new(),
+            diameter: spacing,
+            implicit_pressure_force: true,
+        }
+    }
+
+    /// Adds water at rest on a lattice of `count` particles from the lower corner; the pressure is counted from its
+    /// surface.
+    #[must_use]
+    pub fn filled(mut self, count: [usize; 3]) -> Self {
+        self.fluid.extend(
+            lattice(count)
+                .map(|place| FluidParticle { position: self.lower + self.spacing * place, velocity: Vector::ZERO }),
+        );
+        self.reference = self.lower + self.spacing * Vector::new(0.0, 0.0, count[2] as Real);
+        self
+    }
+
+    /// Moves every fluid particle by up to `part` of a spacing in each direction.
+    pub fn jitter(&mut self, part: Real) {
+        let mut random = Random::new(7);
+        let mut way = || part * self.spacing * random.between(-1.0, 1.0);
+        for particle in &mut self.fluid {
+            particle.position += Vector::new(way(), way(), way());
+        }
+    }
+
+    /// Gives every fluid particle the velocity of its place.
+    pub fn set_velocity(&mut self, velocity: impl Fn(Vector) -> Vector) {
+        self.fluid.iter_mut().for_each(|particle| particle.velocity = velocity(particle.position));
+    }
+
+    pub(super) fn domain(&self) -> Domain {
+        let cell = 0.5 * (self.scheme.radius + 0.36) * self.spacing;
+        let margin = self.margin * Vector::X;
+        let (lower, upper) = (self.lower - margin, self.upper + margin);
+        let cells = (upper - lower).to_array().map(|length| ((length / cell).floor() as usize).max(1));
+        Domain::solo(Grid::new(cells, lower, upper), self.sides.map(|sides| sides[0] == Side::Periodic))
+    }
+
+    pub(super) fn tank(&self) -> Tank {
+        Tank::new(self.lower, self.upper, self.sides, self.friction)
+    }
+
+    pub(super) fn engine(&self, domain: &Domain) -> Result<Engine, DemError> {
+        let present = self.sides.map(|sides| sides.map(|side| side == Side::Wall));
+        let around = Vector::splat(10.0 * self.diameter + self.margin) + (self.upper - self.lower);
+        let setup = Setup {
+            bodies: vec![Body::ball(0.5 * self.diameter)],
+            interactions: Interactions::uniform(1, ContactLaw::spheres(400.0, 0.5, 0.4)),
+            walls: Wall::of_box(self.lower, self.upper, 0, present),
+            region: [self.lower - around, self.upper + around],
+            ghost_margin: 3.6 * self.diameter.max(self.spacing),
+        };
+        Engine::new(domain, setup, &self.grains)
+    }
+
+    pub(super) fn grain_phase(&self, domain: &Domain) -> Result<GrainPhase, DemError> {
+        if self.grains.is_empty() {
+            return GrainPhase::none(domain);
+        }
+        let coupling = Coupling {
+            closure: Closure::recommended(DENSITY, DENSITY * self.viscosity),
+            smoothing: 3.0 * self.diameter,
+            least_void: 0.3,
+            implicit_pressure_force: self.implicit_pressure_force,
+            substeps: Substeps::Auto,
+        };
+        Ok(GrainPhase::new(domain, self.engine(domain)?, coupling))
+    }
+
+    /// The solver, on one rank.
+    ///
+    /// # Errors
+    /// [`ExperimentError`] if box, fluid and grains do not fit.
+    pub fn solver(&self) -> Result<Solver, ExperimentError> {
+        let domain = self.domain();
+        let settings = Settings {
+            fluid: Fluid { density: DENSITY, viscosity: self.viscosity, spacing: self.spacing },
+            scheme: self.scheme,
+            limits: StepLimits { longest: self.longest, ..StepLimits::default() },
+            tolerance: self.tolerance,
+            reference: self.reference,
+        };
+        let grains = self.grain_phase(&domain)?;
+        Ok(Solver::new(domain, settings, self.tank(), &self.fluid, grains)?)
+    }
+}
+
+/// Places of a lattice of unit spacing, half a spacing from the planes through the origin.
+pub(super) fn lattice([n1, n2, n3]: [usize; 3]) -> impl Iterator<Item = Vector> {
+    let at = |n: usize| n as Real + 0.5;
+    (0..n3).flat_map(move |k| (0..n2).flat_map(move |j| (0..n1).map(move |i| Vector::new(at(i), at(j), at(k)))))
+}
+
+/// Runs `solver` from `time` [s] until `end` [s] in stable steps.
+///
+/// `forcing` is what moves the fluid between two times; `watch` sees the time, the solver and the report after every
+/// step.
+///
+/// # Errors
+/// [`ExperimentError`] if a step fails.
+pub fn advance(
+    solver: &mut Solver,
+    [time, end]: [Real; 2],
+    forcing: impl Fn(Real, Real) -> Forcing,
+    mut watch: impl FnMut(Real, &Solver, &StepReport),
+) -> Result<(), ExperimentError> {
+    let mut time = time;
+    while time < end * (1.0 - 1e-9) {
+        let body_force = forcing(time, time + 1e-6).body_force;
+        let dt = solver.stable_step(body_force).dt.min(end - time);
+        let report = solver.step(dt, &forcing(time, time + dt), |_| ())?;
+        time += dt;
+        watch(time, solver, &report);
+    }
+    Ok(())
+}
+
+/// A body force [m/s^2] in a vessel at rest.
+pub(super) fn under(body_force: Vector) -> impl Fn(Real, Real) -> Forcing {
+    move |_, _| Forcing { body_force, ..Forcing::default() }
+}
+
+/// Kinetic energy of the fluid [J].
+pub(super) fn kinetic_energy(solver: &Solver) -> Real {
+    let [square] = solver.sum_over_fluid(|p, a| [p.velocity[a].length_squared()]);
+    0.5 * solver.particle_mass() * square
+}
+
+/// Own particles that are fluid.
+pub(super) fn fluid(solver: &Solver) -> impl Iterator<Item = usize> {
+    let particles = solver.particles();
+    (0..particles.owned()).filter(|&a| particles.is_fluid(a))
+}

@@ -1,0 +1,109 @@
+//! The cheap experiments of `sazanami verify`, on coarser lattices or for less time.
+
+use std::f64::consts::PI;
+
+use sazanami_mps::boundary::{Side, WallFriction};
+use sazanami_mps::scheme::{Scheme, SourceForm};
+use sazanami_mps::solver::{FluidParticle, Forcing};
+use sazanami_mps::{Kind, Role};
+use sazanami_numerics::{Real, Vector};
+use sazanami_verification::particles::{
+    DOWN, Vessel, WaveTank, bulk_weighted, laplacian_by_number_density, lattice_voids, operators,
+    plain_pressure_gradient, seepage, standing_wave, stokes_layer, turning_patch, turning_patch_pressure,
+};
+
+#[test]
+fn operators_are_exact_on_a_lattice_and_near_off_it() {
+    let lattice = operators(0.0);
+    assert!(lattice.divergence_error.max(lattice.laplacian_error).max(lattice.gradient_error) < 1e-12);
+    let disordered = operators(0.1);
+    assert!((0.01..0.03).contains(&disordered.divergence_error), "{disordered:?}");
+    assert!((bulk_weighted(0.4).density - 1.019).abs() < 1e-3);
+    // Negative controls: no GC; the Laplacian over n0.
+    assert!(disordered.plain_gradient_error > 0.02);
+    assert!((laplacian_by_number_density() - 1.99).abs() < 0.01);
+}
+
+#[test]
+fn plain_pressure_is_too_small_by_what_the_layers_say() {
+    for (radius, expected) in [(2.1, 1.0), (2.6, 0.97), (3.1, 0.92)] {
+        let found = plain_pressure_gradient(radius).unwrap();
+        assert!((found - expected).abs() < 0.01, "{radius}: {found}");
+    }
+}
+
+#[test]
+fn void_fractions_know_walls_and_motion() {
+    let found = lattice_voids().unwrap();
+    let eps = 1.0 - PI / 6.0;
+    assert!((found.interior[0] - eps).abs() < 1e-3 && (found.at_wall - eps).abs() < 1e-3);
+    assert!((found.rate - 1.0).abs() < 0.01);
+    // Negative controls: no images; grains that seem to stand still.
+    assert!(found.without_images > 1.02 * eps && found.rate_of_fluid_alone < 0.5);
+}
+
+#[test]
+fn a_bed_resists_as_ergun_says() {
+    let found = seepage(0.5, 0.8, 0.04).unwrap();
+    assert!((found.ergun(3) - 1.0).abs() < 0.03, "{found:?}");
+    // Negative control: another power of eps.
+    assert!((found.ergun(2) - 1.0).abs() > 0.3);
+}
+
+#[test]
+fn a_wave_swings_with_its_period() {
+    let tank = WaveTank { length: 0.1, depth: 0.05, layers: 5, scheme: Scheme::default() };
+    let found = standing_wave(tank, 1, 0.02).unwrap();
+    assert!((found.period - 1.0).abs() < 0.05, "{found:?}");
+}
+
+#[test]
+fn water_sticks_to_walls() {
+    let sticking = stokes_layer(2, WallFriction::NoSlip).unwrap();
+    assert!(sticking < 0.1, "{sticking}");
+    // Negative control: walls that slip.
+    let slipping = stokes_layer(2, WallFriction::Slip).unwrap();
+    assert!(slipping > 0.3, "{slipping}");
+}
+
+#[test]
+fn a_turning_square_finds_its_pressure() {
+    let found = turning_patch(24, 0.05, Scheme::default()).unwrap();
+    assert!((found.pressure / turning_patch_pressure() - 1.0).abs() < 0.15, "{found:?}");
+    // Negative control: a source that looks at number densities alone knows nothing of the rotation in the first step.
+    let usual = Scheme { source: SourceForm::Classical, ..Scheme::default() };
+    let usual = turning_patch(24, 0.0, usual).unwrap();
+    assert!((usual.pressure / turning_patch_pressure() - 1.0).abs() > 0.15, "{usual:?}");
+}
+
+/// Largest pressure on the walls after a step of water in a tank, and of droplets that fly at a wall from `height`
+/// spacings above the floor, which see no water on their way; whether a wall particle there is in the equation.
+fn on_walls(height: Real, droplets: usize) -> (Real, bool) {
+    let spacing = 1e-3;
+    let sides = [[Side::Wall; 2], [Side::Periodic; 2], [Side::Wall, Side::Open]];
+    let mut vessel = Vessel::new([12, 7, 16], spacing, sides).filled([12, 7, 6]);
+    // Within the reach of a wall particle three spacings above, if only just.
+    let corner = &mut vessel.fluid[5 * 12 * 7].position;
+    corner.z += 0.1 * spacing;
+    for n in 0..droplets {
+        let position = spacing * Vector::new(0.8 + (n / 7) as Real, 0.5 + (n % 7) as Real, height);
+        vessel.fluid.push(FluidParticle { position, velocity: Vector::new(-1.0, 0.0, 0.0) });
+    }
+    let mut solver = vessel.solver().expect("the vessel makes sense");
+    solver.step(1e-4, &Forcing { body_force: DOWN, ..Forcing::default() }, |_| ()).expect("a step like any other");
+    let particles = solver.particles();
+    let walls =
+        (0..particles.owned()).filter(|&a| particles.kind[a] == Kind::Wall && particles.role[a] == Role::Unknown);
+    let above = |a: usize| particles.position[a].x < 0.0 && particles.position[a].z > 8.0 * spacing;
+    let largest = walls.clone().map(|a| particles.pressure[a].abs()).fold(0.0, Real::max);
+    (largest, walls.clone().any(above))
+}
+
+#[test]
+fn spray_does_not_press_walls_that_hardly_see_water() {
+    let [far, near] = [14.5, 8.9].map(|height| on_walls(height, 1));
+    assert!(near.1 && (near.0 - far.0).abs() < 0.1 * far.0, "{near:?}, {far:?} without the droplet");
+    // Droplets that keep company are water, and press.
+    let together = on_walls(8.9, 14);
+    assert!(together.0 > 100.0 * near.0, "{together:?}");
+}
