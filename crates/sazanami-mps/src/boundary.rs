@@ -1,8 +1,8 @@
-//! The box, its walls, and the lattice of particles that walls are made of.
+//! The box, its sides, and the lattice of wall particles.
 
 use sazanami_numerics::{Real, Vector};
 
-use crate::particles::{Kind, ParticleRecord, WALL};
+use crate::particles::{FIRST_WALL_ID, Kind, ParticleRecord};
 
 /// A side of the box.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -10,44 +10,44 @@ pub enum Side {
     /// A wall of particles.
     #[default]
     Wall,
-    /// Nothing: fluid may leave the box there, as over the rim of a tank.
+    /// Open: fluid may leave the box, as over the rim of a tank.
     Open,
-    /// The fluid goes on at the opposite side, which is periodic too.
+    /// Periodic, with the opposite side.
     Periodic,
 }
 
-/// How fluid moves along walls.
+/// Velocity condition at walls.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum WallFriction {
-    /// It sticks to them.
+    /// No slip.
     #[default]
     NoSlip,
-    /// Walls do not act along their surface.
+    /// Free slip: no shear stress at walls.
     Slip,
 }
 
-/// A box with particles as walls, which may move as a whole.
+/// A box with walls of particles, which may move as a whole.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tank {
-    /// Lower corner where the box was at the start [m].
+    /// Lower corner of the box at the start [m].
     pub lower: Vector,
-    /// Upper corner [m].
+    /// Upper corner of the box at the start [m].
     pub upper: Vector,
     /// Lower and upper side in each direction.
     pub sides: [[Side; 2]; 3],
-    /// How fluid moves along the walls.
+    /// Velocity condition at the walls.
     pub friction: WallFriction,
-    /// Where walls are from where they were at the start [m].
+    /// Displacement of the walls since the start [m].
     pub displacement: Vector,
     /// Velocity of the walls [m/s].
     pub velocity: Vector,
 }
 
-/// The box's extent in a direction is no multiple of the particle spacing.
+/// The extent of the box in a direction is not a multiple of the particle spacing.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
-    "the box is {:.6} mm long in x{}: the nearest wall lattice has a spacing of {:.6} mm, more than 2 % from that of \
-     the fluid, {:.6} mm",
+    "the box is {:.6} mm long in x{}: the nearest lattice that fits has a spacing of {:.6} mm, more than 2 % away from \
+     the particle spacing of {:.6} mm",
     1e3 * length, direction + 1, 1e3 * found, 1e3 * spacing
 )]
 pub struct LatticeError {
@@ -61,11 +61,11 @@ pub struct LatticeError {
     pub found: Real,
 }
 
-/// Part of the spacing by which that of a wall may differ.
+/// Allowed relative difference between the spacings of wall lattice and fluid.
 const LATTICE_TOLERANCE: Real = 0.02;
-/// Part of a closed box from which on it is full.
+/// Filled fraction of a closed box above which it has no free surface.
 const FULL: Real = 0.99;
-/// Nearest that a fluid particle comes to a wall, over the particle spacing.
+/// Smallest distance of fluid particles from a wall over the particle spacing.
 const NEAREST: Real = 0.2;
 
 impl Tank {
@@ -75,13 +75,13 @@ impl Tank {
         Self { lower, upper, sides, friction, displacement: Vector::ZERO, velocity: Vector::ZERO }
     }
 
-    /// Whether a volume of fluid and grains [m^3] fills the box and cannot leave it: such water has no surface.
+    /// Whether a volume of fluid and grains [m^3] fills a closed box, so that there is no free surface.
     pub(crate) fn is_full(&self, volume: Real) -> bool {
         let closed = self.sides.as_flattened().iter().all(|&side| side != Side::Open);
         closed && volume > FULL * (self.upper - self.lower).element_product()
     }
 
-    /// Spacing of a lattice with about `spacing` [m] that fits the box in each direction [m].
+    /// Spacing in each direction of the lattice nearest to `spacing` [m] that fits the box [m].
     ///
     /// # Errors
     /// [`LatticeError`] if it differs by more than 2 %.
@@ -90,7 +90,7 @@ impl Tank {
         for direction in 0..3 {
             let length = self.upper[direction] - self.lower[direction];
             let found = length / (length / spacing).round().max(1.0);
-            // A side that is open does not need to lie on the lattice.
+            // An open side need not lie on the lattice.
             let open = self.sides[direction].contains(&Side::Open);
             if !open && (found / spacing - 1.0).abs() > LATTICE_TOLERANCE {
                 return Err(LatticeError { direction, length, spacing, found });
@@ -100,13 +100,13 @@ impl Tank {
         Ok(fitted)
     }
 
-    /// Particles of the walls where the box was at the start; `reach` is the radius of influence [m].
+    /// Wall and dummy particles at the start; `reach` is the radius of influence [m].
     ///
     /// # Errors
     /// [`LatticeError`] if no lattice of about `spacing` [m] fits.
     pub(crate) fn particles(&self, spacing: Real, reach: Real) -> Result<Vec<ParticleRecord>, LatticeError> {
         let lattice = self.lattice(spacing)?;
-        // The first layer, and as many as lie within reach of it.
+        // The first layer, and as many as lie within its radius of influence.
         let layers = 1 + (reach / spacing * (1.0 + 1e-9)).floor() as i64;
         let extent = self.upper - self.lower;
         let counts: [i64; 3] = std::array::from_fn(|d| (extent[d] / lattice[d]).round() as i64);
@@ -130,7 +130,7 @@ impl Tank {
                     }
                     let kind = if deepest == 1 { Kind::Wall } else { Kind::Dummy };
                     let place = Vector::new(i as Real + 0.5, j as Real + 0.5, k as Real + 0.5);
-                    let id = WALL + records.len() as u64;
+                    let id = FIRST_WALL_ID + records.len() as u64;
                     records.push(ParticleRecord::new(id, kind, base + place * lattice, Vector::ZERO));
                 }
             }
@@ -138,7 +138,8 @@ impl Tank {
         Ok(records)
     }
 
-    /// Puts a fluid particle that came too near to a wall back to where it may be; tells whether it did.
+    /// Moves a fluid particle that came too close to a wall back and removes its velocity into the wall; returns whether
+    /// it did.
     pub(crate) fn clip(&self, spacing: Real, position: &mut Vector, velocity: &mut Vector) -> bool {
         let mut clipped = false;
         for d in 0..3 {
@@ -193,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn walls_lie_on_their_side_where_the_other_is_open() {
+    fn the_lattice_starts_at_the_wall_where_the_other_side_is_open() {
         let mut tank = tank();
         tank.sides[0] = [Side::Open, Side::Wall];
         tank.upper.x = 8.3;
@@ -208,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn a_box_that_fits_no_lattice_is_refused() {
+    fn a_box_that_is_not_a_multiple_of_the_spacing_is_refused() {
         let mut tank = tank();
         tank.upper.x = 8.1;
         assert!((tank.lattice(1.0).unwrap().x - 8.1 / 8.0).abs() < 1e-12);
@@ -217,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn what_comes_too_near_is_put_back_without_its_speed_to_the_wall() {
+    fn clipped_particles_lose_their_velocity_into_the_wall() {
         let (mut x, mut u) = (Vector::new(0.1, 3.0, 4.0), Vector::new(-1.0, 2.0, 3.0));
         assert!(tank().clip(1.0, &mut x, &mut u));
         assert_eq!((x, u), (Vector::new(0.2, 3.0, 4.0), Vector::new(0.0, 2.0, 3.0)));

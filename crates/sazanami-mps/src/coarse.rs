@@ -1,9 +1,9 @@
-//! Coarse-grid correction for the pressure equation: particles are gathered into cells, cells into larger cells.
+//! Coarse-grid correction of the pressure equation: particles are aggregated into cells, cells into larger cells.
 //!
-//! The equation of a level is that of the level below summed over the members of each cell (Galerkin, with constant
-//! values in a cell), in single precision. Particles give their residuals to the cells they lie between and get values
-//! from them in the same shares: the correction is smooth, and takes a third fewer iterations than a constant one. A cycle smooths by damped Jacobi sweeps, in the same number before and
-//! after the correction from above, and is therefore symmetric. Ranks correct on their own.
+//! The operator of a level is the Galerkin sum of the finer one over the members of each cell (piecewise constant), in
+//! single precision. Residuals of particles are distributed to the surrounding eight cells and corrections interpolated
+//! from them with the same trilinear weights. A V-cycle with equal numbers of damped Jacobi sweeps before and after the
+//! coarser correction is symmetric, as conjugate gradients require. Each rank corrects its own part.
 
 use std::ops::Range;
 
@@ -16,26 +16,26 @@ use crate::particles::Role;
 
 /// Neighbours of a cell, itself included.
 const STENCIL: usize = 27;
-/// Place of the cell itself among them.
+/// Index of the cell itself among them.
 const CENTRE: usize = 13;
 /// Sweeps before and after the correction.
 const SWEEPS: usize = 2;
 /// Sweeps on the coarsest level.
-const LAST_SWEEPS: usize = 16;
+const COARSEST_SWEEPS: usize = 16;
 /// Damping of a sweep.
 const DAMPING: f32 = 0.7;
-/// By how much a correction is stretched: constants in cells are too stiff by about twice that.
+/// Over-correction factor: the piecewise constant coarse operator is too stiff by about this factor.
 const STRETCH: f32 = 1.7;
-/// Parts in which the particles' residuals are gathered, and cells that are looked at in one go.
+/// Partial right sides in which residuals of particles are summed, and cells per block of work.
 const PARTS: usize = 8;
 const CELLS: usize = 1024;
-/// A level with no more cells in its longest direction is the coarsest.
+/// The coarsest level has at most this number of cells in each direction.
 const FEW: usize = 4;
 
-/// One level: cells with a layer of empty cells around.
+/// One level: a box of cells with one layer of empty cells around it.
 #[derive(Clone, Debug, Default)]
 struct Level {
-    /// Cells in each direction, without the layer around.
+    /// Cells in each direction, without the empty layer.
     count: [usize; 3],
     /// Coefficients by neighbour: `matrix[s][cell]`.
     matrix: Vec<Vec<f32>>,
@@ -46,9 +46,9 @@ struct Level {
     next: Vec<f32>,
 }
 
-/// The first of eight cells around a particle, and its shares in them, x1 fastest.
+/// Trilinear interpolation at a particle: the first of the eight surrounding cells and the weights, x1 fastest.
 #[derive(Clone, Copy, Debug, Default)]
-struct Between {
+struct Interpolation {
     first: u32,
     shares: [f32; 8],
 }
@@ -59,17 +59,17 @@ pub(crate) struct CoarseGrid {
     levels: Vec<Level>,
     /// Cell of each own particle on the finest level.
     cell: Vec<u32>,
-    /// Cells that each own particle of the equation lies between, and its shares in them.
-    between: Vec<Between>,
-    /// Right sides from the parts of the particles.
+    /// Interpolation of each own unknown.
+    between: Vec<Interpolation>,
+    /// Partial right sides.
     parts: Vec<f32>,
-    /// Coefficients of a cell before they are stored.
+    /// Coefficients of each cell in double precision.
     sums: Vec<[f64; STENCIL]>,
-    /// Number of the neighbour by the difference of cells.
+    /// Index of the neighbour by the difference of cell numbers.
     neighbour: Vec<u8>,
 }
 
-/// Rows along x1 of a box of cells with a layer around.
+/// Rows along x1 of a box of cells with a layer around it.
 fn rows(count: [usize; 3]) -> impl Iterator<Item = Range<usize>> {
     let [n1, n2, n3] = count;
     let (b, c) = (n1 + 2, (n1 + 2) * (n2 + 2));
@@ -94,20 +94,21 @@ impl Level {
         [1, self.count[0] + 2, (self.count[0] + 2) * (self.count[1] + 2)]
     }
 
-    /// Number of the cell at `place`.
+    /// Number of the cell at index triple `place`.
     fn cell(&self, place: [usize; 3]) -> usize {
         let strides = self.strides();
         (0..3).map(|d| (place[d] + 1) * strides[d]).sum()
     }
 
-    /// Differences of numbers to the neighbours.
+    /// Differences of cell numbers to the neighbours.
     fn offsets(&self) -> [isize; STENCIL] {
         let strides = self.strides();
         std::array::from_fn(|s| (0..3).map(|d| step(s, d) * strides[d] as isize).sum())
     }
 
-    /// Where a particle at `s`, in bins, lies between cells that have an equation; else it is in its own alone.
-    fn between(&self, s: Vector, width: [usize; 3], own: u32, corners: &[usize; 8]) -> Between {
+    /// Interpolation at `s`, in bins, from those surrounding cells that hold unknowns; from cell `own` alone if hardly any
+    /// does.
+    fn between(&self, s: Vector, width: [usize; 3], own: u32, corners: &[usize; 8]) -> Interpolation {
         let mut first = 0;
         let mut part = [0.0; 3];
         for (d, stride) in self.strides().into_iter().enumerate() {
@@ -122,10 +123,10 @@ impl Level {
         });
         let all: f32 = shares.iter().sum();
         if all < 0.05 {
-            return Between { first: own, shares: std::array::from_fn(|n| if n == 0 { 1.0 } else { 0.0 }) };
+            return Interpolation { first: own, shares: std::array::from_fn(|n| if n == 0 { 1.0 } else { 0.0 }) };
         }
         shares.iter_mut().for_each(|share| *share /= all);
-        Between { first: first as u32, shares }
+        Interpolation { first: first as u32, shares }
     }
 
     fn set_inverse(&mut self) {
@@ -134,7 +135,7 @@ impl Level {
         }
     }
 
-    /// `next = right - A value`, or with `step` what a damped Jacobi sweep makes of `value`.
+    /// `next = right - A value`; with `step`, one damped Jacobi sweep of `value` into `next`.
     fn pass(&mut self, step: bool) {
         let offsets = self.offsets();
         let Self { count, matrix, inverse, right, value, next } = self;
@@ -168,14 +169,14 @@ impl Level {
         std::mem::swap(&mut self.value, &mut self.next);
     }
 
-    /// The first sweep from nothing.
+    /// First Jacobi sweep, from a zero value.
     fn begin(&mut self) {
         for ((value, inverse), right) in self.value.iter_mut().zip(&self.inverse).zip(&self.right) {
             *value = inverse * right;
         }
     }
 
-    /// Gives the sums of its cells' residuals to the level above.
+    /// Restricts the residual to the coarser level.
     fn restrict(&mut self, above: &mut Self) {
         self.pass(false);
         above.right.fill(0.0);
@@ -187,7 +188,7 @@ impl Level {
         }
     }
 
-    /// Adds the correction from the level above.
+    /// Adds the interpolated correction of the coarser level.
     fn prolong(&mut self, above: &Self) {
         for (row, [j, k]) in rows(self.count).zip(places(self.count)) {
             let first = above.cell([0, j / 2, k / 2]);
@@ -195,7 +196,7 @@ impl Level {
                 *value += STRETCH * above.value[first + i / 2];
             }
         }
-        // Empty cells have no equation and no value.
+        // Empty cells hold no unknown.
         for (value, inverse) in self.value.iter_mut().zip(&self.inverse) {
             if *inverse == 0.0 {
                 *value = 0.0;
@@ -203,7 +204,7 @@ impl Level {
         }
     }
 
-    /// Sums the equations of the level below over its cells.
+    /// Galerkin sum of the finer level's coefficients.
     fn gather(&mut self, below: &Self) {
         self.matrix.iter_mut().for_each(|column| column.fill(0.0));
         for (row, [j, k]) in rows(below.count).zip(places(below.count)) {
@@ -227,21 +228,21 @@ fn step(s: usize, d: usize) -> isize {
     (s / [1, 3, 9][d] % 3) as isize - 1
 }
 
-/// Number of the neighbour that lies `far` cells away.
+/// Index of the neighbour `far` cells away.
 fn number(far: [isize; 3]) -> usize {
     ((far[0] + 1) + 3 * (far[1] + 1) + 9 * (far[2] + 1)) as usize
 }
 
-/// Places of the rows of a box of cells in x2 and x3.
+/// Indices in x2 and x3 of the rows of a box of cells.
 fn places(count: [usize; 3]) -> impl Iterator<Item = [usize; 2]> {
     (0..count[2]).flat_map(move |k| (0..count[1]).map(move |j| [j, k]))
 }
 
 impl CoarseGrid {
-    /// Sums up the equation of this step.
+    /// Builds all levels from the equation of this step.
     pub fn assemble(&mut self, layout: &Layout<'_>, blocks: &[Block], rows: &[Row]) {
         let Layout { bins, roles, owned, .. } = *layout;
-        // Cells as wide as lists reach: neighbours are in cells next to each other.
+        // Cells as wide as the list radius: neighbours lie in adjacent cells.
         let width = bins.reach;
         let count: [usize; 3] = std::array::from_fn(|d| bins.count[d].div_ceil(width[d]));
         self.size(count);
@@ -269,7 +270,7 @@ impl CoarseGrid {
                         let b = b as usize;
                         if b < owned && roles[b] == Role::Unknown {
                             let far = (cell[b] as usize + corner).wrapping_sub(cell[a] as usize);
-                            // A pair that drag drove together from farther cells is none of the coarse grid's.
+                            // Pairs from cells farther apart, brought together by drag, are left out.
                             if let Some(entry) = neighbour.get(far).and_then(|&s| sum.get_mut(s as usize)) {
                                 *entry -= f64::from(c);
                             }
@@ -283,13 +284,13 @@ impl CoarseGrid {
             column[0].iter_mut().zip(sums).for_each(|(c, sum)| *c = sum[s] as f32);
         });
         finest.set_inverse();
-        between.resize(owned, Between::default());
+        between.resize(owned, Interpolation::default());
         let corners = corners(finest.strides());
         let finest = &*finest;
         for_each_chunk(&mut between[..], ROWS, |number, between| {
             for (n, between) in between.iter_mut().enumerate() {
                 let a = number * ROWS + n;
-                *between = Between::default();
+                *between = Interpolation::default();
                 if rows[a].diagonal > 0.0 {
                     let s = bins.coordinates(layout.place[a]);
                     *between = finest.between(s, width, cell[a], &corners);
@@ -302,7 +303,7 @@ impl CoarseGrid {
         }
     }
 
-    /// Makes the levels for a box of cells.
+    /// Allocates the levels for a box of cells.
     fn size(&mut self, count: [usize; 3]) {
         if self.levels.first().is_some_and(|level| level.count == count) {
             return;
@@ -325,7 +326,7 @@ impl CoarseGrid {
         }
     }
 
-    /// `z = P B P^T r`, the correction of every own particle.
+    /// Coarse correction `z = P B P^T r` of every own particle.
     pub fn correct(&mut self, layout: &Layout<'_>, r: &[Real], z: &mut [Real]) {
         let Self { levels, between, parts, .. } = self;
         let finest = &mut levels[0];
@@ -356,7 +357,7 @@ impl CoarseGrid {
                 let a = number * ROWS + n;
                 *z = 0.0;
                 if a < owned && roles[a] == Role::Unknown {
-                    let Between { first, shares } = between[a];
+                    let Interpolation { first, shares } = between[a];
                     let sum: f32 = corners.iter().zip(shares).map(|(c, share)| share * value[first as usize + c]).sum();
                     *z = Real::from(STRETCH * sum);
                 }
@@ -365,17 +366,17 @@ impl CoarseGrid {
     }
 }
 
-/// Differences of numbers from the first of eight cells to each.
+/// Differences of cell numbers from the first of eight cells to each.
 fn corners(strides: [usize; 3]) -> [usize; 8] {
     std::array::from_fn(|n| (0..3).map(|d| (n >> d & 1) * strides[d]).sum())
 }
 
-/// A symmetric cycle over the levels from the first on, from nothing.
+/// A symmetric V-cycle over `levels`, from zero.
 fn cycle(levels: &mut [Level]) {
     let Some((level, above)) = levels.split_first_mut() else { return };
     level.begin();
     if above.is_empty() {
-        (1..LAST_SWEEPS).for_each(|_| level.sweep());
+        (1..COARSEST_SWEEPS).for_each(|_| level.sweep());
         return;
     }
     (1..SWEEPS).for_each(|_| level.sweep());

@@ -1,16 +1,16 @@
-//! Filling a tank: fluid particles layer by layer, each with the bulk volume that its void fraction gives it.
+//! Initial positions of fluid particles, layer by layer, each with the bulk volume `l0^3/eps`.
 
 use sazanami_numerics::{Real, Vector};
 
-/// Heights per particle spacing at which the voids are summed up.
+/// Integration points per particle spacing over the height.
 const FINENESS: Real = 16.0;
 
-/// Volume of the voids below a height, piece by piece.
+/// Cumulative volume of the voids over the height.
 struct Voids {
     floor: Real,
     step: Real,
     area: Real,
-    /// Below each height from the floor up [m^3].
+    /// Void volume below each height [m^3].
     below: Vec<Real>,
 }
 
@@ -31,7 +31,7 @@ impl Voids {
         self.below[self.below.len() - 1]
     }
 
-    /// Height below which there is such a `volume` of voids, and the void fraction there.
+    /// Height below which the voids have this `volume`, and the void fraction there.
     fn reached_by(&self, volume: Real) -> (Real, Real) {
         let n = self.below.partition_point(|&below| below <= volume).clamp(1, self.below.len() - 1);
         let piece = self.below[n] - self.below[n - 1];
@@ -40,12 +40,12 @@ impl Voids {
     }
 }
 
-/// Places of fluid particles of spacing `spacing` [m] from the floor of a box up to `level` [m].
+/// Positions of fluid particles of spacing `spacing` [m] from the floor of a box up to `level` [m].
 ///
-/// Layers are horizontal lattices of spacing `l0 eps^(-1/3)`, rounded to fit the box, each as thick as its particles
-/// need in the voids there; `void` is the void fraction at a height. So many layers are taken as come nearest to the
-/// level, and particles in them are set closer or farther alike until they fill the voids below it, to within a row. Where
-/// water covers only a part of the box, what is cut out of a layer misses by up to half a row.
+/// Layers are horizontal lattices of spacing `l0 eps^(-1/3)`, rounded to fit the box; `void` is the void fraction at a
+/// height, and each layer is as thick as the volume of its particles requires there. The number of layers is the one
+/// closest to the level; the spacings within layers are then scaled uniformly to fill the voids below it, to within a row
+/// of particles. If the caller keeps only part of the box, the volume kept is off by up to half a row per layer.
 #[must_use]
 pub fn layers(lower: Vector, upper: Vector, level: Real, spacing: Real, void: impl Fn(Real) -> Real) -> Vec<Vector> {
     if level <= lower.z {
@@ -71,7 +71,7 @@ pub fn layers(lower: Vector, upper: Vector, level: Real, spacing: Real, void: im
     }
     let stretch = whole / taken;
     let mut places = Vec::new();
-    // Particles so far, and as many as there should be.
+    // Particles placed so far, and the number required.
     let (mut placed, mut due) = (0.0, 0.0);
     for [nx, ny] in natural {
         due += stretch * nx * ny;
@@ -94,7 +94,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn clear_water_is_a_lattice() {
+    fn clear_water_is_filled_with_a_cubic_lattice() {
         let places = layers(Vector::ZERO, Vector::new(4.0, 3.0, 9.0), 5.0, 1.0, |_| 1.0);
         assert_eq!(places.len(), 60);
         let corner = places[0] - Vector::splat(0.5);
@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn water_between_two_layers_is_as_deep_as_asked_for() {
+    fn depths_between_two_layers_are_met() {
         for level in [5.3, 5.5, 5.7] {
             let places = layers(Vector::ZERO, Vector::new(40.0, 3.0, 9.0), level, 1.0, |_| 1.0);
             // A row is 3 particles, a layer 120.
@@ -112,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bed_takes_as_much_as_its_voids_hold() {
+    fn a_bed_takes_the_volume_of_its_voids() {
         let void = |z: Real| if z < 10.0 { 0.4 } else { 1.0 };
         let places = layers(Vector::ZERO, Vector::new(15.0, 20.0, 30.0), 20.0, 1.0, void);
         let expected = 15.0 * 20.0 * (10.0 * 0.4 + 10.0);

@@ -1,33 +1,33 @@
-//! Which particles lie at the surface, and which have left the rest.
+//! Detection of free-surface and isolated particles.
 
 use sazanami_numerics::{Real, Vector};
 
 use crate::weight::Calibration;
 
-/// Radius within which a particle must have company, over the particle spacing.
-pub(crate) const COMPANY_RADIUS: Real = 2.1;
-/// Fewest fluid neighbours of a particle that is no splash.
-const COMPANY: u32 = 5;
-/// Asymmetry of the top layer of a lattice over n0 from which on it stands out of that of disordered water: from C2 and
-/// 3.1 spacings on. Of smaller radii it is less, and disorder is more.
+/// Radius of close neighbours over the particle spacing.
+pub(crate) const CLOSE_RADIUS: Real = 2.1;
+/// Number of close fluid neighbours below which a particle is isolated.
+const FEWEST_NEIGHBOURS: u32 = 5;
+/// Asymmetry of the top layer of a lattice over n0 above which it exceeds that of disordered fluid: C2 with 3.1 spacings
+/// and more. With smaller radii the top layer is less asymmetric, disordered fluid more.
 const STANDS_OUT: Real = 0.18;
-/// Number density over n0 below which a particle lies at the surface however its neighbours lie.
+/// Number density over n0 below which a particle lies at the surface whatever its asymmetry.
 const SPARSE: Real = 0.7;
 
-/// When a particle lies at the surface.
+/// Thresholds of the free-surface test.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfaceTest {
-    /// Number density over n0 below which it may.
+    /// Number density over n0 below which a particle may lie at the surface.
     pub density: Real,
-    /// Length of the sum of weights times directions over n0 above which it does.
+    /// Asymmetry (length of the sum of weights times unit vectors, over n0) above which it then does.
     pub asymmetry: Real,
-    /// That length above which it does at any number density: neighbours that crowd on one side make up for none on the
-    /// other (`docs/decisions/0006-moving-particles.md`). Infinite where disordered water is as one-sided.
+    /// Asymmetry above which it does at any number density: clustered neighbours on one side can compensate for missing
+    /// ones on the other (`docs/decisions/0006-moving-particles.md`). Infinite where disordered fluid is as asymmetric.
     pub one_sided: Real,
 }
 
 impl SurfaceTest {
-    /// Thresholds from the lattice of the weight in use.
+    /// Thresholds from the lattice sums of the weight in use.
     #[must_use]
     pub fn of(calibration: &Calibration) -> Self {
         let top = calibration.top_asymmetry;
@@ -47,9 +47,9 @@ impl SurfaceTest {
     }
 }
 
-/// Whether a particle with this many fluid neighbours within 2.1 spacings flies on its own.
-pub(crate) fn is_splash(company: u32) -> bool {
-    company < COMPANY
+/// Whether a particle with this number of fluid neighbours within 2.1 spacings is isolated (spray).
+pub(crate) fn is_isolated(neighbour_count: u32) -> bool {
+    neighbour_count < FEWEST_NEIGHBOURS
 }
 
 #[cfg(test)]
@@ -79,7 +79,7 @@ mod tests {
     }
 
     #[test]
-    fn a_crowd_at_the_edge_is_at_the_surface() {
+    fn clustered_particles_at_the_edge_are_at_the_surface() {
         let kernel = Kernel::new(Scheme::default(), 1.0);
         let test = SurfaceTest::of(&kernel.sums);
         let mut water = lattice(0, 0.0);
@@ -92,7 +92,7 @@ mod tests {
     }
 
     #[test]
-    fn disordered_water_is_less_one_sided() {
+    fn disordered_fluid_is_less_asymmetric_than_a_surface() {
         for (weight, radius) in [(Wendland::C2, 3.1), (Wendland::C2, 3.6), (Wendland::C4, 3.6), (Wendland::C2, 2.1)] {
             let kernel = Kernel::new(Scheme { weight, radius, ..Scheme::default() }, 1.0);
             let test = SurfaceTest::of(&kernel.sums);

@@ -1,8 +1,8 @@
-//! Water as moving particles over overlapping grains (DEM-MPS, after Tazaki, Harada, Ikari and Gotoh).
+//! Moving-particle fluid coupled to spherical grains by overlap (DEM-MPS, after Tazaki, Harada, Ikari and Gotoh).
 //!
-//! An enhanced moving-particle semi-implicit fluid: source of the pressure equation of higher order (HS), Laplacian
-//! of higher order (HL), error-compensating source (ECS), corrected gradient (GC) and dynamic stabilisation (DS),
-//! all with a Wendland weight. The step is written in [`solver`].
+//! Enhanced moving-particle semi-implicit method (MPS): higher-order source of the pressure equation (HS), higher-order
+//! Laplacian (HL), error-compensating source (ECS), corrected gradient (GC) and dynamic stabilisation (DS), all with a
+//! Wendland weight function. The step is in [`solver`]; equations and their sources are in `docs/theory/mps.md`.
 
 pub mod boundary;
 mod coarse;
@@ -29,4 +29,4 @@ pub mod weight;
 
 pub use exchange::Periods;
 pub use momentum::FluidImpulses;
-pub use particles::{Kind, Particles, Role, WALL};
+pub use particles::{FIRST_WALL_ID, Kind, Particles, Role};

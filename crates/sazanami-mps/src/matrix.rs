@@ -1,4 +1,4 @@
-//! The pressure equation as it is stored: coefficients by row, roles, and where rows lie.
+//! Storage of the pressure equation: coefficients by row, right side and diagonal.
 
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::{Real, Vector};
@@ -6,16 +6,16 @@ use sazanami_numerics::{Real, Vector};
 use crate::neighbours::{Bins, ROWS};
 use crate::particles::Role;
 
-/// Coefficients of some consecutive particles.
+/// Coefficients of the rows of one block of consecutive particles.
 #[derive(Clone, Debug)]
 pub(crate) struct Block {
     starts: [u32; ROWS + 1],
     pub columns: Vec<u32>,
     pub coefficients: Vec<f32>,
     close_starts: [u32; ROWS + 1],
-    /// Neighbours within 2.1 spacings.
+    /// Close neighbours, within 2.1 spacings.
     pub close: Vec<u32>,
-    /// Pairs whose coefficient was cut to zero.
+    /// Number of pairs whose negative coefficient was set to zero.
     pub cut: usize,
 }
 
@@ -28,7 +28,7 @@ impl Default for Block {
 }
 
 impl Block {
-    /// Notes that a row ends where its columns and its close neighbours end now.
+    /// Ends a row at these numbers of columns and of close neighbours.
     pub fn end_row(&mut self, row: usize, columns: usize, close: usize) {
         (self.starts[row + 1], self.close_starts[row + 1]) = (columns as u32, close as u32);
     }
@@ -47,29 +47,28 @@ impl Block {
     }
 }
 
-/// Terms of a row besides its coefficients.
+/// Diagonal and right side of a row.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Row {
-    /// Sum of the coefficients to particles of the equation, and to what is missing beyond the surface; 0 for a row
-    /// that is none.
+    /// Sum of the coefficients, the completion beyond the free surface included; 0 for particles that are not unknowns.
     pub diagonal: Real,
-    /// Right side.
+    /// Right side [Pa/m^2].
     pub right: Real,
-    /// Whether a neighbour's pressure is given.
+    /// Whether a neighbour has a prescribed pressure.
     pub beside_surface: bool,
-    /// Whether what is missing beyond the surface was held to a whole side.
-    pub held: bool,
+    /// Whether the completion beyond the surface was limited to the support of the row itself.
+    pub limited: bool,
 }
 
-/// Roles and places that a solve looks at.
+/// Roles, positions and bins of the particles of an equation.
 pub(crate) struct Layout<'a> {
     pub domain: &'a Domain,
     pub bins: &'a Bins,
-    /// Of every particle, ghosts included.
+    /// Role of every particle, ghosts included.
     pub roles: &'a [Role],
     /// Bin of each own particle.
     pub bin: &'a [u32],
-    /// Where each particle is [m].
+    /// Position of each particle [m].
     pub place: &'a [Vector],
     pub owned: usize,
 }

@@ -1,31 +1,31 @@
-//! What acts on the fluid from outside, for its budget of momentum.
+//! Momentum budget of the fluid.
 //!
-//! The fluid gains `M b dt` by the body force, `sum p A n dt` by the pressure on the walls it stands before, the walls'
-//! part of `sum m nu lap(u) dt` by their friction, and what keeps particles off them; drag and pressure of the grains stand
-//! in the report of the coupling. Forces between fluid particles should cancel. Pushes do. Viscosity does where the void
-//! fraction is even, those of the corrected gradient as far as it is consistent, and the pressure vanishes in the middle of
-//! the particles at the surface, half a spacing below where the water ends: what is left over, the residual of the budget,
-//! tells how well what the particles feel adds up to what walls and grains feel.
+//! In a step the fluid gains `M b dt` from the body force, `sum p A n dt` from the pressure on the walls, the wall part of
+//! `sum m nu lap(u) dt` from wall friction, and the impulses that keep particles off the walls; drag and pressure force of
+//! the grains are in the report of the coupling. Forces between fluid particles should cancel: repulsion does, viscosity
+//! does where the void fraction is uniform, the corrected gradient only as far as it is consistent, and the pressure
+//! vanishes at the centres of surface particles, half a spacing below the actual surface. The residual of the budget
+//! measures how well the forces on particles add up to those on walls and grains.
 
 use sazanami_numerics::Vector;
 
 use crate::boundary::Tank;
 
-/// Impulses on the fluid from outside in a step, or since the start [N s].
+/// External impulses on the fluid in a step, or since the start [N s].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FluidImpulses {
-    /// Of the body force.
+    /// Impulse of the body force.
     pub body_force: Vector,
-    /// Of the pressure on the walls.
+    /// Impulse of the walls by pressure.
     pub wall_pressure: Vector,
-    /// Of the walls' friction.
+    /// Impulse of the walls by friction.
     pub friction: Vector,
-    /// Of what keeps particles apart, which is of the walls: pushes, bounces, and putting back into the box.
+    /// Impulse of the walls by repulsion, collisions and clipping to the box.
     pub contact: Vector,
 }
 
-/// Area of a wall particle that fluid stands before, along the normal into the box [m^2]; zero for edges, corners and
-/// those behind. `start` is its place at the start, `lattice` the spacing of the walls in each direction [m].
+/// Area vector of a wall particle in the first layer, along the normal into the box [m^2]; zero for edges, corners and
+/// deeper layers. `start` is its initial position, `lattice` the spacing of the wall lattice in each direction [m].
 pub(crate) fn facet(tank: &Tank, lattice: Vector, start: Vector) -> Vector {
     let mut facet = Vector::ZERO;
     let mut outside = 0;
@@ -46,7 +46,7 @@ mod tests {
     use crate::boundary::{Side, WallFriction};
 
     #[test]
-    fn facets_cover_the_walls() {
+    fn wall_area_vectors_sum_to_the_area_of_the_walls() {
         let sides = [[Side::Wall; 2], [Side::Periodic; 2], [Side::Wall, Side::Open]];
         let tank = Tank::new(Vector::ZERO, Vector::new(8.0, 7.0, 5.0), sides, WallFriction::NoSlip);
         let lattice = tank.lattice(1.0).unwrap();

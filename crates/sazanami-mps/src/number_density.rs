@@ -1,104 +1,110 @@
-//! Sums over the neighbours of each particle: number density, its rate, viscosity, asymmetry.
+//! Number density, its rate of change and the other sums over the neighbours of each particle.
 //!
-//! Every particle counts with its bulk volume, that is with `1/eps`, so that in a bed and in clear water the same
-//! number density n0 is aimed at.
+//! A neighbour is weighted by its bulk volume, that is by the inverse void fraction `1/eps`, so that the reference
+//! number density n0 is the same in a bed and in clear water.
 
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::{Rows, for_each_chunk};
 
 use crate::boundary::WallFriction;
-use crate::free_surface::COMPANY_RADIUS;
+use crate::free_surface::CLOSE_RADIUS;
 use crate::matrix::Block;
 use crate::neighbours::{Neighbours, ROWS};
 use crate::particles::Kind;
 use crate::scheme::{Kernel, for_kernel};
-use crate::weight::{LaplacianForm, SAME, Wendland};
+use crate::weight::{COINCIDENT, LaplacianForm, Wendland};
 
-/// What the sums look at in a particle, in one line of the cache.
+/// The columns of a particle that sums over pairs read, packed into one cache line.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C, align(64))]
 pub(crate) struct Sample {
-    /// Place [m].
+    /// Position [m].
     position: Vector,
-    /// `1/eps`.
-    bulk: Real,
-    /// Velocity that counts for the change of volume [m/s].
+    /// Inverse void fraction `1/eps`.
+    inverse_void: Real,
+    /// Velocity [m/s].
     velocity: Vector,
-    /// Rate of `1/eps` along the particle [1/s].
-    bulk_rate: Real,
+    /// Material rate of change of `1/eps` [1/s].
+    inverse_void_rate: Real,
 }
 
 impl Sample {
-    /// What a neighbour `apart` from here [m] adds to the rate of compression, not yet divided by
+    /// Contribution of a neighbour at distance vector `apart` [m] to the rate of compression, before division by
     /// [`Calibration::strain`](crate::weight::Calibration).
     #[inline(always)]
     fn compression_by(&self, other: &Self, apart: Vector, weight: Real, slope_over_distance: Real) -> Real {
         let stretch = (other.velocity - self.velocity).dot(apart);
-        slope_over_distance * stretch * other.bulk + weight * other.bulk_rate
+        slope_over_distance * stretch * other.inverse_void + weight * other.inverse_void_rate
     }
 }
 
-/// Gathers what the sums look at, ghosts included.
+/// Packs the columns, ghosts included.
 pub(crate) fn sample(
     position: &[Vector],
     velocity: &[Vector],
-    bulk: &[Real],
-    bulk_rate: &[Real],
+    inverse_void: &[Real],
+    inverse_void_rate: &[Real],
     into: &mut Vec<Sample>,
 ) {
     into.resize(position.len(), Sample::default());
     for_each_chunk(&mut into[..], ROWS, |number, into| {
         for (row, sample) in into.iter_mut().enumerate() {
             let a = number * ROWS + row;
-            *sample = Sample { position: position[a], bulk: bulk[a], velocity: velocity[a], bulk_rate: bulk_rate[a] };
+            *sample = Sample {
+                position: position[a],
+                inverse_void: inverse_void[a],
+                velocity: velocity[a],
+                inverse_void_rate: inverse_void_rate[a],
+            };
         }
     });
 }
 
-/// Sums at the start of a step.
+/// Sums of a particle at the start of a step.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Crowding {
+pub(crate) struct NumberDensity {
     /// Number density.
     pub density: Real,
-    /// Rate of compression R, about `-div u - eps'/eps` [1/s].
+    /// Rate of compression R, an approximation of `-div u - (deps/dt)/eps` [1/s].
     pub rate: Real,
     /// Laplacian of the velocity [1/(m s)].
     pub laplacian: Vector,
-    /// Part of it that comes from walls [1/(m s)].
+    /// Contribution of wall particles to the Laplacian [1/(m s)].
     pub from_walls: Vector,
 }
 
-/// Number density, rate and viscosity of each own particle; `seen` is the velocity that viscosity sees.
-pub(crate) fn crowding(
+/// Number density, its rate and the Laplacian of `viscous_velocity` (see [`crate::operators::mirrored_velocities`]) at
+/// each own particle.
+pub(crate) fn at_start(
     kernel: &Kernel,
     neighbours: &Neighbours,
     kind: &[Kind],
     samples: &[Sample],
-    seen: &[Vector],
+    viscous_velocity: &[Vector],
     friction: WallFriction,
-    into: &mut [Crowding],
+    into: &mut [NumberDensity],
 ) {
-    for_kernel!(kernel, crowding_with(kernel, neighbours, kind, samples, seen, friction, into));
+    for_kernel!(kernel, at_start_with(kernel, neighbours, kind, samples, viscous_velocity, friction, into));
 }
 
-fn crowding_with<const C4: bool, const CLASSICAL: bool>(
+fn at_start_with<const C4: bool, const CLASSICAL: bool>(
     kernel: &Kernel,
     neighbours: &Neighbours,
     kind: &[Kind],
     samples: &[Sample],
-    seen: &[Vector],
+    viscous_velocity: &[Vector],
     friction: WallFriction,
-    into: &mut [Crowding],
+    into: &mut [NumberDensity],
 ) {
     let sums = &kernel.sums;
     neighbours.set(into, |a, near| {
         let (weight, form) = kernel.pair::<C4, CLASSICAL>();
         let square = weight.radius * weight.radius;
-        let (mine, s) = (samples[a], seen[a]);
-        // Walls do not feel viscosity.
+        let (mine, s) = (samples[a], viscous_velocity[a]);
+        // Only fluid feels viscosity.
         let viscous = kind[a] == Kind::Fluid;
-        let mut density = mine.bulk;
-        let mut rate = mine.bulk_rate;
+        let mut density = mine.inverse_void;
+        let mut rate = mine.inverse_void_rate;
         let (mut laplacian, mut from_walls) = (Vector::ZERO, Vector::ZERO);
         for &b in near {
             let b = b as usize;
@@ -110,10 +116,10 @@ fn crowding_with<const C4: bool, const CLASSICAL: bool>(
             }
             let r = r2.sqrt();
             let w = weight.value(r);
-            density += w * other.bulk;
+            density += w * other.inverse_void;
             rate += mine.compression_by(other, apart, w, weight.slope_over_distance(r));
             if viscous && (friction == WallFriction::NoSlip || kind[b] == Kind::Fluid) {
-                let pull = form.coefficient(&weight, r).0 * other.bulk * (seen[b] - s);
+                let pull = form.coefficient(&weight, r).0 * other.inverse_void * (viscous_velocity[b] - s);
                 laplacian += pull;
                 if kind[b] != Kind::Fluid {
                     from_walls += pull;
@@ -121,12 +127,12 @@ fn crowding_with<const C4: bool, const CLASSICAL: bool>(
             }
         }
         let (laplacian, from_walls) = (laplacian / sums.laplacian, from_walls / sums.laplacian);
-        Crowding { density, rate: rate / sums.strain, laplacian, from_walls }
+        NumberDensity { density, rate: rate / sums.strain, laplacian, from_walls }
     });
 }
 
-/// Rate of compression of wall particle `a` by those among its neighbours `near` that `count` [1/s]; other wall particles,
-/// listed or not, move with it and add nothing.
+/// Rate of compression at wall particle `a` by those of its neighbours `near` for which `counts` holds [1/s]; other wall
+/// particles move with it and contribute nothing.
 pub(crate) fn rate_by(
     kernel: &Kernel,
     samples: &[Sample],
@@ -135,7 +141,7 @@ pub(crate) fn rate_by(
     counts: impl Fn(usize) -> bool,
 ) -> Real {
     let mine = &samples[a];
-    let mut rate = mine.bulk_rate;
+    let mut rate = mine.inverse_void_rate;
     for b in near.iter().map(|&b| b as usize).filter(|&b| counts(b)) {
         let apart = samples[b].position - mine.position;
         let r = apart.length();
@@ -145,27 +151,28 @@ pub(crate) fn rate_by(
     rate / kernel.sums.strain
 }
 
-/// Sums at the predicted places.
+/// Sums of a particle at its predicted position.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Prediction {
     /// Number density.
     pub density: Real,
     /// Rate of compression [1/s].
     pub rate: Real,
-    /// Sum of weights times directions.
+    /// Sum of weights times unit vectors to the neighbours.
     pub asymmetry: Vector,
-    /// Sum of the pressure equation's coefficients times distances [1/m]: zero where neighbours are complete.
-    pub lean: Vector,
-    /// Fluid neighbours within 2.1 spacings.
-    pub company: u32,
-    /// Fluid neighbours.
-    pub wet: u32,
+    /// First-moment deficit: sum of the pressure coefficients times distance vectors [1/m]; zero with complete support.
+    pub moment_deficit: Vector,
+    /// Number of fluid neighbours within 2.1 spacings.
+    pub neighbour_count: u32,
+    /// Number of fluid neighbours within the radius of influence.
+    pub fluid_neighbours: u32,
 }
 
-/// Sums of each own particle at its predicted place, and its coefficients in the pressure equation.
+/// Sums of each own particle at its predicted position, and its coefficients in the pressure equation.
 ///
-/// Those are `f_ij beta_ij/(eps_i eps_j N2)` with the mean `beta_ij` of `eps + mobile`: the operator
-/// `div((eps + mobile) grad p)/eps` for fluid in the voids and grains that give way.
+/// These are `f_ij beta_ij/(eps_i eps_j N2)` with the pair's mean `beta_ij` of the `mobility`
+/// `eps + (1 - eps) rho/rho_s`: the operator `div(mobility grad p)/eps` for fluid in the voids of grains that are
+/// accelerated by the same pressure gradient.
 #[allow(clippy::too_many_arguments, reason = "columns in, columns out")]
 pub(crate) fn prediction(
     kernel: &Kernel,
@@ -173,11 +180,11 @@ pub(crate) fn prediction(
     neighbours: &Neighbours,
     kind: &[Kind],
     samples: &[Sample],
-    conductance: &[Real],
+    mobility: &[Real],
     blocks: &mut [Block],
     into: &mut [Prediction],
 ) {
-    for_kernel!(kernel, prediction_with(kernel, spacing, neighbours, kind, samples, conductance, blocks, into));
+    for_kernel!(kernel, prediction_with(kernel, spacing, neighbours, kind, samples, mobility, blocks, into));
 }
 
 #[allow(clippy::too_many_arguments, reason = "columns in, columns out")]
@@ -187,12 +194,12 @@ fn prediction_with<const C4: bool, const CLASSICAL: bool>(
     neighbours: &Neighbours,
     kind: &[Kind],
     samples: &[Sample],
-    conductance: &[Real],
+    mobility: &[Real],
     blocks: &mut [Block],
     into: &mut [Prediction],
 ) {
     let sums = &kernel.sums;
-    let close = (COMPANY_RADIUS * spacing) * (COMPANY_RADIUS * spacing);
+    let close = (CLOSE_RADIUS * spacing) * (CLOSE_RADIUS * spacing);
     let half = 0.5 / sums.laplacian;
     for_each_chunk((blocks, Rows { data: into, width: ROWS }), 1, |number, (block, into)| {
         let (weight, form) = kernel.pair::<C4, CLASSICAL>();
@@ -200,7 +207,7 @@ fn prediction_with<const C4: bool, const CLASSICAL: bool>(
         let (close, half) = (close, half);
         let block = &mut block[0];
         let lists = &neighbours.blocks()[number];
-        // No shorter than the lists, and no longer than they ever were.
+        // At least as long as the lists; never shortened, so that nothing is allocated again.
         for column in [&mut block.columns, &mut block.close] {
             column.resize(column.len().max(lists.len()), 0);
         }
@@ -211,8 +218,9 @@ fn prediction_with<const C4: bool, const CLASSICAL: bool>(
             let near = lists.of(row);
             let a = number * ROWS + row;
             if !near.is_empty() {
-                let (mine, conductance_a) = (samples[a], conductance[a]);
-                let mut sum = Prediction { density: mine.bulk, rate: mine.bulk_rate, ..Prediction::default() };
+                let (mine, mobility_a) = (samples[a], mobility[a]);
+                let mut sum =
+                    Prediction { density: mine.inverse_void, rate: mine.inverse_void_rate, ..Prediction::default() };
                 for &column in near {
                     let b = column as usize;
                     let other = &samples[b];
@@ -223,17 +231,17 @@ fn prediction_with<const C4: bool, const CLASSICAL: bool>(
                     }
                     let r = r2.sqrt();
                     let value = weight.value(r);
-                    let w = value * other.bulk;
+                    let w = value * other.inverse_void;
                     sum.density += w;
                     sum.rate += mine.compression_by(other, apart, value, weight.slope_over_distance(r));
-                    sum.asymmetry += (w / r.max(SAME)) * apart;
+                    sum.asymmetry += (w / r.max(COINCIDENT)) * apart;
                     let (f, cut) = form.coefficient(&weight, r);
-                    let c = f * half * (conductance_a + conductance[b]) * (mine.bulk * other.bulk);
-                    sum.lean += c * apart;
+                    let c = f * half * (mobility_a + mobility[b]) * (mine.inverse_void * other.inverse_void);
+                    sum.moment_deficit += c * apart;
                     let part = kind[b] != Kind::Dummy;
                     let fluid = kind[b] == Kind::Fluid;
-                    sum.wet += u32::from(fluid);
-                    sum.company += u32::from(fluid & (r2 < close));
+                    sum.fluid_neighbours += u32::from(fluid);
+                    sum.neighbour_count += u32::from(fluid & (r2 < close));
                     cuts += usize::from(cut & part);
                     block.columns[end] = column;
                     block.coefficients[end] = c as f32;

@@ -1,4 +1,4 @@
-//! Gradient of the pressure, and velocities mirrored at walls.
+//! Corrected gradient of the pressure, and velocities mirrored at no-slip walls.
 
 use sazanami_numerics::{Matrix, Real, Vector};
 use sazanami_parallel::for_each_chunk;
@@ -8,10 +8,10 @@ use crate::matrix::Block;
 use crate::neighbours::{Bins, ROWS};
 use crate::particles::{Kind, Particles, Role};
 use crate::scheme::{GradientForm, Kernel};
-use crate::weight::SAME;
+use crate::weight::COINCIDENT;
 
-/// Determinant over that of full support below which the gradient is not corrected: the condition number is then no more
-/// than 78, the largest of three numbers whose sum is 3 and whose product is this.
+/// Determinant of the moment matrix over that of full support below which the gradient is not corrected. It bounds the
+/// condition number by 78: the largest ratio of three eigenvalues of sum 3 and of this product.
 const SINGULAR: Real = 0.05;
 
 /// Symmetric 3 x 3 matrix: 11, 22, 33, 12, 13, 23.
@@ -26,27 +26,27 @@ fn full(m: &Symmetric) -> Matrix {
     Matrix::from_cols(Vector::new(m[0], m[3], m[4]), Vector::new(m[3], m[1], m[5]), Vector::new(m[4], m[5], m[2]))
 }
 
-/// `M^-1`, if `M` is far enough from singular; `support` is the sum of the weights.
+/// Inverse of the moment matrix unless it is nearly singular; `support` is the sum of the weights.
 fn inverse(m: &Symmetric, support: Real) -> Option<Matrix> {
     let matrix = full(m);
     let determinant = matrix.determinant();
-    // Not larger: without any support both are zero.
+    // Strictly larger: without support both sides are zero.
     (determinant > SINGULAR * (support / 3.0).powi(3)).then(|| matrix.inverse())
 }
 
-/// What the gradient is taken of.
+/// Fields from which the pressure gradient is computed, ghosts included.
 pub(crate) struct PressureField<'a> {
     pub pressure: &'a [Real],
     pub position: &'a [Vector],
-    pub bulk: &'a [Real],
+    pub inverse_void: &'a [Real],
     pub roles: &'a [Role],
     pub kind: &'a [Kind],
-    /// Density times the part of the body force that the reduced pressure is without [N/m^3].
+    /// Density times the part of the body force whose hydrostatic pressure is split off [N/m^3].
     pub weight_of_fluid: Vector,
 }
 
-/// Gradient of the reduced pressure at each own fluid particle, and which are not corrected. Who flies on its own has
-/// none of the whole pressure.
+/// Gradient of the reduced pressure at each own fluid particle, and whether it was left uncorrected. The total pressure
+/// gradient at isolated particles is zero.
 pub(crate) fn gradient(
     kernel: &Kernel,
     blocks: &mut [Block],
@@ -54,7 +54,7 @@ pub(crate) fn gradient(
     into: &mut [Vector],
     plain: &mut [bool],
 ) {
-    let PressureField { pressure, position, bulk, roles, kind, weight_of_fluid } = *field;
+    let PressureField { pressure, position, inverse_void, roles, kind, weight_of_fluid } = *field;
     let Kernel { scheme, weight, sums } = kernel;
     let owned = into.len();
     let into = &mut into[..];
@@ -66,20 +66,20 @@ pub(crate) fn gradient(
             if a >= owned || kind[a] != Kind::Fluid {
                 continue;
             }
-            if roles[a] == Role::Outside {
+            if roles[a] == Role::Inactive {
                 *gradient = -weight_of_fluid;
                 continue;
             }
             let (mut matrix, mut sum, mut support) = ([0.0; 6], Vector::ZERO, 0.0);
             for &b in block.row(row).0 {
                 let b = b as usize;
-                if roles[b] == Role::Outside {
+                if roles[b] == Role::Inactive {
                     continue;
                 }
                 let apart = position[b] - position[a];
                 let r2 = apart.length_squared();
-                let w = weight.value(r2.sqrt()) * bulk[b];
-                let share = w / r2.max(SAME);
+                let w = weight.value(r2.sqrt()) * inverse_void[b];
+                let share = w / r2.max(COINCIDENT);
                 support += w;
                 add(&mut matrix, share, apart);
                 sum += (share * (pressure[b] - pressure[a])) * apart;
@@ -91,7 +91,7 @@ pub(crate) fn gradient(
             *gradient = match corrected {
                 Some(inverse) => inverse * sum,
                 None => {
-                    // Support is too thin to be corrected: differences of the whole pressure.
+                    // Too little support for the correction: plain gradient of the total pressure.
                     *plain = true;
                     let whole = sum + full(&matrix) * weight_of_fluid;
                     whole * (3.0 / sums.others) - weight_of_fluid
@@ -101,8 +101,9 @@ pub(crate) fn gradient(
     });
 }
 
-/// Velocities that viscosity sees: that of a particle itself, and behind a wall twice the wall's less that of the
-/// mirrored point, from a linear fit of the fluid around it. Only those that are `wet` are looked at by fluid.
+/// Velocities that enter the viscous term: the own velocity of fluid particles, and at wall particles twice the wall
+/// velocity minus the fluid velocity at the mirrored point, from a linear least-squares fit. Only wall particles for
+/// which `wet` holds are evaluated.
 pub(crate) fn mirrored_velocities(
     kernel: &Kernel,
     tank: &Tank,
@@ -118,7 +119,7 @@ pub(crate) fn mirrored_velocities(
     let square = weight.radius * weight.radius;
     let owned = particles.owned;
     for_each_chunk(&mut into[..owned], ROWS, |number, into| {
-        for (row, seen) in into.iter_mut().enumerate() {
+        for (row, viscous_velocity) in into.iter_mut().enumerate() {
             let a = number * ROWS + row;
             if kind[a] == Kind::Fluid || !wet(a) {
                 continue;
@@ -132,7 +133,7 @@ pub(crate) fn mirrored_velocities(
             if !touched {
                 continue;
             }
-            // Least squares of u + G (x - at): sums of 1, x, x x and of u, u x with the weight.
+            // Weighted least squares of u + G (x - at): moments 1, x, x x and u, u x.
             let (mut w0, mut w1, mut w2) = (0.0, Vector::ZERO, [0.0; 6]);
             let (mut u0, mut u1) = (Vector::ZERO, [Vector::ZERO; 3]);
             bins.for_each_range(at, weight.radius, |range| {
@@ -149,8 +150,8 @@ pub(crate) fn mirrored_velocities(
                     }
                 }
             });
-            *seen = if w0 > 0.0 {
-                // Eliminating the slope leaves the value; without a slope it is the mean.
+            *viscous_velocity = if w0 > 0.0 {
+                // The slope is eliminated; where it is undetermined the fit is the mean.
                 let scale = w0 * weight.radius * weight.radius;
                 let matrix = full(&w2);
                 let value = if matrix.determinant() > 1e-6 * scale.powi(3) {
@@ -174,7 +175,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn thin_support_is_recognised() {
+    fn singular_moment_matrices_are_not_inverted() {
         let mut plane = [0.0; 6];
         for d in [Vector::X, Vector::Y, Vector::new(0.6, 0.8, 0.0)] {
             add(&mut plane, 1.0, d);

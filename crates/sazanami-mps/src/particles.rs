@@ -4,18 +4,18 @@ use bytemuck::{Pod, Zeroable};
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
-/// Identifiers from here on are those of wall and dummy particles.
-pub const WALL: u64 = 1 << 62;
+/// Identifiers of wall and dummy particles start here; smaller ones are fluid.
+pub const FIRST_WALL_ID: u64 = 1 << 62;
 
 /// What a particle is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Kind {
-    /// Moves with the flow.
+    /// Fluid particle, moves with the flow.
     #[default]
     Fluid,
-    /// First layer of a wall: stands still and has a pressure of its own.
+    /// First layer of a wall: moves with the wall and carries a pressure of its own.
     Wall,
-    /// Deeper layer of a wall: completes sums, has no pressure.
+    /// Deeper layers of a wall: complete the kernel support, carry no pressure.
     Dummy,
 }
 
@@ -33,16 +33,16 @@ impl Kind {
     }
 }
 
-/// What a particle is in the pressure equation.
+/// Role of a particle in the pressure equation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Role {
-    /// No part of it: dummies, splashes, walls without water.
+    /// Not part of the equation: dummy particles, isolated particles, dry walls.
     #[default]
-    Outside,
-    /// Its pressure is given: surface.
-    Given,
-    /// Its pressure is sought.
+    Inactive,
+    /// Prescribed pressure: free surface.
+    Dirichlet,
+    /// Pressure solved for.
     Unknown,
 }
 
@@ -53,9 +53,9 @@ impl Role {
 
     pub(crate) fn from_number(number: u8) -> Self {
         match number {
-            1 => Self::Given,
+            1 => Self::Dirichlet,
             2 => Self::Unknown,
-            _ => Self::Outside,
+            _ => Self::Inactive,
         }
     }
 }
@@ -109,7 +109,7 @@ impl ParticleRecord {
 
     pub fn new(id: u64, kind: Kind, position: Vector, velocity: Vector) -> Self {
         let (position, velocity) = (position.to_array(), velocity.to_array());
-        // Until the first step tells better, fluid is not a splash.
+        // Until the first step classifies them, fluid particles are not isolated.
         let flags = kind.number() | (u64::from(Role::Unknown.number()) << 8);
         Self { id, flags, position, velocity, ..Self::default() }
     }

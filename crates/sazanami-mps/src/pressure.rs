@@ -1,11 +1,9 @@
-//! The pressure equation, `sum_j c_ij (p_j - p_i) = -(rho/dt) (source)`, and its solution.
+//! The pressure equation `sum_j c_ij (p_j - p_i) = -(rho/dt) source` and its solution.
 //!
-//! `c_ij = f_ij (1/eps_i + 1/eps_j) / (2 N2)`, with the Laplacian's weight `f`: the operator
-//! `div(eps grad p)/eps` (with more where grains give way), symmetric to the last bit because both ends of a pair
-//! evaluate the same expression.
-//! Coefficients are stored in single precision, sums are in double. Conjugate gradients, preconditioned by the
-//! diagonal plus a correction on a coarse grid, which is all it takes: neighbours are so many that the diagonal
-//! alone rules everything shorter than the radius of influence.
+//! The coefficients `c_ij` (see [`crate::number_density`]) are the operator `div(mobility grad p)/eps`, symmetric to the
+//! last bit because both particles of a pair evaluate the same expression. They are stored in single precision and summed
+//! in double. Solved by conjugate gradients, preconditioned by the diagonal, which damps everything shorter than the
+//! radius of influence, plus a correction on a coarse grid.
 
 use sazanami_numerics::domain::FailedElsewhere;
 use sazanami_numerics::{Real, Vector};
@@ -18,12 +16,12 @@ use crate::neighbours::ROWS;
 use crate::particles::{Kind, Role};
 use crate::reductions::sum_of;
 
-/// When a solution is good enough, and how the solver gets there.
+/// Stopping criterion of the pressure solver.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerance {
-    /// Largest residual as a volume strain in a step.
+    /// Largest residual, as a volume strain per step.
     pub strain: Real,
-    /// Most iterations.
+    /// Iterations after which the solver gives up.
     pub most_iterations: usize,
 }
 
@@ -33,32 +31,32 @@ impl Default for Tolerance {
     }
 }
 
-/// What a solve did.
+/// Outcome of a solve.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PressureReport {
-    /// Iterations.
+    /// Number of iterations.
     pub iterations: usize,
-    /// Largest residual as a volume strain in the step, from the solution itself.
+    /// Largest true residual, as a volume strain in the step.
     pub residual: Real,
     /// Number of unknowns.
     pub unknowns: usize,
-    /// Number of given pressures.
+    /// Number of particles with prescribed pressure.
     pub given: usize,
-    /// Mean of the right side that had to be taken out where no pressure is given, as a strain in the step.
+    /// Mean of the right side, removed where no pressure is prescribed, as a strain in the step.
     pub removed_mean: Real,
-    /// Pairs whose coefficient was cut to zero.
+    /// Pairs whose negative coefficient was set to zero.
     pub cut_coefficients: usize,
-    /// Rows whose missing part beyond the surface was held to a whole side.
-    pub held_rows: usize,
+    /// Rows whose completion beyond the surface was limited.
+    pub limited_rows: usize,
 }
 
 /// The pressure equation was not solved.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum PressureError {
-    /// The residual does not fall any more, or not fast enough.
+    /// The residual stagnates, or falls too slowly.
     #[error(
-        "the pressure was not found: after {iterations} iterations a strain of {residual:.3e} a step is left, \
-         asked for {tolerance:.1e}"
+        "the pressure equation was not solved: residual {residual:.3e} (volume strain per step) after {iterations} \
+         iterations, tolerance {tolerance:.1e}"
     )]
     NotConverged {
         /// Iterations done.
@@ -68,8 +66,8 @@ pub enum PressureError {
         /// Residual asked for.
         tolerance: Real,
     },
-    /// A number that is not finite came up.
-    #[error("the pressure became a number that is not finite after {iterations} iterations")]
+    /// NaN or infinity in the iteration.
+    #[error("the pressure is not finite after {iterations} iterations")]
     NotFinite {
         /// Iterations done.
         iterations: usize,
@@ -79,7 +77,7 @@ pub enum PressureError {
     Elsewhere(#[from] FailedElsewhere),
 }
 
-/// The equation of the present step and all that its solution needs.
+/// The equation of the present step, with the work vectors of its solution.
 #[derive(Debug, Default)]
 pub(crate) struct PressureEquation {
     pub blocks: Vec<Block>,
@@ -92,15 +90,15 @@ pub(crate) struct PressureEquation {
 }
 
 impl PressureEquation {
-    /// Room for the rows of `owned` particles.
+    /// Allocates the rows of `owned` particles and clears them.
     pub fn resize(&mut self, owned: usize) {
         self.blocks.resize_with(owned.div_ceil(ROWS), Block::default);
         self.rows.clear();
         self.rows.resize(self.blocks.len() * ROWS, Row::default());
     }
 
-    /// Sums up the diagonal and finds the rows beside the surface.
-    pub fn close(&mut self, roles: &[Role], owned: usize) {
+    /// Sets the diagonal, and marks the rows beside the free surface.
+    pub fn set_diagonal(&mut self, roles: &[Role], owned: usize) {
         let rows = Rows { data: &mut self.rows[..], width: ROWS };
         for_each_chunk((&mut self.blocks[..], rows), 1, |number, (block, rows)| {
             for (row, entry) in rows.data.iter_mut().enumerate() {
@@ -112,57 +110,57 @@ impl PressureEquation {
                 let (columns, coefficients) = block[0].row(row);
                 for (&b, &c) in columns.iter().zip(coefficients) {
                     let role = roles[b as usize];
-                    if role != Role::Outside {
+                    if role != Role::Inactive {
                         entry.diagonal += Real::from(c);
                     }
-                    entry.beside_surface |= role == Role::Given;
+                    entry.beside_surface |= role == Role::Dirichlet;
                 }
             }
         });
     }
 
-    /// Gives rows beside the surface the neighbours that they lack beyond it. `lean` is the sum of a row's coefficients
-    /// times the ways to its neighbours, where it is to be completed; `pressure` holds what is given.
+    /// Completes the truncated support of rows beside the free surface. `moment_deficit` is the first moment of a row's
+    /// coefficients, `None` where nothing is to be completed; `pressure` holds the prescribed values.
     ///
-    /// A sum over the neighbours that are there takes a pressure that rises into the water for a curved one: it is too
-    /// large by the gradient times `lean`. The missing part is put where the neighbours with a given pressure lie on
-    /// the mean, with the coefficient that makes a pressure exact which is linear in that direction. It only adds to the
-    /// diagonal, so that the equation stays symmetric.
-    pub fn complete(
+    /// With truncated support the Laplacian of a linear pressure is not zero but the gradient times the first-moment
+    /// deficit. A virtual neighbour at the mean position of the surface neighbours, with their mean pressure and the
+    /// coefficient that makes the sum exact for a pressure linear in that direction, removes it. It only adds to the
+    /// diagonal and the right side, so that the equation stays symmetric.
+    pub fn complete_support(
         &mut self,
         roles: &[Role],
         place: &[Vector],
         pressure: &[Real],
-        lean: impl Fn(usize) -> Option<Vector> + Sync,
+        moment_deficit: impl Fn(usize) -> Option<Vector> + Sync,
     ) {
         let blocks = &self.blocks[..];
         for_each_chunk(&mut self.rows[..], ROWS, |number, rows| {
             for (n, row) in rows.iter_mut().enumerate().filter(|(_, row)| row.beside_surface) {
                 let a = number * ROWS + n;
-                let Some(lean) = lean(a) else { continue };
+                let Some(moment_deficit) = moment_deficit(a) else { continue };
                 let (columns, coefficients) = blocks[number].row(n);
-                let (mut lean, mut way, mut given, mut weights) = (lean, Vector::ZERO, 0.0, 0.0);
+                let (mut moment_deficit, mut way, mut given, mut weights) = (moment_deficit, Vector::ZERO, 0.0, 0.0);
                 for (&b, &c) in columns.iter().zip(coefficients) {
                     let (b, c) = (b as usize, Real::from(c));
                     match roles[b] {
-                        Role::Given => {
+                        Role::Dirichlet => {
                             way += c * (place[b] - place[a]);
                             given += c * pressure[b];
                             weights += c;
                         }
-                        // The row leaves these out: they support nothing.
-                        Role::Outside => lean -= c * (place[b] - place[a]),
+                        // Inactive neighbours are not part of the row.
+                        Role::Inactive => moment_deficit -= c * (place[b] - place[a]),
                         Role::Unknown => {}
                     }
                 }
-                // Coefficients to neighbours that are very near or far are zero.
+                // Coefficients of very close and very distant pairs are zero.
                 if weights <= 0.0 || way == Vector::ZERO {
                     continue;
                 }
                 let (way, given) = (way / weights, given / weights);
-                // No more than a whole side: those with a given pressure may lie on both.
-                let asked = -lean.dot(way) / way.length_squared();
-                row.held = asked > row.diagonal;
+                // At most the present diagonal: surface neighbours may lie on both sides.
+                let asked = -moment_deficit.dot(way) / way.length_squared();
+                row.limited = asked > row.diagonal;
                 let missing = asked.min(row.diagonal);
                 if missing > 0.0 {
                     row.diagonal += missing;
@@ -175,15 +173,15 @@ impl PressureEquation {
     /// Own pairs whose coefficient was cut to zero, and own rows that were held.
     pub fn limited(&self) -> [usize; 2] {
         let cut = self.blocks.iter().map(|block| block.cut).sum();
-        [cut, self.rows.iter().filter(|row| row.held).count()]
+        [cut, self.rows.iter().filter(|row| row.limited).count()]
     }
 
-    /// Lets go of the water before walls that are `bare` of it: where such a wall particle has a lower pressure than
-    /// the water around it, it takes theirs, as air would come between. A film that runs up a wall would be drawn into
-    /// it otherwise, and driven along. Tells how many own wall particles let go.
-    pub fn release_walls(
+    /// Tensile cut-off at `dry` walls: a wall particle with little fluid in front of it whose pressure is below the mean of
+    /// its fluid neighbours takes that mean, as air would enter. A film running up a wall would be drawn into it
+    /// otherwise. Returns the number of own wall particles affected.
+    pub fn cut_tension_at_dry_walls(
         &self,
-        bare: impl Fn(usize) -> bool + Sync,
+        dry: impl Fn(usize) -> bool + Sync,
         kind: &[Kind],
         roles: &[Role],
         pressure: &mut [Real],
@@ -192,15 +190,15 @@ impl PressureEquation {
         for (number, block) in self.blocks.iter().enumerate() {
             for row in 0..ROWS {
                 let a = number * ROWS + row;
-                if self.rows[a].diagonal <= 0.0 || !bare(a) {
+                if self.rows[a].diagonal <= 0.0 || !dry(a) {
                     continue;
                 }
                 let (columns, coefficients) = block.row(row);
                 let (mut sum, mut weights) = (0.0, 0.0);
                 for (&b, &c) in columns.iter().zip(coefficients) {
                     let b = b as usize;
-                    // Only walls change here: what is read stays as it was solved for.
-                    if kind[b] == Kind::Fluid && roles[b] != Role::Outside {
+                    // Only wall pressures change here: the values read are those of the solution.
+                    if kind[b] == Kind::Fluid && roles[b] != Role::Inactive {
                         sum += Real::from(c) * pressure[b];
                         weights += Real::from(c);
                     }
@@ -214,8 +212,8 @@ impl PressureEquation {
         released
     }
 
-    /// Solves for `pressure`, which holds given values and the first guess, ghosts included.
-    /// `strain` turns a residual into a volume strain in the step.
+    /// Solves for `pressure`, which holds prescribed values and the initial guess, ghosts included.
+    /// `strain` converts a residual into a volume strain in the step.
     pub fn solve(
         &mut self,
         layout: &Layout<'_>,
@@ -227,7 +225,7 @@ impl PressureEquation {
         let Layout { domain, roles, owned, .. } = *layout;
         let Self { blocks, rows, coarse, residual, step, direction, product } = self;
         let count = |role: Role| roles[..owned].iter().filter(|r| **r == role).count() as Real;
-        let [unknowns, given] = domain.sum([count(Role::Unknown), count(Role::Given)]);
+        let [unknowns, given] = domain.sum([count(Role::Unknown), count(Role::Dirichlet)]);
         let mut report =
             PressureReport { unknowns: unknowns as usize, given: given as usize, ..PressureReport::default() };
         if unknowns == 0.0 {
@@ -244,7 +242,7 @@ impl PressureEquation {
 
         let singular = given == 0.0;
         if singular {
-            // Constants may be added: the right side must be orthogonal to them.
+            // Singular system: the right side must be orthogonal to the constants.
             let [sum] = domain.sum(sum_of(blocks.len() * ROWS, |a| if a < owned { [rows[a].right] } else { [0.0] }));
             let mean = sum / unknowns;
             report.removed_mean = mean * strain;
@@ -269,7 +267,7 @@ impl PressureEquation {
             coarse.correct(layout, residual, step);
             add_diagonal(rows, residual, step);
             if singular {
-                take_out_mean(layout, step, unknowns);
+                subtract_mean(layout, step, unknowns);
             }
             let [descent] = domain.sum(sum_of(blocks.len() * ROWS, |a| [residual[a] * step[a]]));
             let beta = before.map_or(0.0, |before| descent / before);
@@ -277,19 +275,19 @@ impl PressureEquation {
             for_each_chunk((&mut direction[..padded], &mut step[..]), ROWS, |_, (p, z)| {
                 p.iter_mut().zip(z).for_each(|(p, z)| *p = *z + beta * *p);
             });
-            // The columns behind the own particles are ghosts: padding of the last block is theirs.
+            // Entries behind the own particles are ghosts, also those that pad the last block.
             direction[owned..padded.min(roles.len())].fill(0.0);
             exchange.refresh(domain, &mut direction[..roles.len()]);
             multiply(layout, blocks, rows, direction, product);
-            let [bend] = domain
+            let [curvature] = domain
                 .sum(sum_of(blocks.len() * ROWS, |a| if a < owned { [direction[a] * product[a]] } else { [0.0] }));
-            if !(descent.is_finite() && bend.is_finite()) {
+            if !(descent.is_finite() && curvature.is_finite()) {
                 return Err(PressureError::NotFinite { iterations });
             }
-            if descent <= 0.0 || bend <= 0.0 {
+            if descent <= 0.0 || curvature <= 0.0 {
                 return Err(PressureError::NotConverged { iterations, residual: largest, tolerance: tolerance.strain });
             }
-            let alpha = descent / bend;
+            let alpha = descent / curvature;
             let own = &direction[..owned];
             for_each_chunk(&mut pressure[..owned], ROWS, |number, p| {
                 p.iter_mut().zip(&own[number * ROWS..]).for_each(|(p, d)| *p += alpha * d);
@@ -303,7 +301,7 @@ impl PressureEquation {
             });
             largest = domain.max(size) * strain;
             if largest <= tolerance.strain {
-                // What counts is the residual of the solution itself.
+                // Converged by recurrence: restart from the true residual.
                 exchange.refresh(domain, pressure);
                 let size = evaluate(layout, blocks, rows, pressure, residual);
                 largest = domain.max(size) * strain;
@@ -332,7 +330,7 @@ fn evaluate(layout: &Layout<'_>, blocks: &mut [Block], rows: &[Row], p: &[Real],
     max_over(blocks.len(), |n| r[n * ROWS..(n + 1) * ROWS].iter().fold(0.0, |m: Real, r| larger(m, r.abs())))
 }
 
-/// The larger of two; not a number if one is not.
+/// The larger of two numbers; NaN if `b` is NaN.
 fn larger(a: Real, b: Real) -> Real {
     if b.is_nan() || a < b { b } else { a }
 }
@@ -352,7 +350,7 @@ fn multiply(layout: &Layout<'_>, blocks: &mut [Block], rows: &[Row], d: &[Real],
     });
 }
 
-/// `sum c_b d_b`, in four strands.
+/// `sum c_b d_b`, in four partial sums.
 #[inline(always)]
 fn gathered(columns: &[u32], coefficients: &[f32], d: &[Real]) -> Real {
     let mut sums = [0.0; 4];
@@ -379,8 +377,8 @@ fn add_diagonal(rows: &[Row], r: &[Real], z: &mut [Real]) {
     });
 }
 
-/// Takes the mean of the unknown's entries out of them.
-fn take_out_mean(layout: &Layout<'_>, z: &mut [Real], unknowns: Real) {
+/// Subtracts the mean over the unknowns.
+fn subtract_mean(layout: &Layout<'_>, z: &mut [Real], unknowns: Real) {
     let [sum] = layout.domain.sum(sum_of(z.len(), |a| [z[a]]));
     let mean = sum / unknowns;
     let of = |a: usize| a < layout.owned && layout.roles[a] == Role::Unknown;
@@ -398,8 +396,8 @@ pub fn hydrostatic(density: Real, body_force: Vector, position: Vector, referenc
 mod tests {
     use super::*;
 
-    /// Row 0 with neighbours of coefficient 1 at these places, and what its sum leaves of a pressure `slope . x`.
-    fn left_over(neighbours: &[(Vector, Role)], slope: Vector, complete: bool) -> Real {
+    /// Residual of row 0, with neighbours of coefficient 1 at these positions, for a pressure `slope . x`.
+    fn residual_of_linear_pressure(neighbours: &[(Vector, Role)], slope: Vector, complete: bool) -> Real {
         let mut equation = PressureEquation::default();
         equation.resize(1);
         let mut place = vec![Vector::ZERO];
@@ -413,33 +411,36 @@ mod tests {
         block.coefficients = vec![1.0; neighbours.len()];
         (0..ROWS).for_each(|row| block.end_row(row, neighbours.len(), 0));
         let pressure: Vec<Real> = place.iter().map(|x| slope.dot(*x)).collect();
-        equation.close(&roles, 1);
+        equation.set_diagonal(&roles, 1);
         if complete {
-            let lean = neighbours.iter().map(|(way, _)| *way).sum::<Vector>();
-            equation.complete(&roles, &place, &pressure, |_| Some(lean));
+            let moment_deficit = neighbours.iter().map(|(way, _)| *way).sum::<Vector>();
+            equation.complete_support(&roles, &place, &pressure, |_| Some(moment_deficit));
         }
         let row = equation.rows[0];
-        let counts = |n: &usize| roles[n + 1] != Role::Outside;
+        let counts = |n: &usize| roles[n + 1] != Role::Inactive;
         let sum: Real = (0..neighbours.len()).filter(counts).map(|n| pressure[n + 1]).sum();
         // The row reads `diagonal p_0 - sum = right`.
         row.diagonal * pressure[0] - sum - row.right
     }
 
     #[test]
-    fn what_is_missing_beyond_the_surface_leaves_a_linear_pressure_alone() {
+    fn completed_rows_are_exact_for_linear_pressure() {
         let [x, z] = [Vector::X, Vector::Z];
-        // Water below and beside, a surface one spacing above, nothing beyond.
+        // Fluid below and beside, a surface one spacing above, nothing beyond.
         let deep = [(-2.0 * z, Role::Unknown), (-z, Role::Unknown), (x, Role::Unknown), (-x, Role::Unknown)];
-        let near = [(z + x, Role::Given), (z - x, Role::Given)];
+        let near = [(z + x, Role::Dirichlet), (z - x, Role::Dirichlet)];
         let both: Vec<(Vector, Role)> = deep.iter().chain(&near).copied().collect();
-        assert!(left_over(&both, z, true).abs() < 1e-12);
-        assert!((left_over(&both, z, false) - 1.0).abs() < 1e-12, "negative control: a row that lacks what is beyond");
-        assert!(left_over(&both, x, true).abs() < 1e-12, "along the surface nothing is missing");
-        // A splash supports nothing: it does not stand for what is missing.
-        let splash: Vec<(Vector, Role)> = both.iter().copied().chain([(1.5 * z, Role::Outside)]).collect();
-        assert!(left_over(&splash, z, true).abs() < 1e-12);
-        // Neighbours on all sides need nothing.
+        assert!(residual_of_linear_pressure(&both, z, true).abs() < 1e-12);
+        assert!(
+            (residual_of_linear_pressure(&both, z, false) - 1.0).abs() < 1e-12,
+            "negative control: a truncated row"
+        );
+        assert!(residual_of_linear_pressure(&both, x, true).abs() < 1e-12, "along the surface the support is complete");
+        // An isolated particle beyond the surface is no support.
+        let splash: Vec<(Vector, Role)> = both.iter().copied().chain([(1.5 * z, Role::Inactive)]).collect();
+        assert!(residual_of_linear_pressure(&splash, z, true).abs() < 1e-12);
+        // Full support needs no completion.
         let whole: Vec<(Vector, Role)> = both.iter().copied().chain([(z, Role::Unknown)]).collect();
-        assert_eq!(left_over(&whole, z, true), left_over(&whole, z, false));
+        assert_eq!(residual_of_linear_pressure(&whole, z, true), residual_of_linear_pressure(&whole, z, false));
     }
 }

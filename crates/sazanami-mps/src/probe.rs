@@ -1,4 +1,4 @@
-//! The operators of the step on given particles, one at a time, to be compared with what they are exactly.
+//! The discrete operators of the step on a given arrangement of particles, for verification against exact values.
 
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::Grid;
@@ -7,24 +7,24 @@ use sazanami_numerics::{Real, Vector};
 use crate::boundary::WallFriction;
 use crate::matrix::Block;
 use crate::neighbours::{Bins, Neighbours, ROWS};
-use crate::number_density::{self, Crowding, Prediction, Sample};
+use crate::number_density::{self, NumberDensity, Prediction, Sample};
 use crate::operators::{PressureField, gradient};
 use crate::particles::{Kind, ParticleRecord, Particles, Role};
 use crate::scheme::{GradientForm, Kernel, Scheme};
 
-/// Fluid particles of spacing 1 without walls, all of one bulk volume.
+/// Fluid particles of spacing 1 without walls, all with the same inverse void fraction.
 pub struct Probe {
     kernel: Kernel,
     particles: Particles,
     neighbours: Neighbours,
-    bulk: Vec<Real>,
+    inverse_void: Vec<Real>,
     equation: Vec<Block>,
 }
 
-/// Sums over the neighbours of a particle before the pressure is known.
+/// Sums over the neighbours of a particle at the start of a step.
 #[derive(Clone, Copy, Debug)]
 pub struct FlowSums {
-    /// Number density [1/m^3, times the reference volume].
+    /// Number density (sum of weights).
     pub density: Real,
     /// Rate of compression, `-div u` [1/s].
     pub rate: Real,
@@ -33,10 +33,10 @@ pub struct FlowSums {
 }
 
 impl Probe {
-    /// Particles at `positions` in the cube between 0 and `width` [m], each of `bulk` spacings cubed. They are put in the
-    /// order of [`Self::positions`].
+    /// Particles at `positions` in the cube between 0 and `width` [m], each with the inverse void fraction
+    /// `inverse_void`, sorted as in [`Self::positions`].
     #[must_use]
-    pub fn new(scheme: Scheme, positions: &[Vector], width: Real, bulk: Real) -> Self {
+    pub fn new(scheme: Scheme, positions: &[Vector], width: Real, inverse_void: Real) -> Self {
         let kernel = Kernel::new(scheme, 1.0);
         let cells = ((width / kernel.weight.radius).floor() as usize).max(1);
         let domain = Domain::solo(Grid::new([cells; 3], Vector::ZERO, Vector::splat(width)), [false; 3]);
@@ -51,8 +51,8 @@ impl Probe {
         let mut neighbours = Neighbours::default();
         neighbours.renew(&bins, &particles, kernel.weight.radius, Vector::ZERO, |_| Vector::ZERO);
         particles.role.fill(Role::Unknown);
-        let bulk = vec![bulk; particles.owned];
-        let mut probe = Self { kernel, particles, neighbours, bulk, equation: Vec::new() };
+        let inverse_void = vec![inverse_void; particles.owned];
+        let mut probe = Self { kernel, particles, neighbours, inverse_void, equation: Vec::new() };
         probe.assemble();
         probe
     }
@@ -60,7 +60,7 @@ impl Probe {
     fn samples(&self, velocity: &[Vector]) -> Vec<Sample> {
         let mut samples = Vec::new();
         let still = vec![0.0; velocity.len()];
-        number_density::sample(&self.particles.position, velocity, &self.bulk, &still, &mut samples);
+        number_density::sample(&self.particles.position, velocity, &self.inverse_void, &still, &mut samples);
         samples
     }
 
@@ -69,12 +69,12 @@ impl Probe {
         let owned = self.particles.owned;
         let blocks = owned.div_ceil(ROWS);
         let samples = self.samples(&vec![Vector::ZERO; owned]);
-        let conductance: Vec<Real> = self.bulk.iter().map(|bulk| 1.0 / bulk).collect();
+        let mobility: Vec<Real> = self.inverse_void.iter().map(|inverse| 1.0 / inverse).collect();
         self.equation = vec![Block::default(); blocks];
         let mut sums = vec![Prediction::default(); blocks * ROWS];
         let (kind, near) = (&self.particles.kind, &self.neighbours);
         let equation = &mut self.equation;
-        number_density::prediction(&self.kernel, 1.0, near, kind, &samples, &conductance, equation, &mut sums);
+        number_density::prediction(&self.kernel, 1.0, near, kind, &samples, &mobility, equation, &mut sums);
     }
 
     /// Positions of the particles [m].
@@ -86,11 +86,11 @@ impl Probe {
     /// Number density, rate of compression and Laplacian for a velocity at each particle [m/s].
     #[must_use]
     pub fn flow(&self, velocity: &[Vector]) -> Vec<FlowSums> {
-        let mut found = vec![Crowding::default(); velocity.len()];
+        let mut found = vec![NumberDensity::default(); velocity.len()];
         let (samples, kind) = (self.samples(velocity), &self.particles.kind);
         let friction = WallFriction::NoSlip;
-        number_density::crowding(&self.kernel, &self.neighbours, kind, &samples, velocity, friction, &mut found);
-        let sums = |c: &Crowding| FlowSums { density: c.density, rate: c.rate, laplacian: c.laplacian };
+        number_density::at_start(&self.kernel, &self.neighbours, kind, &samples, velocity, friction, &mut found);
+        let sums = |c: &NumberDensity| FlowSums { density: c.density, rate: c.rate, laplacian: c.laplacian };
         found.iter().map(sums).collect()
     }
 
@@ -105,10 +105,10 @@ impl Probe {
     pub fn gradient(&self, form: GradientForm, pressure: &[Real]) -> Vec<Vector> {
         let Particles { kind, position, role, owned, .. } = &self.particles;
         let kernel = Kernel { scheme: Scheme { gradient: form, ..self.kernel.scheme }, ..self.kernel };
-        let (bulk, weight_of_fluid) = (&self.bulk[..], Vector::ZERO);
-        let field = PressureField { pressure, position, bulk, roles: role, kind, weight_of_fluid };
-        let (mut found, mut plain) = (vec![Vector::ZERO; *owned], vec![false; *owned]);
-        gradient(&kernel, &mut self.equation.clone(), &field, &mut found, &mut plain);
+        let (inverse_void, weight_of_fluid) = (&self.inverse_void[..], Vector::ZERO);
+        let field = PressureField { pressure, position, inverse_void, roles: role, kind, weight_of_fluid };
+        let (mut found, mut uncorrected) = (vec![Vector::ZERO; *owned], vec![false; *owned]);
+        gradient(&kernel, &mut self.equation.clone(), &field, &mut found, &mut uncorrected);
         found
     }
 }

@@ -1,11 +1,11 @@
-//! Sums and largest values over particles or grains of a rank, block by block: the same bits for any number of threads.
+//! Sums and maxima over the particles or grains of a rank, in blocks: the same bits for any number of threads.
 
 use sazanami_numerics::Real;
 use sazanami_parallel::{max_over, sum_over};
 
 use crate::neighbours::ROWS;
 
-/// Largest `value` of the first `count`; minus infinity without any.
+/// Maximum of `value` over the first `count`; minus infinity if there are none.
 pub(crate) fn largest(count: usize, value: impl Fn(usize) -> Real + Sync) -> Real {
     let part = |n: usize| (n * ROWS..((n + 1) * ROWS).min(count)).map(&value).fold(Real::NEG_INFINITY, Real::max);
     max_over(count.div_ceil(ROWS), part)

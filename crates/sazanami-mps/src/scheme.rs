@@ -1,4 +1,4 @@
-//! What the fluid is and which of the enhancements act.
+//! Properties of the fluid and choice of the MPS enhancements.
 
 use sazanami_numerics::Real;
 use sazanami_numerics::choices;
@@ -9,10 +9,10 @@ choices! {
     /// Source of the pressure equation.
     #[derive(Default)]
     pub enum SourceForm {
-        /// Rate of change of the number density from velocities (Khayyer & Gotoh 2009, HS).
+        /// Rate of change of the number density, from velocities (HS, Khayyer & Gotoh 2009).
         #[default]
         HigherOrder = "higher_order",
-        /// Deviation of the number density from that of rest, over the step (Koshizuka & Oka 1996).
+        /// Deviation of the predicted number density from n0, divided by the step (Koshizuka & Oka 1996).
         Classical = "classical",
     }
 }
@@ -21,55 +21,55 @@ choices! {
     /// Gradient of the pressure.
     #[derive(Default)]
     pub enum GradientForm {
-        /// Exact for linear fields whatever the neighbours' places (Khayyer & Gotoh 2011, GC).
+        /// With the inverse moment matrix: exact for linear fields on any arrangement (GC, Khayyer & Gotoh 2011).
         #[default]
         Corrected = "corrected",
-        /// Exact on a lattice.
+        /// Normalised by the number density: exact on a cubic lattice only.
         Classical = "classical",
     }
 }
 
-/// Forces that keep particles apart (Tsuruta, Khayyer & Gotoh 2013, DS).
+/// Dynamic stabilisation: repulsion between particles that overlap (DS, Tsuruta, Khayyer & Gotoh 2013).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stabilisation {
-    /// Distance below which it acts, over the mean size of the two particles.
+    /// Distance below which a pair is repelled, over the mean size of its particles.
     pub distance: Real,
-    /// Whether a pair counts with its weight, or fully.
+    /// Whether the repulsion is multiplied by the weight of the pair.
     pub weighted: bool,
 }
 
 impl Default for Stabilisation {
-    /// A distance of 0.95: with 0.85 (one less the Courant number) water at rest on a disordered arrangement gains
+    /// A distance of 0.95: with 0.85 (one minus the Courant number) still water on a disordered arrangement gains
     /// energy (`docs/decisions/0006-moving-particles.md`).
     fn default() -> Self {
         Self { distance: 0.95, weighted: true }
     }
 }
 
-/// Which enhancements act, and how strongly.
+/// The enhancements in use and their parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scheme {
     /// Family of the weight function.
     pub weight: Wendland,
     /// Radius of influence r_e over the particle spacing, 2.1 to 3.6.
     pub radius: Real,
-    /// HS.
+    /// Source of the pressure equation (HS).
     pub source: SourceForm,
-    /// HL.
+    /// Laplacian of the pressure and of the velocity (HL).
     pub laplacian: LaplacianForm,
-    /// Factor of the error-compensating source (Khayyer & Gotoh 2011, ECS); 0: none.
+    /// Factor of the error-compensating source (ECS, Khayyer & Gotoh 2011); 0: off.
     pub compensation: Real,
-    /// Times of the flow (half a millisecond for spacings of 1 mm and water that moves slowly) over which an error of
-    /// the number density relaxes; infinite: does not.
+    /// Time over which an error of the number density relaxes, in flow time scales (half a millisecond for slowly
+    /// moving water at a spacing of 1 mm); infinite: no relaxation.
     pub relaxation: Real,
-    /// GC.
+    /// Gradient of the pressure (GC).
     pub gradient: GradientForm,
-    /// DS.
+    /// Dynamic stabilisation (DS); `None`: off.
     pub stabilisation: Option<Stabilisation>,
-    /// Part of the square of half the radius of influence by which particles move down the gradient of their
-    /// concentration in a time of the flow, 0 to 0.5; 0: shifting is off.
+    /// Diffusion number of particle shifting, 0 to 0.5: in one flow time scale particles move by this times
+    /// `(r_e/2)^2` down the gradient of their concentration; 0: off.
     pub shifting: Real,
-    /// Whether the pressure is solved for without its part at rest, which is exact for water at rest.
+    /// Whether the hydrostatic part is split off the pressure before solving: exact for still water.
     pub reduced_pressure: bool,
 }
 
@@ -91,8 +91,9 @@ impl Default for Scheme {
 }
 
 impl Scheme {
-    /// The source of the pressure equation [1/s]: the `predicted` one with what compensates errors (Khayyer & Gotoh 2011),
-    /// from rate of compression and strain at the start of the step; `time` is that of the flow [s].
+    /// Source of the pressure equation [1/s]: the `predicted` rate of compression plus the error-compensating terms
+    /// (Khayyer & Gotoh 2011), from the rate of compression and the volume strain (`error`) at the start of the step;
+    /// `time` is the flow time scale [s].
     pub(crate) fn compensated(
         &self,
         predicted: Real,
@@ -102,7 +103,7 @@ impl Scheme {
         time: Real,
     ) -> Real {
         if beside_surface && error < 0.0 {
-            // Below the surface a number density that is too low is no error.
+            // Next to the free surface a low number density is no error.
             return match self.source {
                 SourceForm::HigherOrder => predicted,
                 SourceForm::Classical => predicted.max(0.0),
@@ -112,10 +113,10 @@ impl Scheme {
     }
 }
 
-/// The fluid and its discretisation.
+/// Fluid properties and resolution.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fluid {
-    /// Density [kg/m^3].
+    /// Density of the fluid [kg/m^3].
     pub density: Real,
     /// Kinematic viscosity [m^2/s].
     pub viscosity: Real,
@@ -123,7 +124,7 @@ pub struct Fluid {
     pub spacing: Real,
 }
 
-/// Everything that pairs of particles are summed with.
+/// Weight function, enhancements and normalisation of all sums over pairs.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Kernel {
     pub scheme: Scheme,
@@ -137,7 +138,7 @@ impl Kernel {
         Self { scheme, weight, sums: Calibration::new(&weight, scheme.laplacian, spacing) }
     }
 
-    /// Weight and Laplacian of a pair, chosen when the program is built: to be asked for where pairs are summed.
+    /// Weight and Laplacian with their families fixed at compile time: call it inside the loop over pairs.
     #[inline(always)]
     pub fn pair<const C4: bool, const CLASSICAL: bool>(&self) -> (Weight, LaplacianForm) {
         let family = if C4 { Wendland::C4 } else { Wendland::C2 };
@@ -146,7 +147,7 @@ impl Kernel {
     }
 }
 
-/// Calls `$function::<C4, CLASSICAL>` as a kernel has it.
+/// Calls `$function::<C4, CLASSICAL>` for the kernel's weight and Laplacian.
 macro_rules! for_kernel {
     ($kernel:expr, $function:ident($($argument:expr),* $(,)?)) => {
         match ($kernel.weight.family, $kernel.scheme.laplacian) {

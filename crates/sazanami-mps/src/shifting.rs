@@ -1,4 +1,4 @@
-//! Shifting: particles move on to where they are fewer, whatever their velocity.
+//! Particle shifting: positions move down the gradient of the concentration; velocities are unchanged.
 
 use sazanami_numerics::{Real, Vector};
 
@@ -6,28 +6,28 @@ use crate::neighbours::Neighbours;
 use crate::particles::{Kind, Role};
 use crate::scheme::Kernel;
 
-/// Places after the pressure's correction and roles, ghosts included.
+/// Positions after the pressure correction and roles, ghosts included.
 pub(crate) struct Arrangement<'a> {
     pub kind: &'a [Kind],
     pub roles: &'a [Role],
     pub position: &'a [Vector],
-    /// Bulk volumes `1/eps`.
-    pub bulk: &'a [Real],
+    /// Inverse void fraction `1/eps`.
+    pub inverse_void: &'a [Real],
 }
 
-/// Ways of the own particles down the gradient of their concentration, `-factor (r_e/2)^2 grad C` with
+/// Displacements of the own particles down the gradient of their concentration, `-factor (r_e/2)^2 grad C` with
 /// `C = sum w/(eps n0)` [m] (Lind, Xu, Stansby and Rogers 2012, J. Comput. Phys. 231, 1499).
 ///
-/// Velocities are left as they are, and so is the momentum. Where a particle sees the surface it stays: there fewer
-/// neighbours are no disorder.
-pub(crate) fn ways(
+/// Momentum is unchanged. Particles with a neighbour at the free surface are not shifted: there a low concentration is
+/// not disorder.
+pub(crate) fn displacements(
     kernel: &Kernel,
     neighbours: &Neighbours,
     factor: Real,
     arrangement: &Arrangement<'_>,
     into: &mut [Vector],
 ) {
-    let Arrangement { kind, roles, position, bulk } = *arrangement;
+    let Arrangement { kind, roles, position, inverse_void } = *arrangement;
     let weight = kernel.weight;
     let square = weight.radius * weight.radius;
     let scale = factor * 0.25 * square / kernel.sums.number_density;
@@ -46,7 +46,7 @@ pub(crate) fn ways(
             if kind[b] == Kind::Fluid && roles[b] != Role::Unknown {
                 return Vector::ZERO;
             }
-            gradient -= (weight.slope_over_distance(r2.sqrt()) * bulk[b]) * apart;
+            gradient -= (weight.slope_over_distance(r2.sqrt()) * inverse_void[b]) * apart;
         }
         -scale * gradient
     });

@@ -1,6 +1,6 @@
-//! The state of the fluid as named arrays, sorted by identifier, for any number of ranks.
+//! Snapshot of fluid and walls as named arrays, sorted by identifier, for any number of ranks.
 //!
-//! Lists and ghosts are not part of it: they follow from places and identifiers.
+//! Neighbour lists and ghosts are not part of it: they are rebuilt from positions and identifiers.
 
 use sazanami_numerics::Vector;
 use sazanami_numerics::domain::Domain;
@@ -21,22 +21,22 @@ const REFERENCE: &str = "fluid/reference";
 const DRAG_RATE: &str = "fluid/drag_rate";
 /// Displacement and velocity of the walls.
 const WALLS: &str = "fluid/walls";
-/// Prefix of what the engine of the grains writes.
+/// Prefix of the sections of the grain engine.
 pub const GRAINS: &str = "grains/";
 
-/// A solver could not be taken from a snapshot.
+/// A solver could not be restored from a snapshot.
 #[derive(Clone, Debug, thiserror::Error)]
 pub enum RestoreError {
-    /// The snapshot is of another problem.
+    /// The snapshot belongs to another problem.
     #[error(transparent)]
     Snapshot(#[from] SnapshotError),
-    /// Walls or periods do not fit.
+    /// Walls or periodic lengths do not fit.
     #[error(transparent)]
     Setup(#[from] SetupError),
 }
 
 impl Solver {
-    /// Everything that a run needs to go on with the same bits. Collective; complete on rank 0.
+    /// State from which a run continues with the same bits. Collective; complete on rank 0.
     #[must_use]
     pub fn snapshot(&mut self) -> Snapshot {
         let mut snapshot = Snapshot::default();
@@ -58,10 +58,10 @@ impl Solver {
         snapshot
     }
 
-    /// Goes on from a snapshot, which every rank holds; `grains` come from their own part of it.
+    /// Restores a solver from a snapshot that every rank holds; `grains` are restored by their engine before.
     ///
     /// # Errors
-    /// [`RestoreError`] if the snapshot is of another problem.
+    /// [`RestoreError`] if the snapshot belongs to another problem.
     pub fn restore(
         domain: Domain,
         settings: Settings,
@@ -86,10 +86,10 @@ impl Solver {
                 gradient: of(gradient, n),
             })
             .collect();
-        // The pressures are told from this point.
+        // The reduced pressures refer to this point.
         let reference = snapshot.reals_of(REFERENCE, 3)?;
         let settings = Settings { reference: Vector::from_slice(reference), ..settings };
-        // Older snapshots do not tell.
+        // Older snapshots have no such section.
         let tank = match snapshot.reals_of(WALLS, 6) {
             Ok(walls) => Tank {
                 displacement: Vector::from_slice(&walls[..3]),

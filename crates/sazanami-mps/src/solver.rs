@@ -1,4 +1,4 @@
-//! Fluid, walls and grains on one rank, and the step.
+//! Fluid, walls and grains on one rank, and one step of all.
 
 mod phases;
 
@@ -12,12 +12,12 @@ use crate::free_surface::SurfaceTest;
 use crate::grains::{CouplingReport, GrainPhase};
 use crate::momentum::{FluidImpulses, facet};
 use crate::neighbours::{Bins, Neighbours};
-use crate::number_density::{Crowding, Prediction, Sample};
-use crate::particles::{Kind, ParticleRecord, Particles, Role, WALL};
+use crate::number_density::{NumberDensity, Prediction, Sample};
+use crate::particles::{FIRST_WALL_ID, Kind, ParticleRecord, Particles, Role};
 use crate::pressure::{PressureEquation, PressureError, PressureReport, Tolerance};
 use crate::reductions::{largest, sum_of};
 use crate::scheme::{Fluid, Kernel, Scheme};
-use crate::stabilisation::Push;
+use crate::stabilisation::Repulsion;
 use crate::stability::{COMPRESSIBLE, Rates, Step, StepLimits};
 
 /// A step could not be completed.
@@ -26,39 +26,39 @@ pub enum StepError {
     /// The pressure equation was not solved.
     #[error(transparent)]
     Pressure(#[from] PressureError),
-    /// A particle holds a number that is not finite.
+    /// A particle has a NaN or infinite value.
     #[error("fluid particle {id} has a {what} that is not finite at ({:.4e}, {:.4e}, {:.4e}) m", position.x, position.y, position.z)]
     NotFinite {
-        /// Identifier.
+        /// Identifier of the particle.
         id: u64,
         /// Name of the quantity.
         what: &'static str,
-        /// Where it was last [m].
+        /// Position at the start of the step [m].
         position: Vector,
     },
-    /// A particle moved farther in a step than it looks.
-    #[error("fluid particle {id} moved {:.3} mm in the step, farther than its radius of influence of {:.3} mm, from ({:.4e}, {:.4e}, {:.4e}) m", 1e3 * way, 1e3 * farthest, position.x, position.y, position.z)]
+    /// A particle moved farther in a step than its radius of influence.
+    #[error("fluid particle {id} moved {:.3} mm in the step, farther than its radius of influence of {:.3} mm, from ({:.4e}, {:.4e}, {:.4e}) m", 1e3 * distance, 1e3 * limit, position.x, position.y, position.z)]
     TooFar {
-        /// Identifier.
+        /// Identifier of the particle.
         id: u64,
-        /// How far it moved [m].
-        way: Real,
+        /// Distance moved [m].
+        distance: Real,
         /// Radius of influence [m].
-        farthest: Real,
-        /// Where it was last [m].
+        limit: Real,
+        /// Position at the start of the step [m].
         position: Vector,
     },
-    /// A particle is so fast that water would not be incompressible.
-    #[error("fluid particle {id} moves at {speed:.4e} m/s, which no water does that is incompressible (at most {COMPRESSIBLE} m/s), from ({:.4e}, {:.4e}, {:.4e}) m: speeds have grown out of hand", position.x, position.y, position.z)]
+    /// A particle exceeds the speed up to which water is incompressible.
+    #[error("fluid particle {id} moves at {speed:.4e} m/s at ({:.4e}, {:.4e}, {:.4e}) m; flow faster than {COMPRESSIBLE} m/s is not incompressible: the run is unstable", position.x, position.y, position.z)]
     TooFast {
-        /// Identifier.
+        /// Identifier of the particle.
         id: u64,
         /// Its speed [m/s].
         speed: Real,
-        /// Where it was last [m].
+        /// Position at the start of the step [m].
         position: Vector,
     },
-    /// A grain went wrong.
+    /// The grains could not be advanced.
     #[error(transparent)]
     Grains(#[from] DemError),
     /// Another rank failed.
@@ -66,14 +66,14 @@ pub enum StepError {
     Elsewhere(#[from] FailedElsewhere),
 }
 
-/// A solver could not be made.
+/// A solver could not be set up.
 #[derive(Clone, Debug, thiserror::Error)]
 pub enum SetupError {
-    /// The walls' lattice does not fit.
+    /// The wall lattice does not fit the box.
     #[error(transparent)]
     Lattice(#[from] LatticeError),
-    /// The box is smaller than what a particle looks at.
-    #[error("the box is {:.3} mm long in x{}, where it is periodic; it needs {:.3} mm, twice the radius of influence", 1e3 * length, direction + 1, 1e3 * needed)]
+    /// A periodic length is less than twice the radius of influence.
+    #[error("the box is {:.3} mm long in x{}, where it is periodic; at least {:.3} mm, twice the radius of influence, is needed", 1e3 * length, direction + 1, 1e3 * needed)]
     BoxTooShort {
         /// Direction, from 0.
         direction: usize,
@@ -90,29 +90,29 @@ pub enum SetupError {
     },
 }
 
-/// What moves the fluid from outside in a step.
+/// External forcing of a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Forcing {
-    /// Body force in the middle of the step, in the frame of the positions [m/s^2].
+    /// Body force per mass in the middle of the step, in the frame of the positions [m/s^2].
     pub body_force: Vector,
-    /// Where the walls are at the end of the step, from where they were at the start of the run [m].
+    /// Displacement of the walls at the end of the step, from the start of the run [m].
     pub wall_displacement: Vector,
-    /// Velocity of the walls in the step [m/s].
+    /// Mean velocity of the walls in the step [m/s].
     pub wall_velocity: Vector,
 }
 
-/// How the fluid and the step are computed.
+/// Properties and numerical parameters of the fluid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// Fluid.
+    /// Fluid properties and particle spacing.
     pub fluid: Fluid,
-    /// Enhancements.
+    /// Enhancements of the method.
     pub scheme: Scheme,
-    /// Limits of the step.
+    /// Limits of the time step.
     pub limits: StepLimits,
-    /// Accuracy of the pressure.
+    /// Stopping criterion of the pressure solver.
     pub tolerance: Tolerance,
-    /// Point where the hydrostatic part of the pressure is zero [m].
+    /// Point at which the hydrostatic part of the pressure is zero [m].
     pub reference: Vector,
 }
 
@@ -131,54 +131,54 @@ pub enum Phase {
     Coupling,
 }
 
-/// What a step did; over all ranks.
+/// Report of a step, over all ranks.
 #[derive(Clone, Debug, Default)]
 pub struct StepReport {
-    /// Pressure.
+    /// Solution of the pressure equation.
     pub pressure: PressureReport,
-    /// Mean and root mean square of the volume strain of fluid away from the surface, at the start of the step.
+    /// Mean and root mean square of the volume strain away from the free surface, at the start of the step.
     pub strain: [Real; 2],
-    /// Fluid particles at the surface and on their own.
+    /// Fluid particles at the free surface.
     pub surface: usize,
-    /// Fluid particles that fly on their own.
-    pub splashes: usize,
-    /// Wall particles with little water before them that would have pulled at it.
-    pub released_walls: usize,
-    /// Particles whose pressure gradient was not corrected.
-    pub plain_gradients: usize,
-    /// Pairs that were pushed apart.
-    pub pushed_pairs: usize,
-    /// Work of the pushes [J].
-    pub push_work: Real,
-    /// Longest way that a particle was shifted [m].
+    /// Isolated fluid particles (spray).
+    pub isolated: usize,
+    /// Wall particles at which the tensile cut-off acted.
+    pub tensile_cutoffs: usize,
+    /// Particles with an uncorrected pressure gradient.
+    pub uncorrected_gradients: usize,
+    /// Pairs on which dynamic stabilisation acted.
+    pub stabilised_pairs: usize,
+    /// Work done by the stabilisation [J].
+    pub stabilisation_work: Real,
+    /// Largest displacement by shifting [m].
     pub largest_shift: Real,
-    /// Pairs, of fluid or of fluid and wall, that bounced off each other.
+    /// Pairs that collided, fluid with fluid or fluid with wall.
     pub collisions: usize,
-    /// Particles that were put back from a wall.
+    /// Particles clipped to the box.
     pub clipped: usize,
     /// Largest speed of the fluid [m/s].
     pub largest_speed: Real,
-    /// Pairs within the radius of the lists.
+    /// Pairs in the neighbour lists.
     pub pairs: usize,
-    /// Contacts of the grains.
+    /// Contacts between grains and with walls.
     pub contacts: ContactReport,
-    /// Exchange with the grains.
+    /// Coupling with the grains.
     pub coupling: CouplingReport,
-    /// What else acted on the fluid from outside.
+    /// External impulses on the fluid.
     pub impulses: FluidImpulses,
 }
 
 /// Columns of a step, kept for their memory.
 #[derive(Debug, Default)]
 struct Scratch {
-    bulk: Vec<Real>,
-    bulk_rate: Vec<Real>,
-    mobile: Vec<Real>,
+    inverse_void: Vec<Real>,
+    inverse_void_rate: Vec<Real>,
+    grain_mobility: Vec<Real>,
     /// `eps` and what gives way with it.
-    conductance: Vec<Real>,
-    seen: Vec<Vector>,
+    mobility: Vec<Real>,
+    viscous_velocity: Vec<Vector>,
     samples: Vec<Sample>,
-    crowding: Vec<Crowding>,
+    densities: Vec<NumberDensity>,
     /// What drag changes the velocity by.
     change: Vec<Vector>,
     prediction: Vec<Prediction>,
@@ -190,7 +190,7 @@ struct Scratch {
     roles: Vec<u8>,
     bin: Vec<u32>,
     size: Vec<Real>,
-    pushes: Vec<Push>,
+    repulsions: Vec<Repulsion>,
     shifts: Vec<Vector>,
     collisions: Vec<(Vector, Real)>,
     /// Walls that see no water but what flies on its own.
@@ -204,12 +204,12 @@ pub struct Solver {
     settings: Settings,
     tank: Tank,
     kernel: Kernel,
-    /// None where the box is closed and full.
+    /// `None` in a closed box that is full.
     surface: Option<SurfaceTest>,
     pub(crate) particles: Particles,
-    /// Where wall particles were at the start, by number [m].
+    /// Positions of the wall particles at the start, by number [m].
     wall_places: Vec<Vector>,
-    /// See [`facet`], by number.
+    /// Area vectors of the wall particles, by number (see [`facet`]) [m^2].
     facets: Vec<Vector>,
     exchange: Exchange,
     bins: Bins,
@@ -219,20 +219,20 @@ pub struct Solver {
     scratch: Scratch,
 }
 
-/// A fluid particle as a user describes it.
+/// Initial state of a fluid particle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FluidParticle {
-    /// Place [m].
+    /// Position [m].
     pub position: Vector,
     /// Velocity [m/s].
     pub velocity: Vector,
 }
 
 impl Solver {
-    /// Puts fluid into a tank. Every rank gives the same particles and keeps those in its part of the domain.
+    /// A tank with fluid and grains. Every rank passes all fluid particles and keeps those in its part of the domain.
     ///
     /// # Errors
-    /// [`SetupError`] if walls or periods do not fit the particles.
+    /// [`SetupError`] if the box does not fit the particle spacing or the radius of influence.
     pub fn new(
         domain: Domain,
         settings: Settings,
@@ -246,7 +246,7 @@ impl Solver {
         Self::from_records(domain, settings, tank, &records, grains)
     }
 
-    /// The same from the state of fluid and walls; walls are added where there are none.
+    /// A solver from the state of fluid and walls; wall particles missing in `records` are created at rest.
     pub(crate) fn from_records(
         domain: Domain,
         settings: Settings,
@@ -270,16 +270,17 @@ impl Solver {
         let wall_places: Vec<Vector> = walls.iter().map(|wall| Vector::from_array(wall.position)).collect();
         let lattice = tank.lattice(settings.fluid.spacing)?;
         let facets = wall_places.iter().map(|&place| facet(&tank, lattice, place)).collect();
-        let water = records.iter().filter(|record| record.id < WALL).count() as Real * settings.fluid.spacing.powi(3);
+        let water =
+            records.iter().filter(|record| record.id < FIRST_WALL_ID).count() as Real * settings.fluid.spacing.powi(3);
         let full = tank.is_full(water + grains.solid_volume(&domain));
         let me = domain.communicator().rank();
         let mut particles = Particles::default();
-        for known in records.iter().filter(|record| record.id >= WALL) {
-            if let Some(wall) = walls.get_mut((known.id - WALL) as usize) {
+        for known in records.iter().filter(|record| record.id >= FIRST_WALL_ID) {
+            if let Some(wall) = walls.get_mut((known.id - FIRST_WALL_ID) as usize) {
                 *wall = *known;
             }
         }
-        for record in records.iter().filter(|record| record.id < WALL).chain(&walls) {
+        for record in records.iter().filter(|record| record.id < FIRST_WALL_ID).chain(&walls) {
             let position = periods.wrapped(Vector::from_array(record.position));
             if domain.owner_of(position) == me {
                 particles.push(&ParticleRecord { position: position.to_array(), ..*record });
@@ -305,8 +306,8 @@ impl Solver {
         })
     }
 
-    /// The part of a body force [m/s^2] whose pressure at rest the reduced pressure is without: along a periodic direction
-    /// there is no rest.
+    /// The part of a body force [m/s^2] whose hydrostatic pressure is split off: its components along directions that are
+    /// not periodic.
     #[must_use]
     pub fn reduced_force(&self, body_force: Vector) -> Vector {
         if !self.settings.scheme.reduced_pressure {
@@ -320,8 +321,8 @@ impl Solver {
     pub fn stable_step(&self, body_force: Vector) -> Step {
         let Fluid { spacing, viscosity, .. } = self.settings.fluid;
         let rates = Rates {
-            // Who flies on its own disturbs nobody, however fast.
-            advective: self.largest_speed_of(|role| role != Role::Outside) / spacing,
+            // Isolated particles interact with nothing.
+            advective: self.largest_speed_of(|role| role != Role::Inactive) / spacing,
             grain_motion: self.grains.motion_rate(&self.domain),
             drag: self.grains.drag_rate(),
         };
@@ -342,37 +343,37 @@ impl Solver {
         let time = self.flow_time(dt, forcing);
         report.pairs = self.neighbours.pairs;
         watch(Phase::Coupling);
-        self.find_voids(false, &mut report);
+        self.void_fractions(false, &mut report);
         watch(Phase::Fluid);
-        self.crowd();
+        self.number_density();
         self.advance_grains(dt, forcing, &mut report, &mut watch)?;
         watch(Phase::Fluid);
         self.predict(dt, forcing);
         watch(Phase::Coupling);
-        self.find_voids(true, &mut report);
+        self.void_fractions(true, &mut report);
         watch(Phase::Fluid);
-        self.sum_up(&mut report);
+        self.assemble(&mut report);
         watch(Phase::Pressure);
         self.solve(dt, time, forcing, &mut report)?;
         watch(Phase::Fluid);
         self.correct(dt);
-        self.book(dt, forcing, &mut report);
-        self.keep_apart(dt, time, &mut report);
+        self.record_impulses(dt, forcing, &mut report);
+        self.stabilise(dt, time, &mut report);
         self.shift(dt, time, &mut report);
         watch(Phase::Coupling);
         self.correct_grains(dt, &mut report);
         watch(Phase::Fluid);
-        self.settle(&mut report)?;
+        self.finalise(&mut report)?;
         Ok(report)
     }
 
-    /// Largest speed of the fluid, over all ranks [m/s].
+    /// Largest speed of a fluid particle, over all ranks [m/s].
     #[must_use]
     pub fn largest_speed(&self) -> Real {
         self.largest_speed_of(|_| true)
     }
 
-    /// The same of particles that had a role which `counts` in the last step.
+    /// The same over particles with a role in the last step for which `counts` holds.
     fn largest_speed_of(&self, counts: impl Fn(Role) -> bool + Sync) -> Real {
         let particles = &self.particles;
         let counted = |a: usize| particles.kind[a] == Kind::Fluid && counts(particles.role[a]);
@@ -381,7 +382,7 @@ impl Solver {
         self.domain.max(square.max(0.0).sqrt())
     }
 
-    /// Sum of `part` over the own fluid particles of all ranks.
+    /// Sum of `part` over all fluid particles, over all ranks.
     #[must_use]
     pub fn sum_over_fluid<const N: usize>(&self, part: impl Fn(&Particles, usize) -> [Real; N] + Sync) -> [Real; N] {
         let particles = &self.particles;
@@ -396,7 +397,7 @@ impl Solver {
         self.momentum(&self.particles.velocity)
     }
 
-    /// Fluid and walls; between steps own particles are up to date, ghosts are not.
+    /// Particles of fluid and walls; between steps only own particles are up to date, ghosts are not.
     #[must_use]
     pub fn particles(&self) -> &Particles {
         &self.particles
@@ -408,28 +409,28 @@ impl Solver {
         &self.grains
     }
 
-    /// Takes note of where the grains are now, for void fractions that are asked for between steps.
+    /// Updates the positions of the grains behind [`GrainPhase::void_fraction`], between steps.
     pub fn place_grains(&mut self) {
         self.grains.place(&self.domain, &self.tank);
     }
 
-    /// The grains, to be changed between steps.
+    /// Mutable access to the grains and their coupling, between steps.
     pub fn grains_mut(&mut self) -> &mut GrainPhase {
         &mut self.grains
     }
 
-    /// The engine of the grains, to be changed between steps, with this rank's part of the box.
+    /// Mutable access to the grain engine between steps, with the domain.
     pub fn engine_mut(&mut self) -> (&mut Engine, &Domain) {
         (self.grains.engine_mut(), &self.domain)
     }
 
-    /// This rank's part of the box.
+    /// Decomposition of the box and this rank's part of it.
     #[must_use]
     pub fn domain(&self) -> &Domain {
         &self.domain
     }
 
-    /// How fluid and step are computed.
+    /// Properties and numerical parameters of the fluid.
     #[must_use]
     pub fn settings(&self) -> &Settings {
         &self.settings
@@ -441,7 +442,7 @@ impl Solver {
         &self.tank
     }
 
-    /// Changes the velocity of every own fluid particle.
+    /// Sets the velocity of every own fluid particle [m/s].
     pub fn set_velocities(&mut self, velocity: impl Fn(&Particles, usize) -> Vector) {
         for a in 0..self.particles.owned {
             if self.particles.kind[a] == Kind::Fluid {

@@ -1,4 +1,4 @@
-//! What keeps particles apart when the pressure does not: stabilisation (DS) and, at last, collisions.
+//! Dynamic stabilisation (DS) and collisions: repulsion of particles that the pressure left too close.
 
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;
@@ -8,28 +8,28 @@ use crate::neighbours::ROWS;
 use crate::particles::Kind;
 use crate::scheme::{Kernel, Stabilisation};
 
-/// Distance over the particle spacing below which particles bounce off each other.
+/// Distance over the particle spacing below which a pair collides.
 const COLLISION: Real = 0.5;
-/// Part of the speed with which particles leave a collision.
+/// Coefficient of restitution of a collision.
 const RESTITUTION: Real = 0.2;
-/// Part of its push that a pair keeps which comes apart by itself (`docs/decisions/0007-shaken-tanks.md`).
-const PARTING: Real = 0.2;
+/// Factor on the repulsion of a pair that already separates (`docs/decisions/0007-shaken-tanks.md`).
+const SEPARATING: Real = 0.2;
 
-/// Places before and after the pressure's correction and velocities after it, ghosts included.
+/// Positions before and after the pressure correction and velocities after it, ghosts included.
 pub(crate) struct Moved<'a> {
     pub kind: &'a [Kind],
     pub before: &'a [Vector],
     pub after: &'a [Vector],
     pub velocity: &'a [Vector],
-    /// Sizes: the spacing, stretched by the bulk volume [m].
+    /// Particle size: the edge of its bulk volume `l0^3/eps` [m].
     pub size: &'a [Real],
     pub blocks: &'a [Block],
-    /// Whether the close neighbours hold all pairs that can be too near.
+    /// Whether the lists of close neighbours contain all pairs that can be too close.
     pub close: bool,
 }
 
 impl Moved<'_> {
-    /// Sets an entry of `column` for every own particle from the neighbours that may be too near.
+    /// Sets the entry of each own particle in `column` from the neighbours that may be too close.
     fn set<T: Send>(&self, column: &mut [T], value: impl Fn(usize, &[u32]) -> T + Sync) {
         for_each_chunk(column, ROWS, |number, column| {
             let block = &self.blocks[number];
@@ -41,45 +41,51 @@ impl Moved<'_> {
     }
 }
 
-/// Sizes of particles of spacing `spacing` [m] with bulk volumes `1/eps`.
-pub(crate) fn sizes(spacing: Real, kind: &[Kind], bulk: &[Real], into: &mut Vec<Real>) {
+/// Edge of the bulk volume `l0^3/eps` of each particle [m].
+pub(crate) fn sizes(spacing: Real, kind: &[Kind], inverse_void: &[Real], into: &mut Vec<Real>) {
     into.resize(kind.len(), 0.0);
     for_each_chunk(&mut into[..], ROWS, |number, into| {
         for (row, size) in into.iter_mut().enumerate() {
             let a = number * ROWS + row;
-            let plain = kind[a] != Kind::Fluid || bulk[a] == 1.0;
-            *size = if plain { spacing } else { spacing * bulk[a].cbrt() };
+            let plain = kind[a] != Kind::Fluid || inverse_void[a] == 1.0;
+            *size = if plain { spacing } else { spacing * inverse_void[a].cbrt() };
         }
     });
 }
 
-/// The widest particle [m].
+/// Largest particle size [m].
 pub(crate) fn widest(spacing: Real) -> Real {
     1.5 * spacing
 }
 
-/// What stabilisation does to a particle.
+/// Stabilisation of one particle.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Push {
+pub(crate) struct Repulsion {
     /// Acceleration times the square of [`crate::stability::flow_time`]: a displacement [m].
-    pub way: Vector,
+    pub displacement: Vector,
     /// Square of the distance to the nearest neighbour [m^2].
     pub nearest: Real,
-    /// Pairs too near, of which another particle of fluid counts a half.
+    /// Number of pairs too close; a pair of fluid particles counts one half at each of them.
     pub pairs: Real,
 }
 
-/// Pushes each own fluid particle from neighbours that came too near (Tsuruta et al. 2013).
+/// Repels each own fluid particle from neighbours that came too close (Tsuruta et al. 2013).
 ///
-/// A pair at `r` after the correction that is nearer than it may be is pushed along its direction `e` before the
-/// correction, each so that it would move by half of what is missing in [`crate::stability::flow_time`], times `w/n0`;
-/// by [`PARTING`] of that if the pair comes apart already, so that pushes take more energy from disordered water than
-/// they give.
-pub(crate) fn pushes(kernel: &Kernel, settings: &Stabilisation, spacing: Real, moved: &Moved<'_>, into: &mut [Push]) {
+/// A pair that is too close after the pressure correction is accelerated along its direction before the correction so
+/// that each particle would move by half of the overlap within [`crate::stability::flow_time`], times `w/n0`; by
+/// [`SEPARATING`] of that where the pair separates already, so that on disordered arrangements the repulsion extracts
+/// more energy than it supplies.
+pub(crate) fn repulsions(
+    kernel: &Kernel,
+    settings: &Stabilisation,
+    spacing: Real,
+    moved: &Moved<'_>,
+    into: &mut [Repulsion],
+) {
     let Moved { kind, before, after, velocity, size, .. } = *moved;
     let limit = widest(spacing) * widest(spacing);
     moved.set(into, |a, near| {
-        let mut push = Push { nearest: Real::INFINITY, ..Push::default() };
+        let mut push = Repulsion { nearest: Real::INFINITY, ..Repulsion::default() };
         if kind[a] != Kind::Fluid {
             return push;
         }
@@ -102,21 +108,21 @@ pub(crate) fn pushes(kernel: &Kernel, settings: &Stabilisation, spacing: Real, m
             let missing = (least * least - across).sqrt() - along;
             let share = if settings.weighted { kernel.weight.value(r2.sqrt()) } else { 1.0 };
             let approaching = (velocity[b] - velocity[a]).dot(direction) < 0.0;
-            let kept = if approaching { 1.0 } else { PARTING };
-            push.way -= (kept * 0.5 * missing * share / kernel.sums.number_density) * direction;
-            push.pairs += part_of_pair(kind[b]);
+            let factor = if approaching { 1.0 } else { SEPARATING };
+            push.displacement -= (factor * 0.5 * missing * share / kernel.sums.number_density) * direction;
+            push.pairs += share_of_pair(kind[b]);
         }
         push
     });
 }
 
-/// The part that one fluid particle has in a pair with another particle: walls do not give way.
-fn part_of_pair(other: Kind) -> Real {
+/// Share of a fluid particle in a pair: one half with another fluid particle, all of it with a wall.
+fn share_of_pair(other: Kind) -> Real {
     if other == Kind::Fluid { 0.5 } else { 1.0 }
 }
 
-/// Change of velocity of each own fluid particle by collisions with particles that are still too near, and in how many
-/// pairs, of which another particle of fluid counts a half.
+/// Velocity change of each own fluid particle by collisions with particles that are still too close, and the number of
+/// its pairs; a pair of fluid particles counts one half at each of them.
 pub(crate) fn collisions(spacing: Real, moved: &Moved<'_>, into: &mut [(Vector, Real)]) {
     let Moved { kind, after: position, velocity, .. } = *moved;
     let limit = (COLLISION * spacing) * (COLLISION * spacing);
@@ -134,9 +140,9 @@ pub(crate) fn collisions(spacing: Real, moved: &Moved<'_>, into: &mut [(Vector, 
             }
             let approach = (velocity[b] - velocity[a]).dot(apart);
             if approach < 0.0 {
-                let part = part_of_pair(kind[b]);
-                change.1 += part;
-                change.0 += part * (1.0 + RESTITUTION) * approach / r2 * apart;
+                let share = share_of_pair(kind[b]);
+                change.1 += share;
+                change.0 += share * (1.0 + RESTITUTION) * approach / r2 * apart;
             }
         }
         change

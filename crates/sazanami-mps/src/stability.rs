@@ -1,26 +1,26 @@
-//! The longest stable step, and what limits it.
+//! Stability limits of the time step.
 
 use sazanami_numerics::{Real, Vector};
 
 /// What limits a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Limit {
-    /// No fluid particle moves more than a part of its size.
+    /// Courant number of the fluid particles.
     #[default]
     Advective,
-    /// The body force moves none more than a part of its size.
+    /// Displacement by the body force.
     BodyForce,
-    /// Viscosity.
+    /// Viscous diffusion number.
     Viscous,
-    /// No grain moves more than a part of its size.
+    /// Courant number of the grains.
     GrainMotion,
-    /// Drag between grains and fluid.
+    /// Relaxation time of the drag between grains and fluid.
     Drag,
-    /// The longest step asked for.
+    /// Upper bound set by the case.
     Longest,
-    /// The step is given.
+    /// Step prescribed by the case.
     Fixed,
-    /// The step is given, and longer than what the other limits allow.
+    /// Step prescribed by the case, longer than the other limits allow.
     FixedBeyondLimits,
 }
 
@@ -41,28 +41,27 @@ impl Limit {
     }
 }
 
-/// Recommended way of the fastest particle in a step, over its size.
+/// Recommended Courant number: displacement of the fastest particle in a step over its size.
 pub const COURANT: Real = 0.15;
-/// Step over the time sqrt(l0/|b|) of the body force.
+/// Limit on the step over the time scale `sqrt(l0/|b|)` of the body force b.
 pub const BODY_FORCE: Real = 0.2;
-/// Step over the time l0^2/nu of viscosity.
+/// Limit on the step over the viscous time scale `l0^2/nu`.
 pub const VISCOUS: Real = 0.2;
-/// Step over the time in which drag brings grains and fluid together: the fluid's part of it is explicit, and overshoots
-/// beyond 1.
+/// Limit on the step over the relaxation time of the drag: the drag on the fluid is explicit and overshoots beyond 1.
 pub const DRAG: Real = 0.5;
 
-/// Speed from which on water is not to be taken for incompressible, a tenth of that of sound in it [m/s]: a run whose
-/// particles reach it has gone wrong, and its steps shrink without end.
+/// A tenth of the speed of sound in water [m/s]: faster flow is not incompressible, and a run that reaches it has become
+/// unstable.
 pub const COMPRESSIBLE: Real = 150.0;
 
 /// Limits of the step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StepLimits {
-    /// Way of the fastest fluid particle or grain in a step over its size.
+    /// Courant number: displacement of the fastest fluid particle or grain in a step over its size.
     pub courant: Real,
     /// Longest step [s].
     pub longest: Real,
-    /// The step is always this long [s].
+    /// Prescribed step, whatever the limits say [s].
     pub fixed: Option<Real>,
 }
 
@@ -72,43 +71,44 @@ impl Default for StepLimits {
     }
 }
 
-/// What a step has to follow.
+/// Rates that the step has to resolve.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Rates {
     /// Largest speed of a fluid particle over the particle spacing [1/s].
     pub advective: Real,
     /// Largest speed of a grain over its diameter [1/s].
     pub grain_motion: Real,
-    /// Reciprocal of the shortest time in which drag brings grains and fluid together [1/s].
+    /// Reciprocal of the shortest relaxation time of the drag between grains and fluid [1/s].
     pub drag: Real,
 }
 
-/// A step and what limits it.
+/// A step length and the limit that set it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Step {
     /// Length [s].
     pub dt: Real,
-    /// What limits it.
+    /// Limit that set it.
     pub limit: Limit,
 }
 
-/// Way of fast water in the time of the flow, in spacings: that of a recommended step, whatever a case asks for, since
-/// the time of the flow does not follow the step.
-const WAY: Real = COURANT;
-/// Speed of fast water over the mean.
-const FASTEST: Real = 3.0;
-/// The time of the flow over that in which the body force moves a particle by half a spacing.
-const SHORT: Real = 0.05;
+/// Displacement of fast particles within the flow time scale, in spacings: that of a recommended step, whatever the
+/// Courant number of the case, since the time scale must not depend on the step.
+const DISPLACEMENT: Real = COURANT;
+/// Speed of fast particles over the mean speed.
+const FAST: Real = 3.0;
+/// Flow time scale over the time scale `sqrt(l0/|b|)` of the body force.
+const FORCE_FRACTION: Real = 0.05;
 
-/// Time [s] in which the arrangement of particles is mended: of water of a mean speed [m/s] relative to its walls under
-/// a body force [m/s^2], never less than the step; infinite where nothing moves and no force acts.
+/// Flow time scale [s] over which errors of the particle arrangement are corrected, from the mean speed of the fluid
+/// relative to its walls [m/s] and the body force [m/s^2]; never less than the step, infinite where nothing moves and no
+/// force acts.
 ///
-/// What mends within a step, however short, gives particles speeds that shorten the next step, and so on without end
+/// Corrections within one step, however short, would give particles speeds that shorten the next step, without end
 /// (`docs/decisions/0007-shaken-tanks.md`).
 #[must_use]
 pub(crate) fn flow_time(mean_speed: Real, body_force: Vector, spacing: Real, dt: Real) -> Real {
-    let of_speed = WAY * spacing / (FASTEST * mean_speed);
-    of_speed.min(SHORT * (spacing / body_force.length()).sqrt()).max(dt)
+    let of_speed = DISPLACEMENT * spacing / (FAST * mean_speed);
+    of_speed.min(FORCE_FRACTION * (spacing / body_force.length()).sqrt()).max(dt)
 }
 
 impl StepLimits {
@@ -138,7 +138,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_shortest_limit_rules() {
+    fn the_shortest_limit_sets_the_step() {
         let limits = StepLimits { longest: 1.0, ..StepLimits::default() };
         let rates = Rates { advective: 300.0, ..Rates::default() };
         let step = limits.choose(&rates, Vector::new(0.0, 0.0, -9.81), 1e-3, 1e-6);
@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn the_time_of_the_flow_is_that_of_the_faster_and_no_less_than_the_step() {
+    fn the_flow_time_scale_follows_speed_and_force_and_is_no_less_than_the_step() {
         let still = flow_time(0.0, Vector::new(0.0, 0.0, -9.81), 1e-3, 1e-5);
         assert!((still - 0.05 * (1e-3 / 9.81_f64).sqrt()).abs() < 1e-12);
         // Ten times as fast, a tenth of the time; the step does not enter.

@@ -1,16 +1,16 @@
-//! Weight functions and the sums over a perfect lattice that calibrate every operator.
+//! Wendland weight functions and the lattice sums that normalise every operator.
 //!
-//! Wendland functions of unit value at the centre and support `r_e`; the operators are normalised by their own
-//! sums over a cubic lattice, never by the number density, so that they are exact there for quadratic fields.
+//! The weights are 1 at the centre and have support `r_e`. Each operator is normalised by its own sum over a cubic
+//! lattice, not by the number density, so that it is exact there for quadratic fields.
 
 use sazanami_numerics::Real;
 use sazanami_numerics::choices;
 
-/// Two particles nearer than this are in the same place: sums divide by no less [m or m^2].
-pub(crate) const SAME: Real = 1e-100;
+/// Lower bound of distances that sums divide by, for coincident particles [m or m^2].
+pub(crate) const COINCIDENT: Real = 1e-100;
 
 choices! {
-    /// Family of weight functions.
+    /// Family of Wendland functions.
     #[derive(Default)]
     pub enum Wendland {
         /// `(1 - q)^4 (1 + 4 q)`.
@@ -24,16 +24,16 @@ choices! {
 /// A weight function with its radius of influence.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Weight {
-    /// Family.
+    /// Wendland function in use.
     pub family: Wendland,
     /// Radius of influence r_e [m].
     pub radius: Real,
 }
 
 impl Weight {
-    /// Distance over the radius and what is left of it to 1, which is 0 beyond the radius.
+    /// `q = r/r_e` and `max(1 - q, 0)`.
     #[inline(always)]
-    fn place(&self, r: Real) -> (Real, Real) {
+    fn normalised(&self, r: Real) -> (Real, Real) {
         let q = r * self.radius.recip();
         (q, (1.0 - q).max(0.0))
     }
@@ -42,7 +42,7 @@ impl Weight {
     #[inline(always)]
     #[must_use]
     pub fn value(&self, r: Real) -> Real {
-        let (q, p) = self.place(r);
+        let (q, p) = self.normalised(r);
         let p2 = p * p;
         match self.family {
             Wendland::C2 => p2 * p2 * (1.0 + 4.0 * q),
@@ -61,7 +61,7 @@ impl Weight {
     #[inline(always)]
     #[must_use]
     pub fn slope_over_distance(&self, r: Real) -> Real {
-        let (q, p) = self.place(r);
+        let (q, p) = self.normalised(r);
         let scale = (self.radius * self.radius).recip();
         let p2 = p * p;
         match self.family {
@@ -74,7 +74,7 @@ impl Weight {
     #[inline(always)]
     #[must_use]
     pub fn curvature(&self, r: Real) -> Real {
-        let (q, p) = self.place(r);
+        let (q, p) = self.normalised(r);
         let scale = (self.radius * self.radius).recip();
         let p2 = p * p;
         match self.family {
@@ -85,20 +85,19 @@ impl Weight {
 }
 
 choices! {
-    /// The weight of a pair in the Laplacian.
+    /// Form of the Laplacian: weight of a pair.
     #[derive(Default)]
     pub enum LaplacianForm {
-        /// The weight's second derivative (Khayyer & Gotoh 2010, HL, in three dimensions), where it is positive.
+        /// Second derivative of the weight (HL, Khayyer & Gotoh 2010, in three dimensions), where it is positive.
         #[default]
         HigherOrder = "higher_order",
-        /// The weight itself (Koshizuka & Oka 1996).
+        /// The weight function itself (Koshizuka & Oka 1996).
         Classical = "classical",
     }
 }
 
 impl LaplacianForm {
-    /// Coefficient of a pair at distance `r`, before normalisation; the second value tells whether it was cut to
-    /// zero.
+    /// Coefficient of a pair at distance `r`, before normalisation, and whether it was negative and set to zero.
     #[inline(always)]
     #[must_use]
     pub fn coefficient(self, weight: &Weight, r: Real) -> (Real, bool) {
@@ -112,24 +111,24 @@ impl LaplacianForm {
     }
 }
 
-/// Sums of a weight function over a cubic lattice.
+/// Sums of a weight function over a cubic lattice, which normalise the operators.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Calibration {
-    /// Number density n0 of a particle inside, itself included.
+    /// Reference number density n0 of an interior particle, itself included.
     pub number_density: Real,
-    /// The same without itself.
+    /// n0 without the particle itself.
     pub others: Real,
-    /// First-moment sum N1 = sum (-w') r / 3: turns a change of the number density into a strain.
+    /// First-moment sum N1 = sum (-w') r / 3: converts a change of the number density into a volume strain.
     pub strain: Real,
     /// Second-moment sum N2 = sum f r^2 / 6 of the Laplacian in use.
     pub laplacian: Real,
     /// Number density of the top layer under a flat surface over n0.
     pub top_layer: Real,
-    /// The same of the layer below it.
+    /// Number density of the layer below it over n0.
     pub second_layer: Real,
-    /// Length of the sum of `w` times directions in the top layer over n0.
+    /// Asymmetry of the top layer: length of the sum of `w` times unit vectors, over n0.
     pub top_asymmetry: Real,
-    /// Neighbours of a particle inside.
+    /// Number of neighbours of an interior particle.
     pub neighbours: usize,
 }
 
@@ -186,7 +185,7 @@ impl Calibration {
         self.top_layer + (self.second_layer - self.top_layer) * 2.0 / 3.0
     }
 
-    /// Asymmetry over n0 above which it does: about half that of the top layer.
+    /// Asymmetry over n0 above which such a particle does lie at the surface: about half that of the top layer.
     #[must_use]
     pub fn surface_asymmetry(&self) -> Real {
         0.53 * self.top_asymmetry

@@ -1,4 +1,4 @@
-//! A step allocates nothing once it has run.
+//! A step allocates nothing after the first ones.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;

@@ -1,7 +1,7 @@
-//! Numbers at places, laid out for sums over what is near.
+//! Points with values, sorted into bins for weighted sums over neighbourhoods.
 //!
-//! Bins are short along x1 and each row of them begins with a group of its own, so that a sum runs over whole groups:
-//! what they hold besides is out of reach and has no weight. The order within a bin is given, that of the bins too.
+//! Bins are short along x1, and entries are stored in SIMD groups; each row of bins starts a new group, so that a sum runs
+//! over whole groups: entries beyond the radius have zero weight. The order of entries, within bins too, is fixed.
 
 use std::cmp::Ordering;
 
@@ -12,21 +12,21 @@ use sazanami_parallel::for_each_chunk;
 use crate::neighbours::{Bins, ROWS};
 use crate::weight::{Weight, Wendland};
 
-/// Numbers worked on at once.
+/// Entries per SIMD group.
 pub(super) const LANES: usize = 4;
 pub(super) type Lanes = [Real; LANES];
 
-/// Edges of the bins over the radius: rows are few and what is beyond reach at their ends is little.
+/// Edges of the bins over the radius: few rows, and few entries beyond the radius at their ends.
 const EDGES: Vector = Vector::new(0.08, 0.7, 0.7);
-/// Where entries are that stand for nothing [m].
+/// Coordinate of empty entries [m].
 const FAR: Real = 1e30;
-/// No bin, and nothing.
+/// Marks a point without a bin and an empty entry.
 const NONE: u32 = u32::MAX;
-/// Groups that are listed before they are summed.
+/// Groups listed before they are summed.
 const LIST: usize = 128;
-/// Groups of a row that are listed at once.
+/// Groups of a row listed at once.
 const RUN: usize = 8;
-/// Things looked at in one go.
+/// Points per block of work.
 const MANY: usize = 1024;
 
 /// `value` of every lane.
@@ -35,9 +35,9 @@ pub(super) fn lanes(value: impl FnMut(usize) -> Real) -> Lanes {
     std::array::from_fn(value)
 }
 
-/// What a group is to a place.
+/// Geometry of a group relative to a position.
 pub(super) struct Pair {
-    /// From the group's members to the place [m].
+    /// Distance vectors from the members to the position [m].
     pub apart: [Lanes; 3],
     /// Weight `w(r)` of each member.
     pub weight: Lanes,
@@ -45,27 +45,26 @@ pub(super) struct Pair {
     pub slope: Lanes,
 }
 
-/// Places, each with `N` numbers of which the first three are its coordinates [m].
+/// Points, each with `N` values of which the first three are its coordinates [m].
 #[derive(Clone, Debug, Default)]
 pub(super) struct Binned<const N: usize> {
-    /// Within what it is looked at [m].
+    /// Radius of the sums [m].
     radius: Real,
     bins: Bins,
     /// First entry of each bin, and one more.
     starts: Vec<u32>,
-    /// First and last bin along x1 that hold something, in all rows within reach of a row.
+    /// First and last occupied bin along x1 over all rows within the radius of a row.
     extents: Vec<[u32; 2]>,
     spare: Vec<[u32; 2]>,
-    /// Bin of each thing.
+    /// Bin of each point.
     bin: Vec<u32>,
-    /// Thing that each entry stands for.
+    /// Point of each entry.
     entries: Vec<u32>,
     groups: Vec<[Lanes; N]>,
 }
 
 impl<const N: usize> Binned<N> {
-    /// Takes in `count` things: those that have a place [m], and their numbers. Within a bin they come in
-    /// `order`.
+    /// Stores those of `count` points that have a position [m], with their values; within a bin in the given `order`.
     pub fn fill(
         &mut self,
         domain: &Domain,
@@ -102,7 +101,7 @@ impl<const N: usize> Binned<N> {
             entries[*at as usize] = n as u32;
             *at += 1;
         }
-        // Each bin's start is its end now.
+        // The start of each bin has moved to its end.
         let mut end = 0;
         for row in starts[..bins.len()].chunks_mut(bins.count[0]) {
             for start in row {
@@ -150,7 +149,7 @@ impl<const N: usize> Binned<N> {
         }
     }
 
-    /// Whether something may be within reach of `x` [m].
+    /// Whether a point may lie within the radius of `x` [m].
     #[inline(always)]
     pub fn is_near(&self, x: Vector) -> bool {
         let [i, j, k] = self.bins.place(x);
@@ -159,7 +158,7 @@ impl<const N: usize> Binned<N> {
         i + reach >= first as usize && i <= last as usize + reach
     }
 
-    /// Sums `terms` over all that is within reach of `x` [m]; they must vanish with the weight of family `family`.
+    /// Sums `terms` over all points within the radius of `x` [m]; they must vanish with the weight of family `family`.
     #[inline(always)]
     pub fn sum<const S: usize>(
         &self,
@@ -184,7 +183,7 @@ impl<const N: usize> Binned<N> {
         self.bins.for_each_row(x, self.radius, |row| {
             let mut first = self.starts[row.start] / LANES as u32;
             let end = self.starts[row.end].div_ceil(LANES as u32);
-            // As many as fit are written in one go, whether they are there or not: cheaper than to decide.
+            // A full run is written whether it is needed or not: cheaper than a branch.
             while first < end {
                 if length + RUN > LIST {
                     add::<N, S, C4>(&self.groups, &list[..length], self.radius, x, &terms, &mut sums);
@@ -200,8 +199,8 @@ impl<const N: usize> Binned<N> {
     }
 }
 
-/// Adds `terms` of the groups in a list to sums. The compiler works on whole lanes because the sums are stored in the
-/// end: inlined, they are not, and square roots are taken one by one.
+/// Adds `terms` of the listed groups to `sums`. Not inlined: then the sums are stored, which lets the compiler vectorise
+/// whole lanes, square roots included.
 #[inline(never)]
 fn add<const N: usize, const S: usize, const C4: bool>(
     groups: &[[Lanes; N]],
@@ -229,7 +228,7 @@ fn add<const N: usize, const S: usize, const C4: bool>(
     *sums = total;
 }
 
-/// Numbers of an entry that stands for nothing.
+/// Values of an empty entry.
 fn nothing<const N: usize>() -> [Real; N] {
     std::array::from_fn(|n| if n < 3 { FAR } else { 0.0 })
 }
@@ -242,8 +241,8 @@ mod tests {
 
     const RADIUS: Real = 0.3;
 
-    /// Places in a box of edge 2 and around it, each with a number.
-    fn things() -> Vec<[Real; 4]> {
+    /// Points in a box of edge 2 and around it, each with a value.
+    fn points() -> Vec<[Real; 4]> {
         let mut state = 3_u64;
         let mut random = move || {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -252,12 +251,12 @@ mod tests {
         (0..3000).map(|_| [3.0 * random() - 0.5, 1.6 * random(), 3.0 * random() - 0.5, random()]).collect()
     }
 
-    fn binned(things: &[[Real; 4]]) -> Binned<4> {
+    fn binned(points: &[[Real; 4]]) -> Binned<4> {
         let domain = Domain::solo(Grid::new([4; 3], Vector::ZERO, Vector::splat(2.0)), [false; 3]);
-        let place = |n: usize| Vector::from_slice(&things[n][..3]);
+        let place = |n: usize| Vector::from_slice(&points[n][..3]);
         let mut binned = Binned::default();
-        let order = |a: usize, b: usize| things[a][3].total_cmp(&things[b][3]);
-        binned.fill(&domain, RADIUS, things.len(), |n| (things[n][3] > 0.1).then(|| place(n)), order, |n| things[n]);
+        let order = |a: usize, b: usize| points[a][3].total_cmp(&points[b][3]);
+        binned.fill(&domain, RADIUS, points.len(), |n| (points[n][3] > 0.1).then(|| place(n)), order, |n| points[n]);
         binned
     }
 
@@ -268,16 +267,16 @@ mod tests {
     }
 
     #[test]
-    fn sums_hold_all_that_is_near() {
-        let things = things();
-        let binned = binned(&things);
+    fn sums_run_over_all_points_within_the_radius() {
+        let points = points();
+        let binned = binned(&points);
         let (mut near, mut far) = (0, 0);
         for family in [Wendland::C2, Wendland::C4] {
             let weight = Weight { family, radius: RADIUS };
-            for [x, y, z, _] in &things[..400] {
+            for [x, y, z, _] in &points[..400] {
                 let x = Vector::new(*x, 2.0 * y, *z);
                 let mut expected = [0.0; 2];
-                for thing in things.iter().filter(|thing| thing[3] > 0.1) {
+                for thing in points.iter().filter(|thing| thing[3] > 0.1) {
                     let apart = x - Vector::from_slice(&thing[..3]);
                     expected[0] += weight.value(apart.length()) * thing[3];
                     expected[1] += weight.slope_over_distance(apart.length()) * apart.x * thing[3];
@@ -293,17 +292,17 @@ mod tests {
     }
 
     #[test]
-    fn the_order_of_things_does_not_matter() {
-        let things = things();
-        let mut turned = things.clone();
+    fn sums_do_not_depend_on_the_order_of_the_points() {
+        let points = points();
+        let mut turned = points.clone();
         turned.reverse();
-        let (one, other) = (binned(&things), binned(&turned));
+        let (one, other) = (binned(&points), binned(&turned));
         let same = |other: &Binned<4>| {
-            let at = |n: usize| Vector::from_slice(&things[n][..3]);
+            let at = |n: usize| Vector::from_slice(&points[n][..3]);
             (0..200).all(|n| sum(&one, Wendland::C2, at(n)) == sum(other, Wendland::C2, at(n)))
         };
         assert!(same(&other));
-        // Negative control: a hair more does.
+        // Negative control: a shift by 1e-12 does.
         turned.iter_mut().for_each(|thing| thing[0] += 1e-12);
         assert!(!same(&binned(&turned)));
     }

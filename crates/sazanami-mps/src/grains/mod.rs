@@ -1,8 +1,8 @@
-//! Grains in the fluid: void fraction, drag, pressure force, and what the fluid gets back.
+//! Coupling with the grains by overlap: void fraction, drag, pressure force, and the reaction on the fluid.
 //!
-//! Grains are spheres. The void fraction is smooth and its rate analytic; the fluid around a grain is a mean over the
-//! fluid particles within the radius of influence, weighted by `w/eps`, and the drag on a grain returns to the same
-//! particles with the same weights, so that its sum over both vanishes.
+//! Grains are spheres. The void fraction is a smooth sum over grains with an analytic rate. Fluid velocity and pressure
+//! gradient at a grain are means over the fluid particles within the radius of influence, weighted by `w/eps`; the drag
+//! on the grain is returned to the same particles with the same weights, so that momentum is conserved.
 
 mod binned;
 mod closure;
@@ -23,94 +23,94 @@ use crate::particles::{Kind, Particles};
 use crate::reductions;
 use crate::scheme::Kernel;
 
-/// Sum of weights over n0 from which on a grain is wholly wet.
+/// Sum of weights over n0 above which a grain is fully wet.
 const WET: Real = 0.5;
 
-/// How grains and fluid act on each other.
+/// Parameters of the coupling between grains and fluid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coupling {
-    /// Drag law.
+    /// Drag law of the grains.
     pub closure: Closure,
-    /// Radius R_eps over which the void fraction is smoothed [m].
+    /// Smoothing radius R_eps of the void fraction [m].
     pub smoothing: Real,
-    /// Least void fraction.
+    /// Lower bound of the void fraction.
     pub least_void: Real,
-    /// Whether grains feel the pressure of the same step, and the pressure equation knows how they give way to it;
-    /// otherwise they feel that of the step before, which is stable only for heavy grains.
+    /// Whether the pressure force on grains is that of the same step, with the acceleration of the grains in the pressure
+    /// equation; otherwise it is that of the previous step, which is stable only for heavy grains.
     pub implicit_pressure_force: bool,
-    /// Sub-steps of the grains in a step.
+    /// Contact sub-steps per step.
     pub substeps: Substeps,
 }
 
-/// The fluid around a grain, at the start of a step.
+/// Fluid interpolated at a grain at the start of a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Surroundings {
+pub(crate) struct FluidAtGrain {
     /// Velocity of the fluid [m/s].
     pub velocity: Vector,
     /// Gradient of the reduced pressure [Pa/m].
     pub gradient: Vector,
-    /// Part of the grain that is wet.
+    /// Wet fraction of the grain.
     pub wetness: Real,
-    /// Void fraction, without the grain's own share.
+    /// Void fraction, without the contribution of the grain itself.
     pub void_fraction: Real,
     /// Sum of the weights of the fluid particles.
     support: Real,
 }
 
-/// What the coupling did in a step; over all ranks.
+/// Report of the coupling in a step, over all ranks.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CouplingReport {
-    /// Fluid particles whose void fraction was cut to the least.
+    /// Fluid particles whose void fraction was raised to the lower bound.
     pub cut_voids: usize,
-    /// Smallest void fraction of a fluid particle before it was cut.
+    /// Smallest void fraction of a fluid particle before the lower bound was applied.
     pub least_void: Real,
-    /// Impulse that drag gave the grains [N s].
+    /// Impulse of the drag on the grains [N s].
     pub drag_on_grains: Vector,
-    /// Impulse that it gave the fluid [N s].
+    /// Impulse of the drag on the fluid [N s].
     pub drag_on_fluid: Vector,
-    /// Impulse of the pressure on the grains, hydrostatic part included [N s].
+    /// Impulse of the pressure on the grains, buoyancy included [N s].
     pub pressure_on_grains: Vector,
 }
 
-/// Places of numbers kept with a grain.
+/// Layout of the numbers attached to each grain by the engine.
 const PLACE: usize = 0;
 const SUPPORT: usize = 3;
 const WETNESS: usize = 4;
 const GRADIENT: usize = 5;
-/// Force on a grain in the last step, for output [N]: drag, then pressure.
+/// Drag and pressure force on a grain in the last step, for output [N].
 const DRAG_FORCE: usize = 8;
 const PRESSURE_FORCE: usize = 11;
 const VOID: usize = 14;
 
-/// The grains of one rank and what couples them to the fluid.
+/// The grains of one rank and their coupling to the fluid.
 #[derive(Debug)]
 pub struct GrainPhase {
     engine: Engine,
     coupling: Coupling,
     sources: Sources,
-    /// Void fraction of each own fluid particle before it is cut.
+    /// Void fraction at each own fluid particle before the lower bound is applied.
     void: Vec<Real>,
-    around: Vec<Surroundings>,
-    /// Reciprocal of the shortest time in which drag brought a grain and the fluid around it together in the last
-    /// step, over all ranks [1/s].
+    around: Vec<FluidAtGrain>,
+    /// Reciprocal of the shortest drag relaxation time of a grain and the fluid around it in the last step, over all
+    /// ranks [1/s].
     drag_rate: Real,
     diameter: Vec<Real>,
     force: Vec<Vector>,
     shared: Vec<[Real; 6]>,
     places: Vec<Vector>,
-    /// Fluid around the grains: places, `1/eps`, gradients, velocities.
+    /// Fluid in bins: positions, `1/eps`, pressure gradients, velocities.
     fluid: Binned<10>,
-    /// Impulse that each grain took from the fluid over the sum of its weights, where it was.
+    /// Grains in bins: positions at the start of the step, drag impulse over the sum of weights.
     impulses: Binned<6>,
-    /// Whether there are grains at all, on any rank.
+    /// Whether there are grains on any rank.
     any: bool,
     frozen: bool,
 }
 
-/// Drag on the own grains during a step.
+/// Drag on the own grains in the contact sub-steps of a step.
 struct FluidDrag<'a> {
     closure: &'a Closure,
-    around: &'a [Surroundings],
+    around: &'a [FluidAtGrain],
     diameter: &'a [Real],
 }
 
@@ -136,10 +136,10 @@ pub fn diameter_of(engine: &Engine, g: usize) -> Real {
 }
 
 impl GrainPhase {
-    /// No grains.
+    /// A phase without grains.
     ///
     /// # Errors
-    /// None: an engine without grains can always be made.
+    /// Those of [`Engine::new`]; none are known for an engine without grains.
     pub fn none(domain: &Domain) -> Result<Self, DemError> {
         let setup = Setup {
             bodies: Vec::new(),
@@ -158,14 +158,17 @@ impl GrainPhase {
         Ok(Self::new(domain, Engine::new(domain, setup, &[])?, coupling))
     }
 
-    /// Grains that are spheres, with an engine of their own.
+    /// The spheres of `engine`, coupled to the fluid.
     ///
     /// # Panics
-    /// If the engine knows fewer images of grains than the void fraction asks for.
+    /// If the ghost margin of the engine is not larger than the smoothing radius of the void fraction.
     #[must_use]
     pub fn new(domain: &Domain, engine: Engine, coupling: Coupling) -> Self {
         let any = domain.max(if engine.grains().owned() > 0 { 1.0 } else { 0.0 }) > 0.0;
-        assert!(!any || engine.ghost_margin() > coupling.smoothing, "grains are known as far as they are smoothed");
+        assert!(
+            !any || engine.ghost_margin() > coupling.smoothing,
+            "ghost margin of the grains exceeds the smoothing radius"
+        );
         Self {
             engine,
             coupling,
@@ -184,12 +187,12 @@ impl GrainPhase {
         }
     }
 
-    /// Holds the grains where they are, or lets them go again; held, they neither feel nor give drag.
+    /// Holds the grains in place or releases them; held grains exchange no momentum with the fluid.
     pub fn freeze(&mut self, frozen: bool) {
         self.frozen = frozen;
     }
 
-    /// Whether the grains are held.
+    /// Whether the grains are held in place.
     #[must_use]
     pub fn is_frozen(&self) -> bool {
         self.frozen
@@ -201,40 +204,39 @@ impl GrainPhase {
         !self.any
     }
 
-    /// The engine of the grains.
+    /// Contact engine of the grains.
     #[must_use]
     pub fn engine(&self) -> &Engine {
         &self.engine
     }
 
-    /// The engine of the grains, to be changed between steps.
+    /// Mutable access to the contact engine, between steps.
     pub fn engine_mut(&mut self) -> &mut Engine {
         &mut self.engine
     }
 
-    /// How grains and fluid act on each other.
+    /// Parameters of the coupling between grains and fluid.
     #[must_use]
     pub fn coupling(&self) -> &Coupling {
         &self.coupling
     }
 
-    /// Void fraction around own grain `g`, without its own share, and the part of it that was wet at the start of the
-    /// last step; zeros before the first one.
+    /// Void fraction at own grain `g` without its own contribution, and its wet fraction, at the start of the last step;
+    /// zeros before the first step.
     #[must_use]
     pub fn surroundings(&self, g: usize) -> [Real; 2] {
         let kept = &self.engine.grains().attached[g];
         [kept[VOID], kept[WETNESS]]
     }
 
-    /// Drag and pressure force on own grain `g` in the last step, means over the step [N].
+    /// Mean drag and pressure force on own grain `g` in the last step [N].
     #[must_use]
     pub fn forces(&self, g: usize) -> [Vector; 2] {
         let kept = &self.engine.grains().attached[g];
         [DRAG_FORCE, PRESSURE_FORCE].map(|at| Vector::from_slice(&kept[at..at + 3]))
     }
 
-    /// Void fraction at `position` [m] among the grains where [`Self::place`] last found them, no less than
-    /// the least.
+    /// Void fraction at `position` [m] for the grain positions at the last [`Self::place`], not below its lower bound.
     #[must_use]
     pub fn void_fraction(&self, position: Vector) -> Real {
         let solid = if self.any { self.sources.fraction(position) } else { 0.0 };
@@ -247,14 +249,14 @@ impl GrainPhase {
         domain.sum([own.sum()])[0]
     }
 
-    /// Takes note of where the grains are, and of their images in the walls of `tank`.
+    /// Updates the grain positions that void fractions are computed from, with mirror images in the walls of `tank`.
     pub fn place(&mut self, domain: &Domain, tank: &Tank) {
         if self.any {
             self.sources.fill(domain, tank, &self.engine, self.coupling.closure.density);
         }
     }
 
-    /// What the grains make of each own fluid particle's surroundings; tells how many were cut and the smallest `eps`.
+    /// Void fraction columns of the own fluid particles; returns the number at the lower bound and the smallest `eps`.
     pub fn voids(
         &mut self,
         kind: &[Kind],
@@ -266,12 +268,13 @@ impl GrainPhase {
         let Self { sources, void, coupling, .. } = self;
         let (sources, least) = (&*sources, coupling.least_void);
         void.clear();
-        void.resize(voids.bulk.len(), 1.0);
-        let columns = (&mut void[..], &mut *voids.bulk, &mut *voids.bulk_rate, &mut *voids.mobile);
-        for_each_chunk(columns, ROWS, |number, (void, bulk, rate, mobile)| {
+        void.resize(voids.inverse_void.len(), 1.0);
+        let columns =
+            (&mut void[..], &mut *voids.inverse_void, &mut *voids.inverse_void_rate, &mut *voids.grain_mobility);
+        for_each_chunk(columns, ROWS, |number, (void, inverse_void, rate, grain_mobility)| {
             for (row, void) in void.iter_mut().enumerate() {
                 let a = number * ROWS + row;
-                (bulk[row], rate[row], mobile[row]) = (1.0, 0.0, 0.0);
+                (inverse_void[row], rate[row], grain_mobility[row]) = (1.0, 0.0, 0.0);
                 if kind[a] != Kind::Fluid {
                     continue;
                 }
@@ -280,12 +283,12 @@ impl GrainPhase {
                 };
                 *void = 1.0 - solid.fraction;
                 let eps = void.max(least);
-                bulk[row] = 1.0 / eps;
+                inverse_void[row] = 1.0 / eps;
                 if *void > least {
                     rate[row] = solid.rate / (eps * eps);
                 }
                 if gives_way {
-                    mobile[row] = solid.mobile;
+                    grain_mobility[row] = solid.grain_mobility;
                 }
             }
         });
@@ -293,15 +296,15 @@ impl GrainPhase {
         (void.iter().filter(|eps| **eps <= least).count(), smallest)
     }
 
-    /// Looks at the fluid around each own grain.
-    pub(crate) fn look_around(&mut self, domain: &Domain, kernel: &Kernel, fluid: &Fluid<'_>) {
+    /// Interpolates the fluid at each own grain.
+    pub(crate) fn interpolate_fluid(&mut self, domain: &Domain, kernel: &Kernel, fluid: &Fluid<'_>) {
         let Self { engine, coupling, sources, around, diameter, fluid: binned, .. } = self;
         let grains = engine.grains();
         let owned = grains.owned();
         diameter.clear();
         diameter.extend((0..owned).map(|g| diameter_of(engine, g)));
         around.clear();
-        around.resize(owned, Surroundings::default());
+        around.resize(owned, FluidAtGrain::default());
         let whole = WET * kernel.sums.number_density;
         fluid.put_into(binned, domain, kernel);
         let (binned, sources, diameter, least) = (&*binned, &*sources, &diameter[..], coupling.least_void);
@@ -311,12 +314,12 @@ impl GrainPhase {
                 let x = grains.position[g];
                 let family = kernel.weight.family;
                 let [support, gradient @ .., u, v, w] = binned.sum(family, x, |pair, fluid: &[Lanes; 10]| {
-                    let [_, _, _, bulk, g1, g2, g3, u, v, w] = fluid;
-                    let weight = lanes(|l| pair.weight[l] * bulk[l]);
+                    let [_, _, _, inverse_void, g1, g2, g3, u, v, w] = fluid;
+                    let weight = lanes(|l| pair.weight[l] * inverse_void[l]);
                     let mean = |field: &Lanes| lanes(|l| weight[l] * field[l]);
                     [weight, mean(g1), mean(g2), mean(g3), mean(u), mean(v), mean(w)]
                 });
-                let mut sum = Surroundings { support, ..Surroundings::default() };
+                let mut sum = FluidAtGrain { support, ..FluidAtGrain::default() };
                 if support > 0.0 {
                     sum.velocity = Vector::new(u, v, w) / support;
                     sum.gradient = Vector::from_array(gradient) / support;
@@ -329,18 +332,17 @@ impl GrainPhase {
         });
     }
 
-    /// Reciprocal of the shortest time in which drag brought a grain and the fluid around it together in the last
-    /// step [1/s].
+    /// Reciprocal of the shortest drag relaxation time in the last step [1/s].
     pub(crate) fn drag_rate(&self) -> Real {
         self.drag_rate
     }
 
-    /// Takes up the rate of drag [1/s] of a restored state.
+    /// Restores the drag rate [1/s] of a snapshot.
     pub(crate) fn set_drag_rate(&mut self, rate: Real) {
         self.drag_rate = rate;
     }
 
-    /// See [`Self::drag_rate`], where the grains and the fluid around them are now.
+    /// The [`Self::drag_rate`] of the present state.
     fn present_drag_rate(&self, domain: &Domain) -> Real {
         let grains = self.engine.grains();
         let density = self.coupling.closure.density;
@@ -369,8 +371,8 @@ impl GrainPhase {
         largest(domain, grains.owned(), rate)
     }
 
-    /// Moves the grains by `dt` [s] under contacts, drag, pressure and the body force [m/s^2], of which the gradient
-    /// is without the part `reduced`.
+    /// Advances the grains by `dt` [s] under contacts, drag, pressure and the body force [m/s^2]; the gradient is that of
+    /// the pressure without the hydrostatic part of `reduced`.
     pub(crate) fn advance(
         &mut self,
         domain: &Domain,
@@ -421,15 +423,15 @@ impl GrainPhase {
         Ok(contacts)
     }
 
-    /// Sets each own fluid particle's `change` to what drag took from it, as a velocity [m/s]; places and weights
-    /// are those of the start of the step.
+    /// Sets `change` to the velocity change of each own fluid particle by drag [m/s], with positions and weights of the
+    /// start of the step.
     #[allow(clippy::too_many_arguments, reason = "the fluid of the start of the step, in columns")]
-    pub(crate) fn react(
+    pub(crate) fn return_drag(
         &mut self,
         domain: &Domain,
         kernel: &Kernel,
         particles: &Particles,
-        bulk: &[Real],
+        inverse_void: &[Real],
         particle_mass: Real,
         change: &mut [Vector],
         report: &mut CouplingReport,
@@ -453,7 +455,7 @@ impl GrainPhase {
             shared[..3].copy_from_slice(&place.to_array());
         }
         let shared = &shared[..];
-        // Beyond the radius more or fewer are known, by chance.
+        // Which ghosts are known beyond the radius is arbitrary.
         let near = engine.vicinity(domain, kernel.weight.radius);
         impulses.fill(
             domain,
@@ -479,7 +481,7 @@ impl GrainPhase {
                     impulses.sum(family, particles.position[a], |pair, [_, _, _, impulse @ ..]: &[Lanes; 6]| {
                         impulse.map(|impulse| lanes(|l| pair.weight[l] * impulse[l]))
                     });
-                *change = -bulk[a] / particle_mass * Vector::from_array(taken);
+                *change = -inverse_void[a] / particle_mass * Vector::from_array(taken);
             }
         });
         let mut sum = [0.0; 3];
@@ -489,7 +491,7 @@ impl GrainPhase {
         report.drag_on_fluid = Vector::from_array(domain.sum(sum));
     }
 
-    /// Replaces the pressure force of the step, which saw the gradient of the step before, by that of the new one.
+    /// Corrects the pressure force of the step from the gradient of the previous step to that of the new pressure.
     pub(crate) fn correct_pressure_force(
         &mut self,
         domain: &Domain,
@@ -518,8 +520,8 @@ impl GrainPhase {
                 let x = grains.position[g];
                 let family = kernel.weight.family;
                 let [support, sum @ ..] = binned.sum(family, x, |pair, fluid: &[Lanes; 10]| {
-                    let [_, _, _, bulk, g1, g2, g3, ..] = fluid;
-                    let weight = lanes(|l| pair.weight[l] * bulk[l]);
+                    let [_, _, _, inverse_void, g1, g2, g3, ..] = fluid;
+                    let weight = lanes(|l| pair.weight[l] * inverse_void[l]);
                     let mean = |field: &Lanes| lanes(|l| weight[l] * field[l]);
                     [weight, mean(g1), mean(g2), mean(g3)]
                 });
@@ -543,32 +545,32 @@ impl GrainPhase {
     }
 }
 
-/// Columns of the own fluid particles that follow from where the grains are.
+/// Columns of the own fluid particles that depend on the grain positions.
 pub struct Voids<'a> {
-    /// `1/eps`.
-    pub bulk: &'a mut [Real],
-    /// Its rate [1/s].
-    pub bulk_rate: &'a mut [Real],
-    /// Solid fraction times density of the fluid over that of the grains, where grains give way to the pressure.
-    pub mobile: &'a mut [Real],
+    /// Inverse void fraction `1/eps`.
+    pub inverse_void: &'a mut [Real],
+    /// Material rate of change of `1/eps` [1/s].
+    pub inverse_void_rate: &'a mut [Real],
+    /// `(1 - eps) rho/rho_s`, where grains are accelerated by the pressure of the same step; 0 elsewhere.
+    pub grain_mobility: &'a mut [Real],
 }
 
-/// Largest `rate` of the first `count` grains, over all ranks; 0 without grains.
+/// Maximum of `rate` over the first `count` grains of all ranks; 0 without grains.
 fn largest(domain: &Domain, count: usize, rate: impl Fn(usize) -> Real + Sync) -> Real {
     domain.max(reductions::largest(count, rate).max(0.0))
 }
 
-/// The fluid as grains see it, ghosts included.
+/// Columns of the fluid that grains interpolate, ghosts included.
 pub(crate) struct Fluid<'a> {
     pub kind: &'a [Kind],
     pub position: &'a [Vector],
     pub velocity: &'a [Vector],
     pub gradient: &'a [Vector],
-    pub bulk: &'a [Real],
+    pub inverse_void: &'a [Real],
 }
 
 impl Fluid<'_> {
-    /// Puts all fluid particles in bins; their order within a bin is the one they have.
+    /// Sorts the fluid particles into bins, in their present order.
     fn put_into(&self, binned: &mut Binned<10>, domain: &Domain, kernel: &Kernel) {
         binned.fill(
             domain,
@@ -578,7 +580,7 @@ impl Fluid<'_> {
             |a, b| a.cmp(&b),
             |a| {
                 let (x, g, u) = (self.position[a], self.gradient[a], self.velocity[a]);
-                [x.x, x.y, x.z, self.bulk[a], g.x, g.y, g.z, u.x, u.y, u.z]
+                [x.x, x.y, x.z, self.inverse_void[a], g.x, g.y, g.z, u.x, u.y, u.z]
             },
         );
     }

@@ -1,4 +1,4 @@
-//! Grains as sources of solid volume: real ones, periodic images, and images in walls.
+//! Solid fraction as a smooth sum over the grains, their periodic images and their mirror images in walls.
 
 use std::cmp::Ordering;
 use std::f64::consts::PI;
@@ -15,7 +15,7 @@ use crate::boundary::{Side, Tank};
 use crate::neighbours::ROWS;
 use crate::weight::{Weight, Wendland};
 
-/// A grain or an image of one.
+/// A grain or one of its images.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Source {
     /// Identifier of the grain.
@@ -23,7 +23,7 @@ struct Source {
     position: Vector,
     velocity: Vector,
     volume: Real,
-    /// Density of the fluid over that of the grain; 0 for one that pressure does not move.
+    /// Density of the fluid over that of the grain; 0 for a grain that does not move freely.
     mobility: Real,
 }
 
@@ -35,7 +35,7 @@ impl Source {
     }
 }
 
-/// Solid volume around places, smoothed with a Wendland function of unit integral.
+/// Solid volume per volume, smoothed with a Wendland function of unit integral.
 #[derive(Debug)]
 pub(crate) struct Sources {
     /// Smoothing function; its radius is R_eps.
@@ -43,20 +43,20 @@ pub(crate) struct Sources {
     /// `21/(2 pi R_eps^3)`.
     scale: Real,
     sources: Vec<Source>,
-    /// Places, velocities, volumes, mobilities.
+    /// Sources in bins: positions, velocities, volumes, mobilities.
     binned: Binned<8>,
 }
 
-/// Solid fraction at a place and its rate.
+/// Solid fraction at a position and its rate of change.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Solid {
     pub fraction: Real,
     pub rate: Real,
-    /// Solid fraction times density of the fluid over that of the grains.
-    pub mobile: Real,
+    /// Solid fraction times fluid density over grain density.
+    pub grain_mobility: Real,
 }
 
-/// Integral of the smoothing function over the ball of `q` times its radius.
+/// Integral of the smoothing function over a ball of `q` times its radius.
 fn share_within(q: Real) -> Real {
     let q = q.min(1.0);
     q.powi(3) * (14.0 + q * q * (-84.0 + q * (140.0 + q * (-90.0 + q * 21.0))))
@@ -72,19 +72,18 @@ impl Sources {
         }
     }
 
-    /// Solid fraction that a grain of diameter `d` [m] has around it, where `solid` is that at its centre.
+    /// Solid fraction around a grain of diameter `d` [m], where `solid` is the smoothed value `S` at its centre.
     ///
-    /// A grain on its own has nothing around it: its own share `S0` does not count. Other centres keep a diameter away, so
-    /// that in a random suspension what they add falls short of the solid fraction by the part `E` of the smoothing function
-    /// within a diameter; in beds the own share fills just that gap. Hence the smaller of `(S - S0)/(1 - E)` and `S`
+    /// The grain's own contribution `S0` must not count: a single grain is in clear fluid. Other centres keep a diameter
+    /// away, so that in a random suspension their contribution misses the part `E` of the smoothing function within a
+    /// diameter; in a bed the own contribution fills just that gap. Hence the smaller of `(S - S0)/(1 - E)` and `S`
     /// (`docs/decisions/0006-moving-particles.md`).
     pub fn around(&self, solid: Real, d: Real) -> Real {
         let others = (solid - self.scale * volume(d)).max(0.0);
         (others / (1.0 - share_within(d / self.weight.radius))).min(solid)
     }
 
-    /// Takes note of all grains near this rank's part and of their images in walls; `density` is that of the fluid
-    /// [kg/m^3].
+    /// Collects all grains near this rank's part and their images in walls; `density` is that of the fluid [kg/m^3].
     pub fn fill(&mut self, domain: &Domain, tank: &Tank, engine: &Engine, density: Real) {
         let radius = self.weight.radius;
         let grains = engine.grains();
@@ -100,11 +99,11 @@ impl Sources {
                 *source = Source { id: grains.id[g], position, velocity, volume, mobility };
             }
         });
-        // Those farther away are known by chance, and their places among the lanes would change the order of the sums.
+        // Which ghosts are known farther away is arbitrary, and would change the order of the sums.
         let known = engine.vicinity(domain, engine.ghost_margin());
         sources.retain(|source| known.contains(source.position));
         for direction in 0..3 {
-            // Images of images stand for edges and corners.
+            // Images of images fill edges and corners.
             let known = sources.len();
             for side in 0..2 {
                 if tank.sides[direction][side] != Side::Wall {
@@ -143,7 +142,7 @@ impl Sources {
         self.scale * fraction
     }
 
-    /// Solid fraction at `position` [m] and its rate along `velocity` [m/s]; nothing where no grain is near.
+    /// Solid fraction at `position` [m] and its rate along `velocity` [m/s]; `None` where no grain is near.
     pub fn solid(&self, position: Vector, velocity: Vector) -> Option<Solid> {
         if !self.binned.is_near(position) {
             return None;
@@ -157,9 +156,9 @@ impl Sources {
             let slope = lanes(|l| volume[l] * pair.slope[l]);
             [share, lanes(|l| slope[l] * stretch[l]), lanes(|l| mobility[l] * share[l])]
         };
-        let [fraction, rate, mobile] =
+        let [fraction, rate, grain_mobility] =
             self.binned.sum(self.weight.family, position, shares).map(|sum| self.scale * sum);
-        Some(Solid { fraction, rate, mobile })
+        Some(Solid { fraction, rate, grain_mobility })
     }
 }
 
@@ -168,7 +167,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn grains_know_the_solid_around_them_in_suspensions_and_beds() {
+    fn the_solid_fraction_around_a_grain_is_right_in_suspensions_and_beds() {
         let d = 1e-3;
         let sources = Sources::new(3.0 * d);
         let sum = |steps: u32, q: Real| {

@@ -5,28 +5,28 @@ use sazanami_parallel::for_each_chunk;
 
 use super::{Forcing, Phase, Scratch, Settings, Solver, StepError, StepReport};
 use crate::boundary::WallFriction;
-use crate::free_surface::{COMPANY_RADIUS, SurfaceTest, is_splash};
+use crate::free_surface::{CLOSE_RADIUS, SurfaceTest, is_isolated};
 use crate::grains::{self, Voids};
 use crate::matrix::Layout;
 use crate::momentum::FluidImpulses;
 use crate::neighbours::{MARGIN, ROWS};
-use crate::number_density::{self, Crowding, Prediction};
+use crate::number_density::{self, NumberDensity, Prediction};
 use crate::operators::{self, PressureField};
-use crate::particles::{Kind, Particles, Role, WALL};
+use crate::particles::{FIRST_WALL_ID, Kind, Particles, Role};
 use crate::pressure::{PressureEquation, PressureReport, hydrostatic};
 use crate::reductions::{largest, sum_of};
 use crate::scheme::{Fluid, SourceForm};
 use crate::shifting::{self, Arrangement};
-use crate::stabilisation::{self, Moved, Push};
+use crate::stabilisation::{self, Moved, Repulsion};
 use crate::stability::{COMPRESSIBLE, flow_time};
 
-/// Whether this is a wall particle with little water before it, above a surface if there is one.
-fn is_bare(surface: Option<&SurfaceTest>, n0: Real, kind: Kind, sums: &Prediction) -> bool {
+/// Whether this is a wall particle with little fluid in front of it.
+fn is_dry_wall(surface: Option<&SurfaceTest>, n0: Real, kind: Kind, sums: &Prediction) -> bool {
     kind == Kind::Wall && surface.is_some_and(|test| sums.density < test.density * n0)
 }
 
 impl Solver {
-    /// Puts the walls where they are at the start of the step, with the velocity that they have in it.
+    /// Moves the walls to their position at the start of the step and sets their velocity in it.
     pub(super) fn begin_walls(&mut self, dt: Real, forcing: &Forcing) {
         self.tank.displacement = forcing.wall_displacement - dt * forcing.wall_velocity;
         self.tank.velocity = forcing.wall_velocity;
@@ -34,7 +34,7 @@ impl Solver {
         let particles = &mut self.particles;
         particles.truncate(particles.owned);
         for a in (0..particles.owned).filter(|&a| particles.kind[a] != Kind::Fluid) {
-            let place = self.wall_places[(particles.id[a] - WALL) as usize];
+            let place = self.wall_places[(particles.id[a] - FIRST_WALL_ID) as usize];
             particles.position[a] = self.periods.wrapped(place + self.tank.displacement);
             particles.velocity[a] = forcing.wall_velocity;
         }
@@ -47,18 +47,18 @@ impl Solver {
         flow_time(speeds / count.max(1.0), forcing.body_force, self.settings.fluid.spacing, dt)
     }
 
-    /// Body force that acts before the pressure [m/s^2].
+    /// Body force of the predictor, without the part in the hydrostatic pressure [m/s^2].
     fn explicit_force(&self, forcing: &Forcing) -> Vector {
         forcing.body_force - self.reduced_force(forcing.body_force)
     }
 
-    /// Owners, order, ghosts, lists.
+    /// Migration, order in space, ghosts and neighbour lists.
     pub(super) fn arrange(&mut self, dt: Real, forcing: &Forcing) {
-        // Neighbours come no nearer than this before the pressure acts.
+        // Pairs may approach by this much before the pressure acts.
         let body_force = self.explicit_force(forcing);
         let margin = MARGIN * self.settings.fluid.spacing;
         let radius = self.kernel.weight.radius + margin;
-        // Drag may speed water up by as much as grains and water differ, of which there is the part that its rate tells.
+        // Drag may change the velocity by up to its rate times the slip.
         let kick = 1.0 + (dt * self.grains.drag_rate()).min(1.0);
         let walls = dt * forcing.wall_velocity;
         let speed =
@@ -76,46 +76,49 @@ impl Solver {
         let scratch = &mut self.scratch;
         let (owned, all) = (particles.owned, particles.len());
         let blocks = owned.div_ceil(ROWS);
-        scratch.bulk.clear();
-        scratch.bulk.resize(all, 1.0);
-        scratch.bulk_rate.clear();
-        scratch.bulk_rate.resize(all, 0.0);
-        scratch.mobile.clear();
-        scratch.mobile.resize(all, 0.0);
+        scratch.inverse_void.clear();
+        scratch.inverse_void.resize(all, 1.0);
+        scratch.inverse_void_rate.clear();
+        scratch.inverse_void_rate.resize(all, 0.0);
+        scratch.grain_mobility.clear();
+        scratch.grain_mobility.resize(all, 0.0);
         scratch.change.clear();
         scratch.change.resize(owned, Vector::ZERO);
-        scratch.crowding.resize(owned, Crowding::default());
+        scratch.densities.resize(owned, NumberDensity::default());
         scratch.prediction.resize(blocks * ROWS, Prediction::default());
         scratch.plain.resize(owned, false);
-        scratch.pushes.resize(owned, Push::default());
+        scratch.repulsions.resize(owned, Repulsion::default());
         scratch.bin.clear();
         scratch.bin.extend(particles.position[..owned].iter().map(|&x| bins.number(x)));
         self.equation.resize(owned);
     }
 
-    /// Void fraction where the particles are; with `predicted`, where they will be without the pressure.
-    pub(super) fn find_voids(&mut self, predicted: bool, report: &mut StepReport) {
+    /// Void fraction at the particles; with `predicted`, at their predicted positions.
+    pub(super) fn void_fractions(&mut self, predicted: bool, report: &mut StepReport) {
         let Self { domain, tank, particles, exchange, scratch, grains, .. } = self;
         if grains.is_empty() {
             return;
         }
-        let Scratch { bulk, bulk_rate, mobile, velocity, place, .. } = scratch;
+        let Scratch { inverse_void, inverse_void_rate, grain_mobility, velocity, place, .. } = scratch;
         let owned = particles.owned;
         let (places, velocities) =
             if predicted { (&*place, &*velocity) } else { (&particles.position, &particles.velocity) };
         grains.place(domain, tank);
-        let mut voids =
-            Voids { bulk: &mut bulk[..owned], bulk_rate: &mut bulk_rate[..owned], mobile: &mut mobile[..owned] };
+        let mut voids = Voids {
+            inverse_void: &mut inverse_void[..owned],
+            inverse_void_rate: &mut inverse_void_rate[..owned],
+            grain_mobility: &mut grain_mobility[..owned],
+        };
         let (cut, smallest) = grains.voids(&particles.kind, places, velocities, &mut voids);
         let worst = &mut report.coupling;
         worst.cut_voids = worst.cut_voids.max(domain.sum([cut as Real])[0] as usize);
         worst.least_void = worst.least_void.min(domain.min(smallest));
-        exchange.refresh(domain, bulk);
-        exchange.refresh(domain, bulk_rate);
-        exchange.refresh(domain, mobile);
+        exchange.refresh(domain, inverse_void);
+        exchange.refresh(domain, inverse_void_rate);
+        exchange.refresh(domain, grain_mobility);
     }
 
-    /// Moves the grains, and finds what their drag does to the fluid.
+    /// Advances the grains and computes the drag on the fluid.
     pub(super) fn advance_grains(
         &mut self,
         dt: Real,
@@ -132,17 +135,17 @@ impl Solver {
         watch(Phase::Coupling);
         exchange.refresh(domain, &mut particles.gradient);
         let Particles { kind, position, velocity, gradient, .. } = &*particles;
-        let fluid = grains::Fluid { kind, position, velocity, gradient, bulk: &scratch.bulk };
-        grains.look_around(domain, kernel, &fluid);
+        let fluid = grains::Fluid { kind, position, velocity, gradient, inverse_void: &scratch.inverse_void };
+        grains.interpolate_fluid(domain, kernel, &fluid);
         watch(Phase::Grains);
         report.contacts = grains.advance(domain, [forcing.body_force, reduced], dt, &mut report.coupling)?;
         watch(Phase::Coupling);
-        let Scratch { bulk, change, .. } = scratch;
-        grains.react(domain, kernel, particles, bulk, mass, change, &mut report.coupling);
+        let Scratch { inverse_void, change, .. } = scratch;
+        grains.return_drag(domain, kernel, particles, inverse_void, mass, change, &mut report.coupling);
         Ok(())
     }
 
-    /// Lets the grains feel the pressure of this step.
+    /// Corrects the pressure force on the grains to the pressure of this step.
     pub(super) fn correct_grains(&mut self, dt: Real, report: &mut StepReport) {
         let Self { domain, kernel, particles, exchange, scratch, grains, .. } = self;
         if grains.is_empty() || grains.is_frozen() {
@@ -150,34 +153,34 @@ impl Solver {
         }
         exchange.refresh(domain, &mut particles.gradient);
         let Particles { kind, gradient, .. } = &*particles;
-        let Scratch { after: position, velocity, bulk, .. } = scratch;
-        let fluid = grains::Fluid { kind, position, velocity, gradient, bulk };
+        let Scratch { after: position, velocity, inverse_void, .. } = scratch;
+        let fluid = grains::Fluid { kind, position, velocity, gradient, inverse_void };
         grains.correct_pressure_force(domain, kernel, &fluid, dt, &mut report.coupling);
     }
 
-    /// Number density, its rate and viscosity where the particles are.
-    pub(super) fn crowd(&mut self) {
+    /// Number density, its rate and the viscous term at the start of the step.
+    pub(super) fn number_density(&mut self) {
         let Self { domain, tank, kernel, particles, exchange, bins, neighbours, scratch, settings, .. } = self;
-        let Scratch { seen, bulk, bulk_rate, crowding, bin, samples, .. } = scratch;
-        let seen = if settings.fluid.viscosity > 0.0 && tank.friction == WallFriction::NoSlip {
+        let Scratch { viscous_velocity, inverse_void, inverse_void_rate, densities, bin, samples, .. } = scratch;
+        let viscous_velocity = if settings.fluid.viscosity > 0.0 && tank.friction == WallFriction::NoSlip {
             let wet = |a: usize| neighbours.is_wet(bin[a]);
-            operators::mirrored_velocities(kernel, tank, bins, particles, wet, seen);
-            exchange.refresh(domain, seen);
-            &seen[..]
+            operators::mirrored_velocities(kernel, tank, bins, particles, wet, viscous_velocity);
+            exchange.refresh(domain, viscous_velocity);
+            &viscous_velocity[..]
         } else {
             &particles.velocity[..]
         };
         let Particles { kind, position, velocity, .. } = &*particles;
-        number_density::sample(position, velocity, bulk, bulk_rate, samples);
-        number_density::crowding(kernel, neighbours, kind, samples, seen, tank.friction, crowding);
+        number_density::sample(position, velocity, inverse_void, inverse_void_rate, samples);
+        number_density::at_start(kernel, neighbours, kind, samples, viscous_velocity, tank.friction, densities);
     }
 
-    /// Velocities and places without the pressure.
+    /// Velocities and positions without the pressure.
     pub(super) fn predict(&mut self, dt: Real, forcing: &Forcing) {
         let body_force = self.explicit_force(forcing);
         self.tank.displacement = forcing.wall_displacement;
         let Self { domain, periods, particles, exchange, scratch, settings, .. } = self;
-        let Scratch { velocity, place, crowding, change, .. } = scratch;
+        let Scratch { velocity, place, densities, change, .. } = scratch;
         velocity.clone_from(&particles.velocity);
         place.clone_from(&particles.position);
         let owned = particles.owned;
@@ -187,15 +190,15 @@ impl Solver {
             for (row, (u, x)) in velocity.iter_mut().zip(place).enumerate() {
                 let a = number * ROWS + row;
                 if kind[a] == Kind::Fluid {
-                    *u += dt * (viscosity * crowding[a].laplacian + body_force) + change[a];
+                    *u += dt * (viscosity * densities[a].laplacian + body_force) + change[a];
                 }
-                // On exact multiples: both ends of a pair then see the same distance across a periodic side.
+                // On exact multiples, so that both particles of a pair across a periodic side get the same distance.
                 *x = periods.rounded(*x + dt * *u);
             }
         });
         exchange.refresh(domain, velocity);
         exchange.refresh_positions(domain, place);
-        // What drag and viscosity drove farther than the lists foresaw is listed anew.
+        // Rebuild the lists if drag and viscosity moved a particle farther than they allow for.
         let Self { kernel, bins, neighbours, .. } = self;
         let (position, place) = (&particles.position, &scratch.place);
         let foreseen = |a: usize| position[a] + dt * (particles.velocity[a] + dt * body_force);
@@ -207,43 +210,50 @@ impl Solver {
         }
     }
 
-    /// Sums at the predicted places: coefficients of the pressure equation, roles.
-    pub(super) fn sum_up(&mut self, report: &mut StepReport) {
+    /// Sums at the predicted positions: coefficients of the pressure equation, roles.
+    pub(super) fn assemble(&mut self, report: &mut StepReport) {
         let Self { domain, kernel, particles, exchange, neighbours, scratch, settings, equation, surface, .. } = self;
-        let Scratch { bulk, bulk_rate, mobile, conductance, velocity, place, prediction, roles, samples, dry, .. } =
-            scratch;
-        let spacing = settings.fluid.spacing;
-        conductance.clear();
-        conductance.extend(bulk.iter().zip(&*mobile).map(|(bulk, mobile)| 1.0 / bulk + mobile));
-        number_density::sample(place, velocity, bulk, bulk_rate, samples);
-        let blocks = &mut equation.blocks;
-        number_density::prediction(
-            kernel,
-            spacing,
-            neighbours,
-            &particles.kind,
-            samples,
-            conductance,
-            blocks,
+        let Scratch {
+            inverse_void,
+            inverse_void_rate,
+            grain_mobility,
+            mobility,
+            velocity,
+            place,
             prediction,
+            roles,
+            samples,
+            dry,
+            ..
+        } = scratch;
+        let spacing = settings.fluid.spacing;
+        mobility.clear();
+        mobility.extend(
+            inverse_void
+                .iter()
+                .zip(&*grain_mobility)
+                .map(|(inverse_void, grain_mobility)| 1.0 / inverse_void + grain_mobility),
         );
+        number_density::sample(place, velocity, inverse_void, inverse_void_rate, samples);
+        let blocks = &mut equation.blocks;
+        number_density::prediction(kernel, spacing, neighbours, &particles.kind, samples, mobility, blocks, prediction);
         let n0 = kernel.sums.number_density;
         let owned = particles.owned;
         roles.clear();
         roles.resize(particles.len(), 0);
         let kind = &particles.kind[..];
         let surface = *surface;
-        let splashes = |company: u32| surface.is_some() && is_splash(company);
+        let isolated = |neighbour_count: u32| surface.is_some() && is_isolated(neighbour_count);
         let given = |density: Real, asymmetry: Vector| surface.is_some_and(|test| test.is_surface(density, asymmetry));
         for_each_chunk(&mut roles[..owned], ROWS, |number, roles| {
             let sums = &prediction[number * ROWS..];
             for ((number, sums), kind) in roles.iter_mut().zip(sums).zip(&kind[number * ROWS..]) {
                 let density = sums.density / n0;
                 let role = match kind {
-                    Kind::Fluid if splashes(sums.company) => Role::Outside,
-                    Kind::Fluid if given(density, sums.asymmetry / n0) => Role::Given,
-                    Kind::Wall if sums.wet == 0 => Role::Outside,
-                    Kind::Dummy => Role::Outside,
+                    Kind::Fluid if isolated(sums.neighbour_count) => Role::Inactive,
+                    Kind::Fluid if given(density, sums.asymmetry / n0) => Role::Dirichlet,
+                    Kind::Wall if sums.fluid_neighbours == 0 => Role::Inactive,
+                    Kind::Dummy => Role::Inactive,
                     Kind::Fluid | Kind::Wall => Role::Unknown,
                 };
                 *number = role.number();
@@ -251,40 +261,40 @@ impl Solver {
         });
         exchange.refresh(domain, roles);
         particles.role.iter_mut().zip(&*roles).for_each(|(role, &number)| *role = Role::from_number(number));
-        // Such walls are tied to no given pressure.
+        // Wall particles next to isolated fluid only are not coupled to any prescribed pressure.
         dry.clear();
         dry.extend(
             (0..owned)
                 .filter(|&a| {
                     let wet = |&b: &u32| {
-                        particles.kind[b as usize] == Kind::Fluid && particles.role[b as usize] != Role::Outside
+                        particles.kind[b as usize] == Kind::Fluid && particles.role[b as usize] != Role::Inactive
                     };
                     let near = || equation.blocks[a / ROWS].row(a % ROWS).0.iter().any(wet);
                     particles.kind[a] == Kind::Wall && particles.role[a] == Role::Unknown && !near()
                 })
                 .map(|a| a as u32),
         );
-        dry.iter().for_each(|&a| roles[a as usize] = Role::Outside.number());
+        dry.iter().for_each(|&a| roles[a as usize] = Role::Inactive.number());
         exchange.refresh(domain, roles);
         particles.role.iter_mut().zip(&*roles).for_each(|(role, &number)| *role = Role::from_number(number));
-        equation.close(&particles.role, owned);
+        equation.set_diagonal(&particles.role, owned);
         let counts = sum_of(owned, |a| match particles.role[a] {
             _ if kind[a] != Kind::Fluid => [0.0; 5],
-            Role::Outside => [1.0, 0.0, 0.0, 0.0, 0.0],
-            Role::Given => [0.0, 1.0, 0.0, 0.0, 0.0],
+            Role::Inactive => [1.0, 0.0, 0.0, 0.0, 0.0],
+            Role::Dirichlet => [0.0, 1.0, 0.0, 0.0, 0.0],
             Role::Unknown if equation.rows[a].beside_surface => [0.0; 5],
             Role::Unknown => {
-                let strain = (scratch.crowding[a].density - n0) / kernel.sums.strain;
+                let strain = (scratch.densities[a].density - n0) / kernel.sums.strain;
                 [0.0, 0.0, 1.0, strain, strain * strain]
             }
         });
-        let [splashes, at_surface, inner, sum, squares] = domain.sum(counts);
-        (report.splashes, report.surface) = (splashes as usize, at_surface as usize);
+        let [isolated, at_surface, inner, sum, squares] = domain.sum(counts);
+        (report.isolated, report.surface) = (isolated as usize, at_surface as usize);
         let inner = inner.max(1.0);
         report.strain = [sum / inner, (squares / inner).sqrt()];
     }
 
-    /// Pressure and its gradient; `time` is that of the flow [s].
+    /// Pressure and its gradient; `time` is the flow time scale [s].
     pub(super) fn solve(
         &mut self,
         dt: Real,
@@ -294,46 +304,47 @@ impl Solver {
     ) -> Result<(), StepError> {
         let reduced = self.reduced_force(forcing.body_force);
         let Self { domain, kernel, particles, exchange, bins, scratch, settings, equation, surface, .. } = self;
-        let Scratch { bulk, mobile, conductance, place, crowding, prediction, plain, bin, samples, .. } = scratch;
+        let Scratch {
+            inverse_void, grain_mobility, mobility, place, densities, prediction, plain, bin, samples, ..
+        } = scratch;
         let Settings { fluid, scheme, tolerance, reference, .. } = settings;
         let Particles { kind, role, pressure, gradient, owned, .. } = particles;
         let owned = *owned;
-        // `pressure` still is that of the last step, which the grains' way in the sub-steps already followed.
+        // `pressure` is still that of the previous step, which the contact sub-steps have used.
         let n0 = kernel.sums.number_density;
         let strain = |density: Real| (density - n0) / kernel.sums.strain;
         let at_surface = |x: Vector| -hydrostatic(fluid.density, reduced, x, *reference);
-        let bare = |a: usize| is_bare(surface.as_ref(), n0, kind[a], &prediction[a]);
+        let dry = |a: usize| is_dry_wall(surface.as_ref(), n0, kind[a], &prediction[a]);
         let layout = Layout { domain, bins, roles: role, bin, place, owned };
         let PressureEquation { blocks, rows, .. } = &mut *equation;
         let blocks = &blocks[..];
         for_each_chunk(&mut rows[..owned], ROWS, |number, rows| {
             for (place, row) in rows.iter_mut().enumerate().filter(|(_, row)| row.diagonal > 0.0) {
                 let a = number * ROWS + place;
-                let Crowding { density, rate, .. } = crowding[a];
-                let bare = bare(a);
+                let NumberDensity { density, rate, .. } = densities[a];
+                let dry = dry(a);
                 let predicted = match scheme.source {
-                    // Particles that fly on their own stop at no pressure: what they do is no business of a wall that
-                    // hardly has another particle before it.
-                    SourceForm::HigherOrder if bare => {
+                    // Isolated particles do not compress a dry wall.
+                    SourceForm::HigherOrder if dry => {
                         let near = blocks[number].row(place).0;
-                        number_density::rate_by(kernel, samples, a, near, |b| role[b] != Role::Outside)
+                        number_density::rate_by(kernel, samples, a, near, |b| role[b] != Role::Inactive)
                     }
                     SourceForm::HigherOrder => prediction[a].rate,
                     SourceForm::Classical => strain(prediction[a].density) / dt,
                 };
-                // Water that leaves a wall above the surface pulls at nothing, nor does what is missing there.
-                let source = if bare {
+                // No tension at dry walls, neither from receding fluid nor from error compensation.
+                let source = if dry {
                     predicted.max(0.0)
                 } else {
                     scheme.compensated(predicted, rate, strain(density), row.beside_surface, time)
                 };
                 row.right = fluid.density / dt * source;
-                if mobile[a] > 0.0 {
+                if grain_mobility[a] > 0.0 {
                     let (columns, coefficients) = blocks[number].row(place);
                     for (&b, &c) in columns.iter().zip(coefficients) {
                         let b = b as usize;
-                        if role[b] != Role::Outside {
-                            let share = (mobile[a] + mobile[b]) / (conductance[a] + conductance[b]);
+                        if role[b] != Role::Inactive {
+                            let share = (grain_mobility[a] + grain_mobility[b]) / (mobility[a] + mobility[b]);
                             row.right -= Real::from(c) * share * (pressure[b] - pressure[a]);
                         }
                     }
@@ -342,37 +353,37 @@ impl Solver {
         });
         for ((p, role), &x) in pressure.iter_mut().zip(&*role).zip(&*place) {
             match role {
-                Role::Outside => *p = 0.0,
-                Role::Given => *p = at_surface(x),
+                Role::Inactive => *p = 0.0,
+                Role::Dirichlet => *p = at_surface(x),
                 Role::Unknown => {}
             }
         }
-        let completed = |a: usize| (kind[a] == Kind::Fluid).then(|| prediction[a].lean);
-        equation.complete(role, place, pressure, completed);
+        let completed = |a: usize| (kind[a] == Kind::Fluid).then(|| prediction[a].moment_deficit);
+        equation.complete_support(role, place, pressure, completed);
         let to_strain = dt * dt / fluid.density;
         let solved = equation.solve(&layout, exchange, pressure, to_strain, tolerance)?;
         let [cut, held] = domain.sum(equation.limited().map(|count| count as Real));
-        report.pressure = PressureReport { cut_coefficients: cut as usize, held_rows: held as usize, ..solved };
-        let released = equation.release_walls(bare, kind, role, &mut pressure[..]);
-        report.released_walls = domain.sum([released as Real])[0] as usize;
+        report.pressure = PressureReport { cut_coefficients: cut as usize, limited_rows: held as usize, ..solved };
+        let released = equation.cut_tension_at_dry_walls(dry, kind, role, &mut pressure[..]);
+        report.tensile_cutoffs = domain.sum([released as Real])[0] as usize;
         exchange.refresh(domain, pressure);
         let field = PressureField {
             pressure,
             position: place,
-            bulk,
+            inverse_void,
             roles: role,
             kind,
             weight_of_fluid: fluid.density * reduced,
         };
         operators::gradient(kernel, &mut equation.blocks, &field, &mut gradient[..owned], plain);
-        report.plain_gradients = domain.sum([plain.iter().filter(|p| **p).count() as Real])[0] as usize;
-        for a in (0..owned).filter(|&a| role[a] == Role::Outside) {
+        report.uncorrected_gradients = domain.sum([plain.iter().filter(|p| **p).count() as Real])[0] as usize;
+        for a in (0..owned).filter(|&a| role[a] == Role::Inactive) {
             pressure[a] = at_surface(place[a]);
         }
         Ok(())
     }
 
-    /// Velocities and places with the pressure.
+    /// Velocities and positions with the pressure.
     pub(super) fn correct(&mut self, dt: Real) {
         let Self { domain, particles, exchange, scratch, settings, .. } = self;
         let Scratch { velocity, place, after, .. } = scratch;
@@ -400,28 +411,28 @@ impl Solver {
         self.particle_mass() * Vector::from_array(self.sum_over_fluid(|_, a| velocity[a].to_array()))
     }
 
-    /// Books what acted on the fluid from outside, but for what keeps particles apart.
-    pub(super) fn book(&self, dt: Real, forcing: &Forcing, report: &mut StepReport) {
+    /// External impulses on the fluid, without those of stabilisation, collisions and clipping.
+    pub(super) fn record_impulses(&self, dt: Real, forcing: &Forcing, report: &mut StepReport) {
         let reduced = self.reduced_force(forcing.body_force);
         let Self { domain, kernel, particles, scratch, settings, facets, surface, .. } = self;
         let Particles { kind, role, pressure, id, owned, .. } = particles;
-        let bare = |a: usize| is_bare(surface.as_ref(), kernel.sums.number_density, kind[a], &scratch.prediction[a]);
+        let dry = |a: usize| is_dry_wall(surface.as_ref(), kernel.sums.number_density, kind[a], &scratch.prediction[a]);
         let Settings { fluid, reference, .. } = settings;
         let mass = self.particle_mass();
         let sums = sum_of(*owned, |a| {
             let [body, friction, wall] = match kind[a] {
                 Kind::Fluid => {
-                    [mass * forcing.body_force, mass * fluid.viscosity * scratch.crowding[a].from_walls, Vector::ZERO]
+                    [mass * forcing.body_force, mass * fluid.viscosity * scratch.densities[a].from_walls, Vector::ZERO]
                 }
-                Kind::Wall if role[a] != Role::Outside => {
-                    // The whole pressure on the face, half a spacing before the particle.
-                    let facet = facets[(id[a] - WALL) as usize];
+                Kind::Wall if role[a] != Role::Inactive => {
+                    // Total pressure on the face, half a spacing in front of the particle.
+                    let facet = facets[(id[a] - FIRST_WALL_ID) as usize];
                     let face = scratch.place[a] + 0.5 * fluid.spacing * facet.normalize_or_zero();
                     let rest = |force: Vector, from: Vector| hydrostatic(fluid.density, force, face, from);
                     let beyond = rest(forcing.body_force - reduced, scratch.place[a]);
                     let whole = pressure[a] + rest(reduced, *reference) + beyond;
-                    // What goes on above the surface pulls at nothing.
-                    let whole = if bare(a) { whole.max(0.0) } else { whole };
+                    // No tension at dry walls.
+                    let whole = if dry(a) { whole.max(0.0) } else { whole };
                     [Vector::ZERO, Vector::ZERO, whole * facet]
                 }
                 Kind::Wall | Kind::Dummy => [Vector::ZERO; 3],
@@ -437,41 +448,43 @@ impl Solver {
         };
     }
 
-    /// Pushes and collisions; `time` is that of the flow [s].
-    pub(super) fn keep_apart(&mut self, dt: Real, time: Real, report: &mut StepReport) {
+    /// Dynamic stabilisation and collisions; `time` is the flow time scale [s].
+    pub(super) fn stabilise(&mut self, dt: Real, time: Real, report: &mut StepReport) {
         let Self { domain, kernel, particles, exchange, scratch, settings, equation, .. } = self;
-        let Scratch { velocity, place, after, bulk, size, pushes, collisions, .. } = scratch;
+        let Scratch { velocity, place, after, inverse_void, size, repulsions, collisions, .. } = scratch;
         let (kind, owned) = (&particles.kind[..], particles.owned);
         let Fluid { spacing, density, .. } = settings.fluid;
-        stabilisation::sizes(spacing, kind, bulk, size);
+        stabilisation::sizes(spacing, kind, inverse_void, size);
         let longest = largest(owned, |a| (after[a] - place[a]).length_squared());
         let longest = domain.max(longest.max(0.0)).sqrt();
-        let close = 2.0 * longest + stabilisation::widest(spacing) < COMPANY_RADIUS * spacing;
+        let close = 2.0 * longest + stabilisation::widest(spacing) < CLOSE_RADIUS * spacing;
         let blocks = &equation.blocks[..];
         let mut nearest = 0.0;
         if let Some(stabilisation) = &settings.scheme.stabilisation {
             let moved = Moved { kind, before: place, after, velocity, size, blocks, close };
-            stabilisation::pushes(kernel, stabilisation, spacing, &moved, pushes);
+            stabilisation::repulsions(kernel, stabilisation, spacing, &moved, repulsions);
             let rate = dt / (time * time);
             let mass = density * spacing.powi(3);
             let sums = sum_of(owned, |a| {
-                let change = rate * pushes[a].way;
-                [pushes[a].pairs, mass * change.dot(velocity[a] + 0.5 * change)]
+                let change = rate * repulsions[a].displacement;
+                [repulsions[a].pairs, mass * change.dot(velocity[a] + 0.5 * change)]
             });
-            nearest = domain.min(-largest(owned, |a| -pushes[a].nearest));
+            nearest = domain.min(-largest(owned, |a| -repulsions[a].nearest));
             for_each_chunk((&mut velocity[..owned], &mut after[..owned]), ROWS, |number, (velocity, after)| {
-                let pushes = &pushes[number * ROWS..];
-                for ((u, x), push) in velocity.iter_mut().zip(after).zip(pushes).filter(|(_, push)| push.pairs > 0.0) {
-                    *u += rate * push.way;
-                    *x += dt * rate * push.way;
+                let repulsions = &repulsions[number * ROWS..];
+                for ((u, x), push) in
+                    velocity.iter_mut().zip(after).zip(repulsions).filter(|(_, push)| push.pairs > 0.0)
+                {
+                    *u += rate * push.displacement;
+                    *x += dt * rate * push.displacement;
                 }
             });
             let [pairs, work] = domain.sum(sums);
-            (report.pushed_pairs, report.push_work) = (pairs.round() as usize, work);
+            (report.stabilised_pairs, report.stabilisation_work) = (pairs.round() as usize, work);
             exchange.refresh(domain, velocity);
             exchange.refresh_positions(domain, after);
         }
-        // Pushes move by less than a tenth of a spacing: who was farther apart does not collide.
+        // Stabilisation moves by less than a tenth of a spacing: pairs farther apart cannot collide.
         if nearest < (0.7 * spacing) * (0.7 * spacing) {
             collisions.resize(owned, (Vector::ZERO, 0.0));
             let moved = Moved { kind, before: place, after, velocity, size, blocks, close };
@@ -485,30 +498,30 @@ impl Solver {
         }
     }
 
-    /// Evens out the arrangement; `time` is that of the flow [s].
+    /// Particle shifting; `time` is the flow time scale [s].
     pub(super) fn shift(&mut self, dt: Real, time: Real, report: &mut StepReport) {
         let Self { domain, kernel, particles, exchange, neighbours, scratch, .. } = self;
         let factor = kernel.scheme.shifting * dt / time;
         if factor == 0.0 {
             return;
         }
-        let Scratch { after, bulk, shifts, .. } = scratch;
+        let Scratch { after, inverse_void, shifts, .. } = scratch;
         let Particles { kind, role, owned, .. } = &*particles;
         shifts.resize(*owned, Vector::ZERO);
-        let arrangement = Arrangement { kind, roles: role, position: after, bulk };
-        shifting::ways(kernel, neighbours, factor, &arrangement, shifts);
+        let arrangement = Arrangement { kind, roles: role, position: after, inverse_void };
+        shifting::displacements(kernel, neighbours, factor, &arrangement, shifts);
         after.iter_mut().zip(&*shifts).for_each(|(x, way)| *x += *way);
         exchange.refresh_positions(domain, after);
         let longest = largest(*owned, |a| shifts[a].length_squared()).max(0.0);
         report.largest_shift = domain.max(longest).sqrt();
     }
 
-    /// Takes over what was found, keeps particles off the walls and in the box, and looks for nonsense.
-    pub(super) fn settle(&mut self, report: &mut StepReport) -> Result<(), StepError> {
+    /// Stores the new state, clips particles to the box, and checks for NaN and excessive displacements.
+    pub(super) fn finalise(&mut self, report: &mut StepReport) -> Result<(), StepError> {
         let Self { domain, periods, tank, particles, scratch, settings, kernel, .. } = self;
         let Scratch { velocity, after, .. } = scratch;
         let spacing = settings.fluid.spacing;
-        let farthest = kernel.weight.radius;
+        let limit = kernel.weight.radius;
         let mut clipped = 0.0;
         let mut bad = None;
         for a in 0..particles.owned {
@@ -522,10 +535,10 @@ impl Solver {
                 bad = bad.or(Some(StepError::NotFinite { id: particles.id[a], what, position: particles.position[a] }));
                 continue;
             }
-            let way = (x - particles.position[a]).length();
-            if way > farthest {
+            let distance = (x - particles.position[a]).length();
+            if distance > limit {
                 let position = particles.position[a];
-                bad = bad.or(Some(StepError::TooFar { id: particles.id[a], way, farthest, position }));
+                bad = bad.or(Some(StepError::TooFar { id: particles.id[a], distance, limit, position }));
                 continue;
             }
             let speed = u.length();

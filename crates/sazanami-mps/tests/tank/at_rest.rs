@@ -36,7 +36,7 @@ fn a_lattice_of_water_stays_at_rest() {
 }
 
 #[test]
-fn plain_pressure_is_not_balanced() {
+fn total_pressure_does_not_balance_gravity() {
     // Negative control: with gravity in the source the gradient of the pressure is some tenth too small.
     let mut case = water();
     case.scheme = Scheme { reduced_pressure: false, ..case.scheme };
@@ -68,7 +68,7 @@ fn disordered_water_comes_to_rest() {
     let early = kinetic(&solver);
     run(&mut solver, GRAVITY, 0.25);
     assert!(kinetic(&solver) < early, "{} {early}", kinetic(&solver));
-    // Negative control: particles that are pushed apart only when they are very near gain energy.
+    // Negative control: with repulsion at very short distances only, energy grows.
     case.scheme.stabilisation =
         case.scheme.stabilisation.map(|s| sazanami_mps::scheme::Stabilisation { distance: 0.6, ..s });
     let mut solver = case.solo();
@@ -79,18 +79,19 @@ fn disordered_water_comes_to_rest() {
 }
 
 #[test]
-fn a_lone_particle_at_a_wall_does_not_disturb_the_pressure() {
+fn an_isolated_particle_at_a_wall_does_not_disturb_the_pressure() {
     let calm = Case::filled([24, 7, 16], [8, 7, 6], [WALLS, PERIODIC, OPEN_TOP]);
     let mut case = calm.clone();
     // Far from the water, on its way into the wall.
     let position = SPACING * Vector::new(23.4, 3.5, 12.2);
     case.fluid.push(FluidParticle { position, velocity: Vector::new(0.5, 0.0, 0.0) });
     let mut solver = case.solo();
-    let report = solver.step(1e-4, &under(GRAVITY), |_| ()).expect("walls beside a splash have no pressure");
-    assert_eq!(report.splashes, 1);
+    let report =
+        solver.step(1e-4, &under(GRAVITY), |_| ()).expect("walls beside an isolated particle have no pressure");
+    assert_eq!(report.isolated, 1);
     let particles = solver.particles();
     let far = (0..particles.owned()).filter(|&a| particles.position[a].x > 12.0 * SPACING);
-    // Their whole pressure is none; the reduced one is less what water at rest would have there.
+    // Their total pressure is zero: the reduced pressure is minus the hydrostatic one.
     let reference = solver.settings().reference;
     let whole = |a: usize| particles.pressure[a] + 1e3 * GRAVITY.dot(particles.position[a] - reference);
     assert!(far.into_iter().all(|a| whole(a).abs() < 1e-2));
@@ -108,13 +109,13 @@ fn a_block_in_the_air_falls_freely() {
         let [sum, count] = solver.sum_over_fluid(|p, a| [wrong(p.velocity[a]), 1.0]);
         (sum / count).sqrt()
     };
-    // What is missing beyond edges and corners is put back in one direction only.
+    // The support beyond edges and corners is completed in one direction only.
     assert!(error(&case, 4e-4) < 0.02, "{}", error(&case, 4e-4));
     assert!(error(&case, 0.02) < 0.005, "{}", error(&case, 0.02));
-    // With the whole pressure, which is zero everywhere, nothing can go wrong.
+    // The total pressure is zero everywhere.
     case.scheme.reduced_pressure = false;
     assert!(error(&case, 4e-4) < 1e-9);
-    // Negative control: the gradient as it was first published.
+    // Negative control: the uncorrected gradient.
     case.scheme = Scheme { gradient: GradientForm::Classical, ..Scheme::default() };
     assert!(error(&case, 4e-4) > 0.1, "{}", error(&case, 4e-4));
 }
@@ -143,19 +144,19 @@ fn water_between_periodic_sides_follows_a_force_along_them() {
 }
 
 #[test]
-fn a_particle_that_moves_farther_than_it_looks_is_an_error() {
+fn a_displacement_beyond_the_radius_of_influence_is_an_error() {
     let mut case = Case::filled([12, 7, 16], [12, 7, 6], [WALLS, PERIODIC, OPEN_TOP]);
     let position = SPACING * Vector::new(6.3, 3.5, 12.2);
     case.fluid.push(FluidParticle { position, velocity: Vector::new(0.0, 20.0, 0.0) });
     let mut solver = case.solo();
     match solver.step(2e-4, &under(GRAVITY), |_| ()) {
-        Err(StepError::TooFar { way, farthest, .. }) => assert!((way - 4e-3).abs() < 1e-4 && farthest < way),
+        Err(StepError::TooFar { distance, limit, .. }) => assert!((distance - 4e-3).abs() < 1e-4 && limit < distance),
         other => panic!("{other:?}"),
     }
-    // Negative control: the same way in two steps.
+    // Negative control: the same displacement in two steps.
     let mut solver = case.solo();
     for _ in 0..2 {
-        solver.step(1e-4, &under(GRAVITY), |_| ()).expect("it looks as far as it moves");
+        solver.step(1e-4, &under(GRAVITY), |_| ()).expect("each displacement is within the radius of influence");
     }
 }
 
@@ -165,7 +166,7 @@ fn a_full_box_has_no_surface() {
     case.fluid = jittered(case.fluid, 0.45);
     let surface = |case: &Case| {
         let report = case.solo().step(1e-4, &under(Vector::ZERO), |_| ()).expect("the step is sound");
-        report.surface + report.splashes
+        report.surface + report.isolated
     };
     assert_eq!(surface(&case), 0);
     // Negative control: around a hole there is one.
@@ -175,7 +176,7 @@ fn a_full_box_has_no_surface() {
 }
 
 #[test]
-fn a_particle_faster_than_incompressible_water_is_an_error() {
+fn a_speed_beyond_incompressible_flow_is_an_error() {
     let mut case = Case::filled([12, 7, 16], [12, 7, 6], [WALLS, PERIODIC, OPEN_TOP]);
     let position = SPACING * Vector::new(6.3, 3.5, 12.2);
     case.fluid.push(FluidParticle { position, velocity: Vector::new(0.0, 160.0, 0.0) });

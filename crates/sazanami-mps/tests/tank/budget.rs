@@ -1,11 +1,11 @@
-//! What the fluid gains is what acts on it from outside.
+//! The momentum budget of the fluid closes.
 
 use crate::support::{Case, GRAVITY, OPEN_TOP, PERIODIC, SPACING, WALLS, under};
 use sazanami_dem::Grain;
 use sazanami_mps::boundary::WallFriction;
 use sazanami_numerics::{Real, Vector};
 
-/// Gain of the fluid, and what body force, walls and grains gave it, over the impulse of gravity.
+/// Momentum gained by the fluid, impulse of the walls, and impulse of body force and grains, over the impulse of gravity.
 fn balance(case: &Case, body_force: Vector, [from, until]: [Real; 2]) -> [Vector; 3] {
     let mut solver = case.solo();
     let mut before = solver.fluid_momentum();
@@ -28,13 +28,13 @@ fn balance(case: &Case, body_force: Vector, [from, until]: [Real; 2]) -> [Vector
 }
 
 #[test]
-fn the_floor_carries_water_at_rest_but_for_half_a_layer() {
+fn the_floor_carries_still_water_except_half_a_layer() {
     let case = Case::filled([20, 7, 25], [20, 7, 20], [WALLS, PERIODIC, OPEN_TOP]);
     let [gained, walls, others] = balance(&case, GRAVITY, [0.0, 0.02]);
     // The pressure vanishes in the middle of the top layer.
     let residual = gained - walls - others;
     assert!((residual - Vector::new(0.0, 0.0, 0.5 / 20.0)).length() < 1e-5, "{residual}");
-    // Negative control: without the walls all of the weight is left over.
+    // Negative control: without the walls the residual is the whole weight.
     assert!((gained - others).z > 0.9);
 }
 
@@ -44,7 +44,7 @@ fn end_walls_hold_water_on_a_slope() {
     let mut case = Case::filled([24, 7, 24], [24, 7, 20], [WALLS, PERIODIC, OPEN_TOP]);
     case.fluid.retain(|p| p.position.z / SPACING < layers + tilt * (p.position.x / SPACING - 12.0));
     let [gained, walls, others] = balance(&case, GRAVITY + Vector::new(4.0, 0.0, 0.0), [0.0, 0.05]);
-    // Both depths at the ends are half a layer short in what the walls feel.
+    // The depth that the walls feel is half a layer short at both ends.
     let expected = Vector::new(-tilt / (2.0 * layers), 0.0, 0.5 / layers);
     let residual = gained - walls - others;
     assert!((residual - expected).length() < 0.003, "{residual} {expected}");
@@ -53,7 +53,7 @@ fn end_walls_hold_water_on_a_slope() {
 }
 
 #[test]
-fn only_walls_that_hold_the_water_rub_at_it() {
+fn only_no_slip_walls_exert_friction() {
     let mut case = Case::filled([12, 8, 16], [12, 8, 10], [WALLS, PERIODIC, OPEN_TOP]);
     case.viscosity = 1e-4;
     case.fluid.iter_mut().for_each(|p| p.velocity = Vector::new(0.0, 0.1, 0.0));
@@ -67,7 +67,7 @@ fn only_walls_that_hold_the_water_rub_at_it() {
 }
 
 #[test]
-fn grains_give_what_they_take() {
+fn drag_and_pressure_of_falling_grains_close_the_budget() {
     let mut case = Case::filled([12, 8, 24], [12, 8, 20], [WALLS, PERIODIC, OPEN_TOP]);
     let places = (0..11 * 7 * 4).map(|id: u64| {
         let at = |n: u64, step: Real| (n as Real + 0.5) * step;
@@ -77,6 +77,6 @@ fn grains_give_what_they_take() {
     let [gained, walls, others] = balance(&case, GRAVITY, [0.1, 0.2]);
     let residual = gained - walls - others;
     assert!((residual - Vector::new(0.0, 0.0, 0.5 / 20.0)).length() < 0.002, "{residual}");
-    // Negative control: without what the grains take from the pressure and give by drag.
+    // Negative control: without the impulses of the grains.
     assert!((gained - walls).z + 1.0 < -0.08, "{gained} {walls}");
 }

@@ -1,4 +1,4 @@
-//! Threads, restarts and ranks do not change what a solver finds.
+//! Results do not depend on threads and restarts, nor on ranks up to rounding.
 
 use crate::support::{Case, GRAVITY, OPEN_TOP, PERIODIC, SPACING, WALLS, jittered};
 use sazanami_dem::{Engine, Grain, Motion};
@@ -39,20 +39,20 @@ fn state(case: &Case, communicator: Box<dyn Communicator>, steps: usize) -> Snap
 }
 
 #[test]
-fn threads_do_not_matter() {
+fn results_do_not_depend_on_threads() {
     let case = shaken();
     let on = |case: &Case, threads: usize| {
         with_threads(threads, || state(case, Box::<Solo>::default(), 12)).expect("the threads are granted")
     };
     let one = on(&case, 1);
     assert!(on(&case, 2) == one && on(&case, 4) == one);
-    // Negative control: a particle a hair elsewhere changes the bits.
+    // Negative control: a particle displaced by 1e-12 m changes the bits.
     let mut other = case.clone();
     other.fluid[5].position.x += 1e-12;
     assert!(on(&other, 1) != one);
 }
 
-/// The solver that goes on from a state.
+/// A solver restored from a snapshot.
 fn restored(case: &Case, state: &Snapshot) -> Solver {
     let domain = case.domain(Box::<Solo>::default());
     let engine = Engine::restore(&domain, case.setup(), GRAINS, state).expect("a sound state of the grains");
@@ -61,14 +61,14 @@ fn restored(case: &Case, state: &Snapshot) -> Solver {
 }
 
 #[test]
-fn a_restart_goes_on_with_the_same_bits() {
+fn a_restart_continues_with_the_same_bits() {
     let case = shaken();
     let whole = state(&case, Box::<Solo>::default(), 14);
     let half = state(&case, Box::<Solo>::default(), 6);
     let mut solver = restored(&case, &half);
     go_on(&mut solver, 6, 8);
     assert!(solver.snapshot() == whole);
-    // Negative control: without the gradient of the last pressure it goes on otherwise.
+    // Negative control: without the pressure gradient of the last step it does not.
     let mut forgetful = half.clone();
     let gradient = half.reals("fluid/gradient").unwrap();
     forgetful.put_reals("fluid/gradient", vec![0.0; gradient.len()]);
@@ -78,7 +78,7 @@ fn a_restart_goes_on_with_the_same_bits() {
 }
 
 #[test]
-fn a_restart_goes_on_while_grains_cross_a_periodic_side_in_fast_water() {
+fn a_restart_continues_while_grains_cross_a_periodic_side_in_fast_flow() {
     let mut case = shaken();
     let swirl = |x: Vector| Vector::new(0.2 * (700.0 * x.z).sin(), 0.5, 0.1 * (500.0 * x.x).cos());
     case.fluid.iter_mut().for_each(|p| p.velocity = swirl(p.position));
@@ -149,7 +149,7 @@ fn shake(solver: &mut Solver, n: usize, amplitude: Real) {
 }
 
 #[test]
-fn a_restart_at_any_step_goes_on_above_a_bed_whose_tank_moves() {
+fn a_restart_at_any_step_continues_above_a_bed_in_a_moving_tank() {
     let case = bed_in_a_jet();
     let known = |solver: &Solver| solver.grains().engine().grains().len();
     for amplitude in [0.0, 0.5 * SPACING] {
@@ -158,7 +158,7 @@ fn a_restart_at_any_step_goes_on_above_a_bed_whose_tank_moves() {
         let mut chances = 0;
         for n in 0..40 {
             let mut other = restored(&case, &before);
-            // The one knows more or fewer grains beyond its sides than the other.
+            // Restored and continued solver may know different ghosts.
             chances += usize::from(known(&other) != known(&solver));
             shake(&mut solver, n, amplitude);
             shake(&mut other, n, amplitude);
@@ -194,10 +194,10 @@ fn difference(a: &Snapshot, b: &Snapshot) -> (Real, String) {
 }
 
 #[test]
-fn ranks_find_the_same() {
+fn ranks_agree_up_to_rounding() {
     let mut case = shaken();
     case.tolerance.strain = 1e-10;
-    // Rounding grows; after some more steps it would decide about a particle at the surface.
+    // Rounding errors grow; after more steps they would change the role of a particle at the surface.
     let one = state(&case, Box::<Solo>::default(), 4);
     for ranks in [2, 3, 4] {
         let states = run_ranks(ranks, 1, |communicator| state(&case, communicator, 4)).unwrap();

@@ -1,4 +1,4 @@
-//! Shifting moves particles to where they are fewer, and nothing else.
+//! Shifting moves particles down the concentration gradient and changes nothing else.
 
 use crate::support::{Case, GRAVITY, OPEN_TOP, PERIODIC, SPACING, WALLS, jittered, under};
 use sazanami_mps::Kind;
@@ -30,10 +30,10 @@ fn fluid(solver: &Solver) -> Vec<(Vector, Vector)> {
 }
 
 #[test]
-fn a_lattice_between_walls_stays() {
+fn a_lattice_between_walls_is_not_shifted() {
     let mut case = shifted(&Case::filled([10, 8, 10], [10, 8, 10], [WALLS, PERIODIC, WALLS]));
     assert!(stepped(&case, GRAVITY).1.largest_shift < 1e-12 * SPACING);
-    // Negative control: one that lies off its place is moved, and back to where it was.
+    // Negative control: a displaced particle is shifted back towards its position.
     let away = Vector::new(0.1 * SPACING, 0.0, 0.0);
     let last = case.fluid.len() / 2;
     let home = case.fluid[last].position;
@@ -46,10 +46,10 @@ fn a_lattice_between_walls_stays() {
 }
 
 #[test]
-fn disorder_evens_out_and_velocities_stay() {
+fn disorder_decreases_and_velocities_are_unchanged() {
     let mut case = Case::filled([8, 8, 8], [8, 8, 8], [PERIODIC; 3]);
     case.fluid = jittered(case.fluid, 0.2);
-    // Water at rest mends nothing.
+    // The flow time scale is finite only where the fluid moves.
     case.fluid.iter_mut().for_each(|particle| particle.velocity = Vector::new(0.25, 0.0, 0.0));
     case.scheme.stabilisation = None;
     // The strain at the start of the second step is what the first one left.
@@ -66,7 +66,7 @@ fn disorder_evens_out_and_velocities_stay() {
 }
 
 #[test]
-fn water_that_sees_the_surface_stays() {
+fn particles_near_the_surface_are_not_shifted() {
     let mut case = Case::filled([10, 8, 16], [10, 8, 12], [WALLS, PERIODIC, OPEN_TOP]);
     case.fluid = jittered(case.fluid, 0.1);
     let plain = fluid(&stepped(&case, GRAVITY).0);

@@ -53,7 +53,7 @@ fn hydrostatics(solver: &Solver, body_force: Vector) -> [Real; 2] {
     let up = -body_force.normalize();
     let weight = DENSITY * body_force.length();
     let particles = solver.particles();
-    let surface = |p: &sazanami_mps::Particles, a: usize| if p.role[a] == Role::Given { 1.0 } else { 0.0 };
+    let surface = |p: &sazanami_mps::Particles, a: usize| if p.role[a] == Role::Dirichlet { 1.0 } else { 0.0 };
     let [height, count] = solver.sum_over_fluid(|p, a| [surface(p, a) * up.dot(p.position[a]), surface(p, a)]);
     let level = height / count;
     let settings = solver.settings();

@@ -96,7 +96,7 @@ pub fn lattice_voids() -> Result<LatticeVoids, ExperimentError> {
         let count = points.len();
         let (mut bulk, mut rate, mut mobile) = (vec![0.0; count], vec![0.0; count], vec![0.0; count]);
         let kind = vec![Kind::Fluid; count];
-        let mut voids = Voids { bulk: &mut bulk, bulk_rate: &mut rate, mobile: &mut mobile };
+        let mut voids = Voids { inverse_void: &mut bulk, inverse_void_rate: &mut rate, grain_mobility: &mut mobile };
         phase.voids(&kind, &place, &velocity, &mut voids);
         Ok([bulk, rate])
     };
@@ -376,7 +376,7 @@ fn pressure_error(solver: &Solver, force: Vector, depth: Real) -> Real {
     let reference = solver.settings().reference;
     let up = -force.normalize();
     let (mut level, mut count) = (0.0, 0.0);
-    for a in fluid(solver).filter(|&a| particles.role[a] == Role::Given) {
+    for a in fluid(solver).filter(|&a| particles.role[a] == Role::Dirichlet) {
         level += up.dot(particles.position[a]);
         count += 1.0;
     }

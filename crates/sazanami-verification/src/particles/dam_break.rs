@@ -67,7 +67,7 @@ fn state(solver: &Solver, time: Real, right: Real) -> Collapse {
     let particles = solver.particles();
     let spacing = solver.settings().fluid.spacing;
     let mut state = Collapse { time, ..Collapse::default() };
-    for a in fluid(solver).filter(|&a| particles.role[a] != Role::Outside) {
+    for a in fluid(solver).filter(|&a| particles.role[a] != Role::Inactive) {
         let x = particles.position[a];
         state.front = state.front.max(x.x + 0.5 * spacing);
         // What stands on a strip of two spacings.

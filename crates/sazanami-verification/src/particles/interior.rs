@@ -118,7 +118,7 @@ pub fn turning_patch(count: usize, end: Real, scheme: Scheme) -> Result<TurningP
     let distance = |a: usize| ((particles.position[a] - centre) * Vector::new(1.0, 0.0, 1.0)).length();
     let reach = fluid(&solver).map(distance).fold(0.0, Real::max);
     let [after, after_of_fewer, alone, all] = solver.sum_over_fluid(|p, a| {
-        let alone = if p.role[a] == Role::Outside { 1.0 } else { 0.0 };
+        let alone = if p.role[a] == Role::Inactive { 1.0 } else { 0.0 };
         let momentum = momentum(p, a);
         [momentum, if p.id[a] % 10 == 0 { 0.0 } else { momentum }, alone, 1.0]
     });

@@ -114,15 +114,15 @@ impl ParticleTotals {
         if self.least_void == 0.0 {
             self.least_void = 1.0;
         }
-        self.pushed_pairs += report.pushed_pairs as u64;
-        self.push_work += report.push_work;
+        self.pushed_pairs += report.stabilised_pairs as u64;
+        self.push_work += report.stabilisation_work;
         self.collisions += report.collisions as u64;
         self.clipped += report.clipped as u64;
         self.cut_voids += report.coupling.cut_voids as u64;
-        self.plain_gradients += report.plain_gradients as u64;
-        self.released_walls += report.released_walls as u64;
+        self.plain_gradients += report.uncorrected_gradients as u64;
+        self.released_walls += report.tensile_cutoffs as u64;
         self.cut_coefficients += report.pressure.cut_coefficients as u64;
-        self.held_rows += report.pressure.held_rows as u64;
+        self.held_rows += report.pressure.limited_rows as u64;
         self.worst_strain_rms = self.worst_strain_rms.max(report.strain[1]);
         self.least_void = self.least_void.min(report.coupling.least_void);
         self.fluid_speed = self.fluid_speed.max(report.largest_speed);

@@ -147,8 +147,8 @@ impl Sight {
                 id: particles.id[a],
                 role: match particles.role[a] {
                     Role::Unknown => 0,
-                    Role::Given => 1,
-                    Role::Outside => 2,
+                    Role::Dirichlet => 1,
+                    Role::Inactive => 2,
                 },
                 position: (particles.position[a] - shift).to_array(),
                 velocity: (particles.velocity[a] - drift).to_array(),
