@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use sazanami_dem::{
-    Body, ContactLaw, Engine, Grain, Interactions, Lattice, Loads, Packing, PackingSettings, Setup, Stage, Substeps,
-    Wall,
+    Body, Engine, Grain, Interactions, Lattice, LinearSpringDashpot, Loads, Packing, PackingSettings, Setup, Stage,
+    Substeps, Wall,
 };
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::geometry::Shape;
@@ -95,7 +95,7 @@ fn stand_in() -> Result<Paper, String> {
     let (lower, upper) = (case.domain.lower, case.domain.upper);
     let width = (upper.x - lower.x) / TILES as Real;
     // Soft springs take longer sub-steps, and at rest the overlaps stay below a thousandth of a grain all the same.
-    let soft = ContactLaw { normal_stiffness: SOFT, tangential_stiffness: SOFT, ..ContactLaw::SAND };
+    let soft = LinearSpringDashpot { normal_stiffness: SOFT, tangential_stiffness: SOFT, ..LinearSpringDashpot::SAND };
     let tile = pack_tile(&axis, soft, [width; 2], TILE_GRAINS)?;
     let grains: Vec<Lying> = tiled(&tile, [width; 2], [TILES; 2])
         .iter()
@@ -159,7 +159,7 @@ pub(crate) fn settle(engine: &mut Engine, domain: &Domain, gravity: Vector, dt: 
 }
 
 /// A settled bed in a periodic box of the given widths.
-fn pack_tile(body: &Body, law: ContactLaw, width: [Real; 2], count: u64) -> Result<Vec<Grain>, String> {
+fn pack_tile(body: &Body, law: LinearSpringDashpot, width: [Real; 2], count: u64) -> Result<Vec<Grain>, String> {
     let upper = Vector::new(width[0], width[1], 0.05);
     let domain = Domain::solo(Grid::new([8, 8, 8], Vector::ZERO, upper), [true, true, false]);
     let templates = (0..count).map(|id| Grain::new(id, 2650.0, Vector::ZERO)).collect();
@@ -193,7 +193,12 @@ fn tiled(tile: &[Grain], width: [Real; 2], tiles: [usize; 2]) -> Vec<Grain> {
 }
 
 /// Engine with tiles of equal spheres on a floor, sides periodic.
-pub(crate) fn spheres(diameter: Real, law: ContactLaw, width: Real, count: u64) -> Result<(Domain, Engine), String> {
+pub(crate) fn spheres(
+    diameter: Real,
+    law: LinearSpringDashpot,
+    width: Real,
+    count: u64,
+) -> Result<(Domain, Engine), String> {
     let body = Body::ball(0.5 * diameter);
     let tile = width / TILES as Real;
     let grains = tiled(&pack_tile(&body, law, [tile; 2], count / (TILES * TILES) as u64)?, [tile; 2], [TILES; 2]);
@@ -213,7 +218,7 @@ pub(crate) fn spheres(diameter: Real, law: ContactLaw, width: Real, count: u64) 
 /// Engine with tiles of equal spheres on a floor between walls across x1, periodic in x2.
 pub(crate) fn tank(
     diameter: Real,
-    law: ContactLaw,
+    law: LinearSpringDashpot,
     width: [Real; 2],
     count: usize,
 ) -> Result<(Domain, Engine), String> {

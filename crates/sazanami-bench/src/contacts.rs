@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use sazanami_dem::{ContactLaw, ContactReport, Damping, Engine, Loads, Substeps};
+use sazanami_dem::{ContactReport, Damping, Engine, LinearSpringDashpot, Loads, Substeps};
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::{Real, Vector};
 
@@ -48,12 +48,12 @@ fn in_bed(paper: &Paper, spheres: ContactSphereChoice) -> Result<Timing, String>
 
 /// Equal spheres with a soft linear law: 30 layers of 1 mm on 31.8 mm square, 100 N/m, sub-steps of 1e-5 s.
 pub(crate) fn spheres() -> Result<Timing, String> {
-    let law = ContactLaw {
+    let law = LinearSpringDashpot {
         normal_stiffness: 100.0,
         tangential_stiffness: 70.0,
         damping: Damping::Restitution(0.5),
         friction: 0.6,
-        ..ContactLaw::SAND
+        ..LinearSpringDashpot::SAND
     };
     let (domain, mut engine) = beds::spheres(1e-3, law, 31.8e-3, 30_600)?;
     let dt = engine.contact_time_step().min(1e-5);
@@ -62,7 +62,7 @@ pub(crate) fn spheres() -> Result<Timing, String> {
 
 /// The bed of a wave tank: ten layers of spheres of 1 mm on 0.15 m x 0.02 m, 400 N/m.
 pub(crate) fn tank() -> Result<Timing, String> {
-    let (domain, mut engine) = beds::tank(1e-3, ContactLaw::spheres(400.0, 0.5, 0.4), [0.15, 0.02], 34_000)?;
+    let (domain, mut engine) = beds::tank(1e-3, LinearSpringDashpot::spheres(400.0, 0.5, 0.4), [0.15, 0.02], 34_000)?;
     let dt = engine.contact_time_step();
     let words = "equal spheres of 1 mm, K_n = 400 N/m, walls across x1";
     time_substeps(&domain, &mut engine, Vector::new(0.0, 0.0, -9.8), dt, words)

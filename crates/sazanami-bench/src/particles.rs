@@ -1,6 +1,6 @@
 //! Whole steps of moving particles: a wave tank over a bed of spheres, and a dam that breaks.
 
-use sazanami_dem::{Body, ContactLaw, Engine, Grain, Interactions, Setup, Substeps, Wall};
+use sazanami_dem::{Body, Engine, Grain, Interactions, LinearSpringDashpot, Setup, Substeps, Wall};
 use sazanami_mps::boundary::{Side, Tank, WallFriction};
 use sazanami_mps::filling;
 use sazanami_mps::grains::{Closure, Coupling, GrainPhase};
@@ -98,7 +98,7 @@ fn grain_phase(domain: &Domain, tank: &Tank, grains: &[Grain]) -> Result<GrainPh
     let present = tank.sides.map(|sides| sides.map(|side| side == Side::Wall));
     let setup = Setup {
         bodies: vec![Body::ball(0.5 * SPACING)],
-        interactions: Interactions::uniform(1, ContactLaw::spheres(400.0, 0.5, 0.4)),
+        interactions: Interactions::uniform(1, LinearSpringDashpot::spheres(400.0, 0.5, 0.4)),
         walls: Wall::of_box(tank.lower, tank.upper, 0, present),
         region: [tank.lower - Vector::ONE, tank.upper + Vector::ONE],
         ghost_margin: 3.6 * SPACING,

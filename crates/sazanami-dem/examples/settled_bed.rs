@@ -5,8 +5,8 @@
 use std::time::Instant;
 
 use sazanami_dem::{
-    Body, ContactLaw, Engine, Grain, Interactions, Lattice, Loads, Packing, PackingSettings, Setup, Stage, Substeps,
-    Wall,
+    Body, Engine, Grain, Interactions, Lattice, LinearSpringDashpot, Loads, Packing, PackingSettings, Setup, Stage,
+    Substeps, Wall,
 };
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::geometry::{ContactSphereRule, Shape, SpheroidMesh, VolumeRule};
@@ -30,7 +30,7 @@ fn tile(body: &Body, width: Real, count: u64) -> Vec<Grain> {
         settling_time: 1e-2,
         ..PackingSettings::new(Vector::ZERO, Vector::new(width, width, 0.05))
     };
-    let laws = Interactions::uniform(1, ContactLaw::SAND);
+    let laws = Interactions::uniform(1, LinearSpringDashpot::SAND);
     let mut packing = Packing::new(&domain, settings, vec![body.clone()], laws, grains).expect("the lattice fits");
     let start = Instant::now();
     loop {
@@ -96,7 +96,7 @@ fn run(body: &Body, width: Real, tiles: usize, substeps: usize) {
     let domain = domain(all, 0.025, true);
     let setup = Setup {
         bodies: vec![body.clone()],
-        interactions: Interactions::uniform(1, ContactLaw::SAND),
+        interactions: Interactions::uniform(1, LinearSpringDashpot::SAND),
         walls: vec![Wall::at_rest(Vector::ZERO, Vector::Z, 0)],
         region: [Vector::splat(-1.0), Vector::ONE],
         ghost_margin: 0.0,

@@ -8,16 +8,16 @@ use sazanami_numerics::domain::Domain;
 use sazanami_numerics::{Matrix, Real, Vector};
 
 use crate::body::Body;
-use crate::contact::block::{Block, ROWS};
+use crate::contact::block::Block;
+use crate::contact::counters::Counters;
 use crate::contact::incoming::Incoming;
-use crate::contact::law::Constants;
+use crate::contact::laws::{Interactions, LawTable};
 use crate::contact::neighbours::ListBuilder;
+use crate::contact::record::ContactRecord;
 use crate::contact::search::SphereArrays;
-use crate::contact::{ContactRecord, Counters};
 use crate::error::DemError;
 use crate::ghosts::{self, Exchange};
-use crate::grain::{Grain, GrainRecord, Grains, Motion, image_position};
-use crate::material::Interactions;
+use crate::grain::{Grain, GrainRecord, Grains, Motion, ROWS, image_position};
 use crate::motion::{MassProperties, Pose, turn_balls};
 use crate::wall::Wall;
 use lists::FormerList;
@@ -117,7 +117,7 @@ pub struct Engine {
     /// Where each body's begin among `spheres`.
     first_spheres: Vec<u32>,
     pub(crate) interactions: Interactions,
-    constants: Vec<Constants>,
+    laws: LawTable,
     pub(crate) walls: Vec<Wall>,
     region: [Vector; 2],
     ghost_margin: Real,
@@ -185,7 +185,7 @@ impl Engine {
                 .iter()
                 .scan(0, |next, body| Some(std::mem::replace(next, *next + body.spheres() as u32)))
                 .collect(),
-            constants: setup.interactions.laws().iter().map(Constants::new).collect(),
+            laws: LawTable::new(&setup.interactions),
             wall_travel: vec![0.0; setup.walls.len()],
             bodies: setup.bodies,
             interactions: setup.interactions,
@@ -312,7 +312,7 @@ impl Engine {
 
     /// Changes the contact laws; the memory of contacts stays.
     pub fn set_interactions(&mut self, domain: &Domain, interactions: Interactions) {
-        self.constants = interactions.laws().iter().map(Constants::new).collect();
+        self.laws = LawTable::new(&interactions);
         self.interactions = interactions;
         self.time_step = self.stable_time_step(domain);
         // Pairs hold numbers and factors of their law.

@@ -6,7 +6,7 @@ use bytemuck::{Pod, Zeroable};
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::{Matrix, Quaternion, Real, Vector};
 
-use crate::contact::ContactRecord;
+use crate::contact::record::ContactRecord;
 use crate::grain::{GrainRecord, Grains, image_position};
 use crate::motion::{MassProperties, Pose};
 

@@ -6,6 +6,8 @@ use sazanami_numerics::{Matrix, Quaternion, Real, Vector};
 use crate::body::Body;
 use crate::error::DemError;
 
+/// Grains in a block of parallel work.
+pub(crate) const ROWS: usize = 64;
 /// Number of values that a coupled solver may store with each grain ([`Grains::attached`]).
 pub const ATTACHED: usize = 20;
 

@@ -4,6 +4,9 @@ use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 
 use sazanami_numerics::{Real, Vector};
 
+/// Number of contacts or grains worked on at once: a vector register of numbers.
+pub(crate) const WIDTH: usize = 4;
+
 /// `W` floating-point numbers.
 #[derive(Clone, Copy, Debug)]
 #[repr(transparent)]

@@ -20,15 +20,16 @@ mod random;
 mod snapshot;
 pub mod stability;
 mod wall;
+mod wrench;
 
 pub use body::Body;
-pub use contact::block::DEEP_OVERLAP;
+pub use contact::laws::{ContactLaw, Interactions};
+pub use contact::linear_spring_dashpot::{Damping, LinearSpringDashpot, damping_ratio, restitution};
+pub use contact::pair::DEEP_OVERLAP;
 pub use engine::{ContactReport, Drag, Engine, LARGEST_OVERLAP, Loads, Setup, Substeps, Vicinity};
 pub use error::DemError;
 pub use grain::{ATTACHED, Grain, Grains, Motion};
-pub use material::{
-    ContactLaw, Damping, HistoryRotation, Interactions, Multiplicity, SlipDirection, damping_ratio, restitution,
-};
+pub use material::{ContactOptions, HistoryRotation, Multiplicity, SlipDirection};
 pub use packing::{Lattice, Packing, PackingReport, PackingSettings, Stage, TILT, Tapping, lying_order};
 pub use random::Random;
 pub use wall::Wall;

@@ -7,11 +7,9 @@
 use sazanami_numerics::{Matrix, Quaternion, Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
-use crate::contact::Wrench;
-use crate::contact::block::ROWS;
-use crate::contact::evaluate::WIDTH;
-use crate::grain::{Grains, Motion};
-use crate::lanes::{Lanes, Lanes3};
+use crate::grain::{Grains, Motion, ROWS};
+use crate::lanes::{Lanes, Lanes3, WIDTH};
+use crate::wrench::Wrench;
 
 /// Pose and velocities of a grain as its contacts read them. The rotation is stored apart: balls do not need it.
 #[derive(Clone, Copy, Debug, Default)]

@@ -10,10 +10,10 @@ use sazanami_numerics::snapshot::Snapshot;
 use sazanami_numerics::{Matrix, Quaternion, Real, Vector};
 
 use crate::body::Body;
+use crate::contact::laws::Interactions;
 use crate::engine::{ContactReport, Engine, Loads, Setup, Substeps};
 use crate::error::DemError;
 use crate::grain::Grain;
-use crate::material::Interactions;
 use crate::random::Random;
 use crate::wall::Wall;
 

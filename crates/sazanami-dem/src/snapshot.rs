@@ -6,7 +6,7 @@ use sazanami_numerics::domain::Domain;
 use sazanami_numerics::snapshot::{Snapshot, SnapshotError};
 use sazanami_numerics::{Real, Vector};
 
-use crate::contact::ContactRecord;
+use crate::contact::record::ContactRecord;
 use crate::engine::{Engine, Setup};
 use crate::error::DemError;
 use crate::grain::GrainRecord;

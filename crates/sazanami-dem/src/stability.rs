@@ -10,7 +10,7 @@ use sazanami_numerics::Real;
 use sazanami_numerics::domain::Domain;
 
 use crate::body::Body;
-use crate::material::Interactions;
+use crate::contact::laws::Interactions;
 
 /// Longest sub-step over the half period `pi sqrt(m*/K)` of the stiffest contact.
 pub const SUBSTEP_FACTOR: Real = 0.057;
@@ -20,20 +20,25 @@ pub const SUBSTEP_FACTOR: Real = 0.057;
 pub struct EffectiveMasses {
     /// Largest reciprocal of the effective mass along and across the normal, by material; 0: no grain [1/kg].
     inverse: Vec<[Real; 2]>,
+    /// Largest radius of a contact sphere, by material [m].
+    radius: Vec<Real>,
 }
 
 impl EffectiveMasses {
     /// No grains yet, of any of `materials` materials.
     #[must_use]
     pub fn new(materials: usize) -> Self {
-        Self { inverse: vec![[0.0; 2]; materials] }
+        Self { inverse: vec![[0.0; 2]; materials], radius: vec![0.0; materials] }
     }
 
-    /// Takes a grain into account that forces move, with its `mass` [kg].
+    /// Takes a grain into account that forces move: its body times `scale`, with its `mass` [kg].
     ///
     /// # Panics
     /// If there is no such material.
-    pub fn add(&mut self, body: &Body, mass: Real, material: u32) {
+    pub fn add(&mut self, body: &Body, scale: Real, mass: Real, material: u32) {
+        let radius = body.radii.iter().copied().fold(0.0, Real::max) * scale;
+        let largest = &mut self.radius[material as usize];
+        *largest = largest.max(radius);
         let leverage = body.leverage();
         let worst = &mut self.inverse[material as usize];
         (0..2).for_each(|d| worst[d] = worst[d].max(leverage[d] / mass));
@@ -41,7 +46,7 @@ impl EffectiveMasses {
 
     /// Takes the grains of all ranks into account.
     pub fn over_ranks(&mut self, domain: &Domain) {
-        for value in self.inverse.iter_mut().flatten() {
+        for value in self.inverse.iter_mut().flatten().chain(&mut self.radius) {
             *value = domain.max(*value);
         }
     }
@@ -54,9 +59,11 @@ impl EffectiveMasses {
         let mut square: Real = 0.0;
         for a in 0..materials {
             for b in 0..materials {
-                let law = interactions.law(a as u32, b as u32);
+                // A wall has no curvature: the effective radius of a contact is at most that of its larger sphere.
+                let radius = self.radius[a].max(self.radius[b]);
+                let [normal, tangential] = interactions.law(a as u32, b as u32).stiffness(radius);
                 let sum = |d: usize| self.inverse[a][d] + self.inverse[b][d];
-                square = square.max(law.normal_stiffness * sum(0)).max(law.tangential_stiffness * sum(1));
+                square = square.max(normal * sum(0)).max(tangential * sum(1));
             }
         }
         if square > 0.0 { SUBSTEP_FACTOR * PI / square.sqrt() } else { Real::INFINITY }
@@ -66,18 +73,18 @@ impl EffectiveMasses {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::material::ContactLaw;
+    use crate::contact::linear_spring_dashpot::LinearSpringDashpot;
 
     #[test]
     fn two_balls_are_limited_by_their_tangential_spring() {
-        let law = ContactLaw { normal_stiffness: 1e4, tangential_stiffness: 1e4, ..ContactLaw::SAND };
+        let law = LinearSpringDashpot { normal_stiffness: 1e4, tangential_stiffness: 1e4, ..LinearSpringDashpot::SAND };
         let mut masses = EffectiveMasses::new(1);
         assert_eq!(masses.longest_substep(&Interactions::uniform(1, law)), Real::INFINITY);
-        masses.add(&Body::ball(1e-3), 2e-6, 0);
+        masses.add(&Body::ball(1e-3), 1.0, 2e-6, 0);
         let expected = 0.057 * PI * (2e-6 / (2.0 * 3.5 * 1e4_f64)).sqrt();
         let found = masses.longest_substep(&Interactions::uniform(1, law));
         assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected}");
-        let softer = ContactLaw { tangential_stiffness: 1e3, ..law };
+        let softer = LinearSpringDashpot { tangential_stiffness: 1e3, ..law };
         let found = masses.longest_substep(&Interactions::uniform(1, softer));
         assert!((found / (expected * 3.5_f64.sqrt()) - 1.0).abs() < 1e-12, "then by the normal one: {found}");
     }

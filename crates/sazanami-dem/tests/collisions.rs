@@ -9,7 +9,7 @@ fn domain() -> Domain {
     Domain::solo(Grid::new([4, 4, 4], Vector::splat(-1.0), Vector::splat(1.0)), [false; 3])
 }
 
-fn setup(radius: Real, law: ContactLaw, walls: Vec<Wall>) -> Setup {
+fn setup(radius: Real, law: LinearSpringDashpot, walls: Vec<Wall>) -> Setup {
     Setup {
         bodies: vec![Body::ball(radius)],
         interactions: Interactions::uniform(1, law),
@@ -23,12 +23,17 @@ fn floor() -> Vec<Wall> {
     vec![Wall::at_rest(Vector::ZERO, Vector::Z, 0)]
 }
 
-fn law(stiffness: Real, damping: Damping) -> ContactLaw {
-    ContactLaw { normal_stiffness: stiffness, tangential_stiffness: stiffness, damping, ..ContactLaw::SAND }
+fn law(stiffness: Real, damping: Damping) -> LinearSpringDashpot {
+    LinearSpringDashpot {
+        normal_stiffness: stiffness,
+        tangential_stiffness: stiffness,
+        damping,
+        ..LinearSpringDashpot::SAND
+    }
 }
 
 /// Rebound speed over impact speed of a ball that falls on the floor, with `steps` in a contact.
-fn rebound(law: ContactLaw, mass: Real, steps: Real) -> Real {
+fn rebound(law: LinearSpringDashpot, mass: Real, steps: Real) -> Real {
     let domain = domain();
     let (radius, speed) = (1e-3, 0.1);
     let grain = Grain {
@@ -49,7 +54,7 @@ fn rebound(law: ContactLaw, mass: Real, steps: Real) -> Real {
 fn restitution_is_what_was_asked_for() {
     for tension in [true, false] {
         for e in [0.5, 0.8, 1.0] {
-            let law = ContactLaw { tension, ..law(1e4, Damping::Restitution(e)) };
+            let law = LinearSpringDashpot { tension, ..law(1e4, Damping::Restitution(e)) };
             let found = rebound(law, 1e-6, 500.0);
             println!("tension {tension}: {e} -> {found}");
             assert!((found - e).abs() < 1e-3, "tension {tension}: {e} -> {found}");
@@ -58,7 +63,7 @@ fn restitution_is_what_was_asked_for() {
 }
 
 /// Velocity after over velocity before of two equal balls that meet head on, and the time they touch [s].
-fn head_on(law: ContactLaw, mass: Real, steps: Real) -> (Real, Real) {
+fn head_on(law: LinearSpringDashpot, mass: Real, steps: Real) -> (Real, Real) {
     let domain = domain();
     let (radius, speed) = (1e-3, 0.05);
     let ball = |id: u64, x: Real| Grain {
@@ -82,7 +87,7 @@ fn head_on(law: ContactLaw, mass: Real, steps: Real) -> (Real, Real) {
 #[test]
 fn the_papers_dashpot_gives_the_restitution_of_its_grains() {
     let literal = Damping::Literal { normal: 2.95e-3, tangential: 2.95e-3 };
-    let law = ContactLaw { tension: true, ..law(1e4, literal) };
+    let law = LinearSpringDashpot { tension: true, ..law(1e4, literal) };
     for (mass, pair, wall) in [(1.93e-7, 0.861, 0.900), (3.93e-7, 0.901, 0.929)] {
         assert!((head_on(law, mass, 500.0).0 - pair).abs() < 1e-3);
         assert!((rebound(law, mass, 500.0) - wall).abs() < 1e-3);
@@ -91,7 +96,7 @@ fn the_papers_dashpot_gives_the_restitution_of_its_grains() {
 
 #[test]
 fn a_contact_lasts_half_a_period() {
-    let law = ContactLaw { tension: true, ..law(1e4, Damping::Restitution(0.5)) };
+    let law = LinearSpringDashpot { tension: true, ..law(1e4, Damping::Restitution(0.5)) };
     let gamma = damping_ratio(0.5, true);
     let expected = std::f64::consts::PI * (0.5e-6_f64 / 1e4).sqrt() / (1.0 - gamma * gamma).sqrt();
     let (e, time) = head_on(law, 1e-6, 500.0);
@@ -162,12 +167,12 @@ fn bounces_under_gravity_approach_those_of_hard_balls() {
 /// Rebound angle [deg], ratio of tangential velocities and spin [rad/s] of an oblique impact at 3.9 m/s
 /// with `factor` times the stiffness of Di Renzo and Di Maio (2004).
 fn oblique(angle: Real, factor: Real) -> [Real; 3] {
-    let law = ContactLaw {
+    let law = LinearSpringDashpot {
         normal_stiffness: factor * 1.72e7,
         tangential_stiffness: factor * 1.48e7,
         damping: Damping::Literal { normal: 0.0, tangential: 0.0 },
         friction: 0.092,
-        ..ContactLaw::SAND
+        ..LinearSpringDashpot::SAND
     };
     let domain = domain();
     let radius = 2.5e-3;

@@ -10,7 +10,7 @@ fn domain() -> Domain {
     Domain::solo(Grid::new([4, 4, 4], Vector::ZERO, Vector::splat(0.02)), [false; 3])
 }
 
-fn setup(law: ContactLaw) -> Setup {
+fn setup(law: LinearSpringDashpot) -> Setup {
     Setup {
         bodies: vec![Body::prolate(0.26e-3, 0.635e-3, 9)],
         interactions: Interactions::uniform(1, law),
@@ -25,7 +25,7 @@ fn implosion() -> Vec<Grain> {
     let mut random = Random::new(5);
     let mut grains: Vec<Grain> = (0..100).map(|id| Grain::new(id, 2650.0, Vector::ZERO)).collect();
     let settings = PackingSettings::new(Vector::ZERO, Vector::splat(7e-3));
-    settings.arrange(&setup(ContactLaw::SAND).bodies, &mut grains).expect("the case is sound");
+    settings.arrange(&setup(LinearSpringDashpot::SAND).bodies, &mut grains).expect("the case is sound");
     let middle = Vector::splat(3.5e-3);
     for grain in &mut grains {
         let from = grain.position - middle;
@@ -51,7 +51,7 @@ fn momenta(engine: &Engine) -> [(Vector, Real); 2] {
 #[test]
 fn a_closed_set_keeps_its_momentum() {
     let domain = domain();
-    let mut engine = Engine::new(&domain, setup(ContactLaw::SAND), &implosion()).expect("the case is sound");
+    let mut engine = Engine::new(&domain, setup(LinearSpringDashpot::SAND), &implosion()).expect("the case is sound");
     let before = momenta(&engine);
     let mut contacts = 0;
     for _ in 0..60 {
@@ -68,7 +68,7 @@ fn a_closed_set_keeps_its_momentum() {
     // Negative control: fixed grains among them take momentum away.
     let mut grains = implosion();
     grains.iter_mut().step_by(9).for_each(|g| g.motion = Motion::Fixed);
-    let mut engine = Engine::new(&domain, setup(ContactLaw::SAND), &grains).expect("the case is sound");
+    let mut engine = Engine::new(&domain, setup(LinearSpringDashpot::SAND), &grains).expect("the case is sound");
     let before = momenta(&engine)[0];
     engine.advance(&domain, &Loads::none(), Vector::ZERO, 6e-3, Substeps::Auto).expect("the case is sound");
     assert!((momenta(&engine)[0].0 - before.0).length() / before.1 > 1e-6);
@@ -81,7 +81,7 @@ fn energy(engine: &Engine) -> Real {
 
 /// Root mean square of the relative change of energy, with `factor` times the usual number of sub-steps, and the largest rise
 /// between two looks.
-fn drift_of_energy(law: ContactLaw, factor: usize) -> (Real, Real) {
+fn drift_of_energy(law: LinearSpringDashpot, factor: usize) -> (Real, Real) {
     let domain = domain();
     let mut engine = Engine::new(&domain, setup(law), &implosion()).expect("the case is sound");
     let start = energy(&engine);
@@ -100,8 +100,11 @@ fn drift_of_energy(law: ContactLaw, factor: usize) -> (Real, Real) {
 
 #[test]
 fn elastic_grains_keep_their_energy() {
-    let law =
-        ContactLaw { damping: Damping::Literal { normal: 0.0, tangential: 0.0 }, friction: 0.0, ..ContactLaw::SAND };
+    let law = LinearSpringDashpot {
+        damping: Damping::Literal { normal: 0.0, tangential: 0.0 },
+        friction: 0.0,
+        ..LinearSpringDashpot::SAND
+    };
     let coarse = drift_of_energy(law, 1).0;
     let fine = drift_of_energy(law, 2).0;
     println!("energy changes by {coarse} at the usual sub-step, by {fine} at half of it");
@@ -113,16 +116,16 @@ fn dissipation_never_feeds_energy() {
     // Where a slipping contact has a tangential dashpot, its spring takes up `D_t v_t` against the force by definition,
     // so that the sum of energies is one of springs and motion only without.
     let damping = Damping::Literal { normal: 0.02, tangential: 0.0 };
-    let (change, rise) = drift_of_energy(ContactLaw { damping, ..ContactLaw::SAND }, 1);
+    let (change, rise) = drift_of_energy(LinearSpringDashpot { damping, ..LinearSpringDashpot::SAND }, 1);
     println!("energy falls by {change}, never rises by more than {rise}");
     assert!(change > 0.1 && rise < 1e-6, "{change} {rise}");
     // Negative control: a dashpot of the wrong sign.
     let damping = Damping::Literal { normal: -0.002, tangential: 0.0 };
-    assert!(drift_of_energy(ContactLaw { damping, ..ContactLaw::SAND }, 1).1 > 1e-6);
+    assert!(drift_of_energy(LinearSpringDashpot { damping, ..LinearSpringDashpot::SAND }, 1).1 > 1e-6);
 }
 
 /// Force and torque on each grain over a first sub-step, by all pairs of all spheres.
-fn by_all_pairs(law: &ContactLaw, body: &Body, grains: &[Grain], h: Real) -> Vec<(Vector, Vector)> {
+fn by_all_pairs(law: &LinearSpringDashpot, body: &Body, grains: &[Grain], h: Real) -> Vec<(Vector, Vector)> {
     let Damping::Literal { normal, tangential } = law.damping else { unreachable!() };
     let mut sums = vec![(Vector::ZERO, Vector::ZERO); grains.len()];
     let home = |g: &Grain| g.position + 0.5 * h * g.velocity;
@@ -158,7 +161,10 @@ fn by_all_pairs(law: &ContactLaw, body: &Body, grains: &[Grain], h: Real) -> Vec
 
 #[test]
 fn forces_from_lists_are_those_of_all_pairs() {
-    let law = ContactLaw { damping: Damping::Literal { normal: 2e-3, tangential: 3e-3 }, ..ContactLaw::SAND };
+    let law = LinearSpringDashpot {
+        damping: Damping::Literal { normal: 2e-3, tangential: 3e-3 },
+        ..LinearSpringDashpot::SAND
+    };
     let body = Body::prolate(0.26e-3, 0.635e-3, 9);
     let domain = domain();
     let mut random = Random::new(3);
@@ -205,7 +211,8 @@ fn a_grain_that_is_no_number_is_named_on_every_rank() {
     let outcomes = run_ranks(2, 1, |c| {
         let grid = Grid::new([4, 4, 4], Vector::ZERO, Vector::splat(0.01));
         let domain = Domain::new(grid, [false; 3], c).expect("the case is sound");
-        let mut engine = Engine::new(&domain, setup(ContactLaw::SAND), &implosion()).expect("the case is sound");
+        let mut engine =
+            Engine::new(&domain, setup(LinearSpringDashpot::SAND), &implosion()).expect("the case is sound");
         let own = engine.grains().owned();
         let mut force = vec![Vector::ZERO; own];
         if domain.communicator().rank() == 1 {
@@ -224,21 +231,21 @@ fn a_grain_that_is_no_number_is_named_on_every_rank() {
 fn escapes_and_deep_overlaps_end_a_run() {
     let domain = domain();
     let gone = Grain { velocity: Vector::X, ..Grain::new(8, 2650.0, Vector::splat(0.01)) };
-    let mut small = setup(ContactLaw::SAND);
+    let mut small = setup(LinearSpringDashpot::SAND);
     small.region = [Vector::ZERO, Vector::splat(0.0101)];
     let mut engine = Engine::new(&domain, small, &[gone]).expect("the case is sound");
     let error = engine.advance(&domain, &Loads::none(), Vector::ZERO, 2e-4, Substeps::Auto).unwrap_err();
     assert!(matches!(error, DemError::GrainEscaped { id: 8, .. }), "{error}");
 
     let at = |id: u64, x: Real| Grain::new(id, 2650.0, Vector::new(0.01 + x, 0.01, 0.01));
-    let mut engine =
-        Engine::new(&domain, setup(ContactLaw::SAND), &[at(5, 0.0), at(7, 0.26e-3)]).expect("the case is sound");
+    let mut engine = Engine::new(&domain, setup(LinearSpringDashpot::SAND), &[at(5, 0.0), at(7, 0.26e-3)])
+        .expect("the case is sound");
     let error = engine.advance(&domain, &Loads::none(), Vector::ZERO, 1e-9, Substeps::Auto).unwrap_err();
     assert!(matches!(error, DemError::OverlapTooLarge { ids: [5, 7], fraction, .. } if fraction > 0.8), "{error}");
     assert!(error.to_string().contains("grains 5 and 7 overlap by"));
 
-    let mut engine =
-        Engine::new(&domain, setup(ContactLaw::SAND), &[at(5, 0.0), at(7, 0.4e-3)]).expect("the case is sound");
+    let mut engine = Engine::new(&domain, setup(LinearSpringDashpot::SAND), &[at(5, 0.0), at(7, 0.4e-3)])
+        .expect("the case is sound");
     let report =
         engine.advance(&domain, &Loads::none(), Vector::ZERO, 1e-9, Substeps::Auto).expect("the case is sound");
     assert!(report.deep_contacts > 0 && report.largest_overlap > 0.2, "{report:?}");
@@ -252,7 +259,7 @@ fn senseless_grains_are_refused() {
     let refused = |change: fn(&mut Grain)| {
         let mut grain = Grain::new(3, 2650.0, Vector::splat(0.01));
         change(&mut grain);
-        Engine::new(&domain, setup(ContactLaw::SAND), &[Grain::new(1, 2650.0, Vector::splat(0.005)), grain])
+        Engine::new(&domain, setup(LinearSpringDashpot::SAND), &[Grain::new(1, 2650.0, Vector::splat(0.005)), grain])
     };
     assert!(refused(|_| {}).is_ok());
     assert!(refused(|g| g.id = 1).is_err());
@@ -262,7 +269,8 @@ fn senseless_grains_are_refused() {
     assert!(refused(|g| g.scale = 0.0).is_err());
     assert!(refused(|g| g.position.x = Real::NAN).is_err());
     let narrow = Domain::solo(Grid::new([4, 4, 4], Vector::ZERO, Vector::splat(1e-3)), [true, false, false]);
-    let error = Engine::new(&narrow, setup(ContactLaw::SAND), &[Grain::new(1, 2650.0, Vector::ZERO)]).unwrap_err();
+    let error =
+        Engine::new(&narrow, setup(LinearSpringDashpot::SAND), &[Grain::new(1, 2650.0, Vector::ZERO)]).unwrap_err();
     assert!(matches!(error, DemError::BoxTooShort { direction: 0, .. }));
 }
 
@@ -272,7 +280,8 @@ fn senseless_grains_are_refused_later_too_and_leave_the_others_alone() {
         let domain = Domain::new(Grid::new([4, 4, 4], Vector::ZERO, Vector::splat(0.02)), [false; 3], c)
             .expect("there are cells for two ranks");
         let at = |id: u64, x: Real| Grain::new(id, 2650.0, Vector::splat(x));
-        let mut engine = Engine::new(&domain, setup(ContactLaw::SAND), &[at(1, 5e-3)]).expect("the grain makes sense");
+        let mut engine =
+            Engine::new(&domain, setup(LinearSpringDashpot::SAND), &[at(1, 5e-3)]).expect("the grain makes sense");
         let late = at(2, 15e-3);
         let twice_there = [at(2, 5e-3), at(2, 15e-3)];
         for bad in [&[Grain { material: 1, ..late }][..], &[Grain { shape: 1, ..late }], &[at(1, 15e-3)], &twice_there]
@@ -304,12 +313,12 @@ fn less_friction_packs_denser() {
             longest: 0.08,
             ..PackingSettings::new(Vector::ZERO, Vector::new(width, width, 0.02))
         };
-        let law = ContactLaw {
+        let law = LinearSpringDashpot {
             normal_stiffness: 500.0,
             tangential_stiffness: 500.0,
             damping: Damping::Restitution(0.4),
             friction,
-            ..ContactLaw::SAND
+            ..LinearSpringDashpot::SAND
         };
         let grains = (0..120).map(|id| Grain::new(id, 2650.0, Vector::ZERO)).collect();
         let bodies = vec![Body::prolate(0.26e-3, 0.635e-3, 7)];
@@ -332,7 +341,7 @@ fn glued_grains_go_with_walls_that_are_not_there() {
     let glued =
         |id: u64, motion: Motion| Grain { motion, ..Grain::new(id, 2650.0, Vector::splat(5e-3 * (id + 1) as Real)) };
     let grains = [glued(0, Motion::WithWalls), glued(1, Motion::Fixed)];
-    let mut engine = Engine::new(&domain, setup(ContactLaw::SAND), &grains).expect("the case is sound");
+    let mut engine = Engine::new(&domain, setup(LinearSpringDashpot::SAND), &grains).expect("the case is sound");
     let velocity = Vector::new(0.1, 0.0, 0.0);
     engine.set_wall_velocities(&domain, velocity);
     // Negative control: a fixed one stays.

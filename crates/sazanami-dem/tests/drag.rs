@@ -37,7 +37,7 @@ fn alone(periodic: bool) -> Domain {
 }
 
 fn setup(walls: Vec<Wall>) -> Setup {
-    let law = ContactLaw::spheres(400.0, 0.5, 0.4);
+    let law = LinearSpringDashpot::spheres(400.0, 0.5, 0.4);
     Setup {
         bodies: vec![Body::ball(RADIUS), Body::prolate(0.4e-3, 0.7e-3, 5)],
         interactions: Interactions::uniform(1, law),

@@ -22,8 +22,8 @@ fn bodies() -> Vec<Body> {
 fn setup(periodic: bool, damping: Damping) -> Setup {
     let side = [!periodic; 2];
     let upper = Vector::new(WIDTH, WIDTH, 0.0);
-    let mut interactions = Interactions::uniform(2, ContactLaw { damping, ..ContactLaw::SAND });
-    interactions.set(0, 1, ContactLaw { friction: 0.3, damping, ..ContactLaw::SAND });
+    let mut interactions = Interactions::uniform(2, LinearSpringDashpot { damping, ..LinearSpringDashpot::SAND });
+    interactions.set(0, 1, LinearSpringDashpot { friction: 0.3, damping, ..LinearSpringDashpot::SAND });
     Setup {
         bodies: bodies(),
         interactions,
@@ -273,7 +273,7 @@ fn packing_goes_on_after_an_interruption() {
         tapping: Some(Tapping { amplitude: 2e-5, frequency: 400.0, periods: 1 }),
         ..PackingSettings::new(Vector::ZERO, Vector::new(WIDTH, WIDTH, 1.0))
     };
-    let laws = || Interactions::uniform(1, ContactLaw::SAND);
+    let laws = || Interactions::uniform(1, LinearSpringDashpot::SAND);
     let templates: Vec<Grain> = (0..80).map(|id| Grain::new(id, 2650.0, Vector::ZERO)).collect();
     let mut packing = Packing::new(&domain, settings.clone(), bodies(), laws(), templates).expect("the case is sound");
     let mut saved = vec![];
@@ -344,7 +344,7 @@ fn threads_do_not_matter_to_a_packing() {
         with_threads(threads, || {
             let domain = domain(Box::new(Solo::default()), false);
             let settings = PackingSettings::new(Vector::ZERO, Vector::new(WIDTH, WIDTH, 1.0));
-            let laws = Interactions::uniform(1, ContactLaw::SAND);
+            let laws = Interactions::uniform(1, LinearSpringDashpot::SAND);
             let templates = (0..64).map(|id| Grain::new(id, 2650.0, Vector::ZERO)).collect();
             let mut packing = Packing::new(&domain, settings, bodies(), laws, templates).expect("the case is sound");
             (0..600).for_each(|_| {
@@ -364,11 +364,11 @@ fn a_bed_four_times_as_large_falls_alike_in_twice_the_time() {
     let fall = |length: Real, dashpot: Real, count: usize| {
         let upper = length * Vector::new(WIDTH, WIDTH, 8e-3);
         let domain = Domain::solo(Grid::new([4, 4, 4], Vector::ZERO, upper), [false; 3]);
-        let law = ContactLaw {
+        let law = LinearSpringDashpot {
             normal_stiffness: 1e4 * length * length,
             tangential_stiffness: 1e4 * length * length,
             damping: Damping::Literal { normal: 2.95e-3 * dashpot, tangential: 2.95e-3 * dashpot },
-            ..ContactLaw::SAND
+            ..LinearSpringDashpot::SAND
         };
         let body = Body::prolate(0.26e-3 * length, 0.635e-3 * length, 9);
         let settings = PackingSettings {
@@ -397,7 +397,7 @@ fn a_bed_four_times_as_large_falls_alike_in_twice_the_time() {
 /// Balls of three sizes and two materials that collapse between walls, after some steps. With `others` the engine
 /// knows of another body too, which no grain has.
 fn balls(domain: &Domain, rolling_friction: Real, others: bool) -> Snapshot {
-    let law = |friction| ContactLaw { rolling_friction, ..ContactLaw::spheres(400.0, 0.5, friction) };
+    let law = |friction| LinearSpringDashpot { rolling_friction, ..LinearSpringDashpot::spheres(400.0, 0.5, friction) };
     let mut interactions = Interactions::uniform(2, law(0.4));
     interactions.set(0, 1, law(0.2));
     let mut random = Random::new(5);

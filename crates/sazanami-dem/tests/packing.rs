@@ -1,6 +1,6 @@
 //! Beds come to an end, whatever lies on what.
 
-use sazanami_dem::{Body, ContactLaw, Damping, Grain, Interactions, Packing, PackingSettings, Stage};
+use sazanami_dem::{Body, Damping, Grain, Interactions, LinearSpringDashpot, Packing, PackingSettings, Stage};
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
@@ -11,11 +11,11 @@ const RADIUS: Real = 0.5e-3;
 fn pack(count: u64, longest: Real) -> (Packing, Stage, Real) {
     let upper = Vector::new(3.6e-3, 3.6e-3, 4e-3);
     let domain = Domain::solo(Grid::new([8, 8, 8], Vector::ZERO, upper), [false; 3]);
-    let law = ContactLaw {
+    let law = LinearSpringDashpot {
         normal_stiffness: 100.0,
         tangential_stiffness: 100.0,
         damping: Damping::Restitution(0.3),
-        ..ContactLaw::SAND
+        ..LinearSpringDashpot::SAND
     };
     let settings = PackingSettings { longest, ..PackingSettings::new(Vector::ZERO, upper) };
     let grains = (0..count).map(|id| Grain::new(id, 2650.0, Vector::ZERO)).collect();

@@ -14,7 +14,7 @@ fn domain() -> Domain {
 }
 
 /// A body on the floor, pressed in as its weight under `gravity` would.
-fn on_floor(body: Body, law: ContactLaw, gravity: Vector, feet: Real, velocity: Vector) -> Engine {
+fn on_floor(body: Body, law: LinearSpringDashpot, gravity: Vector, feet: Real, velocity: Vector) -> Engine {
     let mass = 2500.0 * body.volume;
     let lowest = body.centres.iter().zip(&body.radii).map(|(c, r)| c.z - r).fold(0.0, Real::min);
     let height = -lowest + mass * gravity.z / (law.normal_stiffness * feet);
@@ -29,13 +29,13 @@ fn on_floor(body: Body, law: ContactLaw, gravity: Vector, feet: Real, velocity: 
     Engine::new(&domain(), setup, &[grain]).expect("the case is sound")
 }
 
-fn law(friction: Real) -> ContactLaw {
-    ContactLaw {
+fn law(friction: Real) -> LinearSpringDashpot {
+    LinearSpringDashpot {
         normal_stiffness: STIFFNESS,
         tangential_stiffness: STIFFNESS,
         damping: Damping::Restitution(0.3),
         friction,
-        ..ContactLaw::SAND
+        ..LinearSpringDashpot::SAND
     }
 }
 
@@ -83,7 +83,7 @@ fn a_ball_rolls_or_slides_down_a_slope() {
 #[test]
 fn rolling_friction_stops_a_ball() {
     let gravity = Vector::new(0.0, 0.0, -G);
-    let law = ContactLaw { rolling_friction: 0.02, ..law(0.5) };
+    let law = LinearSpringDashpot { rolling_friction: 0.02, ..law(0.5) };
     let mut engine = on_floor(Body::ball(RADIUS), law, gravity, 1.0, 0.1 * Vector::X);
     engine.set_velocity(0, 0.1 * Vector::X, 0.1 / RADIUS * Vector::Y);
     engine.advance(&domain(), &Loads::none(), gravity, 0.1, Substeps::Fixed(5000)).expect("the case is sound");
@@ -102,7 +102,7 @@ fn block() -> Body {
 }
 
 /// Way that the block creeps in a fifth of a second after having settled, over its spheres' diameter, per second.
-fn creep(law: ContactLaw) -> Real {
+fn creep(law: LinearSpringDashpot) -> Real {
     let gravity = slope(15.0);
     let mut engine = on_floor(block(), law, gravity, 4.0, Vector::ZERO);
     engine.advance(&domain(), &Loads::none(), gravity, 0.3, Substeps::Fixed(10_000)).expect("the case is sound");
@@ -116,7 +116,7 @@ fn a_block_sticks_to_a_slope_through_the_memory_of_its_contacts() {
     let sticks = creep(law(0.3));
     assert!(sticks < 1e-6, "{sticks}");
     // Negative control: friction by the dashpot alone creeps.
-    let without_spring = ContactLaw {
+    let without_spring = LinearSpringDashpot {
         tangential_stiffness: 1e-6,
         damping: Damping::Literal { normal: 10.0, tangential: 10.0 },
         ..law(0.3)
@@ -130,7 +130,7 @@ fn a_block_sticks_to_a_slope_through_the_memory_of_its_contacts() {
 fn several_contacts_add_up_as_asked() {
     let gravity = Vector::new(0.0, 0.0, -G);
     let sink = |multiplicity: Multiplicity| {
-        let law = ContactLaw { multiplicity, ..law(0.3) };
+        let law = LinearSpringDashpot { multiplicity, ..law(0.3) };
         let mut engine = on_floor(block(), law, gravity, 4.0, Vector::ZERO);
         engine.advance(&domain(), &Loads::none(), gravity, 0.3, Substeps::Fixed(10_000)).expect("the case is sound");
         let g = engine.grains();

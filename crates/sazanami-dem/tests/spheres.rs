@@ -9,13 +9,13 @@ use sazanami_numerics::{Real, Vector};
 const RADIUS: Real = 0.5e-3;
 const STIFFNESS: Real = 400.0;
 const GRAVITY: Vector = Vector::new(0.0, 0.0, -9.81);
-const LAW: ContactLaw = ContactLaw::spheres(STIFFNESS, 0.5, 0.4);
+const LAW: LinearSpringDashpot = LinearSpringDashpot::spheres(STIFFNESS, 0.5, 0.4);
 
 fn domain() -> Domain {
     Domain::solo(Grid::new([4, 4, 4], Vector::splat(-1.0), Vector::splat(1.0)), [false; 3])
 }
 
-fn engine(law: ContactLaw, floor: bool, grains: &[Grain]) -> Engine {
+fn engine(law: LinearSpringDashpot, floor: bool, grains: &[Grain]) -> Engine {
     let setup = Setup {
         bodies: vec![Body::ball(RADIUS)],
         interactions: Interactions::uniform(1, law),
@@ -26,8 +26,8 @@ fn engine(law: ContactLaw, floor: bool, grains: &[Grain]) -> Engine {
     Engine::new(&domain(), setup, grains).expect("the case is sound")
 }
 
-fn with(e: Real) -> ContactLaw {
-    ContactLaw::spheres(STIFFNESS, e, 0.4)
+fn with(e: Real) -> LinearSpringDashpot {
+    LinearSpringDashpot::spheres(STIFFNESS, e, 0.4)
 }
 
 /// Duration of an impact without tension over `sqrt(m*/K)`: the force vanishes before the overlap does.
@@ -141,7 +141,7 @@ fn the_tangential_spring_swings_with_the_normal_one() {
     // A ball that sticks and turns: its effective mass at the contact is 2/7 of its mass, so that with K_t/K_n = 2/7
     // the tangential velocity of its surface has turned round when it leaves, if nothing is lost.
     let out = |ratio: Real| {
-        let law = ContactLaw {
+        let law = LinearSpringDashpot {
             tangential_stiffness: ratio * STIFFNESS,
             damping: Damping::Restitution(1.0),
             friction: 1e3,
@@ -205,7 +205,7 @@ fn a_contact_across_a_periodic_side_counts_once() {
     // Short enough that they hardly move.
     let report = engine.advance(&domain, &Loads::none(), Vector::ZERO, 1e-12, Substeps::Fixed(1)).expect("they touch");
     assert_eq!((report.pairs, report.contacts), (1, 1));
-    let stiffness = engine.interactions().law(0, 0).normal_stiffness;
+    let [stiffness, _] = engine.interactions().law(0, 0).stiffness(RADIUS);
     let expected = 0.5 * stiffness * depth * depth;
     assert!((engine.elastic_energy() / expected - 1.0).abs() < 1e-6, "{} {expected}", engine.elastic_energy());
 }

@@ -3,7 +3,7 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-use sazanami_dem::{Body, ContactLaw, Engine, Grain, Interactions, Setup, Substeps, Wall};
+use sazanami_dem::{Body, Engine, Grain, Interactions, LinearSpringDashpot, Setup, Substeps, Wall};
 use sazanami_mps::boundary::{Side, Tank, WallFriction};
 use sazanami_mps::grains::{Closure, Coupling, GrainPhase};
 use sazanami_mps::pressure::Tolerance;
@@ -48,7 +48,7 @@ fn tank() -> Solver {
     let domain = Domain::solo(Grid::new([6, 4, 8], Vector::ZERO, upper), [false, true, false]);
     let setup = Setup {
         bodies: vec![Body::ball(0.5 * SPACING)],
-        interactions: Interactions::uniform(1, ContactLaw::spheres(400.0, 0.5, 0.4)),
+        interactions: Interactions::uniform(1, LinearSpringDashpot::spheres(400.0, 0.5, 0.4)),
         walls: Wall::of_box(Vector::ZERO, upper, 0, sides.map(|sides| sides.map(|side| side == Side::Wall))),
         region: [Vector::splat(-1.0), Vector::ONE],
         ghost_margin: 3.6 * SPACING,

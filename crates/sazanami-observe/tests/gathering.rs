@@ -1,6 +1,6 @@
 //! The bed is the same whichever ranks hold its grains.
 
-use sazanami_dem::{Body as ContactBody, ContactLaw, Engine, Grain, Interactions, Setup};
+use sazanami_dem::{Body as ContactBody, Engine, Grain, Interactions, LinearSpringDashpot, Setup};
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Quaternion, Real, Vector};
@@ -28,7 +28,7 @@ fn gathered(ranks: usize) -> Vec<GatheredBed> {
         let domain = Domain::new(grid, [false; 3], communicator).expect("enough cells");
         let setup = Setup {
             bodies: vec![ContactBody::ball(0.25)],
-            interactions: Interactions::uniform(1, ContactLaw::SAND),
+            interactions: Interactions::uniform(1, LinearSpringDashpot::SAND),
             walls: Vec::new(),
             region: [Vector::NEG_INFINITY, Vector::INFINITY],
             ghost_margin: 1.0,

@@ -4,7 +4,7 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::sync::Arc;
 
-use sazanami_dem::{Body, ContactLaw, Damping, Engine, Grain, Interactions, Setup, Substeps, Wall};
+use sazanami_dem::{Body, Damping, Engine, Grain, Interactions, LinearSpringDashpot, Setup, Substeps, Wall};
 use sazanami_mics::ball::ball;
 use sazanami_mics::boundary::Boundary;
 use sazanami_mics::flow::{DropVelocity, Flow, Fluids, Schemes};
@@ -76,11 +76,11 @@ fn solver(substeps: Substeps) -> Solver {
         &ContactSphereRule::Axis { count: 5 },
     )
     .expect("the case is sound");
-    let law = ContactLaw {
+    let law = LinearSpringDashpot {
         normal_stiffness: 500.0,
         tangential_stiffness: 500.0,
         damping: Damping::Restitution(0.3),
-        ..ContactLaw::SAND
+        ..LinearSpringDashpot::SAND
     };
     let upper = Vector::new(WIDTH, WIDTH, 3e-3);
     let setup = Setup {

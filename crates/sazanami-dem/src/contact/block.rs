@@ -8,60 +8,16 @@
 
 use sazanami_numerics::{Real, Vector};
 
-use super::evaluate::{ContactForces, WIDTH, evaluate};
+use super::context::{ContactContext, Step};
+use super::counters::Counters;
+use super::evaluate::{ContactForces, evaluate};
+use super::model::ContactModel;
+use super::pair::{Contact, DEEP_OVERLAP, Pair, reserve};
 use super::search::{CUT_OFF, NearestSpheres, SphereSearch, TOUCH};
 use super::walls::WallContacts;
-use super::{ContactContext, Counters, Wrench};
+use crate::lanes::WIDTH;
 use crate::material::Multiplicity;
-
-/// Grains in a block.
-pub(crate) const ROWS: usize = 64;
-/// Overlap over the smaller contact sphere's radius above which a contact is counted as deep.
-pub const DEEP_OVERLAP: Real = 0.2;
-
-/// Two grains near each other.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Pair {
-    /// The grain with the lower identifier.
-    pub low: u32,
-    pub high: u32,
-    /// Factor on the dashpots.
-    pub factor: Real,
-    /// Periodic image of the second grain relative to the first.
-    pub image: [i16; 2],
-    /// Number of the contact law.
-    pub law: u16,
-    pub multiplicity: Multiplicity,
-    pub touching: bool,
-    /// First of its contacts, if it touches.
-    pub contacts: u32,
-}
-
-impl Pair {
-    /// From the second grain's unwrapped position to its periodic image [m].
-    #[inline(always)]
-    pub fn shift(&self, period: Vector) -> Vector {
-        Vector::new(Real::from(self.image[0]) * period.x, Real::from(self.image[1]) * period.y, 0.0)
-    }
-}
-
-/// Two spheres that touch.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Contact {
-    /// Pair of grains, within the block.
-    pub pair: u32,
-    pub a: u16,
-    pub b: u16,
-    pub deep: bool,
-    /// Tangential displacement [m].
-    pub d_t: Vector,
-}
-
-impl Contact {
-    fn key(&self) -> (u32, u16, u16) {
-        (self.pair, self.a, self.b)
-    }
-}
+use crate::wrench::Wrench;
 
 /// Consecutive grains with the pairs in which they come first; see the module.
 #[derive(Clone, Debug, Default)]
@@ -97,11 +53,6 @@ pub(crate) struct Block {
     found: Vec<Contact>,
     merged: Vec<Contact>,
     near: SphereSearch,
-}
-
-/// Reserves memory for `room` entries in all.
-pub(super) fn reserve<T>(list: &mut Vec<T>, room: usize) {
-    list.reserve(room.saturating_sub(list.len()));
 }
 
 impl Block {
@@ -154,18 +105,18 @@ impl Block {
         self.walls.reserve();
     }
 
-    /// Forces of all contacts of the block over a sub-step of length `dt`.
-    pub fn step(&mut self, context: &ContactContext<'_>, ids: &[u64], dt: Real) -> Counters {
+    /// Forces of all contacts of the block.
+    pub fn step<M: ContactModel>(&mut self, step: &Step<'_, M>) -> Counters {
         let mut counters = Counters::default();
         self.changes.clear();
-        self.check_skins(context);
-        match (context.plain, context.balls) {
-            (true, true) => self.evaluate_balls::<true>(context, ids, dt, &mut counters),
-            (false, true) => self.evaluate_balls::<false>(context, ids, dt, &mut counters),
-            (true, false) => self.evaluate::<true>(context, ids, dt, &mut counters),
-            (false, false) => self.evaluate::<false>(context, ids, dt, &mut counters),
+        self.check_skins(step.context);
+        match (step.plain, step.context.balls) {
+            (true, true) => self.evaluate_balls::<M, true>(step, &mut counters),
+            (false, true) => self.evaluate_balls::<M, false>(step, &mut counters),
+            (true, false) => self.evaluate::<M, true>(step, &mut counters),
+            (false, false) => self.evaluate::<M, false>(step, &mut counters),
         }
-        self.walls.step(context, ids, self.first, dt, &mut self.touches, &mut counters);
+        self.walls.step(step, self.first, &mut self.touches, &mut counters);
         counters.changes = self.changes.len();
         counters
     }
@@ -279,13 +230,8 @@ impl Block {
 
     /// Evaluates all contacts, adds up pairs and rows in order, drops the contacts that have ended.
     #[inline(never)]
-    fn evaluate<const PLAIN: bool>(
-        &mut self,
-        context: &ContactContext<'_>,
-        ids: &[u64],
-        dt: Real,
-        counters: &mut Counters,
-    ) {
+    fn evaluate<M: ContactModel, const PLAIN: bool>(&mut self, step: &Step<'_, M>, counters: &mut Counters) {
+        let Step { context, laws, ids, dt, .. } = *step;
         self.own.fill(Wrench::default());
         self.touches.fill(false);
         let count = self.contacts.len();
@@ -294,7 +240,7 @@ impl Block {
         let mut total = Total::default();
         while at < count {
             let end = (at + WIDTH).min(count);
-            let forces = evaluate::<WIDTH, PLAIN, false>(context, &self.pairs, &self.contacts[at..end], dt);
+            let forces = evaluate::<M, WIDTH, PLAIN, false>(context, laws, (&self.pairs, &self.contacts[at..end]), dt);
             for l in 0..end - at {
                 let from = at + l;
                 let p = self.contacts[from].pair;
@@ -328,20 +274,15 @@ impl Block {
 
     /// The same where all bodies are balls: a pair has one contact, and there is nothing to add up.
     #[inline(never)]
-    fn evaluate_balls<const PLAIN: bool>(
-        &mut self,
-        context: &ContactContext<'_>,
-        ids: &[u64],
-        dt: Real,
-        counters: &mut Counters,
-    ) {
+    fn evaluate_balls<M: ContactModel, const PLAIN: bool>(&mut self, step: &Step<'_, M>, counters: &mut Counters) {
+        let Step { context, laws, ids, dt, .. } = *step;
         self.own.fill(Wrench::default());
         self.touches.fill(false);
         let count = self.contacts.len();
         let (mut kept, mut at) = (0, 0);
         while at < count {
             let end = (at + WIDTH).min(count);
-            let forces = evaluate::<WIDTH, PLAIN, true>(context, &self.pairs, &self.contacts[at..end], dt);
+            let forces = evaluate::<M, WIDTH, PLAIN, true>(context, laws, (&self.pairs, &self.contacts[at..end]), dt);
             for l in 0..end - at {
                 let from = at + l;
                 let p = self.contacts[from].pair;

@@ -2,14 +2,12 @@
 
 use sazanami_numerics::{Matrix, Real, Vector};
 
-use super::ContactContext;
-use super::block::{Contact, Pair};
-use super::law::{ConstantLanes, force};
+use super::context::ContactContext;
+use super::force::{ConstantLanes, PairConstants, force, rolling_torque};
+use super::model::ContactModel;
+use super::pair::{Contact, Pair};
 use crate::lanes::{Lanes, Lanes3};
 use crate::motion::Pose;
-
-/// Number of contacts worked on at once: a vector register of numbers.
-pub(crate) const WIDTH: usize = 4;
 
 /// Overlaps, forces, torques and tangential displacements of `W` contacts in a sub-step.
 pub(crate) struct ContactForces<const W: usize> {
@@ -60,10 +58,10 @@ impl<const W: usize> Spheres<W> {
 
 /// Evaluates one to `W` contacts; surplus lanes repeat the last. `BALLS` has the same bits where all bodies are balls.
 #[inline(always)]
-pub(crate) fn evaluate<const W: usize, const PLAIN: bool, const BALLS: bool>(
+pub(crate) fn evaluate<M: ContactModel, const W: usize, const PLAIN: bool, const BALLS: bool>(
     context: &ContactContext<'_>,
-    pairs: &[Pair],
-    contacts: &[Contact],
+    laws: &[PairConstants<M>],
+    (pairs, contacts): (&[Pair], &[Contact]),
     dt: Real,
 ) -> ContactForces<W> {
     let last = contacts.len() - 1;
@@ -75,10 +73,10 @@ pub(crate) fn evaluate<const W: usize, const PLAIN: bool, const BALLS: bool>(
     } else {
         Lanes3::splat(Vector::ZERO)
     };
-    let constants = if context.constants.len() == 1 {
-        ConstantLanes::from_fn(|l| (&context.constants[0], pair[l].factor))
+    let constants = if laws.len() == 1 {
+        ConstantLanes::from_fn(|l| (&laws[0], pair[l].factor))
     } else {
-        ConstantLanes::from_fn(|l| (&context.constants[pair[l].law as usize], pair[l].factor))
+        ConstantLanes::from_fn(|l| (&laws[pair[l].law as usize], pair[l].factor))
     };
     let (low, high) = (pair.map(|p| p.low), pair.map(|p| p.high));
     let i: [&Pose; W] = std::array::from_fn(|l| &context.poses[low[l] as usize]);
@@ -100,7 +98,7 @@ pub(crate) fn evaluate<const W: usize, const PLAIN: bool, const BALLS: bool>(
         - spin_i.cross(arm_i);
 
     let d_t = Lanes3::from_fn(|l| contact[l].d_t);
-    let (h, d_t, h_n) = force::<W, PLAIN>(&constants, n, overlap, v_r, d_t, dt);
+    let (h, d_t, h_n) = force::<M, W, PLAIN>(&constants, n, (overlap, [a.radius, b.radius]), v_r, d_t, dt);
     let (mut torque_low, mut torque_high) = (arm_i.cross(h), -arm_j.cross(h));
     if !PLAIN {
         let rolling = rolling_torque(&constants, a.radius, b.radius, h_n, spin_j - spin_i);
@@ -109,20 +107,4 @@ pub(crate) fn evaluate<const W: usize, const PLAIN: bool, const BALLS: bool>(
     }
     let fraction = overlap.divided_by(a.radius.min(b.radius));
     ContactForces { overlap, fraction, force: h, torque_low, torque_high, d_t }
-}
-
-/// A torque of constant size against relative spin, on the first body.
-#[inline(always)]
-pub(crate) fn rolling_torque<const W: usize>(
-    c: &ConstantLanes<W>,
-    radius_a: Lanes<W>,
-    radius_b: Lanes<W>,
-    h_n: Lanes<W>,
-    spin: Lanes3<W>,
-) -> Lanes3<W> {
-    let zero = Lanes::splat(0.0);
-    let effective = (radius_a * radius_b).divided_by(radius_a + radius_b);
-    let rate = spin.dot(spin).sqrt();
-    let size = c.rolling * effective * h_n;
-    spin * rate.above(zero).select(size.divided_by(rate), zero)
 }

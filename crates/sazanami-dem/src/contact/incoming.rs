@@ -2,7 +2,8 @@
 //! the first: with them the sum over its partners has one order on every rank.
 
 use super::block::Block;
-use super::{Counters, Wrench};
+use super::counters::Counters;
+use crate::wrench::Wrench;
 
 #[derive(Clone, Copy, Debug, Default)]
 struct IncomingPair {

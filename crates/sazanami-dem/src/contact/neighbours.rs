@@ -3,12 +3,14 @@
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
-use super::block::{Block, Contact, Pair, ROWS};
+use super::block::Block;
+use super::context::ContactContext;
+use super::laws::Interactions;
+use super::pair::{Contact, Pair};
+use super::record::ContactRecord;
 use super::search::{NearestSpheres, PlacedCapsule};
 use super::walls::{WallContact, WallPair};
-use super::{ContactContext, ContactRecord};
-use crate::grain::{Grains, Motion};
-use crate::material::Interactions;
+use crate::grain::{Grains, Motion, ROWS};
 
 /// Grains sorted into the cells of a grid.
 #[derive(Clone, Debug, Default)]
@@ -213,7 +215,7 @@ fn fill(
                 d_t: Vector::from_array(r.d_t),
             }));
             let touching = block.contacts.last().is_some_and(|c| c.pair == p);
-            let mut pair = pair(context, grains, interactions, [low as u32, high], image, touching);
+            let mut pair = pair(grains, interactions, [low as u32, high], image, touching);
             pair.contacts = first;
             let sum = context.travel[low] + context.travel[high as usize];
             let (left, mut nearest) = previous
@@ -231,26 +233,20 @@ fn fill(
     block.reserve();
 }
 
-fn pair(
-    context: &ContactContext<'_>,
-    grains: &Grains,
-    interactions: &Interactions,
-    [low, high]: [u32; 2],
-    image: [i32; 2],
-    touching: bool,
-) -> Pair {
+fn pair(grains: &Grains, interactions: &Interactions, [low, high]: [u32; 2], image: [i32; 2], touching: bool) -> Pair {
     let (l, h) = (low as usize, high as usize);
     let law = interactions.index(grains.material[l], grains.material[h]);
     // A grain that forces do not move is a wall to the other.
     let inverse = |g: usize| if grains.motion[g] == Motion::Free { 1.0 / grains.mass[g] } else { 0.0 };
-    let factor = if context.constants[law as usize].by_mass { (inverse(l) + inverse(h)).recip().sqrt() } else { 1.0 };
+    let factor =
+        if interactions.laws()[law as usize].damped_by_mass() { (inverse(l) + inverse(h)).recip().sqrt() } else { 1.0 };
     Pair {
         low,
         high,
         factor,
         image: image.map(|n| n as i16),
         law: law as u16,
-        multiplicity: interactions.laws()[law as usize].multiplicity,
+        multiplicity: interactions.laws()[law as usize].options().multiplicity,
         touching,
         contacts: 0,
     }
@@ -291,7 +287,7 @@ fn add_walls(
             continue;
         }
         let law = interactions.index(grains.material[grain], wall.material);
-        let factor = if context.constants[law as usize].by_mass { grains.mass[grain].sqrt() } else { 1.0 };
+        let factor = if interactions.laws()[law as usize].damped_by_mass() { grains.mass[grain].sqrt() } else { 1.0 };
         let p = block.walls.pairs.len() as u32;
         let high = crate::WALL + w as u64;
         let from = records.partition_point(|r| (r.low, r.high) < (id, high));
@@ -309,7 +305,7 @@ fn add_walls(
             law,
             factor,
             skip_until: context.travel[grain] + context.wall_travel[w] + left.max(height * (1.0 - 1e-9)),
-            multiplicity: interactions.laws()[law as usize].multiplicity,
+            multiplicity: interactions.laws()[law as usize].options().multiplicity,
         });
     }
 }

@@ -2,13 +2,15 @@
 
 use sazanami_numerics::{Real, Vector};
 
-use super::block::reserve;
-use super::evaluate::rolling_torque;
-use super::law::{ConstantLanes, force};
+use super::context::{ContactContext, Step};
+use super::counters::Counters;
+use super::force::{ConstantLanes, force, rolling_torque};
+use super::model::ContactModel;
+use super::pair::{DEEP_OVERLAP, reserve};
 use super::search::{CUT_OFF, PlacedCapsule, TOUCH};
-use super::{ContactContext, Counters, Wrench};
 use crate::lanes::{Lanes, Lanes3};
 use crate::material::Multiplicity;
+use crate::wrench::Wrench;
 
 /// A grain near a wall.
 #[derive(Clone, Copy, Debug)]
@@ -60,15 +62,14 @@ impl WallContacts {
     }
 
     /// Forces between walls and the grains of the block that starts at grain `first`.
-    pub fn step(
+    pub fn step<M: ContactModel>(
         &mut self,
-        context: &ContactContext<'_>,
-        ids: &[u64],
+        step: &Step<'_, M>,
         first: usize,
-        dt: Real,
         touches: &mut [bool],
         counters: &mut Counters,
     ) {
+        let Step { context, ids, .. } = *step;
         self.actions.clear();
         if self.pairs.is_empty() {
             return;
@@ -84,13 +85,13 @@ impl WallContacts {
             while at < self.contacts.len() && self.contacts[at].pair == p {
                 let mut contact = self.contacts[at];
                 at += 1;
-                let Some((action, overlap, fraction)) = touch(context, &pair, &mut contact, dt) else {
+                let Some((action, overlap, fraction)) = touch(step, &pair, &mut contact) else {
                     let skip_until = &mut self.pairs[p as usize].skip_until;
                     let travel = context.travel[pair.grain as usize] + context.wall_travel[pair.wall as usize];
                     *skip_until = skip_until.min(travel);
                     continue;
                 };
-                if fraction > super::block::DEEP_OVERLAP && !contact.deep {
+                if fraction > DEEP_OVERLAP && !contact.deep {
                     contact.deep = true;
                     counters.deepened += 1;
                 }
@@ -178,12 +179,12 @@ impl WallContacts {
 }
 
 /// Action of a wall on a grain through one sphere, with overlap and overlap over radius; `None` if they are apart.
-fn touch(
-    context: &ContactContext<'_>,
+fn touch<M: ContactModel>(
+    step: &Step<'_, M>,
     pair: &WallPair,
     contact: &mut WallContact,
-    dt: Real,
 ) -> Option<(Wrench, Real, Real)> {
+    let Step { context, laws, dt, .. } = *step;
     let pose = &context.poses[pair.grain as usize];
     let body = &context.bodies[pose.body as usize];
     let wall = &context.walls[pair.wall as usize];
@@ -197,18 +198,18 @@ fn touch(
     let n = -wall.normal;
     let arm = to_a + n * (radius - 0.5 * overlap);
     let v_r = wall.velocity - pose.velocity - pose.spin.cross(arm);
-    let constants: ConstantLanes<1> = ConstantLanes::from_fn(|_| (&context.constants[pair.law as usize], pair.factor));
-    let (h, d_t, h_n) = force::<1, false>(
+    let constants: ConstantLanes<M, 1> = ConstantLanes::from_fn(|_| (&laws[pair.law as usize], pair.factor));
+    // A plane has no curvature: the effective radius is the sphere's own.
+    let (own, far) = (Lanes::splat(radius), Lanes::splat(1e9 * radius));
+    let (h, d_t, h_n) = force::<M, 1, false>(
         &constants,
         Lanes3::splat(n),
-        Lanes::splat(overlap),
+        (Lanes::splat(overlap), [own, far]),
         Lanes3::splat(v_r),
         Lanes3::splat(contact.d_t),
         dt,
     );
-    // A plane has no curvature: the effective radius is the sphere's own.
-    let far = Lanes::splat(1e9 * radius);
-    let rolling = rolling_torque(&constants, Lanes::splat(radius), far, h_n, Lanes3::splat(-pose.spin));
+    let rolling = rolling_torque(&constants, own, far, h_n, Lanes3::splat(-pose.spin));
     contact.d_t = d_t.lane(0);
     let force = h.lane(0);
     Some((Wrench { force, torque: arm.cross(force) + rolling.lane(0) }, overlap, overlap / radius))

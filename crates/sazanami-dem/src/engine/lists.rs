@@ -4,9 +4,10 @@ use sazanami_numerics::domain::Domain;
 use sazanami_numerics::{Matrix, Real};
 
 use super::{Engine, LARGEST_SKIN};
+use crate::contact::counters::Counters;
 use crate::contact::neighbours::{ListInput, Previous};
+use crate::contact::record::ContactRecord;
 use crate::contact::walls::WallContact;
-use crate::contact::{ContactRecord, Counters};
 use crate::error::DemError;
 use crate::grain::{Grains, Motion};
 use crate::motion::{MassProperties, Pose};

@@ -5,9 +5,9 @@ use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::{max_over, sum_over};
 
 use super::Engine;
-use crate::contact::Counters;
-use crate::contact::block::ROWS;
+use crate::contact::counters::Counters;
 use crate::error::DemError;
+use crate::grain::ROWS;
 
 /// What happened among the grains of all ranks during a call.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -94,18 +94,17 @@ impl Engine {
                 let ((a, ra), (b, rb)) = (point(low, contact.a), point(high, contact.b));
                 let line = self.poses[high].unwrapped - self.poses[low].unwrapped + pair.shift(self.period) + b - a;
                 let overlap = (ra + rb - line.length()).max(0.0);
-                let c = &self.constants[pair.law as usize];
-                energy += 0.5 * (c.normal_stiffness * overlap * overlap);
-                energy += 0.5 * c.tangential_stiffness * contact.d_t.length_squared();
+                let energies = self.laws.energy(pair.law as usize, overlap, contact.d_t.length(), [ra, rb]);
+                energy += energies[0] + energies[1];
             }
             for contact in &block.walls.contacts {
                 let pair = &block.walls.pairs[contact.pair as usize];
                 let (a, radius) = point(pair.grain as usize, contact.a);
                 let height = self.walls[pair.wall as usize].distance(self.poses[pair.grain as usize].unwrapped + a);
                 let overlap = (radius - height).max(0.0);
-                let c = &self.constants[pair.law as usize];
-                energy += 0.5 * (c.normal_stiffness * overlap * overlap);
-                energy += 0.5 * c.tangential_stiffness * contact.d_t.length_squared();
+                let radii = [radius, Real::INFINITY];
+                let energies = self.laws.energy(pair.law as usize, overlap, contact.d_t.length(), radii);
+                energy += energies[0] + energies[1];
             }
         }
         energy

@@ -8,14 +8,18 @@ use sazanami_parallel::for_each_chunk;
 
 use super::{Drag, EXPIRED, Engine, FINE, Loads};
 use crate::body::Body;
-use crate::contact::block::{Block, ROWS};
+use crate::contact::block::Block;
+use crate::contact::context::{ContactContext, Step};
+use crate::contact::counters::Counters;
+use crate::contact::force::PairConstants;
 use crate::contact::incoming::Incoming;
-use crate::contact::law::Constants;
-use crate::contact::{ContactContext, Counters, Wrench};
+use crate::contact::laws::ForModel;
+use crate::contact::model::ContactModel;
 use crate::ghosts::PoseState;
-use crate::grain::{Grains, Motion, image_position};
+use crate::grain::{Grains, Motion, ROWS, image_position};
 use crate::motion::{KickAndDrift, MassProperties, Moving};
 use crate::stability::EffectiveMasses;
+use crate::wrench::Wrench;
 
 /// Impulse of the implicit drag on own grain `own` of velocity `v` over `h`, beside gravity and the other impulses.
 fn drag_impulse(
@@ -119,12 +123,32 @@ impl Kick<'_> {
     }
 }
 
+/// The contacts of all blocks over a sub-step, compiled for each contact model.
+struct ContactPass<'a> {
+    context: &'a ContactContext<'a>,
+    plain: bool,
+    ids: &'a [u64],
+    dt: Real,
+    blocks: &'a mut [Block],
+    counters: &'a mut [Counters],
+}
+
+impl ForModel for ContactPass<'_> {
+    type Output = ();
+
+    fn run<M: ContactModel>(self, laws: &[PairConstants<M>]) {
+        let Self { context, plain, ids, dt, blocks, counters } = self;
+        let step = Step { context, laws, plain, ids, dt };
+        for_each_chunk((blocks, counters), 1, |_, (block, counters)| counters[0] = block[0].step(&step));
+    }
+}
+
 impl Engine {
     pub(super) fn stable_time_step(&self, domain: &Domain) -> Real {
-        let Grains { mass, motion, material, shape, .. } = &self.grains;
+        let Grains { mass, motion, material, scale, shape, .. } = &self.grains;
         let mut masses = EffectiveMasses::new(self.interactions.materials());
         for g in (0..self.grains.owned).filter(|&g| motion[g] == Motion::Free) {
-            masses.add(&self.bodies[shape[g] as usize], mass[g], material[g]);
+            masses.add(&self.bodies[shape[g] as usize], scale[g], mass[g], material[g]);
         }
         masses.over_ranks(domain);
         masses.longest_substep(&self.interactions)
@@ -135,8 +159,6 @@ impl Engine {
             bodies: &self.bodies,
             arrays: &self.arrays,
             spheres: &self.spheres,
-            constants: &self.constants,
-            plain: self.constants.iter().all(Constants::plain),
             balls: self.bodies.iter().all(Body::is_ball),
             poses: &self.poses,
             rotations: &self.rotations,
@@ -154,11 +176,11 @@ impl Engine {
         let mut blocks = std::mem::take(&mut self.blocks);
         // Apart from the blocks, which lie far from each other: one thread reads them all.
         let mut block_counters = std::mem::take(&mut self.block_counters);
+        let plain = self.interactions.laws().iter().all(|law| law.options().plain());
         let context = self.context();
         let ids = &self.grains.id[..];
-        for_each_chunk((&mut blocks[..], &mut block_counters[..]), 1, |_, (block, counters)| {
-            counters[0] = block[0].step(&context, ids, h);
-        });
+        let (blocks_now, counters) = (&mut blocks[..], &mut block_counters[..]);
+        self.laws.run(ContactPass { context: &context, plain, ids, dt: h, blocks: blocks_now, counters });
         self.incoming.follow(&blocks, &block_counters);
         let sum = block_counters.iter().fold(Counters::default(), |sum, counters| sum.merged(*counters));
         (self.blocks, self.block_counters) = (blocks, block_counters);

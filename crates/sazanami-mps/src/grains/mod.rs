@@ -8,7 +8,7 @@ mod binned;
 mod closure;
 mod sources;
 
-use sazanami_dem::{ContactLaw, ContactReport, DemError, Drag, Engine, Interactions, Loads, Setup, Substeps};
+use sazanami_dem::{ContactReport, DemError, Drag, Engine, Interactions, LinearSpringDashpot, Loads, Setup, Substeps};
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;
@@ -143,7 +143,7 @@ impl GrainPhase {
     pub fn none(domain: &Domain) -> Result<Self, DemError> {
         let setup = Setup {
             bodies: Vec::new(),
-            interactions: Interactions::uniform(0, ContactLaw::SAND),
+            interactions: Interactions::uniform(0, LinearSpringDashpot::SAND),
             walls: Vec::new(),
             region: [Vector::NEG_INFINITY, Vector::INFINITY],
             ghost_margin: 0.0,

@@ -1,6 +1,6 @@
 //! Small tanks for tests.
 
-use sazanami_dem::{Body, ContactLaw, Engine, Grain, Interactions, Setup, Substeps, Wall};
+use sazanami_dem::{Body, Engine, Grain, Interactions, LinearSpringDashpot, Setup, Substeps, Wall};
 use sazanami_mps::boundary::{Side, Tank, WallFriction};
 use sazanami_mps::grains::{Closure, Coupling, GrainPhase};
 use sazanami_mps::pressure::Tolerance;
@@ -84,7 +84,7 @@ impl Case {
         let present = self.sides.map(|sides| sides.map(|side| side == Side::Wall));
         Setup {
             bodies: vec![Body::ball(0.5 * SPACING)],
-            interactions: Interactions::uniform(1, ContactLaw::spheres(400.0, 0.5, 0.4)),
+            interactions: Interactions::uniform(1, LinearSpringDashpot::spheres(400.0, 0.5, 0.4)),
             walls: Wall::of_box(Vector::ZERO, self.upper(), 0, present),
             region: [Vector::splat(-1.0), Vector::ONE],
             ghost_margin: 3.6 * SPACING,

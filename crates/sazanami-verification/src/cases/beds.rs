@@ -1,7 +1,7 @@
 //! Beds of grains: how they pack, and what a crater in them measures.
 
 use sazanami_dem::{
-    Body, ContactLaw, Damping, Grain, Interactions, Packing, PackingSettings, Random, Stage, lying_order,
+    Body, Damping, Grain, Interactions, LinearSpringDashpot, Packing, PackingSettings, Random, Stage, lying_order,
 };
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::geometry::{ContactSphereRule, Shape, SpheroidMesh, VolumeRule};
@@ -35,7 +35,7 @@ pub(crate) struct Packed {
 /// Packs `count` grains of `shape` in a box of square base.
 pub(crate) fn pack(
     shape: &Shape,
-    law: ContactLaw,
+    law: LinearSpringDashpot,
     count: u64,
     width: Real,
     adjust: impl FnOnce(PackingSettings) -> PackingSettings,
@@ -88,7 +88,7 @@ pub(crate) fn friction_and_porosity() -> Result<Vec<Measured>, String> {
     let (mut porosities, mut order) = (Vec::new(), 0.0);
     for friction in [0.6, 0.3, 0.0] {
         // Grains without friction that bounce as the paper's do are a gas for long: these bounce less.
-        let law = ContactLaw { friction, damping: Damping::Restitution(0.3), ..ContactLaw::SAND };
+        let law = LinearSpringDashpot { friction, damping: Damping::Restitution(0.3), ..LinearSpringDashpot::SAND };
         // Without friction grains never quite rest: all three get the same time, long enough to fall from the top
         // of the lattice if two meet there early.
         let packed = pack(&shape, law, 400, width, |settings| PackingSettings {
@@ -127,7 +127,7 @@ pub(crate) fn paper_bed() -> Result<Vec<Measured>, String> {
     let shell = ContactSphereRule::Shell { count: 75, radius: Some(0.075e-3) };
     let shape = grain(&shell, VolumeRule::Inscribed)?;
     let width = 33.8e-3;
-    let packed = pack(&shape, ContactLaw::SAND, 30_900, width, |settings| settings)?;
+    let packed = pack(&shape, LinearSpringDashpot::SAND, 30_900, width, |settings| settings)?;
     let (porosity, height) = view(&shape, &packed.grains, |bed| {
         let height = height_near(bed, [0.5 * width; 2], 1e-3).unwrap_or(0.0);
         (porosity_of_grains(bed, 0.0..5e-3, width * width), height)

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use sazanami_dem::{
-    Body, ContactLaw, Damping, Engine, Grain, Grains, Interactions, Loads, Setup, Substeps, Wall, restitution,
+    Body, Damping, Engine, Grain, Grains, Interactions, LinearSpringDashpot, Loads, Setup, Substeps, Wall, restitution,
 };
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::Grid;
@@ -19,7 +19,7 @@ pub(crate) struct Bench {
 }
 
 impl Bench {
-    pub fn new(body: Body, law: ContactLaw, walls: Vec<Wall>, grains: &[Grain]) -> Result<Self, String> {
+    pub fn new(body: Body, law: LinearSpringDashpot, walls: Vec<Wall>, grains: &[Grain]) -> Result<Self, String> {
         let domain = Domain::solo(Grid::new([4; 3], Vector::splat(-1.0), Vector::ONE), [false; 3]);
         let setup = Setup {
             bodies: vec![body],
@@ -47,8 +47,14 @@ impl Bench {
     }
 }
 
-fn law(stiffness: Real, damping: Damping, friction: Real) -> ContactLaw {
-    ContactLaw { normal_stiffness: stiffness, tangential_stiffness: stiffness, damping, friction, ..ContactLaw::SAND }
+fn law(stiffness: Real, damping: Damping, friction: Real) -> LinearSpringDashpot {
+    LinearSpringDashpot {
+        normal_stiffness: stiffness,
+        tangential_stiffness: stiffness,
+        damping,
+        friction,
+        ..LinearSpringDashpot::SAND
+    }
 }
 
 fn ball_mass(radius: Real, density: Real) -> Real {
@@ -56,7 +62,7 @@ fn ball_mass(radius: Real, density: Real) -> Real {
 }
 
 /// Rebound over impact speed of a ball of `mass`, and the time in contact [s].
-fn rebound(law: ContactLaw, mass: Real, steps: Real) -> Result<[Real; 2], String> {
+fn rebound(law: LinearSpringDashpot, mass: Real, steps: Real) -> Result<[Real; 2], String> {
     let (radius, speed) = (1e-3, 0.1);
     let dt = PI * (mass / law.normal_stiffness).sqrt() / steps;
     let grain = Grain {
@@ -82,7 +88,7 @@ pub(crate) fn restitution_of_a_ball() -> Result<Vec<Measured>, String> {
     let mut rows = Vec::new();
     for tension in [true, false] {
         for e in [0.5, 0.8, 1.0] {
-            let law = ContactLaw { tension, ..law(1e4, Damping::Restitution(e), 0.0) };
+            let law = LinearSpringDashpot { tension, ..law(1e4, Damping::Restitution(e), 0.0) };
             let [found, _] = rebound(law, 1e-6, 500.0)?;
             let name = format!("tension {}, e = {e:.1}", if tension { "on" } else { "off" });
             let row = Measured::within(name, "", found, e - 1e-3, e + 1e-3);
@@ -101,7 +107,8 @@ pub(crate) fn restitution_of_a_ball() -> Result<Vec<Measured>, String> {
     for gamma in [0.0, 0.2] {
         let (mass, stiffness): (Real, Real) = (1e-6, 1e4);
         let normal = 2.0 * gamma * (mass * stiffness).sqrt();
-        let law = ContactLaw { tension: true, ..law(stiffness, Damping::Literal { normal, tangential: 0.0 }, 0.0) };
+        let law =
+            LinearSpringDashpot { tension: true, ..law(stiffness, Damping::Literal { normal, tangential: 0.0 }, 0.0) };
         let [_, touching] = rebound(law, mass, 2000.0)?;
         let exact = PI / (stiffness / mass).sqrt() / (1.0 - gamma * gamma).sqrt();
         let name = format!("time of contact, damping ratio {gamma}");
@@ -114,7 +121,7 @@ pub(crate) fn restitution_of_a_ball() -> Result<Vec<Measured>, String> {
         ("paper's law, M = 3.93e-7 kg, pair", 0.5 * 3.93e-7, 0.901),
         ("paper's law, M = 3.93e-7 kg, wall", 3.93e-7, 0.929),
     ] {
-        let law = ContactLaw { tension: true, friction: 0.0, ..ContactLaw::SAND };
+        let law = LinearSpringDashpot { tension: true, friction: 0.0, ..LinearSpringDashpot::SAND };
         let [found, _] = rebound(law, mass, 1000.0)?;
         let row = Measured::within(name, "", found, e - 1.5e-3, e + 1.5e-3);
         rows.push(Measured { reference: Some(e), ..row }.from_source("Yagyu et al. 2015, D_n = 2.95e-3 N s/m"));
@@ -198,12 +205,12 @@ const OBLIQUE: [[Real; 4]; 10] = [
 fn oblique_impact(angle: Real, hardness: Real, softness: Real) -> Result<[Real; 3], String> {
     let (radius, speed, stiffness) = (2.5e-3, 3.9, 1.72e7 * hardness);
     let mass = ball_mass(radius, 4000.0);
-    let law = ContactLaw {
+    let law = LinearSpringDashpot {
         normal_stiffness: stiffness,
         tangential_stiffness: 1.48e7 * hardness / softness,
         damping: Damping::Restitution(1.0),
         friction: 0.092,
-        ..ContactLaw::SAND
+        ..LinearSpringDashpot::SAND
     };
     let (sine, cosine) = angle.to_radians().sin_cos();
     let dt = PI * (mass / stiffness).sqrt() / 2000.0;
@@ -294,7 +301,7 @@ pub(crate) fn oblique() -> Result<Vec<Measured>, String> {
 }
 
 /// A ball that rests on the floor under the normal gravity `g`.
-fn lying(radius: Real, density: Real, law: &ContactLaw, g: Real) -> Grain {
+fn lying(radius: Real, density: Real, law: &LinearSpringDashpot, g: Real) -> Grain {
     let overlap = ball_mass(radius, density) * g / law.normal_stiffness;
     Grain::new(1, density, Vector::new(0.0, 0.0, radius - overlap))
 }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use sazanami_dem::{Body, ContactLaw, Damping, Grain, Grains, Loads, Random, Substeps, Wall};
+use sazanami_dem::{Body, Damping, Grain, Grains, LinearSpringDashpot, Loads, Random, Substeps, Wall};
 use sazanami_numerics::{Matrix, Quaternion, Real, Vector};
 
 use super::contact::Bench;
@@ -26,7 +26,7 @@ pub(crate) fn free_rotation() -> Result<Vec<Measured>, String> {
     let spin = Vector::new(30.0, 0.0, 100.0);
     let inertia = 2650.0 * body.inertia;
     let grain = Grain { orientation, angular_velocity: rotation * spin, ..Grain::new(1, 2650.0, Vector::ZERO) };
-    let mut bench = Bench::new(body, ContactLaw::SAND, Vec::new(), &[grain])?;
+    let mut bench = Bench::new(body, LinearSpringDashpot::SAND, Vec::new(), &[grain])?;
     let momentum = bench.grains().angular_momentum[0];
     let energy = bench.grains().kinetic_energy(0);
     let (dt, steps) = (1e-5, 10_000);
@@ -120,7 +120,7 @@ struct Kept {
 }
 
 /// The swarm for `time` [s] in sub-steps `refinement` times as short as the automatic one.
-fn collide(law: ContactLaw, refinement: Real, time: Real) -> Result<Kept, String> {
+fn collide(law: LinearSpringDashpot, refinement: Real, time: Real) -> Result<Kept, String> {
     let grains = swarm(1.0);
     let mut bench = Bench::new(Body::prolate(AXES[0], AXES[1], 9), law, Vec::new(), &grains)?;
     let start = momenta(bench.grains());
@@ -152,12 +152,19 @@ fn collide(law: ContactLaw, refinement: Real, time: Real) -> Result<Kept, String
 
 /// 4.8: a closed swarm keeps momentum; elastic, it keeps energy.
 pub(crate) fn swarm_budget() -> Result<Vec<Measured>, String> {
-    let elastic = ContactLaw { damping: Damping::Restitution(1.0), friction: 0.0, ..ContactLaw::SAND };
+    let elastic =
+        LinearSpringDashpot { damping: Damping::Restitution(1.0), friction: 0.0, ..LinearSpringDashpot::SAND };
     // The sign of the tangential dashpot in eq. (5) as printed feeds energy.
-    let printed = ContactLaw { damping: Damping::Literal { normal: 0.0, tangential: -2.95e-3 }, ..ContactLaw::SAND };
+    let printed = LinearSpringDashpot {
+        damping: Damping::Literal { normal: 0.0, tangential: -2.95e-3 },
+        ..LinearSpringDashpot::SAND
+    };
     // Without the tangential dashpot, whose spring is set against it in slip and holds energy only on paper.
-    let rubbing = ContactLaw { damping: Damping::Literal { normal: 2.95e-3, tangential: 0.0 }, ..ContactLaw::SAND };
-    let (damped, rubbed) = (collide(ContactLaw::SAND, 1.0, 2e-3)?, collide(rubbing, 32.0, 6e-4)?);
+    let rubbing = LinearSpringDashpot {
+        damping: Damping::Literal { normal: 2.95e-3, tangential: 0.0 },
+        ..LinearSpringDashpot::SAND
+    };
+    let (damped, rubbed) = (collide(LinearSpringDashpot::SAND, 1.0, 2e-3)?, collide(rubbing, 32.0, 6e-4)?);
     let [coarse, half, fine] = each([1.0, 2.0, 8.0], |refinement| collide(elastic, refinement, 1.2e-3))?;
     let pumped = collide(printed, 8.0, 6e-4)?;
     let source = "conservation";
@@ -200,8 +207,11 @@ pub(crate) fn swarm_budget() -> Result<Vec<Measured>, String> {
 }
 
 /// A law without friction: all forces follow from the present poses and velocities.
-const PLAIN: ContactLaw =
-    ContactLaw { friction: 0.0, damping: Damping::Literal { normal: 1e-2, tangential: 0.0 }, ..ContactLaw::SAND };
+const PLAIN: LinearSpringDashpot = LinearSpringDashpot {
+    friction: 0.0,
+    damping: Damping::Literal { normal: 1e-2, tangential: 0.0 },
+    ..LinearSpringDashpot::SAND
+};
 
 /// Largest difference of the engine's contact forces and torques from those of all pairs, over the largest.
 fn difference(bench: &Bench, body: &Body) -> Result<Real, String> {

@@ -1,6 +1,6 @@
 //! A closed description of fluid and grains that becomes a solver on one rank.
 
-use sazanami_dem::{Body, ContactLaw, Damping, Engine, Grain, Interactions, Setup, Substeps, Wall};
+use sazanami_dem::{Body, Damping, Engine, Grain, Interactions, LinearSpringDashpot, Setup, Substeps, Wall};
 use sazanami_mics::boundary::{Boundary, Side};
 use sazanami_mics::flow::{Flow, Fluids, Schemes};
 use sazanami_mics::grains::{Coupling, Exchange, TorqueArm, Weighting};
@@ -48,7 +48,7 @@ pub(crate) struct Tank {
     /// How momentum returns to the grains.
     pub exchange: Exchange,
     /// Contact law between all grains and walls.
-    pub law: ContactLaw,
+    pub law: LinearSpringDashpot,
     /// Contact sub-steps.
     pub substeps: Substeps,
     /// Shapes of the grains.
@@ -69,7 +69,7 @@ impl Tank {
             limits: StepLimits::up_to(longest_step),
             divergence: 1e-8,
             exchange: Exchange::Exact,
-            law: ContactLaw { damping: Damping::Restitution(0.5), ..ContactLaw::SAND },
+            law: LinearSpringDashpot { damping: Damping::Restitution(0.5), ..LinearSpringDashpot::SAND },
             substeps: Substeps::Auto,
             shapes: Vec::new(),
             grains: Vec::new(),

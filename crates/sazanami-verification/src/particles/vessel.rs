@@ -1,6 +1,6 @@
 //! A box with fluid and grains, and the loop that runs it.
 
-use sazanami_dem::{Body, ContactLaw, DemError, Engine, Grain, Interactions, Random, Setup, Substeps, Wall};
+use sazanami_dem::{Body, DemError, Engine, Grain, Interactions, LinearSpringDashpot, Random, Setup, Substeps, Wall};
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
@@ -141,7 +141,7 @@ impl Vessel {
         let around = Vector::splat(10.0 * self.diameter + self.margin) + (self.upper - self.lower);
         let setup = Setup {
             bodies: vec![Body::ball(0.5 * self.diameter)],
-            interactions: Interactions::uniform(1, ContactLaw::spheres(400.0, 0.5, 0.4)),
+            interactions: Interactions::uniform(1, LinearSpringDashpot::spheres(400.0, 0.5, 0.4)),
             walls: Wall::of_box(self.lower, self.upper, 0, present),
             region: [self.lower - around, self.upper + around],
             ghost_margin: 3.6 * self.diameter.max(self.spacing),

@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 
 use sazanami_dem::{
-    Body, ContactLaw, Damping, Grain, Interactions, Lattice, Motion, Multiplicity, PackingSettings, Random, Setup,
-    SlipDirection, Substeps, Wall,
+    Body, Damping, Grain, Interactions, Lattice, LinearSpringDashpot, Motion, Multiplicity, PackingSettings, Random,
+    Setup, SlipDirection, Substeps, Wall,
 };
 use sazanami_numerics::geometry::Shape;
 use sazanami_numerics::{Quaternion, Real, Vector};
@@ -35,7 +35,7 @@ fn material_number(case: &Case, name: &str) -> u32 {
 pub(crate) fn interactions(case: &Case) -> Interactions {
     let count = case.materials.len();
     let names: Vec<&str> = case.materials.iter().map(|material| material.name.as_str()).collect();
-    let mut interactions = Interactions::uniform(count + 2, ContactLaw::SAND);
+    let mut interactions = Interactions::uniform(count + 2, LinearSpringDashpot::SAND);
     let (walls, sides) = (count as u32, count as u32 + 1);
     for (a, first) in names.iter().enumerate() {
         for (b, second) in names.iter().enumerate().skip(a) {
@@ -47,14 +47,18 @@ pub(crate) fn interactions(case: &Case) -> Interactions {
             let law = contact_law(case, law);
             interactions.set(a as u32, walls, law);
             let slippery = case.dem.wall == WallContact::FrictionlessSides;
-            interactions.set(a as u32, sides, if slippery { ContactLaw { friction: 0.0, ..law } } else { law });
+            interactions.set(
+                a as u32,
+                sides,
+                if slippery { LinearSpringDashpot { friction: 0.0, ..law } } else { law },
+            );
         }
     }
     interactions
 }
 
-fn contact_law(case: &Case, law: &meaning::ContactLaw) -> ContactLaw {
-    ContactLaw {
+fn contact_law(case: &Case, law: &meaning::ContactLaw) -> LinearSpringDashpot {
+    LinearSpringDashpot {
         normal_stiffness: law.normal_stiffness,
         tangential_stiffness: law.tangential_stiffness,
         damping: match law.damping {

@@ -1,0 +1,48 @@
+//! What the evaluation of contacts reads.
+
+use sazanami_numerics::{Matrix, Real, Vector};
+
+use super::force::PairConstants;
+use super::model::ContactModel;
+use super::search::SphereArrays;
+use crate::body::Body;
+use crate::motion::Pose;
+use crate::wall::Wall;
+
+/// State from which contact forces are computed.
+#[derive(Clone, Copy)]
+pub(crate) struct ContactContext<'a> {
+    pub bodies: &'a [Body],
+    pub arrays: &'a [SphereArrays],
+    /// Centres and radii of the contact spheres of all bodies.
+    pub spheres: &'a [[Real; 4]],
+    /// Whether all bodies are balls.
+    pub balls: bool,
+    /// Those of images on this rank are as old as the lists: contacts read the grain itself.
+    pub poses: &'a [Pose],
+    /// Body to laboratory coordinates of each grain; the identity for balls.
+    pub rotations: &'a [Matrix],
+    /// Upper bound of the path of each grain's contact spheres since the lists were built; 0 for images on this rank [m].
+    pub travel: &'a [Real],
+    /// Upper bound of all of them [m].
+    pub largest_travel: Real,
+    pub walls: &'a [Wall],
+    /// Path of each wall since the lists were built [m].
+    pub wall_travel: &'a [Real],
+    /// Extent of the box in periodic directions, else 0 [m].
+    pub period: Vector,
+    pub owned: usize,
+}
+
+/// A sub-step of the contacts.
+pub(crate) struct Step<'a, M: ContactModel> {
+    pub context: &'a ContactContext<'a>,
+    /// All contact laws, by pair of materials.
+    pub laws: &'a [PairConstants<M>],
+    /// Whether all laws leave out the rarer options.
+    pub plain: bool,
+    /// Identifier of each grain.
+    pub ids: &'a [u64],
+    /// Length of the sub-step [s].
+    pub dt: Real,
+}

@@ -1,0 +1,51 @@
+//! Counters of contacts.
+
+use sazanami_numerics::{Real, Vector};
+
+/// Counters of the contacts of one or more blocks in a sub-step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Counters {
+    pub pairs: usize,
+    pub contacts: usize,
+    /// Pairs that began or ceased to touch.
+    pub changes: usize,
+    /// Contacts that passed the warning limit in this sub-step.
+    pub deepened: usize,
+    /// Largest overlap over the smaller radius, with the identifiers and a position.
+    pub deepest: Real,
+    pub deepest_ids: [u64; 2],
+    pub deepest_at: Vector,
+    /// Force on the walls [N].
+    pub on_walls: Vector,
+}
+
+impl Default for Counters {
+    fn default() -> Self {
+        Self {
+            pairs: 0,
+            contacts: 0,
+            changes: 0,
+            deepened: 0,
+            deepest: 0.0,
+            deepest_ids: [u64::MAX; 2],
+            deepest_at: Vector::ZERO,
+            on_walls: Vector::ZERO,
+        }
+    }
+}
+
+impl Counters {
+    pub fn merged(self, other: Self) -> Self {
+        let deeper = if other.deepest > self.deepest { &other } else { &self };
+        Self {
+            pairs: self.pairs + other.pairs,
+            contacts: self.contacts + other.contacts,
+            changes: self.changes + other.changes,
+            deepened: self.deepened + other.deepened,
+            deepest: deeper.deepest,
+            deepest_ids: deeper.deepest_ids,
+            deepest_at: deeper.deepest_at,
+            on_walls: self.on_walls + other.on_walls,
+        }
+    }
+}

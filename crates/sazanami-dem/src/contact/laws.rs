@@ -1,0 +1,177 @@
+//! The list of contact models, and the laws of all pairs of materials.
+
+use sazanami_numerics::Real;
+
+use super::force::PairConstants;
+use super::linear_spring_dashpot::LinearSpringDashpot;
+use super::model::ContactModel;
+use crate::material::ContactOptions;
+
+/// Work that is compiled for each contact model.
+pub(crate) trait ForModel {
+    /// Result of the work.
+    type Output;
+
+    /// Does the work with the constants of all laws, by [`Interactions::index`].
+    fn run<M: ContactModel>(self, laws: &[PairConstants<M>]) -> Self::Output;
+}
+
+macro_rules! contact_models {
+    ($($(#[$about:meta])+ $Model:ident;)+) => {
+        /// The contact law of a pair of materials.
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub enum ContactLaw {
+            $($(#[$about])+ $Model($Model),)+
+        }
+
+        $(impl From<$Model> for ContactLaw {
+            fn from(law: $Model) -> Self {
+                Self::$Model(law)
+            }
+        })+
+
+        impl ContactLaw {
+            /// Friction and the other parameters that all laws have.
+            #[must_use]
+            pub fn options(&self) -> ContactOptions {
+                match self {
+                    $(Self::$Model(law) => law.options(),)+
+                }
+            }
+
+            /// Largest normal and tangential stiffness of contacts of effective radius up to `radius` [m], at any overlap
+            /// that a run is meant to reach [N/m].
+            #[must_use]
+            pub fn stiffness(&self, radius: Real) -> [Real; 2] {
+                match self {
+                    $(Self::$Model(law) => law.stiffness(radius),)+
+                }
+            }
+
+            /// Coefficient of restitution of a central impact of two grains of reduced mass `mass` [kg].
+            #[must_use]
+            pub fn restitution(&self, mass: Real) -> Real {
+                match self {
+                    $(Self::$Model(law) => law.restitution(mass),)+
+                }
+            }
+
+            /// Whether dashpots are proportional to the square root of the reduced mass.
+            pub(crate) fn damped_by_mass(&self) -> bool {
+                match self {
+                    $(Self::$Model(law) => law.damped_by_mass(),)+
+                }
+            }
+
+            fn scale_friction(&mut self, factor: Real) {
+                match self {
+                    $(Self::$Model(law) => law.scale_friction(factor),)+
+                }
+            }
+        }
+
+        /// The constants of all laws of a run, by [`Interactions::index`].
+        #[derive(Debug)]
+        pub(crate) enum LawTable {
+            $($Model(Vec<PairConstants<$Model>>),)+
+        }
+
+        impl LawTable {
+            /// The constants of the laws of `interactions`, which are of one model.
+            pub fn new(interactions: &Interactions) -> Self {
+                let laws = &interactions.laws[..];
+                match laws.first() {
+                    $(Some(ContactLaw::$Model(_)) => Self::$Model(
+                        laws.iter()
+                            .filter_map(|law| match law {
+                                ContactLaw::$Model(law) => Some(PairConstants::new(law)),
+                                #[allow(unreachable_patterns, reason = "there may be one model only")]
+                                _ => None,
+                            })
+                            .collect(),
+                    ),)+
+                    None => Self::LinearSpringDashpot(Vec::new()),
+                }
+            }
+
+            /// Does work with the laws.
+            pub fn run<J: ForModel>(&self, job: J) -> J::Output {
+                match self {
+                    $(Self::$Model(laws) => job.run(laws),)+
+                }
+            }
+
+            /// Elastic energy of the normal and of the tangential spring of a contact; see [`ContactModel::energy`].
+            pub fn energy(&self, law: usize, overlap: Real, stretch: Real, radii: [Real; 2]) -> [Real; 2] {
+                match self {
+                    $(Self::$Model(laws) => $Model::energy(&laws[law].model, overlap, stretch, radii),)+
+                }
+            }
+        }
+    };
+}
+
+contact_models! {
+    /// Linear spring and dashpot.
+    LinearSpringDashpot;
+}
+
+impl ContactLaw {
+    fn same_model(&self, other: &Self) -> bool {
+        std::mem::discriminant(self) == std::mem::discriminant(other)
+    }
+}
+
+/// The contact laws of all pairs of materials. Walls are made of a material too.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Interactions {
+    materials: usize,
+    laws: Vec<ContactLaw>,
+}
+
+impl Interactions {
+    /// The same law between all of `materials` materials.
+    #[must_use]
+    pub fn uniform(materials: usize, law: impl Into<ContactLaw>) -> Self {
+        Self { materials, laws: vec![law.into(); materials * materials] }
+    }
+
+    /// Sets the law between two materials.
+    ///
+    /// # Panics
+    /// If there is no such material, or if the law is of another model than those there are.
+    pub fn set(&mut self, a: u32, b: u32, law: impl Into<ContactLaw>) {
+        let law = law.into();
+        assert!(self.laws.iter().all(|known| known.same_model(&law)), "all contact laws of a run are of one model");
+        for (a, b) in [(a, b), (b, a)] {
+            let at = self.index(a, b);
+            self.laws[at as usize] = law;
+        }
+    }
+
+    /// The law between two materials.
+    #[must_use]
+    pub fn law(&self, a: u32, b: u32) -> &ContactLaw {
+        &self.laws[self.index(a, b) as usize]
+    }
+
+    /// Number of materials.
+    #[must_use]
+    pub fn materials(&self) -> usize {
+        self.materials
+    }
+
+    pub(crate) fn index(&self, a: u32, b: u32) -> u32 {
+        a * self.materials as u32 + b
+    }
+
+    /// All laws, by [`Self::index`].
+    pub(crate) fn laws(&self) -> &[ContactLaw] {
+        &self.laws
+    }
+
+    /// Changes every friction coefficient by a factor.
+    pub fn scale_friction(&mut self, factor: Real) {
+        self.laws.iter_mut().for_each(|law| law.scale_friction(factor));
+    }
+}

@@ -1,0 +1,244 @@
+//! Linear spring and dashpot (Yagyu et al. (2015), eqs. (4)-(6)).
+//!
+//! `K_n`, `D_n`, `K_t` and `D_t` of [`super::model`] are constants of the two materials and masses. The printed sign of
+//! `D_t` would feed energy in; it is `+` here because `d_t` grows with `v_t`.
+
+use sazanami_numerics::Real;
+
+use super::model::{ContactModel, Springs};
+use crate::lanes::Lanes;
+use crate::material::{ContactOptions, HistoryRotation, Multiplicity, SlipDirection};
+
+/// How the dashpot of a contact is given.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Damping {
+    /// Coefficients as they stand [N s/m].
+    Literal {
+        /// Normal coefficient `D_n` [N s/m].
+        normal: Real,
+        /// Tangential coefficient `D_t` [N s/m].
+        tangential: Real,
+    },
+    /// From the restitution coefficient of a central impact and the reduced mass of the two grains
+    /// (Kawaguchi et al., 1992): `D = 2 gamma sqrt(m K)`.
+    Restitution(
+        /// Restitution coefficient, above 0 and at most 1.
+        Real,
+    ),
+    /// The normal dashpot as with `Restitution`, the tangential one a multiple of it.
+    RestitutionAndRatio {
+        /// Restitution coefficient, above 0 and at most 1.
+        restitution: Real,
+        /// Tangential coefficient over the normal one, `D_t/D_n`.
+        tangential: Real,
+    },
+}
+
+/// A linear spring and dashpot with Coulomb friction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LinearSpringDashpot {
+    /// Normal stiffness `K_n` [N/m].
+    pub normal_stiffness: Real,
+    /// Tangential stiffness `K_t` [N/m].
+    pub tangential_stiffness: Real,
+    /// Dashpots.
+    pub damping: Damping,
+    /// Friction coefficient, static and kinetic.
+    pub friction: Real,
+    /// Whether the dashpot may pull the grains together when they part.
+    pub tension: bool,
+    /// Direction of friction in slip.
+    pub slip_direction: SlipDirection,
+    /// Rotation of the tangential displacement with the normal.
+    pub history: HistoryRotation,
+    /// Effect of several sphere contacts in one pair of grains.
+    pub multiplicity: Multiplicity,
+    /// Coefficient of a constant torque against rolling, in units of the effective radius; 0: none.
+    pub rolling_friction: Real,
+}
+
+impl LinearSpringDashpot {
+    /// The law of the paper's sand: 1e4 N/m, 2.95e-3 N s/m, 0.6, without tension.
+    pub const SAND: Self = Self {
+        normal_stiffness: 1.0e4,
+        tangential_stiffness: 1.0e4,
+        damping: Damping::Literal { normal: 2.95e-3, tangential: 2.95e-3 },
+        friction: 0.6,
+        tension: false,
+        slip_direction: SlipDirection::Force,
+        history: HistoryRotation::LengthKept,
+        multiplicity: Multiplicity::Sum,
+        rolling_friction: 0.0,
+    };
+
+    /// The law of Tazaki et al.'s spheres: without tension, `K_t/K_n = D_t/D_n = 2/7`. With this ratio the
+    /// tangential half period of a solid sphere is that of the normal spring. `normal_stiffness` [N/m].
+    #[must_use]
+    pub const fn spheres(normal_stiffness: Real, restitution: Real, friction: Real) -> Self {
+        Self {
+            normal_stiffness,
+            tangential_stiffness: 2.0 / 7.0 * normal_stiffness,
+            damping: Damping::RestitutionAndRatio { restitution, tangential: 2.0 / 7.0 },
+            friction,
+            ..Self::SAND
+        }
+    }
+
+    /// Dashpots `(D_n, D_t)` of this law, and whether they are still to be multiplied by the square
+    /// root of the reduced mass.
+    fn dashpots(&self) -> ([Real; 2], bool) {
+        match self.damping {
+            Damping::Literal { normal, tangential } => ([normal, tangential], false),
+            Damping::Restitution(e) => {
+                let gamma = damping_ratio(e, self.tension);
+                let of = |stiffness: Real| 2.0 * gamma * stiffness.sqrt();
+                ([of(self.normal_stiffness), of(self.tangential_stiffness)], true)
+            }
+            Damping::RestitutionAndRatio { restitution, tangential } => {
+                let normal = 2.0 * damping_ratio(restitution, self.tension) * self.normal_stiffness.sqrt();
+                ([normal, tangential * normal], true)
+            }
+        }
+    }
+}
+
+/// Restitution coefficient of a linear spring and dashpot with damping ratio `gamma`.
+///
+/// With tension the contact lasts half a period; without, it ends when the force vanishes.
+#[must_use]
+pub fn restitution(gamma: Real, tension: bool) -> Real {
+    let square = 1.0 - gamma * gamma;
+    let s = square.abs().sqrt().max(1e-8);
+    let phase = match (tension, square > 0.0) {
+        (true, true) => std::f64::consts::PI,
+        (false, true) => std::f64::consts::PI - (2.0 * gamma * s).atan2(s * s - gamma * gamma),
+        // Overdamped: with tension the grains never part.
+        (true, false) => return 0.0,
+        (false, false) => (2.0 * gamma * s / (gamma * gamma + s * s)).atanh(),
+    };
+    (-(gamma / s) * phase).exp()
+}
+
+/// Damping ratio that gives the restitution coefficient `e` (0 < e <= 1).
+#[must_use]
+pub fn damping_ratio(e: Real, tension: bool) -> Real {
+    let logarithm = e.ln();
+    let with_tension = -logarithm / (std::f64::consts::PI.powi(2) + logarithm * logarithm).sqrt();
+    if tension || e >= 1.0 {
+        return with_tension.max(0.0);
+    }
+    // Without tension restitution falls monotonically with gamma, from 1 at 0.
+    let (mut low, mut high) = (0.0, 1e3);
+    for _ in 0..100 {
+        let middle = 0.5 * (low + high);
+        if restitution(middle, false) > e { low = middle } else { high = middle }
+    }
+    0.5 * (low + high)
+}
+
+/// Constants of a pair of materials.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Constants {
+    normal_stiffness: Real,
+    tangential_stiffness: Real,
+    /// One over the tangential stiffness; 0 if there is none.
+    tangential_compliance: Real,
+    normal_damping: Real,
+    tangential_damping: Real,
+}
+
+impl ContactModel for LinearSpringDashpot {
+    type Constants = Constants;
+    type Lanes<const W: usize> = Springs<W>;
+
+    fn options(&self) -> ContactOptions {
+        let Self { friction, rolling_friction, tension, slip_direction, history, multiplicity, .. } = *self;
+        ContactOptions { friction, rolling_friction, tension, slip_direction, history, multiplicity }
+    }
+
+    fn scale_friction(&mut self, factor: Real) {
+        self.friction *= factor;
+    }
+
+    fn constants(&self) -> Constants {
+        let ([normal_damping, tangential_damping], _) = self.dashpots();
+        let k = self.tangential_stiffness;
+        Constants {
+            normal_stiffness: self.normal_stiffness,
+            tangential_stiffness: k,
+            tangential_compliance: if k > 0.0 { 1.0 / k } else { 0.0 },
+            normal_damping,
+            tangential_damping,
+        }
+    }
+
+    fn damped_by_mass(&self) -> bool {
+        !matches!(self.damping, Damping::Literal { .. })
+    }
+
+    #[inline(always)]
+    fn lanes<'a, const W: usize>(of: impl Fn(usize) -> (&'a Constants, Real)) -> Springs<W> {
+        let lanes = |f: fn(&Constants, Real) -> Real| {
+            Lanes::from_fn(|l| {
+                let (constants, factor) = of(l);
+                f(constants, factor)
+            })
+        };
+        Springs {
+            normal_stiffness: lanes(|c, _| c.normal_stiffness),
+            tangential_stiffness: lanes(|c, _| c.tangential_stiffness),
+            tangential_compliance: lanes(|c, _| c.tangential_compliance),
+            normal_damping: lanes(|c, f| c.normal_damping * f),
+            tangential_damping: lanes(|c, f| c.tangential_damping * f),
+        }
+    }
+
+    #[inline(always)]
+    fn springs<const W: usize>(lanes: &Springs<W>, _overlap: Lanes<W>, _radii: [Lanes<W>; 2]) -> Springs<W> {
+        *lanes
+    }
+
+    fn energy(constants: &Constants, overlap: Real, stretch: Real, _radii: [Real; 2]) -> [Real; 2] {
+        [
+            0.5 * (constants.normal_stiffness * overlap * overlap),
+            0.5 * constants.tangential_stiffness * (stretch * stretch),
+        ]
+    }
+
+    fn stiffness(&self, _radius: Real) -> [Real; 2] {
+        [self.normal_stiffness, self.tangential_stiffness]
+    }
+
+    fn restitution(&self, mass: Real) -> Real {
+        let ([damping, _], by_mass) = self.dashpots();
+        let root = if by_mass { 1.0 } else { mass.sqrt() };
+        restitution(damping / (2.0 * root * self.normal_stiffness.sqrt()), self.tension)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn damping_ratios_match_the_worked_values() {
+        assert!((damping_ratio(0.5, true) - 0.21545).abs() < 5e-6);
+        assert!((damping_ratio(0.5, false) - 0.25528).abs() < 5e-6);
+        assert!((restitution(0.21545, false) - 0.5503).abs() < 1e-4);
+        assert_eq!(damping_ratio(1.0, false), 0.0);
+        let ([normal, tangential], by_mass) = LinearSpringDashpot::spheres(400.0, 0.5, 0.4).dashpots();
+        assert!((normal - 2.0 * 0.25528 * 20.0).abs() < 2e-4 && by_mass);
+        assert!((tangential / normal - 2.0 / 7.0).abs() < 1e-15);
+        assert!((restitution(damping_ratio(0.05, false), false) - 0.05).abs() < 1e-9);
+    }
+
+    #[test]
+    fn the_restitution_of_an_impact_follows_from_any_damping() {
+        let law = LinearSpringDashpot { damping: Damping::Restitution(0.5), ..LinearSpringDashpot::SAND };
+        assert!((law.restitution(1e-6) - 0.5).abs() < 1e-9 && (law.restitution(1e-3) - 0.5).abs() < 1e-9);
+        let normal = 2.0 * damping_ratio(0.5, false) * (1e-6 * law.normal_stiffness).sqrt();
+        let literal = LinearSpringDashpot { damping: Damping::Literal { normal, tangential: 0.0 }, ..law };
+        assert!((literal.restitution(1e-6) - 0.5).abs() < 1e-9);
+        assert!(literal.restitution(1e-5) > 0.6, "negative control: a heavier grain is damped less");
+    }
+}

@@ -1,0 +1,57 @@
+//! Pairs of neighbouring grains and the contacts of their spheres.
+
+use sazanami_numerics::{Real, Vector};
+
+use crate::material::Multiplicity;
+
+/// Overlap over the smaller contact sphere's radius above which a contact is counted as deep.
+pub const DEEP_OVERLAP: Real = 0.2;
+
+/// Two grains near each other.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Pair {
+    /// The grain with the lower identifier.
+    pub low: u32,
+    pub high: u32,
+    /// Factor on the dashpots.
+    pub factor: Real,
+    /// Periodic image of the second grain relative to the first.
+    pub image: [i16; 2],
+    /// Number of the contact law.
+    pub law: u16,
+    pub multiplicity: Multiplicity,
+    pub touching: bool,
+    /// First of its contacts, if it touches.
+    pub contacts: u32,
+}
+
+impl Pair {
+    /// From the second grain's unwrapped position to its periodic image [m].
+    #[inline(always)]
+    pub fn shift(&self, period: Vector) -> Vector {
+        Vector::new(Real::from(self.image[0]) * period.x, Real::from(self.image[1]) * period.y, 0.0)
+    }
+}
+
+/// Two spheres that touch.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Contact {
+    /// Pair of grains, within the block.
+    pub pair: u32,
+    pub a: u16,
+    pub b: u16,
+    pub deep: bool,
+    /// Tangential displacement [m].
+    pub d_t: Vector,
+}
+
+impl Contact {
+    pub fn key(&self) -> (u32, u16, u16) {
+        (self.pair, self.a, self.b)
+    }
+}
+
+/// Reserves memory for `room` entries in all.
+pub(crate) fn reserve<T>(list: &mut Vec<T>, room: usize) {
+    list.reserve(room.saturating_sub(list.len()));
+}

@@ -1,0 +1,26 @@
+//! The history of a contact as it is sent and stored.
+
+use sazanami_numerics::Real;
+
+/// The history of a sphere contact between two grains, the lower identifier first, or between a
+/// grain and a wall: as it is sent and stored.
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub(crate) struct ContactRecord {
+    pub low: u64,
+    /// Identifier of the other grain, or [`crate::WALL`] plus the number of the wall.
+    pub high: u64,
+    /// Periodic image of the second grain relative to the first, both without wrapping.
+    pub image: [i32; 2],
+    pub a: u16,
+    pub b: u16,
+    /// Whether it has been counted as deeper than the warning limit.
+    pub deep: u32,
+    pub d_t: [Real; 3],
+}
+
+impl ContactRecord {
+    pub fn key(&self) -> (u64, u64, [i32; 2], u16, u16) {
+        (self.low, self.high, self.image, self.a, self.b)
+    }
+}
