@@ -1,6 +1,6 @@
 //! Observables, tables and figures from what runs wrote.
 
-mod again;
+mod reevaluated;
 mod ripples;
 
 use std::path::{Path, PathBuf};
@@ -20,6 +20,7 @@ use crate::progress::Progress;
 use crate::recorder;
 use crate::results::{CASE, CRATER_PROFILES, FIGURES, SERIES, SUMMARY};
 
+pub(crate) use ripples::CYCLE_COLUMNS;
 pub use ripples::layer_history;
 
 /// Rows of a table with named columns.
@@ -89,8 +90,8 @@ pub fn analyse(
     match folders {
         [] => Err(CommandError::input("no folder of results is given", "give one or more folders of runs")),
         [folder] if has_moving_particles(&summary(folder)?) => ripples::of_run(folder, overrides, progress),
-        [folder] if overrides.is_empty() => again::as_it_was(folder, progress),
-        [folder] => again::otherwise(folder, overrides, progress),
+        [folder] if overrides.is_empty() => reevaluated::as_it_was(folder, progress),
+        [folder] => reevaluated::otherwise(folder, overrides, progress),
         many if overrides.is_empty() => {
             let summaries = many.iter().map(|folder| summary(folder)).collect::<Result<Vec<_>, _>>()?;
             let moving = summaries.iter().filter(|summary| has_moving_particles(summary)).count();

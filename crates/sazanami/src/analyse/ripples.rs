@@ -3,7 +3,7 @@
 mod comparison;
 mod findings;
 mod measured;
-mod told;
+mod report;
 
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -23,6 +23,7 @@ use serde_json::{Map, Value, json};
 use super::{Table, drawing, list_files, save, summary};
 use crate::case::meaning::{Case, LayerReference};
 use crate::case::{self, LoadedCase, RIPPLES_EVALUATED};
+use crate::columns::{Quantity, quantity};
 use crate::error::CommandError;
 use crate::progress::Progress;
 use crate::recorder::{self, measure, moment, tank_of, weight_of_grain};
@@ -252,7 +253,7 @@ pub(super) fn of_run(
         write_apart(&figures, overrides, &tables, found, progress)?;
     }
     list_files(folder, &tables.summary)?;
-    Ok(told::lines(folder, &tables, &cycles, &compared))
+    Ok(report::lines(folder, &tables, &cycles, &compared))
 }
 
 /// Puts what was found into the summary of a run that has ended.
@@ -357,18 +358,53 @@ fn averages(layers: &LayerHistory, period: Real) -> Vec<CycleAverage> {
     .collect()
 }
 
+/// A row of the table of cycles.
+pub(crate) struct CycleRow {
+    layer: &'static str,
+    quantity: &'static str,
+    kind: &'static str,
+    place: Real,
+    mean: Real,
+    deviation: Option<Real>,
+    cycles: usize,
+}
+
+/// Value of a column of the table of cycles, as text.
+pub(crate) type CycleValue = fn(&CycleRow) -> String;
+
+/// Columns of the table of cycles.
+pub(crate) const CYCLE_COLUMNS: &[Quantity<CycleValue>] = &[
+    quantity("layer", "", "`upper` or `lower`", |row| row.layer.to_owned()),
+    quantity("quantity", "", "column of `layers.csv` that is averaged, in its unit", |row| row.quantity.to_owned()),
+    quantity("kind", "", "`phase`: mean over the last cycles at a phase; `cycle`: mean over one whole cycle", |row| {
+        row.kind.to_owned()
+    }),
+    quantity("phase_or_end_of_cycle", "", "phase from 0 to 1, or end of the cycle [s]", |row| row.place.to_string()),
+    quantity("mean", "", "the mean", |row| format!("{:e}", row.mean)),
+    quantity("deviation", "", "standard deviation over the cycles at that phase", |row| {
+        row.deviation.map_or_else(String::new, |deviation| format!("{deviation:e}"))
+    }),
+    quantity("cycles", "", "number of cycles in the mean", |row| row.cycles.to_string()),
+];
+
 /// Writes a row for each phase and for each whole cycle.
 fn write_averages(path: &Path, cycles: &[CycleAverage]) -> std::io::Result<()> {
-    let mut text = "layer,quantity,kind,phase_or_end_of_cycle,mean,deviation,cycles\n".to_owned();
-    for CycleAverage { layer, quantity, phases, means } in cycles {
+    let names: Vec<&str> = CYCLE_COLUMNS.iter().map(|column| column.name).collect();
+    let mut text = names.join(",") + "\n";
+    let mut add = |row: &CycleRow| {
+        let values: Vec<String> = CYCLE_COLUMNS.iter().map(|column| (column.value)(row)).collect();
+        let _ = writeln!(text, "{}", values.join(","));
+    };
+    for &CycleAverage { layer, quantity, ref phases, ref means } in cycles {
         if let Some(phases) = phases {
-            for (n, (mean, deviation)) in phases.mean.iter().zip(&phases.deviation).enumerate() {
-                let phase = n as Real / phases.mean.len() as Real;
-                let _ = writeln!(text, "{layer},{quantity},phase,{phase},{mean:e},{deviation:e},{}", phases.cycles);
+            for (n, (&mean, &deviation)) in phases.mean.iter().zip(&phases.deviation).enumerate() {
+                let place = n as Real / phases.mean.len() as Real;
+                let (deviation, cycles) = (Some(deviation), phases.cycles);
+                add(&CycleRow { layer, quantity, kind: "phase", place, mean, deviation, cycles });
             }
         }
-        for (end, mean) in means {
-            let _ = writeln!(text, "{layer},{quantity},cycle,{end},{mean:e},,1");
+        for &(place, mean) in means {
+            add(&CycleRow { layer, quantity, kind: "cycle", place, mean, deviation: None, cycles: 1 });
         }
     }
     replace_file(path, |file| file.write_all(text.as_bytes()))

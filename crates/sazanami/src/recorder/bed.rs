@@ -16,7 +16,7 @@ use crate::simulation::Job;
 const BED: &str = "observe/bed";
 
 /// The grains of all ranks, gathered on rank 0.
-pub(crate) struct GrainsSeen {
+pub(crate) struct GatheredGrains {
     shapes: Arc<[Shape]>,
     bed: GatheredBed,
     /// Whether this is rank 0.
@@ -26,7 +26,7 @@ pub(crate) struct GrainsSeen {
     pub found: Option<BedFindings>,
 }
 
-impl GrainsSeen {
+impl GatheredGrains {
     pub fn new(job: &Job) -> Self {
         Self {
             shapes: Arc::clone(&job.shapes),

@@ -1,61 +1,91 @@
-//! Columns of tables, and values for them.
+//! Columns of the series and of the tables of probes.
 
 use sazanami_io::table::{Column, Value};
 
-use super::Totals;
-use super::books::Step;
+use super::observer::{Observer, Row};
 use crate::case::meaning::ProbePlace;
-use crate::simulation::Water;
+use crate::columns::{Cell, Quantity, headings, page, quantity};
 
-/// Name and unit of a quantity.
-pub(super) type Quantity = (&'static str, &'static str);
+/// A column of the series of an observer.
+pub(crate) type SeriesCell<O> = Quantity<fn(&Row<'_, O>) -> Value>;
 
-/// How long the last step was, how long it could have been stable and what ruled that, before it was cut for an output,
-/// and the shortest stable length since the last row.
-pub(super) const LENGTH: [Quantity; 4] = [("dt", "s"), ("stable_dt", "s"), ("limiter", ""), ("least_stable_dt", "s")];
-
-/// Values of [`LENGTH`].
-pub(super) fn length<W: Water>(step: &Step<'_, W>, totals: &Totals) -> [Value; LENGTH.len()] {
-    let (stable, limiter) = step.stable;
-    [step.dt.into(), stable.into(), limiter.into(), totals.least_stable_step.into()]
+/// The columns that every series begins with: time, the length of the last step before and after it was shortened to
+/// end at an output, and the shortest stable length since the last row.
+const fn first_columns<O: Observer>() -> [SeriesCell<O>; 5] {
+    [
+        quantity("time", "s", "simulated time", |row| row.clock.time().into()),
+        quantity("dt", "s", "length of the last step", |row| row.step.map(|step| step.dt).into()),
+        quantity("stable_dt", "s", "stable length of that step, before it was shortened to end at an output", |row| {
+            row.step.map(|step| step.stable.0).into()
+        }),
+        quantity("limiter", "", "limit that set the stable length", |row| row.step.map(|step| step.stable.1).into()),
+        quantity("least_stable_dt", "s", "shortest stable length since the previous row", |row| {
+            row.step.and(row.totals.least_stable_step).into()
+        }),
+    ]
 }
 
-/// Columns of groups of quantities.
-pub(super) fn columns(groups: &[&[Quantity]]) -> Vec<Column> {
-    groups.iter().flat_map(|group| group.iter()).map(|(name, unit)| Column::new(name, unit)).collect()
+/// Headings of the series of an observer.
+pub(crate) fn series_headings<O: Observer>() -> Vec<Column> {
+    headings(&first_columns::<O>()).into_iter().chain(headings(O::SERIES)).collect()
 }
 
-/// Values of a group of which nothing was observed.
-pub(super) fn missing<const N: usize>() -> [Value; N] {
-    std::array::from_fn(|_| Value::Missing)
+/// A row of the series.
+pub(crate) fn series_row<O: Observer>(row: &Row<'_, O>) -> Vec<Value> {
+    first_columns::<O>().iter().chain(O::SERIES).map(|column| (column.value)(row)).collect()
 }
 
-/// What a solver tells at each kind of place; [`ProbePlace::Gauge`] always tells the level of the water.
-pub(super) struct Quantities {
+/// What a solver gives at each kind of place; [`ProbePlace::Gauge`] always gives the level of the water.
+pub(crate) struct ProbeColumns<P: 'static, T: 'static, B: 'static> {
     /// At a point, and at each point of a line.
-    pub at_point: &'static [Quantity],
+    pub at_point: &'static [Cell<P>],
     /// Through a plane; none where planes are refused with the case.
-    pub through_plane: &'static [Quantity],
+    pub through_plane: &'static [Cell<T>],
     /// Of a grain.
-    pub of_body: &'static [Quantity],
+    pub of_body: &'static [Cell<B>],
 }
 
-impl Quantities {
-    /// Time and what a probe at `place` tells.
-    pub fn columns(&self, place: &ProbePlace) -> Vec<Column> {
+/// The level of the water at a gauge.
+pub(crate) const GAUGE: [Cell<Option<f64>>; 1] =
+    [quantity("water_level", "m", "height of the water's surface", |level| (*level).into())];
+
+impl<P, T, B> ProbeColumns<P, T, B> {
+    /// Headings of the table of a probe at `place`, after the time.
+    pub fn headings(&self, place: &ProbePlace) -> Vec<Column> {
         let mut found = vec![Column::new("time", "s")];
         found.extend(match place {
-            ProbePlace::Point(_) => columns(&[self.at_point]),
+            ProbePlace::Point(_) => headings(self.at_point),
             ProbePlace::Line { points, .. } => {
                 let numbered = |n: usize| {
-                    self.at_point.iter().map(move |(name, unit)| Column::new(&format!("{name}_at_{n}"), unit))
+                    let at = move |cell: &Cell<P>| Column::new(&format!("{}_at_{n}", cell.name), cell.unit);
+                    self.at_point.iter().map(at)
                 };
                 (0..*points).flat_map(numbered).collect()
             }
-            ProbePlace::Plane { .. } => columns(&[self.through_plane]),
-            ProbePlace::Body { .. } => columns(&[self.of_body]),
-            ProbePlace::Gauge(_) => columns(&[&[("water_level", "m")]]),
+            ProbePlace::Plane { .. } => headings(self.through_plane),
+            ProbePlace::Body { .. } => headings(self.of_body),
+            ProbePlace::Gauge(_) => headings(&GAUGE),
         });
         found
+    }
+}
+
+/// The series of an observer as the reference page has it.
+pub(crate) fn series_page<O: Observer>(title: &str) -> String {
+    let (first, rest) = (page(title, &first_columns::<O>()), page("", O::SERIES));
+    let rows = rest.lines().filter(|line| line.starts_with("| `")).collect::<Vec<_>>().join("\n");
+    format!("{}\n{rows}\n", first.trim_end())
+}
+
+impl<P, T, B> ProbeColumns<P, T, B> {
+    /// The tables of probes as the reference page has them.
+    pub fn page(&self) -> String {
+        let point =
+            page("At a `point`; along a `line` the same at each of its points, `NAME_at_0` and so on:", self.at_point);
+        let plane = page("Through a `plane`:", self.through_plane);
+        let plane = if self.through_plane.is_empty() { String::new() } else { plane + "\n" };
+        let body = page("Of a grain (`body`):", self.of_body);
+        let gauge = page("At a `gauge`:", &GAUGE);
+        format!("{point}\n{plane}{body}\n{gauge}")
     }
 }

@@ -14,7 +14,7 @@ use sazanami_numerics::geometry::Shape;
 use sazanami_observe::BedView;
 
 use super::RecordError;
-use super::bed::GrainsSeen;
+use super::bed::GatheredGrains;
 use super::summary::Fixed;
 use crate::case::meaning::FieldPrecision;
 use crate::case::written::ChoiceSet;
@@ -104,7 +104,7 @@ impl Files {
     }
 
     /// Writes the grains for ParaView.
-    pub fn grains(&mut self, clock: &Clock, seen: &GrainsSeen, shapes: &Arc<[Shape]>) -> Result<(), RecordError> {
+    pub fn grains(&mut self, clock: &Clock, seen: &GatheredGrains, shapes: &Arc<[Shape]>) -> Result<(), RecordError> {
         if seen.count() == 0 {
             return Ok(());
         }

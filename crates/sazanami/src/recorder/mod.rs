@@ -2,14 +2,14 @@
 //!
 //! Every rank has a recorder, because what is written is gathered from all; rank 0 alone has files.
 
-mod again;
 mod bed;
-mod books;
 mod columns;
 mod files;
 mod mics;
 mod mps;
+mod observer;
 mod pace;
+mod reevaluated;
 mod summary;
 mod timetable;
 mod totals;
@@ -36,13 +36,15 @@ use crate::simulation::{
 };
 use crate::tanks;
 
-pub(crate) use again::{Beds, FoundAgain, is_observed};
-use bed::GrainsSeen;
-pub(crate) use books::{Books, Step, Worry};
+use bed::GatheredGrains;
+use columns::{series_headings, series_row};
 use files::Files;
-pub(crate) use mics::GridBooks;
-pub(crate) use mps::{ParticleBooks, closed, measure, moment, settings_of, surface_json, tank_of, weight_of_grain};
+pub(crate) use mics::GridObserver;
+pub(crate) use mps::{ParticleObserver, closed, measure, moment, settings_of, surface_json, tank_of, weight_of_grain};
+use observer::Row;
+pub(crate) use observer::{Observer, Step, Warning};
 use pace::Pace;
+pub(crate) use reevaluated::{Beds, Reevaluated, is_observed};
 pub(crate) use summary::{put_failure, put_files, put_ripples};
 use timetable::Timetables;
 pub use totals::Totals;
@@ -96,14 +98,14 @@ impl RecordError {
 }
 
 /// Keeps the books of a run and writes what is due.
-pub(crate) struct Recorder<'a, B: Books> {
+pub(crate) struct Recorder<'a, B: Observer> {
     job: &'a Job<'a>,
     /// Measures the phases.
     pub watch: Watch,
     totals: Totals,
     timetables: Timetables,
-    seen: GrainsSeen,
-    books: B,
+    seen: GatheredGrains,
+    observer: B,
     files: Option<Files>,
     pace: Pace,
     last_checkpoint: Instant,
@@ -113,30 +115,30 @@ pub(crate) struct Recorder<'a, B: Books> {
     /// Limit that ruled the last step.
     limiter: &'static str,
     /// Worries of the books that were told.
-    told: Vec<&'static str>,
+    warned: Vec<&'static str>,
 }
 
-impl<'a, B: Books> Recorder<'a, B> {
+impl<'a, B: Observer> Recorder<'a, B> {
     /// Gets ready; rank 0 (`leads`) opens the files.
     pub fn open(job: &'a Job<'a>, leads: bool) -> Result<Self, RankError> {
         let totals = job.resumed.as_ref().map_or_else(Totals::default, |state| state.run.totals.clone());
         let resumed_at = job.resumed.as_ref().filter(|state| state.run.flows()).map(|s| (s.run.time, s.run.step));
-        let files = if leads { Some(Files::open(job, &B::columns(), resumed_at)?) } else { None };
+        let files = if leads { Some(Files::open(job, &series_headings::<B>(), resumed_at)?) } else { None };
         let now = Instant::now();
         Ok(Self {
             job,
             watch: Watch::start(),
             totals,
             timetables: Timetables::of(job.case),
-            seen: GrainsSeen::new(job),
-            books: B::new(job),
+            seen: GatheredGrains::new(job),
+            observer: B::new(job),
             files,
             pace: Pace::from(0.0),
             last_checkpoint: now,
             state_hash: None,
             reached: resumed_at.unwrap_or_default(),
             limiter: "",
-            told: Vec::new(),
+            warned: Vec::new(),
         })
     }
 
@@ -197,12 +199,12 @@ impl<'a, B: Books> Recorder<'a, B> {
     ) -> Result<(), RankError> {
         self.watch.turn(SETUP);
         self.seen.gather(domain, packing.engine());
-        let outcome = self.files.is_some().then(|| self.tell_of_bed(report, wall, began)).transpose();
+        let outcome = self.files.is_some().then(|| self.report_bed(report, wall, began)).transpose();
         domain.agree(outcome.map_err(RankError::from))?;
         Ok(())
     }
 
-    fn tell_of_bed(&mut self, report: &PackingReport, wall: Real, began: Real) -> Result<(), RecordError> {
+    fn report_bed(&mut self, report: &PackingReport, wall: Real, began: Real) -> Result<(), RecordError> {
         let job = self.job;
         let case = job.case;
         let floor = case.domain.lower.z;
@@ -266,7 +268,7 @@ impl<'a, B: Books> Recorder<'a, B> {
         if let Some(state) = resumed {
             self.seen.restore(&state.snapshot);
         }
-        let outcome = self.books.begin(self.job, &mut self.seen, water);
+        let outcome = self.observer.begin(self.job, &mut self.seen, water);
         water.domain().agree(outcome)?;
         if resumed.is_none() {
             B::notes(self.job.case).iter().for_each(|note| self.say(note));
@@ -291,7 +293,7 @@ impl<'a, B: Books> Recorder<'a, B> {
         self.totals.note_step(contacts, B::Water::pressure_iterations(step.report));
         self.totals.ruled_by(step.limit);
         self.totals.note_stable_step(step.stable.0);
-        self.books.add(step, &mut self.totals);
+        self.observer.add(step, &mut self.totals);
         let tolerance = fixed_step(self.job.case).unwrap_or_default();
         let due = self.timetables.due(before, clock, tolerance);
         if due.iter().any(|due| *due) {
@@ -307,21 +309,21 @@ impl<'a, B: Books> Recorder<'a, B> {
     /// Writes a row for each probe that is due.
     fn write_probes(&mut self, water: &mut B::Water, clock: &Clock, due: &[bool]) -> Result<(), RankError> {
         if due.contains(&true) {
-            let outcome = self.books.probe(self.job, water, clock, due, self.files.as_mut());
+            let outcome = self.observer.probe(self.job, water, clock, due, self.files.as_mut());
             water.domain().agree(outcome.map_err(RankError::from))?;
         }
         Ok(())
     }
 
     /// Says what the books worry about, each worry once.
-    fn tell_of_worries(&mut self) {
+    fn report_warnings(&mut self) {
         if self.files.is_none() {
             return;
         }
-        for Worry { about, text } in self.books.worries() {
-            if !self.told.contains(&about) {
+        for Warning { about, text } in self.observer.warnings() {
+            if !self.warned.contains(&about) {
                 self.job.say(format!("warning: at time {:.4e} s {text}", self.reached.0));
-                self.told.push(about);
+                self.warned.push(about);
             }
         }
     }
@@ -329,8 +331,8 @@ impl<'a, B: Books> Recorder<'a, B> {
     /// Looks at grains and fluid. All ranks take part.
     fn look(&mut self, water: &mut B::Water, time: Real) {
         self.seen.gather(water.domain(), water.engine());
-        self.books.look(&mut self.seen, water, time);
-        self.tell_of_worries();
+        self.observer.look(&mut self.seen, water, time);
+        self.report_warnings();
     }
 
     /// Writes series, fields, grains and pictures, those that are due.
@@ -345,20 +347,21 @@ impl<'a, B: Books> Recorder<'a, B> {
         self.look(water, clock.time());
         let mut outcome = Ok(());
         if series && let Some(files) = &mut self.files {
-            outcome = self.books.rows(clock, step, &self.seen, &self.totals, files);
+            let row = Row { clock, step, grains: &self.seen, totals: &self.totals, observer: &self.observer };
+            outcome = files.row(clock, &series_row(&row)).and_then(|()| self.observer.tables(clock, files));
         }
         if series {
             self.totals.least_stable_step = None;
         }
         if fields {
-            let written = self.books.fields(self.job, water, clock, self.files.as_mut());
+            let written = self.observer.fields(self.job, water, clock, self.files.as_mut());
             outcome = outcome.and(written);
         }
         if grains && let Some(files) = &mut self.files {
-            outcome = outcome.and_then(|()| self.books.grains(self.job, clock, &self.seen, files));
+            outcome = outcome.and_then(|()| self.observer.grains(self.job, clock, &self.seen, files));
         }
         if figures {
-            let written = self.books.draw(self.job, water, clock, self.files.as_mut(), &self.seen);
+            let written = self.observer.draw(self.job, water, clock, self.files.as_mut(), &self.seen);
             outcome = outcome.and(written);
         }
         water.domain().agree(outcome.map_err(RankError::from))?;
@@ -368,7 +371,7 @@ impl<'a, B: Books> Recorder<'a, B> {
     /// Writes a checkpoint of the flow and the summary.
     pub fn checkpoint(&mut self, water: &mut B::Water, clock: &Clock) -> Result<(), RankError> {
         let mut snapshot = water.snapshot();
-        self.books.save(&mut snapshot);
+        self.observer.save(&mut snapshot);
         self.seen.save(&mut snapshot);
         let state = RunState { step: clock.step(), ..RunState::default() };
         self.save(water.domain(), snapshot, clock.time(), state)
@@ -476,7 +479,7 @@ impl<'a, B: Books> Recorder<'a, B> {
             totals: &self.totals,
             grains_by_shape: &self.seen.grains_by_shape(self.job.shapes.len()),
             bed: self.seen.found.as_ref(),
-            account: self.books.account(),
+            parts: self.observer.summary_parts(),
             state_hash: self.state_hash,
         };
         summary::write(&self.job.folder, &files.fixed, &present)?;
@@ -484,7 +487,26 @@ impl<'a, B: Books> Recorder<'a, B> {
     }
 }
 
-/// Whether a section of a checkpoint is part of the physical state: all but the books of the observers.
+/// What a run records, as the reference page has it.
+pub(crate) fn page() -> String {
+    use crate::columns::page as table;
+    let sections = [
+        ("`series.csv` of `solver = \"mics\"`", columns::series_page::<GridObserver>("A row per observation.")),
+        ("`series.csv` of `solver = \"mps\"`", columns::series_page::<ParticleObserver>("A row per observation.")),
+        ("`profiles.csv`", mics::profile_page()),
+        ("`water.csv`", table("A row per place and observation.", mps::WATER)),
+        ("`bed.csv`", table("A row per place and observation.", mps::BED)),
+        ("`layers.csv`", table("A row per layer and observation.", mps::LAYERS)),
+        ("`probes/NAME.csv` of `solver = \"mics\"`", mics::probe_page()),
+        ("`probes/NAME.csv` of `solver = \"mps\"`", mps::probe_page()),
+        ("`observables.bed` of `summary.json`", table("The bed before the impact.", summary::BED)),
+        ("`observables.erosion` of `summary.json`", table("The crater at the end.", mics::EROSION)),
+        ("`observables.splash` of `summary.json`", table("Grains that have left the bed.", mics::SPLASH)),
+    ];
+    sections.iter().map(|(title, table)| format!("## {title}\n\n{table}\n")).collect()
+}
+
+/// Whether a section of a checkpoint is part of the physical state: all but what the observers keep.
 fn is_physical(section: &str) -> bool {
     section == CLOCK || ["fluid/", GRAINS, PACKING, RELAXATION].iter().any(|prefix| section.starts_with(prefix))
 }

@@ -8,13 +8,14 @@ use sazanami_observe::bed_profile;
 use serde_json::{Map, Value, json};
 
 use super::Totals;
-use super::books::Account;
+use super::observer::SummaryParts;
+use crate::columns::{Field, object, quantity};
 use crate::error::Failure;
 use crate::results::SUMMARY;
 use crate::run::Status;
 
-/// The bed in use before anything hits it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+/// The bed before the impact.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct BedFindings {
     /// Porosity of the slab.
     pub porosity: Real,
@@ -25,6 +26,18 @@ pub(crate) struct BedFindings {
     /// Order of the long axes: above 0 if they lie.
     pub lying_order: Real,
 }
+
+/// Fields of `observables.bed`.
+pub(crate) const BED: &[Field<BedFindings>] = &[
+    quantity("porosity", "", "porosity of the slab of `[bed]`", |bed| json!(bed.porosity)),
+    quantity("height_mm", "mm", "height of the highest node near the axis, H_s, above the floor", |bed| {
+        json!(bed.height_mm)
+    }),
+    quantity("mean_speed", "m/s", "mean speed of the grains", |bed| json!(bed.mean_speed)),
+    quantity("lying_order", "", "order of the long axes: above 0 if they lie, 0 at random", |bed| {
+        json!(bed.lying_order)
+    }),
+];
 
 impl BedFindings {
     pub fn of(bed: &sazanami_observe::BedView, floor: Real, height: Real, porosity: Real) -> Self {
@@ -62,16 +75,16 @@ pub(crate) struct Present<'a> {
     pub grains_by_shape: &'a [usize],
     /// The bed as it was last measured.
     pub bed: Option<&'a BedFindings>,
-    pub account: Account,
+    pub parts: SummaryParts,
     pub state_hash: Option<u64>,
 }
 
 /// Writes the summary, all at once.
 pub(crate) fn write(folder: &Path, fixed: &Fixed, present: &Present) -> Result<(), TableError> {
     let totals = present.totals;
-    let mut observables = present.account.observables.clone();
+    let mut observables = present.parts.observables.clone();
     if let Some(bed) = present.bed {
-        observables.insert("bed".into(), json!(bed));
+        observables.insert("bed".into(), Value::Object(object(BED, bed)));
     }
     let counts: usize = present.grains_by_shape.iter().sum();
     let spheres: usize =
@@ -96,14 +109,14 @@ pub(crate) fn write(folder: &Path, fixed: &Fixed, present: &Present) -> Result<(
         "phase_s": totals.phase_s,
         "counts": {
             "cells": fixed.cells,
-            "fluid_particles": present.account.particles,
+            "fluid_particles": present.parts.particles,
             "grains": counts,
             "contact_spheres": spheres,
             "contacts": totals.contacts[1],
             "contact_pairs": totals.contacts[0],
         },
-        "conservation": present.account.conservation,
-        "momentum": present.account.momentum,
+        "conservation": present.parts.conservation,
+        "momentum": present.parts.momentum,
         "worst": totals.worst,
         "tidied": totals.tidied,
         "particles": totals.particles,

@@ -109,7 +109,7 @@ pub struct ParticleTotals {
 }
 
 impl ParticleTotals {
-    /// Books a step.
+    /// Observer a step.
     pub fn add(&mut self, report: &sazanami_mps::solver::StepReport) {
         if self.least_void == 0.0 {
             self.least_void = 1.0;
@@ -130,7 +130,7 @@ impl ParticleTotals {
 }
 
 impl Totals {
-    /// Books which limit ruled a step.
+    /// Observer which limit ruled a step.
     pub fn ruled_by(&mut self, limit: &str) {
         match self.limiter.get_mut(limit) {
             Some(steps) => *steps += 1,
@@ -138,12 +138,12 @@ impl Totals {
         }
     }
 
-    /// Books how long the stable length of a step was [s].
+    /// Observer how long the stable length of a step was [s].
     pub fn note_stable_step(&mut self, length: Real) {
         self.least_stable_step = Some(self.least_stable_step.map_or(length, |least| least.min(length)));
     }
 
-    /// Books how deep contacts were and how fast grains.
+    /// Observer how deep contacts were and how fast grains.
     pub fn note_contacts(&mut self, contacts: &ContactReport) {
         self.tidied.deep_contacts += contacts.deep_contacts;
         let worst = &mut self.worst;
@@ -151,7 +151,7 @@ impl Totals {
         worst.grain_speed = worst.grain_speed.max(contacts.largest_speed);
     }
 
-    /// Books what a step of the flow did with whatever water: contacts, and iterations of the pressure solver.
+    /// Observer what a step of the flow did with whatever water: contacts, and iterations of the pressure solver.
     pub fn note_step(&mut self, contacts: &ContactReport, pressure_iterations: usize) {
         self.note_contacts(contacts);
         self.grain_substeps += contacts.substeps as u64;
@@ -160,7 +160,7 @@ impl Totals {
         self.worst.pressure_iterations = self.worst.pressure_iterations.max(pressure_iterations);
     }
 
-    /// Books what a step on a grid did beside [`Self::note_step`].
+    /// Observer what a step on a grid did beside [`Self::note_step`].
     pub fn add(&mut self, report: &StepReport) {
         self.fluid_passes += report.fluid_passes as u64;
         let residue = &report.transport.residue;

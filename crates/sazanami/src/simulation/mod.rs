@@ -19,7 +19,7 @@ use sazanami_parallel::{Communicator, Reduction};
 use crate::case::meaning::{Case, Solver};
 use crate::clock::Clock;
 use crate::progress::StepLine;
-use crate::recorder::{Books, GridBooks, ParticleBooks, Recorder, Step};
+use crate::recorder::{GridObserver, Observer, ParticleObserver, Recorder, Step};
 use crate::run::Status;
 
 pub(crate) use job::{Ended, Event, Job, Program, RankError, RankFailure, Reporter, Resumed, RunState};
@@ -43,11 +43,13 @@ pub(crate) fn run_rank(communicator: Box<dyn Communicator>, job: &Job) -> Result
         Solver::Mics => {
             let periodic = crate::assembly::fluid::boundary(job.case)?.periodic();
             let domain = Domain::new(job.case.domain.grid(), periodic, communicator)?;
-            recorded::<GridBooks>(job, domain, |domain, packed, recorder| start::solver(job, domain, packed, recorder))
+            recorded::<GridObserver>(job, domain, |domain, packed, recorder| {
+                start::solver(job, domain, packed, recorder)
+            })
         }
         Solver::Mps => {
             let domain = crate::assembly::particles::domain(job.case, communicator)?;
-            recorded::<ParticleBooks>(job, domain, |domain, packed, recorder| {
+            recorded::<ParticleObserver>(job, domain, |domain, packed, recorder| {
                 preparation::solver(job, domain, packed, recorder)
             })
         }
@@ -55,17 +57,17 @@ pub(crate) fn run_rank(communicator: Box<dyn Communicator>, job: &Job) -> Result
 }
 
 /// How a run comes by its solver: from a packed bed, if it packs one; `None` if it is stopped before.
-trait Begin<B: Books>: FnOnce(Domain, Option<Packing>, &mut Recorder<B>) -> Result<Option<B::Water>, RankError> {}
+trait Begin<B: Observer>: FnOnce(Domain, Option<Packing>, &mut Recorder<B>) -> Result<Option<B::Water>, RankError> {}
 
 impl<B, F> Begin<B> for F
 where
-    B: Books,
+    B: Observer,
     F: FnOnce(Domain, Option<Packing>, &mut Recorder<B>) -> Result<Option<B::Water>, RankError>,
 {
 }
 
 /// Runs `job` with a recorder from beginning to end.
-fn recorded<B: Books>(job: &Job, domain: Domain, begin: impl Begin<B>) -> Result<Ended, Box<RankFailure>> {
+fn recorded<B: Observer>(job: &Job, domain: Domain, begin: impl Begin<B>) -> Result<Ended, Box<RankFailure>> {
     let recorder = Recorder::<B>::open(job, domain.communicator().rank() == 0);
     let mut recorder = domain.agree(recorder)?;
     let outcome = stages(job, domain, &mut recorder, begin);
@@ -73,7 +75,7 @@ fn recorded<B: Books>(job: &Job, domain: Domain, begin: impl Begin<B>) -> Result
     outcome.map_err(|error| recorder.fail(error))
 }
 
-fn stages<B: Books>(
+fn stages<B: Observer>(
     job: &Job,
     domain: Domain,
     recorder: &mut Recorder<B>,
@@ -101,7 +103,7 @@ fn stages<B: Books>(
 }
 
 /// What one rank knows of the outside, agreed with all: stop, and write a checkpoint.
-fn signals<B: Books>(domain: &Domain, job: &Job, recorder: &Recorder<B>) -> [bool; 2] {
+fn signals<B: Observer>(domain: &Domain, job: &Job, recorder: &Recorder<B>) -> [bool; 2] {
     let flag = |set: bool| Real::from(u8::from(set));
     let mut values = [flag(job.is_stopped()), flag(recorder.wants_checkpoint())];
     domain.communicator().all_reduce(&mut values, Reduction::Max);
@@ -109,7 +111,7 @@ fn signals<B: Books>(domain: &Domain, job: &Job, recorder: &Recorder<B>) -> [boo
 }
 
 /// Packs the bed; `None` if the run is stopped before.
-fn pack<B: Books>(
+fn pack<B: Observer>(
     job: &Job,
     domain: &Domain,
     mut packing: Packing,
@@ -165,7 +167,7 @@ fn pack<B: Books>(
 }
 
 /// Steps through the flow.
-fn flow<B: Books>(job: &Job, mut water: B::Water, recorder: &mut Recorder<B>) -> Result<Ended, RankError> {
+fn flow<B: Observer>(job: &Job, mut water: B::Water, recorder: &mut Recorder<B>) -> Result<Ended, RankError> {
     let case = job.case;
     let mut clock = start::clock(job);
     let first = clock.step();

@@ -15,7 +15,7 @@ use super::{END, initial_velocity, signals, start};
 use crate::assembly::particles;
 use crate::case::meaning::{Case, GrainPlacement, Preparation};
 use crate::progress::StepLine;
-use crate::recorder::{Books, ParticleBooks, Recorder};
+use crate::recorder::{Observer, ParticleObserver, Recorder};
 
 /// Section of a checkpoint that tells how far a preparation has come.
 const STAGE: &str = "preparation/stage";
@@ -73,7 +73,7 @@ pub(super) fn solver(
     job: &Job,
     domain: Domain,
     packed: Option<Packing>,
-    recorder: &mut Recorder<ParticleBooks>,
+    recorder: &mut Recorder<ParticleObserver>,
 ) -> Result<Option<Solver>, RankError> {
     let resumed = job.resumed.as_ref();
     let (mut solver, stage) = if let Some(state) = resumed.filter(|state| state.run.flows()) {
@@ -123,7 +123,7 @@ fn poured(
     job: &Job,
     domain: Domain,
     packed: Option<Packing>,
-    recorder: &mut Recorder<ParticleBooks>,
+    recorder: &mut Recorder<ParticleObserver>,
 ) -> Result<Option<Solver>, RankError> {
     let case = job.case;
     let setup = particles::setup(case, &job.shapes);
@@ -177,7 +177,7 @@ fn make_ready(
     job: &Job,
     solver: &mut Solver,
     mut stage: Stage,
-    recorder: &mut Recorder<ParticleBooks>,
+    recorder: &mut Recorder<ParticleObserver>,
 ) -> Result<bool, RankError> {
     let case = job.case;
     let how = &case.moving_particles().preparation;
@@ -223,7 +223,7 @@ fn make_ready(
 }
 
 /// The stage after a step.
-fn next<B: Books>(
+fn next<B: Observer>(
     how: &Preparation,
     solver: &mut Solver,
     stage: Stage,

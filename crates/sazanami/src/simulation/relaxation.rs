@@ -11,7 +11,7 @@ use sazanami_numerics::{Real, Vector};
 use super::job::{Job, RankError};
 use super::{RELAXATION, naming, signals};
 use crate::progress::StepLine;
-use crate::recorder::{Books, Recorder};
+use crate::recorder::{Observer, Recorder};
 
 /// Step of a relaxation [s].
 const STEP: Real = 2e-5;
@@ -100,7 +100,7 @@ impl Relaxation {
 }
 
 /// Lets the grains come to rest; `None` if the run is stopped before.
-pub(super) fn relax<B: Books>(
+pub(super) fn relax<B: Observer>(
     job: &Job,
     domain: &Domain,
     mut relaxation: Relaxation,

@@ -16,7 +16,7 @@ use super::{PACKING, fixed_step};
 use crate::assembly::{fluid, grains, particles};
 use crate::case::meaning::{self, FluidName, GrainPlacement, Placement, Population};
 use crate::clock::Clock;
-use crate::recorder::{Books, Recorder};
+use crate::recorder::{Observer, Recorder};
 
 /// The bed to be packed, new or from a checkpoint; `None` if the case packs none.
 pub(super) fn packing(job: &Job, domain: &Domain) -> Result<Option<Packing>, RankError> {
@@ -47,7 +47,7 @@ pub(super) fn solver(
     job: &Job,
     domain: Domain,
     packed: Option<Packing>,
-    recorder: &mut Recorder<crate::recorder::GridBooks>,
+    recorder: &mut Recorder<crate::recorder::GridObserver>,
 ) -> Result<Option<Solver>, RankError> {
     let case = job.case;
     let boundary = fluid::boundary(case)?;
@@ -84,7 +84,7 @@ pub(super) fn solver(
 }
 
 /// The grains that have a place from the start, come to rest if the case asks for it; `None` if stopped before.
-pub(super) fn laid<B: Books>(
+pub(super) fn laid<B: Observer>(
     job: &Job,
     domain: &Domain,
     setup: Setup,

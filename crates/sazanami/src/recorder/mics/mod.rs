@@ -5,7 +5,6 @@ mod probes;
 mod series;
 mod summary;
 
-use sazanami_io::table::Column;
 use sazanami_mics::solver::{Solver, StepReport};
 use sazanami_numerics::snapshot::Snapshot;
 use sazanami_numerics::{Real, Vector};
@@ -13,15 +12,27 @@ use sazanami_observe::budget::{Impulses, LiquidBudget, LiquidVolume, MomentumBud
 use sazanami_observe::erosion::{CountedGrains, Erosion, ErosionSettings, InitialBed};
 use sazanami_observe::splash::SplashTracker;
 
-use super::bed::GrainsSeen;
-use super::books::{Account, Books, Step, Worry};
+use super::bed::GatheredGrains;
+use super::columns::SeriesCell;
 use super::files::Files;
+use super::observer::{Observer, Step, SummaryParts, Warning};
 use super::{RecordError, Totals};
 use crate::case::meaning::{Case, ErosionMode};
 use crate::clock::Clock;
 use crate::simulation::{Job, RankError};
 
-pub(super) use summary::Findings;
+pub(super) use summary::{EROSION, Findings, SPLASH};
+
+/// The table of the crater's profiles as the reference page has it.
+pub(super) fn profile_page() -> String {
+    let first = crate::columns::page("A row per observation (with `[erosion]`).", series::PROFILE);
+    first + "| `height_0`, `height_1`, ... | m | smoothed height of the bed's surface in each layer about the axis |\n"
+}
+
+/// The tables of probes as the reference page has them.
+pub(super) fn probe_page() -> String {
+    probes::COLUMNS.page()
+}
 
 const INITIAL_HEIGHTS: &str = "observe/initial_heights";
 const INITIAL_NOISE: &str = "observe/initial_noise";
@@ -36,8 +47,8 @@ pub(crate) struct Energies {
     pub grains: Real,
 }
 
-/// Books of a run on a grid.
-pub(crate) struct GridBooks {
+/// Observer of a run on a grid.
+pub(crate) struct GridObserver {
     erosion: Option<ErosionSettings>,
     initial: Option<InitialBed>,
     /// The bed before the impact, as it goes into every checkpoint; empty on ranks without files.
@@ -53,8 +64,8 @@ pub(crate) struct GridBooks {
     front: Option<Real>,
 }
 
-impl GridBooks {
-    fn open(&mut self, seen: &mut GrainsSeen, solver: &Solver) {
+impl GridObserver {
+    fn open(&mut self, seen: &mut GatheredGrains, solver: &Solver) {
         self.momentum = Some(MomentumBudget::new(stored_momentum(solver)));
         self.liquid = Some(LiquidBudget::new(self.liquid_volume(solver)));
         if seen.count() > 0 {
@@ -70,7 +81,7 @@ impl GridBooks {
 
     /// A bed without grains about the axis, or a crater down to the floor, has no volume to speak of: that is
     /// told in the summary and ends no run.
-    fn evaluate_erosion(&mut self, seen: &GrainsSeen) {
+    fn evaluate_erosion(&mut self, seen: &GatheredGrains) {
         let Some(settings) = &self.erosion else { return };
         let evaluated = seen.with_bed(|bed| Erosion::of(bed, settings, self.initial.as_ref()));
         self.findings.set_erosion(evaluated);
@@ -118,8 +129,10 @@ impl GridBooks {
     }
 }
 
-impl Books for GridBooks {
+impl Observer for GridObserver {
     type Water = Solver;
+
+    const SERIES: &'static [SeriesCell<Self>] = series::SERIES;
 
     fn new(job: &Job) -> Self {
         Self {
@@ -137,7 +150,7 @@ impl Books for GridBooks {
         }
     }
 
-    fn begin(&mut self, job: &Job, seen: &mut GrainsSeen, solver: &mut Solver) -> Result<(), RankError> {
+    fn begin(&mut self, job: &Job, seen: &mut GatheredGrains, solver: &mut Solver) -> Result<(), RankError> {
         match job.resumed.as_ref().filter(|state| state.run.flows()) {
             Some(state) => self.restore(seen.leads, &state.snapshot)?,
             None => self.open(seen, solver),
@@ -150,7 +163,7 @@ impl Books for GridBooks {
         self.book(step.report);
     }
 
-    fn look(&mut self, seen: &mut GrainsSeen, solver: &mut Solver, _time: Real) {
+    fn look(&mut self, seen: &mut GatheredGrains, solver: &mut Solver, _time: Real) {
         let domain = solver.domain();
         let volume = self.liquid_volume(solver);
         if let Some(liquid) = &mut self.liquid {
@@ -176,29 +189,18 @@ impl Books for GridBooks {
         }
     }
 
-    fn worries(&self) -> Vec<Worry> {
+    fn warnings(&self) -> Vec<Warning> {
         let told = |problem| {
             format!(
                 "the crater cannot be evaluated: {problem}; the run goes on, and its columns stay empty until it can"
             )
         };
         let no_crater = self.findings.no_erosion.as_ref();
-        no_crater.map(|problem| Worry { about: "crater", text: told(problem) }).into_iter().collect()
+        no_crater.map(|problem| Warning { about: "crater", text: told(problem) }).into_iter().collect()
     }
 
-    fn columns() -> Vec<Column> {
-        series::columns()
-    }
-
-    fn rows(
-        &self,
-        clock: &Clock,
-        step: Option<&Step<'_, Solver>>,
-        seen: &GrainsSeen,
-        totals: &Totals,
-        files: &mut Files,
-    ) -> Result<(), RecordError> {
-        series::rows(self, clock, step, seen, totals, files)
+    fn tables(&self, clock: &Clock, files: &mut Files) -> Result<(), RecordError> {
+        series::tables(self, clock, files)
     }
 
     fn fields(
@@ -217,7 +219,7 @@ impl Books for GridBooks {
         solver: &Solver,
         clock: &Clock,
         files: Option<&mut Files>,
-        seen: &GrainsSeen,
+        seen: &GatheredGrains,
     ) -> Result<(), RecordError> {
         pictures::draw(job, solver, clock, files, seen)
     }
@@ -235,8 +237,8 @@ impl Books for GridBooks {
         probes::record(job, solver, clock, due, files)
     }
 
-    fn account(&self) -> Account {
-        summary::account(self)
+    fn summary_parts(&self) -> SummaryParts {
+        summary::parts(self)
     }
 
     fn save(&self, snapshot: &mut Snapshot) {

@@ -9,7 +9,7 @@ use sazanami_numerics::{Real, Vector};
 use super::series::Fractions;
 use crate::clock::Clock;
 use crate::recorder::RecordError;
-use crate::recorder::bed::GrainsSeen;
+use crate::recorder::bed::GatheredGrains;
 use crate::recorder::files::{Files, poses, surfaces};
 use crate::simulation::Job;
 
@@ -24,7 +24,7 @@ pub(super) fn draw(
     solver: &Solver,
     clock: &Clock,
     files: Option<&mut Files>,
-    seen: &GrainsSeen,
+    seen: &GatheredGrains,
 ) -> Result<(), RecordError> {
     let liquid = Fractions::gather(solver).outside_grains();
     let Some(files) = files else { return Ok(()) };

@@ -9,39 +9,77 @@ use sazanami_numerics::{Real, Vector};
 use crate::assembly::grains::identifier;
 use crate::case::meaning::{Case, Probe, ProbePlace};
 use crate::clock::Clock;
+use crate::columns::{Cell, cells, quantity};
 use crate::recorder::RecordError;
-use crate::recorder::columns::{Quantities, Quantity};
+use crate::recorder::columns::{GAUGE, ProbeColumns};
 use crate::recorder::files::Files;
 use crate::simulation::Job;
 
-/// Liquid fraction, pressure, velocity.
-const AT_POINT: [Quantity; 5] =
-    [("liquid_fraction", ""), ("pressure", "Pa"), ("velocity_1", "m/s"), ("velocity_2", "m/s"), ("velocity_3", "m/s")];
-/// Fluxes through a plane and mean pressure on it.
-const THROUGH_PLANE: [Quantity; 3] = [("volume_flux", "m^3/s"), ("liquid_flux", "m^3/s"), ("mean_pressure", "Pa")];
+/// What is found at a point.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct AtPoint {
+    liquid_fraction: Real,
+    pressure: Real,
+    velocity: Vector,
+}
+
+/// What is found on a plane.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct ThroughPlane {
+    volume_flux: Real,
+    liquid_flux: Real,
+    mean_pressure: Real,
+}
+
 /// Motion of a grain and what acts on it.
-const OF_BODY: [Quantity; 18] = [
-    ("position_1", "m"),
-    ("position_2", "m"),
-    ("position_3", "m"),
-    ("velocity_1", "m/s"),
-    ("velocity_2", "m/s"),
-    ("velocity_3", "m/s"),
-    ("spin_1", "rad/s"),
-    ("spin_2", "rad/s"),
-    ("spin_3", "rad/s"),
-    ("fluid_force_1", "N"),
-    ("fluid_force_2", "N"),
-    ("fluid_force_3", "N"),
-    ("contact_force_1", "N"),
-    ("contact_force_2", "N"),
-    ("contact_force_3", "N"),
-    ("fluid_torque_1", "N m"),
-    ("fluid_torque_2", "N m"),
-    ("fluid_torque_3", "N m"),
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct OfBody {
+    position: Vector,
+    velocity: Vector,
+    spin: Vector,
+    fluid_force: Vector,
+    contact_force: Vector,
+    fluid_torque: Vector,
+}
+
+/// Columns of the tables of probes.
+pub(super) const COLUMNS: ProbeColumns<AtPoint, ThroughPlane, OfBody> =
+    ProbeColumns { at_point: AT_POINT, through_plane: THROUGH_PLANE, of_body: OF_BODY };
+
+const AT_POINT: &[Cell<AtPoint>] = &[
+    quantity("liquid_fraction", "", "volume fraction C of the liquid", |at| at.liquid_fraction.into()),
+    quantity("pressure", "Pa", "pressure", |at| at.pressure.into()),
+    quantity("velocity_1", "m/s", "velocity along x1", |at| at.velocity.x.into()),
+    quantity("velocity_2", "m/s", "along x2", |at| at.velocity.y.into()),
+    quantity("velocity_3", "m/s", "along x3", |at| at.velocity.z.into()),
 ];
 
-const QUANTITIES: Quantities = Quantities { at_point: &AT_POINT, through_plane: &THROUGH_PLANE, of_body: &OF_BODY };
+const THROUGH_PLANE: &[Cell<ThroughPlane>] = &[
+    quantity("volume_flux", "m^3/s", "volume flux of liquid and gas", |at| at.volume_flux.into()),
+    quantity("liquid_flux", "m^3/s", "volume flux of the liquid", |at| at.liquid_flux.into()),
+    quantity("mean_pressure", "Pa", "mean pressure on the plane", |at| at.mean_pressure.into()),
+];
+
+const OF_BODY: &[Cell<OfBody>] = &[
+    quantity("position_1", "m", "position of the centre of mass, x1", |at| at.position.x.into()),
+    quantity("position_2", "m", "x2", |at| at.position.y.into()),
+    quantity("position_3", "m", "x3", |at| at.position.z.into()),
+    quantity("velocity_1", "m/s", "velocity along x1", |at| at.velocity.x.into()),
+    quantity("velocity_2", "m/s", "along x2", |at| at.velocity.y.into()),
+    quantity("velocity_3", "m/s", "along x3", |at| at.velocity.z.into()),
+    quantity("spin_1", "rad/s", "angular velocity along x1", |at| at.spin.x.into()),
+    quantity("spin_2", "rad/s", "along x2", |at| at.spin.y.into()),
+    quantity("spin_3", "rad/s", "along x3", |at| at.spin.z.into()),
+    quantity("fluid_force_1", "N", "force of the fluid along x1", |at| at.fluid_force.x.into()),
+    quantity("fluid_force_2", "N", "along x2", |at| at.fluid_force.y.into()),
+    quantity("fluid_force_3", "N", "along x3", |at| at.fluid_force.z.into()),
+    quantity("contact_force_1", "N", "force of all contacts along x1", |at| at.contact_force.x.into()),
+    quantity("contact_force_2", "N", "along x2", |at| at.contact_force.y.into()),
+    quantity("contact_force_3", "N", "along x3", |at| at.contact_force.z.into()),
+    quantity("fluid_torque_1", "N m", "torque of the fluid along x1", |at| at.fluid_torque.x.into()),
+    quantity("fluid_torque_2", "N m", "along x2", |at| at.fluid_torque.y.into()),
+    quantity("fluid_torque_3", "N m", "along x3", |at| at.fluid_torque.z.into()),
+];
 
 /// Writes a row for every probe that is `due`. All ranks take part.
 pub(super) fn record(
@@ -56,34 +94,41 @@ pub(super) fn record(
         let found = measure(job.case, solver, probe);
         if let Some(files) = files.as_deref_mut() {
             // The other ranks go on to the next probe: so does this one.
-            let mut row = vec![Value::Real(clock.time())];
-            row.extend(found.iter().map(|&value| Value::Real(value)));
-            let columns = || QUANTITIES.columns(&probe.place);
+            let row: Vec<Value> = std::iter::once(clock.time().into()).chain(found).collect();
+            let columns = || COLUMNS.headings(&probe.place);
             outcome = outcome.and_then(|()| files.probe(number, &probe.name, columns, clock, &row));
         }
     }
     outcome
 }
 
-fn measure(case: &Case, solver: &Solver, probe: &Probe) -> Vec<Real> {
+fn measure(case: &Case, solver: &Solver, probe: &Probe) -> Vec<Value> {
     let domain = solver.domain();
     match &probe.place {
-        ProbePlace::Point(point) => at_point(solver, *point).to_vec(),
+        ProbePlace::Point(point) => cells(AT_POINT, &at_point(solver, *point)).collect(),
         ProbePlace::Line { from, to, points } => {
             let last = points.saturating_sub(1).max(1) as Real;
-            (0..*points).flat_map(|n| at_point(solver, *from + (*to - *from) * (n as Real / last))).collect()
+            let at = |n: usize| at_point(solver, *from + (*to - *from) * (n as Real / last));
+            (0..*points).flat_map(|n| cells(AT_POINT, &at(n)).collect::<Vec<_>>()).collect()
         }
-        ProbePlace::Plane { direction, position } => through_plane(domain, solver, *direction, *position).to_vec(),
+        ProbePlace::Plane { direction, position } => {
+            cells(THROUGH_PLANE, &through_plane(domain, solver, *direction, *position)).collect()
+        }
         ProbePlace::Body { population, index } => {
             let number = case.grains.iter().position(|kind| &kind.name == population).unwrap_or_default();
-            of_body(solver, identifier(number, *index)).to_vec()
+            cells(OF_BODY, &of_body(solver, identifier(number, *index))).collect()
         }
-        ProbePlace::Gauge(place) => vec![level(solver, *place)],
+        ProbePlace::Gauge(place) => cells(&GAUGE, &Some(level(solver, *place))).collect(),
     }
 }
 
 /// Values interpolated linearly between cell centres; the rank whose part holds the point gives them.
-fn at_point(solver: &Solver, point: Vector) -> [Real; 5] {
+fn at_point(solver: &Solver, point: Vector) -> AtPoint {
+    let [liquid_fraction, pressure, u1, u2, u3] = fields_at(solver, point);
+    AtPoint { liquid_fraction, pressure, velocity: Vector::new(u1, u2, u3) }
+}
+
+fn fields_at(solver: &Solver, point: Vector) -> [Real; 5] {
     let domain = solver.domain();
     if domain.owner_of(point) != domain.communicator().rank() {
         return domain.sum([0.0; 5]);
@@ -118,7 +163,7 @@ fn interpolate(domain: &Domain, field: &Field<Real>, place: Vector) -> Real {
     sum
 }
 
-fn through_plane(domain: &Domain, solver: &Solver, direction: usize, position: Real) -> [Real; 3] {
+fn through_plane(domain: &Domain, solver: &Solver, direction: usize, position: Real) -> ThroughPlane {
     let grid = domain.grid();
     let face = ((position - grid.lower[direction]) / grid.spacing[direction]).round() as isize;
     let local = face - domain.start()[direction] as isize;
@@ -144,10 +189,10 @@ fn through_plane(domain: &Domain, solver: &Solver, direction: usize, position: R
     }
     let [flux, liquid, pressure, count] = domain.sum(found);
     let area = grid.face_area(direction);
-    [flux * area, liquid * area, pressure / count.max(1.0)]
+    ThroughPlane { volume_flux: flux * area, liquid_flux: liquid * area, mean_pressure: pressure / count.max(1.0) }
 }
 
-fn of_body(solver: &Solver, id: u64) -> [Real; 18] {
+fn of_body(solver: &Solver, id: u64) -> OfBody {
     let grains = solver.grains().engine().grains();
     let mut found = [0.0; 18];
     if let Ok(n) = grains.id[..grains.owned()].binary_search(&id) {
@@ -165,7 +210,10 @@ fn of_body(solver: &Solver, id: u64) -> [Real; 18] {
             to.copy_from_slice(&from.to_array());
         }
     }
-    solver.domain().sum(found)
+    let found = solver.domain().sum(found);
+    let [position, velocity, spin, fluid_force, contact_force, fluid_torque] =
+        [0, 1, 2, 3, 4, 5].map(|n| Vector::from_slice(&found[3 * n..]));
+    OfBody { position, velocity, spin, fluid_force, contact_force, fluid_torque }
 }
 
 /// Height above the floor that the liquid in the column of cells over a place would fill [m], and the floor's height.

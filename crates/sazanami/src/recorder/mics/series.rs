@@ -1,4 +1,4 @@
-//! Rows of the series, the bed's profile, and fields on the grid.
+//! Columns of the series, the bed's profile, and fields on the grid.
 
 use sazanami_io::table::{Column, Value};
 use sazanami_io::vtk::DataArray;
@@ -9,34 +9,177 @@ use sazanami_observe::budget::MomentumBudget;
 use sazanami_observe::erosion::Erosion;
 use sazanami_observe::splash::Splash;
 
-use super::GridBooks;
+use super::GridObserver;
 use crate::case::meaning::FieldPrecision;
 use crate::clock::Clock;
-use crate::recorder::bed::GrainsSeen;
-use crate::recorder::books::Step;
-use crate::recorder::columns::{LENGTH, Quantity, columns as named, length, missing};
+use crate::columns::{Quantity, cells, headings, quantity};
+use crate::recorder::RecordError;
+use crate::recorder::columns::SeriesCell;
 use crate::recorder::files::Files;
-use crate::recorder::{RecordError, Totals};
+use crate::recorder::observer::Row;
 use crate::results::CRATER_PROFILES;
 
-/// Adds a row to the series, and the bed's profile to its table.
-pub(super) fn rows(
-    books: &GridBooks,
-    clock: &Clock,
-    step: Option<&Step<'_, Solver>>,
-    seen: &GrainsSeen,
-    totals: &Totals,
-    files: &mut Files,
-) -> Result<(), RecordError> {
-    files.row(clock, &values(books, clock, step, seen, totals))?;
-    let Some(erosion) = &books.findings.erosion else { return Ok(()) };
+type SeriesRow<'a> = Row<'a, GridObserver>;
+
+/// A value of the last step; missing before the first.
+fn of_step<T: Into<Value>>(row: &SeriesRow<'_>, value: impl FnOnce(&StepReport) -> T) -> Value {
+    row.step.map(|step| value(step.report)).into()
+}
+
+/// A term of the momentum budget [N s].
+fn of_budget<T: Into<Value>>(row: &SeriesRow<'_>, value: impl FnOnce(&MomentumBudget) -> T) -> Value {
+    row.observer.momentum.as_ref().map(value).into()
+}
+
+/// A measure of the crater; missing where there is none.
+fn of_crater<T: Into<Value>>(row: &SeriesRow<'_>, value: impl FnOnce(&Erosion) -> T) -> Value {
+    row.observer.findings.erosion.as_ref().map(value).into()
+}
+
+/// A measure of the splash.
+fn of_splash<T: Into<Value>>(row: &SeriesRow<'_>, value: impl FnOnce(&Splash) -> T) -> Value {
+    row.observer.findings.splash.as_ref().map(value).into()
+}
+
+/// Columns of the series.
+pub(in crate::recorder) const SERIES: &[SeriesCell<GridObserver>] = &[
+    quantity("fluid_passes", "", "passes of the fluid in the last step", |row| of_step(row, |step| step.fluid_passes)),
+    quantity("pressure_iterations", "", "iterations of the pressure solver in the last step", |row| {
+        of_step(row, |step| step.pressure.iterations)
+    }),
+    quantity("divergence", "", "largest `abs(div u) dt` that the projection left", |row| {
+        of_step(row, |step| step.pressure.divergence)
+    }),
+    quantity("courant", "", "advective Courant number of the last step", |row| of_step(row, |step| step.courant)),
+    quantity("grain_substeps", "", "contact sub-steps in the last step", |row| {
+        of_step(row, |step| step.contacts.substeps)
+    }),
+    quantity("contact_pairs", "", "pairs of touching grains", |row| of_step(row, |step| step.contacts.pairs)),
+    quantity("contacts", "", "touching pairs of contact spheres", |row| of_step(row, |step| step.contacts.contacts)),
+    quantity("largest_overlap", "", "largest overlap over the smaller contact sphere's radius", |row| {
+        of_step(row, |step| step.contacts.largest_overlap)
+    }),
+    quantity("deep_contacts", "", "contacts so far that became deeper than 20 % of a contact sphere's radius", |row| {
+        row.totals.tidied.deep_contacts.into()
+    }),
+    quantity("overfull_volume", "m^3", "volume by which grains overlap within cells", |row| {
+        row.step.map_or(0.0, |step| step.report.imprint.overfull_volume).into()
+    }),
+    quantity(
+        "out_of_range_cells",
+        "",
+        "cells so far whose liquid fraction left the range 0 to 1 by more than 1e-9",
+        |row| row.totals.tidied.out_of_range_cells.into(),
+    ),
+    quantity(
+        "clipped_volume",
+        "m^3",
+        "liquid volume added so far by clipping liquid fractions (negative: removed)",
+        |row| row.totals.tidied.clipped_volume.into(),
+    ),
+    quantity(
+        "liquid_volume_relative_change",
+        "",
+        "change of the transported liquid volume since the start, over that at the start",
+        |row| row.observer.findings.liquid_relative_change.into(),
+    ),
+    quantity(
+        "wet_liquid_volume_relative_change",
+        "",
+        "the same of the liquid outside grains: water that soaks into the bed counts as lost",
+        |row| row.observer.findings.wet_relative_change.into(),
+    ),
+    quantity("kinetic_energy_fluid", "J", "kinetic energy of liquid and gas", |row| row.observer.energies.fluid.into()),
+    quantity("kinetic_energy_grains", "J", "kinetic energy of the grains", |row| row.observer.energies.grains.into()),
+    quantity("largest_grain_speed", "m/s", "speed of the fastest grain", |row| {
+        row.grains.with_bed(|bed| bed_profile::motion(bed).largest_speed).into()
+    }),
+    quantity("momentum_liquid_3", "N s", "momentum of the liquid along x3", |row| {
+        of_budget(row, |budget| budget.stored().liquid.z)
+    }),
+    quantity("momentum_gas_3", "N s", "momentum of the gas along x3", |row| {
+        of_budget(row, |budget| budget.stored().gas.z)
+    }),
+    quantity("momentum_grains_3", "N s", "momentum of the grains along x3", |row| {
+        of_budget(row, |budget| budget.stored().grains.z)
+    }),
+    quantity("momentum_displaced_3", "N s", "momentum of the fluid that grains displace", |row| {
+        of_budget(row, |budget| budget.stored().displaced.z)
+    }),
+    quantity("momentum_owed_3", "N s", "impulse of the fluid that the grains have yet to receive", |row| {
+        of_budget(row, |budget| budget.stored().deferred.z)
+    }),
+    quantity("impulse_walls_on_fluid_3", "N s", "impulse of the walls on the fluid along x3 since the start", |row| {
+        of_budget(row, |budget| budget.impulses().walls_on_fluid.z)
+    }),
+    quantity("impulse_walls_on_grains_3", "N s", "impulse of the walls on the grains along x3", |row| {
+        of_budget(row, |budget| budget.impulses().walls_on_grains.z)
+    }),
+    quantity("impulse_gravity_3", "N s", "impulse of gravity on fluid and grains along x3", |row| {
+        of_budget(row, |budget| (budget.impulses().gravity_on_fluid + budget.impulses().gravity_on_grains).z)
+    }),
+    quantity("impulse_swallowed_3", "N s", "momentum brought by the fluid that grains displace", |row| {
+        of_budget(row, |budget| budget.impulses().displaced_mass_flux.z)
+    }),
+    quantity(
+        "impulse_open_sides_3",
+        "N s",
+        "momentum through open sides along x3, that of clipped liquid included",
+        |row| of_budget(row, |budget| budget.impulses().open_sides.z),
+    ),
+    quantity("impulse_held_grains_3", "N s", "impulse on grains that are held, along x3", |row| {
+        of_budget(row, |budget| budget.impulses().held_grains.z)
+    }),
+    quantity("momentum_residual_3", "N s", "change of the momentum less all impulses", |row| {
+        of_budget(row, |budget| budget.residual().z)
+    }),
+    quantity(
+        "momentum_residual_relative",
+        "",
+        "the residual of all directions over the largest term of the budget",
+        |row| of_budget(row, MomentumBudget::relative_residual),
+    ),
+    quantity("front", "m", "largest x1 of a cell at least half full of liquid", |row| row.observer.front.into()),
+    quantity("crater_depth", "m", "depth of the crater below its rim, H", |row| {
+        of_crater(row, |erosion| erosion.crater.depth)
+    }),
+    quantity("rim_radius", "m", "distance of the rim from the axis, L", |row| {
+        of_crater(row, |erosion| erosion.crater.rim_radius)
+    }),
+    quantity("erosion_volume", "m^3", "erosion volume V, eq. (14) of Yagyu et al. (2015)", |row| {
+        of_crater(row, |erosion| erosion.crater.volume)
+    }),
+    quantity("erosion_volume_direct", "m^3", "volume below the plane of the rim", |row| {
+        of_crater(row, |erosion| erosion.crater.volume_direct)
+    }),
+    quantity("erosion_volume_excavated", "m^3", "volume below the bed's surface before the impact", |row| {
+        of_crater(row, |erosion| erosion.volume_excavated)
+    }),
+    quantity("splashed_grains", "", "grains that have left the bed", |row| of_splash(row, |splash| splash.grains)),
+    quantity("splashed_mass", "kg", "mass of these grains", |row| of_splash(row, |splash| splash.mass)),
+    quantity("splash_distance", "m", "distance of the farthest of them from the axis", |row| {
+        of_splash(row, |splash| splash.farthest_distance)
+    }),
+];
+
+/// Value of a column of the profiles.
+type ProfileValue = fn(&(&Clock, &Erosion)) -> Value;
+
+/// The first columns of the table of the crater's profiles; the smoothed height of each layer about the axis follows.
+pub(in crate::recorder) const PROFILE: &[Quantity<ProfileValue>] = &[
+    quantity("time", "s", "simulated time", |(clock, _)| clock.time().into()),
+    quantity("layer", "m", "width of a layer about the axis", |(_, erosion)| erosion.profile.layer.into()),
+];
+
+/// Adds the crater's profile to its table.
+pub(super) fn tables(observer: &GridObserver, clock: &Clock, files: &mut Files) -> Result<(), RecordError> {
+    let Some(erosion) = &observer.findings.erosion else { return Ok(()) };
     let heights = &erosion.profile.heights;
     let columns = || {
-        let mut columns = vec![Column::new("time", "s"), Column::new("layer", "m")];
-        columns.extend((0..heights.len()).map(|n| Column::new(&format!("height_{n}"), "m")));
-        columns
+        let numbered = (0..heights.len()).map(|n| Column::new(&format!("height_{n}"), "m"));
+        headings(PROFILE).into_iter().chain(numbered).collect()
     };
-    let mut row: Vec<Value> = vec![clock.time().into(), erosion.profile.layer.into()];
+    let mut row: Vec<Value> = cells(PROFILE, &(clock, erosion)).collect();
     row.extend(heights.iter().map(|&height| Value::from(height)));
     files.add(CRATER_PROFILES, columns, clock, &[row])
 }
@@ -99,150 +242,4 @@ impl Fractions {
 /// Of each cell that part of the liquid that lies outside grains, from its volume fraction and the covered part.
 fn outside_grains(liquid: &[Real], solid: &[Real]) -> Vec<Real> {
     liquid.iter().zip(solid).map(|(c, alpha)| c * (1.0 - alpha)).collect()
-}
-
-/// Time of a row.
-const TIME: [Quantity; 1] = [("time", "s")];
-/// What the last step did.
-const OF_STEP: [Quantity; 8] = [
-    ("fluid_passes", ""),
-    ("pressure_iterations", ""),
-    ("divergence", ""),
-    ("courant", ""),
-    ("grain_substeps", ""),
-    ("contact_pairs", ""),
-    ("contacts", ""),
-    ("largest_overlap", ""),
-];
-/// What had to be tidied up.
-const TIDIED: [Quantity; 4] =
-    [("deep_contacts", ""), ("overfull_volume", "m^3"), ("out_of_range_cells", ""), ("clipped_volume", "m^3")];
-/// What is kept, or should be, and how it moves.
-const CONSERVED: [Quantity; 5] = [
-    ("liquid_volume_relative_change", ""),
-    ("wet_liquid_volume_relative_change", ""),
-    ("kinetic_energy_fluid", "J"),
-    ("kinetic_energy_grains", "J"),
-    ("largest_grain_speed", "m/s"),
-];
-/// Where the upward momentum is, and where it came from.
-const MOMENTUM: [Quantity; 13] = [
-    ("momentum_liquid_3", "N s"),
-    ("momentum_gas_3", "N s"),
-    ("momentum_grains_3", "N s"),
-    ("momentum_displaced_3", "N s"),
-    ("momentum_owed_3", "N s"),
-    ("impulse_walls_on_fluid_3", "N s"),
-    ("impulse_walls_on_grains_3", "N s"),
-    ("impulse_gravity_3", "N s"),
-    ("impulse_swallowed_3", "N s"),
-    ("impulse_open_sides_3", "N s"),
-    ("impulse_held_grains_3", "N s"),
-    ("momentum_residual_3", "N s"),
-    ("momentum_residual_relative", ""),
-];
-/// How far the liquid reaches.
-const FRONT: [Quantity; 1] = [("front", "m")];
-/// The crater.
-const CRATER: [Quantity; 5] = [
-    ("crater_depth", "m"),
-    ("rim_radius", "m"),
-    ("erosion_volume", "m^3"),
-    ("erosion_volume_direct", "m^3"),
-    ("erosion_volume_excavated", "m^3"),
-];
-/// Grains that were splashed.
-const SPLASH: [Quantity; 3] = [("splashed_grains", ""), ("splashed_mass", "kg"), ("splash_distance", "m")];
-
-pub(super) fn columns() -> Vec<Column> {
-    named(&[&TIME, &LENGTH, &OF_STEP, &TIDIED, &CONSERVED, &MOMENTUM, &FRONT, &CRATER, &SPLASH])
-}
-
-fn values(
-    books: &GridBooks,
-    clock: &Clock,
-    step: Option<&Step<'_, Solver>>,
-    seen: &GrainsSeen,
-    totals: &Totals,
-) -> Vec<Value> {
-    let findings = &books.findings;
-    let mut row = vec![clock.time().into()];
-    row.extend(step.map_or_else(missing, |step| length(step, totals)));
-    row.extend(step.map_or_else(missing, |step| of_step(step.report)));
-    row.extend(tidied(step, totals));
-    row.extend(conserved(books, seen));
-    row.extend(books.momentum.as_ref().map_or_else(missing, momentum));
-    row.push(books.front.into());
-    row.extend(findings.erosion.as_ref().map_or_else(missing, crater));
-    row.extend(findings.splash.as_ref().map_or_else(missing, splash));
-    row
-}
-
-fn of_step(report: &StepReport) -> [Value; OF_STEP.len()] {
-    let contacts = &report.contacts;
-    [
-        report.fluid_passes.into(),
-        report.pressure.iterations.into(),
-        report.pressure.divergence.into(),
-        report.courant.into(),
-        contacts.substeps.into(),
-        contacts.pairs.into(),
-        contacts.contacts.into(),
-        contacts.largest_overlap.into(),
-    ]
-}
-
-fn tidied(step: Option<&Step<'_, Solver>>, totals: &Totals) -> [Value; TIDIED.len()] {
-    let tidied = &totals.tidied;
-    [
-        tidied.deep_contacts.into(),
-        step.map_or(0.0, |step| step.report.imprint.overfull_volume).into(),
-        tidied.out_of_range_cells.into(),
-        tidied.clipped_volume.into(),
-    ]
-}
-
-fn conserved(books: &GridBooks, seen: &GrainsSeen) -> [Value; CONSERVED.len()] {
-    let (findings, energies) = (&books.findings, books.energies);
-    [
-        findings.liquid_relative_change.into(),
-        findings.wet_relative_change.into(),
-        energies.fluid.into(),
-        energies.grains.into(),
-        seen.with_bed(|bed| bed_profile::motion(bed).largest_speed).into(),
-    ]
-}
-
-fn momentum(budget: &MomentumBudget) -> [Value; MOMENTUM.len()] {
-    let (stored, impulses) = (budget.stored(), budget.impulses());
-    [
-        stored.liquid.z.into(),
-        stored.gas.z.into(),
-        stored.grains.z.into(),
-        stored.displaced.z.into(),
-        stored.deferred.z.into(),
-        impulses.walls_on_fluid.z.into(),
-        impulses.walls_on_grains.z.into(),
-        (impulses.gravity_on_fluid + impulses.gravity_on_grains).z.into(),
-        impulses.displaced_mass_flux.z.into(),
-        impulses.open_sides.z.into(),
-        impulses.held_grains.z.into(),
-        budget.residual().z.into(),
-        budget.relative_residual().into(),
-    ]
-}
-
-fn crater(erosion: &Erosion) -> [Value; CRATER.len()] {
-    let crater = &erosion.crater;
-    [
-        crater.depth.into(),
-        crater.rim_radius.into(),
-        crater.volume.into(),
-        crater.volume_direct.into(),
-        erosion.volume_excavated.into(),
-    ]
-}
-
-fn splash(splash: &Splash) -> [Value; SPLASH.len()] {
-    [splash.grains.into(), splash.mass.into(), splash.farthest_distance.into()]
 }

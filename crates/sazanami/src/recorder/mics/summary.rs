@@ -1,4 +1,4 @@
-//! Crater, splash and the books of momentum in the form of the summary.
+//! Crater, splash and the momentum budget in the form of the summary.
 
 use std::collections::BTreeMap;
 
@@ -8,10 +8,11 @@ use sazanami_observe::erosion::{Erosion, ErosionError};
 use sazanami_observe::splash::Splash;
 use serde_json::{Map, Value, json};
 
-use super::GridBooks;
-use crate::recorder::books::Account;
+use super::GridObserver;
+use crate::columns::{Field, object, quantity};
+use crate::recorder::observer::SummaryParts;
 
-/// What a case was asked to find, as it stands.
+/// The observables that a case asks for, as measured last.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Findings {
     pub erosion: Option<Erosion>,
@@ -35,50 +36,90 @@ impl Findings {
     pub fn observables(&self) -> Map<String, Value> {
         let mut observables = Map::new();
         if let Some(erosion) = &self.erosion {
-            observables.insert("erosion".into(), erosion_json(erosion));
+            observables.insert("erosion".into(), Value::Object(object(EROSION, erosion)));
         } else if let Some(problem) = &self.no_erosion {
             observables.insert("erosion".into(), json!({ "not_evaluated": problem }));
         }
         if let Some(splash) = &self.splash {
-            observables.insert("splash".into(), splash_json(splash));
+            observables.insert("splash".into(), Value::Object(object(SPLASH, splash)));
         }
         observables
     }
 }
 
-/// The erosion in the units that people compare.
-pub(crate) fn erosion_json(erosion: &Erosion) -> Value {
-    let mm = |value: Real| 1e3 * value;
-    let mm3 = |value: Real| 1e9 * value;
-    let crater = &erosion.crater;
-    json!({
-        "volume_mm3": mm3(crater.volume),
-        "volume_uncertainty_mm3": mm3(erosion.volume_uncertainty()),
-        "volume_range_mm3": erosion.volume_range.map(mm3),
-        "volume_refined_mm3": mm3(crater.refined_volume),
-        "volume_noise_mm3": erosion.noise.map(mm3),
-        "volume_direct_mm3": mm3(crater.volume_direct),
-        "volume_excavated_mm3": erosion.volume_excavated.map(mm3),
-        "volume_rim_mm3": erosion.volume_rim.map(mm3),
-        "rim_radius_mm": mm(crater.rim_radius),
-        "rim_height_mm": mm(crater.rim_height),
-        "depth_mm": mm(crater.depth),
-        "depth_below_initial_mm": erosion.depth_below_initial.map(mm),
-        "rim_at_edge": crater.rim_at_edge,
-        "surface_grains": erosion.surface_grains,
-        "airborne_grains": erosion.airborne_grains,
-    })
-}
+/// Fields of `observables.erosion`, in the units in which craters are compared.
+pub(crate) const EROSION: &[Field<Erosion>] = &[
+    quantity(
+        "volume_mm3",
+        "mm^3",
+        "erosion volume V, eq. (14) of Yagyu et al. (2015): that of the spherical cap with the depth and the rim radius of the crater",
+        |erosion| json!(1e9 * erosion.crater.volume),
+    ),
+    quantity("volume_uncertainty_mm3", "mm^3", "half the width of `volume_range_mm3`", |erosion| {
+        json!(1e9 * erosion.volume_uncertainty())
+    }),
+    quantity(
+        "volume_range_mm3",
+        "mm^3",
+        "smallest and largest V over nine smoothings and with the rim half a layer nearer and farther",
+        |erosion| json!(erosion.volume_range.map(|volume| 1e9 * volume)),
+    ),
+    quantity(
+        "volume_refined_mm3",
+        "mm^3",
+        "V with the rim from a parabola through the three layers about it",
+        |erosion| json!(1e9 * erosion.crater.refined_volume),
+    ),
+    quantity(
+        "volume_noise_mm3",
+        "mm^3",
+        "V of the same bed before the impact: a V that is not several times larger means nothing",
+        |erosion| json!(erosion.noise.map(|volume| 1e9 * volume)),
+    ),
+    quantity("volume_direct_mm3", "mm^3", "volume below the plane of the rim", |erosion| {
+        json!(1e9 * erosion.crater.volume_direct)
+    }),
+    quantity("volume_excavated_mm3", "mm^3", "volume below the bed's surface before the impact", |erosion| {
+        json!(erosion.volume_excavated.map(|volume| 1e9 * volume))
+    }),
+    quantity("volume_rim_mm3", "mm^3", "volume heaped up above that surface", |erosion| {
+        json!(erosion.volume_rim.map(|volume| 1e9 * volume))
+    }),
+    quantity("rim_radius_mm", "mm", "distance of the rim from the axis, L", |erosion| {
+        json!(1e3 * erosion.crater.rim_radius)
+    }),
+    quantity("rim_height_mm", "mm", "height of the rim above the floor of the box", |erosion| {
+        json!(1e3 * erosion.crater.rim_height)
+    }),
+    quantity("depth_mm", "mm", "depth of the crater below its rim, H", |erosion| json!(1e3 * erosion.crater.depth)),
+    quantity(
+        "depth_below_initial_mm",
+        "mm",
+        "depth of the crater below the bed's surface before the impact",
+        |erosion| json!(erosion.depth_below_initial.map(|depth| 1e3 * depth)),
+    ),
+    quantity(
+        "rim_at_edge",
+        "",
+        "whether the rim lies in the outermost layer: the box, or `erosion.r_max`, is too small for this crater, and V cannot be trusted",
+        |erosion| json!(erosion.crater.rim_at_edge),
+    ),
+    quantity("surface_grains", "", "grains that form the surface", |erosion| json!(erosion.surface_grains)),
+    quantity("airborne_grains", "", "grains in flight, which are left out", |erosion| json!(erosion.airborne_grains)),
+];
 
-fn splash_json(splash: &Splash) -> Value {
-    json!({
-        "grains": splash.grains,
-        "mass_mg": 1e6 * splash.mass,
-        "farthest_distance_mm": 1e3 * splash.farthest_distance,
-        "highest_rise_mm": 1e3 * splash.highest_rise,
-        "above_now": splash.above_now,
-    })
-}
+/// Fields of `observables.splash`: grains that have left the bed.
+pub(crate) const SPLASH: &[Field<Splash>] = &[
+    quantity("grains", "", "their number", |splash| json!(splash.grains)),
+    quantity("mass_mg", "mg", "their mass", |splash| json!(1e6 * splash.mass)),
+    quantity("farthest_distance_mm", "mm", "distance of the farthest of them from the axis", |splash| {
+        json!(1e3 * splash.farthest_distance)
+    }),
+    quantity("highest_rise_mm", "mm", "highest rise of one of them above the bed", |splash| {
+        json!(1e3 * splash.highest_rise)
+    }),
+    quantity("above_now", "", "grains that are above the bed at this time", |splash| json!(splash.above_now)),
+];
 
 fn momentum_json(budget: &MomentumBudget) -> Value {
     let stored = |stored: &sazanami_observe::budget::StoredMomentum| {
@@ -103,10 +144,10 @@ fn momentum_json(budget: &MomentumBudget) -> Value {
     })
 }
 
-/// What the books have to tell.
-pub(super) fn account(books: &GridBooks) -> Account {
-    let (findings, budget) = (&books.findings, books.momentum.as_ref());
-    Account {
+/// The parts of the summary of a run on a grid.
+pub(super) fn parts(observer: &GridObserver) -> SummaryParts {
+    let (findings, budget) = (&observer.findings, observer.momentum.as_ref());
+    SummaryParts {
         particles: 0,
         conservation: json!({
             "liquid_volume_relative_change": findings.liquid_relative_change,

@@ -8,7 +8,6 @@ mod rim;
 mod series;
 mod sight;
 
-use sazanami_io::table::Column;
 use sazanami_mps::solver::Solver;
 use sazanami_numerics::snapshot::Snapshot;
 use sazanami_numerics::{Real, Vector};
@@ -16,9 +15,10 @@ use sazanami_observe::budget::{FluidMomentumBudget, ParticleImpulses};
 use sazanami_observe::ripples::{self, BedSurfaces, LayerMeans, Ripples, SurfaceProfile, Tank, Unmeasured};
 use serde_json::{Map, json};
 
-use super::bed::GrainsSeen;
-use super::books::{Account, Books, Step, Worry};
+use super::bed::GatheredGrains;
+use super::columns::SeriesCell;
 use super::files::Files;
+use super::observer::{Observer, Step, SummaryParts, Warning};
 use super::{RecordError, Totals};
 use crate::case::meaning::{self, Case, LayerReference, TankMotion};
 use crate::clock::Clock;
@@ -26,11 +26,17 @@ use crate::simulation::{Job, RankError};
 pub(crate) use pictures::{moment, weight_of_grain};
 use rim::Rim;
 pub(crate) use series::surface_json;
+pub(super) use series::{BED, LAYERS, WATER};
 use sight::Sight;
 
 const INITIAL: &str = "observe/initial_tank";
-const LAYERS: &str = "observe/initial_layers";
+const FIRST_LAYERS: &str = "observe/initial_layers";
 const HIGHEST: &str = "observe/highest_water";
+
+/// The tables of probes as the reference page has them.
+pub(super) fn probe_page() -> String {
+    probes::COLUMNS.page()
+}
 
 /// What is found of bed and water.
 #[derive(Clone, Debug)]
@@ -47,7 +53,7 @@ pub(super) struct Found {
 
 /// Sums over the tank.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Stock {
+pub(super) struct TankSums {
     /// Bulk volume of the fluid [m^3].
     pub volume: Real,
     /// Momentum of fluid and grains [N s].
@@ -72,8 +78,8 @@ pub(super) struct Stock {
     pub front: Real,
 }
 
-/// Books of a run with moving particles.
-pub(crate) struct ParticleBooks {
+/// Observer of a run with moving particles.
+pub(crate) struct ParticleObserver {
     tank: Tank,
     settings: Option<meaning::Ripples>,
     /// Motion of the tank, where its walls move.
@@ -97,12 +103,12 @@ pub(crate) struct ParticleBooks {
     /// Rim of the tank, if it is open and has walls.
     rim: Option<Rim>,
     found: Option<Found>,
-    stock: Stock,
+    sums: TankSums,
     /// Where the momentum of the fluid went, in the frame of its places.
     momentum: FluidMomentumBudget,
 }
 
-impl ParticleBooks {
+impl ParticleObserver {
     /// Evaluates bed and layers by what is in sight, on rank 0.
     fn evaluate(&mut self) {
         let Some(case) = self.settings.clone() else { return };
@@ -214,8 +220,10 @@ pub(crate) fn tank_of(case: &Case) -> Tank {
     }
 }
 
-impl Books for ParticleBooks {
+impl Observer for ParticleObserver {
     type Water = Solver;
+
+    const SERIES: &'static [SeriesCell<Self>] = series::SERIES;
 
     fn new(job: &Job) -> Self {
         Self {
@@ -233,16 +241,16 @@ impl Books for ParticleBooks {
             highest: None,
             rim: job.case.particles.as_ref().and_then(|p| Rim::of(job.case, p.radius * p.spacing)),
             found: None,
-            stock: Stock::default(),
+            sums: TankSums::default(),
             momentum: FluidMomentumBudget::default(),
         }
     }
 
-    fn begin(&mut self, job: &Job, seen: &mut GrainsSeen, water: &mut Solver) -> Result<(), RankError> {
+    fn begin(&mut self, job: &Job, seen: &mut GatheredGrains, water: &mut Solver) -> Result<(), RankError> {
         match job.resumed.as_ref().filter(|state| state.run.flows()) {
             Some(state) => {
                 self.first_volume = state.snapshot.reals_of(INITIAL, 1)?[0];
-                self.first_layers = state.snapshot.u64(LAYERS)?.to_vec();
+                self.first_layers = state.snapshot.u64(FIRST_LAYERS)?.to_vec();
                 // Checkpoints of earlier versions do not have it.
                 self.highest = state.snapshot.reals(HIGHEST).ok().and_then(|level| level.first().copied());
                 self.momentum = FluidMomentumBudget::restore(&state.snapshot)?;
@@ -251,7 +259,7 @@ impl Books for ParticleBooks {
             None => {
                 seen.measure_bed();
                 self.look_at(water, 0.0);
-                self.first_volume = self.stock.volume;
+                self.first_volume = self.sums.volume;
                 self.momentum = FluidMomentumBudget::new(water.fluid_momentum());
                 if let Some(case) = self.settings.as_ref().filter(|case| case.layers == LayerReference::Initial) {
                     let reference = ripples::LayerReference::Floor(self.tank.floor);
@@ -283,7 +291,7 @@ impl Books for ParticleBooks {
         });
     }
 
-    fn look(&mut self, _seen: &mut GrainsSeen, water: &mut Solver, time: Real) {
+    fn look(&mut self, _seen: &mut GatheredGrains, water: &mut Solver, time: Real) {
         self.look_at(water, time);
     }
 
@@ -291,14 +299,14 @@ impl Books for ParticleBooks {
         notes::of(case)
     }
 
-    fn worries(&self) -> Vec<Worry> {
+    fn warnings(&self) -> Vec<Warning> {
         let change = self.volume_change();
-        let volume = (change.abs() > 0.01).then(|| Worry {
+        let volume = (change.abs() > 0.01).then(|| Warning {
             about: "volume",
             text: format!("the bulk volume of the water has changed by {:+.2} %", 1e2 * change),
         });
         let excess = self.rim.as_ref().and_then(Rim::excess);
-        let rim = excess.map(|excess| Worry {
+        let rim = excess.map(|excess| Warning {
             about: "rim",
             text: format!(
                 "water stands {:.1} mm above the rim of the tank, where it would flow over its walls but is kept inside: \
@@ -309,19 +317,8 @@ impl Books for ParticleBooks {
         volume.into_iter().chain(rim).collect()
     }
 
-    fn columns() -> Vec<Column> {
-        series::columns()
-    }
-
-    fn rows(
-        &self,
-        clock: &Clock,
-        step: Option<&Step<'_, Solver>>,
-        _seen: &GrainsSeen,
-        totals: &Totals,
-        files: &mut Files,
-    ) -> Result<(), RecordError> {
-        series::rows(self, clock, step, totals, files)
+    fn tables(&self, clock: &Clock, files: &mut Files) -> Result<(), RecordError> {
+        series::tables(self, clock, files)
     }
 
     fn fields(
@@ -334,7 +331,7 @@ impl Books for ParticleBooks {
         files.map_or(Ok(()), |files| fields::write(job, &self.sight, clock, files))
     }
 
-    fn grains(&self, job: &Job, clock: &Clock, _seen: &GrainsSeen, files: &mut Files) -> Result<(), RecordError> {
+    fn grains(&self, job: &Job, clock: &Clock, _seen: &GatheredGrains, files: &mut Files) -> Result<(), RecordError> {
         fields::write_grains(job, &self.sight, clock, files)
     }
 
@@ -344,7 +341,7 @@ impl Books for ParticleBooks {
         _water: &Solver,
         clock: &Clock,
         files: Option<&mut Files>,
-        _seen: &GrainsSeen,
+        _seen: &GatheredGrains,
     ) -> Result<(), RecordError> {
         files.map_or(Ok(()), |files| pictures::draw(job, self, clock, files))
     }
@@ -362,7 +359,7 @@ impl Books for ParticleBooks {
         probes::record(job, &self.tank, &self.sight, clock, due, files)
     }
 
-    fn account(&self) -> Account {
+    fn summary_parts(&self) -> SummaryParts {
         let mut observables = Map::new();
         if let Some(found) = &self.found {
             observables.insert("ripples".into(), series::ripples_json(found, &self.tank));
@@ -384,8 +381,8 @@ impl Books for ParticleBooks {
             .zip(impulses.terms())
             .map(|(name, impulse)| (name.to_owned(), json!(impulse.to_array())))
             .collect();
-        Account {
-            particles: self.stock.particles,
+        SummaryParts {
+            particles: self.sums.particles,
             conservation: json!({
                 "liquid_volume_relative_change": self.volume_change(),
                 "momentum_residual_relative": self.momentum.relative_residual().into_iter().flatten().reduce(Real::max),
@@ -394,7 +391,7 @@ impl Books for ParticleBooks {
                 "fluid_momentum_residual_relative": self.momentum.relative_residual(),
             }),
             momentum: json!({
-                "now": self.stock.momentum.to_array(),
+                "now": self.sums.momentum.to_array(),
                 "impulses": named,
                 "fluid_residual": self.momentum.residual().to_array(),
             }),
@@ -404,13 +401,13 @@ impl Books for ParticleBooks {
 
     fn save(&self, snapshot: &mut Snapshot) {
         snapshot.put_reals(INITIAL, vec![self.first_volume]);
-        snapshot.put_u64(LAYERS, self.first_layers.clone());
+        snapshot.put_u64(FIRST_LAYERS, self.first_layers.clone());
         snapshot.put_reals(HIGHEST, self.highest.into_iter().collect());
         self.momentum.save(snapshot);
     }
 }
 
-impl ParticleBooks {
+impl ParticleObserver {
     /// Gathers grains and water as they are at `time` [s], once. All ranks take part.
     fn see(&mut self, water: &mut Solver, time: Real) {
         if self.seen_at != Some(time) {
@@ -421,13 +418,13 @@ impl ParticleBooks {
 
     /// Change of the bulk volume of the fluid, relative to that at the start.
     fn volume_change(&self) -> Real {
-        if self.first_volume > 0.0 { self.stock.volume / self.first_volume - 1.0 } else { 0.0 }
+        if self.first_volume > 0.0 { self.sums.volume / self.first_volume - 1.0 } else { 0.0 }
     }
 
     /// Looks at grains and water. All ranks take part.
     fn look_at(&mut self, water: &mut Solver, time: Real) {
         self.see(water, time);
-        self.stock = self.sight.stock(water, self.gravity);
+        self.sums = self.sight.sums(water, self.gravity);
         self.momentum.balance(water.fluid_momentum());
         if !self.sight.leads {
             return;

@@ -10,7 +10,7 @@ use sazanami_io::picture::{
 use sazanami_numerics::{Real, Vector};
 use sazanami_observe::ripples::{SectionWindow, SurfaceProfile, submerged_weight, vectors_in_section};
 
-use super::{Found, ParticleBooks};
+use super::{Found, ParticleObserver};
 use crate::case::meaning::{COLOUR_FORCE, Case};
 use crate::clock::Clock;
 use crate::recorder::RecordError;
@@ -34,11 +34,16 @@ const WIDTH: usize = 1100;
 const SAND: Real = 2650.0;
 
 /// Draws what the figures of a time are.
-pub(super) fn draw(job: &Job, books: &ParticleBooks, clock: &Clock, files: &mut Files) -> Result<(), RecordError> {
+pub(super) fn draw(
+    job: &Job,
+    observer: &ParticleObserver,
+    clock: &Clock,
+    files: &mut Files,
+) -> Result<(), RecordError> {
     let name = format!("{:09}", clock.step());
-    let moment = moment(job.case, books.period, clock.time());
-    draw_grains(job.case, books, &moment)?.save(&files.figure(&format!("grains-{name}.png")))?;
-    draw_profiles(job.case, books, clock.time(), moment)?.save(&files.figure(&format!("profiles-{name}.png")))?;
+    let moment = moment(job.case, observer.period, clock.time());
+    draw_grains(job.case, observer, &moment)?.save(&files.figure(&format!("grains-{name}.png")))?;
+    draw_profiles(job.case, observer, clock.time(), moment)?.save(&files.figure(&format!("profiles-{name}.png")))?;
     Ok(())
 }
 
@@ -65,14 +70,14 @@ fn rounded(value: Real, parts: Real) -> Real {
 }
 
 /// Grains by speed, drag and pressure force, and the velocity of the water in a window.
-fn draw_grains(case: &Case, books: &ParticleBooks, moment: &str) -> Result<Picture, PictureError> {
+fn draw_grains(case: &Case, observer: &ParticleObserver, moment: &str) -> Result<Picture, PictureError> {
     let (lower, upper) = (case.domain.lower, case.domain.upper);
-    let grains = &books.sight.grains;
+    let grains = &observer.sight.grains;
     let speed: Vec<Real> = grains.velocity.iter().map(|v| v.length()).collect();
     let along = |forces: &[Vector]| forces.iter().map(|force| force.x).collect::<Vec<Real>>();
     let (drag, pressure) = (along(&grains.drag), along(&grains.pressure_force));
     let (fastest, part) =
-        books.settings.as_ref().map_or((0.1, COLOUR_FORCE), |ripples| (ripples.colour_speed, ripples.colour_force));
+        observer.settings.as_ref().map_or((0.1, COLOUR_FORCE), |ripples| (ripples.colour_speed, ripples.colour_force));
     let weight = weight_of_grain(case);
     let scales = [
         ColourScale::speed(fastest),
@@ -81,13 +86,13 @@ fn draw_grains(case: &Case, books: &ParticleBooks, moment: &str) -> Result<Pictu
     ];
     let panels: Vec<SlabPanel> =
         [&speed, &drag, &pressure].iter().zip(&scales).map(|(values, scale)| SlabPanel { values, scale }).collect();
-    let water: Vec<[Real; 2]> = books.water.points_with_gaps().collect();
+    let water: Vec<[Real; 2]> = observer.water.points_with_gaps().collect();
     let middle = 0.5 * (lower + upper);
     let half = (0.5 * SLAB * (upper.y - lower.y)).max(grains.diameter.first().copied().unwrap_or_default());
     // The water may stand above the open top of the box.
-    let top = books.water.points().map(|[_, z]| z).fold(lower.z, Real::max) + ABOVE;
+    let top = observer.water.points().map(|[_, z]| z).fold(lower.z, Real::max) + ABOVE;
     let x = [middle.x - 0.5 * WINDOW, middle.x + 0.5 * WINDOW];
-    let vectors = arrows(books, &SectionWindow { x, z: [lower.z, top], plane: middle.y, spacing: ARROWS });
+    let vectors = arrows(observer, &SectionWindow { x, z: [lower.z, top], plane: middle.y, spacing: ARROWS });
     let share = (2e2 * half / (upper.y - lower.y)).min(100.0);
     let view = SlabView {
         title: &format!("{}: {moment}", case.caption()),
@@ -117,18 +122,18 @@ fn force_scale(name: &str, forces: &[Real], part: Real, weight: Real) -> ColourS
 
 /// Places and velocities of the water in a window, below its surface: a mean over what is near a place is one above the
 /// surface too.
-fn arrows(books: &ParticleBooks, window: &SectionWindow) -> Vec<([Real; 2], [Real; 2])> {
-    let sight = &books.sight;
-    let mut vectors = vectors_in_section(&sight.around(&books.tank), window, &sight.water.velocity);
-    vectors.retain(|&([x, z], _)| books.water.at(x).is_some_and(|surface| z <= surface));
+fn arrows(observer: &ParticleObserver, window: &SectionWindow) -> Vec<([Real; 2], [Real; 2])> {
+    let sight = &observer.sight;
+    let mut vectors = vectors_in_section(&sight.around(&observer.tank), window, &sight.water.velocity);
+    vectors.retain(|&([x, z], _)| observer.water.at(x).is_some_and(|surface| z <= surface));
     vectors
 }
 
 /// Surfaces of bed and water, and what was measured of them.
-fn draw_profiles(case: &Case, books: &ParticleBooks, time: Real, title: String) -> Result<Picture, PictureError> {
+fn draw_profiles(case: &Case, observer: &ParticleObserver, time: Real, title: String) -> Result<Picture, PictureError> {
     let named = |name: &str, profile: &SurfaceProfile| (name.to_owned(), profile.points_with_gaps().collect());
-    let mut moment = ProfilesAtTime { title, water: vec![named("", &books.water)], ..ProfilesAtTime::default() };
-    if let Some(Found { bed, .. }) = &books.found {
+    let mut moment = ProfilesAtTime { title, water: vec![named("", &observer.water)], ..ProfilesAtTime::default() };
+    if let Some(Found { bed, .. }) = &observer.found {
         let [main, image, top_layer] = BED_DEFINITIONS;
         moment.bed.push(named(main, &bed.concentration));
         moment.other_beds.extend([named(image, &bed.image), named(top_layer, &bed.top_layer)]);

@@ -11,31 +11,59 @@ use super::sight::Sight;
 use crate::assembly::grains::identifier;
 use crate::case::meaning::{Case, ProbePlace};
 use crate::clock::Clock;
+use crate::columns::{Cell, cells, missing, quantity};
 use crate::recorder::RecordError;
-use crate::recorder::columns::{Quantities, Quantity, missing};
+use crate::recorder::columns::{GAUGE, ProbeColumns};
 use crate::recorder::files::Files;
 use crate::simulation::Job;
 
-/// Pressure and velocity.
-const AT_POINT: [Quantity; 4] =
-    [("pressure", "Pa"), ("velocity_1", "m/s"), ("velocity_2", "m/s"), ("velocity_3", "m/s")];
+/// What is found at a point.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct AtPoint {
+    pressure: Real,
+    velocity: Vector,
+}
+
 /// Motion of a grain and what acts on it.
-const OF_BODY: [Quantity; 13] = [
-    ("position_1", "m"),
-    ("position_2", "m"),
-    ("position_3", "m"),
-    ("velocity_1", "m/s"),
-    ("velocity_2", "m/s"),
-    ("velocity_3", "m/s"),
-    ("drag_1", "N"),
-    ("drag_2", "N"),
-    ("drag_3", "N"),
-    ("pressure_force_1", "N"),
-    ("pressure_force_2", "N"),
-    ("pressure_force_3", "N"),
-    ("void_fraction", ""),
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct OfBody {
+    position: Vector,
+    velocity: Vector,
+    drag: Vector,
+    pressure_force: Vector,
+    void_fraction: Real,
+}
+
+/// Columns of the tables of probes.
+pub(super) const COLUMNS: ProbeColumns<AtPoint, (), OfBody> =
+    ProbeColumns { at_point: AT_POINT, through_plane: &[], of_body: OF_BODY };
+
+const AT_POINT: &[Cell<AtPoint>] = &[
+    quantity("pressure", "Pa", "pressure", |at| at.pressure.into()),
+    quantity("velocity_1", "m/s", "velocity of the water along x1", |at| at.velocity.x.into()),
+    quantity("velocity_2", "m/s", "along x2", |at| at.velocity.y.into()),
+    quantity("velocity_3", "m/s", "along x3", |at| at.velocity.z.into()),
 ];
-const QUANTITIES: Quantities = Quantities { at_point: &AT_POINT, through_plane: &[], of_body: &OF_BODY };
+
+const OF_BODY: &[Cell<OfBody>] = &[
+    quantity("position_1", "m", "position of the centre, x1", |at| at.position.x.into()),
+    quantity("position_2", "m", "x2", |at| at.position.y.into()),
+    quantity("position_3", "m", "x3", |at| at.position.z.into()),
+    quantity("velocity_1", "m/s", "velocity along x1", |at| at.velocity.x.into()),
+    quantity("velocity_2", "m/s", "along x2", |at| at.velocity.y.into()),
+    quantity("velocity_3", "m/s", "along x3", |at| at.velocity.z.into()),
+    quantity("drag_1", "N", "drag along x1", |at| at.drag.x.into()),
+    quantity("drag_2", "N", "along x2", |at| at.drag.y.into()),
+    quantity("drag_3", "N", "along x3", |at| at.drag.z.into()),
+    quantity("pressure_force_1", "N", "force of the pressure, buoyancy included, along x1", |at| {
+        at.pressure_force.x.into()
+    }),
+    quantity("pressure_force_2", "N", "along x2", |at| at.pressure_force.y.into()),
+    quantity("pressure_force_3", "N", "along x3", |at| at.pressure_force.z.into()),
+    quantity("void_fraction", "", "void fraction around the grain, without its own share", |at| {
+        at.void_fraction.into()
+    }),
+];
 
 /// What probes are read from.
 struct Seen<'a> {
@@ -56,9 +84,9 @@ pub(super) fn record(
 ) -> Result<(), RecordError> {
     let seen = Seen { tank, sight, surface: OnceCell::new() };
     for (number, probe) in job.case.probes.iter().enumerate().filter(|&(number, _)| due[number]) {
-        let mut row = vec![Value::Real(clock.time())];
-        row.extend(measure(job.case, &seen, clock.time(), &probe.place));
-        files.probe(number, &probe.name, || QUANTITIES.columns(&probe.place), clock, &row)?;
+        let measured = measure(job.case, &seen, clock.time(), &probe.place);
+        let row: Vec<Value> = std::iter::once(clock.time().into()).chain(measured).collect();
+        files.probe(number, &probe.name, || COLUMNS.headings(&probe.place), clock, &row)?;
     }
     Ok(())
 }
@@ -79,7 +107,7 @@ fn measure(case: &Case, seen: &Seen<'_>, time: Real, place: &ProbePlace) -> Vec<
         // The surface is a mean over the width.
         ProbePlace::Gauge([x, _]) => {
             let surface = surface.get_or_init(|| sight.surface(tank));
-            vec![surface.at(*x).into()]
+            cells(&GAUGE, &surface.at(*x)).collect()
         }
         // Refused with the case.
         ProbePlace::Plane { .. } => Vec::new(),
@@ -91,20 +119,26 @@ fn at_points(case: &Case, tank: &Tank, sight: &Sight, time: Real, points: &[Vect
     let body_force = case.effective_gravity(time);
     let [_, drift] = to_written_frame(case, time);
     let around = sight.around(tank);
-    let read = |near: &Near| -> [Value; AT_POINT.len()] {
-        let pressure = near.mean(|n| sight.pressure(n, body_force));
-        let [u1, u2, u3] = (near.mean(|n| sight.water.velocity[n]) + drift).to_array();
-        [pressure, u1, u2, u3].map(Value::Real)
+    let read = |near: &Near| AtPoint {
+        pressure: near.mean(|n| sight.pressure(n, body_force)),
+        velocity: near.mean(|n| sight.water.velocity[n]) + drift,
     };
-    points.iter().flat_map(|&point| around.near(point).as_ref().map_or_else(missing, read)).collect()
+    let row = |near: Option<&Near>| -> Vec<Value> {
+        near.map_or_else(|| missing(AT_POINT).collect(), |near| cells(AT_POINT, &read(near)).collect())
+    };
+    points.iter().flat_map(|&point| row(around.near(point).as_ref())).collect()
 }
 
 fn of_body(case: &Case, sight: &Sight, time: Real, id: u64) -> Vec<Value> {
     let grains = &sight.grains;
-    let Ok(n) = grains.id.binary_search(&id) else { return missing::<{ OF_BODY.len() }>().to_vec() };
+    let Ok(n) = grains.id.binary_search(&id) else { return missing(OF_BODY).collect() };
     let [shift, drift] = to_written_frame(case, time);
-    let vectors = [grains.position[n] + shift, grains.velocity[n] + drift, grains.drag[n], grains.pressure_force[n]];
-    let mut row: Vec<Value> = vectors.iter().flat_map(|v| v.to_array()).map(Value::Real).collect();
-    row.push(Value::Real(grains.void_fraction[n]));
-    row
+    let body = OfBody {
+        position: grains.position[n] + shift,
+        velocity: grains.velocity[n] + drift,
+        drag: grains.drag[n],
+        pressure_force: grains.pressure_force[n],
+        void_fraction: grains.void_fraction[n],
+    };
+    cells(OF_BODY, &body).collect()
 }

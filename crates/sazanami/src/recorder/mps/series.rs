@@ -1,238 +1,311 @@
-//! Rows of the series, the profiles of bed and water, and the averages over layers.
+//! Columns of the series, of the profiles of bed and water, and of the averages over layers.
 
-use sazanami_io::table::{Column, Value};
-use sazanami_mps::solver::{Solver, StepReport};
+use sazanami_io::table::Value;
+use sazanami_mps::solver::StepReport;
 use sazanami_numerics::Real;
-use sazanami_observe::ripples::{BedSurfaces, LayerMeans, Ripples, SurfaceProfile, Tank, Unmeasured};
+use sazanami_observe::ripples::{LayerMeans, Ripples, SurfaceProfile, Tank, Unmeasured};
 use serde_json::json;
 
-use super::{Found, ParticleBooks, Stock};
+use super::{Found, ParticleObserver, TankSums};
 use crate::clock::Clock;
-use crate::recorder::books::Step;
-use crate::recorder::columns::{LENGTH, Quantity, columns as named, length, missing};
+use crate::columns::{Cell, Quantity, cells, headings, quantity};
+use crate::recorder::RecordError;
+use crate::recorder::columns::SeriesCell;
 use crate::recorder::files::Files;
-use crate::recorder::{RecordError, Totals};
+use crate::recorder::observer::Row;
 use crate::results::{BED_PROFILES, LAYER_MEANS, WATER_PROFILES};
 
-/// Time of a row.
-const TIME: [Quantity; 1] = [("time", "s")];
-/// What the last step did.
-const OF_STEP: [Quantity; 24] = [
-    ("pressure_iterations", ""),
-    ("pressure_residual", ""),
-    ("removed_mean_strain", ""),
-    ("strain_mean", ""),
-    ("strain_rms", ""),
-    ("surface_particles", ""),
-    ("splash_particles", ""),
-    ("plain_gradients", ""),
-    ("released_walls", ""),
-    ("cut_coefficients", ""),
-    ("held_rows", ""),
-    ("pushed_pairs", ""),
-    ("push_work", "J"),
-    ("largest_shift", "m"),
-    ("collisions", ""),
-    ("clipped_particles", ""),
-    ("cut_voids", ""),
-    ("least_void_fraction", ""),
-    ("largest_fluid_speed", "m/s"),
-    ("largest_grain_speed", "m/s"),
-    ("grain_substeps", ""),
-    ("contacts", ""),
-    ("largest_overlap", ""),
-    ("contact_force_over_submerged_weight", ""),
-];
-/// What is kept, or should be.
-const CONSERVED: [Quantity; 11] = [
-    ("bulk_volume_relative_change", ""),
-    ("kinetic_energy_fluid", "J"),
-    ("kinetic_energy_grains", "J"),
-    ("potential_energy", "J"),
-    ("momentum_1", "N s"),
-    ("momentum_2", "N s"),
-    ("momentum_3", "N s"),
-    ("drag_exchange_residual", "N s"),
-    ("fluid_momentum_residual_1", "N s"),
-    ("fluid_momentum_residual_2", "N s"),
-    ("fluid_momentum_residual_3", "N s"),
-];
-/// Where grains and water are.
-const PLACES: [Quantity; 7] = [
-    ("grain_height", "m"),
-    ("bed_law_share", ""),
-    ("front", "m"),
-    ("water_level_mean", "m"),
-    ("water_level_highest", "m"),
-    ("water_level_lowest", "m"),
-    ("particles_above_rim", ""),
-];
-/// What the bed is like.
-const OF_BED: [Quantity; 8] = [
-    ("bed_relief", "m"),
-    ("ripple_height", "m"),
-    ("ripple_crest_to_trough", "m"),
-    ("ripple_wavelength_spectrum", "m"),
-    ("ripple_wavelength_crossings", "m"),
-    ("ripple_wavelength_correlation", "m"),
-    ("ripple_steepness", ""),
-    ("suspended_grains", ""),
-];
-/// Averages over a layer at a time.
-const OF_LAYER: [Quantity; 8] = [
-    ("time", "s"),
-    ("layer", ""),
-    ("water_velocity_1", "m/s"),
-    ("grain_velocity_1", "m/s"),
-    ("drag_1", "N"),
-    ("pressure_force_1", "N"),
-    ("water_particles", ""),
-    ("grains", ""),
-];
+type SeriesRow<'a> = Row<'a, ParticleObserver>;
 
-pub(super) fn columns() -> Vec<Column> {
-    named(&[&TIME, &LENGTH, &OF_STEP, &CONSERVED, &PLACES, &OF_BED])
+/// A value of the last step; missing before the first.
+fn of_step<T: Into<Value>>(row: &SeriesRow<'_>, value: impl FnOnce(&StepReport) -> T) -> Value {
+    row.step.map(|step| value(step.report)).into()
 }
 
-/// Adds rows to the series and to the other tables.
-pub(super) fn rows(
-    books: &ParticleBooks,
-    clock: &Clock,
-    step: Option<&Step<'_, Solver>>,
-    totals: &Totals,
-    files: &mut Files,
-) -> Result<(), RecordError> {
-    files.row(clock, &values(books, clock, step, totals))?;
-    files.add(WATER_PROFILES, || profile_columns(&["z"]), clock, &water_rows(clock, &books.water))?;
-    let Some(found) = &books.found else { return Ok(()) };
-    let heights = ["z_concentration", "z_image", "z_top_layer"];
-    files.add(BED_PROFILES, || profile_columns(&heights), clock, &bed_rows(clock, &found.bed))?;
-    let of_layers = ["lower", "upper"].iter().zip(&found.layers);
-    let rows: Vec<Vec<Value>> = of_layers.map(|(name, means)| of_layer(clock, name, means).to_vec()).collect();
-    files.add(LAYER_MEANS, || named(&[&OF_LAYER]), clock, &rows)
+/// A measure of the bed; missing where there is none.
+fn of_bed<T: Into<Value>>(row: &SeriesRow<'_>, value: impl FnOnce(&Found) -> T) -> Value {
+    row.observer.found.as_ref().map(value).into()
 }
 
-/// Heights of the water's surface, a row for each place.
-fn water_rows(clock: &Clock, surface: &SurfaceProfile) -> Vec<Vec<Value>> {
-    let row = |n: usize| vec![clock.time().into(), surface.x(n).into(), surface.heights[n].into()];
-    (0..surface.len()).map(row).collect()
+/// A measure of the ripples on the main surface of the bed; missing where there are none.
+fn of_ripples(row: &SeriesRow<'_>, value: impl FnOnce(&Ripples) -> Result<Real, Unmeasured>) -> Value {
+    let main = row.observer.found.as_ref().and_then(|found| found.ripples[0].as_ref().ok());
+    main.and_then(|ripples| value(ripples).ok()).into()
 }
 
-/// Heights of the bed's surface in its three definitions, a row for each place of the main one.
-fn bed_rows(clock: &Clock, bed: &BedSurfaces) -> Vec<Vec<Value>> {
-    let main = &bed.concentration;
-    let row = |n: usize| {
-        let x = main.x(n);
-        vec![clock.time().into(), x.into(), main.heights[n].into(), bed.image.at(x).into(), bed.top_layer.at(x).into()]
+/// A value that only a tank with grains has.
+fn with_grains(row: &SeriesRow<'_>, value: impl FnOnce(&TankSums) -> Real) -> Value {
+    (!row.observer.sight.grains.is_empty()).then(|| value(&row.observer.sums)).into()
+}
+
+/// One of the heights of the water's surface.
+fn level(row: &SeriesRow<'_>, pick: fn(Real, Real) -> Real) -> Value {
+    row.observer.water.points().map(|[_, z]| z).reduce(pick).into()
+}
+
+/// Upward force that carries the free grains over their submerged weight, in the last step.
+fn carried_share(row: &SeriesRow<'_>) -> Value {
+    let sums = row.step.map(|_| &row.observer.sums);
+    sums.filter(|sums| sums.submerged_weight > 0.0).map(|sums| sums.carried_weight / sums.submerged_weight).into()
+}
+
+/// Columns of the series.
+pub(in crate::recorder) const SERIES: &[SeriesCell<ParticleObserver>] = &[
+    quantity("pressure_iterations", "", "iterations of the pressure solver in the last step", |row| {
+        of_step(row, |step| step.pressure.iterations)
+    }),
+    quantity("pressure_residual", "", "relative residual that the pressure solver left", |row| {
+        of_step(row, |step| step.pressure.residual)
+    }),
+    quantity(
+        "removed_mean_strain",
+        "",
+        "mean taken off the source of the pressure equation, so that it can be solved in a closed tank",
+        |row| of_step(row, |step| step.pressure.removed_mean),
+    ),
+    quantity("strain_mean", "", "mean volume strain of the water away from its surface", |row| {
+        of_step(row, |step| step.strain[0])
+    }),
+    quantity("strain_rms", "", "root mean square of the volume strain; below 3 % as a rule", |row| {
+        of_step(row, |step| step.strain[1])
+    }),
+    quantity("surface_particles", "", "particles at the surface", |row| of_step(row, |step| step.surface)),
+    quantity("splash_particles", "", "isolated particles", |row| of_step(row, |step| step.isolated)),
+    quantity(
+        "plain_gradients",
+        "",
+        "particles whose neighbourhood is too thin for the corrected pressure gradient (GC); a few in spray",
+        |row| of_step(row, |step| step.uncorrected_gradients),
+    ),
+    quantity(
+        "released_walls",
+        "",
+        "wall particles at a film of water whose tension was cut off; tens as a rule",
+        |row| of_step(row, |step| step.tensile_cutoffs),
+    ),
+    quantity("cut_coefficients", "", "coefficients of the pressure equation that were cut to zero", |row| {
+        of_step(row, |step| step.pressure.cut_coefficients)
+    }),
+    quantity(
+        "held_rows",
+        "",
+        "particles beside the surface whose support beyond it is taken as half a neighbourhood; some in spray",
+        |row| of_step(row, |step| step.pressure.limited_rows),
+    ),
+    quantity(
+        "pushed_pairs",
+        "",
+        "pairs that the dynamic stabilisation (DS) pushes apart; 0.7 to 0.9 of the number of fluid particles",
+        |row| of_step(row, |step| step.stabilised_pairs),
+    ),
+    quantity("push_work", "J", "work of these pushes (negative: taken from the water)", |row| {
+        of_step(row, |step| step.stabilisation_work)
+    }),
+    quantity(
+        "largest_shift",
+        "m",
+        "longest displacement by particle shifting; 0 unless `particles.shifting` is set",
+        |row| of_step(row, |step| step.largest_shift),
+    ),
+    quantity(
+        "collisions",
+        "",
+        "pairs nearer than half a spacing that collided; 0, at violent moments up to 5",
+        |row| of_step(row, |step| step.collisions),
+    ),
+    quantity("clipped_particles", "", "particles put back from a wall; a few", |row| of_step(row, |step| step.clipped)),
+    quantity("cut_voids", "", "particles whose void fraction was raised to the least allowed; 0", |row| {
+        of_step(row, |step| step.coupling.cut_voids)
+    }),
+    quantity("least_void_fraction", "", "smallest void fraction of a particle, before it was raised", |row| {
+        of_step(row, |step| step.coupling.least_void)
+    }),
+    quantity("largest_fluid_speed", "m/s", "speed of the fastest fluid particle", |row| {
+        of_step(row, |step| step.largest_speed)
+    }),
+    quantity("largest_grain_speed", "m/s", "speed of the fastest grain", |row| {
+        of_step(row, |step| step.contacts.largest_speed)
+    }),
+    quantity("grain_substeps", "", "contact sub-steps in the last step", |row| {
+        of_step(row, |step| step.contacts.substeps)
+    }),
+    quantity("contacts", "", "touching pairs of grains", |row| of_step(row, |step| step.contacts.contacts)),
+    quantity("largest_overlap", "", "largest overlap over the radius; below 5 %", |row| {
+        of_step(row, |step| step.contacts.largest_overlap)
+    }),
+    quantity(
+        "contact_force_over_submerged_weight",
+        "",
+        "vertical force of walls and held grains on the free grains over their submerged weight: 1 at rest, about 1 on the mean over a period; a bed that stays far below is carried by the water (fluidised)",
+        carried_share,
+    ),
+    quantity(
+        "bulk_volume_relative_change",
+        "",
+        "change of the bulk volume of the water since the start; 1e-3",
+        |row| row.observer.volume_change().into(),
+    ),
+    quantity("kinetic_energy_fluid", "J", "kinetic energy of the water", |row| row.observer.sums.fluid_energy.into()),
+    quantity("kinetic_energy_grains", "J", "kinetic energy of the grains", |row| row.observer.sums.grain_energy.into()),
+    quantity(
+        "potential_energy",
+        "J",
+        "potential energy of the water and the submerged grains, from the floor",
+        |row| row.observer.sums.potential_energy.into(),
+    ),
+    quantity("momentum_1", "N s", "momentum of water and grains along x1, against the tank", |row| {
+        row.observer.sums.momentum.x.into()
+    }),
+    quantity(
+        "momentum_2",
+        "N s",
+        "along x2: with periodic sides only friction at the floor acts from outside, so it stays small beside the amplitude of `momentum_1`",
+        |row| row.observer.sums.momentum.y.into(),
+    ),
+    quantity("momentum_3", "N s", "momentum of water and grains along x3", |row| row.observer.sums.momentum.z.into()),
+    quantity(
+        "drag_exchange_residual",
+        "N s",
+        "impulse of the drag on grains and on water since the start, added; round-off",
+        |row| row.observer.momentum.impulses().drag_residual().length().into(),
+    ),
+    quantity(
+        "fluid_momentum_residual_1",
+        "N s",
+        "momentum along x1 that the water gained since the start beyond the impulses of body force, walls (pressure, friction, contact) and grains (drag, pressure)",
+        |row| row.observer.momentum.residual().x.into(),
+    ),
+    quantity("fluid_momentum_residual_2", "N s", "the same along x2", |row| row.observer.momentum.residual().y.into()),
+    quantity(
+        "fluid_momentum_residual_3",
+        "N s",
+        "along x3; at rest the weight of half a layer of particles, since the pressure vanishes in the middle of the particles at the surface",
+        |row| row.observer.momentum.residual().z.into(),
+    ),
+    quantity("grain_height", "m", "mean height of the grains above the floor", |row| {
+        with_grains(row, |sums| sums.grain_height)
+    }),
+    quantity(
+        "bed_law_share",
+        "",
+        "share of the grains under the drag law of dense beds (ratio of number densities above 0.4)",
+        |row| with_grains(row, |sums| sums.bed_share),
+    ),
+    quantity("front", "m", "largest x1 of the water, isolated particles left out", |row| {
+        Some(row.observer.sums.front).filter(|front| front.is_finite()).into()
+    }),
+    quantity("water_level_mean", "m", "mean height of the water's surface", |row| row.observer.water.mean().into()),
+    quantity("water_level_highest", "m", "highest point of the water's surface", |row| level(row, Real::max)),
+    quantity("water_level_lowest", "m", "lowest point of the water's surface", |row| level(row, Real::min)),
+    quantity(
+        "particles_above_rim",
+        "",
+        "particles beside walls above the top of an open box, where the walls end but still keep the water in; make the box higher if it is not 0",
+        |row| row.observer.rim.as_ref().map(|rim| rim.above).into(),
+    ),
+    quantity("bed_relief", "m", "root mean square of the bed's surface without its trend, all wavelengths", |row| {
+        of_bed(row, |bed| bed.relief)
+    }),
+    quantity(
+        "ripple_height",
+        "m",
+        "2 sqrt(2) times the standard deviation within the band of wavelengths of ripples",
+        |row| of_ripples(row, |ripples| Ok(ripples.height())),
+    ),
+    quantity("ripple_crest_to_trough", "m", "mean height from crest to trough", |row| {
+        of_ripples(row, |ripples| ripples.crest_to_trough)
+    }),
+    quantity("ripple_wavelength_spectrum", "m", "wavelength: centre of the spectrum", |row| {
+        of_ripples(row, |ripples| Ok(ripples.spectral_wavelength))
+    }),
+    quantity("ripple_wavelength_crossings", "m", "wavelength: mean distance of upward crossings", |row| {
+        of_ripples(row, |ripples| ripples.crossing_wavelength)
+    }),
+    quantity("ripple_wavelength_correlation", "m", "wavelength: first maximum of the correlation", |row| {
+        of_ripples(row, |ripples| ripples.correlation_wavelength)
+    }),
+    quantity("ripple_steepness", "", "height over wavelength", |row| of_ripples(row, |ripples| ripples.steepness())),
+    quantity("suspended_grains", "", "grains that are not part of the bed", |row| of_bed(row, |bed| bed.bed.suspended)),
+];
+
+/// A place of the water's surface at a time.
+pub(in crate::recorder) struct WaterPlace {
+    time: Real,
+    x: Real,
+    height: Option<Real>,
+}
+
+/// Columns of the profiles of the water.
+pub(in crate::recorder) const WATER: &[Cell<WaterPlace>] = &[
+    quantity("time", "s", "simulated time", |at| at.time.into()),
+    quantity("x", "m", "place along x1", |at| at.x.into()),
+    quantity("z", "m", "height of the water's surface", |at| at.height.into()),
+];
+
+/// A place of the bed's surface at a time, in its three definitions.
+pub(in crate::recorder) struct BedPlace {
+    time: Real,
+    x: Real,
+    heights: [Option<Real>; 3],
+}
+
+/// Columns of the profiles of the bed.
+pub(in crate::recorder) const BED: &[Cell<BedPlace>] = &[
+    quantity("time", "s", "simulated time", |at| at.time.into()),
+    quantity("x", "m", "place along x1", |at| at.x.into()),
+    quantity(
+        "z_concentration",
+        "m",
+        "height at which the concentration of grains is 0.30, the main definition",
+        |at| at.heights[0].into(),
+    ),
+    quantity("z_image", "m", "outline of the bed seen from the side, as in a photograph", |at| at.heights[1].into()),
+    quantity("z_top_layer", "m", "mean height of the topmost grains", |at| at.heights[2].into()),
+];
+
+/// Averages over a layer of the bed at a time.
+pub(in crate::recorder) struct LayerAt<'a> {
+    time: Real,
+    name: &'static str,
+    means: &'a LayerMeans,
+}
+
+/// Value of a column of the averages over layers.
+pub(in crate::recorder) type LayerValue = fn(&LayerAt<'_>) -> Value;
+
+/// Columns of the averages over layers.
+pub(in crate::recorder) const LAYERS: &[Quantity<LayerValue>] = &[
+    quantity("time", "s", "simulated time", |at| at.time.into()),
+    quantity("layer", "", "`lower` or `upper`", |at| at.name.into()),
+    quantity("water_velocity_1", "m/s", "mean velocity of the water along x1", |at| at.means.water_velocity.into()),
+    quantity("grain_velocity_1", "m/s", "mean velocity of the grains along x1", |at| at.means.grain_velocity.into()),
+    quantity("drag_1", "N", "mean drag on a grain along x1", |at| at.means.drag.into()),
+    quantity("pressure_force_1", "N", "mean force of the pressure on a grain along x1", |at| {
+        at.means.pressure_force.into()
+    }),
+    quantity("water_particles", "", "number of water particles", |at| at.means.water_count.into()),
+    quantity("grains", "", "number of grains", |at| at.means.grain_count.into()),
+];
+
+/// Adds what was measured last to the tables beside the series.
+pub(super) fn tables(observer: &ParticleObserver, clock: &Clock, files: &mut Files) -> Result<(), RecordError> {
+    let time = clock.time();
+    let surface = &observer.water;
+    let place = |n: usize| WaterPlace { time, x: surface.x(n), height: surface.heights[n] };
+    let rows: Vec<Vec<Value>> = (0..surface.len()).map(|n| cells(WATER, &place(n)).collect()).collect();
+    files.add(WATER_PROFILES, || headings(WATER), clock, &rows)?;
+    let Some(found) = &observer.found else { return Ok(()) };
+    let bed = &found.bed;
+    let place = |n: usize| {
+        let x = bed.concentration.x(n);
+        BedPlace { time, x, heights: [bed.concentration.heights[n], bed.image.at(x), bed.top_layer.at(x)] }
     };
-    (0..main.len()).map(row).collect()
-}
-
-fn of_layer(clock: &Clock, name: &str, means: &LayerMeans) -> [Value; OF_LAYER.len()] {
-    [
-        clock.time().into(),
-        name.into(),
-        means.water_velocity.into(),
-        means.grain_velocity.into(),
-        means.drag.into(),
-        means.pressure_force.into(),
-        means.water_count.into(),
-        means.grain_count.into(),
-    ]
-}
-
-fn profile_columns(heights: &[&str]) -> Vec<Column> {
-    let mut columns = vec![Column::new("time", "s"), Column::new("x", "m")];
-    columns.extend(heights.iter().map(|name| Column::new(name, "m")));
-    columns
-}
-
-fn values(books: &ParticleBooks, clock: &Clock, step: Option<&Step<'_, Solver>>, totals: &Totals) -> Vec<Value> {
-    let mut row = vec![clock.time().into()];
-    row.extend(step.map_or_else(missing, |step| length(step, totals)));
-    row.extend(step.map_or_else(missing, |step| of_step(&books.stock, step.report)));
-    row.extend(conserved(books));
-    row.extend(places(books));
-    row.extend(books.found.as_ref().map_or_else(missing, of_bed));
-    row
-}
-
-fn of_step(stock: &Stock, report: &StepReport) -> [Value; OF_STEP.len()] {
-    let (pressure, contacts) = (&report.pressure, &report.contacts);
-    let carried = (stock.submerged_weight > 0.0).then(|| stock.carried_weight / stock.submerged_weight);
-    [
-        pressure.iterations.into(),
-        pressure.residual.into(),
-        pressure.removed_mean.into(),
-        report.strain[0].into(),
-        report.strain[1].into(),
-        report.surface.into(),
-        report.isolated.into(),
-        report.uncorrected_gradients.into(),
-        report.tensile_cutoffs.into(),
-        pressure.cut_coefficients.into(),
-        pressure.limited_rows.into(),
-        report.stabilised_pairs.into(),
-        report.stabilisation_work.into(),
-        report.largest_shift.into(),
-        report.collisions.into(),
-        report.clipped.into(),
-        report.coupling.cut_voids.into(),
-        report.coupling.least_void.into(),
-        report.largest_speed.into(),
-        contacts.largest_speed.into(),
-        contacts.substeps.into(),
-        contacts.contacts.into(),
-        contacts.largest_overlap.into(),
-        carried.into(),
-    ]
-}
-
-fn conserved(books: &ParticleBooks) -> [Value; CONSERVED.len()] {
-    let (stock, residual) = (&books.stock, books.momentum.residual());
-    [
-        books.volume_change().into(),
-        stock.fluid_energy.into(),
-        stock.grain_energy.into(),
-        stock.potential_energy.into(),
-        stock.momentum.x.into(),
-        stock.momentum.y.into(),
-        stock.momentum.z.into(),
-        books.momentum.impulses().drag_residual().length().into(),
-        residual.x.into(),
-        residual.y.into(),
-        residual.z.into(),
-    ]
-}
-
-fn places(books: &ParticleBooks) -> [Value; PLACES.len()] {
-    let (stock, water) = (&books.stock, &books.water);
-    let has_grains = !books.sight.grains.is_empty();
-    let level = |pick: fn(Real, Real) -> Real| water.points().map(|[_, z]| z).reduce(pick);
-    [
-        has_grains.then_some(stock.grain_height).into(),
-        has_grains.then_some(stock.bed_share).into(),
-        stock.front.is_finite().then_some(stock.front).into(),
-        water.mean().into(),
-        level(Real::max).into(),
-        level(Real::min).into(),
-        books.rim.as_ref().map(|rim| rim.above).into(),
-    ]
-}
-
-fn of_bed(found: &Found) -> [Value; OF_BED.len()] {
-    let main = found.ripples[0].as_ref().ok();
-    let of = |value: fn(&Ripples) -> Result<Real, Unmeasured>| main.and_then(|ripples| value(ripples).ok()).into();
-    [
-        found.relief.into(),
-        of(|ripples| Ok(ripples.height())),
-        of(|ripples| ripples.crest_to_trough),
-        of(|ripples| Ok(ripples.spectral_wavelength)),
-        of(|ripples| ripples.crossing_wavelength),
-        of(|ripples| ripples.correlation_wavelength),
-        of(Ripples::steepness),
-        found.bed.suspended.into(),
-    ]
+    let rows: Vec<Vec<Value>> = (0..bed.concentration.len()).map(|n| cells(BED, &place(n)).collect()).collect();
+    files.add(BED_PROFILES, || headings(BED), clock, &rows)?;
+    let layers = ["lower", "upper"].into_iter().zip(&found.layers);
+    let rows: Vec<Vec<Value>> =
+        layers.map(|(name, means)| cells(LAYERS, &LayerAt { time, name, means }).collect()).collect();
+    files.add(LAYER_MEANS, || headings(LAYERS), clock, &rows)
 }
 
 /// Ripples of one surface in the form of the summary; lengths in mm. Where there are none it says why.

@@ -9,7 +9,7 @@ use sazanami_mps::{Kind, Role};
 use sazanami_numerics::{Real, Vector};
 use sazanami_observe::ripples::{GrainView, Interpolation, SurfaceProfile, Tank, WaterView, water_surface};
 
-use super::Stock;
+use super::TankSums;
 
 /// Least number of particles within reach for a value at a place.
 const FEWEST: usize = 4;
@@ -189,7 +189,7 @@ impl Sight {
     /// Sums over what is in sight, and over the grains of all ranks. All ranks take part; the sums are on rank 0.
     ///
     /// `gravity` is that of the case [m/s^2].
-    pub fn stock(&self, solver: &Solver, gravity: Real) -> Stock {
+    pub fn sums(&self, solver: &Solver, gravity: Real) -> TankSums {
         let settings = solver.settings();
         let density = settings.fluid.density;
         let floor = solver.tank().lower.z;
@@ -217,7 +217,7 @@ impl Sight {
         }
         let sums = solver.domain().sum(sums);
         let count = self.grains.position.len().max(1) as Real;
-        let mut stock = Stock {
+        let mut sums = TankSums {
             momentum: Vector::from_slice(&sums[..3]),
             grain_energy: sums[3],
             submerged_weight: sums[4],
@@ -227,19 +227,19 @@ impl Sight {
             bed_share: sums[7] / count,
             particles: self.water.position.len(),
             front: Real::NEG_INFINITY,
-            ..Stock::default()
+            ..TankSums::default()
         };
         let water = &self.water;
         for (n, &velocity) in water.velocity.iter().enumerate() {
-            stock.volume += water.bulk_volume[n];
-            stock.momentum += mass * velocity;
-            stock.fluid_energy += 0.5 * mass * velocity.length_squared();
-            stock.potential_energy += density * water.bulk_volume[n] * gravity * (water.position[n].z - floor);
+            sums.volume += water.bulk_volume[n];
+            sums.momentum += mass * velocity;
+            sums.fluid_energy += 0.5 * mass * velocity.length_squared();
+            sums.potential_energy += density * water.bulk_volume[n] * gravity * (water.position[n].z - floor);
             if !water.splash[n] {
-                stock.front = stock.front.max(water.position[n].x + 0.5 * self.spacing);
+                sums.front = sums.front.max(water.position[n].x + 0.5 * self.spacing);
             }
         }
-        stock
+        sums
     }
 
     /// The grains, for those who measure beds.

@@ -13,9 +13,10 @@ use serde_json::{Map, Value, json};
 
 use super::bed::{BedSettings, bed_findings};
 use super::mics::{BEFORE, Findings, erosion_settings, initial_heights};
-use super::summary::BedFindings;
+use super::summary::{BED, BedFindings};
 use crate::assembly::{fluid, grains};
 use crate::case::meaning::{Case, Erosion as Evaluation};
+use crate::columns::object;
 use crate::error::CommandError;
 
 /// Grains of a run as a checkpoint keeps them: as they lay before the impact, and as they lie.
@@ -27,7 +28,7 @@ pub(crate) struct Beds {
 
 /// What was found again.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct FoundAgain {
+pub(crate) struct Reevaluated {
     bed: Option<BedFindings>,
     findings: Findings,
     /// The crater evaluation of the bed before the impact.
@@ -75,8 +76,8 @@ impl Beds {
     }
 
     /// Evaluates the grains as `case` says; `own` is the case as the run had it.
-    pub fn evaluate(&self, case: &Case, own: &Case, shapes: &[Shape]) -> FoundAgain {
-        let mut found = FoundAgain::default();
+    pub fn evaluate(&self, case: &Case, own: &Case, shapes: &[Shape]) -> Reevaluated {
+        let mut found = Reevaluated::default();
         if self.now.id.is_empty() {
             return found;
         }
@@ -100,7 +101,7 @@ impl Beds {
     }
 
     /// Which grains were splashed is known from the whole course of the run, for the threshold and the axis it had.
-    fn evaluate_splash(&self, case: &Case, own: &Case, now: &BedView, found: &mut FoundAgain) {
+    fn evaluate_splash(&self, case: &Case, own: &Case, now: &BedView, found: &mut Reevaluated) {
         let watched = |erosion: &Evaluation| (erosion.axis, erosion.grain_size);
         let Some(asked) = case.erosion.as_ref().map(watched) else { return };
         match SplashTracker::restore(&self.snapshot) {
@@ -112,12 +113,12 @@ impl Beds {
     }
 }
 
-impl FoundAgain {
+impl Reevaluated {
     /// Bed, crater and splash in the form of the summary.
     pub fn observables(&self) -> Map<String, Value> {
         let mut observables = self.findings.observables();
         if let Some(bed) = &self.bed {
-            observables.insert("bed".into(), json!(bed));
+            observables.insert("bed".into(), Value::Object(object(BED, bed)));
         }
         if let Some(problem) = self.no_splash {
             observables.insert("splash".into(), json!({ "not_evaluated": problem }));

@@ -11,7 +11,7 @@ use crate::case::{self, CRATERS_EVALUATED, LoadedCase, resolved};
 use crate::error::CommandError;
 use crate::feasible;
 use crate::progress::Progress;
-use crate::recorder::{self, Beds, FoundAgain};
+use crate::recorder::{self, Beds, Reevaluated};
 use crate::results::{ANALYSIS, CASE, SUMMARY};
 use crate::run::{newest_checkpoint, unreadable};
 
@@ -25,9 +25,9 @@ struct Again {
     step: u64,
     /// Simulated time [s].
     time: Real,
-    found: FoundAgain,
+    found: Reevaluated,
     /// The same with the keys of the run, where others were asked for.
-    as_in_the_run: Option<FoundAgain>,
+    as_in_the_run: Option<Reevaluated>,
 }
 
 /// Draws the figures of a run anew and evaluates its newest checkpoint as its case says; warns where the summary has
@@ -40,7 +40,7 @@ pub(super) fn as_it_was(folder: &Path, progress: &mut dyn Progress) -> Result<Ve
         None
     });
     let Some(again) = again else { return Ok(report(&summary, None, folder)) };
-    tell_of_step(&again, &summary, progress);
+    report_step(&again, &summary, progress);
     let found = with_observables(&summary, &again.found);
     warn_of_volume(&again, &summary, &found, progress);
     Ok(report(&summary, Some(&found), folder))
@@ -60,7 +60,7 @@ pub(super) fn otherwise(
             "run the case with these keys: `sazanami run CASE.toml --set ...`",
         ));
     };
-    tell_of_step(&again, &summary, progress);
+    report_step(&again, &summary, progress);
     write(folder, overrides, &summary, &again, progress)?;
     list_files(folder, &summary)?;
     Ok(report(&summary, Some(&with_observables(&summary, &again.found)), folder))
@@ -110,14 +110,14 @@ fn evaluate(
 }
 
 /// The summary with what was found in place of its observables.
-fn with_observables(summary: &Value, found: &FoundAgain) -> Value {
+fn with_observables(summary: &Value, found: &Reevaluated) -> Value {
     let mut again = summary.clone();
     again["observables"] = Value::Object(found.observables());
     again
 }
 
 /// Says which step was evaluated, if the summary is of another.
-fn tell_of_step(again: &Again, summary: &Value, progress: &mut dyn Progress) {
+fn report_step(again: &Again, summary: &Value, progress: &mut dyn Progress) {
     if summary["steps"].as_u64() != Some(again.step) {
         progress.message(&format!(
             "evaluated {}, step {} at {:.3} ms; the summary is of step {}",
@@ -171,7 +171,7 @@ fn write(
     sazanami_io::table::write_json(&path, &value).map_err(|error| drawing(&error))?;
     progress.message(&format!("wrote {}", path.display()));
     let [before, now] = again.found.surfaces();
-    let [_, own] = again.as_in_the_run.as_ref().map_or([None, None], FoundAgain::surfaces);
+    let [_, own] = again.as_in_the_run.as_ref().map_or([None, None], Reevaluated::surfaces);
     // The same surface twice tells nothing.
     let own = own.filter(|own| Some(own) != now.as_ref());
     let named = [("before the impact", before), ("evaluated again", now), ("as in the run", own)];

@@ -1,0 +1,134 @@
+//! What a recorder asks of the observer of a solver.
+
+use sazanami_numerics::Real;
+use sazanami_numerics::snapshot::Snapshot;
+use serde_json::{Map, Value};
+
+use super::bed::GatheredGrains;
+use super::columns::SeriesCell;
+use super::files::Files;
+use super::{RecordError, Totals};
+use crate::case::meaning::Case;
+use crate::clock::Clock;
+use crate::simulation::{Job, RankError, Water};
+
+/// A step that was done.
+pub(crate) struct Step<'a, W: Water> {
+    /// Its length [s].
+    pub dt: Real,
+    /// The limit that ruled it: that of the stable length, or the next output.
+    pub limit: &'static str,
+    /// Length that would have been stable [s] and the limit that ruled it: the step before it was cut for an output.
+    pub stable: (Real, &'static str),
+    /// What it did.
+    pub report: &'a W::Report,
+}
+
+/// What a row of the series is read from.
+pub(crate) struct Row<'a, O: Observer> {
+    /// Time and number of the step.
+    pub clock: &'a Clock,
+    /// The last step; absent before the first.
+    pub step: Option<&'a Step<'a, O::Water>>,
+    /// The grains.
+    pub grains: &'a GatheredGrains,
+    /// Sums and extremes since the start.
+    pub totals: &'a Totals,
+    /// What the observer measured last.
+    pub observer: &'a O,
+}
+
+/// Something that the user should know of.
+pub(crate) struct Warning {
+    /// What it is about: each subject is reported once.
+    pub about: &'static str,
+    /// In a sentence.
+    pub text: String,
+}
+
+/// The parts of the summary that only one of the solvers has.
+pub(crate) struct SummaryParts {
+    /// Particles of fluid.
+    pub particles: usize,
+    /// Residuals of what is conserved.
+    pub conservation: Value,
+    /// The momentum budget.
+    pub momentum: Value,
+    /// The observables that the case asks for.
+    pub observables: Map<String, Value>,
+}
+
+/// Keeps the budgets of a run with one of the solvers, measures its observables, and writes what only that solver has.
+///
+/// Every rank has an observer, since what is written is gathered from all; functions with `files` are called on all ranks,
+/// with files on rank 0 only.
+pub(crate) trait Observer: Sized + 'static {
+    /// The solver.
+    type Water: Water;
+
+    /// Columns of the series, after those that every series begins with.
+    const SERIES: &'static [SeriesCell<Self>];
+
+    /// An observer that has measured nothing yet.
+    fn new(job: &Job) -> Self;
+
+    /// The flow begins, or goes on; the grains were gathered.
+    fn begin(&mut self, job: &Job, seen: &mut GatheredGrains, water: &mut Self::Water) -> Result<(), RankError>;
+
+    /// Adds a step to the budgets.
+    fn add(&mut self, step: &Step<'_, Self::Water>, totals: &mut Totals);
+
+    /// Measures everything at `time` [s]; the grains were gathered before.
+    fn look(&mut self, seen: &mut GatheredGrains, water: &mut Self::Water, time: Real);
+
+    /// Messages about `case` as the flow begins.
+    fn notes(_case: &Case) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// What the last measurement found that the user should know of.
+    fn warnings(&self) -> Vec<Warning>;
+
+    /// Adds what was measured last to the tables beside the series.
+    fn tables(&self, clock: &Clock, files: &mut Files) -> Result<(), RecordError>;
+
+    /// Writes the fluid for ParaView.
+    fn fields(
+        &self,
+        job: &Job,
+        water: &mut Self::Water,
+        clock: &Clock,
+        files: Option<&mut Files>,
+    ) -> Result<(), RecordError>;
+
+    /// Writes the grains for ParaView, as measured last.
+    fn grains(&self, job: &Job, clock: &Clock, seen: &GatheredGrains, files: &mut Files) -> Result<(), RecordError> {
+        files.grains(clock, seen, &job.shapes)
+    }
+
+    /// Draws the pictures of a time, as measured last.
+    fn draw(
+        &self,
+        job: &Job,
+        water: &Self::Water,
+        clock: &Clock,
+        files: Option<&mut Files>,
+        seen: &GatheredGrains,
+    ) -> Result<(), RecordError>;
+
+    /// Writes a row for every probe that is `due`.
+    fn probe(
+        &mut self,
+        job: &Job,
+        water: &mut Self::Water,
+        clock: &Clock,
+        due: &[bool],
+        files: Option<&mut Files>,
+    ) -> Result<(), RecordError>;
+
+    /// What goes into the summary.
+    fn summary_parts(&self) -> SummaryParts;
+
+    /// Adds what a resumed run needs to a snapshot.
+    fn save(&self, snapshot: &mut Snapshot);
+}
