@@ -6,15 +6,16 @@
 
 pub mod boundary;
 mod coarse;
-mod exchange;
 pub mod filling;
 pub mod free_surface;
+mod ghosts;
+mod gradient;
 pub mod grains;
 mod matrix;
+mod moments;
 mod momentum;
 mod neighbours;
 mod number_density;
-mod operators;
 mod particles;
 pub mod pressure;
 pub mod probe;
@@ -25,8 +26,9 @@ pub mod snapshot;
 pub mod solver;
 mod stabilisation;
 pub mod stability;
+mod viscosity;
 pub mod weight;
 
-pub use exchange::Periods;
+pub use ghosts::Periods;
 pub use momentum::FluidImpulses;
 pub use particles::{FIRST_WALL_ID, Kind, Particles, Role};

@@ -6,12 +6,12 @@
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::{Rows, for_each_chunk};
 
-use crate::boundary::WallFriction;
 use crate::free_surface::CLOSE_RADIUS;
 use crate::matrix::Block;
 use crate::neighbours::{Neighbours, ROWS};
 use crate::particles::Kind;
 use crate::scheme::{Kernel, for_kernel};
+use crate::viscosity::{VelocityLaplacian, ViscousField};
 use crate::weight::{COINCIDENT, LaplacianForm, Wendland};
 
 /// The columns of a particle that sums over pairs read, packed into one cache line.
@@ -67,45 +67,38 @@ pub(crate) struct NumberDensity {
     pub density: Real,
     /// Rate of compression R, an approximation of `-div u - (deps/dt)/eps` [1/s].
     pub rate: Real,
-    /// Laplacian of the velocity [1/(m s)].
-    pub laplacian: Vector,
-    /// Contribution of wall particles to the Laplacian [1/(m s)].
-    pub from_walls: Vector,
+    /// Laplacian of the velocity.
+    pub laplacian: VelocityLaplacian,
 }
 
-/// Number density, its rate and the Laplacian of `viscous_velocity` (see [`crate::operators::mirrored_velocities`]) at
-/// each own particle.
+/// Number density, its rate and the Laplacian of the velocity at each own particle.
 pub(crate) fn at_start(
     kernel: &Kernel,
     neighbours: &Neighbours,
-    kind: &[Kind],
     samples: &[Sample],
-    viscous_velocity: &[Vector],
-    friction: WallFriction,
+    viscous: &ViscousField<'_>,
     into: &mut [NumberDensity],
 ) {
-    for_kernel!(kernel, at_start_with(kernel, neighbours, kind, samples, viscous_velocity, friction, into));
+    for_kernel!(kernel, at_start_with(kernel, neighbours, samples, viscous, into));
 }
 
 fn at_start_with<const C4: bool, const CLASSICAL: bool>(
     kernel: &Kernel,
     neighbours: &Neighbours,
-    kind: &[Kind],
     samples: &[Sample],
-    viscous_velocity: &[Vector],
-    friction: WallFriction,
+    viscous: &ViscousField<'_>,
     into: &mut [NumberDensity],
 ) {
     let sums = &kernel.sums;
     neighbours.set(into, |a, near| {
         let (weight, form) = kernel.pair::<C4, CLASSICAL>();
         let square = weight.radius * weight.radius;
-        let (mine, s) = (samples[a], viscous_velocity[a]);
+        let mine = samples[a];
         // Only fluid feels viscosity.
-        let viscous = kind[a] == Kind::Fluid;
+        let is_fluid = viscous.kind[a] == Kind::Fluid;
         let mut density = mine.inverse_void;
         let mut rate = mine.inverse_void_rate;
-        let (mut laplacian, mut from_walls) = (Vector::ZERO, Vector::ZERO);
+        let mut laplacian = VelocityLaplacian::default();
         for &b in near {
             let b = b as usize;
             let other = &samples[b];
@@ -118,16 +111,11 @@ fn at_start_with<const C4: bool, const CLASSICAL: bool>(
             let w = weight.value(r);
             density += w * other.inverse_void;
             rate += mine.compression_by(other, apart, w, weight.slope_over_distance(r));
-            if viscous && (friction == WallFriction::NoSlip || kind[b] == Kind::Fluid) {
-                let pull = form.coefficient(&weight, r).0 * other.inverse_void * (viscous_velocity[b] - s);
-                laplacian += pull;
-                if kind[b] != Kind::Fluid {
-                    from_walls += pull;
-                }
+            if is_fluid {
+                laplacian.add(viscous, [a, b], (form, &weight), r, other.inverse_void);
             }
         }
-        let (laplacian, from_walls) = (laplacian / sums.laplacian, from_walls / sums.laplacian);
-        NumberDensity { density, rate: rate / sums.strain, laplacian, from_walls }
+        NumberDensity { density, rate: rate / sums.strain, laplacian: laplacian.normalised(sums.laplacian) }
     });
 }
 

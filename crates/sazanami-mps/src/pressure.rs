@@ -10,7 +10,7 @@ use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::{Rows, for_each_chunk, max_over};
 
 use crate::coarse::CoarseGrid;
-use crate::exchange::Exchange;
+use crate::ghosts::Ghosts;
 use crate::matrix::{Block, Layout, Row};
 use crate::neighbours::ROWS;
 use crate::particles::{Kind, Role};
@@ -217,7 +217,7 @@ impl PressureEquation {
     pub fn solve(
         &mut self,
         layout: &Layout<'_>,
-        exchange: &mut Exchange,
+        ghosts: &mut Ghosts,
         pressure: &mut [Real],
         strain: Real,
         tolerance: &Tolerance,
@@ -277,7 +277,7 @@ impl PressureEquation {
             });
             // Entries behind the own particles are ghosts, also those that pad the last block.
             direction[owned..padded.min(roles.len())].fill(0.0);
-            exchange.refresh(domain, &mut direction[..roles.len()]);
+            ghosts.refresh(domain, &mut direction[..roles.len()]);
             multiply(layout, blocks, rows, direction, product);
             let [curvature] = domain
                 .sum(sum_of(blocks.len() * ROWS, |a| if a < owned { [direction[a] * product[a]] } else { [0.0] }));
@@ -302,13 +302,13 @@ impl PressureEquation {
             largest = domain.max(size) * strain;
             if largest <= tolerance.strain {
                 // Converged by recurrence: restart from the true residual.
-                exchange.refresh(domain, pressure);
+                ghosts.refresh(domain, pressure);
                 let size = evaluate(layout, blocks, rows, pressure, residual);
                 largest = domain.max(size) * strain;
                 before = None;
             }
         }
-        exchange.refresh(domain, pressure);
+        ghosts.refresh(domain, pressure);
         report.residual = largest;
         Ok(report)
     }

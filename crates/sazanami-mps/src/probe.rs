@@ -5,12 +5,13 @@ use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
 
 use crate::boundary::WallFriction;
+use crate::gradient::{PressureField, gradient};
 use crate::matrix::Block;
 use crate::neighbours::{Bins, Neighbours, ROWS};
 use crate::number_density::{self, NumberDensity, Prediction, Sample};
-use crate::operators::{PressureField, gradient};
 use crate::particles::{Kind, ParticleRecord, Particles, Role};
 use crate::scheme::{GradientForm, Kernel, Scheme};
+use crate::viscosity::ViscousField;
 
 /// Fluid particles of spacing 1 without walls, all with the same inverse void fraction.
 pub struct Probe {
@@ -88,9 +89,9 @@ impl Probe {
     pub fn flow(&self, velocity: &[Vector]) -> Vec<FlowSums> {
         let mut found = vec![NumberDensity::default(); velocity.len()];
         let (samples, kind) = (self.samples(velocity), &self.particles.kind);
-        let friction = WallFriction::NoSlip;
-        number_density::at_start(&self.kernel, &self.neighbours, kind, &samples, velocity, friction, &mut found);
-        let sums = |c: &NumberDensity| FlowSums { density: c.density, rate: c.rate, laplacian: c.laplacian };
+        let viscous = ViscousField { velocity, kind, friction: WallFriction::NoSlip };
+        number_density::at_start(&self.kernel, &self.neighbours, &samples, &viscous, &mut found);
+        let sums = |c: &NumberDensity| FlowSums { density: c.density, rate: c.rate, laplacian: c.laplacian.total };
         found.iter().map(sums).collect()
     }
 

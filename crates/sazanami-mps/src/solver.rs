@@ -7,8 +7,8 @@ use sazanami_numerics::domain::{Domain, FailedElsewhere};
 use sazanami_numerics::{Real, Vector};
 
 use crate::boundary::{LatticeError, Tank};
-use crate::exchange::{Exchange, Periods};
 use crate::free_surface::SurfaceTest;
+use crate::ghosts::{Ghosts, Periods};
 use crate::grains::{CouplingReport, GrainPhase};
 use crate::momentum::{FluidImpulses, facet};
 use crate::neighbours::{Bins, Neighbours};
@@ -211,7 +211,7 @@ pub struct Solver {
     wall_places: Vec<Vector>,
     /// Area vectors of the wall particles, by number (see [`facet`]) [m^2].
     facets: Vec<Vector>,
-    exchange: Exchange,
+    ghosts: Ghosts,
     bins: Bins,
     neighbours: Neighbours,
     equation: PressureEquation,
@@ -298,7 +298,7 @@ impl Solver {
             particles,
             wall_places,
             facets,
-            exchange: Exchange::default(),
+            ghosts: Ghosts::default(),
             bins: Bins::default(),
             neighbours: Neighbours::default(),
             equation: PressureEquation::default(),

@@ -5,7 +5,7 @@ use std::cell::Cell;
 
 use sazanami_dem::{Body, Engine, Grain, Interactions, LinearSpringDashpot, Setup, Substeps, Wall};
 use sazanami_mps::boundary::{Side, Tank, WallFriction};
-use sazanami_mps::grains::{Closure, Coupling, GrainPhase};
+use sazanami_mps::grains::{Coupling, DragParameters, GrainPhase};
 use sazanami_mps::pressure::Tolerance;
 use sazanami_mps::scheme::{Fluid, Scheme};
 use sazanami_mps::solver::{FluidParticle, Forcing, Settings, Solver};
@@ -58,7 +58,7 @@ fn tank() -> Solver {
         .map(|n| Grain::new(n as u64, 2650.0, SPACING * Vector::new(at(n % 6, 2.0), at(n / 6, 2.0), 0.6)))
         .collect();
     let coupling = Coupling {
-        closure: Closure::recommended(1000.0, 1e-3),
+        drag: DragParameters::recommended(1000.0, 1e-3),
         smoothing: 3.0 * SPACING,
         least_void: 0.3,
         implicit_pressure_force: true,

@@ -5,16 +5,19 @@
 //! on the grain is returned to the same particles with the same weights, so that momentum is conserved.
 
 mod binned;
-mod closure;
+mod drag;
 mod sources;
 
-use sazanami_dem::{ContactReport, DemError, Drag, Engine, Interactions, LinearSpringDashpot, Loads, Setup, Substeps};
+use sazanami_dem::{
+    ContactReport, DemError, Drag, Engine, Grains, Interactions, LinearSpringDashpot, Loads, Setup, Substeps,
+};
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
 use binned::{Binned, Lanes, lanes};
-pub use closure::{Closure, DensityReference, Forchheimer, SphereDrag, volume};
+use drag::ForDragLaw;
+pub use drag::{DensityReference, DragForm, DragLaw, DragParameters, Forchheimer, SphereDrag, volume};
 use sources::Sources;
 
 use crate::boundary::Tank;
@@ -30,7 +33,7 @@ const WET: Real = 0.5;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coupling {
     /// Drag law of the grains.
-    pub closure: Closure,
+    pub drag: DragParameters,
     /// Smoothing radius R_eps of the void fraction [m].
     pub smoothing: Real,
     /// Lower bound of the void fraction.
@@ -108,13 +111,13 @@ pub struct GrainPhase {
 }
 
 /// Drag on the own grains in the contact sub-steps of a step.
-struct FluidDrag<'a> {
-    closure: &'a Closure,
+struct FluidDrag<'a, L> {
+    law: &'a L,
     around: &'a [FluidAtGrain],
     diameter: &'a [Real],
 }
 
-impl Drag for FluidDrag<'_> {
+impl<L: DragLaw> Drag for FluidDrag<'_, L> {
     fn fluid_velocity(&self, own: usize) -> Vector {
         self.around[own].velocity
     }
@@ -124,7 +127,59 @@ impl Drag for FluidDrag<'_> {
         if around.wetness == 0.0 {
             return 0.0;
         }
-        around.wetness * self.closure.coefficient(self.diameter[own], around.void_fraction, slip)
+        around.wetness * self.law.coefficient(self.diameter[own], around.void_fraction, slip)
+    }
+}
+
+/// The contact sub-steps of a step, with drag.
+struct Advance<'a> {
+    domain: &'a Domain,
+    engine: &'a mut Engine,
+    around: &'a [FluidAtGrain],
+    diameter: &'a [Real],
+    /// Pressure force [N].
+    force: &'a [Vector],
+    body_force: Vector,
+    dt: Real,
+    substeps: Substeps,
+}
+
+impl ForDragLaw for Advance<'_> {
+    type Output = Result<ContactReport, DemError>;
+
+    fn run<L: DragLaw>(self, law: &L) -> Self::Output {
+        let Self { domain, engine, around, diameter, force, body_force, dt, substeps } = self;
+        let drag = FluidDrag { law, around, diameter };
+        engine.advance(domain, &Loads { force, torque: &[], drag: Some(&drag) }, body_force, dt, substeps)
+    }
+}
+
+/// The shortest drag relaxation time of the grains and the fluid around them.
+struct DragRate<'a> {
+    domain: &'a Domain,
+    grains: &'a Grains,
+    /// Density of the fluid [kg/m^3].
+    density: Real,
+    around: &'a [FluidAtGrain],
+    diameter: &'a [Real],
+}
+
+impl ForDragLaw for DragRate<'_> {
+    /// Its reciprocal, over all ranks [1/s].
+    type Output = Real;
+
+    fn run<L: DragLaw>(self, law: &L) -> Real {
+        let Self { domain, grains, density, around, diameter } = self;
+        let rate = |g: usize| {
+            let around = &around[g];
+            let slip = (around.velocity - grains.velocity[g]).length();
+            let d = diameter[g];
+            let kappa = around.wetness * law.coefficient(d, around.void_fraction, slip);
+            let solid = 1.0 - around.void_fraction;
+            let fluid = solid / (around.void_fraction * density * volume(d));
+            kappa * (1.0 / grains.mass[g] + fluid)
+        };
+        largest(domain, around.len(), rate)
     }
 }
 
@@ -149,7 +204,7 @@ impl GrainPhase {
             ghost_margin: 0.0,
         };
         let coupling = Coupling {
-            closure: Closure::recommended(1.0, 0.0),
+            drag: DragParameters::recommended(1.0, 0.0),
             smoothing: 1.0,
             least_void: 1.0,
             implicit_pressure_force: false,
@@ -252,7 +307,7 @@ impl GrainPhase {
     /// Updates the grain positions that void fractions are computed from, with mirror images in the walls of `tank`.
     pub fn place(&mut self, domain: &Domain, tank: &Tank) {
         if self.any {
-            self.sources.fill(domain, tank, &self.engine, self.coupling.closure.density);
+            self.sources.fill(domain, tank, &self.engine, self.coupling.drag.density);
         }
     }
 
@@ -344,18 +399,14 @@ impl GrainPhase {
 
     /// The [`Self::drag_rate`] of the present state.
     fn present_drag_rate(&self, domain: &Domain) -> Real {
-        let grains = self.engine.grains();
-        let density = self.coupling.closure.density;
-        let rate = |g: usize| {
-            let around = &self.around[g];
-            let slip = (around.velocity - grains.velocity[g]).length();
-            let d = self.diameter[g];
-            let kappa = around.wetness * self.coupling.closure.coefficient(d, around.void_fraction, slip);
-            let solid = 1.0 - around.void_fraction;
-            let fluid = solid / (around.void_fraction * density * volume(d));
-            kappa * (1.0 / grains.mass[g] + fluid)
-        };
-        largest(domain, self.around.len(), rate)
+        let Self { engine, coupling, around, diameter, .. } = self;
+        coupling.drag.run(DragRate {
+            domain,
+            grains: engine.grains(),
+            density: coupling.drag.density,
+            around,
+            diameter,
+        })
     }
 
     /// Largest speed of a grain [m/s].
@@ -382,7 +433,7 @@ impl GrainPhase {
     ) -> Result<ContactReport, DemError> {
         self.drag_rate = self.present_drag_rate(domain);
         let Self { engine, coupling, around, diameter, force, places, .. } = self;
-        let density = coupling.closure.density;
+        let density = coupling.drag.density;
         force.clear();
         force.extend(
             around
@@ -400,9 +451,9 @@ impl GrainPhase {
             kept[GRADIENT..GRADIENT + 3].copy_from_slice(&around[g].gradient.to_array());
             kept[PRESSURE_FORCE..PRESSURE_FORCE + 3].copy_from_slice(&force[g].to_array());
         }
-        let drag = FluidDrag { closure: &coupling.closure, around, diameter };
-        let loads = Loads { force, torque: &[], drag: Some(&drag) };
-        let contacts = engine.advance(domain, &loads, body_force, dt, coupling.substeps)?;
+        let substeps = coupling.substeps;
+        let contacts =
+            coupling.drag.run(Advance { domain, engine, around, diameter, force, body_force, dt, substeps })?;
         let grains = engine.grains();
         let mut sum = [0.0; 6];
         for g in 0..grains.owned() {

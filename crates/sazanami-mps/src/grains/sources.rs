@@ -9,8 +9,8 @@ use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
 use super::binned::{Binned, Lanes, Pair, lanes};
-use super::closure::volume;
 use super::diameter_of;
+use super::drag::volume;
 use crate::boundary::{Side, Tank};
 use crate::neighbours::ROWS;
 use crate::weight::{Weight, Wendland};

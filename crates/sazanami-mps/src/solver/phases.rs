@@ -6,12 +6,12 @@ use sazanami_parallel::for_each_chunk;
 use super::{Forcing, Phase, Scratch, Settings, Solver, StepError, StepReport};
 use crate::boundary::WallFriction;
 use crate::free_surface::{CLOSE_RADIUS, SurfaceTest, is_isolated};
+use crate::gradient::{self, PressureField};
 use crate::grains::{self, Voids};
 use crate::matrix::Layout;
 use crate::momentum::FluidImpulses;
 use crate::neighbours::{MARGIN, ROWS};
 use crate::number_density::{self, NumberDensity, Prediction};
-use crate::operators::{self, PressureField};
 use crate::particles::{FIRST_WALL_ID, Kind, Particles, Role};
 use crate::pressure::{PressureEquation, PressureReport, hydrostatic};
 use crate::reductions::{largest, sum_of};
@@ -19,6 +19,7 @@ use crate::scheme::{Fluid, SourceForm};
 use crate::shifting::{self, Arrangement};
 use crate::stabilisation::{self, Moved, Repulsion};
 use crate::stability::{COMPRESSIBLE, flow_time};
+use crate::viscosity::{self, ViscousField};
 
 /// Whether this is a wall particle with little fluid in front of it.
 fn is_dry_wall(surface: Option<&SurfaceTest>, n0: Real, kind: Kind, sums: &Prediction) -> bool {
@@ -64,11 +65,11 @@ impl Solver {
         let speed =
             self.largest_speed().max(self.grains.largest_speed(&self.domain)).max(forcing.wall_velocity.length());
         let reach = radius + 2.1 * dt * (kick * speed + dt * forcing.body_force.length());
-        let Self { domain, periods, particles, exchange, bins, neighbours, .. } = self;
-        exchange.migrate(domain, particles);
+        let Self { domain, periods, particles, ghosts, bins, neighbours, .. } = self;
+        ghosts.migrate(domain, particles);
         bins.renew(domain, reach);
         particles.sort(bins.len(), |x| bins.number(x));
-        exchange.renew(domain, periods, particles, reach, |x| bins.number(x));
+        ghosts.renew(domain, periods, particles, reach, |x| bins.number(x));
         let (own, ghosts) = particles.position.split_at(particles.owned);
         bins.fill(own, ghosts);
         let way = |a: usize| dt * (particles.velocity[a] + dt * body_force);
@@ -95,7 +96,7 @@ impl Solver {
 
     /// Void fraction at the particles; with `predicted`, at their predicted positions.
     pub(super) fn void_fractions(&mut self, predicted: bool, report: &mut StepReport) {
-        let Self { domain, tank, particles, exchange, scratch, grains, .. } = self;
+        let Self { domain, tank, particles, ghosts, scratch, grains, .. } = self;
         if grains.is_empty() {
             return;
         }
@@ -113,9 +114,9 @@ impl Solver {
         let worst = &mut report.coupling;
         worst.cut_voids = worst.cut_voids.max(domain.sum([cut as Real])[0] as usize);
         worst.least_void = worst.least_void.min(domain.min(smallest));
-        exchange.refresh(domain, inverse_void);
-        exchange.refresh(domain, inverse_void_rate);
-        exchange.refresh(domain, grain_mobility);
+        ghosts.refresh(domain, inverse_void);
+        ghosts.refresh(domain, inverse_void_rate);
+        ghosts.refresh(domain, grain_mobility);
     }
 
     /// Advances the grains and computes the drag on the fluid.
@@ -128,12 +129,12 @@ impl Solver {
     ) -> Result<(), StepError> {
         let mass = self.particle_mass();
         let reduced = self.reduced_force(forcing.body_force);
-        let Self { domain, kernel, particles, exchange, scratch, grains, .. } = self;
+        let Self { domain, kernel, particles, ghosts, scratch, grains, .. } = self;
         if grains.is_empty() || grains.is_frozen() {
             return Ok(());
         }
         watch(Phase::Coupling);
-        exchange.refresh(domain, &mut particles.gradient);
+        ghosts.refresh(domain, &mut particles.gradient);
         let Particles { kind, position, velocity, gradient, .. } = &*particles;
         let fluid = grains::Fluid { kind, position, velocity, gradient, inverse_void: &scratch.inverse_void };
         grains.interpolate_fluid(domain, kernel, &fluid);
@@ -147,11 +148,11 @@ impl Solver {
 
     /// Corrects the pressure force on the grains to the pressure of this step.
     pub(super) fn correct_grains(&mut self, dt: Real, report: &mut StepReport) {
-        let Self { domain, kernel, particles, exchange, scratch, grains, .. } = self;
+        let Self { domain, kernel, particles, ghosts, scratch, grains, .. } = self;
         if grains.is_empty() || grains.is_frozen() {
             return;
         }
-        exchange.refresh(domain, &mut particles.gradient);
+        ghosts.refresh(domain, &mut particles.gradient);
         let Particles { kind, gradient, .. } = &*particles;
         let Scratch { after: position, velocity, inverse_void, .. } = scratch;
         let fluid = grains::Fluid { kind, position, velocity, gradient, inverse_void };
@@ -160,26 +161,27 @@ impl Solver {
 
     /// Number density, its rate and the viscous term at the start of the step.
     pub(super) fn number_density(&mut self) {
-        let Self { domain, tank, kernel, particles, exchange, bins, neighbours, scratch, settings, .. } = self;
+        let Self { domain, tank, kernel, particles, ghosts, bins, neighbours, scratch, settings, .. } = self;
         let Scratch { viscous_velocity, inverse_void, inverse_void_rate, densities, bin, samples, .. } = scratch;
         let viscous_velocity = if settings.fluid.viscosity > 0.0 && tank.friction == WallFriction::NoSlip {
             let wet = |a: usize| neighbours.is_wet(bin[a]);
-            operators::mirrored_velocities(kernel, tank, bins, particles, wet, viscous_velocity);
-            exchange.refresh(domain, viscous_velocity);
+            viscosity::mirrored_velocities(kernel, tank, bins, particles, wet, viscous_velocity);
+            ghosts.refresh(domain, viscous_velocity);
             &viscous_velocity[..]
         } else {
             &particles.velocity[..]
         };
         let Particles { kind, position, velocity, .. } = &*particles;
         number_density::sample(position, velocity, inverse_void, inverse_void_rate, samples);
-        number_density::at_start(kernel, neighbours, kind, samples, viscous_velocity, tank.friction, densities);
+        let viscous = ViscousField { velocity: viscous_velocity, kind, friction: tank.friction };
+        number_density::at_start(kernel, neighbours, samples, &viscous, densities);
     }
 
     /// Velocities and positions without the pressure.
     pub(super) fn predict(&mut self, dt: Real, forcing: &Forcing) {
         let body_force = self.explicit_force(forcing);
         self.tank.displacement = forcing.wall_displacement;
-        let Self { domain, periods, particles, exchange, scratch, settings, .. } = self;
+        let Self { domain, periods, particles, ghosts, scratch, settings, .. } = self;
         let Scratch { velocity, place, densities, change, .. } = scratch;
         velocity.clone_from(&particles.velocity);
         place.clone_from(&particles.position);
@@ -190,14 +192,14 @@ impl Solver {
             for (row, (u, x)) in velocity.iter_mut().zip(place).enumerate() {
                 let a = number * ROWS + row;
                 if kind[a] == Kind::Fluid {
-                    *u += dt * (viscosity * densities[a].laplacian + body_force) + change[a];
+                    *u += dt * (viscosity * densities[a].laplacian.total + body_force) + change[a];
                 }
                 // On exact multiples, so that both particles of a pair across a periodic side get the same distance.
                 *x = periods.rounded(*x + dt * *u);
             }
         });
-        exchange.refresh(domain, velocity);
-        exchange.refresh_positions(domain, place);
+        ghosts.refresh(domain, velocity);
+        ghosts.refresh_positions(domain, place);
         // Rebuild the lists if drag and viscosity moved a particle farther than they allow for.
         let Self { kernel, bins, neighbours, .. } = self;
         let (position, place) = (&particles.position, &scratch.place);
@@ -212,7 +214,7 @@ impl Solver {
 
     /// Sums at the predicted positions: coefficients of the pressure equation, roles.
     pub(super) fn assemble(&mut self, report: &mut StepReport) {
-        let Self { domain, kernel, particles, exchange, neighbours, scratch, settings, equation, surface, .. } = self;
+        let Self { domain, kernel, particles, ghosts, neighbours, scratch, settings, equation, surface, .. } = self;
         let Scratch {
             inverse_void,
             inverse_void_rate,
@@ -259,7 +261,7 @@ impl Solver {
                 *number = role.number();
             }
         });
-        exchange.refresh(domain, roles);
+        ghosts.refresh(domain, roles);
         particles.role.iter_mut().zip(&*roles).for_each(|(role, &number)| *role = Role::from_number(number));
         // Wall particles next to isolated fluid only are not coupled to any prescribed pressure.
         dry.clear();
@@ -275,7 +277,7 @@ impl Solver {
                 .map(|a| a as u32),
         );
         dry.iter().for_each(|&a| roles[a as usize] = Role::Inactive.number());
-        exchange.refresh(domain, roles);
+        ghosts.refresh(domain, roles);
         particles.role.iter_mut().zip(&*roles).for_each(|(role, &number)| *role = Role::from_number(number));
         equation.set_diagonal(&particles.role, owned);
         let counts = sum_of(owned, |a| match particles.role[a] {
@@ -303,7 +305,7 @@ impl Solver {
         report: &mut StepReport,
     ) -> Result<(), StepError> {
         let reduced = self.reduced_force(forcing.body_force);
-        let Self { domain, kernel, particles, exchange, bins, scratch, settings, equation, surface, .. } = self;
+        let Self { domain, kernel, particles, ghosts, bins, scratch, settings, equation, surface, .. } = self;
         let Scratch {
             inverse_void, grain_mobility, mobility, place, densities, prediction, plain, bin, samples, ..
         } = scratch;
@@ -361,12 +363,12 @@ impl Solver {
         let completed = |a: usize| (kind[a] == Kind::Fluid).then(|| prediction[a].moment_deficit);
         equation.complete_support(role, place, pressure, completed);
         let to_strain = dt * dt / fluid.density;
-        let solved = equation.solve(&layout, exchange, pressure, to_strain, tolerance)?;
+        let solved = equation.solve(&layout, ghosts, pressure, to_strain, tolerance)?;
         let [cut, held] = domain.sum(equation.limited().map(|count| count as Real));
         report.pressure = PressureReport { cut_coefficients: cut as usize, limited_rows: held as usize, ..solved };
         let released = equation.cut_tension_at_dry_walls(dry, kind, role, &mut pressure[..]);
         report.tensile_cutoffs = domain.sum([released as Real])[0] as usize;
-        exchange.refresh(domain, pressure);
+        ghosts.refresh(domain, pressure);
         let field = PressureField {
             pressure,
             position: place,
@@ -375,7 +377,7 @@ impl Solver {
             kind,
             weight_of_fluid: fluid.density * reduced,
         };
-        operators::gradient(kernel, &mut equation.blocks, &field, &mut gradient[..owned], plain);
+        gradient::gradient(kernel, &mut equation.blocks, &field, &mut gradient[..owned], plain);
         report.uncorrected_gradients = domain.sum([plain.iter().filter(|p| **p).count() as Real])[0] as usize;
         for a in (0..owned).filter(|&a| role[a] == Role::Inactive) {
             pressure[a] = at_surface(place[a]);
@@ -385,7 +387,7 @@ impl Solver {
 
     /// Velocities and positions with the pressure.
     pub(super) fn correct(&mut self, dt: Real) {
-        let Self { domain, particles, exchange, scratch, settings, .. } = self;
+        let Self { domain, particles, ghosts, scratch, settings, .. } = self;
         let Scratch { velocity, place, after, .. } = scratch;
         after.clone_from(place);
         let Particles { kind, gradient, owned, .. } = particles;
@@ -402,8 +404,8 @@ impl Solver {
                 *x += dt * dt * acceleration;
             }
         });
-        exchange.refresh(domain, velocity);
-        exchange.refresh_positions(domain, after);
+        ghosts.refresh(domain, velocity);
+        ghosts.refresh_positions(domain, after);
     }
 
     /// Momentum of the fluid with such a `velocity` of each particle, over all ranks [N s].
@@ -421,9 +423,11 @@ impl Solver {
         let mass = self.particle_mass();
         let sums = sum_of(*owned, |a| {
             let [body, friction, wall] = match kind[a] {
-                Kind::Fluid => {
-                    [mass * forcing.body_force, mass * fluid.viscosity * scratch.densities[a].from_walls, Vector::ZERO]
-                }
+                Kind::Fluid => [
+                    mass * forcing.body_force,
+                    mass * fluid.viscosity * scratch.densities[a].laplacian.from_walls,
+                    Vector::ZERO,
+                ],
                 Kind::Wall if role[a] != Role::Inactive => {
                     // Total pressure on the face, half a spacing in front of the particle.
                     let facet = facets[(id[a] - FIRST_WALL_ID) as usize];
@@ -450,7 +454,7 @@ impl Solver {
 
     /// Dynamic stabilisation and collisions; `time` is the flow time scale [s].
     pub(super) fn stabilise(&mut self, dt: Real, time: Real, report: &mut StepReport) {
-        let Self { domain, kernel, particles, exchange, scratch, settings, equation, .. } = self;
+        let Self { domain, kernel, particles, ghosts, scratch, settings, equation, .. } = self;
         let Scratch { velocity, place, after, inverse_void, size, repulsions, collisions, .. } = scratch;
         let (kind, owned) = (&particles.kind[..], particles.owned);
         let Fluid { spacing, density, .. } = settings.fluid;
@@ -481,8 +485,8 @@ impl Solver {
             });
             let [pairs, work] = domain.sum(sums);
             (report.stabilised_pairs, report.stabilisation_work) = (pairs.round() as usize, work);
-            exchange.refresh(domain, velocity);
-            exchange.refresh_positions(domain, after);
+            ghosts.refresh(domain, velocity);
+            ghosts.refresh_positions(domain, after);
         }
         // Stabilisation moves by less than a tenth of a spacing: pairs farther apart cannot collide.
         if nearest < (0.7 * spacing) * (0.7 * spacing) {
@@ -500,7 +504,7 @@ impl Solver {
 
     /// Particle shifting; `time` is the flow time scale [s].
     pub(super) fn shift(&mut self, dt: Real, time: Real, report: &mut StepReport) {
-        let Self { domain, kernel, particles, exchange, neighbours, scratch, .. } = self;
+        let Self { domain, kernel, particles, ghosts, neighbours, scratch, .. } = self;
         let factor = kernel.scheme.shifting * dt / time;
         if factor == 0.0 {
             return;
@@ -511,7 +515,7 @@ impl Solver {
         let arrangement = Arrangement { kind, roles: role, position: after, inverse_void };
         shifting::displacements(kernel, neighbours, factor, &arrangement, shifts);
         after.iter_mut().zip(&*shifts).for_each(|(x, way)| *x += *way);
-        exchange.refresh_positions(domain, after);
+        ghosts.refresh_positions(domain, after);
         let longest = largest(*owned, |a| shifts[a].length_squared()).max(0.0);
         report.largest_shift = domain.max(longest).sqrt();
     }

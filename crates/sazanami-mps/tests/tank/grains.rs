@@ -1,7 +1,7 @@
 //! Grains in water: falling, lying, light.
 
 use sazanami_dem::{Grain, Motion};
-use sazanami_mps::grains::{Closure, volume};
+use sazanami_mps::grains::{DragParameters, volume};
 use sazanami_mps::solver::Forcing;
 use sazanami_numerics::{Real, Vector};
 
@@ -9,11 +9,11 @@ use crate::support::{Case, GRAVITY, OPEN_TOP, PERIODIC, SPACING, WALLS, under};
 
 /// Speed of a grain that falls through water at rest, from its drag law without added mass [m/s].
 fn expected_speed(time: Real) -> Real {
-    let closure = Closure::recommended(1000.0, 1e-3);
+    let law = DragParameters::recommended(1000.0, 1e-3);
     let (mass, weight) = (2650.0 * volume(SPACING), 1650.0 * volume(SPACING) * 9.81);
     let (mut speed, steps) = (0.0, 10_000);
     for _ in 0..steps {
-        let drag = closure.coefficient(SPACING, 1.0, speed) * speed;
+        let drag = law.coefficient(SPACING, 1.0, speed) * speed;
         speed += time / Real::from(steps) * (weight - drag) / mass;
     }
     speed

@@ -2,7 +2,7 @@
 
 use sazanami_dem::{Body, Engine, Grain, Interactions, LinearSpringDashpot, Setup, Substeps, Wall};
 use sazanami_mps::boundary::{Side, Tank, WallFriction};
-use sazanami_mps::grains::{Closure, Coupling, GrainPhase};
+use sazanami_mps::grains::{Coupling, DragParameters, GrainPhase};
 use sazanami_mps::pressure::Tolerance;
 use sazanami_mps::scheme::{Fluid, Scheme};
 use sazanami_mps::solver::{FluidParticle, Forcing, Settings, Solver};
@@ -93,7 +93,7 @@ impl Case {
 
     pub fn coupling(&self) -> Coupling {
         Coupling {
-            closure: Closure::recommended(1000.0, 1e-3),
+            drag: DragParameters::recommended(1000.0, 1e-3),
             smoothing: 3.0 * SPACING,
             least_void: 0.3,
             implicit_pressure_force: self.implicit_pressure_force,

@@ -1,7 +1,7 @@
 //! Cases that are posed once and run with both solvers.
 
 use crate::grid::dam_break::WIDTH;
-use sazanami_mps::grains::{Closure, volume};
+use sazanami_mps::grains::{DragParameters, volume};
 use sazanami_numerics::Real;
 
 use super::whole_run::WholeRun;
@@ -46,13 +46,13 @@ pub(crate) fn dam_break() -> Result<Vec<Measured>, String> {
 
 /// The speed at which a sphere settles.
 pub(crate) fn settling_sphere() -> Result<Vec<Measured>, String> {
-    let closure = Closure::recommended(1000.0, 1e-3);
+    let law = DragParameters::recommended(1000.0, 1e-3);
     // The weight in water against the drag law, by bisection.
     let weight = 1650.0 * volume(DIAMETER) * 9.81;
     let (mut low, mut high) = (0.0, 1.0);
     for _ in 0..60 {
         let speed = 0.5 * (low + high);
-        if closure.coefficient(DIAMETER, 1.0, speed) * speed < weight { low = speed } else { high = speed }
+        if law.coefficient(DIAMETER, 1.0, speed) * speed < weight { low = speed } else { high = speed }
     }
     let expected = 0.5 * (low + high);
     let mut rows = vec![Measured::info("speed by the drag law", "m/s", expected)];

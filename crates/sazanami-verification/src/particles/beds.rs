@@ -9,7 +9,7 @@ use super::vessel::{DENSITY, DOWN, ExperimentError, GRAVITY, OPEN, OPEN_TOP, PER
 use super::vessel::{advance, fluid, lattice, under};
 use sazanami_mps::boundary::WallFriction;
 use sazanami_mps::filling;
-use sazanami_mps::grains::{Closure, GrainPhase, Voids, volume};
+use sazanami_mps::grains::{DragParameters, GrainPhase, Voids, volume};
 use sazanami_mps::pressure::hydrostatic;
 use sazanami_mps::solver::{FluidParticle, Forcing, Solver};
 use sazanami_mps::weight::{Calibration, Weight};
@@ -151,7 +151,7 @@ pub fn falling_grain(spacing: Real, density: Real, end: Real) -> Result<Falling,
     let start = Vector::new(10.13 * d, 9.88 * d, (size[2] - 3) as Real * spacing * d - 8.0 * d);
     vessel.grains = vec![Grain::new(0, density, start)];
     let mut solver = vessel.solver()?;
-    let closure = Closure::recommended(DENSITY, DENSITY * vessel.viscosity);
+    let law = DragParameters::recommended(DENSITY, DENSITY * vessel.viscosity);
     let (mass, weight) = (GRAIN_DENSITY * volume(d), (GRAIN_DENSITY - DENSITY) * volume(d) * GRAVITY);
     let (mut expected, mut before): (Real, Real) = (0.0, 0.0);
     let (mut found, mut momentum): (Real, Real) = (0.0, Real::NAN);
@@ -160,7 +160,7 @@ pub fn falling_grain(spacing: Real, density: Real, end: Real) -> Result<Falling,
         let steps = 50;
         let dt = (time - before) / Real::from(steps);
         for _ in 0..steps {
-            let rate = closure.coefficient(d, 1.0, expected) / mass;
+            let rate = law.coefficient(d, 1.0, expected) / mass;
             expected = (expected + dt * weight / mass) / (1.0 + dt * rate);
         }
         before = time;

@@ -3,7 +3,7 @@
 use sazanami_dem::{Body, Setup};
 use sazanami_mps::boundary::{Side, Tank, WallFriction};
 use sazanami_mps::filling;
-use sazanami_mps::grains::{Closure, Coupling, DensityReference, Forchheimer, GrainPhase, SphereDrag};
+use sazanami_mps::grains::{Coupling, DensityReference, DragParameters, Forchheimer, GrainPhase, SphereDrag};
 use sazanami_mps::pressure::Tolerance;
 use sazanami_mps::scheme::{Fluid, GradientForm, Scheme, SourceForm, Stabilisation};
 use sazanami_mps::solver::{FluidParticle, Settings};
@@ -105,7 +105,7 @@ pub(crate) fn coupling(case: &Case) -> Coupling {
     let overlap = &case.moving_particles().overlap;
     let liquid = case.fluids.liquid;
     Coupling {
-        closure: Closure {
+        drag: DragParameters {
             kozeny: overlap.kozeny,
             forchheimer: overlap.forchheimer.map_or(Forchheimer::Ergun, Forchheimer::Constant),
             sphere: match overlap.sphere_drag {
@@ -118,7 +118,7 @@ pub(crate) fn coupling(case: &Case) -> Coupling {
                 meaning::DensityReference::Solid => DensityReference::Solid,
             },
             blend: overlap.blend,
-            ..Closure::recommended(liquid.density, liquid.viscosity)
+            ..DragParameters::recommended(liquid.density, liquid.viscosity)
         },
         smoothing: overlap.smoothing,
         least_void: overlap.least_void,

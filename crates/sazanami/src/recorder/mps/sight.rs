@@ -197,7 +197,7 @@ impl Sight {
         let drift = self.drift;
         let phase = solver.grains();
         let all = phase.engine().grains();
-        let closure = &phase.coupling().closure;
+        let drag = &phase.coupling().drag;
         let mut sums = [0.0; 9];
         for g in 0..all.owned() {
             let volume = volume(diameter_of(phase.engine(), g));
@@ -213,7 +213,7 @@ impl Sight {
             }
             sums[6] += all.position[g].z - floor;
             let [void_fraction, _] = phase.surroundings(g);
-            sums[7] += if void_fraction > 0.0 { closure.bed_share(void_fraction) } else { 0.0 };
+            sums[7] += if void_fraction > 0.0 { drag.bed_share(void_fraction) } else { 0.0 };
         }
         let sums = solver.domain().sum(sums);
         let count = self.grains.position.len().max(1) as Real;

@@ -87,7 +87,7 @@ struct Link {
 
 /// Who sends which particles to whom.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Exchange {
+pub(crate) struct Ghosts {
     links: Vec<Link>,
     bytes: Vec<u8>,
     records: Vec<ParticleRecord>,
@@ -120,7 +120,7 @@ fn zone(domain: &Domain, periods: &Periods, rank: usize) -> (Vector, Vector) {
     (lower, upper)
 }
 
-impl Exchange {
+impl Ghosts {
     /// Gives every particle to the rank whose part holds it. There are no ghosts.
     pub fn migrate(&mut self, domain: &Domain, particles: &mut Particles) {
         let communicator = domain.communicator();

@@ -1,0 +1,78 @@
+//! Corrected gradient of the pressure (GC).
+
+use sazanami_numerics::{Matrix, Real, Vector};
+use sazanami_parallel::for_each_chunk;
+
+use crate::matrix::Block;
+use crate::moments::{add, full, inverse};
+use crate::neighbours::ROWS;
+use crate::particles::{Kind, Role};
+use crate::scheme::{GradientForm, Kernel};
+use crate::weight::COINCIDENT;
+
+/// Fields from which the pressure gradient is computed, ghosts included.
+pub(crate) struct PressureField<'a> {
+    pub pressure: &'a [Real],
+    pub position: &'a [Vector],
+    pub inverse_void: &'a [Real],
+    pub roles: &'a [Role],
+    pub kind: &'a [Kind],
+    /// Density times the part of the body force whose hydrostatic pressure is split off [N/m^3].
+    pub weight_of_fluid: Vector,
+}
+
+/// Gradient of the reduced pressure at each own fluid particle, and whether it was left uncorrected. The total pressure
+/// gradient at isolated particles is zero.
+pub(crate) fn gradient(
+    kernel: &Kernel,
+    blocks: &mut [Block],
+    field: &PressureField<'_>,
+    into: &mut [Vector],
+    plain: &mut [bool],
+) {
+    let PressureField { pressure, position, inverse_void, roles, kind, weight_of_fluid } = *field;
+    let Kernel { scheme, weight, sums } = kernel;
+    let owned = into.len();
+    let into = &mut into[..];
+    for_each_chunk((into, plain), ROWS, |number, (into, plain)| {
+        let (block, weight) = (&blocks[number], *weight);
+        for (row, (gradient, plain)) in into.iter_mut().zip(plain).enumerate() {
+            let a = number * ROWS + row;
+            (*gradient, *plain) = (Vector::ZERO, false);
+            if a >= owned || kind[a] != Kind::Fluid {
+                continue;
+            }
+            if roles[a] == Role::Inactive {
+                *gradient = -weight_of_fluid;
+                continue;
+            }
+            let (mut matrix, mut sum, mut support) = ([0.0; 6], Vector::ZERO, 0.0);
+            for &b in block.row(row).0 {
+                let b = b as usize;
+                if roles[b] == Role::Inactive {
+                    continue;
+                }
+                let apart = position[b] - position[a];
+                let r2 = apart.length_squared();
+                let w = weight.value(r2.sqrt()) * inverse_void[b];
+                let share = w / r2.max(COINCIDENT);
+                support += w;
+                add(&mut matrix, share, apart);
+                sum += (share * (pressure[b] - pressure[a])) * apart;
+            }
+            let corrected = match scheme.gradient {
+                GradientForm::Corrected => inverse(&matrix, support),
+                GradientForm::Classical => Some(Matrix::from_diagonal(Vector::splat(3.0 / sums.others))),
+            };
+            *gradient = match corrected {
+                Some(inverse) => inverse * sum,
+                None => {
+                    // Too little support for the correction: plain gradient of the total pressure.
+                    *plain = true;
+                    let whole = sum + full(&matrix) * weight_of_fluid;
+                    whole * (3.0 / sums.others) - weight_of_fluid
+                }
+            };
+        }
+    });
+}

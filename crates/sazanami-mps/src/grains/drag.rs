@@ -1,0 +1,189 @@
+//! Drag of the fluid on grains: what a law is, the list of laws, and their parameters.
+//!
+//! A law gives the coefficient `kappa` of the drag force `kappa (u - v)` on a sphere, `V B/(1 - eps)` for a drag `B` per
+//! bulk volume. The pressure force `-V grad p` is separate and not part of it ("model A"). A new law is a file in this
+//! folder and its lines in the list here: the word of the case file and the arm of [`DragParameters::run`].
+
+mod blend;
+mod packed_bed;
+mod single_sphere;
+
+use std::f64::consts::PI;
+
+use sazanami_numerics::Real;
+use sazanami_numerics::choices;
+
+use blend::Blend;
+use single_sphere::{DallaValle, SchillerNaumann};
+
+/// A drag law. Loops over grains are compiled for each law: a law has no cost beyond its own formulas.
+pub trait DragLaw: Sync {
+    /// The law with the parameters of a run.
+    fn new(parameters: &DragParameters) -> Self;
+
+    /// Drag coefficient `kappa` [kg/s] of a sphere of diameter `d` [m] at void fraction `eps` and slip speed `s` [m/s].
+    fn coefficient(&self, d: Real, eps: Real, s: Real) -> Real;
+}
+
+/// Work that is compiled for each drag law.
+pub(crate) trait ForDragLaw {
+    /// Result of the work.
+    type Output;
+
+    /// Does the work with a law.
+    fn run<L: DragLaw>(self, law: &L) -> Self::Output;
+}
+
+choices! {
+    /// Drag law of the grains.
+    #[derive(Default)]
+    pub enum DragForm {
+        /// A packed bed (Kozeny and Ergun or Forchheimer) where grains are dense, single spheres (Wen & Yu 1966) where they
+        /// are sparse, and a linear blend in between.
+        #[default]
+        Blend = "blend",
+    }
+}
+
+choices! {
+    /// Volume fraction of the packing whose number density is 1.
+    #[derive(Default)]
+    pub enum DensityReference {
+        /// Touching spheres on a simple cubic lattice, `pi/6`: the convention of moving-particle methods.
+        #[default]
+        SimpleCubic = "simple_cubic",
+        /// Random close packing of spheres, 0.64.
+        ClosePacked = "close_packed",
+        /// Solid without voids.
+        Solid = "solid",
+    }
+}
+
+impl DensityReference {
+    fn solid_fraction(self) -> Real {
+        match self {
+            Self::SimpleCubic => PI / 6.0,
+            Self::ClosePacked => 0.64,
+            Self::Solid => 1.0,
+        }
+    }
+}
+
+/// Quadratic coefficient of flow through a bed.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Forchheimer {
+    /// `1.75/sqrt(150 eps^3)`: with Kozeny's permeability the equation of Ergun (1952).
+    #[default]
+    Ergun,
+    /// A constant, as 0.55 (Ward 1964).
+    Constant(Real),
+}
+
+choices! {
+    /// Drag coefficient of a single sphere.
+    #[derive(Default)]
+    pub enum SphereDrag {
+        /// `24/Re (1 + 0.15 Re^0.687)` up to Re = 1000, then 0.44 (Schiller & Naumann).
+        #[default]
+        SchillerNaumann = "schiller_naumann",
+        /// `(0.63 + 4.8/sqrt(Re))^2` (Dalla Valle, as Di Felice uses it).
+        DallaValle = "dalla_valle",
+    }
+}
+
+/// The drag law of a run and the parameters of all laws.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DragParameters {
+    /// Density of the fluid [kg/m^3].
+    pub density: Real,
+    /// Dynamic viscosity of the fluid [Pa s].
+    pub viscosity: Real,
+    /// Law in use.
+    pub form: DragForm,
+    /// Kozeny's constant: 150 in Ergun's equation.
+    pub kozeny: Real,
+    /// Quadratic coefficient of the packed bed.
+    pub forchheimer: Forchheimer,
+    /// Drag coefficient of single spheres.
+    pub sphere: SphereDrag,
+    /// Packing whose solid number density is 1.
+    pub reference: DensityReference,
+    /// Solid number densities between which the law is blended from single spheres to a bed; equal: a switch there.
+    pub blend: [Real; 2],
+}
+
+impl DragParameters {
+    /// The recommended law for a fluid of this density [kg/m^3] and dynamic viscosity [Pa s].
+    #[must_use]
+    pub fn recommended(density: Real, viscosity: Real) -> Self {
+        Self {
+            density,
+            viscosity,
+            form: DragForm::default(),
+            kozeny: 150.0,
+            forchheimer: Forchheimer::default(),
+            sphere: SphereDrag::default(),
+            reference: DensityReference::default(),
+            blend: [0.38, 0.42],
+        }
+    }
+
+    /// Does work with the law in use.
+    pub(crate) fn run<J: ForDragLaw>(&self, job: J) -> J::Output {
+        match (self.form, self.sphere) {
+            (DragForm::Blend, SphereDrag::SchillerNaumann) => job.run(&Blend::<SchillerNaumann>::new(self)),
+            (DragForm::Blend, SphereDrag::DallaValle) => job.run(&Blend::<DallaValle>::new(self)),
+        }
+    }
+
+    /// Drag coefficient of one sphere by the law in use, see [`DragLaw::coefficient`] [kg/s].
+    #[must_use]
+    pub fn coefficient(&self, d: Real, eps: Real, s: Real) -> Real {
+        struct One([Real; 3]);
+        impl ForDragLaw for One {
+            type Output = Real;
+
+            fn run<L: DragLaw>(self, law: &L) -> Real {
+                let [d, eps, s] = self.0;
+                law.coefficient(d, eps, s)
+            }
+        }
+        self.run(One([d, eps, s]))
+    }
+
+    /// Solid number density at void fraction `eps`.
+    #[must_use]
+    pub fn number_density(&self, eps: Real) -> Real {
+        (1.0 - eps) / self.reference.solid_fraction()
+    }
+
+    /// Share of the packed-bed law at void fraction `eps`.
+    #[must_use]
+    pub fn bed_share(&self, eps: Real) -> Real {
+        let phi = self.number_density(eps);
+        let [low, high] = self.blend;
+        if phi >= high {
+            1.0
+        } else if phi <= low {
+            0.0
+        } else {
+            (phi - low) / (high - low)
+        }
+    }
+}
+
+/// Volume of a sphere of diameter `d` [m^3].
+#[must_use]
+pub fn volume(d: Real) -> Real {
+    PI / 6.0 * d * d * d
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The recommended law in water.
+    pub(super) fn water() -> DragParameters {
+        DragParameters::recommended(1000.0, 1e-3)
+    }
+}
