@@ -1,13 +1,22 @@
 //! The command `sazanami`.
 
-mod commands;
+#![deny(clippy::print_stdout, clippy::print_stderr)]
+
+#[macro_use]
 mod terminal;
 
+mod commands;
+
 use std::process::ExitCode;
+use std::time::Instant;
 
 use clap::Parser;
+use sazanami::error::exit;
+use sazanami::machine;
+use sazanami::progress::duration;
 
 use commands::Command;
+use terminal::Verbosity;
 
 /// Grains of sand under moving water: resolved grains, two-phase flow, one case file.
 #[derive(Debug, Parser)]
@@ -18,21 +27,51 @@ use commands::Command;
     subcommand_required = true,
     arg_required_else_help = true,
     after_help = "Exit codes: 0 done; 1 the run failed; 2 the input or the command line is wrong; 130 stopped by \
-                  Ctrl-C or SIGTERM after writing a checkpoint.\n\n\
+                  Ctrl-C, SIGTERM or SIGHUP after writing a checkpoint.\n\n\
                   Example:\n  sazanami run cases/raindrop/quick.toml"
 )]
 struct Arguments {
     #[command(subcommand)]
     command: Command,
+    /// Show warnings and errors only, beside what was asked for
+    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    quiet: bool,
+    /// Show all that is known of each step, and the time and memory that the command took
+    #[arg(short, long, global = true)]
+    verbose: bool,
 }
 
 fn main() -> ExitCode {
-    let arguments = Arguments::parse();
-    match arguments.command.execute() {
-        Ok(code) => ExitCode::from(code),
-        Err(error) => {
-            terminal::error(&error);
-            ExitCode::from(error.exit_code())
-        }
+    let began = Instant::now();
+    let code = match Arguments::try_parse() {
+        Ok(arguments) => execute(arguments),
+        Err(error) => shown(&error),
+    };
+    let code = terminal::end_output(code);
+    if terminal::verbosity() == Verbosity::Verbose {
+        let memory = machine::peak_memory().map_or_else(String::new, |bytes| format!(", {} MiB at most", bytes >> 20));
+        terminal::complain(format_args!("took {}{memory}", duration(began.elapsed().as_secs_f64())));
+    }
+    ExitCode::from(code)
+}
+
+fn execute(arguments: Arguments) -> u8 {
+    terminal::set_verbosity(match (arguments.quiet, arguments.verbose) {
+        (true, _) => Verbosity::Quiet,
+        (_, true) => Verbosity::Verbose,
+        _ => Verbosity::Normal,
+    });
+    arguments.command.execute().unwrap_or_else(|error| {
+        terminal::error(&error);
+        error.exit_code()
+    })
+}
+
+/// Shows help, version, or what is wrong with the command line.
+fn shown(error: &clap::Error) -> u8 {
+    let code = u8::try_from(error.exit_code()).unwrap_or(exit::WRONG_INPUT);
+    match error.print() {
+        Err(problem) if problem.kind() != std::io::ErrorKind::BrokenPipe => code.max(exit::FAILED),
+        _ => code,
     }
 }

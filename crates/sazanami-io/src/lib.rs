@@ -18,4 +18,4 @@ pub mod vtk;
 pub use bodies::{Bodies, BodyPose, BodySurface};
 pub use element::{Element, ElementType};
 pub use measured_profile::MeasuredProfile;
-pub use replace::replace_file;
+pub use replace::{remove_unfinished, replace_file};

@@ -38,6 +38,20 @@ pub fn replace_file<R>(path: &Path, write: impl FnOnce(&mut BufWriter<File>) -> 
     Ok(result)
 }
 
+/// Removes what writes that were killed left behind in `folder` and in the folders directly within it. Nothing else may be
+/// writing there.
+pub fn remove_unfinished(folder: &Path) {
+    let list = |folder: &Path| std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
+    let folders = list(folder).filter(|path| path.is_dir()).chain([folder.to_owned()]);
+    let files = folders.flat_map(|folder| list(&folder).collect::<Vec<_>>());
+    for path in files.filter(|path| path.is_file()) {
+        if path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(UNFINISHED)) {
+            // What stays does no harm: nobody reads it.
+            let _ = std::fs::remove_file(path);
+        }
+    }
+}
+
 /// Makes a rename in `folder` survive a power cut.
 fn sync_folder(folder: &Path) -> io::Result<()> {
     if cfg!(unix) { File::open(folder)?.sync_all() } else { Ok(()) }

@@ -16,6 +16,7 @@ use crate::case::{Diagnostics, LoadedCase};
 use crate::machine::Machine;
 
 pub(crate) use cost::packing_substeps;
+use cost::packing_time;
 pub(crate) use limits::{Cause, Pace, speeds, stiffest_contact, strongest_force};
 pub use particles::{ParticlesReport, TankReport};
 pub(crate) use particles::{levelled, tank};
@@ -431,6 +432,11 @@ struct Size {
     cells: usize,
     grains: usize,
     spheres: usize,
+}
+
+/// Simulated time that packing the bed of a case takes [s]; `None` if it packs none.
+pub(crate) fn packing_time_of(case: &Case, shapes: &[ShapeFacts]) -> Option<Real> {
+    packing_time(case, &population_reports(case, shapes), &CostModel::default())
 }
 
 /// What is known of the populations; `shapes` as for [`check`].

@@ -1,9 +1,9 @@
-//! `log.txt`: what a command says while it runs, kept beside the results.
+//! `log.txt`: what a command says while it runs, with the time of day, kept beside the results.
 
 use std::fs::{File, OpenOptions};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime};
 
 use crate::progress::{Progress, StepLine};
 
@@ -41,10 +41,11 @@ impl<'a> Log<'a> {
         log
     }
 
-    /// Keeps a line that is shown otherwise, or not at all.
+    /// Keeps a line that is shown otherwise, or not at all, behind the time of day (UTC, ISO 8601).
     pub fn note(&mut self, text: &str) {
         let Some(file) = &mut self.file else { return };
-        if let Err(error) = file.write_all(format!("{text}\n").as_bytes()) {
+        let now = humantime::format_rfc3339_seconds(SystemTime::now());
+        if let Err(error) = file.write_all(format!("{now}  {text}\n").as_bytes()) {
             self.give_up(&error);
         }
     }

@@ -1,19 +1,23 @@
-//! What a running command tells about itself; who listens decides how it is shown.
+//! What a running command reports about itself; who listens decides how it is shown.
+
+mod pace;
 
 use sazanami_numerics::Real;
 
 use crate::case::{Diagnostics, Source};
 
+pub(crate) use pace::Pace;
+
 /// State of a run after a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StepLine {
-    /// What the run is doing, `packing` or `flow`.
+    /// What the run is doing: `packing`, `relax`, `settle` or `flow`.
     pub phase: &'static str,
     /// Fluid step (packing: sub-step).
     pub step: u64,
     /// Simulated time [s].
     pub time: Real,
-    /// Simulated time at the end [s].
+    /// Simulated time at which this phase ends [s]; foretold where grains decide it by coming to rest.
     pub until: Real,
     /// Length of the step [s].
     pub dt: Real,
@@ -25,27 +29,43 @@ pub struct StepLine {
     pub substeps: usize,
     /// Contacts between grains.
     pub contacts: usize,
-    /// Wall-clock time left [s], if it can be told.
+    /// Wall-clock time to the end of this phase [s]; absent until the pace is steady.
     pub remaining: Option<Real>,
 }
 
+impl StepLine {
+    /// Part of this phase that is done, from 0 to 1.
+    #[must_use]
+    pub fn fraction(&self) -> Real {
+        if self.until > 0.0 { (self.time / self.until).clamp(0.0, 1.0) } else { 0.0 }
+    }
+
+    /// Percentage and time left, then where the run is: at most 79 columns.
+    #[must_use]
+    pub fn short(&self) -> String {
+        format!("{:<7} {:>3.0} %  {}", self.phase, (100.0 * self.fraction()).floor(), self.after_percentage())
+    }
+
+    /// What follows the percentage in [`StepLine::short`].
+    #[must_use]
+    pub fn after_percentage(&self) -> String {
+        let left = self.remaining.map_or_else(String::new, |seconds| format!("left {}", duration(seconds)));
+        let (time, step, dt) = (self.time, self.step, self.dt);
+        format!("{left:<17}  t {time:.3e} s  step {step}  dt {dt:.1e} s ({})", self.limiter)
+    }
+}
+
 impl std::fmt::Display for StepLine {
+    /// All that is known, for a log.
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(
-            formatter,
-            "{:<7} step {:>7}  t {:.5e} s  dt {:.3e} s ({})",
-            self.phase, self.step, self.time, self.dt, self.limiter
-        )?;
+        formatter.write_str(&self.short())?;
         if self.pressure_iterations > 0 {
             write!(formatter, "  pressure {} it", self.pressure_iterations)?;
         }
         if self.substeps > 0 {
             write!(formatter, "  sub-steps {}  contacts {}", self.substeps, self.contacts)?;
         }
-        match self.remaining {
-            Some(seconds) => write!(formatter, "  left {}", duration(seconds)),
-            None => Ok(()),
-        }
+        Ok(())
     }
 }
 
@@ -81,7 +101,7 @@ pub trait Progress {
     }
 }
 
-/// A listener that does not care.
+/// A listener that shows nothing.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Silent;
 
@@ -101,5 +121,32 @@ mod tests {
         assert_eq!(duration(42.4), "42 s");
         assert_eq!(duration(200.0), "3 min 20 s");
         assert_eq!(duration(18_650.0), "5 h 10 min");
+    }
+
+    #[test]
+    fn percentage_and_time_left_come_first_within_80_columns() {
+        let line = StepLine {
+            phase: "packing",
+            step: 1_234_567,
+            time: 0.0499,
+            until: 0.05,
+            dt: 2e-5,
+            limiter: "grain_motion",
+            pressure_iterations: 12,
+            substeps: 61,
+            contacts: 30_000,
+            remaining: Some(18_650.0),
+        };
+        let short = line.short();
+        assert!(short.starts_with("packing  99 %  left 5 h 10 min  "), "{short}");
+        assert!(short.chars().count() < 80, "{short}");
+        assert!(
+            line.to_string().starts_with(&short)
+                && line.to_string().ends_with("pressure 12 it  sub-steps 61  contacts 30000")
+        );
+        // Nothing is guessed before the pace is known.
+        let first = StepLine { remaining: None, time: 0.0, ..line };
+        assert!(first.short().starts_with("packing   0 %                   "), "{}", first.short());
+        assert!(!first.short().contains("left"));
     }
 }

@@ -1,27 +1,26 @@
 //! Running a case and going on with one: what is asked and what comes of it.
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
 use std::sync::mpsc;
 use std::time::Instant;
 
 use sazanami_io::checkpoint::{CheckpointError, CheckpointFolder, NewestCheckpoint};
 use sazanami_numerics::Real;
-use sazanami_numerics::geometry::Shape;
 use sazanami_numerics::snapshot::Snapshot;
 use sazanami_parallel::{RanksFailed, Solo, run_ranks, with_threads};
 
-use crate::bed_file::Bed;
 use crate::case::meaning::Case;
 use crate::case::resolved::{self, Paths};
 use crate::case::{self, LoadedCase};
 use crate::check::{self, CostModel, Known};
 use crate::error::{CommandError, Failure};
 use crate::feasible::{self, Feasible};
-use crate::log::Log;
+use crate::lock::FolderLock;
+use crate::log::{LOG, Log};
 use crate::machine::{self, Machine};
-use crate::progress::{Progress, StepLine};
+use crate::progress::{Pace, Progress, StepLine, duration};
 use crate::simulation::{self, Ended, Event, Job, Program, RankFailure, Reporter, Resumed, RunState};
+use crate::stop::Stop;
 use crate::tanks::{self, MadeReady};
 use crate::{recorder, results};
 
@@ -101,7 +100,7 @@ pub fn run(
     loaded: &LoadedCase,
     options: &RunOptions,
     progress: &mut dyn Progress,
-    stop: &AtomicBool,
+    stop: &Stop,
 ) -> Result<RunSummary, CommandError> {
     let machine = Machine::this();
     let mut feasible = feasible::check(loaded, &machine, &CostModel::default())?;
@@ -112,6 +111,7 @@ pub fn run(
         progress.warnings(&feasible.warnings, &loaded.source);
     }
     let folder = results::prepare(options.out.as_deref(), &loaded.case.name, options.force)?;
+    let lock = FolderLock::take(&folder)?;
     // Kept before anything is removed: the case may lie in the very folder, and name the copies of an earlier run.
     let kept = results::keep_inputs(&loaded.case, &folder)?;
     if options.force {
@@ -119,9 +119,17 @@ pub fn run(
     }
     let mut log = Log::create(&folder, progress);
     log.note(&heading(&loaded.case, options));
+    warn_without(&lock, &mut log);
     ready.told.iter().for_each(|text| log.message(text));
     let from = From::Case(resolved::write(&kept, Paths::AsGiven), ready.tank);
-    start(&loaded.case, feasible.shapes, feasible.beds, options, folder, from, &mut log, stop)
+    Launch::new(&loaded.case, feasible, options, &folder, stop).start(from, &mut log)
+}
+
+/// Says so where nothing keeps a second run out of the folder.
+fn warn_without(lock: &FolderLock, log: &mut Log) {
+    if !lock.is_kept() {
+        log.message("warning: this file system knows no locks: take care that no other run writes to this folder");
+    }
 }
 
 /// Warns of results that the disk does not hold.
@@ -132,15 +140,15 @@ fn foresee_disk(loaded: &LoadedCase, feasible: &mut Feasible, ready: &MadeReady,
     check::warn_of_disk(loaded, &report, free, &mut feasible.warnings);
 }
 
-/// Goes on from the newest good checkpoint in `folder`.
+/// Goes on from the newest good checkpoint in `folder`, or from its case if the run ended before the first one.
 ///
 /// # Errors
-/// If there is none, if the case in the folder is not the one the run began with, or if the run fails.
+/// If all are damaged, if a run that has not ended writes to the folder, if the case in the folder is not the one the run began with, or if the run fails.
 pub fn resume(
     folder: &Path,
     options: &RunOptions,
     progress: &mut dyn Progress,
-    stop: &AtomicBool,
+    stop: &Stop,
 ) -> Result<RunSummary, CommandError> {
     let case_file = folder.join(results::CASE);
     if !case_file.is_file() {
@@ -149,13 +157,18 @@ pub fn resume(
             "give the folder that `sazanami run` wrote to",
         ));
     }
+    let lock = FolderLock::take(folder)?;
     let loaded = case::load(&case_file, &[])?;
     let newest = newest_checkpoint(folder, progress)?;
-    let Some((step, reader)) = &newest.good else {
-        return Err(CommandError::input(
-            format!("`{}` holds no good checkpoint", folder.display()),
-            "start the case again with `sazanami run`",
-        ));
+    let (step, reader) = match &newest.good {
+        Some(good) => good,
+        None if newest.skipped.is_empty() => return begin_again(&loaded, options, folder, progress, stop),
+        None => {
+            return Err(CommandError::input(
+                format!("`{}` holds no good checkpoint", folder.display()),
+                "start the case again with `sazanami run`",
+            ));
+        }
     };
     let resumed = Resumed {
         run: recorder::run_state(reader).map_err(unreadable)?,
@@ -178,13 +191,38 @@ pub fn resume(
     feasible::check_workers(&loaded.case, options, machine.cores)?;
     let mut log = Log::append(folder, progress);
     log.note(&heading(&loaded.case, options));
+    warn_without(&lock, &mut log);
     skipped(&newest).for_each(|text| log.note(&text));
     log.message(&format!("going on from step {step}, time {:.6e} s", resumed.run.time));
     if let Some(text) = other_program(&resumed.run, &loaded.case, options) {
         log.message(&text);
     }
-    let from = From::Checkpoint(Box::new(resumed));
-    start(&loaded.case, feasible.shapes, feasible.beds, options, folder.to_owned(), from, &mut log, stop)
+    Launch::new(&loaded.case, feasible, options, folder, stop).start(From::Checkpoint(Box::new(resumed)), &mut log)
+}
+
+/// Begins a run again that ended before its first checkpoint, from the case in its folder.
+fn begin_again(
+    loaded: &LoadedCase,
+    options: &RunOptions,
+    folder: &Path,
+    progress: &mut dyn Progress,
+    stop: &Stop,
+) -> Result<RunSummary, CommandError> {
+    let machine = Machine::this();
+    let feasible = feasible::check(loaded, &machine, &CostModel::default())?;
+    feasible::check_workers(&loaded.case, options, machine.cores)?;
+    let ready = tanks::made_ready(loaded, options.commit)?;
+    let kept = results::keep_inputs(&loaded.case, folder)?;
+    let log = std::fs::read(folder.join(LOG)).unwrap_or_default();
+    results::clear(folder, &kept)?;
+    // What was said before stays in the log; where it cannot be kept the new log says why.
+    let _ = std::fs::write(folder.join(LOG), log);
+    let mut log = Log::append(folder, progress);
+    log.note(&heading(&loaded.case, options));
+    log.message("no checkpoint had been written: the run begins again from the case in its folder");
+    ready.told.iter().for_each(|text| log.message(text));
+    let from = From::Case(resolved::write(&kept, Paths::AsGiven), ready.tank);
+    Launch::new(&loaded.case, feasible, options, folder, stop).start(from, &mut log)
 }
 
 /// What is to be said where another program began the run than goes on with it.
@@ -242,91 +280,109 @@ fn heading(case: &Case, options: &RunOptions) -> String {
     )
 }
 
-/// Runs the job; how it ended goes into the log.
-#[allow(clippy::too_many_arguments, reason = "what a run needs comes from as many places")]
-fn start(
-    case: &Case,
-    shapes: Vec<Shape>,
-    beds: Vec<Option<Bed>>,
-    options: &RunOptions,
-    folder: PathBuf,
-    from: From,
-    log: &mut Log,
-    stop: &AtomicBool,
-) -> Result<RunSummary, CommandError> {
-    let outcome = listen(case, shapes, beds, options, folder, from, log, stop);
-    match &outcome {
-        Ok(summary) => summary.lines.iter().for_each(|line| log.note(line)),
-        Err(error) => log.note(&format!("error: {error}")),
-    }
-    outcome
-}
-
 /// How many events a run may be ahead of its listener before it waits for it.
 const LISTENER_LAG: usize = 1;
 
-/// Starts the ranks and hears them to the end.
-#[allow(clippy::too_many_arguments, reason = "what a run needs comes from as many places")]
-fn listen(
-    case: &Case,
-    shapes: Vec<Shape>,
-    beds: Vec<Option<Bed>>,
-    options: &RunOptions,
-    folder: PathBuf,
-    from: From,
-    progress: &mut dyn Progress,
-    stop: &AtomicBool,
-) -> Result<RunSummary, CommandError> {
-    let began = Instant::now();
-    let ranks = options.ranks.max(1);
-    let threads = options.threads_of_rank(Machine::this().cores);
-    let (sender, events) = mpsc::sync_channel(LISTENER_LAG);
-    let reporter = Reporter(sender);
-    let (case_text, prepared, resumed) = match from {
-        From::Case(text, prepared) => (Some(text), prepared, None),
-        From::Checkpoint(resumed) => (None, None, Some(*resumed)),
-    };
-    let goes_on = resumed.is_some();
-    let place = folder.clone();
-    let shapes = shapes.into();
-    let job = Job { case, case_text, shapes, beds, options, folder, prepared, resumed, reporter, stop, threads };
-    let mut last = StepLine::default();
-    let outcome = std::thread::scope(|scope| {
-        // The job, and with it the only sender, ends with the worker: then the listener ends too.
-        let worker = scope.spawn(move || ranks_of(&job, ranks));
-        for event in events {
-            match event {
-                Event::Step(line) => {
-                    progress.step(&line);
-                    last = line;
+/// A run that can begin.
+struct Launch<'a> {
+    case: &'a Case,
+    feasible: Feasible,
+    options: &'a RunOptions,
+    folder: &'a Path,
+    stop: &'a Stop,
+}
+
+impl<'a> Launch<'a> {
+    fn new(case: &'a Case, feasible: Feasible, options: &'a RunOptions, folder: &'a Path, stop: &'a Stop) -> Self {
+        Self { case, feasible, options, folder, stop }
+    }
+
+    /// Runs; how it ended goes into the log.
+    fn start(self, from: From, log: &mut Log) -> Result<RunSummary, CommandError> {
+        let outcome = self.listen(from, log);
+        match &outcome {
+            Ok(summary) => summary.lines.iter().for_each(|line| log.note(line)),
+            Err(error) => log.note(&format!("error: {error}")),
+        }
+        outcome
+    }
+
+    /// Starts the ranks and hears them to the end.
+    fn listen(self, from: From, progress: &mut dyn Progress) -> Result<RunSummary, CommandError> {
+        let Self { case, feasible, options, folder, stop } = self;
+        let began = Instant::now();
+        let ranks = options.ranks.max(1);
+        let threads = options.threads_of_rank(Machine::this().cores);
+        let (sender, events) = mpsc::sync_channel(LISTENER_LAG);
+        let (case_text, prepared, resumed) = match from {
+            From::Case(text, prepared) => (Some(text), prepared, None),
+            From::Checkpoint(resumed) => (None, None, Some(*resumed)),
+        };
+        let goes_on = resumed.is_some();
+        let job = Job {
+            case,
+            case_text,
+            packing_time: check::packing_time_of(case, &feasible.facts),
+            shapes: feasible.shapes.into(),
+            beds: feasible.beds,
+            options,
+            folder: folder.to_owned(),
+            prepared,
+            resumed,
+            reporter: Reporter(sender),
+            stop,
+            threads,
+        };
+        let (mut last, mut pace) = (StepLine::default(), Pace::new());
+        let outcome = std::thread::scope(|scope| {
+            // The job, and with it the only sender, ends with the worker: then the listener ends too.
+            let worker = scope.spawn(move || ranks_of(&job, ranks));
+            for event in events {
+                match event {
+                    Event::Step(line) => {
+                        last = StepLine { remaining: pace.remaining(&line), ..line };
+                        progress.step(&last);
+                    }
+                    Event::Message(text) => progress.message(&text),
                 }
-                Event::Message(text) => progress.message(&text),
             }
-        }
-        worker.join()
-    });
-    let folder = place;
-    let ended = outcome.map_err(|_| broke_off(&folder, &last, progress))?.map_err(|failed| {
-        // Rank 0, which wrote the summary, may have known only that another rank had failed. A wrong command has
-        // not touched the run it was to go on with.
-        if !(goes_on && failed.error.is_at_once()) {
-            put_failure(&folder, &failed.failure, progress);
-        }
-        // A case file may lie elsewhere, and files are named relative to it.
-        let bed = case.packs().then(|| recorder::packed_bed(case, &folder));
-        let bed = bed.map(|bed| std::path::absolute(&bed).unwrap_or(bed));
-        failed.into_command_error(last_good_checkpoint(&folder), bed.as_deref())
-    })?;
-    let lines = crate::analyse::present(&folder, progress)?;
-    Ok(RunSummary {
-        status: ended.status,
-        interrupted: ended.interrupted,
-        folder,
-        steps: ended.steps,
-        time: ended.time,
-        wall: began.elapsed().as_secs_f64(),
-        lines,
-    })
+            worker.join()
+        });
+        let ended = outcome.map_err(|_| broke_off(folder, &last, progress))?.map_err(|failed| {
+            // Rank 0, which wrote the summary, may have known only that another rank had failed. A wrong command has
+            // not touched the run it was to go on with.
+            if !(goes_on && failed.error.is_at_once()) {
+                put_failure(folder, &failed.failure, progress);
+            }
+            // A case file may lie elsewhere, and files are named relative to it.
+            let bed = case.packs().then(|| recorder::packed_bed(case, folder));
+            let bed = bed.map(|bed| std::path::absolute(&bed).unwrap_or(bed));
+            failed.into_command_error(last_good_checkpoint(folder), bed.as_deref())
+        })?;
+        let wall = began.elapsed().as_secs_f64();
+        progress.message(&how_it_ended(&ended, options, stop, wall));
+        let lines = crate::analyse::present(folder, progress)?;
+        Ok(RunSummary {
+            status: ended.status,
+            interrupted: ended.interrupted,
+            folder: folder.to_owned(),
+            steps: ended.steps,
+            time: ended.time,
+            wall,
+            lines,
+        })
+    }
+}
+
+/// What stopped a run, and where.
+fn how_it_ended(ended: &Ended, options: &RunOptions, stop: &Stop, wall: Real) -> String {
+    let place = format!("at step {}, time {:.6e} s, after {}", ended.steps, ended.time, duration(wall));
+    match (ended.status, stop.cause(), options.steps) {
+        (Status::Finished, _, _) => format!("finished {place}"),
+        (_, Some(cause), _) if ended.interrupted => format!("stopped by {cause} {place}; a checkpoint was written"),
+        (_, _, Some(steps)) => format!("stopped after {steps} steps, as asked, {place}"),
+        _ => format!("stopped at the time that was asked {place}"),
+    }
 }
 
 /// The run panicked, soon after it told of its step `last`.

@@ -68,13 +68,18 @@ fn tank_of(case: &Case) -> String {
     resolved::write(&tank, Paths::NameOnly)
 }
 
-/// File in which the state of this tank is kept, if the system has a place for such.
-fn kept_at(case: &Case, commit: &str) -> Option<PathBuf> {
-    let folder = std::env::var_os(CACHE).map(PathBuf::from).or_else(|| {
+/// Folder in which states are kept, if the system has a place for such.
+pub(crate) fn cache_folder() -> Option<PathBuf> {
+    std::env::var_os(CACHE).map(PathBuf::from).or_else(|| {
         let cache = std::env::var_os("XDG_CACHE_HOME").map(PathBuf::from);
         let cache = cache.or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".cache")));
         Some(cache?.join("sazanami"))
-    })?;
+    })
+}
+
+/// File in which the state of this tank is kept.
+fn kept_at(case: &Case, commit: &str) -> Option<PathBuf> {
+    let folder = cache_folder()?;
     let key = format!("{} {commit}\n{}", env!("CARGO_PKG_VERSION"), tank_of(case));
     Some(folder.join(format!("tank-{:016x}.state", xxhash_rust::xxh3::xxh3_64(key.as_bytes()))))
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use sazanami::case::{self, Diagnostics, LoadedCase};
 use sazanami::check::{self, CheckReport, CostModel, Known};
 use sazanami::feasible;
-use sazanami::machine::Machine;
+use sazanami::machine::{Machine, MemoryLimit};
 
 /// The shipped tank and the shipped crater.
 const RIPPLES: &str = "ripples/quick.toml";
@@ -15,7 +15,8 @@ const RAINDROP: &str = "raindrop/quick.toml";
 fn told(case: &str, overrides: &[&str]) -> (bool, Vec<String>) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases").join(case);
     let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
-    let machine = Machine { cpu: "any".into(), cores: 2, memory_available: Some(8 << 30) };
+    let machine =
+        Machine { cpu: "any".into(), cores: 2, memory_available: Some(8 << 30), memory_limit: MemoryLimit::Machine };
     let loaded = case::load(&path, &overrides);
     let found = loaded.and_then(|loaded| {
         let source = loaded.source.clone();

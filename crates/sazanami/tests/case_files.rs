@@ -11,7 +11,7 @@ use sazanami::case::resolved::{self, Paths};
 use sazanami::case::{self, CaseError, LoadedCase};
 use sazanami::check::CostModel;
 use sazanami::feasible::{self, Feasible};
-use sazanami::machine::Machine;
+use sazanami::machine::{Machine, MemoryLimit};
 use sazanami_numerics::{Quaternion, Vector};
 
 fn cases() -> PathBuf {
@@ -424,7 +424,7 @@ fn placements_and_shapes_are_read() {
 
 /// A machine with so much free memory [bytes].
 fn machine(memory: u64) -> Machine {
-    Machine { cpu: "any".into(), cores: 2, memory_available: Some(memory) }
+    Machine { cpu: "any".into(), cores: 2, memory_available: Some(memory), memory_limit: MemoryLimit::Machine }
 }
 
 /// What is said about a case that can be read, errors first; what was found if it can run.

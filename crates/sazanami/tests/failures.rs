@@ -5,12 +5,12 @@ mod support;
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::sync::atomic::AtomicBool;
 use std::sync::mpsc;
 use std::time::Duration;
 
 use sazanami::error::{CommandError, Failure, exit};
 use sazanami::run::{self, RunOptions, Status};
+use sazanami::stop::{Stop, StopCause};
 
 use support::{Left, Listener, On, Scratch, checkpoints, go_on, load, newest, start, summary};
 
@@ -203,7 +203,7 @@ fn deep_contacts_are_counted_and_warned_of() {
     let run = |stiffness: &str, ranks: usize| {
         let folder = scratch.join(&format!("{}-{ranks}", stiffness.replace(' ', "-").replace('/', "")));
         let loaded = load(THROWN, &[&format!("contact.default.normal_stiffness={stiffness}"), "run.until=1 ms"]);
-        let stop = AtomicBool::new(false);
+        let stop = Stop::new();
         let mut listener = Listener::default();
         run::run(&loaded, &On::ranks(ranks, 1).options(Some(&folder)), &mut listener, &stop).unwrap();
         (Left::in_folder(&folder), listener.messages)
@@ -304,7 +304,7 @@ fn a_group_that_cannot_be_formed_is_refused_before_anything_is_removed() {
     let folder = scratch.join("results");
     start(&loaded, &folder, On::threads(1).steps(1)).unwrap();
     let before = all_files(&folder);
-    let stop = AtomicBool::new(false);
+    let stop = Stop::new();
     // Eight cells each way: no more than four parts of two cells in x1 and x2.
     let refusals = [(On::ranks(64, 1), "among 64 ranks", "`--ranks 16`"), (On::threads(60_000), "60000", "processor")];
     for (on, what, help) in refusals {
@@ -377,7 +377,7 @@ fn a_stop_from_outside() {
     let loaded = load(THROWN, &["contact.default.normal_stiffness=200 N/m"]);
     for ranks in [1, 3] {
         let folder = scratch.join(&format!("on-{ranks}"));
-        let stop = AtomicBool::new(false);
+        let stop = Stop::new();
         let mut listener = Listener {
             stop: Some(&stop),
             stop_after: Some(|line| line.phase == "flow" && line.step >= 4),
@@ -397,7 +397,8 @@ fn a_stop_from_outside() {
     }
     // A flag that is set before anything happens: a checkpoint of the beginning.
     let folder = scratch.join("at-once");
-    let stop = AtomicBool::new(true);
+    let stop = Stop::new();
+    stop.set(StopCause::Caller);
     let ended = run::run(&loaded, &On::threads(1).options(Some(&folder)), &mut Listener::default(), &stop).unwrap();
     assert_eq!((ended.steps, ended.interrupted), (0, true));
     assert_eq!(checkpoints(&folder).steps().unwrap(), [0]);

@@ -5,7 +5,6 @@
 mod support;
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
 
 use sazanami::analyse::analyse;
 use sazanami::case::meaning::{Case, Solver, TankMotion};
@@ -16,6 +15,7 @@ use sazanami::error::{CommandError, exit};
 use sazanami::machine::Machine;
 use sazanami::progress::StepLine;
 use sazanami::run;
+use sazanami::stop::Stop;
 use sazanami::tanks;
 use sazanami_numerics::Real;
 
@@ -118,7 +118,7 @@ fn threads_ranks_and_interruptions_change_nothing() {
         ("settle", |line: &StepLine| line.phase == "settle" && line.time > 2e-4),
     ] {
         let folder = scratch.join(phase);
-        let stop = AtomicBool::new(false);
+        let stop = Stop::new();
         let mut listener = Listener { stop: Some(&stop), stop_after: Some(after), ..Listener::default() };
         let stopped =
             run::run(&load(TANK, &[TIGHT]), &On::threads(2).options(Some(&folder)), &mut listener, &stop).unwrap();
@@ -140,7 +140,7 @@ fn a_tank_made_ready_begins_where_its_maker_began_and_fits_no_other() {
     let folder = scratch.join("again");
     let loaded = load(TANK, &[&given, "ripples.margin=2 mm"]);
     let mut listener = Listener::default();
-    let stop = AtomicBool::new(false);
+    let stop = Stop::new();
     run::run(&loaded, &On::threads(2).steps(STEPS).options(Some(&folder)), &mut listener, &stop).unwrap();
     assert!(listener.lines.iter().all(|line| line.phase == "flow"));
     assert_eq!(first.hash(), Left::in_folder(&folder).hash());

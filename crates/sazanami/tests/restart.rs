@@ -4,12 +4,12 @@
 mod support;
 
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
 
 use sazanami::case::{self, LoadedCase, resolved};
 use sazanami::error::{CommandError, exit};
 use sazanami::progress::StepLine;
 use sazanami::run::{self, RunOptions, RunSummary, Status};
+use sazanami::stop::Stop;
 use sazanami_io::checkpoint::CheckpointWriter;
 
 use support::{Left, Listener, On, Scratch, checkpoints, go_on, load, start};
@@ -218,7 +218,7 @@ fn a_forgotten_contact_would_be_noticed() {
 
 /// Stops the run when `after` says so; returns the folder's status.
 fn interrupted(loaded: &LoadedCase, folder: &Path, ranks: usize, after: fn(&StepLine) -> bool) {
-    let stop = AtomicBool::new(false);
+    let stop = Stop::new();
     let mut listener = Listener { stop: Some(&stop), stop_after: Some(after), ..Listener::default() };
     let options = On::ranks(ranks, 1).options(Some(folder));
     let summary = run::run(loaded, &options, &mut listener, &stop).expect("the case is sound");
@@ -307,7 +307,7 @@ fn signals_during_packing_and_flow_one_after_the_other() {
     let later: [fn(&StepLine) -> bool; 2] =
         [|line| line.phase == "packing" && line.step >= 250, |line| line.phase == "flow"];
     for after in later {
-        let stop = AtomicBool::new(false);
+        let stop = Stop::new();
         let mut listener = Listener { stop: Some(&stop), stop_after: Some(after), ..Listener::default() };
         run::resume(&broken, &On::threads(1).options(None), &mut listener, &stop).unwrap();
     }
@@ -362,7 +362,7 @@ fn signals_while_a_bed_comes_to_rest() {
         interrupted(&loaded, &broken, ranks, |line| line.limiter == "parting" && line.step >= 5);
         for (breaks, parting) in [(1, 1.0), (2, 0.0)] {
             if breaks == 2 {
-                let stop = AtomicBool::new(false);
+                let stop = Stop::new();
                 let settling = |line: &StepLine| line.limiter == "settling" && line.phase == "relax";
                 let mut listener = Listener { stop: Some(&stop), stop_after: Some(settling), ..Listener::default() };
                 let ended = run::resume(&broken, &On::ranks(ranks, 2).options(None), &mut listener, &stop).unwrap();
@@ -395,7 +395,7 @@ fn limits_of_a_command_change_no_step() {
     let middle = 0.5 * (times[7] + times[8]);
     let run = |name: &str, options: RunOptions| {
         let folder = scratch.join(name);
-        let stop = AtomicBool::new(false);
+        let stop = Stop::new();
         let options = RunOptions { out: Some(folder.clone()), threads: Some(2), ranks: 1, ..options };
         let ended = run::run(&loaded, &options, &mut Listener::default(), &stop).unwrap();
         assert_eq!(ended.status, Status::Stopped);
@@ -408,7 +408,7 @@ fn limits_of_a_command_change_no_step() {
     for folder in [until, steps] {
         let (part, all) = (Left::in_folder(&folder), Left::in_folder(&whole));
         assert_eq!(part.series.rows[..], all.series.rows[..part.series.rows.len()]);
-        let stop = AtomicBool::new(false);
+        let stop = Stop::new();
         let more = RunOptions { until: Some(0.5e-3), threads: Some(1), ranks: 1, ..RunOptions::default() };
         run::resume(&folder, &more, &mut Listener::default(), &stop).unwrap();
         let (outcome, _) = go_on(&folder, On::threads(1));
@@ -491,6 +491,29 @@ fn only_folders_of_runs_can_be_gone_on_with() {
         let (outcome, _) = go_on(&folder, On::threads(1));
         assert_eq!(outcome.unwrap_err().exit_code(), exit::WRONG_INPUT);
     }
+}
+
+#[test]
+fn a_run_without_a_checkpoint_begins_again_from_its_case() {
+    let scratch = Scratch::new("restart-begin-again");
+    let whole = scratch.join("whole");
+    start(&load(SLIDING, &["run.until=0.1 ms"]), &whole, On::threads(1)).unwrap();
+    // What a run that was killed before its first checkpoint leaves: its case, a part of its series, a torn file.
+    let killed = scratch.join("killed");
+    std::fs::create_dir_all(killed.join("checkpoints")).unwrap();
+    std::fs::copy(whole.join("case.toml"), killed.join("case.toml")).unwrap();
+    std::fs::write(killed.join("series.csv"), "time [s],dt [s]\n0,1e-").unwrap();
+    std::fs::write(killed.join("log.txt"), "2026-11-22T18:30:00Z  sazanami 0.1.0\n").unwrap();
+    std::fs::write(killed.join("checkpoints/.unfinished-x"), "half").unwrap();
+    std::fs::write(killed.join(".sazanami-lock"), "process 1, since 2026-11-22T18:30:00Z\n").unwrap();
+    let (outcome, said) = go_on(&killed, On::threads(1));
+    assert_eq!(outcome.unwrap().status, Status::Finished);
+    assert!(said.iter().any(|text| text.contains("begins again from the case")), "{said:#?}");
+    assert_eq!(Left::in_folder(&killed).hash(), Left::in_folder(&whole).hash());
+    assert_eq!(Left::in_folder(&killed).series.rows.len(), Left::in_folder(&whole).series.rows.len());
+    let log = std::fs::read_to_string(killed.join("log.txt")).unwrap();
+    assert!(log.starts_with("2026-11-22T18:30:00Z  sazanami 0.1.0\n"), "{log}");
+    assert!(!killed.join("checkpoints/.unfinished-x").exists() && !killed.join(".sazanami-lock").exists());
 }
 
 #[test]
@@ -602,7 +625,7 @@ fn a_run_goes_on_without_the_bed_it_began_with() {
     assert_eq!(go_on(&moved, On::threads(1).steps(2)).0.unwrap().steps, 5);
     // Begun anew in its own folder it finds the copy there.
     let again = RunOptions { force: true, ..On::threads(1).steps(1).options(Some(&moved)) };
-    let stop = AtomicBool::new(false);
+    let stop = Stop::new();
     let kept = case::load(&moved.join("case.toml"), &[]).unwrap();
     run::run(&kept, &again, &mut Listener::default(), &stop).unwrap();
     let copy = "inputs/grains-0/bed/small.bed";
@@ -623,13 +646,17 @@ fn the_log_holds_what_was_said() {
     let folder = scratch.join("run");
     start(&load(SLIDING, &[]), &folder, On::ranks(2, 1).steps(2)).unwrap();
     let first = std::fs::read_to_string(folder.join("log.txt")).unwrap();
-    assert_eq!(first.lines().filter(|line| line.starts_with("flow    step ")).count(), 1, "{first}");
+    assert_eq!(first.lines().filter(|line| line.contains("Z  flow ")).count(), 1, "{first}");
+    assert!(first.contains("Z  stopped after 2 steps, as asked, at step 2, "), "{first}");
+    // The time of day stands before each message: 2026-11-22T18:30:00Z.
+    let is_dated = |line: &str| line.len() > 22 && line.as_bytes()[10] == b'T' && &line[19..22] == "Z  ";
+    assert!(first.lines().filter(|line| !line.starts_with(' ')).all(is_dated), "{first}");
     let said = go_on(&folder, On::threads(1).steps(2)).1;
     let both = std::fs::read_to_string(folder.join("log.txt")).unwrap();
     let added = both.strip_prefix(&first).expect("the log of the first command stays");
     assert!(said.iter().any(|text| text.starts_with("going on from step 2")));
     for text in &said {
-        assert!(added.lines().any(|line| line == text), "`{text}` is not in:\n{added}");
+        assert!(added.lines().any(|line| line.ends_with(text.as_str())), "`{text}` is not in:\n{added}");
     }
 }
 

@@ -41,7 +41,7 @@ impl Analyse {
         let lines = analyse(&self.dirs, &self.overrides, &mut screen)?;
         drop(screen);
         for line in lines {
-            println!("{line}");
+            outln!("{line}");
         }
         Ok(exit::DONE)
     }

@@ -31,7 +31,7 @@ impl Bench {
     pub fn execute(self) -> Result<u8, CommandError> {
         if self.list {
             for bench in bench::benches() {
-                println!("{:<24} {}", bench.name, bench.about);
+                outln!("{:<24} {}", bench.name, bench.about);
             }
             return Ok(exit::DONE);
         }
@@ -41,7 +41,7 @@ impl Bench {
         if self.json {
             print_json(&super::json(&rows)?);
         } else {
-            print!("{}", bench::table(&rows));
+            out!("{}", bench::table(&rows));
         }
         Ok(exit::DONE)
     }

@@ -8,11 +8,12 @@ use sazanami::check::{self, CostModel, Known};
 use sazanami::error::{CommandError, exit};
 use sazanami::feasible;
 use sazanami::machine::{self, Machine};
+use sazanami::progress::Progress as _;
 use sazanami::tanks;
 use serde_json::json;
 
 use super::print_json;
-use crate::terminal;
+use crate::terminal::Screen;
 
 /// Read, validate and explain a case without running it.
 #[derive(Debug, Args)]
@@ -62,9 +63,10 @@ impl Check {
             let findings = super::json(&feasible.warnings.records(&loaded.source))?;
             print_json(&json!({ "ok": true, "findings": findings, "report": super::json(&report)? }));
         } else {
-            terminal::warnings(&feasible.warnings, &loaded.source);
-            ready.told.iter().for_each(|text| eprintln!("{text}"));
-            print!("{}", check::explain(&loaded.case, &report));
+            let mut screen = Screen::new();
+            screen.warnings(&feasible.warnings, &loaded.source);
+            ready.told.iter().for_each(|text| screen.message(text));
+            out!("{}", check::explain(&loaded.case, &report));
         }
         Ok(exit::DONE)
     }

@@ -3,6 +3,8 @@
 mod analyse;
 mod bench;
 mod check;
+mod completions;
+mod doctor;
 mod new;
 mod resume;
 mod run;
@@ -22,6 +24,8 @@ pub enum Command {
     Analyse(analyse::Analyse),
     Verify(verify::Verify),
     Bench(bench::Bench),
+    Doctor(doctor::Doctor),
+    Completions(completions::Completions),
 }
 
 impl Command {
@@ -35,6 +39,8 @@ impl Command {
             Self::Analyse(command) => command.execute(),
             Self::Verify(command) => command.execute(),
             Self::Bench(command) => command.execute(),
+            Self::Doctor(command) => command.execute(),
+            Self::Completions(command) => command.execute(),
         }
     }
 }
@@ -51,7 +57,7 @@ fn time(text: &str) -> Result<f64, String> {
 
 /// Prints a value as JSON on standard output.
 fn print_json(value: &serde_json::Value) {
-    println!("{value:#}");
+    outln!("{value:#}");
 }
 
 /// The value as JSON.

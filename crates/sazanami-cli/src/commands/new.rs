@@ -64,14 +64,14 @@ pub struct New {
 impl New {
     pub fn execute(self) -> Result<u8, CommandError> {
         if self.schema {
-            print!("{}", json_schema());
+            out!("{}", json_schema());
             return Ok(exit::DONE);
         }
         let (Some(name), Some(dir)) = (self.template, self.dir) else {
             for template in &TEMPLATES {
-                println!("{:<16} {}", template.name, template.about);
+                outln!("{:<16} {}", template.name, template.about);
             }
-            println!("\nwrite one with `sazanami new TEMPLATE DIR`");
+            outln!("\nwrite one with `sazanami new TEMPLATE DIR`");
             return Ok(exit::DONE);
         };
         let Some(template) = TEMPLATES.iter().find(|template| template.name == name) else {
@@ -95,21 +95,21 @@ impl New {
         };
         fs::create_dir_all(&dir).map_err(unwritable)?;
         fs::write(&case, format!("#:schema ./schema.json\n{}", template.text)).map_err(unwritable)?;
-        println!("{}", case.display());
+        outln!("{}", case.display());
         let text = json_schema();
         match fs::read(&schema) {
-            Ok(there) if there == text.as_bytes() => println!("{} (there already)", schema.display()),
-            Ok(_) => println!(
+            Ok(there) if there == text.as_bytes() => outln!("{} (there already)", schema.display()),
+            Ok(_) => outln!(
                 "{} is kept, although it differs: `sazanami new --schema` prints that of this version",
                 schema.display()
             ),
             Err(_) => {
                 let file = fs::File::create_new(&schema);
                 file.and_then(|mut file| file.write_all(text.as_bytes())).map_err(unwritable)?;
-                println!("{}", schema.display());
+                outln!("{}", schema.display());
             }
         }
-        println!("\nsee what it will be with `sazanami check {0}`, run it with `sazanami run {0}`", case.display());
+        outln!("\nsee what it will be with `sazanami check {0}`, run it with `sazanami run {0}`", case.display());
         Ok(exit::DONE)
     }
 }

@@ -12,7 +12,8 @@ use crate::terminal::{self, Screen};
 /// Go on from the newest good checkpoint in DIR.
 #[derive(Debug, Args)]
 #[command(
-    long_about = "Go on from the newest good checkpoint in DIR. A torn or corrupted checkpoint is skipped, with a word \
+    long_about = "Go on from the newest good checkpoint in DIR, or from the beginning if the run ended before it wrote \
+                  one. A torn or corrupted checkpoint is skipped, with a word \
                   about it. The result has the bits of an uninterrupted run, for any number of threads.",
     after_help = "Example:\n  sazanami resume runs/paper-1 --until \"0.19 s\""
 )]
@@ -31,7 +32,7 @@ impl Resume {
                 "give the folder that a run wrote its results to",
             ));
         }
-        let stop = terminal::stop_flag()?;
+        let stop = terminal::stop_on_signals()?;
         let mut screen = Screen::new();
         let summary = resume(&self.dir, &self.extent.options(None, false), &mut screen, &stop)?;
         drop(screen);

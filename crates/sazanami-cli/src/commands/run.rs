@@ -13,8 +13,8 @@ use crate::terminal::{self, Screen};
 /// Run a case.
 #[derive(Debug, Args)]
 #[command(
-    long_about = "Run a case. Results go to --out, or to runs/<case>-<n>. Ctrl-C and SIGTERM end the run with a \
-                  checkpoint; `sazanami resume` goes on from it.",
+    long_about = "Run a case. Results go to --out, or to runs/<case>-<n>. Ctrl-C, SIGTERM and SIGHUP end the run \
+                  with a checkpoint; `sazanami resume` goes on from it.",
     after_help = "Example:\n  sazanami run cases/raindrop/paper.toml --out runs/slow \\\n      \
                   --set liquid.0.fall.speed=\"2.25 m/s\" --until \"0.02 s\""
 )]
@@ -69,7 +69,7 @@ impl Extent {
 impl Run {
     pub fn execute(self) -> Result<u8, CommandError> {
         let loaded = case::load(&self.case, &self.overrides)?;
-        let stop = terminal::stop_flag()?;
+        let stop = terminal::stop_on_signals()?;
         let mut screen = Screen::new();
         let summary = run(&loaded, &self.extent.options(self.out, self.force), &mut screen, &stop)?;
         drop(screen);
@@ -80,11 +80,11 @@ impl Run {
 /// Tells what came of a run; returns the exit code.
 pub fn tell(summary: &RunSummary) -> u8 {
     for line in &summary.lines {
-        println!("{line}");
+        outln!("{line}");
     }
-    println!("results in {}", summary.folder.display());
+    outln!("results in {}", summary.folder.display());
     if summary.interrupted {
-        println!("go on with `sazanami resume {}`", summary.folder.display());
+        outln!("go on with `sazanami resume {}`", summary.folder.display());
     }
     summary.exit_code()
 }

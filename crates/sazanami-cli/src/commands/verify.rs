@@ -34,7 +34,7 @@ impl Verify {
     pub fn execute(self) -> Result<u8, CommandError> {
         if self.list {
             for case in CASES {
-                println!("{:<28} {}{}", case.name, case.about, if case.long { " (long)" } else { "" });
+                outln!("{:<28} {}{}", case.name, case.about, if case.long { " (long)" } else { "" });
             }
             return Ok(exit::DONE);
         }
@@ -44,7 +44,7 @@ impl Verify {
         if self.json {
             print_json(&super::json(&rows)?);
         } else {
-            print!("{}", verify::table(&rows));
+            out!("{}", verify::table(&rows));
         }
         let missed = rows.iter().any(|row| row.verdict == Verdict::Fail);
         Ok(if missed { exit::FAILED } else { exit::DONE })

@@ -1,7 +1,6 @@
 //! A case run whole, into a folder that goes when it is no longer needed.
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
 
 use sazanami_numerics::Real;
 use serde_json::Value;
@@ -10,6 +9,7 @@ use sazanami::analyse::Table;
 use sazanami::case::{self, LoadedCase};
 use sazanami::progress::Silent;
 use sazanami::run::{RunOptions, run};
+use sazanami::stop::Stop;
 
 /// What a run left behind.
 pub(crate) struct WholeRun {
@@ -21,7 +21,7 @@ impl WholeRun {
     pub fn of(name: &str, loaded: &LoadedCase) -> Result<Self, String> {
         let left = Self { folder: std::env::temp_dir().join(format!("sazanami-{name}-{}", std::process::id())) };
         let options = RunOptions { out: Some(left.folder.clone()), force: true, ranks: 1, ..RunOptions::default() };
-        run(loaded, &options, &mut Silent, &AtomicBool::new(false)).map_err(|error| error.to_string())?;
+        run(loaded, &options, &mut Silent, &Stop::new()).map_err(|error| error.to_string())?;
         Ok(left)
     }
 

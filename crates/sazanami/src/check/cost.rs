@@ -63,14 +63,21 @@ pub(super) fn predict(
 
 /// Sub-steps that packing takes: the fall from the lattice, then the bounces until the bed rests.
 pub(crate) fn packing_substeps(case: &Case, populations: &[PopulationReport], model: &CostModel) -> Real {
-    let (Some((how, fall)), Some(contact)) = (fall_of(case, populations), contact_step(case, populations)) else {
-        return 0.0;
-    };
+    match (packing_time(case, populations, model), contact_step(case, populations)) {
+        (Some(time), Some(contact)) => time / contact,
+        _ => 0.0,
+    }
+}
+
+/// Simulated time that packing takes [s]: the fall from the lattice, then the bounces until the bed rests; `None` if the
+/// case packs nothing.
+pub(crate) fn packing_time(case: &Case, populations: &[PopulationReport], model: &CostModel) -> Option<Real> {
+    let (how, fall) = fall_of(case, populations)?;
     let rest = match how.stop {
         PackingStop::TimeOnly => how.settle_time,
         PackingStop::Settled => how.settle_time.max(model.packing_rest * how.fall_gravity * fall),
     };
-    (fall + rest).min(how.time_limit) / contact
+    Some((fall + rest).min(how.time_limit))
 }
 
 /// How the grains are packed, and the time [s] in which those of the uppermost layer fall onto the bed.

@@ -8,7 +8,6 @@ mod files;
 mod mics;
 mod mps;
 mod observer;
-mod pace;
 mod reevaluated;
 mod summary;
 mod timetable;
@@ -43,7 +42,6 @@ pub(crate) use mics::GridObserver;
 pub(crate) use mps::{ParticleObserver, closed, measure, moment, settings_of, surface_json, tank_of, weight_of_grain};
 use observer::Row;
 pub(crate) use observer::{Observer, Step, Warning};
-use pace::Pace;
 pub(crate) use reevaluated::{Beds, Reevaluated, is_observed};
 pub(crate) use summary::{put_failure, put_files, put_ripples};
 use timetable::Timetables;
@@ -107,7 +105,6 @@ pub(crate) struct Recorder<'a, B: Observer> {
     seen: GatheredGrains,
     observer: B,
     files: Option<Files>,
-    pace: Pace,
     last_checkpoint: Instant,
     state_hash: Option<u64>,
     /// Time and step last seen.
@@ -133,7 +130,6 @@ impl<'a, B: Observer> Recorder<'a, B> {
             seen: GatheredGrains::new(job),
             observer: B::new(job),
             files,
-            pace: Pace::from(0.0),
             last_checkpoint: now,
             state_hash: None,
             reached: resumed_at.unwrap_or_default(),
@@ -158,11 +154,6 @@ impl<'a, B: Observer> Recorder<'a, B> {
     /// Next time at which a step has to end.
     pub fn next_due(&self, case: &Case, now: Real) -> Option<Real> {
         Some(self.timetables.next_after(now).map_or(case.run.until, |due| due.min(case.run.until)))
-    }
-
-    /// Wall-clock time left [s].
-    pub fn remaining(&mut self, clock: &Clock, until: Real) -> Option<Real> {
-        self.pace.seconds_for(clock.time(), until)
     }
 
     /// Takes note of a step of the packing.
@@ -261,7 +252,6 @@ impl<'a, B: Observer> Recorder<'a, B> {
 
     /// The flow begins, or goes on.
     pub fn begin(&mut self, water: &mut B::Water, clock: &Clock) -> Result<(), RankError> {
-        self.pace = Pace::from(clock.time());
         self.reached = (clock.time(), clock.step());
         self.seen.gather(water.domain(), water.engine());
         let resumed = self.job.resumed.as_ref().filter(|state| state.run.flows());

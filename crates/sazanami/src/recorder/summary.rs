@@ -171,13 +171,16 @@ fn amend(folder: &Path, change: impl FnOnce(&mut Map<String, Value>)) -> Result<
     write_json(&path, &Value::Object(summary))
 }
 
-/// What lies in the folder of results, relative to it.
+/// What lies in the folder of results, relative to it; not the lock of the run, nor what is being written.
 fn files(folder: &Path) -> Vec<String> {
     let mut found = Vec::new();
     let mut folders = vec![folder.to_owned()];
     while let Some(next) = folders.pop() {
         let Ok(entries) = std::fs::read_dir(&next) else { continue };
         for path in entries.flatten().map(|entry| entry.path()) {
+            if path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.')) {
+                continue;
+            }
             if path.is_dir() {
                 folders.push(path);
             } else if let Ok(relative) = path.strip_prefix(folder) {

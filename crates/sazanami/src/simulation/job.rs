@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::SyncSender;
 
 use sazanami_dem::DemError;
@@ -29,6 +28,7 @@ use crate::progress::StepLine;
 use crate::recorder::{RecordError, Totals};
 use crate::results::SERIES;
 use crate::run::{RunOptions, Status};
+use crate::stop::Stop;
 
 /// What a running command has to say.
 #[derive(Clone, Debug)]
@@ -140,14 +140,16 @@ pub(crate) struct Job<'a> {
     /// Whom rank 0 tells.
     pub reporter: Reporter,
     /// Set when the run is to end.
-    pub stop: &'a AtomicBool,
+    pub stop: &'a Stop,
     /// Threads per rank.
     pub threads: usize,
+    /// Simulated time that packing is expected to take [s], if it can be foretold.
+    pub packing_time: Option<Real>,
 }
 
 impl Job<'_> {
     pub fn is_stopped(&self) -> bool {
-        self.stop.load(Ordering::Relaxed)
+        self.stop.is_set()
     }
 
     /// Tells of a step.

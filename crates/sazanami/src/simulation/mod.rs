@@ -119,7 +119,7 @@ fn pack<B: Observer>(
 ) -> Result<Option<Packing>, RankError> {
     let start = Instant::now();
     let began = packing.engine().time();
-    let longest = packing.settings().longest;
+    let until = job.packing_time.unwrap_or(packing.settings().longest);
     loop {
         let [stop, checkpoint] = signals(domain, job, recorder);
         if stop || checkpoint {
@@ -144,7 +144,7 @@ fn pack<B: Observer>(
             phase: "packing",
             step: (report.time / packing.settings().step).round() as u64,
             time: report.time,
-            until: longest,
+            until,
             dt: packing.settings().step,
             limiter,
             substeps: report.contacts.substeps,
@@ -205,20 +205,22 @@ fn flow<B: Observer>(job: &Job, mut water: B::Water, recorder: &mut Recorder<B>)
         recorder.watch.turn(OUTPUT);
         clock.advance(dt, due);
         recorder.observe(&mut water, &clock, time, &Step { dt, limit, stable, report: &report })?;
-        let until = job.options.until.map_or(case.run.until, |until| until.min(case.run.until));
-        let remaining = recorder.remaining(&clock, until);
+        let last_step =
+            job.options.steps.map(|steps| first + steps).into_iter().chain(case.run.steps.map(|n| n as u64));
+        let by_steps = last_step.map(|last| clock.time() + dt * last.saturating_sub(clock.step()) as Real);
+        let until = by_steps.chain(job.options.until).fold(case.run.until, Real::min);
         let contacts = B::Water::contacts(&report);
         recorder.report(&StepLine {
             phase: "flow",
             step: clock.step(),
             time: clock.time(),
-            until: case.run.until,
+            until,
             dt,
             limiter: limit,
             pressure_iterations: B::Water::pressure_iterations(&report),
             substeps: contacts.substeps,
             contacts: contacts.contacts,
-            remaining,
+            ..StepLine::default()
         });
     }
 }

@@ -1,12 +1,12 @@
 //! Runs of small cases into folders of their own, and what they left behind.
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use sazanami::case::{self, LoadedCase};
 use sazanami::error::CommandError;
 use sazanami::progress::{Progress, StepLine};
 use sazanami::run::{self, RunOptions, RunSummary};
+use sazanami::stop::{Stop, StopCause};
 use sazanami_io::checkpoint::{CheckpointFolder, CheckpointReader};
 use sazanami_numerics::Real;
 use sazanami_numerics::snapshot::Snapshot;
@@ -44,7 +44,7 @@ pub struct Listener<'a> {
     pub messages: Vec<String>,
     pub lines: Vec<StepLine>,
     /// Set after the step for which `stop_after` says so.
-    pub stop: Option<&'a AtomicBool>,
+    pub stop: Option<&'a Stop>,
     pub stop_after: Option<fn(&StepLine) -> bool>,
 }
 
@@ -54,7 +54,7 @@ impl Progress for Listener<'_> {
         if let (Some(stop), Some(after)) = (self.stop, self.stop_after)
             && after(line)
         {
-            stop.store(true, Ordering::SeqCst);
+            stop.set(StopCause::Caller);
         }
     }
 
@@ -105,13 +105,13 @@ impl On {
 
 /// Runs a case into `folder`.
 pub fn start(loaded: &LoadedCase, folder: &Path, on: On) -> Result<RunSummary, CommandError> {
-    let stop = AtomicBool::new(false);
+    let stop = Stop::new();
     run::run(loaded, &on.options(Some(folder)), &mut Listener::default(), &stop)
 }
 
 /// Goes on with the run in `folder`; returns what it said as well.
 pub fn go_on(folder: &Path, on: On) -> (Result<RunSummary, CommandError>, Vec<String>) {
-    let stop = AtomicBool::new(false);
+    let stop = Stop::new();
     let mut listener = Listener::default();
     let outcome = run::resume(folder, &on.options(None), &mut listener, &stop);
     (outcome, listener.messages)

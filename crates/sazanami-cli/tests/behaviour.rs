@@ -1,0 +1,206 @@
+//! How the command behaves towards terminals, signals, other runs and the limits of the machine.
+
+#![cfg(unix)]
+
+use std::path::Path;
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+/// Two glass beads under a falling drop, for longer than anyone waits.
+const LONG: &str = r#"
+[domain]
+size = ["8 mm", "8 mm", "8 mm"]
+cells = [12, 12, 12]
+[[liquid]]
+region.sphere = { diameter = "3 mm" }
+position = ["4 mm", "4 mm", "5 mm"]
+[material.glass]
+density = "2500 kg/m^3"
+[contact.default]
+normal_stiffness = "1e3 N/m"
+restitution = 0.3
+[[grains]]
+shape.sphere = { diameter = "1 mm" }
+placement.list = [{ position = ["4 mm", "4 mm", "1 mm"] }, { position = ["2 mm", "4 mm", "2 mm"] }]
+[output]
+figures = { at = [] }
+[run]
+until = "1000 s"
+"#;
+
+fn sazanami(folder: &Path, arguments: &[&str]) -> Output {
+    command(folder, arguments).output().expect("the command can be started")
+}
+
+fn command(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_sazanami"));
+    command.args(arguments).current_dir(folder);
+    command
+}
+
+/// Runs a line of a shell with the command as `$S`.
+fn shell(folder: &Path, line: &str) -> Output {
+    let mut shell = Command::new("sh");
+    shell.args(["-c", line]).env("S", env!("CARGO_BIN_EXE_sazanami")).current_dir(folder);
+    shell.output().expect("there is a shell")
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// A folder with the long case, and its run into `out` as soon as it has steps to show.
+fn live_run(folder: &Path) -> Child {
+    start_live_run(folder).expect("a run can be started in a folder of its own")
+}
+
+fn start_live_run(folder: &Path) -> std::io::Result<Child> {
+    std::fs::write(folder.join("long.toml"), LONG)?;
+    let errors = folder.join("errors.txt");
+    let mut run = command(folder, &["run", "long.toml", "--out", "out", "--threads", "1"])
+        .stdout(Stdio::null())
+        .stderr(std::fs::File::create(&errors)?)
+        .spawn()?;
+    let began = Instant::now();
+    let series = folder.join("out/series.csv");
+    while !std::fs::read_to_string(&series).is_ok_and(|text| text.lines().count() > 2) {
+        assert!(run.try_wait()?.is_none(), "the run ended: {}", text(&std::fs::read(&errors)?));
+        assert!(began.elapsed() < Duration::from_secs(100), "no steps");
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    Ok(run)
+}
+
+fn signal(run: &Child, name: &str) {
+    let sent = Command::new("kill").args([name, &run.id().to_string()]).status();
+    assert!(sent.is_ok_and(|status| status.success()));
+}
+
+#[test]
+fn a_folder_belongs_to_one_run_and_comes_free_when_that_is_killed() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut run = live_run(folder.path());
+    for arguments in [&["resume", "out"][..], &["run", "long.toml", "--out", "out", "--force"]] {
+        let refused = sazanami(folder.path(), arguments);
+        let told = text(&refused.stderr);
+        assert_eq!(refused.status.code(), Some(2), "{told}");
+        assert!(told.contains(&format!("(process {}, since 20", run.id())), "{told}");
+    }
+    assert!(run.try_wait().unwrap().is_none(), "the live run goes on");
+    signal(&run, "-KILL");
+    run.wait().unwrap();
+    // It had no checkpoint yet: it begins again, and says so.
+    let resumed = sazanami(folder.path(), &["resume", "out", "--steps", "2"]);
+    assert_eq!(resumed.status.code(), Some(0), "{}", text(&resumed.stderr));
+    assert!(text(&resumed.stderr).contains("begins again"), "{}", text(&resumed.stderr));
+    let again = sazanami(folder.path(), &["run", "long.toml", "--out", "out", "--force", "--steps", "2"]);
+    assert_eq!(again.status.code(), Some(0), "{}", text(&again.stderr));
+    assert!(!folder.path().join("out/.sazanami-lock").exists());
+}
+
+#[test]
+fn a_closed_terminal_ends_a_run_with_a_checkpoint_and_the_log_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut run = live_run(folder.path());
+    signal(&run, "-HUP");
+    assert_eq!(run.wait().unwrap().code(), Some(130));
+    assert!(std::fs::read_dir(folder.path().join("out/checkpoints")).unwrap().count() > 0);
+    for file in ["errors.txt", "out/log.txt"] {
+        let told = std::fs::read_to_string(folder.path().join(file)).unwrap();
+        assert!(told.contains("stopped by SIGHUP: its terminal was closed at step "), "{file}: {told}");
+    }
+}
+
+#[test]
+fn a_closed_output_is_a_quiet_end_and_a_full_one_an_error() {
+    let folder = tempfile::tempdir().unwrap();
+    assert_eq!(sazanami(folder.path(), &["new", "raindrop", "."]).status.code(), Some(0));
+    let commands =
+        ["check raindrop.toml", "new --schema", "new", "completions bash", "check raindrop.toml --json", "--help"];
+    for arguments in commands {
+        // `read` takes one line and closes the pipe; the exit code is kept aside.
+        let closed = shell(folder.path(), &format!("{{ $S {arguments}; echo $? > code; }} | true"));
+        let told = text(&closed.stderr);
+        assert!(!told.contains("panicked") && !told.contains("error"), "{arguments}: {told}");
+        assert_eq!(std::fs::read_to_string(folder.path().join("code")).unwrap().trim(), "0", "{arguments}");
+        if Path::new("/dev/full").exists() {
+            let full = shell(folder.path(), &format!("$S {arguments} > /dev/full"));
+            let told = text(&full.stderr);
+            assert_eq!(full.status.code(), Some(1), "{arguments}: {told}");
+            assert!(!told.contains("panicked"), "{arguments}: {told}");
+            assert!(
+                arguments == "--help" || told.contains("standard output cannot be written: No space left"),
+                "{told}"
+            );
+        }
+    }
+    // Negative control: an open output gets it all.
+    assert!(text(&sazanami(folder.path(), &["new", "--schema"]).stdout).trim_end().ends_with('}'));
+    // A closed error stream does not end a run either.
+    std::fs::write(folder.path().join("long.toml"), LONG).unwrap();
+    let silent = shell(folder.path(), "$S run long.toml --out out --steps 3 2>&-");
+    assert_eq!(silent.status.code(), Some(0), "{}", text(&silent.stderr));
+}
+
+#[test]
+fn quiet_says_nothing_and_verbose_more() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("long.toml"), LONG).unwrap();
+    let run = |out: &str, more: &[&str]| {
+        let output = sazanami(folder.path(), &[&["run", "long.toml", "--steps", "3", "--out", out], more].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        (text(&output.stdout), text(&output.stderr))
+    };
+    let (plain, told) = run("plain", &[]);
+    // Percentage first, within 80 columns, nothing guessed after the first step.
+    let line = told.lines().find(|line| line.starts_with("flow ")).expect(&told);
+    assert!(line[8..].trim_start().chars().next().is_some_and(|c| c.is_ascii_digit()), "{line}");
+    assert!(line.contains(" %  ") && line.len() < 80 && !line.contains("left"), "{line}");
+    assert!(!line.contains("sub-steps"), "{line}");
+    let (quiet, silence) = run("quiet", &["--quiet"]);
+    assert_eq!(silence, "");
+    assert_eq!(quiet.lines().count(), plain.lines().count());
+    let (_, more) = run("verbose", &["-v"]);
+    assert!(more.contains("sub-steps") && more.contains("\ntook ") && more.contains(" MiB at most"), "{more}");
+    // Errors are shown all the same.
+    assert!(text(&sazanami(folder.path(), &["check", "none.toml", "-q"]).stderr).contains("none.toml"));
+}
+
+#[test]
+fn shells_get_completions() {
+    for (shell, sign) in [("bash", "complete -F"), ("zsh", "#compdef sazanami"), ("fish", "complete -c sazanami")] {
+        let output = sazanami(Path::new("."), &["completions", shell]);
+        let script = text(&output.stdout);
+        assert!(output.status.success() && script.contains(sign) && script.contains("resume"), "{shell}: {script}");
+    }
+    assert_eq!(sazanami(Path::new("."), &["completions", "dos"]).status.code(), Some(2));
+}
+
+#[test]
+fn the_doctor_looks_at_machine_and_limits() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = sazanami(folder.path(), &["doctor", "--json"]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stdout));
+    let findings: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let found: Vec<&str> =
+        findings.as_array().unwrap().iter().map(|finding| finding["what"].as_str().unwrap()).collect();
+    for what in [
+        "version",
+        "build",
+        "processor",
+        "instruction set",
+        "cores",
+        "memory",
+        "memory bandwidth",
+        "results",
+        "MPI",
+        "fonts",
+    ] {
+        assert!(found.contains(&what), "{what}: {found:?}");
+    }
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+    // A limit on address space rules.
+    let limited = text(&shell(folder.path(), "ulimit -v 3000000; $S doctor").stdout);
+    let rules = limited.lines().find(|line| line.contains("it rules")).expect(&limited);
+    assert!(rules.contains("ulimit -v"), "{limited}");
+}
