@@ -6,6 +6,7 @@
 mod terminal;
 
 mod commands;
+mod out_of_memory;
 
 use std::process::ExitCode;
 use std::time::Instant;
@@ -43,6 +44,7 @@ struct Arguments {
 
 fn main() -> ExitCode {
     let began = Instant::now();
+    out_of_memory::end_by_name();
     let code = match Arguments::try_parse() {
         Ok(arguments) => execute(arguments),
         Err(error) => shown(&error),

@@ -204,3 +204,22 @@ fn the_doctor_looks_at_machine_and_limits() {
     let rules = limited.lines().find(|line| line.contains("it rules")).expect(&limited);
     assert!(rules.contains("ulimit -v"), "{limited}");
 }
+
+#[test]
+fn memory_that_is_refused_ends_by_name() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("long.toml"), LONG).unwrap();
+    // Foretold: refused before anything is written.
+    let line =
+        "ulimit -v 300000; $S run long.toml --out out --steps 1 --threads 1 --set domain.cells='[200, 200, 200]'";
+    let foretold = shell(folder.path(), line);
+    let told = text(&foretold.stderr);
+    assert_eq!(foretold.status.code(), Some(2), "{told}");
+    assert!(told.contains("too large for the memory") && !folder.path().join("out").exists(), "{told}");
+    // Not foretold: the standard library says what was refused and aborts.
+    let mut run = live_run(folder.path());
+    signal(&run, "-ABRT");
+    assert_eq!(run.wait().unwrap().code(), Some(1));
+    let told = std::fs::read_to_string(folder.path().join("errors.txt")).unwrap();
+    assert!(told.contains("error: out of memory") && told.contains("ulimit -v"), "{told}");
+}

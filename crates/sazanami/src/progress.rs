@@ -50,15 +50,14 @@ impl StepLine {
     #[must_use]
     pub fn after_percentage(&self) -> String {
         let left = self.remaining.map_or_else(String::new, |seconds| format!("left {}", duration(seconds)));
-        let (time, step, dt) = (self.time, self.step, self.dt);
-        format!("{left:<17}  t {time:.3e} s  step {step}  dt {dt:.1e} s ({})", self.limiter)
+        format!("{left:<17}  t {:.3e} s  step {}  {}", self.time, self.step, self.limiter)
     }
 }
 
 impl std::fmt::Display for StepLine {
     /// All that is known, for a log.
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        formatter.write_str(&self.short())?;
+        write!(formatter, "{}  dt {:.3e} s", self.short(), self.dt)?;
         if self.pressure_iterations > 0 {
             write!(formatter, "  pressure {} it", self.pressure_iterations)?;
         }
