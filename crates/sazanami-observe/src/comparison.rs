@@ -27,6 +27,36 @@ pub struct RunResult {
     pub rim_radius: Real,
     /// Number of splashed grains.
     pub splashed: usize,
+    /// Whether the rim lies in the outermost layer: the box is too small for the crater.
+    pub rim_at_edge: bool,
+    /// Relative change of the volume over the last tenth of the run; `None` if that is not known.
+    pub late_change: Option<Real>,
+}
+
+/// A crater whose volume changes by less than this over the last tenth of its run has come to rest.
+const AT_REST: Real = 0.05;
+
+/// Why a run does not count for a law.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Doubt {
+    /// The volume is no larger than that of the same bed before the impact.
+    BelowNoise,
+    /// The rim lies at the edge of the box.
+    RimAtEdge,
+    /// The volume still changes at the end of the run, or nothing is known of that.
+    NotAtRest,
+}
+
+impl Doubt {
+    /// The reason in words.
+    #[must_use]
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::BelowNoise => "V below its noise",
+            Self::RimAtEdge => "rim at the edge",
+            Self::NotAtRest => "V not at rest",
+        }
+    }
 }
 
 impl RunResult {
@@ -34,6 +64,20 @@ impl RunResult {
     #[must_use]
     pub fn is_above_noise(&self) -> bool {
         self.volume > self.noise
+    }
+
+    /// Why the run does not count for a law, if it does not.
+    #[must_use]
+    pub fn doubt(&self) -> Option<Doubt> {
+        if !self.is_above_noise() {
+            Some(Doubt::BelowNoise)
+        } else if self.rim_at_edge {
+            Some(Doubt::RimAtEdge)
+        } else if self.late_change.is_none_or(|change| change.abs() > AT_REST) {
+            Some(Doubt::NotAtRest)
+        } else {
+            None
+        }
     }
 }
 
@@ -85,7 +129,7 @@ pub struct Series {
     pub axis_ratio: Real,
     /// Its runs by momentum.
     pub runs: Vec<RunResult>,
-    /// Volume against momentum, from the runs above their noise floor.
+    /// Volume against momentum, from the runs without a [`Doubt`].
     pub law: Option<PowerLaw>,
 }
 
@@ -123,49 +167,37 @@ impl Comparison {
         }
         for series in &mut series {
             series.runs.sort_by(|a, b| a.momentum.total_cmp(&b.momentum).then_with(|| a.name.cmp(&b.name)));
-            let clear = series.runs.iter().filter(|run| run.is_above_noise());
+            let clear = series.runs.iter().filter(|run| run.doubt().is_none());
             series.law = PowerLaw::fit(clear.map(|run| (run.momentum, run.volume)));
         }
         Self { series }
     }
 
-    /// Names of the columns of [`Self::rows`].
-    pub const COLUMNS: [&str; 11] = [
-        "run",
-        "axis_ratio",
-        "momentum_g_cm_s",
-        "volume_mm3",
-        "uncertainty_mm3",
-        "noise_mm3",
-        "volume_direct_mm3",
-        "depth_mm",
-        "rim_radius_mm",
-        "splashed_grains",
-        "above_noise",
+    /// Columns of the comparison: name with unit, and the text of a run in it.
+    pub const COLUMNS: [(&'static str, RunText); 11] = [
+        ("run", |run| run.name.clone()),
+        ("axis_ratio", |run| format!("{:.3}", run.axis_ratio)),
+        ("momentum_g_cm_s", |run| format!("{:.3}", run.momentum * 1e5)),
+        ("volume_mm3", |run| format!("{:.3}", run.volume * 1e9)),
+        ("uncertainty_mm3", |run| format!("{:.3}", run.uncertainty * 1e9)),
+        ("noise_mm3", |run| format!("{:.3}", run.noise * 1e9)),
+        ("volume_direct_mm3", |run| format!("{:.3}", run.volume_direct * 1e9)),
+        ("depth_mm", |run| format!("{:.4}", run.depth * 1e3)),
+        ("rim_radius_mm", |run| format!("{:.4}", run.rim_radius * 1e3)),
+        ("splashed_grains", |run| run.splashed.to_string()),
+        ("in_law", |run| run.doubt().map_or_else(|| "yes".to_owned(), |doubt| format!("no: {}", doubt.words()))),
     ];
 
     /// One row of text per run, in the columns of [`Self::COLUMNS`].
     #[must_use]
     pub fn rows(&self) -> Vec<[String; 11]> {
-        let row = |run: &RunResult| {
-            let mm3 = |volume: Real| format!("{:.3}", volume * 1e9);
-            [
-                run.name.clone(),
-                format!("{:.3}", run.axis_ratio),
-                format!("{:.3}", run.momentum * 1e5),
-                mm3(run.volume),
-                mm3(run.uncertainty),
-                mm3(run.noise),
-                mm3(run.volume_direct),
-                format!("{:.4}", run.depth * 1e3),
-                format!("{:.4}", run.rim_radius * 1e3),
-                run.splashed.to_string(),
-                if run.is_above_noise() { "yes" } else { "no" }.to_string(),
-            ]
-        };
-        self.series.iter().flat_map(|series| &series.runs).map(row).collect()
+        let runs = self.series.iter().flat_map(|series| &series.runs);
+        runs.map(|run| Self::COLUMNS.map(|(_, text)| text(run))).collect()
     }
 }
+
+/// Text of a run in a column.
+pub type RunText = fn(&RunResult) -> String;
 
 impl Series {
     /// Mean and scatter of runs whose momenta agree within 1 %; only groups of two or more.
@@ -201,6 +233,8 @@ mod tests {
             depth: 2e-3,
             rim_radius: 5e-3,
             splashed: 7,
+            rim_at_edge: false,
+            late_change: Some(0.01),
         }
     }
 
@@ -238,7 +272,22 @@ mod tests {
         assert!((law.exponent - 1.0).abs() < 1e-12);
         assert_eq!(comparison.series[1].law, None);
         assert_eq!(comparison.rows()[1][2..5], ["20.000", "25.000", "2.500"]);
-        assert_eq!(comparison.rows()[0][10], "no");
+        assert_eq!(comparison.rows()[0][10], "no: V below its noise");
+    }
+
+    #[test]
+    fn no_law_goes_through_craters_at_an_edge_or_still_moving() {
+        let mut runs = vec![run("a", 1.0, 2e-4, 25e-9), run("b", 1.0, 4e-4, 50e-9), run("c", 1.0, 8e-4, 900e-9)];
+        // Negative control: as they are, all three count.
+        assert_eq!(Comparison::of(runs.clone()).series[0].law.unwrap().points, 3);
+        runs[2].rim_at_edge = true;
+        let law = Comparison::of(runs.clone()).series[0].law.unwrap();
+        assert!(law.points == 2 && (law.exponent - 1.0).abs() < 1e-12);
+        for change in [None, Some(0.2), Some(-0.2)] {
+            runs[1].late_change = change;
+            assert_eq!(runs[1].doubt(), Some(Doubt::NotAtRest));
+            assert_eq!(Comparison::of(runs.clone()).series[0].law, None);
+        }
     }
 
     #[test]

@@ -23,9 +23,9 @@ pub struct Recipe {
     pub version: String,
     /// Shapes by number.
     pub shapes: Vec<String>,
-    /// Porosity of the slab given in the case.
-    pub porosity: Real,
-    /// Heights of that slab [m].
+    /// Porosity of a slab; `None` if the slab that the case gives lies above the bed.
+    pub porosity: Option<Real>,
+    /// Heights of that slab, as far as it lies within the bed [m].
     pub porosity_slab: [Real; 2],
     /// Highest node near the axis, H_s [m].
     pub height: Real,
@@ -150,7 +150,7 @@ mod tests {
         let bed = Bed {
             lower: Vector::ZERO,
             upper: Vector::ONE,
-            recipe: Recipe { case: "bed".into(), porosity: 0.454, ..Recipe::default() },
+            recipe: Recipe { case: "bed".into(), porosity: Some(0.454), ..Recipe::default() },
             grains: (0..5)
                 .map(|n| Lying {
                     shape: n % 2,

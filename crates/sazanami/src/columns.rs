@@ -7,6 +7,7 @@ use sazanami_io::table::{Column, Value};
 use serde_json::Map;
 
 /// A quantity: how it is called, its unit (empty for none), what it means, and how it is read.
+#[derive(Clone, Copy)]
 pub(crate) struct Quantity<F> {
     pub name: &'static str,
     pub unit: &'static str,

@@ -298,17 +298,17 @@ fn what_a_run_leaves_can_be_analysed() {
         assert!(folder.join("figures").join(name).is_file(), "{name}");
     }
     let mut listener = Listener::default();
-    let lines = analyse(std::slice::from_ref(&folder), &[], &mut listener).unwrap();
+    let lines = analyse(std::slice::from_ref(&folder), &[], None, &mut listener).unwrap();
     assert!(lines.iter().any(|line| line.contains("bed (image) against") && line.contains("absent")), "{lines:#?}");
     evaluated_otherwise(&folder);
     let both: Vec<PathBuf> = vec![folder.clone(), folder.clone()];
     std::env::set_current_dir(scratch.path()).unwrap();
-    let lines = analyse(&both, &[], &mut listener).unwrap();
+    let lines = analyse(&both, &[], None, &mut listener).unwrap();
     assert_eq!(lines.len(), 3, "{lines:#?}");
     let table = std::fs::read_to_string("ripple-comparison.csv").unwrap();
     assert!(table.starts_with("run,status,length [m],time [s]") && table.lines().count() == 3, "{table}");
     std::fs::remove_file(folder.join("bed.csv")).unwrap();
-    let lines = analyse(&[folder], &[], &mut listener).unwrap();
+    let lines = analyse(&[folder], &[], None, &mut listener).unwrap();
     assert!(lines.iter().any(|line| line.starts_with("bed.csv: absent")), "{lines:#?}");
 }
 
@@ -316,7 +316,7 @@ fn what_a_run_leaves_can_be_analysed() {
 fn evaluated_otherwise(folder: &Path) {
     let with = |overrides: &[&str]| {
         let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
-        analyse(&[folder.to_owned()], &overrides, &mut Listener::default())
+        analyse(&[folder.to_owned()], &overrides, None, &mut Listener::default())
     };
     for gathered in ["ripples.layer_thickness=1 m", "ripples.image_side=x2_upper", "bed.height_radius=1 mm"] {
         let error = with(&[gathered]).expect_err("the run is over");

@@ -27,6 +27,9 @@ pub struct Analyse {
     /// `ripples.margin`, `ripples.grain_size` or under `ripples.measured`
     #[arg(long = "set", value_name = "PATH=VALUE")]
     overrides: Vec<String>,
+    /// Folder for the table and the figures of a comparison [default: the current one]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
 }
 
 impl Analyse {
@@ -38,7 +41,7 @@ impl Analyse {
             ));
         }
         let mut screen = Screen::new();
-        let lines = analyse(&self.dirs, &self.overrides, &mut screen)?;
+        let lines = analyse(&self.dirs, &self.overrides, self.out.as_deref(), &mut screen)?;
         drop(screen);
         for line in lines {
             outln!("{line}");

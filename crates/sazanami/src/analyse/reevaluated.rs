@@ -6,7 +6,9 @@ use sazanami_io::picture::bed_profiles;
 use sazanami_numerics::Real;
 use serde_json::{Value, json};
 
-use super::{draw_figures, drawing, list_files, number, report, save, summary};
+use super::figures::{draw_figures, drawing, list_files, save};
+use super::lines::{number, report};
+use super::summary_file::summary;
 use crate::case::{self, CRATERS_EVALUATED, LoadedCase, resolved};
 use crate::error::CommandError;
 use crate::feasible;
@@ -47,7 +49,7 @@ pub(super) fn as_it_was(folder: &Path, progress: &mut dyn Progress) -> Result<Ve
 }
 
 /// Evaluates the newest checkpoint of a run with other keys; what is found goes into a folder of its own.
-pub(super) fn otherwise(
+pub(super) fn with_other_keys(
     folder: &Path,
     overrides: &[String],
     progress: &mut dyn Progress,

@@ -20,7 +20,9 @@ use sazanami_observe::ripples::{
 };
 use serde_json::{Map, Value, json};
 
-use super::{Table, drawing, list_files, save, summary};
+use super::figures::{drawing, list_files, save};
+use super::summary_file::summary;
+use super::table::Table;
 use crate::case::meaning::{Case, LayerReference};
 use crate::case::{self, LoadedCase, RIPPLES_EVALUATED};
 use crate::columns::{Quantity, quantity};

@@ -8,12 +8,54 @@ use sazanami_numerics::geometry::Shape;
 use sazanami_numerics::snapshot::Snapshot;
 use sazanami_numerics::{Quaternion, Real, Vector};
 use sazanami_observe::{BedView, Body, GatheredBed, bed_profile};
+use serde_json::json;
 
-use super::summary::BedFindings;
 use crate::case::meaning::Case;
+use crate::columns::{Field, quantity};
 use crate::simulation::Job;
 
-const BED: &str = "observe/bed";
+const SECTION: &str = "observe/bed";
+/// Where grains leave more void than this there is no bed.
+const LOOSEST: Real = 0.9;
+
+/// The bed before the impact.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct BedFindings {
+    /// Porosity of the slab; `None` if the slab lies above the bed.
+    pub porosity: Option<Real>,
+    /// Highest node near the axis above the floor [mm].
+    pub height_mm: Real,
+    /// Upper side of the slab above the floor [mm]: no higher than the bed. `None` if not known.
+    pub slab_top_mm: Option<Real>,
+    /// Mean speed [m/s].
+    pub mean_speed: Real,
+    /// Order of the long axes: above 0 if they lie.
+    pub lying_order: Real,
+}
+
+impl BedFindings {
+    /// Whether the grains form a bed: a few that lie or fall in a tank do not.
+    pub fn is_bed(&self) -> bool {
+        self.porosity.is_some_and(|porosity| porosity < LOOSEST)
+    }
+}
+
+/// Fields of `observables.bed`.
+pub(crate) const BED: &[Field<BedFindings>] = &[
+    quantity("porosity", "", "porosity of the slab of `[bed]`, as far as it lies within the bed", |bed| {
+        json!(bed.porosity)
+    }),
+    quantity("height_mm", "mm", "height of the highest node near the axis, H_s, above the floor", |bed| {
+        json!(bed.height_mm)
+    }),
+    quantity("slab_top_mm", "mm", "upper side of that slab: `porosity_upper`, or H_s if it lies lower", |bed| {
+        json!(bed.slab_top_mm)
+    }),
+    quantity("mean_speed", "m/s", "mean speed of the grains", |bed| json!(bed.mean_speed)),
+    quantity("lying_order", "", "order of the long axes: above 0 if they lie, 0 at random", |bed| {
+        json!(bed.lying_order)
+    }),
+];
 
 /// The grains of all ranks, gathered on rank 0.
 pub(crate) struct GatheredGrains {
@@ -89,7 +131,10 @@ impl GatheredGrains {
     /// Adds what was found of the bed to a snapshot.
     pub fn save(&self, snapshot: &mut Snapshot) {
         if let Some(bed) = &self.found {
-            snapshot.put_reals(BED, vec![bed.porosity, bed.height_mm, bed.mean_speed, bed.lying_order]);
+            let or_nan = |value: Option<Real>| value.unwrap_or(Real::NAN);
+            let BedFindings { porosity, height_mm, slab_top_mm, mean_speed, lying_order } = *bed;
+            let values = vec![or_nan(porosity), height_mm, mean_speed, lying_order, or_nan(slab_top_mm)];
+            snapshot.put_reals(SECTION, values);
         }
     }
 
@@ -131,20 +176,32 @@ impl BedSettings {
         self.findings(bed, self.height(bed))
     }
 
-    /// The same for a bed of a `height` that is known [m].
+    /// The same for a bed of a `height` that is known [m]. A slab that reaches above the bed ends at its height.
     fn findings(&self, bed: &BedView, height: Real) -> BedFindings {
-        let slab = self.slab[0]..self.slab[1];
-        let porosity = if bed.is_empty() { 1.0 } else { bed_profile::porosity_of_grains(bed, slab, self.area) };
-        BedFindings::of(bed, self.floor, height, porosity)
+        let [lower, upper] = [self.slab[0], self.slab[1].min(height)];
+        let porosity = (lower < upper).then(|| bed_profile::porosity_of_grains(bed, lower..upper, self.area));
+        BedFindings {
+            porosity,
+            height_mm: 1e3 * (height - self.floor),
+            slab_top_mm: Some(1e3 * (upper - self.floor)),
+            mean_speed: bed_profile::motion(bed).mean_speed,
+            lying_order: bed_profile::orientation(bed).map_or(0.0, |order| order.lying_order),
+        }
     }
 }
 
 /// The initial bed as the run measured it.
 pub(super) fn bed_findings(snapshot: &Snapshot) -> Option<BedFindings> {
-    match snapshot.reals_of(BED, 4) {
-        Ok(&[porosity, height_mm, mean_speed, lying_order]) => {
-            Some(BedFindings { porosity, height_mm, mean_speed, lying_order })
-        }
+    let known = |value: Real| Some(value).filter(|value| value.is_finite());
+    match *snapshot.reals(SECTION).ok()? {
+        [porosity, height_mm, mean_speed, lying_order, ref slab_top @ ..] => Some(BedFindings {
+            porosity: known(porosity),
+            height_mm,
+            // Checkpoints of earlier versions do not have it.
+            slab_top_mm: slab_top.first().copied().and_then(known),
+            mean_speed,
+            lying_order,
+        }),
         _ => None,
     }
 }

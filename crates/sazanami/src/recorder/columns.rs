@@ -25,14 +25,20 @@ const fn first_columns<O: Observer>() -> [SeriesCell<O>; 5] {
     ]
 }
 
+/// All columns of the series of an observer, those of a crater only `with_crater`.
+fn series<O: Observer>(with_crater: bool) -> impl Iterator<Item = SeriesCell<O>> {
+    let crater = if with_crater { O::SERIES_OF_CRATER } else { &[] };
+    first_columns::<O>().into_iter().chain(O::SERIES.iter().chain(crater).copied())
+}
+
 /// Headings of the series of an observer.
-pub(crate) fn series_headings<O: Observer>() -> Vec<Column> {
-    headings(&first_columns::<O>()).into_iter().chain(headings(O::SERIES)).collect()
+pub(crate) fn series_headings<O: Observer>(with_crater: bool) -> Vec<Column> {
+    series::<O>(with_crater).map(|column| Column::new(column.name, column.unit)).collect()
 }
 
 /// A row of the series.
-pub(crate) fn series_row<O: Observer>(row: &Row<'_, O>) -> Vec<Value> {
-    first_columns::<O>().iter().chain(O::SERIES).map(|column| (column.value)(row)).collect()
+pub(crate) fn series_row<O: Observer>(row: &Row<'_, O>, with_crater: bool) -> Vec<Value> {
+    series::<O>(with_crater).map(|column| (column.value)(row)).collect()
 }
 
 /// What a solver gives at each kind of place; [`ProbePlace::Gauge`] always gives the level of the water.
@@ -71,10 +77,13 @@ impl<P, T, B> ProbeColumns<P, T, B> {
 }
 
 /// The series of an observer as the reference page has it.
-pub(crate) fn series_page<O: Observer>(title: &str) -> String {
-    let (first, rest) = (page(title, &first_columns::<O>()), page("", O::SERIES));
-    let rows = rest.lines().filter(|line| line.starts_with("| `")).collect::<Vec<_>>().join("\n");
-    format!("{}\n{rows}\n", first.trim_end())
+pub(crate) fn series_page<O: Observer>() -> String {
+    let all: Vec<SeriesCell<O>> = series(false).collect();
+    let main = page("A row per observation.", &all);
+    match O::SERIES_OF_CRATER {
+        [] => main,
+        crater => format!("{main}\n{}", page("With `[erosion]` also:", crater)),
+    }
 }
 
 impl<P, T, B> ProbeColumns<P, T, B> {

@@ -32,6 +32,8 @@ pub(crate) struct Files {
     pub fixed: Fixed,
     pub checkpoints: CheckpointFolder,
     series: SeriesWriter,
+    /// Whether the series has the columns of a crater.
+    pub with_crater: bool,
     tables: BTreeMap<&'static str, SeriesWriter>,
     fields: PvdSeries,
     grains: PvdSeries,
@@ -42,12 +44,17 @@ pub(crate) struct Files {
 
 impl Files {
     /// Opens the files of a run anew, or where it left them.
-    pub fn open(job: &Job, columns: &[Column], resumed_at: Left) -> Result<Self, RankError> {
+    ///
+    /// `columns` are those of the series, with those of a crater or without.
+    pub fn open(job: &Job, columns: fn(bool) -> Vec<Column>, resumed_at: Left) -> Result<Self, RankError> {
         Self::open_files(job, columns, resumed_at).map_err(RankError::from)
     }
 
-    fn open_files(job: &Job, columns: &[Column], resumed_at: Left) -> Result<Self, RecordError> {
+    fn open_files(job: &Job, columns: fn(bool) -> Vec<Column>, resumed_at: Left) -> Result<Self, RecordError> {
         let (case, folder) = (job.case, job.folder.clone());
+        let series = folder.join(SERIES);
+        // Earlier versions wrote the columns of a crater, empty, where there was none to evaluate.
+        let with_crater = case.erosion.is_some() || resumed_at.is_some() && has_column(&series, "crater_depth");
         for name in [FIELDS, GRAINS, FIGURES, CHECKPOINTS] {
             make_folder(&folder.join(name))?;
         }
@@ -72,7 +79,8 @@ impl Files {
         Ok(Self {
             checkpoints: CheckpointFolder::new(folder.join(CHECKPOINTS), case.checkpoint.keep),
             fixed,
-            series: open_table(&folder.join(SERIES), columns, resumed_at)?,
+            series: open_table(&series, &columns(with_crater), resumed_at)?,
+            with_crater,
             tables: BTreeMap::new(),
             fields: open_times(&folder.join(FIELD_SERIES), resumed_at)?,
             grains: open_times(&folder.join(GRAIN_SERIES), resumed_at)?,
@@ -209,6 +217,14 @@ pub(crate) fn poses(bed: &BedView) -> Vec<BodyPose> {
             orientation: bed.orientation[n],
         })
         .collect()
+}
+
+/// Whether the table at `path` has the column `name`.
+fn has_column(path: &Path, name: &str) -> bool {
+    use std::io::{BufRead as _, BufReader};
+    let mut header = String::new();
+    let read = std::fs::File::open(path).and_then(|file| BufReader::new(file).read_line(&mut header));
+    read.is_ok() && header.split(',').any(|column| column.split(" [").next() == Some(name))
 }
 
 /// Opens a table anew, or where the run left it.

@@ -120,7 +120,7 @@ impl<'a, B: Observer> Recorder<'a, B> {
     pub fn open(job: &'a Job<'a>, leads: bool) -> Result<Self, RankError> {
         let totals = job.resumed.as_ref().map_or_else(Totals::default, |state| state.run.totals.clone());
         let resumed_at = job.resumed.as_ref().filter(|state| state.run.flows()).map(|s| (s.run.time, s.run.step));
-        let files = if leads { Some(Files::open(job, &series_headings::<B>(), resumed_at)?) } else { None };
+        let files = if leads { Some(Files::open(job, series_headings::<B>, resumed_at)?) } else { None };
         let now = Instant::now();
         Ok(Self {
             job,
@@ -200,15 +200,19 @@ impl<'a, B: Observer> Recorder<'a, B> {
         let case = job.case;
         let floor = case.domain.lower.z;
         let (_, found) = self.seen.measure_bed();
+        let slab = [case.bed.porosity_slab[0], floor + 1e-3 * found.slab_top_mm.unwrap_or_default()];
+        let porosity = found.porosity.map_or_else(
+            || "no porosity: the slab of `[bed]` lies above the bed".to_owned(),
+            |porosity| {
+                let [lower, upper] = slab.map(|height| 1e3 * (height - floor));
+                format!("porosity {porosity:.4} between {lower:.1} and {upper:.1} mm")
+            },
+        );
         job.say(format!(
-            "packed {} grains in {:.4} s of simulated time ({:.0} s of wall clock from {began:.4} s on): porosity {:.4} \
-             between {:.1} and {:.1} mm, H_s {:.3} mm, mean speed {:.2e} m/s ({:.3} m/s at most), order of lying axes {:.3}",
+            "packed {} grains in {:.4} s of simulated time ({wall:.0} s of wall-clock time since {began:.4} s): {porosity}, \
+             height H_s {:.3} mm, mean speed {:.2e} m/s ({:.3} m/s at most), order of the long axes {:.3}",
             self.seen.count(),
             report.time,
-            wall,
-            found.porosity,
-            1e3 * (case.bed.porosity_slab[0] - floor),
-            1e3 * (case.bed.porosity_slab[1] - floor),
             found.height_mm,
             report.mean_speed,
             report.largest_mean_speed,
@@ -223,7 +227,7 @@ impl<'a, B: Observer> Recorder<'a, B> {
                 version: env!("CARGO_PKG_VERSION").to_owned(),
                 shapes: case.grains.iter().map(|population| population.name.clone()).collect(),
                 porosity: found.porosity,
-                porosity_slab: case.bed.porosity_slab,
+                porosity_slab: slab,
                 height: 1e-3 * found.height_mm,
                 mean_speed: report.mean_speed,
                 largest_mean_speed: report.largest_mean_speed,
@@ -338,7 +342,9 @@ impl<'a, B: Observer> Recorder<'a, B> {
         let mut outcome = Ok(());
         if series && let Some(files) = &mut self.files {
             let row = Row { clock, step, grains: &self.seen, totals: &self.totals, observer: &self.observer };
-            outcome = files.row(clock, &series_row(&row)).and_then(|()| self.observer.tables(clock, files));
+            outcome = files
+                .row(clock, &series_row(&row, files.with_crater))
+                .and_then(|()| self.observer.tables(clock, files));
         }
         if series {
             self.totals.least_stable_step = None;
@@ -481,15 +487,15 @@ impl<'a, B: Observer> Recorder<'a, B> {
 pub(crate) fn page() -> String {
     use crate::columns::page as table;
     let sections = [
-        ("`series.csv` of `solver = \"mics\"`", columns::series_page::<GridObserver>("A row per observation.")),
-        ("`series.csv` of `solver = \"mps\"`", columns::series_page::<ParticleObserver>("A row per observation.")),
+        ("`series.csv` of `solver = \"mics\"`", columns::series_page::<GridObserver>()),
+        ("`series.csv` of `solver = \"mps\"`", columns::series_page::<ParticleObserver>()),
         ("`profiles.csv`", mics::profile_page()),
         ("`water.csv`", table("A row per place and observation.", mps::WATER)),
         ("`bed.csv`", table("A row per place and observation.", mps::BED)),
         ("`layers.csv`", table("A row per layer and observation.", mps::LAYERS)),
         ("`probes/NAME.csv` of `solver = \"mics\"`", mics::probe_page()),
         ("`probes/NAME.csv` of `solver = \"mps\"`", mps::probe_page()),
-        ("`observables.bed` of `summary.json`", table("The bed before the impact.", summary::BED)),
+        ("`observables.bed` of `summary.json`", table("The bed before the impact.", bed::BED)),
         ("`observables.erosion` of `summary.json`", table("The crater at the end.", mics::EROSION)),
         ("`observables.splash` of `summary.json`", table("Grains that have left the bed.", mics::SPLASH)),
     ];

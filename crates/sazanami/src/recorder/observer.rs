@@ -68,6 +68,8 @@ pub(crate) trait Observer: Sized + 'static {
 
     /// Columns of the series, after those that every series begins with.
     const SERIES: &'static [SeriesCell<Self>];
+    /// Columns that follow where a crater is evaluated.
+    const SERIES_OF_CRATER: &'static [SeriesCell<Self>];
 
     /// An observer that has measured nothing yet.
     fn new(job: &Job) -> Self;

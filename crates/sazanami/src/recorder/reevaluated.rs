@@ -11,9 +11,9 @@ use sazanami_observe::splash::SplashTracker;
 use sazanami_observe::{BedView, Body, GatheredBed};
 use serde_json::{Map, Value, json};
 
-use super::bed::{BedSettings, bed_findings};
+use super::bed::{BED, BedFindings, BedSettings, bed_findings};
 use super::mics::{BEFORE, Findings, erosion_settings, initial_heights};
-use super::summary::{BED, BedFindings};
+
 use crate::assembly::{fluid, grains};
 use crate::case::meaning::{Case, Erosion as Evaluation};
 use crate::columns::object;
@@ -117,7 +117,7 @@ impl Reevaluated {
     /// Bed, crater and splash in the form of the summary.
     pub fn observables(&self) -> Map<String, Value> {
         let mut observables = self.findings.observables();
-        if let Some(bed) = &self.bed {
+        if let Some(bed) = self.bed.as_ref().filter(|bed| bed.is_bed()) {
             observables.insert("bed".into(), Value::Object(object(BED, bed)));
         }
         if let Some(problem) = self.no_splash {

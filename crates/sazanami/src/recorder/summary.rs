@@ -4,51 +4,15 @@ use std::path::Path;
 
 use sazanami_io::table::{TableError, write_json};
 use sazanami_numerics::Real;
-use sazanami_observe::bed_profile;
 use serde_json::{Map, Value, json};
 
 use super::Totals;
+use super::bed::{BED, BedFindings};
 use super::observer::SummaryParts;
-use crate::columns::{Field, object, quantity};
+use crate::columns::object;
 use crate::error::Failure;
 use crate::results::SUMMARY;
 use crate::run::Status;
-
-/// The bed before the impact.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct BedFindings {
-    /// Porosity of the slab.
-    pub porosity: Real,
-    /// Highest node near the axis [mm].
-    pub height_mm: Real,
-    /// Mean speed [m/s].
-    pub mean_speed: Real,
-    /// Order of the long axes: above 0 if they lie.
-    pub lying_order: Real,
-}
-
-/// Fields of `observables.bed`.
-pub(crate) const BED: &[Field<BedFindings>] = &[
-    quantity("porosity", "", "porosity of the slab of `[bed]`", |bed| json!(bed.porosity)),
-    quantity("height_mm", "mm", "height of the highest node near the axis, H_s, above the floor", |bed| {
-        json!(bed.height_mm)
-    }),
-    quantity("mean_speed", "m/s", "mean speed of the grains", |bed| json!(bed.mean_speed)),
-    quantity("lying_order", "", "order of the long axes: above 0 if they lie, 0 at random", |bed| {
-        json!(bed.lying_order)
-    }),
-];
-
-impl BedFindings {
-    pub fn of(bed: &sazanami_observe::BedView, floor: Real, height: Real, porosity: Real) -> Self {
-        Self {
-            porosity,
-            height_mm: 1e3 * (height - floor),
-            mean_speed: bed_profile::motion(bed).mean_speed,
-            lying_order: bed_profile::orientation(bed).map_or(0.0, |order| order.lying_order),
-        }
-    }
-}
 
 /// The parts of the summary that do not change during a run.
 #[derive(Clone, Debug)]
@@ -83,7 +47,7 @@ pub(crate) struct Present<'a> {
 pub(crate) fn write(folder: &Path, fixed: &Fixed, present: &Present) -> Result<(), TableError> {
     let totals = present.totals;
     let mut observables = present.parts.observables.clone();
-    if let Some(bed) = present.bed {
+    if let Some(bed) = present.bed.filter(|bed| bed.is_bed()) {
         observables.insert("bed".into(), Value::Object(object(BED, bed)));
     }
     let counts: usize = present.grains_by_shape.iter().sum();

@@ -10,39 +10,57 @@ use sazanami_observe::ripples::{Growth, Ripples};
 use serde_json::Value;
 
 use super::{RunTables, history, moments, profiles};
-use crate::analyse::{aligned, drawing, free_path, number, save};
+use crate::analyse::figures::{drawing, free_path, save};
+use crate::analyse::lines::{aligned, number};
 use crate::case;
 use crate::error::CommandError;
 use crate::progress::Progress;
 use crate::results::CASE;
 
-/// A column of numbers: heading for people, factor to its unit and digits; heading in the file, in SI units.
+/// A column of numbers: heading, factor to its unit and digits in the terminal; heading in the file, in SI units; value.
 struct Column {
     heading: &'static str,
     factor: Real,
     digits: usize,
     signed: bool,
     in_file: &'static str,
+    value: fn(&RunTables) -> Option<Real>,
+}
+
+const fn column(
+    heading: &'static str,
+    (factor, digits, signed): (Real, usize, bool),
+    in_file: &'static str,
+    value: fn(&RunTables) -> Option<Real>,
+) -> Column {
+    Column { heading, factor, digits, signed, in_file, value }
+}
+
+/// A measure of the ripples at the end of a run.
+fn of_ripples(run: &RunTables, measure: fn(&Ripples) -> Real) -> Option<Real> {
+    run.last_ripples().and_then(|ripples| ripples.as_ref().ok()).map(measure)
 }
 
 const COLUMNS: [Column; 7] = [
-    Column { heading: "L [mm]", factor: 1e3, digits: 0, signed: false, in_file: "length [m]" },
-    Column { heading: "t [s]", factor: 1.0, digits: 3, signed: false, in_file: "time [s]" },
-    Column { heading: "wavelength [mm]", factor: 1e3, digits: 2, signed: false, in_file: "wavelength [m]" },
-    Column { heading: "height [mm]", factor: 1e3, digits: 2, signed: false, in_file: "height [m]" },
-    Column { heading: "relief [mm]", factor: 1e3, digits: 2, signed: false, in_file: "relief [m]" },
-    Column { heading: "growth [1/s]", factor: 1.0, digits: 2, signed: true, in_file: "growth [1/s]" },
-    Column {
-        heading: "volume [%]",
-        factor: 1e2,
-        digits: 2,
-        signed: true,
-        in_file: "fluid_bulk_volume_relative_change",
-    },
+    column("L [mm]", (1e3, 0, false), "length [m]", |run| Some(run.case.domain.extent().x)),
+    column("t [s]", (1.0, 3, false), "time [s]", |run| number(&run.summary, &["time_s"])),
+    column("wavelength [mm]", (1e3, 2, false), "wavelength [m]", |run| {
+        of_ripples(run, |ripples| ripples.spectral_wavelength)
+    }),
+    column("height [mm]", (1e3, 2, false), "height [m]", |run| of_ripples(run, Ripples::height)),
+    column("relief [mm]", (1e3, 2, false), "relief [m]", |run| {
+        number(&run.summary, &["observables", "ripples", "relief_mm"]).map(|relief| 1e-3 * relief)
+    }),
+    column("growth [1/s]", (1.0, 2, true), "growth [1/s]", |run| {
+        Growth::of(&run.heights()).ok().map(|growth| growth.rate)
+    }),
+    column("volume [%]", (1e2, 2, true), "fluid_bulk_volume_relative_change", |run| {
+        number(&run.summary, &["conservation", "fluid_bulk_volume_relative_change"])
+    }),
 ];
 
 impl Column {
-    fn told(&self, value: Option<Real>) -> String {
+    fn text(&self, value: Option<Real>) -> String {
         let Self { factor, digits, .. } = *self;
         match value.map(|value| factor * value) {
             Some(value) if self.signed => format!("{value:+.digits$}"),
@@ -63,27 +81,18 @@ impl Row {
     fn of(run: &RunTables) -> Self {
         let summary = &run.summary;
         let status = summary["status"].as_str().unwrap_or("unknown");
-        let ripples = run.last_ripples().and_then(|ripples| ripples.as_ref().ok());
         Self {
             name: name_of(run),
             status: match summary["failure"]["kind"].as_str() {
                 Some(kind) => format!("{status}: {kind}"),
                 None => status.to_owned(),
             },
-            values: [
-                Some(run.case.domain.extent().x),
-                number(summary, &["time_s"]),
-                ripples.map(|ripples| ripples.spectral_wavelength),
-                ripples.map(Ripples::height),
-                number(summary, &["observables", "ripples", "relief_mm"]).map(|relief| 1e-3 * relief),
-                Growth::of(&run.heights()).ok().map(|growth| growth.rate),
-                number(summary, &["conservation", "fluid_bulk_volume_relative_change"]),
-            ],
+            values: COLUMNS.map(|column| (column.value)(run)),
         }
     }
 
-    fn told(&self) -> [String; COLUMNS.len() + 2] {
-        let mut values = COLUMNS.iter().zip(self.values).map(|(column, value)| column.told(value));
+    fn text(&self) -> [String; COLUMNS.len() + 2] {
+        let mut values = COLUMNS.iter().zip(self.values).map(|(column, value)| column.text(value));
         std::array::from_fn(|n| match n {
             0 => self.name.clone(),
             1 => self.status.clone(),
@@ -101,16 +110,17 @@ impl Row {
 /// Puts several runs, failed ones included, into one table and their growth and profiles into one figure each.
 pub(in crate::analyse) fn several(
     folders: &[PathBuf],
+    out: &Path,
     progress: &mut dyn Progress,
 ) -> Result<Vec<String>, CommandError> {
     let runs = folders.iter().map(|folder| named(folder)).collect::<Result<Vec<_>, _>>()?;
     let rows: Vec<Row> = runs.iter().map(Row::of).collect();
-    draw(&runs, progress)?;
-    write(&rows, progress)?;
+    draw(&runs, out, progress)?;
+    write(&rows, out, progress)?;
     let heading = |n: usize| ["run", "status"].get(n).copied().unwrap_or_else(|| COLUMNS[n - 2].heading);
     let header: [String; COLUMNS.len() + 2] = std::array::from_fn(|n| heading(n).to_owned());
     let mut lines = left_out(&runs);
-    lines.extend(aligned(&header, &rows.iter().map(Row::told).collect::<Vec<_>>()));
+    lines.extend(aligned(&header, &rows.iter().map(Row::text).collect::<Vec<_>>()));
     Ok(lines)
 }
 
@@ -127,10 +137,9 @@ fn name_of(run: &RunTables) -> String {
     run.summary["case"].as_str().unwrap_or("run").to_owned()
 }
 
-fn draw(runs: &[RunTables], progress: &mut dyn Progress) -> Result<(), CommandError> {
-    let mut draw = |picture: Result<Picture, PictureError>, name: &str| {
-        save(picture, &free_path(Path::new(""), name, "png"), progress)
-    };
+fn draw(runs: &[RunTables], out: &Path, progress: &mut dyn Progress) -> Result<(), CommandError> {
+    let mut draw =
+        |picture: Result<Picture, PictureError>, name: &str| save(picture, &free_path(out, name, "png"), progress);
     let histories: Vec<RippleHistory> =
         runs.iter().map(|run| history(&name_of(run), run)).filter(|history| history.height.len() > 1).collect();
     if !histories.is_empty() {
@@ -142,8 +151,8 @@ fn draw(runs: &[RunTables], progress: &mut dyn Progress) -> Result<(), CommandEr
     Ok(())
 }
 
-fn write(rows: &[Row], progress: &mut dyn Progress) -> Result<(), CommandError> {
-    let path = free_path(Path::new(""), "ripple-comparison", "csv");
+fn write(rows: &[Row], out: &Path, progress: &mut dyn Progress) -> Result<(), CommandError> {
+    let path = free_path(out, "ripple-comparison", "csv");
     let header = COLUMNS.iter().fold("run,status".to_owned(), |header, column| header + "," + column.in_file);
     let lines = std::iter::once(header).chain(rows.iter().map(Row::in_file));
     let text: String = lines.map(|line| line + "\n").collect();
@@ -155,14 +164,14 @@ fn write(rows: &[Row], progress: &mut dyn Progress) -> Result<(), CommandError> 
 /// A line for each run that is not in every panel of the profiles.
 fn left_out(runs: &[RunTables]) -> Vec<String> {
     let moments = moments(runs);
-    let told = |run: &RunTables| {
+    let line = |run: &RunTables| {
         let missed = moments.iter().filter(|&&time| !run.reaches(time));
         let missed: Vec<String> = missed.map(|time| format!("{time:.2}")).collect();
         let end = run.end().map_or("has no profiles".to_owned(), |end| format!("ends at {end:.3} s"));
         (!missed.is_empty())
             .then(|| format!("{}: left out of the profiles at t = {} s, it {end}", name_of(run), missed.join(", ")))
     };
-    runs.iter().filter_map(told).collect()
+    runs.iter().filter_map(line).collect()
 }
 
 #[cfg(test)]
@@ -173,7 +182,7 @@ mod tests {
     fn numbers_have_the_units_of_their_columns() {
         let values = [Some(0.15), Some(3.0), Some(0.0325), None, Some(6.4e-4), Some(0.1), Some(-6e-4)];
         let row = Row { name: "a,b".into(), status: "failed: step".into(), values };
-        assert_eq!(row.told(), ["a,b", "failed: step", "150", "3.000", "32.50", "none", "0.64", "+0.10", "-0.06"]);
+        assert_eq!(row.text(), ["a,b", "failed: step", "150", "3.000", "32.50", "none", "0.64", "+0.10", "-0.06"]);
         assert_eq!(row.in_file(), "\"a,b\",\"failed: step\",0.15,3,0.0325,,0.00064,0.1,-0.0006");
     }
 }

@@ -8,7 +8,9 @@ use serde_json::Value;
 
 use super::measured::Compared;
 use super::{CycleAverage, QUANTITIES, RunTables, settings_of};
-use crate::analyse::{Table, labelled, newest_picture, number};
+use crate::analyse::figures::newest_picture;
+use crate::analyse::lines::{labelled, number};
+use crate::analyse::table::Table;
 use crate::recorder::{closed, tank_of};
 use crate::results::{BED_PROFILES, LAYER_MEANS, SERIES, WATER_PROFILES};
 

@@ -133,6 +133,7 @@ impl Observer for GridObserver {
     type Water = Solver;
 
     const SERIES: &'static [SeriesCell<Self>] = series::SERIES;
+    const SERIES_OF_CRATER: &'static [SeriesCell<Self>] = series::CRATER;
 
     fn new(job: &Job) -> Self {
         Self {
@@ -190,13 +191,24 @@ impl Observer for GridObserver {
     }
 
     fn warnings(&self) -> Vec<Warning> {
-        let told = |problem| {
-            format!(
+        let no_crater = self.findings.no_erosion.as_ref().map(|problem| Warning {
+            about: "crater",
+            text: format!(
                 "the crater cannot be evaluated: {problem}; the run goes on, and its columns stay empty until it can"
-            )
-        };
-        let no_crater = self.findings.no_erosion.as_ref();
-        no_crater.map(|problem| Warning { about: "crater", text: told(problem) }).into_iter().collect()
+            ),
+        });
+        let at_edge = self.findings.erosion.as_ref().is_some_and(|erosion| erosion.crater.rim_at_edge);
+        let rim = at_edge.then(|| Warning {
+            about: "rim",
+            text: "the rim of the crater lies at the edge of the box, or at `erosion.r_max`: as long as it does, the \
+                   erosion volume V is not reliable"
+                .to_owned(),
+        });
+        // Before the impact the highest layer may lie anywhere.
+        no_crater
+            .into_iter()
+            .chain(rim.filter(|_| self.findings.splash.is_some_and(|splash| splash.grains > 0)))
+            .collect()
     }
 
     fn tables(&self, clock: &Clock, files: &mut Files) -> Result<(), RecordError> {

@@ -140,6 +140,10 @@ pub(in crate::recorder) const SERIES: &[SeriesCell<GridObserver>] = &[
         |row| of_budget(row, MomentumBudget::relative_residual),
     ),
     quantity("front", "m", "largest x1 of a cell at least half full of liquid", |row| row.observer.front.into()),
+];
+
+/// Columns of the series of a run whose crater is evaluated.
+pub(in crate::recorder) const CRATER: &[SeriesCell<GridObserver>] = &[
     quantity("crater_depth", "m", "depth of the crater below its rim, H", |row| {
         of_crater(row, |erosion| erosion.crater.depth)
     }),

@@ -224,6 +224,7 @@ impl Observer for ParticleObserver {
     type Water = Solver;
 
     const SERIES: &'static [SeriesCell<Self>] = series::SERIES;
+    const SERIES_OF_CRATER: &'static [SeriesCell<Self>] = &[];
 
     fn new(job: &Job) -> Self {
         Self {

@@ -1,0 +1,141 @@
+//! The table at the end of a run: labels and values for the terminal.
+
+use std::path::Path;
+
+use sazanami_numerics::Real;
+use serde_json::Value;
+
+use super::figures::newest_picture;
+
+/// The number at `path` in a JSON value, if there is one.
+pub(super) fn number(value: &Value, path: &[&str]) -> Option<Real> {
+    path.iter().try_fold(value, |value, key| value.get(key)).and_then(Value::as_f64)
+}
+
+/// The table at the end of a run. What was `found` again stands before what the summary says, where they differ.
+pub(super) fn report(summary: &Value, found: Option<&Value>, folder: &Path) -> Vec<String> {
+    let mut rows = rows(found.unwrap_or(summary));
+    if found.is_some() {
+        let mut said = self::rows(summary);
+        for (label, value) in &mut rows {
+            let at = said.iter().position(|(other, _)| other == label);
+            match at.map(|at| said.remove(at).1) {
+                Some(before) if before == *value => {}
+                Some(before) => *value = format!("{value} (summary: {before})"),
+                None => *value = format!("{value} (summary: none)"),
+            }
+        }
+        rows.extend(said.into_iter().map(|(label, before)| (label, format!("none (summary: {before})"))));
+    }
+    if let Some(picture) = newest_picture(folder, "view-") {
+        rows.push(("picture", picture.display().to_string()));
+    }
+    labelled(&rows)
+}
+
+/// Lines of labels and values, one below the other.
+pub(super) fn labelled<L: AsRef<str>>(rows: &[(L, String)]) -> Vec<String> {
+    let width = rows.iter().map(|(label, _)| label.as_ref().len()).max().unwrap_or_default();
+    rows.iter().map(|(label, value)| format!("{:<width$}  {value}", label.as_ref())).collect()
+}
+
+/// A line of the table at the end of a run: label, place in the summary, factor to the unit, unit, digits.
+struct Line(&'static str, &'static [&'static str], Real, &'static str, usize);
+
+const OF_RUN: &[Line] = &[
+    Line("simulated time", &["time_s"], 1e3, "ms", 3),
+    Line("time steps", &["steps"], 1.0, "", 0),
+    Line("contact sub-steps", &["grain_substeps"], 1.0, "", 0),
+    Line("wall-clock time", &["wall_s"], 1.0, "s", 1),
+    Line("bed: porosity", &["observables", "bed", "porosity"], 1.0, "", 4),
+    Line("bed: height H_s", &["observables", "bed", "height_mm"], 1.0, "mm", 3),
+];
+
+const OF_CRATER: &[Line] = &[
+    Line("  same bed before the impact (noise)", &["observables", "erosion", "volume_noise_mm3"], 1.0, "mm^3", 2),
+    Line("  rim from a parabola", &["observables", "erosion", "volume_refined_mm3"], 1.0, "mm^3", 2),
+    Line("volume below the plane of the rim", &["observables", "erosion", "volume_direct_mm3"], 1.0, "mm^3", 2),
+    Line("volume below the initial surface", &["observables", "erosion", "volume_excavated_mm3"], 1.0, "mm^3", 2),
+    Line("volume above the initial surface", &["observables", "erosion", "volume_rim_mm3"], 1.0, "mm^3", 2),
+    Line("crater depth H below the rim", &["observables", "erosion", "depth_mm"], 1.0, "mm", 3),
+    Line("rim radius L", &["observables", "erosion", "rim_radius_mm"], 1.0, "mm", 3),
+];
+
+const OF_SPLASH: &[Line] = &[
+    Line("splashed grains", &["observables", "splash", "grains"], 1.0, "", 0),
+    Line("  mass", &["observables", "splash", "mass_mg"], 1.0, "mg", 3),
+    Line("  farthest from the axis", &["observables", "splash", "farthest_distance_mm"], 1.0, "mm", 2),
+];
+
+/// Residuals: label, field of `conservation`.
+const RESIDUALS: [(&str, &str); 2] = [
+    ("error of the liquid volume, relative", "liquid_volume_relative_change"),
+    ("error of the momentum budget, relative", "momentum_residual_relative"),
+];
+
+impl Line {
+    fn of(&self, summary: &Value) -> Option<Row> {
+        let &Self(label, path, factor, unit, digits) = self;
+        let value = number(summary, path)?;
+        Some((label, format!("{:.digits$} {unit}", factor * value).trim_end().to_owned()))
+    }
+}
+
+/// A label and what stands beside it.
+type Row = (&'static str, String);
+
+/// Labels and values of the table.
+fn rows(summary: &Value) -> Vec<Row> {
+    let of = |lines: &'static [Line]| lines.iter().filter_map(|line| line.of(summary));
+    let (erosion, splash) = (&summary["observables"]["erosion"], &summary["observables"]["splash"]);
+    let mut rows: Vec<Row> = of(OF_RUN).collect();
+    rows.extend(erosion_volume(erosion).map(|value| (VOLUME, value)));
+    rows.extend(of(OF_CRATER).chain(of(OF_SPLASH)));
+    if let Some(problem) = splash["not_evaluated"].as_str() {
+        rows.push(("splashed grains", format!("not evaluated: {problem}")));
+    }
+    for (label, key) in RESIDUALS {
+        rows.extend(number(summary, &["conservation", key]).map(|value| (label, format!("{value:.1e}"))));
+    }
+    let soaked = number(summary, &["conservation", "wet_liquid_volume_relative_change"]);
+    let has_grains = number(summary, &["counts", "grains"]).is_some_and(|grains| grains > 0.0);
+    rows.extend(
+        soaked
+            .filter(|_| has_grains)
+            .map(|value| ("liquid covered by grains", format!("{:.1} % of the liquid volume", -1e2 * value))),
+    );
+    rows.extend(
+        number(summary, &["worst", "overlap_relative"])
+            .map(|value| ("largest overlap of contact spheres", format!("{:.1} % of the smaller radius", 1e2 * value))),
+    );
+    rows
+}
+
+const VOLUME: &str = "erosion volume V, eq. (14)";
+
+/// The erosion volume with its uncertainty, and what speaks against it.
+fn erosion_volume(erosion: &Value) -> Option<String> {
+    if let Some(problem) = erosion["not_evaluated"].as_str() {
+        return Some(format!("not evaluated: {problem}"));
+    }
+    let volume = number(erosion, &["volume_mm3"])?;
+    let uncertainty = number(erosion, &["volume_uncertainty_mm3"]);
+    let uncertainty = uncertainty.map_or_else(String::new, |value| format!(" +- {value:.2}"));
+    let caution = match erosion["rim_at_edge"].as_bool() {
+        Some(true) => format!(" (not reliable: {RIM_AT_EDGE})"),
+        _ => String::new(),
+    };
+    Some(format!("{volume:.2}{uncertainty} mm^3{caution}"))
+}
+
+/// What it means that a rim lies in the outermost layer.
+pub(super) const RIM_AT_EDGE: &str = "the rim lies at the edge of the box or at `erosion.r_max`";
+
+/// Rows in columns of equal width, aligned to the right.
+pub(super) fn aligned<const N: usize>(header: &[String; N], rows: &[[String; N]]) -> Vec<String> {
+    let all = || std::iter::once(header).chain(rows);
+    let widths: [usize; N] = std::array::from_fn(|n| all().map(|row| row[n].chars().count()).max().unwrap_or_default());
+    all()
+        .map(|row| row.iter().zip(widths).map(|(cell, width)| format!("{cell:>width$}")).collect::<Vec<_>>().join("  "))
+        .collect()
+}
