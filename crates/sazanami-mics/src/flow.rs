@@ -1,113 +1,26 @@
-//! Liquid and gas on the grid: the fields, their transport, and the predicted face velocities.
+//! Liquid and gas on the grid: the fields, the predicted face velocities, and sums over the fields.
 //!
 //! Cell centres hold the liquid fraction C of the fluid and the velocity u; faces hold the normal
 //! velocity, divergence-free after the last projection. The density follows from C.
 
-use sazanami_numerics::choices;
 use sazanami_numerics::domain::{Domain, GhostRules};
 use sazanami_numerics::grid::Field;
 use sazanami_numerics::{Real, Vector};
 
-use crate::advection::{Convection, Dilatation, Frozen, Limiter, State, StateMut, Sweep};
+use crate::advection::{State, StateMut};
 use crate::boundary::Boundary;
-use crate::interface::{Collector, InterfaceScheme, ResidueReport};
-use crate::viscosity::{TOLERANCE, ViscosityScheme};
+use crate::interface::Collector;
 
-pub use crate::viscosity::DiffusionReport;
+pub use crate::fluids::Fluids;
+pub use crate::schemes::{Carrier, DropVelocity, Schemes};
 
-/// Properties of the two fluids.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Fluids {
-    /// Density of the liquid [kg/m^3].
-    pub liquid_density: Real,
-    /// Density of the gas [kg/m^3].
-    pub gas_density: Real,
-    /// Dynamic viscosity of the liquid [Pa s].
-    pub liquid_viscosity: Real,
-    /// Dynamic viscosity of the gas [Pa s].
-    pub gas_viscosity: Real,
-}
-
-impl Fluids {
-    /// Density of a mixture with liquid fraction `c` [kg/m^3].
-    #[inline]
-    #[must_use]
-    pub fn density(&self, c: Real) -> Real {
-        self.gas_density + (self.liquid_density - self.gas_density) * c
-    }
-
-    /// Constant and slope of the density as a function of C [kg/m^3].
-    pub(crate) fn density_line(&self) -> [Real; 2] {
-        [self.gas_density, self.liquid_density - self.gas_density]
-    }
-}
-
-/// Numerical schemes of the fluid phase; the default is recommended.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Schemes {
-    /// Reconstruction of the interface.
-    pub interface: InterfaceScheme,
-    /// Convection of momentum.
-    pub convection: Convection,
-    /// Slope limiter of the velocity.
-    pub limiter: Limiter,
-    /// Time integration of the viscous stress.
-    pub viscosity: ViscosityScheme,
-    /// Dilatation term of the sweeps.
-    pub dilatation: Dilatation,
-    /// Convecting face velocity.
-    pub carrier: Carrier,
-}
-
-/// Time level of the convecting face velocity.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Carrier {
-    /// Start of the step.
-    #[default]
-    Start,
-    /// Middle of the step, by extrapolation from the last two: second order in time.
-    Middle,
-}
-
-choices! {
-    /// Initial velocity of cells that a liquid region fills in part.
-    #[derive(Default)]
-    pub enum DropVelocity {
-        /// Mass-averaged: the momentum is that of the liquid.
-        #[default]
-        Mass = "mass",
-        /// The volume fraction times the velocity, as in Yagyu et al. (2015): the momentum of a drop
-        /// of 29 cells in diameter comes out 3 % too small.
-        Beta = "beta",
-    }
-}
-
-/// Diagnostics of a transport: inflow through open sides, and mixed-cell residue.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct TransportReport {
-    /// Liquid that came in through each side of the box (negative: went out) [m^3].
-    pub volume_through: [[Real; 2]; 3],
-    /// Momentum convected in through all sides [N s].
-    pub momentum_through: Vector,
-    /// Mixed-cell residue: fractions out of range or nearly pure.
-    pub residue: ResidueReport,
-}
-
-impl std::ops::AddAssign for TransportReport {
-    fn add_assign(&mut self, other: Self) {
-        for d in 0..3 {
-            (0..2).for_each(|side| self.volume_through[d][side] += other.volume_through[d][side]);
-        }
-        self.momentum_through += other.momentum_through;
-        self.residue = self.residue.and(other.residue);
-    }
-}
-
-/// Orders of the three sweeps, each followed by its reverse.
-const ORDERS: [[usize; 3]; 6] = [[0, 1, 2], [2, 1, 0], [1, 2, 0], [0, 2, 1], [2, 0, 1], [1, 0, 2]];
-
-/// Number of scratch fields: two states for the sweeps, three vectors for the viscosity.
+/// Number of scratch fields: two states for the sweeps, three vectors for the viscosity. From the viscous
+/// step to the end of the pass the first three hold the change of the velocity by viscosity.
 const WORK: usize = 9;
+/// The scratch field that forces may use.
+const SCRATCH: usize = 8;
+/// Default of [`Flow::viscous_tolerance`].
+const VISCOUS_TOLERANCE: Real = 1e-5;
 
 /// Fields of the two fluids on a rank's part of the grid.
 pub struct Flow {
@@ -131,7 +44,7 @@ pub struct Flow {
     pub viscous_tolerance: Real,
     pub(crate) force_before: Vector,
     pub(crate) work: [Field<Real>; WORK],
-    collector: Collector,
+    pub(crate) collector: Collector,
 }
 
 impl Flow {
@@ -148,7 +61,7 @@ impl Flow {
             density: domain.field(fluids.gas_density),
             transports: 0,
             previous_faces: None,
-            viscous_tolerance: TOLERANCE,
+            viscous_tolerance: VISCOUS_TOLERANCE,
             force_before: Vector::ZERO,
             work: std::array::from_fn(|_| domain.field(0.0)),
             collector: Collector::default(),
@@ -192,14 +105,14 @@ impl Flow {
     /// Fills the ghosts of all fields and sets the density from the volume fraction.
     pub fn fill_halos(&mut self, domain: &Domain, boundary: &Boundary) {
         let Self { volume_fraction, velocity: [u1, u2, u3], face_velocity, .. } = self;
-        Set { c: volume_fraction, u: [u1, u2, u3] }.fill_halos(domain, boundary, true);
+        StateFields { c: volume_fraction, u: [u1, u2, u3] }.fill_halos(domain, boundary, true);
         let rules: [GhostRules; 3] = std::array::from_fn(|d| boundary.face_velocity_rules(d));
         let [f1, f2, f3] = face_velocity;
         domain.fill_halos(&mut [(f1, &rules[0]), (f2, &rules[1]), (f3, &rules[2])]);
         self.update_density(domain);
     }
 
-    fn update_density(&mut self, domain: &Domain) {
+    pub(crate) fn update_density(&mut self, domain: &Domain) {
         let (fluids, c) = (self.fluids, self.volume_fraction.data());
         domain.for_each_row(&domain.interior_and(2), self.density.data_mut(), |row, rho| {
             for (rho, &c) in rho.iter_mut().zip(&c[row.shifted(0)]) {
@@ -208,116 +121,13 @@ impl Flow {
         });
     }
 
-    /// Convects liquid and velocity with the face velocities for `dt` [s].
-    ///
-    /// Afterwards the ghosts of volume fraction and density are filled, those of the velocity are not.
-    pub fn transport(&mut self, domain: &Domain, boundary: &Boundary, dt: Real) -> TransportReport {
-        if self.schemes.viscosity == ViscosityScheme::CrankNicolson {
-            self.diffuse_before(domain, boundary, 0.5 * dt);
-        }
-        if self.schemes.carrier == Carrier::Middle {
-            self.move_faces_to_middle(domain, dt);
-        }
-        let mut report = TransportReport::default();
-        let order = ORDERS[(self.transports % 6) as usize];
-        self.transports += 1;
-        let Self { volume_fraction, velocity: [u1, u2, u3], face_velocity, work, schemes, fluids, .. } = self;
-        let [a0, a1, a2, a3, b0, b1, b2, b3, _] = work;
-        let mut now = Set { c: volume_fraction, u: [u1, u2, u3] };
-        let mut a = Set { c: a0, u: [a1, a2, a3] };
-        let mut b = Set { c: b0, u: [b1, b2, b3] };
-        now.fill_halos(domain, boundary, true);
-        let rules: [GhostRules; 3] = std::array::from_fn(|d| boundary.face_velocity_rules(d));
-        let [f1, f2, f3] = face_velocity;
-        domain.fill_halos_to(1, &mut [(f1, &rules[0]), (f2, &rules[1]), (f3, &rules[2])]);
-        let moves_velocity = schemes.convection != Convection::Off;
-        let mass_density = fluids.density_line();
-        let density = if schemes.convection == Convection::VelocityForm { [1.0, 0.0] } else { mass_density };
-        for (number, &direction) in order.iter().enumerate() {
-            let sweep = Sweep {
-                domain,
-                direction,
-                dt_dx: dt / domain.grid().spacing[direction],
-                face_velocity: [&*f1, &*f2, &*f3][direction].data(),
-                interface: schemes.interface,
-                convection: schemes.convection,
-                density,
-                openings: Sweep::openings_of(domain, boundary, direction),
-            };
-            let frozen_in = |kept| if schemes.dilatation == Dilatation::Frozen { kept } else { Frozen::Read };
-            let from = [&now, &a, &b][number].read();
-            let entered = [0, 1].map(|side| sweep.entered(schemes.limiter, from, side, mass_density));
-            report.add_inflow(domain, direction, entered);
-            let moved = match number {
-                0 => {
-                    sweep.run(schemes.limiter, now.read(), Frozen::Read, a.write());
-                    &mut a
-                }
-                1 => {
-                    sweep.run(schemes.limiter, a.read(), frozen_in(Frozen::Kept(now.read())), b.write());
-                    &mut b
-                }
-                _ => {
-                    sweep.run(schemes.limiter, b.read(), frozen_in(Frozen::Overwritten), now.write());
-                    &mut now
-                }
-            };
-            moved.fill_halos(domain, boundary, moves_velocity);
-        }
-        if boundary.has_openings() {
-            report.sum_over_ranks(domain);
-        }
-        self.collect_residue(domain, boundary, &mut report);
-        self.update_density(domain);
-        report
-    }
-
-    /// Extrapolates the face velocity by half a step; it stays divergence-free.
-    fn move_faces_to_middle(&mut self, domain: &Domain, dt: Real) {
-        if let Some((previous, before)) = &mut self.previous_faces {
-            let part = 0.5 * dt / *before;
-            *before = dt;
-            for (d, (now, old)) in self.face_velocity.iter_mut().zip(previous).enumerate() {
-                domain.for_each_row(&domain.faces(d), (now.data_mut(), old.data_mut()), |_, (now, old)| {
-                    for (now, old) in now.iter_mut().zip(old) {
-                        let start = *now;
-                        *now += part * (start - *old);
-                        *old = start;
-                    }
-                });
-            }
-        } else {
-            self.previous_faces = Some((self.face_velocity.clone(), dt));
-        }
-    }
-
-    /// Moves mixed-cell residue to the interface.
-    fn collect_residue(&mut self, domain: &Domain, boundary: &Boundary, report: &mut TransportReport) {
-        let density = match self.schemes.convection {
-            Convection::Consistent => self.fluids.density_line(),
-            Convection::VelocityForm | Convection::Off => [1.0, 0.0],
-        };
-        let Self { volume_fraction, velocity, collector, .. } = self;
-        let view = crate::interface::View {
-            c: volume_fraction.data(),
-            u: velocity.each_ref().map(|field| field.data()),
-            density,
-        };
-        report.residue = collector.find(domain, view);
-        if report.residue.moved_cells + report.residue.clipped_cells > 0 {
-            collector.apply(volume_fraction.data_mut(), velocity.each_mut().map(|field| field.data_mut()));
-            let [u1, u2, u3] = velocity;
-            Set { c: volume_fraction, u: [u1, u2, u3] }.fill_halos(domain, boundary, false);
-        }
-    }
-
-    /// Predicts the face velocities: mass-weighted means of the cells on both sides. Gravity acts on
-    /// cells and faces alike for `dt` [s]; walls and inlets keep their own velocity.
-    pub fn predict_faces(&mut self, domain: &Domain, boundary: &Boundary, gravity: Vector, dt: Real) {
+    /// Predicts the face velocities: mass-weighted means of the cells on both sides, after a uniform
+    /// `acceleration` [m/s^2] of all cells for `dt` [s]; walls and inlets keep their velocity.
+    pub fn predict_faces(&mut self, domain: &Domain, boundary: &Boundary, acceleration: Vector, dt: Real) {
         let Self { velocity, face_velocity, density, .. } = self;
         let rho = density.data();
         for (d, (u, uf)) in velocity.iter_mut().zip(face_velocity.iter_mut()).enumerate() {
-            let gain = gravity[d] * dt;
+            let gain = acceleration[d] * dt;
             if gain != 0.0 {
                 domain.for_each_row(&domain.interior(), u.data_mut(), |_, u| u.iter_mut().for_each(|u| *u += gain));
             }
@@ -333,6 +143,27 @@ impl Flow {
             });
             domain.fill_halos_to(1, &mut [(uf, &boundary.face_velocity_rules(d))]);
         }
+    }
+
+    /// The scratch field that a force may use between [`crate::forces::Force::accelerate`]'s start and end.
+    pub fn scratch_mut(&mut self) -> &mut Field<Real> {
+        &mut self.work[SCRATCH]
+    }
+
+    /// The fields that forces depend on, and cell and face velocity in direction `d` for writing.
+    pub(crate) fn state_and_velocity(
+        &mut self,
+        d: usize,
+        strides: [usize; 3],
+    ) -> (FluidState<'_>, &mut Field<Real>, &mut Field<Real>) {
+        let Self { volume_fraction, density, work, velocity, face_velocity, .. } = self;
+        let state = FluidState {
+            volume_fraction: volume_fraction.data(),
+            density: density.data(),
+            scratch: work[SCRATCH].data(),
+            strides,
+        };
+        (state, &mut velocity[d], &mut face_velocity[d])
     }
 
     /// Volume of the liquid, inside grains too, over all ranks [m^3].
@@ -396,24 +227,38 @@ impl Flow {
     }
 }
 
-/// A volume fraction and a velocity at the same stage of the sweeps.
-struct Set<'a> {
-    c: &'a mut Field<Real>,
-    u: [&'a mut Field<Real>; 3],
+/// What the acceleration on a face may depend on, by place in memory.
+#[derive(Clone, Copy)]
+pub struct FluidState<'a> {
+    /// Liquid fraction, ghosts filled.
+    pub volume_fraction: &'a [Real],
+    /// Density, ghosts filled [kg/m^3].
+    pub density: &'a [Real],
+    /// Scratch field of the force ([`Flow::scratch_mut`]).
+    pub scratch: &'a [Real],
+    /// Distance in memory between neighbours in each direction.
+    pub strides: [usize; 3],
 }
 
-impl Set<'_> {
-    fn read(&self) -> State<'_> {
+/// A volume fraction and a velocity at the same stage of the sweeps.
+pub(crate) struct StateFields<'a> {
+    pub c: &'a mut Field<Real>,
+    pub u: [&'a mut Field<Real>; 3],
+}
+
+impl StateFields<'_> {
+    pub fn read(&self) -> State<'_> {
         let [u1, u2, u3] = self.u.each_ref();
         [self.c.data(), u1.data(), u2.data(), u3.data()]
     }
 
-    fn write(&mut self) -> StateMut<'_> {
+    pub fn write(&mut self) -> StateMut<'_> {
         let [u1, u2, u3] = self.u.each_mut();
         [self.c.data_mut(), u1.data_mut(), u2.data_mut(), u3.data_mut()]
     }
 
-    fn fill_halos(&mut self, domain: &Domain, boundary: &Boundary, velocity: bool) {
+    /// Fills the ghosts of the volume fraction, and of the velocity if `velocity`.
+    pub fn fill_halos(&mut self, domain: &Domain, boundary: &Boundary, velocity: bool) {
         let rules: [GhostRules; 3] = std::array::from_fn(|d| boundary.velocity_rules(d));
         let c_rules = boundary.volume_fraction_rules();
         let [u1, u2, u3] = self.u.each_mut();
@@ -423,24 +268,5 @@ impl Set<'_> {
         } else {
             domain.fill_halos(&mut [(&mut *self.c, &c_rules)]);
         }
-    }
-}
-
-impl TransportReport {
-    /// Adds what entered through the two sides in `direction`, in cell volumes.
-    fn add_inflow(&mut self, domain: &Domain, direction: usize, entered: [[Real; 4]; 2]) {
-        let volume = domain.grid().cell_volume();
-        for (side, [liquid, momentum @ ..]) in entered.into_iter().enumerate() {
-            self.volume_through[direction][side] += liquid * volume;
-            self.momentum_through += Vector::from_array(momentum) * volume;
-        }
-    }
-
-    fn sum_over_ranks(&mut self, domain: &Domain) {
-        let [[a, b], [c, d], [e, f]] = self.volume_through;
-        let p = self.momentum_through;
-        let [a, b, c, d, e, f, x, y, z] = domain.sum([a, b, c, d, e, f, p.x, p.y, p.z]);
-        self.volume_through = [[a, b], [c, d], [e, f]];
-        self.momentum_through = Vector::new(x, y, z);
     }
 }

@@ -7,7 +7,9 @@
 
 use std::ops::AddAssign;
 
-use sazanami_numerics::Vector;
+use sazanami_numerics::{Real, Vector};
+
+use crate::forces::{Forces, MAX_FORCES};
 
 /// Momentum stored at one time, over all ranks [N s].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -24,6 +26,18 @@ pub struct StoredMomentum {
     pub deferred: Vector,
 }
 
+impl StoredMomentum {
+    /// Names of the terms in files, and their signs in the total.
+    pub const TERMS: [(&str, Real); 5] =
+        [("liquid", 1.0), ("gas", 1.0), ("grains", 1.0), ("displaced", -1.0), ("owed_to_grains", 1.0)];
+
+    /// The terms in the order of [`Self::TERMS`].
+    #[must_use]
+    pub fn terms(&self) -> [Vector; 5] {
+        [self.liquid, self.gas, self.grains, self.displaced, self.deferred]
+    }
+}
+
 /// Impulses from outside in one step, over all ranks [N s].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Impulses {
@@ -31,26 +45,64 @@ pub struct Impulses {
     pub walls_on_fluid: Vector,
     /// Contact forces of walls on free grains.
     pub walls_on_grains: Vector,
-    /// Weight of the fluid.
-    pub gravity_on_fluid: Vector,
+    /// The forces on the fluid in the order of their list, gravity first.
+    pub forces: [Vector; MAX_FORCES],
     /// Weight of the free grains less that of the fluid they displace.
     pub gravity_on_grains: Vector,
     /// Displaced-mass flux `-sum_k v_k dm_f,k` of the free grains.
     pub displaced_mass_flux: Vector,
-    /// Momentum convected in less that convected out through open sides.
+    /// Momentum convected in less that convected out through open sides, and that of clipped residue.
     pub open_sides: Vector,
     /// Of the constraints that hold or drive fixed and prescribed grains.
     pub held_grains: Vector,
+}
+
+impl Impulses {
+    /// Number of lines up to the forces other than gravity, which come last.
+    pub const WITH_GRAVITY: usize = 7;
+
+    /// Names of the lines in the budget, those of the forces included.
+    #[must_use]
+    pub fn names(forces: &Forces) -> Vec<&'static str> {
+        let mut forces = forces.names();
+        let gravity = forces.next();
+        let own = ["gravity_on_grains", "swallowed", "open_sides", "held_grains"];
+        ["walls_on_fluid", "walls_on_grains"].into_iter().chain(gravity).chain(own).chain(forces).collect()
+    }
+
+    /// The impulses in the order of [`Self::names`], with zeros for forces that are not in the list.
+    pub fn terms(&self) -> impl Iterator<Item = Vector> {
+        let [gravity, forces @ ..] = self.forces;
+        let own = [self.gravity_on_grains, self.displaced_mass_flux, self.open_sides, self.held_grains];
+        [self.walls_on_fluid, self.walls_on_grains, gravity].into_iter().chain(own).chain(forces)
+    }
 }
 
 impl AddAssign for Impulses {
     fn add_assign(&mut self, other: Self) {
         self.walls_on_fluid += other.walls_on_fluid;
         self.walls_on_grains += other.walls_on_grains;
-        self.gravity_on_fluid += other.gravity_on_fluid;
+        self.forces.iter_mut().zip(other.forces).for_each(|(sum, impulse)| *sum += impulse);
         self.gravity_on_grains += other.gravity_on_grains;
         self.displaced_mass_flux += other.displaced_mass_flux;
         self.open_sides += other.open_sides;
         self.held_grains += other.held_grains;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_and_terms_are_in_the_same_order() {
+        let names = Impulses::names(&Forces::default());
+        let mut impulses = Impulses { displaced_mass_flux: Vector::X, ..Impulses::default() };
+        impulses.forces[0] = Vector::Y;
+        let term = |name: &str| names.iter().position(|&n| n == name).and_then(|at| impulses.terms().nth(at));
+        assert_eq!(term("swallowed"), Some(Vector::X));
+        assert_eq!(term("gravity_on_fluid"), Some(Vector::Y));
+        assert_eq!(term("held_grains"), Some(Vector::ZERO));
+        assert_eq!(names.len(), Impulses::WITH_GRAVITY);
     }
 }

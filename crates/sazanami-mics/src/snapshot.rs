@@ -14,6 +14,7 @@ use sazanami_numerics::{Real, Vector};
 
 use crate::boundary::Boundary;
 use crate::flow::Flow;
+use crate::forces::Forces;
 use crate::grains::{Coupling, GrainPhase};
 use crate::pressure::Projection;
 use crate::solver::{Settings, Solver};
@@ -99,7 +100,8 @@ impl Solver {
         projection.fill_ghosts(&domain, &flow.density, gravity);
         let grains = GrainPhase::new(&domain, engine, shapes, coupling);
         let previous_step = snapshot.reals(PREVIOUS_STEP)?.first().copied();
-        Ok(Self { domain, boundary, settings, flow, projection, grains, previous_step })
+        let forces = Forces::default();
+        Ok(Self { domain, boundary, settings, flow, forces, projection, grains, previous_step })
     }
 }
 

@@ -9,11 +9,13 @@ use sazanami_numerics::grid::Field;
 use sazanami_numerics::{Real, Vector};
 
 use crate::boundary::Boundary;
-use crate::flow::{Flow, TransportReport};
+use crate::flow::Flow;
+use crate::forces::{Force, Forces, Pass};
 use crate::grains::{Coupling, GrainPhase, ImprintReport};
 use crate::momentum::{Impulses, StoredMomentum};
 use crate::pressure::{PressureError, PressureReport, Projection, Tolerance};
 use crate::stability::{Rates, Step, StepLimits};
+use crate::transport::TransportReport;
 use crate::viscosity::{DiffusionReport, ViscosityError};
 
 /// A step could not be completed.
@@ -100,6 +102,7 @@ pub struct Solver {
     pub(crate) boundary: Boundary,
     pub(crate) settings: Settings,
     pub(crate) flow: Flow,
+    pub(crate) forces: Forces,
     pub(crate) projection: Projection,
     pub(crate) grains: GrainPhase,
     /// Length that the limits allowed for the last step, before an output time shortened it [s].
@@ -130,7 +133,15 @@ impl Solver {
         projection.project(&domain, density, velocity, face_velocity, Vector::ZERO, dt, &settings.tolerance)?;
         flow.fill_halos(&domain, &boundary);
         grains.begin_exchange(&domain, &flow.velocity, &flow.density);
-        Ok(Self { domain, boundary, settings, flow, projection, grains, previous_step: None })
+        let forces = Forces::default();
+        Ok(Self { domain, boundary, settings, flow, forces, projection, grains, previous_step: None })
+    }
+
+    /// Adds forces on the fluid to gravity; at a restart they must be the same.
+    #[must_use]
+    pub fn with_forces(mut self, forces: Vec<Box<dyn Force>>) -> Self {
+        forces.into_iter().for_each(|force| self.forces.add(force));
+        self
     }
 
     /// Limits the length of the first step to `first` [s], if given.
@@ -146,6 +157,7 @@ impl Solver {
             viscous: self.flow.viscous_rate(&self.domain),
             grain_motion: self.grains.motion_rate(&self.domain),
             contact: self.grains.contact_rate(),
+            force: self.forces.rate(self.domain.grid().spacing, &self.flow.fluids),
         };
         self.settings.limits.choose(&rates, self.previous_step)
     }
@@ -156,7 +168,7 @@ impl Solver {
     /// # Errors
     /// [`StepError`] names what failed and where; the state is then not usable.
     pub fn step(&mut self, step: Step, dt: Real, mut watch: impl FnMut(Phase)) -> Result<StepReport, StepError> {
-        let Self { domain, boundary, settings, flow, projection, grains, .. } = self;
+        let Self { domain, boundary, settings, flow, forces, projection, grains, .. } = self;
         let gravity = settings.gravity;
         let mut report = StepReport { fluid_passes: step.fluid_passes, ..StepReport::default() };
         let pass = dt / step.fluid_passes as Real;
@@ -170,8 +182,7 @@ impl Solver {
             report.transport += flow.transport(domain, boundary, pass);
             projection.add_gradient(domain, &flow.density, &mut flow.velocity, half);
             report.diffusion += flow.diffuse(domain, boundary, pass)?;
-            flow.predict_faces(domain, boundary, gravity, pass);
-            report.impulses.gravity_on_fluid += flow.mass(domain) * gravity * pass;
+            forces.predict(&Pass { domain, boundary, gravity, dt: pass }, flow, &mut report.impulses.forces);
             watch(Phase::Pressure);
             let Flow { density, velocity, face_velocity, .. } = flow;
             report.pressure +=
@@ -192,6 +203,7 @@ impl Solver {
         report.impulses.walls_on_fluid += report.diffusion.wall_impulse + report.pressure.wall_impulse;
         report.impulses.walls_on_grains -= report.contacts.impulse_on_walls;
         report.impulses.open_sides += report.transport.momentum_through;
+        report.impulses.open_sides += report.transport.residue.clipped_momentum;
         self.previous_step = Some(step.dt);
         self.check(&report)?;
         Ok(report)
@@ -274,6 +286,12 @@ impl Solver {
     #[must_use]
     pub fn pressure(&self) -> &Field<Real> {
         self.projection.pressure()
+    }
+
+    /// The forces on the fluid, gravity first.
+    #[must_use]
+    pub fn forces(&self) -> &Forces {
+        &self.forces
     }
 
     /// The grains and their coupling to the fluid.

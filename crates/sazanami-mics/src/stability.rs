@@ -13,6 +13,8 @@ pub enum Limit {
     GrainMotion,
     /// Resolution of the contacts, where the number of sub-steps is fixed.
     Contact,
+    /// A force on the fluid ([`crate::forces`]), by name.
+    Force(&'static str),
     /// Growth over the previous step.
     Growth,
     /// The longest step allowed.
@@ -30,6 +32,7 @@ impl Limit {
             Self::Viscous => "viscous",
             Self::GrainMotion => "grain_motion",
             Self::Contact => "contact",
+            Self::Force(name) => name,
             Self::Growth => "growth",
             Self::Maximum => "maximum",
             Self::Fixed => "fixed",
@@ -48,6 +51,8 @@ pub struct Rates {
     pub grain_motion: Real,
     /// Reciprocal of the longest step that the contacts allow.
     pub contact: Real,
+    /// Reciprocal of the longest step that the forces on the fluid allow, and the force that sets it.
+    pub force: (Real, &'static str),
 }
 
 /// Bounds on the time step.
@@ -92,6 +97,7 @@ impl StepLimits {
             (after(1.0, rates.viscous), Limit::Viscous),
             (after(self.grain_travel, rates.grain_motion), Limit::GrainMotion),
             (after(1.0, rates.contact), Limit::Contact),
+            (after(1.0, rates.force.0), Limit::Force(rates.force.1)),
         ];
         let (dt, limit) = candidates.into_iter().fold(candidates[0], |a, b| if b.0 < a.0 { b } else { a });
         Step { dt, limit, fluid_passes: 1 }
@@ -100,7 +106,7 @@ impl StepLimits {
     /// Passes of the fluid phase in a step of `dt` [s] so that each keeps to the Courant limit.
     #[must_use]
     pub fn passes(&self, rates: &Rates, dt: Real) -> usize {
-        let needed = (rates.advective * dt / self.courant).max(rates.viscous * dt);
+        let needed = (rates.advective * dt / self.courant).max(rates.viscous * dt).max(rates.force.0 * dt);
         // Round-off must not cause a second pass.
         (needed * (1.0 - 1e-12)).ceil().max(1.0) as usize
     }
@@ -132,6 +138,8 @@ mod tests {
         assert_eq!(limits.choose(&Rates::default(), None).limit, Limit::Maximum);
         let grains = Rates { grain_motion: 1e6, ..rates };
         assert_eq!(limits.choose(&grains, None).limit, Limit::GrainMotion);
+        let forced = Rates { force: (1e9, "tension"), ..rates };
+        assert_eq!(limits.choose(&forced, None), Step { dt: 1e-9, limit: Limit::Force("tension"), fluid_passes: 1 });
     }
 
     #[test]

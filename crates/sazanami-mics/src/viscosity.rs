@@ -13,31 +13,16 @@
 
 mod stress;
 
-use sazanami_numerics::choices;
 use sazanami_numerics::domain::{Domain, GhostRules};
 use sazanami_numerics::grid::Field;
 use sazanami_numerics::{Real, Vector};
 
 use crate::boundary::Boundary;
-use crate::flow::{Flow, Fluids};
+use crate::flow::Flow;
+use crate::fluids::Fluids;
 use stress::{Source, Stress};
 
-choices! {
-    /// Time integration of the viscous stress.
-    #[derive(Default)]
-    pub enum ViscosityScheme {
-        /// Backward Euler.
-        #[default]
-        Implicit = "implicit",
-        /// The stress at the start for half a step before the transport, backward Euler for half a step
-        /// after it: second order in time.
-        CrankNicolson = "crank_nicolson",
-        /// The stress before; limits the time step.
-        Explicit = "explicit",
-        /// No viscous stress.
-        Off = "off",
-    }
-}
+pub use crate::schemes::ViscosityScheme;
 
 /// The viscous equation cannot be solved.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -72,8 +57,6 @@ impl std::ops::AddAssign for DiffusionReport {
 }
 
 const MAX_ITERATIONS: usize = 4000;
-/// Default of [`Flow::viscous_tolerance`].
-pub(crate) const TOLERANCE: Real = 1e-5;
 /// Bound of the face viscosity over the density of a cell [m^2/s].
 ///
 /// A face has at most the harmonic mean of its cell's viscosity and the larger of the two; over the

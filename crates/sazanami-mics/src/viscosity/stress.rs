@@ -8,7 +8,7 @@ use sazanami_numerics::grid::GHOSTS;
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::{SlicesMut, for_each_chunk};
 
-use crate::flow::Fluids;
+use crate::fluids::Fluids;
 
 /// Velocity (or a change of it) in a mixture, one ghost layer filled.
 #[derive(Clone, Copy)]

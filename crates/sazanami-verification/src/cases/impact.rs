@@ -7,9 +7,8 @@ use sazanami_mics::grains::Exchange;
 use sazanami_numerics::geometry::{ContactSphereRule, Region, Shape, VolumeRule};
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
-use sazanami_observe::budget::MomentumBudget;
 
-use super::tank::{Tank, WATER_AND_AIR, book, fractions, step, stored_momentum};
+use super::tank::{Tank, WATER_AND_AIR, book, fractions, new_budget, step};
 use crate::measured::Measured;
 
 const SPEED: Real = 9.0;
@@ -60,7 +59,7 @@ fn outcome(cells_per_grain: Real, exchange: Exchange) -> Result<Outcome, String>
         let beta = fractions(domain, &Region::Sphere { centre, radius: DROP });
         flow.add_liquid(domain, boundary, &beta, Vector::new(0.0, 0.0, -SPEED), DropVelocity::Mass);
     })?;
-    let mut budget = MomentumBudget::new(stored_momentum(&solver));
+    let mut budget = new_budget(&solver);
     let liquid = solver.flow().liquid_volume(solver.domain());
     let (mut time, end) = (0.0, DROP / SPEED);
     let mut clipped = 0.0;
@@ -70,16 +69,16 @@ fn outcome(cells_per_grain: Real, exchange: Exchange) -> Result<Outcome, String>
         clipped += report.transport.residue.clipped_volume;
         book(&mut budget, &solver, &report);
     }
-    let start = budget.initial().total().z;
-    let (now, impulses) = (budget.stored(), budget.impulses());
-    let walls = (impulses.walls_on_fluid + impulses.walls_on_grains).z;
+    let start = budget.initial_total().z;
+    let walls = (budget.impulse("walls_on_fluid") + budget.impulse("walls_on_grains")).z;
+    let now = solver.momentum();
     let (fluid, grains) = ((now.liquid + now.gas).z, (now.grains - now.displaced).z);
     Ok(Outcome {
         fluid: fluid / start,
         grains: grains / start,
         lost: 1.0 - (fluid + grains - walls) / start,
         closed: budget.relative_residual(),
-        swallowed: impulses.displaced_mass_flux.z / start,
+        swallowed: budget.impulse("swallowed").z / start,
         liquid: (solver.flow().liquid_volume(solver.domain()) - liquid - clipped) / liquid,
     })
 }

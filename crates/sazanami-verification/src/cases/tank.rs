@@ -4,6 +4,7 @@ use sazanami_dem::{Body, Damping, Engine, Grain, Interactions, LinearSpringDashp
 use sazanami_mics::boundary::{Boundary, Side};
 use sazanami_mics::flow::{Flow, Fluids, Schemes};
 use sazanami_mics::grains::{Coupling, Exchange, TorqueArm, Weighting};
+use sazanami_mics::momentum::{Impulses, StoredMomentum};
 use sazanami_mics::pressure::Tolerance;
 use sazanami_mics::solver::{Settings, Solver, StepReport};
 use sazanami_mics::stability::StepLimits;
@@ -12,7 +13,7 @@ use sazanami_numerics::domain::Domain;
 use sazanami_numerics::geometry::{Region, RegionFractions, Shape, VolumeFractionMethod};
 use sazanami_numerics::grid::{Field, Grid};
 use sazanami_numerics::{Real, Vector};
-use sazanami_observe::budget::{Impulses, MomentumBudget, StoredMomentum};
+use sazanami_observe::budget::MomentumBudget;
 
 /// Standard gravity of the reference experiments, downwards [m/s^2].
 pub(crate) fn down(gravity: Real) -> Vector {
@@ -132,25 +133,15 @@ pub(crate) fn step(solver: &mut Solver, now: Real, end: Real) -> Result<(Real, S
     Ok((dt, report))
 }
 
-/// The momentum that a solver holds, as the budget books it.
-pub(crate) fn stored_momentum(solver: &Solver) -> StoredMomentum {
-    let sazanami_mics::momentum::StoredMomentum { liquid, gas, grains, displaced, deferred } = solver.momentum();
-    StoredMomentum { liquid, gas, grains, displaced, deferred }
+/// A momentum budget that starts with the present state of a solver.
+pub(crate) fn new_budget(solver: &Solver) -> MomentumBudget {
+    MomentumBudget::new(&StoredMomentum::TERMS, &solver.momentum().terms(), Impulses::names(solver.forces()))
 }
 
 /// Books the impulses of a step and what is held after it.
 pub(crate) fn book(budget: &mut MomentumBudget, solver: &Solver, report: &StepReport) {
-    let of = &report.impulses;
-    budget.add(&Impulses {
-        walls_on_fluid: of.walls_on_fluid,
-        walls_on_grains: of.walls_on_grains,
-        gravity_on_fluid: of.gravity_on_fluid,
-        gravity_on_grains: of.gravity_on_grains,
-        displaced_mass_flux: of.displaced_mass_flux,
-        open_sides: of.open_sides,
-        held_grains: of.held_grains,
-    });
-    budget.set_stored(stored_momentum(solver));
+    budget.add(report.impulses.terms());
+    budget.set_stored(&solver.momentum().terms());
 }
 
 /// Largest of `values`, at least zero; not a number if one of them is not.

@@ -5,8 +5,9 @@ use sazanami_numerics::grid::{Field, Grid};
 use sazanami_numerics::{Real, Vector};
 
 use sazanami_mics::boundary::Boundary;
-use sazanami_mics::flow::{Flow, Fluids, Schemes, TransportReport};
+use sazanami_mics::flow::{Flow, Fluids, Schemes};
 use sazanami_mics::pressure::{PressureError, Projection, Tolerance};
+use sazanami_mics::transport::TransportReport;
 use sazanami_mics::viscosity::ViscosityError;
 
 /// A step of an experiment failed.

@@ -3,6 +3,7 @@
 use sazanami_mics::advection::{Convection, Limiter};
 use sazanami_mics::boundary::{Boundary, BoundaryError, Side};
 use sazanami_mics::flow::{Carrier, DropVelocity, Flow, Fluids, Schemes};
+use sazanami_mics::forces::Force;
 use sazanami_mics::grains::{Coupling, Exchange, TorqueArm, Weighting};
 use sazanami_mics::interface::InterfaceScheme;
 use sazanami_mics::pressure::Tolerance;
@@ -79,6 +80,11 @@ pub fn flow(case: &Case, domain: &Domain) -> Flow {
         ..Schemes::default()
     };
     Flow::new(domain, fluids, schemes)
+}
+
+/// Forces on the fluid besides gravity.
+pub(crate) fn forces(_case: &Case) -> Vec<Box<dyn Force>> {
+    Vec::new()
 }
 
 /// How fluid and step are computed.

@@ -59,7 +59,8 @@ pub(super) fn solver(
     if let Some(state) = job.resumed.as_ref().filter(|state| state.run.flows()) {
         let engine = Engine::restore(&domain, setup, GRAINS, &state.snapshot)?;
         let snapshot = &state.snapshot;
-        return Ok(Some(Solver::restore(domain, boundary, settings, flow, engine, shapes, coupling, snapshot)?));
+        let solver = Solver::restore(domain, boundary, settings, flow, engine, shapes, coupling, snapshot)?;
+        return Ok(Some(solver.with_forces(fluid::forces(case))));
     }
     let engine = match packed {
         None => match laid(job, &domain, setup, recorder)? {
@@ -78,7 +79,8 @@ pub(super) fn solver(
     liquids_fit(job, bed_height)?;
     keep_clear(job, &domain, &engine, bed_height)?;
     fluid::pour(case, &domain, &boundary, &mut flow, bed_height);
-    let mut solver = Solver::new(domain, boundary, settings, flow, engine, shapes, coupling)?;
+    let solver = Solver::new(domain, boundary, settings, flow, engine, shapes, coupling)?;
+    let mut solver = solver.with_forces(fluid::forces(case));
     solver.limit_first_step(fluid::first_step(case));
     Ok(Some(solver))
 }

@@ -5,10 +5,11 @@ mod probes;
 mod series;
 mod summary;
 
+use sazanami_mics::momentum::{Impulses, StoredMomentum};
 use sazanami_mics::solver::{Solver, StepReport};
 use sazanami_numerics::snapshot::Snapshot;
 use sazanami_numerics::{Real, Vector};
-use sazanami_observe::budget::{Impulses, LiquidBudget, LiquidVolume, MomentumBudget, StoredMomentum};
+use sazanami_observe::budget::{LiquidBudget, LiquidVolume, MomentumBudget};
 use sazanami_observe::erosion::{CountedGrains, Erosion, ErosionSettings, InitialBed};
 use sazanami_observe::splash::SplashTracker;
 
@@ -66,7 +67,11 @@ pub(crate) struct GridObserver {
 
 impl GridObserver {
     fn open(&mut self, seen: &mut GatheredGrains, solver: &Solver) {
-        self.momentum = Some(MomentumBudget::new(stored_momentum(solver)));
+        self.momentum = Some(MomentumBudget::new(
+            &StoredMomentum::TERMS,
+            &solver.momentum().terms(),
+            Impulses::names(solver.forces()),
+        ));
         self.liquid = Some(LiquidBudget::new(self.liquid_volume(solver)));
         if seen.count() > 0 {
             seen.keep(BEFORE, &mut self.before);
@@ -97,24 +102,16 @@ impl GridObserver {
     }
 
     fn book(&mut self, report: &StepReport) {
-        let i = &report.impulses;
         if let Some(momentum) = &mut self.momentum {
-            momentum.add(&Impulses {
-                walls_on_fluid: i.walls_on_fluid,
-                walls_on_grains: i.walls_on_grains,
-                gravity_on_fluid: i.gravity_on_fluid,
-                gravity_on_grains: i.gravity_on_grains,
-                displaced_mass_flux: i.displaced_mass_flux,
-                open_sides: i.open_sides + report.transport.residue.clipped_momentum,
-                held_grains: i.held_grains,
-            });
+            momentum.add(report.impulses.terms());
         }
         self.through += report.transport.volume_through.iter().flatten().sum::<Real>();
         self.clipped += report.transport.residue.clipped_volume;
     }
 
-    fn restore(&mut self, leads: bool, snapshot: &Snapshot) -> Result<(), RankError> {
-        self.momentum = Some(MomentumBudget::restore(snapshot)?);
+    fn restore(&mut self, leads: bool, solver: &Solver, snapshot: &Snapshot) -> Result<(), RankError> {
+        self.momentum =
+            Some(MomentumBudget::restore(&StoredMomentum::TERMS, Impulses::names(solver.forces()), snapshot)?);
         self.liquid = Some(LiquidBudget::restore(snapshot)?);
         self.splash = SplashTracker::restore(snapshot).ok();
         self.initial = initial_heights(snapshot);
@@ -153,7 +150,7 @@ impl Observer for GridObserver {
 
     fn begin(&mut self, job: &Job, seen: &mut GatheredGrains, solver: &mut Solver) -> Result<(), RankError> {
         match job.resumed.as_ref().filter(|state| state.run.flows()) {
-            Some(state) => self.restore(seen.leads, &state.snapshot)?,
+            Some(state) => self.restore(seen.leads, solver, &state.snapshot)?,
             None => self.open(seen, solver),
         }
         Ok(())
@@ -172,9 +169,9 @@ impl Observer for GridObserver {
             self.findings.liquid_relative_change = liquid.relative_change();
             self.findings.wet_relative_change = liquid.wet_relative_change();
         }
-        let now = stored_momentum(solver);
+        let now = solver.momentum().terms();
         if let Some(momentum) = &mut self.momentum {
-            momentum.set_stored(now);
+            momentum.set_stored(&now);
         }
         let grains = solver.grains().engine().grains();
         let mine: Real = (0..grains.owned()).map(|n| grains.kinetic_energy(n)).sum();
@@ -309,15 +306,4 @@ pub(super) fn erosion_settings(case: &Case) -> Option<ErosionSettings> {
         },
         ..ErosionSettings::recommended(lower, upper, case.domain.lower.z, erosion.grain_size)
     })
-}
-
-fn stored_momentum(solver: &Solver) -> StoredMomentum {
-    let now = solver.momentum();
-    StoredMomentum {
-        liquid: now.liquid,
-        gas: now.gas,
-        grains: now.grains,
-        displaced: now.displaced,
-        deferred: now.deferred,
-    }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use sazanami_numerics::Real;
+use sazanami_numerics::{Real, Vector};
 use sazanami_observe::budget::MomentumBudget;
 use sazanami_observe::erosion::{Erosion, ErosionError};
 use sazanami_observe::splash::Splash;
@@ -122,24 +122,13 @@ pub(crate) const SPLASH: &[Field<Splash>] = &[
 ];
 
 fn momentum_json(budget: &MomentumBudget) -> Value {
-    let stored = |stored: &sazanami_observe::budget::StoredMomentum| {
-        json!({
-            "liquid": stored.liquid.to_array(),
-            "gas": stored.gas.to_array(),
-            "grains": stored.grains.to_array(),
-            "displaced": stored.displaced.to_array(),
-            "owed_to_grains": stored.deferred.to_array(),
-        })
-    };
-    let impulses = budget.impulses();
-    let named: BTreeMap<&str, [Real; 3]> = sazanami_observe::budget::Impulses::NAMES
-        .into_iter()
-        .zip(impulses.terms().map(|term| term.to_array()))
-        .collect();
+    fn named(lines: impl Iterator<Item = (&'static str, Vector)>) -> BTreeMap<&'static str, [Real; 3]> {
+        lines.map(|(name, term)| (name, term.to_array())).collect()
+    }
     json!({
-        "initial": stored(budget.initial()),
-        "now": stored(budget.stored()),
-        "impulses": named,
+        "initial": named(budget.initial()),
+        "now": named(budget.stored()),
+        "impulses": named(budget.impulses()),
         "residual": budget.residual().to_array(),
     })
 }

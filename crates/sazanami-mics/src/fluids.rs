@@ -1,0 +1,30 @@
+//! Properties of the liquid and the gas.
+
+use sazanami_numerics::Real;
+
+/// Properties of the two fluids.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fluids {
+    /// Density of the liquid [kg/m^3].
+    pub liquid_density: Real,
+    /// Density of the gas [kg/m^3].
+    pub gas_density: Real,
+    /// Dynamic viscosity of the liquid [Pa s].
+    pub liquid_viscosity: Real,
+    /// Dynamic viscosity of the gas [Pa s].
+    pub gas_viscosity: Real,
+}
+
+impl Fluids {
+    /// Density of a mixture with liquid fraction `c` [kg/m^3].
+    #[inline]
+    #[must_use]
+    pub fn density(&self, c: Real) -> Real {
+        self.gas_density + (self.liquid_density - self.gas_density) * c
+    }
+
+    /// Constant and slope of the density as a function of C [kg/m^3].
+    pub(crate) fn density_line(&self) -> [Real; 2] {
+        [self.gas_density, self.liquid_density - self.gas_density]
+    }
+}

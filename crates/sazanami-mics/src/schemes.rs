@@ -1,0 +1,63 @@
+//! Numerical schemes of the fluid phase, and the choices among them.
+
+use sazanami_numerics::choices;
+
+use crate::advection::{Convection, Dilatation, Limiter};
+use crate::interface::InterfaceScheme;
+
+/// Numerical schemes of the fluid phase; the default is recommended.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Schemes {
+    /// Reconstruction of the interface.
+    pub interface: InterfaceScheme,
+    /// Convection of momentum.
+    pub convection: Convection,
+    /// Slope limiter of the velocity.
+    pub limiter: Limiter,
+    /// Time integration of the viscous stress.
+    pub viscosity: ViscosityScheme,
+    /// Dilatation term of the sweeps.
+    pub dilatation: Dilatation,
+    /// Convecting face velocity.
+    pub carrier: Carrier,
+}
+
+/// Time level of the convecting face velocity.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Carrier {
+    /// Start of the step.
+    #[default]
+    Start,
+    /// Middle of the step, by extrapolation from the last two: second order in time.
+    Middle,
+}
+
+choices! {
+    /// Time integration of the viscous stress.
+    #[derive(Default)]
+    pub enum ViscosityScheme {
+        /// Backward Euler.
+        #[default]
+        Implicit = "implicit",
+        /// The stress at the start for half a step before the transport, backward Euler for half a step
+        /// after it: second order in time.
+        CrankNicolson = "crank_nicolson",
+        /// The stress before; limits the time step.
+        Explicit = "explicit",
+        /// No viscous stress.
+        Off = "off",
+    }
+}
+
+choices! {
+    /// Initial velocity of cells that a liquid region fills in part.
+    #[derive(Default)]
+    pub enum DropVelocity {
+        /// Mass-averaged: the momentum is that of the liquid.
+        #[default]
+        Mass = "mass",
+        /// The volume fraction times the velocity, as in Yagyu et al. (2015): the momentum of a drop
+        /// of 29 cells in diameter comes out 3 % too small.
+        Beta = "beta",
+    }
+}
