@@ -2,6 +2,10 @@
 
 use sazanami_numerics::geometry::Shape;
 use sazanami_numerics::{Quaternion, Real, Vector};
+use sazanami_parallel::for_each_chunk;
+
+/// Grains that one thread looks at before it takes others.
+pub(crate) const GRAINS_AT_ONCE: usize = 64;
 
 /// Closed surface of a grain shape in its body frame (origin at the centre of mass).
 #[derive(Clone, Copy, Debug)]
@@ -99,6 +103,17 @@ impl BedView<'_> {
     pub fn bounds_of(&self, grain: usize) -> (Vector, Vector) {
         let nothing = (Vector::INFINITY, Vector::NEG_INFINITY);
         self.nodes_of(grain).fold(nothing, |(lower, upper), node| (lower.min(node), upper.max(node)))
+    }
+
+    /// Smallest boxes around all grains: lower and upper corners [m].
+    #[must_use]
+    pub fn bounds(&self) -> Vec<(Vector, Vector)> {
+        let mut bounds = vec![(Vector::ZERO, Vector::ZERO); self.len()];
+        for_each_chunk(&mut bounds[..], GRAINS_AT_ONCE, |number, bounds| {
+            let first = number * GRAINS_AT_ONCE;
+            bounds.iter_mut().enumerate().for_each(|(n, bounds)| *bounds = self.bounds_of(first + n));
+        });
+        bounds
     }
 
     /// Height of the highest node of a grain [m].

@@ -1,6 +1,9 @@
 //! The bed seen from above: height of the highest surface, and the grain it belongs to.
 
+use std::ops::Range;
+
 use sazanami_numerics::{Real, Vector};
+use sazanami_parallel::for_each_chunk;
 
 use crate::{BedView, Horizontal};
 
@@ -29,50 +32,35 @@ impl HeightMap {
     #[must_use]
     pub fn of(bed: &BedView, lower: Horizontal, upper: Horizontal, spacing: Real) -> Self {
         let mut map = Self::new(lower, upper, spacing);
-        (0..bed.len()).for_each(|grain| map.add(bed, grain));
+        map.add(bed, &bed.bounds(), &(0..bed.len()).collect::<Vec<_>>());
         map
     }
 
-    /// Draws the upper surface of a grain. The result does not depend on the order of the grains.
-    pub fn add(&mut self, bed: &BedView, grain: usize) {
-        let body = bed.body_of(grain);
-        let (centre, turn, scale) = (bed.position[grain], bed.orientation[grain], bed.scale[grain]);
-        for triangle in body.triangles {
-            let corners = triangle.map(|n| centre + turn * (body.nodes[n as usize] * scale));
-            self.draw(corners, grain as u32);
-        }
-    }
-
-    fn draw(&mut self, [a, b, c]: [Vector; 3], grain: u32) {
-        let twice_area = edge(a, b, c.x, c.y);
-        if twice_area <= 0.0 {
-            return; // seen from below or edge-on
-        }
-        let (low, high) = (a.min(b).min(c), a.max(b).max(c));
-        let [columns, rows] = [0, 1].map(|d| self.centres_within(d, low[d], high[d]));
-        for j in rows {
-            let y = self.lower[1] + (j as Real + 0.5) * self.spacing;
-            for i in columns.clone() {
-                let x = self.lower[0] + (i as Real + 0.5) * self.spacing;
-                let [wa, wb, wc] = [edge(b, c, x, y), edge(c, a, x, y), edge(a, b, x, y)];
-                if wa >= 0.0 && wb >= 0.0 && wc >= 0.0 {
-                    let z = (wa * a.z + wb * b.z + wc * c.z) / twice_area;
-                    let at = j * self.pixels[0] + i;
-                    if z > self.height[at] || (z == self.height[at] && grain < self.grain[at]) {
-                        self.height[at] = z;
-                        self.grain[at] = grain;
-                    }
-                }
+    /// Draws the upper surfaces of `grains`, whose boxes are `bounds` by the number of the grain. The result depends
+    /// neither on the order of the grains nor on the number of threads: a pixel keeps the highest surface, and of equal
+    /// ones that of the grain with the smallest number.
+    ///
+    /// Strips of rows are drawn in parallel, each from the highest grain down, so that most hidden grains are skipped.
+    pub fn add(&mut self, bed: &BedView, bounds: &[(Vector, Vector)], grains: &[usize]) {
+        let &mut Self { lower, spacing, pixels, .. } = self;
+        let strips = pixels[1].div_ceil(STRIP);
+        let mut of_strip: Vec<Vec<usize>> = vec![Vec::new(); strips];
+        let plane = Plane { lower, spacing, pixels };
+        for &grain in grains {
+            let (low, high) = bounds[grain];
+            let rows = plane.centres_within(1, low.y, high.y);
+            if !rows.is_empty() {
+                of_strip[rows.start / STRIP..=(rows.end - 1) / STRIP].iter_mut().for_each(|strip| strip.push(grain));
             }
         }
-    }
-
-    /// Pixels of one direction whose centres lie between two coordinates.
-    fn centres_within(&self, direction: usize, low: Real, high: Real) -> std::ops::Range<usize> {
-        let pixel = |x: Real| (x - self.lower[direction]) / self.spacing - 0.5;
-        let count = self.pixels[direction];
-        // Casts of negative numbers give zero.
-        (pixel(low).ceil() as usize).min(count)..((pixel(high).floor() + 1.0) as usize).min(count)
+        let chunk = STRIP * pixels[0].max(1);
+        for_each_chunk((&mut self.height[..], &mut self.grain[..]), chunk, |number, (height, grain)| {
+            let mut highest_first = of_strip[number].clone();
+            highest_first.sort_unstable_by(|&a, &b| bounds[b].1.z.total_cmp(&bounds[a].1.z).then(a.cmp(&b)));
+            let first = number * STRIP;
+            let mut strip = Strip { plane, rows: first..first + height.len() / pixels[0], height, grain };
+            highest_first.into_iter().for_each(|n| strip.add(bed, n, bounds[n]));
+        });
     }
 
     /// Number of pixels in both directions.
@@ -108,7 +96,9 @@ impl HeightMap {
     /// Largest height [m] over the pixels with centres in a rectangle.
     #[must_use]
     pub fn highest_within(&self, low: Horizontal, high: Horizontal) -> Option<Real> {
-        let [columns, rows] = [0, 1].map(|d| self.centres_within(d, low[d], high[d]));
+        let Self { lower, spacing, pixels, .. } = *self;
+        let plane = Plane { lower, spacing, pixels };
+        let [columns, rows] = [0, 1].map(|d| plane.centres_within(d, low[d], high[d]));
         rows.flat_map(|j| columns.clone().map(move |i| (i, j))).filter_map(|(i, j)| self.height(i, j)).reduce(Real::max)
     }
 
@@ -120,6 +110,89 @@ impl HeightMap {
             seen[grain as usize] += 1;
         }
         seen
+    }
+}
+
+/// Rows of pixels that one thread draws at a time.
+const STRIP: usize = 8;
+
+/// Where the pixels of a map are.
+#[derive(Clone, Copy)]
+struct Plane {
+    lower: Horizontal,
+    spacing: Real,
+    pixels: [usize; 2],
+}
+
+impl Plane {
+    /// Pixels of one direction whose centres lie between two coordinates.
+    fn centres_within(&self, direction: usize, low: Real, high: Real) -> Range<usize> {
+        let pixel = |x: Real| (x - self.lower[direction]) / self.spacing - 0.5;
+        let count = self.pixels[direction];
+        // Casts of negative numbers give zero.
+        (pixel(low).ceil() as usize).min(count)..((pixel(high).floor() + 1.0) as usize).min(count)
+    }
+}
+
+/// Some rows of a map.
+struct Strip<'a> {
+    plane: Plane,
+    rows: Range<usize>,
+    height: &'a mut [Real],
+    grain: &'a mut [u32],
+}
+
+impl Strip<'_> {
+    /// Pixels of the strip whose centres lie in a rectangle: columns, rows.
+    fn within(&self, low: Vector, high: Vector) -> [Range<usize>; 2] {
+        let rows = self.plane.centres_within(1, low.y, high.y);
+        let rows = rows.start.max(self.rows.start)..rows.end.min(self.rows.end);
+        [self.plane.centres_within(0, low.x, high.x), rows]
+    }
+
+    /// Place of a pixel in the strip.
+    fn at(&self, i: usize, j: usize) -> usize {
+        (j - self.rows.start) * self.plane.pixels[0] + i
+    }
+
+    /// Draws the upper surface of a grain, unless all of it is hidden.
+    fn add(&mut self, bed: &BedView, grain: usize, (low, high): (Vector, Vector)) {
+        let [columns, mut rows] = self.within(low, high);
+        let is_hidden =
+            |j: usize| self.height[self.at(columns.start, j)..][..columns.len()].iter().all(|&z| z > high.z);
+        if columns.is_empty() || rows.all(is_hidden) {
+            return;
+        }
+        let body = bed.body_of(grain);
+        let (centre, turn, scale) = (bed.position[grain], bed.orientation[grain], bed.scale[grain]);
+        for triangle in body.triangles {
+            let corners = triangle.map(|n| centre + turn * (body.nodes[n as usize] * scale));
+            self.draw(corners, grain as u32);
+        }
+    }
+
+    fn draw(&mut self, [a, b, c]: [Vector; 3], grain: u32) {
+        let twice_area = edge(a, b, c.x, c.y);
+        if twice_area <= 0.0 {
+            return; // seen from below or edge-on
+        }
+        let [columns, rows] = self.within(a.min(b).min(c), a.max(b).max(c));
+        let Plane { lower, spacing, .. } = self.plane;
+        for j in rows {
+            let y = lower[1] + (j as Real + 0.5) * spacing;
+            for i in columns.clone() {
+                let x = lower[0] + (i as Real + 0.5) * spacing;
+                let [wa, wb, wc] = [edge(b, c, x, y), edge(c, a, x, y), edge(a, b, x, y)];
+                if wa >= 0.0 && wb >= 0.0 && wc >= 0.0 {
+                    let z = (wa * a.z + wb * b.z + wc * c.z) / twice_area;
+                    let at = self.at(i, j);
+                    if z > self.height[at] || (z == self.height[at] && grain < self.grain[at]) {
+                        self.height[at] = z;
+                        self.grain[at] = grain;
+                    }
+                }
+            }
+        }
     }
 }
 
@@ -157,8 +230,28 @@ mod tests {
         bed.view(|view| {
             let forward = HeightMap::of(view, [-1.0, -1.0], [2.0, 2.0], 0.03);
             let mut backward = HeightMap::new([-1.0, -1.0], [2.0, 2.0], 0.03);
-            (0..4).rev().for_each(|grain| backward.add(view, grain));
+            let bounds = view.bounds();
+            (0..4).rev().for_each(|grain| backward.add(view, &bounds, &[grain]));
             assert_eq!(forward, backward);
+        });
+    }
+
+    #[test]
+    fn threads_and_strips_do_not_matter() {
+        // Several layers over many strips: most grains are hidden.
+        let bed = Bed::columns(1.0, 10.0, 6, |x| 2.0 + 0.2 * x);
+        bed.view(|view| {
+            let map = || HeightMap::of(view, [-10.0; 2], [10.0; 2], 0.125);
+            let [one, four] = [1, 4].map(|threads| sazanami_parallel::with_threads(threads, map).unwrap());
+            assert_eq!(one, four);
+            let seen = one.pixels_seen(view.len());
+            assert!(seen.contains(&0) && seen.iter().sum::<u32>() > 10_000);
+            // Drawn grain by grain, lowest first, so that none is skipped.
+            let mut each = HeightMap::new([-10.0; 2], [10.0; 2], 0.125);
+            let (bounds, mut lowest) = (view.bounds(), (0..view.len()).collect::<Vec<_>>());
+            lowest.sort_by(|&a, &b| bounds[a].1.z.total_cmp(&bounds[b].1.z));
+            lowest.iter().for_each(|&grain| each.add(view, &bounds, &[grain]));
+            assert_eq!(one, each);
         });
     }
 

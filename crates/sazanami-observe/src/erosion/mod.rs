@@ -18,6 +18,7 @@ mod surface_grains;
 
 use sazanami_numerics::Real;
 use sazanami_numerics::choices;
+use sazanami_parallel::for_each_chunk;
 
 pub use crater::{
     Crater, cap_volume, cap_volume_of_diameter, cap_volume_of_sphere, depth_below_rims, rim_diameter, sphere_radius,
@@ -215,12 +216,15 @@ impl Erosion {
             |cell, layer| Profile::of(&surface.tops, settings.axis, cell, layer, settings.largest_radius);
         let profile = profile_with(settings.cell, settings.layer);
         let crater = Crater::of(&profile).ok_or(ErosionError::NoSurface)?;
-        let mut smoothings = Vec::new();
-        for (cell, layer) in SMOOTHINGS.into_iter().flat_map(|a| SMOOTHINGS.map(|b| (a, b))) {
-            let (cell, layer) = (cell * settings.cell, layer * settings.layer);
-            let volume = Crater::of(&profile_with(cell, layer)).map(|crater| crater.volume);
-            smoothings.push(Smoothing { cell, layer, volume });
-        }
+        let factors = SMOOTHINGS.into_iter().flat_map(|a| SMOOTHINGS.map(|b| (a, b)));
+        let mut smoothings: Vec<Smoothing> = factors
+            .map(|(cell, layer)| Smoothing { cell: cell * settings.cell, layer: layer * settings.layer, volume: None })
+            .collect();
+        for_each_chunk(&mut smoothings[..], 1, |_, smoothings| {
+            for Smoothing { cell, layer, volume } in smoothings {
+                *volume = Crater::of(&profile_with(*cell, *layer)).map(|crater| crater.volume);
+            }
+        });
         let half_layer = [-0.5, 0.5].map(|n| cap_volume(crater.depth, crater.rim_radius + n * settings.layer));
         let volumes = || smoothings.iter().filter_map(|smoothing| smoothing.volume).chain(half_layer);
         let volume_range = [volumes().fold(crater.volume, Real::min), volumes().fold(crater.volume, Real::max)];

@@ -1,9 +1,12 @@
 //! Which grains make the surface of the bed: not those in the air, and only those seen from above.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use sazanami_numerics::{Real, Vector};
+use sazanami_parallel::for_each_chunk;
 
 use super::{CountedGrains, ErosionSettings};
-use crate::BedView;
+use crate::bed::{BedView, GRAINS_AT_ONCE};
 use crate::height_map::HeightMap;
 
 /// Highest node of a grain over its centre of mass.
@@ -25,7 +28,7 @@ pub(super) struct SurfaceGrains {
 
 impl SurfaceGrains {
     pub fn of(bed: &BedView, settings: &ErosionSettings) -> Self {
-        let bounds: Vec<_> = (0..bed.len()).map(|grain| bed.bounds_of(grain)).collect();
+        let bounds = bed.bounds();
         let (airborne, map) = sort_out(bed, &bounds, settings);
         let counts = match settings.counted {
             CountedGrains::Surface => {
@@ -49,7 +52,7 @@ fn sort_out(bed: &BedView, bounds: &[(Vector, Vector)], settings: &ErosionSettin
     let linked = linked(bounds, settings.grain_size / 4.0);
     let mut map = HeightMap::new(settings.lower, settings.upper, settings.pixel);
     let mut airborne: Vec<bool> = linked.iter().map(|&linked| !linked).collect();
-    let mut doubtful = Vec::new();
+    let (mut in_contact, mut doubtful) = (Vec::new(), Vec::new());
     // Before the first step no grain has had a contact: that says nothing about what lies where.
     let contacts_known = (0..bed.len()).any(|grain| bed.time_since_contact(grain).is_some_and(Real::is_finite));
     for (grain, flies) in airborne.iter_mut().enumerate() {
@@ -58,40 +61,39 @@ fn sort_out(bed: &BedView, bounds: &[(Vector, Vector)], settings: &ErosionSettin
         if !*flies && age > settings.airborne_after {
             doubtful.push(grain);
         } else if !*flies {
-            map.add(bed, grain);
+            in_contact.push(grain);
         }
     }
+    map.add(bed, bounds, &in_contact);
     // All are judged against the grains in contact, so that their order does not matter.
     for &grain in &doubtful {
         let (lower, upper) = bounds[grain];
         let bed_top = map.highest_within([lower.x, lower.y], [upper.x, upper.y]).unwrap_or(settings.floor);
         airborne[grain] = lower.z > bed_top + settings.grain_size;
     }
-    doubtful.iter().filter(|&&grain| !airborne[grain]).for_each(|&grain| map.add(bed, grain));
+    doubtful.retain(|&grain| !airborne[grain]);
+    map.add(bed, bounds, &doubtful);
     (airborne, map)
 }
 
 /// Which grains belong to the bed: the largest group of grains close to each other, within half a grain size.
 pub(crate) fn linked_to_bed(bed: &BedView, grain_size: Real) -> Vec<bool> {
-    let bounds: Vec<_> = (0..bed.len()).map(|grain| bed.bounds_of(grain)).collect();
+    let bounds = bed.bounds();
     linked(&bounds, grain_size / 4.0)
 }
 
 /// Grains of the largest group linked by boxes that come closer than twice `margin` [m].
 fn linked(bounds: &[(Vector, Vector)], margin: Real) -> Vec<bool> {
-    let mut by_x: Vec<usize> = (0..bounds.len()).collect();
-    by_x.sort_by(|&a, &b| bounds[a].0.x.total_cmp(&bounds[b].0.x).then(a.cmp(&b)));
-    let mut group: Vec<usize> = (0..bounds.len()).collect();
-    for (place, &a) in by_x.iter().enumerate() {
+    let groups = Groups::of(bounds.len());
+    let bins = Bins::of(bounds, 2.0 * margin);
+    bins.for_each_pair(|a, b| {
+        let (a, b) = if bounds[b].0.x < bounds[a].0.x { (b, a) } else { (a, b) };
         let (lower, upper) = (bounds[a].0 - 2.0 * margin, bounds[a].1 + 2.0 * margin);
-        for &b in by_x[place + 1..].iter().take_while(|&&b| bounds[b].0.x < upper.x) {
-            if bounds[b].0.cmplt(upper).all() && bounds[b].1.cmpgt(lower).all() {
-                let (a, b) = (root(&mut group, a), root(&mut group, b));
-                group[a.max(b)] = a.min(b);
-            }
+        if bounds[b].0.cmplt(upper).all() && bounds[b].1.cmpgt(lower).all() {
+            groups.unite(a, b);
         }
-    }
-    let roots: Vec<usize> = (0..bounds.len()).map(|grain| root(&mut group, grain)).collect();
+    });
+    let roots: Vec<usize> = (0..bounds.len()).map(|grain| groups.root(grain)).collect();
     let mut size = vec![0_usize; bounds.len()];
     roots.iter().for_each(|&root| size[root] += 1);
     // The first of the largest groups.
@@ -99,12 +101,99 @@ fn linked(bounds: &[(Vector, Vector)], margin: Real) -> Vec<bool> {
     roots.iter().map(|&root| Some(root) == bed).collect()
 }
 
-fn root(group: &mut [usize], mut grain: usize) -> usize {
-    while group[grain] != grain {
-        group[grain] = group[group[grain]];
-        grain = group[grain];
+/// Groups of linked grains; the smallest number in a group is its root, whatever the order of the links.
+struct Groups(Vec<AtomicUsize>);
+
+impl Groups {
+    fn of(count: usize) -> Self {
+        Self((0..count).map(AtomicUsize::new).collect())
     }
-    grain
+
+    fn root(&self, mut grain: usize) -> usize {
+        loop {
+            let next = self.0[grain].load(Ordering::Relaxed);
+            if next == grain {
+                return grain;
+            }
+            // Halves the way for those who come later; parents only ever become smaller.
+            let after = self.0[next].load(Ordering::Relaxed);
+            self.0[grain].fetch_min(after, Ordering::Relaxed);
+            grain = after;
+        }
+    }
+
+    fn unite(&self, a: usize, b: usize) {
+        let (mut a, mut b) = (a, b);
+        loop {
+            (a, b) = (self.root(a), self.root(b));
+            if a == b {
+                return;
+            }
+            let (low, high) = (a.min(b), a.max(b));
+            if self.0[high].compare_exchange(high, low, Ordering::Relaxed, Ordering::Relaxed).is_ok() {
+                return;
+            }
+        }
+    }
+}
+
+/// Grains by the cells of a grid that their boxes begin in; cells are so wide that linked grains are neighbours.
+struct Bins {
+    cells: [usize; 3],
+    cell_of: Vec<[usize; 3]>,
+    /// Grains in the order of their cells.
+    order: Vec<usize>,
+    /// First place in that order of each cell, and its end.
+    start: Vec<usize>,
+}
+
+impl Bins {
+    fn of(bounds: &[(Vector, Vector)], gap: Real) -> Self {
+        let lower = bounds.iter().fold(Vector::INFINITY, |least, (low, _)| least.min(*low));
+        let upper = bounds.iter().fold(Vector::NEG_INFINITY, |most, (low, _)| most.max(*low));
+        // A box that begins a longest box and the gap away cannot be linked.
+        let longest = bounds.iter().map(|(low, high)| (*high - *low).max_element()).fold(0.0, Real::max);
+        let width = ((longest + gap) * (1.0 + 1e-9)).max(Real::MIN_POSITIVE);
+        let most = (bounds.len() as Real).cbrt().ceil().max(1.0) * 4.0;
+        let cells = [0, 1, 2].map(|d| ((upper[d] - lower[d]) / width).clamp(0.0, most) as usize + 1);
+        let widths = [0, 1, 2].map(|d| ((upper[d] - lower[d]) / cells[d] as Real).max(width));
+        let cell = |low: Vector| [0, 1, 2].map(|d| (((low[d] - lower[d]) / widths[d]) as usize).min(cells[d] - 1));
+        let cell_of: Vec<[usize; 3]> = bounds.iter().map(|(low, _)| cell(*low)).collect();
+        let mut bins = Self { cells, cell_of, order: vec![0; bounds.len()], start: Vec::new() };
+        let mut start = vec![0; cells.iter().product::<usize>() + 1];
+        bins.cell_of.iter().for_each(|&cell| start[bins.place(cell) + 1] += 1);
+        (1..start.len()).for_each(|n| start[n] += start[n - 1]);
+        let mut next = start.clone();
+        for (grain, &cell) in bins.cell_of.iter().enumerate() {
+            let place = &mut next[(cell[2] * cells[1] + cell[1]) * cells[0] + cell[0]];
+            bins.order[*place] = grain;
+            *place += 1;
+        }
+        bins.start = start;
+        bins
+    }
+
+    fn place(&self, [i, j, k]: [usize; 3]) -> usize {
+        (k * self.cells[1] + j) * self.cells[0] + i
+    }
+
+    /// Calls `body` in parallel for every pair of grains of a cell and its neighbours, once each.
+    fn for_each_pair(&self, body: impl Fn(usize, usize) + Sync) {
+        let mut grains: Vec<usize> = (0..self.order.len()).collect();
+        for_each_chunk(&mut grains[..], GRAINS_AT_ONCE, |_, grains| {
+            for &mut a in grains {
+                let around = [0, 1, 2].map(|d| {
+                    let at = self.cell_of[a][d];
+                    at.saturating_sub(1)..(at + 2).min(self.cells[d])
+                });
+                for (k, j) in around[2].clone().flat_map(|k| around[1].clone().map(move |j| (k, j))) {
+                    let (first, last) = (self.place([around[0].start, j, k]), self.place([around[0].end - 1, j, k]));
+                    let row = &self.order[self.start[first]..self.start[last + 1]];
+                    row.iter().filter(|&&b| a < b).for_each(|&b| body(a, b));
+                }
+            }
+        });
+    }
 }
 
 #[cfg(test)]
@@ -132,6 +221,39 @@ mod tests {
         *bed = whole;
         bed.velocity = velocities;
         bed.last_contact = Some(times);
+    }
+
+    #[test]
+    fn groups_are_those_of_all_pairs_on_any_number_of_threads() {
+        let mut state = 7_u64;
+        let mut random = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as Real / (1_u64 << 53) as Real
+        };
+        let bounds: Vec<(Vector, Vector)> = (0..600)
+            .map(|_| {
+                let low = 10.0 * Vector::new(random(), random(), random());
+                (low, low + Vector::new(0.3 + random(), 0.3 + random(), 0.3 + random()))
+            })
+            .collect();
+        for margin in [0.0, 0.02, 0.1] {
+            let mut group: Vec<usize> = (0..bounds.len()).collect();
+            for (a, b) in (0..bounds.len()).flat_map(|a| (0..a).map(move |b| (b, a))) {
+                let near = (bounds[a].0 - 2.0 * margin).cmplt(bounds[b].1).all()
+                    && (bounds[b].0 - 2.0 * margin).cmplt(bounds[a].1).all();
+                let (from, to) = (group[a].max(group[b]), group[a].min(group[b]));
+                if near {
+                    group.iter_mut().filter(|root| **root == from).for_each(|root| *root = to);
+                }
+            }
+            let size = |root: usize| group.iter().filter(|&&other| other == root).count();
+            let bed = (0..bounds.len()).rev().max_by_key(|&root| size(root)).unwrap();
+            let expected: Vec<bool> = group.iter().map(|&root| root == bed).collect();
+            for threads in [1, 4] {
+                assert_eq!(sazanami_parallel::with_threads(threads, || linked(&bounds, margin)).unwrap(), expected);
+            }
+            assert!(expected.contains(&true) && (margin > 0.05 || expected.contains(&false)));
+        }
     }
 
     fn airborne(bed: &Bed) -> usize {
