@@ -1,107 +1,112 @@
-//! Detection of free-surface and isolated particles.
+//! Roles of particles in the pressure equation: free surface, isolated particles, dry walls.
 
+use sazanami_numerics::domain::Domain;
 use sazanami_numerics::{Real, Vector};
+use sazanami_parallel::for_each_chunk;
 
-use crate::weight::Calibration;
+use crate::context::Context;
+use crate::ghosts::Ghosts;
+use crate::matrix::{Block, Row};
+use crate::neighbours::ROWS;
+use crate::number_density::{NumberDensity, Prediction};
+use crate::particles::{Kind, Particles, Role};
+use crate::reductions::sum_of;
 
-/// Radius of close neighbours over the particle spacing.
-pub(crate) const CLOSE_RADIUS: Real = 2.1;
 /// Number of close fluid neighbours below which a particle is isolated.
 const FEWEST_NEIGHBOURS: u32 = 5;
-/// Asymmetry of the top layer of a lattice over n0 above which it exceeds that of disordered fluid: C2 with 3.1 spacings
-/// and more. With smaller radii the top layer is less asymmetric, disordered fluid more.
-const STANDS_OUT: Real = 0.18;
-/// Number density over n0 below which a particle lies at the surface whatever its asymmetry.
-const SPARSE: Real = 0.7;
-
-/// Thresholds of the free-surface test.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SurfaceTest {
-    /// Number density over n0 below which a particle may lie at the surface.
-    pub density: Real,
-    /// Asymmetry (length of the sum of weights times unit vectors, over n0) above which it then does.
-    pub asymmetry: Real,
-    /// Asymmetry above which it does at any number density: clustered neighbours on one side can compensate for missing
-    /// ones on the other (`docs/decisions/0006-moving-particles.md`). Infinite where disordered fluid is as asymmetric.
-    pub one_sided: Real,
-}
-
-impl SurfaceTest {
-    /// Thresholds from the lattice sums of the weight in use.
-    #[must_use]
-    pub fn of(calibration: &Calibration) -> Self {
-        let top = calibration.top_asymmetry;
-        Self {
-            density: calibration.surface_density(),
-            asymmetry: calibration.surface_asymmetry(),
-            one_sided: if top > STANDS_OUT { top } else { Real::INFINITY },
-        }
-    }
-
-    /// Whether a particle of number density `density` and asymmetry vector `asymmetry`, both over n0, lies at the
-    /// surface.
-    #[must_use]
-    pub fn is_surface(&self, density: Real, asymmetry: Vector) -> bool {
-        let asymmetry = asymmetry.length();
-        asymmetry > self.one_sided || density < self.density && (density < SPARSE || asymmetry > self.asymmetry)
-    }
-}
-
 /// Whether a particle with this number of fluid neighbours within 2.1 spacings is isolated (spray).
 pub(crate) fn is_isolated(neighbour_count: u32) -> bool {
     neighbour_count < FEWEST_NEIGHBOURS
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::scheme::{Kernel, Scheme};
-    use crate::weight::Wendland;
-    use sazanami_dem::Random;
-
-    /// Number density and asymmetry over n0 at a place among particles of unit spacing.
-    fn sums(kernel: &Kernel, at: Vector, particles: &[Vector]) -> (Real, Vector) {
-        let weights = particles.iter().map(|&x| {
-            let w = kernel.weight.value((x - at).length());
-            (w, w * (x - at).normalize_or_zero())
-        });
-        let (density, asymmetry) = weights.fold((0.0, Vector::ZERO), |sum, w| (sum.0 + w.0, sum.1 + w.1));
-        (density / kernel.sums.number_density, asymmetry / kernel.sums.number_density)
-    }
-
-    /// A lattice around the origin, `above` layers of it above, every particle moved by up to `jitter`.
-    fn lattice(above: i32, jitter: Real) -> Vec<Vector> {
-        let mut random = Random::new(11);
-        let mut way = || jitter * random.between(-1.0, 1.0);
-        let (wide, deep) = (-6..=6, -6..=above);
-        let places = deep.flat_map(|k| wide.clone().flat_map(move |j| (-6..=6).map(move |i| [i, j, k])));
-        places.map(|n| Vector::from_array(n.map(Real::from)) + Vector::new(way(), way(), way())).collect()
-    }
-
-    #[test]
-    fn clustered_particles_at_the_edge_are_at_the_surface() {
-        let kernel = Kernel::new(Scheme::default(), 1.0);
-        let test = SurfaceTest::of(&kernel.sums);
-        let mut water = lattice(0, 0.0);
-        // Two more, half a spacing beside a particle of the top layer and a little below.
-        water.extend([-0.5, 0.5].map(|x| Vector::new(x, 0.0, -0.2)));
-        let (density, asymmetry) = sums(&kernel, Vector::ZERO, &water);
-        assert!(density > test.density && test.is_surface(density, asymmetry), "{density} {asymmetry}");
-        // What was missed without the rule.
-        assert!(!SurfaceTest { one_sided: Real::INFINITY, ..test }.is_surface(density, asymmetry));
-    }
-
-    #[test]
-    fn disordered_fluid_is_less_asymmetric_than_a_surface() {
-        for (weight, radius) in [(Wendland::C2, 3.1), (Wendland::C2, 3.6), (Wendland::C4, 3.6), (Wendland::C2, 2.1)] {
-            let kernel = Kernel::new(Scheme { weight, radius, ..Scheme::default() }, 1.0);
-            let test = SurfaceTest::of(&kernel.sums);
-            let water = lattice(6, 0.3);
-            let inside = water.iter().filter(|x| x.abs().max_element() < 2.5);
-            let largest = inside.map(|&x| sums(&kernel, x, &water).1.length()).fold(0.0, Real::max);
-            assert!(largest < test.one_sided, "{weight:?} {radius}: {largest} {}", test.one_sided);
-            // The top layer of a lattice would not do for small radii.
-            assert!(radius > 2.5 || largest > kernel.sums.top_asymmetry, "{largest}");
+/// Sets the role of each particle in the pressure equation from its sums at the predicted position; `numbers` is work
+/// space.
+pub(crate) fn set_roles(
+    step: &Context<'_>,
+    particles: &mut Particles,
+    predicted: &[Prediction],
+    blocks: &[Block],
+    ghosts: &mut Ghosts,
+    numbers: &mut Vec<u8>,
+) {
+    let Context { domain, surface, .. } = *step;
+    let n0 = step.kernel.sums.number_density;
+    let Particles { kind, role, owned, .. } = particles;
+    let (kind, owned) = (&kind[..], *owned);
+    let isolated = |count: u32| surface.is_some() && is_isolated(count);
+    let at_surface = |density: Real, asymmetry: Vector| surface.is_some_and(|test| test.is_surface(density, asymmetry));
+    numbers.resize(kind.len(), 0);
+    for_each_chunk(&mut numbers[..owned], ROWS, |number, numbers| {
+        let sums = &predicted[number * ROWS..];
+        for ((role, sums), kind) in numbers.iter_mut().zip(sums).zip(&kind[number * ROWS..]) {
+            *role = match kind {
+                Kind::Fluid if isolated(sums.neighbour_count) => Role::Inactive,
+                Kind::Fluid if at_surface(sums.density / n0, sums.asymmetry / n0) => Role::Dirichlet,
+                Kind::Wall if sums.fluid_neighbours == 0 => Role::Inactive,
+                Kind::Dummy => Role::Inactive,
+                Kind::Fluid | Kind::Wall => Role::Unknown,
+            }
+            .number();
         }
+    });
+    share(domain, ghosts, numbers, role);
+    // Wall particles beside isolated fluid only are not coupled to any prescribed pressure.
+    let known = &role[..];
+    for_each_chunk(&mut numbers[..owned], ROWS, |number, numbers| {
+        for (row, role) in numbers.iter_mut().enumerate() {
+            let a = number * ROWS + row;
+            if kind[a] == Kind::Wall && known[a] == Role::Unknown {
+                let active = |&b: &u32| kind[b as usize] == Kind::Fluid && known[b as usize] != Role::Inactive;
+                if !blocks[number].row(row).0.iter().any(active) {
+                    *role = Role::Inactive.number();
+                }
+            }
+        }
+    });
+    share(domain, ghosts, numbers, role);
+}
+
+/// Brings the role numbers of ghosts up to date, and all roles with them.
+fn share(domain: &Domain, ghosts: &mut Ghosts, numbers: &mut [u8], role: &mut [Role]) {
+    ghosts.refresh(domain, numbers);
+    let numbers = &*numbers;
+    for_each_chunk(role, ROWS, |number, role| {
+        role.iter_mut().zip(&numbers[number * ROWS..]).for_each(|(role, &number)| *role = Role::from_number(number));
+    });
+}
+
+/// Isolated and surface particles, and the volume strain of the others.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct SurfaceReport {
+    pub isolated: usize,
+    pub surface: usize,
+    /// Mean and root mean square away from the surface.
+    pub strain: [Real; 2],
+}
+
+/// Counts over all ranks; `start` are the sums at the start of the step.
+pub(crate) fn report(
+    step: &Context<'_>,
+    particles: &Particles,
+    rows: &[Row],
+    start: &[NumberDensity],
+) -> SurfaceReport {
+    let sums = &step.kernel.sums;
+    let counts = sum_of(particles.owned, |a| match particles.role[a] {
+        _ if particles.kind[a] != Kind::Fluid => [0.0; 5],
+        Role::Inactive => [1.0, 0.0, 0.0, 0.0, 0.0],
+        Role::Dirichlet => [0.0, 1.0, 0.0, 0.0, 0.0],
+        Role::Unknown if rows[a].beside_surface => [0.0; 5],
+        Role::Unknown => {
+            let strain = (start[a].density - sums.number_density) / sums.strain;
+            [0.0, 0.0, 1.0, strain, strain * strain]
+        }
+    });
+    let [isolated, surface, inner, sum, squares] = step.domain.sum(counts);
+    let inner = inner.max(1.0);
+    SurfaceReport {
+        isolated: isolated as usize,
+        surface: surface as usize,
+        strain: [sum / inner, (squares / inner).sqrt()],
     }
 }

@@ -3,12 +3,33 @@
 use sazanami_numerics::{Matrix, Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
+use crate::context::Context;
 use crate::matrix::Block;
 use crate::moments::{add, full, inverse};
 use crate::neighbours::ROWS;
-use crate::particles::{Kind, Role};
+use crate::particles::{Kind, Particles, Role};
+use crate::reductions::sum_of;
 use crate::scheme::{GradientForm, Kernel};
 use crate::weight::COINCIDENT;
+
+/// Sets the gradient of the reduced pressure of each own particle; returns the number of those left uncorrected, over all
+/// ranks. `uncorrected` is work space.
+pub(crate) fn gradient(
+    step: &Context<'_>,
+    blocks: &[Block],
+    position: &[Vector],
+    inverse_void: &[Real],
+    particles: &mut Particles,
+    uncorrected: &mut Vec<bool>,
+) -> usize {
+    let Particles { kind, role, pressure, gradient, owned, .. } = particles;
+    uncorrected.resize(*owned, false);
+    let weight_of_fluid = step.settings.fluid.density * step.reduced_force;
+    let field = PressureField { pressure, position, inverse_void, roles: role, kind, weight_of_fluid };
+    gradient_of(step.kernel, blocks, &field, &mut gradient[..*owned], uncorrected);
+    let uncorrected = &uncorrected[..];
+    step.domain.sum(sum_of(*owned, |a| [if uncorrected[a] { 1.0 } else { 0.0 }]))[0] as usize
+}
 
 /// Fields from which the pressure gradient is computed, ghosts included.
 pub(crate) struct PressureField<'a> {
@@ -23,22 +44,22 @@ pub(crate) struct PressureField<'a> {
 
 /// Gradient of the reduced pressure at each own fluid particle, and whether it was left uncorrected. The total pressure
 /// gradient at isolated particles is zero.
-pub(crate) fn gradient(
+pub(crate) fn gradient_of(
     kernel: &Kernel,
-    blocks: &mut [Block],
+    blocks: &[Block],
     field: &PressureField<'_>,
     into: &mut [Vector],
-    plain: &mut [bool],
+    uncorrected: &mut [bool],
 ) {
     let PressureField { pressure, position, inverse_void, roles, kind, weight_of_fluid } = *field;
     let Kernel { scheme, weight, sums } = kernel;
     let owned = into.len();
     let into = &mut into[..];
-    for_each_chunk((into, plain), ROWS, |number, (into, plain)| {
+    for_each_chunk((into, uncorrected), ROWS, |number, (into, uncorrected)| {
         let (block, weight) = (&blocks[number], *weight);
-        for (row, (gradient, plain)) in into.iter_mut().zip(plain).enumerate() {
+        for (row, (gradient, uncorrected)) in into.iter_mut().zip(uncorrected).enumerate() {
             let a = number * ROWS + row;
-            (*gradient, *plain) = (Vector::ZERO, false);
+            (*gradient, *uncorrected) = (Vector::ZERO, false);
             if a >= owned || kind[a] != Kind::Fluid {
                 continue;
             }
@@ -68,7 +89,7 @@ pub(crate) fn gradient(
                 Some(inverse) => inverse * sum,
                 None => {
                     // Too little support for the correction: plain gradient of the total pressure.
-                    *plain = true;
+                    *uncorrected = true;
                     let whole = sum + full(&matrix) * weight_of_fluid;
                     whole * (3.0 / sums.others) - weight_of_fluid
                 }

@@ -4,29 +4,38 @@
 //! Laplacian (HL), error-compensating source (ECS), corrected gradient (GC) and dynamic stabilisation (DS), all with a
 //! Wendland weight function. The step is in [`solver`]; equations and their sources are in `docs/theory/mps.md`.
 
+mod arrangement;
 pub mod boundary;
 mod coarse;
+mod context;
+mod error;
 pub mod filling;
-pub mod free_surface;
+mod free_surface;
 mod ghosts;
 mod gradient;
 pub mod grains;
 mod matrix;
 mod moments;
 mod momentum;
+mod motion;
 mod neighbours;
 mod number_density;
 mod particles;
 pub mod pressure;
 pub mod probe;
 mod reductions;
+mod report;
 pub mod scheme;
+mod settings;
 mod shifting;
 pub mod snapshot;
 pub mod solver;
+mod source;
 mod stabilisation;
 pub mod stability;
+mod surface_test;
 mod viscosity;
+mod walls;
 pub mod weight;
 
 pub use ghosts::Periods;

@@ -6,6 +6,9 @@ use sazanami_numerics::{Real, Vector};
 use crate::neighbours::{Bins, ROWS};
 use crate::particles::Role;
 
+/// Radius of close neighbours over the particle spacing.
+pub(crate) const CLOSE_RADIUS: Real = 2.1;
+
 /// Coefficients of the rows of one block of consecutive particles.
 #[derive(Clone, Debug)]
 pub(crate) struct Block {

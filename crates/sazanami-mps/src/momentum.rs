@@ -9,7 +9,13 @@
 
 use sazanami_numerics::Vector;
 
-use crate::boundary::Tank;
+use crate::context::Context;
+use crate::motion::sum_over_fluid;
+use crate::number_density::{NumberDensity, Prediction};
+use crate::particles::{Kind, Particles, Role};
+use crate::pressure::hydrostatic;
+use crate::reductions::sum_of;
+use crate::walls::Walls;
 
 /// External impulses on the fluid in a step, or since the start [N s].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -24,37 +30,50 @@ pub struct FluidImpulses {
     pub contact: Vector,
 }
 
-/// Area vector of a wall particle in the first layer, along the normal into the box [m^2]; zero for edges, corners and
-/// deeper layers. `start` is its initial position, `lattice` the spacing of the wall lattice in each direction [m].
-pub(crate) fn facet(tank: &Tank, lattice: Vector, start: Vector) -> Vector {
-    let mut facet = Vector::ZERO;
-    let mut outside = 0;
-    for d in 0..3 {
-        let (below, above) = (tank.lower[d] - start[d], start[d] - tank.upper[d]);
-        if below > 0.0 || above > 0.0 {
-            outside += 1;
-            let area = lattice[(d + 1) % 3] * lattice[(d + 2) % 3];
-            facet[d] = if below.max(above) < lattice[d] { area * below.signum() } else { 0.0 };
-        }
+/// External impulses on the fluid in a step, without those of repulsion, collisions and clipping [N s], over all ranks;
+/// `position` is the predicted one [m].
+pub(crate) fn impulses(
+    step: &Context<'_>,
+    particles: &Particles,
+    walls: &Walls,
+    densities: &[NumberDensity],
+    predicted: &[Prediction],
+    position: &[Vector],
+) -> FluidImpulses {
+    let Context { settings, forcing, reduced_force, .. } = *step;
+    let Particles { kind, role, pressure, id, owned, .. } = particles;
+    let (fluid, mass) = (settings.fluid, step.particle_mass());
+    let total = sum_of(*owned, |a| {
+        let [body, friction, wall] = match kind[a] {
+            Kind::Fluid => {
+                let friction = mass * fluid.viscosity * densities[a].laplacian.from_walls;
+                [mass * forcing.body_force, friction, Vector::ZERO]
+            }
+            Kind::Wall if role[a] != Role::Inactive => {
+                // Total pressure on the face, half a spacing in front of the particle.
+                let area = walls.area(id[a]);
+                let face = position[a] + 0.5 * fluid.spacing * area.normalize_or_zero();
+                let rest = |force: Vector, from: Vector| hydrostatic(fluid.density, force, face, from);
+                let beyond = rest(forcing.body_force - reduced_force, position[a]);
+                let total = pressure[a] + rest(reduced_force, settings.reference) + beyond;
+                // No tension at dry walls.
+                let total = if step.is_dry_wall(kind[a], predicted[a].density) { total.max(0.0) } else { total };
+                [Vector::ZERO, Vector::ZERO, total * area]
+            }
+            Kind::Wall | Kind::Dummy => [Vector::ZERO; 3],
+        };
+        [body.x, body.y, body.z, friction.x, friction.y, friction.z, wall.x, wall.y, wall.z]
+    });
+    let total = step.domain.sum(total).map(|sum| step.dt * sum);
+    FluidImpulses {
+        body_force: Vector::from_slice(&total[..3]),
+        friction: Vector::from_slice(&total[3..6]),
+        wall_pressure: Vector::from_slice(&total[6..]),
+        contact: Vector::ZERO,
     }
-    if outside == 1 { facet } else { Vector::ZERO }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::boundary::{Side, WallFriction};
-
-    #[test]
-    fn wall_area_vectors_sum_to_the_area_of_the_walls() {
-        let sides = [[Side::Wall; 2], [Side::Periodic; 2], [Side::Wall, Side::Open]];
-        let tank = Tank::new(Vector::ZERO, Vector::new(8.0, 7.0, 5.0), sides, WallFriction::NoSlip);
-        let lattice = tank.lattice(1.0).unwrap();
-        let walls = tank.particles(1.0, 3.1).unwrap();
-        let facets = walls.iter().map(|wall| facet(&tank, lattice, Vector::from_array(wall.position)));
-        let (sum, whole) = facets.fold((Vector::ZERO, Vector::ZERO), |(sum, whole), f| (sum + f, whole + f.abs()));
-        // The end walls face each other, the floor faces up.
-        assert_eq!(sum, Vector::new(0.0, 0.0, 8.0 * 7.0));
-        assert_eq!(whole, Vector::new(2.0 * 7.0 * 5.0, 0.0, 8.0 * 7.0));
-    }
+/// Momentum of the fluid with a `velocity` of each particle [m/s], over all ranks [N s].
+pub(crate) fn momentum(step: &Context<'_>, particles: &Particles, velocity: &[Vector]) -> Vector {
+    step.particle_mass() * Vector::from_array(sum_over_fluid(step.domain, particles, |_, a| velocity[a].to_array()))
 }

@@ -270,6 +270,8 @@ pub(crate) struct Neighbours {
     spare: Vec<f32>,
     /// Way of the walls [m].
     walls: f32,
+    /// Own particles.
+    owned: usize,
     /// Pairs listed.
     pub pairs: usize,
 }
@@ -326,6 +328,7 @@ impl Neighbours {
     }
 
     fn list(&mut self, bins: &Bins, particles: &Particles, radius: Real) {
+        self.owned = particles.owned;
         self.blocks.resize_with(particles.owned.div_ceil(ROWS), Block::default);
         let Self { blocks, places, ways, walls, .. } = self;
         let (places, ways, walls) = (&*places, &*ways, *walls);
@@ -357,6 +360,11 @@ impl Neighbours {
             }
         });
         self.pairs = self.blocks.iter().map(Block::len).sum();
+    }
+
+    /// Number of own particles.
+    pub fn owned(&self) -> usize {
+        self.owned
     }
 
     /// Whether there may be fluid within reach of what lies in a bin.

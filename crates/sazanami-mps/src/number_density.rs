@@ -6,8 +6,8 @@
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::{Rows, for_each_chunk};
 
-use crate::free_surface::CLOSE_RADIUS;
-use crate::matrix::Block;
+use crate::context::Voids;
+use crate::matrix::{Block, CLOSE_RADIUS};
 use crate::neighbours::{Neighbours, ROWS};
 use crate::particles::Kind;
 use crate::scheme::{Kernel, for_kernel};
@@ -39,23 +39,29 @@ impl Sample {
 }
 
 /// Packs the columns, ghosts included.
-pub(crate) fn sample(
-    position: &[Vector],
-    velocity: &[Vector],
-    inverse_void: &[Real],
-    inverse_void_rate: &[Real],
-    into: &mut Vec<Sample>,
-) {
+pub(crate) fn sample((position, velocity): (&[Vector], &[Vector]), voids: &Voids, into: &mut Vec<Sample>) {
+    let Voids { inverse, inverse_rate, .. } = voids;
     into.resize(position.len(), Sample::default());
     for_each_chunk(&mut into[..], ROWS, |number, into| {
         for (row, sample) in into.iter_mut().enumerate() {
             let a = number * ROWS + row;
             *sample = Sample {
                 position: position[a],
-                inverse_void: inverse_void[a],
+                inverse_void: inverse[a],
                 velocity: velocity[a],
-                inverse_void_rate: inverse_void_rate[a],
+                inverse_void_rate: inverse_rate[a],
             };
+        }
+    });
+}
+
+/// The mobility `eps + (1 - eps) rho/rho_s` of fluid and grains under a pressure gradient, ghosts included.
+pub(crate) fn mobility(voids: &Voids, into: &mut Vec<Real>) {
+    into.resize(voids.inverse.len(), 0.0);
+    for_each_chunk(&mut into[..], ROWS, |number, into| {
+        for (row, mobility) in into.iter_mut().enumerate() {
+            let a = number * ROWS + row;
+            *mobility = 1.0 / voids.inverse[a] + voids.grain_mobility[a];
         }
     });
 }
@@ -77,8 +83,9 @@ pub(crate) fn at_start(
     neighbours: &Neighbours,
     samples: &[Sample],
     viscous: &ViscousField<'_>,
-    into: &mut [NumberDensity],
+    into: &mut Vec<NumberDensity>,
 ) {
+    into.resize(neighbours.owned(), NumberDensity::default());
     for_kernel!(kernel, at_start_with(kernel, neighbours, samples, viscous, into));
 }
 
@@ -156,36 +163,41 @@ pub(crate) struct Prediction {
     pub fluid_neighbours: u32,
 }
 
+/// Columns of the pairs at the predicted positions, ghosts included.
+#[derive(Clone, Copy)]
+pub(crate) struct PredictedPairs<'a> {
+    pub kind: &'a [Kind],
+    pub samples: &'a [Sample],
+    /// `eps + (1 - eps) rho/rho_s`.
+    pub mobility: &'a [Real],
+}
+
 /// Sums of each own particle at its predicted position, and its coefficients in the pressure equation.
 ///
 /// These are `f_ij beta_ij/(eps_i eps_j N2)` with the pair's mean `beta_ij` of the `mobility`
 /// `eps + (1 - eps) rho/rho_s`: the operator `div(mobility grad p)/eps` for fluid in the voids of grains that are
 /// accelerated by the same pressure gradient.
-#[allow(clippy::too_many_arguments, reason = "columns in, columns out")]
 pub(crate) fn prediction(
     kernel: &Kernel,
     spacing: Real,
     neighbours: &Neighbours,
-    kind: &[Kind],
-    samples: &[Sample],
-    mobility: &[Real],
+    pairs: &PredictedPairs<'_>,
     blocks: &mut [Block],
-    into: &mut [Prediction],
+    into: &mut Vec<Prediction>,
 ) {
-    for_kernel!(kernel, prediction_with(kernel, spacing, neighbours, kind, samples, mobility, blocks, into));
+    into.resize(blocks.len() * ROWS, Prediction::default());
+    for_kernel!(kernel, prediction_with(kernel, spacing, neighbours, pairs, blocks, into));
 }
 
-#[allow(clippy::too_many_arguments, reason = "columns in, columns out")]
 fn prediction_with<const C4: bool, const CLASSICAL: bool>(
     kernel: &Kernel,
     spacing: Real,
     neighbours: &Neighbours,
-    kind: &[Kind],
-    samples: &[Sample],
-    mobility: &[Real],
+    pairs: &PredictedPairs<'_>,
     blocks: &mut [Block],
     into: &mut [Prediction],
 ) {
+    let PredictedPairs { kind, samples, mobility } = *pairs;
     let sums = &kernel.sums;
     let close = (CLOSE_RADIUS * spacing) * (CLOSE_RADIUS * spacing);
     let half = 0.5 / sums.laplacian;

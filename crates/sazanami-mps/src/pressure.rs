@@ -9,27 +9,16 @@ use sazanami_numerics::domain::FailedElsewhere;
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::{Rows, for_each_chunk, max_over};
 
+use crate::arrangement::Arrangement;
 use crate::coarse::CoarseGrid;
+use crate::context::Context;
 use crate::ghosts::Ghosts;
 use crate::matrix::{Block, Layout, Row};
 use crate::neighbours::ROWS;
-use crate::particles::{Kind, Role};
+use crate::number_density::Prediction;
+use crate::particles::{Kind, Particles, Role};
 use crate::reductions::sum_of;
-
-/// Stopping criterion of the pressure solver.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tolerance {
-    /// Largest residual, as a volume strain per step.
-    pub strain: Real,
-    /// Iterations after which the solver gives up.
-    pub most_iterations: usize,
-}
-
-impl Default for Tolerance {
-    fn default() -> Self {
-        Self { strain: 1e-6, most_iterations: 500 }
-    }
-}
+pub use crate::settings::Tolerance;
 
 /// Outcome of a solve.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -119,14 +108,19 @@ impl PressureEquation {
         });
     }
 
-    /// Completes the truncated support of rows beside the free surface. `moment_deficit` is the first moment of a row's
-    /// coefficients, `None` where nothing is to be completed; `pressure` holds the prescribed values.
+    /// Completes the truncated support of rows beside the free surface. `sums` hold the first moment of a row's
+    /// coefficients; `particles` the prescribed pressures.
     ///
     /// With truncated support the Laplacian of a linear pressure is not zero but the gradient times the first-moment
     /// deficit. A virtual neighbour at the mean position of the surface neighbours, with their mean pressure and the
     /// coefficient that makes the sum exact for a pressure linear in that direction, removes it. It only adds to the
     /// diagonal and the right side, so that the equation stays symmetric.
-    pub fn complete_support(
+    pub fn complete_support(&mut self, particles: &Particles, position: &[Vector], sums: &[Prediction]) {
+        let Particles { kind, role, pressure, .. } = particles;
+        self.complete(role, position, pressure, |a| (kind[a] == Kind::Fluid).then(|| sums[a].moment_deficit));
+    }
+
+    fn complete(
         &mut self,
         roles: &[Role],
         place: &[Vector],
@@ -170,51 +164,74 @@ impl PressureEquation {
         });
     }
 
-    /// Own pairs whose coefficient was cut to zero, and own rows that were held.
-    pub fn limited(&self) -> [usize; 2] {
+    /// Own pairs whose negative coefficient was set to zero, and own rows whose completion was limited.
+    fn limited(&self) -> [usize; 2] {
         let cut = self.blocks.iter().map(|block| block.cut).sum();
         [cut, self.rows.iter().filter(|row| row.limited).count()]
     }
 
-    /// Tensile cut-off at `dry` walls: a wall particle with little fluid in front of it whose pressure is below the mean of
+    /// Tensile cut-off at dry walls: a wall particle with little fluid in front of it whose pressure is below the mean of
     /// its fluid neighbours takes that mean, as air would enter. A film running up a wall would be drawn into it
-    /// otherwise. Returns the number of own wall particles affected.
-    pub fn cut_tension_at_dry_walls(
-        &self,
-        dry: impl Fn(usize) -> bool + Sync,
-        kind: &[Kind],
-        roles: &[Role],
-        pressure: &mut [Real],
-    ) -> usize {
-        let mut released = 0;
-        for (number, block) in self.blocks.iter().enumerate() {
-            for row in 0..ROWS {
+    /// otherwise. Returns the number of wall particles affected, over all ranks.
+    pub fn cut_tension(&mut self, step: &Context<'_>, sums: &[Prediction], particles: &mut Particles) -> usize {
+        let Self { blocks, rows, product, .. } = self;
+        let Particles { kind, role, pressure, owned, .. } = particles;
+        let dry = |a: usize| step.is_dry_wall(kind[a], sums[a].density);
+        let (blocks, rows, owned) = (&*blocks, &*rows, *owned);
+        let solved = &pressure[..];
+        product.resize(rows.len(), 0.0);
+        for_each_chunk(&mut product[..owned], ROWS, |number, cut| {
+            for (row, cut) in cut.iter_mut().enumerate() {
                 let a = number * ROWS + row;
-                if self.rows[a].diagonal <= 0.0 || !dry(a) {
+                *cut = solved[a];
+                if rows[a].diagonal <= 0.0 || !dry(a) {
                     continue;
                 }
-                let (columns, coefficients) = block.row(row);
+                let (columns, coefficients) = blocks[number].row(row);
                 let (mut sum, mut weights) = (0.0, 0.0);
                 for (&b, &c) in columns.iter().zip(coefficients) {
                     let b = b as usize;
-                    // Only wall pressures change here: the values read are those of the solution.
-                    if kind[b] == Kind::Fluid && roles[b] != Role::Inactive {
-                        sum += Real::from(c) * pressure[b];
+                    if kind[b] == Kind::Fluid && role[b] != Role::Inactive {
+                        sum += Real::from(c) * solved[b];
                         weights += Real::from(c);
                     }
                 }
-                if weights > 0.0 && pressure[a] < sum / weights {
-                    pressure[a] = sum / weights;
-                    released += 1;
+                if weights > 0.0 && solved[a] < sum / weights {
+                    *cut = sum / weights;
                 }
             }
-        }
-        released
+        });
+        let cut = &product[..];
+        let [count] = sum_of(owned, |a| [if cut[a] > solved[a] { 1.0 } else { 0.0 }]);
+        for_each_chunk(&mut pressure[..owned], ROWS, |number, pressure| {
+            pressure.copy_from_slice(&cut[number * ROWS..][..pressure.len()]);
+        });
+        step.domain.sum([count])[0] as usize
     }
 
-    /// Solves for `pressure`, which holds prescribed values and the initial guess, ghosts included.
-    /// `strain` converts a residual into a volume strain in the step.
+    /// Solves for the pressure of the `particles` at `position` [m], which hold prescribed values and the initial guess,
+    /// ghosts included.
+    ///
+    /// # Errors
+    /// [`PressureError`] if the residual does not fall below the tolerance.
     pub fn solve(
+        &mut self,
+        step: &Context<'_>,
+        near: &mut Arrangement,
+        particles: &mut Particles,
+        position: &[Vector],
+    ) -> Result<PressureReport, PressureError> {
+        let Arrangement { ghosts, bins, bin, .. } = near;
+        let Particles { role, pressure, owned, .. } = particles;
+        let layout = Layout { domain: step.domain, bins, roles: role, bin, place: position, owned: *owned };
+        // Converts a residual into a volume strain in the step.
+        let strain = step.dt * step.dt / step.settings.fluid.density;
+        let [cut, limited] = step.domain.sum(self.limited().map(|count| count as Real));
+        let solved = self.solve_for(&layout, ghosts, pressure, strain, &step.settings.tolerance)?;
+        Ok(PressureReport { cut_coefficients: cut as usize, limited_rows: limited as usize, ..solved })
+    }
+
+    fn solve_for(
         &mut self,
         layout: &Layout<'_>,
         ghosts: &mut Ghosts,
@@ -414,7 +431,7 @@ mod tests {
         equation.set_diagonal(&roles, 1);
         if complete {
             let moment_deficit = neighbours.iter().map(|(way, _)| *way).sum::<Vector>();
-            equation.complete_support(&roles, &place, &pressure, |_| Some(moment_deficit));
+            equation.complete(&roles, &place, &pressure, |_| Some(moment_deficit));
         }
         let row = equation.rows[0];
         let counts = |n: &usize| roles[n + 1] != Role::Inactive;

@@ -5,10 +5,11 @@ use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
 
 use crate::boundary::WallFriction;
-use crate::gradient::{PressureField, gradient};
+use crate::context::Voids;
+use crate::gradient::{PressureField, gradient_of};
 use crate::matrix::Block;
 use crate::neighbours::{Bins, Neighbours, ROWS};
-use crate::number_density::{self, NumberDensity, Prediction, Sample};
+use crate::number_density::{self, NumberDensity, PredictedPairs, Prediction, Sample};
 use crate::particles::{Kind, ParticleRecord, Particles, Role};
 use crate::scheme::{GradientForm, Kernel, Scheme};
 use crate::viscosity::ViscousField;
@@ -60,8 +61,12 @@ impl Probe {
 
     fn samples(&self, velocity: &[Vector]) -> Vec<Sample> {
         let mut samples = Vec::new();
-        let still = vec![0.0; velocity.len()];
-        number_density::sample(&self.particles.position, velocity, &self.inverse_void, &still, &mut samples);
+        let voids = Voids {
+            inverse: self.inverse_void.clone(),
+            inverse_rate: vec![0.0; velocity.len()],
+            grain_mobility: Vec::new(),
+        };
+        number_density::sample((&self.particles.position, velocity), &voids, &mut samples);
         samples
     }
 
@@ -73,9 +78,8 @@ impl Probe {
         let mobility: Vec<Real> = self.inverse_void.iter().map(|inverse| 1.0 / inverse).collect();
         self.equation = vec![Block::default(); blocks];
         let mut sums = vec![Prediction::default(); blocks * ROWS];
-        let (kind, near) = (&self.particles.kind, &self.neighbours);
-        let equation = &mut self.equation;
-        number_density::prediction(&self.kernel, 1.0, near, kind, &samples, &mobility, equation, &mut sums);
+        let pairs = PredictedPairs { kind: &self.particles.kind, samples: &samples, mobility: &mobility };
+        number_density::prediction(&self.kernel, 1.0, &self.neighbours, &pairs, &mut self.equation, &mut sums);
     }
 
     /// Positions of the particles [m].
@@ -109,7 +113,7 @@ impl Probe {
         let (inverse_void, weight_of_fluid) = (&self.inverse_void[..], Vector::ZERO);
         let field = PressureField { pressure, position, inverse_void, roles: role, kind, weight_of_fluid };
         let (mut found, mut uncorrected) = (vec![Vector::ZERO; *owned], vec![false; *owned]);
-        gradient(&kernel, &mut self.equation.clone(), &field, &mut found, &mut uncorrected);
+        gradient_of(&kernel, &self.equation, &field, &mut found, &mut uncorrected);
         found
     }
 }

@@ -1,18 +1,47 @@
 //! Particle shifting: positions move down the gradient of the concentration; velocities are unchanged.
 
 use sazanami_numerics::{Real, Vector};
+use sazanami_parallel::for_each_chunk;
 
-use crate::neighbours::Neighbours;
-use crate::particles::{Kind, Role};
+use crate::arrangement::Arrangement;
+use crate::context::{Context, Motion};
+use crate::neighbours::{Neighbours, ROWS};
+use crate::particles::{Kind, Particles, Role};
+use crate::reductions::largest;
 use crate::scheme::Kernel;
 
+/// Shifts the own particles in `new`; `displacements` is work space. Returns the largest displacement over all ranks [m].
+pub(crate) fn shift(
+    step: &Context<'_>,
+    particles: &Particles,
+    inverse_void: &[Real],
+    near: &mut Arrangement,
+    new: &mut Motion,
+    displacements: &mut Vec<Vector>,
+) -> Real {
+    let factor = step.settings.scheme.shifting * step.dt / step.flow_time;
+    if factor == 0.0 {
+        return 0.0;
+    }
+    let owned = particles.owned;
+    displacements.resize(owned, Vector::ZERO);
+    let columns = Columns { kind: &particles.kind, roles: &particles.role, position: &new.position, inverse_void };
+    find_displacements(step.kernel, &near.neighbours, factor, &columns, displacements);
+    let displacements = &displacements[..];
+    for_each_chunk(&mut new.position[..owned], ROWS, |number, position| {
+        position.iter_mut().zip(&displacements[number * ROWS..]).for_each(|(x, displacement)| *x += *displacement);
+    });
+    near.ghosts.refresh_positions(step.domain, &mut new.position);
+    let longest = largest(owned, |a| displacements[a].length_squared()).max(0.0);
+    step.domain.max(longest).sqrt()
+}
+
 /// Positions after the pressure correction and roles, ghosts included.
-pub(crate) struct Arrangement<'a> {
-    pub kind: &'a [Kind],
-    pub roles: &'a [Role],
-    pub position: &'a [Vector],
-    /// Inverse void fraction `1/eps`.
-    pub inverse_void: &'a [Real],
+struct Columns<'a> {
+    kind: &'a [Kind],
+    roles: &'a [Role],
+    position: &'a [Vector],
+    inverse_void: &'a [Real],
 }
 
 /// Displacements of the own particles down the gradient of their concentration, `-factor (r_e/2)^2 grad C` with
@@ -20,14 +49,14 @@ pub(crate) struct Arrangement<'a> {
 ///
 /// Momentum is unchanged. Particles with a neighbour at the free surface are not shifted: there a low concentration is
 /// not disorder.
-pub(crate) fn displacements(
+fn find_displacements(
     kernel: &Kernel,
     neighbours: &Neighbours,
     factor: Real,
-    arrangement: &Arrangement<'_>,
+    columns: &Columns<'_>,
     into: &mut [Vector],
 ) {
-    let Arrangement { kind, roles, position, inverse_void } = *arrangement;
+    let Columns { kind, roles, position, inverse_void } = *columns;
     let weight = kernel.weight;
     let square = weight.radius * weight.radius;
     let scale = factor * 0.25 * square / kernel.sums.number_density;

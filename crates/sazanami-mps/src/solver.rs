@@ -1,200 +1,56 @@
 //! Fluid, walls and grains on one rank, and one step of all.
 
-mod phases;
+mod setup;
 
-use sazanami_dem::{ContactReport, DemError, Engine};
-use sazanami_numerics::domain::{Domain, FailedElsewhere};
+use sazanami_dem::Engine;
+use sazanami_numerics::domain::Domain;
 use sazanami_numerics::{Real, Vector};
 
-use crate::boundary::{LatticeError, Tank};
-use crate::free_surface::SurfaceTest;
-use crate::ghosts::{Ghosts, Periods};
-use crate::grains::{CouplingReport, GrainPhase};
-use crate::momentum::{FluidImpulses, facet};
-use crate::neighbours::{Bins, Neighbours};
-use crate::number_density::{NumberDensity, Prediction, Sample};
-use crate::particles::{FIRST_WALL_ID, Kind, ParticleRecord, Particles, Role};
-use crate::pressure::{PressureEquation, PressureError, PressureReport, Tolerance};
-use crate::reductions::{largest, sum_of};
-use crate::scheme::{Fluid, Kernel, Scheme};
-use crate::stabilisation::Repulsion;
-use crate::stability::{COMPRESSIBLE, Rates, Step, StepLimits};
+use crate::arrangement::Arrangement;
+use crate::boundary::Tank;
+use crate::context::{Context, Motion, Voids};
+pub use crate::error::{SetupError, StepError};
+use crate::ghosts::Periods;
+use crate::grains::GrainPhase;
+use crate::number_density::{self, NumberDensity, PredictedPairs, Prediction, Sample};
+use crate::particles::{Kind, Particles, Role};
+use crate::pressure::PressureEquation;
+pub use crate::report::{Phase, StepReport};
+use crate::scheme::{Fluid, Kernel};
+pub use crate::settings::{Forcing, Settings};
+use crate::source::{self, SourceTerms};
+use crate::stabilisation::{Pairs, Stabiliser};
+use crate::stability::{Rates, Step};
+use crate::surface_test::SurfaceTest;
+use crate::walls::Walls;
+use crate::{free_surface, gradient, momentum, motion, shifting, viscosity};
 
-/// A step could not be completed.
-#[derive(Clone, Debug, thiserror::Error)]
-pub enum StepError {
-    /// The pressure equation was not solved.
-    #[error(transparent)]
-    Pressure(#[from] PressureError),
-    /// A particle has a NaN or infinite value.
-    #[error("fluid particle {id} has a {what} that is not finite at ({:.4e}, {:.4e}, {:.4e}) m", position.x, position.y, position.z)]
-    NotFinite {
-        /// Identifier of the particle.
-        id: u64,
-        /// Name of the quantity.
-        what: &'static str,
-        /// Position at the start of the step [m].
-        position: Vector,
-    },
-    /// A particle moved farther in a step than its radius of influence.
-    #[error("fluid particle {id} moved {:.3} mm in the step, farther than its radius of influence of {:.3} mm, from ({:.4e}, {:.4e}, {:.4e}) m", 1e3 * distance, 1e3 * limit, position.x, position.y, position.z)]
-    TooFar {
-        /// Identifier of the particle.
-        id: u64,
-        /// Distance moved [m].
-        distance: Real,
-        /// Radius of influence [m].
-        limit: Real,
-        /// Position at the start of the step [m].
-        position: Vector,
-    },
-    /// A particle exceeds the speed up to which water is incompressible.
-    #[error("fluid particle {id} moves at {speed:.4e} m/s at ({:.4e}, {:.4e}, {:.4e}) m; flow faster than {COMPRESSIBLE} m/s is not incompressible: the run is unstable", position.x, position.y, position.z)]
-    TooFast {
-        /// Identifier of the particle.
-        id: u64,
-        /// Its speed [m/s].
-        speed: Real,
-        /// Position at the start of the step [m].
-        position: Vector,
-    },
-    /// The grains could not be advanced.
-    #[error(transparent)]
-    Grains(#[from] DemError),
-    /// Another rank failed.
-    #[error(transparent)]
-    Elsewhere(#[from] FailedElsewhere),
-}
-
-/// A solver could not be set up.
-#[derive(Clone, Debug, thiserror::Error)]
-pub enum SetupError {
-    /// The wall lattice does not fit the box.
-    #[error(transparent)]
-    Lattice(#[from] LatticeError),
-    /// A periodic length is less than twice the radius of influence.
-    #[error("the box is {:.3} mm long in x{}, where it is periodic; at least {:.3} mm, twice the radius of influence, is needed", 1e3 * length, direction + 1, 1e3 * needed)]
-    BoxTooShort {
-        /// Direction, from 0.
-        direction: usize,
-        /// Length of the box [m].
-        length: Real,
-        /// Least length [m].
-        needed: Real,
-    },
-    /// The radius of influence is out of range.
-    #[error("a radius of influence of {radius} particle spacings is outside 2.1 to 3.6")]
-    Radius {
-        /// Radius over the spacing.
-        radius: Real,
-    },
-}
-
-/// External forcing of a step.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Forcing {
-    /// Body force per mass in the middle of the step, in the frame of the positions [m/s^2].
-    pub body_force: Vector,
-    /// Displacement of the walls at the end of the step, from the start of the run [m].
-    pub wall_displacement: Vector,
-    /// Mean velocity of the walls in the step [m/s].
-    pub wall_velocity: Vector,
-}
-
-/// Properties and numerical parameters of the fluid.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Settings {
-    /// Fluid properties and particle spacing.
-    pub fluid: Fluid,
-    /// Enhancements of the method.
-    pub scheme: Scheme,
-    /// Limits of the time step.
-    pub limits: StepLimits,
-    /// Stopping criterion of the pressure solver.
-    pub tolerance: Tolerance,
-    /// Point at which the hydrostatic part of the pressure is zero [m].
-    pub reference: Vector,
-}
-
-/// A phase of the step, for whoever measures it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Phase {
-    /// Order, ghosts, lists.
-    Neighbours,
-    /// Sums over neighbours, motion.
-    Fluid,
-    /// Pressure.
-    Pressure,
-    /// Contacts and motion of the grains.
-    Grains,
-    /// Void fraction, drag.
-    Coupling,
-}
-
-/// Report of a step, over all ranks.
-#[derive(Clone, Debug, Default)]
-pub struct StepReport {
-    /// Solution of the pressure equation.
-    pub pressure: PressureReport,
-    /// Mean and root mean square of the volume strain away from the free surface, at the start of the step.
-    pub strain: [Real; 2],
-    /// Fluid particles at the free surface.
-    pub surface: usize,
-    /// Isolated fluid particles (spray).
-    pub isolated: usize,
-    /// Wall particles at which the tensile cut-off acted.
-    pub tensile_cutoffs: usize,
-    /// Particles with an uncorrected pressure gradient.
-    pub uncorrected_gradients: usize,
-    /// Pairs on which dynamic stabilisation acted.
-    pub stabilised_pairs: usize,
-    /// Work done by the stabilisation [J].
-    pub stabilisation_work: Real,
-    /// Largest displacement by shifting [m].
-    pub largest_shift: Real,
-    /// Pairs that collided, fluid with fluid or fluid with wall.
-    pub collisions: usize,
-    /// Particles clipped to the box.
-    pub clipped: usize,
-    /// Largest speed of the fluid [m/s].
-    pub largest_speed: Real,
-    /// Pairs in the neighbour lists.
-    pub pairs: usize,
-    /// Contacts between grains and with walls.
-    pub contacts: ContactReport,
-    /// Coupling with the grains.
-    pub coupling: CouplingReport,
-    /// External impulses on the fluid.
-    pub impulses: FluidImpulses,
-}
-
-/// Columns of a step, kept for their memory.
+/// What the phases of a step hand to each other: columns over particles, kept for their memory.
 #[derive(Debug, Default)]
-struct Scratch {
-    inverse_void: Vec<Real>,
-    inverse_void_rate: Vec<Real>,
-    grain_mobility: Vec<Real>,
-    /// `eps` and what gives way with it.
-    mobility: Vec<Real>,
-    viscous_velocity: Vec<Vector>,
+struct Columns {
+    /// Void fraction, at the present or the predicted positions.
+    voids: Voids,
+    /// Velocities of the viscous term, mirrored at walls [m/s].
+    mirrored: Vec<Vector>,
+    /// Packed columns of the sums over pairs.
     samples: Vec<Sample>,
-    densities: Vec<NumberDensity>,
-    /// What drag changes the velocity by.
-    change: Vec<Vector>,
-    prediction: Vec<Prediction>,
-    /// Predicted velocity and place, ghosts included.
-    velocity: Vec<Vector>,
-    place: Vec<Vector>,
-    after: Vec<Vector>,
-    plain: Vec<bool>,
+    /// Number density, its rate and viscosity at the start of the step.
+    start: Vec<NumberDensity>,
+    /// Velocity change by drag [m/s].
+    drag: Vec<Vector>,
+    /// Without the pressure.
+    predicted: Motion,
+    /// `eps + (1 - eps) rho/rho_s`.
+    mobility: Vec<Real>,
+    /// Sums at the predicted positions.
+    sums: Vec<Prediction>,
     roles: Vec<u8>,
-    bin: Vec<u32>,
-    size: Vec<Real>,
-    repulsions: Vec<Repulsion>,
-    shifts: Vec<Vector>,
-    collisions: Vec<(Vector, Real)>,
-    /// Walls that see no water but what flies on its own.
-    dry: Vec<u32>,
+    /// Particles whose pressure gradient is not corrected.
+    uncorrected: Vec<bool>,
+    /// With the pressure; in the end the new state.
+    new: Motion,
+    stabiliser: Stabiliser,
+    displacements: Vec<Vector>,
 }
 
 /// Fluid and walls on one rank.
@@ -207,16 +63,11 @@ pub struct Solver {
     /// `None` in a closed box that is full.
     surface: Option<SurfaceTest>,
     pub(crate) particles: Particles,
-    /// Positions of the wall particles at the start, by number [m].
-    wall_places: Vec<Vector>,
-    /// Area vectors of the wall particles, by number (see [`facet`]) [m^2].
-    facets: Vec<Vector>,
-    ghosts: Ghosts,
-    bins: Bins,
-    neighbours: Neighbours,
+    walls: Walls,
+    near: Arrangement,
     equation: PressureEquation,
     pub(crate) grains: GrainPhase,
-    scratch: Scratch,
+    columns: Columns,
 }
 
 /// Initial state of a fluid particle.
@@ -229,83 +80,6 @@ pub struct FluidParticle {
 }
 
 impl Solver {
-    /// A tank with fluid and grains. Every rank passes all fluid particles and keeps those in its part of the domain.
-    ///
-    /// # Errors
-    /// [`SetupError`] if the box does not fit the particle spacing or the radius of influence.
-    pub fn new(
-        domain: Domain,
-        settings: Settings,
-        tank: Tank,
-        fluid: &[FluidParticle],
-        grains: GrainPhase,
-    ) -> Result<Self, SetupError> {
-        let fluid = fluid.iter().enumerate();
-        let records: Vec<ParticleRecord> =
-            fluid.map(|(n, p)| ParticleRecord::new(n as u64, Kind::Fluid, p.position, p.velocity)).collect();
-        Self::from_records(domain, settings, tank, &records, grains)
-    }
-
-    /// A solver from the state of fluid and walls; wall particles missing in `records` are created at rest.
-    pub(crate) fn from_records(
-        domain: Domain,
-        settings: Settings,
-        tank: Tank,
-        records: &[ParticleRecord],
-        grains: GrainPhase,
-    ) -> Result<Self, SetupError> {
-        let radius = settings.scheme.radius;
-        if !(2.1..=3.6).contains(&radius) {
-            return Err(SetupError::Radius { radius });
-        }
-        let kernel = Kernel::new(settings.scheme, settings.fluid.spacing);
-        let periods = Periods::of(&domain);
-        for direction in 0..3 {
-            let (length, needed) = (periods.length[direction], 2.0 * kernel.weight.radius);
-            if length > 0.0 && length < needed {
-                return Err(SetupError::BoxTooShort { direction, length, needed });
-            }
-        }
-        let mut walls = tank.particles(settings.fluid.spacing, kernel.weight.radius)?;
-        let wall_places: Vec<Vector> = walls.iter().map(|wall| Vector::from_array(wall.position)).collect();
-        let lattice = tank.lattice(settings.fluid.spacing)?;
-        let facets = wall_places.iter().map(|&place| facet(&tank, lattice, place)).collect();
-        let water =
-            records.iter().filter(|record| record.id < FIRST_WALL_ID).count() as Real * settings.fluid.spacing.powi(3);
-        let full = tank.is_full(water + grains.solid_volume(&domain));
-        let me = domain.communicator().rank();
-        let mut particles = Particles::default();
-        for known in records.iter().filter(|record| record.id >= FIRST_WALL_ID) {
-            if let Some(wall) = walls.get_mut((known.id - FIRST_WALL_ID) as usize) {
-                *wall = *known;
-            }
-        }
-        for record in records.iter().filter(|record| record.id < FIRST_WALL_ID).chain(&walls) {
-            let position = periods.wrapped(Vector::from_array(record.position));
-            if domain.owner_of(position) == me {
-                particles.push(&ParticleRecord { position: position.to_array(), ..*record });
-            }
-        }
-        particles.owned = particles.len();
-        Ok(Self {
-            surface: (!full).then(|| SurfaceTest::of(&kernel.sums)),
-            grains,
-            domain,
-            periods,
-            settings,
-            tank,
-            kernel,
-            particles,
-            wall_places,
-            facets,
-            ghosts: Ghosts::default(),
-            bins: Bins::default(),
-            neighbours: Neighbours::default(),
-            equation: PressureEquation::default(),
-            scratch: Scratch::default(),
-        })
-    }
-
     /// The part of a body force [m/s^2] whose hydrostatic pressure is split off: its components along directions that are
     /// not periodic.
     #[must_use]
@@ -322,79 +96,126 @@ impl Solver {
         let Fluid { spacing, viscosity, .. } = self.settings.fluid;
         let rates = Rates {
             // Isolated particles interact with nothing.
-            advective: self.largest_speed_of(|role| role != Role::Inactive) / spacing,
+            advective: motion::largest_speed(&self.domain, &self.particles, |role| role != Role::Inactive) / spacing,
             grain_motion: self.grains.motion_rate(&self.domain),
             drag: self.grains.drag_rate(),
         };
         self.settings.limits.choose(&rates, body_force, spacing, viscosity)
     }
 
-    /// Advances fluid and grains by `dt` [s]: arrange, crowd, move grains, predict, solve, correct, keep apart, shift.
-    /// `watch` is told when a phase begins.
+    /// Advances fluid and grains by `dt` [s]. `watch` is called at the start of each phase.
     ///
     /// # Errors
-    /// [`StepError`] names what went wrong and where; the state is then of no use.
+    /// [`StepError`] names what failed and where; the state is then not usable.
     pub fn step(&mut self, dt: Real, forcing: &Forcing, mut watch: impl FnMut(Phase)) -> Result<StepReport, StepError> {
-        let coupling = CouplingReport { least_void: 1.0, ..CouplingReport::default() };
-        let mut report = StepReport { coupling, ..StepReport::default() };
+        let reduced_force = self.reduced_force(forcing.body_force);
+        let Self { domain, periods, settings, kernel, tank, particles, walls, near, equation, grains, columns, .. } =
+            self;
+        let surface = self.surface;
+        let step = Context { domain, periods, settings, kernel, surface, forcing, reduced_force, dt, flow_time: dt };
+        let Columns { voids, mirrored, samples, start, drag, predicted, sums, new, .. } = columns;
+        let mut report = StepReport::default();
+
         watch(Phase::Neighbours);
-        self.begin_walls(dt, forcing);
-        self.arrange(dt, forcing);
-        let time = self.flow_time(dt, forcing);
-        report.pairs = self.neighbours.pairs;
+        walls.begin_step(&step, tank, particles);
+        grains.begin_step(&step);
+        let fastest = motion::largest_speed(domain, particles, |_| true).max(grains.largest_speed(domain));
+        near.renew(&step, particles, fastest, grains.drag_rate(), voids);
+        let step = &Context { flow_time: motion::flow_time(&step, particles), ..step };
+        equation.resize(particles.owned);
+
         watch(Phase::Coupling);
-        self.void_fractions(false, &mut report);
+        let now = (&particles.position[..], &particles.velocity[..]);
+        let voids_now = grains.void_fractions(step, tank, particles, now, &mut near.ghosts, voids);
         watch(Phase::Fluid);
-        self.number_density();
-        self.advance_grains(dt, forcing, &mut report, &mut watch)?;
-        watch(Phase::Fluid);
-        self.predict(dt, forcing);
+        number_density::sample(now, voids, samples);
+        let viscous = viscosity::field(step, tank, particles, near, mirrored);
+        number_density::at_start(kernel, &near.neighbours, samples, &viscous, start);
+
         watch(Phase::Coupling);
-        self.void_fractions(true, &mut report);
+        grains.interpolate_fluid(step, particles, &voids.inverse, &mut near.ghosts);
+        watch(Phase::Grains);
+        report.contacts = grains.advance(step, &mut report.coupling)?;
+        watch(Phase::Coupling);
+        report.coupling.drag_on_fluid = grains.return_drag(step, particles, &voids.inverse, drag);
+
         watch(Phase::Fluid);
-        self.assemble(&mut report);
+        motion::predict(step, particles, start, drag, &mut near.ghosts, predicted);
+        tank.displacement = forcing.wall_displacement;
+        near.follow(step, particles, predicted);
+        watch(Phase::Coupling);
+        let then = (&predicted.position[..], &predicted.velocity[..]);
+        let voids_then = grains.void_fractions(step, tank, particles, then, &mut near.ghosts, voids);
+        report.coupling.set_voids([voids_now, voids_then]);
+
+        watch(Phase::Fluid);
+        number_density::sample(then, voids, samples);
+        number_density::mobility(voids, &mut columns.mobility);
+        let pairs = PredictedPairs { kind: &particles.kind, samples, mobility: &columns.mobility };
+        number_density::prediction(
+            kernel,
+            settings.fluid.spacing,
+            &near.neighbours,
+            &pairs,
+            &mut equation.blocks,
+            sums,
+        );
+        free_surface::set_roles(step, particles, sums, &equation.blocks, &mut near.ghosts, &mut columns.roles);
+        equation.set_diagonal(&particles.role, particles.owned);
+        report.set_surface(&free_surface::report(step, particles, &equation.rows, start));
+
         watch(Phase::Pressure);
-        self.solve(dt, time, forcing, &mut report)?;
+        let terms = SourceTerms { start, predicted: sums, samples, mobility: &columns.mobility, voids };
+        source::set_right_side(step, &terms, particles, &equation.blocks, &mut equation.rows);
+        source::prescribe(step, particles, then.0);
+        equation.complete_support(particles, then.0, sums);
+        report.pressure = equation.solve(step, near, particles, then.0)?;
+        report.tensile_cutoffs = equation.cut_tension(step, sums, particles);
+        near.ghosts.refresh(domain, &mut particles.pressure);
+        report.uncorrected_gradients =
+            gradient::gradient(step, &equation.blocks, then.0, &voids.inverse, particles, &mut columns.uncorrected);
+        source::release_inactive(step, particles, then.0);
+
         watch(Phase::Fluid);
-        self.correct(dt);
-        self.record_impulses(dt, forcing, &mut report);
-        self.stabilise(dt, time, &mut report);
-        self.shift(dt, time, &mut report);
+        motion::correct(step, particles, predicted, &mut near.ghosts, new);
+        report.impulses = momentum::impulses(step, particles, walls, start, sums, &predicted.position);
+        report.impulses.contact -= momentum::momentum(step, particles, &new.velocity);
+        let Particles { kind, owned, .. } = particles;
+        let inverse_void = &voids.inverse;
+        let pairs =
+            Pairs { kind, owned: *owned, position: &predicted.position, inverse_void, blocks: &equation.blocks };
+        report.set_stabilisation(columns.stabiliser.stabilise(step, &pairs, &mut near.ghosts, new));
+        report.collisions = columns.stabiliser.collide(step, &pairs, new);
+        report.largest_shift = shifting::shift(step, particles, inverse_void, near, new, &mut columns.displacements);
+
         watch(Phase::Coupling);
-        self.correct_grains(dt, &mut report);
+        report.coupling.pressure_on_grains +=
+            grains.correct_pressure_force(step, particles, new, inverse_void, &mut near.ghosts);
         watch(Phase::Fluid);
-        self.finalise(&mut report)?;
+        report.clipped = motion::finalise(step, tank, new, particles)?;
+        report.impulses.contact += momentum::momentum(step, particles, &particles.velocity);
+        report.largest_speed = motion::largest_speed(domain, particles, |_| true);
+        report.pairs = near.neighbours.pairs;
         Ok(report)
     }
 
     /// Largest speed of a fluid particle, over all ranks [m/s].
     #[must_use]
     pub fn largest_speed(&self) -> Real {
-        self.largest_speed_of(|_| true)
-    }
-
-    /// The same over particles with a role in the last step for which `counts` holds.
-    fn largest_speed_of(&self, counts: impl Fn(Role) -> bool + Sync) -> Real {
-        let particles = &self.particles;
-        let counted = |a: usize| particles.kind[a] == Kind::Fluid && counts(particles.role[a]);
-        let square =
-            largest(particles.owned, |a| if counted(a) { particles.velocity[a].length_squared() } else { 0.0 });
-        self.domain.max(square.max(0.0).sqrt())
+        motion::largest_speed(&self.domain, &self.particles, |_| true)
     }
 
     /// Sum of `part` over all fluid particles, over all ranks.
     #[must_use]
     pub fn sum_over_fluid<const N: usize>(&self, part: impl Fn(&Particles, usize) -> [Real; N] + Sync) -> [Real; N] {
-        let particles = &self.particles;
-        let fluid = |a: usize| particles.kind[a] == Kind::Fluid;
-        let sums = sum_of(particles.owned, |a| if fluid(a) { part(particles, a) } else { [0.0; N] });
-        self.domain.sum(sums)
+        motion::sum_over_fluid(&self.domain, &self.particles, part)
     }
 
     /// Momentum of the fluid, over all ranks [N s].
     #[must_use]
     pub fn fluid_momentum(&self) -> Vector {
-        self.momentum(&self.particles.velocity)
+        let velocities = self.sum_over_fluid(|particles, a| particles.velocity[a].to_array());
+        self.particle_mass() * Vector::from_array(velocities)
     }
 
     /// Particles of fluid and walls; between steps only own particles are up to date, ghosts are not.

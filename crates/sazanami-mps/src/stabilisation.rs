@@ -3,9 +3,12 @@
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
-use crate::matrix::Block;
+use crate::context::{Context, Motion};
+use crate::ghosts::Ghosts;
+use crate::matrix::{Block, CLOSE_RADIUS};
 use crate::neighbours::ROWS;
 use crate::particles::Kind;
+use crate::reductions::{largest, sum_of};
 use crate::scheme::{Kernel, Stabilisation};
 
 /// Distance over the particle spacing below which a pair collides.
@@ -15,17 +18,112 @@ const RESTITUTION: Real = 0.2;
 /// Factor on the repulsion of a pair that already separates (`docs/decisions/0007-shaken-tanks.md`).
 const SEPARATING: Real = 0.2;
 
-/// Positions before and after the pressure correction and velocities after it, ghosts included.
-pub(crate) struct Moved<'a> {
+/// Outcome of the stabilisation, over all ranks.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct StabilisationReport {
+    /// Pairs on which it acted.
+    pub pairs: usize,
+    /// Work done [J].
+    pub work: Real,
+}
+
+/// Particles at their predicted positions, ghosts included.
+#[derive(Clone, Copy)]
+pub(crate) struct Pairs<'a> {
     pub kind: &'a [Kind],
-    pub before: &'a [Vector],
-    pub after: &'a [Vector],
-    pub velocity: &'a [Vector],
-    /// Particle size: the edge of its bulk volume `l0^3/eps` [m].
-    pub size: &'a [Real],
+    pub owned: usize,
+    /// Predicted positions [m].
+    pub position: &'a [Vector],
+    /// Inverse void fraction.
+    pub inverse_void: &'a [Real],
     pub blocks: &'a [Block],
+}
+
+/// Dynamic stabilisation and collisions of a step.
+#[derive(Debug, Default)]
+pub(crate) struct Stabiliser {
+    size: Vec<Real>,
+    repulsions: Vec<Repulsion>,
+    collisions: Vec<(Vector, Real)>,
     /// Whether the lists of close neighbours contain all pairs that can be too close.
-    pub close: bool,
+    close: bool,
+    /// Square of the smallest distance of a pair, over all ranks; 0 if unknown [m^2].
+    nearest: Real,
+}
+
+impl Stabiliser {
+    /// Repels the pairs that the pressure correction left too close in `new`.
+    pub fn stabilise(
+        &mut self,
+        step: &Context<'_>,
+        pairs: &Pairs<'_>,
+        ghosts: &mut Ghosts,
+        new: &mut Motion,
+    ) -> StabilisationReport {
+        let Context { domain, kernel, settings, dt, flow_time, .. } = *step;
+        let Self { size, repulsions, close, nearest, .. } = self;
+        let Pairs { kind, owned, position: before, inverse_void, blocks } = *pairs;
+        let spacing = settings.fluid.spacing;
+        sizes(spacing, kind, inverse_void, size);
+        let longest = largest(owned, |a| (new.position[a] - before[a]).length_squared());
+        let longest = domain.max(longest.max(0.0)).sqrt();
+        *close = 2.0 * longest + widest(spacing) < CLOSE_RADIUS * spacing;
+        *nearest = 0.0;
+        let Some(stabilisation) = &settings.scheme.stabilisation else { return StabilisationReport::default() };
+        let Motion { position: after, velocity } = new;
+        repulsions.resize(owned, Repulsion::default());
+        let moved = Moved { kind, before, after, velocity, size, blocks, close: *close };
+        find_repulsions(kernel, stabilisation, spacing, &moved, repulsions);
+        let (rate, mass, repulsions) = (dt / (flow_time * flow_time), step.particle_mass(), &repulsions[..]);
+        let sums = sum_of(owned, |a| {
+            let change = rate * repulsions[a].displacement;
+            [repulsions[a].pairs, mass * change.dot(velocity[a] + 0.5 * change)]
+        });
+        *nearest = domain.min(-largest(owned, |a| -repulsions[a].nearest));
+        for_each_chunk((&mut velocity[..owned], &mut after[..owned]), ROWS, |number, (velocity, after)| {
+            let repulsions = &repulsions[number * ROWS..];
+            for ((u, x), push) in velocity.iter_mut().zip(after).zip(repulsions).filter(|(_, push)| push.pairs > 0.0) {
+                *u += rate * push.displacement;
+                *x += dt * rate * push.displacement;
+            }
+        });
+        new.refresh(domain, ghosts);
+        let [pairs, work] = domain.sum(sums);
+        StabilisationReport { pairs: pairs.round() as usize, work }
+    }
+
+    /// Lets pairs collide that are still too close; returns their number over all ranks.
+    pub fn collide(&mut self, step: &Context<'_>, pairs: &Pairs<'_>, new: &mut Motion) -> usize {
+        let Self { size, collisions, close, nearest, .. } = self;
+        let Pairs { kind, owned, position: before, blocks, .. } = *pairs;
+        let spacing = step.settings.fluid.spacing;
+        // Stabilisation moves by less than a tenth of a spacing: pairs farther apart cannot collide.
+        if *nearest >= (0.7 * spacing) * (0.7 * spacing) {
+            return 0;
+        }
+        collisions.resize(owned, (Vector::ZERO, 0.0));
+        let Motion { position: after, velocity } = new;
+        let moved = Moved { kind, before, after, velocity, size, blocks, close: *close };
+        find_collisions(spacing, &moved, collisions);
+        let collisions = &collisions[..];
+        for_each_chunk(&mut velocity[..owned], ROWS, |number, velocity| {
+            velocity.iter_mut().zip(&collisions[number * ROWS..]).for_each(|(u, (change, _))| *u += *change);
+        });
+        step.domain.sum(sum_of(owned, |a| [collisions[a].1]))[0].round() as usize
+    }
+}
+
+/// Positions before and after the pressure correction and velocities after it, ghosts included.
+struct Moved<'a> {
+    kind: &'a [Kind],
+    before: &'a [Vector],
+    after: &'a [Vector],
+    velocity: &'a [Vector],
+    /// Particle size: the edge of its bulk volume `l0^3/eps` [m].
+    size: &'a [Real],
+    blocks: &'a [Block],
+    /// Whether the lists of close neighbours contain all pairs that can be too close.
+    close: bool,
 }
 
 impl Moved<'_> {
@@ -42,7 +140,7 @@ impl Moved<'_> {
 }
 
 /// Edge of the bulk volume `l0^3/eps` of each particle [m].
-pub(crate) fn sizes(spacing: Real, kind: &[Kind], inverse_void: &[Real], into: &mut Vec<Real>) {
+fn sizes(spacing: Real, kind: &[Kind], inverse_void: &[Real], into: &mut Vec<Real>) {
     into.resize(kind.len(), 0.0);
     for_each_chunk(&mut into[..], ROWS, |number, into| {
         for (row, size) in into.iter_mut().enumerate() {
@@ -54,19 +152,19 @@ pub(crate) fn sizes(spacing: Real, kind: &[Kind], inverse_void: &[Real], into: &
 }
 
 /// Largest particle size [m].
-pub(crate) fn widest(spacing: Real) -> Real {
+fn widest(spacing: Real) -> Real {
     1.5 * spacing
 }
 
 /// Stabilisation of one particle.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Repulsion {
+struct Repulsion {
     /// Acceleration times the square of [`crate::stability::flow_time`]: a displacement [m].
-    pub displacement: Vector,
+    displacement: Vector,
     /// Square of the distance to the nearest neighbour [m^2].
-    pub nearest: Real,
+    nearest: Real,
     /// Number of pairs too close; a pair of fluid particles counts one half at each of them.
-    pub pairs: Real,
+    pairs: Real,
 }
 
 /// Repels each own fluid particle from neighbours that came too close (Tsuruta et al. 2013).
@@ -75,7 +173,7 @@ pub(crate) struct Repulsion {
 /// that each particle would move by half of the overlap within [`crate::stability::flow_time`], times `w/n0`; by
 /// [`SEPARATING`] of that where the pair separates already, so that on disordered arrangements the repulsion extracts
 /// more energy than it supplies.
-pub(crate) fn repulsions(
+fn find_repulsions(
     kernel: &Kernel,
     settings: &Stabilisation,
     spacing: Real,
@@ -123,7 +221,7 @@ fn share_of_pair(other: Kind) -> Real {
 
 /// Velocity change of each own fluid particle by collisions with particles that are still too close, and the number of
 /// its pairs; a pair of fluid particles counts one half at each of them.
-pub(crate) fn collisions(spacing: Real, moved: &Moved<'_>, into: &mut [(Vector, Real)]) {
+fn find_collisions(spacing: Real, moved: &Moved<'_>, into: &mut [(Vector, Real)]) {
     let Moved { kind, after: position, velocity, .. } = *moved;
     let limit = (COLLISION * spacing) * (COLLISION * spacing);
     moved.set(into, |a, near| {

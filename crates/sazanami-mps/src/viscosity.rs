@@ -5,7 +5,9 @@
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
+use crate::arrangement::Arrangement;
 use crate::boundary::{Tank, WallFriction};
+use crate::context::Context;
 use crate::moments::{add, full};
 use crate::neighbours::{Bins, ROWS};
 use crate::particles::{Kind, Particles};
@@ -58,10 +60,30 @@ impl VelocityLaplacian {
     }
 }
 
+/// The field of the viscous term at the start of the step; `mirrored` is work space.
+pub(crate) fn field<'a>(
+    step: &Context<'_>,
+    tank: &Tank,
+    particles: &'a Particles,
+    near: &mut Arrangement,
+    mirrored: &'a mut Vec<Vector>,
+) -> ViscousField<'a> {
+    let friction = tank.friction;
+    let velocity = if step.settings.fluid.viscosity > 0.0 && friction == WallFriction::NoSlip {
+        let Arrangement { ghosts, bins, neighbours, bin } = near;
+        mirrored_velocities(step.kernel, tank, bins, particles, |a| neighbours.is_wet(bin[a]), mirrored);
+        ghosts.refresh(step.domain, mirrored);
+        &mirrored[..]
+    } else {
+        &particles.velocity[..]
+    };
+    ViscousField { velocity, kind: &particles.kind, friction }
+}
+
 /// Velocities that enter the viscous term: the own velocity of fluid particles, and at wall particles twice the wall
 /// velocity minus the fluid velocity at the mirrored point, from a linear least-squares fit. Only wall particles for
 /// which `wet` holds are evaluated.
-pub(crate) fn mirrored_velocities(
+fn mirrored_velocities(
     kernel: &Kernel,
     tank: &Tank,
     bins: &Bins,

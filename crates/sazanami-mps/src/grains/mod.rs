@@ -6,28 +6,26 @@
 
 mod binned;
 mod drag;
+mod exchange;
+mod loads;
 mod sources;
 
-use sazanami_dem::{
-    ContactReport, DemError, Drag, Engine, Grains, Interactions, LinearSpringDashpot, Loads, Setup, Substeps,
-};
+use sazanami_dem::{DemError, Engine, Interactions, LinearSpringDashpot, Setup, Substeps};
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
-use binned::{Binned, Lanes, lanes};
-use drag::ForDragLaw;
+use binned::Binned;
 pub use drag::{DensityReference, DragForm, DragLaw, DragParameters, Forchheimer, SphereDrag, volume};
 use sources::Sources;
 
 use crate::boundary::Tank;
+use crate::context::Context;
+pub use crate::context::Voids;
+use crate::ghosts::Ghosts;
 use crate::neighbours::ROWS;
 use crate::particles::{Kind, Particles};
 use crate::reductions;
-use crate::scheme::Kernel;
-
-/// Sum of weights over n0 above which a grain is fully wet.
-const WET: Real = 0.5;
 
 /// Parameters of the coupling between grains and fluid.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,6 +73,30 @@ pub struct CouplingReport {
     pub pressure_on_grains: Vector,
 }
 
+/// Void fractions of the fluid particles of all ranks.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct VoidReport {
+    /// Number at the lower bound.
+    pub cut: usize,
+    /// Smallest value before the lower bound is applied.
+    pub least: Real,
+}
+
+impl Default for VoidReport {
+    /// Clear fluid.
+    fn default() -> Self {
+        Self { cut: 0, least: 1.0 }
+    }
+}
+
+impl CouplingReport {
+    /// Takes over the void fractions of a step, at its start and at the predicted positions.
+    pub(crate) fn set_voids(&mut self, [start, predicted]: [VoidReport; 2]) {
+        self.cut_voids = start.cut.max(predicted.cut);
+        self.least_void = start.least.min(predicted.least);
+    }
+}
+
 /// Layout of the numbers attached to each grain by the engine.
 const PLACE: usize = 0;
 const SUPPORT: usize = 3;
@@ -108,79 +130,6 @@ pub struct GrainPhase {
     /// Whether there are grains on any rank.
     any: bool,
     frozen: bool,
-}
-
-/// Drag on the own grains in the contact sub-steps of a step.
-struct FluidDrag<'a, L> {
-    law: &'a L,
-    around: &'a [FluidAtGrain],
-    diameter: &'a [Real],
-}
-
-impl<L: DragLaw> Drag for FluidDrag<'_, L> {
-    fn fluid_velocity(&self, own: usize) -> Vector {
-        self.around[own].velocity
-    }
-
-    fn coefficient(&self, own: usize, slip: Real) -> Real {
-        let around = &self.around[own];
-        if around.wetness == 0.0 {
-            return 0.0;
-        }
-        around.wetness * self.law.coefficient(self.diameter[own], around.void_fraction, slip)
-    }
-}
-
-/// The contact sub-steps of a step, with drag.
-struct Advance<'a> {
-    domain: &'a Domain,
-    engine: &'a mut Engine,
-    around: &'a [FluidAtGrain],
-    diameter: &'a [Real],
-    /// Pressure force [N].
-    force: &'a [Vector],
-    body_force: Vector,
-    dt: Real,
-    substeps: Substeps,
-}
-
-impl ForDragLaw for Advance<'_> {
-    type Output = Result<ContactReport, DemError>;
-
-    fn run<L: DragLaw>(self, law: &L) -> Self::Output {
-        let Self { domain, engine, around, diameter, force, body_force, dt, substeps } = self;
-        let drag = FluidDrag { law, around, diameter };
-        engine.advance(domain, &Loads { force, torque: &[], drag: Some(&drag) }, body_force, dt, substeps)
-    }
-}
-
-/// The shortest drag relaxation time of the grains and the fluid around them.
-struct DragRate<'a> {
-    domain: &'a Domain,
-    grains: &'a Grains,
-    /// Density of the fluid [kg/m^3].
-    density: Real,
-    around: &'a [FluidAtGrain],
-    diameter: &'a [Real],
-}
-
-impl ForDragLaw for DragRate<'_> {
-    /// Its reciprocal, over all ranks [1/s].
-    type Output = Real;
-
-    fn run<L: DragLaw>(self, law: &L) -> Real {
-        let Self { domain, grains, density, around, diameter } = self;
-        let rate = |g: usize| {
-            let around = &around[g];
-            let slip = (around.velocity - grains.velocity[g]).length();
-            let d = diameter[g];
-            let kappa = around.wetness * law.coefficient(d, around.void_fraction, slip);
-            let solid = 1.0 - around.void_fraction;
-            let fluid = solid / (around.void_fraction * density * volume(d));
-            kappa * (1.0 / grains.mass[g] + fluid)
-        };
-        largest(domain, around.len(), rate)
-    }
 }
 
 /// Diameter of grain `g`, a sphere [m].
@@ -298,6 +247,16 @@ impl GrainPhase {
         (1.0 - solid).max(self.coupling.least_void)
     }
 
+    /// Sets the velocity of the walls that grains touch.
+    pub(crate) fn begin_step(&mut self, step: &Context<'_>) {
+        self.engine.set_wall_velocities(step.domain, step.forcing.wall_velocity);
+    }
+
+    /// Whether grains and fluid exchange momentum.
+    fn is_active(&self) -> bool {
+        self.any && !self.frozen
+    }
+
     /// Volume of the grains of all ranks [m^3].
     pub(crate) fn solid_volume(&self, domain: &Domain) -> Real {
         let own = (0..self.engine.grains().owned()).map(|g| volume(diameter_of(&self.engine, g)));
@@ -311,21 +270,44 @@ impl GrainPhase {
         }
     }
 
-    /// Void fraction columns of the own fluid particles; returns the number at the lower bound and the smallest `eps`.
+    /// Void fraction at all particles and ghosts, at their present or predicted `motion`. Without grains the fluid is clear.
+    pub(crate) fn void_fractions(
+        &mut self,
+        step: &Context<'_>,
+        tank: &Tank,
+        particles: &Particles,
+        (position, velocity): (&[Vector], &[Vector]),
+        ghosts: &mut Ghosts,
+        voids: &mut Voids,
+    ) -> VoidReport {
+        if !self.any {
+            return VoidReport::default();
+        }
+        self.place(step.domain, tank);
+        let (cut, smallest) = self.voids(&particles.kind[..particles.owned], position, velocity, voids);
+        let cut = step.domain.sum([cut as Real])[0] as usize;
+        let least = step.domain.min(smallest);
+        voids.refresh(step.domain, ghosts);
+        VoidReport { cut, least }
+    }
+
+    /// Void fraction of fluid particles at `position` [m] that move with `velocity` [m/s]: sets the columns of `voids` for
+    /// as many as there are kinds. Returns the number at the lower bound and the smallest `eps`.
     pub fn voids(
         &mut self,
         kind: &[Kind],
         position: &[Vector],
         velocity: &[Vector],
-        voids: &mut Voids<'_>,
+        voids: &mut Voids,
     ) -> (usize, Real) {
+        let count = kind.len();
         let gives_way = self.coupling.implicit_pressure_force && !self.frozen;
         let Self { sources, void, coupling, .. } = self;
         let (sources, least) = (&*sources, coupling.least_void);
         void.clear();
-        void.resize(voids.inverse_void.len(), 1.0);
-        let columns =
-            (&mut void[..], &mut *voids.inverse_void, &mut *voids.inverse_void_rate, &mut *voids.grain_mobility);
+        void.resize(count, 1.0);
+        let Voids { inverse, inverse_rate, grain_mobility } = voids;
+        let columns = (&mut void[..], &mut inverse[..count], &mut inverse_rate[..count], &mut grain_mobility[..count]);
         for_each_chunk(columns, ROWS, |number, (void, inverse_void, rate, grain_mobility)| {
             for (row, void) in void.iter_mut().enumerate() {
                 let a = number * ROWS + row;
@@ -351,42 +333,6 @@ impl GrainPhase {
         (void.iter().filter(|eps| **eps <= least).count(), smallest)
     }
 
-    /// Interpolates the fluid at each own grain.
-    pub(crate) fn interpolate_fluid(&mut self, domain: &Domain, kernel: &Kernel, fluid: &Fluid<'_>) {
-        let Self { engine, coupling, sources, around, diameter, fluid: binned, .. } = self;
-        let grains = engine.grains();
-        let owned = grains.owned();
-        diameter.clear();
-        diameter.extend((0..owned).map(|g| diameter_of(engine, g)));
-        around.clear();
-        around.resize(owned, FluidAtGrain::default());
-        let whole = WET * kernel.sums.number_density;
-        fluid.put_into(binned, domain, kernel);
-        let (binned, sources, diameter, least) = (&*binned, &*sources, &diameter[..], coupling.least_void);
-        for_each_chunk(&mut around[..], ROWS, |number, around| {
-            for (row, around) in around.iter_mut().enumerate() {
-                let g = number * ROWS + row;
-                let x = grains.position[g];
-                let family = kernel.weight.family;
-                let [support, gradient @ .., u, v, w] = binned.sum(family, x, |pair, fluid: &[Lanes; 10]| {
-                    let [_, _, _, inverse_void, g1, g2, g3, u, v, w] = fluid;
-                    let weight = lanes(|l| pair.weight[l] * inverse_void[l]);
-                    let mean = |field: &Lanes| lanes(|l| weight[l] * field[l]);
-                    [weight, mean(g1), mean(g2), mean(g3), mean(u), mean(v), mean(w)]
-                });
-                let mut sum = FluidAtGrain { support, ..FluidAtGrain::default() };
-                if support > 0.0 {
-                    sum.velocity = Vector::new(u, v, w) / support;
-                    sum.gradient = Vector::from_array(gradient) / support;
-                    sum.wetness = (support / whole).min(1.0);
-                }
-                let solid = sources.fraction(x);
-                sum.void_fraction = (1.0 - sources.around(solid, diameter[g])).clamp(least, 1.0);
-                *around = sum;
-            }
-        });
-    }
-
     /// Reciprocal of the shortest drag relaxation time in the last step [1/s].
     pub(crate) fn drag_rate(&self) -> Real {
         self.drag_rate
@@ -395,18 +341,6 @@ impl GrainPhase {
     /// Restores the drag rate [1/s] of a snapshot.
     pub(crate) fn set_drag_rate(&mut self, rate: Real) {
         self.drag_rate = rate;
-    }
-
-    /// The [`Self::drag_rate`] of the present state.
-    fn present_drag_rate(&self, domain: &Domain) -> Real {
-        let Self { engine, coupling, around, diameter, .. } = self;
-        coupling.drag.run(DragRate {
-            domain,
-            grains: engine.grains(),
-            density: coupling.drag.density,
-            around,
-            diameter,
-        })
     }
 
     /// Largest speed of a grain [m/s].
@@ -421,218 +355,9 @@ impl GrainPhase {
         let rate = |g: usize| grains.velocity[g].length() / diameter_of(&self.engine, g);
         largest(domain, grains.owned(), rate)
     }
-
-    /// Advances the grains by `dt` [s] under contacts, drag, pressure and the body force [m/s^2]; the gradient is that of
-    /// the pressure without the hydrostatic part of `reduced`.
-    pub(crate) fn advance(
-        &mut self,
-        domain: &Domain,
-        [body_force, reduced]: [Vector; 2],
-        dt: Real,
-        report: &mut CouplingReport,
-    ) -> Result<ContactReport, DemError> {
-        self.drag_rate = self.present_drag_rate(domain);
-        let Self { engine, coupling, around, diameter, force, places, .. } = self;
-        let density = coupling.drag.density;
-        force.clear();
-        force.extend(
-            around
-                .iter()
-                .zip(&*diameter)
-                .map(|(around, &d)| -around.wetness * volume(d) * (around.gradient + density * reduced)),
-        );
-        places.clear();
-        places.extend((0..around.len()).map(|g| engine.grains().unwrapped_position(g)));
-        for (g, kept) in engine.attached_mut().iter_mut().enumerate().take(around.len()) {
-            kept[PLACE..PLACE + 3].copy_from_slice(&places[g].to_array());
-            kept[SUPPORT] = around[g].support;
-            kept[WETNESS] = around[g].wetness;
-            kept[VOID] = around[g].void_fraction;
-            kept[GRADIENT..GRADIENT + 3].copy_from_slice(&around[g].gradient.to_array());
-            kept[PRESSURE_FORCE..PRESSURE_FORCE + 3].copy_from_slice(&force[g].to_array());
-        }
-        let substeps = coupling.substeps;
-        let contacts =
-            coupling.drag.run(Advance { domain, engine, around, diameter, force, body_force, dt, substeps })?;
-        let grains = engine.grains();
-        let mut sum = [0.0; 6];
-        for g in 0..grains.owned() {
-            let pressure = Vector::from_slice(&grains.attached[g][PRESSURE_FORCE..PRESSURE_FORCE + 3]);
-            for d in 0..3 {
-                sum[d] += grains.drag_impulse[g][d];
-                sum[3 + d] += dt * pressure[d];
-            }
-        }
-        let sum = domain.sum(sum);
-        report.drag_on_grains = Vector::from_slice(&sum[..3]);
-        report.pressure_on_grains = Vector::from_slice(&sum[3..]);
-        places.clear();
-        places.extend_from_slice(&grains.drag_impulse[..grains.owned()]);
-        for (kept, impulse) in engine.attached_mut().iter_mut().zip(places) {
-            kept[DRAG_FORCE..DRAG_FORCE + 3].copy_from_slice(&(*impulse / dt).to_array());
-        }
-        Ok(contacts)
-    }
-
-    /// Sets `change` to the velocity change of each own fluid particle by drag [m/s], with positions and weights of the
-    /// start of the step.
-    #[allow(clippy::too_many_arguments, reason = "the fluid of the start of the step, in columns")]
-    pub(crate) fn return_drag(
-        &mut self,
-        domain: &Domain,
-        kernel: &Kernel,
-        particles: &Particles,
-        inverse_void: &[Real],
-        particle_mass: Real,
-        change: &mut [Vector],
-        report: &mut CouplingReport,
-    ) {
-        let Self { engine, shared, impulses, .. } = self;
-        let grains = engine.grains();
-        shared.clear();
-        shared.resize(grains.len(), [0.0; 6]);
-        for (g, shared) in shared.iter_mut().enumerate().take(grains.owned()) {
-            let kept = &grains.attached[g];
-            let support = kept[SUPPORT];
-            let impulse = grains.drag_impulse[g];
-            for d in 0..3 {
-                shared[d] = kept[PLACE + d];
-                shared[3 + d] = if support > 0.0 { impulse[d] / support } else { 0.0 };
-            }
-        }
-        engine.share_with_ghosts(domain, shared);
-        for (g, shared) in shared.iter_mut().enumerate() {
-            let place = engine.image_position(Vector::from_slice(&shared[..3]), grains.image(g));
-            shared[..3].copy_from_slice(&place.to_array());
-        }
-        let shared = &shared[..];
-        // Which ghosts are known beyond the radius is arbitrary.
-        let near = engine.vicinity(domain, kernel.weight.radius);
-        impulses.fill(
-            domain,
-            kernel.weight.radius,
-            shared.len(),
-            |g| Some(Vector::from_slice(&shared[g][..3])).filter(|&place| near.contains(place)),
-            |a, b| {
-                let by = |d: usize| shared[a][d].total_cmp(&shared[b][d]);
-                grains.id[a].cmp(&grains.id[b]).then_with(|| by(0).then_with(|| by(1)).then_with(|| by(2)))
-            },
-            |g| shared[g],
-        );
-        let impulses = &*impulses;
-        for_each_chunk(&mut *change, ROWS, |number, change| {
-            for (row, change) in change.iter_mut().enumerate() {
-                let a = number * ROWS + row;
-                *change = Vector::ZERO;
-                if particles.kind[a] != Kind::Fluid || !impulses.is_near(particles.position[a]) {
-                    continue;
-                }
-                let family = kernel.weight.family;
-                let taken =
-                    impulses.sum(family, particles.position[a], |pair, [_, _, _, impulse @ ..]: &[Lanes; 6]| {
-                        impulse.map(|impulse| lanes(|l| pair.weight[l] * impulse[l]))
-                    });
-                *change = -inverse_void[a] / particle_mass * Vector::from_array(taken);
-            }
-        });
-        let mut sum = [0.0; 3];
-        for change in &*change {
-            (0..3).for_each(|d| sum[d] += particle_mass * change[d]);
-        }
-        report.drag_on_fluid = Vector::from_array(domain.sum(sum));
-    }
-
-    /// Corrects the pressure force of the step from the gradient of the previous step to that of the new pressure.
-    pub(crate) fn correct_pressure_force(
-        &mut self,
-        domain: &Domain,
-        kernel: &Kernel,
-        fluid: &Fluid<'_>,
-        dt: Real,
-        report: &mut CouplingReport,
-    ) {
-        if !self.coupling.implicit_pressure_force {
-            return;
-        }
-        let Self { engine, force, fluid: binned, .. } = self;
-        fluid.put_into(binned, domain, kernel);
-        let binned = &*binned;
-        let grains = engine.grains();
-        let owned = grains.owned();
-        force.clear();
-        force.resize(owned, Vector::ZERO);
-        for_each_chunk(&mut force[..], ROWS, |number, force| {
-            for (row, force) in force.iter_mut().enumerate() {
-                let g = number * ROWS + row;
-                let kept = &grains.attached[g];
-                if kept[WETNESS] == 0.0 {
-                    continue;
-                }
-                let x = grains.position[g];
-                let family = kernel.weight.family;
-                let [support, sum @ ..] = binned.sum(family, x, |pair, fluid: &[Lanes; 10]| {
-                    let [_, _, _, inverse_void, g1, g2, g3, ..] = fluid;
-                    let weight = lanes(|l| pair.weight[l] * inverse_void[l]);
-                    let mean = |field: &Lanes| lanes(|l| weight[l] * field[l]);
-                    [weight, mean(g1), mean(g2), mean(g3)]
-                });
-                if support > 0.0 {
-                    let before = Vector::from_slice(&kept[GRADIENT..GRADIENT + 3]);
-                    *force =
-                        -kept[WETNESS] * volume(diameter_of(engine, g)) * (Vector::from_array(sum) / support - before);
-                }
-            }
-        });
-        let mut sum = [0.0; 3];
-        for (kept, correction) in engine.attached_mut().iter_mut().zip(&*force) {
-            (0..3).for_each(|d| kept[PRESSURE_FORCE + d] += correction[d]);
-        }
-        for impulse in force.iter_mut() {
-            *impulse *= dt;
-            (0..3).for_each(|d| sum[d] += impulse[d]);
-        }
-        engine.apply_impulses(domain, force);
-        report.pressure_on_grains += Vector::from_array(domain.sum(sum));
-    }
-}
-
-/// Columns of the own fluid particles that depend on the grain positions.
-pub struct Voids<'a> {
-    /// Inverse void fraction `1/eps`.
-    pub inverse_void: &'a mut [Real],
-    /// Material rate of change of `1/eps` [1/s].
-    pub inverse_void_rate: &'a mut [Real],
-    /// `(1 - eps) rho/rho_s`, where grains are accelerated by the pressure of the same step; 0 elsewhere.
-    pub grain_mobility: &'a mut [Real],
 }
 
 /// Maximum of `rate` over the first `count` grains of all ranks; 0 without grains.
 fn largest(domain: &Domain, count: usize, rate: impl Fn(usize) -> Real + Sync) -> Real {
     domain.max(reductions::largest(count, rate).max(0.0))
-}
-
-/// Columns of the fluid that grains interpolate, ghosts included.
-pub(crate) struct Fluid<'a> {
-    pub kind: &'a [Kind],
-    pub position: &'a [Vector],
-    pub velocity: &'a [Vector],
-    pub gradient: &'a [Vector],
-    pub inverse_void: &'a [Real],
-}
-
-impl Fluid<'_> {
-    /// Sorts the fluid particles into bins, in their present order.
-    fn put_into(&self, binned: &mut Binned<10>, domain: &Domain, kernel: &Kernel) {
-        binned.fill(
-            domain,
-            kernel.weight.radius,
-            self.position.len(),
-            |a| (self.kind[a] == Kind::Fluid).then_some(self.position[a]),
-            |a, b| a.cmp(&b),
-            |a| {
-                let (x, g, u) = (self.position[a], self.gradient[a], self.velocity[a]);
-                [x.x, x.y, x.z, self.inverse_void[a], g.x, g.y, g.z, u.x, u.y, u.z]
-            },
-        );
-    }
 }

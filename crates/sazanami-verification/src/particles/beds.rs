@@ -94,11 +94,10 @@ pub fn lattice_voids() -> Result<LatticeVoids, ExperimentError> {
             phase.place(&vessel.domain(), &vessel.tank());
         }
         let count = points.len();
-        let (mut bulk, mut rate, mut mobile) = (vec![0.0; count], vec![0.0; count], vec![0.0; count]);
-        let kind = vec![Kind::Fluid; count];
-        let mut voids = Voids { inverse_void: &mut bulk, inverse_void_rate: &mut rate, grain_mobility: &mut mobile };
-        phase.voids(&kind, &place, &velocity, &mut voids);
-        Ok([bulk, rate])
+        let column = || vec![0.0; count];
+        let mut voids = Voids { inverse: column(), inverse_rate: column(), grain_mobility: column() };
+        phase.voids(&vec![Kind::Fluid; count], &place, &velocity, &mut voids);
+        Ok([voids.inverse, voids.inverse_rate])
     };
     let step = 1e-4;
     let mut at = |time: Real, still: bool| {

@@ -1,0 +1,298 @@
+//! Loads of the fluid on grains: interpolation of the fluid, drag in the contact sub-steps, and the pressure force.
+
+use sazanami_dem::{ContactReport, DemError, Drag, Engine, Grains, Loads, Substeps};
+use sazanami_numerics::domain::Domain;
+use sazanami_numerics::{Real, Vector};
+use sazanami_parallel::for_each_chunk;
+
+use super::binned::{Binned, Lanes, lanes};
+use super::drag::{DragLaw, ForDragLaw, volume};
+use super::{
+    CouplingReport, DRAG_FORCE, FluidAtGrain, GRADIENT, GrainPhase, PLACE, PRESSURE_FORCE, SUPPORT, VOID, WETNESS,
+    diameter_of, largest,
+};
+use crate::context::{Context, Motion};
+use crate::ghosts::Ghosts;
+use crate::neighbours::ROWS;
+use crate::particles::{Kind, Particles};
+use crate::scheme::Kernel;
+
+/// Sum of weights over n0 above which a grain is fully wet.
+const WET: Real = 0.5;
+
+/// Columns of the fluid that grains interpolate, ghosts included.
+struct Fluid<'a> {
+    kind: &'a [Kind],
+    position: &'a [Vector],
+    velocity: &'a [Vector],
+    gradient: &'a [Vector],
+    inverse_void: &'a [Real],
+}
+
+impl Fluid<'_> {
+    /// Sorts the fluid particles into bins, in their present order.
+    fn put_into(&self, binned: &mut Binned<10>, domain: &Domain, kernel: &Kernel) {
+        binned.fill(
+            domain,
+            kernel.weight.radius,
+            self.position.len(),
+            |a| (self.kind[a] == Kind::Fluid).then_some(self.position[a]),
+            |a, b| a.cmp(&b),
+            |a| {
+                let (x, g, u) = (self.position[a], self.gradient[a], self.velocity[a]);
+                [x.x, x.y, x.z, self.inverse_void[a], g.x, g.y, g.z, u.x, u.y, u.z]
+            },
+        );
+    }
+}
+
+/// Drag on the own grains in the contact sub-steps of a step.
+struct FluidDrag<'a, L> {
+    law: &'a L,
+    around: &'a [FluidAtGrain],
+    diameter: &'a [Real],
+}
+
+impl<L: DragLaw> Drag for FluidDrag<'_, L> {
+    fn fluid_velocity(&self, own: usize) -> Vector {
+        self.around[own].velocity
+    }
+
+    fn coefficient(&self, own: usize, slip: Real) -> Real {
+        let around = &self.around[own];
+        if around.wetness == 0.0 {
+            return 0.0;
+        }
+        around.wetness * self.law.coefficient(self.diameter[own], around.void_fraction, slip)
+    }
+}
+
+/// The contact sub-steps of a step, with drag.
+struct Advance<'a> {
+    domain: &'a Domain,
+    engine: &'a mut Engine,
+    around: &'a [FluidAtGrain],
+    diameter: &'a [Real],
+    /// Pressure force [N].
+    force: &'a [Vector],
+    body_force: Vector,
+    dt: Real,
+    substeps: Substeps,
+}
+
+impl ForDragLaw for Advance<'_> {
+    type Output = Result<ContactReport, DemError>;
+
+    fn run<L: DragLaw>(self, law: &L) -> Self::Output {
+        let Self { domain, engine, around, diameter, force, body_force, dt, substeps } = self;
+        let drag = FluidDrag { law, around, diameter };
+        engine.advance(domain, &Loads { force, torque: &[], drag: Some(&drag) }, body_force, dt, substeps)
+    }
+}
+
+/// The shortest drag relaxation time of the grains and the fluid around them.
+struct DragRate<'a> {
+    domain: &'a Domain,
+    grains: &'a Grains,
+    /// Density of the fluid [kg/m^3].
+    density: Real,
+    around: &'a [FluidAtGrain],
+    diameter: &'a [Real],
+}
+
+impl ForDragLaw for DragRate<'_> {
+    /// Its reciprocal, over all ranks [1/s].
+    type Output = Real;
+
+    fn run<L: DragLaw>(self, law: &L) -> Real {
+        let Self { domain, grains, density, around, diameter } = self;
+        let rate = |g: usize| {
+            let around = &around[g];
+            let slip = (around.velocity - grains.velocity[g]).length();
+            let d = diameter[g];
+            let kappa = around.wetness * law.coefficient(d, around.void_fraction, slip);
+            let solid = 1.0 - around.void_fraction;
+            let fluid = solid / (around.void_fraction * density * volume(d));
+            kappa * (1.0 / grains.mass[g] + fluid)
+        };
+        largest(domain, around.len(), rate)
+    }
+}
+
+impl GrainPhase {
+    /// Interpolates the fluid at each own grain.
+    pub(crate) fn interpolate_fluid(
+        &mut self,
+        step: &Context<'_>,
+        particles: &mut Particles,
+        inverse_void: &[Real],
+        ghosts: &mut Ghosts,
+    ) {
+        if !self.is_active() {
+            return;
+        }
+        let Context { domain, kernel, .. } = *step;
+        ghosts.refresh(domain, &mut particles.gradient);
+        let Particles { kind, position, velocity, gradient, .. } = &*particles;
+        let fluid = Fluid { kind, position, velocity, gradient, inverse_void };
+        let Self { engine, coupling, sources, around, diameter, fluid: binned, .. } = self;
+        let grains = engine.grains();
+        let owned = grains.owned();
+        diameter.clear();
+        diameter.extend((0..owned).map(|g| diameter_of(engine, g)));
+        around.clear();
+        around.resize(owned, FluidAtGrain::default());
+        let whole = WET * kernel.sums.number_density;
+        fluid.put_into(binned, domain, kernel);
+        let (binned, sources, diameter, least) = (&*binned, &*sources, &diameter[..], coupling.least_void);
+        for_each_chunk(&mut around[..], ROWS, |number, around| {
+            for (row, around) in around.iter_mut().enumerate() {
+                let g = number * ROWS + row;
+                let x = grains.position[g];
+                let family = kernel.weight.family;
+                let [support, gradient @ .., u, v, w] = binned.sum(family, x, |pair, fluid: &[Lanes; 10]| {
+                    let [_, _, _, inverse_void, g1, g2, g3, u, v, w] = fluid;
+                    let weight = lanes(|l| pair.weight[l] * inverse_void[l]);
+                    let mean = |field: &Lanes| lanes(|l| weight[l] * field[l]);
+                    [weight, mean(g1), mean(g2), mean(g3), mean(u), mean(v), mean(w)]
+                });
+                let mut sum = FluidAtGrain { support, ..FluidAtGrain::default() };
+                if support > 0.0 {
+                    sum.velocity = Vector::new(u, v, w) / support;
+                    sum.gradient = Vector::from_array(gradient) / support;
+                    sum.wetness = (support / whole).min(1.0);
+                }
+                let solid = sources.fraction(x);
+                sum.void_fraction = (1.0 - sources.around(solid, diameter[g])).clamp(least, 1.0);
+                *around = sum;
+            }
+        });
+    }
+
+    /// The [`Self::drag_rate`] of the present state.
+    fn present_drag_rate(&self, domain: &Domain) -> Real {
+        let Self { engine, coupling, around, diameter, .. } = self;
+        coupling.drag.run(DragRate {
+            domain,
+            grains: engine.grains(),
+            density: coupling.drag.density,
+            around,
+            diameter,
+        })
+    }
+
+    /// Advances the grains under contacts, drag, the pressure of the previous step and the body force.
+    ///
+    /// # Errors
+    /// [`DemError`] if the contact engine fails.
+    pub(crate) fn advance(
+        &mut self,
+        step: &Context<'_>,
+        report: &mut CouplingReport,
+    ) -> Result<ContactReport, DemError> {
+        if !self.is_active() {
+            return Ok(ContactReport::default());
+        }
+        let Context { domain, dt, reduced_force: reduced, .. } = *step;
+        let body_force = step.forcing.body_force;
+        self.drag_rate = self.present_drag_rate(domain);
+        let Self { engine, coupling, around, diameter, force, places, .. } = self;
+        let density = coupling.drag.density;
+        force.clear();
+        force.extend(
+            around
+                .iter()
+                .zip(&*diameter)
+                .map(|(around, &d)| -around.wetness * volume(d) * (around.gradient + density * reduced)),
+        );
+        places.clear();
+        places.extend((0..around.len()).map(|g| engine.grains().unwrapped_position(g)));
+        for (g, kept) in engine.attached_mut().iter_mut().enumerate().take(around.len()) {
+            kept[PLACE..PLACE + 3].copy_from_slice(&places[g].to_array());
+            kept[SUPPORT] = around[g].support;
+            kept[WETNESS] = around[g].wetness;
+            kept[VOID] = around[g].void_fraction;
+            kept[GRADIENT..GRADIENT + 3].copy_from_slice(&around[g].gradient.to_array());
+            kept[PRESSURE_FORCE..PRESSURE_FORCE + 3].copy_from_slice(&force[g].to_array());
+        }
+        let substeps = coupling.substeps;
+        let contacts =
+            coupling.drag.run(Advance { domain, engine, around, diameter, force, body_force, dt, substeps })?;
+        let grains = engine.grains();
+        let mut sum = [0.0; 6];
+        for g in 0..grains.owned() {
+            let pressure = Vector::from_slice(&grains.attached[g][PRESSURE_FORCE..PRESSURE_FORCE + 3]);
+            for d in 0..3 {
+                sum[d] += grains.drag_impulse[g][d];
+                sum[3 + d] += dt * pressure[d];
+            }
+        }
+        let sum = domain.sum(sum);
+        report.drag_on_grains = Vector::from_slice(&sum[..3]);
+        report.pressure_on_grains = Vector::from_slice(&sum[3..]);
+        places.clear();
+        places.extend_from_slice(&grains.drag_impulse[..grains.owned()]);
+        for (kept, impulse) in engine.attached_mut().iter_mut().zip(places) {
+            kept[DRAG_FORCE..DRAG_FORCE + 3].copy_from_slice(&(*impulse / dt).to_array());
+        }
+        Ok(contacts)
+    }
+
+    /// Corrects the pressure force of the step from the gradient of the previous step to that of the new pressure;
+    /// returns the impulse of the correction, over all ranks [N s].
+    pub(crate) fn correct_pressure_force(
+        &mut self,
+        step: &Context<'_>,
+        particles: &mut Particles,
+        new: &Motion,
+        inverse_void: &[Real],
+        ghosts: &mut Ghosts,
+    ) -> Vector {
+        if !self.is_active() || !self.coupling.implicit_pressure_force {
+            return Vector::ZERO;
+        }
+        let Context { domain, kernel, dt, .. } = *step;
+        ghosts.refresh(domain, &mut particles.gradient);
+        let Particles { kind, gradient, .. } = &*particles;
+        let fluid = Fluid { kind, position: &new.position, velocity: &new.velocity, gradient, inverse_void };
+        let Self { engine, force, fluid: binned, .. } = self;
+        fluid.put_into(binned, domain, kernel);
+        let binned = &*binned;
+        let grains = engine.grains();
+        let owned = grains.owned();
+        force.clear();
+        force.resize(owned, Vector::ZERO);
+        for_each_chunk(&mut force[..], ROWS, |number, force| {
+            for (row, force) in force.iter_mut().enumerate() {
+                let g = number * ROWS + row;
+                let kept = &grains.attached[g];
+                if kept[WETNESS] == 0.0 {
+                    continue;
+                }
+                let x = grains.position[g];
+                let family = kernel.weight.family;
+                let [support, sum @ ..] = binned.sum(family, x, |pair, fluid: &[Lanes; 10]| {
+                    let [_, _, _, inverse_void, g1, g2, g3, ..] = fluid;
+                    let weight = lanes(|l| pair.weight[l] * inverse_void[l]);
+                    let mean = |field: &Lanes| lanes(|l| weight[l] * field[l]);
+                    [weight, mean(g1), mean(g2), mean(g3)]
+                });
+                if support > 0.0 {
+                    let before = Vector::from_slice(&kept[GRADIENT..GRADIENT + 3]);
+                    *force =
+                        -kept[WETNESS] * volume(diameter_of(engine, g)) * (Vector::from_array(sum) / support - before);
+                }
+            }
+        });
+        let mut sum = [0.0; 3];
+        for (kept, correction) in engine.attached_mut().iter_mut().zip(&*force) {
+            (0..3).for_each(|d| kept[PRESSURE_FORCE + d] += correction[d]);
+        }
+        for impulse in force.iter_mut() {
+            *impulse *= dt;
+            (0..3).for_each(|d| sum[d] += impulse[d]);
+        }
+        engine.apply_impulses(domain, force);
+        Vector::from_array(domain.sum(sum))
+    }
+}

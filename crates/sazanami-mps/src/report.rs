@@ -1,0 +1,72 @@
+//! What a step reports.
+
+use sazanami_dem::ContactReport;
+use sazanami_numerics::Real;
+
+use crate::free_surface::SurfaceReport;
+use crate::grains::CouplingReport;
+use crate::momentum::FluidImpulses;
+use crate::pressure::PressureReport;
+use crate::stabilisation::StabilisationReport;
+
+/// A phase of the step, for whoever measures it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Phase {
+    /// Order, ghosts, lists.
+    Neighbours,
+    /// Sums over neighbours, motion.
+    Fluid,
+    /// Pressure.
+    Pressure,
+    /// Contacts and motion of the grains.
+    Grains,
+    /// Void fraction, drag.
+    Coupling,
+}
+
+/// Report of a step, over all ranks.
+#[derive(Clone, Debug, Default)]
+pub struct StepReport {
+    /// Solution of the pressure equation.
+    pub pressure: PressureReport,
+    /// Mean and root mean square of the volume strain away from the free surface, at the start of the step.
+    pub strain: [Real; 2],
+    /// Fluid particles at the free surface.
+    pub surface: usize,
+    /// Isolated fluid particles (spray).
+    pub isolated: usize,
+    /// Wall particles at which the tensile cut-off acted.
+    pub tensile_cutoffs: usize,
+    /// Particles with an uncorrected pressure gradient.
+    pub uncorrected_gradients: usize,
+    /// Pairs on which dynamic stabilisation acted.
+    pub stabilised_pairs: usize,
+    /// Work done by the stabilisation [J].
+    pub stabilisation_work: Real,
+    /// Largest displacement by shifting [m].
+    pub largest_shift: Real,
+    /// Pairs that collided, fluid with fluid or fluid with wall.
+    pub collisions: usize,
+    /// Particles clipped to the box.
+    pub clipped: usize,
+    /// Largest speed of the fluid [m/s].
+    pub largest_speed: Real,
+    /// Pairs in the neighbour lists.
+    pub pairs: usize,
+    /// Contacts between grains and with walls.
+    pub contacts: ContactReport,
+    /// Coupling with the grains.
+    pub coupling: CouplingReport,
+    /// External impulses on the fluid.
+    pub impulses: FluidImpulses,
+}
+
+impl StepReport {
+    pub(crate) fn set_surface(&mut self, found: &SurfaceReport) {
+        (self.isolated, self.surface, self.strain) = (found.isolated, found.surface, found.strain);
+    }
+
+    pub(crate) fn set_stabilisation(&mut self, found: StabilisationReport) {
+        (self.stabilised_pairs, self.stabilisation_work) = (found.pairs, found.work);
+    }
+}

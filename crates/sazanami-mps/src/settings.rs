@@ -1,0 +1,47 @@
+//! Properties and numerical parameters of the fluid, and what forces it in a step.
+
+use sazanami_numerics::{Real, Vector};
+
+use crate::scheme::{Fluid, Scheme};
+use crate::stability::StepLimits;
+
+/// Stopping criterion of the pressure solver.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tolerance {
+    /// Largest residual, as a volume strain per step.
+    pub strain: Real,
+    /// Iterations after which the solver gives up.
+    pub most_iterations: usize,
+}
+
+impl Default for Tolerance {
+    fn default() -> Self {
+        Self { strain: 1e-6, most_iterations: 500 }
+    }
+}
+
+/// Properties and numerical parameters of the fluid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Fluid properties and particle spacing.
+    pub fluid: Fluid,
+    /// Enhancements of the method.
+    pub scheme: Scheme,
+    /// Limits of the time step.
+    pub limits: StepLimits,
+    /// Stopping criterion of the pressure solver.
+    pub tolerance: Tolerance,
+    /// Point at which the hydrostatic part of the pressure is zero [m].
+    pub reference: Vector,
+}
+
+/// External forcing of a step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Forcing {
+    /// Body force per mass in the middle of the step, in the frame of the positions [m/s^2].
+    pub body_force: Vector,
+    /// Displacement of the walls at the end of the step, from the start of the run [m].
+    pub wall_displacement: Vector,
+    /// Mean velocity of the walls in the step [m/s].
+    pub wall_velocity: Vector,
+}

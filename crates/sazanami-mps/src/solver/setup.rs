@@ -1,0 +1,91 @@
+//! Setting up a solver.
+
+use sazanami_numerics::domain::Domain;
+use sazanami_numerics::{Real, Vector};
+
+use super::{Columns, FluidParticle, Solver};
+use crate::arrangement::Arrangement;
+use crate::boundary::Tank;
+use crate::error::SetupError;
+use crate::ghosts::Periods;
+use crate::grains::GrainPhase;
+use crate::particles::{FIRST_WALL_ID, Kind, ParticleRecord, Particles};
+use crate::pressure::PressureEquation;
+use crate::scheme::Kernel;
+use crate::settings::Settings;
+use crate::surface_test::SurfaceTest;
+use crate::walls::Walls;
+
+impl Solver {
+    /// A tank with fluid and grains. Every rank passes all fluid particles and keeps those in its part of the domain.
+    ///
+    /// # Errors
+    /// [`SetupError`] if the box does not fit the particle spacing or the radius of influence.
+    pub fn new(
+        domain: Domain,
+        settings: Settings,
+        tank: Tank,
+        fluid: &[FluidParticle],
+        grains: GrainPhase,
+    ) -> Result<Self, SetupError> {
+        let fluid = fluid.iter().enumerate();
+        let records: Vec<ParticleRecord> =
+            fluid.map(|(n, p)| ParticleRecord::new(n as u64, Kind::Fluid, p.position, p.velocity)).collect();
+        Self::from_records(domain, settings, tank, &records, grains)
+    }
+
+    /// A solver from the state of fluid and walls; wall particles missing in `records` are created at rest.
+    pub(crate) fn from_records(
+        domain: Domain,
+        settings: Settings,
+        tank: Tank,
+        records: &[ParticleRecord],
+        grains: GrainPhase,
+    ) -> Result<Self, SetupError> {
+        let radius = settings.scheme.radius;
+        if !(2.1..=3.6).contains(&radius) {
+            return Err(SetupError::Radius { radius });
+        }
+        let kernel = Kernel::new(settings.scheme, settings.fluid.spacing);
+        let periods = Periods::of(&domain);
+        for direction in 0..3 {
+            let (length, needed) = (periods.length[direction], 2.0 * kernel.weight.radius);
+            if length > 0.0 && length < needed {
+                return Err(SetupError::BoxTooShort { direction, length, needed });
+            }
+        }
+        let mut walls = tank.particles(settings.fluid.spacing, kernel.weight.radius)?;
+        let initial = Walls::new(&tank, tank.lattice(settings.fluid.spacing)?, &walls);
+        let water =
+            records.iter().filter(|record| record.id < FIRST_WALL_ID).count() as Real * settings.fluid.spacing.powi(3);
+        let full = tank.is_full(water + grains.solid_volume(&domain));
+        let me = domain.communicator().rank();
+        let mut particles = Particles::default();
+        for known in records.iter().filter(|record| record.id >= FIRST_WALL_ID) {
+            if let Some(wall) = walls.get_mut((known.id - FIRST_WALL_ID) as usize) {
+                *wall = *known;
+            }
+        }
+        for record in records.iter().filter(|record| record.id < FIRST_WALL_ID).chain(&walls) {
+            let position = periods.wrapped(Vector::from_array(record.position));
+            if domain.owner_of(position) == me {
+                particles.push(&ParticleRecord { position: position.to_array(), ..*record });
+            }
+        }
+        particles.owned = particles.len();
+        Ok(Self {
+            surface: (!full).then(|| SurfaceTest::of(&kernel.sums)),
+            grains,
+            domain,
+            periods,
+            settings,
+            tank,
+            kernel,
+            particles,
+            walls: initial,
+            near: Arrangement::default(),
+            equation: PressureEquation::default(),
+            columns: Columns::default(),
+        })
+    }
+}
