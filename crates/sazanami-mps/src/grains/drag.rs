@@ -5,6 +5,7 @@
 //! folder and its lines in the list here: the word of the case file and the arm of [`DragParameters::run`].
 
 mod blend;
+mod di_felice;
 mod packed_bed;
 mod single_sphere;
 
@@ -14,6 +15,7 @@ use sazanami_numerics::Real;
 use sazanami_numerics::choices;
 
 use blend::Blend;
+use di_felice::DiFelice;
 use single_sphere::{DallaValle, SchillerNaumann};
 
 /// A drag law. Loops over grains are compiled for each law: a law has no cost beyond its own formulas.
@@ -42,6 +44,8 @@ choices! {
         /// are sparse, and a linear blend in between.
         #[default]
         Blend = "blend",
+        /// One law for all void fractions: the voidage function of Di Felice (1994) with the drag coefficient of Dalla Valle.
+        DiFelice = "di_felice",
     }
 }
 
@@ -133,6 +137,7 @@ impl DragParameters {
         match (self.form, self.sphere) {
             (DragForm::Blend, SphereDrag::SchillerNaumann) => job.run(&Blend::<SchillerNaumann>::new(self)),
             (DragForm::Blend, SphereDrag::DallaValle) => job.run(&Blend::<DallaValle>::new(self)),
+            (DragForm::DiFelice, _) => job.run(&DiFelice::new(self)),
         }
     }
 
