@@ -112,24 +112,32 @@ pub(crate) fn flow_time(mean_speed: Real, body_force: Vector, spacing: Real, dt:
 }
 
 impl StepLimits {
-    /// The longest step for these rates, a body force [m/s^2], a spacing [m] and a viscosity [m^2/s].
+    /// The list of stability limits, each with the longest step that it allows, for these rates, a body force [m/s^2], a
+    /// spacing [m] and a viscosity [m^2/s]; infinite where a limit does not apply. The solver steps by the shortest;
+    /// a forecast asks with the rates that it expects.
     #[must_use]
-    pub fn choose(&self, rates: &Rates, body_force: Vector, spacing: Real, viscosity: Real) -> Step {
+    pub fn bounds(&self, rates: &Rates, body_force: Vector, spacing: Real, viscosity: Real) -> [Step; 5] {
         let within = |part: Real, rate: Real| if rate > 0.0 { part / rate } else { Real::INFINITY };
-        let limits = [
+        [
             (within(self.courant, rates.advective), Limit::Advective),
             (within(self.courant, rates.grain_motion), Limit::GrainMotion),
             (BODY_FORCE * within(1.0, (body_force.length() / spacing).sqrt()), Limit::BodyForce),
             (within(VISCOUS, viscosity / (spacing * spacing)), Limit::Viscous),
             (within(DRAG, rates.drag), Limit::Drag),
-        ];
+        ]
+        .map(|(dt, limit)| Step { dt, limit })
+    }
+
+    /// The longest step within all [`Self::bounds`], or the prescribed one.
+    #[must_use]
+    pub fn choose(&self, rates: &Rates, body_force: Vector, spacing: Real, viscosity: Real) -> Step {
+        let bounds = self.bounds(rates, body_force, spacing, viscosity);
         if let Some(dt) = self.fixed {
-            let beyond = limits.iter().any(|&(allowed, _)| dt > allowed);
+            let beyond = bounds.iter().any(|bound| dt > bound.dt);
             return Step { dt, limit: if beyond { Limit::FixedBeyondLimits } else { Limit::Fixed } };
         }
-        let limits = limits.into_iter().chain([(self.longest, Limit::Longest)]);
-        let shortest = limits.reduce(|a, b| if b.0 < a.0 { b } else { a });
-        shortest.map_or(Step::default(), |(dt, limit)| Step { dt, limit })
+        let longest = Step { dt: self.longest, limit: Limit::Longest };
+        bounds.into_iter().chain([longest]).reduce(|a, b| if b.dt < a.dt { b } else { a }).unwrap_or(longest)
     }
 }
 
@@ -148,6 +156,8 @@ mod tests {
         let fixed = StepLimits { fixed: Some(2e-4), ..limits };
         assert_eq!(fixed.choose(&rates, Vector::ZERO, 1e-3, 1e-6), Step { dt: 2e-4, limit: Limit::Fixed });
         let dragged = Rates { drag: 1e4, ..rates };
+        let bounds = limits.bounds(&rates, Vector::ZERO, 1e-3, 1e-6);
+        assert_eq!(bounds.map(|bound| bound.dt), [5e-4, Real::INFINITY, Real::INFINITY, 0.2, Real::INFINITY]);
         let beyond = Step { dt: 2e-4, limit: Limit::FixedBeyondLimits };
         assert_eq!(fixed.choose(&dragged, Vector::ZERO, 1e-3, 1e-6), beyond);
     }

@@ -156,6 +156,14 @@ impl DragParameters {
         self.run(One([d, eps, s]))
     }
 
+    /// Reciprocal of the time in which drag brings a grain of diameter `d` [m] and mass `mass` [kg] and the fluid around it to
+    /// the same velocity, at void fraction `eps` and slip speed `s` [m/s]: what [`Rates::drag`](crate::stability::Rates)
+    /// is the largest of [1/s].
+    #[must_use]
+    pub fn relaxation_rate(&self, d: Real, mass: Real, eps: Real, s: Real) -> Real {
+        relaxation_rate(self.coefficient(d, eps, s), self.density, d, mass, eps)
+    }
+
     /// Solid number density at void fraction `eps`.
     #[must_use]
     pub fn number_density(&self, eps: Real) -> Real {
@@ -177,6 +185,12 @@ impl DragParameters {
     }
 }
 
+/// See [`DragParameters::relaxation_rate`], for a drag coefficient [kg/s] and a density of the fluid [kg/m^3].
+pub(crate) fn relaxation_rate(coefficient: Real, density: Real, d: Real, mass: Real, eps: Real) -> Real {
+    let fluid = (1.0 - eps) / (eps * density * volume(d));
+    coefficient * (1.0 / mass + fluid)
+}
+
 /// Volume of a sphere of diameter `d` [m^3].
 #[must_use]
 pub fn volume(d: Real) -> Real {
@@ -190,5 +204,14 @@ mod tests {
     /// The recommended law in water.
     pub(super) fn water() -> DragParameters {
         DragParameters::recommended(1000.0, 1e-3)
+    }
+
+    #[test]
+    fn drag_relaxes_by_stokes_law_in_clear_fluid_and_faster_among_grains() {
+        // 18 mu/(sigma d^2).
+        let (d, density) = (1e-4, 2650.0);
+        let rate = |eps: Real| water().relaxation_rate(d, density * volume(d), eps, 1e-9);
+        assert!((rate(1.0) / (18.0 * 1e-3 / (density * d * d)) - 1.0).abs() < 1e-3);
+        assert!(rate(0.4) > 10.0 * rate(1.0));
     }
 }

@@ -6,7 +6,7 @@ use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
 use super::binned::{Binned, Lanes, lanes};
-use super::drag::{DragLaw, ForDragLaw, volume};
+use super::drag::{DragLaw, ForDragLaw, relaxation_rate, volume};
 use super::{
     CouplingReport, DRAG_FORCE, FluidAtGrain, GRADIENT, GrainPhase, PLACE, PRESSURE_FORCE, SUPPORT, VOID, WETNESS,
     diameter_of, largest,
@@ -111,9 +111,7 @@ impl ForDragLaw for DragRate<'_> {
             let slip = (around.velocity - grains.velocity[g]).length();
             let d = diameter[g];
             let kappa = around.wetness * law.coefficient(d, around.void_fraction, slip);
-            let solid = 1.0 - around.void_fraction;
-            let fluid = solid / (around.void_fraction * density * volume(d));
-            kappa * (1.0 / grains.mass[g] + fluid)
+            relaxation_rate(kappa, density, d, grains.mass[g], around.void_fraction)
         };
         largest(domain, around.len(), rate)
     }
