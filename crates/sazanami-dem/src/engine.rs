@@ -5,6 +5,7 @@ mod report;
 mod substep;
 
 use sazanami_numerics::domain::Domain;
+use sazanami_numerics::particles::Columns;
 use sazanami_numerics::{Matrix, Real, Vector};
 
 use crate::body::Body;
@@ -135,7 +136,6 @@ pub struct Engine {
     /// Largest increment of an own grain's travel that is not in `largest_travel` yet [m].
     pending_travel: Real,
     wall_travel: Vec<Real>,
-    skin: Vec<Real>,
     blocks: Vec<Block>,
     /// Contiguous counters of the last sub-step, one per block.
     block_counters: Vec<Counters>,
@@ -202,7 +202,6 @@ impl Engine {
             travel: Vec::new(),
             largest_travel: 0.0,
             pending_travel: 0.0,
-            skin: Vec::new(),
             blocks: Vec::new(),
             block_counters: Vec::new(),
             former: Vec::new(),
@@ -218,13 +217,12 @@ impl Engine {
         engine.check_box(domain, grains)?;
         let rank = domain.communicator().rank();
         for record in grains {
-            let record = GrainRecord { image: ghosts::image_in_box(domain, record.unwrapped), ..*record };
-            let position = image_position(Vector::from_array(record.unwrapped), record.image, period);
-            if domain.owner_of(position) == rank {
-                engine.grains.push(&record, period);
+            let record = record.as_image(ghosts::image_in_box(domain, record.unwrapped), period);
+            if domain.owner_of(Vector::from_array(record.position)) == rank {
+                engine.grains.push(&record);
             }
         }
-        engine.grains.owned = engine.grains.len();
+        engine.grains.own_all();
         engine.time_step = engine.stable_time_step(domain);
         engine.renew(domain, true)?;
         Ok(engine)
@@ -248,11 +246,9 @@ impl Engine {
         let mut records: Vec<GrainRecord> = (0..self.grains.owned).map(|g| self.grains.record(g)).collect();
         records.extend(new.iter().filter(|r| domain.owner_of(Vector::from_array(r.unwrapped)) == rank));
         records.sort_unstable_by_key(|r| r.id);
-        self.grains.clear();
-        for record in &records {
-            self.grains.push(record, self.period);
-        }
-        self.grains.owned = self.grains.len();
+        self.grains.truncate(0);
+        records.iter().for_each(|record| self.grains.push(record));
+        self.grains.own_all();
         self.time_step = self.stable_time_step(domain);
         self.listed = false;
         self.renew(domain, true)
@@ -394,7 +390,7 @@ impl Engine {
         self.turned.resize(self.grains.owned, Vector::ZERO);
         let state = self.drift(0.5 * h);
         self.refresh_poses(domain, false);
-        let mut state = self.worst(domain, state);
+        let mut state = Self::worst(domain, state);
         let mut counters = Counters::default();
         let mut deep = 0;
         let mut deepest = Counters::default();
@@ -418,7 +414,7 @@ impl Engine {
                 turn_balls(&mut self.grains.orientation[..self.grains.owned], &self.turned);
             }
             self.refresh_poses(domain, last);
-            state = self.worst(domain, state);
+            state = Self::worst(domain, state);
             if state == FAILED {
                 let outcome = if counters.deepest > self.largest_overlap_allowed {
                     Err(overlap_error(&counters, step))
@@ -435,14 +431,14 @@ impl Engine {
     }
 
     /// Worst state of a sub-step over the ranks.
-    fn worst(&self, domain: &Domain, state: u8) -> u8 {
-        if domain.communicator().size() == 1 { state } else { domain.max(Real::from(state)) as u8 }
+    fn worst(domain: &Domain, state: u8) -> u8 {
+        domain.max(Real::from(state)) as u8
     }
 
     /// Adds to each own grain's entry what its ghosts on all ranks collected, in an order that does
     /// not depend on who owns the grain. `partial` has an entry for every grain and ghost.
     pub fn gather_to_owners<const N: usize>(&self, domain: &Domain, partial: &mut [[Real; N]]) {
-        self.exchange.gather(domain, self.grains.owned, partial);
+        self.exchange.gather(domain, partial);
     }
 
     /// Gives each ghost the entry of the grain that it is a copy of. `values` has an entry for every grain and ghost.
@@ -558,17 +554,17 @@ impl Engine {
         };
         domain.agree(outcome)?;
         // Between steps every own entry is the image inside the box, so that sums over grains have one order.
-        if domain.communicator().size() == 1 {
-            let within = self.period == Vector::ZERO
-                || (0..self.grains.owned).all(|g| self.travel[g] <= self.skin[g])
-                    && self.exchange.return_to_box(domain, &mut self.grains);
-            return if within { Ok(()) } else { self.renew(domain, true) };
-        }
-        // Owners change here, unless half of every skin is left for the next step.
-        let spent = |g: usize| self.travel[g] > 0.5 * self.skin[g];
-        let left = |g: usize| grains.image[g] != ghosts::image_in_box(domain, grains.unwrapped[g].to_array());
-        let state = if (0..grains.owned).any(|g| spent(g) || left(g)) { EXPIRED } else { FINE };
-        if self.worst(domain, state) == EXPIRED { self.renew(domain, true) } else { Ok(()) }
+        let returned = self.exchange.return_to_box(domain, &mut self.grains);
+        let (rank, (lower, upper)) = (domain.communicator().rank(), domain.rank_box(domain.communicator().rank()));
+        let Grains { position, skin, owned, .. } = &self.grains;
+        // A grain that is another rank's to own may stay until it has left this part by its skin.
+        let strayed = |g: usize| {
+            let beyond = (lower - position[g]).max(position[g] - upper);
+            beyond.x.max(beyond.y) > skin[g] && domain.owner_of(position[g]) != rank
+        };
+        let within = returned && (0..*owned).all(|g| self.travel[g] <= skin[g] && !strayed(g));
+        let state = if within { FINE } else { EXPIRED };
+        if Self::worst(domain, state) == EXPIRED { self.renew(domain, true) } else { Ok(()) }
     }
 
     /// Whether own grain `g` is outside the region in a direction that is not periodic.

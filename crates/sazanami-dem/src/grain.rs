@@ -1,7 +1,8 @@
 //! Grains as structure of arrays: this rank's own, sorted by identifier, then ghosts.
 
-use sazanami_numerics::choices;
+use sazanami_numerics::particles::Stored;
 use sazanami_numerics::{Matrix, Quaternion, Real, Vector};
+use sazanami_numerics::{choices, columns};
 
 use crate::body::Body;
 use crate::error::DemError;
@@ -75,82 +76,64 @@ impl Grain {
     }
 }
 
-/// All grains a rank holds: its own (`0..owned`, sorted by identifier), then ghosts, which are
-/// copies of other ranks' grains or periodic images. Every array covers both.
-#[derive(Clone, Debug, Default)]
-pub struct Grains {
-    pub(crate) owned: usize,
-    /// Identifiers.
-    pub id: Vec<u64>,
-    /// Number of the shape.
-    pub shape: Vec<u32>,
-    /// Number of the material.
-    pub material: Vec<u32>,
-    /// Size over that of the shape.
-    pub scale: Vec<Real>,
-    /// Mass [kg].
-    pub mass: Vec<Real>,
-    /// Principal moments of inertia [kg m^2].
-    pub inertia: Vec<Vector>,
-    /// How the grain moves.
-    pub motion: Vec<Motion>,
-    /// Centre of mass of the periodic image that this entry represents [m].
-    pub position: Vec<Vector>,
-    /// Takes body coordinates to laboratory coordinates.
-    pub orientation: Vec<Quaternion>,
-    /// Velocity of the centre of mass [m/s].
-    pub velocity: Vec<Vector>,
-    /// Angular momentum about the centre of mass, laboratory frame [kg m^2/s].
-    pub angular_momentum: Vec<Vector>,
-    /// Time of the last contact with a grain or wall, on the clock of the engine [s]; minus infinity: never.
-    pub last_contact: Vec<Real>,
-    /// Sum of the contact forces in the last sub-step [N]; of owned grains only.
-    pub contact_force: Vec<Vector>,
-    /// Sum of the contact torques in the last sub-step [N m]; of owned grains only.
-    pub contact_torque: Vec<Vector>,
-    /// Impulse of the drag on each grain over the last call of [`crate::Engine::advance`] [N s], also of those that
-    /// forces do not move; of owned grains only. The fluid loses as much.
-    pub drag_impulse: Vec<Vector>,
-    /// Values that a coupled solver stores with each grain, zero at first; they migrate with it.
-    pub attached: Vec<[Real; ATTACHED]>,
-    /// Centre of mass without wrapping at periodic sides [m].
-    pub(crate) unwrapped: Vec<Vector>,
-    /// Periodic image: `position = unwrapped + image * period`.
-    pub(crate) image: Vec<[i32; 2]>,
+columns! {
+    /// All grains a rank holds: its own (`0..owned`, sorted by identifier), then ghosts, which are
+    /// copies of other ranks' grains or periodic images. Every column covers both.
+    pub struct Grains;
+    /// Complete state of one grain, as it is sent to other ranks and stored.
+    pub struct GrainRecord;
+    {
+        /// Identifiers.
+        pub id: u64,
+        /// Number of the shape.
+        pub shape: u32,
+        /// Number of the material.
+        pub material: u32,
+        /// Size over that of the shape.
+        pub scale: Real,
+        /// Mass [kg].
+        pub mass: Real,
+        /// Principal moments of inertia [kg m^2].
+        pub inertia: Vector,
+        /// How the grain moves.
+        pub motion: Motion,
+        /// Centre of mass of the periodic image that this entry represents [m].
+        pub position: Vector,
+        /// Takes body coordinates to laboratory coordinates.
+        pub orientation: Quaternion,
+        /// Velocity of the centre of mass [m/s].
+        pub velocity: Vector,
+        /// Angular momentum about the centre of mass, laboratory frame [kg m^2/s].
+        pub angular_momentum: Vector,
+        /// Time of the last contact with a grain or wall, on the clock of the engine [s]; minus infinity: never.
+        pub last_contact: Real,
+        /// Sum of the contact forces in the last sub-step [N]; of owned grains only.
+        pub contact_force: Vector,
+        /// Sum of the contact torques in the last sub-step [N m]; of owned grains only.
+        pub contact_torque: Vector,
+        /// Impulse of the drag on each grain over the last call of [`crate::Engine::advance`] [N s], also of those that
+        /// forces do not move; of owned grains only. The fluid loses as much.
+        pub drag_impulse: Vector,
+        /// Values that a coupled solver stores with each grain, zero at first; they migrate with it.
+        pub attached: [Real; ATTACHED],
+        /// Centre of mass without wrapping at periodic sides [m].
+        pub(crate) unwrapped: Vector,
+        /// Periodic image: `position = unwrapped + image * period`.
+        pub(crate) image: [i32; 2],
+        /// Distance that the grain may travel before lists are renewed [m].
+        pub(crate) skin: Real,
+    }
 }
 
-/// Complete state of one grain, as it is sent to other ranks and stored.
-#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
-#[repr(C)]
-pub(crate) struct GrainRecord {
-    pub id: u64,
-    pub shape: u32,
-    pub material: u32,
-    pub motion: u32,
-    pub image: [i32; 2],
-    pub padding: u32,
-    pub scale: Real,
-    pub mass: Real,
-    pub last_contact: Real,
-    pub skin: Real,
-    pub inertia: [Real; 3],
-    pub unwrapped: [Real; 3],
-    pub orientation: [Real; 4],
-    pub velocity: [Real; 3],
-    pub angular_momentum: [Real; 3],
-    pub contact_force: [Real; 3],
-    pub contact_torque: [Real; 3],
-    pub drag_impulse: [Real; 3],
-    pub attached: [Real; ATTACHED],
-}
+impl Stored for Motion {
+    type Form = u64;
 
-impl Motion {
-    pub(crate) fn number(self) -> u32 {
-        self as u32
+    fn store(self) -> u64 {
+        self as u64
     }
 
-    pub(crate) fn from_number(number: u32) -> Self {
-        match number {
+    fn load(form: u64) -> Self {
+        match form {
             1 => Self::Fixed,
             2 => Self::Prescribed,
             3 => Self::WithWalls,
@@ -160,6 +143,12 @@ impl Motion {
 }
 
 impl GrainRecord {
+    /// The same grain as periodic image `image`.
+    pub(crate) fn as_image(&self, image: [i32; 2], period: Vector) -> Self {
+        let position = image_position(Vector::from_array(self.unwrapped), image, period).to_array();
+        Self { image, position, ..*self }
+    }
+
     /// Turns users' descriptions into states, by identifier; `materials` is how many materials there are.
     pub(crate) fn of_all(grains: &[Grain], bodies: &[Body], materials: usize) -> Result<Vec<Self>, DemError> {
         let mut records: Vec<Self> =
@@ -200,15 +189,15 @@ impl GrainRecord {
             id: grain.id,
             shape: grain.shape,
             material: grain.material,
-            motion: grain.motion.number(),
-            image: [0; 2],
-            padding: 0,
+            motion: grain.motion.store(),
             scale: grain.scale,
             mass,
             last_contact: Real::NEG_INFINITY,
             skin: 0.0,
             inertia: inertia.to_array(),
+            position: grain.position.to_array(),
             unwrapped: grain.position.to_array(),
+            image: [0; 2],
             orientation: orientation.to_array(),
             velocity: velocity.to_array(),
             angular_momentum: momentum.to_array(),
@@ -221,24 +210,6 @@ impl GrainRecord {
 }
 
 impl Grains {
-    /// Number of grains that belong to this rank.
-    #[must_use]
-    pub fn owned(&self) -> usize {
-        self.owned
-    }
-
-    /// Number of grains and ghosts.
-    #[must_use]
-    pub fn len(&self) -> usize {
-        self.id.len()
-    }
-
-    /// Whether this rank holds neither grains nor ghosts.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.id.is_empty()
-    }
-
     /// Centre of mass of grain `i` without wrapping at periodic sides [m].
     #[must_use]
     pub fn unwrapped_position(&self, i: usize) -> Vector {
@@ -269,78 +240,6 @@ impl Grains {
     pub fn kinetic_energy(&self, i: usize) -> Real {
         let rotation = self.angular_momentum[i].dot(self.angular_velocity(i));
         0.5 * (self.mass[i] * self.velocity[i].length_squared() + rotation)
-    }
-
-    pub(crate) fn clear(&mut self) {
-        self.truncate(0);
-        self.owned = 0;
-    }
-
-    pub(crate) fn truncate(&mut self, length: usize) {
-        self.id.truncate(length);
-        self.shape.truncate(length);
-        self.material.truncate(length);
-        self.scale.truncate(length);
-        self.mass.truncate(length);
-        self.inertia.truncate(length);
-        self.motion.truncate(length);
-        self.position.truncate(length);
-        self.orientation.truncate(length);
-        self.velocity.truncate(length);
-        self.angular_momentum.truncate(length);
-        self.last_contact.truncate(length);
-        self.contact_force.truncate(length);
-        self.contact_torque.truncate(length);
-        self.drag_impulse.truncate(length);
-        self.attached.truncate(length);
-        self.unwrapped.truncate(length);
-        self.image.truncate(length);
-    }
-
-    pub(crate) fn push(&mut self, record: &GrainRecord, period: Vector) {
-        let unwrapped = Vector::from_array(record.unwrapped);
-        self.id.push(record.id);
-        self.shape.push(record.shape);
-        self.material.push(record.material);
-        self.scale.push(record.scale);
-        self.mass.push(record.mass);
-        self.inertia.push(Vector::from_array(record.inertia));
-        self.motion.push(Motion::from_number(record.motion));
-        self.position.push(image_position(unwrapped, record.image, period));
-        self.orientation.push(Quaternion::from_array(record.orientation));
-        self.velocity.push(Vector::from_array(record.velocity));
-        self.angular_momentum.push(Vector::from_array(record.angular_momentum));
-        self.last_contact.push(record.last_contact);
-        self.contact_force.push(Vector::from_array(record.contact_force));
-        self.contact_torque.push(Vector::from_array(record.contact_torque));
-        self.drag_impulse.push(Vector::from_array(record.drag_impulse));
-        self.attached.push(record.attached);
-        self.unwrapped.push(unwrapped);
-        self.image.push(record.image);
-    }
-
-    pub(crate) fn record(&self, i: usize) -> GrainRecord {
-        GrainRecord {
-            id: self.id[i],
-            shape: self.shape[i],
-            material: self.material[i],
-            motion: self.motion[i].number(),
-            image: self.image[i],
-            padding: 0,
-            scale: self.scale[i],
-            mass: self.mass[i],
-            last_contact: self.last_contact[i],
-            skin: 0.0,
-            inertia: self.inertia[i].to_array(),
-            unwrapped: self.unwrapped[i].to_array(),
-            orientation: self.orientation[i].to_array(),
-            velocity: self.velocity[i].to_array(),
-            angular_momentum: self.angular_momentum[i].to_array(),
-            contact_force: self.contact_force[i].to_array(),
-            contact_torque: self.contact_torque[i].to_array(),
-            drag_impulse: self.drag_impulse[i].to_array(),
-            attached: self.attached[i],
-        }
     }
 }
 

@@ -32,7 +32,5 @@ pub use grain::{ATTACHED, Grain, Grains, Motion};
 pub use material::{ContactOptions, HistoryRotation, Multiplicity, SlipDirection};
 pub use packing::{Lattice, Packing, PackingReport, PackingSettings, Stage, TILT, Tapping, lying_order};
 pub use random::Random;
+pub use sazanami_numerics::particles::WALL;
 pub use wall::Wall;
-
-/// Identifiers from here on stand for walls in reports: `WALL + number`.
-pub const WALL: u64 = 1 << 62;

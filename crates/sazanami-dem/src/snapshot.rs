@@ -3,6 +3,7 @@
 //! Neighbour lists are not part of it: they have no influence on any force. The memory of contacts is.
 
 use sazanami_numerics::domain::Domain;
+use sazanami_numerics::particles::Columns;
 use sazanami_numerics::snapshot::{Snapshot, SnapshotError};
 use sazanami_numerics::{Real, Vector};
 
@@ -29,7 +30,7 @@ impl Engine {
         out.u64("grain.id", grains.iter().map(|g| g.id));
         out.u32("grain.shape", grains.iter().map(|g| g.shape));
         out.u32("grain.material", grains.iter().map(|g| g.material));
-        out.u32("grain.motion", grains.iter().map(|g| g.motion));
+        out.u32("grain.motion", grains.iter().map(|g| g.motion as u32));
         out.reals("grain.scale", grains.iter().map(|g| g.scale));
         out.reals("grain.mass", grains.iter().map(|g| g.mass));
         out.reals("grain.last_contact", grains.iter().map(|g| g.last_contact));
@@ -104,9 +105,9 @@ impl State {
                 id: id[g],
                 shape: shape[g],
                 material: material[g],
-                motion: motion[g],
+                motion: u64::from(motion[g]),
                 image: [0; 2],
-                padding: 0,
+                position: triple(unwrapped, g),
                 scale: scale[g],
                 mass: mass[g],
                 last_contact: last_contact[g],

@@ -1,10 +1,11 @@
 //! Who is where: owners of particles, their order in space, ghosts, bins and neighbour lists of a step.
 
 use sazanami_numerics::Real;
+use sazanami_numerics::particles::Bins;
 
 use crate::context::{Context, Motion, Voids};
 use crate::ghosts::Ghosts;
-use crate::neighbours::{Bins, MARGIN, Neighbours};
+use crate::neighbours::{MARGIN, Neighbours};
 use crate::particles::{Kind, Particles};
 use crate::reductions::largest;
 
@@ -40,8 +41,8 @@ impl Arrangement {
         let Self { ghosts, bins, neighbours, bin } = self;
         ghosts.migrate(domain, particles);
         bins.renew(domain, reach);
-        particles.sort(bins.len(), |x| bins.number(x));
-        ghosts.renew(domain, periods, particles, reach, |x| bins.number(x));
+        ghosts.sort(particles, bins);
+        ghosts.renew(domain, periods, particles, reach, bins);
         let (own, others) = particles.position.split_at(particles.owned);
         bins.fill(own, others);
         let body_force = step.explicit_force();

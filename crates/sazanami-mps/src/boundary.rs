@@ -1,8 +1,9 @@
 //! The box, its sides, and the lattice of wall particles.
 
+use sazanami_numerics::particles::WALL;
 use sazanami_numerics::{Real, Vector};
 
-use crate::particles::{FIRST_WALL_ID, Kind, ParticleRecord};
+use crate::particles::{Kind, ParticleRecord};
 
 /// A side of the box.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -130,7 +131,7 @@ impl Tank {
                     }
                     let kind = if deepest == 1 { Kind::Wall } else { Kind::Dummy };
                     let place = Vector::new(i as Real + 0.5, j as Real + 0.5, k as Real + 0.5);
-                    let id = FIRST_WALL_ID + records.len() as u64;
+                    let id = WALL + records.len() as u64;
                     records.push(ParticleRecord::new(id, kind, base + place * lattice, Vector::ZERO));
                 }
             }
@@ -177,6 +178,7 @@ impl Tank {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use sazanami_numerics::particles::Stored;
 
     fn tank() -> Tank {
         let sides = [[Side::Wall; 2], [Side::Periodic; 2], [Side::Wall, Side::Open]];
@@ -186,7 +188,7 @@ mod tests {
     #[test]
     fn walls_have_one_layer_with_pressure_and_dummies_behind() {
         let records = tank().particles(1.0, 3.1).unwrap();
-        let walls = records.iter().filter(|r| r.kind() == Kind::Wall).count();
+        let walls = records.iter().filter(|r| r.kind == Kind::Wall.store()).count();
         // Floor with its two edges, and two sides of five layers.
         assert_eq!(walls, (8 + 2) * 7 + 2 * 5 * 7);
         assert_eq!(records.len(), (8 + 8) * 7 * (5 + 4) - 8 * 7 * 5);

@@ -243,7 +243,7 @@ impl CoarseGrid {
     pub fn assemble(&mut self, layout: &Layout<'_>, blocks: &[Block], rows: &[Row]) {
         let Layout { bins, roles, owned, .. } = *layout;
         // Cells as wide as the list radius: neighbours lie in adjacent cells.
-        let width = bins.reach;
+        let width = bins.layers;
         let count: [usize; 3] = std::array::from_fn(|d| bins.count[d].div_ceil(width[d]));
         self.size(count);
         let Self { levels, cell, sums, neighbour, between, .. } = self;

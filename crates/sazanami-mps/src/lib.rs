@@ -40,4 +40,4 @@ pub mod weight;
 
 pub use ghosts::Periods;
 pub use momentum::FluidImpulses;
-pub use particles::{FIRST_WALL_ID, Kind, Particles, Role};
+pub use particles::{Kind, Particles, Role};

@@ -1,9 +1,10 @@
 //! Storage of the pressure equation: coefficients by row, right side and diagonal.
 
 use sazanami_numerics::domain::Domain;
+use sazanami_numerics::particles::Bins;
 use sazanami_numerics::{Real, Vector};
 
-use crate::neighbours::{Bins, ROWS};
+use crate::neighbours::ROWS;
 use crate::particles::Role;
 
 /// Radius of close neighbours over the particle spacing.

@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use sazanami_numerics::domain::Domain;
+use sazanami_numerics::particles::Bins;
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::{SlicesMut, for_each_chunk};
 
@@ -14,155 +14,6 @@ use crate::particles::{Kind, Particles};
 
 /// Particles per block of work.
 pub(crate) const ROWS: usize = 64;
-
-/// A rank's part of space and its surroundings, cut into bins.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Bins {
-    lower: Vector,
-    spacing: Vector,
-    inverse: Vector,
-    pub count: [usize; 3],
-    /// First own particle of each bin, and one more.
-    own: Vec<u32>,
-    /// First ghost of each bin, and one more.
-    ghosts: Vec<u32>,
-    /// Bins in each direction that a list looks at on either side.
-    pub reach: [usize; 3],
-    /// What they were made for [m].
-    pub radius: Real,
-}
-
-impl Bins {
-    /// Makes the cells of the domain's grid, and those `reach` [m] around this rank's part of it, the bins.
-    pub fn renew(&mut self, domain: &Domain, reach: Real) {
-        let spacing = domain.grid().spacing;
-        let (lower, _) = domain.rank_box(domain.communicator().rank());
-        self.reach = std::array::from_fn(|d| (reach / spacing[d]).ceil() as usize);
-        let margin = Vector::from_array(self.reach.map(|n| n as Real)) * spacing;
-        let cells = domain.cells();
-        self.count = std::array::from_fn(|d| cells[d] + 2 * self.reach[d]);
-        self.lower = lower - margin;
-        self.radius = reach;
-        self.spacing = spacing;
-        self.inverse = spacing.recip();
-    }
-
-    /// Makes boxes with edges no longer than `edge` [m], in this rank's part and `reach` [m] around it, the bins.
-    pub fn cover(&mut self, domain: &Domain, reach: Real, edge: Vector) {
-        let (lower, upper) = domain.rank_box(domain.communicator().rank());
-        let extent = upper - lower + 2.0 * reach;
-        self.count = std::array::from_fn(|d| ((extent[d] / edge[d]).ceil() as usize).max(1));
-        self.lower = lower - reach;
-        self.spacing = extent / Vector::from_array(self.count.map(|n| n as Real));
-        self.inverse = self.spacing.recip();
-        self.reach = std::array::from_fn(|d| (reach * self.inverse[d]).ceil() as usize);
-        self.radius = reach;
-    }
-
-    /// Coordinates of `position`, in bins.
-    #[inline(always)]
-    pub fn coordinates(&self, position: Vector) -> Vector {
-        (position - self.lower) * self.inverse
-    }
-
-    /// Place of `position`; those beyond the bins belong to the nearest.
-    #[inline(always)]
-    pub fn place(&self, position: Vector) -> [usize; 3] {
-        let s = (position - self.lower) * self.inverse;
-        std::array::from_fn(|d| (s[d] as u32 as usize).min(self.count[d] - 1))
-    }
-
-    /// Number of the bin of `position`, x1 fastest.
-    #[inline(always)]
-    pub fn number(&self, position: Vector) -> u32 {
-        let [i, j, k] = self.place(position);
-        (i + self.count[0] * (j + self.count[1] * k)) as u32
-    }
-
-    /// Number of bins.
-    pub fn len(&self) -> usize {
-        self.count.iter().product()
-    }
-
-    /// Takes note of where the bins begin among sorted places, ghosts behind the own.
-    pub fn fill(&mut self, own: &[Vector], ghosts: &[Vector]) {
-        let mut starts = (std::mem::take(&mut self.own), std::mem::take(&mut self.ghosts));
-        self.starts(own, 0, &mut starts.0);
-        self.starts(ghosts, own.len(), &mut starts.1);
-        (self.own, self.ghosts) = starts;
-    }
-
-    fn starts(&self, positions: &[Vector], first: usize, starts: &mut Vec<u32>) {
-        starts.clear();
-        starts.resize(self.len() + 1, 0);
-        for &x in positions {
-            starts[self.number(x) as usize + 1] += 1;
-        }
-        starts[0] = first as u32;
-        for n in 1..starts.len() {
-            starts[n] += starts[n - 1];
-        }
-    }
-
-    /// Own particles of a bin.
-    pub fn own(&self, bin: usize) -> Range<usize> {
-        self.own[bin] as usize..self.own[bin + 1] as usize
-    }
-
-    /// Ghosts in a bin.
-    pub fn ghosts(&self, bin: usize) -> Range<usize> {
-        self.ghosts[bin] as usize..self.ghosts[bin + 1] as usize
-    }
-
-    /// Calls `body` with ranges of particles that hold all within `radius` [m] of `position`, in a fixed order; the
-    /// radius is no longer than the bins were made for.
-    #[inline(always)]
-    pub fn for_each_range(&self, position: Vector, radius: Real, mut body: impl FnMut(Range<usize>)) {
-        self.for_each_row(position, radius, |row| {
-            let own = self.own[row.start] as usize..self.own[row.end] as usize;
-            if !own.is_empty() {
-                body(own);
-            }
-            let ghosts = self.ghosts[row.start] as usize..self.ghosts[row.end] as usize;
-            if !ghosts.is_empty() {
-                body(ghosts);
-            }
-        });
-    }
-
-    /// Calls `body` with ranges of bins along x1 that hold all within `radius` [m] of `position`, in a fixed order.
-    #[inline(always)]
-    pub fn for_each_row(&self, position: Vector, radius: Real, mut body: impl FnMut(Range<usize>)) {
-        // A hair more, for what is just as far.
-        let radius = radius * (1.0 + 1e-9);
-        let s = (position - self.lower) * self.inverse;
-        let low = self.place(position - radius);
-        let high = self.place(position + radius);
-        let end = Vector::from_array(self.count.map(|n| n as Real));
-        let inside = s.max(Vector::ZERO).min(end);
-        // Distance to the row of bins `n` in direction `d`; the outermost bins go on without end.
-        let apart = |n: usize, d: usize| {
-            let n = Real::from(n as u32);
-            (n - inside[d]).max(inside[d] - (n + 1.0)).max(0.0) * self.spacing[d]
-        };
-        let square = radius * radius;
-        for k in low[2]..=high[2] {
-            let rest = square - apart(k, 2) * apart(k, 2);
-            for j in low[1]..=high[1] {
-                let rest = rest - apart(j, 1) * apart(j, 1);
-                if rest < 0.0 {
-                    continue;
-                }
-                let half = rest.sqrt() * self.inverse.x;
-                let last = self.count[0] - 1;
-                let row = self.count[0] * (j + self.count[1] * k);
-                let first = row + ((s.x - half) as u32 as usize).min(last);
-                let last = row + ((s.x + half) as u32 as usize).min(last) + 1;
-                body(first..last);
-            }
-        }
-    }
-}
 
 /// Neighbours of some consecutive particles.
 #[derive(Clone, Debug)]
@@ -312,7 +163,7 @@ impl Neighbours {
         spare.resize(ways.len(), 0.0);
         for d in 0..3 {
             let stride: usize = bins.count[..d].iter().product();
-            let (count, reach) = (bins.count[d], bins.reach[d]);
+            let (count, reach) = (bins.count[d], bins.layers[d]);
             let before = &ways[..];
             for_each_chunk(&mut spare[..], ROWS, |number, longest| {
                 for (n, longest) in longest.iter_mut().enumerate() {

@@ -2,13 +2,14 @@
 
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::Grid;
+use sazanami_numerics::particles::{Bins, Columns, SpatialOrder};
 use sazanami_numerics::{Real, Vector};
 
 use crate::boundary::WallFriction;
 use crate::context::Voids;
 use crate::gradient::{PressureField, gradient_of};
 use crate::matrix::Block;
-use crate::neighbours::{Bins, Neighbours, ROWS};
+use crate::neighbours::{Neighbours, ROWS};
 use crate::number_density::{self, NumberDensity, PredictedPairs, Prediction, Sample};
 use crate::particles::{Kind, ParticleRecord, Particles, Role};
 use crate::scheme::{GradientForm, Kernel, Scheme};
@@ -48,7 +49,8 @@ impl Probe {
         }
         let mut bins = Bins::default();
         bins.renew(&domain, kernel.weight.radius);
-        particles.sort(bins.len(), |x| bins.number(x));
+        SpatialOrder::default()
+            .sort(&mut particles, bins.len(), |of: &Particles, a| (bins.number(of.position[a]), of.id[a]));
         bins.fill(&particles.position, &[]);
         let mut neighbours = Neighbours::default();
         neighbours.renew(&bins, &particles, kernel.weight.radius, Vector::ZERO, |_| Vector::ZERO);

@@ -4,6 +4,7 @@
 
 use sazanami_numerics::Vector;
 use sazanami_numerics::domain::Domain;
+use sazanami_numerics::particles::Columns;
 use sazanami_numerics::snapshot::{Snapshot, SnapshotError};
 
 use crate::boundary::Tank;
@@ -46,7 +47,7 @@ impl Solver {
         let mut all = self.domain.to_first(&mine);
         all.sort_unstable_by_key(|record| record.id);
         snapshot.put_u64(ID, all.iter().map(|r| r.id).collect());
-        snapshot.put_u64(FLAGS, all.iter().map(|r| r.flags).collect());
+        snapshot.put_u64(FLAGS, all.iter().map(ParticleRecord::flags).collect());
         snapshot.put_reals(POSITION, all.iter().flat_map(|r| r.position).collect());
         snapshot.put_reals(VELOCITY, all.iter().flat_map(|r| r.velocity).collect());
         snapshot.put_reals(PRESSURE, all.iter().map(|r| r.pressure).collect());
@@ -77,13 +78,10 @@ impl Solver {
         let pressure = snapshot.reals_of(PRESSURE, count)?;
         let of = |values: &[f64], n: usize| [values[3 * n], values[3 * n + 1], values[3 * n + 2]];
         let records: Vec<ParticleRecord> = (0..count)
-            .map(|n| ParticleRecord {
-                id: id[n],
-                flags: flags[n],
-                position: of(position, n),
-                velocity: of(velocity, n),
-                pressure: pressure[n],
-                gradient: of(gradient, n),
+            .map(|n| {
+                let [kind, role] = ParticleRecord::of_flags(flags[n]);
+                let (position, velocity, gradient) = (of(position, n), of(velocity, n), of(gradient, n));
+                ParticleRecord { id: id[n], kind, role, position, velocity, pressure: pressure[n], gradient }
             })
             .collect();
         // The reduced pressures refer to this point.

@@ -2,6 +2,7 @@
 //!
 //! The Laplacian is summed in the loop of [`crate::number_density::at_start`], which visits the same pairs.
 
+use sazanami_numerics::particles::Bins;
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
@@ -9,7 +10,7 @@ use crate::arrangement::Arrangement;
 use crate::boundary::{Tank, WallFriction};
 use crate::context::Context;
 use crate::moments::{add, full};
-use crate::neighbours::{Bins, ROWS};
+use crate::neighbours::ROWS;
 use crate::particles::{Kind, Particles};
 use crate::scheme::Kernel;
 use crate::weight::{LaplacianForm, Weight};

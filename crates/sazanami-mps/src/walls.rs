@@ -1,12 +1,13 @@
 //! The particles of the walls: where they began, which area each stands for, and their motion.
 
 use sazanami_numerics::Vector;
+use sazanami_numerics::particles::{Columns, WALL};
 use sazanami_parallel::for_each_chunk;
 
 use crate::boundary::Tank;
 use crate::context::Context;
 use crate::neighbours::ROWS;
-use crate::particles::{FIRST_WALL_ID, Kind, ParticleRecord, Particles};
+use crate::particles::{Kind, ParticleRecord, Particles};
 
 /// Initial position and area of every wall particle, by its number.
 #[derive(Debug, Default)]
@@ -27,7 +28,7 @@ impl Walls {
 
     /// Area vector of the wall particle with this identifier [m^2].
     pub fn area(&self, id: u64) -> Vector {
-        self.area[(id - FIRST_WALL_ID) as usize]
+        self.area[(id - WALL) as usize]
     }
 
     /// Moves the walls to their position at the start of the step, and sets their velocity in it. There are no ghosts
@@ -43,7 +44,7 @@ impl Walls {
             for (row, (x, u)) in position.iter_mut().zip(velocity).enumerate() {
                 let a = number * ROWS + row;
                 if kind[a] != Kind::Fluid {
-                    *x = step.periods.wrapped(self.start[(id[a] - FIRST_WALL_ID) as usize] + displacement);
+                    *x = step.periods.wrapped(self.start[(id[a] - WALL) as usize] + displacement);
                     *u = wall_velocity;
                 }
             }

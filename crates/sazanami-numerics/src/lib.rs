@@ -6,6 +6,7 @@ pub mod domain;
 pub mod geometry;
 pub mod grid;
 pub mod linear;
+pub mod particles;
 pub mod snapshot;
 pub mod spline;
 

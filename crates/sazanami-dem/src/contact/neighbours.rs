@@ -1,5 +1,6 @@
 //! The list of neighbouring grains, and how the state of pairs and contacts passes from one list to the next.
 
+use sazanami_numerics::particles::BinIndex;
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
@@ -11,78 +12,6 @@ use super::record::ContactRecord;
 use super::search::{NearestSpheres, PlacedCapsule};
 use super::walls::{WallContact, WallPair};
 use crate::grain::{Grains, Motion, ROWS};
-
-/// Grains sorted into the cells of a grid.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct CellList {
-    lower: Vector,
-    inverse_edge: Real,
-    cells: [usize; 3],
-    starts: Vec<u32>,
-    sorted: Vec<u32>,
-    cell_of: Vec<u32>,
-}
-
-impl CellList {
-    /// Most cells per grain; larger boxes get larger cells.
-    const MOST: usize = 4;
-
-    fn sort(&mut self, positions: &[Vector], edge: Real) {
-        let lower = positions.iter().copied().fold(Vector::INFINITY, Vector::min);
-        let upper = positions.iter().copied().fold(Vector::NEG_INFINITY, Vector::max);
-        let mut edge = edge;
-        let count = |edge: Real| ((upper - lower) / edge).floor().to_array().map(|n| n.max(0.0) + 1.0);
-        while count(edge).iter().product::<Real>() > (Self::MOST * positions.len() + 64) as Real {
-            edge *= 1.3;
-        }
-        self.lower = lower;
-        self.inverse_edge = 1.0 / edge;
-        self.cells = if positions.is_empty() { [1; 3] } else { count(edge).map(|n| n as usize) };
-        self.starts.clear();
-        self.starts.resize(self.cells.iter().product::<usize>() + 1, 0);
-        self.cell_of.clear();
-        for &p in positions {
-            let c = self.place(p);
-            let cell = (c[2] * self.cells[1] + c[1]) * self.cells[0] + c[0];
-            self.cell_of.push(cell as u32);
-            self.starts[cell + 1] += 1;
-        }
-        for c in 1..self.starts.len() {
-            self.starts[c] += self.starts[c - 1];
-        }
-        self.sorted.clear();
-        self.sorted.resize(positions.len(), 0);
-        for (g, &cell) in self.cell_of.iter().enumerate().rev() {
-            let next = self.starts[cell as usize + 1] - 1;
-            self.starts[cell as usize + 1] = next;
-            self.sorted[next as usize] = g as u32;
-        }
-        // Filling backwards has moved every start one cell up.
-        for c in 1..self.starts.len() {
-            self.starts[c - 1] = self.starts[c];
-        }
-        if let Some(end) = self.starts.last_mut() {
-            *end = positions.len() as u32;
-        }
-    }
-
-    fn place(&self, position: Vector) -> [usize; 3] {
-        let s = ((position - self.lower) * self.inverse_edge).to_array();
-        std::array::from_fn(|d| (s[d].max(0.0) as usize).min(self.cells[d] - 1))
-    }
-
-    /// Calls `visit` for all grains in cells that the box from `lower` to `upper` meets.
-    fn visit(&self, lower: Vector, upper: Vector, mut visit: impl FnMut(u32)) {
-        let (a, b) = (self.place(lower), self.place(upper));
-        for k in a[2]..=b[2] {
-            for j in a[1]..=b[1] {
-                let row = (k * self.cells[1] + j) * self.cells[0];
-                let range = self.starts[row + a[0]] as usize..self.starts[row + b[0] + 1] as usize;
-                self.sorted[range].iter().for_each(|&g| visit(g));
-            }
-        }
-    }
-}
 
 /// Capsule and bounding box of a grain for the list.
 #[derive(Clone, Copy, Debug)]
@@ -110,8 +39,6 @@ pub(crate) struct Previous<'a> {
 pub(crate) struct ListInput<'a> {
     pub grains: &'a Grains,
     pub interactions: &'a Interactions,
-    /// Distance that each grain may travel before the list expires [m].
-    pub skin: &'a [Real],
     /// Contacts to be taken over, by key.
     pub records: &'a [ContactRecord],
     /// The entry that contacts read for each grain and ghost: images on this rank share that of their grain.
@@ -121,7 +48,7 @@ pub(crate) struct ListInput<'a> {
 /// Work space for building lists.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ListBuilder {
-    cells: CellList,
+    bins: BinIndex,
     bounds: Vec<Bound>,
     centres: Vec<Vector>,
 }
@@ -139,15 +66,15 @@ impl ListBuilder {
         let count = grains.len();
         blocks.resize_with(count.div_ceil(ROWS), Block::default);
         self.bounds.clear();
-        self.bounds.extend((0..count).map(|g| bound(context, grains, input.skin[g], g)));
+        self.bounds.extend((0..count).map(|g| bound(context, grains, grains.skin[g], g)));
         self.centres.clear();
         self.centres.extend(self.bounds.iter().map(|b| b.middle));
         let largest = self.bounds.iter().map(|b| b.half).fold(Vector::ZERO, Vector::max);
-        self.cells.sort(&self.centres, 1.1 * largest.max_element().max(Real::MIN_POSITIVE));
-        let (cells, bounds) = (&self.cells, &self.bounds[..]);
+        self.bins.sort(&self.centres, 1.1 * largest.max_element().max(Real::MIN_POSITIVE));
+        let (bins, bounds) = (&self.bins, &self.bounds[..]);
         for_each_chunk(&mut blocks[..], 1, |number, block| {
             let first = number * ROWS;
-            fill(&mut block[0], first..(first + ROWS).min(count), context, input, previous, (cells, bounds, largest));
+            fill(&mut block[0], first..(first + ROWS).min(count), context, input, previous, (bins, bounds, largest));
         });
     }
 }
@@ -169,7 +96,7 @@ fn fill(
     context: &ContactContext<'_>,
     input: ListInput<'_>,
     previous: Option<&Previous<'_>>,
-    (cells, bounds, largest): (&CellList, &[Bound], Vector),
+    (bins, bounds, largest): (&BinIndex, &[Bound], Vector),
 ) {
     let ListInput { grains, interactions, records, originals, .. } = input;
     block.reset(rows.start, rows.len());
@@ -183,7 +110,7 @@ fn fill(
             continue;
         }
         let b = &bounds[low];
-        cells.visit(b.middle - b.half - largest, b.middle + b.half + largest, |high| {
+        bins.visit(b.middle - b.half - largest, b.middle + b.half + largest, |high| {
             let h = high as usize;
             if grains.id[h] <= grains.id[low] || low >= context.owned && h >= context.owned {
                 return;
@@ -278,12 +205,12 @@ fn add_walls(
     grain: usize,
     bound: &Bound,
 ) {
-    let ListInput { grains, interactions, records, skin, .. } = input;
+    let ListInput { grains, interactions, records, .. } = input;
     let id = grains.id[grain];
     for (w, wall) in context.walls.iter().enumerate() {
         let height = wall.distance(bound.capsule.start).min(wall.distance(bound.capsule.end)) - bound.capsule.radius;
         // Walls may move as far as grains before the list expires.
-        if height >= 2.0 * skin[grain] {
+        if height >= 2.0 * grains.skin[grain] {
             continue;
         }
         let law = interactions.index(grains.material[grain], wall.material);

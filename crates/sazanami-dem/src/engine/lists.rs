@@ -97,8 +97,8 @@ impl Engine {
         self.place();
         self.choose_skins();
         former_list.size.clear();
-        former_list.size.extend((0..self.grains.owned).map(|g| self.bounding_radius(g) + self.skin[g]));
-        self.exchange.renew(domain, &mut self.grains, &former_list.size, &mut self.skin, self.ghost_margin);
+        former_list.size.extend((0..self.grains.owned).map(|g| self.bounding_radius(g) + self.grains.skin[g]));
+        self.exchange.renew(domain, &mut self.grains, &former_list.size, self.ghost_margin);
         self.set_poses();
         self.travel.clear();
         self.travel.resize(self.grains.len(), 0.0);
@@ -121,13 +121,8 @@ impl Engine {
         std::mem::swap(&mut self.blocks, &mut self.former);
         let mut blocks = std::mem::take(&mut self.blocks);
         let mut builder = std::mem::take(&mut self.builder);
-        let input = ListInput {
-            grains: &self.grains,
-            interactions: &self.interactions,
-            skin: &self.skin,
-            records: &self.records,
-            originals,
-        };
+        let input =
+            ListInput { grains: &self.grains, interactions: &self.interactions, records: &self.records, originals };
         let previous = Previous { blocks: &self.former, travel, wall_travel, number };
         builder.build(&self.context(), input, self.listed.then_some(&previous), &mut blocks);
         self.incoming.rebuild(&mut blocks, &self.grains.id, self.grains.owned);
@@ -142,14 +137,13 @@ impl Engine {
     }
 
     fn choose_skins(&mut self) {
-        let grains = &self.grains;
-        self.skin.clear();
-        for g in 0..grains.owned {
+        for g in 0..self.grains.owned {
+            let grains = &self.grains;
             let size = self.bounding_radius(g);
             let arm = self.bodies[grains.shape[g] as usize].centre_radius * grains.scale[g];
             let speed = grains.velocity[g].length() + arm * grains.angular_velocity(g).length();
             let way = if self.time_step.is_finite() { HORIZON * self.time_step * speed } else { LARGEST_SKIN * size };
-            self.skin.push((RESTING_SKIN * size + way).min(LARGEST_SKIN * size));
+            self.grains.skin[g] = (RESTING_SKIN * size + way).min(LARGEST_SKIN * size);
         }
     }
 

@@ -202,9 +202,8 @@ impl Engine {
         let state = AtomicU8::new(FINE);
         // Numbers that are not negative are ordered as their bits are.
         let farthest = AtomicU64::new(0);
-        let Self {
-            grains, poses, rotations, turned, travel, mass_properties, skin, blocks, incoming, time: now, ..
-        } = self;
+        let Self { grains, poses, rotations, turned, travel, mass_properties, blocks, incoming, time: now, .. } = self;
+        let skin = &grains.skin[..owned];
         let contacts = Contacts { blocks, incoming, time: *now };
         let gravity = kick.map_or(Vector::ZERO, |kick| kick.h * kick.gravity);
         let motion = (
@@ -262,7 +261,7 @@ impl Engine {
     }
 
     fn move_walls(&mut self, time: Real) -> u8 {
-        let skin = &self.skin[..self.grains.owned];
+        let skin = &self.grains.skin[..self.grains.owned];
         let mut state = FINE;
         for (wall, travel) in self.walls.iter_mut().zip(&mut self.wall_travel) {
             if wall.velocity != Vector::ZERO {

@@ -6,10 +6,11 @@
 use std::cmp::Ordering;
 
 use sazanami_numerics::domain::Domain;
+use sazanami_numerics::particles::Bins;
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
-use crate::neighbours::{Bins, ROWS};
+use crate::neighbours::ROWS;
 use crate::weight::{Weight, Wendland};
 
 /// Entries per SIMD group.
@@ -136,7 +137,7 @@ impl<const N: usize> Binned<N> {
             let place = (bin as usize % along) as u32;
             (*first, *last) = ((*first).min(place), (*last).max(place));
         }
-        for (stride, count, reach) in [(1, rows, bins.reach[1]), (rows, layers, bins.reach[2])] {
+        for (stride, count, reach) in [(1, rows, bins.layers[1]), (rows, layers, bins.layers[2])] {
             spare.clear();
             spare.extend((0..rows * layers).map(|row| {
                 let place = row / stride % count;
@@ -154,7 +155,7 @@ impl<const N: usize> Binned<N> {
     pub fn is_near(&self, x: Vector) -> bool {
         let [i, j, k] = self.bins.place(x);
         let [first, last] = self.extents[j + self.bins.count[1] * k];
-        let reach = self.bins.reach[0];
+        let reach = self.bins.layers[0];
         i + reach >= first as usize && i <= last as usize + reach
     }
 

@@ -1,6 +1,7 @@
 //! Setting up a solver.
 
 use sazanami_numerics::domain::Domain;
+use sazanami_numerics::particles::{Columns as _, WALL};
 use sazanami_numerics::{Real, Vector};
 
 use super::{Columns, FluidParticle, Solver};
@@ -9,7 +10,7 @@ use crate::boundary::Tank;
 use crate::error::SetupError;
 use crate::ghosts::Periods;
 use crate::grains::GrainPhase;
-use crate::particles::{FIRST_WALL_ID, Kind, ParticleRecord, Particles};
+use crate::particles::{Kind, ParticleRecord, Particles};
 use crate::pressure::PressureEquation;
 use crate::scheme::Kernel;
 use crate::settings::Settings;
@@ -56,17 +57,16 @@ impl Solver {
         }
         let mut walls = tank.particles(settings.fluid.spacing, kernel.weight.radius)?;
         let initial = Walls::new(&tank, tank.lattice(settings.fluid.spacing)?, &walls);
-        let water =
-            records.iter().filter(|record| record.id < FIRST_WALL_ID).count() as Real * settings.fluid.spacing.powi(3);
+        let water = records.iter().filter(|record| record.id < WALL).count() as Real * settings.fluid.spacing.powi(3);
         let full = tank.is_full(water + grains.solid_volume(&domain));
         let me = domain.communicator().rank();
         let mut particles = Particles::default();
-        for known in records.iter().filter(|record| record.id >= FIRST_WALL_ID) {
-            if let Some(wall) = walls.get_mut((known.id - FIRST_WALL_ID) as usize) {
+        for known in records.iter().filter(|record| record.id >= WALL) {
+            if let Some(wall) = walls.get_mut((known.id - WALL) as usize) {
                 *wall = *known;
             }
         }
-        for record in records.iter().filter(|record| record.id < FIRST_WALL_ID).chain(&walls) {
+        for record in records.iter().filter(|record| record.id < WALL).chain(&walls) {
             let position = periods.wrapped(Vector::from_array(record.position));
             if domain.owner_of(position) == me {
                 particles.push(&ParticleRecord { position: position.to_array(), ..*record });

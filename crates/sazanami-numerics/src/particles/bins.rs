@@ -1,0 +1,240 @@
+//! Bins: space cut into equal boxes, in which neighbours are found.
+
+use std::ops::Range;
+
+use crate::domain::Domain;
+use crate::{Real, Vector};
+
+/// A rank's part of space and its surroundings, cut into bins.
+#[derive(Clone, Debug, Default)]
+pub struct Bins {
+    /// Lower corner [m].
+    pub lower: Vector,
+    spacing: Vector,
+    inverse: Vector,
+    /// Number of bins in each direction.
+    pub count: [usize; 3],
+    /// First own particle of each bin, and one more.
+    own: Vec<u32>,
+    /// First ghost of each bin, and one more.
+    ghosts: Vec<u32>,
+    /// Number of bins in each direction that the cut-off spans.
+    pub layers: [usize; 3],
+    /// Cut-off radius for which the bins were made [m].
+    pub cut_off: Real,
+}
+
+impl Bins {
+    /// Makes the cells of the domain's grid, and those `cut_off` [m] around this rank's part of it, the bins.
+    pub fn renew(&mut self, domain: &Domain, cut_off: Real) {
+        let spacing = domain.grid().spacing;
+        let (lower, _) = domain.rank_box(domain.communicator().rank());
+        self.layers = std::array::from_fn(|d| (cut_off / spacing[d]).ceil() as usize);
+        let margin = Vector::from_array(self.layers.map(|n| n as Real)) * spacing;
+        let cells = domain.cells();
+        self.count = std::array::from_fn(|d| cells[d] + 2 * self.layers[d]);
+        self.lower = lower - margin;
+        self.cut_off = cut_off;
+        self.spacing = spacing;
+        self.inverse = spacing.recip();
+    }
+
+    /// Makes boxes with edges no longer than `edge` [m], in this rank's part and `cut_off` [m] around it, the bins.
+    pub fn cover(&mut self, domain: &Domain, cut_off: Real, edge: Vector) {
+        let (lower, upper) = domain.rank_box(domain.communicator().rank());
+        let extent = upper - lower + 2.0 * cut_off;
+        self.count = std::array::from_fn(|d| ((extent[d] / edge[d]).ceil() as usize).max(1));
+        self.lower = lower - cut_off;
+        self.spacing = extent / Vector::from_array(self.count.map(|n| n as Real));
+        self.inverse = self.spacing.recip();
+        self.layers = std::array::from_fn(|d| (cut_off * self.inverse[d]).ceil() as usize);
+        self.cut_off = cut_off;
+    }
+
+    /// Cubes with an edge of at least `edge` [m] over all `positions`, no more than `most` of them.
+    pub fn enclose(&mut self, positions: &[Vector], edge: Real, most: usize) {
+        let lower = positions.iter().copied().fold(Vector::INFINITY, Vector::min);
+        let upper = positions.iter().copied().fold(Vector::NEG_INFINITY, Vector::max);
+        let mut edge = edge;
+        let count = |edge: Real| ((upper - lower) / edge).floor().to_array().map(|n| n.max(0.0) + 1.0);
+        while count(edge).iter().product::<Real>() > most as Real {
+            edge *= 1.3;
+        }
+        self.lower = lower;
+        self.spacing = Vector::splat(edge);
+        self.inverse = Vector::splat(1.0 / edge);
+        self.count = if positions.is_empty() { [1; 3] } else { count(edge).map(|n| n as usize) };
+        self.layers = [1; 3];
+        self.cut_off = edge;
+    }
+
+    /// Coordinates of `position`, in bins.
+    #[inline(always)]
+    #[must_use]
+    pub fn coordinates(&self, position: Vector) -> Vector {
+        (position - self.lower) * self.inverse
+    }
+
+    /// Bin of `position` in each direction; positions beyond the bins belong to the nearest.
+    #[inline(always)]
+    #[must_use]
+    pub fn place(&self, position: Vector) -> [usize; 3] {
+        let s = (position - self.lower) * self.inverse;
+        std::array::from_fn(|d| (s[d] as u32 as usize).min(self.count[d] - 1))
+    }
+
+    /// Number of the bin of `position`, x1 fastest.
+    #[inline(always)]
+    #[must_use]
+    pub fn number(&self, position: Vector) -> u32 {
+        let [i, j, k] = self.place(position);
+        (i + self.count[0] * (j + self.count[1] * k)) as u32
+    }
+
+    /// Number of bins.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.count.iter().product()
+    }
+
+    /// Finds the range of each bin among positions sorted by bin, those of own particles and those of the ghosts behind them.
+    pub fn fill(&mut self, own: &[Vector], ghosts: &[Vector]) {
+        let mut starts = (std::mem::take(&mut self.own), std::mem::take(&mut self.ghosts));
+        self.starts(own, 0, &mut starts.0);
+        self.starts(ghosts, own.len(), &mut starts.1);
+        (self.own, self.ghosts) = starts;
+    }
+
+    fn starts(&self, positions: &[Vector], first: usize, starts: &mut Vec<u32>) {
+        starts.clear();
+        starts.resize(self.len() + 1, 0);
+        for &x in positions {
+            starts[self.number(x) as usize + 1] += 1;
+        }
+        starts[0] = first as u32;
+        for n in 1..starts.len() {
+            starts[n] += starts[n - 1];
+        }
+    }
+
+    /// Whether there are no bins yet.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Own particles of a bin.
+    #[must_use]
+    pub fn own(&self, bin: usize) -> Range<usize> {
+        self.own[bin] as usize..self.own[bin + 1] as usize
+    }
+
+    /// Ghosts in a bin.
+    #[must_use]
+    pub fn ghosts(&self, bin: usize) -> Range<usize> {
+        self.ghosts[bin] as usize..self.ghosts[bin + 1] as usize
+    }
+
+    /// Calls `body` with ranges of particles that hold all within `radius` [m] of `position`, in a fixed order; the
+    /// radius is no longer than the bins were made for.
+    #[inline(always)]
+    pub fn for_each_range(&self, position: Vector, radius: Real, mut body: impl FnMut(Range<usize>)) {
+        self.for_each_row(position, radius, |row| {
+            let own = self.own[row.start] as usize..self.own[row.end] as usize;
+            if !own.is_empty() {
+                body(own);
+            }
+            let ghosts = self.ghosts[row.start] as usize..self.ghosts[row.end] as usize;
+            if !ghosts.is_empty() {
+                body(ghosts);
+            }
+        });
+    }
+
+    /// Calls `body` with ranges of bins along x1 that hold all within `radius` [m] of `position`, in a fixed order.
+    #[inline(always)]
+    pub fn for_each_row(&self, position: Vector, radius: Real, mut body: impl FnMut(Range<usize>)) {
+        // A little more, so that round-off loses nothing at the radius itself.
+        let radius = radius * (1.0 + 1e-9);
+        let s = (position - self.lower) * self.inverse;
+        let low = self.place(position - radius);
+        let high = self.place(position + radius);
+        let end = Vector::from_array(self.count.map(|n| n as Real));
+        let inside = s.max(Vector::ZERO).min(end);
+        // Distance to the row of bins `n` in direction `d`; the outermost bins go on without end.
+        let apart = |n: usize, d: usize| {
+            let n = Real::from(n as u32);
+            (n - inside[d]).max(inside[d] - (n + 1.0)).max(0.0) * self.spacing[d]
+        };
+        let square = radius * radius;
+        for k in low[2]..=high[2] {
+            let rest = square - apart(k, 2) * apart(k, 2);
+            for j in low[1]..=high[1] {
+                let rest = rest - apart(j, 1) * apart(j, 1);
+                if rest < 0.0 {
+                    continue;
+                }
+                let half = rest.sqrt() * self.inverse.x;
+                let last = self.count[0] - 1;
+                let row = self.count[0] * (j + self.count[1] * k);
+                let first = row + ((s.x - half) as u32 as usize).min(last);
+                let last = row + ((s.x + half) as u32 as usize).min(last) + 1;
+                body(first..last);
+            }
+        }
+    }
+}
+
+/// Particles by bin, whatever their order is.
+#[derive(Clone, Debug, Default)]
+pub struct BinIndex {
+    bins: Bins,
+    starts: Vec<u32>,
+    sorted: Vec<u32>,
+    bin_of: Vec<u32>,
+}
+
+impl BinIndex {
+    /// Most bins per particle; larger regions get larger bins.
+    const MOST: usize = 4;
+
+    /// Sorts particles at `positions` [m] into cubes with an edge of at least `edge` [m].
+    pub fn sort(&mut self, positions: &[Vector], edge: Real) {
+        let Self { bins, starts, sorted, bin_of } = self;
+        bins.enclose(positions, edge, Self::MOST * positions.len() + 64);
+        starts.clear();
+        starts.resize(bins.len() + 1, 0);
+        bin_of.clear();
+        bin_of.extend(positions.iter().map(|&position| bins.number(position)));
+        bin_of.iter().for_each(|&bin| starts[bin as usize + 1] += 1);
+        for bin in 1..starts.len() {
+            starts[bin] += starts[bin - 1];
+        }
+        sorted.clear();
+        sorted.resize(positions.len(), 0);
+        for (particle, &bin) in bin_of.iter().enumerate().rev() {
+            let next = starts[bin as usize + 1] - 1;
+            starts[bin as usize + 1] = next;
+            sorted[next as usize] = particle as u32;
+        }
+        // Filling backwards has moved every start one bin up.
+        for bin in 1..starts.len() {
+            starts[bin - 1] = starts[bin];
+        }
+        if let Some(end) = starts.last_mut() {
+            *end = positions.len() as u32;
+        }
+    }
+
+    /// Calls `visit` for all particles in bins that the box from `lower` to `upper` [m] meets.
+    pub fn visit(&self, lower: Vector, upper: Vector, mut visit: impl FnMut(u32)) {
+        let (a, b) = (self.bins.place(lower), self.bins.place(upper));
+        for k in a[2]..=b[2] {
+            for j in a[1]..=b[1] {
+                let row = (k * self.bins.count[1] + j) * self.bins.count[0];
+                let range = self.starts[row + a[0]] as usize..self.starts[row + b[0] + 1] as usize;
+                self.sorted[range].iter().for_each(|&particle| visit(particle));
+            }
+        }
+    }
+}
