@@ -8,7 +8,7 @@ const DIRECTIONS: usize = 200;
 
 /// Contact spheres and mass properties of a shape in its body frame (origin in the centre of mass,
 /// axes principal), for a size factor of 1.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Body {
     /// Volume [m^3].
     pub volume: Real,

@@ -69,15 +69,20 @@ fn largest_diffusivity(fluids: &Fluids) -> Real {
 }
 
 /// Sum of the reciprocals of the squared cell widths [1/m^2].
-fn inverse_squares(domain: &Domain) -> Real {
-    let spacing = domain.grid().spacing;
+fn inverse_squares(spacing: Vector) -> Real {
     (spacing * spacing).recip().element_sum()
+}
+
+/// Reciprocal of the longest stable step of explicit viscosity on cells of this `spacing` [m] [1/s].
+#[must_use]
+pub fn explicit_rate(fluids: &Fluids, spacing: Vector) -> Real {
+    largest_diffusivity(fluids) * 2.0 * inverse_squares(spacing)
 }
 
 /// Number of Chebyshev steps and the spectral bound of Jacobi's iteration they rest on.
 fn plan(domain: &Domain, fluids: &Fluids, tolerance: Real, dt: Real) -> (usize, Real) {
     // One percent in reserve for fractions slightly out of range.
-    let stiffness = 2.02 * largest_diffusivity(fluids) * dt * inverse_squares(domain);
+    let stiffness = 2.02 * largest_diffusivity(fluids) * dt * inverse_squares(domain.grid().spacing);
     let radius = stiffness / (1.0 + stiffness);
     let rate = radius / (1.0 + (1.0 - radius * radius).sqrt());
     let bound = 4.0 * stiffness * (2.0 * stiffness).min(2.0);
@@ -147,7 +152,7 @@ impl Flow {
     #[must_use]
     pub fn viscous_rate(&self, domain: &Domain) -> Real {
         if self.schemes.viscosity == ViscosityScheme::Explicit {
-            largest_diffusivity(&self.fluids) * 2.0 * inverse_squares(domain)
+            explicit_rate(&self.fluids, domain.grid().spacing)
         } else {
             0.0
         }

@@ -3,11 +3,14 @@
 mod cost;
 mod limits;
 mod particles;
+mod reached;
 mod text;
 
+use sazanami_dem::Body;
 use sazanami_numerics::Real;
 use serde::Serialize;
 
+use crate::assembly::shapes::shape_of;
 use crate::case::meaning::{
     Case, ContactLaw, ContactSphereChoice, Damping, GrainShape, LiquidRegion, Population, Probe, ProbePlace, Schedule,
     Solver, WALL,
@@ -56,6 +59,12 @@ pub struct CostModel {
     pub wall_particle: Real,
     /// Memory [bytes per moving or wall particle].
     pub memory_particle: Real,
+    /// Pictures of one time [s], plus
+    pub pictures: Real,
+    /// [s per grain].
+    pub picture_grain: Real,
+    /// Memory for the pictures [bytes].
+    pub memory_pictures: Real,
     /// Moving particles, or grains that are points, on disk [bytes each and output], after compression.
     pub disk_point: Real,
 }
@@ -78,6 +87,9 @@ impl Default for CostModel {
             wall_particle: 2e-6,
             memory_particle: 3.0e3,
             disk_point: 40.0,
+            pictures: 1.0,
+            picture_grain: 1e-4,
+            memory_pictures: 1e8,
         }
     }
 }
@@ -125,6 +137,9 @@ pub struct PopulationReport {
     pub mass_kg: Option<Real>,
     /// Facts about its shape, in words.
     pub shape: Vec<String>,
+    /// Its contact spheres and inertia.
+    #[serde(skip)]
+    pub body: Option<Body>,
 }
 
 /// A body of liquid.
@@ -179,6 +194,8 @@ pub struct CheckReport {
     pub substeps: usize,
     /// Fluid steps, if the step stays as it is at the start.
     pub steps: Real,
+    /// Fluid steps, if the step is that of the speeds that bodies reach from the start on.
+    pub most_steps: Real,
     /// Memory [bytes].
     pub memory_bytes: Real,
     /// Memory that is free [bytes].
@@ -192,8 +209,10 @@ pub struct CheckReport {
     pub disk_available: Option<u64>,
     /// Wall-clock time by part on this machine [s].
     pub predicted_s: Vec<(&'static str, Real)>,
-    /// Wall-clock time in all [s].
+    /// Wall-clock time in all, if the step stays as it is at the start [s].
     pub predicted_total_s: Real,
+    /// The same if the step is that of the speeds that bodies reach from the start on [s].
+    pub predicted_most_s: Real,
     /// Threads the prediction is for.
     pub threads: usize,
     /// The machine.
@@ -209,8 +228,30 @@ pub fn memory(case: &Case, model: &CostModel) -> Real {
     };
     let packing = of_grains(|_, population| population.count);
     let flow = of_grains(|case, population| particles::levelled(case, population).or(population.count));
-    packing.max(flow + fluid_memory(case, model))
+    packing.max(flow + fluid_memory(case, model)) + observer_memory(case, model)
 }
+
+/// Memory of the observers: erosion profile, exposed grains, lines of probes, pictures [bytes].
+fn observer_memory(case: &Case, model: &CostModel) -> Real {
+    let erosion = case.erosion.as_ref().map_or(0.0, |erosion| {
+        // The smoothing grid is a square round the axis.
+        let width = 2.0 * (erosion.r_max / erosion.dx).ceil() + 3.0;
+        MEMORY_MEAN * (width * width + erosion.r_max / erosion.dr)
+    });
+    let extent = case.domain.extent();
+    let exposed = case.ripples.as_ref().map_or(0.0, |ripples| {
+        let pixel = ripples.grain_size / 8.0;
+        MEMORY_MEAN * (extent.x / pixel).ceil() * (extent.y / pixel).ceil()
+    });
+    let probes: Real = case.probes.iter().map(|probe| points(probe) * MEMORY_POINT).sum();
+    let pictures = if case.output.figures.is_empty() { 0.0 } else { model.memory_pictures };
+    erosion + exposed + probes + pictures
+}
+
+/// Memory of a mean over a cell, a layer or a pixel [bytes].
+const MEMORY_MEAN: Real = 16.0;
+/// Memory of a point of a probe's line: values, and their columns [bytes].
+const MEMORY_POINT: Real = 1e3;
 
 /// Memory of the fluids [bytes].
 fn fluid_memory(case: &Case, model: &CostModel) -> Real {
@@ -251,6 +292,15 @@ pub fn check_memory(loaded: &LoadedCase, machine: &Machine, model: &CostModel, r
     }
     let cells = fluid_memory(case, model);
     let grains = |n: usize| grain_memory(&case.grains[n], case.grains[n].count.unwrap_or(0), model);
+    let observers = observer_memory(case, model);
+    if observers > cells.max((0..case.grains.len()).map(grains).fold(0.0, Real::max)) {
+        let written = loaded.text.erosion.as_ref().map(|at| at.span.clone());
+        report
+            .error_at(written, "what this case observes is too large for the memory of this machine")
+            .label(format!("it needs about {}, and {} are free", bytes(observers), bytes(available as Real)))
+            .help("lower `erosion.r_max` or the points of a probe, or take larger `erosion.dx` and `erosion.dr`");
+        return;
+    }
     let heaviest = (0..case.grains.len()).max_by(|&a, &b| grains(a).total_cmp(&grains(b)));
     let free = bytes(available as Real);
     match heaviest.filter(|&n| grains(n) > cells) {
@@ -357,6 +407,8 @@ pub struct ShapeFacts {
     pub size: Option<Real>,
     /// Number of grains, where a bed file tells it.
     pub grains: Option<usize>,
+    /// Contact spheres and inertia of a grain of size factor 1.
+    pub body: Option<Body>,
     /// For people.
     pub lines: Vec<String>,
 }
@@ -379,7 +431,8 @@ pub fn check(case: &Case, known: Known, machine: &Machine, threads: usize, model
     let grains = populations.iter().map(in_flow).sum();
     let contact_spheres = populations.iter().map(|p| in_flow(p) * p.contact_spheres.unwrap_or(0)).sum();
     let particles = particles::report(case);
-    let pace = Pace::of(case, &populations, particles.as_ref().and_then(|particles| particles.tank.as_ref()));
+    let tank = particles.as_ref().and_then(|particles| particles.tank.as_ref());
+    let (pace, reached) = (Pace::of(case, &populations, tank), Pace::reached(case, &populations, tank));
     // Grains that only a bed file counts.
     let of_files: Real = case
         .grains
@@ -389,14 +442,15 @@ pub fn check(case: &Case, known: Known, machine: &Machine, threads: usize, model
         .map(|(population, told)| told.grains.unwrap_or(0) as Real * memory_per_grain(population, model))
         .sum();
     let size = Size { cells: case.domain.cell_count(), grains, spheres: contact_spheres };
-    let work = cost::Work {
-        steps: pace.steps,
-        passes: pace.passes,
-        substeps: pace.substeps,
-        packing: cost::packing_substeps(case, &populations, model),
-        made_ready: known.made_ready,
+    let packing = cost::packing_substeps(case, &populations, model);
+    let pictures = cost::pictures(case, [pace.steps, pace.dt], grains, model);
+    let predict = |pace: &Pace| {
+        let Pace { steps, passes, substeps, .. } = *pace;
+        let work = cost::Work { steps, passes, substeps, packing, pictures, made_ready: known.made_ready };
+        cost::predict(case, &populations, &size, &work, particles.as_ref(), threads, model)
     };
-    let predicted = cost::predict(case, &populations, &size, &work, particles.as_ref(), threads, model);
+    let total = |parts: &[(&'static str, Real)]| parts.iter().map(|(_, seconds)| seconds).sum::<Real>();
+    let (predicted, most) = (predict(&pace), total(&predict(&reached)));
     let disk_parts = disk(case, &size, [pace.steps, pace.dt], model);
     CheckReport {
         case: case.name.clone(),
@@ -415,13 +469,15 @@ pub fn check(case: &Case, known: Known, machine: &Machine, threads: usize, model
         fluid_passes: pace.passes,
         substeps: pace.substeps,
         steps: pace.steps,
+        most_steps: reached.steps,
         limits: pace.limits,
         memory_bytes: memory(case, model) + of_files,
         memory_available: machine.memory_available,
         disk_bytes: disk_parts.iter().map(|(_, bytes)| bytes).sum(),
         disk_parts,
         disk_available: None,
-        predicted_total_s: predicted.iter().map(|(_, seconds)| seconds).sum(),
+        predicted_total_s: total(&predicted),
+        predicted_most_s: most.max(total(&predicted)),
         predicted_s: predicted,
         threads,
         machine: machine.clone(),
@@ -457,6 +513,7 @@ fn population_report(case: &Case, population: &Population, facts: &ShapeFacts) -
         cells_per_grain: size.map(|size| size / case.domain.spacing().max_element()),
         mass_kg: mass_of(case, population, facts.volume),
         shape: facts.lines.clone(),
+        body: facts.body.clone().or_else(|| shape_of(population).ok().map(|shape| Body::from(&shape))),
     }
 }
 

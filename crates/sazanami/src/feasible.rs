@@ -10,7 +10,7 @@ mod workers;
 
 use std::ops::Range;
 
-use sazanami_dem::{DEEP_OVERLAP, Engine, LARGEST_OVERLAP};
+use sazanami_dem::{Body, DEEP_OVERLAP, Engine, LARGEST_OVERLAP};
 use sazanami_numerics::geometry::{Region, Shape};
 use sazanami_numerics::{Quaternion, Real, Vector};
 
@@ -199,6 +199,7 @@ fn facts_of(shape: &Shape, bed: Option<&Bed>) -> ShapeFacts {
         contact_spheres: Some(report.contact_spheres),
         size: Some((high - low).min_element()),
         grains: bed.map(|bed| bed.grains.len()),
+        body: Some(Body::from(shape)),
         lines,
     }
 }

@@ -43,14 +43,18 @@ fn part(fluid: FluidName) -> Real {
     }
 }
 
-/// Both fluids at rest, without liquid yet.
-pub fn flow(case: &Case, domain: &Domain) -> Flow {
-    let fluids = Fluids {
+/// Properties of the two fluids.
+pub(crate) fn fluids(case: &Case) -> Fluids {
+    Fluids {
         liquid_density: case.fluids.liquid.density,
         gas_density: case.fluids.gas.density,
         liquid_viscosity: case.fluids.liquid.viscosity,
         gas_viscosity: case.fluids.gas.viscosity,
-    };
+    }
+}
+
+/// Both fluids at rest, without liquid yet.
+pub fn flow(case: &Case, domain: &Domain) -> Flow {
     let options = &case.fluid;
     let schemes = Schemes {
         interface: match options.vof {
@@ -79,7 +83,7 @@ pub fn flow(case: &Case, domain: &Domain) -> Flow {
         },
         ..Schemes::default()
     };
-    Flow::new(domain, fluids, schemes)
+    Flow::new(domain, fluids(case), schemes)
 }
 
 /// Forces on the fluid besides gravity.

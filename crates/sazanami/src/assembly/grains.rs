@@ -27,7 +27,7 @@ pub(crate) fn substeps(case: &Case) -> Substeps {
 }
 
 /// Number of a material; the box has the two after the last: its walls, and its vertical sides.
-fn material_number(case: &Case, name: &str) -> u32 {
+pub(crate) fn material_number(case: &Case, name: &str) -> u32 {
     case.materials.iter().position(|material| material.name == name).unwrap_or(case.materials.len()) as u32
 }
 
@@ -133,7 +133,7 @@ pub(crate) fn population_of(id: u64) -> (usize, u64) {
 }
 
 /// A grain of a population, its place still to be found.
-fn member(case: &Case, population: usize, index: usize, scale: Real) -> Grain {
+pub(crate) fn member(case: &Case, population: usize, index: usize, scale: Real) -> Grain {
     let kind = &case.grains[population];
     let density = case.material(&kind.material).map_or(0.0, |material| material.density);
     Grain {

@@ -17,6 +17,8 @@ pub(super) struct Work {
     pub substeps: usize,
     /// Sub-steps of packing.
     pub packing: Real,
+    /// Wall-clock time of the pictures [s].
+    pub pictures: Real,
     /// Whether the tank was made ready before.
     pub made_ready: bool,
 }
@@ -33,7 +35,7 @@ pub(super) fn predict(
 ) -> Vec<(&'static str, Real)> {
     let speed = 1.0 + model.parallel_share * (threads as Real - 1.0);
     let substep = (size.grains as Real * model.substep_grain + size.spheres as Real * model.substep_sphere) / speed;
-    let mut parts = Vec::new();
+    let mut parts = if work.pictures > 0.0 { vec![("pictures", work.pictures)] } else { Vec::new() };
     if case.packs() && !work.made_ready {
         // Those too that are taken away when the bed is levelled.
         let packed: usize = populations.iter().filter_map(|population| population.grains).sum();
@@ -59,6 +61,13 @@ pub(super) fn predict(
         parts.push(("coupling", work.steps * size.grains as Real * model.coupling / speed));
     }
     parts
+}
+
+/// Wall-clock time of the pictures of a run of so many steps of a length [s].
+pub(super) fn pictures(case: &Case, [steps, dt]: [Real; 2], grains: usize, model: &CostModel) -> Real {
+    let until = case.run.until.min(steps * dt);
+    let times = case.output.figures.count(until, steps);
+    if times > 0.0 { times * (model.pictures + grains as Real * model.picture_grain) } else { 0.0 }
 }
 
 /// Sub-steps that packing takes: the fall from the lattice, then the bounces until the bed rests.

@@ -1,16 +1,20 @@
 //! The step at the start: speeds that can be foreseen, the limits that follow from them, sub-steps and steps.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
+use sazanami_dem::stability::EffectiveMasses;
+use sazanami_mics::forces::Forces;
 use sazanami_mics::stability::Limit as GridLimit;
+use sazanami_mics::viscosity::explicit_rate;
 use sazanami_mps::stability::{BODY_FORCE, Limit as ParticleLimit, VISCOUS};
 use sazanami_numerics::{Real, Vector};
 
+use super::reached;
 use super::{LimitReport, PopulationReport, TankReport};
-use crate::assembly::fluid;
+use crate::assembly::{fluid, grains};
 use crate::case::meaning::{
-    BoundarySide, Case, ContactSphereChoice, GrainPlacement, LiquidRegion, PairContact, Particles, Placement,
-    Population, Region, Solver, Step, Substeps, TankMotion, ViscosityScheme,
+    BoundarySide, Case, GrainPlacement, LiquidRegion, Motion, PairContact, Particles, Placement, Population, Region,
+    Solver, Step, Substeps, TankMotion, ViscosityScheme,
 };
 
 /// What makes a speed.
@@ -42,11 +46,24 @@ pub(crate) struct Pace {
 }
 
 impl Pace {
-    /// The pace of a case whose tank makes these waves.
+    /// The pace at the start of a case whose tank makes these waves.
     pub fn of(case: &Case, populations: &[PopulationReport], tank: Option<&TankReport>) -> Self {
+        Self::at(case, populations, largest(&speeds(case, tank.filter(|_| case.solver == Solver::Mps))))
+    }
+
+    /// The pace at the speeds that bodies reach: grains fall, and the fluid flows round them.
+    pub fn reached(case: &Case, populations: &[PopulationReport], tank: Option<&TankReport>) -> Self {
+        let [fluid, grains] = largest(&speeds(case, tank.filter(|_| case.solver == Solver::Mps)));
+        let falling = case.grains.iter().map(|population| reached::falling(case, population));
+        let grains = falling.fold(grains, Vector::max);
+        Self::at(case, populations, [fluid.max(grains), grains])
+    }
+
+    /// The pace at these largest speeds of fluid and grains [m/s].
+    fn at(case: &Case, populations: &[PopulationReport], speeds: [Vector; 2]) -> Self {
         let (mut limits, fixed) = match &case.particles {
-            Some(particles) if case.solver == Solver::Mps => of_particles(case, particles, tank),
-            _ => of_grid(case, populations),
+            Some(particles) if case.solver == Solver::Mps => of_particles(case, particles, speeds),
+            _ => of_grid(case, populations, speeds),
         };
         limits.retain(|limit| !limit.dt_s.is_nan() && limit.dt_s != Real::INFINITY);
         limits.sort_by(|a, b| a.dt_s.total_cmp(&b.dt_s));
@@ -146,20 +163,27 @@ fn limit(name: &'static str, dt_s: Real, rule: impl Into<String>) -> LimitReport
 }
 
 /// The limits on a grid, and the one that rules whatever the others are.
-fn of_grid(case: &Case, populations: &[PopulationReport]) -> (Vec<LimitReport>, Option<&'static str>) {
+fn of_grid(
+    case: &Case,
+    populations: &[PopulationReport],
+    [flow, grains]: [Vector; 2],
+) -> (Vec<LimitReport>, Option<&'static str>) {
     let spacing = case.domain.spacing();
     let bounds = fluid::settings(case).limits;
-    let [flow, grains] = largest(&speeds(case, None));
     let mut limits = vec![limit(
         GridLimit::Advective.name(),
         bounds.courant / (flow / spacing).element_sum(),
         format!("{} / sum of speed over cell edge, speeds {} m/s", bounds.courant, super::number(flow.length(), 3)),
     )];
     if case.fluid.viscosity == ViscosityScheme::Explicit {
-        let fluids = [case.fluids.liquid, case.fluids.gas];
-        let nu = fluids.map(|fluid| fluid.viscosity / fluid.density).into_iter().fold(0.0, Real::max);
-        let inverse = (Vector::ONE / (spacing * spacing)).element_sum();
-        limits.push(limit(GridLimit::Viscous.name(), 0.5 / (nu * inverse), "1 / (2 nu sum of 1/dx^2)"));
+        let rate = explicit_rate(&fluid::fluids(case), spacing);
+        limits.push(limit(GridLimit::Viscous.name(), 1.0 / rate, "1 / (2 nu sum of 1/dx^2)"));
+    }
+    let mut forces = Forces::default();
+    fluid::forces(case).into_iter().for_each(|force| forces.add(force));
+    let (rate, name) = forces.rate(spacing, &fluid::fluids(case));
+    if rate > 0.0 {
+        limits.push(limit(name, 1.0 / rate, "stability of this force"));
     }
     limits.push(limit(
         GridLimit::GrainMotion.name(),
@@ -182,13 +206,9 @@ fn of_grid(case: &Case, populations: &[PopulationReport]) -> (Vec<LimitReport>, 
 }
 
 /// The limits for moving particles, and the one that rules whatever the others are.
-fn of_particles(
-    case: &Case,
-    particles: &Particles,
-    tank: Option<&TankReport>,
-) -> (Vec<LimitReport>, Option<&'static str>) {
+fn of_particles(case: &Case, particles: &Particles, speeds: [Vector; 2]) -> (Vec<LimitReport>, Option<&'static str>) {
     let (spacing, courant) = (particles.spacing, particles.courant);
-    let [flow, grains] = largest(&speeds(case, tank)).map(Vector::length);
+    let [flow, grains] = speeds.map(Vector::length);
     let at = |speed: Real| format!("{courant} of the particle spacing at {} m/s, foreseen", super::number(speed, 3));
     let sizes = case.grains.iter().filter_map(|p| Some(p.shape.size()? * p.size.smallest()));
     let smallest = sizes.fold(Real::INFINITY, Real::min);
@@ -219,9 +239,6 @@ fn of_particles(
     }
 }
 
-/// Largest ratio of a grain's mass to the effective mass of a contact, for a spheroid like the paper's.
-const OFF_CENTRE: Real = 5.28;
-
 /// Contacts of a population.
 fn contacts_of<'c>(case: &'c Case, population: &Population) -> impl Iterator<Item = &'c PairContact> {
     let material = population.material.clone();
@@ -239,16 +256,28 @@ pub(crate) fn stiffest_contact(case: &Case) -> Option<&PairContact> {
     all.max_by(|a, b| stiffness(a).total_cmp(&stiffness(b)))
 }
 
-/// Longest sub-step the contacts allow [s].
+/// Longest sub-step the contacts allow [s], by the engine's own limit for the smallest and the largest grains of each
+/// population; `None` where no grain moves.
 pub(super) fn contact_step(case: &Case, populations: &[PopulationReport]) -> Option<Real> {
-    let step = |(population, report): (&Population, &PopulationReport)| {
-        let mass = report.mass_kg? * population.size.smallest().powi(3);
-        let stiffest = contacts_of(case, population).map(stiffness).fold(0.0, Real::max);
-        // A single sphere is never hit off its centre.
-        let lever = if population.contact_spheres == ContactSphereChoice::Single { 1.0 } else { OFF_CENTRE };
-        Some(sazanami_dem::stability::SUBSTEP_FACTOR * PI * (0.5 * mass / lever / stiffest).sqrt())
-    };
-    case.grains.iter().zip(populations).filter_map(step).reduce(Real::min)
+    let interactions = grains::interactions(case);
+    let mut masses = EffectiveMasses::new(interactions.materials());
+    for (population, report) in case.grains.iter().zip(populations) {
+        let Some(body) = report.body.as_ref().filter(|_| moves(population)) else { continue };
+        let density = case.material(&population.material)?.density;
+        let mass = population.mass_override.unwrap_or(density * body.volume);
+        for factor in [population.size.smallest(), population.size.largest()] {
+            masses.add(body, factor, mass * factor.powi(3), grains::material_number(case, &population.material));
+        }
+    }
+    Some(masses.longest_substep(&interactions)).filter(|step| step.is_finite())
+}
+
+/// Whether forces move a grain of the population.
+fn moves(population: &Population) -> bool {
+    match &population.placement {
+        GrainPlacement::List(list) => list.iter().any(|grain| grain.motion == Motion::Free),
+        _ => population.motion == Motion::Free,
+    }
 }
 
 fn substeps(case: &Case, populations: &[PopulationReport], dt: Real) -> usize {
@@ -258,5 +287,109 @@ fn substeps(case: &Case, populations: &[PopulationReport], dt: Real) -> usize {
     match case.dem.substeps {
         Substeps::Fixed(n) => n,
         Substeps::Auto => contact_step(case, populations).map_or(1, |step| (dt / step).ceil() as usize).max(1),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::{Path, PathBuf};
+
+    use sazanami_dem::{Engine, Grain};
+    use sazanami_numerics::domain::Domain;
+    use sazanami_numerics::grid::Grid;
+
+    use super::super::population_reports;
+    use super::*;
+    use crate::assembly::shapes::shape_of;
+
+    /// The contact sub-step that the engine finds for the smallest and the largest grain of each population [s].
+    fn of_engine(case: &Case) -> Real {
+        let shapes: Vec<_> = case.grains.iter().map(|population| shape_of(population).unwrap()).collect();
+        let mut setup = grains::setup(case, &shapes);
+        // A box with room for all of them, side by side.
+        let widest = shapes.iter().map(sazanami_numerics::geometry::Shape::bounding_radius).fold(0.0, Real::max)
+            * case.grains.iter().map(|p| p.size.largest()).fold(0.0, Real::max);
+        let room = 4.0 * widest * (2 * shapes.len()) as Real;
+        (setup.walls, setup.region) = (Vec::new(), [Vector::ZERO, Vector::splat(room)]);
+        let mut all = Vec::new();
+        for (n, population) in case.grains.iter().enumerate() {
+            for factor in [population.size.smallest(), population.size.largest()] {
+                let at = 4.0 * widest * (all.len() as Real + 0.5);
+                let grain = grains::member(case, n, all.len(), factor);
+                let motion = if moves(population) { sazanami_dem::Motion::Free } else { grain.motion };
+                all.push(Grain { position: Vector::new(at, 0.5 * room, 0.5 * room), motion, ..grain });
+            }
+        }
+        let domain = Domain::solo(Grid::new([4; 3], Vector::ZERO, Vector::splat(room / 4.0)), [false; 3]);
+        Engine::new(&domain, setup, &all).unwrap().contact_time_step()
+    }
+
+    fn foretold(case: &Case) -> Real {
+        contact_step(case, &population_reports(case, &[])).unwrap_or(Real::INFINITY)
+    }
+
+    fn shipped() -> Vec<PathBuf> {
+        let mut folders = vec![Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases")];
+        let mut files = Vec::new();
+        while let Some(folder) = folders.pop() {
+            for entry in std::fs::read_dir(folder).unwrap() {
+                let path = entry.unwrap().path();
+                if path.is_dir() {
+                    folders.push(path);
+                } else if path.extension().is_some_and(|ext| ext == "toml") {
+                    files.push(path);
+                }
+            }
+        }
+        files
+    }
+
+    #[test]
+    fn check_foretells_the_contact_step_of_the_engine_for_every_shipped_case() {
+        let mut compared = 0;
+        for path in shipped() {
+            let Ok(loaded) = crate::case::load(&path, &[]) else { continue };
+            if loaded.case.grains.is_empty() {
+                continue;
+            }
+            let (told, found) = (foretold(&loaded.case), of_engine(&loaded.case));
+            assert!(told == found || (told / found - 1.0).abs() < 1e-12, "{}: {told} s, not {found} s", path.display());
+            compared += 1;
+        }
+        assert!(compared >= 10, "{compared}");
+    }
+
+    #[test]
+    fn check_foretells_the_contact_step_of_random_grains() {
+        let mut state = 2015_u64;
+        let mut random = move || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as Real / (1_u64 << 53) as Real
+        };
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases/both/settling-sphere.toml");
+        for _ in 0..12 {
+            let mut case = crate::case::load(&path, &[]).unwrap().case;
+            case.contacts.iter_mut().for_each(|pair| {
+                pair.law.normal_stiffness = 10.0_f64.powf(2.0 + 4.0 * random());
+                pair.law.tangential_stiffness = pair.law.normal_stiffness * (0.1 + random());
+            });
+            case.materials.iter_mut().for_each(|material| material.density = 1100.0 + 6000.0 * random());
+            let (told, found) = (foretold(&case), of_engine(&case));
+            assert!((told / found - 1.0).abs() < 1e-12, "{told} s, not {found} s");
+            // Negative control: half the mass has another sub-step.
+            case.materials.iter_mut().for_each(|material| material.density *= 0.5);
+            assert!((foretold(&case) / found - 1.0).abs() > 0.2);
+        }
+    }
+
+    #[test]
+    fn falling_bodies_shorten_the_step_that_is_reached() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases/templates/settling_sphere.toml");
+        let case = crate::case::load(&path, &[]).unwrap().case;
+        let populations = population_reports(&case, &[]);
+        let (start, reached) = (Pace::of(&case, &populations, None), Pace::reached(&case, &populations, None));
+        assert!(reached.dt <= start.dt && reached.steps >= start.steps, "{} {}", reached.dt, start.dt);
+        let speed = reached::falling(&case, &case.grains[0]).z;
+        assert!(speed > 0.0 && speed < (2.0 * case.gravity.length() * case.domain.extent().z).sqrt());
     }
 }

@@ -150,7 +150,12 @@ fn step(text: &mut String, case: &Case, report: &CheckReport) {
         let how = if case.dem.substeps == Substeps::Auto { "by the stiffest contact" } else { "as the case asks" };
         let _ = writeln!(text, "  the grains make {} sub-steps in a step, {how}", report.substeps);
     }
-    let _ = writeln!(text, "  about {} steps to {} s", number(report.steps, 0), rounded(case.run.until));
+    let most = if report.most_steps > 1.2 * report.steps {
+        format!(" to {}, as fast as bodies become,", number(report.most_steps, 0))
+    } else {
+        String::new()
+    };
+    let _ = writeln!(text, "  about {} steps{most} to {} s", number(report.steps, 0), rounded(case.run.until));
 }
 
 fn cost(text: &mut String, case: &Case, report: &CheckReport) {
@@ -162,8 +167,13 @@ fn cost(text: &mut String, case: &Case, report: &CheckReport) {
         report.predicted_s.iter().map(|(name, seconds)| format!("{name} {}", duration(*seconds))).collect();
     let _ = writeln!(
         text,
-        "run time      about {} on {} thread{} ({})",
+        "run time      about {}{} on {} thread{} ({})",
         duration(report.predicted_total_s),
+        if report.predicted_most_s > 1.2 * report.predicted_total_s {
+            format!(" to {}, as fast as bodies become,", duration(report.predicted_most_s))
+        } else {
+            String::new()
+        },
         report.threads,
         if report.threads == 1 { "" } else { "s" },
         parts.join(", ")
