@@ -83,23 +83,29 @@ impl StepLimits {
         Self { fixed: Some(step), ..Self::up_to(step) }
     }
 
+    /// The longest step that each rate allows [s]; infinite where it sets no limit. A forecast asks with the rates
+    /// that it expects.
+    #[must_use]
+    pub fn bounds(&self, rates: &Rates) -> [(Real, Limit); 5] {
+        let after = |part: Real, rate: Real| if rate > 0.0 { part / rate } else { Real::INFINITY };
+        [
+            (after(self.courant, rates.advective), Limit::Advective),
+            (after(1.0, rates.viscous), Limit::Viscous),
+            (after(self.grain_travel, rates.grain_motion), Limit::GrainMotion),
+            (after(1.0, rates.contact), Limit::Contact),
+            (after(1.0, rates.force.0), Limit::Force(rates.force.1)),
+        ]
+    }
+
     /// The next time step; `previous` is the length of the one before [s].
     #[must_use]
     pub fn choose(&self, rates: &Rates, previous: Option<Real>) -> Step {
         if let Some(dt) = self.fixed {
             return Step { dt, limit: Limit::Fixed, fluid_passes: self.passes(rates, dt) };
         }
-        let after = |part: Real, rate: Real| if rate > 0.0 { part / rate } else { Real::INFINITY };
-        let candidates = [
-            (self.longest, Limit::Maximum),
-            (previous.map_or(Real::INFINITY, |dt| self.growth * dt), Limit::Growth),
-            (after(self.courant, rates.advective), Limit::Advective),
-            (after(1.0, rates.viscous), Limit::Viscous),
-            (after(self.grain_travel, rates.grain_motion), Limit::GrainMotion),
-            (after(1.0, rates.contact), Limit::Contact),
-            (after(1.0, rates.force.0), Limit::Force(rates.force.1)),
-        ];
-        let (dt, limit) = candidates.into_iter().fold(candidates[0], |a, b| if b.0 < a.0 { b } else { a });
+        let growth = (previous.map_or(Real::INFINITY, |dt| self.growth * dt), Limit::Growth);
+        let candidates = [(self.longest, Limit::Maximum), growth].into_iter().chain(self.bounds(rates));
+        let (dt, limit) = candidates.fold((self.longest, Limit::Maximum), |a, b| if b.0 < a.0 { b } else { a });
         Step { dt, limit, fluid_passes: 1 }
     }
 
