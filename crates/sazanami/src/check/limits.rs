@@ -4,14 +4,14 @@ use std::f64::consts::TAU;
 
 use sazanami_dem::stability::EffectiveMasses;
 use sazanami_mics::forces::Forces;
-use sazanami_mics::stability::Limit as GridLimit;
+use sazanami_mics::stability::{Limit as GridLimit, Rates as GridRates};
 use sazanami_mics::viscosity::explicit_rate;
-use sazanami_mps::stability::{BODY_FORCE, Limit as ParticleLimit, VISCOUS};
+use sazanami_mps::stability::{BODY_FORCE, Limit as ParticleLimit, Rates as ParticleRates, VISCOUS};
 use sazanami_numerics::{Real, Vector};
 
 use super::reached;
 use super::{LimitReport, PopulationReport, TankReport};
-use crate::assembly::{fluid, grains};
+use crate::assembly::{fluid, grains, particles};
 use crate::case::meaning::{
     BoundarySide, Case, GrainPlacement, LiquidRegion, Motion, PairContact, Particles, Placement, Population, Region,
     Solver, Step, Substeps, TankMotion, ViscosityScheme,
@@ -168,31 +168,33 @@ fn of_grid(
     populations: &[PopulationReport],
     [flow, grains]: [Vector; 2],
 ) -> (Vec<LimitReport>, Option<&'static str>) {
-    let spacing = case.domain.spacing();
-    let bounds = fluid::settings(case).limits;
-    let mut limits = vec![limit(
-        GridLimit::Advective.name(),
-        bounds.courant / (flow / spacing).element_sum(),
-        format!("{} / sum of speed over cell edge, speeds {} m/s", bounds.courant, super::number(flow.length(), 3)),
-    )];
-    if case.fluid.viscosity == ViscosityScheme::Explicit {
-        let rate = explicit_rate(&fluid::fluids(case), spacing);
-        limits.push(limit(GridLimit::Viscous.name(), 1.0 / rate, "1 / (2 nu sum of 1/dx^2)"));
-    }
+    let (spacing, bounds) = (case.domain.spacing(), fluid::settings(case).limits);
     let mut forces = Forces::default();
     fluid::forces(case).into_iter().for_each(|force| forces.add(force));
-    let (rate, name) = forces.rate(spacing, &fluid::fluids(case));
-    if rate > 0.0 {
-        limits.push(limit(name, 1.0 / rate, "stability of this force"));
-    }
-    limits.push(limit(
-        GridLimit::GrainMotion.name(),
-        bounds.grain_travel * spacing.min_element() / grains.length(),
-        format!("{} of a cell at {} m/s", bounds.grain_travel, super::number(grains.length(), 3)),
-    ));
-    if let (Substeps::Fixed(n), Some(contact)) = (case.dem.substeps, contact_step(case, populations)) {
-        limits.push(limit(GridLimit::Contact.name(), contact * n as Real, format!("{n} sub-steps of {contact:.2e} s")));
-    }
+    let explicit = case.fluid.viscosity == ViscosityScheme::Explicit;
+    let fixed = match case.dem.substeps {
+        Substeps::Fixed(n) => contact_step(case, populations).map(|contact| (n, contact)),
+        Substeps::Auto => None,
+    };
+    let rates = GridRates {
+        advective: (flow / spacing).element_sum(),
+        viscous: if explicit { explicit_rate(&fluid::fluids(case), spacing) } else { 0.0 },
+        grain_motion: grains.length() / spacing.min_element(),
+        contact: fixed.map_or(0.0, |(n, contact)| 1.0 / (n as Real * contact)),
+        force: forces.rate(spacing, &fluid::fluids(case)),
+    };
+    let speed = |of: Vector| super::number(of.length(), 3);
+    let rule = |of: GridLimit| match of {
+        GridLimit::Advective => {
+            format!("{} / sum of speed over cell edge, speeds {} m/s", bounds.courant, speed(flow))
+        }
+        GridLimit::Viscous => "1 / (2 nu sum of 1/dx^2)".to_owned(),
+        GridLimit::GrainMotion => format!("{} of a cell at {} m/s", bounds.grain_travel, speed(grains)),
+        GridLimit::Contact => fixed.map_or(String::new(), |(n, contact)| format!("{n} sub-steps of {contact:.2e} s")),
+        _ => "stability of this force on the fluid".to_owned(),
+    };
+    let mut limits: Vec<LimitReport> =
+        bounds.bounds(&rates).into_iter().map(|(dt, of)| limit(of.name(), dt, rule(of))).collect();
     match case.fluid.step {
         Step::Fixed(dt) => {
             limits.push(limit(GridLimit::Fixed.name(), dt, "the case asks for it"));
@@ -206,34 +208,36 @@ fn of_grid(
 }
 
 /// The limits for moving particles, and the one that rules whatever the others are.
-fn of_particles(case: &Case, particles: &Particles, speeds: [Vector; 2]) -> (Vec<LimitReport>, Option<&'static str>) {
-    let (spacing, courant) = (particles.spacing, particles.courant);
+fn of_particles(case: &Case, how: &Particles, speeds: [Vector; 2]) -> (Vec<LimitReport>, Option<&'static str>) {
+    let (spacing, courant) = (how.spacing, how.courant);
     let [flow, grains] = speeds.map(Vector::length);
-    let at = |speed: Real| format!("{courant} of the particle spacing at {} m/s, foreseen", super::number(speed, 3));
     let sizes = case.grains.iter().filter_map(|p| Some(p.shape.size()? * p.size.smallest()));
     let smallest = sizes.fold(Real::INFINITY, Real::min);
-    let nu = case.fluids.liquid.viscosity / case.fluids.liquid.density;
-    let mut limits = vec![
-        limit(ParticleLimit::Advective.name(), courant * spacing / flow, at(flow)),
-        limit(
-            ParticleLimit::GrainMotion.name(),
-            courant * smallest / grains,
-            format!("{courant} of the smallest grain at {} m/s, foreseen", super::number(grains, 3)),
-        ),
-        limit(
-            ParticleLimit::BodyForce.name(),
-            BODY_FORCE * (spacing / strongest_force(case)).sqrt(),
-            format!("{BODY_FORCE} sqrt(spacing / body force)"),
-        ),
-        limit(ParticleLimit::Viscous.name(), VISCOUS * spacing * spacing / nu, format!("{VISCOUS} spacing^2 / nu")),
-    ];
-    match particles.dt {
+    let viscosity = case.fluids.liquid.viscosity / case.fluids.liquid.density;
+    let speed = |of: Real| format!("at {} m/s, foreseen", super::number(of, 3));
+    let rule = |of: ParticleLimit| match of {
+        ParticleLimit::Advective => format!("{courant} of the particle spacing {}", speed(flow)),
+        ParticleLimit::GrainMotion => format!("{courant} of the smallest grain {}", speed(grains)),
+        ParticleLimit::BodyForce => format!("{BODY_FORCE} sqrt(spacing / body force)"),
+        ParticleLimit::Viscous => format!("{VISCOUS} spacing^2 / nu"),
+        _ => String::new(),
+    };
+    // The relaxation time of the drag is known once the grains lie in the water.
+    let rates = ParticleRates { advective: flow / spacing, grain_motion: grains / smallest, drag: 0.0 };
+    let bounds = particles::settings(case, 0.0).limits;
+    let force = Vector::new(0.0, 0.0, strongest_force(case));
+    let mut limits: Vec<LimitReport> = bounds
+        .bounds(&rates, force, spacing, viscosity)
+        .into_iter()
+        .map(|bound| limit(bound.limit.name(), bound.dt, rule(bound.limit)))
+        .collect();
+    match how.dt {
         Some(dt) => {
             limits.push(limit(ParticleLimit::Fixed.name(), dt, "the case asks for it"));
             (limits, Some(ParticleLimit::Fixed.name()))
         }
         None => {
-            limits.push(limit(ParticleLimit::Longest.name(), particles.dt_max, "dt_max of the case"));
+            limits.push(limit(ParticleLimit::Longest.name(), how.dt_max, "dt_max of the case"));
             (limits, None)
         }
     }
