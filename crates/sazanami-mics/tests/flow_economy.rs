@@ -1,8 +1,5 @@
 //! The fluid phases allocate nothing once they have run.
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
-
 use sazanami_mics::ball::ball;
 use sazanami_mics::boundary::Boundary;
 use sazanami_mics::flow::{DropVelocity, Flow, Fluids, Schemes};
@@ -10,29 +7,10 @@ use sazanami_numerics::Vector;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::Grid;
 use sazanami_parallel::with_threads;
-
-struct Counting;
-
-thread_local! {
-    static COUNT: Cell<usize> = const { Cell::new(0) };
-}
-
-// SAFETY: every call is handed to the system's allocator unchanged.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        COUNT.set(COUNT.get() + 1);
-        // SAFETY: the caller's promises are those that `System` asks for.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: `pointer` came from `System` through `alloc`.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
+use sazanami_test_support::{CountingAllocator, allocations_of_thread};
 
 #[global_allocator]
-static ALLOCATOR: Counting = Counting;
+static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 #[test]
 fn a_step_allocates_nothing_after_the_first() {
@@ -52,11 +30,11 @@ fn a_step_allocates_nothing_after_the_first() {
         for _ in 0..12 {
             step().unwrap();
         }
-        let before = COUNT.get();
+        let before = allocations_of_thread();
         for _ in 0..6 {
             step().unwrap();
         }
-        COUNT.get() - before
+        allocations_of_thread() - before
     })
     .expect("the threads are granted");
     assert_eq!(allocations, 0);

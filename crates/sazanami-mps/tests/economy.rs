@@ -1,8 +1,5 @@
 //! A step allocates nothing after the first ones.
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
-
 use sazanami_dem::{Body, Engine, Grain, Interactions, LinearSpringDashpot, Setup, Substeps, Wall};
 use sazanami_mps::boundary::{Side, Tank, WallFriction};
 use sazanami_mps::grains::{Coupling, DragParameters, GrainPhase};
@@ -14,29 +11,10 @@ use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::with_threads;
-
-struct Counting;
-
-thread_local! {
-    static COUNT: Cell<usize> = const { Cell::new(0) };
-}
-
-// SAFETY: every call is handed to the system's allocator unchanged.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        COUNT.set(COUNT.get() + 1);
-        // SAFETY: the caller's promises are those that `System` asks for.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: `pointer` came from `System` through `alloc`.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
+use sazanami_test_support::{CountingAllocator, allocations_of_thread};
 
 #[global_allocator]
-static ALLOCATOR: Counting = Counting;
+static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 const SPACING: Real = 1e-3;
 
@@ -89,14 +67,14 @@ fn a_step_allocates_nothing_after_some() {
             let forcing = Forcing { body_force: sway, ..Forcing::default() };
             solver.step(2e-4, &forcing, |_| ()).expect("the step is sound");
         };
-        let begin = COUNT.get();
+        let begin = allocations_of_thread();
         step(0);
         // Negative control: the first step does.
-        assert!(COUNT.get() > begin);
+        assert!(allocations_of_thread() > begin);
         (1..200).for_each(&mut step);
-        let before = COUNT.get();
+        let before = allocations_of_thread();
         (200..220).for_each(&mut step);
-        COUNT.get() - before
+        allocations_of_thread() - before
     })
     .expect("the threads are granted");
     assert_eq!(allocations, 0);

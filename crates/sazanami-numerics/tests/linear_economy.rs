@@ -1,35 +1,14 @@
 //! A solve allocates nothing after the first. Alone in its file: it counts for the whole process.
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::sync::atomic::{AtomicUsize, Ordering};
-
 use sazanami_numerics::Vector;
 use sazanami_numerics::domain::{Domain, GhostRules};
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::linear::{ConjugateGradient, FaceEquation, Stop};
 use sazanami_parallel::with_threads;
-
-/// Counts allocations.
-struct Counting;
-
-static ALLOCATIONS: AtomicUsize = AtomicUsize::new(0);
-
-// SAFETY: every call is handed to the system's allocator unchanged.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
-        // SAFETY: as the caller promises.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, at: *mut u8, layout: Layout) {
-        // SAFETY: as the caller promises.
-        unsafe { System.dealloc(at, layout) }
-    }
-}
+use sazanami_test_support::{CountingAllocator, allocations};
 
 #[global_allocator]
-static COUNTING: Counting = Counting;
+static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 #[test]
 fn a_solve_allocates_nothing_after_the_first() {
@@ -51,14 +30,14 @@ fn a_solve_allocates_nothing_after_the_first() {
         let mut solver = ConjugateGradient::new(&domain);
         let mut p = domain.field(0.0);
         let mut solve = |p: &mut _| solver.solve(&domain, &equation, p, Stop::Relative(1e-6), 50).unwrap();
-        let before = ALLOCATIONS.load(Ordering::Relaxed);
+        let before = allocations();
         let first = solve(&mut p);
         assert!(first.iterations > 3, "{first:?}");
-        assert!(ALLOCATIONS.load(Ordering::Relaxed) > before, "negative control: the counter counts");
+        assert!(allocations() > before, "negative control: the counter counts");
         p.fill(0.0);
-        let before = ALLOCATIONS.load(Ordering::Relaxed);
+        let before = allocations();
         assert_eq!(solve(&mut p), first);
-        assert_eq!(ALLOCATIONS.load(Ordering::Relaxed), before);
+        assert_eq!(allocations(), before);
     })
     .expect("the threads are granted");
 }

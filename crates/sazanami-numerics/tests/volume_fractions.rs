@@ -1,36 +1,15 @@
 //! Volume fractions of rigid shapes: exact sums, error by method, invariance, cost.
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
-
 use sazanami_numerics::geometry::{
     CellCover, ContactSphereRule, Imprint, Rasteriser, Shape, SpheroidMesh, TetrahedralMesh, VolumeFractionMethod,
     VolumeRule,
 };
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Quaternion, Real, Vector};
-
-struct Counting;
-
-thread_local! {
-    static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
-}
-
-// SAFETY: forwards to the system allocator and counts calls of this thread.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.with(|n| n.set(n.get() + 1));
-        // SAFETY: the caller's promise about the layout is passed on.
-        unsafe { System.alloc(layout) }
-    }
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the pointer came from `alloc` above with this layout.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
+use sazanami_test_support::{CountingAllocator, allocations_of_thread};
 
 #[global_allocator]
-static ALLOCATOR: Counting = Counting;
+static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 const COLUMNS: VolumeFractionMethod = VolumeFractionMethod::Columns { per_axis: 4 };
 
@@ -314,11 +293,11 @@ fn the_order_of_calls_leaves_no_trace_and_memory_is_reused() {
     }
     let first = covers.clone();
     covers.clear();
-    let before = ALLOCATIONS.with(Cell::get);
+    let before = allocations_of_thread();
     for &(x, q) in &poses {
         rasteriser.imprint(&grain, x, q, &grid, &mut covers);
     }
-    assert_eq!(ALLOCATIONS.with(Cell::get), before);
+    assert_eq!(allocations_of_thread(), before);
     assert_eq!(first, covers);
     let (alone, _) = imprint(COLUMNS, &grain, poses[17].0, poses[17].1, &grid);
     assert!(covers.windows(alone.len()).any(|w| w == alone));

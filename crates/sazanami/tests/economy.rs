@@ -1,7 +1,5 @@
 //! A step of the coupled solver takes no memory once it has run a while.
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
 use std::sync::Arc;
 
 use sazanami_dem::{Body, Damping, Engine, Grain, Interactions, LinearSpringDashpot, Setup, Substeps, Wall};
@@ -17,43 +15,10 @@ use sazanami_numerics::geometry::{ContactSphereRule, Shape, SpheroidMesh, Volume
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Quaternion, Real, Vector};
 use sazanami_parallel::with_threads;
-
-struct Counting;
-
-thread_local! {
-    static COUNT: Cell<usize> = const { Cell::new(0) };
-    static BYTES: Cell<usize> = const { Cell::new(0) };
-    static WATCHED: Cell<bool> = const { Cell::new(false) };
-}
-
-impl Counting {
-    fn note(layout: Layout) {
-        COUNT.set(COUNT.get() + 1);
-        BYTES.set(BYTES.get() + layout.size());
-        if WATCHED.replace(false) {
-            // Tells where, for who looks for it.
-            eprintln!("{} bytes at\n{}", layout.size(), std::backtrace::Backtrace::force_capture());
-            WATCHED.set(true);
-        }
-    }
-}
-
-// SAFETY: every call is handed to the system's allocator unchanged.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        Self::note(layout);
-        // SAFETY: the caller's promises are those that `System` asks for.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: `pointer` came from `System` through `alloc`.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
+use sazanami_test_support::{CountingAllocator, allocations_of_thread, bytes_of_thread, trace_allocations};
 
 #[global_allocator]
-static ALLOCATOR: Counting = Counting;
+static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 const WIDTH: Real = 4e-3;
 
@@ -123,11 +88,11 @@ fn a_step_with_grains_in_contact_allocates_nothing() {
         let mut solver = solver(Substeps::Auto);
         let mut step = |watched: bool| {
             let stable = solver.stable_step();
-            let (count, bytes) = (COUNT.get(), BYTES.get());
-            WATCHED.set(watched);
+            let (count, bytes) = (allocations_of_thread(), bytes_of_thread());
+            trace_allocations(watched);
             let report = solver.step(stable, stable.dt, |_| ()).expect("the case is sound");
-            WATCHED.set(false);
-            (COUNT.get() - count, BYTES.get() - bytes, report.contacts)
+            trace_allocations(false);
+            (allocations_of_thread() - count, bytes_of_thread() - bytes, report.contacts)
         };
         // Until every list has met its longest, and the grains lie on each other.
         let mut first = 0;

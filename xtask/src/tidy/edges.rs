@@ -7,16 +7,18 @@ use serde_json::Value;
 /// The same list as in `ARCHITECTURE.md`. Dependencies for tests and build scripts follow the same rule.
 const ALLOWED: &[(&str, &[&str])] = &[
     ("sazanami-parallel", &[]),
-    ("sazanami-numerics", &["sazanami-parallel"]),
+    ("sazanami-test-support", &[]),
+    ("sazanami-numerics", &["sazanami-parallel", "sazanami-test-support"]),
     ("sazanami-dem", &["sazanami-parallel", "sazanami-numerics"]),
-    ("sazanami-mics", &["sazanami-parallel", "sazanami-numerics", "sazanami-dem"]),
-    ("sazanami-mps", &["sazanami-parallel", "sazanami-numerics", "sazanami-dem"]),
+    ("sazanami-mics", &["sazanami-parallel", "sazanami-test-support", "sazanami-numerics", "sazanami-dem"]),
+    ("sazanami-mps", &["sazanami-parallel", "sazanami-test-support", "sazanami-numerics", "sazanami-dem"]),
     ("sazanami-observe", &["sazanami-parallel", "sazanami-numerics", "sazanami-dem"]),
     ("sazanami-io", &["sazanami-parallel", "sazanami-numerics"]),
     (
         "sazanami",
         &[
             "sazanami-parallel",
+            "sazanami-test-support",
             "sazanami-numerics",
             "sazanami-dem",
             "sazanami-mics",

@@ -109,7 +109,7 @@ impl Block {
     pub fn step<M: ContactModel>(&mut self, step: &Step<'_, M>) -> Counters {
         let mut counters = Counters::default();
         self.changes.clear();
-        self.check_skins(step.context);
+        counters.checked_rows = self.check_skins(step.context);
         match (step.plain, step.context.balls) {
             (true, true) => self.evaluate_balls::<M, true>(step, &mut counters),
             (false, true) => self.evaluate_balls::<M, false>(step, &mut counters),
@@ -121,13 +121,16 @@ impl Block {
         counters
     }
 
-    fn check_skins(&mut self, context: &ContactContext<'_>) {
+    /// Searches the pairs that are due. Returns the number of rows that were not skipped.
+    fn check_skins(&mut self, context: &ContactContext<'_>) -> usize {
+        let mut checked = 0;
         self.due.clear();
         let mine = &context.travel[self.first..];
         for ((range, row_skip_until), mine) in self.starts.windows(2).zip(&mut self.row_skip_until).zip(mine) {
             if mine + context.largest_travel < *row_skip_until {
                 continue;
             }
+            checked += 1;
             let pairs = range[0] as usize..range[1] as usize;
             let mut least = Real::INFINITY;
             for (p, (high, skip_until)) in
@@ -143,7 +146,7 @@ impl Block {
             *row_skip_until = least + context.largest_travel;
         }
         if self.due.is_empty() {
-            return;
+            return checked;
         }
         self.found.clear();
         for n in 0..self.due.len() {
@@ -151,6 +154,7 @@ impl Block {
             self.lower_row_limit(context, self.due[n]);
         }
         self.insert_found();
+        checked
     }
 
     /// Limits the skipping of a row to that of its pair `p`.

@@ -9,6 +9,8 @@ pub(crate) struct Counters {
     pub contacts: usize,
     /// Pairs that began or ceased to touch.
     pub changes: usize,
+    /// Rows of pairs whose skins were checked.
+    pub checked_rows: usize,
     /// Contacts that passed the warning limit in this sub-step.
     pub deepened: usize,
     /// Largest overlap over the smaller radius, with the identifiers and a position.
@@ -25,6 +27,7 @@ impl Default for Counters {
             pairs: 0,
             contacts: 0,
             changes: 0,
+            checked_rows: 0,
             deepened: 0,
             deepest: 0.0,
             deepest_ids: [u64::MAX; 2],
@@ -41,6 +44,7 @@ impl Counters {
             pairs: self.pairs + other.pairs,
             contacts: self.contacts + other.contacts,
             changes: self.changes + other.changes,
+            checked_rows: self.checked_rows + other.checked_rows,
             deepened: self.deepened + other.deepened,
             deepest: deeper.deepest,
             deepest_ids: deeper.deepest_ids,

@@ -293,3 +293,54 @@ impl Engine {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use sazanami_numerics::grid::Grid;
+
+    use super::*;
+    use crate::contact::laws::Interactions;
+    use crate::contact::linear_spring_dashpot::LinearSpringDashpot;
+    use crate::engine::Setup;
+    use crate::grain::Grain;
+
+    /// Part of the rows of pairs that were checked in a hundred sub-steps of a cube of balls 5 % of a radius apart, every
+    /// second of which moves at `speed` [m/s].
+    fn checked(speed: Real) -> Real {
+        let (n, radius) = (6_u64, 1e-3);
+        let domain = Domain::solo(Grid::new([4; 3], Vector::ZERO, Vector::splat(0.02)), [false; 3]);
+        let place = |id: u64| Vector::new((id % n) as Real, (id / n % n) as Real, (id / (n * n)) as Real);
+        let grains: Vec<Grain> = (0..n * n * n)
+            .map(|id| {
+                let mut grain = Grain::new(id, 2650.0, Vector::splat(3e-3) + 2.05 * radius * place(id));
+                grain.velocity = Vector::splat(if id % 2 == 0 { speed } else { 0.0 });
+                grain
+            })
+            .collect();
+        let setup = Setup {
+            bodies: vec![Body::ball(radius)],
+            interactions: Interactions::uniform(1, LinearSpringDashpot::SAND),
+            walls: Vec::new(),
+            region: [Vector::splat(Real::NEG_INFINITY), Vector::splat(Real::INFINITY)],
+            ghost_margin: 0.0,
+        };
+        let mut engine = Engine::new(&domain, setup, &grains).expect("the grains make sense");
+        let h = engine.contact_time_step();
+        engine.turned.resize(grains.len(), Vector::ZERO);
+        let mut rows = 0;
+        for _ in 0..100 {
+            engine.drift(h);
+            engine.refresh_poses(&domain, false);
+            rows += engine.contacts(h).checked_rows;
+        }
+        rows as Real / (100 * grains.len()) as Real
+    }
+
+    #[test]
+    fn rows_of_resting_grains_are_skipped() {
+        assert!(checked(0.0) <= 0.011, "the first sub-step checks all, the others none");
+        let [slow, fast] = [1e-2, 10.0].map(checked);
+        assert!(slow < 0.05, "{slow}");
+        assert!(fast > 10.0 * slow, "negative control: rows of fast grains are checked: {fast}");
+    }
+}
