@@ -1,5 +1,6 @@
 //! Project chores: `cargo xtask test`, `tidy`, `verify`, `tables`, `bench`.
 
+mod book;
 mod tables;
 mod test;
 mod tidy;
@@ -12,6 +13,7 @@ cargo xtask test [--locked] [ARGS...]   formatting, tidy, lints, then all tests;
 cargo xtask tidy                        who may depend on whom, and what the sources may name
 cargo xtask verify [ARGS...]            `sazanami verify`: cases with known results
 cargo xtask tables [ROWS.json...]       tables of docs/results/verification.md, from what `verify --json` printed
+cargo xtask book                        docs/SUMMARY.md, and the book where mdBook is installed
 cargo xtask bench [ARGS...]             `sazanami bench`: kernels and whole steps
 
 Everything is built with the release profile, so that all commands share what is built.";
@@ -22,6 +24,7 @@ fn main() -> ExitCode {
     let rest: Vec<String> = arguments.collect();
     let code = match command.as_str() {
         "test" => test::run(&rest),
+        "book" => book::run(),
         "tidy" => tidy::run(rest.iter().any(|argument| argument == "--locked")),
         "tables" => tables::run(&rest),
         "verify" | "bench" => forward(&command, &rest),

@@ -1,4 +1,11 @@
 //! Timing of kernels and whole steps on this machine.
+//!
+//! ```
+//! use sazanami_bench::Timing;
+//!
+//! let timing = Timing::of("1000 numbers", 3, || drop((0..1000).sum::<u64>()));
+//! assert!(timing.values.len() == 3 && timing.values.iter().all(|&seconds| seconds >= 0.0));
+//! ```
 
 mod beds;
 mod contacts;

@@ -5,6 +5,15 @@
 //! the rank whose part of the domain holds its centre of mass; copies on other ranks and periodic
 //! images are ghosts. Every sum has an order given by identifiers, so that the bits of a run depend
 //! neither on threads, nor on ranks, nor on the age of neighbour lists.
+//!
+//! The damping of a contact from its coefficient of restitution, and back:
+//!
+//! ```
+//! use sazanami_dem::{damping_ratio, restitution};
+//!
+//! let gamma = damping_ratio(0.5, true);
+//! assert!((restitution(gamma, true) - 0.5).abs() < 1e-9);
+//! ```
 
 mod body;
 mod contact;

@@ -2,6 +2,19 @@
 //!
 //! Everything here takes plain slices and small structs, and knows no physics. A file that others
 //! rely on is never seen half written: it is made aside, synced, and renamed into place.
+//!
+//! A table with units, written row by row:
+//!
+//! ```
+//! use sazanami_io::table::{Column, SeriesWriter, Value};
+//!
+//! let folder = tempfile::tempdir()?;
+//! let path = folder.path().join("series.csv");
+//! let mut series = SeriesWriter::create(&path, &[Column::new("time", "s")])?;
+//! series.record(0, &[Value::Real(0.0)])?;
+//! assert_eq!(std::fs::read_to_string(&path)?, "step,time [s]\n0,0\n");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod blocks;
 mod bodies;

@@ -1,5 +1,15 @@
 //! Discretisation without physics: the domain and its verbs, fields with ghost layers, geometry of
 //! rigid shapes, linear solvers, and the named sections a checkpoint is made of.
+//!
+//! A sphere as a mesh of tetrahedra whose volume is that of the sphere:
+//!
+//! ```
+//! use sazanami_numerics::geometry::{VolumeRule, sphere_mesh};
+//!
+//! let mesh = sphere_mesh(1e-3, 2, VolumeRule::Preserve);
+//! let exact = 4.0 / 3.0 * std::f64::consts::PI * 1e-9;
+//! assert!((mesh.volume() / exact - 1.0).abs() < 1e-12);
+//! ```
 
 pub mod choice;
 pub mod domain;

@@ -4,6 +4,15 @@
 //! Everything here reads plain slices ([`BedView`]) and returns plain numbers. Nothing is written,
 //! and nothing depends on the number of threads or ranks: all grains are looked at in the order of
 //! their identifiers, on rank 0 ([`GatheredBed`]).
+//!
+//! The law through crater volumes of several runs:
+//!
+//! ```
+//! use sazanami_observe::comparison::PowerLaw;
+//!
+//! let law = PowerLaw::fit([(1.0, 3.0), (2.0, 12.0), (4.0, 48.0)]).unwrap();
+//! assert!((law.exponent - 2.0).abs() < 1e-12 && (law.at(3.0) - 27.0).abs() < 1e-9);
+//! ```
 
 mod bed;
 pub mod bed_profile;

@@ -4,6 +4,15 @@
 //! [`Communicator`] behind a domain, and the loops of this crate, which give the same bits for
 //! any number of threads: work is cut into chunks whose size depends on the problem alone, every
 //! chunk writes only its own part, and sums follow a binary tree over the chunks.
+//!
+//! A sum has the same bits for any number of threads:
+//!
+//! ```
+//! use sazanami_parallel::{sum_over, with_threads};
+//!
+//! let sum = || sum_over(1000, |i| [1.0 / (i as f64 + 0.3)]);
+//! assert_eq!(with_threads(1, sum).unwrap(), with_threads(3, sum).unwrap());
+//! ```
 
 mod communicator;
 mod in_process;

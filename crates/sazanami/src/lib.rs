@@ -1,6 +1,30 @@
 //! sazanami: grains of sand under moving water. Reads a case, runs it, and tells what came of it.
 //!
 //! The command line and every other front end use this crate and nothing below it.
+//!
+//! A case is posed as text with units and checked before anything is allocated; [`run::run`] runs it (`examples/`).
+//!
+//! ```
+//! use std::path::Path;
+//!
+//! use sazanami::case;
+//!
+//! let text = r#"
+//!     [domain]
+//!     size = ["8 mm", "8 mm", "8 mm"]
+//!     cells = [12, 12, 12]
+//!     [[liquid]]
+//!     region.sphere = { diameter = "3 mm" }
+//!     position = ["4 mm", "4 mm", "5 mm"]
+//!     [run]
+//!     until = "1 ms"
+//! "#;
+//! let loaded = case::parse(Path::new("drop.toml"), text, &[]).unwrap();
+//! assert_eq!(loaded.case.domain.cells, [12, 12, 12]);
+//! // What is wrong is said with its line and a suggestion.
+//! let error = case::parse(Path::new("drop.toml"), &text.replace("until", "untill"), &[]).unwrap_err();
+//! assert!(error.to_string().contains("did you mean `until`?"));
+//! ```
 
 pub mod analyse;
 pub mod assembly;
