@@ -161,7 +161,7 @@ impl Progress for Screen {
 impl Drop for Screen {
     fn drop(&mut self) {
         if let Some(bar) = &self.bar {
-            bar.abandon();
+            bar.finish_and_clear();
         }
     }
 }
