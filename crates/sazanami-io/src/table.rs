@@ -126,6 +126,7 @@ pub struct SeriesWriter {
     columns: Vec<Column>,
     file: File,
     line: String,
+    last: Option<u64>,
 }
 
 impl SeriesWriter {
@@ -137,7 +138,7 @@ impl SeriesWriter {
         let cannot_write = |source| TableError::Write { path: path.to_owned(), source };
         let mut file = File::create(path).map_err(cannot_write)?;
         file.write_all(format!("{}\n", header(columns)).as_bytes()).map_err(cannot_write)?;
-        Ok(Self { path: path.to_owned(), columns: columns.to_vec(), file, line: String::new() })
+        Ok(Self { path: path.to_owned(), columns: columns.to_vec(), file, line: String::new(), last: None })
     }
 
     /// Goes on with a table after the state of `step` was restored: rows of later steps and a half written last row
@@ -152,8 +153,12 @@ impl SeriesWriter {
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Self::create(path, columns),
             file => file.map_err(cannot_write)?,
         };
-        let (found, length) = good_part(&file, step).map_err(cannot_write)?;
+        let GoodPart { header: found, length, last } = good_part(&file, step).map_err(cannot_write)?;
         let expected = header(columns);
+        if found.is_empty() {
+            // Cut within its first line: nothing is left of it.
+            return Self::create(path, columns);
+        }
         if found != expected {
             let Some(places) = places(&found, &expected) else {
                 return Err(TableError::OtherColumns { path: path.to_owned(), expected, found });
@@ -162,7 +167,13 @@ impl SeriesWriter {
             return Self::resume(path, columns, step);
         }
         file.set_len(length).and_then(|()| file.seek(SeekFrom::End(0))).map_err(cannot_write)?;
-        Ok(Self { path: path.to_owned(), columns: columns.to_vec(), file, line: String::new() })
+        Ok(Self { path: path.to_owned(), columns: columns.to_vec(), file, line: String::new(), last })
+    }
+
+    /// Step of the last row, if there is any.
+    #[must_use]
+    pub fn last_step(&self) -> Option<u64> {
+        self.last
     }
 
     /// Adds the row of `step`.
@@ -195,7 +206,9 @@ impl SeriesWriter {
         self.line.push('\n');
         self.file
             .write_all(self.line.as_bytes())
-            .map_err(|source| TableError::Write { path: self.path.clone(), source })
+            .map_err(|source| TableError::Write { path: self.path.clone(), source })?;
+        self.last = Some(step);
+        Ok(())
     }
 }
 
@@ -203,24 +216,35 @@ fn header(columns: &[Column]) -> String {
     columns.iter().fold("step".to_owned(), |header, column| format!("{header},{}", column.heading()))
 }
 
-/// Header of a table and length [bytes] of its part up to `step`.
-fn good_part(file: &File, step: u64) -> io::Result<(String, u64)> {
+/// The part of a table up to a step.
+struct GoodPart {
+    /// First line; empty if the file ends within it.
+    header: String,
+    /// Length [bytes].
+    length: u64,
+    /// Step of the last row.
+    last: Option<u64>,
+}
+
+/// Finds the part of a table up to `step`.
+fn good_part(file: &File, step: u64) -> io::Result<GoodPart> {
     let mut lines = BufReader::new(file);
-    let mut header = String::new();
-    let mut length = lines.read_line(&mut header)? as u64;
-    if header.pop() != Some('\n') {
-        return Ok((String::new(), length));
-    }
     let mut line = Vec::new();
+    let mut length = lines.read_until(b'\n', &mut line)? as u64;
+    if line.pop() != Some(b'\n') {
+        return Ok(GoodPart { header: String::new(), length, last: None });
+    }
+    let header = String::from_utf8_lossy(&line).into_owned();
+    let mut last = None;
     loop {
         line.clear();
         let read = lines.read_until(b'\n', &mut line)?;
         let row = std::str::from_utf8(&line).ok().and_then(|line| line.strip_suffix('\n'));
         let row_step = row.and_then(|row| row.split(',').next()?.parse::<u64>().ok());
         if row_step.is_none_or(|row_step| row_step > step) {
-            return Ok((header, length));
+            return Ok(GoodPart { header, length, last });
         }
-        length += read as u64;
+        (length, last) = (length + read as u64, row_step);
     }
 }
 
@@ -324,6 +348,30 @@ mod tests {
                 assert_eq!(std::fs::read(&broken).unwrap(), complete);
             }
         }
+    }
+
+    #[test]
+    fn the_last_row_of_a_damaged_table_is_known() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("series.csv");
+        let mut series = SeriesWriter::create(&path, &columns()).unwrap();
+        assert_eq!(series.last_step(), None);
+        (0..20).for_each(|n| series.record(n * 10, &row(n * 10)).unwrap());
+        assert_eq!(series.last_step(), Some(190));
+        let complete = std::fs::read(&path).unwrap();
+        let resumed = |bytes: &[u8], step| {
+            std::fs::write(&path, bytes).unwrap();
+            SeriesWriter::resume(&path, &columns(), step).unwrap().last_step()
+        };
+        assert_eq!(resumed(&complete, 100), Some(100));
+        let lines: Vec<usize> = (0..complete.len()).filter(|&n| complete[n] == b'\n').collect();
+        // Cut after the row of step 40, within the next one, within the header; and a row that is no text.
+        assert_eq!(resumed(&complete[..=lines[5]], 100), Some(40));
+        assert_eq!(resumed(&complete[..lines[5] + 4], 100), Some(40));
+        assert_eq!(resumed(&complete[..10], 100), None);
+        let mut damaged = complete.clone();
+        damaged[lines[5] + 1..lines[6]].fill(0xff);
+        assert_eq!(resumed(&damaged, 100), Some(40));
     }
 
     #[test]

@@ -54,14 +54,4 @@ pub enum VtkError {
         /// Number of corners.
         nodes: usize,
     },
-    /// A time series to be gone on with cannot be understood.
-    #[error("{path} is not a time series: line {line} reads `{text}`", path = path.display())]
-    NotASeries {
-        /// File of the series.
-        path: PathBuf,
-        /// Number of the line, from 1.
-        line: usize,
-        /// The line.
-        text: String,
-    },
 }

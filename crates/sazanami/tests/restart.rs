@@ -693,3 +693,37 @@ fn copy_folder(from: &Path, to: &Path) -> bool {
     }
     true
 }
+
+#[test]
+fn damaged_lists_and_tables_do_not_stop_a_run() {
+    let scratch = Scratch::new("restart-tables");
+    let loaded = load(SLIDING, &["output.series.steps=1", "output.grains.every=\"0.05 ms\""]);
+    let [sound, damaged] = ["sound", "damaged"].map(|name| scratch.join(name));
+    start(&loaded, &sound, On::threads(1).steps(STEPS)).unwrap();
+    assert!(copy_folder(&sound, &damaged));
+    let warned =
+        |said: &[String], about: &str| said.iter().any(|line| line.starts_with("warning: ") && line.contains(about));
+    let (outcome, said) = go_on(&sound, On::threads(1).steps(STEPS));
+    outcome.unwrap();
+    // Negative control: of sound files nothing is said.
+    assert!(!["grains.pvd", "series.csv", "middle.csv"].iter().any(|about| warned(&said, about)), "{said:#?}");
+    std::fs::write(damaged.join("grains.pvd"), "<DataSet no list").unwrap();
+    std::fs::write(damaged.join("probes/middle.csv"), "not a table\n1,2,3\n").unwrap();
+    let series = std::fs::read_to_string(damaged.join("series.csv")).unwrap();
+    let kept = series.lines().count() / 2;
+    let cut: usize = series.lines().take(kept).map(|line| line.len() + 1).sum();
+    std::fs::write(damaged.join("series.csv"), &series[..cut + 7]).unwrap();
+    let (outcome, said) = go_on(&damaged, On::threads(1).steps(STEPS));
+    outcome.unwrap();
+    for about in ["grains.pvd", "series.csv", "middle.csv"] {
+        assert!(warned(&said, about), "{about}: {said:#?}");
+    }
+    assert!(damaged.join("probes/middle.csv.damaged").is_file());
+    let [whole, left] = [&sound, &damaged].map(|folder| Left::in_folder(folder));
+    assert_eq!(whole.hash(), left.hash());
+    // What was lost stays lost, and what comes after follows what was kept.
+    let rows = |left: &Left| left.series.rows.iter().map(|row| row[0].clone()).collect::<Vec<_>>();
+    let lost = series.lines().count() - kept;
+    assert_eq!(rows(&left).len() + lost, rows(&whole).len());
+    assert_eq!(rows(&left)[kept - 1..], rows(&whole)[kept - 1 + lost..]);
+}

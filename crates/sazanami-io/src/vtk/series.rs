@@ -22,40 +22,51 @@ pub struct SeriesEntry {
 pub struct PvdSeries {
     path: PathBuf,
     entries: Vec<SeriesEntry>,
+    damage: Option<String>,
 }
 
 impl PvdSeries {
     /// A series without files; nothing is written before the first one comes.
     #[must_use]
     pub fn create(path: &Path) -> Self {
-        Self { path: path.to_owned(), entries: Vec::new() }
+        Self { path: path.to_owned(), entries: Vec::new(), damage: None }
     }
 
     /// Goes on with a series after the state at `time` [s] was restored: files of later times leave the list.
-    /// A series that does not exist is started.
+    /// A series that does not exist is started; of a damaged one the entries that can be read are kept, see
+    /// [`Self::damage`].
     ///
     /// # Errors
-    /// If the file cannot be read or understood.
+    /// If the file cannot be read.
     pub fn resume(path: &Path, time: f64) -> Result<Self, VtkError> {
-        let text = match fs::read_to_string(path) {
+        let bytes = match fs::read(path) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Self::create(path)),
-            text => text.map_err(|source| VtkError::Write { path: path.to_owned(), source })?,
+            bytes => bytes.map_err(|source| VtkError::Write { path: path.to_owned(), source })?,
         };
-        let mut entries = Vec::new();
-        for (number, line) in text.lines().enumerate().filter(|(_, line)| line.contains("<DataSet")) {
-            let entry = entry_of(line).ok_or_else(|| VtkError::NotASeries {
-                path: path.to_owned(),
-                line: number + 1,
-                text: line.to_owned(),
-            })?;
-            entries.push(entry);
+        let text = String::from_utf8_lossy(&bytes);
+        let (mut entries, mut unreadable) = (Vec::new(), 0);
+        for line in text.lines().filter(|line| line.contains("<DataSet")) {
+            match entry_of(line) {
+                Some(entry) => entries.push(entry),
+                None => unreadable += 1,
+            }
         }
-        if !text.trim_end().ends_with("</VTKFile>") {
-            let (line, text) = (text.lines().count(), text.lines().last().unwrap_or_default().to_owned());
-            return Err(VtkError::NotASeries { path: path.to_owned(), line, text });
-        }
+        let is_whole = unreadable == 0 && text.trim_end().ends_with("</VTKFile>");
         entries.retain(|entry| entry.time <= time);
-        Ok(Self { path: path.to_owned(), entries })
+        let damage = (!is_whole).then(|| {
+            format!(
+                "{} was damaged: {} of its files stay listed; others are still in their folder",
+                path.display(),
+                entries.len()
+            )
+        });
+        Ok(Self { path: path.to_owned(), entries, damage })
+    }
+
+    /// What was lost of a damaged series that is gone on with.
+    #[must_use]
+    pub fn damage(&self) -> Option<&str> {
+        self.damage.as_deref()
     }
 
     /// Files so far, in the order of their times.
@@ -117,14 +128,23 @@ mod tests {
     }
 
     #[test]
-    fn a_damaged_series_is_refused() {
+    fn of_a_damaged_series_what_can_be_read_stays() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("fields.pvd");
-        PvdSeries::create(&path).push(0.5, "a.vti").unwrap();
+        let mut series = PvdSeries::create(&path);
+        series.push(0.25, "a.vti").unwrap();
+        series.push(0.5, "b.vti").unwrap();
         let text = fs::read_to_string(&path).unwrap();
-        for bad in [text.replace("5e-1", "soon"), text.replace(" file=", " fiel="), text[..text.len() - 5].to_owned()] {
+        assert_eq!(PvdSeries::resume(&path, 1.0).unwrap().damage(), None);
+        let cut = text[..text.len() - 5].to_owned();
+        for (bad, left) in [(text.replace("\"5e-1", "\"soon"), 1), (text.replace("\"b.vti", "b.vti"), 1), (cut, 2)] {
             fs::write(&path, bad).unwrap();
-            assert!(matches!(PvdSeries::resume(&path, 1.0), Err(VtkError::NotASeries { .. })));
+            let mut series = PvdSeries::resume(&path, 1.0).unwrap();
+            assert!(series.damage().is_some() && series.entries().len() == left, "{series:?}");
+            series.push(0.75, "c.vti").unwrap();
+            assert_eq!(PvdSeries::resume(&path, 1.0).unwrap().damage(), None);
         }
+        fs::write(&path, [0xff, 0xfe, 0x00]).unwrap();
+        assert!(PvdSeries::resume(&path, 1.0).unwrap().damage().is_some());
     }
 }

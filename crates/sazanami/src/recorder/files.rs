@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use sazanami_io::checkpoint::CheckpointFolder;
-use sazanami_io::table::{Column, SeriesWriter, Value};
+use sazanami_io::table::{Column, SeriesWriter, TableError, Value};
 use sazanami_io::vtk::{BodyFile, DataArray, ImageFile, PointFile, PvdSeries, write_bodies, write_image, write_points};
 use sazanami_io::{Bodies, BodyPose, BodySurface};
 use sazanami_numerics::Real;
@@ -76,19 +76,35 @@ impl Files {
             contact_spheres_by_shape: job.shapes.iter().map(|shape| shape.contact_spheres().len()).collect(),
         };
         let probes = case.probes.iter().map(|_| None).collect();
+        let series = open_table(&series, &columns(with_crater), resumed_at)?;
+        let expected = job.resumed.as_ref().and_then(|state| state.run.last_row);
+        if resumed_at.is_some() && series.last_step() < expected {
+            let kept =
+                series.last_step().map_or("no row of it is left".into(), |step| format!("it ends at step {step}"));
+            job.say(format!(
+                "warning: {SERIES} was cut or damaged: {kept}, its rows up to step {} are lost; the run goes on without \
+                 them",
+                expected.unwrap_or_default()
+            ));
+        }
         Ok(Self {
             checkpoints: CheckpointFolder::new(folder.join(CHECKPOINTS), case.checkpoint.keep),
             fixed,
-            series: open_table(&series, &columns(with_crater), resumed_at)?,
+            series,
             with_crater,
             tables: BTreeMap::new(),
-            fields: open_times(&folder.join(FIELD_SERIES), resumed_at)?,
-            grains: open_times(&folder.join(GRAIN_SERIES), resumed_at)?,
+            fields: open_times(job, &folder.join(FIELD_SERIES), resumed_at)?,
+            grains: open_times(job, &folder.join(GRAIN_SERIES), resumed_at)?,
             folder,
             precision: case.output.precision,
             probes,
             resumed_at,
         })
+    }
+
+    /// Step of the last row of the series.
+    pub fn last_row(&self) -> Option<u64> {
+        self.series.last_step()
     }
 
     /// Adds a row to the series.
@@ -181,13 +197,16 @@ impl Files {
         columns: impl FnOnce() -> Vec<Column>,
         clock: &Clock,
         row: &[Value],
+        say: impl Fn(String),
     ) -> Result<(), RecordError> {
         let table = match &mut self.probes[number] {
             Some(table) => table,
             place => {
                 let folder = self.folder.join(PROBES);
                 make_folder(&folder)?;
-                place.insert(open_table(&folder.join(format!("{name}.csv")), &columns(), self.resumed_at)?)
+                let (table, warning) = open_probe(&folder.join(format!("{name}.csv")), &columns(), self.resumed_at)?;
+                warning.into_iter().for_each(&say);
+                place.insert(table)
             }
         };
         Ok(table.record(clock.step(), row)?)
@@ -236,11 +255,31 @@ fn open_table(path: &Path, columns: &[Column], left: Left) -> Result<SeriesWrite
 }
 
 /// Opens a time series for ParaView anew, or where the run left it.
-fn open_times(path: &Path, left: Left) -> Result<PvdSeries, RecordError> {
-    Ok(match left {
-        Some((time, _)) => PvdSeries::resume(path, time)?,
-        None => PvdSeries::create(path),
-    })
+fn open_times(job: &Job, path: &Path, left: Left) -> Result<PvdSeries, RecordError> {
+    let Some((time, _)) = left else { return Ok(PvdSeries::create(path)) };
+    let series = PvdSeries::resume(path, time)?;
+    if let Some(damage) = series.damage() {
+        job.say(format!("warning: {damage}"));
+    }
+    Ok(series)
+}
+
+/// Opens the table of a probe anew, or where the run left it. One that is no longer a table of these columns is put
+/// aside, so that it does not stop the run.
+fn open_probe(path: &Path, columns: &[Column], left: Left) -> Result<(SeriesWriter, Option<String>), RecordError> {
+    match open_table(path, columns, left) {
+        Err(RecordError::Table(TableError::OtherColumns { .. })) => {
+            let aside = path.with_extension("csv.damaged");
+            std::fs::rename(path, &aside).map_err(|error| RecordError::Path { path: aside.clone(), error })?;
+            let text = format!(
+                "warning: {} is not the table of this probe: it is kept as {}, and a new one begins",
+                path.display(),
+                aside.display()
+            );
+            Ok((SeriesWriter::create(path, columns)?, Some(text)))
+        }
+        table => Ok((table?, None)),
+    }
 }
 
 fn make_folder(path: &Path) -> Result<(), RecordError> {

@@ -65,6 +65,9 @@ pub(crate) struct RunState {
     pub program: Option<Program>,
     /// Sums and extremes since the start.
     pub totals: Totals,
+    /// Step of the last row of the series; absent in checkpoints of earlier versions.
+    #[serde(default)]
+    pub last_row: Option<u64>,
 }
 
 /// Which sazanami.

@@ -96,7 +96,8 @@ pub(super) fn record(
             // The other ranks go on to the next probe: so does this one.
             let row: Vec<Value> = std::iter::once(clock.time().into()).chain(found).collect();
             let columns = || COLUMNS.headings(&probe.place);
-            outcome = outcome.and_then(|()| files.probe(number, &probe.name, columns, clock, &row));
+            outcome =
+                outcome.and_then(|()| files.probe(number, &probe.name, columns, clock, &row, |text| job.say(text)));
         }
     }
     outcome

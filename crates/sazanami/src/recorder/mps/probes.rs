@@ -86,7 +86,7 @@ pub(super) fn record(
     for (number, probe) in job.case.probes.iter().enumerate().filter(|&(number, _)| due[number]) {
         let measured = measure(job.case, &seen, clock.time(), &probe.place);
         let row: Vec<Value> = std::iter::once(clock.time().into()).chain(measured).collect();
-        files.probe(number, &probe.name, || COLUMNS.headings(&probe.place), clock, &row)?;
+        files.probe(number, &probe.name, || COLUMNS.headings(&probe.place), clock, &row, |text| job.say(text))?;
     }
     Ok(())
 }
