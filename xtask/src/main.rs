@@ -11,6 +11,7 @@ use std::process::{Command, ExitCode};
 const HELP: &str = "\
 cargo xtask test [--locked] [ARGS...]   formatting, tidy, lints, then all tests; ARGS go to `cargo test`
 cargo xtask tidy                        who may depend on whom, and what the sources may name
+cargo xtask generate                    pages and the schema that come from the declarations of keys and columns
 cargo xtask verify [ARGS...]            `sazanami verify`: cases with known results
 cargo xtask tables [ROWS.json...]       tables of docs/results/verification.md, from what `verify --json` printed
 cargo xtask book                        docs/SUMMARY.md, and the book where mdBook is installed
@@ -27,6 +28,7 @@ fn main() -> ExitCode {
         "book" => book::run(),
         "tidy" => tidy::run(rest.iter().any(|argument| argument == "--locked")),
         "tables" => tables::run(&rest),
+        "generate" => generate(),
         "verify" | "bench" => forward(&command, &rest),
         "" | "help" | "--help" | "-h" => {
             println!("{HELP}");
@@ -45,6 +47,19 @@ fn forward(command: &str, arguments: &[String]) -> u8 {
     let mut cargo = cargo();
     cargo.args(["run", "--release", "--quiet", "--package", "sazanami-cli", "--", command]).args(arguments);
     exit_code(&mut cargo)
+}
+
+/// Writes what is generated from the declarations.
+fn generate() -> u8 {
+    let tests = [["sazanami-case", "generated"], ["sazanami", "reference_pages"]];
+    let write = |[package, test]: [&str; 2]| {
+        let mut cargo = cargo();
+        cargo
+            .args(["test", "--release", "--quiet", "--package", package, "--test", test])
+            .env("SAZANAMI_WRITE_PAGES", "1");
+        exit_code(&mut cargo)
+    };
+    tests.map(write).into_iter().max().unwrap_or(0)
 }
 
 /// Root of the workspace.

@@ -4,6 +4,7 @@ mod cost;
 mod limits;
 mod particles;
 mod reached;
+mod tank_warnings;
 mod text;
 
 use sazanami_dem::Body;
@@ -21,8 +22,9 @@ use crate::machine::Machine;
 pub(crate) use cost::packing_substeps;
 use cost::packing_time;
 pub(crate) use limits::{Cause, Pace, speeds, stiffest_contact, strongest_force};
+pub(crate) use particles::tank;
 pub use particles::{ParticlesReport, TankReport};
-pub(crate) use particles::{levelled, tank};
+pub(crate) use tank_warnings::warn_of_tank;
 pub use text::explain;
 
 /// Cost of the parts of a run on one thread of an ordinary processor, and the memory they take.
@@ -294,7 +296,7 @@ pub fn check_memory(loaded: &LoadedCase, machine: &Machine, model: &CostModel, r
     let grains = |n: usize| grain_memory(&case.grains[n], case.grains[n].count.unwrap_or(0), model);
     let observers = observer_memory(case, model);
     if observers > cells.max((0..case.grains.len()).map(grains).fold(0.0, Real::max)) {
-        let written = loaded.text.erosion.as_ref().map(|at| at.span.clone());
+        let written = loaded.places.of("erosion");
         report
             .error_at(written, "what this case observes is too large for the memory of this machine")
             .label(format!("it needs about {}, and {} are free", bytes(observers), bytes(available as Real)))
@@ -306,9 +308,8 @@ pub fn check_memory(loaded: &LoadedCase, machine: &Machine, model: &CostModel, r
     match heaviest.filter(|&n| grains(n) > cells) {
         Some(n) => {
             let population = &case.grains[n];
-            let at = &loaded.text.grains[n];
-            let placement = at.value.placement.as_ref().map_or(&at.span, |placement| &placement.span);
-            let span = at.value.count.as_ref().map_or(placement, |count| &count.0.span).clone();
+            let place = |key: &str| loaded.places.of(&format!("grains.{n}.{key}"));
+            let span = place("count").or_else(|| place("placement")).unwrap_or(0..0);
             let room = FILLED * available as Real - (needed - grains(n)) - grain_memory(population, 0, model);
             let fit = (room / memory_per_grain(population, model)).floor();
             let help = if fit >= 1.0 {
@@ -322,12 +323,8 @@ pub fn check_memory(loaded: &LoadedCase, machine: &Machine, model: &CostModel, r
                 .help(help);
         }
         None if case.solver == Solver::Mps => {
-            let written = loaded.text.particles.as_ref();
             report
-                .error(
-                    written.map_or(0..0, |at| at.span.clone()),
-                    "this tank is too large for the memory of this machine",
-                )
+                .error(loaded.places.at("particles"), "this tank is too large for the memory of this machine")
                 .label(format!("its particles need about {}, and {free} are free", bytes(cells)))
                 .help("take a larger `spacing`, or a smaller tank");
         }
@@ -338,9 +335,8 @@ pub fn check_memory(loaded: &LoadedCase, machine: &Machine, model: &CostModel, r
                 Some([a, b, c]) => format!("[{a}, {b}, {c}] fits"),
                 None => format!("the grains need {} by themselves: take fewer as well", bytes(needed - cells)),
             };
-            let written = loaded.text.domain.as_ref().and_then(|domain| domain.value.cells.as_ref());
-            match written {
-                Some(cells) => report.error(cells.0.span.clone(), title).label(label).help(help),
+            match loaded.places.of("domain.cells") {
+                Some(span) => report.error(span, title).label(label).help(help),
                 None => report.error_in_file(title).label(label).help(help),
             };
         }
@@ -518,7 +514,7 @@ fn population_report(case: &Case, population: &Population, facts: &ShapeFacts) -
 }
 
 fn liquid_reports(case: &Case) -> Vec<LiquidReport> {
-    let density = case.fluids.liquid.density;
+    let density = case.fluid.liquid.density;
     let report = |liquid: &LiquidRegion| {
         let volume = particles::volume_between_grains(case, liquid);
         let [low, high] = liquid.region.heights();
@@ -577,12 +573,11 @@ fn points(probe: &Probe) -> Real {
 /// Warns of results that do not fit onto the disk, of which `available` bytes are free, and names what takes most.
 pub fn warn_of_disk(loaded: &LoadedCase, report: &CheckReport, available: Option<u64>, warnings: &mut Diagnostics) {
     let Some(free) = available.map(|free| free as Real).filter(|&free| report.disk_bytes > free) else { return };
-    let text = &loaded.text;
     let Some((most, share)) = report.disk_parts.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)) else { return };
     let span = match most {
-        "checkpoint" => text.checkpoint.as_ref().map(|at| at.span.clone()),
-        "probe" => text.probe.first().map(|at| at.span.clone()),
-        _ => text.output.as_ref().map(|at| at.span.clone()),
+        "checkpoint" => loaded.places.of("checkpoint"),
+        "probe" => loaded.places.of("probe.0"),
+        _ => loaded.places.of("output"),
     };
     let key = if ["checkpoint", "probe"].contains(&most) { most.to_owned() } else { format!("output.{most}") };
     warnings
@@ -597,6 +592,7 @@ pub fn damping_in_words(law: &ContactLaw) -> String {
     match law.damping {
         Damping::Literal { normal, .. } => format!("dashpot {normal:.3e} N s/m"),
         Damping::Restitution(e) => format!("restitution {e}"),
+        Damping::RestitutionAndRatio { restitution, .. } => format!("restitution {restitution}"),
     }
 }
 

@@ -20,10 +20,8 @@ use crate::bed_file::Bed;
 use crate::case::meaning::{
     BedFile, BoundarySide, Case, Exchange, GrainPlacement, GrainShape, LatticePlacement, SIDE_NAMES, Solver,
 };
-use crate::case::schema::{PlacementText, ShapeText};
-use crate::case::written::At;
 use crate::case::{CaseError, Diagnostics, LoadedCase};
-use crate::check::{CostModel, PACKED, ShapeFacts, check_memory};
+use crate::check::{CostModel, PACKED, ShapeFacts, check_memory, warn_of_tank};
 use crate::machine::Machine;
 
 pub use workers::check_workers;
@@ -78,6 +76,7 @@ const LOOSEST: Real = 0.4;
 pub fn check(loaded: &LoadedCase, machine: &Machine, model: &CostModel) -> Result<Feasible, Box<CaseError>> {
     let mut report = loaded.warnings.clone();
     let refused = |diagnostics: Diagnostics| Box::new(CaseError { source: loaded.source.clone(), diagnostics });
+    warn_of_tank(loaded, &mut report);
     check_memory(loaded, machine, model, &mut report);
     beds::can_be_written(loaded, &mut report);
     if report.has_errors() {
@@ -142,18 +141,12 @@ pub fn shapes_alone(loaded: &LoadedCase) -> Result<Vec<Shape>, Box<CaseError>> {
 /// Builds the shapes; those that fail are reported.
 fn shapes(loaded: &LoadedCase, report: &mut Diagnostics) -> Vec<Shape> {
     let mut shapes = Vec::new();
-    for (population, written) in loaded.case.grains.iter().zip(&loaded.text.grains) {
+    for (n, population) in loaded.case.grains.iter().enumerate() {
         match shape_of(population) {
             Ok(shape) => shapes.push(shape),
             Err(problem) => {
-                let text = &written.value;
-                let span = match text.shape.as_ref() {
-                    Some(At { value: ShapeText::Mesh(mesh), span }) => {
-                        mesh.file.as_ref().map_or(span.clone(), |file| file.0.span.clone())
-                    }
-                    Some(shape) => shape.span.clone(),
-                    None => written.span.clone(),
-                };
+                let key = if matches!(population.shape, GrainShape::Mesh { .. }) { "shape.mesh.file" } else { "shape" };
+                let span = loaded.places.at(&format!("grains.{n}.{key}"));
                 let help = match population.shape {
                     GrainShape::Mesh { .. } => {
                         "a grain needs a closed mesh of tetrahedra in a Gmsh file, version 2.2 or 4.1"
@@ -221,8 +214,7 @@ struct Search<'a> {
 impl Search<'_> {
     /// Place of a population in the file.
     fn span(&self, population: usize) -> Range<usize> {
-        let at = &self.loaded.text.grains[population];
-        at.value.placement.as_ref().map_or(at.span.clone(), |placement| placement.span.clone())
+        self.loaded.places.at(&format!("grains.{population}.placement"))
     }
 
     /// A mass override must not make a grain too light for the exact exchange.
@@ -230,13 +222,12 @@ impl Search<'_> {
         if self.case.solver != Solver::Mics {
             return;
         }
-        let least = 1.05 * self.case.fluids.liquid.density;
+        let least = 1.05 * self.case.fluid.liquid.density;
         for (n, population) in self.case.grains.iter().enumerate() {
             let Some(mass) = population.mass_override else { continue };
             let density = mass / self.shapes[n].volume();
             if self.case.coupling.exchange == Exchange::Exact && density < least {
-                let at = &self.loaded.text.grains[n];
-                let span = at.value.mass_override.as_ref().map_or(at.span.clone(), |mass| mass.item.span.clone());
+                let span = self.loaded.places.at(&format!("grains.{n}.mass_override"));
                 self.report
                     .error(span, format!("`{}` is too light for the exact exchange", population.name))
                     .label(format!("{density:.1} kg/m^3, below 1.05 times the liquid's {:.1}", least / 1.05))
@@ -261,8 +252,7 @@ impl Search<'_> {
 
     /// Place of the shape of a population in the file.
     fn span_of_shape(&self, population: usize) -> Range<usize> {
-        let at = &self.loaded.text.grains[population];
-        at.value.shape.as_ref().map_or(at.span.clone(), |shape| shape.span.clone())
+        self.loaded.places.at(&format!("grains.{population}.shape"))
     }
 
     /// A packed bed has to fit into the box.
@@ -273,8 +263,7 @@ impl Search<'_> {
             let (GrainPlacement::Packed(_), Some(count)) = (&population.placement, population.count) else { continue };
             let solid = count as Real * self.shapes[n].volume() * population.size.largest().powi(3);
             let height = solid / (PACKED * base);
-            let span =
-                self.loaded.text.grains[n].value.count.as_ref().map_or(self.span(n), |count| count.0.span.clone());
+            let span = self.loaded.places.of(&format!("grains.{n}.count")).unwrap_or(self.span(n));
             let levelled = matches!(&population.placement, GrainPlacement::Packed(how) if how.level.is_some());
             if levelled && solid <= DENSEST * base * extent.z {
                 continue;
@@ -299,12 +288,9 @@ impl Search<'_> {
         }
         const APART: &str = "pack the bed first, with `packing_only = true` under `[run]` and `bed` under `[output]`, \
                              and read it with `placement.bed` beside the other grains";
-        for (population, text) in self.case.grains.iter().zip(&self.loaded.text.grains) {
-            if let (GrainPlacement::Bed(BedFile { relax: true, .. }), Some(at)) =
-                (&population.placement, &text.value.placement)
-                && let PlacementText::Bed(bed) = &at.value
-            {
-                let span = bed.relax.as_ref().map_or(at.span.clone(), |relax| relax.0.span.clone());
+        for (n, population) in self.case.grains.iter().enumerate() {
+            if let GrainPlacement::Bed(BedFile { relax: true, .. }) = &population.placement {
+                let span = self.loaded.places.at(&format!("grains.{n}.placement.bed.relax"));
                 self.report
                     .error(span, format!("`{}` cannot come to rest beside grains that are packed", population.name))
                     .label("the run packs the others without it")
@@ -384,14 +370,8 @@ impl Search<'_> {
     /// Names a grain and points to it as well as the file allows.
     fn name(&self, grain: &Placed) -> (String, Range<usize>) {
         let population = &self.case.grains[grain.population];
-        let place = self.loaded.text.grains[grain.population].value.placement.as_ref();
-        let span = match place.map(|at| &at.value) {
-            Some(PlacementText::List(list)) => list
-                .get(grain.index)
-                .map(|at| at.value.position.as_ref().map_or(at.span.clone(), |position| position.item.span.clone())),
-            _ => None,
-        };
-        (format!("grain {} of `{}`", grain.index, population.name), span.unwrap_or_else(|| self.span(grain.population)))
+        let path = format!("grains.{}.placement.list.{}.position", grain.population, grain.index);
+        (format!("grain {} of `{}`", grain.index, population.name), self.loaded.places.at(&path))
     }
 
     /// No grain may stick out of a wall.

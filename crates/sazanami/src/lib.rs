@@ -29,7 +29,6 @@
 pub mod analyse;
 pub mod assembly;
 pub mod bed_file;
-pub mod case;
 pub mod check;
 pub mod clock;
 mod columns;
@@ -48,3 +47,5 @@ pub mod schedule;
 mod simulation;
 pub mod stop;
 pub mod tanks;
+
+pub use sazanami_case as case;

@@ -198,7 +198,7 @@ fn inputs_of_tank(case: &mut Case) -> Vec<&mut PathBuf> {
         Some(TankMotion::File { file, .. }) => Some(file),
         _ => None,
     });
-    let state = case.particles.as_mut().and_then(|particles| particles.preparation.state.as_mut());
+    let state = case.preparation.state.as_mut();
     let measured = case.ripples.iter_mut().flat_map(|ripples| &mut ripples.measured);
     let profiles = measured.flat_map(|measured| [&mut measured.bed, &mut measured.water]).flatten();
     motion.into_iter().chain(state).chain(profiles).collect()

@@ -61,10 +61,8 @@ fn tank_of(case: &Case) -> String {
     if tank.frame.as_ref().is_some_and(|frame| frame.acceleration == sazanami_numerics::Vector::ZERO) {
         tank.frame = None;
     }
-    if let Some(particles) = &mut tank.particles {
-        particles.preparation.state = None;
-        particles.preparation.cache = true;
-    }
+    tank.preparation.state = None;
+    tank.preparation.cache = true;
     resolved::write(&tank, Paths::NameOnly)
 }
 
@@ -120,9 +118,9 @@ pub fn made_ready(loaded: &LoadedCase, commit: Option<&str>) -> Result<MadeReady
 /// A state that the case names and that does not fit it is an error in `report`.
 fn find(loaded: &LoadedCase, commit: &str, report: &mut Diagnostics, mut say: impl FnMut(String)) -> Option<Snapshot> {
     let case = &loaded.case;
-    let preparation = &case.particles.as_ref()?.preparation;
+    let preparation = &case.preparation;
     if let Some(path) = &preparation.state {
-        let span = loaded.text.preparation.as_ref().map_or(0..0, |at| at.span.clone());
+        let span = loaded.places.at("preparation");
         let (recipe, snapshot) = match read(path) {
             Ok(found) => found,
             Err(problem) => {
@@ -206,7 +204,7 @@ pub(crate) fn keep(job: &Job, snapshot: &Snapshot) -> Result<(), RecordError> {
     writer.add_snapshot(snapshot)?;
     writer.add_json(RECIPE, &recipe)?;
     writer.write_atomic(&job.folder.join(PREPARED))?;
-    let wanted = job.case.particles.as_ref().is_some_and(|particles| particles.preparation.cache);
+    let wanted = job.case.preparation.cache;
     let Some(path) = kept_at(job.case, commit).filter(|_| wanted) else { return Ok(()) };
     let folder = path.parent().unwrap_or(Path::new(""));
     let kept = std::fs::create_dir_all(folder).map_err(|error| error.to_string());

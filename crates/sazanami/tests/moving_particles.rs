@@ -353,8 +353,8 @@ fn resolved_tanks_mean_the_same() {
     let again = load(&resolved::write(&first, Paths::AsGiven), &[]).case;
     assert_eq!(first, again);
     assert_eq!(resolved::hash(&first), resolved::hash(&again));
-    let literal = load(&format!("preset = \"paper_literal\"\n{TANK}"), &[]).case.particles.unwrap();
-    assert_eq!((literal.overlap.blend, literal.reduced_pressure), ([0.4, 0.4], false));
+    let literal = load(&format!("preset = \"paper_literal\"\n{TANK}"), &[]).case;
+    assert_eq!((literal.overlap.blend, literal.particles.unwrap().reduced_pressure), ([0.4, 0.4], false));
 }
 
 /// The errors of a changed case.

@@ -14,6 +14,19 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("sazanami-mps", &["sazanami-parallel", "sazanami-test-support", "sazanami-numerics", "sazanami-dem"]),
     ("sazanami-observe", &["sazanami-parallel", "sazanami-numerics", "sazanami-dem"]),
     ("sazanami-io", &["sazanami-parallel", "sazanami-numerics"]),
+    ("sazanami-case-derive", &[]),
+    (
+        "sazanami-case",
+        &[
+            "sazanami-case-derive",
+            "sazanami-numerics",
+            "sazanami-dem",
+            "sazanami-mics",
+            "sazanami-mps",
+            "sazanami-observe",
+            "sazanami-io",
+        ],
+    ),
     (
         "sazanami",
         &[
@@ -25,6 +38,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "sazanami-mps",
             "sazanami-observe",
             "sazanami-io",
+            "sazanami-case",
         ],
     ),
     (

@@ -5,6 +5,7 @@ mod bench;
 mod check;
 mod completions;
 mod doctor;
+mod explain;
 mod new;
 mod resume;
 mod run;
@@ -19,6 +20,7 @@ use sazanami::error::CommandError;
 pub enum Command {
     New(new::New),
     Check(check::Check),
+    Explain(explain::Explain),
     Run(run::Run),
     Resume(resume::Resume),
     Analyse(analyse::Analyse),
@@ -34,6 +36,7 @@ impl Command {
         match self {
             Self::New(command) => command.execute(),
             Self::Check(command) => command.execute(),
+            Self::Explain(command) => command.execute(),
             Self::Run(command) => command.execute(),
             Self::Resume(command) => command.execute(),
             Self::Analyse(command) => command.execute(),

@@ -1,20 +1,17 @@
 //! The fluid side of a case: boundary, schemes, limits of the step, initial liquid.
 
-use sazanami_mics::advection::{Convection, Limiter};
 use sazanami_mics::boundary::{Boundary, BoundaryError, Side};
-use sazanami_mics::flow::{Carrier, DropVelocity, Flow, Fluids, Schemes};
+use sazanami_mics::flow::{Carrier, Flow, Fluids, Schemes};
 use sazanami_mics::forces::Force;
-use sazanami_mics::grains::{Coupling, Exchange, TorqueArm, Weighting};
-use sazanami_mics::interface::InterfaceScheme;
+use sazanami_mics::grains::Coupling;
 use sazanami_mics::pressure::Tolerance;
 use sazanami_mics::solver::Settings;
 use sazanami_mics::stability::StepLimits;
-use sazanami_mics::viscosity::ViscosityScheme;
 use sazanami_numerics::domain::Domain;
-use sazanami_numerics::geometry::{Region, RegionFractions, VolumeFractionMethod};
-use sazanami_numerics::{Quaternion, Real, Vector};
+use sazanami_numerics::geometry::RegionFractions;
+use sazanami_numerics::{Real, Vector};
 
-use crate::case::meaning::{self, AlphaMethod, BoundarySide, Case, FluidName, LiquidRegion, Placement, Step};
+use crate::case::meaning::{BoundarySide, Case, FluidName, LiquidRegion, Placement, Projection, Step};
 
 /// Sides of the box as the solver knows them.
 pub fn boundary(case: &Case) -> Result<Boundary, BoundaryError> {
@@ -46,10 +43,10 @@ fn part(fluid: FluidName) -> Real {
 /// Properties of the two fluids.
 pub(crate) fn fluids(case: &Case) -> Fluids {
     Fluids {
-        liquid_density: case.fluids.liquid.density,
-        gas_density: case.fluids.gas.density,
-        liquid_viscosity: case.fluids.liquid.viscosity,
-        gas_viscosity: case.fluids.gas.viscosity,
+        liquid_density: case.fluid.liquid.density,
+        gas_density: case.fluid.gas.density,
+        liquid_viscosity: case.fluid.liquid.viscosity,
+        gas_viscosity: case.fluid.gas.viscosity,
     }
 }
 
@@ -57,29 +54,13 @@ pub(crate) fn fluids(case: &Case) -> Fluids {
 pub fn flow(case: &Case, domain: &Domain) -> Flow {
     let options = &case.fluid;
     let schemes = Schemes {
-        interface: match options.vof {
-            meaning::VofScheme::Plic => InterfaceScheme::Plic,
-            meaning::VofScheme::ThincWlic => InterfaceScheme::ThincWlic,
-            meaning::VofScheme::ThincSw => InterfaceScheme::ThincSw,
-        },
-        convection: match options.convection {
-            meaning::Convection::Consistent => Convection::Consistent,
-            meaning::Convection::VelocityForm => Convection::VelocityForm,
-        },
-        limiter: match options.limiter {
-            meaning::Limiter::VanLeer => Limiter::VanLeer,
-            meaning::Limiter::Minmod => Limiter::Minmod,
-            meaning::Limiter::None => Limiter::Unlimited,
-        },
-        viscosity: match options.viscosity {
-            meaning::ViscosityScheme::Implicit => ViscosityScheme::Implicit,
-            meaning::ViscosityScheme::CrankNicolson => ViscosityScheme::CrankNicolson,
-            meaning::ViscosityScheme::Explicit => ViscosityScheme::Explicit,
-            meaning::ViscosityScheme::Off => ViscosityScheme::Off,
-        },
+        interface: options.vof,
+        convection: options.convection,
+        limiter: options.limiter,
+        viscosity: options.viscosity,
         carrier: match options.projection {
-            meaning::Projection::Full => Carrier::Start,
-            meaning::Projection::Incremental => Carrier::Middle,
+            Projection::Full => Carrier::Start,
+            Projection::Incremental => Carrier::Middle,
         },
         ..Schemes::default()
     };
@@ -106,7 +87,7 @@ pub fn settings(case: &Case) -> Settings {
             divergence: case.fluid.divergence_tolerance,
             max_iterations: case.fluid.pressure_iterations,
         },
-        incremental: case.fluid.projection == meaning::Projection::Incremental,
+        incremental: case.fluid.projection == Projection::Incremental,
     }
 }
 
@@ -122,29 +103,11 @@ pub fn first_step(case: &Case) -> Option<Real> {
 pub fn coupling(case: &Case) -> Coupling {
     let options = &case.coupling;
     Coupling {
-        exchange: match options.exchange {
-            meaning::Exchange::Exact => Exchange::Exact,
-            meaning::Exchange::Stress => Exchange::Stress,
-        },
-        weighting: match options.weighting {
-            meaning::Weighting::Mass => Weighting::Mass,
-            meaning::Weighting::Volume => Weighting::Volume,
-        },
-        volume_fraction: volume_fraction(options.alpha),
-        torque_arm: match options.torque_arm {
-            meaning::TorqueArm::Centroid => TorqueArm::Centroid,
-            meaning::TorqueArm::Cell => TorqueArm::Cell,
-        },
-        substeps: super::grains::substeps(case),
-    }
-}
-
-/// Evaluator of covered volumes.
-pub(crate) fn volume_fraction(method: AlphaMethod) -> VolumeFractionMethod {
-    match method {
-        AlphaMethod::Columns(per_axis) => VolumeFractionMethod::Columns { per_axis },
-        AlphaMethod::SubCells(per_axis) => VolumeFractionMethod::SubCells { per_axis },
-        AlphaMethod::Clip => VolumeFractionMethod::Clip,
+        exchange: options.exchange,
+        weighting: options.weighting,
+        volume_fraction: options.alpha,
+        torque_arm: options.torque_arm,
+        substeps: case.dem.substeps,
     }
 }
 
@@ -160,29 +123,6 @@ pub(crate) fn origin_of(liquid: &LiquidRegion, axis: [Real; 2], bed_height: Real
     }
 }
 
-/// A region of the case file as the geometry knows it.
-pub(crate) fn region(region: &meaning::Region) -> Region {
-    match region {
-        meaning::Region::Box { lower, upper } => Region::Box { lower: *lower, upper: *upper },
-        meaning::Region::Sphere { centre, diameter } => Region::Sphere { centre: *centre, radius: 0.5 * diameter },
-        meaning::Region::Spheroid { centre, horizontal_diameter: h, vertical_diameter: v } => Region::Spheroid {
-            centre: *centre,
-            semi_axes: 0.5 * Vector::new(*h, *h, *v),
-            orientation: Quaternion::IDENTITY,
-        },
-        meaning::Region::HalfSpace { point, normal } => Region::HalfSpace { point: *point, normal: *normal },
-        meaning::Region::Union(members) => Region::Union(members.iter().map(self::region).collect()),
-    }
-}
-
-/// Velocity of a liquid in cells it fills in part.
-pub(crate) fn drop_velocity(liquid: &LiquidRegion) -> DropVelocity {
-    match liquid.drop_velocity {
-        meaning::DropVelocity::Mass => DropVelocity::Mass,
-        meaning::DropVelocity::Beta => DropVelocity::Beta,
-    }
-}
-
 /// Columns per cell edge on which the surface of an initial liquid is sampled.
 const COLUMNS: u32 = 8;
 
@@ -191,7 +131,7 @@ const COLUMNS: u32 = 8;
 pub fn pour(case: &Case, domain: &Domain, boundary: &Boundary, flow: &mut Flow, bed_height: Real) {
     for liquid in &case.liquids {
         let origin = origin_of(liquid, case.bed.axis, bed_height);
-        let region = region(&liquid.region.moved(origin));
+        let region = liquid.region.moved(origin).geometry();
         let fractions = RegionFractions::new(&region, domain.grid(), COLUMNS);
         let start = domain.start().map(|n| n as isize);
         let mut beta = domain.field(0.0);
@@ -203,7 +143,7 @@ pub fn pour(case: &Case, domain: &Domain, boundary: &Boundary, flow: &mut Flow, 
             }
         });
         match liquid.fluid {
-            FluidName::Liquid => flow.add_liquid(domain, boundary, &beta, liquid.velocity, drop_velocity(liquid)),
+            FluidName::Liquid => flow.add_liquid(domain, boundary, &beta, liquid.velocity, liquid.drop_velocity),
             FluidName::Gas => set_gas_velocity(domain, flow, &beta, liquid.velocity),
         }
     }

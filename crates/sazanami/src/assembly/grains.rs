@@ -3,28 +3,22 @@
 use std::f64::consts::PI;
 
 use sazanami_dem::{
-    Body, Damping, Grain, Interactions, Lattice, LinearSpringDashpot, Motion, Multiplicity, PackingSettings, Random,
-    Setup, SlipDirection, Substeps, Wall,
+    Body, Grain, Interactions, LinearSpringDashpot, Motion, PackingSettings, Random, Setup, Substeps, Wall,
 };
 use sazanami_numerics::geometry::Shape;
 use sazanami_numerics::{Quaternion, Real, Vector};
 
 use crate::bed_file::Bed;
-use crate::case::meaning::{self, Case, GrainPlacement, Population, SizeDistribution, WALL, WallContact};
+use crate::case::meaning::{
+    BoundarySide, Case, ContactLaw, GrainPlacement, Packing, PackingStop, Population, Rolling, SizeDistribution,
+    Solver, WALL, WallContact,
+};
 
 /// Identifiers of a population begin at its number times this.
 const IDENTIFIERS: u64 = 1 << 32;
 /// Cells around a rank's part in which its grains are known: the exchange needs none, the loads none, but a
 /// grain that moves within a step must stay known.
 const MARGIN_CELLS: Real = 2.0;
-
-/// Contact sub-steps within a step of the fluid.
-pub(crate) fn substeps(case: &Case) -> Substeps {
-    match case.dem.substeps {
-        meaning::Substeps::Auto => Substeps::Auto,
-        meaning::Substeps::Fixed(count) => Substeps::Fixed(count),
-    }
-}
 
 /// Number of a material; the box has the two after the last: its walls, and its vertical sides.
 pub(crate) fn material_number(case: &Case, name: &str) -> u32 {
@@ -57,32 +51,19 @@ pub(crate) fn interactions(case: &Case) -> Interactions {
     interactions
 }
 
-fn contact_law(case: &Case, law: &meaning::ContactLaw) -> LinearSpringDashpot {
+fn contact_law(case: &Case, law: &ContactLaw) -> LinearSpringDashpot {
     LinearSpringDashpot {
         normal_stiffness: law.normal_stiffness,
         tangential_stiffness: law.tangential_stiffness,
-        damping: match law.damping {
-            meaning::Damping::Literal { normal, tangential } => Damping::Literal { normal, tangential },
-            meaning::Damping::Restitution(e) => Damping::Restitution(e),
-        },
+        damping: law.damping,
+        slip_direction: case.dem.slip_direction,
+        multiplicity: case.dem.multiplicity,
+        history: case.dem.history,
         friction: law.friction,
         tension: law.tension,
-        slip_direction: match case.dem.slip_direction {
-            meaning::SlipDirection::Force => SlipDirection::Force,
-            meaning::SlipDirection::Velocity => SlipDirection::Velocity,
-        },
-        multiplicity: match case.dem.multiplicity {
-            meaning::Multiplicity::Sum => Multiplicity::Sum,
-            meaning::Multiplicity::Average => Multiplicity::Average,
-            meaning::Multiplicity::Deepest => Multiplicity::Deepest,
-        },
-        history: match case.dem.history {
-            meaning::HistoryRotation::LengthKept => sazanami_dem::HistoryRotation::LengthKept,
-            meaning::HistoryRotation::Projected => sazanami_dem::HistoryRotation::Projected,
-        },
         rolling_friction: match case.dem.rolling {
-            meaning::Rolling::None => 0.0,
-            meaning::Rolling::ConstantTorque => case.dem.rolling_friction,
+            Rolling::None => 0.0,
+            Rolling::ConstantTorque => case.dem.rolling_friction,
         },
     }
 }
@@ -99,7 +80,7 @@ fn walls(case: &Case) -> Vec<Wall> {
 
 /// What the engine needs beside the grains.
 pub fn setup(case: &Case, shapes: &[Shape]) -> Setup {
-    let largest = case.grains.iter().zip(shapes).map(|(p, s)| s.bounding_radius() * largest_factor(&p.size));
+    let largest = case.grains.iter().zip(shapes).map(|(p, s)| s.bounding_radius() * p.size.largest());
     let reach = largest.fold(0.0, Real::max);
     // Where no wall holds them, grains may leave the box by their size before they are said to have escaped.
     let room = |d: usize, side: usize| if case.dem.grain_walls[d][side] { 0.0 } else { reach };
@@ -111,14 +92,6 @@ pub fn setup(case: &Case, shapes: &[Shape]) -> Setup {
         walls: walls(case),
         region: [lower, upper],
         ghost_margin: MARGIN_CELLS * case.domain.spacing().max_element(),
-    }
-}
-
-fn largest_factor(size: &SizeDistribution) -> Real {
-    match size {
-        SizeDistribution::Equal => 1.0,
-        SizeDistribution::List(list) => list.iter().map(|entry| entry[0]).fold(0.0, Real::max),
-        SizeDistribution::Uniform { upper, .. } | SizeDistribution::Lognormal { upper, .. } => *upper,
     }
 }
 
@@ -146,14 +119,9 @@ pub(crate) fn member(case: &Case, population: usize, index: usize, scale: Real) 
     }
 }
 
-fn motion(case: &Case, motion: meaning::Motion) -> Motion {
-    match motion {
-        meaning::Motion::Free => Motion::Free,
-        // Fixed in the tank, wherever that goes; one that was made ready at rest may be moved later.
-        meaning::Motion::Fixed if case.solver == meaning::Solver::Mps => Motion::WithWalls,
-        meaning::Motion::Fixed => Motion::Fixed,
-        meaning::Motion::Prescribed => Motion::Prescribed,
-    }
+/// Fixed in the tank, wherever that goes; one that was made ready at rest may be moved later.
+fn motion(case: &Case, motion: Motion) -> Motion {
+    if motion == Motion::Fixed && case.solver == Solver::Mps { Motion::WithWalls } else { motion }
 }
 
 /// Draws the size factors of a population.
@@ -162,13 +130,13 @@ fn factors(population: &Population, count: usize) -> Vec<Real> {
     let mut draw = || match &population.size {
         SizeDistribution::Equal => 1.0,
         SizeDistribution::List(list) => {
-            let total: Real = list.iter().map(|entry| entry[1]).sum();
+            let total: Real = list.iter().map(|share| share.weight).sum();
             let mut left = random.unit() * total;
-            let chosen = list.iter().find(|entry| {
-                left -= entry[1];
+            let chosen = list.iter().find(|share| {
+                left -= share.weight;
                 left < 0.0
             });
-            chosen.or(list.last()).map_or(1.0, |entry| entry[0])
+            chosen.or(list.last()).map_or(1.0, |share| share.factor)
         }
         SizeDistribution::Uniform { lower, upper } => random.between(*lower, *upper),
         SizeDistribution::Lognormal { median, sigma, lower, upper } => loop {
@@ -257,22 +225,19 @@ pub(crate) fn to_pack(case: &Case) -> Option<(PackingSettings, Vec<Grain>)> {
     Some((settings, grains))
 }
 
-fn packing_settings(case: &Case, how: &meaning::Packing) -> PackingSettings {
-    let periodic = case.boundary.map(|sides| sides[0] == meaning::BoundarySide::Periodic);
+fn packing_settings(case: &Case, how: &Packing) -> PackingSettings {
+    let periodic = case.boundary.map(|sides| sides[0] == BoundarySide::Periodic);
     PackingSettings {
         periodic: [periodic[0], periodic[1]],
         wall_material: case.materials.len() as u32,
-        lattice: match how.lattice {
-            meaning::Lattice::Tall => Lattice::Cubic,
-            meaning::Lattice::Low => Lattice::Low,
-        },
+        lattice: how.lattice,
         spacing: how.spacing,
         jitter: how.jitter,
         seed: 0,
         gravity: case.gravity.length(),
         fall_factor: how.fall_gravity,
         settling_time: how.settle_time,
-        by_time_only: how.stop == meaning::PackingStop::TimeOnly,
+        by_time_only: how.stop == PackingStop::TimeOnly,
         rest_speed: how.mean_speed,
         rest_energy: how.energy_ratio,
         fall_friction: how.friction_scale,

@@ -1,14 +1,12 @@
 //! Water as moving particles: tank, scheme, coupling, and the fluid where it begins.
 
 use sazanami_dem::{Body, Setup};
-use sazanami_mps::boundary::{Side, Tank, WallFriction};
 use sazanami_mps::filling;
-use sazanami_mps::grains::{Coupling, DensityReference, DragParameters, Forchheimer, GrainPhase, SphereDrag};
+use sazanami_mps::grains::{Coupling, DragParameters, Forchheimer, GrainPhase};
 use sazanami_mps::pressure::Tolerance;
-use sazanami_mps::scheme::{Fluid, GradientForm, Scheme, SourceForm, Stabilisation};
+use sazanami_mps::scheme::{Fluid, Scheme, Stabilisation};
 use sazanami_mps::solver::{FluidParticle, Settings};
 use sazanami_mps::stability::StepLimits;
-use sazanami_mps::weight::{LaplacianForm, Wendland};
 use sazanami_numerics::domain::{Domain, LayoutError};
 use sazanami_numerics::geometry::{Region, Shape};
 use sazanami_numerics::grid::Grid;
@@ -16,7 +14,7 @@ use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::Communicator;
 
 use super::{fluid, grains};
-use crate::case::meaning::{self, BoundarySide, Case, FluidName, GrainShape};
+use crate::case::meaning::{BoundarySide, Case, FluidName, GrainShape, Population, PressureForce, StabilisationWeight};
 
 /// Cells of the division into ranks, over the radius of influence.
 const CELL: Real = 0.56;
@@ -24,24 +22,6 @@ const CELL: Real = 0.56;
 const GRAIN_WAY: Real = 0.6;
 /// Places in each direction at which the void fraction of a height is taken, over the smoothing radius.
 const PLACES: Real = 1.0;
-
-/// The box and its walls.
-pub(crate) fn tank(case: &Case) -> Tank {
-    let slips = case.boundary.iter().flatten().any(|side| *side == BoundarySide::Slip);
-    let friction = if slips { WallFriction::Slip } else { WallFriction::NoSlip };
-    Tank::new(case.domain.lower, case.domain.upper, case.boundary.map(|sides| sides.map(side)), friction)
-}
-
-fn side(side: BoundarySide) -> Side {
-    match side {
-        // The others are refused with the case.
-        BoundarySide::NoSlip | BoundarySide::Slip | BoundarySide::Moving { .. } | BoundarySide::Inflow { .. } => {
-            Side::Wall
-        }
-        BoundarySide::Periodic => Side::Periodic,
-        BoundarySide::Outflow | BoundarySide::FixedPressure { .. } => Side::Open,
-    }
-}
 
 /// Cells by which the tank is divided among ranks.
 pub(crate) fn grid(case: &Case) -> Grid {
@@ -61,35 +41,23 @@ pub(crate) fn domain(case: &Case, communicator: Box<dyn Communicator>) -> Result
 /// How fluid and step are computed.
 pub(crate) fn settings(case: &Case, level: Real) -> Settings {
     let p = case.moving_particles();
-    let liquid = case.fluids.liquid;
+    let liquid = case.fluid.liquid;
     let middle = 0.5 * (case.domain.lower + case.domain.upper);
     let stabilised = |weighted| Some(Stabilisation { distance: p.stabilisation_distance, weighted });
     Settings {
         fluid: Fluid { density: liquid.density, viscosity: liquid.viscosity / liquid.density, spacing: p.spacing },
         scheme: Scheme {
-            weight: match p.weight {
-                meaning::Wendland::C2 => Wendland::C2,
-                meaning::Wendland::C4 => Wendland::C4,
-            },
+            weight: p.weight,
             radius: p.radius,
-            source: match p.source {
-                meaning::Order::HigherOrder => SourceForm::HigherOrder,
-                meaning::Order::Classical => SourceForm::Classical,
-            },
-            laplacian: match p.laplacian {
-                meaning::Order::HigherOrder => LaplacianForm::HigherOrder,
-                meaning::Order::Classical => LaplacianForm::Classical,
-            },
+            source: p.source,
+            laplacian: p.laplacian,
             compensation: p.compensation,
             relaxation: if p.relaxation > 0.0 { p.relaxation } else { Real::INFINITY },
-            gradient: match p.gradient {
-                meaning::GradientForm::Corrected => GradientForm::Corrected,
-                meaning::GradientForm::Classical => GradientForm::Classical,
-            },
+            gradient: p.gradient,
             stabilisation: match p.stabilisation {
-                meaning::KeepApart::Weighted => stabilised(true),
-                meaning::KeepApart::Full => stabilised(false),
-                meaning::KeepApart::Off => None,
+                StabilisationWeight::Weighted => stabilised(true),
+                StabilisationWeight::Full => stabilised(false),
+                StabilisationWeight::Off => None,
             },
             shifting: p.shifting,
             reduced_pressure: p.reduced_pressure,
@@ -102,34 +70,27 @@ pub(crate) fn settings(case: &Case, level: Real) -> Settings {
 
 /// How grains and fluid act on each other.
 pub(crate) fn coupling(case: &Case) -> Coupling {
-    let overlap = &case.moving_particles().overlap;
-    let liquid = case.fluids.liquid;
+    let overlap = &case.overlap;
+    let liquid = case.fluid.liquid;
     Coupling {
         drag: DragParameters {
             kozeny: overlap.kozeny,
             forchheimer: overlap.forchheimer.map_or(Forchheimer::Ergun, Forchheimer::Constant),
-            sphere: match overlap.sphere_drag {
-                meaning::SphereDrag::SchillerNaumann => SphereDrag::SchillerNaumann,
-                meaning::SphereDrag::DallaValle => SphereDrag::DallaValle,
-            },
-            reference: match overlap.density_reference {
-                meaning::DensityReference::SimpleCubic => DensityReference::SimpleCubic,
-                meaning::DensityReference::ClosePacked => DensityReference::ClosePacked,
-                meaning::DensityReference::Solid => DensityReference::Solid,
-            },
+            sphere: overlap.sphere_drag,
+            reference: overlap.density_reference,
             blend: overlap.blend,
             ..DragParameters::recommended(liquid.density, liquid.viscosity)
         },
         smoothing: overlap.smoothing,
         least_void: overlap.least_void,
-        implicit_pressure_force: overlap.pressure_force == meaning::PressureForce::Implicit,
-        substeps: grains::substeps(case),
+        implicit_pressure_force: overlap.pressure_force == PressureForce::Implicit,
+        substeps: case.dem.substeps,
     }
 }
 
 /// Spheres as the engine knows them, whatever mesh they would have.
 pub(crate) fn bodies(case: &Case) -> Vec<Body> {
-    let radius = |population: &meaning::Population| match population.shape {
+    let radius = |population: &Population| match population.shape {
         GrainShape::Sphere { diameter, .. } => 0.5 * diameter,
         _ => unreachable!("only spheres are accepted with the case"),
     };
@@ -140,7 +101,7 @@ pub(crate) fn bodies(case: &Case) -> Vec<Body> {
 pub(crate) fn setup(case: &Case, shapes: &[Shape]) -> Setup {
     let particles = case.moving_particles();
     let largest = case.grains.iter().filter_map(|p| Some(p.shape.size()? * p.size.largest())).fold(0.0, Real::max);
-    let reach = particles.overlap.smoothing.max(particles.radius * particles.spacing);
+    let reach = case.overlap.smoothing.max(particles.radius * particles.spacing);
     let mut setup =
         Setup { bodies: bodies(case), ghost_margin: reach + GRAIN_WAY * largest, ..grains::setup(case, shapes) };
     if case.walls_move() {
@@ -165,7 +126,7 @@ pub(crate) fn fill(case: &Case, domain: &Domain, grains: &GrainPhase, bed_height
     let (lower, upper) = (case.domain.lower, case.domain.upper);
     let spacing = case.moving_particles().spacing;
     let extent = upper - lower;
-    let step = PLACES * case.moving_particles().overlap.smoothing.min(extent.min_element());
+    let step = PLACES * case.overlap.smoothing.min(extent.min_element());
     let counts = [0, 1].map(|d| ((extent[d] / step).ceil() as usize).max(1));
     let me = domain.communicator().rank();
     let void = |z: Real| {
@@ -188,7 +149,7 @@ pub(crate) fn fill(case: &Case, domain: &Domain, grains: &GrainPhase, bed_height
         .iter()
         .map(|liquid| {
             let origin = fluid::origin_of(liquid, case.bed.axis, bed_height);
-            (fluid::region(&liquid.region.moved(origin)), liquid.fluid, liquid.velocity)
+            (liquid.region.moved(origin).geometry(), liquid.fluid, liquid.velocity)
         })
         .collect();
     let places = filling::layers(lower, upper, level(case, bed_height), spacing, void);

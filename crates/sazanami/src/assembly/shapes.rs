@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 
 use sazanami_io::mesh::MeshFileError;
 use sazanami_numerics::geometry::{
-    ContactSphereRule, Shape, ShapeError, SphereListError, SpheroidMesh, VolumeRule, parse_sphere_list,
+    ContactSphereRule, Shape, ShapeError, SphereListError, SpheroidMesh, parse_sphere_list,
 };
 
-use crate::case::meaning::{ContactSphereChoice, GrainShape, Population, VolumeChoice};
+use crate::case::meaning::{ContactSphereChoice, GrainShape, Population};
 
 /// Most contact spheres that a file may list: their numbers are kept in 16 bits.
 const MOST_LISTED: usize = 20_000;
@@ -54,12 +54,10 @@ pub enum ShapeProblem {
 pub fn shape_of(population: &Population) -> Result<Shape, ShapeProblem> {
     let rule = contact_spheres(&population.contact_spheres)?;
     let shape = match &population.shape {
-        GrainShape::Sphere { diameter, refinement, volume } => {
-            Shape::sphere(*diameter, *refinement, volume_rule(*volume), &rule)?
-        }
+        GrainShape::Sphere { diameter, refinement, volume } => Shape::sphere(*diameter, *refinement, *volume, &rule)?,
         GrainShape::Spheroid { diameter, length, rings, segments, volume } => {
-            let resolution = resolution(*rings, *segments);
-            Shape::spheroid(0.5 * diameter, 0.5 * length, resolution, volume_rule(*volume), &rule)?
+            let resolution = SpheroidMesh { rings: *rings, segments: *segments };
+            Shape::spheroid(0.5 * diameter, 0.5 * length, resolution, *volume, &rule)?
         }
         GrainShape::Box { size } => Shape::cuboid(*size, &rule)?,
         GrainShape::Mesh { file, unit } => {
@@ -67,17 +65,6 @@ pub fn shape_of(population: &Population) -> Result<Shape, ShapeProblem> {
         }
     };
     Ok(shape.named(&population.name))
-}
-
-fn resolution(rings: usize, segments: usize) -> SpheroidMesh {
-    SpheroidMesh { rings, segments }
-}
-
-fn volume_rule(choice: VolumeChoice) -> VolumeRule {
-    match choice {
-        VolumeChoice::Inscribed => VolumeRule::Inscribed,
-        VolumeChoice::Preserve => VolumeRule::Preserve,
-    }
 }
 
 fn contact_spheres(choice: &ContactSphereChoice) -> Result<ContactSphereRule, ShapeProblem> {

@@ -45,8 +45,8 @@ pub(super) fn predict(
     if case.run.packing_only {
         return parts;
     }
-    if let (Some(particles), Some(how)) = (particles, &case.particles) {
-        let before = super::particles::preparation_steps(how, case.run.until / work.steps.max(1.0));
+    if let Some(particles) = particles.filter(|_| case.particles.is_some()) {
+        let before = super::particles::preparation_steps(&case.preparation, case.run.until / work.steps.max(1.0));
         let before = if work.made_ready { 0.0 } else { before };
         let steps = work.steps + before;
         parts.push(("fluid", super::particles::predict(particles, steps, threads, model)));
@@ -105,7 +105,7 @@ fn fall_of<'c>(case: &'c Case, populations: &[PopulationReport]) -> Option<(&'c 
         volume += grains * population.shape.volume().unwrap_or(long * thick * thick);
         extent = extent.max(long);
         layer = layer.max(match packing.lattice {
-            Lattice::Tall => long,
+            Lattice::Cubic => long,
             Lattice::Low => thick + TILT.sin() * (long - thick),
         });
     }

@@ -213,7 +213,7 @@ fn of_particles(case: &Case, how: &Particles, speeds: [Vector; 2]) -> (Vec<Limit
     let [flow, grains] = speeds.map(Vector::length);
     let sizes = case.grains.iter().filter_map(|p| Some(p.shape.size()? * p.size.smallest()));
     let smallest = sizes.fold(Real::INFINITY, Real::min);
-    let viscosity = case.fluids.liquid.viscosity / case.fluids.liquid.density;
+    let viscosity = case.fluid.liquid.viscosity / case.fluid.liquid.density;
     let speed = |of: Real| format!("at {} m/s, foreseen", super::number(of, 3));
     let rule = |of: ParticleLimit| match of {
         ParticleLimit::Advective => format!("{courant} of the particle spacing {}", speed(flow)),

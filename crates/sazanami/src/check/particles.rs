@@ -7,7 +7,8 @@ use serde::Serialize;
 
 use super::{CostModel, PACKED_SPHERES};
 use crate::case::meaning::{
-    BoundarySide, Case, FluidName, GrainPlacement, LiquidRegion, Particles, Placement, Population, Region, Solver,
+    BoundarySide, Case, FluidName, GrainPlacement, LiquidRegion, Particles, Placement, Population, Preparation, Region,
+    Solver,
 };
 
 /// Layers of a wall beside those within the radius of influence.
@@ -169,7 +170,7 @@ fn waves(case: &Case, axis: usize, amplitude: Real, frequency: Real, depth: Real
         end_elevation: elevation * half.sin().abs(),
         largest_elevation: elevation * places.map(|place| place.sin().abs()).fold(0.0, Real::max),
         tank_speed: amplitude * omega,
-        stokes_layer_m: (2.0 * case.fluids.liquid.viscosity / case.fluids.liquid.density / omega).sqrt(),
+        stokes_layer_m: (2.0 * case.fluid.liquid.viscosity / case.fluid.liquid.density / omega).sqrt(),
     }
 }
 
@@ -216,8 +217,7 @@ pub(super) fn memory(report: &ParticlesReport, model: &CostModel) -> Real {
 }
 
 /// Steps that come before the run, at most.
-pub(super) fn preparation_steps(particles: &Particles, dt: Real) -> Real {
-    let preparation = &particles.preparation;
+pub(super) fn preparation_steps(preparation: &Preparation, dt: Real) -> Real {
     if preparation.state.is_some() {
         return 0.0;
     }

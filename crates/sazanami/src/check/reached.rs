@@ -35,7 +35,7 @@ fn terminal_speed(case: &Case, population: &Population, gravity: Real, lowest: R
     let liquids = case.liquids.iter().filter(|liquid| liquid.fluid == FluidName::Liquid);
     let level =
         liquids.map(|liquid| top(&liquid.placement, liquid.region.heights()[1])).fold(Real::NEG_INFINITY, Real::max);
-    let fluid = if level >= lowest { case.fluids.liquid } else { case.fluids.gas };
+    let fluid = if level >= lowest { case.fluid.liquid } else { case.fluid.gas };
     let size = population.shape.size()? * population.size.largest();
     let density = match population.mass_override {
         Some(mass) => mass / population.shape.volume()?,

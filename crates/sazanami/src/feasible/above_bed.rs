@@ -62,10 +62,8 @@ impl Search<'_> {
         if !height.is_finite() || height <= top {
             return;
         }
-        let at = &self.loaded.text.liquid[number];
-        let text = &at.value;
-        let span = (text.above_bed.as_ref().or(text.gap_above_bed.as_ref()))
-            .map_or(at.span.clone(), |height| height.item.span.clone());
+        let place = |key: &str| self.loaded.places.of(&format!("liquid.{number}.{key}"));
+        let span = place("above_bed").or_else(|| place("gap_above_bed")).unwrap_or(0..0);
         let title = format!("`{}` does not fit above the bed", liquid.name);
         let label = format!(
             "it reaches {:.4} mm above the floor, the box {:.4} mm, the bed H_s = {:.4} mm",
@@ -84,13 +82,12 @@ impl Search<'_> {
 
     /// A liquid must not touch grains unless that is allowed.
     fn clear_of_grains(&mut self, number: usize, liquid: &LiquidRegion, origin: Vector, lying: &[Placed]) {
-        let region = fluid::region(&liquid.region.moved(origin));
+        let region = liquid.region.moved(origin).geometry();
         // Where a bed relaxes first, the run tells.
         let stays = |grain: &&Placed| grain.origin != (Origin::Bed { relaxes: true });
         let Some(grain) = lying.iter().filter(stays).find(|grain| self.touches(&region, grain)) else { return };
         let (name, _) = self.name(grain);
-        let at = &self.loaded.text.liquid[number];
-        let span = at.value.region.as_ref().map_or(at.span.clone(), |region| region.span.clone());
+        let span = self.loaded.places.at(&format!("liquid.{number}.region"));
         self.report
             .error(span, format!("`{}` touches grains", liquid.name))
             .label(format!("it reaches {name}"))

@@ -5,8 +5,6 @@ use std::path::{Path, PathBuf};
 
 use crate::bed_file::Bed;
 use crate::case::meaning::{BedFile, GrainPlacement};
-use crate::case::schema::PlacementText;
-use crate::case::written::At;
 use crate::case::{Diagnostics, LoadedCase};
 
 /// Reads the beds that populations name; each population is given the grains of its own shape.
@@ -51,14 +49,7 @@ fn again(file: &BedFile) -> String {
 
 /// Place of the bed file of a population in the case file.
 fn span(loaded: &LoadedCase, population: usize) -> Range<usize> {
-    let at = &loaded.text.grains[population];
-    match &at.value.placement {
-        Some(At { value: PlacementText::Bed(bed), span }) => {
-            bed.file.as_ref().map_or(span.clone(), |file| file.0.span.clone())
-        }
-        Some(placement) => placement.span.clone(),
-        None => at.span.clone(),
-    }
+    loaded.places.at(&format!("grains.{population}.placement.bed.file"))
 }
 
 /// Gives each of `users` its grains of a bed.
@@ -128,14 +119,11 @@ fn choose(names: &[String], wanted: &[&str]) -> Vec<Option<usize>> {
 /// A `count` beside a bed has to be that of the bed.
 fn count_agrees(loaded: &LoadedCase, population: usize, found: usize, report: &mut Diagnostics) {
     let kind = &loaded.case.grains[population];
-    if let (Some(count), Some(text)) = (kind.count, &loaded.text.grains[population].value.count)
+    if let (Some(count), Some(span)) = (kind.count, loaded.places.of(&format!("grains.{population}.count")))
         && count != found
     {
         report
-            .error(
-                text.0.span.clone(),
-                format!("`count` says {count}, the bed holds {found} grains of `{}`", kind.name),
-            )
+            .error(span, format!("`count` says {count}, the bed holds {found} grains of `{}`", kind.name))
             .label("the bed file gives the number by itself")
             .help("leave out `count`, or name another bed file");
     }
@@ -144,8 +132,7 @@ fn count_agrees(loaded: &LoadedCase, population: usize, found: usize, report: &m
 /// The bed file of the run has to be writable before hours are spent on the bed.
 pub(super) fn can_be_written(loaded: &LoadedCase, report: &mut Diagnostics) {
     let Some(path) = &loaded.case.output.bed else { return };
-    let written = loaded.text.output.as_ref().and_then(|output| output.value.bed.as_ref());
-    let span = written.map_or(0..0, |bed| bed.0.span.clone());
+    let span = loaded.places.at("output.bed");
     let folder = match path.parent() {
         Some(folder) if folder != Path::new("") => folder,
         _ => Path::new("."),

@@ -7,9 +7,7 @@ use sazanami_numerics::Real;
 
 use super::Search;
 use crate::case::meaning::{PairContact, Solver};
-use crate::case::schema::{FrameText, RunText};
 use crate::case::units::rounded;
-use crate::case::written::At;
 use crate::check::{
     Cause, CostModel, LimitReport, Pace, ShapeFacts, TankReport, number, packing_substeps, population_reports, speeds,
     stiffest_contact, strongest_force, tank,
@@ -86,12 +84,10 @@ impl Search<'_> {
 
     /// Refuses steps without end.
     fn without_end(&mut self, pace: &Pace) {
-        let written = self.loaded.text.run.as_ref();
-        let until = |at: &At<RunText>| at.value.until.as_ref().map_or(at.span.clone(), |until| until.item.span.clone());
         let rule = pace.limits.iter().find(|limit| limit.rules);
         let rule = rule.map_or(String::new(), |limit| format!("; `{}` rules the step: {}", limit.name, limit.rule));
         self.report
-            .error_at(written.map(until), "this run would not come to its end")
+            .error_at(self.loaded.places.near("run.until"), "this run would not come to its end")
             .label(format!("about {} steps of {} s", number(pace.steps, 0), rounded(pace.dt)))
             .help(format!("end it sooner{rule}"));
     }
@@ -101,12 +97,8 @@ impl Search<'_> {
         if fixed_step(self.case).is_none() {
             return;
         }
-        let (text, on_grid) = (&self.loaded.text, self.case.solver == Solver::Mics);
-        let written = match self.case.solver {
-            Solver::Mps => text.particles.as_ref().and_then(|at| at.value.dt.as_ref()),
-            Solver::Mics => text.fluid.as_ref().and_then(|at| at.value.dt.as_ref()),
-        };
-        let span = written.map(|dt| dt.item.span.clone());
+        let on_grid = self.case.solver == Solver::Mics;
+        let span = self.loaded.places.of(if on_grid { "fluid.dt" } else { "particles.dt" });
         // The fluid on a grid makes several passes where it has to.
         let in_passes = [Limit::Advective, Limit::Viscous].map(Limit::name);
         let binding = |limit: &&LimitReport| !(limit.rules || on_grid && in_passes.contains(&limit.name));
@@ -141,30 +133,25 @@ impl Search<'_> {
 
     /// Place of what makes a speed.
     fn span_of_cause(&self, cause: Cause) -> Option<Range<usize>> {
-        let text = &self.loaded.text;
-        let of_frame =
-            |at: &At<FrameText>| at.value.motion.as_ref().map_or(at.span.clone(), |motion| motion.span.clone());
+        let places = &self.loaded.places;
         match cause {
-            Cause::Liquid(n) => text.liquid.get(n).map(|at| at.span.clone()),
-            Cause::Side => text.boundary.as_ref().map(|at| at.span.clone()),
-            Cause::Frame => text.frame.as_ref().map(of_frame),
+            Cause::Liquid(n) => places.of(&format!("liquid.{n}")),
+            Cause::Side => places.of("boundary"),
+            Cause::Frame => places.near("frame.motion"),
             Cause::Grains(n) => Some(self.span(n)),
         }
     }
 
     /// Place of the body force: the frame, or gravity.
     fn span_of_force(&self) -> Option<Range<usize>> {
-        let text = &self.loaded.text;
-        let gravity = text.gravity.as_ref().map(|gravity| gravity.item.span.clone());
-        text.frame.as_ref().map(|at| at.span.clone()).or(gravity)
+        self.loaded.places.of("frame").or_else(|| self.loaded.places.of("gravity"))
     }
 
     /// Place of the stiffness of a contact.
     fn span_of_contact(&self, pair: &PairContact) -> Option<Range<usize>> {
         let names = [format!("{}/{}", pair.a, pair.b), format!("{}/{}", pair.b, pair.a), "default".into()];
-        let contacts = &self.loaded.text.contact;
-        let (_, at) = names.iter().find_map(|wanted| contacts.iter().find(|(name, _)| name.0.get_ref() == wanted))?;
-        let stiffness = at.value.normal_stiffness.as_ref();
-        Some(stiffness.map_or(at.span.clone(), |stiffness| stiffness.item.span.clone()))
+        let places = &self.loaded.places;
+        let given = names.iter().find(|name| places.of(&format!("contact.{name}")).is_some())?;
+        places.near(&format!("contact.{given}.normal_stiffness"))
     }
 }

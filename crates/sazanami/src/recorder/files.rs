@@ -17,11 +17,11 @@ use super::RecordError;
 use super::bed::GatheredGrains;
 use super::summary::Fixed;
 use crate::case::meaning::FieldPrecision;
-use crate::case::written::ChoiceSet;
 use crate::clock::Clock;
 use crate::machine::Machine;
 use crate::results::{CASE, CHECKPOINTS, FIELD_SERIES, FIELDS, FIGURES, GRAIN_SERIES, GRAINS, PROBES, SERIES};
 use crate::simulation::{Job, RankError, RunState};
+use sazanami_numerics::choice::Choice;
 
 /// Time [s] and step a resumed run goes on from.
 type Left = Option<(Real, u64)>;

@@ -99,7 +99,7 @@ pub(super) fn solver(
 }
 
 fn first_stage(case: &Case) -> Stage {
-    let preparation = &case.moving_particles().preparation;
+    let preparation = &case.preparation;
     match () {
         () if preparation.relax_steps > 0 => Stage::Relaxing(0),
         () if preparation.settle > 0.0 => Stage::Settling(0.0),
@@ -114,7 +114,7 @@ fn restored(job: &Job, domain: Domain, snapshot: &Snapshot) -> Result<Solver, Ra
     let engine = Engine::restore(&domain, setup, GRAINS, snapshot).map_err(StateError::Grains)?;
     let grains = GrainPhase::new(&domain, engine, particles::coupling(case));
     let settings = particles::settings(case, particles::level(case, case.domain.lower.z));
-    let solver = Solver::restore(domain, settings, particles::tank(case), grains, snapshot);
+    let solver = Solver::restore(domain, settings, case.tank(), grains, snapshot);
     Ok(solver.map_err(StateError::Restore)?)
 }
 
@@ -143,7 +143,7 @@ fn poured(
     start::within_box(job, &domain, &engine)?;
     let bed_height = recorder.measure_bed(&domain, &engine);
     start::liquids_fit(job, bed_height)?;
-    let tank = particles::tank(case);
+    let tank = case.tank();
     let mut grains = GrainPhase::new(&domain, engine, particles::coupling(case));
     grains.place(&domain, &tank);
     let fluid = particles::fill(case, &domain, &grains, bed_height);
@@ -180,7 +180,7 @@ fn make_ready(
     recorder: &mut Recorder<ParticleObserver>,
 ) -> Result<bool, RankError> {
     let case = job.case;
-    let how = &case.moving_particles().preparation;
+    let how = &case.preparation;
     let gravity = case.resting_gravity();
     let forcing = Forcing { body_force: gravity, ..Forcing::default() };
     let mut steps = 0;

@@ -10,7 +10,7 @@ use sazanami_mics::solver::{Solver, StepReport};
 use sazanami_numerics::snapshot::Snapshot;
 use sazanami_numerics::{Real, Vector};
 use sazanami_observe::budget::{LiquidBudget, LiquidVolume, MomentumBudget};
-use sazanami_observe::erosion::{CountedGrains, Erosion, ErosionSettings, InitialBed};
+use sazanami_observe::erosion::{Erosion, ErosionSettings, InitialBed};
 use sazanami_observe::splash::SplashTracker;
 
 use super::bed::GatheredGrains;
@@ -18,7 +18,7 @@ use super::columns::SeriesCell;
 use super::files::Files;
 use super::observer::{Observer, Step, SummaryParts, Warning};
 use super::{RecordError, Totals};
-use crate::case::meaning::{Case, ErosionMode};
+use crate::case::meaning::Case;
 use crate::clock::Clock;
 use crate::simulation::{Job, RankError};
 
@@ -300,10 +300,7 @@ pub(super) fn erosion_settings(case: &Case) -> Option<ErosionSettings> {
         cell: erosion.dx,
         layer: erosion.dr,
         largest_radius: erosion.r_max,
-        counted: match erosion.mode {
-            ErosionMode::Surface => CountedGrains::Surface,
-            ErosionMode::All => CountedGrains::All,
-        },
+        counted: erosion.mode,
         ..ErosionSettings::recommended(lower, upper, case.domain.lower.z, erosion.grain_size)
     })
 }

@@ -117,10 +117,7 @@ impl ParticleObserver {
             return;
         }
         let surface = ripples::BedSurfaceSettings {
-            side: match case.image_side {
-                meaning::ImageSide::Lower => ripples::ViewedSide::Lower,
-                meaning::ImageSide::Upper => ripples::ViewedSide::Upper,
-            },
+            side: case.image_side,
             ..ripples::BedSurfaceSettings::of_grains(case.grain_size)
         };
         let bed = BedSurfaces::of(&self.tank, &self.sight.grain_view(), &surface);

@@ -149,7 +149,7 @@ pub(crate) fn weight_of_grain(case: &Case) -> Real {
     let first = case.grains.first();
     let density = first.and_then(|kind| case.material(&kind.material)).map_or(SAND, |material| material.density);
     let size = first.and_then(|kind| kind.shape.size()).unwrap_or(1e-3);
-    submerged_weight(size, density, case.fluids.liquid.density, case.gravity.length()).abs()
+    submerged_weight(size, density, case.fluid.liquid.density, case.gravity.length()).abs()
 }
 
 #[cfg(test)]

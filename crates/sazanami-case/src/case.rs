@@ -1,0 +1,344 @@
+//! The top of a case file, and what the rest of the program asks of a case.
+
+use std::path::{Path, PathBuf};
+
+use sazanami_case_derive::Keys;
+use sazanami_io::MeasuredProfile;
+use sazanami_io::readings::ReadingsError;
+use sazanami_mps::boundary::{Side, Tank, WallFriction};
+use sazanami_numerics::{Real, Vector};
+use serde_json::json;
+
+use crate::key::{KeyDoc, ValueDoc};
+use crate::presets::{Preset, Solver};
+use crate::read::{At, Context, Table};
+use crate::tables::{
+    Bed, BoundarySide, BoxDomain, Checkpoints, ContactLaw, Contacts, Coupling, DemOptions, Erosion, FluidOptions,
+    Frame, GrainPlacement, LiquidRegion, Material, Materials, Measured, Outputs, Overlap, Particles, Population,
+    Preparation, Probe, Ripples, RunLength, Sides, WallMotion, check_names,
+};
+use crate::value::{Range1, Value};
+use crate::write::{Paths, Written};
+use crate::{cross_checks, moving_particles};
+
+// Fields stand in the order in which they are read: what a default depends on comes before.
+/// A sazanami case: grains under moving water. Every number with a dimension is a text with its unit.
+#[derive(Clone, Debug, PartialEq, Keys)]
+#[keys(check = Self::check)]
+pub struct Case {
+    /// Name of the folder of results, `runs/<name>-<n>`.
+    #[key(default = cx.known.file_name.clone(), says = "the file's name")]
+    pub name: String,
+    /// One line for people; stands in pictures.
+    #[key(default = String::new(), says = "empty")]
+    pub title: String,
+    /// Set of defaults; any key of the case stands above it.
+    #[key(word, shared, default = Preset::Recommended)]
+    pub preset: Preset,
+    /// Solver of the water. Tables of the other solver are left alone, so that one case can be run with both.
+    #[key(word, shared, default = Solver::Mics)]
+    pub solver: Solver,
+    /// Gravity: a vector, or a magnitude that points down x3.
+    #[key(unit = "m/s^2", via = Gravity, shared, default = Vector::new(0.0, 0.0, -9.8), says = "9.8 m/s^2")]
+    pub gravity: Vector,
+    /// The box and its cells.
+    #[key(table, shared, default = absent::<BoxDomain>(table, "domain",
+          "`[domain]` with `size = [\"33.8 mm\", \"33.8 mm\", \"25 mm\"]` and `cells = [88, 92, 66]`", cx),
+          says = "required")]
+    pub domain: BoxDomain,
+    /// The sides of the box, `boundary[direction][0 lower, 1 upper]`.
+    #[key(table, from_nothing, shared)]
+    pub boundary: Sides,
+    /// How long the run is.
+    #[key(table, shared, default = absent::<RunLength>(table, "run", "`[run]` with `until = \"0.02 s\"`", cx),
+          says = "required")]
+    pub run: RunLength,
+    /// Motion of the box.
+    #[key(table, shared)]
+    pub frame: Option<Frame>,
+    /// Liquid, gas and how they are computed.
+    #[key(table, from_nothing)]
+    pub fluid: FluidOptions,
+    /// How fluid and resolved grains act on each other.
+    #[key(table, from_nothing)]
+    pub coupling: Coupling,
+    /// How grains are moved.
+    #[key(table, from_nothing, shared)]
+    pub dem: DemOptions,
+    /// What grains are made of, by names of your choice: `[material.NAME]`.
+    #[key(table, named, from_nothing, shared, name = "material")]
+    pub materials: Materials,
+    /// Contact of pairs of materials, `[contact."A/B"]`; `"A/wall"` is the box (as `"A/A"` where it is not given),
+    /// `default` what a pair does not give itself.
+    #[key(table, named, from_nothing, name = "contact")]
+    pub contacts: Contacts,
+    /// Populations of grains.
+    #[key(tables, shared)]
+    pub grains: Vec<Population>,
+    /// Water as moving particles, for `solver = "mps"`.
+    #[key(table)]
+    pub particles: Option<Particles>,
+    /// How grains and the particles of water that overlap them act on each other, for `solver = "mps"`.
+    #[key(table, from_nothing, omit_if = self.particles.is_none())]
+    pub overlap: Overlap,
+    /// How a bed in water is made ready before the run begins, for `solver = "mps"`.
+    #[key(table, from_nothing, omit_if = self.particles.is_none())]
+    pub preparation: Preparation,
+    /// What is measured of the bed.
+    #[key(table, from_nothing, shared)]
+    pub bed: Bed,
+    /// Where liquid (or a bubble) is at first; the rest is gas.
+    #[key(tables, name = "liquid")]
+    pub liquids: Vec<LiquidRegion>,
+    /// Observation of the crater, if it is wanted.
+    #[key(table)]
+    pub erosion: Option<Erosion>,
+    /// Observation of ripples, if it is wanted.
+    #[key(table)]
+    pub ripples: Option<Ripples>,
+    /// What is written when.
+    #[key(table, from_nothing, shared)]
+    pub output: Outputs,
+    /// Places to watch.
+    #[key(tables, name = "probe")]
+    pub probes: Vec<Probe>,
+    /// Checkpoints.
+    #[key(table, from_nothing)]
+    pub checkpoint: Checkpoints,
+}
+
+/// Order of the tables in the copy of a case and in the reference.
+pub(crate) const ORDER: [&str; 25] = [
+    "name",
+    "title",
+    "preset",
+    "solver",
+    "gravity",
+    "domain",
+    "boundary",
+    "frame",
+    "fluid",
+    "coupling",
+    "particles",
+    "overlap",
+    "preparation",
+    "liquid",
+    "dem",
+    "material",
+    "contact",
+    "grains",
+    "bed",
+    "erosion",
+    "ripples",
+    "probe",
+    "output",
+    "checkpoint",
+    "run",
+];
+
+/// A table that has to be there and is not.
+trait Unknown {
+    fn unknown() -> Self;
+}
+
+impl Unknown for BoxDomain {
+    fn unknown() -> Self {
+        Self::default()
+    }
+}
+
+impl Unknown for RunLength {
+    fn unknown() -> Self {
+        Self::unknown()
+    }
+}
+
+fn absent<T: Unknown>(table: &Table<'_>, name: &str, what: &str, cx: &mut Context<'_>) -> T {
+    if !table.has(name) {
+        cx.missing(None, name, &format!("add {what}"));
+    }
+    T::unknown()
+}
+
+/// Gravity as written: a vector, or a magnitude.
+pub struct Gravity(Vector);
+
+impl Value for Gravity {
+    fn doc() -> ValueDoc {
+        ValueDoc::Leaf("one value or vector", |key| {
+            let ValueDoc::Leaf(_, one) = Real::doc() else { return json!({}) };
+            let ValueDoc::Leaf(_, three) = Vector::doc() else { return json!({}) };
+            json!({ "oneOf": [one(key), three(key)] })
+        })
+    }
+
+    fn read(at: &At<'_>, key: &KeyDoc, range: Range1, cx: &mut Context<'_>) -> Option<Self> {
+        if at.elements().is_some() {
+            return Vector::read(at, key, range, cx).map(Self);
+        }
+        let magnitude = Real::read(at, key, range, cx)?;
+        if magnitude < 0.0 {
+            cx.report
+                .error(at.span.clone(), "a magnitude of gravity must not be negative")
+                .label("a single value points down x3 by itself")
+                .help("leave out the minus sign, or give three components");
+        }
+        Some(Self(Vector::new(0.0, 0.0, if magnitude == 0.0 { 0.0 } else { -magnitude })))
+    }
+
+    fn write(&self, unit: &str, style: Paths) -> Written {
+        self.0.write(unit, style)
+    }
+
+    fn blank() -> Self {
+        Self(Vector::NAN)
+    }
+
+    fn wrong() -> Option<Self> {
+        Some(Self::blank())
+    }
+
+    fn example(key: &KeyDoc) -> String {
+        Real::example(key)
+    }
+}
+
+impl Case {
+    fn check(&mut self, table: &Table<'_>, cx: &mut Context<'_>) {
+        if self.name.is_empty() || self.name.contains(['/', '\\', '\0']) {
+            cx.report.error(table.place("name"), "`name` cannot be the name of a folder").label("used for the results");
+        }
+        if self.solver == Solver::Mps && !table.has("particles") {
+            cx.missing(None, "particles", "add `[particles]` with `spacing = \"1 mm\"`");
+        }
+        if let Some(spacing) = self.particles.as_ref().map(|particles| particles.spacing)
+            && self.domain.cells == [0; 3]
+            && spacing > 0.0
+        {
+            let extent = self.domain.extent();
+            self.domain.cells = [0, 1, 2].map(|d| ((extent[d] / spacing).round() as usize).max(1));
+        }
+        // Contacts have taken these over.
+        (self.dem.damping, self.dem.tension) = (None, false);
+        check_names(&self.grains, cx);
+        cross_checks::check(self, cx);
+        moving_particles::check(self, cx);
+    }
+
+    /// How water is moving particles, in a case for that solver.
+    ///
+    /// # Panics
+    /// In a case for another one.
+    #[must_use]
+    pub fn moving_particles(&self) -> &Particles {
+        self.particles.as_ref().expect("a case of moving particles says how they are")
+    }
+
+    /// Gravity in the frame of positions at `time` [m/s^2]: gravity less the frame's acceleration.
+    #[must_use]
+    pub fn effective_gravity(&self, time: Real) -> Vector {
+        self.frame.as_ref().map_or(self.gravity, |frame| self.gravity - frame.acceleration_at(time))
+    }
+
+    /// What stands above pictures: the title, or the name of a case without one.
+    #[must_use]
+    pub fn caption(&self) -> &str {
+        if self.title.is_empty() { &self.name } else { &self.title }
+    }
+
+    /// Gravity in the frame of the tank before it moves [m/s^2].
+    #[must_use]
+    pub fn resting_gravity(&self) -> Vector {
+        self.gravity - self.frame.as_ref().map_or(Vector::ZERO, |frame| frame.acceleration)
+    }
+
+    /// Displacement [m], velocity [m/s] and acceleration [m/s^2] of the tank at `time` [s] by its motion.
+    #[must_use]
+    pub fn tank_at(&self, time: Real) -> [Vector; 3] {
+        let motion = self.frame.as_ref().and_then(|frame| frame.motion.as_ref());
+        motion.map_or([Vector::ZERO; 3], |motion| motion.at(time))
+    }
+
+    /// Period of the tank's motion [s], if it moves in cycles.
+    #[must_use]
+    pub fn period(&self) -> Option<Real> {
+        self.frame.as_ref()?.motion.as_ref()?.period()
+    }
+
+    /// Reads a profile that was measured at `time` [s], as seen from the tank; nothing if there is no such file.
+    ///
+    /// # Errors
+    /// As [`MeasuredProfile::read_if_there`].
+    pub fn measured_profile(&self, file: &Path, time: Real) -> Result<Option<MeasuredProfile>, ReadingsError> {
+        let place = self.tank_at(time)[0];
+        Ok(MeasuredProfile::read_if_there(file)?.map(|profile| profile.in_tank([place.x, place.z])))
+    }
+
+    /// The bed and the water that were measured at `time` [s], each by the first file that is there.
+    #[must_use]
+    pub fn measured_at(&self, time: Real) -> [Option<MeasuredProfile>; 2] {
+        let of = |file: fn(&Measured) -> Option<&PathBuf>| {
+            let mut tables =
+                self.ripples.iter().flat_map(|ripples| &ripples.measured).filter(|table| table.is_of(time));
+            tables.find_map(|table| self.measured_profile(file(table)?, table.time).ok().flatten())
+        };
+        [of(|table| table.bed.as_ref()), of(|table| table.water.as_ref())]
+    }
+
+    /// Whether positions are those in the laboratory, in which the walls move.
+    #[must_use]
+    pub fn walls_move(&self) -> bool {
+        self.frame.as_ref().is_some_and(|frame| frame.motion.is_some() && frame.walls == WallMotion::Moving)
+    }
+
+    /// Contact law of a pair of materials; `wall` is the box.
+    #[must_use]
+    pub fn contact(&self, a: &str, b: &str) -> Option<&ContactLaw> {
+        self.contacts
+            .iter()
+            .find(|pair| (pair.a == a && pair.b == b) || (pair.a == b && pair.b == a))
+            .map(|pair| &pair.law)
+    }
+
+    /// Material of that name.
+    #[must_use]
+    pub fn material(&self, name: &str) -> Option<&Material> {
+        self.materials.iter().find(|material| material.name == name)
+    }
+
+    /// Whether a side of the box holds grains back.
+    #[must_use]
+    pub fn holds_grains(&self, direction: usize, upper: usize) -> bool {
+        self.dem.grain_walls[direction][upper]
+    }
+
+    /// Whether grains are packed within the run.
+    #[must_use]
+    pub fn packs(&self) -> bool {
+        self.grains.iter().any(|population| matches!(population.placement, GrainPlacement::Packed(_)))
+    }
+
+    /// Whether the grains form a bed: packed within the run or read from a file.
+    #[must_use]
+    pub fn has_bed(&self) -> bool {
+        self.grains
+            .iter()
+            .any(|population| matches!(population.placement, GrainPlacement::Packed(_) | GrainPlacement::Bed(_)))
+    }
+
+    /// The box and its walls, for moving particles.
+    #[must_use]
+    pub fn tank(&self) -> Tank {
+        let slips = self.boundary.iter().flatten().any(|side| *side == BoundarySide::Slip);
+        let friction = if slips { WallFriction::Slip } else { WallFriction::NoSlip };
+        let side = |side: BoundarySide| match side {
+            // The others are refused with the case.
+            BoundarySide::NoSlip | BoundarySide::Slip | BoundarySide::Moving { .. } | BoundarySide::Inflow { .. } => {
+                Side::Wall
+            }
+            BoundarySide::Periodic => Side::Periodic,
+            BoundarySide::Outflow | BoundarySide::FixedPressure { .. } => Side::Open,
+        };
+        Tank::new(self.domain.lower, self.domain.upper, self.boundary.map(|sides| sides.map(side)), friction)
+    }
+}

@@ -1,0 +1,77 @@
+//! What has to fit together across the tables of a case.
+
+use sazanami_dem::Motion;
+use sazanami_mics::grains::Exchange;
+
+use crate::case::Case;
+use crate::presets::Solver;
+use crate::read::Context;
+use crate::tables::{GrainPlacement, Population, Projection, place_of_side};
+
+/// Reports what does not.
+pub fn check(case: &Case, cx: &mut Context<'_>) {
+    if case.fluid.projection == Projection::Incremental && !case.liquids.is_empty() {
+        let span = cx.places.of("fluid.projection");
+        cx.report
+            .warning(span, "incremental projection with two fluids")
+            .label("the pressure of an interface that has moved on stays behind")
+            .help("`projection = \"full\"` follows the interface");
+    }
+    if case.run.packing_only && !case.packs() && !cx.known.is_damaged {
+        let span = cx.places.of("run").unwrap_or(0..0);
+        cx.report
+            .error(span, "there is nothing to pack")
+            .label("`packing_only` needs grains with `placement.packed`")
+            .help("leave out `packing_only`, or add `placement.packed = {}` to the grains");
+    }
+    check_exchange(case, cx);
+    check_floor(case, cx);
+}
+
+/// Grains that are packed, and beds that are free, lie on the lower side of x3; they are packed downwards.
+fn check_floor(case: &Case, cx: &mut Context<'_>) {
+    let lies = |population: &&Population| match &population.placement {
+        GrainPlacement::Packed(_) => true,
+        GrainPlacement::Bed(_) => population.motion == Motion::Free,
+        GrainPlacement::Lattice(_) | GrainPlacement::List(_) => false,
+    };
+    if let Some(population) = case.grains.iter().find(lies).filter(|_| !case.holds_grains(2, 0)) {
+        let span = place_of_side(&cx.places, 2, 0);
+        cx.report
+            .error_at(span, format!("nothing holds `{}` from below", population.name))
+            .label("the side x3_lower is no wall for grains")
+            .help("make `x3_lower` \"no_slip\" or \"slip\"");
+    }
+    let down = -case.gravity.z;
+    if case.packs() && down <= case.gravity.x.hypot(case.gravity.y) {
+        let span = cx.places.of("gravity");
+        cx.report
+            .error_at(span, "gravity does not pack these grains onto the floor")
+            .label("its largest part has to point down x3")
+            .help("write `gravity = \"9.8 m/s^2\"`, which points down by itself");
+    }
+}
+
+/// The exact exchange is unstable for grains hardly heavier than the liquid.
+fn check_exchange(case: &Case, cx: &mut Context<'_>) {
+    if case.solver != Solver::Mics || case.coupling.exchange != Exchange::Exact {
+        return;
+    }
+    let liquid = case.fluid.liquid.density;
+    for (number, population) in case.grains.iter().enumerate() {
+        // With a mass of its own the volume of the mesh decides; it is not known yet.
+        let Some(material) = case.material(&population.material).filter(|_| population.mass_override.is_none()) else {
+            continue;
+        };
+        if material.density < 1.05 * liquid {
+            let span = cx.places.near(&format!("grains.{number}")).unwrap_or(0..0);
+            cx.report
+                .error(span, format!("`{}` is too light for the exact exchange", population.name))
+                .label(format!("{:.1} kg/m^3, below 1.05 times the liquid's {liquid:.1}", material.density))
+                .help(
+                    "write `exchange = \"stress\"` under `[coupling]`: returning the fluid's loss one step later \
+                     amplifies it by displaced over own mass",
+                );
+        }
+    }
+}

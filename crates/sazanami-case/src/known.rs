@@ -1,0 +1,91 @@
+//! What tables that were read before tell those that come later.
+
+use sazanami_dem::Motion;
+use sazanami_numerics::{Real, Vector};
+
+use crate::presets::{Preset, Solver};
+use crate::tables::{
+    Bed, BoundarySide, BoxDomain, DemOptions, Frame, GrainPlacement, Materials, Outputs, Population, RunLength, Sides,
+};
+use crate::value::Range1;
+
+/// Tables read before, under the names of their fields in [`Case`](crate::Case).
+#[derive(Clone, Debug)]
+pub struct Known {
+    /// Name of the case file.
+    pub file_name: String,
+    /// Set of defaults.
+    pub preset: Preset,
+    /// Solver of the water.
+    pub solver: Solver,
+    /// How long the run is.
+    pub run: RunLength,
+    /// The box.
+    pub domain: BoxDomain,
+    /// Its sides.
+    pub boundary: Sides,
+    /// Gravity [m/s^2].
+    pub gravity: Vector,
+    /// Motion of the box.
+    pub frame: Option<Frame>,
+    /// How grains are moved.
+    pub dem: DemOptions,
+    /// What grains are made of.
+    pub materials: Materials,
+    /// The grains.
+    pub grains: Vec<Population>,
+    /// How the grains of the population that is read move.
+    pub motion: Motion,
+    /// Observation of the bed.
+    pub bed: Bed,
+    /// What is written when.
+    pub output: Outputs,
+    /// Names of the probes read before.
+    pub probe_names: Vec<String>,
+    /// Whether a table could not be read: what seems to be missing may stand in it.
+    pub is_damaged: bool,
+}
+
+impl Default for Known {
+    fn default() -> Self {
+        Self {
+            file_name: String::new(),
+            preset: Preset::Recommended,
+            solver: Solver::Mics,
+            run: RunLength::unknown(),
+            domain: BoxDomain::default(),
+            boundary: [[BoundarySide::NoSlip; 2]; 3],
+            gravity: Vector::NAN,
+            frame: None,
+            dem: DemOptions::plain(),
+            materials: Materials::default(),
+            grains: Vec::new(),
+            motion: Motion::Free,
+            bed: Bed { porosity_slab: [Real::NAN; 2], height_radius: Real::NAN, axis: [Real::NAN; 2] },
+            output: Outputs::default(),
+            probe_names: Vec::new(),
+            is_damaged: false,
+        }
+    }
+}
+
+impl Known {
+    /// Whether grains form a bed: packed within the run or read from a file.
+    pub fn has_bed(&self) -> bool {
+        let forms = |p: &Population| matches!(p.placement, GrainPlacement::Packed(_) | GrainPlacement::Bed(_));
+        self.grains.iter().any(forms)
+    }
+
+    /// Lengths of what is observed: no longer than the box.
+    pub fn lengths(&self) -> Range1 {
+        let longest = self.domain.extent().length();
+        if longest > 0.0 { Range1::Between(1e-6 * longest, longest) } else { Range1::Positive }
+    }
+
+    /// Radii of what is observed: within the plan of the box.
+    pub fn radii(&self) -> Range1 {
+        let extent = self.domain.extent();
+        let longest = extent.x.hypot(extent.y);
+        if longest > 0.0 { Range1::Between(1e-6 * longest, longest) } else { Range1::Positive }
+    }
+}

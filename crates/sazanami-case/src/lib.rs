@@ -1,0 +1,168 @@
+//! Case files: every key is declared once, and from its declaration come its reading with all findings at once, the copy
+//! of the case with every default, the JSON Schema, the reference page and what `sazanami explain` says.
+//!
+//! A table is a struct in [`tables`] that derives [`Keys`]; to add a key, add a field there and use it. Alternatives are
+//! enumerations of the crates that implement them, with their words ([`sazanami_numerics::choice`]).
+//!
+//! ```
+//! use std::path::Path;
+//!
+//! let text = "[domain]\nsize = [\"1 mm\", \"1 mm\", \"2 mm\"]\ncells = [4, 4, 8]\n[run]\nuntil = \"1 ms\"\n";
+//! let loaded = sazanami_case::parse(Path::new("small.toml"), text, &[]).expect("this case is complete");
+//! assert_eq!(loaded.case.domain.upper.z, 2e-3);
+//! let error = sazanami_case::parse(Path::new("small.toml"), text, &["run.untill=1 s".into()]).unwrap_err();
+//! assert!(error.to_string().contains("did you mean `until`?"));
+//! ```
+
+mod case;
+mod cross_checks;
+pub mod diagnostics;
+mod explain;
+pub mod key;
+mod known;
+mod moving_particles;
+mod overrides;
+pub mod presets;
+pub mod read;
+pub mod reference;
+pub mod resolved;
+mod schema;
+pub mod source;
+mod suggest;
+pub mod tables;
+pub mod units;
+pub mod value;
+pub mod write;
+
+use std::path::{Path, PathBuf};
+
+use toml::de::{DeTable, DeValue};
+
+pub use case::Case;
+pub use diagnostics::{Diagnostic, DiagnosticRecord, Diagnostics, Severity};
+pub use explain::{Explained, explain};
+pub use key::Keys;
+pub use read::Places;
+pub use schema::json_schema;
+pub use source::Source;
+pub use suggest::nearest;
+
+/// The case and all that its tables mean, in one place.
+pub mod meaning {
+    pub use crate::case::Case;
+    pub use crate::presets::{Paper, Preset, Solver};
+    pub use crate::tables::*;
+    pub use sazanami_dem::{Damping, Lattice, Motion, Substeps};
+    pub use sazanami_mics::grains::Exchange;
+    pub use sazanami_mics::viscosity::ViscosityScheme;
+    pub use sazanami_observe::erosion::CountedGrains;
+}
+
+/// More errors than this help nobody.
+const MOST_ERRORS: usize = 40;
+
+/// A case with the text it was read from, for findings that come later.
+#[derive(Clone, Debug)]
+pub struct LoadedCase {
+    /// What it means.
+    pub case: Case,
+    /// The case file.
+    pub path: PathBuf,
+    /// Its text and overrides.
+    pub source: Source,
+    /// Warnings.
+    pub warnings: Diagnostics,
+    /// What was written where, for later findings.
+    pub places: Places,
+}
+
+/// Why there is no case: findings on a text.
+#[derive(Clone, Debug)]
+pub struct CaseError {
+    /// The text.
+    pub source: Source,
+    /// The findings, at least one of them an error.
+    pub diagnostics: Diagnostics,
+}
+
+impl std::fmt::Display for CaseError {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter.write_str(&self.diagnostics.render(&self.source, false))
+    }
+}
+
+impl std::error::Error for CaseError {}
+
+/// Reads the case file at `path` with `path=value` overrides laid over it.
+///
+/// # Errors
+/// All findings together, if one of them is an error.
+pub fn load(path: &Path, overrides: &[String]) -> Result<LoadedCase, Box<CaseError>> {
+    match std::fs::read_to_string(path) {
+        Ok(text) => parse(path, &text, overrides),
+        Err(error) => {
+            let source = Source::new(path.display().to_string(), "", overrides);
+            let mut diagnostics = Diagnostics::default();
+            diagnostics
+                .error_in_file("the case file cannot be read")
+                .label(error.to_string())
+                .help("`sazanami new` lists templates for case files");
+            Err(Box::new(CaseError { source, diagnostics }))
+        }
+    }
+}
+
+/// Tables of a case that say how craters are evaluated, from a checkpoint, and nothing of how the run goes.
+pub const CRATERS_EVALUATED: [&str; 2] = ["bed", "erosion"];
+/// Keys that say how ripples are evaluated from tables: layers and surfaces were gathered during the run.
+pub const RIPPLES_EVALUATED: [&str; 3] = ["ripples.grain_size", "ripples.margin", "ripples.measured"];
+
+/// Reads the case file of a run that has been, with overrides of how it is evaluated: of the keys `evaluated`, each a
+/// table or a `table.key`, and what is under them.
+///
+/// # Errors
+/// If other keys are overridden, and as [`load`].
+pub fn load_evaluated(path: &Path, overrides: &[String], evaluated: &[&str]) -> Result<LoadedCase, Box<CaseError>> {
+    let source = Source::new(path.display().to_string(), "", overrides);
+    let mut diagnostics = Diagnostics::default();
+    overrides::only_of(&source, evaluated, &mut diagnostics);
+    if diagnostics.has_errors() { Err(Box::new(CaseError { source, diagnostics })) } else { load(path, overrides) }
+}
+
+/// Reads a case from its text; file names in it are relative to the folder of `path`.
+///
+/// # Errors
+/// All findings together, if one of them is an error.
+pub fn parse(path: &Path, text: &str, overrides: &[String]) -> Result<LoadedCase, Box<CaseError>> {
+    let source = Source::new(path.display().to_string(), text, overrides);
+    let mut diagnostics = Diagnostics::default();
+    let name = path.file_stem().map_or_else(|| "case".into(), |stem| stem.to_string_lossy().into_owned());
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let read = read_source(&source, &name, folder, &mut diagnostics);
+    match read {
+        Some((case, places)) if !diagnostics.has_errors() => {
+            Ok(LoadedCase { case, path: path.to_owned(), source, warnings: diagnostics, places })
+        }
+        _ => Err(Box::new(CaseError { source, diagnostics })),
+    }
+}
+
+fn read_source(source: &Source, name: &str, folder: &Path, report: &mut Diagnostics) -> Option<(Case, Places)> {
+    let padded = overrides::padded_values(source);
+    let (mut tree, syntax_errors) = DeTable::parse_recoverable(source.text());
+    for error in syntax_errors.iter().take(MOST_ERRORS) {
+        report
+            .error(error.span().unwrap_or(0..0), "this is not TOML")
+            .label(error.message().to_owned())
+            .help("texts stand in quotes, tables in brackets, lists in brackets with commas");
+    }
+    if !syntax_errors.is_empty() {
+        return None;
+    }
+    overrides::apply(&mut tree, source, &padded, report);
+    let root = DeValue::Table(tree.into_inner());
+    let mut context = read::Context::new(report, folder);
+    context.known.file_name = name.to_owned();
+    let case = Case::read(&read::At::root(&root), &mut context)?;
+    Some((case, context.places))
+}

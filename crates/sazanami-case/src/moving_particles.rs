@@ -1,0 +1,256 @@
+//! What has to fit together in a case of moving particles, and what such a case cannot have.
+
+use sazanami_numerics::Real;
+
+use crate::case::Case;
+use crate::presets::Solver;
+use crate::read::Context;
+use crate::tables::{
+    BoundarySide, FluidName, GrainPlacement, GrainShape, Particles, Placement, PressureForce, ProbePlace, SIDE_NAMES,
+    SMOOTHING, TankMotion, place_of_side,
+};
+use crate::units::{rounded, rounded_within};
+
+/// Largest grain over the smallest edge of its tank.
+const LARGEST_GRAIN: Real = 0.25;
+/// Least density of grains over that of the liquid with a pressure force of the step before: `1.2 (1 - eps)/eps` in a
+/// bed of void fraction 0.4.
+const LAGGED_LEAST: Real = 1.8;
+
+/// What has to fit together for moving particles.
+pub fn check(case: &Case, cx: &mut Context<'_>) {
+    if case.solver == Solver::Mics {
+        for (n, population) in case.grains.iter().enumerate() {
+            if let GrainPlacement::Packed(how) = &population.placement
+                && (how.level.is_some() || how.glued.is_some())
+            {
+                let span = cx.places.at(&format!("grains.{n}"));
+                cx.report
+                    .error(span, "beds are levelled and glued for `solver = \"mps\"`")
+                    .label("this case has `solver = \"mics\"`")
+                    .help("give a `count` instead of `level`, and leave out `glued`");
+            }
+        }
+        if case.walls_move() {
+            let span = cx.places.at("frame");
+            cx.report
+                .error(span, "the walls of a grid cannot move as a whole")
+                .label("`walls = \"moving\"` is for `solver = \"mps\"`")
+                .help("leave out `walls`: the fluid feels the acceleration of the tank");
+        }
+        if let Some(span) = cx.places.of("ripples") {
+            cx.report
+                .error(span, "ripples are observed with `solver = \"mps\"`")
+                .label("this case has `solver = \"mics\"`");
+        }
+        return;
+    }
+    let Some(particles) = &case.particles else { return };
+    check_sides(case, cx);
+    check_spheres(case, cx);
+    check_light_grains(case, cx);
+    warn_of_glued_beds(case, cx);
+    check_smoothing(case, cx);
+    check_lattice(case, cx, particles);
+    if let Some(TankMotion::File { curve, .. }) = case.frame.as_ref().and_then(|frame| frame.motion.as_ref())
+        && curve.range()[1] < case.run.until * (1.0 - 1e-9)
+    {
+        let span = cx.places.at("frame");
+        cx.report
+            .error(span, "the motion of the tank ends before the run")
+            .label(format!("its last time is {} s, the run ends at {} s", curve.range()[1], case.run.until))
+            .help("add rows, or end the run before");
+    }
+    let planes = case.probes.iter().enumerate();
+    for (n, _) in planes.filter(|(_, probe)| matches!(probe.place, ProbePlace::Plane { .. })) {
+        let span = cx.places.at(&format!("probe.{n}"));
+        cx.report
+            .error(span, "a plane is no probe among moving particles")
+            .label("fluxes through a plane are for `solver = \"mics\"`")
+            .help("use a `line` of points");
+    }
+    if let Some(span) = cx.places.of("erosion") {
+        cx.report
+            .error(span, "craters are observed with `solver = \"mics\"`")
+            .label("this case has `solver = \"mps\"`");
+    }
+}
+
+/// Sides that moving particles know: walls, periodic ones, and open ones.
+fn check_sides(case: &Case, cx: &mut Context<'_>) {
+    for (d, upper) in (0..3).flat_map(|d| [(d, 0), (d, 1)]) {
+        let (name, span) = (SIDE_NAMES[d][upper], place_of_side(&cx.places, d, upper));
+        match case.boundary[d][upper] {
+            BoundarySide::Inflow { .. } | BoundarySide::Moving { .. } => cx
+                .report
+                .error_at(span, format!("moving particles cannot have the side {name}"))
+                .label("walls, periodic and open sides are possible")
+                .help("use \"no_slip\", \"slip\", \"periodic\" or \"outflow\""),
+            BoundarySide::FixedPressure { pressure, fluid } if pressure != 0.0 || fluid == FluidName::Liquid => cx
+                .report
+                .error_at(span, format!("moving particles leave through the side {name}, and none come in"))
+                .label("beyond an open side there is air at pressure zero")
+                .help("write \"outflow\""),
+            _ => continue,
+        };
+    }
+    let span = cx.places.at("boundary");
+    let any = |wanted: BoundarySide| case.boundary.iter().flatten().any(|side| *side == wanted);
+    if any(BoundarySide::NoSlip) && any(BoundarySide::Slip) {
+        cx.report
+            .error(span, "walls of moving particles are all alike")
+            .label("some of these hold the fluid, others do not")
+            .help("choose \"no_slip\" or \"slip\" for all walls");
+    }
+}
+
+/// Overlapping grains are spheres, small against their tank.
+fn check_spheres(case: &Case, cx: &mut Context<'_>) {
+    if case.boundary[2][0] == BoundarySide::Periodic && !case.grains.is_empty() {
+        let span = cx.places.at("grains.0");
+        cx.report
+            .error(span, "grains need a floor: x3 is periodic")
+            .label("they would fall without end")
+            .help("make x3 a wall, or leave the grains out");
+    }
+    let smallest = case.domain.extent().min_element();
+    for (n, population) in case.grains.iter().enumerate() {
+        let span = cx.places.at(&format!("grains.{n}.shape"));
+        let GrainShape::Sphere { diameter, .. } = population.shape else {
+            cx.report
+                .error(span, format!("`{}` is no sphere", population.name))
+                .label("grains that water overlaps are spheres")
+                .help("write `shape.sphere = { diameter = \"1 mm\" }`, or `solver = \"mics\"` for grains of any shape");
+            continue;
+        };
+        let largest = diameter * population.size.largest();
+        if largest > LARGEST_GRAIN * smallest {
+            cx.report
+                .error(span, format!("`{}` is too large for its tank", population.name))
+                .label(format!(
+                    "up to {:.4} mm, more than a quarter of the shortest edge, {:.4} mm",
+                    1e3 * largest,
+                    1e3 * smallest
+                ))
+                .help("make the tank wider or the grains smaller");
+        }
+    }
+}
+
+/// The void fraction is smoothed over several grains, and over no more than one image of each beyond a side.
+fn check_smoothing(case: &Case, cx: &mut Context<'_>) {
+    let largest = case.grains.iter().filter_map(|p| Some(p.shape.size()? * p.size.largest())).reduce(Real::max);
+    let Some(largest) = largest else { return };
+    let (smoothing, wide) = (case.overlap.smoothing, SMOOTHING[1] * largest);
+    let span = cx.places.of("overlap.smoothing");
+    let edges =
+        (0..3).filter(|&d| !case.boundary[d].iter().any(BoundarySide::is_open)).map(|d| case.domain.extent()[d]);
+    let edge = edges.fold(Real::INFINITY, Real::min);
+    let millimetres = |length: Real| rounded(1e3 * length);
+    let [least, _] = rounded_within(1e3 * wide, Real::INFINITY);
+    if smoothing > edge {
+        let suited = SMOOTHING[0] * largest;
+        let help = if suited <= edge {
+            format!("{} mm, three grain sizes, suit these grains", millimetres(suited))
+        } else {
+            "make the tank wider or the grains smaller".to_owned()
+        };
+        cx.report
+            .error_at(span, "`smoothing` is longer than the tank between two sides")
+            .label(format!("{} mm, the edge {} mm", millimetres(smoothing), millimetres(edge)))
+            .help(help);
+    } else if smoothing < largest {
+        cx.report
+            .error_at(span, "`smoothing` is smaller than a grain")
+            .label("water between grains does not see them, water within one sees nothing else")
+            .help(format!("take {least} mm at least, 2.5 times the largest grain"));
+    } else if smoothing < wide * (1.0 - 1e-9) {
+        cx.report
+            .warning(span, "`smoothing` is short: one grain passes for a dense bed where it lies")
+            .label(format!("{} times the largest grain", rounded(smoothing / largest)))
+            .help(format!("take {least} mm at least, 2.5 times the largest grain"));
+    }
+}
+
+/// A bed of which every grain is glued to the floor does not move.
+fn warn_of_glued_beds(case: &Case, cx: &mut Context<'_>) {
+    for (n, population) in case.grains.iter().enumerate() {
+        let GrainPlacement::Packed(how) = &population.placement else { continue };
+        let radius = 0.5 * population.shape.size().unwrap_or(0.0) * population.size.smallest();
+        let (Some(glued), Some(level)) = (how.glued, how.level) else { continue };
+        if glued > level - radius {
+            let span = cx.places.at(&format!("grains.{n}.placement"));
+            cx.report
+                .warning(Some(span), format!("every grain of `{}` is glued to the floor", population.name))
+                .label(format!("up to {} mm, the bed is {} mm high", rounded(1e3 * glued), rounded(1e3 * level)))
+                .help("lower `glued`: three quarters of a grain size hold the lowest layer");
+        }
+    }
+}
+
+/// A pressure force of the step before grows from step to step where grains have too little inertia.
+fn check_light_grains(case: &Case, cx: &mut Context<'_>) {
+    if case.overlap.pressure_force == PressureForce::Implicit {
+        return;
+    }
+    let liquid = case.fluid.liquid.density;
+    for (n, population) in case.grains.iter().enumerate() {
+        let by_volume = population.shape.volume().zip(population.mass_override).map(|(volume, mass)| mass / volume);
+        let density = by_volume.or_else(|| case.material(&population.material).map(|material| material.density));
+        if let Some(density) = density.filter(|density| *density < LAGGED_LEAST * liquid) {
+            let span = cx.places.at(&format!("grains.{n}"));
+            cx.report
+                .error(span, format!("`{}` is too light for a lagged pressure force", population.name))
+                .label(format!(
+                    "{:.2} times as heavy as the liquid; it has to be {LAGGED_LEAST} times at least",
+                    density / liquid
+                ))
+                .help("leave out `pressure_force = \"lagged\"`");
+        }
+    }
+}
+
+/// The tank fits the lattice of its walls and is longer than what a particle looks at; the water fits into it.
+fn check_lattice(case: &Case, cx: &mut Context<'_>, particles: &Particles) {
+    let span = cx.places.at("domain");
+    let reach = particles.radius * particles.spacing;
+    let extent = case.domain.extent();
+    for d in 0..3 {
+        let periodic = case.boundary[d][0] == BoundarySide::Periodic;
+        let needed = if periodic { 2.0 * reach } else { reach };
+        if extent[d] < needed {
+            cx.report
+                .error(span.clone(), format!("the tank is shorter along x{} than what a particle looks at", d + 1))
+                .label(format!("{:.4} mm; it has to be {:.4} mm at least", 1e3 * extent[d], 1e3 * needed))
+                .help("make the tank longer or the particles smaller");
+            continue;
+        }
+        let tank = case.tank();
+        if let Err(problem) = tank.lattice(particles.spacing)
+            && problem.direction == d
+        {
+            cx.report
+                .error(span.clone(), format!("no lattice of wall particles fits the tank along x{}", d + 1))
+                .label(problem.to_string())
+                .help(multiples(extent[d], particles.spacing));
+        }
+    }
+    for (n, liquid) in case.liquids.iter().enumerate() {
+        let Placement::Absolute(position) = liquid.placement else { continue };
+        let top = position.z + liquid.region.heights()[1];
+        if top.is_finite() && top > case.domain.upper.z + 1e-9 * extent.z {
+            let span = cx.places.at(&format!("liquid.{n}"));
+            cx.report
+                .error(span, format!("`{}` is deeper than the tank", liquid.name))
+                .label(format!("it reaches up to {:.4} mm, the tank to {:.4} mm", 1e3 * top, 1e3 * case.domain.upper.z))
+                .help("make the tank higher or the water shallower");
+        }
+    }
+}
+
+/// The two nearest lengths of an edge that are multiples of the spacing.
+fn multiples(edge: Real, spacing: Real) -> String {
+    let below = (edge / spacing + 1e-9).floor().max(1.0);
+    let [below, above] = [below, below + 1.0].map(|count| rounded(1e3 * count * spacing));
+    format!("make this edge a multiple of the particle spacing, {below} mm or {above} mm")
+}

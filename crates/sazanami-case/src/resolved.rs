@@ -1,0 +1,60 @@
+//! The copy of a case: a case file that says everything, in SI units, and is itself a case with the same meaning.
+
+use std::path::Path;
+
+use crate::case::{Case, ORDER};
+use crate::key::Keys;
+pub use crate::write::Paths;
+use crate::write::{Written, quoted};
+
+/// The case as text.
+#[must_use]
+pub fn write(case: &Case, paths: Paths) -> String {
+    let mut text = "# The case as run: resolved, every default, SI units.\n".to_owned();
+    if let Written::Table(mut entries) = Keys::write(case, paths) {
+        entries.put_in_order(&ORDER);
+        entries.render("", &mut text);
+    }
+    text
+}
+
+/// Hash of the meaning of a case: the same wherever it lies and however it was written.
+#[must_use]
+pub fn hash(case: &Case) -> u64 {
+    xxhash_rust::xxh3::xxh3_64(write(case, Paths::NameOnly).as_bytes())
+}
+
+/// The same in the form in which it is written.
+#[must_use]
+pub fn hash_text(case: &Case) -> String {
+    hex(hash(case))
+}
+
+fn hex(hash: u64) -> String {
+    format!("{hash:016x}")
+}
+
+/// Keys whose value is the name of a file.
+const FILES: [&str; 7] = ["file", "sphere_file", "recipe", "state", "bed", "water", "shape.mesh.file"];
+
+/// Hash of the meaning that a resolved copy had for the program which wrote it, by its text alone: that of [`hash`],
+/// whatever keys programs have come to know since.
+#[must_use]
+pub fn hash_of_copy(text: &str) -> u64 {
+    let lines = text.lines().map(|line| name_only(line).unwrap_or_else(|| line.to_owned()) + "\n");
+    xxhash_rust::xxh3::xxh3_64(lines.collect::<String>().as_bytes())
+}
+
+/// A line of a resolved copy that names a file, without its folder; `None` for another line.
+fn name_only(line: &str) -> Option<String> {
+    let (key, value) = line.split_once(" = ").filter(|(key, _)| FILES.contains(key))?;
+    let toml::Value::String(path) = value.parse().ok()? else { return None };
+    Some(format!("{key} = {}", quoted(Path::new(&path).file_name()?.to_str()?)))
+}
+
+/// Whether the case of `loaded` is the one whose hash was written down as `hash`: by its meaning, or as the copy that
+/// an older program wrote.
+#[must_use]
+pub fn has_hash(loaded: &crate::LoadedCase, hash: &str) -> bool {
+    [self::hash(&loaded.case), hash_of_copy(loaded.source.text())].iter().any(|&own| hex(own) == hash)
+}

@@ -1,0 +1,266 @@
+//! `[material.NAME]` and `[contact."A/B"]`: what grains are made of and how they touch.
+
+use std::ops::Range;
+
+use sazanami_case_derive::Keys;
+use sazanami_dem::Damping;
+use sazanami_numerics::{Real, choices};
+
+use crate::key::{Keys, TableDoc};
+use crate::read::{At, Context};
+use crate::suggest::nearest;
+use crate::write::{Entries, Paths, Show, Written, quoted};
+
+/// Name of the box among the materials of a contact.
+pub const WALL: &str = "wall";
+
+/// Contact of the paper's sand.
+const STIFFNESS: Real = 1e4;
+const DASHPOT: Real = 2.95e-3;
+const FRICTION: Real = 0.6;
+const RESTITUTION: Real = 0.5;
+
+choices! {
+    /// Dashpot of a contact.
+    pub enum DampingKind {
+        /// Coefficients as given.
+        Literal = "literal",
+        /// From a restitution coefficient and the reduced mass of the grains.
+        Restitution = "restitution",
+    }
+}
+
+/// What grains are made of.
+#[derive(Clone, Debug, PartialEq, Keys)]
+pub struct Material {
+    /// Name.
+    #[key(skip = table.at().path.split_once('.').map_or_else(String::new, |(_, name)| name.to_owned()))]
+    pub name: String,
+    /// Density.
+    #[key(unit = "kg/m^3", range = Positive)]
+    pub density: Real,
+}
+
+/// The materials of a case: a table for each name.
+pub type Materials = Vec<Material>;
+
+impl Keys for Materials {
+    fn docs() -> TableDoc {
+        Material::docs()
+    }
+
+    fn read(at: &At<'_>, cx: &mut Context<'_>) -> Option<Self> {
+        let mut materials = Vec::new();
+        for (name, span, at) in cx.named(at) {
+            if name == WALL || name == "default" || name.contains('/') {
+                cx.report
+                    .error(span, format!("a material cannot be called `{name}`"))
+                    .label("this name means something else in contacts")
+                    .help("choose another name");
+            }
+            materials.extend(Material::read(&at, cx));
+        }
+        Some(materials)
+    }
+
+    fn write(&self, style: Paths) -> Written {
+        let mut entries = Entries::default();
+        for material in self {
+            entries.push(&quoted(&material.name), material.write(style), Show::Table);
+        }
+        Written::Table(entries)
+    }
+}
+
+/// Contact of a pair of materials; what it leaves open is taken from `[contact.default]`.
+#[derive(Clone, Debug, Default, Keys)]
+struct ContactKeys {
+    #[key(skip = table.span())]
+    span: Range<usize>,
+    /// Stiffness along the normal, per contact of two spheres.
+    #[key(unit = "N/m", range = Positive, says = "1e4 N/m")]
+    normal_stiffness: Option<Real>,
+    /// Stiffness along the tangent.
+    #[key(unit = "N/m", range = Positive, says = "as along the normal")]
+    tangential_stiffness: Option<Real>,
+    /// Dashpot: coefficients, or from a restitution coefficient. Needed only where a pair has both.
+    #[key(word, says = "what is given, or else `literal`")]
+    damping: Option<DampingKind>,
+    /// Coefficient of the dashpot along the normal, with `damping = "literal"`.
+    #[key(unit = "N s/m", range = NonNegative, says = "2.95e-3 N s/m")]
+    normal_damping: Option<Real>,
+    /// Coefficient of the dashpot along the tangent.
+    #[key(unit = "N s/m", range = NonNegative, says = "as along the normal")]
+    tangential_damping: Option<Real>,
+    /// Restitution coefficient, with `damping = "restitution"`; the dashpot then follows from the grains' masses.
+    #[key(range = Between(1e-3, 1.0), says = "0.5")]
+    restitution: Option<Real>,
+    /// Tangential dashpot over the normal one, with `damping = "restitution"`.
+    #[key(range = NonNegative, says = "that of the reduced mass and the tangential stiffness")]
+    damping_ratio: Option<Real>,
+    /// Friction coefficient.
+    #[key(range = Between(0.0, 10.0), says = "0.6")]
+    friction: Option<Real>,
+    /// Whether a separating contact may pull.
+    #[key(says = "`dem.tension`")]
+    tension: Option<bool>,
+}
+
+/// Contact law of a pair of materials, Yagyu et al. (2015), eqs. (4)-(6).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactLaw {
+    /// Stiffness along the normal [N/m].
+    pub normal_stiffness: Real,
+    /// Stiffness along the tangent [N/m].
+    pub tangential_stiffness: Real,
+    /// Dashpot.
+    pub damping: Damping,
+    /// Friction coefficient.
+    pub friction: Real,
+    /// Whether a separating contact may pull.
+    pub tension: bool,
+}
+
+/// Contact law of the materials `a` and `b`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PairContact {
+    /// One material.
+    pub a: String,
+    /// The other, or [`WALL`].
+    pub b: String,
+    /// Their contact law.
+    pub law: ContactLaw,
+}
+
+/// Contact of every pair of materials that can meet, walls included: a table for each.
+pub type Contacts = Vec<PairContact>;
+
+impl Keys for Contacts {
+    fn docs() -> TableDoc {
+        ContactKeys::docs()
+    }
+
+    fn read(at: &At<'_>, cx: &mut Context<'_>) -> Option<Self> {
+        let named = cx.named(at);
+        let mut given = Vec::new();
+        for (name, span, at) in named {
+            check_name(&name, span, cx);
+            if let Some(keys) = ContactKeys::read(&at, cx) {
+                given.push((name, keys));
+            }
+        }
+        let names: Vec<String> = cx.known.materials.iter().map(|material| material.name.clone()).collect();
+        let mut contacts = Vec::new();
+        for (n, a) in names.iter().enumerate() {
+            for b in &names[n..] {
+                let law = law_of(&given, &[format!("{a}/{b}"), format!("{b}/{a}")], cx);
+                contacts.push(PairContact { a: a.clone(), b: b.clone(), law });
+            }
+            let law = law_of(&given, &[format!("{a}/{WALL}"), format!("{WALL}/{a}"), format!("{a}/{a}")], cx);
+            contacts.push(PairContact { a: a.clone(), b: WALL.into(), law });
+        }
+        Some(contacts)
+    }
+
+    fn write(&self, style: Paths) -> Written {
+        let mut entries = Entries::default();
+        for pair in self {
+            let keys = ContactKeys::of(&pair.law);
+            entries.push(&quoted(&format!("{}/{}", pair.a, pair.b)), keys.write(style), Show::Table);
+        }
+        Written::Table(entries)
+    }
+}
+
+fn check_name(pair: &str, span: Range<usize>, cx: &mut Context<'_>) {
+    if pair == "default" {
+        return;
+    }
+    let Some((a, b)) = pair.split_once('/') else {
+        cx.report
+            .error(span, format!("`{pair}` is no pair of materials"))
+            .label("expected two names with a slash between")
+            .help("for example `[contact.\"sand/sand\"]` or `[contact.\"sand/wall\"]`");
+        return;
+    };
+    for side in [a, b] {
+        let known: Vec<&str> = cx.known.materials.iter().map(|material| material.name.as_str()).collect();
+        if side != WALL && !known.contains(&side) {
+            let meant = nearest(side, known);
+            cx.report
+                .error(span.clone(), format!("there is no material `{side}`"))
+                .label(meant.map_or("not a material of this case".into(), |m| format!("did you mean `{m}`?")))
+                .help(format!("add `[material.{side}]` with its density"));
+        }
+    }
+}
+
+/// The law of the first of `names` that the case gives; what it leaves open is taken from `default`.
+fn law_of(given: &[(String, ContactKeys)], names: &[String], cx: &mut Context<'_>) -> ContactLaw {
+    let find = |wanted: &str| given.iter().find(|(name, _)| name == wanted).map(|(_, keys)| keys);
+    let empty = ContactKeys::default();
+    let own = names.iter().find_map(|name| find(name));
+    let (pair, general) = (own.unwrap_or(&empty), find("default").unwrap_or(&empty));
+    let normal = pair.normal_damping.or(general.normal_damping);
+    let tangential = pair.tangential_damping.or(general.tangential_damping);
+    let restitution = pair.restitution.or(general.restitution);
+    let coefficients = normal.is_some() || tangential.is_some();
+    let said = pair.damping.or(general.damping).or(cx.known.dem.damping);
+    if coefficients && pair.restitution.is_some() && pair.damping.is_none() && cx.known.dem.damping.is_none() {
+        cx.report
+            .error(pair.span.clone(), "which of the two dashpots is meant?")
+            .label("this contact has coefficients and a restitution")
+            .help("add `damping = \"literal\"` or `damping = \"restitution\"`");
+    }
+    let implied = if !coefficients && restitution.is_some() { DampingKind::Restitution } else { DampingKind::Literal };
+    let damping = match said.unwrap_or(implied) {
+        DampingKind::Literal => {
+            let normal = normal.unwrap_or(DASHPOT);
+            Damping::Literal { normal, tangential: tangential.unwrap_or(normal) }
+        }
+        DampingKind::Restitution => {
+            let restitution = restitution.unwrap_or(RESTITUTION);
+            match pair.damping_ratio.or(general.damping_ratio) {
+                Some(tangential) => Damping::RestitutionAndRatio { restitution, tangential },
+                None => Damping::Restitution(restitution),
+            }
+        }
+    };
+    let normal_stiffness = pair.normal_stiffness.or(general.normal_stiffness).unwrap_or(STIFFNESS);
+    ContactLaw {
+        normal_stiffness,
+        tangential_stiffness: pair.tangential_stiffness.or(general.tangential_stiffness).unwrap_or(normal_stiffness),
+        damping,
+        friction: pair.friction.or(general.friction).unwrap_or(FRICTION),
+        tension: pair.tension.or(general.tension).unwrap_or(cx.known.dem.tension),
+    }
+}
+
+impl ContactKeys {
+    fn of(law: &ContactLaw) -> Self {
+        let same = Self {
+            normal_stiffness: Some(law.normal_stiffness),
+            tangential_stiffness: Some(law.tangential_stiffness),
+            friction: Some(law.friction),
+            tension: Some(law.tension),
+            ..Self::default()
+        };
+        match law.damping {
+            Damping::Literal { normal, tangential } => Self {
+                damping: Some(DampingKind::Literal),
+                normal_damping: Some(normal),
+                tangential_damping: Some(tangential),
+                ..same
+            },
+            Damping::Restitution(coefficient) => {
+                Self { damping: Some(DampingKind::Restitution), restitution: Some(coefficient), ..same }
+            }
+            Damping::RestitutionAndRatio { restitution, tangential } => Self {
+                damping: Some(DampingKind::Restitution),
+                restitution: Some(restitution),
+                damping_ratio: Some(tangential),
+                ..same
+            },
+        }
+    }
+}

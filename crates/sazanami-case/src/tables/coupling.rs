@@ -1,0 +1,80 @@
+//! `[coupling]`: how fluid and resolved grains act on each other.
+
+use sazanami_case_derive::Keys;
+use sazanami_mics::grains::{Exchange, TorqueArm, Weighting};
+use sazanami_numerics::geometry::VolumeFractionMethod;
+use serde_json::json;
+use toml::de::DeValue;
+
+use crate::key::{KeyDoc, ValueDoc};
+use crate::read::{At, Context};
+use crate::value::{Range1, Value, split_call};
+use crate::write::{Paths, Written};
+
+/// Fluid and resolved grains.
+#[derive(Clone, Copy, Debug, PartialEq, Keys)]
+pub struct Coupling {
+    /// What grains get back of the momentum that the fluid loses to them, see docs/guide/exchange.md.
+    #[key(word, default = Exchange::Exact, paper_literal = (Yagyu, Exchange::Stress,
+          "forces on grains are the stress integral; what back-projection takes is lost"))]
+    pub exchange: Exchange,
+    /// Weight of the grain's velocity in shared cells.
+    #[key(word, default = Weighting::Mass)]
+    pub weighting: Weighting,
+    /// Evaluator of covered volumes: `columns(n)` (n x n columns a cell, exact along x3), `subcell(n)` (n^3 sub-cells),
+    /// `clip` (exact clipping of tetrahedra, slow); n from 1 to 64.
+    #[key(default = VolumeFractionMethod::Columns { per_axis: 4 }, paper_literal = (Yagyu, VolumeFractionMethod::Clip,
+          "volume fractions by exact clipping, the reference evaluator"))]
+    pub alpha: VolumeFractionMethod,
+    /// Where the arm of a cell's force ends.
+    #[key(word, default = TorqueArm::Centroid)]
+    pub torque_arm: TorqueArm,
+}
+
+impl Value for VolumeFractionMethod {
+    fn doc() -> ValueDoc {
+        ValueDoc::Leaf(
+            "word",
+            |_| json!({ "type": "string", "pattern": "^(columns\\([0-9]+\\)|subcell\\([0-9]+\\)|clip)$" }),
+        )
+    }
+
+    fn read(at: &At<'_>, key: &KeyDoc, _: Range1, cx: &mut Context<'_>) -> Option<Self> {
+        const EXPECTED: &str = "expected \"columns(4)\", \"subcell(4)\" or \"clip\"";
+        let call = match at.value {
+            Some(DeValue::String(text)) => split_call(text),
+            _ => None,
+        };
+        match call {
+            Some(("columns", Some(n @ 1..=64))) => return Some(Self::Columns { per_axis: n as u8 }),
+            Some(("subcell", Some(n @ 1..=64))) => return Some(Self::SubCells { per_axis: n as u8 }),
+            Some(("clip", None)) => return Some(Self::Clip),
+            Some(_) => {
+                cx.report
+                    .error(at.span.clone(), "no such evaluator of volume fractions")
+                    .label(EXPECTED)
+                    .help("the count is per cell edge, 1 to 64");
+            }
+            None => {
+                cx.report.error(at.span.clone(), format!("`{}` cannot be read", key.name)).label(EXPECTED);
+            }
+        }
+        None
+    }
+
+    fn write(&self, _: &str, _: Paths) -> Written {
+        Written::Leaf(match self {
+            Self::Columns { per_axis } => format!("\"columns({per_axis})\""),
+            Self::SubCells { per_axis } => format!("\"subcell({per_axis})\""),
+            Self::Clip => "\"clip\"".into(),
+        })
+    }
+
+    fn blank() -> Self {
+        Self::Clip
+    }
+
+    fn example(_: &KeyDoc) -> String {
+        "\"columns(4)\"".into()
+    }
+}

@@ -1,0 +1,183 @@
+//! `[dem]`: how grains are moved.
+
+use sazanami_case_derive::Keys;
+use sazanami_dem::{HistoryRotation, Multiplicity, SlipDirection, Substeps};
+use sazanami_numerics::{Real, choices};
+use serde_json::json;
+use toml::de::DeValue;
+
+use super::{BoundarySide, DampingKind, SIDE_NAMES};
+use crate::key::{KeyDoc, ValueDoc};
+use crate::read::{At, Context};
+use crate::value::{Range1, Value};
+use crate::write::{Paths, Written};
+
+choices! {
+    /// Rolling resistance.
+    pub enum Rolling {
+        /// None: the shape gives it.
+        None = "none",
+        /// A constant torque against rolling, for spheres.
+        ConstantTorque = "constant_torque",
+    }
+
+    /// Contact of grains with the walls of the box.
+    pub enum WallContact {
+        /// As that between grains.
+        AsGrains = "as_grains",
+        /// Without friction on the vertical sides.
+        FrictionlessSides = "frictionless_sides",
+    }
+}
+
+/// How grains are moved.
+#[derive(Clone, Copy, Debug, PartialEq, Keys)]
+pub struct DemOptions {
+    /// Contact sub-steps in a step of the fluid: `auto`, as many as the contacts need (0.057 pi sqrt(m*/K) long, m* the
+    /// least effective mass a contact can meet), or a number.
+    #[key(default = Substeps::Auto, paper_literal = (Yagyu, Substeps::Fixed(325),
+          "the paper's number of sub-steps in a fluid step"))]
+    pub substeps: Substeps,
+    /// Dashpot of contacts that do not say themselves.
+    #[key(word, omit_if = true, says = "see `contact`")]
+    pub damping: Option<DampingKind>,
+    /// Whether separating contacts may pull.
+    #[key(omit_if = true, default = false, paper_literal = (Yagyu, true, "eq. (4) without a cut: a separating contact may pull"))]
+    pub tension: bool,
+    /// Several touching spheres of one pair of grains.
+    #[key(word, default = Multiplicity::Sum)]
+    pub multiplicity: Multiplicity,
+    /// Direction of friction while a contact slips.
+    #[key(word, default = SlipDirection::Force, paper_literal = (Yagyu, SlipDirection::Velocity,
+          "eq. (6): friction along the sliding velocity"))]
+    pub slip_direction: SlipDirection,
+    /// What the turning of the normal does to the tangential displacement.
+    #[key(word, default = HistoryRotation::LengthKept, paper_literal = (Yagyu, HistoryRotation::Projected,
+          "the tangential displacement is projected and not stretched back"))]
+    pub history: HistoryRotation,
+    /// Rolling resistance.
+    #[key(word, default = Rolling::None)]
+    pub rolling: Rolling,
+    /// Torque of the rolling resistance over normal force and effective radius.
+    #[key(range = NonNegative, default = 0.0)]
+    pub rolling_friction: Real,
+    /// Contact with the vertical sides of the box where no `"a/wall"` says otherwise.
+    #[key(word, default = WallContact::AsGrains, paper_literal = (Yagyu, WallContact::FrictionlessSides,
+          "the paper states no wall contact; the alternative to the default"))]
+    pub wall: WallContact,
+    /// Sides of the box that hold grains back, `[direction][0 lower, 1 upper]`.
+    ///
+    /// In a case a list such as `["x1_lower", "x3_lower"]`.
+    #[key(default = cx.known.boundary.map(|pair| pair.map(|side: BoundarySide| side.is_wall())),
+          says = "sides that are walls for the fluid")]
+    pub grain_walls: [[bool; 2]; 3],
+}
+
+impl DemOptions {
+    /// What stands before the table is read.
+    pub(crate) fn plain() -> Self {
+        Self {
+            substeps: Substeps::Auto,
+            damping: None,
+            tension: false,
+            multiplicity: Multiplicity::Sum,
+            slip_direction: SlipDirection::Force,
+            history: HistoryRotation::LengthKept,
+            rolling: Rolling::None,
+            rolling_friction: 0.0,
+            wall: WallContact::AsGrains,
+            grain_walls: [[false; 2]; 3],
+        }
+    }
+}
+
+impl Value for Substeps {
+    fn doc() -> ValueDoc {
+        ValueDoc::Leaf(
+            "`auto` or count",
+            |_| json!({ "oneOf": [{ "const": "auto" }, { "type": "integer", "minimum": 1 }] }),
+        )
+    }
+
+    fn read(at: &At<'_>, key: &KeyDoc, _: Range1, cx: &mut Context<'_>) -> Option<Self> {
+        match (at.value, at.integer()) {
+            (Some(DeValue::String(word)), _) if word == "auto" => return Some(Self::Auto),
+            (_, Some(n)) if n > 0 => return Some(Self::Fixed(n as usize)),
+            _ => {}
+        }
+        cx.report
+            .error(at.span.clone(), format!("`{}` cannot be read", key.name))
+            .label("expected \"auto\" or a whole number above zero")
+            .help("\"auto\" takes as many as the contacts need");
+        None
+    }
+
+    fn write(&self, _: &str, _: Paths) -> Written {
+        Written::Leaf(match self {
+            Self::Auto => "\"auto\"".into(),
+            Self::Fixed(count) => count.to_string(),
+        })
+    }
+
+    fn blank() -> Self {
+        Self::Auto
+    }
+
+    fn example(_: &KeyDoc) -> String {
+        "\"auto\"".into()
+    }
+}
+
+/// Sides of the box by their names.
+impl Value for [[bool; 2]; 3] {
+    fn doc() -> ValueDoc {
+        ValueDoc::Leaf(
+            "list of sides",
+            |_| json!({ "type": "array", "items": { "enum": SIDE_NAMES.iter().flatten().collect::<Vec<_>>() } }),
+        )
+    }
+
+    fn read(at: &At<'_>, key: &KeyDoc, _: Range1, cx: &mut Context<'_>) -> Option<Self> {
+        let mut walls = [[false; 2]; 3];
+        let Some(list) = at.elements() else {
+            cx.report.error(at.span.clone(), format!("`{}` is not a list", key.name)).label("expected names of sides");
+            return None;
+        };
+        for element in list {
+            let word = match element.value {
+                Some(DeValue::String(word)) => word.as_ref(),
+                _ => "",
+            };
+            let found = (0..3).flat_map(|d| [(d, 0), (d, 1)]).find(|&(d, upper)| SIDE_NAMES[d][upper] == word);
+            match found {
+                Some((d, upper)) if cx.known.boundary[d][upper] == BoundarySide::Periodic => {
+                    cx.report
+                        .error(element.span.clone(), format!("`{word}` is periodic"))
+                        .label("a periodic side holds nothing back");
+                }
+                Some((d, upper)) => walls[d][upper] = true,
+                None => {
+                    let known: Vec<&str> = SIDE_NAMES.iter().flatten().copied().collect();
+                    cx.report
+                        .error(element.span.clone(), "this is no side of the box")
+                        .label(format!("expected one of {}", known.join(", ")));
+                }
+            }
+        }
+        Some(walls)
+    }
+
+    fn write(&self, _: &str, _: Paths) -> Written {
+        let names = SIDE_NAMES.iter().flatten().zip(self.iter().flatten());
+        let walls: Vec<String> = names.filter(|(_, wall)| **wall).map(|(name, _)| format!("\"{name}\"")).collect();
+        Written::Leaf(format!("[{}]", walls.join(", ")))
+    }
+
+    fn blank() -> Self {
+        [[false; 2]; 3]
+    }
+
+    fn example(_: &KeyDoc) -> String {
+        "[\"x3_lower\"]".into()
+    }
+}

@@ -1,0 +1,215 @@
+//! `[fluid]`: liquid, gas and how they are computed.
+
+use sazanami_case_derive::Keys;
+use sazanami_mics::advection::{Convection, Limiter};
+use sazanami_mics::interface::InterfaceScheme;
+use sazanami_mics::viscosity::ViscosityScheme;
+use sazanami_numerics::{Real, choices};
+
+use super::read_by;
+use crate::read::{Context, Table};
+
+/// Water and air as in Yagyu et al. (2015).
+const WATER: Fluid = Fluid { density: 1000.0, viscosity: 1000.0 * 1e-6 };
+const AIR: Fluid = Fluid { density: 1.0, viscosity: 1.0 * 1e-5 };
+
+choices! {
+    /// Projection onto divergence-free velocities.
+    pub enum Projection {
+        /// The whole pressure every step.
+        Full = "full",
+        /// The pressure's increment (single-phase flow, second order in time).
+        Incremental = "incremental",
+    }
+}
+
+/// Properties of a fluid; density and one viscosity are required in the table.
+#[derive(Clone, Debug, Keys)]
+#[keys(check = Self::check)]
+struct FluidKeys {
+    /// Density.
+    #[key(unit = "kg/m^3", range = Positive)]
+    density: Real,
+    /// Kinematic viscosity.
+    #[key(unit = "m^2/s", range = NonNegative)]
+    kinematic_viscosity: Option<Real>,
+    /// Dynamic viscosity, instead of the kinematic one.
+    #[key(unit = "Pa s", range = NonNegative)]
+    dynamic_viscosity: Option<Real>,
+}
+
+/// Properties of a fluid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fluid {
+    /// Density [kg/m^3].
+    pub density: Real,
+    /// Dynamic viscosity [Pa s].
+    pub viscosity: Real,
+}
+
+read_by!(Fluid, FluidKeys);
+
+impl FluidKeys {
+    fn check(&mut self, table: &Table<'_>, cx: &mut Context<'_>) {
+        match (self.kinematic_viscosity, self.dynamic_viscosity) {
+            (Some(_), Some(_)) => {
+                cx.report
+                    .error(table.span(), "a fluid has one viscosity")
+                    .label("this one has two")
+                    .help("keep `kinematic_viscosity` or `dynamic_viscosity`");
+            }
+            (None, None) => {
+                cx.missing(Some(table.span()), "kinematic_viscosity", "add `kinematic_viscosity = \"1e-6 m^2/s\"`")
+            }
+            _ => {}
+        }
+    }
+
+    fn meaning(self, _: &mut Context<'_>) -> Option<Fluid> {
+        let kinematic = self.kinematic_viscosity.map(|kinematic| self.density * kinematic);
+        Some(Fluid { density: self.density, viscosity: self.dynamic_viscosity.or(kinematic).unwrap_or(Real::NAN) })
+    }
+
+    fn of(fluid: &Fluid) -> Self {
+        Self { density: fluid.density, kinematic_viscosity: None, dynamic_viscosity: Some(fluid.viscosity) }
+    }
+}
+
+/// Length of a step.
+#[derive(Clone, Debug, Keys)]
+#[keys(check = Self::check)]
+struct StepKeys {
+    /// Fixed time step; the fluid makes several passes where its own limits ask for it. Excludes the three keys of
+    /// adaptive steps, one of which makes `paper_literal` adaptive too.
+    #[key(unit = "s", range = Positive,
+          paper_literal = (Yagyu, 1e-5, "the paper's step; the fluid makes several passes where its own limits ask for it"))]
+    dt: Option<Real>,
+    /// Longest adaptive step.
+    #[key(unit = "s", range = Positive, says = "a free fall through a tenth of a cell, at most 1e-3 s")]
+    dt_max: Option<Real>,
+    /// First adaptive step.
+    #[key(unit = "s", range = Positive, says = "`dt_max`")]
+    dt_first: Option<Real>,
+    /// Largest ratio of a step to the one before.
+    #[key(range = Between(1.0, 10.0), says = "1.2")]
+    dt_growth: Option<Real>,
+}
+
+/// Choice of the time step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Step {
+    /// The same length always [s]; the fluid makes several passes where its limits ask for it.
+    Fixed(Real),
+    /// As long as the limits allow.
+    Adaptive {
+        /// Longest step [s].
+        longest: Real,
+        /// First step [s].
+        first: Real,
+        /// Largest ratio of a step to the one before.
+        growth: Real,
+    },
+}
+
+read_by!(Step, StepKeys);
+
+impl StepKeys {
+    fn check(&mut self, table: &Table<'_>, cx: &mut Context<'_>) {
+        if !["dt_max", "dt_first", "dt_growth"].iter().any(|key| table.has(key)) {
+            return;
+        }
+        if table.has("dt") {
+            cx.report
+                .error(table.span(), "a fixed step has no limits of its own")
+                .label("`dt` stands beside `dt_max`, `dt_first` or `dt_growth`")
+                .help("leave out `dt` for a step that adapts");
+        } else {
+            self.dt = None;
+        }
+    }
+
+    fn meaning(self, cx: &mut Context<'_>) -> Option<Step> {
+        if let Some(dt) = self.dt {
+            return Some(Step::Fixed(dt));
+        }
+        // Falling freely from rest for this long crosses a tenth of a cell.
+        let fall = (0.2 * cx.known.domain.spacing().min_element() / cx.known.gravity.length()).sqrt();
+        let longest = self.dt_max.unwrap_or(if fall.is_finite() { fall.min(1e-3) } else { 1e-3 });
+        Some(Step::Adaptive { longest, first: self.dt_first.unwrap_or(longest), growth: self.dt_growth.unwrap_or(1.2) })
+    }
+
+    fn of(step: &Step) -> Self {
+        match *step {
+            Step::Fixed(dt) => Self { dt: Some(dt), dt_max: None, dt_first: None, dt_growth: None },
+            Step::Adaptive { longest, first, growth } => {
+                Self { dt: None, dt_max: Some(longest), dt_first: Some(first), dt_growth: Some(growth) }
+            }
+        }
+    }
+}
+
+/// Liquid, gas and how they are computed.
+#[derive(Clone, Copy, Debug, PartialEq, Keys)]
+#[keys(check = Self::check)]
+pub struct FluidOptions {
+    /// Transport of the liquid's volume.
+    #[key(word, default = InterfaceScheme::Plic, paper_literal = (Yagyu, InterfaceScheme::ThincWlic,
+          "the paper transports density and names no scheme; an algebraic one comes closest"))]
+    pub vof: InterfaceScheme,
+    /// Form of the convection of momentum.
+    #[key(word, default = Convection::Consistent, paper_literal = (Yagyu, Convection::VelocityForm,
+          "eq. (3) is written for the velocity, not for momentum"))]
+    pub convection: Convection,
+    /// Limiter of the slopes in the convection.
+    #[key(word, default = Limiter::VanLeer)]
+    pub limiter: Limiter,
+    /// Projection onto divergence-free velocities.
+    #[key(word, default = Projection::Full, paper_literal = (Yagyu, Projection::Incremental,
+          "C-ISMAC, the authors' solver, advances the pressure's increment"))]
+    pub projection: Projection,
+    /// Treatment of viscosity.
+    #[key(word, default = suited_to(projection), says = "`implicit`; `crank_nicolson` with `projection = \"incremental\"`")]
+    pub viscosity: ViscosityScheme,
+    /// Time step.
+    #[key(flatten)]
+    pub step: Step,
+    /// Largest sum over directions of the parts of a cell swept in a pass.
+    #[key(range = Between(1e-3, 0.499), default = 0.45)]
+    pub cfl: Real,
+    /// Largest `|div u| dt` that the projection leaves. The volume of liquid changes by no more than this and the number
+    /// of steps allow.
+    #[key(name = "tol_div", range = Between(1e-15, 1e-2), default = 1e-6)]
+    pub divergence_tolerance: Real,
+    /// Iterations after which a solve of the pressure is given up (exit code 1).
+    #[key(least = 1, default = 500)]
+    pub pressure_iterations: usize,
+    /// The heavier fluid.
+    #[key(table, default = WATER, says = "water: 1000 kg/m^3, 1e-6 m^2/s")]
+    pub liquid: Fluid,
+    /// The lighter fluid.
+    #[key(table, default = AIR, says = "air: 1 kg/m^3, 1e-5 m^2/s")]
+    pub gas: Fluid,
+}
+
+fn suited_to(projection: Projection) -> ViscosityScheme {
+    match projection {
+        Projection::Full => ViscosityScheme::Implicit,
+        Projection::Incremental => ViscosityScheme::CrankNicolson,
+    }
+}
+
+impl FluidOptions {
+    fn check(&mut self, table: &Table<'_>, cx: &mut Context<'_>) {
+        if self.convection == Convection::VelocityForm && self.limiter == Limiter::Unlimited {
+            cx.report
+                .warning(Some(table.place("limiter")), "velocity form without a limiter oscillates at interfaces")
+                .label("meant for smooth flow only");
+        }
+        if self.gas.density > self.liquid.density {
+            cx.report
+                .error(table.span(), "the gas is heavier than the liquid")
+                .label("`liquid` names the heavier fluid")
+                .help("exchange the two");
+        }
+    }
+}

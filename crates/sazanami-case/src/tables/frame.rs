@@ -1,0 +1,79 @@
+//! `[frame]`: motion of the box without rotation.
+
+use sazanami_case_derive::Keys;
+use sazanami_numerics::{Real, Vector};
+
+use super::motion::MotionKeys;
+use super::{TankMotion, WallMotion, read_by};
+use crate::read::Context;
+
+/// An oscillating part of the box's acceleration, `amplitude sin(2 pi frequency t + phase)`.
+#[derive(Clone, Copy, Debug, PartialEq, Keys)]
+pub struct Oscillation {
+    /// Amplitude.
+    #[key(unit = "m/s^2")]
+    pub amplitude: Vector,
+    /// Frequency.
+    #[key(unit = "Hz", range = Positive)]
+    pub frequency: Real,
+    /// Phase.
+    #[key(unit = "rad", default = 0.0)]
+    pub phase: Real,
+}
+
+/// A box that moves.
+#[derive(Clone, Debug, Keys)]
+struct FrameKeys {
+    /// Constant acceleration of the box; what it holds feels the opposite.
+    #[key(unit = "m/s^2", default = Vector::ZERO, says = "none")]
+    acceleration: Vector,
+    /// Oscillating acceleration on top.
+    #[key(table)]
+    oscillation: Option<Oscillation>,
+    /// Displacement on top, by formula or from a file.
+    #[key(table)]
+    motion: Option<MotionKeys>,
+}
+
+/// Motion of the frame of reference without rotation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Frame {
+    /// Constant acceleration [m/s^2].
+    pub acceleration: Vector,
+    /// Oscillating acceleration, if there is one.
+    pub oscillation: Option<Oscillation>,
+    /// Displacement of the tank, if it has one.
+    pub motion: Option<TankMotion>,
+    /// Where that motion is seen from.
+    pub walls: WallMotion,
+}
+
+read_by!(Frame, FrameKeys);
+
+impl FrameKeys {
+    fn meaning(self, cx: &mut Context<'_>) -> Option<Frame> {
+        let walls = self.motion.as_ref().map_or(WallMotion::AtRest, |motion| motion.walls);
+        let motion = self.motion.and_then(|motion| motion.meaning(cx.known.run.until));
+        Some(Frame { acceleration: self.acceleration, oscillation: self.oscillation, motion, walls })
+    }
+
+    fn of(frame: &Frame) -> Self {
+        let motion = frame.motion.as_ref().map(|motion| MotionKeys::of(motion, frame.walls));
+        Self { acceleration: frame.acceleration, oscillation: frame.oscillation, motion }
+    }
+}
+
+impl Frame {
+    /// Acceleration of the frame at `time` [m/s^2].
+    #[must_use]
+    pub fn acceleration_at(&self, time: Real) -> Vector {
+        let oscillating = self
+            .oscillation
+            .map_or(Vector::ZERO, |o| o.amplitude * (std::f64::consts::TAU * o.frequency * time + o.phase).sin());
+        let moved = match (&self.motion, self.walls) {
+            (Some(motion), WallMotion::AtRest) => motion.at(time)[2],
+            _ => Vector::ZERO,
+        };
+        self.acceleration + oscillating + moved
+    }
+}

@@ -1,0 +1,196 @@
+//! `[[grains]]`: populations of grains.
+
+use sazanami_case_derive::Keys;
+use sazanami_dem::Motion;
+use sazanami_numerics::Real;
+
+use super::contact_spheres::ContactSphereKeys;
+use super::{ContactSphereChoice, GrainPlacement, GrainShape, SizeDistribution, read_by};
+use crate::presets::Paper;
+use crate::read::{Context, Table};
+use crate::suggest::nearest;
+
+/// The paper's grain: its two equal axes and the single one [m], and its mass [kg].
+const PAPER_GRAIN: [Real; 2] = [0.52e-3, 1.27e-3];
+const PAPER_MASS: Real = 1.93e-7;
+/// Solid fraction for which grains of a bed that is levelled are counted: some are left to take away.
+const LEVELLED: Real = 0.70;
+
+/// A population of grains.
+#[derive(Clone, Debug, Keys)]
+#[keys(check = Self::check)]
+struct PopulationKeys {
+    /// Name, unlike that of any other population.
+    #[key(default = numbered(table), says = "`grains N`")]
+    name: String,
+    /// How many grains: required with `placement.packed` unless the bed is levelled; the other placements tell it
+    /// themselves.
+    #[key(least = 1)]
+    count: Option<usize>,
+    /// Name of the material.
+    #[key(default = only_material(table, cx), says = "the only one")]
+    material: String,
+    /// Seed of random places, orientations and sizes.
+    #[key(default = 1)]
+    seed: u64,
+    /// How the grains move; `prescribed` is for lists and lattices only.
+    #[key(word, shared, default = Motion::Free)]
+    motion: Motion,
+    /// Mass of a grain of size factor 1, instead of density times volume of the mesh.
+    #[key(unit = "kg", range = Positive, paper_literal = (Yagyu, PAPER_MASS,
+          "table 1's mass, for the spheroid of 0.52 mm x 1.27 mm only"))]
+    mass_override: Option<Real>,
+    #[key(flatten)]
+    spheres: ContactSphereKeys,
+    /// Size factors.
+    #[key(table, dotted, default = SizeDistribution::Equal, says = "all 1")]
+    size: SizeDistribution,
+    /// Shape of a grain.
+    #[key(
+        table,
+        dotted,
+        example = "`shape.spheroid = { diameter = \"0.52 mm\", length = \"1.27 mm\" }` or another shape"
+    )]
+    shape: GrainShape,
+    /// Where the grains are put.
+    #[key(table, example = "`placement.packed = {}`, `bed`, `lattice` or `list`")]
+    placement: GrainPlacement,
+    #[key(skip = ContactSphereChoice::Single)]
+    contact_spheres: ContactSphereChoice,
+}
+
+/// Grains of one kind.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Population {
+    /// Name.
+    pub name: String,
+    /// How many; given by the file for beds read from one.
+    pub count: Option<usize>,
+    /// Shape.
+    pub shape: GrainShape,
+    /// Contact spheres.
+    pub contact_spheres: ContactSphereChoice,
+    /// Name of the material.
+    pub material: String,
+    /// Mass of a grain of size factor 1 [kg] instead of density times volume.
+    pub mass_override: Option<Real>,
+    /// Size factors.
+    pub size: SizeDistribution,
+    /// Seed of its random numbers.
+    pub seed: u64,
+    /// How its grains move (listed grains say so themselves).
+    pub motion: Motion,
+    /// Where they are put.
+    pub placement: GrainPlacement,
+}
+
+read_by!(Population, PopulationKeys);
+
+/// `grains N` or `liquid N` by the place in the list.
+pub(super) fn numbered(table: &Table<'_>) -> String {
+    table.at().path.replace('.', " ")
+}
+
+fn only_material(table: &Table<'_>, cx: &mut Context<'_>) -> String {
+    if let [only] = &cx.known.materials[..] {
+        return only.name.clone();
+    }
+    let help = "add `material = \"sand\"` and `[material.sand]` with its density";
+    cx.missing(Some(table.span()), "material", help);
+    String::new()
+}
+
+impl PopulationKeys {
+    fn check(&mut self, table: &Table<'_>, cx: &mut Context<'_>) {
+        self.size.check(&table.get("size"), cx);
+        self.check_material(table, cx);
+        self.contact_spheres = std::mem::take(&mut self.spheres).meaning(&self.shape, table, cx);
+        let is_paper_grain = matches!(&self.shape, GrainShape::Spheroid { diameter, length, .. }
+            if [*diameter, *length] == PAPER_GRAIN);
+        if !table.has("mass_override") && cx.follows(Paper::Yagyu) && !is_paper_grain {
+            self.mass_override = None;
+        }
+        self.count = self.counted(table, cx);
+        let is_placed = matches!(self.placement, GrainPlacement::List(_) | GrainPlacement::Lattice(_));
+        if self.motion == Motion::Prescribed && !is_placed {
+            cx.report
+                .error(table.span(), "a bed cannot move as prescribed")
+                .label("prescribed motion is for listed grains and lattices")
+                .help("use `motion = \"fixed\"` for a bed that stays");
+        }
+        if matches!(&self.placement, GrainPlacement::List(list) if list.is_empty()) {
+            cx.report
+                .error(table.place("placement"), "the list of grains is empty")
+                .label("expected at least one")
+                .help("for example `list = [{ position = [\"5 mm\", \"5 mm\", \"5 mm\"] }]`");
+        }
+    }
+
+    fn check_material(&self, table: &Table<'_>, cx: &mut Context<'_>) {
+        let known: Vec<&str> = cx.known.materials.iter().map(|material| material.name.as_str()).collect();
+        if !table.has("material") || known.contains(&self.material.as_str()) {
+            return;
+        }
+        let meant = nearest(&self.material, known);
+        cx.report
+            .error(table.place("material"), format!("there is no material `{}`", self.material))
+            .label(meant.map_or("not a material of this case".into(), |m| format!("did you mean `{m}`?")))
+            .help(format!("add `[material.{}]` with `density = \"2650 kg/m^3\"`", self.material));
+    }
+
+    /// How many grains there are, as far as the case tells.
+    fn counted(&self, table: &Table<'_>, cx: &mut Context<'_>) -> Option<usize> {
+        let implied = match &self.placement {
+            GrainPlacement::Packed(packing) => {
+                if table.has("count") {
+                    return self.count;
+                }
+                if let (Some(level), Some(volume)) = (packing.level, self.shape.volume()) {
+                    let extent = cx.known.domain.extent();
+                    let solid = LEVELLED * extent.x * extent.y * level;
+                    return Some((solid / (volume * self.size.mean_cube())).ceil().max(1.0) as usize);
+                }
+                cx.missing(Some(table.span()), "count", "add `count = 30900`: how many grains are packed");
+                return None;
+            }
+            GrainPlacement::Bed(_) => return self.count,
+            GrainPlacement::Lattice(lattice) => lattice.counts.iter().fold(1, |all: usize, &n| all.saturating_mul(n)),
+            GrainPlacement::List(list) => list.len(),
+        };
+        if let Some(count) = self.count.filter(|count| *count != implied) {
+            cx.report
+                .error(table.place("count"), format!("`count` says {count}, the placement {implied}"))
+                .label("the placement gives the number by itself")
+                .help("leave out `count`");
+        }
+        Some(implied)
+    }
+
+    fn meaning(self, cx: &mut Context<'_>) -> Option<Population> {
+        cx.known.motion = Motion::Free;
+        let Self {
+            name, count, material, seed, motion, mass_override, size, shape, placement, contact_spheres, ..
+        } = self;
+        Some(Population { name, count, shape, contact_spheres, material, mass_override, size, seed, motion, placement })
+    }
+
+    fn of(population: &Population) -> Self {
+        let Population { name, count, shape, contact_spheres, material, mass_override, size, seed, motion, placement } =
+            population.clone();
+        let spheres = ContactSphereKeys::of(&contact_spheres);
+        Self { name, count, material, seed, motion, mass_override, spheres, size, shape, placement, contact_spheres }
+    }
+}
+
+/// Names tell populations apart in results.
+pub(crate) fn check_names(populations: &[Population], cx: &mut Context<'_>) {
+    let mut names: Vec<&str> = populations.iter().map(|population| population.name.as_str()).collect();
+    names.sort_unstable();
+    if let Some(twice) = names.windows(2).find(|pair| pair[0] == pair[1]) {
+        let span = cx.places.near(&format!("grains.{}", populations.len() - 1)).unwrap_or(0..0);
+        cx.report
+            .error(span, format!("two populations are called `{}`", twice[0]))
+            .label("names tell populations apart in results")
+            .help("give each a `name` of its own");
+    }
+}

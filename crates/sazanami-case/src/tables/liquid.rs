@@ -1,0 +1,233 @@
+//! `[[liquid]]`: where liquid (or a bubble) is at first.
+
+use sazanami_case_derive::Keys;
+use sazanami_mics::flow::DropVelocity;
+use sazanami_numerics::{Real, Vector};
+
+use super::grains::numbered;
+use super::{FluidName, Region, read_by};
+use crate::presets::Solver;
+use crate::read::{Context, Table};
+
+/// A fall.
+#[derive(Clone, Copy, Debug, Keys)]
+struct Fall {
+    /// Speed.
+    #[key(unit = "m/s", range = NonNegative)]
+    speed: Real,
+    /// Angle from the vertical.
+    #[key(unit = "rad", default = 0.0)]
+    angle: Real,
+    /// Direction of the slant, from x1 towards x2.
+    #[key(unit = "rad", default = 0.0)]
+    heading: Real,
+}
+
+impl Fall {
+    fn velocity(self) -> Vector {
+        let slant = self.speed * self.angle.sin();
+        Vector::new(slant * self.heading.cos(), slant * self.heading.sin(), -self.speed * self.angle.cos())
+    }
+}
+
+/// A body of liquid (or a bubble) at the start. Everything else is gas; later bodies take the place of earlier ones.
+#[derive(Clone, Debug, Keys)]
+#[keys(check = Self::check)]
+struct LiquidKeys {
+    /// Name, for messages and results.
+    #[key(default = numbered(table), says = "`liquid N`")]
+    name: String,
+    /// Which fluid fills it; `gas` puts a bubble into an earlier liquid.
+    #[key(word, default = FluidName::Liquid)]
+    fluid: FluidName,
+    /// Shape about its origin.
+    #[key(table, inline, example = "`region.sphere = { diameter = \"5.537 mm\" }` or another shape")]
+    region: Region,
+    /// Where the shape's origin is put.
+    #[key(unit = "m", says = "the origin")]
+    position: Option<Vector>,
+    /// Instead of `position`: height of the shape's origin above H_s, the highest point of the bed in use within
+    /// `bed.height_radius` of the axis.
+    #[key(unit = "m")]
+    above_bed: Option<Real>,
+    /// Instead of `position`: height of the shape's lowest point above H_s.
+    #[key(unit = "m")]
+    gap_above_bed: Option<Real>,
+    /// Offset in x1 and x2 from the axis `bed.axis`, with `above_bed` or `gap_above_bed`.
+    #[key(unit = "m", says = "none")]
+    offset: Option<[Real; 2]>,
+    /// Velocity.
+    #[key(unit = "m/s", says = "at rest")]
+    velocity: Option<Vector>,
+    /// Speed and direction of a fall, instead of the velocity.
+    #[key(table)]
+    fall: Option<Fall>,
+    /// Velocity in cells that it fills in part.
+    #[key(word, default = DropVelocity::Mass, paper_literal = (Yagyu, DropVelocity::Beta,
+          "u3 = beta_w v: cells with some water get some of the velocity"))]
+    drop_velocity: DropVelocity,
+    /// Whether it may touch grains at the start; otherwise a liquid that does is refused.
+    #[key(default = cx.known.solver == Solver::Mps, says = "`false`; `true` for `solver = \"mps\"`")]
+    allow_touching_grains: bool,
+}
+
+/// Where a region is put.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Placement {
+    /// The region's origin comes to this point [m].
+    Absolute(Vector),
+    /// Above the highest point H_s of the bed in use, near the axis of the box.
+    AboveBed {
+        /// Height above H_s [m] of the region's origin (`to_bottom` false) or of its lowest point (true).
+        height: Real,
+        /// Whether the height is that of the lowest point.
+        to_bottom: bool,
+        /// Offset from the axis in x1 and x2 [m].
+        offset: [Real; 2],
+    },
+}
+
+/// A body of liquid (or a bubble) at the start.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LiquidRegion {
+    /// Name for messages and results.
+    pub name: String,
+    /// Which fluid fills it. Later regions overwrite earlier ones.
+    pub fluid: FluidName,
+    /// Its shape about its origin.
+    pub region: Region,
+    /// Where its origin is put.
+    pub placement: Placement,
+    /// Velocity [m/s].
+    pub velocity: Vector,
+    /// Velocity in cells that it fills in part.
+    pub drop_velocity: DropVelocity,
+    /// Whether it may touch grains at the start.
+    pub allow_touching_grains: bool,
+}
+
+read_by!(LiquidRegion, LiquidKeys);
+
+impl LiquidKeys {
+    fn check(&mut self, table: &Table<'_>, cx: &mut Context<'_>) {
+        self.region.check(&table.get("region"), cx);
+        if self.velocity.is_some() && self.fall.is_some() {
+            cx.report
+                .error(table.span(), "`velocity` and `fall` say the same thing twice")
+                .label("this liquid has both")
+                .help("keep one of the two");
+        }
+        if [self.position.is_some(), self.above_bed.is_some(), self.gap_above_bed.is_some()]
+            .into_iter()
+            .filter(|given| *given)
+            .count()
+            > 1
+        {
+            cx.report
+                .error(table.span(), "a liquid has one place")
+                .label("more than one of `position`, `above_bed` and `gap_above_bed` is given")
+                .help("keep one of them");
+        }
+        match self.above_bed.or(self.gap_above_bed) {
+            Some(_) => self.check_above_bed(table, cx),
+            None if self.offset.is_some() => {
+                cx.report
+                    .error(table.place("offset"), "`offset` belongs to a place above the bed")
+                    .label("there is no `above_bed` or `gap_above_bed` beside it")
+                    .help("shift `position` instead");
+            }
+            None => {}
+        }
+        self.check_place(table, cx);
+    }
+
+    fn check_above_bed(&self, table: &Table<'_>, cx: &mut Context<'_>) {
+        let place = table.place(if self.above_bed.is_some() { "above_bed" } else { "gap_above_bed" });
+        if !cx.known.has_bed() && !cx.known.is_damaged {
+            cx.report
+                .error(place.clone(), "there is no bed to be above")
+                .label("needs grains with `placement.packed` or `placement.bed`")
+                .help("give the `position` of the liquid instead");
+        }
+        let bottom = self.above_bed.map(|height| height + self.region.heights()[0]).or(self.gap_above_bed);
+        if let Some(bottom) = bottom.filter(|bottom| *bottom < 0.0 && !self.allow_touching_grains) {
+            cx.report
+                .error(place, "the liquid begins within the bed")
+                .label(format!("its lowest point lies {:.4} mm below the highest grain", -bottom * 1e3))
+                .help("raise it, or write `allow_touching_grains = true`");
+        }
+    }
+
+    /// A liquid that misses the box is a mistake; one that reaches over its edge is cut, and said so.
+    fn check_place(&self, table: &Table<'_>, cx: &mut Context<'_>) {
+        let (domain, axis) = (cx.known.domain, cx.known.bed.axis);
+        let (shift, heights_known) = match self.placement() {
+            Placement::Absolute(position) => (position, true),
+            Placement::AboveBed { offset, .. } => {
+                (Vector::new(axis[0] + offset[0], axis[1] + offset[1], domain.lower.z), false)
+            }
+        };
+        let Some((mut lower, mut upper)) = self.region.moved(shift).bounds() else { return };
+        if !heights_known {
+            (lower.z, upper.z) = (domain.lower.z, domain.lower.z);
+        }
+        let misses = lower.cmpge(domain.upper).any() || upper.cmplt(domain.lower).any();
+        let reaches_over = lower.cmplt(domain.lower).any() || upper.cmpgt(domain.upper).any();
+        if misses {
+            cx.report
+                .error(table.place("region"), format!("`{}` lies outside the box", self.name))
+                .label(domain.reaches())
+                .help("positions are those of the shape's origin");
+        } else if reaches_over && matches!(self.region, Region::Sphere { .. } | Region::Spheroid { .. }) {
+            cx.report
+                .warning(Some(table.place("region")), format!("`{}` reaches over the edge of the box", self.name))
+                .label("what is outside is cut off");
+        }
+    }
+
+    fn placement(&self) -> Placement {
+        let offset = self.offset.unwrap_or([0.0; 2]);
+        match (self.above_bed, self.gap_above_bed) {
+            (Some(height), _) => Placement::AboveBed { height, to_bottom: false, offset },
+            (None, Some(height)) => Placement::AboveBed { height, to_bottom: true, offset },
+            (None, None) => Placement::Absolute(self.position.unwrap_or(Vector::ZERO)),
+        }
+    }
+
+    fn meaning(self, _: &mut Context<'_>) -> Option<LiquidRegion> {
+        Some(LiquidRegion {
+            placement: self.placement(),
+            name: self.name,
+            fluid: self.fluid,
+            region: self.region,
+            velocity: self.velocity.or(self.fall.map(Fall::velocity)).unwrap_or(Vector::ZERO),
+            drop_velocity: self.drop_velocity,
+            allow_touching_grains: self.allow_touching_grains,
+        })
+    }
+
+    fn of(liquid: &LiquidRegion) -> Self {
+        let here = Self {
+            name: liquid.name.clone(),
+            fluid: liquid.fluid,
+            region: liquid.region.clone(),
+            position: None,
+            above_bed: None,
+            gap_above_bed: None,
+            offset: None,
+            velocity: Some(liquid.velocity),
+            fall: None,
+            drop_velocity: liquid.drop_velocity,
+            allow_touching_grains: liquid.allow_touching_grains,
+        };
+        match liquid.placement {
+            Placement::Absolute(position) => Self { position: Some(position), ..here },
+            Placement::AboveBed { height, to_bottom, offset } => Self {
+                above_bed: (!to_bottom).then_some(height),
+                gap_above_bed: to_bottom.then_some(height),
+                offset: Some(offset),
+                ..here
+            },
+        }
+    }
+}

@@ -1,0 +1,331 @@
+//! `[frame.motion]`: displacement of the tank.
+
+use std::f64::consts::TAU;
+use std::path::PathBuf;
+
+use sazanami_case_derive::Keys;
+use sazanami_io::readings::Readings;
+use sazanami_numerics::spline::Spline;
+use sazanami_numerics::{Real, Vector, choices};
+
+use crate::read::{Context, Table};
+use crate::units::rounded;
+
+choices! {
+    /// Where the motion of a tank is seen from.
+    pub enum WallMotion {
+        /// From the tank: its walls are at rest, and the fluid feels the acceleration.
+        AtRest = "at_rest",
+        /// From the laboratory, for `solver = "mps"`: the walls move.
+        Moving = "moving",
+    }
+
+    /// A direction.
+    pub enum Axis {
+        /// Along x1.
+        X1 = "x1",
+        /// Along x2.
+        X2 = "x2",
+        /// Along x3.
+        X3 = "x3",
+    }
+}
+
+impl Axis {
+    fn direction(self) -> Vector {
+        [Vector::X, Vector::Y, Vector::Z][self as usize]
+    }
+}
+
+/// Displacement of the box, by formula or from a file.
+#[derive(Clone, Debug, Keys)]
+#[keys(check = Self::check)]
+pub(super) struct MotionKeys {
+    /// Amplitude A of the displacement `A r(t) sin(2 pi f t + phase)`; it may be negative.
+    #[key(unit = "m")]
+    amplitude: Option<Vector>,
+    /// Frequency f.
+    #[key(unit = "Hz", range = Positive)]
+    frequency: Option<Real>,
+    /// Phase.
+    #[key(unit = "rad")]
+    phase: Option<Real>,
+    /// Rise from rest, `r = 3 s^2 - 2 s^3` with `s = t/ramp`. Without it water and grains begin with the speed they
+    /// have against the box.
+    #[key(unit = "s", range = NonNegative, says = "one period",
+          paper_literal = (Tazaki, 0.0, "Tazaki et al. give the motion without a rise"))]
+    ramp: Option<Real>,
+    /// A table `t_s,x_m` instead of the formula, joined by a natural cubic spline.
+    file: Option<PathBuf>,
+    /// Direction of the motion in that file.
+    #[key(word, default = Axis::X1, omit_if = self.file.is_none())]
+    axis: Axis,
+    /// Frame of positions: that of the box, or of the laboratory, in which the walls move.
+    #[key(word, default = WallMotion::AtRest)]
+    pub(super) walls: WallMotion,
+    #[key(skip = None)]
+    curve: Option<Spline>,
+}
+
+impl MotionKeys {
+    fn check(&mut self, table: &Table<'_>, cx: &mut Context<'_>) {
+        let formula = self.amplitude.is_some() || self.frequency.is_some();
+        if formula == self.file.is_some() {
+            cx.report
+                .error(table.span(), "a motion is given by a formula or by a file")
+                .label(if formula { "this has both" } else { "this has neither" })
+                .help("give `amplitude = [\"-10 mm\", \"0 mm\", \"0 mm\"]` and `frequency = \"2 Hz\"`, or `file`");
+            return;
+        }
+        if formula {
+            if self.frequency.is_none() {
+                cx.missing(Some(table.span()), "frequency", "add `frequency = \"2 Hz\"`");
+            }
+            if self.amplitude.is_none() {
+                let help = "add `amplitude = [\"0.52 mm\", \"0.52 mm\", \"0.52 mm\"]`";
+                cx.missing(Some(table.span()), "amplitude", help);
+            }
+            return;
+        }
+        let Some(file) = &self.file else { return };
+        match Readings::read(file, &["t_s", "x_m"], 2) {
+            Ok(readings) => self.curve = Spline::through(readings.column(0), readings.column(1)),
+            Err(problem) => {
+                cx.report
+                    .error(table.place("file"), "the motion of the tank cannot be read")
+                    .label(problem.to_string())
+                    .help("a CSV file with a line `t_s,x_m` and a row of numbers for each time, times increasing");
+            }
+        }
+        if let Some(begin) = self.curve.as_ref().map(|curve| curve.range()[0]).filter(|begin| *begin > 0.0) {
+            cx.report
+                .error(table.place("file"), "the motion of the tank begins after the run")
+                .label(format!("its first time is {} s", rounded(begin)))
+                .help("add a row at time 0");
+        }
+    }
+
+    pub(super) fn meaning(self, until: Real) -> Option<Motion> {
+        if let Some(file) = self.file {
+            return Some(Motion::recorded(file, self.axis, self.curve?, until));
+        }
+        let frequency = self.frequency?;
+        Some(Motion::Formula {
+            amplitude: self.amplitude?,
+            frequency,
+            phase: self.phase.unwrap_or(0.0),
+            ramp: self.ramp.unwrap_or(1.0 / frequency),
+        })
+    }
+
+    pub(super) fn of(motion: &Motion, walls: WallMotion) -> Self {
+        let nothing = Self {
+            amplitude: None,
+            frequency: None,
+            phase: None,
+            ramp: None,
+            file: None,
+            axis: Axis::X1,
+            walls,
+            curve: None,
+        };
+        match motion {
+            Motion::Formula { amplitude, frequency, phase, ramp } => Self {
+                amplitude: Some(*amplitude),
+                frequency: Some(*frequency),
+                phase: Some(*phase),
+                ramp: Some(*ramp),
+                ..nothing
+            },
+            Motion::File { file, axis, .. } => Self { file: Some(file.clone()), axis: *axis, ..nothing },
+        }
+    }
+}
+
+/// Most times at which a motion from a file is looked at for its harmonics.
+const MOST_SAMPLES: usize = 8192;
+
+/// A motion of the tank, counted from where it is at the start.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Motion {
+    /// `A r(t) sin(2 pi f t + phase)`, `r = 3 s^2 - 2 s^3`, `s = min(1, t/ramp)`.
+    Formula {
+        /// Amplitude [m].
+        amplitude: Vector,
+        /// Frequency [Hz].
+        frequency: Real,
+        /// Phase [rad].
+        phase: Real,
+        /// Time of the rise [s].
+        ramp: Real,
+    },
+    /// Positions along a direction, joined by cubic pieces with continuous acceleration.
+    File {
+        /// Where they come from.
+        file: PathBuf,
+        /// Direction.
+        axis: Axis,
+        /// The curve through them.
+        curve: Spline,
+        /// Amplitude [m] and frequency [Hz] of its strongest harmonic within the run, if it moves.
+        harmonic: Option<(Vector, Real)>,
+    },
+}
+
+impl Motion {
+    /// Displacement from the start [m], velocity [m/s] and acceleration [m/s^2] at `time` [s].
+    #[must_use]
+    pub fn at(&self, time: Real) -> [Vector; 3] {
+        match self {
+            Self::Formula { amplitude, frequency, phase, ramp } => {
+                let w = TAU * frequency;
+                let (sin, cos) = (w * time + phase).sin_cos();
+                let s = if *ramp > 0.0 { (time / ramp).min(1.0) } else { 1.0 };
+                let [r, r1, r2] = if s < 1.0 {
+                    [s * s * (3.0 - 2.0 * s), 6.0 * s * (1.0 - s) / ramp, (6.0 - 12.0 * s) / (ramp * ramp)]
+                } else {
+                    [1.0, 0.0, 0.0]
+                };
+                let start = if *ramp > 0.0 { 0.0 } else { phase.sin() };
+                [
+                    *amplitude * (r * sin - start),
+                    *amplitude * (r1 * sin + r * w * cos),
+                    *amplitude * (r2 * sin + 2.0 * w * r1 * cos - w * w * r * sin),
+                ]
+            }
+            Self::File { axis, curve, .. } => {
+                let along = axis.direction();
+                let [x, v, a] = curve.at(time);
+                let start = curve.at(0.0)[0];
+                [along * (x - start), along * v, along * a]
+            }
+        }
+    }
+
+    /// The motion along a curve of positions, in a run until `until` [s].
+    #[must_use]
+    pub fn recorded(file: PathBuf, axis: Axis, curve: Spline, until: Real) -> Self {
+        let harmonic = strongest(&curve, until).map(|(amplitude, frequency)| (axis.direction() * amplitude, frequency));
+        Self::File { file, axis, curve, harmonic }
+    }
+
+    /// Amplitude [m] and frequency [Hz] of its strongest harmonic within the run; `None` without motion.
+    #[must_use]
+    pub fn harmonic(&self) -> Option<(Vector, Real)> {
+        match self {
+            Self::Formula { amplitude, frequency, .. } => {
+                (*amplitude != Vector::ZERO).then_some((*amplitude, *frequency))
+            }
+            Self::File { harmonic, .. } => *harmonic,
+        }
+    }
+
+    /// Period of the motion [s], if it has one: that of a record is that of its strongest harmonic.
+    #[must_use]
+    pub fn period(&self) -> Option<Real> {
+        match self {
+            Self::Formula { frequency, .. } => Some(1.0 / frequency),
+            Self::File { .. } => self.harmonic().map(|(_, frequency)| frequency.recip()),
+        }
+    }
+}
+
+/// Amplitude [m] and frequency [Hz] of the strongest harmonic of a curve until `until` [s]; `None` without motion.
+fn strongest(curve: &Spline, until: Real) -> Option<(Real, Real)> {
+    // The velocity has no trend to speak of; Hann's window keeps harmonics apart.
+    let [start, end] = curve.range();
+    let (start, span) = (start.max(0.0), end.min(until) - start.max(0.0));
+    if span <= 0.0 {
+        return None;
+    }
+    // Twice as many samples as there are points in that time, so that none of its harmonics is taken for another.
+    let samples = (2 * curve.points_within([start, start + span])).clamp(256, MOST_SAMPLES);
+    let place = |n: usize| (n as Real + 0.5) / samples as Real;
+    let window = |n: usize| 1.0 - (TAU * place(n)).cos();
+    let speeds: Vec<Real> = (0..samples).map(|n| window(n) * curve.at(start + span * place(n))[1]).collect();
+    let amplitude = |cycles: Real| {
+        // The angle of the next sample by the addition theorems.
+        let (turn_sine, turn_cosine) = (TAU * cycles / samples as Real).sin_cos();
+        let (mut s, mut c) = (0.5 * TAU * cycles / samples as Real).sin_cos();
+        let (mut cosine, mut sine) = (0.0, 0.0);
+        for speed in &speeds {
+            cosine += speed * c;
+            sine += speed * s;
+            (s, c) = (s * turn_cosine + c * turn_sine, c * turn_cosine - s * turn_sine);
+        }
+        2.0 * cosine.hypot(sine) / samples as Real
+    };
+    let tried = (2..samples).map(|n| 0.5 * n as Real);
+    let (cycles, speed) = tried.map(|cycles| (cycles, amplitude(cycles))).max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let cycles = highest(amplitude, [cycles - 0.5, cycles + 0.5]);
+    let frequency = cycles / span;
+    (speed > 0.0).then(|| (speed / (TAU * frequency), frequency))
+}
+
+/// Place of the maximum of a function that has one between the ends, by golden section.
+fn highest(value: impl Fn(Real) -> Real, [mut low, mut high]: [Real; 2]) -> Real {
+    const PART: Real = 0.618_033_988_749_894_9;
+    while high - low > 1e-4 {
+        let [left, right] = [high - PART * (high - low), low + PART * (high - low)];
+        if value(left) > value(right) { high = right } else { low = left }
+    }
+    0.5 * (low + high)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn velocity_and_acceleration_are_the_derivatives_of_the_displacement() {
+        let motion = Motion::Formula { amplitude: Vector::X, frequency: 2.0, phase: 0.3, ramp: 0.5 };
+        let h = 1e-5;
+        for time in [0.1, 0.3, 0.49, 0.7] {
+            let [before, now, after] = [-h, 0.0, h].map(|shift| motion.at(time + shift));
+            assert!((0.5 * (after[0] - before[0]) / h - now[1]).length() < 1e-6);
+            assert!((0.5 * (after[1] - before[1]) / h - now[2]).length() < 1e-4);
+        }
+        assert_eq!(motion.at(0.0)[0], Vector::ZERO);
+        assert_eq!(motion.at(0.0)[1], Vector::ZERO);
+    }
+
+    #[test]
+    fn without_a_rise_the_motion_begins_at_its_speed() {
+        let motion = Motion::Formula { amplitude: -0.01 * Vector::X, frequency: 2.0, phase: 0.0, ramp: 0.0 };
+        let speed = -0.01 * 4.0 * std::f64::consts::PI;
+        assert_eq!(motion.at(0.0)[0], Vector::ZERO);
+        assert!((motion.at(0.0)[1].x - speed).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_maximum_is_found_between_ends() {
+        assert!((highest(|x| -(x - 3.3) * (x - 3.3), [3.0, 4.0]) - 3.3).abs() < 1e-4);
+    }
+
+    #[test]
+    fn the_strongest_harmonic_of_a_record_is_found() {
+        let t: Vec<Real> = (0..=700).map(|n| 0.01 * n as Real).collect();
+        // A rise in half a second, a slow drift, and a third harmonic.
+        let at =
+            |t: Real| (t / 0.5).min(1.0) * (-0.01 * (TAU * 2.0 * t).sin() + 0.001 * (TAU * 6.0 * t).sin()) + 1e-3 * t;
+        let x: Vec<Real> = t.iter().map(|&t| at(t)).collect();
+        let curve = Spline::through(&t, &x).unwrap();
+        let motion = |axis, curve, until| Motion::recorded(PathBuf::new(), axis, curve, until);
+        let (amplitude, frequency) = motion(Axis::X2, curve, 7.0).harmonic().unwrap();
+        assert!((frequency - 2.0).abs() < 0.02, "{frequency}");
+        assert!((amplitude - Vector::new(0.0, 0.01, 0.0)).length() < 3e-4, "{amplitude}");
+        // A long record of which the run sees the beginning, and one of 600 cycles.
+        let t: Vec<Real> = (0..=12_000).map(|n| 0.025 * n as Real).collect();
+        let record = |at: &dyn Fn(Real) -> Real, until| {
+            let x: Vec<Real> = t.iter().map(|&t| at(t)).collect();
+            motion(Axis::X1, Spline::through(&t, &x).unwrap(), until)
+        };
+        let soon_still = record(&|t| if t < 5.0 { 0.01 * (TAU * 2.0 * t).sin() } else { 0.0 }, 5.0);
+        let (amplitude, frequency) = soon_still.harmonic().unwrap();
+        assert!((frequency - 2.0).abs() < 0.02 && (amplitude.x - 0.01).abs() < 3e-4, "{frequency} {amplitude}");
+        let (_, frequency) = record(&|t| 0.01 * (TAU * 2.0 * t).sin(), 300.0).harmonic().unwrap();
+        assert!((frequency - 2.0).abs() < 0.01, "{frequency}");
+        let still = Spline::through(&[0.0, 1.0], &[0.3, 0.3]).unwrap();
+        assert_eq!(motion(Axis::X1, still, 1.0).harmonic(), None);
+    }
+}

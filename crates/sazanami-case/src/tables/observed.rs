@@ -1,0 +1,160 @@
+//! `[bed]` and `[erosion]`: what is measured of the bed and of the crater.
+
+use sazanami_case_derive::Keys;
+use sazanami_numerics::Real;
+use sazanami_observe::erosion::CountedGrains;
+
+use super::{Population, read_by};
+use crate::read::{Context, Table};
+use crate::units::{rounded, rounded_within};
+use crate::value::Range1;
+
+/// How far a grain size that lengths of an evaluation are measured in may be from those of the grains.
+const NEAR_SIZE: Real = 10.0;
+/// Cells of an evaluation over the shortest edge of the box at least, where no size of grains is known.
+const FINEST: Real = 1e-3;
+
+/// What is measured of the bed.
+#[derive(Clone, Debug, Keys)]
+#[keys(check = Self::check)]
+struct BedKeys {
+    /// Lower height (coordinate of x3) of the slab in which porosity is measured.
+    #[key(unit = "m", default = cx.known.domain.lower.z, says = "the floor")]
+    porosity_lower: Real,
+    /// Upper height of that slab.
+    #[key(unit = "m", default = (cx.known.domain.lower.z + 5e-3).min(cx.known.domain.upper.z),
+          says = "5 mm above the floor, or the top")]
+    porosity_upper: Real,
+    /// Radius about the axis within which the height of the bed H_s is taken: the highest point of a grain there.
+    #[key(unit = "m", within = cx.known.lengths(), default = 1e-3)]
+    height_radius: Real,
+    /// Axis in x1 and x2.
+    #[key(unit = "m", default = cx.known.domain.middle(), says = "middle of the box")]
+    axis: [Real; 2],
+}
+
+/// Observation of the bed.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Bed {
+    /// Slab between two heights in which porosity is measured [m].
+    pub porosity_slab: [Real; 2],
+    /// Radius about the axis within which the bed's height H_s is taken [m].
+    pub height_radius: Real,
+    /// Axis in x1 and x2 [m].
+    pub axis: [Real; 2],
+}
+
+read_by!(Bed, BedKeys);
+
+impl BedKeys {
+    fn check(&mut self, table: &Table<'_>, cx: &mut Context<'_>) {
+        let ([lower, upper], domain) = ([self.porosity_lower, self.porosity_upper], cx.known.domain);
+        if lower >= upper || lower < domain.lower.z || upper > domain.upper.z {
+            let place = if table.has("porosity_upper") { "porosity_upper" } else { "porosity_lower" };
+            let [from, to] = [lower, upper].map(|height| rounded(1e3 * height));
+            let [floor, top] = rounded_within(1e3 * domain.lower.z, 1e3 * domain.upper.z);
+            cx.report
+                .error(table.place(place), "the slab of the porosity has to lie within the box")
+                .label(format!("it reaches from {from} mm to {to} mm"))
+                .help(format!(
+                    "choose heights between {floor} mm and {top} mm, `porosity_lower` below `porosity_upper`"
+                ));
+        }
+    }
+
+    fn meaning(self, _: &mut Context<'_>) -> Option<Bed> {
+        let porosity_slab = [self.porosity_lower, self.porosity_upper];
+        Some(Bed { porosity_slab, height_radius: self.height_radius, axis: self.axis })
+    }
+
+    fn of(bed: &Bed) -> Self {
+        let [porosity_lower, porosity_upper] = bed.porosity_slab;
+        Self { porosity_lower, porosity_upper, height_radius: bed.height_radius, axis: bed.axis }
+    }
+}
+
+/// The crater. Absent: not observed. An empty table observes it with the defaults.
+#[derive(Clone, Debug, PartialEq, Keys)]
+#[keys(check = Self::check)]
+pub struct Erosion {
+    /// Grain size d that lengths of the method are measured in; required for meshes.
+    #[key(unit = "m", within = range_of_grain_size(cx), default = first_size(table, "erode", cx),
+          says = "that of the first population")]
+    pub grain_size: Real,
+    /// Cells of the smoothing grid.
+    #[key(unit = "m", within = cells(grain_size, cx), default = 2.5 * grain_size, says = "2.5 d")]
+    pub dx: Real,
+    /// Thickness of the circular layers.
+    #[key(unit = "m", within = cells(grain_size, cx), default = (2.5 * grain_size).min(outer(table, cx) / 6.0),
+          says = "2.5 d, at most r_max/6")]
+    pub dr: Real,
+    /// Largest radius, at most from the axis to the farthest corner of a box that has it in its middle.
+    #[key(unit = "m", within = cx.known.radii(), default = outer_default(cx), says = "0.45 of the smaller horizontal edge")]
+    pub r_max: Real,
+    /// Which grains make the surface of the bed.
+    #[key(word, default = CountedGrains::Surface, paper_literal = (Yagyu, CountedGrains::All,
+          "the wording counts all grains of a cell, not only those at the surface"))]
+    pub mode: CountedGrains,
+    /// Axis in x1 and x2.
+    #[key(unit = "m", default = cx.known.bed.axis, says = "`bed.axis`")]
+    pub axis: [Real; 2],
+}
+
+fn outer_default(cx: &Context<'_>) -> Real {
+    let extent = cx.known.domain.extent();
+    0.45 * extent.x.min(extent.y)
+}
+
+/// The largest radius, before it is read: the thickness of the layers depends on it.
+fn outer(table: &Table<'_>, cx: &Context<'_>) -> Real {
+    match table.get("r_max").value {
+        Some(toml::de::DeValue::String(text)) => {
+            crate::units::parse_quantity(text).map_or(Real::NAN, |(value, _)| value)
+        }
+        _ => outer_default(cx),
+    }
+}
+
+fn cells(grain_size: Real, cx: &Context<'_>) -> Range1 {
+    Range1::Between(grain_size / NEAR_SIZE, cx.known.domain.extent().max_element())
+}
+
+impl Erosion {
+    fn check(&mut self, table: &Table<'_>, cx: &mut Context<'_>) {
+        // The coarsest smoothing of the evaluation takes layers 1.6 times as thick, and two of them.
+        if self.dr * 3.2 > self.r_max {
+            cx.report
+                .error(table.span(), "the layers of the crater are too thick")
+                .label(format!("{:.4} mm each out to {:.4} mm", self.dr * 1e3, self.r_max * 1e3))
+                .help("`r_max` has to be at least 3.2 times `dr`: lower `dr` or raise `r_max`");
+        }
+    }
+}
+
+/// Grain size of the first population; says what is missing where there is none.
+pub(super) fn first_size(table: &Table<'_>, verb: &str, cx: &mut Context<'_>) -> Real {
+    if let Some(size) = cx.known.grains.first().and_then(|population| population.shape.size()) {
+        return size;
+    }
+    if !cx.known.grains.is_empty() {
+        cx.missing(Some(table.span()), "grain_size", "add `grain_size = \"0.52 mm\"`: a mesh does not tell it");
+    } else if !cx.known.is_damaged {
+        cx.report.error(table.span(), format!("there is nothing to {verb}")).label("the case has no grains");
+    }
+    Real::NAN
+}
+
+/// Range of the grain size that lengths of an evaluation are measured in.
+pub(crate) fn range_of_grain_size(cx: &Context<'_>) -> Range1 {
+    let grains = &cx.known.grains;
+    let sizes = |factor: fn(&Population) -> Real| grains.iter().filter_map(move |p| Some(p.shape.size()? * factor(p)));
+    let smallest = sizes(|p| p.size.smallest()).reduce(Real::min);
+    let largest = sizes(|p| p.size.largest()).reduce(Real::max);
+    let edge = cx.known.domain.extent().min_element();
+    // The size of a mesh is known with its file only.
+    let known = grains.iter().all(|p| p.shape.size().is_some());
+    match smallest.zip(largest) {
+        Some((smallest, largest)) if known => Range1::Between(smallest / NEAR_SIZE, largest * NEAR_SIZE),
+        _ => Range1::Between(FINEST * edge, edge),
+    }
+}

@@ -1,0 +1,77 @@
+//! `[overlap]`: particles of water and the grains they overlap, for `solver = "mps"`.
+
+use sazanami_case_derive::Keys;
+use sazanami_mps::grains::{DensityReference, SphereDrag};
+use sazanami_numerics::{Real, choices};
+
+use super::Population;
+use crate::read::{Context, Table};
+
+/// Smoothing of the void fraction over the mean diameter, and over the largest.
+pub(crate) const SMOOTHING: [Real; 2] = [3.0, 2.5];
+
+choices! {
+    /// Pressure that grains feel.
+    pub enum PressureForce {
+        /// That of the same step: stable for light grains too.
+        Implicit = "implicit",
+        /// That of the step before.
+        Lagged = "lagged",
+    }
+}
+
+/// Particles and grains, for `solver = "mps"`.
+#[derive(Clone, Debug, PartialEq, Keys)]
+#[keys(check = Self::check)]
+pub struct Overlap {
+    /// Radius over which the void fraction is smoothed: from the largest diameter (below 2.5 of it with a warning) to the
+    /// shortest edge between walls or periodic sides.
+    #[key(unit = "m", range = Positive, default = suited_smoothing(&cx.known.grains),
+          says = "3 mean diameters, at least 2.5 of the largest")]
+    pub smoothing: Real,
+    /// Least void fraction; smaller ones are cut, and counted.
+    #[key(range = Between(0.05, 1.0), default = 0.3)]
+    pub least_void: Real,
+    /// Pressure that grains feel.
+    #[key(word, default = PressureForce::Implicit)]
+    pub pressure_force: PressureForce,
+    /// Kozeny's constant k in the permeability `eps^3 d^2/(k (1-eps)^2)`.
+    #[key(range = NonNegative, default = 150.0)]
+    pub kozeny: Real,
+    /// Constant quadratic coefficient F_ch instead of Ergun's `1.75/sqrt(150 eps^3)`.
+    #[key(range = NonNegative, says = "Ergun's")]
+    pub forchheimer: Option<Real>,
+    /// Drag of a single sphere.
+    #[key(word, default = SphereDrag::SchillerNaumann)]
+    pub sphere_drag: SphereDrag,
+    /// What the solid number density phi is counted from.
+    #[key(word, default = DensityReference::SimpleCubic)]
+    pub density_reference: DensityReference,
+    /// Lower and upper phi between which the drag law goes over from single grains to a bed.
+    #[key(default = [0.38, 0.42], paper_literal = (Tazaki, [0.4, 0.4],
+          "Tazaki et al. switch between the drag laws at phi = 0.4"))]
+    pub blend: [Real; 2],
+}
+
+fn suited_smoothing(grains: &[Population]) -> Real {
+    let sizes = |factor: fn(&Population) -> Real| {
+        grains.iter().filter_map(move |p| p.shape.size().map(|d| d * factor(p))).collect::<Vec<Real>>()
+    };
+    let means = sizes(|p| p.size.mean());
+    let largest = sizes(|p| p.size.largest()).into_iter().fold(0.0, Real::max);
+    let mean = if means.is_empty() { 0.0 } else { means.iter().sum::<Real>() / means.len() as Real };
+    let smoothing = (SMOOTHING[0] * mean).max(SMOOTHING[1] * largest);
+    if smoothing > 0.0 { smoothing } else { 1.0 }
+}
+
+impl Overlap {
+    fn check(&mut self, table: &Table<'_>, cx: &mut Context<'_>) {
+        let [low, high] = self.blend;
+        if low.is_finite() && high.is_finite() && !(0.0..=high).contains(&low) {
+            cx.report
+                .error(table.place("blend"), "`blend` is a lower and an upper solid number density")
+                .label(format!("[{low}, {high}]"))
+                .help("for example `blend = [0.38, 0.42]`, or `[0.4, 0.4]` for a switch");
+        }
+    }
+}

@@ -1,0 +1,85 @@
+//! `[particles]`: water as moving particles, for `solver = "mps"`.
+
+use sazanami_case_derive::Keys;
+use sazanami_mps::scheme::{GradientForm, SourceForm};
+use sazanami_mps::stability::COURANT;
+use sazanami_mps::weight::{LaplacianForm, Wendland};
+use sazanami_numerics::{Real, choices};
+
+/// Range of the radius of influence over the particle spacing in which the lattice sums are what they should be.
+const RADII: [Real; 2] = [2.1, 3.6];
+/// Largest part of (r_e/2)^2 by which particles are shifted: with twice as much vortices gain energy.
+const SHIFTING: Real = 0.5;
+
+choices! {
+    /// Dynamic stabilisation.
+    pub enum StabilisationWeight {
+        /// Pairs count with their weight.
+        Weighted = "weighted",
+        /// Pairs count fully.
+        Full = "full",
+        /// None.
+        Off = "off",
+    }
+}
+
+/// Water as moving particles, for `solver = "mps"`. Sides may be `no_slip`, `slip` (all walls alike), `periodic` and open
+/// (`outflow`, or `fixed_pressure` of gas at 0 Pa). Edges of the box between walls are multiples of the spacing to 2 %,
+/// periodic ones are multiples of it.
+#[derive(Clone, Debug, PartialEq, Keys)]
+pub struct Particles {
+    /// Particle spacing l0. Edges of the box are multiples of it: to 2 % between walls, to rounding where the box is
+    /// periodic.
+    #[key(unit = "m", range = Positive, example = "1 mm")]
+    pub spacing: Real,
+    /// Radius of influence r_e over the spacing.
+    #[key(range = Between(RADII[0], RADII[1]), default = 3.1)]
+    pub radius: Real,
+    /// Family of the weight function.
+    #[key(word, default = Wendland::C2)]
+    pub weight: Wendland,
+    /// Source of the pressure equation.
+    #[key(word, default = SourceForm::HigherOrder)]
+    pub source: SourceForm,
+    /// Laplacian.
+    #[key(word, default = LaplacianForm::HigherOrder)]
+    pub laplacian: LaplacianForm,
+    /// Factor of the error-compensating source (ECS); 0: none.
+    #[key(range = Between(0.0, 10.0), default = 1.0)]
+    pub compensation: Real,
+    /// Times of the flow over which an error of the number density relaxes; 0: it does not.
+    #[key(range = NonNegative, default = 100.0)]
+    pub relaxation: Real,
+    /// Gradient of the pressure.
+    #[key(word, default = GradientForm::Corrected)]
+    pub gradient: GradientForm,
+    /// Dynamic stabilisation (DS).
+    #[key(word, default = StabilisationWeight::Weighted)]
+    pub stabilisation: StabilisationWeight,
+    /// Distance below which DS acts, over the particle size.
+    #[key(range = Between(0.5, 1.0), default = 0.95)]
+    pub stabilisation_distance: Real,
+    /// Part of (r_e/2)^2 by which particles that see no surface move down the gradient of their concentration in a time
+    /// of the flow; 0: they do not. For closed and deep flows, see docs/decisions/0008-shifting.md.
+    #[key(range = Between(0.0, SHIFTING), default = 0.0)]
+    pub shifting: Real,
+    /// Whether the pressure is solved for without its part at rest.
+    #[key(default = true, paper_literal = (Tazaki, false, "the usual equations hold the whole pressure"))]
+    pub reduced_pressure: bool,
+    /// Way of the fastest particle or grain in a step over its size.
+    #[key(range = Between(1e-3, 0.5), default = COURANT)]
+    pub courant: Real,
+    /// Fixed time step; steps longer than what the limits allow are counted as `fixed_beyond_limits` under `limiter` in
+    /// summary.json.
+    #[key(unit = "s", range = Positive, says = "adaptive")]
+    pub dt: Option<Real>,
+    /// Longest time step.
+    #[key(unit = "s", range = Positive, default = 2e-4)]
+    pub dt_max: Real,
+    /// Largest residual of the pressure equation, as a volume strain in a step.
+    #[key(range = Between(1e-15, 1e-2), default = 1e-6)]
+    pub tolerance: Real,
+    /// Most iterations of the pressure solver.
+    #[key(least = 1, default = 500)]
+    pub pressure_iterations: usize,
+}

@@ -1,0 +1,280 @@
+//! `placement` of `[[grains]]`: where grains are put.
+
+use std::ops::Range;
+use std::path::PathBuf;
+
+use sazanami_case_derive::Keys;
+use sazanami_dem::{Lattice, Motion};
+use sazanami_numerics::{Quaternion, Real, Vector, choices};
+
+use super::read_by;
+use crate::read::{Context, Table};
+
+choices! {
+    /// When packing ends.
+    pub enum PackingStop {
+        /// When the bed has come to rest, by `mean_speed` and `energy_ratio`, after `settle_time`.
+        Settled = "settled",
+        /// After `settle_time`, at rest or not, as Yagyu et al. (2015).
+        TimeOnly = "time_only",
+    }
+}
+
+/// A bed packed within the run. The settings of the first packed population hold for all; populations are mixed at
+/// random. Grains that are placed otherwise come in when the bed is done and have to lie above it.
+#[derive(Clone, Debug, PartialEq, Keys)]
+pub struct Packing {
+    /// Lattice the grains fall from.
+    #[key(word, default = Lattice::Cubic)]
+    pub lattice: Lattice,
+    /// Distance of neighbours over the largest extent of a grain.
+    #[key(range = Between(0.1, 100.0), default = 1.05)]
+    pub spacing: Real,
+    /// Random displacement over the distance of neighbours.
+    #[key(range = Between(0.0, 0.5), default = 0.02)]
+    pub jitter: Real,
+    /// For `solver = "mps"`: height above the floor at which the packed bed is levelled; grains that reach above are
+    /// taken away. Without `count` as many grains are packed as fill it.
+    #[key(unit = "m", range = Positive)]
+    pub level: Option<Real>,
+    /// For `solver = "mps"`: height above the floor below which the centres of grains lie that are glued to it once they
+    /// are packed, so that the floor is rough.
+    #[key(unit = "m", range = Positive)]
+    pub glued: Option<Real>,
+    /// Height of the packing space; it may be higher than the box.
+    #[key(unit = "m", range = Positive, says = "by the lattice")]
+    pub height: Option<Real>,
+    /// Gravity during the fall over gravity.
+    #[key(range = Positive, default = 4.0)]
+    pub fall_gravity: Real,
+    /// Least time after the switch to normal gravity, when the highest grain meets another.
+    #[key(unit = "s", range = NonNegative, default = 5e-3)]
+    pub settle_time: Real,
+    /// When packing ends.
+    #[key(word, default = PackingStop::Settled, paper_literal = (Yagyu, PackingStop::TimeOnly,
+          "the bed is taken 5e-3 s after the first collision, at rest or not"))]
+    pub stop: PackingStop,
+    /// Largest mean speed of a bed at rest.
+    #[key(unit = "m/s", range = Positive, default = 2e-3)]
+    pub mean_speed: Real,
+    /// Largest kinetic energy of a bed at rest over N M g d.
+    #[key(range = Positive, default = 1e-3)]
+    pub energy_ratio: Real,
+    /// Friction while packing over friction; below 1 packs denser.
+    #[key(range = NonNegative, default = 1.0)]
+    pub friction_scale: Real,
+    /// Longest simulated packing time; after it the run fails.
+    #[key(unit = "s", range = Positive, default = 2.0)]
+    pub time_limit: Real,
+}
+
+/// A bed from a file that `output.bed` wrote.
+#[derive(Clone, Debug, PartialEq, Keys)]
+#[keys(check = Self::check)]
+pub struct BedFile {
+    /// The file, relative to the case file.
+    #[key(example = "beds/paper.bed")]
+    pub file: PathBuf,
+    /// Factor on the positions in the file; shapes keep their size.
+    #[key(range = Positive, default = 1.0)]
+    pub scale: Real,
+    /// Whether the grains come to rest, without fluid, before the run begins; grains that overlap part at 0.05 m/s at
+    /// most first. All grains of the case take part; not beside `placement.packed`.
+    #[key(default = false)]
+    pub relax: bool,
+    /// The case that makes the file; named in the message if the file is missing.
+    pub recipe: Option<PathBuf>,
+}
+
+impl BedFile {
+    fn check(&mut self, table: &Table<'_>, cx: &mut Context<'_>) {
+        if !table.has("file") || self.file.is_file() {
+            return;
+        }
+        let help = match &self.recipe {
+            Some(recipe) => format!(
+                "make it with `sazanami run {} --set output.bed=\"{}\"`",
+                recipe.display(),
+                std::path::absolute(&self.file).unwrap_or_else(|_| self.file.clone()).display()
+            ),
+            None => "make it with a case that packs grains and names it under `output.bed`".into(),
+        };
+        cx.report
+            .error(table.place("file"), format!("there is no bed file `{}`", self.file.display()))
+            .label("file not found")
+            .help(help);
+    }
+}
+
+/// Grains on a lattice that fills a block evenly.
+#[derive(Clone, Debug, PartialEq, Keys)]
+#[keys(check = Self::check)]
+pub struct LatticePlacement {
+    /// Lower corner of the block.
+    #[key(unit = "m", default = cx.known.domain.lower, says = "that of the box")]
+    pub lower: Vector,
+    /// Upper corner of the block.
+    #[key(unit = "m", default = cx.known.domain.upper, says = "that of the box")]
+    pub upper: Vector,
+    /// Grains in x1, x2, x3.
+    pub counts: [usize; 3],
+    /// Random displacement over the distance of neighbours.
+    #[key(range = Between(0.0, 0.5), default = 0.0)]
+    pub jitter: Real,
+    /// Whether each is turned at random; otherwise the body axes lie along the box.
+    #[key(default = false)]
+    pub random_orientation: bool,
+    /// Velocity.
+    #[key(unit = "m/s", default = Vector::ZERO, says = "at rest")]
+    pub velocity: Vector,
+}
+
+impl LatticePlacement {
+    fn check(&mut self, table: &Table<'_>, cx: &mut Context<'_>) {
+        if (self.upper - self.lower).min_element() <= 0.0 {
+            cx.report
+                .error(table.span(), "the block of the lattice has no extent")
+                .label("`upper` has to lie above `lower` in x1, x2 and x3");
+        }
+        let domain = &cx.known.domain;
+        if self.lower.cmplt(domain.lower).any() || self.upper.cmpgt(domain.upper).any() {
+            let reaches = domain.reaches();
+            cx.report
+                .error(table.span(), "the lattice reaches out of the box")
+                .label(reaches)
+                .help("leave out `lower` and `upper` to fill the box");
+        }
+    }
+}
+
+/// A grain put by hand.
+#[derive(Clone, Debug, Keys)]
+#[keys(check = Self::check)]
+struct GrainKeys {
+    #[key(skip = table.span())]
+    span: Range<usize>,
+    /// Centre of mass.
+    #[key(unit = "m")]
+    position: Vector,
+    /// Rotation from the body frame as a quaternion `[w, x, y, z]`, instead of `axis` and `angle`.
+    quaternion: Option<[Real; 4]>,
+    /// Axis of the rotation from the body frame.
+    axis: Option<Vector>,
+    /// Angle of that rotation.
+    #[key(unit = "rad")]
+    angle: Option<Real>,
+    /// Velocity.
+    #[key(unit = "m/s", default = Vector::ZERO, says = "at rest")]
+    velocity: Vector,
+    /// Angular velocity.
+    #[key(unit = "rad/s", default = Vector::ZERO, says = "none")]
+    angular_velocity: Vector,
+    /// How it moves.
+    #[key(word, default = cx.known.motion, says = "as its population")]
+    motion: Motion,
+    /// Size factor.
+    #[key(range = Positive, default = 1.0)]
+    factor: Real,
+}
+
+/// A grain put by hand.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Grain {
+    /// Centre of mass [m].
+    pub position: Vector,
+    /// Orientation, body to laboratory.
+    pub orientation: Quaternion,
+    /// Velocity [m/s].
+    pub velocity: Vector,
+    /// Angular velocity [rad/s].
+    pub angular_velocity: Vector,
+    /// How it moves.
+    pub motion: Motion,
+    /// Size factor.
+    pub factor: Real,
+}
+
+read_by!(Grain, GrainKeys);
+
+impl GrainKeys {
+    fn check(&mut self, table: &Table<'_>, cx: &mut Context<'_>) {
+        if cx.known.domain.excludes(self.position) {
+            let reaches = cx.known.domain.reaches();
+            cx.report
+                .error(table.place("position"), "this grain lies outside the box")
+                .label(reaches)
+                .help("move the grain, or enlarge the box");
+        }
+    }
+
+    fn meaning(self, cx: &mut Context<'_>) -> Option<Grain> {
+        Some(Grain {
+            position: self.position,
+            orientation: self.orientation(cx),
+            velocity: self.velocity,
+            angular_velocity: self.angular_velocity,
+            motion: self.motion,
+            factor: self.factor,
+        })
+    }
+
+    fn orientation(&self, cx: &mut Context<'_>) -> Quaternion {
+        let mut refuse = |title: &str, help: &str| {
+            cx.report.error(self.span.clone(), title).label("the orientation of this grain").help(help);
+        };
+        match (self.axis, self.angle, self.quaternion) {
+            (None, None, None) => Quaternion::IDENTITY,
+            (Some(axis), Some(angle), None) => {
+                if axis.length() == 0.0 {
+                    refuse("an axis needs a direction", "for example `axis = [0, 0, 1]`");
+                }
+                Quaternion::from_axis_angle(axis.normalize_or(Vector::Z), angle)
+            }
+            (None, None, Some([w, x, y, z])) => {
+                let q = Quaternion::from_xyzw(x, y, z, w);
+                let length: Real = q.length();
+                if length == 0.0 {
+                    refuse("a quaternion must not be zero", "`[1, 0, 0, 0]` is no rotation");
+                }
+                // A unit quaternion, as in a resolved case, is kept to the last bit.
+                if (length - 1.0).abs() < 1e-15 { q } else { q.normalize() }
+            }
+            (_, _, Some(_)) => {
+                refuse("an orientation is given once", "keep `quaternion`, or `axis` and `angle`");
+                Quaternion::IDENTITY
+            }
+            (_, _, None) => {
+                refuse("a rotation needs an axis and an angle", "add the one that is missing");
+                Quaternion::IDENTITY
+            }
+        }
+    }
+
+    fn of(grain: &Grain) -> Self {
+        let q = grain.orientation;
+        Self {
+            span: 0..0,
+            position: grain.position,
+            quaternion: Some([q.w, q.x, q.y, q.z]),
+            axis: None,
+            angle: None,
+            velocity: grain.velocity,
+            angular_velocity: grain.angular_velocity,
+            motion: grain.motion,
+            factor: grain.factor,
+        }
+    }
+}
+
+/// Where the grains of a population are put.
+#[derive(Clone, Debug, PartialEq, Keys)]
+pub enum GrainPlacement {
+    /// Packed within the run.
+    Packed(Packing),
+    /// Read from a bed file.
+    Bed(BedFile),
+    /// On a lattice.
+    Lattice(LatticePlacement),
+    /// One by one, a list of tables.
+    List(Vec<Grain>),
+}

@@ -1,0 +1,52 @@
+//! `[preparation]`: how a bed in water is made ready before the run, for `solver = "mps"`.
+
+use std::path::PathBuf;
+
+use sazanami_case_derive::Keys;
+use sazanami_numerics::Real;
+
+use crate::read::{Context, Table};
+
+/// What comes before the run, for `solver = "mps"`.
+#[derive(Clone, Debug, PartialEq, Keys)]
+#[keys(check = Self::check)]
+pub struct Preparation {
+    /// Most steps in which the water comes to rest with the grains held.
+    #[key(default = if cx.known.has_bed() { 500 } else { 0 }, says = "500 with a bed, otherwise 0")]
+    pub relax_steps: usize,
+    /// What a step leaves of the water's velocity meanwhile.
+    #[key(range = Between(0.0, 1.0), default = 0.9)]
+    pub damping: Real,
+    /// Root mean square of the volume strain of water at rest.
+    #[key(range = Positive, default = 0.01)]
+    pub strain: Real,
+    /// Largest speed of water at rest.
+    #[key(unit = "m/s", range = Positive, default = 1e-3)]
+    pub speed: Real,
+    /// Time for which the grains are then free in water at rest.
+    #[key(unit = "s", range = NonNegative, default = if cx.known.has_bed() { 0.2 } else { 0.0 },
+          says = "0.2 s with a bed, otherwise 0")]
+    pub settle: Real,
+    /// A tank made ready by an earlier run, instead.
+    pub state: Option<PathBuf>,
+    /// Whether the tank made ready is kept for later runs of the same tank.
+    #[key(default = true)]
+    pub cache: bool,
+}
+
+impl Preparation {
+    fn check(&mut self, table: &Table<'_>, cx: &mut Context<'_>) {
+        if let Some(state) = self.state.as_ref().filter(|state| !state.is_file()) {
+            cx.report
+                .error(table.place("state"), format!("there is no file `{}`", state.display()))
+                .label("file not found")
+                .help("leave out `state`: the bed is made ready before the run, and the state is kept");
+        }
+    }
+
+    /// Whether anything is done before the run.
+    #[must_use]
+    pub fn is_needed(&self) -> bool {
+        self.relax_steps > 0 || self.settle > 0.0
+    }
+}

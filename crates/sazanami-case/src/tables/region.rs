@@ -1,0 +1,192 @@
+//! `region` of `[[liquid]]`: shapes made of primitives.
+
+use sazanami_case_derive::Keys;
+use sazanami_numerics::{Quaternion, Real, Vector, geometry};
+
+use crate::read::{At, Context};
+
+/// A body of liquid (or a bubble), about its origin.
+#[derive(Clone, Debug, PartialEq, Keys)]
+pub enum Region {
+    /// A box.
+    Box {
+        /// Lower corner.
+        #[key(unit = "m")]
+        lower: Vector,
+        /// Upper corner.
+        #[key(unit = "m")]
+        upper: Vector,
+    },
+    /// A sphere.
+    Sphere {
+        /// Centre.
+        #[key(unit = "m", default = Vector::ZERO, says = "the shape's origin")]
+        centre: Vector,
+        /// Diameter.
+        #[key(unit = "m", range = Positive)]
+        diameter: Real,
+    },
+    /// A spheroid about the vertical.
+    Spheroid {
+        /// Centre.
+        #[key(unit = "m", default = Vector::ZERO, says = "the shape's origin")]
+        centre: Vector,
+        /// Diameter across.
+        #[key(unit = "m", range = Positive)]
+        horizontal_diameter: Real,
+        /// Diameter along the vertical.
+        #[key(unit = "m", range = Positive)]
+        vertical_diameter: Real,
+    },
+    /// All behind a plane.
+    HalfSpace {
+        /// A point of the plane.
+        #[key(unit = "m")]
+        point: Vector,
+        /// Normal, out of the region.
+        #[key(default = Vector::Z, says = "up")]
+        normal: Vector,
+    },
+    /// Whatever one of several regions holds.
+    Union(Vec<Region>),
+}
+
+impl Region {
+    /// Whether the region holds the point `x` [m].
+    #[must_use]
+    pub fn contains(&self, x: Vector) -> bool {
+        match self {
+            Self::Box { lower, upper } => x.cmpge(*lower).all() && x.cmple(*upper).all(),
+            Self::Sphere { centre, diameter } => (x - centre).length() <= 0.5 * diameter,
+            Self::Spheroid { centre, horizontal_diameter, vertical_diameter } => {
+                let scale = Vector::new(*horizontal_diameter, *horizontal_diameter, *vertical_diameter) * 0.5;
+                ((x - centre) / scale).length() <= 1.0
+            }
+            Self::HalfSpace { point, normal } => (x - point).dot(*normal) <= 0.0,
+            Self::Union(regions) => regions.iter().any(|region| region.contains(x)),
+        }
+    }
+
+    /// The region moved by `shift` [m].
+    #[must_use]
+    pub fn moved(&self, shift: Vector) -> Self {
+        match self {
+            Self::Box { lower, upper } => Self::Box { lower: *lower + shift, upper: *upper + shift },
+            Self::Sphere { centre, diameter } => Self::Sphere { centre: *centre + shift, diameter: *diameter },
+            Self::Spheroid { centre, horizontal_diameter, vertical_diameter } => Self::Spheroid {
+                centre: *centre + shift,
+                horizontal_diameter: *horizontal_diameter,
+                vertical_diameter: *vertical_diameter,
+            },
+            Self::HalfSpace { point, normal } => Self::HalfSpace { point: *point + shift, normal: *normal },
+            Self::Union(regions) => Self::Union(regions.iter().map(|region| region.moved(shift)).collect()),
+        }
+    }
+
+    /// Lowest and highest height of the region [m]; infinite for half-spaces that are not horizontal.
+    #[must_use]
+    pub fn heights(&self) -> [Real; 2] {
+        match self {
+            Self::Box { lower, upper } => [lower.z, upper.z],
+            Self::Sphere { centre, diameter } => [centre.z - 0.5 * diameter, centre.z + 0.5 * diameter],
+            Self::Spheroid { centre, vertical_diameter, .. } => {
+                [centre.z - 0.5 * vertical_diameter, centre.z + 0.5 * vertical_diameter]
+            }
+            Self::HalfSpace { point, normal } => {
+                let level = normal.x == 0.0 && normal.y == 0.0;
+                [
+                    if level && normal.z < 0.0 { point.z } else { Real::NEG_INFINITY },
+                    if level && normal.z > 0.0 { point.z } else { Real::INFINITY },
+                ]
+            }
+            Self::Union(regions) => regions
+                .iter()
+                .map(Self::heights)
+                .fold([Real::INFINITY, Real::NEG_INFINITY], |[low, high], [l, h]| [low.min(l), high.max(h)]),
+        }
+    }
+
+    /// Exact volume [m^3], where it has a formula.
+    #[must_use]
+    pub fn volume(&self) -> Option<Real> {
+        let sixth = std::f64::consts::PI / 6.0;
+        match self {
+            Self::Box { lower, upper } => {
+                let edges = *upper - *lower;
+                Some(edges.x * edges.y * edges.z)
+            }
+            Self::Sphere { diameter, .. } => Some(sixth * diameter.powi(3)),
+            Self::Spheroid { horizontal_diameter, vertical_diameter, .. } => {
+                Some(sixth * horizontal_diameter.powi(2) * vertical_diameter)
+            }
+            Self::HalfSpace { .. } | Self::Union(_) => None,
+        }
+    }
+
+    /// What is wrong with it; a normal becomes a unit vector.
+    pub(super) fn check(&mut self, at: &At<'_>, cx: &mut Context<'_>) {
+        match self {
+            Self::Box { lower, upper } if (*upper - *lower).min_element() <= 0.0 => {
+                cx.report
+                    .error(at.span.clone(), "this box of liquid has no extent")
+                    .label("`upper` has to lie above `lower` in x1, x2 and x3");
+            }
+            Self::HalfSpace { normal, .. } => {
+                if normal.length() == 0.0 {
+                    cx.report.error(at.span.clone(), "a normal needs a direction").label("this one is zero");
+                }
+                // A unit vector, as in a resolved case, is kept to the last bit.
+                if (normal.length() - 1.0).abs() >= 1e-15 {
+                    *normal = normal.normalize_or_zero();
+                }
+            }
+            Self::Union(parts) => {
+                if parts.is_empty() {
+                    cx.report
+                        .error(at.span.clone(), "a union of nothing holds nothing")
+                        .label("expected a list of shapes");
+                }
+                parts.iter_mut().for_each(|part| part.check(at, cx));
+            }
+            _ => {}
+        }
+    }
+
+    /// Bounding box [m], where it is finite.
+    #[must_use]
+    pub fn bounds(&self) -> Option<(Vector, Vector)> {
+        match self {
+            Self::Box { lower, upper } => Some((*lower, *upper)),
+            Self::Sphere { centre, diameter } => {
+                let half = Vector::splat(0.5 * diameter);
+                Some((*centre - half, *centre + half))
+            }
+            Self::Spheroid { centre, horizontal_diameter, vertical_diameter } => {
+                let half = Vector::new(*horizontal_diameter, *horizontal_diameter, *vertical_diameter) * 0.5;
+                Some((*centre - half, *centre + half))
+            }
+            Self::HalfSpace { .. } => None,
+            Self::Union(parts) => {
+                let mut all = parts.iter().map(Self::bounds);
+                let first = all.next()??;
+                all.try_fold(first, |(low, high), next| next.map(|(l, h)| (low.min(l), high.max(h))))
+            }
+        }
+    }
+
+    /// The region as the geometry knows it.
+    #[must_use]
+    pub fn geometry(&self) -> geometry::Region {
+        match self {
+            Self::Box { lower, upper } => geometry::Region::Box { lower: *lower, upper: *upper },
+            Self::Sphere { centre, diameter } => geometry::Region::Sphere { centre: *centre, radius: 0.5 * diameter },
+            Self::Spheroid { centre, horizontal_diameter: h, vertical_diameter: v } => geometry::Region::Spheroid {
+                centre: *centre,
+                semi_axes: 0.5 * Vector::new(*h, *h, *v),
+                orientation: Quaternion::IDENTITY,
+            },
+            Self::HalfSpace { point, normal } => geometry::Region::HalfSpace { point: *point, normal: *normal },
+            Self::Union(members) => geometry::Region::Union(members.iter().map(Self::geometry).collect()),
+        }
+    }
+}

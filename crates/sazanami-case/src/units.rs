@@ -1,0 +1,494 @@
+//! Quantities as text with a unit, `"0.52 mm"`: a number, a product of units, and a check that the
+//! dimension is the one asked for.
+//!
+//! Powers of ten are moved into the number's decimal exponent before it is rounded, so that
+//! `"0.52 mm"` is the very double that Rust reads from `0.52e-3`.
+
+use std::fmt;
+use std::ops::Range;
+
+use sazanami_numerics::Real;
+
+/// Powers of length, mass, time and angle.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Dimension {
+    /// Power of length [m].
+    pub length: i8,
+    /// Power of mass [kg].
+    pub mass: i8,
+    /// Power of time [s].
+    pub time: i8,
+    /// Power of plane angle [rad].
+    pub angle: i8,
+}
+
+impl Dimension {
+    /// A pure number.
+    pub const NONE: Self = Self::new(0, 0, 0, 0);
+
+    /// The dimension with the given powers of length, mass, time and angle.
+    #[must_use]
+    pub const fn new(length: i8, mass: i8, time: i8, angle: i8) -> Self {
+        Self { length, mass, time, angle }
+    }
+
+    fn times(self, other: Self, power: i8) -> Self {
+        Self {
+            length: self.length + power * other.length,
+            mass: self.mass + power * other.mass,
+            time: self.time + power * other.time,
+            angle: self.angle + power * other.angle,
+        }
+    }
+}
+
+impl fmt::Display for Dimension {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut separator = "";
+        for (symbol, power) in [("kg", self.mass), ("m", self.length), ("s", self.time), ("rad", self.angle)] {
+            match power {
+                0 => continue,
+                1 => write!(formatter, "{separator}{symbol}")?,
+                _ => write!(formatter, "{separator}{symbol}^{power}")?,
+            }
+            separator = " ";
+        }
+        if separator.is_empty() { formatter.write_str("no unit") } else { Ok(()) }
+    }
+}
+
+/// A kind of quantity: its unit, its dimension and how messages speak of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Quantity {
+    /// The SI unit that the copy of a case is written in.
+    pub unit: &'static str,
+    /// The kind with its article, `a length`.
+    pub name: &'static str,
+    /// A value as an example, `0.52 mm`.
+    pub example: &'static str,
+    /// Dimension of every value of the kind.
+    pub dimension: Dimension,
+}
+
+impl Quantity {
+    /// Every kind of quantity that keys have.
+    const ALL: [Self; 14] = [
+        Self::new("m", "a length", "0.52 mm", [1, 0, 0, 0]),
+        Self::new("s", "a time", "1e-5 s", [0, 0, 1, 0]),
+        Self::new("kg", "a mass", "1.93e-7 kg", [0, 1, 0, 0]),
+        Self::new("m/s", "a velocity", "9 m/s", [1, 0, -1, 0]),
+        Self::new("m/s^2", "an acceleration", "9.8 m/s^2", [1, 0, -2, 0]),
+        Self::new("kg/m^3", "a density", "2650 kg/m^3", [-3, 1, 0, 0]),
+        Self::new("m^2/s", "a kinematic viscosity", "1e-6 m^2/s", [2, 0, -1, 0]),
+        Self::new("Pa s", "a dynamic viscosity", "1e-3 Pa s", [-1, 1, -1, 0]),
+        Self::new("Pa", "a pressure", "1 kPa", [-1, 1, -2, 0]),
+        Self::new("N/m", "a stiffness", "1e4 N/m", [0, 1, -2, 0]),
+        Self::new("N s/m", "a dashpot coefficient", "2.95e-3 N s/m", [0, 1, -1, 0]),
+        Self::new("rad", "an angle", "30 deg", [0, 0, 0, 1]),
+        Self::new("rad/s", "an angular velocity", "10 rad/s", [0, 0, -1, 1]),
+        Self::new("Hz", "a frequency", "2 Hz", [0, 0, -1, 0]),
+    ];
+
+    const fn new(unit: &'static str, name: &'static str, example: &'static str, powers: [i8; 4]) -> Self {
+        let [length, mass, time, angle] = powers;
+        Self { unit, name, example, dimension: Dimension::new(length, mass, time, angle) }
+    }
+
+    /// The kind with that SI unit; an unknown one does not compile.
+    #[must_use]
+    pub const fn of(unit: &str) -> Self {
+        let mut n = 0;
+        while n < Self::ALL.len() {
+            if same(Self::ALL[n].unit.as_bytes(), unit.as_bytes()) {
+                return Self::ALL[n];
+            }
+            n += 1;
+        }
+        panic!("no quantity of a key has this unit: add it to `Quantity::ALL`")
+    }
+
+    /// The unit of the example, as people would write it.
+    pub(crate) fn common_unit(self) -> &'static str {
+        self.example.split_once(' ').map_or(self.unit, |(_, unit)| unit)
+    }
+}
+
+const fn same(a: &[u8], b: &[u8]) -> bool {
+    let mut n = 0;
+    while n < a.len() && n < b.len() && a[n] == b[n] {
+        n += 1;
+    }
+    n == a.len() && n == b.len()
+}
+
+/// A number for people, to four digits and without what does not count.
+#[must_use]
+pub fn rounded(value: Real) -> String {
+    let short: Real = format!("{value:.3e}").parse().unwrap_or(value);
+    if short == 0.0 || (1e-3..1e6).contains(&short.abs()) { format!("{short}") } else { format!("{short:e}") }
+}
+
+/// How near a value is the same as an end of a range, relative: what is lost when numbers are written and computed.
+pub(crate) const SAME: Real = 1e-9;
+
+/// The ends of a range for people, as [`rounded`], but never beyond it.
+#[must_use]
+pub(crate) fn rounded_within(low: Real, high: Real) -> [String; 2] {
+    let inward = |value: Real, direction: Real| {
+        let short: Real = format!("{value:.3e}").parse().unwrap_or(value);
+        let beyond = direction * (value - short) > SAME * value.abs();
+        let digit = 10_f64.powf(value.abs().log10().floor() - 3.0);
+        rounded(if beyond { short + direction * digit } else { short })
+    };
+    [inward(low, 1.0), inward(high, -1.0)]
+}
+
+/// Why a text is no quantity.
+#[derive(Clone, Debug, PartialEq)]
+pub struct UnitError {
+    /// What is wrong.
+    pub message: String,
+    /// One thing to try.
+    pub suggestion: Option<String>,
+    /// Bytes of the text that are wrong.
+    pub range: Range<usize>,
+}
+
+/// Reads a quantity: its value in SI units and its dimension. The unit may be absent (a pure number).
+///
+/// # Errors
+/// If the number, the unit or their order cannot be understood.
+pub fn parse_quantity(text: &str) -> Result<(Real, Dimension), UnitError> {
+    let start = text.len() - text.trim_start().len();
+    let (mantissa, exponent, unit_start) = split_number(text, start)?;
+    let mut reader = UnitReader { text, position: unit_start };
+    let unit = reader.product(false)?;
+    if reader.position < text.len() {
+        return Err(reader.error_here("this does not belong to a unit"));
+    }
+    let shifted = format!("{mantissa}e{}", exponent + unit.decimal);
+    let value: Real = shifted.parse().map_err(|_| UnitError {
+        message: format!("`{mantissa}` is not a number"),
+        suggestion: None,
+        range: start..unit_start,
+    })?;
+    let value = if unit.factor == 1.0 { value } else { value * unit.factor };
+    if !value.is_finite() {
+        return Err(UnitError {
+            message: "the value is not finite".into(),
+            suggestion: None,
+            range: start..text.len(),
+        });
+    }
+    Ok((value, unit.dimension))
+}
+
+/// Splits the number off the front of `text[start..]`: its digits, its exponent, and where the unit begins.
+fn split_number(text: &str, start: usize) -> Result<(&str, i32, usize), UnitError> {
+    let bytes = text.as_bytes();
+    let digits_from = |mut i: usize| {
+        while i < bytes.len() && bytes[i].is_ascii_digit() {
+            i += 1;
+        }
+        i
+    };
+    let mut end = start;
+    if matches!(bytes.get(end), Some(b'+' | b'-')) {
+        end += 1;
+    }
+    let whole = digits_from(end);
+    let mut count = whole - end;
+    end = whole;
+    if bytes.get(end) == Some(&b'.') {
+        let decimals = digits_from(end + 1);
+        count += decimals - end - 1;
+        end = decimals;
+    }
+    if count == 0 {
+        return Err(UnitError {
+            message: "a quantity begins with a number".into(),
+            suggestion: Some("write the number first, then the unit: `\"0.52 mm\"`".into()),
+            range: start..text.len().max(start + 1),
+        });
+    }
+    let mantissa = &text[start..end];
+    let mut exponent = 0;
+    if matches!(bytes.get(end), Some(b'e' | b'E')) {
+        let sign = usize::from(matches!(bytes.get(end + 1), Some(b'+' | b'-')));
+        let last = digits_from(end + 1 + sign);
+        if last > end + 1 + sign {
+            exponent = text[end + 1..last].parse().map_err(|_| UnitError {
+                message: "the exponent is too large".into(),
+                suggestion: None,
+                range: end..last,
+            })?;
+            end = last;
+        }
+    }
+    Ok((mantissa, exponent, end))
+}
+
+/// A unit as a power of ten, a factor that is no power of ten, and a dimension.
+#[derive(Clone, Copy, Debug)]
+struct Unit {
+    decimal: i32,
+    factor: Real,
+    dimension: Dimension,
+}
+
+impl Unit {
+    const ONE: Self = Self { decimal: 0, factor: 1.0, dimension: Dimension::NONE };
+
+    fn times(self, other: Self, power: i8) -> Self {
+        Self {
+            decimal: self.decimal + i32::from(power) * other.decimal,
+            factor: if other.factor == 1.0 { self.factor } else { self.factor * other.factor.powi(i32::from(power)) },
+            dimension: self.dimension.times(other.dimension, power),
+        }
+    }
+}
+
+struct UnitReader<'a> {
+    text: &'a str,
+    position: usize,
+}
+
+impl UnitReader<'_> {
+    fn rest(&self) -> &str {
+        &self.text[self.position..]
+    }
+
+    fn skip_space(&mut self) {
+        self.position += self.rest().len() - self.rest().trim_start().len();
+    }
+
+    fn error_here(&self, message: &str) -> UnitError {
+        let end = self.text.trim_end().len().max(self.position + 1);
+        UnitError { message: message.into(), suggestion: None, range: self.position..end }
+    }
+
+    /// `factor (("*" | "/" | " ") factor)*`, up to the end of the text or a closing bracket.
+    fn product(&mut self, bracketed: bool) -> Result<Unit, UnitError> {
+        let mut unit = Unit::ONE;
+        let mut divided = false;
+        let mut first = true;
+        loop {
+            self.skip_space();
+            let Some(next) = self.rest().chars().next() else { return Ok(unit) };
+            if bracketed && next == ')' {
+                return Ok(unit);
+            }
+            let sign = match next {
+                '/' => -1,
+                '*' | '·' => 1,
+                _ => 0,
+            };
+            if sign != 0 {
+                if first && sign > 0 {
+                    return Err(self.error_here("a unit is missing before this"));
+                }
+                self.position += next.len_utf8();
+                self.skip_space();
+            } else if divided {
+                let mut error = self.error_here("is this above or below the fraction line?");
+                error.suggestion = Some("put brackets round what is below, `N/(m s)`, or write `*`".into());
+                return Err(error);
+            }
+            let power = if sign < 0 { -1 } else { 1 };
+            divided = sign < 0 || (divided && sign == 0);
+            unit = unit.times(self.factor()?, power);
+            first = false;
+        }
+    }
+
+    /// `symbol`, `symbol^n`, `symbol²`, `1` or a bracket.
+    fn factor(&mut self) -> Result<Unit, UnitError> {
+        let start = self.position;
+        if self.rest().starts_with('(') {
+            self.position += 1;
+            let inner = self.product(true)?;
+            if !self.rest().starts_with(')') {
+                return Err(self.error_here("a closing bracket is missing"));
+            }
+            self.position += 1;
+            let power = self.power()?;
+            return Ok(Unit::ONE.times(inner, power));
+        }
+        if self.rest().starts_with('1') {
+            self.position += 1;
+            return Ok(Unit::ONE);
+        }
+        let length =
+            self.rest().find(|c: char| !(c.is_alphabetic() || c == '%' || c == '°')).unwrap_or(self.rest().len());
+        let symbol = self.rest()[..length].to_owned();
+        if symbol.is_empty() || symbol.starts_with(['²', '³']) {
+            return Err(self.error_here("a unit is expected here"));
+        }
+        self.position += length;
+        let unit = unit_named(&symbol).ok_or_else(|| UnitError {
+            message: format!("`{symbol}` is not a unit known here"),
+            suggestion: crate::suggest::nearest(&symbol, COMMON_UNITS.iter().copied())
+                .map(|unit| format!("did you mean `{unit}`?")),
+            range: start..start + length,
+        })?;
+        let power = self.power()?;
+        Ok(Unit::ONE.times(unit, power))
+    }
+
+    /// `^n`, a superscript, or nothing (1).
+    fn power(&mut self) -> Result<i8, UnitError> {
+        const SUPERSCRIPTS: [char; 12] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹', '⁻', '⁺'];
+        let start = self.position;
+        let mut digits = String::new();
+        if self.rest().starts_with('^') {
+            self.position += 1;
+            let rest = self.rest();
+            let sign = usize::from(rest.starts_with(['-', '+']));
+            let length = rest[sign..].find(|c: char| !c.is_ascii_digit()).unwrap_or(rest.len() - sign) + sign;
+            digits.push_str(&rest[..length]);
+            self.position += length;
+        } else {
+            while let Some(c) = self.rest().chars().next() {
+                let Some(n) = SUPERSCRIPTS.iter().position(|&s| s == c) else { break };
+                digits.push(['0', '1', '2', '3', '4', '5', '6', '7', '8', '9', '-', '+'][n]);
+                self.position += c.len_utf8();
+            }
+            if digits.is_empty() {
+                return Ok(1);
+            }
+        }
+        digits.parse::<i8>().ok().filter(|n| n.abs() <= 9).ok_or_else(|| UnitError {
+            message: "the power of a unit is a small whole number".into(),
+            suggestion: Some("for example `m^2` or `s^-1`".into()),
+            range: start..self.position.max(start + 1),
+        })
+    }
+}
+
+/// Symbols offered as corrections.
+const COMMON_UNITS: [&str; 36] = [
+    "m", "km", "cm", "mm", "um", "nm", "kg", "g", "mg", "ug", "t", "s", "ms", "us", "ns", "min", "h", "N", "mN", "kN",
+    "Pa", "hPa", "kPa", "MPa", "bar", "J", "mJ", "W", "Hz", "kHz", "L", "mL", "P", "cP", "deg", "rad",
+];
+
+/// The unit of that symbol, with or without a prefix.
+fn unit_named(symbol: &str) -> Option<Unit> {
+    if let Some(unit) = plain_unit(symbol) {
+        return Some(unit);
+    }
+    let first = symbol.chars().next()?;
+    let decimal = match first {
+        'T' => 12,
+        'G' => 9,
+        'M' => 6,
+        'k' => 3,
+        'h' => 2,
+        'd' => -1,
+        'c' => -2,
+        'm' => -3,
+        'u' | 'µ' | 'μ' => -6,
+        'n' => -9,
+        'p' => -12,
+        _ => return None,
+    };
+    let base = &symbol[first.len_utf8()..];
+    let takes_prefix =
+        matches!(base, "m" | "g" | "s" | "N" | "Pa" | "J" | "W" | "Hz" | "L" | "l" | "P" | "St" | "rad" | "bar");
+    let unit = plain_unit(base).filter(|_| takes_prefix)?;
+    Some(Unit { decimal: unit.decimal + decimal, ..unit })
+}
+
+/// The unit of that symbol, without prefixes.
+fn plain_unit(symbol: &str) -> Option<Unit> {
+    let (length, mass, time, angle, decimal, factor) = match symbol {
+        "m" => (1, 0, 0, 0, 0, 1.0),
+        "g" => (0, 1, 0, 0, -3, 1.0),
+        "t" => (0, 1, 0, 0, 3, 1.0),
+        "s" => (0, 0, 1, 0, 0, 1.0),
+        "min" => (0, 0, 1, 0, 0, 60.0),
+        "h" => (0, 0, 1, 0, 0, 3600.0),
+        "d" => (0, 0, 1, 0, 0, 86_400.0),
+        "N" => (1, 1, -2, 0, 0, 1.0),
+        "Pa" => (-1, 1, -2, 0, 0, 1.0),
+        "bar" => (-1, 1, -2, 0, 5, 1.0),
+        "J" => (2, 1, -2, 0, 0, 1.0),
+        "W" => (2, 1, -3, 0, 0, 1.0),
+        "Hz" => (0, 0, -1, 0, 0, 1.0),
+        "L" | "l" => (3, 0, 0, 0, -3, 1.0),
+        "P" => (-1, 1, -1, 0, -1, 1.0),
+        "St" => (2, 0, -1, 0, -4, 1.0),
+        "rad" => (0, 0, 0, 1, 0, 1.0),
+        "deg" | "°" => (0, 0, 0, 1, 0, std::f64::consts::PI / 180.0),
+        "%" => (0, 0, 0, 0, -2, 1.0),
+        _ => return None,
+    };
+    Some(Unit { decimal, factor, dimension: Dimension { length, mass, time, angle } })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn value(text: &str) -> Real {
+        parse_quantity(text).unwrap().0
+    }
+
+    #[test]
+    fn ends_of_a_range_are_told_within_it() {
+        let told = |low: Real, high: Real| rounded_within(low, high);
+        assert_eq!(told(0.0, 12.3456), ["0", "12.34"]);
+        assert_eq!(told(3.0864, 1e300), ["3.087", "1e300"]);
+        assert_eq!(told(-1.23449, -1.23451), ["-1.234", "-1.235"]);
+        // What was lost in computing an end is no reason to shorten it.
+        assert_eq!(told(0.1, 0.45 * 0.12), ["0.1", "0.054"]);
+        assert_eq!(told(0.0, Real::INFINITY)[0], "0");
+    }
+
+    #[test]
+    fn decimal_prefixes_are_exact() {
+        assert_eq!(value("0.52 mm"), 0.52e-3);
+        assert_eq!(value("72 mN/m"), 72e-3);
+        assert_eq!(value("5.537mm"), 5.537e-3);
+        assert_eq!(value("1.0 g/cm^3"), 1000.0);
+        assert_eq!(value("0.1 mm^3"), 0.1e-9);
+        assert_eq!(value("1e-6 m^2/s"), 1e-6);
+        assert_eq!(value("1 cSt"), 1e-6);
+        assert_eq!(value("3 us"), 3e-6);
+        assert_eq!(value("3 µs"), 3e-6);
+        assert_eq!(value("80 g cm/s"), 80e-5);
+        assert_eq!(value("-9.8 m/s²"), -9.8);
+    }
+
+    #[test]
+    fn other_factors_are_applied_after_rounding() {
+        assert_eq!(value("10 min"), 600.0);
+        assert_eq!(value("30 deg"), 30.0 * (std::f64::consts::PI / 180.0));
+        assert_eq!(value("36 km/h"), 36e3 * 3600.0_f64.powi(-1));
+        assert_eq!(value("45 %"), 0.45);
+    }
+
+    #[test]
+    fn dimensions_follow_the_units() {
+        let dimension = |text| parse_quantity(text).unwrap().1;
+        assert_eq!(dimension("1 Pa s"), Dimension::new(-1, 1, -1, 0));
+        assert_eq!(dimension("1 N s/m"), Dimension::new(0, 1, -1, 0));
+        assert_eq!(dimension("1 kg/(m s)"), Dimension::new(-1, 1, -1, 0));
+        assert_eq!(dimension("1/s"), Dimension::new(0, 0, -1, 0));
+        assert_eq!(dimension("1 s^-1"), Dimension::new(0, 0, -1, 0));
+        assert_eq!(dimension("2.5"), Dimension::NONE);
+        assert_eq!(Dimension::new(1, 1, -2, 0).to_string(), "kg m s^-2");
+    }
+
+    #[test]
+    fn mistakes_are_named() {
+        let error = |text| parse_quantity(text).unwrap_err();
+        assert_eq!(error("3 mmm").message, "`mmm` is not a unit known here");
+        assert_eq!(error("3 mmm").range, 2..5);
+        assert_eq!(error("3 Mm/sec").suggestion.as_deref(), Some("did you mean `s`?"));
+        assert_eq!(error("mm").message, "a quantity begins with a number");
+        assert!(error("1 N/m s").message.contains("fraction line"));
+        assert!(error("1 m^").message.contains("whole number"));
+        assert!(error("1 (m").message.contains("bracket"));
+        assert!(error("1e999 m").message.contains("finite"));
+    }
+}

@@ -1,0 +1,92 @@
+//! Values that can be written and that nobody can mean are refused, each by one clear finding.
+
+use std::path::Path;
+
+use sazanami_case::{Explained, explain};
+
+const BASE: &str = r#"
+[domain]
+size = ["10 mm", "10 mm", "10 mm"]
+cells = [20, 20, 20]
+[run]
+until = "1 ms"
+[material.sand]
+density = "2650 kg/m^3"
+[[grains]]
+name = "sand"
+count = 10
+shape.sphere = { diameter = "0.5 mm" }
+placement.packed = {}
+[erosion]
+[[probe]]
+name = "p"
+point = ["5 mm", "5 mm", "5 mm"]
+"#;
+
+/// Titles and suggestions of what is wrong with the case when these values are laid over it.
+fn findings(overrides: &[&str]) -> Vec<String> {
+    let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
+    match sazanami_case::parse(Path::new("c.toml"), BASE, &overrides) {
+        Ok(_) => Vec::new(),
+        Err(error) => {
+            let records = error.diagnostics.records(&error.source);
+            records.iter().map(|r| format!("{} | {}", r.message, r.suggestion.clone().unwrap_or_default())).collect()
+        }
+    }
+}
+
+fn refused(change: &str, words: &str) {
+    let found = findings(&[change]);
+    assert!(found.len() == 1 && found[0].contains(words), "{change}: {found:#?}");
+}
+
+#[test]
+fn lengths_of_what_is_observed_are_bounded_by_the_box() {
+    assert!(findings(&[]).is_empty(), "{:#?}", findings(&[]));
+    refused("erosion.r_max=45 m", "`r_max` has to lie between");
+    refused("erosion.r_max=1e9 m", "`r_max` has to lie between");
+    refused("bed.height_radius=1 m", "`height_radius` has to lie between");
+    assert!(findings(&["erosion.r_max=4.9 mm"]).is_empty());
+}
+
+#[test]
+fn numbers_at_the_edge_of_meaning_are_refused() {
+    refused("run.until=-0.0 s", "`until` must not be negative");
+    refused("grains.0.shape.sphere.diameter=1e-300 mm", "`diameter` has to lie between");
+    assert!(findings(&["run.until=0 s"]).is_empty());
+}
+
+#[test]
+fn names_of_probes_fit_into_names_of_files() {
+    refused(&format!("probe.0.name={}", "x".repeat(300)), "`name` is too long for the name of a file");
+    assert!(findings(&[&format!("probe.0.name={}", "x".repeat(100))]).is_empty());
+}
+
+#[test]
+fn an_unknown_shape_is_one_error() {
+    refused("grains.0.shape={ shpere = { diameter = \"1 mm\" } }", "unknown choice `shpere`");
+    refused("grains.0.shape={}", "exactly one alternative");
+}
+
+#[test]
+fn every_key_is_explained_and_misspelt_ones_lead_to_it() {
+    let text = |path: &str| match explain(path) {
+        Explained::Text(text) => text,
+        unknown => panic!("{path}: {unknown:?}"),
+    };
+    let vof = text("fluid.vof");
+    for words in ["thinc_wlic", "paper_literal", "names no scheme"] {
+        assert!(vof.contains(words), "{words} is not in {vof}");
+    }
+    assert!(text("grains.0.placement.packed.level").contains("above zero"));
+    assert!(text("contact.sand/sand.friction").contains("0 to 10"));
+    assert!(text("r_max").contains("erosion.r_max"));
+    assert!(text("").contains("ripples"));
+    let meant = |path: &str| match explain(path) {
+        Explained::Unknown { meant, .. } => meant,
+        known => panic!("{path}: {known:?}"),
+    };
+    assert_eq!(meant("fluid.voff"), Some("fluid.vof".into()));
+    assert_eq!(meant("erosion.rmax"), Some("erosion.r_max".into()));
+    assert_eq!(meant("zzzzzzzz"), None);
+}

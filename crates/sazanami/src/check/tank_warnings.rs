@@ -1,0 +1,69 @@
+//! Warnings about tanks of moving particles that need more than the case file to be found.
+
+use super::number;
+use super::particles::{levelled, tank};
+use crate::case::meaning::{Case, ProbePlace, Solver};
+use crate::case::{Diagnostics, LoadedCase};
+
+/// Amplification of waves from which on a tank is near resonance.
+const RESONANT: sazanami_numerics::Real = 4.0;
+
+/// Warns of waves that linear theory or the particles cannot follow, and of probes on grains that may be taken away.
+pub(crate) fn warn_of_tank(loaded: &LoadedCase, report: &mut Diagnostics) {
+    if loaded.case.solver == Solver::Mps {
+        warn_of_waves(loaded, report);
+        warn_of_levelled_probes(loaded, report);
+    }
+}
+
+/// Waves that a shaken tank makes, and that linear theory or the particles cannot follow.
+fn warn_of_waves(loaded: &LoadedCase, report: &mut Diagnostics) {
+    let case: &Case = &loaded.case;
+    let (Some(tank), Some(span)) = (tank(case), loaded.places.near("frame.motion")) else { return };
+    let mut warn = |title: &str, label: String| {
+        report.warning(Some(span.clone()), title).label(label);
+    };
+    if tank.amplification > RESONANT {
+        warn(
+            "the tank is near resonance",
+            format!(
+                "1/cos(kL/2) = {}: expect breaking waves and bores; with this depth and frequency L = {} mm \
+                 and {} mm have 1",
+                number(tank.amplification, 1),
+                number(1e3 * tank.wavelength_m, 0),
+                number(2e3 * tank.wavelength_m, 0)
+            ),
+        );
+    }
+    if tank.end_elevation > 1.0 {
+        warn(
+            "the tank dries at its ends",
+            format!("by linear theory the water falls there by {} times its depth", number(tank.end_elevation, 2)),
+        );
+    }
+    if let Some(particles) = case.particles.as_ref().filter(|particles| tank.stokes_layer_m < particles.spacing) {
+        warn(
+            "the boundary layer on the bed is thinner than a particle",
+            format!(
+                "{:.2} mm, the particle spacing {:.2} mm: near the bed the drag law carries the shear",
+                1e3 * tank.stokes_layer_m,
+                1e3 * particles.spacing
+            ),
+        );
+    }
+}
+
+/// A grain that is taken away when its bed is levelled has nothing to be watched.
+fn warn_of_levelled_probes(loaded: &LoadedCase, report: &mut Diagnostics) {
+    let case = &loaded.case;
+    for (number, probe) in case.probes.iter().enumerate() {
+        let ProbePlace::Body { population: name, index } = &probe.place else { continue };
+        let Some(population) = case.grains.iter().find(|population| population.name == *name) else { continue };
+        let Some(left) = levelled(case, population).filter(|left| index >= left) else { continue };
+        let span = loaded.places.near(&format!("probe.{number}.body"));
+        report
+            .warning(span, format!("grain {index} of `{name}` may be taken away when the bed is levelled"))
+            .label("its rows would then be empty")
+            .help(format!("about {left} grains stay, as a rule those of the smallest numbers"));
+    }
+}
