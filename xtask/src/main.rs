@@ -1,7 +1,6 @@
 //! Project chores: `cargo xtask test`, `tidy`, `verify`, `tables`, `bench`.
 
 mod book;
-mod tables;
 mod test;
 mod tidy;
 
@@ -13,7 +12,7 @@ cargo xtask test [--locked] [ARGS...]   formatting, tidy, lints, then all tests;
 cargo xtask tidy                        who may depend on whom, and what the sources may name
 cargo xtask generate                    pages and the schema that come from the declarations of keys and columns
 cargo xtask verify [ARGS...]            `sazanami verify`: cases with known results
-cargo xtask tables [ROWS.json...]       tables of docs/results/verification.md, from what `verify --json` printed
+cargo xtask tables                      pages of verification/ and docs/results, from what `verify --out verification` measured
 cargo xtask book                        docs/SUMMARY.md, and the book where mdBook is installed
 cargo xtask bench [ARGS...]             `sazanami bench`: kernels and whole steps
 
@@ -27,7 +26,7 @@ fn main() -> ExitCode {
         "test" => test::run(&rest),
         "book" => book::run(),
         "tidy" => tidy::run(rest.iter().any(|argument| argument == "--locked")),
-        "tables" => tables::run(&rest),
+        "tables" => forward("verify", &["--pages".to_owned()]),
         "generate" => generate(),
         "verify" | "bench" => forward(&command, &rest),
         "" | "help" | "--help" | "-h" => {

@@ -1,11 +1,27 @@
-//! Cases with known results: programs that measure, beside references and bands.
+//! Cases with known results: programs that measure, files that judge.
 //!
-//! [`grid`] and [`particles`] are experiments on the two fluid solvers; [`cases`] measures them, and whole runs, and
-//! [`verify`] judges what was measured.
+//! [`grid`] and [`particles`] are experiments on the two fluid solvers; the programs in [`cases`] measure them, and whole
+//! runs, and return values by name. Unit, reference and band of every value are in `verification/<case>/expected.toml`
+//! ([`expected`]); [`judge`] compares, [`verify`] runs, [`page`] writes the pages.
+//!
+//! ```
+//! use sazanami_verification::catalogue::CASES;
+//! use sazanami_verification::verify::{Choice, verify};
+//!
+//! let choice = Choice { names: vec!["restitution".into()], ..Choice::default() };
+//! let found = verify(CASES, &choice, &mut sazanami::progress::Silent)?;
+//! assert!(found[0].rows.iter().all(|row| !row.verdict.is_bad()));
+//! # Ok::<(), sazanami::error::CommandError>(())
+//! ```
 
 pub mod cases;
 pub mod catalogue;
+mod chart;
+pub mod expected;
 pub mod grid;
+pub mod judge;
 pub mod measured;
+pub mod page;
 pub mod particles;
+pub mod reference;
 pub mod verify;

@@ -1,54 +1,122 @@
-//! What a program measured.
+//! What a program measures: values by name, and curves to be shown beside their references.
+
+use std::collections::BTreeMap;
 
 use sazanami_numerics::Real;
+use serde::{Deserialize, Serialize};
 
-/// A value before it is judged.
+/// One measured value. Its unit, reference and band are in the `expected.toml` of the case.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measured {
-    /// What was measured.
+    /// Name of the quantity in `expected.toml`.
     pub quantity: String,
-    /// Its unit.
-    pub unit: &'static str,
-    /// Measured value.
+    /// Value in the unit given there.
     pub value: Real,
-    /// Reference, if there is one.
-    pub reference: Option<Real>,
-    /// Ends of the band, if there is one; an infinite end is open.
-    pub band: Option<[Real; 2]>,
-    /// Where the reference comes from.
-    pub source: &'static str,
 }
 
 impl Measured {
-    /// A value that has to lie between `low` and `high`.
+    /// A value by name.
     #[must_use]
-    pub fn within(quantity: impl Into<String>, unit: &'static str, value: Real, low: Real, high: Real) -> Self {
-        Self { quantity: quantity.into(), unit, value, reference: None, band: Some([low, high]), source: "" }
+    pub fn new(quantity: impl Into<String>, value: Real) -> Self {
+        Self { quantity: quantity.into(), value }
+    }
+}
+
+/// Lines over one pair of axes.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Chart {
+    /// Text above the axes.
+    pub title: String,
+    /// Labels of the abscissa and the ordinate, with units.
+    pub axes: [String; 2],
+    /// Lines and points.
+    pub series: Vec<Series>,
+}
+
+/// One line of a chart.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Series {
+    /// Name in the legend.
+    pub name: String,
+    /// Whether it is the reference: points instead of a line.
+    pub reference: bool,
+    /// Abscissa and ordinate.
+    pub points: Vec<[Real; 2]>,
+}
+
+impl Chart {
+    /// Axes without lines.
+    #[must_use]
+    pub fn new(title: &str, abscissa: &str, ordinate: &str) -> Self {
+        Self { title: title.to_owned(), axes: [abscissa, ordinate].map(str::to_owned), series: Vec::new() }
     }
 
-    /// A value that may differ from `reference` by the share `tolerance` of it.
+    /// Adds what was computed, thinned to about 200 points.
     #[must_use]
-    pub fn near(
-        quantity: impl Into<String>,
-        unit: &'static str,
-        value: Real,
-        reference: Real,
-        tolerance: Real,
-    ) -> Self {
-        let reach = (reference * tolerance).abs();
-        let row = Self::within(quantity, unit, value, reference - reach, reference + reach);
-        Self { reference: Some(reference), ..row }
+    pub fn computed(mut self, name: &str, points: &[[Real; 2]]) -> Self {
+        let stride = points.len().div_ceil(200).max(1);
+        let points = points.iter().step_by(stride).map(|point| point.map(short)).collect();
+        self.series.push(Series { name: name.to_owned(), reference: false, points });
+        self
     }
 
-    /// A value without a band.
+    /// Adds reference data.
     #[must_use]
-    pub fn info(quantity: impl Into<String>, unit: &'static str, value: Real) -> Self {
-        Self { quantity: quantity.into(), unit, value, reference: None, band: None, source: "" }
+    pub fn reference(mut self, name: &str, points: &[[Real; 2]]) -> Self {
+        self.series.push(Series { name: name.to_owned(), reference: true, points: points.to_vec() });
+        self
     }
+}
 
-    /// Names the source of the reference.
-    #[must_use]
-    pub fn from_source(self, source: &'static str) -> Self {
-        Self { source, ..self }
+/// Five digits of a value: enough for a picture.
+fn short(value: Real) -> Real {
+    format!("{value:.4e}").parse().unwrap_or(value)
+}
+
+/// What a case measured, as it is kept beside its `expected.toml`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Outcome {
+    /// Values by the names of their quantities.
+    pub values: BTreeMap<String, Real>,
+    /// Curves.
+    #[serde(default)]
+    pub curves: Vec<Chart>,
+}
+
+impl Outcome {
+    /// Values and curves.
+    ///
+    /// # Errors
+    /// If two values share a name.
+    pub fn of(measured: Vec<Measured>, curves: Vec<Chart>) -> Result<Self, String> {
+        let mut values = BTreeMap::new();
+        for Measured { quantity, value } in measured {
+            if values.insert(quantity.clone(), value).is_some() {
+                return Err(format!("two values are called `{quantity}`"));
+            }
+        }
+        Ok(Self { values, curves })
+    }
+}
+
+/// What a program of the catalogue may return.
+pub trait IntoOutcome {
+    /// The outcome.
+    ///
+    /// # Errors
+    /// If two values share a name.
+    fn into_outcome(self) -> Result<Outcome, String>;
+}
+
+impl IntoOutcome for Vec<Measured> {
+    fn into_outcome(self) -> Result<Outcome, String> {
+        Outcome::of(self, Vec::new())
+    }
+}
+
+impl IntoOutcome for (Vec<Measured>, Vec<Chart>) {
+    fn into_outcome(self) -> Result<Outcome, String> {
+        Outcome::of(self.0, self.1)
     }
 }

@@ -1,154 +1,195 @@
-//! Verification and validation cases: measured values beside references, with a band and a verdict.
+//! Runs cases, several at a time, and judges them.
 
-use std::collections::BTreeSet;
-use std::time::Instant;
-
-use sazanami_numerics::Real;
-use serde::Serialize;
-
-use crate::measured::Measured;
+use std::collections::VecDeque;
+use std::path::PathBuf;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
 use sazanami::error::CommandError;
-use sazanami::progress::Progress;
+use sazanami::progress::{Progress, duration};
+use sazanami_numerics::Real;
+use sazanami_parallel::with_threads;
 
-/// Whether a measured value lies where it should.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Verdict {
-    /// Within the band.
-    Pass,
-    /// Outside the band.
-    Fail,
-    /// There is no band: told for information.
-    Info,
-}
+use crate::catalogue::Case;
+use crate::expected::Expected;
+use crate::judge::{Row, judge};
+use crate::measured::Outcome;
 
-/// One measured quantity.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct VerifyRow {
-    /// Name of the case.
-    pub case: String,
-    /// What was measured.
-    pub quantity: String,
-    /// Its unit.
-    pub unit: String,
-    /// Measured value.
-    pub measured: Real,
-    /// Reference, if there is one.
-    pub reference: Option<Real>,
-    /// Lower end of the band.
-    pub low: Option<Real>,
-    /// Upper end of the band.
-    pub high: Option<Real>,
-    /// Whether it lies within the band.
-    pub verdict: Verdict,
-    /// Wall-clock time of the whole case [s].
-    pub seconds: Real,
-    /// Where the reference comes from.
-    pub source: String,
-}
+/// How often a case that runs long says so.
+const STILL_RUNNING: Duration = Duration::from_secs(30);
 
-fn judged(measured: Measured, case: &str, seconds: Real) -> VerifyRow {
-    let verdict = match measured.band {
-        None => Verdict::Info,
-        Some([low, high]) if measured.value >= low && measured.value <= high => Verdict::Pass,
-        Some(_) => Verdict::Fail,
-    };
-    let end = |n: usize| measured.band.map(|band| band[n]).filter(|end| end.is_finite());
-    VerifyRow {
-        case: case.to_owned(),
-        quantity: measured.quantity,
-        unit: measured.unit.to_owned(),
-        measured: measured.value,
-        reference: measured.reference,
-        low: end(0),
-        high: end(1),
-        verdict,
-        seconds,
-        source: measured.source.to_owned(),
-    }
-}
-
-/// A verification case: a program that measures.
-#[derive(Clone, Copy, Debug)]
-pub struct VerifyCase {
-    /// Name on the command line.
-    pub name: &'static str,
-    /// What it shows, in one line.
-    pub about: &'static str,
-    /// Whether it runs only with `--long`.
+/// What to run and how.
+#[derive(Clone, Debug, Default)]
+pub struct Choice {
+    /// Names of cases; empty for all.
+    pub names: Vec<String>,
+    /// Whether cases that take long are among all.
     pub long: bool,
-    /// Measures; an error is a failed case.
-    pub measure: fn() -> Result<Vec<Measured>, String>,
+    /// Only the cases that run with the tests.
+    pub subset: bool,
+    /// A folder whose `<case>/expected.toml` stand in for those of the program.
+    pub expected: Option<PathBuf>,
+    /// Cases at a time, each on one thread; 0 for as many as there are processors.
+    pub jobs: usize,
 }
 
-/// Runs the cases called `names` (all of them, if none is named; long ones with `long` or by name).
+/// A case that was run and judged.
+#[derive(Clone, Debug)]
+pub struct Judged {
+    /// Name of the case.
+    pub name: &'static str,
+    /// What is expected of it.
+    pub expected: Expected,
+    /// What was measured; empty if it failed.
+    pub outcome: Outcome,
+    /// The verdicts.
+    pub rows: Vec<Row>,
+    /// Wall-clock time [s].
+    pub seconds: Real,
+}
+
+struct Job {
+    place: usize,
+    case: Case,
+    expected: Expected,
+}
+
+enum News {
+    Begun(usize),
+    Done(usize, Box<Judged>),
+}
+
+/// What is expected of `case`, from the folder of the choice or from the program.
 ///
 /// # Errors
-/// If a name is not known.
-pub fn verify(
-    cases: &[VerifyCase],
-    names: &[String],
-    long: bool,
-    progress: &mut dyn Progress,
-) -> Result<Vec<VerifyRow>, CommandError> {
-    let mut rows = Vec::new();
-    for case in chosen(cases, names, long)? {
-        progress.message(&format!("{}: {}", case.name, case.about));
-        let start = Instant::now();
-        let measured = (case.measure)().and_then(named_once);
-        let seconds = start.elapsed().as_secs_f64();
-        match measured {
-            Ok(values) => rows.extend(values.into_iter().map(|value| judged(value, case.name, seconds))),
-            Err(message) => {
-                progress.message(&format!("{}: {message}", case.name));
-                rows.push(VerifyRow {
-                    verdict: Verdict::Fail,
-                    ..judged(Measured::info(format!("failed: {message}"), "", 0.0), case.name, seconds)
-                });
+/// If the text is no valid `expected.toml`.
+pub fn expected_of(case: &Case, folder: Option<&PathBuf>) -> Result<Expected, CommandError> {
+    let path = folder.map(|folder| folder.join(case.name).join("expected.toml")).filter(|path| path.is_file());
+    let text = match &path {
+        Some(path) => std::fs::read_to_string(path)
+            .map_err(|error| CommandError::Undone(format!("{}: {error}", path.display())))?,
+        None => case.expected.to_owned(),
+    };
+    Expected::parse(&text).map_err(|problem| {
+        CommandError::input(format!("expected.toml of {}: {problem}", case.name), "see verification/README.md")
+    })
+}
+
+/// Runs the chosen cases, those that cost most first, each on one thread: results do not depend on the number of
+/// threads, and time is not judged. They come back in the order of the catalogue.
+///
+/// # Errors
+/// If a name is not known or an `expected.toml` is wrong.
+pub fn verify(cases: &[Case], choice: &Choice, progress: &mut dyn Progress) -> Result<Vec<Judged>, CommandError> {
+    let mut queue = chosen(cases, choice)?;
+    let count = queue.len();
+    let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+    let jobs = if choice.jobs == 0 { cores } else { choice.jobs }.min(count).max(1);
+    let labels: Vec<(&str, Real)> = queue.iter().map(|job| (job.case.name, job.expected.cost)).collect();
+    queue.sort_by(|a, b| b.expected.cost.total_cmp(&a.expected.cost));
+    let queue = Mutex::new(VecDeque::from(queue));
+    let (send, news) = channel();
+    let mut found = std::thread::scope(|scope| {
+        for _ in 0..jobs {
+            let (send, queue) = (send.clone(), &queue);
+            scope.spawn(move || work(queue, &send));
+        }
+        drop(send);
+        follow(&news, &labels, progress)
+    });
+    found.sort_by_key(|(place, _)| *place);
+    Ok(found.into_iter().map(|(_, judged)| judged).collect())
+}
+
+/// Runs jobs until none is left.
+fn work(queue: &Mutex<VecDeque<Job>>, news: &Sender<News>) {
+    loop {
+        let Some(job) = queue.lock().unwrap_or_else(PoisonError::into_inner).pop_front() else { return };
+        let place = job.place;
+        let _ = news.send(News::Begun(place));
+        let _ = news.send(News::Done(place, Box::new(run(job))));
+    }
+}
+
+fn run(job: Job) -> Judged {
+    let Job { case, expected, .. } = job;
+    let start = Instant::now();
+    let found = with_threads(1, case.measure).map_err(|refused| refused.to_string()).and_then(|found| found);
+    let seconds = start.elapsed().as_secs_f64();
+    let (outcome, rows) = match found {
+        Ok(outcome) => {
+            let rows = judge(case.name, &expected, &outcome);
+            (outcome, rows)
+        }
+        Err(message) => (Outcome::default(), vec![Row::failed(case.name, &message)]),
+    };
+    Judged { name: case.name, expected, outcome, rows, seconds }
+}
+
+/// Passes on what happens until all workers are gone.
+fn follow(news: &Receiver<News>, labels: &[(&str, Real)], progress: &mut dyn Progress) -> Vec<(usize, Judged)> {
+    let mut found = Vec::new();
+    let mut running: Vec<(usize, Instant)> = Vec::new();
+    loop {
+        match news.recv_timeout(STILL_RUNNING) {
+            Ok(News::Begun(place)) => {
+                let (name, cost) = labels[place];
+                progress.message(&format!("{name}: about {}", duration(cost)));
+                running.push((place, Instant::now()));
             }
+            Ok(News::Done(place, judged)) => {
+                running.retain(|(other, _)| *other != place);
+                let bad = judged.rows.iter().filter(|row| row.verdict.is_bad()).count();
+                let state = if bad == 0 { "done".to_owned() } else { format!("{bad} BAD") };
+                let (done, seconds) = (found.len() + 1, duration(judged.seconds));
+                progress.message(&format!("[{done}/{}] {}: {state}, {seconds}", labels.len(), labels[place].0));
+                found.push((place, *judged));
+            }
+            Err(RecvTimeoutError::Timeout) => {
+                for (place, since) in &running {
+                    let (name, cost) = labels[*place];
+                    let so_far = duration(since.elapsed().as_secs_f64());
+                    progress.message(&format!("{name}: {so_far} of about {}", duration(cost)));
+                }
+            }
+            Err(RecvTimeoutError::Disconnected) => return found,
         }
     }
-    Ok(rows)
 }
 
-/// The values of a case, if no two share a name: a table of them could not be read otherwise.
-fn named_once(values: Vec<Measured>) -> Result<Vec<Measured>, String> {
-    let mut names = BTreeSet::new();
-    match values.iter().find(|value| !names.insert(&value.quantity)) {
-        Some(twice) => Err(format!("two rows are called `{}`", twice.quantity)),
-        None => Ok(values),
-    }
-}
-
-fn chosen<'c>(cases: &'c [VerifyCase], names: &[String], long: bool) -> Result<Vec<&'c VerifyCase>, CommandError> {
-    if names.is_empty() {
-        return Ok(cases.iter().filter(|case| long || !case.long).collect());
-    }
+fn chosen(cases: &[Case], choice: &Choice) -> Result<Vec<Job>, CommandError> {
     let known: Vec<&str> = cases.iter().map(|case| case.name).collect();
-    names
-        .iter()
-        .map(|name| {
-            cases
-                .iter()
-                .find(|case| case.name == name)
-                .ok_or_else(|| CommandError::unknown("verification case", name, &known))
-        })
-        .collect()
+    if let Some(name) = choice.names.iter().find(|name| !known.contains(&name.as_str())) {
+        return Err(CommandError::unknown("verification case", name, &known));
+    }
+    let named = |case: &Case| choice.names.iter().any(|name| name == case.name);
+    let mut jobs = Vec::new();
+    for case in cases.iter().filter(|case| choice.names.is_empty() || named(case)) {
+        let expected = expected_of(case, choice.expected.as_ref())?;
+        let wanted = !choice.names.is_empty() || choice.long || !expected.long;
+        if wanted && (!choice.subset || expected.subset) {
+            jobs.push(Job { place: jobs.len(), case: *case, expected });
+        }
+    }
+    Ok(jobs)
 }
 
-/// The rows as a table for people.
+/// A number for people.
 #[must_use]
-pub fn table(rows: &[VerifyRow]) -> String {
-    let number = |value: Option<Real>| match value {
+pub fn number(value: Option<Real>) -> String {
+    match value {
         None => "-".to_owned(),
-        Some(v) if v != 0.0 && !(1e-3..1e6).contains(&v.abs()) => format!("{v:.4e}"),
-        Some(v) => format!("{v:.6}").trim_end_matches('0').trim_end_matches('.').to_owned(),
-    };
-    let mut text = format!(
-        "{:<28} {:<44} {:>13} {:>13} {:>27}  {:<7} {:>8}\n",
-        "case", "quantity", "measured", "reference", "band", "verdict", "seconds"
-    );
+        Some(v) if v != 0.0 && !(1e-3..1e6).contains(&v.abs()) => format!("{v:.3e}"),
+        Some(v) => format!("{v:.5}").trim_end_matches('0').trim_end_matches('.').to_owned(),
+    }
+}
+
+/// The rows as a table for people, and a line that counts the verdicts.
+#[must_use]
+pub fn table(rows: &[Row]) -> String {
+    let mut text =
+        format!("{:<26} {:<52} {:>11} {:>11} {:>23}  verdict\n", "case", "quantity", "measured", "reference", "band");
     for row in rows {
         let quantity =
             if row.unit.is_empty() { row.quantity.clone() } else { format!("{} [{}]", row.quantity, row.unit) };
@@ -156,77 +197,63 @@ pub fn table(rows: &[VerifyRow]) -> String {
             (None, None) => "-".to_owned(),
             (low, high) => format!("{} .. {}", number(low), number(high)),
         };
-        let verdict = match row.verdict {
-            Verdict::Pass => "pass",
-            Verdict::Fail => "FAIL",
-            Verdict::Info => "info",
-        };
+        let (measured, reference) = (number(row.measured), number(row.reference));
+        let verdict = row.verdict.word();
         text.push_str(&format!(
-            "{:<28} {:<44} {:>13} {:>13} {:>27}  {:<7} {:>8.1}\n",
-            row.case,
-            quantity,
-            number(Some(row.measured)),
-            number(row.reference),
-            band,
-            verdict,
-            row.seconds
+            "{:<26} {quantity:<52} {measured:>11} {reference:>11} {band:>23}  {verdict}\n",
+            row.case
         ));
+        if row.verdict.is_bad() && !row.remark.is_empty() {
+            text.push_str(&format!("{:<26} {}\n", "", row.remark));
+        }
     }
+    let mut counts: Vec<(&str, usize)> = Vec::new();
+    for word in rows.iter().map(|row| row.verdict.word()) {
+        match counts.iter_mut().find(|(other, _)| *other == word) {
+            Some((_, count)) => *count += 1,
+            None => counts.push((word, 1)),
+        }
+    }
+    let counts: Vec<String> = counts.iter().map(|(word, count)| format!("{count} {word}")).collect();
+    text.push_str(&format!("{} quantities: {}\n", rows.len(), counts.join(", ")));
     text
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::judge::Verdict;
+    use crate::measured::{IntoOutcome, Measured};
     use sazanami::progress::Silent;
 
-    fn cases() -> [VerifyCase; 3] {
+    const EXPECTED: &str =
+        "about = \"a test\"\ncost = 1\n[[quantity]]\nname = \"x\"\nband = [0.9, 1.1]\nsource = \"by hand\"\n";
+    const LONG: &str = "about = \"a test\"\ncost = 9\nlong = true\nquantity = []\n";
+
+    fn cases() -> [Case; 3] {
         [
-            VerifyCase {
-                name: "near",
-                about: "lies in its band",
-                long: false,
-                measure: || Ok(vec![Measured::near("x", "m", 1.01, 1.0, 0.02), Measured::info("y", "", 3.0)]),
-            },
-            VerifyCase {
-                name: "far",
-                about: "lies outside",
-                long: false,
-                measure: || Ok(vec![Measured::near("x", "m", 1.1, 1.0, 0.02)]),
-            },
-            VerifyCase { name: "slow", about: "takes long", long: true, measure: || Err("broke".into()) },
+            Case { name: "near", expected: EXPECTED, measure: || vec![Measured::new("x", 1.01)].into_outcome() },
+            Case { name: "far", expected: EXPECTED, measure: || vec![Measured::new("x", 1.2)].into_outcome() },
+            Case { name: "slow", expected: LONG, measure: || Err("broke".into()) },
         ]
     }
 
     #[test]
-    fn bands_decide_and_errors_fail() {
+    fn cases_are_chosen_run_and_judged_in_their_order() {
         let verdicts = |names: &[&str], long| {
-            let names: Vec<String> = names.iter().map(|name| (*name).to_owned()).collect();
-            let rows = verify(&cases(), &names, long, &mut Silent).unwrap();
-            rows.iter().map(|row| row.verdict).collect::<Vec<_>>()
+            let names = names.iter().map(|name| (*name).to_owned()).collect();
+            let found = verify(&cases(), &Choice { names, long, jobs: 2, ..Choice::default() }, &mut Silent).unwrap();
+            found.iter().flat_map(|judged| &judged.rows).map(|row| row.verdict).collect::<Vec<_>>()
         };
-        assert_eq!(verdicts(&[], false), [Verdict::Pass, Verdict::Info, Verdict::Fail]);
-        assert_eq!(verdicts(&[], true).len(), 4);
-        assert_eq!(verdicts(&["slow"], false), [Verdict::Fail]);
-    }
-
-    #[test]
-    fn two_rows_of_one_name_fail() {
-        let twice = VerifyCase {
-            name: "twice",
-            about: "says x two times",
-            long: false,
-            measure: || Ok(vec![Measured::info("x", "", 1.0), Measured::info("x", "", 2.0)]),
-        };
-        let rows = verify(&[twice], &[], false, &mut Silent).unwrap();
-        assert_eq!(rows.len(), 1);
-        assert_eq!(rows[0].verdict, Verdict::Fail);
-        assert!(rows[0].quantity.contains("two rows are called `x`"));
+        assert_eq!(verdicts(&[], false), [Verdict::Pass, Verdict::Miss]);
+        assert_eq!(verdicts(&[], true), [Verdict::Pass, Verdict::Miss, Verdict::Failed]);
+        assert_eq!(verdicts(&["slow"], false), [Verdict::Failed]);
     }
 
     #[test]
     fn unknown_names_are_wrong_input() {
-        let error = verify(&cases(), &["neer".into()], false, &mut Silent).unwrap_err();
+        let choice = Choice { names: vec!["neer".into()], ..Choice::default() };
+        let error = verify(&cases(), &choice, &mut Silent).unwrap_err();
         assert_eq!(error.exit_code(), 2);
         assert!(error.to_string().contains("did you mean `near`?"));
     }

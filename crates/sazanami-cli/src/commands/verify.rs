@@ -1,52 +1,101 @@
-//! `sazanami verify`: verification and validation cases.
+//! `sazanami verify`: cases with known results.
+
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use sazanami::error::{CommandError, exit};
+use sazanami::progress::duration;
 use sazanami_verification::catalogue::CASES;
-use sazanami_verification::verify::{self, Verdict};
+use sazanami_verification::judge::Row;
+use sazanami_verification::page;
+use sazanami_verification::verify::{self, Choice};
 
 use super::print_json;
 use crate::terminal::Screen;
 
-/// Run verification and validation cases.
+/// Run cases with known results.
 #[derive(Debug, Args)]
 #[command(
-    long_about = "Run verification and validation cases: a table of measured value, reference, band and verdict. All of \
-                  it takes an hour or less on two cores; --long adds what takes longer. Exit code 1 if a band is missed.",
+    long_about = "Run cases with known results and judge what they measure: value, reference, band and verdict. All of it takes \
+                  about an hour on two cores; --long adds what takes longer. Exit code 0 if nothing is worse than recorded in \
+                  verification/<case>/expected.toml, 1 on a regression or a miss that is not recorded there.",
     after_help = "Example:\n  sazanami verify layers-at-rest falling-drop --json"
 )]
 pub struct Verify {
     /// Cases (default: all)
-    #[arg(value_name = "NAME")]
+    #[arg(value_name = "CASE")]
     names: Vec<String>,
     /// Add what takes longer than the hour
     #[arg(long)]
     long: bool,
+    /// Only the cases that run with the tests: a few minutes
+    #[arg(long)]
+    subset: bool,
     /// List the cases and do nothing else
     #[arg(long)]
     list: bool,
     /// Print one array of rows as JSON
     #[arg(long)]
     json: bool,
+    /// Write values, page and figure of each case to DIR/<case>
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Judge by DIR/<case>/expected.toml where there is one
+    #[arg(long, value_name = "DIR")]
+    expected: Option<PathBuf>,
+    /// Cases at a time, each on one thread (default: one for each processor)
+    #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
+    jobs: usize,
+    /// Write the pages of a source tree anew from the values kept in it, and do nothing else
+    #[arg(long)]
+    pages: bool,
 }
 
 impl Verify {
     pub fn execute(self) -> Result<u8, CommandError> {
-        if self.list {
-            for case in CASES {
-                outln!("{:<28} {}{}", case.name, case.about, if case.long { " (long)" } else { "" });
-            }
-            return Ok(exit::DONE);
+        if self.pages {
+            return write_pages(Path::new("."));
         }
+        if self.list {
+            return self.print_list();
+        }
+        let Self { names, long, subset, json, out, expected, jobs, .. } = self;
         let mut screen = Screen::new();
-        let rows = verify::verify(CASES, &self.names, self.long, &mut screen)?;
+        let choice = Choice { names, long, subset, expected, jobs };
+        let found = verify::verify(CASES, &choice, &mut screen)?;
         drop(screen);
-        if self.json {
+        if let Some(folder) = out {
+            for case in found.iter().filter(|case| !case.outcome.values.is_empty()) {
+                page::write_case(&folder, case.name, &case.expected, &case.outcome)
+                    .map_err(|error| CommandError::Undone(format!("{}: {error}", folder.display())))?;
+            }
+        }
+        let rows: Vec<Row> = found.into_iter().flat_map(|case| case.rows).collect();
+        if json {
             print_json(&super::json(&rows)?);
         } else {
             out!("{}", verify::table(&rows));
         }
-        let missed = rows.iter().any(|row| row.verdict == Verdict::Fail);
-        Ok(if missed { exit::FAILED } else { exit::DONE })
+        Ok(if rows.iter().any(|row| row.verdict.is_bad()) { exit::FAILED } else { exit::DONE })
     }
+
+    fn print_list(&self) -> Result<u8, CommandError> {
+        for case in CASES {
+            let expected = verify::expected_of(case, self.expected.as_ref())?;
+            let when = if expected.long { ", with --long" } else { "" };
+            outln!("{:<28} {} ({}{when})", case.name, expected.about, duration(expected.cost));
+        }
+        Ok(exit::DONE)
+    }
+}
+
+/// Writes the pages of the source tree at `root`.
+fn write_pages(root: &Path) -> Result<u8, CommandError> {
+    let pages = page::pages(root, CASES)
+        .map_err(|problem| CommandError::input(problem, "run it in the root of a source tree"))?;
+    for (path, text) in &pages {
+        std::fs::write(root.join(path), text).map_err(|error| CommandError::Undone(format!("{path}: {error}")))?;
+    }
+    outln!("{} files", pages.len());
+    Ok(exit::DONE)
 }

@@ -35,12 +35,12 @@ pub(crate) fn dam_break() -> Result<Vec<Measured>, String> {
         worst = worst.max((a - b).abs() / (0.5 * (a + b)));
         let millis = (1e3 * time).round() as i64;
         if millis % 50 == 0 {
-            rows.push(Measured::info(format!("front over width at {millis} ms, grid"), "", a));
-            rows.push(Measured::info(format!("front over width at {millis} ms, particles"), "", b));
+            rows.push(Measured::new(format!("front over width at {millis} ms, grid"), a));
+            rows.push(Measured::new(format!("front over width at {millis} ms, particles"), b));
         }
     }
-    let compared = Measured::within("largest difference of the fronts, relative", "", worst, 1e-6, 0.1);
-    rows.push(compared.from_source("two methods on one case"));
+    let compared = Measured::new("largest difference of the fronts, relative", worst);
+    rows.push(compared);
     Ok(rows)
 }
 
@@ -55,22 +55,19 @@ pub(crate) fn settling_sphere() -> Result<Vec<Measured>, String> {
         if law.coefficient(DIAMETER, 1.0, speed) * speed < weight { low = speed } else { high = speed }
     }
     let expected = 0.5 * (low + high);
-    let mut rows = vec![Measured::info("speed by the drag law", "m/s", expected)];
+    let mut rows = vec![Measured::new("speed by the drag law", expected)];
     let mut speeds = Vec::new();
     for (solver, name) in SOLVERS.iter().zip(["grid", "particles"]) {
         let found = columns(SETTLING_SPHERE, solver, "probes/sphere.csv", ["velocity_3", "position_3"])?;
         // The last speed before the sphere comes within two diameters of the floor.
         let falling = found[0].iter().zip(&found[1]).filter(|(_, height)| **height > 2.5 * DIAMETER);
         let speed = falling.map(|(speed, _)| -speed).next_back().ok_or("the sphere was never seen")?;
-        rows.push(Measured::info(format!("settling speed, {name}"), "m/s", speed));
-        rows.push(Measured::info(format!("{name} over drag law"), "", speed / expected));
+        rows.push(Measured::new(format!("settling speed, {name}"), speed));
+        rows.push(Measured::new(format!("{name} over drag law"), speed / expected));
         speeds.push(speed);
     }
-    rows.push(Measured::info("grid over particles", "", speeds[0] / speeds[1]));
-    let law = Measured::near("settling speed, particles", "m/s", speeds[1], expected, 0.05);
-    rows.push(
-        Measured { quantity: "settling speed of the particles beside the law".into(), ..law }.from_source("drag law"),
-    );
+    rows.push(Measured::new("grid over particles", speeds[0] / speeds[1]));
+    rows.push(Measured::new("settling speed of the particles beside the law", speeds[1]));
     Ok(rows)
 }
 

@@ -8,9 +8,9 @@ use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
 
 use super::tank::{Tank, down, single, step};
-use crate::measured::Measured;
+use crate::measured::{Chart, Measured};
+use crate::reference;
 
-const SOURCE: &str = "ten Cate et al. 2002, Phys. Fluids 14";
 const DIAMETER: Real = 15e-3;
 /// Step of the exact exchange over `dx^2 / nu`.
 const VISCOUS: Real = 0.1;
@@ -21,23 +21,20 @@ struct Oil {
     name: &'static str,
     density: Real,
     viscosity: Real,
-    /// Largest speed in the experiment [m/s].
-    fastest: Real,
     /// By when it is reached [s].
     until: Real,
-    tolerance: Real,
 }
 
-const E1: Oil = Oil { name: "E1", density: 970.0, viscosity: 0.373, fastest: 0.035986, until: 1.5, tolerance: 0.08 };
-const E2: Oil = Oil { name: "E2", density: 965.0, viscosity: 0.212, fastest: 0.05718, until: 0.8, tolerance: 0.05 };
-const E3: Oil = Oil { name: "E3", density: 962.0, viscosity: 0.113, fastest: 0.087269, until: 1.2, tolerance: 0.05 };
-const E4: Oil = Oil { name: "E4", density: 960.0, viscosity: 0.058, fastest: 0.12224, until: 1.05, tolerance: 0.05 };
+const E1: Oil = Oil { name: "E1", density: 970.0, viscosity: 0.373, until: 1.5 };
+const E2: Oil = Oil { name: "E2", density: 965.0, viscosity: 0.212, until: 0.8 };
+const E3: Oil = Oil { name: "E3", density: 962.0, viscosity: 0.113, until: 1.2 };
+const E4: Oil = Oil { name: "E4", density: 960.0, viscosity: 0.058, until: 1.05 };
 
-/// Largest speed of the sphere until `oil.until`, in steps of at most `viscous` times `dx^2 / nu`.
+/// Time [s] and velocity [m/s] of the sphere until `oil.until`, in steps of at most `viscous` times `dx^2 / nu`.
 ///
 /// Back-projection acts once a step; in between momentum spreads by `sqrt(nu dt)` through the sphere's surface. The
 /// exact exchange needs this to be a small part of a cell.
-fn fastest(oil: Oil, cells_per_diameter: usize, exchange: Exchange, viscous: Real) -> Result<Real, String> {
+fn fall(oil: Oil, cells_per_diameter: usize, exchange: Exchange, viscous: Real) -> Result<Vec<[Real; 2]>, String> {
     let width = DIAMETER / cells_per_diameter as Real;
     let extent = Vector::new(0.1, 0.1, 0.16);
     let grid = Grid::new(extent.to_array().map(|l| (l / width).round() as usize), Vector::ZERO, extent);
@@ -50,35 +47,41 @@ fn fastest(oil: Oil, cells_per_diameter: usize, exchange: Exchange, viscous: Rea
     tank.shapes = vec![sphere.map_err(|error| error.to_string())?];
     tank.grains = vec![Grain::new(0, 1120.0, Vector::new(0.05, 0.05, 0.1275))];
     let mut solver = tank.solver(|domain, boundary, flow| flow.fill_halos(domain, boundary))?;
-    let (mut time, mut fastest): (Real, Real) = (0.0, 0.0);
+    let (mut time, mut history) = (0.0, vec![[0.0; 2]]);
     while time < oil.until * (1.0 - 1e-9) {
         time += step(&mut solver, time, oil.until)?.0;
-        fastest = fastest.max(-solver.grains().engine().grains().velocity[0].z);
+        history.push([time, solver.grains().engine().grains().velocity[0].z]);
     }
-    Ok(fastest)
+    Ok(history)
 }
 
-/// The exact exchange, which the band binds, and the stress integral beside it.
-fn compared(oils: &[Oil]) -> Result<Vec<Measured>, String> {
-    let mut rows = Vec::new();
+/// Both exchanges of momentum.
+fn compared(oils: &[Oil]) -> Result<(Vec<Measured>, Vec<Chart>), String> {
+    let (mut rows, mut charts) = (Vec::new(), Vec::new());
     for oil in oils {
-        let speed = fastest(*oil, 12, Exchange::Exact, VISCOUS)?;
-        let quantity = format!("{}, exact: largest speed", oil.name);
-        rows.push(Measured::near(quantity, "m/s", speed, oil.fastest, oil.tolerance).from_source(SOURCE));
-        // Hardly depends on the step.
-        let speed = fastest(*oil, 12, Exchange::Stress, 4.0 * VISCOUS)?;
-        let row = Measured::info(format!("{}, stress: largest speed", oil.name), "m/s", speed);
-        rows.push(Measured { reference: Some(oil.fastest), ..row }.from_source(SOURCE));
+        let mut chart = Chart::new(oil.name, "time [s]", "velocity [m/s]");
+        // That of the stress integral hardly depends on the step.
+        for (name, exchange, viscous) in
+            [("exact", Exchange::Exact, VISCOUS), ("stress", Exchange::Stress, 4.0 * VISCOUS)]
+        {
+            let history = fall(*oil, 12, exchange, viscous)?;
+            let fastest = history.iter().map(|row| -row[1]).fold(0.0, Real::max);
+            rows.push(Measured::new(format!("{}, {name}: largest speed", oil.name), fastest));
+            chart = chart.computed(name, &history);
+        }
+        let mut measured = reference::rows(reference::SETTLING, oil.name, ["time_s", "velocity_m_per_s"]);
+        measured.retain(|row| row[0] <= oil.until);
+        charts.push(chart.reference("ten Cate et al.", &measured));
     }
-    Ok(rows)
+    Ok((rows, charts))
 }
 
 /// 5.5, Reynolds numbers 4.1 and 31.9.
-pub(crate) fn settling() -> Result<Vec<Measured>, String> {
+pub(crate) fn settling() -> Result<(Vec<Measured>, Vec<Chart>), String> {
     compared(&[E2, E4])
 }
 
 /// 5.5, Reynolds numbers 1.5 and 11.6.
-pub(crate) fn settling_rest() -> Result<Vec<Measured>, String> {
+pub(crate) fn settling_rest() -> Result<(Vec<Measured>, Vec<Chart>), String> {
     compared(&[E1, E3])
 }

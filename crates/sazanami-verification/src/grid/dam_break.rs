@@ -4,6 +4,7 @@ use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
 
 use super::experiment::{Experiment, ExperimentError};
+use crate::reference::{DAM_BREAK, history};
 use sazanami_mics::boundary::{Boundary, Side};
 use sazanami_mics::flow::{Fluids, Schemes};
 
@@ -11,46 +12,6 @@ use sazanami_mics::flow::{Fluids, Schemes};
 pub const WIDTH: Real = 0.05715;
 /// Acceleration of gravity there [m/s^2].
 pub const GRAVITY: Real = 9.81;
-
-/// Time `t sqrt(2 g / a)` and front `z / a` (table 2 of the paper).
-pub const FRONT: [[Real; 2]; 15] = [
-    [0.41, 1.11],
-    [0.84, 1.22],
-    [1.19, 1.44],
-    [1.43, 1.67],
-    [1.63, 1.89],
-    [1.83, 2.11],
-    [1.98, 2.33],
-    [2.20, 2.56],
-    [2.32, 2.78],
-    [2.51, 3.00],
-    [2.65, 3.22],
-    [2.83, 3.44],
-    [2.98, 3.67],
-    [3.11, 3.89],
-    [3.33, 4.11],
-];
-
-/// Time `t sqrt(g / a)` and height `eta / (2 a)` of the column (table 6 of the paper).
-pub const HEIGHT: [[Real; 2]; 17] = [
-    [0.56, 0.94],
-    [0.77, 0.89],
-    [0.93, 0.83],
-    [1.08, 0.78],
-    [1.28, 0.72],
-    [1.46, 0.67],
-    [1.66, 0.61],
-    [1.84, 0.56],
-    [2.00, 0.50],
-    [2.21, 0.44],
-    [2.45, 0.39],
-    [2.70, 0.33],
-    [3.06, 0.28],
-    [3.44, 0.22],
-    [4.20, 0.17],
-    [5.25, 0.11],
-    [7.40, 0.06],
-];
 
 /// How a collapsing column differs from the experiment.
 #[derive(Clone, Debug, PartialEq)]
@@ -104,11 +65,12 @@ pub fn collapse(n: usize) -> Result<Collapse, ExperimentError> {
         let height: Real = (0..cells[2] as isize).map(|k| c[[0, 0, k]]).sum();
         series.push([t * scale, front / n as Real, height / (2 * n) as Real]);
     }
+    let [fronts, heights] = ["front", "column"].map(|quantity| history(DAM_BREAK, quantity));
     let (front, shift) = (-20..=20)
         .map(|shift| Real::from(shift) / 100.0)
-        .map(|shift| (rms(&series, 1, &FRONT, 1.0, shift, true), shift))
+        .map(|shift| (rms(&series, 1, &fronts, 1.0, shift, true), shift))
         .fold((Real::INFINITY, 0.0), |best, next| if next.0 < best.0 { next } else { best });
-    let height = rms(&series, 2, &HEIGHT, Real::sqrt(2.0), shift, false);
+    let height = rms(&series, 2, &heights, Real::sqrt(2.0), shift, false);
     Ok(Collapse { front, height, shift, steps, series })
 }
 

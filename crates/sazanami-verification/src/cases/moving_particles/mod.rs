@@ -12,18 +12,7 @@ pub(crate) use waves::{sloshing, sloshing_resonance, standing_wave, standing_wav
 
 use crate::particles::ExperimentError;
 
-use crate::measured::Measured;
-
-/// What the references of most cases are.
-const EXACT: &str = "exact";
-const CONTROL: &str = "negative control";
-
 /// A failed experiment as the message of a failed case.
 fn said(error: ExperimentError) -> String {
     error.to_string()
-}
-
-/// A value of at most `limit`, and not below zero.
-fn at_most(quantity: impl Into<String>, value: f64, limit: f64) -> Measured {
-    Measured::within(quantity, "", value, 0.0, limit).from_source(EXACT)
 }

@@ -1,0 +1,220 @@
+//! Figures of the pages as SVG.
+
+use std::fmt::Write as _;
+
+use sazanami_numerics::Real;
+
+use crate::judge::{Row, Verdict};
+use crate::measured::Chart;
+
+/// Width of a figure and of a chart in it, height of a chart [px].
+const WIDTH: Real = 720.0;
+const CHART: Real = 350.0;
+const HEIGHT: Real = 260.0;
+/// Space left of and below the axes, and around them elsewhere [px].
+const LEFT: Real = 62.0;
+const BELOW: Real = 62.0;
+const AROUND: Real = 26.0;
+const COLOURS: [&str; 5] = ["#1f5fa8", "#c4451c", "#2d8a4e", "#7b4ea3", "#8a6d1a"];
+
+/// The curves of a case, two in a row; without curves the values of its bands.
+#[must_use]
+pub fn figure(curves: &[Chart], rows: &[Row]) -> String {
+    if curves.is_empty() { strains(rows) } else { charts(curves) }
+}
+
+fn open(height: Real) -> String {
+    format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{WIDTH}\" height=\"{height}\" viewBox=\"0 0 {WIDTH} {height}\" \
+         font-family=\"sans-serif\" font-size=\"11\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n"
+    )
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+}
+
+fn charts(curves: &[Chart]) -> String {
+    let rows = curves.len().div_ceil(2);
+    let mut svg = open(HEIGHT * rows as Real);
+    for (n, chart) in curves.iter().enumerate() {
+        let corner = [(n % 2) as Real * (WIDTH - CHART), (n / 2) as Real * HEIGHT];
+        draw(&mut svg, chart, corner);
+    }
+    svg.push_str("</svg>\n");
+    svg
+}
+
+/// Ends of an axis and the distance of its ticks: 1, 2 or 5 times a power of ten, about five ticks.
+fn axis(values: impl Iterator<Item = Real>) -> [Real; 3] {
+    let [low, high] =
+        values.filter(|v| v.is_finite()).fold([Real::INFINITY, Real::NEG_INFINITY], |[a, b], v| [a.min(v), b.max(v)]);
+    if low > high {
+        return [0.0, 1.0, 0.5];
+    }
+    let width = if high > low { high - low } else { high.abs().max(1.0) };
+    let power = 10.0_f64.powf((width / 5.0).log10().floor());
+    let step = [1.0, 2.0, 5.0, 10.0].into_iter().map(|n| n * power).find(|step| width / step <= 6.0).unwrap_or(width);
+    let (low, high) = ((low / step - 1e-9).floor() * step, (high / step + 1e-9).ceil() * step);
+    [low, if high > low { high } else { low + step }, step]
+}
+
+fn tick(value: Real, step: Real) -> String {
+    let digits = (-step.log10().floor()).max(0.0) as usize;
+    let value = if value.abs() < 1e-9 * step { 0.0 } else { value };
+    if digits > 3 { format!("{value:.1e}") } else { format!("{value:.digits$}") }
+}
+
+fn draw(svg: &mut String, chart: &Chart, [x0, y0]: [Real; 2]) {
+    let points = || chart.series.iter().flat_map(|series| &series.points);
+    let [left, right, dx] = axis(points().map(|point| point[0]));
+    let [bottom, top, dy] = axis(points().map(|point| point[1]));
+    let (width, height) = (CHART - LEFT - AROUND, HEIGHT - BELOW - AROUND);
+    let x = |value: Real| x0 + LEFT + width * (value - left) / (right - left);
+    let y = |value: Real| y0 + AROUND + height * (top - value) / (top - bottom);
+    let mut put = |line: String| {
+        let _ = writeln!(svg, "{line}");
+    };
+    for n in 0..=((right - left) / dx).round() as usize {
+        let value = left + n as Real * dx;
+        put(format!(
+            "<path d=\"M{0:.1} {1:.1}V{2:.1}\" stroke=\"#ddd\"/><text x=\"{0:.1}\" y=\"{3:.1}\" text-anchor=\"middle\">{4}</text>",
+            x(value),
+            y(bottom),
+            y(top),
+            y(bottom) + 14.0,
+            tick(value, dx)
+        ));
+    }
+    for n in 0..=((top - bottom) / dy).round() as usize {
+        let value = bottom + n as Real * dy;
+        put(format!(
+            "<path d=\"M{0:.1} {1:.1}H{2:.1}\" stroke=\"#ddd\"/><text x=\"{3:.1}\" y=\"{4:.1}\" text-anchor=\"end\">{5}</text>",
+            x(left),
+            y(value),
+            x(right),
+            x(left) - 5.0,
+            y(value) + 4.0,
+            tick(value, dy)
+        ));
+    }
+    put(format!(
+        "<rect x=\"{:.1}\" y=\"{:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" fill=\"none\" stroke=\"black\"/>",
+        x(left),
+        y(top)
+    ));
+    let centre = x(left) + 0.5 * width;
+    let (low, high) = (y(bottom), y(top));
+    put(format!(
+        "<text x=\"{centre:.1}\" y=\"{:.1}\" text-anchor=\"middle\" font-weight=\"bold\">{}</text>",
+        high - 8.0,
+        escaped(&chart.title)
+    ));
+    put(format!(
+        "<text x=\"{centre:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
+        low + 28.0,
+        escaped(&chart.axes[0])
+    ));
+    let (side, middle) = (x0 + 14.0, 0.5 * (low + high));
+    put(format!(
+        "<text transform=\"translate({side:.1} {middle:.1}) rotate(-90)\" text-anchor=\"middle\">{}</text>",
+        escaped(&chart.axes[1])
+    ));
+    let mut legend = x(left);
+    for (n, series) in chart.series.iter().enumerate() {
+        let colour = COLOURS[n % COLOURS.len()];
+        if series.reference {
+            for [a, b] in &series.points {
+                put(format!(
+                    "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"2.6\" fill=\"none\" stroke=\"{colour}\"/>",
+                    x(*a),
+                    y(*b)
+                ));
+            }
+        } else {
+            let path: Vec<String> = series.points.iter().map(|[a, b]| format!("{:.1} {:.1}", x(*a), y(*b))).collect();
+            put(format!("<path d=\"M{}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.4\"/>", path.join("L")));
+        }
+        let mark = if series.reference { '\u{25cb}' } else { '\u{2014}' };
+        put(format!(
+            "<text x=\"{legend:.1}\" y=\"{:.1}\" fill=\"{colour}\">{mark} {}</text>",
+            low + 44.0,
+            escaped(&series.name)
+        ));
+        legend += 6.2 * (series.name.chars().count() + 4) as Real;
+    }
+}
+
+/// Each judged value in its band: the band is grey, from its lower to its upper end; an open end is where the value of
+/// the other end doubles.
+fn strains(rows: &[Row]) -> String {
+    let judged: Vec<&Row> =
+        rows.iter().filter(|row| row.measured.is_some() && (row.low, row.high) != (None, None)).collect();
+    let (line, from, to) = (17.0, 400.0, 690.0);
+    let mut svg = open(line * judged.len() as Real + 30.0);
+    let _ = writeln!(
+        svg,
+        "<text x=\"{:.0}\" y=\"16\" text-anchor=\"middle\">band (grey) and value</text>",
+        0.5 * (from + to)
+    );
+    for (n, row) in judged.iter().enumerate() {
+        let y = 28.0 + line * n as Real;
+        let value = row.measured.unwrap_or_default();
+        let (low, high) = match (row.low, row.high) {
+            (Some(low), Some(high)) => (low, high),
+            (Some(low), None) => (low, (low + low.abs()).max(value)),
+            (None, Some(high)) => ((high - high.abs()).min(value), high),
+            (None, None) => (value, value),
+        };
+        let width = if high > low { high - low } else { low.abs().max(1.0) };
+        let place = |value: Real| from + (to - from) * (0.25 + 0.5 * ((value - low) / width).clamp(-0.5, 1.5));
+        let colour = match row.verdict {
+            Verdict::Pass | Verdict::Mended => COLOURS[0],
+            _ => COLOURS[1],
+        };
+        let name: String = row.quantity.chars().take(68).collect();
+        let _ = writeln!(
+            svg,
+            "<text x=\"{:.0}\" y=\"{:.1}\" text-anchor=\"end\">{}</text><rect x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"8\" \
+             fill=\"#d8d8d8\"/><circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"3.5\" fill=\"{colour}\"/>",
+            from,
+            y + 8.0,
+            escaped(&name),
+            place(low),
+            y,
+            (place(high) - place(low)).max(1.0),
+            place(value),
+            y + 4.0
+        );
+    }
+    svg.push_str("</svg>\n");
+    svg
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn axes_hold_all_values_on_round_ticks() {
+        assert_eq!(axis([0.0, 9.3].into_iter()), [0.0, 10.0, 2.0]);
+        assert_eq!(axis([-0.021, 0.034].into_iter()), [-0.03, 0.04, 0.01]);
+        let [low, high, step] = axis([3.0, 3.0].into_iter());
+        assert!(low <= 3.0 && high > low && step > 0.0);
+        assert_eq!(axis(std::iter::empty()), [0.0, 1.0, 0.5]);
+    }
+
+    #[test]
+    fn figures_show_every_line_and_every_value() {
+        let chart = Chart::new("speed < 1", "t [s]", "u [m/s]")
+            .computed("here", &[[0.0, 0.0], [1.0, 0.5]])
+            .reference("there", &[[0.5, 0.2]]);
+        let svg = figure(&[chart], &[]);
+        assert!(
+            svg.contains("speed &lt; 1")
+                && svg.contains("here")
+                && svg.contains("<circle")
+                && svg.ends_with("</svg>\n")
+        );
+    }
+}

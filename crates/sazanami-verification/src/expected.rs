@@ -1,0 +1,124 @@
+//! What is expected of a case: `verification/<case>/expected.toml`.
+
+use std::collections::BTreeSet;
+
+use sazanami_numerics::Real;
+use serde::Deserialize;
+
+/// Expectations of a case.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Expected {
+    /// What the case shows, in one line.
+    pub about: String,
+    /// Processor time it takes, about [s].
+    pub cost: Real,
+    /// Whether it runs only by name or with `--long`.
+    #[serde(default)]
+    pub long: bool,
+    /// Whether it is among the cases that run with the tests.
+    #[serde(default)]
+    pub subset: bool,
+    /// The quantities, in the order of the table.
+    #[serde(rename = "quantity")]
+    pub quantities: Vec<Quantity>,
+}
+
+/// One quantity and how it is judged.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Quantity {
+    /// Name, unique in the case.
+    pub name: String,
+    /// Unit; empty for a ratio or a count.
+    #[serde(default)]
+    pub unit: String,
+    /// Reference value.
+    pub reference: Option<Real>,
+    /// Smallest and largest value that pass.
+    pub band: Option<[Real; 2]>,
+    /// Where reference and band come from.
+    #[serde(default)]
+    pub source: String,
+    /// What the quantity says where its name does not; of an informational one, why nothing could be wrong with it.
+    #[serde(default)]
+    pub meaning: String,
+    /// A miss that is recorded: the band is not met, and must not be missed by more than this.
+    pub known_miss: Option<KnownMiss>,
+    /// Set where there is no band.
+    #[serde(default)]
+    pub kind: Kind,
+}
+
+/// How far a quantity may miss its band, and why it does.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct KnownMiss {
+    /// Values that are no worse than recorded.
+    pub band: [Real; 2],
+    /// Why the band is missed.
+    pub reason: String,
+}
+
+/// Whether a quantity is judged.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kind {
+    /// Beside its band.
+    #[default]
+    Judged,
+    /// Not at all.
+    Informational,
+}
+
+impl Expected {
+    /// Reads `expected.toml`.
+    ///
+    /// # Errors
+    /// What is wrong with the text.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let expected: Self = toml::from_str(text).map_err(|error| error.to_string())?;
+        let mut names = BTreeSet::new();
+        for quantity in &expected.quantities {
+            if !names.insert(&quantity.name) {
+                return Err(format!("`{}` twice", quantity.name));
+            }
+            quantity.check().map_err(|problem| format!("`{}`: {problem}", quantity.name))?;
+        }
+        Ok(expected)
+    }
+}
+
+impl Quantity {
+    fn check(&self) -> Result<(), &'static str> {
+        match (self.kind, self.band, &self.known_miss) {
+            (Kind::Informational, Some(_), _) | (Kind::Informational, _, Some(_)) => Err("informational, with a band"),
+            (Kind::Informational, ..) if self.meaning.is_empty() => Err("informational, and no meaning says why"),
+            (Kind::Judged, None, _) => Err("neither a band nor informational"),
+            (Kind::Judged, Some(band), _) if !holds_values(band) => Err("a band without values"),
+            (Kind::Judged, ..) if self.source.is_empty() => Err("a band without a source"),
+            (Kind::Judged, Some(band), Some(miss)) => miss.check(band),
+            _ => Ok(()),
+        }
+    }
+}
+
+impl KnownMiss {
+    fn check(&self, [low, high]: [Real; 2]) -> Result<(), &'static str> {
+        let [from, to] = self.band;
+        if self.reason.is_empty() {
+            Err("a known miss without a reason")
+        } else if !holds_values(self.band) {
+            Err("the band of the known miss holds no values")
+        } else if to > low && from < high {
+            Err("the band of the known miss overlaps the band it misses")
+        } else {
+            Ok(())
+        }
+    }
+}
+
+/// Whether there is a value in a band; NaN has none.
+fn holds_values([low, high]: [Real; 2]) -> bool {
+    low <= high
+}

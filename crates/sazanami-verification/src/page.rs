@@ -1,0 +1,223 @@
+//! The page of a case and the overview, from what was measured and what is expected.
+//!
+//! A page is written by hand but for what stands between two marks; the figure is a file beside it.
+
+use std::io;
+use std::path::Path;
+
+use serde_json::json;
+
+use crate::catalogue::Case;
+use crate::chart::figure;
+use crate::expected::Expected;
+use crate::judge::{Row, Verdict, judge};
+use crate::measured::Outcome;
+use crate::verify::number;
+
+/// What was measured last, beside `expected.toml`.
+pub const MEASURED: &str = "measured.json";
+const PAGE: &str = "README.md";
+const FIGURE: &str = "figure.svg";
+const OVERVIEW: &str = "docs/results/verification.md";
+const BEGIN: &str = "<!-- from here: written by `cargo xtask tables` -->";
+const END: &str = "<!-- to here -->";
+
+/// Writes what was measured, the page and its figure into `folder/<case>`; a page that is there keeps its text.
+///
+/// # Errors
+/// If a file cannot be written.
+pub fn write_case(folder: &Path, name: &str, expected: &Expected, outcome: &Outcome) -> io::Result<()> {
+    let folder = folder.join(name);
+    std::fs::create_dir_all(&folder)?;
+    std::fs::write(folder.join(MEASURED), kept(outcome))?;
+    for (path, text) in pages_of(&folder, name, expected, outcome) {
+        std::fs::write(folder.join(path), text)?;
+    }
+    Ok(())
+}
+
+/// What was measured as JSON, a value a line.
+fn kept(outcome: &Outcome) -> String {
+    let values: Vec<String> =
+        outcome.values.iter().map(|(name, value)| format!("{}: {}", json!(name), json!(value))).collect();
+    let curves: Vec<String> = outcome.curves.iter().map(|chart| json!(chart).to_string()).collect();
+    format!("{{\n\"values\": {{\n{}\n}},\n\"curves\": [\n{}\n]\n}}\n", values.join(",\n"), curves.join(",\n"))
+}
+
+/// File names and texts of page and figure.
+fn pages_of(folder: &Path, name: &str, expected: &Expected, outcome: &Outcome) -> [(&'static str, String); 2] {
+    let rows = judge(name, expected, outcome);
+    let page =
+        std::fs::read_to_string(folder.join(PAGE)).unwrap_or_else(|_| format!("# {name}\n\n{}.\n", expected.about));
+    [(PAGE, with_results(&page, &results(&rows))), (FIGURE, figure(&outcome.curves, &rows))]
+}
+
+/// `page` with the text between the marks replaced, or with marks and text at its end.
+fn with_results(page: &str, results: &str) -> String {
+    let block = format!("{BEGIN}\n\n{results}\n{END}\n");
+    let around = page.split_once(BEGIN).and_then(|(before, rest)| Some((before, rest.split_once(END)?.1)));
+    match around {
+        Some((before, after)) => format!("{before}{block}{}", after.trim_start_matches('\n')),
+        None => format!("{}\n\n{block}", page.trim_end()),
+    }
+}
+
+fn results(rows: &[Row]) -> String {
+    let mut text = format!("![Measured, beside the reference]({FIGURE})\n\n");
+    text.push_str("| quantity | measured | reference | band | verdict |\n|---|---|---|---|---|\n");
+    for row in rows {
+        let unit = if row.unit.is_empty() { String::new() } else { format!(" [{}]", row.unit) };
+        let quantity = format!("{}{unit}", row.quantity).replace('|', "\\|");
+        let (measured, reference, band) = (number(row.measured), number(row.reference), band(row));
+        text.push_str(&format!("| {quantity} | {measured} | {reference} | {band} | {} |\n", row.verdict.word()));
+    }
+    let misses: Vec<&Row> = rows.iter().filter(|row| row.verdict == Verdict::KnownMiss).collect();
+    if !misses.is_empty() {
+        text.push_str("\n**Known misses**\n\n");
+        let mut told: Vec<&str> = Vec::new();
+        for row in misses {
+            let again = told.contains(&row.remark.as_str());
+            told.push(&row.remark);
+            let reason = if again { "as above" } else { &row.remark };
+            text.push_str(&format!("- {}: {reason}.\n", row.quantity.replace('|', "\\|")));
+        }
+    }
+    let mut sources: Vec<&str> =
+        rows.iter().map(|row| row.source.as_str()).filter(|source| !source.is_empty()).collect();
+    sources.sort_unstable();
+    sources.dedup();
+    text.push_str(&format!("\nReferences and bands: {}.\n", sources.join("; ")));
+    text
+}
+
+fn band(row: &Row) -> String {
+    match (row.low, row.high) {
+        (None, None) => "-".to_owned(),
+        (low, high) => format!("{} .. {}", number(low), number(high)),
+    }
+}
+
+/// A case as it was measured last.
+struct Recorded {
+    name: &'static str,
+    expected: Expected,
+    outcome: Option<Outcome>,
+}
+
+fn recorded(root: &Path, cases: &[Case]) -> Result<Vec<Recorded>, String> {
+    let of = |case: &Case| {
+        let folder = root.join("verification").join(case.name);
+        let expected =
+            std::fs::read_to_string(folder.join("expected.toml")).map_err(|error| format!("{}: {error}", case.name))?;
+        let expected = Expected::parse(&expected).map_err(|problem| format!("{}: {problem}", case.name))?;
+        let outcome = match std::fs::read_to_string(folder.join(MEASURED)) {
+            Ok(text) => {
+                Some(serde_json::from_str(&text).map_err(|error| format!("{}: {MEASURED}: {error}", case.name))?)
+            }
+            Err(_) => None,
+        };
+        Ok(Recorded { name: case.name, expected, outcome })
+    };
+    cases.iter().map(of).collect()
+}
+
+/// Paths and texts of all pages of a checkout at `root`, from what was measured last.
+///
+/// # Errors
+/// What is wrong with an `expected.toml` or a `measured.json`.
+pub fn pages(root: &Path, cases: &[Case]) -> Result<Vec<(String, String)>, String> {
+    let recorded = recorded(root, cases)?;
+    let mut pages = Vec::new();
+    for Recorded { name, expected, outcome } in &recorded {
+        let Some(outcome) = outcome else { continue };
+        let folder = root.join("verification").join(name);
+        let written = pages_of(&folder, name, expected, outcome);
+        pages.extend(written.map(|(file, text)| (format!("verification/{name}/{file}"), text)));
+    }
+    let page = std::fs::read_to_string(root.join(OVERVIEW)).unwrap_or_else(|_| "# Verification\n".to_owned());
+    pages.push((OVERVIEW.to_owned(), with_results(&page, &overview(&recorded))));
+    Ok(pages)
+}
+
+/// A line per case: what it shows, how many quantities stand how, and the one that stands worst.
+fn overview(recorded: &[Recorded]) -> String {
+    let mut lines = String::from(
+        "| case | what it shows | worst quantity | measured | band | verdict |\n|---|---|---|---|---|---|\n",
+    );
+    let (mut quantities, mut known, mut informational) = (0, 0, 0);
+    for Recorded { name, expected, outcome } in recorded {
+        let link = format!("[{name}](../../verification/{name}/README.md)");
+        let Some(outcome) = outcome else {
+            let hours = expected.cost / 3600.0;
+            lines.push_str(&format!(
+                "| {link} | {} | not measured yet: {hours:.0} h of processor time | | | |\n",
+                expected.about
+            ));
+            continue;
+        };
+        let rows = judge(name, expected, outcome);
+        let count = |verdict| rows.iter().filter(|row| row.verdict == verdict).count();
+        let misses = count(Verdict::KnownMiss);
+        quantities += rows.len();
+        known += misses;
+        informational += count(Verdict::Informational);
+        let rank = |row: &Row| (row.verdict.is_bad(), row.verdict == Verdict::KnownMiss);
+        let worst = rows
+            .iter()
+            .filter(|row| row.verdict != Verdict::Informational)
+            .max_by(|a, b| rank(a).cmp(&rank(b)).then(a.strain().total_cmp(&b.strain())));
+        let Some(worst) = worst else { continue };
+        let verdict = match (worst.verdict, misses) {
+            (Verdict::KnownMiss, misses) => format!("{misses} known of {}", rows.len()),
+            (verdict, _) => format!("{}, all {}", verdict.word(), rows.len()),
+        };
+        let (quantity, measured) = (worst.quantity.replace('|', "\\|"), number(worst.measured));
+        lines.push_str(&format!(
+            "| {link} | {} | {quantity} | {measured} | {} | {verdict} |\n",
+            expected.about,
+            band(worst)
+        ));
+    }
+    format!(
+        "{quantities} quantities in {} cases: {} within their bands, {known} known misses, {informational} informational.\n\n{lines}",
+        recorded.iter().filter(|case| case.outcome.is_some()).count(),
+        quantities - known - informational
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::catalogue::CASES;
+
+    fn root() -> std::path::PathBuf {
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+    }
+
+    #[test]
+    fn pages_show_what_was_measured_last() {
+        for (path, text) in pages(&root(), CASES).unwrap() {
+            let found = std::fs::read_to_string(root().join(&path)).unwrap_or_default();
+            assert!(found == text, "`cargo xtask tables` writes another {path}");
+        }
+    }
+
+    #[test]
+    fn nothing_recorded_is_worse_than_recorded() {
+        for Recorded { name, expected, outcome } in recorded(&root(), CASES).unwrap() {
+            for row in outcome.iter().flat_map(|outcome| judge(name, &expected, outcome)) {
+                assert!(!row.verdict.is_bad(), "{name}: {}: {}", row.quantity, row.verdict.word());
+            }
+        }
+    }
+
+    #[test]
+    fn text_by_hand_stays() {
+        let first = with_results("# Case\n\nBy hand.\n", "one\n");
+        let second = with_results(&first.replace("By hand.", "By hand, more."), "two\n");
+        assert!(second.contains("By hand, more.") && second.contains("two") && !second.contains("one"));
+        assert_eq!(with_results(&second, "two\n"), second);
+        let below = format!("{second}\nBelow.\n");
+        assert!(with_results(&below, "three\n").ends_with("Below.\n"));
+    }
+}
