@@ -10,17 +10,17 @@ fn verify(arguments: &[&str]) -> Output {
 /// `expected.toml` of the case `restitution` with a change, in a folder of its own.
 fn doctored(from: &str, to: &str) -> tempfile::TempDir {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../verification/restitution/expected.toml");
-    let text = std::fs::read_to_string(path).unwrap();
+    let text = std::fs::read_to_string(path).expect("the case is there");
     assert!(text.contains(from), "{from}");
-    let folder = tempfile::tempdir().unwrap();
-    std::fs::create_dir(folder.path().join("restitution")).unwrap();
-    std::fs::write(folder.path().join("restitution/expected.toml"), text.replacen(from, to, 1)).unwrap();
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::create_dir(folder.path().join("restitution")).expect("a folder");
+    std::fs::write(folder.path().join("restitution/expected.toml"), text.replacen(from, to, 1)).expect("a file");
     folder
 }
 
 fn code_with(from: &str, to: &str) -> (Option<i32>, String) {
     let folder = doctored(from, to);
-    let output = verify(&["restitution", "--expected", folder.path().to_str().unwrap()]);
+    let output = verify(&["restitution", "--expected", folder.path().to_str().expect("a path of plain text")]);
     (
         output.status.code(),
         String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr),
@@ -52,8 +52,8 @@ fn what_is_worse_than_recorded_ends_with_one() {
 
 #[test]
 fn pages_are_written_where_they_are_asked_for() {
-    let folder = tempfile::tempdir().unwrap();
-    let out = folder.path().to_str().unwrap();
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().to_str().expect("a path of plain text");
     assert_eq!(verify(&["restitution", "oblique-impact", "--out", out]).status.code(), Some(0));
     for file in ["restitution/measured.json", "restitution/figure.svg", "oblique-impact/README.md"] {
         assert!(folder.path().join(file).is_file(), "{file}");
