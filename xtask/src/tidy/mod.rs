@@ -1,6 +1,7 @@
 //! Architecture rules that the compiler does not know.
 
 mod edges;
+mod links;
 mod sources;
 
 use std::path::Path;
@@ -29,6 +30,10 @@ pub fn run(locked: bool) -> u8 {
             }
             Err(error) => problems.push(format!("{}: cannot be read: {error}", folder.display())),
         }
+    }
+    match links::broken(&root()) {
+        Ok(broken) => problems.extend(broken),
+        Err(error) => problems.push(format!("the pages cannot be read: {error}")),
     }
     warnings.iter().for_each(|warning| println!("warning: {warning}"));
     problems.iter().for_each(|problem| eprintln!("error: {problem}"));

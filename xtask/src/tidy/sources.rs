@@ -41,7 +41,7 @@ pub fn findings(name: &str, folder: &Path, root: &Path) -> io::Result<Findings> 
     let mut findings = Findings::default();
     for part in ["src", "tests", "examples", "benches"] {
         let mut files = Vec::new();
-        rust_files(&folder.join(part), &mut files)?;
+        files_below(&folder.join(part), "rs", &mut files)?;
         for file in files {
             let text = std::fs::read_to_string(&file)?;
             let shown = file.strip_prefix(root).unwrap_or(&file).display().to_string();
@@ -51,7 +51,8 @@ pub fn findings(name: &str, folder: &Path, root: &Path) -> io::Result<Findings> 
     Ok(findings)
 }
 
-fn rust_files(folder: &Path, files: &mut Vec<PathBuf>) -> io::Result<()> {
+/// Adds the files with an extension in a folder and its folders, in the order of their names.
+pub(super) fn files_below(folder: &Path, ending: &str, files: &mut Vec<PathBuf>) -> io::Result<()> {
     if !folder.is_dir() {
         return Ok(());
     }
@@ -59,8 +60,8 @@ fn rust_files(folder: &Path, files: &mut Vec<PathBuf>) -> io::Result<()> {
     entries.sort();
     for path in entries {
         if path.is_dir() {
-            rust_files(&path, files)?;
-        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            files_below(&path, ending, files)?;
+        } else if path.extension().is_some_and(|extension| extension == ending) {
             files.push(path);
         }
     }
