@@ -41,12 +41,12 @@ impl<'a> Bodies<'a> {
     }
 
     /// Surface of body `index`.
-    pub(crate) fn surface(&self, index: usize) -> BodySurface<'a> {
+    pub fn surface(&self, index: usize) -> BodySurface<'a> {
         self.surfaces[self.poses[index].surface as usize]
     }
 
     /// Calls `with` for every node of body `index`, in laboratory coordinates [m].
-    pub(crate) fn for_each_node(&self, index: usize, mut with: impl FnMut(Vector)) {
+    pub fn for_each_node(&self, index: usize, mut with: impl FnMut(Vector)) {
         let pose = &self.poses[index];
         let rotation = Matrix::from_quat(pose.orientation);
         for &node in self.surface(index).nodes {

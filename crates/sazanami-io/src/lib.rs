@@ -1,4 +1,4 @@
-//! Files: checkpoints, VTK series, tables, meshes, readings of experiments, pictures.
+//! Files: checkpoints, VTK series, tables, meshes, readings of experiments.
 //!
 //! Everything here takes plain slices and small structs, and knows no physics. A file that others
 //! rely on is never seen half written: it is made aside, synced, and renamed into place.
@@ -22,7 +22,6 @@ pub mod checkpoint;
 mod element;
 mod measured_profile;
 pub mod mesh;
-pub mod picture;
 pub mod readings;
 mod replace;
 pub mod table;

@@ -27,6 +27,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "sazanami-io",
         ],
     ),
+    ("sazanami-picture", &["sazanami-parallel", "sazanami-numerics", "sazanami-io"]),
     (
         "sazanami",
         &[
@@ -39,6 +40,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "sazanami-observe",
             "sazanami-io",
             "sazanami-case",
+            "sazanami-picture",
         ],
     ),
     (
@@ -156,6 +158,8 @@ mod tests {
             ("sazanami-numerics", "sazanami-dem"),
             ("sazanami-io", "sazanami-dem"),
             ("sazanami-observe", "sazanami-io"),
+            ("sazanami-io", "sazanami-picture"),
+            ("sazanami-cli", "sazanami-picture"),
             ("sazanami-cli", "sazanami-dem"),
             ("sazanami-parallel", "sazanami-numerics"),
             ("sazanami-dem", "rayon"),

@@ -3,10 +3,10 @@
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-use sazanami_io::picture::{ErosionPoint, erosion_against_momentum};
 use sazanami_io::replace_file;
 use sazanami_numerics::Real;
 use sazanami_observe::comparison::{Comparison, RunResult, Series};
+use sazanami_picture::{ErosionPoint, erosion_against_momentum};
 
 use super::figures::{drawing, free_path, save};
 use super::lines::{RIM_AT_EDGE, aligned, number};

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use sazanami_io::picture::{LinePlot, Picture, PictureError, bed_profiles, crater_history, momentum_budget};
 use sazanami_numerics::Real;
+use sazanami_picture::{LinePlot, Picture, PictureError, bed_profiles, crater_history, momentum_budget};
 use serde_json::Value;
 
 use super::table::Table;

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use sazanami_io::picture::bed_profiles;
 use sazanami_numerics::Real;
+use sazanami_picture::bed_profiles;
 use serde_json::{Value, json};
 
 use super::figures::{draw_figures, drawing, list_files, save};

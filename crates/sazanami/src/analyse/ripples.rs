@@ -9,14 +9,14 @@ use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::Path;
 
-use sazanami_io::picture::{
-    LayerFigure, LayerHistory, Picture, PictureError, ProfileFigure, ProfilesAtTime, RippleHistory, ripple_growth,
-};
 use sazanami_io::{MeasuredProfile, replace_file};
 use sazanami_numerics::Real;
 use sazanami_observe::ripples::{
     BedSurfaceSettings, PhaseAverage, RippleSettings, Ripples, SurfaceProfile, Unmeasured, cycle_averages, migration,
     phase_average,
+};
+use sazanami_picture::{
+    LayerFigure, LayerHistory, Picture, PictureError, ProfileFigure, ProfilesAtTime, RippleHistory, ripple_growth,
 };
 use serde_json::{Map, Value, json};
 

@@ -15,6 +15,7 @@ use sazanami_observe::BedView;
 
 use super::RecordError;
 use super::bed::GatheredGrains;
+use super::drawing::Drawing;
 use super::summary::Fixed;
 use crate::case::meaning::FieldPrecision;
 use crate::clock::Clock;
@@ -29,6 +30,8 @@ type Left = Option<(Real, u64)>;
 /// Files of a run, open on rank 0.
 pub(crate) struct Files {
     pub folder: PathBuf,
+    /// Pictures that are being drawn.
+    pub drawing: Drawing,
     pub fixed: Fixed,
     pub checkpoints: CheckpointFolder,
     series: SeriesWriter,
@@ -88,6 +91,7 @@ impl Files {
             ));
         }
         Ok(Self {
+            drawing: Drawing::new(job.threads),
             checkpoints: CheckpointFolder::new(folder.join(CHECKPOINTS), case.checkpoint.keep),
             fixed,
             series,

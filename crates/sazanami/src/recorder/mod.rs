@@ -4,6 +4,7 @@
 
 mod bed;
 mod columns;
+mod drawing;
 mod files;
 mod mics;
 mod mps;
@@ -46,7 +47,7 @@ pub(crate) use reevaluated::{Beds, Reevaluated, is_observed};
 pub(crate) use summary::{put_failure, put_files, put_ripples};
 use timetable::Timetables;
 pub use totals::Totals;
-use totals::{SETUP, Watch};
+use totals::{PICTURES, SETUP, Watch};
 
 /// Sections of a checkpoint that are not physics.
 const RUN_STATE: &str = "run/state";
@@ -65,9 +66,6 @@ pub enum RecordError {
     /// A checkpoint.
     #[error(transparent)]
     Checkpoint(#[from] CheckpointError),
-    /// A picture.
-    #[error(transparent)]
-    Picture(#[from] sazanami_io::picture::PictureError),
     /// A bed.
     #[error(transparent)]
     Bed(#[from] BedFileError),
@@ -357,8 +355,12 @@ impl<'a, B: Observer> Recorder<'a, B> {
             outcome = outcome.and_then(|()| self.observer.grains(self.job, clock, &self.seen, files));
         }
         if figures {
-            let written = self.observer.draw(self.job, water, clock, self.files.as_mut(), &self.seen);
-            outcome = outcome.and(written);
+            let phase = self.watch.phase();
+            self.watch.turn(PICTURES);
+            let gathered = self.observer.draw(self.job, water, clock, self.files.as_mut(), &self.seen);
+            self.watch.turn(phase);
+            outcome = outcome.and(gathered);
+            self.report_drawing();
         }
         water.domain().agree(outcome.map_err(RankError::from))?;
         Ok(())
@@ -443,8 +445,24 @@ impl<'a, B: Observer> Recorder<'a, B> {
         self.look(water, clock.time());
     }
 
+    /// Waits for the pictures that are still being drawn.
+    fn finish_drawing(&mut self) {
+        self.watch.turn(PICTURES);
+        if let Some(files) = &mut self.files {
+            files.drawing.finish();
+        }
+        self.report_drawing();
+    }
+
+    /// Warns of pictures that could not be drawn.
+    fn report_drawing(&self) {
+        let failures = self.files.iter().flat_map(|files| files.drawing.failures());
+        failures.for_each(|problem| self.job.say(format!("warning: {problem}")));
+    }
+
     /// The run has ended well.
     pub fn close(&mut self, ended: &Ended) -> Result<(), RankError> {
+        self.finish_drawing();
         self.watch.empty_into(&mut self.totals);
         if self.files.is_some() {
             self.write_summary(ended.status, None)?;
@@ -454,6 +472,7 @@ impl<'a, B: Observer> Recorder<'a, B> {
 
     /// The run has failed: says so in the summary, if that can still be written.
     pub fn fail(&mut self, error: RankError) -> Box<RankFailure> {
+        self.finish_drawing();
         self.watch.empty_into(&mut self.totals);
         let (time, step) = self.reached;
         let failure = error.failure((step, time, self.limiter));

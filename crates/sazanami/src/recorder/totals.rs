@@ -182,6 +182,8 @@ impl Totals {
 
 /// Phase of what comes before the first step: files read, grains settled, liquids poured.
 pub(crate) const SETUP: &str = "setup";
+/// Name of the phase in which pictures are prepared and waited for; they are drawn beside the others.
+pub(crate) const PICTURES: &str = "pictures";
 
 /// Measures how long phases take.
 #[derive(Debug)]
@@ -195,6 +197,11 @@ impl Watch {
     /// Begins with the set-up.
     pub fn start() -> Self {
         Self { phase: SETUP, since: Instant::now(), seconds: BTreeMap::new() }
+    }
+
+    /// Name of the phase that is measured.
+    pub fn phase(&self) -> &'static str {
+        self.phase
     }
 
     /// The phase before ends, that of this name begins.

@@ -3,10 +3,10 @@
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-use sazanami_io::picture::{Picture, PictureError, RippleHistory, ripple_growth};
 use sazanami_io::replace_file;
 use sazanami_numerics::Real;
 use sazanami_observe::ripples::{Growth, Ripples};
+use sazanami_picture::{Picture, PictureError, RippleHistory, ripple_growth};
 use serde_json::Value;
 
 use super::{RunTables, history, moments, profiles};

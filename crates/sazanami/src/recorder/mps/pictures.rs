@@ -4,11 +4,11 @@
 use std::fmt::Write as _;
 
 use sazanami_io::MeasuredProfile;
-use sazanami_io::picture::{
-    ColourScale, Picture, PictureError, ProfileFigure, ProfilesAtTime, SlabPanel, SlabView, VectorWindow,
-};
 use sazanami_numerics::{Real, Vector};
 use sazanami_observe::ripples::{SectionWindow, SurfaceProfile, submerged_weight, vectors_in_section};
+use sazanami_picture::{
+    ColourScale, Picture, PictureError, ProfileFigure, ProfilesAtTime, SlabPanel, SlabView, VectorWindow,
+};
 
 use super::{Found, ParticleObserver};
 use crate::case::meaning::{COLOUR_FORCE, Case};
@@ -42,8 +42,15 @@ pub(super) fn draw(
 ) -> Result<(), RecordError> {
     let name = format!("{:09}", clock.step());
     let moment = moment(job.case, observer.period, clock.time());
-    draw_grains(job.case, observer, &moment)?.save(&files.figure(&format!("grains-{name}.png")))?;
-    draw_profiles(job.case, observer, clock.time(), moment)?.save(&files.figure(&format!("profiles-{name}.png")))?;
+    let [grains, profiles] = ["grains", "profiles"].map(|kind| files.figure(&format!("{kind}-{name}.png")));
+    let side = SideView::new(job.case, observer, &moment);
+    let surfaces = surfaces(job.case, observer, clock.time(), moment);
+    let (title, domain) = (job.case.caption().to_owned(), &job.case.domain);
+    let x_range = [domain.lower.x, domain.upper.x];
+    files.drawing.add(move || {
+        side.draw()?.save(&grains)?;
+        ProfileFigure { title: &title, moments: &[surfaces], x_range }.draw()?.save(&profiles)
+    });
     Ok(())
 }
 
@@ -69,45 +76,87 @@ fn rounded(value: Real, parts: Real) -> Real {
     (value * parts).round() / parts + 0.0
 }
 
-/// Grains by speed, drag and pressure force, and the velocity of the water in a window.
-fn draw_grains(case: &Case, observer: &ParticleObserver, moment: &str) -> Result<Picture, PictureError> {
-    let (lower, upper) = (case.domain.lower, case.domain.upper);
-    let grains = &observer.sight.grains;
-    let speed: Vec<Real> = grains.velocity.iter().map(|v| v.length()).collect();
-    let along = |forces: &[Vector]| forces.iter().map(|force| force.x).collect::<Vec<Real>>();
-    let (drag, pressure) = (along(&grains.drag), along(&grains.pressure_force));
-    let (fastest, part) =
-        observer.settings.as_ref().map_or((0.1, COLOUR_FORCE), |ripples| (ripples.colour_speed, ripples.colour_force));
-    let weight = weight_of_grain(case);
-    let scales = [
-        ColourScale::speed(fastest),
-        force_scale("drag f_{d,x}", &drag, part, weight),
-        force_scale("pressure force f_{p,x}", &pressure, part, weight),
-    ];
-    let panels: Vec<SlabPanel> =
-        [&speed, &drag, &pressure].iter().zip(&scales).map(|(values, scale)| SlabPanel { values, scale }).collect();
-    let water: Vec<[Real; 2]> = observer.water.points_with_gaps().collect();
-    let middle = 0.5 * (lower + upper);
-    let half = (0.5 * SLAB * (upper.y - lower.y)).max(grains.diameter.first().copied().unwrap_or_default());
-    // The water may stand above the open top of the box.
-    let top = observer.water.points().map(|[_, z]| z).fold(lower.z, Real::max) + ABOVE;
-    let x = [middle.x - 0.5 * WINDOW, middle.x + 0.5 * WINDOW];
-    let vectors = arrows(observer, &SectionWindow { x, z: [lower.z, top], plane: middle.y, spacing: ARROWS });
-    let share = (2e2 * half / (upper.y - lower.y)).min(100.0);
-    let view = SlabView {
-        title: &format!("{}: {moment}", case.caption()),
-        note: &format!("grains: middle {share:.0} % of the width; water surface: mean over the whole width"),
-        x: [lower.x, upper.x],
-        z: [lower.z, top],
-        slab: [middle.y - half, middle.y + half],
-        position: &grains.position,
-        diameter: &grains.diameter,
-        panels: &panels,
-        water: &water,
-        vectors: Some(&VectorWindow { x, z: [lower.z, top], vectors: &vectors, reference: 2.0 * fastest }),
-        width: WIDTH,
-    };
-    view.draw()
+/// A tank seen from the side: grains by speed, drag and pressure force, and the velocity of the water in a window.
+struct SideView {
+    title: String,
+    note: String,
+    x: [Real; 2],
+    z: [Real; 2],
+    slab: [Real; 2],
+    position: Vec<Vector>,
+    diameter: Vec<Real>,
+    /// Speed [m/s], drag and pressure force along x1 [N], and their colours.
+    values: [Vec<Real>; 3],
+    scales: [ColourScale; 3],
+    water: Vec<[Real; 2]>,
+    /// Part of x1 with arrows [m].
+    window: [Real; 2],
+    vectors: Vec<([Real; 2], [Real; 2])>,
+    /// Speed of the arrow that explains the others [m/s].
+    reference: Real,
+}
+
+impl SideView {
+    fn new(case: &Case, observer: &ParticleObserver, moment: &str) -> Self {
+        let (lower, upper) = (case.domain.lower, case.domain.upper);
+        let grains = &observer.sight.grains;
+        let speed: Vec<Real> = grains.velocity.iter().map(|v| v.length()).collect();
+        let along = |forces: &[Vector]| forces.iter().map(|force| force.x).collect::<Vec<Real>>();
+        let (drag, pressure) = (along(&grains.drag), along(&grains.pressure_force));
+        let (fastest, part) = observer
+            .settings
+            .as_ref()
+            .map_or((0.1, COLOUR_FORCE), |ripples| (ripples.colour_speed, ripples.colour_force));
+        let weight = weight_of_grain(case);
+        let scales = [
+            ColourScale::speed(fastest),
+            force_scale("drag f_{d,x}", &drag, part, weight),
+            force_scale("pressure force f_{p,x}", &pressure, part, weight),
+        ];
+        let water: Vec<[Real; 2]> = observer.water.points_with_gaps().collect();
+        let middle = 0.5 * (lower + upper);
+        let half = (0.5 * SLAB * (upper.y - lower.y)).max(grains.diameter.first().copied().unwrap_or_default());
+        // The water may stand above the open top of the box.
+        let top = observer.water.points().map(|[_, z]| z).fold(lower.z, Real::max) + ABOVE;
+        let x = [middle.x - 0.5 * WINDOW, middle.x + 0.5 * WINDOW];
+        let vectors = arrows(observer, &SectionWindow { x, z: [lower.z, top], plane: middle.y, spacing: ARROWS });
+        let share = (2e2 * half / (upper.y - lower.y)).min(100.0);
+        Self {
+            title: format!("{}: {moment}", case.caption()),
+            note: format!("grains: middle {share:.0} % of the width; water surface: mean over the whole width"),
+            x: [lower.x, upper.x],
+            z: [lower.z, top],
+            slab: [middle.y - half, middle.y + half],
+            position: grains.position.clone(),
+            diameter: grains.diameter.clone(),
+            values: [speed, drag, pressure],
+            scales,
+            water,
+            window: x,
+            vectors,
+            reference: 2.0 * fastest,
+        }
+    }
+
+    fn draw(&self) -> Result<Picture, PictureError> {
+        let panels = self.values.iter().zip(&self.scales).map(|(values, scale)| SlabPanel { values, scale });
+        let panels: Vec<SlabPanel> = panels.collect();
+        let window = VectorWindow { x: self.window, z: self.z, vectors: &self.vectors, reference: self.reference };
+        let view = SlabView {
+            title: &self.title,
+            note: &self.note,
+            x: self.x,
+            z: self.z,
+            slab: self.slab,
+            position: &self.position,
+            diameter: &self.diameter,
+            panels: &panels,
+            water: &self.water,
+            vectors: Some(&window),
+            width: WIDTH,
+        };
+        view.draw()
+    }
 }
 
 /// Colours for forces [N] on grains up to `part` of their submerged `weight` [N], which say how many go beyond.
@@ -130,7 +179,7 @@ fn arrows(observer: &ParticleObserver, window: &SectionWindow) -> Vec<([Real; 2]
 }
 
 /// Surfaces of bed and water, and what was measured of them.
-fn draw_profiles(case: &Case, observer: &ParticleObserver, time: Real, title: String) -> Result<Picture, PictureError> {
+fn surfaces(case: &Case, observer: &ParticleObserver, time: Real, title: String) -> ProfilesAtTime {
     let named = |name: &str, profile: &SurfaceProfile| (name.to_owned(), profile.points_with_gaps().collect());
     let mut moment = ProfilesAtTime { title, water: vec![named("", &observer.water)], ..ProfilesAtTime::default() };
     if let Some(Found { bed, .. }) = &observer.found {
@@ -140,8 +189,7 @@ fn draw_profiles(case: &Case, observer: &ParticleObserver, time: Real, title: St
     }
     let points = |profile: Option<MeasuredProfile>| profile.map(|profile| profile.points).unwrap_or_default();
     [moment.measured_bed, moment.measured_water] = case.measured_at(time).map(points);
-    let x_range = [case.domain.lower.x, case.domain.upper.x];
-    ProfileFigure { title: case.caption(), moments: &[moment], x_range }.draw()
+    moment
 }
 
 /// Submerged weight of a grain of the first population [N].

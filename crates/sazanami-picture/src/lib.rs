@@ -34,7 +34,7 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-use crate::replace_file;
+use sazanami_io::replace_file;
 
 /// Why a picture could not be drawn or kept.
 #[derive(Debug, Error)]
@@ -107,7 +107,7 @@ impl Picture {
             let mut encoder = png::Encoder::new(file, self.width as u32, self.height as u32);
             encoder.set_color(png::ColorType::Rgb);
             encoder.set_depth(png::BitDepth::Eight);
-            encoder.set_compression(png::Compression::Balanced);
+            encoder.set_compression(png::Compression::Fast);
             let mut writer = encoder.write_header()?;
             writer.write_image_data(&self.rgb)?;
             writer.finish()?;

@@ -1,5 +1,7 @@
 //! Triangles to pixels, the nearest in front.
 
+use sazanami_parallel::{Rows, for_each_chunk};
+
 use super::colour::{Light, to_colour};
 use super::{Colour, Picture};
 
@@ -37,24 +39,43 @@ impl Layer {
         }
     }
 
-    /// Draws the parts of a triangle that are not nearer than `nearest` nor hidden.
+    /// Draws the parts of triangles that are not nearer than `nearest` nor hidden, band by band of the picture.
     /// Corners go anticlockwise seen from outside.
-    pub fn draw(&mut self, corners: [&Corner; 3], tag: u32, nearest: f32) {
-        let places = corners.map(|corner| corner.place);
-        let tag = if is_front(places) { tag } else { tag | INSIDE };
-        let Self { width, height, .. } = *self;
-        cover(places, [width, height], |pixel, depth, weights| {
-            if depth < self.depth[pixel] && depth >= nearest {
-                self.depth[pixel] = depth;
-                self.tag[pixel] = tag;
-                self.light[pixel] = std::array::from_fn(|c| {
-                    weights[0] * corners[0].light[c]
-                        + weights[1] * corners[1].light[c]
-                        + weights[2] * corners[2].light[c]
+    pub fn draw(&mut self, triangles: &[Triangle], nearest: f32) {
+        let Self { width, .. } = *self;
+        let rows = (
+            Rows { data: &mut self.depth[..], width },
+            Rows { data: &mut self.light[..], width },
+            Rows { data: &mut self.tag[..], width },
+        );
+        for_each_chunk(rows, BAND, |band, (depths, lights, tags)| {
+            let top = (band * BAND) as f32;
+            let height = depths.data.len() / width;
+            for &Triangle { corners, tag } in triangles {
+                let places = corners.map(|corner| [corner.place[0], corner.place[1] - top, corner.place[2]]);
+                let tag = if is_front(places) { tag } else { tag | INSIDE };
+                cover(places, [width, height], |pixel, depth, weights| {
+                    if depth < depths.data[pixel] && depth >= nearest {
+                        depths.data[pixel] = depth;
+                        tags.data[pixel] = tag;
+                        lights.data[pixel] = std::array::from_fn(|c| {
+                            (0..3).map(|corner| weights[corner] * corners[corner].light[c]).sum()
+                        });
+                    }
                 });
             }
         });
     }
+}
+
+/// Rows of a picture that are drawn at once.
+const BAND: usize = 64;
+
+/// A triangle and what it belongs to.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Triangle<'a> {
+    pub corners: [&'a Corner; 3],
+    pub tag: u32,
 }
 
 /// Twice the area of a triangle, positive if it is seen from outside (y points down).
@@ -103,20 +124,20 @@ pub(super) fn cover(places: [[f32; 3]; 3], [width, height]: [usize; 2], mut with
 }
 
 /// Means of `samples` x `samples` blocks of light, as a picture.
-pub(super) fn reduce(width: usize, height: usize, samples: usize, light: impl Fn(usize) -> Light) -> Picture {
-    let mut pixels: Vec<Colour> = Vec::with_capacity(width * height);
+pub(super) fn reduce(width: usize, height: usize, samples: usize, light: impl Fn(usize) -> Light + Sync) -> Picture {
+    let mut pixels: Vec<Colour> = vec![[0; 3]; width * height];
     let weight = 1.0 / (samples * samples) as f32;
-    for y in 0..height {
-        for x in 0..width {
+    for_each_chunk(&mut pixels[..], width, |y, row: &mut [Colour]| {
+        for (x, pixel) in row.iter_mut().enumerate() {
             let mut sum = [0.0; 3];
             for n in 0..samples * samples {
                 let index = (y * samples + n / samples) * width * samples + x * samples + n % samples;
                 let part = light(index);
                 sum = std::array::from_fn(|c| sum[c] + part[c].min(1.0));
             }
-            pixels.push(to_colour(sum.map(|s| s * weight)));
+            *pixel = to_colour(sum.map(|s| s * weight));
         }
-    }
+    });
     Picture { width, height, rgb: bytemuck::cast_vec(pixels) }
 }
 
@@ -134,9 +155,7 @@ mod tests {
         let far = [corner(0.0, 0.0, 2.0), corner(0.0, 20.0, 2.0), corner(20.0, 0.0, 2.0)];
         let drawn = |order: [(&[Corner; 3], u32); 2]| {
             let mut layer = Layer::new(10, 10);
-            for (corners, tag) in order {
-                layer.draw([&corners[0], &corners[1], &corners[2]], tag, 0.0);
-            }
+            layer.draw(&order.map(|(corners, tag)| Triangle { corners: corners.each_ref(), tag }), 0.0);
             layer
         };
         let layer = drawn([(&near, 1), (&far, 2)]);
@@ -154,12 +173,12 @@ mod tests {
             .map(|n| (n as f32 * -0.483_322).sin_cos())
             .map(|(s, c)| corner(32.0 + 60.0 * c, 32.0 + 60.0 * s, 1.0))
             .collect();
-        for n in 0..13 {
-            layer.draw([&centre, &rim[n], &rim[(n + 1) % 13]], 7, 0.0);
-        }
+        let fan: Vec<_> =
+            (0..13).map(|n| Triangle { corners: [&centre, &rim[n], &rim[(n + 1) % 13]], tag: 7 }).collect();
+        layer.draw(&fan, 0.0);
         assert!(layer.tag.iter().all(|&tag| tag == 7));
         let mut layer = Layer::new(64, 64);
-        layer.draw([&centre, &rim[1], &rim[0]], 7, 0.0);
+        layer.draw(&[Triangle { corners: [&centre, &rim[1], &rim[0]], tag: 7 }], 0.0);
         assert!(layer.tag.contains(&(7 | INSIDE)) && !layer.tag.contains(&7));
     }
 
@@ -167,7 +186,7 @@ mod tests {
     fn what_is_too_near_is_cut_away() {
         let mut layer = Layer::new(10, 10);
         let corners = [corner(-10.0, -10.0, -1.0), corner(-10.0, 30.0, -1.0), corner(30.0, 5.0, 1.0)];
-        layer.draw([&corners[0], &corners[1], &corners[2]], 3, 0.0);
+        layer.draw(&[Triangle { corners: corners.each_ref(), tag: 3 }], 0.0);
         let row = &layer.tag[50..60];
         assert!(row[..4].iter().all(|&tag| tag == EMPTY) && layer.depth.iter().all(|&depth| depth >= 0.0));
     }

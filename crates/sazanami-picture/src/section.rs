@@ -3,13 +3,13 @@
 use sazanami_numerics::Vector;
 use sazanami_numerics::grid::Grid;
 
-use super::axes::{Axis, Frame, draw_colour_bar};
+use super::axes::{Axis, Frame, draw_colour_bar, draw_swatch};
 use super::canvas::{Anchor, Canvas, Font, Pen, Rectangle};
 use super::colour::{BLACK, BLUE, Light, mix, to_colour, to_light};
-use super::raster::{Corner, EMPTY, INSIDE, Layer, is_front, reduce};
+use super::raster::{Corner, EMPTY, INSIDE, Layer, Triangle, is_front, reduce};
 use super::scene::{Scene, daylight, shaded};
 use super::{ColourScale, Isosurface, Picture, PictureError, check_length};
-use crate::Bodies;
+use sazanami_io::Bodies;
 
 /// How the liquid of a section is drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -24,8 +24,10 @@ pub enum LiquidStyle {
 /// A section normal to x2 at one instant, seen along x2.
 #[derive(Clone, Debug)]
 pub struct SectionView<'a> {
-    /// The grid; the picture shows its whole extent in x1 and x3.
+    /// The grid; the picture shows its whole extent in x1.
     pub grid: &'a Grid,
+    /// Height up to which it is shown [m].
+    pub top: f64,
     /// Place of the section on the x2 axis [m].
     pub plane: f64,
     /// Line above the picture, for example case, time and speed.
@@ -71,7 +73,7 @@ pub fn section_of_cells(grid: &Grid, values: &[f64], x2: f64) -> Vec<f64> {
 }
 
 /// Samples of a pixel in each direction.
-const SAMPLES: usize = 3;
+const SAMPLES: usize = 2;
 const SIZE: f64 = 20.0;
 /// Where the sun stands.
 const SUN: Vector = Vector::new(-0.45, -0.9, 0.85);
@@ -82,6 +84,7 @@ impl<'a> SectionView<'a> {
     pub fn new(grid: &'a Grid, plane: f64, title: &'a str, liquid: &'a [f64], scale: &'a ColourScale) -> Self {
         Self {
             grid,
+            top: grid.upper().z,
             plane,
             title,
             liquid,
@@ -92,7 +95,7 @@ impl<'a> SectionView<'a> {
             values: &[],
             scale,
             behind: true,
-            width: 1200,
+            width: 1000,
         }
     }
 
@@ -110,8 +113,7 @@ impl<'a> SectionView<'a> {
         let [n1, _, n3] = self.grid.cells;
         check_length("the liquid of a section", n1 * n3, self.liquid.len())?;
         check_length("the colour of a grain", self.bodies.poses.len(), self.values.len())?;
-        let extent = self.grid.extent();
-        let height = (self.width as f64 * extent.z / extent.x).round() as usize;
+        let height = (self.width as f64 * self.height() / self.grid.extent().x).round() as usize;
         let (left, top) = (96, 56);
         let has_bar = !self.bodies.poses.is_empty();
         let mut canvas = Canvas::new(left + self.width + if has_bar { 150 } else { 36 }, top + height + 80);
@@ -124,7 +126,7 @@ impl<'a> SectionView<'a> {
         };
         let (lower, upper) = (1e3 * self.grid.lower, 1e3 * self.grid.upper());
         let x = Axis::linear("x₁ [mm]", lower.x, upper.x);
-        let frame = Frame { area, x, y: Axis::linear("x₃ [mm]", lower.z, upper.z), size: SIZE };
+        let frame = Frame { area, x, y: Axis::linear("x₃ [mm]", lower.z, 1e3 * self.top), size: SIZE };
         canvas.clipped(area, |canvas| {
             self.draw_liquid_line(canvas, &frame);
             self.draw_outlines(canvas, &frame);
@@ -136,7 +138,16 @@ impl<'a> SectionView<'a> {
         }
         let font = Font { size: 22.0, colour: BLACK, across: Anchor::Middle, down: Anchor::Middle, upwards: false };
         canvas.text([0.5 * (area.left + area.right), 0.5 * area.top], self.title, font);
+        if self.liquid.iter().any(|&fraction| fraction >= self.liquid_threshold) {
+            let label = if has_bar { "liquid" } else { "liquid, the fuller the darker; line: half full" };
+            draw_swatch(&mut canvas, [area.right, area.bottom + 2.4 * SIZE], BLUE, label, 0.9 * SIZE);
+        }
         Ok(canvas.finish())
+    }
+
+    /// Height that is shown [m].
+    fn height(&self) -> f64 {
+        self.top - self.grid.lower.z
     }
 
     /// What the section shows, without lines and labels.
@@ -175,7 +186,7 @@ impl<'a> SectionView<'a> {
     fn liquid_at(&self, column: usize, row: usize, size: [usize; 2]) -> f64 {
         let [n1, _, n3] = self.grid.cells;
         let x = (column as f64 + 0.5) / size[0] as f64 * n1 as f64;
-        let z = (1.0 - (row as f64 + 0.5) / size[1] as f64) * n3 as f64;
+        let z = (1.0 - (row as f64 + 0.5) / size[1] as f64) * self.height() / self.grid.spacing.z;
         match self.liquid_style {
             LiquidStyle::Cells => self.liquid[(z as usize).min(n3 - 1) * n1 + (x as usize).min(n1 - 1)],
             LiquidStyle::Smooth => {
@@ -195,7 +206,7 @@ impl<'a> SectionView<'a> {
         let scale = size[0] as f64 / extent.x;
         [
             (point.x - lower.x) * scale,
-            (1.0 - (point.z - lower.z) / extent.z) * size[1] as f64,
+            (1.0 - (point.z - lower.z) / self.height()) * size[1] as f64,
             (point.y - self.plane) * scale,
         ]
         .map(|v| v as f32)
@@ -229,14 +240,14 @@ impl<'a> SectionView<'a> {
                 Corner { place: self.place(scene.places[n], size), light: [r, g, b, 1.0] }
             })
             .collect();
-        for triangle in &scene.triangles {
+        let seen = |triangle: &[u32; 3]| {
             let tag = scene.tags[triangle[0] as usize];
-            let triangle = triangle.map(|corner| &corners[corner as usize]);
+            let corners = triangle.map(|corner| &corners[corner as usize]);
             // Inner sides show only where the plane has cut the outer ones away.
-            if is_cut[tag as usize] || is_front(triangle.map(|corner| corner.place)) {
-                layer.draw(triangle, tag, 0.0);
-            }
-        }
+            let is_seen = is_cut[tag as usize] || is_front(corners.map(|corner| corner.place));
+            is_seen.then_some(Triangle { corners, tag })
+        };
+        layer.draw(&scene.triangles.iter().filter_map(seen).collect::<Vec<_>>(), 0.0);
         layer
     }
 
@@ -255,9 +266,9 @@ impl<'a> SectionView<'a> {
                 Corner { place: self.place(node, size), light: [r, g, b, 0.30 + 0.45 * slant * slant] }
             })
             .collect();
-        for triangle in &surface.triangles {
-            layer.draw(triangle.map(|corner| &corners[corner as usize]), 0, 0.0);
-        }
+        let triangle =
+            |triangle: &[u32; 3]| Triangle { corners: triangle.map(|corner| &corners[corner as usize]), tag: 0 };
+        layer.draw(&surface.triangles.iter().map(triangle).collect::<Vec<_>>(), 0.0);
         Some(layer)
     }
 

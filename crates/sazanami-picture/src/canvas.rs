@@ -229,7 +229,7 @@ fn dashes(points: &[[f64; 2]], pattern: &[f64], mut piece: impl FnMut([f64; 2], 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::picture::colour::BLACK;
+    use crate::colour::BLACK;
 
     fn ink(canvas: &Canvas) -> f64 {
         canvas.pixels.iter().map(|p| f64::from(255 - p[1]) / f64::from(255 - BLACK[1])).sum()

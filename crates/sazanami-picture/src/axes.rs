@@ -234,6 +234,16 @@ impl Frame {
     }
 }
 
+/// A square of a colour and its meaning, which end at `[right, middle]`.
+pub(super) fn draw_swatch(canvas: &mut Canvas, [right, middle]: [f64; 2], colour: Colour, label: &str, size: f64) {
+    let font = Font { size, colour: BLACK, across: Anchor::End, down: Anchor::Middle, upwards: false };
+    canvas.text([right, middle], label, font);
+    let end = right - text::length(label, size) - 0.5 * size;
+    let half = 0.45 * size;
+    let square = Rectangle { left: end - 2.0 * half, right: end, top: middle - half, bottom: middle + half };
+    canvas.rectangle(square, colour, 0.74);
+}
+
 /// A bar of colours beside a picture, with ticks on its right.
 pub(super) fn draw_colour_bar(canvas: &mut Canvas, area: Rectangle, scale: &super::ColourScale, size: f64) {
     let Rectangle { left, top, right, bottom } = area;
@@ -247,6 +257,16 @@ pub(super) fn draw_colour_bar(canvas: &mut Canvas, area: Rectangle, scale: &supe
     }
     let pen = Pen::new(1.5, BLACK);
     canvas.line(&[[left, top], [right, top], [right, bottom], [left, bottom], [left, top]], pen);
+    // Arrows for what lies beyond the scale; there is nothing below a scale that begins at zero.
+    let middle = 0.5 * (left + right);
+    let arrow = |canvas: &mut Canvas, from: f64, tip: f64, value: f64| {
+        canvas.polygon(&[[left, from], [right, from], [middle, tip]], scale.colour(value), 1.0);
+        canvas.line(&[[left, from], [middle, tip], [right, from]], pen);
+    };
+    arrow(canvas, top - 1.5, top - 0.8 * size, high);
+    if low < 0.0 {
+        arrow(canvas, bottom + 1.5, bottom + 0.8 * size, low);
+    }
     let font = Font { size, colour: BLACK, across: Anchor::Start, down: Anchor::Middle, upwards: false };
     let (ticks, power) = axis.ticks_along(bottom - top, [3.5 * size, 2.1 * size]);
     let mut widest: f64 = 0.0;

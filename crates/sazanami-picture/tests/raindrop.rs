@@ -1,13 +1,13 @@
 //! Pictures show what they are given, and the same pixels for any number of threads.
 
-use sazanami_io::picture::{
-    ColourScale, ErosionPoint, Isosurface, LinePlot, LiquidStyle, Mark, Picture, PictureError, SectionView, Still,
-    Trace, Viewpoint, bed_profiles, crater_history, erosion_against_momentum, momentum_budget, section_of_cells,
-};
 use sazanami_io::{Bodies, BodyPose, BodySurface};
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Quaternion, Vector};
 use sazanami_parallel::with_threads;
+use sazanami_picture::{
+    ColourScale, ErosionPoint, Isosurface, LinePlot, LiquidStyle, Mark, Picture, PictureError, SectionView, Still,
+    Trace, Viewpoint, bed_profiles, crater_history, erosion_against_momentum, momentum_budget, section_of_cells,
+};
 
 struct Scene {
     grid: Grid,
@@ -46,6 +46,7 @@ fn section(scene: &Scene, liquid: &[f64], surface: Option<&Isosurface>, with_gra
     let surfaces = [BodySurface { nodes: &scene.nodes, triangles: &scene.triangles }];
     let bodies = if with_grains { Bodies { surfaces: &surfaces, poses: &scene.poses } } else { Bodies::none() };
     let view = SectionView {
+        top: scene.grid.upper().z,
         grid: &scene.grid,
         plane: 0.008,
         title: "t = 0.02 s",
@@ -66,6 +67,7 @@ fn still(scene: &Scene, surface: &Isosurface) -> Picture {
     let surfaces = [BodySurface { nodes: &scene.nodes, triangles: &scene.triangles }];
     let still = Still {
         grid: &scene.grid,
+        top: scene.grid.upper().z,
         viewpoint: Viewpoint::default(),
         title: "t = 0.02 s",
         bodies: Bodies { surfaces: &surfaces, poses: &scene.poses },
@@ -142,6 +144,7 @@ fn values_that_do_not_fit_are_refused() {
     let surfaces = [BodySurface { nodes: &scene.nodes, triangles: &scene.triangles }];
     let still = Still {
         grid: &scene.grid,
+        top: scene.grid.upper().z,
         viewpoint: Viewpoint::default(),
         title: "",
         bodies: Bodies { surfaces: &surfaces, poses: &scene.poses },

@@ -6,8 +6,7 @@ use ab_glyph::{Font, FontRef, GlyphId, PxScale, ScaleFont};
 
 /// DejaVu Sans; its licence lies beside it.
 static FONT: LazyLock<FontRef<'static>> = LazyLock::new(|| {
-    FontRef::try_from_slice(include_bytes!("../../assets/DejaVuSans.ttf"))
-        .expect("the font that is compiled in is a font")
+    FontRef::try_from_slice(include_bytes!("../assets/DejaVuSans.ttf")).expect("the font that is compiled in is a font")
 });
 
 /// Scale at which an em has `size` pixels.

@@ -5,7 +5,7 @@ use sazanami_parallel::for_each_chunk;
 
 use super::colour::Light;
 use super::raster::cover;
-use crate::{Bodies, BodySurface};
+use sazanami_io::{Bodies, BodySurface};
 
 /// Triangles of several things, with normals at their corners.
 #[derive(Default)]
@@ -77,7 +77,7 @@ impl Scene {
             let surface = &smoothed[pose.surface as usize];
             let rotation = Matrix::from_quat(pose.orientation);
             let first = self.places.len() as u32;
-            self.places.extend(surface.places.iter().map(|&place| pose.position + rotation * place));
+            self.places.extend(surface.places.iter().map(|&place| pose.position + rotation * (pose.scale * place)));
             self.normals.extend(surface.normals.iter().map(|&normal| rotation * normal));
             self.tags.resize(self.places.len(), number as u32);
             self.triangles.extend(surface.triangles.iter().map(|triangle| triangle.map(|corner| first + corner)));
@@ -133,7 +133,7 @@ pub(super) fn daylight(towards_sun: Vector, towards_eye: Vector, at_eye: f32) ->
 }
 
 /// Pixels of a shadow map along its longer side.
-const SHADOW_PIXELS: f64 = 1500.0;
+const SHADOW_PIXELS: f64 = 600.0;
 
 /// Depths of what a lamp reaches first.
 struct Shadows {
@@ -202,7 +202,7 @@ pub(super) fn shaded(base: Light, illumination: f32) -> Light {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::BodyPose;
+    use sazanami_io::BodyPose;
     use sazanami_numerics::Quaternion;
 
     fn cube() -> (Vec<Vector>, Vec<[u32; 3]>) {

@@ -19,13 +19,18 @@ pub fn bed_profiles(title: &str, curves: &[(String, Vec<[f64; 2]>)]) -> LinePlot
     plot
 }
 
-/// Crater depth and rim radius [m] against time [s].
+/// Crater depth and rim radius [m] against time [s], drawn in ms as all pictures of a raindrop; without those that were
+/// never measured.
 #[must_use]
 pub fn crater_history(title: &str, times: &[f64], depths: &[f64], rim_radii: &[f64]) -> LinePlot {
-    let against_time = |values: &[f64]| times.iter().zip(values).map(|(&t, &v)| [t, 1e3 * v]).collect::<Vec<_>>();
-    LinePlot::new(title, "t [s]", "length [mm]")
-        .with(Trace::line("crater depth H", against_time(depths)))
-        .with(Trace::line("rim radius L", against_time(rim_radii)))
+    let against_time = |values: &[f64]| times.iter().zip(values).map(|(&t, &v)| [1e3 * t, 1e3 * v]).collect::<Vec<_>>();
+    let mut plot = LinePlot::new(title, "t [ms]", "length [mm]");
+    for (label, values) in [("crater depth H", depths), ("rim radius L", rim_radii)] {
+        if values.iter().any(|value| value.is_finite()) {
+            plot = plot.with(Trace::line(label, against_time(values)));
+        }
+    }
+    plot
 }
 
 /// Result of a run for [`erosion_against_momentum`].
@@ -63,9 +68,12 @@ pub fn erosion_against_momentum(title: &str, groups: &[(String, Vec<ErosionPoint
 /// `residual` is drawn in dashes.
 #[must_use]
 pub fn momentum_budget(title: &str, axis: &str, times: &[f64], parts: &[(&str, &[f64])]) -> LinePlot {
-    let mut plot = LinePlot::new(title, "t [s]", &format!("momentum along {axis} [N s]"));
-    for (label, values) in parts {
-        let trace = Trace::line(label, times.iter().zip(*values).map(|(&t, &value)| [t, value]));
+    let mut plot = LinePlot::new(title, "t [ms]", &format!("momentum along {axis} [N s]"));
+    // A part that is zero throughout is in the legend only as the residual: that it is zero is what it is for.
+    let is_shown =
+        |label: &str, values: &[f64]| label == "residual" || values.iter().any(|v| v.is_finite() && *v != 0.0);
+    for (label, values) in parts.iter().filter(|(label, values)| is_shown(label, values)) {
+        let trace = Trace::line(label, times.iter().zip(*values).map(|(&t, &value)| [1e3 * t, value]));
         plot = plot.with(if *label == "residual" { trace.dashed(Dash::Dashed) } else { trace });
     }
     plot

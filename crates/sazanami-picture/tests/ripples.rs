@@ -2,11 +2,11 @@
 
 use std::f64::consts::{PI, TAU};
 
-use sazanami_io::picture::{
+use sazanami_numerics::Vector;
+use sazanami_picture::{
     ColourMap, ColourScale, LayerFigure, LayerHistory, Picture, ProfileFigure, ProfilesAtTime, RippleHistory,
     SlabPanel, SlabView, VectorWindow, ripple_growth, sheet,
 };
-use sazanami_numerics::Vector;
 
 const X: [f64; 2] = [-0.075, 0.075];
 const D: f64 = 1e-3;

@@ -3,13 +3,13 @@
 use sazanami_numerics::Vector;
 use sazanami_numerics::grid::Grid;
 
-use super::axes::draw_colour_bar;
+use super::axes::{draw_colour_bar, draw_swatch};
 use super::canvas::{Anchor, Canvas, Font, Pen, Rectangle};
-use super::colour::{BLACK, Light, WHITE, mix, to_light};
-use super::raster::{Corner, EMPTY, Layer, is_front, reduce};
+use super::colour::{BLACK, BLUE, GREY, Light, mix, to_light};
+use super::raster::{Corner, EMPTY, Layer, Triangle, is_front, reduce};
 use super::scene::{Scene, daylight, shaded};
 use super::{ColourScale, Isosurface, Picture, PictureError, check_length};
-use crate::Bodies;
+use sazanami_io::Bodies;
 
 /// Where the eye is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,15 +18,11 @@ pub struct Viewpoint {
     pub azimuth: f64,
     /// Height of the eye above the horizon [degrees], below 90.
     pub elevation: f64,
-    /// How much larger the picture is than one that just holds the box.
-    pub zoom: f64,
-    /// What is in the middle of the picture, from the lower to the upper corner of the box.
-    pub centre: Vector,
 }
 
 impl Default for Viewpoint {
     fn default() -> Self {
-        Self { azimuth: -62.0, elevation: 24.0, zoom: 1.0, centre: Vector::splat(0.5) }
+        Self { azimuth: -62.0, elevation: 24.0 }
     }
 }
 
@@ -35,6 +31,8 @@ impl Default for Viewpoint {
 pub struct Still<'a> {
     /// The box, drawn by its edges.
     pub grid: &'a Grid,
+    /// Height up to which the box is shown [m].
+    pub top: f64,
     /// Where the eye is.
     pub viewpoint: Viewpoint,
     /// Line above the picture, or nothing.
@@ -55,6 +53,9 @@ pub struct Still<'a> {
     pub size: [usize; 2],
 }
 
+/// Room above the picture for the title and beside it for the bar of colours [pixels].
+const ABOVE: usize = 56;
+const BESIDE: usize = 130;
 /// Samples of a pixel in each direction.
 const SAMPLES: usize = 2;
 /// Tangent of half the height of the picture seen from the eye.
@@ -72,15 +73,15 @@ struct Camera {
 }
 
 impl Camera {
-    /// A camera that sees the whole of a box, but for the zoom.
-    fn new(viewpoint: &Viewpoint, grid: &Grid, [width, height]: [usize; 2]) -> Self {
-        let (lower, extent) = (grid.lower, grid.extent());
+    /// A camera that sees the whole of a box between two corners.
+    fn new(viewpoint: &Viewpoint, [lower, upper]: [Vector; 2], [width, height]: [usize; 2]) -> Self {
+        let extent = upper - lower;
         let [azimuth, elevation] = [viewpoint.azimuth, viewpoint.elevation.clamp(-89.0, 89.0)].map(f64::to_radians);
         let towards_eye =
             Vector::new(elevation.cos() * azimuth.cos(), elevation.cos() * azimuth.sin(), elevation.sin());
         let right = Vector::Z.cross(towards_eye).normalize();
         let up = towards_eye.cross(right);
-        let centre = lower + extent * viewpoint.centre;
+        let centre = lower + 0.5 * extent;
         let across = HALF_VIEW * width as f64 / height as f64;
         let corners =
             (0..8).map(|n| lower + extent * Vector::new((n & 1) as f64, (n >> 1 & 1) as f64, (n >> 2) as f64));
@@ -94,7 +95,7 @@ impl Camera {
             right,
             up,
             forward: -towards_eye,
-            focus: viewpoint.zoom * height as f64 / (2.0 * HALF_VIEW),
+            focus: height as f64 / (2.0 * HALF_VIEW),
             middle: [width as f64 / 2.0, height as f64 / 2.0],
         }
     }
@@ -118,6 +119,7 @@ impl<'a> Still<'a> {
     pub fn new(grid: &'a Grid, title: &'a str, bodies: Bodies<'a>, values: &'a [f64], scale: &'a ColourScale) -> Self {
         Self {
             grid,
+            top: grid.upper().z,
             viewpoint: Viewpoint::default(),
             title,
             bodies,
@@ -126,7 +128,7 @@ impl<'a> Still<'a> {
             liquid: None,
             cut_open: false,
             colour_bar: true,
-            size: [1280, 960],
+            size: [1100, 700],
         }
     }
 
@@ -143,7 +145,7 @@ impl<'a> Still<'a> {
     pub fn draw(&self) -> Result<Picture, PictureError> {
         check_length("the colour of a grain", self.bodies.poses.len(), self.values.len())?;
         let [width, height] = self.size;
-        let camera = Camera::new(&self.viewpoint, self.grid, [width * SAMPLES, height * SAMPLES]);
+        let camera = Camera::new(&self.viewpoint, self.shown(), [width * SAMPLES, height * SAMPLES]);
         let grains = self.draw_grains(&camera);
         let liquid = self.draw_liquid(&camera);
         let (top, bottom) = (to_light([214, 226, 238]), to_light([250, 250, 250]));
@@ -165,14 +167,18 @@ impl<'a> Still<'a> {
         let mut canvas = Canvas::new(width, height);
         canvas.paste(0, 0, &picture);
         self.draw_box(&mut canvas, &camera, &grains, liquid.as_ref());
+        let picture = canvas.finish();
+        let bar_width = if self.colour_bar { BESIDE } else { 0 };
+        let mut canvas = Canvas::new(width + bar_width, ABOVE + height);
+        canvas.paste(0, ABOVE, &picture);
         let font = Font { size: 24.0, colour: BLACK, across: Anchor::Start, down: Anchor::Start, upwards: false };
-        canvas.text([26.0, 24.0], self.title, font);
+        canvas.text([26.0, 22.0], self.title, font);
+        if self.liquid.is_some() {
+            draw_swatch(&mut canvas, [width as f64 - 8.0, 30.0], BLUE, "liquid", 18.0);
+        }
         if self.colour_bar {
-            let (right, middle) = (width as f64 - 110.0, height as f64 / 2.0);
-            let bar = Rectangle { left: right - 20.0, right, top: middle - 150.0, bottom: middle + 150.0 };
-            let sheet =
-                Rectangle { left: right - 36.0, right: right + 92.0, top: middle - 170.0, bottom: middle + 170.0 };
-            canvas.rectangle(sheet, WHITE, 0.7);
+            let (left, middle) = (width as f64 + 22.0, ABOVE as f64 + height as f64 / 2.0);
+            let bar = Rectangle { left, right: left + 22.0, top: middle - 200.0, bottom: middle + 200.0 };
             draw_colour_bar(&mut canvas, bar, self.scale, 18.0);
         }
         Ok(canvas.finish())
@@ -180,6 +186,18 @@ impl<'a> Still<'a> {
 
     fn layer(&self) -> Layer {
         Layer::new(self.size[0] * SAMPLES, self.size[1] * SAMPLES)
+    }
+
+    /// Lower and upper corner of what is shown [m].
+    fn shown(&self) -> [Vector; 2] {
+        let (lower, upper) = (self.grid.lower, self.grid.upper().with_z(self.top));
+        let middle = 0.5 * (lower.y + upper.y);
+        let eye_is_beyond = self.viewpoint.azimuth.to_radians().sin() > 0.0;
+        match (self.cut_open, eye_is_beyond) {
+            (false, _) => [lower, upper],
+            (true, false) => [lower.with_y(middle), upper],
+            (true, true) => [lower, upper.with_y(middle)],
+        }
     }
 
     /// Whether the cut takes a point away.
@@ -200,13 +218,13 @@ impl<'a> Still<'a> {
             })
             .collect();
         let mut layer = self.layer();
-        for triangle in &scene.triangles {
-            if let [Some(a), Some(b), Some(c)] = triangle.map(|corner| corners[corner as usize].as_ref())
-                && is_front([a.place, b.place, c.place])
-            {
-                layer.draw([a, b, c], scene.tags[triangle[0] as usize], f32::NEG_INFINITY);
-            }
-        }
+        let seen = |triangle: &[u32; 3]| {
+            let [a, b, c] = triangle.map(|corner| corners[corner as usize].as_ref());
+            let corners = [a?, b?, c?];
+            let tag = scene.tags[triangle[0] as usize];
+            is_front(corners.map(|corner| corner.place)).then_some(Triangle { corners, tag })
+        };
+        layer.draw(&scene.triangles.iter().filter_map(seen).collect::<Vec<_>>(), f32::NEG_INFINITY);
         layer
     }
 
@@ -223,7 +241,8 @@ impl<'a> Still<'a> {
                 let normal = if normal.dot(to_eye) < 0.0 { -normal } else { normal };
                 let slant = (1.0 - normal.dot(to_eye)).powi(3) as f32;
                 let glint = 0.5 * normal.dot((sun + to_eye).normalize()).max(0.0).powi(150) as f32;
-                let body = water.map(|c| c * (0.35 + 0.75 * normal.dot(sun).max(0.0) as f32));
+                // The inner side of a cut surface is as blue as the outer one.
+                let body = water.map(|c| c * (0.55 + 0.55 * normal.dot(sun).abs() as f32));
                 let sky = mix(body, [0.85, 0.92, 0.98], 0.55 * slant);
                 let [r, g, b] = sky.map(|c| c + glint);
                 let opacity = (0.62 + 0.33 * slant + glint).min(1.0);
@@ -231,19 +250,20 @@ impl<'a> Still<'a> {
             })
             .collect();
         let mut layer = self.layer();
-        for triangle in &surface.triangles {
+        let seen = |triangle: &[u32; 3]| {
             let [a, b, c] = triangle.map(|corner| corners[corner as usize].as_ref());
-            let is_kept = !self.is_cut_away(surface.nodes[triangle[0] as usize], camera);
-            if let (Some(a), Some(b), Some(c), true) = (a, b, c, is_kept) {
-                layer.draw([a, b, c], 0, f32::NEG_INFINITY);
-            }
-        }
+            let corners = [a?, b?, c?];
+            let is_cut_away = self.is_cut_away(surface.nodes[triangle[0] as usize], camera);
+            (!is_cut_away).then_some(Triangle { corners, tag: 0 })
+        };
+        layer.draw(&surface.triangles.iter().filter_map(seen).collect::<Vec<_>>(), f32::NEG_INFINITY);
         Some(layer)
     }
 
     /// Draws the edges of the box where nothing is in front of them.
     fn draw_box(&self, canvas: &mut Canvas, camera: &Camera, grains: &Layer, liquid: Option<&Layer>) {
-        let (lower, extent) = (self.grid.lower, self.grid.extent());
+        let [lower, upper] = self.shown();
+        let extent = upper - lower;
         let corner = |n: usize| lower + extent * Vector::new((n & 1) as f64, (n >> 1 & 1) as f64, (n >> 2) as f64);
         let hidden = |[x, y, depth]: [f32; 3]| {
             let (column, row) = (x as usize, y as usize);
@@ -252,7 +272,9 @@ impl<'a> Still<'a> {
             grains.depth[pixel] < depth || liquid.is_some_and(|liquid| liquid.depth[pixel] < depth)
         };
         for direction in 0..3 {
-            for n in (0..8_usize).filter(|n| n >> direction & 1 == 0) {
+            // No lid where the box goes on above what is shown.
+            let has_lid = self.top >= self.grid.upper().z;
+            for n in (0..8_usize).filter(|n| n >> direction & 1 == 0 && (has_lid || direction == 2 || n >> 2 == 0)) {
                 let [a, b] = [corner(n), corner(n | 1 << direction)];
                 let at = |s: usize| camera.place(a + (b - a) * (s as f64 / 600.0)).filter(|&place| !hidden(place));
                 let places: Vec<_> = (0..=600).map(at).collect();
@@ -260,7 +282,7 @@ impl<'a> Still<'a> {
                     if let [Some(a), Some(b)] = [ends[0], ends[1]] {
                         let on_sheet =
                             |p: [f32; 3]| [f64::from(p[0]) / SAMPLES as f64, f64::from(p[1]) / SAMPLES as f64];
-                        canvas.line(&[on_sheet(a), on_sheet(b)], Pen::new(1.3, [110, 116, 126]));
+                        canvas.line(&[on_sheet(a), on_sheet(b)], Pen::new(1.3, GREY));
                     }
                 }
             }
