@@ -49,7 +49,7 @@ pub struct Still<'a> {
     pub cut_open: bool,
     /// Whether a bar explains the colours.
     pub colour_bar: bool,
-    /// Width and height [pixels].
+    /// Width and height of the view, without title and bar [pixels].
     pub size: [usize; 2],
 }
 

@@ -4,6 +4,7 @@ use sazanami_io::{Bodies, BodyPose, BodySurface};
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Quaternion, Vector};
 use sazanami_parallel::with_threads;
+use sazanami_parallel::with_threads;
 use sazanami_picture::{
     ColourScale, ErosionPoint, Isosurface, LinePlot, LiquidStyle, Mark, Picture, PictureError, SectionView, Still,
     Trace, Viewpoint, bed_profiles, crater_history, erosion_against_momentum, momentum_budget, section_of_cells,
@@ -132,10 +133,42 @@ fn liquid_is_drawn_where_there_is_at_least_a_hundredth() {
 fn a_still_shows_grains_and_liquid() {
     let scene = scene();
     let picture = still(&scene, &Isosurface::new(&scene.grid, &scene.liquid, 0.5, 1).unwrap());
-    assert_eq!((picture.width(), picture.height()), (320, 240));
+    // The bar of colours stands beside the view and the title above it.
+    assert_eq!((picture.width(), picture.height()), (320 + 130, 240 + 56));
     let sandy = picture.pixels().iter().filter(|p| i32::from(p[0]) > i32::from(p[2]) + 40).count();
     let blue = picture.pixels().iter().filter(is_blue).count();
     assert!(sandy > 1500 && blue > 800, "{sandy} {blue}");
+}
+
+/// Pixels of sand in the view itself.
+fn sandy(picture: &Picture) -> usize {
+    let rows = picture.pixels().chunks(picture.width()).skip(56).map(|row| &row[..320]);
+    rows.flatten().filter(|p| i32::from(p[0]) > i32::from(p[2]) + 40).count()
+}
+
+#[test]
+fn a_scene_without_grains_has_no_pixels_of_grains() {
+    let mut scene = scene();
+    let water = Isosurface::new(&scene.grid, &scene.liquid, 0.5, 1).unwrap();
+    assert!(sandy(&still(&scene, &water)) > 1500);
+    scene.poses.clear();
+    scene.speeds.clear();
+    assert_eq!(sandy(&still(&scene, &water)), 0);
+}
+
+#[test]
+fn pictures_are_the_same_for_any_number_of_threads() {
+    let draw = || {
+        let scene = scene();
+        let water = Isosurface::new(&scene.grid, &scene.liquid, 0.5, 1).unwrap();
+        let cells = section_of_cells(&scene.grid, &scene.liquid, 0.008);
+        [section(&scene, &cells, Some(&water), true), still(&scene, &water)]
+    };
+    let one = with_threads(1, draw).unwrap();
+    assert!(one[0].pixels().iter().any(is_blue));
+    for threads in [2, 3] {
+        assert!(with_threads(threads, draw).unwrap() == one, "{threads} threads");
+    }
 }
 
 #[test]
