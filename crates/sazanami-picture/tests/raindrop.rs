@@ -4,7 +4,6 @@ use sazanami_io::{Bodies, BodyPose, BodySurface};
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Quaternion, Vector};
 use sazanami_parallel::with_threads;
-use sazanami_parallel::with_threads;
 use sazanami_picture::{
     ColourScale, ErosionPoint, Isosurface, LinePlot, LiquidStyle, Mark, Picture, PictureError, SectionView, Still,
     Trace, Viewpoint, bed_profiles, crater_history, erosion_against_momentum, momentum_budget, section_of_cells,
@@ -154,21 +153,6 @@ fn a_scene_without_grains_has_no_pixels_of_grains() {
     scene.poses.clear();
     scene.speeds.clear();
     assert_eq!(sandy(&still(&scene, &water)), 0);
-}
-
-#[test]
-fn pictures_are_the_same_for_any_number_of_threads() {
-    let draw = || {
-        let scene = scene();
-        let water = Isosurface::new(&scene.grid, &scene.liquid, 0.5, 1).unwrap();
-        let cells = section_of_cells(&scene.grid, &scene.liquid, 0.008);
-        [section(&scene, &cells, Some(&water), true), still(&scene, &water)]
-    };
-    let one = with_threads(1, draw).unwrap();
-    assert!(one[0].pixels().iter().any(is_blue));
-    for threads in [2, 3] {
-        assert!(with_threads(threads, draw).unwrap() == one, "{threads} threads");
-    }
 }
 
 #[test]
