@@ -128,7 +128,7 @@ fn findings_are_told_once_with_a_place_and_something_to_do() {
         (RAINDROP, "probe=[{ body = { index = 9999 } }]", "--set:27 `sand` has no grain 9999", "one of these numbers"),
         (RAINDROP, "output.fields={ at = [\"-1 s\"] }", "a run begins at time zero", "leave out the times"),
         (RAINDROP, "fluid.cfl=nan", "`cfl` is not finite", "write its digits"),
-        (RAINDROP, "bed.porosity_upper=1 m", "--set:20 the slab of the porosity", "between 0 mm and 12 mm"),
+        (RAINDROP, "bed.porosity_upper=1 m", "--set:20 the slab of the porosity", "between 0 mm and 10.2 mm"),
         (RIPPLES, "particles.spacing=0 mm", "`spacing` has to be above zero", "for example \"0.52 mm\""),
         (RIPPLES, "overlap.blend=[0.5, 0.4]", "--set:15 `blend` is a lower and an upper", "for example"),
     ];

@@ -180,8 +180,8 @@ fn a_pressure_that_does_not_converge() {
 }
 
 #[test]
-fn numbers_that_are_none() {
-    // A pressure that drives the fluid to a speed whose square is not a number any more.
+fn a_run_into_nan() {
+    // A pressure that drives the fluid to a speed whose square is NaN.
     let push = ["boundary.x1_lower={ fixed_pressure = { pressure = \"1e250 Pa\" } }", "boundary.x1_upper=outflow"];
     let scratch = Scratch::new("failures-numbers");
     for ranks in [1, 2] {
@@ -190,9 +190,11 @@ fn numbers_that_are_none() {
         println!("{error}\n");
         assert_eq!((error.exit_code(), failure(&error).kind), (exit::FAILED, "not_finite"));
         assert!(error.to_string().contains("cell ("), "{error}");
-        assert_eq!(summary(&folder)["status"], "failed");
-        // Nothing that is no number was written before.
-        let text = std::fs::read_to_string(folder.join("series.csv")).unwrap() + &summary(&folder).to_string();
+        let mut summary = summary(&folder);
+        assert_eq!(summary["status"], "failed");
+        // Outside the message no NaN was written before.
+        assert!(summary["failure"].take()["message"].to_string().contains("NaN"));
+        let text = std::fs::read_to_string(folder.join("series.csv")).unwrap() + &summary.to_string();
         assert!(!text.contains("NaN") && !text.contains("inf,"), "{text}");
     }
 }

@@ -12,6 +12,7 @@ use sazanami::case::resolved::{self, Paths};
 use sazanami::case::{self};
 use sazanami::check::{self, CostModel, Known};
 use sazanami::error::{CommandError, exit};
+use sazanami::feasible;
 use sazanami::machine::Machine;
 use sazanami::progress::StepLine;
 use sazanami::run;
@@ -437,7 +438,9 @@ fn wrong_tanks_are_refused_with_a_reason() {
 fn warned(text: &str, change: &[&str]) -> Vec<String> {
     let overrides: Vec<String> = change.iter().map(|text| (*text).to_owned()).collect();
     let loaded = case::parse(Path::new("tank.toml"), text, &overrides).unwrap_or_else(|error| panic!("{error}"));
-    loaded.warnings.records(&loaded.source).into_iter().map(|record| record.message).collect()
+    let feasible = feasible::check(&loaded, &Machine::this(), &CostModel::default());
+    let warnings = feasible.unwrap_or_else(|error| panic!("{error}")).warnings;
+    warnings.records(&loaded.source).into_iter().map(|record| record.message).collect()
 }
 
 #[test]

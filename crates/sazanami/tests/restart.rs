@@ -270,7 +270,7 @@ fn a_bed_that_the_rest_of_the_case_does_not_suit_is_told_and_kept() {
         told(outcome, &broken);
         let packed = said.iter().find(|text| text.contains("packed 16 grains")).expect("the bed is measured");
         let words: Vec<&str> = packed.split_whitespace().collect();
-        assert!(packed.contains(&format!("from {} s on", words[4])), "{packed}");
+        assert!(packed.contains(&format!("since {} s", words[4])), "{packed}");
         assert_eq!(
             std::fs::read(whole.join("packed.bed")).expect("the bed is kept"),
             std::fs::read(broken.join("packed.bed")).expect("the bed is kept")

@@ -74,7 +74,7 @@ fn line_plots(folder: &Path, name: &str) -> Vec<(&'static str, LinePlot)> {
         ("grains", part("momentum_grains_3")),
         ("walls", walls),
         ("gravity", part("impulse_gravity_3")),
-        ("swallowed", part("impulse_swallowed_3")),
+        ("displaced mass", part("impulse_swallowed_3")),
         ("residual", part("momentum_residual_3")),
     ];
     if named[0].1.iter().any(|value| value.is_finite()) {
