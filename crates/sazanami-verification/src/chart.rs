@@ -55,7 +55,7 @@ fn axis(values: impl Iterator<Item = Real>) -> [Real; 3] {
     let width = if high > low { high - low } else { high.abs().max(1.0) };
     let power = 10.0_f64.powf((width / 5.0).log10().floor());
     let step = [1.0, 2.0, 5.0, 10.0].into_iter().map(|n| n * power).find(|step| width / step <= 6.0).unwrap_or(width);
-    let (low, high) = ((low / step - 1e-9).floor() * step, (high / step + 1e-9).ceil() * step);
+    let (low, high) = ((low / step + 1e-9).floor() * step, (high / step - 1e-9).ceil() * step);
     [low, if high > low { high } else { low + step }, step]
 }
 
