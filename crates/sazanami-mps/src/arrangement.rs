@@ -1,4 +1,4 @@
-//! Who is where: owners of particles, their order in space, ghosts, bins and neighbour lists of a step.
+//! Arrangement of the particles in a step: owners, order in space, ghosts, bins and neighbour lists.
 
 use sazanami_numerics::Real;
 use sazanami_numerics::particles::Bins;

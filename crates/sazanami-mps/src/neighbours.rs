@@ -1,8 +1,8 @@
 //! Bins and neighbour lists.
 //!
-//! Lists are made anew in every step, from the order of the particles alone, so that the order of every sum
-//! follows from the state: threads and restarts do not change it, and ranks only beside the cuts between them. They hold all pairs within the radius of
-//! influence at the start of the step or at the predicted places, and few others.
+//! Lists are rebuilt in every step from the order of the particles alone, so that the order of every sum follows from the
+//! state: threads and restarts do not change it, ranks only beside the cuts between them. They contain all pairs within
+//! the radius of influence at the start of the step or at the predicted positions, and few others.
 
 use std::ops::Range;
 
@@ -15,11 +15,11 @@ use crate::particles::{Kind, Particles};
 /// Particles per block of work.
 pub(crate) const ROWS: usize = 64;
 
-/// Neighbours of some consecutive particles.
+/// Neighbours of one block of consecutive particles.
 #[derive(Clone, Debug)]
 pub(crate) struct Block {
     starts: [u32; ROWS + 1],
-    /// Longer than what is in use.
+    /// Longer than the part in use.
     list: Vec<u32>,
 }
 
@@ -30,7 +30,7 @@ impl Default for Block {
 }
 
 impl Block {
-    /// Pairs of all its particles.
+    /// Number of pairs of all its particles.
     pub fn len(&self) -> usize {
         self.starts[ROWS] as usize
     }
@@ -41,12 +41,12 @@ impl Block {
     }
 }
 
-/// By how much lists reach farther than the radius of influence, over the particle spacing.
+/// Margin of the lists beyond the radius of influence, over the particle spacing.
 pub(crate) const MARGIN: Real = 0.02;
-/// Candidates that are looked at in one go.
+/// Candidates per SIMD group.
 const LANES: usize = 8;
 
-/// Places for the search in single precision, from a corner of the bins [m]: an error of 1e-5 of a spacing.
+/// Positions for the search in single precision, from a corner of the bins [m]: an error of 1e-5 of a spacing.
 #[derive(Clone, Debug, Default)]
 struct Places {
     now: [Vec<f32>; 3],
@@ -54,7 +54,7 @@ struct Places {
 }
 
 impl Places {
-    fn fill(&mut self, positions: &[Vector], origin: Vector, way: impl Fn(usize) -> Vector + Sync) {
+    fn fill(&mut self, positions: &[Vector], origin: Vector, displacement: impl Fn(usize) -> Vector + Sync) {
         for column in self.now.iter_mut().chain(&mut self.then) {
             column.resize(positions.len() + LANES, 0.0);
         }
@@ -65,19 +65,19 @@ impl Places {
             for n in 0..x.len() {
                 let a = number * ROWS + n;
                 let now = positions[a] - origin;
-                let then = now + way(a);
+                let then = now + displacement(a);
                 (x[n], y[n], z[n]) = (now.x as f32, now.y as f32, now.z as f32);
                 (p[n], q[n], r[n]) = (then.x as f32, then.y as f32, then.z as f32);
             }
         });
     }
 
-    /// Length of the way of `a` [m].
-    fn way(&self, a: usize) -> f32 {
+    /// Displacement of `a` [m].
+    fn displacement(&self, a: usize) -> f32 {
         (0..3).map(|d| (self.then[d][a] - self.now[d][a]).powi(2)).sum::<f32>().sqrt()
     }
 
-    /// Writes those of `range` that are near to `a` into the list from `end` on; the new end.
+    /// Appends those of `range` that are near `a` to the list, from `end` on; returns the new end.
     #[inline(never)]
     fn list_near(&self, a: usize, range: Range<usize>, square: f32, list: &mut Vec<u32>, end: usize) -> usize {
         let lanes = range.len().next_multiple_of(LANES);
@@ -111,60 +111,60 @@ impl Places {
     }
 }
 
-/// Neighbour lists of the own particles that are fluid, or wall beside fluid.
+/// Neighbour lists of the own fluid particles and of wall particles beside fluid.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Neighbours {
     blocks: Vec<Block>,
     places: Places,
-    /// Longest way of a fluid particle in and around each bin [m]; negative where there is none.
-    ways: Vec<f32>,
+    /// Largest displacement of a fluid particle in and around each bin [m]; negative where there is none.
+    displacements: Vec<f32>,
     spare: Vec<f32>,
-    /// Way of the walls [m].
+    /// Displacement of the walls [m].
     walls: f32,
     /// Own particles.
     owned: usize,
-    /// Pairs listed.
+    /// Number of pairs in the lists.
     pub pairs: usize,
 }
 
 impl Neighbours {
-    /// Lists the pairs that are nearer than `radius` [m] now, or when each fluid particle has gone its `way` and all
-    /// `walls` theirs [m].
+    /// Lists the pairs that are nearer than `radius` [m] now, or after the `displacement` of each fluid particle and of all
+    /// `walls` [m].
     pub fn renew(
         &mut self,
         bins: &Bins,
         particles: &Particles,
         radius: Real,
         walls: Vector,
-        way: impl Fn(usize) -> Vector + Sync,
+        displacement: impl Fn(usize) -> Vector + Sync,
     ) {
         let kinds = &particles.kind[..];
-        let way = |a: usize| if kinds[a] == Kind::Fluid { way(a) } else { walls };
+        let displacement = |a: usize| if kinds[a] == Kind::Fluid { displacement(a) } else { walls };
         self.walls = walls.length() as f32;
-        self.places.fill(&particles.position, bins.lower, way);
-        self.find_ways(bins, kinds);
+        self.places.fill(&particles.position, bins.lower, displacement);
+        self.find_displacements(bins, kinds);
         self.list(bins, particles, radius);
     }
 
-    /// Finds the longest ways of the fluid near each bin.
-    fn find_ways(&mut self, bins: &Bins, kinds: &[Kind]) {
-        let Self { ways, spare, places, .. } = self;
+    /// Finds the largest displacement of the fluid near each bin.
+    fn find_displacements(&mut self, bins: &Bins, kinds: &[Kind]) {
+        let Self { displacements, spare, places, .. } = self;
         let places = &*places;
-        ways.clear();
-        ways.resize(bins.len(), -1.0);
-        for_each_chunk(&mut ways[..], ROWS, |number, ways| {
-            for (n, longest) in ways.iter_mut().enumerate() {
+        displacements.clear();
+        displacements.resize(bins.len(), -1.0);
+        for_each_chunk(&mut displacements[..], ROWS, |number, displacements| {
+            for (n, longest) in displacements.iter_mut().enumerate() {
                 let bin = number * ROWS + n;
                 let fluid = bins.own(bin).chain(bins.ghosts(bin)).filter(|&a| kinds[a] == Kind::Fluid);
-                *longest = fluid.map(|a| places.way(a)).fold(-1.0, f32::max);
+                *longest = fluid.map(|a| places.displacement(a)).fold(-1.0, f32::max);
             }
         });
-        // The longest within reach, one direction after the other.
-        spare.resize(ways.len(), 0.0);
+        // The largest within range, one direction after the other.
+        spare.resize(displacements.len(), 0.0);
         for d in 0..3 {
             let stride: usize = bins.count[..d].iter().product();
             let (count, reach) = (bins.count[d], bins.layers[d]);
-            let before = &ways[..];
+            let before = &displacements[..];
             for_each_chunk(&mut spare[..], ROWS, |number, longest| {
                 for (n, longest) in longest.iter_mut().enumerate() {
                     let bin = number * ROWS + n;
@@ -174,18 +174,18 @@ impl Neighbours {
                     *longest = (0..=steps).map(|m| before[first + m * stride]).fold(-1.0, f32::max);
                 }
             });
-            std::mem::swap(ways, spare);
+            std::mem::swap(displacements, spare);
         }
     }
 
     fn list(&mut self, bins: &Bins, particles: &Particles, radius: Real) {
         self.owned = particles.owned;
         self.blocks.resize_with(particles.owned.div_ceil(ROWS), Block::default);
-        let Self { blocks, places, ways, walls, .. } = self;
-        let (places, ways, walls) = (&*places, &*ways, *walls);
+        let Self { blocks, places, displacements, walls, .. } = self;
+        let (places, displacements, walls) = (&*places, &*displacements, *walls);
         let (positions, kinds) = (&particles.position[..], &particles.kind[..]);
         let square = (radius * radius) as f32;
-        // What single precision may take off.
+        // Allowance for single precision.
         let radius = radius * (1.0 + 1e-4);
         for_each_chunk(&mut blocks[..], 1, |number, block| {
             let Block { starts, list } = &mut block[0];
@@ -196,14 +196,14 @@ impl Neighbours {
                 if a >= particles.owned || kinds[a] == Kind::Dummy {
                     continue;
                 }
-                let longest = ways[bins.number(positions[a]) as usize];
+                let longest = displacements[bins.number(positions[a]) as usize];
                 if longest < 0.0 {
                     continue;
                 }
-                let reach = radius + Real::from(places.way(a) + longest.max(walls));
+                let reach = radius + Real::from(places.displacement(a) + longest.max(walls));
                 let begin = end;
                 bins.for_each_range(positions[a], reach, |range| end = places.list_near(a, range, square, list, end));
-                // A wall that no water touches has no part in anything.
+                // Walls without fluid neighbours take part in nothing.
                 if kinds[a] == Kind::Wall && list[begin..end].iter().all(|&b| kinds[b as usize] != Kind::Fluid) {
                     end = begin;
                 }
@@ -218,9 +218,9 @@ impl Neighbours {
         self.owned
     }
 
-    /// Whether there may be fluid within reach of what lies in a bin.
+    /// Whether there may be fluid within range of a bin.
     pub fn is_wet(&self, bin: u32) -> bool {
-        self.ways[bin as usize] >= 0.0
+        self.displacements[bin as usize] >= 0.0
     }
 
     /// Sets an entry of `column` for every own particle from its neighbours.
@@ -241,7 +241,7 @@ impl Neighbours {
         });
     }
 
-    /// Blocks of lists with the number of their first particle.
+    /// The lists by blocks of consecutive particles.
     pub fn blocks(&self) -> &[Block] {
         &self.blocks
     }
