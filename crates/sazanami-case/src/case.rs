@@ -81,7 +81,7 @@ pub struct Case {
     /// How grains and the particles of water that overlap them act on each other, for `solver = "mps"`.
     #[key(table, from_nothing, omit_if = self.particles.is_none())]
     pub overlap: Overlap,
-    /// How a bed in water is made ready before the run begins, for `solver = "mps"`.
+    /// How a bed in water is prepared before the run begins, for `solver = "mps"`.
     #[key(table, from_nothing, omit_if = self.particles.is_none())]
     pub preparation: Preparation,
     /// What is measured of the bed.

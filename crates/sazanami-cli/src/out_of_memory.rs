@@ -30,6 +30,6 @@ pub fn end_by_name() {}
 
 /// What is said.
 const TEXT: &str = "\nerror: out of memory: the system refused what the line above asked for\n  \
-    help: `sazanami check` foretells the memory of a case and `sazanami doctor` shows the limits (`ulimit -v`, \
+    help: `sazanami check` predicts the memory of a case and `sazanami doctor` shows the limits (`ulimit -v`, \
     container, machine);\n        take fewer cells or grains or fewer threads, or raise the limit; a run with a \
     checkpoint goes on with `sazanami resume`\n";

@@ -212,11 +212,11 @@ fn memory_that_is_refused_ends_by_name() {
     // Foretold: refused before anything is written.
     let line =
         "ulimit -v 300000; $S run long.toml --out out --steps 1 --threads 1 --set domain.cells='[200, 200, 200]'";
-    let foretold = shell(folder.path(), line);
-    let told = text(&foretold.stderr);
-    assert_eq!(foretold.status.code(), Some(2), "{told}");
+    let predicted = shell(folder.path(), line);
+    let told = text(&predicted.stderr);
+    assert_eq!(predicted.status.code(), Some(2), "{told}");
     assert!(told.contains("too large for the memory") && !folder.path().join("out").exists(), "{told}");
-    // Not foretold: the standard library says what was refused and aborts.
+    // Not predicted: the standard library says what was refused and aborts.
     let mut run = live_run(folder.path());
     signal(&run, "-ABRT");
     assert_eq!(run.wait().unwrap().code(), Some(1));

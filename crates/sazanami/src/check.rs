@@ -182,7 +182,7 @@ pub struct CheckReport {
     pub grains: usize,
     /// Their contact spheres in all, as far as known.
     pub contact_spheres: usize,
-    /// Whether the tank was made ready before, so that nothing has to be packed.
+    /// Whether the tank was prepared before, so that nothing has to be packed.
     pub made_ready: bool,
     /// Moving particles and their tank, for that solver.
     pub particles: Option<ParticlesReport>,
@@ -414,7 +414,7 @@ pub struct ShapeFacts {
 pub struct Known<'k> {
     /// The shape of each population.
     pub shapes: &'k [ShapeFacts],
-    /// Whether the tank was made ready before.
+    /// Whether the tank was prepared before.
     pub made_ready: bool,
 }
 

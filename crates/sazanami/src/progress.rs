@@ -17,7 +17,7 @@ pub struct StepLine {
     pub step: u64,
     /// Simulated time [s].
     pub time: Real,
-    /// Simulated time at which this phase ends [s]; foretold where grains decide it by coming to rest.
+    /// Simulated time at which this phase ends [s]; predicted where grains decide it by coming to rest.
     pub until: Real,
     /// Length of the step [s].
     pub dt: Real,

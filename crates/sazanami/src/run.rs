@@ -263,7 +263,7 @@ fn checkpoints(folder: &Path) -> CheckpointFolder {
 
 /// What a run begins with.
 enum From {
-    /// A case, with the text of its resolved copy and a tank that was made ready before.
+    /// A case, with the text of its resolved copy and a tank that was prepared before.
     Case(String, Option<Snapshot>),
     /// A checkpoint of the run in the folder.
     Checkpoint(Box<Resumed>),

@@ -1,4 +1,4 @@
-//! Tanks of water and grains that were made ready: kept in a file, and found again by what they were made of.
+//! Tanks of water and grains that were prepared: kept in a file, and found again by what they were made of.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -90,7 +90,7 @@ fn read(path: &Path) -> Result<(Recipe, Snapshot), String> {
     Ok((recipe, snapshot))
 }
 
-/// What was made ready before.
+/// What was prepared before.
 #[derive(Clone, Debug, Default)]
 pub struct MadeReady {
     /// The tank, if there is one that suits the case.
@@ -99,7 +99,7 @@ pub struct MadeReady {
     pub told: Vec<String>,
 }
 
-/// Looks for a tank made ready before that suits the case, as `commit` of this program made it.
+/// Looks for a tank prepared before that suits the case, as `commit` of this program made it.
 ///
 /// # Errors
 /// If the case names a state that does not suit it.
@@ -112,7 +112,7 @@ pub fn made_ready(loaded: &LoadedCase, commit: Option<&str>) -> Result<MadeReady
     Ok(MadeReady { tank, told })
 }
 
-/// The tank of this case made ready before: the one that the case names, or one that was kept; `None` if the run has to
+/// The tank of this case prepared before: the one that the case names, or one that was kept; `None` if the run has to
 /// make it ready. `say` is told where it comes from.
 ///
 /// A state that the case names and that does not fit it is an error in `report`.
@@ -127,7 +127,7 @@ fn find(loaded: &LoadedCase, commit: &str, report: &mut Diagnostics, mut say: im
                 report
                     .error(span, format!("`{}` is no state of a tank", path.display()))
                     .label(problem)
-                    .help("leave out `state`: the tank is made ready before the run");
+                    .help("leave out `state`: the tank is prepared before the run");
                 return None;
             }
         };
@@ -141,7 +141,7 @@ fn find(loaded: &LoadedCase, commit: &str, report: &mut Diagnostics, mut say: im
                 .help("make the two alike, or leave out `state`");
             return None;
         }
-        say(format!("tank made ready before, from {}", path.display()));
+        say(format!("tank prepared before, from {}", path.display()));
         return Some(snapshot);
     }
     if !preparation.cache || !preparation.is_needed() {
@@ -150,12 +150,12 @@ fn find(loaded: &LoadedCase, commit: &str, report: &mut Diagnostics, mut say: im
     let path = kept_at(case, commit).filter(|path| path.is_file())?;
     match read(&path) {
         Ok((recipe, snapshot)) if recipe.tank == tank_of(case) => {
-            say(format!("tank made ready by an earlier run, from {}", path.display()));
+            say(format!("tank prepared by an earlier run, from {}", path.display()));
             Some(snapshot)
         }
         Ok(_) => None,
         Err(problem) => {
-            say(format!("warning: {} cannot be used: {problem}; the tank is made ready anew", path.display()));
+            say(format!("warning: {} cannot be used: {problem}; the tank is prepared anew", path.display()));
             None
         }
     }
@@ -195,7 +195,7 @@ fn flatten(key: String, value: &toml::Value, into: &mut BTreeMap<String, String>
     }
 }
 
-/// Keeps a tank that was made ready: in the folder of results, and for later runs.
+/// Keeps a tank that was prepared: in the folder of results, and for later runs.
 pub(crate) fn keep(job: &Job, snapshot: &Snapshot) -> Result<(), RecordError> {
     let commit = job.options.commit.unwrap_or("unknown");
     let recipe =
@@ -210,7 +210,7 @@ pub(crate) fn keep(job: &Job, snapshot: &Snapshot) -> Result<(), RecordError> {
     let kept = std::fs::create_dir_all(folder).map_err(|error| error.to_string());
     let kept = kept.and_then(|()| writer.write_atomic(&path).map_err(|error| error.to_string()));
     match kept {
-        Ok(_) => job.say(format!("tank made ready, kept for later runs in {}", path.display())),
+        Ok(_) => job.say(format!("tank prepared, kept for later runs in {}", path.display())),
         Err(problem) => job.say(format!("warning: the tank is not kept for later runs: {problem}")),
     }
     Ok(())

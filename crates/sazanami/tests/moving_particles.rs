@@ -1,5 +1,5 @@
 //! Shaken tanks of moving particles: the same bits on any number of threads and after an interruption, one motion in
-//! several ways, tanks that are made ready, and what is refused.
+//! several ways, tanks that are prepared, and what is refused.
 
 #[allow(dead_code, reason = "every test program uses a part of it")]
 mod support;
@@ -106,7 +106,7 @@ fn threads_ranks_and_interruptions_change_nothing() {
     for column in ["kinetic_energy_fluid", "kinetic_energy_grains", "potential_energy", "momentum_1", "grain_height"] {
         near(&whole.column(column), &ranks.column(column), 1e-6, column);
     }
-    // Stopped after some steps, and while the tank was made ready.
+    // Stopped after some steps, and while the tank was prepared.
     let folder = scratch.join("parts");
     start(&load(TANK, &[TIGHT]), &folder, On::threads(2).steps(5)).unwrap();
     go_on(&folder, On::threads(1).steps(STEPS - 5)).0.unwrap();
@@ -145,13 +145,13 @@ fn a_tank_made_ready_begins_where_its_maker_began_and_fits_no_other() {
     run::run(&loaded, &On::threads(2).steps(STEPS).options(Some(&folder)), &mut listener, &stop).unwrap();
     assert!(listener.lines.iter().all(|line| line.phase == "flow"));
     assert_eq!(first.hash(), Left::in_folder(&folder).hash());
-    let foreseen = |made_ready: bool| {
+    let expected = |made_ready: bool| {
         let known = Known { made_ready, ..Known::default() };
         let report = check::check(&loaded.case, known, &Machine::this(), 1, &CostModel::default());
         report.predicted_s.iter().map(|(name, _)| *name).collect::<Vec<_>>()
     };
     assert!(tanks::made_ready(&loaded, None).unwrap().tank.is_some());
-    assert_eq!((foreseen(false), foreseen(true)), (vec!["packing", "fluid", "grains"], vec!["fluid", "grains"]));
+    assert_eq!((expected(false), expected(true)), (vec!["packing", "fluid", "grains"], vec!["fluid", "grains"]));
     let refused = |overrides: &[&str]| {
         let mut all = vec![given.as_str()];
         all.extend(overrides);
@@ -444,7 +444,7 @@ fn warned(text: &str, change: &[&str]) -> Vec<String> {
 }
 
 #[test]
-fn waves_that_a_tank_will_make_are_foreseen_on_either_axis_and_from_a_record() {
+fn waves_that_a_tank_will_make_are_expected_on_either_axis_and_from_a_record() {
     let told = |text: &str, change: &[&str], what: &str| warned(text, change).iter().any(|w| w.contains(what));
     let (resonant, dry, thin) = ("near resonance", "dries at its ends", "thinner than a particle");
     // 4 mm of water at 5 Hz: half a wave is 19.8 mm.

@@ -1,4 +1,4 @@
-//! `[preparation]`: how a bed in water is made ready before the run, for `solver = "mps"`.
+//! `[preparation]`: how a bed in water is prepared before the run, for `solver = "mps"`.
 
 use std::path::PathBuf;
 
@@ -27,9 +27,9 @@ pub struct Preparation {
     #[key(unit = "s", range = NonNegative, default = if cx.known.has_bed() { 0.2 } else { 0.0 },
           says = "0.2 s with a bed, otherwise 0")]
     pub settle: Real,
-    /// A tank made ready by an earlier run, instead.
+    /// A tank prepared by an earlier run, instead.
     pub state: Option<PathBuf>,
-    /// Whether the tank made ready is kept for later runs of the same tank.
+    /// Whether the tank prepared is kept for later runs of the same tank.
     #[key(default = true)]
     pub cache: bool,
 }
@@ -40,7 +40,7 @@ impl Preparation {
             cx.report
                 .error(table.place("state"), format!("there is no file `{}`", state.display()))
                 .label("file not found")
-                .help("leave out `state`: the bed is made ready before the run, and the state is kept");
+                .help("leave out `state`: the bed is prepared before the run, and the state is kept");
         }
     }
 

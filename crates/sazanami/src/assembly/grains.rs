@@ -119,7 +119,7 @@ pub(crate) fn member(case: &Case, population: usize, index: usize, scale: Real) 
     }
 }
 
-/// Fixed in the tank, wherever that goes; one that was made ready at rest may be moved later.
+/// Fixed in the tank, wherever that goes; one that was prepared at rest may be moved later.
 fn motion(case: &Case, motion: Motion) -> Motion {
     if motion == Motion::Fixed && case.solver == Solver::Mps { Motion::WithWalls } else { motion }
 }

@@ -19,7 +19,7 @@ pub(super) struct Work {
     pub packing: Real,
     /// Wall-clock time of the pictures [s].
     pub pictures: Real,
-    /// Whether the tank was made ready before.
+    /// Whether the tank was prepared before.
     pub made_ready: bool,
 }
 

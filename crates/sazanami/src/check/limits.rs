@@ -1,4 +1,4 @@
-//! The step at the start: speeds that can be foreseen, the limits that follow from them, sub-steps and steps.
+//! The step at the start: speeds that can be expected, the limits that follow from them, sub-steps and steps.
 
 use std::f64::consts::TAU;
 
@@ -96,7 +96,7 @@ pub(super) fn swing(case: &Case) -> Option<(Vector, Real)> {
     })
 }
 
-/// Speeds that can be foreseen with what makes them [m/s]: what moves at the start, what falls through the box, and the
+/// Speeds that can be expected with what makes them [m/s]: what moves at the start, what falls through the box, and the
 /// water of a shaken tank.
 pub(crate) fn speeds(case: &Case, tank: Option<&TankReport>) -> Vec<(Cause, Vector)> {
     let mut all: Vec<(Cause, Vector)> = Vec::new();
@@ -148,7 +148,7 @@ fn fastest_of(population: &Population) -> Vector {
     }
 }
 
-/// The largest of the speeds that can be foreseen, in each direction: of the fluid, and of the grains [m/s].
+/// The largest of the speeds that can be expected, in each direction: of the fluid, and of the grains [m/s].
 fn largest(speeds: &[(Cause, Vector)]) -> [Vector; 2] {
     let is_of_grains = |cause: &Cause| matches!(cause, Cause::Grains(_));
     [false, true].map(|grains| {
@@ -214,7 +214,7 @@ fn of_particles(case: &Case, how: &Particles, speeds: [Vector; 2]) -> (Vec<Limit
     let sizes = case.grains.iter().filter_map(|p| Some(p.shape.size()? * p.size.smallest()));
     let smallest = sizes.fold(Real::INFINITY, Real::min);
     let viscosity = case.fluid.liquid.viscosity / case.fluid.liquid.density;
-    let speed = |of: Real| format!("at {} m/s, foreseen", super::number(of, 3));
+    let speed = |of: Real| format!("at {} m/s, expected", super::number(of, 3));
     let rule = |of: ParticleLimit| match of {
         ParticleLimit::Advective => format!("{courant} of the particle spacing {}", speed(flow)),
         ParticleLimit::GrainMotion => format!("{courant} of the smallest grain {}", speed(grains)),
@@ -328,7 +328,7 @@ mod tests {
         Engine::new(&domain, setup, &all).unwrap().contact_time_step()
     }
 
-    fn foretold(case: &Case) -> Real {
+    fn predicted(case: &Case) -> Real {
         contact_step(case, &population_reports(case, &[])).unwrap_or(Real::INFINITY)
     }
 
@@ -349,14 +349,14 @@ mod tests {
     }
 
     #[test]
-    fn check_foretells_the_contact_step_of_the_engine_for_every_shipped_case() {
+    fn check_predicts_the_contact_step_of_the_engine_for_every_shipped_case() {
         let mut compared = 0;
         for path in shipped() {
             let Ok(loaded) = crate::case::load(&path, &[]) else { continue };
             if loaded.case.grains.is_empty() {
                 continue;
             }
-            let (told, found) = (foretold(&loaded.case), of_engine(&loaded.case));
+            let (told, found) = (predicted(&loaded.case), of_engine(&loaded.case));
             assert!(told == found || (told / found - 1.0).abs() < 1e-12, "{}: {told} s, not {found} s", path.display());
             compared += 1;
         }
@@ -364,7 +364,7 @@ mod tests {
     }
 
     #[test]
-    fn check_foretells_the_contact_step_of_random_grains() {
+    fn check_predicts_the_contact_step_of_random_grains() {
         let mut state = 2015_u64;
         let mut random = move || {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -378,11 +378,11 @@ mod tests {
                 pair.law.tangential_stiffness = pair.law.normal_stiffness * (0.1 + random());
             });
             case.materials.iter_mut().for_each(|material| material.density = 1100.0 + 6000.0 * random());
-            let (told, found) = (foretold(&case), of_engine(&case));
+            let (told, found) = (predicted(&case), of_engine(&case));
             assert!((told / found - 1.0).abs() < 1e-12, "{told} s, not {found} s");
             // Negative control: half the mass has another sub-step.
             case.materials.iter_mut().for_each(|material| material.density *= 0.5);
-            assert!((foretold(&case) / found - 1.0).abs() > 0.2);
+            assert!((predicted(&case) / found - 1.0).abs() > 0.2);
         }
     }
 

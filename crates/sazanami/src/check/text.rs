@@ -181,7 +181,7 @@ fn cost(text: &mut String, case: &Case, report: &CheckReport) {
     let _ = writeln!(text, "              an estimate: half of it or twice as much may come out");
     let _ = writeln!(text, "machine       {}, {} cores", report.machine.cpu, report.machine.cores);
     if report.made_ready {
-        let _ = writeln!(text, "note          the tank was made ready before: nothing is packed");
+        let _ = writeln!(text, "note          the tank was prepared before: nothing is packed");
     }
     if case.has_bed() {
         let _ = writeln!(text, "note          heights above the bed are measured on the bed in use, once it is there");

@@ -65,7 +65,7 @@ impl Search<'_> {
         for (cause, speed) in known.iter().filter(|(_, speed)| exceeds(speed.length(), SOUND)) {
             self.report
                 .error_at(self.span_of_cause(*cause), "this moves faster than sound in water")
-                .label(format!("{} m/s can be foreseen; sound has {SOUND} m/s", number(speed.length(), 1)))
+                .label(format!("{} m/s can be expected; sound has {SOUND} m/s", number(speed.length(), 1)))
                 .help("these fluids cannot be compressed: check the units, and take something slower");
         }
         let reach = case.domain.extent().max_element();

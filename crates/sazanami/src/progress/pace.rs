@@ -63,8 +63,8 @@ impl Pace {
 mod tests {
     use super::*;
 
-    /// What is foretold after each second in which the simulated time reaches `times` [s], of a phase of 1 s.
-    fn foretold(phase: &'static str, pace: &mut Pace, begin: Instant, times: &[Real]) -> Vec<Option<Real>> {
+    /// What is predicted after each second in which the simulated time reaches `times` [s], of a phase of 1 s.
+    fn predicted(phase: &'static str, pace: &mut Pace, begin: Instant, times: &[Real]) -> Vec<Option<Real>> {
         let after = |n: usize| begin + Duration::from_secs(n as u64);
         let line = |time: Real| StepLine { phase, time, until: 1.0, ..StepLine::default() };
         times.iter().enumerate().map(|(n, &time)| pace.remaining_at(after(n), &line(time))).collect()
@@ -74,10 +74,10 @@ mod tests {
     fn nothing_is_said_before_the_pace_is_known() {
         // Steps that begin tiny and double: a first guess would be hours.
         let times: Vec<Real> = (0..12).map(|n| 1e-6 * Real::from(1 << n)).collect();
-        assert!(foretold("flow", &mut Pace::new(), Instant::now(), &times).iter().all(Option::is_none));
+        assert!(predicted("flow", &mut Pace::new(), Instant::now(), &times).iter().all(Option::is_none));
         // Negative control: an even pace is known after a few seconds, and right.
         let even: Vec<Real> = (0..12).map(|n| 1e-2 * Real::from(n)).collect();
-        let said = foretold("flow", &mut Pace::new(), Instant::now(), &even);
+        let said = predicted("flow", &mut Pace::new(), Instant::now(), &even);
         assert!(said[..MARKS - 1].iter().all(Option::is_none), "{said:?}");
         assert!((said[11].unwrap() - 89.0).abs() < 1e-6, "{said:?}");
     }
@@ -89,9 +89,9 @@ mod tests {
         // 100 s at 1 ms a second, then 61 s at 5 ms a second.
         let slow = (0..100).map(|n| 1e-3 * Real::from(n));
         let times: Vec<Real> = slow.chain((0..62).map(|n| 0.1 + 5e-3 * Real::from(n))).collect();
-        let left = foretold("flow", &mut pace, begin, &times).pop().unwrap().unwrap();
+        let left = predicted("flow", &mut pace, begin, &times).pop().unwrap().unwrap();
         assert!((left - (1.0 - 0.405) / 5e-3).abs() < 1.0, "{left}");
         // Another phase has its own pace.
-        assert_eq!(foretold("settle", &mut pace, begin + Duration::from_secs(200), &[0.0, 0.1]), [None, None]);
+        assert_eq!(predicted("settle", &mut pace, begin + Duration::from_secs(200), &[0.0, 0.1]), [None, None]);
     }
 }

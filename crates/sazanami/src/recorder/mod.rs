@@ -388,7 +388,7 @@ impl<'a, B: Observer> Recorder<'a, B> {
         self.save(domain, snapshot, relaxation.time(), RunState { relaxing: true, ..RunState::default() })
     }
 
-    /// Writes a checkpoint of a tank that is being made ready; `stage` adds how far it has come.
+    /// Writes a checkpoint of a tank that is being prepared; `stage` adds how far it has come.
     pub fn checkpoint_preparation(
         &mut self,
         water: &mut B::Water,
@@ -399,7 +399,7 @@ impl<'a, B: Observer> Recorder<'a, B> {
         self.save(water.domain(), snapshot, 0.0, RunState { preparing: true, ..RunState::default() })
     }
 
-    /// Keeps a tank that was made ready, for later runs.
+    /// Keeps a tank that was prepared, for later runs.
     pub fn keep_tank(&mut self, water: &mut B::Water) -> Result<(), RankError> {
         let snapshot = water.snapshot();
         let outcome = if self.files.is_some() { tanks::keep(self.job, &snapshot) } else { Ok(()) };

@@ -51,7 +51,7 @@ pub(crate) struct RunState {
     /// Whether a bed from a file is still on its way to rest.
     #[serde(default)]
     pub relaxing: bool,
-    /// Whether a bed in water is still being made ready.
+    /// Whether a bed in water is still being prepared.
     #[serde(default)]
     pub preparing: bool,
     /// Simulated time [s].
@@ -136,7 +136,7 @@ pub(crate) struct Job<'a> {
     pub options: &'a RunOptions,
     /// Folder of the results.
     pub folder: PathBuf,
-    /// A tank with water that was made ready before; none where the run makes it ready.
+    /// A tank with water that was prepared before; none where the run prepares it.
     pub prepared: Option<Snapshot>,
     /// Where the run goes on from.
     pub resumed: Option<Resumed>,
@@ -146,7 +146,7 @@ pub(crate) struct Job<'a> {
     pub stop: &'a Stop,
     /// Threads per rank.
     pub threads: usize,
-    /// Simulated time that packing is expected to take [s], if it can be foretold.
+    /// Simulated time that packing is expected to take [s], if it can be predicted.
     pub packing_time: Option<Real>,
 }
 

@@ -62,12 +62,12 @@ impl Stage {
     }
 }
 
-/// Whether the tank was made ready by an earlier run, so that nothing has to be packed.
+/// Whether the tank was prepared by an earlier run, so that nothing has to be packed.
 pub(super) fn is_ready(job: &Job) -> bool {
     job.prepared.is_some()
 }
 
-/// The solver, from the case and a packed bed, from a state made ready before or from a checkpoint; `None` if the run
+/// The solver, from the case and a packed bed, from a state prepared before or from a checkpoint; `None` if the run
 /// is stopped before.
 pub(super) fn solver(
     job: &Job,
