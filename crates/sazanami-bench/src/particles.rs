@@ -137,11 +137,11 @@ fn number(phase: Phase) -> usize {
     }
 }
 
-/// Times steps; what they did, to be told with the timing.
+/// Times steps; what they did is reported with the timing.
 #[derive(Default)]
 struct Steps {
     timing: Timing,
-    /// Processor time of the phases, or time where the system does not tell, of all timed steps [s].
+    /// Processor time of the phases, or time where the system does not report it, of all timed steps [s].
     phases: [Real; 5],
     iterations: usize,
     /// Bytes that have to move in a step.

@@ -12,9 +12,9 @@ const TICKS: Real = 100.0;
 pub(crate) struct Lap {
     /// Wall-clock time [s].
     pub wall: Real,
-    /// Processor time of all threads of this program [s], if the system tells.
+    /// Processor time of all threads of this program [s], if the system reports it.
     pub cpu: Option<Real>,
-    /// Processors that other programs kept busy, if the system tells.
+    /// Processors that other programs kept busy, if the system reports it.
     pub busy_elsewhere: Option<Real>,
 }
 

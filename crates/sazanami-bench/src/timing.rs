@@ -24,13 +24,13 @@ pub struct BenchRow {
     pub threads: usize,
     /// Size of the problem, in words.
     pub size: String,
-    /// Least possible value on this machine, if it can be told.
+    /// Least possible value on this machine, if it is known.
     pub floor: Option<Real>,
     /// How the floor was found.
     pub floor_how: String,
     /// Median processor time, all threads together, in the unit of the values; absent where it means nothing.
     pub cpu: Option<Real>,
-    /// Processors that other programs kept busy meanwhile, if the system tells.
+    /// Processors that other programs kept busy meanwhile, if the system reports it.
     pub busy_elsewhere: Option<Real>,
 }
 

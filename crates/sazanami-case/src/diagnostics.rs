@@ -94,7 +94,7 @@ impl Diagnostics {
         self.add(Severity::Warning, span, title.into())
     }
 
-    /// A finding told before, such as that of a general table which several entries take it from, is told once.
+    /// A finding reported before, such as one on a general table that several entries share, is reported once.
     fn add(&mut self, severity: Severity, span: Option<Range<usize>>, title: String) -> &mut Diagnostic {
         let same = |d: &Diagnostic| d.severity == severity && d.span.is_some() && d.span == span && d.title == title;
         if let Some(before) = self.list.iter().position(same) {

@@ -1,4 +1,4 @@
-//! What tables that were read before tell those that come later.
+//! What earlier tables hand to those read after them.
 
 use sazanami_dem::Motion;
 use sazanami_numerics::{Real, Vector};

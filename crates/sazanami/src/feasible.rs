@@ -163,7 +163,7 @@ fn shapes(loaded: &LoadedCase, report: &mut Diagnostics) -> Vec<Shape> {
     shapes
 }
 
-/// What `check` tells about a shape.
+/// What `check` reports about a shape.
 fn facts_of(shape: &Shape, bed: Option<&Bed>) -> ShapeFacts {
     let report = shape.report();
     let mut first =

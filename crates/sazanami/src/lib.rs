@@ -1,4 +1,4 @@
-//! sazanami: grains of sand under moving water. Reads a case, runs it, and tells what came of it.
+//! sazanami: grains of sand under moving water. Reads a case, runs it, and reports what came of it.
 //!
 //! The command line and every other front end use this crate and nothing below it.
 //!

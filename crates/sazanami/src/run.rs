@@ -385,7 +385,7 @@ fn how_it_ended(ended: &Ended, options: &RunOptions, stop: &Stop, wall: Real) ->
     }
 }
 
-/// The run panicked, soon after it told of its step `last`.
+/// The run panicked, soon after it reported its step `last`.
 fn broke_off(folder: &Path, last: &StepLine, progress: &mut dyn Progress) -> Failure {
     let failure = Failure {
         kind: "panic",

@@ -226,7 +226,7 @@ mod tests {
         let words = |a: &str, b: &str| [a.to_owned(), b.to_owned()];
         let other = text.replace("sand", "silt");
         assert_eq!(first_difference(text, &other), words("`grains.0.name = \"sand\"`", "`grains.0.name = \"silt\"`"));
-        // A key that only one of them knows is told where nothing else differs.
+        // A key that only one of them knows is named where nothing else differs.
         let older = text.replace("a = 1\n", "");
         assert_eq!(first_difference(&older, &other), words("`grains.0.name = \"sand\"`", "`grains.0.name = \"silt\"`"));
         assert_eq!(first_difference(&older, text), words("no `a`", "`a = 1`"));

@@ -115,7 +115,7 @@ pub struct WaterView<'a> {
     pub position: &'a [Vector],
     /// Volume that a particle takes up together with the grains in it, `V0 / eps` [m^3].
     pub bulk_volume: &'a [Real],
-    /// Whether a particle flies free of the others.
+    /// Whether a particle is isolated.
     pub splash: &'a [bool],
 }
 

@@ -131,7 +131,7 @@ fn report_step(again: &Again, summary: &Value, progress: &mut dyn Progress) {
     }
 }
 
-/// Warns if the summary tells another erosion volume of the same state.
+/// Warns if the summary has another erosion volume of the same state.
 fn warn_of_volume(again: &Again, summary: &Value, found: &Value, progress: &mut dyn Progress) {
     // While a run goes on, or where it failed, the last look may be older than the checkpoint.
     let is_last = summary["status"] == "finished" || summary["status"] == "stopped";
@@ -174,7 +174,7 @@ fn write(
     progress.message(&format!("wrote {}", path.display()));
     let [before, now] = again.found.surfaces();
     let [_, own] = again.as_in_the_run.as_ref().map_or([None, None], Reevaluated::surfaces);
-    // The same surface twice tells nothing.
+    // The same surface twice shows nothing.
     let own = own.filter(|own| Some(own) != now.as_ref());
     let named = [("before the impact", before), ("evaluated again", now), ("as in the run", own)];
     let curves: Vec<(String, Vec<[Real; 2]>)> =

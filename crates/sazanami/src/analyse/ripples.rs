@@ -101,7 +101,7 @@ impl Profiles {
     }
 }
 
-/// What the tables of a run tell.
+/// Ripples by the tables of a run.
 struct RunTables {
     case: Case,
     /// Width of the slab that the bed was seen in from the side, when the tables were written [m].
@@ -201,8 +201,8 @@ fn settings_of(case: &Case) -> Option<RippleSettings> {
     Some(recorder::settings_of(case.ripples.as_ref()?, tank_of(case).width()))
 }
 
-/// Draws the figures of a run and tells what its tables say, evaluated as `overrides` of keys under `ripples` ask. What
-/// the tables tell of the whole run goes into its summary, or into one of its own if keys are overridden.
+/// Draws the figures of a run and reports what its tables show, evaluated as `overrides` of keys under `ripples` ask. What
+/// the tables show of the whole run goes into its summary, or into one of its own if keys are overridden.
 pub(super) fn of_run(
     folder: &Path,
     overrides: &[String],

@@ -93,7 +93,7 @@ impl RecordError {
     }
 }
 
-/// Keeps the books of a run and writes what is due.
+/// Observes a run and writes what is due.
 pub(crate) struct Recorder<'a, B: Observer> {
     job: &'a Job<'a>,
     /// Measures the phases.
@@ -105,11 +105,11 @@ pub(crate) struct Recorder<'a, B: Observer> {
     files: Option<Files>,
     last_checkpoint: Instant,
     state_hash: Option<u64>,
-    /// Time and step last seen.
+    /// Time and step observed last.
     reached: (Real, u64),
     /// Limit that ruled the last step.
     limiter: &'static str,
-    /// Worries of the books that were told.
+    /// Warnings of the observer that were reported.
     warned: Vec<&'static str>,
 }
 
@@ -307,7 +307,7 @@ impl<'a, B: Observer> Recorder<'a, B> {
         Ok(())
     }
 
-    /// Says what the books worry about, each worry once.
+    /// Reports the warnings of the observer, each once.
     fn report_warnings(&mut self) {
         if self.files.is_none() {
             return;

@@ -33,7 +33,7 @@ pub(crate) struct Reevaluated {
     findings: Findings,
     /// The crater evaluation of the bed before the impact.
     initial: Option<Erosion>,
-    /// Why the splash cannot be told.
+    /// Why the splash cannot be evaluated.
     no_splash: Option<&'static str>,
 }
 

@@ -172,7 +172,7 @@ fn levelled(case: &Case, packing: &Packing) -> Vec<Grain> {
     packing.bed().into_iter().filter(stays).map(held).collect()
 }
 
-/// Lets water and grains come to rest; tells whether they did, or the run was stopped before.
+/// Lets water and grains come to rest; returns whether they did, or the run was stopped before.
 fn make_ready(
     job: &Job,
     solver: &mut Solver,

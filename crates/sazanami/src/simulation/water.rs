@@ -37,7 +37,7 @@ pub(crate) trait Water: Sized {
     /// Its length [s] and the limit that rules it.
     fn length(stable: Self::Stable) -> (Real, &'static str);
 
-    /// Goes from `time` on by `dt` [s]; `watch` is told the name of each phase as it begins.
+    /// Goes from `time` on by `dt` [s]; `watch` gets the name of each phase as it begins.
     fn advance(
         &mut self,
         case: &Case,

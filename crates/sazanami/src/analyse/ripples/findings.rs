@@ -1,4 +1,4 @@
-//! What the tables of a whole run tell of its ripples, in the form of the summary.
+//! Ripples by the tables of a whole run, in the form of the summary.
 
 use sazanami_observe::ripples::{Growth, relief};
 use serde_json::{Map, Value, json};

@@ -1,4 +1,4 @@
-//! Runs with one grid for water, air and grains: the crater, the splash, and the books of liquid and momentum.
+//! Runs with one grid for water, air and grains: the crater, the splash, and the budgets of liquid and momentum.
 
 mod pictures;
 mod probes;
@@ -85,7 +85,7 @@ impl GridObserver {
     }
 
     /// A bed without grains about the axis, or a crater down to the floor, has no volume to speak of: that is
-    /// told in the summary and ends no run.
+    /// reported in the summary and ends no run.
     fn evaluate_erosion(&mut self, seen: &GatheredGrains) {
         let Some(settings) = &self.erosion else { return };
         let evaluated = seen.with_bed(|bed| Erosion::of(bed, settings, self.initial.as_ref()));

@@ -80,7 +80,7 @@ pub(super) struct Water {
     pub pressure: Vec<Real>,
     /// `V0 / eps` [m^3].
     pub bulk_volume: Vec<Real>,
-    /// Whether each flies free of the others.
+    /// Whether each is isolated.
     pub splash: Vec<bool>,
     /// 0 within, 1 at the surface, 2 on its own.
     pub place: Vec<u32>,
