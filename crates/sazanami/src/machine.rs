@@ -123,7 +123,8 @@ fn group_room(membership: &str, root: &Path) -> Option<u64> {
         // Cached pages of files are given back when memory is needed.
         let cached = statistics.lines().find_map(|line| line.strip_prefix(cache)?.trim().parse().ok());
         let used = number(usage)?.saturating_sub(cached.unwrap_or(0));
-        Some(number(limit)?.saturating_sub(used))
+        // Version 1 writes the largest number of whole pages where there is no limit.
+        Some(number(limit).filter(|&bytes| bytes < 1 << 60)?.saturating_sub(used))
     };
     group.ancestors().take_while(|above| above.starts_with(&root)).filter_map(room).min()
 }
@@ -172,5 +173,7 @@ mod tests {
         write("memory/c", [(limit, "500\n"), (usage, "200\n"), ("memory.stat", "total_inactive_file 50\n")]);
         assert_eq!(control_group_room("4:cpu:/c\n3:memory:/c\n0::/a/b\n", root.path()), Some(350));
         assert_eq!(control_group_room("4:cpu:/c\n0::/none\n", root.path()), None);
+        write("memory/d", [(limit, "9223372036854771712\n"), (usage, "200\n"), ("memory.stat", "")]);
+        assert_eq!(control_group_room("3:memory:/d\n", root.path()), None);
     }
 }
