@@ -7,26 +7,7 @@ use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 /// Two glass beads under a falling drop, for longer than anyone waits.
-const LONG: &str = r#"
-[domain]
-size = ["8 mm", "8 mm", "8 mm"]
-cells = [12, 12, 12]
-[[liquid]]
-region.sphere = { diameter = "3 mm" }
-position = ["4 mm", "4 mm", "5 mm"]
-[material.glass]
-density = "2500 kg/m^3"
-[contact.default]
-normal_stiffness = "1e3 N/m"
-restitution = 0.3
-[[grains]]
-shape.sphere = { diameter = "1 mm" }
-placement.list = [{ position = ["4 mm", "4 mm", "1 mm"] }, { position = ["2 mm", "4 mm", "2 mm"] }]
-[output]
-figures = { at = [] }
-[run]
-until = "1000 s"
-"#;
+const LONG: &str = include_str!("long.toml");
 
 fn sazanami(folder: &Path, arguments: &[&str]) -> Output {
     command(folder, arguments).output().expect("the command can be started")

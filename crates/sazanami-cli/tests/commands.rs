@@ -120,26 +120,7 @@ fn check_speaks_json() {
 }
 
 /// Two glass beads under a falling drop, for longer than anyone waits.
-const LONG: &str = r#"
-[domain]
-size = ["8 mm", "8 mm", "8 mm"]
-cells = [12, 12, 12]
-[[liquid]]
-region.sphere = { diameter = "3 mm" }
-position = ["4 mm", "4 mm", "5 mm"]
-[material.glass]
-density = "2500 kg/m^3"
-[contact.default]
-normal_stiffness = "1e3 N/m"
-restitution = 0.3
-[[grains]]
-shape.sphere = { diameter = "1 mm" }
-placement.list = [{ position = ["4 mm", "4 mm", "1 mm"] }, { position = ["2 mm", "4 mm", "2 mm"] }]
-[output]
-figures = { at = [] }
-[run]
-until = "1000 s"
-"#;
+const LONG: &str = include_str!("long.toml");
 
 #[test]
 fn a_signal_ends_a_run_with_a_checkpoint_to_go_on_from() {
