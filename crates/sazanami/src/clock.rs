@@ -2,6 +2,8 @@
 
 use sazanami_numerics::Real;
 
+use crate::case::meaning::{Case, Solver, Step};
+
 /// A step ends on an output time when it comes this near to it, in parts of the step.
 const LANDING: Real = 1e-9;
 
@@ -67,6 +69,15 @@ impl Clock {
             (None, Some(due)) if (due - (self.time + dt)).abs() <= LANDING * dt => due,
             _ => self.time + dt,
         };
+    }
+}
+
+/// A fixed step length of the case, if it has one [s].
+pub(crate) fn fixed_step(case: &Case) -> Option<Real> {
+    match (case.solver, case.fluid.step) {
+        (Solver::Mps, _) => case.particles.as_ref().and_then(|particles| particles.dt),
+        (Solver::Mics, Step::Fixed(dt)) => Some(dt),
+        (Solver::Mics, Step::Adaptive { .. }) => None,
     }
 }
 

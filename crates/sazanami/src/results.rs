@@ -7,7 +7,6 @@ use std::path::{Path, PathBuf};
 use crate::case::meaning::{Case, ContactSphereChoice, GrainPlacement, GrainShape, Population, TankMotion};
 use crate::error::CommandError;
 use crate::log::LOG;
-use crate::tanks::PREPARED;
 
 /// Chooses and prepares the folder of a run: `out`, or else `runs/<case>-<n>` with the next free number.
 ///
@@ -89,6 +88,8 @@ pub(crate) const FIELD_SERIES: &str = "fields.pvd";
 pub(crate) const GRAIN_SERIES: &str = "grains.pvd";
 /// The bed that a run packed, unless its case names another file for it.
 pub(crate) const PACKED_BED: &str = "packed.bed";
+/// A tank with water at rest that a run prepared.
+pub(crate) const PREPARED: &str = "prepared.state";
 
 /// Folder of the fluid for ParaView.
 pub(crate) const FIELDS: &str = "fields";

@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc;
 use std::time::Instant;
 
-use sazanami_io::checkpoint::{CheckpointError, CheckpointFolder, NewestCheckpoint};
 use sazanami_numerics::Real;
 use sazanami_numerics::snapshot::Snapshot;
 use sazanami_parallel::{RanksFailed, Solo, run_ranks, with_threads};
@@ -15,55 +14,16 @@ use crate::case::{self, LoadedCase};
 use crate::check::{self, CostModel, Known};
 use crate::error::{CommandError, Failure};
 use crate::feasible::{self, Feasible};
+use crate::job::{Ended, Event, Job, Program, RankFailure, Reporter, Resumed, RunState};
 use crate::lock::FolderLock;
 use crate::log::{LOG, Log};
 use crate::machine::{self, Machine};
 use crate::progress::{Pace, Progress, StepLine, duration};
-use crate::simulation::{self, Ended, Event, Job, Program, RankFailure, Reporter, Resumed, RunState};
 use crate::stop::Stop;
 use crate::tanks::{self, MadeReady};
-use crate::{recorder, results};
+use crate::{checkpoints, recorder, results, simulation};
 
-/// How a run ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Status {
-    /// Not ended yet.
-    Running,
-    /// Reached its end.
-    Finished,
-    /// Stopped by a signal, a number of steps or a time before its end.
-    Stopped,
-    /// Ended by an error.
-    Failed,
-}
-
-/// What `run` is asked beyond the case.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct RunOptions {
-    /// Folder for the results; absent: the next free `runs/<case>-<n>`.
-    pub out: Option<PathBuf>,
-    /// Overwrite a folder that is not empty.
-    pub force: bool,
-    /// Stop at this simulated time [s] (never changes a time step).
-    pub until: Option<Real>,
-    /// Stop after so many further fluid steps.
-    pub steps: Option<u64>,
-    /// Threads; absent: as many as the machine has.
-    pub threads: Option<usize>,
-    /// In-process ranks.
-    pub ranks: usize,
-    /// The commit that the program was built from, for the summary.
-    pub commit: Option<&'static str>,
-}
-
-impl RunOptions {
-    /// Threads of each rank on a machine of so many processors.
-    #[must_use]
-    pub fn threads_of_rank(&self, cores: usize) -> usize {
-        self.threads.unwrap_or_else(|| cores.div_ceil(self.ranks.max(1))).max(1)
-    }
-}
+pub use crate::job::{RunOptions, Status};
 
 /// What came of a run.
 #[derive(Clone, Debug, PartialEq)]
@@ -159,7 +119,7 @@ pub fn resume(
     }
     let lock = FolderLock::take(folder)?;
     let loaded = case::load(&case_file, &[])?;
-    let newest = newest_checkpoint(folder, progress)?;
+    let newest = checkpoints::newest(folder, progress)?;
     let (step, reader) = match &newest.good {
         Some(good) => good,
         None if newest.skipped.is_empty() => return begin_again(&loaded, options, folder, progress, stop),
@@ -170,10 +130,8 @@ pub fn resume(
             ));
         }
     };
-    let resumed = Resumed {
-        run: recorder::run_state(reader).map_err(unreadable)?,
-        snapshot: reader.snapshot().map_err(unreadable)?,
-    };
+    let resumed =
+        Resumed { run: checkpoints::run_state(reader)?, snapshot: reader.snapshot().map_err(checkpoints::unreadable)? };
     if !resolved::has_hash(&loaded, &resumed.run.case_hash) {
         return Err(CommandError::input(
             format!("`{}` is not the case that this run began with: it was changed since", case_file.display()),
@@ -192,7 +150,7 @@ pub fn resume(
     let mut log = Log::append(folder, progress);
     log.note(&heading(&loaded.case, options));
     warn_without(&lock, &mut log);
-    skipped(&newest).for_each(|text| log.note(&text));
+    checkpoints::skipped(&newest).for_each(|text| log.note(&text));
     log.message(&format!("going on from step {step}, time {:.6e} s", resumed.run.time));
     if let Some(text) = other_program(&resumed.run, &loaded.case, options) {
         log.message(&text);
@@ -238,27 +196,6 @@ fn other_program(run: &RunState, case: &Case, options: &RunOptions) -> Option<St
         "warning: {began} began this run, and {this} goes on with it: the results may differ from those of a run \
          without a break"
     ))
-}
-
-/// What of a checkpoint cannot be read.
-pub(crate) fn unreadable(error: CheckpointError) -> CommandError {
-    CommandError::input(error.to_string(), "start the case again with `sazanami run`")
-}
-
-/// The newest good checkpoint in a folder of results, with a word about each that is skipped.
-pub(crate) fn newest_checkpoint(folder: &Path, progress: &mut dyn Progress) -> Result<NewestCheckpoint, CommandError> {
-    let newest = checkpoints(folder).newest_good().map_err(unreadable)?;
-    skipped(&newest).for_each(|text| progress.message(&text));
-    Ok(newest)
-}
-
-/// A line about each checkpoint that was skipped.
-fn skipped(newest: &NewestCheckpoint) -> impl Iterator<Item = String> {
-    newest.skipped.iter().map(|(path, error)| format!("skipped {}: {error}", path.display()))
-}
-
-fn checkpoints(folder: &Path) -> CheckpointFolder {
-    CheckpointFolder::new(folder.join(results::CHECKPOINTS), 1)
 }
 
 /// What a run begins with.
@@ -357,7 +294,7 @@ impl<'a> Launch<'a> {
             // A case file may lie elsewhere, and files are named relative to it.
             let bed = case.packs().then(|| recorder::packed_bed(case, folder));
             let bed = bed.map(|bed| std::path::absolute(&bed).unwrap_or(bed));
-            failed.into_command_error(last_good_checkpoint(folder), bed.as_deref())
+            failed.into_command_error(checkpoints::last_good(folder), bed.as_deref())
         })?;
         let wall = began.elapsed().as_secs_f64();
         progress.message(&how_it_ended(&ended, options, stop, wall));
@@ -393,7 +330,7 @@ fn broke_off(folder: &Path, last: &StepLine, progress: &mut dyn Progress) -> Fai
         step: last.step,
         time: last.time,
         limiter: last.limiter,
-        checkpoint: last_good_checkpoint(folder),
+        checkpoint: checkpoints::last_good(folder),
     };
     put_failure(folder, &failure, progress);
     failure
@@ -430,8 +367,4 @@ fn ranks_of(job: &Job, ranks: usize) -> Result<Ended, Box<RankFailure>> {
         (None, Some(ended)) => Ok(ended),
         (None, None) => unreachable!("a group has at least one rank"),
     }
-}
-
-fn last_good_checkpoint(folder: &Path) -> Option<PathBuf> {
-    checkpoints(folder).newest_good().ok()?.good.map(|(_, reader)| reader.path().to_owned())
 }

@@ -10,11 +10,9 @@ use serde::{Deserialize, Serialize};
 use crate::case::meaning::{Bed, Case, Checkpoints, OutputFrame, Outputs, RunLength, Schedule};
 use crate::case::resolved::{self, Paths};
 use crate::case::{CaseError, Diagnostics, LoadedCase};
-use crate::recorder::RecordError;
-use crate::simulation::Job;
+use crate::job::{Job, RecordError};
+use crate::results::PREPARED;
 
-/// Name of the file in the folder of results.
-pub(crate) const PREPARED: &str = "prepared.state";
 /// Section of a state's file that tells what it is.
 const RECIPE: &str = "tank/recipe";
 /// Environment variable that names the folder in which states are kept.

@@ -2,6 +2,7 @@
 
 mod edges;
 mod links;
+mod modules;
 mod sources;
 
 use std::path::Path;
@@ -28,6 +29,10 @@ pub fn run(locked: bool) -> u8 {
                 problems.extend(findings.problems);
                 warnings.extend(findings.warnings);
             }
+            Err(error) => problems.push(format!("{}: cannot be read: {error}", folder.display())),
+        }
+        match modules::circles(&name, &folder) {
+            Ok(circles) => problems.extend(circles),
             Err(error) => problems.push(format!("{}: cannot be read: {error}", folder.display())),
         }
     }

@@ -103,7 +103,7 @@ fn holds(line: &str, what: &str) -> bool {
 }
 
 /// For each line whether it belongs to a module under `#[cfg(test)]`.
-fn lines_of_tests(code: &str) -> Vec<bool> {
+pub(super) fn lines_of_tests(code: &str) -> Vec<bool> {
     let mut marks = Vec::new();
     let mut announced = false;
     let mut depth: Option<i64> = None;
@@ -127,7 +127,7 @@ fn lines_of_tests(code: &str) -> Vec<bool> {
 }
 
 /// The code with comments and the contents of literals blanked out; lines stay where they are.
-fn without_comments_and_text(text: &str) -> String {
+pub(super) fn without_comments_and_text(text: &str) -> String {
     let bytes = text.as_bytes();
     let mut code = Vec::with_capacity(bytes.len());
     let mut at = 0;

@@ -10,12 +10,12 @@ use super::figures::{draw_figures, drawing, list_files, save};
 use super::lines::{number, report};
 use super::summary_file::summary;
 use crate::case::{self, CRATERS_EVALUATED, LoadedCase, resolved};
+use crate::checkpoints::{self, unreadable};
 use crate::error::CommandError;
 use crate::feasible;
 use crate::progress::Progress;
 use crate::recorder::{self, Beds, Reevaluated};
 use crate::results::{ANALYSIS, CASE, SUMMARY};
-use crate::run::{newest_checkpoint, unreadable};
 
 /// Relative difference of two erosion volumes that are meant to be the same.
 const SAME_VOLUME: Real = 1e-9;
@@ -75,8 +75,8 @@ fn evaluate(
     asked: Option<&LoadedCase>,
     progress: &mut dyn Progress,
 ) -> Result<Option<Again>, CommandError> {
-    let Some((step, reader)) = newest_checkpoint(folder, progress)?.good else { return Ok(None) };
-    let run = recorder::run_state(&reader).map_err(unreadable)?;
+    let Some((step, reader)) = checkpoints::newest(folder, progress)?.good else { return Ok(None) };
+    let run = checkpoints::run_state(&reader)?;
     if !run.flows() {
         return Ok(None);
     }

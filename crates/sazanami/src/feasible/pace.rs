@@ -12,7 +12,7 @@ use crate::check::{
     Cause, CostModel, LimitReport, Pace, ShapeFacts, TankReport, number, packing_substeps, population_reports, speeds,
     stiffest_contact, strongest_force, tank,
 };
-use crate::simulation::fixed_step;
+use crate::clock::fixed_step;
 
 /// Speed of sound in water [m/s]: no liquid is as good as incompressible that moves faster.
 const SOUND: Real = 1500.0;

@@ -5,7 +5,7 @@ use sazanami_numerics::domain::Decomposition;
 use crate::assembly::particles;
 use crate::case::meaning::{Case, Solver};
 use crate::error::CommandError;
-use crate::run::RunOptions;
+use crate::job::RunOptions;
 
 /// Most threads of a run, those of all its ranks together: systems refuse to start many more.
 const MOST_THREADS: usize = 1024;

@@ -12,7 +12,7 @@ use serde_json::json;
 
 use crate::case::meaning::Case;
 use crate::columns::{Field, quantity};
-use crate::simulation::Job;
+use crate::job::Job;
 
 const SECTION: &str = "observe/bed";
 /// Where grains leave more void than this there is no bed.

@@ -13,15 +13,14 @@ use sazanami_numerics::Real;
 use sazanami_numerics::geometry::Shape;
 use sazanami_observe::BedView;
 
-use super::RecordError;
 use super::bed::GatheredGrains;
 use super::drawing::Drawing;
 use super::summary::Fixed;
 use crate::case::meaning::FieldPrecision;
 use crate::clock::Clock;
+use crate::job::{Job, RankError, RecordError, RunState};
 use crate::machine::Machine;
 use crate::results::{CASE, CHECKPOINTS, FIELD_SERIES, FIELDS, FIGURES, GRAIN_SERIES, GRAINS, PROBES, SERIES};
-use crate::simulation::{Job, RankError, RunState};
 use sazanami_numerics::choice::Choice;
 
 /// Time [s] and step a resumed run goes on from.

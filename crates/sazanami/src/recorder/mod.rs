@@ -12,29 +12,30 @@ mod observer;
 mod reevaluated;
 mod summary;
 mod timetable;
-mod totals;
+mod watch;
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use sazanami_dem::{ContactReport, Engine, Packing, PackingReport};
-use sazanami_io::checkpoint::{CheckpointError, CheckpointWriter};
+use sazanami_io::checkpoint::CheckpointWriter;
 use sazanami_mps::snapshot::GRAINS;
 use sazanami_numerics::Real;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::snapshot::Snapshot;
 
-use crate::bed_file::{Bed, BedFileError, Lying, Recipe};
+use crate::bed_file::{Bed, Lying, Recipe};
 use crate::case::meaning::Case;
-use crate::clock::Clock;
+use crate::clock::{Clock, fixed_step};
 use crate::error::Failure;
+use crate::job::{
+    Ended, Job, PACKING, RELAXATION, RUN_STATE, RankError, RankFailure, RecordError, RunState, Status, Totals,
+};
+use crate::naming::partner;
 use crate::progress::StepLine;
 use crate::results::PACKED_BED;
-use crate::run::Status;
-use crate::simulation::{
-    Ended, Job, PACKING, RELAXATION, RankError, RankFailure, Relaxation, RunState, Water, fixed_step, partner,
-};
 use crate::tanks;
+use crate::water::Water;
 
 use bed::GatheredGrains;
 use columns::{series_headings, series_row};
@@ -46,52 +47,10 @@ pub(crate) use observer::{Observer, Step, Warning};
 pub(crate) use reevaluated::{Beds, Reevaluated, is_observed};
 pub(crate) use summary::{put_failure, put_files, put_ripples};
 use timetable::Timetables;
-pub use totals::Totals;
-use totals::{PICTURES, SETUP, Watch};
+use watch::{PICTURES, SETUP, Watch};
 
-/// Sections of a checkpoint that are not physics.
-const RUN_STATE: &str = "run/state";
 /// Simulated clock in a checkpoint.
 const CLOCK: &str = "clock";
-
-/// Something could not be written or drawn.
-#[derive(Debug, thiserror::Error)]
-pub enum RecordError {
-    /// A table or the summary.
-    #[error(transparent)]
-    Table(#[from] sazanami_io::table::TableError),
-    /// A file for ParaView.
-    #[error(transparent)]
-    Vtk(#[from] sazanami_io::vtk::VtkError),
-    /// A checkpoint.
-    #[error(transparent)]
-    Checkpoint(#[from] CheckpointError),
-    /// A bed.
-    #[error(transparent)]
-    Bed(#[from] BedFileError),
-    /// A file or folder.
-    #[error("{}: {error}", path.display())]
-    Path {
-        /// Which.
-        path: PathBuf,
-        /// What the system says.
-        error: std::io::Error,
-    },
-    /// Rank 0 could not write.
-    #[error(transparent)]
-    Elsewhere(#[from] sazanami_numerics::domain::FailedElsewhere),
-}
-
-impl RecordError {
-    /// The failure in one word.
-    pub fn kind(&self) -> &'static str {
-        match self {
-            Self::Table(sazanami_io::table::TableError::NotFinite { .. }) => "not_finite",
-            Self::Elsewhere(_) => "elsewhere",
-            _ => "disk",
-        }
-    }
-}
 
 /// Observes a run and writes what is due.
 pub(crate) struct Recorder<'a, B: Observer> {
@@ -383,9 +342,8 @@ impl<'a, B: Observer> Recorder<'a, B> {
     }
 
     /// Writes a checkpoint of a bed on its way to rest.
-    pub fn checkpoint_relaxation(&mut self, domain: &Domain, relaxation: &mut Relaxation) -> Result<(), RankError> {
-        let snapshot = relaxation.snapshot(domain);
-        self.save(domain, snapshot, relaxation.time(), RunState { relaxing: true, ..RunState::default() })
+    pub fn checkpoint_relaxation(&mut self, domain: &Domain, snapshot: Snapshot, time: Real) -> Result<(), RankError> {
+        self.save(domain, snapshot, time, RunState { relaxing: true, ..RunState::default() })
     }
 
     /// Writes a checkpoint of a tank that is being prepared; `stage` adds how far it has come.
@@ -531,9 +489,4 @@ fn is_physical(section: &str) -> bool {
 /// Where a run into `folder` writes the bed that it packs.
 pub(crate) fn packed_bed(case: &Case, folder: &Path) -> PathBuf {
     case.output.bed.clone().unwrap_or_else(|| folder.join(PACKED_BED))
-}
-
-/// Reads the state that is not physics from a checkpoint.
-pub(crate) fn run_state(reader: &sazanami_io::checkpoint::CheckpointReader) -> Result<RunState, CheckpointError> {
-    reader.get_json(RUN_STATE)
 }

@@ -7,10 +7,10 @@ use serde_json::{Map, Value};
 use super::bed::GatheredGrains;
 use super::columns::SeriesCell;
 use super::files::Files;
-use super::{RecordError, Totals};
 use crate::case::meaning::Case;
 use crate::clock::Clock;
-use crate::simulation::{Job, RankError, Water};
+use crate::job::{Job, RankError, RecordError, Totals};
+use crate::water::Water;
 
 /// A step that was done.
 pub(crate) struct Step<'a, W: Water> {

@@ -6,13 +6,12 @@ use sazanami_io::table::{TableError, write_json};
 use sazanami_numerics::Real;
 use serde_json::{Map, Value, json};
 
-use super::Totals;
 use super::bed::{BED, BedFindings};
 use super::observer::SummaryParts;
 use crate::columns::object;
 use crate::error::Failure;
+use crate::job::{Status, Totals};
 use crate::results::SUMMARY;
-use crate::run::Status;
 
 /// The parts of the summary that do not change during a run.
 #[derive(Clone, Debug)]

@@ -1,13 +1,8 @@
 //! A run on one rank: packing or relaxation of a bed, then flow, step by step, until it ends. No physics, no files.
 
-mod job;
-mod mics;
-mod mps;
-mod naming;
 mod preparation;
 mod relaxation;
 mod start;
-mod water;
 
 use std::time::Instant;
 
@@ -16,24 +11,15 @@ use sazanami_numerics::Real;
 use sazanami_numerics::domain::Domain;
 use sazanami_parallel::{Communicator, Reduction};
 
-use crate::case::meaning::{Case, Solver};
+use crate::case::meaning::Solver;
 use crate::clock::Clock;
+use crate::job::{Ended, Job, RankError, RankFailure, Status};
 use crate::progress::StepLine;
 use crate::recorder::{GridObserver, Observer, ParticleObserver, Recorder, Step};
-use crate::run::Status;
+use crate::water::Water;
 
-pub(crate) use job::{Ended, Event, Job, Program, RankError, RankFailure, Reporter, Resumed, RunState};
-pub(crate) use mps::initial_velocity;
-pub(crate) use naming::partner;
-pub(crate) use relaxation::Relaxation;
-pub(crate) use water::Water;
-
-/// Prefix of what a packing writes into a snapshot.
-pub(crate) const PACKING: &str = "packing/";
-/// Prefix of what a bed on its way to rest writes into a snapshot.
-pub(crate) const RELAXATION: &str = "relaxation/";
 /// Phase between the steps.
-pub(crate) const OUTPUT: &str = "output";
+const OUTPUT: &str = "output";
 /// A run ends when this part of its time is left.
 const END: Real = 1e-12;
 
@@ -132,7 +118,7 @@ fn pack<B: Observer>(
         let step = (time / length).round() as u64 + 1;
         let report = packing
             .step(domain)
-            .map_err(|error| naming::packing_error(job.case, packing.engine().walls(), error, step, time))?;
+            .map_err(|error| RankError::packing_step(job.case, packing.engine().walls(), error, step, time))?;
         recorder.observe_packing(packing.engine(), &report);
         let limiter = match report.stage {
             Stage::Falling => "falling",
@@ -222,14 +208,5 @@ fn flow<B: Observer>(job: &Job, mut water: B::Water, recorder: &mut Recorder<B>)
             contacts: contacts.contacts,
             ..StepLine::default()
         });
-    }
-}
-
-/// A fixed step length of the case, if it has one [s].
-pub(crate) fn fixed_step(case: &Case) -> Option<Real> {
-    match (case.solver, case.fluid.step) {
-        (Solver::Mps, _) => case.particles.as_ref().and_then(|particles| particles.dt),
-        (Solver::Mics, crate::case::meaning::Step::Fixed(dt)) => Some(dt),
-        (Solver::Mics, crate::case::meaning::Step::Adaptive { .. }) => None,
     }
 }

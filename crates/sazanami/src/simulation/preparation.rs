@@ -9,27 +9,16 @@ use sazanami_numerics::domain::Domain;
 use sazanami_numerics::snapshot::Snapshot;
 use sazanami_numerics::{Real, Vector};
 
-use super::job::{Job, RankError};
-use super::water::Water;
-use super::{END, initial_velocity, signals, start};
+use super::{END, signals, start};
 use crate::assembly::particles;
 use crate::case::meaning::{Case, GrainPlacement, Preparation};
+use crate::job::{Job, RankError, StateError};
 use crate::progress::StepLine;
 use crate::recorder::{Observer, ParticleObserver, Recorder};
+use crate::water::{StepProblem, Water, mps};
 
 /// Section of a checkpoint that tells how far a preparation has come.
 const STAGE: &str = "preparation/stage";
-
-/// A state of a tank that does not fit.
-#[derive(Clone, Debug, thiserror::Error)]
-pub(crate) enum StateError {
-    /// Its arrays are not those of this case.
-    #[error("the state of the tank does not fit the case: {0}")]
-    Restore(#[from] sazanami_mps::snapshot::RestoreError),
-    /// Neither are its grains.
-    #[error("the grains of the tank's state do not fit the case: {0}")]
-    Grains(sazanami_dem::DemError),
-}
 
 /// How far a preparation has come.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -205,7 +194,7 @@ fn make_ready(
         steps += 1;
         let report = solver
             .step(dt, &forcing, |_| ())
-            .map_err(|error| RankError::preparing(case, solver, &error, steps, done))?;
+            .map_err(|error| not_prepared(mps::problem(case, solver, &error), steps, done))?;
         recorder.report(&StepLine {
             phase: name,
             step: steps,
@@ -220,6 +209,10 @@ fn make_ready(
         });
         stage = next(how, solver, stage, dt, &report, recorder);
     }
+}
+
+fn not_prepared(problem: StepProblem, step: u64, time: Real) -> RankError {
+    RankError::Step { problem, step, time, limit: "preparation" }
 }
 
 /// The stage after a step.
@@ -286,4 +279,9 @@ fn set_off(case: &Case, solver: &mut Solver) {
         engine.set_velocity(g, before + velocity, spin);
     }
     engine.refresh_ghosts(domain);
+}
+
+/// Velocity that fluid and grains at rest have in the frame of a tank that begins with a speed [m/s].
+fn initial_velocity(case: &Case) -> Vector {
+    if case.walls_move() { Vector::ZERO } else { -case.tank_at(0.0)[1] }
 }

@@ -8,8 +8,8 @@ use sazanami_numerics::domain::Domain;
 use sazanami_numerics::snapshot::Snapshot;
 use sazanami_numerics::{Real, Vector};
 
-use super::job::{Job, RankError};
-use super::{RELAXATION, naming, signals};
+use super::signals;
+use crate::job::{Job, RELAXATION, RankError};
 use crate::progress::StepLine;
 use crate::recorder::{Observer, Recorder};
 
@@ -112,7 +112,7 @@ pub(super) fn relax<B: Observer>(
         let (time, mean_speed) = (relaxation.time(), relaxation.mean_speed(domain));
         let at_rest = !relaxation.parting && time - relaxation.parted >= LEAST && mean_speed < AT_REST;
         if stop || checkpoint || at_rest {
-            recorder.checkpoint_relaxation(domain, &mut relaxation)?;
+            recorder.checkpoint_relaxation(domain, relaxation.snapshot(domain), relaxation.time())?;
         }
         if stop {
             return Ok(None);
@@ -127,7 +127,7 @@ pub(super) fn relax<B: Observer>(
         let step = (time / STEP).round() as u64 + 1;
         let report = relaxation
             .step(domain, gravity)
-            .map_err(|error| naming::packing_error(job.case, relaxation.engine.walls(), error, step, time))?;
+            .map_err(|error| RankError::packing_step(job.case, relaxation.engine.walls(), error, step, time))?;
         recorder.report(&StepLine {
             phase: "relax",
             step,

@@ -9,13 +9,12 @@ use sazanami_numerics::domain::Domain;
 use sazanami_numerics::geometry::Region;
 use sazanami_numerics::{Real, Vector};
 
-use super::job::{Job, RankError};
-use super::naming::partner;
 use super::relaxation::{Relaxation, relax};
-use super::{PACKING, fixed_step};
 use crate::assembly::{fluid, grains, particles};
 use crate::case::meaning::{self, FluidName, GrainPlacement, Placement, Population};
-use crate::clock::Clock;
+use crate::clock::{Clock, fixed_step};
+use crate::job::{Job, PACKING, RankError};
+use crate::naming::partner;
 use crate::recorder::{Observer, Recorder};
 
 /// The bed to be packed, new or from a checkpoint; `None` if the case packs none.

@@ -17,10 +17,9 @@ use super::bed::GatheredGrains;
 use super::columns::SeriesCell;
 use super::files::Files;
 use super::observer::{Observer, Step, SummaryParts, Warning};
-use super::{RecordError, Totals};
 use crate::case::meaning::Case;
 use crate::clock::Clock;
-use crate::simulation::{Job, RankError};
+use crate::job::{Job, RankError, RecordError, Totals};
 
 pub(super) use summary::{EROSION, Findings, SPLASH};
 

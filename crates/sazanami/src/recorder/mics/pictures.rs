@@ -13,10 +13,9 @@ use sazanami_picture::{ColourScale, Isosurface, PictureError, SectionView, Still
 
 use super::series::Fractions;
 use crate::clock::Clock;
-use crate::recorder::RecordError;
+use crate::job::{Job, RecordError};
 use crate::recorder::bed::GatheredGrains;
 use crate::recorder::files::{Files, poses, surfaces};
-use crate::simulation::Job;
 
 /// Speed at the upper end of the colours, over the largest initial speed of a liquid: the same for all pictures of a run.
 const FASTEST: Real = 0.1;

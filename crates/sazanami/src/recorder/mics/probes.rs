@@ -10,10 +10,9 @@ use crate::assembly::grains::identifier;
 use crate::case::meaning::{Case, Probe, ProbePlace};
 use crate::clock::Clock;
 use crate::columns::{Cell, cells, quantity};
-use crate::recorder::RecordError;
+use crate::job::{Job, RecordError};
 use crate::recorder::columns::{GAUGE, ProbeColumns};
 use crate::recorder::files::Files;
-use crate::simulation::Job;
 
 /// What is found at a point.
 #[derive(Clone, Copy, Debug, Default)]

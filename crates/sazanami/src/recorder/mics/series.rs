@@ -14,7 +14,7 @@ use super::GridObserver;
 use crate::case::meaning::FieldPrecision;
 use crate::clock::Clock;
 use crate::columns::{Quantity, cells, headings, quantity};
-use crate::recorder::RecordError;
+use crate::job::RecordError;
 use crate::recorder::columns::SeriesCell;
 use crate::recorder::files::Files;
 use crate::recorder::observer::Row;

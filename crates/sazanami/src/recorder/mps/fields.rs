@@ -6,9 +6,8 @@ use sazanami_numerics::{Real, Vector};
 use super::sight::Sight;
 use crate::case::meaning::{Case, OutputFrame};
 use crate::clock::Clock;
-use crate::recorder::RecordError;
+use crate::job::{Job, RecordError};
 use crate::recorder::files::Files;
-use crate::simulation::Job;
 use sazanami_numerics::choice::Choice;
 
 /// What is added to positions [m] and velocities [m/s] in the frame of the tank for the frame that is written.

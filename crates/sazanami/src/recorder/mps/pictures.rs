@@ -13,10 +13,9 @@ use sazanami_picture::{
 use super::{Found, ParticleObserver};
 use crate::case::meaning::{COLOUR_FORCE, Case};
 use crate::clock::Clock;
-use crate::recorder::RecordError;
+use crate::job::{Job, RecordError};
 use crate::recorder::files::Files;
 use crate::results::BED_DEFINITIONS;
-use crate::simulation::Job;
 
 /// Part of the width of a tank, about its middle, in which grains are drawn; a thin slab hides nothing.
 const SLAB: Real = 0.3;

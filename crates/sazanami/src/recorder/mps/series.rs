@@ -9,7 +9,7 @@ use serde_json::json;
 use super::{Found, ParticleObserver, TankSums};
 use crate::clock::Clock;
 use crate::columns::{Cell, Quantity, cells, headings, quantity};
-use crate::recorder::RecordError;
+use crate::job::RecordError;
 use crate::recorder::columns::SeriesCell;
 use crate::recorder::files::Files;
 use crate::recorder::observer::Row;

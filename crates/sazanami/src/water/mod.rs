@@ -1,5 +1,8 @@
 //! What a run needs of a solver: water with grains in it.
 
+pub(crate) mod mics;
+pub(crate) mod mps;
+
 use sazanami_dem::{ContactReport, Engine};
 use sazanami_numerics::Real;
 use sazanami_numerics::domain::Domain;

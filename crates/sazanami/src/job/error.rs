@@ -1,10 +1,9 @@
-//! What a run is asked, by whom it is heard, and how it can fail.
+//! How a run can fail on a rank, and what is said of it.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::mpsc::SyncSender;
 
-use sazanami_dem::DemError;
+use sazanami_dem::{DemError, Wall};
+use sazanami_io::checkpoint::CheckpointError;
 use sazanami_io::table::TableError;
 use sazanami_mics::boundary::BoundaryError;
 use sazanami_mics::solver::StepError;
@@ -12,168 +11,64 @@ use sazanami_mics::stability::Limit;
 use sazanami_mps::solver::SetupError;
 use sazanami_numerics::Real;
 use sazanami_numerics::domain::{FailedElsewhere, LayoutError};
-use sazanami_numerics::geometry::Shape;
-use sazanami_numerics::snapshot::{Snapshot, SnapshotError};
+use sazanami_numerics::snapshot::SnapshotError;
 use sazanami_parallel::ThreadsRefused;
-use serde::{Deserialize, Serialize};
 
-use super::mics;
-use super::preparation::StateError;
-use super::water::StepProblem;
-use crate::bed_file::Bed;
+use crate::bed_file::BedFileError;
 use crate::case::meaning::Case;
-use crate::case::resolved;
 use crate::error::{CommandError, Failure};
-use crate::progress::StepLine;
-use crate::recorder::{RecordError, Totals};
+use crate::naming::{grain_error, grain_kind};
 use crate::results::SERIES;
-use crate::run::{RunOptions, Status};
-use crate::stop::Stop;
+use crate::water::{StepProblem, mics};
 
-/// What a running command has to say.
-#[derive(Clone, Debug)]
-pub(crate) enum Event {
-    /// A step is done.
-    Step(StepLine),
-    /// A line of its own.
-    Message(String),
+/// Something could not be written or drawn.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum RecordError {
+    /// A table or the summary.
+    #[error(transparent)]
+    Table(#[from] TableError),
+    /// A file for ParaView.
+    #[error(transparent)]
+    Vtk(#[from] sazanami_io::vtk::VtkError),
+    /// A checkpoint.
+    #[error(transparent)]
+    Checkpoint(#[from] CheckpointError),
+    /// A bed.
+    #[error(transparent)]
+    Bed(#[from] BedFileError),
+    /// A file or folder.
+    #[error("{}: {error}", path.display())]
+    Path {
+        /// Which.
+        path: PathBuf,
+        /// What the system says.
+        error: std::io::Error,
+    },
+    /// Rank 0 could not write.
+    #[error(transparent)]
+    Elsewhere(#[from] FailedElsewhere),
 }
 
-/// Takes what rank 0 says to whoever listens.
-#[derive(Clone, Debug)]
-pub(crate) struct Reporter(pub SyncSender<Event>);
-
-/// The part of a run's state that is not physics: goes into the checkpoint as text.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct RunState {
-    /// Whether the bed is still being packed.
-    pub packing: bool,
-    /// Whether a bed from a file is still on its way to rest.
-    #[serde(default)]
-    pub relaxing: bool,
-    /// Whether a bed in water is still being prepared.
-    #[serde(default)]
-    pub preparing: bool,
-    /// Simulated time [s].
-    pub time: Real,
-    /// Fluid steps.
-    pub step: u64,
-    /// Hash of the case, as the program that began the run found it.
-    pub case_hash: String,
-    /// That program; absent in checkpoints of earlier ones.
-    #[serde(default)]
-    pub program: Option<Program>,
-    /// Sums and extremes since the start.
-    pub totals: Totals,
-    /// Step of the last row of the series; absent in checkpoints of earlier versions.
-    #[serde(default)]
-    pub last_row: Option<u64>,
-}
-
-/// Which sazanami.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) struct Program {
-    /// Version.
-    pub version: String,
-    /// Commit that it was built from.
-    pub commit: String,
-}
-
-impl Program {
-    /// This program, as the command line knows it.
-    pub fn this(options: &RunOptions) -> Self {
-        Self { version: env!("CARGO_PKG_VERSION").into(), commit: options.commit.unwrap_or("unknown commit").into() }
-    }
-}
-
-impl std::fmt::Display for Program {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(formatter, "sazanami {} ({})", self.version, self.commit)
-    }
-}
-
-impl RunState {
-    /// The beginning of a run's state: its case and the program that began it.
-    pub fn of(job: &Job) -> Self {
-        match &job.resumed {
-            Some(state) => {
-                Self { case_hash: state.run.case_hash.clone(), program: state.run.program.clone(), ..Self::default() }
-            }
-            None => Self {
-                case_hash: resolved::hash_text(job.case),
-                program: Some(Program::this(job.options)),
-                ..Self::default()
-            },
+impl RecordError {
+    /// The failure in one word.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Table(TableError::NotFinite { .. }) => "not_finite",
+            Self::Elsewhere(_) => "elsewhere",
+            _ => "disk",
         }
     }
-
-    /// Whether the flow has begun.
-    pub const fn flows(&self) -> bool {
-        !self.packing && !self.relaxing && !self.preparing
-    }
 }
 
-/// A checkpoint that a run goes on from.
-#[derive(Debug)]
-pub(crate) struct Resumed {
-    /// Arrays.
-    pub snapshot: Snapshot,
-    /// The rest.
-    pub run: RunState,
-}
-
-/// A run as all its ranks see it.
-pub(crate) struct Job<'a> {
-    /// The case.
-    pub case: &'a Case,
-    /// Its resolved copy, to be written; absent where the folder holds it already.
-    pub case_text: Option<String>,
-    /// Shapes of its populations.
-    pub shapes: Arc<[Shape]>,
-    /// Beds of the populations that are read from a file.
-    pub beds: Vec<Option<Bed>>,
-    /// What is asked beyond the case.
-    pub options: &'a RunOptions,
-    /// Folder of the results.
-    pub folder: PathBuf,
-    /// A tank with water that was prepared before; none where the run prepares it.
-    pub prepared: Option<Snapshot>,
-    /// Where the run goes on from.
-    pub resumed: Option<Resumed>,
-    /// Whom rank 0 tells.
-    pub reporter: Reporter,
-    /// Set when the run is to end.
-    pub stop: &'a Stop,
-    /// Threads per rank.
-    pub threads: usize,
-    /// Simulated time that packing is expected to take [s], if it can be predicted.
-    pub packing_time: Option<Real>,
-}
-
-impl Job<'_> {
-    pub fn is_stopped(&self) -> bool {
-        self.stop.is_set()
-    }
-
-    /// Tells of a step.
-    pub fn report(&self, line: &StepLine) {
-        // Nobody listens any more when the command itself has ended: nothing is lost.
-        let _ = self.reporter.0.send(Event::Step(*line));
-    }
-
-    /// Says a line.
-    pub fn say(&self, text: impl Into<String>) {
-        let _ = self.reporter.0.send(Event::Message(text.into()));
-    }
-}
-
-/// How a run ended on a rank.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Ended {
-    pub status: Status,
-    pub interrupted: bool,
-    pub time: Real,
-    pub steps: u64,
+/// A state of a tank that does not fit.
+#[derive(Clone, Debug, thiserror::Error)]
+pub(crate) enum StateError {
+    /// Its arrays are not those of this case.
+    #[error("the state of the tank does not fit the case: {0}")]
+    Restore(#[from] sazanami_mps::snapshot::RestoreError),
+    /// Neither are its grains.
+    #[error("the grains of the tank's state do not fit the case: {0}")]
+    Grains(sazanami_dem::DemError),
 }
 
 /// Why a run ended before its time on a rank.
@@ -229,15 +124,9 @@ pub(crate) enum RankError {
 }
 
 impl RankError {
-    /// A step before the run failed, with grains and water that come to rest.
-    pub fn preparing(
-        case: &Case,
-        solver: &sazanami_mps::solver::Solver,
-        error: &sazanami_mps::solver::StepError,
-        step: u64,
-        time: Real,
-    ) -> Self {
-        Self::Step { problem: super::mps::problem(case, solver, error), step, time, limit: "preparation" }
+    /// A step at `time` [s] failed while grains packed or came to rest.
+    pub fn packing_step(case: &Case, walls: &[Wall], error: DemError, step: u64, time: Real) -> Self {
+        Self::PackingStep { message: grain_error(case, walls, &error), error, step, time }
     }
 
     /// Whether another rank has the reason.
@@ -359,23 +248,12 @@ impl RankFailure {
     }
 }
 
-/// The failure of grains in one word.
-pub(super) fn grain_kind(error: &DemError) -> &'static str {
-    match error {
-        DemError::NotFinite { .. } => "not_finite",
-        DemError::GrainEscaped { .. } => "grain_escaped",
-        DemError::OverlapTooLarge { .. } => "overlap",
-        DemError::BoxTooShort { .. } | DemError::BadGrain { .. } | DemError::Snapshot(_) => "input",
-        DemError::Elsewhere(_) => "elsewhere",
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn heights_are_told_in_millimetres() {
+    fn heights_are_given_in_millimetres() {
         let high = RankError::BedTooHigh { grain: "grain 12 of `sand`".into(), height: 0.012_345_678_9, top: 0.0121 };
         let expected =
             "the bed is higher than the box: grain 12 of `sand` reaches up to 12.3457 mm, the box to 12.1000 mm";

@@ -1,7 +1,6 @@
 //! Sums and extremes over a whole run, checkpoints included.
 
 use std::collections::BTreeMap;
-use std::time::Instant;
 
 use sazanami_dem::ContactReport;
 use sazanami_mics::solver::StepReport;
@@ -10,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 /// Worst values met.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Worst {
+pub(crate) struct Worst {
     /// Advective Courant number of a pass.
     pub cfl: Real,
     /// `|div u| dt` left by a projection.
@@ -31,7 +30,7 @@ pub struct Worst {
 
 /// What had to be tidied up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Tidied {
+pub(crate) struct Tidied {
     /// Nearly empty or full cells given to the interface next to them.
     pub moved_cells: u64,
     /// Their volume [m^3].
@@ -48,7 +47,7 @@ pub struct Tidied {
 
 /// Sums and extremes since the start of a run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Totals {
+pub(crate) struct Totals {
     /// Wall-clock time [s].
     pub wall_s: Real,
     /// Wall-clock time by phase [s].
@@ -79,7 +78,7 @@ pub struct Totals {
 
 /// What happened to moving particles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct ParticleTotals {
+pub(crate) struct ParticleTotals {
     /// Pairs that the dynamic stabilisation pushed apart.
     pub pushed_pairs: u64,
     /// Work of its pushes [J].
@@ -177,47 +176,5 @@ impl Totals {
         tidied.clipped_volume += residue.clipped_volume;
         tidied.out_of_range_cells += residue.out_of_range_cells;
         self.liquid_through += report.transport.volume_through.iter().flatten().sum::<Real>();
-    }
-}
-
-/// Phase of what comes before the first step: files read, grains settled, liquids poured.
-pub(crate) const SETUP: &str = "setup";
-/// Name of the phase in which pictures are prepared and waited for; they are drawn beside the others.
-pub(crate) const PICTURES: &str = "pictures";
-
-/// Measures how long phases take.
-#[derive(Debug)]
-pub(crate) struct Watch {
-    phase: &'static str,
-    since: Instant,
-    seconds: BTreeMap<&'static str, Real>,
-}
-
-impl Watch {
-    /// Begins with the set-up.
-    pub fn start() -> Self {
-        Self { phase: SETUP, since: Instant::now(), seconds: BTreeMap::new() }
-    }
-
-    /// Name of the phase that is measured.
-    pub fn phase(&self) -> &'static str {
-        self.phase
-    }
-
-    /// The phase before ends, that of this name begins.
-    pub fn turn(&mut self, name: &'static str) {
-        let now = Instant::now();
-        *self.seconds.entry(self.phase).or_default() += (now - self.since).as_secs_f64();
-        self.since = now;
-        self.phase = name;
-    }
-
-    /// Moves what was measured into the totals.
-    pub fn empty_into(&mut self, totals: &mut Totals) {
-        self.turn(self.phase);
-        for (name, seconds) in std::mem::take(&mut self.seconds) {
-            *totals.phase_s.entry(name.to_owned()).or_default() += seconds;
-            totals.wall_s += seconds;
-        }
     }
 }

@@ -4,14 +4,13 @@ use sazanami_dem::{ContactReport, DemError, Engine};
 use sazanami_mps::pressure::PressureError;
 use sazanami_mps::solver::{Forcing, Phase, Solver, StepError, StepReport};
 use sazanami_mps::stability::Step;
+use sazanami_numerics::Real;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::snapshot::Snapshot;
-use sazanami_numerics::{Real, Vector};
 
-use super::job::grain_kind;
-use super::naming;
-use super::water::{StepProblem, Water};
+use super::{StepProblem, Water};
 use crate::case::meaning::Case;
+use crate::naming::{grain_error, grain_kind};
 
 /// What moves water and walls in the step from `time` to `time + dt` [s].
 fn forcing(case: &Case, time: Real, dt: Real) -> Forcing {
@@ -78,7 +77,7 @@ fn phase_name(phase: Phase) -> &'static str {
     }
 }
 
-pub(super) fn problem(case: &Case, solver: &Solver, error: &StepError) -> StepProblem {
+pub(crate) fn problem(case: &Case, solver: &Solver, error: &StepError) -> StepProblem {
     let kind = match error {
         StepError::Pressure(PressureError::NotFinite { .. }) | StepError::NotFinite { .. } => "not_finite",
         StepError::Pressure(_) => "pressure",
@@ -88,14 +87,9 @@ pub(super) fn problem(case: &Case, solver: &Solver, error: &StepError) -> StepPr
         StepError::Elsewhere(_) => "elsewhere",
     };
     let message = match error {
-        StepError::Grains(error) => naming::grain_error(case, solver.grains().engine().walls(), error),
+        StepError::Grains(error) => grain_error(case, solver.grains().engine().walls(), error),
         other => other.to_string(),
     };
     let elsewhere = matches!(error, StepError::Elsewhere(_) | StepError::Grains(DemError::Elsewhere(_)));
     StepProblem { kind, elsewhere, message }
-}
-
-/// Velocity that fluid and grains at rest have in the frame of a tank that begins with a speed [m/s].
-pub(crate) fn initial_velocity(case: &Case) -> Vector {
-    if case.walls_move() { Vector::ZERO } else { -case.tank_at(0.0)[1] }
 }

@@ -8,10 +8,9 @@ use sazanami_numerics::Real;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::snapshot::Snapshot;
 
-use super::job::grain_kind;
-use super::naming;
-use super::water::{StepProblem, Water};
+use super::{StepProblem, Water};
 use crate::case::meaning::Case;
+use crate::naming::{grain_error, grain_kind};
 
 impl Water for Solver {
     type Stable = Step;
@@ -72,14 +71,14 @@ fn phase_name(phase: Phase) -> &'static str {
 
 fn problem(case: &Case, solver: &Solver, error: &StepError) -> StepProblem {
     let message = match error {
-        StepError::Grains(error) => naming::grain_error(case, solver.grains().engine().walls(), error),
+        StepError::Grains(error) => grain_error(case, solver.grains().engine().walls(), error),
         other => other.to_string(),
     };
     StepProblem { kind: kind(error), elsewhere: is_elsewhere(error), message }
 }
 
 /// Whether another rank has the reason.
-pub(super) fn is_elsewhere(error: &StepError) -> bool {
+pub(crate) fn is_elsewhere(error: &StepError) -> bool {
     match error {
         StepError::Elsewhere(_) | StepError::Grains(DemError::Elsewhere(_)) => true,
         StepError::Pressure(_) | StepError::Viscosity(_) | StepError::Grains(_) | StepError::NotFinite { .. } => false,
@@ -87,7 +86,7 @@ pub(super) fn is_elsewhere(error: &StepError) -> bool {
 }
 
 /// The failure in one word.
-pub(super) fn kind(error: &StepError) -> &'static str {
+pub(crate) fn kind(error: &StepError) -> &'static str {
     match error {
         StepError::Pressure(PressureError::NotFinite { .. }) => "not_finite",
         StepError::Pressure(_) => "pressure",

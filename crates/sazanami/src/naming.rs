@@ -1,20 +1,13 @@
 //! Grains and walls by the names of the case, for messages.
 
 use sazanami_dem::{DemError, Wall};
-use sazanami_numerics::{Real, Vector};
+use sazanami_numerics::Vector;
 
 use crate::assembly::grains::population_of;
 use crate::case::meaning::{Case, SIDE_NAMES};
 
-use super::job::RankError;
-
-/// A step at `time` [s] failed while grains packed or came to rest.
-pub(super) fn packing_error(case: &Case, walls: &[Wall], error: DemError, step: u64, time: Real) -> RankError {
-    RankError::PackingStep { message: grain_error(case, walls, &error), error, step, time }
-}
-
 /// What went wrong among the grains.
-pub(super) fn grain_error(case: &Case, walls: &[Wall], error: &DemError) -> String {
+pub(crate) fn grain_error(case: &Case, walls: &[Wall], error: &DemError) -> String {
     let name = |id: u64| partner(case, walls, id);
     match error {
         DemError::NotFinite { id, position, substep } => {
@@ -49,4 +42,15 @@ pub(crate) fn partner(case: &Case, walls: &[Wall], id: u64) -> String {
 
 fn place(position: Vector) -> String {
     format!("({:.4e}, {:.4e}, {:.4e}) m", position.x, position.y, position.z)
+}
+
+/// The failure of grains in one word.
+pub(crate) fn grain_kind(error: &DemError) -> &'static str {
+    match error {
+        DemError::NotFinite { .. } => "not_finite",
+        DemError::GrainEscaped { .. } => "grain_escaped",
+        DemError::OverlapTooLarge { .. } => "overlap",
+        DemError::BoxTooShort { .. } | DemError::BadGrain { .. } | DemError::Snapshot(_) => "input",
+        DemError::Elsewhere(_) => "elsewhere",
+    }
 }

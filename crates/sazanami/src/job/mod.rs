@@ -1,0 +1,217 @@
+//! A run as all its ranks see it: what is asked, what its checkpoints keep beside the physics, who listens, and how it
+//! can fail.
+
+mod error;
+mod totals;
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::mpsc::SyncSender;
+
+use sazanami_numerics::Real;
+use sazanami_numerics::geometry::Shape;
+use sazanami_numerics::snapshot::Snapshot;
+use serde::{Deserialize, Serialize};
+
+use crate::bed_file::Bed;
+use crate::case::meaning::Case;
+use crate::case::resolved;
+use crate::progress::StepLine;
+use crate::stop::Stop;
+
+pub(crate) use error::{RankError, RankFailure, RecordError, StateError};
+pub(crate) use totals::Totals;
+
+/// Section of a checkpoint with the [`RunState`].
+pub(crate) const RUN_STATE: &str = "run/state";
+/// Prefix of what a packing writes into a snapshot.
+pub(crate) const PACKING: &str = "packing/";
+/// Prefix of what a bed on its way to rest writes into a snapshot.
+pub(crate) const RELAXATION: &str = "relaxation/";
+
+/// How a run ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Status {
+    /// Not ended yet.
+    Running,
+    /// Reached its end.
+    Finished,
+    /// Stopped by a signal, a number of steps or a time before its end.
+    Stopped,
+    /// Ended by an error.
+    Failed,
+}
+
+/// What `run` is asked beyond the case.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RunOptions {
+    /// Folder for the results; absent: the next free `runs/<case>-<n>`.
+    pub out: Option<PathBuf>,
+    /// Overwrite a folder that is not empty.
+    pub force: bool,
+    /// Stop at this simulated time [s] (never changes a time step).
+    pub until: Option<Real>,
+    /// Stop after so many further fluid steps.
+    pub steps: Option<u64>,
+    /// Threads; absent: as many as the machine has.
+    pub threads: Option<usize>,
+    /// In-process ranks.
+    pub ranks: usize,
+    /// The commit that the program was built from, for the summary.
+    pub commit: Option<&'static str>,
+}
+
+impl RunOptions {
+    /// Threads of each rank on a machine of so many processors.
+    #[must_use]
+    pub fn threads_of_rank(&self, cores: usize) -> usize {
+        self.threads.unwrap_or_else(|| cores.div_ceil(self.ranks.max(1))).max(1)
+    }
+}
+
+/// What a running command reports.
+#[derive(Clone, Debug)]
+pub(crate) enum Event {
+    /// A step is done.
+    Step(StepLine),
+    /// A line of its own.
+    Message(String),
+}
+
+/// Takes what rank 0 says to whoever listens.
+#[derive(Clone, Debug)]
+pub(crate) struct Reporter(pub SyncSender<Event>);
+
+/// The part of a run's state that is not physics: goes into the checkpoint as text.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct RunState {
+    /// Whether the bed is still being packed.
+    pub packing: bool,
+    /// Whether a bed from a file is still on its way to rest.
+    #[serde(default)]
+    pub relaxing: bool,
+    /// Whether a bed in water is still being prepared.
+    #[serde(default)]
+    pub preparing: bool,
+    /// Simulated time [s].
+    pub time: Real,
+    /// Fluid steps.
+    pub step: u64,
+    /// Hash of the case, as the program that began the run found it.
+    pub case_hash: String,
+    /// That program; absent in checkpoints of earlier ones.
+    #[serde(default)]
+    pub program: Option<Program>,
+    /// Sums and extremes since the start.
+    pub totals: Totals,
+    /// Step of the last row of the series; absent in checkpoints of earlier versions.
+    #[serde(default)]
+    pub last_row: Option<u64>,
+}
+
+/// Which sazanami.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct Program {
+    /// Version.
+    pub version: String,
+    /// Commit that it was built from.
+    pub commit: String,
+}
+
+impl Program {
+    /// This program, as the command line knows it.
+    pub fn this(options: &RunOptions) -> Self {
+        Self { version: env!("CARGO_PKG_VERSION").into(), commit: options.commit.unwrap_or("unknown commit").into() }
+    }
+}
+
+impl std::fmt::Display for Program {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(formatter, "sazanami {} ({})", self.version, self.commit)
+    }
+}
+
+impl RunState {
+    /// The beginning of a run's state: its case and the program that began it.
+    pub fn of(job: &Job) -> Self {
+        match &job.resumed {
+            Some(state) => {
+                Self { case_hash: state.run.case_hash.clone(), program: state.run.program.clone(), ..Self::default() }
+            }
+            None => Self {
+                case_hash: resolved::hash_text(job.case),
+                program: Some(Program::this(job.options)),
+                ..Self::default()
+            },
+        }
+    }
+
+    /// Whether the flow has begun.
+    pub const fn flows(&self) -> bool {
+        !self.packing && !self.relaxing && !self.preparing
+    }
+}
+
+/// A checkpoint that a run goes on from.
+#[derive(Debug)]
+pub(crate) struct Resumed {
+    /// Arrays.
+    pub snapshot: Snapshot,
+    /// The rest.
+    pub run: RunState,
+}
+
+/// A run as all its ranks see it.
+pub(crate) struct Job<'a> {
+    /// The case.
+    pub case: &'a Case,
+    /// Its resolved copy, to be written; absent where the folder holds it already.
+    pub case_text: Option<String>,
+    /// Shapes of its populations.
+    pub shapes: Arc<[Shape]>,
+    /// Beds of the populations that are read from a file.
+    pub beds: Vec<Option<Bed>>,
+    /// What is asked beyond the case.
+    pub options: &'a RunOptions,
+    /// Folder of the results.
+    pub folder: PathBuf,
+    /// A tank with water that was prepared before; none where the run prepares it.
+    pub prepared: Option<Snapshot>,
+    /// Where the run goes on from.
+    pub resumed: Option<Resumed>,
+    /// Whom rank 0 tells.
+    pub reporter: Reporter,
+    /// Set when the run is to end.
+    pub stop: &'a Stop,
+    /// Threads per rank.
+    pub threads: usize,
+    /// Simulated time that packing is expected to take [s], if it can be predicted.
+    pub packing_time: Option<Real>,
+}
+
+impl Job<'_> {
+    pub fn is_stopped(&self) -> bool {
+        self.stop.is_set()
+    }
+
+    /// Tells of a step.
+    pub fn report(&self, line: &StepLine) {
+        // Nobody listens any more when the command itself has ended: nothing is lost.
+        let _ = self.reporter.0.send(Event::Step(*line));
+    }
+
+    /// Says a line.
+    pub fn say(&self, text: impl Into<String>) {
+        let _ = self.reporter.0.send(Event::Message(text.into()));
+    }
+}
+
+/// How a run ended on a rank.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Ended {
+    pub status: Status,
+    pub interrupted: bool,
+    pub time: Real,
+    pub steps: u64,
+}
