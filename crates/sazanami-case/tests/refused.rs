@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use sazanami_case::{Explained, explain};
+use sazanami_case::key::{DefaultDoc, KeyDoc};
+use sazanami_case::{Explained, Keys, explain};
 
 const BASE: &str = r#"
 [domain]
@@ -82,6 +83,7 @@ fn every_key_is_explained_and_misspelt_ones_lead_to_it() {
     assert!(text("contact.sand/sand.friction").contains("0 to 10"));
     assert!(text("r_max").contains("erosion.r_max"));
     assert!(text("").contains("ripples"));
+    assert!(text("contact.sand/sand.damping_ratio").contains("sqrt(K_t/K_n)"));
     let meant = |path: &str| match explain(path) {
         Explained::Unknown { meant, .. } => meant,
         known => panic!("{path}: {known:?}"),
@@ -89,4 +91,25 @@ fn every_key_is_explained_and_misspelt_ones_lead_to_it() {
     assert_eq!(meant("fluid.voff"), Some("fluid.vof".into()));
     assert_eq!(meant("erosion.rmax"), Some("erosion.r_max".into()));
     assert_eq!(meant("zzzzzzzz"), None);
+}
+
+#[test]
+fn the_constants_that_contacts_are_said_to_have_are_those_they_have() {
+    let case = |default: &str| {
+        let text = BASE.replace("[[grains]]", &format!("[contact.default]\n{default}\n[[grains]]"));
+        sazanami_case::parse(Path::new("c.toml"), &text, &[]).unwrap_or_else(|error| panic!("{error}")).case
+    };
+    let said = |key: &str| match sazanami_case::meaning::Contacts::docs().keys.into_iter().find(|doc| doc.name == key) {
+        Some(KeyDoc { default: DefaultDoc::Text(text), unit: Some(_), .. }) => format!("{key} = \"{text}\""),
+        Some(KeyDoc { default: DefaultDoc::Text(text), .. }) => format!("{key} = {text}"),
+        other => panic!("{key}: {other:?}"),
+    };
+    let plain = case("");
+    for key in ["normal_stiffness", "normal_damping", "friction"] {
+        assert_eq!(case(&said(key)).contacts, plain.contacts, "{key}");
+    }
+    let restitution = "damping = \"restitution\"\n";
+    assert_eq!(case(&format!("{restitution}{}", said("restitution"))).contacts, case(restitution).contacts);
+    // Negative control: another value makes another contact.
+    assert_ne!(case("normal_stiffness = \"2e4 N/m\"").contacts, plain.contacts);
 }

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use sazanami_numerics::geometry::{MeshError, TetrahedralMesh};
 use sazanami_numerics::{Real, Vector};
 
-use source::Source;
+use source::{FILL, Source};
 
 /// A mesh and what else the file said.
 #[derive(Clone, Debug, PartialEq)]
@@ -290,8 +290,8 @@ impl Raw {
         if self.tetrahedra.is_empty() {
             return Err(MeshFileError::NoTetrahedra {
                 problem: format!(
-                    "the mesh file holds {} nodes and {} elements of lower dimension, but no tetrahedra: mesh the volume \
-                     (`gmsh -3`) and save all elements",
+                    "the mesh file holds {} nodes and {} elements of lower dimension, but no tetrahedra: a geometry is \
+                     meshed by `gmsh -3`, and a surface has no volume to be meshed before it is given one. {FILL}",
                     self.nodes.len(),
                     self.ignored
                 ),

@@ -5,25 +5,30 @@
 
 mod above_bed;
 mod beds;
+mod overlaps;
 mod pace;
+mod placed;
+mod within_box;
 mod workers;
 
 use std::ops::Range;
 
-use sazanami_dem::{Body, DEEP_OVERLAP, Engine, LARGEST_OVERLAP};
-use sazanami_numerics::geometry::{Region, Shape};
-use sazanami_numerics::{Quaternion, Real, Vector};
+use sazanami_dem::{Body, Engine};
+use sazanami_numerics::geometry::Shape;
+use sazanami_numerics::{Real, Vector};
 
-use crate::assembly::grains::{self, population_of};
+use crate::assembly::grains;
 use crate::assembly::shapes::shape_of;
 use crate::bed_file::Bed;
 use crate::case::meaning::{
-    BedFile, BoundarySide, Case, Exchange, GrainPlacement, GrainShape, LatticePlacement, SIDE_NAMES, Solver,
+    BedFile, BoundarySide, Case, ContactSphereChoice, Exchange, GrainPlacement, GrainShape, MOST_ON_SHELL, Solver,
 };
+use crate::case::units::rounded;
 use crate::case::{CaseError, Diagnostics, LoadedCase};
 use crate::check::{CostModel, PACKED, ShapeFacts, check_memory, warn_of_tank};
 use crate::machine::Machine;
 
+use placed::Placed;
 pub use workers::check_workers;
 
 /// What was built on the way.
@@ -39,35 +44,15 @@ pub struct Feasible {
     pub warnings: Diagnostics,
 }
 
-/// A grain that has a place already.
-#[derive(Clone, Copy, Debug)]
-struct Placed {
-    population: usize,
-    index: usize,
-    position: Vector,
-    orientation: Quaternion,
-    factor: Real,
-    /// Room to leave round it for what is random [m].
-    slack: Real,
-    /// How it came there.
-    origin: Origin,
-}
-
-/// How a grain came to its place.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Origin {
-    /// By the case file.
-    Case,
-    /// By a bed file; whether it will still move before the run begins.
-    Bed { relaxes: bool },
-}
-
 /// More findings of one kind than this help nobody.
 const MOST_ALIKE: usize = 5;
 /// Solid fraction no packing of like grains reaches.
 const DENSEST: Real = 0.78;
 /// Solid fraction of the loosest bed to reckon with where other grains have to keep clear of it.
 const LOOSEST: Real = 0.4;
+/// Largest gap between the surface of a grain and its contact spheres over its size that is not warned of; `shell(75)` on
+/// the sand of Yagyu et al. (2015) has 0.108.
+const WIDE_GAP: Real = 0.12;
 
 /// Asks whether the case can run on this machine.
 ///
@@ -91,6 +76,7 @@ pub fn check(loaded: &LoadedCase, machine: &Machine, model: &CostModel) -> Resul
     let lying = grains::placed(&loaded.case, &beds);
     let mut search = Search { loaded, case: &loaded.case, shapes: &shapes, beds: &beds, report: &mut report };
     search.weights();
+    search.contact_gaps();
     search.room();
     search.periods();
     let lying: Vec<Placed> = lying.iter().map(|grain| search.as_it_lies(grain)).collect();
@@ -236,6 +222,37 @@ impl Search<'_> {
         }
     }
 
+    /// Warns of surfaces that contact spheres leave uncovered: grains sink that far into each other and into walls.
+    fn contact_gaps(&mut self) {
+        for (n, (population, shape)) in self.case.grains.iter().zip(self.shapes).enumerate() {
+            let (low, high) = extent(shape);
+            let (size, gap) = ((high - low).min_element(), shape.contact_spheres().largest_gap);
+            if gap <= WIDE_GAP * size {
+                continue;
+            }
+            let help = match population.contact_spheres {
+                ContactSphereChoice::File { .. } => "add spheres to `sphere_file` where its surface is bare".to_owned(),
+                ContactSphereChoice::Axis(count) => format!("`contact_spheres = \"axis({})\"` leaves less", 2 * count),
+                ContactSphereChoice::Single => "`contact_spheres = \"shell(75)\"` follows the surface".to_owned(),
+                ContactSphereChoice::Shell { count, .. } => format!(
+                    "more and smaller spheres leave less, for example `contact_spheres = \"shell({})\"` with \
+                     `sphere_radius = \"{} mm\"`: a corner keeps 0.73 of the radius",
+                    (4 * count).min(MOST_ON_SHELL),
+                    rounded(500.0 * shape.contact_spheres().radii[0])
+                ),
+            };
+            let span = self.loaded.places.near(&format!("grains.{n}.contact_spheres"));
+            self.report
+                .warning(span, format!("the contact spheres of `{}` leave parts of its surface bare", population.name))
+                .label(format!(
+                    "up to {:.1} um, {:.0} % of its size: it sinks that far into what it touches there",
+                    1e6 * gap,
+                    1e2 * gap / size
+                ))
+                .help(help);
+        }
+    }
+
     /// Between periodic sides a grain must not meet an image of itself.
     fn periods(&mut self) {
         let extent = self.case.domain.extent();
@@ -328,300 +345,4 @@ impl Search<'_> {
         }
         solid / (LOOSEST * extent.x * extent.y) + longest
     }
-
-    /// Height of the lowest point of a grain's contact spheres [m].
-    fn lowest(&self, grain: &Placed) -> Real {
-        self.spheres(grain).iter().map(|(centre, radius)| centre.z - radius).fold(Real::INFINITY, Real::min)
-    }
-
-    /// A grain that begins where it is now.
-    fn as_it_lies(&self, grain: &sazanami_dem::Grain) -> Placed {
-        let (population, index) = population_of(grain.id);
-        let origin = match &self.case.grains[population].placement {
-            GrainPlacement::Bed(bed) => Origin::Bed { relaxes: bed.relax },
-            _ => Origin::Case,
-        };
-        Placed {
-            population,
-            index: index as usize,
-            position: grain.position,
-            orientation: grain.orientation,
-            factor: grain.scale,
-            slack: 0.0,
-            origin,
-        }
-    }
-
-    /// Grains whose places are known before the run: lattices as far as they are not random, others as they lie.
-    fn placed(&self, lying: &[Placed]) -> Vec<Placed> {
-        let lattice = |n: usize| match &self.case.grains[n].placement {
-            GrainPlacement::Lattice(lattice) => Some(lattice),
-            _ => None,
-        };
-        let mut placed: Vec<Placed> =
-            lying.iter().filter(|grain| lattice(grain.population).is_none()).copied().collect();
-        for (n, population) in self.case.grains.iter().enumerate() {
-            let Some(lattice) = lattice(n) else { continue };
-            placed.extend(lattice_places(n, lattice, population.size.largest(), self.shapes[n].bounding_radius()));
-        }
-        placed
-    }
-
-    /// Names a grain and points to it as well as the file allows.
-    fn name(&self, grain: &Placed) -> (String, Range<usize>) {
-        let population = &self.case.grains[grain.population];
-        let path = format!("grains.{}.placement.list.{}.position", grain.population, grain.index);
-        (format!("grain {} of `{}`", grain.index, population.name), self.loaded.places.at(&path))
-    }
-
-    /// No grain may stick out of a wall.
-    fn within_box(&mut self, placed: &[Placed]) {
-        let tolerance = 1e-9 * self.case.domain.extent().max_element();
-        let mut found = 0;
-        let mut of_beds: Vec<Vec<(usize, Outside)>> = vec![Vec::new(); self.case.grains.len()];
-        for (number, grain) in placed.iter().enumerate() {
-            let Some(out) = self.outside(grain, tolerance) else { continue };
-            if let Origin::Bed { .. } = grain.origin {
-                of_beds[grain.population].push((number, out));
-                continue;
-            }
-            found += 1;
-            if found <= MOST_ALIKE {
-                let (name, span) = self.name(grain);
-                self.report
-                    .error(span, format!("{name} sticks out of the box"))
-                    .label(out.to_string())
-                    .help("move the grain, or enlarge the box");
-            }
-        }
-        for (population, list) in of_beds.iter().enumerate() {
-            let Some((number, worst)) = list.iter().max_by(|a, b| a.1.depth.total_cmp(&b.1.depth)) else { continue };
-            self.bed_outside(population, list.len(), &placed[*number], *worst);
-        }
-    }
-
-    /// Says that grains of a bed lie outside the box.
-    fn bed_outside(&mut self, population: usize, count: usize, worst: &Placed, out: Outside) {
-        let (name, span) = self.name(worst);
-        let finding = if count == 1 {
-            self.report.error(span, format!("{name} sticks out of the box")).label(out.to_string())
-        } else {
-            let title =
-                format!("{count} grains of the bed of `{}` stick out of the box", self.case.grains[population].name);
-            self.report.error(span, title).label(format!("{name} the most: {out}"))
-        };
-        if let (GrainPlacement::Bed(file), Some(bed)) =
-            (&self.case.grains[population].placement, &self.beds[population])
-        {
-            let size = file.scale * (bed.upper - bed.lower) * 1e3;
-            finding.help(format!(
-                "the bed was packed in a box of {:.4} mm x {:.4} mm x {:.4} mm (times `scale`): take one as large",
-                size.x, size.y, size.z
-            ));
-        }
-    }
-
-    /// How far a grain stands out of the box, if it does.
-    ///
-    /// Grains put by hand may not do so at all. Those of a bed press against the sides, and their contact spheres
-    /// need not be those they were packed with: they may overlap a side as far as they may overlap each other.
-    fn outside(&self, grain: &Placed, tolerance: Real) -> Option<Outside> {
-        let (lower, upper) = (self.case.domain.lower, self.case.domain.upper);
-        let shape = &self.shapes[grain.population];
-        let reach = Vector::splat(grain.factor * shape.bounding_radius() + grain.slack);
-        let ball = [grain.position - reach, grain.position + reach];
-        let corners = if (ball[0] - lower).min(upper - ball[1]).min_element() >= 0.0 || grain.slack > 0.0 {
-            ball
-        } else {
-            match grain.origin {
-                Origin::Bed { relaxes } => {
-                    let share = if relaxes { LARGEST_OVERLAP } else { DEEP_OVERLAP };
-                    let top = if relaxes { share } else { 0.0 };
-                    self.spheres(grain).iter().fold(no_corners(), |[low, high], &(centre, radius)| {
-                        let room = Vector::new(share, share, top);
-                        [low.min(centre - radius * (1.0 - share)), high.max(centre + radius * (Vector::ONE - room))]
-                    })
-                }
-                Origin::Case => {
-                    let [low, mut high] =
-                        self.nodes(grain).fold(no_corners(), |[low, high], x| [low.min(x), high.max(x)]);
-                    // The run refuses contact spheres above the lid.
-                    for (centre, radius) in self.spheres(grain) {
-                        high.z = high.z.max(centre.z + radius);
-                    }
-                    [low, high]
-                }
-            }
-        };
-        let depth = |d: usize, side: usize| if side == 0 { lower[d] - corners[0][d] } else { corners[1][d] - upper[d] };
-        (0..6)
-            .map(|n| Outside { direction: n % 3, side: n / 3, depth: depth(n % 3, n / 3) })
-            .filter(|out| out.depth > tolerance && self.case.holds_grains(out.direction, out.side))
-            .max_by(|a, b| a.depth.total_cmp(&b.depth))
-    }
-
-    /// Grains must not lie within each other.
-    fn overlaps(&mut self, placed: &[Placed]) {
-        let settled = |n: &usize| placed[*n].slack == 0.0 && placed[*n].origin != (Origin::Bed { relaxes: true });
-        let mut order: Vec<Hull> = (0..placed.len()).filter(settled).map(|n| self.hull(n, &placed[n])).collect();
-        order.sort_by(|a, b| a.lower.x.total_cmp(&b.lower.x));
-        let mut found = Vec::new();
-        for (rank, a) in order.iter().enumerate() {
-            let mut mine = None;
-            for b in &order[rank + 1..] {
-                if b.lower.x > a.upper.x {
-                    break;
-                }
-                let (lower, upper) = (a.lower.max(b.lower), a.upper.min(b.upper));
-                if lower.cmpgt(upper).any() {
-                    continue;
-                }
-                let mine = mine.get_or_insert_with(|| self.spheres(&placed[a.grain]));
-                let overlap = self.overlap(mine, &placed[b.grain], [lower, upper]);
-                if overlap > DEEP_OVERLAP {
-                    found.push((a.grain.min(b.grain), a.grain.max(b.grain), overlap));
-                }
-            }
-        }
-        found.sort_by_key(|&(a, b, _)| (a, b));
-        let of_beds =
-            |&(a, b, _): &(usize, usize, Real)| [a, b].iter().all(|&n| matches!(placed[n].origin, Origin::Bed { .. }));
-        let (within_beds, others): (Vec<_>, Vec<_>) = found.into_iter().partition(of_beds);
-        for &(a, b, overlap) in others.iter().take(MOST_ALIKE) {
-            self.overlapping(
-                [&placed[a], &placed[b]],
-                overlap,
-                "",
-                "move one of the two: contacts are thin against grains",
-            );
-        }
-        if let Some(&(a, b, overlap)) = within_beds.iter().max_by(|a, b| a.2.total_cmp(&b.2)) {
-            let more = match within_beds.len() {
-                1 => String::new(),
-                pairs => format!("; {pairs} pairs of the bed by more than {:.0} %", 1e2 * DEEP_OVERLAP),
-            };
-            let help = "`relax = true` lets the bed come to rest with these contact spheres before the run begins";
-            self.overlapping([&placed[a], &placed[b]], overlap, &more, help);
-        }
-    }
-
-    /// Says that two grains overlap.
-    fn overlapping(&mut self, [a, b]: [&Placed; 2], overlap: Real, more: &str, help: &str) {
-        let (first, _) = self.name(a);
-        let (second, span) = self.name(b);
-        let label = format!("by {:.0} % of the smaller contact sphere's radius{more}", 1e2 * overlap);
-        let title = format!("{second} overlaps {first}");
-        if overlap > LARGEST_OVERLAP {
-            self.report.error(span, title).label(label).help(help);
-        } else {
-            self.report.warning(Some(span), title).label(label);
-        }
-    }
-
-    /// The box round the contact spheres of a grain.
-    fn hull(&self, number: usize, grain: &Placed) -> Hull {
-        let spheres = self.shapes[grain.population].contact_spheres();
-        let [lower, upper] = spheres.centres.iter().zip(&spheres.radii).fold(no_corners(), |[low, high], (&c, &r)| {
-            let (centre, radius) = (grain.position + grain.orientation * (grain.factor * c), grain.factor * r);
-            [low.min(centre - radius), high.max(centre + radius)]
-        });
-        Hull { grain: number, lower, upper }
-    }
-
-    /// Largest overlap of two grains' contact spheres over the smaller radius, where their hulls meet.
-    fn overlap(&self, mine: &[(Vector, Real)], other: &Placed, [lower, upper]: [Vector; 2]) -> Real {
-        let near = |&&(centre, radius): &&(Vector, Real)| centre.distance(centre.clamp(lower, upper)) <= radius;
-        let mine: Vec<&(Vector, Real)> = mine.iter().filter(near).collect();
-        let mut largest: Real = 0.0;
-        if mine.is_empty() {
-            return largest;
-        }
-        for (y, s) in self.spheres(other).iter().filter(near) {
-            for (x, r) in &mine {
-                let squared = x.distance_squared(*y);
-                if squared < (r + s) * (r + s) {
-                    largest = largest.max((r + s - squared.sqrt()) / r.min(*s));
-                }
-            }
-        }
-        largest
-    }
-
-    /// Contact spheres of a grain where it lies.
-    fn spheres(&self, grain: &Placed) -> Vec<(Vector, Real)> {
-        let spheres = self.shapes[grain.population].contact_spheres();
-        let at = |(&centre, &radius): (&Vector, &Real)| {
-            (grain.position + grain.orientation * (grain.factor * centre), grain.factor * radius)
-        };
-        spheres.centres.iter().zip(&spheres.radii).map(at).collect()
-    }
-
-    /// Nodes of a grain where it lies [m].
-    fn nodes(&self, grain: &Placed) -> impl Iterator<Item = Vector> {
-        let grain = *grain;
-        let nodes = &self.shapes[grain.population].mesh().nodes;
-        nodes.iter().map(move |&node| grain.position + grain.orientation * (grain.factor * node))
-    }
-
-    fn touches(&self, region: &Region, grain: &Placed) -> bool {
-        let reach = grain.factor * self.shapes[grain.population].bounding_radius();
-        region.touches_ball(grain.position, reach)
-            && (self.nodes(grain).any(|x| region.contains(x))
-                || self.spheres(grain).iter().any(|&(centre, radius)| region.touches_ball(centre, radius)))
-    }
-}
-
-/// How far a grain stands out of the box.
-#[derive(Clone, Copy, Debug)]
-struct Outside {
-    direction: usize,
-    side: usize,
-    /// [m]
-    depth: Real,
-}
-
-impl std::fmt::Display for Outside {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(formatter, "{:.4} mm beyond the side {}", self.depth * 1e3, SIDE_NAMES[self.direction][self.side])
-    }
-}
-
-/// The box round a grain's contact spheres.
-#[derive(Clone, Copy, Debug)]
-struct Hull {
-    grain: usize,
-    lower: Vector,
-    upper: Vector,
-}
-
-/// Corners of a box that holds nothing yet.
-const fn no_corners() -> [Vector; 2] {
-    [Vector::INFINITY, Vector::NEG_INFINITY]
-}
-
-/// Places of a lattice, with room for jitter and any orientation where these are random.
-fn lattice_places(
-    population: usize,
-    lattice: &LatticePlacement,
-    factor: Real,
-    radius: Real,
-) -> impl Iterator<Item = Placed> {
-    let [n1, n2, n3] = lattice.counts;
-    let pitch = (lattice.upper - lattice.lower) / Vector::new(n1 as Real, n2 as Real, n3 as Real);
-    let jitter = lattice.jitter * pitch.min_element();
-    let slack = if lattice.random_orientation { jitter.max(1e-9 * radius) } else { jitter };
-    let lower = lattice.lower;
-    (0..n1 * n2 * n3).map(move |index| {
-        let (i, j, k) = (index % n1, index / n1 % n2, index / (n1 * n2));
-        let cell = Vector::new(i as Real + 0.5, j as Real + 0.5, k as Real + 0.5);
-        Placed {
-            population,
-            index,
-            position: lower + cell * pitch,
-            orientation: Quaternion::IDENTITY,
-            factor,
-            slack,
-            origin: Origin::Case,
-        }
-    })
 }

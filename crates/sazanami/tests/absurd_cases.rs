@@ -11,8 +11,8 @@ use sazanami::machine::{Machine, MemoryLimit};
 const RIPPLES: &str = "ripples/quick.toml";
 const RAINDROP: &str = "raindrop/quick.toml";
 
-/// What is said of a shipped case with other values, each with its place, label and suggestion; whether it can run.
-fn told(case: &str, overrides: &[&str]) -> (bool, Vec<String>) {
+/// Findings on a shipped case with other values, each with its place, label and suggestion; whether it can run.
+fn findings(case: &str, overrides: &[&str]) -> (bool, Vec<String>) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases").join(case);
     let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
     let machine =
@@ -35,9 +35,9 @@ fn told(case: &str, overrides: &[&str]) -> (bool, Vec<String>) {
 }
 
 /// Asserts that changed cases are refused (or else warned of) in these words.
-fn all_told(fine: bool, changes: &[(&str, &str, &str)]) {
+fn all_reported(fine: bool, changes: &[(&str, &str, &str)]) {
     for (case, change, words) in changes {
-        let (runs, texts) = told(case, &[change]);
+        let (runs, texts) = findings(case, &[change]);
         assert_eq!(runs, fine, "{change}: {texts:#?}");
         assert!(texts.iter().any(|text| text.contains(words)), "{change}: `{words}` is not in {texts:#?}");
         let numbers = texts.iter().flat_map(|text| text.split(' ')).filter(|word| word.len() > 60).collect::<Vec<_>>();
@@ -50,7 +50,7 @@ fn runs_that_come_to_no_end_are_refused() {
     let scratch = std::env::temp_dir().join(format!("sazanami-absurd-{}.csv", std::process::id()));
     std::fs::write(&scratch, "t_s,x_m\n0,0\n1,5e300\n2,0\n3,1\n").unwrap();
     let record = format!("frame.motion={{file=\"{}\"}}", scratch.display());
-    all_told(
+    all_reported(
         false,
         &[
             (RIPPLES, "frame.motion.amplitude=[\"1e300 m\", \"0 m\", \"0 m\"]", "faster than sound"),
@@ -65,19 +65,20 @@ fn runs_that_come_to_no_end_are_refused() {
         ],
     );
     std::fs::remove_file(&scratch).unwrap();
-    assert!(told(RIPPLES, &["run.until=7 s", "contact.default.normal_stiffness=1e5 N/m"]).0);
+    assert!(findings(RIPPLES, &["run.until=7 s", "contact.default.normal_stiffness=1e5 N/m"]).0);
 }
 
 #[test]
 fn evaluations_that_find_nothing_are_refused() {
     let points = "probe=[{line={from=[\"0 mm\",\"1 mm\",\"1 mm\"],to=[\"1 mm\",\"1 mm\",\"1 mm\"],points=1000000000}}]";
-    all_told(
+    all_reported(
         false,
         &[
             (RIPPLES, points, "expected a whole number from 2 to 10000"),
             (RIPPLES, "ripples.grain_size=1 nm", "between 1e-4 m and 0.01 m"),
             (RIPPLES, "ripples.grain_size=1 m", "between 1e-4 m and 0.01 m"),
             (RIPPLES, "ripples.margin=60 mm", "between 0 m and 0.054 m"),
+            (RIPPLES, "ripples.layer_length=1 m", "`layer_length` has to lie between"),
             (RIPPLES, "ripples.layer_thickness=1 m", "`layer_thickness` has to lie between"),
             (RAINDROP, "erosion.grain_size=1 nm", "`grain_size` has to lie between"),
             (RAINDROP, "erosion.dx=1 nm", "`dx` has to lie between"),
@@ -87,7 +88,7 @@ fn evaluations_that_find_nothing_are_refused() {
 
 #[test]
 fn what_runs_and_does_not_serve_is_warned_of() {
-    all_told(
+    all_reported(
         true,
         &[
             (RIPPLES, "grains.0.placement.packed.glued=11 mm", "every grain of `sand` is glued"),
@@ -97,7 +98,7 @@ fn what_runs_and_does_not_serve_is_warned_of() {
             (RIPPLES, "overlap.smoothing=1.5 mm", "`smoothing` is short"),
         ],
     );
-    let quiet = |case, change: &str, words: &str| !told(case, &[change]).1.iter().any(|text| text.contains(words));
+    let quiet = |case, change: &str, words: &str| !findings(case, &[change]).1.iter().any(|text| text.contains(words));
     assert!(quiet(RIPPLES, "grains.0.placement.packed.glued=9 mm", "glued"));
     assert!(quiet(RIPPLES, "particles.dt=0.2 ms", "fixed step"));
     assert!(quiet(RAINDROP, "fluid={dt=\"50 us\"}", "fixed step"));
@@ -106,7 +107,7 @@ fn what_runs_and_does_not_serve_is_warned_of() {
 
 #[test]
 fn the_void_fraction_is_smoothed_over_grains_and_within_the_tank() {
-    all_told(
+    all_reported(
         false,
         &[
             (RIPPLES, "overlap.smoothing=0.1 mm", "smaller than a grain"),
@@ -133,11 +134,12 @@ fn findings_are_told_once_with_a_place_and_something_to_do() {
         (RIPPLES, "overlap.blend=[0.5, 0.4]", "--set:15 `blend` is a lower and an upper", "for example"),
     ];
     for (case, change, title, help) in sayings {
-        let (runs, texts) = told(case, &[change]);
+        let (runs, texts) = findings(case, &[change]);
         let found: Vec<&String> = texts.iter().filter(|text| text.contains(title)).collect();
         assert!(!runs && found.len() == 1 && found[0].contains(help), "{change}: {texts:#?}");
     }
-    let once = |change: &str, title: &str| told(RIPPLES, &[change]).1.iter().filter(|t| t.contains(title)).count() == 1;
+    let once =
+        |change: &str, title: &str| findings(RIPPLES, &[change]).1.iter().filter(|t| t.contains(title)).count() == 1;
     assert!(once("contact.default.friction=-1", "`friction` has to lie between 0 and 10"));
     assert!(once("overlap.blend=[0.1, 0.2, 0.3]", "`blend`"));
     let error = case::parse(Path::new("case.toml"), "[run]\n", &[]).unwrap_err().to_string();
@@ -172,7 +174,7 @@ fn grains_above_the_level_and_water_within_grains_are_not_counted() {
     let wide = "liquid.0.region.box.lower=[\"-90 mm\", \"0 mm\", \"0 mm\"]";
     let volume = |overrides: &[&str]| report(RIPPLES, overrides).1.liquids[0].volume_m3;
     assert_eq!(volume(&[wide]), volume(&[]));
-    let probe = |index: usize| told(RIPPLES, &[&format!("probe=[{{ body = {{ index = {index} }} }}]")]).1;
+    let probe = |index: usize| findings(RIPPLES, &[&format!("probe=[{{ body = {{ index = {index} }} }}]")]).1;
     let is_warned = |texts: &[String]| texts.iter().any(|text| text.contains("may be taken away"));
     assert!(is_warned(&probe(12_000)) && !is_warned(&probe(100)));
 }
@@ -196,7 +198,7 @@ fn grains_are_packed_onto_a_wall() {
     let upward = "gravity=[\"0 m/s^2\", \"0 m/s^2\", \"9.8 m/s^2\"]";
     let sideways = "gravity=[\"9.8 m/s^2\", \"0 m/s^2\", \"0 m/s^2\"]";
     let wet = "boundary.x3_upper={ fixed_pressure = { fluid = \"liquid\" } }";
-    all_told(
+    all_reported(
         false,
         &[
             (RIPPLES, "boundary.x3_lower=outflow", "nothing holds `sand` from below"),
@@ -208,6 +210,40 @@ fn grains_are_packed_onto_a_wall() {
             (RIPPLES, wet, "the side x3_upper"),
         ],
     );
-    assert!(told(RIPPLES, &["boundary.x3_upper={ fixed_pressure = {} }"]).0);
-    assert!(told(RAINDROP, &["gravity=[\"3 m/s^2\", \"0 m/s^2\", \"-9.3 m/s^2\"]"]).0);
+    assert!(findings(RIPPLES, &["boundary.x3_upper={ fixed_pressure = {} }"]).0);
+    assert!(findings(RAINDROP, &["gravity=[\"3 m/s^2\", \"0 m/s^2\", \"-9.3 m/s^2\"]"]).0);
+}
+
+/// A population in the shipped crater's case, in which nothing else lies.
+fn alone(population: &str) -> (bool, Vec<String>) {
+    findings(RAINDROP, &[&format!("grains=[{{ {population} }}]"), "liquid=[]", "probe=[]"])
+}
+
+#[test]
+fn surfaces_that_contact_spheres_leave_bare_are_warned_of() {
+    let boxes = |spheres: &str| {
+        let at = "placement.list = [{ position = [\"6 mm\", \"6 mm\", \"6 mm\"] }]";
+        let (runs, texts) =
+            alone(&format!("shape.box = {{ size = [\"0.4 mm\", \"0.6 mm\", \"0.8 mm\"] }}, {spheres} {at}"));
+        assert!(runs, "{texts:#?}");
+        texts.into_iter().find(|text| text.contains("bare"))
+    };
+    let warning = boxes("").unwrap_or_default();
+    assert!(warning.contains("up to 62.2 um, 16 % of its size") && warning.contains("sphere_radius"), "{warning}");
+    assert_eq!(boxes("contact_spheres = \"shell(300)\", sphere_radius = \"0.035 mm\","), None);
+}
+
+#[test]
+fn a_sphere_lies_in_the_box_by_its_true_shape() {
+    // The nodes of a mesh that keeps the volume of the sphere stand out of it.
+    let sphere = |x: f64| {
+        alone(&format!(
+            "shape.sphere = {{ diameter = \"2 mm\", volume = \"preserve\" }}, \
+             placement.list = [{{ position = [\"{x} mm\", \"6 mm\", \"6 mm\"] }}]"
+        ))
+    };
+    assert!(sphere(1.0).0, "{:#?}", sphere(1.0).1);
+    assert!(sphere(1.0001).0, "{:#?}", sphere(1.0001).1);
+    let (runs, texts) = sphere(0.9999);
+    assert!(!runs && texts[0].contains("sticks out of the box | 0.0001 mm beyond the side x1_lower"), "{texts:#?}");
 }

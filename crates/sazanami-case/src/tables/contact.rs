@@ -96,7 +96,7 @@ struct ContactKeys {
     #[key(range = Between(1e-3, 1.0), says = "0.5")]
     restitution: Option<Real>,
     /// Tangential dashpot over the normal one, with `damping = "restitution"`.
-    #[key(range = NonNegative, says = "that of the reduced mass and the tangential stiffness")]
+    #[key(range = NonNegative, says = "sqrt(K_t/K_n), the ratio to critical damping being the same along both")]
     damping_ratio: Option<Real>,
     /// Friction coefficient.
     #[key(range = Between(0.0, 10.0), says = "0.6")]

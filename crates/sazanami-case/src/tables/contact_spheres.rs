@@ -11,7 +11,7 @@ use crate::value::split_call;
 
 /// Most contact spheres of a shell: to spread them takes time as the square of their number, and far fewer follow any
 /// grain.
-const MOST_ON_SHELL: usize = 1000;
+pub const MOST_ON_SHELL: usize = 1000;
 /// Most contact spheres along an axis.
 const MOST_ON_AXIS: usize = 1000;
 /// What can be written.

@@ -46,8 +46,9 @@ struct RipplesKeys {
     /// Where the layers are counted from.
     #[key(word, default = LayerReference::Floor)]
     layers: LayerReference,
-    /// Part of x1 that is averaged over, about the middle.
-    #[key(unit = "m", range = Positive, default = cx.known.domain.extent().x, says = "the whole length")]
+    /// Part of x1 that is averaged over, about the middle; at most the length of the tank.
+    #[key(unit = "m", within = Between(grain_size, cx.known.domain.extent().x),
+          default = cx.known.domain.extent().x, says = "the whole length")]
     layer_length: Real,
     /// Distance from the end walls at which ripples are not measured; less than 0.45 of the tank.
     #[key(unit = "m", within = Between(0.0, WIDEST_MARGIN * cx.known.domain.extent().x),
@@ -67,8 +68,6 @@ struct RipplesKeys {
     measured: Vec<Measured>,
     #[key(skip = cx.known.domain.middle()[0])]
     middle: Real,
-    #[key(skip = cx.known.domain.extent().x)]
-    length: Real,
 }
 
 /// Observation of ripples.
@@ -98,7 +97,7 @@ read_by!(Ripples, RipplesKeys);
 
 impl RipplesKeys {
     fn meaning(self, _: &mut Context<'_>) -> Option<Ripples> {
-        let half = 0.5 * self.layer_length.min(self.length);
+        let half = 0.5 * self.layer_length;
         Some(Ripples {
             grain_size: self.grain_size,
             layer_thickness: self.layer_thickness,
@@ -125,7 +124,6 @@ impl RipplesKeys {
             colour_force: ripples.colour_force,
             measured: ripples.measured.clone(),
             middle: 0.5 * (from + to),
-            length: to - from,
         }
     }
 }

@@ -233,6 +233,17 @@ mod tests {
     }
 
     #[test]
+    fn without_a_ratio_the_tangential_dashpot_is_that_of_the_root_of_the_stiffnesses() {
+        let law = |damping| LinearSpringDashpot { damping, ..LinearSpringDashpot::spheres(400.0, 0.5, 0.4) };
+        let given = |tangential| law(Damping::RestitutionAndRatio { restitution: 0.5, tangential }).dashpots().0;
+        let found = law(Damping::Restitution(0.5)).dashpots().0;
+        let same = |a: [Real; 2]| (0..2).all(|n| (a[n] / found[n] - 1.0).abs() < 1e-14);
+        assert!(same(given((2.0_f64 / 7.0).sqrt())));
+        // Negative control: the ratio of the stiffnesses themselves is another.
+        assert!(!same(given(2.0 / 7.0)));
+    }
+
+    #[test]
     fn the_restitution_of_an_impact_follows_from_any_damping() {
         let law = LinearSpringDashpot { damping: Damping::Restitution(0.5), ..LinearSpringDashpot::SAND };
         assert!((law.restitution(1e-6) - 0.5).abs() < 1e-9 && (law.restitution(1e-3) - 0.5).abs() < 1e-9);

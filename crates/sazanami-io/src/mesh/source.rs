@@ -300,6 +300,10 @@ fn excerpt(text: &str) -> String {
     short
 }
 
+/// How the volume within a surface is meshed.
+pub(super) const FILL: &str = "To fill `grain.stl`: a file `grain.geo` with the line `Merge \"grain.stl\"; Surface Loop(1) \
+                               = {1}; Volume(1) = {1};`, then `gmsh -3 grain.geo -o grain.msh`";
+
 /// What a file that does not start like a mesh may be, and what to do about it.
 fn what_it_is(first: &str) -> String {
     let convert = "convert it, for instance with `meshio convert`";
@@ -309,15 +313,16 @@ fn what_it_is(first: &str) -> String {
     let lower = first.to_ascii_lowercase();
     let known = [
         ("$nod", "of version 1: convert it with `gmsh -save -format msh41`"),
-        ("solid", "an STL surface: a volume mesh of tetrahedra is needed (`gmsh -3`)"),
+        ("solid", "an STL surface, which has to be filled with tetrahedra"),
         ("# vtk", "a VTK file: convert it, for instance with `meshio convert`"),
         ("<?xml", "an XML file: convert it, for instance with `meshio convert`"),
         ("<vtkfile", "a VTK file: convert it, for instance with `meshio convert`"),
         ("*", "an Abaqus file: convert it, for instance with `meshio convert`"),
         ("meshversionformatted", "a Medit file: convert it, for instance with `meshio convert`"),
-        ("ply", "a PLY surface: a volume mesh of tetrahedra is needed"),
+        ("ply", "a PLY surface, which has to be filled with tetrahedra: save it as STL"),
     ];
     match known.iter().find(|(start, _)| lower.starts_with(start)) {
+        Some((_, kind)) if kind.contains("surface") => format!("it looks like {kind}. {FILL}"),
         Some((_, kind)) => format!("it looks like {kind}"),
         None => format!("its first line is '{}'; if it is another mesh format, {convert}", excerpt(first)),
     }

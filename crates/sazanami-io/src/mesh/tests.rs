@@ -113,7 +113,7 @@ fn what_is_written_is_read_back_to_the_bit() {
 fn a_file_that_is_not_a_mesh_is_recognised() {
     for (text, hint) in [
         ("", "it is empty"),
-        ("solid ball\nfacet normal", "STL"),
+        ("solid ball\nfacet normal", "an STL surface, which has to be filled with tetrahedra. To fill `grain.stl`"),
         ("# vtk DataFile Version 3.0", "VTK"),
         ("<?xml version=\"1.0\"?>", "XML"),
         ("*NODE\n1,0,0,0", "Abaqus"),
@@ -156,6 +156,8 @@ fn faults_are_named_by_line() {
         assert_eq!(error.line(), Some(line), "{from} -> {to}: {error}");
     }
     assert!(message(&good.replace("7 4 2 1 1 10 20 30 40", "7 15 2 1 1 10")).contains("no tetrahedra"));
+    // What comes of `gmsh -3` on a surface alone leads on, not back to `gmsh -3`.
+    assert!(message(&good.replace("7 4 2 1 1 10 20 30 40", "7 2 2 1 1 10 20 30")).contains("Volume(1) = {1}"));
     assert!(message(&format!("{HEAD_2}stray")).contains("a section should start here"));
 }
 

@@ -1,4 +1,4 @@
-//! A binary tree of axis-aligned boxes over triangles or tetrahedra: which of them lie near a place.
+//! A binary tree of axis-aligned boxes over triangles, tetrahedra or points: which of them lie near a place.
 
 use crate::{Real, Vector};
 
@@ -108,12 +108,31 @@ impl BoundingTree {
 
     /// Item for which `distance_squared(item)` is smallest, given that it is never below the distance of
     /// `point` to the item's box; and that distance.
-    pub fn nearest(&self, point: Vector, mut distance_squared: impl FnMut(usize) -> Real) -> Option<(usize, Real)> {
+    pub fn nearest(&self, point: Vector, distance_squared: impl FnMut(usize) -> Real) -> Option<(usize, Real)> {
+        self.search::<false>(point, distance_squared)
+    }
+
+    /// A tree over `points`.
+    pub fn of_points(points: &[Vector]) -> Self {
+        Self::new(points.iter().map(|&point| Bounds { lower: point, upper: point }).collect())
+    }
+
+    /// The nearest of the points of a tree over points, of several as near the first; and its squared distance [m^2].
+    pub fn nearest_point(&self, point: Vector) -> Option<(usize, Real)> {
+        self.search::<true>(point, |item| self.boxes[item].lower.distance_squared(point))
+    }
+
+    /// The nearest item, of several as near the `FIRST` or any.
+    fn search<const FIRST: bool>(
+        &self,
+        point: Vector,
+        mut distance_squared: impl FnMut(usize) -> Real,
+    ) -> Option<(usize, Real)> {
         let mut best: Option<(usize, Real)> = None;
         let mut stack = vec![(0_usize, 0.0)];
         while let Some((index, bound)) = stack.pop() {
             let Some(branch) = self.branches.get(index) else { continue };
-            if best.is_some_and(|(_, d)| bound >= d) {
+            if best.is_some_and(|(_, d)| bound > d || (!FIRST && bound == d)) {
                 continue;
             }
             if branch.count == 0 {
@@ -127,9 +146,10 @@ impl BoundingTree {
             }
             let first = branch.start as usize;
             for &item in &self.order[first..first + branch.count as usize] {
-                let d = distance_squared(item as usize);
-                if best.is_none_or(|(_, smallest)| d < smallest) {
-                    best = Some((item as usize, d));
+                let item = item as usize;
+                let d = distance_squared(item);
+                if best.is_none_or(|(first, least)| d < least || (FIRST && d == least && item < first)) {
+                    best = Some((item, d));
                 }
             }
         }
@@ -178,6 +198,19 @@ mod tests {
             let (_, d) = tree.nearest(point, |i| all[i].distance_squared(point)).unwrap();
             let least = all.iter().map(|b| b.distance_squared(point)).fold(Real::INFINITY, Real::min);
             assert_eq!(d, least);
+        }
+    }
+
+    #[test]
+    fn of_points_as_near_the_first_is_found() {
+        let points: Vec<Vector> =
+            (0..300).map(|i| Vector::new(Real::from(i % 7), Real::from(i % 5), Real::from(i % 3))).collect();
+        let tree = BoundingTree::of_points(&points);
+        for i in 0..60 {
+            let place = Vector::new(0.5 * Real::from(i % 13), 0.5 * Real::from(i % 9), 0.5 * Real::from(i % 5));
+            let all = points.iter().map(|p| p.distance_squared(place)).enumerate();
+            let first = all.min_by(|a, b| a.1.total_cmp(&b.1));
+            assert_eq!(tree.nearest_point(place), first);
         }
     }
 

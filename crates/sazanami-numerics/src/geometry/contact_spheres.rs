@@ -197,10 +197,13 @@ impl ContactSpheres {
 
 /// Largest distance from one of `points` to the union of `spheres` [m].
 fn largest_gap(points: &[Vector], spheres: &[(Vector, Real)]) -> Real {
-    points
-        .iter()
-        .map(|&p| spheres.iter().map(|&(c, r)| p.distance(c) - r).fold(Real::INFINITY, Real::min))
-        .fold(0.0, Real::max)
+    let equal = spheres.first().map(|first| first.1).filter(|&radius| spheres.iter().all(|sphere| sphere.1 == radius));
+    let of_all = |p: Vector| spheres.iter().map(|&(c, r)| p.distance(c) - r).fold(Real::INFINITY, Real::min);
+    let Some(radius) = equal else { return points.iter().map(|&p| of_all(p)).fold(0.0, Real::max) };
+    // Of equal spheres the one with the nearest centre is nearest.
+    let tree = BoundingTree::of_points(&spheres.iter().map(|sphere| sphere.0).collect::<Vec<_>>());
+    let farthest = points.iter().filter_map(|&p| tree.nearest_point(p)).map(|found| found.1).fold(0.0, Real::max);
+    (farthest.sqrt() - radius).max(0.0)
 }
 
 fn listed(list: &[(Vector, Real)]) -> Result<Vec<(Vector, Real)>, ContactSphereError> {

@@ -4,7 +4,7 @@
 
 use std::f64::consts::PI;
 
-use crate::{Real, Vector};
+use crate::{Quaternion, Real, Vector};
 
 /// An ellipsoid of revolution about the body axis x1.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,6 +42,14 @@ impl Spheroid {
         (point.x / self.axial).powi(2) + (point.y.powi(2) + point.z.powi(2)) / self.equatorial.powi(2) <= 1.0
     }
 
+    /// Half the edges of the box along x1, x2, x3 round the spheroid turned by `orientation` [m].
+    #[must_use]
+    pub fn half_extents(&self, orientation: Quaternion) -> Vector {
+        let axis = orientation * Vector::X;
+        let along = axis * axis;
+        (self.axial.powi(2) * along + self.equatorial.powi(2) * (Vector::ONE - along)).max(Vector::ZERO).map(Real::sqrt)
+    }
+
     /// Point of the meridian at parameter `t` from 0 (one pole) to pi (the other), moved inward along the normal
     /// by `depth`: coordinate along the axis and distance from it [m].
     pub(super) fn meridian(&self, t: Real, depth: Real) -> [Real; 2] {
@@ -66,6 +74,23 @@ mod tests {
         assert_eq!(inertia.y, inertia.z);
         assert!((grain.smallest_curvature_radius() * 1e3 - 0.106_46).abs() < 1e-5);
         assert!(grain.contains(Vector::new(0.6e-3, 0.0, 0.0)) && !grain.contains(Vector::new(0.0, 0.3e-3, 0.0)));
+    }
+
+    #[test]
+    fn the_box_round_a_turned_spheroid_touches_it() {
+        let grain = Spheroid { equatorial: 0.26, axial: 0.635 };
+        let turn = Quaternion::from_axis_angle(Vector::new(0.3, 1.0, -0.2).normalize(), 0.7);
+        let half = grain.half_extents(turn);
+        let mut farthest = Vector::ZERO;
+        for i in 0..=400 {
+            for j in 0..400 {
+                let [x, r] = grain.meridian(PI * Real::from(i) / 400.0, 0.0);
+                let (sin, cos) = (2.0 * PI * Real::from(j) / 400.0).sin_cos();
+                farthest = farthest.max(turn * Vector::new(x, r * cos, r * sin));
+            }
+        }
+        assert!((half - farthest).abs().max_element() < 1e-4 && (half - farthest).min_element() > -1e-12);
+        assert_eq!(grain.half_extents(Quaternion::IDENTITY), Vector::new(0.635, 0.26, 0.26));
     }
 
     #[test]

@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 
 use sazanami_numerics::Real;
 
-use super::{CheckReport, TankReport, bytes, damping_in_words, number};
-use crate::case::meaning::{Case, GrainPlacement, Substeps};
+use super::{CheckReport, TankReport, bytes, number};
+use crate::case::meaning::{Case, ContactLaw, Damping, GrainPlacement, Substeps};
 use crate::case::units::rounded;
 use crate::progress::duration;
 
@@ -130,6 +130,15 @@ fn bodies(text: &mut String, case: &Case, report: &CheckReport) {
             damping_in_words(&pair.law),
             pair.law.friction
         );
+    }
+}
+
+/// Damping of a contact, in words.
+fn damping_in_words(law: &ContactLaw) -> String {
+    match law.damping {
+        Damping::Literal { normal, .. } => format!("dashpot {normal:.3e} N s/m"),
+        Damping::Restitution(e) => format!("restitution {e}"),
+        Damping::RestitutionAndRatio { restitution, .. } => format!("restitution {restitution}"),
     }
 }
 

@@ -3,7 +3,8 @@
 use sazanami_numerics::{Quaternion, Real, Vector};
 use sazanami_observe::{BedView, Body, bed_profile};
 
-use super::{Origin, Placed, Search};
+use super::Search;
+use super::placed::{Origin, Placed};
 use crate::assembly::fluid;
 use crate::case::meaning::{FluidName, LiquidRegion, Placement};
 

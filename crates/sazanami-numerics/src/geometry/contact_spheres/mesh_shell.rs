@@ -94,14 +94,15 @@ fn choose(
     radius: Real,
 ) -> Result<Vec<(Vector, Real)>, ContactSphereError> {
     let candidates: Vec<Vector> = samples.iter().filter_map(|s| candidate(surface, tree, s, radius)).collect();
+    let places = BoundingTree::of_points(&candidates);
     let points: Vec<Vector> = samples.iter().map(|s| s.0).chain(surface.nodes.iter().copied()).collect();
-    let mut chosen = farthest_first(&points, &candidates, count, radius)?;
+    let mut chosen = farthest_first(&points, &candidates, &places, count, radius)?;
     let with_radius =
         |chosen: &[usize]| -> Vec<(Vector, Real)> { chosen.iter().map(|&i| (candidates[i], radius)).collect() };
     let mut best = with_radius(&chosen);
     let mut gap = largest_gap(&points, &best);
     for _ in 0..LLOYD_STEPS {
-        chosen = recentred(&points, &candidates, &chosen);
+        chosen = recentred(&points, &candidates, &places, &chosen);
         let spheres = with_radius(&chosen);
         let found = largest_gap(&points, &spheres);
         if found < gap {
@@ -115,6 +116,7 @@ fn choose(
 fn farthest_first(
     points: &[Vector],
     candidates: &[Vector],
+    places: &BoundingTree,
     count: usize,
     radius: Real,
 ) -> Result<Vec<usize>, ContactSphereError> {
@@ -124,8 +126,7 @@ fn farthest_first(
     let mut chosen = Vec::with_capacity(count);
     while chosen.len() < count {
         let worst = points[index_of_largest(&to_point)];
-        let nearest = (0..candidates.len())
-            .min_by(|&i, &j| candidates[i].distance_squared(worst).total_cmp(&candidates[j].distance_squared(worst)));
+        let nearest = places.nearest_point(worst).map(|found| found.0);
         let apart = 1e-6 * radius * radius;
         let next = match nearest {
             Some(i) if !taken[i] && to_candidate[i] > apart => i,
@@ -150,28 +151,22 @@ fn farthest_first(
 }
 
 /// For each chosen candidate the one whose farthest served point is nearest to the middle of its part.
-fn recentred(points: &[Vector], candidates: &[Vector], chosen: &[usize]) -> Vec<usize> {
-    let mut lower = vec![Vector::splat(Real::INFINITY); chosen.len()];
-    let mut upper = vec![Vector::splat(Real::NEG_INFINITY); chosen.len()];
+fn recentred(points: &[Vector], candidates: &[Vector], places: &BoundingTree, chosen: &[usize]) -> Vec<usize> {
+    let mut lower = vec![Vector::INFINITY; chosen.len()];
+    let mut upper = vec![Vector::NEG_INFINITY; chosen.len()];
+    let centres: Vec<Vector> = chosen.iter().map(|&i| candidates[i]).collect();
+    let centres = BoundingTree::of_points(&centres);
     for &p in points {
-        let nearest = (0..chosen.len())
-            .min_by(|&i, &j| {
-                let (a, b) = (candidates[chosen[i]], candidates[chosen[j]]);
-                a.distance_squared(p).total_cmp(&b.distance_squared(p))
-            })
-            .unwrap_or(0);
+        let nearest = centres.nearest_point(p).map_or(0, |found| found.0);
         lower[nearest] = lower[nearest].min(p);
         upper[nearest] = upper[nearest].max(p);
     }
     let mut moved: Vec<usize> = Vec::with_capacity(chosen.len());
     for (i, &old) in chosen.iter().enumerate() {
         let middle = 0.5 * (lower[i] + upper[i]);
-        let best = (0..candidates.len())
-            .min_by(|&a, &b| candidates[a].distance_squared(middle).total_cmp(&candidates[b].distance_squared(middle)));
+        let best = Some(middle).filter(|middle| middle.is_finite()).and_then(|middle| places.nearest_point(middle));
         match best {
-            Some(new) if middle.is_finite() && !moved.contains(&new) && !chosen[i + 1..].contains(&new) => {
-                moved.push(new);
-            }
+            Some((new, _)) if !moved.contains(&new) && !chosen[i + 1..].contains(&new) => moved.push(new),
             _ => moved.push(old),
         }
     }

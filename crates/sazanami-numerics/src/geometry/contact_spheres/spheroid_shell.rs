@@ -7,6 +7,7 @@ use std::f64::consts::PI;
 
 use super::ContactSphereError;
 use crate::geometry::Spheroid;
+use crate::geometry::bounding_tree::BoundingTree;
 use crate::{Real, Vector};
 
 /// Radius over smallest semi-axis of the paper's grain: 0.075 mm / 0.26 mm.
@@ -46,16 +47,11 @@ pub(super) fn place(
 fn spread_evenly(spheroid: &Spheroid, count: usize, radius: Real) -> (Vec<Vector>, Real) {
     let samples = spread(spheroid, radius, (80 * count).max(6000));
     let mut centres = spread(spheroid, radius, count);
-    let nearest = |centres: &[Vector], p: Vector| {
-        centres.iter().enumerate().fold((0, Real::INFINITY), |best, (i, c)| {
-            let d = c.distance_squared(p);
-            if d < best.1 { (i, d) } else { best }
-        })
-    };
     for _ in 0..LLOYD_STEPS {
         let mut sums = vec![(Vector::ZERO, 0_usize); count];
+        let tree = BoundingTree::of_points(&centres);
         for &p in &samples {
-            let (i, _) = nearest(&centres, p);
+            let i = tree.nearest_point(p).map_or(0, |found| found.0);
             sums[i].0 += p;
             sums[i].1 += 1;
         }
@@ -65,8 +61,9 @@ fn spread_evenly(spheroid: &Spheroid, count: usize, radius: Real) -> (Vec<Vector
             }
         }
     }
-    let covering = samples.iter().map(|&p| nearest(&centres, p).1).fold(0.0, Real::max).sqrt();
-    (centres, covering)
+    let tree = BoundingTree::of_points(&centres);
+    let covering = samples.iter().filter_map(|&p| tree.nearest_point(p)).map(|found| found.1).fold(0.0, Real::max);
+    (centres, covering.sqrt())
 }
 
 /// `count` points on the surface `depth` below the spheroid, evenly by area on a Fibonacci spiral.

@@ -1,0 +1,64 @@
+//! Results on disk, and whether they fit there.
+
+use sazanami_numerics::Real;
+
+use super::{CheckReport, CostModel, Size, bytes, particles};
+use crate::case::meaning::{Case, Probe, ProbePlace, Schedule};
+use crate::case::{Diagnostics, LoadedCase};
+
+/// The pictures of a time on disk [bytes].
+const PICTURES: Real = 1.5e6;
+/// A row of the series on disk [bytes].
+const ROW: Real = 600.0;
+/// What is written of a point that is watched [bytes].
+const ROW_OF_POINT: Real = 70.0;
+/// What is written of a place along the bed, with the water above it [bytes].
+const ROW_OF_PLACE: Real = 150.0;
+
+/// Results on disk by key of `[output]` [bytes], and the checkpoints kept.
+pub(super) fn disk(case: &Case, size: &Size, [steps, dt]: [Real; 2], model: &CostModel) -> [(&'static str, Real); 6] {
+    let outputs = &case.output;
+    let (elements, element, grain) = match particles::report(case) {
+        Some(particles) => (particles.fluid, model.disk_point, 1.5 * model.disk_point),
+        None => (size.cells, model.disk_cell, model.disk_grain),
+    };
+    let until = if case.run.steps.is_some() { case.run.until.min(steps * dt) } else { case.run.until };
+    let times = |schedule: &Schedule| schedule.count(until, steps);
+    let state = elements as Real * 64.0 + size.grains as Real * 600.0;
+    let probes = case.probes.iter().map(|probe| times(&probe.schedule) * points(probe) * ROW_OF_POINT).sum();
+    [
+        ("fields", times(&outputs.fields) * elements as Real * element),
+        ("grains", times(&outputs.grains) * size.grains as Real * grain),
+        ("figures", times(&outputs.figures) * PICTURES),
+        ("series", times(&outputs.series) * (ROW + profiles(case))),
+        ("probe", probes),
+        ("checkpoint", (case.checkpoint.keep + 1) as Real * state),
+    ]
+}
+
+/// Profiles of bed and water beside a row of the series [bytes].
+fn profiles(case: &Case) -> Real {
+    // Two places a grain size.
+    case.ripples.as_ref().map_or(0.0, |ripples| 2.0 * case.domain.extent().x / ripples.grain_size * ROW_OF_PLACE)
+}
+
+/// Points that a probe watches.
+pub(super) fn points(probe: &Probe) -> Real {
+    if let ProbePlace::Line { points, .. } = probe.place { points as Real } else { 1.0 }
+}
+
+/// Warns of results that do not fit onto the disk, of which `available` bytes are free, and names what takes most.
+pub fn warn_of_disk(loaded: &LoadedCase, report: &CheckReport, available: Option<u64>, warnings: &mut Diagnostics) {
+    let Some(free) = available.map(|free| free as Real).filter(|&free| report.disk_bytes > free) else { return };
+    let Some((most, share)) = report.disk_parts.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)) else { return };
+    let span = match most {
+        "checkpoint" => loaded.places.of("checkpoint"),
+        "probe" => loaded.places.of("probe.0"),
+        _ => loaded.places.of("output"),
+    };
+    let key = if ["checkpoint", "probe"].contains(&most) { most.to_owned() } else { format!("output.{most}") };
+    warnings
+        .warning(span, "the results do not fit onto the disk")
+        .label(format!("about {}, of which {} are free", bytes(report.disk_bytes), bytes(free)))
+        .help(format!("write `{key}` less often: it takes {}", bytes(share)));
+}

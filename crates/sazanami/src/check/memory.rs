@@ -1,0 +1,154 @@
+//! Memory that a case takes, and whether the machine has it.
+
+use sazanami_numerics::Real;
+
+use super::populations::spheres_of;
+use super::{CostModel, bytes, disk::points, particles};
+use crate::case::meaning::{Case, GrainShape, Population, Solver};
+use crate::case::{Diagnostics, LoadedCase};
+use crate::machine::Machine;
+
+/// Part of the free memory that a case is advised to take.
+const FILLED: Real = 0.9;
+/// Memory of a tetrahedron of a shape's mesh, with nodes, surface and search trees [bytes].
+const MEMORY_TETRAHEDRON: Real = 1e3;
+/// Memory of a contact sphere of a shape [bytes].
+const MEMORY_SHAPE_SPHERE: Real = 200.0;
+/// Memory of a mean over a cell, a layer or a pixel [bytes].
+const MEMORY_MEAN: Real = 16.0;
+/// Memory of a point of a probe's line: values, and their columns [bytes].
+const MEMORY_POINT: Real = 1e3;
+
+/// Memory a case takes [bytes]: of the flow, or of the packing before it.
+#[must_use]
+pub fn memory(case: &Case, model: &CostModel) -> Real {
+    let of_grains = |count: fn(&Case, &Population) -> Option<usize>| {
+        let each = case.grains.iter().map(|p| grain_memory(p, count(case, p).unwrap_or(0), model));
+        each.sum::<Real>()
+    };
+    let packing = of_grains(|_, population| population.count);
+    let flow = of_grains(|case, population| particles::levelled(case, population).or(population.count));
+    packing.max(flow + fluid_memory(case, model)) + observer_memory(case, model)
+}
+
+/// Memory of the observers: erosion profile, exposed grains, lines of probes, pictures [bytes].
+fn observer_memory(case: &Case, model: &CostModel) -> Real {
+    let erosion = case.erosion.as_ref().map_or(0.0, |erosion| {
+        // The smoothing grid is a square round the axis.
+        let width = 2.0 * (erosion.r_max / erosion.dx).ceil() + 3.0;
+        MEMORY_MEAN * (width * width + erosion.r_max / erosion.dr)
+    });
+    let extent = case.domain.extent();
+    let exposed = case.ripples.as_ref().map_or(0.0, |ripples| {
+        let pixel = ripples.grain_size / 8.0;
+        MEMORY_MEAN * (extent.x / pixel).ceil() * (extent.y / pixel).ceil()
+    });
+    let probes: Real = case.probes.iter().map(|probe| points(probe) * MEMORY_POINT).sum();
+    let pictures = if case.output.figures.is_empty() { 0.0 } else { model.memory_pictures };
+    erosion + exposed + probes + pictures
+}
+
+/// Memory of the fluids [bytes].
+fn fluid_memory(case: &Case, model: &CostModel) -> Real {
+    match particles::report(case) {
+        Some(particles) => particles::memory(&particles, model),
+        None => cell_memory(case.domain.cells, model),
+    }
+}
+
+/// Memory of the fields [bytes].
+fn cell_memory(cells: [usize; 3], model: &CostModel) -> Real {
+    cells.iter().map(|&n| n as Real + 4.0).product::<Real>() * model.memory_cell
+}
+
+/// Memory of one grain [bytes].
+pub(super) fn memory_per_grain(population: &Population, model: &CostModel) -> Real {
+    model.memory_grain + spheres_of(population).unwrap_or(0) as Real * model.memory_sphere
+}
+
+/// Memory of `count` grains of a population with their shape [bytes].
+fn grain_memory(population: &Population, count: usize, model: &CostModel) -> Real {
+    let tetrahedra = match population.shape {
+        GrainShape::Sphere { refinement, .. } => 20.0 * 4.0_f64.powi(refinement.min(100) as i32),
+        GrainShape::Spheroid { rings, segments, .. } => 2.0 * rings as Real * segments as Real,
+        GrainShape::Box { .. } | GrainShape::Mesh { .. } => 0.0,
+    };
+    let shape = tetrahedra * MEMORY_TETRAHEDRON + spheres_of(population).unwrap_or(0) as Real * MEMORY_SHAPE_SPHERE;
+    shape + count as Real * memory_per_grain(population, model)
+}
+
+/// Refuses a case that does not fit into the machine's memory, and points to what takes most of it.
+pub fn check_memory(loaded: &LoadedCase, machine: &Machine, model: &CostModel, report: &mut Diagnostics) {
+    let case = &loaded.case;
+    let needed = memory(case, model);
+    let Some(available) = machine.memory_available else { return };
+    if needed <= available as Real {
+        return;
+    }
+    let cells = fluid_memory(case, model);
+    let grains = |n: usize| grain_memory(&case.grains[n], case.grains[n].count.unwrap_or(0), model);
+    let observers = observer_memory(case, model);
+    if observers > cells.max((0..case.grains.len()).map(grains).fold(0.0, Real::max)) {
+        let written = loaded.places.of("erosion");
+        report
+            .error_at(written, "what this case observes is too large for the memory of this machine")
+            .label(format!("it needs about {}, and {} are free", bytes(observers), bytes(available as Real)))
+            .help("lower `erosion.r_max` or the points of a probe, or take larger `erosion.dx` and `erosion.dr`");
+        return;
+    }
+    let heaviest = (0..case.grains.len()).max_by(|&a, &b| grains(a).total_cmp(&grains(b)));
+    let free = bytes(available as Real);
+    match heaviest.filter(|&n| grains(n) > cells) {
+        Some(n) => {
+            let population = &case.grains[n];
+            let place = |key: &str| loaded.places.of(&format!("grains.{n}.{key}"));
+            let span = place("count").or_else(|| place("placement")).unwrap_or(0..0);
+            let room = FILLED * available as Real - (needed - grains(n)) - grain_memory(population, 0, model);
+            let fit = (room / memory_per_grain(population, model)).floor();
+            let help = if fit >= 1.0 {
+                format!("{fit:.0} grains of this kind fit beside the rest")
+            } else {
+                format!("the rest of the case needs {} by itself: make it smaller as well", bytes(needed - grains(n)))
+            };
+            report
+                .error(span, format!("`{}` is too large for the memory of this machine", population.name))
+                .label(format!("these grains need about {}, and {free} are free", bytes(grains(n))))
+                .help(help);
+        }
+        None if case.solver == Solver::Mps => {
+            report
+                .error(loaded.places.at("particles"), "this tank is too large for the memory of this machine")
+                .label(format!("its particles need about {}, and {free} are free", bytes(cells)))
+                .help("take a larger `spacing`, or a smaller tank");
+        }
+        None => {
+            let title = "this box is too large for the memory of this machine";
+            let label = format!("its cells need about {}, and {free} are free", bytes(cells));
+            let help = match fitting_cells(case.domain.cells, FILLED * available as Real - (needed - cells), model) {
+                Some([a, b, c]) => format!("[{a}, {b}, {c}] fits"),
+                None => format!("the grains need {} by themselves: take fewer as well", bytes(needed - cells)),
+            };
+            match loaded.places.of("domain.cells") {
+                Some(span) => report.error(span, title).label(label).help(help),
+                None => report.error_in_file(title).label(label).help(help),
+            };
+        }
+    }
+}
+
+/// The largest numbers of cells in the proportions of `cells` whose fields fit into `room` [bytes].
+fn fitting_cells(cells: [usize; 3], room: Real, model: &CostModel) -> Option<[usize; 3]> {
+    let mut factor = (room / cell_memory(cells, model)).cbrt();
+    if factor.is_nan() || factor <= 0.0 {
+        return None;
+    }
+    // The cells round the box do not shrink with it: thin boxes need some more steps.
+    while factor > 1e-7 {
+        let fewer = cells.map(|n| ((n as Real * factor).floor() as usize).max(1));
+        if cell_memory(fewer, model) <= room {
+            return Some(fewer);
+        }
+        factor *= 0.99;
+    }
+    None
+}

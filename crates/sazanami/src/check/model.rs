@@ -1,0 +1,72 @@
+//! What the parts of a run cost: time, memory, disk.
+
+use sazanami_numerics::Real;
+
+/// Cost of the parts of a run on one thread of an ordinary processor, and the memory they take.
+///
+/// The figures follow from the timings in `docs/performance.md`, where predictions stand beside measurements: they are
+/// good to a factor of two.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CostModel {
+    /// Fluid pass, pressure included [s per cell].
+    pub fluid: Real,
+    /// Volume fractions and loads [s per grain and fluid step].
+    pub coupling: Real,
+    /// Sub-step of the grains [s per grain], plus
+    pub substep_grain: Real,
+    /// [s per contact sphere]: little, as the contacts cost, of which grains of few and of many spheres have as many.
+    pub substep_sphere: Real,
+    /// Share of further threads that turns into speed.
+    pub parallel_share: Real,
+    /// Time to rest of a bed over that in which gravity would stop its fall.
+    pub packing_rest: Real,
+    /// Memory [bytes per cell].
+    pub memory_cell: Real,
+    /// Memory [bytes per grain], plus
+    pub memory_grain: Real,
+    /// [bytes per contact sphere].
+    pub memory_sphere: Real,
+    /// Fields on disk [bytes per cell and output], after compression.
+    pub disk_cell: Real,
+    /// Grains on disk [bytes per grain and output], after compression.
+    pub disk_grain: Real,
+    /// Step of moving particles, pressure and coupling included [s per fluid particle], plus
+    pub fluid_particle: Real,
+    /// [s per wall particle].
+    pub wall_particle: Real,
+    /// Memory [bytes per moving or wall particle].
+    pub memory_particle: Real,
+    /// Pictures of one time [s], plus
+    pub pictures: Real,
+    /// [s per grain].
+    pub picture_grain: Real,
+    /// Memory for the pictures [bytes].
+    pub memory_pictures: Real,
+    /// Moving particles, or grains that are points, on disk [bytes each and output], after compression.
+    pub disk_point: Real,
+}
+
+impl Default for CostModel {
+    fn default() -> Self {
+        Self {
+            fluid: 2.2e-7,
+            coupling: 9e-6,
+            substep_grain: 1.95e-7,
+            substep_sphere: 2e-10,
+            parallel_share: 0.85,
+            packing_rest: 0.65,
+            memory_cell: 320.0,
+            memory_grain: 2.0e3,
+            memory_sphere: 16.0,
+            disk_cell: 12.0,
+            disk_grain: 3.0e3,
+            fluid_particle: 7e-6,
+            wall_particle: 2e-6,
+            memory_particle: 3.0e3,
+            disk_point: 40.0,
+            pictures: 1.0,
+            picture_grain: 1e-4,
+            memory_pictures: 1e8,
+        }
+    }
+}

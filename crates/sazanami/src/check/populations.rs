@@ -1,0 +1,63 @@
+//! What is known of the populations of grains.
+
+use sazanami_dem::Body;
+use sazanami_numerics::Real;
+
+use super::{PopulationReport, particles};
+use crate::assembly::shapes::shape_of;
+use crate::case::meaning::{Case, ContactSphereChoice, Population};
+
+/// What is known of a population's shape once it has been built.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ShapeFacts {
+    /// Volume of its mesh [m^3].
+    pub volume: Option<Real>,
+    /// Contact spheres.
+    pub contact_spheres: Option<usize>,
+    /// Grain size [m].
+    pub size: Option<Real>,
+    /// Number of grains, where a bed file tells it.
+    pub grains: Option<usize>,
+    /// Contact spheres and inertia of a grain of size factor 1.
+    pub body: Option<Body>,
+    /// For people.
+    pub lines: Vec<String>,
+}
+
+/// What is known of the populations; `shapes` as for [`check`].
+pub(crate) fn population_reports(case: &Case, shapes: &[ShapeFacts]) -> Vec<PopulationReport> {
+    let nothing = ShapeFacts::default();
+    let facts = |n: usize| shapes.get(n).unwrap_or(&nothing);
+    case.grains.iter().enumerate().map(|(n, population)| population_report(case, population, facts(n))).collect()
+}
+
+fn population_report(case: &Case, population: &Population, facts: &ShapeFacts) -> PopulationReport {
+    let size = population.shape.size().or(facts.size).map(|size| size * population.size.smallest());
+    PopulationReport {
+        name: population.name.clone(),
+        grains: population.count.or(facts.grains),
+        levelled: particles::levelled(case, population),
+        contact_spheres: facts.contact_spheres.or_else(|| spheres_of(population)),
+        size_m: size,
+        cells_per_grain: size.map(|size| size / case.domain.spacing().max_element()),
+        mass_kg: mass_of(case, population, facts.volume),
+        shape: facts.lines.clone(),
+        body: facts.body.clone().or_else(|| shape_of(population).ok().map(|shape| Body::from(&shape))),
+    }
+}
+
+/// Contact spheres of one grain, where known without reading files.
+pub(super) fn spheres_of(population: &Population) -> Option<usize> {
+    match population.contact_spheres {
+        ContactSphereChoice::Shell { count, .. } => Some(count),
+        ContactSphereChoice::Axis(count) => Some(count),
+        ContactSphereChoice::Single => Some(1),
+        ContactSphereChoice::File { .. } => None,
+    }
+}
+
+/// Mass of a grain of size factor 1 [kg]; the volume of its mesh is used if it is known.
+fn mass_of(case: &Case, population: &Population, mesh_volume: Option<Real>) -> Option<Real> {
+    let density = case.material(&population.material)?.density;
+    population.mass_override.or_else(|| Some(density * mesh_volume.or_else(|| population.shape.volume())?))
+}

@@ -1,0 +1,122 @@
+//! What `check` reports.
+
+use sazanami_dem::Body;
+use sazanami_numerics::Real;
+use serde::Serialize;
+
+use super::ParticlesReport;
+use crate::machine::Machine;
+
+/// A limit on the time step.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LimitReport {
+    /// Name, as in the live line.
+    pub name: &'static str,
+    /// Longest step it allows at the start [s].
+    pub dt_s: Real,
+    /// How it is found.
+    pub rule: String,
+    /// Whether it rules at the start.
+    pub rules: bool,
+}
+
+/// A population of grains.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PopulationReport {
+    /// Name.
+    pub name: String,
+    /// How many; absent for a bed whose file has not been read.
+    pub grains: Option<usize>,
+    /// How many of those that are packed stay when the bed is levelled, about.
+    pub levelled: Option<usize>,
+    /// Contact spheres of one grain.
+    pub contact_spheres: Option<usize>,
+    /// Grain size [m].
+    pub size_m: Option<Real>,
+    /// Cells on the grain size, for the largest edge of a cell.
+    pub cells_per_grain: Option<Real>,
+    /// Mass of a grain of size factor 1 [kg].
+    pub mass_kg: Option<Real>,
+    /// Facts about its shape, in words.
+    pub shape: Vec<String>,
+    /// Its contact spheres and inertia.
+    #[serde(skip)]
+    pub body: Option<Body>,
+}
+
+/// A body of liquid.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LiquidReport {
+    /// Name.
+    pub name: String,
+    /// Volume within the box and between the grains [m^3], where it has a formula.
+    pub volume_m3: Option<Real>,
+    /// Mass [kg].
+    pub mass_kg: Option<Real>,
+    /// Momentum [kg m/s].
+    pub momentum: Option<Real>,
+    /// Cells on its height.
+    pub cells_per_height: Option<Real>,
+}
+
+/// Everything `check` tells.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CheckReport {
+    /// Name of the case.
+    pub case: String,
+    /// One line about it.
+    pub title: String,
+    /// Hash of its meaning.
+    pub case_hash: String,
+    /// Cells in each direction.
+    pub cells: [usize; 3],
+    /// Number of cells.
+    pub cell_count: usize,
+    /// Edges of a cell [m].
+    pub spacing_m: [Real; 3],
+    /// Liquids.
+    pub liquids: Vec<LiquidReport>,
+    /// Grains.
+    pub populations: Vec<PopulationReport>,
+    /// Grains of the flow in all, as far as known.
+    pub grains: usize,
+    /// Their contact spheres in all, as far as known.
+    pub contact_spheres: usize,
+    /// Whether the tank was prepared before, so that nothing has to be packed.
+    pub made_ready: bool,
+    /// Moving particles and their tank, for that solver.
+    pub particles: Option<ParticlesReport>,
+    /// Limits on the step, shortest first.
+    pub limits: Vec<LimitReport>,
+    /// Step at the start [s].
+    pub dt_s: Real,
+    /// Fluid passes in a step.
+    pub fluid_passes: usize,
+    /// Sub-steps of the grains in a step.
+    pub substeps: usize,
+    /// Fluid steps, if the step stays as it is at the start.
+    pub steps: Real,
+    /// Fluid steps, if the step is that of the speeds that bodies reach from the start on.
+    pub most_steps: Real,
+    /// Memory [bytes].
+    pub memory_bytes: Real,
+    /// Memory that is free [bytes].
+    pub memory_available: Option<u64>,
+    /// Results on disk [bytes].
+    pub disk_bytes: Real,
+    /// The same by what is written.
+    #[serde(skip)]
+    pub disk_parts: [(&'static str, Real); 6],
+    /// Disk that is free [bytes].
+    pub disk_available: Option<u64>,
+    /// Wall-clock time by part on this machine [s].
+    pub predicted_s: Vec<(&'static str, Real)>,
+    /// Wall-clock time in all, if the step stays as it is at the start [s].
+    pub predicted_total_s: Real,
+    /// The same if the step is that of the speeds that bodies reach from the start on [s].
+    pub predicted_most_s: Real,
+    /// Threads the prediction is for.
+    pub threads: usize,
+    /// The machine.
+    pub machine: Machine,
+}

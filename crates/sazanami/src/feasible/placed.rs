@@ -1,0 +1,148 @@
+//! Grains whose places are known before the run, and where they lie.
+
+use std::ops::Range;
+
+use sazanami_numerics::geometry::Region;
+use sazanami_numerics::{Quaternion, Real, Vector};
+
+use super::Search;
+use crate::assembly::grains::population_of;
+use crate::case::meaning::{GrainPlacement, LatticePlacement};
+
+/// A grain that has a place already.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Placed {
+    pub population: usize,
+    pub index: usize,
+    pub position: Vector,
+    pub orientation: Quaternion,
+    pub factor: Real,
+    /// Room to leave round it for what is random [m].
+    pub slack: Real,
+    /// How it came there.
+    pub origin: Origin,
+}
+
+/// How a grain came to its place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Origin {
+    /// By the case file.
+    Case,
+    /// By a bed file; whether it will still move before the run begins.
+    Bed { relaxes: bool },
+}
+
+impl Search<'_> {
+    /// A grain that begins where it is now.
+    pub(super) fn as_it_lies(&self, grain: &sazanami_dem::Grain) -> Placed {
+        let (population, index) = population_of(grain.id);
+        let origin = match &self.case.grains[population].placement {
+            GrainPlacement::Bed(bed) => Origin::Bed { relaxes: bed.relax },
+            _ => Origin::Case,
+        };
+        Placed {
+            population,
+            index: index as usize,
+            position: grain.position,
+            orientation: grain.orientation,
+            factor: grain.scale,
+            slack: 0.0,
+            origin,
+        }
+    }
+
+    /// Grains whose places are known before the run: lattices as far as they are not random, others as they lie.
+    pub(super) fn placed(&self, lying: &[Placed]) -> Vec<Placed> {
+        let lattice = |n: usize| match &self.case.grains[n].placement {
+            GrainPlacement::Lattice(lattice) => Some(lattice),
+            _ => None,
+        };
+        let mut placed: Vec<Placed> =
+            lying.iter().filter(|grain| lattice(grain.population).is_none()).copied().collect();
+        for (n, population) in self.case.grains.iter().enumerate() {
+            let Some(lattice) = lattice(n) else { continue };
+            placed.extend(lattice_places(n, lattice, population.size.largest(), self.shapes[n].bounding_radius()));
+        }
+        placed
+    }
+
+    /// Names a grain and points to it as well as the file allows.
+    pub(super) fn name(&self, grain: &Placed) -> (String, Range<usize>) {
+        let population = &self.case.grains[grain.population];
+        let path = format!("grains.{}.placement.list.{}.position", grain.population, grain.index);
+        (format!("grain {} of `{}`", grain.index, population.name), self.loaded.places.at(&path))
+    }
+
+    /// Height of the lowest point of a grain's contact spheres [m].
+    pub(super) fn lowest(&self, grain: &Placed) -> Real {
+        self.spheres(grain).iter().map(|(centre, radius)| centre.z - radius).fold(Real::INFINITY, Real::min)
+    }
+
+    /// Contact spheres of a grain where it lies.
+    pub(super) fn spheres(&self, grain: &Placed) -> Vec<(Vector, Real)> {
+        let spheres = self.shapes[grain.population].contact_spheres();
+        let at = |(&centre, &radius): (&Vector, &Real)| {
+            (grain.position + grain.orientation * (grain.factor * centre), grain.factor * radius)
+        };
+        spheres.centres.iter().zip(&spheres.radii).map(at).collect()
+    }
+
+    /// Corners of the box round the surface of a grain: of the smooth shape where it has one, else of its mesh [m].
+    ///
+    /// Nodes of a mesh that keeps the volume of a sphere stand out of the sphere.
+    pub(super) fn surface(&self, grain: &Placed) -> [Vector; 2] {
+        match self.shapes[grain.population].exact() {
+            Some(exact) => {
+                let half = grain.factor * exact.half_extents(grain.orientation);
+                [grain.position - half, grain.position + half]
+            }
+            None => self.nodes(grain).fold(no_corners(), |[low, high], x| [low.min(x), high.max(x)]),
+        }
+    }
+
+    /// Nodes of a grain where it lies [m].
+    fn nodes(&self, grain: &Placed) -> impl Iterator<Item = Vector> {
+        let grain = *grain;
+        let nodes = &self.shapes[grain.population].mesh().nodes;
+        nodes.iter().map(move |&node| grain.position + grain.orientation * (grain.factor * node))
+    }
+
+    pub(super) fn touches(&self, region: &Region, grain: &Placed) -> bool {
+        let reach = grain.factor * self.shapes[grain.population].bounding_radius();
+        region.touches_ball(grain.position, reach)
+            && (self.nodes(grain).any(|x| region.contains(x))
+                || self.spheres(grain).iter().any(|&(centre, radius)| region.touches_ball(centre, radius)))
+    }
+}
+
+/// Corners of a box that holds nothing yet.
+pub(super) const fn no_corners() -> [Vector; 2] {
+    [Vector::INFINITY, Vector::NEG_INFINITY]
+}
+
+/// Places of a lattice, with room for jitter and any orientation where these are random.
+fn lattice_places(
+    population: usize,
+    lattice: &LatticePlacement,
+    factor: Real,
+    radius: Real,
+) -> impl Iterator<Item = Placed> {
+    let [n1, n2, n3] = lattice.counts;
+    let pitch = (lattice.upper - lattice.lower) / Vector::new(n1 as Real, n2 as Real, n3 as Real);
+    let jitter = lattice.jitter * pitch.min_element();
+    let slack = if lattice.random_orientation { jitter.max(1e-9 * radius) } else { jitter };
+    let lower = lattice.lower;
+    (0..n1 * n2 * n3).map(move |index| {
+        let (i, j, k) = (index % n1, index / n1 % n2, index / (n1 * n2));
+        let cell = Vector::new(i as Real + 0.5, j as Real + 0.5, k as Real + 0.5);
+        Placed {
+            population,
+            index,
+            position: lower + cell * pitch,
+            orientation: Quaternion::IDENTITY,
+            factor,
+            slack,
+            origin: Origin::Case,
+        }
+    })
+}
