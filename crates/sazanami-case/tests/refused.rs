@@ -113,3 +113,40 @@ fn the_constants_that_contacts_are_said_to_have_are_those_they_have() {
     // Negative control: another value makes another contact.
     assert_ne!(case("normal_stiffness = \"2e4 N/m\"").contacts, plain.contacts);
 }
+
+#[test]
+fn cylinders_have_a_size_a_volume_and_contact_spheres() {
+    let case = |spheres: &str| {
+        let shape = "grains.0.shape={ cylinder = { diameter = \"0.5 mm\", length = \"1 mm\" } }";
+        sazanami_case::parse(Path::new("c.toml"), BASE, &[shape.into(), format!("grains.0.contact_spheres={spheres}")])
+    };
+    let grain = case("axis(5)").expect("cylinders have an axis").case.grains.remove(0);
+    assert_eq!(grain.shape.size(), Some(0.5e-3));
+    let volume = std::f64::consts::PI * 0.25e-3_f64.powi(2) * 1e-3;
+    assert!((grain.shape.volume().expect("a known volume") / volume - 1.0).abs() < 1e-14);
+    assert!((grain.shape.extent().expect("a known extent") - 1.25_f64.sqrt() * 1e-3).abs() < 1e-15);
+    assert!(case("shell(40)").is_ok() && case("single").is_err());
+}
+
+#[test]
+fn parameters_of_another_drag_law_bring_a_warning() {
+    let water = "particles.spacing=1 mm";
+    let read = |changes: &[&str]| {
+        let overrides: Vec<String> = changes.iter().chain(&[water]).map(|text| (*text).to_owned()).collect();
+        sazanami_case::parse(Path::new("c.toml"), BASE, &overrides).expect("the case is complete")
+    };
+    let titles = |changes: &[&str]| {
+        let loaded = read(changes);
+        let records = loaded.warnings.records(&loaded.source);
+        records.into_iter().map(|record| record.message).filter(|title| title.contains("no effect")).collect::<Vec<_>>()
+    };
+    assert!(titles(&["overlap.drag=di_felice"]).is_empty() && titles(&["overlap.kozeny=180"]).is_empty());
+    let warned = titles(&["overlap.drag=di_felice", "overlap.kozeny=180"]);
+    assert_eq!(warned, ["`kozeny` has no effect with `drag = \"di_felice\"`"]);
+    let copy = sazanami_case::resolved::write(
+        &read(&["overlap.drag=di_felice"]).case,
+        sazanami_case::resolved::Paths::NameOnly,
+    );
+    assert!(copy.contains("drag = \"di_felice\"") && !copy.contains("kozeny"), "{copy}");
+    refused("overlap.drag=stokes", "`drag`");
+}

@@ -21,7 +21,7 @@ const EXPECTED: &str = "expected \"shell(75)\", \"axis(9)\", \"single\" or \"fil
 #[derive(Clone, Debug, Default, Keys)]
 pub(super) struct ContactSphereKeys {
     /// `shell(n)`: equal spheres under the surface of any closed shape, 1000 at most; `axis(n)`: largest spheres on the
-    /// long axis of a spheroid, 1000 at most; `single`: for spheres; `file`: as `sphere_file` has them.
+    /// long axis of a spheroid or a cylinder, 1000 at most; `single`: for spheres; `file`: as `sphere_file` has them.
     #[key(says = "sphere: `single`; prolate spheroid: `axis(9)`; else `shell(75)`")]
     contact_spheres: Option<String>,
     /// Radius of the spheres of a shell.
@@ -44,7 +44,7 @@ pub enum ContactSphereChoice {
         /// Radius [m].
         radius: Option<Real>,
     },
-    /// Largest spheres along the long axis of a spheroid.
+    /// Largest spheres along the long axis of a spheroid or a cylinder.
     Axis(usize),
     /// One sphere.
     Single,
@@ -68,7 +68,7 @@ impl ContactSphereKeys {
         };
         let span = table.place("contact_spheres");
         let Some(text) = &self.contact_spheres else { return default };
-        let is_spheroid = matches!(shape, GrainShape::Spheroid { .. });
+        let has_axis = matches!(shape, GrainShape::Spheroid { .. } | GrainShape::Cylinder { .. });
         let refused: (&str, String) = match split_call(text) {
             None => {
                 cx.report.error(span, "`contact_spheres` cannot be read").label(EXPECTED);
@@ -81,9 +81,9 @@ impl ContactSphereKeys {
                 ("too many contact spheres", format!("an axis has {MOST_ON_AXIS} at most: 9 follow the paper's sand"))
             }
             Some(("shell", Some(count @ 1..))) => return ContactSphereChoice::Shell { count, radius },
-            Some(("axis", Some(n @ 1..))) if is_spheroid => return ContactSphereChoice::Axis(n),
+            Some(("axis", Some(n @ 1..))) if has_axis => return ContactSphereChoice::Axis(n),
             Some(("axis", _)) => (
-                "spheres along the axis need a prolate spheroid and a count",
+                "spheres along the axis need a prolate spheroid or a cylinder, and a count",
                 "`shell(75)` covers any closed shape".into(),
             ),
             Some(("single", None)) if matches!(shape, GrainShape::Sphere { .. }) => return ContactSphereChoice::Single,

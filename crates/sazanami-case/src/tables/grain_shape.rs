@@ -10,7 +10,7 @@ use crate::value::Range1;
 
 /// Lengths that a grain can have [m]: beyond them volumes and masses are lost in rounding.
 pub(super) const LENGTHS: Range1 = Range1::Between(1e-7, 1e3);
-/// Most rings of a spheroid's mesh, and most segments of a ring.
+/// Most rings of a mesh, and most segments of a ring.
 const MOST_DIVISIONS: usize = 200;
 
 /// Shape of a grain of size factor 1.
@@ -52,6 +52,21 @@ pub enum GrainShape {
         #[key(unit = "m", range = LENGTHS)]
         size: Vector,
     },
+    /// A circular cylinder with flat ends about body axis x1.
+    Cylinder {
+        /// Diameter.
+        #[key(unit = "m", range = LENGTHS)]
+        diameter: Real,
+        /// Length along the axis.
+        #[key(unit = "m", range = LENGTHS)]
+        length: Real,
+        /// Corners of the polygon that stands for the circle in its mesh.
+        #[key(least = 3, most = MOST_DIVISIONS, default = 24)]
+        segments: usize,
+        /// Volume of its mesh: preserved by a larger radius, the length stays.
+        #[key(word, default = VolumeRule::Preserve)]
+        volume: VolumeRule,
+    },
     /// A tetrahedral mesh from a Gmsh file, `.msh` 2.2 or 4.1.
     Mesh {
         /// The file, relative to the case file.
@@ -64,12 +79,14 @@ pub enum GrainShape {
 }
 
 impl GrainShape {
-    /// Grain size d [m]: the short axis, or the shortest edge; unknown for meshes until they are read.
+    /// Grain size d [m]: the short axis, the shortest edge, or the smaller of diameter and length; unknown for meshes until they are read.
     #[must_use]
     pub fn size(&self) -> Option<Real> {
         match self {
             Self::Sphere { diameter, .. } => Some(*diameter),
-            Self::Spheroid { diameter, length, .. } => Some(diameter.min(*length)),
+            Self::Spheroid { diameter, length, .. } | Self::Cylinder { diameter, length, .. } => {
+                Some(diameter.min(*length))
+            }
             Self::Box { size } => Some(size.min_element()),
             Self::Mesh { .. } => None,
         }
@@ -81,6 +98,7 @@ impl GrainShape {
         match self {
             Self::Sphere { diameter, .. } => Some(*diameter),
             Self::Spheroid { diameter, length, .. } => Some(diameter.max(*length)),
+            Self::Cylinder { diameter, length, .. } => Some(diameter.hypot(*length)),
             Self::Box { size } => Some(size.length()),
             Self::Mesh { .. } => None,
         }
@@ -93,6 +111,7 @@ impl GrainShape {
         match self {
             Self::Sphere { diameter, .. } => Some(sixth * diameter.powi(3)),
             Self::Spheroid { diameter, length, .. } => Some(sixth * diameter * diameter * length),
+            Self::Cylinder { diameter, length, .. } => Some(1.5 * sixth * diameter * diameter * length),
             Self::Box { size } => Some(size.x * size.y * size.z),
             Self::Mesh { .. } => None,
         }

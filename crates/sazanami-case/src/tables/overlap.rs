@@ -1,7 +1,7 @@
 //! `[overlap]`: particles of water and the grains they overlap, for `solver = "mps"`.
 
 use sazanami_case_derive::Keys;
-use sazanami_mps::grains::{DensityReference, SphereDrag};
+use sazanami_mps::grains::{DensityReference, DragForm, SphereDrag};
 use sazanami_numerics::{Real, choices};
 
 use super::Population;
@@ -9,6 +9,9 @@ use crate::read::{Context, Table};
 
 /// Smoothing of the void fraction over the mean diameter, and over the largest.
 pub(crate) const SMOOTHING: [Real; 2] = [3.0, 2.5];
+
+/// Keys of the drag law `blend` alone.
+const BLEND_ALONE: [&str; 5] = ["kozeny", "forchheimer", "sphere_drag", "density_reference", "blend"];
 
 choices! {
     /// Pressure that grains feel.
@@ -35,20 +38,23 @@ pub struct Overlap {
     /// Pressure that grains feel.
     #[key(word, default = PressureForce::Implicit)]
     pub pressure_force: PressureForce,
+    /// Drag law of the grains.
+    #[key(word, default = DragForm::Blend)]
+    pub drag: DragForm,
     /// Kozeny's constant k in the permeability `eps^3 d^2/(k (1-eps)^2)`.
-    #[key(range = NonNegative, default = 150.0)]
+    #[key(range = NonNegative, default = 150.0, omit_if = self.drag != DragForm::Blend)]
     pub kozeny: Real,
     /// Constant quadratic coefficient F_ch instead of Ergun's `1.75/sqrt(150 eps^3)`.
-    #[key(range = NonNegative, says = "Ergun's")]
+    #[key(range = NonNegative, says = "Ergun's", omit_if = self.drag != DragForm::Blend)]
     pub forchheimer: Option<Real>,
     /// Drag of a single sphere.
-    #[key(word, default = SphereDrag::SchillerNaumann)]
+    #[key(word, default = SphereDrag::SchillerNaumann, omit_if = self.drag != DragForm::Blend)]
     pub sphere_drag: SphereDrag,
     /// What the solid number density phi is counted from.
-    #[key(word, default = DensityReference::SimpleCubic)]
+    #[key(word, default = DensityReference::SimpleCubic, omit_if = self.drag != DragForm::Blend)]
     pub density_reference: DensityReference,
     /// Lower and upper phi between which the drag law goes over from single grains to a bed.
-    #[key(default = [0.38, 0.42], paper_literal = (Tazaki, [0.4, 0.4],
+    #[key(default = [0.38, 0.42], omit_if = self.drag != DragForm::Blend, paper_literal = (Tazaki, [0.4, 0.4],
           "Tazaki et al. switch between the drag laws at phi = 0.4"))]
     pub blend: [Real; 2],
 }
@@ -66,6 +72,14 @@ fn suited_smoothing(grains: &[Population]) -> Real {
 
 impl Overlap {
     fn check(&mut self, table: &Table<'_>, cx: &mut Context<'_>) {
+        if self.drag != DragForm::Blend {
+            for key in BLEND_ALONE.into_iter().filter(|key| table.has(key)) {
+                cx.report
+                    .warning(Some(table.place(key)), format!("`{key}` has no effect with `drag = \"{}\"`", self.drag))
+                    .label("a parameter of `drag = \"blend\"`")
+                    .help("leave it out");
+            }
+        }
         let [low, high] = self.blend;
         if low.is_finite() && high.is_finite() && !(0.0..=high).contains(&low) {
             cx.report

@@ -22,7 +22,7 @@ pub enum ContactSphereRule {
         /// al. 2015), larger if that leaves holes; on other shapes the radius with the smallest gap.
         radius: Option<Real>,
     },
-    /// `count` largest inscribed spheres with evenly spaced centres on the long axis of a prolate spheroid.
+    /// `count` largest inscribed spheres with evenly spaced centres on the long axis of a prolate spheroid or a cylinder.
     Axis {
         /// Number of spheres.
         count: usize,
@@ -60,8 +60,8 @@ pub enum ContactSphereError {
         /// Its radius [m].
         radius: Real,
     },
-    /// The axis rule needs a prolate spheroid.
-    #[error("axis({count}) puts spheres on the long axis of a prolate spheroid; {found}: use shell(n)")]
+    /// The axis rule needs a prolate spheroid or a cylinder.
+    #[error("axis({count}) puts spheres on the long axis of a prolate spheroid or a cylinder; {found}: use shell(n)")]
     NotProlate {
         /// Number of spheres asked for.
         count: usize,

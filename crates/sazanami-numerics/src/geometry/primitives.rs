@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::{Spheroid, TetrahedralMesh};
+use super::{Cylinder, Spheroid, TetrahedralMesh};
 use crate::choices;
 use crate::{Real, Vector};
 
@@ -96,6 +96,43 @@ pub fn box_mesh(edges: Vector) -> TetrahedralMesh {
     let orders = [[1, 2, 4], [1, 4, 2], [2, 1, 4], [2, 4, 1], [4, 1, 2], [4, 2, 1]];
     let tetrahedra = orders.map(|[i, j, _]| positive(&nodes, [0, i, i + j, 7])).to_vec();
     TetrahedralMesh { nodes, tetrahedra }
+}
+
+/// A cylinder along x1 as a prism on a regular polygon of `segments` corners, with a node on the axis at each end. The
+/// volume is preserved by a larger radius; the length is always that of the cylinder.
+///
+/// # Panics
+/// If there are fewer than three segments.
+#[must_use]
+pub fn cylinder_mesh(cylinder: Cylinder, segments: usize, rule: VolumeRule) -> TetrahedralMesh {
+    assert!(segments >= 3, "a polygon has at least three corners");
+    let corner = TAU / segments as Real;
+    let radius = match rule {
+        VolumeRule::Inscribed => cylinder.radius,
+        VolumeRule::Preserve => cylinder.radius * (corner / corner.sin()).sqrt(),
+    };
+    let mut mesh = RingMesh {
+        rings: 2,
+        segments,
+        first_centre: 0,
+        last_centre: 1,
+        nodes: Vec::with_capacity(2 * segments + 2),
+        tetrahedra: Vec::with_capacity(3 * segments),
+    };
+    for x in [-0.5, 0.5] {
+        for s in 0..segments {
+            let (sin, cos) = (corner * s as Real).sin_cos();
+            mesh.nodes.push(Vector::new(x * cylinder.length, radius * cos, radius * sin));
+        }
+    }
+    mesh.nodes.extend([-0.5, 0.5].map(|x| Vector::new(x * cylinder.length, 0.0, 0.0)));
+    let centre = |ring: usize| (2 * segments + ring) as u32;
+    for s in 0..segments {
+        let triangle = |ring: usize| [centre(ring), mesh.ring_node(ring, s), mesh.ring_node(ring, s + 1)];
+        let (lower, upper) = (triangle(0), triangle(1));
+        mesh.add_prism(lower, upper);
+    }
+    TetrahedralMesh { nodes: mesh.nodes, tetrahedra: mesh.tetrahedra }
 }
 
 /// Scales `mesh` to `volume` where the rule asks for it.
@@ -381,6 +418,25 @@ mod tests {
             };
         let (coarse, fine) = (error(8), error(16));
         assert!((coarse / fine).log2() > 1.9, "{coarse} {fine}");
+    }
+
+    #[test]
+    fn a_cylinder_keeps_its_length_and_converges_at_second_order() {
+        for (radius, length) in [(0.26, 1.27), (0.5, 0.2)] {
+            let cylinder = Cylinder { radius, length };
+            let error = |segments: usize, rule: VolumeRule| {
+                let mesh = cylinder_mesh(cylinder, segments, rule);
+                assert_eq!(mesh.check(), Ok(()), "{segments}");
+                assert_eq!(mesh.tetrahedra.len(), 3 * segments);
+                assert!(mesh.nodes.iter().all(|p| p.x.abs() == 0.5 * length));
+                (1.0 - mesh.volume() / cylinder.volume()).abs()
+            };
+            for segments in [3, 6, 24] {
+                assert!(error(segments, VolumeRule::Preserve) < 1e-13);
+            }
+            let (coarse, fine) = (error(12, VolumeRule::Inscribed), error(24, VolumeRule::Inscribed));
+            assert!((coarse / fine).log2() > 1.98, "{coarse} {fine}");
+        }
     }
 
     #[test]

@@ -5,10 +5,10 @@
 
 use super::contact_spheres::{ContactSphereError, Outline};
 use super::{
-    ContactSphereRule, ContactSpheres, MassProperties, MeshError, MeshQuality, Spheroid, SpheroidMesh, SurfaceMesh,
-    TetrahedralMesh, VolumeRule, box_mesh, sphere_mesh, spheroid_mesh,
+    ContactSphereRule, ContactSpheres, Cylinder, MassProperties, MeshError, MeshQuality, Spheroid, SpheroidMesh,
+    SurfaceMesh, TetrahedralMesh, VolumeRule, box_mesh, cylinder_mesh, sphere_mesh, spheroid_mesh,
 };
-use crate::{Matrix, Real, Vector};
+use crate::{Matrix, Quaternion, Real, Vector};
 
 /// A rigid body's geometry, per unit density.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,9 +20,67 @@ pub struct Shape {
     principal_inertia: Vector,
     bounding_radius: Real,
     contact_spheres: ContactSpheres,
-    exact: Option<Spheroid>,
+    exact: Option<Exact>,
     origin: Vector,
     axes: Matrix,
+}
+
+/// The smooth solid that a mesh approximates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Exact {
+    /// A sphere or spheroid.
+    Spheroid(Spheroid),
+    /// A circular cylinder.
+    Cylinder(Cylinder),
+}
+
+impl Exact {
+    /// Volume [m^3].
+    #[must_use]
+    pub fn volume(&self) -> Real {
+        match self {
+            Self::Spheroid(spheroid) => spheroid.volume(),
+            Self::Cylinder(cylinder) => cylinder.volume(),
+        }
+    }
+
+    /// Principal moments of inertia per unit density, axis of revolution first [m^5].
+    #[must_use]
+    pub fn principal_inertia(&self) -> Vector {
+        match self {
+            Self::Spheroid(spheroid) => spheroid.principal_inertia(),
+            Self::Cylinder(cylinder) => cylinder.principal_inertia(),
+        }
+    }
+
+    /// Radius of the ball about the centre that holds it [m].
+    #[must_use]
+    pub fn bounding_radius(&self) -> Real {
+        match self {
+            Self::Spheroid(spheroid) => spheroid.axial.max(spheroid.equatorial),
+            Self::Cylinder(cylinder) => cylinder.radius.hypot(0.5 * cylinder.length),
+        }
+    }
+
+    /// Half the edges of the box along x1, x2, x3 round it, turned by `orientation` [m].
+    #[must_use]
+    pub fn half_extents(&self, orientation: Quaternion) -> Vector {
+        match self {
+            Self::Spheroid(spheroid) => spheroid.half_extents(orientation),
+            Self::Cylinder(cylinder) => cylinder.half_extents(orientation),
+        }
+    }
+
+    fn scaled(self, factor: Real) -> Self {
+        match self {
+            Self::Spheroid(Spheroid { equatorial, axial }) => {
+                Self::Spheroid(Spheroid { equatorial: factor * equatorial, axial: factor * axial })
+            }
+            Self::Cylinder(Cylinder { radius, length }) => {
+                Self::Cylinder(Cylinder { radius: factor * radius, length: factor * length })
+            }
+        }
+    }
 }
 
 /// Why a shape could not be built.
@@ -71,7 +129,7 @@ pub struct ShapeReport {
     pub tetrahedra: usize,
     /// Volume of the mesh [m^3].
     pub volume: Real,
-    /// (Mesh volume)/(volume of the exact sphere or spheroid) - 1, where there is one.
+    /// (Mesh volume)/(volume of the exact shape, see [`Exact`]) - 1, where there is one.
     pub volume_error: Option<Real>,
     /// Largest relative deviation of a principal moment per unit density from the exact one, where there is one.
     pub inertia_error: Option<Real>,
@@ -113,7 +171,7 @@ impl Shape {
         if refinement > FINEST {
             return Err(ShapeError::TooFine { refinement, most: FINEST });
         }
-        let exact = Spheroid { equatorial: radius, axial: radius };
+        let exact = Exact::Spheroid(Spheroid { equatorial: radius, axial: radius });
         Self::build("sphere", sphere_mesh(radius, refinement, volume), Some(exact), spheres)
     }
 
@@ -128,10 +186,10 @@ impl Shape {
         volume: VolumeRule,
         spheres: &ContactSphereRule,
     ) -> Result<Self, ShapeError> {
-        let exact = Spheroid {
+        let exact = Exact::Spheroid(Spheroid {
             equatorial: positive("the equatorial semi-axis of a spheroid", a)?,
             axial: positive("the axial semi-axis of a spheroid", c)?,
-        };
+        });
         let SpheroidMesh { rings, segments } = resolution;
         if rings < 1 || segments < 3 {
             return Err(ShapeError::TooCoarse { rings, segments });
@@ -150,6 +208,33 @@ impl Shape {
         Self::build("box", box_mesh(edges), None, spheres)
     }
 
+    /// Circular cylinder along body axis x1 as a prism on a polygon of `segments` corners. `axis(n)` puts contact spheres
+    /// of its radius on its axis.
+    ///
+    /// # Errors
+    /// If a length is not positive, there are fewer than three segments, or the contact spheres cannot be placed.
+    pub fn cylinder(
+        cylinder: Cylinder,
+        segments: usize,
+        volume: VolumeRule,
+        spheres: &ContactSphereRule,
+    ) -> Result<Self, ShapeError> {
+        positive("the radius of a cylinder", cylinder.radius)?;
+        positive("the length of a cylinder", cylinder.length)?;
+        if segments < 3 {
+            return Err(ShapeError::TooCoarse { rings: 2, segments });
+        }
+        let mesh = cylinder_mesh(cylinder, segments, volume);
+        let exact = Some(Exact::Cylinder(cylinder));
+        match spheres {
+            &ContactSphereRule::Axis { count } => {
+                let spheres = ContactSphereRule::Listed(cylinder.spheres_on_axis(count)?);
+                Self::build("cylinder", mesh, exact, &spheres)
+            }
+            spheres => Self::build("cylinder", mesh, exact, spheres),
+        }
+    }
+
     /// Any solid. Listed contact spheres are in the frame of the mesh.
     ///
     /// # Errors
@@ -162,7 +247,7 @@ impl Shape {
     fn build(
         name: &str,
         mesh: TetrahedralMesh,
-        exact: Option<Spheroid>,
+        exact: Option<Exact>,
         rule: &ContactSphereRule,
     ) -> Result<Self, ShapeError> {
         let mass = MassProperties::of(&mesh);
@@ -180,8 +265,8 @@ impl Shape {
             other => other.clone(),
         };
         let outline = match exact {
-            Some(spheroid) => Outline::Spheroid(spheroid),
-            None => Outline::Mesh { surface: &surface, tree: surface.tree() },
+            Some(Exact::Spheroid(spheroid)) => Outline::Spheroid(spheroid),
+            Some(Exact::Cylinder(_)) | None => Outline::Mesh { surface: &surface, tree: surface.tree() },
         };
         let contact_spheres = ContactSpheres::place(&rule, &outline)?;
         let nodes_within = mesh.nodes.iter().map(|p| p.length()).fold(0.0, Real::max);
@@ -217,7 +302,7 @@ impl Shape {
             principal_inertia: factor.powi(5) * self.principal_inertia,
             bounding_radius: factor * self.bounding_radius,
             contact_spheres: self.contact_spheres.scaled(factor),
-            exact: self.exact.map(|s| Spheroid { equatorial: factor * s.equatorial, axial: factor * s.axial }),
+            exact: self.exact.map(|exact| exact.scaled(factor)),
             origin: factor * self.origin,
             axes: self.axes,
         }
@@ -272,9 +357,9 @@ impl Shape {
         &self.contact_spheres
     }
 
-    /// The exact sphere or spheroid the mesh approximates, where there is one.
+    /// The smooth solid that the mesh approximates, where there is one.
     #[must_use]
-    pub fn exact(&self) -> Option<Spheroid> {
+    pub fn exact(&self) -> Option<Exact> {
         self.exact
     }
 
@@ -320,7 +405,6 @@ fn positive(quantity: &'static str, value: Real) -> Result<Real, ShapeError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Quaternion;
 
     const AXIS: ContactSphereRule = ContactSphereRule::Axis { count: 9 };
 
@@ -357,6 +441,43 @@ mod tests {
             shape.report().inertia_error.unwrap()
         };
         assert!((moments(8) / moments(16)).log2() > 1.85);
+    }
+
+    #[test]
+    fn mass_properties_of_a_cylinder_are_those_of_its_formulas() {
+        let cylinder = Cylinder { radius: 0.26e-3, length: 1.27e-3 };
+        let rule = ContactSphereRule::Axis { count: 9 };
+        let shape = |segments: usize| Shape::cylinder(cylinder, segments, VolumeRule::Preserve, &rule).unwrap();
+        let found = shape(96);
+        let mass = std::f64::consts::PI * 0.26e-3_f64.powi(2) * 1.27e-3;
+        assert!((found.volume() / mass - 1.0).abs() < 1e-12);
+        assert!((found.surface().volume() / mass - 1.0).abs() < 1e-12);
+        let moments = Vector::new(0.5 * 0.26e-3_f64.powi(2), 0.0, 0.0)
+            + Vector::new(0.0, 1.0, 1.0) * (3.0 * 0.26e-3_f64.powi(2) + 1.27e-3_f64.powi(2)) / 12.0;
+        assert!((found.principal_inertia() / (mass * moments) - 1.0).abs().max_element() < 2e-6);
+        let error = |segments: usize| shape(segments).report().inertia_error.unwrap();
+        // The polygon of equal area has the moments of the circle to fourth order.
+        assert!((error(12) / error(24)).log2() > 3.9, "{} {}", error(12), error(24));
+        assert_eq!(found.source_frame(), (Vector::ZERO, Matrix::IDENTITY));
+    }
+
+    #[test]
+    fn contact_spheres_of_a_cylinder_lie_within_it() {
+        let cylinder = Cylinder { radius: 0.26, length: 1.27 };
+        let shape = |rule| Shape::cylinder(cylinder, 24, VolumeRule::Preserve, &rule);
+        let axis = shape(ContactSphereRule::Axis { count: 9 }).unwrap();
+        let gap = axis.contact_spheres().largest_gap;
+        // At the edges of the mesh, whose radius is larger by 0.6 %.
+        assert!((gap / (0.26 * (2.0_f64.sqrt() - 1.0)) - 1.0).abs() < 0.02, "{gap}");
+        assert!(axis.contact_spheres().largest_protrusion < 0.01 * 0.26);
+        assert!((axis.contact_spheres().bounding_radius() - 0.635).abs() < 1e-12);
+        let shell = shape(ContactSphereRule::Shell { count: 75, radius: None }).unwrap();
+        assert_eq!(shell.contact_spheres().len(), 75);
+        assert!(shell.contact_spheres().largest_gap < 0.8 * gap, "{}", shell.contact_spheres().largest_gap);
+        let disc = Cylinder { radius: 0.5, length: 0.3 };
+        let refused = Shape::cylinder(disc, 24, VolumeRule::Preserve, &ContactSphereRule::Axis { count: 9 });
+        assert!(refused.unwrap_err().to_string().contains("shorter than its diameter"));
+        assert!(shape(ContactSphereRule::Single).is_err());
     }
 
     #[test]

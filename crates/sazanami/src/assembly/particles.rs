@@ -74,6 +74,7 @@ pub(crate) fn coupling(case: &Case) -> Coupling {
     let liquid = case.fluid.liquid;
     Coupling {
         drag: DragParameters {
+            form: overlap.drag,
             kozeny: overlap.kozeny,
             forchheimer: overlap.forchheimer.map_or(Forchheimer::Ergun, Forchheimer::Constant),
             sphere: overlap.sphere_drag,
@@ -161,4 +162,33 @@ pub(crate) fn fill(case: &Case, domain: &Domain, grains: &GrainPhase, bed_height
             (*fluid == FluidName::Liquid).then_some(FluidParticle { position, velocity: *velocity })
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use sazanami_mps::grains::DragForm;
+
+    use super::*;
+
+    #[test]
+    fn the_drag_law_of_the_case_is_that_of_the_grains() {
+        let text = "solver = \"mps\"\n[domain]\nsize = [\"9 mm\", \"9 mm\", \"9 mm\"]\n[run]\nuntil = \"1 ms\"\n\
+                    [particles]\nspacing = \"1 mm\"\n";
+        let kappa = |law: &[&str]| {
+            let overrides: Vec<String> = law.iter().map(|text| (*text).to_owned()).collect();
+            let loaded = sazanami_case::parse(Path::new("c.toml"), text, &overrides).expect("the case is complete");
+            let drag = coupling(&loaded.case).drag;
+            (drag.form, drag.coefficient(1e-3, 0.6, 0.1))
+        };
+        let (form, di_felice) = kappa(&["overlap.drag=di_felice"]);
+        assert_eq!(form, DragForm::DiFelice);
+        // C_D = (0.63 + 4.8/sqrt(60))^2, kappa = V 3/4 C_D rho s/d eps^(2 - beta).
+        let beta = 3.7 - 0.65 * (-0.5 * (1.5 - 60.0_f64.log10()).powi(2)).exp();
+        let single = std::f64::consts::PI / 8.0 * (0.63 + 4.8 / 60.0_f64.sqrt()).powi(2) * 1e-6 * 1000.0 * 0.1;
+        let liquid = kappa(&[]);
+        assert!((di_felice / (single * 0.6_f64.powf(2.0 - beta)) - 1.0).abs() < 0.02, "{di_felice}");
+        assert!(liquid.0 == DragForm::Blend && (liquid.1 / di_felice - 1.0).abs() > 0.05, "{liquid:?}");
+    }
 }

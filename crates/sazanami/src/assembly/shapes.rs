@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use sazanami_io::mesh::MeshFileError;
 use sazanami_numerics::geometry::{
-    ContactSphereRule, Shape, ShapeError, SphereListError, SpheroidMesh, parse_sphere_list,
+    ContactSphereRule, Cylinder, Shape, ShapeError, SphereListError, SpheroidMesh, parse_sphere_list,
 };
 
 use crate::case::meaning::{ContactSphereChoice, GrainShape, Population};
@@ -58,6 +58,10 @@ pub fn shape_of(population: &Population) -> Result<Shape, ShapeProblem> {
         GrainShape::Spheroid { diameter, length, rings, segments, volume } => {
             let resolution = SpheroidMesh { rings: *rings, segments: *segments };
             Shape::spheroid(0.5 * diameter, 0.5 * length, resolution, *volume, &rule)?
+        }
+        GrainShape::Cylinder { diameter, length, segments, volume } => {
+            let cylinder = Cylinder { radius: 0.5 * diameter, length: *length };
+            Shape::cylinder(cylinder, *segments, *volume, &rule)?
         }
         GrainShape::Box { size } => Shape::cuboid(*size, &rule)?,
         GrainShape::Mesh { file, unit } => {

@@ -71,6 +71,7 @@ fn grain_memory(population: &Population, count: usize, model: &CostModel) -> Rea
     let tetrahedra = match population.shape {
         GrainShape::Sphere { refinement, .. } => 20.0 * 4.0_f64.powi(refinement.min(100) as i32),
         GrainShape::Spheroid { rings, segments, .. } => 2.0 * rings as Real * segments as Real,
+        GrainShape::Cylinder { segments, .. } => 3.0 * segments as Real,
         GrainShape::Box { .. } | GrainShape::Mesh { .. } => 0.0,
     };
     let shape = tetrahedra * MEMORY_TETRAHEDRON + spheres_of(population).unwrap_or(0) as Real * MEMORY_SHAPE_SPHERE;

@@ -78,8 +78,7 @@ impl Search<'_> {
         let (lower, upper) = (self.case.domain.lower, self.case.domain.upper);
         let shape = &self.shapes[grain.population];
         let spheres = shape.contact_spheres().bounding_radius();
-        let radius =
-            shape.exact().map_or(shape.bounding_radius(), |exact| spheres.max(exact.axial.max(exact.equatorial)));
+        let radius = shape.exact().map_or(shape.bounding_radius(), |exact| spheres.max(exact.bounding_radius()));
         let reach = Vector::splat(grain.factor * radius + grain.slack);
         let ball = [grain.position - reach, grain.position + reach];
         let corners = if (ball[0] - lower).min(upper - ball[1]).min_element() >= 0.0 || grain.slack > 0.0 {
