@@ -1,5 +1,7 @@
 //! The line plots of a raindrop on sand, from quantities in SI units.
 
+use sazanami::artist::{Curve, ErosionPoint};
+
 use super::chart::{Dash, LinePlot, Mark, Trace};
 
 /// Marks that tell traces apart.
@@ -8,7 +10,7 @@ const MARKS: [Mark; 5] = [Mark::Disc, Mark::Square, Mark::Triangle, Mark::Diamon
 /// Smoothed bed surface against radius (figures 13 and 14 of Yagyu et al. 2015): for each curve its label and its
 /// points of radius and mean height [m]. The first curve is the initial surface, drawn in dashes.
 #[must_use]
-pub fn bed_profiles(title: &str, curves: &[(String, Vec<[f64; 2]>)]) -> LinePlot {
+pub fn bed_profiles(title: &str, curves: &[Curve]) -> LinePlot {
     let mut plot = LinePlot::new(title, "r [mm]", "smoothed bed surface [mm]");
     for (number, (label, points)) in curves.iter().enumerate() {
         let trace = Trace::line(label, points.iter().map(|&[r, h]| [1e3 * r, 1e3 * h]));
@@ -31,17 +33,6 @@ pub fn crater_history(title: &str, times: &[f64], depths: &[f64], rim_radii: &[f
         }
     }
     plot
-}
-
-/// Result of a run for [`erosion_against_momentum`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ErosionPoint {
-    /// Momentum of the drop [kg m/s].
-    pub momentum: f64,
-    /// Erosion volume [m^3].
-    pub volume: f64,
-    /// Its uncertainty, up and down [m^3].
-    pub uncertainty: f64,
 }
 
 /// Erosion volume against momentum (figure 15 of Yagyu et al. 2015): for each kind of drop its label and its runs.
@@ -67,13 +58,13 @@ pub fn erosion_against_momentum(title: &str, groups: &[(String, Vec<ErosionPoint
 /// Parts of the momentum budget [N s] against time [s]; `axis` names the direction, as in `x₃`. A part called
 /// `residual` is drawn in dashes.
 #[must_use]
-pub fn momentum_budget(title: &str, axis: &str, times: &[f64], parts: &[(&str, &[f64])]) -> LinePlot {
+pub fn momentum_budget(title: &str, axis: &str, times: &[f64], parts: &[(&str, Vec<f64>)]) -> LinePlot {
     let mut plot = LinePlot::new(title, "t [ms]", &format!("momentum along {axis} [N s]"));
     // A part that is zero throughout is in the legend only as the residual: that it is zero is what it is for.
     let is_shown =
         |label: &str, values: &[f64]| label == "residual" || values.iter().any(|v| v.is_finite() && *v != 0.0);
     for (label, values) in parts.iter().filter(|(label, values)| is_shown(label, values)) {
-        let trace = Trace::line(label, times.iter().zip(*values).map(|(&t, &value)| [1e3 * t, value]));
+        let trace = Trace::line(label, times.iter().zip(values).map(|(&t, &value)| [1e3 * t, value]));
         plot = plot.with(if *label == "residual" { trace.dashed(Dash::Dashed) } else { trace });
     }
     plot

@@ -1,6 +1,7 @@
 //! Pictures drawn without a GPU or a display: section views, three-dimensional stills, line plots.
 //!
-//! The same input gives the same pixels for any number of threads.
+//! The same input gives the same pixels for any number of threads. [`Painter`] draws what a run and its evaluation have
+//! to show.
 
 mod axes;
 mod canvas;
@@ -8,6 +9,7 @@ mod chart;
 mod colour;
 mod figures;
 mod isosurface;
+mod painter;
 mod raster;
 mod ripples;
 mod scene;
@@ -20,9 +22,10 @@ mod vectors;
 
 pub use chart::{Dash, LinePlot, Mark, Trace};
 pub use colour::{Colour, ColourMap, ColourScale};
-pub use figures::{ErosionPoint, bed_profiles, crater_history, erosion_against_momentum, momentum_budget};
+pub use figures::{bed_profiles, crater_history, erosion_against_momentum, momentum_budget};
 pub use isosurface::Isosurface;
-pub use ripples::{LayerFigure, LayerHistory, ProfileFigure, ProfilesAtTime, RippleHistory, ripple_growth};
+pub use painter::Painter;
+pub use ripples::{LayerFigure, ProfileFigure, ripple_growth};
 pub use section::{LiquidStyle, SectionView, section_of_cells};
 pub use slab::{SlabPanel, SlabView};
 pub use still::{Still, Viewpoint};

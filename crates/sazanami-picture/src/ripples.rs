@@ -1,6 +1,8 @@
 //! The plots of ripples in a shaken tank, from quantities in SI units: profiles of bed and water, layer averages,
 //! growth (figures 2 and 4 of Tazaki, Harada, Ikari and Gotoh, ripples in an oscillating tank).
 
+use sazanami::artist::{LayerHistory, RippleHistory, Surfaces};
+
 use super::axes::round_range;
 use super::colour::{BLACK, GREY, LINES};
 use super::tiles::sheet;
@@ -15,47 +17,24 @@ const LEAST_RANGE: f64 = 2.0;
 /// Points of a photograph closer than this part of the width of a plot are thinned out.
 const CLOSEST: f64 = 1.0 / 150.0;
 
-/// Surfaces of bed and water at one instant; one curve per run, each with its label and its points `(x1, x3)` [m].
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct ProfilesAtTime {
-    /// What stands above, as `t = 3.0 s`.
-    pub title: String,
-    /// Beds.
-    pub bed: Vec<(String, Vec<[f64; 2]>)>,
-    /// Water surfaces, in the order of the beds.
-    pub water: Vec<(String, Vec<[f64; 2]>)>,
-    /// The bed by other definitions of its surface: thin lines.
-    pub other_beds: Vec<(String, Vec<[f64; 2]>)>,
-    /// Bed at the start, in grey; empty if it is not shown.
-    pub first_bed: Vec<[f64; 2]>,
-    /// Water surface at the start, in grey; empty if it is not shown.
-    pub first_water: Vec<[f64; 2]>,
-    /// Bed of the experiment; empty if there is none.
-    pub measured_bed: Vec<[f64; 2]>,
-    /// Water surface of the experiment; empty if there is none.
-    pub measured_water: Vec<[f64; 2]>,
+/// Curves and marks of the bed [mm], the farthest behind first.
+fn traces_of_bed(surfaces: &Surfaces, closest: f64) -> Vec<Trace> {
+    let mut traces = traces_of_start(&surfaces.first_bed);
+    for (number, (label, points)) in surfaces.other_beds.iter().enumerate() {
+        let colour = LINES[(surfaces.bed.len() + number) % LINES.len()];
+        traces.push(Trace::line(label, in_mm(points)).thin().coloured(colour));
+    }
+    traces.extend(traces_of_runs(&surfaces.bed));
+    traces.extend(traces_of_experiment(&surfaces.measured_bed, closest));
+    traces
 }
 
-impl ProfilesAtTime {
-    /// Curves and marks of the bed [mm], the farthest behind first.
-    fn traces_of_bed(&self, closest: f64) -> Vec<Trace> {
-        let mut traces = traces_of_start(&self.first_bed);
-        for (number, (label, points)) in self.other_beds.iter().enumerate() {
-            let colour = LINES[(self.bed.len() + number) % LINES.len()];
-            traces.push(Trace::line(label, in_mm(points)).thin().coloured(colour));
-        }
-        traces.extend(traces_of_runs(&self.bed));
-        traces.extend(traces_of_experiment(&self.measured_bed, closest));
-        traces
-    }
-
-    /// Curves and marks of the water surface [mm], the farthest behind first.
-    fn traces_of_water(&self, closest: f64) -> Vec<Trace> {
-        let mut traces = traces_of_start(&self.first_water);
-        traces.extend(traces_of_runs(&self.water));
-        traces.extend(traces_of_experiment(&self.measured_water, closest));
-        traces
-    }
+/// Curves and marks of the water surface [mm], the farthest behind first.
+fn traces_of_water(surfaces: &Surfaces, closest: f64) -> Vec<Trace> {
+    let mut traces = traces_of_start(&surfaces.first_water);
+    traces.extend(traces_of_runs(&surfaces.water));
+    traces.extend(traces_of_experiment(&surfaces.measured_water, closest));
+    traces
 }
 
 fn in_mm(points: &[[f64; 2]]) -> impl Iterator<Item = [f64; 2]> + '_ {
@@ -97,7 +76,7 @@ pub struct ProfileFigure<'a> {
     /// Title of the sheet.
     pub title: &'a str,
     /// The instants.
-    pub moments: &'a [ProfilesAtTime],
+    pub moments: &'a [Surfaces],
     /// Part of x1 shown [m].
     pub x_range: [f64; 2],
 }
@@ -113,8 +92,8 @@ impl ProfileFigure<'_> {
         }
         let width = if self.moments.len() == 1 { 1100 } else { 860 };
         let closest = CLOSEST * (self.x_range[1] - self.x_range[0]);
-        let beds: Vec<_> = self.moments.iter().map(|moment| moment.traces_of_bed(closest)).collect();
-        let waters: Vec<_> = self.moments.iter().map(|moment| moment.traces_of_water(closest)).collect();
+        let beds: Vec<_> = self.moments.iter().map(|moment| traces_of_bed(moment, closest)).collect();
+        let waters: Vec<_> = self.moments.iter().map(|moment| traces_of_water(moment, closest)).collect();
         let ranges = [&beds, &waters].map(|all| heights_of(all.iter().flatten()));
         let mut key = LinePlot::new("", "", "");
         for trace in beds.iter().chain(&waters).flatten() {
@@ -160,20 +139,6 @@ fn thinned(points: &[[f64; 2]], closest: f64) -> Vec<[f64; 2]> {
 fn without_labels(mut plot: LinePlot) -> LinePlot {
     plot.traces.iter_mut().for_each(|trace| trace.label.clear());
     plot
-}
-
-/// Averages over the layers of the bed in one run. The four quantities of each layer are: velocity of the water and of
-/// the grains [m/s], drag and force of the pressure gradient on a grain [N], all along x1. NaN leaves a gap.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct LayerHistory {
-    /// Name of the run; empty if there is only one.
-    pub label: String,
-    /// Times [s].
-    pub time: Vec<f64>,
-    /// Upper layer: the four quantities at these times.
-    pub upper: [Vec<f64>; 4],
-    /// Lower layer.
-    pub lower: [Vec<f64>; 4],
 }
 
 /// Layer averages against time, four plots below each other; the upper layer is a solid line, the lower one is dashed.
@@ -227,19 +192,6 @@ impl LayerFigure<'_> {
         }
         Ok(sheet(self.title, &rows))
     }
-}
-
-/// Height and wavelength of ripples in one run, or measured ones.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct RippleHistory {
-    /// Name in the legend.
-    pub label: String,
-    /// Times and heights [s, m].
-    pub height: Vec<[f64; 2]>,
-    /// Times and wavelengths [s, m].
-    pub wavelength: Vec<[f64; 2]>,
-    /// Whether this was measured: marks instead of a line.
-    pub measured: bool,
 }
 
 /// Growth of ripples: height (above) and wavelength (below) against time, several runs in one figure. With `log` the

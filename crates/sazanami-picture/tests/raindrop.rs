@@ -1,12 +1,13 @@
 //! Pictures show what they are given, and the same pixels for any number of threads.
 
+use sazanami::artist::ErosionPoint;
 use sazanami_io::{Bodies, BodyPose, BodySurface};
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Quaternion, Vector};
 use sazanami_parallel::with_threads;
 use sazanami_picture::{
-    ColourScale, ErosionPoint, Isosurface, LinePlot, LiquidStyle, Mark, Picture, PictureError, SectionView, Still,
-    Trace, Viewpoint, bed_profiles, crater_history, erosion_against_momentum, momentum_budget, section_of_cells,
+    ColourScale, Isosurface, LinePlot, LiquidStyle, Mark, Picture, PictureError, SectionView, Still, Trace, Viewpoint,
+    bed_profiles, crater_history, erosion_against_momentum, momentum_budget, section_of_cells,
 };
 
 struct Scene {
@@ -213,7 +214,8 @@ fn figures_of_the_raindrop_draw_in_readable_units() {
     );
     let times = [0.0, 0.1, 0.2];
     let history = crater_history("crater", &times, &[0.0, 2e-3, 2.5e-3], &[0.0, 5e-3, 6e-3]);
-    let budget = momentum_budget("budget", "x₃", &times, &[("liquid", &[-8e-4, -1e-4, 0.0]), ("residual", &[0.0; 3])]);
+    let budget =
+        momentum_budget("budget", "x₃", &times, &[("liquid", vec![-8e-4, -1e-4, 0.0]), ("residual", vec![0.0; 3])]);
     for plot in [plot, volumes, history, budget, erosion_against_momentum("no runs", &[])] {
         plot.draw().unwrap();
     }

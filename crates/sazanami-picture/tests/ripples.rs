@@ -2,10 +2,11 @@
 
 use std::f64::consts::{PI, TAU};
 
+use sazanami::artist::{LayerHistory, RippleHistory, Surfaces};
 use sazanami_numerics::Vector;
 use sazanami_picture::{
-    ColourMap, ColourScale, LayerFigure, LayerHistory, Picture, ProfileFigure, ProfilesAtTime, RippleHistory,
-    SlabPanel, SlabView, VectorWindow, ripple_growth, sheet,
+    ColourMap, ColourScale, LayerFigure, Picture, ProfileFigure, SlabPanel, SlabView, VectorWindow, ripple_growth,
+    sheet,
 };
 
 const X: [f64; 2] = [-0.075, 0.075];
@@ -34,7 +35,7 @@ fn measured(height: impl Fn(f64) -> f64) -> Vec<[f64; 2]> {
 }
 
 fn profiles(with_experiment: bool) -> Picture {
-    let moment = |time: f64, own: f64, other: f64| ProfilesAtTime {
+    let moment = |time: f64, own: f64, other: f64| Surfaces {
         title: format!("t = {time:.1} s"),
         bed: vec![
             ("L = 0.15 m, reference".to_owned(), curve(|x| bed(x, own))),

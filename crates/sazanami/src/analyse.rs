@@ -3,6 +3,7 @@
 mod craters;
 mod figures;
 mod lines;
+mod output;
 mod reevaluated;
 mod ripples;
 mod summary_file;
@@ -12,10 +13,12 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
+use crate::artist::Artist;
 use crate::error::CommandError;
 use crate::progress::Progress;
 use figures::draw_figures;
 use lines::report;
+use output::{Output, undone};
 use summary_file::summary;
 
 pub(crate) use ripples::CYCLE_COLUMNS;
@@ -27,17 +30,19 @@ pub use table::Table;
 /// One run is evaluated again from its newest good checkpoint of the flow, ripples from the tables that it wrote;
 /// `overrides` (`path=value`, of keys under `bed` and `erosion`, or [`case::RIPPLES_EVALUATED`]) say how, and what is then
 /// found goes into the folder `analysis` of the run's own. Tables and figures of a comparison go into the folder `out`, the
-/// current one unless it is given.
+/// current one unless it is given. Without an `artist` there are tables alone.
 ///
 /// # Errors
 /// If a folder holds no results, or a figure cannot be written; if other keys are overridden, or those of several
-/// runs, or those of a run that left nothing to be evaluated otherwise.
+/// runs, or those of a run that left nothing to be evaluated again.
 pub fn analyse(
     folders: &[PathBuf],
     overrides: &[String],
     out: Option<&Path>,
+    artist: Option<&dyn Artist>,
     progress: &mut dyn Progress,
 ) -> Result<Vec<String>, CommandError> {
+    let output = &mut Output { artist, progress };
     let is_compared = folders.len() > 1;
     if let Some(out) = out {
         if !is_compared {
@@ -46,20 +51,20 @@ pub fn analyse(
                 "leave it out: what is found goes into the folder of the run",
             ));
         }
-        std::fs::create_dir_all(out).map_err(|error| figures::drawing(&error))?;
+        std::fs::create_dir_all(out).map_err(undone)?;
     }
     let place = out.unwrap_or(Path::new(""));
     match folders {
         [] => Err(CommandError::input("no folder of results is given", "give one or more folders of runs")),
-        [folder] if has_moving_particles(&summary(folder)?) => ripples::of_run(folder, overrides, progress),
-        [folder] if overrides.is_empty() => reevaluated::as_it_was(folder, progress),
-        [folder] => reevaluated::with_other_keys(folder, overrides, progress),
+        [folder] if has_moving_particles(&summary(folder)?) => ripples::of_run(folder, overrides, output),
+        [folder] if overrides.is_empty() => reevaluated::as_it_was(folder, output),
+        [folder] => reevaluated::with_other_keys(folder, overrides, output),
         many if overrides.is_empty() => {
             let summaries = many.iter().map(|folder| summary(folder)).collect::<Result<Vec<_>, _>>()?;
             let moving = summaries.iter().filter(|summary| has_moving_particles(summary)).count();
             match moving {
-                0 => craters::several(many, place, progress),
-                all if all == many.len() => ripples::several(many, place, progress),
+                0 => craters::several(many, place, output),
+                all if all == many.len() => ripples::several(many, place, output),
                 _ => Err(CommandError::input(
                     "craters and ripples cannot be put into one table",
                     "analyse the runs with `solver = \"mics\"` and those with `solver = \"mps\"` apart",
@@ -82,12 +87,17 @@ fn has_moving_particles(summary: &Value) -> bool {
 ///
 /// # Errors
 /// If the folder holds no results, or a figure cannot be written.
-pub(crate) fn present(folder: &Path, progress: &mut dyn Progress) -> Result<Vec<String>, CommandError> {
+pub(crate) fn present(
+    folder: &Path,
+    artist: Option<&dyn Artist>,
+    progress: &mut dyn Progress,
+) -> Result<Vec<String>, CommandError> {
+    let output = &mut Output { artist, progress };
     let summary = summary(folder)?;
     if has_moving_particles(&summary) {
-        return ripples::of_run(folder, &[], progress);
+        return ripples::of_run(folder, &[], output);
     }
-    draw_figures(folder, &summary, progress)?;
+    draw_figures(folder, &summary, output)?;
     Ok(report(&summary, None, folder))
 }
 
@@ -154,11 +164,11 @@ mod tests {
     #[test]
     fn a_crater_without_a_volume_has_a_line() {
         let folder = run(&scratch("crater"), "a", "finished", 0.02, [0.0; 3]);
-        let told = |lines: &[String]| lines.iter().any(|line| line.contains("not evaluated: no rim"));
-        assert!(!told(&analyse(std::slice::from_ref(&folder), &[], None, &mut Silent).unwrap()));
+        let reported = |lines: &[String]| lines.iter().any(|line| line.contains("not evaluated: no rim"));
+        assert!(!reported(&analyse(std::slice::from_ref(&folder), &[], None, None, &mut Silent).unwrap()));
         let path = folder.join(SUMMARY);
         std::fs::write(&path, r#"{ "observables": { "erosion": { "not_evaluated": "no rim" } } }"#).unwrap();
-        assert!(told(&analyse(std::slice::from_ref(&folder), &[], None, &mut Silent).unwrap()));
+        assert!(reported(&analyse(std::slice::from_ref(&folder), &[], None, None, &mut Silent).unwrap()));
         std::fs::remove_dir_all(folder.parent().unwrap()).unwrap();
     }
 }

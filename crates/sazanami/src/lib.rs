@@ -27,6 +27,7 @@
 //! ```
 
 pub mod analyse;
+pub mod artist;
 pub mod assembly;
 pub mod bed_file;
 pub mod check;

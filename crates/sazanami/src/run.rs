@@ -298,7 +298,7 @@ impl<'a> Launch<'a> {
         })?;
         let wall = began.elapsed().as_secs_f64();
         progress.message(&how_it_ended(&ended, options, stop, wall));
-        let lines = crate::analyse::present(folder, progress)?;
+        let lines = crate::analyse::present(folder, options.artist, progress)?;
         Ok(RunSummary {
             status: ended.status,
             interrupted: ended.interrupted,

@@ -77,7 +77,7 @@ fn beads(scratch: &Scratch, name: &str, overrides: &[&str], ranks: usize) -> Pat
 fn analysed(folder: &Path, overrides: &[&str]) -> (Result<Vec<String>, CommandError>, Vec<String>) {
     let overrides: Vec<String> = overrides.iter().map(|&text| text.to_owned()).collect();
     let mut listener = Listener::default();
-    let outcome = analyse(&[folder.to_owned()], &overrides, None, &mut listener);
+    let outcome = analyse(&[folder.to_owned()], &overrides, None, Some(&support::Sketcher), &mut listener);
     (outcome, listener.messages)
 }
 
@@ -183,8 +183,13 @@ fn only_the_evaluation_can_be_changed() {
     assert!(refused(&["erosion.dt=0.4 mm"]).contains("unknown key `dt`"));
     assert!(refused(&["erosion.dr=0.4 s"]).contains("wrong unit"));
     assert!(refused(&["erosion.dr"]).contains("needs an equals sign"));
-    let both =
-        analyse(&[folder.clone(), folder.clone()], &["erosion.dr=0.4 mm".to_owned()], None, &mut Listener::default());
+    let both = analyse(
+        &[folder.clone(), folder.clone()],
+        &["erosion.dr=0.4 mm".to_owned()],
+        None,
+        Some(&support::Sketcher),
+        &mut Listener::default(),
+    );
     let both = both.unwrap_err();
     assert_eq!(both.exit_code(), exit::WRONG_INPUT);
     assert!(both.to_string().contains("2 folders are given"), "{both}");

@@ -246,6 +246,24 @@ fn a_given_number_of_substeps_rules_the_step() {
 }
 
 #[test]
+fn without_an_artist_a_run_says_that_there_are_no_pictures() {
+    let scratch = Scratch::new("failures-artist");
+    let loaded = load(THROWN, &["output.figures={ steps = 1 }"]);
+    let said = |name: &str, options: RunOptions| {
+        let mut listener = Listener::default();
+        let folder = scratch.join(name);
+        let options = RunOptions { out: Some(folder.clone()), ..options };
+        run::run(&loaded, &options, &mut listener, &Stop::new()).unwrap();
+        let pictures = std::fs::read_dir(folder.join("figures")).unwrap().count();
+        (listener.messages.iter().filter(|text| text.contains("no pictures")).count(), pictures)
+    };
+    let with = On::threads(1).steps(2).options(None);
+    assert_eq!(said("without", RunOptions { artist: None, ..with.clone() }), (1, 0));
+    let (messages, pictures) = said("with", with);
+    assert!(messages == 0 && pictures > 3, "{messages} {pictures}");
+}
+
+#[test]
 fn a_place_that_cannot_be_written_to() {
     // A file stands where the folder of checkpoints should be, before the run and in the middle of it.
     let scratch = Scratch::new("failures-folder");

@@ -295,21 +295,27 @@ fn what_a_run_leaves_can_be_analysed() {
     for name in ["bed.csv", "water.csv", "probes/gauge.csv", "probes/grain.csv", "prepared.state", "fields.pvd"] {
         assert!(folder.join(name).is_file(), "{name}");
     }
-    for name in ["grains-000000007.png", "profiles-000000014.png", "layers.png", "profiles.png"] {
-        assert!(folder.join("figures").join(name).is_file(), "{name}");
+    for (name, kind) in [
+        ("grains-000000007.png", "Tank("),
+        ("profiles-000000014.png", "Surfaces {"),
+        ("layers.png", "Layers {"),
+        ("profiles.png", "Surfaces {"),
+    ] {
+        let sketch = std::fs::read_to_string(folder.join("figures").join(name)).unwrap();
+        assert!(sketch.starts_with(kind), "{name}: {sketch:.80}");
     }
     let mut listener = Listener::default();
-    let lines = analyse(std::slice::from_ref(&folder), &[], None, &mut listener).unwrap();
+    let lines = analyse(std::slice::from_ref(&folder), &[], None, Some(&support::Sketcher), &mut listener).unwrap();
     assert!(lines.iter().any(|line| line.contains("bed (image) against") && line.contains("absent")), "{lines:#?}");
     evaluated_otherwise(&folder);
     let both: Vec<PathBuf> = vec![folder.clone(), folder.clone()];
     std::env::set_current_dir(scratch.path()).unwrap();
-    let lines = analyse(&both, &[], None, &mut listener).unwrap();
+    let lines = analyse(&both, &[], None, Some(&support::Sketcher), &mut listener).unwrap();
     assert_eq!(lines.len(), 3, "{lines:#?}");
     let table = std::fs::read_to_string("ripple-comparison.csv").unwrap();
     assert!(table.starts_with("run,status,length [m],time [s]") && table.lines().count() == 3, "{table}");
     std::fs::remove_file(folder.join("bed.csv")).unwrap();
-    let lines = analyse(&[folder], &[], None, &mut listener).unwrap();
+    let lines = analyse(&[folder], &[], None, Some(&support::Sketcher), &mut listener).unwrap();
     assert!(lines.iter().any(|line| line.starts_with("bed.csv: absent")), "{lines:#?}");
 }
 
@@ -317,7 +323,7 @@ fn what_a_run_leaves_can_be_analysed() {
 fn evaluated_otherwise(folder: &Path) {
     let with = |overrides: &[&str]| {
         let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
-        analyse(&[folder.to_owned()], &overrides, None, &mut Listener::default())
+        analyse(&[folder.to_owned()], &overrides, None, Some(&support::Sketcher), &mut Listener::default())
     };
     for gathered in ["ripples.layer_thickness=1 m", "ripples.image_side=x2_upper", "bed.height_radius=1 mm"] {
         let error = with(&[gathered]).expect_err("the run is over");

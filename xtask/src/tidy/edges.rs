@@ -27,7 +27,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "sazanami-io",
         ],
     ),
-    ("sazanami-picture", &["sazanami-parallel", "sazanami-numerics", "sazanami-io"]),
+    ("sazanami-picture", &["sazanami-parallel", "sazanami-numerics", "sazanami-io", "sazanami"]),
     (
         "sazanami",
         &[
@@ -40,7 +40,6 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "sazanami-observe",
             "sazanami-io",
             "sazanami-case",
-            "sazanami-picture",
         ],
     ),
     (
@@ -69,7 +68,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "sazanami",
         ],
     ),
-    ("sazanami-cli", &["sazanami", "sazanami-bench", "sazanami-verification"]),
+    ("sazanami-cli", &["sazanami", "sazanami-picture", "sazanami-bench", "sazanami-verification"]),
     ("sazanami-python", &["sazanami"]),
     ("xtask", &[]),
 ];
@@ -159,7 +158,7 @@ mod tests {
             ("sazanami-io", "sazanami-dem"),
             ("sazanami-observe", "sazanami-io"),
             ("sazanami-io", "sazanami-picture"),
-            ("sazanami-cli", "sazanami-picture"),
+            ("sazanami", "sazanami-picture"),
             ("sazanami-cli", "sazanami-dem"),
             ("sazanami-parallel", "sazanami-numerics"),
             ("sazanami-dem", "rayon"),

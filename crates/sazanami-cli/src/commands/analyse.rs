@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use sazanami::analyse::analyse;
 use sazanami::error::{CommandError, exit};
+use sazanami_picture::Painter;
 
 use crate::terminal::Screen;
 
@@ -41,7 +42,7 @@ impl Analyse {
             ));
         }
         let mut screen = Screen::new();
-        let lines = analyse(&self.dirs, &self.overrides, self.out.as_deref(), &mut screen)?;
+        let lines = analyse(&self.dirs, &self.overrides, self.out.as_deref(), Some(&Painter), &mut screen)?;
         drop(screen);
         for line in lines {
             outln!("{line}");

@@ -6,6 +6,7 @@ use clap::Args;
 use sazanami::case;
 use sazanami::error::CommandError;
 use sazanami::run::{RunOptions, RunSummary, run};
+use sazanami_picture::Painter;
 
 use super::time;
 use crate::terminal::{self, Screen};
@@ -62,6 +63,7 @@ impl Extent {
             threads: self.threads.map(usize::from),
             ranks: usize::from(self.ranks),
             commit: option_env!("SAZANAMI_COMMIT"),
+            artist: Some(&Painter),
         }
     }
 }

@@ -6,16 +6,16 @@ use std::path::{Path, PathBuf};
 use sazanami_io::replace_file;
 use sazanami_numerics::Real;
 use sazanami_observe::comparison::{Comparison, RunResult, Series};
-use sazanami_picture::{ErosionPoint, erosion_against_momentum};
 
-use super::figures::{drawing, free_path, save};
+use super::figures::free_path;
 use super::lines::{RIM_AT_EDGE, aligned, number};
+use super::output::{Output, undone};
 use super::summary_file::summary;
 use super::table::Table;
+use crate::artist::{ErosionPoint, Figure};
 use crate::case;
 use crate::case::meaning::{FluidName, Region};
 use crate::error::CommandError;
-use crate::progress::Progress;
 use crate::results::{CASE, SERIES};
 
 /// Axis ratio of the first liquid of a case, horizontal over vertical.
@@ -105,22 +105,18 @@ pub(super) fn comparable(folders: &[PathBuf]) -> Result<(Vec<RunResult>, Vec<Str
 }
 
 /// Compares runs: a table for the terminal and as a file, and a figure, both into the folder `out`.
-pub(super) fn several(
-    folders: &[PathBuf],
-    out: &Path,
-    progress: &mut dyn Progress,
-) -> Result<Vec<String>, CommandError> {
+pub(super) fn several(folders: &[PathBuf], out: &Path, output: &mut Output) -> Result<Vec<String>, CommandError> {
     let (runs, mut lines) = comparable(folders)?;
     let comparison = Comparison::of(runs);
     let groups: Vec<(String, Vec<ErosionPoint>)> = comparison.series.iter().map(points).collect();
     if !groups.is_empty() {
         let path = free_path(out, "erosion-against-momentum", "png");
-        save(erosion_against_momentum("Erosion volume against momentum", &groups).draw(), &path, progress)?;
+        output.draw(&Figure::Erosion { title: "Erosion volume against momentum", groups: &groups }, &path)?;
     }
     let header = Comparison::COLUMNS.map(|(name, _)| name.to_owned());
     let rows = comparison.rows();
     if !rows.is_empty() {
-        write(&free_path(out, "crater-comparison", "csv"), &header, &rows, progress)?;
+        write(&free_path(out, "crater-comparison", "csv"), &header, &rows, output)?;
     }
     lines.extend(aligned(&header, &rows));
     lines.extend(comparison.series.iter().flat_map(conclusions));
@@ -138,20 +134,15 @@ fn points(series: &Series) -> (String, Vec<ErosionPoint>) {
 }
 
 /// Writes the table of a comparison as CSV.
-fn write(
-    path: &Path,
-    header: &[String; 11],
-    rows: &[[String; 11]],
-    progress: &mut dyn Progress,
-) -> Result<(), CommandError> {
+fn write(path: &Path, header: &[String; 11], rows: &[[String; 11]], output: &mut Output) -> Result<(), CommandError> {
     let quoted = |cell: &String| match cell.contains([',', '"']) {
         true => format!("\"{}\"", cell.replace('"', "\"\"")),
         false => cell.clone(),
     };
     let line = |row: &[String; 11]| row.each_ref().map(quoted).join(",") + "\n";
     let text: String = std::iter::once(header).chain(rows).map(line).collect();
-    replace_file(path, |file| file.write_all(text.as_bytes())).map_err(|error| drawing(&error))?;
-    progress.message(&format!("wrote {}", path.display()));
+    replace_file(path, |file| file.write_all(text.as_bytes())).map_err(undone)?;
+    output.message(&format!("wrote {}", path.display()));
     Ok(())
 }
 

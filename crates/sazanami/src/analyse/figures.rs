@@ -3,72 +3,45 @@
 use std::path::{Path, PathBuf};
 
 use sazanami_numerics::Real;
-use sazanami_picture::{LinePlot, Picture, PictureError, bed_profiles, crater_history, momentum_budget};
 use serde_json::Value;
 
+use super::output::{Output, undone};
 use super::table::Table;
+use crate::artist::{Curve, Figure};
 use crate::error::CommandError;
-use crate::progress::Progress;
 use crate::recorder;
 use crate::results::{CRATER_PROFILES, FIGURES, SERIES};
 
-/// An error of the file system or of a picture.
-pub(super) fn drawing(error: &dyn std::fmt::Display) -> CommandError {
-    CommandError::Undone(error.to_string())
-}
-
-pub(super) fn draw_figures(folder: &Path, summary: &Value, progress: &mut dyn Progress) -> Result<(), CommandError> {
-    let name = summary["case"].as_str().unwrap_or("run").to_owned();
+/// Draws the figures of a run with a crater from its tables.
+pub(super) fn draw_figures(folder: &Path, summary: &Value, output: &mut Output) -> Result<(), CommandError> {
+    let name = summary["case"].as_str().unwrap_or("run");
     let figures = folder.join(FIGURES);
-    std::fs::create_dir_all(&figures).map_err(|error| drawing(&error))?;
-    for (file, plot) in line_plots(folder, &name) {
-        save(plot.draw(), &figures.join(file), progress)?;
+    std::fs::create_dir_all(&figures).map_err(undone)?;
+    let curves = Table::read(&folder.join(CRATER_PROFILES)).map(|profiles| curves(&profiles)).unwrap_or_default();
+    if !curves.is_empty() {
+        let figure = Figure::BedProfiles { title: &format!("{name}: smoothed bed surface"), curves: &curves };
+        output.draw(&figure, &figures.join("profiles.png"))?;
+    }
+    if let Some(series) = Table::read(&folder.join(SERIES)).filter(|series| series.len() > 1) {
+        draw_histories(&series, name, &figures, output)?;
     }
     list_files(folder, summary)
 }
 
-/// Saves what was drawn and says so.
-pub(super) fn save(
-    picture: Result<Picture, PictureError>,
-    path: &Path,
-    progress: &mut dyn Progress,
-) -> Result<(), CommandError> {
-    picture.and_then(|picture| picture.save(path)).map_err(|error| drawing(&error))?;
-    progress.message(&format!("drew {}", path.display()));
-    Ok(())
-}
-
-/// Brings the list of files in the summary up to date.
-pub(super) fn list_files(folder: &Path, summary: &Value) -> Result<(), CommandError> {
-    // A run that is still on its way writes its summary itself.
-    if summary["status"] != "running" {
-        recorder::put_files(folder).map_err(|error| drawing(&error))?;
-    }
-    Ok(())
-}
-
-fn line_plots(folder: &Path, name: &str) -> Vec<(&'static str, LinePlot)> {
-    let mut plots = Vec::new();
-    if let Some(profiles) = Table::read(&folder.join(CRATER_PROFILES)) {
-        let curves = curves(&profiles);
-        if !curves.is_empty() {
-            plots.push(("profiles.png", bed_profiles(&format!("{name}: smoothed bed surface"), &curves)));
-        }
-    }
-    let Some(series) = Table::read(&folder.join(SERIES)) else { return plots };
-    let times = series.column("time");
-    if times.len() < 2 {
-        return plots;
-    }
-    let depths = series.column("crater_depth");
-    if depths.iter().any(|depth| depth.is_finite()) {
-        let rims = series.column("rim_radius");
-        plots.push(("crater.png", crater_history(&format!("{name}: crater"), &times, &depths, &rims)));
+/// Draws crater and momentum against time.
+fn draw_histories(series: &Table, name: &str, figures: &Path, output: &mut Output) -> Result<(), CommandError> {
+    let times = &series.column("time");
+    let is_known = |values: &[Real]| values.iter().any(|value| value.is_finite());
+    let [depths, radii] = ["crater_depth", "rim_radius"].map(|column| series.column(column));
+    if is_known(&depths) {
+        let title = &format!("{name}: crater");
+        let figure = Figure::Crater { title, times, depths_and_radii: [&depths, &radii] };
+        output.draw(&figure, &figures.join("crater.png"))?;
     }
     let part = |column: &str| series.column(column);
     let walls: Vec<Real> =
         part("impulse_walls_on_fluid_3").iter().zip(part("impulse_walls_on_grains_3")).map(|(a, b)| a + b).collect();
-    let named = [
+    let parts = [
         ("liquid", part("momentum_liquid_3")),
         ("gas", part("momentum_gas_3")),
         ("grains", part("momentum_grains_3")),
@@ -77,15 +50,24 @@ fn line_plots(folder: &Path, name: &str) -> Vec<(&'static str, LinePlot)> {
         ("displaced mass", part("impulse_swallowed_3")),
         ("residual", part("momentum_residual_3")),
     ];
-    if named[0].1.iter().any(|value| value.is_finite()) {
-        let parts: Vec<(&str, &[Real])> = named.iter().map(|(label, values)| (*label, values.as_slice())).collect();
-        plots.push(("momentum.png", momentum_budget(&format!("{name}: momentum"), "x₃", &times, &parts)));
+    if is_known(&parts[0].1) {
+        let figure = Figure::MomentumBudget { title: &format!("{name}: momentum"), times, parts: &parts };
+        output.draw(&figure, &figures.join("momentum.png"))?;
     }
-    plots
+    Ok(())
+}
+
+/// Brings the list of files in the summary up to date.
+pub(super) fn list_files(folder: &Path, summary: &Value) -> Result<(), CommandError> {
+    // A run that is still on its way writes its summary itself.
+    if summary["status"] != "running" {
+        recorder::put_files(folder).map_err(undone)?;
+    }
+    Ok(())
 }
 
 /// Bed profiles at the start, at the end, and at a few times between.
-fn curves(profiles: &Table) -> Vec<(String, Vec<[Real; 2]>)> {
+fn curves(profiles: &Table) -> Vec<Curve> {
     const BETWEEN: usize = 3;
     let count = profiles.len();
     let mut chosen: Vec<usize> = (0..=BETWEEN + 1).map(|n| n * count.saturating_sub(1) / (BETWEEN + 1)).collect();

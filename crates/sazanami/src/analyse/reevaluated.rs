@@ -3,17 +3,17 @@
 use std::path::Path;
 
 use sazanami_numerics::Real;
-use sazanami_picture::bed_profiles;
 use serde_json::{Value, json};
 
-use super::figures::{draw_figures, drawing, list_files, save};
+use super::figures::{draw_figures, list_files};
 use super::lines::{number, report};
+use super::output::{Output, undone};
 use super::summary_file::summary;
+use crate::artist::{Curve, Figure};
 use crate::case::{self, CRATERS_EVALUATED, LoadedCase, resolved};
 use crate::checkpoints::{self, unreadable};
 use crate::error::CommandError;
 use crate::feasible;
-use crate::progress::Progress;
 use crate::recorder::{self, Beds, Reevaluated};
 use crate::results::{ANALYSIS, CASE, SUMMARY};
 
@@ -34,17 +34,17 @@ struct Again {
 
 /// Draws the figures of a run anew and evaluates its newest checkpoint as its case says; warns where the summary has
 /// another erosion volume.
-pub(super) fn as_it_was(folder: &Path, progress: &mut dyn Progress) -> Result<Vec<String>, CommandError> {
+pub(super) fn as_it_was(folder: &Path, output: &mut Output) -> Result<Vec<String>, CommandError> {
     let summary = summary(folder)?;
-    draw_figures(folder, &summary, progress)?;
-    let again = evaluate(folder, None, progress).unwrap_or_else(|error| {
-        progress.message(&format!("what the summary says was not found again: {error}"));
+    draw_figures(folder, &summary, output)?;
+    let again = evaluate(folder, None, output).unwrap_or_else(|error| {
+        output.message(&format!("what the summary says was not found again: {error}"));
         None
     });
     let Some(again) = again else { return Ok(report(&summary, None, folder)) };
-    report_step(&again, &summary, progress);
+    report_step(&again, &summary, output);
     let found = with_observables(&summary, &again.found);
-    warn_of_volume(&again, &summary, &found, progress);
+    warn_of_volume(&again, &summary, &found, output);
     Ok(report(&summary, Some(&found), folder))
 }
 
@@ -52,30 +52,26 @@ pub(super) fn as_it_was(folder: &Path, progress: &mut dyn Progress) -> Result<Ve
 pub(super) fn with_other_keys(
     folder: &Path,
     overrides: &[String],
-    progress: &mut dyn Progress,
+    output: &mut Output,
 ) -> Result<Vec<String>, CommandError> {
     let asked = case::load_evaluated(&folder.join(CASE), overrides, &CRATERS_EVALUATED)?;
     let summary = summary(folder)?;
-    let Some(again) = evaluate(folder, Some(&asked), progress)? else {
+    let Some(again) = evaluate(folder, Some(&asked), output)? else {
         return Err(CommandError::input(
             format!("`{}` holds no good checkpoint of the flow: there is nothing to evaluate again", folder.display()),
             "run the case with these keys: `sazanami run CASE.toml --set ...`",
         ));
     };
-    report_step(&again, &summary, progress);
-    write(folder, overrides, &summary, &again, progress)?;
+    report_step(&again, &summary, output);
+    write(folder, overrides, &summary, &again, output)?;
     list_files(folder, &summary)?;
     Ok(report(&summary, Some(&with_observables(&summary, &again.found)), folder))
 }
 
 /// Evaluates the newest good checkpoint in `folder`, as the run did unless `asked` says otherwise; `None` if there is
 /// none, or none of the flow.
-fn evaluate(
-    folder: &Path,
-    asked: Option<&LoadedCase>,
-    progress: &mut dyn Progress,
-) -> Result<Option<Again>, CommandError> {
-    let Some((step, reader)) = checkpoints::newest(folder, progress)?.good else { return Ok(None) };
+fn evaluate(folder: &Path, asked: Option<&LoadedCase>, output: &mut Output) -> Result<Option<Again>, CommandError> {
+    let Some((step, reader)) = checkpoints::newest(folder, output.progress)?.good else { return Ok(None) };
     let run = checkpoints::run_state(&reader)?;
     if !run.flows() {
         return Ok(None);
@@ -83,7 +79,7 @@ fn evaluate(
     let case_file = folder.join(CASE);
     let own = case::load(&case_file, &[])?;
     if !resolved::has_hash(&own, &run.case_hash) {
-        progress.message(&format!(
+        output.message(&format!(
             "warning: `{}` is not the case that this run began with: it was changed since, or another version of \
              sazanami wrote it",
             case_file.display()
@@ -119,9 +115,9 @@ fn with_observables(summary: &Value, found: &Reevaluated) -> Value {
 }
 
 /// Says which step was evaluated, if the summary is of another.
-fn report_step(again: &Again, summary: &Value, progress: &mut dyn Progress) {
+fn report_step(again: &Again, summary: &Value, output: &mut Output) {
     if summary["steps"].as_u64() != Some(again.step) {
-        progress.message(&format!(
+        output.message(&format!(
             "evaluated {}, step {} at {:.3} ms; the summary is of step {}",
             again.checkpoint,
             again.step,
@@ -132,7 +128,7 @@ fn report_step(again: &Again, summary: &Value, progress: &mut dyn Progress) {
 }
 
 /// Warns if the summary has another erosion volume of the same state.
-fn warn_of_volume(again: &Again, summary: &Value, found: &Value, progress: &mut dyn Progress) {
+fn warn_of_volume(again: &Again, summary: &Value, found: &Value, output: &mut Output) {
     // While a run goes on, or where it failed, the last look may be older than the checkpoint.
     let is_last = summary["status"] == "finished" || summary["status"] == "stopped";
     if !is_last || summary["steps"].as_u64() != Some(again.step) {
@@ -142,7 +138,7 @@ fn warn_of_volume(again: &Again, summary: &Value, found: &Value, progress: &mut 
     if let (Some(now), Some(then)) = (volume(found), volume(summary))
         && (now - then).abs() > SAME_VOLUME * now.abs().max(then.abs())
     {
-        progress.message(&format!(
+        output.message(&format!(
             "warning: the erosion volume found again is {now:.9} mm^3, and the summary of the same step says \
              {then:.9} mm^3"
         ));
@@ -155,10 +151,10 @@ fn write(
     overrides: &[String],
     summary: &Value,
     again: &Again,
-    progress: &mut dyn Progress,
+    output: &mut Output,
 ) -> Result<(), CommandError> {
     let place = folder.join(ANALYSIS);
-    std::fs::create_dir_all(&place).map_err(|error| drawing(&error))?;
+    std::fs::create_dir_all(&place).map_err(undone)?;
     let value = json!({
         "case": summary["case"],
         "case_hash": summary["case_hash"],
@@ -170,19 +166,19 @@ fn write(
         "observables": again.found.observables(),
     });
     let path = place.join(SUMMARY);
-    sazanami_io::table::write_json(&path, &value).map_err(|error| drawing(&error))?;
-    progress.message(&format!("wrote {}", path.display()));
+    sazanami_io::table::write_json(&path, &value).map_err(undone)?;
+    output.message(&format!("wrote {}", path.display()));
     let [before, now] = again.found.surfaces();
     let [_, own] = again.as_in_the_run.as_ref().map_or([None, None], Reevaluated::surfaces);
     // The same surface twice shows nothing.
     let own = own.filter(|own| Some(own) != now.as_ref());
     let named = [("before the impact", before), ("evaluated again", now), ("as in the run", own)];
-    let curves: Vec<(String, Vec<[Real; 2]>)> =
+    let curves: Vec<Curve> =
         named.into_iter().filter_map(|(name, points)| points.map(|points| (name.to_owned(), points))).collect();
     if curves.is_empty() {
         return Ok(());
     }
     let name = summary["case"].as_str().unwrap_or("run");
     let title = format!("{name}: smoothed bed surface, t = {:.1} ms", 1e3 * again.time);
-    save(bed_profiles(&title, &curves).draw(), &place.join("profiles.png"), progress)
+    output.draw(&Figure::BedProfiles { title: &title, curves: &curves }, &place.join("profiles.png"))
 }

@@ -13,6 +13,7 @@ use sazanami_numerics::geometry::Shape;
 use sazanami_numerics::snapshot::Snapshot;
 use serde::{Deserialize, Serialize};
 
+use crate::artist::Artist;
 use crate::bed_file::Bed;
 use crate::case::meaning::Case;
 use crate::case::resolved;
@@ -44,7 +45,7 @@ pub enum Status {
 }
 
 /// What `run` is asked beyond the case.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub struct RunOptions {
     /// Folder for the results; absent: the next free `runs/<case>-<n>`.
     pub out: Option<PathBuf>,
@@ -60,6 +61,8 @@ pub struct RunOptions {
     pub ranks: usize,
     /// The commit that the program was built from, for the summary.
     pub commit: Option<&'static str>,
+    /// Who draws the pictures; without an artist there are none.
+    pub artist: Option<&'static dyn Artist>,
 }
 
 impl RunOptions {

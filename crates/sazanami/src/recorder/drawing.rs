@@ -5,10 +5,11 @@ use std::sync::mpsc::{Receiver, SendError, Sender, SyncSender, channel, sync_cha
 use std::thread::{Builder, JoinHandle};
 
 use sazanami_parallel::with_threads;
-use sazanami_picture::PictureError;
+
+use crate::artist::NotDrawn;
 
 /// Draws and saves the pictures of one time, from data of its own.
-type Task = Box<dyn FnOnce() -> Result<(), PictureError> + Send>;
+type Task = Box<dyn FnOnce() -> Result<(), NotDrawn> + Send>;
 
 /// Sets of pictures that wait to be drawn before the run waits for them.
 const QUEUE: usize = 4;
@@ -28,7 +29,7 @@ impl Drawing {
     }
 
     /// Puts pictures into the queue; waits while it is full.
-    pub fn add(&mut self, task: impl FnOnce() -> Result<(), PictureError> + Send + 'static) {
+    pub fn add(&mut self, task: impl FnOnce() -> Result<(), NotDrawn> + Send + 'static) {
         if self.worker.is_none() {
             self.worker = self.start();
         }
@@ -130,7 +131,7 @@ mod tests {
     #[test]
     fn failures_and_panics_are_reported_and_the_next_picture_is_drawn() {
         let mut drawing = Drawing::new(1);
-        drawing.add(|| Err(PictureError::NothingPositive { label: "V [mm³]".into() }));
+        drawing.add(|| Err("nothing to show of V [mm³]".into()));
         drawing.add(|| panic!("on purpose"));
         let drawn = Arc::new(AtomicUsize::new(0));
         let count = drawn.clone();

@@ -221,8 +221,8 @@ impl Files {
     }
 }
 
-/// Surfaces of the shapes for pictures and ParaView.
-pub(crate) fn surfaces(shapes: &[Shape]) -> Vec<BodySurface<'_>> {
+/// Surfaces of the shapes for ParaView.
+fn surfaces(shapes: &[Shape]) -> Vec<BodySurface<'_>> {
     shapes
         .iter()
         .map(|shape| BodySurface { nodes: &shape.surface().nodes, triangles: &shape.surface().triangles })

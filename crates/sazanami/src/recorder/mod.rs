@@ -221,6 +221,9 @@ impl<'a, B: Observer> Recorder<'a, B> {
         }
         let outcome = self.observer.begin(self.job, &mut self.seen, water);
         water.domain().agree(outcome)?;
+        if self.job.options.artist.is_none() && !self.job.case.output.figures.is_empty() {
+            self.say("no pictures: the case asks for some, and this program draws none");
+        }
         if resumed.is_none() {
             B::notes(self.job.case).iter().for_each(|note| self.say(note));
             self.write_due(water, clock, self.timetables.due_at_start(), None)?;

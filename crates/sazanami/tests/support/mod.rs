@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use sazanami::artist::{Artist, Figure, NotDrawn};
 use sazanami::case::{self, LoadedCase};
 use sazanami::error::CommandError;
 use sazanami::progress::{Progress, StepLine};
@@ -63,6 +64,16 @@ impl Progress for Listener<'_> {
     }
 }
 
+/// Keeps what a picture would show as text.
+#[derive(Debug)]
+pub struct Sketcher;
+
+impl Artist for Sketcher {
+    fn draw(&self, figure: &Figure, path: &Path) -> Result<(), NotDrawn> {
+        Ok(std::fs::write(path, format!("{figure:?}"))?)
+    }
+}
+
 /// Reads a case.
 pub fn load(text: &str, overrides: &[&str]) -> LoadedCase {
     let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
@@ -99,6 +110,7 @@ impl On {
             threads: Some(self.threads),
             ranks: self.ranks,
             commit: None,
+            artist: Some(&Sketcher),
         }
     }
 }

@@ -6,15 +6,16 @@ use std::path::{Path, PathBuf};
 use sazanami_io::replace_file;
 use sazanami_numerics::Real;
 use sazanami_observe::ripples::{Growth, Ripples};
-use sazanami_picture::{Picture, PictureError, RippleHistory, ripple_growth};
 use serde_json::Value;
 
-use super::{RunTables, history, moments, profiles};
-use crate::analyse::figures::{drawing, free_path, save};
+use super::tables::RunTables;
+use super::{history, surfaces};
+use crate::analyse::figures::free_path;
 use crate::analyse::lines::{aligned, number};
+use crate::analyse::output::{Output, undone};
+use crate::artist::{Figure, RippleHistory};
 use crate::case;
 use crate::error::CommandError;
-use crate::progress::Progress;
 use crate::results::CASE;
 
 /// A column of numbers: heading, factor to its unit and digits in the terminal; heading in the file, in SI units; value.
@@ -111,12 +112,12 @@ impl Row {
 pub(in crate::analyse) fn several(
     folders: &[PathBuf],
     out: &Path,
-    progress: &mut dyn Progress,
+    output: &mut Output,
 ) -> Result<Vec<String>, CommandError> {
     let runs = folders.iter().map(|folder| named(folder)).collect::<Result<Vec<_>, _>>()?;
     let rows: Vec<Row> = runs.iter().map(Row::of).collect();
-    draw(&runs, out, progress)?;
-    write(&rows, out, progress)?;
+    draw(&runs, out, output)?;
+    write(&rows, out, output)?;
     let heading = |n: usize| ["run", "status"].get(n).copied().unwrap_or_else(|| COLUMNS[n - 2].heading);
     let header: [String; COLUMNS.len() + 2] = std::array::from_fn(|n| heading(n).to_owned());
     let mut lines = left_out(&runs);
@@ -137,33 +138,29 @@ fn name_of(run: &RunTables) -> String {
     run.summary["case"].as_str().unwrap_or("run").to_owned()
 }
 
-fn draw(runs: &[RunTables], out: &Path, progress: &mut dyn Progress) -> Result<(), CommandError> {
-    let mut draw =
-        |picture: Result<Picture, PictureError>, name: &str| save(picture, &free_path(out, name, "png"), progress);
+fn draw(runs: &[RunTables], out: &Path, output: &mut Output) -> Result<(), CommandError> {
     let histories: Vec<RippleHistory> =
         runs.iter().map(|run| history(&name_of(run), run)).filter(|history| history.height.len() > 1).collect();
     if !histories.is_empty() {
-        draw(ripple_growth("Growth of ripples", &histories, false), "ripple-growth")?;
+        let figure = Figure::RippleGrowth { title: "Growth of ripples", runs: &histories };
+        output.draw(&figure, &free_path(out, "ripple-growth", "png"))?;
     }
-    if let Some(figure) = profiles("Runs", runs) {
-        draw(figure, "ripple-profiles")?;
-    }
-    Ok(())
+    surfaces::draw("Runs", runs, &free_path(out, "ripple-profiles", "png"), output)
 }
 
-fn write(rows: &[Row], out: &Path, progress: &mut dyn Progress) -> Result<(), CommandError> {
+fn write(rows: &[Row], out: &Path, output: &mut Output) -> Result<(), CommandError> {
     let path = free_path(out, "ripple-comparison", "csv");
     let header = COLUMNS.iter().fold("run,status".to_owned(), |header, column| header + "," + column.in_file);
     let lines = std::iter::once(header).chain(rows.iter().map(Row::in_file));
     let text: String = lines.map(|line| line + "\n").collect();
-    replace_file(&path, |file| file.write_all(text.as_bytes())).map_err(|error| drawing(&error))?;
-    progress.message(&format!("wrote {}", path.display()));
+    replace_file(&path, |file| file.write_all(text.as_bytes())).map_err(undone)?;
+    output.message(&format!("wrote {}", path.display()));
     Ok(())
 }
 
 /// A line for each run that is not in every panel of the profiles.
 fn left_out(runs: &[RunTables]) -> Vec<String> {
-    let moments = moments(runs);
+    let moments = surfaces::moments(runs);
     let line = |run: &RunTables| {
         let missed = moments.iter().filter(|&&time| !run.reaches(time));
         let missed: Vec<String> = missed.map(|time| format!("{time:.2}")).collect();

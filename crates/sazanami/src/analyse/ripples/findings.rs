@@ -3,33 +3,35 @@
 use sazanami_observe::ripples::{Growth, relief};
 use serde_json::{Map, Value, json};
 
+use super::cycles::{CycleAverage, QUANTITIES};
 use super::measured::Compared;
-use super::{CycleAverage, Profiles, QUANTITIES, RunTables, settings_of};
+use super::tables::{Profiles, RunTables, settings_of};
 use crate::recorder::{closed, measure, surface_json, tank_of};
 
 /// Growth and migration of the ripples, what the layers do in a cycle, and how the run compares with an experiment:
 /// what its state at the end does not know.
 pub(super) fn of_history(tables: &RunTables, cycles: &[CycleAverage], compared: &[Compared]) -> Map<String, Value> {
-    let mut told = Map::new();
+    let mut found = Map::new();
     if let Ok(growth) = Growth::of(&tables.heights()) {
         let per = if tables.period.is_some() { "periods" } else { "times" };
-        told.insert(
+        found.insert(
             "growth".into(),
             json!({ "rate_per_s": growth.rate, "standard_error_per_s": growth.standard_error, per: growth.points }),
         );
     }
     if let Some((shift, correlation)) = tables.migration() {
         let over = tables.period;
-        told.insert("migration".into(), json!({ "shift_mm": 1e3 * shift, "over_s": over, "correlation": correlation }));
+        found
+            .insert("migration".into(), json!({ "shift_mm": 1e3 * shift, "over_s": over, "correlation": correlation }));
     }
     let layers = of_layers(cycles);
     if !layers.is_empty() {
-        told.insert("layers".into(), Value::Object(layers));
+        found.insert("layers".into(), Value::Object(layers));
     }
     if !compared.is_empty() {
-        told.insert("experiment".into(), compared.iter().map(Compared::json).collect());
+        found.insert("experiment".into(), compared.iter().map(Compared::json).collect());
     }
-    told
+    found
 }
 
 /// Half of what each quantity spans in a mean cycle, in the upper and in the lower layer; velocities in m/s, forces in
@@ -51,16 +53,16 @@ pub(super) fn at_the_end(tables: &RunTables) -> Map<String, Value> {
         let profile = profiles.last();
         surface_json(&measure(how, &tank, profile, across), profile, &tank)
     };
-    let Value::Object(mut told) = of(bed, tank.width()) else { return Map::new() };
+    let Value::Object(mut found) = of(bed, tank.width()) else { return Map::new() };
     for (name, profiles, across) in
         [("image", &tables.image, tables.slab), ("top_layer", &tables.top_layer, tank.width())]
     {
         if let Some(profiles) = profiles {
-            told.insert(name.into(), of(profiles, across));
+            found.insert(name.into(), of(profiles, across));
         }
     }
     let range = settings_of(&tables.case).map(|settings| settings.range_in(&tank));
     let all = range.and_then(|range| relief(&closed(how, bed.last()), range).ok());
-    told.insert("relief_mm".into(), json!(all.map(|relief| 1e3 * relief)));
-    told
+    found.insert("relief_mm".into(), json!(all.map(|relief| 1e3 * relief)));
+    found
 }

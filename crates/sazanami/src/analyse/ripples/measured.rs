@@ -7,7 +7,7 @@ use sazanami_numerics::Real;
 use sazanami_observe::ripples::{BedMatch, ProfileMatch, ShiftLimits, match_bed, match_profiles};
 use serde_json::{Value, json};
 
-use super::{Profiles, RunTables};
+use super::tables::{Profiles, RunTables};
 use crate::case::meaning::Measured;
 use crate::recorder::{closed, settings_of, tank_of};
 

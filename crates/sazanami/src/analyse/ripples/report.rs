@@ -6,8 +6,9 @@ use sazanami_numerics::Real;
 use sazanami_observe::ripples::{Growth, Ripples, Unmeasured, relief};
 use serde_json::Value;
 
+use super::cycles::{CycleAverage, QUANTITIES};
 use super::measured::Compared;
-use super::{CycleAverage, QUANTITIES, RunTables, settings_of};
+use super::tables::{RunTables, settings_of};
 use crate::analyse::figures::newest_picture;
 use crate::analyse::lines::{labelled, number};
 use crate::analyse::table::Table;

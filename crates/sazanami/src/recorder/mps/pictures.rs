@@ -6,11 +6,9 @@ use std::fmt::Write as _;
 use sazanami_io::MeasuredProfile;
 use sazanami_numerics::{Real, Vector};
 use sazanami_observe::ripples::{SectionWindow, SurfaceProfile, submerged_weight, vectors_in_section};
-use sazanami_picture::{
-    ColourScale, Picture, PictureError, ProfileFigure, ProfilesAtTime, SlabPanel, SlabView, VectorWindow,
-};
 
 use super::{Found, ParticleObserver};
+use crate::artist::{Colouring, Figure, SideView, Surfaces};
 use crate::case::meaning::{COLOUR_FORCE, Case};
 use crate::clock::Clock;
 use crate::job::{Job, RecordError};
@@ -27,8 +25,6 @@ const ARROWS: Real = 1e-3;
 const ABOVE: Real = 5e-3;
 /// Weight that stands for none [N].
 const NO_WEIGHT: Real = 1e-12;
-/// Width of a panel [pixels].
-const WIDTH: usize = 1100;
 /// Density that force ranges are found with where a case has no grains [kg/m^3].
 const SAND: Real = 2650.0;
 
@@ -39,16 +35,17 @@ pub(super) fn draw(
     clock: &Clock,
     files: &mut Files,
 ) -> Result<(), RecordError> {
+    let Some(artist) = job.options.artist else { return Ok(()) };
     let name = format!("{:09}", clock.step());
     let moment = moment(job.case, observer.period, clock.time());
     let [grains, profiles] = ["grains", "profiles"].map(|kind| files.figure(&format!("{kind}-{name}.png")));
-    let side = SideView::new(job.case, observer, &moment);
-    let surfaces = surfaces(job.case, observer, clock.time(), moment);
+    let side = side_view(job.case, observer, &moment);
+    let moments = [surfaces(job.case, observer, clock.time(), moment)];
     let (title, domain) = (job.case.caption().to_owned(), &job.case.domain);
     let x_range = [domain.lower.x, domain.upper.x];
     files.drawing.add(move || {
-        side.draw()?.save(&grains)?;
-        ProfileFigure { title: &title, moments: &[surfaces], x_range }.draw()?.save(&profiles)
+        artist.draw(&Figure::Tank(&side), &grains)?;
+        artist.draw(&Figure::Surfaces { title: &title, moments: &moments, x_range }, &profiles)
     });
     Ok(())
 }
@@ -75,97 +72,53 @@ fn rounded(value: Real, parts: Real) -> Real {
     (value * parts).round() / parts + 0.0
 }
 
-/// A tank seen from the side: grains by speed, drag and pressure force, and the velocity of the water in a window.
-struct SideView {
-    title: String,
-    note: String,
-    x: [Real; 2],
-    z: [Real; 2],
-    slab: [Real; 2],
-    position: Vec<Vector>,
-    diameter: Vec<Real>,
-    /// Speed [m/s], drag and pressure force along x1 [N], and their colours.
-    values: [Vec<Real>; 3],
-    scales: [ColourScale; 3],
-    water: Vec<[Real; 2]>,
-    /// Part of x1 with arrows [m].
-    window: [Real; 2],
-    vectors: Vec<([Real; 2], [Real; 2])>,
-    /// Speed of the arrow that explains the others [m/s].
-    reference: Real,
-}
-
-impl SideView {
-    fn new(case: &Case, observer: &ParticleObserver, moment: &str) -> Self {
-        let (lower, upper) = (case.domain.lower, case.domain.upper);
-        let grains = &observer.sight.grains;
-        let speed: Vec<Real> = grains.velocity.iter().map(|v| v.length()).collect();
-        let along = |forces: &[Vector]| forces.iter().map(|force| force.x).collect::<Vec<Real>>();
-        let (drag, pressure) = (along(&grains.drag), along(&grains.pressure_force));
-        let (fastest, part) = observer
-            .settings
-            .as_ref()
-            .map_or((0.1, COLOUR_FORCE), |ripples| (ripples.colour_speed, ripples.colour_force));
-        let weight = weight_of_grain(case);
-        let scales = [
-            ColourScale::speed(fastest),
-            force_scale("drag f_{d,x}", &drag, part, weight),
-            force_scale("pressure force f_{p,x}", &pressure, part, weight),
-        ];
-        let water: Vec<[Real; 2]> = observer.water.points_with_gaps().collect();
-        let middle = 0.5 * (lower + upper);
-        let half = (0.5 * SLAB * (upper.y - lower.y)).max(grains.diameter.first().copied().unwrap_or_default());
-        // The water may stand above the open top of the box.
-        let top = observer.water.points().map(|[_, z]| z).fold(lower.z, Real::max) + ABOVE;
-        let x = [middle.x - 0.5 * WINDOW, middle.x + 0.5 * WINDOW];
-        let vectors = arrows(observer, &SectionWindow { x, z: [lower.z, top], plane: middle.y, spacing: ARROWS });
-        let share = (2e2 * half / (upper.y - lower.y)).min(100.0);
-        Self {
-            title: format!("{}: {moment}", case.caption()),
-            note: format!("grains: middle {share:.0} % of the width; water surface: mean over the whole width"),
-            x: [lower.x, upper.x],
-            z: [lower.z, top],
-            slab: [middle.y - half, middle.y + half],
-            position: grains.position.clone(),
-            diameter: grains.diameter.clone(),
-            values: [speed, drag, pressure],
-            scales,
-            water,
-            window: x,
-            vectors,
-            reference: 2.0 * fastest,
-        }
-    }
-
-    fn draw(&self) -> Result<Picture, PictureError> {
-        let panels = self.values.iter().zip(&self.scales).map(|(values, scale)| SlabPanel { values, scale });
-        let panels: Vec<SlabPanel> = panels.collect();
-        let window = VectorWindow { x: self.window, z: self.z, vectors: &self.vectors, reference: self.reference };
-        let view = SlabView {
-            title: &self.title,
-            note: &self.note,
-            x: self.x,
-            z: self.z,
-            slab: self.slab,
-            position: &self.position,
-            diameter: &self.diameter,
-            panels: &panels,
-            water: &self.water,
-            vectors: Some(&window),
-            width: WIDTH,
-        };
-        view.draw()
+/// The tank from the side: grains by speed, drag and pressure force, and the velocity of the water in a window.
+fn side_view(case: &Case, observer: &ParticleObserver, moment: &str) -> SideView {
+    let (lower, upper) = (case.domain.lower, case.domain.upper);
+    let grains = &observer.sight.grains;
+    let speed: Vec<Real> = grains.velocity.iter().map(|v| v.length()).collect();
+    let along = |forces: &[Vector]| forces.iter().map(|force| force.x).collect::<Vec<Real>>();
+    let (fastest, part) =
+        observer.settings.as_ref().map_or((0.1, COLOUR_FORCE), |ripples| (ripples.colour_speed, ripples.colour_force));
+    let weight = weight_of_grain(case);
+    let panels = vec![
+        Colouring::Speed(speed, fastest),
+        by_force("drag f_{d,x}", along(&grains.drag), part, weight),
+        by_force("pressure force f_{p,x}", along(&grains.pressure_force), part, weight),
+    ];
+    let water = observer.water.points_with_gaps().collect();
+    let middle = 0.5 * (lower + upper);
+    let half = (0.5 * SLAB * (upper.y - lower.y)).max(grains.diameter.first().copied().unwrap_or_default());
+    // The water may stand above the open top of the box.
+    let top = observer.water.points().map(|[_, z]| z).fold(lower.z, Real::max) + ABOVE;
+    let x = [middle.x - 0.5 * WINDOW, middle.x + 0.5 * WINDOW];
+    let arrows = arrows(observer, &SectionWindow { x, z: [lower.z, top], plane: middle.y, spacing: ARROWS });
+    let share = (2e2 * half / (upper.y - lower.y)).min(100.0);
+    SideView {
+        title: format!("{}: {moment}", case.caption()),
+        note: format!("grains: middle {share:.0} % of the width; water surface: mean over the whole width"),
+        x: [lower.x, upper.x],
+        z: [lower.z, top],
+        slab: [middle.y - half, middle.y + half],
+        position: grains.position.clone(),
+        diameter: grains.diameter.clone(),
+        panels,
+        water,
+        window: x,
+        arrows,
+        reference: 2.0 * fastest,
     }
 }
 
 /// Colours for forces [N] on grains up to `part` of their submerged `weight` [N], which say how many go beyond.
-fn force_scale(name: &str, forces: &[Real], part: Real, weight: Real) -> ColourScale {
+fn by_force(name: &str, forces: Vec<Real>, part: Real, weight: Real) -> Colouring {
     // Grains as dense as water have no weight in it.
     let largest = part * if weight > 0.0 { weight } else { NO_WEIGHT };
     let beyond = forces.iter().filter(|force| force.abs() > largest).count();
     let percent = (1e2 * beyond as Real / forces.len().max(1) as Real).ceil();
     let ends = if weight > 0.0 { format!("colours to ±{part} W") } else { "colours of the sign".to_owned() };
-    ColourScale::symmetric(&format!("{name} [N], {ends}, {percent:.0} % of the grains beyond"), largest)
+    let label = format!("{name} [N], {ends}, {percent:.0} % of the grains beyond");
+    Colouring::Signed(forces, label, largest)
 }
 
 /// Places and velocities of the water in a window, below its surface: a mean over what is near a place is one above the
@@ -178,9 +131,9 @@ fn arrows(observer: &ParticleObserver, window: &SectionWindow) -> Vec<([Real; 2]
 }
 
 /// Surfaces of bed and water, and what was measured of them.
-fn surfaces(case: &Case, observer: &ParticleObserver, time: Real, title: String) -> ProfilesAtTime {
+fn surfaces(case: &Case, observer: &ParticleObserver, time: Real, title: String) -> Surfaces {
     let named = |name: &str, profile: &SurfaceProfile| (name.to_owned(), profile.points_with_gaps().collect());
-    let mut moment = ProfilesAtTime { title, water: vec![named("", &observer.water)], ..ProfilesAtTime::default() };
+    let mut moment = Surfaces { title, water: vec![named("", &observer.water)], ..Surfaces::default() };
     if let Some(Found { bed, .. }) = &observer.found {
         let [main, image, top_layer] = BED_DEFINITIONS;
         moment.bed.push(named(main, &bed.concentration));

@@ -1,0 +1,102 @@
+//! Every figure of a run and of its evaluation becomes a PNG file of its own.
+
+use sazanami::artist::{
+    Artist as _, Colouring, ErosionPoint, Figure, LayerHistory, RippleHistory, Scene, SideView, Surfaces,
+};
+use sazanami_io::BodyPose;
+use sazanami_numerics::geometry::{ContactSphereRule, Shape, VolumeRule};
+use sazanami_numerics::grid::Grid;
+use sazanami_numerics::{Quaternion, Vector};
+use sazanami_picture::Painter;
+
+/// A ball on the floor of a box, with liquid above it.
+fn scene() -> Scene {
+    let grid = Grid::new([8, 8, 8], Vector::ZERO, Vector::splat(0.008));
+    let ball = Shape::sphere(2e-3, 1, VolumeRule::Preserve, &ContactSphereRule::Single).expect("a sphere has a shape");
+    let pose = BodyPose {
+        scale: 1.0,
+        surface: 0,
+        position: Vector::new(0.004, 0.004, 0.001),
+        orientation: Quaternion::IDENTITY,
+    };
+    let liquid = (0..grid.len()).map(|n| if n / 64 == 5 { 1.0 } else { 0.0 }).collect();
+    Scene {
+        title: "t = 1 ms".into(),
+        grid,
+        plane: 0.004,
+        fastest: 1.0,
+        shapes: [ball].into(),
+        poses: vec![pose],
+        speeds: vec![0.3],
+        liquid,
+    }
+}
+
+fn side_view() -> SideView {
+    SideView {
+        title: "t = 1 s".into(),
+        note: "the middle of the tank".into(),
+        x: [-0.02, 0.02],
+        z: [0.0, 0.03],
+        slab: [-0.01, 0.01],
+        position: vec![Vector::new(0.0, 0.0, 0.002), Vector::new(0.004, 0.0, 0.002)],
+        diameter: vec![2e-3; 2],
+        panels: vec![Colouring::Speed(vec![0.0, 0.1], 0.1), Colouring::Signed(vec![-1.0, 1.0], "drag [N]".into(), 1.0)],
+        water: vec![[-0.02, 0.02], [0.02, 0.021]],
+        window: [-0.005, 0.005],
+        arrows: vec![([0.0, 0.01], [0.05, 0.0])],
+        reference: 0.1,
+    }
+}
+
+#[test]
+fn every_figure_becomes_a_picture_of_its_own() {
+    let (scene, side) = (scene(), side_view());
+    let times = [0.0, 1.0, 2.0];
+    let curves =
+        [("t = 0".to_owned(), vec![[0.0, 0.01], [0.01, 0.01]]), ("end".to_owned(), vec![[0.0, 0.005], [0.01, 0.011]])];
+    let surfaces =
+        Surfaces { title: "t = 1 s".into(), bed: curves.to_vec(), water: curves.to_vec(), ..Surfaces::default() };
+    let groups = [("round".to_owned(), vec![ErosionPoint { momentum: 1e-4, volume: 1e-8, uncertainty: 1e-9 }])];
+    let values = [[0.0, 0.1, -0.1], [0.0, 0.2, 0.1], [0.0, 1e-6, -1e-6], [0.0, 2e-6, 1e-6]].map(Vec::from);
+    let history = LayerHistory { time: times.to_vec(), upper: values.clone(), lower: values, ..Default::default() };
+    let growth = RippleHistory {
+        height: vec![[0.0, 1e-3], [1.0, 2e-3]],
+        wavelength: vec![[0.0, 0.02], [1.0, 0.022]],
+        ..Default::default()
+    };
+    let parts = [("liquid", vec![-1e-4, -5e-5, 0.0]), ("residual", vec![0.0; 3])];
+    let title = "a run";
+    let all = [
+        Figure::Section(&scene),
+        Figure::Liquid(&scene),
+        Figure::View(&scene),
+        Figure::Tank(&side),
+        Figure::Surfaces { title, moments: std::slice::from_ref(&surfaces), x_range: [0.0, 0.01] },
+        Figure::BedProfiles { title, curves: &curves },
+        Figure::Crater { title, times: &times, depths_and_radii: [&[0.0, 1e-3, 2e-3], &[f64::NAN, 4e-3, 5e-3]] },
+        Figure::MomentumBudget { title, times: &times, parts: &parts },
+        Figure::Erosion { title, groups: &groups },
+        Figure::Layers { title, history: &history, layers: ["upper", "lower"], submerged_weight: Some(1e-5) },
+        Figure::RippleGrowth { title, runs: &[growth] },
+    ];
+    let folder = tempfile::tempdir().unwrap();
+    let mut drawn: Vec<Vec<u8>> = Vec::new();
+    for (n, figure) in all.iter().enumerate() {
+        let path = folder.path().join(format!("{n}.png"));
+        Painter.draw(figure, &path).unwrap();
+        let bytes = std::fs::read(&path).unwrap();
+        assert!(bytes.starts_with(b"\x89PNG") && !drawn.contains(&bytes), "{n}");
+        drawn.push(bytes);
+    }
+    // What cannot be drawn, or not be kept, is an error.
+    let nothing = Figure::Surfaces { title, moments: &[], x_range: [0.0, 1.0] };
+    assert!(
+        Painter
+            .draw(&nothing, &folder.path().join("none.png"))
+            .unwrap_err()
+            .to_string()
+            .contains("profiles at instants")
+    );
+    assert!(Painter.draw(&all[0], &folder.path().join("absent/a.png")).is_err());
+}

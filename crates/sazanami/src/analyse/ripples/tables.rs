@@ -1,0 +1,207 @@
+//! The tables that a run with moving particles wrote, read back.
+
+use std::path::Path;
+
+use sazanami_numerics::Real;
+use sazanami_observe::ripples::{BedSurfaceSettings, RippleSettings, Ripples, SurfaceProfile, Unmeasured, migration};
+use serde_json::Value;
+
+use crate::analyse::summary_file::summary;
+use crate::analyse::table::Table;
+use crate::case::meaning::Case;
+use crate::case::{self, LoadedCase};
+use crate::error::CommandError;
+use crate::recorder::{self, measure, tank_of};
+use crate::results::{BED_PROFILES, CASE, WATER_PROFILES};
+
+/// Part of a step of the series by which times are the same.
+pub(super) const SAME_TIME: Real = 1e-9;
+/// Part of a period by which phases are the same: rows of the series need not fall on the ends of periods.
+const SAME_PHASE: Real = 0.02;
+
+/// Profiles of a run against time.
+pub(super) struct Profiles {
+    time: Vec<Real>,
+    profile: Vec<SurfaceProfile>,
+}
+
+impl Profiles {
+    /// Reads the heights of one column of a table with a row for each time and place.
+    fn read(path: &Path, column: &str) -> Option<Self> {
+        let table = Table::read(path)?;
+        let (times, places, heights) = (table.column("time"), table.column("x"), table.column(column));
+        let mut found = Self { time: Vec::new(), profile: Vec::new() };
+        let mut first = 0;
+        while first < times.len() {
+            let next = times[first..].iter().position(|&time| time != times[first]).map_or(times.len(), |n| first + n);
+            let spacing = if next > first + 1 { places[first + 1] - places[first] } else { 1.0 };
+            found.time.push(times[first]);
+            found.profile.push(SurfaceProfile {
+                start: places[first],
+                spacing,
+                heights: heights[first..next].iter().map(|&z| z.is_finite().then_some(z)).collect(),
+            });
+            first = next;
+        }
+        (!found.time.is_empty()).then_some(found)
+    }
+
+    /// The profile nearest in time.
+    pub(super) fn at(&self, time: Real) -> (Real, &SurfaceProfile) {
+        let distance = |n: &usize| (self.time[*n] - time).abs();
+        let nearest = (0..self.time.len()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or_default();
+        (self.time[nearest], &self.profile[nearest])
+    }
+
+    /// The profile at `time` [s], no farther from it than rows are from one another there; `None` beyond the rows.
+    pub(super) fn reached(&self, time: Real) -> Option<&SurfaceProfile> {
+        let (found, profile) = self.at(time);
+        let after = self.time.partition_point(|&row| row <= found);
+        let before = after.saturating_sub(2);
+        let row = |n: usize| self.time[n.min(self.time.len() - 1)];
+        let interval = (found - row(before)).max(row(after) - found);
+        ((found - time).abs() <= interval + SAME_TIME * time.max(1.0)).then_some(profile)
+    }
+
+    /// The last profile.
+    pub(super) fn last(&self) -> &SurfaceProfile {
+        &self.profile[self.profile.len() - 1]
+    }
+
+    /// Time of the last profile [s].
+    pub(super) fn end(&self) -> Real {
+        self.time[self.time.len() - 1]
+    }
+}
+
+/// Ripples by the tables of a run.
+pub(super) struct RunTables {
+    pub(super) case: Case,
+    /// Width of the slab of the bed's view from the side, when the tables were written [m].
+    pub(super) slab: Real,
+    pub(super) summary: Value,
+    /// The bed by its concentration, its main surface.
+    pub(super) bed: Option<Profiles>,
+    /// The bed as it appears from the side.
+    pub(super) image: Option<Profiles>,
+    /// The mean of the topmost grains.
+    pub(super) top_layer: Option<Profiles>,
+    pub(super) water: Option<Profiles>,
+    /// Ripples at the times of the bed's profiles.
+    pub(super) ripples: Vec<(Real, Result<Ripples, Unmeasured>)>,
+    /// Period of the tank [s], if it moves in cycles.
+    pub(super) period: Option<Real>,
+}
+
+impl RunTables {
+    pub(super) fn read(folder: &Path, loaded: LoadedCase) -> Result<Self, CommandError> {
+        let case = loaded.case;
+        // Other keys do not change what was gathered during the run.
+        let as_run = case::load(&folder.join(CASE), &[]).ok().and_then(|run| run.case.ripples);
+        let slab = as_run
+            .as_ref()
+            .or(case.ripples.as_ref())
+            .map_or(0.0, |how| BedSurfaceSettings::of_grains(how.grain_size).slab);
+        let [bed, image, top_layer] = ["z_concentration", "z_image", "z_top_layer"]
+            .map(|column| Profiles::read(&folder.join(BED_PROFILES), column));
+        let water = Profiles::read(&folder.join(WATER_PROFILES), "z");
+        let mut ripples = Vec::new();
+        if let (Some(bed), Some(how)) = (&bed, &case.ripples) {
+            let tank = tank_of(&case);
+            let all = bed.time.iter().zip(&bed.profile);
+            ripples = all.map(|(&time, profile)| (time, measure(how, &tank, profile, tank.width()))).collect();
+        }
+        let period = case.period();
+        Ok(Self { case, slab, summary: summary(folder)?, bed, image, top_layer, water, ripples, period })
+    }
+
+    /// Time of the last profiles [s], if there are any.
+    pub(super) fn end(&self) -> Option<Real> {
+        let ends = [&self.bed, &self.water].into_iter().flatten().map(Profiles::end);
+        ends.reduce(Real::max)
+    }
+
+    /// Whether there are profiles at `time` [s].
+    pub(super) fn reaches(&self, time: Real) -> bool {
+        [&self.bed, &self.water].into_iter().flatten().any(|profiles| profiles.reached(time).is_some())
+    }
+
+    pub(super) fn last_ripples(&self) -> Option<&Result<Ripples, Unmeasured>> {
+        self.ripples.last().map(|(_, ripples)| ripples)
+    }
+
+    /// Heights of the ripples at the ends of whole periods, or at all times without a period [s, m].
+    pub(super) fn heights(&self) -> Vec<(Real, Real)> {
+        let found = self.ripples.iter().filter_map(|(time, ripples)| Some((*time, ripples.as_ref().ok()?.height())));
+        match self.period {
+            Some(period) => at_whole_periods(found, period),
+            None => found.collect(),
+        }
+    }
+
+    /// Shift of the ripples in the last period [m], and how well they are the same.
+    pub(super) fn migration(&self) -> Option<(Real, Real)> {
+        let (bed, period, settings) = (self.bed.as_ref()?, self.period?, settings_of(&self.case)?);
+        let (last, now) = (*bed.time.last()?, bed.profile.last()?);
+        let (then, before) = bed.at(last - period);
+        if (last - period - then).abs() > SAME_PHASE * period {
+            return None;
+        }
+        let range = settings.range_in(&tank_of(&self.case));
+        let longest = 0.5 * self.last_ripples()?.as_ref().ok()?.spectral_wavelength;
+        let found = migration(before, now, range, longest, &settings).ok()?;
+        Some((found.shift, found.correlation))
+    }
+}
+
+/// Of times [s] and values those at the ends of whole periods [s], or the nearest to each of them.
+fn at_whole_periods(series: impl Iterator<Item = (Real, Real)>, period: Real) -> Vec<(Real, Real)> {
+    let end = |time: Real| (time / period).round();
+    let distance = |time: Real| (time / period - end(time)).abs();
+    let mut found: Vec<(Real, Real)> = Vec::new();
+    for (time, value) in series.filter(|&(time, _)| end(time) > 0.0 && distance(time) < SAME_PHASE) {
+        match found.last_mut().filter(|last| end(last.0) == end(time)) {
+            Some(last) if distance(last.0) <= distance(time) => {}
+            Some(last) => *last = (time, value),
+            None => found.push((time, value)),
+        }
+    }
+    found
+}
+
+/// How ripples are measured on the main surface of the bed; `None` if the case does not ask for it.
+pub(super) fn settings_of(case: &Case) -> Option<RippleSettings> {
+    Some(recorder::settings_of(case.ripples.as_ref()?, tank_of(case).width()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn profiles(time: &[Real]) -> Profiles {
+        let profile = |_| SurfaceProfile::complete(0.0, 1.0, [0.0; 3]);
+        Profiles { time: time.to_vec(), profile: time.iter().map(profile).collect() }
+    }
+
+    #[test]
+    fn times_beyond_the_rows_are_not_reached() {
+        let rows = profiles(&[0.0, 0.1, 0.2, 0.5]);
+        let reached = |time: Real| rows.reached(time).is_some();
+        assert!(reached(0.0) && reached(0.05) && reached(0.35) && reached(0.5) && reached(0.7));
+        assert!(!reached(0.9) && !reached(3.0));
+        let one = profiles(&[1.0]);
+        assert!(one.reached(1.0).is_some() && one.reached(1.1).is_none());
+    }
+
+    #[test]
+    fn one_row_stands_for_the_end_of_a_period() {
+        let rows = (0..=20).map(|n| (0.1 * Real::from(n), Real::from(n)));
+        let ends = |period: Real| at_whole_periods(rows.clone(), period).iter().map(|end| end.1).collect::<Vec<_>>();
+        assert_eq!(ends(0.5), [5.0, 10.0, 15.0, 20.0]);
+        // A period that no row hits, and rows of which several come near.
+        assert_eq!(ends(0.502), [5.0, 10.0, 15.0, 20.0]);
+        assert_eq!(ends(0.53), [16.0]);
+        let close = (0..=100).map(|n| (0.005 * Real::from(n), Real::from(n)));
+        assert_eq!(at_whole_periods(close, 0.499), [(0.5, 100.0)]);
+    }
+}

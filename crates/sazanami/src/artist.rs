@@ -1,0 +1,220 @@
+//! Pictures: what they show, and who draws them. The library gathers the data; a front end brings an [`Artist`].
+
+use std::error::Error;
+use std::path::Path;
+use std::sync::Arc;
+
+use sazanami_io::BodyPose;
+use sazanami_numerics::geometry::Shape;
+use sazanami_numerics::grid::Grid;
+use sazanami_numerics::{Real, Vector};
+
+/// Draws pictures and keeps them as files.
+///
+/// Runs call it from a thread of their own, beside their steps.
+pub trait Artist: std::fmt::Debug + Sync {
+    /// Draws `figure` into a PNG file at `path`.
+    ///
+    /// # Errors
+    /// If there is nothing that can be drawn, or the file cannot be written.
+    fn draw(&self, figure: &Figure, path: &Path) -> Result<(), NotDrawn>;
+}
+
+/// Why there is no picture.
+pub type NotDrawn = Box<dyn Error + Send + Sync>;
+
+/// Points of a curve [m].
+pub type Points = Vec<[Real; 2]>;
+
+/// A curve with its label.
+pub type Curve = (String, Points);
+
+/// What a picture shows, from quantities in SI units.
+#[derive(Clone, Copy, Debug)]
+pub enum Figure<'a> {
+    /// Vertical section through the grains and the liquid (as figures 8 to 10 of Yagyu et al. 2015).
+    Section(&'a Scene),
+    /// The same section through the liquid alone.
+    Liquid(&'a Scene),
+    /// Grains and liquid in perspective, cut open.
+    View(&'a Scene),
+    /// A tank from the side, its grains coloured by several quantities (as figure 3 of Tazaki et al.).
+    Tank(&'a SideView),
+    /// Surfaces of bed and water at one or several instants (as their figure 2).
+    Surfaces {
+        /// Title of the sheet.
+        title: &'a str,
+        /// The instants.
+        moments: &'a [Surfaces],
+        /// Part of x1 shown [m].
+        x_range: [Real; 2],
+    },
+    /// Height of the bed against radius [m]; the first curve is the initial surface (figures 13 and 14 of Yagyu et al. 2015).
+    BedProfiles {
+        /// Title.
+        title: &'a str,
+        /// A curve for each time.
+        curves: &'a [Curve],
+    },
+    /// Depth and rim radius of a crater [m] against time [s]; NaN where there is none.
+    Crater {
+        /// Title.
+        title: &'a str,
+        /// Times [s].
+        times: &'a [Real],
+        /// Depth and rim radius at these times [m].
+        depths_and_radii: [&'a [Real]; 2],
+    },
+    /// Parts of the vertical momentum [N s] against time [s]; one is the `residual`.
+    MomentumBudget {
+        /// Title.
+        title: &'a str,
+        /// Times [s].
+        times: &'a [Real],
+        /// Labels and values.
+        parts: &'a [(&'a str, Vec<Real>)],
+    },
+    /// Erosion volume against momentum (figure 15 of Yagyu et al. 2015), by kind of drop.
+    Erosion {
+        /// Title.
+        title: &'a str,
+        /// Labels and runs.
+        groups: &'a [(String, Vec<ErosionPoint>)],
+    },
+    /// Averages over two layers of the bed against time (as figure 4 of Tazaki et al.).
+    Layers {
+        /// Title of the sheet.
+        title: &'a str,
+        /// The averages.
+        history: &'a LayerHistory,
+        /// What the upper and the lower layer are.
+        layers: [&'a str; 2],
+        /// Submerged weight of a grain [N], in parts of which forces are shown; without it they are shown in N.
+        submerged_weight: Option<Real>,
+    },
+    /// Height and wavelength of ripples against time.
+    RippleGrowth {
+        /// Title of the sheet.
+        title: &'a str,
+        /// Runs.
+        runs: &'a [RippleHistory],
+    },
+}
+
+/// Grains and liquid on a grid at one time.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// Title, with the time.
+    pub title: String,
+    /// The grid.
+    pub grid: Grid,
+    /// Place of the section along x2 [m].
+    pub plane: Real,
+    /// Speed of the last colour of the grains [m/s].
+    pub fastest: Real,
+    /// Shapes of the grains.
+    pub shapes: Arc<[Shape]>,
+    /// Which shape each grain has, and how it lies.
+    pub poses: Vec<BodyPose>,
+    /// Speeds of the grains [m/s].
+    pub speeds: Vec<Real>,
+    /// Part of each cell that is liquid outside grains.
+    pub liquid: Vec<Real>,
+}
+
+/// A tank from the side: a panel for each quantity of the grains within a slab about its middle, and arrows of the water.
+#[derive(Clone, Debug)]
+pub struct SideView {
+    /// Title, with the time.
+    pub title: String,
+    /// What is left out, below the panels.
+    pub note: String,
+    /// Bounds in x1 [m].
+    pub x: [Real; 2],
+    /// Bounds in x3 [m].
+    pub z: [Real; 2],
+    /// Bounds in x2 of the grains that are drawn [m].
+    pub slab: [Real; 2],
+    /// Centres of the grains [m].
+    pub position: Vec<Vector>,
+    /// Diameters of the grains [m].
+    pub diameter: Vec<Real>,
+    /// What the grains are coloured by, a panel each.
+    pub panels: Vec<Colouring>,
+    /// Surface of the water: points (x1, x3) [m], NaN for a gap.
+    pub water: Points,
+    /// Bounds in x1 of the window of arrows [m].
+    pub window: [Real; 2],
+    /// Places (x1, x3) [m] and velocities of the water there [m/s].
+    pub arrows: Vec<([Real; 2], [Real; 2])>,
+    /// Speed of the arrow in the caption [m/s].
+    pub reference: Real,
+}
+
+/// Values by which grains are coloured.
+#[derive(Clone, Debug)]
+pub enum Colouring {
+    /// Speeds, up to a fastest [m/s].
+    Speed(Vec<Real>, Real),
+    /// A quantity of either sign, with the label of its colours and the value of the last colour to either side.
+    Signed(Vec<Real>, String, Real),
+}
+
+/// Surfaces of bed and water at one instant, points (x1, x3) [m]; one curve per run.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Surfaces {
+    /// What stands above, as `t = 3.0 s`.
+    pub title: String,
+    /// Beds.
+    pub bed: Vec<Curve>,
+    /// Water surfaces, in the order of the beds.
+    pub water: Vec<Curve>,
+    /// The bed by other definitions of its surface.
+    pub other_beds: Vec<Curve>,
+    /// Bed at the start; empty if it is not shown.
+    pub first_bed: Points,
+    /// Water surface at the start; empty if it is not shown.
+    pub first_water: Points,
+    /// Bed of the experiment; empty if there is none.
+    pub measured_bed: Points,
+    /// Water surface of the experiment; empty if there is none.
+    pub measured_water: Points,
+}
+
+/// Result of a run with a crater.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ErosionPoint {
+    /// Momentum of the drop [kg m/s].
+    pub momentum: Real,
+    /// Erosion volume [m^3].
+    pub volume: Real,
+    /// Its uncertainty, up and down [m^3].
+    pub uncertainty: Real,
+}
+
+/// Averages over the layers of the bed in one run. The four quantities of each layer are: velocity of the water and of
+/// the grains [m/s], drag and force of the pressure gradient on a grain [N], all along x1. NaN leaves a gap.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LayerHistory {
+    /// Name of the run; empty if there is only one.
+    pub label: String,
+    /// Times [s].
+    pub time: Vec<Real>,
+    /// Upper layer: the four quantities at these times.
+    pub upper: [Vec<Real>; 4],
+    /// Lower layer.
+    pub lower: [Vec<Real>; 4],
+}
+
+/// Height and wavelength of ripples in one run, or measured ones.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RippleHistory {
+    /// Name in the legend.
+    pub label: String,
+    /// Times and heights [s, m].
+    pub height: Points,
+    /// Times and wavelengths [s, m].
+    pub wavelength: Points,
+    /// Whether this was measured: marks instead of a line.
+    pub measured: bool,
+}
