@@ -198,9 +198,20 @@ fn memory_that_is_refused_ends_by_name() {
     assert_eq!(predicted.status.code(), Some(2), "{told}");
     assert!(told.contains("too large for the memory") && !folder.path().join("out").exists(), "{told}");
     // Not predicted: the standard library says what was refused and aborts.
+    let numbers = "1,".repeat(5_000_000);
+    std::fs::write(folder.path().join("large.toml"), format!("numbers = [{numbers}]\n")).unwrap();
+    let refused = shell(folder.path(), "ulimit -v 300000; $S check large.toml");
+    let text = text(&refused.stderr);
+    assert_eq!(refused.status.code(), Some(1), "{text}");
+    assert!(text.contains("error: out of memory") && text.contains("ulimit -v"), "{text}");
+}
+
+#[test]
+fn an_abort_with_another_cause_is_not_taken_for_a_lack_of_memory() {
+    let folder = tempfile::tempdir().unwrap();
     let mut run = live_run(folder.path());
     signal(&run, "-ABRT");
-    assert_eq!(run.wait().unwrap().code(), Some(1));
-    let told = std::fs::read_to_string(folder.path().join("errors.txt")).unwrap();
-    assert!(told.contains("error: out of memory") && told.contains("ulimit -v"), "{told}");
+    assert_eq!(run.wait().unwrap().code(), None, "it ends by the signal");
+    let errors = std::fs::read_to_string(folder.path().join("errors.txt")).unwrap();
+    assert!(errors.contains("aborted (signal SIGABRT)") && !errors.contains("out of memory"), "{errors}");
 }

@@ -111,10 +111,10 @@ mod tests {
         let held = FolderLock::take(folder.path()).unwrap();
         let refused = FolderLock::take(folder.path()).unwrap_err();
         assert_eq!(refused.exit_code(), crate::error::exit::WRONG_INPUT);
-        let told = refused.to_string();
+        let text = refused.to_string();
         assert!(
-            told.contains("is in use") && told.contains(&format!("process {}, since 20", std::process::id())),
-            "{told}"
+            text.contains("is in use") && text.contains(&format!("process {}, since 20", std::process::id())),
+            "{text}"
         );
         drop(held);
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);

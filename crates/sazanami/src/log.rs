@@ -41,7 +41,7 @@ impl<'a> Log<'a> {
         log
     }
 
-    /// Keeps a line that is shown otherwise, or not at all, behind the time of day (UTC, ISO 8601).
+    /// Keeps a line that is shown elsewhere, or not at all, behind the time of day (UTC, ISO 8601).
     pub fn note(&mut self, text: &str) {
         let Some(file) = &mut self.file else { return };
         let now = humantime::format_rfc3339_seconds(SystemTime::now());

@@ -80,7 +80,7 @@ pub fn run(
     let mut log = Log::create(&folder, progress);
     log.note(&heading(&loaded.case, options));
     warn_without(&lock, &mut log);
-    ready.told.iter().for_each(|text| log.message(text));
+    ready.messages.iter().for_each(|text| log.message(text));
     let from = From::Case(resolved::write(&kept, Paths::AsGiven), ready.tank);
     Launch::new(&loaded.case, feasible, options, &folder, stop).start(from, &mut log)
 }
@@ -178,12 +178,12 @@ fn begin_again(
     let mut log = Log::append(folder, progress);
     log.note(&heading(&loaded.case, options));
     log.message("no checkpoint had been written: the run begins again from the case in its folder");
-    ready.told.iter().for_each(|text| log.message(text));
+    ready.messages.iter().for_each(|text| log.message(text));
     let from = From::Case(resolved::write(&kept, Paths::AsGiven), ready.tank);
     Launch::new(&loaded.case, feasible, options, folder, stop).start(from, &mut log)
 }
 
-/// What is to be said where another program began the run than goes on with it.
+/// A warning where another program began the run than goes on with it.
 fn other_program(run: &RunState, case: &Case, options: &RunOptions) -> Option<String> {
     let this = Program::this(options);
     let began = match &run.program {

@@ -13,12 +13,12 @@ use crate::case::{CaseError, Diagnostics, LoadedCase};
 use crate::job::{Job, RecordError};
 use crate::results::PREPARED;
 
-/// Section of a state's file that tells what it is.
+/// Section of a state's file with its [`Recipe`].
 const RECIPE: &str = "tank/recipe";
 /// Environment variable that names the folder in which states are kept.
 pub const CACHE: &str = "SAZANAMI_CACHE";
 
-/// What a state was made of.
+/// The case and the program that a state was made with.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 struct Recipe {
     /// Version of the program.
@@ -91,27 +91,27 @@ fn read(path: &Path) -> Result<(Recipe, Snapshot), String> {
 /// What was prepared before.
 #[derive(Clone, Debug, Default)]
 pub struct MadeReady {
-    /// The tank, if there is one that suits the case.
+    /// The tank, if there is one that fits the case.
     pub tank: Option<Snapshot>,
-    /// Where it comes from, or why it does not serve, for people.
-    pub told: Vec<String>,
+    /// Where it comes from, or why it cannot be used.
+    pub messages: Vec<String>,
 }
 
-/// Looks for a tank prepared before that suits the case, as `commit` of this program made it.
+/// Looks for a tank prepared before that fits the case, as `commit` of this program made it.
 ///
 /// # Errors
-/// If the case names a state that does not suit it.
+/// If the case names a state that does not fit it.
 pub fn made_ready(loaded: &LoadedCase, commit: Option<&str>) -> Result<MadeReady, Box<CaseError>> {
-    let (mut report, mut told) = (Diagnostics::default(), Vec::new());
-    let tank = find(loaded, commit.unwrap_or("unknown"), &mut report, |text| told.push(text));
+    let (mut report, mut messages) = (Diagnostics::default(), Vec::new());
+    let tank = find(loaded, commit.unwrap_or("unknown"), &mut report, |text| messages.push(text));
     if report.has_errors() {
         return Err(Box::new(CaseError { source: loaded.source.clone(), diagnostics: report }));
     }
-    Ok(MadeReady { tank, told })
+    Ok(MadeReady { tank, messages })
 }
 
 /// The tank of this case prepared before: the one that the case names, or one that was kept; `None` if the run has to
-/// make it ready. `say` is told where it comes from.
+/// make it ready. `say` gets where it comes from.
 ///
 /// A state that the case names and that does not fit it is an error in `report`.
 fn find(loaded: &LoadedCase, commit: &str, report: &mut Diagnostics, mut say: impl FnMut(String)) -> Option<Snapshot> {

@@ -65,7 +65,7 @@ impl Check {
         } else {
             let mut screen = Screen::new();
             screen.warnings(&feasible.warnings, &loaded.source);
-            ready.told.iter().for_each(|text| screen.message(text));
+            ready.messages.iter().for_each(|text| screen.message(text));
             out!("{}", check::explain(&loaded.case, &report));
         }
         Ok(exit::DONE)

@@ -16,16 +16,16 @@ pub(super) fn number(value: &Value, path: &[&str]) -> Option<Real> {
 pub(super) fn report(summary: &Value, found: Option<&Value>, folder: &Path) -> Vec<String> {
     let mut rows = rows(found.unwrap_or(summary));
     if found.is_some() {
-        let mut said = self::rows(summary);
+        let mut written = self::rows(summary);
         for (label, value) in &mut rows {
-            let at = said.iter().position(|(other, _)| other == label);
-            match at.map(|at| said.remove(at).1) {
+            let at = written.iter().position(|(other, _)| other == label);
+            match at.map(|at| written.remove(at).1) {
                 Some(before) if before == *value => {}
                 Some(before) => *value = format!("{value} (summary: {before})"),
                 None => *value = format!("{value} (summary: none)"),
             }
         }
-        rows.extend(said.into_iter().map(|(label, before)| (label, format!("none (summary: {before})"))));
+        rows.extend(written.into_iter().map(|(label, before)| (label, format!("none (summary: {before})"))));
     }
     if let Some(picture) = newest_picture(folder, "view-") {
         rows.push(("picture", picture.display().to_string()));

@@ -68,7 +68,7 @@ pub(super) fn with_other_keys(
     Ok(report(&summary, Some(&with_observables(&summary, &again.found)), folder))
 }
 
-/// Evaluates the newest good checkpoint in `folder`, as the run did unless `asked` says otherwise; `None` if there is
+/// Evaluates the newest good checkpoint in `folder`, as the run did or with the keys of `asked`; `None` if there is
 /// none, or none of the flow.
 fn evaluate(folder: &Path, asked: Option<&LoadedCase>, output: &mut Output) -> Result<Option<Again>, CommandError> {
     let Some((step, reader)) = checkpoints::newest(folder, output.progress)?.good else { return Ok(None) };
@@ -92,7 +92,7 @@ fn evaluate(folder: &Path, asked: Option<&LoadedCase>, output: &mut Output) -> R
         return Err(CommandError::input(
             format!(
                 "`{}` does not hold the bed before the impact, as an earlier version wrote it: it cannot be evaluated \
-                 otherwise than during the run",
+                 with other keys after the run",
                 reader.path().display()
             ),
             "analyse it without `--set`, or run the case with these keys",
@@ -129,7 +129,7 @@ fn report_step(again: &Again, summary: &Value, output: &mut Output) {
 
 /// Warns if the summary has another erosion volume of the same state.
 fn warn_of_volume(again: &Again, summary: &Value, found: &Value, output: &mut Output) {
-    // While a run goes on, or where it failed, the last look may be older than the checkpoint.
+    // While a run goes on, or where it failed, the last measurement may be older than the checkpoint.
     let is_last = summary["status"] == "finished" || summary["status"] == "stopped";
     if !is_last || summary["steps"].as_u64() != Some(again.step) {
         return;

@@ -38,7 +38,7 @@ pub(super) fn of_run(folder: &Path, overrides: &[String], output: &mut Output) -
     let figures = if overrides.is_empty() { folder.join(FIGURES) } else { folder.join(ANALYSIS) };
     std::fs::create_dir_all(&figures).map_err(undone)?;
     for name in [LAYERS_FIGURE, GROWTH_FIGURE, PROFILES_FIGURE] {
-        // What an earlier call found otherwise is no part of this.
+        // Figures of an earlier call would stand beside other values.
         let _ = std::fs::remove_file(figures.join(name));
     }
     let name = tables.summary["case"].as_str().unwrap_or("run").to_owned();

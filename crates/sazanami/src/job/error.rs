@@ -1,4 +1,4 @@
-//! How a run can fail on a rank, and what is said of it.
+//! How a run can fail on a rank, and what the command reports of it.
 
 use std::path::{Path, PathBuf};
 
@@ -175,7 +175,7 @@ impl RankError {
         no_state || other_table || matches!(self, Self::Threads(_) | Self::Layout(_) | Self::Boundary(_))
     }
 
-    /// What the command says of it; `bed` is the file of the bed that the run packed.
+    /// What the command reports; `bed` is the file of the bed that the run packed.
     fn into_command_error(self, failure: Failure, bed: Option<&Path>) -> CommandError {
         let on_bed = matches!(self, Self::LiquidOnGrain { .. } | Self::BedTooHigh { .. } | Self::LiquidTooHigh { .. });
         match (self.help(), bed.filter(|_| on_bed)) {
@@ -225,7 +225,7 @@ impl RankError {
     }
 }
 
-/// A rank's error, with what is to be said of it.
+/// A rank's error with its report.
 #[derive(Debug)]
 pub(crate) struct RankFailure {
     pub error: RankError,

@@ -21,7 +21,7 @@ use crate::progress::StepLine;
 use crate::stop::Stop;
 
 pub(crate) use error::{RankError, RankFailure, RecordError, StateError};
-pub(crate) use totals::Totals;
+pub(crate) use totals::{PARTICLES, TIDIED, Totals, WORST};
 
 /// Section of a checkpoint with the [`RunState`].
 pub(crate) const RUN_STATE: &str = "run/state";
@@ -183,7 +183,7 @@ pub(crate) struct Job<'a> {
     pub prepared: Option<Snapshot>,
     /// Where the run goes on from.
     pub resumed: Option<Resumed>,
-    /// Whom rank 0 tells.
+    /// Who hears what rank 0 reports.
     pub reporter: Reporter,
     /// Set when the run is to end.
     pub stop: &'a Stop,
@@ -198,7 +198,7 @@ impl Job<'_> {
         self.stop.is_set()
     }
 
-    /// Tells of a step.
+    /// Reports a step.
     pub fn report(&self, line: &StepLine) {
         // Nobody listens any more when the command itself has ended: nothing is lost.
         let _ = self.reporter.0.send(Event::Step(*line));

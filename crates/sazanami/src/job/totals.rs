@@ -6,43 +6,69 @@ use sazanami_dem::ContactReport;
 use sazanami_mics::solver::StepReport;
 use sazanami_numerics::Real;
 use serde::{Deserialize, Serialize};
+use serde_json::json;
 
-/// Worst values met.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Worst {
-    /// Advective Courant number of a pass.
-    pub cfl: Real,
-    /// `|div u| dt` left by a projection.
-    pub divergence: Real,
-    /// Overlap over the smaller contact sphere's radius.
-    pub overlap_relative: Real,
-    /// Iterations of a pressure solve, all passes of a step.
-    pub pressure_iterations: usize,
-    /// Distance of a liquid fraction from the range 0 to 1 before it was tidied up.
-    pub volume_fraction_excess: Real,
-    /// Volume by which grains reached into each other's cells [m^3].
-    pub overfull_volume: Real,
-    /// Volume of grains outside the box [m^3].
-    pub outside_volume: Real,
-    /// Speed of a grain [m/s].
-    pub grain_speed: Real,
+use crate::columns::{Field, quantity};
+
+/// Declares sums of a run with unit and meaning, as checkpoints keep them, and the list of their fields in the summary.
+macro_rules! summed {
+    ($(#[$about:meta])* $name:ident, $list:ident { $($(#[$kept:meta])* $field:ident: $kind:ty, $unit:literal, $meaning:literal;)* }) => {
+        $(#[$about])*
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+        pub(crate) struct $name {
+            $(#[doc = $meaning] $(#[$kept])* pub $field: $kind,)*
+        }
+
+        #[doc = concat!("Fields of [`", stringify!($name), "`] in the summary.")]
+        pub(crate) const $list: &[Field<$name>] =
+            &[$(quantity(stringify!($field), $unit, $meaning, |sums| json!(sums.$field))),*];
+    };
 }
 
-/// What had to be tidied up.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Tidied {
-    /// Nearly empty or full cells given to the interface next to them.
-    pub moved_cells: u64,
-    /// Their volume [m^3].
-    pub moved_volume: Real,
-    /// Nearly empty or full cells that were cut.
-    pub clipped_cells: u64,
-    /// Volume that this added (negative: removed) [m^3].
-    pub clipped_volume: Real,
-    /// Cells out of range by more than 1e-9.
-    pub out_of_range_cells: u64,
-    /// Contacts that became deeper than 20 % of the smaller sphere's radius.
-    pub deep_contacts: usize,
+summed! {
+    /// Worst values met.
+    Worst, WORST {
+        cfl: Real, "", "advective Courant number of a pass; of moving particles largest speed times step over spacing";
+        divergence: Real, "", "`abs(div u) dt` that a projection left; of moving particles the relative residual of the pressure";
+        overlap_relative: Real, "", "overlap over the smaller contact sphere's radius";
+        pressure_iterations: usize, "", "iterations of the pressure solver, all passes of a step";
+        volume_fraction_excess: Real, "", "distance of a liquid fraction from the range 0 to 1 before it was corrected";
+        overfull_volume: Real, "m^3", "volume by which grains overlap within cells";
+        outside_volume: Real, "m^3", "volume of grains outside the box";
+        grain_speed: Real, "m/s", "speed of a grain";
+    }
+}
+
+summed! {
+    /// What had to be corrected.
+    Tidied, TIDIED {
+        moved_cells: u64, "", "nearly empty or full cells whose remnant was given to the interface next to them";
+        moved_volume: Real, "m^3", "volume of these remnants";
+        clipped_cells: u64, "", "nearly empty or full cells that were clipped";
+        clipped_volume: Real, "m^3", "liquid volume that this added (negative: removed)";
+        out_of_range_cells: u64, "", "cells whose liquid fraction left the range 0 to 1 by more than 1e-9";
+        deep_contacts: usize, "", "contacts that became deeper than 20 % of a contact sphere's radius";
+    }
+}
+
+summed! {
+    /// What happened to moving particles.
+    ParticleTotals, PARTICLES {
+        pushed_pairs: u64, "", "pairs that the dynamic stabilisation pushed apart";
+        push_work: Real, "J", "work of these pushes (negative: taken from the water)";
+        collisions: u64, "", "pairs that collided";
+        clipped: u64, "", "particles put back from a wall";
+        cut_voids: u64, "", "particles whose void fraction was raised to the least allowed";
+        plain_gradients: u64, "", "particles whose pressure gradient was not corrected";
+        #[serde(default)]
+        released_walls: u64, "", "wall particles at a film of water whose tension was cut off";
+        cut_coefficients: u64, "", "coefficients of the pressure equation that were cut to zero";
+        #[serde(default)]
+        held_rows: u64, "", "particles beside the surface whose support beyond it was taken as half a neighbourhood";
+        worst_strain_rms: Real, "", "largest root mean square of the volume strain";
+        least_void: Real, "", "smallest void fraction before it was raised";
+        fluid_speed: Real, "m/s", "largest speed of the fluid";
+    }
 }
 
 /// Sums and extremes since the start of a run.
@@ -63,9 +89,9 @@ pub(crate) struct Totals {
     pub grain_substeps: u64,
     /// Iterations of the pressure solver.
     pub pressure_iterations: u64,
-    /// Worst values.
+    /// Worst values met.
     pub worst: Worst,
-    /// What had to be tidied up.
+    /// What had to be corrected.
     pub tidied: Tidied,
     /// Liquid through open sides [m^3].
     pub liquid_through: Real,
@@ -76,39 +102,8 @@ pub(crate) struct Totals {
     pub particles: Option<ParticleTotals>,
 }
 
-/// What happened to moving particles.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct ParticleTotals {
-    /// Pairs that the dynamic stabilisation pushed apart.
-    pub pushed_pairs: u64,
-    /// Work of its pushes [J].
-    pub push_work: Real,
-    /// Pairs that bounced off each other.
-    pub collisions: u64,
-    /// Particles that were put back from a wall.
-    pub clipped: u64,
-    /// Particles whose void fraction was cut to the least.
-    pub cut_voids: u64,
-    /// Particles whose pressure gradient was not corrected.
-    pub plain_gradients: u64,
-    /// Wall particles with little water before them that would have pulled at it.
-    #[serde(default)]
-    pub released_walls: u64,
-    /// Coefficients of the pressure equation that were cut to zero.
-    pub cut_coefficients: u64,
-    /// Rows beside the surface held to a whole side.
-    #[serde(default)]
-    pub held_rows: u64,
-    /// Largest root mean square of the volume strain.
-    pub worst_strain_rms: Real,
-    /// Smallest void fraction before it was cut.
-    pub least_void: Real,
-    /// Largest speed of the fluid [m/s].
-    pub fluid_speed: Real,
-}
-
 impl ParticleTotals {
-    /// Observer a step.
+    /// Adds a step.
     pub fn add(&mut self, report: &sazanami_mps::solver::StepReport) {
         if self.least_void == 0.0 {
             self.least_void = 1.0;
@@ -129,7 +124,7 @@ impl ParticleTotals {
 }
 
 impl Totals {
-    /// Observer which limit ruled a step.
+    /// Counts which limit ruled a step.
     pub fn ruled_by(&mut self, limit: &str) {
         match self.limiter.get_mut(limit) {
             Some(steps) => *steps += 1,
@@ -137,12 +132,12 @@ impl Totals {
         }
     }
 
-    /// Observer how long the stable length of a step was [s].
+    /// Notes how long the stable length of a step was [s].
     pub fn note_stable_step(&mut self, length: Real) {
         self.least_stable_step = Some(self.least_stable_step.map_or(length, |least| least.min(length)));
     }
 
-    /// Observer how deep contacts were and how fast grains.
+    /// Notes how deep contacts were and how fast grains.
     pub fn note_contacts(&mut self, contacts: &ContactReport) {
         self.tidied.deep_contacts += contacts.deep_contacts;
         let worst = &mut self.worst;
@@ -150,7 +145,7 @@ impl Totals {
         worst.grain_speed = worst.grain_speed.max(contacts.largest_speed);
     }
 
-    /// Observer what a step of the flow did with whatever water: contacts, and iterations of the pressure solver.
+    /// Adds what a step of the flow did with whatever water: contacts, and iterations of the pressure solver.
     pub fn note_step(&mut self, contacts: &ContactReport, pressure_iterations: usize) {
         self.note_contacts(contacts);
         self.grain_substeps += contacts.substeps as u64;
@@ -159,7 +154,7 @@ impl Totals {
         self.worst.pressure_iterations = self.worst.pressure_iterations.max(pressure_iterations);
     }
 
-    /// Observer what a step on a grid did beside [`Self::note_step`].
+    /// Adds what a step on a grid did beside [`Self::note_step`].
     pub fn add(&mut self, report: &StepReport) {
         self.fluid_passes += report.fluid_passes as u64;
         let residue = &report.transport.residue;

@@ -90,10 +90,10 @@ impl GatheredGrains {
         self.bed.id.len()
     }
 
-    /// Looks at the gathered grains.
-    pub fn with_bed<T>(&self, look: impl FnOnce(&BedView) -> T) -> T {
+    /// Evaluates the gathered grains.
+    pub fn with_bed<T>(&self, evaluate: impl FnOnce(&BedView) -> T) -> T {
         let bodies: Vec<Body> = self.shapes.iter().map(Body::of).collect();
-        look(&self.bed.view(&bodies))
+        evaluate(&self.bed.view(&bodies))
     }
 
     /// Measures the bed as it lies: height of its highest node near the axis, the floor without grains there [m], and

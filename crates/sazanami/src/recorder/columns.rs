@@ -5,6 +5,7 @@ use sazanami_io::table::{Column, Value};
 use super::observer::{Observer, Row};
 use crate::case::meaning::ProbePlace;
 use crate::columns::{Cell, Quantity, headings, page, quantity};
+use crate::water::Water;
 
 /// A column of the series of an observer.
 pub(crate) type SeriesCell<O> = Quantity<fn(&Row<'_, O>) -> Value>;
@@ -23,6 +24,28 @@ const fn first_columns<O: Observer>() -> [SeriesCell<O>; 5] {
             row.step.and(row.totals.least_stable_step).into()
         }),
     ]
+}
+
+/// A value of the last step; missing before the first.
+pub(crate) fn of_step<O: Observer, T: Into<Value>>(
+    row: &Row<'_, O>,
+    value: impl FnOnce(&<O::Water as Water>::Report) -> T,
+) -> Value {
+    row.step.map(|step| value(step.report)).into()
+}
+
+/// Iterations of the pressure solver.
+pub(crate) const fn pressure_iterations<O: Observer>() -> SeriesCell<O> {
+    quantity("pressure_iterations", "", "iterations of the pressure solver in the last step", |row| {
+        of_step(row, O::Water::pressure_iterations)
+    })
+}
+
+/// Contact sub-steps.
+pub(crate) const fn grain_substeps<O: Observer>() -> SeriesCell<O> {
+    quantity("grain_substeps", "", "contact sub-steps in the last step", |row| {
+        of_step(row, |report| O::Water::contacts(report).substeps)
+    })
 }
 
 /// All columns of the series of an observer, those of a crater only `with_crater`.

@@ -131,14 +131,14 @@ impl Files {
     }
 
     /// Writes the grains for ParaView.
-    pub fn grains(&mut self, clock: &Clock, seen: &GatheredGrains, shapes: &Arc<[Shape]>) -> Result<(), RecordError> {
-        if seen.count() == 0 {
+    pub fn grains(&mut self, clock: &Clock, grains: &GatheredGrains, shapes: &Arc<[Shape]>) -> Result<(), RecordError> {
+        if grains.count() == 0 {
             return Ok(());
         }
         let name = format!("{GRAINS}/grains-{:09}.vtp", clock.step());
         let path = self.folder.join(&name);
         let time = clock.time();
-        seen.with_bed(|bed| {
+        grains.with_bed(|bed| {
             let (surfaces, poses) = (surfaces(shapes), poses(bed));
             let part = |d: usize| bed.velocity.iter().map(move |v| v[d]).collect::<Vec<Real>>();
             let velocity = [part(0), part(1), part(2)];

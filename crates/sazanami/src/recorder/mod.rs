@@ -29,7 +29,8 @@ use crate::case::meaning::Case;
 use crate::clock::{Clock, fixed_step};
 use crate::error::Failure;
 use crate::job::{
-    Ended, Job, PACKING, RELAXATION, RUN_STATE, RankError, RankFailure, RecordError, RunState, Status, Totals,
+    Ended, Job, PACKING, PARTICLES, RELAXATION, RUN_STATE, RankError, RankFailure, RecordError, RunState, Status,
+    TIDIED, Totals, WORST,
 };
 use crate::naming::partner;
 use crate::progress::StepLine;
@@ -59,7 +60,7 @@ pub(crate) struct Recorder<'a, B: Observer> {
     pub watch: Watch,
     totals: Totals,
     timetables: Timetables,
-    seen: GatheredGrains,
+    grains: GatheredGrains,
     observer: B,
     files: Option<Files>,
     last_checkpoint: Instant,
@@ -84,7 +85,7 @@ impl<'a, B: Observer> Recorder<'a, B> {
             watch: Watch::start(),
             totals,
             timetables: Timetables::of(job.case),
-            seen: GatheredGrains::new(job),
+            grains: GatheredGrains::new(job),
             observer: B::new(job),
             files,
             last_checkpoint: now,
@@ -95,7 +96,7 @@ impl<'a, B: Observer> Recorder<'a, B> {
         })
     }
 
-    /// Tells of a step: rank 0 speaks for all.
+    /// Reports a step, on rank 0.
     pub fn report(&self, line: &StepLine) {
         if self.files.is_some() {
             self.job.report(line);
@@ -146,7 +147,7 @@ impl<'a, B: Observer> Recorder<'a, B> {
         began: Real,
     ) -> Result<(), RankError> {
         self.watch.turn(SETUP);
-        self.seen.gather(domain, packing.engine());
+        self.grains.gather(domain, packing.engine());
         let outcome = self.files.is_some().then(|| self.report_bed(report, wall, began)).transpose();
         domain.agree(outcome.map_err(RankError::from))?;
         Ok(())
@@ -156,7 +157,7 @@ impl<'a, B: Observer> Recorder<'a, B> {
         let job = self.job;
         let case = job.case;
         let floor = case.domain.lower.z;
-        let (_, found) = self.seen.measure_bed();
+        let (_, found) = self.grains.measure_bed();
         let slab = [case.bed.porosity_slab[0], floor + 1e-3 * found.slab_top_mm.unwrap_or_default()];
         let porosity = found.porosity.map_or_else(
             || "no porosity: the slab of `[bed]` lies above the bed".to_owned(),
@@ -168,7 +169,7 @@ impl<'a, B: Observer> Recorder<'a, B> {
         job.say(format!(
             "packed {} grains in {:.4} s of simulated time ({wall:.0} s of wall-clock time since {began:.4} s): {porosity}, \
              height H_s {:.3} mm, mean speed {:.2e} m/s ({:.3} m/s at most), order of the long axes {:.3}",
-            self.seen.count(),
+            self.grains.count(),
             report.time,
             found.height_mm,
             report.mean_speed,
@@ -191,7 +192,7 @@ impl<'a, B: Observer> Recorder<'a, B> {
                 lying_order: found.lying_order,
                 time: report.time,
             },
-            grains: self.seen.lying(|shape, scale, position, orientation| Lying {
+            grains: self.grains.lying(|shape, scale, position, orientation| Lying {
                 shape,
                 scale,
                 position,
@@ -206,20 +207,20 @@ impl<'a, B: Observer> Recorder<'a, B> {
 
     /// Height of the highest node of the bed near the axis, known to all ranks [m]; the floor if there are no grains.
     pub fn measure_bed(&mut self, domain: &Domain, engine: &Engine) -> Real {
-        self.seen.gather(domain, engine);
-        let height = if self.files.is_some() { self.seen.measure_bed().0 } else { Real::NEG_INFINITY };
+        self.grains.gather(domain, engine);
+        let height = if self.files.is_some() { self.grains.measure_bed().0 } else { Real::NEG_INFINITY };
         domain.max(height)
     }
 
     /// The flow begins, or goes on.
     pub fn begin(&mut self, water: &mut B::Water, clock: &Clock) -> Result<(), RankError> {
         self.reached = (clock.time(), clock.step());
-        self.seen.gather(water.domain(), water.engine());
+        self.grains.gather(water.domain(), water.engine());
         let resumed = self.job.resumed.as_ref().filter(|state| state.run.flows());
         if let Some(state) = resumed {
-            self.seen.restore(&state.snapshot);
+            self.grains.restore(&state.snapshot);
         }
-        let outcome = self.observer.begin(self.job, &mut self.seen, water);
+        let outcome = self.observer.begin(self.job, &mut self.grains, water);
         water.domain().agree(outcome)?;
         if self.job.options.artist.is_none() && !self.job.case.output.figures.is_empty() {
             self.say("no pictures: the case asks for some, and this program draws none");
@@ -282,10 +283,10 @@ impl<'a, B: Observer> Recorder<'a, B> {
         }
     }
 
-    /// Looks at grains and fluid. All ranks take part.
-    fn look(&mut self, water: &mut B::Water, time: Real) {
-        self.seen.gather(water.domain(), water.engine());
-        self.observer.look(&mut self.seen, water, time);
+    /// Measures grains and fluid. All ranks take part.
+    fn measure(&mut self, water: &mut B::Water, time: Real) {
+        self.grains.gather(water.domain(), water.engine());
+        self.observer.measure(&mut self.grains, water, time);
         self.report_warnings();
     }
 
@@ -298,10 +299,10 @@ impl<'a, B: Observer> Recorder<'a, B> {
         step: Option<&Step<'_, B::Water>>,
     ) -> Result<(), RankError> {
         let [series, fields, grains, figures] = due;
-        self.look(water, clock.time());
+        self.measure(water, clock.time());
         let mut outcome = Ok(());
         if series && let Some(files) = &mut self.files {
-            let row = Row { clock, step, grains: &self.seen, totals: &self.totals, observer: &self.observer };
+            let row = Row { clock, step, grains: &self.grains, totals: &self.totals, observer: &self.observer };
             outcome = files
                 .row(clock, &series_row(&row, files.with_crater))
                 .and_then(|()| self.observer.tables(clock, files));
@@ -314,12 +315,12 @@ impl<'a, B: Observer> Recorder<'a, B> {
             outcome = outcome.and(written);
         }
         if grains && let Some(files) = &mut self.files {
-            outcome = outcome.and_then(|()| self.observer.grains(self.job, clock, &self.seen, files));
+            outcome = outcome.and_then(|()| self.observer.grains(self.job, clock, &self.grains, files));
         }
         if figures {
             let phase = self.watch.phase();
             self.watch.turn(PICTURES);
-            let gathered = self.observer.draw(self.job, water, clock, self.files.as_mut(), &self.seen);
+            let gathered = self.observer.draw(self.job, water, clock, self.files.as_mut(), &self.grains);
             self.watch.turn(phase);
             outcome = outcome.and(gathered);
             self.report_drawing();
@@ -332,7 +333,7 @@ impl<'a, B: Observer> Recorder<'a, B> {
     pub fn checkpoint(&mut self, water: &mut B::Water, clock: &Clock) -> Result<(), RankError> {
         let mut snapshot = water.snapshot();
         self.observer.save(&mut snapshot);
-        self.seen.save(&mut snapshot);
+        self.grains.save(&mut snapshot);
         let state = RunState { step: clock.step(), ..RunState::default() };
         self.save(water.domain(), snapshot, clock.time(), state)
     }
@@ -367,7 +368,7 @@ impl<'a, B: Observer> Recorder<'a, B> {
         Ok(water.domain().agree(outcome)?)
     }
 
-    /// Says a line, once for all ranks.
+    /// Reports a line, on rank 0.
     pub fn say(&self, text: &str) {
         if self.files.is_some() {
             self.job.say(text);
@@ -375,7 +376,7 @@ impl<'a, B: Observer> Recorder<'a, B> {
     }
 
     /// Writes a checkpoint and the summary. `time` is that of the clock that runs, of the flow or of the grains before
-    /// it [s]; `state` tells which phase and step it is of.
+    /// it [s]; `state` holds its phase and step.
     fn save(&mut self, domain: &Domain, mut snapshot: Snapshot, time: Real, state: RunState) -> Result<(), RankError> {
         self.watch.empty_into(&mut self.totals);
         snapshot.put_reals(CLOCK, vec![time]);
@@ -400,10 +401,10 @@ impl<'a, B: Observer> Recorder<'a, B> {
         self.write_summary(Status::Running, None)
     }
 
-    /// Last looks at the end of the flow.
+    /// Measures the end of the flow.
     pub fn end(&mut self, water: &mut B::Water, clock: &Clock) {
         self.reached = (clock.time(), clock.step());
-        self.look(water, clock.time());
+        self.measure(water, clock.time());
     }
 
     /// Waits for the pictures that are still being drawn.
@@ -455,8 +456,8 @@ impl<'a, B: Observer> Recorder<'a, B> {
             time: self.reached.0,
             steps: self.reached.1,
             totals: &self.totals,
-            grains_by_shape: &self.seen.grains_by_shape(self.job.shapes.len()),
-            bed: self.seen.found.as_ref(),
+            grains_by_shape: &self.grains.grains_by_shape(self.job.shapes.len()),
+            bed: self.grains.found.as_ref(),
             parts: self.observer.summary_parts(),
             state_hash: self.state_hash,
         };
@@ -477,6 +478,12 @@ pub(crate) fn page() -> String {
         ("`layers.csv`", table("A row per layer and observation.", mps::LAYERS)),
         ("`probes/NAME.csv` of `solver = \"mics\"`", mics::probe_page()),
         ("`probes/NAME.csv` of `solver = \"mps\"`", mps::probe_page()),
+        ("`counts` of `summary.json`", table("What the run consists of.", summary::COUNTS)),
+        ("`conservation` with `solver = \"mics\"`", table("What should be conserved.", mics::CONSERVATION)),
+        ("`conservation` with `solver = \"mps\"`", table("What should be conserved.", mps::CONSERVATION)),
+        ("`worst` of `summary.json`", table("Largest values met since the start.", WORST)),
+        ("`tidied` of `summary.json`", table("What had to be corrected since the start.", TIDIED)),
+        ("`particles` with `solver = \"mps\"`", table("What happened to moving particles since the start.", PARTICLES)),
         ("`observables.bed` of `summary.json`", table("The bed before the impact.", bed::BED)),
         ("`observables.erosion` of `summary.json`", table("The crater at the end.", mics::EROSION)),
         ("`observables.splash` of `summary.json`", table("Grains that have left the bed.", mics::SPLASH)),

@@ -51,7 +51,7 @@ pub(crate) struct SummaryParts {
     /// Particles of fluid.
     pub particles: usize,
     /// Residuals of what is conserved.
-    pub conservation: Value,
+    pub conservation: Map<String, Value>,
     /// The momentum budget.
     pub momentum: Value,
     /// The observables that the case asks for.
@@ -75,13 +75,13 @@ pub(crate) trait Observer: Sized + 'static {
     fn new(job: &Job) -> Self;
 
     /// The flow begins, or goes on; the grains were gathered.
-    fn begin(&mut self, job: &Job, seen: &mut GatheredGrains, water: &mut Self::Water) -> Result<(), RankError>;
+    fn begin(&mut self, job: &Job, grains: &mut GatheredGrains, water: &mut Self::Water) -> Result<(), RankError>;
 
     /// Adds a step to the budgets.
     fn add(&mut self, step: &Step<'_, Self::Water>, totals: &mut Totals);
 
     /// Measures everything at `time` [s]; the grains were gathered before.
-    fn look(&mut self, seen: &mut GatheredGrains, water: &mut Self::Water, time: Real);
+    fn measure(&mut self, grains: &mut GatheredGrains, water: &mut Self::Water, time: Real);
 
     /// Messages about `case` as the flow begins.
     fn notes(_case: &Case) -> Vec<String> {
@@ -104,8 +104,8 @@ pub(crate) trait Observer: Sized + 'static {
     ) -> Result<(), RecordError>;
 
     /// Writes the grains for ParaView, as measured last.
-    fn grains(&self, job: &Job, clock: &Clock, seen: &GatheredGrains, files: &mut Files) -> Result<(), RecordError> {
-        files.grains(clock, seen, &job.shapes)
+    fn grains(&self, job: &Job, clock: &Clock, grains: &GatheredGrains, files: &mut Files) -> Result<(), RecordError> {
+        files.grains(clock, grains, &job.shapes)
     }
 
     /// Draws the pictures of a time, as measured last.
@@ -115,7 +115,7 @@ pub(crate) trait Observer: Sized + 'static {
         water: &Self::Water,
         clock: &Clock,
         files: Option<&mut Files>,
-        seen: &GatheredGrains,
+        grains: &GatheredGrains,
     ) -> Result<(), RecordError>;
 
     /// Writes a row for every probe that is `due`.

@@ -1,4 +1,4 @@
-//! What a run observed, found again from one of its checkpoints: as its case evaluates it, or otherwise.
+//! What a run observed, found again from one of its checkpoints: as its case evaluates it, or with other keys.
 
 use sazanami_dem::Engine;
 use sazanami_mics::snapshot::GRAINS;

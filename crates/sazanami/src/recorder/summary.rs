@@ -8,9 +8,9 @@ use serde_json::{Map, Value, json};
 
 use super::bed::{BED, BedFindings};
 use super::observer::SummaryParts;
-use crate::columns::object;
+use crate::columns::{Field, object, quantity};
 use crate::error::Failure;
-use crate::job::{Status, Totals};
+use crate::job::{PARTICLES, Status, TIDIED, Totals, WORST};
 use crate::results::SUMMARY;
 
 /// The parts of the summary that do not change during a run.
@@ -42,6 +42,26 @@ pub(crate) struct Present<'a> {
     pub state_hash: Option<u64>,
 }
 
+/// What a run consists of.
+pub(super) struct Counts {
+    cells: usize,
+    fluid_particles: usize,
+    grains: usize,
+    contact_spheres: usize,
+    /// Pairs in contact, touching contact spheres.
+    contacts: [usize; 2],
+}
+
+/// Fields of `counts`.
+pub(super) const COUNTS: &[Field<Counts>] = &[
+    quantity("cells", "", "cells of the grid", |counts| json!(counts.cells)),
+    quantity("fluid_particles", "", "moving particles of fluid", |counts| json!(counts.fluid_particles)),
+    quantity("grains", "", "grains", |counts| json!(counts.grains)),
+    quantity("contact_spheres", "", "contact spheres of all grains", |counts| json!(counts.contact_spheres)),
+    quantity("contacts", "", "touching pairs of contact spheres in the last step", |counts| json!(counts.contacts[1])),
+    quantity("contact_pairs", "", "pairs of touching grains in the last step", |counts| json!(counts.contacts[0])),
+];
+
 /// Writes the summary, all at once.
 pub(crate) fn write(folder: &Path, fixed: &Fixed, present: &Present) -> Result<(), TableError> {
     let totals = present.totals;
@@ -49,9 +69,14 @@ pub(crate) fn write(folder: &Path, fixed: &Fixed, present: &Present) -> Result<(
     if let Some(bed) = present.bed.filter(|bed| bed.is_bed()) {
         observables.insert("bed".into(), Value::Object(object(BED, bed)));
     }
-    let counts: usize = present.grains_by_shape.iter().sum();
-    let spheres: usize =
-        present.grains_by_shape.iter().zip(&fixed.contact_spheres_by_shape).map(|(grains, each)| grains * each).sum();
+    let grains = present.grains_by_shape;
+    let counts = Counts {
+        cells: fixed.cells,
+        fluid_particles: present.parts.particles,
+        grains: grains.iter().sum(),
+        contact_spheres: grains.iter().zip(&fixed.contact_spheres_by_shape).map(|(count, each)| count * each).sum(),
+        contacts: totals.contacts,
+    };
     let failure = present.failure.map(failure_json);
     let value = json!({
         "status": present.status,
@@ -70,19 +95,12 @@ pub(crate) fn write(folder: &Path, fixed: &Fixed, present: &Present) -> Result<(
         "grain_substeps": totals.grain_substeps,
         "wall_s": totals.wall_s,
         "phase_s": totals.phase_s,
-        "counts": {
-            "cells": fixed.cells,
-            "fluid_particles": present.parts.particles,
-            "grains": counts,
-            "contact_spheres": spheres,
-            "contacts": totals.contacts[1],
-            "contact_pairs": totals.contacts[0],
-        },
+        "counts": object(COUNTS, &counts),
         "conservation": present.parts.conservation,
         "momentum": present.parts.momentum,
-        "worst": totals.worst,
-        "tidied": totals.tidied,
-        "particles": totals.particles,
+        "worst": object(WORST, &totals.worst),
+        "tidied": object(TIDIED, &totals.tidied),
+        "particles": totals.particles.map(|particles| object(PARTICLES, &particles)),
         "limiter": totals.limiter,
         "observables": observables,
         "state_hash": present.state_hash.map(|hash| format!("{hash:016x}")),
@@ -114,13 +132,13 @@ pub(crate) fn put_files(folder: &Path) -> Result<(), TableError> {
     amend(folder, |summary| drop(summary.insert("files".into(), json!(files(folder)))))
 }
 
-/// Puts what the tables of a whole run tell of its ripples beside what the summary there is says of them at the end.
-pub(crate) fn put_ripples(folder: &Path, told: Map<String, Value>) -> Result<(), TableError> {
+/// Adds what the tables of a whole run show of its ripples to what the summary has of them at the end.
+pub(crate) fn put_ripples(folder: &Path, found: Map<String, Value>) -> Result<(), TableError> {
     amend(folder, |summary| {
         let observables = summary.entry("observables").or_insert_with(|| json!({}));
         let ripples = observables.as_object_mut().map(|all| all.entry("ripples").or_insert_with(|| json!({})));
         if let Some(ripples) = ripples.and_then(Value::as_object_mut) {
-            ripples.extend(told);
+            ripples.extend(found);
         }
     })
 }

@@ -17,7 +17,7 @@ use crate::progress::StepLine;
 use crate::recorder::{Observer, ParticleObserver, Recorder};
 use crate::water::{StepProblem, Water, mps};
 
-/// Section of a checkpoint that tells how far a preparation has come.
+/// Section of a checkpoint with the [`Stage`] of a preparation.
 const STAGE: &str = "preparation/stage";
 
 /// How far a preparation has come.
@@ -232,7 +232,7 @@ fn next<B: Observer>(
     match stage {
         Stage::Relaxing(done) => {
             let done = done + 1;
-            let told = || {
+            let state = || {
                 format!(
                     "after {done} steps with the grains held: volume strain {:.2} % (root mean square), largest speed \
                      {:.2} mm/s",
@@ -242,13 +242,13 @@ fn next<B: Observer>(
             };
             let at_rest = report.strain[1] < how.strain && report.largest_speed < how.speed;
             if at_rest && done > 1 {
-                recorder.say(&format!("the water is at rest {}", told()));
+                recorder.say(&format!("the water is at rest {}", state()));
                 return after_rest(solver);
             }
             if done >= how.relax_steps {
                 recorder.say(&format!(
                     "warning: the water is not at rest {}; asked for {:.2} % and {:.2} mm/s",
-                    told(),
+                    state(),
                     1e2 * how.strain,
                     1e3 * how.speed
                 ));

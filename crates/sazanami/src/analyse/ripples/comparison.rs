@@ -125,7 +125,7 @@ pub(in crate::analyse) fn several(
     Ok(lines)
 }
 
-/// The tables of a run under the name of its folder: folders tell runs of one case apart.
+/// The tables of a run under the name of its folder: folders distinguish runs of one case.
 fn named(folder: &Path) -> Result<RunTables, CommandError> {
     let mut tables = RunTables::read(folder, case::load(&folder.join(CASE), &[])?)?;
     if let Some(name) = folder.file_name() {

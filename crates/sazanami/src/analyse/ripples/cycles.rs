@@ -113,7 +113,7 @@ pub(super) fn write_averages(path: &Path, cycles: &[CycleAverage]) -> std::io::R
     replace_file(path, |file| file.write_all(text.as_bytes()))
 }
 
-/// What layers did in a run; `None` if it did not look.
+/// What layers did in a run; `None` if it has no table of layers.
 pub fn layer_history(folder: &Path) -> Option<LayerHistory> {
     let table = Table::read(&folder.join(LAYER_MEANS))?;
     let (times, columns) = (table.column("time"), QUANTITIES.map(|name| table.column(name)));

@@ -34,7 +34,7 @@ impl Match {
         }
     }
 
-    fn told(&self) -> String {
+    fn text(&self) -> String {
         let profiles = self.profiles();
         let (rmse, correlation) = (1e3 * profiles.rmse, two_digits(profiles.correlation));
         let measures = match self {
@@ -105,7 +105,7 @@ impl Compared {
         match &self.found {
             Ok(found) => {
                 let warning = found.warning().map(|warning| ("  warning".to_owned(), warning));
-                std::iter::once((label, found.told())).chain(warning).collect()
+                std::iter::once((label, found.text())).chain(warning).collect()
             }
             Err(problem) => vec![(label, problem.clone())],
         }

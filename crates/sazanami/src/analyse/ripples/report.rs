@@ -48,10 +48,10 @@ fn of_run(summary: &Value) -> Vec<Row> {
         ("grains", &["counts", "grains"], "", 0),
         ("bed: porosity", &["observables", "bed", "porosity"], "", 4),
     ];
-    let told = |(label, path, unit, digits): (&str, &[&str], &str, usize)| {
+    let text = |(label, path, unit, digits): (&str, &[&str], &str, usize)| {
         number(summary, path).map(|value| row(label, format!("{value:.digits$} {unit}")))
     };
-    all.into_iter().filter_map(told).collect()
+    all.into_iter().filter_map(text).collect()
 }
 
 fn of_ripples(tables: &RunTables) -> Vec<Row> {
@@ -65,12 +65,12 @@ fn of_ripples(tables: &RunTables) -> Vec<Row> {
     }
     if let Ok(growth) = Growth::of(&tables.heights()) {
         let per = if tables.period.is_some() { "periods" } else { "times" };
-        let told = format!("{:+.3} +- {:.3} 1/s over {} {per}", growth.rate, growth.standard_error, growth.points);
-        rows.push(row("  growth", told));
+        let text = format!("{:+.3} +- {:.3} 1/s over {} {per}", growth.rate, growth.standard_error, growth.points);
+        rows.push(row("  growth", text));
     }
     if let Some((shift, correlation)) = tables.migration() {
-        let told = format!("{:+.2} mm (correlation {correlation:.2})", 1e3 * shift);
-        rows.push(row("  migration in the last period", told));
+        let text = format!("{:+.2} mm (correlation {correlation:.2})", 1e3 * shift);
+        rows.push(row("  migration in the last period", text));
     }
     rows
 }
@@ -98,13 +98,13 @@ fn last_relief(tables: &RunTables) -> Option<Real> {
 }
 
 fn of_layers(cycles: &[CycleAverage]) -> Vec<Row> {
-    let told = |quantity: &str| {
+    let text = |quantity: &str| {
         let [upper, lower] = CycleAverage::half_ranges(cycles, quantity)?;
         let name = quantity.trim_end_matches("_1").replace('_', " ");
         let ratio = upper / lower;
         Some((format!("  {name}, half range, upper / lower"), format!("{upper:.3e} / {lower:.3e} = {ratio:.2}")))
     };
-    QUANTITIES.into_iter().filter_map(told).collect()
+    QUANTITIES.into_iter().filter_map(text).collect()
 }
 
 fn of_water(summary: &Value) -> Vec<Row> {
@@ -128,7 +128,7 @@ fn of_water(summary: &Value) -> Vec<Row> {
 /// all of them together, as earlier versions wrote it.
 fn momentum_residual(residual: &Value) -> Option<Row> {
     let one = |value: &Value| value.as_f64().map_or("no such force".into(), |value| format!("{value:.1e}"));
-    let told = match residual {
+    let text = match residual {
         Value::Array(parts) => {
             let named = parts.iter().enumerate().map(|(d, part)| format!("x{} {}", d + 1, one(part)));
             named.collect::<Vec<_>>().join(", ")
@@ -136,7 +136,7 @@ fn momentum_residual(residual: &Value) -> Option<Row> {
         Value::Number(_) => one(residual),
         _ => return None,
     };
-    Some(row("momentum of the water, residual over body force", told))
+    Some(row("momentum of the water, residual over body force", text))
 }
 
 /// The most water that stood above the rim of an open tank, if the run looked and there was any.
@@ -157,8 +157,8 @@ fn of_scheme(summary: &Value) -> Vec<Row> {
     let counted =
         ["clipped", "collisions", "cut_voids", "plain_gradients"].map(|key| number(summary, &["particles", key]));
     if let [Some(clipped), Some(collisions), Some(voids), Some(plain)] = counted {
-        let told = format!("{clipped:.0}, {collisions:.0}, {voids:.0}, {plain:.0}");
-        rows.push(row("put back, bounced, cut voids, plain gradients", told));
+        let text = format!("{clipped:.0}, {collisions:.0}, {voids:.0}, {plain:.0}");
+        rows.push(row("put back, bounced, cut voids, plain gradients", text));
     }
     rows
 }

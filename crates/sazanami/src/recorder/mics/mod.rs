@@ -21,7 +21,7 @@ use crate::case::meaning::Case;
 use crate::clock::Clock;
 use crate::job::{Job, RankError, RecordError, Totals};
 
-pub(super) use summary::{EROSION, Findings, SPLASH};
+pub(super) use summary::{CONSERVATION, EROSION, Findings, SPLASH};
 
 /// The table of the crater's profiles as the reference page has it.
 pub(super) fn profile_page() -> String {
@@ -40,7 +40,7 @@ const INITIAL_NOISE: &str = "observe/initial_noise";
 pub(super) const BEFORE: &str = "observe/before_impact/";
 const LIQUID_TRACE: &str = "observe/liquid_trace";
 
-/// Energies at the last look [J].
+/// Energies as measured last [J].
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Energies {
     pub fluid: Real,
@@ -65,29 +65,29 @@ pub(crate) struct GridObserver {
 }
 
 impl GridObserver {
-    fn open(&mut self, seen: &mut GatheredGrains, solver: &Solver) {
+    fn open(&mut self, grains: &mut GatheredGrains, solver: &Solver) {
         self.momentum = Some(MomentumBudget::new(
             &StoredMomentum::TERMS,
             &solver.momentum().terms(),
             Impulses::names(solver.forces()),
         ));
         self.liquid = Some(LiquidBudget::new(self.liquid_volume(solver)));
-        if seen.count() > 0 {
-            seen.keep(BEFORE, &mut self.before);
-            seen.measure_bed();
+        if grains.count() > 0 {
+            grains.keep(BEFORE, &mut self.before);
+            grains.measure_bed();
             if let Some(settings) = &self.erosion {
-                self.splash = Some(seen.with_bed(|bed| SplashTracker::new(bed, settings.axis, settings.grain_size)));
+                self.splash = Some(grains.with_bed(|bed| SplashTracker::new(bed, settings.axis, settings.grain_size)));
             }
-            self.evaluate_erosion(seen);
+            self.evaluate_erosion(grains);
             self.initial = self.findings.erosion.as_ref().map(Erosion::as_initial);
         }
     }
 
     /// A bed without grains about the axis, or a crater down to the floor, has no volume to speak of: that is
     /// reported in the summary and ends no run.
-    fn evaluate_erosion(&mut self, seen: &GatheredGrains) {
+    fn evaluate_erosion(&mut self, grains: &GatheredGrains) {
         let Some(settings) = &self.erosion else { return };
-        let evaluated = seen.with_bed(|bed| Erosion::of(bed, settings, self.initial.as_ref()));
+        let evaluated = grains.with_bed(|bed| Erosion::of(bed, settings, self.initial.as_ref()));
         self.findings.set_erosion(evaluated);
     }
 
@@ -147,10 +147,10 @@ impl Observer for GridObserver {
         }
     }
 
-    fn begin(&mut self, job: &Job, seen: &mut GatheredGrains, solver: &mut Solver) -> Result<(), RankError> {
+    fn begin(&mut self, job: &Job, grains: &mut GatheredGrains, solver: &mut Solver) -> Result<(), RankError> {
         match job.resumed.as_ref().filter(|state| state.run.flows()) {
-            Some(state) => self.restore(seen.leads, solver, &state.snapshot)?,
-            None => self.open(seen, solver),
+            Some(state) => self.restore(grains.leads, solver, &state.snapshot)?,
+            None => self.open(grains, solver),
         }
         Ok(())
     }
@@ -160,7 +160,7 @@ impl Observer for GridObserver {
         self.book(step.report);
     }
 
-    fn look(&mut self, seen: &mut GatheredGrains, solver: &mut Solver, _time: Real) {
+    fn measure(&mut self, grains: &mut GatheredGrains, solver: &mut Solver, _time: Real) {
         let domain = solver.domain();
         let volume = self.liquid_volume(solver);
         if let Some(liquid) = &mut self.liquid {
@@ -172,16 +172,16 @@ impl Observer for GridObserver {
         if let Some(momentum) = &mut self.momentum {
             momentum.set_stored(&now);
         }
-        let grains = solver.grains().engine().grains();
-        let mine: Real = (0..grains.owned()).map(|n| grains.kinetic_energy(n)).sum();
+        let own = solver.grains().engine().grains();
+        let mine: Real = (0..own.owned()).map(|n| own.kinetic_energy(n)).sum();
         self.energies = Energies { fluid: solver.flow().kinetic_energy(domain), grains: domain.sum([mine])[0] };
         self.front = front(solver);
-        if !seen.leads || seen.count() == 0 {
+        if !grains.leads || grains.count() == 0 {
             return;
         }
-        self.evaluate_erosion(seen);
+        self.evaluate_erosion(grains);
         if let Some(mut splash) = self.splash.take() {
-            self.findings.splash = Some(seen.with_bed(|bed| splash.observe(bed)));
+            self.findings.splash = Some(grains.with_bed(|bed| splash.observe(bed)));
             self.splash = Some(splash);
         }
     }
@@ -227,9 +227,9 @@ impl Observer for GridObserver {
         solver: &Solver,
         clock: &Clock,
         files: Option<&mut Files>,
-        seen: &GatheredGrains,
+        grains: &GatheredGrains,
     ) -> Result<(), RecordError> {
-        pictures::draw(job, solver, clock, files, seen)
+        pictures::draw(job, solver, clock, files, grains)
     }
 
     fn probe(

@@ -20,14 +20,14 @@ pub(super) fn draw(
     solver: &Solver,
     clock: &Clock,
     files: Option<&mut Files>,
-    seen: &GatheredGrains,
+    grains: &GatheredGrains,
 ) -> Result<(), RecordError> {
     let Some(artist) = job.options.artist else { return Ok(()) };
     let liquid = Fractions::gather(solver).outside_grains();
     let Some(files) = files else { return Ok(()) };
     let name = format!("{:09}", clock.step());
     let [section, alone, view] = ["section", "liquid", "view"].map(|kind| files.figure(&format!("{kind}-{name}.png")));
-    let scene = seen.with_bed(|bed| Scene {
+    let scene = grains.with_bed(|bed| Scene {
         grid: *solver.domain().grid(),
         plane: job.case.bed.axis[1],
         title: format!("{}: t = {:.3} ms", job.case.caption(), 1e3 * clock.time()),

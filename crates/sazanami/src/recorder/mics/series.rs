@@ -3,7 +3,7 @@
 use sazanami_io::table::{Column, Value};
 use sazanami_io::vtk::DataArray;
 use sazanami_mics::momentum::Impulses;
-use sazanami_mics::solver::{Solver, StepReport};
+use sazanami_mics::solver::Solver;
 use sazanami_numerics::Real;
 use sazanami_observe::bed_profile;
 use sazanami_observe::budget::MomentumBudget;
@@ -15,17 +15,12 @@ use crate::case::meaning::FieldPrecision;
 use crate::clock::Clock;
 use crate::columns::{Quantity, cells, headings, quantity};
 use crate::job::RecordError;
-use crate::recorder::columns::SeriesCell;
+use crate::recorder::columns::{SeriesCell, grain_substeps, of_step, pressure_iterations};
 use crate::recorder::files::Files;
 use crate::recorder::observer::Row;
 use crate::results::CRATER_PROFILES;
 
 type SeriesRow<'a> = Row<'a, GridObserver>;
-
-/// A value of the last step; missing before the first.
-fn of_step<T: Into<Value>>(row: &SeriesRow<'_>, value: impl FnOnce(&StepReport) -> T) -> Value {
-    row.step.map(|step| value(step.report)).into()
-}
 
 /// A term of the momentum budget [N s].
 fn of_budget<T: Into<Value>>(row: &SeriesRow<'_>, value: impl FnOnce(&MomentumBudget) -> T) -> Value {
@@ -45,16 +40,12 @@ fn of_splash<T: Into<Value>>(row: &SeriesRow<'_>, value: impl FnOnce(&Splash) ->
 /// Columns of the series.
 pub(in crate::recorder) const SERIES: &[SeriesCell<GridObserver>] = &[
     quantity("fluid_passes", "", "passes of the fluid in the last step", |row| of_step(row, |step| step.fluid_passes)),
-    quantity("pressure_iterations", "", "iterations of the pressure solver in the last step", |row| {
-        of_step(row, |step| step.pressure.iterations)
-    }),
+    pressure_iterations(),
     quantity("divergence", "", "largest `abs(div u) dt` that the projection left", |row| {
         of_step(row, |step| step.pressure.divergence)
     }),
     quantity("courant", "", "advective Courant number of the last step", |row| of_step(row, |step| step.courant)),
-    quantity("grain_substeps", "", "contact sub-steps in the last step", |row| {
-        of_step(row, |step| step.contacts.substeps)
-    }),
+    grain_substeps(),
     quantity("contact_pairs", "", "pairs of touching grains", |row| of_step(row, |step| step.contacts.pairs)),
     quantity("contacts", "", "touching pairs of contact spheres", |row| of_step(row, |step| step.contacts.contacts)),
     quantity("largest_overlap", "", "largest overlap over the smaller contact sphere's radius", |row| {

@@ -121,6 +121,28 @@ pub(crate) const SPLASH: &[Field<Splash>] = &[
     quantity("above_now", "", "grains that are above the bed at this time", |splash| json!(splash.above_now)),
 ];
 
+/// Fields of `conservation`.
+pub(in crate::recorder) const CONSERVATION: &[Field<GridObserver>] = &[
+    quantity(
+        "liquid_volume_relative_change",
+        "",
+        "change of the transported liquid volume since the start, over that at the start",
+        |observer| json!(observer.findings.liquid_relative_change),
+    ),
+    quantity(
+        "wet_liquid_volume_relative_change",
+        "",
+        "the same of the liquid outside grains: water that soaks into the bed counts as lost",
+        |observer| json!(observer.findings.wet_relative_change),
+    ),
+    quantity("momentum_residual_relative", "", "momentum residual over the largest term of the budget", |observer| {
+        json!(observer.momentum.as_ref().map_or(0.0, MomentumBudget::relative_residual))
+    }),
+    quantity("momentum_residual_of_initial", "", "momentum residual over the momentum at the start", |observer| {
+        json!(observer.momentum.as_ref().and_then(MomentumBudget::residual_of_initial))
+    }),
+];
+
 fn momentum_json(budget: &MomentumBudget) -> Value {
     fn named(lines: impl Iterator<Item = (&'static str, Vector)>) -> BTreeMap<&'static str, [Real; 3]> {
         lines.map(|(name, term)| (name, term.to_array())).collect()
@@ -135,16 +157,10 @@ fn momentum_json(budget: &MomentumBudget) -> Value {
 
 /// The parts of the summary of a run on a grid.
 pub(super) fn parts(observer: &GridObserver) -> SummaryParts {
-    let (findings, budget) = (&observer.findings, observer.momentum.as_ref());
     SummaryParts {
         particles: 0,
-        conservation: json!({
-            "liquid_volume_relative_change": findings.liquid_relative_change,
-            "wet_liquid_volume_relative_change": findings.wet_relative_change,
-            "momentum_residual_relative": budget.map_or(0.0, MomentumBudget::relative_residual),
-            "momentum_residual_of_initial": budget.and_then(MomentumBudget::residual_of_initial),
-        }),
-        momentum: budget.map_or(Value::Null, momentum_json),
-        observables: findings.observables(),
+        conservation: object(CONSERVATION, observer),
+        momentum: observer.momentum.as_ref().map_or(Value::Null, momentum_json),
+        observables: observer.findings.observables(),
     }
 }

@@ -3,7 +3,7 @@
 use sazanami_io::vtk::{DataArray, PointFile};
 use sazanami_numerics::{Real, Vector};
 
-use super::sight::Sight;
+use super::gathered::GatheredTank;
 use crate::case::meaning::{Case, OutputFrame};
 use crate::clock::Clock;
 use crate::job::{Job, RecordError};
@@ -22,17 +22,17 @@ pub(super) fn to_written_frame(case: &Case, time: Real) -> [Vector; 2] {
 }
 
 /// Writes the particles of a time.
-pub(super) fn write(job: &Job, sight: &Sight, clock: &Clock, files: &mut Files) -> Result<(), RecordError> {
-    let water = &sight.water;
+pub(super) fn write(job: &Job, gathered: &GatheredTank, clock: &Clock, files: &mut Files) -> Result<(), RecordError> {
+    let water = &gathered.water;
     let [shift, drift] = to_written_frame(job.case, clock.time());
     let body_force = job.case.effective_gravity(clock.time());
     let places: Vec<Vector> = water.position.iter().map(|&x| x + shift).collect();
     let part = |d: usize| water.velocity.iter().map(|v| v[d] + drift[d]).collect::<Vec<Real>>();
     let velocity = [part(0), part(1), part(2)];
-    let volume = sight.spacing.powi(3);
+    let volume = gathered.spacing.powi(3);
     let arrays = [
         DataArray::rounded_vectors("velocity", [&velocity[0], &velocity[1], &velocity[2]]),
-        DataArray::rounded("pressure", 1, (0..places.len()).map(|n| sight.pressure(n, body_force))),
+        DataArray::rounded("pressure", 1, (0..places.len()).map(|n| gathered.pressure(n, body_force))),
         DataArray::rounded("void_fraction", 1, water.bulk_volume.iter().map(|bulk| volume / bulk)),
         DataArray::new("surface", 1, &water.place),
     ];
@@ -42,8 +42,13 @@ pub(super) fn write(job: &Job, sight: &Sight, clock: &Clock, files: &mut Files) 
 }
 
 /// Writes the grains of a time: a point each, with its diameter.
-pub(super) fn write_grains(job: &Job, sight: &Sight, clock: &Clock, files: &mut Files) -> Result<(), RecordError> {
-    let grains = &sight.grains;
+pub(super) fn write_grains(
+    job: &Job,
+    gathered: &GatheredTank,
+    clock: &Clock,
+    files: &mut Files,
+) -> Result<(), RecordError> {
+    let grains = &gathered.grains;
     if grains.is_empty() {
         return Ok(());
     }

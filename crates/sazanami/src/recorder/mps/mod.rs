@@ -1,12 +1,12 @@
 //! Runs with moving particles: bed and water surface, ripples, averages over layers, and what is to be watched.
 
 mod fields;
+mod gathered;
 mod notes;
 mod pictures;
 mod probes;
 mod rim;
 mod series;
-mod sight;
 
 use sazanami_mps::solver::Solver;
 use sazanami_numerics::snapshot::Snapshot;
@@ -21,12 +21,13 @@ use super::files::Files;
 use super::observer::{Observer, Step, SummaryParts, Warning};
 use crate::case::meaning::{self, Case, LayerReference, TankMotion};
 use crate::clock::Clock;
+use crate::columns::object;
 use crate::job::{Job, RankError, RecordError, Totals};
+use gathered::GatheredTank;
 pub(crate) use pictures::{moment, weight_of_grain};
 use rim::Rim;
 pub(crate) use series::surface_json;
-pub(super) use series::{BED, LAYERS, WATER};
-use sight::Sight;
+pub(super) use series::{BED, CONSERVATION, LAYERS, WATER};
 
 const INITIAL: &str = "observe/initial_tank";
 const FIRST_LAYERS: &str = "observe/initial_layers";
@@ -89,15 +90,15 @@ pub(crate) struct ParticleObserver {
     gravity: Real,
     /// Particle spacing [m].
     spacing: Real,
-    sight: Sight,
-    /// Time of what is in sight [s].
-    seen_at: Option<Real>,
+    gathered: GatheredTank,
+    /// Time of what was gathered [s].
+    gathered_at: Option<Real>,
     /// Bulk volume of the fluid at the start [m^3].
     first_volume: Real,
     /// Layer of each grain at the start, by its place among them; empty if layers follow the grains.
     first_layers: Vec<u64>,
     water: SurfaceProfile,
-    /// Highest level of the water at any look [m], if there was any.
+    /// Highest level of the water at any measurement [m], if there was any.
     highest: Option<Real>,
     /// Rim of the tank, if it is open and has walls.
     rim: Option<Rim>,
@@ -108,10 +109,10 @@ pub(crate) struct ParticleObserver {
 }
 
 impl ParticleObserver {
-    /// Evaluates bed and layers by what is in sight, on rank 0.
+    /// Evaluates bed and layers by what was gathered, on rank 0.
     fn evaluate(&mut self) {
         let Some(case) = self.settings.clone() else { return };
-        if self.sight.grains.is_empty() {
+        if self.gathered.grains.is_empty() {
             self.found = None;
             return;
         }
@@ -119,7 +120,7 @@ impl ParticleObserver {
             side: case.image_side,
             ..ripples::BedSurfaceSettings::of_grains(case.grain_size)
         };
-        let bed = BedSurfaces::of(&self.tank, &self.sight.grain_view(), &surface);
+        let bed = BedSurfaces::of(&self.tank, &self.gathered.grain_view(), &surface);
         let width = self.tank.width();
         let measure = |profile: &SurfaceProfile, across: Real| measure(&case, &self.tank, profile, across);
         let range = settings_of(&case, width).range_in(&self.tank);
@@ -136,23 +137,23 @@ impl ParticleObserver {
             LayerReference::Floor | LayerReference::Initial => ripples::LayerReference::Floor(self.tank.floor),
         };
         let layers = ripples::Layers { reference, thickness: case.layer_thickness, range: case.layer_range };
-        let sight = &self.sight;
-        let of_grains = if self.first_layers.len() == sight.grains.position.len() {
+        let gathered = &self.gathered;
+        let of_grains = if self.first_layers.len() == gathered.grains.position.len() {
             self.first_layers.iter().map(|&number| layer_of(number)).collect()
         } else {
-            layers.sort(&sight.grains.position)
+            layers.sort(&gathered.grains.position)
         };
-        let of_water = layers.sort(&sight.water.position);
+        let of_water = layers.sort(&gathered.water.position);
         let grains = ripples::LayerGrains {
             layer: &of_grains,
-            velocity: &sight.grains.velocity,
-            drag: &sight.grains.drag,
-            pressure_force: &sight.grains.pressure_force,
+            velocity: &gathered.grains.velocity,
+            drag: &gathered.grains.drag,
+            pressure_force: &gathered.grains.pressure_force,
         };
         let water = ripples::LayerWater {
             layer: &of_water,
-            bulk_volume: &sight.water.bulk_volume,
-            velocity: &sight.water.velocity,
+            bulk_volume: &gathered.water.bulk_volume,
+            velocity: &gathered.water.velocity,
         };
         [ripples::Layer::Lower, ripples::Layer::Upper].map(|layer| ripples::layer_means(layer, &grains, &water))
     }
@@ -230,8 +231,8 @@ impl Observer for ParticleObserver {
             period: job.case.period(),
             gravity: job.case.gravity.length(),
             spacing: job.case.particles.as_ref().map_or(1.0, |particles| particles.spacing),
-            sight: Sight::default(),
-            seen_at: None,
+            gathered: GatheredTank::default(),
+            gathered_at: None,
             first_volume: 0.0,
             first_layers: Vec::new(),
             water: SurfaceProfile { start: 0.0, spacing: 1.0, heights: Vec::new() },
@@ -243,7 +244,7 @@ impl Observer for ParticleObserver {
         }
     }
 
-    fn begin(&mut self, job: &Job, seen: &mut GatheredGrains, water: &mut Solver) -> Result<(), RankError> {
+    fn begin(&mut self, job: &Job, grains: &mut GatheredGrains, water: &mut Solver) -> Result<(), RankError> {
         match job.resumed.as_ref().filter(|state| state.run.flows()) {
             Some(state) => {
                 self.first_volume = state.snapshot.reals_of(INITIAL, 1)?[0];
@@ -254,15 +255,16 @@ impl Observer for ParticleObserver {
                 self.momentum.balance(water.fluid_momentum());
             }
             None => {
-                seen.measure_bed();
-                self.look_at(water, 0.0);
+                grains.measure_bed();
+                self.measure_all(water, 0.0);
                 self.first_volume = self.sums.volume;
                 self.momentum = FluidMomentumBudget::new(water.fluid_momentum());
                 if let Some(case) = self.settings.as_ref().filter(|case| case.layers == LayerReference::Initial) {
                     let reference = ripples::LayerReference::Floor(self.tank.floor);
                     let layers =
                         ripples::Layers { reference, thickness: case.layer_thickness, range: case.layer_range };
-                    self.first_layers = layers.sort(&self.sight.grains.position).into_iter().map(number_of).collect();
+                    self.first_layers =
+                        layers.sort(&self.gathered.grains.position).into_iter().map(number_of).collect();
                 }
             }
         }
@@ -288,8 +290,8 @@ impl Observer for ParticleObserver {
         });
     }
 
-    fn look(&mut self, _seen: &mut GatheredGrains, water: &mut Solver, time: Real) {
-        self.look_at(water, time);
+    fn measure(&mut self, _grains: &mut GatheredGrains, water: &mut Solver, time: Real) {
+        self.measure_all(water, time);
     }
 
     fn notes(case: &Case) -> Vec<String> {
@@ -325,11 +327,11 @@ impl Observer for ParticleObserver {
         clock: &Clock,
         files: Option<&mut Files>,
     ) -> Result<(), RecordError> {
-        files.map_or(Ok(()), |files| fields::write(job, &self.sight, clock, files))
+        files.map_or(Ok(()), |files| fields::write(job, &self.gathered, clock, files))
     }
 
-    fn grains(&self, job: &Job, clock: &Clock, _seen: &GatheredGrains, files: &mut Files) -> Result<(), RecordError> {
-        fields::write_grains(job, &self.sight, clock, files)
+    fn grains(&self, job: &Job, clock: &Clock, _grains: &GatheredGrains, files: &mut Files) -> Result<(), RecordError> {
+        fields::write_grains(job, &self.gathered, clock, files)
     }
 
     fn draw(
@@ -338,7 +340,7 @@ impl Observer for ParticleObserver {
         _water: &Solver,
         clock: &Clock,
         files: Option<&mut Files>,
-        _seen: &GatheredGrains,
+        _grains: &GatheredGrains,
     ) -> Result<(), RecordError> {
         files.map_or(Ok(()), |files| pictures::draw(job, self, clock, files))
     }
@@ -351,9 +353,9 @@ impl Observer for ParticleObserver {
         due: &[bool],
         files: Option<&mut Files>,
     ) -> Result<(), RecordError> {
-        self.see(water, clock.time());
+        self.gather(water, clock.time());
         let Some(files) = files else { return Ok(()) };
-        probes::record(job, &self.tank, &self.sight, clock, due, files)
+        probes::record(job, &self.tank, &self.gathered, clock, due, files)
     }
 
     fn summary_parts(&self) -> SummaryParts {
@@ -380,13 +382,7 @@ impl Observer for ParticleObserver {
             .collect();
         SummaryParts {
             particles: self.sums.particles,
-            conservation: json!({
-                "liquid_volume_relative_change": self.volume_change(),
-                "momentum_residual_relative": self.momentum.relative_residual().into_iter().flatten().reduce(Real::max),
-                "fluid_bulk_volume_relative_change": self.volume_change(),
-                "drag_exchange_residual_relative": impulses.relative_drag_residual(),
-                "fluid_momentum_residual_relative": self.momentum.relative_residual(),
-            }),
+            conservation: object(series::CONSERVATION, self),
             momentum: json!({
                 "now": self.sums.momentum.to_array(),
                 "impulses": named,
@@ -406,10 +402,10 @@ impl Observer for ParticleObserver {
 
 impl ParticleObserver {
     /// Gathers grains and water as they are at `time` [s], once. All ranks take part.
-    fn see(&mut self, water: &mut Solver, time: Real) {
-        if self.seen_at != Some(time) {
-            self.sight.renew(water, tank_motion(self.moving.as_ref(), time));
-            self.seen_at = Some(time);
+    fn gather(&mut self, water: &mut Solver, time: Real) {
+        if self.gathered_at != Some(time) {
+            self.gathered.renew(water, tank_motion(self.moving.as_ref(), time));
+            self.gathered_at = Some(time);
         }
     }
 
@@ -418,18 +414,18 @@ impl ParticleObserver {
         if self.first_volume > 0.0 { self.sums.volume / self.first_volume - 1.0 } else { 0.0 }
     }
 
-    /// Looks at grains and water. All ranks take part.
-    fn look_at(&mut self, water: &mut Solver, time: Real) {
-        self.see(water, time);
-        self.sums = self.sight.sums(water, self.gravity);
+    /// Measures grains and water. All ranks take part.
+    fn measure_all(&mut self, water: &mut Solver, time: Real) {
+        self.gather(water, time);
+        self.sums = self.gathered.sums(water, self.gravity);
         self.momentum.balance(water.fluid_momentum());
-        if !self.sight.leads {
+        if !self.gathered.leads {
             return;
         }
-        self.water = self.sight.surface(&self.tank);
+        self.water = self.gathered.surface(&self.tank);
         self.highest = self.water.points().map(|[_, z]| z).chain(self.highest).reduce(Real::max);
         if let Some(rim) = &mut self.rim {
-            rim.look(&self.sight.water, &self.water);
+            rim.measure(&self.gathered.water, &self.water);
         }
         self.evaluate();
     }

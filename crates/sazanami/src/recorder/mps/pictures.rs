@@ -75,7 +75,7 @@ fn rounded(value: Real, parts: Real) -> Real {
 /// The tank from the side: grains by speed, drag and pressure force, and the velocity of the water in a window.
 fn side_view(case: &Case, observer: &ParticleObserver, moment: &str) -> SideView {
     let (lower, upper) = (case.domain.lower, case.domain.upper);
-    let grains = &observer.sight.grains;
+    let grains = &observer.gathered.grains;
     let speed: Vec<Real> = grains.velocity.iter().map(|v| v.length()).collect();
     let along = |forces: &[Vector]| forces.iter().map(|force| force.x).collect::<Vec<Real>>();
     let (fastest, part) =
@@ -110,7 +110,7 @@ fn side_view(case: &Case, observer: &ParticleObserver, moment: &str) -> SideView
     }
 }
 
-/// Colours for forces [N] on grains up to `part` of their submerged `weight` [N], which say how many go beyond.
+/// Colours for forces [N] on grains up to `part` of their submerged `weight` [N], with a label that says how many go beyond.
 fn by_force(name: &str, forces: Vec<Real>, part: Real, weight: Real) -> Colouring {
     // Grains as dense as water have no weight in it.
     let largest = part * if weight > 0.0 { weight } else { NO_WEIGHT };
@@ -124,8 +124,8 @@ fn by_force(name: &str, forces: Vec<Real>, part: Real, weight: Real) -> Colourin
 /// Places and velocities of the water in a window, below its surface: a mean over what is near a place is one above the
 /// surface too.
 fn arrows(observer: &ParticleObserver, window: &SectionWindow) -> Vec<([Real; 2], [Real; 2])> {
-    let sight = &observer.sight;
-    let mut vectors = vectors_in_section(&sight.around(&observer.tank), window, &sight.water.velocity);
+    let gathered = &observer.gathered;
+    let mut vectors = vectors_in_section(&gathered.around(&observer.tank), window, &gathered.water.velocity);
     vectors.retain(|&([x, z], _)| observer.water.at(x).is_some_and(|surface| z <= surface));
     vectors
 }

@@ -7,7 +7,7 @@ use sazanami_numerics::{Real, Vector};
 use sazanami_observe::ripples::{Near, SurfaceProfile, Tank};
 
 use super::fields::to_written_frame;
-use super::sight::Sight;
+use super::gathered::GatheredTank;
 use crate::assembly::grains::identifier;
 use crate::case::meaning::{Case, ProbePlace};
 use crate::clock::Clock;
@@ -65,9 +65,9 @@ const OF_BODY: &[Cell<OfBody>] = &[
 ];
 
 /// What probes are read from.
-struct Seen<'a> {
+struct View<'a> {
     tank: &'a Tank,
-    sight: &'a Sight,
+    gathered: &'a GatheredTank,
     /// Surface of the water, once it is asked for.
     surface: OnceCell<SurfaceProfile>,
 }
@@ -76,36 +76,36 @@ struct Seen<'a> {
 pub(super) fn record(
     job: &Job,
     tank: &Tank,
-    sight: &Sight,
+    gathered: &GatheredTank,
     clock: &Clock,
     due: &[bool],
     files: &mut Files,
 ) -> Result<(), RecordError> {
-    let seen = Seen { tank, sight, surface: OnceCell::new() };
+    let view = View { tank, gathered, surface: OnceCell::new() };
     for (number, probe) in job.case.probes.iter().enumerate().filter(|&(number, _)| due[number]) {
-        let measured = measure(job.case, &seen, clock.time(), &probe.place);
+        let measured = measure(job.case, &view, clock.time(), &probe.place);
         let row: Vec<Value> = std::iter::once(clock.time().into()).chain(measured).collect();
         files.probe(number, &probe.name, || COLUMNS.headings(&probe.place), clock, &row, |text| job.say(text))?;
     }
     Ok(())
 }
 
-fn measure(case: &Case, seen: &Seen<'_>, time: Real, place: &ProbePlace) -> Vec<Value> {
-    let &Seen { tank, sight, ref surface } = seen;
+fn measure(case: &Case, view: &View<'_>, time: Real, place: &ProbePlace) -> Vec<Value> {
+    let &View { tank, gathered, ref surface } = view;
     match place {
-        ProbePlace::Point(point) => at_points(case, tank, sight, time, &[*point]),
+        ProbePlace::Point(point) => at_points(case, tank, gathered, time, &[*point]),
         ProbePlace::Line { from, to, points } => {
             let last = points.saturating_sub(1).max(1) as Real;
             let all: Vec<Vector> = (0..*points).map(|n| *from + (*to - *from) * (n as Real / last)).collect();
-            at_points(case, tank, sight, time, &all)
+            at_points(case, tank, gathered, time, &all)
         }
         ProbePlace::Body { population, index } => {
             let number = case.grains.iter().position(|kind| &kind.name == population).unwrap_or_default();
-            of_body(case, sight, time, identifier(number, *index))
+            of_body(case, gathered, time, identifier(number, *index))
         }
         // The surface is a mean over the width.
         ProbePlace::Gauge([x, _]) => {
-            let surface = surface.get_or_init(|| sight.surface(tank));
+            let surface = surface.get_or_init(|| gathered.surface(tank));
             cells(&GAUGE, &surface.at(*x)).collect()
         }
         // Refused with the case.
@@ -114,13 +114,13 @@ fn measure(case: &Case, seen: &Seen<'_>, time: Real, place: &ProbePlace) -> Vec<
 }
 
 /// Means over the particles around each point, weighted by their volume and distance; nothing where there are too few.
-fn at_points(case: &Case, tank: &Tank, sight: &Sight, time: Real, points: &[Vector]) -> Vec<Value> {
+fn at_points(case: &Case, tank: &Tank, gathered: &GatheredTank, time: Real, points: &[Vector]) -> Vec<Value> {
     let body_force = case.effective_gravity(time);
     let [_, drift] = to_written_frame(case, time);
-    let around = sight.around(tank);
+    let around = gathered.around(tank);
     let read = |near: &Near| AtPoint {
-        pressure: near.mean(|n| sight.pressure(n, body_force)),
-        velocity: near.mean(|n| sight.water.velocity[n]) + drift,
+        pressure: near.mean(|n| gathered.pressure(n, body_force)),
+        velocity: near.mean(|n| gathered.water.velocity[n]) + drift,
     };
     let row = |near: Option<&Near>| -> Vec<Value> {
         near.map_or_else(|| missing(AT_POINT).collect(), |near| cells(AT_POINT, &read(near)).collect())
@@ -128,8 +128,8 @@ fn at_points(case: &Case, tank: &Tank, sight: &Sight, time: Real, points: &[Vect
     points.iter().flat_map(|&point| row(around.near(point).as_ref())).collect()
 }
 
-fn of_body(case: &Case, sight: &Sight, time: Real, id: u64) -> Vec<Value> {
-    let grains = &sight.grains;
+fn of_body(case: &Case, gathered: &GatheredTank, time: Real, id: u64) -> Vec<Value> {
+    let grains = &gathered.grains;
     let Ok(n) = grains.id.binary_search(&id) else { return missing(OF_BODY).collect() };
     let [shift, drift] = to_written_frame(case, time);
     let body = OfBody {

@@ -3,7 +3,7 @@
 use sazanami_numerics::Real;
 use sazanami_observe::ripples::SurfaceProfile;
 
-use super::sight::Water;
+use super::gathered::Water;
 use crate::case::meaning::{BoundarySide, Case};
 
 /// The rim of an open tank with walls, and the water above it.
@@ -13,9 +13,9 @@ pub(super) struct Rim {
     height: Real,
     /// Places on x1 that are beside no wall [m]; beyond its ends if all are.
     free: [Real; 2],
-    /// Fluid particles above it beside walls, those that fly on their own left out, at the last look.
+    /// Fluid particles above it beside walls, those isolated ones left out, as measured last.
     pub above: usize,
-    /// Level of the water beside walls at the last look [m], if there is any.
+    /// Level of the water beside walls as measured last [m], if there is any.
     pub level: Option<Real>,
 }
 
@@ -39,8 +39,8 @@ impl Rim {
         is_open(case.boundary[2][1]).then_some(Self { height: upper.z, free, above: 0, level: None })
     }
 
-    /// Looks at the water and its surface.
-    pub fn look(&mut self, water: &Water, surface: &SurfaceProfile) {
+    /// Measures the water and its surface.
+    pub fn measure(&mut self, water: &Water, surface: &SurfaceProfile) {
         let [first, last] = self.free;
         let is_beside = |x: Real| !(first..=last).contains(&x);
         let is_above = |n: &usize| {
@@ -73,15 +73,15 @@ mod tests {
             ..Water::default()
         };
         let level = |heights: [Real; 5]| SurfaceProfile::complete(-0.025, 0.0125, heights);
-        rim.look(&water, &level([0.0115, 0.013, 0.016, 0.012, 0.0095]));
+        rim.measure(&water, &level([0.0115, 0.013, 0.016, 0.012, 0.0095]));
         assert_eq!((rim.above, rim.level), (2, Some(0.0115)));
         assert!((rim.excess().unwrap() - 0.0015).abs() < 1e-12);
         water.splash[0] = true;
-        rim.look(&water, &level([0.0099, 0.013, 0.016, 0.012, 0.0095]));
+        rim.measure(&water, &level([0.0099, 0.013, 0.016, 0.012, 0.0095]));
         assert_eq!((rim.above, rim.excess()), (1, None));
         // With walls along the tank every place is beside one.
         rim.free = [Real::INFINITY, Real::NEG_INFINITY];
-        rim.look(&water, &level([0.0099, 0.013, 0.016, 0.012, 0.0095]));
+        rim.measure(&water, &level([0.0099, 0.013, 0.016, 0.012, 0.0095]));
         assert_eq!((rim.above, rim.level), (2, Some(0.016)));
     }
 }

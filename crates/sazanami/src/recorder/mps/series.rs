@@ -1,26 +1,20 @@
 //! Columns of the series, of the profiles of bed and water, and of the averages over layers.
 
 use sazanami_io::table::Value;
-use sazanami_mps::solver::StepReport;
 use sazanami_numerics::Real;
 use sazanami_observe::ripples::{LayerMeans, Ripples, SurfaceProfile, Tank, Unmeasured};
 use serde_json::json;
 
 use super::{Found, ParticleObserver, TankSums};
 use crate::clock::Clock;
-use crate::columns::{Cell, Quantity, cells, headings, quantity};
+use crate::columns::{Cell, Field, Quantity, cells, headings, quantity};
 use crate::job::RecordError;
-use crate::recorder::columns::SeriesCell;
+use crate::recorder::columns::{SeriesCell, grain_substeps, of_step, pressure_iterations};
 use crate::recorder::files::Files;
 use crate::recorder::observer::Row;
 use crate::results::{BED_PROFILES, LAYER_MEANS, WATER_PROFILES};
 
 type SeriesRow<'a> = Row<'a, ParticleObserver>;
-
-/// A value of the last step; missing before the first.
-fn of_step<T: Into<Value>>(row: &SeriesRow<'_>, value: impl FnOnce(&StepReport) -> T) -> Value {
-    row.step.map(|step| value(step.report)).into()
-}
 
 /// A measure of the bed; missing where there is none.
 fn of_bed<T: Into<Value>>(row: &SeriesRow<'_>, value: impl FnOnce(&Found) -> T) -> Value {
@@ -35,7 +29,7 @@ fn of_ripples(row: &SeriesRow<'_>, value: impl FnOnce(&Ripples) -> Result<Real, 
 
 /// A value that only a tank with grains has.
 fn with_grains(row: &SeriesRow<'_>, value: impl FnOnce(&TankSums) -> Real) -> Value {
-    (!row.observer.sight.grains.is_empty()).then(|| value(&row.observer.sums)).into()
+    (!row.observer.gathered.grains.is_empty()).then(|| value(&row.observer.sums)).into()
 }
 
 /// One of the heights of the water's surface.
@@ -51,9 +45,7 @@ fn carried_share(row: &SeriesRow<'_>) -> Value {
 
 /// Columns of the series.
 pub(in crate::recorder) const SERIES: &[SeriesCell<ParticleObserver>] = &[
-    quantity("pressure_iterations", "", "iterations of the pressure solver in the last step", |row| {
-        of_step(row, |step| step.pressure.iterations)
-    }),
+    pressure_iterations(),
     quantity("pressure_residual", "", "relative residual that the pressure solver left", |row| {
         of_step(row, |step| step.pressure.residual)
     }),
@@ -126,9 +118,7 @@ pub(in crate::recorder) const SERIES: &[SeriesCell<ParticleObserver>] = &[
     quantity("largest_grain_speed", "m/s", "speed of the fastest grain", |row| {
         of_step(row, |step| step.contacts.largest_speed)
     }),
-    quantity("grain_substeps", "", "contact sub-steps in the last step", |row| {
-        of_step(row, |step| step.contacts.substeps)
-    }),
+    grain_substeps(),
     quantity("contacts", "", "touching pairs of grains", |row| of_step(row, |step| step.contacts.contacts)),
     quantity("largest_overlap", "", "largest overlap over the radius; below 5 %", |row| {
         of_step(row, |step| step.contacts.largest_overlap)
@@ -226,6 +216,34 @@ pub(in crate::recorder) const SERIES: &[SeriesCell<ParticleObserver>] = &[
     }),
     quantity("ripple_steepness", "", "height over wavelength", |row| of_ripples(row, |ripples| ripples.steepness())),
     quantity("suspended_grains", "", "grains that are not part of the bed", |row| of_bed(row, |bed| bed.bed.suspended)),
+];
+
+/// Fields of `conservation` in the summary.
+pub(in crate::recorder) const CONSERVATION: &[Field<ParticleObserver>] = &[
+    quantity("liquid_volume_relative_change", "", "as `fluid_bulk_volume_relative_change`", |observer| {
+        json!(observer.volume_change())
+    }),
+    quantity("momentum_residual_relative", "", "largest part of `fluid_momentum_residual_relative`", |observer| {
+        json!(observer.momentum.relative_residual().into_iter().flatten().reduce(Real::max))
+    }),
+    quantity(
+        "fluid_bulk_volume_relative_change",
+        "",
+        "change of the bulk volume of the water since the start",
+        |observer| json!(observer.volume_change()),
+    ),
+    quantity(
+        "drag_exchange_residual_relative",
+        "",
+        "impulse of the drag on grains and on water added, over that on the water",
+        |observer| json!(observer.momentum.impulses().relative_drag_residual()),
+    ),
+    quantity(
+        "fluid_momentum_residual_relative",
+        "",
+        "momentum residual of the water over the impulse of the body force, direction by direction",
+        |observer| json!(observer.momentum.relative_residual()),
+    ),
 ];
 
 /// A place of the water's surface at a time.

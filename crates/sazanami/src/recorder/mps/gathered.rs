@@ -86,14 +86,14 @@ pub(super) struct Water {
     pub place: Vec<u32>,
 }
 
-/// Everything in sight, in the frame of the tank; empty on ranks other than 0.
+/// Grains and water of all ranks, in the frame of the tank; empty on ranks other than 0.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Sight {
+pub(super) struct GatheredTank {
     /// Whether this is rank 0.
     pub leads: bool,
     pub grains: Grains,
     pub water: Water,
-    /// Point, as seen from the tank, at which the pressure at rest is zero [m].
+    /// Point, in the frame of the tank, at which the pressure at rest is zero [m].
     pub reference: Vector,
     /// Density along directions of whose body force the pressure is without its part at rest, zero along others [kg/m^3].
     pub reduced_density: Vector,
@@ -105,8 +105,8 @@ pub(super) struct Sight {
     pub spacing: Real,
 }
 
-impl Sight {
-    /// Looks again from a tank that is displaced [m] and moves [m/s]. All ranks take part.
+impl GatheredTank {
+    /// Gathers again, from a tank that is displaced [m] and moves [m/s]. All ranks take part.
     pub fn renew(&mut self, solver: &mut Solver, [shift, drift]: [Vector; 2]) {
         solver.place_grains();
         let domain = solver.domain();
@@ -186,7 +186,7 @@ impl Sight {
         };
     }
 
-    /// Sums over what is in sight, and over the grains of all ranks. All ranks take part; the sums are on rank 0.
+    /// Sums over what was gathered, and over the grains of all ranks. All ranks take part; the sums are on rank 0.
     ///
     /// `gravity` is that of the case [m/s^2].
     pub fn sums(&self, solver: &Solver, gravity: Real) -> TankSums {
