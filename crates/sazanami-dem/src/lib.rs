@@ -26,7 +26,6 @@ mod material;
 mod motion;
 mod packing;
 mod random;
-mod selection;
 mod snapshot;
 pub mod stability;
 mod wall;

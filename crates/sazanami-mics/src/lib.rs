@@ -21,7 +21,6 @@
 pub mod advection;
 pub mod ball;
 pub mod boundary;
-pub mod carrying;
 pub mod flow;
 mod fluids;
 pub mod forces;

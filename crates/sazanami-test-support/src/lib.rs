@@ -1,5 +1,4 @@
-//! Support for tests of other crates: an allocator that counts, for tests which show that a step allocates nothing, and a
-//! reader of VTK files ([`vtk`]).
+//! Support for tests of other crates: an allocator that counts, for tests which show that a step allocates nothing.
 //!
 //! ```
 //! use sazanami_test_support::{CountingAllocator, allocations_of_thread};
@@ -11,8 +10,6 @@
 //! drop(std::hint::black_box(vec![1; 100]));
 //! assert!(allocations_of_thread() > before);
 //! ```
-
-pub mod vtk;
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;

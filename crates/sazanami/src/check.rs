@@ -6,6 +6,7 @@ mod limits;
 mod memory;
 mod model;
 mod particles;
+mod pictures;
 mod populations;
 mod reached;
 mod report;
@@ -25,6 +26,7 @@ pub use memory::{check_memory, memory};
 pub use model::CostModel;
 pub(crate) use particles::tank;
 pub use particles::{ParticlesReport, TankReport};
+pub use pictures::PictureCost;
 pub use populations::ShapeFacts;
 pub(crate) use populations::population_reports;
 pub use report::{CheckReport, LimitReport, LiquidReport, PopulationReport};
@@ -71,18 +73,20 @@ pub fn check(case: &Case, known: Known, machine: &Machine, threads: usize, model
     let contact_spheres = populations.iter().map(|p| in_flow(p) * p.contact_spheres.unwrap_or(0)).sum();
     let particles = particles::report(case);
     let tank = particles.as_ref().and_then(|particles| particles.tank.as_ref());
-    let (pace, reached) = (Pace::of(case, &populations, tank), Pace::reached(case, &populations, tank));
+    let (pace, reached) = (Pace::at_start(case, &populations), Pace::reached(case, &populations, tank));
     // Grains that only a bed file counts.
     let of_files: Real = case
         .grains
         .iter()
         .zip(&populations)
         .filter(|(population, _)| population.count.is_none())
-        .map(|(population, known)| known.grains.unwrap_or(0) as Real * memory::memory_per_grain(population, model))
+        .map(|(population, known)| {
+            known.grains.unwrap_or(0) as Real * memory::memory_per_grain(case, population, model)
+        })
         .sum();
     let size = Size { cells: case.domain.cell_count(), grains, spheres: contact_spheres };
     let packing = cost::packing_substeps(case, &populations, model);
-    let pictures = cost::pictures(case, [pace.steps, pace.dt], grains, model);
+    let pictures = pictures::time(case, &populations, [pace.steps, pace.dt], model);
     let predict = |pace: &Pace| {
         let Pace { steps, passes, substeps, .. } = *pace;
         let work = cost::Work { steps, passes, substeps, packing, pictures, made_ready: known.made_ready };

@@ -599,6 +599,29 @@ fn memory_is_refused_with_what_would_fit() {
 }
 
 #[test]
+fn memory_of_the_smoothing_grid_is_counted_with_its_radius() {
+    let text = format!("{SMALL}{PACKED}[erosion]\n[output]\nfigures = {{ at = [] }}\n");
+    let wide = ["domain.size=[\"1 m\", \"1 m\", \"2 mm\"]", "erosion.dx=10 um", "erosion.dr=10 um"];
+    let with = |radius: &str| format!("erosion.r_max={radius}");
+    let memory = |radius: &str| {
+        let loaded = read(&text, &[wide[0], wide[1], wide[2], &with(radius)]).unwrap();
+        sazanami::check::memory(&loaded.case, &CostModel::default())
+    };
+    // A mean of 16 bytes for each cell of a square of twice the radius.
+    let grown = memory("450 mm") - memory("50 mm");
+    let expected = 16.0 * (90_000.0_f64.powi(2) - 10_000.0_f64.powi(2));
+    assert!((grown / expected - 1.0).abs() < 1e-3, "{grown} {expected}");
+    let allowed = |radius: &str| feasibility(&text, &[wide[0], wide[1], wide[2], &with(radius)], ENOUGH);
+    let (found, feasible) = allowed("450 mm");
+    assert!(feasible.is_none() && found.len() == 1 && found[0].contains("`erosion.r_max`"), "{found:#?}");
+    // Negative control: a tenth of the radius fits.
+    assert!(allowed("45 mm").1.is_some(), "{:#?}", allowed("45 mm").0);
+    // A radius beyond the box is no longer read at all.
+    let found = findings(&text, &["erosion.r_max=45 mm"]);
+    assert!(found.len() == 1 && found[0].contains("`r_max` has to lie between"), "{found:#?}");
+}
+
+#[test]
 fn counts_beyond_reason_are_refused() {
     let text = format!("{SMALL}{PACKED}");
     for (change, expected) in [

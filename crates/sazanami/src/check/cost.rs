@@ -63,13 +63,6 @@ pub(super) fn predict(
     parts
 }
 
-/// Wall-clock time of the pictures of a run of so many steps of a length [s].
-pub(super) fn pictures(case: &Case, [steps, dt]: [Real; 2], grains: usize, model: &CostModel) -> Real {
-    let until = case.run.until.min(steps * dt);
-    let times = case.output.figures.count(until, steps);
-    if times > 0.0 { times * (model.pictures + grains as Real * model.picture_grain) } else { 0.0 }
-}
-
 /// Sub-steps that packing takes: the fall from the lattice, then the bounces until the bed rests.
 pub(crate) fn packing_substeps(case: &Case, populations: &[PopulationReport], model: &CostModel) -> Real {
     match (packing_time(case, populations, model), contact_step(case, populations)) {

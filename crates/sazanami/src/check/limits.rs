@@ -46,12 +46,13 @@ pub(crate) struct Pace {
 }
 
 impl Pace {
-    /// The pace at the start of a case whose tank makes these waves.
-    pub fn of(case: &Case, populations: &[PopulationReport], tank: Option<&TankReport>) -> Self {
-        Self::at(case, populations, largest(&speeds(case, tank.filter(|_| case.solver == Solver::Mps))))
+    /// The pace at the start, at the speeds that the case gives.
+    pub fn at_start(case: &Case, populations: &[PopulationReport]) -> Self {
+        Self::at(case, populations, largest(&given_speeds(case)))
     }
 
-    /// The pace at the speeds that bodies reach: grains fall, and the fluid flows round them.
+    /// The pace at the speeds that are reached: liquids fall, the tank makes these waves, grains fall, and the fluid
+    /// flows round them.
     pub fn reached(case: &Case, populations: &[PopulationReport], tank: Option<&TankReport>) -> Self {
         let [fluid, grains] = largest(&speeds(case, tank.filter(|_| case.solver == Solver::Mps)));
         let falling = case.grains.iter().map(|population| reached::falling(case, population));
@@ -96,31 +97,52 @@ pub(super) fn swing(case: &Case) -> Option<(Vector, Real)> {
     })
 }
 
-/// Speeds that can be expected with what makes them [m/s]: what moves at the start, what falls through the box, and the
-/// water of a shaken tank.
+/// Speeds at the start with what makes them [m/s].
+fn given_speeds(case: &Case) -> Vec<(Cause, Vector)> {
+    let liquids = case.liquids.iter().enumerate().map(|(n, liquid)| (Cause::Liquid(n), liquid.velocity.abs()));
+    let sides = case.boundary.iter().flatten().filter_map(|side| match side {
+        BoundarySide::Inflow { velocity, .. } => Some((Cause::Side, velocity.abs())),
+        _ => None,
+    });
+    let [_, tank, _] = case.tank_at(0.0);
+    let grains = case.grains.iter().enumerate().map(|(n, population)| (Cause::Grains(n), fastest_of(population)));
+    liquids.chain(sides).chain([(Cause::Frame, tank.abs())]).chain(grains).collect()
+}
+
+/// Speeds that can be expected with what makes them [m/s]: what moves at the start, what falls through the box, what
+/// sides draw along, and the water of a shaken tank.
 pub(crate) fn speeds(case: &Case, tank: Option<&TankReport>) -> Vec<(Cause, Vector)> {
-    let mut all: Vec<(Cause, Vector)> = Vec::new();
-    for (n, liquid) in case.liquids.iter().enumerate() {
-        let falls = Vector::new(0.0, 0.0, (2.0 * case.resting_gravity().length() * fall_of(case, liquid)).sqrt());
-        all.push((Cause::Liquid(n), liquid.velocity.abs().max(falls)));
+    let mut all = given_speeds(case);
+    let moving = |side: &BoundarySide| match side {
+        BoundarySide::Moving { velocity } => Some((Cause::Side, velocity.abs())),
+        _ => None,
+    };
+    all.extend(case.boundary.iter().flatten().filter_map(moving));
+    for (cause, speed) in &mut all {
+        let more = match *cause {
+            Cause::Liquid(n) => {
+                let fall = fall_of(case, &case.liquids[n]);
+                Vector::new(0.0, 0.0, (2.0 * case.resting_gravity().length() * fall).sqrt())
+            }
+            Cause::Frame => of_frame(case, tank),
+            Cause::Side | Cause::Grains(_) => Vector::ZERO,
+        };
+        // What cannot be reckoned is refused later.
+        *speed = if more.is_nan() { more } else { speed.max(more) };
     }
-    for side in case.boundary.iter().flatten() {
-        if let BoundarySide::Moving { velocity } | BoundarySide::Inflow { velocity, .. } = side {
-            all.push((Cause::Side, velocity.abs()));
-        }
-    }
+    all
+}
+
+/// Speed of the water in the waves of its tank, or in a frame that swings [m/s].
+fn of_frame(case: &Case, tank: Option<&TankReport>) -> Vector {
     if let Some(tank) = tank {
-        let axis = Vector::AXES[tank.axis - 1];
-        all.push((Cause::Frame, axis * (tank.speed_ratio.min(MOST_AMPLIFIED) * tank.tank_speed)));
-    } else if let Some((amplitude, frequency)) = swing(case) {
+        return Vector::AXES[tank.axis - 1] * (tank.speed_ratio.min(MOST_AMPLIFIED) * tank.tank_speed);
+    }
+    swing(case).map_or(Vector::ZERO, |(amplitude, frequency)| {
         // What swings slowly does not get faster than what falls through the box.
         let speed = amplitude.abs() * TAU * frequency;
-        let falls = (2.0 * speed * TAU * frequency * case.domain.extent()).map(Real::sqrt);
-        all.push((Cause::Frame, speed.min(falls)));
-    }
-    let grains = |(n, population)| (Cause::Grains(n), fastest_of(population));
-    all.extend(case.grains.iter().enumerate().map(grains));
-    all
+        speed.min((2.0 * speed * TAU * frequency * case.domain.extent()).map(Real::sqrt))
+    })
 }
 
 /// Speed of the water over that of its tank which no resonance exceeds for long: waves break.
@@ -356,8 +378,12 @@ mod tests {
             if loaded.case.grains.is_empty() {
                 continue;
             }
-            let (told, found) = (predicted(&loaded.case), of_engine(&loaded.case));
-            assert!(told == found || (told / found - 1.0).abs() < 1e-12, "{}: {told} s, not {found} s", path.display());
+            let (foretold, found) = (predicted(&loaded.case), of_engine(&loaded.case));
+            assert!(
+                foretold == found || (foretold / found - 1.0).abs() < 1e-12,
+                "{}: {foretold} s, not {found} s",
+                path.display()
+            );
             compared += 1;
         }
         assert!(compared >= 10, "{compared}");
@@ -378,8 +404,8 @@ mod tests {
                 pair.law.tangential_stiffness = pair.law.normal_stiffness * (0.1 + random());
             });
             case.materials.iter_mut().for_each(|material| material.density = 1100.0 + 6000.0 * random());
-            let (told, found) = (predicted(&case), of_engine(&case));
-            assert!((told / found - 1.0).abs() < 1e-12, "{told} s, not {found} s");
+            let (foretold, found) = (predicted(&case), of_engine(&case));
+            assert!((foretold / found - 1.0).abs() < 1e-12, "{foretold} s, not {found} s");
             // Negative control: half the mass has another sub-step.
             case.materials.iter_mut().for_each(|material| material.density *= 0.5);
             assert!((predicted(&case) / found - 1.0).abs() > 0.2);
@@ -391,7 +417,7 @@ mod tests {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases/templates/settling_sphere.toml");
         let case = crate::case::load(&path, &[]).unwrap().case;
         let populations = population_reports(&case, &[]);
-        let (start, reached) = (Pace::of(&case, &populations, None), Pace::reached(&case, &populations, None));
+        let (start, reached) = (Pace::at_start(&case, &populations), Pace::reached(&case, &populations, None));
         assert!(reached.dt <= start.dt && reached.steps >= start.steps, "{} {}", reached.dt, start.dt);
         let speed = reached::falling(&case, &case.grains[0]).z;
         assert!(speed > 0.0 && speed < (2.0 * case.gravity.length() * case.domain.extent().z).sqrt());

@@ -3,8 +3,8 @@
 use sazanami_numerics::Real;
 
 use super::populations::spheres_of;
-use super::{CostModel, bytes, disk::points, particles};
-use crate::case::meaning::{Case, GrainShape, Population, Solver};
+use super::{CostModel, bytes, disk::points, particles, pictures};
+use crate::case::meaning::{Case, Population, Solver};
 use crate::case::{Diagnostics, LoadedCase};
 use crate::machine::Machine;
 
@@ -23,7 +23,7 @@ const MEMORY_POINT: Real = 1e3;
 #[must_use]
 pub fn memory(case: &Case, model: &CostModel) -> Real {
     let of_grains = |count: fn(&Case, &Population) -> Option<usize>| {
-        let each = case.grains.iter().map(|p| grain_memory(p, count(case, p).unwrap_or(0), model));
+        let each = case.grains.iter().map(|p| grain_memory(case, p, count(case, p).unwrap_or(0), model));
         each.sum::<Real>()
     };
     let packing = of_grains(|_, population| population.count);
@@ -44,38 +44,38 @@ fn observer_memory(case: &Case, model: &CostModel) -> Real {
         MEMORY_MEAN * (extent.x / pixel).ceil() * (extent.y / pixel).ceil()
     });
     let probes: Real = case.probes.iter().map(|probe| points(probe) * MEMORY_POINT).sum();
-    let pictures = if case.output.figures.is_empty() { 0.0 } else { model.memory_pictures };
-    erosion + exposed + probes + pictures
+    erosion + exposed + probes + pictures::memory(case, model)
 }
 
 /// Memory of the fluids [bytes].
 fn fluid_memory(case: &Case, model: &CostModel) -> Real {
     match particles::report(case) {
         Some(particles) => particles::memory(&particles, model),
-        None => cell_memory(case.domain.cells, model),
+        None => cell_memory(case.domain.cells, per_cell(case, model)),
     }
 }
 
-/// Memory of the fields [bytes].
-fn cell_memory(cells: [usize; 3], model: &CostModel) -> Real {
-    cells.iter().map(|&n| n as Real + 4.0).product::<Real>() * model.memory_cell
+/// Memory of the fields, and of the liquid in pictures [bytes per cell].
+fn per_cell(case: &Case, model: &CostModel) -> Real {
+    model.memory_cell + pictures::memory_per_cell(case, model)
 }
 
-/// Memory of one grain [bytes].
-pub(super) fn memory_per_grain(population: &Population, model: &CostModel) -> Real {
-    model.memory_grain + spheres_of(population).unwrap_or(0) as Real * model.memory_sphere
+/// Memory of cells with those round the box, of so many bytes each [bytes].
+fn cell_memory(cells: [usize; 3], each: Real) -> Real {
+    cells.iter().map(|&n| n as Real + 4.0).product::<Real>() * each
+}
+
+/// Memory of one grain and of its surface in pictures [bytes].
+pub(super) fn memory_per_grain(case: &Case, population: &Population, model: &CostModel) -> Real {
+    let spheres = spheres_of(population).unwrap_or(0) as Real * model.memory_sphere;
+    model.memory_grain + spheres + pictures::memory_per_grain(case, population, model)
 }
 
 /// Memory of `count` grains of a population with their shape [bytes].
-fn grain_memory(population: &Population, count: usize, model: &CostModel) -> Real {
-    let tetrahedra = match population.shape {
-        GrainShape::Sphere { refinement, .. } => 20.0 * 4.0_f64.powi(refinement.min(100) as i32),
-        GrainShape::Spheroid { rings, segments, .. } => 2.0 * rings as Real * segments as Real,
-        GrainShape::Cylinder { segments, .. } => 3.0 * segments as Real,
-        GrainShape::Box { .. } | GrainShape::Mesh { .. } => 0.0,
-    };
-    let shape = tetrahedra * MEMORY_TETRAHEDRON + spheres_of(population).unwrap_or(0) as Real * MEMORY_SHAPE_SPHERE;
-    shape + count as Real * memory_per_grain(population, model)
+fn grain_memory(case: &Case, population: &Population, count: usize, model: &CostModel) -> Real {
+    let spheres = spheres_of(population).unwrap_or(0) as Real * MEMORY_SHAPE_SPHERE;
+    let shape = pictures::triangles(population) * MEMORY_TETRAHEDRON + spheres;
+    shape + count as Real * memory_per_grain(case, population, model)
 }
 
 /// Refuses a case that does not fit into the machine's memory, and points to what takes most of it.
@@ -87,7 +87,7 @@ pub fn check_memory(loaded: &LoadedCase, machine: &Machine, model: &CostModel, r
         return;
     }
     let cells = fluid_memory(case, model);
-    let grains = |n: usize| grain_memory(&case.grains[n], case.grains[n].count.unwrap_or(0), model);
+    let grains = |n: usize| grain_memory(case, &case.grains[n], case.grains[n].count.unwrap_or(0), model);
     let observers = observer_memory(case, model);
     if observers > cells.max((0..case.grains.len()).map(grains).fold(0.0, Real::max)) {
         let written = loaded.places.of("erosion");
@@ -104,8 +104,8 @@ pub fn check_memory(loaded: &LoadedCase, machine: &Machine, model: &CostModel, r
             let population = &case.grains[n];
             let place = |key: &str| loaded.places.of(&format!("grains.{n}.{key}"));
             let span = place("count").or_else(|| place("placement")).unwrap_or(0..0);
-            let room = FILLED * available as Real - (needed - grains(n)) - grain_memory(population, 0, model);
-            let fit = (room / memory_per_grain(population, model)).floor();
+            let room = FILLED * available as Real - (needed - grains(n)) - grain_memory(case, population, 0, model);
+            let fit = (room / memory_per_grain(case, population, model)).floor();
             let help = if fit >= 1.0 {
                 format!("{fit:.0} grains of this kind fit beside the rest")
             } else {
@@ -125,7 +125,11 @@ pub fn check_memory(loaded: &LoadedCase, machine: &Machine, model: &CostModel, r
         None => {
             let title = "this box is too large for the memory of this machine";
             let label = format!("its cells need about {}, and {free} are free", bytes(cells));
-            let help = match fitting_cells(case.domain.cells, FILLED * available as Real - (needed - cells), model) {
+            let help = match fitting_cells(
+                case.domain.cells,
+                FILLED * available as Real - (needed - cells),
+                per_cell(case, model),
+            ) {
                 Some([a, b, c]) => format!("[{a}, {b}, {c}] fits"),
                 None => format!("the grains need {} by themselves: take fewer as well", bytes(needed - cells)),
             };
@@ -137,16 +141,16 @@ pub fn check_memory(loaded: &LoadedCase, machine: &Machine, model: &CostModel, r
     }
 }
 
-/// The largest numbers of cells in the proportions of `cells` whose fields fit into `room` [bytes].
-fn fitting_cells(cells: [usize; 3], room: Real, model: &CostModel) -> Option<[usize; 3]> {
-    let mut factor = (room / cell_memory(cells, model)).cbrt();
+/// The largest numbers of cells, of so many bytes `each`, in the proportions of `cells` that fit into `room` [bytes].
+fn fitting_cells(cells: [usize; 3], room: Real, each: Real) -> Option<[usize; 3]> {
+    let mut factor = (room / cell_memory(cells, each)).cbrt();
     if factor.is_nan() || factor <= 0.0 {
         return None;
     }
     // The cells round the box do not shrink with it: thin boxes need some more steps.
     while factor > 1e-7 {
         let fewer = cells.map(|n| ((n as Real * factor).floor() as usize).max(1));
-        if cell_memory(fewer, model) <= room {
+        if cell_memory(fewer, each) <= room {
             return Some(fewer);
         }
         factor *= 0.99;

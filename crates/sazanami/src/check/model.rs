@@ -2,6 +2,8 @@
 
 use sazanami_numerics::Real;
 
+use super::pictures::PictureCost;
+
 /// Cost of the parts of a run on one thread of an ordinary processor, and the memory they take.
 ///
 /// The figures follow from the timings in `docs/performance.md`, where predictions stand beside measurements: they are
@@ -36,12 +38,10 @@ pub struct CostModel {
     pub wall_particle: Real,
     /// Memory [bytes per moving or wall particle].
     pub memory_particle: Real,
-    /// Pictures of one time [s], plus
-    pub pictures: Real,
-    /// [s per grain].
-    pub picture_grain: Real,
-    /// Memory for the pictures [bytes].
-    pub memory_pictures: Real,
+    /// Pictures of a flow on a grid.
+    pub grid_pictures: PictureCost,
+    /// Pictures of a tank of moving particles.
+    pub tank_pictures: PictureCost,
     /// Moving particles, or grains that are points, on disk [bytes each and output], after compression.
     pub disk_point: Real,
 }
@@ -64,9 +64,8 @@ impl Default for CostModel {
             wall_particle: 2e-6,
             memory_particle: 3.0e3,
             disk_point: 40.0,
-            pictures: 1.0,
-            picture_grain: 1e-4,
-            memory_pictures: 1e8,
+            grid_pictures: PictureCost::GRID,
+            tank_pictures: PictureCost::TANK,
         }
     }
 }

@@ -40,7 +40,7 @@ impl Search<'_> {
             return;
         }
         let populations = population_reports(case, facts);
-        let pace = Pace::of(case, &populations, tank.as_ref());
+        let pace = Pace::reached(case, &populations, tank.as_ref());
         if !case.run.packing_only {
             self.fixed_step(&pace);
             self.follows_oscillation(&pace);
