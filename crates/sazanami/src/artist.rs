@@ -44,21 +44,21 @@ pub enum Figure<'a> {
     Surfaces {
         /// Title of the sheet.
         title: &'a str,
-        /// The instants.
+        /// One panel of bed and water for each instant.
         moments: &'a [Surfaces],
         /// Part of x1 shown [m].
         x_range: [Real; 2],
     },
     /// Height of the bed against radius [m]; the first curve is the initial surface (figures 13 and 14 of Yagyu et al. 2015).
     BedProfiles {
-        /// Title.
+        /// Title above the axes.
         title: &'a str,
         /// A curve for each time.
         curves: &'a [Curve],
     },
     /// Depth and rim radius of a crater [m] against time [s]; NaN where there is none.
     Crater {
-        /// Title.
+        /// Title above the axes.
         title: &'a str,
         /// Times [s].
         times: &'a [Real],
@@ -67,25 +67,25 @@ pub enum Figure<'a> {
     },
     /// Parts of the vertical momentum [N s] against time [s]; one is the `residual`.
     MomentumBudget {
-        /// Title.
+        /// Title above the axes.
         title: &'a str,
         /// Times [s].
         times: &'a [Real],
-        /// Labels and values.
+        /// Label and values at these times of each part.
         parts: &'a [(&'a str, Vec<Real>)],
     },
     /// Erosion volume against momentum (figure 15 of Yagyu et al. 2015), by kind of drop.
     Erosion {
-        /// Title.
+        /// Title above the axes.
         title: &'a str,
-        /// Labels and runs.
+        /// Label and results of each kind of drop.
         groups: &'a [(String, Vec<ErosionPoint>)],
     },
     /// Averages over two layers of the bed against time (as figure 4 of Tazaki et al.).
     Layers {
         /// Title of the sheet.
         title: &'a str,
-        /// The averages.
+        /// The averages at their times.
         history: &'a LayerHistory,
         /// What the upper and the lower layer are.
         layers: [&'a str; 2],
@@ -96,7 +96,7 @@ pub enum Figure<'a> {
     RippleGrowth {
         /// Title of the sheet.
         title: &'a str,
-        /// Runs.
+        /// Histories of the runs, a line each.
         runs: &'a [RippleHistory],
     },
 }
@@ -106,7 +106,7 @@ pub enum Figure<'a> {
 pub struct Scene {
     /// Title, with the time.
     pub title: String,
-    /// The grid.
+    /// Cells and extent of the box.
     pub grid: Grid,
     /// Place of the section along x2 [m].
     pub plane: Real,
@@ -165,7 +165,7 @@ pub enum Colouring {
 pub struct Surfaces {
     /// What stands above, as `t = 3.0 s`.
     pub title: String,
-    /// Beds.
+    /// Surface of the bed, by its main definition.
     pub bed: Vec<Curve>,
     /// Water surfaces, in the order of the beds.
     pub water: Vec<Curve>,
@@ -202,7 +202,7 @@ pub struct LayerHistory {
     pub time: Vec<Real>,
     /// Upper layer: the four quantities at these times.
     pub upper: [Vec<Real>; 4],
-    /// Lower layer.
+    /// Lower layer: the same.
     pub lower: [Vec<Real>; 4],
 }
 

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use crate::case::meaning::Case;
 use crate::case::resolved;
 
-/// Where a bed comes from and what it measures.
+/// Where a bed comes from and what was measured of it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Recipe {
     /// Name of the case that packed it.
@@ -21,7 +21,7 @@ pub struct Recipe {
     pub case_hash: String,
     /// Version of the program.
     pub version: String,
-    /// Shapes by number.
+    /// Names of the shapes, in the order of [`Lying::shape`].
     pub shapes: Vec<String>,
     /// Porosity of a slab; `None` if the slab that the case gives lies above the bed.
     pub porosity: Option<Real>,
@@ -52,17 +52,17 @@ impl Recipe {
 /// A grain at rest in a bed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lying {
-    /// Number of the shape.
+    /// Which of the [`Recipe::shapes`] it has.
     pub shape: u32,
-    /// Size factor.
+    /// Factor on the size of its shape.
     pub scale: Real,
     /// Centre of mass [m].
     pub position: Vector,
-    /// Orientation.
+    /// Rotation from the frame of its shape to that of the box.
     pub orientation: Quaternion,
 }
 
-/// A bed.
+/// A bed at rest, as its file keeps it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bed {
     /// Lower corner of the box it lies in [m].
@@ -71,7 +71,7 @@ pub struct Bed {
     pub upper: Vector,
     /// Where it comes from.
     pub recipe: Recipe,
-    /// The grains.
+    /// Its grains, in the order of their identifiers.
     pub grains: Vec<Lying>,
 }
 
@@ -111,7 +111,7 @@ impl Bed {
         Ok(())
     }
 
-    /// Reads a bed.
+    /// Reads a bed from `path`.
     ///
     /// # Errors
     /// [`BedFileError`] if it is not one.

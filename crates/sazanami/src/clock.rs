@@ -34,7 +34,7 @@ impl Clock {
         self.time
     }
 
-    /// Steps taken.
+    /// Steps taken so far.
     #[must_use]
     pub fn step(&self) -> u64 {
         self.step

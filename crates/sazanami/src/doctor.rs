@@ -36,7 +36,7 @@ impl std::fmt::Display for State {
 pub struct Finding {
     /// What was looked at.
     pub what: &'static str,
-    /// How it is.
+    /// Whether it is in order.
     pub state: State,
     /// What was found, for people.
     pub found: String,
@@ -116,7 +116,7 @@ fn threads(machine: &Machine) -> Finding {
         Ok(()) => Finding::new(
             "cores",
             State::Good,
-            format!("{0}; a run uses {0} threads unless told otherwise", machine.cores),
+            format!("{0}; a run uses {0} threads unless `--threads` says otherwise", machine.cores),
         ),
         Err(error) => Finding::new("cores", State::Bad, format!("{}, but {error}", machine.cores)),
     }

@@ -8,9 +8,9 @@ use crate::case::{CaseError, nearest};
 
 /// Exit codes of the command line.
 pub mod exit {
-    /// Done.
+    /// The command did what it was asked.
     pub const DONE: u8 = 0;
-    /// The run failed.
+    /// The run failed, or its results could not be written.
     pub const FAILED: u8 = 1;
     /// The input or the command line is wrong.
     pub const WRONG_INPUT: u8 = 2;
@@ -25,7 +25,7 @@ pub struct Failure {
     pub kind: &'static str,
     /// What happened, with the grain or cell and its position.
     pub message: String,
-    /// Fluid step.
+    /// Fluid step at which it failed.
     pub step: u64,
     /// Simulated time [s].
     pub time: Real,
@@ -57,7 +57,7 @@ pub enum CommandError {
     /// The command line or what it names is wrong.
     #[error("{message}{}", .help.as_ref().map(|help| format!("\n  help: {help}")).unwrap_or_default())]
     Input {
-        /// What is wrong.
+        /// What cannot be used, and why.
         message: String,
         /// One thing to do.
         help: Option<String>,

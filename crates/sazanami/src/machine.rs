@@ -8,7 +8,7 @@ use serde::Serialize;
 /// What a run can count on.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Machine {
-    /// Processor.
+    /// Name of the processor.
     pub cpu: String,
     /// Processors the system lets this program use.
     pub cores: usize,
@@ -42,7 +42,7 @@ impl std::fmt::Display for MemoryLimit {
 }
 
 impl Machine {
-    /// Asks the system.
+    /// Asks the operating system.
     #[must_use]
     pub fn this() -> Self {
         let processors = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();

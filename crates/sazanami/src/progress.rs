@@ -27,7 +27,7 @@ pub struct StepLine {
     pub pressure_iterations: usize,
     /// Sub-steps of the grains.
     pub substeps: usize,
-    /// Contacts between grains.
+    /// Touching pairs of contact spheres.
     pub contacts: usize,
     /// Wall-clock time to the end of this phase [s]; absent until the pace is steady.
     pub remaining: Option<Real>,
@@ -94,7 +94,7 @@ pub trait Progress {
     /// Something worth a line of its own: a checkpoint skipped, a warning, a picture written.
     fn message(&mut self, text: &str);
 
-    /// What makes one wonder about a case that can run, before it runs; as text unless shown otherwise.
+    /// Warnings of the check of a case, before it runs; rendered as text by default.
     fn warnings(&mut self, warnings: &Diagnostics, source: &Source) {
         self.message(warnings.render(source, false).trim_end());
     }

@@ -108,7 +108,7 @@ pub(crate) const ANALYSIS: &str = "analysis";
 const INPUTS: &str = "inputs";
 /// Folders in it for what a population may name: mesh, contact spheres, bed.
 const KINDS: [&str; 3] = ["shape", "contact-spheres", "bed"];
-/// Beginning of the names of those for what a tank may name.
+/// Beginning of the names of those for what a tank may name, of which some may be absent.
 const TANK: &str = "tank";
 
 /// Copies the meshes, contact spheres and beds that a case names into `folder`, so that the run can go on without
@@ -123,29 +123,19 @@ pub fn keep_inputs(case: &Case, folder: &Path) -> Result<Case, CommandError> {
             *path = found;
         }
     };
-    for (number, population) in kept.grains.iter_mut().enumerate() {
-        // The name of a file stays: it is part of the hash of the case.
-        let place = Path::new(INPUTS).join(self::population(number));
-        if let GrainShape::Mesh { file, .. } = &mut population.shape {
-            *file = keep(file, folder, &place.join(KINDS[0]))?;
-        }
-        if let ContactSphereChoice::File { file, .. } = &mut population.contact_spheres {
-            *file = keep(file, folder, &place.join(KINDS[1]))?;
-        }
-        if let GrainPlacement::Bed(bed) = &mut population.placement {
-            bed.file = keep(&bed.file, folder, &place.join(KINDS[2]))?;
-            bed.recipe.iter_mut().for_each(absolute);
-        }
-    }
-    for (number, file) in inputs_of_tank(&mut kept).into_iter().enumerate() {
-        // Profiles may be absent.
-        if file.is_file() {
-            *file = keep(file, folder, &Path::new(INPUTS).join(format!("{TANK}-{number}")))?;
+    for (place, file) in inputs(&mut kept) {
+        // Profiles of a tank may be absent.
+        if file.is_file() || !place.starts_with(TANK) {
+            *file = keep(file, folder, &Path::new(INPUTS).join(place))?;
         } else {
             absolute(file);
         }
     }
-    kept.output.bed.iter_mut().for_each(absolute);
+    let beds = kept.grains.iter_mut().filter_map(|population| match &mut population.placement {
+        GrainPlacement::Bed(bed) => bed.recipe.as_mut(),
+        _ => None,
+    });
+    beds.chain(&mut kept.output.bed).for_each(absolute);
     Ok(kept)
 }
 
@@ -181,10 +171,7 @@ pub fn clear(folder: &Path, kept: &Case) -> Result<(), CommandError> {
         let outcome = if path.is_dir() { fs::remove_dir_all(&path) } else { fs::remove_file(&path) };
         removed(&path, outcome)?;
     }
-    let mut named = kept.clone();
-    let of_tank = inputs_of_tank(&mut named).into_iter().map(|file| &*file);
-    let needed: Vec<PathBuf> =
-        kept.grains.iter().flat_map(inputs_of).chain(of_tank).map(|file| folder.join(file)).collect();
+    let needed: Vec<PathBuf> = inputs(&mut kept.clone()).into_iter().map(|(_, file)| folder.join(file)).collect();
     clear_inputs(&folder.join(INPUTS), &needed)
 }
 
@@ -193,33 +180,31 @@ fn population(number: usize) -> String {
     format!("grains-{number}")
 }
 
-/// The files that a case names for its tank: its motion, a state of it, measured profiles.
-fn inputs_of_tank(case: &mut Case) -> Vec<&mut PathBuf> {
+/// The files that a case names, each with the folder of its copy within [`INPUTS`]: meshes, contact spheres and beds of
+/// its populations; motion, state and measured profiles of its tank.
+fn inputs(case: &mut Case) -> Vec<(String, &mut PathBuf)> {
+    let mut found = Vec::new();
+    for (number, Population { shape, contact_spheres, placement, .. }) in case.grains.iter_mut().enumerate() {
+        let mut add = |kind: usize, file| found.push((format!("{}/{}", population(number), KINDS[kind]), file));
+        if let GrainShape::Mesh { file, .. } = shape {
+            add(0, file);
+        }
+        if let ContactSphereChoice::File { file, .. } = contact_spheres {
+            add(1, file);
+        }
+        if let GrainPlacement::Bed(bed) = placement {
+            add(2, &mut bed.file);
+        }
+    }
     let motion = case.frame.as_mut().and_then(|frame| match &mut frame.motion {
         Some(TankMotion::File { file, .. }) => Some(file),
         _ => None,
     });
-    let state = case.preparation.state.as_mut();
     let measured = case.ripples.iter_mut().flat_map(|ripples| &mut ripples.measured);
     let profiles = measured.flat_map(|measured| [&mut measured.bed, &mut measured.water]).flatten();
-    motion.into_iter().chain(state).chain(profiles).collect()
-}
-
-/// The files that a population names.
-fn inputs_of(population: &Population) -> impl Iterator<Item = &PathBuf> {
-    let shape = match &population.shape {
-        GrainShape::Mesh { file, .. } => Some(file),
-        _ => None,
-    };
-    let spheres = match &population.contact_spheres {
-        ContactSphereChoice::File { file, .. } => Some(file),
-        _ => None,
-    };
-    let bed = match &population.placement {
-        GrainPlacement::Bed(bed) => Some(&bed.file),
-        _ => None,
-    };
-    [shape, spheres, bed].into_iter().flatten()
+    let of_tank = motion.into_iter().chain(&mut case.preparation.state).chain(profiles).enumerate();
+    found.extend(of_tank.map(|(number, file)| (format!("{TANK}-{number}"), file)));
+    found
 }
 
 /// Removes the copies that [`keep_inputs`] made under `folder` for an earlier run but those `needed`, and the folders

@@ -1,4 +1,4 @@
-//! Running a case and going on with one: what is asked and what comes of it.
+//! Running a case, and resuming one from its checkpoints.
 
 use std::path::{Path, PathBuf};
 use std::sync::mpsc;
@@ -25,10 +25,10 @@ use crate::{checkpoints, recorder, results, simulation};
 
 pub use crate::job::{RunOptions, Status};
 
-/// What came of a run.
+/// The outcome of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunSummary {
-    /// How it ended.
+    /// Whether it reached its end.
     pub status: Status,
     /// Whether a signal stopped it.
     pub interrupted: bool,

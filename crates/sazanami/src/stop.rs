@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU8, Ordering};
 pub enum StopCause {
     /// The program that uses this library.
     Caller = 1,
-    /// Ctrl-C.
+    /// Ctrl-C (SIGINT).
     Interrupt,
     /// SIGTERM: `kill`, `timeout`, a batch system.
     Terminate,

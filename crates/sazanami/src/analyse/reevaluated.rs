@@ -8,14 +8,14 @@ use serde_json::{Value, json};
 use super::figures::{draw_figures, list_files};
 use super::lines::{number, report};
 use super::output::{Output, undone};
-use super::summary_file::summary;
+use super::summary_file::{summary, write_evaluation};
 use crate::artist::{Curve, Figure};
 use crate::case::{self, CRATERS_EVALUATED, LoadedCase, resolved};
 use crate::checkpoints::{self, unreadable};
 use crate::error::CommandError;
 use crate::feasible;
 use crate::recorder::{self, Beds, Reevaluated};
-use crate::results::{ANALYSIS, CASE, SUMMARY};
+use crate::results::{ANALYSIS, CASE};
 
 /// Relative difference of two erosion volumes that are meant to be the same.
 const SAME_VOLUME: Real = 1e-9;
@@ -155,19 +155,13 @@ fn write(
 ) -> Result<(), CommandError> {
     let place = folder.join(ANALYSIS);
     std::fs::create_dir_all(&place).map_err(undone)?;
-    let value = json!({
-        "case": summary["case"],
-        "case_hash": summary["case_hash"],
-        "version": env!("CARGO_PKG_VERSION"),
-        "overrides": overrides,
-        "checkpoint": again.checkpoint,
-        "time_s": again.time,
-        "steps": again.step,
-        "observables": again.found.observables(),
-    });
-    let path = place.join(SUMMARY);
-    sazanami_io::table::write_json(&path, &value).map_err(undone)?;
-    output.message(&format!("wrote {}", path.display()));
+    let found = [
+        ("checkpoint".to_owned(), json!(again.checkpoint)),
+        ("time_s".to_owned(), json!(again.time)),
+        ("steps".to_owned(), json!(again.step)),
+        ("observables".to_owned(), Value::Object(again.found.observables())),
+    ];
+    write_evaluation(&place, overrides, summary, found.into_iter().collect(), output)?;
     let [before, now] = again.found.surfaces();
     let [_, own] = again.as_in_the_run.as_ref().map_or([None, None], Reevaluated::surfaces);
     // The same surface twice shows nothing.

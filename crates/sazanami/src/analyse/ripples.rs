@@ -14,12 +14,13 @@ use serde_json::{Map, Value, json};
 
 use super::figures::list_files;
 use super::output::{Output, undone};
+use super::summary_file::write_evaluation;
 use crate::artist::{Figure, RippleHistory};
 use crate::case::meaning::{Case, LayerReference};
 use crate::case::{self, RIPPLES_EVALUATED};
 use crate::error::CommandError;
 use crate::recorder::{self, weight_of_grain};
-use crate::results::{ANALYSIS, CASE, CYCLES, FIGURES, SUMMARY};
+use crate::results::{ANALYSIS, CASE, CYCLES, FIGURES};
 use tables::RunTables;
 
 pub(super) use comparison::several;
@@ -30,6 +31,7 @@ pub use cycles::layer_history;
 const LAYERS_FIGURE: &str = "layers.png";
 const GROWTH_FIGURE: &str = "growth.png";
 const PROFILES_FIGURE: &str = "profiles.png";
+
 /// Draws the figures of a run and reports what its tables show, evaluated as `overrides` of keys under `ripples` ask. What
 /// the tables show of the whole run goes into its summary, or into one of its own if keys are overridden.
 pub(super) fn of_run(folder: &Path, overrides: &[String], output: &mut Output) -> Result<Vec<String>, CommandError> {
@@ -71,7 +73,11 @@ pub(super) fn of_run(folder: &Path, overrides: &[String], output: &mut Output) -
     if overrides.is_empty() {
         keep(folder, &tables.summary, found)?;
     } else {
-        write_apart(&figures, overrides, &tables, found, output)?;
+        let mut ripples = findings::at_the_end(&tables);
+        ripples.extend(found);
+        let found =
+            [("time_s".to_owned(), json!(tables.end())), ("observables".to_owned(), json!({ "ripples": ripples }))];
+        write_evaluation(&figures, overrides, &tables.summary, found.into_iter().collect(), output)?;
     }
     list_files(folder, &tables.summary)?;
     Ok(report::lines(folder, &tables, &cycles, &compared))
@@ -83,31 +89,6 @@ fn keep(folder: &Path, summary: &Value, found: Map<String, Value>) -> Result<(),
         return Ok(());
     }
     recorder::put_ripples(folder, found).map_err(undone)
-}
-
-/// Writes what was found with other keys into the folder `place`, with the ripples at the end as they ask.
-fn write_apart(
-    place: &Path,
-    overrides: &[String],
-    tables: &RunTables,
-    found: Map<String, Value>,
-    output: &mut Output,
-) -> Result<(), CommandError> {
-    let mut ripples = findings::at_the_end(tables);
-    ripples.extend(found);
-    let summary = &tables.summary;
-    let value = json!({
-        "case": summary["case"],
-        "case_hash": summary["case_hash"],
-        "version": env!("CARGO_PKG_VERSION"),
-        "overrides": overrides,
-        "time_s": tables.end(),
-        "observables": { "ripples": ripples },
-    });
-    let path = place.join(SUMMARY);
-    sazanami_io::table::write_json(&path, &value).map_err(undone)?;
-    output.message(&format!("wrote {}", path.display()));
-    Ok(())
 }
 
 fn history(name: &str, tables: &RunTables) -> RippleHistory {

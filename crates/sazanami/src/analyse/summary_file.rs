@@ -1,9 +1,10 @@
-//! The summary that a run left.
+//! The summary that a run left, and that of an evaluation with other keys.
 
 use std::path::Path;
 
-use serde_json::Value;
+use serde_json::{Map, Value, json};
 
+use super::output::{Output, undone};
 use crate::error::CommandError;
 use crate::results::SUMMARY;
 
@@ -22,4 +23,24 @@ pub(super) fn summary(folder: &Path) -> Result<Value, CommandError> {
             "the summary is damaged; resume the run to rewrite it",
         )
     })
+}
+
+/// Writes what an evaluation with `overrides` found of a run into the folder `place`.
+pub(super) fn write_evaluation(
+    place: &Path,
+    overrides: &[String],
+    run: &Value,
+    found: Map<String, Value>,
+    output: &mut Output,
+) -> Result<(), CommandError> {
+    let mut value = found;
+    for key in ["case", "case_hash"] {
+        value.insert(key.into(), run[key].clone());
+    }
+    value.insert("version".into(), env!("CARGO_PKG_VERSION").into());
+    value.insert("overrides".into(), json!(overrides));
+    let path = place.join(SUMMARY);
+    sazanami_io::table::write_json(&path, &Value::Object(value)).map_err(undone)?;
+    output.message(&format!("wrote {}", path.display()));
+    Ok(())
 }

@@ -29,7 +29,7 @@ impl Table {
         self.cells(name).map(|cell| cell.trim_matches('"')).collect()
     }
 
-    /// Number of rows.
+    /// Number of rows below the heading.
     pub(super) fn len(&self) -> usize {
         self.rows.len()
     }

@@ -102,9 +102,9 @@ pub(crate) fn bodies(case: &Case) -> Vec<Body> {
 pub(crate) fn setup(case: &Case, shapes: &[Shape]) -> Setup {
     let particles = case.moving_particles();
     let largest = case.grains.iter().filter_map(|p| Some(p.shape.size()? * p.size.largest())).fold(0.0, Real::max);
-    let reach = case.overlap.smoothing.max(particles.radius * particles.spacing);
+    let cutoff = case.overlap.smoothing.max(particles.radius * particles.spacing);
     let mut setup =
-        Setup { bodies: bodies(case), ghost_margin: reach + GRAIN_WAY * largest, ..grains::setup(case, shapes) };
+        Setup { bodies: bodies(case), ghost_margin: cutoff + GRAIN_WAY * largest, ..grains::setup(case, shapes) };
     if case.walls_move() {
         // Seen from the laboratory grains go wherever the tank goes.
         setup.region = [Vector::NEG_INFINITY, Vector::INFINITY];

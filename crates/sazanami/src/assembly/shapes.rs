@@ -24,23 +24,23 @@ pub enum ShapeProblem {
     /// The list of contact spheres cannot be used.
     #[error("{}: line {}: {}", path.display(), error.line, error.problem)]
     SphereList {
-        /// The file.
+        /// File that the case names.
         path: PathBuf,
-        /// What is wrong.
+        /// Line and problem.
         error: SphereListError,
     },
     /// The list of contact spheres is longer than a grain's may be.
     #[error("{}: {count} contact spheres: at most {MOST_LISTED} are possible", path.display())]
     TooManySpheres {
-        /// The file.
+        /// File that the case names.
         path: PathBuf,
-        /// Spheres in it.
+        /// Number of spheres in it.
         count: usize,
     },
     /// A file cannot be read.
     #[error("{}: {error}", path.display())]
     Unreadable {
-        /// The file.
+        /// File that the case names.
         path: PathBuf,
         /// What the system says.
         error: std::io::Error,

@@ -33,13 +33,13 @@ pub(crate) enum RecordError {
     /// A checkpoint.
     #[error(transparent)]
     Checkpoint(#[from] CheckpointError),
-    /// A bed.
+    /// The file of a packed bed.
     #[error(transparent)]
     Bed(#[from] BedFileError),
     /// A file or folder.
     #[error("{}: {error}", path.display())]
     Path {
-        /// Which.
+        /// The file or folder.
         path: PathBuf,
         /// What the system says.
         error: std::io::Error,

@@ -34,9 +34,9 @@ pub(crate) const RELAXATION: &str = "relaxation/";
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
-    /// Not ended yet.
+    /// Still on its way, or killed.
     Running,
-    /// Reached its end.
+    /// Reached the end that the case sets.
     Finished,
     /// Stopped by a signal, a number of steps or a time before its end.
     Stopped,
@@ -57,7 +57,7 @@ pub struct RunOptions {
     pub steps: Option<u64>,
     /// Threads; absent: as many as the machine has.
     pub threads: Option<usize>,
-    /// In-process ranks.
+    /// Parts that the box is cut into, each with threads of its own within this process; 0 stands for 1.
     pub ranks: usize,
     /// The commit that the program was built from, for the summary.
     pub commit: Option<&'static str>,
@@ -99,7 +99,7 @@ pub(crate) struct RunState {
     pub preparing: bool,
     /// Simulated time [s].
     pub time: Real,
-    /// Fluid steps.
+    /// Fluid steps since the start of the flow.
     pub step: u64,
     /// Hash of the case, as the program that began the run found it.
     pub case_hash: String,
@@ -113,10 +113,10 @@ pub(crate) struct RunState {
     pub last_row: Option<u64>,
 }
 
-/// Which sazanami.
+/// The version of sazanami that began a run.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Program {
-    /// Version.
+    /// Version of the package.
     pub version: String,
     /// Commit that it was built from.
     pub commit: String,
@@ -159,15 +159,15 @@ impl RunState {
 /// A checkpoint that a run goes on from.
 #[derive(Debug)]
 pub(crate) struct Resumed {
-    /// Arrays.
+    /// Its arrays: physics and observers.
     pub snapshot: Snapshot,
-    /// The rest.
+    /// Everything else.
     pub run: RunState,
 }
 
 /// A run as all its ranks see it.
 pub(crate) struct Job<'a> {
-    /// The case.
+    /// The case to be run, cross-checked.
     pub case: &'a Case,
     /// Its resolved copy, to be written; absent where the folder holds it already.
     pub case_text: Option<String>,
@@ -187,7 +187,7 @@ pub(crate) struct Job<'a> {
     pub reporter: Reporter,
     /// Set when the run is to end.
     pub stop: &'a Stop,
-    /// Threads per rank.
+    /// Threads of each rank.
     pub threads: usize,
     /// Simulated time that packing is expected to take [s], if it can be predicted.
     pub packing_time: Option<Real>,
@@ -198,13 +198,13 @@ impl Job<'_> {
         self.stop.is_set()
     }
 
-    /// Reports a step.
+    /// Reports a step that is done.
     pub fn report(&self, line: &StepLine) {
         // Nobody listens any more when the command itself has ended: nothing is lost.
         let _ = self.reporter.0.send(Event::Step(*line));
     }
 
-    /// Says a line.
+    /// Reports a line of text.
     pub fn say(&self, text: impl Into<String>) {
         let _ = self.reporter.0.send(Event::Message(text.into()));
     }

@@ -26,7 +26,7 @@ macro_rules! summed {
 }
 
 summed! {
-    /// Worst values met.
+    /// Largest values met since the start of a run.
     Worst, WORST {
         cfl: Real, "", "advective Courant number of a pass; of moving particles largest speed times step over spacing";
         divergence: Real, "", "`abs(div u) dt` that a projection left; of moving particles the relative residual of the pressure";
@@ -83,13 +83,13 @@ pub(crate) struct Totals {
     /// Shortest stable length of a step since the last row of the series [s]; none if there was no step.
     #[serde(default)]
     pub least_stable_step: Option<Real>,
-    /// Fluid passes.
+    /// Passes of the fluid, one or more a step.
     pub fluid_passes: u64,
-    /// Contact sub-steps.
+    /// Contact sub-steps of the grains.
     pub grain_substeps: u64,
     /// Iterations of the pressure solver.
     pub pressure_iterations: u64,
-    /// Worst values met.
+    /// Largest values met.
     pub worst: Worst,
     /// What had to be corrected.
     pub tidied: Tidied,
@@ -103,7 +103,7 @@ pub(crate) struct Totals {
 }
 
 impl ParticleTotals {
-    /// Adds a step.
+    /// Adds a step of moving particles.
     pub fn add(&mut self, report: &sazanami_mps::solver::StepReport) {
         if self.least_void == 0.0 {
             self.least_void = 1.0;

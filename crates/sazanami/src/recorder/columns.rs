@@ -34,14 +34,14 @@ pub(crate) fn of_step<O: Observer, T: Into<Value>>(
     row.step.map(|step| value(step.report)).into()
 }
 
-/// Iterations of the pressure solver.
+/// Iterations of the pressure solver, as both solvers have them.
 pub(crate) const fn pressure_iterations<O: Observer>() -> SeriesCell<O> {
     quantity("pressure_iterations", "", "iterations of the pressure solver in the last step", |row| {
         of_step(row, O::Water::pressure_iterations)
     })
 }
 
-/// Contact sub-steps.
+/// Contact sub-steps, as both solvers have them.
 pub(crate) const fn grain_substeps<O: Observer>() -> SeriesCell<O> {
     quantity("grain_substeps", "", "contact sub-steps in the last step", |row| {
         of_step(row, |report| O::Water::contacts(report).substeps)
@@ -70,7 +70,7 @@ pub(crate) struct ProbeColumns<P: 'static, T: 'static, B: 'static> {
     pub at_point: &'static [Cell<P>],
     /// Through a plane; none where planes are refused with the case.
     pub through_plane: &'static [Cell<T>],
-    /// Of a grain.
+    /// Motion of a grain and the forces on it.
     pub of_body: &'static [Cell<B>],
 }
 

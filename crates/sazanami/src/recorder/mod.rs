@@ -56,7 +56,7 @@ const CLOCK: &str = "clock";
 /// Observes a run and writes what is due.
 pub(crate) struct Recorder<'a, B: Observer> {
     job: &'a Job<'a>,
-    /// Measures the phases.
+    /// Wall-clock time of the phases.
     pub watch: Watch,
     totals: Totals,
     timetables: Timetables,

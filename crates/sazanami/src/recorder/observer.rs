@@ -20,7 +20,7 @@ pub(crate) struct Step<'a, W: Water> {
     pub limit: &'static str,
     /// Length that would have been stable [s] and the limit that ruled it: the step before it was cut for an output.
     pub stable: (Real, &'static str),
-    /// What it did.
+    /// The solver's report of it.
     pub report: &'a W::Report,
 }
 
@@ -30,7 +30,7 @@ pub(crate) struct Row<'a, O: Observer> {
     pub clock: &'a Clock,
     /// The last step; absent before the first.
     pub step: Option<&'a Step<'a, O::Water>>,
-    /// The grains.
+    /// The grains, gathered on rank 0.
     pub grains: &'a GatheredGrains,
     /// Sums and extremes since the start.
     pub totals: &'a Totals,
@@ -42,17 +42,17 @@ pub(crate) struct Row<'a, O: Observer> {
 pub(crate) struct Warning {
     /// What it is about: each subject is reported once.
     pub about: &'static str,
-    /// In a sentence.
+    /// The message, in a sentence.
     pub text: String,
 }
 
 /// The parts of the summary that only one of the solvers has.
 pub(crate) struct SummaryParts {
-    /// Particles of fluid.
+    /// Moving particles of fluid; 0 on a grid.
     pub particles: usize,
     /// Residuals of what is conserved.
     pub conservation: Map<String, Value>,
-    /// The momentum budget.
+    /// Momentum at present and the impulses since the start.
     pub momentum: Value,
     /// The observables that the case asks for.
     pub observables: Map<String, Value>,
@@ -63,7 +63,7 @@ pub(crate) struct SummaryParts {
 /// Every rank has an observer, since what is written is gathered from all; functions with `files` are called on all ranks,
 /// with files on rank 0 only.
 pub(crate) trait Observer: Sized + 'static {
-    /// The solver.
+    /// The solver that is observed.
     type Water: Water;
 
     /// Columns of the series, after those that every series begins with.

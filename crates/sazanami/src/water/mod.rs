@@ -13,7 +13,7 @@ use crate::case::meaning::Case;
 /// Why a step could not be completed.
 #[derive(Clone, Debug)]
 pub(crate) struct StepProblem {
-    /// In one word.
+    /// Kind in one word, as in [`crate::error::Failure`].
     pub kind: &'static str,
     /// Whether another rank has the reason.
     pub elsewhere: bool,
@@ -31,7 +31,7 @@ pub(crate) trait Water: Sized {
     /// This rank's part of the box.
     fn domain(&self) -> &Domain;
 
-    /// The grains.
+    /// The grains of this rank, with their contacts.
     fn engine(&self) -> &Engine;
 
     /// The longest stable next step from `time` [s].

@@ -63,7 +63,7 @@ impl Profiles {
         ((found - time).abs() <= interval + SAME_TIME * time.max(1.0)).then_some(profile)
     }
 
-    /// The last profile.
+    /// The profile at the end of the tables.
     pub(super) fn last(&self) -> &SurfaceProfile {
         &self.profile[self.profile.len() - 1]
     }

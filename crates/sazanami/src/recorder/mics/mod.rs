@@ -100,7 +100,7 @@ impl GridObserver {
         }
     }
 
-    fn book(&mut self, report: &StepReport) {
+    fn add_to_budgets(&mut self, report: &StepReport) {
         if let Some(momentum) = &mut self.momentum {
             momentum.add(report.impulses.terms());
         }
@@ -157,7 +157,7 @@ impl Observer for GridObserver {
 
     fn add(&mut self, step: &Step<'_, Solver>, totals: &mut Totals) {
         totals.add(step.report);
-        self.book(step.report);
+        self.add_to_budgets(step.report);
     }
 
     fn measure(&mut self, grains: &mut GatheredGrains, solver: &mut Solver, _time: Real) {

@@ -1,4 +1,4 @@
-//! Grains and water of all ranks on rank 0, as an observer sees them.
+//! Grains and water of all ranks on rank 0, as the observer gathers them.
 
 use bytemuck::{Pod, Zeroable};
 use sazanami_dem::Motion;
@@ -11,10 +11,10 @@ use sazanami_observe::ripples::{GrainView, Interpolation, SurfaceProfile, Tank, 
 
 use super::TankSums;
 
-/// Least number of particles within reach for a value at a place.
+/// Least number of particles within the cut-off for a value at a place.
 const FEWEST: usize = 4;
 
-/// A grain on its way to rank 0.
+/// A grain as it is sent to rank 0.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 struct GrainRecord {
@@ -29,7 +29,7 @@ struct GrainRecord {
     wetness: Real,
 }
 
-/// A fluid particle on its way to rank 0.
+/// A fluid particle as it is sent to rank 0.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 struct WaterRecord {
@@ -59,7 +59,7 @@ pub(super) struct Grains {
     pub pressure_force: Vec<Vector>,
     /// Void fraction around each, without its own share.
     pub void_fraction: Vec<Real>,
-    /// Wet part.
+    /// Part of its surroundings that is water, 0 to 1.
     pub wetness: Vec<Real>,
 }
 
@@ -82,7 +82,7 @@ pub(super) struct Water {
     pub bulk_volume: Vec<Real>,
     /// Whether each is isolated.
     pub splash: Vec<bool>,
-    /// 0 within, 1 at the surface, 2 on its own.
+    /// 0 within, 1 at the surface, 2 isolated.
     pub place: Vec<u32>,
 }
 
@@ -99,8 +99,8 @@ pub(super) struct GatheredTank {
     pub reduced_density: Vector,
     /// Velocity of the tank against the solver's frame [m/s].
     pub drift: Vector,
-    /// Radius of influence [m].
-    pub reach: Real,
+    /// Cut-off of the weights [m].
+    pub cutoff: Real,
     /// Particle spacing [m].
     pub spacing: Real,
 }
@@ -115,7 +115,7 @@ impl GatheredTank {
         self.leads = domain.communicator().rank() == 0;
         self.reference = settings.reference - shift;
         self.reduced_density = settings.fluid.density * solver.reduced_force(Vector::ONE);
-        self.reach = settings.scheme.radius * settings.fluid.spacing;
+        self.cutoff = settings.scheme.radius * settings.fluid.spacing;
         self.spacing = settings.fluid.spacing;
         self.drift = drift;
         let phase = solver.grains();
@@ -256,12 +256,12 @@ impl GatheredTank {
 
     /// Means over the water around places.
     pub fn around<'a>(&'a self, tank: &'a Tank) -> Interpolation<'a, impl Fn(Real) -> Real> {
-        let weight = Weight { family: Wendland::C2, radius: self.reach };
+        let weight = Weight { family: Wendland::C2, radius: self.cutoff };
         Interpolation {
             tank,
             position: &self.water.position,
             volume: &self.water.bulk_volume,
-            reach: self.reach,
+            reach: self.cutoff,
             kernel: move |distance| weight.value(distance),
             least: FEWEST,
         }

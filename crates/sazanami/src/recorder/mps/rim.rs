@@ -20,9 +20,9 @@ pub(super) struct Rim {
 }
 
 impl Rim {
-    /// The rim of a tank whose particles reach as far as `reach` [m]; none if it is closed, or has no walls that water
+    /// The rim of a tank whose particles interact within `cutoff` [m]; none if it is closed, or has no walls that water
     /// could stand at.
-    pub fn of(case: &Case, reach: Real) -> Option<Self> {
+    pub fn of(case: &Case, cutoff: Real) -> Option<Self> {
         let is_open = |side: BoundarySide| matches!(side, BoundarySide::Outflow | BoundarySide::FixedPressure { .. });
         let is_wall = |side: BoundarySide| side != BoundarySide::Periodic && !is_open(side);
         let has_wall = |d: usize| case.boundary[d].iter().any(|&side| is_wall(side));
@@ -32,8 +32,8 @@ impl Rim {
             true => [Real::INFINITY, Real::NEG_INFINITY],
             false if !left && !right => return None,
             false => [
-                if left { lower.x + reach } else { Real::NEG_INFINITY },
-                if right { upper.x - reach } else { Real::INFINITY },
+                if left { lower.x + cutoff } else { Real::NEG_INFINITY },
+                if right { upper.x - cutoff } else { Real::INFINITY },
             ],
         };
         is_open(case.boundary[2][1]).then_some(Self { height: upper.z, free, above: 0, level: None })
