@@ -6,6 +6,7 @@
 //! radius of influence, plus a correction on a coarse grid.
 
 use sazanami_numerics::domain::FailedElsewhere;
+use sazanami_numerics::linear::{Control, Progress, SolveError, System, iterate};
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::{Rows, for_each_chunk, max_over};
 
@@ -64,6 +65,18 @@ pub enum PressureError {
     /// Another rank failed.
     #[error(transparent)]
     Elsewhere(#[from] FailedElsewhere),
+}
+
+impl PressureError {
+    fn of(error: &SolveError, tolerance: Real) -> Self {
+        match *error {
+            SolveError::NotFinite { iterations } => Self::NotFinite { iterations },
+            SolveError::NotConverged { iterations, residual, .. }
+            | SolveError::Breakdown { iterations, residual, .. } => {
+                Self::NotConverged { iterations, residual, tolerance }
+            }
+        }
+    }
 }
 
 /// The equation of the present step, with the work vectors of its solution.
@@ -165,9 +178,10 @@ impl PressureEquation {
     }
 
     /// Own pairs whose negative coefficient was set to zero, and own rows whose completion was limited.
-    fn limited(&self) -> [usize; 2] {
-        let cut = self.blocks.iter().map(|block| block.cut).sum();
-        [cut, self.rows.iter().filter(|row| row.limited).count()]
+    fn limited(&self) -> [Real; 2] {
+        let cut = self.blocks.iter().map(|block| block.cut).sum::<usize>() as Real;
+        let [limited] = sum_of(self.rows.len(), |a| [if self.rows[a].limited { 1.0 } else { 0.0 }]);
+        [cut, limited]
     }
 
     /// Tensile cut-off at dry walls: a wall particle with little fluid in front of it whose pressure is below the mean of
@@ -226,7 +240,7 @@ impl PressureEquation {
         let layout = Layout { domain: step.domain, bins, roles: role, bin, place: position, owned: *owned };
         // Converts a residual into a volume strain in the step.
         let strain = step.dt * step.dt / step.settings.fluid.density;
-        let [cut, limited] = step.domain.sum(self.limited().map(|count| count as Real));
+        let [cut, limited] = step.domain.sum(self.limited());
         let solved = self.solve_for(&layout, ghosts, pressure, strain, &step.settings.tolerance)?;
         Ok(PressureReport { cut_coefficients: cut as usize, limited_rows: limited as usize, ..solved })
     }
@@ -241,8 +255,8 @@ impl PressureEquation {
     ) -> Result<PressureReport, PressureError> {
         let Layout { domain, roles, owned, .. } = *layout;
         let Self { blocks, rows, coarse, residual, step, direction, product } = self;
-        let count = |role: Role| roles[..owned].iter().filter(|r| **r == role).count() as Real;
-        let [unknowns, given] = domain.sum([count(Role::Unknown), count(Role::Dirichlet)]);
+        let is = |a: usize, role: Role| if roles[a] == role { 1.0 } else { 0.0 };
+        let [unknowns, given] = domain.sum(sum_of(owned, |a| [is(a, Role::Unknown), is(a, Role::Dirichlet)]));
         let mut report =
             PressureReport { unknowns: unknowns as usize, given: given as usize, ..PressureReport::default() };
         if unknowns == 0.0 {
@@ -259,75 +273,114 @@ impl PressureEquation {
 
         let singular = given == 0.0;
         if singular {
-            // Singular system: the right side must be orthogonal to the constants.
-            let [sum] = domain.sum(sum_of(blocks.len() * ROWS, |a| if a < owned { [rows[a].right] } else { [0.0] }));
-            let mean = sum / unknowns;
-            report.removed_mean = mean * strain;
-            rows[..owned]
-                .iter_mut()
-                .zip(roles)
-                .filter(|(_, r)| **r == Role::Unknown)
-                .for_each(|(r, _)| r.right -= mean);
+            report.removed_mean = remove_mean(layout, rows, unknowns) * strain;
         }
+        let Tolerance { strain: tolerance, most_iterations } = *tolerance;
+        // In double precision the recursive residual is as good as the true one until it has converged.
+        let control = Control { tolerance, most_iterations, margin: 1.0, trusted_fall: 0.0, most_stalls: usize::MAX };
         let size = evaluate(layout, blocks, rows, pressure, residual);
-        let mut largest = domain.max(size) * strain;
-        let mut before: Option<Real> = None;
-        while largest > tolerance.strain || largest.is_nan() {
-            let iterations = report.iterations;
-            if !largest.is_finite() {
-                return Err(PressureError::NotFinite { iterations });
-            }
-            if iterations >= tolerance.most_iterations {
-                return Err(PressureError::NotConverged { iterations, residual: largest, tolerance: tolerance.strain });
-            }
-            // z = M^-1 r
-            coarse.correct(layout, residual, step);
-            add_diagonal(rows, residual, step);
-            if singular {
-                subtract_mean(layout, step, unknowns);
-            }
-            let [descent] = domain.sum(sum_of(blocks.len() * ROWS, |a| [residual[a] * step[a]]));
-            let beta = before.map_or(0.0, |before| descent / before);
-            before = Some(descent);
-            for_each_chunk((&mut direction[..padded], &mut step[..]), ROWS, |_, (p, z)| {
-                p.iter_mut().zip(z).for_each(|(p, z)| *p = *z + beta * *p);
-            });
-            // Entries behind the own particles are ghosts, also those that pad the last block.
-            direction[owned..padded.min(roles.len())].fill(0.0);
-            ghosts.refresh(domain, &mut direction[..roles.len()]);
-            multiply(layout, blocks, rows, direction, product);
-            let [curvature] = domain
-                .sum(sum_of(blocks.len() * ROWS, |a| if a < owned { [direction[a] * product[a]] } else { [0.0] }));
-            if !(descent.is_finite() && curvature.is_finite()) {
-                return Err(PressureError::NotFinite { iterations });
-            }
-            if descent <= 0.0 || curvature <= 0.0 {
-                return Err(PressureError::NotConverged { iterations, residual: largest, tolerance: tolerance.strain });
-            }
-            let alpha = descent / curvature;
-            let own = &direction[..owned];
-            for_each_chunk(&mut pressure[..owned], ROWS, |number, p| {
-                p.iter_mut().zip(&own[number * ROWS..]).for_each(|(p, d)| *p += alpha * d);
-            });
-            for_each_chunk((&mut residual[..], &mut product[..]), ROWS, |_, (r, q)| {
-                r.iter_mut().zip(q).for_each(|(r, q)| *r -= alpha * *q);
-            });
-            report.iterations += 1;
-            let size = max_over(blocks.len(), |n| {
-                residual[n * ROWS..(n + 1) * ROWS].iter().fold(0.0, |m: Real, r| m.max(r.abs()))
-            });
-            largest = domain.max(size) * strain;
-            if largest <= tolerance.strain {
-                // Converged by recurrence: restart from the true residual.
-                ghosts.refresh(domain, pressure);
-                let size = evaluate(layout, blocks, rows, pressure, residual);
-                largest = domain.max(size) * strain;
-                before = None;
-            }
-        }
+        let mut system = ParticleSystem {
+            layout,
+            ghosts: &mut *ghosts,
+            blocks,
+            rows,
+            coarse,
+            pressure: &mut *pressure,
+            residual,
+            step,
+            direction,
+            product,
+            strain,
+            unknowns,
+            singular,
+            before: None,
+        };
+        let Progress { iterations, residual, .. } = iterate(&mut system, domain.max(size) * strain, &control)
+            .map_err(|error| PressureError::of(&error, tolerance))?;
         ghosts.refresh(domain, pressure);
-        report.residual = largest;
-        Ok(report)
+        Ok(PressureReport { iterations, residual, ..report })
+    }
+}
+
+/// Removes the mean of the right side over the unknowns, which a singular system cannot have, and returns it.
+fn remove_mean(layout: &Layout<'_>, rows: &mut [Row], unknowns: Real) -> Real {
+    let Layout { domain, roles, owned, .. } = *layout;
+    let [sum] = domain.sum(sum_of(rows.len(), |a| if a < owned { [rows[a].right] } else { [0.0] }));
+    let mean = sum / unknowns;
+    for_each_chunk(&mut rows[..owned], ROWS, |number, rows| {
+        let unknown = rows.iter_mut().zip(&roles[number * ROWS..]).filter(|(_, role)| **role == Role::Unknown);
+        unknown.for_each(|(row, _)| row.right -= mean);
+    });
+    mean
+}
+
+/// The system of a step as conjugate gradients solve it; residuals are measured as volume strains in the step.
+struct ParticleSystem<'a> {
+    layout: &'a Layout<'a>,
+    ghosts: &'a mut Ghosts,
+    blocks: &'a mut [Block],
+    rows: &'a [Row],
+    coarse: &'a mut CoarseGrid,
+    pressure: &'a mut [Real],
+    residual: &'a mut [Real],
+    step: &'a mut [Real],
+    direction: &'a mut [Real],
+    product: &'a mut [Real],
+    /// Converts a residual into a volume strain.
+    strain: Real,
+    unknowns: Real,
+    singular: bool,
+    /// Product of residual and preconditioned residual one iteration ago.
+    before: Option<Real>,
+}
+
+impl System for ParticleSystem<'_> {
+    fn evaluate(&mut self) -> Real {
+        let Self { layout, ghosts, blocks, rows, pressure, residual, .. } = self;
+        ghosts.refresh(layout.domain, pressure);
+        self.before = None;
+        layout.domain.max(evaluate(layout, blocks, rows, pressure, residual)) * self.strain
+    }
+
+    fn advance(&mut self, _last: bool) -> Result<Real, Real> {
+        let Self { layout, ghosts, blocks, rows, coarse, pressure, residual, step, direction, product, .. } = self;
+        let Layout { domain, roles, owned, .. } = **layout;
+        let padded = blocks.len() * ROWS;
+        // z = M^-1 r
+        coarse.correct(layout, residual, step);
+        add_diagonal(rows, residual, step);
+        if self.singular {
+            subtract_mean(layout, step, self.unknowns);
+        }
+        let [descent] = domain.sum(sum_of(padded, |a| [residual[a] * step[a]]));
+        let beta = self.before.map_or(0.0, |before| descent / before);
+        self.before = Some(descent);
+        for_each_chunk((&mut direction[..padded], &mut step[..]), ROWS, |_, (p, z)| {
+            p.iter_mut().zip(z).for_each(|(p, z)| *p = *z + beta * *p);
+        });
+        // Entries behind the own particles are ghosts, also those that pad the last block.
+        direction[owned..padded.min(roles.len())].fill(0.0);
+        ghosts.refresh(domain, &mut direction[..roles.len()]);
+        multiply(layout, blocks, rows, direction, product);
+        let [curvature] = domain.sum(sum_of(padded, |a| if a < owned { [direction[a] * product[a]] } else { [0.0] }));
+        if !(descent.is_finite() && curvature.is_finite()) {
+            return Err(Real::NAN);
+        }
+        if descent <= 0.0 || curvature <= 0.0 {
+            return Err(curvature);
+        }
+        let alpha = descent / curvature;
+        let own = &direction[..owned];
+        for_each_chunk(&mut pressure[..owned], ROWS, |number, p| {
+            p.iter_mut().zip(&own[number * ROWS..]).for_each(|(p, d)| *p += alpha * d);
+        });
+        for_each_chunk((&mut residual[..], &mut product[..]), ROWS, |_, (r, q)| {
+            r.iter_mut().zip(q).for_each(|(r, q)| *r -= alpha * *q);
+        });
+        let size = max_over(blocks.len(), |n| {
+            residual[n * ROWS..(n + 1) * ROWS].iter().fold(0.0, |m: Real, r| m.max(r.abs()))
+        });
+        Ok(domain.max(size) * self.strain)
     }
 }
 
@@ -398,8 +451,10 @@ fn add_diagonal(rows: &[Row], r: &[Real], z: &mut [Real]) {
 fn subtract_mean(layout: &Layout<'_>, z: &mut [Real], unknowns: Real) {
     let [sum] = layout.domain.sum(sum_of(z.len(), |a| [z[a]]));
     let mean = sum / unknowns;
-    let of = |a: usize| a < layout.owned && layout.roles[a] == Role::Unknown;
-    z.iter_mut().enumerate().filter(|(a, _)| of(*a)).for_each(|(_, z)| *z -= mean);
+    for_each_chunk(&mut z[..layout.owned], ROWS, |number, z| {
+        let unknown = z.iter_mut().zip(&layout.roles[number * ROWS..]).filter(|(_, role)| **role == Role::Unknown);
+        unknown.for_each(|(z, _)| *z -= mean);
+    });
 }
 
 /// Hydrostatic part of the pressure at `position`, `rho b . (x - x_ref)` [Pa].

@@ -13,6 +13,7 @@
 //! cycle. The curvature `p A p` of the new direction follows from sums known before it is formed.
 
 use super::equation::Equation;
+use super::iteration::{Control, Progress, System, iterate};
 use super::multigrid::{Colours, Direction, Multigrid, Residual, Step};
 use crate::Real;
 use crate::domain::Domain;
@@ -71,12 +72,10 @@ pub enum SolveError {
     },
 }
 
-/// Fall of the recursive residual after which it is replaced by the true one.
+/// Fall of the recursive residual, in single precision, after which it is replaced by the true one.
 const TRUSTED: Real = 1e-4;
-/// The recursive residual must be this part of the tolerance before the true one is looked at.
+/// The recursive residual must be this part of the tolerance before the true one is evaluated.
 const MARGIN: Real = 0.9;
-/// Fall per iteration expected of the first one.
-const FIRST_FALL: Real = 0.3;
 
 /// Solver for equations on one grid; holds all storage.
 pub struct ConjugateGradient {
@@ -86,14 +85,53 @@ pub struct ConjugateGradient {
     sums: Vec<[f64; 4]>,
 }
 
-/// Scalars of the recursion.
-struct Recursion {
+/// An equation being solved.
+struct Solve<'a, E> {
+    solver: &'a mut ConjugateGradient,
+    domain: &'a Domain,
+    equation: &'a E,
+    p: &'a mut Field<Real>,
+    /// Factor on the equation that brings its residual near one.
+    scale: Real,
+    stop: Stop,
+    /// True residual when it was last evaluated.
+    residual: Residual,
     /// Length and curvature of the last step.
     last: Option<(Real, Real)>,
-    /// Residual, and its value when it was last true.
-    now: Real,
-    trusted: Real,
-    fall: Real,
+    /// Whether the first half of the next cycle is done.
+    descended: bool,
+    /// Whether no step was taken since the last evaluation.
+    fresh: bool,
+}
+
+impl Stop {
+    fn measure(self, residual: &Residual) -> Real {
+        match self {
+            Self::Largest(_) => residual.largest,
+            Self::Relative(_) => residual.norm,
+        }
+    }
+}
+
+impl<E: Equation> System for Solve<'_, E> {
+    fn evaluate(&mut self) -> Real {
+        let Self { solver, domain, equation, p, scale, .. } = self;
+        solver.add_steps(domain, *equation, p, *scale, self.residual.mean);
+        self.residual = solver.evaluate(domain, *equation, p, *scale, true);
+        (self.descended, self.fresh) = (false, true);
+        self.stop.measure(&self.residual)
+    }
+
+    fn advance(&mut self, last: bool) -> Result<Real, Real> {
+        if !self.descended {
+            self.solver.multigrid.descend();
+        }
+        let step = self.solver.next_step(self.domain, self.equation.is_singular(), &mut self.last)?;
+        let step = Step { keep: !self.fresh, ..step };
+        let residual = self.solver.advance(self.domain, step, !last, self.scale);
+        (self.descended, self.fresh) = (!last, false);
+        Ok(self.stop.measure(&residual))
+    }
 }
 
 impl ConjugateGradient {
@@ -128,89 +166,46 @@ impl ConjugateGradient {
         let largest_coefficient = self.multigrid.set_up(equation);
         equation.fill_ghosts(domain, p);
         let mut scale = 1.0;
-        let mut residual = self.evaluate(domain, equation, p, scale, 0)?;
-        if !(1e-9..1e12).contains(&residual.largest) && residual.largest > 0.0 {
+        let mut residual = self.evaluate(domain, equation, p, scale, false);
+        if residual.largest > 0.0 && residual.largest.is_finite() && !(1e-9..1e12).contains(&residual.largest) {
             scale = largest_coefficient.max(1.0) / residual.largest;
-            residual = self.evaluate(domain, equation, p, scale, 0)?;
+            residual = self.evaluate(domain, equation, p, scale, false);
         }
-        let initial = residual;
-        let measure = |r: &Residual| match stop {
-            Stop::Largest(_) => r.largest,
-            Stop::Relative(_) => r.norm,
-        };
+        let initial = residual.norm;
         let tolerance = match stop {
             Stop::Largest(tolerance) => tolerance,
-            Stop::Relative(tolerance) => tolerance * initial.norm,
+            Stop::Relative(tolerance) => tolerance * initial,
         };
-        let mut solution = Solution { evaluations: 1, ..Solution::default() };
-        let now = measure(&residual);
-        let mut recursion = Recursion { last: None, now, trusted: now, fall: FIRST_FALL };
-        let mut stalls = 0;
-        let mut descended = false;
-        let mut fresh = true;
-        while measure(&residual) > tolerance {
-            let iterations = solution.iterations;
-            let reached = measure(&residual);
-            if iterations >= most_iterations || stalls > 1 {
-                return Err(SolveError::NotConverged { iterations, residual: reached, tolerance });
-            }
-            if !descended {
-                self.multigrid.descend();
-            }
-            let step = self.next_step(domain, equation.is_singular(), &mut recursion).map_err(|curvature| {
-                if curvature.is_finite() {
-                    SolveError::Breakdown { iterations, residual: reached, curvature }
-                } else {
-                    SolveError::NotFinite { iterations }
-                }
-            })?;
-            solution.iterations += 1;
-            let expected = recursion.now * recursion.fall * 1.3;
-            let last = expected <= MARGIN * tolerance || expected <= TRUSTED * recursion.trusted;
-            let step = Step { keep: !fresh, ..step };
-            let Residual { largest, norm, .. } = self.advance(domain, step, !last, scale);
-            descended = !last;
-            fresh = false;
-            let now = measure(&Residual { largest, norm, mean: 0.0 });
-            recursion.fall = (now / recursion.now).clamp(0.02, 1.0);
-            recursion.now = now;
-            if !now.is_finite() {
-                return Err(SolveError::NotFinite { iterations });
-            }
-            if now <= MARGIN * tolerance || now <= TRUSTED * recursion.trusted {
-                self.add_steps(domain, equation, p, scale, residual.mean);
-                let before = recursion.trusted;
-                residual = self.evaluate(domain, equation, p, scale, solution.iterations)?;
-                solution.evaluations += 1;
-                stalls = if measure(&residual) > 0.5 * before { stalls + 1 } else { 0 };
-                recursion.now = measure(&residual);
-                recursion.trusted = recursion.now;
-                descended = false;
-                fresh = true;
-            }
-        }
-        solution.largest = residual.largest;
-        solution.relative = if initial.norm > 0.0 { residual.norm / initial.norm } else { 0.0 };
-        Ok(solution)
+        let control = Control { tolerance, most_iterations, margin: MARGIN, trusted_fall: TRUSTED, most_stalls: 1 };
+        let (last, descended, fresh) = (None, false, true);
+        let mut solve = Solve { solver: self, domain, equation, p, scale, stop, residual, last, descended, fresh };
+        let Progress { iterations, evaluations, .. } = iterate(&mut solve, stop.measure(&residual), &control)?;
+        let Residual { largest, norm, .. } = solve.residual;
+        let relative = if initial > 0.0 { norm / initial } else { 0.0 };
+        Ok(Solution { iterations, largest, relative, evaluations })
     }
 
-    /// Evaluates the residual of `p` after `iterations` and makes it the one of the recursion.
+    /// Evaluates the residual of `p` and makes it the one of the recursion, which `goes_on` or begins.
     fn evaluate(
         &mut self,
         domain: &Domain,
         equation: &impl Equation,
         p: &Field<Real>,
         scale: Real,
-        iterations: usize,
-    ) -> Result<Residual, SolveError> {
-        let previous = (iterations > 0).then_some(&mut self.previous);
-        let residual = self.multigrid.evaluate(domain, equation, p, scale, previous, &mut self.sums);
-        if residual.largest.is_finite() { Ok(residual) } else { Err(SolveError::NotFinite { iterations }) }
+        goes_on: bool,
+    ) -> Residual {
+        let previous = goes_on.then_some(&mut self.previous);
+        self.multigrid.evaluate(domain, equation, p, scale, previous, &mut self.sums)
     }
 
     /// Completes the cycle, and gives the next direction and the step along it; or else its
     /// curvature, if there is no descent.
-    fn next_step(&mut self, domain: &Domain, singular: bool, recursion: &mut Recursion) -> Result<Step, Real> {
+    fn next_step(
+        &mut self,
+        domain: &Domain,
+        singular: bool,
+        last_step: &mut Option<(Real, Real)>,
+    ) -> Result<Step, Real> {
         self.sums.fill([0.0; 4]);
         self.multigrid.complete(&self.previous, &mut self.sums);
         let mut sums = [0.0; 4];
@@ -224,7 +219,7 @@ impl ConjugateGradient {
         // With r the residual, q = (r_old - r)/alpha the product of A and the last direction p:
         // beta = -(z q)/(p q), and (z + beta p) A (z + beta p) = z A z - (z q)^2/(p q).
         let (mut beta, mut curvature) = (0.0, uncorrected);
-        if let Some((alpha, last)) = recursion.last {
+        if let Some((alpha, last)) = *last_step {
             let common = (before - descent) / alpha;
             curvature = uncorrected - common * common / last;
             beta = -common / last;
@@ -237,7 +232,7 @@ impl ConjugateGradient {
             return Err(curvature);
         }
         let alpha = (descent / curvature) as f32;
-        recursion.last = Some((f64::from(alpha), curvature));
+        *last_step = Some((f64::from(alpha), curvature));
         Ok(Step { beta: beta as f32, mean: mean as f32, alpha, keep: true })
     }
 

@@ -2,7 +2,9 @@
 
 mod conjugate_gradient;
 mod equation;
+mod iteration;
 mod multigrid;
 
 pub use conjugate_gradient::{ConjugateGradient, Solution, SolveError, Stop};
 pub use equation::{Equation, FaceEquation};
+pub use iteration::{Control, Progress, System, iterate};
