@@ -24,6 +24,8 @@ use sazanami_parallel::for_each_chunk;
 
 use crate::boundary::{Boundary, Opening};
 use crate::interface::{InterfaceScheme, RESIDUE, neighbourhood};
+pub use crate::limiter::Limiter;
+use crate::limiter::{Minmod, Slope, Unlimited, VanLeer};
 
 choices! {
     /// Convection of momentum.
@@ -40,20 +42,6 @@ choices! {
     }
 }
 
-choices! {
-    /// Slope of the velocity in the donor cell.
-    #[derive(Default)]
-    pub enum Limiter {
-        /// van Leer (1974): harmonic mean of the differences on both sides.
-        #[default]
-        VanLeer = "van_leer",
-        /// The smaller difference.
-        Minmod = "minmod",
-        /// Mean of the differences (Fromm): second order, not monotone; for convergence tests.
-        Unlimited = "none",
-    }
-}
-
 /// Time level of velocity and `c_c` in the dilatation term of a sweep.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Dilatation {
@@ -62,42 +50,6 @@ pub enum Dilatation {
     Frozen,
     /// Before each sweep: liquid and momentum drift. A negative control.
     EverySweep,
-}
-
-/// Limited slope from the differences upwind and downwind of the donor.
-trait Slope: Copy + Sync {
-    fn slope(self, behind: Real, ahead: Real) -> Real;
-}
-
-#[derive(Clone, Copy)]
-struct VanLeer;
-#[derive(Clone, Copy)]
-struct Minmod;
-#[derive(Clone, Copy)]
-struct Unlimited;
-
-impl Slope for VanLeer {
-    #[inline(always)]
-    fn slope(self, a: Real, b: Real) -> Real {
-        let product = a * b;
-        let slope = 2.0 * product / (a + b);
-        if product > 0.0 { slope } else { 0.0 }
-    }
-}
-
-impl Slope for Minmod {
-    #[inline(always)]
-    fn slope(self, a: Real, b: Real) -> Real {
-        let smaller = if a.abs() < b.abs() { a } else { b };
-        if a * b > 0.0 { smaller } else { 0.0 }
-    }
-}
-
-impl Slope for Unlimited {
-    #[inline(always)]
-    fn slope(self, a: Real, b: Real) -> Real {
-        0.5 * (a + b)
-    }
 }
 
 /// Liquid fraction and velocity on all cells of a rank.

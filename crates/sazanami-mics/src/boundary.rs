@@ -5,7 +5,7 @@
 use sazanami_numerics::domain::{Ghost, GhostRules, Location};
 use sazanami_numerics::{Real, Vector};
 
-use crate::pressure::PressureSide;
+use crate::pressure_sides::PressureSide;
 
 /// Boundary condition on a side of the box.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,7 +45,7 @@ pub enum Side {
 /// What enters where the flow at an open side is inward.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Opening {
-    /// Liquid fraction.
+    /// Liquid fraction of what flows in.
     pub volume_fraction: Real,
     /// Velocity [m/s], if it is prescribed.
     pub velocity: Option<Vector>,
@@ -73,7 +73,7 @@ pub enum BoundaryError {
     NotAFraction {
         /// Direction of the side, from 0.
         direction: usize,
-        /// Value given.
+        /// The value that the case gives.
         value: Real,
     },
 }

@@ -21,7 +21,7 @@ pub const MAX_FORCES: usize = 8;
 pub struct Pass<'a> {
     /// The grid and this rank's part of it.
     pub domain: &'a Domain,
-    /// Boundary conditions.
+    /// Conditions on the six sides of the box.
     pub boundary: &'a Boundary,
     /// Gravity during the pass, the motion of the frame included [m/s^2].
     pub gravity: Vector,

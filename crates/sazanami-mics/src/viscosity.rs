@@ -231,7 +231,7 @@ fn fill(domain: &Domain, rules: &[GhostRules; 3], x: &mut [&mut Field<Real>; 3])
     domain.fill_halos_to(1, &mut [(x1, &rules[0]), (x2, &rules[1]), (x3, &rules[2])]);
 }
 
-/// An implicit step.
+/// A backward Euler step of the viscous stress and its solution by Chebyshev iteration.
 struct Step {
     stress: Stress,
     dt: Real,

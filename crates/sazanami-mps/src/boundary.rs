@@ -20,7 +20,7 @@ pub enum Side {
 /// Velocity condition at walls.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum WallFriction {
-    /// No slip.
+    /// No slip: the fluid at a wall moves with it.
     #[default]
     NoSlip,
     /// Free slip: no shear stress at walls.

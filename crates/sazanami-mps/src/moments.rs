@@ -15,7 +15,7 @@ pub(crate) fn add(matrix: &mut Symmetric, weight: Real, d: Vector) {
     matrix.iter_mut().zip(terms).for_each(|(m, t)| *m += weight * t);
 }
 
-/// The full matrix.
+/// The matrix with both triangles written out.
 pub(crate) fn full(m: &Symmetric) -> Matrix {
     Matrix::from_cols(Vector::new(m[0], m[3], m[4]), Vector::new(m[3], m[1], m[5]), Vector::new(m[4], m[5], m[2]))
 }

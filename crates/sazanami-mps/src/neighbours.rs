@@ -121,7 +121,7 @@ pub(crate) struct Neighbours {
     spare: Vec<f32>,
     /// Displacement of the walls [m].
     walls: f32,
-    /// Own particles.
+    /// Number of own particles that have lists.
     owned: usize,
     /// Number of pairs in the lists.
     pub pairs: usize,

@@ -38,7 +38,7 @@ struct Columns {
     start: Vec<NumberDensity>,
     /// Velocity change by drag [m/s].
     drag: Vec<Vector>,
-    /// Without the pressure.
+    /// Positions and velocities without the pressure.
     predicted: Motion,
     /// `eps + (1 - eps) rho/rho_s`.
     mobility: Vec<Real>,
@@ -47,7 +47,7 @@ struct Columns {
     roles: Vec<u8>,
     /// Particles whose pressure gradient is not corrected.
     uncorrected: Vec<bool>,
-    /// With the pressure; in the end the new state.
+    /// Positions and velocities with the pressure; in the end the new state.
     new: Motion,
     stabiliser: Stabiliser,
     displacements: Vec<Vector>,

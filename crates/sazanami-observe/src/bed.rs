@@ -4,7 +4,7 @@ use sazanami_numerics::geometry::Shape;
 use sazanami_numerics::{Quaternion, Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
-/// Grains that one thread looks at before it takes others.
+/// Grains in one parallel task.
 pub(crate) const GRAINS_AT_ONCE: usize = 64;
 
 /// Closed surface of a grain shape in its body frame (origin at the centre of mass).

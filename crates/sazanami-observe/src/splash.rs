@@ -62,7 +62,7 @@ impl SplashTracker {
         self.threshold
     }
 
-    /// Looks at the bed now: the same grains in the same order as at the start.
+    /// Observes the bed now: the same grains in the same order as at the start.
     ///
     /// # Panics
     /// If the number of grains differs.

@@ -114,7 +114,7 @@ impl GrainPhase {
         phase
     }
 
-    /// The discrete-element engine.
+    /// The engine that moves the grains and finds their contacts.
     #[must_use]
     pub fn engine(&self) -> &Engine {
         &self.engine

@@ -13,7 +13,7 @@ use crate::fluids::Fluids;
 /// Velocity (or a change of it) in a mixture, one ghost layer filled.
 #[derive(Clone, Copy)]
 pub(super) struct Source<'a> {
-    /// Liquid fraction.
+    /// Liquid fraction, which sets density and viscosity.
     pub c: &'a [Real],
     /// Velocity [m/s].
     pub u: [&'a [Real]; 3],

@@ -266,8 +266,8 @@ mod tests {
         assert!(
             matches!(Ripples::of(&trend, RANGE, &settings()), Err(Unmeasured::Flat { deviation, .. }) if deviation < 1e-12)
         );
-        let told = Unmeasured::Flat { deviation: 1.23e-4, least: 2e-4 }.to_string();
-        assert!(told.contains("0.123 mm (rms), below the 0.200 mm"), "{told}");
+        let message = Unmeasured::Flat { deviation: 1.23e-4, least: 2e-4 }.to_string();
+        assert!(message.contains("0.123 mm (rms), below the 0.200 mm"), "{message}");
         let rough = profile(|x| 1e-3 * (TAU * x / 2e-3).sin());
         assert!(matches!(Ripples::of(&rough, RANGE, &settings()), Err(Unmeasured::Flat { .. })));
     }

@@ -1,0 +1,116 @@
+//! The pressure at the sides of the box, and its ghosts behind them.
+
+use sazanami_numerics::domain::{Domain, GhostRules};
+use sazanami_numerics::grid::Field;
+use sazanami_numerics::{Real, Vector};
+
+/// Boundary condition of the pressure on a side of the box.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PressureSide {
+    /// The normal velocity is given: a wall, or an inlet.
+    Wall,
+    /// The pressure is given [Pa].
+    Fixed(Real),
+    /// Periodic with the opposite side.
+    Periodic,
+}
+
+/// The sides of the box that this rank touches.
+pub(crate) struct BoxSides {
+    /// Which sides are walls.
+    pub wall: [[bool; 2]; 3],
+    /// Pressure on sides of fixed pressure [Pa].
+    pub fixed: [[Option<Real>; 2]; 3],
+    /// Whether the pressure is fixed nowhere.
+    pub singular: bool,
+}
+
+impl BoxSides {
+    pub fn new(domain: &Domain, sides: &[[PressureSide; 2]; 3]) -> Self {
+        let touched = |d: usize, side: usize| domain.at_box_end(d, side);
+        let each = |d: usize, side: usize| sides[d][side];
+        Self {
+            wall: [0, 1, 2].map(|d| [0, 1].map(|s| touched(d, s) && each(d, s) == PressureSide::Wall)),
+            fixed: [0, 1, 2].map(|d| {
+                [0, 1].map(|s| match each(d, s) {
+                    PressureSide::Fixed(pressure) if touched(d, s) => Some(pressure),
+                    _ => None,
+                })
+            }),
+            singular: !sides.iter().flatten().any(|side| matches!(side, PressureSide::Fixed(_))),
+        }
+    }
+
+    /// Sets the ghosts behind a side so that the face pressure is `face(pressure, density)` of the
+    /// cell before it.
+    fn fill_behind(
+        domain: &Domain,
+        (direction, side): (usize, usize),
+        pressure: &mut Field<Real>,
+        density: &Field<Real>,
+        face: impl Fn(Real, Real) -> Real + Sync,
+    ) {
+        let stride = domain.strides()[direction];
+        let last = domain.cells()[direction] as isize;
+        let (layer, inward) = if side == 0 { (-1, stride) } else { (last, -stride) };
+        let mut range = domain.interior();
+        range[direction] = layer..layer + 1;
+        let rho = density.data();
+        for k in range[2].clone() {
+            for j in range[1].clone() {
+                for i in range[0].clone() {
+                    let ghost = pressure.at(i, j, k);
+                    let cell = (ghost as isize + inward) as usize;
+                    let p = pressure.data()[cell];
+                    let (rc, rg) = (rho[cell], rho[ghost]);
+                    // p_face = (p_c rho_g + p_g rho_c) / (rho_c + rho_g)
+                    pressure.data_mut()[ghost] = p + (face(p, rc) - p) * ((rc + rg) / rc);
+                }
+            }
+        }
+    }
+
+    /// Fills all ghosts for the equation: no gradient at walls.
+    pub fn fill_solving(&self, domain: &Domain, pressure: &mut Field<Real>, density: &Field<Real>) {
+        domain.fill_halos_to(1, &mut [(&mut *pressure, &GhostRules::EVEN)]);
+        for d in 0..3 {
+            for side in 0..2 {
+                if let Some(value) = self.fixed[d][side] {
+                    Self::fill_behind(domain, (d, side), pressure, density, |_, _| value);
+                }
+            }
+        }
+    }
+
+    /// Fills the ghosts behind walls with the pressure of a fluid at rest; returns the force of the
+    /// pressure on this rank's sides of the box on the fluid [N].
+    pub fn fill_behind_walls(
+        &self,
+        domain: &Domain,
+        pressure: &mut Field<Real>,
+        density: &Field<Real>,
+        gravity: Vector,
+    ) -> Vector {
+        let mut force = Vector::ZERO;
+        for d in 0..3 {
+            for side in 0..2 {
+                let outward = if side == 0 { -1.0 } else { 1.0 };
+                let climb = 0.5 * domain.grid().spacing[d] * gravity[d] * outward;
+                let face = |p: Real, rho: Real| self.fixed[d][side].unwrap_or(p + rho * climb);
+                if self.wall[d][side] {
+                    Self::fill_behind(domain, (d, side), pressure, density, face);
+                } else if self.fixed[d][side].is_none() {
+                    continue;
+                }
+                let layer = if side == 0 { 0 } else { domain.cells()[d] as isize - 1 };
+                let mut range = domain.interior();
+                range[d] = layer..layer + 1;
+                let [sum] = domain.sum_rows(&range, |row| {
+                    [row.shifted(0).map(|at| face(pressure.data()[at], density.data()[at])).sum()]
+                });
+                force[d] -= outward * sum * domain.grid().face_area(d);
+            }
+        }
+        force
+    }
+}
