@@ -228,7 +228,7 @@ impl Value for Real {
 }
 
 /// The elements of a list.
-fn elements<'t>(at: &At<'t>, key: &KeyDoc, expected: &str, cx: &mut Context<'_>) -> Option<Vec<At<'t>>> {
+pub(crate) fn elements<'t>(at: &At<'t>, key: &KeyDoc, expected: &str, cx: &mut Context<'_>) -> Option<Vec<At<'t>>> {
     if let Some(list) = at.elements() {
         return Some(list);
     }

@@ -1,7 +1,9 @@
 //! The engine that moves grains: as many sub-steps as the contacts need.
 
+mod checks;
 mod lists;
 mod report;
+mod setup;
 mod substep;
 
 use sazanami_numerics::domain::Domain;
@@ -24,90 +26,13 @@ use crate::wall::Wall;
 use lists::FormerList;
 pub use report::ContactReport;
 use report::overlap_error;
+pub use setup::{Drag, Loads, Setup, Substeps, Vicinity};
 use substep::Kick;
 
 /// Overlap over the smaller contact sphere's radius above which a run ends.
 pub const LARGEST_OVERLAP: Real = 0.8;
 /// Largest skin of a fast grain over its bounding radius.
 const LARGEST_SKIN: Real = 0.6;
-
-/// Bodies, contact laws, walls and region of an engine: everything but the grains.
-#[derive(Clone, Debug)]
-pub struct Setup {
-    /// Bodies by number of the shape.
-    pub bodies: Vec<Body>,
-    /// Contact laws.
-    pub interactions: Interactions,
-    /// Walls.
-    pub walls: Vec<Wall>,
-    /// Corners of the region that centres of mass may not leave [m]; components may be infinite.
-    pub region: [Vector; 2],
-    /// A rank holds a ghost of every grain whose surface comes this near to its part of the domain [m].
-    pub ghost_margin: Real,
-}
-
-/// Forces and torques from outside on this rank's grains, constant over a call, and the drag of a fluid.
-#[derive(Clone, Copy, Default)]
-pub struct Loads<'a> {
-    /// Force on each own grain [N]; empty: none.
-    pub force: &'a [Vector],
-    /// Torque about the centre of mass of each own grain [N m]; empty: none.
-    pub torque: &'a [Vector],
-    /// Drag, implicit in every sub-step; what it gives each own grain is in [`Grains::drag_impulse`].
-    pub drag: Option<&'a dyn Drag>,
-}
-
-/// The drag of a fluid on own grains: force `kappa (u - v)` through the centre of mass.
-///
-/// A sub-step of length `h` takes a free grain from velocity `v` to
-/// `(v + h (F/m + g) + h kappa u/m)/(1 + h kappa/m)`, with `kappa` at the slip `|u - v|` of its start.
-pub trait Drag: Sync {
-    /// Velocity `u` of the fluid round own grain `own` [m/s].
-    fn fluid_velocity(&self, own: usize) -> Vector;
-
-    /// Drag coefficient `kappa` of own grain `own` at the speed `slip` [m/s] relative to the fluid [kg/s].
-    fn coefficient(&self, own: usize, slip: Real) -> Real;
-}
-
-impl std::fmt::Debug for Loads<'_> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let mut out = f.debug_struct("Loads");
-        out.field("force", &self.force).field("torque", &self.torque).field("drag", &self.drag.is_some()).finish()
-    }
-}
-
-impl Loads<'_> {
-    /// No loads.
-    #[must_use]
-    pub fn none() -> Self {
-        Self::default()
-    }
-}
-
-/// How many sub-steps a call takes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Substeps {
-    /// As many as [`Engine::contact_time_step`] asks for.
-    Auto,
-    /// This number.
-    Fixed(usize),
-}
-
-/// The region in which a rank holds all images of grains: see [`Engine::vicinity`].
-#[derive(Clone, Copy, Debug)]
-pub struct Vicinity {
-    lower: Vector,
-    upper: Vector,
-}
-
-impl Vicinity {
-    /// Whether `position` [m] lies in the region.
-    #[inline]
-    #[must_use]
-    pub fn contains(&self, position: Vector) -> bool {
-        position.cmpgt(self.lower).all() && position.cmplt(self.upper).all()
-    }
-}
 
 /// Rigid grains, their contacts, and walls.
 #[derive(Debug)]
@@ -279,7 +204,7 @@ impl Engine {
             lower[d] -= beyond;
             upper[d] += beyond;
         }
-        Vicinity { lower, upper }
+        Vicinity::new(lower, upper)
     }
 
     /// Width of the layer around a rank's part in which it holds ghosts of all grains ([`Setup::ghost_margin`]) [m].
@@ -515,64 +440,5 @@ impl Engine {
     #[must_use]
     pub fn shortest_period(largest: Real) -> Real {
         2.0 * largest * (1.0 + LARGEST_SKIN)
-    }
-
-    fn check_box(&self, domain: &Domain, grains: &[GrainRecord]) -> Result<(), DemError> {
-        let size = |r: &GrainRecord| self.bodies[r.shape as usize].bounding_radius * r.scale;
-        let needed = Self::shortest_period(grains.iter().map(size).fold(0.0, Real::max));
-        for direction in 0..2 {
-            let length = self.period[direction];
-            if domain.periodic()[direction] && length < needed {
-                return Err(DemError::BoxTooShort { direction, length, needed });
-            }
-        }
-        Ok(())
-    }
-
-    fn check_finite(&self, domain: &Domain, substep: usize) -> Result<(), DemError> {
-        let grains = &self.grains;
-        let fine = |g: usize| {
-            grains.unwrapped[g].is_finite()
-                && grains.velocity[g].is_finite()
-                && grains.angular_momentum[g].is_finite()
-                && grains.orientation[g].is_finite()
-        };
-        let outcome = match (0..grains.owned).find(|&g| !fine(g)) {
-            Some(g) => Err(DemError::NotFinite { id: grains.id[g], position: grains.position[g], substep }),
-            None => Ok(()),
-        };
-        domain.agree(outcome)
-    }
-
-    /// Places, ownership and ghosts after the last sub-step.
-    fn finish(&mut self, domain: &Domain) -> Result<(), DemError> {
-        self.place();
-        let grains = &self.grains;
-        let outcome = match (0..grains.owned).find(|&g| self.outside(g)) {
-            Some(g) => Err(DemError::GrainEscaped { id: grains.id[g], position: grains.position[g] }),
-            None => Ok(()),
-        };
-        domain.agree(outcome)?;
-        // Between steps every own entry is the image inside the box, so that sums over grains have one order.
-        let returned = self.exchange.return_to_box(domain, &mut self.grains);
-        let (rank, (lower, upper)) = (domain.communicator().rank(), domain.rank_box(domain.communicator().rank()));
-        let Grains { position, skin, owned, .. } = &self.grains;
-        // A grain that is another rank's to own may stay until it has left this part by its skin.
-        let strayed = |g: usize| {
-            let beyond = (lower - position[g]).max(position[g] - upper);
-            beyond.x.max(beyond.y) > skin[g] && domain.owner_of(position[g]) != rank
-        };
-        let within = returned && (0..*owned).all(|g| self.travel[g] <= skin[g] && !strayed(g));
-        let state = if within { FINE } else { EXPIRED };
-        if Self::worst(domain, state) == EXPIRED { self.renew(domain, true) } else { Ok(()) }
-    }
-
-    /// Whether own grain `g` is outside the region in a direction that is not periodic.
-    fn outside(&self, g: usize) -> bool {
-        let p = self.grains.unwrapped[g];
-        (0..3).any(|d| {
-            let periodic = d < 2 && self.period[d] > 0.0;
-            !periodic && (p[d] < self.region[0][d] || p[d] > self.region[1][d])
-        })
     }
 }

@@ -4,10 +4,12 @@ use bytemuck::{Pod, Zeroable};
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::particles::{Columns, GhostChoice, Ghosts, Migration, RecordExchange};
 use sazanami_numerics::{Matrix, Quaternion, Real, Vector};
+use sazanami_parallel::{for_each_chunk, reduce_over};
 
 use crate::contact::record::ContactRecord;
 use crate::grain::{GrainRecord, Grains, image_position};
 use crate::motion::{MassProperties, Pose};
+use crate::selection::Selection;
 
 const GHOSTS: u32 = 300;
 const POSES: u32 = 301;
@@ -15,6 +17,8 @@ const BACK: u32 = 302;
 const GRAINS: u32 = 303;
 const CONTACTS: u32 = 304;
 const SHARED: u32 = 305;
+/// Grains that one task of a loop does.
+const CHUNK: usize = 512;
 
 /// State of a ghost that changes in every sub-step.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
@@ -65,6 +69,8 @@ pub(crate) struct Exchange {
     extents: Vec<Extent>,
     gathered: Vec<Vec<u8>>,
     departed: Vec<Departed>,
+    leaving: Selection<Departed>,
+    near: Selection<(u32, [i32; 2])>,
 }
 
 /// Extent of the box in the periodic directions, else 0 [m].
@@ -100,6 +106,7 @@ struct Near<'a> {
     /// Bounding radius plus skin of each own grain [m].
     size: &'a [Real],
     need: Real,
+    found: &'a mut Selection<(u32, [i32; 2])>,
 }
 
 impl Near<'_> {
@@ -132,15 +139,16 @@ impl GhostChoice<Grains, [i32; 2]> for Near<'_> {
         [self.sends(me, rank), self.sends(rank, me)]
     }
 
-    fn choose(&self, grains: &Grains, rank: usize, chosen: &mut Vec<(u32, [i32; 2])>) {
+    fn choose(&mut self, grains: &Grains, rank: usize, chosen: &mut Vec<(u32, [i32; 2])>) {
         let itself = rank == self.domain.communicator().rank();
         let (lower, upper) = self.zone(rank);
         // Heights do not matter to whom a cell belongs, nor to whom a grain is sent.
         let away = |position: Vector| distance(position.with_z(position.z.clamp(lower.z, upper.z)), lower, upper);
         for image in images(self.domain).filter(|&image| !itself || image != [0; 2]) {
             let shift = self.shift(image);
-            let near = |g: &usize| away(grains.position[*g] + shift) < self.size[*g] + self.need;
-            chosen.extend((0..grains.owned).filter(near).map(|g| (g as u32, image)));
+            let (size, need) = (self.size, self.need);
+            let near = |g: usize| (away(grains.position[g] + shift) < size[g] + need).then_some((g as u32, image));
+            self.found.collect(grains.owned, near, chosen);
         }
     }
 
@@ -159,17 +167,17 @@ impl Exchange {
         self.gather_extents(domain, grains, size);
         let extents = &self.extents[..];
         let need = margin.max(extents.iter().map(|e| e.size).fold(0.0, Real::max));
-        let mut near = Near { domain, period: period(domain), extents, size, need };
+        let mut near = Near { domain, period: period(domain), extents, size, need, found: &mut self.near };
         self.ghosts.renew(domain, GHOSTS, grains, &mut near);
     }
 
     fn gather_extents(&mut self, domain: &Domain, grains: &Grains, size: &[Real]) {
-        let positions = &grains.position[..grains.owned];
-        let mine = Extent {
-            lower: positions.iter().copied().fold(Vector::INFINITY, Vector::min).to_array(),
-            upper: positions.iter().copied().fold(Vector::NEG_INFINITY, Vector::max).to_array(),
-            size: size.iter().copied().fold(0.0, Real::max),
-        };
+        let none = (Vector::INFINITY, Vector::NEG_INFINITY, 0.0);
+        let larger = |a: (Vector, Vector, Real), b: (Vector, Vector, Real)| (a.0.min(b.0), a.1.max(b.1), a.2.max(b.2));
+        let of_grain = |g: usize| (grains.position[g], grains.position[g], size[g]);
+        let of_chunk = |n: usize| (n * CHUNK..grains.owned.min((n + 1) * CHUNK)).map(of_grain).fold(none, larger);
+        let (lower, upper, size) = reduce_over(grains.owned.div_ceil(CHUNK), of_chunk, larger).unwrap_or(none);
+        let mine = Extent { lower: lower.to_array(), upper: upper.to_array(), size };
         domain.communicator().all_gather(bytemuck::bytes_of(&mine), &mut self.gathered);
         self.extents.clear();
         self.extents.extend(self.gathered.iter().map(|bytes| bytemuck::pod_read_unaligned::<Extent>(bytes)));
@@ -209,15 +217,16 @@ impl Exchange {
     /// ghost there. Lists remain valid, since they use unwrapped positions. Returns whether every such grain had a ghost
     /// inside the box; if not, nothing has changed.
     pub fn return_to_box(&mut self, domain: &Domain, grains: &mut Grains) -> bool {
-        let Self { ghosts, departed, .. } = self;
+        let Self { ghosts, departed, leaving, .. } = self;
         departed.clear();
         if period(domain) == Vector::ZERO {
             return true;
         }
-        departed.extend((0..grains.owned).filter_map(|g| {
+        let outside = |g: usize| {
             let image = image_in_box(domain, grains.unwrapped[g].to_array());
             (image != grains.image[g]).then_some(Departed { own: g as u32, image, ghost: u32::MAX })
-        }));
+        };
+        leaving.collect(grains.owned, outside, departed);
         if departed.is_empty() {
             return true;
         }
@@ -248,10 +257,14 @@ impl Exchange {
         let Self { migration, contacts, .. } = self;
         let period = period(domain);
         grains.truncate(grains.owned);
-        for g in 0..grains.owned {
-            grains.image[g] = image_in_box(domain, grains.unwrapped[g].to_array());
-            grains.position[g] = image_position(grains.unwrapped[g], grains.image[g], period);
-        }
+        let Grains { unwrapped, image, position, .. } = grains;
+        for_each_chunk((&mut image[..], &mut position[..]), CHUNK, |number, (image, position)| {
+            for (n, (image, position)) in image.iter_mut().zip(position).enumerate() {
+                let unwrapped = unwrapped[number * CHUNK + n];
+                *image = image_in_box(domain, unwrapped.to_array());
+                *position = image_position(unwrapped, *image, period);
+            }
+        });
         if !migration.find_owners(domain, &grains.position) {
             return;
         }

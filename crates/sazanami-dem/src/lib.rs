@@ -26,6 +26,7 @@ mod material;
 mod motion;
 mod packing;
 mod random;
+mod selection;
 mod snapshot;
 pub mod stability;
 mod wall;

@@ -1,62 +1,10 @@
 //! VTK files hold what was given, found again by a reader that follows the format and not the writer.
 
-use std::path::Path;
-
 use sazanami_io::vtk::{BodyFile, DataArray, ImageFile, VtkError, write_bodies, write_image};
 use sazanami_io::{Bodies, BodyPose, BodySurface};
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Quaternion, Vector};
-
-/// The text before the data, and the data.
-struct Parsed {
-    text: String,
-    data: Vec<u8>,
-}
-
-fn parse(path: &Path) -> Parsed {
-    let bytes = std::fs::read(path).expect("the file is there");
-    let marker = b"<AppendedData encoding=\"raw\">\n_";
-    let at = bytes.windows(marker.len()).position(|window| window == marker).expect("data are appended");
-    let end = b"\n  </AppendedData>\n</VTKFile>\n";
-    assert!(bytes.ends_with(end));
-    Parsed {
-        text: String::from_utf8(bytes[..at].to_vec()).expect("the header is text"),
-        data: bytes[at + marker.len()..bytes.len() - end.len()].to_vec(),
-    }
-}
-
-fn attribute_of<'a>(tag: &'a str, name: &str) -> &'a str {
-    let (_, rest) = tag.split_once(&format!(" {name}=\"")).expect("the tag has the attribute");
-    rest.split_once('"').expect("the attribute ends").0
-}
-
-impl Parsed {
-    fn tag(&self, matches: impl Fn(&str) -> bool) -> &str {
-        self.text.split('<').find(|tag| matches(tag)).expect("the tag is there")
-    }
-
-    fn attribute(&self, element: &str, name: &str) -> &str {
-        attribute_of(self.tag(|tag| tag.starts_with(element)), name)
-    }
-
-    /// Type, number of components and unpacked bytes of an array, with the place where it ends.
-    fn array(&self, name: &str) -> (&str, usize, Vec<u8>, usize) {
-        let tag = self.tag(|tag| tag.contains(&format!("Name=\"{name}\"")));
-        let number = |name: &str| attribute_of(tag, name).parse::<usize>().expect("a number");
-        let offset = number("offset");
-        let word = |n: usize| u64::from_le_bytes(std::array::from_fn(|b| self.data[offset + 8 * n + b])) as usize;
-        let (blocks, size, last) = (word(0), word(1), word(2));
-        let mut at = offset + 8 * (3 + blocks);
-        let mut raw = Vec::new();
-        for block in 0..blocks {
-            let length = if block + 1 == blocks && last > 0 { last } else { size };
-            let stored = &self.data[at..at + word(3 + block)];
-            raw.extend(lz4_flex::block::decompress(stored, length).expect("an LZ4 block"));
-            at += stored.len();
-        }
-        (attribute_of(tag, "type"), number("NumberOfComponents"), raw, at)
-    }
-}
+use sazanami_test_support::vtk::parse;
 
 fn numbers<T: bytemuck::Pod>(bytes: &[u8]) -> Vec<T> {
     bytemuck::pod_collect_to_vec(bytes)

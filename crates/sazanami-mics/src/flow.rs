@@ -102,6 +102,27 @@ impl Flow {
         self.fill_halos(domain, boundary);
     }
 
+    /// Gives every cell the `velocity` at its centre [m/s]; [`Solver::new`](crate::solver::Solver::new) then makes the
+    /// velocity on the faces divergence-free.
+    pub fn set_velocity(&mut self, domain: &Domain, boundary: &Boundary, velocity: impl Fn(Vector) -> Vector + Sync) {
+        for (d, u) in self.velocity.iter_mut().enumerate() {
+            domain.set(u, |i, j, k| velocity(domain.centre(i, j, k))[d]);
+        }
+        self.fill_halos(domain, boundary);
+    }
+
+    /// Gives every cell the mean velocity of its opposite faces.
+    pub(crate) fn take_faces(&mut self, domain: &Domain) {
+        let ahead = domain.strides();
+        for (d, (u, uf)) in self.velocity.iter_mut().zip(&self.face_velocity).enumerate() {
+            let uf = uf.data();
+            domain.for_each_row(&domain.interior(), u.data_mut(), |row, u| {
+                let opposite = uf[row.shifted(0)].iter().zip(&uf[row.shifted(ahead[d])]);
+                u.iter_mut().zip(opposite).for_each(|(u, (low, high))| *u = 0.5 * (low + high));
+            });
+        }
+    }
+
     /// Fills the ghosts of all fields and sets the density from the volume fraction.
     pub fn fill_halos(&mut self, domain: &Domain, boundary: &Boundary) {
         let Self { volume_fraction, velocity: [u1, u2, u3], face_velocity, .. } = self;

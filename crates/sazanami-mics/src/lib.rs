@@ -21,6 +21,7 @@
 pub mod advection;
 pub mod ball;
 pub mod boundary;
+pub mod carrying;
 pub mod flow;
 mod fluids;
 pub mod forces;

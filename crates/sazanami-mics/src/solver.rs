@@ -9,6 +9,7 @@ use sazanami_numerics::grid::Field;
 use sazanami_numerics::{Real, Vector};
 
 use crate::boundary::Boundary;
+use crate::carrying::CarryingFlow;
 use crate::flow::Flow;
 use crate::forces::{Force, Forces, Pass};
 use crate::grains::{Coupling, GrainPhase, ImprintReport};
@@ -204,6 +205,43 @@ impl Solver {
         report.impulses.walls_on_grains -= report.contacts.impulse_on_walls;
         report.impulses.open_sides += report.transport.momentum_through;
         report.impulses.open_sides += report.transport.residue.clipped_momentum;
+        self.previous_step = Some(step.dt);
+        self.check(&report)?;
+        Ok(report)
+    }
+
+    /// The longest stable next step of [`Self::carry`]: that of the flow when it is fastest, at time zero.
+    #[must_use]
+    pub fn stable_step_carried(&mut self, carrying: &CarryingFlow) -> Step {
+        carrying.set_faces(&self.domain, 0.0, &mut self.flow.face_velocity);
+        let advective = self.flow.advective_rate(&self.domain);
+        self.settings.limits.choose(&Rates { advective, ..Rates::default() }, self.previous_step)
+    }
+
+    /// Carries the liquid from `time` [s] on for `dt` [s], at most `step.dt`, by a given velocity: a test of the transport,
+    /// without forces, pressure or grains. The faces have the velocity of the middle of each pass; afterwards faces and
+    /// cells have that of the end.
+    ///
+    /// # Errors
+    /// [`StepError`] if a field is not finite.
+    pub fn carry(
+        &mut self,
+        carrying: &CarryingFlow,
+        step: Step,
+        time: Real,
+        dt: Real,
+    ) -> Result<StepReport, StepError> {
+        let Self { domain, boundary, flow, .. } = self;
+        let mut report = StepReport { fluid_passes: step.fluid_passes, ..StepReport::default() };
+        let pass = dt / step.fluid_passes as Real;
+        for number in 0..step.fluid_passes {
+            carrying.set_faces(domain, time + (number as Real + 0.5) * pass, &mut flow.face_velocity);
+            report.courant = report.courant.max(flow.advective_rate(domain) * pass);
+            report.transport += flow.transport(domain, boundary, pass);
+        }
+        carrying.set_faces(domain, time + dt, &mut flow.face_velocity);
+        flow.take_faces(domain);
+        flow.fill_halos(domain, boundary);
         self.previous_step = Some(step.dt);
         self.check(&report)?;
         Ok(report)

@@ -1,10 +1,19 @@
 //! Transport of the interface and of momentum.
 
+use std::sync::Arc;
+
+use sazanami_dem::{Engine, Interactions, LinearSpringDashpot, Setup, Substeps};
 use sazanami_mics::advection::{Convection, Dilatation, Limiter};
 use sazanami_mics::ball::ball;
 use sazanami_mics::boundary::{Boundary, Side};
+use sazanami_mics::carrying::CarryingFlow;
 use sazanami_mics::flow::{DropVelocity, Flow, Fluids, Schemes};
+use sazanami_mics::grains::{Coupling, Exchange, TorqueArm, Weighting};
+use sazanami_mics::pressure::Tolerance;
+use sazanami_mics::solver::{Settings, Solver};
+use sazanami_mics::stability::StepLimits;
 use sazanami_numerics::domain::Domain;
+use sazanami_numerics::geometry::VolumeFractionMethod;
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
 
@@ -161,4 +170,56 @@ fn the_momentum_of_a_drop_depends_on_how_mixed_cells_start() {
     println!("mass {mass:.4}, literal {literal:.4}");
     assert!((mass - 1.0).abs() < 2e-3);
     assert!((literal - 0.967).abs() < 3e-3);
+}
+
+#[test]
+fn a_given_flow_carries_a_ball_and_brings_it_back() {
+    // Between coarse walls all round but along the thin direction.
+    let n = 24;
+    let mut sides = *Boundary::closed().sides();
+    sides[1] = [Side::Periodic; 2];
+    let boundary = Boundary::new(sides).expect("both sides in x2 are periodic");
+    let grid = Grid::new([n, 1, n], Vector::ZERO, Vector::new(1.0, 1.0 / n as Real, 1.0));
+    let domain = Domain::solo(grid, boundary.periodic());
+    let mut flow = Flow::new(&domain, WATER_AND_AIR, Schemes { convection: Convection::Off, ..Schemes::default() });
+    flow.volume_fraction = ball(&domain, Vector::new(0.5, 0.0, 0.75), 0.15, 8);
+    let start = flow.volume_fraction.clone();
+    let setup = Setup {
+        bodies: Vec::new(),
+        interactions: Interactions::uniform(0, LinearSpringDashpot::SAND),
+        walls: Vec::new(),
+        region: [Vector::NEG_INFINITY, Vector::INFINITY],
+        ghost_margin: 0.0,
+    };
+    let engine = Engine::new(&domain, setup, &[]).expect("an engine without grains");
+    let coupling = Coupling {
+        exchange: Exchange::Exact,
+        weighting: Weighting::Mass,
+        volume_fraction: VolumeFractionMethod::Clip,
+        torque_arm: TorqueArm::Centroid,
+        substeps: Substeps::Auto,
+    };
+    let (gravity, limits, tolerance) = (Vector::ZERO, StepLimits::up_to(1.0), Tolerance::default());
+    let settings = Settings { gravity, limits, tolerance, incremental: false };
+    let shapes = Arc::from([]);
+    let mut solver = Solver::new(domain, boundary, settings, flow, engine, shapes, coupling).expect("fluid at rest");
+    let vortex = CarryingFlow::ReversedVortex { speed: 1.0, period: 1.0 };
+    let volume = solver.flow().liquid_volume(solver.domain());
+    let away = |solver: &Solver| {
+        let (now, then, domain) = (solver.flow().volume_fraction.data(), start.data(), solver.domain());
+        let [sum] = domain
+            .sum_rows(&domain.interior(), |row| [row.shifted(0).map(|at| (now[at] - then[at]).abs()).sum::<Real>()]);
+        sum * grid.cell_volume() / volume
+    };
+    let (mut time, mut farthest, mut clipped) = (0.0, 0.0, 0.0);
+    while time < 1.0 {
+        let step = solver.stable_step_carried(&vortex);
+        let dt = step.dt.min(1.0 - time);
+        clipped += solver.carry(&vortex, step, time, dt).expect("fields stay finite").transport.residue.clipped_volume;
+        time += dt;
+        farthest = away(&solver).max(farthest);
+    }
+    // Half a period away from its place the ball overlaps it in part only: it did move.
+    assert!(farthest > 0.3 && away(&solver) < 0.15, "{farthest} {}", away(&solver));
+    assert!((solver.flow().liquid_volume(solver.domain()) - volume - clipped).abs() < 1e-12 * volume);
 }

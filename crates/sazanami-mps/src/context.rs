@@ -57,15 +57,10 @@ pub(crate) struct Motion {
 }
 
 impl Motion {
-    /// Takes over another stage.
-    pub fn copy_from(&mut self, position: &[Vector], velocity: &[Vector]) {
-        self.position.resize(position.len(), Vector::ZERO);
-        self.velocity.resize(velocity.len(), Vector::ZERO);
-        for_each_chunk((&mut self.position[..], &mut self.velocity[..]), ROWS, |number, (x, u)| {
-            let rows = number * ROWS..number * ROWS + x.len();
-            x.copy_from_slice(&position[rows.clone()]);
-            u.copy_from_slice(&velocity[rows]);
-        });
+    /// Makes room for `count` particles and ghosts.
+    pub fn resize(&mut self, count: usize) {
+        self.position.resize(count, Vector::ZERO);
+        self.velocity.resize(count, Vector::ZERO);
     }
 
     /// Brings the ghosts up to date.

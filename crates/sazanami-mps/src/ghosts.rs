@@ -125,7 +125,7 @@ impl GhostChoice<Particles, Vector> for Near<'_> {
         [self.periods.images().any(|shift| self.near(low, high, shift)); 2]
     }
 
-    fn choose(&self, particles: &Particles, rank: usize, chosen: &mut Vec<(u32, Vector)>) {
+    fn choose(&mut self, particles: &Particles, rank: usize, chosen: &mut Vec<(u32, Vector)>) {
         let me = self.domain.communicator().rank();
         let [mine, theirs] = [me, rank].map(|rank| zone(self.domain, self.periods, rank));
         for shift in self.periods.images().filter(|&shift| rank != me || shift != Vector::ZERO) {

@@ -50,17 +50,18 @@ pub(crate) fn predict(
 ) {
     let Context { domain, periods, dt, .. } = *step;
     let (viscosity, body_force) = (step.settings.fluid.viscosity, step.explicit_force());
-    predicted.copy_from(&particles.position, &particles.velocity);
-    let (kind, owned) = (&particles.kind, particles.owned);
-    let columns = (&mut predicted.velocity[..owned], &mut predicted.position[..owned]);
+    let Particles { kind, owned, position: start, velocity: present, .. } = particles;
+    predicted.resize(particles.len());
+    let columns = (&mut predicted.velocity[..*owned], &mut predicted.position[..*owned]);
     for_each_chunk(columns, ROWS, |number, (velocity, position)| {
         for (row, (u, x)) in velocity.iter_mut().zip(position).enumerate() {
             let a = number * ROWS + row;
+            *u = present[a];
             if kind[a] == Kind::Fluid {
                 *u += dt * (viscosity * densities[a].laplacian.total + body_force) + drag[a];
             }
             // On exact multiples, so that both particles of a pair across a periodic side get the same distance.
-            *x = periods.rounded(*x + dt * *u);
+            *x = periods.rounded(start[a] + dt * *u);
         }
     });
     predicted.refresh(domain, ghosts);
@@ -75,18 +76,18 @@ pub(crate) fn correct(
     corrected: &mut Motion,
 ) {
     let (dt, density) = (step.dt, step.settings.fluid.density);
-    corrected.copy_from(&predicted.position, &predicted.velocity);
     let Particles { kind, gradient, owned, .. } = particles;
+    corrected.resize(particles.len());
     let columns = (&mut corrected.velocity[..*owned], &mut corrected.position[..*owned]);
     for_each_chunk(columns, ROWS, |number, (velocity, position)| {
         for (row, (u, x)) in velocity.iter_mut().zip(position).enumerate() {
             let a = number * ROWS + row;
-            if kind[a] != Kind::Fluid {
-                continue;
+            (*u, *x) = (predicted.velocity[a], predicted.position[a]);
+            if kind[a] == Kind::Fluid {
+                let acceleration = -gradient[a] / density;
+                *u += dt * acceleration;
+                *x += dt * dt * acceleration;
             }
-            let acceleration = -gradient[a] / density;
-            *u += dt * acceleration;
-            *x += dt * dt * acceleration;
         }
     });
     corrected.refresh(step.domain, ghosts);

@@ -1,9 +1,21 @@
-//! Sums and maxima over the particles or grains of a rank, in blocks: the same bits for any number of threads.
+//! Loops, sums and maxima over the particles or grains of a rank, in blocks: the same bits for any number of threads.
 
 use sazanami_numerics::Real;
-use sazanami_parallel::{max_over, sum_over};
+use sazanami_parallel::{for_each_chunk, max_over, sum_over};
 
 use crate::neighbours::ROWS;
+
+/// Makes `column` the values of the first `count`.
+pub(crate) fn set_column<T: Clone + Default + Send>(
+    column: &mut Vec<T>,
+    count: usize,
+    value: impl Fn(usize) -> T + Sync,
+) {
+    column.resize(count, T::default());
+    for_each_chunk(&mut column[..], ROWS, |number, column| {
+        column.iter_mut().enumerate().for_each(|(row, entry)| *entry = value(number * ROWS + row));
+    });
+}
 
 /// Maximum of `value` over the first `count`; minus infinity if there are none.
 pub(crate) fn largest(count: usize, value: impl Fn(usize) -> Real + Sync) -> Real {

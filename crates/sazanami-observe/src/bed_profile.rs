@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use sazanami_numerics::{Real, Vector};
+use sazanami_parallel::{max_over, sum_over};
 
 use crate::{BedView, Body, Horizontal};
 
@@ -11,17 +12,17 @@ use crate::{BedView, Body, Horizontal};
 /// `None` if no node is that near.
 #[must_use]
 pub fn height_near(bed: &BedView, axis: Horizontal, radius: Real) -> Option<Real> {
-    let nodes = (0..bed.len()).flat_map(|grain| bed.nodes_of(grain));
-    nodes.filter(|n| (n.x - axis[0]).hypot(n.y - axis[1]) <= radius).map(|n| n.z).reduce(Real::max)
+    let near = |node: &Vector| (node.x - axis[0]).hypot(node.y - axis[1]) <= radius;
+    let highest = |grain| bed.nodes_of(grain).filter(near).fold(Real::NEG_INFINITY, |top, node| top.max(node.z));
+    Some(max_over(bed.len(), highest)).filter(|&top| top > Real::NEG_INFINITY)
 }
 
 /// Share of void in the slab `heights` [m] over a floor of `area` [m^2], exactly from the surfaces of
 /// the grains; where grains overlap both count.
 #[must_use]
 pub fn porosity_of_grains(bed: &BedView, heights: Range<Real>, area: Real) -> Real {
-    let solid: Real = (0..bed.len())
-        .map(|grain| volume_below(bed, grain, heights.end) - volume_below(bed, grain, heights.start))
-        .sum();
+    let within = |grain| volume_below(bed, grain, heights.end) - volume_below(bed, grain, heights.start);
+    let [solid] = sum_over(bed.len(), |grain| [within(grain)]);
     1.0 - solid / (area * (heights.end - heights.start))
 }
 
@@ -77,12 +78,15 @@ pub struct Motion {
 #[must_use]
 pub fn motion(bed: &BedView) -> Motion {
     let count = bed.len().max(1) as Real;
-    let sum: Vector = bed.velocity.iter().sum();
-    let speeds = || bed.velocity.iter().map(|v| v.length());
+    let velocity = bed.velocity;
+    let [x, y, z, speeds] = sum_over(bed.len(), |grain| {
+        let u = velocity[grain];
+        [u.x, u.y, u.z, u.length()]
+    });
     Motion {
-        speed_of_mean: sum.length() / count,
-        mean_speed: speeds().sum::<Real>() / count,
-        largest_speed: speeds().fold(0.0, Real::max),
+        speed_of_mean: Vector::new(x, y, z).length() / count,
+        mean_speed: speeds / count,
+        largest_speed: max_over(bed.len(), |grain| velocity[grain].length()).max(0.0),
     }
 }
 
@@ -103,24 +107,18 @@ pub struct Orientation {
 /// Orientation of the grains that have a long axis; `None` if there are none.
 #[must_use]
 pub fn orientation(bed: &BedView) -> Option<Orientation> {
-    let mut grains = 0;
-    let mut squares = 0.0;
-    let mut inclinations = 0.0;
-    for grain in 0..bed.len() {
-        if let Some(axis) = bed.body_of(grain).long_axis {
+    let [count, squares, inclinations] = sum_over(bed.len(), |grain| {
+        bed.body_of(grain).long_axis.map_or([0.0; 3], |axis| {
             let cosine = (bed.orientation[grain] * axis).z;
-            grains += 1;
-            squares += cosine * cosine;
-            inclinations += cosine.abs().min(1.0).asin();
-        }
-    }
-    let count = grains as Real;
+            [1.0, cosine * cosine, cosine.abs().min(1.0).asin()]
+        })
+    });
     let vertical_order = 1.5 * squares / count - 0.5;
-    (grains > 0).then(|| Orientation {
+    (count > 0.0).then(|| Orientation {
         vertical_order,
         lying_order: -2.0 * vertical_order,
         mean_inclination: inclinations / count,
-        grains,
+        grains: count as usize,
     })
 }
 

@@ -8,7 +8,9 @@
 
 use sazanami_numerics::Real;
 use sazanami_numerics::snapshot::{Snapshot, SnapshotError};
+use sazanami_parallel::{for_each_chunk, reduce_over};
 
+use crate::bed::GRAINS_AT_ONCE;
 use crate::erosion::linked_to_bed;
 use crate::{BedView, Horizontal};
 
@@ -44,6 +46,29 @@ pub struct Splash {
     pub above_now: usize,
 }
 
+/// Splashed grains of a part of the bed: their sums, and the farthest and highest place now [m].
+#[derive(Clone, Copy, Debug)]
+struct Found {
+    splash: Splash,
+    farthest: Real,
+    highest: Real,
+}
+
+impl Default for Found {
+    fn default() -> Self {
+        Self { splash: Splash::default(), farthest: 0.0, highest: Real::NEG_INFINITY }
+    }
+}
+
+impl Found {
+    fn and(mut self, other: Self) -> Self {
+        self.splash.grains += other.splash.grains;
+        self.splash.mass += other.splash.mass;
+        self.splash.above_now += other.splash.above_now;
+        Self { farthest: self.farthest.max(other.farthest), highest: self.highest.max(other.highest), ..self }
+    }
+}
+
 impl SplashTracker {
     /// Starts with the bed before the impact; `grain_size` is the short axis [m].
     #[must_use]
@@ -68,25 +93,36 @@ impl SplashTracker {
     /// If the number of grains differs.
     pub fn observe(&mut self, bed: &BedView) -> Splash {
         assert_eq!(bed.len(), self.fate.len(), "a bed is observed with the grains it had at the start");
-        let mut splash = Splash::default();
-        for (grain, (fate, position)) in self.fate.iter_mut().zip(bed.position).enumerate() {
-            let above = position.z > self.threshold;
-            if above && *fate == IN_BED {
-                *fate = SPLASHED;
+        let above = |grain: usize| bed.position[grain].z > self.threshold;
+        for_each_chunk(&mut self.fate[..], GRAINS_AT_ONCE, |number, fate| {
+            for (n, fate) in fate.iter_mut().enumerate() {
+                if *fate == IN_BED && above(number * GRAINS_AT_ONCE + n) {
+                    *fate = SPLASHED;
+                }
             }
-            if *fate == SPLASHED {
-                splash.grains += 1;
-                splash.mass += bed.mass[grain];
-                splash.above_now += usize::from(above);
-                self.farthest = self.farthest.max((position.x - self.axis[0]).hypot(position.y - self.axis[1]));
-                self.highest = self.highest.max(position.z);
-            }
-        }
+        });
+        let found = reduce_over(bed.len().div_ceil(GRAINS_AT_ONCE), |number| self.of_chunk(bed, number), Found::and);
+        let Found { mut splash, farthest, highest } = found.unwrap_or_default();
+        (self.farthest, self.highest) = (self.farthest.max(farthest), self.highest.max(highest));
         if splash.grains > 0 {
             splash.farthest_distance = self.farthest;
             splash.highest_rise = self.highest - self.bed_top;
         }
         splash
+    }
+
+    /// Splashed grains of a chunk of grains.
+    fn of_chunk(&self, bed: &BedView, number: usize) -> Found {
+        let grains = number * GRAINS_AT_ONCE..((number + 1) * GRAINS_AT_ONCE).min(bed.len());
+        grains.filter(|&grain| self.fate[grain] == SPLASHED).fold(Found::default(), |mut found, grain| {
+            let position = bed.position[grain];
+            found.splash.grains += 1;
+            found.splash.mass += bed.mass[grain];
+            found.splash.above_now += usize::from(position.z > self.threshold);
+            found.farthest = found.farthest.max((position.x - self.axis[0]).hypot(position.y - self.axis[1]));
+            found.highest = found.highest.max(position.z);
+            found
+        })
     }
 
     /// Writes the state into a snapshot.

@@ -1,4 +1,5 @@
-//! Support for tests of other crates: an allocator that counts, for tests which show that a step allocates nothing.
+//! Support for tests of other crates: an allocator that counts, for tests which show that a step allocates nothing, and a
+//! reader of VTK files ([`vtk`]).
 //!
 //! ```
 //! use sazanami_test_support::{CountingAllocator, allocations_of_thread};
@@ -10,6 +11,8 @@
 //! drop(std::hint::black_box(vec![1; 100]));
 //! assert!(allocations_of_thread() > before);
 //! ```
+
+pub mod vtk;
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;

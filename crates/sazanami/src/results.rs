@@ -43,7 +43,7 @@ pub fn prepare(out: Option<&Path>, case_name: &str, force: bool) -> Result<PathB
 }
 
 /// What a run writes, beside its case.
-const WRITTEN: [&str; 18] = [
+const WRITTEN: [&str; 19] = [
     FIELDS,
     GRAINS,
     FIGURES,
@@ -52,6 +52,7 @@ const WRITTEN: [&str; 18] = [
     ANALYSIS,
     FIELD_SERIES,
     GRAIN_SERIES,
+    MESH_SERIES,
     SERIES,
     CRATER_PROFILES,
     BED_PROFILES,
@@ -84,8 +85,10 @@ pub(crate) const LAYER_MEANS: &str = "layers.csv";
 pub(crate) const CYCLES: &str = "cycles.csv";
 /// Times and files of the fluid for ParaView.
 pub(crate) const FIELD_SERIES: &str = "fields.pvd";
-/// Times and files of the grains for ParaView.
+/// Times and files of the grains as points for ParaView.
 pub(crate) const GRAIN_SERIES: &str = "grains.pvd";
+/// Times and files of the surfaces of the grains for ParaView.
+pub(crate) const MESH_SERIES: &str = "grain-meshes.pvd";
 /// The bed that a run packed, unless its case names another file for it.
 pub(crate) const PACKED_BED: &str = "packed.bed";
 /// A tank with water at rest that a run prepared.

@@ -7,7 +7,7 @@ use sazanami_io::checkpoint::{CheckpointReader, CheckpointWriter};
 use sazanami_numerics::snapshot::Snapshot;
 use serde::{Deserialize, Serialize};
 
-use crate::case::meaning::{Bed, Case, Checkpoints, OutputFrame, Outputs, RunLength, Schedule};
+use crate::case::meaning::{Bed, Case, Checkpoints, GrainArrays, GrainForm, OutputFrame, Outputs, RunLength, Schedule};
 use crate::case::resolved::{self, Paths};
 use crate::case::{CaseError, Diagnostics, LoadedCase};
 use crate::job::{Job, RecordError};
@@ -46,6 +46,8 @@ fn tank_of(case: &Case) -> String {
             series: nothing(),
             bed: None,
             frame: OutputFrame::Tank,
+            grain_form: GrainForm::default(),
+            grain_arrays: GrainArrays::default(),
             ..case.output.clone()
         },
         checkpoint: Checkpoints { every_wall: None, every: None, keep: 1 },

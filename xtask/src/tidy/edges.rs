@@ -13,7 +13,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("sazanami-mics", &["sazanami-parallel", "sazanami-test-support", "sazanami-numerics", "sazanami-dem"]),
     ("sazanami-mps", &["sazanami-parallel", "sazanami-test-support", "sazanami-numerics", "sazanami-dem"]),
     ("sazanami-observe", &["sazanami-parallel", "sazanami-numerics", "sazanami-dem"]),
-    ("sazanami-io", &["sazanami-parallel", "sazanami-numerics"]),
+    ("sazanami-io", &["sazanami-parallel", "sazanami-test-support", "sazanami-numerics"]),
     ("sazanami-case-derive", &[]),
     (
         "sazanami-case",

@@ -39,7 +39,7 @@ pub use grains::Population;
 pub use liquid::{LiquidRegion, Placement};
 pub use motion::{Axis, Motion as TankMotion, WallMotion};
 pub use observed::{Bed, Erosion};
-pub use output::{FieldPrecision, OutputFrame, Outputs};
+pub use output::{FieldPrecision, GrainArray, GrainArrays, GrainForm, OutputFrame, Outputs};
 pub use overlap::{Overlap, PressureForce};
 pub use particles::{Particles, StabilisationWeight};
 pub use placement::{BedFile, Grain, GrainPlacement, LatticePlacement, Packing, PackingStop};

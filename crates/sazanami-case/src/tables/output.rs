@@ -3,10 +3,16 @@
 use std::path::PathBuf;
 
 use sazanami_case_derive::Keys;
+use sazanami_numerics::choice::Choice;
 use sazanami_numerics::choices;
+use serde_json::json;
 
-use super::{GrainPlacement, Schedule};
-use crate::read::{Context, Table};
+use super::{GrainPlacement, Population, Schedule};
+use crate::key::{KeyDoc, ValueDoc};
+use crate::presets::Solver;
+use crate::read::{At, Context, Table};
+use crate::value::{Range1, Value, Word, elements};
+use crate::write::{Paths, Written};
 
 choices! {
     /// Precision of written fields.
@@ -28,7 +34,126 @@ choices! {
         /// That of the laboratory.
         Laboratory = "laboratory",
     }
+
+    /// How grains are written for ParaView.
+    #[derive(Default)]
+    pub enum GrainForm {
+        /// A point a grain in `grains.pvd`, for glyphs.
+        #[default]
+        Points = "points",
+        /// The surface of each grain in `grain-meshes.pvd`, about 3 kB a grain.
+        Meshes = "meshes",
+        /// Both.
+        Both = "both",
+    }
+
+    /// A value of each grain.
+    pub enum GrainArray {
+        /// Identifier, the same in all files of a run.
+        Id = "id",
+        /// Number of the population in the case file, from 0.
+        Population = "population",
+        /// Number of the material in the case file, from 0.
+        Material = "material",
+        /// Diameter of the sphere of the same volume [m].
+        Diameter = "diameter",
+        /// Size factor: the scale of its glyph.
+        Scale = "scale",
+        /// Mass [kg].
+        Mass = "mass",
+        /// Quaternion w, x, y, z that turns its glyph; of points alone.
+        Orientation = "orientation",
+        /// Velocity of the centre of mass [m/s].
+        Velocity = "velocity",
+        /// Its magnitude [m/s].
+        Speed = "speed",
+        /// Spin [rad/s].
+        AngularVelocity = "angular_velocity",
+        /// Sum of the contact forces in the last sub-step [N].
+        ContactForce = "contact_force",
+        /// Sum of their torques [N m].
+        ContactTorque = "contact_torque",
+        /// x3 of the centre of mass [m].
+        Height = "height",
+        /// Time since the last contact [s]; 1e9 without any.
+        TimeSinceContact = "time_since_contact",
+        /// Number of grains that it touches.
+        TouchedGrains = "touched_grains",
+        /// Drag, mean over the last step [N]; of moving particles.
+        Drag = "drag",
+        /// Force of the pressure, buoyancy included, mean over the last step [N]; of moving particles.
+        PressureForce = "pressure_force",
+        /// Void fraction around it; of moving particles.
+        VoidFraction = "void_fraction",
+        /// Part of it that is wet; of moving particles.
+        Wetness = "wetness",
+    }
 }
+
+impl GrainForm {
+    /// Whether points are written.
+    #[must_use]
+    pub fn has_points(self) -> bool {
+        self != Self::Meshes
+    }
+
+    /// Whether surfaces are written.
+    #[must_use]
+    pub fn has_meshes(self) -> bool {
+        self != Self::Points
+    }
+}
+
+impl GrainArray {
+    /// Whether runs with a solver have it.
+    fn is_of(self, solver: Solver) -> bool {
+        let fluid = [Self::Drag, Self::PressureForce, Self::VoidFraction, Self::Wetness];
+        solver == Solver::Mps || !fluid.contains(&self)
+    }
+}
+
+/// Values that are written of each grain, in this order.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct GrainArrays(pub Vec<GrainArray>);
+
+impl GrainArrays {
+    /// All that runs with a solver have.
+    fn of(solver: Solver) -> Self {
+        Self(GrainArray::ALL.iter().copied().filter(|array| array.is_of(solver)).collect())
+    }
+}
+
+impl Value for GrainArrays {
+    fn doc() -> ValueDoc {
+        ValueDoc::Leaf("list of words", |_| {
+            let words: Vec<&str> = GrainArray::ALL.iter().map(|array| array.word()).collect();
+            json!({ "type": "array", "uniqueItems": true, "items": { "enum": words } })
+        })
+    }
+
+    fn read(at: &At<'_>, key: &KeyDoc, range: Range1, cx: &mut Context<'_>) -> Option<Self> {
+        let list = elements(at, key, &format!("words such as {}", Self::example(key)), cx)?;
+        let words = list.iter().map(|element| Some(Word::<GrainArray>::read(element, key, range, cx)?.0));
+        let words: Option<Vec<GrainArray>> = words.collect();
+        words.map(Self)
+    }
+
+    fn write(&self, _: &str, _: Paths) -> Written {
+        let words: Vec<String> = self.0.iter().map(|array| format!("\"{}\"", array.word())).collect();
+        Written::Leaf(format!("[{}]", words.join(", ")))
+    }
+
+    fn blank() -> Self {
+        Self::default()
+    }
+
+    fn example(_: &KeyDoc) -> String {
+        "[\"id\", \"velocity\"]".into()
+    }
+}
+
+/// Most grains whose surfaces are written where the case does not say.
+const MESHED: usize = 1000;
 
 /// What is written when.
 #[derive(Clone, Debug, Default, PartialEq, Keys)]
@@ -50,6 +175,15 @@ pub struct Outputs {
     /// Grains for ParaView.
     #[key(table, default = Schedule::ends(cx.known.run.until), says = "at the start and at the end")]
     pub grains: Schedule,
+    /// How grains are written: points that glyphs are set on, with a glyph `grains/shape-N.vtp` a population, or the surface
+    /// of each grain.
+    #[key(word, default = suited_form(&cx.known.grains), says = "`both` up to 1000 grains, else `points`")]
+    pub grain_form: GrainForm,
+    /// What is written of each grain, all by default: `id`, `population`, `material`, `diameter` (of equal volume), `scale`,
+    /// `mass`, `orientation` (of points), `velocity`, `speed`, `angular_velocity`, `contact_force`, `contact_torque`, `height`,
+    /// `time_since_contact`, `touched_grains`; with moving particles also `drag`, `pressure_force`, `void_fraction`, `wetness`.
+    #[key(default = GrainArrays::of(cx.known.solver), says = "all")]
+    pub grain_arrays: GrainArrays,
     /// Pictures.
     #[key(table, default = Schedule::ends(cx.known.run.until), says = "at the start and at the end")]
     pub figures: Schedule,
@@ -58,8 +192,21 @@ pub struct Outputs {
     pub series: Schedule,
 }
 
+/// The form in which a number of grains that is known, and small, is easiest to look at.
+fn suited_form(grains: &[Population]) -> GrainForm {
+    let count: Option<usize> = grains.iter().map(|population| population.count).sum();
+    if count.is_some_and(|count| count <= MESHED) { GrainForm::Both } else { GrainForm::Points }
+}
+
 impl Outputs {
     fn check(&mut self, table: &Table<'_>, cx: &mut Context<'_>) {
+        let solver = cx.known.solver;
+        for array in self.grain_arrays.0.iter().filter(|array| !array.is_of(solver)) {
+            cx.report
+                .error(table.place("grain_arrays"), format!("grains in this run have no `{array}`"))
+                .label("it is known with `solver = \"mps\"`")
+                .help("leave it out");
+        }
         let packs = cx.known.grains.iter().any(|p| matches!(p.placement, GrainPlacement::Packed(_)));
         if self.bed.is_some() && !packs && !cx.known.is_damaged {
             cx.report

@@ -2,6 +2,7 @@
 
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::{Matrix, Real};
+use sazanami_parallel::for_each_chunk;
 
 use super::{Engine, LARGEST_SKIN};
 use crate::contact::counters::Counters;
@@ -9,7 +10,7 @@ use crate::contact::neighbours::{ListInput, Previous};
 use crate::contact::record::ContactRecord;
 use crate::contact::walls::WallContact;
 use crate::error::DemError;
-use crate::grain::{Grains, Motion};
+use crate::grain::{Grains, Motion, ROWS};
 use crate::motion::{MassProperties, Pose};
 
 /// Skin of a resting grain, the distance it may travel before lists are renewed, over its bounding radius.
@@ -113,11 +114,14 @@ impl Engine {
         let grains = &self.grains;
         let FormerList { known, number, travel, wall_travel, originals, .. } = former_list;
         self.exchange.originals(grains.len(), originals);
-        number.clear();
-        number.extend((0..grains.len()).map(|g| {
-            let key = (grains.id[g], (g >= grains.owned).then_some(grains.image[g]));
-            known.binary_search_by_key(&key, |k| (k.0, k.1)).map_or(u32::MAX, |at| known[at].2)
-        }));
+        number.resize(grains.len(), u32::MAX);
+        for_each_chunk(&mut number[..], ROWS, |chunk, number| {
+            for (n, number) in number.iter_mut().enumerate() {
+                let g = chunk * ROWS + n;
+                let key = (grains.id[g], (g >= grains.owned).then_some(grains.image[g]));
+                *number = known.binary_search_by_key(&key, |k| (k.0, k.1)).map_or(u32::MAX, |at| known[at].2);
+            }
+        });
         std::mem::swap(&mut self.blocks, &mut self.former);
         let mut blocks = std::mem::take(&mut self.blocks);
         let mut builder = std::mem::take(&mut self.builder);
@@ -137,37 +141,46 @@ impl Engine {
     }
 
     fn choose_skins(&mut self) {
-        for g in 0..self.grains.owned {
-            let grains = &self.grains;
-            let size = self.bounding_radius(g);
-            let arm = self.bodies[grains.shape[g] as usize].centre_radius * grains.scale[g];
-            let speed = grains.velocity[g].length() + arm * grains.angular_velocity(g).length();
-            let way = if self.time_step.is_finite() { HORIZON * self.time_step * speed } else { LARGEST_SKIN * size };
-            self.grains.skin[g] = (RESTING_SKIN * size + way).min(LARGEST_SKIN * size);
-        }
+        let mut skins = std::mem::take(&mut self.grains.skin);
+        let (grains, time_step) = (&self.grains, self.time_step);
+        for_each_chunk(&mut skins[..grains.owned], ROWS, |number, skins| {
+            for (n, skin) in skins.iter_mut().enumerate() {
+                let g = number * ROWS + n;
+                let size = self.bounding_radius(g);
+                let arm = self.bodies[grains.shape[g] as usize].centre_radius * grains.scale[g];
+                let speed = grains.velocity[g].length() + arm * grains.angular_velocity(g).length();
+                let way = if time_step.is_finite() { HORIZON * time_step * speed } else { LARGEST_SKIN * size };
+                *skin = (RESTING_SKIN * size + way).min(LARGEST_SKIN * size);
+            }
+        });
+        self.grains.skin = skins;
     }
 
     fn set_poses(&mut self) {
         let Self { grains, poses, rotations, mass_properties, bodies, first_spheres, .. } = self;
         poses.resize(grains.len(), Pose::default());
         rotations.resize(grains.len(), Matrix::IDENTITY);
-        mass_properties.clear();
-        for g in 0..grains.len() {
-            let free = grains.motion[g] == Motion::Free;
-            let body = &bodies[grains.shape[g] as usize];
-            let moment = grains.inertia[g].recip();
-            mass_properties.push(MassProperties {
-                inverse_mass: if free { 1.0 / grains.mass[g] } else { 0.0 },
-                inverse_inertia: moment,
-                arm: body.centre_radius * grains.scale[g],
-                motion: grains.motion[g],
-                ball: body.is_ball(),
-            });
-            poses[g].scale = grains.scale[g];
-            poses[g].body = grains.shape[g];
-            poses[g].radius = if body.is_ball() { body.radii[0] * grains.scale[g] } else { 0.0 };
-            poses[g].spheres = first_spheres[grains.shape[g] as usize];
-            rotations[g] = poses[g].follow(grains, g, &mass_properties[g]);
-        }
+        mass_properties.resize(grains.len(), MassProperties::default());
+        let columns = (&mut poses[..], &mut rotations[..], &mut mass_properties[..]);
+        for_each_chunk(columns, ROWS, |number, (poses, rotations, mass_properties)| {
+            for n in 0..poses.len() {
+                let g = number * ROWS + n;
+                let free = grains.motion[g] == Motion::Free;
+                let body = &bodies[grains.shape[g] as usize];
+                let moment = grains.inertia[g].recip();
+                mass_properties[n] = MassProperties {
+                    inverse_mass: if free { 1.0 / grains.mass[g] } else { 0.0 },
+                    inverse_inertia: moment,
+                    arm: body.centre_radius * grains.scale[g],
+                    motion: grains.motion[g],
+                    ball: body.is_ball(),
+                };
+                poses[n].scale = grains.scale[g];
+                poses[n].body = grains.shape[g];
+                poses[n].radius = if body.is_ball() { body.radii[0] * grains.scale[g] } else { 0.0 };
+                poses[n].spheres = first_spheres[grains.shape[g] as usize];
+                rotations[n] = poses[n].follow(grains, g, &mass_properties[n]);
+            }
+        });
     }
 }

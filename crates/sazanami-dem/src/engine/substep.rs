@@ -287,10 +287,14 @@ impl Engine {
 
     /// Positions of the periodic images that the entries of this rank represent.
     pub(super) fn place(&mut self) {
-        let grains = &mut self.grains;
-        for g in 0..grains.len() {
-            grains.position[g] = image_position(grains.unwrapped[g], grains.image[g], self.period);
-        }
+        let Grains { position, unwrapped, image, .. } = &mut self.grains;
+        let period = self.period;
+        for_each_chunk(&mut position[..], ROWS, |number, position| {
+            let first = number * ROWS;
+            for (n, position) in position.iter_mut().enumerate() {
+                *position = image_position(unwrapped[first + n], image[first + n], period);
+            }
+        });
     }
 }
 

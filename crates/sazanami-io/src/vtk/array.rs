@@ -27,6 +27,24 @@ impl<'a> DataArray<'a> {
         Self { name: name.to_owned(), components, element: T::TYPE, bytes }
     }
 
+    /// Whole numbers.
+    #[must_use]
+    pub fn whole(name: &str, values: impl IntoIterator<Item = u32>) -> Self {
+        Self::owned(name, 1, &values.into_iter().collect::<Vec<u32>>())
+    }
+
+    /// Identifiers, which take eight bytes.
+    #[must_use]
+    pub fn long(name: &str, values: impl IntoIterator<Item = u64>) -> Self {
+        Self::owned(name, 1, &values.into_iter().collect::<Vec<u64>>())
+    }
+
+    /// Name of the array.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
     /// Values rounded to single precision, which is enough for pictures.
     #[must_use]
     pub fn rounded(name: &str, components: usize, values: impl IntoIterator<Item = f64>) -> Self {

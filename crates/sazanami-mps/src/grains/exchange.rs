@@ -8,6 +8,7 @@ use super::{GrainPhase, PLACE, SUPPORT};
 use crate::context::Context;
 use crate::neighbours::ROWS;
 use crate::particles::{Kind, Particles};
+use crate::reductions::{set_column, sum_of};
 
 impl GrainPhase {
     /// Sets `change` to the velocity change of each own fluid particle by drag [m/s], with positions and weights of the
@@ -28,22 +29,23 @@ impl GrainPhase {
         let particle_mass = step.particle_mass();
         let Self { engine, shared, impulses, .. } = self;
         let grains = engine.grains();
-        shared.clear();
-        shared.resize(grains.len(), [0.0; 6]);
-        for (g, shared) in shared.iter_mut().enumerate().take(grains.owned()) {
-            let kept = &grains.attached[g];
-            let support = kept[SUPPORT];
-            let impulse = grains.drag_impulse[g];
-            for d in 0..3 {
-                shared[d] = kept[PLACE + d];
-                shared[3 + d] = if support > 0.0 { impulse[d] / support } else { 0.0 };
+        set_column(shared, grains.len(), |g| {
+            if g >= grains.owned() {
+                return [0.0; 6];
             }
-        }
+            let kept = &grains.attached[g];
+            let (support, impulse) = (kept[SUPPORT], grains.drag_impulse[g]);
+            let share = |d: usize| if support > 0.0 { impulse[d] / support } else { 0.0 };
+            [kept[PLACE], kept[PLACE + 1], kept[PLACE + 2], share(0), share(1), share(2)]
+        });
         engine.share_with_ghosts(domain, shared);
-        for (g, shared) in shared.iter_mut().enumerate() {
-            let place = engine.image_position(Vector::from_slice(&shared[..3]), grains.image(g));
-            shared[..3].copy_from_slice(&place.to_array());
-        }
+        for_each_chunk(&mut shared[..], ROWS, |number, shared| {
+            for (row, shared) in shared.iter_mut().enumerate() {
+                let image = grains.image(number * ROWS + row);
+                let place = engine.image_position(Vector::from_slice(&shared[..3]), image);
+                shared[..3].copy_from_slice(&place.to_array());
+            }
+        });
         let shared = &shared[..];
         // Which ghosts are known beyond the radius is arbitrary.
         let near = engine.vicinity(domain, kernel.weight.radius);
@@ -74,10 +76,7 @@ impl GrainPhase {
                 *change = -inverse_void[a] / particle_mass * Vector::from_array(taken);
             }
         });
-        let mut sum = [0.0; 3];
-        for change in &*change {
-            (0..3).for_each(|d| sum[d] += particle_mass * change[d]);
-        }
-        Vector::from_array(domain.sum(sum))
+        let change = &change[..];
+        Vector::from_array(domain.sum(sum_of(change.len(), |a| (particle_mass * change[a]).to_array())))
     }
 }

@@ -15,6 +15,7 @@ use crate::context::{Context, Motion};
 use crate::ghosts::Ghosts;
 use crate::neighbours::ROWS;
 use crate::particles::{Kind, Particles};
+use crate::reductions::{set_column, sum_of};
 use crate::scheme::Kernel;
 
 /// Sum of weights over n0 above which a grain is fully wet.
@@ -134,36 +135,30 @@ impl GrainPhase {
         let Particles { kind, position, velocity, gradient, .. } = &*particles;
         let fluid = Fluid { kind, position, velocity, gradient, inverse_void };
         let Self { engine, coupling, sources, around, diameter, fluid: binned, .. } = self;
+        let engine = &*engine;
         let grains = engine.grains();
-        let owned = grains.owned();
-        diameter.clear();
-        diameter.extend((0..owned).map(|g| diameter_of(engine, g)));
-        around.clear();
-        around.resize(owned, FluidAtGrain::default());
+        set_column(diameter, grains.owned(), |g| diameter_of(engine, g));
         let whole = WET * kernel.sums.number_density;
         fluid.put_into(binned, domain, kernel);
         let (binned, sources, diameter, least) = (&*binned, &*sources, &diameter[..], coupling.least_void);
-        for_each_chunk(&mut around[..], ROWS, |number, around| {
-            for (row, around) in around.iter_mut().enumerate() {
-                let g = number * ROWS + row;
-                let x = grains.position[g];
-                let family = kernel.weight.family;
-                let [support, gradient @ .., u, v, w] = binned.sum(family, x, |pair, fluid: &[Lanes; 10]| {
-                    let [_, _, _, inverse_void, g1, g2, g3, u, v, w] = fluid;
-                    let weight = lanes(|l| pair.weight[l] * inverse_void[l]);
-                    let mean = |field: &Lanes| lanes(|l| weight[l] * field[l]);
-                    [weight, mean(g1), mean(g2), mean(g3), mean(u), mean(v), mean(w)]
-                });
-                let mut sum = FluidAtGrain { support, ..FluidAtGrain::default() };
-                if support > 0.0 {
-                    sum.velocity = Vector::new(u, v, w) / support;
-                    sum.gradient = Vector::from_array(gradient) / support;
-                    sum.wetness = (support / whole).min(1.0);
-                }
-                let solid = sources.fraction(x);
-                sum.void_fraction = (1.0 - sources.around(solid, diameter[g])).clamp(least, 1.0);
-                *around = sum;
+        set_column(around, grains.owned(), |g| {
+            let x = grains.position[g];
+            let family = kernel.weight.family;
+            let [support, gradient @ .., u, v, w] = binned.sum(family, x, |pair, fluid: &[Lanes; 10]| {
+                let [_, _, _, inverse_void, g1, g2, g3, u, v, w] = fluid;
+                let weight = lanes(|l| pair.weight[l] * inverse_void[l]);
+                let mean = |field: &Lanes| lanes(|l| weight[l] * field[l]);
+                [weight, mean(g1), mean(g2), mean(g3), mean(u), mean(v), mean(w)]
+            });
+            let mut sum = FluidAtGrain { support, ..FluidAtGrain::default() };
+            if support > 0.0 {
+                sum.velocity = Vector::new(u, v, w) / support;
+                sum.gradient = Vector::from_array(gradient) / support;
+                sum.wetness = (support / whole).min(1.0);
             }
+            let solid = sources.fraction(x);
+            sum.void_fraction = (1.0 - sources.around(solid, diameter[g])).clamp(least, 1.0);
+            sum
         });
     }
 
@@ -196,43 +191,34 @@ impl GrainPhase {
         self.drag_rate = self.present_drag_rate(domain);
         let Self { engine, coupling, around, diameter, force, places, .. } = self;
         let density = coupling.drag.density;
-        force.clear();
-        force.extend(
-            around
-                .iter()
-                .zip(&*diameter)
-                .map(|(around, &d)| -around.wetness * volume(d) * (around.gradient + density * reduced)),
-        );
-        places.clear();
-        places.extend((0..around.len()).map(|g| engine.grains().unwrapped_position(g)));
-        for (g, kept) in engine.attached_mut().iter_mut().enumerate().take(around.len()) {
+        let (around, diameter, owned) = (&around[..], &diameter[..], around.len());
+        set_column(force, owned, |g| {
+            -around[g].wetness * volume(diameter[g]) * (around[g].gradient + density * reduced)
+        });
+        set_column(places, owned, |g| engine.grains().unwrapped_position(g));
+        for_each_grain(&mut engine.attached_mut()[..owned], |g, kept| {
             kept[PLACE..PLACE + 3].copy_from_slice(&places[g].to_array());
             kept[SUPPORT] = around[g].support;
             kept[WETNESS] = around[g].wetness;
             kept[VOID] = around[g].void_fraction;
             kept[GRADIENT..GRADIENT + 3].copy_from_slice(&around[g].gradient.to_array());
             kept[PRESSURE_FORCE..PRESSURE_FORCE + 3].copy_from_slice(&force[g].to_array());
-        }
+        });
         let substeps = coupling.substeps;
         let contacts =
             coupling.drag.run(Advance { domain, engine, around, diameter, force, body_force, dt, substeps })?;
         let grains = engine.grains();
-        let mut sum = [0.0; 6];
-        for g in 0..grains.owned() {
-            let pressure = Vector::from_slice(&grains.attached[g][PRESSURE_FORCE..PRESSURE_FORCE + 3]);
-            for d in 0..3 {
-                sum[d] += grains.drag_impulse[g][d];
-                sum[3 + d] += dt * pressure[d];
-            }
-        }
-        let sum = domain.sum(sum);
+        let sum = domain.sum(sum_of(owned, |g| {
+            let drag = grains.drag_impulse[g];
+            let pressure = dt * Vector::from_slice(&grains.attached[g][PRESSURE_FORCE..PRESSURE_FORCE + 3]);
+            [drag.x, drag.y, drag.z, pressure.x, pressure.y, pressure.z]
+        }));
         report.drag_on_grains = Vector::from_slice(&sum[..3]);
         report.pressure_on_grains = Vector::from_slice(&sum[3..]);
-        places.clear();
-        places.extend_from_slice(&grains.drag_impulse[..grains.owned()]);
-        for (kept, impulse) in engine.attached_mut().iter_mut().zip(places) {
-            kept[DRAG_FORCE..DRAG_FORCE + 3].copy_from_slice(&(*impulse / dt).to_array());
-        }
+        set_column(places, owned, |g| grains.drag_impulse[g]);
+        for_each_grain(&mut engine.attached_mut()[..owned], |g, kept| {
+            kept[DRAG_FORCE..DRAG_FORCE + 3].copy_from_slice(&(places[g] / dt).to_array());
+        });
         Ok(contacts)
     }
 
@@ -258,39 +244,38 @@ impl GrainPhase {
         let binned = &*binned;
         let grains = engine.grains();
         let owned = grains.owned();
-        force.clear();
-        force.resize(owned, Vector::ZERO);
-        for_each_chunk(&mut force[..], ROWS, |number, force| {
-            for (row, force) in force.iter_mut().enumerate() {
-                let g = number * ROWS + row;
-                let kept = &grains.attached[g];
-                if kept[WETNESS] == 0.0 {
-                    continue;
-                }
-                let x = grains.position[g];
-                let family = kernel.weight.family;
-                let [support, sum @ ..] = binned.sum(family, x, |pair, fluid: &[Lanes; 10]| {
-                    let [_, _, _, inverse_void, g1, g2, g3, ..] = fluid;
-                    let weight = lanes(|l| pair.weight[l] * inverse_void[l]);
-                    let mean = |field: &Lanes| lanes(|l| weight[l] * field[l]);
-                    [weight, mean(g1), mean(g2), mean(g3)]
-                });
-                if support > 0.0 {
-                    let before = Vector::from_slice(&kept[GRADIENT..GRADIENT + 3]);
-                    *force =
-                        -kept[WETNESS] * volume(diameter_of(engine, g)) * (Vector::from_array(sum) / support - before);
-                }
+        set_column(force, owned, |g| {
+            let kept = &grains.attached[g];
+            if kept[WETNESS] == 0.0 {
+                return Vector::ZERO;
             }
+            let x = grains.position[g];
+            let family = kernel.weight.family;
+            let [support, sum @ ..] = binned.sum(family, x, |pair, fluid: &[Lanes; 10]| {
+                let [_, _, _, inverse_void, g1, g2, g3, ..] = fluid;
+                let weight = lanes(|l| pair.weight[l] * inverse_void[l]);
+                let mean = |field: &Lanes| lanes(|l| weight[l] * field[l]);
+                [weight, mean(g1), mean(g2), mean(g3)]
+            });
+            if support == 0.0 {
+                return Vector::ZERO;
+            }
+            let before = Vector::from_slice(&kept[GRADIENT..GRADIENT + 3]);
+            -kept[WETNESS] * volume(diameter_of(engine, g)) * (Vector::from_array(sum) / support - before)
         });
-        let mut sum = [0.0; 3];
-        for (kept, correction) in engine.attached_mut().iter_mut().zip(&*force) {
-            (0..3).for_each(|d| kept[PRESSURE_FORCE + d] += correction[d]);
-        }
-        for impulse in force.iter_mut() {
-            *impulse *= dt;
-            (0..3).for_each(|d| sum[d] += impulse[d]);
-        }
+        for_each_grain(&mut engine.attached_mut()[..owned], |g, kept| {
+            (0..3).for_each(|d| kept[PRESSURE_FORCE + d] += force[g][d]);
+        });
+        for_each_grain(&mut force[..], |_, impulse| *impulse *= dt);
+        let sum = sum_of(owned, |g| force[g].to_array());
         engine.apply_impulses(domain, force);
         Vector::from_array(domain.sum(sum))
     }
+}
+
+/// Calls `body` with each grain and its entry of a column.
+fn for_each_grain<T: Send>(column: &mut [T], body: impl Fn(usize, &mut T) + Sync) {
+    for_each_chunk(column, ROWS, |number, column| {
+        column.iter_mut().enumerate().for_each(|(row, entry)| body(number * ROWS + row, entry));
+    });
 }

@@ -329,8 +329,9 @@ impl GrainPhase {
                 }
             }
         });
-        let smallest = void.iter().copied().fold(1.0, Real::min);
-        (void.iter().filter(|eps| **eps <= least).count(), smallest)
+        let void = &void[..];
+        let [cut] = reductions::sum_of(count, |a| [if void[a] <= least { 1.0 } else { 0.0 }]);
+        (cut as usize, -reductions::largest(count, |a| -void[a]).max(-1.0))
     }
 
     /// Reciprocal of the shortest drag relaxation time in the last step [1/s].

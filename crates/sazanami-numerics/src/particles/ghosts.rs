@@ -64,7 +64,7 @@ pub trait GhostChoice<C: Columns, I> {
     fn linked(&self, rank: usize) -> [bool; 2];
 
     /// Own particles, with the image, that become ghosts on `rank`; on this rank itself those that are images.
-    fn choose(&self, columns: &C, rank: usize, chosen: &mut Vec<(u32, I)>);
+    fn choose(&mut self, columns: &C, rank: usize, chosen: &mut Vec<(u32, I)>);
 
     /// The record of an image of own particle `own`.
     fn image(&self, columns: &C, own: u32, image: I) -> C::Record;

@@ -54,11 +54,7 @@ impl Experiment {
     /// # Errors
     /// [`ExperimentError`] if the projection fails.
     pub fn set_velocity(&mut self, velocity: impl Fn(Vector) -> Vector + Sync) -> Result<(), ExperimentError> {
-        let domain = &self.domain;
-        for (d, u) in self.flow.velocity.iter_mut().enumerate() {
-            domain.set(u, |i, j, k| velocity(domain.centre(i, j, k))[d]);
-        }
-        self.flow.fill_halos(domain, &self.boundary);
+        self.flow.set_velocity(&self.domain, &self.boundary, velocity);
         self.project(1.0)
     }
 

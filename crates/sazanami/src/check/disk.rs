@@ -18,10 +18,14 @@ const ROW_OF_PLACE: Real = 150.0;
 /// Results on disk by key of `[output]` [bytes], and the checkpoints kept.
 pub(super) fn disk(case: &Case, size: &Size, [steps, dt]: [Real; 2], model: &CostModel) -> [(&'static str, Real); 6] {
     let outputs = &case.output;
-    let (elements, element, grain) = match particles::report(case) {
-        Some(particles) => (particles.fluid, model.disk_point, 1.5 * model.disk_point),
-        None => (size.cells, model.disk_cell, model.disk_grain),
+    let (elements, element) = match particles::report(case) {
+        Some(particles) => (particles.fluid, model.disk_point),
+        None => (size.cells, model.disk_cell),
     };
+    let form = outputs.grain_form;
+    let arrays = outputs.grain_arrays.0.len() as Real;
+    let point = if form.has_points() { PLACE_OF_GRAIN + arrays * VALUE_OF_GRAIN } else { 0.0 };
+    let grain = point + if form.has_meshes() { model.disk_grain + arrays * MESH_OF_VALUE } else { 0.0 };
     let until = if case.run.steps.is_some() { case.run.until.min(steps * dt) } else { case.run.until };
     let times = |schedule: &Schedule| schedule.count(until, steps);
     let state = elements as Real * 64.0 + size.grains as Real * 600.0;
@@ -62,3 +66,9 @@ pub fn warn_of_disk(loaded: &LoadedCase, report: &CheckReport, available: Option
         .label(format!("about {}, of which {} are free", bytes(report.disk_bytes), bytes(free)))
         .help(format!("write `{key}` less often: it takes {}", bytes(share)));
 }
+/// What is written of the place of a grain that is a point [bytes].
+const PLACE_OF_GRAIN: Real = 14.0;
+/// What is written of a value of a grain that is a point [bytes].
+const VALUE_OF_GRAIN: Real = 6.0;
+/// What a value adds to the surface of a grain, whose corners all have it [bytes].
+const MESH_OF_VALUE: Real = 20.0;

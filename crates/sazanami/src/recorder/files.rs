@@ -3,24 +3,22 @@
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use sazanami_io::checkpoint::CheckpointFolder;
 use sazanami_io::table::{Column, SeriesWriter, TableError, Value};
-use sazanami_io::vtk::{BodyFile, DataArray, ImageFile, PointFile, PvdSeries, write_bodies, write_image, write_points};
-use sazanami_io::{Bodies, BodyPose, BodySurface};
+use sazanami_io::vtk::{DataArray, ImageFile, PointFile, PvdSeries, write_image, write_points};
 use sazanami_numerics::Real;
-use sazanami_numerics::geometry::Shape;
-use sazanami_observe::BedView;
 
-use super::bed::GatheredGrains;
 use super::drawing::Drawing;
+use super::grain_files::{GrainStates, OwnArray, write_glyph};
 use super::summary::Fixed;
 use crate::case::meaning::FieldPrecision;
 use crate::clock::Clock;
 use crate::job::{Job, RankError, RecordError, RunState};
 use crate::machine::Machine;
-use crate::results::{CASE, CHECKPOINTS, FIELD_SERIES, FIELDS, FIGURES, GRAIN_SERIES, GRAINS, PROBES, SERIES};
+use crate::results::{
+    CASE, CHECKPOINTS, FIELD_SERIES, FIELDS, FIGURES, GRAIN_SERIES, GRAINS, MESH_SERIES, PROBES, SERIES,
+};
 use sazanami_numerics::choice::Choice;
 
 /// Time [s] and step a resumed run goes on from.
@@ -39,6 +37,9 @@ pub(crate) struct Files {
     tables: BTreeMap<&'static str, SeriesWriter>,
     fields: PvdSeries,
     grains: PvdSeries,
+    meshes: PvdSeries,
+    /// Whether the glyphs of the shapes were written.
+    has_glyphs: bool,
     pub precision: FieldPrecision,
     probes: Vec<Option<SeriesWriter>>,
     resumed_at: Left,
@@ -98,6 +99,8 @@ impl Files {
             tables: BTreeMap::new(),
             fields: open_times(job, &folder.join(FIELD_SERIES), resumed_at)?,
             grains: open_times(job, &folder.join(GRAIN_SERIES), resumed_at)?,
+            meshes: open_times(job, &folder.join(MESH_SERIES), resumed_at)?,
+            has_glyphs: false,
             folder,
             precision: case.output.precision,
             probes,
@@ -130,45 +133,34 @@ impl Files {
         Ok(rows.iter().try_for_each(|row| table.record(clock.step(), row))?)
     }
 
-    /// Writes the grains for ParaView.
-    pub fn grains(&mut self, clock: &Clock, grains: &GatheredGrains, shapes: &Arc<[Shape]>) -> Result<(), RecordError> {
-        if grains.count() == 0 {
+    /// Writes the grains for ParaView in the form that the case asks for.
+    pub fn grains(
+        &mut self,
+        job: &Job,
+        clock: &Clock,
+        grains: &GrainStates,
+        own: &[OwnArray],
+    ) -> Result<(), RecordError> {
+        if grains.is_empty() {
             return Ok(());
         }
-        let name = format!("{GRAINS}/grains-{:09}.vtp", clock.step());
-        let path = self.folder.join(&name);
-        let time = clock.time();
-        grains.with_bed(|bed| {
-            let (surfaces, poses) = (surfaces(shapes), poses(bed));
-            let part = |d: usize| bed.velocity.iter().map(move |v| v[d]).collect::<Vec<Real>>();
-            let velocity = [part(0), part(1), part(2)];
-            let idle: Vec<Real> = match bed.last_contact {
-                Some(last) => last.iter().map(|&last| (bed.time - last).min(1e9)).collect(),
-                None => vec![0.0; bed.len()],
-            };
-            let arrays = [
-                DataArray::rounded("speed", 1, bed.velocity.iter().map(|v| v.length())),
-                DataArray::rounded_vectors("velocity", [&velocity[0], &velocity[1], &velocity[2]]),
-                DataArray::rounded("height", 1, bed.position.iter().map(|x| x.z)),
-                DataArray::rounded("time_since_contact", 1, idle),
-            ];
-            let file = BodyFile {
-                bodies: Bodies { surfaces: &surfaces, poses: &poses },
-                time: Some(time),
-                arrays: &arrays,
-                scalars: Some("speed"),
-            };
-            write_bodies(&path, &file)
-        })?;
-        self.grains.push(time, &name)?;
+        let form = job.case.output.grain_form;
+        if form.has_points() {
+            if !std::mem::replace(&mut self.has_glyphs, true) {
+                for (n, shape) in job.shapes.iter().enumerate() {
+                    write_glyph(shape, &self.folder.join(format!("{GRAINS}/shape-{n}.vtp")))?;
+                }
+            }
+            let name = format!("{GRAINS}/grains-{:09}.vtp", clock.step());
+            grains.write_points(job.case, own, clock, &self.folder.join(&name))?;
+            self.grains.push(clock.time(), &name)?;
+        }
+        if form.has_meshes() {
+            let name = format!("{GRAINS}/meshes-{:09}.vtp", clock.step());
+            grains.write_meshes(job.case, own, &job.shapes, clock, &self.folder.join(&name))?;
+            self.meshes.push(clock.time(), &name)?;
+        }
         Ok(())
-    }
-
-    /// Writes grains that are points with values for ParaView.
-    pub fn grain_points(&mut self, clock: &Clock, file: &PointFile) -> Result<(), RecordError> {
-        let name = format!("{GRAINS}/grains-{:09}.vtp", clock.step());
-        write_points(&self.folder.join(&name), file)?;
-        Ok(self.grains.push(clock.time(), &name)?)
     }
 
     /// Writes fluid that is points with values for ParaView.
@@ -219,26 +211,6 @@ impl Files {
     pub fn figure(&self, name: &str) -> PathBuf {
         self.folder.join(FIGURES).join(name)
     }
-}
-
-/// Surfaces of the shapes for ParaView.
-fn surfaces(shapes: &[Shape]) -> Vec<BodySurface<'_>> {
-    shapes
-        .iter()
-        .map(|shape| BodySurface { nodes: &shape.surface().nodes, triangles: &shape.surface().triangles })
-        .collect()
-}
-
-/// Poses of the grains, scaled.
-pub(crate) fn poses(bed: &BedView) -> Vec<BodyPose> {
-    (0..bed.len())
-        .map(|n| BodyPose {
-            surface: bed.body[n],
-            scale: bed.scale[n],
-            position: bed.position[n],
-            orientation: bed.orientation[n],
-        })
-        .collect()
 }
 
 /// Whether the table at `path` has the column `name`.

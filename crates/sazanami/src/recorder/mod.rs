@@ -6,6 +6,7 @@ mod bed;
 mod columns;
 mod drawing;
 mod files;
+mod grain_files;
 mod mics;
 mod mps;
 mod observer;
@@ -41,6 +42,7 @@ use crate::water::Water;
 use bed::GatheredGrains;
 use columns::{series_headings, series_row};
 use files::Files;
+use grain_files::GrainStates;
 pub(crate) use mics::GridObserver;
 pub(crate) use mps::{ParticleObserver, closed, measure, moment, settings_of, surface_json, tank_of, weight_of_grain};
 use observer::Row;
@@ -314,8 +316,13 @@ impl<'a, B: Observer> Recorder<'a, B> {
             let written = self.observer.fields(self.job, water, clock, self.files.as_mut());
             outcome = outcome.and(written);
         }
-        if grains && let Some(files) = &mut self.files {
-            outcome = outcome.and_then(|()| self.observer.grains(self.job, clock, &self.grains, files));
+        if grains {
+            let frame = self.observer.written_frame(self.job, clock);
+            let states = GrainStates::gather(water.domain(), water.engine(), frame);
+            if let Some(files) = &mut self.files {
+                let own = self.observer.grain_arrays();
+                outcome = outcome.and_then(|()| files.grains(self.job, clock, &states, &own));
+            }
         }
         if figures {
             let phase = self.watch.phase();

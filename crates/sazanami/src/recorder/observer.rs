@@ -1,12 +1,13 @@
 //! What a recorder asks of the observer of a solver.
 
-use sazanami_numerics::Real;
 use sazanami_numerics::snapshot::Snapshot;
+use sazanami_numerics::{Real, Vector};
 use serde_json::{Map, Value};
 
 use super::bed::GatheredGrains;
 use super::columns::SeriesCell;
 use super::files::Files;
+use super::grain_files::OwnArray;
 use crate::case::meaning::Case;
 use crate::clock::Clock;
 use crate::job::{Job, RankError, RecordError, Totals};
@@ -103,9 +104,14 @@ pub(crate) trait Observer: Sized + 'static {
         files: Option<&mut Files>,
     ) -> Result<(), RecordError>;
 
-    /// Writes the grains for ParaView, as measured last.
-    fn grains(&self, job: &Job, clock: &Clock, grains: &GatheredGrains, files: &mut Files) -> Result<(), RecordError> {
-        files.grains(clock, grains, &job.shapes)
+    /// Displacement [m] and velocity [m/s] of the frame that grains are written in, against that of the engine.
+    fn written_frame(&self, _job: &Job, _clock: &Clock) -> [Vector; 2] {
+        [Vector::ZERO; 2]
+    }
+
+    /// Values of the grains that only this solver has, as measured last, in the order of their identifiers.
+    fn grain_arrays(&self) -> Vec<OwnArray<'_>> {
+        Vec::new()
     }
 
     /// Draws the pictures of a time, as measured last.

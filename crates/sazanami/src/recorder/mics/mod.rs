@@ -272,13 +272,11 @@ impl Observer for GridObserver {
 fn front(solver: &Solver) -> Option<Real> {
     let domain = solver.domain();
     let (grid, start) = (domain.grid(), domain.start());
-    let c = &solver.flow().volume_fraction;
-    let [columns, depth, height] = domain.interior();
-    let wet = |i: isize| depth.clone().any(|j| height.clone().any(|k| c[[i, j, k]] >= 0.5));
-    let last = columns.rev().find(|&i| wet(i));
-    let mine =
-        last.map_or(Real::NEG_INFINITY, |i| grid.lower.x + grid.spacing.x * ((i + start[0] as isize) as Real + 1.0));
-    let found = domain.max(mine);
+    let c = solver.flow().volume_fraction.data();
+    let end_of = |i: usize| grid.lower.x + grid.spacing.x * ((i + start[0]) as Real + 1.0);
+    let found = domain.max(domain.max_rows(&domain.interior(), |row| {
+        c[row.shifted(0)].iter().rposition(|&c| c >= 0.5).map_or(Real::NEG_INFINITY, end_of)
+    }));
     found.is_finite().then_some(found)
 }
 

@@ -1,15 +1,17 @@
 //! Pictures at output times: the section through the middle with grains and liquid, the liquid alone, and a view of
 //! the whole (figures 8 to 12 of Yagyu et al. 2015).
 
+use sazanami_io::BodyPose;
 use sazanami_mics::solver::Solver;
 use sazanami_numerics::Real;
+use sazanami_observe::BedView;
 
 use super::series::Fractions;
 use crate::artist::{Figure, Scene};
 use crate::clock::Clock;
 use crate::job::{Job, RecordError};
 use crate::recorder::bed::GatheredGrains;
-use crate::recorder::files::{Files, poses};
+use crate::recorder::files::Files;
 
 /// Speed at the upper end of the colours, over the largest initial speed of a liquid: the same for all pictures of a run.
 const FASTEST: Real = 0.1;
@@ -49,4 +51,16 @@ pub(super) fn draw(
 fn fastest(job: &Job) -> Real {
     let speed = job.case.liquids.iter().map(|liquid| liquid.velocity.length()).fold(0.0, Real::max);
     if speed > 0.0 { FASTEST * speed } else { 0.1 }
+}
+
+/// Poses of the grains, scaled.
+fn poses(bed: &BedView) -> Vec<BodyPose> {
+    (0..bed.len())
+        .map(|n| BodyPose {
+            surface: bed.body[n],
+            scale: bed.scale[n],
+            position: bed.position[n],
+            orientation: bed.orientation[n],
+        })
+        .collect()
 }

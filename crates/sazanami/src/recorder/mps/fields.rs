@@ -4,10 +4,11 @@ use sazanami_io::vtk::{DataArray, PointFile};
 use sazanami_numerics::{Real, Vector};
 
 use super::gathered::GatheredTank;
-use crate::case::meaning::{Case, OutputFrame};
+use crate::case::meaning::{Case, GrainArray, OutputFrame};
 use crate::clock::Clock;
 use crate::job::{Job, RecordError};
 use crate::recorder::files::Files;
+use crate::recorder::grain_files::OwnArray;
 use sazanami_numerics::choice::Choice;
 
 /// What is added to positions [m] and velocities [m/s] in the frame of the tank for the frame that is written.
@@ -41,34 +42,18 @@ pub(super) fn write(job: &Job, gathered: &GatheredTank, clock: &Clock, files: &m
     files.fluid_points(clock, &file)
 }
 
-/// Writes the grains of a time: a point each, with its diameter.
-pub(super) fn write_grains(
-    job: &Job,
-    gathered: &GatheredTank,
-    clock: &Clock,
-    files: &mut Files,
-) -> Result<(), RecordError> {
+/// Values of the grains that the coupling gives.
+pub(super) fn grain_arrays(gathered: &GatheredTank) -> Vec<OwnArray<'_>> {
     let grains = &gathered.grains;
-    if grains.is_empty() {
-        return Ok(());
-    }
-    let [shift, drift] = to_written_frame(job.case, clock.time());
-    let places: Vec<Vector> = grains.position.iter().map(|&x| x + shift).collect();
-    let vectors = |name: &str, values: &[Vector], more: Vector| {
-        let part = |d: usize| values.iter().map(|v| v[d] + more[d]).collect::<Vec<Real>>();
-        let parts = [part(0), part(1), part(2)];
-        DataArray::rounded_vectors(name, [&parts[0], &parts[1], &parts[2]])
+    let vector = |array: GrainArray, values: &[Vector]| {
+        (array, DataArray::rounded(array.word(), 3, values.iter().flat_map(|value| value.to_array())))
     };
-    let arrays = [
-        DataArray::rounded("diameter", 1, grains.diameter.iter().copied()),
-        vectors("velocity", &grains.velocity, drift),
-        vectors("drag", &grains.drag, Vector::ZERO),
-        vectors("pressure_force", &grains.pressure_force, Vector::ZERO),
-        DataArray::rounded("void_fraction", 1, grains.void_fraction.iter().copied()),
-        DataArray::rounded("wetness", 1, grains.wetness.iter().copied()),
-        DataArray::new("touched_grains", 1, &grains.contacts),
-    ];
-    let (time, frame) = (Some(clock.time()), job.case.output.frame.word());
-    let file = PointFile { places: &places, time, arrays: &arrays, scalars: Some("velocity"), frame };
-    files.grain_points(clock, &file)
+    let real =
+        |array: GrainArray, values: &[Real]| (array, DataArray::rounded(array.word(), 1, values.iter().copied()));
+    vec![
+        vector(GrainArray::Drag, &grains.drag),
+        vector(GrainArray::PressureForce, &grains.pressure_force),
+        real(GrainArray::VoidFraction, &grains.void_fraction),
+        real(GrainArray::Wetness, &grains.wetness),
+    ]
 }

@@ -18,6 +18,7 @@ use serde_json::{Map, json};
 use super::bed::GatheredGrains;
 use super::columns::SeriesCell;
 use super::files::Files;
+use super::grain_files::OwnArray;
 use super::observer::{Observer, Step, SummaryParts, Warning};
 use crate::case::meaning::{self, Case, LayerReference, TankMotion};
 use crate::clock::Clock;
@@ -330,8 +331,14 @@ impl Observer for ParticleObserver {
         files.map_or(Ok(()), |files| fields::write(job, &self.gathered, clock, files))
     }
 
-    fn grains(&self, job: &Job, clock: &Clock, _grains: &GatheredGrains, files: &mut Files) -> Result<(), RecordError> {
-        fields::write_grains(job, &self.gathered, clock, files)
+    fn written_frame(&self, job: &Job, clock: &Clock) -> [Vector; 2] {
+        let (tank, written) =
+            (tank_motion(self.moving.as_ref(), clock.time()), fields::to_written_frame(job.case, clock.time()));
+        [0, 1].map(|n| tank[n] - written[n])
+    }
+
+    fn grain_arrays(&self) -> Vec<OwnArray<'_>> {
+        fields::grain_arrays(&self.gathered)
     }
 
     fn draw(

@@ -1,0 +1,89 @@
+//! What an engine is given: bodies and walls, loads and drag, the number of sub-steps.
+
+use sazanami_numerics::{Real, Vector};
+
+use crate::body::Body;
+use crate::contact::laws::Interactions;
+use crate::wall::Wall;
+
+/// Bodies, contact laws, walls and region of an engine: everything but the grains.
+#[derive(Clone, Debug)]
+pub struct Setup {
+    /// Bodies by number of the shape.
+    pub bodies: Vec<Body>,
+    /// Contact laws.
+    pub interactions: Interactions,
+    /// Walls.
+    pub walls: Vec<Wall>,
+    /// Corners of the region that centres of mass may not leave [m]; components may be infinite.
+    pub region: [Vector; 2],
+    /// A rank holds a ghost of every grain whose surface comes this near to its part of the domain [m].
+    pub ghost_margin: Real,
+}
+
+/// Forces and torques from outside on this rank's grains, constant over a call, and the drag of a fluid.
+#[derive(Clone, Copy, Default)]
+pub struct Loads<'a> {
+    /// Force on each own grain [N]; empty: none.
+    pub force: &'a [Vector],
+    /// Torque about the centre of mass of each own grain [N m]; empty: none.
+    pub torque: &'a [Vector],
+    /// Drag, implicit in every sub-step; what it gives each own grain is in [`Grains::drag_impulse`](crate::Grains::drag_impulse).
+    pub drag: Option<&'a dyn Drag>,
+}
+
+/// The drag of a fluid on own grains: force `kappa (u - v)` through the centre of mass.
+///
+/// A sub-step of length `h` takes a free grain from velocity `v` to
+/// `(v + h (F/m + g) + h kappa u/m)/(1 + h kappa/m)`, with `kappa` at the slip `|u - v|` of its start.
+pub trait Drag: Sync {
+    /// Velocity `u` of the fluid round own grain `own` [m/s].
+    fn fluid_velocity(&self, own: usize) -> Vector;
+
+    /// Drag coefficient `kappa` of own grain `own` at the speed `slip` [m/s] relative to the fluid [kg/s].
+    fn coefficient(&self, own: usize, slip: Real) -> Real;
+}
+
+impl std::fmt::Debug for Loads<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let mut out = f.debug_struct("Loads");
+        out.field("force", &self.force).field("torque", &self.torque).field("drag", &self.drag.is_some()).finish()
+    }
+}
+
+impl Loads<'_> {
+    /// No loads.
+    #[must_use]
+    pub fn none() -> Self {
+        Self::default()
+    }
+}
+
+/// How many sub-steps a call takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Substeps {
+    /// As many as [`Engine::contact_time_step`](crate::Engine::contact_time_step) asks for.
+    Auto,
+    /// This number.
+    Fixed(usize),
+}
+
+/// The region in which a rank holds all images of grains: see [`Engine::vicinity`](crate::Engine::vicinity).
+#[derive(Clone, Copy, Debug)]
+pub struct Vicinity {
+    lower: Vector,
+    upper: Vector,
+}
+
+impl Vicinity {
+    pub(super) fn new(lower: Vector, upper: Vector) -> Self {
+        Self { lower, upper }
+    }
+
+    /// Whether `position` [m] lies in the region.
+    #[inline]
+    #[must_use]
+    pub fn contains(&self, position: Vector) -> bool {
+        position.cmpgt(self.lower).all() && position.cmplt(self.upper).all()
+    }
+}

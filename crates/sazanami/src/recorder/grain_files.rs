@@ -1,0 +1,178 @@
+//! The grains for ParaView: a point a grain, ready for glyphs, and surfaces in their true shape.
+
+use std::path::Path;
+
+use bytemuck::{Pod, Zeroable};
+use sazanami_dem::Engine;
+use sazanami_io::vtk::{BodyFile, DataArray, PointFile, write_bodies, write_points};
+use sazanami_io::{Bodies, BodyPose, BodySurface};
+use sazanami_numerics::choice::Choice;
+use sazanami_numerics::domain::Domain;
+use sazanami_numerics::geometry::Shape;
+use sazanami_numerics::{Quaternion, Real, Vector};
+
+use crate::case::meaning::{Case, GrainArray};
+use crate::clock::Clock;
+use crate::job::RecordError;
+
+/// Time since the last contact of a grain that never touched any [s].
+const NEVER: Real = 1e9;
+
+/// A grain on its way to rank 0.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+struct Record {
+    id: u64,
+    population: u32,
+    material: u32,
+    touched_grains: u64,
+    diameter: Real,
+    scale: Real,
+    mass: Real,
+    position: [Real; 3],
+    orientation: [Real; 4],
+    velocity: [Real; 3],
+    angular_velocity: [Real; 3],
+    contact_force: [Real; 3],
+    contact_torque: [Real; 3],
+    time_since_contact: Real,
+}
+
+/// An array that only one of the solvers has, with its values in the order of identifiers.
+pub(crate) type OwnArray<'a> = (GrainArray, DataArray<'a>);
+
+/// The grains of all ranks on rank 0, in the order of their identifiers; none on other ranks.
+pub(crate) struct GrainStates {
+    records: Vec<Record>,
+}
+
+impl GrainStates {
+    /// Gathers the grains. Collective. `drift` is the displacement [m] and the velocity [m/s] of the frame that is written
+    /// against that of the engine.
+    pub fn gather(domain: &Domain, engine: &Engine, [shift, drift]: [Vector; 2]) -> Self {
+        let grains = engine.grains();
+        let record = |i: usize| {
+            let volume = engine.bodies()[grains.shape[i] as usize].volume * grains.scale[i].powi(3);
+            Record {
+                id: grains.id[i],
+                population: grains.shape[i],
+                material: grains.material[i],
+                touched_grains: engine.touched_grains(i) as u64,
+                diameter: (6.0 / std::f64::consts::PI * volume).cbrt(),
+                scale: grains.scale[i],
+                mass: grains.mass[i],
+                position: (grains.position[i] - shift).to_array(),
+                orientation: grains.orientation[i].to_array(),
+                velocity: (grains.velocity[i] - drift).to_array(),
+                angular_velocity: grains.angular_velocity(i).to_array(),
+                contact_force: grains.contact_force[i].to_array(),
+                contact_torque: grains.contact_torque[i].to_array(),
+                time_since_contact: (engine.time() - grains.last_contact[i]).min(NEVER),
+            }
+        };
+        let mine: Vec<Record> = (0..grains.owned()).map(record).collect();
+        let mut records = domain.to_first(&mine);
+        records.sort_unstable_by_key(|record| record.id);
+        Self { records }
+    }
+
+    /// Whether there are no grains.
+    pub fn is_empty(&self) -> bool {
+        self.records.is_empty()
+    }
+
+    /// Writes a point for each grain, with the arrays that the case asks for.
+    pub fn write_points(&self, case: &Case, own: &[OwnArray], clock: &Clock, path: &Path) -> Result<(), RecordError> {
+        let arrays = self.arrays(case, own, true);
+        let places: Vec<Vector> = self.records.iter().map(|record| record.position.into()).collect();
+        let (time, frame) = (Some(clock.time()), case.output.frame.word());
+        let file = PointFile { places: &places, time, arrays: &arrays, scalars: coloured(&arrays), frame };
+        Ok(write_points(path, &file)?)
+    }
+
+    /// Writes the surface of each grain; each corner has the values of its grain.
+    pub fn write_meshes(
+        &self,
+        case: &Case,
+        own: &[OwnArray],
+        shapes: &[Shape],
+        clock: &Clock,
+        path: &Path,
+    ) -> Result<(), RecordError> {
+        let arrays = self.arrays(case, own, false);
+        let pose = |record: &Record| BodyPose {
+            surface: record.population,
+            scale: record.scale,
+            position: record.position.into(),
+            orientation: Quaternion::from_array(record.orientation),
+        };
+        let surfaces: Vec<BodySurface> = shapes.iter().map(surface).collect();
+        let poses: Vec<BodyPose> = self.records.iter().map(pose).collect();
+        let bodies = Bodies { surfaces: &surfaces, poses: &poses };
+        let file = BodyFile { bodies, time: Some(clock.time()), arrays: &arrays, scalars: coloured(&arrays) };
+        Ok(write_bodies(path, &file)?)
+    }
+
+    /// The arrays that the case asks for. What turns and scales glyphs is for points alone.
+    fn arrays<'a>(&'a self, case: &Case, own: &[OwnArray<'a>], points: bool) -> Vec<DataArray<'a>> {
+        let mut arrays: Vec<DataArray> = Vec::new();
+        for &array in &case.output.grain_arrays.0 {
+            let is_own = own.iter().find(|(name, _)| *name == array);
+            match is_own {
+                Some((_, values)) => arrays.push(values.clone()),
+                None if array == GrainArray::Orientation && !points => {}
+                None => arrays.extend(self.array(array)),
+            }
+        }
+        arrays
+    }
+
+    /// An array that both solvers have.
+    fn array(&self, array: GrainArray) -> Option<DataArray<'static>> {
+        let name = array.word();
+        let whole = |of: fn(&Record) -> u32| Some(DataArray::whole(name, self.records.iter().map(of)));
+        let real = |of: fn(&Record) -> Real| Some(DataArray::rounded(name, 1, self.records.iter().map(of)));
+        let vector = |of: fn(&Record) -> [Real; 3]| Some(DataArray::rounded(name, 3, self.records.iter().flat_map(of)));
+        match array {
+            GrainArray::Id => Some(DataArray::long(name, self.records.iter().map(|record| record.id))),
+            GrainArray::Population => whole(|r| r.population),
+            GrainArray::Material => whole(|r| r.material),
+            GrainArray::TouchedGrains => whole(|r| r.touched_grains as u32),
+            GrainArray::Diameter => real(|r| r.diameter),
+            GrainArray::Scale => real(|r| r.scale),
+            GrainArray::Mass => real(|r| r.mass),
+            GrainArray::Speed => real(|r| Vector::from(r.velocity).length()),
+            GrainArray::Height => real(|r| r.position[2]),
+            GrainArray::TimeSinceContact => real(|r| r.time_since_contact),
+            GrainArray::Velocity => vector(|r| r.velocity),
+            GrainArray::AngularVelocity => vector(|r| r.angular_velocity),
+            GrainArray::ContactForce => vector(|r| r.contact_force),
+            GrainArray::ContactTorque => vector(|r| r.contact_torque),
+            // Glyphs of VTK take w, x, y, z.
+            GrainArray::Orientation => Some(DataArray::rounded(
+                name,
+                4,
+                self.records
+                    .iter()
+                    .flat_map(|r| [r.orientation[3], r.orientation[0], r.orientation[1], r.orientation[2]]),
+            )),
+            GrainArray::Drag | GrainArray::PressureForce | GrainArray::VoidFraction | GrainArray::Wetness => None,
+        }
+    }
+}
+
+/// What ParaView colours by at first.
+fn coloured(arrays: &[DataArray]) -> Option<&'static str> {
+    ["speed", "velocity"].into_iter().find(|name| arrays.iter().any(|array| array.name() == *name))
+}
+
+/// Writes the surface of a population at size factor 1 in its body frame: the source of its glyphs.
+pub(super) fn write_glyph(shape: &Shape, path: &Path) -> Result<(), RecordError> {
+    let pose = BodyPose { surface: 0, scale: 1.0, position: Vector::ZERO, orientation: Quaternion::IDENTITY };
+    let bodies = Bodies { surfaces: &[surface(shape)], poses: &[pose] };
+    Ok(write_bodies(path, &BodyFile { bodies, time: None, arrays: &[], scalars: None })?)
+}
+
+fn surface(shape: &Shape) -> BodySurface<'_> {
+    BodySurface { nodes: &shape.surface().nodes, triangles: &shape.surface().triangles }
+}
