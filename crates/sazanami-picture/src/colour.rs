@@ -110,6 +110,22 @@ pub(super) fn to_colour(light: Light) -> Colour {
     })
 }
 
+/// Colours of light from a table, within one step of [`to_colour`].
+pub(super) struct Shades(Vec<u8>);
+
+impl Shades {
+    const STEPS: usize = 1 << 13;
+
+    pub fn new() -> Self {
+        let shade = |n: usize| to_colour([n as f32 / Self::STEPS as f32; 3])[0];
+        Self((0..=Self::STEPS).map(shade).collect())
+    }
+
+    pub fn colour(&self, light: Light) -> Colour {
+        light.map(|c| self.0[(c.clamp(0.0, 1.0) * Self::STEPS as f32 + 0.5) as usize])
+    }
+}
+
 /// Light between `a` and `b`.
 pub(super) fn mix(a: Light, b: Light, weight: f32) -> Light {
     std::array::from_fn(|c| a[c] + (b[c] - a[c]) * weight)
@@ -123,6 +139,16 @@ mod tests {
     fn colours_survive_the_way_through_light() {
         for c in 0..=255 {
             assert_eq!(to_colour(to_light([c, 255 - c, c])), [c, 255 - c, c]);
+        }
+    }
+
+    #[test]
+    fn the_table_of_shades_is_within_one_step() {
+        let shades = Shades::new();
+        for n in 0..=5000 {
+            let light = [n as f32 / 5000.0; 3];
+            let [exact, table] = [to_colour(light)[0], shades.colour(light)[0]];
+            assert!(exact.abs_diff(table) <= 1, "{n}: {exact} {table}");
         }
     }
 

@@ -1,10 +1,12 @@
 //! Surfaces posed in the laboratory, and the light that falls on them.
 
+use std::collections::BTreeMap;
+
 use sazanami_numerics::{Matrix, Vector};
 use sazanami_parallel::for_each_chunk;
 
-use super::colour::Light;
-use super::raster::cover;
+use super::colour::{Colour, to_light};
+use super::raster::{Layer, Place, cover, is_front};
 use sazanami_io::{Bodies, BodySurface};
 
 /// Triangles of several things, with normals at their corners.
@@ -20,8 +22,39 @@ pub(super) struct Scene {
     pub triangles: Vec<[u32; 3]>,
 }
 
+/// A layer of triangles with the light and opacity at their corners, and what each corner belongs to.
+pub(super) struct Drawn {
+    pub surface: Layer,
+    pub light: Vec<[f32; 4]>,
+    pub tags: Vec<u32>,
+}
+
 /// Faces that meet at a larger angle than this cosine's (65 degrees) keep their edge.
 const SHARP: f64 = 0.42;
+
+/// A surface without the detail that is smaller than `detail` [m]: nodes in the same cell of a lattice are one.
+fn coarsened(surface: BodySurface, detail: f64) -> (Vec<Vector>, Vec<[u32; 3]>) {
+    let mut cells: BTreeMap<[i64; 3], u32> = BTreeMap::new();
+    let (mut sums, mut counts) = (Vec::new(), Vec::new());
+    let numbers: Vec<u32> = surface
+        .nodes
+        .iter()
+        .map(|&node| {
+            let cell = (node / detail).round().to_array().map(|place| place as i64);
+            let number = *cells.entry(cell).or_insert(sums.len() as u32);
+            if number as usize == sums.len() {
+                sums.push(Vector::ZERO);
+                counts.push(0.0);
+            }
+            sums[number as usize] += node;
+            counts[number as usize] += 1.0;
+            number
+        })
+        .collect();
+    let nodes = sums.iter().zip(&counts).map(|(&sum, &count)| sum / count).collect();
+    let merged = surface.triangles.iter().map(|triangle| triangle.map(|node| numbers[node as usize]));
+    (nodes, merged.filter(|[a, b, c]| a != b && b != c && c != a).collect())
+}
 
 /// A surface with as many corners at a node as there are normals.
 struct Smoothed {
@@ -70,9 +103,26 @@ impl Smoothed {
 }
 
 impl Scene {
-    /// Adds the bodies that `keep` lets through; the tag is the body's number.
-    pub fn add_bodies(&mut self, bodies: &Bodies, keep: impl Fn(usize) -> bool) {
-        let smoothed: Vec<_> = bodies.surfaces.iter().map(|&surface| Smoothed::new(surface)).collect();
+    /// Bodies that `keep` lets through, without what is smaller than `detail` [m] on them; the tag is the body's number.
+    pub fn of_bodies(bodies: &Bodies, detail: f64, keep: impl Fn(usize) -> bool) -> Self {
+        let mut scene = Self::default();
+        let mut largest = vec![0.0_f64; bodies.surfaces.len()];
+        for pose in bodies.poses {
+            let largest = &mut largest[pose.surface as usize];
+            *largest = largest.max(pose.scale);
+        }
+        let smoothed = bodies.surfaces.iter().zip(largest).map(|(&surface, scale)| {
+            // However small a body is, a body is left of it.
+            let radius = surface.nodes.iter().map(|node| node.length()).fold(0.0, f64::max);
+            let (nodes, triangles) = coarsened(surface, (detail / scale).clamp(1e-6 * radius, 0.5 * radius));
+            Smoothed::new(BodySurface { nodes: &nodes, triangles: &triangles })
+        });
+        let smoothed: Vec<_> = smoothed.collect();
+        scene.add(bodies, &smoothed, keep);
+        scene
+    }
+
+    fn add(&mut self, bodies: &Bodies, smoothed: &[Smoothed], keep: impl Fn(usize) -> bool) {
         for (number, pose) in bodies.poses.iter().enumerate().filter(|&(number, _)| keep(number)) {
             let surface = &smoothed[pose.surface as usize];
             let rotation = Matrix::from_quat(pose.orientation);
@@ -84,10 +134,26 @@ impl Scene {
         }
     }
 
-    /// Light at every corner, as a factor for the colour of what is there.
-    pub fn illuminate(&self, lamps: &[Lamp]) -> Vec<f32> {
+    /// Light and opacity at the corners of what is seen of the scene, drawn on `surface`: `colour` is that of a body.
+    pub fn shade(&self, lamps: &[Lamp], surface: &Layer, colour: impl Fn(usize) -> Colour) -> Vec<[f32; 4]> {
+        let seen = surface.seen_corners();
+        let light = self.illuminate(lamps, &seen);
+        let shaded = |corner: usize| {
+            if !seen[corner] {
+                return [0.0; 4];
+            }
+            let [r, g, b] = to_light(colour(self.tags[corner] as usize)).map(|c| c * (0.14 + light[corner]));
+            [r, g, b, 1.0]
+        };
+        (0..self.places.len()).map(shaded).collect()
+    }
+
+    /// Light at the corners that are `seen`, as a factor for the colour of what is there; 0 at the others.
+    pub fn illuminate(&self, lamps: &[Lamp], seen: &[bool]) -> Vec<f32> {
         let mut parts = vec![Vec::new(); lamps.len()];
-        for_each_chunk(&mut parts[..], 1, |number, part: &mut [Vec<f32>]| part[0] = self.light_of(&lamps[number]));
+        for_each_chunk(&mut parts[..], 1, |number, part: &mut [Vec<f32>]| {
+            part[0] = self.light_of(&lamps[number], seen);
+        });
         let mut sum = vec![0.0; self.places.len()];
         for part in parts {
             sum.iter_mut().zip(part).for_each(|(sum, part)| *sum += part);
@@ -95,14 +161,27 @@ impl Scene {
         sum
     }
 
-    /// Light of one lamp at every corner, shadows included.
-    fn light_of(&self, lamp: &Lamp) -> Vec<f32> {
-        let shadows = Shadows::new(self, lamp.direction);
-        let lit = |(place, normal): (&Vector, &Vector)| {
-            let facing = normal.dot(-lamp.direction) as f32;
-            if facing > 0.0 { lamp.strength * facing * shadows.visible(*place, *normal) } else { 0.0 }
+    /// Light of one lamp at the corners that are `seen`, shadows included.
+    fn light_of(&self, lamp: &Lamp, seen: &[bool]) -> Vec<f32> {
+        let shadows = Shadows::new(self, lamp);
+        let lit = |corner: usize| {
+            let facing = self.normals[corner].dot(-lamp.direction) as f32;
+            if !seen[corner] || facing <= 0.0 {
+                return 0.0;
+            }
+            lamp.strength * facing * shadows.visible(self.places[corner], self.normals[corner])
         };
-        self.places.iter().zip(&self.normals).map(lit).collect()
+        (0..self.places.len()).map(lit).collect()
+    }
+
+    /// Mean size of a body [m]: the root of the area of its surface.
+    fn size_of_bodies(&self) -> f64 {
+        let area = |triangle: &[u32; 3]| {
+            let [a, b, c] = triangle.map(|corner| self.places[corner as usize]);
+            0.5 * (b - a).cross(c - a).length()
+        };
+        let count = 1 + self.tags.windows(2).filter(|tags| tags[0] != tags[1]).count();
+        (self.triangles.iter().map(area).sum::<f64>() / count as f64).sqrt()
     }
 }
 
@@ -113,12 +192,14 @@ pub(super) struct Lamp {
     pub direction: Vector,
     /// Light on a surface that faces it.
     pub strength: f32,
+    /// Whether its shadows are drawn sharp.
+    pub sharp: bool,
 }
 
 /// A sun from `towards_sun` and a sky of eight lamps around the vertical and `towards_eye`,
 /// and a lamp of strength `at_eye` where the eye is.
 pub(super) fn daylight(towards_sun: Vector, towards_eye: Vector, at_eye: f32) -> Vec<Lamp> {
-    let mut lamps = vec![Lamp { direction: -towards_sun.normalize(), strength: 0.62 }];
+    let mut lamps = vec![Lamp { direction: -towards_sun.normalize(), strength: 0.62, sharp: true }];
     let across = towards_eye.cross(Vector::Z).normalize_or(Vector::X);
     let along = Vector::Z.cross(across);
     for (n, height) in [0.35, 1.6, 0.7, 2.6, 0.35, 1.6, 0.7, 2.6].into_iter().enumerate() {
@@ -126,14 +207,15 @@ pub(super) fn daylight(towards_sun: Vector, towards_eye: Vector, at_eye: f32) ->
         // Lamps behind the scene stand higher, so that every lamp shows on what the eye sees.
         let height = if cosine > 0.2 { height + 0.8 } else { height };
         let towards = (across * sine + along * cosine + Vector::Z * height).normalize();
-        lamps.push(Lamp { direction: -towards, strength: 0.085 });
+        lamps.push(Lamp { direction: -towards, strength: 0.085, sharp: false });
     }
-    lamps.push(Lamp { direction: -towards_eye.normalize(), strength: at_eye });
+    lamps.push(Lamp { direction: -towards_eye.normalize(), strength: at_eye, sharp: false });
     lamps
 }
 
-/// Pixels of a shadow map along its longer side.
-const SHADOW_PIXELS: f64 = 600.0;
+/// Pixels of a shadow map for the size of a body, for sharp shadows and others; limits along its longer side.
+const SHADOW_PIXELS: [f64; 2] = [30.0, 16.0];
+const SHADOW_LIMITS: [f64; 2] = [160.0, 600.0];
 
 /// Depths of what a lamp reaches first.
 struct Shadows {
@@ -145,7 +227,8 @@ struct Shadows {
 }
 
 impl Shadows {
-    fn new(scene: &Scene, direction: Vector) -> Self {
+    fn new(scene: &Scene, lamp: &Lamp) -> Self {
+        let direction = lamp.direction;
         let [right, up] = [direction.any_orthonormal_vector(), direction.cross(direction.any_orthonormal_vector())];
         let (mut lower, mut upper) = (Vector::MAX, Vector::MIN);
         let turned = |place: Vector| Vector::new(right.dot(place), up.dot(place), direction.dot(place));
@@ -154,7 +237,9 @@ impl Shadows {
             upper = upper.max(turned(place));
         }
         let extent = if scene.places.is_empty() { Vector::ONE } else { upper - lower };
-        let scale = SHADOW_PIXELS / extent.x.max(extent.y).max(f64::MIN_POSITIVE);
+        let longer = extent.x.max(extent.y).max(f64::MIN_POSITIVE);
+        let wanted = SHADOW_PIXELS[usize::from(!lamp.sharp)] * longer / scene.size_of_bodies();
+        let scale = wanted.clamp(SHADOW_LIMITS[0], SHADOW_LIMITS[1]) / longer;
         let size = [extent.x, extent.y].map(|length| (length * scale).ceil() as usize + 2);
         let mut shadows = Self {
             axes: [right, up, direction],
@@ -166,13 +251,16 @@ impl Shadows {
         let places: Vec<_> = scene.places.iter().map(|&place| shadows.place(place)).collect();
         for triangle in &scene.triangles {
             let corners = triangle.map(|corner| places[corner as usize]);
-            cover(corners, size, |pixel, depth, _| shadows.depth[pixel] = shadows.depth[pixel].min(depth));
+            // The light reaches the faces of a closed body that are towards the lamp.
+            if is_front(corners) {
+                cover(corners, size, |pixel, depth| shadows.depth[pixel] = shadows.depth[pixel].min(depth));
+            }
         }
         shadows
     }
 
     /// Pixels across and down, depth [pixels].
-    fn place(&self, place: Vector) -> [f32; 3] {
+    fn place(&self, place: Vector) -> Place {
         let [right, up, direction] = self.axes.map(|axis| axis.dot(place));
         [(right - self.lower[0]) * self.scale + 1.0, (up - self.lower[1]) * self.scale + 1.0, direction * self.scale]
             .map(|v| v as f32)
@@ -192,11 +280,6 @@ impl Shadows {
         }
         lit
     }
-}
-
-/// Light that a surface of colour `base` sends out under `illumination`.
-pub(super) fn shaded(base: Light, illumination: f32) -> Light {
-    base.map(|c| c * (0.14 + illumination))
 }
 
 #[cfg(test)]
@@ -224,10 +307,9 @@ mod tests {
             orientation: Quaternion::IDENTITY,
         };
         let poses = [pose(0, 0.0, 0.0), pose(1, 0.0, 2.0), pose(0, 5.0, 0.0)];
-        let mut scene = Scene::default();
-        scene.add_bodies(&Bodies { surfaces: &surfaces, poses: &poses }, |_| true);
+        let scene = Scene::of_bodies(&Bodies { surfaces: &surfaces, poses: &poses }, 0.0, |_| true);
         assert_eq!(scene.places.len(), 3 * 24, "a cube has three normals at each corner");
-        let light = scene.illuminate(&[Lamp { direction: -Vector::Z, strength: 1.0 }]);
+        let light = scene.illuminate(&[Lamp { direction: -Vector::Z, strength: 1.0, sharp: true }], &[true; 72]);
         let top = |body: u32| -> f32 {
             let tops = (0..light.len()).filter(|&n| scene.tags[n] == body && scene.normals[n].z > 0.9);
             tops.map(|n| light[n]).sum::<f32>() / 4.0

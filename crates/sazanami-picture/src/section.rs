@@ -6,8 +6,8 @@ use sazanami_numerics::grid::Grid;
 use super::axes::{Axis, Frame, draw_colour_bar, draw_swatch};
 use super::canvas::{Anchor, Canvas, Font, Pen, Rectangle};
 use super::colour::{BLACK, BLUE, Light, mix, to_colour, to_light};
-use super::raster::{Corner, EMPTY, INSIDE, Layer, Triangle, is_front, reduce};
-use super::scene::{Scene, daylight, shaded};
+use super::raster::{EMPTY, INSIDE, Layer, Place, SAMPLES, is_front, reduce};
+use super::scene::{Drawn, Scene, daylight};
 use super::{ColourScale, Isosurface, Picture, PictureError, check_length};
 use sazanami_io::Bodies;
 
@@ -72,8 +72,8 @@ pub fn section_of_cells(grid: &Grid, values: &[f64], x2: f64) -> Vec<f64> {
     section
 }
 
-/// Samples of a pixel in each direction.
-const SAMPLES: usize = 2;
+/// What is smaller than this on a grain is not drawn [samples].
+const DETAIL: f64 = 3.0;
 const SIZE: f64 = 20.0;
 /// Where the sun stands.
 const SUN: Vector = Vector::new(-0.45, -0.9, 0.85);
@@ -159,21 +159,25 @@ impl<'a> SectionView<'a> {
         let haze_depth = 0.45 * self.grid.extent().y as f32 * scale;
         let (haze, water, paper) = (to_light([226, 231, 236]), to_light(BLUE), to_light([250, 251, 252]));
         let bodies = self.values.iter().map(|&value| to_light(self.scale.colour(value))).collect::<Vec<Light>>();
-        reduce(self.width, height, SAMPLES, |pixel| {
-            let tag = grains.tag[pixel];
-            if tag != EMPTY && tag & INSIDE != 0 {
-                return bodies[(tag & !INSIDE) as usize].map(|c| 0.93 * c);
+        let in_front =
+            |sample: usize| liquid.as_ref().filter(|l| l.surface.depth[sample] < grains.surface.depth[sample]);
+        let key = |sample: usize| (grains.surface.nearest[sample], in_front(sample).map(|l| l.surface.nearest[sample]));
+        reduce([self.width, height], key, |sample, place| {
+            let number = grains.surface.nearest[sample];
+            if number != EMPTY && number & INSIDE != 0 {
+                return bodies[grains.tags[grains.surface.corner(sample) as usize] as usize].map(|c| 0.93 * c);
             }
-            let hazy = |light: &[f32; 4], depth: f32| {
-                mix([light[0], light[1], light[2]], haze, 0.75 * (1.0 - (-depth / haze_depth).exp()))
+            let hazy = |drawn: &Drawn| {
+                let [r, g, b, opacity] = drawn.surface.interpolate(sample, place, &drawn.light);
+                let part = 0.75 * (1.0 - (-drawn.surface.depth[sample] / haze_depth).exp());
+                (mix([r, g, b], haze, part), opacity)
             };
-            let mut light = if tag == EMPTY { paper } else { hazy(&grains.light[pixel], grains.depth[pixel]) };
-            if let Some(liquid) = &liquid
-                && liquid.depth[pixel] < grains.depth[pixel]
-            {
-                light = mix(light, hazy(&liquid.light[pixel], liquid.depth[pixel]), liquid.light[pixel][3]);
+            let mut light = if number == EMPTY { paper } else { hazy(&grains).0 };
+            if let Some(liquid) = in_front(sample) {
+                let (water, opacity) = hazy(liquid);
+                light = mix(light, water, opacity);
             }
-            let fraction = self.liquid_at(pixel % size[0], pixel / size[0], size);
+            let fraction = self.liquid_at(place, size);
             if fraction >= self.liquid_threshold {
                 mix(light, water, (0.10 + 0.64 * fraction.min(1.0)) as f32)
             } else {
@@ -182,11 +186,11 @@ impl<'a> SectionView<'a> {
         })
     }
 
-    /// Liquid fraction at a sample of the picture.
-    fn liquid_at(&self, column: usize, row: usize, size: [usize; 2]) -> f64 {
+    /// Liquid fraction at a place of the enlarged picture.
+    fn liquid_at(&self, [across, down]: [f32; 2], size: [usize; 2]) -> f64 {
         let [n1, _, n3] = self.grid.cells;
-        let x = (column as f64 + 0.5) / size[0] as f64 * n1 as f64;
-        let z = (1.0 - (row as f64 + 0.5) / size[1] as f64) * self.height() / self.grid.spacing.z;
+        let x = f64::from(across) / size[0] as f64 * n1 as f64;
+        let z = (1.0 - f64::from(down) / size[1] as f64) * self.height() / self.grid.spacing.z;
         match self.liquid_style {
             LiquidStyle::Cells => self.liquid[(z as usize).min(n3 - 1) * n1 + (x as usize).min(n1 - 1)],
             LiquidStyle::Smooth => {
@@ -201,7 +205,7 @@ impl<'a> SectionView<'a> {
     }
 
     /// Place of a point in the enlarged picture, with the distance behind the section as depth.
-    fn place(&self, point: Vector, size: [usize; 2]) -> [f32; 3] {
+    fn place(&self, point: Vector, size: [usize; 2]) -> Place {
         let (lower, extent) = (self.grid.lower, self.grid.extent());
         let scale = size[0] as f64 / extent.x;
         [
@@ -223,53 +227,40 @@ impl<'a> SectionView<'a> {
         self.bodies.surfaces.iter().map(|surface| radius(surface.nodes)).collect()
     }
 
-    fn draw_grains(&self, size: [usize; 2]) -> Layer {
-        let mut layer = Layer::new(size[0], size[1]);
-        let mut scene = Scene::default();
+    fn draw_grains(&self, size: [usize; 2]) -> Drawn {
         let radii = self.radii();
         let is_cut: Vec<bool> = (0..self.bodies.poses.len())
             .map(|number| self.reach(number, &radii))
             .map(|(behind, radius)| behind.abs() <= radius)
             .collect();
-        scene.add_bodies(&self.bodies, |number| is_cut[number] || (self.behind && self.reach(number, &radii).0 > 0.0));
-        let light = scene.illuminate(&daylight(SUN, -Vector::Y, 0.34));
-        let corners: Vec<Corner> = (0..scene.places.len())
-            .map(|n| {
-                let base = to_light(self.scale.colour(self.values[scene.tags[n] as usize]));
-                let [r, g, b] = shaded(base, light[n]);
-                Corner { place: self.place(scene.places[n], size), light: [r, g, b, 1.0] }
-            })
-            .collect();
-        let seen = |triangle: &[u32; 3]| {
-            let tag = scene.tags[triangle[0] as usize];
-            let corners = triangle.map(|corner| &corners[corner as usize]);
+        let detail = DETAIL * self.grid.extent().x / size[0] as f64;
+        let is_drawn = |number: usize| is_cut[number] || (self.behind && self.reach(number, &radii).0 > 0.0);
+        let scene = Scene::of_bodies(&self.bodies, detail, is_drawn);
+        let places: Vec<Place> = scene.places.iter().map(|&place| self.place(place, size)).collect();
+        let is_seen = |triangle: &&[u32; 3]| {
             // Inner sides show only where the plane has cut the outer ones away.
-            let is_seen = is_cut[tag as usize] || is_front(corners.map(|corner| corner.place));
-            is_seen.then_some(Triangle { corners, tag })
+            is_cut[scene.tags[triangle[0] as usize] as usize]
+                || is_front(triangle.map(|corner| places[corner as usize]))
         };
-        layer.draw(&scene.triangles.iter().filter_map(seen).collect::<Vec<_>>(), 0.0);
-        layer
+        let triangles = scene.triangles.iter().filter(is_seen).copied().collect();
+        let surface = Layer::draw(size, places, triangles, 0.0);
+        let light =
+            scene.shade(&daylight(SUN, -Vector::Y, 0.34), &surface, |body| self.scale.colour(self.values[body]));
+        Drawn { surface, light, tags: scene.tags }
     }
 
-    fn draw_liquid_behind(&self, size: [usize; 2]) -> Option<Layer> {
+    fn draw_liquid_behind(&self, size: [usize; 2]) -> Option<Drawn> {
         let surface = self.liquid_behind?;
-        let mut layer = Layer::new(size[0], size[1]);
         let base = to_light([96, 164, 224]);
         let sun = SUN.normalize();
-        let corners: Vec<Corner> = surface
-            .nodes
-            .iter()
-            .zip(&surface.normals)
-            .map(|(&node, normal)| {
-                let [r, g, b] = base.map(|c| c * (0.45 + 0.6 * normal.dot(sun).abs() as f32));
-                let slant = 1.0 - normal.y.abs() as f32;
-                Corner { place: self.place(node, size), light: [r, g, b, 0.30 + 0.45 * slant * slant] }
-            })
-            .collect();
-        let triangle =
-            |triangle: &[u32; 3]| Triangle { corners: triangle.map(|corner| &corners[corner as usize]), tag: 0 };
-        layer.draw(&surface.triangles.iter().map(triangle).collect::<Vec<_>>(), 0.0);
-        Some(layer)
+        let light = |normal: &Vector| {
+            let [r, g, b] = base.map(|c| c * (0.45 + 0.6 * normal.dot(sun).abs() as f32));
+            let slant = 1.0 - normal.y.abs() as f32;
+            [r, g, b, 0.30 + 0.45 * slant * slant]
+        };
+        let places = surface.nodes.iter().map(|&node| self.place(node, size)).collect();
+        let light = surface.normals.iter().map(light).collect();
+        Some(Drawn { surface: Layer::draw(size, places, surface.triangles.clone(), 0.0), light, tags: Vec::new() })
     }
 
     /// Line where the liquid fills half of the cells.

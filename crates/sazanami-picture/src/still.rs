@@ -6,8 +6,8 @@ use sazanami_numerics::grid::Grid;
 use super::axes::{draw_colour_bar, draw_swatch};
 use super::canvas::{Anchor, Canvas, Font, Pen, Rectangle};
 use super::colour::{BLACK, BLUE, GREY, Light, mix, to_light};
-use super::raster::{Corner, EMPTY, Layer, Triangle, is_front, reduce};
-use super::scene::{Scene, daylight, shaded};
+use super::raster::{EMPTY, Layer, Place, SAMPLES, is_front, reduce};
+use super::scene::{Drawn, Scene, daylight};
 use super::{ColourScale, Isosurface, Picture, PictureError, check_length};
 use sazanami_io::Bodies;
 
@@ -56,8 +56,8 @@ pub struct Still<'a> {
 /// Room above the picture for the title and beside it for the bar of colours [pixels].
 const ABOVE: usize = 56;
 const BESIDE: usize = 130;
-/// Samples of a pixel in each direction.
-const SAMPLES: usize = 2;
+/// What is smaller than this on a grain is not drawn [samples].
+const DETAIL: f64 = 3.0;
 /// Tangent of half the height of the picture seen from the eye.
 const HALF_VIEW: f64 = 0.23;
 
@@ -100,8 +100,8 @@ impl Camera {
         }
     }
 
-    /// Pixels across and down, and a depth that is linear on the picture; nothing behind the eye.
-    fn place(&self, point: Vector) -> Option<[f32; 3]> {
+    /// Pixels across and down, and a depth that is linear on the picture; NaN behind the eye.
+    fn place(&self, point: Vector) -> Place {
         let from = point - self.eye;
         let distance = from.dot(self.forward);
         let place = [
@@ -109,7 +109,7 @@ impl Camera {
             self.middle[1] - self.focus * from.dot(self.up) / distance,
             -1.0 / distance,
         ];
-        (distance > 0.0).then(|| place.map(|v| v as f32))
+        place.map(|v| if distance > 0.0 { v as f32 } else { f32::NAN })
     }
 }
 
@@ -145,28 +145,29 @@ impl<'a> Still<'a> {
     pub fn draw(&self) -> Result<Picture, PictureError> {
         check_length("the colour of a grain", self.bodies.poses.len(), self.values.len())?;
         let [width, height] = self.size;
-        let camera = Camera::new(&self.viewpoint, self.shown(), [width * SAMPLES, height * SAMPLES]);
+        let camera = Camera::new(&self.viewpoint, self.shown(), self.samples());
         let grains = self.draw_grains(&camera);
         let liquid = self.draw_liquid(&camera);
         let (top, bottom) = (to_light([214, 226, 238]), to_light([250, 250, 250]));
         let rows = (height * SAMPLES) as f32;
-        let columns = width * SAMPLES;
-        let picture = reduce(width, height, SAMPLES, |pixel| {
-            let mut light = if grains.tag[pixel] == EMPTY {
-                mix(top, bottom, (pixel / columns) as f32 / rows)
+        let in_front =
+            |sample: usize| liquid.as_ref().filter(|l| l.surface.depth[sample] < grains.surface.depth[sample]);
+        let key = |sample: usize| (grains.surface.nearest[sample], in_front(sample).map(|l| l.surface.nearest[sample]));
+        let picture = reduce([width, height], key, |sample, place| {
+            let mut light = if grains.surface.nearest[sample] == EMPTY {
+                mix(top, bottom, place[1] / rows)
             } else {
-                opaque(grains.light[pixel])
+                opaque(grains.surface.interpolate(sample, place, &grains.light))
             };
-            if let Some(liquid) = &liquid
-                && liquid.depth[pixel] < grains.depth[pixel]
-            {
-                light = mix(light, opaque(liquid.light[pixel]), liquid.light[pixel][3]);
+            if let Some(liquid) = in_front(sample) {
+                let water = liquid.surface.interpolate(sample, place, &liquid.light);
+                light = mix(light, opaque(water), water[3]);
             }
             light
         });
         let mut canvas = Canvas::new(width, height);
         canvas.paste(0, 0, &picture);
-        self.draw_box(&mut canvas, &camera, &grains, liquid.as_ref());
+        self.draw_box(&mut canvas, &camera, &grains.surface, liquid.as_ref().map(|liquid| &liquid.surface));
         let picture = canvas.finish();
         let bar_width = if self.colour_bar { BESIDE } else { 0 };
         let mut canvas = Canvas::new(width + bar_width, ABOVE + height);
@@ -184,8 +185,9 @@ impl<'a> Still<'a> {
         Ok(canvas.finish())
     }
 
-    fn layer(&self) -> Layer {
-        Layer::new(self.size[0] * SAMPLES, self.size[1] * SAMPLES)
+    /// Size of the enlarged picture [samples].
+    fn samples(&self) -> [usize; 2] {
+        self.size.map(|pixels| pixels * SAMPLES)
     }
 
     /// Lower and upper corner of what is shown [m].
@@ -206,58 +208,43 @@ impl<'a> Still<'a> {
         self.cut_open && (point.y - middle.y) * (camera.eye.y - middle.y) > 0.0
     }
 
-    fn draw_grains(&self, camera: &Camera) -> Layer {
-        let mut scene = Scene::default();
-        scene.add_bodies(&self.bodies, |number| !self.is_cut_away(self.bodies.poses[number].position, camera));
+    fn draw_grains(&self, camera: &Camera) -> Drawn {
+        let [lower, upper] = self.shown();
+        let detail = DETAIL * (camera.eye - 0.5 * (lower + upper)).length() / camera.focus;
+        let scene = Scene::of_bodies(&self.bodies, detail, |number| {
+            !self.is_cut_away(self.bodies.poses[number].position, camera)
+        });
+        let places: Vec<Place> = scene.places.iter().map(|&place| camera.place(place)).collect();
+        let is_seen = |triangle: &&[u32; 3]| is_front(triangle.map(|corner| places[corner as usize]));
+        let triangles = scene.triangles.iter().filter(is_seen).copied().collect();
+        let surface = Layer::draw(self.samples(), places, triangles, f32::NEG_INFINITY);
         let sun = Vector::Z * 1.15 - camera.forward * 0.35 - camera.right * 0.75;
-        let light = scene.illuminate(&daylight(sun, -camera.forward, 0.2));
-        let corners: Vec<Option<Corner>> = (0..scene.places.len())
-            .map(|n| {
-                let [r, g, b] = shaded(to_light(self.scale.colour(self.values[scene.tags[n] as usize])), light[n]);
-                camera.place(scene.places[n]).map(|place| Corner { place, light: [r, g, b, 1.0] })
-            })
-            .collect();
-        let mut layer = self.layer();
-        let seen = |triangle: &[u32; 3]| {
-            let [a, b, c] = triangle.map(|corner| corners[corner as usize].as_ref());
-            let corners = [a?, b?, c?];
-            let tag = scene.tags[triangle[0] as usize];
-            is_front(corners.map(|corner| corner.place)).then_some(Triangle { corners, tag })
-        };
-        layer.draw(&scene.triangles.iter().filter_map(seen).collect::<Vec<_>>(), f32::NEG_INFINITY);
-        layer
+        let lamps = daylight(sun, -camera.forward, 0.2);
+        let light = scene.shade(&lamps, &surface, |body| self.scale.colour(self.values[body]));
+        Drawn { surface, light, tags: scene.tags }
     }
 
-    fn draw_liquid(&self, camera: &Camera) -> Option<Layer> {
+    fn draw_liquid(&self, camera: &Camera) -> Option<Drawn> {
         let surface = self.liquid?;
         let sun = (Vector::Z * 1.15 - camera.forward * 0.35 - camera.right * 0.75).normalize();
         let water = to_light([64, 140, 214]);
-        let corners: Vec<Option<Corner>> = surface
-            .nodes
-            .iter()
-            .zip(&surface.normals)
-            .map(|(&node, &normal)| {
-                let to_eye = (camera.eye - node).normalize();
-                let normal = if normal.dot(to_eye) < 0.0 { -normal } else { normal };
-                let slant = (1.0 - normal.dot(to_eye)).powi(3) as f32;
-                let glint = 0.5 * normal.dot((sun + to_eye).normalize()).max(0.0).powi(150) as f32;
-                // The inner side of a cut surface is as blue as the outer one.
-                let body = water.map(|c| c * (0.55 + 0.55 * normal.dot(sun).abs() as f32));
-                let sky = mix(body, [0.85, 0.92, 0.98], 0.55 * slant);
-                let [r, g, b] = sky.map(|c| c + glint);
-                let opacity = (0.62 + 0.33 * slant + glint).min(1.0);
-                camera.place(node).map(|place| Corner { place, light: [r, g, b, opacity] })
-            })
-            .collect();
-        let mut layer = self.layer();
-        let seen = |triangle: &[u32; 3]| {
-            let [a, b, c] = triangle.map(|corner| corners[corner as usize].as_ref());
-            let corners = [a?, b?, c?];
-            let is_cut_away = self.is_cut_away(surface.nodes[triangle[0] as usize], camera);
-            (!is_cut_away).then_some(Triangle { corners, tag: 0 })
+        let light = |(&node, &normal): (&Vector, &Vector)| {
+            let to_eye = (camera.eye - node).normalize();
+            let normal = if normal.dot(to_eye) < 0.0 { -normal } else { normal };
+            let slant = (1.0 - normal.dot(to_eye)).powi(3) as f32;
+            let glint = 0.5 * normal.dot((sun + to_eye).normalize()).max(0.0).powi(150) as f32;
+            // The inner side of a cut surface is as blue as the outer one.
+            let body = water.map(|c| c * (0.55 + 0.55 * normal.dot(sun).abs() as f32));
+            let sky = mix(body, [0.85, 0.92, 0.98], 0.55 * slant);
+            let [r, g, b] = sky.map(|c| c + glint);
+            [r, g, b, (0.62 + 0.33 * slant + glint).min(1.0)]
         };
-        layer.draw(&surface.triangles.iter().filter_map(seen).collect::<Vec<_>>(), f32::NEG_INFINITY);
-        Some(layer)
+        let light = surface.nodes.iter().zip(&surface.normals).map(light).collect();
+        let places = surface.nodes.iter().map(|&node| camera.place(node)).collect();
+        let is_kept = |triangle: &&[u32; 3]| !self.is_cut_away(surface.nodes[triangle[0] as usize], camera);
+        let triangles = surface.triangles.iter().filter(is_kept).copied().collect();
+        let surface = Layer::draw(self.samples(), places, triangles, f32::NEG_INFINITY);
+        Some(Drawn { surface, light, tags: Vec::new() })
     }
 
     /// Draws the edges of the box where nothing is in front of them.
@@ -267,7 +254,7 @@ impl<'a> Still<'a> {
         let corner = |n: usize| lower + extent * Vector::new((n & 1) as f64, (n >> 1 & 1) as f64, (n >> 2) as f64);
         let hidden = |[x, y, depth]: [f32; 3]| {
             let (column, row) = (x as usize, y as usize);
-            let seen = column < grains.width && row < grains.height && x >= 0.0 && y >= 0.0;
+            let seen = column < self.samples()[0] && row < self.samples()[1] && x >= 0.0 && y >= 0.0;
             let pixel = if seen { row * grains.width + column } else { return true };
             grains.depth[pixel] < depth || liquid.is_some_and(|liquid| liquid.depth[pixel] < depth)
         };
@@ -276,7 +263,8 @@ impl<'a> Still<'a> {
             let has_lid = self.top >= self.grid.upper().z;
             for n in (0..8_usize).filter(|n| n >> direction & 1 == 0 && (has_lid || direction == 2 || n >> 2 == 0)) {
                 let [a, b] = [corner(n), corner(n | 1 << direction)];
-                let at = |s: usize| camera.place(a + (b - a) * (s as f64 / 600.0)).filter(|&place| !hidden(place));
+                let at =
+                    |s: usize| Some(camera.place(a + (b - a) * (s as f64 / 600.0))).filter(|&place| !hidden(place));
                 let places: Vec<_> = (0..=600).map(at).collect();
                 for ends in places.windows(2) {
                     if let [Some(a), Some(b)] = [ends[0], ends[1]] {

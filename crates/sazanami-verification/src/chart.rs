@@ -145,17 +145,21 @@ fn draw(svg: &mut String, chart: &Chart, [x0, y0]: [Real; 2]) {
     }
 }
 
+/// Longest name of a quantity in a figure of bands [characters].
+const LONGEST: usize = 82;
+
 /// Each judged value in its band: the band is grey, from its lower to its upper end; an open end is where the value of
-/// the other end doubles.
+/// the other end doubles. What lies far outside stands at the end of the line; the number says how far.
 fn strains(rows: &[Row]) -> String {
     let judged: Vec<&Row> =
         rows.iter().filter(|row| row.measured.is_some() && (row.low, row.high) != (None, None)).collect();
-    let (line, from, to) = (17.0, 400.0, 690.0);
+    let (line, from, to) = (17.0, 446.0, 656.0);
     let mut svg = open(line * judged.len() as Real + 30.0);
+    let [inside, outside, ..] = COLOURS;
     let _ = writeln!(
         svg,
-        "<text x=\"{:.0}\" y=\"16\" text-anchor=\"middle\">band (grey) and value</text>",
-        0.5 * (from + to)
+        "<text x=\"{from:.0}\" y=\"16\">grey: band; value <tspan fill=\"{inside}\">within it</tspan>, <tspan \
+         fill=\"{outside}\">outside</tspan></text>"
     );
     for (n, row) in judged.iter().enumerate() {
         let y = 28.0 + line * n as Real;
@@ -169,22 +173,28 @@ fn strains(rows: &[Row]) -> String {
         let width = if high > low { high - low } else { low.abs().max(1.0) };
         let place = |value: Real| from + (to - from) * (0.25 + 0.5 * ((value - low) / width).clamp(-0.5, 1.5));
         let colour = match row.verdict {
-            Verdict::Pass | Verdict::Mended => COLOURS[0],
-            _ => COLOURS[1],
+            Verdict::Pass | Verdict::Mended => inside,
+            _ => outside,
         };
-        let name: String = row.quantity.chars().take(68).collect();
+        let name = match row.quantity.char_indices().nth(LONGEST) {
+            Some((end, _)) => format!("{}…", row.quantity[..end].trim_end()),
+            None => row.quantity.clone(),
+        };
         let _ = writeln!(
             svg,
             "<text x=\"{:.0}\" y=\"{:.1}\" text-anchor=\"end\">{}</text><rect x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"8\" \
-             fill=\"#d8d8d8\"/><circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"3.5\" fill=\"{colour}\"/>",
-            from,
+             fill=\"#d8d8d8\"/><circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"3.5\" fill=\"{colour}\"/><text x=\"{:.0}\" y=\"{:.1}\" \
+             fill=\"{colour}\">{value:.3e}</text>",
+            from - 10.0,
             y + 8.0,
             escaped(&name),
             place(low),
             y,
             (place(high) - place(low)).max(1.0),
             place(value),
-            y + 4.0
+            y + 4.0,
+            to + 8.0,
+            y + 8.0
         );
     }
     svg.push_str("</svg>\n");
