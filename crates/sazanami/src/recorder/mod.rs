@@ -45,8 +45,8 @@ use files::Files;
 use grain_files::GrainStates;
 pub(crate) use mics::GridObserver;
 pub(crate) use mps::{ParticleObserver, closed, measure, moment, settings_of, surface_json, tank_of, weight_of_grain};
-use observer::Row;
 pub(crate) use observer::{Observer, Step, Warning};
+use observer::{Output, Row};
 pub(crate) use reevaluated::{Beds, Reevaluated, is_observed};
 pub(crate) use summary::{put_failure, put_files, put_ripples};
 use timetable::Timetables;
@@ -266,7 +266,8 @@ impl<'a, B: Observer> Recorder<'a, B> {
     /// Writes a row for each probe that is due.
     fn write_probes(&mut self, water: &mut B::Water, clock: &Clock, due: &[bool]) -> Result<(), RankError> {
         if due.contains(&true) {
-            let outcome = self.observer.probe(self.job, water, clock, due, self.files.as_mut());
+            let to = Output { job: self.job, clock, files: self.files.as_mut() };
+            let outcome = self.observer.probe(to, water, due);
             water.domain().agree(outcome.map_err(RankError::from))?;
         }
         Ok(())
@@ -313,7 +314,7 @@ impl<'a, B: Observer> Recorder<'a, B> {
             self.totals.least_stable_step = None;
         }
         if fields {
-            let written = self.observer.fields(self.job, water, clock, self.files.as_mut());
+            let written = self.observer.fields(Output { job: self.job, clock, files: self.files.as_mut() }, water);
             outcome = outcome.and(written);
         }
         if grains {
@@ -327,7 +328,8 @@ impl<'a, B: Observer> Recorder<'a, B> {
         if figures {
             let phase = self.watch.phase();
             self.watch.turn(PICTURES);
-            let gathered = self.observer.draw(self.job, water, clock, self.files.as_mut(), &self.grains);
+            let to = Output { job: self.job, clock, files: self.files.as_mut() };
+            let gathered = self.observer.draw(to, water, &self.grains);
             self.watch.turn(phase);
             outcome = outcome.and(gathered);
             self.report_drawing();

@@ -39,6 +39,16 @@ pub(crate) struct Row<'a, O: Observer> {
     pub observer: &'a O,
 }
 
+/// Where the output of a time goes.
+pub(crate) struct Output<'a> {
+    /// The run.
+    pub job: &'a Job<'a>,
+    /// Time and number of the step.
+    pub clock: &'a Clock,
+    /// The files of the run, on rank 0.
+    pub files: Option<&'a mut Files>,
+}
+
 /// Something that the user should know of.
 pub(crate) struct Warning {
     /// What it is about: each subject is reported once.
@@ -61,8 +71,7 @@ pub(crate) struct SummaryParts {
 
 /// Keeps the budgets of a run with one of the solvers, measures its observables, and writes what only that solver has.
 ///
-/// Every rank has an observer, since what is written is gathered from all; functions with `files` are called on all ranks,
-/// with files on rank 0 only.
+/// Every rank has an observer, since what is written is gathered from all; functions with an [`Output`] are called on all ranks.
 pub(crate) trait Observer: Sized + 'static {
     /// The solver that is observed.
     type Water: Water;
@@ -96,13 +105,7 @@ pub(crate) trait Observer: Sized + 'static {
     fn tables(&self, clock: &Clock, files: &mut Files) -> Result<(), RecordError>;
 
     /// Writes the fluid for ParaView.
-    fn fields(
-        &self,
-        job: &Job,
-        water: &mut Self::Water,
-        clock: &Clock,
-        files: Option<&mut Files>,
-    ) -> Result<(), RecordError>;
+    fn fields(&self, to: Output, water: &mut Self::Water) -> Result<(), RecordError>;
 
     /// Displacement [m] and velocity [m/s] of the frame that grains are written in, against that of the engine.
     fn written_frame(&self, _job: &Job, _clock: &Clock) -> [Vector; 2] {
@@ -115,24 +118,10 @@ pub(crate) trait Observer: Sized + 'static {
     }
 
     /// Draws the pictures of a time, as measured last.
-    fn draw(
-        &self,
-        job: &Job,
-        water: &Self::Water,
-        clock: &Clock,
-        files: Option<&mut Files>,
-        grains: &GatheredGrains,
-    ) -> Result<(), RecordError>;
+    fn draw(&self, to: Output, water: &Self::Water, grains: &GatheredGrains) -> Result<(), RecordError>;
 
     /// Writes a row for every probe that is `due`.
-    fn probe(
-        &mut self,
-        job: &Job,
-        water: &mut Self::Water,
-        clock: &Clock,
-        due: &[bool],
-        files: Option<&mut Files>,
-    ) -> Result<(), RecordError>;
+    fn probe(&mut self, to: Output, water: &mut Self::Water, due: &[bool]) -> Result<(), RecordError>;
 
     /// What goes into the summary.
     fn summary_parts(&self) -> SummaryParts;

@@ -16,7 +16,7 @@ use sazanami_observe::splash::SplashTracker;
 use super::bed::GatheredGrains;
 use super::columns::SeriesCell;
 use super::files::Files;
-use super::observer::{Observer, Step, SummaryParts, Warning};
+use super::observer::{Observer, Output, Step, SummaryParts, Warning};
 use crate::case::meaning::Case;
 use crate::clock::Clock;
 use crate::job::{Job, RankError, RecordError, Totals};
@@ -211,38 +211,18 @@ impl Observer for GridObserver {
         series::tables(self, clock, files)
     }
 
-    fn fields(
-        &self,
-        _job: &Job,
-        solver: &mut Solver,
-        clock: &Clock,
-        files: Option<&mut Files>,
-    ) -> Result<(), RecordError> {
-        series::fields(solver, clock, files)
+    fn fields(&self, to: Output, solver: &mut Solver) -> Result<(), RecordError> {
+        series::fields(solver, to)
     }
 
-    fn draw(
-        &self,
-        job: &Job,
-        solver: &Solver,
-        clock: &Clock,
-        files: Option<&mut Files>,
-        grains: &GatheredGrains,
-    ) -> Result<(), RecordError> {
-        pictures::draw(job, solver, clock, files, grains)
+    fn draw(&self, to: Output, solver: &Solver, grains: &GatheredGrains) -> Result<(), RecordError> {
+        pictures::draw(to, solver, grains)
     }
 
-    fn probe(
-        &mut self,
-        job: &Job,
-        solver: &mut Solver,
-        clock: &Clock,
-        due: &[bool],
-        files: Option<&mut Files>,
-    ) -> Result<(), RecordError> {
+    fn probe(&mut self, to: Output, solver: &mut Solver, due: &[bool]) -> Result<(), RecordError> {
         // A probe between cells of two ranks looks at both.
         solver.fill_halos();
-        probes::record(job, solver, clock, due, files)
+        probes::record(to, solver, due)
     }
 
     fn summary_parts(&self) -> SummaryParts {

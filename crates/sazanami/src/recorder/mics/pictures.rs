@@ -8,22 +8,16 @@ use sazanami_observe::BedView;
 
 use super::series::Fractions;
 use crate::artist::{Figure, Scene};
-use crate::clock::Clock;
 use crate::job::{Job, RecordError};
 use crate::recorder::bed::GatheredGrains;
-use crate::recorder::files::Files;
+use crate::recorder::observer::Output;
 
 /// Speed at the upper end of the colours, over the largest initial speed of a liquid: the same for all pictures of a run.
 const FASTEST: Real = 0.1;
 
 /// Draws what the figures of a time are. All ranks take part.
-pub(super) fn draw(
-    job: &Job,
-    solver: &Solver,
-    clock: &Clock,
-    files: Option<&mut Files>,
-    grains: &GatheredGrains,
-) -> Result<(), RecordError> {
+pub(super) fn draw(to: Output, solver: &Solver, grains: &GatheredGrains) -> Result<(), RecordError> {
+    let Output { job, clock, files } = to;
     let Some(artist) = job.options.artist else { return Ok(()) };
     let liquid = Fractions::gather(solver).outside_grains();
     let Some(files) = files else { return Ok(()) };

@@ -8,11 +8,10 @@ use sazanami_numerics::{Real, Vector};
 
 use crate::assembly::grains::identifier;
 use crate::case::meaning::{Case, Probe, ProbePlace};
-use crate::clock::Clock;
 use crate::columns::{Cell, cells, quantity};
-use crate::job::{Job, RecordError};
+use crate::job::RecordError;
 use crate::recorder::columns::{GAUGE, ProbeColumns};
-use crate::recorder::files::Files;
+use crate::recorder::observer::Output;
 
 /// What is found at a point.
 #[derive(Clone, Copy, Debug, Default)]
@@ -81,13 +80,8 @@ const OF_BODY: &[Cell<OfBody>] = &[
 ];
 
 /// Writes a row for every probe that is `due`. All ranks take part.
-pub(super) fn record(
-    job: &Job,
-    solver: &Solver,
-    clock: &Clock,
-    due: &[bool],
-    mut files: Option<&mut Files>,
-) -> Result<(), RecordError> {
+pub(super) fn record(to: Output, solver: &Solver, due: &[bool]) -> Result<(), RecordError> {
+    let Output { job, clock, mut files } = to;
     let mut outcome = Ok(());
     for (number, probe) in job.case.probes.iter().enumerate().filter(|&(number, _)| due[number]) {
         let found = measure(job.case, solver, probe);

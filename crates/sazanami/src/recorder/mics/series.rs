@@ -17,7 +17,7 @@ use crate::columns::{Quantity, cells, headings, quantity};
 use crate::job::RecordError;
 use crate::recorder::columns::{SeriesCell, grain_substeps, of_step, pressure_iterations};
 use crate::recorder::files::Files;
-use crate::recorder::observer::Row;
+use crate::recorder::observer::{Output, Row};
 use crate::results::CRATER_PROFILES;
 
 type SeriesRow<'a> = Row<'a, GridObserver>;
@@ -191,7 +191,7 @@ pub(super) fn tables(observer: &GridObserver, clock: &Clock, files: &mut Files) 
 }
 
 /// Writes the fields for ParaView. All ranks take part.
-pub(super) fn fields(solver: &Solver, clock: &Clock, files: Option<&mut Files>) -> Result<(), RecordError> {
+pub(super) fn fields(solver: &Solver, Output { clock, files, .. }: Output) -> Result<(), RecordError> {
     let domain = solver.domain();
     let flow = solver.flow();
     let Fractions { liquid, solid } = Fractions::gather(solver);

@@ -19,7 +19,7 @@ use super::bed::GatheredGrains;
 use super::columns::SeriesCell;
 use super::files::Files;
 use super::grain_files::OwnArray;
-use super::observer::{Observer, Step, SummaryParts, Warning};
+use super::observer::{Observer, Output, Step, SummaryParts, Warning};
 use crate::case::meaning::{self, Case, LayerReference, TankMotion};
 use crate::clock::Clock;
 use crate::columns::object;
@@ -321,13 +321,7 @@ impl Observer for ParticleObserver {
         series::tables(self, clock, files)
     }
 
-    fn fields(
-        &self,
-        job: &Job,
-        _water: &mut Solver,
-        clock: &Clock,
-        files: Option<&mut Files>,
-    ) -> Result<(), RecordError> {
+    fn fields(&self, Output { job, clock, files }: Output, _water: &mut Solver) -> Result<(), RecordError> {
         files.map_or(Ok(()), |files| fields::write(job, &self.gathered, clock, files))
     }
 
@@ -341,28 +335,13 @@ impl Observer for ParticleObserver {
         fields::grain_arrays(&self.gathered)
     }
 
-    fn draw(
-        &self,
-        job: &Job,
-        _water: &Solver,
-        clock: &Clock,
-        files: Option<&mut Files>,
-        _grains: &GatheredGrains,
-    ) -> Result<(), RecordError> {
-        files.map_or(Ok(()), |files| pictures::draw(job, self, clock, files))
+    fn draw(&self, to: Output, _water: &Solver, _grains: &GatheredGrains) -> Result<(), RecordError> {
+        to.files.map_or(Ok(()), |files| pictures::draw(to.job, self, to.clock, files))
     }
 
-    fn probe(
-        &mut self,
-        job: &Job,
-        water: &mut Solver,
-        clock: &Clock,
-        due: &[bool],
-        files: Option<&mut Files>,
-    ) -> Result<(), RecordError> {
-        self.gather(water, clock.time());
-        let Some(files) = files else { return Ok(()) };
-        probes::record(job, &self.tank, &self.gathered, clock, due, files)
+    fn probe(&mut self, to: Output, water: &mut Solver, due: &[bool]) -> Result<(), RecordError> {
+        self.gather(water, to.clock.time());
+        probes::record(to, &self.tank, &self.gathered, due)
     }
 
     fn summary_parts(&self) -> SummaryParts {

@@ -10,11 +10,10 @@ use super::fields::to_written_frame;
 use super::gathered::GatheredTank;
 use crate::assembly::grains::identifier;
 use crate::case::meaning::{Case, ProbePlace};
-use crate::clock::Clock;
 use crate::columns::{Cell, cells, missing, quantity};
-use crate::job::{Job, RecordError};
+use crate::job::RecordError;
 use crate::recorder::columns::{GAUGE, ProbeColumns};
-use crate::recorder::files::Files;
+use crate::recorder::observer::Output;
 
 /// What is found at a point.
 #[derive(Clone, Copy, Debug, Default)]
@@ -73,14 +72,8 @@ struct View<'a> {
 }
 
 /// Writes a row for every probe that is `due`.
-pub(super) fn record(
-    job: &Job,
-    tank: &Tank,
-    gathered: &GatheredTank,
-    clock: &Clock,
-    due: &[bool],
-    files: &mut Files,
-) -> Result<(), RecordError> {
+pub(super) fn record(to: Output, tank: &Tank, gathered: &GatheredTank, due: &[bool]) -> Result<(), RecordError> {
+    let Output { job, clock, files: Some(files) } = to else { return Ok(()) };
     let view = View { tank, gathered, surface: OnceCell::new() };
     for (number, probe) in job.case.probes.iter().enumerate().filter(|&(number, _)| due[number]) {
         let measured = measure(job.case, &view, clock.time(), &probe.place);
