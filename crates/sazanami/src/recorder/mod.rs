@@ -10,6 +10,7 @@ mod grain_files;
 mod mics;
 mod mps;
 mod observer;
+mod page;
 mod reevaluated;
 mod summary;
 mod timetable;
@@ -30,8 +31,7 @@ use crate::case::meaning::Case;
 use crate::clock::{Clock, fixed_step};
 use crate::error::Failure;
 use crate::job::{
-    Ended, Job, PACKING, PARTICLES, RELAXATION, RUN_STATE, RankError, RankFailure, RecordError, RunState, Status,
-    TIDIED, Totals, WORST,
+    Ended, Job, PACKING, RELAXATION, RUN_STATE, RankError, RankFailure, RecordError, RunState, Status, Totals,
 };
 use crate::naming::partner;
 use crate::progress::StepLine;
@@ -47,6 +47,7 @@ pub(crate) use mics::GridObserver;
 pub(crate) use mps::{ParticleObserver, closed, measure, moment, settings_of, surface_json, tank_of, weight_of_grain};
 pub(crate) use observer::{Observer, Step, Warning};
 use observer::{Output, Row};
+pub(crate) use page::page;
 pub(crate) use reevaluated::{Beds, Reevaluated, is_observed};
 pub(crate) use summary::{put_failure, put_files, put_ripples};
 use timetable::Timetables;
@@ -473,31 +474,6 @@ impl<'a, B: Observer> Recorder<'a, B> {
         summary::write(&self.job.folder, &files.fixed, &present)?;
         Ok(())
     }
-}
-
-/// What a run records, as the reference page has it.
-pub(crate) fn page() -> String {
-    use crate::columns::page as table;
-    let sections = [
-        ("`series.csv` of `solver = \"mics\"`", columns::series_page::<GridObserver>()),
-        ("`series.csv` of `solver = \"mps\"`", columns::series_page::<ParticleObserver>()),
-        ("`profiles.csv`", mics::profile_page()),
-        ("`water.csv`", table("A row per place and observation.", mps::WATER)),
-        ("`bed.csv`", table("A row per place and observation.", mps::BED)),
-        ("`layers.csv`", table("A row per layer and observation.", mps::LAYERS)),
-        ("`probes/NAME.csv` of `solver = \"mics\"`", mics::probe_page()),
-        ("`probes/NAME.csv` of `solver = \"mps\"`", mps::probe_page()),
-        ("`counts` of `summary.json`", table("What the run consists of.", summary::COUNTS)),
-        ("`conservation` with `solver = \"mics\"`", table("What should be conserved.", mics::CONSERVATION)),
-        ("`conservation` with `solver = \"mps\"`", table("What should be conserved.", mps::CONSERVATION)),
-        ("`worst` of `summary.json`", table("Largest values met since the start.", WORST)),
-        ("`tidied` of `summary.json`", table("What had to be corrected since the start.", TIDIED)),
-        ("`particles` with `solver = \"mps\"`", table("What happened to moving particles since the start.", PARTICLES)),
-        ("`observables.bed` of `summary.json`", table("The bed before the impact.", bed::BED)),
-        ("`observables.erosion` of `summary.json`", table("The crater at the end.", mics::EROSION)),
-        ("`observables.splash` of `summary.json`", table("Grains that have left the bed.", mics::SPLASH)),
-    ];
-    sections.iter().map(|(title, table)| format!("## {title}\n\n{table}\n")).collect()
 }
 
 /// Whether a section of a checkpoint is part of the physical state: all but what the observers keep.

@@ -1,0 +1,32 @@
+//! What a run records, as the reference page has it.
+
+use super::columns::series_page;
+use super::mics::GridObserver;
+use super::mps::ParticleObserver;
+use super::{bed, mics, mps, summary};
+use crate::columns::page as table;
+use crate::job::{PARTICLES, TIDIED, WORST};
+
+/// A section for each table and for each part of the summary.
+pub(crate) fn page() -> String {
+    let sections = [
+        ("`series.csv` of `solver = \"mics\"`", series_page::<GridObserver>()),
+        ("`series.csv` of `solver = \"mps\"`", series_page::<ParticleObserver>()),
+        ("`profiles.csv`", mics::profile_page()),
+        ("`water.csv`", table("A row per place and observation.", mps::WATER)),
+        ("`bed.csv`", table("A row per place and observation.", mps::BED)),
+        ("`layers.csv`", table("A row per layer and observation.", mps::LAYERS)),
+        ("`probes/NAME.csv` of `solver = \"mics\"`", mics::probe_page()),
+        ("`probes/NAME.csv` of `solver = \"mps\"`", mps::probe_page()),
+        ("`counts` of `summary.json`", table("What the run consists of.", summary::COUNTS)),
+        ("`conservation` with `solver = \"mics\"`", table("What should be conserved.", mics::CONSERVATION)),
+        ("`conservation` with `solver = \"mps\"`", table("What should be conserved.", mps::CONSERVATION)),
+        ("`worst` of `summary.json`", table("Largest values met since the start.", WORST)),
+        ("`tidied` of `summary.json`", table("What had to be corrected since the start.", TIDIED)),
+        ("`particles` with `solver = \"mps\"`", table("What happened to moving particles since the start.", PARTICLES)),
+        ("`observables.bed` of `summary.json`", table("The bed before the impact.", bed::BED)),
+        ("`observables.erosion` of `summary.json`", table("The crater at the end.", mics::EROSION)),
+        ("`observables.splash` of `summary.json`", table("Grains that have left the bed.", mics::SPLASH)),
+    ];
+    sections.iter().map(|(title, table)| format!("## {title}\n\n{table}\n")).collect()
+}
