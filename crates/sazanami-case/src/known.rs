@@ -61,7 +61,12 @@ impl Default for Known {
             materials: Materials::default(),
             grains: Vec::new(),
             motion: Motion::Free,
-            bed: Bed { porosity_slab: [Real::NAN; 2], height_radius: Real::NAN, axis: [Real::NAN; 2] },
+            bed: Bed {
+                porosity_lower: Real::NAN,
+                porosity_upper: Real::NAN,
+                height_radius: Real::NAN,
+                axis: [Real::NAN; 2],
+            },
             output: Outputs::default(),
             probe_names: Vec::new(),
             is_damaged: false,

@@ -35,7 +35,7 @@ fn tank_of(case: &Case) -> String {
     let mut tank = Case {
         name: String::new(),
         title: String::new(),
-        bed: Bed { porosity_slab: [0.0, 1.0], height_radius: 1.0, axis: [0.0; 2] },
+        bed: Bed { porosity_lower: 0.0, porosity_upper: 1.0, height_radius: 1.0, axis: [0.0; 2] },
         erosion: None,
         ripples: None,
         probes: Vec::new(),

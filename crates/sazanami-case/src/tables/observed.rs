@@ -4,7 +4,7 @@ use sazanami_case_derive::Keys;
 use sazanami_numerics::Real;
 use sazanami_observe::erosion::CountedGrains;
 
-use super::{Population, read_by};
+use super::Population;
 use crate::read::{Context, Table};
 use crate::units::{rounded, rounded_within};
 use crate::value::Range1;
@@ -15,38 +15,25 @@ const NEAR_SIZE: Real = 10.0;
 const FINEST: Real = 1e-3;
 
 /// What is measured of the bed.
-#[derive(Clone, Debug, Keys)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Keys)]
 #[keys(check = Self::check)]
-struct BedKeys {
+pub struct Bed {
     /// Lower height (coordinate of x3) of the slab in which porosity is measured.
     #[key(unit = "m", default = cx.known.domain.lower.z, says = "the floor")]
-    porosity_lower: Real,
+    pub porosity_lower: Real,
     /// Upper height of that slab.
     #[key(unit = "m", default = (cx.known.domain.lower.z + 5e-3).min(cx.known.domain.upper.z),
           says = "5 mm above the floor, or the top")]
-    porosity_upper: Real,
+    pub porosity_upper: Real,
     /// Radius about the axis within which the height of the bed H_s is taken: the highest point of a grain there.
     #[key(unit = "m", within = cx.known.lengths(), default = 1e-3)]
-    height_radius: Real,
+    pub height_radius: Real,
     /// Axis in x1 and x2.
     #[key(unit = "m", default = cx.known.domain.middle(), says = "middle of the box")]
-    axis: [Real; 2],
-}
-
-/// Observation of the bed.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Bed {
-    /// Slab between two heights in which porosity is measured [m].
-    pub porosity_slab: [Real; 2],
-    /// Radius about the axis within which the bed's height H_s is taken [m].
-    pub height_radius: Real,
-    /// Axis in x1 and x2 [m].
     pub axis: [Real; 2],
 }
 
-read_by!(Bed, BedKeys);
-
-impl BedKeys {
+impl Bed {
     fn check(&mut self, table: &Table<'_>, cx: &mut Context<'_>) {
         let ([lower, upper], domain) = ([self.porosity_lower, self.porosity_upper], cx.known.domain);
         if lower >= upper || lower < domain.lower.z || upper > domain.upper.z {
@@ -62,14 +49,10 @@ impl BedKeys {
         }
     }
 
-    fn meaning(self, _: &mut Context<'_>) -> Option<Bed> {
-        let porosity_slab = [self.porosity_lower, self.porosity_upper];
-        Some(Bed { porosity_slab, height_radius: self.height_radius, axis: self.axis })
-    }
-
-    fn of(bed: &Bed) -> Self {
-        let [porosity_lower, porosity_upper] = bed.porosity_slab;
-        Self { porosity_lower, porosity_upper, height_radius: bed.height_radius, axis: bed.axis }
+    /// Slab between two heights in which porosity is measured [m].
+    #[must_use]
+    pub fn porosity_slab(&self) -> [Real; 2] {
+        [self.porosity_lower, self.porosity_upper]
     }
 }
 

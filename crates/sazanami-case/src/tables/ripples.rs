@@ -9,7 +9,6 @@ use sazanami_numerics::{Real, Vector, choices};
 use sazanami_observe::ripples::ViewedSide;
 
 use super::observed::{first_size, range_of_grain_size};
-use super::read_by;
 use crate::read::{Context, Table};
 use crate::units::rounded;
 
@@ -33,98 +32,55 @@ choices! {
 }
 
 /// Ripples, for `solver = "mps"`. Absent: not observed. An empty table observes them with the defaults.
-#[derive(Clone, Debug, Keys)]
-struct RipplesKeys {
+#[derive(Clone, Debug, PartialEq, Keys)]
+#[keys(check = Self::check)]
+pub struct Ripples {
     /// Grain size d.
     #[key(unit = "m", within = range_of_grain_size(cx), default = first_size(table, "ripple", cx),
           says = "that of the first population")]
-    grain_size: Real,
+    pub grain_size: Real,
     /// Thickness of the two layers of averages.
     #[key(unit = "m", within = Between(0.1 * grain_size, cx.known.domain.extent().z),
           default = (5.0 * grain_size).min(cx.known.domain.extent().z), says = "5 d, at most the height of the box")]
-    layer_thickness: Real,
+    pub layer_thickness: Real,
     /// Where the layers are counted from.
     #[key(word, default = LayerReference::Floor)]
-    layers: LayerReference,
+    pub layers: LayerReference,
     /// Part of x1 that is averaged over, about the middle; at most the length of the tank.
     #[key(unit = "m", within = Between(grain_size, cx.known.domain.extent().x),
           default = cx.known.domain.extent().x, says = "the whole length")]
-    layer_length: Real,
+    pub layer_length: Real,
     /// Distance from the end walls at which ripples are not measured; less than 0.45 of the tank.
     #[key(unit = "m", within = Between(0.0, WIDEST_MARGIN * cx.known.domain.extent().x),
           default = MARGIN.min(0.25 * cx.known.domain.extent().x), says = "10 mm, at most a quarter of the length")]
-    margin: Real,
+    pub margin: Real,
     /// Side of the tank that photographs are taken from.
     #[key(word, default = ViewedSide::Lower)]
-    image_side: ViewedSide,
+    pub image_side: ViewedSide,
     /// Speed at the upper end of the colours of grains by speed.
     #[key(unit = "m/s", range = Positive, default = 0.1)]
-    colour_speed: Real,
+    pub colour_speed: Real,
     /// Drag and force of the pressure at the ends of the colours of grains, over the submerged weight of a grain.
     #[key(range = Positive, default = COLOUR_FORCE)]
-    colour_force: Real,
+    pub colour_force: Real,
     /// Profiles of an experiment, see docs/guide/ripples.md.
     #[key(tables)]
-    measured: Vec<Measured>,
-    #[key(skip = cx.known.domain.middle()[0])]
-    middle: Real,
-}
-
-/// Observation of ripples.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Ripples {
-    /// Grain size d [m].
-    pub grain_size: Real,
-    /// Thickness of the two layers [m].
-    pub layer_thickness: Real,
-    /// Where they are counted from.
-    pub layers: LayerReference,
-    /// Part of x1 that is averaged over [m].
-    pub layer_range: [Real; 2],
-    /// Distance from the end walls at which ripples are not measured [m].
-    pub margin: Real,
-    /// Side that photographs were taken from.
-    pub image_side: ViewedSide,
-    /// Speed at the upper end of the colours [m/s].
-    pub colour_speed: Real,
-    /// Force at the ends of the colours, over the submerged weight of a grain.
-    pub colour_force: Real,
-    /// Profiles that were measured.
     pub measured: Vec<Measured>,
+    /// Middle of the tank along x1 [m].
+    #[key(skip = cx.known.domain.middle()[0])]
+    pub middle: Real,
 }
 
-read_by!(Ripples, RipplesKeys);
-
-impl RipplesKeys {
-    fn meaning(self, _: &mut Context<'_>) -> Option<Ripples> {
-        let half = 0.5 * self.layer_length;
-        Some(Ripples {
-            grain_size: self.grain_size,
-            layer_thickness: self.layer_thickness,
-            layers: self.layers,
-            layer_range: [self.middle - half, self.middle + half],
-            margin: self.margin,
-            image_side: self.image_side,
-            colour_speed: self.colour_speed,
-            colour_force: self.colour_force,
-            measured: joined(self.measured),
-        })
+impl Ripples {
+    fn check(&mut self, _: &Table<'_>, _: &mut Context<'_>) {
+        self.measured = joined(std::mem::take(&mut self.measured));
     }
 
-    fn of(ripples: &Ripples) -> Self {
-        let [from, to] = ripples.layer_range;
-        Self {
-            grain_size: ripples.grain_size,
-            layer_thickness: ripples.layer_thickness,
-            layers: ripples.layers,
-            layer_length: to - from,
-            margin: ripples.margin,
-            image_side: ripples.image_side,
-            colour_speed: ripples.colour_speed,
-            colour_force: ripples.colour_force,
-            measured: ripples.measured.clone(),
-            middle: 0.5 * (from + to),
-        }
+    /// Part of x1 that is averaged over [m].
+    #[must_use]
+    pub fn layer_range(&self) -> [Real; 2] {
+        let half = 0.5 * self.layer_length;
+        [self.middle - half, self.middle + half]
     }
 }
 

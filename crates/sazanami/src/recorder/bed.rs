@@ -159,7 +159,7 @@ impl BedSettings {
         let extent = case.domain.extent();
         Self {
             floor: case.domain.lower.z,
-            slab: case.bed.porosity_slab,
+            slab: case.bed.porosity_slab(),
             height_radius: case.bed.height_radius,
             axis: case.bed.axis,
             area: extent.x * extent.y,

@@ -161,7 +161,7 @@ impl<'a, B: Observer> Recorder<'a, B> {
         let case = job.case;
         let floor = case.domain.lower.z;
         let (_, found) = self.grains.measure_bed();
-        let slab = [case.bed.porosity_slab[0], floor + 1e-3 * found.slab_top_mm.unwrap_or_default()];
+        let slab = [case.bed.porosity_lower, floor + 1e-3 * found.slab_top_mm.unwrap_or_default()];
         let porosity = found.porosity.map_or_else(
             || "no porosity: the slab of `[bed]` lies above the bed".to_owned(),
             |porosity| {

@@ -137,7 +137,7 @@ impl ParticleObserver {
             LayerReference::Surface => ripples::LayerReference::Surface(surface),
             LayerReference::Floor | LayerReference::Initial => ripples::LayerReference::Floor(self.tank.floor),
         };
-        let layers = ripples::Layers { reference, thickness: case.layer_thickness, range: case.layer_range };
+        let layers = ripples::Layers { reference, thickness: case.layer_thickness, range: case.layer_range() };
         let gathered = &self.gathered;
         let of_grains = if self.first_layers.len() == gathered.grains.position.len() {
             self.first_layers.iter().map(|&number| layer_of(number)).collect()
@@ -263,7 +263,7 @@ impl Observer for ParticleObserver {
                 if let Some(case) = self.settings.as_ref().filter(|case| case.layers == LayerReference::Initial) {
                     let reference = ripples::LayerReference::Floor(self.tank.floor);
                     let layers =
-                        ripples::Layers { reference, thickness: case.layer_thickness, range: case.layer_range };
+                        ripples::Layers { reference, thickness: case.layer_thickness, range: case.layer_range() };
                     self.first_layers =
                         layers.sort(&self.gathered.grains.position).into_iter().map(number_of).collect();
                 }
