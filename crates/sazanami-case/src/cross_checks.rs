@@ -6,7 +6,7 @@ use sazanami_mics::grains::Exchange;
 use crate::case::Case;
 use crate::presets::Solver;
 use crate::read::Context;
-use crate::tables::{GrainPlacement, Population, Projection, place_of_side};
+use crate::tables::{BoundarySide, GrainPlacement, Population, Projection, place_of_side};
 
 /// Reports what does not.
 pub fn check(case: &Case, cx: &mut Context<'_>) {
@@ -24,8 +24,30 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
             .label("`packing_only` needs grains with `placement.packed`")
             .help("leave out `packing_only`, or add `placement.packed = {}` to the grains");
     }
+    check_carrying_flow(case, cx);
     check_exchange(case, cx);
     check_floor(case, cx);
+}
+
+/// A flow that is given carries liquid alone, and crosses no wall.
+fn check_carrying_flow(case: &Case, cx: &mut Context<'_>) {
+    let Some(carrying) = case.fluid.carrying_flow.filter(|_| case.solver == Solver::Mics) else { return };
+    let span = cx.places.near("fluid.carrying_flow").unwrap_or(0..0);
+    if !case.grains.is_empty() {
+        cx.report
+            .error(span.clone(), "a carrying flow and grains")
+            .label("nothing is solved for: grains would not feel this flow")
+            .help("leave out `carrying_flow`, or the grains");
+    }
+    let is_wall =
+        |side: &BoundarySide| matches!(side, BoundarySide::NoSlip | BoundarySide::Slip | BoundarySide::Moving { .. });
+    let crossed = carrying.crosses_sides();
+    if let Some(d) = (0..3).find(|&d| crossed[d] && case.boundary[d].iter().any(is_wall)) {
+        cx.report
+            .error(span, format!("the carrying flow goes through a wall at a side of x{}", d + 1))
+            .label("it has a velocity there")
+            .help(format!("make x{} \"periodic\", or its sides \"outflow\"", d + 1));
+    }
 }
 
 /// Grains that are packed, and beds that are free, lie on the lower side of x3; they are packed downwards.

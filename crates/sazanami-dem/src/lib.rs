@@ -33,9 +33,7 @@ mod wall;
 mod wrench;
 
 pub use body::Body;
-pub use contact::laws::{ContactLaw, Interactions};
-pub use contact::linear_spring_dashpot::{Damping, LinearSpringDashpot, damping_ratio, restitution};
-pub use contact::pair::DEEP_OVERLAP;
+pub use contact::public::*;
 pub use engine::{ContactReport, Drag, Engine, LARGEST_OVERLAP, Loads, Setup, Substeps, Vicinity};
 pub use error::DemError;
 pub use grain::{ATTACHED, Grain, Grains, Motion};

@@ -21,7 +21,7 @@ use crate::machine::Machine;
 pub(crate) use cost::packing_substeps;
 use cost::packing_time;
 pub use disk::warn_of_disk;
-pub(crate) use limits::{Cause, Pace, speeds, stiffest_contact, strongest_force};
+pub(crate) use limits::{Cause, Pace, speeds, stiffest_contact, stiffness, strongest_force};
 pub use memory::{check_memory, memory};
 pub use model::CostModel;
 pub(crate) use particles::tank;

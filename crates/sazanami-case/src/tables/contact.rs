@@ -3,9 +3,10 @@
 use std::ops::Range;
 
 use sazanami_case_derive::Keys;
-use sazanami_dem::Damping;
+use sazanami_dem::{Damping, LinearSpringDashpot};
 use sazanami_numerics::{Real, choices};
 
+use super::{DemOptions, Rolling};
 use crate::key::{Keys, TableDoc};
 use crate::read::{At, Context};
 use crate::suggest::nearest;
@@ -119,6 +120,42 @@ pub struct ContactLaw {
     pub friction: Real,
     /// Whether a separating contact may pull.
     pub tension: bool,
+}
+
+impl ContactLaw {
+    /// The law as the engine computes it, with what `[dem]` says of all contacts.
+    #[must_use]
+    pub fn model(&self, dem: &DemOptions) -> sazanami_dem::ContactLaw {
+        let Self { normal_stiffness, tangential_stiffness, damping, friction, tension } = *self;
+        let law = LinearSpringDashpot {
+            normal_stiffness,
+            tangential_stiffness,
+            damping,
+            friction,
+            tension,
+            slip_direction: dem.slip_direction,
+            history: dem.history,
+            multiplicity: dem.multiplicity,
+            rolling_friction: match dem.rolling {
+                Rolling::None => 0.0,
+                Rolling::ConstantTorque => dem.rolling_friction,
+            },
+        };
+        law.into()
+    }
+}
+
+impl std::fmt::Display for ContactLaw {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "stiffness {:.3e} N/m, ", self.normal_stiffness)?;
+        match self.damping {
+            Damping::Literal { normal, .. } => write!(f, "dashpot {normal:.3e} N s/m")?,
+            Damping::Restitution(restitution) | Damping::RestitutionAndRatio { restitution, .. } => {
+                write!(f, "restitution {restitution}")?;
+            }
+        }
+        write!(f, ", friction {}", self.friction)
+    }
 }
 
 /// Contact law of the materials `a` and `b`.

@@ -6,7 +6,7 @@ use sazanami_mics::interface::InterfaceScheme;
 use sazanami_mics::viscosity::ViscosityScheme;
 use sazanami_numerics::{Real, choices};
 
-use super::read_by;
+use super::{CarryingFlow, InitialVelocity, read_by};
 use crate::read::{Context, Table};
 
 /// Water and air as in Yagyu et al. (2015).
@@ -183,6 +183,12 @@ pub struct FluidOptions {
     /// Iterations after which a solve of the pressure is given up (exit code 1).
     #[key(least = 1, default = 500)]
     pub pressure_iterations: usize,
+    /// Velocity at the start, on top of that of the liquids; the pressure takes out its divergence.
+    #[key(table)]
+    pub initial_velocity: Option<InitialVelocity>,
+    /// Flow that carries the liquid as it is given: nothing is solved for, and momentum has no budget. Only without grains.
+    #[key(table)]
+    pub carrying_flow: Option<CarryingFlow>,
     /// The heavier fluid.
     #[key(table, default = WATER, says = "water: 1000 kg/m^3, 1e-6 m^2/s")]
     pub liquid: Fluid,

@@ -25,6 +25,7 @@ mod ripples;
 mod run;
 mod schedule;
 mod size;
+mod velocity_field;
 
 pub use boundary::{BoundarySide, FluidName, SIDE_NAMES, Sides};
 pub use contact::{ContactLaw, Contacts, DampingKind, Material, Materials, PairContact, WALL};
@@ -50,6 +51,7 @@ pub use ripples::{COLOUR_FORCE, LayerReference, Measured, Ripples};
 pub use run::{Checkpoints, RunLength};
 pub use schedule::Schedule;
 pub use size::{Share, SizeDistribution};
+pub use velocity_field::{CarryingFlow, InitialVelocity};
 
 pub(crate) use boundary::place_of_side;
 pub(crate) use grains::check_names;

@@ -63,10 +63,13 @@ macro_rules! contact_models {
                 }
             }
 
-            fn scale_friction(&mut self, factor: Real) {
-                match self {
+            /// The same law with its friction coefficient times `factor`.
+            #[must_use]
+            pub fn with_friction_times(mut self, factor: Real) -> Self {
+                match &mut self {
                     $(Self::$Model(law) => law.scale_friction(factor),)+
                 }
+                self
             }
         }
 
@@ -172,6 +175,6 @@ impl Interactions {
 
     /// Changes every friction coefficient by a factor.
     pub fn scale_friction(&mut self, factor: Real) {
-        self.laws.iter_mut().for_each(|law| law.scale_friction(factor));
+        self.laws.iter_mut().for_each(|law| *law = law.with_friction_times(factor));
     }
 }

@@ -1,7 +1,7 @@
 //! Contacts: neighbour search, skin checks, contact models and forces.
 //!
-//! [`model::ContactModel`] is what differs from one contact law to another; a law is one file that implements it and one
-//! line in [`laws`].
+//! [`model::ContactModel`] is what differs from one contact law to another; a law is one file that implements it, one
+//! line in [`laws`], and what users of it need in [`public`].
 
 pub(crate) mod block;
 pub(crate) mod context;
@@ -17,3 +17,10 @@ pub(crate) mod pair;
 pub(crate) mod record;
 pub(crate) mod search;
 pub(crate) mod walls;
+
+/// What the crate shows of contacts.
+pub mod public {
+    pub use super::laws::{ContactLaw, Interactions};
+    pub use super::linear_spring_dashpot::{Damping, LinearSpringDashpot, damping_ratio, restitution};
+    pub use super::pair::DEEP_OVERLAP;
+}

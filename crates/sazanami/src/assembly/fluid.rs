@@ -1,5 +1,6 @@
 //! The fluid side of a case: boundary, schemes, limits of the step, initial liquid.
 
+use sazanami_mics::advection::Convection;
 use sazanami_mics::boundary::{Boundary, BoundaryError, Side};
 use sazanami_mics::flow::{Carrier, Flow, Fluids, Schemes};
 use sazanami_mics::forces::Force;
@@ -55,7 +56,8 @@ pub fn flow(case: &Case, domain: &Domain) -> Flow {
     let options = &case.fluid;
     let schemes = Schemes {
         interface: options.vof,
-        convection: options.convection,
+        // The velocity of a carrying flow is given.
+        convection: if options.carrying_flow.is_some() { Convection::Off } else { options.convection },
         limiter: options.limiter,
         viscosity: options.viscosity,
         carrier: match options.projection {
@@ -145,6 +147,14 @@ pub fn pour(case: &Case, domain: &Domain, boundary: &Boundary, flow: &mut Flow, 
         match liquid.fluid {
             FluidName::Liquid => flow.add_liquid(domain, boundary, &beta, liquid.velocity, liquid.drop_velocity),
             FluidName::Gas => set_gas_velocity(domain, flow, &beta, liquid.velocity),
+        }
+    }
+    if let Some(initial) = &case.fluid.initial_velocity {
+        for (d, u) in flow.velocity.iter_mut().enumerate() {
+            domain.for_each_row(&domain.interior(), u.data_mut(), |row, u| {
+                let at = |i: isize| initial.at(&case.domain, domain.centre(i, row.j, row.k))[d];
+                u.iter_mut().zip(0..).for_each(|(u, i)| *u += at(i));
+            });
         }
     }
     flow.fill_halos(domain, boundary);

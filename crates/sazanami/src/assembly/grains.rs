@@ -10,8 +10,7 @@ use sazanami_numerics::{Quaternion, Real, Vector};
 
 use crate::bed_file::Bed;
 use crate::case::meaning::{
-    BoundarySide, Case, ContactLaw, GrainPlacement, Packing, PackingStop, Population, Rolling, SizeDistribution,
-    Solver, WALL, WallContact,
+    BoundarySide, Case, GrainPlacement, Packing, PackingStop, Population, SizeDistribution, Solver, WALL, WallContact,
 };
 
 /// Identifiers of a population begin at its number times this.
@@ -29,43 +28,24 @@ pub(crate) fn material_number(case: &Case, name: &str) -> u32 {
 pub(crate) fn interactions(case: &Case) -> Interactions {
     let count = case.materials.len();
     let names: Vec<&str> = case.materials.iter().map(|material| material.name.as_str()).collect();
-    let mut interactions = Interactions::uniform(count + 2, LinearSpringDashpot::SAND);
+    // All laws are of one model; what no pair says is not met.
+    let any = case.contacts.first().map_or(LinearSpringDashpot::SAND.into(), |pair| pair.law.model(&case.dem));
+    let mut interactions = Interactions::uniform(count + 2, any);
     let (walls, sides) = (count as u32, count as u32 + 1);
     for (a, first) in names.iter().enumerate() {
         for (b, second) in names.iter().enumerate().skip(a) {
             if let Some(law) = case.contact(first, second) {
-                interactions.set(a as u32, b as u32, contact_law(case, law));
+                interactions.set(a as u32, b as u32, law.model(&case.dem));
             }
         }
         if let Some(law) = case.contact(first, WALL) {
-            let law = contact_law(case, law);
+            let law = law.model(&case.dem);
             interactions.set(a as u32, walls, law);
             let slippery = case.dem.wall == WallContact::FrictionlessSides;
-            interactions.set(
-                a as u32,
-                sides,
-                if slippery { LinearSpringDashpot { friction: 0.0, ..law } } else { law },
-            );
+            interactions.set(a as u32, sides, if slippery { law.with_friction_times(0.0) } else { law });
         }
     }
     interactions
-}
-
-fn contact_law(case: &Case, law: &ContactLaw) -> LinearSpringDashpot {
-    LinearSpringDashpot {
-        normal_stiffness: law.normal_stiffness,
-        tangential_stiffness: law.tangential_stiffness,
-        damping: law.damping,
-        slip_direction: case.dem.slip_direction,
-        multiplicity: case.dem.multiplicity,
-        history: case.dem.history,
-        friction: law.friction,
-        tension: law.tension,
-        rolling_friction: match case.dem.rolling {
-            Rolling::None => 0.0,
-            Rolling::ConstantTorque => case.dem.rolling_friction,
-        },
-    }
 }
 
 /// Walls of the box that hold grains back.

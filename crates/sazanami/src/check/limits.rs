@@ -106,7 +106,20 @@ fn given_speeds(case: &Case) -> Vec<(Cause, Vector)> {
     });
     let [_, tank, _] = case.tank_at(0.0);
     let grains = case.grains.iter().enumerate().map(|(n, population)| (Cause::Grains(n), fastest_of(population)));
-    liquids.chain(sides).chain([(Cause::Frame, tank.abs())]).chain(grains).collect()
+    liquids.chain(sides).chain([(Cause::Frame, tank.abs())]).chain(field_speeds(case)).chain(grains).collect()
+}
+
+/// Largest components of the velocity fields that a case gives by formulas [m/s].
+fn field_speeds(case: &Case) -> impl Iterator<Item = (Cause, Vector)> {
+    let on_grid = case.solver == Solver::Mics;
+    let carrying = case.fluid.carrying_flow.filter(|_| on_grid).map(|flow| flow.largest(&case.domain));
+    let initial = case.fluid.initial_velocity.filter(|_| on_grid).map(|initial| {
+        // Places among which the fields have their extremes.
+        let part = |n: usize, d: usize| (n / 5_usize.pow(d as u32) % 5) as Real / 4.0;
+        let place = |n| case.domain.lower + Vector::from_array([0, 1, 2].map(|d| part(n, d))) * case.domain.extent();
+        (0..125).map(|n| initial.at(&case.domain, place(n)).abs()).fold(Vector::ZERO, Vector::max)
+    });
+    carrying.into_iter().chain(initial).map(|speed| (Cause::Frame, speed))
 }
 
 /// Speeds that can be expected with what makes them [m/s]: what moves at the start, what falls through the box, what
@@ -271,15 +284,18 @@ fn contacts_of<'c>(case: &'c Case, population: &Population) -> impl Iterator<Ite
     case.contacts.iter().filter(move |pair| pair.a == material || pair.b == material)
 }
 
-/// The larger stiffness of a contact [N/m].
-fn stiffness(pair: &PairContact) -> Real {
-    pair.law.normal_stiffness.max(pair.law.tangential_stiffness)
+/// The larger stiffness of a contact, at most that between the largest grains [N/m].
+pub(crate) fn stiffness(case: &Case, pair: &PairContact) -> Real {
+    let radius = |population: &Population| 0.5 * population.shape.extent().unwrap_or(0.0) * population.size.largest();
+    let radius = case.grains.iter().map(radius).fold(0.0, Real::max);
+    let [normal, tangential] = pair.law.model(&case.dem).stiffness(radius);
+    normal.max(tangential)
 }
 
 /// The stiffest contact that grains of the case have.
 pub(crate) fn stiffest_contact(case: &Case) -> Option<&PairContact> {
     let all = case.grains.iter().flat_map(|population| contacts_of(case, population));
-    all.max_by(|a, b| stiffness(a).total_cmp(&stiffness(b)))
+    all.max_by(|a, b| stiffness(case, a).total_cmp(&stiffness(case, b)))
 }
 
 /// Longest sub-step the contacts allow [s], by the engine's own limit for the smallest and the largest grains of each

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use sazanami_numerics::Real;
 
 use super::{CheckReport, TankReport, bytes, number};
-use crate::case::meaning::{Case, ContactLaw, Damping, GrainPlacement, Substeps};
+use crate::case::meaning::{Case, GrainPlacement, Substeps};
 use crate::case::units::rounded;
 use crate::progress::duration;
 
@@ -121,24 +121,7 @@ fn bodies(text: &mut String, case: &Case, report: &CheckReport) {
         }
     }
     for pair in &case.contacts {
-        let _ = writeln!(
-            text,
-            "contact       {}/{}: stiffness {:.3e} N/m, {}, friction {}",
-            pair.a,
-            pair.b,
-            pair.law.normal_stiffness,
-            damping_in_words(&pair.law),
-            pair.law.friction
-        );
-    }
-}
-
-/// Damping of a contact, in words.
-fn damping_in_words(law: &ContactLaw) -> String {
-    match law.damping {
-        Damping::Literal { normal, .. } => format!("dashpot {normal:.3e} N s/m"),
-        Damping::Restitution(e) => format!("restitution {e}"),
-        Damping::RestitutionAndRatio { restitution, .. } => format!("restitution {restitution}"),
+        let _ = writeln!(text, "contact       {}/{}: {}", pair.a, pair.b, pair.law);
     }
 }
 

@@ -10,7 +10,7 @@ use crate::case::meaning::{PairContact, Solver};
 use crate::case::units::rounded;
 use crate::check::{
     Cause, CostModel, LimitReport, Pace, ShapeFacts, TankReport, number, packing_substeps, population_reports, speeds,
-    stiffest_contact, strongest_force, tank,
+    stiffest_contact, stiffness, strongest_force, tank,
 };
 use crate::clock::fixed_step;
 
@@ -53,7 +53,7 @@ impl Search<'_> {
         if let Some(pair) = stiffest_contact(case).filter(|_| exceeds(substeps, MOST_SUBSTEPS)) {
             self.report
                 .error_at(self.span_of_contact(pair), "the grains would not come to the end of this run")
-                .label(format!("{:.1e} N/m ask for {} sub-steps", pair.law.normal_stiffness, number(substeps, 0)))
+                .label(format!("{:.1e} N/m ask for {} sub-steps", stiffness(case, pair), number(substeps, 0)))
                 .help("take a softer contact: grains may overlap by a hundredth of their size");
         }
     }

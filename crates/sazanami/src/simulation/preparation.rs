@@ -181,7 +181,7 @@ fn make_ready(
         if stop {
             return Ok(false);
         }
-        let stable = solver.stable_step(gravity);
+        let stable = Solver::stable_step(solver, gravity);
         let (name, dt, done, until) = match stage {
             // In steps as long as this one.
             Stage::Relaxing(done) => {

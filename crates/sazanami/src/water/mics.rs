@@ -24,8 +24,11 @@ impl Water for Solver {
         self.grains().engine()
     }
 
-    fn stable_step(&self, _case: &Case, _time: Real) -> Step {
-        self.stable_step()
+    fn stable_step(&mut self, case: &Case, _time: Real) -> Step {
+        match &case.fluid.carrying_flow {
+            Some(carrying) => self.stable_step_carried(&carrying.formula()),
+            None => Self::stable_step(self),
+        }
     }
 
     fn length(stable: Step) -> (Real, &'static str) {
@@ -43,7 +46,13 @@ impl Water for Solver {
         if case.frame.is_some() {
             self.set_gravity(case.effective_gravity(time + 0.5 * dt));
         }
-        let outcome = self.step(stable, dt, |phase| watch(phase_name(phase)));
+        let outcome = match &case.fluid.carrying_flow {
+            Some(carrying) => {
+                watch(phase_name(Phase::Fluid));
+                self.carry(&carrying.formula(), stable, time, dt)
+            }
+            None => self.step(stable, dt, |phase| watch(phase_name(phase))),
+        };
         outcome.map_err(|error| problem(case, self, &error))
     }
 

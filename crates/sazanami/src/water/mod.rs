@@ -35,7 +35,7 @@ pub(crate) trait Water: Sized {
     fn engine(&self) -> &Engine;
 
     /// The longest stable next step from `time` [s].
-    fn stable_step(&self, case: &Case, time: Real) -> Self::Stable;
+    fn stable_step(&mut self, case: &Case, time: Real) -> Self::Stable;
 
     /// Its length [s] and the limit that rules it.
     fn length(stable: Self::Stable) -> (Real, &'static str);

@@ -34,8 +34,8 @@ impl Water for Solver {
         self.grains().engine()
     }
 
-    fn stable_step(&self, case: &Case, time: Real) -> Step {
-        self.stable_step(case.effective_gravity(time))
+    fn stable_step(&mut self, case: &Case, time: Real) -> Step {
+        Solver::stable_step(self, case.effective_gravity(time))
     }
 
     fn length(stable: Step) -> (Real, &'static str) {

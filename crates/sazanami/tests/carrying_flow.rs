@@ -1,0 +1,108 @@
+//! Case files pose the advection tests of the interface: a flow that is given carries the liquid there and back.
+
+#[allow(dead_code, reason = "every test program uses a part of it")]
+mod support;
+
+use sazanami_test_support::vtk::parse;
+use support::{On, Scratch, load, start};
+
+/// The reversed single vortex of Rider and Kothe (1998), as `verification/vortex` poses it on 32 x 32 cells.
+const VORTEX: &str = r#"
+gravity = "0 m/s^2"
+[domain]
+size = ["1 m", "31.25 mm", "1 m"]
+cells = [32, 1, 32]
+[boundary]
+x2 = "periodic"
+[fluid]
+dt = "12.5 ms"
+[fluid.carrying_flow]
+reversed_vortex = { speed = "1 m/s", period = "8 s" }
+[[liquid]]
+region.sphere = { diameter = "0.3 m" }
+position = ["0.5 m", "0 m", "0.75 m"]
+[run]
+until = "8 s"
+[output]
+precision = "double"
+figures = { at = [] }
+fields = { at = ["0 s", "4 s", "8 s"] }
+"#;
+
+/// Shape error of PLIC that `verification/reversed-vortex` measures on 32 x 32 cells, of a circle that is sampled at
+/// points.
+const MEASURED: f64 = 0.066_730_2;
+
+/// Liquid fractions in the cells after `step` steps, from the files of fields.
+fn fractions(scratch: &Scratch, step: usize) -> Vec<f64> {
+    let file = parse(&scratch.path().join(format!("out/fields/fields-{step:09}.vti")));
+    let (kind, _, bytes, _) = file.array("liquid_fraction");
+    assert_eq!(kind, "Float64");
+    bytes.chunks_exact(8).map(|b| f64::from_le_bytes(b.try_into().expect("eight bytes"))).collect()
+}
+
+/// Sum of `|C - C_0|` over the cells times their area [m^2].
+fn difference(a: &[f64], b: &[f64]) -> f64 {
+    assert_eq!(a.len(), 32 * 32);
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).sum::<f64>() / (32.0 * 32.0)
+}
+
+#[test]
+fn a_case_file_poses_the_reversed_vortex() {
+    let scratch = Scratch::new("vortex");
+    start(&load(VORTEX, &[]), &scratch.join("out"), On::threads(1)).expect("the run ends well");
+    let [first, middle, last] = [0, 320, 640].map(|step| fractions(&scratch, step));
+    let error = difference(&first, &last);
+    println!("shape error {error:.6}, in a program {MEASURED}");
+    assert!((error / MEASURED - 1.0).abs() < 0.03, "{error}");
+    let volume = |c: &[f64]| c.iter().sum::<f64>();
+    assert!((volume(&last) / volume(&first) - 1.0).abs() < 1e-12);
+    // Negative control: half way there is little left where the circle was.
+    assert!(difference(&first, &middle) > 1.2 * volume(&first) / (32.0 * 32.0));
+}
+
+#[test]
+fn initial_velocities_are_those_of_the_formula_and_divergence_is_taken_out() {
+    let velocity = |field: &str| {
+        let text =
+            VORTEX.replace("[fluid.carrying_flow]\nreversed_vortex = { speed = \"1 m/s\", period = \"8 s\" }", field);
+        let text = text.replace("[boundary]", "[boundary]\nx1 = \"periodic\"\nx3 = \"periodic\"");
+        let scratch = Scratch::new("initial");
+        let changes = ["run.until=0 s", "output.fields.at=[\"0 s\"]"];
+        start(&load(&text, &changes), &scratch.join("out"), On::threads(1)).expect("the run ends well");
+        let file = parse(&scratch.join("out/fields/fields-000000000.vti"));
+        let (_, components, bytes, _) = file.array("velocity");
+        assert_eq!(components, 3);
+        bytes.chunks_exact(8).map(|b| f64::from_le_bytes(b.try_into().expect("eight bytes"))).collect::<Vec<f64>>()
+    };
+    let still = velocity("");
+    assert!(still.iter().all(|u| *u == 0.0));
+    let found = velocity("[fluid.initial_velocity]\ntaylor_green = { speed = \"0.5 m/s\" }");
+    let at = |i: usize, k: usize| {
+        let [x, z] = [i, k].map(|n| 2.0 * std::f64::consts::PI * (n as f64 + 0.5) / 32.0);
+        [-0.5 * x.sin() * z.cos(), 0.0, 0.5 * x.cos() * z.sin()]
+    };
+    let [mut apart, mut all] = [0.0; 2];
+    for (n, found) in found.chunks_exact(3).enumerate() {
+        let expected = at(n % 32, n / 32);
+        apart += (0..3).map(|d| (found[d] - expected[d]).powi(2)).sum::<f64>();
+        all += expected.iter().map(|u| u * u).sum::<f64>();
+    }
+    // Faces between liquid and gas are mass means, whose divergence the pressure takes out.
+    assert!(apart < 0.25 * all, "{apart} {all}");
+}
+
+#[test]
+fn carrying_flows_that_make_no_sense_are_refused() {
+    let refused =
+        |text: &str| sazanami::case::parse(std::path::Path::new("c.toml"), text, &[]).expect_err("refused").to_string();
+    let uniform = VORTEX.replace(
+        "reversed_vortex = { speed = \"1 m/s\", period = \"8 s\" }",
+        "uniform = { velocity = [\"1 m/s\", \"0 m/s\", \"0 m/s\"] }",
+    );
+    assert!(refused(&uniform).contains("goes through a wall at a side of x1"));
+    let grains = format!(
+        "{VORTEX}[material.sand]\ndensity = \"2650 kg/m^3\"\n[[grains]]\nshape.sphere = {{ diameter = \"5 mm\" }}\nplacement.list = [{{ position = [\"0.5 m\", \"15 mm\", \"0.5 m\"] }}]\n"
+    );
+    assert!(refused(&grains).contains("a carrying flow and grains"));
+}
