@@ -1,6 +1,7 @@
 //! Project chores: `cargo xtask test`, `tidy`, `verify`, `tables`, `bench`.
 
 mod book;
+mod generated;
 mod test;
 mod tidy;
 
@@ -9,11 +10,11 @@ use std::process::{Command, ExitCode};
 
 const HELP: &str = "\
 cargo xtask test [--locked] [ARGS...]   formatting, tidy, lints, then all tests; ARGS go to `cargo test`
-cargo xtask tidy                        who may depend on whom, and what the sources may name
-cargo xtask generate                    pages and the schema that come from the declarations of keys and columns
+cargo xtask tidy                        who may depend on whom, what the sources may name, whether generated files are fresh
+cargo xtask generate                    schema, reference pages, pages of verification/ and docs/results, docs/SUMMARY.md
 cargo xtask verify [ARGS...]            `sazanami verify`: cases with known results
-cargo xtask tables                      pages of verification/ and docs/results, from what `verify --out verification` measured
-cargo xtask book                        docs/SUMMARY.md, and the book where mdBook is installed
+cargo xtask tables                      the same, after `sazanami verify --out verification`
+cargo xtask book                        the book, where mdBook is installed
 cargo xtask bench [ARGS...]             `sazanami bench`: kernels and whole steps
 
 Everything is built with the release profile, so that all commands share what is built.";
@@ -26,8 +27,7 @@ fn main() -> ExitCode {
         "test" => test::run(&rest),
         "book" => book::run(),
         "tidy" => tidy::run(rest.iter().any(|argument| argument == "--locked")),
-        "tables" => forward("verify", &["--pages".to_owned()]),
-        "generate" => generate(),
+        "generate" | "tables" => generated::write(&root()),
         "verify" | "bench" => forward(&command, &rest),
         "" | "help" | "--help" | "-h" => {
             println!("{HELP}");
@@ -46,19 +46,6 @@ fn forward(command: &str, arguments: &[String]) -> u8 {
     let mut cargo = cargo();
     cargo.args(["run", "--release", "--quiet", "--package", "sazanami-cli", "--", command]).args(arguments);
     exit_code(&mut cargo)
-}
-
-/// Writes what is generated from the declarations.
-fn generate() -> u8 {
-    let tests = [["sazanami-case", "generated"], ["sazanami", "reference_pages"]];
-    let write = |[package, test]: [&str; 2]| {
-        let mut cargo = cargo();
-        cargo
-            .args(["test", "--release", "--quiet", "--package", package, "--test", test])
-            .env("SAZANAMI_WRITE_PAGES", "1");
-        exit_code(&mut cargo)
-    };
-    tests.map(write).into_iter().max().unwrap_or(0)
 }
 
 /// Root of the workspace.

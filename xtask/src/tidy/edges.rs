@@ -70,7 +70,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ),
     ("sazanami-cli", &["sazanami", "sazanami-picture", "sazanami-bench", "sazanami-verification"]),
     ("sazanami-python", &["sazanami"]),
-    ("xtask", &[]),
+    ("xtask", &["sazanami", "sazanami-verification"]),
 ];
 
 /// Outside crates that only one crate may name.

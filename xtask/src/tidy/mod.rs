@@ -9,7 +9,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use crate::{cargo, root};
+use crate::{cargo, generated, root};
 
 /// Checks the workspace, prints what is wrong, and returns the exit code.
 pub fn run(locked: bool) -> u8 {
@@ -36,6 +36,7 @@ pub fn run(locked: bool) -> u8 {
             Err(error) => problems.push(format!("{}: cannot be read: {error}", folder.display())),
         }
     }
+    problems.extend(generated::stale(&root()));
     match links::broken(&root()) {
         Ok(broken) => problems.extend(broken),
         Err(error) => problems.push(format!("the pages cannot be read: {error}")),

@@ -1,6 +1,6 @@
 //! `sazanami verify`: cases with known results.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 use sazanami::error::{CommandError, exit};
@@ -46,16 +46,10 @@ pub struct Verify {
     /// Cases at a time, each on one thread (default: one for each processor)
     #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
     jobs: usize,
-    /// Write the pages of a source tree anew from the values kept in it, and do nothing else
-    #[arg(long)]
-    pages: bool,
 }
 
 impl Verify {
     pub fn execute(self) -> Result<u8, CommandError> {
-        if self.pages {
-            return write_pages(Path::new("."));
-        }
         if self.list {
             return self.print_list();
         }
@@ -87,15 +81,4 @@ impl Verify {
         }
         Ok(exit::DONE)
     }
-}
-
-/// Writes the pages of the source tree at `root`.
-fn write_pages(root: &Path) -> Result<u8, CommandError> {
-    let pages = page::pages(root, CASES)
-        .map_err(|problem| CommandError::input(problem, "run it in the root of a source tree"))?;
-    for (path, text) in &pages {
-        std::fs::write(root.join(path), text).map_err(|error| CommandError::Undone(format!("{path}: {error}")))?;
-    }
-    outln!("{} files", pages.len());
-    Ok(exit::DONE)
 }
