@@ -33,6 +33,7 @@ mod neighbours;
 mod number_density;
 mod particles;
 pub mod pressure;
+mod pressure_system;
 pub mod probe;
 mod reductions;
 mod report;

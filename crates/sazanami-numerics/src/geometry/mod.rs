@@ -4,6 +4,7 @@
 mod bounding_tree;
 mod contact_spheres;
 mod cylinder;
+mod exact;
 mod mass_properties;
 mod primitives;
 mod region;
@@ -15,10 +16,11 @@ mod volume_fraction;
 
 pub use contact_spheres::{ContactSphereError, ContactSphereRule, ContactSpheres, SphereListError, parse_sphere_list};
 pub use cylinder::Cylinder;
+pub use exact::Exact;
 pub use mass_properties::MassProperties;
 pub use primitives::{SpheroidMesh, VolumeRule, box_mesh, cylinder_mesh, sphere_mesh, spheroid_mesh};
 pub use region::{Region, RegionFractions};
-pub use shape::{Exact, Shape, ShapeError, ShapeReport};
+pub use shape::{Shape, ShapeError, ShapeReport};
 pub use spheroid::Spheroid;
 pub use surface_mesh::SurfaceMesh;
 pub use tetrahedra::{MeshError, MeshQuality, TetrahedralMesh};

@@ -5,10 +5,10 @@
 
 use super::contact_spheres::{ContactSphereError, Outline};
 use super::{
-    ContactSphereRule, ContactSpheres, Cylinder, MassProperties, MeshError, MeshQuality, Spheroid, SpheroidMesh,
+    ContactSphereRule, ContactSpheres, Cylinder, Exact, MassProperties, MeshError, MeshQuality, Spheroid, SpheroidMesh,
     SurfaceMesh, TetrahedralMesh, VolumeRule, box_mesh, cylinder_mesh, sphere_mesh, spheroid_mesh,
 };
-use crate::{Matrix, Quaternion, Real, Vector};
+use crate::{Matrix, Real, Vector};
 
 /// A rigid body's geometry, per unit density.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,64 +23,6 @@ pub struct Shape {
     exact: Option<Exact>,
     origin: Vector,
     axes: Matrix,
-}
-
-/// The smooth solid that a mesh approximates.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Exact {
-    /// A sphere or spheroid.
-    Spheroid(Spheroid),
-    /// A circular cylinder.
-    Cylinder(Cylinder),
-}
-
-impl Exact {
-    /// Volume [m^3].
-    #[must_use]
-    pub fn volume(&self) -> Real {
-        match self {
-            Self::Spheroid(spheroid) => spheroid.volume(),
-            Self::Cylinder(cylinder) => cylinder.volume(),
-        }
-    }
-
-    /// Principal moments of inertia per unit density, axis of revolution first [m^5].
-    #[must_use]
-    pub fn principal_inertia(&self) -> Vector {
-        match self {
-            Self::Spheroid(spheroid) => spheroid.principal_inertia(),
-            Self::Cylinder(cylinder) => cylinder.principal_inertia(),
-        }
-    }
-
-    /// Radius of the ball about the centre that holds it [m].
-    #[must_use]
-    pub fn bounding_radius(&self) -> Real {
-        match self {
-            Self::Spheroid(spheroid) => spheroid.axial.max(spheroid.equatorial),
-            Self::Cylinder(cylinder) => cylinder.radius.hypot(0.5 * cylinder.length),
-        }
-    }
-
-    /// Half the edges of the box along x1, x2, x3 round it, turned by `orientation` [m].
-    #[must_use]
-    pub fn half_extents(&self, orientation: Quaternion) -> Vector {
-        match self {
-            Self::Spheroid(spheroid) => spheroid.half_extents(orientation),
-            Self::Cylinder(cylinder) => cylinder.half_extents(orientation),
-        }
-    }
-
-    fn scaled(self, factor: Real) -> Self {
-        match self {
-            Self::Spheroid(Spheroid { equatorial, axial }) => {
-                Self::Spheroid(Spheroid { equatorial: factor * equatorial, axial: factor * axial })
-            }
-            Self::Cylinder(Cylinder { radius, length }) => {
-                Self::Cylinder(Cylinder { radius: factor * radius, length: factor * length })
-            }
-        }
-    }
 }
 
 /// Why a shape could not be built.
@@ -405,6 +347,7 @@ fn positive(quantity: &'static str, value: Real) -> Result<Real, ShapeError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Quaternion;
 
     const AXIS: ContactSphereRule = ContactSphereRule::Axis { count: 9 };
 
