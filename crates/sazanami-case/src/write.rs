@@ -124,7 +124,12 @@ impl Entries {
 
     /// Adds the lines of a table with this path to `text`.
     pub fn render(&self, path: &str, text: &mut String) {
-        for (key, written, show) in &self.list {
+        // Lines of the table itself stand above the headers of the tables within it.
+        let headed = |(_, written, show): &&(String, Written, Show)| {
+            *show == Show::Table && matches!(written, Written::Table(_) | Written::Tables(_))
+        };
+        let lines = self.list.iter().filter(|entry| !headed(entry));
+        for (key, written, show) in lines.chain(self.list.iter().filter(headed)) {
             let inner = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
             match (written, show) {
                 (Written::Table(entries), Show::Table) => {

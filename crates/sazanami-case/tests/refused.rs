@@ -150,3 +150,24 @@ fn parameters_of_another_drag_law_bring_a_warning() {
     assert!(copy.contains("drag = \"di_felice\"") && !copy.contains("kozeny"), "{copy}");
     refused("overlap.drag=stokes", "`drag`");
 }
+
+#[test]
+fn copies_of_cases_are_cases_of_the_same_meaning() {
+    let same = |changes: &[&str]| {
+        let overrides: Vec<String> = changes.iter().map(|text| (*text).to_owned()).collect();
+        let text = BASE.replace("[erosion]\n", "");
+        let case = sazanami_case::parse(Path::new("c.toml"), &text, &overrides).expect("the case is complete").case;
+        let copy = sazanami_case::resolved::write(&case, sazanami_case::resolved::Paths::NameOnly);
+        let again =
+            sazanami_case::parse(Path::new("c.toml"), &copy, &[]).unwrap_or_else(|error| panic!("{error}")).case;
+        assert_eq!(again, case, "{copy}");
+    };
+    same(&[]);
+    same(&["output.grain_form=points", "output.grain_arrays=[\"id\", \"mass\"]", "output.grains.every=1 ms"]);
+    same(&["grains.0.shape={ cylinder = { diameter = \"0.5 mm\", length = \"1 mm\", segments = 12 } }"]);
+    same(&["fluid.initial_velocity={ taylor_green = { speed = \"1 m/s\" } }"]);
+    same(&["fluid.initial_velocity={ uniform = { velocity = [\"1 m/s\", \"0 m/s\", \"0 m/s\"] } }"]);
+    let flow = "fluid.carrying_flow={ deformation = { speed = \"1 m/s\", period = \"3 s\" } }";
+    same(&["solver=mps", "particles.spacing=1 mm", flow]);
+    same(&["overlap.drag=di_felice", "particles.spacing=1 mm"]);
+}

@@ -169,12 +169,6 @@ pub struct Outputs {
     pub frame: OutputFrame,
     /// File that the packed bed is written to, beside `packed.bed` in the folder of results; relative to the case file.
     pub bed: Option<PathBuf>,
-    /// Fields for ParaView.
-    #[key(table, default = Schedule::ends(cx.known.run.until), says = "at the start and at the end")]
-    pub fields: Schedule,
-    /// Grains for ParaView.
-    #[key(table, default = Schedule::ends(cx.known.run.until), says = "at the start and at the end")]
-    pub grains: Schedule,
     /// How grains are written: points that glyphs are set on, with a glyph `grains/shape-N.vtp` a population, or the surface
     /// of each grain.
     #[key(word, default = suited_form(&cx.known.grains), says = "`both` up to 1000 grains, else `points`")]
@@ -184,6 +178,12 @@ pub struct Outputs {
     /// `time_since_contact`, `touched_grains`; with moving particles also `drag`, `pressure_force`, `void_fraction`, `wetness`.
     #[key(default = GrainArrays::of(cx.known.solver), says = "all")]
     pub grain_arrays: GrainArrays,
+    /// Fields for ParaView.
+    #[key(table, default = Schedule::ends(cx.known.run.until), says = "at the start and at the end")]
+    pub fields: Schedule,
+    /// Grains for ParaView.
+    #[key(table, default = Schedule::ends(cx.known.run.until), says = "at the start and at the end")]
+    pub grains: Schedule,
     /// Pictures.
     #[key(table, default = Schedule::ends(cx.known.run.until), says = "at the start and at the end")]
     pub figures: Schedule,
