@@ -20,7 +20,7 @@ dt = "12.5 ms"
 reversed_vortex = { speed = "1 m/s", period = "8 s" }
 [[liquid]]
 region.sphere = { diameter = "0.3 m" }
-position = ["0.5 m", "0 m", "0.75 m"]
+position = ["0.5 m", "15.625 mm", "0.75 m"]
 [run]
 until = "8 s"
 [output]
@@ -29,8 +29,8 @@ figures = { at = [] }
 fields = { at = ["0 s", "4 s", "8 s"] }
 "#;
 
-/// Shape error of PLIC that `verification/reversed-vortex` measures on 32 x 32 cells, of a circle that is sampled at
-/// points.
+/// Shape error of PLIC that `verification/reversed-vortex` measures on 32 x 32 cells, of a circle. The slice of a sphere
+/// one cell thick is smaller by up to half a per cent of its radius.
 const MEASURED: f64 = 0.066_730_2;
 
 /// Liquid fractions in the cells after `step` steps, from the files of fields.
@@ -54,7 +54,7 @@ fn a_case_file_poses_the_reversed_vortex() {
     let [first, middle, last] = [0, 320, 640].map(|step| fractions(&scratch, step));
     let error = difference(&first, &last);
     println!("shape error {error:.6}, in a program {MEASURED}");
-    assert!((error / MEASURED - 1.0).abs() < 0.03, "{error}");
+    assert!((error / MEASURED - 1.0).abs() < 0.02, "{error}");
     let volume = |c: &[f64]| c.iter().sum::<f64>();
     assert!((volume(&last) / volume(&first) - 1.0).abs() < 1e-12);
     // Negative control: half way there is little left where the circle was.
@@ -67,6 +67,11 @@ fn initial_velocities_are_those_of_the_formula_and_divergence_is_taken_out() {
         let text =
             VORTEX.replace("[fluid.carrying_flow]\nreversed_vortex = { speed = \"1 m/s\", period = \"8 s\" }", field);
         let text = text.replace("[boundary]", "[boundary]\nx1 = \"periodic\"\nx3 = \"periodic\"");
+        // One fluid: where densities differ the projection changes the velocity.
+        let text = text.replace(
+            "[[liquid]]\nregion.sphere = { diameter = \"0.3 m\" }\nposition = [\"0.5 m\", \"15.625 mm\", \"0.75 m\"]\n",
+            "",
+        );
         let scratch = Scratch::new("initial");
         let changes = ["run.until=0 s", "output.fields.at=[\"0 s\"]"];
         start(&load(&text, &changes), &scratch.join("out"), On::threads(1)).expect("the run ends well");
@@ -88,8 +93,7 @@ fn initial_velocities_are_those_of_the_formula_and_divergence_is_taken_out() {
         apart += (0..3).map(|d| (found[d] - expected[d]).powi(2)).sum::<f64>();
         all += expected.iter().map(|u| u * u).sum::<f64>();
     }
-    // Faces between liquid and gas are mass means, whose divergence the pressure takes out.
-    assert!(apart < 0.25 * all, "{apart} {all}");
+    assert!(apart < 1e-4 * all, "{apart} {all}");
 }
 
 #[test]
