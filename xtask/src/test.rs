@@ -26,6 +26,7 @@ pub fn run(arguments: &[String]) -> u8 {
                 locked,
             ),
         ),
+        ("doc", Outcome::Ran(documentation(locked))),
         ("tests", Outcome::Ran(tests(arguments, &mut closing))),
     ];
     println!();
@@ -57,6 +58,14 @@ fn component(name: &str, arguments: &[&str], locked: bool) -> Outcome {
     let lock = (locked && name != "fmt").then_some("--locked");
     command.args(&arguments[..1]).args(lock).args(&arguments[1..]);
     Outcome::Ran(exit_code(&mut command))
+}
+
+/// Builds the documentation of all crates; a warning is an error.
+fn documentation(locked: bool) -> u8 {
+    println!("-- doc");
+    let mut command = cargo();
+    command.env("RUSTDOCFLAGS", "-D warnings").args(["doc", "--release", "--workspace", "--no-deps", "--quiet"]);
+    exit_code(command.args(locked.then_some("--locked")))
 }
 
 /// Runs all tests, passing on what they print, and collects the runner's result lines.

@@ -16,10 +16,10 @@ use crate::timing::Timing;
 use sazanami::assembly::{fluid, grains};
 use sazanami::case::meaning::{Case, Placement, Step};
 
-/// The paper's grid and box [m].
+/// The paper's grid and box \[m].
 const CELLS: [usize; 3] = [176, 184, 132];
 const SIZE: [Real; 3] = [33.8e-3, 33.8e-3, 25e-3];
-/// Diameter [m] and speed [m/s] of the drop, and the step [s].
+/// Diameter \[m] and speed [m/s] of the drop, and the step \[s].
 const DROP: Real = 5.5e-3;
 const SPEED: Real = 9.0;
 const STEP: Real = 1e-5;
@@ -121,7 +121,7 @@ pub(crate) struct Phases {
 }
 
 impl Phases {
-    /// Steps the solver once more and adds up its phases; the length of the step [s] and a lap.
+    /// Steps the solver once more and adds up its phases; the length of the step \[s] and a lap.
     pub(crate) fn step(&mut self, solver: &mut Solver) -> Result<Stepped, String> {
         let begin = std::time::Instant::now();
         let mut now = (0, begin);

@@ -16,7 +16,7 @@ use crate::machine::floor_of_bytes;
 use crate::stopwatch::{Lap, Stopwatch};
 use crate::timing::Timing;
 
-/// Particle spacing, and diameter of the spheres [m].
+/// Particle spacing, and diameter of the spheres \[m].
 const SPACING: Real = 1e-3;
 const GRAVITY: Vector = Vector::new(0.0, 0.0, -9.81);
 const WALLS: [Side; 2] = [Side::Wall; 2];
@@ -27,7 +27,7 @@ const PERIODIC: [Side; 2] = [Side::Periodic; 2];
 const TANK: [Real; 3] = [150.0, 20.0, 35.0];
 const DEPTH: Real = 20.0;
 const BED_LAYERS: usize = 17;
-/// Step in the tank [s], and the amplitude of its acceleration: 10 mm at 2 Hz [m/s^2].
+/// Step in the tank \[s], and the amplitude of its acceleration: 10 mm at 2 Hz [m/s^2].
 const TANK_STEP: Real = 2e-4;
 const SWAY: Real = 1.58;
 /// Steps in which the water finds its places while it loses a tenth of its speed in each, steps that are not timed
@@ -36,7 +36,7 @@ const RELAXATION: usize = 60;
 const WARM_UP: usize = 5;
 const TANK_STEPS: usize = 15;
 
-/// The box of the dam break and its water, in spacings; step [s]; first and last step that is timed.
+/// The box of the dam break and its water, in spacings; step \[s]; first and last step that is timed.
 const BOX: [usize; 3] = [100, 40, 80];
 const WATER: [usize; 3] = [50, 40, 50];
 const DAM_STEP: Real = 5e-4;
@@ -141,7 +141,7 @@ fn number(phase: Phase) -> usize {
 #[derive(Default)]
 struct Steps {
     timing: Timing,
-    /// Processor time of the phases, or time where the system does not report it, of all timed steps [s].
+    /// Processor time of the phases, or time where the system does not report it, of all timed steps \[s].
     phases: [Real; 5],
     iterations: usize,
     /// Bytes that have to move in a step.

@@ -10,9 +10,9 @@ const TICKS: Real = 100.0;
 /// Time taken by a run.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Lap {
-    /// Wall-clock time [s].
+    /// Wall-clock time \[s].
     pub wall: Real,
-    /// Processor time of all threads of this program [s], if the system reports it.
+    /// Processor time of all threads of this program \[s], if the system reports it.
     pub cpu: Option<Real>,
     /// Processors that other programs kept busy, if the system reports it.
     pub busy_elsewhere: Option<Real>,
@@ -42,7 +42,7 @@ impl Stopwatch {
     }
 }
 
-/// Processor time of all threads of this program so far [s].
+/// Processor time of all threads of this program so far \[s].
 fn program_time() -> Option<Real> {
     let threads = std::fs::read_dir("/proc/self/task").ok()?;
     let time = |thread: std::fs::DirEntry| -> Option<Real> {
@@ -52,7 +52,7 @@ fn program_time() -> Option<Real> {
     Some(threads.flatten().filter_map(time).sum::<Real>() * 1e-9)
 }
 
-/// Processor time of all programs so far [s].
+/// Processor time of all programs so far \[s].
 fn machine_time() -> Option<Real> {
     let text = std::fs::read_to_string("/proc/stat").ok()?;
     let times: Vec<Real> = text.lines().next()?.split_whitespace().skip(1).filter_map(|t| t.parse().ok()).collect();
@@ -60,14 +60,14 @@ fn machine_time() -> Option<Real> {
     Some([0, 1, 2, 5, 6].iter().filter_map(|&n| times.get(n)).sum::<Real>() / TICKS)
 }
 
-/// Memory of this program from the system's table, `VmHWM` (the peak) or `VmRSS` (now) [bytes].
+/// Memory of this program from the system's table, `VmHWM` (the peak) or `VmRSS` (now) \[bytes].
 pub(crate) fn memory(entry: &str) -> Option<Real> {
     let text = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = text.lines().find(|line| line.starts_with(entry))?;
     Some(line.split_whitespace().nth(1)?.parse::<Real>().ok()? * 1024.0)
 }
 
-/// Makes the peak of the memory the memory taken now; returns that, if the system can do it [bytes].
+/// Makes the peak of the memory the memory taken now; returns that, if the system can do it \[bytes].
 pub(crate) fn forget_peak() -> Option<Real> {
     std::fs::write("/proc/self/clear_refs", "5").ok()?;
     memory("VmRSS")

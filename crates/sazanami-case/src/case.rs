@@ -252,20 +252,20 @@ impl Case {
         self.gravity - self.frame.as_ref().map_or(Vector::ZERO, |frame| frame.acceleration)
     }
 
-    /// Displacement [m], velocity [m/s] and acceleration [m/s^2] of the tank at `time` [s] by its motion.
+    /// Displacement \[m], velocity [m/s] and acceleration [m/s^2] of the tank at `time` \[s] by its motion.
     #[must_use]
     pub fn tank_at(&self, time: Real) -> [Vector; 3] {
         let motion = self.frame.as_ref().and_then(|frame| frame.motion.as_ref());
         motion.map_or([Vector::ZERO; 3], |motion| motion.at(time))
     }
 
-    /// Period of the tank's motion [s], if it moves in cycles.
+    /// Period of the tank's motion \[s], if it moves in cycles.
     #[must_use]
     pub fn period(&self) -> Option<Real> {
         self.frame.as_ref()?.motion.as_ref()?.period()
     }
 
-    /// Reads a profile that was measured at `time` [s], as seen from the tank; nothing if there is no such file.
+    /// Reads a profile that was measured at `time` \[s], as seen from the tank; nothing if there is no such file.
     ///
     /// # Errors
     /// As [`MeasuredProfile::read_if_there`].
@@ -274,7 +274,7 @@ impl Case {
         Ok(MeasuredProfile::read_if_there(file)?.map(|profile| profile.in_tank([place.x, place.z])))
     }
 
-    /// The bed and the water that were measured at `time` [s], each by the first file that is there.
+    /// The bed and the water that were measured at `time` \[s], each by the first file that is there.
     #[must_use]
     pub fn measured_at(&self, time: Real) -> [Option<MeasuredProfile>; 2] {
         let of = |file: fn(&Measured) -> Option<&PathBuf>| {

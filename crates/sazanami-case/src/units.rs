@@ -12,13 +12,13 @@ use sazanami_numerics::Real;
 /// Powers of length, mass, time and angle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Dimension {
-    /// Power of length [m].
+    /// Power of length \[m].
     pub length: i8,
-    /// Power of mass [kg].
+    /// Power of mass \[kg].
     pub mass: i8,
-    /// Power of time [s].
+    /// Power of time \[s].
     pub time: i8,
-    /// Power of plane angle [rad].
+    /// Power of plane angle \[rad].
     pub angle: i8,
 }
 

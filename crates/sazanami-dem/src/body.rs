@@ -14,13 +14,13 @@ pub struct Body {
     pub volume: Real,
     /// Principal moments of inertia over density [m^5].
     pub inertia: Vector,
-    /// Centres of the contact spheres [m].
+    /// Centres of the contact spheres \[m].
     pub centres: Vec<Vector>,
-    /// Radii of the contact spheres [m].
+    /// Radii of the contact spheres \[m].
     pub radii: Vec<Real>,
-    /// Radius about the centre of mass that holds contact spheres and mesh [m].
+    /// Radius about the centre of mass that holds contact spheres and mesh \[m].
     pub bounding_radius: Real,
-    /// Largest distance of a sphere's centre from the centre of mass [m].
+    /// Largest distance of a sphere's centre from the centre of mass \[m].
     pub(crate) centre_radius: Real,
     /// A capsule round all contact spheres.
     pub(crate) capsule: Capsule,

@@ -53,12 +53,12 @@ pub struct Engine {
     poses: Vec<Pose>,
     rotations: Vec<Matrix>,
     mass_properties: Vec<MassProperties>,
-    /// Angles that balls have turned through in the present call [rad].
+    /// Angles that balls have turned through in the present call \[rad].
     turned: Vec<Vector>,
     travel: Vec<Real>,
-    /// Upper bound of every grain's travel since the lists were built [m].
+    /// Upper bound of every grain's travel since the lists were built \[m].
     largest_travel: Real,
-    /// Largest increment of an own grain's travel that is not in `largest_travel` yet [m].
+    /// Largest increment of an own grain's travel that is not in `largest_travel` yet \[m].
     pending_travel: Real,
     wall_travel: Vec<Real>,
     blocks: Vec<Block>,
@@ -191,7 +191,7 @@ impl Engine {
         &mut self.grains.attached
     }
 
-    /// What lies within `margin` [m] of this rank's part along the periodic directions that it spans.
+    /// What lies within `margin` \[m] of this rank's part along the periodic directions that it spans.
     ///
     /// With a margin up to [`Setup::ghost_margin`] every image of a grain in it has an entry. Whether there are entries
     /// farther away depends on when lists were renewed: a sum whose order is to follow from the state alone omits
@@ -207,13 +207,13 @@ impl Engine {
         Vicinity::new(lower, upper)
     }
 
-    /// Width of the layer around a rank's part in which it holds ghosts of all grains ([`Setup::ghost_margin`]) [m].
+    /// Width of the layer around a rank's part in which it holds ghosts of all grains ([`Setup::ghost_margin`]) \[m].
     #[must_use]
     pub fn ghost_margin(&self) -> Real {
         self.ghost_margin
     }
 
-    /// Position of the periodic image `image` of a grain whose unwrapped position is `unwrapped` [m].
+    /// Position of the periodic image `image` of a grain whose unwrapped position is `unwrapped` \[m].
     #[must_use]
     pub fn image_position(&self, unwrapped: Vector, image: [i32; 2]) -> Vector {
         image_position(unwrapped, image, self.period)
@@ -269,19 +269,19 @@ impl Engine {
         self.walls[wall].velocity = velocity;
     }
 
-    /// Time on the grains' clock [s].
+    /// Time on the grains' clock \[s].
     #[must_use]
     pub fn time(&self) -> Real {
         self.time
     }
 
-    /// Longest sub-step that resolves every contact [s]; see [`crate::stability`].
+    /// Longest sub-step that resolves every contact \[s]; see [`crate::stability`].
     #[must_use]
     pub fn contact_time_step(&self) -> Real {
         self.time_step
     }
 
-    /// Number of sub-steps for a step of length `dt` [s].
+    /// Number of sub-steps for a step of length `dt` \[s].
     #[must_use]
     pub fn substeps(&self, dt: Real, substeps: Substeps) -> usize {
         match substeps {
@@ -290,7 +290,7 @@ impl Engine {
         }
     }
 
-    /// Moves the grains by `dt` [s] under contact forces, `loads` and `gravity` [m/s^2].
+    /// Moves the grains by `dt` \[s] under contact forces, `loads` and `gravity` [m/s^2].
     ///
     /// Afterwards every grain belongs to the rank whose part holds its centre of mass or has left it
     /// by less than the skin of the neighbour list, and ghosts are up to date.
@@ -436,7 +436,7 @@ impl Engine {
         self.place();
     }
 
-    /// Shortest periodic edge in which a grain of bounding radius `largest` [m] does not meet its own image [m].
+    /// Shortest periodic edge in which a grain of bounding radius `largest` \[m] does not meet its own image \[m].
     #[must_use]
     pub fn shortest_period(largest: Real) -> Real {
         2.0 * largest * (1.0 + LARGEST_SKIN)

@@ -12,7 +12,7 @@ pub enum DemError {
     NotFinite {
         /// Identifier of the grain.
         id: u64,
-        /// Last known position of its centre of mass [m].
+        /// Last known position of its centre of mass \[m].
         position: Vector,
         /// Sub-step within the call, from 0.
         substep: usize,
@@ -22,7 +22,7 @@ pub enum DemError {
     GrainEscaped {
         /// Identifier of the grain.
         id: u64,
-        /// Position of its centre of mass [m].
+        /// Position of its centre of mass \[m].
         position: Vector,
     },
     /// Two contact spheres, or a sphere and a wall, interpenetrate too far.
@@ -35,7 +35,7 @@ pub enum DemError {
         ids: [u64; 2],
         /// Overlap over the radius of the smaller sphere.
         fraction: Real,
-        /// Position of the first grain [m].
+        /// Position of the first grain \[m].
         position: Vector,
         /// Sub-step within the call, from 0.
         substep: usize,
@@ -45,9 +45,9 @@ pub enum DemError {
     BoxTooShort {
         /// Direction, 0 or 1.
         direction: usize,
-        /// Extent of the box [m].
+        /// Extent of the box \[m].
         length: Real,
-        /// Extent needed [m].
+        /// Extent needed \[m].
         needed: Real,
     },
     /// Grains are described inconsistently.

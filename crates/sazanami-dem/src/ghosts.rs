@@ -38,7 +38,7 @@ struct PoseRecord {
 struct Extent {
     lower: [Real; 3],
     upper: [Real; 3],
-    /// Largest bounding radius plus skin [m].
+    /// Largest bounding radius plus skin \[m].
     size: Real,
 }
 
@@ -73,20 +73,20 @@ pub(crate) struct Exchange {
     near: Selection<(u32, [i32; 2])>,
 }
 
-/// Extent of the box in the periodic directions, else 0 [m].
+/// Extent of the box in the periodic directions, else 0 \[m].
 pub(crate) fn period(domain: &Domain) -> Vector {
     let extent = domain.grid().extent();
     let of = |d: usize| if domain.periodic()[d] { extent[d] } else { 0.0 };
     Vector::new(of(0), of(1), 0.0)
 }
 
-/// The periodic image of a grain at `unwrapped` [m] that lies in the box.
+/// The periodic image of a grain at `unwrapped` \[m] that lies in the box.
 pub(crate) fn image_in_box(domain: &Domain, unwrapped: [Real; 3]) -> [i32; 2] {
     let (lower, period) = (domain.grid().lower, period(domain));
     std::array::from_fn(|d| if period[d] > 0.0 { -((unwrapped[d] - lower[d]) / period[d]).floor() as i32 } else { 0 })
 }
 
-/// Distance of `point` from the box `lower..upper` [m].
+/// Distance of `point` from the box `lower..upper` \[m].
 fn distance(point: Vector, lower: Vector, upper: Vector) -> Real {
     (lower - point).max(point - upper).max(Vector::ZERO).length()
 }
@@ -103,7 +103,7 @@ struct Near<'a> {
     domain: &'a Domain,
     period: Vector,
     extents: &'a [Extent],
-    /// Bounding radius plus skin of each own grain [m].
+    /// Bounding radius plus skin of each own grain \[m].
     size: &'a [Real],
     need: Real,
     found: &'a mut Selection<(u32, [i32; 2])>,
@@ -194,7 +194,7 @@ impl Exchange {
     }
 
     /// Sends the poses of own grains to where they are ghosts, with `all` also to images on this rank. Returns the largest
-    /// increment of the travel of another rank's grain [m].
+    /// increment of the travel of another rank's grain \[m].
     pub fn refresh(&mut self, domain: &Domain, grains: &mut Grains, state: &mut PoseState<'_>, all: bool) -> Real {
         self.ghosts.send(domain, POSES, |own, _| pose(grains, state.travel, own));
         if all {

@@ -42,11 +42,11 @@ pub struct Grain {
     pub scale: Real,
     /// Density [kg/m^3].
     pub density: Real,
-    /// Mass that overrides density times volume [kg].
+    /// Mass that overrides density times volume \[kg].
     pub mass: Option<Real>,
     /// How it moves.
     pub motion: Motion,
-    /// Centre of mass [m].
+    /// Centre of mass \[m].
     pub position: Vector,
     /// Takes body coordinates to laboratory coordinates.
     pub orientation: Quaternion,
@@ -91,13 +91,13 @@ columns! {
         pub material: u32,
         /// Size over that of the shape.
         pub scale: Real,
-        /// Mass [kg].
+        /// Mass \[kg].
         pub mass: Real,
         /// Principal moments of inertia [kg m^2].
         pub inertia: Vector,
         /// How the grain moves.
         pub motion: Motion,
-        /// Centre of mass of the periodic image that this entry represents [m].
+        /// Centre of mass of the periodic image that this entry represents \[m].
         pub position: Vector,
         /// Takes body coordinates to laboratory coordinates.
         pub orientation: Quaternion,
@@ -105,9 +105,9 @@ columns! {
         pub velocity: Vector,
         /// Angular momentum about the centre of mass, laboratory frame [kg m^2/s].
         pub angular_momentum: Vector,
-        /// Time of the last contact with a grain or wall, on the clock of the engine [s]; minus infinity: never.
+        /// Time of the last contact with a grain or wall, on the clock of the engine \[s]; minus infinity: never.
         pub last_contact: Real,
-        /// Sum of the contact forces in the last sub-step [N]; of owned grains only.
+        /// Sum of the contact forces in the last sub-step \[N]; of owned grains only.
         pub contact_force: Vector,
         /// Sum of the contact torques in the last sub-step [N m]; of owned grains only.
         pub contact_torque: Vector,
@@ -116,11 +116,11 @@ columns! {
         pub drag_impulse: Vector,
         /// Values that a coupled solver stores with each grain, zero at first; they migrate with it.
         pub attached: [Real; ATTACHED],
-        /// Centre of mass without wrapping at periodic sides [m].
+        /// Centre of mass without wrapping at periodic sides \[m].
         pub(crate) unwrapped: Vector,
         /// Periodic image: `position = unwrapped + image * period`.
         pub(crate) image: [i32; 2],
-        /// Distance that the grain may travel before lists are renewed [m].
+        /// Distance that the grain may travel before lists are renewed \[m].
         pub(crate) skin: Real,
     }
 }
@@ -210,7 +210,7 @@ impl GrainRecord {
 }
 
 impl Grains {
-    /// Centre of mass of grain `i` without wrapping at periodic sides [m].
+    /// Centre of mass of grain `i` without wrapping at periodic sides \[m].
     #[must_use]
     pub fn unwrapped_position(&self, i: usize) -> Vector {
         self.unwrapped[i]
@@ -235,7 +235,7 @@ impl Grains {
         self.velocity[i] + self.angular_velocity(i).cross(position - self.position[i])
     }
 
-    /// Kinetic energy of grain `i` [J].
+    /// Kinetic energy of grain `i` \[J].
     #[must_use]
     pub fn kinetic_energy(&self, i: usize) -> Real {
         let rotation = self.angular_momentum[i].dot(self.angular_velocity(i));
@@ -243,7 +243,7 @@ impl Grains {
     }
 }
 
-/// Position of the periodic image `image` of a grain [m].
+/// Position of the periodic image `image` of a grain \[m].
 pub(crate) fn image_position(unwrapped: Vector, image: [i32; 2], period: Vector) -> Vector {
     if image == [0; 2] {
         return unwrapped;

@@ -14,9 +14,9 @@ use crate::wrench::Wrench;
 /// Pose and velocities of a grain as its contacts read them. The rotation is stored apart: balls do not need it.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Pose {
-    /// Centre of mass without periodic wrapping [m].
+    /// Centre of mass without periodic wrapping \[m].
     pub unwrapped: Vector,
-    /// Radius of a ball, see [`crate::Body::is_ball`]; 0 for other grains [m].
+    /// Radius of a ball, see [`crate::Body::is_ball`]; 0 for other grains \[m].
     pub radius: Real,
     /// Velocity of the centre of mass [m/s].
     pub velocity: Vector,
@@ -37,7 +37,7 @@ pub(crate) struct MassProperties {
     pub inverse_mass: Real,
     /// One over the principal moments [1/(kg m^2)].
     pub inverse_inertia: Vector,
-    /// Largest distance of a contact sphere's centre from the centre of mass [m].
+    /// Largest distance of a contact sphere's centre from the centre of mass \[m].
     pub arm: Real,
     pub motion: Motion,
     /// Whether the grain is a ball, whose spin does not depend on its orientation.
@@ -53,9 +53,9 @@ pub(crate) struct Moving<'a> {
     pub angular_momentum: &'a mut [Vector],
     pub poses: &'a mut [Pose],
     pub rotations: &'a mut [Matrix],
-    /// Accumulated rotation vectors of balls, whose orientation is updated once per call by [`turn_balls`] [rad].
+    /// Accumulated rotation vectors of balls, whose orientation is updated once per call by [`turn_balls`] \[rad].
     pub turned: &'a mut [Vector],
-    /// Accumulated upper bound of the path of the contact spheres' centres [m].
+    /// Accumulated upper bound of the path of the contact spheres' centres \[m].
     pub travel: &'a mut [Real],
 }
 
@@ -66,7 +66,7 @@ pub(crate) struct KickAndDrift<'a> {
     pub gravity: Vector,
     /// Impulse and angular impulse of each grain [N s, N m s].
     pub impulses: &'a [Wrench],
-    /// Duration of the drift [s].
+    /// Duration of the drift \[s].
     pub time: Real,
 }
 
@@ -157,7 +157,7 @@ fn spins<const W: usize>(r: &Rotations<W>, inverse_inertia: Lanes3<W>, momentum:
 }
 
 impl Moving<'_> {
-    /// Kicks all grains and lets them drift. Returns the largest increment of a travel [m].
+    /// Kicks all grains and lets them drift. Returns the largest increment of a travel \[m].
     pub fn kick_and_drift(&mut self, step: &KickAndDrift<'_>) -> Real {
         let count = self.poses.len();
         let (mut at, mut farthest) = (0, 0.0);
@@ -263,7 +263,7 @@ impl Moving<'_> {
     }
 }
 
-/// Rotates balls by the accumulated vectors `turned` [rad], once for all sub-steps of a call: contacts do not depend on
+/// Rotates balls by the accumulated vectors `turned` \[rad], once for all sub-steps of a call: contacts do not depend on
 /// the orientation of a ball, which is read between calls only.
 pub(crate) fn turn_balls(orientation: &mut [Quaternion], turned: &[Vector]) {
     for_each_chunk(orientation, ROWS, |number, orientation| {

@@ -37,7 +37,7 @@ pub enum Stage {
 pub struct PackingReport {
     /// Stage that the packing has reached.
     pub stage: Stage,
-    /// Time since the start [s].
+    /// Time since the start \[s].
     pub time: Real,
     /// Mean speed of the grains [m/s].
     pub mean_speed: Real,
@@ -45,9 +45,9 @@ pub struct PackingReport {
     pub largest_mean_speed: Real,
     /// Kinetic energy over the sum of weight times thickness of the grains.
     pub energy: Real,
-    /// Height of the highest centre of mass [m].
+    /// Height of the highest centre of mass \[m].
     pub highest: Real,
-    /// Time at which gravity took its true value [s]; infinite before.
+    /// Time at which gravity took its true value \[s]; infinite before.
     pub switched: Real,
     /// What happened among the contacts.
     pub contacts: ContactReport,
@@ -61,7 +61,7 @@ pub struct Packing {
     interactions: Interactions,
     stage: Stage,
     switched: Real,
-    /// When the present wait for rest began [s].
+    /// When the present wait for rest began \[s].
     since: Real,
     tapped: bool,
     largest_mean_speed: Real,

@@ -20,7 +20,7 @@ pub const SUBSTEP_FACTOR: Real = 0.057;
 pub struct EffectiveMasses {
     /// Largest reciprocal of the effective mass along and across the normal, by material; 0: no grain [1/kg].
     inverse: Vec<[Real; 2]>,
-    /// Largest radius of a contact sphere, by material [m].
+    /// Largest radius of a contact sphere, by material \[m].
     radius: Vec<Real>,
 }
 
@@ -31,7 +31,7 @@ impl EffectiveMasses {
         Self { inverse: vec![[0.0; 2]; materials], radius: vec![0.0; materials] }
     }
 
-    /// Takes a grain into account that forces move: its body times `scale`, with its `mass` [kg].
+    /// Takes a grain into account that forces move: its body times `scale`, with its `mass` \[kg].
     ///
     /// # Panics
     /// If there is no such material.
@@ -52,7 +52,7 @@ impl EffectiveMasses {
     }
 
     /// Longest sub-step that resolves every contact of these grains with each other and with walls of any of the
-    /// materials, `0.057 pi sqrt(m*/K)` [s]; infinite without grains.
+    /// materials, `0.057 pi sqrt(m*/K)` \[s]; infinite without grains.
     #[must_use]
     pub fn longest_substep(&self, interactions: &Interactions) -> Real {
         let materials = interactions.materials();

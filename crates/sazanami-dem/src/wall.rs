@@ -5,7 +5,7 @@ use sazanami_numerics::{Real, Vector};
 /// A plane that grains cannot pass, from the side its normal points to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wall {
-    /// A point of the plane [m].
+    /// A point of the plane \[m].
     pub point: Vector,
     /// Unit normal, towards the grains.
     pub normal: Vector,
@@ -36,7 +36,7 @@ impl Wall {
         walls
     }
 
-    /// Distance of `position` from the plane, positive on the side of the grains [m].
+    /// Distance of `position` from the plane, positive on the side of the grains \[m].
     #[must_use]
     pub fn distance(&self, position: Vector) -> Real {
         (position - self.point).dot(self.normal)

@@ -5,7 +5,7 @@ use sazanami_numerics::Vector;
 /// A force and a torque about the centre of mass.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Wrench {
-    /// Force [N].
+    /// Force \[N].
     pub force: Vector,
     /// Torque [N m].
     pub torque: Vector,

@@ -62,7 +62,7 @@ fn restitution_is_what_was_asked_for() {
     }
 }
 
-/// Velocity after over velocity before of two equal balls that meet head on, and the time they touch [s].
+/// Velocity after over velocity before of two equal balls that meet head on, and the time they touch \[s].
 fn head_on(law: LinearSpringDashpot, mass: Real, steps: Real) -> (Real, Real) {
     let domain = domain();
     let (radius, speed) = (1e-3, 0.05);

@@ -7,7 +7,7 @@ use sazanami_numerics::{Real, Vector};
 
 const RADIUS: Real = 0.5e-3;
 
-/// Drops `count` spheres into a box with room for nine in a layer, until they rest or `longest` [s] is over.
+/// Drops `count` spheres into a box with room for nine in a layer, until they rest or `longest` \[s] is over.
 fn pack(count: u64, longest: Real) -> (Packing, Stage, Real) {
     let upper = Vector::new(3.6e-3, 3.6e-3, 4e-3);
     let domain = Domain::solo(Grid::new([8, 8, 8], Vector::ZERO, upper), [false; 3]);

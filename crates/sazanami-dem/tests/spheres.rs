@@ -109,7 +109,7 @@ fn a_column_of_ten_carries_its_weight() {
     assert!(2.0 * RADIUS - (at(1) - at(0)).z < 0.01 * weight / STIFFNESS);
 }
 
-/// Tangential displacement of the only contact [m].
+/// Tangential displacement of the only contact \[m].
 fn memory(engine: &mut Engine) -> Vec<Real> {
     let mut snapshot = Snapshot::default();
     engine.snapshot(&domain(), "", &mut snapshot);

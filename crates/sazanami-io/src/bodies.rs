@@ -5,7 +5,7 @@ use sazanami_numerics::{Matrix, Quaternion, Vector};
 /// A closed surface in body coordinates.
 #[derive(Clone, Copy, Debug)]
 pub struct BodySurface<'a> {
-    /// Corners [m], from the body's centre of mass.
+    /// Corners \[m], from the body's centre of mass.
     pub nodes: &'a [Vector],
     /// Node numbers of each triangle, anticlockwise seen from outside.
     pub triangles: &'a [[u32; 3]],
@@ -18,7 +18,7 @@ pub struct BodyPose {
     pub surface: u32,
     /// Size over that of the surface.
     pub scale: f64,
-    /// Centre of mass [m].
+    /// Centre of mass \[m].
     pub position: Vector,
     /// Orientation: takes body coordinates to laboratory coordinates.
     pub orientation: Quaternion,
@@ -45,7 +45,7 @@ impl<'a> Bodies<'a> {
         self.surfaces[self.poses[index].surface as usize]
     }
 
-    /// Calls `with` for every node of body `index`, in laboratory coordinates [m].
+    /// Calls `with` for every node of body `index`, in laboratory coordinates \[m].
     pub fn for_each_node(&self, index: usize, mut with: impl FnMut(Vector)) {
         let pose = &self.poses[index];
         let rotation = Matrix::from_quat(pose.orientation);

@@ -20,16 +20,16 @@ pub struct MeasuredProfile {
     pub frame: Option<String>,
     /// Origin that the reading was made with, as declared (`x0`, `z0`). For the record: nothing is added to the points.
     pub origin: [Option<f64>; 2],
-    /// Width of a pixel (`pixel_size_m`) [m].
+    /// Width of a pixel (`pixel_size_m`) \[m].
     pub pixel_size: Option<f64>,
-    /// Uncertainty of the instant within the cycle (`phase_uncertainty_s`) [s].
+    /// Uncertainty of the instant within the cycle (`phase_uncertainty_s`) \[s].
     pub phase_uncertainty: Option<f64>,
-    /// Largest shift in x1 to either side within which the origin is known (`x_shift_limit_m`) [m]; without it the
+    /// Largest shift in x1 to either side within which the origin is known (`x_shift_limit_m`) \[m]; without it the
     /// profile is not to be moved.
     pub x_shift_limit: Option<f64>,
-    /// The same in x3 (`z_shift_limit_m`) [m].
+    /// The same in x3 (`z_shift_limit_m`) \[m].
     pub z_shift_limit: Option<f64>,
-    /// Points `(x1, x3)` in the order of x1 [m].
+    /// Points `(x1, x3)` in the order of x1 \[m].
     pub points: Vec<[f64; 2]>,
 }
 
@@ -49,7 +49,7 @@ impl MeasuredProfile {
         self.frame.as_ref().is_some_and(|frame| frame.trim().eq_ignore_ascii_case(LABORATORY))
     }
 
-    /// The profile in the tank, which stands `displaced` along x1 and x3 [m] from where both frames are the same.
+    /// The profile in the tank, which stands `displaced` along x1 and x3 \[m] from where both frames are the same.
     #[must_use]
     pub fn in_tank(mut self, displaced: [f64; 2]) -> Self {
         if self.is_of_laboratory() {

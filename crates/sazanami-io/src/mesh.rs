@@ -111,7 +111,7 @@ impl MeshFileError {
     }
 }
 
-/// Reads the file at `path`; its lengths are multiplied by `unit` [m].
+/// Reads the file at `path`; its lengths are multiplied by `unit` \[m].
 ///
 /// # Errors
 /// If it cannot be read, is not such a file, or its tetrahedra do not make a sound solid.
@@ -120,7 +120,7 @@ pub fn read(path: &Path, unit: Real) -> Result<MeshFile, MeshFileError> {
     parse(&bytes, unit)
 }
 
-/// Reads a mesh from the contents of a file; its lengths are multiplied by `unit` [m].
+/// Reads a mesh from the contents of a file; its lengths are multiplied by `unit` \[m].
 ///
 /// # Errors
 /// If they are not those of such a file, or the tetrahedra do not make a sound solid.

@@ -220,7 +220,7 @@ fn header(columns: &[Column]) -> String {
 struct GoodPart {
     /// First line; empty if the file ends within it.
     header: String,
-    /// Length [bytes].
+    /// Length \[bytes].
     length: u64,
     /// Step of the last row.
     last: Option<u64>,

@@ -35,7 +35,7 @@ pub enum Side {
     },
     /// An opening to fluid at rest at a given pressure.
     FixedPressure {
-        /// Pressure on the side [Pa].
+        /// Pressure on the side \[Pa].
         pressure: Real,
         /// Liquid fraction of any inflow.
         volume_fraction: Real,

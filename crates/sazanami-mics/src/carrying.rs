@@ -17,7 +17,7 @@ pub enum CarryingFlow {
     Uniform(Vector),
     /// Rotation as a rigid body (Zalesak 1979, J. Comput. Phys. 31).
     Rotation {
-        /// A point of the axis [m].
+        /// A point of the axis \[m].
         centre: Vector,
         /// Angular velocity [rad/s].
         angular_velocity: Vector,
@@ -27,7 +27,7 @@ pub enum CarryingFlow {
     ReversedVortex {
         /// Largest velocity in a square box [m/s].
         speed: Real,
-        /// Time after which all liquid is back [s].
+        /// Time after which all liquid is back \[s].
         period: Real,
     },
     /// The deformation in three dimensions of LeVeque (1996, SIAM J. Numer. Anal. 33):
@@ -36,13 +36,13 @@ pub enum CarryingFlow {
     Deformation {
         /// Half the largest velocity along x1 [m/s].
         speed: Real,
-        /// Time after which all liquid is back [s].
+        /// Time after which all liquid is back \[s].
         period: Real,
     },
 }
 
 impl CarryingFlow {
-    /// Sets the normal velocity on all faces of this rank at `time` [s]; ghosts are not filled.
+    /// Sets the normal velocity on all faces of this rank at `time` \[s]; ghosts are not filled.
     pub fn set_faces(&self, domain: &Domain, time: Real, faces: &mut [Field<Real>; 3]) {
         let start = domain.start().map(|start| start as isize);
         for (d, field) in faces.iter_mut().enumerate() {

@@ -38,7 +38,7 @@ pub struct Flow {
     pub density: Field<Real>,
     /// Number of transports so far: determines the order of the sweeps.
     pub transports: u64,
-    /// Face velocity one step ago [m/s] and the length of that step [s], if the scheme needs them.
+    /// Face velocity one step ago [m/s] and the length of that step \[s], if the scheme needs them.
     pub previous_faces: Option<([Field<Real>; 3], Real)>,
     /// Bound of the error of the viscous solve in the velocity, relative to the velocity.
     pub viscous_tolerance: Real,
@@ -143,7 +143,7 @@ impl Flow {
     }
 
     /// Predicts the face velocities: mass-weighted means of the cells on both sides, after a uniform
-    /// `acceleration` [m/s^2] of all cells for `dt` [s]; walls and inlets keep their velocity.
+    /// `acceleration` [m/s^2] of all cells for `dt` \[s]; walls and inlets keep their velocity.
     pub fn predict_faces(&mut self, domain: &Domain, boundary: &Boundary, acceleration: Vector, dt: Real) {
         let Self { velocity, face_velocity, density, .. } = self;
         let rho = density.data();
@@ -195,7 +195,7 @@ impl Flow {
         domain.sum(sum)[0] * domain.grid().cell_volume()
     }
 
-    /// Mass of liquid and gas, over all ranks [kg].
+    /// Mass of liquid and gas, over all ranks \[kg].
     #[must_use]
     pub fn mass(&self, domain: &Domain) -> Real {
         let rho = self.density.data();
@@ -221,7 +221,7 @@ impl Flow {
         [Vector::from_slice(&sum[..3]), Vector::from_slice(&sum[3..])].map(|p| p * domain.grid().cell_volume())
     }
 
-    /// Kinetic energy of liquid and gas, over all ranks [J].
+    /// Kinetic energy of liquid and gas, over all ranks \[J].
     #[must_use]
     pub fn kinetic_energy(&self, domain: &Domain) -> Real {
         let (rho, u) = (self.density.data(), self.velocity.each_ref().map(Field::data));

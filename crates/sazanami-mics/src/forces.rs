@@ -25,7 +25,7 @@ pub struct Pass<'a> {
     pub boundary: &'a Boundary,
     /// Gravity during the pass, the motion of the frame included [m/s^2].
     pub gravity: Vector,
-    /// Length of the pass [s].
+    /// Length of the pass \[s].
     pub dt: Real,
 }
 
@@ -34,7 +34,7 @@ pub trait Force: Send + Sync {
     /// Name of its step limit, of its line in the momentum budget and, after `impulse_`, of its column.
     fn name(&self) -> &'static str;
 
-    /// Reciprocal of the longest stable step [1/s] on cells of this `spacing` [m]; zero where there is no limit.
+    /// Reciprocal of the longest stable step [1/s] on cells of this `spacing` \[m]; zero where there is no limit.
     fn rate(&self, _spacing: Vector, _fluids: &Fluids) -> Real {
         0.0
     }
@@ -89,7 +89,7 @@ impl Forces {
         self.0.iter().map(|force| force.name())
     }
 
-    /// The largest rate of all forces on cells of this `spacing` [m], with the name of the force [1/s].
+    /// The largest rate of all forces on cells of this `spacing` \[m], with the name of the force [1/s].
     #[must_use]
     pub fn rate(&self, spacing: Vector, fluids: &Fluids) -> (Real, &'static str) {
         let rates = self.0.iter().map(|force| (force.rate(spacing, fluids), force.name()));

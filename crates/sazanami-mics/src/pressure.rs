@@ -94,7 +94,7 @@ pub enum PressureError {
 pub struct CellPlace {
     /// Global indices of the cell.
     pub cell: [usize; 3],
-    /// Centre of the cell [m].
+    /// Centre of the cell \[m].
     pub position: Vector,
 }
 
@@ -125,13 +125,13 @@ impl Projection {
         }
     }
 
-    /// The pressure [Pa]. Without a side of fixed pressure its mean is zero.
+    /// The pressure \[Pa]. Without a side of fixed pressure its mean is zero.
     #[must_use]
     pub fn pressure(&self) -> &Field<Real> {
         &self.pressure
     }
 
-    /// The pressure [Pa] for writing, at a restart: the first guess of the next projection.
+    /// The pressure \[Pa] for writing, at a restart: the first guess of the next projection.
     pub fn pressure_mut(&mut self) -> &mut Field<Real> {
         &mut self.pressure
     }
@@ -209,7 +209,7 @@ impl Projection {
         }
     }
 
-    /// Adds `factor` [s] times grad p / rho to `velocity`, with the pressure of the last projection.
+    /// Adds `factor` \[s] times grad p / rho to `velocity`, with the pressure of the last projection.
     ///
     /// For incremental projection: -dt adds the old pressure force to the prediction, +dt removes it
     /// before the faces are interpolated.

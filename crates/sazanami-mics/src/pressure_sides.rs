@@ -9,7 +9,7 @@ use sazanami_numerics::{Real, Vector};
 pub enum PressureSide {
     /// The normal velocity is given: a wall, or an inlet.
     Wall,
-    /// The pressure is given [Pa].
+    /// The pressure is given \[Pa].
     Fixed(Real),
     /// Periodic with the opposite side.
     Periodic,
@@ -19,7 +19,7 @@ pub enum PressureSide {
 pub(crate) struct BoxSides {
     /// Which sides are walls.
     pub wall: [[bool; 2]; 3],
-    /// Pressure on sides of fixed pressure [Pa].
+    /// Pressure on sides of fixed pressure \[Pa].
     pub fixed: [[Option<Real>; 2]; 3],
     /// Whether the pressure is fixed nowhere.
     pub singular: bool,
@@ -83,7 +83,7 @@ impl BoxSides {
     }
 
     /// Fills the ghosts behind walls with the pressure of a fluid at rest; returns the force of the
-    /// pressure on this rank's sides of the box on the fluid [N].
+    /// pressure on this rank's sides of the box on the fluid \[N].
     pub fn fill_behind_walls(
         &self,
         domain: &Domain,

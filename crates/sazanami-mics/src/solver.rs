@@ -41,7 +41,7 @@ pub enum StepError {
         field: &'static str,
         /// Global indices of the first such cell on the rank.
         cell: [usize; 3],
-        /// Centre of that cell [m].
+        /// Centre of that cell \[m].
         position: Vector,
     },
     /// The step failed on another rank.
@@ -106,7 +106,7 @@ pub struct Solver {
     pub(crate) forces: Forces,
     pub(crate) projection: Projection,
     pub(crate) grains: GrainPhase,
-    /// Length that the limits allowed for the last step, before an output time shortened it [s].
+    /// Length that the limits allowed for the last step, before an output time shortened it \[s].
     pub(crate) previous_step: Option<Real>,
 }
 
@@ -145,7 +145,7 @@ impl Solver {
         self
     }
 
-    /// Limits the length of the first step to `first` [s], if given.
+    /// Limits the length of the first step to `first` \[s], if given.
     pub fn limit_first_step(&mut self, first: Option<Real>) {
         self.previous_step = first.map(|first| first / self.settings.limits.growth);
     }
@@ -163,7 +163,7 @@ impl Solver {
         self.settings.limits.choose(&rates, self.previous_step)
     }
 
-    /// Advances flow, interface and grains by `dt` [s], at most `step.dt`: transport, diffuse,
+    /// Advances flow, interface and grains by `dt` \[s], at most `step.dt`: transport, diffuse,
     /// project, load, move, imprint, exchange. `watch` is called at the start of each phase.
     ///
     /// # Errors
@@ -218,7 +218,7 @@ impl Solver {
         self.settings.limits.choose(&Rates { advective, ..Rates::default() }, self.previous_step)
     }
 
-    /// Carries the liquid from `time` [s] on for `dt` [s], at most `step.dt`, by a given velocity: a test of the transport,
+    /// Carries the liquid from `time` \[s] on for `dt` \[s], at most `step.dt`, by a given velocity: a test of the transport,
     /// without forces, pressure or grains. The faces have the velocity of the middle of each pass; afterwards faces and
     /// cells have that of the end.
     ///
@@ -320,7 +320,7 @@ impl Solver {
         &self.flow
     }
 
-    /// Pressure in the cells [Pa].
+    /// Pressure in the cells \[Pa].
     #[must_use]
     pub fn pressure(&self) -> &Field<Real> {
         self.projection.pressure()

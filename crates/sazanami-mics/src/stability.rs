@@ -64,26 +64,26 @@ pub struct StepLimits {
     pub grain_travel: Real,
     /// Largest ratio of a step to the one before.
     pub growth: Real,
-    /// Longest step [s].
+    /// Longest step \[s].
     pub longest: Real,
-    /// Fixed length of every step [s]: the fluid then takes as many passes as it needs.
+    /// Fixed length of every step \[s]: the fluid then takes as many passes as it needs.
     pub fixed: Option<Real>,
 }
 
 impl StepLimits {
-    /// The recommended limits with a longest step [s].
+    /// The recommended limits with a longest step \[s].
     #[must_use]
     pub fn up_to(longest: Real) -> Self {
         Self { courant: 0.45, grain_travel: 0.2, growth: 1.2, longest, fixed: None }
     }
 
-    /// Steps of a fixed length [s].
+    /// Steps of a fixed length \[s].
     #[must_use]
     pub fn always(step: Real) -> Self {
         Self { fixed: Some(step), ..Self::up_to(step) }
     }
 
-    /// The longest step that each rate allows [s]; infinite where it sets no limit. A forecast asks with the rates
+    /// The longest step that each rate allows \[s]; infinite where it sets no limit. A forecast asks with the rates
     /// that it expects.
     #[must_use]
     pub fn bounds(&self, rates: &Rates) -> [(Real, Limit); 5] {
@@ -97,7 +97,7 @@ impl StepLimits {
         ]
     }
 
-    /// The next time step; `previous` is the length of the one before [s].
+    /// The next time step; `previous` is the length of the one before \[s].
     #[must_use]
     pub fn choose(&self, rates: &Rates, previous: Option<Real>) -> Step {
         if let Some(dt) = self.fixed {
@@ -109,7 +109,7 @@ impl StepLimits {
         Step { dt, limit, fluid_passes: 1 }
     }
 
-    /// Passes of the fluid phase in a step of `dt` [s] so that each keeps to the Courant limit.
+    /// Passes of the fluid phase in a step of `dt` \[s] so that each keeps to the Courant limit.
     #[must_use]
     pub fn passes(&self, rates: &Rates, dt: Real) -> usize {
         let needed = (rates.advective * dt / self.courant).max(rates.viscous * dt).max(rates.force.0 * dt);
@@ -121,7 +121,7 @@ impl StepLimits {
 /// A time step and the limit that set it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Step {
-    /// Length [s].
+    /// Length \[s].
     pub dt: Real,
     /// The limit that set the length.
     pub limit: Limit,

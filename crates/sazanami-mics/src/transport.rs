@@ -54,7 +54,7 @@ impl TransportReport {
 const ORDERS: [[usize; 3]; 6] = [[0, 1, 2], [2, 1, 0], [1, 2, 0], [0, 2, 1], [2, 0, 1], [1, 0, 2]];
 
 impl Flow {
-    /// Convects liquid and velocity with the face velocities for `dt` [s].
+    /// Convects liquid and velocity with the face velocities for `dt` \[s].
     ///
     /// Afterwards the ghosts of volume fraction and density are filled, those of the velocity are not.
     pub fn transport(&mut self, domain: &Domain, boundary: &Boundary, dt: Real) -> TransportReport {

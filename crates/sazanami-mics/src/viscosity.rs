@@ -32,7 +32,7 @@ pub enum ViscosityError {
     TooStiff {
         /// Iterations needed.
         iterations: usize,
-        /// Time step [s].
+        /// Time step \[s].
         dt: Real,
     },
     /// A value is NaN or infinite.
@@ -73,7 +73,7 @@ fn inverse_squares(spacing: Vector) -> Real {
     (spacing * spacing).recip().element_sum()
 }
 
-/// Reciprocal of the longest stable step of explicit viscosity on cells of this `spacing` [m] [1/s].
+/// Reciprocal of the longest stable step of explicit viscosity on cells of this `spacing` \[m] [1/s].
 #[must_use]
 pub fn explicit_rate(fluids: &Fluids, spacing: Vector) -> Real {
     largest_diffusivity(fluids) * 2.0 * inverse_squares(spacing)
@@ -91,7 +91,7 @@ fn plan(domain: &Domain, fluids: &Fluids, tolerance: Real, dt: Real) -> (usize, 
 }
 
 impl Flow {
-    /// Applies the viscous stress for `dt` [s].
+    /// Applies the viscous stress for `dt` \[s].
     ///
     /// The ghosts of the volume fraction must be filled.
     ///

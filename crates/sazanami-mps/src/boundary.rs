@@ -30,15 +30,15 @@ pub enum WallFriction {
 /// A box with walls of particles, which may move as a whole.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tank {
-    /// Lower corner of the box at the start [m].
+    /// Lower corner of the box at the start \[m].
     pub lower: Vector,
-    /// Upper corner of the box at the start [m].
+    /// Upper corner of the box at the start \[m].
     pub upper: Vector,
     /// Lower and upper side in each direction.
     pub sides: [[Side; 2]; 3],
     /// Velocity condition at the walls.
     pub friction: WallFriction,
-    /// Displacement of the walls since the start [m].
+    /// Displacement of the walls since the start \[m].
     pub displacement: Vector,
     /// Velocity of the walls [m/s].
     pub velocity: Vector,
@@ -54,11 +54,11 @@ pub struct Tank {
 pub struct LatticeError {
     /// Direction, from 0.
     pub direction: usize,
-    /// Extent of the box [m].
+    /// Extent of the box \[m].
     pub length: Real,
-    /// Spacing of the fluid particles [m].
+    /// Spacing of the fluid particles \[m].
     pub spacing: Real,
-    /// Nearest spacing that fits [m].
+    /// Nearest spacing that fits \[m].
     pub found: Real,
 }
 
@@ -82,7 +82,7 @@ impl Tank {
         closed && volume > FULL * (self.upper - self.lower).element_product()
     }
 
-    /// Spacing in each direction of the lattice nearest to `spacing` [m] that fits the box [m].
+    /// Spacing in each direction of the lattice nearest to `spacing` \[m] that fits the box \[m].
     ///
     /// # Errors
     /// [`LatticeError`] if it differs by more than 2 %.
@@ -101,10 +101,10 @@ impl Tank {
         Ok(fitted)
     }
 
-    /// Wall and dummy particles at the start; `reach` is the radius of influence [m].
+    /// Wall and dummy particles at the start; `reach` is the radius of influence \[m].
     ///
     /// # Errors
-    /// [`LatticeError`] if no lattice of about `spacing` [m] fits.
+    /// [`LatticeError`] if no lattice of about `spacing` \[m] fits.
     pub(crate) fn particles(&self, spacing: Real, reach: Real) -> Result<Vec<ParticleRecord>, LatticeError> {
         let lattice = self.lattice(spacing)?;
         // The first layer, and as many as lie within its radius of influence.
@@ -160,7 +160,7 @@ impl Tank {
         clipped
     }
 
-    /// The point in the fluid that mirrors a `position` [m] behind walls.
+    /// The point in the fluid that mirrors a `position` \[m] behind walls.
     pub(crate) fn mirrored(&self, position: Vector) -> Vector {
         let mut mirrored = position;
         for d in 0..3 {

@@ -23,9 +23,9 @@ pub(crate) struct Context<'a> {
     pub forcing: &'a Forcing,
     /// The part of the body force whose hydrostatic pressure is split off [m/s^2].
     pub reduced_force: Vector,
-    /// Length of the step [s].
+    /// Length of the step \[s].
     pub dt: Real,
-    /// Time scale on which the particle arrangement is corrected, see [`crate::stability::flow_time`] [s].
+    /// Time scale on which the particle arrangement is corrected, see [`crate::stability::flow_time`] \[s].
     pub flow_time: Real,
 }
 
@@ -35,7 +35,7 @@ impl Context<'_> {
         self.forcing.body_force - self.reduced_force
     }
 
-    /// Mass of a fluid particle [kg].
+    /// Mass of a fluid particle \[kg].
     pub fn particle_mass(&self) -> Real {
         self.settings.fluid.density * self.settings.fluid.spacing.powi(3)
     }
@@ -50,7 +50,7 @@ impl Context<'_> {
 /// Positions and velocities of all particles and ghosts at one stage of the step.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Motion {
-    /// [m]
+    /// \[m]
     pub position: Vec<Vector>,
     /// [m/s]
     pub velocity: Vec<Vector>,

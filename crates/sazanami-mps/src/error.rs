@@ -21,7 +21,7 @@ pub enum StepError {
         id: u64,
         /// Name of the quantity.
         what: &'static str,
-        /// Position at the start of the step [m].
+        /// Position at the start of the step \[m].
         position: Vector,
     },
     /// A particle moved farther in a step than its radius of influence.
@@ -29,11 +29,11 @@ pub enum StepError {
     TooFar {
         /// Identifier of the particle.
         id: u64,
-        /// Distance moved [m].
+        /// Distance moved \[m].
         distance: Real,
-        /// Radius of influence [m].
+        /// Radius of influence \[m].
         limit: Real,
-        /// Position at the start of the step [m].
+        /// Position at the start of the step \[m].
         position: Vector,
     },
     /// A particle exceeds the speed up to which water is incompressible.
@@ -43,7 +43,7 @@ pub enum StepError {
         id: u64,
         /// Its speed [m/s].
         speed: Real,
-        /// Position at the start of the step [m].
+        /// Position at the start of the step \[m].
         position: Vector,
     },
     /// The grains could not be advanced.
@@ -65,9 +65,9 @@ pub enum SetupError {
     BoxTooShort {
         /// Direction, from 0.
         direction: usize,
-        /// Length of the box [m].
+        /// Length of the box \[m].
         length: Real,
-        /// Least length [m].
+        /// Least length \[m].
         needed: Real,
     },
     /// The radius of influence is out of range.

@@ -40,7 +40,7 @@ impl Voids {
     }
 }
 
-/// Positions of fluid particles of spacing `spacing` [m] from the floor of a box up to `level` [m].
+/// Positions of fluid particles of spacing `spacing` \[m] from the floor of a box up to `level` \[m].
 ///
 /// Layers are horizontal lattices of spacing `l0 eps^(-1/3)`, rounded to fit the box; `void` is the void fraction at a
 /// height, and each layer is as thick as the volume of its particles requires there. The number of layers is the one

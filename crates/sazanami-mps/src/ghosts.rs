@@ -11,14 +11,14 @@ const MIGRANTS: u32 = 400;
 const GHOSTS: u32 = 401;
 const VALUES: u32 = 402;
 
-/// Lengths along which the fluid repeats itself, zero where it does not [m].
+/// Lengths along which the fluid repeats itself, zero where it does not \[m].
 ///
 /// Periods and the coordinates along them are multiples of a tiny length, so that an image lies exactly a period
 /// away and a pair sees the same distance from both its ends, to the last bit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Periods {
     lower: Vector,
-    /// Period in each direction [m].
+    /// Period in each direction \[m].
     pub length: Vector,
     grain: Real,
 }
@@ -101,7 +101,7 @@ pub(crate) struct Ghosts {
     keys: Vec<(u32, u64, u32)>,
 }
 
-/// Every particle within `margin` [m] of a rank's part is a ghost there; `Vector` is the shift of an image [m].
+/// Every particle within `margin` \[m] of a rank's part is a ghost there; `Vector` is the shift of an image \[m].
 struct Near<'a> {
     domain: &'a Domain,
     periods: &'a Periods,
@@ -173,7 +173,7 @@ impl Ghosts {
         self.order.sort(particles, bins.len(), |of, a| (bins.number(of.position[a]), of.id[a]));
     }
 
-    /// Chooses and exchanges ghosts: every particle within `margin` [m] of a rank's part becomes a ghost there. They
+    /// Chooses and exchanges ghosts: every particle within `margin` \[m] of a rank's part becomes a ghost there. They
     /// are sorted by bin and identifier.
     pub fn renew(&mut self, domain: &Domain, periods: &Periods, particles: &mut Particles, margin: Real, bins: &Bins) {
         let Self { copies, keys, .. } = self;

@@ -72,7 +72,7 @@ pub(crate) struct Layout<'a> {
     pub roles: &'a [Role],
     /// Bin of each own particle.
     pub bin: &'a [u32],
-    /// Position of each particle [m].
+    /// Position of each particle \[m].
     pub place: &'a [Vector],
     pub owned: usize,
 }

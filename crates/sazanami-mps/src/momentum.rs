@@ -31,7 +31,7 @@ pub struct FluidImpulses {
 }
 
 /// External impulses on the fluid in a step, without those of repulsion, collisions and clipping [N s], over all ranks;
-/// `position` is the predicted one [m].
+/// `position` is the predicted one \[m].
 pub(crate) fn impulses(
     step: &Context<'_>,
     particles: &Particles,

@@ -31,7 +31,7 @@ pub(crate) fn largest_speed(domain: &Domain, particles: &Particles, counts: impl
     domain.max(square.max(0.0).sqrt())
 }
 
-/// See [`stability::flow_time`] [s].
+/// See [`stability::flow_time`] \[s].
 pub(crate) fn flow_time(step: &Context<'_>, particles: &Particles) -> Real {
     let walls = step.forcing.wall_velocity;
     let speed = |p: &Particles, a: usize| [(p.velocity[a] - walls).length(), 1.0];

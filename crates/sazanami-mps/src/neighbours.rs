@@ -46,7 +46,7 @@ pub(crate) const MARGIN: Real = 0.02;
 /// Candidates per SIMD group.
 const LANES: usize = 8;
 
-/// Positions for the search in single precision, from a corner of the bins [m]: an error of 1e-5 of a spacing.
+/// Positions for the search in single precision, from a corner of the bins \[m]: an error of 1e-5 of a spacing.
 #[derive(Clone, Debug, Default)]
 struct Places {
     now: [Vec<f32>; 3],
@@ -72,7 +72,7 @@ impl Places {
         });
     }
 
-    /// Displacement of `a` [m].
+    /// Displacement of `a` \[m].
     fn displacement(&self, a: usize) -> f32 {
         (0..3).map(|d| (self.then[d][a] - self.now[d][a]).powi(2)).sum::<f32>().sqrt()
     }
@@ -116,10 +116,10 @@ impl Places {
 pub(crate) struct Neighbours {
     blocks: Vec<Block>,
     places: Places,
-    /// Largest displacement of a fluid particle in and around each bin [m]; negative where there is none.
+    /// Largest displacement of a fluid particle in and around each bin \[m]; negative where there is none.
     displacements: Vec<f32>,
     spare: Vec<f32>,
-    /// Displacement of the walls [m].
+    /// Displacement of the walls \[m].
     walls: f32,
     /// Number of own particles that have lists.
     owned: usize,
@@ -128,8 +128,8 @@ pub(crate) struct Neighbours {
 }
 
 impl Neighbours {
-    /// Lists the pairs that are nearer than `radius` [m] now, or after the `displacement` of each fluid particle and of all
-    /// `walls` [m].
+    /// Lists the pairs that are nearer than `radius` \[m] now, or after the `displacement` of each fluid particle and of all
+    /// `walls` \[m].
     pub fn renew(
         &mut self,
         bins: &Bins,

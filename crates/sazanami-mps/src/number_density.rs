@@ -18,7 +18,7 @@ use crate::weight::{COINCIDENT, LaplacianForm, Wendland};
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C, align(64))]
 pub(crate) struct Sample {
-    /// Position [m].
+    /// Position \[m].
     position: Vector,
     /// Inverse void fraction `1/eps`.
     inverse_void: Real,
@@ -29,7 +29,7 @@ pub(crate) struct Sample {
 }
 
 impl Sample {
-    /// Contribution of a neighbour at distance vector `apart` [m] to the rate of compression, before division by
+    /// Contribution of a neighbour at distance vector `apart` \[m] to the rate of compression, before division by
     /// [`Calibration::strain`](crate::weight::Calibration).
     #[inline(always)]
     fn compression_by(&self, other: &Self, apart: Vector, weight: Real, slope_over_distance: Real) -> Real {

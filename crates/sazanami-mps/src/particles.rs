@@ -85,12 +85,12 @@ columns! {
         pub kind: Kind,
         /// Role in the pressure equation of the last step.
         pub role: Role,
-        /// Position of the periodic image that this entry represents [m].
+        /// Position of the periodic image that this entry represents \[m].
         pub position: Vector,
         /// Velocity [m/s].
         pub velocity: Vector,
         /// Reduced pressure: pressure less that of a fluid at rest under the part of the body force that walls can bear
-        /// ([`Solver::reduced_force`](crate::solver::Solver::reduced_force)) [Pa].
+        /// ([`Solver::reduced_force`](crate::solver::Solver::reduced_force)) \[Pa].
         pub pressure: Real,
         /// Gradient of the reduced pressure at the end of the last step [Pa/m].
         pub gradient: Vector,

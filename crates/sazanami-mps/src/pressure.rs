@@ -1,6 +1,6 @@
 //! The pressure equation `sum_j c_ij (p_j - p_i) = -(rho/dt) source` and its solution.
 //!
-//! The coefficients `c_ij` (see [`crate::number_density`]) are the operator `div(mobility grad p)/eps`, symmetric to the
+//! The coefficients `c_ij` (see `number_density.rs`) are the operator `div(mobility grad p)/eps`, symmetric to the
 //! last bit because both particles of a pair evaluate the same expression. They are stored in single precision and summed
 //! in double. Solved by conjugate gradients, preconditioned by the diagonal, which damps everything shorter than the
 //! radius of influence, plus a correction on a coarse grid.
@@ -224,7 +224,7 @@ impl PressureEquation {
         step.domain.sum([count])[0] as usize
     }
 
-    /// Solves for the pressure of the `particles` at `position` [m], which hold prescribed values and the initial guess,
+    /// Solves for the pressure of the `particles` at `position` \[m], which hold prescribed values and the initial guess,
     /// ghosts included.
     ///
     /// # Errors
@@ -315,7 +315,7 @@ fn remove_mean(layout: &Layout<'_>, rows: &mut [Row], unknowns: Real) -> Real {
     mean
 }
 
-/// Hydrostatic part of the pressure at `position`, `rho b . (x - x_ref)` [Pa].
+/// Hydrostatic part of the pressure at `position`, `rho b . (x - x_ref)` \[Pa].
 #[inline]
 #[must_use]
 pub fn hydrostatic(density: Real, body_force: Vector, position: Vector, reference: Vector) -> Real {

@@ -36,7 +36,7 @@ pub struct FlowSums {
 }
 
 impl Probe {
-    /// Particles at `positions` in the cube between 0 and `width` [m], each with the inverse void fraction
+    /// Particles at `positions` in the cube between 0 and `width` \[m], each with the inverse void fraction
     /// `inverse_void`, sorted as in [`Self::positions`].
     #[must_use]
     pub fn new(scheme: Scheme, positions: &[Vector], width: Real, inverse_void: Real) -> Self {
@@ -84,7 +84,7 @@ impl Probe {
         number_density::prediction(&self.kernel, 1.0, &self.neighbours, &pairs, &mut self.equation, &mut sums);
     }
 
-    /// Positions of the particles [m].
+    /// Positions of the particles \[m].
     #[must_use]
     pub fn positions(&self) -> &[Vector] {
         &self.particles.position
@@ -107,7 +107,7 @@ impl Probe {
         columns.iter().zip(coefficients).map(|(&b, &c)| (b as usize, Real::from(c)))
     }
 
-    /// Gradient of a pressure [Pa] at each particle [Pa/m].
+    /// Gradient of a pressure \[Pa] at each particle [Pa/m].
     #[must_use]
     pub fn gradient(&self, form: GradientForm, pressure: &[Real]) -> Vec<Vector> {
         let Particles { kind, position, role, owned, .. } = &self.particles;

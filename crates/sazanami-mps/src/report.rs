@@ -41,9 +41,9 @@ pub struct StepReport {
     pub uncorrected_gradients: usize,
     /// Pairs on which dynamic stabilisation acted.
     pub stabilised_pairs: usize,
-    /// Work done by the stabilisation [J].
+    /// Work done by the stabilisation \[J].
     pub stabilisation_work: Real,
-    /// Largest displacement by shifting [m].
+    /// Largest displacement by shifting \[m].
     pub largest_shift: Real,
     /// Pairs that collided, fluid with fluid or fluid with wall.
     pub collisions: usize,

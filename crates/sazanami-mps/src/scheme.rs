@@ -93,7 +93,7 @@ impl Default for Scheme {
 impl Scheme {
     /// Source of the pressure equation [1/s]: the `predicted` rate of compression plus the error-compensating terms
     /// (Khayyer & Gotoh 2011), from the rate of compression and the volume strain (`error`) at the start of the step;
-    /// `time` is the flow time scale [s].
+    /// `time` is the flow time scale \[s].
     pub(crate) fn compensated(
         &self,
         predicted: Real,
@@ -120,7 +120,7 @@ pub struct Fluid {
     pub density: Real,
     /// Kinematic viscosity [m^2/s].
     pub viscosity: Real,
-    /// Particle spacing l0 [m].
+    /// Particle spacing l0 \[m].
     pub spacing: Real,
 }
 

@@ -31,7 +31,7 @@ pub struct Settings {
     pub limits: StepLimits,
     /// Stopping criterion of the pressure solver.
     pub tolerance: Tolerance,
-    /// Point at which the hydrostatic part of the pressure is zero [m].
+    /// Point at which the hydrostatic part of the pressure is zero \[m].
     pub reference: Vector,
 }
 
@@ -40,7 +40,7 @@ pub struct Settings {
 pub struct Forcing {
     /// Body force per mass in the middle of the step, in the frame of the positions [m/s^2].
     pub body_force: Vector,
-    /// Displacement of the walls at the end of the step, from the start of the run [m].
+    /// Displacement of the walls at the end of the step, from the start of the run \[m].
     pub wall_displacement: Vector,
     /// Mean velocity of the walls in the step [m/s].
     pub wall_velocity: Vector,

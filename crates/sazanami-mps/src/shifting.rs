@@ -10,7 +10,7 @@ use crate::particles::{Kind, Particles, Role};
 use crate::reductions::largest;
 use crate::scheme::Kernel;
 
-/// Shifts the own particles in `new`; `displacements` is work space. Returns the largest displacement over all ranks [m].
+/// Shifts the own particles in `new`; `displacements` is work space. Returns the largest displacement over all ranks \[m].
 pub(crate) fn shift(
     step: &Context<'_>,
     particles: &Particles,
@@ -45,7 +45,7 @@ struct Columns<'a> {
 }
 
 /// Displacements of the own particles down the gradient of their concentration, `-factor (r_e/2)^2 grad C` with
-/// `C = sum w/(eps n0)` [m] (Lind, Xu, Stansby and Rogers 2012, J. Comput. Phys. 231, 1499).
+/// `C = sum w/(eps n0)` \[m] (Lind, Xu, Stansby and Rogers 2012, J. Comput. Phys. 231, 1499).
 ///
 /// Momentum is unchanged. Particles with a neighbour at the free surface are not shifted: there a low concentration is
 /// not disorder.

@@ -73,7 +73,7 @@ pub struct Solver {
 /// Initial state of a fluid particle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FluidParticle {
-    /// Position [m].
+    /// Position \[m].
     pub position: Vector,
     /// Velocity [m/s].
     pub velocity: Vector,
@@ -103,7 +103,7 @@ impl Solver {
         self.settings.limits.choose(&rates, body_force, spacing, viscosity)
     }
 
-    /// Advances fluid and grains by `dt` [s]. `watch` is called at the start of each phase.
+    /// Advances fluid and grains by `dt` \[s]. `watch` is called at the start of each phase.
     ///
     /// # Errors
     /// [`StepError`] names what failed and where; the state is then not usable.
@@ -272,7 +272,7 @@ impl Solver {
         }
     }
 
-    /// Mass of a fluid particle [kg].
+    /// Mass of a fluid particle \[kg].
     #[must_use]
     pub fn particle_mass(&self) -> Real {
         self.settings.fluid.density * self.settings.fluid.spacing.powi(3)

@@ -102,7 +102,7 @@ pub(crate) fn release_inactive(step: &Context<'_>, particles: &mut Particles, po
     });
 }
 
-/// Reduced pressure at `position` [m] where the total pressure is zero [Pa].
+/// Reduced pressure at `position` \[m] where the total pressure is zero \[Pa].
 fn reduced_of_zero(step: &Context<'_>, position: Vector) -> Real {
     -hydrostatic(step.settings.fluid.density, step.reduced_force, position, step.settings.reference)
 }

@@ -23,7 +23,7 @@ const SEPARATING: Real = 0.2;
 pub(crate) struct StabilisationReport {
     /// Pairs on which it acted.
     pub pairs: usize,
-    /// Work done [J].
+    /// Work done \[J].
     pub work: Real,
 }
 
@@ -32,7 +32,7 @@ pub(crate) struct StabilisationReport {
 pub(crate) struct Pairs<'a> {
     pub kind: &'a [Kind],
     pub owned: usize,
-    /// Predicted positions [m].
+    /// Predicted positions \[m].
     pub position: &'a [Vector],
     /// Inverse void fraction.
     pub inverse_void: &'a [Real],
@@ -119,7 +119,7 @@ struct Moved<'a> {
     before: &'a [Vector],
     after: &'a [Vector],
     velocity: &'a [Vector],
-    /// Particle size: the edge of its bulk volume `l0^3/eps` [m].
+    /// Particle size: the edge of its bulk volume `l0^3/eps` \[m].
     size: &'a [Real],
     blocks: &'a [Block],
     /// Whether the lists of close neighbours contain all pairs that can be too close.
@@ -139,7 +139,7 @@ impl Moved<'_> {
     }
 }
 
-/// Edge of the bulk volume `l0^3/eps` of each particle [m].
+/// Edge of the bulk volume `l0^3/eps` of each particle \[m].
 fn sizes(spacing: Real, kind: &[Kind], inverse_void: &[Real], into: &mut Vec<Real>) {
     into.resize(kind.len(), 0.0);
     for_each_chunk(&mut into[..], ROWS, |number, into| {
@@ -151,7 +151,7 @@ fn sizes(spacing: Real, kind: &[Kind], inverse_void: &[Real], into: &mut Vec<Rea
     });
 }
 
-/// Largest particle size [m].
+/// Largest particle size \[m].
 fn widest(spacing: Real) -> Real {
     1.5 * spacing
 }
@@ -159,7 +159,7 @@ fn widest(spacing: Real) -> Real {
 /// Stabilisation of one particle.
 #[derive(Clone, Copy, Debug, Default)]
 struct Repulsion {
-    /// Acceleration times the square of [`crate::stability::flow_time`]: a displacement [m].
+    /// Acceleration times the square of [`crate::stability::flow_time`]: a displacement \[m].
     displacement: Vector,
     /// Square of the distance to the nearest neighbour [m^2].
     nearest: Real,

@@ -59,9 +59,9 @@ pub const COMPRESSIBLE: Real = 150.0;
 pub struct StepLimits {
     /// Courant number: displacement of the fastest fluid particle or grain in a step over its size.
     pub courant: Real,
-    /// Longest step [s].
+    /// Longest step \[s].
     pub longest: Real,
-    /// Prescribed step, whatever the limits say [s].
+    /// Prescribed step, whatever the limits say \[s].
     pub fixed: Option<Real>,
 }
 
@@ -85,7 +85,7 @@ pub struct Rates {
 /// A step length and the limit that set it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Step {
-    /// Length [s].
+    /// Length \[s].
     pub dt: Real,
     /// Limit that set it.
     pub limit: Limit,
@@ -99,7 +99,7 @@ const FAST: Real = 3.0;
 /// Flow time scale over the time scale `sqrt(l0/|b|)` of the body force.
 const FORCE_FRACTION: Real = 0.05;
 
-/// Flow time scale [s] over which errors of the particle arrangement are corrected, from the mean speed of the fluid
+/// Flow time scale \[s] over which errors of the particle arrangement are corrected, from the mean speed of the fluid
 /// relative to its walls [m/s] and the body force [m/s^2]; never less than the step, infinite where nothing moves and no
 /// force acts.
 ///
@@ -113,7 +113,7 @@ pub(crate) fn flow_time(mean_speed: Real, body_force: Vector, spacing: Real, dt:
 
 impl StepLimits {
     /// The list of stability limits, each with the longest step that it allows, for these rates, a body force [m/s^2], a
-    /// spacing [m] and a viscosity [m^2/s]; infinite where a limit does not apply. The solver steps by the shortest;
+    /// spacing \[m] and a viscosity [m^2/s]; infinite where a limit does not apply. The solver steps by the shortest;
     /// a forecast asks with the rates that it expects.
     #[must_use]
     pub fn bounds(&self, rates: &Rates, body_force: Vector, spacing: Real, viscosity: Real) -> [Step; 5] {

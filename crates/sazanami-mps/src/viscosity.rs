@@ -34,7 +34,7 @@ pub(crate) struct VelocityLaplacian {
 }
 
 impl VelocityLaplacian {
-    /// Adds neighbour `b` of fluid particle `a` at distance `r` [m], of inverse void fraction `inverse_void`.
+    /// Adds neighbour `b` of fluid particle `a` at distance `r` \[m], of inverse void fraction `inverse_void`.
     #[inline(always)]
     pub fn add(
         &mut self,

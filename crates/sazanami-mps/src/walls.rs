@@ -12,14 +12,14 @@ use crate::particles::{Kind, ParticleRecord, Particles};
 /// Initial position and area of every wall particle, by its number.
 #[derive(Debug, Default)]
 pub(crate) struct Walls {
-    /// [m]
+    /// \[m]
     start: Vec<Vector>,
     /// Area vector, along the normal into the box [m^2]; see [`area`].
     area: Vec<Vector>,
 }
 
 impl Walls {
-    /// The walls of a tank with the spacing `lattice` [m] in each direction.
+    /// The walls of a tank with the spacing `lattice` \[m] in each direction.
     pub fn new(tank: &Tank, lattice: Vector, particles: &[ParticleRecord]) -> Self {
         let start: Vec<Vector> = particles.iter().map(|wall| Vector::from_array(wall.position)).collect();
         let area = start.iter().map(|&start| area(tank, lattice, start)).collect();
@@ -53,7 +53,7 @@ impl Walls {
 }
 
 /// Area vector of a wall particle in the first layer, along the normal into the box [m^2]; zero for edges, corners and
-/// deeper layers. `start` is its initial position, `lattice` the spacing of the wall lattice in each direction [m].
+/// deeper layers. `start` is its initial position, `lattice` the spacing of the wall lattice in each direction \[m].
 fn area(tank: &Tank, lattice: Vector, start: Vector) -> Vector {
     let mut vector = Vector::ZERO;
     let mut outside = 0;

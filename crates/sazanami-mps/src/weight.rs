@@ -26,7 +26,7 @@ choices! {
 pub struct Weight {
     /// Wendland function in use.
     pub family: Wendland,
-    /// Radius of influence r_e [m].
+    /// Radius of influence r_e \[m].
     pub radius: Real,
 }
 
@@ -133,7 +133,7 @@ pub struct Calibration {
 }
 
 impl Calibration {
-    /// Sums for lattice spacing `spacing` [m].
+    /// Sums for lattice spacing `spacing` \[m].
     #[must_use]
     pub fn new(weight: &Weight, form: LaplacianForm, spacing: Real) -> Self {
         let reach = (weight.radius / spacing).ceil() as i32;

@@ -10,7 +10,7 @@ pub(crate) const GRAINS_AT_ONCE: usize = 64;
 /// Closed surface of a grain shape in its body frame (origin at the centre of mass).
 #[derive(Clone, Copy, Debug)]
 pub struct Body<'a> {
-    /// Nodes [m].
+    /// Nodes \[m].
     pub nodes: &'a [Vector],
     /// Triangles as node numbers, counter-clockwise seen from outside.
     pub triangles: &'a [[u32; 3]],
@@ -29,18 +29,18 @@ pub struct BedView<'a> {
     pub body: &'a [u32],
     /// Size factor of each grain against its shape.
     pub scale: &'a [Real],
-    /// Mass [kg].
+    /// Mass \[kg].
     pub mass: &'a [Real],
-    /// Centre of mass [m].
+    /// Centre of mass \[m].
     pub position: &'a [Vector],
     /// Orientation, body to laboratory.
     pub orientation: &'a [Quaternion],
     /// Velocity of the centre of mass [m/s].
     pub velocity: &'a [Vector],
-    /// Time of the last contact with a grain or a wall, on the clock of `time` [s]; minus infinity if
+    /// Time of the last contact with a grain or a wall, on the clock of `time` \[s]; minus infinity if
     /// there was none. `None` where contacts are not known, as in a bed read from a file.
     pub last_contact: Option<&'a [Real]>,
-    /// Time now [s].
+    /// Time now \[s].
     pub time: Real,
 }
 
@@ -86,26 +86,26 @@ impl BedView<'_> {
         &self.bodies[self.body[grain] as usize]
     }
 
-    /// Nodes of a grain in the laboratory frame [m].
+    /// Nodes of a grain in the laboratory frame \[m].
     pub fn nodes_of(&self, grain: usize) -> impl Iterator<Item = Vector> + '_ {
         let (centre, turn, scale) = (self.position[grain], self.orientation[grain], self.scale[grain]);
         self.body_of(grain).nodes.iter().map(move |&node| centre + turn * (node * scale))
     }
 
-    /// Time since the last contact of a grain [s]; `None` where contacts are not known.
+    /// Time since the last contact of a grain \[s]; `None` where contacts are not known.
     #[must_use]
     pub fn time_since_contact(&self, grain: usize) -> Option<Real> {
         self.last_contact.map(|times| self.time - times[grain])
     }
 
-    /// Smallest box around a grain: lower and upper corner [m].
+    /// Smallest box around a grain: lower and upper corner \[m].
     #[must_use]
     pub fn bounds_of(&self, grain: usize) -> (Vector, Vector) {
         let nothing = (Vector::INFINITY, Vector::NEG_INFINITY);
         self.nodes_of(grain).fold(nothing, |(lower, upper), node| (lower.min(node), upper.max(node)))
     }
 
-    /// Smallest boxes around all grains: lower and upper corners [m].
+    /// Smallest boxes around all grains: lower and upper corners \[m].
     #[must_use]
     pub fn bounds(&self) -> Vec<(Vector, Vector)> {
         let mut bounds = vec![(Vector::ZERO, Vector::ZERO); self.len()];
@@ -116,7 +116,7 @@ impl BedView<'_> {
         bounds
     }
 
-    /// Height of the highest node of a grain [m].
+    /// Height of the highest node of a grain \[m].
     #[must_use]
     pub fn top_of(&self, grain: usize) -> Real {
         self.nodes_of(grain).fold(Real::NEG_INFINITY, |top, node| top.max(node.z))

@@ -7,7 +7,7 @@ use sazanami_parallel::{max_over, sum_over};
 
 use crate::{BedView, Body, Horizontal};
 
-/// Highest node [m] of the grains within `radius` [m] of the vertical through `axis`: `H_s` of the paper.
+/// Highest node \[m] of the grains within `radius` \[m] of the vertical through `axis`: `H_s` of the paper.
 ///
 /// `None` if no node is that near.
 #[must_use]
@@ -17,7 +17,7 @@ pub fn height_near(bed: &BedView, axis: Horizontal, radius: Real) -> Option<Real
     Some(max_over(bed.len(), highest)).filter(|&top| top > Real::NEG_INFINITY)
 }
 
-/// Share of void in the slab `heights` [m] over a floor of `area` [m^2], exactly from the surfaces of
+/// Share of void in the slab `heights` \[m] over a floor of `area` [m^2], exactly from the surfaces of
 /// the grains; where grains overlap both count.
 #[must_use]
 pub fn porosity_of_grains(bed: &BedView, heights: Range<Real>, area: Real) -> Real {
@@ -26,7 +26,7 @@ pub fn porosity_of_grains(bed: &BedView, heights: Range<Real>, area: Real) -> Re
     1.0 - solid / (area * (heights.end - heights.start))
 }
 
-/// Volume [m^3] of the part of a grain below the height `level` [m].
+/// Volume [m^3] of the part of a grain below the height `level` \[m].
 ///
 /// Over each point of the plane the solid thickness below the level is the sum of `min(x3, level)`
 /// over the surface above that point, positive where the surface faces up and negative where it
@@ -98,7 +98,7 @@ pub struct Orientation {
     pub vertical_order: Real,
     /// The same read as flatness, `-2` times it: 1 all lying, 0 at random, -2 upright.
     pub lying_order: Real,
-    /// Mean angle between long axis and horizontal plane [rad]; 0.571 (1 rad less than pi/2) at random.
+    /// Mean angle between long axis and horizontal plane \[rad]; 0.571 (1 rad less than pi/2) at random.
     pub mean_inclination: Real,
     /// Number of grains that have a long axis.
     pub grains: usize,

@@ -21,9 +21,9 @@ pub struct RunResult {
     pub noise: Real,
     /// Volume between profile and rim plane [m^3].
     pub volume_direct: Real,
-    /// Depth of the crater below its rim [m].
+    /// Depth of the crater below its rim \[m].
     pub depth: Real,
-    /// Radius of the rim [m].
+    /// Radius of the rim \[m].
     pub rim_radius: Real,
     /// Number of splashed grains.
     pub splashed: usize,

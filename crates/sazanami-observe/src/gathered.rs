@@ -40,7 +40,7 @@ pub struct GatheredBed {
 }
 
 impl GatheredBed {
-    /// Gathers the grains at `time` on the clock of their engine [s]. Collective.
+    /// Gathers the grains at `time` on the clock of their engine \[s]. Collective.
     pub fn gather(&mut self, domain: &Domain, grains: &Grains, time: Real) {
         let mine: Vec<Record> = (0..grains.owned()).map(|i| record(grains, i)).collect();
         let mut records = domain.to_first(&mine);

@@ -20,7 +20,7 @@ pub struct HeightMap {
 }
 
 impl HeightMap {
-    /// An empty map over the rectangle from `lower` to `upper` [m] with pixels of width `spacing` [m].
+    /// An empty map over the rectangle from `lower` to `upper` \[m] with pixels of width `spacing` \[m].
     #[must_use]
     pub fn new(lower: Horizontal, upper: Horizontal, spacing: Real) -> Self {
         let pixels = [0, 1].map(|d| ((upper[d] - lower[d]) / spacing).ceil().max(0.0) as usize);
@@ -69,19 +69,19 @@ impl HeightMap {
         self.pixels
     }
 
-    /// Width of a pixel [m].
+    /// Width of a pixel \[m].
     #[must_use]
     pub fn spacing(&self) -> Real {
         self.spacing
     }
 
-    /// Centre of a pixel [m].
+    /// Centre of a pixel \[m].
     #[must_use]
     pub fn centre(&self, i: usize, j: usize) -> Horizontal {
         [(0, i), (1, j)].map(|(d, n)| self.lower[d] + (n as Real + 0.5) * self.spacing)
     }
 
-    /// Height over a pixel [m]; `None` where there is no grain.
+    /// Height over a pixel \[m]; `None` where there is no grain.
     #[must_use]
     pub fn height(&self, i: usize, j: usize) -> Option<Real> {
         Some(self.height[j * self.pixels[0] + i]).filter(|z| z.is_finite())
@@ -93,7 +93,7 @@ impl HeightMap {
         Some(self.grain[j * self.pixels[0] + i]).filter(|&g| g != NO_GRAIN).map(|g| g as usize)
     }
 
-    /// Largest height [m] over the pixels with centres in a rectangle.
+    /// Largest height \[m] over the pixels with centres in a rectangle.
     #[must_use]
     pub fn highest_within(&self, low: Horizontal, high: Horizontal) -> Option<Real> {
         let Self { lower, spacing, pixels, .. } = *self;

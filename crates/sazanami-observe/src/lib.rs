@@ -30,5 +30,5 @@ pub use gathered::GatheredBed;
 
 use sazanami_numerics::Real;
 
-/// Horizontal position `(x1, x2)` [m].
+/// Horizontal position `(x1, x2)` \[m].
 pub type Horizontal = [Real; 2];

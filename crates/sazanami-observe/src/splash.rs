@@ -36,17 +36,17 @@ pub struct SplashTracker {
 pub struct Splash {
     /// Number of grains that were splashed.
     pub grains: usize,
-    /// Their mass [kg].
+    /// Their mass \[kg].
     pub mass: Real,
-    /// Largest horizontal distance of a splashed grain from the impact axis, in flight or landed [m]; 0 if none was.
+    /// Largest horizontal distance of a splashed grain from the impact axis, in flight or landed \[m]; 0 if none was.
     pub farthest_distance: Real,
-    /// Largest height of the centre of a splashed grain above the bed before the impact [m]; 0 if none was.
+    /// Largest height of the centre of a splashed grain above the bed before the impact \[m]; 0 if none was.
     pub highest_rise: Real,
     /// Number of grains above the threshold now.
     pub above_now: usize,
 }
 
-/// Splashed grains of a part of the bed: their sums, and the farthest and highest place now [m].
+/// Splashed grains of a part of the bed: their sums, and the farthest and highest place now \[m].
 #[derive(Clone, Copy, Debug)]
 struct Found {
     splash: Splash,
@@ -70,7 +70,7 @@ impl Found {
 }
 
 impl SplashTracker {
-    /// Starts with the bed before the impact; `grain_size` is the short axis [m].
+    /// Starts with the bed before the impact; `grain_size` is the short axis \[m].
     #[must_use]
     pub fn new(bed: &BedView, axis: Horizontal, grain_size: Real) -> Self {
         let linked = linked_to_bed(bed, grain_size);
@@ -81,7 +81,7 @@ impl SplashTracker {
         Self { axis, bed_top, threshold, fate, farthest: 0.0, highest: threshold }
     }
 
-    /// Height above which a centre counts as splashed [m].
+    /// Height above which a centre counts as splashed \[m].
     #[must_use]
     pub fn threshold(&self) -> Real {
         self.threshold

@@ -39,7 +39,7 @@ impl Axis {
         if self.log { (self.log_ticks(most), 0) } else { self.linear_ticks(most) }
     }
 
-    /// Ticks along `length` [pixels]: labels about the first of the distances apart, or the second where that would be
+    /// Ticks along `length` \[pixels]: labels about the first of the distances apart, or the second where that would be
     /// fewer than four of them.
     fn ticks_along(&self, length: f64, [usual, closest]: [f64; 2]) -> (Vec<Tick>, i32) {
         let ticks = self.ticks((length / usual) as usize);

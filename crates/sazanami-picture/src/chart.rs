@@ -111,7 +111,7 @@ impl Trace {
         Self { thin: true, ..self }
     }
 
-    /// Width of its line [pixels].
+    /// Width of its line \[pixels].
     fn width(&self) -> f64 {
         if self.thin { 1.4 } else { 2.6 }
     }
@@ -121,11 +121,11 @@ impl Trace {
     }
 }
 
-/// Size of the legend's text, height of its rows, length of its samples of lines [pixels].
+/// Size of the legend's text, height of its rows, length of its samples of lines \[pixels].
 const LEGEND_SIZE: f64 = 17.0;
 const LEGEND_ROW: f64 = 26.0;
 const LEGEND_SAMPLE: f64 = 42.0;
-/// Room beside the frame [pixels].
+/// Room beside the frame \[pixels].
 const LEFT: f64 = 112.0;
 const RIGHT: f64 = 28.0;
 const LABEL: Font = Font { size: 17.0, colour: BLACK, across: Anchor::Start, down: Anchor::Middle, upwards: false };
@@ -149,7 +149,7 @@ pub struct LinePlot {
     pub x_log: bool,
     /// Logarithmic vertical axis.
     pub y_log: bool,
-    /// Width and height [pixels].
+    /// Width and height \[pixels].
     pub size: [usize; 2],
 }
 
@@ -177,19 +177,19 @@ impl LinePlot {
         self
     }
 
-    /// The same as a picture of `width` with a frame of `height` [pixels], whatever the labels need.
+    /// The same as a picture of `width` with a frame of `height` \[pixels], whatever the labels need.
     pub(super) fn framed(mut self, width: usize, height: usize) -> Self {
         let [above, below] = self.margins();
         self.size = [width, height + (above + below) as usize];
         self
     }
 
-    /// Width of the frame in a picture of `width` without a legend of its own [pixels].
+    /// Width of the frame in a picture of `width` without a legend of its own \[pixels].
     pub(super) fn frame_width(width: usize) -> f64 {
         width as f64 - LEFT - RIGHT
     }
 
-    /// Room above and below the frame, for title and labels if there are any [pixels].
+    /// Room above and below the frame, for title and labels if there are any \[pixels].
     fn margins(&self) -> [f64; 2] {
         [if self.title.is_empty() { 22.0 } else { 58.0 }, if self.x_label.is_empty() { 40.0 } else { 78.0 }]
     }
@@ -285,7 +285,7 @@ impl LinePlot {
         })
     }
 
-    /// The legend alone, in rows as long as `width` [pixels] lets them be: for several plots that share it.
+    /// The legend alone, in rows as long as `width` \[pixels] lets them be: for several plots that share it.
     pub(super) fn legend_strip(&self, width: usize) -> Picture {
         let length = |label: &str| LEGEND_SAMPLE + 40.0 + text::length(label, LEGEND_SIZE);
         let mut rows: Vec<(f64, Vec<(usize, &Trace)>)> = Vec::new();

@@ -8,7 +8,7 @@ use super::chart::{Dash, LinePlot, Mark, Trace};
 const MARKS: [Mark; 5] = [Mark::Disc, Mark::Square, Mark::Triangle, Mark::Diamond, Mark::Ring];
 
 /// Smoothed bed surface against radius (figures 13 and 14 of Yagyu et al. 2015): for each curve its label and its
-/// points of radius and mean height [m]. The first curve is the initial surface, drawn in dashes.
+/// points of radius and mean height \[m]. The first curve is the initial surface, drawn in dashes.
 #[must_use]
 pub fn bed_profiles(title: &str, curves: &[Curve]) -> LinePlot {
     let mut plot = LinePlot::new(title, "r [mm]", "smoothed bed surface [mm]");
@@ -21,7 +21,7 @@ pub fn bed_profiles(title: &str, curves: &[Curve]) -> LinePlot {
     plot
 }
 
-/// Crater depth and rim radius [m] against time [s], drawn in ms as all pictures of a raindrop; without those that were
+/// Crater depth and rim radius \[m] against time \[s], drawn in ms as all pictures of a raindrop; without those that were
 /// never measured.
 #[must_use]
 pub fn crater_history(title: &str, times: &[f64], depths: &[f64], rim_radii: &[f64]) -> LinePlot {
@@ -55,7 +55,7 @@ pub fn erosion_against_momentum(title: &str, groups: &[(String, Vec<ErosionPoint
     plot
 }
 
-/// Parts of the momentum budget [N s] against time [s]; `axis` names the direction, as in `x₃`. A part called
+/// Parts of the momentum budget [N s] against time \[s]; `axis` names the direction, as in `x₃`. A part called
 /// `residual` is drawn in dashes.
 #[must_use]
 pub fn momentum_budget(title: &str, axis: &str, times: &[f64], parts: &[(&str, Vec<f64>)]) -> LinePlot {

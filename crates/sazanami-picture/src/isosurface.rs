@@ -8,7 +8,7 @@ use super::{PictureError, check_length};
 /// A closed surface around the cells above a level. Outside the grid the field counts as zero.
 #[derive(Clone, Debug, Default)]
 pub struct Isosurface {
-    /// Corners [m].
+    /// Corners \[m].
     pub nodes: Vec<Vector>,
     /// Triangles, anticlockwise seen from the lower side.
     pub triangles: Vec<[u32; 3]>,

@@ -83,13 +83,13 @@ impl std::fmt::Debug for Picture {
 }
 
 impl Picture {
-    /// Width [pixels].
+    /// Width \[pixels].
     #[must_use]
     pub fn width(&self) -> usize {
         self.width
     }
 
-    /// Height [pixels].
+    /// Height \[pixels].
     #[must_use]
     pub fn height(&self) -> usize {
         self.height

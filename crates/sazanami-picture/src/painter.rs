@@ -13,7 +13,7 @@ use super::{
 
 /// Part of a cell that is liquid outside grains on the surface that is drawn: thin sheets stay visible.
 const SURFACE: f64 = 0.3;
-/// Width of the panels of a tank [pixels].
+/// Width of the panels of a tank \[pixels].
 const WIDTH: usize = 1100;
 
 /// The artist of this crate.
@@ -84,7 +84,7 @@ fn view(scene: &Scene) -> Result<Picture, PictureError> {
 }
 
 /// Upper edge of the pictures of a scene: above all grains and liquid, in steps of a tenth of the box so that it seldom
-/// moves from one time to the next [m].
+/// moves from one time to the next \[m].
 fn top(scene: &Scene, surfaces: &[BodySurface]) -> f64 {
     let radius = |surface: &BodySurface| surface.nodes.iter().map(|node| node.length()).fold(0.0, f64::max);
     let radii: Vec<f64> = surfaces.iter().map(radius).collect();

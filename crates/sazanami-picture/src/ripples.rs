@@ -8,9 +8,9 @@ use super::colour::{BLACK, GREY, LINES};
 use super::tiles::sheet;
 use super::{Dash, LinePlot, Mark, Picture, PictureError, Trace, check_length};
 
-/// Width of the plots of histories [pixels].
+/// Width of the plots of histories \[pixels].
 const WIDTH: usize = 1100;
-/// Height of the frames of profiles [pixels].
+/// Height of the frames of profiles \[pixels].
 const PROFILE_HEIGHT: usize = 270;
 /// A level surface is shown within this range of heights [mm].
 const LEAST_RANGE: f64 = 2.0;
@@ -52,7 +52,7 @@ fn traces_of_runs(runs: &[(String, Vec<[f64; 2]>)]) -> impl Iterator<Item = Trac
     runs.iter().enumerate().map(line)
 }
 
-/// Readings of an experiment, at least `closest` [m] apart.
+/// Readings of an experiment, at least `closest` \[m] apart.
 fn traces_of_experiment(points: &[[f64; 2]], closest: f64) -> Option<Trace> {
     let shown = thinned(points, closest);
     (!shown.is_empty()).then(|| Trace::marks("experiment", Mark::Dot, in_mm(&shown)).coloured(BLACK))
@@ -77,7 +77,7 @@ pub struct ProfileFigure<'a> {
     pub title: &'a str,
     /// The instants.
     pub moments: &'a [Surfaces],
-    /// Part of x1 shown [m].
+    /// Part of x1 shown \[m].
     pub x_range: [f64; 2],
 }
 
@@ -112,7 +112,7 @@ impl ProfileFigure<'_> {
         Ok(sheet(self.title, &[vec![strip], above, below]))
     }
 
-    /// A plot of a surface in a picture of `width` [pixels].
+    /// A plot of a surface in a picture of `width` \[pixels].
     fn plot(&self, [title, x_label, what]: [&str; 3], traces: Vec<Trace>, heights: [f64; 2], width: usize) -> LinePlot {
         let x_range = self.x_range.map(|x| 1e3 * x);
         let along = LinePlot::frame_width(width) / (x_range[1] - x_range[0]);
@@ -150,11 +150,11 @@ pub struct LayerFigure<'a> {
     pub runs: &'a [LayerHistory],
     /// What the layers are, in the legend: upper, lower.
     pub layers: [&'a str; 2],
-    /// Times shown [s], or all.
+    /// Times shown \[s], or all.
     pub time_range: Option<[f64; 2]>,
     /// Ranges of the four quantities, or what the data need.
     pub ranges: [Option<[f64; 2]>; 4],
-    /// Submerged weight of a grain [N], in parts of which the forces are shown; without it they are shown in N.
+    /// Submerged weight of a grain \[N], in parts of which the forces are shown; without it they are shown in N.
     pub submerged_weight: Option<f64>,
 }
 

@@ -12,7 +12,7 @@ use sazanami_io::{Bodies, BodySurface};
 /// Triangles of several things, with normals at their corners.
 #[derive(Default)]
 pub(super) struct Scene {
-    /// Corners [m].
+    /// Corners \[m].
     pub places: Vec<Vector>,
     /// Unit normals, outwards.
     pub normals: Vec<Vector>,
@@ -32,7 +32,7 @@ pub(super) struct Drawn {
 /// Faces that meet at a larger angle than this cosine's (65 degrees) keep their edge.
 const SHARP: f64 = 0.42;
 
-/// A surface without the detail that is smaller than `detail` [m]: nodes in the same cell of a lattice are one.
+/// A surface without the detail that is smaller than `detail` \[m]: nodes in the same cell of a lattice are one.
 fn coarsened(surface: BodySurface, detail: f64) -> (Vec<Vector>, Vec<[u32; 3]>) {
     let mut cells: BTreeMap<[i64; 3], u32> = BTreeMap::new();
     let (mut sums, mut counts) = (Vec::new(), Vec::new());
@@ -103,7 +103,7 @@ impl Smoothed {
 }
 
 impl Scene {
-    /// Bodies that `keep` lets through, without what is smaller than `detail` [m] on them; the tag is the body's number.
+    /// Bodies that `keep` lets through, without what is smaller than `detail` \[m] on them; the tag is the body's number.
     pub fn of_bodies(bodies: &Bodies, detail: f64, keep: impl Fn(usize) -> bool) -> Self {
         let mut scene = Self::default();
         let mut largest = vec![0.0_f64; bodies.surfaces.len()];
@@ -174,7 +174,7 @@ impl Scene {
         (0..self.places.len()).map(lit).collect()
     }
 
-    /// Mean size of a body [m]: the root of the area of its surface.
+    /// Mean size of a body \[m]: the root of the area of its surface.
     fn size_of_bodies(&self) -> f64 {
         let area = |triangle: &[u32; 3]| {
             let [a, b, c] = triangle.map(|corner| self.places[corner as usize]);
@@ -259,7 +259,7 @@ impl Shadows {
         shadows
     }
 
-    /// Pixels across and down, depth [pixels].
+    /// Pixels across and down, depth \[pixels].
     fn place(&self, place: Vector) -> Place {
         let [right, up, direction] = self.axes.map(|axis| axis.dot(place));
         [(right - self.lower[0]) * self.scale + 1.0, (up - self.lower[1]) * self.scale + 1.0, direction * self.scale]

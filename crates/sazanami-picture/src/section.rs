@@ -26,9 +26,9 @@ pub enum LiquidStyle {
 pub struct SectionView<'a> {
     /// The grid; the picture shows its whole extent in x1.
     pub grid: &'a Grid,
-    /// Height up to which it is shown [m].
+    /// Height up to which it is shown \[m].
     pub top: f64,
-    /// Place of the section on the x2 axis [m].
+    /// Place of the section on the x2 axis \[m].
     pub plane: f64,
     /// Line above the picture, for example case, time and speed.
     pub title: &'a str,
@@ -48,11 +48,11 @@ pub struct SectionView<'a> {
     pub scale: &'a ColourScale,
     /// Whether grains behind the section are drawn too.
     pub behind: bool,
-    /// Width of the section in the picture [pixels].
+    /// Width of the section in the picture \[pixels].
     pub width: usize,
 }
 
-/// Fractions on the plane `x2` [m] from a cell field (without ghosts, x1 fastest): linear between the two nearest
+/// Fractions on the plane `x2` \[m] from a cell field (without ghosts, x1 fastest): linear between the two nearest
 /// layers of cells.
 ///
 /// # Panics
@@ -79,7 +79,7 @@ const SIZE: f64 = 20.0;
 const SUN: Vector = Vector::new(-0.45, -0.9, 0.85);
 
 impl<'a> SectionView<'a> {
-    /// The liquid alone, on the plane x2 = `plane` [m]; grains come with [`Self::with_grains`].
+    /// The liquid alone, on the plane x2 = `plane` \[m]; grains come with [`Self::with_grains`].
     #[must_use]
     pub fn new(grid: &'a Grid, plane: f64, title: &'a str, liquid: &'a [f64], scale: &'a ColourScale) -> Self {
         Self {
@@ -145,7 +145,7 @@ impl<'a> SectionView<'a> {
         Ok(canvas.finish())
     }
 
-    /// Height that is shown [m].
+    /// Height that is shown \[m].
     fn height(&self) -> f64 {
         self.top - self.grid.lower.z
     }
@@ -216,7 +216,7 @@ impl<'a> SectionView<'a> {
         .map(|v| v as f32)
     }
 
-    /// Distance of the centre of body `number` behind the section, and its outer radius [m].
+    /// Distance of the centre of body `number` behind the section, and its outer radius \[m].
     fn reach(&self, number: usize, radii: &[f64]) -> (f64, f64) {
         let pose = &self.bodies.poses[number];
         (pose.position.y - self.plane, pose.scale * radii[pose.surface as usize])

@@ -8,7 +8,7 @@ use super::canvas::{Anchor, Canvas, Font, Pen, Rectangle};
 use super::colour::{BLACK, BLUE, Colour, GREY, mix, to_colour, to_light};
 use super::{ColourScale, Picture, PictureError, VectorWindow, check_length};
 
-/// Size of numbers and captions, distances [pixels].
+/// Size of numbers and captions, distances \[pixels].
 const SIZE: f64 = 17.0;
 const LEFT: f64 = 84.0;
 const TOP: f64 = 50.0;
@@ -39,23 +39,23 @@ pub struct SlabView<'a> {
     pub title: &'a str,
     /// What is to be known of all panels, small above the first: which grains are drawn, for example.
     pub note: &'a str,
-    /// Part of x1 shown [m].
+    /// Part of x1 shown \[m].
     pub x: [f64; 2],
-    /// Part of x3 shown [m].
+    /// Part of x3 shown \[m].
     pub z: [f64; 2],
-    /// Grains with their centres between these places on x2 are drawn [m]: the whole width or a slab.
+    /// Grains with their centres between these places on x2 are drawn \[m]: the whole width or a slab.
     pub slab: [f64; 2],
-    /// Centres of the grains [m].
+    /// Centres of the grains \[m].
     pub position: &'a [Vector],
-    /// Diameters [m].
+    /// Diameters \[m].
     pub diameter: &'a [f64],
     /// The panels.
     pub panels: &'a [SlabPanel<'a>],
-    /// Points `(x1, x3)` of the water surface in the order of x1 [m]; NaN where there is none.
+    /// Points `(x1, x3)` of the water surface in the order of x1 \[m]; NaN where there is none.
     pub water: &'a [[f64; 2]],
     /// Velocities of the water in a window, which stands to the right of the panels and is outlined in them.
     pub vectors: Option<&'a VectorWindow<'a>>,
-    /// Width of a panel [pixels].
+    /// Width of a panel \[pixels].
     pub width: usize,
 }
 

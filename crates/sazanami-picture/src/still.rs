@@ -14,9 +14,9 @@ use sazanami_io::Bodies;
 /// Where the eye is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Viewpoint {
-    /// Direction of the eye seen from above, from the x1 axis towards x2 [degrees].
+    /// Direction of the eye seen from above, from the x1 axis towards x2 \[degrees].
     pub azimuth: f64,
-    /// Height of the eye above the horizon [degrees], below 90.
+    /// Height of the eye above the horizon \[degrees], below 90.
     pub elevation: f64,
 }
 
@@ -31,7 +31,7 @@ impl Default for Viewpoint {
 pub struct Still<'a> {
     /// The box, drawn by its edges.
     pub grid: &'a Grid,
-    /// Height up to which the box is shown [m].
+    /// Height up to which the box is shown \[m].
     pub top: f64,
     /// Where the eye is.
     pub viewpoint: Viewpoint,
@@ -49,11 +49,11 @@ pub struct Still<'a> {
     pub cut_open: bool,
     /// Whether a bar explains the colours.
     pub colour_bar: bool,
-    /// Width and height of the view, without title and bar [pixels].
+    /// Width and height of the view, without title and bar \[pixels].
     pub size: [usize; 2],
 }
 
-/// Room above the picture for the title and beside it for the bar of colours [pixels].
+/// Room above the picture for the title and beside it for the bar of colours \[pixels].
 const ABOVE: usize = 56;
 const BESIDE: usize = 130;
 /// What is smaller than this on a grain is not drawn [samples].
@@ -190,7 +190,7 @@ impl<'a> Still<'a> {
         self.size.map(|pixels| pixels * SAMPLES)
     }
 
-    /// Lower and upper corner of what is shown [m].
+    /// Lower and upper corner of what is shown \[m].
     fn shown(&self) -> [Vector; 2] {
         let (lower, upper) = (self.grid.lower, self.grid.upper().with_z(self.top));
         let middle = 0.5 * (lower.y + upper.y);

@@ -19,9 +19,9 @@ fn scale(size: f64) -> PxScale {
 /// A glyph in its place.
 struct Placed {
     glyph: GlyphId,
-    /// Where it starts, from the left end of the line [pixels].
+    /// Where it starts, from the left end of the line \[pixels].
     at: f32,
-    /// How far below the line it stands [pixels].
+    /// How far below the line it stands \[pixels].
     below: f32,
     scale: PxScale,
 }
@@ -60,7 +60,7 @@ fn glyphs(text: &str, size: f64) -> (Vec<Placed>, f64) {
     (placed, f64::from(at))
 }
 
-/// Length of a line [pixels].
+/// Length of a line \[pixels].
 pub(super) fn length(text: &str, size: f64) -> f64 {
     glyphs(text, size).1
 }

@@ -4,7 +4,7 @@ use super::Picture;
 use super::canvas::{Anchor, Canvas, Font};
 use super::colour::BLACK;
 
-/// Height of the strip with the title [pixels].
+/// Height of the strip with the title \[pixels].
 const TITLE: usize = 46;
 
 /// One sheet with a title, which may be empty, and rows of pictures below each other, each row from the left.

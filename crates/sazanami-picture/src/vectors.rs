@@ -7,17 +7,17 @@ use super::colour::{BLACK, Colour, WHITE};
 
 /// Colour of the arrows.
 const ARROW: Colour = [16, 60, 128];
-/// Arrows shorter than this are points [pixels].
+/// Arrows shorter than this are points \[pixels].
 const SHORTEST: f64 = 1.5;
 
 /// Velocities of the water in a part of a section, on points of a grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VectorWindow<'a> {
-    /// Bounds in x1 [m].
+    /// Bounds in x1 \[m].
     pub x: [f64; 2],
-    /// Bounds in x3 [m].
+    /// Bounds in x3 \[m].
     pub z: [f64; 2],
-    /// Places (x1, x3) [m] and velocities there [m/s].
+    /// Places (x1, x3) \[m] and velocities there [m/s].
     pub vectors: &'a [([f64; 2], [f64; 2])],
     /// Speed of the arrow in the caption [m/s]; it is a tenth of the window long.
     pub reference: f64,

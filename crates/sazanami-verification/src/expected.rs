@@ -11,7 +11,7 @@ use serde::Deserialize;
 pub struct Expected {
     /// What the case shows, in one line.
     pub about: String,
-    /// Processor time it takes, about [s].
+    /// Processor time it takes, about \[s].
     pub cost: Real,
     /// Whether it runs only by name or with `--long`.
     #[serde(default)]

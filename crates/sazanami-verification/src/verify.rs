@@ -45,7 +45,7 @@ pub struct Judged {
     pub outcome: Outcome,
     /// The verdicts.
     pub rows: Vec<Row>,
-    /// Wall-clock time [s].
+    /// Wall-clock time \[s].
     pub seconds: Real,
 }
 

@@ -28,7 +28,7 @@ pub use table::Table;
 /// Evaluates one run again, or compares several; returns lines for the terminal.
 ///
 /// One run is evaluated again from its newest good checkpoint of the flow, ripples from the tables that it wrote;
-/// `overrides` (`path=value`, of keys under `bed` and `erosion`, or [`case::RIPPLES_EVALUATED`]) say how, and what is then
+/// `overrides` (`path=value`, of keys under `bed` and `erosion`, or [`crate::case::RIPPLES_EVALUATED`]) say how, and what is then
 /// found goes into the folder `analysis` of the run's own. Tables and figures of a comparison go into the folder `out`, the
 /// current one unless it is given. Without an `artist` there are tables alone.
 ///

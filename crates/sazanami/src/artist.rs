@@ -23,7 +23,7 @@ pub trait Artist: std::fmt::Debug + Sync {
 /// Why there is no picture.
 pub type NotDrawn = Box<dyn Error + Send + Sync>;
 
-/// Points of a curve [m].
+/// Points of a curve \[m].
 pub type Points = Vec<[Real; 2]>;
 
 /// A curve with its label.
@@ -46,30 +46,30 @@ pub enum Figure<'a> {
         title: &'a str,
         /// One panel of bed and water for each instant.
         moments: &'a [Surfaces],
-        /// Part of x1 shown [m].
+        /// Part of x1 shown \[m].
         x_range: [Real; 2],
     },
-    /// Height of the bed against radius [m]; the first curve is the initial surface (figures 13 and 14 of Yagyu et al. 2015).
+    /// Height of the bed against radius \[m]; the first curve is the initial surface (figures 13 and 14 of Yagyu et al. 2015).
     BedProfiles {
         /// Title above the axes.
         title: &'a str,
         /// A curve for each time.
         curves: &'a [Curve],
     },
-    /// Depth and rim radius of a crater [m] against time [s]; NaN where there is none.
+    /// Depth and rim radius of a crater \[m] against time \[s]; NaN where there is none.
     Crater {
         /// Title above the axes.
         title: &'a str,
-        /// Times [s].
+        /// Times \[s].
         times: &'a [Real],
-        /// Depth and rim radius at these times [m].
+        /// Depth and rim radius at these times \[m].
         depths_and_radii: [&'a [Real]; 2],
     },
-    /// Parts of the vertical momentum [N s] against time [s]; one is the `residual`.
+    /// Parts of the vertical momentum [N s] against time \[s]; one is the `residual`.
     MomentumBudget {
         /// Title above the axes.
         title: &'a str,
-        /// Times [s].
+        /// Times \[s].
         times: &'a [Real],
         /// Label and values at these times of each part.
         parts: &'a [(&'a str, Vec<Real>)],
@@ -89,7 +89,7 @@ pub enum Figure<'a> {
         history: &'a LayerHistory,
         /// What the upper and the lower layer are.
         layers: [&'a str; 2],
-        /// Submerged weight of a grain [N], in parts of which forces are shown; without it they are shown in N.
+        /// Submerged weight of a grain \[N], in parts of which forces are shown; without it they are shown in N.
         submerged_weight: Option<Real>,
     },
     /// Height and wavelength of ripples against time.
@@ -108,7 +108,7 @@ pub struct Scene {
     pub title: String,
     /// Cells and extent of the box.
     pub grid: Grid,
-    /// Place of the section along x2 [m].
+    /// Place of the section along x2 \[m].
     pub plane: Real,
     /// Speed of the last colour of the grains [m/s].
     pub fastest: Real,
@@ -129,23 +129,23 @@ pub struct SideView {
     pub title: String,
     /// What is left out, below the panels.
     pub note: String,
-    /// Bounds in x1 [m].
+    /// Bounds in x1 \[m].
     pub x: [Real; 2],
-    /// Bounds in x3 [m].
+    /// Bounds in x3 \[m].
     pub z: [Real; 2],
-    /// Bounds in x2 of the grains that are drawn [m].
+    /// Bounds in x2 of the grains that are drawn \[m].
     pub slab: [Real; 2],
-    /// Centres of the grains [m].
+    /// Centres of the grains \[m].
     pub position: Vec<Vector>,
-    /// Diameters of the grains [m].
+    /// Diameters of the grains \[m].
     pub diameter: Vec<Real>,
     /// What the grains are coloured by, a panel each.
     pub panels: Vec<Colouring>,
-    /// Surface of the water: points (x1, x3) [m], NaN for a gap.
+    /// Surface of the water: points (x1, x3) \[m], NaN for a gap.
     pub water: Points,
-    /// Bounds in x1 of the window of arrows [m].
+    /// Bounds in x1 of the window of arrows \[m].
     pub window: [Real; 2],
-    /// Places (x1, x3) [m] and velocities of the water there [m/s].
+    /// Places (x1, x3) \[m] and velocities of the water there [m/s].
     pub arrows: Vec<([Real; 2], [Real; 2])>,
     /// Speed of the arrow in the caption [m/s].
     pub reference: Real,
@@ -160,7 +160,7 @@ pub enum Colouring {
     Signed(Vec<Real>, String, Real),
 }
 
-/// Surfaces of bed and water at one instant, points (x1, x3) [m]; one curve per run.
+/// Surfaces of bed and water at one instant, points (x1, x3) \[m]; one curve per run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Surfaces {
     /// What stands above, as `t = 3.0 s`.
@@ -193,12 +193,12 @@ pub struct ErosionPoint {
 }
 
 /// Averages over the layers of the bed in one run. The four quantities of each layer are: velocity of the water and of
-/// the grains [m/s], drag and force of the pressure gradient on a grain [N], all along x1. NaN leaves a gap.
+/// the grains [m/s], drag and force of the pressure gradient on a grain \[N], all along x1. NaN leaves a gap.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LayerHistory {
     /// Name of the run; empty if there is only one.
     pub label: String,
-    /// Times [s].
+    /// Times \[s].
     pub time: Vec<Real>,
     /// Upper layer: the four quantities at these times.
     pub upper: [Vec<Real>; 4],

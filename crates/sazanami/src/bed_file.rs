@@ -25,9 +25,9 @@ pub struct Recipe {
     pub shapes: Vec<String>,
     /// Porosity of a slab; `None` if the slab that the case gives lies above the bed.
     pub porosity: Option<Real>,
-    /// Heights of that slab, as far as it lies within the bed [m].
+    /// Heights of that slab, as far as it lies within the bed \[m].
     pub porosity_slab: [Real; 2],
-    /// Highest node near the axis, H_s [m].
+    /// Highest node near the axis, H_s \[m].
     pub height: Real,
     /// Mean speed of the grains when packing ended [m/s].
     pub mean_speed: Real,
@@ -35,7 +35,7 @@ pub struct Recipe {
     pub largest_mean_speed: Real,
     /// Order of the long axes: above 0 if they lie, 0 at random.
     pub lying_order: Real,
-    /// Simulated time of the packing [s].
+    /// Simulated time of the packing \[s].
     pub time: Real,
 }
 
@@ -56,7 +56,7 @@ pub struct Lying {
     pub shape: u32,
     /// Factor on the size of its shape.
     pub scale: Real,
-    /// Centre of mass [m].
+    /// Centre of mass \[m].
     pub position: Vector,
     /// Rotation from the frame of its shape to that of the box.
     pub orientation: Quaternion,
@@ -65,9 +65,9 @@ pub struct Lying {
 /// A bed at rest, as its file keeps it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bed {
-    /// Lower corner of the box it lies in [m].
+    /// Lower corner of the box it lies in \[m].
     pub lower: Vector,
-    /// Upper corner [m].
+    /// Upper corner \[m].
     pub upper: Vector,
     /// Where it comes from.
     pub recipe: Recipe,

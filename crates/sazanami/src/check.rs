@@ -133,7 +133,7 @@ struct Size {
     spheres: usize,
 }
 
-/// Simulated time that packing the bed of a case takes [s]; `None` if it packs none.
+/// Simulated time that packing the bed of a case takes \[s]; `None` if it packs none.
 pub(crate) fn packing_time_of(case: &Case, shapes: &[ShapeFacts]) -> Option<Real> {
     packing_time(case, &population_reports(case, shapes), &CostModel::default())
 }

@@ -16,7 +16,7 @@ pub struct Clock {
 }
 
 impl Clock {
-    /// A clock at time zero. With `fixed` every step has that length [s].
+    /// A clock at time zero. With `fixed` every step has that length \[s].
     #[must_use]
     pub fn new(fixed: Option<Real>) -> Self {
         Self { time: 0.0, step: 0, fixed }
@@ -28,7 +28,7 @@ impl Clock {
         Self { time, step, ..self }
     }
 
-    /// Physical time [s].
+    /// Physical time \[s].
     #[must_use]
     pub fn time(&self) -> Real {
         self.time
@@ -40,7 +40,7 @@ impl Clock {
         self.step
     }
 
-    /// Length of the next step [s]: `stable` or the fixed one, shortened (never lengthened) so that
+    /// Length of the next step \[s]: `stable` or the fixed one, shortened (never lengthened) so that
     /// a step ends exactly at `due`, the next output time.
     ///
     /// Two steps share what is left when one would leave a sliver. Fixed steps are not shortened:
@@ -61,7 +61,7 @@ impl Clock {
         }
     }
 
-    /// Counts a step of length `dt` [s] and lands on `due` if it is reached.
+    /// Counts a step of length `dt` \[s] and lands on `due` if it is reached.
     pub fn advance(&mut self, dt: Real, due: Option<Real>) {
         self.step += 1;
         self.time = match (self.fixed, due) {
@@ -72,7 +72,7 @@ impl Clock {
     }
 }
 
-/// A fixed step length of the case, if it has one [s].
+/// A fixed step length of the case, if it has one \[s].
 pub(crate) fn fixed_step(case: &Case) -> Option<Real> {
     match (case.solver, case.fluid.step) {
         (Solver::Mps, _) => case.particles.as_ref().and_then(|particles| particles.dt),

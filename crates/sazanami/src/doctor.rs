@@ -52,9 +52,9 @@ impl Finding {
 const TRIAD: usize = 8 << 20;
 /// Doubles that a thread takes at a time.
 const CHUNK: usize = 1 << 16;
-/// Memory that the triad needs with room to spare [bytes].
+/// Memory that the triad needs with room to spare \[bytes].
 const TRIAD_ROOM: u64 = 4 * 8 * TRIAD as u64;
-/// Space below which a disk is called small [bytes].
+/// Space below which a disk is called small \[bytes].
 const SMALL_DISK: u64 = 2 << 30;
 
 /// Looks at program and machine; `commit` is what the program was built from.

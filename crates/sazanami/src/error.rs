@@ -27,7 +27,7 @@ pub struct Failure {
     pub message: String,
     /// Fluid step at which it failed.
     pub step: u64,
-    /// Simulated time [s].
+    /// Simulated time \[s].
     pub time: Real,
     /// Time-step limit that ruled.
     pub limiter: &'static str,

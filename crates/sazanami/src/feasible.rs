@@ -183,7 +183,7 @@ fn facts_of(shape: &Shape, bed: Option<&Bed>) -> ShapeFacts {
     }
 }
 
-/// Corners of the box round the mesh in the body frame [m].
+/// Corners of the box round the mesh in the body frame \[m].
 fn extent(shape: &Shape) -> (Vector, Vector) {
     let nodes = &shape.mesh().nodes;
     nodes.iter().fold((Vector::INFINITY, Vector::NEG_INFINITY), |(low, high), &node| (low.min(node), high.max(node)))
@@ -332,7 +332,7 @@ impl Search<'_> {
         }
     }
 
-    /// Height that the packed bed may reach: packed loosely, with a grain that stands on it [m].
+    /// Height that the packed bed may reach: packed loosely, with a grain that stands on it \[m].
     fn highest_bed(&self) -> Real {
         let extent = self.case.domain.extent();
         let mut solid = 0.0;

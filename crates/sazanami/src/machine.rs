@@ -12,7 +12,7 @@ pub struct Machine {
     pub cpu: String,
     /// Processors the system lets this program use.
     pub cores: usize,
-    /// Memory that this program can still take [bytes]: the least of what is free and of the limits set to it.
+    /// Memory that this program can still take \[bytes]: the least of what is free and of the limits set to it.
     pub memory_available: Option<u64>,
     /// What bounds that memory.
     pub memory_limit: MemoryLimit,
@@ -56,7 +56,7 @@ impl Machine {
     }
 }
 
-/// What this program can still take under each bound that holds for it [bytes].
+/// What this program can still take under each bound that holds for it \[bytes].
 #[must_use]
 pub fn memory_bounds() -> Vec<(MemoryLimit, u64)> {
     let read = |path: &str| fs::read_to_string(path).unwrap_or_default();
@@ -72,7 +72,7 @@ pub fn memory_bounds() -> Vec<(MemoryLimit, u64)> {
     bounds.into_iter().filter_map(|(limit, bytes)| Some((limit, bytes?))).collect()
 }
 
-/// Most memory that this program has held so far [bytes], if the system reports it.
+/// Most memory that this program has held so far \[bytes], if the system reports it.
 #[must_use]
 pub fn peak_memory() -> Option<u64> {
     status_bytes(&fs::read_to_string("/proc/self/status").ok()?, "VmHWM:")
@@ -87,19 +87,19 @@ fn available_memory(text: &str) -> Option<u64> {
     status_bytes(text, "MemAvailable:")
 }
 
-/// A line `name value kB` of a table of the system [bytes].
+/// A line `name value kB` of a table of the system \[bytes].
 fn status_bytes(text: &str, name: &str) -> Option<u64> {
     let kibibytes: u64 =
         text.lines().find_map(|line| line.strip_prefix(name))?.split_whitespace().next()?.parse().ok()?;
     Some(kibibytes * 1024)
 }
 
-/// The soft limit of `Max address space` in `/proc/self/limits` [bytes]; `None` if there is none.
+/// The soft limit of `Max address space` in `/proc/self/limits` \[bytes]; `None` if there is none.
 fn address_space_limit(text: &str) -> Option<u64> {
     text.lines().find_map(|line| line.strip_prefix("Max address space"))?.split_whitespace().next()?.parse().ok()
 }
 
-/// Room under the tightest memory limit of the control groups that `memberships` (`/proc/self/cgroup`) names [bytes];
+/// Room under the tightest memory limit of the control groups that `memberships` (`/proc/self/cgroup`) names \[bytes];
 /// both versions of control groups, with the limits of the groups above.
 fn control_group_room(memberships: &str, root: &Path) -> Option<u64> {
     memberships.lines().filter_map(|line| group_room(line, root)).min()
@@ -129,7 +129,7 @@ fn group_room(membership: &str, root: &Path) -> Option<u64> {
     group.ancestors().take_while(|above| above.starts_with(&root)).filter_map(room).min()
 }
 
-/// Free space where `path` lies or will lie [bytes], if `df` reports it.
+/// Free space where `path` lies or will lie \[bytes], if `df` reports it.
 #[must_use]
 pub fn free_disk(path: &Path) -> Option<u64> {
     let absolute = std::path::absolute(path).ok()?;

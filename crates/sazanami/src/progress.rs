@@ -15,11 +15,11 @@ pub struct StepLine {
     pub phase: &'static str,
     /// Fluid step (packing: sub-step).
     pub step: u64,
-    /// Simulated time [s].
+    /// Simulated time \[s].
     pub time: Real,
-    /// Simulated time at which this phase ends [s]; predicted where grains decide it by coming to rest.
+    /// Simulated time at which this phase ends \[s]; predicted where grains decide it by coming to rest.
     pub until: Real,
-    /// Length of the step [s].
+    /// Length of the step \[s].
     pub dt: Real,
     /// Limit that ruled it.
     pub limiter: &'static str,
@@ -29,7 +29,7 @@ pub struct StepLine {
     pub substeps: usize,
     /// Touching pairs of contact spheres.
     pub contacts: usize,
-    /// Wall-clock time to the end of this phase [s]; absent until the pace is steady.
+    /// Wall-clock time to the end of this phase \[s]; absent until the pace is steady.
     pub remaining: Option<Real>,
 }
 

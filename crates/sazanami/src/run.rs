@@ -36,9 +36,9 @@ pub struct RunSummary {
     pub folder: PathBuf,
     /// Fluid steps so far.
     pub steps: u64,
-    /// Simulated time so far [s].
+    /// Simulated time so far \[s].
     pub time: Real,
-    /// Wall-clock time of this command [s].
+    /// Wall-clock time of this command \[s].
     pub wall: Real,
     /// Lines for people: crater volume, budget, what was written.
     pub lines: Vec<String>,

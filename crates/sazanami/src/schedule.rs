@@ -13,14 +13,14 @@ pub struct Schedule {
 }
 
 impl Schedule {
-    /// Due every `every` seconds and at the times `at` [s].
+    /// Due every `every` seconds and at the times `at` \[s].
     #[must_use]
     pub fn new(every: Option<Real>, mut at: Vec<Real>) -> Self {
         at.sort_by(Real::total_cmp);
         Self { every, at }
     }
 
-    /// Next time after `now` [s] at which something is due.
+    /// Next time after `now` \[s] at which something is due.
     #[must_use]
     pub fn next_after(&self, now: Real) -> Option<Real> {
         let later = |time: Real| time > now + SAME * time.abs().max(Real::MIN_POSITIVE);
@@ -36,7 +36,7 @@ impl Schedule {
         }
     }
 
-    /// Whether something fell due after `before` and not after `now`, up to half of `tolerance` [s].
+    /// Whether something fell due after `before` and not after `now`, up to half of `tolerance` \[s].
     #[must_use]
     pub fn is_due(&self, before: Real, now: Real, tolerance: Real) -> bool {
         let reach = now + 0.5 * tolerance;

@@ -411,7 +411,7 @@ fn placements_and_shapes_are_read() {
     assert_eq!((packing.height, packing.fall_gravity, packing.settle_time), (Some(20e-3), 4.0, 5e-3));
 }
 
-/// A machine with so much free memory [bytes].
+/// A machine with so much free memory \[bytes].
 fn machine(memory: u64) -> Machine {
     Machine { cpu: "any".into(), cores: 2, memory_available: Some(memory), memory_limit: MemoryLimit::Machine }
 }

@@ -37,11 +37,11 @@ pub(super) struct ContactSphereKeys {
 /// Contact spheres of a grain.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ContactSphereChoice {
-    /// Equal spheres under the surface; the radius [m] by rule if not given.
+    /// Equal spheres under the surface; the radius \[m] by rule if not given.
     Shell {
         /// How many.
         count: usize,
-        /// Radius [m].
+        /// Radius \[m].
         radius: Option<Real>,
     },
     /// Largest spheres along the long axis of a spheroid or a cylinder.
@@ -52,7 +52,7 @@ pub enum ContactSphereChoice {
     File {
         /// The file.
         file: PathBuf,
-        /// Length of the file's unit [m].
+        /// Length of the file's unit \[m].
         unit: Real,
     },
 }

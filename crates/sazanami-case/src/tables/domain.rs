@@ -28,9 +28,9 @@ struct DomainKeys {
 /// The box and its division into cells.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BoxDomain {
-    /// Lower corner [m].
+    /// Lower corner \[m].
     pub lower: Vector,
-    /// Upper corner [m].
+    /// Upper corner \[m].
     pub upper: Vector,
     /// Cells in each direction.
     pub cells: [usize; 3],
@@ -97,13 +97,13 @@ impl BoxDomain {
         Grid::new(self.cells, self.lower, self.upper)
     }
 
-    /// Edges of the box [m].
+    /// Edges of the box \[m].
     #[must_use]
     pub fn extent(&self) -> Vector {
         self.upper - self.lower
     }
 
-    /// Edges of a cell [m].
+    /// Edges of a cell \[m].
     #[must_use]
     pub fn spacing(&self) -> Vector {
         self.extent() / Vector::new(self.cells[0] as Real, self.cells[1] as Real, self.cells[2] as Real)
@@ -115,14 +115,14 @@ impl BoxDomain {
         self.cells.iter().fold(1, |count: usize, &n| count.saturating_mul(n))
     }
 
-    /// Centre of the box in x1 and x2 [m].
+    /// Centre of the box in x1 and x2 \[m].
     #[must_use]
     pub fn middle(&self) -> [Real; 2] {
         let centre: Vector = 0.5 * (self.lower + self.upper);
         [centre.x, centre.y]
     }
 
-    /// Whether a point lies outside [m].
+    /// Whether a point lies outside \[m].
     #[must_use]
     pub fn excludes(&self, point: Vector) -> bool {
         point.cmplt(self.lower).any() || point.cmpgt(self.upper).any()

@@ -98,13 +98,13 @@ struct StepKeys {
 /// Choice of the time step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Step {
-    /// The same length always [s]; the fluid makes several passes where its limits ask for it.
+    /// The same length always \[s]; the fluid makes several passes where its limits ask for it.
     Fixed(Real),
     /// As long as the limits allow.
     Adaptive {
-        /// Longest step [s].
+        /// Longest step \[s].
         longest: Real,
-        /// First step [s].
+        /// First step \[s].
         first: Real,
         /// Largest ratio of a step to the one before.
         growth: Real,

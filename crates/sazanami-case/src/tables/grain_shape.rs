@@ -8,7 +8,7 @@ use sazanami_numerics::{Real, Vector};
 
 use crate::value::Range1;
 
-/// Lengths that a grain can have [m]: beyond them volumes and masses are lost in rounding.
+/// Lengths that a grain can have \[m]: beyond them volumes and masses are lost in rounding.
 pub(super) const LENGTHS: Range1 = Range1::Between(1e-7, 1e3);
 /// Most rings of a mesh, and most segments of a ring.
 const MOST_DIVISIONS: usize = 200;
@@ -79,7 +79,7 @@ pub enum GrainShape {
 }
 
 impl GrainShape {
-    /// Grain size d [m]: the short axis, the shortest edge, or the smaller of diameter and length; unknown for meshes until they are read.
+    /// Grain size d \[m]: the short axis, the shortest edge, or the smaller of diameter and length; unknown for meshes until they are read.
     #[must_use]
     pub fn size(&self) -> Option<Real> {
         match self {
@@ -92,7 +92,7 @@ impl GrainShape {
         }
     }
 
-    /// Largest extent [m]; unknown for meshes until they are read.
+    /// Largest extent \[m]; unknown for meshes until they are read.
     #[must_use]
     pub fn extent(&self) -> Option<Real> {
         match self {

@@ -10,7 +10,7 @@ use crate::presets::Paper;
 use crate::read::{Context, Table};
 use crate::suggest::nearest;
 
-/// The paper's grain: its two equal axes and the single one [m], and its mass [kg].
+/// The paper's grain: its two equal axes and the single one \[m], and its mass \[kg].
 const PAPER_GRAIN: [Real; 2] = [0.52e-3, 1.27e-3];
 const PAPER_MASS: Real = 1.93e-7;
 /// Solid fraction for which grains of a bed that is levelled are counted: some are left to take away.
@@ -72,7 +72,7 @@ pub struct Population {
     pub contact_spheres: ContactSphereChoice,
     /// Name of the material.
     pub material: String,
-    /// Mass of a grain of size factor 1 [kg] instead of density times volume.
+    /// Mass of a grain of size factor 1 \[kg] instead of density times volume.
     pub mass_override: Option<Real>,
     /// Size factors.
     pub size: SizeDistribution,

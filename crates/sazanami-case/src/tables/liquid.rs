@@ -74,15 +74,15 @@ struct LiquidKeys {
 /// Where a region is put.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Placement {
-    /// The region's origin comes to this point [m].
+    /// The region's origin comes to this point \[m].
     Absolute(Vector),
     /// Above the highest point H_s of the bed in use, near the axis of the box.
     AboveBed {
-        /// Height above H_s [m] of the region's origin (`to_bottom` false) or of its lowest point (true).
+        /// Height above H_s \[m] of the region's origin (`to_bottom` false) or of its lowest point (true).
         height: Real,
         /// Whether the height is that of the lowest point.
         to_bottom: bool,
-        /// Offset from the axis in x1 and x2 [m].
+        /// Offset from the axis in x1 and x2 \[m].
         offset: [Real; 2],
     },
 }

@@ -150,13 +150,13 @@ const MOST_SAMPLES: usize = 8192;
 pub enum Motion {
     /// `A r(t) sin(2 pi f t + phase)`, `r = 3 s^2 - 2 s^3`, `s = min(1, t/ramp)`.
     Formula {
-        /// Amplitude [m].
+        /// Amplitude \[m].
         amplitude: Vector,
-        /// Frequency [Hz].
+        /// Frequency \[Hz].
         frequency: Real,
-        /// Phase [rad].
+        /// Phase \[rad].
         phase: Real,
-        /// Time of the rise [s].
+        /// Time of the rise \[s].
         ramp: Real,
     },
     /// Positions along a direction, joined by cubic pieces with continuous acceleration.
@@ -167,13 +167,13 @@ pub enum Motion {
         axis: Axis,
         /// The curve through them.
         curve: Spline,
-        /// Amplitude [m] and frequency [Hz] of its strongest harmonic within the run, if it moves.
+        /// Amplitude \[m] and frequency \[Hz] of its strongest harmonic within the run, if it moves.
         harmonic: Option<(Vector, Real)>,
     },
 }
 
 impl Motion {
-    /// Displacement from the start [m], velocity [m/s] and acceleration [m/s^2] at `time` [s].
+    /// Displacement from the start \[m], velocity [m/s] and acceleration [m/s^2] at `time` \[s].
     #[must_use]
     pub fn at(&self, time: Real) -> [Vector; 3] {
         match self {
@@ -202,14 +202,14 @@ impl Motion {
         }
     }
 
-    /// The motion along a curve of positions, in a run until `until` [s].
+    /// The motion along a curve of positions, in a run until `until` \[s].
     #[must_use]
     pub fn recorded(file: PathBuf, axis: Axis, curve: Spline, until: Real) -> Self {
         let harmonic = strongest(&curve, until).map(|(amplitude, frequency)| (axis.direction() * amplitude, frequency));
         Self::File { file, axis, curve, harmonic }
     }
 
-    /// Amplitude [m] and frequency [Hz] of its strongest harmonic within the run; `None` without motion.
+    /// Amplitude \[m] and frequency \[Hz] of its strongest harmonic within the run; `None` without motion.
     #[must_use]
     pub fn harmonic(&self) -> Option<(Vector, Real)> {
         match self {
@@ -220,7 +220,7 @@ impl Motion {
         }
     }
 
-    /// Period of the motion [s], if it has one: that of a record is that of its strongest harmonic.
+    /// Period of the motion \[s], if it has one: that of a record is that of its strongest harmonic.
     #[must_use]
     pub fn period(&self) -> Option<Real> {
         match self {
@@ -230,7 +230,7 @@ impl Motion {
     }
 }
 
-/// Amplitude [m] and frequency [Hz] of the strongest harmonic of a curve until `until` [s]; `None` without motion.
+/// Amplitude \[m] and frequency \[Hz] of the strongest harmonic of a curve until `until` \[s]; `None` without motion.
 fn strongest(curve: &Spline, until: Real) -> Option<(Real, Real)> {
     // The velocity has no trend to speak of; Hann's window keeps harmonics apart.
     let [start, end] = curve.range();

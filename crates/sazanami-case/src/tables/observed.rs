@@ -49,7 +49,7 @@ impl Bed {
         }
     }
 
-    /// Slab between two heights in which porosity is measured [m].
+    /// Slab between two heights in which porosity is measured \[m].
     #[must_use]
     pub fn porosity_slab(&self) -> [Real; 2] {
         [self.porosity_lower, self.porosity_upper]

@@ -55,11 +55,11 @@ choices! {
         Population = "population",
         /// Number of the material in the case file, from 0.
         Material = "material",
-        /// Diameter of the sphere of the same volume [m].
+        /// Diameter of the sphere of the same volume \[m].
         Diameter = "diameter",
         /// Size factor: the scale of its glyph.
         Scale = "scale",
-        /// Mass [kg].
+        /// Mass \[kg].
         Mass = "mass",
         /// Quaternion w, x, y, z that turns its glyph; of points alone.
         Orientation = "orientation",
@@ -69,19 +69,19 @@ choices! {
         Speed = "speed",
         /// Spin [rad/s].
         AngularVelocity = "angular_velocity",
-        /// Sum of the contact forces in the last sub-step [N].
+        /// Sum of the contact forces in the last sub-step \[N].
         ContactForce = "contact_force",
         /// Sum of their torques [N m].
         ContactTorque = "contact_torque",
-        /// x3 of the centre of mass [m].
+        /// x3 of the centre of mass \[m].
         Height = "height",
-        /// Time since the last contact [s]; 1e9 without any.
+        /// Time since the last contact \[s]; 1e9 without any.
         TimeSinceContact = "time_since_contact",
         /// Number of grains that it touches.
         TouchedGrains = "touched_grains",
-        /// Drag, mean over the last step [N]; of moving particles.
+        /// Drag, mean over the last step \[N]; of moving particles.
         Drag = "drag",
-        /// Force of the pressure, buoyancy included, mean over the last step [N]; of moving particles.
+        /// Force of the pressure, buoyancy included, mean over the last step \[N]; of moving particles.
         PressureForce = "pressure_force",
         /// Void fraction around it; of moving particles.
         VoidFraction = "void_fraction",

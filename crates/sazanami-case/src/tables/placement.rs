@@ -180,7 +180,7 @@ struct GrainKeys {
 /// A grain put by hand.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grain {
-    /// Centre of mass [m].
+    /// Centre of mass \[m].
     pub position: Vector,
     /// Orientation, body to laboratory.
     pub orientation: Quaternion,

@@ -84,13 +84,13 @@ struct ProbeKeys {
 /// A place to watch.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ProbePlace {
-    /// A point [m].
+    /// A point \[m].
     Point(Vector),
     /// Points equally spaced on a line.
     Line {
-        /// First point [m].
+        /// First point \[m].
         from: Vector,
-        /// Last point [m].
+        /// Last point \[m].
         to: Vector,
         /// How many.
         points: usize,
@@ -99,10 +99,10 @@ pub enum ProbePlace {
     Plane {
         /// Direction 0, 1, 2.
         direction: usize,
-        /// Coordinate along it [m].
+        /// Coordinate along it \[m].
         position: Real,
     },
-    /// A wave gauge at this place in x1 and x2 [m].
+    /// A wave gauge at this place in x1 and x2 \[m].
     Gauge([Real; 2]),
     /// A grain.
     Body {

@@ -52,7 +52,7 @@ pub enum Region {
 }
 
 impl Region {
-    /// Whether the region holds the point `x` [m].
+    /// Whether the region holds the point `x` \[m].
     #[must_use]
     pub fn contains(&self, x: Vector) -> bool {
         match self {
@@ -67,7 +67,7 @@ impl Region {
         }
     }
 
-    /// The region moved by `shift` [m].
+    /// The region moved by `shift` \[m].
     #[must_use]
     pub fn moved(&self, shift: Vector) -> Self {
         match self {
@@ -83,7 +83,7 @@ impl Region {
         }
     }
 
-    /// Lowest and highest height of the region [m]; infinite for half-spaces that are not horizontal.
+    /// Lowest and highest height of the region \[m]; infinite for half-spaces that are not horizontal.
     #[must_use]
     pub fn heights(&self) -> [Real; 2] {
         match self {
@@ -152,7 +152,7 @@ impl Region {
         }
     }
 
-    /// Bounding box [m], where it is finite.
+    /// Bounding box \[m], where it is finite.
     #[must_use]
     pub fn bounds(&self) -> Option<(Vector, Vector)> {
         match self {

@@ -12,7 +12,7 @@ use super::observed::{first_size, range_of_grain_size};
 use crate::read::{Context, Table};
 use crate::units::rounded;
 
-/// Distance from the end walls at which ripples are not measured [m], in tanks four times as long or longer.
+/// Distance from the end walls at which ripples are not measured \[m], in tanks four times as long or longer.
 const MARGIN: Real = 10e-3;
 /// Largest such distance over the length of the tank: something has to be left in the middle.
 const WIDEST_MARGIN: Real = 0.45;
@@ -66,7 +66,7 @@ pub struct Ripples {
     /// Profiles of an experiment, see docs/guide/ripples.md.
     #[key(tables)]
     pub measured: Vec<Measured>,
-    /// Middle of the tank along x1 [m].
+    /// Middle of the tank along x1 \[m].
     #[key(skip = cx.known.domain.middle()[0])]
     pub middle: Real,
 }
@@ -76,7 +76,7 @@ impl Ripples {
         self.measured = joined(std::mem::take(&mut self.measured));
     }
 
-    /// Part of x1 that is averaged over [m].
+    /// Part of x1 that is averaged over \[m].
     #[must_use]
     pub fn layer_range(&self) -> [Real; 2] {
         let half = 0.5 * self.layer_length;
@@ -113,10 +113,10 @@ pub struct Measured {
 }
 
 impl Measured {
-    /// Times closer than this are the same [s].
+    /// Times closer than this are the same \[s].
     const SAME_TIME: Real = 1e-9;
 
-    /// Whether it was measured at `time` [s].
+    /// Whether it was measured at `time` \[s].
     #[must_use]
     pub fn is_of(&self, time: Real) -> bool {
         (self.time - time).abs() < Self::SAME_TIME

@@ -37,7 +37,7 @@ impl Schedule {
         ["every", "steps", "at"].iter().any(|key| table.has(key))
     }
 
-    /// At the start, and at the end of a run until `until` [s].
+    /// At the start, and at the end of a run until `until` \[s].
     pub(super) fn ends(until: Real) -> Self {
         Self { at: if until > 0.0 { vec![0.0, until] } else { vec![0.0] }, ..Self::default() }
     }
@@ -53,7 +53,7 @@ impl Schedule {
         self.every.is_none() && self.steps.is_none() && self.at.is_empty()
     }
 
-    /// How often it happens up to `until` [s], with about `steps` steps on the way.
+    /// How often it happens up to `until` \[s], with about `steps` steps on the way.
     #[must_use]
     pub fn count(&self, until: Real, steps: Real) -> Real {
         let every = self.every.map_or(0.0, |every| (until / every).floor() + 1.0);

@@ -48,7 +48,7 @@ impl Command {
     }
 }
 
-/// A time with its unit, for the command line [s].
+/// A time with its unit, for the command line \[s].
 fn time(text: &str) -> Result<f64, String> {
     match parse_quantity(text) {
         Ok((value, dimension)) if dimension == Dimension::new(0, 0, 1, 0) && value >= 0.0 => Ok(value),

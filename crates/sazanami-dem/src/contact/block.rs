@@ -28,9 +28,9 @@ pub(crate) struct Block {
     pub starts: Vec<u32>,
     /// Second grain of each pair.
     pub high: Vec<u32>,
-    /// Sum of the two travels until which the pair is skipped [m].
+    /// Sum of the two travels until which the pair is skipped \[m].
     pub skip_until: Vec<Real>,
-    /// Sum of a row's travel and [`ContactContext::largest_travel`] until which the whole row is skipped [m].
+    /// Sum of a row's travel and [`ContactContext::largest_travel`] until which the whole row is skipped \[m].
     row_skip_until: Vec<Real>,
     pub pairs: Vec<Pair>,
     /// Nearest spheres of each pair from its last search.
@@ -387,7 +387,7 @@ impl Block {
     }
 }
 
-/// Gap of two contact spheres [m].
+/// Gap of two contact spheres \[m].
 fn gap(context: &ContactContext<'_>, [i, j]: [usize; 2], (a, b): (u16, u16), offset: Vector) -> Real {
     let [p, q] = [(i, a), (j, b)].map(|(grain, sphere)| {
         let pose = &context.poses[grain];

@@ -22,14 +22,14 @@ pub(crate) struct ContactContext<'a> {
     pub poses: &'a [Pose],
     /// Body to laboratory coordinates of each grain; the identity for balls.
     pub rotations: &'a [Matrix],
-    /// Upper bound of the path of each grain's contact spheres since the lists were built; 0 for images on this rank [m].
+    /// Upper bound of the path of each grain's contact spheres since the lists were built; 0 for images on this rank \[m].
     pub travel: &'a [Real],
-    /// Upper bound of all of them [m].
+    /// Upper bound of all of them \[m].
     pub largest_travel: Real,
     pub walls: &'a [Wall],
-    /// Path of each wall since the lists were built [m].
+    /// Path of each wall since the lists were built \[m].
     pub wall_travel: &'a [Real],
-    /// Extent of the box in periodic directions, else 0 [m].
+    /// Extent of the box in periodic directions, else 0 \[m].
     pub period: Vector,
     pub owned: usize,
 }
@@ -43,6 +43,6 @@ pub(crate) struct Step<'a, M: ContactModel> {
     pub plain: bool,
     /// Identifier of each grain.
     pub ids: &'a [u64],
-    /// Length of the sub-step [s].
+    /// Length of the sub-step \[s].
     pub dt: Real,
 }

@@ -17,7 +17,7 @@ pub(crate) struct Counters {
     pub deepest: Real,
     pub deepest_ids: [u64; 2],
     pub deepest_at: Vector,
-    /// Force on the walls [N].
+    /// Force on the walls \[N].
     pub on_walls: Vector,
 }
 

@@ -11,23 +11,23 @@ use crate::motion::Pose;
 
 /// Overlaps, forces, torques and tangential displacements of `W` contacts in a sub-step.
 pub(crate) struct ContactForces<const W: usize> {
-    /// Overlap; not positive: the spheres are apart [m].
+    /// Overlap; not positive: the spheres are apart \[m].
     pub overlap: Lanes<W>,
     /// Overlap over the smaller radius.
     pub fraction: Lanes<W>,
-    /// Force on the first grain [N].
+    /// Force on the first grain \[N].
     pub force: Lanes3<W>,
     /// Torque on the first grain [N m].
     pub torque_low: Lanes3<W>,
     /// Torque on the second grain [N m].
     pub torque_high: Lanes3<W>,
-    /// Tangential displacement afterwards [m].
+    /// Tangential displacement afterwards \[m].
     pub d_t: Lanes3<W>,
 }
 
 /// `W` contact spheres.
 struct Spheres<const W: usize> {
-    /// From the grain's centre of mass [m].
+    /// From the grain's centre of mass \[m].
     offset: Lanes3<W>,
     radius: Lanes<W>,
 }

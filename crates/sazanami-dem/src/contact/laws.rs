@@ -39,7 +39,7 @@ macro_rules! contact_models {
                 }
             }
 
-            /// Largest normal and tangential stiffness of contacts of effective radius up to `radius` [m], at any overlap
+            /// Largest normal and tangential stiffness of contacts of effective radius up to `radius` \[m], at any overlap
             /// that a run is meant to reach [N/m].
             #[must_use]
             pub fn stiffness(&self, radius: Real) -> [Real; 2] {
@@ -48,7 +48,7 @@ macro_rules! contact_models {
                 }
             }
 
-            /// Coefficient of restitution of a central impact of two grains of reduced mass `mass` [kg].
+            /// Coefficient of restitution of a central impact of two grains of reduced mass `mass` \[kg].
             #[must_use]
             pub fn restitution(&self, mass: Real) -> Real {
                 match self {

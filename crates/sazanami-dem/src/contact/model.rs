@@ -57,16 +57,16 @@ pub(crate) trait ContactModel: Copy + 'static {
     /// Constants by lane, each with a factor on its dashpots: the root of the reduced mass [kg^(1/2)] or 1.
     fn lanes<'a, const W: usize>(of: impl Fn(usize) -> (&'a Self::Constants, Real)) -> Self::Lanes<W>;
 
-    /// Springs and dashpots at the overlaps [m] of spheres of these `radii` [m]; that of a wall is very large.
+    /// Springs and dashpots at the overlaps \[m] of spheres of these `radii` \[m]; that of a wall is very large.
     fn springs<const W: usize>(lanes: &Self::Lanes<W>, overlap: Lanes<W>, radii: [Lanes<W>; 2]) -> Springs<W>;
 
-    /// Elastic energy of the normal and of the tangential spring [J]; `stretch` is the tangential displacement [m].
+    /// Elastic energy of the normal and of the tangential spring \[J]; `stretch` is the tangential displacement \[m].
     fn energy(constants: &Self::Constants, overlap: Real, stretch: Real, radii: [Real; 2]) -> [Real; 2];
 
-    /// Largest normal and tangential stiffness of contacts of effective radius up to `radius` [m], at any overlap that a
+    /// Largest normal and tangential stiffness of contacts of effective radius up to `radius` \[m], at any overlap that a
     /// run is meant to reach ([`super::pair::DEEP_OVERLAP`]) [N/m]: the contact sub-step must resolve it.
     fn stiffness(&self, radius: Real) -> [Real; 2];
 
-    /// Coefficient of restitution of a central impact of two grains of reduced mass `mass` [kg].
+    /// Coefficient of restitution of a central impact of two grains of reduced mass `mass` \[kg].
     fn restitution(&self, mass: Real) -> Real;
 }

@@ -17,9 +17,9 @@ use crate::grain::{Grains, Motion, ROWS};
 #[derive(Clone, Copy, Debug)]
 struct Bound {
     capsule: PlacedCapsule,
-    /// Half extents of the capsule's box about `middle`, skin included [m].
+    /// Half extents of the capsule's box about `middle`, skin included \[m].
     half: Vector,
-    /// Centre of the capsule's box [m].
+    /// Centre of the capsule's box \[m].
     middle: Vector,
     skin: Real,
     mobile: bool,

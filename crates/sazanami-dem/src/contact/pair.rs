@@ -26,7 +26,7 @@ pub(crate) struct Pair {
 }
 
 impl Pair {
-    /// From the second grain's unwrapped position to its periodic image [m].
+    /// From the second grain's unwrapped position to its periodic image \[m].
     #[inline(always)]
     pub fn shift(&self, period: Vector) -> Vector {
         Vector::new(Real::from(self.image[0]) * period.x, Real::from(self.image[1]) * period.y, 0.0)
@@ -41,7 +41,7 @@ pub(crate) struct Contact {
     pub a: u16,
     pub b: u16,
     pub deep: bool,
-    /// Tangential displacement [m].
+    /// Tangential displacement \[m].
     pub d_t: Vector,
 }
 

@@ -14,7 +14,7 @@ pub(crate) const TOUCH: Real = 1e-9;
 /// spheres are measured one by one.
 pub(crate) const CUT_OFF: Real = 0.1;
 
-/// A capsule in the laboratory frame or another common one: all points within `radius` of a segment [m].
+/// A capsule in the laboratory frame or another common one: all points within `radius` of a segment \[m].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PlacedCapsule {
     pub start: Vector,
@@ -29,7 +29,7 @@ impl PlacedCapsule {
         Self { start: axis * capsule.lower, end: axis * capsule.upper, radius: capsule.radius * scale }
     }
 
-    /// A lower bound of the gap to a capsule whose origin stands at `offset` from this one's [m].
+    /// A lower bound of the gap to a capsule whose origin stands at `offset` from this one's \[m].
     pub fn gap(&self, other: &Self, offset: Vector) -> Real {
         segment_distance(self.start, self.end, other.start + offset, other.end + offset) - self.radius - other.radius
     }
@@ -86,10 +86,10 @@ pub(crate) struct SphereSearch {
     gaps: Vec<Real>,
     /// Spheres `(A, B)` that touch or are about to, in order.
     pub found: Vec<(u16, u16)>,
-    /// The nearest of the others with their gaps [m], by gap.
+    /// The nearest of the others with their gaps \[m], by gap.
     nearest: [(Real, (u16, u16)); NEAREST],
     count: usize,
-    /// Gap that all the rest have at least [m].
+    /// Gap that all the rest have at least \[m].
     rest: Real,
 }
 
@@ -122,7 +122,7 @@ impl SphereArrays {
 }
 
 impl Candidates {
-    /// Selects the spheres, moved by `turn` and `shift` after scaling, that come within `cut_off` of a capsule [m].
+    /// Selects the spheres, moved by `turn` and `shift` after scaling, that come within `cut_off` of a capsule \[m].
     fn take(
         &mut self,
         spheres: &SphereArrays,
@@ -173,7 +173,7 @@ impl Candidates {
 
 impl SphereSearch {
     /// Finds all sphere pairs of grains `i` and `j` with a gap below `touch`, and returns a lower
-    /// bound, at most `cut_off` or the bound of the capsules, of the gaps of the others [m].
+    /// bound, at most `cut_off` or the bound of the capsules, of the gaps of the others \[m].
     /// Each with its rotation and scale; `offset` points from `i` to `j`.
     pub fn find(
         &mut self,
@@ -206,7 +206,7 @@ impl SphereSearch {
         if self.count > 0 { self.nearest[0].0 } else { self.rest }
     }
 
-    /// Nearest spheres of the last search; `sum` is the sum of the two travels [m].
+    /// Nearest spheres of the last search; `sum` is the sum of the two travels \[m].
     pub fn nearest(&self, sum: Real, slack: Real) -> NearestSpheres {
         let spheres = self.nearest.map(|(_, spheres)| spheres);
         NearestSpheres { count: self.count as u32, spheres, rest: sum + (self.rest - slack).max(0.0) }

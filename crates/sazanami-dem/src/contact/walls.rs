@@ -19,7 +19,7 @@ pub(crate) struct WallPair {
     pub wall: u32,
     pub law: u32,
     pub factor: Real,
-    /// Sum of the travels of grain and wall until which the pair is skipped [m].
+    /// Sum of the travels of grain and wall until which the pair is skipped \[m].
     pub skip_until: Real,
     pub multiplicity: Multiplicity,
 }

@@ -27,7 +27,7 @@ pub(super) struct FormerList {
     number: Vec<u32>,
     travel: Vec<Real>,
     wall_travel: Vec<Real>,
-    /// Bounding radius plus skin of each own grain now [m].
+    /// Bounding radius plus skin of each own grain now \[m].
     size: Vec<Real>,
     /// See [`crate::ghosts::Exchange::originals`].
     originals: Vec<u32>,

@@ -26,7 +26,7 @@ pub struct ContactReport {
     pub largest_overlap_ids: [u64; 2],
     /// Largest speed of a centre of mass at the end [m/s].
     pub largest_speed: Real,
-    /// Kinetic energy at the end, rotation included [J].
+    /// Kinetic energy at the end, rotation included \[J].
     pub kinetic_energy: Real,
     /// Momentum given to the walls during the call [N s].
     pub impulse_on_walls: Vector,
@@ -76,7 +76,7 @@ impl Engine {
         report.largest_overlap_ids = [[a, b], [c, d]].map(|[high, low]| (high as u64) << 32 | low as u64);
     }
 
-    /// Elastic energy of all contacts this rank computes, as they stood in the last sub-step, at the present poses [J].
+    /// Elastic energy of all contacts this rank computes, as they stood in the last sub-step, at the present poses \[J].
     ///
     /// Contacts with other ranks' grains are counted on both ranks.
     #[must_use]

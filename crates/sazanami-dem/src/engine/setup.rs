@@ -15,16 +15,16 @@ pub struct Setup {
     pub interactions: Interactions,
     /// Walls.
     pub walls: Vec<Wall>,
-    /// Corners of the region that centres of mass may not leave [m]; components may be infinite.
+    /// Corners of the region that centres of mass may not leave \[m]; components may be infinite.
     pub region: [Vector; 2],
-    /// A rank holds a ghost of every grain whose surface comes this near to its part of the domain [m].
+    /// A rank holds a ghost of every grain whose surface comes this near to its part of the domain \[m].
     pub ghost_margin: Real,
 }
 
 /// Forces and torques from outside on this rank's grains, constant over a call, and the drag of a fluid.
 #[derive(Clone, Copy, Default)]
 pub struct Loads<'a> {
-    /// Force on each own grain [N]; empty: none.
+    /// Force on each own grain \[N]; empty: none.
     pub force: &'a [Vector],
     /// Torque about the centre of mass of each own grain [N m]; empty: none.
     pub torque: &'a [Vector],
@@ -80,7 +80,7 @@ impl Vicinity {
         Self { lower, upper }
     }
 
-    /// Whether `position` [m] lies in the region.
+    /// Whether `position` \[m] lies in the region.
     #[inline]
     #[must_use]
     pub fn contains(&self, position: Vector) -> bool {

@@ -47,7 +47,7 @@ pub(super) struct Kick<'a> {
     pub loads: &'a Loads<'a>,
     /// Gravity [m/s^2].
     pub gravity: Vector,
-    /// Length of the sub-step [s].
+    /// Length of the sub-step \[s].
     pub h: Real,
     /// Whether grains keep the contact forces.
     pub keep: bool,
@@ -57,7 +57,7 @@ pub(super) struct Kick<'a> {
 struct Contacts<'a> {
     blocks: &'a [Block],
     incoming: &'a Incoming,
-    /// Present time on the grains' clock [s].
+    /// Present time on the grains' clock \[s].
     time: Real,
 }
 
@@ -171,7 +171,7 @@ impl Engine {
         }
     }
 
-    /// Forces of all contacts over a sub-step of length `h` [s].
+    /// Forces of all contacts over a sub-step of length `h` \[s].
     pub(super) fn contacts(&mut self, h: Real) -> Counters {
         let mut blocks = std::mem::take(&mut self.blocks);
         // Apart from the blocks, which lie far from each other: one thread reads them all.
@@ -187,12 +187,12 @@ impl Engine {
         sum
     }
 
-    /// Moves grains and walls for `time` [s] with the velocities that they have.
+    /// Moves grains and walls for `time` \[s] with the velocities that they have.
     pub(super) fn drift(&mut self, time: Real) -> u8 {
         self.move_grains(None, time).max(self.move_walls(time))
     }
 
-    /// Changes velocities by `kick`, then moves grains and walls for `time` [s].
+    /// Changes velocities by `kick`, then moves grains and walls for `time` \[s].
     pub(super) fn kick_and_drift(&mut self, kick: &Kick<'_>, time: Real) -> u8 {
         self.move_grains(Some(kick), time).max(self.move_walls(time))
     }

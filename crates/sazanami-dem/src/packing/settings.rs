@@ -27,9 +27,9 @@ choices! {
 /// A floor that moves up and down to make a bed denser.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tapping {
-    /// Amplitude [m].
+    /// Amplitude \[m].
     pub amplitude: Real,
-    /// Frequency [Hz].
+    /// Frequency \[Hz].
     pub frequency: Real,
     /// Number of full periods.
     pub periods: u32,
@@ -38,9 +38,9 @@ pub struct Tapping {
 /// How a bed is packed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PackingSettings {
-    /// Lower corner of the box [m].
+    /// Lower corner of the box \[m].
     pub lower: Vector,
-    /// Upper corner of the box [m]; its height does not limit the grains.
+    /// Upper corner of the box \[m]; its height does not limit the grains.
     pub upper: Vector,
     /// Which of x1 and x2 are periodic instead of walled.
     pub periodic: [bool; 2],
@@ -58,7 +58,7 @@ pub struct PackingSettings {
     pub gravity: Real,
     /// Gravity during the fall over gravity.
     pub fall_factor: Real,
-    /// Time after the fall before the bed can be done [s].
+    /// Time after the fall before the bed can be done \[s].
     pub settling_time: Real,
     /// Whether the settling time alone decides, as in the paper.
     pub by_time_only: bool,
@@ -70,11 +70,11 @@ pub struct PackingSettings {
     pub fall_friction: Real,
     /// Tapping after settling; none unless a porosity is aimed at.
     pub tapping: Option<Tapping>,
-    /// Time of a step of [`Packing::step`](crate::Packing::step) [s].
+    /// Time of a step of [`Packing::step`](crate::Packing::step) \[s].
     pub step: Real,
     /// Sub-steps within a step.
     pub substeps: Substeps,
-    /// Time after which packing is given up [s].
+    /// Time after which packing is given up \[s].
     pub longest: Real,
     /// See [`Setup::ghost_margin`].
     pub ghost_margin: Real,
@@ -174,7 +174,7 @@ impl PackingSettings {
     }
 }
 
-/// Largest angle of a grain of the low lattice to the horizontal [rad].
+/// Largest angle of a grain of the low lattice to the horizontal \[rad].
 pub const TILT: Real = 10.0 / 180.0 * std::f64::consts::PI;
 
 /// An orientation with the capsule's axis horizontal but for a small random tilt, and a random rotation about it.

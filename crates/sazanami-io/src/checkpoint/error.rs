@@ -67,9 +67,9 @@ pub enum CheckpointError {
     Torn {
         /// File read.
         path: PathBuf,
-        /// Length according to the header [bytes].
+        /// Length according to the header \[bytes].
         expected: u64,
-        /// Length of the file [bytes].
+        /// Length of the file \[bytes].
         found: u64,
     },
     /// The index does not match its checksum or makes no sense.

@@ -78,7 +78,7 @@ impl CheckpointFolder {
     }
 
     /// Writes the checkpoint after `step`, and only when it is safely in place removes those before it that are one
-    /// too many. Returns its path and length [bytes].
+    /// too many. Returns its path and length \[bytes].
     ///
     /// # Errors
     /// If the file system refuses; the checkpoints there are then untouched.

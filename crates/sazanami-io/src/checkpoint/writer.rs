@@ -84,7 +84,7 @@ impl<'a> CheckpointWriter<'a> {
         hash.digest()
     }
 
-    /// Writes the checkpoint aside, syncs it, and renames it to `path`. Returns its length [bytes].
+    /// Writes the checkpoint aside, syncs it, and renames it to `path`. Returns its length \[bytes].
     ///
     /// # Errors
     /// If the file system refuses; `path` and all other files are then as before.
@@ -93,7 +93,7 @@ impl<'a> CheckpointWriter<'a> {
             .map_err(|source| CheckpointError::Write { path: path.to_owned(), source })
     }
 
-    /// Writes the checkpoint from the present position 0 on and returns its length [bytes].
+    /// Writes the checkpoint from the present position 0 on and returns its length \[bytes].
     pub(super) fn write_to(&self, file: &mut (impl Write + Seek)) -> io::Result<u64> {
         file.write_all(&[0; Header::LENGTH])?;
         let mut offset = Header::LENGTH as u64;

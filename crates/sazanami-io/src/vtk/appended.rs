@@ -47,7 +47,7 @@ impl Appended {
         let _ = writeln!(self.text, "{:1$}</{name}>", "", 2 * self.depth);
     }
 
-    /// States the time [s] that the file shows, as ParaView reads it.
+    /// States the time \[s] that the file shows, as ParaView reads it.
     pub fn time(&mut self, time: Option<f64>) {
         if let Some(time) = time {
             self.open("FieldData");

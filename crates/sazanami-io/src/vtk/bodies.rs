@@ -12,7 +12,7 @@ use crate::Bodies;
 pub struct BodyFile<'a> {
     /// Surfaces and poses.
     pub bodies: Bodies<'a>,
-    /// Time [s].
+    /// Time \[s].
     pub time: Option<f64>,
     /// Arrays with one scalar or vector per body; each corner of a body gets its body's value.
     pub arrays: &'a [DataArray<'a>],
@@ -66,7 +66,7 @@ fn on_nodes<'a>(array: &DataArray<'a>, bodies: &Bodies) -> DataArray<'a> {
     DataArray { bytes: Cow::Owned(bytes), name: array.name.clone(), ..*array }
 }
 
-/// Nodes of all bodies in the laboratory [m].
+/// Nodes of all bodies in the laboratory \[m].
 fn points(bodies: &Bodies, nodes: usize) -> Vec<f32> {
     let mut points = Vec::with_capacity(3 * nodes);
     for body in 0..bodies.poses.len() {

@@ -12,7 +12,7 @@ use super::{DataArray, VtkError};
 pub struct ImageFile<'a> {
     /// The grid.
     pub grid: &'a Grid,
-    /// Time [s].
+    /// Time \[s].
     pub time: Option<f64>,
     /// Arrays over all cells without ghosts, x1 fastest, x3 slowest.
     pub cells: &'a [DataArray<'a>],

@@ -10,9 +10,9 @@ use super::{DataArray, VtkError};
 /// Points of one instant.
 #[derive(Clone, Copy, Debug)]
 pub struct PointFile<'a> {
-    /// Places [m].
+    /// Places \[m].
     pub places: &'a [Vector],
-    /// Time [s].
+    /// Time \[s].
     pub time: Option<f64>,
     /// Arrays with one scalar or vector per point.
     pub arrays: &'a [DataArray<'a>],

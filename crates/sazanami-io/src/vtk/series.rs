@@ -11,7 +11,7 @@ use crate::replace_file;
 /// A file of a series.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SeriesEntry {
-    /// Time [s].
+    /// Time \[s].
     pub time: f64,
     /// Path relative to the folder of the series.
     pub file: String,
@@ -32,7 +32,7 @@ impl PvdSeries {
         Self { path: path.to_owned(), entries: Vec::new(), damage: None }
     }
 
-    /// Goes on with a series after the state at `time` [s] was restored: files of later times leave the list.
+    /// Goes on with a series after the state at `time` \[s] was restored: files of later times leave the list.
     /// A series that does not exist is started; of a damaged one the entries that can be read are kept, see
     /// [`Self::damage`].
     ///

@@ -79,7 +79,7 @@ pub struct Transfer {
     pub momentum: Vector,
     /// Angular momentum about the grain's centre of mass [N m s].
     pub angular_momentum: Vector,
-    /// Mass of the displaced fluid [kg].
+    /// Mass of the displaced fluid \[kg].
     pub displaced_mass: Real,
 }
 

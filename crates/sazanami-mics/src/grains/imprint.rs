@@ -42,7 +42,7 @@ pub struct Share {
 }
 
 impl Share {
-    /// From the grain's centre of mass to the covered part of the cell [m].
+    /// From the grain's centre of mass to the covered part of the cell \[m].
     #[inline]
     #[must_use]
     pub fn arm(&self) -> Vector {
@@ -53,14 +53,14 @@ impl Share {
 /// The pose at which a grain was imprinted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
-    /// Centre of mass [m].
+    /// Centre of mass \[m].
     pub position: Vector,
     /// Rotation from the body frame to the box.
     pub orientation: Quaternion,
 }
 
 impl Pose {
-    /// Upper bound of the displacement of any point within `radius` [m] of the centre to another pose [m].
+    /// Upper bound of the displacement of any point within `radius` \[m] of the centre to another pose \[m].
     pub(super) fn distance(&self, other: &Self, radius: Real) -> Real {
         let turn = self.orientation.dot(other.orientation).abs().min(1.0);
         // The chord of the turn: 2 sin(angle/2).

@@ -12,7 +12,7 @@ use super::imprint::Imprint;
 /// Force and torque of the fluid on a grain.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FluidLoad {
-    /// Force [N].
+    /// Force \[N].
     pub force: Vector,
     /// Torque about the centre of mass [N m].
     pub torque: Vector,

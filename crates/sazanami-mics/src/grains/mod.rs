@@ -46,7 +46,7 @@ struct CouplingState {
     impulse: [Real; 3],
     /// Deferred angular impulse about the centre of mass [N m s].
     angular_impulse: [Real; 3],
-    /// Mass of displaced fluid at the last exchange [kg].
+    /// Mass of displaced fluid at the last exchange \[kg].
     displaced_mass: Real,
     velocity_before: [Real; 3],
     angular_momentum_before: [Real; 3],
@@ -130,7 +130,7 @@ impl GrainPhase {
         &self.imprint
     }
 
-    /// Force of the fluid on each owned grain in the last step, deferred impulse included [N].
+    /// Force of the fluid on each owned grain in the last step, deferred impulse included \[N].
     #[must_use]
     pub fn fluid_forces(&self) -> &[Vector] {
         &self.force
@@ -197,7 +197,7 @@ impl GrainPhase {
         }
     }
 
-    /// Adds the stress divergence [N/m^3] of a fluid pass of length `dt` [s], given per cell by its
+    /// Adds the stress divergence [N/m^3] of a fluid pass of length `dt` \[s], given per cell by its
     /// place in memory, in the cells that grains cover.
     pub(crate) fn add_stress(&mut self, domain: &Domain, dt: Real, stress_divergence: impl Fn(usize) -> Vector + Sync) {
         if self.is_empty() {
@@ -220,7 +220,7 @@ impl GrainPhase {
     }
 
     /// Turns the stress of the passes into a constant force and torque on each owned grain over
-    /// `dt` [s], and adds the deferred impulse of the last exchange.
+    /// `dt` \[s], and adds the deferred impulse of the last exchange.
     pub(crate) fn load(&mut self, domain: &Domain, dt: Real) {
         let count = self.engine.grains().len();
         self.loads.resize(count, FluidLoad::default());
@@ -248,7 +248,7 @@ impl GrainPhase {
         }
     }
 
-    /// Moves the grains under the fluid's load, their contacts and `gravity` [m/s^2] over `dt` [s].
+    /// Moves the grains under the fluid's load, their contacts and `gravity` [m/s^2] over `dt` \[s].
     ///
     /// # Errors
     /// [`DemError`] names the grain that failed.

@@ -19,7 +19,7 @@ pub(super) type Lanes = [Real; LANES];
 
 /// Edges of the bins over the radius: few rows, and few entries beyond the radius at their ends.
 const EDGES: Vector = Vector::new(0.08, 0.7, 0.7);
-/// Coordinate of empty entries [m].
+/// Coordinate of empty entries \[m].
 const FAR: Real = 1e30;
 /// Marks a point without a bin and an empty entry.
 const NONE: u32 = u32::MAX;
@@ -38,7 +38,7 @@ pub(super) fn lanes(value: impl FnMut(usize) -> Real) -> Lanes {
 
 /// Geometry of a group relative to a position.
 pub(super) struct Pair {
-    /// Distance vectors from the members to the position [m].
+    /// Distance vectors from the members to the position \[m].
     pub apart: [Lanes; 3],
     /// Weight `w(r)` of each member.
     pub weight: Lanes,
@@ -46,10 +46,10 @@ pub(super) struct Pair {
     pub slope: Lanes,
 }
 
-/// Points, each with `N` values of which the first three are its coordinates [m].
+/// Points, each with `N` values of which the first three are its coordinates \[m].
 #[derive(Clone, Debug, Default)]
 pub(super) struct Binned<const N: usize> {
-    /// Radius of the sums [m].
+    /// Radius of the sums \[m].
     radius: Real,
     bins: Bins,
     /// First entry of each bin, and one more.
@@ -65,7 +65,7 @@ pub(super) struct Binned<const N: usize> {
 }
 
 impl<const N: usize> Binned<N> {
-    /// Stores those of `count` points that have a position [m], with their values; within a bin in the given `order`.
+    /// Stores those of `count` points that have a position \[m], with their values; within a bin in the given `order`.
     pub fn fill(
         &mut self,
         domain: &Domain,
@@ -150,7 +150,7 @@ impl<const N: usize> Binned<N> {
         }
     }
 
-    /// Whether a point may lie within the radius of `x` [m].
+    /// Whether a point may lie within the radius of `x` \[m].
     #[inline(always)]
     pub fn is_near(&self, x: Vector) -> bool {
         let [i, j, k] = self.bins.place(x);
@@ -159,7 +159,7 @@ impl<const N: usize> Binned<N> {
         i + reach >= first as usize && i <= last as usize + reach
     }
 
-    /// Sums `terms` over all points within the radius of `x` [m]; they must vanish with the weight of family `family`.
+    /// Sums `terms` over all points within the radius of `x` \[m]; they must vanish with the weight of family `family`.
     #[inline(always)]
     pub fn sum<const S: usize>(
         &self,

@@ -23,7 +23,7 @@ pub trait DragLaw: Sync {
     /// The law with the parameters of a run.
     fn new(parameters: &DragParameters) -> Self;
 
-    /// Drag coefficient `kappa` [kg/s] of a sphere of diameter `d` [m] at void fraction `eps` and slip speed `s` [m/s].
+    /// Drag coefficient `kappa` [kg/s] of a sphere of diameter `d` \[m] at void fraction `eps` and slip speed `s` [m/s].
     fn coefficient(&self, d: Real, eps: Real, s: Real) -> Real;
 }
 
@@ -156,7 +156,7 @@ impl DragParameters {
         self.run(One([d, eps, s]))
     }
 
-    /// Reciprocal of the time in which drag brings a grain of diameter `d` [m] and mass `mass` [kg] and the fluid around it to
+    /// Reciprocal of the time in which drag brings a grain of diameter `d` \[m] and mass `mass` \[kg] and the fluid around it to
     /// the same velocity, at void fraction `eps` and slip speed `s` [m/s]: what [`Rates::drag`](crate::stability::Rates)
     /// is the largest of [1/s].
     #[must_use]

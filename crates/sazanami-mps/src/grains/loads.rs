@@ -74,7 +74,7 @@ struct Advance<'a> {
     engine: &'a mut Engine,
     around: &'a [FluidAtGrain],
     diameter: &'a [Real],
-    /// Pressure force [N].
+    /// Pressure force \[N].
     force: &'a [Vector],
     body_force: Vector,
     dt: Real,

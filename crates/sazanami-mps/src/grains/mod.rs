@@ -32,7 +32,7 @@ use crate::reductions;
 pub struct Coupling {
     /// Drag law of the grains.
     pub drag: DragParameters,
-    /// Smoothing radius R_eps of the void fraction [m].
+    /// Smoothing radius R_eps of the void fraction \[m].
     pub smoothing: Real,
     /// Lower bound of the void fraction.
     pub least_void: Real,
@@ -102,7 +102,7 @@ const PLACE: usize = 0;
 const SUPPORT: usize = 3;
 const WETNESS: usize = 4;
 const GRADIENT: usize = 5;
-/// Drag and pressure force on a grain in the last step, for output [N].
+/// Drag and pressure force on a grain in the last step, for output \[N].
 const DRAG_FORCE: usize = 8;
 const PRESSURE_FORCE: usize = 11;
 const VOID: usize = 14;
@@ -132,7 +132,7 @@ pub struct GrainPhase {
     frozen: bool,
 }
 
-/// Diameter of grain `g`, a sphere [m].
+/// Diameter of grain `g`, a sphere \[m].
 #[must_use]
 pub fn diameter_of(engine: &Engine, g: usize) -> Real {
     let grains = engine.grains();
@@ -233,14 +233,14 @@ impl GrainPhase {
         [kept[VOID], kept[WETNESS]]
     }
 
-    /// Mean drag and pressure force on own grain `g` in the last step [N].
+    /// Mean drag and pressure force on own grain `g` in the last step \[N].
     #[must_use]
     pub fn forces(&self, g: usize) -> [Vector; 2] {
         let kept = &self.engine.grains().attached[g];
         [DRAG_FORCE, PRESSURE_FORCE].map(|at| Vector::from_slice(&kept[at..at + 3]))
     }
 
-    /// Void fraction at `position` [m] for the grain positions at the last [`Self::place`], not below its lower bound.
+    /// Void fraction at `position` \[m] for the grain positions at the last [`Self::place`], not below its lower bound.
     #[must_use]
     pub fn void_fraction(&self, position: Vector) -> Real {
         let solid = if self.any { self.sources.fraction(position) } else { 0.0 };
@@ -291,7 +291,7 @@ impl GrainPhase {
         VoidReport { cut, least }
     }
 
-    /// Void fraction of fluid particles at `position` [m] that move with `velocity` [m/s]: sets the columns of `voids` for
+    /// Void fraction of fluid particles at `position` \[m] that move with `velocity` [m/s]: sets the columns of `voids` for
     /// as many as there are kinds. Returns the number at the lower bound and the smallest `eps`.
     pub fn voids(
         &mut self,

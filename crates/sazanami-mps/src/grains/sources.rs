@@ -72,7 +72,7 @@ impl Sources {
         }
     }
 
-    /// Solid fraction around a grain of diameter `d` [m], where `solid` is the smoothed value `S` at its centre.
+    /// Solid fraction around a grain of diameter `d` \[m], where `solid` is the smoothed value `S` at its centre.
     ///
     /// The grain's own contribution `S0` must not count: a single grain is in clear fluid. Other centres keep a diameter
     /// away, so that in a random suspension their contribution misses the part `E` of the smoothing function within a
@@ -135,14 +135,14 @@ impl Sources {
         );
     }
 
-    /// Solid fraction at `position` [m].
+    /// Solid fraction at `position` \[m].
     pub fn fraction(&self, position: Vector) -> Real {
         let share = |pair: &Pair, source: &[Lanes; 8]| [lanes(|l| source[6][l] * pair.weight[l])];
         let [fraction] = self.binned.sum(self.weight.family, position, share);
         self.scale * fraction
     }
 
-    /// Solid fraction at `position` [m] and its rate along `velocity` [m/s]; `None` where no grain is near.
+    /// Solid fraction at `position` \[m] and its rate along `velocity` [m/s]; `None` where no grain is near.
     pub fn solid(&self, position: Vector, velocity: Vector) -> Option<Solid> {
         if !self.binned.is_near(position) {
             return None;

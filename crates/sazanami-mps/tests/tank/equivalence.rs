@@ -136,7 +136,7 @@ fn bed_in_a_jet() -> Case {
     case
 }
 
-/// A step of a tank whose walls move by `amplitude` [m], seen from the laboratory.
+/// A step of a tank whose walls move by `amplitude` \[m], seen from the laboratory.
 fn shake(solver: &mut Solver, n: usize, amplitude: Real) {
     let rate = 60.0;
     let at = |n: usize| rate * DT * n as Real;

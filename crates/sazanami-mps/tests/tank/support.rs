@@ -12,7 +12,7 @@ use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::{Communicator, Solo};
 
-/// Particle spacing of the tests [m].
+/// Particle spacing of the tests \[m].
 pub const SPACING: Real = 1e-3;
 /// Gravity [m/s^2].
 pub const GRAVITY: Vector = Vector::new(0.0, 0.0, -9.81);

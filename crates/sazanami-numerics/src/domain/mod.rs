@@ -122,7 +122,7 @@ impl Domain {
         Field::new(self.cells, value)
     }
 
-    /// Centre of the cell with local indices [m].
+    /// Centre of the cell with local indices \[m].
     #[must_use]
     pub fn centre(&self, i: isize, j: isize, k: isize) -> Vector {
         let [a, b, c] = self.start;
@@ -140,7 +140,7 @@ impl Domain {
         }
     }
 
-    /// Lower and upper corner of the part of `rank` [m].
+    /// Lower and upper corner of the part of `rank` \[m].
     #[must_use]
     pub fn rank_box(&self, rank: usize) -> (Vector, Vector) {
         let (start, cells) = self.decomposition.part(rank);

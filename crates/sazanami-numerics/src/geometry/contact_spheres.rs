@@ -18,7 +18,7 @@ pub enum ContactSphereRule {
     Shell {
         /// Number of spheres.
         count: usize,
-        /// Radius [m]; without one, 0.288 of the smallest semi-axis of a spheroid (0.075 mm for the sand of Yagyu et
+        /// Radius \[m]; without one, 0.288 of the smallest semi-axis of a spheroid (0.075 mm for the sand of Yagyu et
         /// al. 2015), larger if that leaves holes; on other shapes the radius with the smallest gap.
         radius: Option<Real>,
     },
@@ -29,20 +29,20 @@ pub enum ContactSphereRule {
     },
     /// The sphere itself.
     Single,
-    /// Given centres and radii [m], in the frame of the shape's mesh.
+    /// Given centres and radii \[m], in the frame of the shape's mesh.
     Listed(Vec<(Vector, Real)>),
 }
 
 /// Contact spheres in the body frame.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ContactSpheres {
-    /// Centres [m].
+    /// Centres \[m].
     pub centres: Vec<Vector>,
-    /// Radii [m].
+    /// Radii \[m].
     pub radii: Vec<Real>,
-    /// Largest distance from a point of the outline to the union of the spheres [m].
+    /// Largest distance from a point of the outline to the union of the spheres \[m].
     pub largest_gap: Real,
-    /// Largest distance by which a sphere stands out of the outline [m].
+    /// Largest distance by which a sphere stands out of the outline \[m].
     pub largest_protrusion: Real,
 }
 
@@ -57,7 +57,7 @@ pub enum ContactSphereError {
     BadSphere {
         /// Index of the sphere.
         index: usize,
-        /// Its radius [m].
+        /// Its radius \[m].
         radius: Real,
     },
     /// The axis rule needs a prolate spheroid or a cylinder.
@@ -74,9 +74,9 @@ pub enum ContactSphereError {
     /// A sphere of this radius touches the outline nowhere from inside.
     #[error("contact spheres of radius {radius:.4e} m do not fit inside the shape: at most {limit:.4e} m do")]
     RadiusTooLarge {
-        /// Radius asked for [m].
+        /// Radius asked for \[m].
         radius: Real,
-        /// Largest radius possible [m].
+        /// Largest radius possible \[m].
         limit: Real,
     },
     /// There are fewer different places for the spheres than spheres.
@@ -89,7 +89,7 @@ pub enum ContactSphereError {
         count: usize,
         /// Number of different places found.
         places: usize,
-        /// Their radius [m].
+        /// Their radius \[m].
         radius: Real,
     },
 }
@@ -179,7 +179,7 @@ impl ContactSpheres {
         self.radii.is_empty()
     }
 
-    /// Largest distance from the origin to a point of a sphere [m].
+    /// Largest distance from the origin to a point of a sphere \[m].
     #[must_use]
     pub fn bounding_radius(&self) -> Real {
         self.centres.iter().zip(&self.radii).map(|(c, r)| c.length() + r).fold(0.0, Real::max)
@@ -195,7 +195,7 @@ impl ContactSpheres {
     }
 }
 
-/// Largest distance from one of `points` to the union of `spheres` [m].
+/// Largest distance from one of `points` to the union of `spheres` \[m].
 fn largest_gap(points: &[Vector], spheres: &[(Vector, Real)]) -> Real {
     let equal = spheres.first().map(|first| first.1).filter(|&radius| spheres.iter().all(|sphere| sphere.1 == radius));
     let of_all = |p: Vector| spheres.iter().map(|&(c, r)| p.distance(c) - r).fold(Real::INFINITY, Real::min);
@@ -244,7 +244,7 @@ pub struct SphereListError {
 }
 
 /// Reads lines of `x y z r`, blank- or comma-separated, `#` starting a comment; lengths are multiplied by
-/// `unit` [m].
+/// `unit` \[m].
 ///
 /// # Errors
 /// The first line that is not four numbers with a positive radius.

@@ -8,9 +8,9 @@ use crate::{Quaternion, Real, Vector};
 /// A circular cylinder about the body axis x1, with flat ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cylinder {
-    /// Radius [m].
+    /// Radius \[m].
     pub radius: Real,
-    /// Length along the axis [m].
+    /// Length along the axis \[m].
     pub length: Real,
 }
 
@@ -29,7 +29,7 @@ impl Cylinder {
         self.volume() * Vector::new(0.5 * r2, across, across)
     }
 
-    /// Half the edges of the box along x1, x2, x3 round the cylinder turned by `orientation` [m].
+    /// Half the edges of the box along x1, x2, x3 round the cylinder turned by `orientation` \[m].
     #[must_use]
     pub fn half_extents(&self, orientation: Quaternion) -> Vector {
         let axis = orientation * Vector::X;

@@ -31,7 +31,7 @@ impl Exact {
         }
     }
 
-    /// Radius of the ball about the centre that holds it [m].
+    /// Radius of the ball about the centre that holds it \[m].
     #[must_use]
     pub fn bounding_radius(&self) -> Real {
         match self {
@@ -40,7 +40,7 @@ impl Exact {
         }
     }
 
-    /// Half the edges of the box along x1, x2, x3 round it, turned by `orientation` [m].
+    /// Half the edges of the box along x1, x2, x3 round it, turned by `orientation` \[m].
     #[must_use]
     pub fn half_extents(&self, orientation: Quaternion) -> Vector {
         match self {

@@ -12,7 +12,7 @@ use crate::{Matrix, Real, Vector};
 pub struct MassProperties {
     /// Volume [m^3].
     pub volume: Real,
-    /// Centre of mass [m].
+    /// Centre of mass \[m].
     pub centroid: Vector,
     /// Principal moments of inertia about the centre of mass per unit density [m^5].
     pub principal_inertia: Vector,

@@ -37,7 +37,7 @@ impl SpheroidMesh {
     }
 }
 
-/// Ring mesh of the spheroid with semi-axes `a` (two) and `c` (single, along x1) [m].
+/// Ring mesh of the spheroid with semi-axes `a` (two) and `c` (single, along x1) \[m].
 ///
 /// Nodes lie on `rings` circles placed for the largest inscribed volume, on the two poles, and on the axis in the
 /// plane of each ring, except that of the two end rings where these have at most six corners.
@@ -67,7 +67,7 @@ pub fn spheroid_mesh(a: Real, c: Real, resolution: SpheroidMesh, rule: VolumeRul
     with_volume(mesh, Spheroid { equatorial: a, axial: c }.volume(), rule)
 }
 
-/// Subdivided icosahedron about a centre node, for the sphere of radius `radius` [m]: 20 x 4^`refinement`
+/// Subdivided icosahedron about a centre node, for the sphere of radius `radius` \[m]: 20 x 4^`refinement`
 /// tetrahedra.
 #[must_use]
 pub fn sphere_mesh(radius: Real, refinement: usize, rule: VolumeRule) -> TetrahedralMesh {
@@ -83,7 +83,7 @@ pub fn sphere_mesh(radius: Real, refinement: usize, rule: VolumeRule) -> Tetrahe
     with_volume(TetrahedralMesh { nodes, tetrahedra }, volume, rule)
 }
 
-/// A box with the given `edges` [m] in six tetrahedra.
+/// A box with the given `edges` \[m] in six tetrahedra.
 #[must_use]
 pub fn box_mesh(edges: Vector) -> TetrahedralMesh {
     let nodes: Vec<Vector> = (0..8_u32)

@@ -13,32 +13,32 @@ use crate::{Matrix, Quaternion, Real, Vector};
 /// A region of space.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Region {
-    /// Between two corners [m].
+    /// Between two corners \[m].
     Box {
-        /// Corner with the smallest coordinates [m].
+        /// Corner with the smallest coordinates \[m].
         lower: Vector,
-        /// Corner with the largest coordinates [m].
+        /// Corner with the largest coordinates \[m].
         upper: Vector,
     },
     /// A ball.
     Sphere {
-        /// Centre [m].
+        /// Centre \[m].
         centre: Vector,
-        /// Radius [m].
+        /// Radius \[m].
         radius: Real,
     },
     /// An ellipsoid, a spheroid when two semi-axes are equal.
     Spheroid {
-        /// Centre [m].
+        /// Centre \[m].
         centre: Vector,
-        /// Semi-axes [m].
+        /// Semi-axes \[m].
         semi_axes: Vector,
         /// Turns the semi-axes from the coordinate directions to theirs.
         orientation: Quaternion,
     },
     /// Everything on the side of a plane away from its normal.
     HalfSpace {
-        /// A point of the plane [m].
+        /// A point of the plane \[m].
         point: Vector,
         /// Normal out of the region, of any length.
         normal: Vector,
@@ -70,7 +70,7 @@ impl Region {
         }
     }
 
-    /// Whether a ball about `centre` with `radius` [m] shares a point with the region.
+    /// Whether a ball about `centre` with `radius` \[m] shares a point with the region.
     #[must_use]
     pub fn touches_ball(&self, centre: Vector, radius: Real) -> bool {
         if self.contains(centre) {
@@ -87,7 +87,7 @@ impl Region {
         }
     }
 
-    /// Smallest box around the region, with infinite sides where it has no end [m].
+    /// Smallest box around the region, with infinite sides where it has no end \[m].
     #[must_use]
     pub fn bounds(&self) -> (Vector, Vector) {
         match self {

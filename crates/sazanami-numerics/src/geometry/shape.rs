@@ -33,7 +33,7 @@ pub enum ShapeError {
     NotPositive {
         /// Which length.
         quantity: &'static str,
-        /// Its value [m].
+        /// Its value \[m].
         value: Real,
     },
     /// A ring mesh without a body.
@@ -83,13 +83,13 @@ pub struct ShapeReport {
     pub quality: MeshQuality,
     /// Number of contact spheres.
     pub contact_spheres: usize,
-    /// Smallest and largest radius of a contact sphere [m].
+    /// Smallest and largest radius of a contact sphere \[m].
     pub sphere_radii: [Real; 2],
-    /// Largest distance from the outline to the union of the contact spheres [m].
+    /// Largest distance from the outline to the union of the contact spheres \[m].
     pub largest_gap: Real,
-    /// Largest distance by which a contact sphere stands out of the outline [m].
+    /// Largest distance by which a contact sphere stands out of the outline \[m].
     pub largest_protrusion: Real,
-    /// Radius of the sphere about the centre of mass that holds mesh and contact spheres [m].
+    /// Radius of the sphere about the centre of mass that holds mesh and contact spheres \[m].
     pub bounding_radius: Real,
 }
 
@@ -99,7 +99,7 @@ const ROUND_OFF: Real = 1e-12;
 const FINEST: usize = 7;
 
 impl Shape {
-    /// Sphere of the given `diameter` [m] as an icosahedron divided `refinement` times.
+    /// Sphere of the given `diameter` \[m] as an icosahedron divided `refinement` times.
     ///
     /// # Errors
     /// If the diameter is not positive or the contact spheres cannot be placed.
@@ -117,7 +117,7 @@ impl Shape {
         Self::build("sphere", sphere_mesh(radius, refinement, volume), Some(exact), spheres)
     }
 
-    /// Spheroid with two semi-axes `a` and a single one `c` along body axis x1 [m], as a ring mesh.
+    /// Spheroid with two semi-axes `a` and a single one `c` along body axis x1 \[m], as a ring mesh.
     ///
     /// # Errors
     /// If a length is not positive, the mesh has no body, or the contact spheres cannot be placed.
@@ -139,7 +139,7 @@ impl Shape {
         Self::build("spheroid", spheroid_mesh(a, c, resolution, volume), Some(exact), spheres)
     }
 
-    /// Box with the given `edges` along the body axes [m].
+    /// Box with the given `edges` along the body axes \[m].
     ///
     /// # Errors
     /// If an edge is not positive or the contact spheres cannot be placed.
@@ -287,7 +287,7 @@ impl Shape {
         self.principal_inertia
     }
 
-    /// Radius of the sphere about the centre of mass that holds mesh and contact spheres [m].
+    /// Radius of the sphere about the centre of mass that holds mesh and contact spheres \[m].
     #[must_use]
     pub fn bounding_radius(&self) -> Real {
         self.bounding_radius

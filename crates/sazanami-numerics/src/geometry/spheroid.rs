@@ -9,9 +9,9 @@ use crate::{Quaternion, Real, Vector};
 /// An ellipsoid of revolution about the body axis x1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spheroid {
-    /// Semi-axis a of the two equal axes [m].
+    /// Semi-axis a of the two equal axes \[m].
     pub equatorial: Real,
-    /// Semi-axis c of the single axis [m].
+    /// Semi-axis c of the single axis \[m].
     pub axial: Real,
 }
 
@@ -29,7 +29,7 @@ impl Spheroid {
         self.volume() / 5.0 * Vector::new(a2 + a2, a2 + c2, a2 + c2)
     }
 
-    /// Smallest radius of curvature of the surface [m]: at the poles if prolate, round the equator if oblate.
+    /// Smallest radius of curvature of the surface \[m]: at the poles if prolate, round the equator if oblate.
     #[must_use]
     pub fn smallest_curvature_radius(&self) -> Real {
         let (a, c) = (self.equatorial, self.axial);
@@ -42,7 +42,7 @@ impl Spheroid {
         (point.x / self.axial).powi(2) + (point.y.powi(2) + point.z.powi(2)) / self.equatorial.powi(2) <= 1.0
     }
 
-    /// Half the edges of the box along x1, x2, x3 round the spheroid turned by `orientation` [m].
+    /// Half the edges of the box along x1, x2, x3 round the spheroid turned by `orientation` \[m].
     #[must_use]
     pub fn half_extents(&self, orientation: Quaternion) -> Vector {
         let axis = orientation * Vector::X;
@@ -51,7 +51,7 @@ impl Spheroid {
     }
 
     /// Point of the meridian at parameter `t` from 0 (one pole) to pi (the other), moved inward along the normal
-    /// by `depth`: coordinate along the axis and distance from it [m].
+    /// by `depth`: coordinate along the axis and distance from it \[m].
     pub(super) fn meridian(&self, t: Real, depth: Real) -> [Real; 2] {
         let (a, c) = (self.equatorial, self.axial);
         let (sin, cos) = t.sin_cos();

@@ -7,14 +7,14 @@ use crate::{Real, Vector};
 /// A triangle mesh, normals outward by the right-hand rule.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SurfaceMesh {
-    /// Positions of the nodes [m].
+    /// Positions of the nodes \[m].
     pub nodes: Vec<Vector>,
     /// Node indices of each triangle.
     pub triangles: Vec<[u32; 3]>,
 }
 
 impl SurfaceMesh {
-    /// Corners of triangle `t` [m].
+    /// Corners of triangle `t` \[m].
     #[must_use]
     pub fn corners(&self, t: usize) -> [Vector; 3] {
         self.triangles[t].map(|n| self.nodes[n as usize])

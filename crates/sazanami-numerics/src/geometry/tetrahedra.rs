@@ -11,7 +11,7 @@ use crate::{Real, Vector};
 /// A solid as a set of tetrahedra.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TetrahedralMesh {
-    /// Positions of the nodes [m].
+    /// Positions of the nodes \[m].
     pub nodes: Vec<Vector>,
     /// Node indices of each tetrahedron, positively oriented.
     pub tetrahedra: Vec<[u32; 4]>,
@@ -104,9 +104,9 @@ pub enum MeshError {
 /// How well shaped the tetrahedra are.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeshQuality {
-    /// Smallest dihedral angle [degree]; 70.5 in a regular tetrahedron.
+    /// Smallest dihedral angle \[degree]; 70.5 in a regular tetrahedron.
     pub smallest_dihedral_angle: Real,
-    /// Largest dihedral angle [degree].
+    /// Largest dihedral angle \[degree].
     pub largest_dihedral_angle: Real,
     /// Smallest of 3 (inscribed radius)/(circumscribed radius): 1 regular, 0 flat.
     pub smallest_radius_ratio: Real,
@@ -123,7 +123,7 @@ const FACES: [[usize; 4]; 4] = [[1, 2, 3, 0], [0, 3, 2, 1], [0, 1, 3, 2], [0, 2,
 const FLAT: Real = 1e-10;
 
 impl TetrahedralMesh {
-    /// Corners of tetrahedron `t` [m].
+    /// Corners of tetrahedron `t` \[m].
     #[must_use]
     pub fn corners(&self, t: usize) -> [Vector; 4] {
         self.tetrahedra[t].map(|n| self.nodes[n as usize])
@@ -381,7 +381,7 @@ fn face_normals(corners: &[Vector; 4]) -> [Vector; 4] {
     FACES.map(|[a, b, c, _]| (corners[b] - corners[a]).cross(corners[c] - corners[a]).normalize_or_zero())
 }
 
-/// Smallest and largest angle between two faces [degree].
+/// Smallest and largest angle between two faces \[degree].
 fn dihedral_range(corners: &[Vector; 4]) -> [Real; 2] {
     let normals = face_normals(corners);
     let mut range = [180.0, 0.0];

@@ -50,7 +50,7 @@ pub struct CellCover {
     pub cell: [i32; 3],
     /// Covered share of the cell, above 0, at most 1.
     pub fraction: Real,
-    /// Centre of the covered part in the laboratory [m].
+    /// Centre of the covered part in the laboratory \[m].
     pub centroid: Vector,
 }
 
@@ -111,7 +111,7 @@ impl Rasteriser {
         self.method
     }
 
-    /// Appends to `covers` the cells that `shape` covers with its centre of mass at `position` [m] and its body
+    /// Appends to `covers` the cells that `shape` covers with its centre of mass at `position` \[m] and its body
     /// axes turned by `orientation`, in the order of cells in memory.
     pub fn imprint(
         &mut self,
@@ -190,7 +190,7 @@ struct Tally {
     cells: Real,
     /// Sum of alpha (1 - alpha).
     leeway: Real,
-    /// Sum of alpha times the centroid [m].
+    /// Sum of alpha times the centroid \[m].
     moment: Vector,
 }
 

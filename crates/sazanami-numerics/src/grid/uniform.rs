@@ -7,14 +7,14 @@ use crate::{Real, Vector};
 pub struct Grid {
     /// Number of cells in each direction.
     pub cells: [usize; 3],
-    /// Lower corner of the box [m].
+    /// Lower corner of the box \[m].
     pub lower: Vector,
-    /// Edge lengths of a cell [m].
+    /// Edge lengths of a cell \[m].
     pub spacing: Vector,
 }
 
 impl Grid {
-    /// Divides the box from `lower` to `upper` [m] into `cells` equal cells.
+    /// Divides the box from `lower` to `upper` \[m] into `cells` equal cells.
     ///
     /// # Panics
     /// If a direction has no cells or the box no extent; callers check user input before.
@@ -26,13 +26,13 @@ impl Grid {
         Self { cells, lower, spacing: (upper - lower) / counts }
     }
 
-    /// Upper corner of the box [m].
+    /// Upper corner of the box \[m].
     #[must_use]
     pub fn upper(&self) -> Vector {
         self.lower + self.extent()
     }
 
-    /// Edge lengths of the box [m].
+    /// Edge lengths of the box \[m].
     #[must_use]
     pub fn extent(&self) -> Vector {
         self.spacing * Vector::new(self.cells[0] as Real, self.cells[1] as Real, self.cells[2] as Real)
@@ -62,7 +62,7 @@ impl Grid {
         self.len() == 0
     }
 
-    /// Centre of the cell with global indices `(i, j, k)` [m]; indices may lie outside the box.
+    /// Centre of the cell with global indices `(i, j, k)` \[m]; indices may lie outside the box.
     #[must_use]
     pub fn centre(&self, i: isize, j: isize, k: isize) -> Vector {
         self.lower + self.spacing * Vector::new(i as Real + 0.5, j as Real + 0.5, k as Real + 0.5)

@@ -8,7 +8,7 @@ use crate::{Real, Vector};
 /// A rank's part of space and its surroundings, cut into bins.
 #[derive(Clone, Debug, Default)]
 pub struct Bins {
-    /// Lower corner [m].
+    /// Lower corner \[m].
     pub lower: Vector,
     spacing: Vector,
     inverse: Vector,
@@ -20,12 +20,12 @@ pub struct Bins {
     ghosts: Vec<u32>,
     /// Number of bins in each direction that the cut-off spans.
     pub layers: [usize; 3],
-    /// Cut-off radius for which the bins were made [m].
+    /// Cut-off radius for which the bins were made \[m].
     pub cut_off: Real,
 }
 
 impl Bins {
-    /// Makes the cells of the domain's grid, and those `cut_off` [m] around this rank's part of it, the bins.
+    /// Makes the cells of the domain's grid, and those `cut_off` \[m] around this rank's part of it, the bins.
     pub fn renew(&mut self, domain: &Domain, cut_off: Real) {
         let spacing = domain.grid().spacing;
         let (lower, _) = domain.rank_box(domain.communicator().rank());
@@ -39,7 +39,7 @@ impl Bins {
         self.inverse = spacing.recip();
     }
 
-    /// Makes boxes with edges no longer than `edge` [m], in this rank's part and `cut_off` [m] around it, the bins.
+    /// Makes boxes with edges no longer than `edge` \[m], in this rank's part and `cut_off` \[m] around it, the bins.
     pub fn cover(&mut self, domain: &Domain, cut_off: Real, edge: Vector) {
         let (lower, upper) = domain.rank_box(domain.communicator().rank());
         let extent = upper - lower + 2.0 * cut_off;
@@ -51,7 +51,7 @@ impl Bins {
         self.cut_off = cut_off;
     }
 
-    /// Cubes with an edge of at least `edge` [m] over all `positions`, no more than `most` of them.
+    /// Cubes with an edge of at least `edge` \[m] over all `positions`, no more than `most` of them.
     pub fn enclose(&mut self, positions: &[Vector], edge: Real, most: usize) {
         let lower = positions.iter().copied().fold(Vector::INFINITY, Vector::min);
         let upper = positions.iter().copied().fold(Vector::NEG_INFINITY, Vector::max);
@@ -135,7 +135,7 @@ impl Bins {
         self.ghosts[bin] as usize..self.ghosts[bin + 1] as usize
     }
 
-    /// Calls `body` with ranges of particles that hold all within `radius` [m] of `position`, in a fixed order; the
+    /// Calls `body` with ranges of particles that hold all within `radius` \[m] of `position`, in a fixed order; the
     /// radius is no longer than the bins were made for.
     #[inline(always)]
     pub fn for_each_range(&self, position: Vector, radius: Real, mut body: impl FnMut(Range<usize>)) {
@@ -151,7 +151,7 @@ impl Bins {
         });
     }
 
-    /// Calls `body` with ranges of bins along x1 that hold all within `radius` [m] of `position`, in a fixed order.
+    /// Calls `body` with ranges of bins along x1 that hold all within `radius` \[m] of `position`, in a fixed order.
     #[inline(always)]
     pub fn for_each_row(&self, position: Vector, radius: Real, mut body: impl FnMut(Range<usize>)) {
         // A little more, so that round-off loses nothing at the radius itself.
@@ -198,7 +198,7 @@ impl BinIndex {
     /// Most bins per particle; larger regions get larger bins.
     const MOST: usize = 4;
 
-    /// Sorts particles at `positions` [m] into cubes with an edge of at least `edge` [m].
+    /// Sorts particles at `positions` \[m] into cubes with an edge of at least `edge` \[m].
     pub fn sort(&mut self, positions: &[Vector], edge: Real) {
         let Self { bins, starts, sorted, bin_of } = self;
         bins.enclose(positions, edge, Self::MOST * positions.len() + 64);
@@ -226,7 +226,7 @@ impl BinIndex {
         }
     }
 
-    /// Calls `visit` for all particles in bins that the box from `lower` to `upper` [m] meets.
+    /// Calls `visit` for all particles in bins that the box from `lower` to `upper` \[m] meets.
     pub fn visit(&self, lower: Vector, upper: Vector, mut visit: impl FnMut(u32)) {
         let (a, b) = (self.bins.place(lower), self.bins.place(upper));
         for k in a[2]..=b[2] {

@@ -58,7 +58,7 @@ impl<R> Default for Migration<R> {
 }
 
 impl<R: Pod> Migration<R> {
-    /// Finds the new owner of every own particle from its position [m]. Returns whether there may be another than this
+    /// Finds the new owner of every own particle from its position \[m]. Returns whether there may be another than this
     /// rank.
     pub fn find_owners(&mut self, domain: &Domain, positions: &[Vector]) -> bool {
         self.owners.clear();

@@ -7,19 +7,19 @@ use sazanami_numerics::Real;
 use super::Profile;
 use crate::fit::vertex;
 
-/// Mean rim-to-rim diameter [m] of two sections, eq. (9): `l = sqrt(L1 L2)`.
+/// Mean rim-to-rim diameter \[m] of two sections, eq. (9): `l = sqrt(L1 L2)`.
 #[must_use]
 pub fn rim_diameter(first: Real, second: Real) -> Real {
     (first * second).sqrt()
 }
 
-/// Depth [m] below the mean of two rim heights, eq. (10): `H = (a1 + a2)/2 - b`.
+/// Depth \[m] below the mean of two rim heights, eq. (10): `H = (a1 + a2)/2 - b`.
 #[must_use]
 pub fn depth_below_rims(first_rim: Real, second_rim: Real, base: Real) -> Real {
     0.5 * (first_rim + second_rim) - base
 }
 
-/// Radius [m] of the sphere through the rim circle and the lowest point, eq. (11): `R = (4 H + l^2/H)/8`.
+/// Radius \[m] of the sphere through the rim circle and the lowest point, eq. (11): `R = (4 H + l^2/H)/8`.
 #[must_use]
 pub fn sphere_radius(depth: Real, rim_diameter: Real) -> Real {
     (4.0 * depth + rim_diameter * rim_diameter / depth) / 8.0
@@ -46,23 +46,23 @@ pub fn cap_volume(depth: Real, rim_radius: Real) -> Real {
 /// What a smoothed profile says about the crater.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Crater {
-    /// Height at the axis: the innermost layer's, `b` [m].
+    /// Height at the axis: the innermost layer's, `b` \[m].
     pub base: Real,
     /// Number of the layer with the rim.
     pub rim_layer: usize,
-    /// Distance of the rim from the axis, `L` [m].
+    /// Distance of the rim from the axis, `L` \[m].
     pub rim_radius: Real,
-    /// Height of the rim, `a` [m].
+    /// Height of the rim, `a` \[m].
     pub rim_height: Real,
-    /// `H = a - b` [m]; negative if the middle stands higher.
+    /// `H = a - b` \[m]; negative if the middle stands higher.
     pub depth: Real,
     /// Erosion volume by eq. (14) [m^3]: below the plane of the rim, so it counts the rim's height.
     pub volume: Real,
     /// Volume between the profile and the plane of the rim [m^3], without the assumption of a cap.
     pub volume_direct: Real,
-    /// Rim radius from a parabola through the rim layer and its neighbours [m].
+    /// Rim radius from a parabola through the rim layer and its neighbours \[m].
     pub refined_rim_radius: Real,
-    /// Rim height from that parabola [m].
+    /// Rim height from that parabola \[m].
     pub refined_rim_height: Real,
     /// Erosion volume with the refined rim [m^3].
     pub refined_volume: Real,
@@ -109,7 +109,7 @@ impl Crater {
 
 /// Volumes [m^3] of a profile below and above a reference profile: what was dug out and what was heaped up.
 ///
-/// `reference` gives the height [m] of each layer before the impact.
+/// `reference` gives the height \[m] of each layer before the impact.
 #[must_use]
 pub fn volumes_against(profile: &Profile, reference: impl Fn(usize) -> Real) -> (Real, Real) {
     let mut volumes = (0.0, 0.0);

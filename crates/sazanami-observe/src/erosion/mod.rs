@@ -46,39 +46,39 @@ choices! {
 /// How the bed surface is smoothed and which grains belong to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ErosionSettings {
-    /// Impact axis [m].
+    /// Impact axis \[m].
     pub axis: Horizontal,
-    /// Lower corner of the box [m].
+    /// Lower corner of the box \[m].
     pub lower: Horizontal,
-    /// Upper corner of the box [m].
+    /// Upper corner of the box \[m].
     pub upper: Horizontal,
-    /// Height of the floor [m].
+    /// Height of the floor \[m].
     pub floor: Real,
-    /// Grain size: short axis [m].
+    /// Grain size: short axis \[m].
     pub grain_size: Real,
-    /// Width of a smoothing cell, `dx*` [m].
+    /// Width of a smoothing cell, `dx*` \[m].
     pub cell: Real,
-    /// Thickness of a layer, `dr` [m].
+    /// Thickness of a layer, `dr` \[m].
     pub layer: Real,
-    /// Radius to which layers reach [m].
+    /// Radius to which layers reach \[m].
     pub largest_radius: Real,
     /// Grains whose tops are averaged.
     pub counted: CountedGrains,
-    /// Pixel of the view from above [m].
+    /// Pixel of the view from above \[m].
     pub pixel: Real,
     /// Pixels at which a grain must be seen to count as surface.
     pub exposed_pixels: u32,
-    /// A grain clear of the bed is in the air if its last contact is longer ago than this [s].
+    /// A grain clear of the bed is in the air if its last contact is longer ago than this \[s].
     pub airborne_after: Real,
     /// A grain without contact is in the air if it is faster than this [m/s].
     pub airborne_speed: Real,
-    /// A grain has contact if the last one is no longer ago than this [s]: some sub-steps.
+    /// A grain has contact if the last one is no longer ago than this \[s]: some sub-steps.
     pub touching_within: Real,
 }
 
 impl ErosionSettings {
-    /// The recommended evaluation about the middle of the box from `lower` to `upper` [m] over a floor
-    /// at height `floor` [m], for grains with short axis `grain_size` [m]: cells and layers of 2.5
+    /// The recommended evaluation about the middle of the box from `lower` to `upper` \[m] over a floor
+    /// at height `floor` \[m], for grains with short axis `grain_size` \[m]: cells and layers of 2.5
     /// grain sizes, or a sixth of the largest radius in a small box, which is 0.45 of the box width.
     #[must_use]
     pub fn recommended(lower: Horizontal, upper: Horizontal, floor: Real, grain_size: Real) -> Self {
@@ -102,7 +102,7 @@ impl ErosionSettings {
         .reaching(0.45 * (upper[0] - lower[0]).min(upper[1] - lower[1]))
     }
 
-    /// The same with layers out to `largest_radius` [m], and the cells and layers that go with it.
+    /// The same with layers out to `largest_radius` \[m], and the cells and layers that go with it.
     #[must_use]
     pub fn reaching(self, largest_radius: Real) -> Self {
         let layer = (2.5 * self.grain_size).min(largest_radius / 6.0);
@@ -141,7 +141,7 @@ pub enum ErosionError {
     NotALength {
         /// Which length.
         name: &'static str,
-        /// Its value [m].
+        /// Its value \[m].
         value: Real,
     },
     /// The coarsest smoothing would leave fewer than two layers.
@@ -149,9 +149,9 @@ pub enum ErosionError {
         "layers of {layer} m are too thick for a profile out to {largest_radius} m: the uncertainty needs two layers of 1.6 times that"
     )]
     TooFewLayers {
-        /// Layer thickness [m].
+        /// Layer thickness \[m].
         layer: Real,
-        /// Largest radius [m].
+        /// Largest radius \[m].
         largest_radius: Real,
     },
     /// There is no crater to speak of without grains at the axis and around it.
@@ -162,7 +162,7 @@ pub enum ErosionError {
 /// The bed before the impact.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InitialBed {
-    /// Height of each layer [m], empty layers filled.
+    /// Height of each layer \[m], empty layers filled.
     pub heights: Vec<Real>,
     /// Erosion volume that the evaluation finds where nothing was eroded: its noise floor [m^3].
     pub noise: Real,
@@ -171,9 +171,9 @@ pub struct InitialBed {
 /// Erosion volume for one smoothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Smoothing {
-    /// Width of the cells [m].
+    /// Width of the cells \[m].
     pub cell: Real,
-    /// Thickness of the layers [m].
+    /// Thickness of the layers \[m].
     pub layer: Real,
     /// Erosion volume [m^3]; `None` where the bed leaves the innermost layer empty.
     pub volume: Option<Real>,
@@ -196,7 +196,7 @@ pub struct Erosion {
     pub volume_rim: Option<Real>,
     /// Volume found in the bed before the impact [m^3]; `None` without an initial bed.
     pub noise: Option<Real>,
-    /// Depth of the middle below the initial surface there [m]; `None` without an initial bed.
+    /// Depth of the middle below the initial surface there \[m]; `None` without an initial bed.
     pub depth_below_initial: Option<Real>,
     /// Number of grains whose tops were averaged.
     pub surface_grains: usize,

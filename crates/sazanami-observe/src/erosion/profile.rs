@@ -10,14 +10,14 @@ use crate::Horizontal;
 /// Mean heights of circular layers about the axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Profile {
-    /// Thickness of a layer [m].
+    /// Thickness of a layer \[m].
     pub layer: Real,
-    /// Mean height of each layer [m], innermost first; `None` where there is no grain.
+    /// Mean height of each layer \[m], innermost first; `None` where there is no grain.
     pub heights: Vec<Option<Real>>,
 }
 
 impl Profile {
-    /// Mean radius of a layer [m].
+    /// Mean radius of a layer \[m].
     #[must_use]
     pub fn radius(&self, layer: usize) -> Real {
         (layer as Real + 0.5) * self.layer
@@ -29,7 +29,7 @@ impl Profile {
         std::f64::consts::PI * (2.0 * layer as Real + 1.0) * self.layer * self.layer
     }
 
-    /// Heights [m] with empty layers filled linearly from their neighbours; empty if no layer has a height.
+    /// Heights \[m] with empty layers filled linearly from their neighbours; empty if no layer has a height.
     #[must_use]
     pub fn filled(&self) -> Vec<Real> {
         let known: Vec<(usize, Real)> =
@@ -50,7 +50,7 @@ impl Profile {
     }
 
     /// Averages the tops of grains over square cells of width `cell`, then over layers of thickness
-    /// `layer` out to `largest_radius` [m].
+    /// `layer` out to `largest_radius` \[m].
     ///
     /// The axis is a corner of the cells; where the layers are so thin that the innermost one would
     /// then hold no cell centre, it is the centre of a cell.

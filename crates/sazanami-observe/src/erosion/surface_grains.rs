@@ -12,11 +12,11 @@ use crate::height_map::HeightMap;
 /// Highest node of a grain over its centre of mass.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct GrainTop {
-    /// Horizontal position of the centre of mass [m].
+    /// Horizontal position of the centre of mass \[m].
     pub x: Real,
-    /// Horizontal position of the centre of mass [m].
+    /// Horizontal position of the centre of mass \[m].
     pub y: Real,
-    /// Height of the highest node [m].
+    /// Height of the highest node \[m].
     pub height: Real,
 }
 
@@ -82,7 +82,7 @@ pub(crate) fn linked_to_bed(bed: &BedView, grain_size: Real) -> Vec<bool> {
     linked(&bounds, grain_size / 4.0)
 }
 
-/// Grains of the largest group linked by boxes that come closer than twice `margin` [m].
+/// Grains of the largest group linked by boxes that come closer than twice `margin` \[m].
 fn linked(bounds: &[(Vector, Vector)], margin: Real) -> Vec<bool> {
     let groups = Groups::of(bounds.len());
     let bins = Bins::of(bounds, 2.0 * margin);

@@ -41,14 +41,14 @@ pub(super) struct Band {
     pub values: Vec<Real>,
     /// Variance of the values, as if there were no window [m^2].
     pub variance: Real,
-    /// Zeroth over first moment of the spectrum in the band: the wavelength of its centre [m].
+    /// Zeroth over first moment of the spectrum in the band: the wavelength of its centre \[m].
     pub centroid: Option<Real>,
     /// Number of values under the rise of the window at each end.
     pub rise: usize,
 }
 
 impl Band {
-    /// Takes the waves from `shortest` to `longest` [m] out of values `spacing` [m] apart that have no trend. The
+    /// Takes the waves from `shortest` to `longest` \[m] out of values `spacing` \[m] apart that have no trend. The
     /// profile is padded with zeros to four times its length, so that the wavenumbers lie close.
     pub fn of(values: &[Real], spacing: Real, [shortest, longest]: [Real; 2], taper: Real) -> Self {
         let count = values.len();

@@ -32,20 +32,20 @@ choices! {
 /// Lengths in the three definitions of the bed surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BedSurfaceSettings {
-    /// Distance of the places of the concentration surface [m].
+    /// Distance of the places of the concentration surface \[m].
     pub spacing: Real,
-    /// Radius over which the volume of a grain is spread for the concentration [m].
+    /// Radius over which the volume of a grain is spread for the concentration \[m].
     pub reach: Real,
-    /// Width of the parts of x1 of the two other definitions [m].
+    /// Width of the parts of x1 of the two other definitions \[m].
     pub part: Real,
-    /// Thickness of the slab behind the side that is looked at [m].
+    /// Thickness of the slab behind the side that is looked at \[m].
     pub slab: Real,
     /// Side that is looked at.
     pub side: ViewedSide,
 }
 
 impl BedSurfaceSettings {
-    /// The usual lengths for grains of diameter `grain_size` [m]: places half a diameter apart, reach and slab two
+    /// The usual lengths for grains of diameter `grain_size` \[m]: places half a diameter apart, reach and slab two
     /// diameters, parts one diameter.
     #[must_use]
     pub fn of_grains(grain_size: Real) -> Self {

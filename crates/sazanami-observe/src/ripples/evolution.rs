@@ -13,14 +13,14 @@ pub struct Growth {
     pub rate: Real,
     /// Standard error of the rate from the scatter about the law [1/s].
     pub standard_error: Real,
-    /// Height of the law at time zero [m].
+    /// Height of the law at time zero \[m].
     pub scale: Real,
     /// Number of heights used.
     pub points: usize,
 }
 
 impl Growth {
-    /// Fits heights [m] at times [s]; those that are not positive are left out.
+    /// Fits heights \[m] at times \[s]; those that are not positive are left out.
     ///
     /// # Errors
     /// With fewer than three heights at different times.
@@ -32,7 +32,7 @@ impl Growth {
         Ok(Self { rate: line.slope, standard_error, scale: line.intercept.exp(), points: line.points })
     }
 
-    /// Height of the law at `time` [s], in m.
+    /// Height of the law at `time` \[s], in m.
     #[must_use]
     pub fn at(&self, time: Real) -> Real {
         self.scale * (self.rate * time).exp()
@@ -42,14 +42,14 @@ impl Growth {
 /// Shift of ripples between two profiles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Migration {
-    /// Shift towards larger x1 [m]; over the time between, the speed of migration.
+    /// Shift towards larger x1 \[m]; over the time between, the speed of migration.
     pub shift: Real,
     /// Correlation of the profiles at that shift, 1 for the same ripples.
     pub correlation: Real,
 }
 
-/// Shift of ripples from an earlier to a later profile, at the highest correlation of their waves within `range` [m]
-/// for shifts of up to `reach` [m] to either side. Ripples look the same a wavelength on: `reach` beyond half of one
+/// Shift of ripples from an earlier to a later profile, at the highest correlation of their waves within `range` \[m]
+/// for shifts of up to `reach` \[m] to either side. Ripples look the same a wavelength on: `reach` beyond half of one
 /// has no meaning.
 ///
 /// # Errors

@@ -5,9 +5,9 @@ use sazanami_numerics::Real;
 use super::metrics::Waves;
 use super::{RippleSettings, Ripples, SurfaceProfile, Unmeasured};
 
-/// Distance of the places at which two profiles are compared [m].
+/// Distance of the places at which two profiles are compared \[m].
 const SPACING: Real = 1e-3;
-/// Shifts in x1 are tried in such steps [m].
+/// Shifts in x1 are tried in such steps \[m].
 const SHIFT_STEP: Real = 0.05e-3;
 /// Least number of places to compare at.
 const LEAST_PLACES: usize = 3;
@@ -16,34 +16,34 @@ const LEAST_PLACES: usize = 3;
 /// accuracy only.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ShiftLimits {
-    /// Largest shift in x1 to either side [m]; 0 if the experiment declares none.
+    /// Largest shift in x1 to either side \[m]; 0 if the experiment declares none.
     pub x: Real,
-    /// Largest shift in x3 to either side [m]; 0 if the experiment declares none.
+    /// Largest shift in x3 to either side \[m]; 0 if the experiment declares none.
     pub z: Real,
 }
 
 /// A profile of a run held against a measured one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProfileMatch {
-    /// How far the measured profile was moved towards larger x1 [m].
+    /// How far the measured profile was moved towards larger x1 \[m].
     pub shift_x: Real,
-    /// How far it was moved upwards [m].
+    /// How far it was moved upwards \[m].
     pub shift_z: Real,
     /// Whether the shifts in x1 and x3 are as large as they may be: a better one may lie beyond.
     pub at_limit: [bool; 2],
-    /// Mean height of the run less the measured one before the shift in x3 [m].
+    /// Mean height of the run less the measured one before the shift in x3 \[m].
     pub offset: Real,
-    /// The part of x1 that was compared [m].
+    /// The part of x1 that was compared \[m].
     pub range: [Real; 2],
     /// Number of places compared, 1 mm apart.
     pub places: usize,
-    /// Root mean square of the difference of the heights after the shifts [m].
+    /// Root mean square of the difference of the heights after the shifts \[m].
     pub rmse: Real,
     /// Correlation of the heights; `None` where one of the profiles is level.
     pub correlation: Option<Real>,
-    /// Highest minus lowest height of the run [m].
+    /// Highest minus lowest height of the run \[m].
     pub extent: Real,
-    /// Highest minus lowest height measured [m].
+    /// Highest minus lowest height measured \[m].
     pub measured_extent: Real,
 }
 
@@ -62,7 +62,7 @@ struct Pair {
     measured: Vec<Real>,
 }
 
-/// Holds a profile of a run against measured points `(x1, x3)` [m] in the order of x1, over the part of x1 that both
+/// Holds a profile of a run against measured points `(x1, x3)` \[m] in the order of x1, over the part of x1 that both
 /// cover for every shift allowed. The shift in x1 is the one of least difference, the smaller of two as good.
 ///
 /// # Errors
@@ -121,7 +121,7 @@ fn between(points: &[[Real; 2]], x: Real) -> Real {
     }
 }
 
-/// Compares heights after a shift in x1 and the best one in x3; the `limits` of both are not negative [m].
+/// Compares heights after a shift in x1 and the best one in x3; the `limits` of both are not negative \[m].
 fn compare(pair: &Pair, shift_x: Real, limits: [Real; 2]) -> ProfileMatch {
     let Pair { range, run, measured } = pair;
     let count = run.len() as Real;
@@ -190,7 +190,7 @@ impl BedMatch {
     }
 }
 
-/// Holds a bed of a run against measured points `(x1, x3)` [m], and their ripples against each other. The margin of
+/// Holds a bed of a run against measured points `(x1, x3)` \[m], and their ripples against each other. The margin of
 /// `settings` is not used: what is compared is what both cover.
 ///
 /// A shift of half a measured wavelength is the largest that means something; a larger one that is allowed is cut to

@@ -18,7 +18,7 @@ pub enum Layer {
 /// Where layers are counted from.
 #[derive(Clone, Copy, Debug)]
 pub enum LayerReference<'a> {
-    /// From the floor at this height [m] upwards: lower, upper.
+    /// From the floor at this height \[m] upwards: lower, upper.
     Floor(Real),
     /// From the surface of the bed downwards: upper, lower. Beside the profile and in its gaps there is no layer.
     Surface(&'a SurfaceProfile),
@@ -29,9 +29,9 @@ pub enum LayerReference<'a> {
 pub struct Layers<'a> {
     /// Where they are counted from.
     pub reference: LayerReference<'a>,
-    /// Thickness of each [m]: 5 grain diameters in the paper.
+    /// Thickness of each \[m]: 5 grain diameters in the paper.
     pub thickness: Real,
-    /// Part of x1 [m] that is looked at.
+    /// Part of x1 \[m] that is looked at.
     pub range: [Real; 2],
 }
 
@@ -64,9 +64,9 @@ pub struct LayerGrains<'a> {
     pub layer: &'a [Option<Layer>],
     /// Velocities relative to the tank [m/s].
     pub velocity: &'a [Vector],
-    /// Drag of the water on each grain [N].
+    /// Drag of the water on each grain \[N].
     pub drag: &'a [Vector],
-    /// Force of the pressure gradient on each grain, buoyancy included [N].
+    /// Force of the pressure gradient on each grain, buoyancy included \[N].
     pub pressure_force: &'a [Vector],
 }
 
@@ -88,9 +88,9 @@ pub struct LayerMeans {
     pub water_velocity: Option<Real>,
     /// Velocity of the grains [m/s].
     pub grain_velocity: Option<Real>,
-    /// Drag on a grain [N].
+    /// Drag on a grain \[N].
     pub drag: Option<Real>,
-    /// Force of the pressure gradient on a grain [N].
+    /// Force of the pressure gradient on a grain \[N].
     pub pressure_force: Option<Real>,
     /// Number of particles of water.
     pub water_count: usize,
@@ -98,7 +98,7 @@ pub struct LayerMeans {
     pub grain_count: usize,
 }
 
-/// Weight under water [N] of a sphere of `diameter` [m], with the densities of grain and water [kg/m^3] and the
+/// Weight under water \[N] of a sphere of `diameter` \[m], with the densities of grain and water [kg/m^3] and the
 /// gravity [m/s^2].
 #[must_use]
 pub fn submerged_weight(diameter: Real, grain_density: Real, water_density: Real, gravity: Real) -> Real {

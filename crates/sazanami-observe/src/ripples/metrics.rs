@@ -12,21 +12,21 @@ const LARGEST_LAG: Real = 0.6;
 /// How ripples are distinguished from the rest of a profile.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RippleSettings {
-    /// Distance from the end walls that is left out [m].
+    /// Distance from the end walls that is left out \[m].
     pub margin: Real,
-    /// Shortest and longest wave that counts [m]. Waves longer than the profile never do.
+    /// Shortest and longest wave that counts \[m]. Waves longer than the profile never do.
     pub band: [Real; 2],
     /// Part of the profile at each end over which the cosine window rises.
     pub taper: Real,
-    /// Root mean square of the waves in the band from which on they are ripples [m].
+    /// Root mean square of the waves in the band from which on they are ripples \[m].
     pub least_relief: Real,
 }
 
 impl RippleSettings {
-    /// The usual evaluation for grains of diameter `grain_size` [m]: 10 mm off the walls, waves of 5 to 60 mm, a
+    /// The usual evaluation for grains of diameter `grain_size` \[m]: 10 mm off the walls, waves of 5 to 60 mm, a
     /// window that rises over a tenth at each end.
     ///
-    /// A level bed is never level to the grain. `across` [m] is the width over which the surface is an average: that
+    /// A level bed is never level to the grain. `across` \[m] is the width over which the surface is an average: that
     /// of the tank for concentration and top layer, that of the slab for the image. A made-up level bed with its top
     /// layer half full showed waves of standard deviation up to `0.41 d sqrt(d / across)` in all three definitions,
     /// 8 to 12 mm long; from `0.5 d sqrt(d / across)` on waves are taken for ripples.
@@ -36,7 +36,7 @@ impl RippleSettings {
         Self { margin: 10e-3, band: [5e-3, 60e-3], taper: 0.1, least_relief }
     }
 
-    /// The part of x1 [m] that is looked at in a tank.
+    /// The part of x1 \[m] that is looked at in a tank.
     #[must_use]
     pub fn range_in(&self, tank: &Tank) -> [Real; 2] {
         tank.range_inside(self.margin)
@@ -46,9 +46,9 @@ impl RippleSettings {
 /// What a profile without its trend is in the band of ripples.
 pub(super) struct Waves {
     pub band: Band,
-    /// Root mean square without the trend, before the band is taken out [m].
+    /// Root mean square without the trend, before the band is taken out \[m].
     pub relief: Real,
-    /// Place of the first value [m].
+    /// Place of the first value \[m].
     pub start: Real,
     pub spacing: Real,
 }
@@ -89,7 +89,7 @@ impl Waves {
         (highest, part.iter().copied().fold(Real::INFINITY, Real::min))
     }
 
-    /// Places of the crests [m]: the highest one of each stretch above zero, whole or cut off by the window.
+    /// Places of the crests \[m]: the highest one of each stretch above zero, whole or cut off by the window.
     pub fn crests(&self) -> Vec<Real> {
         let (first, values) = self.band.inner();
         let mut crests = Vec::new();
@@ -112,7 +112,7 @@ impl Waves {
         crests
     }
 
-    /// Shift [m] of the first maximum of the correlation of the waves with themselves, past its first negative value.
+    /// Shift \[m] of the first maximum of the correlation of the waves with themselves, past its first negative value.
     fn correlation_maximum(&self) -> Result<Real, Unmeasured> {
         let (_, values) = self.band.inner();
         let lags = (LARGEST_LAG * values.len() as Real) as usize;
@@ -142,7 +142,7 @@ fn root_mean_square(values: &[Real]) -> Real {
     (values.iter().map(|z| z * z).sum::<Real>() / values.len() as Real).sqrt()
 }
 
-/// Root mean square of the part of a profile within `range` [m] without its trend, all wavelengths [m]: of a level bed
+/// Root mean square of the part of a profile within `range` \[m] without its trend, all wavelengths \[m]: of a level bed
 /// too.
 ///
 /// # Errors
@@ -158,24 +158,24 @@ pub fn relief(profile: &SurfaceProfile, range: [Real; 2]) -> Result<Real, Unmeas
 /// Measures of the ripples of a profile.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ripples {
-    /// Root mean square of the profile without its trend, all wavelengths [m].
+    /// Root mean square of the profile without its trend, all wavelengths \[m].
     pub relief: Real,
-    /// Standard deviation of the waves in the band [m].
+    /// Standard deviation of the waves in the band \[m].
     pub deviation: Real,
-    /// Wavelength at the centre of the spectrum, its zeroth over its first moment in wavenumbers [m].
+    /// Wavelength at the centre of the spectrum, its zeroth over its first moment in wavenumbers \[m].
     pub spectral_wavelength: Real,
-    /// Mean distance from one rise through zero to the next [m].
+    /// Mean distance from one rise through zero to the next \[m].
     pub crossing_wavelength: Result<Real, Unmeasured>,
-    /// Shift of the first maximum of the profile's correlation with itself [m].
+    /// Shift of the first maximum of the profile's correlation with itself \[m].
     pub correlation_wavelength: Result<Real, Unmeasured>,
-    /// Mean height from crest to trough of the waves between one rise through zero and the next [m].
+    /// Mean height from crest to trough of the waves between one rise through zero and the next \[m].
     pub crest_to_trough: Result<Real, Unmeasured>,
     /// Number of such waves.
     pub waves: usize,
 }
 
 impl Ripples {
-    /// Measures the part of a profile within `range` [m].
+    /// Measures the part of a profile within `range` \[m].
     ///
     /// # Errors
     /// If the profile is too short (less than four of the shortest waves), too coarse, has gaps, or is flat.
@@ -202,7 +202,7 @@ impl Ripples {
         }
     }
 
-    /// Height from the standard deviation, `2 sqrt(2) sigma`: that from crest to trough of a sine [m].
+    /// Height from the standard deviation, `2 sqrt(2) sigma`: that from crest to trough of a sine \[m].
     #[must_use]
     pub fn height(&self) -> Real {
         8.0_f64.sqrt() * self.deviation

@@ -44,36 +44,36 @@ pub enum Sides {
 /// The inside of the tank. Its ends in x1 are walls.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tank {
-    /// Places of the end walls on x1 [m].
+    /// Places of the end walls on x1 \[m].
     pub x: [Real; 2],
-    /// Places of the sides on x2 [m].
+    /// Places of the sides on x2 \[m].
     pub y: [Real; 2],
-    /// Height of the floor [m].
+    /// Height of the floor \[m].
     pub floor: Real,
     /// What the sides are.
     pub sides: Sides,
 }
 
 impl Tank {
-    /// Length between the end walls [m].
+    /// Length between the end walls \[m].
     #[must_use]
     pub fn length(&self) -> Real {
         self.x[1] - self.x[0]
     }
 
-    /// Width between the sides [m].
+    /// Width between the sides \[m].
     #[must_use]
     pub fn width(&self) -> Real {
         self.y[1] - self.y[0]
     }
 
-    /// The part of x1 that is farther than `margin` [m] from both end walls.
+    /// The part of x1 that is farther than `margin` \[m] from both end walls.
     #[must_use]
     pub fn range_inside(&self, margin: Real) -> [Real; 2] {
         [self.x[0] + margin, self.x[1] - margin]
     }
 
-    /// A place on x2 [m] brought back between periodic sides; as it is between walls.
+    /// A place on x2 \[m] brought back between periodic sides; as it is between walls.
     #[must_use]
     pub fn across(&self, y: Real) -> Real {
         match self.sides {
@@ -86,22 +86,22 @@ impl Tank {
 /// Spherical grains at one instant, one entry each, in the order of their identifiers.
 #[derive(Clone, Copy, Debug)]
 pub struct GrainView<'a> {
-    /// Centres [m].
+    /// Centres \[m].
     pub position: &'a [Vector],
-    /// Diameters [m].
+    /// Diameters \[m].
     pub diameter: &'a [Real],
     /// Number of grains and walls that each one touches.
     pub contacts: &'a [u32],
 }
 
 impl GrainView<'_> {
-    /// Mean diameter [m]; zero without grains.
+    /// Mean diameter \[m]; zero without grains.
     #[must_use]
     pub fn mean_diameter(&self) -> Real {
         self.diameter.iter().sum::<Real>() / self.diameter.len().max(1) as Real
     }
 
-    /// Height of the highest point of a grain [m].
+    /// Height of the highest point of a grain \[m].
     #[must_use]
     pub fn top_of(&self, grain: usize) -> Real {
         self.position[grain].z + 0.5 * self.diameter[grain]
@@ -111,7 +111,7 @@ impl GrainView<'_> {
 /// Particles of water at one instant, one entry each, in the order of their identifiers.
 #[derive(Clone, Copy, Debug)]
 pub struct WaterView<'a> {
-    /// Centres [m].
+    /// Centres \[m].
     pub position: &'a [Vector],
     /// Volume that a particle takes up together with the grains in it, `V0 / eps` [m^3].
     pub bulk_volume: &'a [Real],
@@ -125,23 +125,23 @@ pub enum Unmeasured {
     /// A profile does not reach far enough.
     #[error("the profile is {length} m long where at least {needed} m are needed")]
     TooShort {
-        /// Length there is [m].
+        /// Length there is \[m].
         length: Real,
-        /// Length needed [m].
+        /// Length needed \[m].
         needed: Real,
     },
     /// The points of a profile are too far apart for the shortest wave asked for.
     #[error("points {spacing} m apart do not show waves of {shortest} m")]
     TooCoarse {
-        /// Distance of the points [m].
+        /// Distance of the points \[m].
         spacing: Real,
-        /// Shortest wave [m].
+        /// Shortest wave \[m].
         shortest: Real,
     },
     /// A profile has no height at some place.
     #[error("the profile has no height at x = {at} m")]
     Gap {
-        /// The place [m].
+        /// The place \[m].
         at: Real,
     },
     /// Nothing stands out of the plane.
@@ -151,9 +151,9 @@ pub enum Unmeasured {
         1e3 * deviation, 1e3 * least
     )]
     Flat {
-        /// Root mean square of the waves in the band [m].
+        /// Root mean square of the waves in the band \[m].
         deviation: Real,
-        /// Least one of ripples [m].
+        /// Least one of ripples \[m].
         least: Real,
     },
     /// Not enough whole waves.
@@ -167,7 +167,7 @@ pub enum Unmeasured {
     /// A correlation has no maximum among the shifts looked at.
     #[error("the correlation has no maximum up to a shift of {reach} m")]
     NoMaximum {
-        /// Largest shift [m].
+        /// Largest shift \[m].
         reach: Real,
     },
     /// Not enough values.
@@ -210,7 +210,7 @@ pub(crate) mod made_up {
     }
 
     impl Lattice {
-        /// Cubic lattice of the given spacing [m] below `surface(x)` [m], each point with `share` of its cell.
+        /// Cubic lattice of the given spacing \[m] below `surface(x)` \[m], each point with `share` of its cell.
         pub fn below(tank: &Tank, spacing: Real, share: Real, surface: impl Fn(Real) -> Real) -> Self {
             let count = |length: Real| (length / spacing).round() as usize;
             let diameter = spacing * (share * 6.0 / std::f64::consts::PI).cbrt();

@@ -24,7 +24,7 @@ impl PhaseAverage {
     }
 }
 
-/// Averages values at times [s] over the last `cycles` of a `period` [s], at `phases` phases of the cycle. A value
+/// Averages values at times \[s] over the last `cycles` of a `period` \[s], at `phases` phases of the cycle. A value
 /// counts for the phase it is nearest to; phase zero is at time zero.
 ///
 /// # Errors
@@ -58,7 +58,7 @@ pub fn phase_average(
     Ok(PhaseAverage { deviation: spread.map(|s| s.max(0.0).sqrt()).collect(), mean, cycles })
 }
 
-/// Mean over each whole cycle of a `period` [s] from time zero on: the end of the cycle [s] and the mean of the values
+/// Mean over each whole cycle of a `period` \[s] from time zero on: the end of the cycle \[s] and the mean of the values
 /// at its times, its beginning left out and its end included. Cycles that the series enters late or leaves early are
 /// left out.
 #[must_use]

@@ -13,13 +13,13 @@ use super::{Sides, Tank};
 pub struct Interpolation<'a, W> {
     /// The tank; across periodic sides particles are near each other.
     pub tank: &'a Tank,
-    /// Places of the particles [m].
+    /// Places of the particles \[m].
     pub position: &'a [Vector],
     /// Their volumes [m^3].
     pub volume: &'a [Real],
-    /// Distance from which on a particle has no weight [m].
+    /// Distance from which on a particle has no weight \[m].
     pub reach: Real,
-    /// Weight of a particle by its distance [m].
+    /// Weight of a particle by its distance \[m].
     pub kernel: W,
     /// Least number of particles within reach; with fewer there is no value.
     pub least: usize,
@@ -79,17 +79,17 @@ impl Near {
 /// A square grid in a section normal to x2.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SectionWindow {
-    /// Bounds in x1 [m].
+    /// Bounds in x1 \[m].
     pub x: [Real; 2],
-    /// Bounds in x3 [m].
+    /// Bounds in x3 \[m].
     pub z: [Real; 2],
-    /// Place of the section on x2 [m].
+    /// Place of the section on x2 \[m].
     pub plane: Real,
-    /// Distance of the grid points [m].
+    /// Distance of the grid points \[m].
     pub spacing: Real,
 }
 
-/// Velocities, or other vectors, on the grid of a window: place and value at x1, x3 [m], row by row from below. Points
+/// Velocities, or other vectors, on the grid of a window: place and value at x1, x3 \[m], row by row from below. Points
 /// without enough water near them are left out.
 pub fn vectors_in_section<W: Fn(Real) -> Real>(
     interpolation: &Interpolation<W>,

@@ -7,11 +7,11 @@ use super::Unmeasured;
 /// Heights at evenly spaced places on x1, averaged or seen across the tank.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SurfaceProfile {
-    /// First place [m].
+    /// First place \[m].
     pub start: Real,
-    /// Distance of the places [m].
+    /// Distance of the places \[m].
     pub spacing: Real,
-    /// Heights [m]; `None` where there is no surface.
+    /// Heights \[m]; `None` where there is no surface.
     pub heights: Vec<Option<Real>>,
 }
 
@@ -22,7 +22,7 @@ impl SurfaceProfile {
         Self { start, spacing, heights: heights.into_iter().map(Some).collect() }
     }
 
-    /// Heights at the middles of `count` equal parts of `range` [m].
+    /// Heights at the middles of `count` equal parts of `range` \[m].
     pub(super) fn of_parts(range: [Real; 2], count: usize, height: impl FnMut(usize) -> Option<Real>) -> Self {
         let spacing = (range[1] - range[0]) / count as Real;
         Self { start: range[0] + 0.5 * spacing, spacing, heights: (0..count).map(height).collect() }
@@ -40,29 +40,29 @@ impl SurfaceProfile {
         self.heights.is_empty()
     }
 
-    /// A place [m].
+    /// A place \[m].
     #[must_use]
     pub fn x(&self, number: usize) -> Real {
         self.start + number as Real * self.spacing
     }
 
-    /// First and last place [m]; the same where there is only one.
+    /// First and last place \[m]; the same where there is only one.
     #[must_use]
     pub fn range(&self) -> [Real; 2] {
         [self.start, self.x(self.len().saturating_sub(1))]
     }
 
-    /// The places that have a height, with it [m].
+    /// The places that have a height, with it \[m].
     pub fn points(&self) -> impl Iterator<Item = [Real; 2]> + '_ {
         self.heights.iter().enumerate().filter_map(|(n, z)| z.map(|z| [self.x(n), z]))
     }
 
-    /// All places with their heights [m], NaN where there is none: as pictures leave gaps.
+    /// All places with their heights \[m], NaN where there is none: as pictures leave gaps.
     pub fn points_with_gaps(&self) -> impl Iterator<Item = [Real; 2]> + '_ {
         self.heights.iter().enumerate().map(|(n, z)| [self.x(n), z.unwrap_or(Real::NAN)])
     }
 
-    /// Height [m] at `x` [m], linear between places: a wave gauge on the profile of the water surface. Within half a
+    /// Height \[m] at `x` \[m], linear between places: a wave gauge on the profile of the water surface. Within half a
     /// spacing beyond the first and last place the height is theirs; farther out, and beside a gap, there is none.
     #[must_use]
     pub fn at(&self, x: Real) -> Option<Real> {
@@ -81,27 +81,27 @@ impl SurfaceProfile {
         if part > 1.0 - 1e-9 { Some(upper) } else { lower.map(|lower| lower + (upper - lower) * part) }
     }
 
-    /// Median of the heights [m].
+    /// Median of the heights \[m].
     #[must_use]
     pub fn median(&self) -> Option<Real> {
         median(self.heights.iter().filter_map(|&z| z).collect())
     }
 
-    /// Mean of the heights [m] there are.
+    /// Mean of the heights \[m] there are.
     #[must_use]
     pub fn mean(&self) -> Option<Real> {
         let count = self.heights.iter().flatten().count();
         (count > 0).then(|| self.heights.iter().flatten().sum::<Real>() / count as Real)
     }
 
-    /// Highest minus lowest height [m].
+    /// Highest minus lowest height \[m].
     #[must_use]
     pub fn extent(&self) -> Option<Real> {
         let heights = || self.heights.iter().filter_map(|&z| z);
         Some(heights().reduce(Real::max)? - heights().reduce(Real::min)?)
     }
 
-    /// The same with gaps of up to `longest` [m] between two heights closed by straight lines.
+    /// The same with gaps of up to `longest` \[m] between two heights closed by straight lines.
     #[must_use]
     pub fn with_gaps_closed(&self, longest: Real) -> Self {
         let mut closed = self.clone();
@@ -119,7 +119,7 @@ impl SurfaceProfile {
         closed
     }
 
-    /// The heights every `spacing` [m] from one end of `range` [m] on, by [`Self::at`].
+    /// The heights every `spacing` \[m] from one end of `range` \[m] on, by [`Self::at`].
     #[must_use]
     pub fn resampled(&self, range: [Real; 2], spacing: Real) -> Self {
         let steps = ((range[1] - range[0]) / spacing + 1e-9).floor();
@@ -128,7 +128,7 @@ impl SurfaceProfile {
         Self { start: range[0], spacing, heights }
     }
 
-    /// The part within `range` [m].
+    /// The part within `range` \[m].
     #[must_use]
     pub fn within(&self, range: [Real; 2]) -> Self {
         let slack = 1e-9 * self.spacing;
@@ -138,7 +138,7 @@ impl SurfaceProfile {
         Self { start: self.x(first), spacing: self.spacing, heights }
     }
 
-    /// The heights [m], all of them.
+    /// The heights \[m], all of them.
     ///
     /// # Errors
     /// [`Unmeasured::Gap`] where there is none.

@@ -18,7 +18,7 @@ pub(super) struct SectionDensity {
 }
 
 impl SectionDensity {
-    /// Sum of the volumes [m^3] of the particles, each spread over a disc of `radius` [m] in the section by the
+    /// Sum of the volumes [m^3] of the particles, each spread over a disc of `radius` \[m] in the section by the
     /// Wendland C2 function of unit integral in two dimensions, `7/(pi R^2) (1-q)^4 (1+4q)` (Wendland 1995), and over
     /// the whole width. What reaches through the end walls or the floor comes back as from a mirror. For periodic
     /// sides and for walls alike, nothing leaves across.

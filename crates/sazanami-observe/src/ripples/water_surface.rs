@@ -8,8 +8,8 @@ use super::{SurfaceProfile, Tank, WaterView};
 /// Share of space at the surface: half of the water below.
 const LEVEL: Real = 0.5;
 
-/// Height of the water surface against x1 every `spacing` [m]: the highest place at which the bulk volume of the
-/// water, averaged across the tank over a reach of 2.5 particle spacings (`particle` [m]), is half of the space, and
+/// Height of the water surface against x1 every `spacing` \[m]: the highest place at which the bulk volume of the
+/// water, averaged across the tank over a reach of 2.5 particle spacings (`particle` \[m]), is half of the space, and
 /// below which the next point is wet too. Particles that fly free of the others do not count; where the tank is dry
 /// there is no surface.
 #[must_use]

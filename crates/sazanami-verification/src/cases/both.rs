@@ -11,7 +11,7 @@ const DAM_BREAK: &str = include_str!("../../../../cases/both/dam-break.toml");
 const SETTLING_SPHERE: &str = include_str!("../../../../cases/both/settling-sphere.toml");
 /// Both solvers.
 const SOLVERS: [&str; 2] = ["mics", "mps"];
-/// Diameter of the sphere [m].
+/// Diameter of the sphere \[m].
 const DIAMETER: Real = 1e-3;
 
 /// Runs a case with one of the solvers and returns columns of one of its tables.

@@ -62,7 +62,7 @@ fn ball_mass(radius: Real, density: Real) -> Real {
     density * 4.0 / 3.0 * PI * radius.powi(3)
 }
 
-/// Rebound over impact speed of a ball of `mass`, and the time in contact [s].
+/// Rebound over impact speed of a ball of `mass`, and the time in contact \[s].
 fn rebound(law: LinearSpringDashpot, mass: Real, steps: Real) -> Result<[Real; 2], String> {
     let (radius, speed) = (1e-3, 0.1);
     let dt = PI * (mass / law.normal_stiffness).sqrt() / steps;

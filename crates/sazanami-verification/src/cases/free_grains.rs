@@ -106,7 +106,7 @@ struct Kept {
     collisions: usize,
 }
 
-/// The swarm for `time` [s] in sub-steps `refinement` times as short as the automatic one.
+/// The swarm for `time` \[s] in sub-steps `refinement` times as short as the automatic one.
 fn collide(law: LinearSpringDashpot, refinement: Real, time: Real) -> Result<Kept, String> {
     let grains = swarm(1.0);
     let mut bench = Bench::new(Body::prolate(AXES[0], AXES[1], 9), law, Vec::new(), &grains)?;

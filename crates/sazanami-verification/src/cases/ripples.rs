@@ -7,9 +7,9 @@ use crate::measured::Measured;
 use sazanami::analyse::layer_history;
 
 const CASE: &str = include_str!("../../../../cases/ripples/paper.toml");
-/// Simulated time of each run [s].
+/// Simulated time of each run \[s].
 const UNTIL: Real = 3.0;
-/// Last part of a run whose layer averages count: two periods [s].
+/// Last part of a run whose layer averages count: two periods \[s].
 const WATCHED: Real = 1.0;
 
 /// What a run found at its end.

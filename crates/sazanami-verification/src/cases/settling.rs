@@ -21,7 +21,7 @@ struct Oil {
     name: &'static str,
     density: Real,
     viscosity: Real,
-    /// By when it is reached [s].
+    /// By when it is reached \[s].
     until: Real,
 }
 
@@ -30,7 +30,7 @@ const E2: Oil = Oil { name: "E2", density: 965.0, viscosity: 0.212, until: 0.8 }
 const E3: Oil = Oil { name: "E3", density: 962.0, viscosity: 0.113, until: 1.2 };
 const E4: Oil = Oil { name: "E4", density: 960.0, viscosity: 0.058, until: 1.05 };
 
-/// Time [s] and velocity [m/s] of the sphere until `oil.until`, in steps of at most `viscous` times `dx^2 / nu`.
+/// Time \[s] and velocity [m/s] of the sphere until `oil.until`, in steps of at most `viscous` times `dx^2 / nu`.
 ///
 /// Back-projection acts once a step; in between momentum spreads by `sqrt(nu dt)` through the sphere's surface. The
 /// exact exchange needs this to be a small part of a cell.

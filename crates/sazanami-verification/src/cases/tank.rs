@@ -125,7 +125,7 @@ pub(crate) fn fractions(domain: &Domain, region: &Region) -> Field<Real> {
     beta
 }
 
-/// One step of the length that the limits allow, but not beyond `end` [s]; returns its length [s].
+/// One step of the length that the limits allow, but not beyond `end` \[s]; returns its length \[s].
 pub(crate) fn step(solver: &mut Solver, now: Real, end: Real) -> Result<(Real, StepReport), String> {
     let step = solver.stable_step();
     let dt = step.dt.min(end - now);

@@ -50,7 +50,7 @@ pub(crate) fn falling_drop() -> Result<Vec<Measured>, String> {
     Ok(rows)
 }
 
-/// Time [s], front over width, height over height at the start.
+/// Time \[s], front over width, height over height at the start.
 fn dam(cells_per_width: usize, convection: Convection) -> Result<Vec<[Real; 3]>, String> {
     let width = WIDTH / cells_per_width as Real;
     let cells = [14 * cells_per_width, 1, 5 * cells_per_width / 2];

@@ -8,7 +8,7 @@ use crate::reference::{DAM_BREAK, history};
 use sazanami_mics::boundary::{Boundary, Side};
 use sazanami_mics::flow::{Fluids, Schemes};
 
-/// Width of the column [m]; it is twice as high.
+/// Width of the column \[m]; it is twice as high.
 pub const WIDTH: Real = 0.05715;
 /// Acceleration of gravity there [m/s^2].
 pub const GRAVITY: Real = 9.81;

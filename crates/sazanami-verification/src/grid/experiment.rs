@@ -58,7 +58,7 @@ impl Experiment {
         self.project(1.0)
     }
 
-    /// Projects without transport, over `dt` [s] without gravity.
+    /// Projects without transport, over `dt` \[s] without gravity.
     ///
     /// # Errors
     /// [`ExperimentError`] if the projection fails.
@@ -119,7 +119,7 @@ impl Experiment {
         change.fold(0.0, Real::max)
     }
 
-    /// Centre of the liquid [m].
+    /// Centre of the liquid \[m].
     #[must_use]
     pub fn liquid_centre(&self) -> Vector {
         let c = self.flow.volume_fraction.data();

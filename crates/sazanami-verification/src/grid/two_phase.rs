@@ -77,8 +77,8 @@ pub struct FreeFlight {
     pub excess: Real,
 }
 
-/// The drop of Yagyu et al. (2015), 5.537 mm at 9 m/s, falling for `time` [s] through air in a closed
-/// box on cells of `width` [m], with pressure to `tolerance`.
+/// The drop of Yagyu et al. (2015), 5.537 mm at 9 m/s, falling for `time` \[s] through air in a closed
+/// box on cells of `width` \[m], with pressure to `tolerance`.
 ///
 /// # Errors
 /// [`ExperimentError`] if a step fails.

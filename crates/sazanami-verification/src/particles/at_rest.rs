@@ -11,7 +11,7 @@ use sazanami_mps::solver::Solver;
 
 /// Layers of water.
 const LAYERS: usize = 20;
-/// When the pressure is looked at [s].
+/// When the pressure is looked at \[s].
 const FIRST: Real = 0.5;
 /// Steps in which velocities are damped, and by what, before rest is judged.
 const RELAXATION: (usize, Real) = (500, 0.9);
@@ -19,13 +19,13 @@ const RELAXATION: (usize, Real) = (500, 0.9);
 /// Water in a box of 20 x 7 (periodic) x 20 spacings.
 #[derive(Clone, Copy, Debug)]
 pub struct RestSetup {
-    /// Particle spacing [m].
+    /// Particle spacing \[m].
     pub spacing: Real,
     /// Body force in x over gravity; the surface lies across the sum.
     pub tilt: Real,
     /// How far particles are moved off their lattice, in spacings.
     pub jitter: Real,
-    /// How long the water is watched after its relaxation [s].
+    /// How long the water is watched after its relaxation \[s].
     pub seconds: Real,
 }
 
@@ -117,7 +117,7 @@ pub fn rest(setup: &RestSetup) -> Result<Rest, ExperimentError> {
 }
 
 /// Root mean square of the difference of the acceleration of a falling block of water from gravity, over gravity, after
-/// each of `times` [s]; its particles lie on a lattice, or off it by `jitter` spacings.
+/// each of `times` \[s]; its particles lie on a lattice, or off it by `jitter` spacings.
 ///
 /// # Errors
 /// [`ExperimentError`] if a step fails.

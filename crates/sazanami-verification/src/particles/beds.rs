@@ -17,7 +17,7 @@ use sazanami_mps::{Kind, Role};
 
 /// Density of the grains [kg/m^3].
 pub const GRAIN_DENSITY: Real = 2650.0;
-/// Diameter of the grains [m].
+/// Diameter of the grains \[m].
 pub const DIAMETER: Real = 1e-3;
 
 /// Void fractions of touching grains on a simple cubic lattice.
@@ -136,7 +136,7 @@ pub struct Falling {
 }
 
 /// A grain of density 2650 kg/m^3 and 1 mm in a tank of 20 x 20 x 60 diameters (rounded to the lattice), released at
-/// rest, for `end` [s]; fluid particles of `spacing` diameters. The grain may be of another `density` [kg/m^3] than the one
+/// rest, for `end` \[s]; fluid particles of `spacing` diameters. The grain may be of another `density` [kg/m^3] than the one
 /// that the drag law is asked for.
 ///
 /// # Errors
@@ -194,7 +194,7 @@ fn weight_of(solver: &Solver) -> (Weight, Calibration) {
 /// Steady flow through a bed of fixed grains.
 #[derive(Clone, Copy, Debug)]
 pub struct Seepage {
-    /// Diameter of the grains [m].
+    /// Diameter of the grains \[m].
     pub diameter: Real,
     /// Void fraction, from the bulk volumes of the fluid.
     pub void_fraction: Real,
@@ -219,7 +219,7 @@ impl Seepage {
     }
 }
 
-/// Flow until `end` [s] under a body force `force` [m/s^2] through a bed of void fraction `eps`, 10 x 8 x 10 diameters, periodic in x
+/// Flow until `end` \[s] under a body force `force` [m/s^2] through a bed of void fraction `eps`, 10 x 8 x 10 diameters, periodic in x
 /// and y, between walls that slip. Grains of about a diameter lie on a body-centred lattice, each moved by up to a tenth
 /// of it.
 ///
@@ -369,7 +369,7 @@ pub fn dry_bed(size: [usize; 2], layers: Real) -> Result<Real, ExperimentError> 
     Ok(impulse / (500.0 * dt * mass * (1.0 - DENSITY / GRAIN_DENSITY) * GRAVITY))
 }
 
-/// Largest difference of the pressure of the fluid from the hydrostatic, over that of the depth `depth` [m].
+/// Largest difference of the pressure of the fluid from the hydrostatic, over that of the depth `depth` \[m].
 fn pressure_error(solver: &Solver, force: Vector, depth: Real) -> Real {
     let particles = solver.particles();
     let reference = solver.settings().reference;
@@ -431,14 +431,14 @@ pub(super) struct SettledBed {
     pub rise: Real,
     /// Part of gravity along x while the water comes to rest; its surface lies across the sum.
     pub tilt: Real,
-    /// How far the vessel may move in x [m].
+    /// How far the vessel may move in x \[m].
     pub margin: Real,
     /// Height below which grains are held for good.
     pub glued: Real,
 }
 
 impl SettledBed {
-    /// Depth of the water above the floor [m].
+    /// Depth of the water above the floor \[m].
     pub fn depth(&self) -> Real {
         (self.layers + self.water) * DIAMETER
     }

@@ -9,13 +9,13 @@ use sazanami_mps::pressure::hydrostatic;
 use sazanami_mps::solver::Solver;
 use sazanami_mps::{Kind, Role};
 
-/// Width of the column of Martin and Moyce [m].
+/// Width of the column of Martin and Moyce \[m].
 pub const WIDTH: Real = 0.05715;
 
 /// A column of water beside the left wall of a long tank with walls that slip.
 #[derive(Clone, Copy, Debug)]
 pub struct Column {
-    /// Width [m].
+    /// Width \[m].
     pub width: Real,
     /// Particles in the width.
     pub across: usize,
@@ -28,13 +28,13 @@ pub struct Column {
 /// What a collapsing column does at a time.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Collapse {
-    /// Time [s].
+    /// Time \[s].
     pub time: Real,
-    /// Front from the left wall [m].
+    /// Front from the left wall \[m].
     pub front: Real,
-    /// Height of the water at the left wall [m].
+    /// Height of the water at the left wall \[m].
     pub height: Real,
-    /// Pressure on the right wall one particle above the floor [Pa].
+    /// Pressure on the right wall one particle above the floor \[Pa].
     pub impact: Real,
 }
 
@@ -43,7 +43,7 @@ impl Column {
         self.width / self.across as Real
     }
 
-    /// The collapse until `end` [s].
+    /// The collapse until `end` \[s].
     ///
     /// # Errors
     /// [`ExperimentError`] if a step fails.

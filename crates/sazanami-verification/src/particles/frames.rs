@@ -167,7 +167,7 @@ fn by_frame_and_by_chance(
     Ok([&moving, &nudged].map(|other| compare(&still, other, SHAKING, dt, spacing)))
 }
 
-/// Water alone, `layers` particles in a depth of 10 mm, in a tank of 120 mm, until `end` [s]: the frames compared, and
+/// Water alone, `layers` particles in a depth of 10 mm, in a tank of 120 mm, until `end` \[s]: the frames compared, and
 /// one of them with itself after a nudge of 1 nm/s to one particle.
 ///
 /// # Errors
@@ -183,7 +183,7 @@ pub fn frames(layers: usize, end: Real) -> Result<[FrameDifference; 2], Experime
     by_frame_and_by_chance(|| vessel.solver(), [dt, end, spacing])
 }
 
-/// A bed of 4 diameters, the lowest glued to the floor, under 6 diameters of water in a tank of `length` diameters, until `end` [s];
+/// A bed of 4 diameters, the lowest glued to the floor, under 6 diameters of water in a tank of `length` diameters, until `end` \[s];
 /// as in [`frames`].
 ///
 /// # Errors

@@ -8,12 +8,12 @@ use sazanami_mps::solver::{Forcing, Solver};
 
 /// Angle to which the bed is tilted fast, and how fast [rad, rad/s].
 const FIRST: (Real, Real) = (0.26, 0.35);
-/// Largest angle, at which water still covers the bed [rad].
+/// Largest angle, at which water still covers the bed \[rad].
 const LAST: Real = 0.7;
 /// Mean speed of the upper grains along the bed that is a slide, and that is none any more, over `sqrt(g d)`.
 const SLIDING: Real = 0.05;
 const STILL: Real = 0.005;
-/// Longest slide [s].
+/// Longest slide \[s].
 const LONGEST: Real = 3.0;
 /// Width of the columns in which the surface of the bed is found, in diameters.
 const COLUMN: Real = 2.0;
@@ -21,13 +21,13 @@ const COLUMN: Real = 2.0;
 /// Angles at which a bed begins and ceases to slide.
 #[derive(Clone, Copy, Debug)]
 pub struct Repose {
-    /// Angle of the floor when the upper grains slide; not a number if they never do [degrees].
+    /// Angle of the floor when the upper grains slide; not a number if they never do \[degrees].
     pub start: Real,
-    /// Angle of the surface of the bed when they lie still again [degrees].
+    /// Angle of the surface of the bed when they lie still again \[degrees].
     pub stop: Real,
-    /// How long they slid [s].
+    /// How long they slid \[s].
     pub seconds: Real,
-    /// Way of the upper grains in the tilt before the slide, on the mean [diameters].
+    /// Way of the upper grains in the tilt before the slide, on the mean \[diameters].
     pub creep: Real,
     /// Largest mean speed of the upper grains in the slide over `sqrt(g d)`.
     pub speed: Real,
@@ -46,7 +46,7 @@ fn speed(solver: &Solver, top: Real) -> Real {
     sum / Real::max(count, 1.0)
 }
 
-/// Tops of the bed in columns along x, away from the ends: `(x, z)` [m].
+/// Tops of the bed in columns along x, away from the ends: `(x, z)` \[m].
 fn surface(solver: &Solver) -> Vec<[Real; 2]> {
     let grains = solver.grains().engine().grains();
     let length = solver.tank().upper.x;

@@ -43,13 +43,13 @@ pub enum ExperimentError {
 /// A box with fluid and grains before it runs.
 #[derive(Clone, Debug)]
 pub struct Vessel {
-    /// Lower corner [m].
+    /// Lower corner \[m].
     pub lower: Vector,
-    /// Upper corner [m].
+    /// Upper corner \[m].
     pub upper: Vector,
     /// Sides of the box.
     pub sides: [[Side; 2]; 3],
-    /// Particle spacing [m].
+    /// Particle spacing \[m].
     pub spacing: Real,
     /// Kinematic viscosity [m^2/s].
     pub viscosity: Real,
@@ -59,17 +59,17 @@ pub struct Vessel {
     pub scheme: Scheme,
     /// Accuracy of the pressure.
     pub tolerance: Tolerance,
-    /// Longest step [s].
+    /// Longest step \[s].
     pub longest: Real,
-    /// Where the hydrostatic part of the pressure is zero [m].
+    /// Where the hydrostatic part of the pressure is zero \[m].
     pub reference: Vector,
-    /// How far the box will move in x [m].
+    /// How far the box will move in x \[m].
     pub margin: Real,
     /// Fluid.
     pub fluid: Vec<FluidParticle>,
     /// Grains, spheres of [`Self::diameter`].
     pub grains: Vec<Grain>,
-    /// Diameter of the grains [m].
+    /// Diameter of the grains \[m].
     pub diameter: Real,
     /// Whether grains answer to the pressure of the same step.
     pub implicit_pressure_force: bool,
@@ -187,7 +187,7 @@ pub(super) fn lattice([n1, n2, n3]: [usize; 3]) -> impl Iterator<Item = Vector> 
     (0..n3).flat_map(move |k| (0..n2).flat_map(move |j| (0..n1).map(move |i| Vector::new(at(i), at(j), at(k)))))
 }
 
-/// Runs `solver` from `time` [s] until `end` [s] in stable steps.
+/// Runs `solver` from `time` \[s] until `end` \[s] in stable steps.
 ///
 /// `forcing` is what moves the fluid between two times; `watch` sees the time, the solver and the report after every
 /// step.
@@ -216,7 +216,7 @@ pub(super) fn under(body_force: Vector) -> impl Fn(Real, Real) -> Forcing {
     move |_, _| Forcing { body_force, ..Forcing::default() }
 }
 
-/// Kinetic energy of the fluid [J].
+/// Kinetic energy of the fluid \[J].
 pub(super) fn kinetic_energy(solver: &Solver) -> Real {
     let [square] = solver.sum_over_fluid(|p, a| [p.velocity[a].length_squared()]);
     0.5 * solver.particle_mass() * square

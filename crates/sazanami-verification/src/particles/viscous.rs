@@ -9,7 +9,7 @@ use sazanami_mps::solver::{Forcing, Solver};
 /// Kinematic viscosity [m^2/s].
 const VISCOSITY: Real = 1e-4;
 
-/// A channel of `layers` particles of `spacing` [m] between walls at the ends of z, without gravity.
+/// A channel of `layers` particles of `spacing` \[m] between walls at the ends of z, without gravity.
 fn channel(layers: usize, spacing: Real, friction: WallFriction) -> Vessel {
     let size = [SLAB, SLAB, layers];
     let mut vessel = Vessel::new(size, spacing, [PERIODIC, PERIODIC, WALLS]).filled(size);

@@ -12,9 +12,9 @@ use sazanami_mps::solver::{Forcing, Solver};
 /// A tank of water with walls that slip.
 #[derive(Clone, Copy, Debug)]
 pub struct WaveTank {
-    /// Length [m].
+    /// Length \[m].
     pub length: Real,
-    /// Depth [m].
+    /// Depth \[m].
     pub depth: Real,
     /// Particle layers in the depth.
     pub layers: usize,
@@ -123,11 +123,11 @@ pub fn standing_wave(tank: WaveTank, n: usize, amplitude: Real) -> Result<Standi
 /// A tank that is moved as `X = A r(t) sin(w t)`, where `r` rises from 0 to 1 in `ramp`.
 #[derive(Clone, Copy, Debug)]
 pub struct Shaking {
-    /// Amplitude A [m].
+    /// Amplitude A \[m].
     pub amplitude: Real,
     /// Circular frequency w [rad/s].
     pub rate: Real,
-    /// Time in which the motion grows [s].
+    /// Time in which the motion grows \[s].
     pub ramp: Real,
 }
 
@@ -187,7 +187,7 @@ impl Linear {
         self.state.iter().enumerate().map(|(m, state)| (self.tank.number(2 * m + 1), *state))
     }
 
-    /// Centre of mass in x from the middle [m].
+    /// Centre of mass in x from the middle \[m].
     fn centre(&self) -> Real {
         let sum: Real = self.wave_numbers().map(|(k, [zeta, _])| -2.0 * zeta / (k * k)).sum();
         sum / (self.tank.depth * self.tank.length)
@@ -198,7 +198,7 @@ impl Linear {
         self.wave_numbers().map(|(k, [_, rate])| -rate * (k * x).sin() / (k * self.tank.depth)).sum()
     }
 
-    /// Elevation at the left wall [m].
+    /// Elevation at the left wall \[m].
     fn at_wall(&self) -> Real {
         self.state.iter().map(|[zeta, _]| zeta).sum()
     }
@@ -217,7 +217,7 @@ pub struct Sloshing {
     pub shallower: Real,
     /// Largest elevation at a wall by linear theory, in spacings.
     pub height: Real,
-    /// Root mean square of the centre of mass [m].
+    /// Root mean square of the centre of mass \[m].
     pub centre: Real,
 }
 

@@ -33,7 +33,7 @@ fn axis_ratio(folder: &Path) -> Real {
 /// Relative distance of the ends of runs that are compared.
 const SAME_END: Real = 0.01;
 
-/// The end that most runs have, the latest of those that equally many have [s].
+/// The end that most runs have, the latest of those that equally many have \[s].
 fn common_end(ends: impl Iterator<Item = Real> + Clone) -> Real {
     let alike = |end: Real| ends.clone().filter(|&other| is_same_end(other, end)).count();
     ends.clone().max_by(|&a, &b| alike(a).cmp(&alike(b)).then(a.total_cmp(&b))).unwrap_or_default()

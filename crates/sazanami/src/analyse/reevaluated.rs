@@ -25,7 +25,7 @@ struct Again {
     /// Name of the checkpoint, relative to the folder of results.
     checkpoint: String,
     step: u64,
-    /// Simulated time [s].
+    /// Simulated time \[s].
     time: Real,
     found: Reevaluated,
     /// The same with the keys of the run, where others were asked for.

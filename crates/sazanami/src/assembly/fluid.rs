@@ -93,7 +93,7 @@ pub fn settings(case: &Case) -> Settings {
     }
 }
 
-/// First step of an adaptive run [s].
+/// First step of an adaptive run \[s].
 pub fn first_step(case: &Case) -> Option<Real> {
     match case.fluid.step {
         Step::Adaptive { first, .. } => Some(first),
@@ -113,8 +113,8 @@ pub fn coupling(case: &Case) -> Coupling {
     }
 }
 
-/// Where the origin of a liquid region is put [m], above a bed whose highest point near the axis is
-/// at `bed_height` [m].
+/// Where the origin of a liquid region is put \[m], above a bed whose highest point near the axis is
+/// at `bed_height` \[m].
 pub(crate) fn origin_of(liquid: &LiquidRegion, axis: [Real; 2], bed_height: Real) -> Vector {
     match liquid.placement {
         Placement::Absolute(origin) => origin,

@@ -112,7 +112,7 @@ pub(crate) fn setup(case: &Case, shapes: &[Shape]) -> Setup {
     setup
 }
 
-/// Highest level of liquid at the start [m]; the floor without liquid.
+/// Highest level of liquid at the start \[m]; the floor without liquid.
 pub(crate) fn level(case: &Case, bed_height: Real) -> Real {
     let tops = case.liquids.iter().filter(|liquid| liquid.fluid == FluidName::Liquid).map(|liquid| {
         let origin = fluid::origin_of(liquid, case.bed.axis, bed_height);

@@ -17,13 +17,13 @@ pub(super) struct Work {
     pub substeps: usize,
     /// Sub-steps of packing.
     pub packing: Real,
-    /// Wall-clock time of the pictures [s].
+    /// Wall-clock time of the pictures \[s].
     pub pictures: Real,
     /// Whether the tank was prepared before.
     pub made_ready: bool,
 }
 
-/// Wall-clock time by part [s].
+/// Wall-clock time by part \[s].
 pub(super) fn predict(
     case: &Case,
     populations: &[PopulationReport],
@@ -71,7 +71,7 @@ pub(crate) fn packing_substeps(case: &Case, populations: &[PopulationReport], mo
     }
 }
 
-/// Simulated time that packing takes [s]: the fall from the lattice, then the bounces until the bed rests; `None` if the
+/// Simulated time that packing takes \[s]: the fall from the lattice, then the bounces until the bed rests; `None` if the
 /// case packs nothing.
 pub(crate) fn packing_time(case: &Case, populations: &[PopulationReport], model: &CostModel) -> Option<Real> {
     let (how, fall) = fall_of(case, populations)?;
@@ -82,7 +82,7 @@ pub(crate) fn packing_time(case: &Case, populations: &[PopulationReport], model:
     Some((fall + rest).min(how.time_limit))
 }
 
-/// How the grains are packed, and the time [s] in which those of the uppermost layer fall onto the bed.
+/// How the grains are packed, and the time \[s] in which those of the uppermost layer fall onto the bed.
 fn fall_of<'c>(case: &'c Case, populations: &[PopulationReport]) -> Option<(&'c Packing, Real)> {
     let box_ = case.domain.extent();
     let mut how = None;
@@ -117,7 +117,7 @@ mod tests {
     use super::*;
     use crate::machine::Machine;
 
-    /// The measurements of `docs/performance.md`, on two threads [s].
+    /// The measurements of `docs/performance.md`, on two threads \[s].
     #[test]
     fn predictions_agree_with_measurements_to_a_factor_of_two() {
         for (name, until, measured) in [

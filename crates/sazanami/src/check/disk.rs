@@ -6,16 +6,16 @@ use super::{CheckReport, CostModel, Size, bytes, particles};
 use crate::case::meaning::{Case, Probe, ProbePlace, Schedule};
 use crate::case::{Diagnostics, LoadedCase};
 
-/// The pictures of a time on disk [bytes].
+/// The pictures of a time on disk \[bytes].
 const PICTURES: Real = 1.5e6;
-/// A row of the series on disk [bytes].
+/// A row of the series on disk \[bytes].
 const ROW: Real = 600.0;
-/// What is written of a point that is watched [bytes].
+/// What is written of a point that is watched \[bytes].
 const ROW_OF_POINT: Real = 70.0;
-/// What is written of a place along the bed, with the water above it [bytes].
+/// What is written of a place along the bed, with the water above it \[bytes].
 const ROW_OF_PLACE: Real = 150.0;
 
-/// Results on disk by key of `[output]` [bytes], and the checkpoints kept.
+/// Results on disk by key of `[output]` \[bytes], and the checkpoints kept.
 pub(super) fn disk(case: &Case, size: &Size, [steps, dt]: [Real; 2], model: &CostModel) -> [(&'static str, Real); 6] {
     let outputs = &case.output;
     let (elements, element) = match particles::report(case) {
@@ -40,7 +40,7 @@ pub(super) fn disk(case: &Case, size: &Size, [steps, dt]: [Real; 2], model: &Cos
     ]
 }
 
-/// Profiles of bed and water beside a row of the series [bytes].
+/// Profiles of bed and water beside a row of the series \[bytes].
 fn profiles(case: &Case) -> Real {
     // Two places a grain size.
     case.ripples.as_ref().map_or(0.0, |ripples| 2.0 * case.domain.extent().x / ripples.grain_size * ROW_OF_PLACE)
@@ -66,9 +66,9 @@ pub fn warn_of_disk(loaded: &LoadedCase, report: &CheckReport, available: Option
         .label(format!("about {}, of which {} are free", bytes(report.disk_bytes), bytes(free)))
         .help(format!("write `{key}` less often: it takes {}", bytes(share)));
 }
-/// What is written of the place of a grain that is a point [bytes].
+/// What is written of the place of a grain that is a point \[bytes].
 const PLACE_OF_GRAIN: Real = 14.0;
-/// What is written of a value of a grain that is a point [bytes].
+/// What is written of a value of a grain that is a point \[bytes].
 const VALUE_OF_GRAIN: Real = 6.0;
-/// What a value adds to the surface of a grain, whose corners all have it [bytes].
+/// What a value adds to the surface of a grain, whose corners all have it \[bytes].
 const MESH_OF_VALUE: Real = 20.0;

@@ -35,7 +35,7 @@ pub(crate) enum Cause {
 pub(crate) struct Pace {
     /// Limits on the step, shortest first.
     pub limits: Vec<LimitReport>,
-    /// Step [s].
+    /// Step \[s].
     pub dt: Real,
     /// Passes of the fluid in a step.
     pub passes: usize,
@@ -87,7 +87,7 @@ pub(crate) fn strongest_force(case: &Case) -> Real {
     (resting + swing).length().max((resting - swing).length())
 }
 
-/// Amplitude [m] and frequency [Hz] of the strongest harmonic in which the tank or its frame swings.
+/// Amplitude \[m] and frequency \[Hz] of the strongest harmonic in which the tank or its frame swings.
 pub(super) fn swing(case: &Case) -> Option<(Vector, Real)> {
     let frame = case.frame.as_ref()?;
     let moved = frame.motion.as_ref().and_then(TankMotion::harmonic);
@@ -161,7 +161,7 @@ fn of_frame(case: &Case, tank: Option<&TankReport>) -> Vector {
 /// Speed of the water over that of its tank which no resonance exceeds for long: waves break.
 const MOST_AMPLIFIED: Real = 6.0;
 
-/// Height through which a liquid will fall [m].
+/// Height through which a liquid will fall \[m].
 fn fall_of(case: &Case, liquid: &LiquidRegion) -> Real {
     let extent = case.domain.extent();
     let Placement::Absolute(position) = liquid.placement else { return 0.0 };
@@ -298,7 +298,7 @@ pub(crate) fn stiffest_contact(case: &Case) -> Option<&PairContact> {
     all.max_by(|a, b| stiffness(case, a).total_cmp(&stiffness(case, b)))
 }
 
-/// Longest sub-step the contacts allow [s], by the engine's own limit for the smallest and the largest grains of each
+/// Longest sub-step the contacts allow \[s], by the engine's own limit for the smallest and the largest grains of each
 /// population; `None` where no grain moves.
 pub(super) fn contact_step(case: &Case, populations: &[PopulationReport]) -> Option<Real> {
     let interactions = grains::interactions(case);
@@ -344,7 +344,7 @@ mod tests {
     use super::*;
     use crate::assembly::shapes::shape_of;
 
-    /// The contact sub-step that the engine finds for the smallest and the largest grain of each population [s].
+    /// The contact sub-step that the engine finds for the smallest and the largest grain of each population \[s].
     fn of_engine(case: &Case) -> Real {
         let shapes: Vec<_> = case.grains.iter().map(|population| shape_of(population).unwrap()).collect();
         let mut setup = grains::setup(case, &shapes);

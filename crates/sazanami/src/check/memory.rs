@@ -10,16 +10,16 @@ use crate::machine::Machine;
 
 /// Part of the free memory that a case is advised to take.
 const FILLED: Real = 0.9;
-/// Memory of a tetrahedron of a shape's mesh, with nodes, surface and search trees [bytes].
+/// Memory of a tetrahedron of a shape's mesh, with nodes, surface and search trees \[bytes].
 const MEMORY_TETRAHEDRON: Real = 1e3;
-/// Memory of a contact sphere of a shape [bytes].
+/// Memory of a contact sphere of a shape \[bytes].
 const MEMORY_SHAPE_SPHERE: Real = 200.0;
-/// Memory of a mean over a cell, a layer or a pixel [bytes].
+/// Memory of a mean over a cell, a layer or a pixel \[bytes].
 const MEMORY_MEAN: Real = 16.0;
-/// Memory of a point of a probe's line: values, and their columns [bytes].
+/// Memory of a point of a probe's line: values, and their columns \[bytes].
 const MEMORY_POINT: Real = 1e3;
 
-/// Memory a case takes [bytes]: of the flow, or of the packing before it.
+/// Memory a case takes \[bytes]: of the flow, or of the packing before it.
 #[must_use]
 pub fn memory(case: &Case, model: &CostModel) -> Real {
     let of_grains = |count: fn(&Case, &Population) -> Option<usize>| {
@@ -31,7 +31,7 @@ pub fn memory(case: &Case, model: &CostModel) -> Real {
     packing.max(flow + fluid_memory(case, model)) + observer_memory(case, model)
 }
 
-/// Memory of the observers: erosion profile, exposed grains, lines of probes, pictures [bytes].
+/// Memory of the observers: erosion profile, exposed grains, lines of probes, pictures \[bytes].
 fn observer_memory(case: &Case, model: &CostModel) -> Real {
     let erosion = case.erosion.as_ref().map_or(0.0, |erosion| {
         // The smoothing grid is a square round the axis.
@@ -47,7 +47,7 @@ fn observer_memory(case: &Case, model: &CostModel) -> Real {
     erosion + exposed + probes + pictures::memory(case, model)
 }
 
-/// Memory of the fluids [bytes].
+/// Memory of the fluids \[bytes].
 fn fluid_memory(case: &Case, model: &CostModel) -> Real {
     match particles::report(case) {
         Some(particles) => particles::memory(&particles, model),
@@ -60,18 +60,18 @@ fn per_cell(case: &Case, model: &CostModel) -> Real {
     model.memory_cell + pictures::memory_per_cell(case, model)
 }
 
-/// Memory of cells with those round the box, of so many bytes each [bytes].
+/// Memory of cells with those round the box, of so many bytes each \[bytes].
 fn cell_memory(cells: [usize; 3], each: Real) -> Real {
     cells.iter().map(|&n| n as Real + 4.0).product::<Real>() * each
 }
 
-/// Memory of one grain and of its surface in pictures [bytes].
+/// Memory of one grain and of its surface in pictures \[bytes].
 pub(super) fn memory_per_grain(case: &Case, population: &Population, model: &CostModel) -> Real {
     let spheres = spheres_of(population).unwrap_or(0) as Real * model.memory_sphere;
     model.memory_grain + spheres + pictures::memory_per_grain(case, population, model)
 }
 
-/// Memory of `count` grains of a population with their shape [bytes].
+/// Memory of `count` grains of a population with their shape \[bytes].
 fn grain_memory(case: &Case, population: &Population, count: usize, model: &CostModel) -> Real {
     let spheres = spheres_of(population).unwrap_or(0) as Real * MEMORY_SHAPE_SPHERE;
     let shape = pictures::triangles(population) * MEMORY_TETRAHEDRON + spheres;
@@ -141,7 +141,7 @@ pub fn check_memory(loaded: &LoadedCase, machine: &Machine, model: &CostModel, r
     }
 }
 
-/// The largest numbers of cells, of so many bytes `each`, in the proportions of `cells` that fit into `room` [bytes].
+/// The largest numbers of cells, of so many bytes `each`, in the proportions of `cells` that fit into `room` \[bytes].
 fn fitting_cells(cells: [usize; 3], room: Real, each: Real) -> Option<[usize; 3]> {
     let mut factor = (room / cell_memory(cells, each)).cbrt();
     if factor.is_nan() || factor <= 0.0 {

@@ -17,7 +17,7 @@ const WALL_LAYERS: Real = 1.0;
 /// Moving particles and their tank.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ParticlesReport {
-    /// Particle spacing [m].
+    /// Particle spacing \[m].
     pub spacing_m: Real,
     /// Fluid particles, about.
     pub fluid: usize,
@@ -32,13 +32,13 @@ pub struct ParticlesReport {
 pub struct TankReport {
     /// Direction, from 1.
     pub axis: usize,
-    /// Frequency of the motion, or of its strongest harmonic [Hz].
+    /// Frequency of the motion, or of its strongest harmonic \[Hz].
     pub frequency_hz: Real,
-    /// Length of the tank [m].
+    /// Length of the tank \[m].
     pub length_m: Real,
-    /// Depth of the water above the bed [m].
+    /// Depth of the water above the bed \[m].
     pub depth_m: Real,
-    /// Wavelength at the frequency of the motion [m].
+    /// Wavelength at the frequency of the motion \[m].
     pub wavelength_m: Real,
     /// `1/cos(k L/2)`, without its sign: large near resonance.
     pub amplification: Real,
@@ -50,7 +50,7 @@ pub struct TankReport {
     pub largest_elevation: Real,
     /// Largest speed of the tank [m/s].
     pub tank_speed: Real,
-    /// Thickness of the oscillating boundary layer [m].
+    /// Thickness of the oscillating boundary layer \[m].
     pub stokes_layer_m: Real,
 }
 
@@ -148,7 +148,7 @@ pub(crate) fn tank(case: &Case) -> Option<TankReport> {
     waves.max_by(|a, b| a.largest_elevation.total_cmp(&b.largest_elevation))
 }
 
-/// Waves along a direction, from 0, in which the tank is shaken by an amplitude [m] at a frequency [Hz].
+/// Waves along a direction, from 0, in which the tank is shaken by an amplitude \[m] at a frequency \[Hz].
 fn waves(case: &Case, axis: usize, amplitude: Real, frequency: Real, depth: Real) -> TankReport {
     let omega = TAU * frequency;
     let length_m = case.domain.extent()[axis];
@@ -174,7 +174,7 @@ fn waves(case: &Case, axis: usize, amplitude: Real, frequency: Real, depth: Real
     }
 }
 
-/// Depth of the water above a bed that is levelled, or above the floor [m].
+/// Depth of the water above a bed that is levelled, or above the floor \[m].
 fn depth(case: &Case) -> Option<Real> {
     let top = |liquid: &LiquidRegion| match liquid.placement {
         Placement::Absolute(position) => Some(position.z + liquid.region.heights()[1]),
@@ -205,13 +205,13 @@ fn wavenumber(omega: Real, gravity: Real, depth: Real) -> Real {
     k
 }
 
-/// Wall-clock time of the steps and of what comes before them, without the grains [s].
+/// Wall-clock time of the steps and of what comes before them, without the grains \[s].
 pub(super) fn predict(report: &ParticlesReport, steps: Real, threads: usize, model: &CostModel) -> Real {
     let speed = 1.0 + model.parallel_share * (threads as Real - 1.0);
     steps * (report.fluid as Real * model.fluid_particle + report.walls as Real * model.wall_particle) / speed
 }
 
-/// Memory [bytes].
+/// Memory \[bytes].
 pub(super) fn memory(report: &ParticlesReport, model: &CostModel) -> Real {
     (report.fluid + report.walls) as Real * model.memory_particle
 }

@@ -9,13 +9,13 @@ use crate::case::meaning::{Case, GrainShape, Population, Solver};
 /// 2,097,152 cells, and over 2 to 8,000 grains among moving particles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PictureCost {
-    /// Canvas, axes, liquid and the file [s], plus
+    /// Canvas, axes, liquid and the file \[s], plus
     pub time: Real,
     /// [s per grain], plus
     pub time_grain: Real,
     /// [s per triangle of the grains' surfaces].
     pub time_triangle: Real,
-    /// Canvas and letters [bytes], plus
+    /// Canvas and letters \[bytes], plus
     pub memory: Real,
     /// the liquid of the pictures that wait to be drawn [bytes per cell], plus
     pub memory_cell: Real,
@@ -54,7 +54,7 @@ pub(super) fn triangles(population: &Population) -> Real {
     }
 }
 
-/// Wall-clock time of the pictures of a run of so many steps of a length [s].
+/// Wall-clock time of the pictures of a run of so many steps of a length \[s].
 pub(super) fn time(case: &Case, populations: &[PopulationReport], [steps, dt]: [Real; 2], model: &CostModel) -> Real {
     let times = case.output.figures.count(case.run.until.min(steps * dt), steps);
     if times <= 0.0 {
@@ -73,17 +73,17 @@ fn drawn(case: &Case, model: &CostModel) -> Option<PictureCost> {
     (!case.output.figures.is_empty()).then(|| PictureCost::of(case, model))
 }
 
-/// Memory for the pictures without cells and grains [bytes].
+/// Memory for the pictures without cells and grains \[bytes].
 pub(super) fn memory(case: &Case, model: &CostModel) -> Real {
     drawn(case, model).map_or(0.0, |cost| cost.memory)
 }
 
-/// Memory for a cell in pictures [bytes].
+/// Memory for a cell in pictures \[bytes].
 pub(super) fn memory_per_cell(case: &Case, model: &CostModel) -> Real {
     drawn(case, model).map_or(0.0, |cost| cost.memory_cell)
 }
 
-/// Memory for a grain in pictures [bytes].
+/// Memory for a grain in pictures \[bytes].
 pub(super) fn memory_per_grain(case: &Case, population: &Population, model: &CostModel) -> Real {
     drawn(case, model).map_or(0.0, |cost| cost.memory_triangle * triangles(population))
 }
@@ -99,7 +99,7 @@ mod tests {
                         [material.stone]\ndensity = \"2650 kg/m^3\"\n[[grains]]\nshape.sphere = { diameter = \"0.3 mm\" }\n\
                         placement.lattice = { counts = [20, 20, 10] }\n[output]\nfigures = { at = [\"1 ms\"] }\n";
 
-    /// Processor time of the pictures of one time [s], measured.
+    /// Processor time of the pictures of one time \[s], measured.
     #[test]
     fn pictures_take_what_was_measured_to_a_factor_of_one_and_a_half() {
         let sphere = |refinement: usize| {

@@ -14,7 +14,7 @@ pub struct ShapeFacts {
     pub volume: Option<Real>,
     /// Contact spheres.
     pub contact_spheres: Option<usize>,
-    /// Grain size [m].
+    /// Grain size \[m].
     pub size: Option<Real>,
     /// Number of grains, where a bed file tells it.
     pub grains: Option<usize>,
@@ -56,7 +56,7 @@ pub(super) fn spheres_of(population: &Population) -> Option<usize> {
     }
 }
 
-/// Mass of a grain of size factor 1 [kg]; the volume of its mesh is used if it is known.
+/// Mass of a grain of size factor 1 \[kg]; the volume of its mesh is used if it is known.
 fn mass_of(case: &Case, population: &Population, mesh_volume: Option<Real>) -> Option<Real> {
     let density = case.material(&population.material)?.density;
     population.mass_override.or_else(|| Some(density * mesh_volume.or_else(|| population.shape.volume())?))

@@ -26,7 +26,7 @@ pub(super) fn falling(case: &Case, population: &Population) -> Vector {
 }
 
 /// Terminal speed of a sphere of the largest grains' size with the drag of Schiller and Naumann (1935): in the liquid
-/// where that reaches above the `lowest` grain [m], else in the gas [m/s].
+/// where that reaches above the `lowest` grain \[m], else in the gas [m/s].
 fn terminal_speed(case: &Case, population: &Population, gravity: Real, lowest: Real) -> Option<Real> {
     let top = |placement: &Placement, high: Real| match placement {
         Placement::Absolute(position) => position.z + high,

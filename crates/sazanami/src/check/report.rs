@@ -12,7 +12,7 @@ use crate::machine::Machine;
 pub struct LimitReport {
     /// Name, as in the live line.
     pub name: &'static str,
-    /// Longest step it allows at the start [s].
+    /// Longest step it allows at the start \[s].
     pub dt_s: Real,
     /// How it is found.
     pub rule: String,
@@ -31,11 +31,11 @@ pub struct PopulationReport {
     pub levelled: Option<usize>,
     /// Contact spheres of one grain.
     pub contact_spheres: Option<usize>,
-    /// Grain size [m].
+    /// Grain size \[m].
     pub size_m: Option<Real>,
     /// Cells on the grain size, for the largest edge of a cell.
     pub cells_per_grain: Option<Real>,
-    /// Mass of a grain of size factor 1 [kg].
+    /// Mass of a grain of size factor 1 \[kg].
     pub mass_kg: Option<Real>,
     /// Facts about its shape, in words.
     pub shape: Vec<String>,
@@ -51,7 +51,7 @@ pub struct LiquidReport {
     pub name: String,
     /// Volume within the box and between the grains [m^3], where it has a formula.
     pub volume_m3: Option<Real>,
-    /// Mass [kg].
+    /// Mass \[kg].
     pub mass_kg: Option<Real>,
     /// Momentum [kg m/s].
     pub momentum: Option<Real>,
@@ -72,7 +72,7 @@ pub struct CheckReport {
     pub cells: [usize; 3],
     /// Number of cells.
     pub cell_count: usize,
-    /// Edges of a cell [m].
+    /// Edges of a cell \[m].
     pub spacing_m: [Real; 3],
     /// Liquids.
     pub liquids: Vec<LiquidReport>,
@@ -88,7 +88,7 @@ pub struct CheckReport {
     pub particles: Option<ParticlesReport>,
     /// Limits on the step, shortest first.
     pub limits: Vec<LimitReport>,
-    /// Step at the start [s].
+    /// Step at the start \[s].
     pub dt_s: Real,
     /// Fluid passes in a step.
     pub fluid_passes: usize,
@@ -98,22 +98,22 @@ pub struct CheckReport {
     pub steps: Real,
     /// Fluid steps, if the step is that of the speeds that bodies reach from the start on.
     pub most_steps: Real,
-    /// Memory [bytes].
+    /// Memory \[bytes].
     pub memory_bytes: Real,
-    /// Memory that is free [bytes].
+    /// Memory that is free \[bytes].
     pub memory_available: Option<u64>,
-    /// Results on disk [bytes].
+    /// Results on disk \[bytes].
     pub disk_bytes: Real,
     /// The same by what is written.
     #[serde(skip)]
     pub disk_parts: [(&'static str, Real); 6],
-    /// Disk that is free [bytes].
+    /// Disk that is free \[bytes].
     pub disk_available: Option<u64>,
-    /// Wall-clock time by part on this machine [s].
+    /// Wall-clock time by part on this machine \[s].
     pub predicted_s: Vec<(&'static str, Real)>,
-    /// Wall-clock time in all, if the step stays as it is at the start [s].
+    /// Wall-clock time in all, if the step stays as it is at the start \[s].
     pub predicted_total_s: Real,
-    /// The same if the step is that of the speeds that bodies reach from the start on [s].
+    /// The same if the step is that of the speeds that bodies reach from the start on \[s].
     pub predicted_most_s: Real,
     /// Threads the prediction is for.
     pub threads: usize,

@@ -33,7 +33,7 @@ impl Search<'_> {
         }
     }
 
-    /// Height of the highest node near the axis, H_s [m]; the floor without grains there.
+    /// Height of the highest node near the axis, H_s \[m]; the floor without grains there.
     fn bed_height(&self, lying: &[Placed]) -> Real {
         let bodies: Vec<Body> = self.shapes.iter().map(Body::of).collect();
         let all = lying.iter();

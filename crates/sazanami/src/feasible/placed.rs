@@ -17,7 +17,7 @@ pub(super) struct Placed {
     pub position: Vector,
     pub orientation: Quaternion,
     pub factor: Real,
-    /// Room to leave round it for what is random [m].
+    /// Room to leave round it for what is random \[m].
     pub slack: Real,
     /// How it came there.
     pub origin: Origin,
@@ -73,7 +73,7 @@ impl Search<'_> {
         (format!("grain {} of `{}`", grain.index, population.name), self.loaded.places.at(&path))
     }
 
-    /// Height of the lowest point of a grain's contact spheres [m].
+    /// Height of the lowest point of a grain's contact spheres \[m].
     pub(super) fn lowest(&self, grain: &Placed) -> Real {
         self.spheres(grain).iter().map(|(centre, radius)| centre.z - radius).fold(Real::INFINITY, Real::min)
     }
@@ -87,7 +87,7 @@ impl Search<'_> {
         spheres.centres.iter().zip(&spheres.radii).map(at).collect()
     }
 
-    /// Corners of the box round the surface of a grain: of the smooth shape where it has one, else of its mesh [m].
+    /// Corners of the box round the surface of a grain: of the smooth shape where it has one, else of its mesh \[m].
     ///
     /// Nodes of a mesh that keeps the volume of a sphere stand out of the sphere.
     pub(super) fn surface(&self, grain: &Placed) -> [Vector; 2] {
@@ -100,7 +100,7 @@ impl Search<'_> {
         }
     }
 
-    /// Nodes of a grain where it lies [m].
+    /// Nodes of a grain where it lies \[m].
     fn nodes(&self, grain: &Placed) -> impl Iterator<Item = Vector> {
         let grain = *grain;
         let nodes = &self.shapes[grain.population].mesh().nodes;

@@ -12,7 +12,7 @@ use crate::case::meaning::{GrainPlacement, SIDE_NAMES};
 struct Outside {
     direction: usize,
     side: usize,
-    /// [m]
+    /// \[m]
     depth: Real,
 }
 

@@ -124,7 +124,7 @@ pub(crate) enum RankError {
 }
 
 impl RankError {
-    /// A step at `time` [s] failed while grains packed or came to rest.
+    /// A step at `time` \[s] failed while grains packed or came to rest.
     pub fn packing_step(case: &Case, walls: &[Wall], error: DemError, step: u64, time: Real) -> Self {
         Self::PackingStep { message: grain_error(case, walls, &error), error, step, time }
     }

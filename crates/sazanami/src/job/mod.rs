@@ -51,7 +51,7 @@ pub struct RunOptions {
     pub out: Option<PathBuf>,
     /// Overwrite a folder that is not empty.
     pub force: bool,
-    /// Stop at this simulated time [s] (never changes a time step).
+    /// Stop at this simulated time \[s] (never changes a time step).
     pub until: Option<Real>,
     /// Stop after so many further fluid steps.
     pub steps: Option<u64>,
@@ -97,7 +97,7 @@ pub(crate) struct RunState {
     /// Whether a bed in water is still being prepared.
     #[serde(default)]
     pub preparing: bool,
-    /// Simulated time [s].
+    /// Simulated time \[s].
     pub time: Real,
     /// Fluid steps since the start of the flow.
     pub step: u64,
@@ -189,7 +189,7 @@ pub(crate) struct Job<'a> {
     pub stop: &'a Stop,
     /// Threads of each rank.
     pub threads: usize,
-    /// Simulated time that packing is expected to take [s], if it can be predicted.
+    /// Simulated time that packing is expected to take \[s], if it can be predicted.
     pub packing_time: Option<Real>,
 }
 

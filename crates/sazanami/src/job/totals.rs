@@ -74,13 +74,13 @@ summed! {
 /// Sums and extremes since the start of a run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Totals {
-    /// Wall-clock time [s].
+    /// Wall-clock time \[s].
     pub wall_s: Real,
-    /// Wall-clock time by phase [s].
+    /// Wall-clock time by phase \[s].
     pub phase_s: BTreeMap<String, Real>,
     /// Steps by the limit that ruled them.
     pub limiter: BTreeMap<String, u64>,
-    /// Shortest stable length of a step since the last row of the series [s]; none if there was no step.
+    /// Shortest stable length of a step since the last row of the series \[s]; none if there was no step.
     #[serde(default)]
     pub least_stable_step: Option<Real>,
     /// Passes of the fluid, one or more a step.
@@ -132,7 +132,7 @@ impl Totals {
         }
     }
 
-    /// Notes how long the stable length of a step was [s].
+    /// Notes how long the stable length of a step was \[s].
     pub fn note_stable_step(&mut self, length: Real) {
         self.least_stable_step = Some(self.least_stable_step.map_or(length, |least| least.min(length)));
     }

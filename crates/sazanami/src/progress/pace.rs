@@ -20,7 +20,7 @@ const STEADY: Real = 1.5;
 #[derive(Clone, Debug)]
 pub(crate) struct Pace {
     phase: &'static str,
-    /// Wall clock and simulated time [s], oldest first.
+    /// Wall clock and simulated time \[s], oldest first.
     marks: VecDeque<(Instant, Real)>,
     /// Whether the pace has been steady once in this phase.
     is_known: bool,
@@ -32,7 +32,7 @@ impl Pace {
         Self { phase: "", marks: VecDeque::new(), is_known: false }
     }
 
-    /// Wall-clock time from `line` to the end of its phase [s], once the pace is steady.
+    /// Wall-clock time from `line` to the end of its phase \[s], once the pace is steady.
     pub fn remaining(&mut self, line: &StepLine) -> Option<Real> {
         self.remaining_at(Instant::now(), line)
     }
@@ -63,7 +63,7 @@ impl Pace {
 mod tests {
     use super::*;
 
-    /// What is predicted after each second in which the simulated time reaches `times` [s], of a phase of 1 s.
+    /// What is predicted after each second in which the simulated time reaches `times` \[s], of a phase of 1 s.
     fn predicted(phase: &'static str, pace: &mut Pace, begin: Instant, times: &[Real]) -> Vec<Option<Real>> {
         let after = |n: usize| begin + Duration::from_secs(n as u64);
         let line = |time: Real| StepLine { phase, time, until: 1.0, ..StepLine::default() };

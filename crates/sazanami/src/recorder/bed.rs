@@ -96,7 +96,7 @@ impl GatheredGrains {
         evaluate(&self.bed.view(&bodies))
     }
 
-    /// Measures the bed as it lies: height of its highest node near the axis, the floor without grains there [m], and
+    /// Measures the bed as it lies: height of its highest node near the axis, the floor without grains there \[m], and
     /// all that is found.
     pub fn measure_bed(&mut self) -> (Real, BedFindings) {
         let (height, found) = self.with_bed(|bed| {
@@ -166,7 +166,7 @@ impl BedSettings {
         }
     }
 
-    /// Highest node near the axis [m]; the floor without grains there.
+    /// Highest node near the axis \[m]; the floor without grains there.
     fn height(&self, bed: &BedView) -> Real {
         bed_profile::height_near(bed, self.axis, self.height_radius).unwrap_or(self.floor)
     }
@@ -176,7 +176,7 @@ impl BedSettings {
         self.findings(bed, self.height(bed))
     }
 
-    /// The same for a bed of a `height` that is known [m]. A slab that reaches above the bed ends at its height.
+    /// The same for a bed of a `height` that is known \[m]. A slab that reaches above the bed ends at its height.
     fn findings(&self, bed: &BedView, height: Real) -> BedFindings {
         let [lower, upper] = [self.slab[0], self.slab[1].min(height)];
         let porosity = (lower < upper).then(|| bed_profile::porosity_of_grains(bed, lower..upper, self.area));

@@ -21,7 +21,7 @@ use crate::results::{
 };
 use sazanami_numerics::choice::Choice;
 
-/// Time [s] and step a resumed run goes on from.
+/// Time \[s] and step a resumed run goes on from.
 type Left = Option<(Real, u64)>;
 
 /// Files of a run, open on rank 0.

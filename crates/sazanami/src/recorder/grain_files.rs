@@ -15,7 +15,7 @@ use crate::case::meaning::{Case, GrainArray};
 use crate::clock::Clock;
 use crate::job::RecordError;
 
-/// Time since the last contact of a grain that never touched any [s].
+/// Time since the last contact of a grain that never touched any \[s].
 const NEVER: Real = 1e9;
 
 /// A grain on its way to rank 0.
@@ -47,7 +47,7 @@ pub(crate) struct GrainStates {
 }
 
 impl GrainStates {
-    /// Gathers the grains. Collective. `drift` is the displacement [m] and the velocity [m/s] of the frame that is written
+    /// Gathers the grains. Collective. `drift` is the displacement \[m] and the velocity [m/s] of the frame that is written
     /// against that of the engine.
     pub fn gather(domain: &Domain, engine: &Engine, [shift, drift]: [Vector; 2]) -> Self {
         let grains = engine.grains();

@@ -208,7 +208,7 @@ impl<'a, B: Observer> Recorder<'a, B> {
         self.write_summary(Status::Running, None)
     }
 
-    /// Height of the highest node of the bed near the axis, known to all ranks [m]; the floor if there are no grains.
+    /// Height of the highest node of the bed near the axis, known to all ranks \[m]; the floor if there are no grains.
     pub fn measure_bed(&mut self, domain: &Domain, engine: &Engine) -> Real {
         self.grains.gather(domain, engine);
         let height = if self.files.is_some() { self.grains.measure_bed().0 } else { Real::NEG_INFINITY };
@@ -386,7 +386,7 @@ impl<'a, B: Observer> Recorder<'a, B> {
     }
 
     /// Writes a checkpoint and the summary. `time` is that of the clock that runs, of the flow or of the grains before
-    /// it [s]; `state` holds its phase and step.
+    /// it \[s]; `state` holds its phase and step.
     fn save(&mut self, domain: &Domain, mut snapshot: Snapshot, time: Real, state: RunState) -> Result<(), RankError> {
         self.watch.empty_into(&mut self.totals);
         snapshot.put_reals(CLOCK, vec![time]);

@@ -15,11 +15,11 @@ use crate::water::Water;
 
 /// A step that was done.
 pub(crate) struct Step<'a, W: Water> {
-    /// Its length [s].
+    /// Its length \[s].
     pub dt: Real,
     /// The limit that ruled it: that of the stable length, or the next output.
     pub limit: &'static str,
-    /// Length that would have been stable [s] and the limit that ruled it: the step before it was cut for an output.
+    /// Length that would have been stable \[s] and the limit that ruled it: the step before it was cut for an output.
     pub stable: (Real, &'static str),
     /// The solver's report of it.
     pub report: &'a W::Report,
@@ -90,7 +90,7 @@ pub(crate) trait Observer: Sized + 'static {
     /// Adds a step to the budgets.
     fn add(&mut self, step: &Step<'_, Self::Water>, totals: &mut Totals);
 
-    /// Measures everything at `time` [s]; the grains were gathered before.
+    /// Measures everything at `time` \[s]; the grains were gathered before.
     fn measure(&mut self, grains: &mut GatheredGrains, water: &mut Self::Water, time: Real);
 
     /// Messages about `case` as the flow begins.
@@ -107,7 +107,7 @@ pub(crate) trait Observer: Sized + 'static {
     /// Writes the fluid for ParaView.
     fn fields(&self, to: Output, water: &mut Self::Water) -> Result<(), RecordError>;
 
-    /// Displacement [m] and velocity [m/s] of the frame that grains are written in, against that of the engine.
+    /// Displacement \[m] and velocity [m/s] of the frame that grains are written in, against that of the engine.
     fn written_frame(&self, _job: &Job, _clock: &Clock) -> [Vector; 2] {
         [Vector::ZERO; 2]
     }

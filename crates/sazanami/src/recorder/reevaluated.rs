@@ -126,13 +126,13 @@ impl Reevaluated {
         observables
     }
 
-    /// Smoothed surfaces of the bed before the impact and of the crater, where there are: radius [m] and height [m].
+    /// Smoothed surfaces of the bed before the impact and of the crater, where there are: radius \[m] and height \[m].
     pub fn surfaces(&self) -> [Option<Vec<[Real; 2]>>; 2] {
         [&self.initial, &self.findings.erosion].map(|erosion| erosion.as_ref().map(surface))
     }
 }
 
-/// Radius [m] and height [m] of the layers that hold grains.
+/// Radius \[m] and height \[m] of the layers that hold grains.
 fn surface(erosion: &Erosion) -> Vec<[Real; 2]> {
     let profile = &erosion.profile;
     let layers = profile.heights.iter().enumerate();

@@ -50,7 +50,7 @@ impl Timetables {
         }
     }
 
-    /// Next time after `now` [s] on which a step has to end.
+    /// Next time after `now` \[s] on which a step has to end.
     pub fn next_after(&self, now: Real) -> Option<Real> {
         let all = self.outputs.iter().chain(&self.probes).map(|table| &table.times);
         all.chain([&self.checkpoints]).filter_map(|times| times.next_after(now)).reduce(Real::min)

@@ -25,7 +25,7 @@ const STAGE: &str = "preparation/stage";
 pub(crate) enum Stage {
     /// Water comes to rest between grains that are held; steps done.
     Relaxing(usize),
-    /// Grains are free in water at rest; time done [s].
+    /// Grains are free in water at rest; time done \[s].
     Settling(Real),
     /// The motion may begin.
     Ready,

@@ -13,11 +13,11 @@ use crate::job::{Job, RELAXATION, RankError};
 use crate::progress::StepLine;
 use crate::recorder::{Observer, Recorder};
 
-/// Step of a relaxation [s].
+/// Step of a relaxation \[s].
 const STEP: Real = 2e-5;
-/// A bed relaxes for as long as Yagyu et al. (2015) let theirs settle, at least [s].
+/// A bed relaxes for as long as Yagyu et al. (2015) let theirs settle, at least \[s].
 const LEAST: Real = 5e-3;
-/// Longest relaxation [s].
+/// Longest relaxation \[s].
 const LONGEST: Real = 0.5;
 /// Grains that overlap part no faster than this [m/s].
 const PARTING_SPEED: Real = 0.05;
@@ -34,7 +34,7 @@ pub(crate) struct Relaxation {
     engine: Engine,
     /// Whether overlapping grains still part.
     parting: bool,
-    /// When they had parted [s].
+    /// When they had parted \[s].
     parted: Real,
 }
 
@@ -62,7 +62,7 @@ impl Relaxation {
         snapshot
     }
 
-    /// Time since the beginning [s].
+    /// Time since the beginning \[s].
     pub fn time(&self) -> Real {
         self.engine.time()
     }

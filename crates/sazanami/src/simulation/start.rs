@@ -164,7 +164,7 @@ fn touches(region: &Region, engine: &Engine, n: usize) -> bool {
     spheres(engine, n).any(|(centre, radius)| region.touches_ball(centre, radius))
 }
 
-/// Contact spheres of grain `n` as they lie: centres [m] and radii [m].
+/// Contact spheres of grain `n` as they lie: centres \[m] and radii \[m].
 fn spheres(engine: &Engine, n: usize) -> impl Iterator<Item = (Vector, Real)> {
     let grains = engine.grains();
     let body = &engine.bodies()[grains.shape[n] as usize];

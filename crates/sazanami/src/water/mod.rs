@@ -34,13 +34,13 @@ pub(crate) trait Water: Sized {
     /// The grains of this rank, with their contacts.
     fn engine(&self) -> &Engine;
 
-    /// The longest stable next step from `time` [s].
+    /// The longest stable next step from `time` \[s].
     fn stable_step(&mut self, case: &Case, time: Real) -> Self::Stable;
 
-    /// Its length [s] and the limit that rules it.
+    /// Its length \[s] and the limit that rules it.
     fn length(stable: Self::Stable) -> (Real, &'static str);
 
-    /// Goes from `time` on by `dt` [s]; `watch` gets the name of each phase as it begins.
+    /// Goes from `time` on by `dt` \[s]; `watch` gets the name of each phase as it begins.
     fn advance(
         &mut self,
         case: &Case,

@@ -62,7 +62,7 @@ mod tests {
     }
 
     /// Exponent `n` of the superficial settling velocity `eps s = U_t eps^n` of a suspension, between void fractions 1 and
-    /// `eps`, of spheres of diameter `d` [m]: drag balances `eps` times the submerged weight.
+    /// `eps`, of spheres of diameter `d` \[m]: drag balances `eps` times the submerged weight.
     fn richardson_zaki(d: Real, eps: Real) -> Real {
         let law = DiFelice::new(&water());
         let superficial = |eps: Real| {

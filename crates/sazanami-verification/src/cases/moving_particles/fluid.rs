@@ -192,7 +192,7 @@ fn slope(series: &[Collapse], front: &[[Real; 2]], n: Real, [low, high]: [Real; 
 }
 
 /// A front beside its table: `unit` turns seconds into the time of the table, which is shifted by `shift`; lengths are
-/// over `length` [m].
+/// over `length` \[m].
 fn front_chart(title: &str, series: &[Collapse], front: &[[Real; 2]], [unit, shift, length]: [Real; 3]) -> Chart {
     let curve: Vec<[Real; 2]> = series.iter().map(|s| [s.time * unit - shift, s.front / length]).collect();
     Chart::new(title, "dimensionless time", "front over width")

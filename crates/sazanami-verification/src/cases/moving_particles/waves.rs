@@ -9,7 +9,7 @@ use sazanami_numerics::Real;
 use super::said;
 use crate::measured::Measured;
 
-/// Length, depth [m], layers, mode.
+/// Length, depth \[m], layers, mode.
 type Wave = (Real, Real, usize, usize);
 
 /// Standing waves.

@@ -25,7 +25,7 @@ pub(super) struct CycleAverage {
     pub(super) quantity: &'static str,
     /// By phase, over the last cycles, where the run has as many.
     pub(super) phases: Option<PhaseAverage>,
-    /// Ends of cycles [s] and means over each.
+    /// Ends of cycles \[s] and means over each.
     pub(super) means: Vec<(Real, Real)>,
 }
 
@@ -40,7 +40,7 @@ impl CycleAverage {
     }
 }
 
-/// What layers do in cycles of a `period` [s].
+/// What layers do in cycles of a `period` \[s].
 pub(super) fn averages(layers: &LayerHistory, period: Real) -> Vec<CycleAverage> {
     let sides = [("upper", &layers.upper), ("lower", &layers.lower)];
     let each = sides.into_iter().flat_map(|(layer, columns)| {

@@ -13,7 +13,7 @@ use crate::recorder::{closed, settings_of, tank_of};
 
 /// A surface of a run held against a measured one.
 pub(super) struct Compared {
-    /// Time at which it was measured [s].
+    /// Time at which it was measured \[s].
     time: Real,
     /// The surface, as the run defines it.
     surface: &'static str,
@@ -154,7 +154,7 @@ fn read(tables: &RunTables, file: &Path, time: Real) -> Result<MeasuredProfile, 
     }
 }
 
-/// Compares a surface of the bed that is a mean over `across` [m] of the width.
+/// Compares a surface of the bed that is a mean over `across` \[m] of the width.
 fn of_bed(
     tables: &RunTables,
     own: Option<&Profiles>,

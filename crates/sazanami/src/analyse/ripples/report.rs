@@ -91,7 +91,7 @@ fn measures(ripples: &Ripples) -> Vec<Row> {
     rows
 }
 
-/// Root mean square of the bed at the end without its trend [m], all wavelengths.
+/// Root mean square of the bed at the end without its trend \[m], all wavelengths.
 fn last_relief(tables: &RunTables) -> Option<Real> {
     let (how, settings) = (tables.case.ripples.as_ref()?, settings_of(&tables.case)?);
     relief(&closed(how, tables.bed.as_ref()?.last()), settings.range_in(&tank_of(&tables.case))).ok()

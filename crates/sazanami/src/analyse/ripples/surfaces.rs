@@ -15,7 +15,7 @@ use crate::results::BED_DEFINITIONS;
 /// Times in a figure of profiles, side by side, at most, unless more were measured.
 const MOMENTS: usize = 3;
 
-/// Times at which profiles are drawn [s], in order, of those that at least half of the runs reach: all that were
+/// Times at which profiles are drawn \[s], in order, of those that at least half of the runs reach: all that were
 /// measured, or else the first, the middle and the last that the cases have pictures for, or else the end.
 pub(super) fn moments(runs: &[RunTables]) -> Vec<Real> {
     let measured = runs.iter().flat_map(|run| &run.case.ripples).flat_map(|ripples| &ripples.measured);
@@ -34,7 +34,7 @@ pub(super) fn moments(runs: &[RunTables]) -> Vec<Real> {
     shared(runs, runs.iter().filter_map(RunTables::end)).pop().into_iter().collect()
 }
 
-/// Of some times [s] those that at least half of the runs reach, in order, each once.
+/// Of some times \[s] those that at least half of the runs reach, in order, each once.
 fn shared(runs: &[RunTables], times: impl Iterator<Item = Real>) -> Vec<Real> {
     let reaching = |time: Real| runs.iter().filter(|run| run.reaches(time)).count();
     let mut found: Vec<Real> = times.filter(|&time| 2 * reaching(time) >= runs.len()).collect();
@@ -43,7 +43,7 @@ fn shared(runs: &[RunTables], times: impl Iterator<Item = Real>) -> Vec<Real> {
     found
 }
 
-/// The bed and the water that were measured at `time` [s], each by the first run that has it.
+/// The bed and the water that were measured at `time` \[s], each by the first run that has it.
 fn measured_at(runs: &[RunTables], time: Real) -> [Option<MeasuredProfile>; 2] {
     runs.iter().fold([None, None], |[bed, water], run| {
         let [its_bed, its_water] = run.case.measured_at(time);
@@ -51,13 +51,13 @@ fn measured_at(runs: &[RunTables], time: Real) -> [Option<MeasuredProfile>; 2] {
     })
 }
 
-/// Points of the profile at `time` [s]; none where a run does not reach it.
+/// Points of the profile at `time` \[s]; none where a run does not reach it.
 fn points_at(profiles: Option<&Profiles>, time: Real) -> Vec<[Real; 2]> {
     let reached = profiles.and_then(|all| all.reached(time));
     reached.map(|profile| profile.points_with_gaps().collect()).unwrap_or_default()
 }
 
-/// Surfaces of one run at `time` [s], and what it began with.
+/// Surfaces of one run at `time` \[s], and what it began with.
 fn of_one(run: &RunTables, time: Real) -> Surfaces {
     let [main, image, top_layer] = BED_DEFINITIONS;
     let named = |name: &str, profiles: &Option<Profiles>| (name.to_owned(), points_at(profiles.as_ref(), time));
@@ -73,7 +73,7 @@ fn of_one(run: &RunTables, time: Real) -> Surfaces {
     }
 }
 
-/// Surfaces of several runs at `time` [s], by the names of the runs.
+/// Surfaces of several runs at `time` \[s], by the names of the runs.
 fn of_several(runs: &[&RunTables], time: Real) -> Surfaces {
     let named = |surface: fn(&RunTables) -> Option<&Profiles>| {
         let name = |run: &RunTables| run.summary["case"].as_str().unwrap_or("run").to_owned();

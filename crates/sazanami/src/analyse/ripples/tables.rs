@@ -53,7 +53,7 @@ impl Profiles {
         (self.time[nearest], &self.profile[nearest])
     }
 
-    /// The profile at `time` [s], no farther from it than rows are from one another there; `None` beyond the rows.
+    /// The profile at `time` \[s], no farther from it than rows are from one another there; `None` beyond the rows.
     pub(super) fn reached(&self, time: Real) -> Option<&SurfaceProfile> {
         let (found, profile) = self.at(time);
         let after = self.time.partition_point(|&row| row <= found);
@@ -68,7 +68,7 @@ impl Profiles {
         &self.profile[self.profile.len() - 1]
     }
 
-    /// Time of the last profile [s].
+    /// Time of the last profile \[s].
     pub(super) fn end(&self) -> Real {
         self.time[self.time.len() - 1]
     }
@@ -77,7 +77,7 @@ impl Profiles {
 /// Ripples by the tables of a run.
 pub(super) struct RunTables {
     pub(super) case: Case,
-    /// Width of the slab of the bed's view from the side, when the tables were written [m].
+    /// Width of the slab of the bed's view from the side, when the tables were written \[m].
     pub(super) slab: Real,
     pub(super) summary: Value,
     /// The bed by its concentration, its main surface.
@@ -89,7 +89,7 @@ pub(super) struct RunTables {
     pub(super) water: Option<Profiles>,
     /// Ripples at the times of the bed's profiles.
     pub(super) ripples: Vec<(Real, Result<Ripples, Unmeasured>)>,
-    /// Period of the tank [s], if it moves in cycles.
+    /// Period of the tank \[s], if it moves in cycles.
     pub(super) period: Option<Real>,
 }
 
@@ -115,13 +115,13 @@ impl RunTables {
         Ok(Self { case, slab, summary: summary(folder)?, bed, image, top_layer, water, ripples, period })
     }
 
-    /// Time of the last profiles [s], if there are any.
+    /// Time of the last profiles \[s], if there are any.
     pub(super) fn end(&self) -> Option<Real> {
         let ends = [&self.bed, &self.water].into_iter().flatten().map(Profiles::end);
         ends.reduce(Real::max)
     }
 
-    /// Whether there are profiles at `time` [s].
+    /// Whether there are profiles at `time` \[s].
     pub(super) fn reaches(&self, time: Real) -> bool {
         [&self.bed, &self.water].into_iter().flatten().any(|profiles| profiles.reached(time).is_some())
     }
@@ -139,7 +139,7 @@ impl RunTables {
         }
     }
 
-    /// Shift of the ripples in the last period [m], and how well they are the same.
+    /// Shift of the ripples in the last period \[m], and how well they are the same.
     pub(super) fn migration(&self) -> Option<(Real, Real)> {
         let (bed, period, settings) = (self.bed.as_ref()?, self.period?, settings_of(&self.case)?);
         let (last, now) = (*bed.time.last()?, bed.profile.last()?);
@@ -154,7 +154,7 @@ impl RunTables {
     }
 }
 
-/// Of times [s] and values those at the ends of whole periods [s], or the nearest to each of them.
+/// Of times \[s] and values those at the ends of whole periods \[s], or the nearest to each of them.
 fn at_whole_periods(series: impl Iterator<Item = (Real, Real)>, period: Real) -> Vec<(Real, Real)> {
     let end = |time: Real| (time / period).round();
     let distance = |time: Real| (time / period - end(time)).abs();

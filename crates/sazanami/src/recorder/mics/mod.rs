@@ -40,7 +40,7 @@ const INITIAL_NOISE: &str = "observe/initial_noise";
 pub(super) const BEFORE: &str = "observe/before_impact/";
 const LIQUID_TRACE: &str = "observe/liquid_trace";
 
-/// Energies as measured last [J].
+/// Energies as measured last \[J].
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Energies {
     pub fluid: Real,
@@ -60,7 +60,7 @@ pub(crate) struct GridObserver {
     clipped: Real,
     findings: Findings,
     energies: Energies,
-    /// Largest place of liquid along x1 [m], if there is any.
+    /// Largest place of liquid along x1 \[m], if there is any.
     front: Option<Real>,
 }
 
@@ -248,7 +248,7 @@ impl Observer for GridObserver {
     }
 }
 
-/// Largest place along x1 of a cell that is at least half liquid: the far side of the liquid in it [m].
+/// Largest place along x1 of a cell that is at least half liquid: the far side of the liquid in it \[m].
 fn front(solver: &Solver) -> Option<Real> {
     let domain = solver.domain();
     let (grid, start) = (domain.grid(), domain.start());

@@ -210,7 +210,7 @@ fn of_body(solver: &Solver, id: u64) -> OfBody {
     OfBody { position, velocity, spin, fluid_force, contact_force, fluid_torque }
 }
 
-/// Height above the floor that the liquid in the column of cells over a place would fill [m], and the floor's height.
+/// Height above the floor that the liquid in the column of cells over a place would fill \[m], and the floor's height.
 fn level(solver: &Solver, [x, y]: [Real; 2]) -> Real {
     let domain = solver.domain();
     let grid = domain.grid();

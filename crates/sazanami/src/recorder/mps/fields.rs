@@ -11,7 +11,7 @@ use crate::recorder::files::Files;
 use crate::recorder::grain_files::OwnArray;
 use sazanami_numerics::choice::Choice;
 
-/// What is added to positions [m] and velocities [m/s] in the frame of the tank for the frame that is written.
+/// What is added to positions \[m] and velocities [m/s] in the frame of the tank for the frame that is written.
 pub(super) fn to_written_frame(case: &Case, time: Real) -> [Vector; 2] {
     match case.output.frame {
         OutputFrame::Tank => [Vector::ZERO; 2],

@@ -45,17 +45,17 @@ struct WaterRecord {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Grains {
     pub id: Vec<u64>,
-    /// Centres [m].
+    /// Centres \[m].
     pub position: Vec<Vector>,
     /// Velocities [m/s].
     pub velocity: Vec<Vector>,
-    /// Diameters [m].
+    /// Diameters \[m].
     pub diameter: Vec<Real>,
     /// Grains that each one touches.
     pub contacts: Vec<u32>,
-    /// Drag, mean over the last step [N].
+    /// Drag, mean over the last step \[N].
     pub drag: Vec<Vector>,
-    /// Force of the pressure, buoyancy included, mean over the last step [N].
+    /// Force of the pressure, buoyancy included, mean over the last step \[N].
     pub pressure_force: Vec<Vector>,
     /// Void fraction around each, without its own share.
     pub void_fraction: Vec<Real>,
@@ -72,11 +72,11 @@ impl Grains {
 /// Fluid particles in the order of their identifiers.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Water {
-    /// Places [m].
+    /// Places \[m].
     pub position: Vec<Vector>,
     /// Velocities [m/s].
     pub velocity: Vec<Vector>,
-    /// Pressure as the solver has it: without its part at rest, if it was solved for so [Pa].
+    /// Pressure as the solver has it: without its part at rest, if it was solved for so \[Pa].
     pub pressure: Vec<Real>,
     /// `V0 / eps` [m^3].
     pub bulk_volume: Vec<Real>,
@@ -93,20 +93,20 @@ pub(super) struct GatheredTank {
     pub leads: bool,
     pub grains: Grains,
     pub water: Water,
-    /// Point, in the frame of the tank, at which the pressure at rest is zero [m].
+    /// Point, in the frame of the tank, at which the pressure at rest is zero \[m].
     pub reference: Vector,
     /// Density along directions of whose body force the pressure is without its part at rest, zero along others [kg/m^3].
     pub reduced_density: Vector,
     /// Velocity of the tank against the solver's frame [m/s].
     pub drift: Vector,
-    /// Cut-off of the weights [m].
+    /// Cut-off of the weights \[m].
     pub cutoff: Real,
-    /// Particle spacing [m].
+    /// Particle spacing \[m].
     pub spacing: Real,
 }
 
 impl GatheredTank {
-    /// Gathers again, from a tank that is displaced [m] and moves [m/s]. All ranks take part.
+    /// Gathers again, from a tank that is displaced \[m] and moves [m/s]. All ranks take part.
     pub fn renew(&mut self, solver: &mut Solver, [shift, drift]: [Vector; 2]) {
         solver.place_grains();
         let domain = solver.domain();

@@ -44,7 +44,7 @@ pub(super) fn probe_page() -> String {
 pub(super) struct Found {
     /// Surface of the bed in its three definitions.
     pub bed: BedSurfaces,
-    /// Root mean square of the main one without its trend [m].
+    /// Root mean square of the main one without its trend \[m].
     pub relief: Option<Real>,
     /// Waves in each of them.
     pub ripples: [Result<Ripples, Unmeasured>; 3],
@@ -59,23 +59,23 @@ pub(super) struct TankSums {
     pub volume: Real,
     /// Momentum of fluid and grains [N s].
     pub momentum: Vector,
-    /// Kinetic energy of the fluid [J].
+    /// Kinetic energy of the fluid \[J].
     pub fluid_energy: Real,
-    /// Kinetic energy of the grains [J].
+    /// Kinetic energy of the grains \[J].
     pub grain_energy: Real,
-    /// Potential energy of fluid and submerged grains against gravity, from the floor [J].
+    /// Potential energy of fluid and submerged grains against gravity, from the floor \[J].
     pub potential_energy: Real,
-    /// Weight of the free grains less that of the fluid they displace [N].
+    /// Weight of the free grains less that of the fluid they displace \[N].
     pub submerged_weight: Real,
-    /// Upward force of walls and of grains that forces do not move on the free grains, at the end of the last step [N].
+    /// Upward force of walls and of grains that forces do not move on the free grains, at the end of the last step \[N].
     pub carried_weight: Real,
-    /// Mean height of the grains above the floor [m].
+    /// Mean height of the grains above the floor \[m].
     pub grain_height: Real,
     /// Share of the grains on which the law of beds acts.
     pub bed_share: Real,
     /// Number of fluid particles.
     pub particles: usize,
-    /// Largest place of fluid along x1 [m].
+    /// Largest place of fluid along x1 \[m].
     pub front: Real,
 }
 
@@ -85,21 +85,21 @@ pub(crate) struct ParticleObserver {
     settings: Option<meaning::Ripples>,
     /// Motion of the tank, where its walls move.
     moving: Option<TankMotion>,
-    /// Period of that motion, or of the acceleration that stands for it [s].
+    /// Period of that motion, or of the acceleration that stands for it \[s].
     period: Option<Real>,
     /// Gravity [m/s^2].
     gravity: Real,
-    /// Particle spacing [m].
+    /// Particle spacing \[m].
     spacing: Real,
     gathered: GatheredTank,
-    /// Time of what was gathered [s].
+    /// Time of what was gathered \[s].
     gathered_at: Option<Real>,
     /// Bulk volume of the fluid at the start [m^3].
     first_volume: Real,
     /// Layer of each grain at the start, by its place among them; empty if layers follow the grains.
     first_layers: Vec<u64>,
     water: SurfaceProfile,
-    /// Highest level of the water at any measurement [m], if there was any.
+    /// Highest level of the water at any measurement \[m], if there was any.
     highest: Option<Real>,
     /// Rim of the tank, if it is open and has walls.
     rim: Option<Rim>,
@@ -160,7 +160,7 @@ impl ParticleObserver {
     }
 }
 
-/// How ripples of a surface are measured that is an average over `across` [m] across the tank.
+/// How ripples of a surface are measured that is an average over `across` \[m] across the tank.
 pub(crate) fn settings_of(case: &meaning::Ripples, across: Real) -> ripples::RippleSettings {
     ripples::RippleSettings { margin: case.margin, ..ripples::RippleSettings::of_grains(case.grain_size, across) }
 }
@@ -181,7 +181,7 @@ pub(crate) fn measure(
     Ripples::of(&closed(case, profile), settings.range_in(tank), &settings)
 }
 
-/// Displacement [m] and velocity [m/s] of a tank whose walls move.
+/// Displacement \[m] and velocity [m/s] of a tank whose walls move.
 fn tank_motion(motion: Option<&TankMotion>, time: Real) -> [Vector; 2] {
     motion.map_or([Vector::ZERO; 2], |motion| {
         let [place, velocity, _] = motion.at(time);
@@ -387,7 +387,7 @@ impl Observer for ParticleObserver {
 }
 
 impl ParticleObserver {
-    /// Gathers grains and water as they are at `time` [s], once. All ranks take part.
+    /// Gathers grains and water as they are at `time` \[s], once. All ranks take part.
     fn gather(&mut self, water: &mut Solver, time: Real) {
         if self.gathered_at != Some(time) {
             self.gathered.renew(water, tank_motion(self.moving.as_ref(), time));

@@ -17,13 +17,13 @@ use crate::results::BED_DEFINITIONS;
 
 /// Part of the width of a tank, about its middle, in which grains are drawn; a thin slab hides nothing.
 const SLAB: Real = 0.3;
-/// Width of the window of arrows [m].
+/// Width of the window of arrows \[m].
 const WINDOW: Real = 20e-3;
-/// Distance of the arrows [m].
+/// Distance of the arrows \[m].
 const ARROWS: Real = 1e-3;
-/// Room above the highest water [m].
+/// Room above the highest water \[m].
 const ABOVE: Real = 5e-3;
-/// Weight that stands for none [N].
+/// Weight that stands for none \[N].
 const NO_WEIGHT: Real = 1e-12;
 /// Density that force ranges are found with where a case has no grains [kg/m^3].
 const SAND: Real = 2650.0;
@@ -50,7 +50,7 @@ pub(super) fn draw(
     Ok(())
 }
 
-/// What a time [s] is called in pictures: with the phase of the tank, if it has a `period` [s], and where it is and how
+/// What a time \[s] is called in pictures: with the phase of the tank, if it has a `period` \[s], and where it is and how
 /// it accelerates, if it moves.
 pub(crate) fn moment(case: &Case, period: Option<Real>, time: Real) -> String {
     let mut text = format!("t = {time:.3} s");
@@ -110,7 +110,7 @@ fn side_view(case: &Case, observer: &ParticleObserver, moment: &str) -> SideView
     }
 }
 
-/// Colours for forces [N] on grains up to `part` of their submerged `weight` [N], with a label that says how many go beyond.
+/// Colours for forces \[N] on grains up to `part` of their submerged `weight` \[N], with a label that says how many go beyond.
 fn by_force(name: &str, forces: Vec<Real>, part: Real, weight: Real) -> Colouring {
     // Grains as dense as water have no weight in it.
     let largest = part * if weight > 0.0 { weight } else { NO_WEIGHT };
@@ -144,7 +144,7 @@ fn surfaces(case: &Case, observer: &ParticleObserver, time: Real, title: String)
     moment
 }
 
-/// Submerged weight of a grain of the first population [N].
+/// Submerged weight of a grain of the first population \[N].
 pub(crate) fn weight_of_grain(case: &Case) -> Real {
     let first = case.grains.first();
     let density = first.and_then(|kind| case.material(&kind.material)).map_or(SAND, |material| material.density);

@@ -9,18 +9,18 @@ use crate::case::meaning::{BoundarySide, Case};
 /// The rim of an open tank with walls, and the water above it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Rim {
-    /// Its height [m].
+    /// Its height \[m].
     height: Real,
-    /// Places on x1 that are beside no wall [m]; beyond its ends if all are.
+    /// Places on x1 that are beside no wall \[m]; beyond its ends if all are.
     free: [Real; 2],
     /// Fluid particles above it beside walls, those isolated ones left out, as measured last.
     pub above: usize,
-    /// Level of the water beside walls as measured last [m], if there is any.
+    /// Level of the water beside walls as measured last \[m], if there is any.
     pub level: Option<Real>,
 }
 
 impl Rim {
-    /// The rim of a tank whose particles interact within `cutoff` [m]; none if it is closed, or has no walls that water
+    /// The rim of a tank whose particles interact within `cutoff` \[m]; none if it is closed, or has no walls that water
     /// could stand at.
     pub fn of(case: &Case, cutoff: Real) -> Option<Self> {
         let is_open = |side: BoundarySide| matches!(side, BoundarySide::Outflow | BoundarySide::FixedPressure { .. });
@@ -51,7 +51,7 @@ impl Rim {
         self.level = surface.points().filter(|[x, _]| is_beside(*x)).map(|[_, z]| z).reduce(Real::max);
     }
 
-    /// How far the water beside walls stands above the rim [m], if it does.
+    /// How far the water beside walls stands above the rim \[m], if it does.
     pub fn excess(&self) -> Option<Real> {
         self.level.map(|level| level - self.height).filter(|&excess| excess > 0.0)
     }
