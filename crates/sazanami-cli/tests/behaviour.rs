@@ -63,9 +63,9 @@ fn a_folder_belongs_to_one_run_and_comes_free_when_that_is_killed() {
     let mut run = live_run(folder.path());
     for arguments in [&["resume", "out"][..], &["run", "long.toml", "--out", "out", "--force"]] {
         let refused = sazanami(folder.path(), arguments);
-        let told = text(&refused.stderr);
-        assert_eq!(refused.status.code(), Some(2), "{told}");
-        assert!(told.contains(&format!("(process {}, since 20", run.id())), "{told}");
+        let printed = text(&refused.stderr);
+        assert_eq!(refused.status.code(), Some(2), "{printed}");
+        assert!(printed.contains(&format!("(process {}, since 20", run.id())), "{printed}");
     }
     assert!(run.try_wait().unwrap().is_none(), "the live run goes on");
     signal(&run, "-KILL");
@@ -87,8 +87,8 @@ fn a_closed_terminal_ends_a_run_with_a_checkpoint_and_the_log_says_so() {
     assert_eq!(run.wait().unwrap().code(), Some(130));
     assert!(std::fs::read_dir(folder.path().join("out/checkpoints")).unwrap().count() > 0);
     for file in ["errors.txt", "out/log.txt"] {
-        let told = std::fs::read_to_string(folder.path().join(file)).unwrap();
-        assert!(told.contains("stopped by SIGHUP: its terminal was closed at step "), "{file}: {told}");
+        let printed = std::fs::read_to_string(folder.path().join(file)).unwrap();
+        assert!(printed.contains("stopped by SIGHUP: its terminal was closed at step "), "{file}: {printed}");
     }
 }
 
@@ -101,17 +101,17 @@ fn a_closed_output_is_a_quiet_end_and_a_full_one_an_error() {
     for arguments in commands {
         // `read` takes one line and closes the pipe; the exit code is kept aside.
         let closed = shell(folder.path(), &format!("{{ $S {arguments}; echo $? > code; }} | true"));
-        let told = text(&closed.stderr);
-        assert!(!told.contains("panicked") && !told.contains("error"), "{arguments}: {told}");
+        let printed = text(&closed.stderr);
+        assert!(!printed.contains("panicked") && !printed.contains("error"), "{arguments}: {printed}");
         assert_eq!(std::fs::read_to_string(folder.path().join("code")).unwrap().trim(), "0", "{arguments}");
         if Path::new("/dev/full").exists() {
             let full = shell(folder.path(), &format!("$S {arguments} > /dev/full"));
-            let told = text(&full.stderr);
-            assert_eq!(full.status.code(), Some(1), "{arguments}: {told}");
-            assert!(!told.contains("panicked"), "{arguments}: {told}");
+            let printed = text(&full.stderr);
+            assert_eq!(full.status.code(), Some(1), "{arguments}: {printed}");
+            assert!(!printed.contains("panicked"), "{arguments}: {printed}");
             assert!(
-                arguments == "--help" || told.contains("standard output cannot be written: No space left"),
-                "{told}"
+                arguments == "--help" || printed.contains("standard output cannot be written: No space left"),
+                "{printed}"
             );
         }
     }
@@ -132,9 +132,9 @@ fn quiet_says_nothing_and_verbose_more() {
         assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
         (text(&output.stdout), text(&output.stderr))
     };
-    let (plain, told) = run("plain", &[]);
+    let (plain, printed) = run("plain", &[]);
     // Percentage first, within 80 columns, nothing guessed after the first step.
-    let line = told.lines().find(|line| line.starts_with("flow ")).expect(&told);
+    let line = printed.lines().find(|line| line.starts_with("flow ")).expect(&printed);
     assert!(line[8..].trim_start().chars().next().is_some_and(|c| c.is_ascii_digit()), "{line}");
     assert!(line.contains(" %  ") && line.len() < 80 && !line.contains("left"), "{line}");
     assert!(!line.contains("sub-steps"), "{line}");
@@ -194,9 +194,9 @@ fn memory_that_is_refused_ends_by_name() {
     let line =
         "ulimit -v 300000; $S run long.toml --out out --steps 1 --threads 1 --set domain.cells='[200, 200, 200]'";
     let predicted = shell(folder.path(), line);
-    let told = text(&predicted.stderr);
-    assert_eq!(predicted.status.code(), Some(2), "{told}");
-    assert!(told.contains("too large for the memory") && !folder.path().join("out").exists(), "{told}");
+    let printed = text(&predicted.stderr);
+    assert_eq!(predicted.status.code(), Some(2), "{printed}");
+    assert!(printed.contains("too large for the memory") && !folder.path().join("out").exists(), "{printed}");
     // Not predicted: the standard library says what was refused and aborts.
     let numbers = "1,".repeat(5_000_000);
     std::fs::write(folder.path().join("large.toml"), format!("numbers = [{numbers}]\n")).unwrap();

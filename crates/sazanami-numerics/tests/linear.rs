@@ -199,7 +199,7 @@ impl Equation for Breaking<'_> {
 }
 
 #[test]
-fn a_number_that_is_not_finite_is_told_with_the_iterations_before_it() {
+fn a_number_that_is_not_finite_is_reported_with_the_iterations_before_it() {
     let problem = Problem::new([16, 16, 16], Vector::ONE, true, |_, _, _| 1.0);
     let iterations = |evaluations: usize| {
         let left = AtomicUsize::new(evaluations * 16 * 16);

@@ -74,10 +74,10 @@ fn results(rows: &[Row]) -> String {
     let misses: Vec<&Row> = rows.iter().filter(|row| row.verdict == Verdict::KnownMiss).collect();
     if !misses.is_empty() {
         text.push_str("\n**Known misses**\n\n");
-        let mut told: Vec<&str> = Vec::new();
+        let mut given: Vec<&str> = Vec::new();
         for row in misses {
-            let again = told.contains(&row.remark.as_str());
-            told.push(&row.remark);
+            let again = given.contains(&row.remark.as_str());
+            given.push(&row.remark);
             let reason = if again { "as above" } else { &row.remark };
             text.push_str(&format!("- {}: {reason}.\n", row.quantity.replace('|', "\\|")));
         }

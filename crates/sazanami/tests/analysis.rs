@@ -153,7 +153,7 @@ fn other_keys_find_what_a_run_with_them_finds() {
 }
 
 #[test]
-fn a_volume_that_is_not_found_again_is_told() {
+fn a_volume_that_is_not_found_again_is_reported() {
     let scratch = Scratch::new("analysis-volume");
     let folder = beads(&scratch, "run", &[], 1);
     let path = folder.join("summary.json");
@@ -260,7 +260,7 @@ fn a_damaged_checkpoint_is_passed_over_with_a_word() {
 }
 
 #[test]
-fn a_changed_case_is_told_and_one_that_does_not_fit_is_not_evaluated() {
+fn a_changed_case_is_reported_and_one_that_does_not_fit_is_not_evaluated() {
     let scratch = Scratch::new("analysis-changed");
     let folder = beads(&scratch, "run", &[], 1);
     let path = folder.join("case.toml");

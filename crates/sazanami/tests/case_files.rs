@@ -419,7 +419,7 @@ fn machine(memory: u64) -> Machine {
 /// What is said about a case that can be read, errors first; what was found if it can run.
 fn feasibility(text: &str, overrides: &[&str], memory: u64) -> (Vec<String>, Option<Feasible>) {
     let loaded = read(text, overrides).unwrap_or_else(|error| panic!("{error}"));
-    let told = |d: &case::Diagnostics| {
+    let reported = |d: &case::Diagnostics| {
         let of = |r: &case::DiagnosticRecord| {
             let place = r.line.unwrap_or(0);
             format!("{place} {} | {}", r.message, r.suggestion.clone().or(r.expected.clone()).unwrap_or_default())
@@ -427,8 +427,8 @@ fn feasibility(text: &str, overrides: &[&str], memory: u64) -> (Vec<String>, Opt
         d.records(&loaded.source).iter().map(of).collect()
     };
     match feasible::check(&loaded, &machine(memory), &CostModel::default()) {
-        Ok(feasible) => (told(&feasible.warnings), Some(feasible)),
-        Err(error) => (told(&error.diagnostics), None),
+        Ok(feasible) => (reported(&feasible.warnings), Some(feasible)),
+        Err(error) => (reported(&error.diagnostics), None),
     }
 }
 
@@ -556,14 +556,14 @@ fn grains_in_the_way_of_a_bed_that_is_packed_are_told_before_it_is() {
     let wide = on_bed(&bed, &["a", "b"]) + &PACKED.replace("[material.sand]\ndensity = \"2650 kg/m^3\"\n", "");
     let (found, feasible) = feasibility(&wide, &["grains.1.placement.bed.relax=true"], ENOUGH);
     assert!(feasible.is_none(), "{found:#?}");
-    let told =
+    let reported =
         found.iter().filter(|text| text.contains("`b` cannot come to rest beside grains that are packed")).count();
-    assert_eq!(told, 1, "{found:#?}");
+    assert_eq!(reported, 1, "{found:#?}");
     std::fs::remove_file(bed).unwrap();
 }
 
 #[test]
-fn a_bed_that_cannot_be_written_is_told_before_it_is_packed() {
+fn a_bed_that_cannot_be_written_is_reported_before_it_is_packed() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
     let text = format!("{SMALL}{PACKED}");
     let with = |path: &Path| feasibility(&text, &[&format!("output.bed={}", path.display())], ENOUGH);

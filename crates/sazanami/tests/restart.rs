@@ -1,4 +1,4 @@
-//! An interrupted run goes on to the same bits, whatever interrupted it; damaged checkpoints are told from good ones.
+//! An interrupted run goes on to the same bits, whatever interrupted it; damaged checkpoints are distinguished from good ones.
 
 #[allow(dead_code, reason = "every test program uses a part of it")]
 mod support;
@@ -246,10 +246,10 @@ fn a_signal_during_packing() {
 }
 
 #[test]
-fn a_bed_that_the_rest_of_the_case_does_not_suit_is_told_and_kept() {
+fn a_bed_that_the_rest_of_the_case_does_not_suit_is_reported_and_kept() {
     let loaded = load(PACKED, &["liquid.0.gap_above_bed=2.9 mm"]);
     let scratch = Scratch::new("restart-unsuited");
-    let told = |outcome: Result<RunSummary, CommandError>, folder: &Path| {
+    let report = |outcome: Result<RunSummary, CommandError>, folder: &Path| {
         let error = outcome.expect_err("the drop does not fit above the bed");
         assert_eq!(error.exit_code(), exit::WRONG_INPUT, "{error}");
         let kept = format!("placement.bed = {{ file = \"{}\" }}", folder.join("packed.bed").display());
@@ -260,14 +260,14 @@ fn a_bed_that_the_rest_of_the_case_does_not_suit_is_told_and_kept() {
     };
     for ranks in [1, 2] {
         let whole = scratch.join(&format!("whole-{ranks}"));
-        told(start(&loaded, &whole, On::ranks(ranks, 1)), &whole);
+        report(start(&loaded, &whole, On::ranks(ranks, 1)), &whole);
         let broken = scratch.join(&format!("broken-{ranks}"));
         interrupted(&loaded, &broken, ranks, |line| line.phase == "packing" && line.step >= 100);
         assert_eq!(support::summary(&broken)["status"], "stopped");
-        told(go_on(&broken, On::ranks(ranks, 1)).0, &broken);
+        report(go_on(&broken, On::ranks(ranks, 1)).0, &broken);
         // The packing itself is kept as well: nothing is packed twice.
         let (outcome, said) = go_on(&broken, On::ranks(ranks, 1));
-        told(outcome, &broken);
+        report(outcome, &broken);
         let packed = said.iter().find(|text| text.contains("packed 16 grains")).expect("the bed is measured");
         let words: Vec<&str> = packed.split_whitespace().collect();
         assert!(packed.contains(&format!("since {} s", words[4])), "{packed}");
@@ -468,8 +468,8 @@ fn a_damaged_checkpoint_is_passed_over_for_the_one_before() {
         let left = 2 * STEPS - steps[0];
         let (outcome, said) = go_on(&folder, On::threads(2).steps(left));
         assert_eq!(outcome.unwrap().steps, 2 * STEPS, "{how}");
-        let told = said.iter().find(|text| text.starts_with("skipped")).unwrap_or_else(|| panic!("{how}: {said:#?}"));
-        assert!(told.contains(word) && told.contains(&format!("step-{:09}", steps[1])), "{how}: {told}");
+        let report = said.iter().find(|text| text.starts_with("skipped")).unwrap_or_else(|| panic!("{how}: {said:#?}"));
+        assert!(report.contains(word) && report.contains(&format!("step-{:09}", steps[1])), "{how}: {report}");
         assert!(said.iter().any(|text| text.contains(&format!("from step {}", steps[0]))), "{how}: {said:#?}");
         assert_same(&folder, &whole, how);
     }
@@ -544,7 +544,7 @@ fn a_wrong_command_leaves_a_run_as_it_is() {
     assert_eq!(go_on(&folder, On::threads(2)).0.unwrap().status, Status::Finished);
 }
 
-/// Makes the run in `folder` one of a program that knew fewer keys and columns, and perhaps told which it was.
+/// Makes the run in `folder` one of a program that knew fewer keys and columns, and perhaps recorded which it was.
 fn made_older(folder: &Path, key: &str, program: serde_json::Value) {
     let path = folder.join("series.csv");
     let table = std::fs::read_to_string(&path).expect("the run left it");
@@ -577,7 +577,7 @@ fn a_run_of_an_older_program_goes_on_and_a_changed_case_does_not() {
     let bed = scratch.join("small.bed");
     let name = format!("output.bed={}", bed.display());
     start(&load(PACKED, &[&name, "run.packing_only=true"]), &scratch.join("packed"), On::threads(1)).unwrap();
-    let told =
+    let report =
         |said: &[String]| said.iter().filter(|text| text.contains("began this run")).cloned().collect::<Vec<_>>();
     // With a file that is named, of which the folder is no part of the hash, and without.
     for (name, text) in [("sliding", SLIDING.to_owned()), ("bed", on_bed(&bed, ""))] {
@@ -586,18 +586,18 @@ fn a_run_of_an_older_program_goes_on_and_a_changed_case_does_not() {
         let copy = std::fs::read_to_string(folder.join("case.toml")).unwrap();
         let own = case::load(&folder.join("case.toml"), &[]).unwrap();
         assert_eq!(resolved::hash_of_copy(&copy), resolved::hash(&own.case), "{name}");
-        assert!(told(&go_on(&folder, On::threads(1).steps(1)).1).is_empty());
+        assert!(report(&go_on(&folder, On::threads(1).steps(1)).1).is_empty());
 
         made_older(&folder, "torque_arm", serde_json::Value::Null);
         let (outcome, said) = go_on(&folder, On::threads(1).steps(1));
         outcome.unwrap();
-        assert!(told(&said)[0].contains("an earlier version of sazanami began this run"), "{said:#?}");
+        assert!(report(&said)[0].contains("an earlier version of sazanami began this run"), "{said:#?}");
         let program = serde_json::json!({ "version": "0.0.1", "commit": "abc" });
         made_older(&folder, "drop_velocity", program.clone());
         for _ in 0..2 {
             let (outcome, said) = go_on(&folder, On::threads(1).steps(1));
             outcome.unwrap();
-            assert!(told(&said)[0].contains("sazanami 0.0.1 (abc) began this run"), "{said:#?}");
+            assert!(report(&said)[0].contains("sazanami 0.0.1 (abc) began this run"), "{said:#?}");
         }
         let state: serde_json::Value = support::newest(&folder).get_json("run/state").unwrap();
         assert_eq!(state["program"], program);

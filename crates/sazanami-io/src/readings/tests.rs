@@ -79,7 +79,7 @@ fn troubles_name_file_line_and_what_was_expected() {
 }
 
 #[test]
-fn a_file_that_is_not_there_is_told_from_one_that_is_wrong() {
+fn a_file_that_is_not_there_is_not_one_that_is_wrong() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("bed.csv");
     assert_eq!(Readings::read_if_there(&path, &["x_m"], 1).expect("no file is no error"), None);

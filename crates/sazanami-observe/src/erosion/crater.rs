@@ -173,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rim_outside_the_profile_is_told() {
+    fn a_rim_outside_the_profile_is_reported() {
         let slope = Profile { layer: 1.0, heights: [1.0, 2.0, 3.0].map(Some).to_vec() };
         let crater = Crater::of(&slope).unwrap();
         assert!(crater.rim_at_edge);
