@@ -39,6 +39,19 @@ fn check_carrying_flow(case: &Case, cx: &mut Context<'_>) {
             .label("nothing is solved for: grains would not feel this flow")
             .help("leave out `carrying_flow`, or the grains");
     }
+    if case.fluid.initial_velocity.is_some() {
+        cx.report
+            .error(span.clone(), "a carrying flow and an initial velocity")
+            .label("the velocity is that of this flow from the start")
+            .help("leave out one of the two");
+    }
+    let is_inflow = |side: &BoundarySide| matches!(side, BoundarySide::Inflow { .. });
+    if let Some(d) = (0..3).find(|&d| case.boundary[d].iter().any(is_inflow)) {
+        cx.report
+            .error(span.clone(), format!("a carrying flow and an inflow at a side of x{}", d + 1))
+            .label("the velocity at the sides is that of this flow")
+            .help(format!("make the side of x{} \"outflow\"", d + 1));
+    }
     let is_wall =
         |side: &BoundarySide| matches!(side, BoundarySide::NoSlip | BoundarySide::Slip | BoundarySide::Moving { .. });
     let crossed = carrying.crosses_sides();

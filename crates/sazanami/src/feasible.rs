@@ -14,7 +14,7 @@ mod workers;
 use std::ops::Range;
 
 use sazanami_dem::{Body, Engine};
-use sazanami_numerics::geometry::Shape;
+use sazanami_numerics::geometry::{Exact, Shape};
 use sazanami_numerics::{Real, Vector};
 
 use crate::assembly::grains;
@@ -231,7 +231,12 @@ impl Search<'_> {
                 continue;
             }
             let help = match population.contact_spheres {
-                ContactSphereChoice::File { .. } => "add spheres to `sphere_file` where its surface is bare".to_owned(),
+                ContactSphereChoice::File { .. } => {
+                    "add spheres to `sphere_file` where its surface is uncovered".to_owned()
+                }
+                ContactSphereChoice::Axis(_) if matches!(shape.exact(), Some(Exact::Cylinder(_))) => {
+                    "`contact_spheres = \"shell(200)\"` follows the edges of its ends".to_owned()
+                }
                 ContactSphereChoice::Axis(count) => format!("`contact_spheres = \"axis({})\"` leaves less", 2 * count),
                 ContactSphereChoice::Single => "`contact_spheres = \"shell(75)\"` follows the surface".to_owned(),
                 ContactSphereChoice::Shell { count, .. } => format!(
@@ -243,7 +248,10 @@ impl Search<'_> {
             };
             let span = self.loaded.places.near(&format!("grains.{n}.contact_spheres"));
             self.report
-                .warning(span, format!("the contact spheres of `{}` leave parts of its surface bare", population.name))
+                .warning(
+                    span,
+                    format!("the contact spheres of `{}` leave parts of its surface uncovered", population.name),
+                )
                 .label(format!(
                     "up to {:.1} um, {:.0} % of its size: it sinks that far into what it touches there",
                     1e6 * gap,

@@ -220,13 +220,13 @@ fn alone(population: &str) -> (bool, Vec<String>) {
 }
 
 #[test]
-fn surfaces_that_contact_spheres_leave_bare_are_warned_of() {
+fn surfaces_that_contact_spheres_leave_uncovered_are_warned_of() {
     let boxes = |spheres: &str| {
         let at = "placement.list = [{ position = [\"6 mm\", \"6 mm\", \"6 mm\"] }]";
         let (runs, texts) =
             alone(&format!("shape.box = {{ size = [\"0.4 mm\", \"0.6 mm\", \"0.8 mm\"] }}, {spheres} {at}"));
         assert!(runs, "{texts:#?}");
-        texts.into_iter().find(|text| text.contains("bare"))
+        texts.into_iter().find(|text| text.contains("uncovered"))
     };
     let warning = boxes("").unwrap_or_default();
     assert!(warning.contains("up to 62.2 um, 16 % of its size") && warning.contains("sphere_radius"), "{warning}");

@@ -6,7 +6,7 @@ mod support;
 use sazanami_test_support::vtk::parse;
 use support::{On, Scratch, load, start};
 
-/// The reversed single vortex of Rider and Kothe (1998), as `verification/vortex` poses it on 32 x 32 cells.
+/// The reversed single vortex of Rider and Kothe (1998), as `verification/reversed-vortex` poses it on 32 x 32 cells.
 const VORTEX: &str = r#"
 gravity = "0 m/s^2"
 [domain]
@@ -109,4 +109,9 @@ fn carrying_flows_that_make_no_sense_are_refused() {
         "{VORTEX}[material.sand]\ndensity = \"2650 kg/m^3\"\n[[grains]]\nshape.sphere = {{ diameter = \"5 mm\" }}\nplacement.list = [{{ position = [\"0.5 m\", \"15 mm\", \"0.5 m\"] }}]\n"
     );
     assert!(refused(&grains).contains("a carrying flow and grains"));
+    let both = format!("{VORTEX}[fluid.initial_velocity]\ntaylor_green = {{ speed = \"0.5 m/s\" }}\n");
+    assert!(refused(&both).contains("a carrying flow and an initial velocity"));
+    let inflow = VORTEX
+        .replace("[boundary]", "[boundary]\nx1_lower = { inflow = { velocity = \"1 m/s\" } }\nx1_upper = \"outflow\"");
+    assert!(refused(&inflow).contains("inflow"));
 }

@@ -616,7 +616,7 @@ fn memory_of_the_smoothing_grid_is_counted_with_its_radius() {
     assert!(feasible.is_none() && found.len() == 1 && found[0].contains("`erosion.r_max`"), "{found:#?}");
     // Negative control: a tenth of the radius fits.
     assert!(allowed("45 mm").1.is_some(), "{:#?}", allowed("45 mm").0);
-    // A radius beyond the box is no longer read at all.
+    // A radius beyond the box is refused.
     let found = findings(&text, &["erosion.r_max=45 mm"]);
     assert!(found.len() == 1 && found[0].contains("`r_max` has to lie between"), "{found:#?}");
 }

@@ -183,10 +183,12 @@ pub struct FluidOptions {
     /// Iterations after which a solve of the pressure is given up (exit code 1).
     #[key(least = 1, default = 500)]
     pub pressure_iterations: usize,
-    /// Velocity at the start, on top of that of the liquids; the pressure takes out its divergence.
+    /// Velocity at the start on the grid (`solver = "mics"`), on top of that of the liquids; the pressure takes out its
+    /// divergence.
     #[key(table)]
     pub initial_velocity: Option<InitialVelocity>,
-    /// Flow that carries the liquid as it is given: nothing is solved for, and momentum has no budget. Only without grains.
+    /// Flow that carries the liquid on the grid (`solver = "mics"`) as it is given: nothing is solved for, and momentum has
+    /// no budget. Only without grains.
     #[key(table)]
     pub carrying_flow: Option<CarryingFlow>,
     /// The heavier fluid.

@@ -49,7 +49,8 @@ impl Cylinder {
             _ if end < 0.0 => {
                 Err(ContactSphereError::NotProlate { count, found: "this cylinder is shorter than its diameter" })
             }
-            1 => Ok(vec![(Vector::ZERO, self.radius)]),
+            // As long as wide: all of them would be the same sphere.
+            _ if count == 1 || end <= 1e-12 * self.radius => Ok(vec![(Vector::ZERO, self.radius)]),
             _ => {
                 let place = |i: usize| end * (2.0 * i as Real / (count - 1) as Real - 1.0);
                 Ok((0..count).map(|i| (Vector::new(place(i), 0.0, 0.0), self.radius)).collect())
@@ -73,5 +74,13 @@ mod tests {
         let found = (0..2000).map(rim).fold(Vector::ZERO, |most, p| most.max(p.abs()));
         let half = cylinder.half_extents(turn);
         assert!((half - found).abs().max_element() < 1e-6 && half.cmpge(found - 1e-12).all(), "{half} {found}");
+    }
+
+    #[test]
+    fn a_cylinder_as_long_as_wide_has_one_sphere_on_its_axis() {
+        let [wide, long] = [0.6, 0.8].map(|length| Cylinder { radius: 0.3, length });
+        assert_eq!(wide.spheres_on_axis(9).expect("it is no shorter than wide"), [(Vector::ZERO, 0.3)]);
+        assert_eq!(long.spheres_on_axis(9).expect("it is longer").len(), 9);
+        assert!(Cylinder { radius: 0.3, length: 0.59 }.spheres_on_axis(9).is_err());
     }
 }
