@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use sazanami_case_derive::Keys;
+use sazanami_dem::ContactLaw;
 use sazanami_io::MeasuredProfile;
 use sazanami_io::readings::ReadingsError;
 use sazanami_mps::boundary::{Side, Tank, WallFriction};
@@ -13,9 +14,9 @@ use crate::key::{KeyDoc, ValueDoc};
 use crate::presets::{Preset, Solver};
 use crate::read::{At, Context, Table};
 use crate::tables::{
-    Bed, BoundarySide, BoxDomain, Checkpoints, ContactLaw, Contacts, Coupling, DemOptions, Erosion, FluidOptions,
-    Frame, GrainPlacement, LiquidRegion, Material, Materials, Measured, Outputs, Overlap, Particles, Population,
-    Preparation, Probe, Ripples, RunLength, Sides, WallMotion, check_names,
+    Bed, BoundarySide, BoxDomain, Checkpoints, Contacts, Coupling, DemOptions, Erosion, FluidOptions, Frame,
+    GrainPlacement, LiquidRegion, Material, Materials, Measured, Outputs, Overlap, Particles, Population, Preparation,
+    Probe, Ripples, RunLength, Sides, WallMotion, check_names,
 };
 use crate::value::{Range1, Value};
 use crate::write::{Paths, Written};

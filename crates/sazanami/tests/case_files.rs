@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use sazanami::bed_file::{Bed, Lying, Recipe};
 use sazanami::case::meaning::{
-    BoundarySide, Case, Damping, Exchange, GrainPlacement, GrainShape, Placement, Preset, Projection, Region, Step,
-    Substeps, ViscosityScheme,
+    BoundarySide, Case, ContactLaw, Damping, Exchange, GrainPlacement, GrainShape, Placement, Preset, Projection,
+    Region, Step, Substeps, ViscosityScheme,
 };
 use sazanami::case::resolved::{self, Paths};
 use sazanami::case::{self, CaseError, LoadedCase};
@@ -226,8 +226,12 @@ fn values_mean_what_they_say() {
     let drop = &case.liquids[1];
     assert_eq!(drop.placement, Placement::AboveBed { height: 0.3e-3, to_bottom: true, offset: [1e-3, -1e-3] });
     assert!((drop.velocity.length() - 3.0).abs() < 1e-14 && drop.velocity.z < -2.8);
-    assert_eq!(case.contact("oak wood", "sand").map(|law| law.damping), Some(Damping::Restitution(0.35)));
-    let wall = case.contact("sand", "wall").expect("sand meets the wall");
+    let law = |a, b| match case.contact(a, b) {
+        Some(ContactLaw::LinearSpringDashpot(law)) => *law,
+        _ => panic!("a spring and dashpot between {a} and {b}"),
+    };
+    assert_eq!(law("oak wood", "sand").damping, Damping::Restitution(0.35));
+    let wall = law("sand", "wall");
     assert_eq!((wall.normal_stiffness, wall.friction, wall.damping), (2e4, 0.3, Damping::Restitution(0.5)));
     assert_eq!(case.grains[2].count, Some(2));
     assert_eq!(case.grains[0].mass_override, None);
@@ -268,7 +272,7 @@ fn the_literal_preset_follows_the_letter() {
     );
     assert_eq!(literal.dem.substeps, Substeps::Fixed(325));
     assert_eq!(literal.grains[0].mass_override, Some(1.93e-7));
-    assert!(literal.contacts.iter().all(|pair| pair.law.tension));
+    assert!(literal.contacts.iter().all(|pair| pair.law.options().tension));
     // What the case says itself stands above the preset.
     let mixed = case_of(&plain, &["preset=paper_literal", "coupling.exchange=exact", "fluid.dt_max=1 ms"]);
     assert_eq!(mixed.coupling.exchange, Exchange::Exact);

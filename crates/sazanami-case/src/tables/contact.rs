@@ -3,10 +3,10 @@
 use std::ops::Range;
 
 use sazanami_case_derive::Keys;
-use sazanami_dem::{Damping, LinearSpringDashpot};
+use sazanami_dem::{ContactLaw, Damping, LinearSpringDashpot};
 use sazanami_numerics::{Real, choices};
 
-use super::{DemOptions, Rolling};
+use super::Rolling;
 use crate::key::{Keys, TableDoc};
 use crate::read::{At, Context};
 use crate::suggest::nearest;
@@ -107,57 +107,6 @@ struct ContactKeys {
     tension: Option<bool>,
 }
 
-/// Contact law of a pair of materials, Yagyu et al. (2015), eqs. (4)-(6).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ContactLaw {
-    /// Stiffness along the normal [N/m].
-    pub normal_stiffness: Real,
-    /// Stiffness along the tangent [N/m].
-    pub tangential_stiffness: Real,
-    /// Dashpot.
-    pub damping: Damping,
-    /// Friction coefficient.
-    pub friction: Real,
-    /// Whether a separating contact may pull.
-    pub tension: bool,
-}
-
-impl ContactLaw {
-    /// The law as the engine computes it, with what `[dem]` says of all contacts.
-    #[must_use]
-    pub fn model(&self, dem: &DemOptions) -> sazanami_dem::ContactLaw {
-        let Self { normal_stiffness, tangential_stiffness, damping, friction, tension } = *self;
-        let law = LinearSpringDashpot {
-            normal_stiffness,
-            tangential_stiffness,
-            damping,
-            friction,
-            tension,
-            slip_direction: dem.slip_direction,
-            history: dem.history,
-            multiplicity: dem.multiplicity,
-            rolling_friction: match dem.rolling {
-                Rolling::None => 0.0,
-                Rolling::ConstantTorque => dem.rolling_friction,
-            },
-        };
-        law.into()
-    }
-}
-
-impl std::fmt::Display for ContactLaw {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "stiffness {:.3e} N/m, ", self.normal_stiffness)?;
-        match self.damping {
-            Damping::Literal { normal, .. } => write!(f, "dashpot {normal:.3e} N s/m")?,
-            Damping::Restitution(restitution) | Damping::RestitutionAndRatio { restitution, .. } => {
-                write!(f, "restitution {restitution}")?;
-            }
-        }
-        write!(f, ", friction {}", self.friction)
-    }
-}
-
 /// Contact law of the materials `a` and `b`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PairContact {
@@ -165,7 +114,7 @@ pub struct PairContact {
     pub a: String,
     /// The other, or [`WALL`].
     pub b: String,
-    /// Their contact law.
+    /// Their contact law, with what `[dem]` says of all contacts.
     pub law: ContactLaw,
 }
 
@@ -264,17 +213,27 @@ fn law_of(given: &[(String, ContactKeys)], names: &[String], cx: &mut Context<'_
         }
     };
     let normal_stiffness = pair.normal_stiffness.or(general.normal_stiffness).unwrap_or(STIFFNESS);
-    ContactLaw {
+    let dem = &cx.known.dem;
+    let law = LinearSpringDashpot {
         normal_stiffness,
         tangential_stiffness: pair.tangential_stiffness.or(general.tangential_stiffness).unwrap_or(normal_stiffness),
         damping,
         friction: pair.friction.or(general.friction).unwrap_or(FRICTION),
-        tension: pair.tension.or(general.tension).unwrap_or(cx.known.dem.tension),
-    }
+        tension: pair.tension.or(general.tension).unwrap_or(dem.tension),
+        slip_direction: dem.slip_direction,
+        history: dem.history,
+        multiplicity: dem.multiplicity,
+        rolling_friction: match dem.rolling {
+            Rolling::None => 0.0,
+            Rolling::ConstantTorque => dem.rolling_friction,
+        },
+    };
+    law.into()
 }
 
 impl ContactKeys {
     fn of(law: &ContactLaw) -> Self {
+        let ContactLaw::LinearSpringDashpot(law) = law;
         let same = Self {
             normal_stiffness: Some(law.normal_stiffness),
             tangential_stiffness: Some(law.tangential_stiffness),

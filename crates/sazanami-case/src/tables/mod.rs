@@ -28,7 +28,7 @@ mod size;
 mod velocity_field;
 
 pub use boundary::{BoundarySide, FluidName, SIDE_NAMES, Sides};
-pub use contact::{ContactLaw, Contacts, DampingKind, Material, Materials, PairContact, WALL};
+pub use contact::{Contacts, DampingKind, Material, Materials, PairContact, WALL};
 pub use contact_spheres::{ContactSphereChoice, MOST_ON_SHELL};
 pub use coupling::Coupling;
 pub use dem::{DemOptions, Rolling, WallContact};

@@ -30,6 +30,14 @@ macro_rules! contact_models {
             }
         })+
 
+        impl std::fmt::Display for ContactLaw {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                match self {
+                    $(Self::$Model(law) => law.fmt(f),)+
+                }
+            }
+        }
+
         impl ContactLaw {
             /// Friction and the other parameters that all laws have.
             #[must_use]

@@ -3,6 +3,8 @@
 //! `K_n`, `D_n`, `K_t` and `D_t` of [`super::model`] are constants of the two materials and masses. The printed sign of
 //! `D_t` would feed energy in; it is `+` here because `d_t` grows with `v_t`.
 
+use std::fmt::{Display, Formatter, Result};
+
 use sazanami_numerics::Real;
 
 use super::model::{ContactModel, Springs};
@@ -99,6 +101,19 @@ impl LinearSpringDashpot {
                 ([normal, tangential * normal], true)
             }
         }
+    }
+}
+
+impl Display for LinearSpringDashpot {
+    fn fmt(&self, f: &mut Formatter<'_>) -> Result {
+        write!(f, "stiffness {:.3e} N/m, ", self.normal_stiffness)?;
+        match self.damping {
+            Damping::Literal { normal, .. } => write!(f, "dashpot {normal:.3e} N s/m")?,
+            Damping::Restitution(restitution) | Damping::RestitutionAndRatio { restitution, .. } => {
+                write!(f, "restitution {restitution}")?;
+            }
+        }
+        write!(f, ", friction {}", self.friction)
     }
 }
 

@@ -11,7 +11,7 @@
 //! force over the overlap. Tension, friction, rotation of the displacement and rolling are the same for all models
 //! ([`super::force`]).
 
-use std::fmt::Debug;
+use std::fmt::{Debug, Display};
 
 use sazanami_numerics::Real;
 
@@ -33,10 +33,10 @@ pub(crate) struct Springs<const W: usize> {
     pub tangential_damping: Lanes<W>,
 }
 
-/// A contact law of a pair of materials; the implementor holds its parameters.
+/// A contact law of a pair of materials; the implementor holds its parameters, which `Display` says in a line for people.
 ///
 /// The engine is compiled for each model: a model has no cost beyond its own formulas.
-pub(crate) trait ContactModel: Copy + 'static {
+pub(crate) trait ContactModel: Copy + Display + 'static {
     /// Parameters of a pair of materials ready for evaluation.
     type Constants: Copy + Debug + Send + Sync;
     /// Those of `W` contacts.

@@ -29,17 +29,16 @@ pub(crate) fn interactions(case: &Case) -> Interactions {
     let count = case.materials.len();
     let names: Vec<&str> = case.materials.iter().map(|material| material.name.as_str()).collect();
     // All laws are of one model; what no pair says is not met.
-    let any = case.contacts.first().map_or(LinearSpringDashpot::SAND.into(), |pair| pair.law.model(&case.dem));
+    let any = case.contacts.first().map_or(LinearSpringDashpot::SAND.into(), |pair| pair.law);
     let mut interactions = Interactions::uniform(count + 2, any);
     let (walls, sides) = (count as u32, count as u32 + 1);
     for (a, first) in names.iter().enumerate() {
         for (b, second) in names.iter().enumerate().skip(a) {
-            if let Some(law) = case.contact(first, second) {
-                interactions.set(a as u32, b as u32, law.model(&case.dem));
+            if let Some(&law) = case.contact(first, second) {
+                interactions.set(a as u32, b as u32, law);
             }
         }
-        if let Some(law) = case.contact(first, WALL) {
-            let law = law.model(&case.dem);
+        if let Some(&law) = case.contact(first, WALL) {
             interactions.set(a as u32, walls, law);
             let slippery = case.dem.wall == WallContact::FrictionlessSides;
             interactions.set(a as u32, sides, if slippery { law.with_friction_times(0.0) } else { law });

@@ -288,7 +288,7 @@ fn contacts_of<'c>(case: &'c Case, population: &Population) -> impl Iterator<Ite
 pub(crate) fn stiffness(case: &Case, pair: &PairContact) -> Real {
     let radius = |population: &Population| 0.5 * population.shape.extent().unwrap_or(0.0) * population.size.largest();
     let radius = case.grains.iter().map(radius).fold(0.0, Real::max);
-    let [normal, tangential] = pair.law.model(&case.dem).stiffness(radius);
+    let [normal, tangential] = pair.law.stiffness(radius);
     normal.max(tangential)
 }
 
@@ -336,7 +336,7 @@ fn substeps(case: &Case, populations: &[PopulationReport], dt: Real) -> usize {
 mod tests {
     use std::path::{Path, PathBuf};
 
-    use sazanami_dem::{Engine, Grain};
+    use sazanami_dem::{Engine, Grain, LinearSpringDashpot};
     use sazanami_numerics::domain::Domain;
     use sazanami_numerics::grid::Grid;
 
@@ -416,8 +416,10 @@ mod tests {
         for _ in 0..12 {
             let mut case = crate::case::load(&path, &[]).unwrap().case;
             case.contacts.iter_mut().for_each(|pair| {
-                pair.law.normal_stiffness = 10.0_f64.powf(2.0 + 4.0 * random());
-                pair.law.tangential_stiffness = pair.law.normal_stiffness * (0.1 + random());
+                let normal_stiffness = 10.0_f64.powf(2.0 + 4.0 * random());
+                let tangential_stiffness = normal_stiffness * (0.1 + random());
+                let law = LinearSpringDashpot::SAND;
+                pair.law = LinearSpringDashpot { normal_stiffness, tangential_stiffness, ..law }.into();
             });
             case.materials.iter_mut().for_each(|material| material.density = 1100.0 + 6000.0 * random());
             let (foretold, found) = (predicted(&case), of_engine(&case));
