@@ -12,10 +12,10 @@ const MUTUAL: &[(&str, &[&[&str]])] = &[(
     &[&["case", "cross_checks", "moving_particles"], &["key", "known", "read", "tables", "value", "write"]],
 )];
 
-/// For each top-level module those that it imports.
+/// For each module of a level those that it imports.
 type Imports = BTreeMap<String, BTreeSet<String>>;
 
-/// Circles among the top-level modules of the crate `name` in `folder`.
+/// Circles among the top-level modules of the crate `name` in `folder`, and among those within each of its modules.
 pub fn circles(name: &str, folder: &Path) -> io::Result<Vec<String>> {
     let (source, mut files) = (folder.join("src"), Vec::new());
     files_below(&source, "rs", &mut files)?;
@@ -27,30 +27,41 @@ pub fn circles(name: &str, folder: &Path) -> io::Result<Vec<String>> {
         texts.push((module, std::fs::read_to_string(file)?));
     }
     let allowed = MUTUAL.iter().find(|(known, _)| *known == name).map_or(&[][..], |(_, groups)| *groups);
-    Ok(refused(name, &imports(&texts), allowed))
+    let mut problems = refused(name, &imports(&texts, &[]), allowed);
+    let parents: BTreeSet<&[String]> = texts.iter().map(|(module, _)| &module[..module.len().max(1) - 1]).collect();
+    for parent in parents.into_iter().filter(|parent| !parent.is_empty()) {
+        problems.extend(refused(&format!("{name}::{}", parent.join("::")), &imports(&texts, parent), &[]));
+    }
+    Ok(problems)
 }
 
-/// What `texts`, each with the path of its module, import of each other.
-fn imports(texts: &[(Vec<String>, String)]) -> Imports {
-    let tops: BTreeSet<&String> = texts.iter().filter_map(|(module, _)| module.first()).collect();
+/// What the modules within `parent` (the crate: none) import of each other, by `texts`, each with the path of its module.
+fn imports(texts: &[(Vec<String>, String)], parent: &[String]) -> Imports {
+    let level = parent.len();
+    let within: Vec<_> =
+        texts.iter().filter(|(module, _)| module.len() > level && module.starts_with(parent)).collect();
+    let modules: BTreeSet<&String> = within.iter().map(|(module, _)| &module[level]).collect();
     let mut imports = Imports::new();
-    for (module, text) in texts.iter().filter(|(module, _)| !["lib", "main"].contains(&module[0].as_str())) {
+    for (module, text) in
+        within.iter().filter(|(module, _)| level > 0 || !["lib", "main"].contains(&module[0].as_str()))
+    {
         let code = without_comments_and_text(text);
         let tested = lines_of_tests(&code);
         let kept: Vec<&str> = code.lines().zip(tested).filter(|(_, tested)| !tested).map(|(line, _)| line).collect();
-        let named = named_from_root(&kept.join("\n"), module.len());
-        let others = named.into_iter().filter(|other| *other != module[0] && tops.contains(other));
-        imports.entry(module[0].clone()).or_default().extend(others);
+        let named = named_within(&kept.join("\n"), parent, module.len() - level);
+        let others = named.into_iter().filter(|other| *other != module[level] && modules.contains(other));
+        imports.entry(module[level].clone()).or_default().extend(others);
     }
     imports
 }
 
-/// Names that directly follow the root of the crate in `code` of a module so `deep` below it: `crate::NAME`,
-/// `crate::{NAME, ...}`, and as many `super::` as lead there.
-fn named_from_root(code: &str, deep: usize) -> Vec<String> {
-    let up = "super::".repeat(deep);
+/// Names that directly follow the module `parent` in `code` of a module so `deep` below it: `crate::PARENT::NAME`,
+/// `crate::PARENT::{NAME, ...}`, and as many `super::` as lead there.
+fn named_within(code: &str, parent: &[String], deep: usize) -> Vec<String> {
+    let down: String = parent.iter().map(|module| format!("{module}::")).collect();
     let mut names = Vec::new();
-    for root in ["crate::", &up] {
+    for root in [format!("crate::{down}"), "super::".repeat(deep)] {
+        let root = root.as_str();
         for (at, _) in code.match_indices(root) {
             let begins = !code[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_' || c == ':' || c == '$');
             let rest = &code[at + root.len()..];
@@ -136,7 +147,33 @@ mod tests {
     fn of(files: &[(&str, &str)]) -> Imports {
         let texts =
             files.iter().map(|(module, text)| (module.split('/').map(str::to_owned).collect(), (*text).to_owned()));
-        imports(&texts.collect::<Vec<_>>())
+        imports(&texts.collect::<Vec<_>>(), &[])
+    }
+
+    #[test]
+    fn circles_within_a_module_are_refused() {
+        let found = |back: &str| {
+            let folder = std::env::temp_dir().join(format!("sazanami-modules-{}-{}", std::process::id(), back.len()));
+            let inner = folder.join("src/a/c");
+            std::fs::create_dir_all(&inner).unwrap();
+            let write = |name: &str, text: &str| std::fs::write(folder.join("src").join(name), text).unwrap();
+            write("lib.rs", "mod a;");
+            write("a/mod.rs", "mod b; mod c; use b::B;");
+            write("a/b.rs", "use super::c::C;");
+            write("a/c/mod.rs", "mod d; use crate::Real;");
+            write("a/c/d.rs", back);
+            let problems = circles("x", &folder).unwrap();
+            std::fs::remove_dir_all(&folder).unwrap();
+            problems
+        };
+        for back in ["use super::super::b::B;", "use crate::a::b;", "use crate::a::{b::B, e};"] {
+            let problems = found(back);
+            assert!(
+                problems.len() == 1 && problems[0].contains("x::a ") && problems[0].contains("b -> c"),
+                "{problems:?}"
+            );
+        }
+        assert_eq!(found("use super::b; use crate::b;"), Vec::<String>::new(), "other modules of that name");
     }
 
     #[test]

@@ -13,7 +13,7 @@
 //! cycle. The curvature `p A p` of the new direction follows from sums known before it is formed.
 
 use super::equation::Equation;
-use super::iteration::{Control, Progress, System, iterate};
+use super::iteration::{Control, Progress, SolveError, System, iterate};
 use super::multigrid::{Colours, Direction, Multigrid, Residual, Step};
 use crate::Real;
 use crate::domain::Domain;
@@ -39,37 +39,6 @@ pub struct Solution {
     pub relative: Real,
     /// Evaluations of the residual in double precision.
     pub evaluations: usize,
-}
-
-/// The equation was not solved.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum SolveError {
-    /// The residual does not fall any more, or not fast enough.
-    #[error("residual {residual:e} after {iterations} iterations, asked for {tolerance:e}")]
-    NotConverged {
-        /// Iterations done.
-        iterations: usize,
-        /// Residual reached, in the measure of [`Stop`].
-        residual: Real,
-        /// Residual asked for.
-        tolerance: Real,
-    },
-    /// NaN or infinity came up: the equation holds one, or is not positive definite.
-    #[error("NaN or infinity after {iterations} iterations")]
-    NotFinite {
-        /// Iterations done.
-        iterations: usize,
-    },
-    /// A direction without curvature: the equation is not positive definite.
-    #[error("no descent after {iterations} iterations (residual {residual:e}, curvature {curvature:e})")]
-    Breakdown {
-        /// Iterations done.
-        iterations: usize,
-        /// Residual reached, in the measure of [`Stop`].
-        residual: Real,
-        /// Curvature of the last direction.
-        curvature: Real,
-    },
 }
 
 /// Fall of the recursive residual, in single precision, after which it is replaced by the true one.

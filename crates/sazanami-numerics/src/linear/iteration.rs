@@ -1,6 +1,5 @@
 //! The loop of conjugate gradients, once for all systems: iterations, evaluations of the true residual, and when to end.
 
-use super::conjugate_gradient::SolveError;
 use crate::Real;
 
 /// A symmetric, positive (semi-)definite system with its solution, its preconditioner and the vectors of the recursion, in
@@ -41,6 +40,37 @@ pub struct Progress {
     pub evaluations: usize,
     /// Size of the true residual.
     pub residual: Real,
+}
+
+/// The equation was not solved.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum SolveError {
+    /// The residual does not fall any more, or not fast enough.
+    #[error("residual {residual:e} after {iterations} iterations, asked for {tolerance:e}")]
+    NotConverged {
+        /// Iterations done.
+        iterations: usize,
+        /// Size of the true residual, in the measure of the stop.
+        residual: Real,
+        /// Residual asked for.
+        tolerance: Real,
+    },
+    /// NaN or infinity came up: the equation holds one, or is not positive definite.
+    #[error("NaN or infinity after {iterations} iterations")]
+    NotFinite {
+        /// Iterations done.
+        iterations: usize,
+    },
+    /// A direction without curvature: the equation is not positive definite.
+    #[error("no descent after {iterations} iterations (residual {residual:e}, curvature {curvature:e})")]
+    Breakdown {
+        /// Iterations done.
+        iterations: usize,
+        /// Size of the true residual, in the measure of the stop.
+        residual: Real,
+        /// Curvature of the last direction.
+        curvature: Real,
+    },
 }
 
 /// Fall per iteration expected of the first one.

@@ -5,6 +5,6 @@ mod equation;
 mod iteration;
 mod multigrid;
 
-pub use conjugate_gradient::{ConjugateGradient, Solution, SolveError, Stop};
+pub use conjugate_gradient::{ConjugateGradient, Solution, Stop};
 pub use equation::{Equation, FaceEquation};
-pub use iteration::{Control, Progress, System, iterate};
+pub use iteration::{Control, Progress, SolveError, System, iterate};

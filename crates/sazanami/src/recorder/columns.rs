@@ -2,13 +2,10 @@
 
 use sazanami_io::table::{Column, Value};
 
-use super::observer::{Observer, Row};
+use super::observer::{Observer, Row, SeriesCell};
 use crate::case::meaning::ProbePlace;
-use crate::columns::{Cell, Quantity, headings, page, quantity};
+use crate::columns::{Cell, headings, page, quantity};
 use crate::water::Water;
-
-/// A column of the series of an observer.
-pub(crate) type SeriesCell<O> = Quantity<fn(&Row<'_, O>) -> Value>;
 
 /// The columns that every series begins with: time, the length of the last step before and after it was shortened to
 /// end at an output, and the shortest stable length since the last row.

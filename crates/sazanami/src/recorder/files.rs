@@ -11,7 +11,6 @@ use sazanami_numerics::Real;
 
 use super::drawing::Drawing;
 use super::grain_files::{GrainStates, OwnArray, write_glyph};
-use super::summary::Fixed;
 use crate::case::meaning::FieldPrecision;
 use crate::clock::Clock;
 use crate::job::{Job, RankError, RecordError, RunState};
@@ -23,6 +22,21 @@ use sazanami_numerics::choice::Choice;
 
 /// Time \[s] and step a resumed run goes on from.
 type Left = Option<(Real, u64)>;
+
+/// The parts of the summary that do not change during a run.
+#[derive(Clone, Debug)]
+pub(crate) struct Fixed {
+    pub solver: &'static str,
+    pub case: String,
+    pub commit: &'static str,
+    pub case_hash: String,
+    pub cpu: String,
+    pub cores: usize,
+    pub threads: usize,
+    pub ranks: usize,
+    pub cells: usize,
+    pub contact_spheres_by_shape: Vec<usize>,
+}
 
 /// Files of a run, open on rank 0.
 pub(crate) struct Files {

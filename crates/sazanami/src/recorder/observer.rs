@@ -1,15 +1,16 @@
 //! What a recorder asks of the observer of a solver.
 
+use sazanami_io::table;
 use sazanami_numerics::snapshot::Snapshot;
 use sazanami_numerics::{Real, Vector};
 use serde_json::{Map, Value};
 
 use super::bed::GatheredGrains;
-use super::columns::SeriesCell;
 use super::files::Files;
 use super::grain_files::OwnArray;
 use crate::case::meaning::Case;
 use crate::clock::Clock;
+use crate::columns::Quantity;
 use crate::job::{Job, RankError, RecordError, Totals};
 use crate::water::Water;
 
@@ -38,6 +39,9 @@ pub(crate) struct Row<'a, O: Observer> {
     /// What the observer measured last.
     pub observer: &'a O,
 }
+
+/// A column of the series of an observer.
+pub(crate) type SeriesCell<O> = Quantity<fn(&Row<'_, O>) -> table::Value>;
 
 /// Where the output of a time goes.
 pub(crate) struct Output<'a> {

@@ -7,28 +7,14 @@ use sazanami_numerics::Real;
 use serde_json::{Map, Value, json};
 
 use super::bed::{BED, BedFindings};
+use super::files::Fixed;
 use super::observer::SummaryParts;
 use crate::columns::{Field, object, quantity};
 use crate::error::Failure;
 use crate::job::{PARTICLES, Status, TIDIED, Totals, WORST};
 use crate::results::SUMMARY;
 
-/// The parts of the summary that do not change during a run.
-#[derive(Clone, Debug)]
-pub(crate) struct Fixed {
-    pub solver: &'static str,
-    pub case: String,
-    pub commit: &'static str,
-    pub case_hash: String,
-    pub cpu: String,
-    pub cores: usize,
-    pub threads: usize,
-    pub ranks: usize,
-    pub cells: usize,
-    pub contact_spheres_by_shape: Vec<usize>,
-}
-
-/// The parts that do.
+/// The parts of the summary that change during a run.
 pub(crate) struct Present<'a> {
     pub status: Status,
     pub failure: Option<&'a Failure>,

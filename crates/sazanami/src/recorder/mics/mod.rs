@@ -14,9 +14,8 @@ use sazanami_observe::erosion::{Erosion, ErosionSettings, InitialBed};
 use sazanami_observe::splash::SplashTracker;
 
 use super::bed::GatheredGrains;
-use super::columns::SeriesCell;
 use super::files::Files;
-use super::observer::{Observer, Output, Step, SummaryParts, Warning};
+use super::observer::{Observer, Output, SeriesCell, Step, SummaryParts, Warning};
 use crate::case::meaning::Case;
 use crate::clock::Clock;
 use crate::job::{Job, RankError, RecordError, Totals};

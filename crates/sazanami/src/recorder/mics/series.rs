@@ -15,9 +15,9 @@ use crate::case::meaning::FieldPrecision;
 use crate::clock::Clock;
 use crate::columns::{Quantity, cells, headings, quantity};
 use crate::job::RecordError;
-use crate::recorder::columns::{SeriesCell, grain_substeps, of_step, pressure_iterations};
+use crate::recorder::columns::{grain_substeps, of_step, pressure_iterations};
 use crate::recorder::files::Files;
-use crate::recorder::observer::{Output, Row};
+use crate::recorder::observer::{Output, Row, SeriesCell};
 use crate::results::CRATER_PROFILES;
 
 type SeriesRow<'a> = Row<'a, GridObserver>;

@@ -16,10 +16,9 @@ use sazanami_observe::ripples::{self, BedSurfaces, LayerMeans, Ripples, SurfaceP
 use serde_json::{Map, json};
 
 use super::bed::GatheredGrains;
-use super::columns::SeriesCell;
 use super::files::Files;
 use super::grain_files::OwnArray;
-use super::observer::{Observer, Output, Step, SummaryParts, Warning};
+use super::observer::{Observer, Output, SeriesCell, Step, SummaryParts, Warning};
 use crate::case::meaning::{self, Case, LayerReference, TankMotion};
 use crate::clock::Clock;
 use crate::columns::object;

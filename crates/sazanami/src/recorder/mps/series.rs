@@ -9,9 +9,9 @@ use super::{Found, ParticleObserver, TankSums};
 use crate::clock::Clock;
 use crate::columns::{Cell, Field, Quantity, cells, headings, quantity};
 use crate::job::RecordError;
-use crate::recorder::columns::{SeriesCell, grain_substeps, of_step, pressure_iterations};
+use crate::recorder::columns::{grain_substeps, of_step, pressure_iterations};
 use crate::recorder::files::Files;
-use crate::recorder::observer::Row;
+use crate::recorder::observer::{Row, SeriesCell};
 use crate::results::{BED_PROFILES, LAYER_MEANS, WATER_PROFILES};
 
 type SeriesRow<'a> = Row<'a, ParticleObserver>;
