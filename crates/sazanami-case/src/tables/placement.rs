@@ -147,15 +147,11 @@ impl LatticePlacement {
     }
 }
 
-/// A grain put by hand.
+/// Orientation of a grain put by hand; none of the keys: as its body frame.
 #[derive(Clone, Debug, Keys)]
-#[keys(check = Self::check)]
-struct GrainKeys {
+struct OrientationKeys {
     #[key(skip = table.span())]
     span: Range<usize>,
-    /// Centre of mass.
-    #[key(unit = "m")]
-    position: Vector,
     /// Rotation from the body frame as a quaternion `[w, x, y, z]`, instead of `axis` and `angle`.
     quaternion: Option<[Real; 4]>,
     /// Axis of the rotation from the body frame.
@@ -163,66 +159,16 @@ struct GrainKeys {
     /// Angle of that rotation.
     #[key(unit = "rad")]
     angle: Option<Real>,
-    /// Velocity.
-    #[key(unit = "m/s", default = Vector::ZERO, says = "at rest")]
-    velocity: Vector,
-    /// Angular velocity.
-    #[key(unit = "rad/s", default = Vector::ZERO, says = "none")]
-    angular_velocity: Vector,
-    /// How it moves.
-    #[key(word, default = cx.known.motion, says = "as its population")]
-    motion: Motion,
-    /// Size factor.
-    #[key(range = Positive, default = 1.0)]
-    factor: Real,
 }
 
-/// A grain put by hand.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Grain {
-    /// Centre of mass \[m].
-    pub position: Vector,
-    /// Orientation, body to laboratory.
-    pub orientation: Quaternion,
-    /// Velocity [m/s].
-    pub velocity: Vector,
-    /// Angular velocity [rad/s].
-    pub angular_velocity: Vector,
-    /// How it moves.
-    pub motion: Motion,
-    /// Size factor.
-    pub factor: Real,
-}
+read_by!(Quaternion, OrientationKeys);
 
-read_by!(Grain, GrainKeys);
-
-impl GrainKeys {
-    fn check(&mut self, table: &Table<'_>, cx: &mut Context<'_>) {
-        if cx.known.domain.excludes(self.position) {
-            let reaches = cx.known.domain.reaches();
-            cx.report
-                .error(table.place("position"), "this grain lies outside the box")
-                .label(reaches)
-                .help("move the grain, or enlarge the box");
-        }
-    }
-
-    fn meaning(self, cx: &mut Context<'_>) -> Option<Grain> {
-        Some(Grain {
-            position: self.position,
-            orientation: self.orientation(cx),
-            velocity: self.velocity,
-            angular_velocity: self.angular_velocity,
-            motion: self.motion,
-            factor: self.factor,
-        })
-    }
-
-    fn orientation(&self, cx: &mut Context<'_>) -> Quaternion {
+impl OrientationKeys {
+    fn meaning(self, cx: &mut Context<'_>) -> Option<Quaternion> {
         let mut refuse = |title: &str, help: &str| {
             cx.report.error(self.span.clone(), title).label("the orientation of this grain").help(help);
         };
-        match (self.axis, self.angle, self.quaternion) {
+        Some(match (self.axis, self.angle, self.quaternion) {
             (None, None, None) => Quaternion::IDENTITY,
             (Some(axis), Some(angle), None) => {
                 if axis.length() == 0.0 {
@@ -247,21 +193,46 @@ impl GrainKeys {
                 refuse("a rotation needs an axis and an angle", "add the one that is missing");
                 Quaternion::IDENTITY
             }
-        }
+        })
     }
 
-    fn of(grain: &Grain) -> Self {
-        let q = grain.orientation;
-        Self {
-            span: 0..0,
-            position: grain.position,
-            quaternion: Some([q.w, q.x, q.y, q.z]),
-            axis: None,
-            angle: None,
-            velocity: grain.velocity,
-            angular_velocity: grain.angular_velocity,
-            motion: grain.motion,
-            factor: grain.factor,
+    fn of(q: &Quaternion) -> Self {
+        Self { span: 0..0, quaternion: Some([q.w, q.x, q.y, q.z]), axis: None, angle: None }
+    }
+}
+
+/// A grain put by hand.
+#[derive(Clone, Debug, PartialEq, Keys)]
+#[keys(check = Self::check)]
+pub struct Grain {
+    /// Centre of mass.
+    #[key(unit = "m")]
+    pub position: Vector,
+    /// Orientation, body to laboratory.
+    #[key(flatten)]
+    pub orientation: Quaternion,
+    /// Velocity.
+    #[key(unit = "m/s", default = Vector::ZERO, says = "at rest")]
+    pub velocity: Vector,
+    /// Angular velocity.
+    #[key(unit = "rad/s", default = Vector::ZERO, says = "none")]
+    pub angular_velocity: Vector,
+    /// How it moves.
+    #[key(word, default = cx.known.motion, says = "as its population")]
+    pub motion: Motion,
+    /// Size factor.
+    #[key(range = Positive, default = 1.0)]
+    pub factor: Real,
+}
+
+impl Grain {
+    fn check(&mut self, table: &Table<'_>, cx: &mut Context<'_>) {
+        if cx.known.domain.excludes(self.position) {
+            let reaches = cx.known.domain.reaches();
+            cx.report
+                .error(table.place("position"), "this grain lies outside the box")
+                .label(reaches)
+                .help("move the grain, or enlarge the box");
         }
     }
 }

@@ -37,7 +37,7 @@ impl MassProperties {
         let mut second = Matrix::ZERO;
         for t in 0..mesh.tetrahedra.len() {
             let corners = mesh.corners(t).map(|p| p - reference);
-            let v = super::tetrahedra::signed_volume(&corners);
+            let v = super::tetrahedron::signed_volume(&corners);
             let s: Vector = corners.iter().sum();
             volume += v;
             first += v / 4.0 * s;

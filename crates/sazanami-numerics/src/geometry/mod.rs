@@ -12,6 +12,7 @@ mod shape;
 mod spheroid;
 mod surface_mesh;
 mod tetrahedra;
+mod tetrahedron;
 mod volume_fraction;
 
 pub use contact_spheres::{ContactSphereError, ContactSphereRule, ContactSpheres, SphereListError, parse_sphere_list};

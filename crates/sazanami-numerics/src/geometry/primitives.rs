@@ -149,7 +149,7 @@ fn with_volume(mesh: TetrahedralMesh, volume: Real, rule: VolumeRule) -> Tetrahe
 /// The tetrahedron with two nodes exchanged where that is needed for positive volume.
 fn positive(nodes: &[Vector], tetrahedron: [u32; 4]) -> [u32; 4] {
     let corners = tetrahedron.map(|n| nodes[n as usize]);
-    if super::tetrahedra::signed_volume(&corners) < 0.0 {
+    if super::tetrahedron::signed_volume(&corners) < 0.0 {
         let [i, j, k, l] = tetrahedron;
         [j, i, k, l]
     } else {

@@ -4,7 +4,8 @@ use std::f64::consts::PI;
 
 use sazanami_numerics::{Real, Vector};
 
-use super::beds::{DIAMETER, SettledBed};
+use super::settled_bed::SettledBed;
+use super::vessel::DIAMETER;
 use super::vessel::{DOWN, ExperimentError, OPEN_TOP, PERIODIC, SLAB, Vessel, WALLS, fluid, kinetic_energy};
 use super::waves::Shaking;
 use sazanami_mps::boundary::WallFriction;

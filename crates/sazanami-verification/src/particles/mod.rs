@@ -7,19 +7,19 @@ mod frames;
 mod interior;
 mod operators;
 mod repose;
+mod settled_bed;
 mod vessel;
 mod viscous;
 mod waves;
 
 pub use at_rest::{Rest, RestSetup, falling_block, plain_pressure_gradient, rest};
 pub use beds::{
-    DIAMETER, Falling, GRAIN_DENSITY, LatticeVoids, RestingBed, Seepage, dry_bed, falling_grain, lattice_voids,
-    resting_bed, seepage,
+    Falling, LatticeVoids, RestingBed, Seepage, dry_bed, falling_grain, lattice_voids, resting_bed, seepage,
 };
 pub use frames::{FrameDifference, frames, frames_with_bed};
 pub use interior::{TurningPatch, Vortices, taylor_green, turning_patch, turning_patch_pressure};
 pub use operators::{Operators, bulk_weighted, laplacian_by_number_density, operators};
 pub use repose::{Repose, repose};
-pub use vessel::{DENSITY, DOWN, ExperimentError, GRAVITY, Vessel, advance};
+pub use vessel::{DENSITY, DIAMETER, DOWN, ExperimentError, GRAIN_DENSITY, GRAVITY, Vessel, advance};
 pub use viscous::{Channel, poiseuille, stokes_layer};
 pub use waves::{Shaking, Sloshing, StandingWave, WaveTank, sloshing, standing_wave};

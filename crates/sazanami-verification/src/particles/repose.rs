@@ -2,7 +2,8 @@
 
 use sazanami_numerics::{Real, Vector};
 
-use super::beds::{DIAMETER, SettledBed};
+use super::settled_bed::SettledBed;
+use super::vessel::DIAMETER;
 use super::vessel::{ExperimentError, GRAVITY, advance};
 use sazanami_mps::solver::{Forcing, Solver};
 

@@ -12,6 +12,10 @@ use sazanami_mps::scheme::{Fluid, Scheme};
 use sazanami_mps::solver::{FluidParticle, Forcing, Settings, SetupError, Solver, StepError, StepReport};
 use sazanami_mps::stability::StepLimits;
 
+/// Density of the grains [kg/m^3].
+pub const GRAIN_DENSITY: Real = 2650.0;
+/// Diameter of the grains \[m].
+pub const DIAMETER: Real = 1e-3;
 /// Density of the water [kg/m^3].
 pub const DENSITY: Real = 1000.0;
 /// Acceleration of gravity [m/s^2].
