@@ -35,7 +35,7 @@ use attributes::{Attributes, Form, about, inner_of};
 use proc_macro::TokenStream;
 use proc_macro2::TokenStream as Tokens;
 use quote::{format_ident, quote};
-use syn::{Data, DeriveInput, Fields, FieldsNamed, Type, parse_macro_input};
+use syn::{Data, DeriveInput, Fields, FieldsNamed, Ident, Type, Variant, parse_macro_input};
 
 /// See the crate.
 #[proc_macro_derive(Keys, attributes(key, keys))]
@@ -53,38 +53,22 @@ fn expand(input: &DeriveInput) -> syn::Result<Tokens> {
             let Fields::Named(fields) = &data.fields else {
                 return Err(syn::Error::new_spanned(name, "keys are named fields"));
             };
-            let keys = keys_of(fields)?;
-            let docs: Vec<Tokens> = keys.iter().map(Key::docs).collect();
-            let reads = keys.iter().map(|key| key.read(&quote!(table)));
-            let entries = keys.iter().map(|key| {
-                key.write(&{
-                    let field = &key.field;
-                    quote!(&self.#field)
-                })
-            });
-            let names = keys.iter().map(|key| &key.field);
+            let table = TableOf::new(fields, |field| quote!(&self.#field))?;
+            let (docs, TableOf { reads, names, write, .. }) = (table.docs(&label, &meaning), table);
             let check = attributes::check_of(&input.attrs)?.map(|path| quote!(#path(&mut this, table, cx);));
             quote! {
-                fn docs() -> crate::key::TableDoc {
-                    let mut keys: Vec<crate::key::KeyDoc> = Vec::new();
-                    #(#docs)*
-                    crate::key::TableDoc { name: #label, about: #meaning, keys, is_choice: false }
-                }
+                fn docs() -> crate::key::TableDoc { #docs }
 
                 #[allow(unused_mut)]
                 fn read(at: &crate::read::At<'_>, cx: &mut crate::read::Context<'_>) -> Option<Self> {
                     let table = &cx.open(at, Self::docs())?;
-                    #(#reads)*
+                    #reads
                     let mut this = Self { #(#names),* };
                     #check
                     Some(this)
                 }
 
-                fn write(&self, style: crate::write::Paths) -> crate::write::Written {
-                    let mut entries = crate::write::Entries::default();
-                    #(#entries)*
-                    crate::write::Written::Table(entries)
-                }
+                fn write(&self, style: crate::write::Paths) -> crate::write::Written { #write }
             }
         }
         Data::Enum(data) => expand_enum(data, &label, &meaning)?,
@@ -97,80 +81,107 @@ fn expand(input: &DeriveInput) -> syn::Result<Tokens> {
     })
 }
 
-fn expand_enum(data: &syn::DataEnum, label: &str, meaning: &str) -> syn::Result<Tokens> {
-    let (mut docs, mut reads, mut writes) = (Vec::new(), Vec::new(), Vec::new());
-    for variant in &data.variants {
-        let attributes = Attributes::of(&variant.attrs)?;
-        let (ident, about) = (&variant.ident, about(&variant.attrs));
-        if attributes.absent {
-            writes.push(quote!(Self::#ident => crate::write::Written::Nothing,));
-            continue;
+/// What reads and writes a table with the keys of named fields.
+struct TableOf {
+    names: Vec<Ident>,
+    docs: Tokens,
+    reads: Tokens,
+    write: Tokens,
+}
+
+impl TableOf {
+    /// `reference` leads to a field where the table is written.
+    fn new(fields: &FieldsNamed, reference: impl Fn(&Ident) -> Tokens) -> syn::Result<Self> {
+        let keys = keys_of(fields)?;
+        let entries = keys.iter().map(|key| key.write(&reference(&key.field)));
+        Ok(Self {
+            docs: keys.iter().map(Key::docs).collect(),
+            reads: keys.iter().map(|key| key.read(&quote!(table))).collect(),
+            write: quote! {
+                let mut entries = crate::write::Entries::default();
+                #(#entries)*
+                crate::write::Written::Table(entries)
+            },
+            names: keys.into_iter().map(|key| key.field).collect(),
+        })
+    }
+
+    fn docs(&self, name: &str, about: &str) -> Tokens {
+        let docs = &self.docs;
+        quote! {
+            let mut keys: Vec<crate::key::KeyDoc> = Vec::new();
+            #docs
+            crate::key::TableDoc { name: #name, about: #about, keys, is_choice: false }
         }
-        let word = attributes.name.clone().unwrap_or_else(|| attributes::snake(&ident.to_string()));
-        let table = quote!(|entries| crate::write::Written::variant(#word, entries));
-        match &variant.fields {
-            Fields::Unit => {
-                docs.push(quote!(keys.push(crate::key::KeyDoc::word(#word, #about));));
-                reads.push(quote!(#word => Some(Self::#ident),));
-                writes.push(quote!(Self::#ident => crate::write::Written::Leaf(format!("\"{}\"", #word)),));
-            }
-            Fields::Named(fields) => {
-                let keys = keys_of(fields)?;
-                let key_docs = keys.iter().map(Key::docs);
-                let key_reads = keys.iter().map(|key| key.read(&quote!(table)));
-                let names: Vec<_> = keys.iter().map(|key| &key.field).collect();
-                let entries = keys.iter().map(|key| {
-                    let field = &key.field;
-                    key.write(&quote!(#field))
-                });
-                let docs_of = format_ident!("docs_of_{word}");
-                let form = format!("{label}{ident}");
-                docs.push(quote! {
-                    fn #docs_of() -> crate::key::TableDoc {
-                        let mut keys: Vec<crate::key::KeyDoc> = Vec::new();
-                        #(#key_docs)*
-                        crate::key::TableDoc { name: #form, about: #about, keys, is_choice: false }
-                    }
+    }
+}
+
+/// A variant of a choice: what adds its documentation to `keys`, and its arms of reading and writing.
+fn expand_variant(variant: &Variant, label: &str) -> syn::Result<[Tokens; 3]> {
+    let attributes = Attributes::of(&variant.attrs)?;
+    let (ident, about) = (&variant.ident, about(&variant.attrs));
+    if attributes.absent {
+        return Ok([quote!(), quote!(), quote!(Self::#ident => crate::write::Written::Nothing,)]);
+    }
+    let word = attributes.name.unwrap_or_else(|| attributes::snake(&ident.to_string()));
+    Ok(match &variant.fields {
+        Fields::Unit => [
+            quote!(keys.push(crate::key::KeyDoc::word(#word, #about));),
+            quote!(#word => Some(Self::#ident),),
+            quote!(Self::#ident => crate::write::Written::Leaf(format!("\"{}\"", #word)),),
+        ],
+        Fields::Named(fields) => {
+            let table = TableOf::new(fields, |field| quote!(#field))?;
+            let docs_of = format_ident!("docs_of_{word}");
+            let (docs, TableOf { reads, names, write, .. }) = (table.docs(&format!("{label}{ident}"), &about), table);
+            [
+                quote! {
+                    fn #docs_of() -> crate::key::TableDoc { #docs }
                     keys.push(crate::key::KeyDoc::nested(#word, #about, #docs_of, false));
-                });
-                reads.push(quote! {
+                },
+                quote! {
                     #word => {
                         let table = &cx.open(&at, docs.keys[number].nested_docs())?;
-                        #(#key_reads)*
+                        #reads
                         Some(Self::#ident { #(#names),* })
                     }
-                });
-                writes.push(quote! {
-                    Self::#ident { #(#names),* } => {
-                        let mut entries = crate::write::Entries::default();
-                        #(#entries)*
-                        (#table)(crate::write::Written::Table(entries))
-                    }
-                });
-            }
-            Fields::Unnamed(fields) => {
-                let Some(field) = fields.unnamed.first().filter(|_| fields.unnamed.len() == 1) else {
-                    return Err(syn::Error::new_spanned(ident, "a variant holds one table"));
-                };
-                let (inner, many) = match inner_of(&field.ty, "Vec") {
-                    Some(inner) => (inner, true),
-                    None => (&field.ty, false),
-                };
-                docs.push(quote! {
-                    keys.push(crate::key::KeyDoc::nested(#word, #about, <#inner as crate::key::Keys>::docs, #many));
-                });
-                reads.push(if many {
-                    quote!(#word => Some(Self::#ident(cx.tables::<#inner>(&at)?)),)
-                } else {
-                    quote!(#word => Some(Self::#ident(<#inner as crate::key::Keys>::read(&at, cx)?)),)
-                });
-                writes.push(if many {
-                    quote!(Self::#ident(list) => (#table)(crate::write::Written::tables(list, style)),)
-                } else {
-                    quote!(Self::#ident(inner) => (#table)(crate::key::Keys::write(inner, style)),)
-                });
-            }
+                },
+                quote!(Self::#ident { #(#names),* } => crate::write::Written::variant(#word, { #write }),),
+            ]
         }
+        Fields::Unnamed(fields) => {
+            let Some(field) = fields.unnamed.first().filter(|_| fields.unnamed.len() == 1) else {
+                return Err(syn::Error::new_spanned(ident, "a variant holds one table"));
+            };
+            let (inner, many, read, written) = match inner_of(&field.ty, "Vec") {
+                Some(inner) => (
+                    inner,
+                    true,
+                    quote!(cx.tables::<#inner>(&at)?),
+                    quote!(crate::write::Written::tables(inner, style)),
+                ),
+                None => {
+                    let inner = &field.ty;
+                    let read = quote!(<#inner as crate::key::Keys>::read(&at, cx)?);
+                    (inner, false, read, quote!(crate::key::Keys::write(inner, style)))
+                }
+            };
+            [
+                quote!(keys.push(crate::key::KeyDoc::nested(#word, #about, <#inner as crate::key::Keys>::docs, #many));),
+                quote!(#word => Some(Self::#ident(#read)),),
+                quote!(Self::#ident(inner) => crate::write::Written::variant(#word, #written),),
+            ]
+        }
+    })
+}
+
+fn expand_enum(data: &syn::DataEnum, label: &str, meaning: &str) -> syn::Result<Tokens> {
+    let [mut docs, mut reads, mut writes] = [const { Vec::new() }; 3];
+    for variant in &data.variants {
+        let [doc, read, write] = expand_variant(variant, label)?;
+        docs.push(doc);
+        reads.push(read);
+        writes.push(write);
     }
     Ok(quote! {
         fn docs() -> crate::key::TableDoc {
@@ -354,23 +365,20 @@ impl Key {
                     let #field = cx.tables::<#inner>(&child).unwrap_or_default();
                 };
             }
-            Form::Table if self.optional => {
-                return quote! {
+            Form::Table => {
+                let given = quote! {
                     let #field = if #table.has(#name) {
                         <#kind as crate::key::Keys>::read(&#table.child(#name, cx), cx)
                     } else {
                         None
                     };
                 };
-            }
-            Form::Table => {
+                if self.optional {
+                    return given;
+                }
                 return match (&self.attributes.default, self.attributes.from_nothing) {
                     (Some(default), _) => quote! {
-                        let #field = if #table.has(#name) {
-                            <#kind as crate::key::Keys>::read(&#table.child(#name, cx), cx)
-                        } else {
-                            None
-                        };
+                        #given
                         let #field = match #field {
                             Some(value) => value,
                             None => #default,
@@ -387,11 +395,7 @@ impl Key {
                         if !#table.has(#name) {
                             #table.missing(#name, cx);
                         }
-                        let #field = if #table.has(#name) {
-                            <#kind as crate::key::Keys>::read(&#table.child(#name, cx), cx)
-                        } else {
-                            None
-                        };
+                        #given
                         let Some(#field) = #field else { #table.give_up(cx); return None };
                     },
                 };

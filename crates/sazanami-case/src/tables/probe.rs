@@ -53,7 +53,7 @@ struct BodyKeys {
 }
 
 /// A place to watch: one of `point`, `line`, `plane`, `gauge` and `body`; written to `probes/NAME.csv`.
-#[derive(Clone, Debug, Keys)]
+#[derive(Clone, Debug, Default, Keys)]
 #[keys(check = Self::check)]
 struct ProbeKeys {
     /// Name, unlike that of any other probe; it has to be the name of a file, of 100 characters at most.
@@ -217,16 +217,7 @@ impl ProbeKeys {
     }
 
     fn of(probe: &Probe) -> Self {
-        let nothing = Self {
-            name: probe.name.clone(),
-            schedule: probe.schedule.clone(),
-            point: None,
-            line: None,
-            plane: None,
-            gauge: None,
-            body: None,
-            place: None,
-        };
+        let nothing = Self { name: probe.name.clone(), schedule: probe.schedule.clone(), ..Self::default() };
         match probe.place.clone() {
             ProbePlace::Point(point) => Self { point: Some(point), ..nothing },
             ProbePlace::Line { from, to, points } => Self { line: Some(Line { from, to, points }), ..nothing },
