@@ -1,7 +1,6 @@
 //! What has to fit together across the tables of a case.
 
 use sazanami_dem::Motion;
-use sazanami_mics::grains::Exchange;
 
 use crate::case::Case;
 use crate::presets::Solver;
@@ -25,7 +24,6 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
             .help("leave out `packing_only`, or add `placement.packed = {}` to the grains");
     }
     check_carrying_flow(case, cx);
-    check_exchange(case, cx);
     check_floor(case, cx);
 }
 
@@ -84,29 +82,5 @@ fn check_floor(case: &Case, cx: &mut Context<'_>) {
             .error_at(span, "gravity does not pack these grains onto the floor")
             .label("its largest part has to point down x3")
             .help("write `gravity = \"9.8 m/s^2\"`, which points down by itself");
-    }
-}
-
-/// The exact exchange is unstable for grains hardly heavier than the liquid.
-fn check_exchange(case: &Case, cx: &mut Context<'_>) {
-    if case.solver != Solver::Mics || case.coupling.exchange != Exchange::Exact {
-        return;
-    }
-    let liquid = case.fluid.liquid.density;
-    for (number, population) in case.grains.iter().enumerate() {
-        // With a mass of its own the volume of the mesh decides; it is not known yet.
-        let Some(material) = case.material(&population.material).filter(|_| population.mass_override.is_none()) else {
-            continue;
-        };
-        if material.density < 1.05 * liquid {
-            let span = cx.places.near(&format!("grains.{number}")).unwrap_or(0..0);
-            cx.report
-                .error(span, format!("`{}` is too light for the exact exchange", population.name))
-                .label(format!("{:.1} kg/m^3, below 1.05 times the liquid's {liquid:.1}", material.density))
-                .help(
-                    "write `exchange = \"stress\"` under `[coupling]`: returning the fluid's loss one step later \
-                     amplifies it by displaced over own mass",
-                );
-        }
     }
 }

@@ -396,6 +396,14 @@ impl Engine {
         self.rotations[own] = self.poses[own].follow(&self.grains, own, &self.mass_properties[own]);
     }
 
+    /// Adds an impulse [N s] and an angular impulse about its centre of mass [N m s] to an own grain; its ghosts follow
+    /// with [`Self::refresh_ghosts`].
+    pub fn add_impulse(&mut self, own: usize, impulse: Vector, angular_impulse: Vector) {
+        self.grains.velocity[own] += impulse * self.mass_properties[own].inverse_mass;
+        self.grains.angular_momentum[own] += angular_impulse;
+        self.rotations[own] = self.poses[own].follow(&self.grains, own, &self.mass_properties[own]);
+    }
+
     /// Applies an impulse through the centre of mass of each own grain that forces move [N s], and updates the ghosts.
     ///
     /// # Panics

@@ -166,6 +166,12 @@ impl Flow {
         }
     }
 
+    /// Three scratch fields, overwritten by the next transport.
+    pub(crate) fn scratch_vector_mut(&mut self) -> [&mut Field<Real>; 3] {
+        let [a, b, c, ..] = &mut self.work;
+        [a, b, c]
+    }
+
     /// The scratch field that a force may use between [`crate::forces::Force::accelerate`]'s start and end.
     pub fn scratch_mut(&mut self) -> &mut Field<Real> {
         &mut self.work[SCRATCH]

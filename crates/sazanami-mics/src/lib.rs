@@ -28,6 +28,7 @@ pub mod forces;
 pub mod grains;
 pub mod interface;
 mod limiter;
+pub mod mobility;
 pub mod momentum;
 pub mod pressure;
 mod pressure_sides;

@@ -7,7 +7,7 @@
 //! of a face: momentum changes by the pressure on the sides of the box alone, and a fluid of any
 //! layers at rest stays at rest. On a wall, whose face does not move, the face pressure is that of a
 //! fluid at rest: `p_c + rho_c (dx/2) g . n`. The pressure is solved for in full at every step, with
-//! the last one as the first guess.
+//! the last one as the first guess. Where grains close faces, the coefficient is that times their [`Mobility`].
 //!
 //! Density and pressure on collocated grids: Ushijima and Nezu's C-ISMAC family; consistent face
 //! accelerations: Popinet, J. Comput. Phys. 228 (2009) 5838.
@@ -17,6 +17,10 @@ use sazanami_numerics::grid::Field;
 use sazanami_numerics::linear::{ConjugateGradient, Equation, SolveError, Stop};
 use sazanami_numerics::{Real, Vector};
 
+use crate::boundary::Boundary;
+use crate::flow::Flow;
+use crate::grains::Imprint;
+use crate::mobility::{Mobility, RowSet};
 use crate::pressure_sides::BoxSides;
 pub use crate::pressure_sides::PressureSide;
 
@@ -111,6 +115,7 @@ pub struct Projection {
     pressure: Field<Real>,
     solver: ConjugateGradient,
     spacing: Vector,
+    pub(crate) mobility: Mobility,
 }
 
 impl Projection {
@@ -122,6 +127,7 @@ impl Projection {
             pressure: domain.field(0.0),
             solver: ConjugateGradient::new(domain),
             spacing: domain.grid().spacing,
+            mobility: Mobility::new(domain),
         }
     }
 
@@ -170,10 +176,10 @@ impl Projection {
         tolerance: &Tolerance,
     ) -> Result<PressureReport, PressureError> {
         let Tolerance { divergence: asked, max_iterations } = *tolerance;
-        let Self { sides, pressure, solver, spacing } = self;
+        let Self { sides, pressure, solver, spacing, mobility } = self;
         let box_sides = BoxSides::new(domain, sides);
-        let equation =
-            PressureEquation { density, face_velocity: &*face_velocity, sides: &box_sides, spacing: *spacing, dt };
+        let (sides, spacing) = (&box_sides, *spacing);
+        let equation = PressureEquation { density, mobility, face_velocity: &*face_velocity, sides, spacing, dt };
         let solution = solver
             .solve(domain, &equation, pressure, Stop::Largest(asked / (dt * dt)), max_iterations)
             .map_err(|error| {
@@ -196,6 +202,19 @@ impl Projection {
             residual: solution.relative,
             wall_impulse: Vector::new(x, y, z) * dt,
         })
+    }
+
+    /// Closes the faces beside the grains, in the rows that they cover, for a projection over `dt` \[s]: see
+    /// [`crate::mobility`].
+    pub(crate) fn close_faces(
+        &mut self,
+        domain: &Domain,
+        boundary: &Boundary,
+        covered: (&Imprint, &RowSet),
+        flow: &mut Flow,
+        dt: Real,
+    ) {
+        self.mobility.close(domain, boundary, covered, &self.pressure, flow, dt);
     }
 
     /// The gradient that the last projection gave the cells; `density` must still be the same.
@@ -246,17 +265,18 @@ impl Projection {
         domain.for_each_row(&domain.interior(), (u1, u2, u3, f1, f2, f3), |row, (u1, u2, u3, f1, f2, f3)| {
             let at_wall = [false, sides.wall[1][0] && row.j == 0, sides.wall[2][0] && row.k == 0];
             let kept = f1[0];
+            let mobility = [0, 1, 2].map(|d| self.mobility.of(d, &row, false));
             for (d, (u, f)) in [(u1, &mut *f1), (u2, f2), (u3, f3)].into_iter().enumerate() {
                 let scale = dt / self.spacing[d];
                 let face_scale = if at_wall[d] { 0.0 } else { 2.0 * scale };
                 let (pc, rc) = (&p[row.shifted(0)], &rho[row.shifted(0)]);
                 let (pl, rl) = (&p[row.shifted(-strides[d])], &rho[row.shifted(-strides[d])]);
                 let (pu, ru) = (&p[row.shifted(strides[d])], &rho[row.shifted(strides[d])]);
-                let (u, f) = (&mut u[..row.len], &mut f[..row.len]);
+                let (u, f, m) = (&mut u[..row.len], &mut f[..row.len], &mobility[d][..row.len]);
                 for n in 0..row.len {
                     let lower = (pc[n] - pl[n]) / (rc[n] + rl[n]);
                     let upper = (pu[n] - pc[n]) / (rc[n] + ru[n]);
-                    f[n] -= face_scale * lower;
+                    f[n] -= face_scale * (m[n] * lower);
                     u[n] -= scale * (lower + upper);
                 }
             }
@@ -273,9 +293,10 @@ impl Projection {
             layer[d] = last..last + 1;
             let scale = 2.0 * dt / self.spacing[d];
             domain.for_each_row(&layer, face_velocity[d].data_mut(), |row, f| {
+                let mobility = self.mobility.of(d, &row, false);
                 for (n, at) in row.shifted(0).enumerate() {
                     let below = at - strides[d] as usize;
-                    f[n] -= scale * ((p[at] - p[below]) / (rho[at] + rho[below]));
+                    f[n] -= scale * (mobility[n] * ((p[at] - p[below]) / (rho[at] + rho[below])));
                 }
             });
         }
@@ -311,6 +332,7 @@ impl PressureGradient<'_> {
 /// predicted face velocity; residuals are -div(u)/dt of the velocity the pressure would give.
 struct PressureEquation<'a> {
     density: &'a Field<Real>,
+    mobility: &'a Mobility,
     face_velocity: &'a [Field<Real>; 3],
     sides: &'a BoxSides,
     spacing: Vector,
@@ -363,8 +385,9 @@ impl Equation for PressureEquation<'_> {
         let scale = 2.0 / (self.spacing[direction] * self.spacing[direction]);
         let rho = self.density.data();
         let (above, below) = (&rho[row.shifted(0)], &rho[row.shifted(-stride)]);
-        for ((into, above), below) in into.iter_mut().zip(above).zip(below) {
-            *into = scale / (above + below);
+        let mobility = self.mobility.of(direction, &row, false);
+        for (((into, above), below), mobility) in into.iter_mut().zip(above).zip(below).zip(mobility) {
+            *into = mobility * (scale / (above + below));
         }
         let mut on_side = |side: usize, n: usize| {
             into[n] = match self.sides.fixed[direction][side] {
@@ -401,9 +424,10 @@ impl Equation for PressureEquation<'_> {
             let velocity = self.face_velocity[d].data();
             let (fl, fu) = (&velocity[row.shifted(0)], &velocity[row.shifted(stride)]);
             let into = &mut into[..row.len];
+            let [ml, mu] = [false, true].map(|upper| &self.mobility.of(d, &row, upper)[..row.len]);
             for n in 0..row.len {
-                let lower = (pc[n] - pl[n]) / (rc[n] + rl[n]);
-                let upper = (pu[n] - pc[n]) / (rc[n] + ru[n]);
+                let lower = ml[n] * ((pc[n] - pl[n]) / (rc[n] + rl[n]));
+                let upper = mu[n] * ((pu[n] - pc[n]) / (rc[n] + ru[n]));
                 into[n] += scale * (upper - lower) - rate * (fu[n] - fl[n]);
             }
         }

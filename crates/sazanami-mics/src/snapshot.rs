@@ -1,7 +1,7 @@
 //! The state of the fluid and of its coupling to the grains as named arrays.
 //!
 //! Cell fields span the whole box (x1 fastest) and are complete on rank 0. The state of the grains,
-//! deferred impulses included, is saved by the discrete-element engine.
+//! what the coupling keeps with them included, is saved by the discrete-element engine.
 
 use std::sync::Arc;
 
@@ -98,7 +98,8 @@ impl Solver {
         // The first step starts from the old pressure, ghosts included.
         let gravity = Vector::from_slice(snapshot.reals_of(GRAVITY, 3)?);
         projection.fill_ghosts(&domain, &flow.density, gravity);
-        let grains = GrainPhase::new(&domain, engine, shapes, coupling);
+        let mut grains = GrainPhase::new(&domain, engine, shapes, coupling);
+        grains.resume(&domain, &flow);
         let previous_step = snapshot.reals(PREVIOUS_STEP)?.first().copied();
         let forces = Forces::default();
         Ok(Self { domain, boundary, settings, flow, forces, projection, grains, previous_step })

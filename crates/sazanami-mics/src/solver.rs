@@ -133,7 +133,7 @@ impl Solver {
         let Flow { density, velocity, face_velocity, .. } = &mut flow;
         projection.project(&domain, density, velocity, face_velocity, Vector::ZERO, dt, &settings.tolerance)?;
         flow.fill_halos(&domain, &boundary);
-        grains.begin_exchange(&domain, &flow.velocity, &flow.density);
+        grains.begin_exchange(&domain, &flow, settings.gravity);
         let forces = Forces::default();
         Ok(Self { domain, boundary, settings, flow, forces, projection, grains, previous_step: None })
     }
@@ -173,7 +173,7 @@ impl Solver {
         let gravity = settings.gravity;
         let mut report = StepReport { fluid_passes: step.fluid_passes, ..StepReport::default() };
         let pass = dt / step.fluid_passes as Real;
-        grains.clear_stress(domain);
+        grains.place_surfaces(domain, flow, dt);
         for _ in 0..step.fluid_passes {
             watch(Phase::Fluid);
             report.courant = report.courant.max(flow.advective_rate(domain) * pass);
@@ -182,8 +182,9 @@ impl Solver {
             projection.add_gradient(domain, &flow.density, &mut flow.velocity, -half);
             report.transport += flow.transport(domain, boundary, pass);
             projection.add_gradient(domain, &flow.density, &mut flow.velocity, half);
-            report.diffusion += flow.diffuse(domain, boundary, pass)?;
+            report.diffusion += flow.diffuse_beside(domain, boundary, pass, grains.surface_mut())?;
             forces.predict(&Pass { domain, boundary, gravity, dt: pass }, flow, &mut report.impulses.forces);
+            grains.close_faces(domain, boundary, projection, flow, pass);
             watch(Phase::Pressure);
             let Flow { density, velocity, face_velocity, .. } = flow;
             report.pressure +=
@@ -194,13 +195,12 @@ impl Solver {
                 flow.density.data()[at] * flow.viscous_acceleration(at, pass) - gradient.at(at)
             });
         }
-        grains.load(domain, dt);
+        report.impulses += grains.load(domain, flow, gravity, dt);
         watch(Phase::Grains);
         report.contacts = grains.advance(domain, gravity, dt)?;
         watch(Phase::Coupling);
         report.imprint = grains.imprint(domain);
-        let exchanged = grains.exchange(domain, &mut flow.velocity, &flow.density, gravity, dt);
-        report.impulses += exchanged;
+        report.impulses += grains.exchange(domain, flow, gravity, dt);
         report.impulses.walls_on_fluid += report.diffusion.wall_impulse + report.pressure.wall_impulse;
         report.impulses.walls_on_grains -= report.contacts.impulse_on_walls;
         report.impulses.open_sides += report.transport.momentum_through;

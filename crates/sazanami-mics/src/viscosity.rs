@@ -10,6 +10,10 @@
 //! steps on Jacobi's iteration, whose number follows from the bound of the spectrum beforehand: no
 //! scalar products, hence the same bits on any number of ranks. A last step evaluates the stress of
 //! `u + w` on the faces, so that momentum changes at walls only, however well w has converged.
+//!
+//! On the surfaces of grains a friction `sigma (u_s - u - w)` joins the stress ([`crate::grains`]): sigma on the
+//! diagonal, and in the last step a whole Jacobi step in these cells. What the friction then takes is the rest that
+//! the change of the momentum leaves, so that fluid and grains together lose nothing.
 
 mod stress;
 
@@ -20,6 +24,8 @@ use sazanami_numerics::{Real, Vector};
 use crate::boundary::Boundary;
 use crate::flow::Flow;
 use crate::fluids::Fluids;
+use crate::grains::{Surface, resistance};
+use crate::mobility::RowSet;
 use stress::{Source, Stress};
 
 pub use crate::schemes::ViscosityScheme;
@@ -103,6 +109,18 @@ impl Flow {
         boundary: &Boundary,
         dt: Real,
     ) -> Result<DiffusionReport, ViscosityError> {
+        self.diffuse_beside(domain, boundary, dt, None)
+    }
+
+    /// Applies the viscous stress and the friction on the surfaces of grains for `dt` \[s].
+    pub(crate) fn diffuse_beside(
+        &mut self,
+        domain: &Domain,
+        boundary: &Boundary,
+        dt: Real,
+        surface: Option<&mut Surface>,
+    ) -> Result<DiffusionReport, ViscosityError> {
+        let whole = dt;
         let dt = match self.schemes.viscosity {
             ViscosityScheme::Implicit | ViscosityScheme::Explicit => dt,
             ViscosityScheme::CrankNicolson => 0.5 * dt,
@@ -119,10 +137,18 @@ impl Flow {
         let mut force = stress.on_sides(domain, self.moving());
         let iterations = if self.schemes.viscosity == ViscosityScheme::Explicit {
             self.diffuse_explicitly(domain, &stress, dt);
+            if let Some(surface) = surface {
+                self.rub(domain, surface, dt);
+            }
             1
         } else {
-            let step = Step { stress, dt, steps, radius };
+            let friction = surface.as_deref().map(|surface| Friction::new(surface, &self.fluids, dt, whole));
+            let step = Step { stress, dt, steps, radius, friction };
             force += self.diffuse_implicitly(domain, boundary, &step);
+            if let Some(surface) = surface {
+                let [b1, b2, b3, ..] = &self.work;
+                surface.add_taken(domain, [b1, b2, b3]);
+            }
             steps + 1
         };
         force += std::mem::take(&mut self.force_before);
@@ -192,8 +218,30 @@ impl Flow {
         }
     }
 
+    /// Friction alone, implicit, for `dt` \[s].
+    fn rub(&mut self, domain: &Domain, surface: &mut Surface, dt: Real) {
+        let Self { volume_fraction, velocity: [u1, u2, u3], fluids, work: [t1, t2, t3, ..], .. } = self;
+        let (c, friction) = (volume_fraction.data(), Friction::new(surface, fluids, dt, dt));
+        let targets = ((u1.data_mut(), t1.data_mut()), (u2.data_mut(), t2.data_mut()), (u3.data_mut(), t3.data_mut()));
+        domain.for_each_row(&domain.interior(), targets, |row, (first, second, third)| {
+            if !friction.is_in_row(row.j, row.k) {
+                return;
+            }
+            for (d, (u, taken)) in [first, second, third].into_iter().enumerate() {
+                for (i, at) in row.shifted(0).enumerate() {
+                    let rho = fluids.density(c[at]);
+                    let rubbed = friction.resistance(at, c[at]) * (dt / rho);
+                    let change = rubbed / (1.0 + rubbed) * (friction.surface[d][at] - u[i]);
+                    u[i] += change;
+                    taken[i] = -rho * change;
+                }
+            }
+        });
+        surface.add_taken(domain, [t1, t2, t3]);
+    }
+
     /// Returns the force on the sides of the box that the implicit part adds.
-    fn diffuse_implicitly(&mut self, domain: &Domain, boundary: &Boundary, step: &Step) -> Vector {
+    fn diffuse_implicitly(&mut self, domain: &Domain, boundary: &Boundary, step: &Step<'_>) -> Vector {
         let Self { volume_fraction, velocity, work, fluids, .. } = self;
         let c = volume_fraction.data();
         let rules: [GhostRules; 3] = std::array::from_fn(|i| boundary.velocity_change_rules(i));
@@ -231,17 +279,61 @@ fn fill(domain: &Domain, rules: &[GhostRules; 3], x: &mut [&mut Field<Real>; 3])
     domain.fill_halos_to(1, &mut [(x1, &rules[0]), (x2, &rules[1]), (x3, &rules[2])]);
 }
 
+/// Friction on the surfaces of grains, as the viscous equation needs it.
+#[derive(Clone, Copy)]
+struct Friction<'a> {
+    /// Friction over the viscosity [1/m^2], infinite in cells that move with their grains.
+    friction: &'a [Real],
+    /// Velocity of the surface [m/s].
+    surface: [&'a [Real]; 3],
+    rows: &'a RowSet,
+    /// Reciprocal viscosities of gas and liquid over the part of the step that the equation is solved for.
+    fluidity: [Real; 2],
+    fluids: Fluids,
+    dt: Real,
+}
+
+impl<'a> Friction<'a> {
+    /// Friction that acts over `whole` \[s] in an equation over `dt` \[s].
+    fn new(surface: &'a Surface, fluids: &Fluids, dt: Real, whole: Real) -> Self {
+        let (friction, surface, rows) = surface.parts();
+        let fluidity = [fluids.gas_viscosity, fluids.liquid_viscosity].map(|mu| dt / (whole * mu));
+        Self { friction, surface, rows, fluidity, fluids: *fluids, dt }
+    }
+
+    fn is_in_row(&self, j: isize, k: isize) -> bool {
+        self.rows.holds(j, k)
+    }
+
+    /// Resistance in the cell at place `at` with the liquid fraction `c` [kg/(m^3 s)].
+    #[inline]
+    fn resistance(&self, at: usize, c: Real) -> Real {
+        let friction = self.friction[at];
+        if friction == 0.0 {
+            return 0.0;
+        }
+        let mu = 1.0 / (self.fluidity[0] * (1.0 - c).max(0.0) + self.fluidity[1] * c.max(0.0));
+        resistance(friction, mu, self.fluids.density(c), self.dt)
+    }
+}
+
 /// A backward Euler step of the viscous stress and its solution by Chebyshev iteration.
-struct Step {
+struct Step<'a> {
     stress: Stress,
     dt: Real,
     steps: usize,
     radius: Real,
+    friction: Option<Friction<'a>>,
 }
 
 type Three<'a> = [&'a mut [Real]; 3];
 
-impl Step {
+impl Step<'_> {
+    /// The friction, if there is any in this row.
+    fn friction_in(&self, (j, k): (isize, isize)) -> Option<Friction<'_>> {
+        self.friction.filter(|friction| friction.is_in_row(j, k))
+    }
+
     /// Sets `b` to the divergence of the stress of the velocity, `x` to the first iterate.
     fn start(&self, domain: &Domain, fluids: &Fluids, moving: Source<'_>, [b1, b2, b3]: Three<'_>, x: Three<'_>) {
         let [x1, x2, x3] = x;
@@ -249,8 +341,18 @@ impl Step {
         self.stress.for_each_row(domain, moving, targets, |row, (first, second, third)| {
             let n = first.0.len();
             let c = &moving.c[row.at..row.at + n];
-            for ((b, x), divergence) in [first, second, third].into_iter().zip(row.divergence) {
+            let friction = self.friction_in(row.index);
+            for (d, ((b, x), divergence)) in [first, second, third].into_iter().zip(row.divergence).enumerate() {
                 let (b, x, divergence, sum) = (&mut b[..n], &mut x[..n], &divergence[..n], &row.sum[..n]);
+                if let Some(friction) = friction {
+                    for i in 0..n {
+                        let at = row.at + i;
+                        let resistance = friction.resistance(at, c[i]);
+                        b[i] = divergence[i] + resistance * (friction.surface[d][at] - moving.u[d][at]);
+                        x[i] = b[i] / (fluids.density(c[i]) / self.dt + resistance + sum[i]);
+                    }
+                    continue;
+                }
                 for i in 0..n {
                     b[i] = divergence[i];
                     x[i] = divergence[i] / (fluids.density(c[i]) / self.dt + sum[i]);
@@ -274,9 +376,19 @@ impl Step {
             let n = y1.len();
             let cells = row.at..row.at + n;
             let c = &x.c[cells.clone()];
+            let friction = self.friction_in(row.index);
             for (d, y) in [y1, y2, y3].into_iter().enumerate() {
                 let (b, x) = (&b[d][cells.clone()], &x.u[d][cells.clone()]);
                 let (y, divergence, sum) = (&mut y[..n], &row.divergence[d][..n], &row.sum[..n]);
+                if let Some(friction) = friction {
+                    for i in 0..n {
+                        let inertia = fluids.density(c[i]) / self.dt + friction.resistance(row.at + i, c[i]);
+                        let residual = b[i] + divergence[i] - inertia * x[i];
+                        let before = if known { y[i] } else { 0.0 };
+                        y[i] = before + omega * (x[i] - before + residual / (inertia + sum[i]));
+                    }
+                    continue;
+                }
                 for i in 0..n {
                     let inertia = fluids.density(c[i]) / self.dt;
                     let residual = b[i] + divergence[i] - inertia * x[i];
@@ -287,15 +399,34 @@ impl Step {
         });
     }
 
-    /// Adds the change of the velocity that the stress of `x` and `b` makes, and leaves it in `b`.
+    /// Adds the change of the velocity that the stress of `x` and `b` makes, and leaves it in `b`; in rows with friction
+    /// leaves the momentum per volume that this takes [N s/m^3].
     fn finish(&self, domain: &Domain, fluids: &Fluids, x: Source<'_>, [b1, b2, b3]: Three<'_>, u: Three<'_>) {
         let [u1, u2, u3] = u;
         let targets = ((b1, u1), (b2, u2), (b3, u3));
         self.stress.for_each_row(domain, x, targets, |row, (first, second, third)| {
             let n = first.0.len();
             let c = &x.c[row.at..row.at + n];
-            for ((b, u), divergence) in [first, second, third].into_iter().zip(row.divergence) {
+            let friction = self.friction_in(row.index);
+            for (d, ((b, u), divergence)) in [first, second, third].into_iter().zip(row.divergence).enumerate() {
                 let (b, u, divergence) = (&mut b[..n], &mut u[..n], &divergence[..n]);
+                if let Some(friction) = friction {
+                    for i in 0..n {
+                        let (at, rho) = (row.at + i, fluids.density(c[i]));
+                        let resistance = friction.resistance(at, c[i]);
+                        let slip = resistance * (friction.surface[d][at] - u[i]);
+                        let gained = self.dt * (b[i] - slip + divergence[i]);
+                        let change = if resistance > 0.0 {
+                            let force = b[i] + divergence[i] + row.sum[i] * x.u[d][at];
+                            force / (rho / self.dt + resistance + row.sum[i])
+                        } else {
+                            gained / rho
+                        };
+                        u[i] += change;
+                        b[i] = if resistance > 0.0 { gained - rho * change } else { 0.0 };
+                    }
+                    continue;
+                }
                 for i in 0..n {
                     b[i] = self.dt / fluids.density(c[i]) * (b[i] + divergence[i]);
                     u[i] += b[i];

@@ -14,8 +14,9 @@ mod workers;
 use std::ops::Range;
 
 use sazanami_dem::{Body, Engine};
+use sazanami_mics::grains::RESOLVED;
+use sazanami_numerics::Real;
 use sazanami_numerics::geometry::{Exact, Shape};
-use sazanami_numerics::{Real, Vector};
 
 use crate::assembly::grains;
 use crate::assembly::shapes::shape_of;
@@ -172,7 +173,7 @@ fn facts_of(shape: &Shape, bed: Option<&Bed>) -> ShapeFacts {
         report.sphere_radii[1] * 1e3,
         report.largest_gap * 1e6
     ));
-    let (low, high) = extent(shape);
+    let (low, high) = shape.extent();
     ShapeFacts {
         volume: Some(report.volume),
         contact_spheres: Some(report.contact_spheres),
@@ -181,12 +182,6 @@ fn facts_of(shape: &Shape, bed: Option<&Bed>) -> ShapeFacts {
         body: Some(Body::from(shape)),
         lines,
     }
-}
-
-/// Corners of the box round the mesh in the body frame \[m].
-fn extent(shape: &Shape) -> (Vector, Vector) {
-    let nodes = &shape.mesh().nodes;
-    nodes.iter().fold((Vector::INFINITY, Vector::NEG_INFINITY), |(low, high), &node| (low.min(node), high.max(node)))
 }
 
 struct Search<'a> {
@@ -203,29 +198,43 @@ impl Search<'_> {
         self.loaded.places.at(&format!("grains.{population}.placement"))
     }
 
-    /// A mass override must not make a grain too light for the exact exchange.
+    /// How fluid and grains exchange momentum.
+    fn exchange(&self) -> Exchange {
+        let widths = self
+            .case
+            .grains
+            .iter()
+            .zip(self.shapes)
+            .map(|(population, shape)| population.size.smallest() * shape.least_width());
+        let cell = self.case.domain.spacing().max_element();
+        self.case.coupling.exchange.for_width(widths.fold(Real::INFINITY, Real::min) / cell)
+    }
+
+    /// No grain may be too light for the exact exchange.
     fn weights(&mut self) {
-        if self.case.solver != Solver::Mics {
+        if self.case.solver != Solver::Mics || self.exchange() != Exchange::Exact {
             return;
         }
-        let least = 1.05 * self.case.fluid.liquid.density;
+        let liquid = self.case.fluid.liquid.density;
         for (n, population) in self.case.grains.iter().enumerate() {
-            let Some(mass) = population.mass_override else { continue };
-            let density = mass / self.shapes[n].volume();
-            if self.case.coupling.exchange == Exchange::Exact && density < least {
-                let span = self.loaded.places.at(&format!("grains.{n}.mass_override"));
-                self.report
-                    .error(span, format!("`{}` is too light for the exact exchange", population.name))
-                    .label(format!("{density:.1} kg/m^3, below 1.05 times the liquid's {:.1}", least / 1.05))
-                    .help("write `exchange = \"stress\"` under `[coupling]`");
-            }
+            let of_material = self.case.material(&population.material).map(|material| material.density);
+            let own = population.mass_override.map(|mass| mass / self.shapes[n].volume());
+            let Some(density) = own.or(of_material).filter(|density| *density < 1.05 * liquid) else { continue };
+            let key = if own.is_some() { format!("grains.{n}.mass_override") } else { format!("grains.{n}") };
+            self.report
+                .error(self.loaded.places.at(&key), format!("`{}` is too light for the exact exchange", population.name))
+                .label(format!("{density:.1} kg/m^3, below 1.05 times the liquid's {liquid:.1}"))
+                .help(format!(
+                    "resolve the grains with {RESOLVED} cells or more, or write `exchange = \"surface\"` under `[coupling]`: \
+                     returning the fluid's loss one step later amplifies it by displaced over own mass"
+                ));
         }
     }
 
     /// Warns of surfaces that contact spheres leave uncovered: grains sink that far into each other and into walls.
     fn contact_gaps(&mut self) {
         for (n, (population, shape)) in self.case.grains.iter().zip(self.shapes).enumerate() {
-            let (low, high) = extent(shape);
+            let (low, high) = shape.extent();
             let (size, gap) = ((high - low).min_element(), shape.contact_spheres().largest_gap);
             if gap <= WIDE_GAP * size {
                 continue;

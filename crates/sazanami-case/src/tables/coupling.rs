@@ -14,8 +14,9 @@ use crate::write::{Paths, Written};
 /// Fluid and resolved grains.
 #[derive(Clone, Copy, Debug, PartialEq, Keys)]
 pub struct Coupling {
-    /// What grains get back of the momentum that the fluid loses to them, see docs/guide/exchange.md.
-    #[key(word, default = Exchange::Exact, paper_literal = (Yagyu, Exchange::Stress,
+    /// How fluid and grains exchange momentum: by itself `surface` where the narrowest grain is at least four cells wide,
+    /// else `exact`; see docs/guide/exchange.md.
+    #[key(word, default = Exchange::Auto, paper_literal = (Yagyu, Exchange::Stress,
           "forces on grains are the stress integral; what back-projection takes is lost"))]
     pub exchange: Exchange,
     /// Weight of the grain's velocity in shared cells.

@@ -22,8 +22,15 @@ use sazanami_parallel::for_each_chunk;
 use super::imprint::Imprint;
 
 choices! {
-    /// How the momentum taken from the fluid is given to the grains.
+    /// How grains and fluid exchange momentum.
+    #[derive(Default)]
     pub enum Exchange {
+        /// `surface` where the narrowest grain is at least [`RESOLVED`] cells wide, else `exact`.
+        #[default]
+        Auto = "auto",
+        /// Grains close faces in the projection and rub on the fluid in the viscous equation: right drag, added mass and
+        /// torque of grains that the grid resolves, of any density, with a limit as the step goes to zero.
+        Surface = "surface",
         /// What back-projection takes beyond the stress integral is given to the grains in the next step.
         Exact = "exact",
         /// The stress integral alone, as in Yagyu et al. (2015): momentum is not conserved.
@@ -38,6 +45,22 @@ choices! {
         Mass = "mass",
         /// Volume fraction of the grains.
         Volume = "volume",
+    }
+}
+
+/// Width in cells of the narrowest grain from which on [`Exchange::Auto`] is [`Exchange::Surface`]. Below it the pores of
+/// a bed are narrower than a cell, and only back-projection holds a fluid up that flows into it.
+pub const RESOLVED: Real = 4.0;
+
+impl Exchange {
+    /// The exchange for grains of which the narrowest is `cells` wide.
+    #[must_use]
+    pub fn for_width(self, cells: Real) -> Self {
+        match self {
+            Self::Auto if cells >= RESOLVED => Self::Surface,
+            Self::Auto => Self::Exact,
+            chosen => chosen,
+        }
     }
 }
 

@@ -1,14 +1,14 @@
 //! Volume fractions of the grains, covered centroids, and rigid velocities on the grid.
 //!
 //! Every grain keeps the list of the cells it covers. From these lists come, per cell, the solid
-//! fraction alpha, the solid mass per volume and the volume-weighted rigid velocity. Where grains
-//! overlap in a contact, alpha may exceed one: users of the fields scale it down there.
+//! fraction alpha, the solid mass per volume and, when asked for, the volume-weighted rigid velocity. Where
+//! grains overlap in a contact, alpha may exceed one: users of the fields scale it down there.
 
 use std::ops::Range;
 
 use sazanami_dem::Grains;
 use sazanami_numerics::choices;
-use sazanami_numerics::domain::Domain;
+use sazanami_numerics::domain::{Domain, GhostRules};
 use sazanami_numerics::geometry::{CellCover, Rasteriser, Shape, VolumeFractionMethod};
 use sazanami_numerics::grid::{Field, GHOSTS};
 use sazanami_numerics::{Quaternion, Real, Vector};
@@ -165,6 +165,12 @@ impl Group {
             }
             self.ends[member] = self.shares.len() as u32;
         }
+        if !known {
+            // In reserve: grains that move may touch more cells.
+            let reserve = self.shares.len() / 4 + 16;
+            self.shares.reserve(reserve);
+            self.previous.reserve(self.shares.capacity());
+        }
     }
 
     /// Appends the shares of grain `n`.
@@ -268,7 +274,7 @@ impl Imprint {
     }
 
     /// Evaluates the cell lists of the grains whose pose in `poses`, or without them whose present pose, is not
-    /// that of the last time, and sums them into the fields.
+    /// that of the last time, and sums them into solid fraction and density.
     pub fn update(
         &mut self,
         domain: &Domain,
@@ -348,55 +354,111 @@ impl Imprint {
         planes[0] = 0;
     }
 
-    /// Sums the shares into the fields, plane by plane; counts the overfull cells.
+    /// Sums the shares into solid fraction and density, plane by plane; counts the overfull cells. The velocities
+    /// of rows covered before become zero.
     fn sum(&mut self, domain: &Domain, grains: &Grains) {
-        let (plane, width) = (domain.strides()[2] as usize, domain.strides()[1] as usize);
+        let [plane, width] = [2, 1].map(|d| domain.strides()[d] as usize);
         let [n1, n2, n3] = domain.cells();
+        let interior = GHOSTS * plane..(GHOSTS + n3) * plane;
         let Self { groups, touching, planes, solid_fraction, solid_density, solid_velocity, covered, overfull, .. } =
             self;
+        let lists = Lists { groups, touching, planes };
         let [v1, v2, v3] = solid_velocity;
-        let (groups, touching, planes) = (&*groups, &*touching, &*planes);
-        let interior = GHOSTS * plane..(GHOSTS + n3) * plane;
         let fields = [solid_fraction, solid_density, v1, v2, v3]
             .map(|field| Rows { data: &mut field.data_mut()[interior.clone()], width: plane });
         let [alpha, density, v1, v2, v3] = fields;
         let rows = Rows { data: covered, width: n2 };
         for_each_chunk((alpha, density, v1, v2, v3, rows, &mut overfull[..]), 1, |k, part| {
             let (alpha, density, v1, v2, v3) = (part.0.data, part.1.data, part.2.data, part.3.data, part.4.data);
-            let (covered, overfull) = (part.5.data, &mut part.6[0]);
+            let (covered, overfull) = (part.5.data, part.6);
             let origin = (GHOSTS + k) * plane;
-            for (j, _) in covered.iter().enumerate().filter(|(_, covered)| **covered) {
+            for j in (0..n2).filter(|&j| covered[j]) {
                 let row = (j + GHOSTS) * width..(j + GHOSTS + 1) * width;
                 for field in [&mut *alpha, &mut *density, &mut *v1, &mut *v2, &mut *v3] {
                     field[row.clone()].fill(0.0);
                 }
             }
             covered.fill(false);
-            for n in touching[planes[k] as usize..planes[k + 1] as usize].iter().map(|&n| n as usize) {
-                let group = &groups[n / GROUP];
-                let shares = &group.shares[group.range(n % GROUP)];
-                let begin = shares.partition_point(|share| (share.at as usize) < origin);
-                let (velocity, spin) = (grains.velocity[n], grains.angular_velocity(n));
-                let rho = grains.mass[n] / group.volumes[n % GROUP];
-                for share in shares[begin..].iter().take_while(|share| (share.at as usize) < origin + plane) {
+            lists.for_each_share(k, origin..origin + plane, |n, volume, shares| {
+                let rho = grains.mass[n] / volume;
+                for share in shares {
                     let at = share.at as usize - origin;
-                    let rigid = share.fraction * (velocity + spin.cross(share.arm()));
                     alpha[at] += share.fraction;
                     density[at] += share.fraction * rho;
-                    v1[at] += rigid.x;
-                    v2[at] += rigid.y;
-                    v3[at] += rigid.z;
                     covered[at / width - GHOSTS] = true;
                 }
-            }
-            *overfull = (0, 0.0);
+            });
+            overfull[0] = (0, 0.0);
             for j in (0..n2).filter(|&j| covered[j]) {
                 let start = (j + GHOSTS) * width + GHOSTS;
                 for &alpha in alpha[start..start + n1].iter().filter(|&&alpha| alpha > 1.0) {
-                    overfull.0 += 1;
-                    overfull.1 += alpha - 1.0;
+                    overfull[0].0 += 1;
+                    overfull[0].1 += alpha - 1.0;
                 }
             }
         });
+    }
+
+    /// Fills the first ghost layer of all fields.
+    pub fn fill_halos(&mut self, domain: &Domain) {
+        let Self { solid_fraction, solid_density, solid_velocity: [v1, v2, v3], .. } = self;
+        let fields = [solid_fraction, solid_density, v1, v2, v3];
+        domain.fill_halos_to(1, &mut fields.map(|field| (field, &GhostRules::EVEN)));
+    }
+
+    /// Sums the rigid velocities into `solid_velocity`, and the angular velocities times the fractions into `spin`:
+    /// velocity and angular velocity of every grain and ghost are in `motion`.
+    pub fn sum_velocities(&mut self, domain: &Domain, motion: &[[Real; 6]], spin: [&mut Field<Real>; 3]) {
+        let [plane, width] = [2, 1].map(|d| domain.strides()[d] as usize);
+        let [_, n2, n3] = domain.cells();
+        let interior = GHOSTS * plane..(GHOSTS + n3) * plane;
+        let Self { groups, touching, planes, solid_velocity, covered, .. } = self;
+        let lists = Lists { groups, touching, planes };
+        let [v1, v2, v3] = solid_velocity;
+        let [w1, w2, w3] = spin;
+        let [v1, v2, v3, w1, w2, w3] =
+            [v1, v2, v3, w1, w2, w3].map(|field| Rows { data: &mut field.data_mut()[interior.clone()], width: plane });
+        for_each_chunk((v1, v2, v3, w1, w2, w3), 1, |k, (v1, v2, v3, w1, w2, w3)| {
+            let mut sums = [v1.data, v2.data, v3.data, w1.data, w2.data, w3.data];
+            let origin = (GHOSTS + k) * plane;
+            for j in (0..n2).filter(|&j| covered[k * n2 + j]) {
+                let row = (j + GHOSTS) * width..(j + GHOSTS + 1) * width;
+                sums.iter_mut().for_each(|sum| sum[row.clone()].fill(0.0));
+            }
+            lists.for_each_share(k, origin..origin + plane, |n, _, shares| {
+                let [velocity, spin] = [0, 3].map(|first| Vector::from_slice(&motion[n][first..first + 3]));
+                for share in shares {
+                    let at = share.at as usize - origin;
+                    let rigid = share.fraction * (velocity + spin.cross(share.arm()));
+                    let turning = share.fraction * spin;
+                    for d in 0..3 {
+                        sums[d][at] += rigid[d];
+                        sums[3 + d][at] += turning[d];
+                    }
+                }
+            });
+        });
+    }
+}
+
+/// The cell lists of all grains, plane by plane.
+#[derive(Clone, Copy)]
+struct Lists<'a> {
+    groups: &'a [Group],
+    touching: &'a [u32],
+    planes: &'a [u32],
+}
+
+impl Lists<'_> {
+    /// Calls `body` with the index, the volume \[m^3] and the shares of every grain that touches the cells of plane
+    /// `k` at these `places`, in the order of their keys.
+    fn for_each_share(&self, k: usize, places: Range<usize>, mut body: impl FnMut(usize, Real, &[Share])) {
+        for n in self.touching[self.planes[k] as usize..self.planes[k + 1] as usize].iter().map(|&n| n as usize) {
+            let group = &self.groups[n / GROUP];
+            let shares = &group.shares[group.range(n % GROUP)];
+            let [begin, end] =
+                [places.start, places.end].map(|place| shares.partition_point(|s| (s.at as usize) < place));
+            body(n, group.volumes[n % GROUP], &shares[begin..end]);
+        }
     }
 }

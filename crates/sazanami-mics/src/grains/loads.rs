@@ -8,6 +8,7 @@ use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
 use super::imprint::Imprint;
+use super::surface::Surface;
 
 /// Force and torque of the fluid on a grain.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -37,6 +38,23 @@ pub(super) fn integrate(
                 let force = part * Vector::new(s1[at], s2[at], s3[at]);
                 load.force += force;
                 load.torque += share.arm().cross(force);
+            }
+        }
+    });
+}
+
+/// The friction of the last step that acts on each grain: impulses [N s] and angular impulses [N m s].
+pub(super) fn of_friction(domain: &Domain, imprint: &Imprint, surface: &Surface, loads: &mut [FluidLoad]) {
+    let volume = domain.grid().cell_volume();
+    let alpha = imprint.solid_fraction.data();
+    for_each_chunk(loads, 64, |number, loads| {
+        for (offset, load) in loads.iter_mut().enumerate() {
+            *load = FluidLoad::default();
+            for share in imprint.shares(number * 64 + offset) {
+                let part = share.fraction / alpha[share.at as usize] * volume;
+                let [impulse, angular] = surface.on_grain(domain, alpha, share, part);
+                load.force += impulse;
+                load.torque += angular;
             }
         }
     });

@@ -1,8 +1,11 @@
 //! The grains in the fluid: volume fractions, fluid loads, and the exchange of momentum.
 
+mod covered;
 mod exchange;
 mod imprint;
 mod loads;
+mod resolved;
+mod surface;
 
 use std::sync::Arc;
 
@@ -13,11 +16,13 @@ use sazanami_numerics::grid::Field;
 use sazanami_numerics::{Quaternion, Real, Vector};
 use sazanami_parallel::max_over;
 
+use crate::flow::Flow;
 use crate::momentum::Impulses;
 
-pub use exchange::{Exchange, Transfer, Weighting};
+pub use exchange::{Exchange, RESOLVED, Transfer, Weighting};
 pub use imprint::{Imprint, ImprintReport, Pose, Share, TorqueArm};
 pub use loads::FluidLoad;
+pub(crate) use surface::{Surface, resistance};
 
 /// Grains in one parallel task.
 const BATCH: usize = 256;
@@ -76,11 +81,18 @@ pub struct GrainPhase {
     shapes: Arc<[Shape]>,
     coupling: Coupling,
     imprint: Imprint,
+    surface: Surface,
     /// Time integral of the stress divergence over the passes of a step [N s/m^3].
     stress_impulse: [Field<Real>; 3],
     loads: Vec<FluidLoad>,
     taken: Vec<Transfer>,
     partial: Vec<[Real; 7]>,
+    /// Velocity and angular velocity of every grain and ghost on the grid.
+    motion: Vec<[Real; 6]>,
+    /// Momentum, angular momentum and mass of the fluid on the covered part of the cells of every grain and ghost: at the
+    /// start of the step, and before the grains move.
+    before: Vec<[Real; 7]>,
+    after: Vec<[Real; 7]>,
     force: Vec<Vector>,
     torque: Vec<Vector>,
     /// Poses at which the grains of the engine, ghosts included, are imprinted.
@@ -94,6 +106,8 @@ impl GrainPhase {
     #[must_use]
     pub fn new(domain: &Domain, engine: Engine, shapes: Arc<[Shape]>, coupling: Coupling) -> Self {
         let count = domain.sum([engine.grains().owned() as Real])[0] as usize;
+        let coupling =
+            Coupling { exchange: coupling.exchange.for_width(narrowest(domain, &engine, &shapes)), ..coupling };
         // Without grains the fields of the coupling take no memory.
         let cells = if count == 0 { [0; 3] } else { domain.cells() };
         let mut phase = Self {
@@ -101,10 +115,17 @@ impl GrainPhase {
             shapes,
             coupling,
             imprint: Imprint::new(cells, coupling.volume_fraction, coupling.torque_arm),
-            stress_impulse: std::array::from_fn(|_| Field::new(cells, 0.0)),
+            surface: Surface::new(if coupling.exchange == Exchange::Surface { cells } else { [0; 3] }),
+            stress_impulse: {
+                let cells = if coupling.exchange == Exchange::Surface { [0; 3] } else { cells };
+                std::array::from_fn(|_| Field::new(cells, 0.0))
+            },
             loads: Vec::new(),
             taken: Vec::new(),
             partial: Vec::new(),
+            motion: Vec::new(),
+            before: Vec::new(),
+            after: Vec::new(),
             force: Vec::new(),
             torque: Vec::new(),
             poses: Vec::new(),
@@ -112,6 +133,12 @@ impl GrainPhase {
         };
         phase.imprint(domain);
         phase
+    }
+
+    /// How fluid and grains exchange momentum: never [`Exchange::Auto`].
+    #[must_use]
+    pub fn exchange_scheme(&self) -> Exchange {
+        self.coupling.exchange
     }
 
     /// The engine that moves the grains and finds their contacts.
@@ -184,6 +211,25 @@ impl GrainPhase {
         }
     }
 
+    /// Whether the grains act on the fluid by their surfaces.
+    fn has_surfaces(&self) -> bool {
+        !self.is_empty() && self.coupling.exchange == Exchange::Surface
+    }
+
+    /// Sums the velocities of the grains on the grid, changed by `change(n)` of velocity and angular velocity.
+    fn sum_velocities(&mut self, domain: &Domain, flow: &mut Flow, change: impl Fn(&Self, usize) -> [Vector; 2]) {
+        let mut motion = std::mem::take(&mut self.motion);
+        motion.resize(self.engine.grains().len(), [0.0; 6]);
+        for (n, motion) in motion.iter_mut().enumerate().take(self.engine.grains().owned()) {
+            let (grains, [faster, spinning]) = (self.engine.grains(), change(self, n));
+            let [v, w] = [grains.velocity[n] + faster, grains.angular_velocity(n) + spinning].map(|v| v.to_array());
+            *motion = [v[0], v[1], v[2], w[0], w[1], w[2]];
+        }
+        self.engine.share_with_ghosts(domain, &mut motion);
+        self.imprint.sum_velocities(domain, &motion, flow.scratch_vector_mut());
+        self.motion = motion;
+    }
+
     /// Clears the stress impulse of the last step.
     pub(crate) fn clear_stress(&mut self, domain: &Domain) {
         if !self.is_empty() {
@@ -200,7 +246,7 @@ impl GrainPhase {
     /// Adds the stress divergence [N/m^3] of a fluid pass of length `dt` \[s], given per cell by its
     /// place in memory, in the cells that grains cover.
     pub(crate) fn add_stress(&mut self, domain: &Domain, dt: Real, stress_divergence: impl Fn(usize) -> Vector + Sync) {
-        if self.is_empty() {
+        if self.is_empty() || self.has_surfaces() {
             return;
         }
         let Self { stress_impulse: [s1, s2, s3], imprint, .. } = self;
@@ -221,16 +267,14 @@ impl GrainPhase {
 
     /// Turns the stress of the passes into a constant force and torque on each owned grain over
     /// `dt` \[s], and adds the deferred impulse of the last exchange.
-    pub(crate) fn load(&mut self, domain: &Domain, dt: Real) {
+    pub(crate) fn load(&mut self, domain: &Domain, flow: &Flow, gravity: Vector, dt: Real) -> Impulses {
+        if self.has_surfaces() {
+            return self.load_surfaces(domain, flow, gravity, dt);
+        }
         let count = self.engine.grains().len();
         self.loads.resize(count, FluidLoad::default());
         loads::integrate(domain, &self.imprint, &self.stress_impulse, &mut self.loads);
-        self.partial.clear();
-        self.partial.extend(self.loads.iter().map(|load| {
-            let [f, t] = [load.force.to_array(), load.torque.to_array()];
-            [f[0], f[1], f[2], t[0], t[1], t[2], 0.0]
-        }));
-        self.engine.gather_to_owners(domain, &mut self.partial);
+        self.gather_loads(domain);
         self.force.clear();
         self.torque.clear();
         for n in 0..self.engine.grains().owned() {
@@ -246,6 +290,17 @@ impl GrainPhase {
             state.angular_impulse = (-angular_impulse).to_array();
             self.set_coupling_state(n, state);
         }
+        Impulses::default()
+    }
+
+    /// Sums the loads of the cells of all ranks at the owners of the grains.
+    fn gather_loads(&mut self, domain: &Domain) {
+        self.partial.clear();
+        self.partial.extend(self.loads.iter().map(|load| {
+            let [f, t] = [load.force.to_array(), load.torque.to_array()];
+            [f[0], f[1], f[2], t[0], t[1], t[2], 0.0]
+        }));
+        self.engine.gather_to_owners(domain, &mut self.partial);
     }
 
     /// Moves the grains under the fluid's load, their contacts and `gravity` [m/s^2] over `dt` \[s].
@@ -294,18 +349,16 @@ impl GrainPhase {
     }
 
     /// Makes the velocity `u` of covered cells mass-averaged and sets the deferred impulses of the grains.
-    pub(crate) fn exchange(
-        &mut self,
-        domain: &Domain,
-        u: &mut [Field<Real>; 3],
-        density: &Field<Real>,
-        gravity: Vector,
-        dt: Real,
-    ) -> Impulses {
+    pub(crate) fn exchange(&mut self, domain: &Domain, flow: &mut Flow, gravity: Vector, dt: Real) -> Impulses {
         if self.is_empty() {
             return Impulses::default();
         }
+        if self.has_surfaces() {
+            return self.exchange_surfaces(domain, flow, dt);
+        }
         let weighting = self.coupling.weighting;
+        self.sum_velocities(domain, flow, |_, _| [Vector::ZERO; 2]);
+        let Flow { velocity: u, density, .. } = flow;
         self.take(domain, u, density);
         exchange::back_project(domain, &self.imprint, u, density, weighting);
 
@@ -340,10 +393,14 @@ impl GrainPhase {
     }
 
     /// Starts the exchange: displaced mass as at the start, no deferred impulse.
-    pub(crate) fn begin_exchange(&mut self, domain: &Domain, u: &[Field<Real>; 3], density: &Field<Real>) {
+    pub(crate) fn begin_exchange(&mut self, domain: &Domain, flow: &Flow, gravity: Vector) {
         if self.is_empty() {
             return;
         }
+        if self.has_surfaces() {
+            return self.begin_surfaces(domain, flow, gravity);
+        }
+        let (u, density) = (&flow.velocity, &flow.density);
         self.take(domain, u, density);
         for n in 0..self.engine.grains().owned() {
             let state = self.coupling_state(n);
@@ -351,10 +408,13 @@ impl GrainPhase {
         }
     }
 
-    /// Momentum of the free grains, of the fluid they displace at their velocity, and the deferred impulse of
-    /// all grains, over all ranks [N s].
+    /// Momentum of the free grains, of the fluid they displace at their velocity (with surfaces: of the fluid on the covered
+    /// part of the cells, of all grains), and the deferred impulse of all grains, over all ranks [N s].
     #[must_use]
     pub fn momentum(&self, domain: &Domain) -> [Vector; 3] {
+        if self.has_surfaces() {
+            return self.momentum_beside_surfaces(domain);
+        }
         let grains = self.engine.grains();
         let mut sum = [Vector::ZERO; 3];
         for n in 0..grains.owned() {
@@ -403,6 +463,15 @@ impl GrainPhase {
         }));
         self.engine.gather_to_owners(domain, &mut self.partial);
     }
+}
+
+/// Width of the narrowest grain on any rank, in widths of the widest cell; infinite without grains.
+fn narrowest(domain: &Domain, engine: &Engine, shapes: &[Shape]) -> Real {
+    let grains = engine.grains();
+    let widths: Vec<Real> = shapes.iter().map(Shape::least_width).collect();
+    let width = |n: usize| widths[grains.shape[n] as usize] * grains.scale[n];
+    let least = (0..grains.owned()).map(width).fold(Real::INFINITY, Real::min);
+    domain.min(least) / domain.grid().spacing.max_element()
 }
 
 /// The first two vectors of a grain's gathered sums.

@@ -71,6 +71,8 @@ thread_local! {
 
 /// A row of cells with the divergence of the stress in it.
 pub(super) struct DivergenceRow<'a> {
+    /// Local indices of the row in x2 and x3.
+    pub index: (isize, isize),
     /// Place in memory of the first cell.
     pub at: usize,
     /// Divergence of the stress per component [N/m^3 for velocities].
@@ -156,7 +158,10 @@ impl Stress {
                         let (values, behind) = rest.cut(at - reached).1.cut(n1);
                         (rest, reached) = (behind, at + n1);
                         let divergence = sum.stress.each_ref().map(|values| &values[..n1]);
-                        body(DivergenceRow { at, divergence, sum: &sum.mu[..n1] }, values);
+                        body(
+                            DivergenceRow { index: (j as isize, k as isize), at, divergence, sum: &sum.mu[..n1] },
+                            values,
+                        );
                     }
                 }
             });

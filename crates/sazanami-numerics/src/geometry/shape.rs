@@ -287,6 +287,22 @@ impl Shape {
         self.principal_inertia
     }
 
+    /// Least width of the mesh along an axis of the body \[m].
+    #[must_use]
+    pub fn least_width(&self) -> Real {
+        let (low, high) = self.extent();
+        (high - low).min_element()
+    }
+
+    /// Lowest and highest coordinates of the mesh in the body frame \[m].
+    #[must_use]
+    pub fn extent(&self) -> (Vector, Vector) {
+        let nodes = &self.mesh.nodes;
+        nodes
+            .iter()
+            .fold((Vector::INFINITY, Vector::NEG_INFINITY), |(low, high), &node| (low.min(node), high.max(node)))
+    }
+
     /// Radius of the sphere about the centre of mass that holds mesh and contact spheres \[m].
     #[must_use]
     pub fn bounding_radius(&self) -> Real {

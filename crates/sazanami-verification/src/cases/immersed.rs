@@ -139,3 +139,89 @@ pub(crate) fn drag_coarse() -> Result<Vec<Measured>, String> {
 pub(crate) fn drag_fine() -> Result<Vec<Measured>, String> {
     drags(16, 14.0)
 }
+
+/// Prototype: drag of a fixed sphere from the outer balance.
+pub fn trial_drag(
+    re: Real,
+    n: usize,
+    width: Real,
+    dt_factor: Real,
+    at: Vector,
+    until: Real,
+) -> Result<(Real, Real, usize), String> {
+    let size = Vector::new(width, width, width + 3.0);
+    let cells = size.to_array().map(|l| (l * n as Real).round() as usize);
+    let grid = Grid::new(cells, Vector::ZERO, size);
+    let mut sides = [[Side::Slip; 2]; 3];
+    sides[2] = [Side::Inflow { velocity: Vector::Z, volume_fraction: 0.0 }, Side::Outflow { volume_fraction: 0.0 }];
+    let boundary = Boundary::new(sides).map_err(|error| error.to_string())?;
+    let longest = dt_factor * (0.1 * re / (n * n) as Real).min(0.3 / n as Real);
+    let mut tank = Tank::new(grid, boundary, single(1.0, 1.0 / re), longest);
+    tank.divergence = 1e-6 * dt_factor * dt_factor;
+    if std::env::var("SAZ_FROMM").is_ok() {
+        tank.schemes.limiter = sazanami_mics::advection::Limiter::Unlimited;
+    }
+    if std::env::var("SAZ_CN").is_ok() {
+        tank.schemes.viscosity = sazanami_mics::viscosity::ViscosityScheme::CrankNicolson;
+        tank.schemes.carrier = sazanami_mics::flow::Carrier::Middle;
+    }
+    tank.shapes = vec![ball(1.0)?];
+    let position = Vector::new(0.5 * width, 0.5 * width, 0.5 * width - 0.5) + at * grid.spacing;
+    tank.grains = vec![Grain { motion: Motion::Fixed, ..Grain::new(0, 2.65, position) }];
+    let mut solver = tank.solver(|domain, boundary, flow| {
+        flow.velocity[2].fill(1.0);
+        flow.fill_halos(domain, boundary);
+    })?;
+    let area = 0.125 * std::f64::consts::PI;
+    let (mut time, mut sum, mut early, mut steps) = (0.0, [0.0; 2], [0.0; 2], 0);
+    while time < until * (1.0 - 1e-9) {
+        let (dt, report) = step(&mut solver, time, until)?;
+        time += dt;
+        steps += 1;
+        let outer = report.impulses.walls_on_fluid + report.impulses.open_sides;
+        if std::env::var("SAZ_TRACE").is_ok() && steps % 40 == 0 {
+            println!(
+                "{time:.3} {dt:.4} {:.4} it {} div {:.1e}",
+                outer.z / dt / area,
+                report.pressure.iterations,
+                report.pressure.divergence
+            );
+        }
+        if time > 0.9 * until {
+            sum[0] += dt;
+            sum[1] += outer.z;
+        } else if time > 0.8 * until {
+            early[0] += dt;
+            early[1] += outer.z;
+        }
+    }
+    let late = sum[1] / sum[0] / area;
+    Ok((late, late / (early[1] / early[0] / area) - 1.0, steps))
+}
+
+/// Prototype: released sphere.
+pub fn trial_release(ratio: Real, n: usize, steps: usize, width: Real) -> Result<(Real, Real), String> {
+    let (diameter, gravity) = (0.01, 9.81);
+    let cells = (width * n as Real) as usize;
+    let grid = Grid::new([cells; 3], Vector::ZERO, Vector::splat(width * diameter));
+    let boundary = Boundary::new([[Side::Slip; 2]; 3]).map_err(|error| error.to_string())?;
+    let expected: Real = gravity * (ratio - 1.0) / (ratio + 0.5);
+    let travel = 0.05 * diameter;
+    let dt = (2.0 * travel / expected.abs()).sqrt() / steps as Real;
+    let mut tank = Tank::new(grid, boundary, single(1e3, 0.0), dt).inviscid();
+    tank.limits = StepLimits::always(dt);
+    tank.gravity = down(gravity);
+    tank.shapes = vec![ball(diameter)?];
+    let start = Vector::splat(0.5 * width * diameter) + Vector::new(0.21, 0.37, 0.13) * grid.spacing;
+    tank.grains = vec![Grain::new(0, 1e3 * ratio, start)];
+    let mut solver = tank.solver(|domain, boundary, flow| flow.fill_halos(domain, boundary))?;
+    let mut time = 0.0;
+    for _ in 0..3 * steps {
+        time += step(&mut solver, time, Real::INFINITY)?.0;
+        let grains = solver.grains().engine().grains();
+        if (start.z - grains.position[0].z).abs() >= travel {
+            return Ok((-grains.velocity[0].z / time / gravity, expected / gravity));
+        }
+    }
+    Err("the sphere does not fall".to_owned())
+}

@@ -69,7 +69,7 @@ impl Tank {
             gravity: Vector::ZERO,
             limits: StepLimits::up_to(longest_step),
             divergence: 1e-8,
-            exchange: Exchange::Exact,
+            exchange: Exchange::Surface,
             law: LinearSpringDashpot { damping: Damping::Restitution(0.5), ..LinearSpringDashpot::SAND },
             substeps: Substeps::Auto,
             shapes: Vec::new(),

@@ -1,0 +1,182 @@
+//! The exchange with grains that act by their surfaces: what the fluid loses they gain in the same step.
+//!
+//! Between steps a grain keeps its acceleration, from which the next step expects its velocity at the end. A step takes
+//! what the covered part of the cells has gained ([`super::covered`]) and the friction ([`super::surface`]) as the load
+//! of the grain, moves it, and gives it the momentum of what it covers anew.
+
+use sazanami_dem::{ATTACHED, Motion};
+use sazanami_numerics::domain::Domain;
+use sazanami_numerics::{Real, Vector};
+
+use super::{GrainPhase, Surface, covered, loads, sum_over_ranks, vectors};
+use crate::boundary::Boundary;
+use crate::flow::Flow;
+use crate::grains::loads::FluidLoad;
+use crate::momentum::Impulses;
+use crate::pressure::Projection;
+
+/// What the exchange keeps with each grain, also when it migrates to another rank.
+#[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+struct SurfaceState {
+    /// Momentum of the fluid on the covered part before the grain moved [N s].
+    momentum: [Real; 3],
+    /// Its angular momentum about the origin, without wrapping at periodic sides [N m s].
+    angular_momentum: [Real; 3],
+    reserved: Real,
+    /// Between steps the mean acceleration in the last step [m/s^2]; while the grain moves its velocity before [m/s].
+    motion: [Real; 3],
+    /// The same of its rotation [rad/s^2, rad/s].
+    rotation: [Real; 3],
+    /// See [`super::CouplingState`].
+    imprinted: [Real; 7],
+}
+
+const _: () = assert!(size_of::<SurfaceState>() == size_of::<[Real; ATTACHED]>());
+
+impl GrainPhase {
+    /// Starts a step of `dt` \[s]: places the surfaces of the grains as they are, and expects of the grains the velocity
+    /// at its end that they have if their acceleration stays what it was.
+    pub(crate) fn place_surfaces(&mut self, domain: &Domain, flow: &mut Flow, dt: Real) {
+        if !self.has_surfaces() {
+            return self.clear_stress(domain);
+        }
+        self.sum_velocities(domain, flow, |_, _| [Vector::ZERO; 2]);
+        self.surface.place(domain, &mut self.imprint, flow.scratch_vector_mut());
+        self.surface.hold(domain, &mut flow.velocity);
+        self.sum_covered(domain, flow);
+        std::mem::swap(&mut self.partial, &mut self.before);
+        self.sum_velocities(domain, flow, |grains, n| {
+            let state = grains.surface_state(n);
+            [state.motion, state.rotation].map(|rate| dt * Vector::from_array(rate))
+        });
+        self.imprint.fill_halos(domain);
+    }
+
+    /// The surfaces of the grains, if they act by these.
+    pub(crate) fn surface_mut(&mut self) -> Option<&mut Surface> {
+        self.has_surfaces().then_some(&mut self.surface)
+    }
+
+    /// Closes the faces beside the grains for a projection over `dt` \[s].
+    pub(crate) fn close_faces(
+        &self,
+        domain: &Domain,
+        boundary: &Boundary,
+        projection: &mut Projection,
+        flow: &mut Flow,
+        dt: Real,
+    ) {
+        if self.has_surfaces() {
+            projection.close_faces(domain, boundary, (&self.imprint, &self.surface.covered), flow, dt);
+        }
+    }
+
+    /// Sets force and torque on each owned grain over `dt` \[s]: what the covered part of the cells has gained since the
+    /// start of the step, less its weight, and the friction.
+    pub(super) fn load_surfaces(&mut self, domain: &Domain, flow: &Flow, gravity: Vector, dt: Real) -> Impulses {
+        self.surface.complete(domain);
+        self.sum_covered(domain, flow);
+        std::mem::swap(&mut self.partial, &mut self.after);
+        self.loads.resize(self.engine.grains().len(), FluidLoad::default());
+        loads::of_friction(domain, &self.imprint, &self.surface, &mut self.loads);
+        self.gather_loads(domain);
+        self.force.clear();
+        self.torque.clear();
+        let (mut weight, mut held) = (Vector::ZERO, Vector::ZERO);
+        for n in 0..self.engine.grains().owned() {
+            let grains = self.engine.grains();
+            let ([rubbed, turned], [now, turning], [then, turning_then]) =
+                (vectors(&self.partial[n]), vectors(&self.after[n]), vectors(&self.before[n]));
+            let fluid_weight = self.after[n][6] * gravity * dt;
+            let impulse = rubbed + now - then - fluid_weight;
+            weight -= fluid_weight;
+            if grains.motion[n] == Motion::Free {
+                weight += grains.mass[n] * gravity * dt;
+            } else {
+                held -= impulse;
+            }
+            let state = SurfaceState {
+                momentum: now.to_array(),
+                angular_momentum: (turning + grains.unwrapped_position(n).cross(now)).to_array(),
+                motion: grains.velocity[n].to_array(),
+                rotation: grains.angular_velocity(n).to_array(),
+                ..self.surface_state(n)
+            };
+            self.force.push(impulse / dt);
+            self.torque.push((turned + turning - turning_then) / dt);
+            self.set_surface_state(n, state);
+        }
+        let [gravity_on_grains, held_grains, _] = sum_over_ranks(domain, [weight, held, Vector::ZERO]);
+        Impulses { gravity_on_grains, held_grains, ..Impulses::default() }
+    }
+
+    /// Gives the grains the momentum of the fluid that they cover or uncover by their motion, and keeps their
+    /// accelerations.
+    pub(super) fn exchange_surfaces(&mut self, domain: &Domain, flow: &Flow, dt: Real) -> Impulses {
+        self.sum_covered(domain, flow);
+        let mut held = Vector::ZERO;
+        for n in 0..self.engine.grains().owned() {
+            let [now, turning] = vectors(&self.partial[n]);
+            let mut state = self.surface_state(n);
+            let then = Vector::from_array(state.momentum);
+            let grains = self.engine.grains();
+            if grains.motion[n] == Motion::Free {
+                let turned = turning - Vector::from_array(state.angular_momentum);
+                self.engine.add_impulse(n, now - then, turned + grains.unwrapped_position(n).cross(then));
+                let grains = self.engine.grains();
+                let change = |now: Vector, before: [Real; 3]| ((now - Vector::from_array(before)) / dt).to_array();
+                state.motion = change(grains.velocity[n], state.motion);
+                state.rotation = change(grains.angular_velocity(n), state.rotation);
+            } else {
+                held -= now - then;
+                (state.motion, state.rotation) = ([0.0; 3], [0.0; 3]);
+            }
+            self.set_surface_state(n, state);
+        }
+        self.engine.refresh_ghosts(domain);
+        let [held_grains, ..] = sum_over_ranks(domain, [held, Vector::ZERO, Vector::ZERO]);
+        Impulses { held_grains, ..Impulses::default() }
+    }
+
+    /// Starts the exchange: free grains fall until they are known to be carried.
+    pub(super) fn begin_surfaces(&mut self, domain: &Domain, flow: &Flow, gravity: Vector) {
+        for n in 0..self.engine.grains().owned() {
+            if self.engine.grains().motion[n] == Motion::Free {
+                let state = SurfaceState { motion: gravity.to_array(), ..self.surface_state(n) };
+                self.set_surface_state(n, state);
+            }
+        }
+        self.sum_covered(domain, flow);
+    }
+
+    /// Finds again what the last step left on the covered part of the cells, at a restart.
+    pub(crate) fn resume(&mut self, domain: &Domain, flow: &Flow) {
+        if self.has_surfaces() {
+            self.sum_covered(domain, flow);
+        }
+    }
+
+    /// See [`Self::momentum`].
+    pub(super) fn momentum_beside_surfaces(&self, domain: &Domain) -> [Vector; 3] {
+        let grains = self.engine.grains();
+        let free = (0..grains.owned()).filter(|&n| grains.motion[n] == Motion::Free);
+        let covered = self.partial[..grains.owned()].iter().map(|sums| vectors(sums)[0]).sum();
+        sum_over_ranks(domain, [free.map(|n| grains.mass[n] * grains.velocity[n]).sum(), covered, Vector::ZERO])
+    }
+
+    /// Sums what the fluid holds on the covered parts of the cells, per owned grain.
+    fn sum_covered(&mut self, domain: &Domain, flow: &Flow) {
+        self.partial.resize(self.engine.grains().len(), [0.0; 7]);
+        covered::sum(domain, &self.imprint, &flow.velocity, &flow.density, &mut self.partial);
+        self.engine.gather_to_owners(domain, &mut self.partial);
+    }
+
+    fn surface_state(&self, n: usize) -> SurfaceState {
+        bytemuck::cast(self.engine.grains().attached[n])
+    }
+
+    fn set_surface_state(&mut self, n: usize, state: SurfaceState) {
+        self.engine.attached_mut()[n] = bytemuck::cast(state);
+    }
+}
