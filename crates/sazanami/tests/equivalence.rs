@@ -348,6 +348,14 @@ const CASES: [Small; 9] = [
         overrides: &[],
         perturbed: "contact.default.friction=0.41",
     },
+    // Grains that act by their surfaces, though the grid hardly resolves them.
+    Small {
+        name: "surfaces",
+        apart: false,
+        text: PERIODIC,
+        overrides: &["coupling.exchange=surface"],
+        perturbed: "contact.default.friction=0.41",
+    },
     Small {
         name: "settling",
         apart: true,
@@ -542,6 +550,11 @@ fn a_collapsing_column() {
 #[test]
 fn grains_across_periodic_sides() {
     equivalent("periodic");
+}
+
+#[test]
+fn grains_that_act_by_their_surfaces() {
+    equivalent("surfaces");
 }
 
 #[test]
