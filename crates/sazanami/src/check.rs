@@ -14,6 +14,7 @@ mod tank_warnings;
 mod text;
 
 use sazanami_numerics::Real;
+use sazanami_numerics::choice::Choice as _;
 
 use crate::case::meaning::{Case, LiquidRegion};
 use crate::machine::Machine;
@@ -28,8 +29,8 @@ pub(crate) use particles::tank;
 pub use particles::{ParticlesReport, TankReport};
 pub use pictures::PictureCost;
 pub use populations::ShapeFacts;
-pub(crate) use populations::population_reports;
-pub use report::{CheckReport, LimitReport, LiquidReport, PopulationReport};
+pub(crate) use populations::{exchange_of, population_reports};
+pub use report::{CheckReport, ExchangeReport, LimitReport, LiquidReport, PopulationReport};
 pub(crate) use tank_warnings::warn_of_tank;
 pub use text::explain;
 
@@ -103,6 +104,10 @@ pub fn check(case: &Case, known: Known, machine: &Machine, threads: usize, model
         cell_count: size.cells,
         spacing_m: spacing.to_array(),
         liquids: liquid_reports(case),
+        exchange: exchange_of(case, known.shapes).map(|(scheme, narrowest_cells)| ExchangeReport {
+            scheme: scheme.word(),
+            narrowest_cells: Some(narrowest_cells).filter(|cells| cells.is_finite()),
+        }),
         populations,
         grains,
         contact_spheres,

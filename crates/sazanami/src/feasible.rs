@@ -22,11 +22,11 @@ use crate::assembly::grains;
 use crate::assembly::shapes::shape_of;
 use crate::bed_file::Bed;
 use crate::case::meaning::{
-    BedFile, BoundarySide, Case, ContactSphereChoice, Exchange, GrainPlacement, GrainShape, MOST_ON_SHELL, Solver,
+    BedFile, BoundarySide, Case, ContactSphereChoice, Exchange, GrainPlacement, GrainShape, MOST_ON_SHELL,
 };
 use crate::case::units::rounded;
 use crate::case::{CaseError, Diagnostics, LoadedCase};
-use crate::check::{CostModel, PACKED, ShapeFacts, check_memory, warn_of_tank};
+use crate::check::{CostModel, PACKED, ShapeFacts, check_memory, exchange_of, warn_of_tank};
 use crate::machine::Machine;
 
 use placed::Placed;
@@ -76,7 +76,7 @@ pub fn check(loaded: &LoadedCase, machine: &Machine, model: &CostModel) -> Resul
     let facts: Vec<ShapeFacts> = shapes.iter().zip(&beds).map(|(shape, bed)| facts_of(shape, bed.as_ref())).collect();
     let lying = grains::placed(&loaded.case, &beds);
     let mut search = Search { loaded, case: &loaded.case, shapes: &shapes, beds: &beds, report: &mut report };
-    search.weights();
+    search.weights(&facts);
     search.contact_gaps();
     search.room();
     search.periods();
@@ -198,21 +198,9 @@ impl Search<'_> {
         self.loaded.places.at(&format!("grains.{population}.placement"))
     }
 
-    /// How fluid and grains exchange momentum.
-    fn exchange(&self) -> Exchange {
-        let widths = self
-            .case
-            .grains
-            .iter()
-            .zip(self.shapes)
-            .map(|(population, shape)| population.size.smallest() * shape.least_width());
-        let cell = self.case.domain.spacing().max_element();
-        self.case.coupling.exchange.for_width(widths.fold(Real::INFINITY, Real::min) / cell)
-    }
-
     /// No grain may be too light for the exact exchange.
-    fn weights(&mut self) {
-        if self.case.solver != Solver::Mics || self.exchange() != Exchange::Exact {
+    fn weights(&mut self, facts: &[ShapeFacts]) {
+        if !matches!(exchange_of(self.case, facts), Some((Exchange::Exact, _))) {
             return;
         }
         let liquid = self.case.fluid.liquid.density;

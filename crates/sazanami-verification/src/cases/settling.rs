@@ -85,22 +85,3 @@ pub(crate) fn settling() -> Result<(Vec<Measured>, Vec<Chart>), String> {
 pub(crate) fn settling_rest() -> Result<(Vec<Measured>, Vec<Chart>), String> {
     compared(&[E1, E3])
 }
-
-/// Prototype.
-pub fn trial(which: usize, n: usize, factor: Real, until: Real) -> Result<(), String> {
-    let oil = [E1, E2, E3, E4][which - 1];
-    let oil = Oil { until: until * oil.until, ..oil };
-    let t = std::time::Instant::now();
-    let history = fall(oil, n, Exchange::Surface, factor)?;
-    let fastest = history.iter().map(|row| -row[1]).fold(0.0, Real::max);
-    let variation: Real = history.windows(2).map(|w| (w[1][1] - w[0][1]).abs()).sum();
-    let end = -history[history.len() - 1][1];
-    println!(
-        "{} n {n} dt {factor}: fastest {fastest:.5} end {end:.5} variation/peak {:.4} steps {} {:.0} s",
-        oil.name,
-        (variation - (fastest - end)) / fastest,
-        history.len(),
-        t.elapsed().as_secs_f64()
-    );
-    Ok(())
-}

@@ -2,9 +2,9 @@
 
 use sazanami_numerics::Real;
 
-use super::populations::spheres_of;
+use super::populations::{exchange_of, spheres_of};
 use super::{CostModel, bytes, disk::points, particles, pictures};
-use crate::case::meaning::{Case, Population, Solver};
+use crate::case::meaning::{Case, Exchange, Population, Solver};
 use crate::case::{Diagnostics, LoadedCase};
 use crate::machine::Machine;
 
@@ -16,6 +16,8 @@ const MEMORY_TETRAHEDRON: Real = 1e3;
 const MEMORY_SHAPE_SPHERE: Real = 200.0;
 /// Memory of a mean over a cell, a layer or a pixel \[bytes].
 const MEMORY_MEAN: Real = 16.0;
+/// Memory of the surfaces of resolved grains in their exchange with the fluid [bytes per cell]: ten fields for three.
+const MEMORY_SURFACES: Real = 56.0;
 /// Memory of a point of a probe's line: values, and their columns \[bytes].
 const MEMORY_POINT: Real = 1e3;
 
@@ -57,7 +59,8 @@ fn fluid_memory(case: &Case, model: &CostModel) -> Real {
 
 /// Memory of the fields, and of the liquid in pictures [bytes per cell].
 fn per_cell(case: &Case, model: &CostModel) -> Real {
-    model.memory_cell + pictures::memory_per_cell(case, model)
+    let surfaces = matches!(exchange_of(case, &[]), Some((Exchange::Surface, _)));
+    model.memory_cell + if surfaces { MEMORY_SURFACES } else { 0.0 } + pictures::memory_per_cell(case, model)
 }
 
 /// Memory of cells with those round the box, of so many bytes each \[bytes].

@@ -5,7 +5,7 @@ use sazanami_numerics::Real;
 
 use super::{PopulationReport, particles};
 use crate::assembly::shapes::shape_of;
-use crate::case::meaning::{Case, ContactSphereChoice, Population};
+use crate::case::meaning::{Case, ContactSphereChoice, Exchange, Population, Solver};
 
 /// What is known of a population's shape once it has been built.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -29,6 +29,21 @@ pub(crate) fn population_reports(case: &Case, shapes: &[ShapeFacts]) -> Vec<Popu
     let nothing = ShapeFacts::default();
     let facts = |n: usize| shapes.get(n).unwrap_or(&nothing);
     case.grains.iter().enumerate().map(|(n, population)| population_report(case, population, facts(n))).collect()
+}
+
+/// How grains and grid fluid exchange momentum, and the width of the narrowest grain in cells, as far as the shapes are
+/// known; absent without resolved grains.
+pub(crate) fn exchange_of(case: &Case, shapes: &[ShapeFacts]) -> Option<(Exchange, Real)> {
+    if case.solver != Solver::Mics || case.grains.is_empty() {
+        return None;
+    }
+    let width = |(n, population): (usize, &Population)| {
+        let own = shapes.get(n).and_then(|facts| facts.size).or(population.shape.size());
+        own.map_or(Real::INFINITY, |width| width * population.size.smallest())
+    };
+    let narrowest = case.grains.iter().enumerate().map(width).fold(Real::INFINITY, Real::min);
+    let cells = narrowest / case.domain.spacing().max_element();
+    Some((case.coupling.exchange.for_width(cells), cells))
 }
 
 fn population_report(case: &Case, population: &Population, facts: &ShapeFacts) -> PopulationReport {

@@ -44,6 +44,15 @@ pub struct PopulationReport {
     pub body: Option<Body>,
 }
 
+/// How resolved grains and fluid exchange momentum.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ExchangeReport {
+    /// Word of `coupling.exchange`, `auto` resolved.
+    pub scheme: &'static str,
+    /// Width of the narrowest grain in cells, where known.
+    pub narrowest_cells: Option<Real>,
+}
+
 /// A body of liquid.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LiquidReport {
@@ -78,6 +87,8 @@ pub struct CheckReport {
     pub liquids: Vec<LiquidReport>,
     /// Grains.
     pub populations: Vec<PopulationReport>,
+    /// Their exchange of momentum with the fluid on the grid.
+    pub exchange: Option<ExchangeReport>,
     /// Grains of the flow in all, as far as known.
     pub grains: usize,
     /// Their contact spheres in all, as far as known.

@@ -120,6 +120,14 @@ fn bodies(text: &mut String, case: &Case, report: &CheckReport) {
             let _ = writeln!(text, "  shape       {line}");
         }
     }
+    if let Some(exchange) = &report.exchange {
+        let _ = match exchange.narrowest_cells {
+            Some(cells) => {
+                writeln!(text, "exchange      {}: the narrowest grain is {cells:.2} cells wide", exchange.scheme)
+            }
+            None => writeln!(text, "exchange      {}", exchange.scheme),
+        };
+    }
     for pair in &case.contacts {
         let _ = writeln!(text, "contact       {}/{}: {}", pair.a, pair.b, pair.law);
     }
