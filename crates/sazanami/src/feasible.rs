@@ -16,13 +16,14 @@ use std::ops::Range;
 use sazanami_dem::{Body, Engine};
 use sazanami_mics::grains::RESOLVED;
 use sazanami_numerics::Real;
+use sazanami_numerics::choice::Choice as _;
 use sazanami_numerics::geometry::{Exact, Shape};
 
 use crate::assembly::grains;
 use crate::assembly::shapes::shape_of;
 use crate::bed_file::Bed;
 use crate::case::meaning::{
-    BedFile, BoundarySide, Case, ContactSphereChoice, Exchange, GrainPlacement, GrainShape, MOST_ON_SHELL,
+    BedFile, BoundarySide, Case, ContactSphereChoice, Exchange, GrainPlacement, GrainShape, MOST_ON_SHELL, Motion,
 };
 use crate::case::units::rounded;
 use crate::case::{CaseError, Diagnostics, LoadedCase};
@@ -51,6 +52,9 @@ const MOST_ALIKE: usize = 5;
 const DENSEST: Real = 0.78;
 /// Solid fraction of the loosest bed to reckon with where other grains have to keep clear of it.
 const LOOSEST: Real = 0.4;
+/// Least density of a grain over that of the liquid, with the exchange `exact` and with `surface`.
+const LIGHTEST_EXACT: Real = 1.05;
+const LIGHTEST_SURFACE: Real = 0.5;
 /// Largest gap between the surface of a grain and its contact spheres over its size that is not warned of; `shell(75)` on
 /// the sand of Yagyu et al. (2015) has 0.108.
 const WIDE_GAP: Real = 0.12;
@@ -198,24 +202,31 @@ impl Search<'_> {
         self.loaded.places.at(&format!("grains.{population}.placement"))
     }
 
-    /// No grain may be too light for the exact exchange.
+    /// No grain may be too light for its exchange of momentum with the fluid.
     fn weights(&mut self, facts: &[ShapeFacts]) {
-        if !matches!(exchange_of(self.case, facts), Some((Exchange::Exact, _))) {
-            return;
-        }
-        let liquid = self.case.fluid.liquid.density;
-        for (n, population) in self.case.grains.iter().enumerate() {
-            let of_material = self.case.material(&population.material).map(|material| material.density);
-            let own = population.mass_override.map(|mass| mass / self.shapes[n].volume());
-            let Some(density) = own.or(of_material).filter(|density| *density < 1.05 * liquid) else { continue };
-            let key = if own.is_some() { format!("grains.{n}.mass_override") } else { format!("grains.{n}") };
-            self.report
-                .error(self.loaded.places.at(&key), format!("`{}` is too light for the exact exchange", population.name))
-                .label(format!("{density:.1} kg/m^3, below 1.05 times the liquid's {liquid:.1}"))
-                .help(format!(
+        let Some((exchange, _)) = exchange_of(self.case, facts) else { return };
+        let (least, help) = match exchange {
+            Exchange::Exact => (
+                LIGHTEST_EXACT,
+                format!(
                     "resolve the grains with {RESOLVED} cells or more, or write `exchange = \"surface\"` under `[coupling]`: \
                      returning the fluid's loss one step later amplifies it by displaced over own mass"
-                ));
+                ),
+            ),
+            Exchange::Surface => (LIGHTEST_SURFACE, "lighter grains gain speed without end".to_owned()),
+            Exchange::Auto | Exchange::Stress => return,
+        };
+        let liquid = self.case.fluid.liquid.density;
+        for (n, population) in self.case.grains.iter().enumerate().filter(|(_, p)| p.motion == Motion::Free) {
+            let of_material = self.case.material(&population.material).map(|material| material.density);
+            let own = population.mass_override.map(|mass| mass / self.shapes[n].volume());
+            let Some(density) = own.or(of_material).filter(|density| *density < least * liquid) else { continue };
+            let key = if own.is_some() { format!("grains.{n}.mass_override") } else { format!("grains.{n}") };
+            let title = format!("`{}` is too light for the exchange `{}`", population.name, exchange.word());
+            self.report
+                .error(self.loaded.places.at(&key), title)
+                .label(format!("{density:.1} kg/m^3, below {least} times the liquid's {liquid:.1}"))
+                .help(help.clone());
         }
     }
 

@@ -278,7 +278,7 @@ fn the_literal_preset_follows_the_letter() {
     assert_eq!(mixed.coupling.exchange, Exchange::Exact);
     assert!(matches!(mixed.fluid.step, Step::Adaptive { .. }));
     let recommended = case_of(&plain, &[]);
-    assert_eq!((recommended.coupling.exchange, recommended.grains[0].mass_override), (Exchange::Exact, None));
+    assert_eq!((recommended.coupling.exchange, recommended.grains[0].mass_override), (Exchange::Auto, None));
 }
 
 #[test]
@@ -393,10 +393,6 @@ fn what_contradicts_itself_is_refused() {
         ),
         "the liquid begins within the bed",
     );
-    refused(
-        "[material.cork]\ndensity = \"200 kg/m^3\"\n[[grains]]\nshape.sphere = { diameter = \"0.2 mm\" }\nplacement.list = [{ position = [\"0.5 mm\", \"0.5 mm\", \"1 mm\"] }]\n",
-        "too light for the exact exchange",
-    );
     refused("[run2]\n", "unknown key `run2`");
     refused("[[probe]]\npoint = [\"1 m\", \"0 m\", \"0 m\"]\n", "lies outside the box");
     let probe = |name: &str| format!("[[probe]]\nname = \"{name}\"\npoint = [\"0 m\", \"0 m\", \"0 m\"]\n");
@@ -437,6 +433,30 @@ fn feasibility(text: &str, overrides: &[&str], memory: u64) -> (Vec<String>, Opt
 }
 
 const ENOUGH: u64 = 8 << 30;
+
+#[test]
+fn grains_too_light_for_their_exchange_are_refused() {
+    let cork = |density: u32| {
+        format!(
+            "{SMALL}[material.cork]\ndensity = \"{density} kg/m^3\"\n[[grains]]\nshape.sphere = {{ diameter = \"0.5 mm\" }}\nplacement.list = [{{ position = [\"0.5 mm\", \"0.5 mm\", \"1 mm\"] }}]\n"
+        )
+    };
+    let fine = "domain.cells=[10, 10, 20]";
+    let refused = |density: u32, overrides: &[&str], exchange: &str| {
+        let (found, feasible) = feasibility(&cork(density), overrides, ENOUGH);
+        let title = format!("too light for the exchange `{exchange}`");
+        assert!(feasible.is_none() && found.iter().any(|f| f.contains(&title)), "{density} {overrides:?}: {found:#?}");
+    };
+    // Two cells wide, then five.
+    refused(1000, &[], "exact");
+    refused(1000, &[fine, "coupling.exchange=exact"], "exact");
+    refused(400, &[fine], "surface");
+    refused(400, &["coupling.exchange=surface"], "surface");
+    for (density, overrides) in [(1100, &[][..]), (600, &[fine][..]), (400, &[fine, "grains.0.motion=fixed"][..])] {
+        let (found, feasible) = feasibility(&cork(density), overrides, ENOUGH);
+        assert!(feasible.is_some(), "{density} {overrides:?}: {found:#?}");
+    }
+}
 
 /// Three spheres of 1 mm side by side on the floor of a box of 6 mm, two of the shape `a` and one of `b`.
 fn made_bed(name: &str) -> PathBuf {
