@@ -3,8 +3,8 @@
 //! The name is that of the folder in `verification/` with `expected.toml`, reference data and page.
 
 use crate::cases::{
-    at_rest, beds, both, contact, free_grains, immersed, impact, moving_particles, reduced, ripples, settling,
-    single_phase, transport, two_phase, volume_fractions,
+    arrays, at_rest, beds, both, contact, free_grains, immersed, impact, moving_particles, reduced, ripples, rising,
+    settling, single_phase, transport, turning, two_phase, volume_fractions,
 };
 use crate::measured::{IntoOutcome, Outcome};
 
@@ -55,6 +55,11 @@ pub const CASES: &[Case] = &[
     case!("drop-on-bed", impact::drop_on_bed),
     case!("added-mass", immersed::added_mass),
     case!("drag", immersed::drag_coarse),
+    case!("spinning-sphere", turning::spinning_sphere),
+    case!("jeffery", turning::jeffery),
+    case!("grain-arrays", arrays::grain_arrays),
+    case!("moving-sphere", rising::moving_sphere),
+    case!("light-sphere", rising::light_sphere),
     case!("settling", settling::settling),
     case!("friction-and-porosity", beds::friction_and_porosity),
     case!("crater-evaluation", beds::crater_evaluation),
@@ -80,6 +85,7 @@ pub const CASES: &[Case] = &[
     case!("both-dam-break", both::dam_break),
     case!("both-settling-sphere", both::settling_sphere),
     case!("ripples", ripples::ripples),
+    case!("drop-on-bed-fine", impact::drop_on_bed_fine),
     case!("drag-fine", immersed::drag_fine),
     case!("settling-rest", settling::settling_rest),
     case!("reduced-raindrop", reduced::reduced_raindrop),

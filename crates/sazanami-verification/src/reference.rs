@@ -14,6 +14,8 @@ pub const CAVITY: &str = include_str!("../../../verification/lid-driven-cavity/r
 pub const OBLIQUE: &str = include_str!("../../../verification/oblique-impact/reference.csv");
 /// ten Cate et al. (2002).
 pub const SETTLING: &str = include_str!("../../../verification/settling/reference.csv");
+/// Zick and Homsy (1982).
+pub const ARRAYS: &str = include_str!("../../../verification/grain-arrays/reference.csv");
 
 /// Values of `columns` in the rows whose first cell is `key` (all rows for an empty key), where none is missing.
 #[must_use]

@@ -8,60 +8,65 @@ use sazanami_numerics::geometry::{ContactSphereRule, Shape, VolumeRule};
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
 
-use super::tank::{Tank, down, single, step};
+use super::tank::{Tank, down, largest, single, step};
 use crate::measured::Measured;
 
-const BOTH: [(&str, Exchange); 2] = [("stress", Exchange::Stress), ("exact", Exchange::Exact)];
+/// Places of a sphere's centre on the grid, in cells from a corner.
+const PLACES: [Vector; 5] = [
+    Vector::new(0.21, 0.37, 0.13),
+    Vector::ZERO,
+    Vector::splat(0.5),
+    Vector::new(0.5, 0.0, 0.25),
+    Vector::new(0.3, 0.8, 0.6),
+];
 
-fn ball(diameter: Real) -> Result<Shape, String> {
+pub(super) fn ball(diameter: Real) -> Result<Shape, String> {
     Shape::sphere(diameter, 3, VolumeRule::Preserve, &ContactSphereRule::Single).map_err(|error| error.to_string())
 }
 
 /// Acceleration of a released sphere of relative density `ratio` over gravity: mean over the first 0.05 diameters of
-/// travel, in an inviscid liquid in a box 10 diameters wide.
-fn release(ratio: Real, exchange: Exchange, cells_per_diameter: usize) -> Result<Real, String> {
-    let (diameter, gravity) = (0.01, 9.81);
-    let n = 10 * cells_per_diameter;
-    let grid = Grid::new([n; 3], Vector::ZERO, Vector::splat(10.0 * diameter));
+/// travel, about `steps` steps, in an inviscid liquid in a box 6 diameters wide, 8 cells to a diameter.
+fn release(ratio: Real, exchange: Exchange, steps: u32) -> Result<Real, String> {
+    let (diameter, gravity, width) = (0.01, 9.81, 6.0);
+    let grid = Grid::new([48; 3], Vector::ZERO, Vector::splat(width * diameter));
     let boundary = Boundary::new([[Side::Slip; 2]; 3]).map_err(|error| error.to_string())?;
-    let expected = gravity * (ratio - 1.0) / (ratio + 0.5);
+    let expected = gravity * (ratio - 1.0).abs() / (ratio + 0.5);
     let travel = 0.05 * diameter;
-    let dt = (2.0 * travel / expected).sqrt() / 30.0;
+    let dt = (2.0 * travel / expected).sqrt() / Real::from(steps);
     let mut tank = Tank::new(grid, boundary, single(1e3, 0.0), dt).inviscid();
     tank.limits = StepLimits::always(dt);
     tank.exchange = exchange;
     tank.gravity = down(gravity);
     tank.shapes = vec![ball(diameter)?];
     // Off the faces of the cells, as grains are.
-    let start = Vector::splat(5.0 * diameter) + Vector::new(0.21, 0.37, 0.13) * grid.spacing;
+    let start = Vector::splat(0.5 * width * diameter) + PLACES[0] * grid.spacing;
     tank.grains = vec![Grain::new(0, 1e3 * ratio, start)];
     let mut solver = tank.solver(|domain, boundary, flow| flow.fill_halos(domain, boundary))?;
     let mut time = 0.0;
-    for _ in 0..200 {
+    for _ in 0..3 * steps {
         time += step(&mut solver, time, Real::INFINITY)?.0;
         let grains = solver.grains().engine().grains();
-        if start.z - grains.position[0].z >= travel {
+        if (start.z - grains.position[0].z).abs() >= travel {
             return Ok(-grains.velocity[0].z / time / gravity);
         }
     }
-    Err("the sphere does not fall".to_owned())
+    Err("the sphere does not move".to_owned())
 }
 
-/// 5.3: added mass of a sphere. The stress integral suits it: the exact exchange moves partly covered cells along.
+/// 5.3: added mass of a sphere, from lighter than the liquid to steel in water.
 pub(crate) fn added_mass() -> Result<Vec<Measured>, String> {
     let mut rows = Vec::new();
-    for ratio in [1.15, 2.65, 7.8] {
-        for (name, exchange) in BOTH {
-            let found = release(ratio, exchange, 8)?;
-            let quantity = format!("{name}, density ratio {ratio}: acceleration over g");
-            rows.push(Measured::new(quantity, found));
-            if exchange == Exchange::Stress {
-                let off = (found / ((ratio - 1.0) / ratio) - 1.0).abs();
-                let quantity = format!("control: ratio {ratio}, distance from no added mass");
-                rows.push(Measured::new(quantity, off));
-            }
+    for ratio in [0.5, 1.15, 2.65, 7.8] {
+        let coarse = release(ratio, Exchange::Exact, 30)?;
+        let fine = release(ratio, Exchange::Exact, 120)?;
+        for (steps, found) in [(30, coarse), (120, fine)] {
+            rows.push(Measured::new(format!("density ratio {ratio}, {steps} steps: acceleration over g"), found));
         }
+        rows.push(Measured::new(format!("density ratio {ratio}: change by the step"), (fine / coarse - 1.0).abs()));
+        let off = (coarse / ((ratio - 1.0) / ratio) - 1.0).abs();
+        rows.push(Measured::new(format!("control: ratio {ratio}, distance from no added mass"), off));
     }
+    rows.push(Measured::new("stress, density ratio 2.65: acceleration over g", release(2.65, Exchange::Stress, 30)?));
     Ok(rows)
 }
 
@@ -74,68 +79,100 @@ struct Drag {
     change: Real,
 }
 
-/// Uniform flow past a fixed sphere in a box 10 diameters wide, all lengths in diameters, velocities in that of the
-/// flow.
-fn drag(reynolds: Real, cells_per_diameter: usize, exchange: Exchange, until: Real) -> Result<Drag, String> {
-    let n = cells_per_diameter;
-    let size = Vector::new(10.0, 10.0, 13.0);
-    let cells = size.to_array().map(|l| (l * n as Real).round() as usize);
-    let grid = Grid::new(cells, Vector::ZERO, size);
-    let mut sides = [[Side::Slip; 2]; 3];
-    sides[2] = [Side::Inflow { velocity: Vector::Z, volume_fraction: 0.0 }, Side::Outflow { volume_fraction: 0.0 }];
-    let boundary = Boundary::new(sides).map_err(|error| error.to_string())?;
-    // At most a tenth of dx^2/nu, as for the settling sphere.
-    let longest = (0.1 * reynolds / (n * n) as Real).min(0.4 / n as Real);
-    let mut tank = Tank::new(grid, boundary, single(1.0, 1.0 / reynolds), longest);
-    tank.divergence = 1e-6;
-    tank.exchange = exchange;
-    tank.shapes = vec![ball(1.0)?];
-    let position = Vector::new(5.0, 5.0, 4.5) + Vector::new(0.21, 0.37, 0.13) * grid.spacing;
-    tank.grains = vec![Grain { motion: Motion::Fixed, ..Grain::new(0, 2.65, position) }];
-    let mut solver = tank.solver(|domain, boundary, flow| {
-        flow.velocity[2].fill(1.0);
-        flow.fill_halos(domain, boundary);
-    })?;
-    // Impulses of the last two tenths of the run: a step cut short at the end would make any single force meaningless.
-    let area = 0.125 * std::f64::consts::PI;
-    let (mut time, mut sums) = (0.0, [[0.0; 3]; 2]);
-    while time < until * (1.0 - 1e-9) {
-        let (dt, report) = step(&mut solver, time, until)?;
-        time += dt;
-        if time > 0.8 * until {
-            let sum = &mut sums[usize::from(time > 0.9 * until)];
-            let outer = report.impulses.walls_on_fluid + report.impulses.open_sides;
-            for (sum, value) in sum.iter_mut().zip([dt, dt * solver.grains().fluid_forces()[0].z, outer.z]) {
-                *sum += value;
-            }
-        }
-    }
-    let [early, late] = sums.map(|[duration, force, _]| force / duration / area);
-    Ok(Drag { coefficient: late, outer: sums[1][2] / sums[1][0] / area, change: (late / early - 1.0).abs() })
+/// A fixed sphere in uniform flow; lengths in diameters, velocities in that of the flow.
+#[derive(Clone, Copy)]
+struct Stream {
+    reynolds: Real,
+    cells_per_diameter: usize,
+    exchange: Exchange,
+    /// Length of the steps over the longest.
+    shorter: Real,
+    /// Place of the sphere on the grid, in cells.
+    place: Vector,
 }
 
-/// The exact exchange suits drag: the stress integral misses what partly covered cells take.
-fn drags(cells_per_diameter: usize, until: Real) -> Result<Vec<Measured>, String> {
+impl Stream {
+    /// Drag at the end of a run of 8 diameters of travel, in a box 6 diameters wide.
+    fn drag(self) -> Result<Drag, String> {
+        let (n, width, until) = (self.cells_per_diameter, 6.0, 8.0);
+        let size = Vector::new(width, width, width + 3.0);
+        let cells = size.to_array().map(|l| (l * n as Real).round() as usize);
+        let grid = Grid::new(cells, Vector::ZERO, size);
+        let mut sides = [[Side::Slip; 2]; 3];
+        sides[2] = [Side::Inflow { velocity: Vector::Z, volume_fraction: 0.0 }, Side::Outflow { volume_fraction: 0.0 }];
+        let boundary = Boundary::new(sides).map_err(|error| error.to_string())?;
+        // The Courant number decides.
+        let longest = self.shorter * 0.3 / n as Real;
+        let mut tank = Tank::new(grid, boundary, single(1.0, 1.0 / self.reynolds), longest);
+        tank.divergence = 1e-6 * self.shorter * self.shorter;
+        tank.exchange = self.exchange;
+        tank.shapes = vec![ball(1.0)?];
+        let position = Vector::new(0.5, 0.5, 0.5) * width - Vector::Z * 0.5 + self.place * grid.spacing;
+        tank.grains = vec![Grain { motion: Motion::Fixed, ..Grain::new(0, 2.65, position) }];
+        let mut solver = tank.solver(|domain, boundary, flow| {
+            flow.velocity[2].fill(1.0);
+            flow.fill_halos(domain, boundary);
+        })?;
+        // Impulses of the last two tenths of the run: a step cut short at the end would make any single force meaningless.
+        let area = 0.125 * std::f64::consts::PI;
+        let (mut time, mut sums) = (0.0, [[0.0; 3]; 2]);
+        while time < until * (1.0 - 1e-9) {
+            let (dt, report) = step(&mut solver, time, until)?;
+            time += dt;
+            if time > 0.8 * until {
+                let sum = &mut sums[usize::from(time > 0.9 * until)];
+                let outer = report.impulses.walls_on_fluid + report.impulses.open_sides;
+                for (sum, value) in sum.iter_mut().zip([dt, dt * solver.grains().fluid_forces()[0].z, outer.z]) {
+                    *sum += value;
+                }
+            }
+        }
+        let [early, late] = sums.map(|[duration, force, _]| force / duration / area);
+        Ok(Drag { coefficient: late, outer: sums[1][2] / sums[1][0] / area, change: (late / early - 1.0).abs() })
+    }
+}
+
+/// Mean and half the range of the drag over places on the grid, and the rest of the balance at the first.
+fn placed(stream: Stream, places: &[Vector], rows: &mut Vec<Measured>) -> Result<Real, String> {
+    let name = format!("Re {}, {} cells", stream.reynolds, stream.cells_per_diameter);
+    let found = places.iter().map(|&place| Stream { place, ..stream }.drag()).collect::<Result<Vec<_>, _>>()?;
+    let mean = found.iter().map(|drag| drag.coefficient).sum::<Real>() / found.len() as Real;
+    let first = &found[0];
+    rows.push(Measured::new(format!("{name}: drag coefficient"), mean));
+    if places.len() > 1 {
+        let scatter = largest(found.iter().map(|drag| (drag.coefficient / mean - 1.0).abs()));
+        rows.push(Measured::new(format!("{name}: largest difference of a position from the mean"), scatter));
+    }
+    rows.push(Measured::new(format!("{name}: force over outer balance"), first.coefficient / first.outer));
+    rows.push(Measured::new(format!("{name}: change of the force to the last tenth"), first.change));
+    Ok(first.coefficient)
+}
+
+/// 5.4 with 8 cells to a diameter, mean of five positions on the grid; and with a quarter of the step at the first.
+pub(crate) fn drag_coarse() -> Result<Vec<Measured>, String> {
     let mut rows = Vec::new();
     for reynolds in [20.0, 100.0] {
-        for (name, exchange) in BOTH {
-            let found = drag(reynolds, cells_per_diameter, exchange, until)?;
-            let name = format!("{name}, Re {reynolds}");
-            let over = found.coefficient / found.outer;
-            rows.push(Measured::new(format!("{name}: drag coefficient"), found.coefficient));
-            rows.push(Measured::new(format!("{name}: force over outer balance"), over));
-            rows.push(Measured::new(format!("{name}: change of the force to the last tenth"), found.change));
-        }
+        let stream =
+            Stream { reynolds, cells_per_diameter: 8, exchange: Exchange::Exact, shorter: 1.0, place: PLACES[0] };
+        let first = placed(stream, &PLACES, &mut rows)?;
+        let fine = Stream { shorter: 0.25, ..stream }.drag()?.coefficient;
+        rows.push(Measured::new(format!("Re {reynolds}: change with a quarter of the step"), (fine / first - 1.0).abs()));
     }
+    let stress =
+        Stream { reynolds: 20.0, cells_per_diameter: 8, exchange: Exchange::Stress, shorter: 1.0, place: PLACES[0] };
+    rows.push(Measured::new("stress, Re 20: drag coefficient", stress.drag()?.coefficient));
     Ok(rows)
 }
 
-/// 5.4 with 8 cells to a diameter.
-pub(crate) fn drag_coarse() -> Result<Vec<Measured>, String> {
-    drags(8, 12.0)
-}
-
-/// 5.4 with 16 cells to a diameter.
+/// 5.4 with 12 and 16 cells to a diameter.
 pub(crate) fn drag_fine() -> Result<Vec<Measured>, String> {
-    drags(16, 14.0)
+    let mut rows = Vec::new();
+    for reynolds in [20.0, 100.0] {
+        for cells_per_diameter in [12, 16] {
+            let stream =
+                Stream { reynolds, cells_per_diameter, exchange: Exchange::Exact, shorter: 1.0, place: PLACES[0] };
+            placed(stream, &PLACES[..1], &mut rows)?;
+        }
+    }
+    Ok(rows)
 }

@@ -1,5 +1,6 @@
 //! The programs that pose the cases and measure.
 
+pub mod arrays;
 pub mod at_rest;
 pub mod beds;
 pub mod both;
@@ -10,11 +11,13 @@ pub mod impact;
 pub mod moving_particles;
 pub mod reduced;
 pub mod ripples;
+pub mod rising;
 pub mod settling;
 pub mod shift;
 pub mod single_phase;
 pub mod tank;
 pub mod transport;
+pub mod turning;
 pub mod two_phase;
 pub mod volume_fractions;
 pub mod whole_run;
