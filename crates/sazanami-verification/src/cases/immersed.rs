@@ -156,7 +156,10 @@ pub(crate) fn drag_coarse() -> Result<Vec<Measured>, String> {
             Stream { reynolds, cells_per_diameter: 8, exchange: Exchange::Exact, shorter: 1.0, place: PLACES[0] };
         let first = placed(stream, &PLACES, &mut rows)?;
         let fine = Stream { shorter: 0.25, ..stream }.drag()?.coefficient;
-        rows.push(Measured::new(format!("Re {reynolds}: change with a quarter of the step"), (fine / first - 1.0).abs()));
+        rows.push(Measured::new(
+            format!("Re {reynolds}: change with a quarter of the step"),
+            (fine / first - 1.0).abs(),
+        ));
     }
     let stress =
         Stream { reynolds: 20.0, cells_per_diameter: 8, exchange: Exchange::Stress, shorter: 1.0, place: PLACES[0] };
