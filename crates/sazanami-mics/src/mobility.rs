@@ -23,7 +23,6 @@ use sazanami_numerics::grid::Field;
 
 use crate::boundary::Boundary;
 use crate::flow::Flow;
-use crate::grains::Imprint;
 
 /// Mobility of the faces: acceleration by a pressure difference over that in fluid alone.
 pub struct Mobility {
@@ -55,12 +54,12 @@ impl RowSet {
         !self.marked.is_empty() && self.marked[(k + 1) as usize * self.width + (j + 1) as usize]
     }
 
-    /// The rows of cells that grains cover, ghosts included: the first ghost layer of the solid fraction must be filled.
-    pub fn covered(&mut self, domain: &Domain, imprint: &Imprint) {
+    /// The rows of cells with a solid fraction, ghosts included: the first ghost layer of `alpha` must be filled, and
+    /// `covered` tells of rows of the interior.
+    pub fn covered(&mut self, domain: &Domain, alpha: &Field<Real>, covered: impl Fn(isize, isize) -> bool) {
         let [n1, n2, n3] = domain.cells();
-        let alpha = &imprint.solid_fraction;
         self.mark([n2, n3], |j, k| {
-            if (0..n2 as isize).contains(&j) && (0..n3 as isize).contains(&k) && imprint.row_is_covered(j, k) {
+            if (0..n2 as isize).contains(&j) && (0..n3 as isize).contains(&k) && covered(j, k) {
                 return true;
             }
             let start = alpha.at(-1, j, k);
@@ -77,6 +76,19 @@ impl RowSet {
             |j: isize, k: isize| (-1..=n2 as isize).contains(&j) && (-1..=n3 as isize).contains(&k) && of.holds(j, k);
         self.mark([n2, n3], |j, k| [(0, 0), (-1, 0), (1, 0), (0, -1), (0, 1)].iter().any(|(a, b)| holds(j + a, k + b)));
     }
+}
+
+/// Grains that close faces: fields with one ghost layer filled, per cell the sums over the grains in it.
+#[derive(Clone, Copy)]
+pub(crate) struct Closing<'a> {
+    /// Solid fraction alpha.
+    pub fraction: &'a [Real],
+    /// Solid mass per volume, sum of `alpha_k rho_k` [kg/m^3].
+    pub density: &'a [Real],
+    /// Sum of `alpha_k` times the velocity expected of the grain at the end of the step [m/s].
+    pub velocity: [&'a [Real]; 3],
+    /// Rows with a fraction above zero.
+    pub rows: &'a RowSet,
 }
 
 impl Mobility {
@@ -102,20 +114,19 @@ impl Mobility {
         &faces.data()[start..start + row.len]
     }
 
-    /// Closes the faces beside the grains, whose fraction, density and velocity with one ghost layer are in `imprint`:
-    /// changes the predicted face velocities and the mobility for a projection over `dt` \[s] after the one that
-    /// gave `pressure`.
+    /// Closes the faces beside the grains: changes the predicted face velocities, and the mobility for a projection over
+    /// `dt` \[s] after the one that gave `pressure`.
     pub(crate) fn close(
         &mut self,
         domain: &Domain,
         boundary: &Boundary,
-        (imprint, covered): (&Imprint, &RowSet),
+        closing: Closing<'_>,
         pressure: &Field<Real>,
         flow: &mut Flow,
         dt: Real,
     ) {
+        let Closing { fraction: alpha, density: solid, velocity, rows: covered } = closing;
         let [_, n2, n3] = domain.cells();
-        let (alpha, solid) = (imprint.solid_fraction.data(), imprint.solid_density.data());
         let (p, rho) = (pressure.data(), flow.density.data());
         for (d, uf) in flow.face_velocity.iter_mut().enumerate() {
             if self.faces[d].cells() != domain.cells() {
@@ -126,7 +137,7 @@ impl Mobility {
                 covered.holds(j, k) || (j + 1 >= a && k + 1 >= b && covered.holds(j - a, k - b))
             });
             let behind = domain.strides()[d] as usize;
-            let (rows, velocity) = (&self.rows[d], imprint.solid_velocity[d].data());
+            let (rows, velocity) = (&self.rows[d], velocity[d]);
             let scale = dt / domain.grid().spacing[d];
             let ends = [0, 1].map(|side| domain.at_box_end(d, side) && !domain.periodic()[d]);
             let last = domain.cells()[d] as isize;

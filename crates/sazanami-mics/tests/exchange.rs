@@ -3,7 +3,7 @@
 use sazanami_dem::{Body, Engine, Grain, Interactions, LinearSpringDashpot, Setup, Substeps};
 use sazanami_mics::boundary::{Boundary, Side};
 use sazanami_mics::flow::{Flow, Fluids, Schemes};
-use sazanami_mics::grains::{Coupling, Exchange, TorqueArm};
+use sazanami_mics::grains::{Coupling, Exchange, TorqueArm, Weighting};
 use sazanami_mics::pressure::Tolerance;
 use sazanami_mics::solver::{Settings, Solver};
 use sazanami_mics::stability::StepLimits;
@@ -19,7 +19,7 @@ const STEP: Real = 2e-3;
 /// covers no cell whole: all that it holds of the fluid changes by the equations of the fluid alone.
 fn spheroid_in_a_vortex() -> Solver {
     let grid = Grid::new([12; 3], Vector::ZERO, Vector::splat(12.0));
-    let boundary = Boundary::new([[Side::Slip; 2]; 3]).unwrap();
+    let boundary = Boundary::new([[Side::Slip; 2]; 3]).expect("the case is sound");
     let domain = Domain::solo(grid, boundary.periodic());
     let fluids = Fluids { liquid_density: 1.0, gas_density: 1.0, liquid_viscosity: 0.0, gas_viscosity: 0.0 };
     let schemes = Schemes { viscosity: ViscosityScheme::Off, ..Schemes::default() };
@@ -35,7 +35,7 @@ fn spheroid_in_a_vortex() -> Solver {
     });
     flow.fill_halos(&domain, &boundary);
     let mesh = SpheroidMesh { rings: 5, segments: 6 };
-    let shape = Shape::spheroid(0.75, 1.8, mesh, VolumeRule::Preserve, &ContactSphereRule::Axis { count: 5 }).unwrap();
+    let shape = Shape::spheroid(0.75, 1.8, mesh, VolumeRule::Preserve, &ContactSphereRule::Axis { count: 5 }).expect("the case is sound");
     let grain = Grain {
         orientation: Quaternion::from_axis_angle(Vector::new(0.3, 0.5, -0.2).normalize(), 1.1),
         velocity: Vector::new(0.4, -0.9, 0.6),
@@ -49,7 +49,7 @@ fn spheroid_in_a_vortex() -> Solver {
         region: [Vector::ZERO, grid.upper()],
         ghost_margin: 2.0,
     };
-    let engine = Engine::new(&domain, setup, &[grain]).unwrap();
+    let engine = Engine::new(&domain, setup, &[grain]).expect("the case is sound");
     let settings = Settings {
         gravity: Vector::ZERO,
         limits: StepLimits::always(STEP),
@@ -57,12 +57,13 @@ fn spheroid_in_a_vortex() -> Solver {
         incremental: false,
     };
     let coupling = Coupling {
-        exchange: Exchange::Exact,
+        exchange: Exchange::Surface,
+        weighting: Weighting::Mass,
         volume_fraction: VolumeFractionMethod::default(),
         torque_arm: TorqueArm::Centroid,
         substeps: Substeps::Fixed(1),
     };
-    Solver::new(domain, boundary, settings, flow, engine, vec![shape].into(), coupling).unwrap()
+    Solver::new(domain, boundary, settings, flow, engine, vec![shape].into(), coupling).expect("the case is sound")
 }
 
 /// Momentum of the grain less that of the fluid on what it covers, and the same about the origin; with `arms` of the
@@ -92,7 +93,7 @@ fn a_drifting_spinning_grain_and_the_fluid_exchange_momentum_exactly() {
     let (mut linear, mut angular): (Real, Real) = (0.0, 0.0);
     for _ in 0..50 {
         let step = solver.stable_step();
-        solver.step(step, STEP, |_| ()).unwrap();
+        solver.step(step, STEP, |_| ()).expect("the case is sound");
         let now = exchanged(&solver, 1.0);
         linear = linear.max((now[0] - start[0]).length() / start[0].length());
         angular = angular.max((now[1] - start[1]).length() / start[1].length());

@@ -6,14 +6,14 @@
 
 use sazanami_dem::{ATTACHED, Motion};
 use sazanami_numerics::domain::Domain;
+use sazanami_numerics::grid::Field;
 use sazanami_numerics::{Real, Vector};
 
-use super::{GrainPhase, Surface, covered, loads, sum_over_ranks, vectors};
-use crate::boundary::Boundary;
+use super::{GrainPhase, Imprint, Surface, covered, loads, sum_over_ranks, vectors};
 use crate::flow::Flow;
 use crate::grains::loads::FluidLoad;
+use crate::mobility::Closing;
 use crate::momentum::Impulses;
-use crate::pressure::Projection;
 
 /// What the exchange keeps with each grain, also when it migrates to another rank.
 #[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
@@ -58,18 +58,15 @@ impl GrainPhase {
         self.has_surfaces().then_some(&mut self.surface)
     }
 
-    /// Closes the faces beside the grains for a projection over `dt` \[s].
-    pub(crate) fn close_faces(
-        &self,
-        domain: &Domain,
-        boundary: &Boundary,
-        projection: &mut Projection,
-        flow: &mut Flow,
-        dt: Real,
-    ) {
-        if self.has_surfaces() {
-            projection.close_faces(domain, boundary, (&self.imprint, &self.surface.covered), flow, dt);
-        }
+    /// How the grains close faces, if they act by their surfaces.
+    pub(crate) fn closing(&self) -> Option<Closing<'_>> {
+        let Imprint { solid_fraction, solid_density, solid_velocity, .. } = &self.imprint;
+        self.has_surfaces().then(|| Closing {
+            fraction: solid_fraction.data(),
+            density: solid_density.data(),
+            velocity: solid_velocity.each_ref().map(Field::data),
+            rows: &self.surface.covered,
+        })
     }
 
     /// Sets force and torque on each owned grain over `dt` \[s]: what the covered part of the cells has gained since the
@@ -96,9 +93,12 @@ impl GrainPhase {
             } else {
                 held -= impulse;
             }
+            // The fluid loses the impulse at the place of the start, the grain takes it on its way from there.
+            let way = dt * (grains.velocity[n] + 0.5 * dt * gravity);
+            let angular_momentum = turning + grains.unwrapped_position(n).cross(now) + 0.5 * way.cross(impulse);
             let state = SurfaceState {
                 momentum: now.to_array(),
-                angular_momentum: (turning + grains.unwrapped_position(n).cross(now)).to_array(),
+                angular_momentum: angular_momentum.to_array(),
                 motion: grains.velocity[n].to_array(),
                 rotation: grains.angular_velocity(n).to_array(),
                 ..self.surface_state(n)

@@ -76,7 +76,7 @@ impl Surface {
         let [w1, w2, w3] = spin;
         let even = &GhostRules::EVEN;
         domain.fill_halos_to(1, &mut [(w1, even), (w2, even), (w3, even)]);
-        self.covered.covered(domain, imprint);
+        self.covered.covered(domain, &imprint.solid_fraction, |j, k| imprint.row_is_covered(j, k));
         self.beside.and_beside(domain, &self.covered);
         let (strides, spacing) = (domain.strides().map(|s| s as usize), domain.grid().spacing);
         let alpha = imprint.solid_fraction.data();

@@ -57,8 +57,8 @@ fn release(ratio: Real, exchange: Exchange, steps: u32) -> Result<Real, String> 
 pub(crate) fn added_mass() -> Result<Vec<Measured>, String> {
     let mut rows = Vec::new();
     for ratio in [0.5, 1.15, 2.65, 7.8] {
-        let coarse = release(ratio, Exchange::Exact, 30)?;
-        let fine = release(ratio, Exchange::Exact, 120)?;
+        let coarse = release(ratio, Exchange::Surface, 30)?;
+        let fine = release(ratio, Exchange::Surface, 120)?;
         for (steps, found) in [(30, coarse), (120, fine)] {
             rows.push(Measured::new(format!("density ratio {ratio}, {steps} steps: acceleration over g"), found));
         }
@@ -153,7 +153,7 @@ pub(crate) fn drag_coarse() -> Result<Vec<Measured>, String> {
     let mut rows = Vec::new();
     for reynolds in [20.0, 100.0] {
         let stream =
-            Stream { reynolds, cells_per_diameter: 8, exchange: Exchange::Exact, shorter: 1.0, place: PLACES[0] };
+            Stream { reynolds, cells_per_diameter: 8, exchange: Exchange::Surface, shorter: 1.0, place: PLACES[0] };
         let first = placed(stream, &PLACES, &mut rows)?;
         let fine = Stream { shorter: 0.25, ..stream }.drag()?.coefficient;
         rows.push(Measured::new(
@@ -173,7 +173,7 @@ pub(crate) fn drag_fine() -> Result<Vec<Measured>, String> {
     for reynolds in [20.0, 100.0] {
         for cells_per_diameter in [12, 16] {
             let stream =
-                Stream { reynolds, cells_per_diameter, exchange: Exchange::Exact, shorter: 1.0, place: PLACES[0] };
+                Stream { reynolds, cells_per_diameter, exchange: Exchange::Surface, shorter: 1.0, place: PLACES[0] };
             placed(stream, &PLACES[..1], &mut rows)?;
         }
     }

@@ -70,7 +70,7 @@ fn outcome(cells_per_grain: Real, exchange: Exchange) -> Result<Outcome, String>
     let start = budget.initial_total().z;
     let walls = (budget.impulse("walls_on_fluid") + budget.impulse("walls_on_grains")).z;
     let now = solver.momentum();
-    let (fluid, grains) = ((now.liquid + now.gas - now.covered).z, now.grains.z);
+    let (fluid, grains) = ((now.liquid + now.gas - now.displaced).z, now.grains.z);
     Ok(Outcome {
         fluid: fluid / start,
         grains: grains / start,
@@ -82,7 +82,7 @@ fn outcome(cells_per_grain: Real, exchange: Exchange) -> Result<Outcome, String>
 
 /// 5.2: the momentum of a drop stays in fluid and grains; the stress integral alone loses it.
 pub(crate) fn drop_on_bed() -> Result<Vec<Measured>, String> {
-    let [coarse, found] = [outcome(1.7, Exchange::Exact)?, outcome(2.7, Exchange::Exact)?];
+    let [coarse, found] = [outcome(1.7, Exchange::Surface)?, outcome(2.7, Exchange::Surface)?];
     let stress = outcome(2.7, Exchange::Stress)?;
     Ok(vec![
         Measured::new("closed budget, residual over largest term", found.closed.max(coarse.closed)),
@@ -99,8 +99,8 @@ pub(crate) fn drop_on_bed() -> Result<Vec<Measured>, String> {
 
 /// The same with twice the cells: the share of the grains does not depend on them.
 pub(crate) fn drop_on_bed_fine() -> Result<Vec<Measured>, String> {
-    let [coarse, middle] = [outcome(1.7, Exchange::Exact)?, outcome(2.7, Exchange::Exact)?];
-    let fine = outcome(5.4, Exchange::Exact)?;
+    let [coarse, middle] = [outcome(1.7, Exchange::Surface)?, outcome(2.7, Exchange::Surface)?];
+    let fine = outcome(5.4, Exchange::Surface)?;
     Ok(vec![
         Measured::new("5.4 cells: closed budget, residual over largest term", fine.closed),
         Measured::new("5.4 cells: in the grains", fine.grains),

@@ -65,7 +65,7 @@ fn compared(oils: &[Oil], resolutions: &[usize]) -> Result<(Vec<Measured>, Vec<C
     for oil in oils {
         let mut chart = Chart::new(oil.name, "time [s]", "velocity [m/s]");
         for &n in resolutions {
-            let history = fall(*oil, n, Exchange::Exact, LONGEST)?;
+            let history = fall(*oil, n, Exchange::Surface, LONGEST)?;
             let [fastest, variation] = peak(&history);
             rows.push(Measured::new(format!("{}, {n} cells: largest speed", oil.name), fastest));
             rows.push(Measured::new(format!("{}, {n} cells: total variation of the speed", oil.name), variation));
@@ -81,7 +81,7 @@ fn compared(oils: &[Oil], resolutions: &[usize]) -> Result<(Vec<Measured>, Vec<C
 /// 5.5 with 8 cells to a diameter, Reynolds numbers 1.5 to 31.9; with a quarter of the step at 4.1.
 pub(crate) fn settling() -> Result<(Vec<Measured>, Vec<Chart>), String> {
     let (mut rows, charts) = compared(&[E1, E2, E3, E4], &[8])?;
-    let [fine, _] = peak(&fall(E2, 8, Exchange::Exact, 0.25 * LONGEST)?);
+    let [fine, _] = peak(&fall(E2, 8, Exchange::Surface, 0.25 * LONGEST)?);
     rows.push(Measured::new("E2, 8 cells, a quarter of the step: largest speed", fine));
     Ok((rows, charts))
 }
