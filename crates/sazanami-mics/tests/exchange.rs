@@ -35,7 +35,8 @@ fn spheroid_in_a_vortex() -> Solver {
     });
     flow.fill_halos(&domain, &boundary);
     let mesh = SpheroidMesh { rings: 5, segments: 6 };
-    let shape = Shape::spheroid(0.75, 1.8, mesh, VolumeRule::Preserve, &ContactSphereRule::Axis { count: 5 }).expect("the case is sound");
+    let shape = Shape::spheroid(0.75, 1.8, mesh, VolumeRule::Preserve, &ContactSphereRule::Axis { count: 5 })
+        .expect("the case is sound");
     let grain = Grain {
         orientation: Quaternion::from_axis_angle(Vector::new(0.3, 0.5, -0.2).normalize(), 1.1),
         velocity: Vector::new(0.4, -0.9, 0.6),
