@@ -54,12 +54,30 @@ impl CarryingFlow {
         }
     }
 
+    /// Largest sum over the directions of `|u_f| / dx` of a cell at time zero, when the flow is fastest, over all
+    /// ranks [1/s].
+    #[must_use]
+    pub fn rate(&self, domain: &Domain) -> Real {
+        let (grid, start) = (domain.grid(), domain.start().map(|start| start as isize));
+        let part = |d: usize, cell: [isize; 3]| {
+            let mut above = cell;
+            above[d] += 1;
+            let [low, high] = [cell, above].map(|face| self.on_face(grid, d, face, 0.0).abs());
+            low.max(high) / grid.spacing[d]
+        };
+        domain.max(domain.max_rows(&domain.interior(), |row| {
+            let cell = |i: isize| [i + start[0], row.j + start[1], row.k + start[2]];
+            let rate = |i: isize| (0..3).map(|d| part(d, cell(i))).sum::<Real>();
+            (0..row.len as isize).map(rate).fold(0.0, |a, b| sazanami_parallel::Reduction::Max.combine(a, b))
+        }))
+    }
+
     /// Normal velocity on the lower face in direction `d` of the cell with these global indices [m/s].
     fn on_face(&self, grid: &Grid, d: usize, cell: [isize; 3], time: Real) -> Real {
         let (h, extent) = (grid.spacing, grid.extent());
         // Width of a cell over the length of the box.
         let part = grid.cells.map(|n| 1.0 / n as Real);
-        let swing = |period: Real| (PI * time / period).cos();
+        let modulation = |period: Real| (PI * time / period).cos();
         match *self {
             Self::Uniform(velocity) => velocity[d],
             Self::Rotation { centre, angular_velocity } => {
@@ -69,7 +87,7 @@ impl CarryingFlow {
             Self::ReversedVortex { speed, period } => {
                 let stream = |i: isize, k: isize| {
                     let (x, z) = ((PI * i as Real * part[0]).sin(), (PI * k as Real * part[2]).sin());
-                    speed * extent.x * (x * x * z * z * swing(period) / PI)
+                    speed * extent.x * (x * x * z * z * modulation(period) / PI)
                 };
                 let [i, _, k] = cell;
                 match d {
@@ -85,7 +103,7 @@ impl CarryingFlow {
                     let [low, high] = [cell[d], cell[d] + 1].map(|i| (2.0 * PI * i as Real * part[d]).cos());
                     (low - high) / (2.0 * PI * part[d])
                 };
-                let amplitude = if d == 0 { 2.0 } else { -1.0 } * swing(period) * (speed * extent[d] / extent.x);
+                let amplitude = if d == 0 { 2.0 } else { -1.0 } * modulation(period) * (speed * extent[d] / extent.x);
                 amplitude * squared(d) * (mean((d + 1) % 3) * mean((d + 2) % 3))
             }
         }

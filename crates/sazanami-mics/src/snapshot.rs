@@ -102,7 +102,7 @@ impl Solver {
         grains.resume(&domain, &flow);
         let previous_step = snapshot.reals(PREVIOUS_STEP)?.first().copied();
         let forces = Forces::default();
-        Ok(Self { domain, boundary, settings, flow, forces, projection, grains, previous_step })
+        Ok(Self { domain, boundary, settings, flow, forces, projection, grains, previous_step, carried: None })
     }
 }
 

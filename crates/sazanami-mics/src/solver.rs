@@ -108,6 +108,8 @@ pub struct Solver {
     pub(crate) grains: GrainPhase,
     /// Length that the limits allowed for the last step, before an output time shortened it \[s].
     pub(crate) previous_step: Option<Real>,
+    /// The last flow that carried the liquid, and its advective rate [1/s].
+    pub(crate) carried: Option<(CarryingFlow, Real)>,
 }
 
 impl Solver {
@@ -135,7 +137,7 @@ impl Solver {
         flow.fill_halos(&domain, &boundary);
         grains.begin_exchange(&domain, &flow, settings.gravity);
         let forces = Forces::default();
-        Ok(Self { domain, boundary, settings, flow, forces, projection, grains, previous_step: None })
+        Ok(Self { domain, boundary, settings, flow, forces, projection, grains, previous_step: None, carried: None })
     }
 
     /// Adds forces on the fluid to gravity; at a restart they must be the same.
@@ -223,9 +225,17 @@ impl Solver {
     /// The longest stable next step of [`Self::carry`]: that of the flow when it is fastest, at time zero.
     #[must_use]
     pub fn stable_step_carried(&mut self, carrying: &CarryingFlow) -> Step {
-        carrying.set_faces(&self.domain, 0.0, &mut self.flow.face_velocity);
-        let advective = self.flow.advective_rate(&self.domain);
+        let known = self.carried.filter(|(known, _)| known == carrying);
+        let (_, advective) = *self.carried.insert(known.unwrap_or_else(|| (*carrying, carrying.rate(&self.domain))));
         self.settings.limits.choose(&Rates { advective, ..Rates::default() }, self.previous_step)
+    }
+
+    /// Gives faces and cells the velocity of `carrying` at `time` \[s], as [`Self::carry`] leaves them.
+    pub fn set_carried(&mut self, carrying: &CarryingFlow, time: Real) {
+        let Self { domain, boundary, flow, .. } = self;
+        carrying.set_faces(domain, time, &mut flow.face_velocity);
+        flow.take_faces(domain);
+        flow.fill_halos(domain, boundary);
     }
 
     /// Carries the liquid from `time` \[s] on for `dt` \[s], at most `step.dt`, by a given velocity: a test of the transport,
@@ -249,9 +259,7 @@ impl Solver {
             report.courant = report.courant.max(flow.advective_rate(domain) * pass);
             report.transport += flow.transport(domain, boundary, pass);
         }
-        carrying.set_faces(domain, time + dt, &mut flow.face_velocity);
-        flow.take_faces(domain);
-        flow.fill_halos(domain, boundary);
+        self.set_carried(carrying, time + dt);
         self.previous_step = Some(step.dt);
         self.check(&report)?;
         Ok(report)

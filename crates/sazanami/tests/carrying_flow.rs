@@ -4,7 +4,7 @@
 mod support;
 
 use sazanami_test_support::vtk::parse;
-use support::{On, Scratch, load, start};
+use support::{Left, On, Scratch, go_on, load, start};
 
 /// The reversed single vortex of Rider and Kothe (1998), as `verification/reversed-vortex` poses it on 32 x 32 cells.
 const VORTEX: &str = r#"
@@ -59,6 +59,49 @@ fn a_case_file_poses_the_reversed_vortex() {
     assert!((volume(&last) / volume(&first) - 1.0).abs() < 1e-12);
     // Negative control: half way there is little left where the circle was.
     assert!(difference(&first, &middle) > 1.2 * volume(&first) / (32.0 * 32.0));
+}
+
+#[test]
+fn a_flow_that_is_given_begins_as_given_and_has_no_momentum_budget() {
+    let scratch = Scratch::new("given");
+    let out = scratch.join("out");
+    start(&load(VORTEX, &[]), &out, On::threads(1).steps(3)).expect("the run ends well");
+    let has_no_budget = |steps: u64| {
+        let Left { summary, series, .. } = Left::in_folder(&out);
+        assert_eq!(summary["steps"], steps);
+        assert!(summary["momentum"].is_null(), "{}", summary["momentum"]);
+        let conservation = &summary["conservation"];
+        for key in ["momentum_residual_relative", "momentum_residual_of_initial"] {
+            assert!(conservation.get(key).is_some_and(|residual| residual.is_null()), "{conservation}");
+        }
+        assert!(conservation["liquid_volume_relative_change"].is_number());
+        for name in ["momentum_liquid_3", "impulse_gravity_3", "momentum_residual_3", "momentum_residual_relative"] {
+            assert!(series.column(name).iter().all(|cell| cell.is_nan()), "{name}");
+        }
+        series.column("kinetic_energy_fluid")
+    };
+    // At rest it would have no energy.
+    let energy = has_no_budget(3);
+    assert!(energy[0] > 0.5 && (energy[1] / energy[0] - 1.0).abs() < 1e-3, "{energy:?}");
+    go_on(&out, On::threads(1).steps(2)).0.expect("the run goes on");
+    has_no_budget(5);
+    let file = parse(&out.join("fields/fields-000000000.vti"));
+    let (_, _, bytes, _) = file.array("velocity");
+    let velocity: Vec<f64> =
+        bytes.chunks_exact(8).map(|b| f64::from_le_bytes(b.try_into().expect("eight bytes"))).collect();
+    let largest = velocity.chunks_exact(3).enumerate().map(|(n, found)| {
+        let [x, z] = [n % 32, n / 32].map(|n| std::f64::consts::PI * (n as f64 + 0.5) / 32.0);
+        let expected = [-x.sin().powi(2) * (2.0 * z).sin(), 0.0, (2.0 * x).sin() * z.sin().powi(2)];
+        (0..3).map(|d| (found[d] - expected[d]).abs()).fold(0.0, f64::max)
+    });
+    let largest = largest.fold(0.0, f64::max);
+    assert!(largest < 0.01, "{largest}");
+    // Negative control: a flow that is solved for has a budget.
+    let solved = VORTEX.replace("[fluid.carrying_flow]\nreversed_vortex = { speed = \"1 m/s\", period = \"8 s\" }", "");
+    start(&load(&solved, &[]), &scratch.join("solved"), On::threads(1).steps(1)).expect("the run ends well");
+    let Left { summary, series, .. } = Left::in_folder(&scratch.join("solved"));
+    assert!(summary["conservation"]["momentum_residual_relative"].is_number());
+    assert!(series.column("momentum_liquid_3").iter().all(|cell| cell.is_finite()));
 }
 
 #[test]

@@ -81,6 +81,9 @@ pub(super) fn solver(
     let solver = Solver::new(domain, boundary, settings, flow, engine, shapes, coupling)?;
     let mut solver = solver.with_forces(fluid::forces(case));
     solver.limit_first_step(fluid::first_step(case));
+    if let Some(carrying) = &case.fluid.carrying_flow {
+        solver.set_carried(&carrying.formula(), 0.0);
+    }
     Ok(Some(solver))
 }
 

@@ -53,6 +53,7 @@ pub(crate) struct GridObserver {
     /// The bed before the impact, as it goes into every checkpoint; empty on ranks without files.
     before: Snapshot,
     splash: Option<SplashTracker>,
+    /// None of a flow that is given: nothing acts on its momentum.
     momentum: Option<MomentumBudget>,
     liquid: Option<LiquidBudget>,
     through: Real,
@@ -64,12 +65,10 @@ pub(crate) struct GridObserver {
 }
 
 impl GridObserver {
-    fn open(&mut self, grains: &mut GatheredGrains, solver: &Solver) {
-        self.momentum = Some(MomentumBudget::new(
-            &StoredMomentum::TERMS,
-            &solver.momentum().terms(),
-            Impulses::names(solver.forces()),
-        ));
+    fn open(&mut self, case: &Case, grains: &mut GatheredGrains, solver: &Solver) {
+        self.momentum = case.fluid.carrying_flow.is_none().then(|| {
+            MomentumBudget::new(&StoredMomentum::TERMS, &solver.momentum().terms(), Impulses::names(solver.forces()))
+        });
         self.liquid = Some(LiquidBudget::new(self.liquid_volume(solver)));
         if grains.count() > 0 {
             grains.keep(BEFORE, &mut self.before);
@@ -107,9 +106,11 @@ impl GridObserver {
         self.clipped += report.transport.residue.clipped_volume;
     }
 
-    fn restore(&mut self, leads: bool, solver: &Solver, snapshot: &Snapshot) -> Result<(), RankError> {
-        self.momentum =
-            Some(MomentumBudget::restore(&StoredMomentum::TERMS, Impulses::names(solver.forces()), snapshot)?);
+    fn restore(&mut self, job: &Job, leads: bool, solver: &Solver, snapshot: &Snapshot) -> Result<(), RankError> {
+        if job.case.fluid.carrying_flow.is_none() {
+            let names = Impulses::names(solver.forces());
+            self.momentum = Some(MomentumBudget::restore(&StoredMomentum::TERMS, names, snapshot)?);
+        }
         self.liquid = Some(LiquidBudget::restore(snapshot)?);
         self.splash = SplashTracker::restore(snapshot).ok();
         self.initial = initial_heights(snapshot);
@@ -148,8 +149,8 @@ impl Observer for GridObserver {
 
     fn begin(&mut self, job: &Job, grains: &mut GatheredGrains, solver: &mut Solver) -> Result<(), RankError> {
         match job.resumed.as_ref().filter(|state| state.run.flows()) {
-            Some(state) => self.restore(grains.leads, solver, &state.snapshot)?,
-            None => self.open(grains, solver),
+            Some(state) => self.restore(job, grains.leads, solver, &state.snapshot)?,
+            None => self.open(job.case, grains, solver),
         }
         Ok(())
     }
@@ -167,9 +168,8 @@ impl Observer for GridObserver {
             self.findings.liquid_relative_change = liquid.relative_change();
             self.findings.wet_relative_change = liquid.wet_relative_change();
         }
-        let now = solver.momentum().terms();
         if let Some(momentum) = &mut self.momentum {
-            momentum.set_stored(&now);
+            momentum.set_stored(&solver.momentum().terms());
         }
         let own = solver.grains().engine().grains();
         let mine: Real = (0..own.owned()).map(|n| own.kinetic_energy(n)).sum();

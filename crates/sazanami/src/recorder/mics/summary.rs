@@ -136,7 +136,7 @@ pub(in crate::recorder) const CONSERVATION: &[Field<GridObserver>] = &[
         |observer| json!(observer.findings.wet_relative_change),
     ),
     quantity("momentum_residual_relative", "", "momentum residual over the largest term of the budget", |observer| {
-        json!(observer.momentum.as_ref().map_or(0.0, MomentumBudget::relative_residual))
+        json!(observer.momentum.as_ref().map(MomentumBudget::relative_residual))
     }),
     quantity("momentum_residual_of_initial", "", "momentum residual over the momentum at the start", |observer| {
         json!(observer.momentum.as_ref().and_then(MomentumBudget::residual_of_initial))
