@@ -1,11 +1,12 @@
 //! What has to fit together across the tables of a case.
 
 use sazanami_dem::Motion;
+use sazanami_numerics::Vector;
 
 use crate::case::Case;
 use crate::presets::Solver;
 use crate::read::Context;
-use crate::tables::{BoundarySide, GrainPlacement, Population, Projection, place_of_side};
+use crate::tables::{BoundarySide, GrainPlacement, OutputFrame, Population, Projection, place_of_side};
 
 /// Reports what does not.
 pub fn check(case: &Case, cx: &mut Context<'_>) {
@@ -23,8 +24,35 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
             .label("`packing_only` needs grains with `placement.packed`")
             .help("leave out `packing_only`, or add `placement.packed = {}` to the grains");
     }
+    check_velocity_fields(case, cx);
     check_carrying_flow(case, cx);
+    check_written_frame(case, cx);
     check_floor(case, cx);
+}
+
+/// Velocity fields are given on the grid alone.
+fn check_velocity_fields(case: &Case, cx: &mut Context<'_>) {
+    let fields = [
+        ("fluid.initial_velocity", case.fluid.initial_velocity.is_some()),
+        ("fluid.carrying_flow", case.fluid.carrying_flow.is_some()),
+    ];
+    for (key, _) in fields.into_iter().filter(|(_, is_given)| *is_given && case.solver == Solver::Mps) {
+        cx.report
+            .warning(cx.places.near(key), format!("`{key}` does nothing with `solver = \"mps\"`"))
+            .label("moving particles begin with the velocity of their liquid")
+            .help("give the liquids a `velocity`, or leave this out");
+    }
+}
+
+/// Where the laboratory is follows from the displacement of the tank alone.
+fn check_written_frame(case: &Case, cx: &mut Context<'_>) {
+    let Some(frame) = case.frame.as_ref().filter(|_| case.output.frame == OutputFrame::Laboratory) else { return };
+    if frame.oscillation.is_some() || frame.acceleration != Vector::ZERO {
+        cx.report
+            .error_at(cx.places.near("output.frame"), "the way to the laboratory is not known")
+            .label("an acceleration of the frame says nothing of where it began, and how fast")
+            .help("write the motion as `frame.motion`, or leave out `output.frame`");
+    }
 }
 
 /// A flow that is given carries liquid alone, and crosses no wall.

@@ -69,6 +69,34 @@ fn runs_that_come_to_no_end_are_refused() {
 }
 
 #[test]
+fn velocity_fields_answer_for_their_own_speed() {
+    let fields = [
+        ("fluid.initial_velocity={uniform={velocity=[\"1e5 m/s\",\"0 m/s\",\"0 m/s\"]}}", "initial_velocity"),
+        ("fluid.carrying_flow={reversed_vortex={speed=\"1e5 m/s\",period=\"1 s\"}}", "carrying_flow"),
+    ];
+    for (change, key) in fields {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases/both/dam-break.toml");
+        let loaded = case::load(&path, &["solver=mics".to_owned(), change.to_owned()]).unwrap();
+        let refused = feasible::check(&loaded, &Machine::this(), &CostModel::default()).unwrap_err();
+        let records = refused.diagnostics.records(&refused.source);
+        assert_eq!(records.len(), 1, "{refused}");
+        assert!(records[0].message.contains("faster than sound"), "{refused}");
+        let text = refused.to_string();
+        assert!(text.contains(key) && !text.contains("frame.motion"), "{refused}");
+    }
+}
+
+#[test]
+fn a_laboratory_that_cannot_be_found_is_refused() {
+    let laboratory = "output.frame=laboratory";
+    let oscillation = "frame.oscillation={amplitude=[\"1 m/s^2\",\"0 m/s^2\",\"0 m/s^2\"],frequency=\"1 Hz\"}";
+    let found = |changes: &[&str]| findings(RAINDROP, changes);
+    let (runs, texts) = found(&[laboratory, oscillation]);
+    assert!(!runs && texts.iter().any(|text| text.contains("the way to the laboratory is not known")), "{texts:#?}");
+    assert!(found(&[oscillation]).0 && found(&[laboratory]).0);
+}
+
+#[test]
 fn evaluations_that_find_nothing_are_refused() {
     let points = "probe=[{line={from=[\"0 mm\",\"1 mm\",\"1 mm\"],to=[\"1 mm\",\"1 mm\",\"1 mm\"],points=1000000000}}]";
     all_reported(
@@ -96,6 +124,16 @@ fn what_runs_and_does_not_serve_is_warned_of() {
             (RIPPLES, "particles.dt=0.2 s", "too long for this oscillation"),
             (RAINDROP, "fluid={dt=\"1 ms\"}", "the fluid makes 34 passes in each"),
             (RIPPLES, "overlap.smoothing=1.5 mm", "`smoothing` is short"),
+            (
+                RIPPLES,
+                "fluid.initial_velocity={taylor_green={speed=\"0.5 m/s\"}}",
+                "`fluid.initial_velocity` does nothing with `solver = \"mps\"`",
+            ),
+            (
+                RIPPLES,
+                "fluid.carrying_flow={reversed_vortex={speed=\"1 m/s\",period=\"1 s\"}}",
+                "`fluid.carrying_flow` does nothing with `solver = \"mps\"`",
+            ),
         ],
     );
     let quiet = |case, change: &str, words: &str| !findings(case, &[change]).1.iter().any(|text| text.contains(words));
@@ -103,6 +141,7 @@ fn what_runs_and_does_not_serve_is_warned_of() {
     assert!(quiet(RIPPLES, "particles.dt=0.2 ms", "fixed step"));
     assert!(quiet(RAINDROP, "fluid={dt=\"50 us\"}", "fixed step"));
     assert!(quiet(RIPPLES, "overlap.smoothing=2.5 mm", "smoothing"));
+    assert!(quiet(RAINDROP, "fluid.initial_velocity={taylor_green={speed=\"0.5 m/s\"}}", "does nothing"));
 }
 
 #[test]

@@ -167,6 +167,50 @@ fn the_first_step_of_random_cases_is_that_of_check() {
     }
 }
 
+/// A liquid that fills a periodic box and moves, with a velocity on top; no grains.
+const MOVING: &str = r#"
+gravity = "0 m/s^2"
+[domain]
+size = ["6 mm", "5 mm", "4 mm"]
+cells = [12, 10, 8]
+[boundary]
+x1 = "periodic"
+x2 = "periodic"
+x3 = "periodic"
+[fluid]
+dt_max = "10 s"
+[[liquid]]
+region.box = { lower = ["0 mm", "0 mm", "0 mm"], upper = ["6 mm", "5 mm", "4 mm"] }
+velocity = ["1 m/s", "0 m/s", "-0.5 m/s"]
+[output]
+fields = { at = [] }
+figures = { at = [] }
+[run]
+until = "1 s"
+"#;
+
+#[test]
+fn the_first_step_with_given_velocities_is_that_of_check() {
+    let folder = Scratch::new("first-step-given");
+    let still = "liquid.0.velocity=[\"0 m/s\", \"0 m/s\", \"0 m/s\"]";
+    let uniform = "fluid.initial_velocity={uniform={velocity=[\"2 m/s\", \"0.3 m/s\", \"0 m/s\"]}}";
+    let turning = "fluid.carrying_flow={reversed_vortex={speed=\"1 m/s\",period=\"1 s\"}}";
+    let deforming = "fluid.carrying_flow={deformation={speed=\"1 m/s\",period=\"1 s\"}}";
+    // Explicit viscosity of honey limits no flow that is given.
+    let honey = "fluid.liquid={density=\"1000 kg/m^3\",kinematic_viscosity=\"1 m^2/s\"}";
+    for changes in [&[][..], &[uniform], &[turning], &[deforming], &[turning, honey, "fluid.viscosity=explicit"]] {
+        let loaded = load(MOVING, changes);
+        let (report, step) = (foretold(&loaded), first_step(&loaded, &folder));
+        assert!(agree(&report, &step), "{changes:?}: {:?}, not {step:?}", described(&report));
+        assert_eq!(step.limiter, "advective");
+        // Negative control: without the velocity of the liquid the initial one alone allows a longer step, and that of a
+        // flow that is given is not touched.
+        let without = foretold(&load(MOVING, &[changes, &[still]].concat())).dt_s;
+        let is_given = changes.iter().any(|change| change.contains("carrying"));
+        assert!(if is_given { without == report.dt_s } else { without > 1.2 * report.dt_s }, "{changes:?} {without}");
+    }
+}
+
 /// Steel spheres that settle in water, and boxes that fall through air into it: both speed up from rest.
 const SETTLING: &str = r#"
 solver = "mics"

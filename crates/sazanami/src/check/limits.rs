@@ -7,14 +7,15 @@ use sazanami_mics::forces::Forces;
 use sazanami_mics::stability::{Limit as GridLimit, Rates as GridRates};
 use sazanami_mics::viscosity::explicit_rate;
 use sazanami_mps::stability::{BODY_FORCE, Limit as ParticleLimit, Rates as ParticleRates, VISCOUS};
+use sazanami_numerics::domain::Domain;
 use sazanami_numerics::{Real, Vector};
 
 use super::reached;
 use super::{LimitReport, PopulationReport, TankReport};
 use crate::assembly::{fluid, grains, particles};
 use crate::case::meaning::{
-    BoundarySide, Case, GrainPlacement, LiquidRegion, Motion, PairContact, Particles, Placement, Population, Region,
-    Solver, Step, Substeps, TankMotion, ViscosityScheme,
+    BoundarySide, BoxDomain, CarryingFlow, Case, GrainPlacement, LiquidRegion, Motion, PairContact, Particles,
+    Placement, Population, Region, Solver, Step, Substeps, TankMotion, ViscosityScheme,
 };
 
 /// What makes a speed.
@@ -26,6 +27,10 @@ pub(crate) enum Cause {
     Side,
     /// The motion of the frame or the tank.
     Frame,
+    /// The initial velocity, with that of the liquids that it is added to.
+    InitialVelocity,
+    /// The flow that carries the liquid.
+    CarryingFlow,
     /// Grains of a population.
     Grains(usize),
 }
@@ -97,35 +102,49 @@ pub(super) fn swing(case: &Case) -> Option<(Vector, Real)> {
     })
 }
 
+/// The flow that carries the liquid in place of one that is solved for.
+fn carrying_flow(case: &Case) -> Option<CarryingFlow> {
+    case.fluid.carrying_flow.filter(|_| case.solver == Solver::Mics)
+}
+
 /// Speeds at the start with what makes them [m/s].
 fn given_speeds(case: &Case) -> Vec<(Cause, Vector)> {
-    let liquids = case.liquids.iter().enumerate().map(|(n, liquid)| (Cause::Liquid(n), liquid.velocity.abs()));
+    if let Some(flow) = carrying_flow(case) {
+        return vec![(Cause::CarryingFlow, flow.largest(&case.domain))];
+    }
+    let initial = case.fluid.initial_velocity.filter(|_| case.solver == Solver::Mics);
+    let with_initial = |velocity: Vector| match &initial {
+        Some(initial) => largest_on(&case.domain, |x| (velocity + initial.at(&case.domain, x)).abs()),
+        None => velocity.abs(),
+    };
+    // A liquid has to answer for its own velocity only; where the initial velocity takes from it, for what is left.
+    let own = |liquid: &LiquidRegion| liquid.velocity.abs().min(with_initial(liquid.velocity));
+    let liquids = case.liquids.iter().enumerate().map(|(n, liquid)| (Cause::Liquid(n), own(liquid)));
+    let moving = case.liquids.iter().map(|liquid| liquid.velocity).chain([Vector::ZERO]);
+    let together = initial.map(|_| (Cause::InitialVelocity, moving.map(with_initial).fold(Vector::ZERO, Vector::max)));
     let sides = case.boundary.iter().flatten().filter_map(|side| match side {
         BoundarySide::Inflow { velocity, .. } => Some((Cause::Side, velocity.abs())),
         _ => None,
     });
     let [_, tank, _] = case.tank_at(0.0);
     let grains = case.grains.iter().enumerate().map(|(n, population)| (Cause::Grains(n), fastest_of(population)));
-    liquids.chain(sides).chain([(Cause::Frame, tank.abs())]).chain(field_speeds(case)).chain(grains).collect()
+    liquids.chain(sides).chain([(Cause::Frame, tank.abs())]).chain(together).chain(grains).collect()
 }
 
-/// Largest components of the velocity fields that a case gives by formulas [m/s].
-fn field_speeds(case: &Case) -> impl Iterator<Item = (Cause, Vector)> {
-    let on_grid = case.solver == Solver::Mics;
-    let carrying = case.fluid.carrying_flow.filter(|_| on_grid).map(|flow| flow.largest(&case.domain));
-    let initial = case.fluid.initial_velocity.filter(|_| on_grid).map(|initial| {
-        // Places among which the fields have their extremes.
-        let part = |n: usize, d: usize| (n / 5_usize.pow(d as u32) % 5) as Real / 4.0;
-        let place = |n| case.domain.lower + Vector::from_array([0, 1, 2].map(|d| part(n, d))) * case.domain.extent();
-        (0..125).map(|n| initial.at(&case.domain, place(n)).abs()).fold(Vector::ZERO, Vector::max)
-    });
-    carrying.into_iter().chain(initial).map(|speed| (Cause::Frame, speed))
+/// Largest components of an initial velocity, found at the places among which all of them have their extremes.
+fn largest_on(domain: &BoxDomain, velocity: impl Fn(Vector) -> Vector) -> Vector {
+    let part = |n: usize, d: usize| (n / 5_usize.pow(d as u32) % 5) as Real / 4.0;
+    let place = |n| domain.lower + Vector::from_array([0, 1, 2].map(|d| part(n, d))) * domain.extent();
+    (0..125).map(|n| velocity(place(n))).fold(Vector::ZERO, Vector::max)
 }
 
 /// Speeds that can be expected with what makes them [m/s]: what moves at the start, what falls through the box, what
 /// sides draw along, and the water of a shaken tank.
 pub(crate) fn speeds(case: &Case, tank: Option<&TankReport>) -> Vec<(Cause, Vector)> {
     let mut all = given_speeds(case);
+    if carrying_flow(case).is_some() {
+        return all;
+    }
     let moving = |side: &BoundarySide| match side {
         BoundarySide::Moving { velocity } => Some((Cause::Side, velocity.abs())),
         _ => None,
@@ -138,7 +157,7 @@ pub(crate) fn speeds(case: &Case, tank: Option<&TankReport>) -> Vec<(Cause, Vect
                 Vector::new(0.0, 0.0, (2.0 * case.resting_gravity().length() * fall).sqrt())
             }
             Cause::Frame => of_frame(case, tank),
-            Cause::Side | Cause::Grains(_) => Vector::ZERO,
+            Cause::Side | Cause::InitialVelocity | Cause::CarryingFlow | Cause::Grains(_) => Vector::ZERO,
         };
         // What cannot be reckoned is refused later.
         *speed = if more.is_nan() { more } else { speed.max(more) };
@@ -211,12 +230,19 @@ fn of_grid(
         Substeps::Fixed(n) => contact_step(case, populations).map(|contact| (n, contact)),
         Substeps::Auto => None,
     };
-    let rates = GridRates {
-        advective: (flow / spacing).element_sum(),
-        viscous: if explicit { explicit_rate(&fluid::fluids(case), spacing) } else { 0.0 },
-        grain_motion: grains.length() / spacing.min_element(),
-        contact: fixed.map_or(0.0, |(n, contact)| 1.0 / (n as Real * contact)),
-        force: forces.rate(spacing, &fluid::fluids(case)),
+    let rates = match carrying_flow(case) {
+        // The solver has the same on its faces, and nothing else limits it.
+        Some(carrying) => GridRates {
+            advective: carrying.formula().rate(&Domain::solo(case.domain.grid(), [false; 3])),
+            ..GridRates::default()
+        },
+        None => GridRates {
+            advective: (flow / spacing).element_sum(),
+            viscous: if explicit { explicit_rate(&fluid::fluids(case), spacing) } else { 0.0 },
+            grain_motion: grains.length() / spacing.min_element(),
+            contact: fixed.map_or(0.0, |(n, contact)| 1.0 / (n as Real * contact)),
+            force: forces.rate(spacing, &fluid::fluids(case)),
+        },
     };
     let speed = |of: Vector| super::number(of.length(), 3);
     let rule = |of: GridLimit| match of {

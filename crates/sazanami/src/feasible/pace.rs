@@ -138,6 +138,8 @@ impl Search<'_> {
             Cause::Liquid(n) => places.of(&format!("liquid.{n}")),
             Cause::Side => places.of("boundary"),
             Cause::Frame => places.near("frame.motion"),
+            Cause::InitialVelocity => places.near("fluid.initial_velocity"),
+            Cause::CarryingFlow => places.near("fluid.carrying_flow"),
             Cause::Grains(n) => Some(self.span(n)),
         }
     }
