@@ -15,8 +15,8 @@ use crate::presets::{Preset, Solver};
 use crate::read::{At, Context, Table};
 use crate::tables::{
     Bed, BoundarySide, BoxDomain, Checkpoints, Contacts, Coupling, DemOptions, Erosion, FluidOptions, Frame,
-    GrainPlacement, LiquidRegion, Material, Materials, Measured, Outputs, Overlap, Particles, Population, Preparation,
-    Probe, Ripples, RunLength, Sides, WallMotion, check_names,
+    GrainPlacement, LiquidRegion, Material, Materials, Measured, OutputFrame, Outputs, Overlap, Particles, Population,
+    Preparation, Probe, Ripples, RunLength, Sides, WallMotion, check_names,
 };
 use crate::value::{Range1, Value};
 use crate::write::{Paths, Written};
@@ -258,6 +258,17 @@ impl Case {
     pub fn tank_at(&self, time: Real) -> [Vector; 3] {
         let motion = self.frame.as_ref().and_then(|frame| frame.motion.as_ref());
         motion.map_or([Vector::ZERO; 3], |motion| motion.at(time))
+    }
+
+    /// What is added to positions \[m] and velocities [m/s] in the tank for the frame that is written
+    /// ([`Outputs::frame`](crate::tables::Outputs::frame)).
+    #[must_use]
+    pub fn to_written_frame(&self, time: Real) -> [Vector; 2] {
+        let [place, velocity, _] = self.tank_at(time);
+        match self.output.frame {
+            OutputFrame::Tank => [Vector::ZERO; 2],
+            OutputFrame::Laboratory => [place, velocity],
+        }
     }
 
     /// Period of the tank's motion \[s], if it moves in cycles.

@@ -24,7 +24,13 @@ fn fields_are_found_at_their_offsets() {
         DataArray::new("flags", 1, &flags),
         DataArray::new("pressure", 1, &fraction),
     ];
-    let image = ImageFile { grid: &grid, time: Some(0.02), cells: &cells, scalars: Some("liquid fraction") };
+    let image = ImageFile {
+        grid: &grid,
+        time: Some(0.02),
+        cells: &cells,
+        scalars: Some("liquid fraction"),
+        frame: Some("tank"),
+    };
     write_image(&path, &image).unwrap();
     let parsed = parse(&path);
     assert_eq!(parsed.attribute("VTKFile", "header_type"), "UInt64");
@@ -52,10 +58,11 @@ fn an_array_that_does_not_fit_is_refused_before_anything_is_written() {
     let path = folder.path().join("fields.vti");
     let grid = Grid::new([2, 2, 2], Vector::ZERO, Vector::ONE);
     let cells = [DataArray::rounded("p", 1, [0.0; 7])];
-    let error = write_image(&path, &ImageFile { grid: &grid, time: None, cells: &cells, scalars: None }).unwrap_err();
+    let error = write_image(&path, &ImageFile { grid: &grid, time: None, cells: &cells, scalars: None, frame: None })
+        .unwrap_err();
     assert!(matches!(error, VtkError::WrongLength { expected: 8, found: 7, .. }), "{error}");
     let cells = [DataArray::rounded("p", 1, [0.0; 8])];
-    let image = ImageFile { grid: &grid, time: None, cells: &cells, scalars: Some("q") };
+    let image = ImageFile { grid: &grid, time: None, cells: &cells, scalars: Some("q"), frame: None };
     assert!(matches!(write_image(&path, &image), Err(VtkError::NoSuchArray { .. })));
     assert!(!path.exists());
 }
@@ -80,7 +87,8 @@ fn bodies_stand_posed_with_the_values_of_their_body() {
         DataArray::new("id", 1, &[7_u64, 9]),
     ];
     let bodies = Bodies { surfaces: &[tetrahedron, pyramid], poses: &poses };
-    write_bodies(&path, &BodyFile { bodies, time: Some(0.0), arrays: &arrays, scalars: Some("speed") }).unwrap();
+    let (scalars, frame) = (Some("speed"), Some("laboratory"));
+    write_bodies(&path, &BodyFile { bodies, time: Some(0.0), arrays: &arrays, scalars, frame }).unwrap();
     let parsed = parse(&path);
     assert_eq!(parsed.attribute("PointData", "Scalars"), "speed");
     assert_eq!(parsed.attribute("PointData", "Vectors"), "velocity");
@@ -102,7 +110,8 @@ fn a_run_without_bodies_still_gives_a_file() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("grains.vtp");
     let arrays = [DataArray::rounded("speed", 1, [])];
-    let file = BodyFile { bodies: Bodies::none(), time: Some(1.0), arrays: &arrays, scalars: Some("speed") };
+    let file =
+        BodyFile { bodies: Bodies::none(), time: Some(1.0), arrays: &arrays, scalars: Some("speed"), frame: None };
     write_bodies(&path, &file).unwrap();
     assert!(numbers::<f32>(&parse(&path).array("Points").2).is_empty());
 }

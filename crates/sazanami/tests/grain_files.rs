@@ -134,3 +134,67 @@ fn forms_and_arrays_are_chosen_by_the_case() {
     let many = load(&MIXED.replace("placement.list = [{", "placement.lattice = { lower = [\"0 mm\", \"0 mm\", \"3 mm\"], upper = [\"4 mm\", \"4 mm\", \"4 mm\"], counts = [11, 11, 9] } #"), &["grains.1.shape.box.size=[\"0.1 mm\", \"0.1 mm\", \"0.05 mm\"]"]);
     assert_eq!(many.case.output.grain_form, sazanami::case::meaning::GrainForm::Points);
 }
+
+#[test]
+fn what_is_written_from_the_laboratory_lies_there() {
+    // The tank begins at 2 pi f A = 0.6283 m/s.
+    let moving = "frame.motion={amplitude=[\"10 mm\", \"0 mm\", \"0 mm\"], frequency=\"10 Hz\", ramp=\"0 s\"}";
+    let probes = "probe=[{name=\"ball\", body={population=\"balls\", index=0}, every=\"1 ms\"}, \
+                  {name=\"air\", point=[\"2 mm\", \"2 mm\", \"1 mm\"], every=\"1 ms\"}]";
+    let times = ["output.grains.at=[\"0 s\", \"1 ms\"]", "output.fields.at=[\"0 s\", \"1 ms\"]"];
+    let more = ["output.precision=double", "output.grain_form=both", "run.steps=1000", "fluid.dt_max=0.5 ms", probes];
+    let all = |frame: &str| {
+        let frame = format!("output.frame={frame}");
+        run(&frame, &[&times[..], &more, &[moving, &frame]].concat())
+    };
+    let [tank, laboratory] = ["tank", "laboratory"].map(all);
+    let steps = support::summary(&tank.join("out"))["steps"].as_u64().expect("steps were made");
+    let doubles = |file: &VtkFile, name: &str| -> Vec<f64> {
+        file.array(name).2.chunks_exact(8).map(|b| f64::from_le_bytes(b.try_into().expect("eight bytes"))).collect()
+    };
+    for (step, time) in [(0, 0.0), (steps, 1e-3)] {
+        let angle = 2.0 * PI * 10.0 * time;
+        let (shift, drift) = (0.01 * angle.sin(), 0.2 * PI * angle.cos());
+        let read = |from: &Scratch, name: &str| parse(&from.join("out").join(name.replace('#', &format!("{step:09}"))));
+        let both = |name: &str| [read(&tank, name), read(&laboratory, name)];
+        let apart = |[a, b]: [&[f32]; 2], expected: f64| {
+            assert_eq!(a.len(), b.len());
+            for (n, (a, b)) in a.iter().zip(b).enumerate() {
+                let expected = if n % 3 == 0 { expected } else { 0.0 };
+                assert!((f64::from(b - a) - expected).abs() < 2e-6 * expected.abs().max(1e-3), "{step} {n}: {a} {b}");
+            }
+        };
+        for name in ["grains/grains-#.vtp", "grains/meshes-#.vtp"] {
+            let [seen, other] = both(name);
+            apart([&singles(&seen, "Points"), &singles(&other, "Points")], shift);
+            apart([&singles(&seen, "velocity"), &singles(&other, "velocity")], drift);
+            assert!(seen.text.contains("frame of the tank") && other.text.contains("frame of the laboratory"));
+        }
+        let [seen, other] = both("fields/fields-#.vti");
+        let origin = |file: &VtkFile| -> f64 {
+            let text = file.attribute("ImageData", "Origin").to_owned();
+            text.split(' ').next().and_then(|x| x.parse().ok()).expect("an origin has a first part")
+        };
+        assert!((origin(&other) - origin(&seen) - shift).abs() < 1e-12);
+        assert!(other.text.contains("frame of the laboratory"));
+        for (n, (a, b)) in doubles(&seen, "velocity").iter().zip(doubles(&other, "velocity")).enumerate() {
+            assert!((b - a - if n % 3 == 0 { drift } else { 0.0 }).abs() < 1e-12, "{step} {n}: {a} {b}");
+        }
+        // Negative control: they differ by far more than the bounds above.
+        assert!(drift > 0.1 && (step == 0 || shift > 1e-4));
+    }
+    let probe = |from: &Scratch, name: &str, column: &str| {
+        support::Table::read(&from.join(&format!("out/probes/{name}.csv"))).column(column)
+    };
+    let motion = |time: f64| (2.0 * PI * 10.0 * time).sin_cos();
+    let times = probe(&tank, "ball", "time");
+    assert!(times.len() >= 2);
+    for (n, (sin, cos)) in times.iter().map(|&time| motion(time)).enumerate() {
+        let apart = |name: &str, column: &str| probe(&laboratory, name, column)[n] - probe(&tank, name, column)[n];
+        assert!((apart("ball", "position_1") - 0.01 * sin).abs() < 1e-9);
+        for name in ["ball", "air"] {
+            assert!((apart(name, "velocity_1") - 0.2 * PI * cos).abs() < 1e-9, "{name}");
+            assert!(apart(name, "velocity_3").abs() < 1e-12);
+        }
+    }
+}

@@ -163,8 +163,8 @@ pub struct Outputs {
     #[key(word, default = FieldPrecision::Single)]
     pub precision: FieldPrecision,
     /// Where the tank moves: frame of positions and velocities in `fields`, `grains` and probes. Series, `bed.csv`,
-    /// `water.csv`, `layers.csv` and pictures are always those in the tank; so are the places of `point`, `line` and
-    /// `gauge` probes, and water levels.
+    /// `water.csv`, `layers.csv` and pictures are always those in the tank; so are the places of `point`, `line`,
+    /// `plane` and `gauge` probes, fluxes, and water levels. The displacement is that of `frame.motion`.
     #[key(word, default = OutputFrame::Tank)]
     pub frame: OutputFrame,
     /// File that the packed bed is written to, beside `packed.bed` in the folder of results; relative to the case file.

@@ -36,9 +36,12 @@ impl Appended {
         self.depth += 1;
     }
 
-    /// Adds a comment, which holds no two hyphens in a row.
-    pub fn comment(&mut self, text: &str) {
-        let _ = writeln!(self.text, "{:1$}<!-- {text} -->", "", 2 * self.depth);
+    /// States the frame of places and velocities in a comment; its name holds no two hyphens in a row.
+    pub fn frame(&mut self, frame: Option<&str>) {
+        if let Some(frame) = frame {
+            let text = format!("positions and velocities in the frame of the {frame}");
+            let _ = writeln!(self.text, "{:1$}<!-- {text} -->", "", 2 * self.depth);
+        }
     }
 
     /// Closes the element `name`.

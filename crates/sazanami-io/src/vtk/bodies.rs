@@ -18,6 +18,8 @@ pub struct BodyFile<'a> {
     pub arrays: &'a [DataArray<'a>],
     /// Name of the array that ParaView colours by.
     pub scalars: Option<&'a str>,
+    /// Frame of places and velocities, in a comment.
+    pub frame: Option<&'a str>,
 }
 
 /// Writes the surfaces of all bodies, posed, to a `.vtp` file, all at once.
@@ -25,7 +27,7 @@ pub struct BodyFile<'a> {
 /// # Errors
 /// If an array does not fit the bodies or the file system refuses.
 pub fn write_bodies(path: &Path, file: &BodyFile) -> Result<(), VtkError> {
-    let BodyFile { bodies, time, arrays, scalars } = *file;
+    let BodyFile { bodies, time, arrays, scalars, frame } = *file;
     for array in arrays {
         let (expected, found) = (bodies.poses.len() * array.components, array.len());
         if expected != found {
@@ -37,6 +39,7 @@ pub fn write_bodies(path: &Path, file: &BodyFile) -> Result<(), VtkError> {
         return Err(VtkError::TooManyNodes { nodes });
     }
     let mut file = Appended::new("PolyData", "");
+    file.frame(frame);
     file.time(time);
     file.open(&format!("Piece NumberOfPoints=\"{nodes}\" NumberOfPolys=\"{triangles}\""));
     let arrays: Vec<_> = arrays.iter().map(|array| on_nodes(array, &bodies)).collect();

@@ -18,6 +18,8 @@ pub struct ImageFile<'a> {
     pub cells: &'a [DataArray<'a>],
     /// Name of the array that ParaView colours by.
     pub scalars: Option<&'a str>,
+    /// Frame of places and velocities, in a comment.
+    pub frame: Option<&'a str>,
 }
 
 /// Writes cell fields to a `.vti` file, all at once.
@@ -25,7 +27,7 @@ pub struct ImageFile<'a> {
 /// # Errors
 /// If an array does not fit the grid or the file system refuses.
 pub fn write_image(path: &Path, image: &ImageFile) -> Result<(), VtkError> {
-    let ImageFile { grid, time, cells, scalars } = *image;
+    let ImageFile { grid, time, cells, scalars, frame } = *image;
     for array in cells {
         let (expected, found) = (grid.len() * array.components, array.len());
         if expected != found {
@@ -42,6 +44,7 @@ pub fn write_image(path: &Path, image: &ImageFile) -> Result<(), VtkError> {
             origin.x, origin.y, origin.z, spacing.x, spacing.y, spacing.z
         ),
     );
+    file.frame(frame);
     file.time(time);
     file.open(&format!("Piece Extent=\"{extent}\""));
     file.attributes("CellData", cells, scalars)?;

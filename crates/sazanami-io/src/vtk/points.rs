@@ -19,7 +19,7 @@ pub struct PointFile<'a> {
     /// Name of the array that ParaView colours by.
     pub scalars: Option<&'a str>,
     /// Frame of places and velocities, in a comment.
-    pub frame: &'a str,
+    pub frame: Option<&'a str>,
 }
 
 /// Writes points as vertices to a `.vtp` file, all at once; coordinates in four bytes.
@@ -39,7 +39,7 @@ pub fn write_points(path: &Path, file: &PointFile) -> Result<(), VtkError> {
         return Err(VtkError::TooManyNodes { nodes: count });
     }
     let mut file = Appended::new("PolyData", "");
-    file.comment(&format!("positions and velocities in the frame of the {frame}"));
+    file.frame(frame);
     file.time(time);
     file.open(&format!("Piece NumberOfPoints=\"{count}\" NumberOfVerts=\"{count}\""));
     file.attributes("PointData", arrays, scalars)?;

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use sazanami_io::checkpoint::CheckpointFolder;
 use sazanami_io::table::{Column, SeriesWriter, TableError, Value};
-use sazanami_io::vtk::{DataArray, ImageFile, PointFile, PvdSeries, write_image, write_points};
+use sazanami_io::vtk::{ImageFile, PointFile, PvdSeries, write_image, write_points};
 use sazanami_numerics::Real;
 
 use super::drawing::Drawing;
@@ -185,17 +185,10 @@ impl Files {
     }
 
     /// Writes fields on a grid for ParaView.
-    pub fn image(
-        &mut self,
-        clock: &Clock,
-        grid: &sazanami_numerics::grid::Grid,
-        arrays: &[DataArray],
-    ) -> Result<(), RecordError> {
+    pub fn image(&mut self, clock: &Clock, file: &ImageFile) -> Result<(), RecordError> {
         let name = format!("{FIELDS}/fields-{:09}.vti", clock.step());
-        let file = ImageFile { grid, time: Some(clock.time()), cells: arrays, scalars: Some("liquid_fraction") };
-        write_image(&self.folder.join(&name), &file)?;
-        self.fields.push(clock.time(), &name)?;
-        Ok(())
+        write_image(&self.folder.join(&name), file)?;
+        Ok(self.fields.push(clock.time(), &name)?)
     }
 
     /// Adds a row to the table of probe `number`.

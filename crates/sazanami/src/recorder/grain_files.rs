@@ -85,7 +85,7 @@ impl GrainStates {
     pub fn write_points(&self, case: &Case, own: &[OwnArray], clock: &Clock, path: &Path) -> Result<(), RecordError> {
         let arrays = self.arrays(case, own, true);
         let places: Vec<Vector> = self.records.iter().map(|record| record.position.into()).collect();
-        let (time, frame) = (Some(clock.time()), case.output.frame.word());
+        let (time, frame) = (Some(clock.time()), Some(case.output.frame.word()));
         let file = PointFile { places: &places, time, arrays: &arrays, scalars: coloured(&arrays), frame };
         Ok(write_points(path, &file)?)
     }
@@ -109,7 +109,8 @@ impl GrainStates {
         let surfaces: Vec<BodySurface> = shapes.iter().map(surface).collect();
         let poses: Vec<BodyPose> = self.records.iter().map(pose).collect();
         let bodies = Bodies { surfaces: &surfaces, poses: &poses };
-        let file = BodyFile { bodies, time: Some(clock.time()), arrays: &arrays, scalars: coloured(&arrays) };
+        let (time, frame) = (Some(clock.time()), Some(case.output.frame.word()));
+        let file = BodyFile { bodies, time, arrays: &arrays, scalars: coloured(&arrays), frame };
         Ok(write_bodies(path, &file)?)
     }
 
@@ -170,7 +171,7 @@ fn coloured(arrays: &[DataArray]) -> Option<&'static str> {
 pub(super) fn write_glyph(shape: &Shape, path: &Path) -> Result<(), RecordError> {
     let pose = BodyPose { surface: 0, scale: 1.0, position: Vector::ZERO, orientation: Quaternion::IDENTITY };
     let bodies = Bodies { surfaces: &[surface(shape)], poses: &[pose] };
-    Ok(write_bodies(path, &BodyFile { bodies, time: None, arrays: &[], scalars: None })?)
+    Ok(write_bodies(path, &BodyFile { bodies, time: None, arrays: &[], scalars: None, frame: None })?)
 }
 
 fn surface(shape: &Shape) -> BodySurface<'_> {

@@ -8,7 +8,7 @@ use serde_json::{Map, Value};
 use super::bed::GatheredGrains;
 use super::files::Files;
 use super::grain_files::OwnArray;
-use crate::case::meaning::Case;
+use crate::case::meaning::{Case, OutputFrame};
 use crate::clock::Clock;
 use crate::columns::Quantity;
 use crate::job::{Job, RankError, RecordError, Totals};
@@ -98,8 +98,8 @@ pub(crate) trait Observer: Sized + 'static {
     fn measure(&mut self, grains: &mut GatheredGrains, water: &mut Self::Water, time: Real);
 
     /// Messages about `case` as the flow begins.
-    fn notes(_case: &Case) -> Vec<String> {
-        Vec::new()
+    fn notes(case: &Case) -> Vec<String> {
+        Vec::from_iter(of_frame(case))
     }
 
     /// What the last measurement found that the user should know of.
@@ -112,8 +112,8 @@ pub(crate) trait Observer: Sized + 'static {
     fn fields(&self, to: Output, water: &mut Self::Water) -> Result<(), RecordError>;
 
     /// Displacement \[m] and velocity [m/s] of the frame that grains are written in, against that of the engine.
-    fn written_frame(&self, _job: &Job, _clock: &Clock) -> [Vector; 2] {
-        [Vector::ZERO; 2]
+    fn written_frame(&self, job: &Job, clock: &Clock) -> [Vector; 2] {
+        job.case.to_written_frame(clock.time()).map(|tank| Vector::ZERO - tank)
     }
 
     /// Values of the grains that only this solver has, as measured last, in the order of their identifiers.
@@ -132,4 +132,14 @@ pub(crate) trait Observer: Sized + 'static {
 
     /// Adds what a resumed run needs to a snapshot.
     fn save(&self, snapshot: &mut Snapshot);
+}
+
+/// In which frame things are written, where there are two.
+pub(super) fn of_frame(case: &Case) -> Option<String> {
+    let moves = case.frame.as_ref().is_some_and(|frame| frame.motion.is_some());
+    (moves && case.output.frame == OutputFrame::Laboratory).then(|| {
+        "fields, grains and probes are written in the frame of the laboratory; series, surfaces, layers and pictures in \
+         that of the tank"
+            .to_owned()
+    })
 }

@@ -84,7 +84,7 @@ pub(super) fn record(to: Output, solver: &Solver, due: &[bool]) -> Result<(), Re
     let Output { job, clock, mut files } = to;
     let mut outcome = Ok(());
     for (number, probe) in job.case.probes.iter().enumerate().filter(|&(number, _)| due[number]) {
-        let found = measure(job.case, solver, probe);
+        let found = measure(job.case, solver, clock.time(), probe);
         if let Some(files) = files.as_deref_mut() {
             // The other ranks go on to the next probe: so does this one.
             let row: Vec<Value> = std::iter::once(clock.time().into()).chain(found).collect();
@@ -96,13 +96,14 @@ pub(super) fn record(to: Output, solver: &Solver, due: &[bool]) -> Result<(), Re
     outcome
 }
 
-fn measure(case: &Case, solver: &Solver, probe: &Probe) -> Vec<Value> {
+fn measure(case: &Case, solver: &Solver, time: Real, probe: &Probe) -> Vec<Value> {
     let domain = solver.domain();
+    let written @ [_, drift] = case.to_written_frame(time);
     match &probe.place {
-        ProbePlace::Point(point) => cells(AT_POINT, &at_point(solver, *point)).collect(),
+        ProbePlace::Point(point) => cells(AT_POINT, &at_point(solver, *point, drift)).collect(),
         ProbePlace::Line { from, to, points } => {
             let last = points.saturating_sub(1).max(1) as Real;
-            let at = |n: usize| at_point(solver, *from + (*to - *from) * (n as Real / last));
+            let at = |n: usize| at_point(solver, *from + (*to - *from) * (n as Real / last), drift);
             (0..*points).flat_map(|n| cells(AT_POINT, &at(n)).collect::<Vec<_>>()).collect()
         }
         ProbePlace::Plane { direction, position } => {
@@ -110,16 +111,17 @@ fn measure(case: &Case, solver: &Solver, probe: &Probe) -> Vec<Value> {
         }
         ProbePlace::Body { population, index } => {
             let number = case.grains.iter().position(|kind| &kind.name == population).unwrap_or_default();
-            cells(OF_BODY, &of_body(solver, identifier(number, *index))).collect()
+            cells(OF_BODY, &of_body(solver, identifier(number, *index), written)).collect()
         }
         ProbePlace::Gauge(place) => cells(&GAUGE, &Some(level(solver, *place))).collect(),
     }
 }
 
-/// Values interpolated linearly between cell centres; the rank whose part holds the point gives them.
-fn at_point(solver: &Solver, point: Vector) -> AtPoint {
+/// Values interpolated linearly between cell centres; the rank whose part holds the point gives them. `drift` is the
+/// velocity of the tank in the frame that is written [m/s].
+fn at_point(solver: &Solver, point: Vector, drift: Vector) -> AtPoint {
     let [liquid_fraction, pressure, u1, u2, u3] = fields_at(solver, point);
-    AtPoint { liquid_fraction, pressure, velocity: Vector::new(u1, u2, u3) }
+    AtPoint { liquid_fraction, pressure, velocity: Vector::new(u1, u2, u3) + drift }
 }
 
 fn fields_at(solver: &Solver, point: Vector) -> [Real; 5] {
@@ -186,7 +188,8 @@ fn through_plane(domain: &Domain, solver: &Solver, direction: usize, position: R
     ThroughPlane { volume_flux: flux * area, liquid_flux: liquid * area, mean_pressure: pressure / count.max(1.0) }
 }
 
-fn of_body(solver: &Solver, id: u64) -> OfBody {
+/// A grain; what leaves the frame of the tank for the one that is written is added.
+fn of_body(solver: &Solver, id: u64, [shift, drift]: [Vector; 2]) -> OfBody {
     let grains = solver.grains().engine().grains();
     let mut found = [0.0; 18];
     if let Ok(n) = grains.id[..grains.owned()].binary_search(&id) {
@@ -207,6 +210,7 @@ fn of_body(solver: &Solver, id: u64) -> OfBody {
     let found = solver.domain().sum(found);
     let [position, velocity, spin, fluid_force, contact_force, fluid_torque] =
         [0, 1, 2, 3, 4, 5].map(|n| Vector::from_slice(&found[3 * n..]));
+    let (position, velocity) = (position + shift, velocity + drift);
     OfBody { position, velocity, spin, fluid_force, contact_force, fluid_torque }
 }
 

@@ -1,10 +1,12 @@
 //! Columns of the series, the bed's profile, and fields on the grid.
 
 use sazanami_io::table::{Column, Value};
-use sazanami_io::vtk::DataArray;
+use sazanami_io::vtk::{DataArray, ImageFile};
 use sazanami_mics::momentum::Impulses;
 use sazanami_mics::solver::Solver;
 use sazanami_numerics::Real;
+use sazanami_numerics::choice::Choice;
+use sazanami_numerics::grid::Grid;
 use sazanami_observe::bed_profile;
 use sazanami_observe::budget::MomentumBudget;
 use sazanami_observe::erosion::Erosion;
@@ -191,13 +193,17 @@ pub(super) fn tables(observer: &GridObserver, clock: &Clock, files: &mut Files) 
 }
 
 /// Writes the fields for ParaView. All ranks take part.
-pub(super) fn fields(solver: &Solver, Output { clock, files, .. }: Output) -> Result<(), RecordError> {
+pub(super) fn fields(solver: &Solver, Output { job, clock, files }: Output) -> Result<(), RecordError> {
     let domain = solver.domain();
     let flow = solver.flow();
     let Fractions { liquid, solid } = Fractions::gather(solver);
     let pressure = domain.gather(solver.pressure());
-    let velocity = flow.velocity.each_ref().map(|u| domain.gather(u));
+    let mut velocity = flow.velocity.each_ref().map(|u| domain.gather(u));
     let Some(files) = files else { return Ok(()) };
+    let [shift, drift] = job.case.to_written_frame(clock.time());
+    for (u, drift) in velocity.iter_mut().zip(drift.to_array()).filter(|(_, drift)| *drift != 0.0) {
+        u.iter_mut().for_each(|u| *u += drift);
+    }
     let outside = solid.as_ref().map(|solid| outside_grains(&liquid, solid));
     let mut scalars = vec![("liquid_fraction", &liquid), ("pressure", &pressure)];
     scalars.extend(outside.as_ref().map(|values| ("liquid_outside_grains", values)));
@@ -214,7 +220,9 @@ pub(super) fn fields(solver: &Solver, Output { clock, files, .. }: Output) -> Re
         FieldPrecision::Single => DataArray::rounded_vectors("velocity", parts),
         FieldPrecision::Double => DataArray::vectors("velocity", parts),
     });
-    files.image(clock, domain.grid(), &arrays)
+    let grid = Grid { lower: domain.grid().lower + shift, ..*domain.grid() };
+    let (time, frame) = (Some(clock.time()), Some(job.case.output.frame.word()));
+    files.image(clock, &ImageFile { grid: &grid, time, cells: &arrays, scalars: Some("liquid_fraction"), frame })
 }
 
 /// Parts of the cells of the whole box, on rank 0.

@@ -4,28 +4,17 @@ use sazanami_io::vtk::{DataArray, PointFile};
 use sazanami_numerics::{Real, Vector};
 
 use super::gathered::GatheredTank;
-use crate::case::meaning::{Case, GrainArray, OutputFrame};
+use crate::case::meaning::GrainArray;
 use crate::clock::Clock;
 use crate::job::{Job, RecordError};
 use crate::recorder::files::Files;
 use crate::recorder::grain_files::OwnArray;
 use sazanami_numerics::choice::Choice;
 
-/// What is added to positions \[m] and velocities [m/s] in the frame of the tank for the frame that is written.
-pub(super) fn to_written_frame(case: &Case, time: Real) -> [Vector; 2] {
-    match case.output.frame {
-        OutputFrame::Tank => [Vector::ZERO; 2],
-        OutputFrame::Laboratory => {
-            let [place, velocity, _] = case.tank_at(time);
-            [place, velocity]
-        }
-    }
-}
-
 /// Writes the particles of a time.
 pub(super) fn write(job: &Job, gathered: &GatheredTank, clock: &Clock, files: &mut Files) -> Result<(), RecordError> {
     let water = &gathered.water;
-    let [shift, drift] = to_written_frame(job.case, clock.time());
+    let [shift, drift] = job.case.to_written_frame(clock.time());
     let body_force = job.case.effective_gravity(clock.time());
     let places: Vec<Vector> = water.position.iter().map(|&x| x + shift).collect();
     let part = |d: usize| water.velocity.iter().map(|v| v[d] + drift[d]).collect::<Vec<Real>>();
@@ -37,7 +26,7 @@ pub(super) fn write(job: &Job, gathered: &GatheredTank, clock: &Clock, files: &m
         DataArray::rounded("void_fraction", 1, water.bulk_volume.iter().map(|bulk| volume / bulk)),
         DataArray::new("surface", 1, &water.place),
     ];
-    let (time, frame) = (Some(clock.time()), job.case.output.frame.word());
+    let (time, frame) = (Some(clock.time()), Some(job.case.output.frame.word()));
     let file = PointFile { places: &places, time, arrays: &arrays, scalars: Some("pressure"), frame };
     files.fluid_points(clock, &file)
 }

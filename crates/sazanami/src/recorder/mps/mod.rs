@@ -326,7 +326,7 @@ impl Observer for ParticleObserver {
 
     fn written_frame(&self, job: &Job, clock: &Clock) -> [Vector; 2] {
         let (tank, written) =
-            (tank_motion(self.moving.as_ref(), clock.time()), fields::to_written_frame(job.case, clock.time()));
+            (tank_motion(self.moving.as_ref(), clock.time()), job.case.to_written_frame(clock.time()));
         [0, 1].map(|n| tank[n] - written[n])
     }
 

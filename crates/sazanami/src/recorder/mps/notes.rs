@@ -1,18 +1,12 @@
 //! What is to be said as a flow begins: in which frame things are written, and what is made of the motion of a tank.
 
-use crate::case::meaning::{Axis, Case, OutputFrame, TankMotion};
+use crate::case::meaning::{Axis, Case, TankMotion};
+use crate::recorder::observer::of_frame;
 
 /// What is to be said of a case.
 pub(super) fn of(case: &Case) -> Vec<String> {
     let Some(motion) = case.frame.as_ref().and_then(|frame| frame.motion.as_ref()) else { return Vec::new() };
-    let mut notes = Vec::new();
-    if case.output.frame == OutputFrame::Laboratory {
-        notes.push(
-            "fields, grains and probes are written in the frame of the laboratory; series, surfaces, layers and pictures \
-             in that of the tank"
-                .to_owned(),
-        );
-    }
+    let mut notes = Vec::from_iter(of_frame(case));
     if case.ripples.is_none() {
         return notes;
     }

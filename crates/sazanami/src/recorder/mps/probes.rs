@@ -6,7 +6,6 @@ use sazanami_io::table::Value;
 use sazanami_numerics::{Real, Vector};
 use sazanami_observe::ripples::{Near, SurfaceProfile, Tank};
 
-use super::fields::to_written_frame;
 use super::gathered::GatheredTank;
 use crate::assembly::grains::identifier;
 use crate::case::meaning::{Case, ProbePlace};
@@ -109,7 +108,7 @@ fn measure(case: &Case, view: &View<'_>, time: Real, place: &ProbePlace) -> Vec<
 /// Means over the particles around each point, weighted by their volume and distance; nothing where there are too few.
 fn at_points(case: &Case, tank: &Tank, gathered: &GatheredTank, time: Real, points: &[Vector]) -> Vec<Value> {
     let body_force = case.effective_gravity(time);
-    let [_, drift] = to_written_frame(case, time);
+    let [_, drift] = case.to_written_frame(time);
     let around = gathered.around(tank);
     let read = |near: &Near| AtPoint {
         pressure: near.mean(|n| gathered.pressure(n, body_force)),
@@ -124,7 +123,7 @@ fn at_points(case: &Case, tank: &Tank, gathered: &GatheredTank, time: Real, poin
 fn of_body(case: &Case, gathered: &GatheredTank, time: Real, id: u64) -> Vec<Value> {
     let grains = &gathered.grains;
     let Ok(n) = grains.id.binary_search(&id) else { return missing(OF_BODY).collect() };
-    let [shift, drift] = to_written_frame(case, time);
+    let [shift, drift] = case.to_written_frame(time);
     let body = OfBody {
         position: grains.position[n] + shift,
         velocity: grains.velocity[n] + drift,
