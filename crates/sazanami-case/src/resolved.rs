@@ -24,6 +24,18 @@ pub fn hash(case: &Case) -> u64 {
     xxhash_rust::xxh3::xxh3_64(write(case, Paths::NameOnly).as_bytes())
 }
 
+/// Hash of the meaning of the tables and keys `names` alone, in the form in which it is written.
+#[must_use]
+pub fn hash_of_tables(case: &Case, names: &[&str]) -> String {
+    let mut text = String::new();
+    if let Written::Table(mut entries) = Keys::write(case, Paths::NameOnly) {
+        entries.keep(names);
+        entries.put_in_order(&ORDER);
+        entries.render("", &mut text);
+    }
+    hex(xxhash_rust::xxh3::xxh3_64(text.as_bytes()))
+}
+
 /// The same in the form in which it is written.
 #[must_use]
 pub fn hash_text(case: &Case) -> String {

@@ -117,6 +117,11 @@ impl Entries {
         }
     }
 
+    /// Keeps the keys in `names` alone.
+    pub fn keep(&mut self, names: &[&str]) {
+        self.list.retain(|(key, ..)| names.contains(&key.as_str()));
+    }
+
     /// Puts the keys in the order of `names`.
     pub fn put_in_order(&mut self, names: &[&str]) {
         self.list.sort_by_key(|(key, ..)| names.iter().position(|name| name == key));

@@ -40,12 +40,14 @@ pub struct Recipe {
 }
 
 impl Recipe {
-    /// Hash of a case as far as it makes a bed: wherever the bed is written to.
+    /// Hash of the tables of a case that packed grains depend on: the same whatever the water does, whatever is written,
+    /// and whatever keys other tables have come to know.
     #[must_use]
     pub fn hash_of(case: &Case) -> String {
-        let mut case = case.clone();
-        case.output.bed = None;
-        resolved::hash_text(&case)
+        resolved::hash_of_tables(
+            case,
+            &["solver", "gravity", "domain", "boundary", "dem", "material", "contact", "grains"],
+        )
     }
 }
 

@@ -29,13 +29,21 @@ struct Recipe {
     tank: String,
 }
 
-/// The part of a case that a tank at rest depends on, as text: all but how it is moved, observed and written.
+/// The part of a case that a tank at rest depends on, as text: all but how it is moved, observed and written. It is
+/// itself a case.
 fn tank_of(case: &Case) -> String {
     let nothing = Schedule::default;
+    let (lower, upper) = (case.domain.lower, case.domain.upper);
+    let middle = 0.5 * (lower + upper);
     let mut tank = Case {
-        name: String::new(),
+        name: "tank".to_owned(),
         title: String::new(),
-        bed: Bed { porosity_lower: 0.0, porosity_upper: 1.0, height_radius: 1.0, axis: [0.0; 2] },
+        bed: Bed {
+            porosity_lower: lower.z,
+            porosity_upper: upper.z,
+            height_radius: (upper - lower).max_element(),
+            axis: [middle.x, middle.y],
+        },
         erosion: None,
         ripples: None,
         probes: Vec::new(),
@@ -132,7 +140,7 @@ fn find(loaded: &LoadedCase, commit: &str, report: &mut Diagnostics, mut say: im
             }
         };
         let tank = tank_of(case);
-        if recipe.tank != tank {
+        if !is_same(&recipe.tank, &tank, loaded) {
             let [theirs, ours] = first_difference(&recipe.tank, &tank);
             let made = format!("it was made with {theirs} (version {}, commit {})", recipe.version, recipe.commit);
             report
@@ -159,6 +167,12 @@ fn find(loaded: &LoadedCase, commit: &str, report: &mut Diagnostics, mut say: im
             None
         }
     }
+}
+
+/// Whether the part of a case that made a tank, as text, means `tank`, that of the case of `loaded`: keys that the maker
+/// did not know yet have their defaults.
+fn is_same(made_of: &str, tank: &str, loaded: &LoadedCase) -> bool {
+    made_of == tank || crate::case::parse(&loaded.path, made_of, &[]).is_ok_and(|made| tank_of(&made.case) == tank)
 }
 
 /// The first key in which two resolved copies differ, and what each has there, in words.

@@ -18,6 +18,7 @@ use sazanami::progress::StepLine;
 use sazanami::run;
 use sazanami::stop::Stop;
 use sazanami::tanks;
+use sazanami_io::checkpoint::{CheckpointReader, CheckpointWriter};
 use sazanami_numerics::Real;
 
 use support::{Left, Listener, On, Scratch, Table, go_on, load, start};
@@ -164,6 +165,24 @@ fn a_tank_made_ready_begins_where_its_maker_began_and_fits_no_other() {
         assert!(!scratch.join("other").exists());
         error.to_string()
     };
+    // Made by a program that did not know a key yet: its default is as if it stood there, another value is not.
+    let made_without = |key: &str| {
+        let reader = CheckpointReader::open(&state).unwrap();
+        let mut recipe: serde_json::Value = reader.get_json("tank/recipe").unwrap();
+        let text = recipe["tank"].as_str().unwrap().to_owned();
+        let kept: String = text.lines().filter(|line| !line.starts_with(key)).flat_map(|line| [line, "\n"]).collect();
+        assert!(kept.len() < text.len(), "{key} is not in the recipe");
+        recipe["tank"] = kept.into();
+        let snapshot = reader.snapshot_of(|name| name != "tank/recipe").unwrap();
+        let mut writer = CheckpointWriter::new();
+        writer.add_snapshot(&snapshot).unwrap();
+        writer.add_json("tank/recipe", &recipe).unwrap();
+        let path = scratch.join(&format!("without-{key}.state"));
+        writer.write_atomic(&path).unwrap();
+        tanks::made_ready(&load(TANK, &[&format!("preparation.state={}", path.display())]), None).is_ok()
+    };
+    assert!(made_without("courant") && made_without("tolerance"));
+    assert!(!made_without("relax_steps") && !made_without("spacing"));
     let message = refused(&["contact.default.friction=0.3"]);
     assert!(message.contains("the state of another tank") && message.contains("friction = 0.4"), "{message}");
     refused(&["particles.spacing=0.99 mm", "domain.lower=[\"-6.93 mm\",\"0 mm\",\"0 mm\"]"]);

@@ -14,9 +14,28 @@ fn the_shipped_bed_names_the_case_that_packs_it() {
     let path = beds().join("beds/paper.bed");
     let mut bed = Bed::read(&path).unwrap();
     let hash = |overrides: &[String]| Recipe::hash_of(&case::load(&beds().join("bed.toml"), overrides).unwrap().case);
-    // Where the bed goes does not matter; what it is made of does.
-    assert_eq!(hash(&[]), hash(&["output.bed=\"/tmp/any.bed\"".to_owned()]));
-    assert_ne!(hash(&[]), hash(&["grains.0.seed=2".to_owned()]));
+    // Where the bed goes, what the water does and what is observed does not matter; what it is made of does.
+    for change in [
+        "title=\"another\"",
+        "output.bed=\"/tmp/any.bed\"",
+        "output.grain_form=points",
+        "fluid.tol_div=1e-7",
+        "fluid.initial_velocity={taylor_green={speed=\"1 m/s\"}}",
+        "coupling.torque_arm=cell",
+        "bed.height_radius=3 mm",
+    ] {
+        assert_eq!(hash(&[]), hash(&[change.to_owned()]), "{change}");
+    }
+    for change in [
+        "grains.0.seed=2",
+        "gravity=9.7 m/s^2",
+        "domain.cells=[10, 10, 10]",
+        "contact.\"sand/sand\".friction=0.5",
+        "material.sand.density=2651 kg/m^3",
+        "dem.rolling=constant_torque",
+    ] {
+        assert_ne!(hash(&[]), hash(&[change.to_owned()]), "{change}");
+    }
     if std::env::var_os("SAZANAMI_BLESS").is_some() {
         bed.recipe.case_hash = hash(&[]);
         bed.write(&path).unwrap();
