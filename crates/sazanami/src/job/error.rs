@@ -19,7 +19,7 @@ use crate::case::meaning::Case;
 use crate::error::{CommandError, Failure};
 use crate::naming::{grain_error, grain_kind};
 use crate::results::SERIES;
-use crate::water::{StepProblem, mics};
+use crate::water::{ELSEWHERE, StepProblem, mics};
 
 /// Something could not be written or drawn.
 #[derive(Debug, thiserror::Error)]
@@ -135,7 +135,7 @@ impl RankError {
             Self::Elsewhere(_) | Self::Packing(DemError::Elsewhere(_)) => true,
             Self::Record(error) => matches!(error, RecordError::Elsewhere(_)),
             Self::PackingStep { error, .. } => matches!(error, DemError::Elsewhere(_)),
-            Self::Start(error) => mics::is_elsewhere(error),
+            Self::Start(error) => mics::kind(error) == ELSEWHERE,
             Self::Step { problem, .. } => problem.elsewhere,
             _ => false,
         }

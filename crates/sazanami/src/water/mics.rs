@@ -1,6 +1,6 @@
 //! One grid for water, air and grains, as a run drives it.
 
-use sazanami_dem::{ContactReport, DemError, Engine};
+use sazanami_dem::{ContactReport, Engine};
 use sazanami_mics::pressure::PressureError;
 use sazanami_mics::solver::{Phase, Solver, StepError, StepReport};
 use sazanami_mics::stability::Step;
@@ -8,31 +8,21 @@ use sazanami_numerics::Real;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::snapshot::Snapshot;
 
-use super::{StepProblem, Water};
+use super::{ELSEWHERE, StepProblem, Water, named_alike};
 use crate::case::meaning::Case;
-use crate::naming::{grain_error, grain_kind};
+use crate::naming::grain_kind;
 
 impl Water for Solver {
     type Stable = Step;
     type Report = StepReport;
 
-    fn domain(&self) -> &Domain {
-        self.domain()
-    }
-
-    fn engine(&self) -> &Engine {
-        self.grains().engine()
-    }
+    named_alike!();
 
     fn stable_step(&mut self, case: &Case, _time: Real) -> Step {
         match &case.fluid.carrying_flow {
             Some(carrying) => self.stable_step_carried(&carrying.formula()),
             None => Self::stable_step(self),
         }
-    }
-
-    fn length(stable: Step) -> (Real, &'static str) {
-        (stable.dt, stable.limit.name())
     }
 
     fn advance(
@@ -55,18 +45,6 @@ impl Water for Solver {
         };
         outcome.map_err(|error| problem(case, self, &error))
     }
-
-    fn pressure_iterations(report: &StepReport) -> usize {
-        report.pressure.iterations
-    }
-
-    fn contacts(report: &StepReport) -> &ContactReport {
-        &report.contacts
-    }
-
-    fn snapshot(&mut self) -> Snapshot {
-        self.snapshot()
-    }
 }
 
 fn phase_name(phase: Phase) -> &'static str {
@@ -79,29 +57,17 @@ fn phase_name(phase: Phase) -> &'static str {
 }
 
 fn problem(case: &Case, solver: &Solver, error: &StepError) -> StepProblem {
-    let message = match error {
-        StepError::Grains(error) => grain_error(case, solver.grains().engine().walls(), error),
-        other => other.to_string(),
-    };
-    StepProblem { kind: kind(error), elsewhere: is_elsewhere(error), message }
-}
-
-/// Whether another rank has the reason.
-pub(crate) fn is_elsewhere(error: &StepError) -> bool {
-    match error {
-        StepError::Elsewhere(_) | StepError::Grains(DemError::Elsewhere(_)) => true,
-        StepError::Pressure(_) | StepError::Viscosity(_) | StepError::Grains(_) | StepError::NotFinite { .. } => false,
-    }
+    let of_grains = if let StepError::Grains(error) = error { Some(error) } else { None };
+    StepProblem::new(case, solver.grains().engine(), kind(error), error, of_grains)
 }
 
 /// The failure in one word.
 pub(crate) fn kind(error: &StepError) -> &'static str {
     match error {
-        StepError::Pressure(PressureError::NotFinite { .. }) => "not_finite",
+        StepError::Pressure(PressureError::NotFinite { .. }) | StepError::NotFinite { .. } => "not_finite",
         StepError::Pressure(_) => "pressure",
         StepError::Viscosity(_) => "viscosity",
         StepError::Grains(error) => grain_kind(error),
-        StepError::NotFinite { .. } => "not_finite",
-        StepError::Elsewhere(_) => "elsewhere",
+        StepError::Elsewhere(_) => ELSEWHERE,
     }
 }

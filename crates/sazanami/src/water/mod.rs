@@ -3,12 +3,13 @@
 pub(crate) mod mics;
 pub(crate) mod mps;
 
-use sazanami_dem::{ContactReport, Engine};
+use sazanami_dem::{ContactReport, DemError, Engine};
 use sazanami_numerics::Real;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::snapshot::Snapshot;
 
 use crate::case::meaning::Case;
+use crate::naming::grain_error;
 
 /// Why a step could not be completed.
 #[derive(Clone, Debug)]
@@ -20,6 +21,53 @@ pub(crate) struct StepProblem {
     /// In a sentence, in the terms of the case.
     pub message: String,
 }
+
+/// Kind of a failure that another rank reports.
+pub(crate) const ELSEWHERE: &str = "elsewhere";
+
+impl StepProblem {
+    /// The `error` of a step; what went wrong among the grains in the names of the case.
+    fn new(
+        case: &Case,
+        engine: &Engine,
+        kind: &'static str,
+        error: &impl std::fmt::Display,
+        of_grains: Option<&DemError>,
+    ) -> Self {
+        let message = of_grains.map_or_else(|| error.to_string(), |error| grain_error(case, engine.walls(), error));
+        Self { kind, elsewhere: kind == ELSEWHERE, message }
+    }
+}
+
+/// What the solvers and their reports name alike.
+macro_rules! named_alike {
+    () => {
+        fn domain(&self) -> &Domain {
+            self.domain()
+        }
+
+        fn engine(&self) -> &Engine {
+            self.grains().engine()
+        }
+
+        fn length(stable: Step) -> (Real, &'static str) {
+            (stable.dt, stable.limit.name())
+        }
+
+        fn pressure_iterations(report: &StepReport) -> usize {
+            report.pressure.iterations
+        }
+
+        fn contacts(report: &StepReport) -> &ContactReport {
+            &report.contacts
+        }
+
+        fn snapshot(&mut self) -> Snapshot {
+            self.snapshot()
+        }
+    };
+}
+use named_alike;
 
 /// A solver as a run drives it.
 pub(crate) trait Water: Sized {

@@ -1,6 +1,6 @@
 //! Moving particles of water that overlap grains, as a run drives them.
 
-use sazanami_dem::{ContactReport, DemError, Engine};
+use sazanami_dem::{ContactReport, Engine};
 use sazanami_mps::pressure::PressureError;
 use sazanami_mps::solver::{Forcing, Phase, Solver, StepError, StepReport};
 use sazanami_mps::stability::Step;
@@ -8,9 +8,9 @@ use sazanami_numerics::Real;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::snapshot::Snapshot;
 
-use super::{StepProblem, Water};
+use super::{ELSEWHERE, StepProblem, Water, named_alike};
 use crate::case::meaning::Case;
-use crate::naming::{grain_error, grain_kind};
+use crate::naming::grain_kind;
 
 /// What moves water and walls in the step from `time` to `time + dt` \[s].
 fn forcing(case: &Case, time: Real, dt: Real) -> Forcing {
@@ -26,20 +26,10 @@ impl Water for Solver {
     type Stable = Step;
     type Report = StepReport;
 
-    fn domain(&self) -> &Domain {
-        self.domain()
-    }
-
-    fn engine(&self) -> &Engine {
-        self.grains().engine()
-    }
+    named_alike!();
 
     fn stable_step(&mut self, case: &Case, time: Real) -> Step {
         Solver::stable_step(self, case.effective_gravity(time))
-    }
-
-    fn length(stable: Step) -> (Real, &'static str) {
-        (stable.dt, stable.limit.name())
     }
 
     fn advance(
@@ -52,18 +42,6 @@ impl Water for Solver {
     ) -> Result<StepReport, StepProblem> {
         let outcome = self.step(dt, &forcing(case, time, dt), |phase| watch(phase_name(phase)));
         outcome.map_err(|error| problem(case, self, &error))
-    }
-
-    fn pressure_iterations(report: &StepReport) -> usize {
-        report.pressure.iterations
-    }
-
-    fn contacts(report: &StepReport) -> &ContactReport {
-        &report.contacts
-    }
-
-    fn snapshot(&mut self) -> Snapshot {
-        self.snapshot()
     }
 }
 
@@ -84,12 +62,8 @@ pub(crate) fn problem(case: &Case, solver: &Solver, error: &StepError) -> StepPr
         StepError::TooFar { .. } => "too_far",
         StepError::TooFast { .. } => "too_fast",
         StepError::Grains(error) => grain_kind(error),
-        StepError::Elsewhere(_) => "elsewhere",
+        StepError::Elsewhere(_) => ELSEWHERE,
     };
-    let message = match error {
-        StepError::Grains(error) => grain_error(case, solver.grains().engine().walls(), error),
-        other => other.to_string(),
-    };
-    let elsewhere = matches!(error, StepError::Elsewhere(_) | StepError::Grains(DemError::Elsewhere(_)));
-    StepProblem { kind, elsewhere, message }
+    let of_grains = if let StepError::Grains(error) = error { Some(error) } else { None };
+    StepProblem::new(case, solver.grains().engine(), kind, error, of_grains)
 }
