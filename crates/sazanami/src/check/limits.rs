@@ -138,6 +138,16 @@ fn largest_on(domain: &BoxDomain, velocity: impl Fn(Vector) -> Vector) -> Vector
     (0..125).map(|n| velocity(place(n))).fold(Vector::ZERO, Vector::max)
 }
 
+/// Whether liquid moves through gas from the start: the projection of the first velocities then makes the gas go round
+/// it, about as fast and in more than one direction at once.
+fn stirs(case: &Case) -> bool {
+    let fills = |liquid: &LiquidRegion| {
+        liquid.region.volume().is_some_and(|v| v >= 0.99 * case.domain.extent().element_product())
+    };
+    let moves = |liquid: &LiquidRegion| liquid.velocity != Vector::ZERO;
+    carrying_flow(case).is_none() && case.liquids.iter().any(|liquid| moves(liquid) && !fills(liquid))
+}
+
 /// Speeds that can be expected with what makes them [m/s]: what moves at the start, what falls through the box, what
 /// sides draw along, and the water of a shaken tank.
 pub(crate) fn speeds(case: &Case, tank: Option<&TankReport>) -> Vec<(Cause, Vector)> {
@@ -247,7 +257,8 @@ fn of_grid(
     let speed = |of: Vector| super::number(of.length(), 3);
     let rule = |of: GridLimit| match of {
         GridLimit::Advective => {
-            format!("{} / sum of speed over cell edge, speeds {} m/s", bounds.courant, speed(flow))
+            let part = if stirs(case) { "; half of it when the liquid sets the gas beside it in motion" } else { "" };
+            format!("{} / sum of speed over cell edge, speeds {} m/s{part}", bounds.courant, speed(flow))
         }
         GridLimit::Viscous => "1 / (2 nu sum of 1/dx^2)".to_owned(),
         GridLimit::GrainMotion => format!("{} of a cell at {} m/s", bounds.grain_travel, speed(grains)),
