@@ -111,6 +111,16 @@ impl Flow {
         self.fill_halos(domain, boundary);
     }
 
+    /// Adds the `velocity` at its centre [m/s] to that of every cell, as [`Self::set_velocity`].
+    pub fn add_velocity(&mut self, domain: &Domain, boundary: &Boundary, velocity: impl Fn(Vector) -> Vector + Sync) {
+        for (d, u) in self.velocity.iter_mut().enumerate() {
+            domain.for_each_row(&domain.interior(), u.data_mut(), |row, u| {
+                u.iter_mut().zip(0..).for_each(|(u, i)| *u += velocity(domain.centre(i, row.j, row.k))[d]);
+            });
+        }
+        self.fill_halos(domain, boundary);
+    }
+
     /// Gives every cell the mean velocity of its opposite faces.
     pub(crate) fn take_faces(&mut self, domain: &Domain) {
         let ahead = domain.strides();

@@ -97,7 +97,7 @@ pub enum CarryingFlow {
         period: Real,
     },
     /// Deformation of LeVeque (1996): `u1 = 2 U sin^2(pi x1/L1) sin(2 pi x2/L2) sin(2 pi x3/L3) cos(pi t/T)`, the others alike
-    /// with -1 for 2.
+    /// with -1 for 2, and times L2/L1 and L3/L1 in a box that is no cube, so that it stays free of divergence.
     Deformation {
         /// Half the largest velocity along x1.
         #[key(unit = "m/s")]

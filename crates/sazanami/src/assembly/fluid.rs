@@ -149,15 +149,10 @@ pub fn pour(case: &Case, domain: &Domain, boundary: &Boundary, flow: &mut Flow, 
             FluidName::Gas => set_gas_velocity(domain, flow, &beta, liquid.velocity),
         }
     }
-    if let Some(initial) = &case.fluid.initial_velocity {
-        for (d, u) in flow.velocity.iter_mut().enumerate() {
-            domain.for_each_row(&domain.interior(), u.data_mut(), |row, u| {
-                let at = |i: isize| initial.at(&case.domain, domain.centre(i, row.j, row.k))[d];
-                u.iter_mut().zip(0..).for_each(|(u, i)| *u += at(i));
-            });
-        }
+    match &case.fluid.initial_velocity {
+        Some(initial) => flow.add_velocity(domain, boundary, |x| initial.at(&case.domain, x)),
+        None => flow.fill_halos(domain, boundary),
     }
-    flow.fill_halos(domain, boundary);
 }
 
 /// Gives the gas that fills the part `beta` of each cell its velocity, by mass.
