@@ -54,6 +54,14 @@ impl<'a> Bodies<'a> {
         }
     }
 
+    /// Radius of each body about its origin \[m].
+    #[must_use]
+    pub fn outer_radii(&self) -> Vec<f64> {
+        let outer = |surface: &BodySurface| surface.nodes.iter().map(|node| node.length()).fold(0.0, f64::max);
+        let of_surfaces: Vec<f64> = self.surfaces.iter().map(outer).collect();
+        self.poses.iter().map(|pose| pose.scale * of_surfaces[pose.surface as usize]).collect()
+    }
+
     /// Total numbers of nodes and triangles.
     pub(crate) fn count(&self) -> (usize, usize) {
         self.poses.iter().fold((0, 0), |(nodes, triangles), pose| {

@@ -56,14 +56,22 @@ fn surfaces(scene: &Scene) -> Vec<BodySurface<'_>> {
 /// Section through the liquid, with the grains or without.
 fn section(scene: &Scene, with_grains: bool) -> Result<Picture, PictureError> {
     let surfaces = surfaces(scene);
+    let bodies = Bodies { surfaces: &surfaces, poses: &scene.poses };
     let scale = ColourScale::speed(scene.fastest);
-    let cells = section_of_cells(&scene.grid, &scene.liquid, scene.plane);
-    let liquid = SectionView::new(&scene.grid, scene.plane, &scene.title, &cells, &scale);
-    let liquid = SectionView { top: top(scene, &surfaces), ..liquid };
-    match with_grains {
-        true => liquid.with_grains(Bodies { surfaces: &surfaces, poses: &scene.poses }, &scene.speeds).draw(),
-        false => liquid.draw(),
-    }
+    let plane = plane(scene, &bodies);
+    let title = format!("{}, section at x₂ = {:.3} mm", scene.title, 1e3 * plane);
+    let title = if plane == scene.plane { &scene.title } else { &title };
+    let cells = section_of_cells(&scene.grid, &scene.liquid, plane);
+    let liquid = SectionView::new(&scene.grid, plane, title, &cells, &scale);
+    let liquid = SectionView { top: top(scene, &bodies), ..liquid };
+    if with_grains { liquid.with_grains(bodies, &scene.speeds).draw() } else { liquid.draw() }
+}
+
+/// Place of the section: that of the scene or, if it meets no grain, the centre of the nearest one \[m].
+fn plane(scene: &Scene, bodies: &Bodies) -> f64 {
+    let gap = |(pose, radius): (&BodyPose, f64)| ((pose.position.y - scene.plane).abs() - radius, pose.position.y);
+    let nearest = bodies.poses.iter().zip(bodies.outer_radii()).map(gap).min_by(|a, b| a.0.total_cmp(&b.0));
+    nearest.filter(|&(gap, _)| gap > 0.0).map_or(scene.plane, |(_, centre)| centre)
 }
 
 /// Grains and liquid in perspective, cut open.
@@ -75,7 +83,7 @@ fn view(scene: &Scene) -> Result<Picture, PictureError> {
     let bodies = Bodies { surfaces: &surfaces, poses: &scene.poses };
     let still = Still {
         viewpoint: Viewpoint { azimuth: -75.0, elevation: 20.0 },
-        top: top(scene, &surfaces),
+        top: top(scene, &bodies),
         cut_open: true,
         liquid: liquid.as_ref(),
         ..Still::new(&scene.grid, &scene.title, bodies, &scene.speeds, &scale)
@@ -85,14 +93,12 @@ fn view(scene: &Scene) -> Result<Picture, PictureError> {
 
 /// Upper edge of the pictures of a scene: above all grains and liquid, in steps of a tenth of the box so that it seldom
 /// moves from one time to the next \[m].
-fn top(scene: &Scene, surfaces: &[BodySurface]) -> f64 {
-    let radius = |surface: &BodySurface| surface.nodes.iter().map(|node| node.length()).fold(0.0, f64::max);
-    let radii: Vec<f64> = surfaces.iter().map(radius).collect();
-    let of_grain = |pose: &BodyPose| pose.position.z + pose.scale * radii[pose.surface as usize];
+fn top(scene: &Scene, bodies: &Bodies) -> f64 {
+    let tops = bodies.poses.iter().zip(bodies.outer_radii()).map(|(pose, radius)| pose.position.z + radius);
     let [n1, n2, _] = scene.grid.cells;
     let layer = scene.liquid.iter().rposition(|&c| c > SURFACE).map_or(0, |cell| cell / (n1 * n2) + 1);
     let (lower, upper) = (scene.grid.lower.z, scene.grid.upper().z);
-    let highest = scene.poses.iter().map(of_grain).fold(lower + layer as f64 * scene.grid.spacing.z, f64::max);
+    let highest = tops.fold(lower + layer as f64 * scene.grid.spacing.z, f64::max);
     let tenths = (10.0 * (highest - lower) / (upper - lower) + 0.3).ceil().clamp(1.0, 10.0);
     lower + 0.1 * tenths * (upper - lower)
 }

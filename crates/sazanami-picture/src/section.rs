@@ -216,25 +216,21 @@ impl<'a> SectionView<'a> {
         .map(|v| v as f32)
     }
 
-    /// Distance of the centre of body `number` behind the section, and its outer radius \[m].
-    fn reach(&self, number: usize, radii: &[f64]) -> (f64, f64) {
-        let pose = &self.bodies.poses[number];
-        (pose.position.y - self.plane, pose.scale * radii[pose.surface as usize])
+    /// Distance of the centre of body `number` behind the section \[m].
+    fn distance_behind(&self, number: usize) -> f64 {
+        self.bodies.poses[number].position.y - self.plane
     }
 
-    fn radii(&self) -> Vec<f64> {
-        let radius = |nodes: &[Vector]| nodes.iter().map(|node| node.length()).fold(0.0, f64::max);
-        self.bodies.surfaces.iter().map(|surface| radius(surface.nodes)).collect()
+    /// Whether the section may cut each body.
+    fn cut_bodies(&self) -> Vec<bool> {
+        let radii = self.bodies.outer_radii();
+        (0..radii.len()).map(|number| self.distance_behind(number).abs() <= radii[number]).collect()
     }
 
     fn draw_grains(&self, size: [usize; 2]) -> Drawn {
-        let radii = self.radii();
-        let is_cut: Vec<bool> = (0..self.bodies.poses.len())
-            .map(|number| self.reach(number, &radii))
-            .map(|(behind, radius)| behind.abs() <= radius)
-            .collect();
+        let is_cut = self.cut_bodies();
         let detail = DETAIL * self.grid.extent().x / size[0] as f64;
-        let is_drawn = |number: usize| is_cut[number] || (self.behind && self.reach(number, &radii).0 > 0.0);
+        let is_drawn = |number: usize| is_cut[number] || (self.behind && self.distance_behind(number) > 0.0);
         let scene = Scene::of_bodies(&self.bodies, detail, is_drawn);
         let places: Vec<Place> = scene.places.iter().map(|&place| self.place(place, size)).collect();
         let is_seen = |triangle: &&[u32; 3]| {
@@ -301,13 +297,9 @@ impl<'a> SectionView<'a> {
 
     /// Outlines of the grains where the section cuts them.
     fn draw_outlines(&self, canvas: &mut Canvas, frame: &Frame) {
-        let radii = self.radii();
         let mut nodes = Vec::new();
-        for number in 0..self.bodies.poses.len() {
-            let (behind, radius) = self.reach(number, &radii);
-            if behind.abs() > radius {
-                continue;
-            }
+        let is_cut = self.cut_bodies();
+        for number in (0..is_cut.len()).filter(|&number| is_cut[number]) {
             nodes.clear();
             self.bodies.for_each_node(number, |node| nodes.push(node));
             let dark = to_light(self.scale.colour(self.values[number])).map(|c| 0.16 * c);

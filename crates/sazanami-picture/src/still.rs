@@ -45,7 +45,8 @@ pub struct Still<'a> {
     pub scale: &'a ColourScale,
     /// Surface of the liquid.
     pub liquid: Option<&'a Isosurface>,
-    /// Whether grains on the side of the eye of the plane through the middle of the box, normal to x2, are left out.
+    /// Whether what lies on the side of the eye of the plane through the middle of the box, normal to x2, is left out: the
+    /// liquid there, and grains that lie there as a whole. A note in the picture says so.
     pub cut_open: bool,
     /// Whether a bar explains the colours.
     pub colour_bar: bool,
@@ -56,6 +57,8 @@ pub struct Still<'a> {
 /// Room above the picture for the title and beside it for the bar of colours \[pixels].
 const ABOVE: usize = 56;
 const BESIDE: usize = 130;
+/// What a picture says that is cut open.
+const CUT_NOTE: &str = "front half left out";
 /// What is smaller than this on a grain is not drawn [samples].
 const DETAIL: f64 = 3.0;
 /// Tangent of half the height of the picture seen from the eye.
@@ -177,6 +180,11 @@ impl<'a> Still<'a> {
         if self.liquid.is_some() {
             draw_swatch(&mut canvas, [width as f64 - 8.0, 30.0], BLUE, "liquid", 18.0);
         }
+        if self.cut_open {
+            let bottom = (ABOVE + height) as f64 - 14.0;
+            let note = Font { size: 17.0, colour: GREY, down: Anchor::End, ..font };
+            canvas.text([26.0, bottom], CUT_NOTE, note);
+        }
         if self.colour_bar {
             let (left, middle) = (width as f64 + 22.0, ABOVE as f64 + height as f64 / 2.0);
             let bar = Rectangle { left, right: left + 22.0, top: middle - 200.0, bottom: middle + 200.0 };
@@ -202,17 +210,18 @@ impl<'a> Still<'a> {
         }
     }
 
-    /// Whether the cut takes a point away.
-    fn is_cut_away(&self, point: Vector, camera: &Camera) -> bool {
-        let middle = self.grid.lower + 0.5 * self.grid.extent();
-        self.cut_open && (point.y - middle.y) * (camera.eye.y - middle.y) > 0.0
+    /// Whether the cut takes away all of what lies within `radius` \[m] of a point.
+    fn is_cut_away(&self, point: Vector, radius: f64, camera: &Camera) -> bool {
+        let middle = self.grid.lower.y + 0.5 * self.grid.extent().y;
+        self.cut_open && (point.y - middle) * (camera.eye.y - middle).signum() > radius
     }
 
     fn draw_grains(&self, camera: &Camera) -> Drawn {
         let [lower, upper] = self.shown();
         let detail = DETAIL * (camera.eye - 0.5 * (lower + upper)).length() / camera.focus;
+        let radii = self.bodies.outer_radii();
         let scene = Scene::of_bodies(&self.bodies, detail, |number| {
-            !self.is_cut_away(self.bodies.poses[number].position, camera)
+            !self.is_cut_away(self.bodies.poses[number].position, radii[number], camera)
         });
         let places: Vec<Place> = scene.places.iter().map(|&place| camera.place(place)).collect();
         let is_seen = |triangle: &&[u32; 3]| is_front(triangle.map(|corner| places[corner as usize]));
@@ -241,7 +250,7 @@ impl<'a> Still<'a> {
         };
         let light = surface.nodes.iter().zip(&surface.normals).map(light).collect();
         let places = surface.nodes.iter().map(|&node| camera.place(node)).collect();
-        let is_kept = |triangle: &&[u32; 3]| !self.is_cut_away(surface.nodes[triangle[0] as usize], camera);
+        let is_kept = |triangle: &&[u32; 3]| !self.is_cut_away(surface.nodes[triangle[0] as usize], 0.0, camera);
         let triangles = surface.triangles.iter().filter(is_kept).copied().collect();
         let surface = Layer::draw(self.samples(), places, triangles, f32::NEG_INFINITY);
         Some(Drawn { surface, light, tags: Vec::new() })

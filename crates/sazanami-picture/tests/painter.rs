@@ -1,5 +1,9 @@
 //! Every figure of a run and of its evaluation becomes a PNG file of its own.
 
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+
 use sazanami::artist::{
     Artist as _, Colouring, ErosionPoint, Figure, LayerHistory, RippleHistory, Scene, SideView, Surfaces,
 };
@@ -7,7 +11,7 @@ use sazanami_io::BodyPose;
 use sazanami_numerics::geometry::{ContactSphereRule, Shape, VolumeRule};
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Quaternion, Vector};
-use sazanami_picture::Painter;
+use sazanami_picture::{ColourScale, Painter};
 
 /// A ball on the floor of a box, with liquid above it.
 fn scene() -> Scene {
@@ -99,4 +103,57 @@ fn every_figure_becomes_a_picture_of_its_own() {
             .contains("profiles at instants")
     );
     assert!(Painter.draw(&all[0], &folder.path().join("absent/a.png")).is_err());
+}
+
+/// Pixels of a picture, left of the bar of colours, whose red, green and blue satisfy `is_counted`.
+fn count(path: &Path, is_counted: impl Fn([u8; 3]) -> bool) -> usize {
+    let mut reader = png::Decoder::new(BufReader::new(File::open(path).unwrap())).read_info().unwrap();
+    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+    let header = reader.next_frame(&mut bytes).unwrap();
+    assert_eq!(header.color_type, png::ColorType::Rgb);
+    let rows = bytes.chunks_exact(header.line_size);
+    let left = rows.flat_map(|row| row[..row.len() - 3 * 150].as_chunks::<3>().0);
+    left.filter(|pixel| is_counted(**pixel)).count()
+}
+
+#[test]
+fn a_grain_that_the_middle_plane_cuts_is_in_the_view_and_one_in_front_of_it_is_not() {
+    let folder = tempfile::tempdir().unwrap();
+    // Without liquid nothing else in the view has the warm colours of a slow grain.
+    let drawn = |y: f64| {
+        let mut scene = Scene { liquid: vec![0.0; 512], speeds: vec![0.0], ..scene() };
+        scene.poses[0].position.y = y;
+        let path = folder.path().join("view.png");
+        Painter.draw(&Figure::View(&scene), &path).unwrap();
+        count(&path, |[red, _, blue]| red > blue.saturating_add(25))
+    };
+    let seen = drawn(0.004);
+    assert!(seen > 5_000, "{seen}");
+    for nudge in [1e-12, -1e-12, 0.5e-3, -0.5e-3] {
+        let moved = drawn(0.004 + nudge);
+        assert!(moved.abs_diff(seen) < seen / 4, "{moved} against {seen} after {nudge} m");
+    }
+    assert_eq!(drawn(0.004 - 1.5e-3), 0, "a ball of 1 mm radius that lies wholly in front of the plane");
+}
+
+#[test]
+fn a_section_that_meets_no_grain_goes_through_the_nearest_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let cut = ColourScale::speed(1.0).colour(1.0);
+    let drawn = |y: f64| {
+        let mut scene = Scene { liquid: vec![0.0; 512], speeds: vec![1.0], ..scene() };
+        scene.poses[0].position.y = y;
+        let path = folder.path().join("section.png");
+        Painter.draw(&Figure::Section(&scene), &path).unwrap();
+        count(&path, |pixel| pixel.iter().zip(cut).all(|(&a, b)| a.abs_diff(b) < 16))
+    };
+    let through_the_middle = drawn(0.004);
+    assert!(through_the_middle > 10_000, "{through_the_middle}");
+    for y in [0.001, 0.0028, 0.0052, 0.007] {
+        let moved = drawn(y);
+        assert!(moved.abs_diff(through_the_middle) < through_the_middle / 50, "{moved} of {through_the_middle} at {y}");
+    }
+    // A plane that meets the grain stays where it is, and cuts a smaller circle: the control.
+    let beside = drawn(0.0048);
+    assert!(beside < through_the_middle / 2, "{beside} of {through_the_middle}");
 }
