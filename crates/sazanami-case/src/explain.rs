@@ -53,14 +53,24 @@ fn followed(names: &[&str], path: &str, docs: &TableDoc) -> Option<String> {
     let (name, rest) = names.split_first()?;
     let key = docs.keys.iter().find(|key| key.name == *name)?;
     let path = joined(path, name);
-    // A name of the user's choice may stand in the path.
     let (path, rest) = match (&key.value, rest) {
-        (ValueDoc::Named(_), [own, further @ ..]) if !key.nested_docs().keys.iter().any(|key| key.name == *own) => {
+        (ValueDoc::Named(_), [own, further @ ..]) if is_chosen_name(key, own, further) => {
             (format!("{path}.NAME"), further)
         }
         _ => (path, rest),
     };
     if rest.is_empty() { Some(key_text(&path, key)) } else { followed(rest, &path, &key.nested_docs()) }
+}
+
+/// Whether the first name below a table of named tables is one of the user's choice. Contacts go by pairs of materials;
+/// elsewhere a name has keys behind it, so that a misspelt key is not taken for one.
+fn is_chosen_name(table: &KeyDoc, name: &str, further: &[&str]) -> bool {
+    let is_key = table.nested_docs().keys.iter().any(|key| key.name == name);
+    let is_name = match table.name {
+        "contact" => name == "default" || name.contains('/') || name == "NAME",
+        _ => name == "NAME" || !further.is_empty(),
+    };
+    is_name && !is_key
 }
 
 fn joined(path: &str, name: &str) -> String {

@@ -9,7 +9,9 @@ pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) ->
         .into_iter()
         .map(|candidate| (distance(&lower, &candidate.to_lowercase()), candidate))
         .filter(|&(distance, candidate)| {
-            distance <= limit || (lower.len() >= 3 && (candidate.starts_with(&lower) || lower.starts_with(candidate)))
+            let is_part = lower.len() >= 5 && candidate.contains(&lower);
+            let is_start = lower.len() >= 3 && (candidate.starts_with(&lower) || lower.starts_with(candidate));
+            distance <= limit || is_part || is_start
         })
         .min_by_key(|&(distance, _)| distance)
         .map(|(_, candidate)| candidate)
@@ -50,6 +52,7 @@ mod tests {
         assert_eq!(nearest("Density", keys), Some("density"));
         assert_eq!(nearest("dnesity", keys), Some("density"));
         assert_eq!(nearest("kinematic", keys), Some("kinematic_viscosity"));
+        assert_eq!(nearest("viscosit", keys), Some("dynamic_viscosity"));
         assert_eq!(nearest("colour", keys), None);
     }
 }

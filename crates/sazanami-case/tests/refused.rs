@@ -91,6 +91,12 @@ fn every_key_is_explained_and_misspelt_ones_lead_to_it() {
     assert_eq!(meant("fluid.voff"), Some("fluid.vof".into()));
     assert_eq!(meant("erosion.rmax"), Some("erosion.r_max".into()));
     assert_eq!(meant("zzzzzzzz"), None);
+    // What stands for a name below a named table is one: a misspelt key is not.
+    assert!(text("contact.default").contains("stiffness") && text("contact.NAME.friction").contains("0 to 10"));
+    assert_eq!(meant("contact.stiffnes"), Some("contact.normal_stiffness".into()));
+    assert_eq!(meant("contact.frictoin"), Some("contact.friction".into()));
+    assert!(text("material.sand.density").contains("kg/m^3"));
+    assert_eq!(meant("material.densty"), Some("material.density".into()));
 }
 
 #[test]
