@@ -18,17 +18,23 @@ const PARTS: [(&str, &str, &[&str]); 5] = [
 /// Pages of the repository's root, which the book includes.
 const LAST: [(&str, &str); 2] = [("Architecture", "book/architecture.md"), ("Changelog", "book/changelog.md")];
 
-/// Builds the book where mdBook is installed.
+/// Builds the book; mdBook has to be installed.
 pub fn run() -> u8 {
     if !Command::new("mdbook").arg("--version").output().is_ok_and(|output| output.status.success()) {
-        println!("the book needs mdBook: `cargo install mdbook`");
-        return 0;
+        eprintln!("error: the book needs mdBook: `cargo install mdbook`");
+        return 1;
     }
     exit_code(Command::new("mdbook").arg("build").current_dir(root()))
 }
 
-/// The table of contents of all pages in `docs`.
-pub fn summary(docs: &Path) -> String {
+/// The table of contents of all pages in `docs`, with the headings of `fresh` for the pages that are about to be written:
+/// paths below `root` and texts.
+pub fn summary(root: &Path, fresh: &[(String, String)]) -> String {
+    let docs = &root.join("docs");
+    let text_of = |path: &Path| match fresh.iter().find(|(name, _)| root.join(name) == path) {
+        Some((_, text)) => text.clone(),
+        None => fs::read_to_string(path).unwrap_or_default(),
+    };
     let mut text = String::from("# Summary\n");
     for (title, folder, first) in PARTS {
         let mut found = pages(&docs.join(folder), !folder.is_empty());
@@ -41,7 +47,7 @@ pub fn summary(docs: &Path) -> String {
         }
         for path in found {
             let name = path.strip_prefix(docs).unwrap_or(&path).to_string_lossy().replace('\\', "/");
-            let _ = writeln!(text, "- [{}]({name})", heading(&path));
+            let _ = writeln!(text, "- [{}]({name})", heading(&text_of(&path)));
         }
     }
     text.push_str("\n# Development\n\n");
@@ -63,8 +69,7 @@ fn pages(folder: &Path, deep: bool) -> Vec<PathBuf> {
 }
 
 /// First heading of a page, without marks of code.
-fn heading(path: &Path) -> String {
-    let text = fs::read_to_string(path).unwrap_or_default();
+fn heading(text: &str) -> String {
     let title = text.lines().find_map(|line| line.strip_prefix("# ")).unwrap_or("Untitled");
     title.replace('`', "").replace('[', "(").replace(']', ")")
 }
@@ -75,7 +80,11 @@ mod tests {
 
     #[test]
     fn the_table_of_contents_names_pages_of_every_part() {
-        let written = summary(&root().join("docs"));
+        let written = summary(&root(), &[]);
         assert!(written.contains("](guide/README.md)") && written.contains("](decisions/0001-dependencies.md)"));
+        assert!(!written.contains("New heading"));
+        // What is about to be written gives its new heading, not that on disk.
+        let fresh = ("docs/guide/columns.md".to_owned(), "# New heading\n".to_owned());
+        assert!(summary(&root(), &[fresh]).contains("- [New heading](guide/columns.md)"));
     }
 }

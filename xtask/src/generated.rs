@@ -25,7 +25,7 @@ fn files(root: &Path) -> Result<Vec<(String, String)>, String> {
     ];
     files.extend(pages(root, CASES)?);
     // The headings of the pages make the table of contents.
-    files.push(("docs/SUMMARY.md".to_owned(), book::summary(&root.join("docs"))));
+    files.push(("docs/SUMMARY.md".to_owned(), book::summary(root, &files)));
     Ok(files)
 }
 

@@ -1,4 +1,4 @@
-//! Project chores: `cargo xtask test`, `tidy`, `verify`, `tables`, `bench`.
+//! Project chores: `cargo xtask test`, `tidy`, `generate`, `verify`, `book`, `bench`.
 
 mod book;
 mod generated;
@@ -12,9 +12,8 @@ const HELP: &str = "\
 cargo xtask test [--locked] [ARGS...]   formatting, tidy, lints, then all tests; ARGS go to `cargo test`
 cargo xtask tidy                        who may depend on whom, what the sources may name, whether generated files are fresh
 cargo xtask generate                    schema, reference pages, pages of verification/ and docs/results, docs/SUMMARY.md
-cargo xtask verify [ARGS...]            `sazanami verify`: cases with known results
-cargo xtask tables                      the same, after `sazanami verify --out verification`
-cargo xtask book                        the book, where mdBook is installed
+cargo xtask verify [ARGS...]            `sazanami verify`: cases with known results; with `--out verification`, `generate` next
+cargo xtask book                        the book, by mdBook (`cargo install mdbook`)
 cargo xtask bench [ARGS...]             `sazanami bench`: kernels and whole steps
 
 Everything is built with the release profile, so that all commands share what is built.";
@@ -27,7 +26,7 @@ fn main() -> ExitCode {
         "test" => test::run(&rest),
         "book" => book::run(),
         "tidy" => tidy::run(rest.iter().any(|argument| argument == "--locked")),
-        "generate" | "tables" => generated::write(&root()),
+        "generate" => generated::write(&root()),
         "verify" | "bench" => forward(&command, &rest),
         "" | "help" | "--help" | "-h" => {
             println!("{HELP}");

@@ -19,7 +19,7 @@ pub const MEASURED: &str = "measured.json";
 const PAGE: &str = "README.md";
 const FIGURE: &str = "figure.svg";
 const OVERVIEW: &str = "docs/results/verification.md";
-const BEGIN: &str = "<!-- from here: written by `cargo xtask tables` -->";
+const BEGIN: &str = "<!-- from here: written by `cargo xtask generate` -->";
 const END: &str = "<!-- to here -->";
 
 /// Writes what was measured, the page and its figure into `folder/<case>`; a page that is there keeps its text.

@@ -17,7 +17,7 @@ use crate::terminal::Screen;
 #[derive(Debug, Args)]
 #[command(
     long_about = "Run cases with known results and judge what they measure: value, reference, band and verdict. All of it takes \
-                  about an hour on two cores; --long adds what takes longer. Exit code 0 if nothing is worse than recorded in \
+                  about 19 minutes on two cores; --long adds what takes longer. Exit code 0 if nothing is worse than recorded in \
                   verification/<case>/expected.toml, 1 on a regression or a miss that is not recorded there.",
     after_help = "Example:\n  sazanami verify layers-at-rest falling-drop --json"
 )]
@@ -25,7 +25,7 @@ pub struct Verify {
     /// Cases (default: all)
     #[arg(value_name = "CASE")]
     names: Vec<String>,
-    /// Add what takes longer than the hour
+    /// Add the cases that take longest
     #[arg(long)]
     long: bool,
     /// Only the cases that run with the tests: a few minutes
