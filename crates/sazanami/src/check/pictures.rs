@@ -94,6 +94,7 @@ mod tests {
 
     use super::super::population_reports;
     use super::*;
+    use crate::assembly::shapes::shape_of;
 
     const CASE: &str = "[domain]\nsize = [\"10 mm\", \"10 mm\", \"10 mm\"]\ncells = [32, 32, 32]\n[run]\nuntil = \"1 ms\"\n\
                         [material.stone]\ndensity = \"2650 kg/m^3\"\n[[grains]]\nshape.sphere = { diameter = \"0.3 mm\" }\n\
@@ -118,6 +119,25 @@ mod tests {
             let populations = population_reports(&case, &[]);
             let found = time(&case, &populations, [100.0, 1e-5], &CostModel::default());
             assert!((found / measured).ln().abs() < 1.5_f64.ln(), "{change}: {found} s, not {measured} s");
+        }
+    }
+    /// Counted on the surfaces that pictures draw.
+    #[test]
+    fn grains_have_the_triangles_that_the_cost_of_pictures_assumes() {
+        for shape in [
+            "sphere = { diameter = \"0.3 mm\" }",
+            "sphere = { diameter = \"0.3 mm\", refinement = 2 }",
+            "sphere = { diameter = \"0.3 mm\", refinement = 3 }",
+            "spheroid = { diameter = \"0.2 mm\", length = \"0.4 mm\" }",
+            "spheroid = { diameter = \"0.2 mm\", length = \"0.4 mm\", rings = 12, segments = 20 }",
+            "cylinder = { diameter = \"0.2 mm\", length = \"0.4 mm\", segments = 24 }",
+            "box = { size = [\"0.2 mm\", \"0.2 mm\", \"0.2 mm\"] }",
+        ] {
+            let change = format!("grains.0.shape={{ {shape} }}");
+            let case = crate::case::parse(Path::new("case.toml"), CASE, &[change]).unwrap().case;
+            let counted = shape_of(&case.grains[0]).unwrap().surface().triangles.len() as Real;
+            let found = triangles(&case.grains[0]);
+            assert!((found / counted).ln().abs() < 1.5_f64.ln(), "{shape}: {found}, not {counted}");
         }
     }
 }
