@@ -190,7 +190,7 @@ fn the_doctor_looks_at_machine_and_limits() {
 fn memory_that_is_refused_ends_by_name() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("long.toml"), LONG).unwrap();
-    // Foretold: refused before anything is written.
+    // Predicted: refused before anything is written.
     let line =
         "ulimit -v 300000; $S run long.toml --out out --steps 1 --threads 1 --set domain.cells='[200, 200, 200]'";
     let predicted = shell(folder.path(), line);

@@ -48,7 +48,7 @@ fn setup(walls: Vec<Wall>) -> Setup {
 }
 
 /// Balls and spheroids that fly at each other; every seventh does not mind forces.
-fn crowd() -> Vec<Grain> {
+fn dense_grains() -> Vec<Grain> {
     let mut random = Random::new(3);
     let mut grains: Vec<Grain> = (0..150)
         .map(|n| Grain {
@@ -131,14 +131,14 @@ fn a_ball_falls_at_its_terminal_velocity() {
 #[test]
 fn grains_and_fluid_together_keep_their_momentum() {
     let domain = alone(false);
-    let mut engine = Engine::new(&domain, setup(vec![]), &crowd()).expect("the case is sound");
+    let mut engine = Engine::new(&domain, setup(vec![]), &dense_grains()).expect("the case is sound");
     let momentum = |grains: &Grains| {
         let free = (0..grains.owned()).filter(|&g| grains.motion[g] == Motion::Free);
         free.map(|g| grains.mass[g] * grains.velocity[g]).sum::<Vector>()
     };
     let size: Real = (0..150).map(|g| engine.grains().mass[g] * engine.grains().velocity[g].length()).sum();
     // Without the grains that forces do not move: those take momentum through contacts.
-    let mut free: Vec<Grain> = crowd();
+    let mut free: Vec<Grain> = dense_grains();
     free.retain(|g| g.motion == Motion::Free);
     let mut closed = Engine::new(&domain, setup(vec![]), &free).expect("the case is sound");
     let (mut contacts, mut worst, mut control) = (0, 0.0_f64, 0.0_f64);
@@ -178,7 +178,7 @@ fn grains_and_fluid_together_keep_their_momentum() {
 /// State of every grain after some steps in a swirl: identifier, velocity, impulse of the drag.
 fn stirred(domain: &Domain, factor: Real) -> Vec<(u64, Vector, Vector)> {
     let walls = vec![Wall::at_rest(Vector::ZERO, Vector::Z, 0)];
-    let mut engine = Engine::new(domain, setup(walls), &crowd()).expect("the case is sound");
+    let mut engine = Engine::new(domain, setup(walls), &dense_grains()).expect("the case is sound");
     for _ in 0..60 {
         let mut drag = swirl(engine.grains());
         drag.quadratic *= factor;
@@ -218,7 +218,7 @@ fn drag_has_the_same_bits_on_any_ranks_and_threads() {
 fn a_drag_of_nothing_changes_no_bits() {
     let domain = alone(false);
     let run = |drag: Option<&dyn Drag>| {
-        let mut engine = Engine::new(&domain, setup(vec![]), &crowd()).expect("the case is sound");
+        let mut engine = Engine::new(&domain, setup(vec![]), &dense_grains()).expect("the case is sound");
         engine.advance(&domain, &Loads { drag, ..Loads::none() }, GRAVITY, 4e-3, Substeps::Auto).expect("they fly");
         (engine.grains().velocity.clone(), engine.grains().orientation.clone())
     };
@@ -231,7 +231,7 @@ fn a_drag_of_nothing_changes_no_bits() {
 #[test]
 fn impulses_move_free_grains_only() {
     let domain = alone(false);
-    let mut engine = Engine::new(&domain, setup(vec![]), &crowd()).expect("the case is sound");
+    let mut engine = Engine::new(&domain, setup(vec![]), &dense_grains()).expect("the case is sound");
     let before = engine.grains().clone();
     let impulse = Vector::new(1e-7, 0.0, -2e-7);
     engine.apply_impulses(&domain, &[impulse; 150]);

@@ -33,11 +33,11 @@ pub(crate) fn line(points: &[(Real, Real)]) -> Option<Line> {
 }
 
 /// Highest point of the parabola through three values one apart: its place, from the middle one on, and its value.
-/// `None` if they do not bend down.
+/// `None` if their curvature is not negative.
 pub(crate) fn vertex(before: Real, middle: Real, after: Real) -> Option<(Real, Real)> {
-    let bend = before - 2.0 * middle + after;
-    (bend < 0.0).then(|| {
-        let place = 0.5 * (before - after) / bend;
+    let curvature = before - 2.0 * middle + after;
+    (curvature < 0.0).then(|| {
+        let place = 0.5 * (before - after) / curvature;
         (place, middle - 0.25 * (before - after) * place)
     })
 }

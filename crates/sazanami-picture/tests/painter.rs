@@ -84,12 +84,12 @@ fn every_figure_becomes_a_picture_of_its_own() {
         Figure::Layers { title, history: &history, layers: ["upper", "lower"], submerged_weight: Some(1e-5) },
         Figure::RippleGrowth { title, runs: &[growth] },
     ];
-    let folder = tempfile::tempdir().unwrap();
+    let folder = tempfile::tempdir().expect("the picture was written");
     let mut drawn: Vec<Vec<u8>> = Vec::new();
     for (n, figure) in all.iter().enumerate() {
         let path = folder.path().join(format!("{n}.png"));
-        Painter.draw(figure, &path).unwrap();
-        let bytes = std::fs::read(&path).unwrap();
+        Painter.draw(figure, &path).expect("the picture was written");
+        let bytes = std::fs::read(&path).expect("the picture was written");
         assert!(bytes.starts_with(b"\x89PNG") && !drawn.contains(&bytes), "{n}");
         drawn.push(bytes);
     }
@@ -107,9 +107,11 @@ fn every_figure_becomes_a_picture_of_its_own() {
 
 /// Pixels of a picture, left of the bar of colours, whose red, green and blue satisfy `is_counted`.
 fn count(path: &Path, is_counted: impl Fn([u8; 3]) -> bool) -> usize {
-    let mut reader = png::Decoder::new(BufReader::new(File::open(path).unwrap())).read_info().unwrap();
-    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
-    let header = reader.next_frame(&mut bytes).unwrap();
+    let mut reader = png::Decoder::new(BufReader::new(File::open(path).expect("the picture was written")))
+        .read_info()
+        .expect("the picture was written");
+    let mut bytes = vec![0; reader.output_buffer_size().expect("the picture was written")];
+    let header = reader.next_frame(&mut bytes).expect("the picture was written");
     assert_eq!(header.color_type, png::ColorType::Rgb);
     let rows = bytes.chunks_exact(header.line_size);
     let left = rows.flat_map(|row| row[..row.len() - 3 * 150].as_chunks::<3>().0);
@@ -118,13 +120,13 @@ fn count(path: &Path, is_counted: impl Fn([u8; 3]) -> bool) -> usize {
 
 #[test]
 fn a_grain_that_the_middle_plane_cuts_is_in_the_view_and_one_in_front_of_it_is_not() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = tempfile::tempdir().expect("the picture was written");
     // Without liquid nothing else in the view has the warm colours of a slow grain.
     let drawn = |y: f64| {
         let mut scene = Scene { liquid: vec![0.0; 512], speeds: vec![0.0], ..scene() };
         scene.poses[0].position.y = y;
         let path = folder.path().join("view.png");
-        Painter.draw(&Figure::View(&scene), &path).unwrap();
+        Painter.draw(&Figure::View(&scene), &path).expect("the picture was written");
         count(&path, |[red, _, blue]| red > blue.saturating_add(25))
     };
     let seen = drawn(0.004);
@@ -138,13 +140,13 @@ fn a_grain_that_the_middle_plane_cuts_is_in_the_view_and_one_in_front_of_it_is_n
 
 #[test]
 fn a_section_that_meets_no_grain_goes_through_the_nearest_one() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = tempfile::tempdir().expect("the picture was written");
     let cut = ColourScale::speed(1.0).colour(1.0);
     let drawn = |y: f64| {
         let mut scene = Scene { liquid: vec![0.0; 512], speeds: vec![1.0], ..scene() };
         scene.poses[0].position.y = y;
         let path = folder.path().join("section.png");
-        Painter.draw(&Figure::Section(&scene), &path).unwrap();
+        Painter.draw(&Figure::Section(&scene), &path).expect("the picture was written");
         count(&path, |pixel| pixel.iter().zip(cut).all(|(&a, b)| a.abs_diff(b) < 16))
     };
     let through_the_middle = drawn(0.004);

@@ -407,7 +407,7 @@ fn kind_of(section: &str) -> &str {
     section.strip_suffix("_1").or(section.strip_suffix("_2")).or(section.strip_suffix("_3")).unwrap_or(section)
 }
 
-/// Physical arrays of a state: books and caches left out.
+/// Physical arrays of a state: budgets and caches left out.
 fn physical(state: &Snapshot) -> impl Iterator<Item = (&str, &[Real])> {
     state.sections().filter_map(|(name, section)| match section {
         Section::F64(values) if name.starts_with("fluid/") || name.starts_with("grains/grain.") => {

@@ -8,7 +8,7 @@ use sazanami_numerics::geometry::{ContactSphereRule, Region, Shape, VolumeRule};
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
 
-use super::tank::{Tank, WATER_AND_AIR, book, fractions, new_budget, step};
+use super::tank::{Tank, WATER_AND_AIR, enter, fractions, new_budget, step};
 use crate::measured::Measured;
 
 const SPEED: Real = 9.0;
@@ -65,7 +65,7 @@ fn outcome(cells_per_grain: Real, exchange: Exchange) -> Result<Outcome, String>
         let (dt, report) = step(&mut solver, time, end)?;
         time += dt;
         clipped += report.transport.residue.clipped_volume;
-        book(&mut budget, &solver, &report);
+        enter(&mut budget, &solver, &report);
     }
     let start = budget.initial_total().z;
     let walls = (budget.impulse("walls_on_fluid") + budget.impulse("walls_on_grains")).z;

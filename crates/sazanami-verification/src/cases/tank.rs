@@ -138,8 +138,8 @@ pub(crate) fn new_budget(solver: &Solver) -> MomentumBudget {
     MomentumBudget::new(&StoredMomentum::TERMS, &solver.momentum().terms(), Impulses::names(solver.forces()))
 }
 
-/// Books the impulses of a step and what is held after it.
-pub(crate) fn book(budget: &mut MomentumBudget, solver: &Solver, report: &StepReport) {
+/// Enters the impulses of a step and the momentum after it into the budget.
+pub(crate) fn enter(budget: &mut MomentumBudget, solver: &Solver, report: &StepReport) {
     budget.add(report.impulses.terms());
     budget.set_stored(&solver.momentum().terms());
 }

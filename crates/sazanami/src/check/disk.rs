@@ -14,6 +14,12 @@ const ROW: Real = 600.0;
 const ROW_OF_POINT: Real = 70.0;
 /// What is written of a place along the bed, with the water above it \[bytes].
 const ROW_OF_PLACE: Real = 150.0;
+/// What is written of the place of a grain that is a point \[bytes].
+const PLACE_OF_GRAIN: Real = 14.0;
+/// What is written of a value of a grain that is a point \[bytes].
+const VALUE_OF_GRAIN: Real = 6.0;
+/// What a value adds to the surface of a grain, whose corners all have it \[bytes].
+const MESH_OF_VALUE: Real = 20.0;
 
 /// Results on disk by key of `[output]` \[bytes], and the checkpoints kept.
 pub(super) fn disk(case: &Case, size: &Size, [steps, dt]: [Real; 2], model: &CostModel) -> [(&'static str, Real); 6] {
@@ -66,9 +72,3 @@ pub fn warn_of_disk(loaded: &LoadedCase, report: &CheckReport, available: Option
         .label(format!("about {}, of which {} are free", bytes(report.disk_bytes), bytes(free)))
         .help(format!("write `{key}` less often: it takes {}", bytes(share)));
 }
-/// What is written of the place of a grain that is a point \[bytes].
-const PLACE_OF_GRAIN: Real = 14.0;
-/// What is written of a value of a grain that is a point \[bytes].
-const VALUE_OF_GRAIN: Real = 6.0;
-/// What a value adds to the surface of a grain, whose corners all have it \[bytes].
-const MESH_OF_VALUE: Real = 20.0;

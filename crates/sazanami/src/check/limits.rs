@@ -431,10 +431,10 @@ mod tests {
             if loaded.case.grains.is_empty() {
                 continue;
             }
-            let (foretold, found) = (predicted(&loaded.case), of_engine(&loaded.case));
+            let (expected, found) = (predicted(&loaded.case), of_engine(&loaded.case));
             assert!(
-                foretold == found || (foretold / found - 1.0).abs() < 1e-12,
-                "{}: {foretold} s, not {found} s",
+                expected == found || (expected / found - 1.0).abs() < 1e-12,
+                "{}: {expected} s, not {found} s",
                 path.display()
             );
             compared += 1;
@@ -459,8 +459,8 @@ mod tests {
                 pair.law = LinearSpringDashpot { normal_stiffness, tangential_stiffness, ..law }.into();
             });
             case.materials.iter_mut().for_each(|material| material.density = 1100.0 + 6000.0 * random());
-            let (foretold, found) = (predicted(&case), of_engine(&case));
-            assert!((foretold / found - 1.0).abs() < 1e-12, "{foretold} s, not {found} s");
+            let (expected, found) = (predicted(&case), of_engine(&case));
+            assert!((expected / found - 1.0).abs() < 1e-12, "{expected} s, not {found} s");
             // Negative control: half the mass has another sub-step.
             case.materials.iter_mut().for_each(|material| material.density *= 0.5);
             assert!((predicted(&case) / found - 1.0).abs() > 0.2);

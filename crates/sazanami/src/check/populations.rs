@@ -20,7 +20,7 @@ pub struct ShapeFacts {
     pub grains: Option<usize>,
     /// Contact spheres and inertia of a grain of size factor 1.
     pub body: Option<Body>,
-    /// For people.
+    /// Description of the shape, a line each, for the report of `check`.
     pub lines: Vec<String>,
 }
 
