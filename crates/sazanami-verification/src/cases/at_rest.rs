@@ -22,7 +22,7 @@ fn block() -> Result<Shape, String> {
 }
 
 /// Contact force over weight of a block on the floor, and the same with the buoyancy of plain central
-/// differences of the pressure, after 50 steps.
+/// differences of the pressure, after 200 steps.
 fn carried(liquid: bool) -> Result<[Real; 2], String> {
     let grid = Grid::new([12, 12, 16], Vector::ZERO, Vector::new(9.6e-3, 9.6e-3, 12.8e-3));
     let mut tank = Tank::new(grid, Boundary::closed(), WATER_AND_AIR, 2e-5);
@@ -41,7 +41,7 @@ fn carried(liquid: bool) -> Result<[Real; 2], String> {
         flow.fill_halos(domain, boundary);
     })?;
     let mut time = 0.0;
-    for _ in 0..50 {
+    for _ in 0..200 {
         time += step(&mut solver, time, Real::INFINITY)?.0;
     }
     let contact = solver.grains().engine().grains().contact_force[0].z;
