@@ -247,26 +247,6 @@ impl Projection {
         });
     }
 
-    /// Adds what gravity [m/s^2] and the pressure of the last projection give the cells over `dt` \[s], where the density
-    /// of a cell is that of its neighbours: with it before the viscous step and without it after, viscosity and friction
-    /// meet the forces that the next projection will find again, and a flow driven slowly past a surface does not depend
-    /// on the step.
-    pub(crate) fn drive(&self, domain: &Domain, flow: &mut Flow, gravity: Vector, dt: Real) {
-        let Flow { density, velocity: [u1, u2, u3], .. } = flow;
-        let (gradient, rho, strides) = (self.gradient(density), density.data(), domain.strides().map(|s| s as usize));
-        let slices = (u1.data_mut(), u2.data_mut(), u3.data_mut());
-        domain.for_each_row(&domain.interior(), slices, |row, (u1, u2, u3)| {
-            for (n, at) in row.shifted(0).enumerate() {
-                if strides.iter().all(|s| rho[at - s] == rho[at] && rho[at + s] == rho[at]) {
-                    let change = dt * (gravity - gradient.at(at) / rho[at]);
-                    u1[n] += change.x;
-                    u2[n] += change.y;
-                    u3[n] += change.z;
-                }
-            }
-        });
-    }
-
     /// Subtracts the face accelerations from faces and, averaged over opposite faces, from cells.
     fn correct(
         &self,

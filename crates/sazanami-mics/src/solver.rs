@@ -184,15 +184,7 @@ impl Solver {
             projection.add_gradient(domain, &flow.density, &mut flow.velocity, -half);
             report.transport += flow.transport(domain, boundary, pass);
             projection.add_gradient(domain, &flow.density, &mut flow.velocity, half);
-            // On surfaces the friction has to hold up the old pressure gradient and gravity too.
-            let driven = grains.surface_mut().is_some();
-            if driven {
-                projection.drive(domain, flow, gravity, pass);
-            }
             report.diffusion += flow.diffuse_beside(domain, boundary, pass, grains.surface_mut())?;
-            if driven {
-                projection.drive(domain, flow, gravity, -pass);
-            }
             forces.predict(&Pass { domain, boundary, gravity, dt: pass }, flow, &mut report.impulses.forces);
             if let Some(closing) = grains.closing() {
                 projection.close_faces(domain, boundary, closing, flow, pass);
