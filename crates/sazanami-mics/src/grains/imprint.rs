@@ -406,38 +406,22 @@ impl Imprint {
         domain.fill_halos_to(1, &mut fields.map(|field| (field, &GhostRules::EVEN)));
     }
 
-    /// Sums the rigid velocities into `solid_velocity`, and the angular velocities times the fractions into `spin`:
-    /// velocity and angular velocity of every grain and ghost are in `motion`.
-    pub fn sum_velocities(&mut self, domain: &Domain, motion: &[[Real; 6]], spin: [&mut Field<Real>; 3]) {
-        let [plane, width] = [2, 1].map(|d| domain.strides()[d] as usize);
-        let [_, n2, n3] = domain.cells();
-        let interior = GHOSTS * plane..(GHOSTS + n3) * plane;
+    /// Sums the rigid velocities into `solid_velocity`: velocity and angular velocity of every grain and ghost are in
+    /// `motion`.
+    pub fn sum_velocities(&mut self, domain: &Domain, motion: &[[Real; 6]]) {
         let Self { groups, touching, planes, solid_velocity, covered, .. } = self;
         let lists = Lists { groups, touching, planes };
-        let [v1, v2, v3] = solid_velocity;
-        let [w1, w2, w3] = spin;
-        let [v1, v2, v3, w1, w2, w3] =
-            [v1, v2, v3, w1, w2, w3].map(|field| Rows { data: &mut field.data_mut()[interior.clone()], width: plane });
-        for_each_chunk((v1, v2, v3, w1, w2, w3), 1, |k, (v1, v2, v3, w1, w2, w3)| {
-            let mut sums = [v1.data, v2.data, v3.data, w1.data, w2.data, w3.data];
-            let origin = (GHOSTS + k) * plane;
-            for j in (0..n2).filter(|&j| covered[k * n2 + j]) {
-                let row = (j + GHOSTS) * width..(j + GHOSTS + 1) * width;
-                sums.iter_mut().for_each(|sum| sum[row.clone()].fill(0.0));
-            }
-            lists.for_each_share(k, origin..origin + plane, |n, _, shares| {
-                let [velocity, spin] = [0, 3].map(|first| Vector::from_slice(&motion[n][first..first + 3]));
-                for share in shares {
-                    let at = share.at as usize - origin;
-                    let rigid = share.fraction * (velocity + spin.cross(share.arm()));
-                    let turning = share.fraction * spin;
-                    for d in 0..3 {
-                        sums[d][at] += rigid[d];
-                        sums[3 + d][at] += turning[d];
-                    }
-                }
-            });
+        lists.sum(domain, covered, solid_velocity.each_mut(), |n, share| {
+            let [velocity, spin] = [0, 3].map(|first| Vector::from_slice(&motion[n][first..first + 3]));
+            share.fraction * (velocity + spin.cross(share.arm()))
         });
+    }
+
+    /// Sums the angular velocities in `motion` times the fractions into `spin`.
+    pub fn sum_spins(&self, domain: &Domain, motion: &[[Real; 6]], spin: [&mut Field<Real>; 3]) {
+        let Self { groups, touching, planes, covered, .. } = self;
+        let lists = Lists { groups, touching, planes };
+        lists.sum(domain, covered, spin, |n, share| share.fraction * Vector::from_slice(&motion[n][3..]));
     }
 }
 
@@ -450,6 +434,36 @@ struct Lists<'a> {
 }
 
 impl Lists<'_> {
+    /// Sums `value(grain, share)` over the grains into the cells of the `covered` rows, plane by plane.
+    fn sum(
+        &self,
+        domain: &Domain,
+        covered: &[bool],
+        into: [&mut Field<Real>; 3],
+        value: impl Fn(usize, &Share) -> Vector + Sync,
+    ) {
+        let [plane, width] = [2, 1].map(|d| domain.strides()[d] as usize);
+        let [_, n2, n3] = domain.cells();
+        let interior = GHOSTS * plane..(GHOSTS + n3) * plane;
+        let [a, b, c] = into.map(|field| Rows { data: &mut field.data_mut()[interior.clone()], width: plane });
+        for_each_chunk((a, b, c), 1, |k, (a, b, c)| {
+            let (a, b, c) = (a.data, b.data, c.data);
+            let origin = (GHOSTS + k) * plane;
+            for j in (0..n2).filter(|&j| covered[k * n2 + j]) {
+                let row = (j + GHOSTS) * width..(j + GHOSTS + 1) * width;
+                [&mut *a, b, c].into_iter().for_each(|sum| sum[row.clone()].fill(0.0));
+            }
+            self.for_each_share(k, origin..origin + plane, |n, _, shares| {
+                for share in shares {
+                    let (at, value) = (share.at as usize - origin, value(n, share));
+                    a[at] += value.x;
+                    b[at] += value.y;
+                    c[at] += value.z;
+                }
+            });
+        });
+    }
+
     /// Calls `body` with the index, the volume \[m^3] and the shares of every grain that touches the cells of plane
     /// `k` at these `places`, in the order of their keys.
     fn for_each_share(&self, k: usize, places: Range<usize>, mut body: impl FnMut(usize, Real, &[Share])) {

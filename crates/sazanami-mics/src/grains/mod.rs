@@ -217,7 +217,7 @@ impl GrainPhase {
     }
 
     /// Sums the velocities of the grains on the grid, changed by `change(n)` of velocity and angular velocity.
-    fn sum_velocities(&mut self, domain: &Domain, flow: &mut Flow, change: impl Fn(&Self, usize) -> [Vector; 2]) {
+    fn sum_velocities(&mut self, domain: &Domain, change: impl Fn(&Self, usize) -> [Vector; 2]) {
         let mut motion = std::mem::take(&mut self.motion);
         motion.resize(self.engine.grains().len(), [0.0; 6]);
         for (n, motion) in motion.iter_mut().enumerate().take(self.engine.grains().owned()) {
@@ -226,7 +226,7 @@ impl GrainPhase {
             *motion = [v[0], v[1], v[2], w[0], w[1], w[2]];
         }
         self.engine.share_with_ghosts(domain, &mut motion);
-        self.imprint.sum_velocities(domain, &motion, flow.scratch_vector_mut());
+        self.imprint.sum_velocities(domain, &motion);
         self.motion = motion;
     }
 
@@ -357,7 +357,7 @@ impl GrainPhase {
             return self.exchange_surfaces(domain, flow, dt);
         }
         let weighting = self.coupling.weighting;
-        self.sum_velocities(domain, flow, |_, _| [Vector::ZERO; 2]);
+        self.sum_velocities(domain, |_, _| [Vector::ZERO; 2]);
         let Flow { velocity: u, density, .. } = flow;
         self.take(domain, u, density);
         exchange::back_project(domain, &self.imprint, u, density, weighting);

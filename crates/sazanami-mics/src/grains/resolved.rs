@@ -41,12 +41,13 @@ impl GrainPhase {
         if !self.has_surfaces() {
             return self.clear_stress(domain);
         }
-        self.sum_velocities(domain, flow, |_, _| [Vector::ZERO; 2]);
+        self.sum_velocities(domain, |_, _| [Vector::ZERO; 2]);
+        self.imprint.sum_spins(domain, &self.motion, flow.scratch_vector_mut());
         self.surface.place(domain, &mut self.imprint, flow.scratch_vector_mut());
         self.surface.hold(domain, &mut flow.velocity);
         self.sum_covered(domain, flow);
         std::mem::swap(&mut self.partial, &mut self.before);
-        self.sum_velocities(domain, flow, |grains, n| {
+        self.sum_velocities(domain, |grains, n| {
             let state = grains.surface_state(n);
             [state.motion, state.rotation].map(|rate| dt * Vector::from_array(rate))
         });
