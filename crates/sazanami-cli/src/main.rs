@@ -7,14 +7,16 @@ mod terminal;
 
 mod commands;
 mod out_of_memory;
+mod ranks;
 
 use std::process::ExitCode;
 use std::time::Instant;
 
 use clap::Parser;
-use sazanami::error::exit;
+use sazanami::error::{CommandError, exit};
 use sazanami::machine;
 use sazanami::progress::duration;
+use sazanami_parallel::{JoinError, Launcher, Processes};
 
 use commands::Command;
 use terminal::Verbosity;
@@ -28,7 +30,7 @@ use terminal::Verbosity;
     subcommand_required = true,
     arg_required_else_help = true,
     after_help = "Exit codes: 0 done; 1 the run failed; 2 the input or the command line is wrong; 130 stopped by \
-                  Ctrl-C, SIGTERM or SIGHUP after writing a checkpoint.\n\n\
+                  Ctrl-C, SIGTERM, SIGHUP or SIGUSR1 after writing a checkpoint.\n\n\
                   Example:\n  sazanami run cases/raindrop/quick.toml"
 )]
 struct Arguments {
@@ -45,9 +47,11 @@ struct Arguments {
 fn main() -> ExitCode {
     let began = Instant::now();
     out_of_memory::end_by_name();
-    let code = match Arguments::try_parse() {
-        Ok(arguments) => execute(arguments),
-        Err(error) => shown(&error),
+    let world = sazanami_parallel::join_processes();
+    let code = match &world {
+        Ok(Some(world)) => ranks::take_part(world.processes(), command),
+        Ok(None) => command(None, None),
+        Err(refused) => command(None, Some(refused)),
     };
     let code = terminal::end_output(code);
     if terminal::verbosity() == Verbosity::Verbose {
@@ -57,13 +61,32 @@ fn main() -> ExitCode {
     ExitCode::from(code)
 }
 
-fn execute(arguments: Arguments) -> u8 {
+/// What the command line asks for, on the processes of a launcher if there are any; `refused` says why these cannot work
+/// together.
+fn command(processes: Option<&Processes>, refused: Option<&JoinError>) -> u8 {
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(error) => return shown(&error),
+    };
+    match refused {
+        Some(refused) if arguments.command.is_shared() => {
+            // All processes find the same: one of them says it, if they know which they are.
+            if Launcher::seen().and_then(|launcher| launcher.rank).unwrap_or_default() == 0 {
+                terminal::error(&CommandError::input(refused.to_string(), refused.help()));
+            }
+            exit::WRONG_INPUT
+        }
+        _ => execute(arguments, processes),
+    }
+}
+
+fn execute(arguments: Arguments, processes: Option<&Processes>) -> u8 {
     terminal::set_verbosity(match (arguments.quiet, arguments.verbose) {
         (true, _) => Verbosity::Quiet,
         (_, true) => Verbosity::Verbose,
         _ => Verbosity::Normal,
     });
-    arguments.command.execute().unwrap_or_else(|error| {
+    arguments.command.execute(processes).unwrap_or_else(|error| {
         terminal::error(&error);
         error.exit_code()
     })

@@ -14,6 +14,8 @@ use sazanami::stop::{Stop, StopCause};
 /// How much is shown on the error stream.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Verbosity {
+    /// Nothing at all: a rank that follows another.
+    Silent,
     /// Warnings and errors.
     Quiet,
     /// Progress and messages too.
@@ -181,13 +183,13 @@ pub fn error(error: &CommandError) {
 /// signal, sent to the group and to the program.
 const PATIENCE: Duration = Duration::from_secs(2);
 
-/// What Ctrl-C, SIGTERM and SIGHUP set; a second signal ends the program at once.
+/// What Ctrl-C, SIGTERM, SIGHUP and SIGUSR1 set; a second signal ends the program at once.
 pub fn stop_on_signals() -> Result<Arc<Stop>, CommandError> {
-    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGUSR1};
     let failed =
         |error| CommandError::input(format!("signals cannot be caught: {error}"), "this is a fault of the system");
     let stop = Arc::new(Stop::new());
-    let mut signals = signal_hook::iterator::Signals::new([SIGINT, SIGTERM, SIGHUP]).map_err(failed)?;
+    let mut signals = signal_hook::iterator::Signals::new([SIGINT, SIGTERM, SIGHUP, SIGUSR1]).map_err(failed)?;
     let asked = Arc::clone(&stop);
     let listen = move || {
         let mut first: Option<Instant> = None;
@@ -195,10 +197,11 @@ pub fn stop_on_signals() -> Result<Arc<Stop>, CommandError> {
             let cause = match signal {
                 SIGHUP => StopCause::HangUp,
                 SIGINT => StopCause::Interrupt,
+                SIGUSR1 => StopCause::User,
                 _ => StopCause::Terminate,
             };
             asked.set(cause);
-            if first.is_none() {
+            if first.is_none() && verbosity() != Verbosity::Silent {
                 complain(format_args!("\n{cause}: ending after this step with a checkpoint; once more ends at once"));
             }
             if first.get_or_insert_with(Instant::now).elapsed() > PATIENCE {

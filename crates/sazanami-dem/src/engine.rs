@@ -74,6 +74,8 @@ pub struct Engine {
     listed: bool,
     /// Overlap over a contact sphere's radius above which a run ends.
     largest_overlap_allowed: Real,
+    /// Whether a grain changes its owner in the step in which it crosses a boundary between ranks.
+    owned_promptly: bool,
     time_step: Real,
 }
 
@@ -137,6 +139,7 @@ impl Engine {
             records,
             listed: false,
             largest_overlap_allowed: LARGEST_OVERLAP,
+            owned_promptly: false,
             time_step: Real::INFINITY,
         };
         engine.check_box(domain, grains)?;
@@ -421,6 +424,13 @@ impl Engine {
     /// Accepts any overlap of contact spheres, or restores the limit of [`LARGEST_OVERLAP`].
     pub fn allow_any_overlap(&mut self, allowed: bool) {
         self.largest_overlap_allowed = if allowed { Real::INFINITY } else { LARGEST_OVERLAP };
+    }
+
+    /// Lets grains change their owner at the end of the step in which they cross a boundary between ranks; else they may
+    /// stay until they have left it behind by their skin. Sums over the grains of each rank then depend on where the
+    /// grains are, not on where they came from, and have the same bits after a restart.
+    pub fn own_promptly(&mut self) {
+        self.owned_promptly = true;
     }
 
     /// Multiplies all velocities by `factor` or less, so that neither the speed of a grain's centre nor that of its

@@ -62,7 +62,7 @@ impl Solver {
         snapshot
     }
 
-    /// Continues from a snapshot, which every rank holds. `flow` supplies fluids and schemes.
+    /// Continues from a snapshot, whose cell fields are read on rank 0 only, the rest on every rank. `flow` supplies fluids and schemes.
     ///
     /// # Errors
     /// [`SnapshotError`] if the snapshot does not fit this grid.
@@ -77,11 +77,7 @@ impl Solver {
         coupling: Coupling,
         snapshot: &Snapshot,
     ) -> Result<Self, SnapshotError> {
-        let cells = domain.grid().len();
-        let scatter = |name: &str, field: &mut Field<Real>| {
-            domain.scatter(snapshot.reals_of(name, cells)?, field);
-            Ok::<_, SnapshotError>(())
-        };
+        let scatter = |name: &str, field: &mut Field<Real>| scatter(&domain, snapshot, name, field);
         scatter(VOLUME_FRACTION, &mut flow.volume_fraction)?;
         for d in 0..3 {
             scatter(VELOCITY[d], &mut flow.velocity[d])?;
@@ -106,6 +102,21 @@ impl Solver {
     }
 }
 
+/// Whether section `name` is a field of the cells: complete, and needed, on rank 0 only.
+#[must_use]
+pub fn is_of_cells(name: &str) -> bool {
+    let fields = [VELOCITY, FACE_VELOCITY, LAST_FACES, EARLIER_FACES, EARLIER_LAST_FACES];
+    [VOLUME_FRACTION, PRESSURE].contains(&name) || fields.iter().flatten().any(|&field| field == name)
+}
+
+/// Reads a field of the cells on rank 0 and gives each rank its part.
+fn scatter(domain: &Domain, snapshot: &Snapshot, name: &str, field: &mut Field<Real>) -> Result<(), SnapshotError> {
+    let leads = domain.communicator().rank() == 0;
+    let all = if leads { snapshot.reals_of(name, domain.grid().len()) } else { Ok::<&[Real], SnapshotError>(&[]) };
+    domain.scatter(domain.agree(all)?, field);
+    Ok(())
+}
+
 /// Reads face values: those on lower faces, and those on the upper faces of the last cells.
 fn faces(
     domain: &Domain,
@@ -114,10 +125,9 @@ fn faces(
     last: &str,
     direction: usize,
 ) -> Result<Field<Real>, SnapshotError> {
-    let cells = domain.grid().len();
     let (mut upper, mut faces) = (domain.field(0.0), domain.field(0.0));
-    domain.scatter(snapshot.reals_of(last, cells)?, &mut upper);
-    domain.scatter(snapshot.reals_of(lower, cells)?, &mut faces);
+    scatter(domain, snapshot, last, &mut upper)?;
+    scatter(domain, snapshot, lower, &mut faces)?;
     set_last_faces(domain, &upper, &mut faces, direction);
     Ok(faces)
 }

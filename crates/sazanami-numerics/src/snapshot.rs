@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use crate::domain::FailedElsewhere;
 use crate::{Real, Vector};
 
 /// An array of a snapshot.
@@ -38,6 +39,9 @@ pub enum SnapshotError {
         /// Length found.
         found: usize,
     },
+    /// Rank 0, which reads it, has the reason.
+    #[error(transparent)]
+    Elsewhere(#[from] FailedElsewhere),
 }
 
 /// Named arrays in alphabetical order.

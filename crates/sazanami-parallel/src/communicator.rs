@@ -3,7 +3,7 @@
 /// How [`Communicator::all_reduce`] combines the values of the ranks, element by element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reduction {
-    /// Sum in the order of the ranks.
+    /// Sum, in the order that [`Sums`] names.
     Sum,
     /// Largest value.
     Max,
@@ -25,6 +25,29 @@ impl Reduction {
     }
 }
 
+/// In which order values of the ranks are combined, which decides the last digits of a sum.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Sums {
+    /// In the order of the ranks. Each rank gets the values of all: with `n` values on `p` ranks `8 n p` bytes arrive at
+    /// each of them.
+    #[default]
+    Ordered,
+    /// Along a binomial tree: `n` values a message, in twice as many rounds. For groups so large that the values of all
+    /// take longer than the rounds.
+    Tree,
+}
+
+impl Sums {
+    /// The word of the command line and of the summary.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Ordered => "ordered",
+            Self::Tree => "tree",
+        }
+    }
+}
+
 /// A group of ranks that run the same program on parts of one problem.
 ///
 /// Messages between two ranks with the same tag arrive in the order they were sent. Every method
@@ -42,8 +65,11 @@ pub trait Communicator: Send + Sync {
     /// Waits for the next message with `tag` from rank `from`; `into` then holds exactly its bytes.
     fn receive(&self, from: usize, tag: u32, into: &mut Vec<u8>);
 
-    /// Replaces `values` on every rank by their combination over all ranks, taken in rank order:
-    /// all ranks hold the same bits afterwards.
+    /// Gives every rank the bytes of rank 0.
+    fn broadcast(&self, bytes: &mut Vec<u8>);
+
+    /// Replaces `values` on every rank by their combination over all ranks: all ranks hold the same bits afterwards,
+    /// whatever carries the messages.
     fn all_reduce(&self, values: &mut [f64], reduction: Reduction);
 
     /// Gives every rank the bytes of every rank, indexed by rank.

@@ -6,11 +6,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
-use crate::{Communicator, Reduction, ThreadsRefused, with_threads};
-
-const REDUCE_UP: u32 = u32::MAX;
-const REDUCE_DOWN: u32 = u32::MAX - 1;
-const GATHER: u32 = u32::MAX - 2;
+use crate::collective::{Ranks, Transport};
+use crate::{Communicator, Sums, ThreadsRefused, with_threads};
 
 /// A group of ranks failed.
 #[derive(Debug)]
@@ -67,15 +64,14 @@ impl Shared {
 }
 
 /// Marks the panic of a rank that ended because another one had failed.
-struct FailedElsewhere;
+pub(crate) struct FailedElsewhere;
 
 struct InProcess {
     rank: usize,
     shared: Arc<Shared>,
-    scratch: Mutex<Vec<u8>>,
 }
 
-impl Communicator for InProcess {
+impl Transport for InProcess {
     fn rank(&self) -> usize {
         self.rank
     }
@@ -112,51 +108,6 @@ impl Communicator for InProcess {
             mailbox = self.shared.mailboxes[self.rank].1.wait(mailbox).unwrap_or_else(PoisonError::into_inner);
         }
     }
-
-    fn all_reduce(&self, values: &mut [f64], reduction: Reduction) {
-        let mut bytes = self.scratch.lock().unwrap_or_else(PoisonError::into_inner);
-        if self.rank == 0 {
-            for from in 1..self.size() {
-                self.receive(from, REDUCE_UP, &mut bytes);
-                for (value, other) in values.iter_mut().zip(bytemuck::cast_slice_iter(&bytes)) {
-                    *value = reduction.combine(*value, other);
-                }
-            }
-            for to in 1..self.size() {
-                self.send(to, REDUCE_DOWN, bytemuck::cast_slice(values));
-            }
-        } else {
-            self.send(0, REDUCE_UP, bytemuck::cast_slice(values));
-            self.receive(0, REDUCE_DOWN, &mut bytes);
-            for (value, other) in values.iter_mut().zip(bytemuck::cast_slice_iter(&bytes)) {
-                *value = other;
-            }
-        }
-    }
-
-    fn all_gather(&self, mine: &[u8], all: &mut Vec<Vec<u8>>) {
-        all.resize(self.size(), Vec::new());
-        for to in (0..self.size()).filter(|&to| to != self.rank) {
-            self.send(to, GATHER, mine);
-        }
-        for (from, bytes) in all.iter_mut().enumerate() {
-            if from == self.rank {
-                bytes.clear();
-                bytes.extend_from_slice(mine);
-            } else {
-                self.receive(from, GATHER, bytes);
-            }
-        }
-    }
-}
-
-mod bytemuck {
-    pub(super) use ::bytemuck::cast_slice;
-
-    /// Reads `f64` values from bytes of any alignment.
-    pub(super) fn cast_slice_iter(bytes: &[u8]) -> impl Iterator<Item = f64> + '_ {
-        bytes.chunks_exact(8).map(::bytemuck::pod_read_unaligned)
-    }
 }
 
 /// Runs `program` once per rank, each rank on its own thread with its own pool of
@@ -169,6 +120,19 @@ pub fn run_ranks<T: Send>(
     threads_per_rank: usize,
     program: impl Fn(Box<dyn Communicator>) -> T + Sync,
 ) -> Result<Vec<T>, RanksFailed> {
+    run_ranks_with(Sums::Ordered, ranks, threads_per_rank, program)
+}
+
+/// The same with sums in an order of choice.
+///
+/// # Errors
+/// As [`run_ranks`].
+pub fn run_ranks_with<T: Send>(
+    sums: Sums,
+    ranks: usize,
+    threads_per_rank: usize,
+    program: impl Fn(Box<dyn Communicator>) -> T + Sync,
+) -> Result<Vec<T>, RanksFailed> {
     let shared = Arc::new(Shared {
         mailboxes: (0..ranks).map(|_| Default::default()).collect(),
         failed: AtomicBool::new(false),
@@ -177,7 +141,7 @@ pub fn run_ranks<T: Send>(
     let outcomes: Vec<_> = std::thread::scope(|scope| {
         let start = |rank| {
             let run = move || {
-                let communicator = InProcess { rank, shared: Arc::clone(shared), scratch: Mutex::default() };
+                let communicator = Ranks::new(InProcess { rank, shared: Arc::clone(shared) }, sums);
                 let work = || with_threads(threads_per_rank, || program(Box::new(communicator)));
                 let outcome = catch_unwind(AssertUnwindSafe(work));
                 if !matches!(outcome, Ok(Ok(_))) {
@@ -206,7 +170,7 @@ pub fn run_ranks<T: Send>(
 }
 
 /// What a panic says.
-fn message(payload: &(dyn Any + Send)) -> String {
+pub(crate) fn message(payload: &(dyn Any + Send)) -> String {
     let text = payload.downcast_ref::<String>().map(String::as_str);
     text.or_else(|| payload.downcast_ref::<&str>().copied()).unwrap_or("no message").to_string()
 }
@@ -214,6 +178,7 @@ fn message(payload: &(dyn Any + Send)) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Reduction;
 
     #[test]
     fn messages_with_one_tag_keep_their_order() {
@@ -235,19 +200,55 @@ mod tests {
         assert_eq!(sums, [(2, 12), (0, 10), (1, 11)]);
     }
 
+    /// A value of each rank whose sum depends on the order.
+    fn addend(rank: usize) -> f64 {
+        1e16_f64.powf((rank % 3) as f64 / 2.0) / (rank as f64 + 0.7)
+    }
+
     #[test]
     fn reductions_agree_on_every_rank() {
-        let results = run_ranks(4, 2, |c| {
-            let mut values = [c.rank() as f64, -(c.rank() as f64)];
-            c.all_reduce(&mut values, Reduction::Sum);
-            let mut largest = [c.rank() as f64];
-            c.all_reduce(&mut largest, Reduction::Max);
-            let mut all = Vec::new();
-            c.all_gather(&vec![7; c.rank()], &mut all);
-            (values, largest[0], all.iter().map(Vec::len).collect::<Vec<_>>())
-        })
-        .unwrap();
-        assert!(results.iter().all(|r| *r == ([6.0, -6.0], 3.0, vec![0, 1, 2, 3])));
+        for ranks in 1..=9 {
+            for sums in [Sums::Ordered, Sums::Tree] {
+                let results = run_ranks_with(sums, ranks, 1, |c| {
+                    let mut values = [addend(c.rank()), -(c.rank() as f64)];
+                    c.all_reduce(&mut values, Reduction::Sum);
+                    let mut extremes = [c.rank() as f64, if c.rank() == ranks / 2 { f64::NAN } else { 0.0 }];
+                    c.all_reduce(&mut extremes, Reduction::Max);
+                    let mut all = Vec::new();
+                    c.all_gather(&vec![c.rank() as u8; 3 * c.rank() % 5], &mut all);
+                    let mut told = vec![c.rank() as u8; c.rank() + 1];
+                    c.broadcast(&mut told);
+                    assert_eq!(told, [0]);
+                    (values.map(f64::to_bits), extremes[0], extremes[1].is_nan(), all)
+                })
+                .unwrap();
+                let all: Vec<Vec<u8>> = (0..ranks).map(|rank| vec![rank as u8; 3 * rank % 5]).collect();
+                let count: f64 = (0..ranks).map(|rank| rank as f64).sum();
+                for found in &results {
+                    assert_eq!(*found, (results[0].0, (ranks - 1) as f64, true, all.clone()));
+                    assert_eq!(f64::from_bits(found.0[1]), -count);
+                }
+                let in_order = (1..ranks).fold(addend(0), |sum, rank| sum + addend(rank));
+                if sums == Sums::Ordered {
+                    assert_eq!(results[0].0[0], in_order.to_bits(), "{ranks} ranks");
+                }
+            }
+        }
+    }
+
+    /// Negative control: the order of a tree shows in the last digits.
+    #[test]
+    fn the_two_orders_differ() {
+        let sum = |sums| {
+            let sum = run_ranks_with(sums, 6, 1, |c| {
+                let mut values = [addend(c.rank())];
+                c.all_reduce(&mut values, Reduction::Sum);
+                values[0]
+            });
+            sum.unwrap()[0]
+        };
+        let (ordered, tree) = (sum(Sums::Ordered), sum(Sums::Tree));
+        assert!(ordered != tree && (ordered / tree - 1.0).abs() < 1e-14);
     }
 
     #[test]

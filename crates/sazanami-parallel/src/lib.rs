@@ -14,14 +14,19 @@
 //! assert_eq!(with_threads(1, sum).unwrap(), with_threads(3, sum).unwrap());
 //! ```
 
+mod collective;
 mod communicator;
 mod in_process;
+mod launch;
 mod loops;
+#[cfg(feature = "mpi")]
+mod mpi;
 mod reduction;
 mod solo;
 
-pub use communicator::{Communicator, Reduction};
-pub use in_process::{RanksFailed, run_ranks};
+pub use communicator::{Communicator, Reduction, Sums};
+pub use in_process::{RanksFailed, run_ranks, run_ranks_with};
+pub use launch::{JoinError, Launcher, Processes, World, join as join_processes};
 pub use loops::{Rows, SlicesMut, ThreadsRefused, for_each_chunk, join, number_of_threads, with_threads};
 pub use reduction::{max_over, reduce_over, sum_over};
 pub use solo::Solo;

@@ -34,6 +34,8 @@ impl Communicator for Solo {
         }
     }
 
+    fn broadcast(&self, _bytes: &mut Vec<u8>) {}
+
     fn all_reduce(&self, _values: &mut [f64], _reduction: Reduction) {}
 
     fn all_gather(&self, mine: &[u8], all: &mut Vec<Vec<u8>>) {

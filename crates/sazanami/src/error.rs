@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use sazanami_numerics::Real;
+use serde::{Deserialize, Serialize};
 
 use crate::case::{CaseError, nearest};
 
@@ -19,10 +20,10 @@ pub mod exit {
 }
 
 /// Where and when a run failed, and what is left of it.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Failure {
     /// Kind in one word, `not_finite`, `grain_escaped`, `overlap`, `pressure`, `disk`, ...
-    pub kind: &'static str,
+    pub kind: String,
     /// What happened, with the grain or cell and its position.
     pub message: String,
     /// Fluid step at which it failed.
@@ -30,7 +31,7 @@ pub struct Failure {
     /// Simulated time \[s].
     pub time: Real,
     /// Time-step limit that ruled.
-    pub limiter: &'static str,
+    pub limiter: String,
     /// Newest good checkpoint.
     pub checkpoint: Option<PathBuf>,
 }

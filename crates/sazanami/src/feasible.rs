@@ -31,7 +31,7 @@ use crate::check::{CostModel, PACKED, ShapeFacts, check_memory, exchange_of, war
 use crate::machine::Machine;
 
 use placed::Placed;
-pub use workers::check_workers;
+pub(crate) use workers::workers;
 
 /// What was built on the way.
 #[derive(Clone, Debug)]
@@ -115,6 +115,26 @@ pub fn check_without_grains(
     let facts = shapes.iter().map(|shape| facts_of(shape, None)).collect();
     Ok(Feasible { beds: vec![None; shapes.len()], shapes, facts, warnings: report })
 }
+
+/// The shapes of the grains and the beds that are there, for a rank that is told to run what was found feasible.
+///
+/// # Errors
+/// All findings together, if a population has no usable shape or its bed cannot be read.
+pub(crate) fn shapes_and_beds(loaded: &LoadedCase) -> Result<ShapesAndBeds, Box<CaseError>> {
+    let mut report = Diagnostics::default();
+    let shapes = shapes(loaded, &mut report);
+    let lacks = |bed: &BedFile| !bed.file.is_file();
+    let gone = loaded.case.grains.iter().any(|kind| matches!(&kind.placement, GrainPlacement::Bed(bed) if lacks(bed)));
+    // Once the grains lie where they are put nobody needs the beds any more: they may be gone.
+    let beds = if gone { vec![None; shapes.len()] } else { beds::read(loaded, &mut report) };
+    if report.has_errors() {
+        return Err(Box::new(CaseError { source: loaded.source.clone(), diagnostics: report }));
+    }
+    Ok((shapes, beds))
+}
+
+/// Shape and bed of each population.
+pub(crate) type ShapesAndBeds = (Vec<Shape>, Vec<Option<Bed>>);
 
 /// The shapes of the grains alone, one of each population, for a run that is only looked at.
 ///

@@ -72,6 +72,14 @@ pub fn memory_bounds() -> Vec<(MemoryLimit, u64)> {
     bounds.into_iter().filter_map(|(limit, bytes)| Some((limit, bytes?))).collect()
 }
 
+/// The processors that the system lets this program use, by their numbers; empty where it does not tell them.
+#[must_use]
+pub fn processors_allowed() -> String {
+    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("Cpus_allowed_list:"));
+    line.unwrap_or_default().trim().to_owned()
+}
+
 /// Most memory that this program has held so far \[bytes], if the system reports it.
 #[must_use]
 pub fn peak_memory() -> Option<u64> {

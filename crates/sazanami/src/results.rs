@@ -210,6 +210,11 @@ fn inputs(case: &mut Case) -> Vec<(String, &mut PathBuf)> {
     found
 }
 
+/// The meshes, contact spheres and beds that a case names, and what its tank may name.
+pub(crate) fn inputs_of(case: &mut Case) -> Vec<PathBuf> {
+    inputs(case).into_iter().map(|(_, file)| file.clone()).collect()
+}
+
 /// Removes the copies that [`keep_inputs`] made under `folder` for an earlier run but those `needed`, and the folders
 /// that are empty then. What else lies there is somebody's own.
 fn clear_inputs(folder: &Path, needed: &[PathBuf]) -> Result<(), CommandError> {

@@ -1,12 +1,13 @@
 //! Running a case, and resuming one from its checkpoints.
 
+use std::any::Any;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc;
 use std::time::Instant;
 
 use sazanami_numerics::Real;
 use sazanami_numerics::snapshot::Snapshot;
-use sazanami_parallel::{RanksFailed, Solo, run_ranks, with_threads};
+use sazanami_parallel::{RanksFailed, Solo, run_ranks_with, with_threads};
 
 use crate::case::meaning::Case;
 use crate::case::resolved::{self, Paths};
@@ -14,7 +15,8 @@ use crate::case::{self, LoadedCase};
 use crate::check::{self, CostModel, Known};
 use crate::error::{CommandError, Failure};
 use crate::feasible::{self, Feasible};
-use crate::job::{Ended, Event, Job, Program, RankFailure, Reporter, Resumed, RunState};
+use crate::followers;
+use crate::job::{Ended, Event, Job, Program, RankFailure, Reporter, Resumed, RunState, Workers};
 use crate::lock::FolderLock;
 use crate::log::{LOG, Log};
 use crate::machine::{self, Machine};
@@ -64,7 +66,7 @@ pub fn run(
 ) -> Result<RunSummary, CommandError> {
     let machine = Machine::this();
     let mut feasible = feasible::check(loaded, &machine, &CostModel::default())?;
-    feasible::check_workers(&loaded.case, options, machine.cores)?;
+    let workers = feasible::workers(loaded, options, machine.cores)?;
     let ready = tanks::made_ready(loaded, options.commit)?;
     foresee_disk(loaded, &mut feasible, &ready, options);
     if !feasible.warnings.is_empty() {
@@ -82,7 +84,7 @@ pub fn run(
     warn_without(&lock, &mut log);
     ready.messages.iter().for_each(|text| log.message(text));
     let from = From::Case(resolved::write(&kept, Paths::AsGiven), ready.tank);
-    Launch::new(&loaded.case, feasible, options, &folder, stop).start(from, &mut log)
+    Launch { case: &loaded.case, feasible, workers, options, folder: &folder, stop }.start(from, &mut log)
 }
 
 /// Says so where nothing keeps a second run out of the folder.
@@ -146,7 +148,7 @@ pub fn resume(
     } else {
         feasible::check_without_grains(&loaded, &machine, &model)?
     };
-    feasible::check_workers(&loaded.case, options, machine.cores)?;
+    let workers = feasible::workers(&loaded, options, machine.cores)?;
     let mut log = Log::append(folder, progress);
     log.note(&heading(&loaded.case, options));
     warn_without(&lock, &mut log);
@@ -155,7 +157,8 @@ pub fn resume(
     if let Some(text) = other_program(&resumed.run, &loaded.case, options) {
         log.message(&text);
     }
-    Launch::new(&loaded.case, feasible, options, folder, stop).start(From::Checkpoint(Box::new(resumed)), &mut log)
+    let launch = Launch { case: &loaded.case, feasible, workers, options, folder, stop };
+    launch.start(From::Checkpoint(Box::new(resumed)), &mut log)
 }
 
 /// Begins a run again that ended before its first checkpoint, from the case in its folder.
@@ -168,7 +171,7 @@ fn begin_again(
 ) -> Result<RunSummary, CommandError> {
     let machine = Machine::this();
     let feasible = feasible::check(loaded, &machine, &CostModel::default())?;
-    feasible::check_workers(&loaded.case, options, machine.cores)?;
+    let workers = feasible::workers(loaded, options, machine.cores)?;
     let ready = tanks::made_ready(loaded, options.commit)?;
     let kept = results::keep_inputs(&loaded.case, folder)?;
     let log = std::fs::read(folder.join(LOG)).unwrap_or_default();
@@ -180,7 +183,7 @@ fn begin_again(
     log.message("no checkpoint had been written: the run begins again from the case in its folder");
     ready.messages.iter().for_each(|text| log.message(text));
     let from = From::Case(resolved::write(&kept, Paths::AsGiven), ready.tank);
-    Launch::new(&loaded.case, feasible, options, folder, stop).start(from, &mut log)
+    Launch { case: &loaded.case, feasible, workers, options, folder, stop }.start(from, &mut log)
 }
 
 /// A warning where another program began the run than goes on with it.
@@ -224,16 +227,13 @@ const LISTENER_LAG: usize = 1;
 struct Launch<'a> {
     case: &'a Case,
     feasible: Feasible,
+    workers: Workers,
     options: &'a RunOptions,
     folder: &'a Path,
     stop: &'a Stop,
 }
 
-impl<'a> Launch<'a> {
-    fn new(case: &'a Case, feasible: Feasible, options: &'a RunOptions, folder: &'a Path, stop: &'a Stop) -> Self {
-        Self { case, feasible, options, folder, stop }
-    }
-
+impl Launch<'_> {
     /// Runs; how it ended goes into the log.
     fn start(self, from: From, log: &mut Log) -> Result<RunSummary, CommandError> {
         let outcome = self.listen(from, log);
@@ -246,10 +246,8 @@ impl<'a> Launch<'a> {
 
     /// Starts the ranks and hears them to the end.
     fn listen(self, from: From, progress: &mut dyn Progress) -> Result<RunSummary, CommandError> {
-        let Self { case, feasible, options, folder, stop } = self;
+        let Self { case, feasible, workers, options, folder, stop } = self;
         let began = Instant::now();
-        let ranks = options.ranks.max(1);
-        let threads = options.threads_of_rank(Machine::this().cores);
         let (sender, events) = mpsc::sync_channel(LISTENER_LAG);
         let (case_text, prepared, resumed) = match from {
             From::Case(text, prepared) => (Some(text), prepared, None),
@@ -268,12 +266,15 @@ impl<'a> Launch<'a> {
             resumed,
             reporter: Reporter(sender),
             stop,
-            threads,
+            workers,
         };
+        if let Some(processes) = &options.processes {
+            followers::get_ready(processes, &job)?;
+        }
         let (mut last, mut pace) = (StepLine::default(), Pace::new());
         let outcome = std::thread::scope(|scope| {
             // The job, and with it the only sender, ends with the worker: then the listener ends too.
-            let worker = scope.spawn(move || ranks_of(&job, ranks));
+            let worker = scope.spawn(move || ranks_of(&job));
             for event in events {
                 match event {
                     Event::Step(line) => {
@@ -285,10 +286,10 @@ impl<'a> Launch<'a> {
             }
             worker.join()
         });
-        let ended = outcome.map_err(|_| broke_off(folder, &last, progress))?.map_err(|failed| {
+        let ended = outcome.map_err(|panic| broke_off(folder, &last, panic.as_ref(), progress))?.map_err(|failed| {
             // Rank 0, which wrote the summary, may have known only that another rank had failed. A wrong command has
             // not touched the run it was to go on with.
-            if !(goes_on && failed.error.is_at_once()) {
+            if !(goes_on && failed.is_at_once) {
                 put_failure(folder, &failed.failure, progress);
             }
             // A case file may lie elsewhere, and files are named relative to it.
@@ -323,13 +324,18 @@ fn how_it_ended(ended: &Ended, options: &RunOptions, stop: &Stop, wall: Real) ->
 }
 
 /// The run panicked, soon after it reported its step `last`.
-fn broke_off(folder: &Path, last: &StepLine, progress: &mut dyn Progress) -> Failure {
+fn broke_off(folder: &Path, last: &StepLine, panic: &(dyn Any + Send), progress: &mut dyn Progress) -> Failure {
+    // Ranks say which of them it was, and why.
+    let cause = panic.downcast_ref::<RanksFailed>().map_or_else(String::new, |failed| format!("\n{failed}"));
     let failure = Failure {
-        kind: "panic",
-        message: "the run broke off: this is a fault of the program, please report it with the case".into(),
+        kind: "panic".into(),
+        message: format!(
+            "the run broke off: this is a fault of the program, please report it with the case{}",
+            cause.trim_end()
+        ),
         step: last.step,
         time: last.time,
-        limiter: last.limiter,
+        limiter: last.limiter.into(),
         checkpoint: checkpoints::last_good(folder),
     };
     put_failure(folder, &failure, progress);
@@ -344,21 +350,25 @@ fn put_failure(folder: &Path, failure: &Failure, progress: &mut dyn Progress) {
 }
 
 /// Runs the job on its ranks; the first-hand error of the lowest rank counts.
-fn ranks_of(job: &Job, ranks: usize) -> Result<Ended, Box<RankFailure>> {
-    if ranks == 1 {
-        return with_threads(job.threads, || simulation::run_rank(Box::<Solo>::default(), job))?;
-    }
-    let outcomes = match run_ranks(ranks, job.threads, |communicator| simulation::run_rank(communicator, job)) {
+fn ranks_of(job: &Job) -> Result<Ended, Box<RankFailure>> {
+    let Workers { ranks, threads, .. } = job.workers;
+    let run_rank = |communicator| simulation::run_rank(communicator, job);
+    let outcomes = match &job.options.processes {
+        Some(processes) => followers::run(processes, job),
+        None if ranks == 1 => return with_threads(threads, || run_rank(Box::<Solo>::default()))?,
+        None => run_ranks_with(job.options.sums, ranks, threads, run_rank),
+    };
+    let outcomes = match outcomes {
         Ok(outcomes) => outcomes,
         Err(RanksFailed::Threads(refused)) => return Err(refused.into()),
-        Err(failed) => std::panic::panic_any(failed.to_string()),
+        Err(failed) => std::panic::resume_unwind(Box::new(failed)),
     };
     let mut ended = None;
     let mut secondary = None;
     for outcome in outcomes {
         match outcome {
             Ok(value) => ended = ended.or(Some(value)),
-            Err(failed) if failed.error.is_secondary() => secondary = secondary.or(Some(failed)),
+            Err(failed) if failed.is_secondary => secondary = secondary.or(Some(failed)),
             Err(failed) => return Err(failed),
         }
     }

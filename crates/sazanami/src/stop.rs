@@ -14,6 +14,8 @@ pub enum StopCause {
     Terminate,
     /// SIGHUP: the terminal was closed.
     HangUp,
+    /// SIGUSR1: a batch system before the end of the time it granted.
+    User,
 }
 
 impl std::fmt::Display for StopCause {
@@ -23,7 +25,17 @@ impl std::fmt::Display for StopCause {
             Self::Interrupt => "Ctrl-C (SIGINT)",
             Self::Terminate => "SIGTERM",
             Self::HangUp => "SIGHUP: its terminal was closed",
+            Self::User => "SIGUSR1",
         })
+    }
+}
+
+impl StopCause {
+    const ALL: [Self; 5] = [Self::Caller, Self::Interrupt, Self::Terminate, Self::HangUp, Self::User];
+
+    /// The cause with a number of [`Stop::number`].
+    fn of(number: u8) -> Option<Self> {
+        Self::ALL.into_iter().find(|&cause| cause as u8 == number)
     }
 }
 
@@ -53,9 +65,19 @@ impl Stop {
     /// Who asked for the end first.
     #[must_use]
     pub fn cause(&self) -> Option<StopCause> {
-        [StopCause::Caller, StopCause::Interrupt, StopCause::Terminate, StopCause::HangUp]
-            .into_iter()
-            .find(|&cause| cause as u8 == self.0.load(Ordering::SeqCst))
+        StopCause::of(self.number())
+    }
+
+    /// A number for who asked, which ranks can compare; 0 if nobody has.
+    pub(crate) fn number(&self) -> u8 {
+        self.0.load(Ordering::SeqCst)
+    }
+
+    /// Takes over what another rank was asked, by its [`Self::number`].
+    pub(crate) fn heard(&self, number: u8) {
+        if let Some(cause) = StopCause::of(number) {
+            self.set(cause);
+        }
     }
 }
 

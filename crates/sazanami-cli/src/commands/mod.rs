@@ -8,12 +8,13 @@ mod doctor;
 mod explain;
 mod new;
 mod resume;
-mod run;
+pub mod run;
 mod verify;
 
 use clap::Subcommand;
 use sazanami::case::units::{Dimension, parse_quantity};
 use sazanami::error::CommandError;
+use sazanami_parallel::Processes;
 
 /// What to do.
 #[derive(Debug, Subcommand)]
@@ -31,14 +32,19 @@ pub enum Command {
 }
 
 impl Command {
-    /// Does it; returns the exit code.
-    pub fn execute(self) -> Result<u8, CommandError> {
+    /// Whether the processes of a launcher would each do all of it if they knew nothing of one another.
+    pub const fn is_shared(&self) -> bool {
+        matches!(self, Self::Run(_) | Self::Resume(_) | Self::Verify(_) | Self::Bench(_))
+    }
+
+    /// Does it, on the processes of a launcher if there are any; returns the exit code.
+    pub fn execute(self, processes: Option<&Processes>) -> Result<u8, CommandError> {
         match self {
             Self::New(command) => command.execute(),
             Self::Check(command) => command.execute(),
             Self::Explain(command) => command.execute(),
-            Self::Run(command) => command.execute(),
-            Self::Resume(command) => command.execute(),
+            Self::Run(command) => command.execute(processes),
+            Self::Resume(command) => command.execute(processes),
             Self::Analyse(command) => command.execute(),
             Self::Verify(command) => command.execute(),
             Self::Bench(command) => command.execute(),

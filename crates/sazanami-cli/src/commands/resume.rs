@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use sazanami::error::CommandError;
 use sazanami::run::resume;
+use sazanami_parallel::Processes;
 
 use super::run::{Extent, tell};
 use crate::terminal::{self, Screen};
@@ -25,7 +26,7 @@ pub struct Resume {
 }
 
 impl Resume {
-    pub fn execute(self) -> Result<u8, CommandError> {
+    pub fn execute(self, processes: Option<&Processes>) -> Result<u8, CommandError> {
         if !self.dir.is_dir() {
             return Err(CommandError::input(
                 format!("there is no folder `{}`", self.dir.display()),
@@ -34,7 +35,7 @@ impl Resume {
         }
         let stop = terminal::stop_on_signals()?;
         let mut screen = Screen::new();
-        let summary = resume(&self.dir, &self.extent.options(None, false), &mut screen, &stop)?;
+        let summary = resume(&self.dir, &self.extent.options(None, false, processes), &mut screen, &stop)?;
         drop(screen);
         Ok(tell(&summary))
     }

@@ -6,6 +6,7 @@ use clap::Args;
 use sazanami::case;
 use sazanami::error::CommandError;
 use sazanami::run::{RunOptions, RunSummary, run};
+use sazanami_parallel::{Processes, Sums};
 use sazanami_picture::Painter;
 
 use super::time;
@@ -14,8 +15,9 @@ use crate::terminal::{self, Screen};
 /// Run a case.
 #[derive(Debug, Args)]
 #[command(
-    long_about = "Run a case. Results go to --out, or to runs/<case>-<n>. Ctrl-C, SIGTERM and SIGHUP end the run \
-                  with a checkpoint; `sazanami resume` goes on from it.",
+    long_about = "Run a case. Results go to --out, or to runs/<case>-<n>. Ctrl-C, SIGTERM, SIGHUP and \
+                  SIGUSR1 end the run with a checkpoint; `sazanami resume` goes on from it. Under `mpirun` send \
+                  SIGUSR1: after other signals it leaves no time for a checkpoint.",
     after_help = "Example:\n  sazanami run cases/raindrop/paper.toml --out runs/slow \\\n      \
                   --set liquid.0.fall.speed=\"2.25 m/s\" --until \"0.02 s\""
 )]
@@ -47,14 +49,18 @@ pub struct Extent {
     /// Threads (default: all)
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
-    /// In-process ranks
+    /// Ranks within this process; under a launcher of MPI each process is one instead
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
     ranks: u16,
+    /// Order in which values of ranks are added: `ordered` gives the bits of ranks within one process, `tree` needs
+    /// smaller messages on hundreds of ranks
+    #[arg(long, value_name = "ORDER", default_value = "ordered", value_parser = ["ordered", "tree"])]
+    sums: String,
 }
 
 impl Extent {
     /// The options of a run.
-    pub fn options(&self, out: Option<PathBuf>, force: bool) -> RunOptions {
+    pub fn options(&self, out: Option<PathBuf>, force: bool, processes: Option<&Processes>) -> RunOptions {
         RunOptions {
             out,
             force,
@@ -62,18 +68,24 @@ impl Extent {
             steps: self.steps,
             threads: self.threads.map(usize::from),
             ranks: usize::from(self.ranks),
-            commit: option_env!("SAZANAMI_COMMIT"),
-            artist: Some(&Painter),
+            processes: processes.cloned(),
+            sums: if self.sums == Sums::Tree.word() { Sums::Tree } else { Sums::Ordered },
+            ..of_this_program()
         }
     }
 }
 
+/// What every run of this program has.
+pub fn of_this_program() -> RunOptions {
+    RunOptions { commit: option_env!("SAZANAMI_COMMIT"), artist: Some(&Painter), ..RunOptions::default() }
+}
+
 impl Run {
-    pub fn execute(self) -> Result<u8, CommandError> {
+    pub fn execute(self, processes: Option<&Processes>) -> Result<u8, CommandError> {
         let loaded = case::load(&self.case, &self.overrides)?;
         let stop = terminal::stop_on_signals()?;
         let mut screen = Screen::new();
-        let summary = run(&loaded, &self.extent.options(self.out, self.force), &mut screen, &stop)?;
+        let summary = run(&loaded, &self.extent.options(self.out, self.force, processes), &mut screen, &stop)?;
         drop(screen);
         Ok(tell(&summary))
     }

@@ -50,9 +50,10 @@ impl Engine {
         let (rank, (lower, upper)) = (domain.communicator().rank(), domain.rank_box(domain.communicator().rank()));
         let Grains { position, skin, owned, .. } = &self.grains;
         // A grain that is another rank's to own may stay until it has left this part by its skin.
+        let slack = |g: usize| if self.owned_promptly { 0.0 } else { skin[g] };
         let strayed = |g: usize| {
             let beyond = (lower - position[g]).max(position[g] - upper);
-            beyond.x.max(beyond.y) > skin[g] && domain.owner_of(position[g]) != rank
+            beyond.x.max(beyond.y) >= slack(g) && domain.owner_of(position[g]) != rank
         };
         let stays = |g: usize| self.travel[g] <= skin[g] && !strayed(g);
         let within = returned && first_where(*owned, |g| !stays(g)).is_none();

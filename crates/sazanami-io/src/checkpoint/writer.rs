@@ -93,6 +93,14 @@ impl<'a> CheckpointWriter<'a> {
             .map_err(|source| CheckpointError::Write { path: path.to_owned(), source })
     }
 
+    /// The checkpoint as the bytes of its file.
+    #[must_use]
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let mut file = io::Cursor::new(Vec::new());
+        self.write_to(&mut file).expect("memory takes what is written to it");
+        file.into_inner()
+    }
+
     /// Writes the checkpoint from the present position 0 on and returns its length \[bytes].
     pub(super) fn write_to(&self, file: &mut (impl Write + Seek)) -> io::Result<u64> {
         file.write_all(&[0; Header::LENGTH])?;

@@ -167,7 +167,8 @@ impl GrainPhase {
     /// # Panics
     /// If the ghost margin of the engine is not larger than the smoothing radius of the void fraction.
     #[must_use]
-    pub fn new(domain: &Domain, engine: Engine, coupling: Coupling) -> Self {
+    pub fn new(domain: &Domain, mut engine: Engine, coupling: Coupling) -> Self {
+        engine.own_promptly();
         let any = domain.max(if engine.grains().owned() > 0 { 1.0 } else { 0.0 }) > 0.0;
         assert!(
             !any || engine.ghost_margin() > coupling.smoothing,

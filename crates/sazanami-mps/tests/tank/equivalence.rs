@@ -52,12 +52,44 @@ fn results_do_not_depend_on_threads() {
     assert!(on(&other, 1) != one);
 }
 
-/// A solver restored from a snapshot.
-fn restored(case: &Case, state: &Snapshot) -> Solver {
-    let domain = case.domain(Box::<Solo>::default());
+/// A solver restored from a snapshot on ranks.
+fn restored_on(case: &Case, state: &Snapshot, communicator: Box<dyn Communicator>) -> Solver {
+    let domain = case.domain(communicator);
     let engine = Engine::restore(&domain, case.setup(), GRAINS, state).expect("a sound state of the grains");
     let grains = GrainPhase::new(&domain, engine, case.coupling());
     Solver::restore(domain, case.settings(), case.tank(), grains, state).expect("a sound state of the fluid")
+}
+
+/// A solver restored from a snapshot.
+fn restored(case: &Case, state: &Snapshot) -> Solver {
+    restored_on(case, state, Box::<Solo>::default())
+}
+
+/// Grains that cross the cuts between the ranks belong to the rank where they lie, before a restart and after it.
+#[test]
+fn a_restart_on_ranks_continues_with_the_same_bits() {
+    let mut case = shaken();
+    let cut = case.domain(Box::<Solo>::default()).grid().extent().x / 2.0;
+    for (n, grain) in case.grains.iter_mut().enumerate() {
+        grain.position.x = cut + SPACING * (0.37 * (n % 5) as Real - 0.7);
+        grain.position.z = SPACING * (1.0 + 1.1 * (n % 6) as Real);
+        grain.velocity.x = 0.05 * (n as Real - 12.0);
+    }
+    for ranks in [2, 4] {
+        let on = |steps: usize| run_ranks(ranks, 1, |c| state(&case, c, steps)).unwrap().swap_remove(0);
+        let [begun, half, whole] = [on(0), on(9), on(24)];
+        let side = |state: &Snapshot| -> Vec<bool> {
+            state.vectors("grains/grain.position").unwrap().iter().map(|x| x.x < cut).collect()
+        };
+        assert!(side(&begun) != side(&half) && side(&half) != side(&whole), "grains cross");
+        let resumed = run_ranks(ranks, 1, |c| {
+            let mut solver = restored_on(&case, &half, c);
+            go_on(&mut solver, 9, 15);
+            solver.snapshot()
+        });
+        let (found, name) = difference(&whole, &resumed.unwrap()[0]);
+        assert!(found == 0.0, "{ranks} ranks: {name} differs by {found:e}");
+    }
 }
 
 #[test]

@@ -84,14 +84,14 @@ impl Domain {
     /// The values of rank 0 on every rank.
     pub fn from_first<T: Pod>(&self, values: Vec<T>) -> Vec<T> {
         let communicator = self.communicator();
-        if communicator.rank() == 0 {
-            for rank in 1..communicator.size() {
-                communicator.send(rank, LIST, bytemuck::cast_slice(&values));
-            }
+        if communicator.size() == 1 {
             return values;
         }
-        let mut bytes = Vec::new();
-        communicator.receive(0, LIST, &mut bytes);
+        let mut bytes = if communicator.rank() == 0 { bytemuck::cast_slice(&values).to_vec() } else { Vec::new() };
+        communicator.broadcast(&mut bytes);
+        if communicator.rank() == 0 {
+            return values;
+        }
         bytes.chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned).collect()
     }
 

@@ -13,6 +13,7 @@ use sazanami_numerics::Real;
 use sazanami_numerics::domain::{FailedElsewhere, LayoutError};
 use sazanami_numerics::snapshot::SnapshotError;
 use sazanami_parallel::ThreadsRefused;
+use serde::{Deserialize, Serialize};
 
 use crate::bed_file::BedFileError;
 use crate::case::meaning::Case;
@@ -132,7 +133,10 @@ impl RankError {
     /// Whether another rank has the reason.
     pub fn is_secondary(&self) -> bool {
         match self {
-            Self::Elsewhere(_) | Self::Packing(DemError::Elsewhere(_)) => true,
+            Self::Elsewhere(_)
+            | Self::Packing(DemError::Elsewhere(_))
+            | Self::Snapshot(SnapshotError::Elsewhere(_))
+            | Self::State(StateError::Grains(DemError::Elsewhere(_))) => true,
             Self::Record(error) => matches!(error, RecordError::Elsewhere(_)),
             Self::PackingStep { error, .. } => matches!(error, DemError::Elsewhere(_)),
             Self::Start(error) => mics::kind(error) == ELSEWHERE,
@@ -175,23 +179,6 @@ impl RankError {
         no_state || other_table || matches!(self, Self::Threads(_) | Self::Layout(_) | Self::Boundary(_))
     }
 
-    /// What the command reports; `bed` is the file of the bed that the run packed.
-    fn into_command_error(self, failure: Failure, bed: Option<&Path>) -> CommandError {
-        let on_bed = matches!(self, Self::LiquidOnGrain { .. } | Self::BedTooHigh { .. } | Self::LiquidTooHigh { .. });
-        match (self.help(), bed.filter(|_| on_bed)) {
-            (Some(help), Some(bed)) => CommandError::input(
-                failure.message,
-                format!(
-                    "{help}; the packed bed is kept: the changed case can read it with \
-                     `placement.bed = {{ file = \"{}\" }}`",
-                    bed.display()
-                ),
-            ),
-            (Some(help), None) => CommandError::input(failure.message, help),
-            (None, _) => failure.into(),
-        }
-    }
-
     /// What failed, where and when; `reached` is the run's last step, its time, and the limit that ruled it.
     pub fn failure(&self, reached: (u64, Real, &'static str)) -> Failure {
         let (step, time, limiter) = match self {
@@ -200,7 +187,14 @@ impl RankError {
             Self::NotAtRest { time, .. } => (0, *time, Limit::Contact.name()),
             _ => reached,
         };
-        Failure { kind: self.kind(), message: self.to_string(), step, time, limiter, checkpoint: None }
+        Failure {
+            kind: self.kind().to_owned(),
+            message: self.to_string(),
+            step,
+            time,
+            limiter: limiter.to_owned(),
+            checkpoint: None,
+        }
     }
 
     /// The failure in one word.
@@ -225,11 +219,19 @@ impl RankError {
     }
 }
 
-/// A rank's error with its report.
-#[derive(Debug)]
+/// A rank's error as it is reported: text, which travels between processes.
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct RankFailure {
-    pub error: RankError,
+    /// What failed, where and when.
     pub failure: Failure,
+    /// What to do about it where the input is wrong; `None` if the run itself failed.
+    help: Option<String>,
+    /// Whether the bed that the run packed can be used by a changed case.
+    bed_serves: bool,
+    /// Whether another rank has the reason.
+    pub is_secondary: bool,
+    /// Whether it was found before anything was done, see [`RankError::is_at_once`].
+    pub is_at_once: bool,
 }
 
 impl<E: Into<RankError>> From<E> for Box<RankFailure> {
@@ -237,14 +239,35 @@ impl<E: Into<RankError>> From<E> for Box<RankFailure> {
     fn from(error: E) -> Self {
         let error = error.into();
         let failure = error.failure((0, 0.0, ""));
-        Self::new(RankFailure { error, failure })
+        RankFailure::new(&error, failure)
     }
 }
 
 impl RankFailure {
+    /// `error` with the report of it.
+    pub fn new(error: &RankError, failure: Failure) -> Box<Self> {
+        let bed_serves = matches!(
+            error,
+            RankError::LiquidOnGrain { .. } | RankError::BedTooHigh { .. } | RankError::LiquidTooHigh { .. }
+        );
+        let (is_secondary, is_at_once) = (error.is_secondary(), error.is_at_once());
+        Box::new(Self { failure, help: error.help().map(str::to_owned), bed_serves, is_secondary, is_at_once })
+    }
+
     /// What the command says, with the last good checkpoint and the file of the bed that the run packed.
     pub fn into_command_error(self, checkpoint: Option<PathBuf>, bed: Option<&Path>) -> CommandError {
-        self.error.into_command_error(Failure { checkpoint, ..self.failure }, bed)
+        match (self.help, bed.filter(|_| self.bed_serves)) {
+            (Some(help), Some(bed)) => CommandError::input(
+                self.failure.message,
+                format!(
+                    "{help}; the packed bed is kept: the changed case can read it with \
+                     `placement.bed = {{ file = \"{}\" }}`",
+                    bed.display()
+                ),
+            ),
+            (Some(help), None) => CommandError::input(self.failure.message, help),
+            (None, _) => Failure { checkpoint, ..self.failure }.into(),
+        }
     }
 }
 

@@ -11,6 +11,7 @@ use std::sync::mpsc::SyncSender;
 use sazanami_numerics::Real;
 use sazanami_numerics::geometry::Shape;
 use sazanami_numerics::snapshot::Snapshot;
+use sazanami_parallel::{Processes, Sums};
 use serde::{Deserialize, Serialize};
 
 use crate::artist::Artist;
@@ -31,7 +32,7 @@ pub(crate) const PACKING: &str = "packing/";
 pub(crate) const RELAXATION: &str = "relaxation/";
 
 /// How a run ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
     /// Still on its way, or killed.
@@ -59,6 +60,10 @@ pub struct RunOptions {
     pub threads: Option<usize>,
     /// Parts that the box is cut into, each with threads of its own within this process; 0 stands for 1.
     pub ranks: usize,
+    /// The processes of a launcher, each of which is a rank; absent: this process alone.
+    pub processes: Option<Processes>,
+    /// Order in which the values of ranks are added.
+    pub sums: Sums,
     /// The commit that the program was built from, for the summary.
     pub commit: Option<&'static str>,
     /// Who draws the pictures; without an artist there are none.
@@ -66,10 +71,33 @@ pub struct RunOptions {
 }
 
 impl RunOptions {
-    /// Threads of each rank on a machine of so many processors.
-    #[must_use]
-    pub fn threads_of_rank(&self, cores: usize) -> usize {
-        self.threads.unwrap_or_else(|| cores.div_ceil(self.ranks.max(1))).max(1)
+    /// Parts that the box is cut into within this process.
+    fn ranks(&self) -> usize {
+        self.ranks.max(1)
+    }
+}
+
+/// Who works on a run.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Workers {
+    /// Parts that the box is cut into.
+    pub ranks: usize,
+    /// Threads of each rank.
+    pub threads: usize,
+    /// Order of sums over the ranks.
+    pub sums: String,
+    /// Name of the machine of each rank; empty where all are within one process.
+    pub hosts: Vec<String>,
+    /// Name and version of the MPI library; absent where all ranks are within one process.
+    pub mpi: Option<String>,
+}
+
+impl Workers {
+    /// The ranks within one process on a machine of so many processors.
+    pub fn of_this_process(options: &RunOptions, cores: usize) -> Self {
+        let ranks = options.ranks();
+        let threads = options.threads.unwrap_or_else(|| cores.div_ceil(ranks)).max(1);
+        Self { ranks, threads, sums: options.sums.word().to_owned(), hosts: Vec::new(), mpi: None }
     }
 }
 
@@ -187,17 +215,13 @@ pub(crate) struct Job<'a> {
     pub reporter: Reporter,
     /// Set when the run is to end.
     pub stop: &'a Stop,
-    /// Threads of each rank.
-    pub threads: usize,
+    /// Its ranks and their threads.
+    pub workers: Workers,
     /// Simulated time that packing is expected to take \[s], if it can be predicted.
     pub packing_time: Option<Real>,
 }
 
 impl Job<'_> {
-    pub fn is_stopped(&self) -> bool {
-        self.stop.is_set()
-    }
-
     /// Reports a step that is done.
     pub fn report(&self, line: &StepLine) {
         // Nobody listens any more when the command itself has ended: nothing is lost.
@@ -211,7 +235,7 @@ impl Job<'_> {
 }
 
 /// How a run ended on a rank.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Ended {
     pub status: Status,
     pub interrupted: bool,

@@ -13,7 +13,7 @@ use super::drawing::Drawing;
 use super::grain_files::{GrainStates, OwnArray, write_glyph};
 use crate::case::meaning::FieldPrecision;
 use crate::clock::Clock;
-use crate::job::{Job, RankError, RecordError, RunState};
+use crate::job::{Job, RankError, RecordError, RunState, Workers};
 use crate::machine::Machine;
 use crate::results::{
     CASE, CHECKPOINTS, FIELD_SERIES, FIELDS, FIGURES, GRAIN_SERIES, GRAINS, MESH_SERIES, PROBES, SERIES,
@@ -32,8 +32,7 @@ pub(crate) struct Fixed {
     pub case_hash: String,
     pub cpu: String,
     pub cores: usize,
-    pub threads: usize,
-    pub ranks: usize,
+    pub workers: Workers,
     pub cells: usize,
     pub contact_spheres_by_shape: Vec<usize>,
 }
@@ -87,8 +86,7 @@ impl Files {
             case_hash: RunState::of(job).case_hash,
             cpu: machine.cpu,
             cores: machine.cores,
-            threads: job.threads,
-            ranks: job.options.ranks.max(1),
+            workers: job.workers.clone(),
             cells: case.domain.cell_count(),
             contact_spheres_by_shape: job.shapes.iter().map(|shape| shape.contact_spheres().len()).collect(),
         };
@@ -105,7 +103,7 @@ impl Files {
             ));
         }
         Ok(Self {
-            drawing: Drawing::new(job.threads),
+            drawing: Drawing::new(job.workers.threads),
             checkpoints: CheckpointFolder::new(folder.join(CHECKPOINTS), case.checkpoint.keep),
             fixed,
             series,

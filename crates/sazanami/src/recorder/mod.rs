@@ -450,12 +450,12 @@ impl<'a, B: Observer> Recorder<'a, B> {
         let failure = error.failure((step, time, self.limiter));
         if self.job.resumed.is_some() && error.is_at_once() {
             // A wrong command: the run it was to go on with is what it was.
-            return Box::new(RankFailure { error, failure });
+            return RankFailure::new(&error, failure);
         }
         if let Err(problem) = self.write_summary(Status::Failed, Some(&failure)) {
             self.job.say(format!("the summary could not be written: {problem}"));
         }
-        Box::new(RankFailure { error, failure })
+        RankFailure::new(&error, failure)
     }
 
     fn write_summary(&mut self, status: Status, failure: Option<&Failure>) -> Result<(), RecordError> {

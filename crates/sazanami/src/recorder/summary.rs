@@ -73,7 +73,8 @@ pub(crate) fn write(folder: &Path, fixed: &Fixed, present: &Present) -> Result<(
         "commit": fixed.commit,
         "case_hash": fixed.case_hash,
         "machine": {
-            "cpu": fixed.cpu, "cores": fixed.cores, "threads": fixed.threads, "ranks": fixed.ranks,
+            "cpu": fixed.cpu, "cores": fixed.cores, "threads": fixed.workers.threads, "ranks": fixed.workers.ranks,
+            "hosts": fixed.workers.hosts, "mpi": fixed.workers.mpi, "sums": fixed.workers.sums,
         },
         "time_s": present.time,
         "steps": present.steps,

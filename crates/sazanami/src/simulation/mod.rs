@@ -90,9 +90,10 @@ fn stages<B: Observer>(
 
 /// What one rank knows of the outside, agreed with all: stop, and write a checkpoint.
 fn signals<B: Observer>(domain: &Domain, job: &Job, recorder: &Recorder<B>) -> [bool; 2] {
-    let flag = |set: bool| Real::from(u8::from(set));
-    let mut values = [flag(job.is_stopped()), flag(recorder.wants_checkpoint())];
+    let mut values = [job.stop.number(), u8::from(recorder.wants_checkpoint())].map(Real::from);
     domain.communicator().all_reduce(&mut values, Reduction::Max);
+    // A signal may reach one process of many.
+    job.stop.heard(values[0] as u8);
     values.map(|value| value > 0.0)
 }
 

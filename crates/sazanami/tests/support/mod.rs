@@ -109,8 +109,8 @@ impl On {
             steps: self.steps,
             threads: Some(self.threads),
             ranks: self.ranks,
-            commit: None,
             artist: Some(&Sketcher),
+            ..RunOptions::default()
         }
     }
 }

@@ -1,0 +1,349 @@
+//! A run on the processes that a launcher started. Rank 0 leads: it reads, decides, writes and prints. The others follow its
+//! orders, and know of files what it sends them.
+
+use std::path::{Path, PathBuf};
+use std::sync::mpsc;
+
+use sazanami_io::checkpoint::{CheckpointReader, CheckpointWriter};
+use sazanami_numerics::Real;
+use sazanami_numerics::snapshot::Snapshot;
+use sazanami_parallel::{Processes, RanksFailed, with_threads};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+use crate::case::meaning::{Case, Solver};
+use crate::case::{self, LoadedCase};
+use crate::error::CommandError;
+use crate::feasible;
+use crate::job::{Ended, Job, RUN_STATE, RankFailure, Reporter, Resumed, RunOptions, Workers};
+use crate::machine::{self, Machine};
+use crate::results::{self, CASE};
+use crate::simulation;
+use crate::stop::Stop;
+
+/// What rank 0 tells the others to do.
+#[derive(Debug, Serialize, Deserialize)]
+enum Order {
+    /// Say what you are, and whether you were started alike.
+    Muster(Command),
+    /// Get ready for a run, and then run.
+    Run(Box<RunOrder>),
+    /// Do what the command line does beside runs.
+    Work(String),
+    /// The command is done: end.
+    End,
+}
+
+/// What the processes of a job were started with.
+#[derive(Debug, PartialEq, Eq, Serialize, Deserialize)]
+struct Command {
+    /// Arguments of the command line.
+    arguments: Vec<String>,
+    /// The case file, and the hash of its text.
+    case: Option<(PathBuf, u64)>,
+}
+
+/// What a process has.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct Present {
+    host: String,
+    /// Processors that it may use, by their numbers where the system tells them.
+    processors: String,
+    /// How many these are.
+    cores: usize,
+    /// In what it differs from rank 0.
+    objection: Option<String>,
+}
+
+/// All that a rank needs to know of a run; the files follow.
+#[derive(Debug, Serialize, Deserialize)]
+struct RunOrder {
+    /// Names of the files relative to a folder of the follower's own, and their lengths \[bytes].
+    files: Vec<(PathBuf, usize)>,
+    folder: PathBuf,
+    until: Option<Real>,
+    steps: Option<u64>,
+    workers: Workers,
+    packing_time: Option<Real>,
+}
+
+/// File with the state that a run goes on from, and with a tank that was prepared.
+const STATE: &str = "state";
+const TANK: &str = "tank";
+
+impl Command {
+    /// What this process was started with.
+    fn of_this(case: Option<(PathBuf, u64)>) -> Self {
+        Self { arguments: std::env::args().skip(1).collect(), case }
+    }
+
+    /// In what this process differs from that command of rank 0. A case file that it does not see is no difference:
+    /// rank 0 sends it.
+    fn objection(&self) -> Option<String> {
+        let own: Vec<String> = std::env::args().skip(1).collect();
+        if own != self.arguments {
+            return Some(format!("was started with other arguments: `{}`", own.join(" ")));
+        }
+        let (path, hash) = self.case.as_ref()?;
+        let text = std::fs::read(path).ok()?;
+        (xxhash_rust::xxh3::xxh3_64(&text) != *hash).then(|| {
+            format!("sees another case file at `{}`", std::path::absolute(path).as_ref().unwrap_or(path).display())
+        })
+    }
+}
+
+impl Present {
+    fn this(processes: &Processes, objection: Option<String>) -> Self {
+        let cores = Machine::this().cores;
+        Self { host: processes.host(), processors: machine::processors_allowed(), cores, objection }
+    }
+}
+
+fn to_bytes(value: &impl Serialize) -> Vec<u8> {
+    serde_json::to_vec(value).expect("orders and answers have a JSON form")
+}
+
+fn from_bytes<T: DeserializeOwned>(bytes: &[u8]) -> T {
+    serde_json::from_slice(bytes).expect("all processes are of one program")
+}
+
+/// Gives an order, on rank 0.
+fn tell(processes: &Processes, order: &Order) {
+    processes.control().broadcast(&mut to_bytes(order));
+}
+
+/// The answers of all ranks, each on all.
+fn answers<T: Serialize + DeserializeOwned>(processes: &Processes, own: &T) -> Vec<T> {
+    let mut all = Vec::new();
+    processes.control().all_gather(&to_bytes(own), &mut all);
+    all.iter().map(|bytes| from_bytes(bytes)).collect()
+}
+
+/// Lets the other ranks end, on rank 0.
+pub fn dismiss(processes: &Processes) {
+    tell(processes, &Order::End);
+}
+
+/// Lets the other ranks do work that the command line knows by this text, on rank 0.
+pub fn order_work(processes: &Processes, work: &str) {
+    tell(processes, &Order::Work(work.to_owned()));
+}
+
+/// Threads and ranks of a run on these processes, if they can do it; `loaded` is the case they are started for.
+pub(crate) fn muster(
+    processes: &Processes,
+    loaded: Option<&LoadedCase>,
+    options: &RunOptions,
+) -> Result<Workers, CommandError> {
+    let hash = |loaded: &LoadedCase| xxhash_rust::xxh3::xxh3_64(loaded.source.text().as_bytes());
+    let command = Command::of_this(loaded.map(|loaded| (loaded.path.clone(), hash(loaded))));
+    tell(processes, &Order::Muster(command));
+    let present = answers(processes, &Present::this(processes, None));
+    for (rank, Present { host, objection, .. }) in present.iter().enumerate() {
+        if let Some(objection) = objection {
+            return Err(CommandError::input(
+                format!("rank {rank} on {host} {objection}"),
+                "start all ranks with one command, in one folder, on one case file",
+            ));
+        }
+    }
+    let sharing = |of: &Present| {
+        present.iter().filter(|other| other.host == of.host && other.processors == of.processors).count()
+    };
+    let fair = present.iter().map(|rank| rank.cores / sharing(rank)).min().unwrap_or(1).max(1);
+    let threads = options.threads.unwrap_or(fair);
+    if let Some((rank, of)) = present.iter().enumerate().find(|(_, of)| of.cores < threads) {
+        return Err(CommandError::input(
+            format!(
+                "{threads} threads a rank are asked for, but rank {rank} on {} is bound to {} processor{}",
+                of.host,
+                of.cores,
+                if of.cores == 1 { "" } else { "s" }
+            ),
+            "let the launcher bind each rank to as many as it has threads (Open MPI: `--map-by slot:PE=N`; \
+             Slurm: `--cpus-per-task=N`) or to none (`--bind-to none`), or give fewer `--threads`",
+        ));
+    }
+    let hosts = present.into_iter().map(|rank| rank.host).collect();
+    Ok(Workers {
+        ranks: processes.size(),
+        threads,
+        sums: options.sums.word().to_owned(),
+        hosts,
+        mpi: Some(processes.library()),
+    })
+}
+
+/// Sends the other ranks what they need for `job`, on rank 0, and waits until they are ready.
+pub(crate) fn get_ready(processes: &Processes, job: &Job) -> Result<(), CommandError> {
+    let mut files = inputs(job)?;
+    if let Some(Resumed { snapshot, .. }) = &job.resumed {
+        let of_cells = |name: &str| job.case.solver == Solver::Mics && sazanami_mics::snapshot::is_of_cells(name);
+        let mut needed = Snapshot::default();
+        let sections = snapshot.sections().filter(|(name, _)| !of_cells(name));
+        sections.for_each(|(name, section)| needed.put(name, section.clone()));
+        let mut writer = CheckpointWriter::new();
+        writer.add_snapshot(&needed).map_err(unsent)?;
+        files.push((STATE.into(), writer.to_bytes()));
+    }
+    if let Some(tank) = &job.prepared {
+        let mut writer = CheckpointWriter::new();
+        writer.add_snapshot(tank).map_err(unsent)?;
+        files.push((TANK.into(), writer.to_bytes()));
+    }
+    let order = RunOrder {
+        files: files.iter().map(|(name, bytes)| (name.clone(), bytes.len())).collect(),
+        folder: job.folder.clone(),
+        until: job.options.until,
+        steps: job.options.steps,
+        workers: job.workers.clone(),
+        packing_time: job.packing_time,
+    };
+    tell(processes, &Order::Run(Box::new(order)));
+    for (_, mut bytes) in files {
+        processes.control().broadcast(&mut bytes);
+    }
+    match readiness(processes, trial_of_threads(job.workers.threads)) {
+        None => Ok(()),
+        Some((rank, reason)) => Err(CommandError::input(
+            format!("rank {rank} cannot take part: {reason}"),
+            "look at the machine it runs on: its memory, its temporary files, the threads it may start",
+        )),
+    }
+}
+
+fn unsent(error: impl std::fmt::Display) -> CommandError {
+    CommandError::Undone(format!("the other ranks cannot be sent their part: {error}"))
+}
+
+/// The case and the files that it names, as they lie in the folder of results.
+fn inputs(job: &Job) -> Result<Vec<(PathBuf, Vec<u8>)>, CommandError> {
+    let path = job.folder.join(CASE);
+    let text = match &job.case_text {
+        Some(text) => text.clone(),
+        None => std::fs::read_to_string(&path).map_err(unsent)?,
+    };
+    let mut case = case::parse(&path, &text, &[])?.case;
+    // The tank in such a state is sent as it was read.
+    let state = case.preparation.state.clone();
+    let mut files = vec![(PathBuf::from(CASE), text.into_bytes())];
+    for file in results::inputs_of(&mut case).into_iter().filter(|file| state.as_ref() != Some(file)) {
+        // What lies elsewhere is not needed to run; beds may be gone once their grains have moved.
+        if let (Ok(name), Ok(bytes)) = (file.strip_prefix(&job.folder), std::fs::read(&file)) {
+            files.push((name.to_owned(), bytes));
+        }
+    }
+    Ok(files)
+}
+
+/// Whether this rank gets its threads.
+fn trial_of_threads(threads: usize) -> Result<(), String> {
+    with_threads(threads, || ()).map_err(|refused| refused.to_string())
+}
+
+/// The first rank that is not ready, with the reason; known to all.
+fn readiness(processes: &Processes, own: Result<(), String>) -> Option<(usize, String)> {
+    let all: Vec<Option<String>> = answers(processes, &own.err());
+    all.into_iter().enumerate().find_map(|(rank, reason)| Some((rank, reason?)))
+}
+
+/// How a run ended on each rank, or what broke it off.
+type Outcomes = Result<Vec<Result<Ended, Box<RankFailure>>>, RanksFailed>;
+
+/// Runs this rank's part of `job`, for which all have got ready. The outcomes of all come by rank.
+pub(crate) fn run(processes: &Processes, job: &Job) -> Outcomes {
+    let work = |communicator| simulation::run_rank(communicator, job);
+    let own = processes.run(job.workers.threads, job.options.sums, work)?;
+    Ok(answers(processes, &own))
+}
+
+/// Follows the orders of rank 0 until it gives the last one. `work` does what
+/// [`order_work`] names; `options` are those that all ranks share by their program.
+pub fn follow(processes: &Processes, options: &RunOptions, stop: &Stop, mut work: impl FnMut(&str)) {
+    loop {
+        let mut bytes = Vec::new();
+        processes.control().broadcast(&mut bytes);
+        match from_bytes(&bytes) {
+            Order::Muster(command) => {
+                drop(answers(processes, &Present::this(processes, command.objection())));
+            }
+            Order::Run(order) => follow_run(processes, &order, options, stop),
+            Order::Work(text) => work(&text),
+            Order::End => return,
+        }
+    }
+}
+
+/// What a follower has got ready for a run.
+struct Ready {
+    case: Case,
+    shapes: Vec<sazanami_numerics::geometry::Shape>,
+    beds: Vec<Option<crate::bed_file::Bed>>,
+    resumed: Option<Resumed>,
+    prepared: Option<Snapshot>,
+}
+
+/// Runs a follower's part of a run.
+fn follow_run(processes: &Processes, order: &RunOrder, options: &RunOptions, stop: &Stop) {
+    let files: Vec<(&Path, Vec<u8>)> = order
+        .files
+        .iter()
+        .map(|(name, length)| {
+            let mut bytes = Vec::with_capacity(*length);
+            processes.control().broadcast(&mut bytes);
+            (name.as_path(), bytes)
+        })
+        .collect();
+    let ready = trial_of_threads(order.workers.threads).and_then(|()| unpack(&files));
+    drop(files);
+    let refused = readiness(processes, ready.as_ref().map(drop).map_err(Clone::clone));
+    let (Ok(ready), None) = (ready, refused) else { return };
+    let Ready { case, shapes, beds, resumed, prepared } = ready;
+    let options = RunOptions { until: order.until, steps: order.steps, ..options.clone() };
+    let job = Job {
+        case: &case,
+        case_text: None,
+        shapes: shapes.into(),
+        beds,
+        options: &options,
+        folder: order.folder.clone(),
+        prepared,
+        resumed,
+        // Nobody listens to a follower.
+        reporter: Reporter(mpsc::sync_channel(0).0),
+        stop,
+        workers: order.workers.clone(),
+        packing_time: order.packing_time,
+    };
+    // What went wrong here, rank 0 says.
+    drop(run(processes, &job));
+}
+
+/// Puts files where only this process has them, and reads them from there as any run reads its own.
+fn unpack(files: &[(&Path, Vec<u8>)]) -> Result<Ready, String> {
+    let place = tempfile::tempdir().map_err(|error| format!("no place for its files: {error}"))?;
+    for (name, bytes) in files {
+        let path = place.path().join(name);
+        let written =
+            std::fs::create_dir_all(path.parent().unwrap_or(place.path())).and_then(|()| std::fs::write(&path, bytes));
+        written.map_err(|error| format!("{}: {error}", path.display()))?;
+    }
+    let loaded = case::load(&place.path().join(CASE), &[]).map_err(|error| error.to_string())?;
+    let (shapes, beds) = feasible::shapes_and_beds(&loaded).map_err(|error| error.to_string())?;
+    let read = |name: &str| {
+        let path = place.path().join(name);
+        path.is_file().then(|| CheckpointReader::open(&path)).transpose().map_err(|error| error.to_string())
+    };
+    let resumed = match read(STATE)? {
+        Some(reader) => Some(Resumed {
+            run: reader.get_json(RUN_STATE).map_err(|error| error.to_string())?,
+            snapshot: reader.snapshot().map_err(|error| error.to_string())?,
+        }),
+        None => None,
+    };
+    let prepared = match read(TANK)? {
+        Some(reader) => Some(reader.snapshot().map_err(|error| error.to_string())?),
+        None => None,
+    };
+    Ok(Ready { case: loaded.case, shapes, beds, resumed, prepared })
+}
