@@ -2,6 +2,7 @@
 
 mod book;
 mod generated;
+mod mpi;
 mod test;
 mod tidy;
 
@@ -10,6 +11,7 @@ use std::process::{Command, ExitCode};
 
 const HELP: &str = "\
 cargo xtask test [--locked] [ARGS...]   formatting, tidy, lints, then all tests; ARGS go to `cargo test`
+cargo xtask test --mpi [openmpi|mpich]  the tests that run under `mpirun`, with each MPI that is installed, or with that one
 cargo xtask tidy                        who may depend on whom, what the sources may name, whether generated files are fresh
 cargo xtask generate                    schema, reference pages, pages of verification/ and docs/results, docs/SUMMARY.md
 cargo xtask verify [ARGS...]            `sazanami verify`: cases with known results; with `--out verification`, `generate` next
@@ -23,6 +25,7 @@ fn main() -> ExitCode {
     let command = arguments.next().unwrap_or_default();
     let rest: Vec<String> = arguments.collect();
     let code = match command.as_str() {
+        "test" if rest.iter().any(|argument| argument == "--mpi") => mpi::run(&rest),
         "test" => test::run(&rest),
         "book" => book::run(),
         "tidy" => tidy::run(rest.iter().any(|argument| argument == "--locked")),

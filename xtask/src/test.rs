@@ -72,8 +72,13 @@ fn documentation(locked: bool) -> u8 {
 fn tests(arguments: &[String], closing: &mut Vec<String>) -> u8 {
     println!("-- tests");
     let mut command = cargo();
-    command.args(["test", "--release", "--workspace", "--no-fail-fast"]).args(arguments).stdout(Stdio::piped());
-    match pass_on(&mut command, |line| {
+    command.args(["test", "--release", "--workspace", "--no-fail-fast"]).args(arguments);
+    counted(&mut command, closing)
+}
+
+/// Runs a command that runs tests, passing on what it prints, and collects the runner's result lines.
+pub fn counted(command: &mut Command, closing: &mut Vec<String>) -> u8 {
+    match pass_on(command.stdout(Stdio::piped()), |line| {
         if line.starts_with("test result:") {
             closing.push(line.to_string());
         }

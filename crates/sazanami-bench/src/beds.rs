@@ -11,6 +11,7 @@ use sazanami_numerics::domain::Domain;
 use sazanami_numerics::geometry::Shape;
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
+use sazanami_parallel::{Communicator, Solo};
 
 use sazanami::assembly::grains;
 use sazanami::assembly::shapes::shape_of;
@@ -118,8 +119,13 @@ pub(crate) fn shape(case: &Case, spheres: ContactSphereChoice) -> Result<Shape, 
 impl Paper {
     /// Solo domain of the case's box.
     pub(crate) fn domain(&self) -> Result<Domain, String> {
+        self.domain_on(Box::<Solo>::default())
+    }
+
+    /// A rank's part of the case's box.
+    pub(crate) fn domain_on(&self, communicator: Box<dyn Communicator>) -> Result<Domain, String> {
         let boundary = sazanami::assembly::fluid::boundary(&self.case).map_err(|error| error.to_string())?;
-        Ok(Domain::solo(self.case.domain.grid(), boundary.periodic()))
+        Domain::new(self.case.domain.grid(), boundary.periodic(), communicator).map_err(|error| error.to_string())
     }
 
     /// Engine with the bed, its grains of the given shape.

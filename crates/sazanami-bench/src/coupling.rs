@@ -7,6 +7,7 @@ use sazanami_mics::solver::Solver;
 use sazanami_numerics::geometry::Shape;
 use sazanami_numerics::{Real, Vector};
 use sazanami_observe::{Body, GatheredBed, bed_profile};
+use sazanami_parallel::{Communicator, Solo};
 
 use crate::beds;
 use crate::fluid::{Phases, build};
@@ -65,18 +66,20 @@ pub(crate) fn volume_fractions() -> Result<Timing, String> {
     Ok(timing.with_floor(floor, how))
 }
 
-/// The paper's case, built.
-fn whole_case() -> Result<(Case, Solver), String> {
+/// A rank's part of the paper's case, built.
+fn whole_case(communicator: Box<dyn Communicator>) -> Result<(Case, Solver), String> {
     let paper = beds::paper()?;
     let case = paper.case.clone();
     let shapes: Arc<[Shape]> = vec![beds::shape(&case, case.grains[0].contact_spheres.clone())?].into();
-    let domain = paper.domain()?;
+    let domain = paper.domain_on(communicator)?;
     let engine = paper.engine(&domain, &shapes[0])?;
     let mut bed = GatheredBed::default();
     bed.gather(&domain, engine.grains(), engine.time());
     let bodies: Vec<Body> = shapes.iter().map(Body::of).collect();
     let height = bed_profile::height_near(&bed.view(&bodies), case.bed.axis, case.bed.height_radius);
-    let solver = build(&case, Some((engine, Arc::clone(&shapes))), height.unwrap_or(case.domain.lower.z))?;
+    // Rank 0 alone has gathered the bed.
+    let height = domain.max(height.unwrap_or(case.domain.lower.z));
+    let solver = build(&case, domain, Some((engine, Arc::clone(&shapes))), height)?;
     Ok((case, solver))
 }
 
@@ -85,7 +88,7 @@ pub(crate) fn case_memory() -> Result<Timing, String> {
     // The bed's stand-in, if it is needed, is no part of the case.
     beds::paper()?;
     let before = forget_peak();
-    let (case, mut solver) = whole_case()?;
+    let (case, mut solver) = whole_case(Box::<Solo>::default())?;
     Phases::default().step(&mut solver)?;
     let peak = memory("VmHWM").ok_or("the system does not tell how much memory is taken")?;
     let held = before.map_or_else(|| "an unknown part".to_owned(), |bytes| format!("{:.0} MiB", bytes / MEBI));
@@ -107,8 +110,8 @@ pub(crate) fn case_memory() -> Result<Timing, String> {
 }
 
 /// Steps of the paper's case from its start.
-pub(crate) fn case_step() -> Result<Timing, String> {
-    let (case, mut solver) = whole_case()?;
+pub(crate) fn case_step(communicator: Box<dyn Communicator>) -> Result<Timing, String> {
+    let (case, mut solver) = whole_case(communicator)?;
     let mut timing = Timing { unit: "s", ..Timing::default() };
     let mut phases = Phases::default();
     let (mut substeps, mut dt) = (0, 0.0);
@@ -126,7 +129,7 @@ pub(crate) fn case_step() -> Result<Timing, String> {
     timing.size = format!(
         "{} cells, {} grains, step {dt:.2e} s of {substeps} sub-steps; {}",
         case.domain.cell_count(),
-        solver.grains().engine().grains().owned(),
+        solver.domain().sum([solver.grains().engine().grains().owned() as Real])[0],
         phases.in_words()
     );
     timing.floor_how = "see its parts".into();

@@ -175,18 +175,20 @@ fn drop_alone() -> Result<(Case, Solver), String> {
     drop.placement = Placement::Absolute(centre);
     drop.velocity = Vector::new(0.0, 0.0, -SPEED);
     case.fluid.step = Step::Adaptive { longest: STEP, first: STEP, growth: 1.2 };
-    let solver = build(&case, None, 0.0)?;
+    let boundary = fluid::boundary(&case).map_err(|error| error.to_string())?;
+    let domain = Domain::solo(case.domain.grid(), boundary.periodic());
+    let solver = build(&case, domain, None, 0.0)?;
     Ok((case, solver))
 }
 
-/// The solver of a case, with the grains of `engine` and of `shapes` if there are any.
+/// The solver of a case on a rank's part of its box, with the grains of `engine` and of `shapes` if there are any.
 pub(crate) fn build(
     case: &Case,
+    domain: Domain,
     with: Option<(Engine, Arc<[sazanami_numerics::geometry::Shape]>)>,
     bed_height: Real,
 ) -> Result<Solver, String> {
     let boundary = fluid::boundary(case).map_err(|error| error.to_string())?;
-    let domain = Domain::solo(case.domain.grid(), boundary.periodic());
     let mut flow = fluid::flow(case, &domain);
     fluid::pour(case, &domain, &boundary, &mut flow, bed_height);
     let (engine, shapes) = match with {

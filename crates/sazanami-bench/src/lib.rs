@@ -19,9 +19,10 @@ mod timing;
 pub use timing::{BenchRow, Timing};
 
 use sazanami_numerics::Real;
-use sazanami_parallel::with_threads;
+use sazanami_parallel::{Communicator, Processes, RanksFailed, Sums, run_ranks, with_threads};
 
 use sazanami::error::CommandError;
+use sazanami::followers;
 use sazanami::progress::Progress;
 
 /// A benchmark.
@@ -32,7 +33,73 @@ pub struct Bench {
     /// What it times, in one line.
     pub about: &'static str,
     /// Times it.
-    pub time: fn() -> Result<Timing, String>,
+    pub time: Time,
+}
+
+/// How a benchmark is timed.
+#[derive(Clone, Copy, Debug)]
+pub enum Time {
+    /// On one rank.
+    Alone(fn() -> Result<Timing, String>),
+    /// On any number of ranks, each of which calls it.
+    Shared(fn(Box<dyn Communicator>) -> Result<Timing, String>),
+}
+
+/// What benchmarks run on.
+#[derive(Clone, Debug)]
+pub struct Place {
+    /// Threads of each rank.
+    pub threads: usize,
+    /// Ranks within this process.
+    pub ranks: usize,
+    /// The processes of a launcher, each of which is a rank instead.
+    pub processes: Option<Processes>,
+}
+
+impl Place {
+    fn ranks(&self) -> usize {
+        self.processes.as_ref().map_or(self.ranks, Processes::size)
+    }
+
+    /// Times a benchmark; the outer error is that of ranks that broke off.
+    fn time(&self, bench: &Bench) -> Result<Result<Timing, String>, CommandError> {
+        let broke_off = |failed: RanksFailed| CommandError::Undone(format!("{}: {failed}", bench.name));
+        match (bench.time, &self.processes) {
+            (Time::Shared(time), Some(processes)) => {
+                let order = format!("{ORDER} {} {}", bench.name, self.threads);
+                followers::order_work(processes, &order);
+                processes.run(self.threads, Sums::Ordered, time).map_err(broke_off)
+            }
+            (Time::Shared(time), None) => {
+                run_ranks(self.ranks, self.threads, time).map(|mut all| all.swap_remove(0)).map_err(broke_off)
+            }
+            (Time::Alone(_), _) if self.ranks() > 1 => Err(CommandError::input(
+                format!("`{}` is timed on one rank, and there are {}", bench.name, self.ranks()),
+                format!("name benchmarks that ranks share: {}", shared().join(", ")),
+            )),
+            (Time::Alone(time), _) => with_threads(self.threads, time)
+                .map_err(|refused| CommandError::input(refused.to_string(), "ask for fewer with `--threads`")),
+        }
+    }
+}
+
+/// First word of the order to time a benchmark that ranks share.
+const ORDER: &str = "bench";
+
+/// Takes part in a benchmark that rank 0 ordered, if this is such an order.
+pub fn follow(processes: &Processes, order: &str) {
+    let mut words = order.split_whitespace();
+    let (Some(ORDER), Some(name), Some(threads)) = (words.next(), words.next(), words.next()) else { return };
+    let bench = BENCHES.iter().find(|bench| bench.name == name);
+    if let (Some(Bench { time: Time::Shared(time), .. }), Ok(threads)) = (bench, threads.parse()) {
+        // What went wrong here, rank 0 says.
+        drop(processes.run(threads, Sums::Ordered, time));
+    }
+}
+
+/// Names of the benchmarks that ranks share.
+fn shared() -> Vec<&'static str> {
+    BENCHES.iter().filter(|bench| matches!(bench.time, Time::Shared(_))).map(|bench| bench.name).collect()
 }
 
 /// The benchmarks of this version, on the sizes of Yagyu et al. (2015). Memory comes first: later ones leave some behind.
@@ -40,55 +107,67 @@ const BENCHES: &[Bench] = &[
     Bench {
         name: "case_memory",
         about: "peak memory of the paper's whole case: built, and one step",
-        time: coupling::case_memory,
+        time: Time::Alone(coupling::case_memory),
     },
-    Bench { name: "machine_triad", about: "memory bandwidth, the measure of the floors", time: machine::triad },
+    Bench {
+        name: "machine_triad",
+        about: "memory bandwidth, the measure of the floors",
+        time: Time::Alone(machine::triad),
+    },
     Bench {
         name: "dem_substep_shell75",
         about: "contact sub-step of the paper's settled bed, 75 spheres a grain",
-        time: contacts::shell75,
+        time: Time::Alone(contacts::shell75),
     },
-    Bench { name: "dem_substep_axis9", about: "the same with 9 spheres on the long axis", time: contacts::axis9 },
-    Bench { name: "dem_substep_spheres", about: "contact sub-step of 30,600 settled spheres", time: contacts::spheres },
+    Bench {
+        name: "dem_substep_axis9",
+        about: "the same with 9 spheres on the long axis",
+        time: Time::Alone(contacts::axis9),
+    },
+    Bench {
+        name: "dem_substep_spheres",
+        about: "contact sub-step of 30,600 settled spheres",
+        time: Time::Alone(contacts::spheres),
+    },
     Bench {
         name: "dem_substep_tank",
         about: "the same of 34,000 spheres, the bed of a wave tank between two walls",
-        time: contacts::tank,
+        time: Time::Alone(contacts::tank),
     },
     Bench {
         name: "packing_bed",
         about: "packing of the paper's bed, from a sub-step of the settled bed",
-        time: contacts::packing_bed,
+        time: Time::Alone(contacts::packing_bed),
     },
     Bench {
         name: "volume_fractions",
         about: "cells covered by all grains of the paper's bed, every grain moved",
-        time: coupling::volume_fractions,
+        time: Time::Alone(coupling::volume_fractions),
     },
     Bench {
         name: "pressure_solve",
         about: "pressure of a drop in air, density ratio 1000, relative residual 1e-6 from zero",
-        time: fluid::pressure_solve,
+        time: Time::Alone(fluid::pressure_solve),
     },
     Bench {
         name: "fluid_step",
         about: "whole fluid step, drop at 9 m/s, max |div u| dt <= 1e-6",
-        time: fluid::fluid_step,
+        time: Time::Alone(fluid::fluid_step),
     },
     Bench {
         name: "case_step",
         about: "whole step of the paper's case: fluid, grains and their coupling",
-        time: coupling::case_step,
+        time: Time::Shared(coupling::case_step),
     },
     Bench {
         name: "mps_step",
         about: "step of moving particles in a wave tank over a bed of spheres, without the grains' sub-steps",
-        time: particles::tank_step,
+        time: Time::Alone(particles::tank_step),
     },
     Bench {
         name: "mps_dam_break",
         about: "step of 100,000 moving particles of a dam that breaks, steps 50 to 100",
-        time: particles::dam_break,
+        time: Time::Alone(particles::dam_break),
     },
 ];
 
@@ -98,14 +177,14 @@ pub const fn benches() -> &'static [Bench] {
     BENCHES
 }
 
-/// Runs the benchmarks called `names`, or all of them; `threads` is what they run on.
+/// Runs the benchmarks called `names`, or all of them.
 ///
 /// # Errors
 /// If a name is not known, or a benchmark fails.
 pub fn bench(
     benches: &[Bench],
     names: &[String],
-    threads: usize,
+    place: &Place,
     progress: &mut dyn Progress,
 ) -> Result<Vec<BenchRow>, CommandError> {
     let known: Vec<&str> = benches.iter().map(|bench| bench.name).collect();
@@ -115,10 +194,9 @@ pub fn bench(
     let mut rows = Vec::new();
     for bench in benches.iter().filter(|bench| names.is_empty() || names.iter().any(|name| name == bench.name)) {
         progress.message(&format!("{}: {}", bench.name, bench.about));
-        let timing = with_threads(threads, bench.time)
-            .map_err(|refused| CommandError::input(refused.to_string(), "ask for fewer with `--threads`"))?
-            .map_err(|message| CommandError::Undone(format!("{}: {message}", bench.name)))?;
-        rows.push(timing.row(bench.name, threads));
+        let timing =
+            place.time(bench)?.map_err(|message| CommandError::Undone(format!("{}: {message}", bench.name)))?;
+        rows.push(timing.row(bench.name, place.threads, place.ranks()));
     }
     Ok(rows)
 }
@@ -130,13 +208,13 @@ const BUSY: Real = 0.15;
 #[must_use]
 pub fn table(rows: &[BenchRow]) -> String {
     let mut text = format!(
-        "{:<24} {:>11} {:>11} {:>11} {:>11} {:>5} {:>5} {:>8} {:>11}  size\n",
-        "name", "median", "min", "max", "cpu", "unit", "runs", "threads", "floor"
+        "{:<24} {:>11} {:>11} {:>11} {:>11} {:>5} {:>5} {:>5} {:>8} {:>11}  size\n",
+        "name", "median", "min", "max", "cpu", "unit", "runs", "ranks", "threads", "floor"
     );
     let maybe = |value: Option<Real>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.4}"));
     for row in rows {
         text.push_str(&format!(
-            "{:<24} {:>11.4} {:>11.4} {:>11.4} {:>11} {:>5} {:>5} {:>8} {:>11}  {}\n",
+            "{:<24} {:>11.4} {:>11.4} {:>11.4} {:>11} {:>5} {:>5} {:>5} {:>8} {:>11}  {}\n",
             row.name,
             row.median,
             row.min,
@@ -144,6 +222,7 @@ pub fn table(rows: &[BenchRow]) -> String {
             maybe(row.cpu),
             row.unit,
             row.runs,
+            row.ranks,
             row.threads,
             maybe(row.floor),
             row.size
@@ -167,11 +246,15 @@ mod tests {
     fn medians_and_names_are_right() {
         let timing =
             |values: &[Real]| Timing { unit: "s", values: values.to_vec(), size: "small".into(), ..Timing::default() };
-        let row = timing(&[3.0, 1.0, 2.0]).with_floor(0.5, "by hand").row("x", 2);
+        let row = timing(&[3.0, 1.0, 2.0]).with_floor(0.5, "by hand").row("x", 2, 1);
         assert_eq!((row.median, row.min, row.max, row.runs, row.floor), (2.0, 1.0, 3.0, 3, Some(0.5)));
-        assert_eq!(timing(&[4.0, 1.0, 2.0, 3.0]).row("x", 1).median, 2.5);
-        let benches = [Bench { name: "nothing", about: "does nothing", time: || Ok(Timing::of("none", 3, || ())) }];
-        assert_eq!(bench(&benches, &[], 1, &mut Silent).unwrap().len(), 1);
-        assert_eq!(bench(&benches, &["nothin".into()], 1, &mut Silent).unwrap_err().exit_code(), 2);
+        assert_eq!(timing(&[4.0, 1.0, 2.0, 3.0]).row("x", 1, 1).median, 2.5);
+        let benches =
+            [Bench { name: "nothing", about: "does nothing", time: Time::Alone(|| Ok(Timing::of("none", 3, || ()))) }];
+        let on = |ranks: usize| Place { threads: 1, ranks, processes: None };
+        assert_eq!(bench(&benches, &[], &on(1), &mut Silent).unwrap().len(), 1);
+        assert_eq!(bench(&benches, &["nothin".into()], &on(1), &mut Silent).unwrap_err().exit_code(), 2);
+        let refused = bench(&benches, &[], &on(2), &mut Silent).unwrap_err().to_string();
+        assert!(refused.contains("timed on one rank") && refused.contains("case_step"), "{refused}");
     }
 }

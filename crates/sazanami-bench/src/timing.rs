@@ -20,8 +20,10 @@ pub struct BenchRow {
     pub max: Real,
     /// How many runs.
     pub runs: usize,
-    /// Threads.
+    /// Threads of each rank.
     pub threads: usize,
+    /// Ranks.
+    pub ranks: usize,
     /// Size of the problem, in words.
     pub size: String,
     /// Least possible value on this machine, if it is known.
@@ -81,7 +83,7 @@ impl Timing {
         Self { floor: Some(floor), floor_how: how.into(), ..self }
     }
 
-    pub(crate) fn row(self, name: &str, threads: usize) -> BenchRow {
+    pub(crate) fn row(self, name: &str, threads: usize, ranks: usize) -> BenchRow {
         let [least, middle, most] = spread(&self.values).unwrap_or_default();
         BenchRow {
             name: name.to_owned(),
@@ -91,6 +93,7 @@ impl Timing {
             max: most,
             runs: self.values.len(),
             threads,
+            ranks,
             size: self.size,
             floor: self.floor,
             floor_how: self.floor_how,

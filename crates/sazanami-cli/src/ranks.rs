@@ -3,6 +3,8 @@
 use sazanami::error::{CommandError, exit};
 use sazanami::followers;
 use sazanami_parallel::{JoinError, Processes};
+use sazanami_verification::catalogue::CASES;
+use sazanami_verification::verify;
 
 use crate::commands::run::of_this_program;
 use crate::terminal::{self, Verbosity};
@@ -36,7 +38,10 @@ fn follow(processes: &Processes) -> u8 {
     match terminal::stop_on_signals() {
         // The exit code of the job is that of rank 0, which says why.
         Ok(stop) => {
-            followers::follow(processes, &of_this_program(), &stop, |_| ());
+            followers::follow(processes, &of_this_program(), &stop, |work| {
+                sazanami_bench::follow(processes, work);
+                verify::follow_order(processes, CASES, work);
+            });
             exit::DONE
         }
         Err(error) => {

@@ -79,6 +79,28 @@ fn a_folder_belongs_to_one_run_and_comes_free_when_that_is_killed() {
     assert!(!folder.path().join("out/.sazanami-lock").exists());
 }
 
+/// A build without MPI under a launcher: each of its processes would run the whole case.
+#[cfg(not(feature = "mpi"))]
+#[test]
+fn a_launcher_of_processes_that_know_nothing_of_one_another_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("long.toml"), LONG).unwrap();
+    let launched = |rank: &str, arguments: &[&str]| {
+        let mut process = command(folder.path(), arguments);
+        process.env("OMPI_COMM_WORLD_SIZE", "2").env("OMPI_COMM_WORLD_RANK", rank).output().unwrap()
+    };
+    let refused = launched("0", &["run", "long.toml", "--steps", "1", "--out", "out"]);
+    let printed = text(&refused.stderr);
+    assert_eq!(refused.status.code(), Some(2), "{printed}");
+    assert!(printed.contains("built without MPI") && printed.contains("--features mpi"), "{printed}");
+    // The others leave it to rank 0 to say so; what is no work of ranks goes on.
+    let other = launched("1", &["verify", "layers-at-rest"]);
+    assert_eq!((other.status.code(), text(&other.stderr).as_str()), (Some(2), ""));
+    assert_eq!(launched("0", &["check", "long.toml"]).status.code(), Some(0));
+    assert!(text(&launched("0", &["doctor"]).stdout).contains("a launcher of 2 processes"));
+    assert!(!folder.path().join("out").exists());
+}
+
 #[test]
 fn a_closed_terminal_ends_a_run_with_a_checkpoint_and_the_log_says_so() {
     let folder = tempfile::tempdir().unwrap();

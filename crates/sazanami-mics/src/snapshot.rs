@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use sazanami_dem::Engine;
-use sazanami_numerics::domain::Domain;
+use sazanami_numerics::domain::{Domain, Region};
 use sazanami_numerics::geometry::Shape;
 use sazanami_numerics::grid::Field;
 use sazanami_numerics::snapshot::{Snapshot, SnapshotError};
@@ -47,12 +47,12 @@ impl Solver {
             snapshot.put_reals(VELOCITY[d], domain.gather(&self.flow.velocity[d]));
             let faces = &self.flow.face_velocity[d];
             snapshot.put_reals(FACE_VELOCITY[d], domain.gather(faces));
-            snapshot.put_reals(LAST_FACES[d], domain.gather(&upper_faces(domain, faces, d)));
+            snapshot.put_reals(LAST_FACES[d], last_faces(domain, faces, d));
         }
         if let Some((faces, dt)) = &self.flow.previous_faces {
             for d in 0..3 {
                 snapshot.put_reals(EARLIER_FACES[d], domain.gather(&faces[d]));
-                snapshot.put_reals(EARLIER_LAST_FACES[d], domain.gather(&upper_faces(domain, &faces[d], d)));
+                snapshot.put_reals(EARLIER_LAST_FACES[d], last_faces(domain, &faces[d], d));
             }
             snapshot.put_reals(EARLIER_STEP, vec![*dt]);
         }
@@ -111,10 +111,29 @@ pub fn is_of_cells(name: &str) -> bool {
 
 /// Reads a field of the cells on rank 0 and gives each rank its part.
 fn scatter(domain: &Domain, snapshot: &Snapshot, name: &str, field: &mut Field<Real>) -> Result<(), SnapshotError> {
-    let leads = domain.communicator().rank() == 0;
-    let all = if leads { snapshot.reals_of(name, domain.grid().len()) } else { Ok::<&[Real], SnapshotError>(&[]) };
-    domain.scatter(domain.agree(all)?, field);
+    let all = on_first(domain, || snapshot.reals_of(name, domain.grid().len()))?;
+    domain.scatter(all, field);
     Ok(())
+}
+
+/// What rank 0 reads; nothing on the others. An error is one on all.
+fn on_first<'a>(
+    domain: &Domain,
+    read: impl FnOnce() -> Result<&'a [Real], SnapshotError>,
+) -> Result<&'a [Real], SnapshotError> {
+    domain.agree(if domain.communicator().rank() == 0 { read() } else { Ok(&[]) })
+}
+
+/// The last cells in `direction`.
+fn last_cells(domain: &Domain, direction: usize) -> Region {
+    let mut layer = domain.whole();
+    layer[direction] = layer[direction].end - 1..layer[direction].end;
+    layer
+}
+
+/// The upper faces of the last cells in `direction`, which no cell has as its lower face.
+fn last_faces(domain: &Domain, faces: &Field<Real>, direction: usize) -> Vec<Real> {
+    domain.gather_within(&last_cells(domain, direction), &upper_faces(domain, faces, direction))
 }
 
 /// Reads face values: those on lower faces, and those on the upper faces of the last cells.
@@ -126,8 +145,17 @@ fn faces(
     direction: usize,
 ) -> Result<Field<Real>, SnapshotError> {
     let (mut upper, mut faces) = (domain.field(0.0), domain.field(0.0));
-    scatter(domain, snapshot, last, &mut upper)?;
     scatter(domain, snapshot, lower, &mut faces)?;
+    let layer = last_cells(domain, direction);
+    let expected: usize = layer.iter().map(ExactSizeIterator::len).product();
+    // Earlier snapshots hold the upper faces of all cells.
+    let is_layer = domain.max(Real::from(u8::from(snapshot.reals(last).is_ok_and(|all| all.len() == expected)))) > 0.0;
+    if is_layer {
+        let all = on_first(domain, || snapshot.reals_of(last, expected))?;
+        domain.scatter_within(&layer, all, &mut upper);
+    } else {
+        scatter(domain, snapshot, last, &mut upper)?;
+    }
     set_last_faces(domain, &upper, &mut faces, direction);
     Ok(faces)
 }

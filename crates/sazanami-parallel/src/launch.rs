@@ -124,6 +124,15 @@ pub fn join() -> Result<Option<World>, JoinError> {
     Err(JoinError::NotBuiltIn(launcher))
 }
 
+/// Name and version of the MPI that this program was built with, if it was.
+#[must_use]
+pub fn mpi_library() -> Option<String> {
+    #[cfg(feature = "mpi")]
+    return Some(crate::mpi::name_of_library());
+    #[cfg(not(feature = "mpi"))]
+    None
+}
+
 /// What the processes of a launcher do beside exchanging messages.
 pub(crate) trait Session: Send + Sync {
     /// Messages apart from all others, the physics' or those of [`Processes::control`].

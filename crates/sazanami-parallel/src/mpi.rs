@@ -40,7 +40,7 @@ pub(crate) fn join(launcher: Launcher) -> Result<World, JoinError> {
 }
 
 /// Name and version of the MPI library, on one line.
-fn name_of_library() -> String {
+pub(crate) fn name_of_library() -> String {
     let text = ferrompi::Mpi::library_version().unwrap_or_else(|error| error.to_string());
     text.lines().next().unwrap_or_default().split(',').next().unwrap_or_default().trim().to_owned()
 }

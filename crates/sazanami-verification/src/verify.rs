@@ -7,9 +7,11 @@ use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use sazanami::error::CommandError;
-use sazanami::progress::{Progress, duration};
+use sazanami::followers;
+use sazanami::progress::{Progress, Silent, duration};
 use sazanami_numerics::Real;
-use sazanami_parallel::with_threads;
+use sazanami_parallel::{Processes, with_threads};
+use serde::{Deserialize, Serialize};
 
 use crate::catalogue::Case;
 use crate::expected::Expected;
@@ -45,6 +47,8 @@ pub struct Judged {
     pub outcome: Outcome,
     /// The verdicts.
     pub rows: Vec<Row>,
+    /// Why it measured nothing.
+    pub error: Option<String>,
     /// Wall-clock time \[s].
     pub seconds: Real,
 }
@@ -102,6 +106,89 @@ pub fn verify(cases: &[Case], choice: &Choice, progress: &mut dyn Progress) -> R
     Ok(found.into_iter().map(|(_, judged)| judged).collect())
 }
 
+/// The same on the processes of a launcher, each case on one of them, on rank 0.
+///
+/// # Errors
+/// As [`verify`].
+pub fn verify_on(
+    processes: &Processes,
+    cases: &[Case],
+    choice: &Choice,
+    progress: &mut dyn Progress,
+) -> Result<Vec<Judged>, CommandError> {
+    let all = chosen(cases, choice)?;
+    let mut shares: Vec<Share> = vec![Share::default(); processes.size()];
+    let mut by_cost: Vec<&Job> = all.iter().collect();
+    by_cost.sort_by(|a, b| b.expected.cost.total_cmp(&a.expected.cost));
+    for job in by_cost {
+        // To the rank that has least to do.
+        if let Some(share) = shares.iter_mut().min_by(|a, b| a.cost.total_cmp(&b.cost)) {
+            share.cost += job.expected.cost;
+            share.names.push(job.case.name.to_owned());
+        }
+    }
+    let order = Order { shares: shares.iter().map(|share| share.names.clone()).collect(), jobs: choice.jobs };
+    let text = serde_json::to_string(&order).map_err(|error| CommandError::Undone(error.to_string()))?;
+    let own = Choice { names: order.shares[0].clone(), ..choice.clone() };
+    let (found, others) =
+        followers::share_work::<Vec<Found>, _>(processes, &format!("{ORDER}{text}"), || match own.names[..] {
+            [] => Ok(Vec::new()),
+            _ => verify(cases, &own, progress),
+        });
+    let mut found = found?;
+    let mut others: Vec<Found> = others.into_iter().flatten().collect();
+    for job in all {
+        if let Some(at) = others.iter().position(|other| other.name == job.case.name) {
+            let Found { outcome, seconds, .. } = others.swap_remove(at);
+            let judged = judged(job, outcome, seconds);
+            progress.message(&format!("{}: {} on another rank", judged.name, duration(seconds)));
+            found.push(judged);
+        }
+    }
+    found.sort_by_key(|judged| cases.iter().position(|case| case.name == judged.name));
+    Ok(found)
+}
+
+/// What a rank is given to do.
+#[derive(Clone, Debug, Default)]
+struct Share {
+    cost: Real,
+    names: Vec<String>,
+}
+
+/// Begins the order to run cases.
+const ORDER: &str = "verify ";
+
+/// Names of the cases of each rank, and how many of them it runs at a time.
+#[derive(Debug, Serialize, Deserialize)]
+struct Order {
+    shares: Vec<Vec<String>>,
+    jobs: usize,
+}
+
+/// What a case measured on another rank, or why it did not, and how long that took \[s].
+#[derive(Debug, Serialize, Deserialize)]
+struct Found {
+    name: String,
+    outcome: Result<Outcome, String>,
+    seconds: Real,
+}
+
+/// Runs the cases that rank 0 ordered for this rank, if this is such an order.
+pub fn follow_order(processes: &Processes, cases: &[Case], order: &str) {
+    let Some(Ok(order)) = order.strip_prefix(ORDER).map(serde_json::from_str::<Order>) else { return };
+    let names = order.shares.into_iter().nth(processes.rank()).unwrap_or_default();
+    let choice = Choice { names, jobs: order.jobs, ..Choice::default() };
+    let judged = if choice.names.is_empty() { Ok(Vec::new()) } else { verify(cases, &choice, &mut Silent) };
+    // The names are those that rank 0 knows.
+    let found = judged.unwrap_or_default().into_iter().map(|judged| Found {
+        name: judged.name.to_owned(),
+        outcome: judged.error.map_or(Ok(judged.outcome), Err),
+        seconds: judged.seconds,
+    });
+    followers::answer_work(processes, &found.collect::<Vec<Found>>());
+}
+
 /// Runs jobs until none is left.
 fn work(queue: &Mutex<VecDeque<Job>>, news: &Sender<News>) {
     loop {
@@ -113,18 +200,21 @@ fn work(queue: &Mutex<VecDeque<Job>>, news: &Sender<News>) {
 }
 
 fn run(job: Job) -> Judged {
-    let Job { case, expected, .. } = job;
     let start = Instant::now();
-    let found = with_threads(1, case.measure).map_err(|refused| refused.to_string()).and_then(|found| found);
-    let seconds = start.elapsed().as_secs_f64();
-    let (outcome, rows) = match found {
+    let found = with_threads(1, job.case.measure).map_err(|refused| refused.to_string()).and_then(|found| found);
+    judged(job, found, start.elapsed().as_secs_f64())
+}
+
+fn judged(job: Job, found: Result<Outcome, String>, seconds: Real) -> Judged {
+    let Job { case, expected, .. } = job;
+    let (outcome, rows, error) = match found {
         Ok(outcome) => {
             let rows = judge(case.name, &expected, &outcome);
-            (outcome, rows)
+            (outcome, rows, None)
         }
-        Err(message) => (Outcome::default(), vec![Row::failed(case.name, &message)]),
+        Err(message) => (Outcome::default(), vec![Row::failed(case.name, &message)], Some(message)),
     };
-    Judged { name: case.name, expected, outcome, rows, seconds }
+    Judged { name: case.name, expected, outcome, rows, error, seconds }
 }
 
 /// Passes on what happens until all workers are gone.

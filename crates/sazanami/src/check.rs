@@ -8,6 +8,7 @@ mod model;
 mod particles;
 mod pictures;
 mod populations;
+mod ranks;
 mod reached;
 mod report;
 mod tank_warnings;
@@ -30,6 +31,7 @@ pub use particles::{ParticlesReport, TankReport};
 pub use pictures::PictureCost;
 pub use populations::ShapeFacts;
 pub(crate) use populations::{exchange_of, population_reports};
+pub use ranks::{RanksReport, ranks};
 pub use report::{CheckReport, ExchangeReport, LimitReport, LiquidReport, PopulationReport};
 pub(crate) use tank_warnings::warn_of_tank;
 pub use text::explain;
@@ -128,6 +130,7 @@ pub fn check(case: &Case, known: Known, machine: &Machine, threads: usize, model
         predicted_most_s: most.max(total(&predicted)),
         predicted_s: predicted,
         threads,
+        ranks: None,
         machine: machine.clone(),
     }
 }

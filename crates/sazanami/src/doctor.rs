@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use sazanami_parallel::{for_each_chunk, with_threads};
+use sazanami_parallel::{Launcher, for_each_chunk, with_threads};
 use serde::Serialize;
 
 use crate::machine::{self, Machine};
@@ -77,9 +77,27 @@ pub fn examine(commit: Option<&str>) -> Vec<Finding> {
     findings.push(folder("results", Path::new("runs")));
     findings.extend(tanks::cache_folder().map(|path| folder("kept tanks", &path)));
     findings.push(folder("temporary files", &std::env::temp_dir()));
-    findings.push(Finding::new("MPI", State::Good, "not built in: ranks are threads of one process (`--ranks`)"));
+    findings.push(mpi());
     findings.push(Finding::new("fonts", State::Good, "DejaVu Sans, embedded: pictures need none of the system's"));
     findings
+}
+
+/// The MPI of the build, and the launcher if there is one.
+fn mpi() -> Finding {
+    let launcher = Launcher::seen();
+    let built = match sazanami_parallel::mpi_library() {
+        Some(library) => format!("built with {library}"),
+        None => "not built in: ranks are threads of one process (`--ranks`)".to_owned(),
+    };
+    match launcher {
+        Some(launcher) if sazanami_parallel::mpi_library().is_none() => Finding::new(
+            "MPI",
+            State::Bad,
+            format!("{built}; {launcher} started this program: build it with `--features mpi`"),
+        ),
+        Some(launcher) => Finding::new("MPI", State::Good, format!("{built}; started by {launcher}")),
+        None => Finding::new("MPI", State::Good, built),
+    }
 }
 
 fn build() -> Finding {

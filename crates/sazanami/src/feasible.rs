@@ -32,6 +32,7 @@ use crate::machine::Machine;
 
 use placed::Placed;
 pub(crate) use workers::workers;
+pub use workers::{can_share, workers_of};
 
 /// What was built on the way.
 #[derive(Clone, Debug)]

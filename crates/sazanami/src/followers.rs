@@ -129,6 +129,20 @@ pub fn order_work(processes: &Processes, work: &str) {
     tell(processes, &Order::Work(work.to_owned()));
 }
 
+/// Gives the other ranks work, does this rank's own, and takes their answers, by rank, without one of rank 0.
+pub fn share_work<T: DeserializeOwned, O>(processes: &Processes, work: &str, own: impl FnOnce() -> O) -> (O, Vec<T>) {
+    order_work(processes, work);
+    let own = own();
+    let mut all = Vec::new();
+    processes.control().all_gather(&[], &mut all);
+    (own, all[1..].iter().map(|bytes| from_bytes(bytes)).collect())
+}
+
+/// Answers the order of [`share_work`].
+pub fn answer_work(processes: &Processes, answer: &impl Serialize) {
+    processes.control().all_gather(&to_bytes(answer), &mut Vec::new());
+}
+
 /// Threads and ranks of a run on these processes, if they can do it; `loaded` is the case they are started for.
 pub(crate) fn muster(
     processes: &Processes,

@@ -25,6 +25,7 @@ use crate::stop::Stop;
 use crate::tanks::{self, MadeReady};
 use crate::{checkpoints, recorder, results, simulation};
 
+pub use crate::feasible::workers_of;
 pub use crate::job::{RunOptions, Status};
 
 /// The outcome of a run.

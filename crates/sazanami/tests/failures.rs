@@ -113,9 +113,9 @@ fn fails(name: &str, text: &'static str, overrides: &[&str], kind: &str, words: 
 }
 
 /// What a failure and its repetition have in common.
-fn essence(error: &CommandError) -> (&'static str, &str, u64, f64) {
+fn essence(error: &CommandError) -> (&str, &str, u64, f64) {
     let failure = failure(error);
-    (failure.kind, &failure.message, failure.step, failure.time)
+    (failure.kind.as_str(), &failure.message, failure.step, failure.time)
 }
 
 #[test]
@@ -188,7 +188,7 @@ fn a_run_into_nan() {
         let folder = scratch.join(&format!("on-{ranks}"));
         let error = run_in(&folder, SPLASHING, &push, ranks);
         println!("{error}\n");
-        assert_eq!((error.exit_code(), failure(&error).kind), (exit::FAILED, "not_finite"));
+        assert_eq!((error.exit_code(), failure(&error).kind.as_str()), (exit::FAILED, "not_finite"));
         assert!(error.to_string().contains("cell ("), "{error}");
         let mut summary = summary(&folder);
         assert_eq!(summary["status"], "failed");
@@ -279,7 +279,7 @@ fn a_place_that_cannot_be_written_to() {
             move || go_on(&folder, On::ranks(ranks, 1))
         });
         let error = outcome.expect_err("it cannot write");
-        assert_eq!((error.exit_code(), failure(&error).kind), (exit::FAILED, "disk"), "{error}");
+        assert_eq!((error.exit_code(), failure(&error).kind.as_str()), (exit::FAILED, "disk"), "{error}");
         assert!(error.to_string().contains("figures"), "{error}");
         std::fs::remove_file(folder.join("figures")).unwrap();
 
@@ -292,7 +292,7 @@ fn a_place_that_cannot_be_written_to() {
         });
         let error = outcome.expect_err("it cannot write");
         println!("{error}\n");
-        assert_eq!((error.exit_code(), failure(&error).kind), (exit::FAILED, "disk"), "{error}");
+        assert_eq!((error.exit_code(), failure(&error).kind.as_str()), (exit::FAILED, "disk"), "{error}");
         let told = error.to_string();
         assert!(told.contains("cannot write checkpoint") && told.contains("at step 6"), "{told}");
         let good = newest(&folder);
@@ -373,7 +373,7 @@ fn a_full_disk() {
             ["output.fields.steps=1", "output.precision=double", "domain.cells=[20, 20, 20]", "checkpoint.keep=1"];
         let error = run_in(&folder, SPLASHING, &overrides, ranks);
         println!("{error}\n");
-        assert_eq!((error.exit_code(), failure(&error).kind), (exit::FAILED, "disk"), "{error}");
+        assert_eq!((error.exit_code(), failure(&error).kind.as_str()), (exit::FAILED, "disk"), "{error}");
         let told = error.to_string();
         for word in ["No space left on device", "at step ", "last good checkpoint: ", "step length ruled by "] {
             assert!(told.contains(word), "`{word}` is not in:\n{told}");

@@ -68,7 +68,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "sazanami",
         ],
     ),
-    ("sazanami-cli", &["sazanami", "sazanami-picture", "sazanami-bench", "sazanami-verification"]),
+    ("sazanami-cli", &["sazanami-parallel", "sazanami", "sazanami-picture", "sazanami-bench", "sazanami-verification"]),
     ("sazanami-python", &["sazanami"]),
     ("xtask", &["sazanami", "sazanami-verification"]),
 ];

@@ -2,8 +2,9 @@
 
 use clap::Args;
 use sazanami::error::{CommandError, exit};
-use sazanami::machine::Machine;
+use sazanami::run::RunOptions;
 use sazanami_bench as bench;
+use sazanami_parallel::Processes;
 
 use super::print_json;
 use crate::terminal::Screen;
@@ -22,13 +23,19 @@ pub struct Bench {
     /// List the benchmarks and do nothing else
     #[arg(long)]
     list: bool,
+    /// Threads of each rank (default: all, shared among the ranks)
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
+    /// Ranks within this process, of benchmarks that ranks share; under a launcher of MPI each process is one instead
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
+    ranks: u16,
     /// Print one array of rows as JSON
     #[arg(long)]
     json: bool,
 }
 
 impl Bench {
-    pub fn execute(self) -> Result<u8, CommandError> {
+    pub fn execute(self, processes: Option<&Processes>) -> Result<u8, CommandError> {
         if self.list {
             for bench in bench::benches() {
                 outln!("{:<24} {}", bench.name, bench.about);
@@ -36,7 +43,15 @@ impl Bench {
             return Ok(exit::DONE);
         }
         let mut screen = Screen::new();
-        let rows = bench::bench(bench::benches(), &self.names, Machine::this().cores, &mut screen)?;
+        let options = RunOptions {
+            threads: self.threads.map(usize::from),
+            ranks: usize::from(self.ranks),
+            processes: processes.cloned(),
+            ..RunOptions::default()
+        };
+        let [ranks, threads] = sazanami::run::workers_of(&options)?;
+        let place = bench::Place { threads, ranks, processes: processes.cloned() };
+        let rows = bench::bench(bench::benches(), &self.names, &place, &mut screen)?;
         drop(screen);
         if self.json {
             print_json(&super::json(&rows)?);

@@ -32,6 +32,9 @@ pub struct Check {
     /// Predict the cost on so many threads (default: all)
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
+    /// Show how it is shared among so many ranks: parts, their imbalance, levels of multigrid, memory of a rank
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    ranks: Option<u32>,
     /// Print the findings and the report as JSON
     #[arg(long)]
     json: bool,
@@ -57,6 +60,10 @@ impl Check {
         let threads = self.threads.map_or(machine.cores, usize::from);
         let known = Known { shapes: &feasible.facts, made_ready: ready.tank.is_some() };
         let mut report = check::check(&loaded.case, known, &machine, threads, &model);
+        if let Some(ranks) = self.ranks.map(|ranks| ranks as usize) {
+            feasible::can_share(&loaded.case, ranks, |most| format!("give `--ranks {most}` or fewer"))?;
+            report.ranks = check::ranks(&loaded.case, ranks, report.memory_bytes);
+        }
         report.disk_available = machine::free_disk(Path::new("."));
         check::warn_of_disk(&loaded, &report, report.disk_available, &mut feasible.warnings);
         if self.json {

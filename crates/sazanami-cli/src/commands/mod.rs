@@ -46,8 +46,8 @@ impl Command {
             Self::Run(command) => command.execute(processes),
             Self::Resume(command) => command.execute(processes),
             Self::Analyse(command) => command.execute(),
-            Self::Verify(command) => command.execute(),
-            Self::Bench(command) => command.execute(),
+            Self::Verify(command) => command.execute(processes),
+            Self::Bench(command) => command.execute(processes),
             Self::Doctor(command) => command.execute(),
             Self::Completions(command) => command.execute(),
         }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use sazanami::error::{CommandError, exit};
 use sazanami::progress::duration;
+use sazanami_parallel::Processes;
 use sazanami_verification::catalogue::CASES;
 use sazanami_verification::judge::Row;
 use sazanami_verification::page;
@@ -49,14 +50,17 @@ pub struct Verify {
 }
 
 impl Verify {
-    pub fn execute(self) -> Result<u8, CommandError> {
+    pub fn execute(self, processes: Option<&Processes>) -> Result<u8, CommandError> {
         if self.list {
             return self.print_list();
         }
         let Self { names, long, subset, json, out, expected, jobs, .. } = self;
         let mut screen = Screen::new();
         let choice = Choice { names, long, subset, expected, jobs };
-        let found = verify::verify(CASES, &choice, &mut screen)?;
+        let found = match processes {
+            Some(processes) => verify::verify_on(processes, CASES, &choice, &mut screen)?,
+            None => verify::verify(CASES, &choice, &mut screen)?,
+        };
         drop(screen);
         if let Some(folder) = out {
             for case in found.iter().filter(|case| !case.outcome.values.is_empty()) {

@@ -17,6 +17,7 @@ use crate::grid::{Field, Grid};
 use crate::{Real, Vector};
 
 pub use decomposition::{Decomposition, LayoutError};
+pub use gather::Region;
 pub use halo::{Element, Ghost, GhostRules, Location};
 pub use rows::{Range3, Row};
 

@@ -8,3 +8,4 @@ mod multigrid;
 pub use conjugate_gradient::{ConjugateGradient, Solution, Stop};
 pub use equation::{Equation, FaceEquation};
 pub use iteration::{Control, Progress, SolveError, System, iterate};
+pub use multigrid::{Levels, levels};

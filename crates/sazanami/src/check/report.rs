@@ -4,7 +4,7 @@ use sazanami_dem::Body;
 use sazanami_numerics::Real;
 use serde::Serialize;
 
-use super::ParticlesReport;
+use super::{ParticlesReport, RanksReport};
 use crate::machine::Machine;
 
 /// A limit on the time step.
@@ -128,6 +128,8 @@ pub struct CheckReport {
     pub predicted_most_s: Real,
     /// Threads the prediction is for.
     pub threads: usize,
+    /// How it is shared among ranks, if that was asked for.
+    pub ranks: Option<RanksReport>,
     /// The machine.
     pub machine: Machine,
 }

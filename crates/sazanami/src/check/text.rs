@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use sazanami_numerics::Real;
 
-use super::{CheckReport, TankReport, bytes, number};
+use super::{CheckReport, RanksReport, TankReport, bytes, number};
 use crate::case::meaning::{Case, GrainPlacement, Substeps};
 use crate::case::units::rounded;
 use crate::progress::duration;
@@ -158,6 +158,37 @@ fn step(text: &mut String, case: &Case, report: &CheckReport) {
     let _ = writeln!(text, "  about {} steps{most} to {} s", number(report.steps, 0), rounded(case.run.until));
 }
 
+fn shared(text: &mut String, report: &RanksReport) {
+    let [[a, b], [c, d]] = report.widths;
+    let _ = writeln!(
+        text,
+        "ranks         {}: {} x {} parts of {a} to {b} x {c} to {d} cells, the largest {} of the mean",
+        report.ranks,
+        report.parts[0],
+        report.parts[1],
+        number(report.imbalance, 2)
+    );
+    let _ = write!(text, "  memory      {} on the rank with the largest part", bytes(report.memory_bytes));
+    if report.gathered_bytes > 0.0 {
+        let _ = write!(text, ", and {} more on rank 0 for checkpoints", bytes(report.gathered_bytes));
+    }
+    text.push('\n');
+    let cells = |[a, b, c]: &[usize; 3]| format!("{a} x {b} x {c}");
+    if !report.levels.is_empty() {
+        let cut: Vec<String> = report.levels.iter().map(cells).collect();
+        let _ = write!(text, "  multigrid   {} cut among the ranks", cut.join(", "));
+    } else if report.gathered.is_some() {
+        let _ = write!(text, "  multigrid   no level cut among the ranks");
+    }
+    if let Some(whole) = &report.gathered {
+        let count: usize = whole.iter().product();
+        let _ = write!(text, "; {} and below on each rank as a whole, {count} cells", cells(whole));
+    }
+    if report.gathered.is_some() || !report.levels.is_empty() {
+        text.push('\n');
+    }
+}
+
 fn cost(text: &mut String, case: &Case, report: &CheckReport) {
     let free =
         |available: Option<u64>| available.map_or_else(String::new, |free| format!(" of {} free", bytes(free as Real)));
@@ -179,6 +210,9 @@ fn cost(text: &mut String, case: &Case, report: &CheckReport) {
         parts.join(", ")
     );
     let _ = writeln!(text, "              an estimate: half of it or twice as much may come out");
+    if let Some(ranks) = &report.ranks {
+        shared(text, ranks);
+    }
     let _ = writeln!(text, "machine       {}, {} cores", report.machine.cpu, report.machine.cores);
     if report.made_ready {
         let _ = writeln!(text, "note          the tank was prepared before: nothing is packed");

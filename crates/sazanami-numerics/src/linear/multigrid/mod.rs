@@ -28,7 +28,7 @@ use sazanami_parallel::{Rows, for_each_chunk};
 
 use super::equation::Equation;
 use crate::Real;
-use crate::domain::{Domain, Row};
+use crate::domain::{Decomposition, Domain, Row};
 use crate::grid::{GHOSTS, Grid};
 pub(crate) use chequerboard::{Chequerboard, Colours};
 pub(crate) use direction::{Direction, Residual, Step};
@@ -70,8 +70,7 @@ impl Multigrid {
         let mut widths = domain.grid().cells.map(|n| vec![1.0; n]);
         loop {
             let ratio = coarsening(domain.grid().cells, spacing);
-            let distributed = domain.communicator().size() > 1;
-            if distributed && (domain.grid().len() < GATHERED || !is_aligned(&domain, ratio)) {
+            if is_gathered(domain.grid(), domain.decomposition(), ratio) {
                 gathered = Some(levels.len() + 1);
                 let whole = domain.replicated();
                 levels.push(Level::new(domain, 2));
@@ -83,7 +82,8 @@ impl Multigrid {
                 levels.push(level);
                 return Self { levels, gathered, gathering: Gathering::default(), largest: Vec::new() };
             }
-            let coarse = coarse_domain(&level.frame.domain, ratio);
+            let (grid, cuts) = coarse(level.frame.domain.grid(), level.frame.domain.decomposition(), ratio);
+            let coarse = level.frame.domain.coarsened(grid, cuts);
             let coarse_widths: [Vec<Real>; 3] =
                 [0, 1, 2].map(|d| widths[d].chunks(ratio[d]).map(|w| w.iter().sum()).collect());
             level.frame.factors = [0, 1, 2].map(|d| factors(&coarse, d, &widths[d], &coarse_widths[d], ratio[d]));
@@ -256,18 +256,50 @@ fn coarsening(cells: [usize; 3], spacing: [Real; 3]) -> [usize; 3] {
     [0, 1, 2].map(|d| if cells[d] > 1 && coupling(d) * ANISOTROPY >= strongest { 2 } else { 1 })
 }
 
-/// Whether the coarse cells fall on the cuts between the parts.
-fn is_aligned(domain: &Domain, ratio: [usize; 3]) -> bool {
-    let cuts = domain.decomposition().cuts();
-    (0..2).all(|d| cuts[d][..cuts[d].len() - 1].iter().all(|cut| cut.is_multiple_of(ratio[d])))
+/// Whether each rank gets a level cut like this as a whole: it is small, or the cuts between the parts do not fall on
+/// coarse cells.
+fn is_gathered(grid: &Grid, cut: &Decomposition, ratio: [usize; 3]) -> bool {
+    let cuts = cut.cuts();
+    let aligned = (0..2).all(|d| cuts[d][..cuts[d].len() - 1].iter().all(|cut| cut.is_multiple_of(ratio[d])));
+    cut.parts() != [1, 1] && (grid.len() < GATHERED || !aligned)
 }
 
-fn coarse_domain(domain: &Domain, ratio: [usize; 3]) -> Domain {
-    let grid = domain.grid();
+/// The coarse grid and the cuts between its parts.
+fn coarse(grid: &Grid, cut: &Decomposition, ratio: [usize; 3]) -> (Grid, [Vec<usize>; 2]) {
     let cells = [0, 1, 2].map(|d| grid.cells[d].div_ceil(ratio[d]));
-    let cuts = domain.decomposition().cuts();
-    let cuts = [0, 1].map(|d| cuts[d].iter().map(|cut| cut.div_ceil(ratio[d])).collect());
-    domain.coarsened(Grid::new(cells, grid.lower, grid.upper()), cuts)
+    let cuts = [0, 1].map(|d| cut.cuts()[d].iter().map(|cut| cut.div_ceil(ratio[d])).collect());
+    (Grid::new(cells, grid.lower, grid.upper()), cuts)
+}
+
+/// Levels of a grid that is cut among ranks.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Levels {
+    /// Cells of those that stay cut, the finest first.
+    pub distributed: Vec<[usize; 3]>,
+    /// Cells of the first one that every rank has, and solves, as a whole; absent on one rank.
+    pub gathered: Option<[usize; 3]>,
+}
+
+/// The levels that the pressure of a flow on `grid` has, cut like this.
+#[must_use]
+pub fn levels(grid: &Grid, cut: &Decomposition) -> Levels {
+    let (mut grid, mut cut) = (*grid, cut.clone());
+    let mut spacing = grid.spacing.to_array();
+    let mut distributed = Vec::new();
+    loop {
+        let ratio = coarsening(grid.cells, spacing);
+        if is_gathered(&grid, &cut, ratio) {
+            return Levels { distributed, gathered: Some(grid.cells) };
+        }
+        distributed.push(grid.cells);
+        if ratio == [1; 3] {
+            return Levels { distributed, gathered: None };
+        }
+        let (coarse, cuts) = coarse(&grid, &cut, ratio);
+        cut = Decomposition::from_cuts(&coarse, cuts);
+        grid = coarse;
+        spacing = [0, 1, 2].map(|d| spacing[d] * ratio[d] as Real);
+    }
 }
 
 /// Fine over coarse distance of the centres at the lower faces of the coarse cells of a part, and
