@@ -299,6 +299,12 @@ impl<'a> Launch<'a> {
         let wall = began.elapsed().as_secs_f64();
         progress.message(&how_it_ended(&ended, options, stop, wall));
         let lines = crate::analyse::present(folder, options.artist, progress)?;
+        if let Some(report) = options.report {
+            let undone = |error: &dyn std::fmt::Display| CommandError::Undone(error.to_string());
+            let path = report(folder).map_err(|error| undone(&error))?;
+            progress.message(&format!("wrote {}", path.display()));
+            recorder::put_files(folder).map_err(|error| undone(&error))?;
+        }
         Ok(RunSummary {
             status: ended.status,
             interrupted: ended.interrupted,

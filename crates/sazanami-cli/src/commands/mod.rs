@@ -7,6 +7,7 @@ mod completions;
 mod doctor;
 mod explain;
 mod new;
+mod report;
 mod resume;
 mod run;
 mod verify;
@@ -24,6 +25,7 @@ pub enum Command {
     Run(run::Run),
     Resume(resume::Resume),
     Analyse(analyse::Analyse),
+    Report(report::Report),
     Verify(verify::Verify),
     Bench(bench::Bench),
     Doctor(doctor::Doctor),
@@ -40,6 +42,7 @@ impl Command {
             Self::Run(command) => command.execute(),
             Self::Resume(command) => command.execute(),
             Self::Analyse(command) => command.execute(),
+            Self::Report(command) => command.execute(),
             Self::Verify(command) => command.execute(),
             Self::Bench(command) => command.execute(),
             Self::Doctor(command) => command.execute(),

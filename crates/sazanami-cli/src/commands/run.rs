@@ -64,6 +64,7 @@ impl Extent {
             ranks: usize::from(self.ranks),
             commit: option_env!("SAZANAMI_COMMIT"),
             artist: Some(&Painter),
+            report: Some(sazanami_report::at_the_end),
         }
     }
 }

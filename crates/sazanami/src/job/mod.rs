@@ -4,7 +4,7 @@
 mod error;
 mod totals;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::SyncSender;
 
@@ -17,6 +17,7 @@ use crate::artist::Artist;
 use crate::bed_file::Bed;
 use crate::case::meaning::Case;
 use crate::case::resolved;
+use crate::error::CommandError;
 use crate::progress::StepLine;
 use crate::stop::Stop;
 
@@ -63,6 +64,8 @@ pub struct RunOptions {
     pub commit: Option<&'static str>,
     /// Who draws the pictures; without an artist there are none.
     pub artist: Option<&'static dyn Artist>,
+    /// What writes the report on a run that ended into its folder; absent: there is none.
+    pub report: Option<fn(&Path) -> Result<PathBuf, CommandError>>,
 }
 
 impl RunOptions {

@@ -111,6 +111,7 @@ impl On {
             ranks: self.ranks,
             commit: None,
             artist: Some(&Sketcher),
+            report: None,
         }
     }
 }
