@@ -69,7 +69,7 @@
       const keys = this.figure.querySelector(".keys");
       const names = [...new Set(this.curves.map(curve => curve.label))];
       this.outputs = this.curves.map(() => null);
-      names.slice(0, this.data.points ? 0 : undefined).forEach(name => {
+      names.forEach(name => {
         const n = this.curves.findIndex(curve => curve.label === name);
         const label = made("label", keys);
         const box = made("input", label, { type: "checkbox", checked: this.curves[n].shown });
@@ -81,8 +81,9 @@
           this.plot.setSeries(n + 1, { show: box.checked });
         });
       });
+      const buttons = made("span", keys, { className: "zoom" });
       for (const [sign, name, factor] of [["+", "zoom in", 0.5], ["−", "zoom out", 2], ["⤢", "show all", 0]])
-        made("button", keys, { type: "button", textContent: sign, ariaLabel: `${name}: ${this.data.title}`, onclick: () => this.zoom(factor) });
+        made("button", buttons, { type: "button", textContent: sign, ariaLabel: `${name}: ${this.data.title}`, onclick: () => this.zoom(factor) });
     }
     zoom(factor) {
       const [x] = this.values, { min, max } = this.plot.scales.x, ends = [x[0], x[x.length - 1]];

@@ -242,7 +242,7 @@ impl Chart {
                 unit.clone(),
                 cell(known().reduce(f64::min)),
                 cell(known().reduce(f64::max)),
-                cell(known().last()),
+                cell(known().next_back()),
             ]
         };
         curves().map(row).collect()
@@ -268,7 +268,7 @@ fn readable(unit: &str, values: &[f64]) -> (String, f64) {
         return (unit.to_owned(), 1.0);
     }
     let found = smaller.iter().find(|(_, factor)| fits(*factor)).or(smaller.last());
-    found.map_or((unit.to_owned(), 1.0), |(name, factor)| (name.replace('u', "µ"), *factor))
+    found.map_or((unit.to_owned(), 1.0), |(name, factor)| (name.replace('u', "µ").replace("^3", "³"), *factor))
 }
 
 /// A number for the script: seven digits, `null` where there is none.

@@ -25,7 +25,7 @@ pub fn page(runs: &[Finished]) -> Result<String, CommandError> {
     let keys = differing(&sides);
     let answers = volumes(&sides, &keys);
     let histories = overlaid(&sides)?;
-    page::page(&title, |html| {
+    page::page(&title, None, |html| {
         html.raw("<header>");
         html.element("h1", &[], &title);
         page::contents(
@@ -110,37 +110,23 @@ fn quantity(value: &str) -> Option<(f64, String)> {
     }
 }
 
-/// Erosion volume against each key that differs and is a number.
+/// Erosion volume against each key that differs and is a number, where every run has it.
 fn volumes(sides: &[Side], keys: &[String]) -> Vec<Chart> {
     const MOST: usize = 4;
+    let point = |key: &String, side: &Side| {
+        let (x, unit) = quantity(side.values.get(key)?)?;
+        let erosion = |name: &str| side.run.number(&format!("observables.erosion.{name}"));
+        let (volume, half) = (erosion("volume_mm3")?, erosion("volume_uncertainty_mm3").unwrap_or_default());
+        let curve =
+            Curve { label: side.name.clone(), shown: true, values: vec![1e-9 * volume], bars: vec![1e-9 * half] };
+        Some((unit, Curves { x: vec![x], curves: vec![curve] }))
+    };
     let of = |key: &String| {
-        let mut points = Vec::new();
-        let mut of_unit = String::new();
-        for side in sides {
-            let (x, unit) = quantity(side.values.get(key)?)?;
-            of_unit = unit;
-            let erosion = |name: &str| side.run.number(&format!("observables.erosion.{name}"));
-            if let Some(volume) = erosion("volume_mm3") {
-                points.push((x, 1e-9 * volume, 1e-9 * erosion("volume_uncertainty_mm3").unwrap_or_default()));
-            }
-        }
-        points.sort_by(|a, b| a.0.total_cmp(&b.0));
-        if points.is_empty() {
-            return None;
-        }
-        // Runs with the same value stand in tables of their own.
-        let table = |&(x, volume, bar): &(f64, f64, f64)| Curves {
-            x: vec![x],
-            curves: vec![Curve {
-                label: "erosion volume V".into(),
-                shown: true,
-                values: vec![volume],
-                bars: vec![bar],
-            }],
-        };
-        let tables = points.iter().map(table).collect();
-        let title = format!("Erosion volume against {key}");
-        Some(Chart { title, x: (key.clone(), of_unit), unit: "m^3".into(), tables, points: true, every: 1 })
+        let points: Vec<(String, Curves)> = sides.iter().map(|side| point(key, side)).collect::<Option<_>>()?;
+        let x = (key.clone(), points.first()?.0.clone());
+        let tables = points.into_iter().map(|(_, table)| table).collect();
+        let title = format!("Erosion volume V against {key}");
+        Some(Chart { title, x, unit: "m^3".into(), tables, points: true, every: 1 })
     };
     keys.iter().filter_map(of).take(MOST).collect()
 }

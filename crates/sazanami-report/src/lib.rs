@@ -7,8 +7,10 @@ mod budgets;
 mod charts;
 mod compared;
 mod html;
+mod mesh;
 mod page;
 mod run;
+mod view;
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};

@@ -4,13 +4,18 @@ use serde_json::Value;
 
 use crate::charts::Chart;
 use crate::html::Html;
+use crate::view::View;
 
 /// What the page may load: nothing from anywhere.
 const POLICY: &str = "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; script-src \
                       'unsafe-inline'; style-src 'unsafe-inline'; img-src data:\">\n";
 
-/// A page with this title; `fill` adds what is in it, and returns its charts.
-pub fn page<E>(title: &str, fill: impl FnOnce(&mut Html) -> Result<Vec<Chart>, E>) -> Result<String, E> {
+/// A page with this title; `fill` adds what is in it, and returns its charts. A `view` brings its data and scripts.
+pub fn page<E>(
+    title: &str,
+    view: Option<&View>,
+    fill: impl FnOnce(&mut Html) -> Result<Vec<Chart>, E>,
+) -> Result<String, E> {
     let mut html = Html::default();
     html.raw("<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n");
     html.raw(POLICY);
@@ -27,7 +32,17 @@ pub fn page<E>(title: &str, fill: impl FnOnce(&mut Html) -> Result<Vec<Chart>, E
     html.raw(include_str!("../assets/vendor/uPlot.iife.min.js"));
     html.raw("</script>\n<script>\n");
     html.raw(include_str!("../assets/charts.js"));
-    html.raw("</script>\n</body>\n</html>\n");
+    html.raw("</script>\n");
+    if let Some(view) = view {
+        html.data("view-head", &view.head);
+        html.bytes("view-bytes", &view.bytes);
+        html.raw("<script>\n");
+        html.raw(include_str!("../assets/vendor/three.min.js"));
+        html.raw("</script>\n<script>\n");
+        html.raw(include_str!("../assets/view.js"));
+        html.raw("</script>\n");
+    }
+    html.raw("</body>\n</html>\n");
     Ok(html.into_text())
 }
 

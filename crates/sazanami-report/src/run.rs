@@ -9,6 +9,7 @@ use sazanami::results::{BED_PROFILES, CASE, CRATER_PROFILES, LAYER_MEANS, LOG, W
 
 use crate::charts::{self, Chart, rounded};
 use crate::html::Html;
+use crate::view::{self, View};
 use crate::{answer, budgets, page};
 
 /// The page.
@@ -17,14 +18,15 @@ pub fn page(run: &Finished) -> Result<String, CommandError> {
     let log = std::fs::read(run.folder.join(LOG)).unwrap_or_default();
     let log = String::from_utf8_lossy(&log);
     let charts = charts_of(run)?;
-    page::page(&title(run), |html| {
+    let view = view::of(run)?;
+    page::page(&title(run), view.as_ref(), |html| {
         html.raw("<header>");
         html.element("h1", &[], &title(run));
         html.element("p", &[("class", "subtitle")], &subtitle(run));
         page::contents(html, &SECTIONS);
         html.close("header");
         answer::section(html, run, &findings);
-        view(html, run);
+        view_section(html, run, view.as_ref());
         html.section("charts", "Charts");
         html.raw("<p class=\"note\">Drag to zoom, double-click to show all. Tick curves to show or hide them.</p>\n");
         page::charts(html, 0, &charts);
@@ -58,12 +60,23 @@ fn subtitle(run: &Finished) -> String {
     format!("{}: {status} at t = {} ms", run.name(), rounded(1e3 * time))
 }
 
-/// The newest picture of the grains.
-fn view(html: &mut Html, run: &Finished) {
+/// Grains and water in three dimensions, and the newest picture of them for those who cannot see that.
+fn view_section(html: &mut Html, run: &Finished, view: Option<&View>) {
     html.section("view", "View");
+    if let Some(view) = view {
+        html.raw(include_str!("../assets/view.html"));
+        view.left_out.iter().for_each(|what| html.element("p", &[("class", "note")], what));
+    }
     match analyse::newest_view(&run.folder).and_then(|path| std::fs::read(path).ok()) {
-        Some(png) => html.picture(&png, &format!("Grains and water at the end of {}", title(run))),
-        None => html.raw("<p>The run drew no picture of its grains.</p>\n"),
+        Some(png) => {
+            html.raw("<details open id=\"still\"><summary>Picture of the last time drawn</summary>\n");
+            html.picture(&png, &format!("Grains and water at the end of {}", title(run)));
+            html.raw("</details>\n");
+        }
+        None if view.is_none() => {
+            html.raw("<p>The run wrote neither grains nor water, and drew no picture of them.</p>\n")
+        }
+        None => {}
     }
     html.close("section");
 }

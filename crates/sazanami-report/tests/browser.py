@@ -122,8 +122,8 @@ def act(call, step, results):
                 call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button=button, clickCount=1)
             return None
         case ["@key", name]:
-            for kind in ("keyDown", "keyUp"):
-                call("Input.dispatchKeyEvent", type=kind, key=name, code=name)
+            for kind in ("rawKeyDown", "keyUp"):
+                call("Input.dispatchKeyEvent", type=kind, key=name)
             return None
     answer = call("Runtime.evaluate", expression=step, awaitPromise=True, returnByValue=True)
     if "exceptionDetails" in answer:

@@ -23,7 +23,7 @@ use crate::stop::Stop;
 use crate::tanks::{self, MadeReady};
 use crate::{checkpoints, recorder, results, simulation};
 
-pub use crate::job::{RunOptions, Status};
+pub use crate::job::{ReportWriter, RunOptions, Status};
 
 /// The outcome of a run.
 #[derive(Clone, Debug, PartialEq)]

@@ -45,6 +45,9 @@ pub enum Status {
     Failed,
 }
 
+/// Writes the report on the run in a folder into it; returns its path.
+pub type ReportWriter = fn(&Path) -> Result<PathBuf, CommandError>;
+
 /// What `run` is asked beyond the case.
 #[derive(Clone, Debug, Default)]
 pub struct RunOptions {
@@ -65,7 +68,7 @@ pub struct RunOptions {
     /// Who draws the pictures; without an artist there are none.
     pub artist: Option<&'static dyn Artist>,
     /// What writes the report on a run that ended into its folder; absent: there is none.
-    pub report: Option<fn(&Path) -> Result<PathBuf, CommandError>>,
+    pub report: Option<ReportWriter>,
 }
 
 impl RunOptions {
