@@ -47,7 +47,7 @@ fn headlines(run: &Finished) -> Vec<Headline> {
         ("Depth of the crater", "erosion.depth_mm", "below its rim"),
         ("Radius of the rim", "erosion.rim_radius_mm", "from the axis"),
         ("Height of the ripples", "ripples.height_mm", "2√2 standard deviations"),
-        ("Wavelength of the ripples", "ripples.wavelength_spectrum_mm", "centre of the spectrum"),
+        ("Wavelength of the ripples", "ripples.wavelength_mm", "centre of the spectrum"),
         ("Relief of the bed", "ripples.relief_mm", "root mean square"),
     ];
     for (label, path, more) in lengths {

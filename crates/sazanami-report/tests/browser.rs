@@ -16,19 +16,25 @@ fn can_run(program: &str) -> bool {
     Command::new(program).arg("--version").output().is_ok_and(|output| output.status.success())
 }
 
-/// What the browser met on a page: results of the steps; `None` where it is not installed.
-fn opened(page: &Path, width: &str, steps: &[&str]) -> Option<Vec<Value>> {
+/// What the browser met on a page: results of the steps, complaints; `None` where it is not installed.
+fn met(page: &Path, width: &str, steps: &[&str]) -> Option<Value> {
     let Some(browser) = NAMES.into_iter().find(|name| can_run(name)).filter(|_| can_run("python3")) else {
         eprintln!("SKIPPED: no Chromium or no python3 here; `apt-get install chromium` and run this test again");
         return None;
     };
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/browser.py");
-    let output =
-        Command::new("python3").arg(script).arg(browser).arg(page).args([width, "-"]).args(steps).output().unwrap();
-    let said: Value = serde_json::from_slice(&output.stdout)
-        .unwrap_or_else(|_| panic!("{}", String::from_utf8_lossy(&output.stderr)));
+    let command = &mut Command::new("python3");
+    let output = command.arg(script).arg(browser).arg(page).args([width, "-"]).args(steps).output();
+    let output = output.expect("python3 can be started");
+    let said = serde_json::from_slice(&output.stdout);
+    Some(said.unwrap_or_else(|_| panic!("{}", String::from_utf8_lossy(&output.stderr))))
+}
+
+/// Results of the steps on a page about which the browser must not complain.
+fn opened(page: &Path, width: &str, steps: &[&str]) -> Option<Vec<Value>> {
+    let said = met(page, width, steps)?;
     assert_eq!(said["complaints"], Value::Array(Vec::new()), "errors in the console at {width} pixels");
-    Some(said["results"].as_array().unwrap().clone())
+    said["results"].as_array().cloned()
 }
 
 const READY: &str =
@@ -115,4 +121,20 @@ fn charts_answer_to_the_keyboard() {
     assert_eq!(said[4], "time 1 ms: crater depth 0.1 mm, rim radius 5 mm");
     assert!(said[7].as_f64().unwrap() < 0.6 * said[1].as_f64().unwrap(), "{said:?}");
     assert_eq!(said[8], false);
+}
+
+/// The control of the others: what must not be is noticed.
+#[test]
+fn the_browser_complains_of_errors_and_of_what_is_loaded() {
+    let folder = tempfile::tempdir().unwrap();
+    let page = folder.path().join("broken.html");
+    for broken in [
+        "<script>throw new Error('control')</script>",
+        "<img src='https://localhost:1/a.png'>",
+        "<script>console.error('x')</script>",
+    ] {
+        std::fs::write(&page, broken).unwrap();
+        let Some(said) = met(&page, "1280", &["new Promise(done => setTimeout(done, 300))"]) else { return };
+        assert_ne!(said["complaints"], Value::Array(Vec::new()), "{broken}");
+    }
 }

@@ -79,6 +79,9 @@ pub fn run(
     }
     let mut log = Log::create(&folder, progress);
     log.note(&heading(&loaded.case, options));
+    for warning in feasible.warnings.records(&loaded.source) {
+        log.note(&format!("warning: {}", warning.message));
+    }
     warn_without(&lock, &mut log);
     ready.messages.iter().for_each(|text| log.message(text));
     let from = From::Case(resolved::write(&kept, Paths::AsGiven), ready.tank);

@@ -11,6 +11,9 @@ use sazanami_numerics::{Quaternion, Vector};
 /// Text that a page must not take for its own.
 pub const BAD: &str = "</script><script>document.title='broken'</script><img src=x onerror=alert(1)>";
 
+/// Why nothing here fails.
+const WRITABLE: &str = "a scratch folder takes results";
+
 /// Size of the box \[m].
 const BOX: f64 = 0.03;
 
@@ -29,7 +32,7 @@ impl Random {
 /// Results of a run with so many grains, written at so many times; grains jump from time to time, so that nothing repeats.
 pub fn results(folder: &Path, grains: usize, times: usize, cells: [usize; 3]) {
     for name in ["grains", "fields"] {
-        fs::create_dir_all(folder.join(name)).unwrap();
+        fs::create_dir_all(folder.join(name)).expect(WRITABLE);
     }
     let case = format!(
         "title = {:?}\n[domain]\nsize = [\"30 mm\", \"30 mm\", \"30 mm\"]\ncells = {cells:?}\n[fluid]\ncfl = 0.3\n\
@@ -39,7 +42,7 @@ pub fn results(folder: &Path, grains: usize, times: usize, cells: [usize; 3]) {
          [run]\nuntil = \"20 ms\"\n",
         BAD
     );
-    fs::write(folder.join("case.toml"), case).unwrap();
+    fs::write(folder.join("case.toml"), case).expect(WRITABLE);
     let summary = serde_json::json!({
         "status": "finished", "version": env!("CARGO_PKG_VERSION"), "commit": "0", "case": "a", "case_hash": "0", "solver": "mics",
         "machine": { "cpu": BAD, "cores": 2, "threads": 1, "ranks": 1 }, "time_s": 0.02, "steps": 2, "grain_substeps": 9,
@@ -49,12 +52,13 @@ pub fn results(folder: &Path, grains: usize, times: usize, cells: [usize; 3]) {
         "observables": { "erosion": { "volume_mm3": 68.75, "volume_uncertainty_mm3": 12.02, "depth_mm": 1.717 } },
         "state_hash": "abcdef",
     });
-    fs::write(folder.join("summary.json"), summary.to_string()).unwrap();
+    fs::write(folder.join("summary.json"), summary.to_string()).expect(WRITABLE);
     let rows: String =
         (0..20).map(|n| format!("{n},{},{},{}\n", f64::from(n) * 1e-3, 1e-4 * f64::from(n), 5e-3)).collect();
-    fs::write(folder.join("series.csv"), format!("step,time [s],crater_depth [m],rim_radius [m]\n{rows}")).unwrap();
+    fs::write(folder.join("series.csv"), format!("step,time [s],crater_depth [m],rim_radius [m]\n{rows}"))
+        .expect(WRITABLE);
     fs::write(folder.join("log.txt"), format!("2026-01-01T00:00:00Z  begun\n2026-01-01T00:01:05Z  warning: {BAD}\n"))
-        .unwrap();
+        .expect(WRITABLE);
     let mut random = Random(7);
     let (mut points, mut images) =
         (PvdSeries::create(&folder.join("grains.pvd")), PvdSeries::create(&folder.join("fields.pvd")));
@@ -63,10 +67,10 @@ pub fn results(folder: &Path, grains: usize, times: usize, cells: [usize; 3]) {
         let time = 0.02 * n as f64 / times as f64;
         let name = format!("grains/grains-{n:09}.vtp");
         write_grains(&folder.join(&name), grains, &mut random);
-        points.push(time, &name).unwrap();
+        points.push(time, &name).expect(WRITABLE);
         let name = format!("fields/fields-{n:09}.vti");
         write_water(&folder.join(&name), cells, n);
-        images.push(time, &name).unwrap();
+        images.push(time, &name).expect(WRITABLE);
     }
 }
 
@@ -77,7 +81,7 @@ fn write_shape(path: &Path) {
     let pose = BodyPose { surface: 0, scale: 1.0, position: Vector::ZERO, orientation: Quaternion::IDENTITY };
     let surfaces = [BodySurface { nodes: &nodes, triangles: &triangles }];
     let bodies = Bodies { surfaces: &surfaces, poses: &[pose] };
-    write_bodies(path, &BodyFile { bodies, time: None, arrays: &[], scalars: None, frame: None }).unwrap();
+    write_bodies(path, &BodyFile { bodies, time: None, arrays: &[], scalars: None, frame: None }).expect(WRITABLE);
 }
 
 fn write_grains(path: &Path, count: usize, random: &mut Random) {
@@ -100,7 +104,7 @@ fn write_grains(path: &Path, count: usize, random: &mut Random) {
         DataArray::rounded("contact_force", 3, flat(&forces)),
     ];
     let file = PointFile { places: &places, time: None, arrays: &arrays, scalars: None, frame: None };
-    write_points(path, &file).unwrap();
+    write_points(path, &file).expect(WRITABLE);
 }
 
 /// Water with waves up to the middle of the box.
@@ -113,5 +117,6 @@ fn write_water(path: &Path, cells: [usize; 3], n: usize) {
         (level - k as f64).clamp(0.0, 1.0)
     };
     let array = DataArray::rounded("liquid_outside_grains", 1, (0..grid.len()).map(fraction));
-    write_image(path, &ImageFile { grid: &grid, time: None, cells: &[array], scalars: None, frame: None }).unwrap();
+    write_image(path, &ImageFile { grid: &grid, time: None, cells: &[array], scalars: None, frame: None })
+        .expect(WRITABLE);
 }
