@@ -1,5 +1,6 @@
-//! Project chores: `cargo xtask test`, `tidy`, `generate`, `verify`, `book`, `bench`.
+//! Project chores: `cargo xtask test`, `tidy`, `generate`, `verify`, `assets`, `book`, `bench`.
 
+mod assets;
 mod book;
 mod generated;
 mod mpi;
@@ -15,6 +16,7 @@ cargo xtask test --mpi [openmpi|mpich]  the tests that run under `mpirun`, with 
 cargo xtask tidy                        who may depend on whom, what the sources may name, whether generated files are fresh
 cargo xtask generate                    schema, reference pages, pages of verification/ and docs/results, docs/SUMMARY.md
 cargo xtask verify [ARGS...]            `sazanami verify`: cases with known results; with `--out verification`, `generate` next
+cargo xtask assets                      libraries that reports embed, by npm (needs a network); to change their versions
 cargo xtask book                        the book, by mdBook (`cargo install mdbook`)
 cargo xtask bench [ARGS...]             `sazanami bench`: kernels and whole steps
 
@@ -27,6 +29,7 @@ fn main() -> ExitCode {
     let code = match command.as_str() {
         "test" if rest.iter().any(|argument| argument == "--mpi") => mpi::run(&rest),
         "test" => test::run(&rest),
+        "assets" => assets::run(),
         "book" => book::run(),
         "tidy" => tidy::run(rest.iter().any(|argument| argument == "--locked")),
         "generate" => generated::write(&root()),

@@ -33,8 +33,8 @@ pub fn explain(path: &str) -> Explained {
         return Explained::Text(table_text("", &docs));
     }
     let names: Vec<&str> = path.split('.').filter(|name| name.parse::<usize>().is_err()).collect();
-    if let Some(text) = followed(&names, "", &docs) {
-        return Explained::Text(text);
+    if let Some((path, key)) = followed(&names, "", &docs) {
+        return Explained::Text(key_text(&path, &key));
     }
     if let [name] = names[..] {
         let mut found = Vec::new();
@@ -48,8 +48,13 @@ pub fn explain(path: &str) -> Explained {
     unknown(&names, &docs)
 }
 
-/// The text of the key at the end of `names`.
-fn followed(names: &[&str], path: &str, docs: &TableDoc) -> Option<String> {
+/// What is declared of the key at the end of `names`, numbers of list elements left out.
+pub(crate) fn declared(names: &[&str]) -> Option<KeyDoc> {
+    followed(names, "", &Case::docs()).map(|(_, key)| key)
+}
+
+/// The key at the end of `names`, with its path.
+fn followed(names: &[&str], path: &str, docs: &TableDoc) -> Option<(String, KeyDoc)> {
     let (name, rest) = names.split_first()?;
     let key = docs.keys.iter().find(|key| key.name == *name)?;
     let path = joined(path, name);
@@ -59,7 +64,7 @@ fn followed(names: &[&str], path: &str, docs: &TableDoc) -> Option<String> {
         }
         _ => (path, rest),
     };
-    if rest.is_empty() { Some(key_text(&path, key)) } else { followed(rest, &path, &key.nested_docs()) }
+    if rest.is_empty() { Some((path, key.clone())) } else { followed(rest, &path, &key.nested_docs()) }
 }
 
 /// Whether the first name below a table of named tables is one of the user's choice. Contacts go by pairs of materials;

@@ -15,6 +15,7 @@
 //! ```
 
 mod case;
+mod changed;
 mod cross_checks;
 pub mod diagnostics;
 mod explain;
@@ -39,6 +40,7 @@ use std::path::{Path, PathBuf};
 use toml::de::{DeTable, DeValue};
 
 pub use case::Case;
+pub use changed::{Changed, DefaultValue, changed, values};
 pub use diagnostics::{Diagnostic, DiagnosticRecord, Diagnostics, Severity};
 pub use explain::{Explained, explain};
 pub use key::Keys;

@@ -8,12 +8,14 @@ mod array;
 mod bodies;
 mod image;
 mod points;
+mod read;
 mod series;
 
 pub use array::DataArray;
 pub use bodies::{BodyFile, write_bodies};
 pub use image::{ImageFile, write_image};
 pub use points::{PointFile, write_points};
+pub use read::{ReadError, VtkFile, read_series};
 pub use series::{PvdSeries, SeriesEntry};
 
 use std::io;

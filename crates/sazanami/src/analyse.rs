@@ -19,7 +19,7 @@ use crate::progress::Progress;
 use figures::draw_figures;
 use lines::report;
 use output::{Output, undone};
-use summary_file::summary;
+pub(crate) use summary_file::summary;
 
 pub(crate) use ripples::CYCLE_COLUMNS;
 pub use ripples::layer_history;
@@ -76,6 +76,23 @@ pub fn analyse(
             "analyse them one by one with it, or compare them without it",
         )),
     }
+}
+
+/// What a run found, as at its end: labels and values with their units. Labels that belong to the one above are indented.
+///
+/// # Errors
+/// If the tables of the run cannot be read.
+pub fn findings(folder: &Path, summary: &Value) -> Result<Vec<(String, String)>, CommandError> {
+    if has_moving_particles(summary) {
+        return ripples::rows_of(folder);
+    }
+    Ok(lines::rows(summary).into_iter().map(|(label, value)| (label.to_owned(), value)).collect())
+}
+
+/// The newest picture of a run that shows its grains: a view, or a tank from the side.
+#[must_use]
+pub fn newest_view(folder: &Path) -> Option<PathBuf> {
+    ["view-", "grains-"].into_iter().find_map(|prefix| figures::newest_picture(folder, prefix))
 }
 
 /// Whether a summary is that of a run with moving particles.

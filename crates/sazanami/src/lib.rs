@@ -37,6 +37,7 @@ mod columns;
 pub mod doctor;
 pub mod error;
 pub mod feasible;
+pub mod finished;
 pub mod followers;
 mod job;
 mod lock;

@@ -57,6 +57,18 @@ impl FolderLock {
         Ok(lock)
     }
 
+    /// Refuses `folder` if a run that is still alive holds it; touches nothing.
+    ///
+    /// # Errors
+    /// If it is held.
+    pub fn refuse_held(folder: &Path) -> Result<(), CommandError> {
+        let path = folder.join(LOCK);
+        match File::open(&path).map(|file| file.try_lock_shared()) {
+            Ok(Err(TryLockError::WouldBlock)) => Err(in_use(folder, &path)),
+            _ => Ok(()),
+        }
+    }
+
     /// Whether the file system keeps other runs off.
     pub const fn is_kept(&self) -> bool {
         self.file.is_some()
@@ -111,12 +123,14 @@ mod tests {
         let held = FolderLock::take(folder.path()).unwrap();
         let refused = FolderLock::take(folder.path()).unwrap_err();
         assert_eq!(refused.exit_code(), crate::error::exit::WRONG_INPUT);
+        assert!(FolderLock::refuse_held(folder.path()).is_err());
         let text = refused.to_string();
         assert!(
             text.contains("is in use") && text.contains(&format!("process {}, since 20", std::process::id())),
             "{text}"
         );
         drop(held);
+        assert!(FolderLock::refuse_held(folder.path()).is_ok());
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
         // What a process that was killed leaves behind is no lock.
         fs::write(folder.path().join(LOCK), "process 1, since yesterday\n").unwrap();

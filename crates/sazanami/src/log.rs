@@ -8,7 +8,7 @@ use std::time::{Duration, Instant, SystemTime};
 use crate::progress::{Progress, StepLine};
 
 /// Name of the log within the folder of results.
-pub(crate) const LOG: &str = "log.txt";
+pub const LOG: &str = "log.txt";
 /// Time between two lines about steps.
 const INTERVAL: Duration = Duration::from_secs(5);
 

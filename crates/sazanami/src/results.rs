@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use crate::case::meaning::{Case, ContactSphereChoice, GrainPlacement, GrainShape, Population, TankMotion};
 use crate::error::CommandError;
-use crate::log::LOG;
+pub use crate::log::LOG;
 
 /// Chooses and prepares the folder of a run: `out`, or else `runs/<case>-<n>` with the next free number.
 ///
@@ -43,7 +43,7 @@ pub fn prepare(out: Option<&Path>, case_name: &str, force: bool) -> Result<PathB
 }
 
 /// What a run writes, beside its case.
-const WRITTEN: [&str; 19] = [
+const WRITTEN: [&str; 20] = [
     FIELDS,
     GRAINS,
     FIGURES,
@@ -62,31 +62,32 @@ const WRITTEN: [&str; 19] = [
     PREPARED,
     SUMMARY,
     PACKED_BED,
+    REPORT,
     LOG,
 ];
 
 /// The case as it is run.
-pub(crate) const CASE: &str = "case.toml";
+pub const CASE: &str = "case.toml";
 /// What a run was, did, and found.
 pub const SUMMARY: &str = "summary.json";
 /// A row per observation.
-pub(crate) const SERIES: &str = "series.csv";
+pub const SERIES: &str = "series.csv";
 /// Heights of the smoothed surface of a bed about the axis of a crater.
-pub(crate) const CRATER_PROFILES: &str = "profiles.csv";
+pub const CRATER_PROFILES: &str = "profiles.csv";
 /// Heights of the bed's surface along a tank.
-pub(crate) const BED_PROFILES: &str = "bed.csv";
+pub const BED_PROFILES: &str = "bed.csv";
 /// What the surface of a bed is in pictures, in the order of the columns of [`BED_PROFILES`]: the main definition first.
 pub(crate) const BED_DEFINITIONS: [&str; 3] = ["bed: concentration 0.30", "seen from the side", "topmost grains"];
 /// Heights of the water's surface along a tank.
-pub(crate) const WATER_PROFILES: &str = "water.csv";
+pub const WATER_PROFILES: &str = "water.csv";
 /// Averages over the layers of the bed.
-pub(crate) const LAYER_MEANS: &str = "layers.csv";
+pub const LAYER_MEANS: &str = "layers.csv";
 /// What layers do in a cycle of the tank.
 pub(crate) const CYCLES: &str = "cycles.csv";
 /// Times and files of the fluid for ParaView.
-pub(crate) const FIELD_SERIES: &str = "fields.pvd";
+pub const FIELD_SERIES: &str = "fields.pvd";
 /// Times and files of the grains as points for ParaView.
-pub(crate) const GRAIN_SERIES: &str = "grains.pvd";
+pub const GRAIN_SERIES: &str = "grains.pvd";
 /// Times and files of the surfaces of the grains for ParaView.
 pub(crate) const MESH_SERIES: &str = "grain-meshes.pvd";
 /// The bed that a run packed, unless its case names another file for it.
@@ -94,10 +95,13 @@ pub(crate) const PACKED_BED: &str = "packed.bed";
 /// A tank with water at rest that a run prepared.
 pub(crate) const PREPARED: &str = "prepared.state";
 
+/// All of a run in one page.
+pub const REPORT: &str = "report.html";
+
 /// Folder of the fluid for ParaView.
 pub(crate) const FIELDS: &str = "fields";
 /// Folder of the grains for ParaView.
-pub(crate) const GRAINS: &str = "grains";
+pub const GRAINS: &str = "grains";
 /// Folder of the pictures.
 pub(crate) const FIGURES: &str = "figures";
 /// Folder of the checkpoints.

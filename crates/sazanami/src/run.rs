@@ -26,7 +26,7 @@ use crate::tanks::{self, MadeReady};
 use crate::{checkpoints, recorder, results, simulation};
 
 pub use crate::feasible::workers_of;
-pub use crate::job::{RunOptions, Status};
+pub use crate::job::{ReportWriter, RunOptions, Status};
 
 /// The outcome of a run.
 #[derive(Clone, Debug, PartialEq)]
@@ -82,6 +82,9 @@ pub fn run(
     }
     let mut log = Log::create(&folder, progress);
     log.note(&heading(&loaded.case, options));
+    for warning in feasible.warnings.records(&loaded.source) {
+        log.note(&format!("warning: {}", warning.message));
+    }
     warn_without(&lock, &mut log);
     ready.messages.iter().for_each(|text| log.message(text));
     let from = From::Case(resolved::write(&kept, Paths::AsGiven), ready.tank);
@@ -301,6 +304,12 @@ impl Launch<'_> {
         let wall = began.elapsed().as_secs_f64();
         progress.message(&how_it_ended(&ended, options, stop, wall));
         let lines = crate::analyse::present(folder, options.artist, progress)?;
+        if let Some(report) = options.report {
+            let undone = |error: &dyn std::fmt::Display| CommandError::Undone(error.to_string());
+            let path = report(folder).map_err(|error| undone(&error))?;
+            progress.message(&format!("wrote {}", path.display()));
+            recorder::put_files(folder).map_err(|error| undone(&error))?;
+        }
         Ok(RunSummary {
             status: ended.status,
             interrupted: ended.interrupted,

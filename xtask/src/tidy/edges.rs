@@ -68,7 +68,18 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "sazanami",
         ],
     ),
-    ("sazanami-cli", &["sazanami-parallel", "sazanami", "sazanami-picture", "sazanami-bench", "sazanami-verification"]),
+    ("sazanami-report", &["sazanami-numerics", "sazanami-io", "sazanami", "sazanami-picture"]),
+    (
+        "sazanami-cli",
+        &[
+            "sazanami-parallel",
+            "sazanami",
+            "sazanami-picture",
+            "sazanami-report",
+            "sazanami-bench",
+            "sazanami-verification",
+        ],
+    ),
     ("sazanami-python", &["sazanami"]),
     ("xtask", &["sazanami", "sazanami-verification"]),
 ];

@@ -7,6 +7,7 @@ mod completions;
 mod doctor;
 mod explain;
 mod new;
+mod report;
 mod resume;
 pub mod run;
 mod verify;
@@ -25,6 +26,7 @@ pub enum Command {
     Run(run::Run),
     Resume(resume::Resume),
     Analyse(analyse::Analyse),
+    Report(report::Report),
     Verify(verify::Verify),
     Bench(bench::Bench),
     Doctor(doctor::Doctor),
@@ -46,6 +48,7 @@ impl Command {
             Self::Run(command) => command.execute(processes),
             Self::Resume(command) => command.execute(processes),
             Self::Analyse(command) => command.execute(),
+            Self::Report(command) => command.execute(),
             Self::Verify(command) => command.execute(processes),
             Self::Bench(command) => command.execute(processes),
             Self::Doctor(command) => command.execute(),

@@ -77,7 +77,12 @@ impl Extent {
 
 /// What every run of this program has.
 pub fn of_this_program() -> RunOptions {
-    RunOptions { commit: option_env!("SAZANAMI_COMMIT"), artist: Some(&Painter), ..RunOptions::default() }
+    RunOptions {
+        commit: option_env!("SAZANAMI_COMMIT"),
+        artist: Some(&Painter),
+        report: Some(sazanami_report::at_the_end),
+        ..RunOptions::default()
+    }
 }
 
 impl Run {

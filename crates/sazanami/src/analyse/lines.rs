@@ -82,10 +82,10 @@ impl Line {
 }
 
 /// A label and what stands beside it.
-type Row = (&'static str, String);
+pub(super) type Row = (&'static str, String);
 
 /// Labels and values of the table.
-fn rows(summary: &Value) -> Vec<Row> {
+pub(super) fn rows(summary: &Value) -> Vec<Row> {
     let of = |lines: &'static [Line]| lines.iter().filter_map(|line| line.of(summary));
     let (erosion, splash) = (&summary["observables"]["erosion"], &summary["observables"]["splash"]);
     let mut rows: Vec<Row> = of(OF_RUN).collect();

@@ -83,6 +83,15 @@ pub(super) fn of_run(folder: &Path, overrides: &[String], output: &mut Output) -
     Ok(report::lines(folder, &tables, &cycles, &compared))
 }
 
+/// Labels and values of the table at the end of a run, as its own case evaluates it.
+pub(super) fn rows_of(folder: &Path) -> Result<Vec<(String, String)>, CommandError> {
+    let loaded = case::load(&folder.join(CASE), &[])?;
+    let tables = RunTables::read(folder, loaded)?;
+    let layers = layer_history(folder).zip(tables.period);
+    let cycles = layers.map(|(layers, period)| cycles::averages(&layers, period)).unwrap_or_default();
+    Ok(report::rows(folder, &tables, &cycles, &measured::compared(&tables)))
+}
+
 /// Puts what was found into the summary of a run that has ended.
 fn keep(folder: &Path, summary: &Value, found: Map<String, Value>) -> Result<(), CommandError> {
     if summary["status"] == "running" || found.is_empty() {

@@ -9,7 +9,7 @@ use crate::error::CommandError;
 use crate::results::SUMMARY;
 
 /// Reads the summary in a folder of results.
-pub(super) fn summary(folder: &Path) -> Result<Value, CommandError> {
+pub(crate) fn summary(folder: &Path) -> Result<Value, CommandError> {
     let path = folder.join(SUMMARY);
     let text = std::fs::read_to_string(&path).map_err(|error| {
         CommandError::input(

@@ -5,8 +5,10 @@ use std::path::Path;
 use sazanami_numerics::Real;
 
 /// Rows of a table with named columns.
+#[derive(Debug)]
 pub struct Table {
     columns: Vec<String>,
+    units: Vec<String>,
     rows: Vec<String>,
 }
 
@@ -15,8 +17,25 @@ impl Table {
     pub fn read(path: &Path) -> Option<Self> {
         let text = std::fs::read_to_string(path).ok()?;
         let mut lines = text.lines();
-        let columns = lines.next()?.split(',').map(|name| name.split(" [").next().unwrap_or(name).to_owned()).collect();
-        Some(Self { columns, rows: lines.map(str::to_owned).collect() })
+        let headings = lines.next()?.split(',').map(|heading| heading.split_once(" [").unwrap_or((heading, "]")));
+        let (columns, units) =
+            headings.map(|(name, unit)| (name.to_owned(), unit.trim_end_matches(']').to_owned())).unzip();
+        Some(Self { columns, units, rows: lines.map(str::to_owned).collect() })
+    }
+
+    /// Names and units of the columns.
+    pub fn headings(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.columns.iter().map(String::as_str).zip(self.units.iter().map(String::as_str))
+    }
+
+    /// Number of the first line that is no row, that of the headings being 1: it has another number of cells than the
+    /// headings, or its first cell is not a number.
+    #[must_use]
+    pub fn damaged_line(&self) -> Option<usize> {
+        let is_row = |row: &String| {
+            row.split(',').count() == self.columns.len() && !value(row.split(',').next().unwrap_or_default()).is_nan()
+        };
+        self.rows.iter().position(|row| !is_row(row)).map(|row| row + 2)
     }
 
     /// Values of a column, NaN where a cell is empty; none if there is no such column.
@@ -30,7 +49,8 @@ impl Table {
     }
 
     /// Number of rows below the heading.
-    pub(super) fn len(&self) -> usize {
+    #[must_use]
+    pub fn len(&self) -> usize {
         self.rows.len()
     }
 
@@ -40,7 +60,7 @@ impl Table {
     }
 
     /// Values of a row.
-    pub(super) fn row(&self, number: usize) -> impl Iterator<Item = Real> {
+    pub fn row(&self, number: usize) -> impl Iterator<Item = Real> {
         self.rows[number].split(',').map(value)
     }
 

@@ -4,7 +4,7 @@
 mod error;
 mod totals;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::SyncSender;
 
@@ -18,6 +18,7 @@ use crate::artist::Artist;
 use crate::bed_file::Bed;
 use crate::case::meaning::Case;
 use crate::case::resolved;
+use crate::error::CommandError;
 use crate::progress::StepLine;
 use crate::stop::Stop;
 
@@ -45,6 +46,9 @@ pub enum Status {
     Failed,
 }
 
+/// Writes the report on the run in a folder into it; returns its path.
+pub type ReportWriter = fn(&Path) -> Result<PathBuf, CommandError>;
+
 /// What `run` is asked beyond the case.
 #[derive(Clone, Debug, Default)]
 pub struct RunOptions {
@@ -68,6 +72,8 @@ pub struct RunOptions {
     pub commit: Option<&'static str>,
     /// Who draws the pictures; without an artist there are none.
     pub artist: Option<&'static dyn Artist>,
+    /// What writes the report on a run that ended into its folder; absent: there is none.
+    pub report: Option<ReportWriter>,
 }
 
 impl RunOptions {

@@ -16,10 +16,19 @@ use crate::recorder::{closed, tank_of};
 use crate::results::{BED_PROFILES, LAYER_MEANS, SERIES, WATER_PROFILES};
 
 /// A label and what stands beside it.
-type Row = (String, String);
+pub(super) type Row = (String, String);
 
-/// The table at the end of a run.
+/// The table at the end of a run, with its newest picture.
 pub(super) fn lines(folder: &Path, tables: &RunTables, cycles: &[CycleAverage], compared: &[Compared]) -> Vec<String> {
+    let mut rows = rows(folder, tables, cycles, compared);
+    if let Some(picture) = newest_picture(folder, "grains-") {
+        rows.push(("picture".into(), picture.display().to_string()));
+    }
+    labelled(&rows)
+}
+
+/// Labels and values of that table.
+pub(super) fn rows(folder: &Path, tables: &RunTables, cycles: &[CycleAverage], compared: &[Compared]) -> Vec<Row> {
     let mut rows = of_run(&tables.summary);
     rows.extend(of_ripples(tables));
     rows.extend(of_layers(cycles));
@@ -28,10 +37,7 @@ pub(super) fn lines(folder: &Path, tables: &RunTables, cycles: &[CycleAverage], 
     rows.extend(of_scheme(&tables.summary));
     rows.extend(compared.iter().flat_map(Compared::rows));
     rows.extend(absent(folder, tables));
-    if let Some(picture) = newest_picture(folder, "grains-") {
-        rows.push(("picture".into(), picture.display().to_string()));
-    }
-    labelled(&rows)
+    rows
 }
 
 fn row(label: &str, value: impl Into<String>) -> Row {

@@ -1,0 +1,200 @@
+//! Reads the VTK XML files that this crate writes: arrays appended raw in LZ4 blocks.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use thiserror::Error;
+
+use super::{PvdSeries, SeriesEntry, VtkError};
+use crate::blocks::BLOCK;
+
+/// Why a VTK file could not be read.
+#[derive(Debug, Error)]
+pub enum ReadError {
+    /// The file system refused.
+    #[error("cannot read {path}: {source}", path = path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// Refusal of the file system.
+        source: io::Error,
+    },
+    /// The file is cut, changed, or of another kind.
+    #[error("{path} is damaged, or not a file of this program: {what}", path = path.display())]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// What is missing or wrong.
+        what: String,
+    },
+}
+
+/// A file in memory; arrays are unpacked when they are asked for.
+#[derive(Debug)]
+pub struct VtkFile {
+    path: PathBuf,
+    text: String,
+    data: Vec<u8>,
+}
+
+const BEGIN: &[u8] = b"<AppendedData encoding=\"raw\">\n_";
+const END: &[u8] = b"\n  </AppendedData>\n</VTKFile>\n";
+/// Most bytes of an array: what a wrong header asks for beyond is refused.
+const MOST: u64 = 1 << 36;
+
+impl VtkFile {
+    /// Reads the file at `path`.
+    ///
+    /// # Errors
+    /// If it cannot be read or is none.
+    pub fn read(path: &Path) -> Result<Self, ReadError> {
+        let mut bytes = std::fs::read(path).map_err(|source| ReadError::File { path: path.to_owned(), source })?;
+        let damaged = |what: &str| ReadError::Damaged { path: path.to_owned(), what: what.to_owned() };
+        let at = bytes.windows(BEGIN.len()).position(|window| window == BEGIN).ok_or_else(|| damaged("no data"))?;
+        if !bytes.ends_with(END) {
+            return Err(damaged("its end is missing"));
+        }
+        bytes.truncate(bytes.len() - END.len());
+        let data = bytes.get(at + BEGIN.len()..).ok_or_else(|| damaged("no data"))?.to_vec();
+        bytes.truncate(at);
+        let text = String::from_utf8(bytes).map_err(|_| damaged("its header is not a text"))?;
+        Ok(Self { path: path.to_owned(), text, data })
+    }
+
+    fn damaged(&self, what: impl Into<String>) -> ReadError {
+        ReadError::Damaged { path: self.path.clone(), what: what.into() }
+    }
+
+    fn tag(&self, matches: impl Fn(&str) -> bool) -> Option<&str> {
+        self.text.split('<').find(|tag| matches(tag))
+    }
+
+    /// Numbers in attribute `name` of the first `element`.
+    ///
+    /// # Errors
+    /// If it is not there or holds something else.
+    pub fn numbers<const N: usize>(&self, element: &str, name: &str) -> Result<[f64; N], ReadError> {
+        let text = self.tag(|tag| tag.starts_with(element)).and_then(|tag| attribute(tag, name)).unwrap_or_default();
+        let values: Result<Vec<f64>, _> = text.split_whitespace().map(str::parse).collect();
+        let array = values.ok().and_then(|values| <[f64; N]>::try_from(values).ok());
+        array.ok_or_else(|| self.damaged(format!("{name} of {element}")))
+    }
+
+    /// Whether there is an array `name`.
+    #[must_use]
+    pub fn has(&self, name: &str) -> bool {
+        self.array_tag(name).is_some()
+    }
+
+    fn array_tag(&self, name: &str) -> Option<&str> {
+        self.tag(|tag| tag.starts_with("DataArray ") && attribute(tag, "Name") == Some(name))
+    }
+
+    /// Values of the array `name`, vectors by component, in single precision.
+    ///
+    /// # Errors
+    /// If it is not there or damaged.
+    pub fn array(&self, name: &str) -> Result<Vec<f32>, ReadError> {
+        let missing = || self.damaged(format!("array `{name}`"));
+        let tag = self.array_tag(name).ok_or_else(missing)?;
+        let offset = attribute(tag, "offset").and_then(|text| text.parse().ok()).ok_or_else(missing)?;
+        let raw = self.unpacked(offset).ok_or_else(missing)?;
+        fn values<const N: usize>(raw: &[u8], of: impl Fn([u8; N]) -> f32) -> Vec<f32> {
+            raw.as_chunks().0.iter().map(|&bytes| of(bytes)).collect()
+        }
+        match attribute(tag, "type") {
+            Some("Float32") => Ok(values(&raw, f32::from_le_bytes)),
+            Some("Float64") => Ok(values(&raw, |bytes| f64::from_le_bytes(bytes) as f32)),
+            Some("UInt32") => Ok(values(&raw, |bytes| u32::from_le_bytes(bytes) as f32)),
+            Some("Int32") => Ok(values(&raw, |bytes| i32::from_le_bytes(bytes) as f32)),
+            Some("UInt64") => Ok(values(&raw, |bytes| u64::from_le_bytes(bytes) as f32)),
+            _ => Err(missing()),
+        }
+    }
+
+    /// The unpacked bytes of the array at `offset`.
+    fn unpacked(&self, offset: usize) -> Option<Vec<u8>> {
+        let word = |n: usize| {
+            let at = offset.checked_add(n.checked_mul(8)?)?;
+            self.data.get(at..at.checked_add(8)?)?.try_into().ok().map(u64::from_le_bytes)
+        };
+        let (blocks, size, last) = (word(0)?, word(1)?, word(2)?);
+        if size != BLOCK as u64 || last >= size || blocks.checked_mul(size)? > MOST {
+            return None;
+        }
+        let blocks = blocks as usize;
+        let mut at = offset + 8 * (3 + blocks);
+        let mut raw = Vec::new();
+        for block in 0..blocks {
+            let length = if block + 1 == blocks && last > 0 { last } else { size } as usize;
+            let end = at.checked_add(usize::try_from(word(3 + block)?).ok()?)?;
+            raw.extend(lz4_flex::block::decompress(self.data.get(at..end)?, length).ok()?);
+            at = end;
+        }
+        Some(raw)
+    }
+}
+
+/// Attribute `name` of a tag.
+fn attribute<'a>(tag: &'a str, name: &str) -> Option<&'a str> {
+    let (_, rest) = tag.split_once(&format!(" {name}=\""))?;
+    Some(rest.split_once('"')?.0)
+}
+
+/// Files of the series at `path` in the order of their times; none if there is no such series.
+///
+/// # Errors
+/// If it cannot be read or is damaged.
+pub fn read_series(path: &Path) -> Result<Vec<SeriesEntry>, ReadError> {
+    let damaged = |what| ReadError::Damaged { path: path.to_owned(), what };
+    match PvdSeries::resume(path, f64::INFINITY) {
+        Ok(series) => match series.damage() {
+            None => Ok(series.entries().to_vec()),
+            Some(damage) => Err(damaged(damage.to_owned())),
+        },
+        Err(VtkError::Write { path, source }) => Err(ReadError::File { path, source }),
+        Err(other) => Err(damaged(other.to_string())),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use sazanami_numerics::Vector;
+
+    use super::*;
+    use crate::vtk::{DataArray, PointFile, write_points};
+
+    #[test]
+    fn points_are_read_as_written_and_damage_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.vtp");
+        // More than one block of the largest array.
+        let count = BLOCK / 4;
+        let speeds: Vec<f32> = (0..count).map(|n| (n as f32).sin()).collect();
+        let places: Vec<Vector> = (0..count).map(|n| Vector::new(n as f64, 0.5, -1.0)).collect();
+        let arrays =
+            [DataArray::owned("speed", 1, &speeds), DataArray::whole("population", (0..count).map(|n| n as u32))];
+        let file = PointFile { places: &places, time: Some(0.25), arrays: &arrays, scalars: None, frame: None };
+        write_points(&path, &file).unwrap();
+        let read = VtkFile::read(&path).unwrap();
+        assert_eq!(read.numbers::<1>("Piece", "NumberOfPoints").unwrap(), [count as f64]);
+        assert_eq!(read.array("speed").unwrap(), speeds);
+        assert_eq!(read.array("population").unwrap()[7], 7.0);
+        assert_eq!(read.array("Points").unwrap()[3..6], [1.0, 0.5, -1.0]);
+        assert!(read.has("speed") && !read.has("spee"));
+        assert!(read.array("spin").unwrap_err().to_string().contains("array `spin`"));
+        let whole = std::fs::read(&path).unwrap();
+        std::fs::write(&path, &whole[..whole.len() / 2]).unwrap();
+        assert!(VtkFile::read(&path).unwrap_err().to_string().contains("end is missing"));
+        let mut torn = whole.clone();
+        let middle = torn.len() / 2;
+        torn.drain(middle - 5000..middle);
+        std::fs::write(&path, &torn).unwrap();
+        let torn = VtkFile::read(&path).unwrap();
+        assert!(["speed", "Points"].iter().any(|name| torn.array(name).is_err()));
+        assert!(VtkFile::read(&folder.path().join("absent")).unwrap_err().to_string().contains("cannot read"));
+        assert!(read_series(&folder.path().join("absent.pvd")).unwrap().is_empty());
+        std::fs::write(folder.path().join("bad.pvd"), "<DataSet").unwrap();
+        assert!(read_series(&folder.path().join("bad.pvd")).is_err());
+    }
+}

@@ -1,0 +1,223 @@
+// The three-dimensional view: grains as instances of their shapes, the surface of the water, a section, a slider over the times.
+"use strict";
+(async () => {
+  const place = document.getElementById("stage"), say = document.getElementById("view-said");
+  const bytesOf = async id => {
+    const raw = Uint8Array.from(atob(document.getElementById(id).textContent), letter => letter.charCodeAt(0));
+    return new Response(new Blob([raw]).stream().pipeThrough(new DecompressionStream("deflate"))).arrayBuffer();
+  };
+  const head = JSON.parse(document.getElementById("view-head").textContent);
+  const buffer = await bytesOf("view-bytes");
+  const kinds = { Uint16Array, Uint32Array, Float32Array };
+  const array = ({ at, length, kind }) => new kinds[kind](buffer, at, length);
+  const { count, times } = head, lower = head.lower, size = head.upper.map((x, d) => x - lower[d]);
+  const summed = values => { for (let n = 1; n < values.length; n++) values[n] += values[n - 1]; return values; };
+  const placed = (part, d) => lower[d] + size[d] * part / 65535;
+
+  // Places and turns were stored as changes from time to time.
+  const fixed = count ? Object.fromEntries(Object.entries(times.find(time => time.fixed).fixed).map(([name, of]) => [name, array(of)])) : {};
+  let before;
+  for (const time of times) if (time.grains) {
+    time.grains = Object.fromEntries(Object.entries(time.grains).map(([name, of]) => [name, array(of)]));
+    for (const name of ["place", "turn"]) if (before) time.grains[name].forEach((x, n, all) => { all[n] = x + before[name][n]; });
+    before = time.grains;
+  }
+
+  let renderer;
+  try { renderer = new THREE.WebGLRenderer({ antialias: true, preserveDrawingBuffer: true }); } catch (problem) {
+    say.textContent = "This browser shows no three-dimensional view: WebGL 2 is not available.";
+    return;
+  }
+  document.getElementById("still")?.removeAttribute("open");
+  document.getElementById("view-tools").hidden = false;
+  const byId = id => document.getElementById(id);
+  renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+  const canvas = place.appendChild(renderer.domElement);
+  Object.assign(canvas, { tabIndex: 0 });
+  canvas.setAttribute("role", "img");
+  canvas.setAttribute("aria-label", "Grains and water in three dimensions. Arrow keys turn the view, plus and minus come nearer and go away.");
+  const scene = new THREE.Scene(), camera = new THREE.PerspectiveCamera(35, 1, 1, 1);
+  const centre = new THREE.Vector3(...lower.map((x, d) => x + size[d] / 2)), reach = Math.hypot(...size);
+  Object.assign(camera, { near: reach / 200, far: reach * 20 });
+  camera.up.set(0, 0, 1);
+  camera.position.copy(centre).add(new THREE.Vector3(0.45, -1.5, 0.75).multiplyScalar(reach));
+  scene.add(new THREE.AmbientLight(0xffffff, 1.4));
+  const sun = new THREE.DirectionalLight(0xffffff, 2.2);
+  sun.position.set(0.4, -0.7, 1.2);
+  scene.add(sun);
+  const plane = new THREE.Plane(new THREE.Vector3(0, 1, 0), 0), planes = [];
+  const frame = new THREE.Box3Helper(new THREE.Box3(new THREE.Vector3(...lower), new THREE.Vector3(...head.upper)));
+  scene.add(frame);
+  const controls = new THREE.OrbitControls(camera, canvas);
+  controls.target.copy(centre);
+  controls.update();
+
+  // A mesh of instances for each population.
+  const geometry = ({ nodes, triangles }) => {
+    const shape = new THREE.BufferGeometry();
+    shape.setAttribute("position", new THREE.BufferAttribute(new Float32Array(nodes), 3));
+    shape.setIndex(triangles);
+    shape.computeVertexNormals();
+    return shape;
+  };
+  const material = new THREE.MeshPhongMaterial({ side: THREE.DoubleSide, clippingPlanes: planes, shininess: 15 });
+  renderer.localClippingEnabled = true;
+  const meshes = head.shapes.map((shape, population) => {
+    const grains = [...Array(count).keys()].filter(n => fixed.population[n] === population);
+    const mesh = new THREE.InstancedMesh(geometry(shape), material, grains.length);
+    mesh.frustumCulled = false;
+    mesh.grains = grains;
+    scene.add(mesh);
+    return mesh;
+  });
+  const water = new THREE.Mesh(new THREE.BufferGeometry(), new THREE.MeshPhongMaterial({ color: 0x3b82d0, transparent: true, opacity: 0.5, side: THREE.DoubleSide, depthWrite: false, clippingPlanes: planes, shininess: 80 }));
+  const drops = new THREE.Points(new THREE.BufferGeometry(), new THREE.PointsMaterial({ color: 0x3b82d0, size: reach / 250, transparent: true, opacity: 0.6, clippingPlanes: planes }));
+  scene.add(water, drops);
+  water.frustumCulled = drops.frustumCulled = false;
+
+  // Colours of viridis (van der Walt and Smith 2015), at five places.
+  const stops = [[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98], [253, 231, 37]].map(rgb => new THREE.Color(...rgb.map(c => c / 255)).convertSRGBToLinear());
+  const tone = new THREE.Color();
+  const coloured = part => {
+    const x = Math.min(Math.max(part, 0), 1) * 4, n = Math.min(Math.floor(x), 3);
+    return tone.copy(stops[n]).lerp(stops[n + 1], x - n);
+  };
+  const quantities = {
+    speed: { unit: "m/s", of: time => time.grains.speed }, force: { unit: "N", of: time => time.grains.force },
+    size: { unit: "mm", of: () => fixed.diameter.map(x => 1e3 * x) },
+  };
+  // The same colours at all times: up to the value that one of two hundred grains exceeds.
+  for (const quantity of Object.values(quantities)) {
+    const all = times.filter(time => time.grains).flatMap(time => [...quantity.of(time)].filter((_, n) => n % Math.ceil(count / 5000) === 0)).sort((a, b) => a - b);
+    quantity.most = all[Math.floor(0.995 * (all.length - 1))] || 1;
+  }
+
+  let chosen = times.length - 1, picked = -1;
+  const matrix = new THREE.Matrix4(), turn = new THREE.Quaternion(), at = new THREE.Vector3(), scaled = new THREE.Vector3();
+  const pose = (grains, n) => {
+    const parts = [0, 1, 2].map(d => (grains.turn[d * count + n] << 16 >> 16) / 32767);
+    turn.set(...parts, Math.sqrt(Math.max(0, 1 - parts.reduce((sum, x) => sum + x * x, 0)))).normalize();
+    at.set(...[0, 1, 2].map(d => placed(grains.place[d * count + n], d)));
+    return matrix.compose(at, turn, scaled.setScalar(fixed.scale[n]));
+  };
+  const surface = of => {
+    const nodes = summed(array(of.nodes).slice()), corners = nodes.length / 3;
+    const places = new Float32Array(nodes.length);
+    for (let d = 0; d < 3; d++) for (let n = 0; n < corners; n++) places[3 * n + d] = placed(nodes[d * corners + n], d);
+    return geometry({ nodes: places, triangles: new THREE.BufferAttribute(summed(array(of.triangles).slice()), 1) });
+  };
+  const cloud = of => {
+    const parts = array(of.particles), places = new Float32Array(3 * of.count);
+    for (let d = 0; d < 3; d++) for (let n = 0; n < of.count; n++) places[3 * n + d] = placed(parts[d * of.count + n], d);
+    return new THREE.BufferGeometry().setAttribute("position", new THREE.BufferAttribute(places, 3));
+  };
+  const show = () => {
+    const time = times[chosen], quantity = quantities[byId("view-colour").value];
+    if (time.grains) {
+      const values = quantity.of(time);
+      for (const mesh of meshes) {
+        mesh.grains.forEach((n, instance) => {
+          mesh.setMatrixAt(instance, pose(time.grains, n));
+          mesh.setColorAt(instance, n === picked ? tone.setRGB(1, 0, 0) : coloured(values[n] / quantity.most));
+        });
+        mesh.instanceMatrix.needsUpdate = true;
+        if (mesh.instanceColor) mesh.instanceColor.needsUpdate = true;
+        mesh.boundingSphere = null;
+      }
+    }
+    [[water, time.water?.nodes && surface], [drops, time.water?.particles && cloud]].forEach(([object, made]) => {
+      object.geometry.dispose();
+      object.geometry = made ? made(time.water) : new THREE.BufferGeometry();
+      object.visible = Boolean(made) && byId("view-water").checked;
+    });
+    meshes.forEach(mesh => { mesh.visible = byId("view-grains").checked && Boolean(time.grains); });
+    byId("view-time-said").textContent = `t = ${+(1e3 * time.time).toPrecision(5)} ms`;
+    byId("view-scale-said").textContent = `0 to ${quantity.most.toPrecision(3)} ${quantity.unit}`;
+    tell();
+    render();
+  };
+  const render = () => {
+    const dark = matchMedia("(prefers-color-scheme: dark)").matches;
+    scene.background = tone.set(dark ? 0x0d1117 : 0xf6f8fa).clone();
+    frame.material.color.set(dark ? 0x6e7681 : 0x8c959f);
+    renderer.render(scene, camera);
+  };
+  const numbers = n => {
+    const { grains } = times[chosen];
+    return { id: fixed.id[n], population: head.populations[fixed.population[n]] ?? "", position_mm: [0, 1, 2].map(d => 1e3 * placed(grains.place[d * count + n], d)),
+      speed: grains.speed[n], force: grains.force[n], diameter_mm: 1e3 * fixed.diameter[n] };
+  };
+  const tell = () => {
+    if (picked < 0 || !times[chosen].grains) return;
+    const { id, population, position_mm, speed, force, diameter_mm } = numbers(picked);
+    say.textContent = `Grain ${id} (${population}): at ${position_mm.map(x => x.toFixed(3)).join(", ")} mm; speed ${speed.toPrecision(6)} m/s; contact force ${force.toPrecision(6)} N; diameter ${diameter_mm.toPrecision(6)} mm`;
+  };
+  const ray = new THREE.Raycaster();
+  const pick = event => {
+    const box = canvas.getBoundingClientRect();
+    ray.setFromCamera(new THREE.Vector2(2 * (event.clientX - box.left) / box.width - 1, 1 - 2 * (event.clientY - box.top) / box.height), camera);
+    const hits = ray.intersectObjects(meshes.filter(mesh => mesh.visible)).filter(hit => planes.every(plane => plane.distanceToPoint(hit.point) >= 0));
+    picked = hits.length ? hits[0].object.grains[hits[0].instanceId] : -1;
+    if (picked < 0) say.textContent = "Press on a grain to see its numbers.";
+    show();
+  };
+  const cut = () => {
+    const axis = byId("view-axis").value, slider = byId("view-cut");
+    slider.disabled = axis === "none";
+    planes.length = 0;
+    if (axis !== "none") {
+      const d = +axis;
+      plane.normal.set(...[0, 1, 2].map(k => k === d ? 1 : 0));
+      plane.constant = -(lower[d] + size[d] * slider.value / 100);
+      planes.push(plane);
+    }
+    [material, water.material, drops.material].forEach(of => { of.clippingPlanes = planes.length ? [...planes] : null; of.needsUpdate = true; });
+    render();
+  };
+  const turnBy = event => {
+    const away = new THREE.Spherical().setFromVector3(camera.position.clone().sub(centre).applyAxisAngle(new THREE.Vector3(1, 0, 0), -Math.PI / 2));
+    const step = { ArrowLeft: [-0.1, 0, 1], ArrowRight: [0.1, 0, 1], ArrowUp: [0, -0.1, 1], ArrowDown: [0, 0.1, 1], "+": [0, 0, 0.9], "-": [0, 0, 1.1] }[event.key];
+    if (!step) return;
+    event.preventDefault();
+    away.theta += step[0];
+    away.phi = Math.min(Math.PI - 0.05, Math.max(0.05, away.phi + step[1]));
+    away.radius *= step[2];
+    camera.position.setFromSpherical(away).applyAxisAngle(new THREE.Vector3(1, 0, 0), Math.PI / 2).add(centre);
+    controls.update();
+    render();
+  };
+
+  const slider = byId("view-time");
+  Object.assign(slider, { max: times.length - 1, value: chosen });
+  slider.addEventListener("input", () => { chosen = +slider.value; show(); });
+  let playing = 0;
+  byId("view-play").addEventListener("click", event => {
+    event.target.textContent = playing ? "Play" : "Stop";
+    playing = playing ? clearInterval(playing) ?? 0 : setInterval(() => { chosen = (chosen + 1) % times.length; slider.value = chosen; show(); }, 400);
+  });
+  for (const id of ["view-colour", "view-grains", "view-water"]) byId(id).addEventListener("change", show);
+  for (const id of ["view-axis", "view-cut"]) byId(id).addEventListener("input", cut);
+  controls.addEventListener("change", render);
+  canvas.addEventListener("keydown", turnBy);
+  let pressed = [0, 0];
+  canvas.addEventListener("pointerdown", event => { pressed = [event.clientX, event.clientY]; });
+  canvas.addEventListener("click", event => { if (Math.hypot(event.clientX - pressed[0], event.clientY - pressed[1]) < 4) pick(event); });
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", render);
+  const fit = () => {
+    const width = place.clientWidth, height = Math.min(0.62 * width + 60, 0.7 * innerHeight);
+    renderer.setSize(width, height);
+    camera.aspect = width / height;
+    camera.updateProjectionMatrix();
+    render();
+  };
+  new ResizeObserver(fit).observe(place);
+  fit();
+  cut();
+  show();
+  // For tests: what is drawn, where a grain is on the screen, and how fast frames follow one another.
+  window.reportView = {
+    head, numbers, get picked() { return picked; }, get calls() { return renderer.info.render; },
+    seen: n => { const box = canvas.getBoundingClientRect(); const p = at.set(...numbers(n).position_mm.map(x => x / 1e3)).clone().project(camera); return [box.left + (p.x + 1) / 2 * box.width, box.top + (1 - p.y) / 2 * box.height]; },
+    frames: count => { const began = performance.now(), gl = renderer.getContext(), pixel = new Uint8Array(4); for (let n = 0; n < count; n++) { camera.position.applyAxisAngle(camera.up, 1e-3); render(); gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel); } return count / (performance.now() - began) * 1e3; },
+  };
+})();

@@ -1,0 +1,102 @@
+//! What people came for, in a few large numbers, and what speaks against it.
+
+use sazanami::finished::Finished;
+
+use crate::charts::rounded;
+use crate::html::Html;
+
+/// A large number: what it is, its value with the unit, what belongs to it.
+struct Headline(&'static str, String, String);
+
+/// The answer of a run.
+pub fn section(html: &mut Html, run: &Finished, findings: &[(String, String)]) {
+    html.section("answer", "Answer");
+    html.raw("<dl class=\"headlines\">\n");
+    for Headline(label, value, more) in headlines(run) {
+        html.raw("<div>");
+        html.element("dt", &[], label);
+        html.element("dd", &[], &value);
+        if !more.is_empty() {
+            html.element("dd", &[("class", "more")], &more);
+        }
+        html.raw("</div>\n");
+    }
+    html.raw("</dl>\n");
+    let rows: Vec<Vec<String>> = findings.iter().map(|(label, value)| vec![label.clone(), value.clone()]).collect();
+    html.table("What the run found", &[], &rows);
+    html.close("section");
+}
+
+/// Crater volume with its uncertainty, as people write it.
+pub fn volume(run: &Finished) -> Option<String> {
+    let [volume, half] =
+        ["volume_mm3", "volume_uncertainty_mm3"].map(|key| run.number(&format!("observables.erosion.{key}")));
+    Some(format!("{:.2} ± {:.2} mm³", volume?, half?))
+}
+
+fn headlines(run: &Finished) -> Vec<Headline> {
+    let number = |path: &str| run.number(&format!("observables.{path}"));
+    let millimetres = |path: &str| number(path).map(|value| format!("{} mm", rounded(value)));
+    let mut found = Vec::new();
+    if let Some(volume) = volume(run) {
+        let noise = number("erosion.volume_noise_mm3");
+        let noise = noise.map_or_else(String::new, |noise| format!("same bed before the impact: {noise:.2} mm³"));
+        found.push(Headline("Erosion volume V", volume, noise));
+    }
+    let lengths = [
+        ("Depth of the crater", "erosion.depth_mm", "below its rim"),
+        ("Radius of the rim", "erosion.rim_radius_mm", "from the axis"),
+        ("Height of the ripples", "ripples.height_mm", "2√2 standard deviations"),
+        ("Wavelength of the ripples", "ripples.wavelength_mm", "centre of the spectrum"),
+        ("Relief of the bed", "ripples.relief_mm", "root mean square"),
+    ];
+    for (label, path, more) in lengths {
+        found.extend(millimetres(path).map(|value| Headline(label, value, more.into())));
+    }
+    if let Some(porosity) = number("bed.porosity") {
+        found.push(Headline("Porosity of the bed", format!("{porosity:.3}"), "before the run".into()));
+    }
+    if found.is_empty() {
+        let time = run.number("time_s").unwrap_or_default();
+        found.push(Headline("Simulated time", format!("{} ms", rounded(1e3 * time)), String::new()));
+    }
+    found
+}
+
+/// What deserves attention: of the summary, then of the log.
+pub fn warnings(run: &Finished, log: &str) -> Vec<String> {
+    let mut found = Vec::new();
+    let summary = &run.summary;
+    let text =
+        |path: &[&str]| path.iter().try_fold(summary, |value, key| value.get(key)).and_then(|value| value.as_str());
+    match summary["status"].as_str() {
+        Some("failed") => {
+            let why = text(&["failure", "message"]).unwrap_or("for a reason that was not recorded");
+            found.push(format!("The run failed: {why}. What stands here is what it had written until then."));
+        }
+        Some("stopped") => found.push("The run was stopped before its end.".into()),
+        _ => {}
+    }
+    for (what, path) in [
+        ("The crater", ["observables", "erosion", "not_evaluated"]),
+        ("The splash", ["observables", "splash", "not_evaluated"]),
+    ] {
+        found.extend(text(&path).map(|why| format!("{what} was not evaluated: {why}.")));
+    }
+    if summary["observables"]["erosion"]["rim_at_edge"] == true {
+        found.push(
+            "The rim of the crater lies at the edge of the box or at `erosion.r_max`: V cannot be trusted.".into(),
+        );
+    }
+    let counted = [
+        ("tidied.deep_contacts", "contacts became deeper than 20 % of a contact sphere's radius"),
+        ("tidied.out_of_range_cells", "cells had a liquid fraction outside the range 0 to 1"),
+    ];
+    for (path, what) in counted {
+        found.extend(run.number(path).filter(|count| *count > 0.0).map(|count| format!("{count:.0} {what}.")));
+    }
+    let said = log.lines().filter_map(|line| line.split_once("warning: ")).map(|(_, text)| text.to_owned());
+    found.extend(said);
+    found.dedup();
+    found
+}

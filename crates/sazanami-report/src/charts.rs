@@ -1,0 +1,352 @@
+//! Charts of a run: which columns stand together, in units that people read.
+
+use sazanami::analyse::Table;
+use serde_json::{Value, json};
+
+/// Most rows of a table that a chart holds.
+pub const MOST_ROWS: usize = 2000;
+
+/// A curve: values of a column.
+#[derive(Clone, Debug)]
+pub struct Curve {
+    /// What it is called.
+    pub label: String,
+    /// Whether it is shown at first.
+    pub shown: bool,
+    /// Values in SI units, NaN where there is none.
+    pub values: Vec<f64>,
+    /// How far a value may be off to either side; empty if that is not known.
+    pub bars: Vec<f64>,
+}
+
+/// Curves over the same abscissae.
+#[derive(Clone, Debug)]
+pub struct Curves {
+    /// Abscissae in SI units, ascending.
+    pub x: Vec<f64>,
+    /// The curves.
+    pub curves: Vec<Curve>,
+}
+
+/// A chart.
+#[derive(Clone, Debug)]
+pub struct Chart {
+    /// Title.
+    pub title: String,
+    /// Name and unit of the abscissa.
+    pub x: (String, String),
+    /// Unit of the curves.
+    pub unit: String,
+    /// The curves, by their abscissae.
+    pub tables: Vec<Curves>,
+    /// Whether points are marked and not joined.
+    pub points: bool,
+    /// Whether any other than each n-th row was left out: that n.
+    pub every: usize,
+}
+
+/// Columns of `series.csv` that stand in one chart: title, columns.
+type Group = (&'static str, &'static [&'static str]);
+
+/// Charts of `series.csv` in the order of the page; columns that a run has not are left out.
+const GROUPS: &[Group] = &[
+    ("Crater", &["crater_depth", "rim_radius"]),
+    ("Volume of the crater", &["erosion_volume", "erosion_volume_direct", "erosion_volume_excavated"]),
+    ("Height of ripples", &["ripple_height", "ripple_crest_to_trough", "bed_relief"]),
+    (
+        "Wavelength of ripples",
+        &["ripple_wavelength_spectrum", "ripple_wavelength_crossings", "ripple_wavelength_correlation"],
+    ),
+    ("Level of the water", &["water_level_mean", "water_level_highest", "water_level_lowest"]),
+    ("Splashed grains", &["splashed_grains", "suspended_grains"]),
+    ("Fastest", &["largest_grain_speed", "largest_fluid_speed"]),
+    ("Energy", &["kinetic_energy_fluid", "kinetic_energy_grains", "potential_energy"]),
+    (
+        "Momentum along x3",
+        &[
+            "momentum_liquid_3",
+            "momentum_grains_3",
+            "momentum_gas_3",
+            "impulse_walls_on_fluid_3",
+            "impulse_walls_on_grains_3",
+            "impulse_gravity_3",
+            "impulse_swallowed_3",
+            "impulse_open_sides_3",
+            "momentum_residual_3",
+        ],
+    ),
+    ("Momentum", &["momentum_1", "momentum_2", "momentum_3"]),
+    (
+        "Residual of the water's momentum",
+        &["fluid_momentum_residual_1", "fluid_momentum_residual_2", "fluid_momentum_residual_3"],
+    ),
+    ("Change of the liquid volume", &["liquid_volume_relative_change", "bulk_volume_relative_change"]),
+    ("Contacts", &["contact_pairs", "contacts", "deep_contacts"]),
+    ("Length of the time step", &["dt", "stable_dt", "least_stable_dt"]),
+    ("Iterations and sub-steps", &["pressure_iterations", "grain_substeps", "fluid_passes"]),
+];
+
+/// Charts of a series over the time: the known groups, then what is left by units.
+pub fn of_series(series: &Table) -> Vec<Chart> {
+    let known: Vec<&str> = GROUPS.iter().flat_map(|(_, columns)| *columns).copied().collect();
+    let mut charts: Vec<Chart> =
+        GROUPS.iter().filter_map(|(title, columns)| of_columns(series, title, columns, columns.len())).collect();
+    let mut units: Vec<&str> = Vec::new();
+    for (name, unit) in series.headings() {
+        if !known.contains(&name) && !["step", "time"].contains(&name) && !units.contains(&unit) {
+            units.push(unit);
+        }
+    }
+    for unit in units {
+        let left = series.headings().filter(|(name, of)| *of == unit && !known.contains(name));
+        let left: Vec<&str> = left.map(|(name, _)| name).filter(|name| !["step", "time"].contains(name)).collect();
+        let title = if unit.is_empty() { "Other numbers".to_owned() } else { format!("Other quantities in {unit}") };
+        charts.extend(of_columns(series, &title, &left, 1));
+    }
+    charts
+}
+
+/// A chart of columns of a series; the first `shown` of them are shown at first. Nothing where there is no value.
+pub fn of_columns(series: &Table, title: &str, columns: &[&str], shown: usize) -> Option<Chart> {
+    let unit_of = |name: &str| series.headings().find(|(column, _)| *column == name).map(|(_, unit)| unit.to_owned());
+    let unit = columns.iter().find_map(|name| unit_of(name))?;
+    let every = series.len().div_ceil(MOST_ROWS).max(1);
+    let thinned = |values: Vec<f64>| -> Vec<f64> {
+        let last = values.len().saturating_sub(1);
+        let kept = values.into_iter().enumerate().filter(|(row, _)| row % every == 0 || *row == last);
+        kept.map(|(_, value)| value).collect()
+    };
+    let curves = columns.iter().filter(|name| unit_of(name).is_some_and(|own| own == unit)).map(|name| {
+        let values = thinned(series.column(name));
+        Curve { label: plain(name), shown: true, values, bars: Vec::new() }
+    });
+    let mut curves: Vec<Curve> = curves.filter(|curve| curve.values.iter().any(|value| value.is_finite())).collect();
+    curves.iter_mut().skip(shown).for_each(|curve| curve.shown = false);
+    if curves.is_empty() {
+        return None;
+    }
+    let x = thinned(series.column("time"));
+    let tables = vec![Curves { x, curves }];
+    Some(Chart { title: title.to_owned(), x: ("time".into(), "s".into()), unit, tables, points: false, every })
+}
+
+/// Heights of a bed against `x` at the first, some middle and the last of their times.
+pub fn of_profiles(title: &str, x: &str, profiles: Vec<(f64, Vec<f64>, Vec<f64>)>) -> Option<Chart> {
+    const SHOWN: usize = 5;
+    let last = profiles.len().checked_sub(1)?;
+    let mut chosen: Vec<usize> = (0..SHOWN).map(|n| n * last / (SHOWN - 1)).collect();
+    chosen.dedup();
+    let table = |&n: &usize| {
+        let (time, places, heights) = &profiles[n];
+        let label = format!("t = {} ms", rounded(1e3 * time));
+        let curve = Curve { label, shown: true, values: heights.clone(), bars: Vec::new() };
+        Curves { x: places.clone(), curves: vec![curve] }
+    };
+    let tables = chosen.iter().map(table).collect();
+    Some(Chart { title: title.into(), x: (x.into(), "m".into()), unit: "m".into(), tables, points: false, every: 1 })
+}
+
+/// Surfaces of a crater: a row a time, a column a layer about the axis.
+pub fn crater_profiles(profiles: &Table) -> Option<Chart> {
+    let first = profiles.headings().position(|(name, _)| name == "height_0")?;
+    let (times, widths) = (profiles.column("time"), profiles.column("layer"));
+    let row = |n: usize| {
+        let heights: Vec<f64> = profiles.row(n).skip(first).collect();
+        let places = (0..heights.len()).map(|layer| (layer as f64 + 0.5) * widths[n]).collect();
+        (times[n], places, heights)
+    };
+    of_profiles("Surface of the bed about the axis", "radius", (0..profiles.len()).map(row).collect())
+}
+
+/// Surfaces along a tank: a row a time and a place.
+pub fn tank_profiles(title: &str, table: &Table, height: &str) -> Option<Chart> {
+    let (times, places, heights) = (table.column("time"), table.column("x"), table.column(height));
+    let mut profiles: Vec<(f64, Vec<f64>, Vec<f64>)> = Vec::new();
+    for ((time, x), z) in times.into_iter().zip(places).zip(heights) {
+        match profiles.last_mut().filter(|(of, ..)| *of == time) {
+            Some((_, xs, zs)) => {
+                xs.push(x);
+                zs.push(z);
+            }
+            None => profiles.push((time, vec![x], vec![z])),
+        }
+    }
+    of_profiles(title, "x1", profiles)
+}
+
+/// Averages over the layers of a bed against the time.
+pub fn of_layers(table: &Table) -> Vec<Chart> {
+    let (times, layers) = (table.column("time"), table.words("layer"));
+    let of = |(title, columns, unit): (&str, [&str; 2], &str)| {
+        let curves = |layer: &str| {
+            let rows: Vec<usize> = (0..table.len()).filter(|&row| layers[row] == layer).collect();
+            let pick = |values: &[f64]| rows.iter().map(|&row| values[row]).collect::<Vec<f64>>();
+            let curve = |name: &&str| Curve {
+                label: format!("{} of the {layer} layer", plain(name)),
+                shown: true,
+                values: pick(&table.column(name)),
+                bars: Vec::new(),
+            };
+            Curves { x: pick(&times), curves: columns.iter().map(curve).collect() }
+        };
+        let tables = ["upper", "lower"].map(curves).into();
+        Chart {
+            title: title.into(),
+            x: ("time".into(), "s".into()),
+            unit: unit.into(),
+            tables,
+            points: false,
+            every: 1,
+        }
+    };
+    [
+        ("Velocities in the layers of the bed", ["water_velocity_1", "grain_velocity_1"], "m/s"),
+        ("Forces on a grain in the layers of the bed", ["drag_1", "pressure_force_1"], "N"),
+    ]
+    .map(of)
+    .into()
+}
+
+impl Chart {
+    /// The chart for the script of the page, in units that fit its values.
+    pub fn json(&self) -> Value {
+        let all = |of: fn(&Curves) -> Vec<f64>| self.tables.iter().flat_map(of).collect::<Vec<f64>>();
+        let (x_unit, x_factor) = readable(&self.x.1, &all(|table| table.x.clone()));
+        let values = all(|table| table.curves.iter().flat_map(|curve| curve.values.clone()).collect());
+        let (unit, factor) = readable(&self.unit, &values);
+        let scaled =
+            |values: &[f64], factor: f64| values.iter().map(|value| number(value * factor)).collect::<Vec<_>>();
+        let table = |table: &Curves| {
+            let curve = |curve: &Curve| {
+                json!({ "label": curve.label, "shown": curve.shown, "y": scaled(&curve.values, factor),
+                        "bars": scaled(&curve.bars, factor) })
+            };
+            json!({ "x": scaled(&table.x, x_factor), "curves": table.curves.iter().map(curve).collect::<Vec<_>>() })
+        };
+        json!({
+            "title": self.title, "x": self.x.0, "xUnit": x_unit, "unit": unit, "points": self.points,
+            "tables": self.tables.iter().map(table).collect::<Vec<_>>(),
+        })
+    }
+
+    /// Least, greatest and last value of each curve, for those who read no charts.
+    pub fn summary(&self) -> Vec<Vec<String>> {
+        let curves = || self.tables.iter().flat_map(|table| &table.curves);
+        let all: Vec<f64> = curves().flat_map(|curve| curve.values.clone()).collect();
+        let (unit, factor) = readable(&self.unit, &all);
+        let row = |curve: &Curve| {
+            let known = || curve.values.iter().copied().filter(|value| value.is_finite());
+            let cell = |value: Option<f64>| value.map_or("–".into(), |value| rounded(factor * value));
+            vec![
+                curve.label.clone(),
+                unit.clone(),
+                cell(known().reduce(f64::min)),
+                cell(known().reduce(f64::max)),
+                cell(known().next_back()),
+            ]
+        };
+        curves().map(row).collect()
+    }
+}
+
+/// A unit in which the largest of `values` \[SI] is at least 1 where there is one, and the factor to it.
+fn readable(unit: &str, values: &[f64]) -> (String, f64) {
+    let largest = values.iter().map(|value| value.abs()).filter(|value| value.is_finite()).fold(0.0, f64::max);
+    let smaller: &[(&str, f64)] = match unit {
+        "m" => &[("mm", 1e3), ("um", 1e6)],
+        "s" => &[("ms", 1e3), ("us", 1e6)],
+        "m/s" => &[("mm/s", 1e3)],
+        "m^3" => &[("mm^3", 1e9)],
+        "kg" => &[("mg", 1e6)],
+        "J" => &[("mJ", 1e3), ("uJ", 1e6), ("nJ", 1e9)],
+        "N" => &[("mN", 1e3), ("uN", 1e6)],
+        "N s" => &[("mN s", 1e3), ("uN s", 1e6)],
+        _ => &[],
+    };
+    let fits = |factor: f64| largest * factor >= 1.0;
+    if largest == 0.0 || fits(1.0) {
+        return (unit.to_owned(), 1.0);
+    }
+    let found = smaller.iter().find(|(_, factor)| fits(*factor)).or(smaller.last());
+    found.map_or((unit.to_owned(), 1.0), |(name, factor)| (name.replace('u', "µ").replace("^3", "³"), *factor))
+}
+
+/// A number for the script: seven digits, `null` where there is none.
+fn number(value: f64) -> Value {
+    format!("{value:.6e}")
+        .parse::<f64>()
+        .ok()
+        .filter(|value| value.is_finite())
+        .map_or(Value::Null, |value| json!(value))
+}
+
+/// A number for people: four digits.
+pub fn rounded(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return if value == 0.0 { "0".into() } else { "–".into() };
+    }
+    match value.abs() {
+        1e-3..1e5 => {
+            let digits = (3 - value.abs().log10().floor() as i32).max(0) as usize;
+            let text = format!("{value:.digits$}");
+            if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+        }
+        _ => format!("{value:.3e}"),
+    }
+}
+
+/// The name of a column as words.
+pub fn plain(name: &str) -> String {
+    ["_1", "_2", "_3"]
+        .iter()
+        .fold(name.to_owned(), |name, end| match name.strip_suffix(end) {
+            Some(front) => format!("{front}, x{}", &end[1..]),
+            None => name,
+        })
+        .replace('_', " ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table(text: &str) -> Table {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("t.csv");
+        std::fs::write(&path, text).unwrap();
+        Table::read(&path).unwrap()
+    }
+
+    #[test]
+    fn every_column_with_values_is_in_one_chart() {
+        let series = table(
+            "step,time [s],crater_depth [m],dt [s],new [Pa],limiter\n0,0,,1e-5,2,cfl\n1,0.02,1.7e-3,2e-5,3,cfl\n",
+        );
+        let charts = of_series(&series);
+        let titles: Vec<&str> = charts.iter().map(|chart| chart.title.as_str()).collect();
+        assert_eq!(titles, ["Crater", "Length of the time step", "Other quantities in Pa"]);
+        let json = charts[0].json();
+        assert_eq!((&json["unit"], &json["xUnit"]), (&json!("mm"), &json!("ms")));
+        assert_eq!(json["tables"][0]["x"], json!([0.0, 20.0]));
+        assert_eq!(json["tables"][0]["curves"][0]["y"], json!([null, 1.7]));
+        assert_eq!(charts[0].summary()[0], ["crater depth", "mm", "1.7", "1.7", "1.7"]);
+    }
+
+    #[test]
+    fn long_tables_are_thinned_to_their_end() {
+        let rows: String = (0..5001).map(|n| format!("{n},{n},{n}\n")).collect();
+        let chart = &of_series(&table(&format!("step,time [s],dt [s]\n{rows}")))[0];
+        let x = &chart.tables[0].x;
+        assert!(x.len() <= MOST_ROWS && chart.every == 3, "{} {}", x.len(), chart.every);
+        assert_eq!((x[1], x.last()), (3.0, Some(&5000.0)));
+    }
+
+    #[test]
+    fn numbers_are_rounded_to_four_digits() {
+        for (value, expected) in
+            [(68.75013, "68.75"), (0.0, "0"), (1200.0, "1200"), (7.15e-13, "7.150e-13"), (-0.5, "-0.5")]
+        {
+            assert_eq!(rounded(value), expected);
+        }
+    }
+}

@@ -1,0 +1,223 @@
+//! The report on several runs, side by side.
+
+use std::collections::BTreeSet;
+
+use sazanami::analyse;
+use sazanami::case::values;
+use sazanami::error::CommandError;
+use sazanami::finished::Finished;
+
+use crate::charts::{self, Chart, Curve, Curves};
+use crate::html::Html;
+use crate::{answer, page, run};
+
+/// A run with its name and the values of its keys.
+struct Side<'a> {
+    run: &'a Finished,
+    name: String,
+    values: std::collections::BTreeMap<String, String>,
+}
+
+/// The page.
+pub fn page(runs: &[Finished]) -> Result<String, CommandError> {
+    let sides: Vec<Side> = runs.iter().map(|run| Side { run, name: run.name(), values: values(&run.case) }).collect();
+    let title = format!("{} runs side by side", sides.len());
+    let keys = differing(&sides);
+    let answers = volumes(&sides, &keys);
+    let histories = overlaid(&sides)?;
+    page::page(&title, None, |html| {
+        html.raw("<header>");
+        html.element("h1", &[], &title);
+        page::contents(
+            html,
+            &[("answer", "Answer"), ("parameters", "Parameters"), ("charts", "Charts"), ("warnings", "Warnings")],
+        );
+        html.close("header");
+        html.section("answer", "Answer");
+        found(html, &sides)?;
+        page::charts(html, 0, &answers);
+        html.close("section");
+        parameters(html, &sides, &keys);
+        html.section("charts", "Charts");
+        page::charts(html, answers.len(), &histories);
+        html.close("section");
+        page::warnings(html, &warnings(&sides));
+        Ok(answers.into_iter().chain(histories).collect())
+    })
+}
+
+/// Findings of the runs, a column each.
+fn found(html: &mut Html, sides: &[Side]) -> Result<(), CommandError> {
+    let of = |side: &Side| analyse::findings(&side.run.folder, &side.run.summary);
+    let all = sides.iter().map(of).collect::<Result<Vec<_>, _>>()?;
+    let mut labels: Vec<&String> = Vec::new();
+    for (label, _) in all.iter().flatten() {
+        if !labels.contains(&label) {
+            labels.push(label);
+        }
+    }
+    let cell = |findings: &Vec<(String, String)>, label: &String| {
+        findings.iter().find(|(own, _)| own == label).map_or("–".to_owned(), |(_, value)| value.clone())
+    };
+    let row =
+        |label: &&String| std::iter::once((*label).clone()).chain(all.iter().map(|own| cell(own, label))).collect();
+    let rows: Vec<Vec<String>> = labels.iter().map(row).collect();
+    html.table("What the runs found", &headings("", sides), &rows);
+    Ok(())
+}
+
+fn headings<'a>(first: &'a str, sides: &'a [Side]) -> Vec<&'a str> {
+    std::iter::once(first).chain(sides.iter().map(|side| side.name.as_str())).collect()
+}
+
+/// Names of cases differ without meaning.
+const NAMES: [&str; 2] = ["name", "title"];
+
+/// Keys whose values differ between the runs.
+fn differing(sides: &[Side]) -> Vec<String> {
+    let all: BTreeSet<&String> = sides.iter().flat_map(|side| side.values.keys()).collect();
+    let differs = |key: &&String| sides.iter().any(|side| side.values.get(*key) != sides[0].values.get(*key));
+    all.into_iter().filter(differs).filter(|key| !NAMES.contains(&key.as_str())).cloned().collect()
+}
+
+/// The section on the keys that differ.
+fn parameters(html: &mut Html, sides: &[Side], keys: &[String]) {
+    html.section("parameters", "Parameters that differ");
+    if keys.is_empty() {
+        html.raw("<p>None: the runs have the same case.</p>\n");
+    } else {
+        let cell = |side: &Side, key: &String| side.values.get(key).map_or("–".to_owned(), |value| run::shown(value));
+        let row = |key: &String| std::iter::once(key.clone()).chain(sides.iter().map(|side| cell(side, key))).collect();
+        let rows: Vec<Vec<String>> = keys.iter().map(row).collect();
+        html.table("Keys whose values are not the same in all runs", &headings("key", sides), &rows);
+    }
+    html.close("section");
+}
+
+/// A value as a number with its unit: that of a text with a unit, a bare number, or the length of a vector.
+fn quantity(value: &str) -> Option<(f64, String)> {
+    let parts: Vec<&str> =
+        value.trim_matches(['[', ']', ' ']).split(',').map(|part| part.trim().trim_matches('"')).collect();
+    let part = |text: &&str| {
+        let (number, unit) = text.split_once(' ').unwrap_or((text, ""));
+        Some((number.parse::<f64>().ok()?, unit.to_owned()))
+    };
+    let parts: Vec<(f64, String)> = parts.iter().map(part).collect::<Option<_>>()?;
+    let unit = parts.first()?.1.clone();
+    match parts.len() {
+        1 => parts.into_iter().next(),
+        _ => Some((parts.iter().map(|(value, _)| value * value).sum::<f64>().sqrt(), unit)),
+    }
+}
+
+/// Erosion volume against each key that differs and is a number, where every run has it.
+fn volumes(sides: &[Side], keys: &[String]) -> Vec<Chart> {
+    const MOST: usize = 4;
+    let point = |key: &String, side: &Side| {
+        let (x, unit) = quantity(side.values.get(key)?)?;
+        let erosion = |name: &str| side.run.number(&format!("observables.erosion.{name}"));
+        let (volume, half) = (erosion("volume_mm3")?, erosion("volume_uncertainty_mm3").unwrap_or_default());
+        let curve =
+            Curve { label: side.name.clone(), shown: true, values: vec![1e-9 * volume], bars: vec![1e-9 * half] };
+        Some((unit, Curves { x: vec![x], curves: vec![curve] }))
+    };
+    let of = |key: &String| {
+        let points: Vec<(String, Curves)> = sides.iter().map(|side| point(key, side)).collect::<Option<_>>()?;
+        let x = (key.clone(), points.first()?.0.clone());
+        let tables = points.into_iter().map(|(_, table)| table).collect();
+        let title = format!("Erosion volume V against {key}");
+        Some(Chart { title, x, unit: "m^3".into(), tables, points: true, every: 1 })
+    };
+    keys.iter().filter_map(of).take(MOST).collect()
+}
+
+/// The columns that several runs share and people compare, a chart each.
+const COMPARED: [&str; 10] = [
+    "crater_depth",
+    "rim_radius",
+    "erosion_volume",
+    "ripple_height",
+    "ripple_wavelength_spectrum",
+    "bed_relief",
+    "largest_grain_speed",
+    "kinetic_energy_fluid",
+    "kinetic_energy_grains",
+    "momentum_residual_relative",
+];
+
+/// Histories and last profiles of all runs over one another.
+fn overlaid(sides: &[Side]) -> Result<Vec<Chart>, CommandError> {
+    let mut found = Vec::new();
+    found.extend(last_profiles(sides)?);
+    for column in COMPARED {
+        let own = |side: &Side| {
+            let mut chart = charts::of_columns(&side.run.series, &charts::plain(column), &[column], 1)?;
+            chart
+                .tables
+                .iter_mut()
+                .flat_map(|table| &mut table.curves)
+                .for_each(|curve| curve.label.clone_from(&side.name));
+            Some(chart)
+        };
+        found.extend(joined(sides.iter().filter_map(own)));
+    }
+    Ok(found)
+}
+
+/// The bed at the end of each run.
+fn last_profiles(sides: &[Side]) -> Result<Option<Chart>, CommandError> {
+    use sazanami::results::{BED_PROFILES, CRATER_PROFILES};
+    let mut own = Vec::new();
+    for side in sides {
+        let crater = side.run.table(CRATER_PROFILES)?.and_then(|table| charts::crater_profiles(&table));
+        let bed = side.run.table(BED_PROFILES)?;
+        let bed = bed.and_then(|table| charts::tank_profiles("Surface of the bed", &table, "z_concentration"));
+        own.extend(crater.or(bed).map(|mut chart| {
+            chart.title = format!("{}: end of each run", chart.title);
+            chart.tables = chart.tables.split_off(chart.tables.len().saturating_sub(1));
+            chart
+                .tables
+                .iter_mut()
+                .flat_map(|table| &mut table.curves)
+                .for_each(|curve| curve.label.clone_from(&side.name));
+            chart
+        }));
+    }
+    Ok(joined(own.into_iter()))
+}
+
+/// One chart of the curves of several.
+fn joined(mut charts: impl Iterator<Item = Chart>) -> Option<Chart> {
+    let mut first = charts.next()?;
+    for chart in charts {
+        first.every = first.every.max(chart.every);
+        first.tables.extend(chart.tables);
+    }
+    Some(first)
+}
+
+fn warnings(sides: &[Side]) -> Vec<String> {
+    let mut found = Vec::new();
+    for side in sides {
+        found.extend(answer::warnings(side.run, "").into_iter().map(|warning| format!("{}: {warning}", side.name)));
+    }
+    let ends: Vec<f64> = sides.iter().filter_map(|side| side.run.number("time_s")).collect();
+    let [least, most] = [f64::min, f64::max].map(|of| ends.iter().copied().reduce(of).unwrap_or_default());
+    if most - least > 0.01 * most {
+        found.push("The runs end at different times.".into());
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantities_have_their_units() {
+        assert_eq!(quantity("\"0.003 m\""), Some((0.003, "m".into())));
+        assert_eq!(quantity("0.45"), Some((0.45, String::new())));
+        assert_eq!(quantity("[\"3.0 m/s\", \"0.0 m/s\", \"-4.0 m/s\"]"), Some((5.0, "m/s".into())));
+        assert_eq!(quantity("\"plic\""), None);
+    }
+}

@@ -1,0 +1,165 @@
+//! The report on one run.
+
+use sazanami::analyse;
+use sazanami::case::{Changed, DefaultValue, changed};
+use sazanami::error::CommandError;
+use sazanami::finished::Finished;
+use sazanami::progress::duration;
+use sazanami::results::{BED_PROFILES, CASE, CRATER_PROFILES, LAYER_MEANS, LOG, WATER_PROFILES};
+
+use crate::charts::{self, Chart, rounded};
+use crate::html::Html;
+use crate::view::{self, View};
+use crate::{answer, budgets, page};
+
+/// The page.
+pub fn page(run: &Finished) -> Result<String, CommandError> {
+    let findings = analyse::findings(&run.folder, &run.summary)?;
+    let log = std::fs::read(run.folder.join(LOG)).unwrap_or_default();
+    let log = String::from_utf8_lossy(&log);
+    let charts = charts_of(run)?;
+    let view = view::of(run)?;
+    page::page(&title(run), view.as_ref(), |html| {
+        html.raw("<header>");
+        html.element("h1", &[], &title(run));
+        html.element("p", &[("class", "subtitle")], &subtitle(run));
+        page::contents(html, &SECTIONS);
+        html.close("header");
+        answer::section(html, run, &findings);
+        view_section(html, run, view.as_ref());
+        html.section("charts", "Charts");
+        html.raw("<p class=\"note\">Drag to zoom, double-click to show all. Tick curves to show or hide them.</p>\n");
+        page::charts(html, 0, &charts);
+        html.close("section");
+        budgets::section(html, run);
+        page::warnings(html, &answer::warnings(run, &log));
+        what_was_run(html, run, &log);
+        how_to_repeat(html, run);
+        Ok(charts)
+    })
+}
+
+const SECTIONS: [(&str, &str); 7] = [
+    ("answer", "Answer"),
+    ("view", "View"),
+    ("charts", "Charts"),
+    ("budgets", "Budgets"),
+    ("warnings", "Warnings"),
+    ("run", "What was run"),
+    ("repeat", "How to repeat it"),
+];
+
+fn title(run: &Finished) -> String {
+    let case = &run.case.case;
+    if case.title.is_empty() { case.name.clone() } else { case.title.clone() }
+}
+
+fn subtitle(run: &Finished) -> String {
+    let status = run.summary["status"].as_str().unwrap_or("unknown");
+    let time = run.number("time_s").unwrap_or_default();
+    format!("{}: {status} at t = {} ms", run.name(), rounded(1e3 * time))
+}
+
+/// Grains and water in three dimensions, and the newest picture of them for those who cannot see that.
+fn view_section(html: &mut Html, run: &Finished, view: Option<&View>) {
+    html.section("view", "View");
+    if let Some(view) = view {
+        html.raw(include_str!("../assets/view.html"));
+        view.left_out.iter().for_each(|what| html.element("p", &[("class", "note")], what));
+    }
+    match analyse::newest_view(&run.folder).and_then(|path| std::fs::read(path).ok()) {
+        Some(png) => {
+            html.raw("<details open id=\"still\"><summary>Picture of the last time drawn</summary>\n");
+            html.picture(&png, &format!("Grains and water at the end of {}", title(run)));
+            html.raw("</details>\n");
+        }
+        None if view.is_none() => {
+            html.raw("<p>The run wrote neither grains nor water, and drew no picture of them.</p>\n")
+        }
+        None => {}
+    }
+    html.close("section");
+}
+
+/// All charts of the run.
+fn charts_of(run: &Finished) -> Result<Vec<Chart>, CommandError> {
+    let mut found = Vec::new();
+    found.extend(run.table(CRATER_PROFILES)?.and_then(|table| charts::crater_profiles(&table)));
+    if let Some(table) = run.table(BED_PROFILES)? {
+        found.extend(charts::tank_profiles("Surface of the bed", &table, "z_concentration"));
+    }
+    if let Some(table) = run.table(WATER_PROFILES)? {
+        found.extend(charts::tank_profiles("Surface of the water", &table, "z"));
+    }
+    found.extend(run.table(LAYER_MEANS)?.map(|table| charts::of_layers(&table)).unwrap_or_default());
+    found.extend(charts::of_series(&run.series));
+    Ok(found)
+}
+
+/// Program, machine, times, and the keys that make this case.
+fn what_was_run(html: &mut Html, run: &Finished, log: &str) {
+    let text = |key: &str| run.summary[key].as_str().unwrap_or("unknown").to_owned();
+    let count = |path: &str| run.number(path).map_or("–".into(), |value| format!("{value:.0}"));
+    let stamp = |line: Option<&str>| {
+        line.and_then(|line| line.split_once("  ")).map_or("–".into(), |(time, _)| time.to_owned())
+    };
+    let machine = &run.summary["machine"];
+    let rows = [
+        ("case", format!("{} (hash {})", text("case"), text("case_hash"))),
+        ("solver", text("solver")),
+        ("program", format!("sazanami {} ({})", text("version"), text("commit"))),
+        ("machine", machine["cpu"].as_str().unwrap_or("unknown").to_owned()),
+        ("cores, threads, ranks", ["cores", "threads", "ranks"].map(|key| machine[key].to_string()).join(", ")),
+        ("began", stamp(log.lines().next())),
+        ("ended", stamp(log.lines().last())),
+        ("wall-clock time", duration(run.number("wall_s").unwrap_or_default())),
+        (
+            "cells, particles of water, grains",
+            ["cells", "fluid_particles", "grains"].map(|key| count(&format!("counts.{key}"))).join(", "),
+        ),
+        ("steps of the fluid, of the grains", ["steps", "grain_substeps"].map(count).join(", ")),
+    ];
+    html.section("run", "What was run");
+    html.table("Program, machine and time", &[], &rows.map(|(label, value)| vec![label.to_owned(), value]));
+    let phases = run.summary["phase_s"].as_object().into_iter().flatten();
+    let phases: Vec<Vec<String>> =
+        phases.map(|(name, seconds)| vec![name.clone(), seconds.as_f64().map_or("–".into(), rounded)]).collect();
+    html.raw("<details><summary>Where the time went</summary>\n");
+    html.table("Wall-clock time by phase", &["phase", "seconds"], &phases);
+    html.raw("</details>\n");
+    let headings = ["key", "value", "otherwise", "meaning"];
+    let keys: Vec<Vec<String>> = changed(&run.case).iter().map(row_of).collect();
+    html.table("Keys that make this case: required ones, and those that differ from their defaults", &headings, &keys);
+    html.close("section");
+}
+
+/// The row of a key.
+fn row_of(key: &Changed) -> Vec<String> {
+    let default = match &key.default {
+        DefaultValue::Required => "required".to_owned(),
+        DefaultValue::None => "none".to_owned(),
+        DefaultValue::Value(value) => shown(value),
+    };
+    vec![key.path.clone(), shown(&key.value), default, key.about.to_owned()]
+}
+
+/// A value as written in a case, without the quotes of its texts.
+pub fn shown(value: &str) -> String {
+    value.replace('"', "")
+}
+
+/// The commands and the case.
+fn how_to_repeat(html: &mut Html, run: &Finished) {
+    html.section("repeat", "How to repeat it");
+    let threads = run.summary["machine"]["threads"].as_u64().unwrap_or(1);
+    let ranks = run.summary["machine"]["ranks"].as_u64().unwrap_or(1);
+    html.raw("<p>Save the case below beside the files that it names, and run it:</p>\n");
+    html.element("pre", &[("tabindex", "0")], &format!("sazanami run {CASE} --threads {threads} --ranks {ranks}"));
+    if let Some(hash) = run.summary["state_hash"].as_str() {
+        html.element("p", &[], &format!("The same program reaches the same state, bit for bit, with any number of threads: its summary then has the state hash {hash}."));
+    }
+    html.raw("<details><summary>The case, with every default</summary>\n");
+    html.element("pre", &[("tabindex", "0")], run.case.source.text());
+    html.raw("</details>\n");
+    html.close("section");
+}
