@@ -8,7 +8,8 @@
 //! u' = (I + A)^-1 (u + dt a_old) + b dt (a_new - a_old),   b = 1 / (1 + dt beta)
 //! ```
 //!
-//! with the friction `beta` of the surfaces of grains over the density has its steady state where `A u = dt a`, whatever the step. The acceleration is carried, not the pressure gradient: it is
+//! with the friction `beta` of the surfaces of grains over the density has its steady state where `A u = dt a`, whatever the
+//! step. Without b the pressure follows friction too slowly. The acceleration is carried, not the pressure gradient: it is
 //! continuous across the interface. Face velocities, which damp what the pressure does differently on cells and
 //! faces (Rhie and Chow 1983, AIAA J. 21, 1525), take
 //!
@@ -16,7 +17,8 @@
 //! u_f = mean(u'' - tau a_old) + mean(tau) a_old,f + mean(b) dt (a_new,f - a_old,f),   tau = min(b dt, 0.1 dx^2 / nu)
 //! ```
 //!
-//! with the velocity `u''` after the viscous step, so that it does not depend on the step once it is longer than viscosity and friction need.
+//! with the velocity `u''` after the viscous step, so that it does not depend on the step once that is
+//! longer than viscosity and friction need.
 
 use sazanami_numerics::domain::{Domain, GhostRules};
 use sazanami_numerics::grid::Field;
@@ -84,8 +86,7 @@ impl Acceleration {
         }
     }
 
-    /// Takes the acceleration over the pass back after the viscous step, and predicts the face velocities; `rate(at)` is the
-    /// rate of the viscosity and of the friction in a cell [1/s].
+    /// Takes the acceleration over the pass back after the viscous step, and predicts the face velocities.
     pub fn predict(&mut self, pass: &Pass, flow: &mut Flow, forces: &Forces, impulses: &mut Impulses) {
         let Pass { domain, boundary, gravity, dt } = *pass;
         let (damping, response) = (self.damping.data(), self.response.data());

@@ -4,6 +4,8 @@
 //! fraction alpha, the solid mass per volume and, when asked for, the volume-weighted rigid velocity. Where
 //! grains overlap in a contact, alpha may exceed one: users of the fields scale it down there.
 
+mod lists;
+
 use std::ops::Range;
 
 use sazanami_dem::{Grains, Motion};
@@ -13,6 +15,8 @@ use sazanami_numerics::geometry::{CellCover, Rasteriser, Shape, VolumeFractionMe
 use sazanami_numerics::grid::{Field, GHOSTS};
 use sazanami_numerics::{Quaternion, Real, Vector};
 use sazanami_parallel::{Rows, for_each_chunk};
+
+use lists::Lists;
 
 /// Grains in one group of cell lists: the unit of parallel work.
 const GROUP: usize = 32;
@@ -477,57 +481,5 @@ impl Imprint {
         let Self { groups, touching, planes, covered, .. } = self;
         let lists = Lists { groups, touching, planes };
         lists.sum(domain, covered, spin, |n, share| share.fraction * Vector::from_slice(&motion[n][3..]));
-    }
-}
-
-/// The cell lists of all grains, plane by plane.
-#[derive(Clone, Copy)]
-struct Lists<'a> {
-    groups: &'a [Group],
-    touching: &'a [u32],
-    planes: &'a [u32],
-}
-
-impl Lists<'_> {
-    /// Sums `value(grain, share)` over the grains into the cells of the `covered` rows, plane by plane.
-    fn sum(
-        &self,
-        domain: &Domain,
-        covered: &[bool],
-        into: [&mut Field<Real>; 3],
-        value: impl Fn(usize, &Share) -> Vector + Sync,
-    ) {
-        let [plane, width] = [2, 1].map(|d| domain.strides()[d] as usize);
-        let [_, n2, n3] = domain.cells();
-        let interior = GHOSTS * plane..(GHOSTS + n3) * plane;
-        let [a, b, c] = into.map(|field| Rows { data: &mut field.data_mut()[interior.clone()], width: plane });
-        for_each_chunk((a, b, c), 1, |k, (a, b, c)| {
-            let (a, b, c) = (a.data, b.data, c.data);
-            let origin = (GHOSTS + k) * plane;
-            for j in (0..n2).filter(|&j| covered[k * n2 + j]) {
-                let row = (j + GHOSTS) * width..(j + GHOSTS + 1) * width;
-                [&mut *a, b, c].into_iter().for_each(|sum| sum[row.clone()].fill(0.0));
-            }
-            self.for_each_share(k, origin..origin + plane, |n, _, shares| {
-                for share in shares {
-                    let (at, value) = (share.at as usize - origin, value(n, share));
-                    a[at] += value.x;
-                    b[at] += value.y;
-                    c[at] += value.z;
-                }
-            });
-        });
-    }
-
-    /// Calls `body` with the index, the volume \[m^3] and the shares of every grain that touches the cells of plane
-    /// `k` at these `places`, in the order of their keys.
-    fn for_each_share(&self, k: usize, places: Range<usize>, mut body: impl FnMut(usize, Real, &[Share])) {
-        for n in self.touching[self.planes[k] as usize..self.planes[k + 1] as usize].iter().map(|&n| n as usize) {
-            let group = &self.groups[n / GROUP];
-            let shares = &group.shares[group.range(n % GROUP)];
-            let [begin, end] =
-                [places.start, places.end].map(|place| shares.partition_point(|s| (s.at as usize) < place));
-            body(n, group.volumes[n % GROUP], &shares[begin..end]);
-        }
     }
 }
