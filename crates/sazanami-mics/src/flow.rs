@@ -10,6 +10,7 @@ use sazanami_numerics::{Real, Vector};
 use crate::advection::{State, StateMut};
 use crate::boundary::Boundary;
 use crate::interface::Collector;
+use crate::viscosity::Transposed;
 
 pub use crate::fluids::Fluids;
 pub use crate::schemes::{Carrier, DropVelocity, Schemes};
@@ -42,6 +43,7 @@ pub struct Flow {
     pub previous_faces: Option<([Field<Real>; 3], Real)>,
     /// Bound of the error of the viscous solve in the velocity, relative to the velocity.
     pub viscous_tolerance: Real,
+    pub(crate) transposed: Transposed,
     pub(crate) force_before: Vector,
     pub(crate) work: [Field<Real>; WORK],
     pub(crate) collector: Collector,
@@ -62,6 +64,7 @@ impl Flow {
             transports: 0,
             previous_faces: None,
             viscous_tolerance: VISCOUS_TOLERANCE,
+            transposed: Transposed::default(),
             force_before: Vector::ZERO,
             work: std::array::from_fn(|_| domain.field(0.0)),
             collector: Collector::default(),

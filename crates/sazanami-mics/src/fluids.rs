@@ -23,6 +23,14 @@ impl Fluids {
         self.gas_density + (self.liquid_density - self.gas_density) * c
     }
 
+    /// Kinematic viscosity of a mixture with liquid fraction `c`, the harmonic mean over its density [m^2/s].
+    #[inline]
+    #[must_use]
+    pub(crate) fn kinematic_viscosity(&self, c: Real) -> Real {
+        let fluidity = (1.0 - c).max(0.0) / self.gas_viscosity + c.max(0.0) / self.liquid_viscosity;
+        1.0 / (fluidity * self.density(c))
+    }
+
     /// Constant and slope of the density as a function of C [kg/m^3].
     pub(crate) fn density_line(&self) -> [Real; 2] {
         [self.gas_density, self.liquid_density - self.gas_density]

@@ -18,6 +18,7 @@
 //! assert!((step.dt - 4.5e-4).abs() < 1e-15);
 //! ```
 
+mod acceleration;
 pub mod advection;
 pub mod ball;
 pub mod boundary;

@@ -87,6 +87,8 @@ pub(crate) struct Closing<'a> {
     pub density: &'a [Real],
     /// Sum of `alpha_k` times the velocity expected of the grain at the end of the step [m/s].
     pub velocity: [&'a [Real]; 3],
+    /// What friction leaves of an acceleration within the step, if the projection counts it.
+    pub response: Option<&'a [Real]>,
     /// Rows with a fraction above zero.
     pub rows: &'a RowSet,
 }
@@ -125,7 +127,7 @@ impl Mobility {
         flow: &mut Flow,
         dt: Real,
     ) {
-        let Closing { fraction: alpha, density: solid, velocity, rows: covered } = closing;
+        let Closing { fraction: alpha, density: solid, velocity, response, rows: covered } = closing;
         let [_, n2, n3] = domain.cells();
         let (p, rho) = (pressure.data(), flow.density.data());
         for (d, uf) in flow.face_velocity.iter_mut().enumerate() {
@@ -159,7 +161,9 @@ impl Mobility {
                     let lightness = both / (solid[at - behind] + solid[at]);
                     let rigid = (velocity[at - behind] + velocity[at]) / both;
                     uf[i] += closed * (rigid + scale * lightness * (p[at] - p[at - behind]) - uf[i]);
-                    mobility[i] = 1.0 - closed + closed * lightness * 0.5 * mass;
+                    let response =
+                        response.map_or(1.0, |b| (b[at - behind] * rho[at - behind] + b[at] * rho[at]) / mass);
+                    mobility[i] = (1.0 - closed) * response + closed * lightness * 0.5 * mass;
                 }
             });
             domain.fill_halos_to(1, &mut [(uf, &boundary.face_velocity_rules(d))]);

@@ -12,6 +12,7 @@ use sazanami_numerics::grid::Field;
 use sazanami_numerics::snapshot::{Snapshot, SnapshotError};
 use sazanami_numerics::{Real, Vector};
 
+use crate::acceleration::Acceleration;
 use crate::boundary::Boundary;
 use crate::flow::Flow;
 use crate::forces::Forces;
@@ -97,8 +98,9 @@ impl Solver {
         let mut grains = GrainPhase::new(&domain, engine, shapes, coupling);
         grains.resume(&domain, &flow);
         let previous_step = snapshot.reals(PREVIOUS_STEP)?.first().copied();
-        let forces = Forces::default();
-        Ok(Self { domain, boundary, settings, flow, forces, projection, grains, previous_step, carried: None })
+        let (forces, acceleration) = (Forces::default(), Acceleration::beside(&domain, &grains, &mut flow));
+        let carried = None;
+        Ok(Self { domain, boundary, settings, flow, forces, projection, grains, acceleration, previous_step, carried })
     }
 }
 

@@ -8,11 +8,13 @@ use sazanami_numerics::geometry::Shape;
 use sazanami_numerics::grid::Field;
 use sazanami_numerics::{Real, Vector};
 
+use crate::acceleration::Acceleration;
 use crate::boundary::Boundary;
 use crate::carrying::CarryingFlow;
 use crate::flow::Flow;
 use crate::forces::{Force, Forces, Pass};
 use crate::grains::{Coupling, GrainPhase, ImprintReport};
+use crate::mobility::Closing;
 use crate::momentum::{Impulses, StoredMomentum};
 use crate::pressure::{PressureError, PressureReport, Projection, Tolerance};
 use crate::stability::{Rates, Step, StepLimits};
@@ -106,6 +108,8 @@ pub struct Solver {
     pub(crate) forces: Forces,
     pub(crate) projection: Projection,
     pub(crate) grains: GrainPhase,
+    /// The acceleration that the viscous step sees, if it does.
+    pub(crate) acceleration: Option<Acceleration>,
     /// Length that the limits allowed for the last step, before an output time shortened it \[s].
     pub(crate) previous_step: Option<Real>,
     /// The last flow that carried the liquid, and its advective rate [1/s].
@@ -136,8 +140,14 @@ impl Solver {
         projection.project(&domain, density, velocity, face_velocity, Vector::ZERO, dt, &settings.tolerance)?;
         flow.fill_halos(&domain, &boundary);
         grains.begin_exchange(&domain, &flow, settings.gravity);
+        let acceleration = Acceleration::beside(&domain, &grains, &mut flow);
+        if acceleration.is_some() {
+            // It made the initial velocity free of divergence at once: no acceleration.
+            projection.pressure_mut().fill(0.0);
+        }
         let forces = Forces::default();
-        Ok(Self { domain, boundary, settings, flow, forces, projection, grains, previous_step: None, carried: None })
+        let (previous_step, carried) = (None, None);
+        Ok(Self { domain, boundary, settings, flow, forces, projection, grains, acceleration, previous_step, carried })
     }
 
     /// Adds forces on the fluid to gravity; at a restart they must be the same.
@@ -171,7 +181,7 @@ impl Solver {
     /// # Errors
     /// [`StepError`] names what failed and where; the state is then not usable.
     pub fn step(&mut self, step: Step, dt: Real, mut watch: impl FnMut(Phase)) -> Result<StepReport, StepError> {
-        let Self { domain, boundary, settings, flow, forces, projection, grains, .. } = self;
+        let Self { domain, boundary, settings, flow, forces, projection, grains, acceleration, .. } = self;
         let gravity = settings.gravity;
         let mut report = StepReport { fluid_passes: step.fluid_passes, ..StepReport::default() };
         let pass = dt / step.fluid_passes as Real;
@@ -182,18 +192,35 @@ impl Solver {
             // Incremental projection: the old pressure gradient acts at half time during the transport (second order).
             let half = if settings.incremental { 0.5 * pass } else { 0.0 };
             projection.add_gradient(domain, &flow.density, &mut flow.velocity, -half);
+            if let Some(acceleration) = acceleration.as_mut() {
+                acceleration.keep(domain, projection.pressure(), &flow.density, gravity);
+            }
             report.transport += flow.transport(domain, boundary, pass);
             projection.add_gradient(domain, &flow.density, &mut flow.velocity, half);
+            if let Some(acceleration) = acceleration.as_mut() {
+                acceleration.add(domain, &mut flow.velocity, |_| pass);
+            }
             report.diffusion += flow.diffuse_beside(domain, boundary, pass, grains.surface_mut())?;
-            forces.predict(&Pass { domain, boundary, gravity, dt: pass }, flow, &mut report.impulses.forces);
+            let now = Pass { domain, boundary, gravity, dt: pass };
+            match (acceleration.as_mut(), grains.surface_mut()) {
+                (Some(acceleration), Some(surface)) => {
+                    acceleration.set_damping(domain, pass, flow, surface.parts().0);
+                    acceleration.predict(&now, flow, forces, &mut report.impulses);
+                }
+                _ => forces.predict(&now, flow, &mut report.impulses.forces),
+            }
             if let Some(closing) = grains.closing() {
-                projection.close_faces(domain, boundary, closing, flow, pass);
+                let response = acceleration.as_ref().map(Acceleration::response);
+                projection.close_faces(domain, boundary, Closing { response, ..closing }, flow, pass);
             }
             watch(Phase::Pressure);
             let Flow { density, velocity, face_velocity, .. } = flow;
             report.pressure +=
                 projection.project(domain, density, velocity, face_velocity, gravity, pass, &settings.tolerance)?;
             watch(Phase::Coupling);
+            if let (Some(acceleration), Some(surface)) = (acceleration.as_ref(), grains.surface_mut()) {
+                acceleration.rub(&now, flow, projection, surface);
+            }
             let gradient = projection.gradient(&flow.density);
             grains.add_stress(domain, pass, |at| {
                 flow.density.data()[at] * flow.viscous_acceleration(at, pass) - gradient.at(at)

@@ -26,6 +26,7 @@ use crate::flow::Flow;
 use crate::fluids::Fluids;
 use crate::grains::{Surface, resistance};
 use crate::mobility::RowSet;
+pub(crate) use stress::Transposed;
 use stress::{Source, Stress};
 
 pub use crate::schemes::ViscosityScheme;
@@ -163,7 +164,7 @@ impl Flow {
     /// The velocity, with the transposed gradient.
     fn moving(&self) -> Source<'_> {
         let u = self.velocity.each_ref().map(Field::data);
-        Source { c: self.volume_fraction.data(), u, transposed: true }
+        Source { c: self.volume_fraction.data(), u, transposed: self.transposed }
     }
 
     /// The explicit half step of Crank-Nicolson.
@@ -199,9 +200,9 @@ impl Flow {
     }
 
     fn diffuse_explicitly(&mut self, domain: &Domain, stress: &Stress, dt: Real) {
-        let Self { volume_fraction, velocity, work: [w1, w2, w3, ..], fluids, .. } = self;
+        let Self { volume_fraction, velocity, work: [w1, w2, w3, ..], fluids, transposed, .. } = self;
         let c = volume_fraction.data();
-        let source = Source { c, u: velocity.each_ref().map(Field::data), transposed: true };
+        let source = Source { c, u: velocity.each_ref().map(Field::data), transposed: *transposed };
         let change = (w1.data_mut(), w2.data_mut(), w3.data_mut());
         stress.for_each_row(domain, source, change, |row, (w1, w2, w3)| {
             let c = &c[row.at..][..w1.len()];
@@ -242,27 +243,27 @@ impl Flow {
 
     /// Returns the force on the sides of the box that the implicit part adds.
     fn diffuse_implicitly(&mut self, domain: &Domain, boundary: &Boundary, step: &Step<'_>) -> Vector {
-        let Self { volume_fraction, velocity, work, fluids, .. } = self;
+        let Self { volume_fraction, velocity, work, fluids, transposed, .. } = self;
         let c = volume_fraction.data();
         let rules: [GhostRules; 3] = std::array::from_fn(|i| boundary.velocity_change_rules(i));
         let [b1, b2, b3, x1, x2, x3, y1, y2, y3] = work;
         let mut b = [b1, b2, b3];
         let (mut x, mut y) = ([x1, x2, x3], [y1, y2, y3]);
-        let moving = Source { c, u: velocity.each_ref().map(Field::data), transposed: true };
+        let moving = Source { c, u: velocity.each_ref().map(Field::data), transposed: *transposed };
         step.start(domain, fluids, moving, b.each_mut().map(|f| f.data_mut()), x.each_mut().map(|f| f.data_mut()));
         let mut omega = None;
         for _ in 1..step.steps {
             fill(domain, &rules, &mut x);
             // Chebyshev: the factor starts at 1 / (1 - r^2 / 2).
             let next = 1.0 / (1.0 - 0.25 * step.radius * step.radius * omega.unwrap_or(2.0));
-            let change = Source { c, u: x.each_ref().map(|f| f.data()), transposed: false };
+            let change = Source { c, u: x.each_ref().map(|f| f.data()), transposed: Transposed::Left };
             let known = b.each_ref().map(|f| f.data());
             step.advance(domain, fluids, change, known, y.each_mut().map(|f| f.data_mut()), (omega.is_some(), next));
             omega = Some(next);
             std::mem::swap(&mut x, &mut y);
         }
         fill(domain, &rules, &mut x);
-        let change = Source { c, u: x.each_ref().map(|f| f.data()), transposed: false };
+        let change = Source { c, u: x.each_ref().map(|f| f.data()), transposed: Transposed::Left };
         step.finish(
             domain,
             fluids,

@@ -8,7 +8,7 @@ use sazanami_mics::ball::ball;
 use sazanami_mics::boundary::{Boundary, Side};
 use sazanami_mics::carrying::CarryingFlow;
 use sazanami_mics::flow::{DropVelocity, Flow, Fluids, Schemes};
-use sazanami_mics::grains::{Coupling, Exchange, TorqueArm, Weighting};
+use sazanami_mics::grains::{Coupling, Exchange, SurfaceFriction, TorqueArm, Weighting};
 use sazanami_mics::pressure::Tolerance;
 use sazanami_mics::solver::{Settings, Solver};
 use sazanami_mics::stability::StepLimits;
@@ -194,6 +194,7 @@ fn a_given_flow_carries_a_ball_and_brings_it_back() {
     let engine = Engine::new(&domain, setup, &[]).expect("an engine without grains");
     let coupling = Coupling {
         exchange: Exchange::Exact,
+        friction: SurfaceFriction::default(),
         weighting: Weighting::Mass,
         volume_fraction: VolumeFractionMethod::Clip,
         torque_arm: TorqueArm::Centroid,

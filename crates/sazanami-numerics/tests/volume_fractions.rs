@@ -304,6 +304,37 @@ fn the_order_of_calls_leaves_no_trace_and_memory_is_reused() {
 }
 
 #[test]
+fn the_surface_in_the_cells_adds_up_to_that_of_the_grain_and_does_not_jump() {
+    let (grid, grain) = (paper_grid(), paper_grain());
+    let whole = grain.surface().area();
+    let mut random = Sequence(5);
+    let areas = |x: Vector, q: Quaternion, with_areas: bool| {
+        let mut covers = Vec::new();
+        let clip = Rasteriser::new(VolumeFractionMethod::Clip).with_areas(with_areas);
+        clip.clone().imprint(&grain, x, q, &grid, &mut covers);
+        covers
+    };
+    for _ in 0..50 {
+        let (x, q) = random.pose(&grid);
+        let covers = areas(x, q, true);
+        let sum: Real = covers.iter().map(|cover| cover.area).sum();
+        assert!((sum / whole - 1.0).abs() < 1e-6, "{}", sum / whole);
+        let centre = covers.iter().map(|cover| cover.area * (cover.surface - x)).sum::<Vector>() / whole;
+        assert!(centre.length() < 1e-3 * whole.sqrt());
+        // A thousandth of a cell further the areas are nearly the same.
+        let moved = areas(x + 1e-3 * grid.spacing, q, true);
+        let change: Real = covers
+            .iter()
+            .map(|a| a.area - moved.iter().find(|b| b.cell == a.cell).map_or(0.0, |b| b.area))
+            .map(Real::abs)
+            .sum();
+        assert!(change < 0.02 * whole, "{}", change / whole);
+        // Negative control: not asked for.
+        assert!(areas(x, q, false).iter().all(|cover| cover.area == 0.0));
+    }
+}
+
+#[test]
 #[ignore = "prints the cost of each method"]
 fn cost() {
     let (grid, grain) = (paper_grid(), paper_grain());

@@ -6,7 +6,7 @@ use sazanami_dem::{Body, Damping, Engine, Grain, Interactions, LinearSpringDashp
 use sazanami_mics::ball::ball;
 use sazanami_mics::boundary::Boundary;
 use sazanami_mics::flow::{DropVelocity, Flow, Fluids, Schemes};
-use sazanami_mics::grains::{Coupling, Exchange, TorqueArm, Weighting};
+use sazanami_mics::grains::{Coupling, Exchange, SurfaceFriction, TorqueArm, Weighting};
 use sazanami_mics::pressure::Tolerance;
 use sazanami_mics::solver::{Settings, Solver};
 use sazanami_mics::stability::StepLimits;
@@ -68,6 +68,7 @@ fn solver(substeps: Substeps) -> Solver {
     let engine = Engine::new(&domain, setup, &grains).expect("the case is sound");
     let coupling = Coupling {
         exchange: Exchange::Exact,
+        friction: SurfaceFriction::default(),
         weighting: Weighting::Mass,
         volume_fraction: VolumeFractionMethod::Columns { per_axis: 4 },
         torque_arm: TorqueArm::Centroid,

@@ -1,7 +1,7 @@
 //! `[coupling]`: how fluid and resolved grains act on each other.
 
 use sazanami_case_derive::Keys;
-use sazanami_mics::grains::{Exchange, TorqueArm, Weighting};
+use sazanami_mics::grains::{Exchange, SurfaceFriction, TorqueArm, Weighting};
 use sazanami_numerics::geometry::VolumeFractionMethod;
 use serde_json::json;
 use toml::de::DeValue;
@@ -19,6 +19,9 @@ pub struct Coupling {
     #[key(word, default = Exchange::Auto, paper_literal = (Yagyu, Exchange::Stress,
           "forces on grains are the stress integral; what back-projection takes is lost"))]
     pub exchange: Exchange,
+    /// Friction on the surfaces of grains, with `exchange = "surface"`.
+    #[key(word, default = SurfaceFriction::Distance)]
+    pub friction: SurfaceFriction,
     /// Weight of the grain's velocity in shared cells.
     #[key(word, default = Weighting::Mass)]
     pub weighting: Weighting,

@@ -4,9 +4,11 @@
 //! fraction alpha, the solid mass per volume and, when asked for, the volume-weighted rigid velocity. Where
 //! grains overlap in a contact, alpha may exceed one: users of the fields scale it down there.
 
+mod lists;
+
 use std::ops::Range;
 
-use sazanami_dem::Grains;
+use sazanami_dem::{Grains, Motion};
 use sazanami_numerics::choices;
 use sazanami_numerics::domain::{Domain, GhostRules};
 use sazanami_numerics::geometry::{CellCover, Rasteriser, Shape, VolumeFractionMethod};
@@ -14,8 +16,13 @@ use sazanami_numerics::grid::{Field, GHOSTS};
 use sazanami_numerics::{Quaternion, Real, Vector};
 use sazanami_parallel::{Rows, for_each_chunk};
 
+use lists::Lists;
+
 /// Grains in one group of cell lists: the unit of parallel work.
 const GROUP: usize = 32;
+/// Density of grains that are not free over their own, so that the projection does not move them. Not more: within grains
+/// the pressure must follow that around them.
+const RIGID: Real = 100.0;
 /// A grain is imprinted anew when a point of it has moved by this part of the cell width.
 pub(super) const STALE: Real = 1e-3;
 
@@ -39,6 +46,9 @@ pub struct Share {
     /// Place in memory of the cell.
     pub at: u32,
     arm: [f32; 3],
+    /// Surface of the grain in the cell over the volume of the cell [1/m]; zero unless asked for.
+    pub wetted: f32,
+    foot: [f32; 3],
 }
 
 impl Share {
@@ -47,6 +57,13 @@ impl Share {
     #[must_use]
     pub fn arm(&self) -> Vector {
         Vector::new(self.arm[0].into(), self.arm[1].into(), self.arm[2].into())
+    }
+
+    /// From the grain's centre of mass to the surface in the cell \[m].
+    #[inline]
+    #[must_use]
+    pub fn foot(&self) -> Vector {
+        Vector::new(self.foot[0].into(), self.foot[1].into(), self.foot[2].into())
     }
 }
 
@@ -110,9 +127,9 @@ struct Evaluation<'a> {
 }
 
 impl Group {
-    fn new(method: VolumeFractionMethod) -> Self {
+    fn new(method: VolumeFractionMethod, with_areas: bool) -> Self {
         Self {
-            rasteriser: Rasteriser::new(method),
+            rasteriser: Rasteriser::new(method).with_areas(with_areas),
             covers: Vec::new(),
             shares: Vec::new(),
             previous: Vec::new(),
@@ -207,7 +224,9 @@ impl Group {
                     TorqueArm::Cell => domain.centre(local[0], local[1], local[2]),
                 };
                 let arm = (end - pose.position).as_vec3().to_array();
-                self.shares.push(Share { fraction: cover.fraction, at: at as u32, arm });
+                let wetted = (cover.area / grid.cell_volume()) as f32;
+                let foot = (cover.surface - pose.position).as_vec3().to_array();
+                self.shares.push(Share { fraction: cover.fraction, at: at as u32, arm, wetted, foot });
             }
         }
     }
@@ -217,6 +236,9 @@ impl Group {
 pub struct Imprint {
     method: VolumeFractionMethod,
     arm: TorqueArm,
+    with_areas: bool,
+    /// Density of grains that are not free over their own.
+    rigid: Real,
     groups: Vec<Group>,
     /// Identifier and image of every entry of the engine.
     keys: Vec<(u64, [i32; 2])>,
@@ -244,6 +266,8 @@ impl Imprint {
         Self {
             method,
             arm,
+            with_areas: false,
+            rigid: 1.0,
             groups: Vec::new(),
             keys: Vec::new(),
             order: Vec::new(),
@@ -256,6 +280,12 @@ impl Imprint {
             solid_density: Field::new(cells, 0.0),
             solid_velocity: std::array::from_fn(|_| Field::new(cells, 0.0)),
         }
+    }
+
+    /// The same; `with_areas` with the surface of the grains in each cell, and grains that are not free [`RIGID`].
+    #[must_use]
+    pub fn with_areas(self, with_areas: bool) -> Self {
+        Self { with_areas, rigid: if with_areas { RIGID } else { 1.0 }, ..self }
     }
 
     /// The cells that grain `n` of the engine covers on this rank.
@@ -291,7 +321,7 @@ impl Imprint {
             self.order.clear();
             self.order.extend(0..count as u32);
             self.order.sort_unstable_by_key(|&n| self.keys[n as usize]);
-            self.groups.resize_with(count.div_ceil(GROUP), || Group::new(self.method));
+            self.groups.resize_with(count.div_ceil(GROUP), || Group::new(self.method, self.with_areas));
             self.groups.iter_mut().for_each(|group| group.poses.clear());
         }
         let with = Evaluation { domain, grains, shapes, arm: self.arm, poses };
@@ -362,6 +392,7 @@ impl Imprint {
         let interior = GHOSTS * plane..(GHOSTS + n3) * plane;
         let Self { groups, touching, planes, solid_fraction, solid_density, solid_velocity, covered, overfull, .. } =
             self;
+        let rigid = self.rigid;
         let lists = Lists { groups, touching, planes };
         let [v1, v2, v3] = solid_velocity;
         let fields = [solid_fraction, solid_density, v1, v2, v3]
@@ -380,7 +411,8 @@ impl Imprint {
             }
             covered.fill(false);
             lists.for_each_share(k, origin..origin + plane, |n, volume, shares| {
-                let rho = grains.mass[n] / volume;
+                let free = grains.motion[n] == Motion::Free;
+                let rho = if free { grains.mass[n] / volume } else { rigid * grains.mass[n] / volume };
                 for share in shares {
                     let at = share.at as usize - origin;
                     alpha[at] += share.fraction;
@@ -417,62 +449,37 @@ impl Imprint {
         });
     }
 
+    /// Sums the wetted areas over the cell volume [1/m] into `area`, and these times the velocity of the surface into
+    /// `velocity`: velocity and angular velocity of every grain and ghost are in `motion`.
+    pub fn sum_surfaces(
+        &self,
+        domain: &Domain,
+        motion: &[[Real; 6]],
+        area: &mut Field<Real>,
+        velocity: [&mut Field<Real>; 3],
+    ) {
+        let Self { groups, touching, planes, covered, .. } = self;
+        let lists = Lists { groups, touching, planes };
+        lists.sum(domain, covered, velocity, |n, share| {
+            let [velocity, spin] = [0, 3].map(|first| Vector::from_slice(&motion[n][first..first + 3]));
+            Real::from(share.wetted) * (velocity + spin.cross(share.foot()))
+        });
+        let plane = domain.strides()[2] as usize;
+        let interior = GHOSTS * plane..(GHOSTS + domain.cells()[2]) * plane;
+        let rows = Rows { data: &mut area.data_mut()[interior], width: plane };
+        for_each_chunk(rows, 1, |k, area| {
+            let origin = (GHOSTS + k) * plane;
+            area.data.fill(0.0);
+            lists.for_each_share(k, origin..origin + plane, |_, _, shares| {
+                shares.iter().for_each(|share| area.data[share.at as usize - origin] += Real::from(share.wetted));
+            });
+        });
+    }
+
     /// Sums the angular velocities in `motion` times the fractions into `spin`.
     pub fn sum_spins(&self, domain: &Domain, motion: &[[Real; 6]], spin: [&mut Field<Real>; 3]) {
         let Self { groups, touching, planes, covered, .. } = self;
         let lists = Lists { groups, touching, planes };
         lists.sum(domain, covered, spin, |n, share| share.fraction * Vector::from_slice(&motion[n][3..]));
-    }
-}
-
-/// The cell lists of all grains, plane by plane.
-#[derive(Clone, Copy)]
-struct Lists<'a> {
-    groups: &'a [Group],
-    touching: &'a [u32],
-    planes: &'a [u32],
-}
-
-impl Lists<'_> {
-    /// Sums `value(grain, share)` over the grains into the cells of the `covered` rows, plane by plane.
-    fn sum(
-        &self,
-        domain: &Domain,
-        covered: &[bool],
-        into: [&mut Field<Real>; 3],
-        value: impl Fn(usize, &Share) -> Vector + Sync,
-    ) {
-        let [plane, width] = [2, 1].map(|d| domain.strides()[d] as usize);
-        let [_, n2, n3] = domain.cells();
-        let interior = GHOSTS * plane..(GHOSTS + n3) * plane;
-        let [a, b, c] = into.map(|field| Rows { data: &mut field.data_mut()[interior.clone()], width: plane });
-        for_each_chunk((a, b, c), 1, |k, (a, b, c)| {
-            let (a, b, c) = (a.data, b.data, c.data);
-            let origin = (GHOSTS + k) * plane;
-            for j in (0..n2).filter(|&j| covered[k * n2 + j]) {
-                let row = (j + GHOSTS) * width..(j + GHOSTS + 1) * width;
-                [&mut *a, b, c].into_iter().for_each(|sum| sum[row.clone()].fill(0.0));
-            }
-            self.for_each_share(k, origin..origin + plane, |n, _, shares| {
-                for share in shares {
-                    let (at, value) = (share.at as usize - origin, value(n, share));
-                    a[at] += value.x;
-                    b[at] += value.y;
-                    c[at] += value.z;
-                }
-            });
-        });
-    }
-
-    /// Calls `body` with the index, the volume \[m^3] and the shares of every grain that touches the cells of plane
-    /// `k` at these `places`, in the order of their keys.
-    fn for_each_share(&self, k: usize, places: Range<usize>, mut body: impl FnMut(usize, Real, &[Share])) {
-        for n in self.touching[self.planes[k] as usize..self.planes[k + 1] as usize].iter().map(|&n| n as usize) {
-            let group = &self.groups[n / GROUP];
-            let shares = &group.shares[group.range(n % GROUP)];
-            let [begin, end] =
-                [places.start, places.end].map(|place| shares.partition_point(|s| (s.at as usize) < place));
-            body(n, group.volumes[n % GROUP], &shares[begin..end]);
-        }
     }
 }

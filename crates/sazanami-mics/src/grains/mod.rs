@@ -6,6 +6,7 @@ mod imprint;
 mod loads;
 mod resolved;
 mod surface;
+mod wetted;
 
 use std::sync::Arc;
 
@@ -22,6 +23,7 @@ use crate::momentum::Impulses;
 pub use exchange::{Exchange, RESOLVED, Transfer, Weighting};
 pub use imprint::{Imprint, ImprintReport, Pose, Share, TorqueArm};
 pub use loads::FluidLoad;
+pub use surface::SurfaceFriction;
 pub(crate) use surface::{Surface, resistance};
 
 /// Grains in one parallel task.
@@ -32,6 +34,8 @@ const BATCH: usize = 256;
 pub struct Coupling {
     /// Scheme of the momentum exchange.
     pub exchange: Exchange,
+    /// Friction on the surfaces of grains, in [`Exchange::Surface`].
+    pub friction: SurfaceFriction,
     /// Weight of the grain velocity in partly covered cells.
     pub weighting: Weighting,
     /// Evaluation of the volume fractions.
@@ -108,14 +112,15 @@ impl GrainPhase {
         let count = domain.sum([engine.grains().owned() as Real])[0] as usize;
         let coupling =
             Coupling { exchange: coupling.exchange.for_width(narrowest(domain, &engine, &shapes)), ..coupling };
+        let wetted = coupling.exchange == Exchange::Surface && coupling.friction == SurfaceFriction::HydraulicRadius;
         // Without grains the fields of the coupling take no memory.
         let cells = if count == 0 { [0; 3] } else { domain.cells() };
         let mut phase = Self {
             engine,
             shapes,
             coupling,
-            imprint: Imprint::new(cells, coupling.volume_fraction, coupling.torque_arm),
-            surface: Surface::new(if coupling.exchange == Exchange::Surface { cells } else { [0; 3] }),
+            imprint: Imprint::new(cells, coupling.volume_fraction, coupling.torque_arm).with_areas(wetted),
+            surface: Surface::new(if coupling.exchange == Exchange::Surface { cells } else { [0; 3] }, wetted),
             stress_impulse: {
                 let cells = if coupling.exchange == Exchange::Surface { [0; 3] } else { cells };
                 std::array::from_fn(|_| Field::new(cells, 0.0))
@@ -214,6 +219,11 @@ impl GrainPhase {
     /// Whether the grains act on the fluid by their surfaces.
     fn has_surfaces(&self) -> bool {
         !self.is_empty() && self.coupling.exchange == Exchange::Surface
+    }
+
+    /// Whether their friction comes from the wetted area.
+    pub(crate) fn is_wetted(&self) -> bool {
+        self.has_surfaces() && self.coupling.friction == SurfaceFriction::HydraulicRadius
     }
 
     /// Sums the velocities of the grains on the grid, changed by `change(n)` of velocity and angular velocity.

@@ -42,8 +42,12 @@ impl GrainPhase {
             return self.clear_stress(domain);
         }
         self.sum_velocities(domain, |_, _| [Vector::ZERO; 2]);
-        self.imprint.sum_spins(domain, &self.motion, flow.scratch_vector_mut());
-        self.surface.place(domain, &mut self.imprint, flow.scratch_vector_mut());
+        if self.is_wetted() {
+            self.surface.place_wetted(domain, &mut self.imprint, &self.motion);
+        } else {
+            self.imprint.sum_spins(domain, &self.motion, flow.scratch_vector_mut());
+            self.surface.place(domain, &mut self.imprint, flow.scratch_vector_mut());
+        }
         self.surface.hold(domain, &mut flow.velocity);
         self.sum_covered(domain, flow);
         std::mem::swap(&mut self.partial, &mut self.before);
@@ -66,6 +70,7 @@ impl GrainPhase {
             fraction: solid_fraction.data(),
             density: solid_density.data(),
             velocity: solid_velocity.each_ref().map(Field::data),
+            response: None,
             rows: &self.surface.covered,
         })
     }

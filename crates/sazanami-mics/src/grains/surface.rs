@@ -10,6 +10,7 @@
 //! Distances from volume fractions along a grid line are those of a height function; the corrected distance in the
 //! diagonal follows Luchini, arXiv 2506.14328.
 
+use sazanami_numerics::choices;
 use sazanami_numerics::domain::{Domain, GhostRules};
 use sazanami_numerics::grid::Field;
 use sazanami_numerics::{Real, Vector};
@@ -48,25 +49,42 @@ fn to_surface(alpha: Real, inside: Real) -> Real {
     1.0 + 0.5 * (1.0 - inside) - distance
 }
 
+choices! {
+    /// Friction of the fluid on the surfaces of grains.
+    #[derive(Default)]
+    pub enum SurfaceFriction {
+        /// From the distance between the centre of a cell and the surface in it or beside it.
+        #[default]
+        Distance = "distance",
+        /// From the hydraulic radius of a cell, its open volume over the surface in it: one formula from grains that the grid
+        /// resolves to pores narrower than a cell. The viscous step sees gravity and the pressure gradient.
+        HydraulicRadius = "hydraulic_radius",
+    }
+}
+
 /// Friction on the surfaces of the grains.
 pub(crate) struct Surface {
     /// Friction over the viscosity [1/m^2]; infinite in cells that move with their grains.
-    friction: Field<Real>,
+    pub(super) friction: Field<Real>,
     /// Velocity of the surface in cells with friction [m/s].
-    velocity: [Field<Real>; 3],
+    pub(super) velocity: [Field<Real>; 3],
+    /// Surface in each cell over its volume [1/m], if the friction comes from it.
+    pub(super) area: Field<Real>,
     /// Momentum that friction took from the fluid in this step, per volume [N s/m^3].
-    taken: [Field<Real>; 3],
+    pub(super) taken: [Field<Real>; 3],
     /// Rows that grains cover, and those beside them too.
     pub(crate) covered: RowSet,
-    beside: RowSet,
+    pub(super) beside: RowSet,
 }
 
 impl Surface {
     /// No surfaces, for fields of `cells` cells.
-    pub fn new(cells: [usize; 3]) -> Self {
+    pub fn new(cells: [usize; 3], wetted: bool) -> Self {
+        let area = Field::new(if wetted { cells } else { [0; 3] }, 0.0);
         let three = || std::array::from_fn(|_| Field::new(cells, 0.0));
         let friction = Field::new(cells, 0.0);
-        Self { friction, velocity: three(), taken: three(), covered: RowSet::default(), beside: RowSet::default() }
+        let (covered, beside) = (RowSet::default(), RowSet::default());
+        Self { friction, velocity: three(), area, taken: three(), covered, beside }
     }
 
     /// Places the surfaces for a step: fills the ghosts of `imprint` and of the angular velocities `spin`, times the
@@ -154,6 +172,9 @@ impl Surface {
         let (at, arm) = (share.at as usize, share.arm());
         let taken =
             |at: usize| Vector::new(self.taken[0].data()[at], self.taken[1].data()[at], self.taken[2].data()[at]);
+        if self.is_wetted() {
+            return self.on_wetted_grain(domain, share, part, taken(at));
+        }
         if alpha[at] < INSIDE {
             return [Vector::ZERO; 2];
         }

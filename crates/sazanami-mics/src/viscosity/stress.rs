@@ -17,8 +17,21 @@ pub(super) struct Source<'a> {
     pub c: &'a [Real],
     /// Velocity [m/s].
     pub u: [&'a [Real]; 3],
-    /// Whether the transposed gradient counts.
-    pub transposed: bool,
+    /// The transposed gradient that counts.
+    pub transposed: Transposed,
+}
+
+/// What of the transposed gradient is in the stress.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Transposed {
+    /// Nothing.
+    Left,
+    /// All of it: `mu du_j/dx_i`.
+    #[default]
+    Whole,
+    /// What acts where the viscosity changes: `mu (du_j/dx_i - delta_ij div u)`. For a velocity without divergence it is
+    /// the whole; its divergence is zero to round-off where the viscosity is constant, whatever the velocity.
+    AtInterface,
 }
 
 /// Reciprocal viscosity of an inviscid fluid, large but finite [1/(Pa s)].
@@ -105,8 +118,8 @@ impl Stress {
         for (i, stress) in stress.iter_mut().enumerate() {
             let stress = &mut stress[..n];
             let (u_l, u_r) = (&u[i][behind..behind + n], &u[i][at..at + n]);
-            if !transposed || i == d {
-                let factor = if transposed { 2.0 * across } else { across };
+            if transposed == Transposed::Left || i == d {
+                let factor = if transposed == Transposed::Whole { 2.0 * across } else { across };
                 for x in 0..n {
                     stress[x] = mu[x] * factor * (u_r[x] - u_l[x]);
                 }
@@ -117,6 +130,16 @@ impl Stress {
                 for x in 0..n {
                     let turned = (l_up[x] - l_down[x]) + (r_up[x] - r_down[x]);
                     stress[x] = mu[x] * (across * (u_r[x] - u_l[x]) + along * turned);
+                }
+            }
+        }
+        if transposed == Transposed::AtInterface {
+            let normal = &mut stress[d][..n];
+            for (i, u) in u.iter().enumerate().filter(|(i, _)| *i != d) {
+                let (along, s) = (0.25 * self.per_width[i], self.strides[i] as usize);
+                for x in 0..n {
+                    let (l, r) = (behind + x, at + x);
+                    normal[x] -= mu[x] * along * ((u[l + s] - u[l - s]) + (u[r + s] - u[r - s]));
                 }
             }
         }

@@ -52,6 +52,10 @@ pub struct CellCover {
     pub fraction: Real,
     /// Centre of the covered part in the laboratory \[m].
     pub centroid: Vector,
+    /// Area of the surface in the cell [m^2]; zero unless asked for ([`Rasteriser::with_areas`]).
+    pub area: Real,
+    /// Centre of that surface in the laboratory \[m]; that of the covered part where there is none.
+    pub surface: Vector,
 }
 
 /// What an imprint did.
@@ -82,6 +86,7 @@ pub struct Rasteriser {
     nodes: Vec<Vector>,
     columns: columns::Columns,
     block: Block,
+    with_areas: bool,
 }
 
 /// The cells around a body.
@@ -92,6 +97,8 @@ struct Block {
     cells: [usize; 3],
     /// By x1 fastest, x3 slowest.
     sums: Vec<Sums>,
+    /// Area of the surface [m^2] and its first moments from the lower corner of the block [m^2 cell edges], if asked for.
+    areas: Vec<[Real; 4]>,
 }
 
 impl Rasteriser {
@@ -102,7 +109,14 @@ impl Rasteriser {
         if let VolumeFractionMethod::Columns { per_axis } | VolumeFractionMethod::SubCells { per_axis } = method {
             assert!(per_axis > 0, "volume fractions need at least one sample a cell");
         }
-        Self { method, nodes: Vec::new(), columns: columns::Columns::default(), block: Block::default() }
+        let (columns, block) = (columns::Columns::default(), Block::default());
+        Self { method, nodes: Vec::new(), columns, block, with_areas: false }
+    }
+
+    /// The same, evaluating the area of the surface in each cell too, exactly whatever the method.
+    #[must_use]
+    pub fn with_areas(self, with_areas: bool) -> Self {
+        Self { with_areas, ..self }
     }
 
     /// The method in use.
@@ -146,6 +160,11 @@ impl Rasteriser {
             }
             VolumeFractionMethod::Clip => clip::accumulate(&self.nodes, triangles, &mut self.block),
         };
+        if self.with_areas {
+            self.block.areas.clear();
+            self.block.areas.resize(self.block.sums.len(), [0.0; 4]);
+            clip::accumulate_areas(&self.nodes, triangles, grid.spacing, &mut self.block);
+        }
         let exact_cells = shape.volume() * scale.powi(3) / grid.cell_volume();
         let mut tally = self.block.collect(weight, grid, covers);
         let raw_volume_error = tally.cells / exact_cells - 1.0;
@@ -233,6 +252,7 @@ impl Block {
             for j in 0..n2 as i32 {
                 for i in 0..n1 as i32 {
                     let v = &self.sums[index];
+                    let [area, moment @ ..] = self.areas.get(index).copied().unwrap_or_default();
                     index += 1;
                     if v[0] <= threshold {
                         continue;
@@ -245,7 +265,13 @@ impl Block {
                     tally.cells += fraction;
                     tally.leeway += fraction * (1.0 - fraction);
                     tally.moment += fraction * centroid;
-                    covers.push(CellCover { cell, fraction, centroid });
+                    let first = Vector::from_array(self.first.map(Real::from));
+                    let surface = if area > 0.0 {
+                        grid.lower + grid.spacing * (first + Vector::from_array(moment) / area)
+                    } else {
+                        centroid
+                    };
+                    covers.push(CellCover { cell, fraction, centroid, area, surface });
                 }
             }
         }

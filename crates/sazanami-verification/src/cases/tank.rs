@@ -3,7 +3,7 @@
 use sazanami_dem::{Body, Damping, Engine, Grain, Interactions, LinearSpringDashpot, Setup, Substeps, Wall};
 use sazanami_mics::boundary::{Boundary, Side};
 use sazanami_mics::flow::{Flow, Fluids, Schemes};
-use sazanami_mics::grains::{Coupling, Exchange, TorqueArm, Weighting};
+use sazanami_mics::grains::{Coupling, Exchange, SurfaceFriction, TorqueArm, Weighting};
 use sazanami_mics::momentum::{Impulses, StoredMomentum};
 use sazanami_mics::pressure::Tolerance;
 use sazanami_mics::solver::{Settings, Solver, StepReport};
@@ -48,6 +48,8 @@ pub(crate) struct Tank {
     pub divergence: Real,
     /// How momentum returns to the grains.
     pub exchange: Exchange,
+    /// Friction on the surfaces of grains.
+    pub friction: SurfaceFriction,
     /// Contact law between all grains and walls.
     pub law: LinearSpringDashpot,
     /// Contact sub-steps.
@@ -56,6 +58,8 @@ pub(crate) struct Tank {
     pub shapes: Vec<Shape>,
     /// Grains.
     pub grains: Vec<Grain>,
+    /// How far grains may stand beyond the sides in x3 \[m]: copies of those at a periodic side, which has no images.
+    pub beyond: Real,
 }
 
 impl Tank {
@@ -70,10 +74,12 @@ impl Tank {
             limits: StepLimits::up_to(longest_step),
             divergence: 1e-8,
             exchange: Exchange::Surface,
+            friction: SurfaceFriction::Distance,
             law: LinearSpringDashpot { damping: Damping::Restitution(0.5), ..LinearSpringDashpot::SAND },
             substeps: Substeps::Auto,
             shapes: Vec::new(),
             grains: Vec::new(),
+            beyond: 0.0,
         }
     }
 
@@ -95,7 +101,7 @@ impl Tank {
             bodies: self.shapes.iter().map(Body::from).collect(),
             interactions: Interactions::uniform(1, self.law),
             walls: Wall::of_box(lower, upper, 0, present),
-            region: [lower, upper],
+            region: [lower - self.beyond * Vector::Z, upper + self.beyond * Vector::Z],
             ghost_margin: 2.0 * self.grid.spacing.max_element(),
         };
         let engine = Engine::new(&domain, setup, &self.grains).map_err(|error| error.to_string())?;
@@ -107,6 +113,7 @@ impl Tank {
         };
         let coupling = Coupling {
             exchange: self.exchange,
+            friction: self.friction,
             weighting: Weighting::Mass,
             volume_fraction: VolumeFractionMethod::default(),
             torque_arm: TorqueArm::Centroid,

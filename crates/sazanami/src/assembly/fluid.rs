@@ -106,6 +106,7 @@ pub fn coupling(case: &Case) -> Coupling {
     let options = &case.coupling;
     Coupling {
         exchange: options.exchange,
+        friction: options.friction,
         weighting: options.weighting,
         volume_fraction: options.alpha,
         torque_arm: options.torque_arm,

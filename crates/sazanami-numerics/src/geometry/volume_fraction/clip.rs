@@ -15,6 +15,30 @@ struct Polygon {
 
 /// Adds all triangles to the block; the integrals are in cells already.
 pub(super) fn accumulate(nodes: &[Vector], triangles: &[[u32; 3]], block: &mut Block) -> Real {
+    pieces(nodes, triangles, |[i, j, k], piece| {
+        let floor = Vector::new(i as Real + 0.5, j as Real + 0.5, k as Real);
+        let index = block.index(i, j, k);
+        add(piece, floor, &mut block.sums[index]);
+    });
+    1.0
+}
+
+/// Adds to the block the area of all triangles in each cell [m^2] and its first moments [m^2 cell edges].
+pub(super) fn accumulate_areas(nodes: &[Vector], triangles: &[[u32; 3]], spacing: Vector, block: &mut Block) {
+    pieces(nodes, triangles, |[i, j, k], piece| {
+        let index = block.index(i, j, k);
+        let p = piece.corners[0];
+        for pair in piece.corners[1..piece.len].windows(2) {
+            let area = 0.5 * ((pair[0] - p) * spacing).cross((pair[1] - p) * spacing).length();
+            let moment = area / 3.0 * (p + pair[0] + pair[1]);
+            let sums = [area, moment.x, moment.y, moment.z];
+            block.areas[index].iter_mut().zip(sums).for_each(|(sum, part)| *sum += part);
+        }
+    });
+}
+
+/// Cuts all triangles at the faces of the cells and visits the pieces by cell index.
+fn pieces(nodes: &[Vector], triangles: &[[u32; 3]], mut visit: impl FnMut([usize; 3], &Polygon)) {
     for triangle in triangles {
         let corners = triangle.map(|node| nodes[node as usize]);
         let mut rest = Polygon { corners: [Vector::ZERO; CORNERS], len: 3 };
@@ -23,15 +47,10 @@ pub(super) fn accumulate(nodes: &[Vector], triangles: &[[u32; 3]], block: &mut B
         let upper = corners[0].max(corners[1]).max(corners[2]).floor();
         slices(rest, 0, [lower, upper], |i, slab| {
             slices(slab, 1, [lower, upper], |j, rod| {
-                slices(rod, 2, [lower, upper], |k, piece| {
-                    let floor = Vector::new(i as Real + 0.5, j as Real + 0.5, k as Real);
-                    let index = block.index(i, j, k);
-                    add(&piece, floor, &mut block.sums[index]);
-                });
+                slices(rod, 2, [lower, upper], |k, piece| visit([i, j, k], &piece));
             });
         });
     }
-    1.0
 }
 
 /// Cuts a polygon at the whole numbers between the bounds along `axis` and visits the parts by cell index.
