@@ -8,9 +8,10 @@ use sazanami_parallel::{Rows, for_each_chunk};
 
 use crate::context::Voids;
 use crate::matrix::{Block, CLOSE_RADIUS};
+use crate::moments::VelocitySlopes;
 use crate::neighbours::{Neighbours, ROWS};
 use crate::particles::Kind;
-use crate::scheme::{Kernel, for_kernel};
+use crate::scheme::{Kernel, SourceForm, for_kernel};
 use crate::viscosity::{VelocityLaplacian, ViscousField};
 use crate::weight::{COINCIDENT, LaplacianForm, Wendland};
 
@@ -35,6 +36,19 @@ impl Sample {
     fn compression_by(&self, other: &Self, apart: Vector, weight: Real, slope_over_distance: Real) -> Real {
         let stretch = (other.velocity - self.velocity).dot(apart);
         slope_over_distance * stretch * other.inverse_void + weight * other.inverse_void_rate
+    }
+
+    /// Adds the neighbour to the slopes of the velocity.
+    #[inline(always)]
+    fn slope_by(
+        &self,
+        other: &Self,
+        apart: Vector,
+        [weight, slope_over_distance]: [Real; 2],
+        into: &mut VelocitySlopes,
+    ) {
+        into.add(-slope_over_distance * other.inverse_void, apart, other.velocity - self.velocity);
+        into.voids += weight * other.inverse_void_rate;
     }
 }
 
@@ -97,12 +111,14 @@ fn at_start_with<const C4: bool, const CLASSICAL: bool>(
     into: &mut [NumberDensity],
 ) {
     let sums = &kernel.sums;
+    let corrected = kernel.scheme.source == SourceForm::Corrected;
     neighbours.set(into, |a, near| {
         let (weight, form) = kernel.pair::<C4, CLASSICAL>();
         let square = weight.radius * weight.radius;
         let mine = samples[a];
         // Only fluid feels viscosity.
         let is_fluid = viscous.kind[a] == Kind::Fluid;
+        let mut slopes = VelocitySlopes::new(mine.inverse_void_rate);
         let mut density = mine.inverse_void;
         let mut rate = mine.inverse_void_rate;
         let mut laplacian = VelocityLaplacian::default();
@@ -117,12 +133,17 @@ fn at_start_with<const C4: bool, const CLASSICAL: bool>(
             let r = r2.sqrt();
             let w = weight.value(r);
             density += w * other.inverse_void;
-            rate += mine.compression_by(other, apart, w, weight.slope_over_distance(r));
+            let slope = weight.slope_over_distance(r);
+            rate += mine.compression_by(other, apart, w, slope);
+            if corrected {
+                mine.slope_by(other, apart, [w, slope], &mut slopes);
+            }
             if is_fluid {
                 laplacian.add(viscous, [a, b], (form, &weight), r, other.inverse_void);
             }
         }
-        NumberDensity { density, rate: rate / sums.strain, laplacian: laplacian.normalised(sums.laplacian) }
+        let rate = slopes.compression(density).unwrap_or(rate / sums.strain);
+        NumberDensity { density, rate, laplacian: laplacian.normalised(sums.laplacian) }
     });
 }
 
@@ -201,6 +222,7 @@ fn prediction_with<const C4: bool, const CLASSICAL: bool>(
     let sums = &kernel.sums;
     let close = (CLOSE_RADIUS * spacing) * (CLOSE_RADIUS * spacing);
     let half = 0.5 / sums.laplacian;
+    let corrected = kernel.scheme.source == SourceForm::Corrected;
     for_each_chunk((blocks, Rows { data: into, width: ROWS }), 1, |number, (block, into)| {
         let (weight, form) = kernel.pair::<C4, CLASSICAL>();
         let square = weight.radius * weight.radius;
@@ -219,6 +241,7 @@ fn prediction_with<const C4: bool, const CLASSICAL: bool>(
             let a = number * ROWS + row;
             if !near.is_empty() {
                 let (mine, mobility_a) = (samples[a], mobility[a]);
+                let mut slopes = VelocitySlopes::new(mine.inverse_void_rate);
                 let mut sum =
                     Prediction { density: mine.inverse_void, rate: mine.inverse_void_rate, ..Prediction::default() };
                 for &column in near {
@@ -233,7 +256,11 @@ fn prediction_with<const C4: bool, const CLASSICAL: bool>(
                     let value = weight.value(r);
                     let w = value * other.inverse_void;
                     sum.density += w;
-                    sum.rate += mine.compression_by(other, apart, value, weight.slope_over_distance(r));
+                    let slope = weight.slope_over_distance(r);
+                    sum.rate += mine.compression_by(other, apart, value, slope);
+                    if corrected {
+                        mine.slope_by(other, apart, [value, slope], &mut slopes);
+                    }
                     sum.asymmetry += (w / r.max(COINCIDENT)) * apart;
                     let (f, cut) = form.coefficient(&weight, r);
                     let c = f * half * (mobility_a + mobility[b]) * (mine.inverse_void * other.inverse_void);
@@ -249,7 +276,7 @@ fn prediction_with<const C4: bool, const CLASSICAL: bool>(
                     block.close[close_end] = column;
                     close_end += usize::from(part & (r2 < close));
                 }
-                sum.rate /= sums.strain;
+                sum.rate = slopes.compression(sum.density).unwrap_or(sum.rate / sums.strain);
                 *entry = sum;
             }
             block.end_row(row, end, close_end);

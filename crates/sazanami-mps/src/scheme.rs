@@ -12,8 +12,24 @@ choices! {
         /// Rate of change of the number density, from velocities (HS, Khayyer & Gotoh 2009).
         #[default]
         HigherOrder = "higher_order",
+        /// The same divided by the first-moment matrix of the neighbours: exact for linear velocities on any arrangement,
+        /// at the surface too (Bonet & Lok 1999).
+        Corrected = "corrected",
         /// Deviation of the predicted number density from n0, divided by the step (Koshizuka & Oka 1996).
         Classical = "classical",
+    }
+}
+
+choices! {
+    /// Positions of the surface particles that set their reduced pressure, `rho b.x` less a constant.
+    #[derive(Default)]
+    pub enum SurfacePressure {
+        /// The predicted ones, ahead by `dt u`: waves of circular frequency `w` and wave number `k` lose energy as by a
+        /// viscosity `w^2 dt/(4 k^2)`.
+        #[default]
+        Predicted = "predicted",
+        /// Those at the start of the step: positions and velocities then swing without loss (symplectic Euler).
+        Start = "start",
     }
 }
 
@@ -55,6 +71,8 @@ pub struct Scheme {
     pub radius: Real,
     /// Source of the pressure equation (HS).
     pub source: SourceForm,
+    /// Positions that set the reduced pressure at the surface.
+    pub surface_pressure: SurfacePressure,
     /// Laplacian of the pressure and of the velocity (HL).
     pub laplacian: LaplacianForm,
     /// Factor of the error-compensating source (ECS, Khayyer & Gotoh 2011); 0: off.
@@ -79,6 +97,7 @@ impl Default for Scheme {
             weight: Wendland::C2,
             radius: 3.1,
             source: SourceForm::HigherOrder,
+            surface_pressure: SurfacePressure::Predicted,
             laplacian: LaplacianForm::HigherOrder,
             compensation: 1.0,
             relaxation: 100.0,
@@ -105,7 +124,7 @@ impl Scheme {
         if beside_surface && error < 0.0 {
             // Next to the free surface a low number density is no error.
             return match self.source {
-                SourceForm::HigherOrder => predicted,
+                SourceForm::HigherOrder | SourceForm::Corrected => predicted,
                 SourceForm::Classical => predicted.max(0.0),
             };
         }

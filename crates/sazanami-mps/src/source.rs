@@ -9,7 +9,7 @@ use crate::neighbours::ROWS;
 use crate::number_density::{NumberDensity, Prediction, Sample, rate_by};
 use crate::particles::{Particles, Role};
 use crate::pressure::hydrostatic;
-use crate::scheme::SourceForm;
+use crate::scheme::{SourceForm, SurfacePressure};
 
 /// Sums and columns from which the source is computed.
 #[derive(Clone, Copy)]
@@ -46,10 +46,10 @@ pub(crate) fn set_right_side(
             let dry = step.is_dry_wall(kind[a], predicted[a].density);
             let compression = match settings.scheme.source {
                 // Isolated particles do not compress a dry wall.
-                SourceForm::HigherOrder if dry => {
+                SourceForm::HigherOrder | SourceForm::Corrected if dry => {
                     rate_by(kernel, samples, a, blocks[number].row(place).0, |b| role[b] != Role::Inactive)
                 }
-                SourceForm::HigherOrder => predicted[a].rate,
+                SourceForm::HigherOrder | SourceForm::Corrected => predicted[a].rate,
                 SourceForm::Classical => strain(predicted[a].density) / dt,
             };
             // No tension at dry walls, neither from receding fluid nor from error compensation.
@@ -74,9 +74,14 @@ pub(crate) fn set_right_side(
     });
 }
 
-/// Prescribes the pressure of surface particles and ghosts, total pressure zero, and clears that of inactive ones.
-pub(crate) fn prescribe(step: &Context<'_>, particles: &mut Particles, position: &[Vector]) {
+/// Prescribes the pressure of surface particles and ghosts, total pressure zero, and clears that of inactive ones;
+/// `predicted` are positions \[m].
+pub(crate) fn prescribe(step: &Context<'_>, particles: &mut Particles, predicted: &[Vector]) {
     let role = &particles.role[..];
+    let position = match step.kernel.scheme.surface_pressure {
+        SurfacePressure::Predicted => predicted,
+        SurfacePressure::Start => &particles.position[..],
+    };
     for_each_chunk(&mut particles.pressure[..], ROWS, |number, pressure| {
         for (row, pressure) in pressure.iter_mut().enumerate() {
             let a = number * ROWS + row;

@@ -1,7 +1,7 @@
 //! `[particles]`: water as moving particles, for `solver = "mps"`.
 
 use sazanami_case_derive::Keys;
-use sazanami_mps::scheme::{GradientForm, SourceForm};
+use sazanami_mps::scheme::{GradientForm, SourceForm, SurfacePressure};
 use sazanami_mps::stability::COURANT;
 use sazanami_mps::weight::{LaplacianForm, Wendland};
 use sazanami_numerics::{Real, choices};
@@ -41,6 +41,9 @@ pub struct Particles {
     /// Source of the pressure equation.
     #[key(word, default = SourceForm::HigherOrder)]
     pub source: SourceForm,
+    /// Positions of the surface particles that set their pressure.
+    #[key(word, default = SurfacePressure::Predicted)]
+    pub surface_pressure: SurfacePressure,
     /// Laplacian.
     #[key(word, default = LaplacianForm::HigherOrder)]
     pub laplacian: LaplacianForm,

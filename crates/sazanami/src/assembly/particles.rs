@@ -50,6 +50,7 @@ pub(crate) fn settings(case: &Case, level: Real) -> Settings {
             weight: p.weight,
             radius: p.radius,
             source: p.source,
+            surface_pressure: p.surface_pressure,
             laplacian: p.laplacian,
             compensation: p.compensation,
             relaxation: if p.relaxation > 0.0 { p.relaxation } else { Real::INFINITY },
