@@ -29,7 +29,7 @@ use crate::forces::{Forces, Pass};
 use crate::grains::{GrainPhase, Surface};
 use crate::momentum::Impulses;
 use crate::pressure::Projection;
-use crate::viscosity::{Transposed, ViscosityScheme};
+use crate::schemes::{Transposed, ViscosityScheme};
 
 /// Longest time of the damping between cells and faces, over `dx^2 / nu`.
 const DAMPING: Real = 0.1;

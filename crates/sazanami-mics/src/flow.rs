@@ -10,7 +10,7 @@ use sazanami_numerics::{Real, Vector};
 use crate::advection::{State, StateMut};
 use crate::boundary::Boundary;
 use crate::interface::Collector;
-use crate::viscosity::Transposed;
+use crate::schemes::Transposed;
 
 pub use crate::fluids::Fluids;
 pub use crate::schemes::{Carrier, DropVelocity, Schemes};

@@ -26,7 +26,7 @@ use crate::flow::Flow;
 use crate::fluids::Fluids;
 use crate::grains::{Surface, resistance};
 use crate::mobility::RowSet;
-pub(crate) use stress::Transposed;
+use crate::schemes::Transposed;
 use stress::{Source, Stress};
 
 pub use crate::schemes::ViscosityScheme;

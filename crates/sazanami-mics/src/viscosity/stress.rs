@@ -9,6 +9,7 @@ use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::{SlicesMut, for_each_chunk};
 
 use crate::fluids::Fluids;
+use crate::schemes::Transposed;
 
 /// Velocity (or a change of it) in a mixture, one ghost layer filled.
 #[derive(Clone, Copy)]
@@ -19,19 +20,6 @@ pub(super) struct Source<'a> {
     pub u: [&'a [Real]; 3],
     /// The transposed gradient that counts.
     pub transposed: Transposed,
-}
-
-/// What of the transposed gradient is in the stress.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) enum Transposed {
-    /// Nothing.
-    Left,
-    /// All of it: `mu du_j/dx_i`.
-    #[default]
-    Whole,
-    /// What acts where the viscosity changes: `mu (du_j/dx_i - delta_ij div u)`. For a velocity without divergence it is
-    /// the whole; its divergence is zero to round-off where the viscosity is constant, whatever the velocity.
-    AtInterface,
 }
 
 /// Reciprocal viscosity of an inviscid fluid, large but finite [1/(Pa s)].
