@@ -38,6 +38,12 @@ pub enum Sums {
 }
 
 impl Sums {
+    /// The order with this word.
+    #[must_use]
+    pub fn of_word(word: &str) -> Option<Self> {
+        [Self::Ordered, Self::Tree].into_iter().find(|sums| sums.word() == word)
+    }
+
     /// The word of the command line and of the summary.
     #[must_use]
     pub const fn word(self) -> &'static str {

@@ -112,27 +112,6 @@ impl std::fmt::Display for JoinError {
 
 impl std::error::Error for JoinError {}
 
-/// Joins the processes that a launcher started; `None` without a launcher. To be called once, on the main thread.
-///
-/// # Errors
-/// If they cannot work together.
-pub fn join() -> Result<Option<World>, JoinError> {
-    let Some(launcher) = Launcher::seen() else { return Ok(None) };
-    #[cfg(feature = "mpi")]
-    return crate::mpi::join(launcher).map(Some);
-    #[cfg(not(feature = "mpi"))]
-    Err(JoinError::NotBuiltIn(launcher))
-}
-
-/// Name and version of the MPI that this program was built with, if it was.
-#[must_use]
-pub fn mpi_library() -> Option<String> {
-    #[cfg(feature = "mpi")]
-    return Some(crate::mpi::name_of_library());
-    #[cfg(not(feature = "mpi"))]
-    None
-}
-
 /// What the processes of a launcher do beside exchanging messages.
 pub(crate) trait Session: Send + Sync {
     /// Messages apart from all others, the physics' or those of [`Processes::control`].

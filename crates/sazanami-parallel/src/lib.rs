@@ -17,6 +17,7 @@
 mod collective;
 mod communicator;
 mod in_process;
+mod join;
 mod launch;
 mod loops;
 #[cfg(feature = "mpi")]
@@ -26,7 +27,8 @@ mod solo;
 
 pub use communicator::{Communicator, Reduction, Sums};
 pub use in_process::{RanksFailed, run_ranks, run_ranks_with};
-pub use launch::{JoinError, Launcher, Processes, World, join as join_processes, mpi_library};
+pub use join::{join as join_processes, mpi_library};
+pub use launch::{JoinError, Launcher, Processes, World};
 pub use loops::{Rows, SlicesMut, ThreadsRefused, for_each_chunk, join, number_of_threads, with_threads};
 pub use reduction::{max_over, reduce_over, sum_over};
 pub use solo::Solo;

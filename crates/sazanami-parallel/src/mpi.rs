@@ -4,7 +4,7 @@
 //! (`collective.rs`), so that the bits are those of ranks within one process. Waits look out for ranks that have failed.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use ferrompi::{PersistentRequest, Source, Tag, ThreadLevel};
 
@@ -14,8 +14,9 @@ use crate::launch::{JoinError, Launcher, Processes, Session, World};
 
 /// Tag of the message that a rank has failed.
 const FAILURE: i32 = 0;
-/// How long a wait keeps the processor, and how long it then sleeps at a time, at first and at most.
-const AWAKE: Duration = Duration::from_millis(2);
+/// Rounds of attempts, some 10 us each, for which a wait keeps the processor, and how long it then sleeps at a time, at
+/// first and at most.
+const AWAKE: usize = 200;
 const NAPS: [Duration; 2] = [Duration::from_micros(50), Duration::from_millis(2)];
 /// Attempts to receive between two looks at other things.
 const ATTEMPTS: usize = 64;
@@ -160,8 +161,8 @@ impl Mpi {
 
     /// Receives the next message, or returns `false` if a rank has failed meanwhile.
     fn try_receive(&self, from: usize, tag: u32, into: &mut Vec<u8>) -> Result<bool, ferrompi::Error> {
-        let (began, mut nap) = (Instant::now(), NAPS[0]);
-        loop {
+        let mut nap = NAPS[0];
+        for round in 0.. {
             for _ in 0..ATTEMPTS {
                 if let Some((message, status)) = self.group.improbe::<u8>(from as i32, Tag::Value(tag as i32))? {
                     into.resize(status.count.unwrap_or_default(), 0);
@@ -173,13 +174,14 @@ impl Mpi {
             if self.shared.hear()? {
                 return Ok(false);
             }
-            if began.elapsed() < AWAKE {
+            if round < AWAKE {
                 std::thread::yield_now();
             } else {
                 std::thread::sleep(nap);
                 nap = NAPS[1].min(2 * nap);
             }
         }
+        Ok(false)
     }
 }
 

@@ -9,7 +9,6 @@ mod overlaps;
 mod pace;
 mod placed;
 mod within_box;
-mod workers;
 
 use std::ops::Range;
 
@@ -31,8 +30,6 @@ use crate::check::{CostModel, PACKED, ShapeFacts, check_memory, exchange_of, war
 use crate::machine::Machine;
 
 use placed::Placed;
-pub(crate) use workers::workers;
-pub use workers::{can_share, workers_of};
 
 /// What was built on the way.
 #[derive(Clone, Debug)]

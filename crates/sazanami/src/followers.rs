@@ -238,12 +238,13 @@ fn inputs(job: &Job) -> Result<Vec<(PathBuf, Vec<u8>)>, CommandError> {
         None => std::fs::read_to_string(&path).map_err(unsent)?,
     };
     let mut case = case::parse(&path, &text, &[])?.case;
-    // The tank in such a state is sent as it was read.
     let state = case.preparation.state.clone();
     let mut files = vec![(PathBuf::from(CASE), text.into_bytes())];
-    for file in results::inputs_of(&mut case).into_iter().filter(|file| state.as_ref() != Some(file)) {
+    for file in results::inputs_of(&mut case) {
+        // A tank that was prepared is sent as it was read; its file only has to be there.
+        let bytes = if state.as_ref() == Some(&file) { Ok(Vec::new()) } else { std::fs::read(&file) };
         // What lies elsewhere is not needed to run; beds may be gone once their grains have moved.
-        if let (Ok(name), Ok(bytes)) = (file.strip_prefix(&job.folder), std::fs::read(&file)) {
+        if let (Ok(name), Ok(bytes)) = (file.strip_prefix(&job.folder), bytes) {
             files.push((name.to_owned(), bytes));
         }
     }
@@ -267,7 +268,7 @@ type Outcomes = Result<Vec<Result<Ended, Box<RankFailure>>>, RanksFailed>;
 /// Runs this rank's part of `job`, for which all have got ready. The outcomes of all come by rank.
 pub(crate) fn run(processes: &Processes, job: &Job) -> Outcomes {
     let work = |communicator| simulation::run_rank(communicator, job);
-    let own = processes.run(job.workers.threads, job.options.sums, work)?;
+    let own = processes.run(job.workers.threads, job.workers.sums(), work)?;
     Ok(answers(processes, &own))
 }
 

@@ -54,5 +54,6 @@ mod simulation;
 pub mod stop;
 pub mod tanks;
 mod water;
+pub mod workers;
 
 pub use sazanami_case as case;

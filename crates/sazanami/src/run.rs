@@ -23,9 +23,8 @@ use crate::machine::{self, Machine};
 use crate::progress::{Pace, Progress, StepLine, duration};
 use crate::stop::Stop;
 use crate::tanks::{self, MadeReady};
-use crate::{checkpoints, recorder, results, simulation};
+use crate::{checkpoints, recorder, results, simulation, workers};
 
-pub use crate::feasible::workers_of;
 pub use crate::job::{ReportWriter, RunOptions, Status};
 
 /// The outcome of a run.
@@ -67,7 +66,7 @@ pub fn run(
 ) -> Result<RunSummary, CommandError> {
     let machine = Machine::this();
     let mut feasible = feasible::check(loaded, &machine, &CostModel::default())?;
-    let workers = feasible::workers(loaded, options, machine.cores)?;
+    let workers = workers::of_run(loaded, options, machine.cores)?;
     let ready = tanks::made_ready(loaded, options.commit)?;
     foresee_disk(loaded, &mut feasible, &ready, options);
     if !feasible.warnings.is_empty() {
@@ -152,7 +151,7 @@ pub fn resume(
     } else {
         feasible::check_without_grains(&loaded, &machine, &model)?
     };
-    let workers = feasible::workers(&loaded, options, machine.cores)?;
+    let workers = workers::of_run(&loaded, options, machine.cores)?;
     let mut log = Log::append(folder, progress);
     log.note(&heading(&loaded.case, options));
     warn_without(&lock, &mut log);
@@ -175,7 +174,7 @@ fn begin_again(
 ) -> Result<RunSummary, CommandError> {
     let machine = Machine::this();
     let feasible = feasible::check(loaded, &machine, &CostModel::default())?;
-    let workers = feasible::workers(loaded, options, machine.cores)?;
+    let workers = workers::of_run(loaded, options, machine.cores)?;
     let ready = tanks::made_ready(loaded, options.commit)?;
     let kept = results::keep_inputs(&loaded.case, folder)?;
     let log = std::fs::read(folder.join(LOG)).unwrap_or_default();
@@ -366,7 +365,7 @@ fn ranks_of(job: &Job) -> Result<Ended, Box<RankFailure>> {
     let outcomes = match &job.options.processes {
         Some(processes) => followers::run(processes, job),
         None if ranks == 1 => return with_threads(threads, || run_rank(Box::<Solo>::default()))?,
-        None => run_ranks_with(job.options.sums, ranks, threads, run_rank),
+        None => run_ranks_with(job.workers.sums(), ranks, threads, run_rank),
     };
     let outcomes = match outcomes {
         Ok(outcomes) => outcomes,

@@ -49,7 +49,7 @@ impl Bench {
             processes: processes.cloned(),
             ..RunOptions::default()
         };
-        let [ranks, threads] = sazanami::run::workers_of(&options)?;
+        let [ranks, threads] = sazanami::workers::of_options(&options)?;
         let place = bench::Place { threads, ranks, processes: processes.cloned() };
         let rows = bench::bench(bench::benches(), &self.names, &place, &mut screen)?;
         drop(screen);

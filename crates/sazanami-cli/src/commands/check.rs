@@ -10,6 +10,7 @@ use sazanami::feasible;
 use sazanami::machine::{self, Machine};
 use sazanami::progress::Progress as _;
 use sazanami::tanks;
+use sazanami::workers;
 use serde_json::json;
 
 use super::print_json;
@@ -61,7 +62,7 @@ impl Check {
         let known = Known { shapes: &feasible.facts, made_ready: ready.tank.is_some() };
         let mut report = check::check(&loaded.case, known, &machine, threads, &model);
         if let Some(ranks) = self.ranks.map(|ranks| ranks as usize) {
-            feasible::can_share(&loaded.case, ranks, |most| format!("give `--ranks {most}` or fewer"))?;
+            workers::can_share(&loaded.case, ranks, |most| format!("give `--ranks {most}` or fewer"))?;
             report.ranks = check::ranks(&loaded.case, ranks, report.memory_bytes);
         }
         report.disk_available = machine::free_disk(Path::new("."));

@@ -69,7 +69,7 @@ impl Extent {
             threads: self.threads.map(usize::from),
             ranks: usize::from(self.ranks),
             processes: processes.cloned(),
-            sums: if self.sums == Sums::Tree.word() { Sums::Tree } else { Sums::Ordered },
+            sums: Sums::of_word(&self.sums).unwrap_or_default(),
             ..of_this_program()
         }
     }

@@ -162,12 +162,26 @@ fn a_full_disk_ends_all_ranks_with_the_cause_of_rank_0() {
     assert!(printed.contains("File too large") && !printed.contains("panicked"), "{printed}");
 }
 
+/// A drop in a box of many cells.
+const LARGE: &str = r#"
+[domain]
+size = ["8 mm", "8 mm", "8 mm"]
+cells = [160, 160, 160]
+[[liquid]]
+region.sphere = { diameter = "3 mm" }
+position = ["4 mm", "4 mm", "5 mm"]
+[output]
+figures = { at = [] }
+[run]
+until = "1 s"
+"#;
+
 #[test]
 fn memory_refused_to_one_rank_ends_the_job() {
     let folder = cases();
+    std::fs::write(folder.path().join("large.toml"), LARGE).unwrap();
     let line = "[ ${OMPI_COMM_WORLD_RANK:-$PMI_RANK} = 1 ] && ulimit -v 800000; \
-                exec $S run grid.toml --out out --threads 1 --steps 3 --set domain.cells='[90, 80, 100]' \
-                --set grains.0.placement.packed.stop=time_only --set grains.0.placement.packed.time_limit='1 ms'";
+                exec $S run large.toml --out out --threads 1 --steps 3";
     let began = Instant::now();
     let (code, printed) = shell(folder.path(), line);
     assert_ne!(code, Some(0), "{printed}");
@@ -180,16 +194,15 @@ fn damaged_checkpoints_are_skipped_or_refused_by_rank_0() {
     let folder = cases();
     let folder = folder.path();
     steps(folder, On::Mpi(2), &["run", "grid.toml", "--out", "out"], HALF);
-    let newest = std::fs::read_dir(folder.join("out/checkpoints")).unwrap().flatten().map(|entry| entry.path()).max();
-    let path = newest.expect("the run wrote a checkpoint");
-    let bytes = std::fs::read(&path).unwrap();
-    std::fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
+    let all: Vec<_> = std::fs::read_dir(folder.join("out/checkpoints")).unwrap().flatten().map(|e| e.path()).collect();
+    let kept: Vec<_> = all.iter().map(|path| (path, std::fs::read(path).unwrap())).collect();
+    kept.iter().for_each(|(path, bytes)| std::fs::write(path, &bytes[..bytes.len() / 2]).unwrap());
     let refused = run(folder, 2, &["resume", "out", "--steps", "1", "--threads", "1"]);
     let printed = text(&refused.stderr);
     assert_eq!(refused.status.code(), Some(2), "{printed}");
     assert!(printed.contains("holds no good checkpoint"), "{printed}");
     // Put back, it goes on where it was.
-    std::fs::write(&path, &bytes).unwrap();
+    kept.iter().for_each(|(path, bytes)| std::fs::write(path, bytes).unwrap());
     let (hash, _) = steps(folder, On::Mpi(2), &["resume", "out"], STEPS - HALF);
     assert_eq!(hash, steps(folder, On::One(2), &["run", "grid.toml", "--out", "whole"], STEPS).0);
 }

@@ -90,7 +90,7 @@ pub(crate) struct Workers {
     pub ranks: usize,
     /// Threads of each rank.
     pub threads: usize,
-    /// Order of sums over the ranks.
+    /// Order of sums over the ranks, as [`Sums::word`].
     pub sums: String,
     /// Name of the machine of each rank; empty where all are within one process.
     pub hosts: Vec<String>,
@@ -99,6 +99,11 @@ pub(crate) struct Workers {
 }
 
 impl Workers {
+    /// Order of sums over the ranks.
+    pub fn sums(&self) -> Sums {
+        Sums::of_word(&self.sums).unwrap_or_default()
+    }
+
     /// The ranks within one process on a machine of so many processors.
     pub fn of_this_process(options: &RunOptions, cores: usize) -> Self {
         let ranks = options.ranks();

@@ -21,7 +21,7 @@ const MOST_GATHERED: usize = 50_000_000;
 ///
 /// # Errors
 /// If there are too many of either, the box cannot be shared among them, or the processes were not started alike.
-pub(crate) fn workers(loaded: &LoadedCase, options: &RunOptions, cores: usize) -> Result<Workers, CommandError> {
+pub(crate) fn of_run(loaded: &LoadedCase, options: &RunOptions, cores: usize) -> Result<Workers, CommandError> {
     let Some(processes) = &options.processes else {
         let workers = Workers::of_this_process(options, cores);
         few_enough(&workers, cores)?;
@@ -44,7 +44,7 @@ pub(crate) fn workers(loaded: &LoadedCase, options: &RunOptions, cores: usize) -
 ///
 /// # Errors
 /// If there are too many, or the processes of the launcher were not started alike.
-pub fn workers_of(options: &RunOptions) -> Result<[usize; 2], CommandError> {
+pub fn of_options(options: &RunOptions) -> Result<[usize; 2], CommandError> {
     let cores = Machine::this().cores;
     let workers = match &options.processes {
         Some(processes) => {

@@ -1,0 +1,24 @@
+//! Joining the processes of a launcher, with the MPI that this program was built with.
+
+use crate::launch::{JoinError, Launcher, World};
+
+/// Joins the processes that a launcher started; `None` without a launcher. To be called once, on the main thread.
+///
+/// # Errors
+/// If they cannot work together.
+pub fn join() -> Result<Option<World>, JoinError> {
+    let Some(launcher) = Launcher::seen() else { return Ok(None) };
+    #[cfg(feature = "mpi")]
+    return crate::mpi::join(launcher).map(Some);
+    #[cfg(not(feature = "mpi"))]
+    Err(JoinError::NotBuiltIn(launcher))
+}
+
+/// Name and version of the MPI that this program was built with, if it was.
+#[must_use]
+pub fn mpi_library() -> Option<String> {
+    #[cfg(feature = "mpi")]
+    return Some(crate::mpi::name_of_library());
+    #[cfg(not(feature = "mpi"))]
+    None
+}
