@@ -14,10 +14,12 @@ use crate::launch::{JoinError, Launcher, Processes, Session, World};
 
 /// Tag of the message that a rank has failed.
 const FAILURE: i32 = 0;
-/// Rounds of attempts, some 10 us each, for which a wait keeps the processor, and how long it then sleeps at a time, at
-/// first and at most.
-const AWAKE: usize = 200;
-const NAPS: [Duration; 2] = [Duration::from_micros(50), Duration::from_millis(2)];
+/// Rounds of attempts, some 10 us each, for which a wait keeps the processor. Then it sleeps between them, as long as
+/// this at first and at most, twice as long after each [`ALIKE`] naps. It never yields instead: a busy machine would
+/// take the processor for milliseconds.
+const AWAKE: usize = 20;
+const NAPS: [Duration; 2] = [Duration::from_micros(20), Duration::from_millis(2)];
+const ALIKE: usize = 64;
 /// Attempts to receive between two looks at other things.
 const ATTEMPTS: usize = 64;
 
@@ -174,11 +176,11 @@ impl Mpi {
             if self.shared.hear()? {
                 return Ok(false);
             }
-            if round < AWAKE {
-                std::thread::yield_now();
-            } else {
+            if round >= AWAKE {
                 std::thread::sleep(nap);
-                nap = NAPS[1].min(2 * nap);
+                if (round - AWAKE) % ALIKE == ALIKE - 1 {
+                    nap = NAPS[1].min(2 * nap);
+                }
             }
         }
         Ok(false)
