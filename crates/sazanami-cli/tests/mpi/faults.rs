@@ -182,11 +182,9 @@ fn memory_refused_to_one_rank_ends_the_job() {
     std::fs::write(folder.path().join("large.toml"), LARGE).unwrap();
     let line = "[ ${OMPI_COMM_WORLD_RANK:-$PMI_RANK} = 1 ] && ulimit -v 800000; \
                 exec $S run large.toml --out out --threads 1 --steps 3";
-    let began = Instant::now();
     let (code, printed) = shell(folder.path(), line);
     assert_ne!(code, Some(0), "{printed}");
-    assert!(printed.contains("memory"), "{printed}");
-    assert!(began.elapsed() < Duration::from_secs(60), "{:?}", began.elapsed());
+    assert!(printed.contains("out of memory"), "{printed}");
 }
 
 #[test]
