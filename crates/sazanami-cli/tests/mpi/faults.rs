@@ -166,7 +166,7 @@ fn a_full_disk_ends_all_ranks_with_the_cause_of_rank_0() {
 const LARGE: &str = r#"
 [domain]
 size = ["8 mm", "8 mm", "8 mm"]
-cells = [160, 160, 160]
+cells = [200, 200, 200]
 [[liquid]]
 region.sphere = { diameter = "3 mm" }
 position = ["4 mm", "4 mm", "5 mm"]

@@ -282,7 +282,8 @@ impl Imprint {
         }
     }
 
-    /// The same; `with_areas` with the surface of the grains in each cell, and grains that are not free [`RIGID`].
+    /// The same; `with_areas` with the surface of the grains in each cell, and with grains that are not free a hundred times
+    /// as heavy.
     #[must_use]
     pub fn with_areas(self, with_areas: bool) -> Self {
         Self { with_areas, rigid: if with_areas { RIGID } else { 1.0 }, ..self }
