@@ -57,6 +57,25 @@ pub(crate) fn paper() -> Result<Paper, String> {
     ONCE.get_or_init(|| shipped().map_or_else(packed_with_axes, Ok)).clone()
 }
 
+/// The same for each of several ranks, all of which have to see the same bed.
+pub(crate) fn paper_on(communicator: &dyn Communicator) -> Result<Paper, String> {
+    let own = paper();
+    let found = match &own {
+        Ok(paper) => paper.bed_in_words(),
+        Err(problem) => problem,
+    };
+    let mut all = Vec::new();
+    communicator.all_gather(found.as_bytes(), &mut all);
+    match all.iter().position(|other| *other != all[0]) {
+        None => own,
+        Some(rank) => Err(format!(
+            "ranks differ in the bed they have: rank 0 {}, rank {rank} {}",
+            String::from_utf8_lossy(&all[0]),
+            String::from_utf8_lossy(&all[rank])
+        )),
+    }
+}
+
 /// The paper's case with a bed of grains with nine spheres on the long axis: the shipped bed is packed for shells, and
 /// these spheres overlap in it.
 pub(crate) fn packed_with_axes() -> Result<Paper, String> {

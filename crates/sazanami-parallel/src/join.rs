@@ -2,7 +2,8 @@
 
 use crate::launch::{JoinError, Launcher, World};
 
-/// Joins the processes that a launcher started; `None` without a launcher. To be called once, on the main thread.
+/// Joins the processes that a launcher started; `None` without a launcher, and without MPI where it started one process
+/// only (`srun -n 1`). To be called once, on the main thread.
 ///
 /// # Errors
 /// If they cannot work together.
@@ -11,7 +12,7 @@ pub fn join() -> Result<Option<World>, JoinError> {
     #[cfg(feature = "mpi")]
     return crate::mpi::join(launcher).map(Some);
     #[cfg(not(feature = "mpi"))]
-    Err(JoinError::NotBuiltIn(launcher))
+    if launcher.size == Some(1) { Ok(None) } else { Err(JoinError::NotBuiltIn(launcher)) }
 }
 
 /// Name and version of the MPI that this program was built with, if it was.

@@ -9,10 +9,11 @@ use std::time::Duration;
 
 use crate::collective::{Ranks, Transport};
 use crate::in_process::{FailedElsewhere, message};
-use crate::{Communicator, RanksFailed, Sums, with_threads};
+use crate::loops::pool_of;
+use crate::{Communicator, RanksFailed, Sums, ThreadsRefused};
 
 /// How long a rank that failed waits for rank 0 to end the job before it does so itself.
-const PATIENCE: Duration = Duration::from_secs(3);
+const PATIENCE: Duration = Duration::from_secs(4);
 
 /// A launcher that started this process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -63,12 +64,14 @@ impl std::fmt::Display for Launcher {
 pub enum JoinError {
     /// This program was built without MPI.
     NotBuiltIn(Launcher),
-    /// The MPI that the program was built with knows of another number of processes than the launcher.
+    /// The MPI that the program was built with knows of other processes than the launcher.
     OtherWorld {
         /// The launcher.
         launcher: Launcher,
         /// Number of processes that MPI knows of.
         size: usize,
+        /// Number of this one among them.
+        rank: usize,
         /// Name and version of the MPI library.
         library: String,
     },
@@ -102,8 +105,12 @@ impl std::fmt::Display for JoinError {
                                    would run the whole case"
                 )
             }
-            Self::OtherWorld { launcher, size, library } => {
-                write!(formatter, "{launcher} started this program, but its MPI, {library}, knows of {size}")
+            Self::OtherWorld { launcher, size, rank, library } => {
+                write!(formatter, "{launcher} started this program")?;
+                if let Some(number) = launcher.rank {
+                    write!(formatter, " as process {number}")?;
+                }
+                write!(formatter, ", but to its MPI, {library}, it is process {rank} of {size}")
             }
             Self::NotStarted(reason) => write!(formatter, "MPI does not start: {reason}"),
         }
@@ -201,17 +208,32 @@ impl Processes {
     /// Runs `program` on this rank with `threads` threads. All ranks have to call it.
     ///
     /// # Errors
-    /// [`RanksFailed`] if this rank is refused its threads, or if a rank, this or another one, panics. After a panic the
-    /// ranks cannot go on together: rank 0 has to say what happened and [`Self::abort`] the job; the others wait for
-    /// that.
+    /// [`RanksFailed`], on all ranks and before `program` begins, if one is refused its threads; or if a rank, this or
+    /// another one, panics. After a panic the ranks cannot go on together: rank 0 has to say what happened and
+    /// [`Self::abort`] the job; the others wait for that.
     pub fn run<T: Send>(
         &self,
         threads: usize,
         sums: Sums,
         program: impl FnOnce(Box<dyn Communicator>) -> T + Send,
     ) -> Result<T, RanksFailed> {
-        let communicator = Box::new(Ranks::new(self.0.session.transport(false), sums));
-        self.guarded(|| with_threads(threads, || program(communicator)))?.map_err(RanksFailed::Threads)
+        let outcome = self.guarded(|| {
+            let pool = pool_of(threads);
+            self.all_have(threads, pool.as_ref().err())?;
+            let communicator = Box::new(Ranks::new(self.0.session.transport(false), sums));
+            Ok(pool?.install(|| program(communicator)))
+        })?;
+        outcome.map_err(RanksFailed::Threads)
+    }
+
+    /// Tells all ranks whether this one was refused its threads, and returns the first refusal.
+    fn all_have(&self, threads: usize, own: Option<&ThreadsRefused>) -> Result<(), ThreadsRefused> {
+        let mut all = Vec::new();
+        self.control().all_gather(own.map_or("", ThreadsRefused::reason).as_bytes(), &mut all);
+        match all.iter().position(|reason| !reason.is_empty()) {
+            None => Ok(()),
+            Some(rank) => Err(ThreadsRefused::on_rank(rank, threads, String::from_utf8_lossy(&all[rank]).into_owned())),
+        }
     }
 
     /// Does `work`, and lets the other ranks know if it panics.

@@ -5,17 +5,29 @@
 pub struct ThreadsRefused {
     threads: usize,
     reason: String,
+    /// The rank that was refused them, where processes are ranks.
+    rank: Option<usize>,
 }
 
 impl ThreadsRefused {
     pub(crate) fn new(threads: usize, reason: &impl std::error::Error) -> Self {
-        Self { threads, reason: reason.to_string() }
+        Self { threads, reason: reason.to_string(), rank: None }
+    }
+
+    pub(crate) fn on_rank(rank: usize, threads: usize, reason: String) -> Self {
+        Self { threads, reason, rank: Some(rank) }
+    }
+
+    pub(crate) fn reason(&self) -> &str {
+        &self.reason
     }
 }
 
 impl std::fmt::Display for ThreadsRefused {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "the operating system refused {} threads: {}", self.threads, self.reason)
+        write!(f, "the operating system refused {} threads", self.threads)?;
+        self.rank.map_or(Ok(()), |rank| write!(f, " to rank {rank}"))?;
+        write!(f, ": {}", self.reason)
     }
 }
 
@@ -26,8 +38,13 @@ impl std::error::Error for ThreadsRefused {}
 /// # Errors
 /// [`ThreadsRefused`], before `work` begins.
 pub fn with_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> Result<T, ThreadsRefused> {
+    Ok(pool_of(threads)?.install(work))
+}
+
+/// A pool of so many threads.
+pub(crate) fn pool_of(threads: usize) -> Result<rayon::ThreadPool, ThreadsRefused> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    Ok(pool.map_err(|reason| ThreadsRefused::new(threads, &reason))?.install(work))
+    pool.map_err(|reason| ThreadsRefused::new(threads, &reason))
 }
 
 /// Number of threads of the current pool.

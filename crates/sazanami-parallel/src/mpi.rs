@@ -22,6 +22,8 @@ const NAPS: [Duration; 2] = [Duration::from_micros(20), Duration::from_millis(2)
 const ALIKE: usize = 64;
 /// Attempts to receive between two looks at other things.
 const ATTEMPTS: usize = 64;
+/// Memory of a message that is kept for the next ones \[bytes]; larger ones, of whole fields, are rare.
+const KEPT: usize = 16 << 20;
 
 /// Starts MPI and meets the other processes.
 pub(crate) fn join(launcher: Launcher) -> Result<World, JoinError> {
@@ -31,9 +33,9 @@ pub(crate) fn join(launcher: Launcher) -> Result<World, JoinError> {
         return Err(JoinError::NotStarted("the library allows calls on its main thread only".into()));
     }
     let world = library.world();
-    let size = world.size() as usize;
-    if launcher.size.is_some_and(|started| started != size) {
-        return Err(JoinError::OtherWorld { launcher, size, library: name_of_library() });
+    let (size, rank) = (world.size() as usize, world.rank() as usize);
+    if launcher.size.is_some_and(|started| started != size) || launcher.rank.is_some_and(|number| number != rank) {
+        return Err(JoinError::OtherWorld { launcher, size, rank, library: name_of_library() });
     }
     // Three groups, so that messages of the work, about the work and of failures never meet.
     let group = || world.duplicate().map_err(not_started);
@@ -141,7 +143,10 @@ impl Mpi {
         let mut at = 0;
         while at < under_way.len() {
             if under_way[at].test()?.is_some() {
-                spare.push(under_way.swap_remove(at).into_buffer()?);
+                let buffer = under_way.swap_remove(at).into_buffer()?;
+                if buffer.capacity() <= KEPT {
+                    spare.push(buffer);
+                }
             } else {
                 at += 1;
             }

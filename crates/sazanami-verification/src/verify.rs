@@ -138,12 +138,16 @@ pub fn verify_on(
     let mut found = found?;
     let mut others: Vec<Found> = others.into_iter().flatten().collect();
     for job in all {
-        if let Some(at) = others.iter().position(|other| other.name == job.case.name) {
-            let Found { outcome, seconds, .. } = others.swap_remove(at);
-            let judged = judged(job, outcome, seconds);
-            progress.message(&format!("{}: {} on another rank", judged.name, duration(seconds)));
-            found.push(judged);
+        if own.names.iter().any(|name| name == job.case.name) {
+            continue;
         }
+        let answer = match others.iter().position(|other| other.name == job.case.name) {
+            Some(at) => others.swap_remove(at),
+            None => Found { name: String::new(), outcome: Err("its rank has not answered".into()), seconds: 0.0 },
+        };
+        let judged = judged(job, answer.outcome, answer.seconds);
+        progress.message(&format!("{}: {} on another rank", judged.name, duration(answer.seconds)));
+        found.push(judged);
     }
     found.sort_by_key(|judged| cases.iter().position(|case| case.name == judged.name));
     Ok(found)
@@ -175,12 +179,13 @@ struct Found {
 }
 
 /// Runs the cases that rank 0 ordered for this rank, if this is such an order.
+///
+/// What cannot be run here has no answer, and fails on rank 0.
 pub fn follow_order(processes: &Processes, cases: &[Case], order: &str) {
     let Some(Ok(order)) = order.strip_prefix(ORDER).map(serde_json::from_str::<Order>) else { return };
     let names = order.shares.into_iter().nth(processes.rank()).unwrap_or_default();
     let choice = Choice { names, jobs: order.jobs, ..Choice::default() };
     let judged = if choice.names.is_empty() { Ok(Vec::new()) } else { verify(cases, &choice, &mut Silent) };
-    // The names are those that rank 0 knows.
     let found = judged.unwrap_or_default().into_iter().map(|judged| Found {
         name: judged.name.to_owned(),
         outcome: judged.error.map_or(Ok(judged.outcome), Err),

@@ -32,6 +32,8 @@ pub struct Failure {
     pub time: Real,
     /// Time-step limit that ruled.
     pub limiter: String,
+    /// Rank that failed, where it was one of several.
+    pub rank: Option<usize>,
     /// Newest good checkpoint.
     pub checkpoint: Option<PathBuf>,
 }
@@ -41,6 +43,9 @@ impl std::fmt::Display for Failure {
         write!(formatter, "{}\n  at step {}, time {:.6e} s", self.message, self.step, self.time)?;
         if !self.limiter.is_empty() {
             write!(formatter, ", step length ruled by {}", self.limiter)?;
+        }
+        if let Some(rank) = self.rank {
+            write!(formatter, ", on rank {rank}")?;
         }
         match &self.checkpoint {
             Some(path) => write!(formatter, "\n  last good checkpoint: {}", path.display()),

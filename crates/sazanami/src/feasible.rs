@@ -114,17 +114,15 @@ pub fn check_without_grains(
     Ok(Feasible { beds: vec![None; shapes.len()], shapes, facts, warnings: report })
 }
 
-/// The shapes of the grains and the beds that are there, for a rank that is told to run what was found feasible.
+/// The shapes of the grains and, for a run that begins with them, the beds, for a rank that is told to run what was
+/// found feasible.
 ///
 /// # Errors
 /// All findings together, if a population has no usable shape or its bed cannot be read.
-pub(crate) fn shapes_and_beds(loaded: &LoadedCase) -> Result<ShapesAndBeds, Box<CaseError>> {
+pub(crate) fn shapes_and_beds(loaded: &LoadedCase, with_beds: bool) -> Result<ShapesAndBeds, Box<CaseError>> {
     let mut report = Diagnostics::default();
     let shapes = shapes(loaded, &mut report);
-    let lacks = |bed: &BedFile| !bed.file.is_file();
-    let gone = loaded.case.grains.iter().any(|kind| matches!(&kind.placement, GrainPlacement::Bed(bed) if lacks(bed)));
-    // Once the grains lie where they are put nobody needs the beds any more: they may be gone.
-    let beds = if gone { vec![None; shapes.len()] } else { beds::read(loaded, &mut report) };
+    let beds = if with_beds { beds::read(loaded, &mut report) } else { vec![None; shapes.len()] };
     if report.has_errors() {
         return Err(Box::new(CaseError { source: loaded.source.clone(), diagnostics: report }));
     }

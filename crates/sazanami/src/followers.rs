@@ -7,7 +7,7 @@ use std::sync::mpsc;
 use sazanami_io::checkpoint::{CheckpointReader, CheckpointWriter};
 use sazanami_numerics::Real;
 use sazanami_numerics::snapshot::Snapshot;
-use sazanami_parallel::{Processes, RanksFailed, with_threads};
+use sazanami_parallel::{Processes, RanksFailed};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
@@ -15,7 +15,7 @@ use crate::case::meaning::{Case, Solver};
 use crate::case::{self, LoadedCase};
 use crate::error::CommandError;
 use crate::feasible;
-use crate::job::{Ended, Job, RUN_STATE, RankFailure, Reporter, Resumed, RunOptions, Workers};
+use crate::job::{Ended, Job, Program, RUN_STATE, RankFailure, Reporter, Resumed, RunOptions, Workers};
 use crate::machine::{self, Machine};
 use crate::results::{self, CASE};
 use crate::simulation;
@@ -37,6 +37,7 @@ enum Order {
 /// What the processes of a job were started with.
 #[derive(Debug, PartialEq, Eq, Serialize, Deserialize)]
 struct Command {
+    program: Program,
     /// Arguments of the command line.
     arguments: Vec<String>,
     /// The case file, and the hash of its text.
@@ -73,16 +74,23 @@ const TANK: &str = "tank";
 
 impl Command {
     /// What this process was started with.
-    fn of_this(case: Option<(PathBuf, u64)>) -> Self {
-        Self { arguments: std::env::args().skip(1).collect(), case }
+    fn of_this(options: &RunOptions, case: Option<(PathBuf, u64)>) -> Self {
+        let arguments = std::env::args_os().skip(1).map(|text| text.to_string_lossy().into_owned()).collect();
+        Self { program: Program::this(options), arguments, case }
     }
 
-    /// In what this process differs from that command of rank 0. A case file that it does not see is no difference:
-    /// rank 0 sends it.
-    fn objection(&self) -> Option<String> {
-        let own: Vec<String> = std::env::args().skip(1).collect();
-        if own != self.arguments {
-            return Some(format!("was started with other arguments: `{}`", own.join(" ")));
+    /// What keeps this process from following that command of rank 0. A case file that it does not see is no
+    /// hindrance: rank 0 sends it.
+    fn objection(&self, options: &RunOptions) -> Option<String> {
+        let own = Self::of_this(options, None);
+        if own.program != self.program {
+            return Some(format!("is {}, not {}", own.program, self.program));
+        }
+        if own.arguments != self.arguments {
+            return Some(format!("was started with other arguments: `{}`", own.arguments.join(" ")));
+        }
+        if let Err(error) = tempfile::tempdir() {
+            return Some(format!("has no place for temporary files: {error}"));
         }
         let (path, hash) = self.case.as_ref()?;
         let text = std::fs::read(path).ok()?;
@@ -100,11 +108,11 @@ impl Present {
 }
 
 fn to_bytes(value: &impl Serialize) -> Vec<u8> {
-    serde_json::to_vec(value).expect("orders and answers have a JSON form")
+    postcard::to_stdvec(value).expect("orders and answers have a binary form")
 }
 
 fn from_bytes<T: DeserializeOwned>(bytes: &[u8]) -> T {
-    serde_json::from_slice(bytes).expect("all processes are of one program")
+    postcard::from_bytes(bytes).expect("all processes are of one program")
 }
 
 /// Gives an order, on rank 0.
@@ -150,14 +158,14 @@ pub(crate) fn muster(
     options: &RunOptions,
 ) -> Result<Workers, CommandError> {
     let hash = |loaded: &LoadedCase| xxhash_rust::xxh3::xxh3_64(loaded.source.text().as_bytes());
-    let command = Command::of_this(loaded.map(|loaded| (loaded.path.clone(), hash(loaded))));
+    let command = Command::of_this(options, loaded.map(|loaded| (loaded.path.clone(), hash(loaded))));
     tell(processes, &Order::Muster(command));
     let present = answers(processes, &Present::this(processes, None));
     for (rank, Present { host, objection, .. }) in present.iter().enumerate() {
         if let Some(objection) = objection {
             return Err(CommandError::input(
                 format!("rank {rank} on {host} {objection}"),
-                "start all ranks with one command, in one folder, on one case file",
+                "start all ranks with one command of one program, on one case file; `TMPDIR` names a place for temporary files",
             ));
         }
     }
@@ -182,7 +190,7 @@ pub(crate) fn muster(
     Ok(Workers {
         ranks: processes.size(),
         threads,
-        sums: options.sums.word().to_owned(),
+        sums: options.sums().word().to_owned(),
         hosts,
         mpi: Some(processes.library()),
     })
@@ -217,11 +225,11 @@ pub(crate) fn get_ready(processes: &Processes, job: &Job) -> Result<(), CommandE
     for (_, mut bytes) in files {
         processes.control().broadcast(&mut bytes);
     }
-    match readiness(processes, trial_of_threads(job.workers.threads)) {
+    match readiness(processes, Ok(())) {
         None => Ok(()),
         Some((rank, reason)) => Err(CommandError::input(
             format!("rank {rank} cannot take part: {reason}"),
-            "look at the machine it runs on: its memory, its temporary files, the threads it may start",
+            "look at the machine it runs on: its memory, its temporary files",
         )),
     }
 }
@@ -251,18 +259,13 @@ fn inputs(job: &Job) -> Result<Vec<(PathBuf, Vec<u8>)>, CommandError> {
     Ok(files)
 }
 
-/// Whether this rank gets its threads.
-fn trial_of_threads(threads: usize) -> Result<(), String> {
-    with_threads(threads, || ()).map_err(|refused| refused.to_string())
-}
-
 /// The first rank that is not ready, with the reason; known to all.
 fn readiness(processes: &Processes, own: Result<(), String>) -> Option<(usize, String)> {
     let all: Vec<Option<String>> = answers(processes, &own.err());
     all.into_iter().enumerate().find_map(|(rank, reason)| Some((rank, reason?)))
 }
 
-/// How a run ended on each rank, or what broke it off.
+/// How a run ended on each rank, or what broke off all.
 type Outcomes = Result<Vec<Result<Ended, Box<RankFailure>>>, RanksFailed>;
 
 /// Runs this rank's part of `job`, for which all have got ready. The outcomes of all come by rank.
@@ -280,7 +283,7 @@ pub fn follow(processes: &Processes, options: &RunOptions, stop: &Stop, mut work
         processes.control().broadcast(&mut bytes);
         match from_bytes(&bytes) {
             Order::Muster(command) => {
-                drop(answers(processes, &Present::this(processes, command.objection())));
+                drop(answers(processes, &Present::this(processes, command.objection(options))));
             }
             Order::Run(order) => follow_run(processes, &order, options, stop),
             Order::Work(text) => work(&text),
@@ -309,7 +312,7 @@ fn follow_run(processes: &Processes, order: &RunOrder, options: &RunOptions, sto
             (name.as_path(), bytes)
         })
         .collect();
-    let ready = trial_of_threads(order.workers.threads).and_then(|()| unpack(&files));
+    let ready = unpack(&files);
     drop(files);
     let refused = readiness(processes, ready.as_ref().map(drop).map_err(Clone::clone));
     let (Ok(ready), None) = (ready, refused) else { return };
@@ -344,7 +347,6 @@ fn unpack(files: &[(&Path, Vec<u8>)]) -> Result<Ready, String> {
         written.map_err(|error| format!("{}: {error}", path.display()))?;
     }
     let loaded = case::load(&place.path().join(CASE), &[]).map_err(|error| error.to_string())?;
-    let (shapes, beds) = feasible::shapes_and_beds(&loaded).map_err(|error| error.to_string())?;
     let read = |name: &str| {
         let path = place.path().join(name);
         path.is_file().then(|| CheckpointReader::open(&path)).transpose().map_err(|error| error.to_string())
@@ -360,5 +362,34 @@ fn unpack(files: &[(&Path, Vec<u8>)]) -> Result<Ready, String> {
         Some(reader) => Some(reader.snapshot().map_err(|error| error.to_string())?),
         None => None,
     };
+    // Once the grains lie where they are put nobody needs the beds any more.
+    let begins = resumed.as_ref().is_none_or(|state: &Resumed| state.run.packing);
+    let (shapes, beds) = feasible::shapes_and_beds(&loaded, begins).map_err(|error| error.to_string())?;
     Ok(Ready { case: loaded.case, shapes, beds, resumed, prepared })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::error::Failure;
+
+    #[test]
+    fn answers_keep_the_bits_of_numbers() {
+        for time in [Real::NAN, Real::INFINITY, -0.0, 0.1 + 0.2, Real::MIN_POSITIVE / 3.0] {
+            let failure = Failure { time, rank: Some(3), ..Failure::default() };
+            let back: Failure = from_bytes(&to_bytes(&failure));
+            assert_eq!((back.time.to_bits(), back.rank), (time.to_bits(), Some(3)));
+        }
+    }
+
+    #[test]
+    fn ranks_of_another_program_or_with_other_arguments_object() {
+        let options = RunOptions::default();
+        let command = Command::of_this(&options, None);
+        assert_eq!(command.objection(&options), None);
+        let other = RunOptions { commit: Some("another"), ..RunOptions::default() };
+        assert!(command.objection(&other).is_some_and(|text| text.contains("(another), not")));
+        let changed = Command { arguments: vec!["run".into()], ..Command::of_this(&options, None) };
+        assert!(changed.objection(&options).is_some_and(|text| text.contains("other arguments")));
+    }
 }

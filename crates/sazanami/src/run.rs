@@ -151,6 +151,7 @@ pub fn resume(
     } else {
         feasible::check_without_grains(&loaded, &machine, &model)?
     };
+    let options = &RunOptions { sums: options.sums.or(resumed.run.sums()), ..options.clone() };
     let workers = workers::of_run(&loaded, options, machine.cores)?;
     let mut log = Log::append(folder, progress);
     log.note(&heading(&loaded.case, options));
@@ -336,7 +337,7 @@ fn how_it_ended(ended: &Ended, options: &RunOptions, stop: &Stop, wall: Real) ->
 fn broke_off(folder: &Path, last: &StepLine, panic: &(dyn Any + Send), progress: &mut dyn Progress) -> Failure {
     // Ranks say which of them it was, and why.
     let cause = panic.downcast_ref::<RanksFailed>().map_or_else(String::new, |failed| format!("\n{failed}"));
-    let failure = Failure {
+    let mut failure = Failure {
         kind: "panic".into(),
         message: format!(
             "the run broke off: this is a fault of the program, please report it with the case{}",
@@ -345,9 +346,11 @@ fn broke_off(folder: &Path, last: &StepLine, panic: &(dyn Any + Send), progress:
         step: last.step,
         time: last.time,
         limiter: last.limiter.into(),
-        checkpoint: checkpoints::last_good(folder),
+        ..Failure::default()
     };
+    // First what is short: a job that cannot end in good order has seconds left.
     put_failure(folder, &failure, progress);
+    failure.checkpoint = checkpoints::last_good(folder);
     failure
 }
 
@@ -372,14 +375,20 @@ fn ranks_of(job: &Job) -> Result<Ended, Box<RankFailure>> {
         Err(RanksFailed::Threads(refused)) => return Err(refused.into()),
         Err(failed) => std::panic::resume_unwind(Box::new(failed)),
     };
-    let mut ended = None;
-    let mut secondary = None;
-    for outcome in outcomes {
+    let (mut ended, mut secondary) = (None, None);
+    let mut first_hand = Vec::new();
+    for (rank, outcome) in outcomes.into_iter().enumerate() {
         match outcome {
             Ok(value) => ended = ended.or(Some(value)),
             Err(failed) if failed.is_secondary => secondary = secondary.or(Some(failed)),
-            Err(failed) => return Err(failed),
+            Err(failed) => first_hand.push((rank, failed)),
         }
+    }
+    // What all ranks found is no matter of one of them.
+    let of_all = first_hand.len() == ranks;
+    if let Some((rank, mut failed)) = first_hand.into_iter().next() {
+        failed.failure.rank = (!of_all).then_some(rank);
+        return Err(failed);
     }
     match (secondary, ended) {
         (Some(failed), _) => Err(failed),

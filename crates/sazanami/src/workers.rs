@@ -1,6 +1,6 @@
 //! Ranks and threads of a run: whether the box can be shared among them, and whether they are too many.
 
-use sazanami_numerics::domain::Decomposition;
+use sazanami_numerics::domain::{Decomposition, LayoutError};
 use sazanami_parallel::Processes;
 
 use crate::assembly::particles;
@@ -91,8 +91,10 @@ pub fn can_share(case: &Case, ranks: usize, fewer: impl Fn(usize) -> String) -> 
         Solver::Mics => case.domain.grid(),
         Solver::Mps => particles::grid(case),
     };
-    let Err(problem) = Decomposition::new(&grid, ranks) else { return Ok(()) };
-    let most = (1..ranks).rev().find(|&ranks| Decomposition::new(&grid, ranks).is_ok()).unwrap_or(1);
+    let tried = ranks.min(Decomposition::most(&grid) + 1);
+    let Err(problem) = Decomposition::new(&grid, tried) else { return Ok(()) };
+    let problem = LayoutError { ranks, ..problem };
+    let most = (1..tried).rev().find(|&ranks| Decomposition::new(&grid, ranks).is_ok()).unwrap_or(1);
     let cells = match case.solver {
         Solver::Mics => "",
         Solver::Mps => ", which are about half a radius of influence long",

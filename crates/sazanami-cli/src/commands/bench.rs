@@ -7,6 +7,7 @@ use sazanami_bench as bench;
 use sazanami_parallel::Processes;
 
 use super::print_json;
+use super::run::of_this_program;
 use crate::terminal::Screen;
 
 /// Time kernels and whole steps on this machine.
@@ -47,7 +48,7 @@ impl Bench {
             threads: self.threads.map(usize::from),
             ranks: usize::from(self.ranks),
             processes: processes.cloned(),
-            ..RunOptions::default()
+            ..of_this_program()
         };
         let [ranks, threads] = sazanami::workers::of_options(&options)?;
         let place = bench::Place { threads, ranks, processes: processes.cloned() };

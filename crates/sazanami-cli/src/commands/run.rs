@@ -53,9 +53,9 @@ pub struct Extent {
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
     ranks: u16,
     /// Order in which values of ranks are added: `ordered` gives the bits of ranks within one process, `tree` needs
-    /// smaller messages on hundreds of ranks
-    #[arg(long, value_name = "ORDER", default_value = "ordered", value_parser = ["ordered", "tree"])]
-    sums: String,
+    /// smaller messages on hundreds of ranks (default: ordered; of a run that goes on, as it began)
+    #[arg(long, value_name = "ORDER", value_parser = ["ordered", "tree"])]
+    sums: Option<String>,
 }
 
 impl Extent {
@@ -69,7 +69,7 @@ impl Extent {
             threads: self.threads.map(usize::from),
             ranks: usize::from(self.ranks),
             processes: processes.cloned(),
-            sums: Sums::of_word(&self.sums).unwrap_or_default(),
+            sums: self.sums.as_deref().and_then(Sums::of_word),
             ..of_this_program()
         }
     }

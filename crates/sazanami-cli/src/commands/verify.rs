@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use clap::Args;
 use sazanami::error::{CommandError, exit};
 use sazanami::progress::duration;
+use sazanami::run::RunOptions;
+use sazanami::workers;
 use sazanami_parallel::Processes;
 use sazanami_verification::catalogue::CASES;
 use sazanami_verification::judge::Row;
@@ -12,6 +14,7 @@ use sazanami_verification::page;
 use sazanami_verification::verify::{self, Choice};
 
 use super::print_json;
+use super::run::of_this_program;
 use crate::terminal::Screen;
 
 /// Run cases with known results.
@@ -56,9 +59,15 @@ impl Verify {
         }
         let Self { names, long, subset, json, out, expected, jobs, .. } = self;
         let mut screen = Screen::new();
-        let choice = Choice { names, long, subset, expected, jobs };
+        let mut choice = Choice { names, long, subset, expected, jobs };
         let found = match processes {
-            Some(processes) => verify::verify_on(processes, CASES, &choice, &mut screen)?,
+            Some(processes) => {
+                let options = RunOptions { processes: Some(processes.clone()), ..of_this_program() };
+                // Cases at a time on each rank, by the processors that are its share.
+                let [_, threads] = workers::of_options(&options)?;
+                choice.jobs = if jobs == 0 { threads } else { jobs };
+                verify::verify_on(processes, CASES, &choice, &mut screen)?
+            }
             None => verify::verify(CASES, &choice, &mut screen)?,
         };
         drop(screen);

@@ -180,9 +180,14 @@ fn processes_have_the_bits_of_ranks_within_one() {
 fn tree_sums_are_the_same_within_one_process_too() {
     let folder = cases();
     let work = |out: &'static str, sums: &'static str| ["run", "grid.toml", "--sums", sums, "--out", out];
-    let (one, _) = steps(folder.path(), On::One(3), &work("one", "tree"), HALF);
-    let (mpi, summary) = steps(folder.path(), On::Mpi(3), &work("mpi", "tree"), HALF);
-    assert_eq!((one, summary["machine"]["sums"].as_str()), (mpi, Some("tree")));
+    let (one, _) = steps(folder.path(), On::One(6), &work("one", "tree"), STEPS);
+    let (_, summary) = steps(folder.path(), On::Mpi(6), &work("mpi", "tree"), HALF);
+    assert_eq!(summary["machine"]["sums"].as_str(), Some("tree"));
+    // A run goes on as it began.
+    let (mpi, summary) = steps(folder.path(), On::Mpi(6), &["resume", "mpi"], STEPS - HALF);
+    assert_eq!((&one, summary["machine"]["sums"].as_str()), (&mpi, Some("tree")));
+    // Negative control: the other order shows in the last digits.
+    assert_ne!(one, steps(folder.path(), On::One(6), &work("ordered", "ordered"), STEPS).0);
 }
 
 #[test]

@@ -41,6 +41,13 @@ impl Decomposition {
             .ok_or(LayoutError { cells: grid.cells, ranks })
     }
 
+    /// A bound on the number of parts that `grid` can be cut into.
+    #[must_use]
+    pub fn most(grid: &Grid) -> usize {
+        let [n1, n2, _] = grid.cells.map(|n| (n / FEWEST).max(1));
+        n1 * n2
+    }
+
     /// One part.
     #[must_use]
     pub fn whole(grid: &Grid) -> Self {

@@ -193,6 +193,7 @@ impl RankError {
             step,
             time,
             limiter: limiter.to_owned(),
+            rank: None,
             checkpoint: None,
         }
     }

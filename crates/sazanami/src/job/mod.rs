@@ -66,8 +66,8 @@ pub struct RunOptions {
     pub ranks: usize,
     /// The processes of a launcher, each of which is a rank; absent: this process alone.
     pub processes: Option<Processes>,
-    /// Order in which the values of ranks are added.
-    pub sums: Sums,
+    /// Order in which the values of ranks are added; absent: that of the run so far, or in the order of the ranks.
+    pub sums: Option<Sums>,
     /// The commit that the program was built from, for the summary.
     pub commit: Option<&'static str>,
     /// Who draws the pictures; without an artist there are none.
@@ -80,6 +80,11 @@ impl RunOptions {
     /// Parts that the box is cut into within this process.
     fn ranks(&self) -> usize {
         self.ranks.max(1)
+    }
+
+    /// Order in which the values of ranks are added.
+    pub(crate) fn sums(&self) -> Sums {
+        self.sums.unwrap_or_default()
     }
 }
 
@@ -108,7 +113,7 @@ impl Workers {
     pub fn of_this_process(options: &RunOptions, cores: usize) -> Self {
         let ranks = options.ranks();
         let threads = options.threads.unwrap_or_else(|| cores.div_ceil(ranks)).max(1);
-        Self { ranks, threads, sums: options.sums.word().to_owned(), hosts: Vec::new(), mpi: None }
+        Self { ranks, threads, sums: options.sums().word().to_owned(), hosts: Vec::new(), mpi: None }
     }
 }
 
@@ -150,6 +155,9 @@ pub(crate) struct RunState {
     /// Step of the last row of the series; absent in checkpoints of earlier versions.
     #[serde(default)]
     pub last_row: Option<u64>,
+    /// Order of sums over the ranks, as [`Sums::word`]; absent in checkpoints of earlier versions.
+    #[serde(default)]
+    pub sums: Option<String>,
 }
 
 /// The version of sazanami that began a run.
@@ -177,16 +185,16 @@ impl std::fmt::Display for Program {
 impl RunState {
     /// The beginning of a run's state: its case and the program that began it.
     pub fn of(job: &Job) -> Self {
-        match &job.resumed {
-            Some(state) => {
-                Self { case_hash: state.run.case_hash.clone(), program: state.run.program.clone(), ..Self::default() }
-            }
-            None => Self {
-                case_hash: resolved::hash_text(job.case),
-                program: Some(Program::this(job.options)),
-                ..Self::default()
-            },
-        }
+        let (case_hash, program) = match &job.resumed {
+            Some(state) => (state.run.case_hash.clone(), state.run.program.clone()),
+            None => (resolved::hash_text(job.case), Some(Program::this(job.options))),
+        };
+        Self { case_hash, program, sums: Some(job.workers.sums.clone()), ..Self::default() }
+    }
+
+    /// Order of sums over the ranks, if the checkpoint knows it.
+    pub fn sums(&self) -> Option<Sums> {
+        Sums::of_word(self.sums.as_ref()?)
     }
 
     /// Whether the flow has begun.

@@ -74,7 +74,10 @@ impl Drawing {
 
 impl Drop for Drawing {
     fn drop(&mut self) {
-        self.finish();
+        // A run that breaks off does not wait for its pictures.
+        if !std::thread::panicking() {
+            self.finish();
+        }
     }
 }
 

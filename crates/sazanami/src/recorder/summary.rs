@@ -103,6 +103,7 @@ fn failure_json(failure: &Failure) -> Value {
         "step": failure.step,
         "time": failure.time,
         "limiter": failure.limiter,
+        "rank": failure.rank,
     })
 }
 
