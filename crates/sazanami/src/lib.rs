@@ -36,6 +36,7 @@ pub mod clock;
 mod columns;
 pub mod doctor;
 pub mod error;
+pub mod examine;
 pub mod feasible;
 pub mod finished;
 pub mod followers;
@@ -53,6 +54,7 @@ pub mod schedule;
 mod simulation;
 pub mod stop;
 pub mod tanks;
+pub mod templates;
 mod water;
 pub mod workers;
 

@@ -1,0 +1,45 @@
+"""sazanami: grains of sand under moving water.
+
+>>> import sazanami
+>>> case = sazanami.Case.template("raindrop")
+>>> case.run.until = "5 ms"
+>>> case.run.until
+0.005
+"""
+
+from . import _engine
+from ._keys import Keys
+from .case import Case, Check, Limit, explain, quantity, templates
+from .errors import (
+    CaseError,
+    Finding,
+    InputError,
+    InternalError,
+    RunFailed,
+    RunInterrupted,
+    SazanamiError,
+    UndoneError,
+    UnknownKeyError,
+)
+
+__version__ = _engine.__version__
+
+__all__ = [
+    "Case",
+    "CaseError",
+    "Check",
+    "Finding",
+    "InputError",
+    "InternalError",
+    "Keys",
+    "Limit",
+    "RunFailed",
+    "RunInterrupted",
+    "SazanamiError",
+    "UndoneError",
+    "UnknownKeyError",
+    "__version__",
+    "explain",
+    "quantity",
+    "templates",
+]
