@@ -22,9 +22,33 @@ from .errors import (
     UnknownKeyError,
 )
 
+from .functions import Bed, Mesh, analyse, evaluate, pack, read_bed, read_mesh, volume_fractions
+from .results import Results, States
+from .run import Run, StepInfo, resume
+from .state import Arrays, Grid, Particles, State
+from .tables import Table
+
 __version__ = _engine.__version__
 
 __all__ = [
+    "Arrays",
+    "Bed",
+    "Grid",
+    "Mesh",
+    "Particles",
+    "Results",
+    "Run",
+    "State",
+    "States",
+    "StepInfo",
+    "Table",
+    "analyse",
+    "evaluate",
+    "pack",
+    "read_bed",
+    "read_mesh",
+    "resume",
+    "volume_fractions",
     "Case",
     "CaseError",
     "Check",

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from typing import Any, Dict, List, Mapping, Optional, Tuple, Union
+from typing import TYPE_CHECKING, Any, Dict, List, Mapping, Optional, Tuple, Union
 
 from . import _engine
 from ._keys import Keys, Names, Path, as_json, names_of
 from .errors import Finding
+
+if TYPE_CHECKING:
+    from .run import Run
 
 __all__ = ["Case", "Check", "Limit", "explain", "quantity", "templates"]
 
@@ -157,6 +160,36 @@ class Case:
         """The same case, to be changed by itself."""
         return type(self)(self._core)
 
+    @property
+    def run(self) -> "_RunTable":
+        """Runs the case, ``case.run(until="20 ms")``; its keys are those of the table ``run``, ``case.run.until``."""
+        return _RunTable(self, ("run",))
+
+    def start(
+        self,
+        *,
+        until: Optional[Union[str, float]] = None,
+        steps: Optional[int] = None,
+        folder: Optional[PathLike] = None,
+        force: bool = False,
+        threads: Optional[int] = None,
+        ranks: int = 1,
+        progress: Any = False,
+        pictures: bool = True,
+        report: bool = True,
+    ) -> "Run":
+        """A run that has not begun: ``for state in case.start(until="5 ms").steps(every="1 ms"): ...``.
+
+        ``until`` (simulated time) or ``steps`` (fluid steps) end it before the end of the case. ``folder`` takes the results: the
+        next free ``runs/NAME-N`` if it is not given; ``force`` overwrites one that is not empty. ``threads``: all. ``progress`` shows
+        where the run is, or calls a function with a :class:`StepInfo`. Without ``pictures`` and ``report`` the folder has tables,
+        files for ParaView and checkpoints alone.
+        """
+        from .run import Run, options_of
+
+        options = options_of(folder, force, until, steps, threads, ranks, pictures, report)
+        return Run(self.copy(), options, progress)
+
     def __copy__(self) -> "Case":
         return self.copy()
 
@@ -232,6 +265,45 @@ class Case:
             else:
                 return None
         return held
+
+
+class _RunTable(Keys):
+    """The table ``run`` of a case, which can be called to run it."""
+
+    __slots__ = ()
+
+    def __call__(
+        self,
+        *,
+        until: Optional[Union[str, float]] = None,
+        steps: Optional[int] = None,
+        folder: Optional[PathLike] = None,
+        force: bool = False,
+        threads: Optional[int] = None,
+        ranks: int = 1,
+        progress: Any = False,
+        pictures: bool = True,
+        report: bool = True,
+        callback: Any = None,
+        every: Union[int, str, float] = 1,
+    ) -> "Run":
+        """Runs the case to its end and returns the run with its results; the options are those of :meth:`Case.start`.
+
+        ``callback`` gets a :class:`State` ``every`` so many steps, or whenever so much simulated time has passed. Ctrl-C ends the run
+        after a checkpoint and raises :class:`RunInterrupted`.
+        """
+        run = self._case.start(
+            until=until,
+            steps=steps,
+            folder=folder,
+            force=force,
+            threads=threads,
+            ranks=ranks,
+            progress=progress,
+            pictures=pictures,
+            report=report,
+        )
+        return run.wait(callback, every)
 
 
 def _restored(text: str, path: PathLike, settings: List[str]) -> Case:

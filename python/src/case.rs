@@ -30,6 +30,24 @@ impl CaseCore {
         let loaded = case::parse(&path, &text, &settings)?;
         Ok(Self { path, text, settings, loaded })
     }
+
+    /// A case that was read before.
+    pub fn of_loaded(loaded: LoadedCase) -> Self {
+        let settings = loaded.source.overrides().map(|(_, text)| text.to_owned()).collect();
+        Self { path: loaded.path.clone(), text: loaded.source.text().to_owned(), settings, loaded }
+    }
+}
+
+/// Overrides that set keys: paths as names, values as JSON.
+pub fn settings_of(keys: &[(Vec<String>, String)]) -> Result<Vec<String>, CommandError> {
+    let of = |(names, json): &(Vec<String>, String)| {
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let value: Value = serde_json::from_str(json).map_err(|error| {
+            CommandError::input(format!("`{}`: {error}", names.join(".")), "give a number, a text, a list or a dict")
+        })?;
+        Ok(si::setting(&names, &value))
+    };
+    keys.iter().map(of).collect()
 }
 
 #[pymethods]
@@ -69,15 +87,7 @@ impl CaseCore {
     fn with_keys(&self, py: Python<'_>, keys: Vec<(Vec<String>, String)>) -> PyResult<Self> {
         unlocked(py, || {
             let mut settings = self.settings.clone();
-            for (names, json) in &keys {
-                let names: Vec<&str> = names.iter().map(String::as_str).collect();
-                let value: Value = serde_json::from_str(json).map_err(|error| {
-                    CommandError::input(
-                        format!("`{}`: {error}", names.join(".")),
-                        "give a number, a text, a list or a dict",
-                    )
-                })?;
-                let setting = si::setting(&names, &value);
+            for setting in settings_of(&keys)? {
                 let path = setting.split_inclusive('=').next().unwrap_or_default().to_owned();
                 settings.retain(|earlier| !earlier.starts_with(&path));
                 settings.push(setting);

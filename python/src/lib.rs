@@ -4,6 +4,10 @@
 
 mod case;
 mod errors;
+mod functions;
+mod results;
+mod run;
+mod state;
 mod values;
 
 use pyo3::prelude::*;
@@ -15,5 +19,11 @@ fn _engine(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(case::templates, module)?)?;
     module.add_function(wrap_pyfunction!(case::explain, module)?)?;
     module.add_function(wrap_pyfunction!(values::quantity, module)?)?;
+    module.add_class::<run::RunCore>()?;
+    module.add_class::<results::ResultsCore>()?;
+    module.add_function(wrap_pyfunction!(results::analyse_folders, module)?)?;
+    module.add_function(wrap_pyfunction!(results::bed, module)?)?;
+    module.add_function(wrap_pyfunction!(functions::read_mesh, module)?)?;
+    module.add_function(wrap_pyfunction!(functions::volume_fractions, module)?)?;
     Ok(())
 }

@@ -158,3 +158,12 @@ def test_copies(case):
         assert other.hash == case.hash
         other.run.until = "3 ms"
         assert case.run.until == 2e-3
+
+
+def test_names_of_methods_hide_no_key(case):
+    keys = set(case._known(())["keys"])
+    own = {name for name in dir(type(case)) if not name.startswith("_")}
+    # `case.run` is both: it can be called, and its keys are those of the table.
+    assert keys & own == {"run"}
+    case.run = {"until": "7 ms"}
+    assert case.run.until == 7e-3

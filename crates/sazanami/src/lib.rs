@@ -50,11 +50,14 @@ mod recorder;
 pub mod reference;
 pub mod results;
 pub mod run;
+pub mod saved;
 pub mod schedule;
 mod simulation;
+pub mod state;
 pub mod stop;
 pub mod tanks;
 pub mod templates;
+pub mod volume_fractions;
 mod water;
 pub mod workers;
 
