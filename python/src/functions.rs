@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use numpy::{PyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use sazanami::error::CommandError;
-use sazanami::volume_fractions::{self as fractions, Grid, Placed, Quaternion, TetrahedralMesh, Vector};
+use sazanami::volume_fractions::{self as fractions, Placed, Quaternion, TetrahedralMesh, Vector};
 
 use crate::errors::unlocked;
 use crate::state::rows;
@@ -55,7 +55,7 @@ pub fn volume_fractions<'py>(
                 scale: row[7],
             })
             .collect();
-        let grid = Grid::new(cells, lower.into(), upper.into());
+        let grid = fractions::grid_of(cells, lower.into(), upper.into())?;
         fractions::volume_fractions(mesh, &placed, &grid, fractions::method_of(method)?)
     })?;
     Ok(PyArray1::from_vec(py, found))

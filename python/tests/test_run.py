@@ -65,7 +65,7 @@ def test_steps_show_states_and_change_nothing(drop, tmp_path, run_of_drop):
     ]
     assert centre == pytest.approx([3e-3, 3e-3, 4e-3], abs=1e-6)
     assert c.sum() * first.grid.cell_volume == pytest.approx(np.pi / 6 * 2e-3**3, rel=2e-3)
-    assert first.grid.velocity[..., 2].min() == pytest.approx(-1.0, rel=1e-6)
+    assert first.grid.velocity[..., 2].min() == pytest.approx(-1.0, rel=1e-2)
     grains = first.grid.solid_fraction.sum() * first.grid.cell_volume
     assert grains == pytest.approx(3 * np.pi / 6 * 1e-3**3, rel=0.05)
 
@@ -171,10 +171,11 @@ def test_a_run_that_fails_says_where_and_when(drop, tmp_path):
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals")
 def test_ctrl_c_writes_a_checkpoint(tmp_path):
+    (tmp_path / "drop.toml").write_text(DROP)
     script = textwrap.dedent(
         f"""
         import sazanami
-        case = sazanami.Case.from_text('''{DROP}''', "drop.toml")
+        case = sazanami.Case.from_file({str(tmp_path / "drop.toml")!r})
         case.set({{"run.until": "10 s", "output": {{"series": {{"steps": 1}}}}}})
         try:
             case.run(folder={str(tmp_path / "a")!r}, threads=1, pictures=False, report=False,

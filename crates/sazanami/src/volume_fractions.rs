@@ -36,6 +36,19 @@ fn refused(problem: &dyn std::fmt::Display) -> CommandError {
     CommandError::input(problem.to_string(), "give a closed solid of tetrahedra that lies within the box")
 }
 
+/// A grid of so many cells between two corners \[m].
+///
+/// # Errors
+/// If it has no cells, or the upper corner does not lie above the lower one.
+pub fn grid_of(cells: [usize; 3], lower: Vector, upper: Vector) -> Result<Grid, CommandError> {
+    let is_box = lower.is_finite() && upper.is_finite() && (upper - lower).min_element() > 0.0;
+    if is_box && !cells.contains(&0) { Ok(Grid::new(cells, lower, upper)) } else { Err(no_cells()) }
+}
+
+fn no_cells() -> CommandError {
+    CommandError::input("the grid has no cells", "give its corners, the upper one above the lower")
+}
+
 /// The method of a name: `clip`, `columns` or `columns(4)`, `sub_cells` or `sub_cells(10)`.
 ///
 /// # Errors
@@ -75,7 +88,7 @@ pub fn volume_fractions(
         ));
     }
     if grid.cells.contains(&0) || !(grid.spacing.min_element() > 0.0 && grid.spacing.is_finite()) {
-        return Err(CommandError::input("the grid has no cells", "give its corners, the upper one above the lower"));
+        return Err(no_cells());
     }
     mesh.check().map_err(|error| refused(&error))?;
     let mass = MassProperties::of(&mesh);
@@ -85,8 +98,16 @@ pub fn volume_fractions(
     let (origin, axes) = shape.source_frame();
     let axes = Quaternion::from_mat3(&axes);
     let mut rasteriser = Rasteriser::new(method);
-    let (mut covers, mut fractions) = (Vec::new(), vec![0.0; grid.len()]);
-    let [n1, n2, _] = grid.cells;
+    let (mut covers, mut fractions) = (Vec::new(), Vec::new());
+    let [n1, n2, n3] = grid.cells;
+    let count = n1.checked_mul(n2).and_then(|layer| layer.checked_mul(n3));
+    if count.is_none_or(|count| fractions.try_reserve_exact(count).is_err()) {
+        return Err(CommandError::input(
+            format!("{n1} x {n2} x {n3} cells are more than the memory holds"),
+            "take fewer cells",
+        ));
+    }
+    fractions.resize(grid.len(), 0.0);
     for place in placed {
         let turn = place.orientation.normalize();
         let centre = place.position + turn * (place.scale * origin);
@@ -139,6 +160,10 @@ mod tests {
         assert!(place(good).is_ok());
         assert!(place(Placed { position: Vector::NAN, ..good }).is_err());
         assert!(place(Placed { scale: 0.0, ..good }).is_err());
+        assert!(grid_of([2, 0, 2], Vector::ZERO, Vector::ONE).is_err());
+        assert!(grid_of([2, 2, 2], Vector::ONE, Vector::ZERO).is_err());
+        let vast = grid_of([1 << 30; 3], Vector::ZERO, Vector::ONE).unwrap();
+        assert!(volume_fractions(box_mesh(Vector::splat(0.1)), &[good], &vast, Default::default()).is_err());
         let open = TetrahedralMesh { tetrahedra: Vec::new(), ..box_mesh(Vector::ONE) };
         assert!(volume_fractions(open, &[good], &grid(), Default::default()).is_err());
     }
