@@ -186,7 +186,10 @@ impl Group {
             // In reserve: grains that move may touch more cells.
             let reserve = self.shares.len() / 4 + 16;
             self.shares.reserve(reserve);
-            self.previous.reserve(self.shares.capacity());
+            // Nothing of the earlier lists is needed any more. Exactly as much: the two take turns, and whatever one had more
+            // than the other would be doubled whenever the entries change.
+            self.previous.clear();
+            self.previous.reserve_exact(self.shares.capacity());
         }
     }
 
