@@ -132,7 +132,7 @@ class Run:
 
     def _begin(self, every: Optional[Every]) -> None:
         by_steps = every if isinstance(every, int) and not isinstance(every, bool) else None
-        by_time = None if every is None or by_steps is not None else quantity(every, "s")  # type: ignore[arg-type]
+        by_time = None if every is None or by_steps is not None else quantity(every, "s")
         if by_steps is not None and by_steps < 1 or by_time is not None and not by_time > 0.0:
             raise InputError(f"states cannot be seen every {every!r}", "give a number of steps, or a time with its unit")
         core = None if self._case is None else self._case._core

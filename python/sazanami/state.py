@@ -76,7 +76,7 @@ class Grid(Arrays):
         """Number of cells along each axis."""
 
     @property
-    def axes(self) -> Tuple["NDArray[np.float64]", "NDArray[np.float64]", "NDArray[np.float64]"]:
+    def axes(self) -> Tuple["NDArray[Any]", "NDArray[Any]", "NDArray[Any]"]:
         """Centres of the cells along x1, x2 and x3 [m]."""
         x, y, z = (self.lower[d] + self.spacing[d] * (np.arange(self.cells[d]) + 0.5) for d in range(3))
         return x, y, z

@@ -52,7 +52,8 @@ pub fn run(rest: &[String]) -> u8 {
             return 2;
         }
     }
-    let own: Vec<&String> = rest.iter().filter(|argument| !["--python", "--locked"].contains(&argument.as_str())).collect();
+    let own: Vec<&String> =
+        rest.iter().filter(|argument| !["--python", "--locked"].contains(&argument.as_str())).collect();
     println!("-- types");
     let types = exit_code(Command::new(program(&venv, "mypy")).args(["--package", "sazanami"]).current_dir(&target));
     println!("-- tests in Python");
