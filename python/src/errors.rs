@@ -31,13 +31,11 @@ pub fn raised(py: Python<'_>, error: &CommandError) -> PyErr {
     match error {
         CommandError::Case(error) => {
             let found = findings(py, &error.diagnostics.records(&error.source));
-            exception(py, "CaseError", |_| Ok((error.to_string(), found?).into_pyobject(py)?))
+            exception(py, "CaseError", |_| (error.to_string(), found?).into_pyobject(py))
         }
-        CommandError::Input { message, help } => {
-            exception(py, "InputError", |_| Ok((message, help).into_pyobject(py)?))
-        }
+        CommandError::Input { message, help } => exception(py, "InputError", |_| (message, help).into_pyobject(py)),
         CommandError::Failed(failure) => failed(py, failure),
-        CommandError::Undone(message) => exception(py, "UndoneError", |_| Ok((message,).into_pyobject(py)?)),
+        CommandError::Undone(message) => exception(py, "UndoneError", |_| (message,).into_pyobject(py)),
     }
 }
 
@@ -49,18 +47,18 @@ fn failed(py: Python<'_>, failure: &Failure) -> PyErr {
         keywords.set_item("time", failure.time)?;
         keywords.set_item("limiter", &failure.limiter)?;
         keywords.set_item("checkpoint", failure.checkpoint.as_ref())?;
-        Ok((failure.to_string(),).into_pyobject(py)?)
+        (failure.to_string(),).into_pyobject(py)
     })
 }
 
 /// The exception for a key that there is not.
 pub fn unknown_key(py: Python<'_>, unknown: &UnknownKey) -> PyErr {
-    exception(py, "UnknownKeyError", |_| Ok((&unknown.path, &unknown.meant).into_pyobject(py)?))
+    exception(py, "UnknownKeyError", |_| (&unknown.path, &unknown.meant).into_pyobject(py))
 }
 
 /// The exception for a fault of the program.
 pub fn broken(py: Python<'_>, cause: &str) -> PyErr {
-    exception(py, "InternalError", |_| Ok((cause,).into_pyobject(py)?))
+    exception(py, "InternalError", |_| (cause,).into_pyobject(py))
 }
 
 /// An exception of the package by its name; `arguments` may add some by keyword.
