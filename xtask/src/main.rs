@@ -4,6 +4,7 @@ mod assets;
 mod book;
 mod generated;
 mod mpi;
+mod python;
 mod test;
 mod tidy;
 
@@ -13,6 +14,7 @@ use std::process::{Command, ExitCode};
 const HELP: &str = "\
 cargo xtask test [--locked] [ARGS...]   formatting, tidy, lints, then all tests; ARGS go to `cargo test`
 cargo xtask test --mpi [openmpi|mpich]  the tests that run under `mpirun`, with each MPI that is installed, or with that one
+cargo xtask test --python [ARGS...]     the Python package, installed by pip (needs Python and a network); ARGS go to pytest
 cargo xtask tidy                        who may depend on whom, what the sources may name, whether generated files are fresh
 cargo xtask generate                    schema, reference pages, pages of verification/ and docs/results, docs/SUMMARY.md
 cargo xtask verify [ARGS...]            `sazanami verify`: cases with known results; with `--out verification`, `generate` next
@@ -28,6 +30,7 @@ fn main() -> ExitCode {
     let rest: Vec<String> = arguments.collect();
     let code = match command.as_str() {
         "test" if rest.iter().any(|argument| argument == "--mpi") => mpi::run(&rest),
+        "test" if rest.iter().any(|argument| argument == "--python") => python::run(&rest),
         "test" => test::run(&rest),
         "assets" => assets::run(),
         "book" => book::run(),

@@ -28,6 +28,7 @@ pub mod read;
 pub mod reference;
 pub mod resolved;
 mod schema;
+pub mod si;
 pub mod source;
 mod suggest;
 pub mod tables;

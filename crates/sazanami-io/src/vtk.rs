@@ -15,7 +15,7 @@ pub use array::DataArray;
 pub use bodies::{BodyFile, write_bodies};
 pub use image::{ImageFile, write_image};
 pub use points::{PointFile, write_points};
-pub use read::{ReadError, VtkFile, read_series};
+pub use read::{ReadError, Values, VtkFile, read_series};
 pub use series::{PvdSeries, SeriesEntry};
 
 use std::io;

@@ -23,7 +23,7 @@ pub(crate) use summary_file::summary;
 
 pub(crate) use ripples::CYCLE_COLUMNS;
 pub use ripples::layer_history;
-pub use table::Table;
+pub use table::{Cells, Table};
 
 /// Evaluates one run again, or compares several; returns lines for the terminal.
 ///

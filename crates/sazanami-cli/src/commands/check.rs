@@ -1,16 +1,13 @@
 //! `sazanami check`: reads, validates and explains a case without running it.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 use sazanami::case::{self, CaseError};
-use sazanami::check::{self, CostModel, Known};
+use sazanami::check;
 use sazanami::error::{CommandError, exit};
-use sazanami::feasible;
-use sazanami::machine::{self, Machine};
+use sazanami::examine::{Examined, examine};
 use sazanami::progress::Progress as _;
-use sazanami::tanks;
-use sazanami::workers;
 use serde_json::json;
 
 use super::print_json;
@@ -43,37 +40,26 @@ pub struct Check {
 
 impl Check {
     pub fn execute(self) -> Result<u8, CommandError> {
-        let machine = Machine::this();
-        let model = CostModel::default();
-        let prepared = case::load(&self.case, &self.overrides)
-            .and_then(|loaded| feasible::check(&loaded, &machine, &model).map(|feasible| (loaded, feasible)))
-            .and_then(|(loaded, feasible)| {
-                tanks::made_ready(&loaded, option_env!("SAZANAMI_COMMIT")).map(|ready| (loaded, feasible, ready))
-            });
-        let (loaded, mut feasible, ready) = match prepared {
-            Ok(prepared) => prepared,
-            Err(error) if self.json => {
+        let ranks = self.ranks.map(|ranks| ranks as usize);
+        let examined = case::load(&self.case, &self.overrides).map_err(CommandError::from).and_then(|loaded| {
+            let threads = self.threads.map(usize::from);
+            examine(&loaded, threads, ranks, option_env!("SAZANAMI_COMMIT")).map(|examined| (loaded, examined))
+        });
+        let (loaded, Examined { report, warnings, messages }) = match examined {
+            Ok(examined) => examined,
+            Err(CommandError::Case(error)) if self.json => {
                 print_json(&json!({ "ok": false, "findings": findings(&error)? }));
                 return Ok(exit::WRONG_INPUT);
             }
-            Err(error) => return Err(error.into()),
+            Err(error) => return Err(error),
         };
-        let threads = self.threads.map_or(machine.cores, usize::from);
-        let known = Known { shapes: &feasible.facts, made_ready: ready.tank.is_some() };
-        let mut report = check::check(&loaded.case, known, &machine, threads, &model);
-        if let Some(ranks) = self.ranks.map(|ranks| ranks as usize) {
-            workers::can_share(&loaded.case, ranks, |most| format!("give `--ranks {most}` or fewer"))?;
-            report.ranks = check::ranks(&loaded.case, ranks, report.memory_bytes);
-        }
-        report.disk_available = machine::free_disk(Path::new("."));
-        check::warn_of_disk(&loaded, &report, report.disk_available, &mut feasible.warnings);
         if self.json {
-            let findings = super::json(&feasible.warnings.records(&loaded.source))?;
+            let findings = super::json(&warnings.records(&loaded.source))?;
             print_json(&json!({ "ok": true, "findings": findings, "report": super::json(&report)? }));
         } else {
             let mut screen = Screen::new();
-            screen.warnings(&feasible.warnings, &loaded.source);
-            ready.messages.iter().for_each(|text| screen.message(text));
+            screen.warnings(&warnings, &loaded.source);
+            messages.iter().for_each(|text| screen.message(text));
             out!("{}", check::explain(&loaded.case, &report));
         }
         Ok(exit::DONE)

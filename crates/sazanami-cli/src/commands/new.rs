@@ -5,43 +5,9 @@ use std::io::Write as _;
 use std::path::PathBuf;
 
 use clap::Args;
-use sazanami::case::{json_schema, nearest};
+use sazanami::case::json_schema;
 use sazanami::error::{CommandError, exit};
-
-/// A commented case of one kind.
-struct Template {
-    name: &'static str,
-    about: &'static str,
-    text: &'static str,
-}
-
-const TEMPLATES: [Template; 5] = [
-    Template {
-        name: "raindrop",
-        about: "a drop hits a small bed of sand that is packed in the run",
-        text: include_str!("../../../../cases/templates/raindrop.toml"),
-    },
-    Template {
-        name: "settling_sphere",
-        about: "a sphere settles in a box of liquid",
-        text: include_str!("../../../../cases/templates/settling_sphere.toml"),
-    },
-    Template {
-        name: "dam_break",
-        about: "a column of water collapses against a few blocks",
-        text: include_str!("../../../../cases/templates/dam_break.toml"),
-    },
-    Template {
-        name: "packing",
-        about: "grains of two kinds are packed, and their porosity measured",
-        text: include_str!("../../../../cases/templates/packing.toml"),
-    },
-    Template {
-        name: "shaken_tank",
-        about: "a bed of spheres under water is shaken: ripples",
-        text: include_str!("../../../../cases/templates/shaken_tank.toml"),
-    },
-];
+use sazanami::templates::{TEMPLATES, template};
 
 /// List the templates, or write a commented case of one kind into DIR.
 #[derive(Debug, Args)]
@@ -74,14 +40,7 @@ impl New {
             outln!("\nwrite one with `sazanami new TEMPLATE DIR`");
             return Ok(exit::DONE);
         };
-        let Some(template) = TEMPLATES.iter().find(|template| template.name == name) else {
-            let known = TEMPLATES.map(|template| template.name);
-            let help = match nearest(&name, known) {
-                Some(meant) => format!("did you mean `{meant}`?"),
-                None => format!("templates: {}", known.join(", ")),
-            };
-            return Err(CommandError::input(format!("there is no template `{name}`"), help));
-        };
+        let template = template(&name)?;
         let case = dir.join(format!("{}.toml", template.name));
         let schema = dir.join("schema.json");
         if case.exists() {

@@ -29,6 +29,41 @@ pub enum ReadError {
     },
 }
 
+/// Values of an array by their type.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Values {
+    /// Real numbers in eight bytes.
+    F64(Vec<f64>),
+    /// Real numbers in four bytes.
+    F32(Vec<f32>),
+    /// Whole numbers from 0 on in eight bytes.
+    U64(Vec<u64>),
+    /// Whole numbers from 0 on in four bytes.
+    U32(Vec<u32>),
+    /// Whole numbers in four bytes.
+    I32(Vec<i32>),
+}
+
+impl Values {
+    /// Number of values.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        match self {
+            Self::F64(values) => values.len(),
+            Self::F32(values) => values.len(),
+            Self::U64(values) => values.len(),
+            Self::U32(values) => values.len(),
+            Self::I32(values) => values.len(),
+        }
+    }
+
+    /// Whether there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
 /// A file in memory; arrays are unpacked when they are asked for.
 #[derive(Debug)]
 pub struct VtkFile {
@@ -90,26 +125,49 @@ impl VtkFile {
         self.tag(|tag| tag.starts_with("DataArray ") && attribute(tag, "Name") == Some(name))
     }
 
+    /// Names of the arrays of points, cells or bodies, without those that make up their places.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        let arrays = self.text.split('<').filter(|tag| tag.starts_with("DataArray "));
+        let of_places = ["Points", "connectivity", "offsets", "types", "TimeValue"];
+        arrays.filter_map(|tag| attribute(tag, "Name")).filter(move |name| !of_places.contains(name))
+    }
+
+    /// Number of components and values of the array `name`, those of a vector together, as they are in the file.
+    ///
+    /// # Errors
+    /// If it is not there or damaged.
+    pub fn values(&self, name: &str) -> Result<(usize, Values), ReadError> {
+        let missing = || self.damaged(format!("array `{name}`"));
+        let tag = self.array_tag(name).ok_or_else(missing)?;
+        let offset = attribute(tag, "offset").and_then(|text| text.parse().ok()).ok_or_else(missing)?;
+        let components = attribute(tag, "NumberOfComponents").map_or(Ok(1), str::parse).map_err(|_| missing())?;
+        let raw = self.unpacked(offset).ok_or_else(missing)?;
+        fn values<const N: usize, T>(raw: &[u8], of: impl Fn([u8; N]) -> T) -> Vec<T> {
+            raw.as_chunks().0.iter().map(|&bytes| of(bytes)).collect()
+        }
+        let values = match attribute(tag, "type") {
+            Some("Float32") => Values::F32(values(&raw, f32::from_le_bytes)),
+            Some("Float64") => Values::F64(values(&raw, f64::from_le_bytes)),
+            Some("UInt32") => Values::U32(values(&raw, u32::from_le_bytes)),
+            Some("Int32") => Values::I32(values(&raw, i32::from_le_bytes)),
+            Some("UInt64") => Values::U64(values(&raw, u64::from_le_bytes)),
+            _ => return Err(missing()),
+        };
+        if components == 0 || values.len() % components != 0 { Err(missing()) } else { Ok((components, values)) }
+    }
+
     /// Values of the array `name`, vectors by component, in single precision.
     ///
     /// # Errors
     /// If it is not there or damaged.
     pub fn array(&self, name: &str) -> Result<Vec<f32>, ReadError> {
-        let missing = || self.damaged(format!("array `{name}`"));
-        let tag = self.array_tag(name).ok_or_else(missing)?;
-        let offset = attribute(tag, "offset").and_then(|text| text.parse().ok()).ok_or_else(missing)?;
-        let raw = self.unpacked(offset).ok_or_else(missing)?;
-        fn values<const N: usize>(raw: &[u8], of: impl Fn([u8; N]) -> f32) -> Vec<f32> {
-            raw.as_chunks().0.iter().map(|&bytes| of(bytes)).collect()
-        }
-        match attribute(tag, "type") {
-            Some("Float32") => Ok(values(&raw, f32::from_le_bytes)),
-            Some("Float64") => Ok(values(&raw, |bytes| f64::from_le_bytes(bytes) as f32)),
-            Some("UInt32") => Ok(values(&raw, |bytes| u32::from_le_bytes(bytes) as f32)),
-            Some("Int32") => Ok(values(&raw, |bytes| i32::from_le_bytes(bytes) as f32)),
-            Some("UInt64") => Ok(values(&raw, |bytes| u64::from_le_bytes(bytes) as f32)),
-            _ => Err(missing()),
-        }
+        Ok(match self.values(name)?.1 {
+            Values::F32(values) => values,
+            Values::F64(values) => values.into_iter().map(|value| value as f32).collect(),
+            Values::U32(values) => values.into_iter().map(|value| value as f32).collect(),
+            Values::I32(values) => values.into_iter().map(|value| value as f32).collect(),
+            Values::U64(values) => values.into_iter().map(|value| value as f32).collect(),
+        })
     }
 
     /// The unpacked bytes of the array at `offset`.
@@ -181,6 +239,9 @@ mod tests {
         assert_eq!(read.array("speed").unwrap(), speeds);
         assert_eq!(read.array("population").unwrap()[7], 7.0);
         assert_eq!(read.array("Points").unwrap()[3..6], [1.0, 0.5, -1.0]);
+        assert_eq!(read.names().collect::<Vec<_>>(), ["speed", "population"]);
+        assert_eq!(read.values("population").unwrap(), (1, Values::U32((0..count).map(|n| n as u32).collect())));
+        assert_eq!(read.values("Points").unwrap().0, 3);
         assert!(read.has("speed") && !read.has("spee"));
         assert!(read.array("spin").unwrap_err().to_string().contains("array `spin`"));
         let whole = std::fs::read(&path).unwrap();

@@ -186,7 +186,10 @@ impl Group {
             // In reserve: grains that move may touch more cells.
             let reserve = self.shares.len() / 4 + 16;
             self.shares.reserve(reserve);
-            self.previous.reserve(self.shares.capacity());
+            // Nothing of the earlier lists is needed any more. Exactly as much: the two take turns, and whatever one had more
+            // than the other would be doubled whenever the entries change.
+            self.previous.clear();
+            self.previous.reserve_exact(self.shares.capacity());
         }
     }
 
@@ -482,5 +485,45 @@ impl Imprint {
         let Self { groups, touching, planes, covered, .. } = self;
         let lists = Lists { groups, touching, planes };
         lists.sum(domain, covered, spin, |n, share| share.fraction * Vector::from_slice(&motion[n][3..]));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use sazanami_dem::{Body, Engine, Grain, Interactions, LinearSpringDashpot, Setup};
+    use sazanami_numerics::geometry::{ContactSphereRule, VolumeRule};
+    use sazanami_numerics::grid::Grid;
+
+    use super::*;
+
+    #[test]
+    fn lists_take_no_more_memory_however_often_the_entries_change() {
+        let domain = Domain::solo(Grid::new([8; 3], Vector::ZERO, Vector::ONE), [false; 3]);
+        let shape = Shape::sphere(0.3, 2, VolumeRule::Preserve, &ContactSphereRule::Single).expect("a sphere");
+        let setup = Setup {
+            bodies: vec![Body::from(&shape)],
+            interactions: Interactions::uniform(1, LinearSpringDashpot::SAND),
+            walls: Vec::new(),
+            region: [Vector::ZERO, Vector::ONE],
+            ghost_margin: 0.1,
+        };
+        let grains: Vec<Grain> =
+            (0..8u32).map(|n| Grain::new(n.into(), 1.0, Vector::splat(0.2 + 0.08 * Real::from(n)))).collect();
+        let engine = Engine::new(&domain, setup, &grains).expect("grains");
+        let mut imprint = Imprint::new([8; 3], VolumeFractionMethod::Clip, TorqueArm::Centroid);
+        let capacities = |imprint: &Imprint| {
+            let held = |group: &Group| group.shares.capacity() + group.previous.capacity();
+            imprint.groups.iter().map(held).sum::<usize>()
+        };
+        imprint.update(&domain, engine.grains(), std::slice::from_ref(&shape), None);
+        let first = capacities(&imprint);
+        let needed: usize = imprint.groups.iter().map(|group| group.shares.len()).sum();
+        assert!(needed > 0);
+        for _ in 0..50 {
+            // Other entries than the last time: all is evaluated anew.
+            imprint.keys.clear();
+            imprint.update(&domain, engine.grains(), std::slice::from_ref(&shape), None);
+        }
+        assert!(capacities(&imprint) <= 2 * first, "{} of {needed}, {first} at first", capacities(&imprint));
     }
 }

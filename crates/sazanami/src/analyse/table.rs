@@ -12,6 +12,15 @@ pub struct Table {
     rows: Vec<String>,
 }
 
+/// The cells of a column.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Cells<'t> {
+    /// Numbers, NaN where a cell is empty.
+    Numbers(Vec<Real>),
+    /// Words, empty where a cell is.
+    Words(Vec<&'t str>),
+}
+
 impl Table {
     /// Reads the table at `path`; `None` if there is none.
     pub fn read(path: &Path) -> Option<Self> {
@@ -46,6 +55,18 @@ impl Table {
     /// Words in a column; none if there is no such column.
     pub fn words(&self, name: &str) -> Vec<&str> {
         self.cells(name).map(|cell| cell.trim_matches('"')).collect()
+    }
+
+    /// Cells of a column: numbers, or words where there is no number but other text; none if there is no such column.
+    #[must_use]
+    pub fn cells_of(&self, name: &str) -> Cells<'_> {
+        let numbers = self.column(name);
+        let words = self.words(name);
+        if numbers.iter().all(|number| number.is_nan()) && words.iter().any(|word| !word.is_empty() && *word != "NaN") {
+            Cells::Words(words)
+        } else {
+            Cells::Numbers(numbers)
+        }
     }
 
     /// Number of rows below the heading.

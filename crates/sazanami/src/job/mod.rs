@@ -20,6 +20,7 @@ use crate::case::meaning::Case;
 use crate::case::resolved;
 use crate::error::CommandError;
 use crate::progress::StepLine;
+use crate::state::Showing;
 use crate::stop::Stop;
 
 pub(crate) use error::{RankError, RankFailure, RecordError, StateError};
@@ -74,6 +75,8 @@ pub struct RunOptions {
     pub artist: Option<&'static dyn Artist>,
     /// What writes the report on a run that ended into its folder; absent: there is none.
     pub report: Option<ReportWriter>,
+    /// Who sees the states of the flow while it goes on, and how often; absent: nobody.
+    pub showing: Option<Showing>,
 }
 
 impl RunOptions {

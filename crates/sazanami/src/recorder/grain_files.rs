@@ -14,6 +14,7 @@ use sazanami_numerics::{Quaternion, Real, Vector};
 use crate::case::meaning::{Case, GrainArray};
 use crate::clock::Clock;
 use crate::job::RecordError;
+use crate::state::Array;
 
 /// Time since the last contact of a grain that never touched any \[s].
 const NEVER: Real = 1e9;
@@ -114,6 +115,32 @@ impl GrainStates {
         Ok(write_bodies(path, &file)?)
     }
 
+    /// Everything that both solvers know of grains, by the names of their files.
+    pub fn arrays_of_state(&self) -> Vec<Array> {
+        let real =
+            |array: GrainArray, of: fn(&Record) -> Real| Array::reals(array.word(), 1, self.records.iter().map(of));
+        let vector = |array: GrainArray, of: fn(&Record) -> [Real; 3]| {
+            Array::reals(array.word(), 3, self.records.iter().flat_map(of))
+        };
+        let whole = |array: GrainArray, of: fn(&Record) -> u32| Array::whole(array.word(), self.records.iter().map(of));
+        vec![
+            Array::long(GrainArray::Id.word(), self.records.iter().map(|r| r.id)),
+            Array::reals("position", 3, self.records.iter().flat_map(|r| r.position)),
+            Array::reals(GrainArray::Orientation.word(), 4, self.records.iter().flat_map(|r| w_first(r.orientation))),
+            vector(GrainArray::Velocity, |r| r.velocity),
+            vector(GrainArray::AngularVelocity, |r| r.angular_velocity),
+            vector(GrainArray::ContactForce, |r| r.contact_force),
+            vector(GrainArray::ContactTorque, |r| r.contact_torque),
+            whole(GrainArray::Population, |r| r.population),
+            whole(GrainArray::Material, |r| r.material),
+            whole(GrainArray::TouchedGrains, |r| r.touched_grains as u32),
+            real(GrainArray::Diameter, |r| r.diameter),
+            real(GrainArray::Scale, |r| r.scale),
+            real(GrainArray::Mass, |r| r.mass),
+            real(GrainArray::TimeSinceContact, |r| r.time_since_contact),
+        ]
+    }
+
     /// The arrays that the case asks for. What turns and scales glyphs is for points alone.
     fn arrays<'a>(&'a self, case: &Case, own: &[OwnArray<'a>], points: bool) -> Vec<DataArray<'a>> {
         let mut arrays: Vec<DataArray> = Vec::new();
@@ -150,16 +177,17 @@ impl GrainStates {
             GrainArray::ContactForce => vector(|r| r.contact_force),
             GrainArray::ContactTorque => vector(|r| r.contact_torque),
             // Glyphs of VTK take w, x, y, z.
-            GrainArray::Orientation => Some(DataArray::rounded(
-                name,
-                4,
-                self.records
-                    .iter()
-                    .flat_map(|r| [r.orientation[3], r.orientation[0], r.orientation[1], r.orientation[2]]),
-            )),
+            GrainArray::Orientation => {
+                Some(DataArray::rounded(name, 4, self.records.iter().flat_map(|r| w_first(r.orientation))))
+            }
             GrainArray::Drag | GrainArray::PressureForce | GrainArray::VoidFraction | GrainArray::Wetness => None,
         }
     }
+}
+
+/// A quaternion as glyphs take it, from x, y, z, w.
+fn w_first([x, y, z, w]: [Real; 4]) -> [Real; 4] {
+    [w, x, y, z]
 }
 
 /// What ParaView colours by at first.

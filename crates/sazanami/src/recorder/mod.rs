@@ -36,6 +36,7 @@ use crate::job::{
 use crate::naming::partner;
 use crate::progress::StepLine;
 use crate::results::PACKED_BED;
+use crate::state::State;
 use crate::tanks;
 use crate::water::Water;
 
@@ -337,6 +338,23 @@ impl<'a, B: Observer> Recorder<'a, B> {
         }
         water.domain().agree(outcome.map_err(RankError::from))?;
         Ok(())
+    }
+
+    /// Shows grains and water as they are to whoever watches the run. All ranks take part.
+    pub fn show(&mut self, water: &mut B::Water, clock: &Clock) {
+        let Some(showing) = &self.job.options.showing else { return };
+        let of_water = self.observer.water_state(self.job, clock, water);
+        let frame = self.observer.written_frame(self.job, clock);
+        let states = GrainStates::gather(water.domain(), water.engine(), frame);
+        if self.files.is_none() {
+            return;
+        }
+        let mut grains = Vec::new();
+        if !states.is_empty() {
+            grains = states.arrays_of_state();
+            grains.extend(self.observer.grain_state());
+        }
+        showing.to.see(State { time: clock.time(), step: Some(clock.step()), grains, water: of_water });
     }
 
     /// Writes a checkpoint of the flow and the summary.

@@ -12,6 +12,7 @@ use crate::case::meaning::{Case, OutputFrame};
 use crate::clock::Clock;
 use crate::columns::Quantity;
 use crate::job::{Job, RankError, RecordError, Totals};
+use crate::state::{Array, WaterState};
 use crate::water::Water;
 
 /// A step that was done.
@@ -118,6 +119,14 @@ pub(crate) trait Observer: Sized + 'static {
 
     /// Values of the grains that only this solver has, as measured last, in the order of their identifiers.
     fn grain_arrays(&self) -> Vec<OwnArray<'_>> {
+        Vec::new()
+    }
+
+    /// The water as arrays at the time of `clock`, on rank 0. Collective.
+    fn water_state(&mut self, job: &Job, clock: &Clock, water: &mut Self::Water) -> Option<WaterState>;
+
+    /// Values of the grains that only this solver has, after [`Self::water_state`], in the order of their identifiers.
+    fn grain_state(&self) -> Vec<Array> {
         Vec::new()
     }
 

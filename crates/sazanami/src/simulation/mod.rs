@@ -16,6 +16,7 @@ use crate::clock::Clock;
 use crate::job::{Ended, Job, RankError, RankFailure, Status};
 use crate::progress::StepLine;
 use crate::recorder::{GridObserver, Observer, ParticleObserver, Recorder, Step};
+use crate::state::Due;
 use crate::water::Water;
 
 /// Phase between the steps.
@@ -160,6 +161,10 @@ fn flow<B: Observer>(job: &Job, mut water: B::Water, recorder: &mut Recorder<B>)
     let first = clock.step();
     recorder.watch.turn(OUTPUT);
     recorder.begin(&mut water, &clock)?;
+    let mut shown = job.options.showing.as_ref().map(|showing| Due::new(showing.every, first, clock.time()));
+    if shown.as_mut().is_some_and(|due| due.note(first)) {
+        recorder.show(&mut water, &clock);
+    }
     let end = |clock: &Clock| clock.time() >= case.run.until * (1.0 - END);
     let enough = |clock: &Clock| {
         job.options.steps.is_some_and(|steps| clock.step() >= first + steps)
@@ -174,6 +179,9 @@ fn flow<B: Observer>(job: &Job, mut water: B::Water, recorder: &mut Recorder<B>)
             recorder.checkpoint(&mut water, &clock)?;
         }
         if finished || stopped || stop {
+            if shown.as_mut().is_some_and(|due| due.note(clock.step())) {
+                recorder.show(&mut water, &clock);
+            }
             let status = if finished { Status::Finished } else { Status::Stopped };
             let interrupted = stop && !finished && !stopped;
             recorder.end(&mut water, &clock);
@@ -192,6 +200,9 @@ fn flow<B: Observer>(job: &Job, mut water: B::Water, recorder: &mut Recorder<B>)
         recorder.watch.turn(OUTPUT);
         clock.advance(dt, due);
         recorder.observe(&mut water, &clock, time, &Step { dt, limit, stable, report: &report })?;
+        if shown.as_mut().is_some_and(|due| due.is_due(clock.step(), time, clock.time())) {
+            recorder.show(&mut water, &clock);
+        }
         let last_step =
             job.options.steps.map(|steps| first + steps).into_iter().chain(case.run.steps.map(|n| n as u64));
         let by_steps = last_step.map(|last| clock.time() + dt * last.saturating_sub(clock.step()) as Real);

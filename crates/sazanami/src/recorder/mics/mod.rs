@@ -19,6 +19,7 @@ use super::observer::{Observer, Output, SeriesCell, Step, SummaryParts, Warning}
 use crate::case::meaning::Case;
 use crate::clock::Clock;
 use crate::job::{Job, RankError, RecordError, Totals};
+use crate::state::WaterState;
 
 pub(super) use summary::{CONSERVATION, EROSION, Findings, SPLASH};
 
@@ -212,6 +213,10 @@ impl Observer for GridObserver {
 
     fn fields(&self, to: Output, solver: &mut Solver) -> Result<(), RecordError> {
         series::fields(solver, to)
+    }
+
+    fn water_state(&mut self, job: &Job, clock: &Clock, solver: &mut Solver) -> Option<WaterState> {
+        series::state(solver, job, clock)
     }
 
     fn draw(&self, to: Output, solver: &Solver, grains: &GatheredGrains) -> Result<(), RecordError> {

@@ -16,11 +16,12 @@ use super::GridObserver;
 use crate::case::meaning::FieldPrecision;
 use crate::clock::Clock;
 use crate::columns::{Quantity, cells, headings, quantity};
-use crate::job::RecordError;
+use crate::job::{Job, RecordError};
 use crate::recorder::columns::{grain_substeps, of_step, pressure_iterations};
 use crate::recorder::files::Files;
 use crate::recorder::observer::{Output, Row, SeriesCell};
 use crate::results::CRATER_PROFILES;
+use crate::state::{Array, WaterState};
 
 type SeriesRow<'a> = Row<'a, GridObserver>;
 
@@ -223,6 +224,30 @@ pub(super) fn fields(solver: &Solver, Output { job, clock, files }: Output) -> R
     let grid = Grid { lower: domain.grid().lower + shift, ..*domain.grid() };
     let (time, frame) = (Some(clock.time()), Some(job.case.output.frame.word()));
     files.image(clock, &ImageFile { grid: &grid, time, cells: &arrays, scalars: Some("liquid_fraction"), frame })
+}
+
+/// The water as arrays, by the names of its files; on rank 0. All ranks take part.
+pub(super) fn state(solver: &Solver, job: &Job, clock: &Clock) -> Option<WaterState> {
+    let domain = solver.domain();
+    let Fractions { liquid, solid } = Fractions::gather(solver);
+    let pressure = domain.gather(solver.pressure());
+    let [u, v, w] = solver.flow().velocity.each_ref().map(|u| domain.gather(u));
+    if domain.communicator().rank() != 0 {
+        return None;
+    }
+    let [shift, drift] = job.case.to_written_frame(clock.time());
+    let outside = solid.as_ref().map(|solid| outside_grains(&liquid, solid));
+    let velocity = u.iter().zip(&v).zip(&w).flat_map(|((u, v), w)| [u + drift.x, v + drift.y, w + drift.z]);
+    let mut arrays = vec![Array::reals("velocity", 3, velocity)];
+    let scalars = [
+        ("liquid_fraction", Some(liquid)),
+        ("pressure", Some(pressure)),
+        ("liquid_outside_grains", outside),
+        ("solid_fraction", solid),
+    ];
+    arrays.extend(scalars.into_iter().filter_map(|(name, values)| Some(Array::reals(name, 1, values?))));
+    let grid = Grid { lower: domain.grid().lower + shift, ..*domain.grid() };
+    Some(WaterState::Grid { grid, arrays })
 }
 
 /// Parts of the cells of the whole box, on rank 0.

@@ -9,6 +9,7 @@ use crate::clock::Clock;
 use crate::job::{Job, RecordError};
 use crate::recorder::files::Files;
 use crate::recorder::grain_files::OwnArray;
+use crate::state::{Array, WaterState};
 use sazanami_numerics::choice::Choice;
 
 /// Writes the particles of a time.
@@ -29,6 +30,37 @@ pub(super) fn write(job: &Job, gathered: &GatheredTank, clock: &Clock, files: &m
     let (time, frame) = (Some(clock.time()), Some(job.case.output.frame.word()));
     let file = PointFile { places: &places, time, arrays: &arrays, scalars: Some("pressure"), frame };
     files.fluid_points(clock, &file)
+}
+
+/// The particles of a time as arrays, by the names of their files.
+pub(super) fn water_state(job: &Job, gathered: &GatheredTank, clock: &Clock) -> WaterState {
+    let water = &gathered.water;
+    let [shift, drift] = job.case.to_written_frame(clock.time());
+    let body_force = job.case.effective_gravity(clock.time());
+    let volume = gathered.spacing.powi(3);
+    let arrays = vec![
+        Array::reals("position", 3, water.position.iter().flat_map(|&x| (x + shift).to_array())),
+        Array::reals("velocity", 3, water.velocity.iter().flat_map(|&v| (v + drift).to_array())),
+        Array::reals("pressure", 1, (0..water.position.len()).map(|n| gathered.pressure(n, body_force))),
+        Array::reals("void_fraction", 1, water.bulk_volume.iter().map(|bulk| volume / bulk)),
+        Array::whole("surface", water.place.iter().copied()),
+    ];
+    WaterState::Particles { arrays }
+}
+
+/// Values of the grains that the coupling gives, as arrays.
+pub(super) fn grain_state(gathered: &GatheredTank) -> Vec<Array> {
+    let grains = &gathered.grains;
+    let vector = |array: GrainArray, values: &[Vector]| {
+        Array::reals(array.word(), 3, values.iter().flat_map(|value| value.to_array()))
+    };
+    let real = |array: GrainArray, values: &[Real]| Array::reals(array.word(), 1, values.iter().copied());
+    vec![
+        vector(GrainArray::Drag, &grains.drag),
+        vector(GrainArray::PressureForce, &grains.pressure_force),
+        real(GrainArray::VoidFraction, &grains.void_fraction),
+        real(GrainArray::Wetness, &grains.wetness),
+    ]
 }
 
 /// Values of the grains that the coupling gives.

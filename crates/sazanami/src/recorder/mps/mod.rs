@@ -23,6 +23,7 @@ use crate::case::meaning::{self, Case, LayerReference, TankMotion};
 use crate::clock::Clock;
 use crate::columns::object;
 use crate::job::{Job, RankError, RecordError, Totals};
+use crate::state::{Array, WaterState};
 use gathered::GatheredTank;
 pub(crate) use pictures::{moment, weight_of_grain};
 use rim::Rim;
@@ -332,6 +333,15 @@ impl Observer for ParticleObserver {
 
     fn grain_arrays(&self) -> Vec<OwnArray<'_>> {
         fields::grain_arrays(&self.gathered)
+    }
+
+    fn water_state(&mut self, job: &Job, clock: &Clock, water: &mut Solver) -> Option<WaterState> {
+        self.gather(water, clock.time());
+        self.gathered.leads.then(|| fields::water_state(job, &self.gathered, clock))
+    }
+
+    fn grain_state(&self) -> Vec<Array> {
+        fields::grain_state(&self.gathered)
     }
 
     fn draw(&self, to: Output, _water: &Solver, _grains: &GatheredGrains) -> Result<(), RecordError> {

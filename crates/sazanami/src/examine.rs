@@ -1,0 +1,46 @@
+//! All that can be said of a case before it runs.
+
+use std::path::Path;
+
+use crate::case::{Diagnostics, LoadedCase};
+use crate::check::{self, CheckReport, CostModel, Known};
+use crate::error::CommandError;
+use crate::machine::{self, Machine};
+use crate::{feasible, tanks, workers};
+
+/// What an examination found of a case that can run.
+#[derive(Clone, Debug)]
+pub struct Examined {
+    /// Resolution, counts, limits on the step, memory, disk and cost.
+    pub report: CheckReport,
+    /// What should be looked at.
+    pub warnings: Diagnostics,
+    /// What was found beside the case, such as a tank prepared before.
+    pub messages: Vec<String>,
+}
+
+/// Validates a case without running it: with its meshes, beds and tank, on this machine with `threads` threads (all if
+/// absent), and shared among `ranks` if that is asked for. `commit` is that of the program.
+///
+/// # Errors
+/// If the case cannot run, or cannot be shared among so many ranks.
+pub fn examine(
+    loaded: &LoadedCase,
+    threads: Option<usize>,
+    ranks: Option<usize>,
+    commit: Option<&str>,
+) -> Result<Examined, CommandError> {
+    let (machine, model) = (Machine::this(), CostModel::default());
+    let feasible = feasible::check(loaded, &machine, &model)?;
+    let ready = tanks::made_ready(loaded, commit)?;
+    let known = Known { shapes: &feasible.facts, made_ready: ready.tank.is_some() };
+    let mut report = check::check(&loaded.case, known, &machine, threads.unwrap_or(machine.cores), &model);
+    if let Some(ranks) = ranks {
+        workers::can_share(&loaded.case, ranks, |most| format!("give `--ranks {most}` or fewer"))?;
+        report.ranks = check::ranks(&loaded.case, ranks, report.memory_bytes);
+    }
+    report.disk_available = machine::free_disk(Path::new("."));
+    let mut warnings = feasible.warnings;
+    check::warn_of_disk(loaded, &report, report.disk_available, &mut warnings);
+    Ok(Examined { report, warnings, messages: ready.messages })
+}

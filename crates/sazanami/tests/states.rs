@@ -1,0 +1,117 @@
+//! States of a run: seen while it goes on, and read from its files.
+
+#[allow(dead_code, reason = "every test program uses a part of it")]
+mod support;
+
+use std::sync::{Arc, Mutex};
+
+use sazanami::finished::Finished;
+use sazanami::run::{RunOptions, run};
+use sazanami::saved;
+use sazanami::state::{Array, Every, Onlooker, Showing, State, Values, WaterState};
+use sazanami::stop::Stop;
+use sazanami_numerics::Real;
+
+use support::{Listener, On, Scratch, load, start};
+
+const DROP: &str = r#"
+[domain]
+size = ["6 mm", "6 mm", "6 mm"]
+cells = [12, 10, 8]
+[[liquid]]
+region.sphere = { diameter = "2 mm" }
+position = ["3 mm", "2 mm", "4 mm"]
+fall = { speed = "1 m/s" }
+[material.sand]
+density = "2650 kg/m^3"
+[contact.default]
+normal_stiffness = "1e3 N/m"
+restitution = 0.5
+friction = 0.6
+[[grains]]
+shape.sphere = { diameter = "1 mm" }
+material = "sand"
+placement.list = [{ position = ["1.5 mm", "3 mm", "0.6 mm"] }, { position = ["3 mm", "3 mm", "0.6 mm"] }]
+[output]
+fields = { every = "0.25 ms" }
+grains = { every = "0.25 ms" }
+[run]
+until = "0.5 ms"
+"#;
+
+#[derive(Debug, Default)]
+struct Seen(Mutex<Vec<State>>);
+
+impl Onlooker for Seen {
+    fn see(&self, state: State) {
+        self.0.lock().unwrap().push(state);
+    }
+}
+
+/// Runs the case, looking at its states.
+fn watched(scratch: &Scratch, name: &str, on: On, every: Every) -> Vec<State> {
+    let seen = Arc::new(Seen::default());
+    let showing = Some(Showing { every, to: Arc::clone(&seen) as Arc<dyn Onlooker> });
+    let options = RunOptions { showing, ..on.options(Some(&scratch.join(name))) };
+    run(&load(DROP, &[]), &options, &mut Listener::default(), &Stop::new()).unwrap();
+    std::mem::take(&mut *seen.0.lock().unwrap())
+}
+
+fn reals(arrays: &[Array], name: &str) -> Vec<Real> {
+    match &arrays.iter().find(|array| array.name == name).unwrap().values {
+        Values::F64(values) => values.clone(),
+        Values::F32(values) => values.iter().map(|&value| value.into()).collect(),
+        other => panic!("{other:?}"),
+    }
+}
+
+fn of_water(state: &State, name: &str) -> Vec<Real> {
+    match &state.water {
+        Some(WaterState::Grid { arrays, .. }) => reals(arrays, name),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn states_are_seen_as_they_are_written_and_change_nothing() {
+    let scratch = Scratch::new("states");
+    start(&load(DROP, &[]), &scratch.join("alone"), On::threads(1)).unwrap();
+    let states = watched(&scratch, "watched", On::threads(2), Every::Steps(1));
+    let steps: Vec<u64> = states.iter().filter_map(|state| state.step).collect();
+    assert_eq!(steps, (0..steps.len() as u64).collect::<Vec<_>>());
+    let hash = |name: &str| Finished::open(&scratch.join(name)).unwrap().summary["state_hash"].clone();
+    assert_eq!(hash("alone"), hash("watched"));
+    // What files hold is what was seen at that time, rounded.
+    let finished = Finished::open(&scratch.join("watched")).unwrap();
+    let times = saved::times(&finished).unwrap();
+    assert_eq!(times.len(), 3);
+    for time in &times {
+        let read = saved::state(time).unwrap();
+        let seen = states.iter().find(|state| state.time == time.time).unwrap();
+        let near = |a: &[Real], b: &[Real]| {
+            a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 1e-6 * (1.0 + b.abs()))
+        };
+        for name in ["position", "velocity", "orientation", "contact_force"] {
+            assert!(near(&reals(&read.grains, name), &reals(&seen.grains, name)), "{name}");
+        }
+        for name in ["liquid_fraction", "velocity", "solid_fraction", "liquid_outside_grains"] {
+            assert!(near(&of_water(&read, name), &of_water(&seen, name)), "{name}");
+        }
+    }
+    // Control: another time has another state.
+    assert_ne!(of_water(&states[0], "velocity"), of_water(states.last().unwrap(), "velocity"));
+}
+
+#[test]
+fn states_by_time_come_at_any_number_of_ranks() {
+    let scratch = Scratch::new("states-ranks");
+    let one = watched(&scratch, "one", On::threads(1), Every::Time(0.2e-3));
+    let two = watched(&scratch, "two", On::ranks(2, 1), Every::Time(0.2e-3));
+    assert_eq!(one.len(), 4);
+    assert!(one[1].time >= 0.2e-3 && one[2].time >= 0.4e-3 && (one[3].time - 0.5e-3).abs() < 1e-12);
+    assert_eq!(one.len(), two.len());
+    for (a, b) in one.iter().zip(&two) {
+        let (a, b) = (of_water(a, "liquid_fraction"), of_water(b, "liquid_fraction"));
+        assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-6));
+    }
+}
