@@ -135,6 +135,7 @@ class RunFailed(SazanamiError, RuntimeError):
         step: int,
         time: float,
         limiter: str,
+        rank: Optional[int],
         checkpoint: Optional[str],
     ) -> None:
         super().__init__(text)
@@ -148,6 +149,8 @@ class RunFailed(SazanamiError, RuntimeError):
         """Simulated time [s]."""
         self.limiter = limiter
         """Limit that ruled the length of the step."""
+        self.rank = rank
+        """Rank that failed, where it was one of several."""
         self.checkpoint = None if checkpoint is None else Path(checkpoint)
         """Newest good checkpoint."""
 

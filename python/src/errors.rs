@@ -46,6 +46,7 @@ fn failed(py: Python<'_>, failure: &Failure) -> PyErr {
         keywords.set_item("step", failure.step)?;
         keywords.set_item("time", failure.time)?;
         keywords.set_item("limiter", &failure.limiter)?;
+        keywords.set_item("rank", failure.rank)?;
         keywords.set_item("checkpoint", failure.checkpoint.as_ref())?;
         (failure.to_string(),).into_pyobject(py)
     })
