@@ -11,6 +11,8 @@ use crate::neighbours::ROWS;
 use crate::number_density::{NumberDensity, Prediction};
 use crate::particles::{Kind, Particles, Role};
 use crate::reductions::sum_of;
+use crate::scheme::SurfaceForm;
+use crate::surface_test::{Support, cone_is_empty};
 
 /// Number of close fluid neighbours below which a particle is isolated.
 const FEWEST_NEIGHBOURS: u32 = 5;
@@ -19,12 +21,12 @@ pub(crate) fn is_isolated(neighbour_count: u32) -> bool {
     neighbour_count < FEWEST_NEIGHBOURS
 }
 
-/// Sets the role of each particle in the pressure equation from its sums at the predicted position; `numbers` is work
+/// Sets the role of each particle in the pressure equation from its sums at the predicted `positions`; `numbers` is work
 /// space.
 pub(crate) fn set_roles(
     step: &Context<'_>,
     particles: &mut Particles,
-    predicted: &[Prediction],
+    (predicted, positions): (&[Prediction], &[Vector]),
     blocks: &[Block],
     ghosts: &mut Ghosts,
     numbers: &mut Vec<u8>,
@@ -34,14 +36,27 @@ pub(crate) fn set_roles(
     let Particles { kind, role, owned, .. } = particles;
     let (kind, owned) = (&kind[..], *owned);
     let isolated = |count: u32| surface.is_some() && is_isolated(count);
-    let at_surface = |density: Real, asymmetry: Vector| surface.is_some_and(|test| test.is_surface(density, asymmetry));
+    let form = step.kernel.scheme.surface_test;
+    let spacing = step.settings.fluid.spacing;
+    let at_surface = |a: usize, sums: &Prediction| match (surface, form) {
+        (None, _) => false,
+        (Some(test), SurfaceForm::Density) => test.is_surface(sums.density / n0, sums.asymmetry / n0),
+        (Some(_), SurfaceForm::Cone) => match sums.support {
+            Support::Full => false,
+            Support::Thin => true,
+            Support::Partial => {
+                let close = blocks[a / ROWS].close(a % ROWS);
+                cone_is_empty(spacing, close.iter().map(|&b| positions[b as usize] - positions[a]))
+            }
+        },
+    };
     numbers.resize(kind.len(), 0);
     for_each_chunk(&mut numbers[..owned], ROWS, |number, numbers| {
         let sums = &predicted[number * ROWS..];
-        for ((role, sums), kind) in numbers.iter_mut().zip(sums).zip(&kind[number * ROWS..]) {
+        for (row, ((role, sums), kind)) in numbers.iter_mut().zip(sums).zip(&kind[number * ROWS..]).enumerate() {
             *role = match kind {
                 Kind::Fluid if isolated(sums.neighbour_count) => Role::Inactive,
-                Kind::Fluid if at_surface(sums.density / n0, sums.asymmetry / n0) => Role::Dirichlet,
+                Kind::Fluid if at_surface(number * ROWS + row, sums) => Role::Dirichlet,
                 Kind::Wall if sums.fluid_neighbours == 0 => Role::Inactive,
                 Kind::Dummy => Role::Inactive,
                 Kind::Fluid | Kind::Wall => Role::Unknown,

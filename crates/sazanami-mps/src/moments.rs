@@ -28,6 +28,12 @@ pub(crate) fn inverse(m: &Symmetric, support: Real) -> Option<Matrix> {
     (determinant > SINGULAR * (support / 3.0).powi(3)).then(|| matrix.inverse())
 }
 
+/// Whether all eigenvalues exceed `bound`: what is left without it is positive definite (Sylvester's criterion).
+pub(crate) fn eigenvalues_exceed(m: &Symmetric, bound: Real) -> bool {
+    let [a, b, c, d, e, f] = [m[0] - bound, m[1] - bound, m[2] - bound, m[3], m[4], m[5]];
+    a > 0.0 && a * b - d * d > 0.0 && a * (b * c - f * f) - d * (d * c - e * f) + e * (d * f - b * e) > 0.0
+}
+
 /// Slopes of the velocity around a particle by least squares, with their moment matrix, and the rate of the void fraction.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct VelocitySlopes {
@@ -50,6 +56,11 @@ impl VelocitySlopes {
         add(&mut self.moments, weight, d);
         let shares = (weight * d).to_array();
         self.products.iter_mut().zip(shares).for_each(|(product, share)| *product += share * change);
+    }
+
+    /// The weighted second moments.
+    pub fn moments(&self) -> &Symmetric {
+        &self.moments
     }
 
     /// Rate of compression `-div u - (deps/dt)/eps` [1/s], exact for linear velocities; `density` is the number density.

@@ -11,7 +11,8 @@ use crate::matrix::{Block, CLOSE_RADIUS};
 use crate::moments::VelocitySlopes;
 use crate::neighbours::{Neighbours, ROWS};
 use crate::particles::Kind;
-use crate::scheme::{Kernel, SourceForm, for_kernel};
+use crate::scheme::{Kernel, SourceForm, SurfaceForm, for_kernel};
+use crate::surface_test::Support;
 use crate::viscosity::{VelocityLaplacian, ViscousField};
 use crate::weight::{COINCIDENT, LaplacianForm, Wendland};
 
@@ -176,6 +177,8 @@ pub(crate) struct Prediction {
     pub rate: Real,
     /// Sum of weights times unit vectors to the neighbours.
     pub asymmetry: Vector,
+    /// How far the neighbours surround it.
+    pub support: Support,
     /// First-moment deficit: sum of the pressure coefficients times distance vectors [1/m]; zero with complete support.
     pub moment_deficit: Vector,
     /// Number of fluid neighbours within 2.1 spacings.
@@ -223,6 +226,8 @@ fn prediction_with<const C4: bool, const CLASSICAL: bool>(
     let close = (CLOSE_RADIUS * spacing) * (CLOSE_RADIUS * spacing);
     let half = 0.5 / sums.laplacian;
     let corrected = kernel.scheme.source == SourceForm::Corrected;
+    let by_cone = kernel.scheme.surface_test == SurfaceForm::Cone;
+    let moments = corrected || by_cone;
     for_each_chunk((blocks, Rows { data: into, width: ROWS }), 1, |number, (block, into)| {
         let (weight, form) = kernel.pair::<C4, CLASSICAL>();
         let square = weight.radius * weight.radius;
@@ -258,7 +263,7 @@ fn prediction_with<const C4: bool, const CLASSICAL: bool>(
                     sum.density += w;
                     let slope = weight.slope_over_distance(r);
                     sum.rate += mine.compression_by(other, apart, value, slope);
-                    if corrected {
+                    if moments {
                         mine.slope_by(other, apart, [value, slope], &mut slopes);
                     }
                     sum.asymmetry += (w / r.max(COINCIDENT)) * apart;
@@ -276,7 +281,11 @@ fn prediction_with<const C4: bool, const CLASSICAL: bool>(
                     block.close[close_end] = column;
                     close_end += usize::from(part & (r2 < close));
                 }
-                sum.rate = slopes.compression(sum.density).unwrap_or(sum.rate / sums.strain);
+                let rate = if corrected { slopes.compression(sum.density) } else { None };
+                sum.rate = rate.unwrap_or(sum.rate / sums.strain);
+                if by_cone {
+                    sum.support = Support::of(slopes.moments(), sums);
+                }
                 *entry = sum;
             }
             block.end_row(row, end, close_end);

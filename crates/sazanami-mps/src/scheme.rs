@@ -34,6 +34,18 @@ choices! {
 }
 
 choices! {
+    /// Test for particles at the free surface.
+    #[derive(Default)]
+    pub enum SurfaceForm {
+        /// Number density and asymmetry of the neighbours below and above those of the layers of a lattice.
+        #[default]
+        Density = "density",
+        /// Smallest eigenvalue of the first-moment matrix, and an empty cone towards the outside (Marrone et al. 2010).
+        Cone = "cone",
+    }
+}
+
+choices! {
     /// Gradient of the pressure.
     #[derive(Default)]
     pub enum GradientForm {
@@ -73,6 +85,8 @@ pub struct Scheme {
     pub source: SourceForm,
     /// Positions that set the reduced pressure at the surface.
     pub surface_pressure: SurfacePressure,
+    /// Test for particles at the free surface.
+    pub surface_test: SurfaceForm,
     /// Laplacian of the pressure and of the velocity (HL).
     pub laplacian: LaplacianForm,
     /// Factor of the error-compensating source (ECS, Khayyer & Gotoh 2011); 0: off.
@@ -98,6 +112,7 @@ impl Default for Scheme {
             radius: 3.1,
             source: SourceForm::HigherOrder,
             surface_pressure: SurfacePressure::Predicted,
+            surface_test: SurfaceForm::Density,
             laplacian: LaplacianForm::HigherOrder,
             compensation: 1.0,
             relaxation: 100.0,

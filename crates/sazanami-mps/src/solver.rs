@@ -160,7 +160,8 @@ impl Solver {
             &mut equation.blocks,
             sums,
         );
-        free_surface::set_roles(step, particles, sums, &equation.blocks, &mut near.ghosts, &mut columns.roles);
+        let found = (&sums[..], then.0);
+        free_surface::set_roles(step, particles, found, &equation.blocks, &mut near.ghosts, &mut columns.roles);
         equation.set_diagonal(&particles.role, particles.owned);
         report.set_surface(&free_surface::report(step, particles, &equation.rows, start));
 

@@ -1,8 +1,10 @@
-//! The test for particles at the free surface.
+//! The tests for particles at the free surface.
 
 use sazanami_numerics::{Real, Vector};
 
-use crate::weight::Calibration;
+use crate::matrix::CLOSE_RADIUS;
+use crate::moments::{Symmetric, eigenvalues_exceed};
+use crate::weight::{COINCIDENT, Calibration};
 
 /// Asymmetry of the top layer of a lattice over n0 above which it exceeds that of disordered fluid: C2 with 3.1 spacings
 /// and more. With smaller radii the top layer is less asymmetric, disordered fluid more.
@@ -10,7 +12,58 @@ const STANDS_OUT: Real = 0.18;
 /// Number density over n0 below which a particle lies at the surface whatever its asymmetry.
 const SPARSE: Real = 0.7;
 
-/// Thresholds of the free-surface test.
+/// How far the neighbours of a particle surround it, by the smallest eigenvalue of its first-moment matrix over that of full
+/// support (Marrone et al. 2010, with thresholds of the weight in use instead of theirs).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Support {
+    /// Inside.
+    #[default]
+    Full,
+    /// Perhaps at the surface: the cone decides.
+    Partial,
+    /// In a sheet of one layer, a thread or alone: at the surface.
+    Thin,
+}
+
+impl Support {
+    /// From the matrix `sum -w' r n n^T/eps`.
+    ///
+    /// The top layer of a lattice has 1/2 at any tilt, since what lies opposite is missing, and the second a value that
+    /// depends on the weight: the limit lies at two thirds of the way, as for number densities. A single layer has 0, a
+    /// double one [`Calibration::next_layer`]: that limit lies at a half.
+    pub fn of(moments: &Symmetric, sums: &Calibration) -> Self {
+        let next = sums.next_layer;
+        if eigenvalues_exceed(moments, (0.5 + next * 2.0 / 3.0) * sums.strain) {
+            Self::Full
+        } else if eigenvalues_exceed(moments, 0.5 * next * sums.strain) {
+            Self::Partial
+        } else {
+            Self::Thin
+        }
+    }
+}
+
+/// Whether no neighbour within 2.1 spacings lies in the cone of 45 degrees around the direction away from them; `apart`
+/// are their distance vectors.
+///
+/// The direction is that of their mean, with weights `1 - (r/2.1 l0)^2`: of small radii the weight of the scheme lets the
+/// nearest neighbours alone decide, and a quarter of a disordered top layer is missed.
+pub(crate) fn cone_is_empty(spacing: Real, apart: impl Iterator<Item = Vector> + Clone) -> bool {
+    let square = (CLOSE_RADIUS * spacing).powi(2);
+    let towards = apart.clone().fold(Vector::ZERO, |sum, d| {
+        let r2 = d.length_squared();
+        sum + ((1.0 - r2 / square).max(0.0) / r2.sqrt().max(COINCIDENT)) * d
+    });
+    let half = 0.5 * towards.length_squared();
+    let mut apart = apart;
+    !apart.any(|d| {
+        let along = d.dot(towards);
+        // cos^2 of the angle to the outward direction above 1/2.
+        along < 0.0 && along * along > half * d.length_squared()
+    })
+}
+
+/// Thresholds of the test by number density and asymmetry.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfaceTest {
     /// Number density over n0 below which a particle may lie at the surface.
@@ -46,6 +99,7 @@ impl SurfaceTest {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::moments;
     use crate::scheme::{Kernel, Scheme};
     use crate::weight::Wendland;
     use sazanami_dem::Random;
@@ -80,6 +134,97 @@ mod tests {
         assert!(density > test.density && test.is_surface(density, asymmetry), "{density} {asymmetry}");
         // What was missed without the rule.
         assert!(!SurfaceTest { one_sided: Real::INFINITY, ..test }.is_surface(density, asymmetry));
+    }
+
+    /// Every weight, at radii from the smallest to the largest.
+    fn kernels() -> impl Iterator<Item = Kernel> {
+        let radii = [2.1, 2.35, 2.6, 2.85, 3.1, 3.35, 3.6];
+        let all = radii.into_iter().flat_map(|radius| [Wendland::C2, Wendland::C4].map(|weight| (weight, radius)));
+        all.map(|(weight, radius)| Kernel::new(Scheme { weight, radius, ..Scheme::default() }, 1.0))
+    }
+
+    /// Whether eigenvalue and cone take a place among particles of unit spacing for surface.
+    fn by_cone(kernel: &Kernel, at: Vector, particles: &[Vector]) -> bool {
+        let apart = particles.iter().map(|&x| x - at).filter(|d| d.length() > 0.0);
+        let mut moments = [0.0; 6];
+        for d in apart.clone().filter(|d| d.length() < kernel.weight.radius) {
+            moments::add(&mut moments, -kernel.weight.slope_over_distance(d.length()), d);
+        }
+        match Support::of(&moments, &kernel.sums) {
+            Support::Full => false,
+            Support::Thin => true,
+            Support::Partial => cone_is_empty(1.0, apart.filter(|d| d.length() < CLOSE_RADIUS)),
+        }
+    }
+
+    /// Share of the places of `water` near the origin for which `counts` holds that are taken for surface.
+    fn share(water: &[Vector], counts: impl Fn(&Vector) -> bool, is_surface: impl Fn(Vector) -> bool) -> Real {
+        let places: Vec<_> = water.iter().copied().filter(counts).collect();
+        places.iter().filter(|&&x| is_surface(x)).count() as Real / places.len() as Real
+    }
+
+    #[test]
+    fn cones_know_lattices_of_every_shape() {
+        let whole = lattice(6, 0.0);
+        let below = |normal: Vector, level: Real| -> Vec<Vector> {
+            whole.iter().copied().filter(|x| x.dot(normal) < level + 1e-9).collect()
+        };
+        for kernel in kernels() {
+            let name = format!("{:?}", kernel.weight);
+            let surface = |at: Vector, water: &[Vector]| by_cone(&kernel, at, water);
+            assert!(!surface(Vector::ZERO, &whole), "{name}: inside");
+            // A flat surface, tilted ones, and the layer below.
+            for normal in [Vector::Z, Vector::new(1.0, 0.0, 1.0), Vector::ONE, Vector::new(1.0, 0.0, 2.0)] {
+                let water = below(normal, 0.0);
+                assert!(surface(Vector::ZERO, &water), "{name}: {normal}");
+                assert!(!surface(-normal, &water), "{name}: below {normal}");
+            }
+            // Edge and corner of a block; a sheet of one and of two layers, not the middle of three; a thread; a lone one.
+            let cut = |keep: fn(&Vector) -> bool| whole.iter().copied().filter(keep).collect::<Vec<_>>();
+            assert!(surface(Vector::ZERO, &cut(|x| x.x < 0.1 && x.z < 0.1)), "{name}: edge");
+            assert!(surface(Vector::ZERO, &cut(|x| x.max_element() < 0.1)), "{name}: corner");
+            assert!(surface(Vector::ZERO, &cut(|x| x.z == 0.0)), "{name}: sheet");
+            assert!(surface(Vector::ZERO, &cut(|x| x.z.abs() < 0.1 || x.z == -1.0)), "{name}: two layers");
+            assert!(!surface(Vector::ZERO, &cut(|x| x.z.abs() < 1.1)), "{name}: three layers");
+            assert!(surface(Vector::ZERO, &cut(|x| x.x == 0.0 && x.y == 0.0)), "{name}: thread");
+            assert!(surface(Vector::ZERO, &[]), "{name}: alone");
+            // One particle missing is no surface; a hole of more is.
+            for hole in [Vector::Z, Vector::new(0.0, 1.0, 1.0), Vector::ONE] {
+                let water: Vec<_> = whole.iter().copied().filter(|&x| x != hole).collect();
+                assert!(!surface(Vector::ZERO, &water), "{name}: {hole}");
+            }
+            let bubble: Vec<_> = whole.iter().copied().filter(|x| (x - Vector::Z * 2.0).length() > 1.9).collect();
+            assert!(surface(Vector::ZERO, &bubble), "{name}: bubble");
+            // Beside a wall that goes on above the surface.
+            assert!(surface(Vector::ZERO, &cut(|x| x.z < 0.1 || x.x < -0.9)), "{name}: wall");
+        }
+    }
+
+    #[test]
+    fn cones_know_disordered_water() {
+        // Places near the origin, which all other tests of a layer share.
+        let near = |x: &Vector, z: Real| x.x.abs().max(x.y.abs()) < 3.3 && (x.z - z).abs() < 0.5;
+        for kernel in kernels() {
+            let name = format!("{:?}", kernel.weight);
+            for (jitter, most) in [(0.1, 1.0), (0.2, 1.0), (0.3, 0.9)] {
+                let (water, half) = (lattice(6, jitter), lattice(0, jitter));
+                let surface = |x: Vector| by_cone(&kernel, x, &water);
+                assert_eq!(share(&water, |x| x.abs().max_element() < 2.5, surface), 0.0, "{name}: inside");
+                let surface = |x: Vector| by_cone(&kernel, x, &half);
+                let [top, second] = [0.0, -1.0].map(|z| share(&half, |x| near(x, z), surface));
+                assert!(top >= most && second <= 0.02, "{name} {jitter}: {top} {second}");
+            }
+        }
+        // Negative control: number density and asymmetry of the smallest radius take water inside for surface.
+        let kernel = Kernel::new(Scheme { radius: 2.1, ..Scheme::default() }, 1.0);
+        let (test, water) = (SurfaceTest::of(&kernel.sums), lattice(6, 0.2));
+        let by_density = |x: Vector| {
+            let others: Vec<_> = water.iter().copied().filter(|&y| y != x).collect();
+            let (density, asymmetry) = sums(&kernel, x, &others);
+            test.is_surface(density + kernel.sums.number_density.recip(), asymmetry)
+        };
+        let wrong = share(&water, |x| x.abs().max_element() < 2.5, by_density);
+        assert!(wrong > 0.05, "{wrong}");
     }
 
     #[test]

@@ -128,6 +128,9 @@ pub struct Calibration {
     pub second_layer: Real,
     /// Asymmetry of the top layer: length of the sum of `w` times unit vectors, over n0.
     pub top_asymmetry: Real,
+    /// First-moment sum across a layer one spacing away, over N1: the smallest eigenvalue of the moment matrix is 0 in a
+    /// single layer, this in a double one, 1/2 in the top layer of many, and 1/2 more than this in the second.
+    pub next_layer: Real,
     /// Number of neighbours of an interior particle.
     pub neighbours: usize,
 }
@@ -142,7 +145,7 @@ impl Calibration {
         let mut neighbours = 0;
         // Layers above a particle in the top and second layer are missing.
         let mut layers = [1.0, 1.0];
-        let mut up = 0.0;
+        let (mut up, mut next) = (0.0, 0.0);
         for k in range.clone() {
             for j in range.clone() {
                 for i in range.clone().filter(|&i| (i, j, k) != (0, 0, 0)) {
@@ -155,6 +158,9 @@ impl Calibration {
                     sums[0] += w;
                     sums[1] -= weight.slope(r) * r / 3.0;
                     sums[2] += form.coefficient(weight, r).0 * r * r / 6.0;
+                    if k == 1 {
+                        next -= weight.slope_over_distance(r) * spacing * spacing;
+                    }
                     if k <= 0 {
                         layers[0] += w;
                         up += w * Real::from(-k) * spacing / r;
@@ -174,6 +180,7 @@ impl Calibration {
             top_layer: layers[0] / number_density,
             second_layer: layers[1] / number_density,
             top_asymmetry: up / number_density,
+            next_layer: next / sums[1],
             neighbours,
         }
     }

@@ -80,6 +80,7 @@ pub const CASES: &[Case] = &[
     case!("mps-dam-break-lobovsky", moving_particles::dam_break_lobovsky),
     case!("mps-taylor-green", moving_particles::taylor_green),
     case!("mps-rotating-square", moving_particles::rotating_square),
+    case!("mps-stretching-drop", moving_particles::stretching_drop),
     case!("mps-frames", moving_particles::frames),
     case!("mps-frames-bed", moving_particles::frames_with_bed),
     case!("both-dam-break", both::dam_break),

@@ -1,7 +1,7 @@
 //! `[particles]`: water as moving particles, for `solver = "mps"`.
 
 use sazanami_case_derive::Keys;
-use sazanami_mps::scheme::{GradientForm, SourceForm, SurfacePressure};
+use sazanami_mps::scheme::{GradientForm, SourceForm, SurfaceForm, SurfacePressure};
 use sazanami_mps::stability::COURANT;
 use sazanami_mps::weight::{LaplacianForm, Wendland};
 use sazanami_numerics::{Real, choices};
@@ -44,6 +44,9 @@ pub struct Particles {
     /// Positions of the surface particles that set their pressure.
     #[key(word, default = SurfacePressure::Predicted)]
     pub surface_pressure: SurfacePressure,
+    /// Test for particles at the free surface.
+    #[key(word, default = SurfaceForm::Density)]
+    pub surface_test: SurfaceForm,
     /// Laplacian.
     #[key(word, default = LaplacianForm::HigherOrder)]
     pub laplacian: LaplacianForm,

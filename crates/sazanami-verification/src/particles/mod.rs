@@ -3,6 +3,7 @@
 mod at_rest;
 mod beds;
 pub mod dam_break;
+mod drop;
 mod frames;
 mod interior;
 mod operators;
@@ -16,6 +17,7 @@ pub use at_rest::{Rest, RestSetup, falling_block, plain_pressure_gradient, rest}
 pub use beds::{
     Falling, LatticeVoids, RestingBed, Seepage, dry_bed, falling_grain, lattice_voids, resting_bed, seepage,
 };
+pub use drop::{Ellipse, StretchedDrop, stretching_drop};
 pub use frames::{FrameDifference, frames, frames_with_bed};
 pub use interior::{TurningPatch, Vortices, taylor_green, turning_patch, turning_patch_pressure};
 pub use operators::{Operators, bulk_weighted, laplacian_by_number_density, operators};

@@ -51,6 +51,7 @@ pub(crate) fn settings(case: &Case, level: Real) -> Settings {
             radius: p.radius,
             source: p.source,
             surface_pressure: p.surface_pressure,
+            surface_test: p.surface_test,
             laplacian: p.laplacian,
             compensation: p.compensation,
             relaxation: if p.relaxation > 0.0 { p.relaxation } else { Real::INFINITY },

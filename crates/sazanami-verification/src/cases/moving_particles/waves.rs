@@ -14,8 +14,43 @@ type Wave = (Real, Real, usize, usize);
 
 /// Standing waves.
 pub fn standing_wave() -> Result<Vec<Measured>, String> {
-    periods(&[(0.1, 0.05, 5, 1), (0.1, 0.05, 10, 1), (0.15, 0.01, 5, 1)])
+    let mut rows = periods(&[(0.1, 0.05, 5, 1), (0.1, 0.05, 10, 1), (0.15, 0.01, 5, 1)])?;
+    let mut found = Vec::new();
+    for radius in RADII {
+        let tank = WaveTank { length: 0.1, depth: 0.05, layers: 10, scheme: Scheme { radius, ..Scheme::default() } };
+        let wave = experiments::standing_wave(tank, 1, 0.02).map_err(said)?;
+        let name = format!("h/l0 10, radius {radius}");
+        rows.push(Measured::new(format!("{name}: period over theory"), wave.period));
+        rows.push(Measured::new(format!("{name}: numerical viscosity"), wave.viscosity));
+        found.push(wave.period);
+    }
+    let [low, high] = [found.iter().copied().fold(Real::MAX, Real::min), found.iter().copied().fold(0.0, Real::max)];
+    rows.push(Measured::new("h/l0 10: periods of the three radii over theory, largest less smallest", high - low));
+    Ok(rows)
 }
+
+/// A drop that stretches.
+pub fn stretching_drop() -> Result<Vec<Measured>, String> {
+    let mut rows = Vec::new();
+    for radius in RADII {
+        let scheme = Scheme { radius, ..Scheme::default() };
+        let found = experiments::stretching_drop(16, 1.0, scheme).map_err(said)?;
+        let mut row = |quantity: &str, value| rows.push(Measured::new(format!("radius {radius}: {quantity}"), value));
+        row("time reached, t A", found.time);
+        row("kinetic energy over that at the start", found.energy);
+        row("largest kinetic energy over that at the start", found.largest_energy);
+        row("work of the stabilisation over the kinetic energy", found.stabilisation);
+        row("rms error of the velocity", found.velocity);
+        row("pressure in the middle over exact", found.pressure);
+        row("part of the inner particles taken for surface", found.false_surface);
+        row("collisions", found.collisions as Real);
+        row("control, rms error beside a constant rate of strain", found.velocity_of_constant_rate);
+    }
+    Ok(rows)
+}
+
+/// Radii of influence of the tests, in spacings.
+const RADII: [Real; 3] = [2.1, 2.6, 3.1];
 
 /// V4, shallow water in ten layers.
 pub fn standing_wave_shallow() -> Result<Vec<Measured>, String> {
