@@ -44,7 +44,7 @@ struct Seen(Mutex<Vec<State>>);
 
 impl Onlooker for Seen {
     fn see(&self, state: State) {
-        self.0.lock().unwrap().push(state);
+        self.0.lock().expect("nobody panicked").push(state);
     }
 }
 
@@ -53,12 +53,12 @@ fn watched(scratch: &Scratch, name: &str, on: On, every: Every) -> Vec<State> {
     let seen = Arc::new(Seen::default());
     let showing = Some(Showing { every, to: Arc::clone(&seen) as Arc<dyn Onlooker> });
     let options = RunOptions { showing, ..on.options(Some(&scratch.join(name))) };
-    run(&load(DROP, &[]), &options, &mut Listener::default(), &Stop::new()).unwrap();
-    std::mem::take(&mut *seen.0.lock().unwrap())
+    run(&load(DROP, &[]), &options, &mut Listener::default(), &Stop::new()).expect("the case runs");
+    std::mem::take(&mut *seen.0.lock().expect("nobody panicked"))
 }
 
 fn reals(arrays: &[Array], name: &str) -> Vec<Real> {
-    match &arrays.iter().find(|array| array.name == name).unwrap().values {
+    match &arrays.iter().find(|array| array.name == name).expect("the array is there").values {
         Values::F64(values) => values.clone(),
         Values::F32(values) => values.iter().map(|&value| value.into()).collect(),
         other => panic!("{other:?}"),
@@ -95,7 +95,7 @@ fn states_are_seen_as_they_are_written_and_change_nothing() {
             assert!(near(&reals(&read.grains, name), &reals(&seen.grains, name)), "{name}");
         }
         for name in ["liquid_fraction", "velocity", "solid_fraction", "liquid_outside_grains"] {
-            assert!(near(&of_water(&read, name), &of_water(&seen, name)), "{name}");
+            assert!(near(&of_water(&read, name), &of_water(seen, name)), "{name}");
         }
     }
     // Control: another time has another state.
