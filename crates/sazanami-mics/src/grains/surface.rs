@@ -60,7 +60,7 @@ choices! {
         /// resolves to pores narrower than a cell. The viscous step sees gravity and the pressure gradient.
         HydraulicRadius = "hydraulic_radius",
         /// The same, less where the fluid slips past the surface in a cell faster than viscosity acts across it: lone grains
-        /// with inertia. Beds of narrow grains resist too little then.
+        /// with inertia. And the form drag of pores.
         HydraulicRadiusSlip = "hydraulic_radius_slip",
     }
 }
