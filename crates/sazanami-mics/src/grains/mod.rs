@@ -112,7 +112,7 @@ impl GrainPhase {
         let count = domain.sum([engine.grains().owned() as Real])[0] as usize;
         let coupling =
             Coupling { exchange: coupling.exchange.for_width(narrowest(domain, &engine, &shapes)), ..coupling };
-        let wetted = coupling.exchange == Exchange::Surface && coupling.friction == SurfaceFriction::HydraulicRadius;
+        let wetted = coupling.exchange == Exchange::Surface && coupling.friction.is_wetted();
         // Without grains the fields of the coupling take no memory.
         let cells = if count == 0 { [0; 3] } else { domain.cells() };
         let mut phase = Self {
@@ -120,7 +120,10 @@ impl GrainPhase {
             shapes,
             coupling,
             imprint: Imprint::new(cells, coupling.volume_fraction, coupling.torque_arm).with_areas(wetted),
-            surface: Surface::new(if coupling.exchange == Exchange::Surface { cells } else { [0; 3] }, wetted),
+            surface: Surface::new(
+                if coupling.exchange == Exchange::Surface { cells } else { [0; 3] },
+                coupling.friction,
+            ),
             stress_impulse: {
                 let cells = if coupling.exchange == Exchange::Surface { [0; 3] } else { cells };
                 std::array::from_fn(|_| Field::new(cells, 0.0))
@@ -223,7 +226,7 @@ impl GrainPhase {
 
     /// Whether their friction comes from the wetted area.
     pub(crate) fn is_wetted(&self) -> bool {
-        self.has_surfaces() && self.coupling.friction == SurfaceFriction::HydraulicRadius
+        self.has_surfaces() && self.coupling.friction.is_wetted()
     }
 
     /// Sums the velocities of the grains on the grid, changed by `change(n)` of velocity and angular velocity.

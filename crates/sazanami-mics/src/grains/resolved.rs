@@ -43,7 +43,7 @@ impl GrainPhase {
         }
         self.sum_velocities(domain, |_, _| [Vector::ZERO; 2]);
         if self.is_wetted() {
-            self.surface.place_wetted(domain, &mut self.imprint, &self.motion);
+            self.surface.place_wetted(domain, &mut self.imprint, &self.motion, flow);
         } else {
             self.imprint.sum_spins(domain, &self.motion, flow.scratch_vector_mut());
             self.surface.place(domain, &mut self.imprint, flow.scratch_vector_mut());

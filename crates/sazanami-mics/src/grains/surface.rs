@@ -59,6 +59,16 @@ choices! {
         /// From the hydraulic radius of a cell, its open volume over the surface in it: one formula from grains that the grid
         /// resolves to pores narrower than a cell. The viscous step sees gravity and the pressure gradient.
         HydraulicRadius = "hydraulic_radius",
+        /// The same, less where the fluid slips past the surface in a cell faster than viscosity acts across it: lone grains
+        /// with inertia. And the form drag of pores.
+        HydraulicRadiusSlip = "hydraulic_radius_slip",
+    }
+}
+
+impl SurfaceFriction {
+    /// Whether it comes from the surface in each cell.
+    pub(super) fn is_wetted(self) -> bool {
+        self != Self::Distance
     }
 }
 
@@ -70,6 +80,8 @@ pub(crate) struct Surface {
     pub(super) velocity: [Field<Real>; 3],
     /// Surface in each cell over its volume [1/m], if the friction comes from it.
     pub(super) area: Field<Real>,
+    /// What the friction follows.
+    pub(super) law: SurfaceFriction,
     /// Momentum that friction took from the fluid in this step, per volume [N s/m^3].
     pub(super) taken: [Field<Real>; 3],
     /// Rows that grains cover, and those beside them too.
@@ -79,12 +91,12 @@ pub(crate) struct Surface {
 
 impl Surface {
     /// No surfaces, for fields of `cells` cells.
-    pub fn new(cells: [usize; 3], wetted: bool) -> Self {
-        let area = Field::new(if wetted { cells } else { [0; 3] }, 0.0);
+    pub fn new(cells: [usize; 3], law: SurfaceFriction) -> Self {
+        let area = Field::new(if law.is_wetted() { cells } else { [0; 3] }, 0.0);
         let three = || std::array::from_fn(|_| Field::new(cells, 0.0));
         let friction = Field::new(cells, 0.0);
         let (covered, beside) = (RowSet::default(), RowSet::default());
-        Self { friction, velocity: three(), area, taken: three(), covered, beside }
+        Self { friction, velocity: three(), area, law, taken: three(), covered, beside }
     }
 
     /// Places the surfaces for a step: fills the ghosts of `imprint` and of the angular velocities `spin`, times the

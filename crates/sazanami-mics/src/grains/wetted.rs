@@ -9,15 +9,37 @@
 //!
 //! towards the velocity of the surface at its centre in the cell, where it also acts on the grain. In slow flow the one
 //! formula serves lone grains, beds of grains that the grid resolves, and pores narrower than a cell (docs/decisions/0010).
+//!
+//! With inertia it takes too much: momentum that the flow carries through the open part of a cell leaves it again before
+//! viscosity has spread it over the hydraulic radius. With `hydraulic_radius_slip` the friction is, with `Re = |u - u_s| r / nu`,
+//!
+//! ```text
+//! f r^2 = 1 + 5 / (1 + Re / 0.1) + 0.29 Re
+//! ```
+//!
+//! where the last term is the form drag of pores (the second term of Ergun 1952, Chem. Eng. Prog. 48, 89, with the hydraulic
+//! radius of spheres); it goes as the cells become narrow beside the grains.
 
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::{Real, Vector};
 
 use super::imprint::{Imprint, Share};
-use super::surface::{SOLID, Surface};
+use super::surface::{SOLID, Surface, SurfaceFriction};
+use crate::flow::Flow;
 
-/// Friction times the squared hydraulic radius.
-const FRICTION: Real = 6.0;
+/// Friction times the squared hydraulic radius in slow flow.
+const SLOW: Real = 6.0;
+/// The same where the fluid slips fast, if it counts.
+const FAST: Real = 1.0;
+/// Reynolds number of the slip and the hydraulic radius at which the friction is half way between the two.
+const HALF_WAY: Real = 0.1;
+/// Form drag in pores, Ergun's second term with the hydraulic radius `d theta / (6 alpha)` of spheres: 1.75/6.
+const FORM: Real = 1.75 / 6.0;
+
+/// Friction times the squared hydraulic radius at the Reynolds number of the slip and the hydraulic radius.
+fn beside_slip(reynolds: Real) -> Real {
+    FAST + (SLOW - FAST) / (1.0 + reynolds / HALF_WAY) + FORM * reynolds
+}
 
 impl Surface {
     /// Whether the friction comes from the wetted area.
@@ -26,7 +48,7 @@ impl Surface {
     }
 
     /// Places the surfaces for a step; velocity and angular velocity of every grain and ghost are in `motion`.
-    pub fn place_wetted(&mut self, domain: &Domain, imprint: &mut Imprint, motion: &[[Real; 6]]) {
+    pub fn place_wetted(&mut self, domain: &Domain, imprint: &mut Imprint, motion: &[[Real; 6]], flow: &Flow) {
         imprint.fill_halos(domain);
         self.covered.covered(domain, &imprint.solid_fraction, |j, k| imprint.row_is_covered(j, k));
         self.beside.and_beside(domain, &self.covered);
@@ -34,8 +56,9 @@ impl Surface {
         imprint.sum_surfaces(domain, motion, &mut self.area, [v1, v2, v3]);
         let alpha = imprint.solid_fraction.data();
         let solid = imprint.solid_velocity.each_ref().map(|v| v.data());
-        let Self { friction, velocity: [v1, v2, v3], area, taken: [t1, t2, t3], covered, .. } = self;
-        let area = area.data();
+        let Self { friction, velocity: [v1, v2, v3], area, law, taken: [t1, t2, t3], covered, .. } = self;
+        let (area, law) = (area.data(), *law);
+        let (c, [u1, u2, u3]) = (flow.volume_fraction.data(), flow.velocity.each_ref().map(|u| u.data()));
         let velocity = (v1.data_mut(), v2.data_mut(), v3.data_mut());
         let taken = (t1.data_mut(), t2.data_mut(), t3.data_mut());
         let fields = (friction.data_mut(), velocity, taken);
@@ -49,8 +72,15 @@ impl Surface {
                     friction[i] = Real::INFINITY;
                     Vector::new(solid[0][at], solid[1][at], solid[2][at]) / alpha[at]
                 } else if area[at] > 0.0 {
-                    friction[i] = FRICTION * (area[at] / (1.0 - alpha[at])).powi(2);
-                    Vector::new(v1[i], v2[i], v3[i]) / area[at]
+                    let (radius, towards) = ((1.0 - alpha[at]) / area[at], Vector::new(v1[i], v2[i], v3[i]) / area[at]);
+                    let factor = if law == SurfaceFriction::HydraulicRadiusSlip {
+                        let slip = (Vector::new(u1[at], u2[at], u3[at]) - towards).length();
+                        beside_slip(slip * radius / flow.fluids.kinematic_viscosity(c[at]))
+                    } else {
+                        SLOW
+                    };
+                    friction[i] = factor / (radius * radius);
+                    towards
                 } else {
                     continue;
                 };
