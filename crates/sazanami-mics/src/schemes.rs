@@ -49,8 +49,11 @@ choices! {
     /// Time integration of the viscous stress.
     #[derive(Default)]
     pub enum ViscosityScheme {
-        /// Backward Euler.
+        /// Backward Euler; the stress before in steps so short that either way errs alike, away from grains that act by
+        /// their surfaces.
         #[default]
+        Auto = "auto",
+        /// Backward Euler.
         Implicit = "implicit",
         /// The stress at the start for half a step before the transport, backward Euler for half a step
         /// after it: second order in time.

@@ -165,10 +165,12 @@ impl Solver {
     /// The longest stable next step, the limit that sets it, and the number of fluid passes in it.
     #[must_use]
     pub fn stable_step(&self) -> Step {
+        let [grain_motion, grain_turn] = self.grains.motion_rates(&self.domain);
         let rates = Rates {
             advective: self.flow.advective_rate(&self.domain),
             viscous: self.flow.viscous_rate(&self.domain),
-            grain_motion: self.grains.motion_rate(&self.domain),
+            grain_motion,
+            grain_turn,
             contact: self.grains.contact_rate(),
             force: self.forces.rate(self.domain.grid().spacing, &self.flow.fluids),
         };

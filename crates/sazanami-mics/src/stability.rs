@@ -9,8 +9,10 @@ pub enum Limit {
     Advective,
     /// Stability of explicit viscosity.
     Viscous,
-    /// Displacement of the fastest point of a grain, in cell widths.
+    /// Displacement of a grain and of its surface as it turns, in cell widths.
     GrainMotion,
+    /// Angle by which a grain turns.
+    GrainTurn,
     /// Resolution of the contacts, where the number of sub-steps is fixed.
     Contact,
     /// A force on the fluid ([`crate::forces`]), by name.
@@ -31,6 +33,7 @@ impl Limit {
             Self::Advective => "advective",
             Self::Viscous => "viscous",
             Self::GrainMotion => "grain_motion",
+            Self::GrainTurn => "grain_turn",
             Self::Contact => "contact",
             Self::Force(name) => name,
             Self::Growth => "growth",
@@ -47,8 +50,10 @@ pub struct Rates {
     pub advective: Real,
     /// Reciprocal of the longest stable step of explicit viscosity.
     pub viscous: Real,
-    /// Largest speed of a point of a grain over the smallest cell width.
+    /// Largest speed of a grain over the smallest cell width, that by which its turn moves the surface added.
     pub grain_motion: Real,
+    /// Largest angular velocity of a grain.
+    pub grain_turn: Real,
     /// Reciprocal of the longest step that the contacts allow.
     pub contact: Real,
     /// Reciprocal of the longest step that the forces on the fluid allow, and the force that sets it.
@@ -60,8 +65,10 @@ pub struct Rates {
 pub struct StepLimits {
     /// Largest Courant number, summed over the directions; stable below 1/2.
     pub courant: Real,
-    /// Largest displacement of a point of a grain in a step, in cell widths.
+    /// Largest displacement of a grain in a step, that of its surface by its turn added, in cell widths.
     pub grain_travel: Real,
+    /// Largest angle by which a grain turns in a step \[rad].
+    pub grain_turn: Real,
     /// Largest ratio of a step to the one before.
     pub growth: Real,
     /// Longest step \[s].
@@ -74,7 +81,7 @@ impl StepLimits {
     /// The recommended limits with a longest step \[s].
     #[must_use]
     pub fn up_to(longest: Real) -> Self {
-        Self { courant: 0.45, grain_travel: 0.2, growth: 1.2, longest, fixed: None }
+        Self { courant: 0.45, grain_travel: 0.2, grain_turn: 0.4, growth: 1.2, longest, fixed: None }
     }
 
     /// Steps of a fixed length \[s].
@@ -86,12 +93,13 @@ impl StepLimits {
     /// The longest step that each rate allows \[s]; infinite where it sets no limit. A forecast asks with the rates
     /// that it expects.
     #[must_use]
-    pub fn bounds(&self, rates: &Rates) -> [(Real, Limit); 5] {
+    pub fn bounds(&self, rates: &Rates) -> [(Real, Limit); 6] {
         let after = |part: Real, rate: Real| if rate > 0.0 { part / rate } else { Real::INFINITY };
         [
             (after(self.courant, rates.advective), Limit::Advective),
             (after(1.0, rates.viscous), Limit::Viscous),
             (after(self.grain_travel, rates.grain_motion), Limit::GrainMotion),
+            (after(self.grain_turn, rates.grain_turn), Limit::GrainTurn),
             (after(1.0, rates.contact), Limit::Contact),
             (after(1.0, rates.force.0), Limit::Force(rates.force.1)),
         ]
@@ -144,6 +152,8 @@ mod tests {
         assert_eq!(limits.choose(&Rates::default(), None).limit, Limit::Maximum);
         let grains = Rates { grain_motion: 1e6, ..rates };
         assert_eq!(limits.choose(&grains, None).limit, Limit::GrainMotion);
+        let turning = Rates { grain_turn: 1e6, ..rates };
+        assert_eq!(limits.choose(&turning, None).limit, Limit::GrainTurn);
         let forced = Rates { force: (1e9, "tension"), ..rates };
         assert_eq!(limits.choose(&forced, None), Step { dt: 1e-9, limit: Limit::Force("tension"), fluid_passes: 1 });
     }

@@ -86,10 +86,19 @@ pub fn explicit_rate(fluids: &Fluids, spacing: Vector) -> Real {
     largest_diffusivity(fluids) * 2.0 * inverse_squares(spacing)
 }
 
+/// Stiffness up to which [`ViscosityScheme::Auto`] is explicit. The fastest mode of the grid decays by the rate of twice
+/// the stiffness `s` a step; both Euler steps then err by `2 s^2` of it, and the explicit one is stable to `s = 1`.
+const SOFT: Real = 0.1;
+
+/// Twice the largest viscosity times the step over the squared cell widths.
+fn stiffness(domain: &Domain, fluids: &Fluids, dt: Real) -> Real {
+    // One percent in reserve for fractions slightly out of range.
+    2.02 * largest_diffusivity(fluids) * dt * inverse_squares(domain.grid().spacing)
+}
+
 /// Number of Chebyshev steps and the spectral bound of Jacobi's iteration they rest on.
 fn plan(domain: &Domain, fluids: &Fluids, tolerance: Real, dt: Real) -> (usize, Real) {
-    // One percent in reserve for fractions slightly out of range.
-    let stiffness = 2.02 * largest_diffusivity(fluids) * dt * inverse_squares(domain.grid().spacing);
+    let stiffness = stiffness(domain, fluids, dt);
     let radius = stiffness / (1.0 + stiffness);
     let rate = radius / (1.0 + (1.0 - radius * radius).sqrt());
     let bound = 4.0 * stiffness * (2.0 * stiffness).min(2.0);
@@ -123,12 +132,16 @@ impl Flow {
     ) -> Result<DiffusionReport, ViscosityError> {
         let whole = dt;
         let dt = match self.schemes.viscosity {
-            ViscosityScheme::Implicit | ViscosityScheme::Explicit => dt,
+            ViscosityScheme::Auto | ViscosityScheme::Implicit | ViscosityScheme::Explicit => dt,
             ViscosityScheme::CrankNicolson => 0.5 * dt,
             ViscosityScheme::Off => return Ok(DiffusionReport::default()),
         };
+        let is_explicit = match self.schemes.viscosity {
+            ViscosityScheme::Auto => surface.is_none() && stiffness(domain, &self.fluids, dt) <= SOFT,
+            scheme => scheme == ViscosityScheme::Explicit,
+        };
         let (steps, radius) = plan(domain, &self.fluids, self.viscous_tolerance, dt);
-        if steps > MAX_ITERATIONS && self.schemes.viscosity != ViscosityScheme::Explicit {
+        if steps > MAX_ITERATIONS && !is_explicit {
             return Err(ViscosityError::TooStiff { iterations: steps, dt });
         }
         let rules: [GhostRules; 3] = std::array::from_fn(|i| boundary.velocity_rules(i));
@@ -136,7 +149,7 @@ impl Flow {
         domain.fill_halos_to(1, &mut [(u1, &rules[0]), (u2, &rules[1]), (u3, &rules[2])]);
         let stress = Stress::new(domain, &self.fluids);
         let mut force = stress.on_sides(domain, self.moving());
-        let iterations = if self.schemes.viscosity == ViscosityScheme::Explicit {
+        let iterations = if is_explicit {
             self.diffuse_explicitly(domain, &stress, dt);
             if let Some(surface) = surface {
                 self.rub(domain, surface, dt);
@@ -192,7 +205,7 @@ impl Flow {
     #[must_use]
     pub fn viscous_acceleration(&self, at: usize, dt: Real) -> Vector {
         let dt = match self.schemes.viscosity {
-            ViscosityScheme::Implicit | ViscosityScheme::Explicit => dt,
+            ViscosityScheme::Auto | ViscosityScheme::Implicit | ViscosityScheme::Explicit => dt,
             ViscosityScheme::CrankNicolson => 0.5 * dt,
             ViscosityScheme::Off => return Vector::ZERO,
         };

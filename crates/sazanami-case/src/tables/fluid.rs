@@ -201,7 +201,7 @@ pub struct FluidOptions {
 
 fn suited_to(projection: Projection) -> ViscosityScheme {
     match projection {
-        Projection::Full => ViscosityScheme::Implicit,
+        Projection::Full => ViscosityScheme::Auto,
         Projection::Incremental => ViscosityScheme::CrankNicolson,
     }
 }

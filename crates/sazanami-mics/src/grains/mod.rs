@@ -15,7 +15,7 @@ use sazanami_numerics::domain::Domain;
 use sazanami_numerics::geometry::{Shape, VolumeFractionMethod};
 use sazanami_numerics::grid::Field;
 use sazanami_numerics::{Quaternion, Real, Vector};
-use sazanami_parallel::max_over;
+use sazanami_parallel::{Reduction, reduce_over};
 
 use crate::flow::Flow;
 use crate::momentum::Impulses;
@@ -195,18 +195,30 @@ impl GrainPhase {
         self.count == 0
     }
 
-    /// Largest speed of a point of a grain on any rank over the smallest cell width [1/s].
+    /// Largest speed of a grain on any rank over the smallest cell width, that by which its turn moves the surface
+    /// along its normal added; and largest angular velocity [1/s].
     #[must_use]
-    pub fn motion_rate(&self, domain: &Domain) -> Real {
+    pub fn motion_rates(&self, domain: &Domain) -> [Real; 2] {
         let grains = self.engine.grains();
-        let speed = |n: usize| {
-            let radius = self.shapes[grains.shape[n] as usize].bounding_radius() * grains.scale[n];
-            grains.velocity[n].length() + radius * grains.angular_velocity(n).length()
+        let of_batch = |batch: usize| {
+            let mut fastest = [0.0_f64; 2];
+            for n in batch * BATCH..((batch + 1) * BATCH).min(grains.owned()) {
+                let shape = &self.shapes[grains.shape[n] as usize];
+                let (scale, v, w) = (grains.scale[n], grains.velocity[n], grains.angular_velocity(n));
+                fastest[1] = fastest[1].max(w.length());
+                // Most grains are slower than the fastest whichever way they turn.
+                if v.length() + scale * shape.bounding_radius() * w.length() > fastest[0] {
+                    let turning = shape.turning_speed(grains.orientation[n].inverse() * w);
+                    fastest[0] = fastest[0].max(v.length() + scale * turning);
+                }
+            }
+            fastest
         };
-        let fastest = max_over(grains.owned().div_ceil(BATCH), |batch| {
-            (batch * BATCH..((batch + 1) * BATCH).min(grains.owned())).map(speed).fold(0.0, Real::max)
-        });
-        domain.max(fastest.max(0.0)) / domain.grid().spacing.min_element()
+        let larger = |a: [Real; 2], b: [Real; 2]| [a[0].max(b[0]), a[1].max(b[1])];
+        let mut fastest = reduce_over(grains.owned().div_ceil(BATCH), of_batch, larger).unwrap_or_default();
+        domain.communicator().all_reduce(&mut fastest, Reduction::Max);
+        let [motion, turn] = fastest;
+        [motion / domain.grid().spacing.min_element(), turn]
     }
 
     /// Reciprocal of the longest step that a given number of sub-steps resolves the contacts in [1/s]; zero where

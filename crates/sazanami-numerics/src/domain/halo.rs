@@ -1,6 +1,9 @@
 //! Ghost layers: walls, periodic images and neighbouring ranks behind one verb.
 
+use std::cmp::Ordering;
+
 use bytemuck::Pod;
+use sazanami_parallel::for_each_chunk;
 
 use super::Domain;
 use crate::Real;
@@ -87,16 +90,15 @@ impl Domain {
         for direction in 0..3 {
             let exchanged = if direction < 2 { self.exchange(direction, depth, fields) } else { [false; 2] };
             for (field, rules) in fields.iter_mut() {
+                let n = field.cells()[direction] as isize;
                 if direction == 2 && self.periodic[2] || self.wraps_alone(direction) {
-                    wrap(field, direction, depth);
+                    fill(field, direction, wrapped(n, depth));
                     continue;
                 }
-                for (side, &done) in exchanged.iter().enumerate() {
-                    if !done {
-                        let on_face = rules.location == Location::Face(direction);
-                        mirror(field, direction, side, on_face, rules.sides[direction][side], depth);
-                    }
-                }
+                let on_face = rules.location == Location::Face(direction);
+                let sides = (0..2).filter(|&side| !exchanged[side]);
+                let behind = |side: usize| mirrored(n, side, on_face, rules.sides[direction][side], depth);
+                fill(field, direction, sides.flat_map(behind));
             }
         }
     }
@@ -197,31 +199,48 @@ fn unpack<'b, T: Element>(
     bytes
 }
 
-/// Sets layer `to` from layer `from`, both normal to `direction`.
-fn set_layer<T: Element>(field: &mut Field<T>, direction: usize, to: isize, from: isize, rule: impl Fn(T) -> T) {
-    let strides = field.strides();
-    let shift = (from - to) * strides[direction] as isize;
-    for_layer(field.cells(), direction, to, |start, stride, count| {
-        let data = field.data_mut();
-        for n in 0..count {
-            let at = start + n * stride;
-            data[at] = rule(data[(at as isize + shift) as usize]);
-        }
-    });
+/// A layer of ghosts, or the wall face of a face quantity, and the layer that its values come from, by their numbers
+/// in the direction that they are normal to.
+#[derive(Clone, Copy)]
+struct Layer<T> {
+    to: isize,
+    from: isize,
+    image: Image<T>,
 }
 
-/// Fills the ghosts in `direction` with the periodic image.
-fn wrap<T: Element>(field: &mut Field<T>, direction: usize, depth: usize) {
-    let n = field.cells()[direction] as isize;
-    for layer in 0..depth as isize {
-        set_layer(field, direction, n + layer, layer.rem_euclid(n), |v| v);
-        set_layer(field, direction, -1 - layer, (-1 - layer).rem_euclid(n), |v| v);
+/// What is made of a value behind a wall.
+#[derive(Clone, Copy)]
+enum Image<T> {
+    Same,
+    /// Twice the value on the wall, less the value.
+    Opposite(T),
+    Constant(T),
+}
+
+impl<T: Element> Image<T> {
+    fn of(self, value: T) -> T {
+        match self {
+            Self::Same => value,
+            Self::Opposite(twice) => twice - value,
+            Self::Constant(constant) => constant,
+        }
     }
 }
 
-/// Fills the ghosts behind a wall at the lower (`side` 0) or upper (1) end of `direction`.
-fn mirror<T: Element>(field: &mut Field<T>, direction: usize, side: usize, on_face: bool, rule: Ghost, depth: usize) {
-    let n = field.cells()[direction] as isize;
+/// The ghosts of a periodic direction of `n` cells.
+fn wrapped<T: Element>(n: isize, depth: usize) -> impl Iterator<Item = Layer<T>> {
+    let layer = move |to: isize| Layer { to, from: to.rem_euclid(n), image: Image::Same };
+    (0..depth as isize).flat_map(move |number| [layer(n + number), layer(-1 - number)])
+}
+
+/// The ghosts behind a wall at the lower (`side` 0) or upper (1) end of a direction of `n` cells.
+fn mirrored<T: Element>(
+    n: isize,
+    side: usize,
+    on_face: bool,
+    rule: Ghost,
+    depth: usize,
+) -> impl Iterator<Item = Layer<T>> {
     // The wall face of a face quantity is its own mirror; cells lie half a cell away from it.
     let (wall, outward, first) = match (side, on_face) {
         (0, true) => (0, -1, 1),
@@ -229,25 +248,80 @@ fn mirror<T: Element>(field: &mut Field<T>, direction: usize, side: usize, on_fa
         (_, true) => (n, 1, 1),
         (_, false) => (n, 1, 0),
     };
-    if on_face && let Ghost::Odd { wall: value } = rule {
-        set_layer(field, direction, wall, wall, |_| T::from_real(value));
-    }
+    let on_wall = match rule {
+        Ghost::Odd { wall: value } if on_face => {
+            Some(Layer { to: wall, from: wall, image: Image::Constant(T::from_real(value)) })
+        }
+        _ => None,
+    };
     // The last ghost layer of a face quantity at the upper end is one nearer than that of cells.
     let layers = if on_face && side == 1 { depth as isize } else { depth as isize + first };
-    for layer in first..layers {
+    let behind = (first..layers).filter_map(move |layer| {
         let to = wall + outward * layer;
-        let image = if on_face { wall - outward * layer } else { wall - outward * (layer + 1) };
+        let opposite = if on_face { wall - outward * layer } else { wall - outward * (layer + 1) };
         let last = if on_face { n } else { n - 1 };
-        let image = image.clamp(0, last);
-        match rule {
-            Ghost::Even => set_layer(field, direction, to, image, |v| v),
-            Ghost::Odd { wall } => set_layer(field, direction, to, image, |v| T::from_real(2.0 * wall) - v),
-            Ghost::Constant { value } => set_layer(field, direction, to, image, |_| T::from_real(value)),
-            Ghost::Nearest => {
-                let nearest = if on_face { wall } else { wall - outward };
-                set_layer(field, direction, to, nearest, |v| v);
+        let opposite = opposite.clamp(0, last);
+        let (from, image) = match rule {
+            Ghost::Even => (opposite, Image::Same),
+            Ghost::Odd { wall } => (opposite, Image::Opposite(T::from_real(2.0 * wall))),
+            Ghost::Constant { value } => (opposite, Image::Constant(T::from_real(value))),
+            Ghost::Nearest => (if on_face { wall } else { wall - outward }, Image::Same),
+            Ghost::Kept => return None,
+        };
+        Some(Layer { to, from, image })
+    });
+    on_wall.into_iter().chain(behind)
+}
+
+/// Values that one task of [`fill`] looks after, at least.
+const TOGETHER: usize = 16_384;
+/// Most layers of a direction: the ghosts and the wall face on both sides.
+const LAYERS: usize = 2 * (GHOSTS + 1);
+
+/// Fills `layers` normal to `direction`, one after the other, ghosts of the other directions included.
+fn fill<T: Element>(field: &mut Field<T>, direction: usize, mut layers: impl Iterator<Item = Layer<T>>) {
+    let layers: [Option<Layer<T>>; LAYERS] = std::array::from_fn(|_| layers.next());
+    let layers = || layers.iter().flatten().copied();
+    let width = field.cells().map(|n| n + 2 * GHOSTS);
+    let (row, plane) = (width[0], width[0] * width[1]);
+    let place = |layer: isize| (layer + GHOSTS as isize) as usize;
+    if direction == 2 {
+        layers()
+            .for_each(|Layer { to, from, image }| fill_plane(field.data_mut(), plane, [to, from].map(place), image));
+        return;
+    }
+    for_each_chunk(field.data_mut(), plane * TOGETHER.div_ceil(plane), |_, planes| {
+        if direction == 0 {
+            for row in planes.chunks_exact_mut(row) {
+                layers().for_each(|Layer { to, from, image }| row[place(to)] = image.of(row[place(from)]));
             }
-            Ghost::Kept => {}
+            return;
+        }
+        for plane in planes.chunks_exact_mut(plane) {
+            for Layer { to, from, image } in layers() {
+                let (to, from) = (place(to) * row, place(from) * row);
+                (0..row).for_each(|i| plane[to + i] = image.of(plane[from + i]));
+            }
+        }
+    });
+}
+
+/// Fills plane `to` of `data` from plane `from`.
+fn fill_plane<T: Element>(data: &mut [T], plane: usize, [to, from]: [usize; 2], image: Image<T>) {
+    let (below, above) = data.split_at_mut(plane * to.max(from));
+    match to.cmp(&from) {
+        Ordering::Equal => for_each_chunk(&mut above[..plane], TOGETHER, |_, values| {
+            values.iter_mut().for_each(|value| *value = image.of(*value));
+        }),
+        order => {
+            let (target, source) = match order {
+                Ordering::Greater => (above, &below[plane * from..]),
+                _ => (&mut below[plane * to..], &*above),
+            };
+            for_each_chunk(&mut target[..plane], TOGETHER, |number, values| {
+                let images = &source[number * TOGETHER..];
+                values.iter_mut().zip(images).for_each(|(value, &other)| *value = image.of(other));
+            });
         }
     }
 }

@@ -19,6 +19,8 @@ pub struct Shape {
     volume: Real,
     principal_inertia: Vector,
     bounding_radius: Real,
+    /// See [`SurfaceMesh::levers`].
+    levers: Vec<Vector>,
     contact_spheres: ContactSpheres,
     exact: Option<Exact>,
     origin: Vector,
@@ -217,6 +219,7 @@ impl Shape {
             bounding_radius: nodes_within.max(contact_spheres.bounding_radius()),
             volume: mass.volume,
             principal_inertia: mass.principal_inertia,
+            levers: surface.levers(),
             mesh,
             surface,
             contact_spheres,
@@ -243,6 +246,7 @@ impl Shape {
             volume: factor.powi(3) * self.volume,
             principal_inertia: factor.powi(5) * self.principal_inertia,
             bounding_radius: factor * self.bounding_radius,
+            levers: self.levers.iter().map(|&lever| factor * lever).collect(),
             contact_spheres: self.contact_spheres.scaled(factor),
             exact: self.exact.map(|exact| exact.scaled(factor)),
             origin: factor * self.origin,
@@ -307,6 +311,14 @@ impl Shape {
     #[must_use]
     pub fn bounding_radius(&self) -> Real {
         self.bounding_radius
+    }
+
+    /// Largest speed of a point of the surface along its normal [m/s] when the body turns about its centre of mass with
+    /// `angular_velocity`, in the body frame [rad/s]: how fast it covers and uncovers space. A turn about an axis of
+    /// revolution does neither, but for the edges of the mesh.
+    #[must_use]
+    pub fn turning_speed(&self, angular_velocity: Vector) -> Real {
+        self.levers.iter().map(|lever| lever.dot(angular_velocity).abs()).fold(0.0, Real::max)
     }
 
     /// The contact spheres, in the body frame.
@@ -381,6 +393,24 @@ mod tests {
         assert!((shape.surface().volume() / shape.volume() - 1.0).abs() < 1e-13);
         assert!((shape.report().volume_error.unwrap() + 0.202).abs() < 1e-3);
         assert_eq!(shape.surface().triangles.len(), 84);
+    }
+
+    #[test]
+    fn a_turn_about_an_axis_of_revolution_moves_no_surface() {
+        let fine = SpheroidMesh { rings: 63, segments: 64 };
+        let [about, across] = [Vector::X, Vector::Y].map(|axis| grain(fine, VolumeRule::Preserve).turning_speed(axis));
+        // Half the chord of a segment; of an ellipse the largest moment of the unit normal is c - a.
+        assert!(about < 0.26e-3 * (std::f64::consts::PI / 64.0).sin() * 1.01, "{about}");
+        assert!((across / (0.635e-3 - 0.26e-3) - 1.0).abs() < 0.05, "{across}");
+        // The paper's mesh has six segments, whose edges stand out.
+        let paper = grain(SpheroidMesh::PAPER, VolumeRule::Inscribed);
+        let edges = paper.turning_speed(Vector::X);
+        assert!((edges / (0.26e-3 * 0.5) - 1.0).abs() < 0.1, "{edges}");
+        assert!(paper.turning_speed(Vector::Y) < 0.75 * paper.bounding_radius());
+        // A cube moves its edges whichever way it turns; twice as large, twice as fast.
+        let cube = Shape::cuboid(Vector::ONE, &ContactSphereRule::Listed(vec![(Vector::ZERO, 0.1)])).unwrap();
+        assert!((cube.turning_speed(Vector::Z) - 0.5).abs() < 1e-12);
+        assert!((cube.scaled(2.0).turning_speed(Vector::Z) - 1.0).abs() < 1e-12);
     }
 
     #[test]

@@ -46,6 +46,16 @@ impl SurfaceMesh {
         0.5 * (b - a).cross(c - a)
     }
 
+    /// `r x n` at each corner `r` of each triangle with the normal `n` \[m]: times the angular velocity of a turn about
+    /// the origin it is the speed of that point along the normal.
+    pub(super) fn levers(&self) -> Vec<Vector> {
+        let of = |t: usize| {
+            let normal = self.area_vector(t).normalize_or_zero();
+            self.corners(t).map(|corner| corner.cross(normal))
+        };
+        (0..self.triangles.len()).flat_map(of).collect()
+    }
+
     /// Checks that exactly two triangles meet in every edge and run along it in opposite directions.
     ///
     /// # Errors

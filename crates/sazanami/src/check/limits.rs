@@ -212,6 +212,15 @@ fn fastest_of(population: &Population) -> Vector {
     }
 }
 
+/// Largest angular velocity that a grain is given [rad/s].
+fn fastest_turn(case: &Case) -> Real {
+    let lists = case.grains.iter().filter_map(|population| match &population.placement {
+        GrainPlacement::List(list) => Some(list),
+        _ => None,
+    });
+    lists.flatten().map(|grain| grain.angular_velocity.length()).fold(0.0, Real::max)
+}
+
 /// The largest of the speeds that can be expected, in each direction: of the fluid, and of the grains [m/s].
 fn largest(speeds: &[(Cause, Vector)]) -> [Vector; 2] {
     let is_of_grains = |cause: &Cause| matches!(cause, Cause::Grains(_));
@@ -250,6 +259,7 @@ fn of_grid(
             advective: (flow / spacing).element_sum(),
             viscous: if explicit { explicit_rate(&fluid::fluids(case), spacing) } else { 0.0 },
             grain_motion: grains.length() / spacing.min_element(),
+            grain_turn: fastest_turn(case),
             contact: fixed.map_or(0.0, |(n, contact)| 1.0 / (n as Real * contact)),
             force: forces.rate(spacing, &fluid::fluids(case)),
         },
@@ -262,6 +272,7 @@ fn of_grid(
         }
         GridLimit::Viscous => "1 / (2 nu sum of 1/dx^2)".to_owned(),
         GridLimit::GrainMotion => format!("{} of a cell at {} m/s", bounds.grain_travel, speed(grains)),
+        GridLimit::GrainTurn => format!("{} rad at {} rad/s", bounds.grain_turn, super::number(fastest_turn(case), 3)),
         GridLimit::Contact => fixed.map_or(String::new(), |(n, contact)| format!("{n} sub-steps of {contact:.2e} s")),
         _ => "stability of this force on the fluid".to_owned(),
     };
