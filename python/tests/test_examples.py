@@ -26,7 +26,7 @@ def test_crater(tmp_path):
     results = sazanami.Results(tmp_path / "speed-4")
     assert results.crater is not None
     before = results.crater
-    again = sazanami.evaluate(results.folder, {"erosion.dr": "1.6 mm"})["erosion"]
+    again = sazanami.evaluate(results.folder, {"erosion.dr": "1 mm"})["erosion"]
     # Other layers find another crater, and leave that of the run alone.
     assert again != before and sazanami.Results(results.folder).crater == before
     with pytest.raises(sazanami.CaseError, match="cannot be changed afterwards"):
@@ -36,7 +36,7 @@ def test_crater(tmp_path):
 def test_repose_angle(tmp_path):
     text = printed("repose_angle", tmp_path)
     angles = [float(found) for found in re.findall(r"friction [\d.]+: ([-\d.]+) degrees", text)]
-    assert len(angles) == 3 and angles == sorted(angles) and 0.0 < angles[0] < 12.0 < angles[2] < 45.0
+    assert len(angles) == 3 and angles == sorted(angles) and 0.0 < angles[0] < 8.0 < angles[2] < 45.0
     assert 0.05 < float(re.search(r"friction of about ([\d.]+)", text)[1]) < 0.8
 
 

@@ -107,8 +107,9 @@ fn states_by_time_come_at_any_number_of_ranks() {
     let scratch = Scratch::new("states-ranks");
     let one = watched(&scratch, "one", On::threads(1), Every::Time(0.2e-3));
     let two = watched(&scratch, "two", On::ranks(2, 1), Every::Time(0.2e-3));
-    assert_eq!(one.len(), 4);
-    assert!(one[1].time >= 0.2e-3 && one[2].time >= 0.4e-3 && (one[3].time - 0.5e-3).abs() < 1e-12);
+    // Steps are longer than half of that: the state at the end is the second that is due, and is seen once.
+    assert_eq!(one.len(), 3);
+    assert!((0.2e-3..0.4e-3).contains(&one[1].time) && (one[2].time - 0.5e-3).abs() < 1e-12);
     assert_eq!(one.len(), two.len());
     for (a, b) in one.iter().zip(&two) {
         let (a, b) = (of_water(a, "liquid_fraction"), of_water(b, "liquid_fraction"));
