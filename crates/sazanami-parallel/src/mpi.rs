@@ -47,7 +47,9 @@ pub(crate) fn join(launcher: Launcher) -> Result<World, JoinError> {
 /// Name and version of the MPI library, on one line.
 pub(crate) fn name_of_library() -> String {
     let text = ferrompi::Mpi::library_version().unwrap_or_else(|error| error.to_string());
-    text.lines().next().unwrap_or_default().split(',').next().unwrap_or_default().trim().to_owned()
+    let name = text.lines().next().unwrap_or_default().split(',').next().unwrap_or_default();
+    // MPICH has a tab in its name.
+    name.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 /// Failures that ranks tell one another of.
