@@ -12,7 +12,7 @@ use sazanami::machine::Machine;
 use sazanami::progress::{Progress, duration};
 use sazanami::stop::Stop;
 
-use crate::state::{self, State};
+use crate::state::State;
 use crate::sweep::Sweep;
 
 /// Part of the free memory that runs are given.
@@ -66,7 +66,7 @@ impl Pool<'_> {
         let memory = Machine::this().memory_available.map_or(f64::INFINITY, |bytes| MEMORY * bytes as f64);
         let is_to_do = |state: &State| !state.is_ended() || (self.retry && matches!(state, State::Failed(_)));
         let mut left: Vec<usize> =
-            (0..runs.len()).filter(|&number| is_to_do(&state::of(&self.sweep.folder_of(number)).state)).rev().collect();
+            (0..runs.len()).filter(|&number| is_to_do(&self.sweep.in_folder(number).state)).rev().collect();
         let (mut active, mut held): (Vec<Active>, Vec<usize>) = (Vec::new(), Vec::new());
         let (mut is_told_to_end, mut told) = (false, Instant::now());
         let all = left.len();
@@ -78,9 +78,8 @@ impl Pool<'_> {
                     break;
                 }
                 left.pop();
-                let folder = self.sweep.folder_of(number);
                 let name = &runs[number].name;
-                if state::of(&folder).state == State::Running {
+                if self.sweep.in_folder(number).state == State::Running {
                     progress.message(&format!(
                         "{name}: a process of an earlier command still works on it; it is waited for"
                     ));
@@ -111,7 +110,7 @@ impl Pool<'_> {
                 changed(&active.iter().map(|active| active.number).collect::<Vec<_>>());
             }
             held.retain(|&number| {
-                let state = state::of(&self.sweep.folder_of(number)).state;
+                let state = self.sweep.in_folder(number).state;
                 if state != State::Running && is_to_do(&state) {
                     left.push(number);
                 }

@@ -40,6 +40,8 @@ pub struct Run {
     pub needs: Needs,
     /// Its case as text.
     pub(crate) text: String,
+    /// Steps after which the case ends it, if it says so.
+    pub(crate) most_steps: Option<u64>,
 }
 
 /// An override with the places of its key and value in the plan.
@@ -136,6 +138,7 @@ fn run(loaded: &LoadedCase, point: &[Laid], machine: &Machine, threads: usize) -
         hash: resolved::hash_text(&loaded.case),
         needs,
         text: resolved::write(&loaded.case, Paths::Absolute),
+        most_steps: loaded.case.run.steps.map(|steps| steps as u64),
     })
 }
 

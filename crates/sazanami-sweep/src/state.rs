@@ -49,15 +49,17 @@ pub struct Progressed {
     pub summary: Value,
 }
 
-/// Reads how far the run in `folder` has come.
-pub fn of(folder: &Path) -> Progressed {
+/// Reads how far the run in `folder` has come, whose case ends it after `most_steps` if it says so.
+pub fn of(folder: &Path, most_steps: Option<u64>) -> Progressed {
     let text = std::fs::read_to_string(folder.join(SUMMARY)).unwrap_or_default();
     let summary: Value = serde_json::from_str(&text).unwrap_or_default();
+    let has_all_steps = most_steps.is_some_and(|most| summary["steps"].as_u64() >= Some(most));
     let state = if results::is_in_use(folder) {
         State::Running
     } else {
         match summary["status"].as_str() {
             Some("finished") => State::Finished,
+            Some("stopped") if has_all_steps => State::Finished,
             Some("failed") => State::Failed(summary["failure"]["message"].as_str().unwrap_or_default().to_owned()),
             _ if folder.join(CASE).is_file() => State::BrokenOff,
             _ => State::Waiting,

@@ -108,10 +108,15 @@ impl Sweep {
         self.folder.join(LOGS).join(format!("{}.txt", self.runs[number].name))
     }
 
+    /// How far a run has come by what lies in its folder.
+    pub(crate) fn in_folder(&self, number: usize) -> Progressed {
+        state::of(&self.folder_of(number), self.runs[number].most_steps)
+    }
+
     /// How far a run has come. One that its process refused before it began has failed, too.
     #[must_use]
     pub fn progressed(&self, number: usize) -> Progressed {
-        let mut found = state::of(&self.folder_of(number));
+        let mut found = self.in_folder(number);
         if found.state == State::Waiting
             && let Some(cause) = fs::read_to_string(self.log_of(number)).ok().and_then(|log| refusal(&log))
         {

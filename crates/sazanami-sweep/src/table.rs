@@ -108,6 +108,7 @@ mod tests {
             hash: String::new(),
             needs: crate::Needs::default(),
             text: String::new(),
+            most_steps: None,
         };
         let runs = [run("001", "1"), run("002", "{ x = 1, y = \"2\" }"), run("003", "3")];
         let summary =
