@@ -51,9 +51,20 @@ fn compare(name: &str, text: &str) -> Result<(), String> {
 fn help_is_as_expected() {
     let mut wrong = Vec::new();
     wrong.extend(compare("help.txt", &transcript(&tests(), &["--help"])).err());
-    for command in
-        ["new", "check", "explain", "run", "resume", "analyse", "report", "verify", "bench", "doctor", "completions"]
-    {
+    for command in [
+        "new",
+        "check",
+        "explain",
+        "run",
+        "resume",
+        "analyse",
+        "report",
+        "sweep",
+        "verify",
+        "bench",
+        "doctor",
+        "completions",
+    ] {
         let text = transcript(&tests(), &[command, "--help"]);
         assert!(text.contains("Example:\n  sazanami "), "no example for {command}:\n{text}");
         wrong.extend(compare(&format!("help_{command}.txt"), &text).err());

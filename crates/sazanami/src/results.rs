@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use crate::case::meaning::{Case, ContactSphereChoice, GrainPlacement, GrainShape, Population, TankMotion};
 use crate::error::CommandError;
+use crate::lock::FolderLock;
 pub use crate::log::LOG;
 
 /// Chooses and prepares the folder of a run: `out`, or else `runs/<case>-<n>` with the next free number.
@@ -40,6 +41,12 @@ pub fn prepare(out: Option<&Path>, case_name: &str, force: bool) -> Result<PathB
     fs::File::create(&trial).and_then(|mut file| file.write_all(b"sazanami")).map_err(unwritable)?;
     fs::remove_file(&trial).map_err(unwritable)?;
     Ok(folder)
+}
+
+/// Whether a run that has not ended holds `folder`.
+#[must_use]
+pub fn is_in_use(folder: &Path) -> bool {
+    FolderLock::refuse_held(folder).is_err()
 }
 
 /// What a run writes, beside its case.

@@ -69,6 +69,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
         ],
     ),
     ("sazanami-report", &["sazanami-numerics", "sazanami-io", "sazanami", "sazanami-picture"]),
+    ("sazanami-sweep", &["sazanami-dem", "sazanami-io", "sazanami"]),
     (
         "sazanami-cli",
         &[
@@ -76,6 +77,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "sazanami",
             "sazanami-picture",
             "sazanami-report",
+            "sazanami-sweep",
             "sazanami-bench",
             "sazanami-verification",
         ],

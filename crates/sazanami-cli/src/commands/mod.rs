@@ -10,6 +10,7 @@ mod new;
 mod report;
 mod resume;
 pub mod run;
+mod sweep;
 mod verify;
 
 use clap::Subcommand;
@@ -27,6 +28,7 @@ pub enum Command {
     Resume(resume::Resume),
     Analyse(analyse::Analyse),
     Report(report::Report),
+    Sweep(sweep::Sweep),
     Verify(verify::Verify),
     Bench(bench::Bench),
     Doctor(doctor::Doctor),
@@ -49,6 +51,7 @@ impl Command {
             Self::Resume(command) => command.execute(processes),
             Self::Analyse(command) => command.execute(),
             Self::Report(command) => command.execute(),
+            Self::Sweep(command) => command.execute(),
             Self::Verify(command) => command.execute(processes),
             Self::Bench(command) => command.execute(processes),
             Self::Doctor(command) => command.execute(),

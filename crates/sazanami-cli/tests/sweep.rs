@@ -1,0 +1,178 @@
+//! Sweeps from the command line: side by side, with a run that fails, killed and gone on with.
+
+#![cfg(unix)]
+
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+/// A grain and a drop fall within a box.
+const CASE: &str = r#"
+[domain]
+size = ["8 mm", "8 mm", "8 mm"]
+cells = [8, 8, 8]
+[material.glass]
+density = "2500 kg/m^3"
+[contact.default]
+normal_stiffness = "1e3 N/m"
+restitution = 0.3
+[[grains]]
+shape.sphere = { diameter = "2 mm" }
+placement.list = [{ position = ["4 mm", "4 mm", "5 mm"] }]
+[[liquid]]
+region.sphere = { diameter = "2 mm" }
+position = ["2 mm", "2 mm", "2 mm"]
+[output]
+figures = { at = [] }
+fields = { at = [] }
+grains = { at = [] }
+[checkpoint]
+every = "0.5 ms"
+[run]
+until = "1 s"
+steps = 40
+"#;
+
+const PLAN: &str = "case = \"a.toml\"\nside_by_side = 2\n[keys]\n\"fluid.cfl\" = [0.2, 0.3, 0.4]\n";
+
+fn folder(plan: &str) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("a.toml"), CASE).expect("the case");
+    std::fs::write(folder.path().join("plan.toml"), plan).expect("the plan");
+    folder
+}
+
+fn command(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_sazanami"));
+    command.args(arguments).current_dir(folder);
+    command
+}
+
+fn sweep(folder: &Path, arguments: &[&str]) -> Output {
+    command(folder, &[&["sweep", "plan.toml", "--threads", "1"], arguments].concat()).output().expect("it starts")
+}
+
+fn said(output: &Output) -> String {
+    format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr))
+}
+
+fn table(folder: &Path) -> String {
+    std::fs::read_to_string(folder.join("runs/plan/sweep.csv")).unwrap_or_default()
+}
+
+#[test]
+fn runs_go_side_by_side_and_end_in_one_table() {
+    let folder = folder(PLAN);
+    let listed = sweep(folder.path(), &["--list"]);
+    assert_eq!(listed.status.code(), Some(0), "{}", said(&listed));
+    assert!(said(&listed).contains("waiting     001-cfl-0.2  (") && said(&listed).contains("3 runs, 2 at a time"));
+    assert!(!folder.path().join("runs").exists(), "a list writes nothing");
+    let output = sweep(folder.path(), &[]);
+    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    let text = said(&output);
+    let at = |what: &str| text.find(what).unwrap_or_else(|| panic!("no `{what}`:\n{text}"));
+    assert!(at("002-cfl-0.3: begins") < at("001-cfl-0.2: finished"), "side by side:\n{text}");
+    assert!(text.contains("3 of 3 runs finished, 0 failed, 0 left"), "{text}");
+    let rows: Vec<String> = table(folder.path()).lines().map(str::to_owned).collect();
+    assert!(rows[0].starts_with("run,status,fluid.cfl,time_s,steps,state_hash,"), "{rows:?}");
+    assert!(rows[1].starts_with("001-cfl-0.2,finished,0.2,") && rows.len() == 4, "{rows:?}");
+    assert!(folder.path().join("runs/plan/report.html").is_file());
+    // Runs that ended are not repeated.
+    let (before, again) = (table(folder.path()), sweep(folder.path(), &[]));
+    assert!(again.status.success() && !said(&again).contains("begins") && !said(&again).contains("goes on\n"));
+    assert_eq!(table(folder.path()), before);
+    // Another plan does not write over them; one with more runs does.
+    std::fs::write(folder.path().join("plan.toml"), PLAN.replace("0.3", "0.35")).unwrap();
+    let refused = sweep(folder.path(), &[]);
+    assert_eq!(refused.status.code(), Some(2), "{}", said(&refused));
+    assert!(said(&refused).contains("its run 002-cfl-0.3 is not one of this plan"), "{}", said(&refused));
+    std::fs::write(folder.path().join("plan.toml"), PLAN.replace("0.4]", "0.4, 0.45]")).unwrap();
+    let more = sweep(folder.path(), &[]);
+    assert_eq!(more.status.code(), Some(0), "{}", said(&more));
+    assert_eq!(said(&more).matches(": begins").count(), 1, "{}", said(&more));
+    assert!(table(folder.path()).starts_with(&before));
+}
+
+#[test]
+fn a_run_that_fails_is_marked_and_the_others_go_on() {
+    let plan = "case = \"a.toml\"\n[keys]\n\"fluid.pressure_iterations\" = [1, 500]\n";
+    let folder = folder(plan);
+    let output = sweep(folder.path(), &[]);
+    assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+    let rows = table(folder.path());
+    assert!(rows.contains("\n001-pressure_iterations-1,failed,1,"), "{rows}\n{}", said(&output));
+    assert!(rows.contains("\n002-pressure_iterations-500,finished,500,"), "{rows}\n{}", said(&output));
+    // It stays failed, unless it is to be tried again.
+    let again = sweep(folder.path(), &[]);
+    assert!(again.status.code() == Some(1) && !said(&again).contains("goes on\n"), "{}", said(&again));
+    let retried = sweep(folder.path(), &["--retry"]);
+    assert!(retried.status.code() == Some(1) && said(&retried).contains(": goes on"), "{}", said(&retried));
+}
+
+#[test]
+fn a_sweep_that_was_killed_goes_on_to_the_same_table() {
+    let plan = format!("{PLAN}[set]\n\"run.steps\" = 400\n");
+    let whole = folder(&plan);
+    let output = sweep(whole.path(), &[]);
+    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    for signal in ["-INT", "-KILL"] {
+        let broken = folder(&plan);
+        let mut child = command(broken.path(), &["sweep", "plan.toml", "--threads", "1"])
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        let began = Instant::now();
+        let checkpoints = broken.path().join("runs/plan/002-cfl-0.3/checkpoints");
+        while !checkpoints.is_dir() && began.elapsed() < Duration::from_secs(100) {
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
+        let code = child.wait().unwrap().code();
+        if signal == "-INT" {
+            assert_eq!(code, Some(130));
+            assert!(table(broken.path()).contains(",broken off,"), "{}", table(broken.path()));
+        }
+        let resumed = sweep(broken.path(), &[]);
+        assert_eq!(resumed.status.code(), Some(0), "{}", said(&resumed));
+        assert_eq!(table(broken.path()), table(whole.path()), "{}", said(&resumed));
+    }
+}
+
+#[test]
+fn what_cannot_run_is_refused_before_anything_does() {
+    let folder = folder("case = \"a.toml\"\n[keys]\n\"fluid.clf\" = [0.2, 0.3]\n");
+    let output = sweep(folder.path(), &[]);
+    assert_eq!(output.status.code(), Some(2), "{}", said(&output));
+    assert!(said(&output).contains("--> plan.toml:3:") && said(&output).contains("did you mean `cfl`?"));
+    assert!(!folder.path().join("runs").exists());
+    // More than the disk holds.
+    let much = "case = \"a.toml\"\n[set]\n\"output.fields\" = { every = \"1e-9 s\" }\n\"run.steps\" = 1000000000\n\
+                [keys]\n\"fluid.cfl\" = [0.2, 0.3]\n";
+    std::fs::write(folder.path().join("plan.toml"), much).unwrap();
+    let output = sweep(folder.path(), &[]);
+    assert_eq!(output.status.code(), Some(2), "{}", said(&output));
+    assert!(said(&output).contains("do not fit onto the disk"), "{}", said(&output));
+    assert!(!folder.path().join("runs").exists());
+}
+
+#[test]
+fn an_array_job_runs_each_case_by_its_number() {
+    let folder = folder(PLAN);
+    let output = sweep(folder.path(), &["--slurm"]);
+    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    let script = folder.path().join("runs/plan/sweep.sbatch");
+    let text = std::fs::read_to_string(&script).unwrap();
+    assert!(text.contains("#SBATCH --array=1-3%2\n") && text.contains("#SBATCH --cpus-per-task=1\n"), "{text}");
+    // The second task, twice: the second time it finds a run that ended.
+    for _ in 0..2 {
+        let mut task = Command::new("bash");
+        task.arg(&script).env("SLURM_ARRAY_TASK_ID", "2").env("SLURM_CPUS_PER_TASK", "1");
+        let ran = task.output().unwrap();
+        assert!(ran.status.success(), "{}", said(&ran));
+    }
+    let collected = sweep(folder.path(), &["--collect"]);
+    assert_eq!(collected.status.code(), Some(0), "{}", said(&collected));
+    assert!(said(&collected).contains("1 of 3 runs finished, 0 failed, 2 left"), "{}", said(&collected));
+    assert!(table(folder.path()).contains("\n002-cfl-0.3,finished,0.3,"), "{}", table(folder.path()));
+}

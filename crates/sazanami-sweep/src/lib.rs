@@ -1,0 +1,30 @@
+//! Sweeps: many runs of one case that differ in a few keys, posed by a plan in TOML.
+//!
+//! A [`Plan`] says which keys take which values; [`Sweep::pose`] makes a case of each point and checks all of them before
+//! anything runs; [`Sweep::run`] runs them side by side, each in a process of its own. What came of them is in one table.
+//!
+//! ```
+//! use std::path::Path;
+//!
+//! let text = "case = \"drop.toml\"\n[keys]\n\"liquid.0.fall.speed\" = { from = \"1 m/s\", to = \"3 m/s\", count = 3 }\n";
+//! let plan = sazanami_sweep::Plan::parse(Path::new("plan.toml"), text)?;
+//! let values: Vec<String> = plan.points().iter().map(|point| point[0].shown()).collect();
+//! assert_eq!(values, ["1 m/s", "2 m/s", "3 m/s"]);
+//! # Ok::<(), Box<sazanami::case::CaseError>>(())
+//! ```
+
+mod plan;
+mod points;
+mod pool;
+mod posed;
+mod slurm;
+mod state;
+mod sweep;
+mod table;
+
+pub use plan::{Plan, Setting};
+pub use pool::SideBySide;
+pub use posed::{Needs, Run};
+pub use state::{Progressed, State};
+pub use sweep::{Outcome, Sweep};
+pub use table::TABLE;

@@ -1,0 +1,586 @@
+//! A plan as written: which case, which keys, which values.
+
+use std::borrow::Cow;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use sazanami::case::units::parse_quantity;
+use sazanami::case::{CaseError, Diagnostics, Source, nearest};
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use crate::points;
+
+/// Most runs of a sweep.
+pub(crate) const MOST_RUNS: usize = 10_000;
+
+/// A value of a key at a point.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Setting {
+    /// The value as TOML.
+    pub value: String,
+    /// Where it stands in the plan.
+    pub(crate) span: Range<usize>,
+    /// Whether the plan has this very text there, or only the ends that it lies between.
+    pub(crate) is_verbatim: bool,
+}
+
+impl Setting {
+    /// The value for people: a text without its quotes.
+    #[must_use]
+    pub fn shown(&self) -> String {
+        let inner = self.value.strip_prefix('"').and_then(|text| text.strip_suffix('"'));
+        inner.filter(|text| !text.contains(['"', '\\'])).unwrap_or(&self.value).to_owned()
+    }
+}
+
+/// What a key can be.
+#[derive(Clone, Debug)]
+pub(crate) enum Choices {
+    /// One of these.
+    Values(Vec<Setting>),
+    /// A number between two ends.
+    Between(Between),
+}
+
+/// Numbers between two ends.
+#[derive(Clone, Debug)]
+pub(crate) struct Between {
+    pub ends: [f64; 2],
+    pub unit: String,
+    /// Points from end to end; the design of a plan may say it for all keys instead.
+    pub count: Option<usize>,
+    pub is_logarithmic: bool,
+    /// Whether values are rounded to integers.
+    pub is_integer: bool,
+    /// Whether both ends are written as integers.
+    pub has_integer_ends: bool,
+    pub span: Range<usize>,
+}
+
+/// A key that varies.
+#[derive(Clone, Debug)]
+pub(crate) struct Key {
+    pub path: String,
+    pub span: Range<usize>,
+    pub choices: Choices,
+}
+
+/// How values of several keys make points.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Design {
+    /// Each value of each key with each of the others.
+    Product,
+    /// The first values of all keys, then the second ones.
+    Zip,
+    /// A Latin hypercube.
+    LatinHypercube { count: usize, seed: u64 },
+    /// Points of a Sobol sequence.
+    Sobol { count: usize, seed: u64 },
+}
+
+impl Design {
+    /// Points, where the design says how many.
+    const fn count(self) -> Option<usize> {
+        match self {
+            Self::LatinHypercube { count, .. } | Self::Sobol { count, .. } => Some(count),
+            Self::Product | Self::Zip => None,
+        }
+    }
+}
+
+/// A sweep as its file poses it.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// The case that all runs have in common.
+    pub case: PathBuf,
+    /// Its file.
+    pub path: PathBuf,
+    /// Runs at a time, where the plan says it.
+    pub side_by_side: Option<usize>,
+    pub(crate) source: Source,
+    pub(crate) case_span: Range<usize>,
+    pub(crate) fixed: Vec<(String, Range<usize>, Setting)>,
+    pub(crate) keys: Vec<Key>,
+    pub(crate) design: Design,
+    pub(crate) seeds: Vec<Setting>,
+}
+
+impl Plan {
+    /// Reads the plan at `path`.
+    ///
+    /// # Errors
+    /// All findings together, if one of them is an error.
+    pub fn load(path: &Path) -> Result<Self, Box<CaseError>> {
+        let text = std::fs::read_to_string(path).map_err(|error| {
+            let mut diagnostics = Diagnostics::default();
+            diagnostics.error_in_file("the plan cannot be read").label(error.to_string()).help(
+                "a plan is a TOML file with `case = \"CASE.toml\"` and `[keys]`: docs/guide/sweeps.md has examples",
+            );
+            Box::new(CaseError { source: Source::new(path.display().to_string(), "", &[]), diagnostics })
+        })?;
+        Self::parse(path, &text)
+    }
+
+    /// Reads a plan from its text; file names in it are relative to the folder of `path`.
+    ///
+    /// # Errors
+    /// All findings together, if one of them is an error.
+    pub fn parse(path: &Path, text: &str) -> Result<Self, Box<CaseError>> {
+        let source = Source::new(path.display().to_string(), text, &[]);
+        let mut reader = Reader { text, report: Diagnostics::default() };
+        let plan = reader.plan(path, &source);
+        match plan {
+            Some(plan) if !reader.report.has_errors() => Ok(plan),
+            _ => Err(Box::new(CaseError { source, diagnostics: reader.report })),
+        }
+    }
+
+    /// Name of the plan: that of its file.
+    #[must_use]
+    pub fn name(&self) -> String {
+        self.path.file_stem().map_or_else(|| "sweep".into(), |stem| stem.to_string_lossy().into_owned())
+    }
+
+    /// The points, each with a value for each key of the plan in its order.
+    #[must_use]
+    pub fn points(&self) -> Vec<Vec<Setting>> {
+        points::of(&self.keys, self.design)
+    }
+
+    /// An error about a place in the plan.
+    pub(crate) fn refused(&self, diagnostics: Diagnostics) -> Box<CaseError> {
+        Box::new(CaseError { source: self.source.clone(), diagnostics })
+    }
+}
+
+type Name<'t> = &'t Spanned<Cow<'t, str>>;
+type Entry<'t> = &'t Spanned<DeValue<'t>>;
+
+/// Keys at the top of a plan.
+const TOP: [&str; 6] = ["case", "points", "seeds", "side_by_side", "set", "keys"];
+/// Keys of a range.
+const RANGE: [&str; 6] = ["values", "from", "to", "count", "scale", "integers"];
+
+struct Reader<'a> {
+    text: &'a str,
+    report: Diagnostics,
+}
+
+impl Reader<'_> {
+    fn plan(&mut self, path: &Path, source: &Source) -> Option<Plan> {
+        let (tree, errors) = DeTable::parse_recoverable(self.text);
+        for error in errors.iter().take(20) {
+            self.report.error(error.span().unwrap_or(0..0), "this is not TOML").label(error.message().to_owned());
+        }
+        if !errors.is_empty() {
+            return None;
+        }
+        let root = tree.get_ref();
+        self.only(root, &TOP, "a plan");
+        let mut case = None;
+        match root.get("case") {
+            Some(value) => match value.get_ref() {
+                DeValue::String(file) => case = Some((file.to_string(), value.span())),
+                _ => drop(self.report.error(value.span(), "`case` is the name of a case file").label("a text")),
+            },
+            None => drop(self.report.error_in_file("the plan names no case").help("add `case = \"CASE.toml\"`")),
+        }
+        let side_by_side = root.get("side_by_side").and_then(|value| self.count(value, "side_by_side", 1));
+        let fixed = root.get("set").map(|value| self.fixed(value)).unwrap_or_default();
+        let keys = match root.get("keys") {
+            Some(value) => self.keys(value),
+            None => Vec::new(),
+        };
+        if keys.is_empty() && !self.report.has_errors() {
+            self.report.error_in_file("the plan varies no key").help(
+                "add `[keys]` with, for example, `\"liquid.0.fall.speed\" = { values = [\"2 m/s\", \"4 m/s\"] }`",
+            );
+        }
+        for key in &keys {
+            if let Some((_, span, _)) = fixed.iter().find(|(path, _, _)| *path == key.path) {
+                self.report.error(span.clone(), format!("`{}` is set and varied", key.path)).label("also in `keys`");
+            }
+        }
+        let design = match root.get("points") {
+            Some(value) => self.design(value)?,
+            None => Design::Product,
+        };
+        self.fitting(&keys, design);
+        let seeds = root.get("seeds").map(|value| self.seeds(value)).unwrap_or_default();
+        let (file, case_span) = case?;
+        if self.report.has_errors() {
+            return None;
+        }
+        let plan = Plan {
+            case: path.parent().unwrap_or(Path::new("")).join(file),
+            path: path.to_owned(),
+            side_by_side,
+            source: source.clone(),
+            case_span,
+            fixed,
+            keys,
+            design,
+            seeds,
+        };
+        let runs = points::count(&plan.keys, design).saturating_mul(plan.seeds.len().max(1));
+        if runs > MOST_RUNS {
+            let place = root.get("points").or_else(|| root.get("keys")).map(Spanned::span);
+            self.report
+                .error_at(place, format!("{runs} runs are more than the {MOST_RUNS} that a sweep can have"))
+                .help("vary fewer keys, or take a Latin hypercube: `points = { latin_hypercube = { count = 100 } }`");
+            return None;
+        }
+        Some(plan)
+    }
+
+    /// Refuses keys other than those `known`.
+    fn only(&mut self, table: &DeTable, known: &[&str], what: &str) {
+        for (name, _) in entries(table) {
+            let word = name.get_ref().as_ref();
+            if !known.contains(&word) {
+                let finding = self.report.error(name.span(), format!("{what} has no key `{word}`"));
+                match nearest(word, known.iter().copied()) {
+                    Some(meant) => finding.label(format!("did you mean `{meant}`?")),
+                    None => finding.help(format!("known: {}", known.join(", "))),
+                };
+            }
+        }
+    }
+
+    fn verbatim(&self, span: Range<usize>) -> Setting {
+        Setting { value: self.text[span.clone()].trim().to_owned(), span, is_verbatim: true }
+    }
+
+    /// A whole number of at least `least`.
+    fn count(&mut self, value: Entry, name: &str, least: u64) -> Option<usize> {
+        let found = self.integer(value).filter(|&number| number >= least).and_then(|n| usize::try_from(n).ok());
+        if found.is_none() {
+            self.report
+                .error(value.span(), format!("`{name}` is a whole number of at least {least}"))
+                .label(format!("found `{}`", &self.text[value.span()]));
+        }
+        found
+    }
+
+    fn integer(&self, value: Entry) -> Option<u64> {
+        match value.get_ref() {
+            DeValue::Integer(_) => self.text[value.span()].replace('_', "").parse().ok(),
+            _ => None,
+        }
+    }
+
+    fn fixed(&mut self, value: Entry) -> Vec<(String, Range<usize>, Setting)> {
+        let DeValue::Table(table) = value.get_ref() else {
+            self.report.error(value.span(), "`set` is a table of keys and their values");
+            return Vec::new();
+        };
+        let mut found = Vec::new();
+        for (name, value) in entries(table) {
+            if self.is_key(name, value) {
+                found.push((name.get_ref().to_string(), name.span(), self.verbatim(value.span())));
+            }
+        }
+        found
+    }
+
+    /// Refuses a path without quotes: `a.b = 1` is a table `a` for TOML.
+    fn is_key(&mut self, name: Name, value: Entry) -> bool {
+        let DeValue::Table(table) = value.get_ref() else { return true };
+        let is_written = self.text[value.span()].trim_start().starts_with('{');
+        if !is_written && !table.keys().any(|key| RANGE.contains(&key.get_ref().as_ref())) {
+            self.report
+                .error(name.span(), "the path of a key stands in quotes")
+                .label("this is a table")
+                .help("for example `\"liquid.0.fall.speed\" = ...` or `[keys.\"liquid.0.fall.speed\"]`");
+            return false;
+        }
+        true
+    }
+
+    fn keys(&mut self, value: Entry) -> Vec<Key> {
+        let DeValue::Table(table) = value.get_ref() else {
+            self.report.error(value.span(), "`keys` is a table of keys and what they vary over");
+            return Vec::new();
+        };
+        let mut found = Vec::new();
+        for (name, value) in entries(table) {
+            if !self.is_key(name, value) {
+                continue;
+            }
+            if let Some(choices) = self.choices(name, value) {
+                found.push(Key { path: name.get_ref().to_string(), span: name.span(), choices });
+            }
+        }
+        found
+    }
+
+    fn choices(&mut self, name: Name, value: Entry) -> Option<Choices> {
+        let table = match value.get_ref() {
+            DeValue::Array(_) => return self.values(value),
+            DeValue::Table(table) => table,
+            _ => {
+                self.report
+                    .error(value.span(), format!("`{}` is to vary over several values", name.get_ref()))
+                    .label("expected `{ values = [...] }` or `{ from = ..., to = ..., count = ... }`")
+                    .help("what is the same in all runs stands under `[set]`");
+                return None;
+            }
+        };
+        self.only(table, &RANGE, "what a key varies over");
+        match (table.get("values"), table.get("from"), table.get("to")) {
+            (Some(values), None, None) => self.values(values),
+            (None, Some(from), Some(to)) => self.between(table, from, to, name.span()).map(Choices::Between),
+            _ => {
+                self.report
+                    .error(name.span(), format!("what `{}` varies over is not said", name.get_ref()))
+                    .label("expected either `values = [...]` or `from = ...` and `to = ...`");
+                None
+            }
+        }
+    }
+
+    fn values(&mut self, value: Entry) -> Option<Choices> {
+        let DeValue::Array(list) = value.get_ref() else {
+            self.report.error(value.span(), "`values` is a list").label("expected `[..., ...]`");
+            return None;
+        };
+        if list.is_empty() {
+            self.report.error(value.span(), "the list of values is empty").label("expected one value at least");
+            return None;
+        }
+        Some(Choices::Values(list.iter().map(|value| self.verbatim(value.span())).collect()))
+    }
+
+    fn between(&mut self, table: &DeTable, from: Entry, to: Entry, span: Range<usize>) -> Option<Between> {
+        let ends = [self.end(from)?, self.end(to)?];
+        let [(a, unit, _), (b, other, _)] = &ends;
+        if unit != other {
+            self.report
+                .error(to.span(), "both ends of a range have the same unit")
+                .label(format!("`{other}`, and `from` has `{unit}`"));
+        }
+        if a >= b {
+            self.report.error(to.span(), "the range is empty").label(format!("`to` lies above `from`, {a} {unit}"));
+        }
+        let mut is_logarithmic = false;
+        if let Some(scale) = table.get("scale") {
+            match scale.get_ref() {
+                DeValue::String(word) if word == "linear" => {}
+                DeValue::String(word) if word == "logarithmic" => is_logarithmic = true,
+                _ => drop(self.report.error(scale.span(), "`scale` is \"linear\" or \"logarithmic\"")),
+            }
+        }
+        if is_logarithmic && *a <= 0.0 {
+            self.report.error(from.span(), "a logarithmic range lies above zero");
+        }
+        let mut is_integer = false;
+        if let Some(value) = table.get("integers") {
+            match value.get_ref() {
+                DeValue::Boolean(said) => is_integer = *said,
+                _ => drop(self.report.error(value.span(), "`integers` is true or false")),
+            }
+        }
+        let count = table.get("count").and_then(|value| self.count(value, "count", 2));
+        let has_integer_ends = ends[0].2 && ends[1].2;
+        let ends = [*a, *b];
+        Some(Between { ends, unit: unit.clone(), count, is_logarithmic, is_integer, has_integer_ends, span })
+    }
+
+    /// Number and unit of an end, and whether it is written as an integer.
+    fn end(&mut self, value: Entry) -> Option<(f64, String, bool)> {
+        let found = match value.get_ref() {
+            DeValue::Integer(_) | DeValue::Float(_) => {
+                let number = self.text[value.span()].replace('_', "").parse::<f64>().ok();
+                number.map(|number| (number, String::new(), matches!(value.get_ref(), DeValue::Integer(_))))
+            }
+            DeValue::String(text) => match parse_quantity(text) {
+                Ok(_) => {
+                    let text = text.trim();
+                    let is_number = |at: usize| text[..at].trim().parse::<f64>().ok();
+                    // The longest beginning that is a number: the rest is the unit.
+                    let ends = text.char_indices().map(|(at, _)| at).chain([text.len()]);
+                    let at = ends.filter(|&at| is_number(at).is_some()).max();
+                    at.and_then(|at| Some((is_number(at)?, text[at..].trim().to_owned(), false)))
+                }
+                Err(error) => {
+                    self.report.error(value.span(), error.message);
+                    return None;
+                }
+            },
+            _ => None,
+        };
+        let found = found.filter(|(number, _, _)| number.is_finite());
+        if found.is_none() {
+            self.report
+                .error(value.span(), "an end of a range is a number, or a text with a number and its unit")
+                .help("for example `from = \"2 m/s\"`; other values stand in a list, `values = [...]`");
+        }
+        found
+    }
+
+    fn design(&mut self, value: Entry) -> Option<Design> {
+        const WORDS: [&str; 4] = ["product", "zip", "latin_hypercube", "sobol"];
+        match value.get_ref() {
+            DeValue::String(word) if word == "product" => return Some(Design::Product),
+            DeValue::String(word) if word == "zip" => return Some(Design::Zip),
+            DeValue::Table(table) => {
+                self.only(table, &WORDS[2..], "`points`");
+                if let [(name, inner)] = entries(table)[..]
+                    && let DeValue::Table(of) = inner.get_ref()
+                {
+                    self.only(of, &["count", "seed"], "such a design");
+                    let count = match of.get("count") {
+                        Some(count) => self.count(count, "count", 2)?,
+                        None => {
+                            self.report.error(inner.span(), "the number of points is missing").help("add `count = 20`");
+                            return None;
+                        }
+                    };
+                    let seed = match of.get("seed") {
+                        Some(seed) => self.count(seed, "seed", 0)? as u64,
+                        None => 0,
+                    };
+                    match name.get_ref().as_ref() {
+                        "latin_hypercube" => return Some(Design::LatinHypercube { count, seed }),
+                        "sobol" => return Some(Design::Sobol { count, seed }),
+                        _ => return None,
+                    }
+                }
+            }
+            _ => {}
+        }
+        let word = if let DeValue::String(word) = value.get_ref() { word.as_ref() } else { "" };
+        let finding = self.report.error(value.span(), "`points` says how the values of several keys are combined");
+        match nearest(word, WORDS) {
+            Some(meant) => finding.label(format!("did you mean `{meant}`?")),
+            None => finding.label("expected \"product\", \"zip\", or a table"),
+        };
+        finding.help("designs of samples are tables: `points = { sobol = { count = 16 } }`");
+        None
+    }
+
+    /// Whether the choices of the keys fit the design.
+    fn fitting(&mut self, keys: &[Key], design: Design) {
+        for key in keys {
+            let Choices::Between(between) = &key.choices else { continue };
+            match (between.count, design.count()) {
+                (None, None) => {
+                    self.report
+                        .error(key.span.clone(), format!("how many values of `{}` there are is not said", key.path))
+                        .help("add `count = 4`, or take points of a design: `points = { sobol = { count = 16 } }`");
+                }
+                (Some(_), Some(count)) => {
+                    self.report
+                        .error(key.span.clone(), format!("`{}` has a count, and so has the design", key.path))
+                        .label(format!("the design has {count} points"))
+                        .help("leave out the count of the key");
+                }
+                _ => {}
+            }
+        }
+        if design == Design::Zip {
+            let first = keys.first().map(|key| (key.choices.len(), &key.path));
+            for key in keys {
+                let (length, path) = first.unwrap_or((0, &key.path));
+                if key.choices.len() != length {
+                    self.report
+                        .error(key.span.clone(), "keys that are zipped have equally many values")
+                        .label(format!("{} values, and `{path}` has {length}", key.choices.len()));
+                }
+            }
+        }
+        if let Design::Sobol { seed, .. } = design
+            && u32::try_from(seed).is_err()
+        {
+            self.report.error_in_file(format!("a seed of a Sobol sequence is at most {}", u32::MAX));
+        }
+    }
+
+    fn seeds(&mut self, value: Entry) -> Vec<Setting> {
+        let list = match value.get_ref() {
+            DeValue::Array(list) if !list.is_empty() => list,
+            _ => {
+                self.report.error(value.span(), "`seeds` is a list of whole numbers").help("for example `[1, 2, 3]`");
+                return Vec::new();
+            }
+        };
+        for value in list.iter().filter(|value| self.integer(value).is_none()).map(Spanned::span).collect::<Vec<_>>() {
+            self.report.error(value, "a seed is a whole number of zero or more");
+        }
+        list.iter().map(|value| self.verbatim(value.span())).collect()
+    }
+}
+
+impl Choices {
+    /// Values from end to end; 0 where only a design says how many.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Values(list) => list.len(),
+            Self::Between(between) => between.count.unwrap_or_default(),
+        }
+    }
+}
+
+/// Entries of a table in the order of the file.
+fn entries<'t>(table: &'t DeTable<'t>) -> Vec<(Name<'t>, Entry<'t>)> {
+    let mut found: Vec<_> = table.iter().collect();
+    found.sort_by_key(|(name, _)| name.span().start);
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plan(text: &str) -> Result<Plan, Box<CaseError>> {
+        Plan::parse(Path::new("folder/plan.toml"), text)
+    }
+
+    #[test]
+    fn values_keep_their_text_and_places() {
+        let read = plan(
+            "case = \"a.toml\"\nseeds = [1, 2]\n[set]\n\"run.until\" = \"1 ms\"\n[keys]\n\
+             \"liquid.0.region\" = [{ sphere = { diameter = \"1 mm\" } }, \"x\"]\n",
+        )
+        .unwrap();
+        assert_eq!((read.case.as_path(), read.name().as_str()), (Path::new("folder/a.toml"), "plan"));
+        let points = read.points();
+        assert_eq!(points[0][0].value, "{ sphere = { diameter = \"1 mm\" } }");
+        assert_eq!((points[1][0].value.as_str(), points[1][0].shown()), ("\"x\"", "x".into()));
+        assert_eq!(read.fixed[0].2.value, "\"1 ms\"");
+        assert_eq!(read.seeds.len(), 2);
+    }
+
+    #[test]
+    fn what_is_wrong_is_said_with_its_place() {
+        let base = "case = \"a.toml\"\n";
+        for (text, expected) in [
+            ("keys = {}\n", "names no case"),
+            ("case = \"a.toml\"\n", "varies no key"),
+            ("case = \"a.toml\"\nkey = 1\n", "did you mean `keys`?"),
+            ("case = \"a.toml\"\n[keys]\n\"a\" = []\n", "the list of values is empty"),
+            ("case = \"a.toml\"\n[keys]\n\"a\" = 3\n", "is to vary over several values"),
+            ("case = \"a.toml\"\n[keys]\na.b = [1]\n", "stands in quotes"),
+            ("case = \"a.toml\"\n[keys]\n\"a\" = { form = 1, to = 2, count = 2 }\n", "did you mean `from`?"),
+            ("case = \"a.toml\"\n[keys]\n\"a\" = { from = 2, to = 1, count = 2 }\n", "the range is empty"),
+            ("case = \"a.toml\"\n[keys]\n\"a\" = { from = 1, to = 2 }\n", "is not said"),
+            ("case = \"a.toml\"\n[keys]\n\"a\" = { from = \"1 mm\", to = \"2 m\", count = 2 }\n", "the same unit"),
+            ("case = \"a.toml\"\n[keys]\n\"a\" = { from = \"1 mx\", to = \"2 mx\", count = 2 }\n", "mx"),
+            ("case = \"a.toml\"\npoints = \"zipp\"\n[keys]\n\"a\" = [1]\n", "did you mean `zip`?"),
+            ("case = \"a.toml\"\npoints = \"zip\"\n[keys]\n\"a\" = [1]\n\"b\" = [1, 2]\n", "equally many"),
+            ("case = \"a.toml\"\npoints = { sobol = {} }\n[keys]\n\"a\" = [1]\n", "number of points is missing"),
+            ("case = \"a.toml\"\n[set]\n\"a\" = 1\n[keys]\n\"a\" = [1]\n", "is set and varied"),
+            (
+                "case = \"a.toml\"\n[keys]\n\"a\" = { from = 0, to = 1, count = 200 }\n\
+                 \"b\" = { from = 0, to = 1, count = 200 }\n",
+                "40000 runs are more than",
+            ),
+            ("case = \n", "not TOML"),
+        ] {
+            let error = plan(text).unwrap_err().to_string();
+            assert!(error.contains(expected), "{text}:\n{error}");
+        }
+        assert!(plan(&format!("{base}[keys]\n\"a\" = [1]\n")).is_ok());
+    }
+}

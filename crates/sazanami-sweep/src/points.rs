@@ -1,0 +1,166 @@
+//! Points of a sweep from the choices of its keys.
+
+use sazanami_dem::Random;
+
+use crate::plan::{Between, Choices, Design, Key, Setting};
+
+/// Digits of values between two ends: of a range, and of points of a design, where they are arbitrary.
+const DIGITS_OF_RANGE: usize = 12;
+const DIGITS_OF_SAMPLE: usize = 6;
+
+/// How many points there are.
+pub fn count(keys: &[Key], design: Design) -> usize {
+    match design {
+        Design::Product => keys.iter().fold(1, |product, key| usize::saturating_mul(product, key.choices.len())),
+        Design::Zip => keys.first().map_or(0, |key| key.choices.len()),
+        Design::LatinHypercube { count, .. } | Design::Sobol { count, .. } => count,
+    }
+}
+
+/// The points, each with a value for each key.
+pub fn of(keys: &[Key], design: Design) -> Vec<Vec<Setting>> {
+    match design {
+        Design::Product => {
+            let mut points = vec![Vec::new()];
+            for key in keys {
+                let values = all(&key.choices);
+                let with = |point: &Vec<Setting>| {
+                    values.iter().map(|value| [point.as_slice(), std::slice::from_ref(value)].concat()).collect()
+                };
+                points = points.iter().flat_map(|point| -> Vec<Vec<Setting>> { with(point) }).collect();
+            }
+            points
+        }
+        Design::Zip => {
+            let values: Vec<Vec<Setting>> = keys.iter().map(|key| all(&key.choices)).collect();
+            (0..count(keys, design)).map(|n| values.iter().map(|list| list[n].clone()).collect()).collect()
+        }
+        Design::LatinHypercube { count, seed } => {
+            let columns = latin_hypercube(keys.len(), count, seed);
+            sampled(keys, count, |n, d| columns[d][n])
+        }
+        Design::Sobol { count, seed } => {
+            sampled(keys, count, |n, d| f64::from(sobol_burley::sample(n as u32, d as u32, seed as u32)))
+        }
+    }
+}
+
+/// Points of a design by its places in the unit cube.
+fn sampled(keys: &[Key], count: usize, place: impl Fn(usize, usize) -> f64) -> Vec<Vec<Setting>> {
+    let value = |key: &Key, part: f64| match &key.choices {
+        Choices::Values(list) => list[((part * list.len() as f64) as usize).min(list.len() - 1)].clone(),
+        Choices::Between(between) => between.at(part, DIGITS_OF_SAMPLE),
+    };
+    (0..count).map(|n| keys.iter().enumerate().map(|(d, key)| value(key, place(n, d))).collect()).collect()
+}
+
+/// Columns of a Latin hypercube (McKay, Beckman and Conover, 1979): in each, one number in each of `count` equal parts
+/// from 0 to 1, in random order.
+fn latin_hypercube(dimensions: usize, count: usize, seed: u64) -> Vec<Vec<f64>> {
+    let mut random = Random::new(seed);
+    let mut column = || {
+        let mut parts: Vec<usize> = (0..count).collect();
+        for last in (1..count).rev() {
+            parts.swap(last, ((random.unit() * (last + 1) as f64) as usize).min(last));
+        }
+        parts.into_iter().map(|part| (part as f64 + random.unit()) / count as f64).collect()
+    };
+    (0..dimensions).map(|_| column()).collect()
+}
+
+/// All values of a key.
+fn all(choices: &Choices) -> Vec<Setting> {
+    match choices {
+        Choices::Values(list) => list.clone(),
+        Choices::Between(between) => {
+            let count = choices.len();
+            (0..count).map(|n| between.at(n as f64 / (count - 1) as f64, DIGITS_OF_RANGE)).collect()
+        }
+    }
+}
+
+impl Between {
+    /// The value at a part of the way from the lower end to the upper one.
+    pub fn at(&self, part: f64, digits: usize) -> Setting {
+        let [a, b] = self.ends;
+        let value = if self.is_logarithmic { a * (b / a).powf(part) } else { a + part * (b - a) };
+        self.setting(value, digits)
+    }
+
+    /// A value of the range, written with its unit.
+    pub fn setting(&self, value: f64, digits: usize) -> Setting {
+        let value: f64 = format!("{value:.*e}", digits - 1).parse().unwrap_or(value);
+        let value = if self.is_integer { value.round() } else { value };
+        let is_whole = self.is_integer || (self.has_integer_ends && value.fract() == 0.0);
+        let text = match self.unit.as_str() {
+            "" if is_whole => format!("{value:.0}"),
+            "" => format!("{value:?}"),
+            unit => format!("\"{value} {unit}\""),
+        };
+        Setting { value: text, span: self.span.clone(), is_verbatim: false }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use crate::Plan;
+
+    fn values(text: &str) -> Vec<Vec<String>> {
+        let plan = Plan::parse(Path::new("plan.toml"), &format!("case = \"a.toml\"\n{text}")).unwrap();
+        plan.points().iter().map(|point| point.iter().map(|setting| setting.value.clone()).collect()).collect()
+    }
+
+    #[test]
+    fn products_and_zips_are_in_order() {
+        let keys = "[keys]\n\"b\" = [1, 2]\n\"a\" = [\"x\", \"y\"]\n";
+        let [x, y] = ["\"x\"", "\"y\""];
+        assert_eq!(values(keys), [["1", x], ["1", y], ["2", x], ["2", y]]);
+        assert_eq!(values(&format!("points = \"zip\"\n{keys}")), [["1", x], ["2", y]]);
+    }
+
+    #[test]
+    fn ranges_have_their_ends_and_units() {
+        let of = |range: &str| values(&format!("[keys]\n\"a\" = {{ {range} }}\n")).concat();
+        assert_eq!(of("from = \"1.5 mm\", to = \"3 mm\", count = 3"), ["\"1.5 mm\"", "\"2.25 mm\"", "\"3 mm\""]);
+        assert_eq!(of("from = 0.1, to = 0.4, count = 4"), ["0.1", "0.2", "0.3", "0.4"]);
+        assert_eq!(of("from = 0, to = 1, count = 3"), ["0", "0.5", "1"]);
+        assert_eq!(of("from = 1e3, to = 1e5, count = 3, scale = \"logarithmic\""), ["1000.0", "10000.0", "100000.0"]);
+        assert_eq!(of("from = 1, to = 4, count = 3, integers = true"), ["1", "3", "4"]);
+        assert_eq!(of("from = \"1e-5 m\", to = \"3e-5 m\", count = 2"), ["\"0.00001 m\"", "\"0.00003 m\""]);
+    }
+
+    #[test]
+    fn a_latin_hypercube_has_one_point_in_each_part_of_each_key() {
+        let text = "points = { latin_hypercube = { count = 20, seed = 3 } }\n[keys]\n\"a\" = { from = 0.0, to = 20.0 }\n\
+                    \"b\" = { from = 0.0, to = 20.0 }\n";
+        let points = values(text);
+        assert_eq!(points, values(text));
+        assert_ne!(points, values(&text.replace("seed = 3", "seed = 4")));
+        for d in 0..2 {
+            let mut parts: Vec<usize> = points.iter().map(|point| point[d].parse::<f64>().unwrap() as usize).collect();
+            assert_ne!(parts, (0..20).collect::<Vec<_>>());
+            parts.sort_unstable();
+            assert_eq!(parts, (0..20).collect::<Vec<_>>());
+        }
+    }
+
+    #[test]
+    fn sobol_points_fill_the_square_and_more_of_them_keep_the_first() {
+        let text = |count: usize| {
+            format!(
+                "points = {{ sobol = {{ count = {count} }} }}\n[keys]\n\"a\" = {{ from = 0.0, to = 1.0 }}\n\
+                 \"b\" = [1, 2, 3, 4]\n"
+            )
+        };
+        let points = values(&text(16));
+        // A digital net: each quarter of one key meets each value of the other once.
+        let mut met: Vec<(usize, String)> =
+            points.iter().map(|point| ((4.0 * point[0].parse::<f64>().unwrap()) as usize, point[1].clone())).collect();
+        met.sort();
+        met.dedup();
+        assert_eq!(met.len(), 16, "{points:?}");
+        assert_eq!(values(&text(32))[..16], points);
+    }
+}

@@ -1,0 +1,253 @@
+//! The runs of a plan: a case for each point, checked before anything runs.
+
+use std::ops::Range;
+
+use sazanami::case::resolved::{self, Paths};
+use sazanami::case::{self, CaseError, Diagnostics, LoadedCase};
+use sazanami::check::{self, CostModel, Known};
+use sazanami::feasible;
+use sazanami::machine::Machine;
+use serde::{Deserialize, Serialize};
+
+use crate::plan::{Plan, Setting};
+
+/// Runs whose findings are told together.
+const MOST_WRONG: usize = 20;
+/// Longest part of the name of a folder that tells values.
+const LONGEST: usize = 60;
+
+/// What a run needs, as `sazanami check` foretells it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Needs {
+    /// Memory \[bytes].
+    pub memory: f64,
+    /// Results on disk \[bytes].
+    pub disk: f64,
+    /// Wall-clock time on the threads of a run, if steps stay as they are at the start, and at most \[s].
+    pub wall: [f64; 2],
+}
+
+/// A run of a sweep.
+#[derive(Clone, Debug)]
+pub struct Run {
+    /// Name of its folder: a number, and the values that fit.
+    pub name: String,
+    /// Values of the keys that vary, in the order of the plan.
+    pub settings: Vec<(String, String)>,
+    /// Hash of what its case means.
+    pub hash: String,
+    /// What it needs.
+    pub needs: Needs,
+    /// Its case as text.
+    pub(crate) text: String,
+    /// Steps after which the case ends it, if it says so.
+    pub(crate) most_steps: Option<u64>,
+}
+
+/// An override with the places of its key and value in the plan.
+struct Laid {
+    text: String,
+    key: String,
+    key_span: Range<usize>,
+    value: Setting,
+    varies: bool,
+}
+
+impl Laid {
+    fn new(key: &str, key_span: Range<usize>, value: &Setting, varies: bool) -> Self {
+        let text = format!("{key}={}", value.value);
+        Self { text, key: key.to_owned(), key_span, value: value.clone(), varies }
+    }
+}
+
+/// The runs of a plan, each on `threads` threads.
+///
+/// # Errors
+/// All findings on the cases of the points, with their places in the plan.
+pub fn runs(plan: &Plan, machine: &Machine, threads: usize) -> Result<Vec<Run>, Box<CaseError>> {
+    let mut report = Diagnostics::default();
+    let mut found = Vec::new();
+    let mut wrong = 0;
+    let points: Vec<Vec<Laid>> = points(plan, &mut report);
+    let width = points.len().to_string().len().max(3);
+    for (number, point) in points.iter().enumerate() {
+        let posed = load(plan, point).and_then(|loaded| run(&loaded, point, machine, threads));
+        match posed {
+            Ok(mut run) => {
+                run.name = name(number + 1, width, &run.settings);
+                found.push(run);
+            }
+            Err(error) => {
+                translate(plan, point, &error, &mut report);
+                wrong += 1;
+                if wrong >= MOST_WRONG {
+                    break;
+                }
+            }
+        }
+    }
+    if report.has_errors() { Err(plan.refused(report)) } else { Ok(found) }
+}
+
+/// The overrides of each run.
+fn points(plan: &Plan, report: &mut Diagnostics) -> Vec<Vec<Laid>> {
+    let fixed = || plan.fixed.iter().map(|(key, span, value)| Laid::new(key, span.clone(), value, false));
+    let mut all = Vec::new();
+    for point in plan.points() {
+        let varied =
+            || plan.keys.iter().zip(&point).map(|(key, value)| Laid::new(&key.path, key.span.clone(), value, true));
+        let base = || fixed().chain(varied()).collect::<Vec<Laid>>();
+        if plan.seeds.is_empty() {
+            all.push(base());
+            continue;
+        }
+        let populations = load(plan, &base()).map_or(1, |loaded| loaded.case.grains.len());
+        if populations == 0 {
+            report
+                .error(plan.seeds[0].span.clone(), "seeds are for the packing of grains, and the case has none")
+                .help("leave out `seeds`");
+            return Vec::new();
+        }
+        for seed in &plan.seeds {
+            let of = |n: usize| Laid::new(&format!("grains.{n}.seed"), seed.span.clone(), seed, n == 0);
+            all.push(base().into_iter().chain((0..populations).map(of)).collect());
+        }
+    }
+    all
+}
+
+fn load(plan: &Plan, point: &[Laid]) -> Result<LoadedCase, Box<CaseError>> {
+    let overrides: Vec<String> = point.iter().map(|laid| laid.text.clone()).collect();
+    case::load(&plan.case, &overrides)
+}
+
+fn run(loaded: &LoadedCase, point: &[Laid], machine: &Machine, threads: usize) -> Result<Run, Box<CaseError>> {
+    let model = CostModel::default();
+    let feasible = feasible::check(loaded, machine, &model)?;
+    let known = Known { shapes: &feasible.facts, made_ready: false };
+    let report = check::check(&loaded.case, known, machine, threads, &model);
+    let needs = Needs {
+        memory: report.memory_bytes,
+        disk: report.disk_bytes,
+        wall: [report.predicted_total_s, report.predicted_most_s],
+    };
+    let varied = point.iter().filter(|laid| laid.varies);
+    Ok(Run {
+        name: String::new(),
+        settings: varied.map(|laid| (laid.key.clone(), laid.value.shown())).collect(),
+        hash: resolved::hash_text(&loaded.case),
+        needs,
+        text: resolved::write(&loaded.case, Paths::Absolute),
+        most_steps: loaded.case.run.steps.map(|steps| steps as u64),
+    })
+}
+
+/// Puts findings on a case of the sweep to the places of the plan that they come from.
+fn translate(plan: &Plan, point: &[Laid], error: &CaseError, report: &mut Diagnostics) {
+    for finding in error.diagnostics.sorted() {
+        if finding.severity == case::Severity::Warning {
+            continue;
+        }
+        let laid = finding.span.clone().and_then(|span| {
+            let mut all = error.source.overrides().zip(point);
+            all.find(|((start, text), _)| span.start >= *start && span.start <= start + text.len())
+                .map(|((start, _), laid)| (span.start - start, span.end.saturating_sub(start), laid))
+        });
+        let told = match laid {
+            Some((from, _, laid)) if from < laid.key.len() => {
+                report.error(laid.key_span.clone(), finding.title.clone())
+            }
+            Some((from, to, laid)) => {
+                let value = &laid.value.span;
+                let within = |at: usize| (value.start + at.saturating_sub(laid.key.len() + 1)).min(value.end);
+                let span = if laid.value.is_verbatim { within(from)..within(to) } else { value.clone() };
+                let title = match laid.value.is_verbatim {
+                    true => finding.title.clone(),
+                    false => format!("{} ({})", finding.title, laid.value.shown()),
+                };
+                report.error(span, title)
+            }
+            None => {
+                let place = finding.span.clone().map(|span| error.source.locate(span));
+                let place = place.map_or_else(String::new, |place| format!(" ({}:{})", place.origin, place.line));
+                report.error(plan.case_span.clone(), format!("{}{place}", finding.title))
+            }
+        };
+        told.label(finding.label.clone());
+        if let Some(help) = &finding.help {
+            told.help(help.clone());
+        }
+    }
+}
+
+/// Name of the folder of a run.
+fn name(number: usize, width: usize, settings: &[(String, String)]) -> String {
+    let mut name = format!("{number:0width$}");
+    for (key, value) in settings {
+        // Tables and lists say too much.
+        if value.contains(['{', '[', '\n']) {
+            continue;
+        }
+        let key = key.rsplit('.').next().unwrap_or(key);
+        let mut part = String::new();
+        for c in format!("{key} {value}").chars() {
+            match c {
+                c if c.is_ascii_alphanumeric() || c == '.' || c == '_' => part.push(c),
+                _ if part.ends_with('-') => {}
+                _ => part.push('-'),
+            }
+        }
+        let part = part.trim_matches('-');
+        if name.len() + 1 + part.len() <= LONGEST {
+            name = format!("{name}-{part}");
+        }
+    }
+    name
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    const CASE: &str = "[domain]\nsize = [\"8 mm\", \"8 mm\", \"8 mm\"]\ncells = [8, 8, 8]\n[[liquid]]\n\
+        region.sphere = { diameter = \"3 mm\" }\nposition = [\"4 mm\", \"4 mm\", \"5 mm\"]\n[run]\nuntil = \"1 ms\"\n";
+
+    fn posed(text: &str) -> Result<Vec<Run>, Box<CaseError>> {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("a.toml"), CASE).unwrap();
+        let path = folder.path().join("plan.toml");
+        let plan = Plan::parse(Path::new(&path), &format!("case = \"a.toml\"\n{text}")).unwrap();
+        runs(&plan, &Machine::this(), 1)
+    }
+
+    #[test]
+    fn each_point_is_a_case() {
+        let runs = posed("[set]\n\"run.until\" = \"2 ms\"\n[keys]\n\"liquid.0.fall.speed\" = [\"1 m/s\", \"2 m/s\"]\n")
+            .unwrap();
+        let names: Vec<&str> = runs.iter().map(|run| run.name.as_str()).collect();
+        assert_eq!(names, ["001-speed-1-m-s", "002-speed-2-m-s"]);
+        assert_ne!(runs[0].hash, runs[1].hash);
+        assert!(runs.iter().all(|run| run.needs.memory > 0.0 && run.text.contains("until = \"0.002 s\"")), "{runs:?}");
+        assert_eq!(runs[1].settings, [("liquid.0.fall.speed".to_owned(), "2 m/s".to_owned())]);
+    }
+
+    #[test]
+    fn findings_on_cases_point_into_the_plan() {
+        for (text, expected, place) in [
+            ("[keys]\n\"liquid.0.fall.sped\" = [\"1 m/s\"]\n", "did you mean `speed`?", "plan.toml:3:"),
+            ("[keys]\n\"fluid.cfl\" = [0.3, \"fast\"]\n", "fast", "plan.toml:3:21"),
+            ("[keys]\n\"fluid.cfl\" = { from = 0.3, to = 30.0, count = 2 }\n", "(30.0)", "plan.toml:3:1"),
+            ("seeds = [1]\n[keys]\n\"fluid.cfl\" = [0.3]\n", "the case has none", "plan.toml:2:10"),
+            ("[set]\n\"domain.cells\" = [0, 8, 8]\n[keys]\n\"fluid.cfl\" = [0.3]\n", "cells", "plan.toml:3:"),
+        ] {
+            let error = posed(text).unwrap_err().to_string();
+            assert!(error.contains(expected) && error.contains(place), "{text}:\n{error}");
+        }
+        let plan = Plan::parse(Path::new("plan.toml"), "case = \"none.toml\"\n[keys]\n\"a\" = [1, 2]\n").unwrap();
+        let error = runs(&plan, &Machine::this(), 1).unwrap_err().to_string();
+        assert!(error.contains("cannot be read") && error.contains("plan.toml:1:8"), "{error}");
+        assert!(error.contains("1 error in"), "{error}");
+    }
+}
