@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 import os
 import sys
 from dataclasses import dataclass
@@ -81,6 +82,14 @@ class _Shown:
             sys.stderr.write("\r" + " " * 79 + "\r")
 
 
+def _whole(value: object) -> Optional[int]:
+    """A whole number of any kind, NumPy's too; ``None`` for all else."""
+    try:
+        return operator.index(value)  # type: ignore[arg-type]
+    except TypeError:
+        return None
+
+
 class Run:
     """A run of a case. :meth:`Case.start` and :func:`resume` make it; nothing happens before it is waited for or iterated.
 
@@ -131,9 +140,10 @@ class Run:
         return self._going_on()
 
     def _begin(self, every: Optional[Every]) -> None:
-        by_steps = every if isinstance(every, int) and not isinstance(every, bool) else None
+        by_steps = _whole(every)
         by_time = None if every is None or by_steps is not None else quantity(every, "s")
-        if by_steps is not None and by_steps < 1 or by_time is not None and not by_time > 0.0:
+        is_wrong = by_steps is not None and by_steps < 1 or by_time is not None and not by_time > 0.0
+        if isinstance(every, bool) or is_wrong:
             raise InputError(f"states cannot be seen every {every!r}", "give a number of steps, or a time with its unit")
         core = None if self._case is None else self._case._core
         self._core = _engine.RunCore.begin(core, every_steps=by_steps, every_time=by_time, **self._options)
@@ -160,6 +170,8 @@ class Run:
                 raise RunInterrupted(self.folder) from None
             raise
         except BaseException:
+            # Nobody will look after the run any more.
+            self._core.stop(False)
             self._over(None)
             raise
         self._tell()
@@ -196,6 +208,7 @@ class Run:
                 # The checkpoint is being written.
                 continue
             except BaseException:
+                self._core.stop(False)
                 self._over(None)
                 raise
             if found is not None and found[0] == "ended":

@@ -38,12 +38,14 @@ def test_options_that_make_no_sense_are_refused(drop, tmp_path, run_of_drop):
             drop.run(**options)
     with pytest.raises(InputError):
         drop.run(folder=tmp_path / "never", every=0, callback=print)
+    with pytest.raises(InputError):
+        drop.run(folder=tmp_path / "never", every=True, callback=print)
     assert not (tmp_path / "never").exists()
 
 
 def test_steps_show_states_and_change_nothing(drop, tmp_path, run_of_drop):
     run = drop.start(folder=tmp_path / "seen", threads=2, pictures=False, report=False)
-    states = list(run.steps(every=1))
+    states = list(run.steps(every=np.int64(1)))
     assert [state.step for state in states] == list(range(len(states)))
     assert states[0].time == 0.0 and states[-1].time == pytest.approx(1e-3)
     assert run.summary["state_hash"] == run_of_drop.summary["state_hash"]
@@ -185,7 +187,8 @@ def test_ctrl_c_writes_a_checkpoint(tmp_path):
             raise SystemExit(7)
         """
     )
-    process = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True)
+    # Not in the folder of the sources, which would be taken for the package.
+    process = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True, cwd=tmp_path)
     assert process.stdout.readline() == "going\n"
     os.kill(process.pid, signal.SIGINT)
     out, _ = process.communicate(timeout=120)

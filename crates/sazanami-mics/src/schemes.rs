@@ -49,8 +49,8 @@ choices! {
     /// Time integration of the viscous stress.
     #[derive(Default)]
     pub enum ViscosityScheme {
-        /// Backward Euler; the stress before in steps so short that either way errs alike, away from grains that act by
-        /// their surfaces.
+        /// The stress before in steps so short that it errs no more than backward Euler, else backward Euler; always that
+        /// where grains act by their surfaces.
         #[default]
         Auto = "auto",
         /// Backward Euler.

@@ -11,6 +11,8 @@
 //! scalar products, hence the same bits on any number of ranks. A last step evaluates the stress of
 //! `u + w` on the faces, so that momentum changes at walls only, however well w has converged.
 //!
+//! In steps so short that it errs no more, [`ViscosityScheme::Auto`] takes the stress of `u` alone instead.
+//!
 //! On the surfaces of grains a friction `sigma (u_s - u - w)` joins the stress ([`crate::grains`]): sigma on the
 //! diagonal, and in the last step a whole Jacobi step in these cells. What the friction then takes is the rest that
 //! the change of the momentum leaves, so that fluid and grains together lose nothing.
@@ -87,7 +89,8 @@ pub fn explicit_rate(fluids: &Fluids, spacing: Vector) -> Real {
 }
 
 /// Stiffness up to which [`ViscosityScheme::Auto`] is explicit. The fastest mode of the grid decays by the rate of twice
-/// the stiffness `s` a step; both Euler steps then err by `2 s^2` of it, and the explicit one is stable to `s = 1`.
+/// the stiffness `s` a step; the explicit Euler step then errs by `-2 s^2` of it, the backward one by `2 s^2`, and the
+/// explicit one is stable to `s = 1`.
 const SOFT: Real = 0.1;
 
 /// Twice the largest viscosity times the step over the squared cell widths.

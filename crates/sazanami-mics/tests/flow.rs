@@ -54,6 +54,23 @@ fn a_shear_wave_decays_at_its_rate() {
     assert_eq!(decay(ViscosityScheme::Off, time, 3), 1.0);
 }
 
+/// `auto` is explicit as long as `2 nu dt sum 1/dx^2` is at most a tenth, else implicit: to the bit.
+#[test]
+fn automatic_viscosity_is_explicit_in_short_steps() {
+    let cell: Real = 1.0 / 32.0;
+    // In a direction of one cell the width is that of the box.
+    let longest = 0.1 / (2.02 * 0.1 * (1.0 / (cell * cell) + 2.0));
+    for (dt, same, other) in [
+        (0.99 * longest, ViscosityScheme::Explicit, ViscosityScheme::Implicit),
+        (1.01 * longest, ViscosityScheme::Implicit, ViscosityScheme::Explicit),
+    ] {
+        let found = decay(ViscosityScheme::Auto, 5.0 * dt, 5);
+        assert_eq!(found, decay(same, 5.0 * dt, 5), "step of {dt} s");
+        // Negative control: the two differ.
+        assert_ne!(found, decay(other, 5.0 * dt, 5));
+    }
+}
+
 /// A drop in a box, with a velocity that varies everywhere.
 fn stirred(domain: &Domain, boundary: &Boundary, viscosity: ViscosityScheme) -> Flow {
     let fluids = Fluids { liquid_viscosity: 2.0, gas_viscosity: 0.02, ..WATER_AND_AIR };

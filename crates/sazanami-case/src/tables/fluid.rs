@@ -168,7 +168,7 @@ pub struct FluidOptions {
           "C-ISMAC, the authors' solver, advances the pressure's increment"))]
     pub projection: Projection,
     /// Treatment of viscosity.
-    #[key(word, default = suited_to(projection), says = "`implicit`; `crank_nicolson` with `projection = \"incremental\"`")]
+    #[key(word, default = suited_to(projection), says = "`auto`; `crank_nicolson` with `projection = \"incremental\"`")]
     pub viscosity: ViscosityScheme,
     /// Time step.
     #[key(flatten)]

@@ -28,6 +28,8 @@ pub(crate) use surface::{Surface, resistance};
 
 /// Grains in one parallel task.
 const BATCH: usize = 256;
+/// Makes a bound safe from round-off.
+const ROUND_UP: Real = 1.0 + 1e-12;
 
 /// How grains and fluid are coupled.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -206,8 +208,9 @@ impl GrainPhase {
                 let shape = &self.shapes[grains.shape[n] as usize];
                 let (scale, v, w) = (grains.scale[n], grains.velocity[n], grains.angular_velocity(n));
                 fastest[1] = fastest[1].max(w.length());
-                // Most grains are slower than the fastest whichever way they turn.
-                if v.length() + scale * shape.bounding_radius() * w.length() > fastest[0] {
+                // Most grains are slower than the fastest whichever way they turn. With some reserve for round-off: the
+                // largest must not depend on the order.
+                if (v.length() + scale * shape.bounding_radius() * w.length()) * ROUND_UP > fastest[0] {
                     let turning = shape.turning_speed(grains.orientation[n].inverse() * w);
                     fastest[0] = fastest[0].max(v.length() + scale * turning);
                 }

@@ -59,8 +59,8 @@ choices! {
         /// From the hydraulic radius of a cell, its open volume over the surface in it: one formula from grains that the grid
         /// resolves to pores narrower than a cell. The viscous step sees gravity and the pressure gradient.
         HydraulicRadius = "hydraulic_radius",
-        /// The same, less where the fluid slips past the surface in a cell faster than viscosity acts across it: lone grains
-        /// with inertia. And the form drag of pores.
+        /// As `hydraulic_radius`, but weaker where the Reynolds number of the slip past the surface is high, plus Ergun's
+        /// form drag.
         HydraulicRadiusSlip = "hydraulic_radius_slip",
     }
 }

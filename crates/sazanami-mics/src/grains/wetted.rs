@@ -18,7 +18,7 @@
 //! ```
 //!
 //! where the last term is the form drag of pores (the second term of Ergun 1952, Chem. Eng. Prog. 48, 89, with the hydraulic
-//! radius of spheres); it goes as the cells become narrow beside the grains.
+//! radius of spheres); it vanishes as the cells become narrow beside the grains.
 
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::{Real, Vector};

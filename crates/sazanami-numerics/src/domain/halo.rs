@@ -280,8 +280,9 @@ const LAYERS: usize = 2 * (GHOSTS + 1);
 
 /// Fills `layers` normal to `direction`, one after the other, ghosts of the other directions included.
 fn fill<T: Element>(field: &mut Field<T>, direction: usize, mut layers: impl Iterator<Item = Layer<T>>) {
-    let layers: [Option<Layer<T>>; LAYERS] = std::array::from_fn(|_| layers.next());
-    let layers = || layers.iter().flatten().copied();
+    let list: [Option<Layer<T>>; LAYERS] = std::array::from_fn(|_| layers.next());
+    debug_assert!(layers.next().is_none(), "there are at most {LAYERS} layers");
+    let layers = || list.iter().flatten().copied();
     let width = field.cells().map(|n| n + 2 * GHOSTS);
     let (row, plane) = (width[0], width[0] * width[1]);
     let place = |layer: isize| (layer + GHOSTS as isize) as usize;
@@ -396,6 +397,32 @@ mod tests {
         assert_eq!(uf[[5, 1, 1]], 6.0 - label(3, 1, 1));
         assert_eq!(uf[[1, -1, 1]], 6.0 - label(1, 0, 1), "tangential faces mirror like cells");
         assert!(uf.data().iter().all(|v| v.is_finite()));
+    }
+
+    #[test]
+    fn large_planes_are_shared_among_threads() {
+        let fill = |threads: usize| {
+            sazanami_parallel::with_threads(threads, || {
+                let domain = Domain::solo(grid([190, 170, 4]), [false; 3]);
+                let rules = [Ghost::Odd { wall: 3.0 }, Ghost::Even, Ghost::Nearest];
+                let rules = GhostRules { location: Location::Cell, sides: rules.map(|rule| [rule; 2]) };
+                let mut cells = labelled(&domain);
+                domain.fill_halos(&mut [(&mut cells, &rules)]);
+                let odd = GhostRules { location: Location::Face(2), sides: [[Ghost::Odd { wall: 2.0 }; 2]; 3] };
+                let mut faces = labelled(&domain);
+                domain.fill_halos(&mut [(&mut faces, &odd)]);
+                (cells, faces)
+            })
+        };
+        let (cells, faces) = fill(1).unwrap();
+        // The place is beyond what one task fills.
+        assert_eq!([-1, 5].map(|k| cells[[180, 160, k]]), [label(180, 160, 0), label(180, 160, 3)]);
+        assert_eq!(cells[[-2, 160, 2]], 6.0 - label(1, 160, 2));
+        assert_eq!(cells[[180, 171, 2]], label(180, 168, 2));
+        assert_eq!([0, -1].map(|k| faces[[180, 160, k]]), [2.0, 4.0 - label(180, 160, 1)]);
+        let bits = |field: &Field<f64>| field.data().iter().map(|v| v.to_bits()).collect::<Vec<_>>();
+        let (again, other) = fill(4).unwrap();
+        assert!(bits(&again) == bits(&cells) && bits(&other) == bits(&faces));
     }
 
     #[test]
