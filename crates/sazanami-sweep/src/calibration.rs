@@ -208,7 +208,8 @@ impl Search<'_> {
             Ok((sweep, outcome.interrupted))
         };
         let (sweep, interrupted) = run().map_err(|error| refused(state, error))?;
-        for number in state.tried.len()..points.len() {
+        let before = state.tried.len();
+        for (number, point) in points.iter().enumerate().skip(before) {
             let progressed = sweep.progressed(number);
             let found: BTreeMap<String, String> = table::findings(&progressed).into_iter().collect();
             let value = |target: &Target| found.get(&target.name).and_then(|text| text.parse::<f64>().ok());
@@ -223,7 +224,7 @@ impl Search<'_> {
                 State::Finished | State::Failed(_) => {
                     let found = values.filter(|_| progressed.state == State::Finished);
                     let name = sweep.runs()[number].name.clone();
-                    state.tried.push(Tried { name, place: points[number].clone(), found });
+                    state.tried.push(Tried { name, place: point.clone(), found });
                 }
                 _ if interrupted => return Err(End::Stopped),
                 state_of => {
@@ -313,10 +314,10 @@ impl Search<'_> {
         }
         let inverse = inverse(normal)?;
         let slope = |t: usize, i: usize| (0..n).map(|j| inverse[i][j] * right[j][t]).sum::<f64>();
-        let mut information = vec![vec![0.0; n]; n];
+        let mut information: Vec<Vec<f64>> = vec![vec![0.0; n]; n];
         for t in 0..origin.len() {
-            for i in 0..n {
-                (0..n).for_each(|j| information[i][j] += slope(t, i) * slope(t, j));
+            for (i, row) in information.iter_mut().enumerate() {
+                row.iter_mut().enumerate().for_each(|(j, sum)| *sum += slope(t, i) * slope(t, j));
             }
         }
         let covariance = self::inverse(information)?;
