@@ -60,6 +60,7 @@ fn help_is_as_expected() {
         "analyse",
         "report",
         "sweep",
+        "calibrate",
         "verify",
         "bench",
         "doctor",

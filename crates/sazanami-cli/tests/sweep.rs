@@ -176,3 +176,48 @@ fn an_array_job_runs_each_case_by_its_number() {
     assert!(said(&collected).contains("1 of 3 runs finished, 0 failed, 2 left"), "{}", said(&collected));
     assert!(table(folder.path()).contains("\n002-cfl-0.3,finished,0.3,"), "{}", table(folder.path()));
 }
+
+fn calibrate(folder: &Path) -> Output {
+    command(folder, &["calibrate", "plan.toml"]).output().expect("it starts")
+}
+
+/// The simulated time that a run reached is the end that its case sets: the answer is known.
+const CALIBRATION: &str = "case = \"a.toml\"\nside_by_side = 2\n[keys]\n\"run.until\" = { from = \"0.5 ms\", to = \"8.5 ms\" }\n\
+                           [targets]\n\"time_s\" = { value = 4e-3, tolerance = 5e-5 }\n";
+
+#[test]
+fn a_calibration_finds_the_value_whose_answer_is_known() {
+    let folder = folder(CALIBRATION);
+    std::fs::write(folder.path().join("a.toml"), CASE.replace("steps = 40\n", "")).unwrap();
+    let refused = sweep(folder.path(), &[]);
+    assert!(refused.status.code() == Some(2) && said(&refused).contains("has targets"), "{}", said(&refused));
+    let output = calibrate(folder.path());
+    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    let value: f64 = text
+        .strip_prefix("run.until = ")
+        .and_then(|rest| rest.split_once(" ms (standard uncertainty 0.05)"))
+        .and_then(|(value, _)| value.parse().ok())
+        .unwrap_or_else(|| panic!("{text}"));
+    assert!((value - 4.0).abs() <= 0.05 && text.contains("the targets are met after "), "{text}");
+    // The same command finds the same without another run.
+    let again = calibrate(folder.path());
+    assert_eq!(String::from_utf8_lossy(&again.stdout), text);
+    assert!(!said(&again).contains("begins"), "{}", said(&again));
+}
+
+#[test]
+fn targets_out_of_reach_and_unknown_are_told() {
+    // Beyond the range: control that a verdict is not always good.
+    let far = CALIBRATION.replace("value = 4e-3", "value = 20e-3").replace("case =", "most_runs = 5\ncase =");
+    let folder = folder(&far);
+    std::fs::write(folder.path().join("a.toml"), CASE.replace("steps = 40\n", "")).unwrap();
+    let output = calibrate(folder.path());
+    assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+    assert!(said(&output).contains("the targets are not met after 5 runs"), "{}", said(&output));
+    std::fs::write(folder.path().join("plan.toml"), CALIBRATION.replace("\"time_s\"", "\"time_m\"")).unwrap();
+    std::fs::remove_dir_all(folder.path().join("runs")).unwrap();
+    let output = calibrate(folder.path());
+    assert_eq!(output.status.code(), Some(2), "{}", said(&output));
+    assert!(said(&output).contains("no finding `time_m`") && said(&output).contains("did you mean `time_s`?"));
+}

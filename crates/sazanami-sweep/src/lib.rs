@@ -2,6 +2,7 @@
 //!
 //! A [`Plan`] says which keys take which values; [`Sweep::pose`] makes a case of each point and checks all of them before
 //! anything runs; [`Sweep::run`] runs them side by side, each in a process of its own. What came of them is in one table.
+//! [`calibrate`] looks for the values with which given targets are found.
 //!
 //! ```
 //! use std::path::Path;
@@ -13,6 +14,7 @@
 //! # Ok::<(), Box<sazanami::case::CaseError>>(())
 //! ```
 
+mod calibration;
 mod plan;
 mod points;
 mod pool;
@@ -22,6 +24,7 @@ mod state;
 mod sweep;
 mod table;
 
+pub use calibration::{Fit, FittedKey, FittedTarget, calibrate};
 pub use plan::{Plan, Setting};
 pub use pool::SideBySide;
 pub use posed::{Needs, Run};

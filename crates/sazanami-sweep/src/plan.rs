@@ -89,6 +89,15 @@ impl Design {
     }
 }
 
+/// What a calibration is to find.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Target {
+    /// Name of the finding, as in the table.
+    pub name: String,
+    pub value: f64,
+    pub tolerance: f64,
+}
+
 /// A sweep as its file poses it.
 #[derive(Clone, Debug)]
 pub struct Plan {
@@ -104,6 +113,9 @@ pub struct Plan {
     pub(crate) keys: Vec<Key>,
     pub(crate) design: Design,
     pub(crate) seeds: Vec<Setting>,
+    pub(crate) targets: Vec<Target>,
+    /// Most runs of a calibration.
+    pub(crate) most_runs: usize,
 }
 
 impl Plan {
@@ -148,6 +160,12 @@ impl Plan {
         points::of(&self.keys, self.design)
     }
 
+    /// Whether it is for a calibration.
+    #[must_use]
+    pub fn has_targets(&self) -> bool {
+        !self.targets.is_empty()
+    }
+
     /// An error about a place in the plan.
     pub(crate) fn refused(&self, diagnostics: Diagnostics) -> Box<CaseError> {
         Box::new(CaseError { source: self.source.clone(), diagnostics })
@@ -158,7 +176,9 @@ type Name<'t> = &'t Spanned<Cow<'t, str>>;
 type Entry<'t> = &'t Spanned<DeValue<'t>>;
 
 /// Keys at the top of a plan.
-const TOP: [&str; 6] = ["case", "points", "seeds", "side_by_side", "set", "keys"];
+const TOP: [&str; 8] = ["case", "points", "seeds", "side_by_side", "set", "keys", "targets", "most_runs"];
+/// Most runs of a calibration, unless its plan says so.
+const MOST_TRIED: usize = 40;
 /// Keys of a range.
 const RANGE: [&str; 6] = ["values", "from", "to", "count", "scale", "integers"];
 
@@ -206,7 +226,15 @@ impl Reader<'_> {
             Some(value) => self.design(value)?,
             None => Design::Product,
         };
-        self.fitting(&keys, design);
+        let targets = root.get("targets").map(|value| self.targets(value)).unwrap_or_default();
+        let most_runs = root.get("most_runs").and_then(|value| self.count(value, "most_runs", 3)).unwrap_or(MOST_TRIED);
+        if targets.is_empty() {
+            self.fitting(&keys, design);
+        } else if let Some(other) = root.get("points").or_else(|| root.get("seeds")) {
+            self.report
+                .error(other.span(), "a plan with targets makes its points itself")
+                .label("neither `points` nor `seeds`");
+        }
         let seeds = root.get("seeds").map(|value| self.seeds(value)).unwrap_or_default();
         let (file, case_span) = case?;
         if self.report.has_errors() {
@@ -222,6 +250,8 @@ impl Reader<'_> {
             keys,
             design,
             seeds,
+            targets,
+            most_runs,
         };
         let runs = points::count(&plan.keys, design).saturating_mul(plan.seeds.len().max(1));
         if runs > MOST_RUNS {
@@ -391,8 +421,8 @@ impl Reader<'_> {
     fn end(&mut self, value: Entry) -> Option<(f64, String, bool)> {
         let found = match value.get_ref() {
             DeValue::Integer(_) | DeValue::Float(_) => {
-                let number = self.text[value.span()].replace('_', "").parse::<f64>().ok();
-                number.map(|number| (number, String::new(), matches!(value.get_ref(), DeValue::Integer(_))))
+                let is_integer = matches!(value.get_ref(), DeValue::Integer(_));
+                self.number(value).map(|number| (number, String::new(), is_integer))
             }
             DeValue::String(text) => match parse_quantity(text) {
                 Ok(_) => {
@@ -497,6 +527,37 @@ impl Reader<'_> {
         }
     }
 
+    fn targets(&mut self, value: Entry) -> Vec<Target> {
+        let DeValue::Table(table) = value.get_ref() else {
+            self.report.error(value.span(), "`targets` is a table of findings");
+            return Vec::new();
+        };
+        let mut found = Vec::new();
+        for (name, value) in entries(table) {
+            let number = |of: &DeTable, key: &str| of.get(key).and_then(|value| self.number(value));
+            let read = match value.get_ref() {
+                DeValue::Table(of) => number(of, "value").zip(number(of, "tolerance")),
+                _ => None,
+            };
+            match read.filter(|(value, tolerance)| value.is_finite() && *tolerance > 0.0) {
+                Some((value, tolerance)) => found.push(Target { name: name.get_ref().to_string(), value, tolerance }),
+                None => {
+                    self.report
+                        .error(name.span(), "a target has a value and a tolerance above zero")
+                        .help("for example `\"bed.porosity\" = { value = 0.45, tolerance = 0.002 }`");
+                }
+            }
+        }
+        found
+    }
+
+    fn number(&self, value: Entry) -> Option<f64> {
+        match value.get_ref() {
+            DeValue::Integer(_) | DeValue::Float(_) => self.text[value.span()].replace('_', "").parse().ok(),
+            _ => None,
+        }
+    }
+
     fn seeds(&mut self, value: Entry) -> Vec<Setting> {
         let list = match value.get_ref() {
             DeValue::Array(list) if !list.is_empty() => list,
@@ -575,6 +636,10 @@ mod tests {
                 "case = \"a.toml\"\n[keys]\n\"a\" = { from = 0, to = 1, count = 200 }\n\
                  \"b\" = { from = 0, to = 1, count = 200 }\n",
                 "40000 runs are more than",
+            ),
+            (
+                "case = \"a.toml\"\n[keys]\n\"a\" = { from = 1, to = 2 }\n[targets]\n\"b\" = { value = 1 }\n",
+                "a tolerance",
             ),
             ("case = \n", "not TOML"),
         ] {

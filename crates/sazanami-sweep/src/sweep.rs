@@ -22,6 +22,8 @@ use crate::{slurm, table};
 
 /// What the sweep in a folder is.
 const RECORD: &str = "sweep.json";
+/// The points that a calibration tried, so that it goes on where it was.
+pub(crate) const TRIED: &str = "calibration.json";
 /// Held by the command that works on a sweep.
 const LOCK: &str = ".sweep-lock";
 /// Cases of the runs, and what their processes said.
@@ -336,5 +338,6 @@ fn refusal(log: &str) -> Option<String> {
 }
 
 fn is_filled(folder: &Path) -> bool {
-    fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some())
+    let is_own = |name: &std::ffi::OsStr| name == TRIED;
+    fs::read_dir(folder).is_ok_and(|entries| entries.flatten().any(|entry| !is_own(&entry.file_name())))
 }

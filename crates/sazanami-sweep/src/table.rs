@@ -60,7 +60,7 @@ pub fn rows(runs: &[Run], states: &[Progressed]) -> Vec<Vec<String>> {
 }
 
 /// What a run has found, with its names in the summary.
-fn findings(progressed: &Progressed) -> Vec<(String, String)> {
+pub fn findings(progressed: &Progressed) -> Vec<(String, String)> {
     let mut found = Vec::new();
     // What a run on its way has so far is in its own folder.
     if !progressed.state.is_ended() {

@@ -2,6 +2,7 @@
 
 mod analyse;
 mod bench;
+mod calibrate;
 mod check;
 mod completions;
 mod doctor;
@@ -29,6 +30,7 @@ pub enum Command {
     Analyse(analyse::Analyse),
     Report(report::Report),
     Sweep(sweep::Sweep),
+    Calibrate(calibrate::Calibrate),
     Verify(verify::Verify),
     Bench(bench::Bench),
     Doctor(doctor::Doctor),
@@ -52,6 +54,7 @@ impl Command {
             Self::Analyse(command) => command.execute(),
             Self::Report(command) => command.execute(),
             Self::Sweep(command) => command.execute(),
+            Self::Calibrate(command) => command.execute(),
             Self::Verify(command) => command.execute(processes),
             Self::Bench(command) => command.execute(processes),
             Self::Doctor(command) => command.execute(),

@@ -56,6 +56,12 @@ pub struct Sweep {
 impl Sweep {
     pub fn execute(self) -> Result<u8, CommandError> {
         let plan = Plan::load(&self.plan)?;
+        if plan.has_targets() {
+            return Err(CommandError::input(
+                format!("`{}` has targets: it is the plan of a calibration", self.plan.display()),
+                "use `sazanami calibrate` for it",
+            ));
+        }
         let out = self.out.clone().unwrap_or_else(|| Path::new("runs").join(plan.name()));
         let (asked, threads) = (self.jobs.map(usize::from).or(plan.side_by_side), self.threads.map(usize::from));
         let cores = Machine::this().cores;

@@ -1,0 +1,64 @@
+//! `sazanami calibrate`: values of keys with which a case finds what was measured.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use sazanami::case::units::rounded;
+use sazanami::error::{CommandError, exit};
+use sazanami_sweep::{Fit, Plan, calibrate};
+
+use crate::terminal::{self, Screen};
+
+/// Find the values of keys with which a case meets targets.
+#[derive(Debug, Args)]
+#[command(
+    long_about = "Find the values of one to five keys with which a case meets targets within their tolerances, by the \
+                  simplex of Nelder and Mead over runs. The search ends with the first run that meets all targets, or with \
+                  the most runs that the plan allows (exit code 1). Ctrl-C ends it with checkpoints; the same command goes \
+                  on where it was. The uncertainties of the keys are those that the tolerances of the targets leave.",
+    after_help = "Example:\n  sazanami calibrate porosity.toml --out runs/porosity"
+)]
+pub struct Calibrate {
+    /// Plan with ranges of keys and targets
+    plan: PathBuf,
+    /// Folder of the calibration, with a folder for each run [default: runs/<plan>]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Runs at a time, where several are independent [default: what the plan says, or one for each processor]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    jobs: Option<u16>,
+}
+
+impl Calibrate {
+    pub fn execute(self) -> Result<u8, CommandError> {
+        let plan = Plan::load(&self.plan)?;
+        let out = self.out.unwrap_or_else(|| Path::new("runs").join(plan.name()));
+        let program = std::env::current_exe()
+            .map_err(|error| CommandError::Undone(format!("this program does not find itself: {error}")))?;
+        let asked = self.jobs.map(usize::from).or(plan.side_by_side);
+        let stop = terminal::stop_on_signals()?;
+        let mut screen = Screen::new();
+        let fit = calibrate(&plan, &out, &program, asked, &mut screen, &stop)?;
+        drop(screen);
+        Ok(tell(&fit))
+    }
+}
+
+/// Tells the fit; returns the exit code.
+fn tell(fit: &Fit) -> u8 {
+    for key in &fit.keys {
+        let uncertainty = key.uncertainty.map_or("not known".to_owned(), rounded);
+        outln!("{} = {} (standard uncertainty {uncertainty})", key.path, key.value);
+    }
+    for target in &fit.targets {
+        let [value, tolerance] = target.target;
+        outln!("{}: {}, target {value} within {tolerance}", target.name, target.found);
+    }
+    let verdict = if fit.is_met { "the targets are met" } else { "the targets are not met" };
+    outln!("{verdict} after {} runs; the nearest is {}", fit.runs, fit.best.display());
+    match fit {
+        Fit { interrupted: true, .. } => exit::STOPPED,
+        Fit { is_met: false, .. } => exit::FAILED,
+        _ => exit::DONE,
+    }
+}

@@ -1,0 +1,398 @@
+//! Calibration: the values of one to five keys with which a case finds given targets, by the simplex of Nelder and Mead
+//! (1965) over runs that are kept as those of a sweep.
+
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use argmin::core::{CostFunction, Error, Executor};
+use argmin::solver::neldermead::NelderMead;
+use sazanami::error::CommandError;
+use sazanami::machine::Machine;
+use sazanami::progress::Progress;
+use sazanami::stop::Stop;
+use sazanami_io::table::write_json;
+
+use crate::plan::{Between, Choices, Design, Plan, Setting, Target};
+use crate::pool::SideBySide;
+use crate::state::State;
+use crate::sweep::{Sweep, TRIED};
+use crate::table;
+
+/// Part of the ranges that the first simplex spans, about their middle.
+const FIRST: [f64; 2] = [0.3, 0.7];
+/// Digits of the values that are tried.
+const DIGITS: usize = 6;
+/// Cost of a run that failed, and of a point outside the ranges, where none is made.
+const FAILED: f64 = 1e12;
+
+/// A key as it was fitted.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FittedKey {
+    /// Its path.
+    pub path: String,
+    /// The value of the best run, as text with its unit.
+    pub value: String,
+    /// By how much it is uncertain if each target is by its tolerance, in the same unit; absent where the runs do not tell.
+    pub uncertainty: Option<f64>,
+}
+
+/// A target and what the best run found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FittedTarget {
+    /// Name of the finding.
+    pub name: String,
+    /// What was to be found, and how nearly.
+    pub target: [f64; 2],
+    /// What the best run found.
+    pub found: f64,
+}
+
+/// What came of a calibration.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fit {
+    /// The keys.
+    pub keys: Vec<FittedKey>,
+    /// The targets.
+    pub targets: Vec<FittedTarget>,
+    /// Whether all of them were met.
+    pub is_met: bool,
+    /// Whether a signal ended the search.
+    pub interrupted: bool,
+    /// Runs that it took.
+    pub runs: usize,
+    /// Folder of the best run.
+    pub best: PathBuf,
+}
+
+/// A point in the unit cube that was tried, and what its run found for each target; nothing if it failed.
+#[derive(Clone, Debug)]
+struct Tried {
+    name: String,
+    place: Vec<f64>,
+    found: Option<Vec<f64>>,
+}
+
+/// Why the search ends.
+#[derive(Debug, thiserror::Error)]
+enum End {
+    #[error("the targets are met")]
+    Met,
+    #[error("as many runs as the plan allows")]
+    Runs,
+    #[error("a signal")]
+    Stopped,
+    #[error("{0}")]
+    Refused(String),
+}
+
+struct Search<'a> {
+    plan: &'a Plan,
+    folder: &'a Path,
+    program: &'a Path,
+    asked: Option<usize>,
+    stop: &'a Stop,
+    ranges: Vec<&'a Between>,
+    state: RefCell<Found<'a>>,
+}
+
+struct Found<'a> {
+    tried: Vec<Tried>,
+    progress: &'a mut dyn Progress,
+    refusal: Option<CommandError>,
+}
+
+/// Searches for the values of the keys of `plan` with which its targets are found; runs are processes of `program`.
+///
+/// # Errors
+/// If the plan has no targets or other keys than ranges, or a case cannot run.
+pub fn calibrate(
+    plan: &Plan,
+    folder: &Path,
+    program: &Path,
+    asked: Option<usize>,
+    progress: &mut dyn Progress,
+    stop: &Stop,
+) -> Result<Fit, CommandError> {
+    let ranges = ranges(plan)?;
+    let search = Search {
+        plan,
+        folder,
+        program,
+        asked,
+        stop,
+        ranges,
+        state: RefCell::new(Found { tried: Vec::new(), progress, refusal: None }),
+    };
+    let ended = search.work();
+    if let Some(refusal) = search.state.borrow_mut().refusal.take() {
+        return Err(refusal);
+    }
+    search.fit(matches!(ended, Some(End::Stopped)))
+}
+
+/// The ranges of the keys.
+fn ranges(plan: &Plan) -> Result<Vec<&Between>, CommandError> {
+    const HELP: &str = "docs/guide/sweeps.md has an example";
+    if plan.targets.is_empty() {
+        return Err(CommandError::input("the plan names no target", format!("add `[targets]`: {HELP}")));
+    }
+    if !(1..=5).contains(&plan.keys.len()) {
+        return Err(CommandError::input(
+            format!("{} keys are to be fitted, and one to five can be", plan.keys.len()),
+            "put the others under `[set]`",
+        ));
+    }
+    let mut found = Vec::new();
+    for key in &plan.keys {
+        match &key.choices {
+            Choices::Between(between) => found.push(between),
+            Choices::Values(_) => {
+                return Err(CommandError::input(
+                    format!("`{}` varies over a list, and what is fitted lies in a range", key.path),
+                    "give `from` and `to`",
+                ));
+            }
+        }
+    }
+    Ok(found)
+}
+
+impl Search<'_> {
+    fn work(&self) -> Option<End> {
+        let n = self.ranges.len();
+        // What was tried before, then the first simplex: side by side.
+        let mut first: Vec<Vec<f64>> = vec![vec![FIRST[0]; n]];
+        first.extend((0..n).map(|d| (0..n).map(|e| FIRST[usize::from(d == e)]).collect()));
+        let text = fs::read_to_string(self.folder.join(TRIED)).unwrap_or_default();
+        let before: Vec<Vec<f64>> = serde_json::from_str(&text).unwrap_or_default();
+        let mut points = before;
+        for point in &first {
+            if !points.contains(point) {
+                points.push(point.clone());
+            }
+        }
+        if let Err(end) = self.evaluate(&points) {
+            return Some(end);
+        }
+        // Costs that are alike are no end: the points may lie on both sides of it.
+        let solver = NelderMead::new(first).with_sd_tolerance(0.0).ok()?;
+        let ended = Executor::new(self, solver).configure(|state| state.max_iters(1000)).run();
+        ended.err().and_then(|error| error.downcast::<End>().ok())
+    }
+
+    /// Runs the points, all that were tried before included, and reads what they found.
+    fn evaluate(&self, points: &[Vec<f64>]) -> Result<(), End> {
+        let state = &mut *self.state.borrow_mut();
+        let refused = |state: &mut Found, error: CommandError| {
+            let text = error.to_string();
+            state.refusal = Some(error);
+            End::Refused(text)
+        };
+        let mut plan = self.plan.clone();
+        for (d, key) in plan.keys.iter_mut().enumerate() {
+            let values = points.iter().map(|point| self.ranges[d].at(point[d], DIGITS)).collect();
+            key.choices = Choices::Values(values);
+        }
+        plan.design = Design::Zip;
+        let cores = Machine::this().cores;
+        let side_by_side = SideBySide::of(self.asked, None, points.len() - state.tried.len(), cores);
+        let run = || -> Result<(Sweep, bool), CommandError> {
+            let sweep = Sweep::pose(plan, self.folder, side_by_side.threads)?;
+            let unwritable = |error: &dyn std::fmt::Display| CommandError::Undone(error.to_string());
+            // Before the runs: a command that goes on knows of all that may lie there.
+            fs::create_dir_all(self.folder).map_err(|error| unwritable(&error))?;
+            write_json(&self.folder.join(TRIED), &points).map_err(|error| unwritable(&error))?;
+            let outcome = sweep.run(self.program, side_by_side, false, state.progress, self.stop)?;
+            Ok((sweep, outcome.interrupted))
+        };
+        let (sweep, interrupted) = run().map_err(|error| refused(state, error))?;
+        let before = state.tried.len();
+        for (number, point) in points.iter().enumerate().skip(before) {
+            let progressed = sweep.progressed(number);
+            let found: BTreeMap<String, String> = table::findings(&progressed).into_iter().collect();
+            let value = |target: &Target| found.get(&target.name).and_then(|text| text.parse::<f64>().ok());
+            let values: Option<Vec<f64>> = self.plan.targets.iter().map(value).collect();
+            match &progressed.state {
+                State::Finished if values.is_none() => {
+                    let known: Vec<&str> = found.keys().map(String::as_str).collect();
+                    let missing = self.plan.targets.iter().find(|target| value(target).is_none());
+                    let name = missing.map_or("", |target| target.name.as_str());
+                    return Err(refused(state, CommandError::unknown("finding", name, &known)));
+                }
+                State::Finished | State::Failed(_) => {
+                    let found = values.filter(|_| progressed.state == State::Finished);
+                    let name = sweep.runs()[number].name.clone();
+                    state.tried.push(Tried { name, place: point.clone(), found });
+                }
+                _ if interrupted => return Err(End::Stopped),
+                state_of => {
+                    let text = format!("{}: {}", sweep.runs()[number].name, state_of.word());
+                    return Err(refused(state, CommandError::Undone(text)));
+                }
+            }
+        }
+        if state.tried.iter().any(|tried| self.is_met(tried)) { Err(End::Met) } else { Ok(()) }
+    }
+
+    /// Deviations from the targets in their tolerances.
+    fn deviations(&self, tried: &Tried) -> Option<Vec<f64>> {
+        let found = tried.found.as_ref()?;
+        Some(found.iter().zip(&self.plan.targets).map(|(found, t)| (found - t.value) / t.tolerance).collect())
+    }
+
+    fn is_met(&self, tried: &Tried) -> bool {
+        self.deviations(tried).is_some_and(|all| all.iter().all(|deviation| deviation.abs() <= 1.0))
+    }
+
+    fn cost_of(&self, tried: &Tried) -> f64 {
+        self.deviations(tried).map_or(FAILED, |all| all.iter().map(|deviation| deviation * deviation).sum())
+    }
+
+    /// The best run and what it says of the keys.
+    fn fit(&self, interrupted: bool) -> Result<Fit, CommandError> {
+        let state = self.state.borrow();
+        let best = (0..state.tried.len())
+            .filter(|&number| state.tried[number].found.is_some())
+            .min_by(|&a, &b| self.cost_of(&state.tried[a]).total_cmp(&self.cost_of(&state.tried[b])));
+        let Some(best) = best else {
+            return Err(CommandError::Undone("no run has found anything yet".into()));
+        };
+        let tried = &state.tried[best];
+        let uncertainty = self.uncertainty(&state.tried, best);
+        let key = |d: usize| {
+            let range = self.ranges[d];
+            let setting = range.at(tried.place[d], DIGITS);
+            let step = 1e-4;
+            let [below, above] = [-step, step].map(|by| number(&range.at(tried.place[d] + by, 12)));
+            let slope = (above - below) / (2.0 * step);
+            FittedKey {
+                path: self.plan.keys[d].path.clone(),
+                value: setting.shown(),
+                uncertainty: uncertainty.as_ref().map(|all| all[d] * slope),
+            }
+        };
+        let found = tried.found.as_deref().unwrap_or_default();
+        let target = |(target, &found): (&Target, &f64)| FittedTarget {
+            name: target.name.clone(),
+            target: [target.value, target.tolerance],
+            found,
+        };
+        Ok(Fit {
+            keys: (0..self.ranges.len()).map(key).collect(),
+            targets: self.plan.targets.iter().zip(found).map(target).collect(),
+            is_met: self.is_met(tried),
+            interrupted,
+            runs: state.tried.len(),
+            best: self.folder.join(&tried.name),
+        })
+    }
+
+    /// Standard uncertainties of the places \[parts of the ranges], from a plane through the runs nearest to the best one: if
+    /// each target is uncertain by its tolerance.
+    fn uncertainty(&self, tried: &[Tried], best: usize) -> Option<Vec<f64>> {
+        let n = self.ranges.len();
+        let centre = &tried[best];
+        let origin = self.deviations(centre)?;
+        let distance =
+            |other: &Tried| -> f64 { other.place.iter().zip(&centre.place).map(|(a, b)| (a - b).powi(2)).sum() };
+        let mut near: Vec<&Tried> =
+            tried.iter().filter(|other| other.found.is_some() && distance(other) > 0.0).collect();
+        near.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
+        near.truncate(2 * n);
+        // Least squares for the slopes of all deviations, then the covariance of the keys.
+        let mut normal = vec![vec![0.0; n]; n];
+        let mut right = vec![vec![0.0; origin.len()]; n];
+        for other in near {
+            let step: Vec<f64> = other.place.iter().zip(&centre.place).map(|(a, b)| a - b).collect();
+            let rise: Vec<f64> = self.deviations(other)?.iter().zip(&origin).map(|(a, b)| a - b).collect();
+            for i in 0..n {
+                (0..n).for_each(|j| normal[i][j] += step[i] * step[j]);
+                (0..rise.len()).for_each(|t| right[i][t] += step[i] * rise[t]);
+            }
+        }
+        let inverse = inverse(normal)?;
+        let slope = |t: usize, i: usize| (0..n).map(|j| inverse[i][j] * right[j][t]).sum::<f64>();
+        let mut information: Vec<Vec<f64>> = vec![vec![0.0; n]; n];
+        for t in 0..origin.len() {
+            for (i, row) in information.iter_mut().enumerate() {
+                row.iter_mut().enumerate().for_each(|(j, sum)| *sum += slope(t, i) * slope(t, j));
+            }
+        }
+        let covariance = self::inverse(information)?;
+        Some((0..n).map(|d| covariance[d][d].max(0.0).sqrt()).collect())
+    }
+}
+
+impl CostFunction for &Search<'_> {
+    type Param = Vec<f64>;
+    type Output = f64;
+
+    fn cost(&self, place: &Vec<f64>) -> Result<f64, Error> {
+        let outside: f64 = place.iter().map(|&part| (-part).max(part - 1.0).max(0.0)).sum();
+        if outside > 0.0 {
+            return Ok(FAILED * (1.0 + outside));
+        }
+        // Values are rounded: places that differ by less are the same run.
+        let values = |place: &[f64]| -> Vec<String> {
+            self.ranges.iter().zip(place).map(|(range, &part)| range.at(part, DIGITS).value).collect()
+        };
+        let own = values(place);
+        let known = self.state.borrow().tried.iter().find(|tried| own == values(&tried.place)).cloned();
+        if let Some(tried) = known {
+            return Ok(self.cost_of(&tried));
+        }
+        let mut points: Vec<Vec<f64>> = self.state.borrow().tried.iter().map(|tried| tried.place.clone()).collect();
+        if points.len() >= self.plan.most_runs {
+            return Err(End::Runs.into());
+        }
+        points.push(place.clone());
+        self.evaluate(&points)?;
+        let state = self.state.borrow();
+        Ok(state.tried.last().map_or(FAILED, |tried| self.cost_of(tried)))
+    }
+}
+
+/// The number of a setting, without its unit.
+fn number(setting: &Setting) -> f64 {
+    let text = setting.shown();
+    text.split_whitespace().next().and_then(|number| number.parse().ok()).unwrap_or(f64::NAN)
+}
+
+/// Inverse of a small matrix by elimination with pivots; nothing if it has none.
+fn inverse(mut a: Vec<Vec<f64>>) -> Option<Vec<Vec<f64>>> {
+    let n = a.len();
+    let mut b: Vec<Vec<f64>> = (0..n).map(|i| (0..n).map(|j| f64::from(u8::from(i == j))).collect()).collect();
+    let largest = a.iter().flatten().fold(0.0, |most: f64, value| most.max(value.abs()));
+    for column in 0..n {
+        let pivot = (column..n).max_by(|&i, &j| a[i][column].abs().total_cmp(&a[j][column].abs()))?;
+        if a[pivot][column].abs() <= 1e-12 * largest {
+            return None;
+        }
+        a.swap(column, pivot);
+        b.swap(column, pivot);
+        let scale = a[column][column];
+        a[column].iter_mut().chain(&mut b[column]).for_each(|value| *value /= scale);
+        for row in (0..n).filter(|&row| row != column) {
+            let factor = a[row][column];
+            for j in 0..n {
+                a[row][j] -= factor * a[column][j];
+                b[row][j] -= factor * b[column][j];
+            }
+        }
+    }
+    Some(b)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn small_matrices_are_inverted() {
+        let found = inverse(vec![vec![0.0, 2.0], vec![4.0, 1.0]]).unwrap();
+        assert_eq!(found, [[-0.125, 0.25], [0.5, 0.0]]);
+        assert_eq!(inverse(vec![vec![1.0, 2.0], vec![2.0, 4.0]]), None);
+    }
+}
