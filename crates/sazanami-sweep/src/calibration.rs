@@ -14,11 +14,13 @@ use sazanami::progress::Progress;
 use sazanami::stop::Stop;
 use sazanami_io::table::write_json;
 
-use crate::plan::{Between, Choices, Design, Plan, Setting, Target};
+use crate::keys::{Between, Choices, Design, Setting};
+use crate::plan::{Plan, Target};
 use crate::pool::SideBySide;
 use crate::state::State;
-use crate::sweep::{Sweep, TRIED};
+use crate::sweep::Sweep;
 use crate::table;
+use crate::work::TRIED;
 
 /// Part of the ranges that the first simplex spans, about their middle.
 const FIRST: [f64; 2] = [0.3, 0.7];

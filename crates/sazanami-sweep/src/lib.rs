@@ -15,6 +15,7 @@
 //! ```
 
 mod calibration;
+mod keys;
 mod plan;
 mod points;
 mod pool;
@@ -23,11 +24,14 @@ mod slurm;
 mod state;
 mod sweep;
 mod table;
+mod work;
 
 pub use calibration::{Fit, FittedKey, FittedTarget, calibrate};
-pub use plan::{Plan, Setting};
+pub use keys::Setting;
+pub use plan::Plan;
 pub use pool::SideBySide;
 pub use posed::{Needs, Run};
 pub use state::{Progressed, State};
-pub use sweep::{Outcome, Sweep};
+pub use sweep::Sweep;
 pub use table::TABLE;
+pub use work::Outcome;

@@ -2,7 +2,7 @@
 
 use sazanami_dem::Random;
 
-use crate::plan::{Between, Choices, Design, Key, Setting};
+use crate::keys::{Between, Choices, Design, Key, Setting};
 
 /// Digits of values between two ends: of a range, and of points of a design, where they are arbitrary.
 const DIGITS_OF_RANGE: usize = 12;

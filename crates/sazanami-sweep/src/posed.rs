@@ -9,7 +9,8 @@ use sazanami::feasible;
 use sazanami::machine::Machine;
 use serde::{Deserialize, Serialize};
 
-use crate::plan::{Plan, Setting};
+use crate::keys::Setting;
+use crate::plan::Plan;
 
 /// Runs whose findings are told together.
 const MOST_WRONG: usize = 20;

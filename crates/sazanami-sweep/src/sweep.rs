@@ -1,70 +1,25 @@
-//! A sweep in its folder.
+//! The runs of a sweep, and what lies in its folder.
 
-use std::fs::{self, File, OpenOptions, TryLockError};
+use std::fs;
 use std::path::{Path, PathBuf};
 
-use sazanami::case;
-use sazanami::case::resolved;
 use sazanami::error::CommandError;
-use sazanami::machine::{self, Machine};
-use sazanami::progress::Progress;
-use sazanami::results::CASE;
-use sazanami::stop::Stop;
-use sazanami_io::replace_file;
-use sazanami_io::table::write_json;
-use serde::{Deserialize, Serialize};
+use sazanami::machine::Machine;
 
 use crate::plan::Plan;
-use crate::pool::{Pool, SideBySide};
 use crate::posed::{self, Run};
 use crate::state::{self, Progressed, State};
-use crate::{slurm, table};
 
-/// What the sweep in a folder is.
-const RECORD: &str = "sweep.json";
-/// The points that a calibration tried, so that it goes on where it was.
-pub(crate) const TRIED: &str = "calibration.json";
-/// Held by the command that works on a sweep.
-const LOCK: &str = ".sweep-lock";
 /// Cases of the runs, and what their processes said.
-const CASES: &str = "cases";
-const LOGS: &str = "logs";
-/// The script of an array job.
-const SCRIPT: &str = "sweep.sbatch";
-
-/// What the record of a sweep says.
-#[derive(Debug, PartialEq, Eq, Serialize, Deserialize)]
-struct Record {
-    version: String,
-    runs: Vec<RecordedRun>,
-}
-
-#[derive(Debug, PartialEq, Eq, Serialize, Deserialize)]
-struct RecordedRun {
-    name: String,
-    case_hash: String,
-    settings: Vec<(String, String)>,
-}
-
-/// What came of a sweep.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Outcome {
-    /// Whether a signal ended it.
-    pub interrupted: bool,
-    /// Folders of the runs that finished.
-    pub finished: Vec<PathBuf>,
-    /// Runs that failed, with the cause.
-    pub failed: Vec<(String, String)>,
-    /// Runs that are neither.
-    pub left: usize,
-}
+pub(crate) const CASES: &str = "cases";
+pub(crate) const LOGS: &str = "logs";
 
 /// A sweep with all its cases, and the folder it is in.
 #[derive(Debug)]
 pub struct Sweep {
     plan: Plan,
-    folder: PathBuf,
-    runs: Vec<Run>,
+    pub(crate) folder: PathBuf,
+    pub(crate) runs: Vec<Run>,
 }
 
 impl Sweep {
@@ -134,7 +89,7 @@ impl Sweep {
     }
 
     /// The same where processes of ours are `at_work`: asking whether a folder is held would get in their way.
-    fn states_beside(&self, at_work: &[usize]) -> Vec<Progressed> {
+    pub(crate) fn states_beside(&self, at_work: &[usize]) -> Vec<Progressed> {
         let of = |number: usize| match at_work.contains(&number) {
             true => Progressed { state: State::Running, summary: serde_json::Value::Null },
             false => self.progressed(number),
@@ -148,196 +103,10 @@ impl Sweep {
         let is_left = |found: &Progressed| !found.state.is_ended() || (retry && found.state != State::Finished);
         self.states().iter().filter(|found| is_left(found)).count()
     }
-
-    /// Runs all that has not ended, as processes of `program`, and writes the table whenever a run has.
-    ///
-    /// # Errors
-    /// If the folder is another sweep's, in use, or cannot be written; if the disk does not hold the results.
-    pub fn run(
-        &self,
-        program: &Path,
-        side_by_side: SideBySide,
-        retry: bool,
-        progress: &mut dyn Progress,
-        stop: &Stop,
-    ) -> Result<Outcome, CommandError> {
-        self.refuse_without_disk(retry)?;
-        let _lock = self.prepare()?;
-        let pool = Pool { sweep: self, program, side_by_side, retry, stop };
-        let unwritable = |error: std::io::Error| self.unwritable(&error);
-        let mut written = Ok(());
-        let interrupted = pool
-            .work(progress, |at_work| {
-                let now = table::write(&self.folder, &self.runs, &self.states_beside(at_work));
-                written = std::mem::replace(&mut written, Ok(())).and(now);
-            })
-            .map_err(unwritable)?;
-        written.map_err(unwritable)?;
-        Ok(Outcome { interrupted, ..self.collect()? })
-    }
-
-    /// Writes the table of what there is, and tells it.
-    ///
-    /// # Errors
-    /// If the table cannot be written.
-    pub fn collect(&self) -> Result<Outcome, CommandError> {
-        let states = self.states();
-        table::write(&self.folder, &self.runs, &states).map_err(|error| self.unwritable(&error))?;
-        let mut outcome = Outcome { interrupted: false, finished: Vec::new(), failed: Vec::new(), left: 0 };
-        for (number, found) in states.into_iter().enumerate() {
-            match found.state {
-                State::Finished => outcome.finished.push(self.folder_of(number)),
-                State::Failed(cause) => outcome.failed.push((self.runs[number].name.clone(), cause)),
-                State::Waiting | State::Running | State::BrokenOff => outcome.left += 1,
-            }
-        }
-        Ok(outcome)
-    }
-
-    /// The table as rows of cells, the heading first.
-    #[must_use]
-    pub fn rows(&self) -> Vec<Vec<String>> {
-        table::rows(&self.runs, &self.states())
-    }
-
-    /// Writes the cases and the script of an array job of Slurm; returns the script's path.
-    ///
-    /// # Errors
-    /// As [`Self::run`].
-    pub fn write_slurm(
-        &self,
-        program: &Path,
-        side_by_side: Option<usize>,
-        threads: usize,
-    ) -> Result<PathBuf, CommandError> {
-        let _lock = self.prepare()?;
-        let path = self.folder.join(SCRIPT);
-        fs::create_dir_all(self.folder.join(LOGS)).map_err(|error| self.unwritable(&error))?;
-        let text = slurm::script(self, program, side_by_side, threads);
-        self.write(&path, &text)?;
-        Ok(path)
-    }
-
-    /// Refuses a sweep whose results the disk does not hold.
-    fn refuse_without_disk(&self, retry: bool) -> Result<(), CommandError> {
-        let states = self.states();
-        let left = self.runs.iter().zip(&states).filter(|(_, found)| !found.state.is_ended() || retry);
-        let (count, needed) = left.fold((0, 0.0), |(count, sum), (run, _)| (count + 1, sum + run.needs.disk));
-        let Some(free) = machine::free_disk(&self.folder).filter(|&free| needed > free as f64) else { return Ok(()) };
-        Err(CommandError::input(
-            format!(
-                "the results of {count} runs do not fit onto the disk: about {:.1} GB, of which {:.1} GB are free",
-                needed / 1e9,
-                free as f64 / 1e9
-            ),
-            "write fewer fields, grains and checkpoints (`[set]` of the plan), take fewer runs, or choose another disk with --out",
-        ))
-    }
-
-    /// Makes the folder, or refuses one that is something else's; writes the cases. Holds the sweep until the end.
-    fn prepare(&self) -> Result<Option<File>, CommandError> {
-        let record = self.record();
-        let path = self.folder.join(RECORD);
-        match fs::read_to_string(&path) {
-            Ok(text) => self.refuse_other(&path, &text, &record)?,
-            Err(_) if is_filled(&self.folder) => {
-                return Err(CommandError::input(
-                    format!("`{}` is not empty, and no sweep is in it", self.folder.display()),
-                    "choose another folder with --out",
-                ));
-            }
-            Err(_) => {}
-        }
-        let unwritable = |error: std::io::Error| self.unwritable(&error);
-        fs::create_dir_all(self.folder.join(CASES)).map_err(unwritable)?;
-        let lock = self.lock()?;
-        self.refuse_other_cases()?;
-        for (number, run) in self.runs.iter().enumerate() {
-            self.write(&self.case_of(number), &run.text)?;
-        }
-        write_json(&path, &record).map_err(|error| CommandError::Undone(error.to_string()))?;
-        Ok(lock)
-    }
-
-    fn record(&self) -> Record {
-        let run = |run: &Run| RecordedRun {
-            name: run.name.clone(),
-            case_hash: run.hash.clone(),
-            settings: run.settings.clone(),
-        };
-        Record { version: env!("CARGO_PKG_VERSION").to_owned(), runs: self.runs.iter().map(run).collect() }
-    }
-
-    /// Refuses a folder whose sweep has other runs; a sweep may be given more of them at its end.
-    fn refuse_other(&self, path: &Path, text: &str, own: &Record) -> Result<(), CommandError> {
-        let there: Record = serde_json::from_str(text).map_err(|error| {
-            CommandError::input(
-                format!("{}: {error}", path.display()),
-                "the record of the sweep is damaged: choose another folder with --out",
-            )
-        })?;
-        for (number, run) in there.runs.iter().enumerate() {
-            if own.runs.get(number) != Some(run) {
-                return Err(CommandError::input(
-                    format!(
-                        "`{}` holds the runs of another plan or case: its run {} is not one of this plan",
-                        self.folder.display(),
-                        run.name
-                    ),
-                    "put plan and case back as they were (runs may be added at the end), or choose another folder with \
-                     --out",
-                ));
-            }
-        }
-        Ok(())
-    }
-
-    /// Refuses folders of runs with another case than the plan says.
-    fn refuse_other_cases(&self) -> Result<(), CommandError> {
-        for (number, run) in self.runs.iter().enumerate() {
-            let folder = self.folder_of(number);
-            let Ok(there) = case::load(&folder.join(CASE), &[]) else { continue };
-            if !resolved::has_hash(&there, &run.hash) {
-                return Err(CommandError::input(
-                    format!("`{}` holds a run of another case than the plan says", folder.display()),
-                    "put its case.toml back as it was written, or choose another folder with --out",
-                ));
-            }
-        }
-        Ok(())
-    }
-
-    fn lock(&self) -> Result<Option<File>, CommandError> {
-        let open = OpenOptions::new().write(true).create(true).truncate(false).open(self.folder.join(LOCK));
-        let file = open.map_err(|error| self.unwritable(&error))?;
-        match file.try_lock() {
-            Ok(()) => Ok(Some(file)),
-            Err(TryLockError::WouldBlock) => Err(CommandError::input(
-                format!("another command works on the sweep in `{}`", self.folder.display()),
-                "wait for its end, or choose another folder with --out",
-            )),
-            // Some network file systems know no locks.
-            Err(TryLockError::Error(_)) => Ok(None),
-        }
-    }
-
-    fn write(&self, path: &Path, text: &str) -> Result<(), CommandError> {
-        use std::io::Write as _;
-        replace_file(path, |file| file.write_all(text.as_bytes())).map_err(|error| self.unwritable(&error))
-    }
-
-    fn unwritable(&self, error: &std::io::Error) -> CommandError {
-        CommandError::Undone(format!("the sweep in `{}` cannot go on: {error}", self.folder.display()))
-    }
 }
 
 /// The last error that a process said.
 fn refusal(log: &str) -> Option<String> {
     let line = log.lines().rfind(|line| line.starts_with("error"))?;
     Some(line.trim_start_matches("error").trim_start_matches(':').trim().to_owned())
-}
-
-fn is_filled(folder: &Path) -> bool {
-    let is_own = |name: &std::ffi::OsStr| name == TRIED;
-    fs::read_dir(folder).is_ok_and(|entries| entries.flatten().any(|entry| !is_own(&entry.file_name())))
 }
