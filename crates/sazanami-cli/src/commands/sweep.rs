@@ -24,8 +24,8 @@ const MOST_IN_REPORT: usize = 40;
                   the same command goes on wherever the sweep ended: runs that ended are not repeated, runs begun go on \
                   from their checkpoints. A run that fails is marked in the table, and the others go on. Exit code 1 if \
                   one failed.",
-    after_help = "Example:\n  sazanami sweep cases/raindrop/matrix.toml --list\n  \
-                  sazanami sweep cases/raindrop/matrix.toml --out runs/matrix --jobs 2"
+    after_help = "Example:\n  sazanami sweep cases/sweeps/raindrop.toml --list\n  \
+                  sazanami sweep cases/sweeps/raindrop.toml --out runs/matrix --jobs 2"
 )]
 pub struct Sweep {
     /// Plan of the sweep
