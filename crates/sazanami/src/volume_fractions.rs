@@ -67,11 +67,15 @@ pub fn method_of(name: &str) -> Result<Method, CommandError> {
     method.ok_or_else(|| CommandError::unknown("method", name, &["clip", "columns(4)", "sub_cells(10)"]))
 }
 
+/// Most cells of the box round a body, which are held while it is drawn.
+const MOST_OF_A_BODY: Real = 1e8;
+
 /// The part of each cell of `grid` that bodies of one mesh cover, x1 fastest; where bodies overlap their parts add up. What lies
 /// outside the grid is left out.
 ///
 /// # Errors
-/// If the mesh is not a sound solid, a place is not finite, or the grid has no cells.
+/// If the mesh is not a sound solid, a place is not finite, a body is wider than a hundred million cells, or the grid has no
+/// cells or more than the memory holds.
 pub fn volume_fractions(
     mesh: TetrahedralMesh,
     placed: &[Placed],
@@ -79,7 +83,8 @@ pub fn volume_fractions(
     method: Method,
 ) -> Result<Vec<Real>, CommandError> {
     let is_finite = |place: &Placed| {
-        place.position.is_finite() && place.orientation.length() > 0.0 && place.scale > 0.0 && place.scale.is_finite()
+        let [length, scale] = [place.orientation.length(), place.scale];
+        place.position.is_finite() && [length, scale].iter().all(|size| size.is_finite() && *size > 0.0)
     };
     if let Some(number) = placed.iter().position(|place| !is_finite(place)) {
         return Err(CommandError::input(
@@ -95,6 +100,16 @@ pub fn volume_fractions(
     // A body has to have a contact sphere, which nothing touches here.
     let inner = ContactSphereRule::Listed(vec![(mass.centroid, 0.1 * mass.volume.cbrt())]);
     let shape = Shape::from_mesh("mesh", mesh, &inner).map_err(|error| refused(&error))?;
+    let cells_of = |place: &Placed| {
+        let widths = 2.0 * shape.bounding_radius() * place.scale / grid.spacing;
+        widths.to_array().iter().map(|cells| cells + 2.0).product::<Real>()
+    };
+    if let Some(number) = placed.iter().position(|place| cells_of(place) > MOST_OF_A_BODY) {
+        return Err(CommandError::input(
+            format!("body {number} is {:.1e} cells large", cells_of(&placed[number])),
+            "give the mesh its unit (`unit=\"1 mm\"`), or take wider cells",
+        ));
+    }
     let (origin, axes) = shape.source_frame();
     let axes = Quaternion::from_mat3(&axes);
     let mut rasteriser = Rasteriser::new(method);
@@ -160,6 +175,9 @@ mod tests {
         assert!(place(good).is_ok());
         assert!(place(Placed { position: Vector::NAN, ..good }).is_err());
         assert!(place(Placed { scale: 0.0, ..good }).is_err());
+        assert!(place(Placed { orientation: Quaternion::from_xyzw(0.0, 0.0, 0.0, Real::INFINITY), ..good }).is_err());
+        let metres = place(Placed { scale: 1000.0, ..good }).unwrap_err().to_string();
+        assert!(metres.contains("cells large") && metres.contains("unit"), "{metres}");
         assert!(grid_of([2, 0, 2], Vector::ZERO, Vector::ONE).is_err());
         assert!(grid_of([2, 2, 2], Vector::ONE, Vector::ZERO).is_err());
         let vast = grid_of([1 << 30; 3], Vector::ZERO, Vector::ONE).unwrap();
