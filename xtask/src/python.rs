@@ -55,7 +55,9 @@ pub fn run(rest: &[String]) -> u8 {
     let own: Vec<&String> =
         rest.iter().filter(|argument| !["--python", "--locked"].contains(&argument.as_str())).collect();
     println!("-- types");
-    let types = exit_code(Command::new(program(&venv, "mypy")).args(["--package", "sazanami"]).current_dir(&target));
+    let mut mypy = Command::new(program(&venv, "mypy"));
+    mypy.arg("--config-file").arg(place.join("pyproject.toml")).args(["--package", "sazanami"]);
+    let types = exit_code(mypy.current_dir(&target));
     println!("-- tests in Python");
     let tests = exit_code(Command::new(program(&venv, "pytest")).args(own).current_dir(&place));
     types.max(tests)
