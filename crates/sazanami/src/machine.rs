@@ -137,15 +137,13 @@ fn group_room(membership: &str, root: &Path) -> Option<u64> {
     group.ancestors().take_while(|above| above.starts_with(&root)).filter_map(room).min()
 }
 
-/// Free space where `path` lies or will lie \[bytes], if `df` reports it.
+/// Free space where `path` lies or will lie \[bytes], if the system tells.
 #[must_use]
 pub fn free_disk(path: &Path) -> Option<u64> {
     let absolute = std::path::absolute(path).ok()?;
     let existing = absolute.ancestors().find(|ancestor| ancestor.exists())?;
-    let output = std::process::Command::new("df").arg("-Pk").arg(existing).output().ok()?;
-    let text = String::from_utf8(output.stdout).ok()?;
-    let kibibytes: u64 = text.lines().nth(1)?.split_whitespace().nth(3)?.parse().ok()?;
-    Some(kibibytes * 1024)
+    let volume = rustix::fs::statvfs(existing).ok()?;
+    volume.f_bavail.checked_mul(volume.f_frsize)
 }
 
 #[cfg(test)]
