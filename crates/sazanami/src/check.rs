@@ -1,5 +1,6 @@
 //! What a case will be, without running it: resolution, counts, step limits, memory, disk and cost.
 
+mod bed_flow;
 mod cost;
 mod disk;
 mod limits;
@@ -20,6 +21,8 @@ use sazanami_numerics::choice::Choice as _;
 use crate::case::meaning::{Case, LiquidRegion};
 use crate::machine::Machine;
 
+pub(crate) use bed_flow::bed_flow;
+pub use bed_flow::{BedReport, PredictedReport};
 pub(crate) use cost::packing_substeps;
 use cost::packing_time;
 pub use disk::warn_of_disk;

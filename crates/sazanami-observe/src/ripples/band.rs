@@ -4,6 +4,8 @@ use std::f64::consts::{PI, TAU};
 
 use sazanami_numerics::Real;
 
+use crate::fit::{Line, line, vertex};
+
 /// How much longer than the profile the period of its spectrum is.
 const PADDING: usize = 4;
 
@@ -23,6 +25,37 @@ pub(super) fn detrended(values: &[Real]) -> Vec<Real> {
         }
     }
     rest
+}
+
+/// Takes the straight line of least squares off evenly spaced values.
+pub(super) fn without_line(values: &[Real]) -> Vec<Real> {
+    let points: Vec<(Real, Real)> = values.iter().enumerate().map(|(n, value)| (n as Real, *value)).collect();
+    let rest = |(n, value): (Real, Real), line: Line| value - line.intercept - line.slope * n;
+    line(&points).map_or_else(|| values.to_vec(), |line| points.iter().map(|point| rest(*point, line)).collect())
+}
+
+/// Wavelength \[m] of the highest peak of the spectrum of values `spacing` \[m] apart, all waves of up to twice the
+/// profile; `None` for values that are all the same.
+pub(super) fn length_of_peak(values: &[Real], spacing: Real) -> Option<Real> {
+    let count = values.len();
+    let weights = window(count, 0.1);
+    let mean =
+        values.iter().zip(&weights).map(|(value, weight)| value * weight).sum::<Real>() / weights.iter().sum::<Real>();
+    let period = 2 * PADDING * count;
+    let strength = |wave: usize| {
+        let of = |function: fn(Real) -> Real| {
+            let angle = |n: usize| TAU * (wave * n % period) as Real / period as Real;
+            (0..count).map(|n| weights[n] * (values[n] - mean) * function(angle(n))).sum::<Real>()
+        };
+        of(Real::sin).powi(2) + of(Real::cos).powi(2)
+    };
+    // From twice the profile to four values a wave.
+    let strengths: Vec<Real> = (PADDING..=2 * PADDING * count / 4).map(strength).collect();
+    let top = (0..strengths.len()).max_by(|a, b| strengths[*a].total_cmp(&strengths[*b]))?;
+    let near = |n: usize| strengths.get(n).copied().unwrap_or(0.0);
+    let shift = top.checked_sub(1).and_then(|before| vertex(near(before), near(top), near(top + 1)));
+    let wave = (PADDING + top) as Real + shift.map_or(0.0, |(shift, _)| shift);
+    (strengths[top] > 0.0).then(|| period as Real * spacing / wave)
 }
 
 /// Cosine window: rises over the part `taper` of the values at each end, one between.

@@ -6,6 +6,7 @@
 //! be measured is an [`Unmeasured`] that says why, never a number made up.
 
 mod band;
+mod bed_forms;
 mod bed_surface;
 mod evolution;
 mod experiment;
@@ -13,11 +14,14 @@ mod exposed;
 mod layers;
 mod metrics;
 mod phases;
+pub mod predictors;
 mod probes;
 mod profile;
 mod section_density;
+mod smoothing;
 mod water_surface;
 
+pub use bed_forms::{BedFormSettings, BedForms, CrestedRipples, Mound};
 pub use bed_surface::{BedSurfaceSettings, BedSurfaces, ViewedSide, suspended};
 pub use evolution::{Growth, Migration, migration};
 pub use experiment::{BedMatch, ProfileMatch, ShiftLimits, match_bed, match_profiles};
@@ -155,6 +159,34 @@ pub enum Unmeasured {
         deviation: Real,
         /// Least one of ripples \[m].
         least: Real,
+    },
+    /// No form of the bed is as high as its grains.
+    #[error("the bed is level to {:.3} mm; a mound is at least {:.3} mm high", 1e3 * height, 1e3 * least)]
+    Level {
+        /// Highest less lowest place, ripples left out \[m].
+        height: Real,
+        /// Least height of a mound \[m].
+        least: Real,
+    },
+    /// The flow moves no grains to form ripples.
+    #[error("nowhere is the mobility number above the {least} from which on ripples form")]
+    Immobile {
+        /// That mobility number.
+        least: Real,
+    },
+    /// Not enough crests side by side.
+    #[error(
+        "{found} crests of at least {:.3} mm where the flow allows ripples, two side by side are needed; all waves as \
+         short as ripples span {:.3} mm",
+        1e3 * least, 1e3 * highest
+    )]
+    TooFewCrests {
+        /// Number of crests.
+        found: usize,
+        /// Least height of a crest \[m].
+        least: Real,
+        /// Highest less lowest of the waves as short as ripples \[m].
+        highest: Real,
     },
     /// Not enough whole waves.
     #[error("{found} whole waves where at least {needed} are needed")]

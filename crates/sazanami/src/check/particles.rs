@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use sazanami_numerics::{Real, Vector};
 use serde::Serialize;
 
+use super::bed_flow::{BedReport, bed_flow};
 use super::{CostModel, PACKED_SPHERES};
 use crate::case::meaning::{
     BoundarySide, Case, FluidName, GrainPlacement, LiquidRegion, Particles, Placement, Population, Preparation, Region,
@@ -25,6 +26,8 @@ pub struct ParticlesReport {
     pub walls: usize,
     /// Waves of a shaken tank.
     pub tank: Option<TankReport>,
+    /// Flow over the bed of a tank that swings along x1.
+    pub bed: Option<BedReport>,
 }
 
 /// Waves in a tank that is shaken along x1 or x2, by linear theory: from the bed or the floor up, without friction.
@@ -62,6 +65,7 @@ pub(super) fn report(case: &Case) -> Option<ParticlesReport> {
         fluid: fluid(case, particles),
         walls: walls(case, particles),
         tank: tank(case),
+        bed: bed_flow(case),
     })
 }
 
@@ -142,10 +146,14 @@ fn walls(case: &Case, particles: &Particles) -> usize {
 /// they are highest.
 pub(crate) fn tank(case: &Case) -> Option<TankReport> {
     let (amplitude, frequency) = super::limits::swing(case)?;
-    let closed = |d: &usize| amplitude[*d] != 0.0 && case.boundary[*d].iter().all(is_wall);
-    let depth = depth(case)?;
-    let waves = (0..2).filter(closed).map(|axis| waves(case, axis, amplitude[axis].abs(), frequency, depth));
+    let waves = (0..2).filter_map(|axis| waves_along(case, axis, amplitude[axis].abs(), frequency));
     waves.max_by(|a, b| a.largest_elevation.total_cmp(&b.largest_elevation))
+}
+
+/// Waves along a direction with end walls, from 0, in which the tank is shaken by an amplitude \[m] at a frequency \[Hz].
+pub(super) fn waves_along(case: &Case, axis: usize, amplitude: Real, frequency: Real) -> Option<TankReport> {
+    let closed = amplitude != 0.0 && case.boundary[axis].iter().all(is_wall);
+    depth(case).filter(|_| closed).map(|depth| waves(case, axis, amplitude, frequency, depth))
 }
 
 /// Waves along a direction, from 0, in which the tank is shaken by an amplitude \[m] at a frequency \[Hz].

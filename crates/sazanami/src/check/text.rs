@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use sazanami_numerics::Real;
 
-use super::{CheckReport, RanksReport, TankReport, bytes, number};
+use super::{BedReport, CheckReport, RanksReport, TankReport, bytes, number};
 use crate::case::meaning::{Case, GrainPlacement, Substeps};
 use crate::case::units::rounded;
 use crate::progress::duration;
@@ -46,6 +46,9 @@ fn grid(text: &mut String, case: &Case, report: &CheckReport) {
         if let Some(tank) = &particles.tank {
             waves(text, tank);
         }
+        if let Some(bed) = &particles.bed {
+            flow_over_bed(text, bed);
+        }
         return;
     }
     let _ = writeln!(text, "cells         {n1} x {n2} x {n3} = {}, edges {dx1}, {dx2}, {dx3}", report.cell_count);
@@ -75,6 +78,24 @@ fn waves(text: &mut String, tank: &TankReport) {
         number(tank.largest_elevation, 2)
     );
     let _ = writeln!(text, "  bed         boundary layer of {}", length(tank.stokes_layer_m));
+}
+
+fn flow_over_bed(text: &mut String, bed: &BedReport) {
+    let _ = writeln!(
+        text,
+        "ripples       orbital amplitude {}, speed {} m/s, mobility number {} (linear theory; ripples from {} on)",
+        length(bed.orbital_amplitude_m),
+        number(bed.orbital_speed, 3),
+        number(bed.mobility, 2),
+        number(bed.least_mobility, 1)
+    );
+    let parts: Vec<String> = bed.mobile_m.iter().map(|[a, b]| format!("{} to {}", length(*a), length(*b))).collect();
+    let where_ = if parts.is_empty() { "nowhere".to_owned() } else { parts.join(", ") };
+    let _ = writeln!(text, "  mobile      {where_} along x1");
+    for one in &bed.predicted {
+        let height = one.height_m.map_or_else(String::new, |height| format!(", {} high", length(height)));
+        let _ = writeln!(text, "  expected    {} long{height} ({})", length(one.wavelength_m), one.source);
+    }
 }
 
 fn bodies(text: &mut String, case: &Case, report: &CheckReport) {

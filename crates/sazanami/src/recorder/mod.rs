@@ -45,7 +45,10 @@ use columns::{series_headings, series_row};
 use files::Files;
 use grain_files::GrainStates;
 pub(crate) use mics::GridObserver;
-pub(crate) use mps::{ParticleObserver, closed, measure, moment, settings_of, surface_json, tank_of, weight_of_grain};
+pub(crate) use mps::{
+    ParticleObserver, closed, flow_json, form_settings, forms_json, forms_of, measure, moment, settings_of,
+    surface_json, tank_of, weight_of_grain,
+};
 pub(crate) use observer::{Observer, Step, Warning};
 use observer::{Output, Row};
 pub(crate) use page::page;

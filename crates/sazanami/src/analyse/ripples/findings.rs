@@ -6,7 +6,8 @@ use serde_json::{Map, Value, json};
 use super::cycles::{CycleAverage, QUANTITIES};
 use super::measured::Compared;
 use super::tables::{Profiles, RunTables, settings_of};
-use crate::recorder::{closed, measure, surface_json, tank_of};
+use crate::check::bed_flow;
+use crate::recorder::{closed, flow_json, forms_json, measure, surface_json, tank_of};
 
 /// Growth and migration of the ripples, what the layers do in a cycle, and how the run compares with an experiment:
 /// what its state at the end does not know.
@@ -63,6 +64,10 @@ pub(super) fn at_the_end(tables: &RunTables) -> Map<String, Value> {
     }
     let range = settings_of(&tables.case).map(|settings| settings.range_in(&tank));
     let all = range.and_then(|range| relief(&closed(how, bed.last()), range).ok());
+    found.extend(tables.forms.as_ref().map(forms_json).unwrap_or_default());
+    if let Some(flow) = bed_flow(&tables.case) {
+        found.insert("flow".into(), flow_json(&flow));
+    }
     found.insert("relief_mm".into(), json!(all.map(|relief| 1e3 * relief)));
     found
 }

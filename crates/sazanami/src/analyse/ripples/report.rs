@@ -12,6 +12,7 @@ use super::tables::{RunTables, settings_of};
 use crate::analyse::figures::newest_picture;
 use crate::analyse::lines::{labelled, number};
 use crate::analyse::table::Table;
+use crate::check::bed_flow;
 use crate::recorder::{closed, tank_of};
 use crate::results::{BED_PROFILES, LAYER_MEANS, SERIES, WATER_PROFILES};
 
@@ -30,6 +31,7 @@ pub(super) fn lines(folder: &Path, tables: &RunTables, cycles: &[CycleAverage], 
 /// Labels and values of that table.
 pub(super) fn rows(folder: &Path, tables: &RunTables, cycles: &[CycleAverage], compared: &[Compared]) -> Vec<Row> {
     let mut rows = of_run(&tables.summary);
+    rows.extend(of_forms(tables));
     rows.extend(of_ripples(tables));
     rows.extend(of_layers(cycles));
     rows.extend(of_water(&tables.summary));
@@ -63,7 +65,7 @@ fn of_run(summary: &Value) -> Vec<Row> {
 fn of_ripples(tables: &RunTables) -> Vec<Row> {
     let mut rows = match tables.last_ripples() {
         Some(Ok(ripples)) => measures(ripples),
-        Some(Err(problem)) => vec![row("ripples", format!("not measured: {problem}"))],
+        Some(Err(problem)) => vec![row("waves of 5 to 60 mm, mound and ripples", format!("not measured: {problem}"))],
         None => Vec::new(),
     };
     if let Some(relief) = last_relief(tables) {
@@ -81,16 +83,47 @@ fn of_ripples(tables: &RunTables) -> Vec<Row> {
     rows
 }
 
+/// Mound and ripples apart, and what the flow would make of a bed.
+fn of_forms(tables: &RunTables) -> Vec<Row> {
+    let Some(forms) = &tables.forms else { return Vec::new() };
+    let mm = |metres: Real| format!("{:.1} mm", 1e3 * metres);
+    let mound = forms.mound.map_or_else(
+        |problem| format!("none: {problem}"),
+        |mound| {
+            format!("{} long, {} high, highest at x1 = {}", mm(mound.wavelength), mm(mound.height), mm(mound.crest))
+        },
+    );
+    let ripples = forms.ripples.as_ref().map_or_else(
+        |problem| format!("none: {problem}"),
+        |found| format!("{} crests, {} apart, {} high", found.crests.len(), mm(found.wavelength), mm(found.height)),
+    );
+    let mut rows = vec![row("mound", mound), row("ripples", ripples)];
+    if let Some(flow) = bed_flow(&tables.case) {
+        let orbit = format!(
+            "orbital amplitude {}, mobility number {:.2} (linear theory)",
+            mm(flow.orbital_amplitude_m),
+            flow.mobility
+        );
+        let lengths: Vec<String> =
+            flow.predicted.iter().map(|one| format!("{} ({})", mm(one.wavelength_m), one.source)).collect();
+        rows.extend([row("  flow over the bed", orbit), row("  wavelengths expected", lengths.join(", "))]);
+    }
+    rows
+}
+
 fn measures(ripples: &Ripples) -> Vec<Row> {
     let mm = |value: &Result<Real, Unmeasured>| match value {
         Ok(value) => format!("{:.2} mm", 1e3 * value),
         Err(problem) => format!("not measured: {problem}"),
     };
     let mut rows = vec![
-        row("ripples: wavelength, spectrum", format!("{:.2} mm", 1e3 * ripples.spectral_wavelength)),
+        row(
+            "waves of 5 to 60 mm, mound and ripples: wavelength, spectrum",
+            format!("{:.2} mm", 1e3 * ripples.spectral_wavelength),
+        ),
         row("  from crossings", mm(&ripples.crossing_wavelength)),
         row("  from correlation", mm(&ripples.correlation_wavelength)),
-        row("ripples: height, 2 sqrt(2) sigma", format!("{:.3} mm", 1e3 * ripples.height())),
+        row("  height, 2 sqrt(2) sigma", format!("{:.3} mm", 1e3 * ripples.height())),
         row("  crest to trough", mm(&ripples.crest_to_trough)),
     ];
     rows.extend(ripples.steepness().ok().map(|steepness| row("  steepness", format!("{steepness:.3}"))));

@@ -3,7 +3,9 @@
 use std::path::Path;
 
 use sazanami_numerics::Real;
-use sazanami_observe::ripples::{BedSurfaceSettings, RippleSettings, Ripples, SurfaceProfile, Unmeasured, migration};
+use sazanami_observe::ripples::{
+    BedForms, BedSurfaceSettings, RippleSettings, Ripples, SurfaceProfile, Unmeasured, migration,
+};
 use serde_json::Value;
 
 use crate::analyse::summary_file::summary;
@@ -11,7 +13,7 @@ use crate::analyse::table::Table;
 use crate::case::meaning::Case;
 use crate::case::{self, LoadedCase};
 use crate::error::CommandError;
-use crate::recorder::{self, measure, tank_of};
+use crate::recorder::{self, form_settings, forms_of, measure, tank_of};
 use crate::results::{BED_PROFILES, CASE, WATER_PROFILES};
 
 /// Part of a step of the series by which times are the same.
@@ -89,6 +91,8 @@ pub(super) struct RunTables {
     pub(super) water: Option<Profiles>,
     /// Ripples at the times of the bed's profiles.
     pub(super) ripples: Vec<(Real, Result<Ripples, Unmeasured>)>,
+    /// Mound and ripples at the end.
+    pub(super) forms: Option<BedForms>,
     /// Period of the tank \[s], if it moves in cycles.
     pub(super) period: Option<Real>,
 }
@@ -111,8 +115,10 @@ impl RunTables {
             let all = bed.time.iter().zip(&bed.profile);
             ripples = all.map(|(&time, profile)| (time, measure(how, &tank, profile, tank.width()))).collect();
         }
+        let forms = bed.as_ref().zip(case.ripples.as_ref()).zip(form_settings(&case));
+        let forms = forms.map(|((bed, how), settings)| forms_of(how, &tank_of(&case), bed.last(), &settings));
         let period = case.period();
-        Ok(Self { case, slab, summary: summary(folder)?, bed, image, top_layer, water, ripples, period })
+        Ok(Self { case, slab, summary: summary(folder)?, bed, image, top_layer, water, ripples, forms, period })
     }
 
     /// Time of the last profiles \[s], if there are any.

@@ -1,6 +1,7 @@
 //! Runs with moving particles: bed and water surface, ripples, averages over layers, and what is to be watched.
 
 mod fields;
+mod forms;
 mod gathered;
 mod notes;
 mod pictures;
@@ -12,7 +13,9 @@ use sazanami_mps::solver::Solver;
 use sazanami_numerics::snapshot::Snapshot;
 use sazanami_numerics::{Real, Vector};
 use sazanami_observe::budget::{FluidMomentumBudget, ParticleImpulses};
-use sazanami_observe::ripples::{self, BedSurfaces, LayerMeans, Ripples, SurfaceProfile, Tank, Unmeasured};
+use sazanami_observe::ripples::{
+    self, BedFormSettings, BedForms, BedSurfaces, LayerMeans, Ripples, SurfaceProfile, Tank, Unmeasured,
+};
 use serde_json::{Map, json};
 
 use super::bed::GatheredGrains;
@@ -20,10 +23,12 @@ use super::files::Files;
 use super::grain_files::OwnArray;
 use super::observer::{Observer, Output, SeriesCell, Step, SummaryParts, Warning};
 use crate::case::meaning::{self, Case, LayerReference, TankMotion};
+use crate::check::{BedReport, bed_flow};
 use crate::clock::Clock;
 use crate::columns::object;
 use crate::job::{Job, RankError, RecordError, Totals};
 use crate::state::{Array, WaterState};
+pub(crate) use forms::{flow_json, form_settings, forms_json, forms_of};
 use gathered::GatheredTank;
 pub(crate) use pictures::{moment, weight_of_grain};
 use rim::Rim;
@@ -46,6 +51,8 @@ pub(super) struct Found {
     pub bed: BedSurfaces,
     /// Root mean square of the main one without its trend \[m].
     pub relief: Option<Real>,
+    /// Mound and ripples of the main one.
+    pub forms: BedForms,
     /// Waves in each of them.
     pub ripples: [Result<Ripples, Unmeasured>; 3],
     /// Averages of the lower and the upper layer.
@@ -83,6 +90,10 @@ pub(super) struct TankSums {
 pub(crate) struct ParticleObserver {
     tank: Tank,
     settings: Option<meaning::Ripples>,
+    /// Flow over the bed, where the tank swings.
+    flow: Option<BedReport>,
+    /// How mound and ripples are told apart.
+    forms: Option<BedFormSettings>,
     /// Motion of the tank, where its walls move.
     moving: Option<TankMotion>,
     /// Period of that motion, or of the acceleration that stands for it \[s].
@@ -112,7 +123,7 @@ pub(crate) struct ParticleObserver {
 impl ParticleObserver {
     /// Evaluates bed and layers by what was gathered, on rank 0.
     fn evaluate(&mut self) {
-        let Some(case) = self.settings.clone() else { return };
+        let (Some(case), Some(forms)) = (self.settings.clone(), &self.forms) else { return };
         if self.gathered.grains.is_empty() {
             self.found = None;
             return;
@@ -128,8 +139,9 @@ impl ParticleObserver {
         let relief = ripples::relief(&closed(&case, &bed.concentration), range).ok();
         let ripples =
             [measure(&bed.concentration, width), measure(&bed.image, surface.slab), measure(&bed.top_layer, width)];
+        let forms = forms_of(&case, &self.tank, &bed.concentration, forms);
         let layers = self.layer_means(&case, &bed.concentration);
-        self.found = Some(Found { bed, relief, ripples, layers });
+        self.found = Some(Found { bed, relief, forms, ripples, layers });
     }
 
     fn layer_means(&self, case: &meaning::Ripples, surface: &SurfaceProfile) -> [LayerMeans; 2] {
@@ -228,6 +240,8 @@ impl Observer for ParticleObserver {
         Self {
             tank: tank_of(job.case),
             settings: job.case.ripples.clone(),
+            flow: bed_flow(job.case),
+            forms: form_settings(job.case),
             moving: job.case.frame.as_ref().filter(|_| job.case.walls_move()).and_then(|frame| frame.motion.clone()),
             period: job.case.period(),
             gravity: job.case.gravity.length(),
@@ -356,7 +370,11 @@ impl Observer for ParticleObserver {
     fn summary_parts(&self) -> SummaryParts {
         let mut observables = Map::new();
         if let Some(found) = &self.found {
-            observables.insert("ripples".into(), series::ripples_json(found, &self.tank));
+            let mut ripples = series::ripples_json(found, &self.tank);
+            if let (Some(flow), Some(ripples)) = (&self.flow, ripples.as_object_mut()) {
+                ripples.insert("flow".into(), flow_json(flow));
+            }
+            observables.insert("ripples".into(), ripples);
         }
         if let Some(level) = self.water.mean() {
             let extent = self.water.extent().unwrap_or_default();

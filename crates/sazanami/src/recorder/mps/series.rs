@@ -2,10 +2,10 @@
 
 use sazanami_io::table::Value;
 use sazanami_numerics::Real;
-use sazanami_observe::ripples::{LayerMeans, Ripples, SurfaceProfile, Tank, Unmeasured};
+use sazanami_observe::ripples::{CrestedRipples, LayerMeans, Mound, Ripples, SurfaceProfile, Tank, Unmeasured};
 use serde_json::json;
 
-use super::{Found, ParticleObserver, TankSums};
+use super::{Found, ParticleObserver, TankSums, forms_json};
 use crate::clock::Clock;
 use crate::columns::{Cell, Field, Quantity, cells, headings, quantity};
 use crate::job::RecordError;
@@ -25,6 +25,16 @@ fn of_bed<T: Into<Value>>(row: &SeriesRow<'_>, value: impl FnOnce(&Found) -> T) 
 fn of_ripples(row: &SeriesRow<'_>, value: impl FnOnce(&Ripples) -> Result<Real, Unmeasured>) -> Value {
     let main = row.observer.found.as_ref().and_then(|found| found.ripples[0].as_ref().ok());
     main.and_then(|ripples| value(ripples).ok()).into()
+}
+
+/// A measure of the mound of the bed; missing where there is none.
+fn of_mound(row: &SeriesRow<'_>, value: impl FnOnce(&Mound) -> Real) -> Value {
+    row.observer.found.as_ref().and_then(|found| found.forms.mound.as_ref().ok()).map(value).into()
+}
+
+/// A measure of ripples by their crests; missing where there are none.
+fn of_crests(row: &SeriesRow<'_>, value: impl FnOnce(&CrestedRipples) -> Real) -> Value {
+    row.observer.found.as_ref().and_then(|found| found.forms.ripples.as_ref().ok()).map(value).into()
 }
 
 /// A value that only a tank with grains has.
@@ -215,6 +225,27 @@ pub(in crate::recorder) const SERIES: &[SeriesCell<ParticleObserver>] = &[
         of_ripples(row, |ripples| ripples.correlation_wavelength)
     }),
     quantity("ripple_steepness", "", "height over wavelength", |row| of_ripples(row, |ripples| ripples.steepness())),
+    quantity("mound_wavelength", "m", "wavelength of the highest peak of the whole spectrum of the bed", |row| {
+        of_mound(row, |mound| mound.wavelength)
+    }),
+    quantity(
+        "mound_height",
+        "m",
+        "highest less lowest place of the bed without the waves of ripples; missing below a grain's size",
+        |row| of_mound(row, |mound| mound.height),
+    ),
+    quantity(
+        "ripple_crests",
+        "",
+        "crests of at least a grain's size among waves as short as ripples, where the flow allows them",
+        |row| of_crests(row, |ripples| ripples.crests.len() as Real),
+    ),
+    quantity("ripple_crest_spacing", "m", "mean distance of these crests", |row| {
+        of_crests(row, |ripples| ripples.wavelength)
+    }),
+    quantity("ripple_crest_height", "m", "mean height of these crests above the troughs beside them", |row| {
+        of_crests(row, |ripples| ripples.height)
+    }),
     quantity("suspended_grains", "", "grains that are not part of the bed", |row| of_bed(row, |bed| bed.bed.suspended)),
 ];
 
@@ -360,6 +391,7 @@ pub(super) fn ripples_json(found: &Found, tank: &Tank) -> serde_json::Value {
         main.insert("image".into(), of(&found.ripples[1], &found.bed.image));
         main.insert("top_layer".into(), of(&found.ripples[2], &found.bed.top_layer));
         main.insert("relief_mm".into(), json!(found.relief.map(|relief| 1e3 * relief)));
+        main.extend(forms_json(&found.forms));
         main.insert("suspended_grains".into(), json!(found.bed.suspended));
     }
     main

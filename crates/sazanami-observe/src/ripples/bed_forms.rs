@@ -1,0 +1,288 @@
+//! What stands on a bed: the mound of the tank's wave, and ripples on it.
+//!
+//! A standing wave heaps sand under the antinodes of its velocity (Jan and Yen 1992: bars beneath the nodes of standing
+//! waves, with small ripples riding on their tops). Such a mound has harmonics in the band of ripples. So the two are
+//! told apart: the mound by the highest peak of the whole spectrum, ripples by crests of at least a grain's size in
+//! what is left without waves longer than ripples can be, where the flow is strong enough for them.
+
+use sazanami_numerics::Real;
+
+use super::band::{length_of_peak, without_line};
+use super::predictors::{LEAST_MOBILITY, LONGEST_OVER_AMPLITUDE};
+use super::smoothing::smoothed;
+use super::{SurfaceProfile, Unmeasured};
+use crate::fit::vertex;
+
+/// Wavelength that grains make by themselves, over their size: waves that short are smoothed away.
+const SHORTEST: Real = 5.0;
+/// Longest ripples where nothing is known of the flow \[m].
+const LONGEST: Real = 60e-3;
+/// Part of the longest ripples at each end of a profile that a mound is not read from.
+const ENDS: Real = 0.25;
+
+/// How mound and ripples are told apart.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BedFormSettings {
+    /// Grain size: the least height of a mound and of a crest \[m].
+    pub grain_size: Real,
+    /// Wavelength that is halved at the long end of ripples \[m].
+    pub longest: Real,
+    /// Parts of x1 where the flow is strong enough for ripples \[m]; `None` where the flow is not known.
+    pub mobile: Option<Vec<[Real; 2]>>,
+}
+
+impl BedFormSettings {
+    /// For a flow that is not known: waves of up to 60 mm anywhere.
+    #[must_use]
+    pub fn of_grains(grain_size: Real) -> Self {
+        Self { grain_size, longest: LONGEST, mobile: None }
+    }
+
+    /// For an orbital amplitude \[m] and the parts of x1 where the mobility number is large enough \[m].
+    #[must_use]
+    pub fn under(grain_size: Real, amplitude: Real, mobile: Vec<[Real; 2]>) -> Self {
+        let longest = (LONGEST_OVER_AMPLITUDE * amplitude).max(2.0 * SHORTEST * grain_size);
+        Self { grain_size, longest, mobile: Some(mobile) }
+    }
+
+    fn allows(&self, x: Real) -> Option<usize> {
+        match &self.mobile {
+            None => Some(0),
+            Some(parts) => parts.iter().position(|part| part[0] <= x && x <= part[1]),
+        }
+    }
+}
+
+/// The largest form of a bed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mound {
+    /// Wavelength of the highest peak of the spectrum \[m].
+    pub wavelength: Real,
+    /// Highest less lowest place without the waves of ripples \[m].
+    pub height: Real,
+    /// The highest place \[m].
+    pub crest: Real,
+}
+
+/// Ripples by their crests.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CrestedRipples {
+    /// Places of the crests \[m].
+    pub crests: Vec<Real>,
+    /// Mean distance of neighbouring crests \[m].
+    pub wavelength: Real,
+    /// Mean height of the crests above the troughs on both sides \[m].
+    pub height: Real,
+}
+
+/// What stands on a bed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BedForms {
+    /// The mound, or why there is none.
+    pub mound: Result<Mound, Unmeasured>,
+    /// The ripples, or why there are none.
+    pub ripples: Result<CrestedRipples, Unmeasured>,
+}
+
+impl BedForms {
+    /// Looks at the part of a profile within `range` \[m].
+    #[must_use]
+    pub fn of(profile: &SurfaceProfile, range: [Real; 2], settings: &BedFormSettings) -> Self {
+        let part = profile.within(range);
+        let shortest = SHORTEST * settings.grain_size;
+        let length = part.len() as Real * part.spacing;
+        let values = part.whole().and_then(|values| {
+            if length < 2.0 * shortest {
+                Err(Unmeasured::TooShort { length, needed: 2.0 * shortest })
+            } else {
+                Ok(values)
+            }
+        });
+        let values = match values {
+            Ok(values) => without_line(&values),
+            Err(problem) => return Self { mound: Err(problem), ripples: Err(problem) },
+        };
+        let long = smoothed(&values, part.spacing, settings.longest);
+        let short = smoothed(&values, part.spacing, shortest);
+        let waves: Vec<Real> = short.iter().zip(&long).map(|(short, long)| short - long).collect();
+        Self { mound: mound(&part, &values, &long, settings), ripples: ripples(&part, &waves, settings) }
+    }
+}
+
+fn mound(
+    part: &SurfaceProfile,
+    values: &[Real],
+    long: &[Real],
+    settings: &BedFormSettings,
+) -> Result<Mound, Unmeasured> {
+    // Parabolas at the ends have neighbours on one side only and follow ripples there.
+    let ends = ((ENDS * settings.longest / part.spacing) as usize).min(long.len() / 8);
+    let (mut low, mut high) = (ends, ends);
+    for (n, value) in long.iter().enumerate().take(long.len() - ends).skip(ends) {
+        low = if *value < long[low] { n } else { low };
+        high = if *value > long[high] { n } else { high };
+    }
+    let (height, least) = (long[high] - long[low], settings.grain_size);
+    if height < least {
+        return Err(Unmeasured::Level { height, least });
+    }
+    let wavelength = length_of_peak(values, part.spacing).ok_or(Unmeasured::Level { height: 0.0, least })?;
+    Ok(Mound { wavelength, height, crest: part.x(high) })
+}
+
+fn ripples(part: &SurfaceProfile, waves: &[Real], settings: &BedFormSettings) -> Result<CrestedRipples, Unmeasured> {
+    if settings.mobile.as_ref().is_some_and(Vec::is_empty) {
+        return Err(Unmeasured::Immobile { least: LEAST_MOBILITY });
+    }
+    let found = crests(waves, settings.grain_size);
+    let place = |n: usize| {
+        let shift = vertex(waves[n - 1], waves[n], waves[n + 1]).map_or(0.0, |(shift, _)| shift);
+        part.x(n) + shift * part.spacing
+    };
+    let allowed: Vec<(usize, Real, Real)> = found
+        .into_iter()
+        .filter_map(|(n, height)| settings.allows(place(n)).map(|zone| (zone, place(n), height)))
+        .collect();
+    let distances: Vec<Real> =
+        allowed.windows(2).filter(|pair| pair[0].0 == pair[1].0).map(|pair| pair[1].1 - pair[0].1).collect();
+    if distances.is_empty() {
+        let highest = highest_step(waves);
+        return Err(Unmeasured::TooFewCrests { found: allowed.len(), least: settings.grain_size, highest });
+    }
+    Ok(CrestedRipples {
+        wavelength: distances.iter().sum::<Real>() / distances.len() as Real,
+        height: allowed.iter().map(|crest| crest.2).sum::<Real>() / allowed.len() as Real,
+        crests: allowed.into_iter().map(|crest| crest.1).collect(),
+    })
+}
+
+fn highest_step(waves: &[Real]) -> Real {
+    let extent = |values: &[Real]| values.iter().fold([Real::MAX, Real::MIN], |[a, b], &v| [a.min(v), b.max(v)]);
+    let [low, high] = extent(waves);
+    high - low
+}
+
+/// Crests that rise by at least `least` \[m] from the trough before and fall as much to the one behind: number of the
+/// value, and its height above the mean of both troughs.
+fn crests(values: &[Real], least: Real) -> Vec<(usize, Real)> {
+    let mut tops = Vec::new();
+    let (mut low, mut high) = (0, 0);
+    let mut rising: Option<bool> = None;
+    for (n, &value) in values.iter().enumerate() {
+        high = if value > values[high] { n } else { high };
+        low = if value < values[low] { n } else { low };
+        if rising != Some(false) && value <= values[high] - least {
+            if rising == Some(true) {
+                tops.push(high);
+            }
+            (rising, low) = (Some(false), n);
+        } else if rising != Some(true) && value >= values[low] + least {
+            (rising, high) = (Some(true), n);
+        }
+    }
+    let lowest = |from: usize, to: usize| values[from..to].iter().copied().fold(Real::INFINITY, Real::min);
+    (0..tops.len())
+        .map(|n| {
+            let before = n.checked_sub(1).map_or(0, |before| tops[before]);
+            let behind = tops.get(n + 1).map_or(values.len(), |next| *next);
+            (tops[n], values[tops[n]] - 0.5 * (lowest(before, tops[n]) + lowest(tops[n], behind)))
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use super::super::{RippleSettings, Ripples};
+    use super::*;
+
+    const D: Real = 1e-3;
+    const RANGE: [Real; 2] = [-0.065, 0.065];
+
+    /// As under the wave of a tank of 150 mm: an orbital amplitude of 20 mm, grains move over 60 mm in the middle.
+    fn settings() -> BedFormSettings {
+        BedFormSettings::under(D, 20e-3, vec![[-30e-3, 30e-3]])
+    }
+
+    fn profile(height: impl Fn(Real) -> Real) -> SurfaceProfile {
+        let x = |n: u32| -0.07475 + 0.5e-3 * f64::from(n);
+        SurfaceProfile::complete(x(0), 0.5e-3, (0..300).map(|n| height(x(n))))
+    }
+
+    /// A mound 3.6 mm high with two troughs scoured 43 mm from its middle.
+    fn mound_at(x: Real) -> Real {
+        let u = x / 25e-3;
+        3.6e-3 / 1.446 * (1.0 - u * u) * (-0.5 * u * u).exp()
+    }
+
+    /// Roughness of a level bed of grains.
+    fn rough_at(x: Real) -> Real {
+        0.1e-3 * ((TAU * x / 2.3e-3).sin() + (TAU * x / 9.1e-3 + 1.0).sin())
+    }
+
+    fn ripple_at(x: Real) -> Real {
+        1.25e-3 * (TAU * x / 25e-3).cos()
+    }
+
+    #[test]
+    fn a_mound_alone_has_no_ripples() {
+        let bed = profile(|x| 0.01 + mound_at(x) + rough_at(x));
+        let found = BedForms::of(&bed, RANGE, &settings());
+        let mound = found.mound.expect("a mound");
+        assert!((mound.wavelength / 87e-3 - 1.0).abs() < 0.2, "{mound:?}");
+        assert!((mound.height / 3.6e-3 - 1.0).abs() < 0.15 && mound.crest.abs() < 3e-3, "{mound:?}");
+        assert!(matches!(found.ripples, Err(Unmeasured::TooFewCrests { found: 0, highest, .. }) if highest < D));
+        // The band of ripples alone does not tell: it answers with a harmonic of the mound.
+        let band = Ripples::of(&bed, RANGE, &RippleSettings::of_grains(D, 20e-3)).expect("waves in the band");
+        assert!((25e-3..50e-3).contains(&band.spectral_wavelength), "{band:?}");
+        // Nor do crests without the long waves taken out: the mound is one.
+        let kept = BedFormSettings { longest: 1.0, ..settings() };
+        assert!(matches!(BedForms::of(&bed, RANGE, &kept).ripples, Err(Unmeasured::TooFewCrests { found: 1, .. })));
+    }
+
+    #[test]
+    fn ripples_on_a_mound_are_told_from_it() {
+        let bed = profile(|x| 0.01 + mound_at(x) + rough_at(x) + ripple_at(x));
+        let found = BedForms::of(&bed, RANGE, &settings());
+        let ripples = found.ripples.expect("ripples");
+        assert_eq!(ripples.crests.len(), 3, "{ripples:?}");
+        assert!((ripples.wavelength / 25e-3 - 1.0).abs() < 0.05, "{ripples:?}");
+        assert!((ripples.height / 2.5e-3 - 1.0).abs() < 0.1, "{ripples:?}");
+        let mound = found.mound.expect("a mound");
+        assert!(
+            (mound.wavelength / 87e-3 - 1.0).abs() < 0.2 && (mound.height / 3.6e-3 - 1.0).abs() < 0.15,
+            "{mound:?}"
+        );
+    }
+
+    #[test]
+    fn a_flat_bed_has_neither() {
+        let bed = profile(|x| 0.01 + 0.02 * x + rough_at(x));
+        let found = BedForms::of(&bed, RANGE, &settings());
+        assert!(matches!(found.mound, Err(Unmeasured::Level { height, .. }) if height < 0.2e-3), "{found:?}");
+        assert!(matches!(found.ripples, Err(Unmeasured::TooFewCrests { found: 0, .. })), "{found:?}");
+    }
+
+    #[test]
+    fn ripples_without_a_mound_count_where_grains_move() {
+        let bed = profile(|x| 0.01 + rough_at(x) + ripple_at(x));
+        let everywhere = BedForms::of(&bed, RANGE, &BedFormSettings::under(D, 20e-3, vec![RANGE]));
+        assert_eq!(everywhere.ripples.expect("ripples").crests.len(), 5);
+        assert!(everywhere.mound.is_err());
+        assert_eq!(BedForms::of(&bed, RANGE, &settings()).ripples.expect("ripples").crests.len(), 3);
+        let unknown = BedForms::of(&bed, RANGE, &BedFormSettings::of_grains(D));
+        assert_eq!(unknown.ripples.expect("ripples").crests.len(), 5);
+        let still = BedForms::of(&bed, RANGE, &BedFormSettings::under(D, 20e-3, Vec::new()));
+        assert_eq!(still.ripples, Err(Unmeasured::Immobile { least: LEAST_MOBILITY }));
+        // Crests of two zones have no distance from one another.
+        let apart = BedFormSettings::under(D, 20e-3, vec![[-30e-3, -10e-3], [10e-3, 30e-3]]);
+        assert!(matches!(BedForms::of(&bed, RANGE, &apart).ripples, Err(Unmeasured::TooFewCrests { found: 2, .. })));
+        // Half a grain high they are none.
+        let low = profile(|x| 0.01 + 0.2 * ripple_at(x));
+        assert!(BedForms::of(&low, RANGE, &settings()).ripples.is_err());
+        let mut broken = bed.clone();
+        broken.heights[150] = None;
+        assert!(matches!(BedForms::of(&broken, RANGE, &settings()).mound, Err(Unmeasured::Gap { .. })));
+    }
+}

@@ -1,0 +1,75 @@
+//! Mound and ripples of a bed, and what published formulas expect.
+
+use sazanami_numerics::Real;
+use sazanami_observe::ripples::{BedFormSettings, BedForms, SurfaceProfile, Tank};
+use serde_json::{Map, Value, json};
+
+use super::{closed, settings_of};
+use crate::case::meaning::{self, Case};
+use crate::check::{BedReport, bed_flow};
+
+/// How mound and ripples of a case are told apart; `None` if it observes none.
+pub(crate) fn form_settings(case: &Case) -> Option<BedFormSettings> {
+    let how = case.ripples.as_ref()?;
+    Some(bed_flow(case).map_or_else(|| BedFormSettings::of_grains(how.grain_size), |flow| flow.forms()))
+}
+
+/// What stands on the main surface of a bed.
+pub(crate) fn forms_of(
+    how: &meaning::Ripples,
+    tank: &Tank,
+    profile: &SurfaceProfile,
+    settings: &BedFormSettings,
+) -> BedForms {
+    BedForms::of(&closed(how, profile), settings_of(how, tank.width()).range_in(tank), settings)
+}
+
+/// Mound and ripples in the form of the summary; lengths in mm. Where there are none it says why.
+pub(crate) fn forms_json(forms: &BedForms) -> Map<String, Value> {
+    let mm = |metres: Real| 1e3 * metres;
+    let mound = forms.mound.map_or_else(
+        |problem| json!({ "none": problem.to_string() }),
+        |mound| {
+            json!({
+                "wavelength_mm": mm(mound.wavelength),
+                "height_mm": mm(mound.height),
+                "crest_mm": mm(mound.crest),
+            })
+        },
+    );
+    let crested = forms.ripples.as_ref().map_or_else(
+        |problem| json!({ "none": problem.to_string() }),
+        |ripples| {
+            json!({
+                "wavelength_mm": mm(ripples.wavelength),
+                "height_mm": mm(ripples.height),
+                "crests_mm": ripples.crests.iter().map(|x| mm(*x)).collect::<Vec<_>>(),
+            })
+        },
+    );
+    [("mound".to_owned(), mound), ("crested".to_owned(), crested)].into_iter().collect()
+}
+
+/// The flow over a bed and the ripples that formulas give for it, in the form of the summary; lengths in mm.
+pub(crate) fn flow_json(flow: &BedReport) -> Value {
+    let mm = |metres: Real| 1e3 * metres;
+    let predicted: Vec<Value> = flow
+        .predicted
+        .iter()
+        .map(|one| {
+            json!({
+                "source": one.source,
+                "wavelength_mm": mm(one.wavelength_m),
+                "height_mm": one.height_m.map(mm),
+            })
+        })
+        .collect();
+    json!({
+        "orbital_speed_m_per_s": flow.orbital_speed,
+        "orbital_amplitude_mm": mm(flow.orbital_amplitude_m),
+        "mobility": flow.mobility,
+        "least_mobility": flow.least_mobility,
+        "mobile_mm": flow.mobile_m.iter().map(|part| part.map(mm)).collect::<Vec<_>>(),
+        "predicted": predicted,
+    })
+}
