@@ -2,7 +2,7 @@ import numpy as np, math
 from lab import nj, wval, sval, fval, sums, neighbours, Box, surface
 
 @nj
-def pass_a(x, own, sg, u, ptr, col, R, N1, lam, Rs, Ns):
+def pass_a(x, own, sg, u, ptr, col, R, N1, lam, Rs, Ns, me):
     n = len(ptr)-1; gx = np.zeros((len(col), 2))
     B = np.zeros((n, 2, 2)); gu = np.zeros((n, 2, 2)); ev = np.zeros(n); den = np.ones(n); cnt = np.zeros(n, np.int64); bad = 0
     cg = np.zeros((n, 2)); wd = wval(1.0, Rs)
@@ -10,7 +10,7 @@ def pass_a(x, own, sg, u, ptr, col, R, N1, lam, Rs, Ns):
         m00 = 0.; m01 = 0.; m11 = 0.; g00 = 0.; g01 = 0.; g10 = 0.; g11 = 0.
         for k in range(ptr[a], ptr[a+1]):
             b = col[k]; o = own[b]; d0 = x[b, 0]-x[a, 0]; d1 = x[b, 1]-x[a, 1]; r = math.sqrt(d0*d0+d1*d1)
-            s = sval(r, R)/N1; den[a] += wval(r, R)
+            s = (1-r/R)**me/N1; den[a] += wval(r, R)
             if r < 2.1: cnt[a] += 1
             q = sval(r, Rs)/Ns*(1+0.2*(wval(r, Rs)/wd)**4)
             cg[a, 0] -= q*d0; cg[a, 1] -= q*d1
@@ -96,22 +96,53 @@ def beside(x, ptr, col, fx, rad):
             if fx[b] != 0 and (x[b, 0]-x[a, 0])**2+(x[b, 1]-x[a, 1])**2 < rad*rad: q[a] = True; break
     return q
 
+@nj
+def Gd(p, own, ptr, col, gx, B):
+    n = len(ptr)-1; g = np.zeros((n, 2))
+    for a in range(n):
+        h0 = 0.; h1 = 0.
+        for k in range(ptr[a], ptr[a+1]):
+            d = p[own[col[k]]]-p[a]; h0 += d*gx[k, 0]; h1 += d*gx[k, 1]
+        g[a, 0] = B[a, 0, 0]*h0+B[a, 0, 1]*h1; g[a, 1] = B[a, 1, 0]*h0+B[a, 1, 1]*h1
+    return g
+@nj
+def Gw(p, x, own, ptr, col, gx, B, gr):
+    """As Gd with mirror images of hydrostatic pressure: p_image = p + gr.(x_image - x_owner)."""
+    n = len(ptr)-1; g = np.zeros((n, 2))
+    for a in range(n):
+        h0 = 0.; h1 = 0.
+        for k in range(ptr[a], ptr[a+1]):
+            b = col[k]; o = own[b]
+            d = p[o]-p[a]
+            if b != o: d += gr[0]*(x[b, 0]-x[o, 0])+gr[1]*(x[b, 1]-x[o, 1])
+            h0 += d*gx[k, 0]; h1 += d*gx[k, 1]
+        g[a, 0] = B[a, 0, 0]*h0+B[a, 0, 1]*h1; g[a, 1] = B[a, 1, 0]*h0+B[a, 1, 1]*h1
+    return g
+
 class Conj:
     def __init__(s, x, u, box, R, scheme='D', g=(0., 0.), nu=0., **o):
         s.x, s.u, s.box, s.R, s.scheme, s.g, s.nu = x.copy(), u.copy(), box, R, scheme, np.array(g, float), nu
-        s.n0, s.N1, s.N2, s.S = sums(R); s.S /= s.N1; s.Rs = 2.1; s.Ns = sums(2.1)[1]; s.t = 0.; s.p = np.zeros(len(x)); s.its = s.steps = s.bad = s.nclip = 0
-        s.o = dict(eps=0.5, lam=0.1, shift=1.0, chi=0.1, tol=1e-5, trelax=0.0, interp=True, inward=0.0); s.o.update(o)
-        s.m = sum(sval(math.hypot(i, 1), R) for i in range(-4, 5))/s.N1; s.f = np.zeros(len(x), np.int64)
+        s.n0, s.Nw, s.N2, _ = sums(R); me = o.setdefault('me', 3)
+        r = np.array([math.hypot(i, j) for i in range(-4, 5) for j in range(-4, 5) if i or j]); r = r[r < R]; q = (1-r/R)**me
+        s.N1 = (q*r*r).sum()/2; s.S = q.sum()/s.N1; s.Rs = 2.1; s.Ns = sums(2.1)[1]; s.t = 0.; s.p = np.zeros(len(x)); s.its = s.steps = s.bad = s.nclip = 0
+        s.o = dict(eps=0.5, lam=0.1, shift=1.0, chi=0.1, tol=1e-5, trelax=0.0, interp=True, inward=0.0, theta=0.0, nearR=0.0); s.o.update(o)
+        s.m = sum(max(0., 1-math.hypot(i, 1)/R)**me for i in range(-4, 5))/s.N1; s.f = np.zeros(len(x), np.int64)
     def energy(s): return 0.5*(s.u**2).sum()-(s.x@s.g).sum()
     def step(s, dt):
         o, R, N1 = s.o, s.R, s.N1; n = len(s.x)
         X, own, sg = s.box.images(s.x, R); ptr, col = neighbours(X, n, R)
-        gx, B, gu, ev, den, cnt, cg, bad = pass_a(X, own, sg, s.u, ptr, col, R, N1, o['lam'], s.Rs, s.Ns)
+        gx, B, gu, ev, den, cnt, cg, bad = pass_a(X, own, sg, s.u, ptr, col, R, N1, o['lam'], s.Rs, s.Ns, o['me'])
         f, nrm = surface(X, ptr, col, ev, cnt, s.m); s.f = f; s.bad += bad
         us = s.u+dt*s.g+pass_b(X, own, sg, s.u, gu, ptr, col, R, N1, s.N2, s.nu*dt, o['chi'], s.n0)
+        if o['theta'] and s.steps:
+            inside = (f == 0) & ~beside(X, ptr, col, f[own], o['nearR'] or R)
+            gr = s.g if not any(s.box.per) else 0*s.g
+            us = us+dt*o['theta']*np.where(inside[:, None], Gr(s.p, own, sg, ptr, col, gx, B)-Gw(s.p, X, own, ptr, col, gx, B, gr), 0)
         div = D(us, own, sg, ptr, col, gx, B); near = beside(X, ptr, col, f[own], R)
+        g = np.hypot(*s.g); um = np.hypot(*(s.u-0).T).mean(); T = max(min(.05/max(um, 1e-9), .05/math.sqrt(g) if g else 9e9), dt)
+        if o.get('relax'): o['trelax'] = 100*T/o['relax']
         if o['trelax']:
-            e = (den-s.n0)/(2*N1); e = np.where(near | (f != 0), np.maximum(e, 0), e); div = div-e*dt/o['trelax']/dt
+            e = (den-s.n0)/(2*s.Nw); e = np.where(near | (f != 0), np.maximum(e, 0), e); div = div-e*dt/o['trelax']/dt
             s.e = e
         p, it = solve(-div/dt, s.p, X, own, sg, ptr, col, gx, B, s.S, o['eps'], o['tol']/dt, 300)
         un = us-dt*Gr(p, own, sg, ptr, col, gx, B); s.p = p; s.its += it; s.steps += 1
