@@ -119,6 +119,26 @@ def Gw(p, x, own, ptr, col, gx, B, gr):
         g[a, 0] = B[a, 0, 0]*h0+B[a, 0, 1]*h1; g[a, 1] = B[a, 1, 0]*h0+B[a, 1, 1]*h1
     return g
 
+@nj
+def least(x, own, ptr, col, rate):
+    n = len(ptr)-1; q = rate.copy()
+    for a in range(n):
+        for k in range(ptr[a], ptr[a+1]):
+            b = col[k]
+            if (x[b, 0]-x[a, 0])**2+(x[b, 1]-x[a, 1])**2 < 4.41: q[a] = min(q[a], rate[own[b]])
+    return q
+@nj
+def mean(x, own, sg, ptr, col, gu, R):
+    n = len(ptr)-1; q = gu.copy()
+    for a in range(n):
+        sw = 1.
+        for k in range(ptr[a], ptr[a+1]):
+            b = col[k]; w = wval(math.hypot(x[b, 0]-x[a, 0], x[b, 1]-x[a, 1]), R); sw += w
+            for i in range(2):
+                for j in range(2): q[a, i, j] += w*gu[own[b], i, j]*sg[b, i]*sg[b, j]
+        q[a] /= sw
+    return q
+
 class Conj:
     def __init__(s, x, u, box, R, scheme='D', g=(0., 0.), nu=0., **o):
         s.x, s.u, s.box, s.R, s.scheme, s.g, s.nu = x.copy(), u.copy(), box, R, scheme, np.array(g, float), nu
@@ -133,13 +153,14 @@ class Conj:
         X, own, sg = s.box.images(s.x, R); ptr, col = neighbours(X, n, R)
         gx, B, gu, ev, den, cnt, cg, bad = pass_a(X, own, sg, s.u, ptr, col, R, N1, o['lam'], s.Rs, s.Ns, o['me'])
         f, nrm = surface(X, ptr, col, ev, cnt, s.m); s.f = f; s.bad += bad
+        gm = np.hypot(*s.g); T = min(.05/max(np.hypot(*s.u.T).mean(), 1e-9), .05/math.sqrt(gm) if gm else 9e9)
+        if o.get('damp'): o['chi'] = min(o['damp']*dt/T, 0.5)
         us = s.u+dt*s.g+pass_b(X, own, sg, s.u, gu, ptr, col, R, N1, s.N2, s.nu*dt, o['chi'], s.n0)
         if o['theta'] and s.steps:
             inside = (f == 0) & ~beside(X, ptr, col, f[own], o['nearR'] or R)
             gr = s.g if not any(s.box.per) else 0*s.g
             us = us+dt*o['theta']*np.where(inside[:, None], Gr(s.p, own, sg, ptr, col, gx, B)-Gw(s.p, X, own, ptr, col, gx, B, gr), 0)
         div = D(us, own, sg, ptr, col, gx, B); near = beside(X, ptr, col, f[own], R)
-        g = np.hypot(*s.g); um = np.hypot(*(s.u-0).T).mean(); T = max(min(.05/max(um, 1e-9), .05/math.sqrt(g) if g else 9e9), dt)
         if o.get('relax'): o['trelax'] = 100*T/o['relax']
         if o['trelax']:
             e = (den-s.n0)/(2*s.Nw); e = np.where(near | (f != 0), np.maximum(e, 0), e); div = div-e*dt/o['trelax']/dt
@@ -150,6 +171,8 @@ class Conj:
         xn = s.x+dt*un; s.u = un
         if o['shift']:
             rate = np.sqrt(((gu+gu.transpose(0, 2, 1))**2).sum((1, 2)))   # Frobenius norm of twice the rate of strain
+            if o.get('rate') == 'min': rate = least(X, own, ptr, col, rate)
+            if o.get('rate') == 'avg': gm = mean(X, own, sg, ptr, col, gu, R); rate = np.sqrt(((gm+gm.transpose(0, 2, 1))**2).sum((1, 2)))
             sh = o['shift']*s.shift_scale()*dt*rate[:, None]*cg
             l = np.hypot(*sh.T); sh *= np.minimum(1, 0.05/np.maximum(l, 1e-30))[:, None]
             nr = beside(X, ptr, col, f[own], 2.1) & (f == 0); k = (f == 1) | nr

@@ -28,17 +28,17 @@ def drop(R, scheme, N=16, **o):
     A0 = 1.0
     q = np.arange(-N-1, N+1)+.5; x = np.array([[i, j] for i in q for j in q if math.hypot(i, j) < N], float)
     u = A0*x*np.array([1, -1]); s = Sim(x, u, Box(), R, scheme, **o)
-    K0 = 0.5*(u**2).sum(); a = b = float(N); A = A0; dt = 0.1/(1.6*N)/1; dt = 0.15/(2*N); kmx = 0; dmin = 9
+    K0 = 0.5*(u**2).sum(); a = b = float(N); A = A0; dt = 0.1/(1.6*N)/1; dt = 0.15/(2*N); kmx = 0; pl = []
     while s.t < 1-1e-9:
         def rhs(y): a, b, A = y; return np.array([A*a, -A*b, A*A*(b*b-a*a)/(a*a+b*b)])
         y = np.array([a, b, A]); k1 = rhs(y); k2 = rhs(y+dt/2*k1); k3 = rhs(y+dt/2*k2); k4 = rhs(y+dt*k3)
         a, b, A = y+dt/6*(k1+2*k2+2*k3+k4)
-        s.step(dt); kmx = max(kmx, 0.5*(s.u**2).sum()/K0)
+        s.step(dt); kmx = max(kmx, 0.5*(s.u**2).sum()/K0); pl.append(s.p[np.argsort(np.hypot(*s.x.T))[:9]].mean()/(A*A*a*a*b*b/(a*a+b*b)))
         if not np.isfinite(s.u).all() or np.abs(s.u).max() > 10*N: return dict(burst=s.t, K=0.5*(s.u**2).sum()/K0)
-    ue = A*s.x*np.array([1, -1]); err = math.sqrt(((s.u-ue)**2).sum()/(ue**2).sum())
+    ue = A*s.x*np.array([1, -1]); pmean = np.mean(pl[-10:]); err = math.sqrt(((s.u-ue)**2).sum()/(ue**2).sum())
     r = np.hypot(*s.x.T); pm = s.p[np.argsort(r)[:9]].mean()/(A*A*a*a*b*b/(a*a+b*b))
     shape = (s.x[:, 0]/a)**2+(s.x[:, 1]/b)**2
-    return dict(K=0.5*(s.u**2).sum()/K0, kmax=kmx, err=err, p=pm, shape=math.sqrt(shape.max()), falsesurf=int(((s.f == 1) & (shape < .7)).sum()), surf=int((s.f == 1).sum()), iso=int((s.f == 2).sum()), it=s.its/s.steps, dmin=closest(s))
+    return dict(K=0.5*(s.u**2).sum()/K0, kmax=kmx, err=err, p=pm, pmean=pmean, shape=math.sqrt(shape.max()), falsesurf=int(((s.f == 1) & (shape < .7)).sum()), surf=int((s.f == 1).sum()), iso=int((s.f == 2).sum()), it=s.its/s.steps, dmin=closest(s))
 def closest(s):
     from scipy.spatial import cKDTree
     d, _ = cKDTree(s.x).query(s.x, 2); return d[:, 1].min()
