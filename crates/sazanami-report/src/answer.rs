@@ -88,6 +88,9 @@ pub fn warnings(run: &Finished, log: &str) -> Vec<String> {
             "The rim of the crater lies at the edge of the box or at `erosion.r_max`: V cannot be trusted.".into(),
         );
     }
+    if summary["observables"]["crater_rest"]["at_rest"] == false {
+        found.push("The crater has not come to rest at the end of the run: V is not its final volume.".into());
+    }
     let counted = [
         ("tidied.deep_contacts", "contacts became deeper than 20 % of a contact sphere's radius"),
         ("tidied.out_of_range_cells", "cells had a liquid fraction outside the range 0 to 1"),

@@ -6,6 +6,8 @@
 //! costs one comparison. Contacts that touch are kept in a list ordered by pair and sphere and evaluated in every
 //! sub-step. Which pairs are listed or skipped has no influence on any force.
 
+mod waking;
+
 use sazanami_numerics::{Real, Vector};
 
 use super::context::{ContactContext, Step};
@@ -13,11 +15,12 @@ use super::counters::Counters;
 use super::evaluate::{ContactForces, evaluate};
 use super::model::ContactModel;
 use super::pair::{Contact, DEEP_OVERLAP, Pair, reserve};
-use super::search::{CUT_OFF, NearestSpheres, SphereSearch, TOUCH};
+use super::search::{NearestSpheres, SphereSearch, TOUCH};
 use super::walls::WallContacts;
 use crate::lanes::WIDTH;
 use crate::material::Multiplicity;
 use crate::wrench::Wrench;
+use waking::Approach;
 
 /// Consecutive grains with the pairs in which they come first; see the module.
 #[derive(Clone, Debug, Default)]
@@ -49,7 +52,7 @@ pub(crate) struct Block {
     pub walls: WallContacts,
     /// Identifier, image, place and gap of the neighbours of the row being filled.
     pub listed: Vec<(u64, [i32; 2], u32, Real)>,
-    due: Vec<u32>,
+    due: Vec<Approach>,
     found: Vec<Contact>,
     merged: Vec<Contact>,
     near: SphereSearch,
@@ -121,117 +124,6 @@ impl Block {
         counters
     }
 
-    /// Searches the pairs that are due. Returns the number of rows that were not skipped.
-    fn check_skins(&mut self, context: &ContactContext<'_>) -> usize {
-        let mut checked = 0;
-        self.due.clear();
-        let mine = &context.travel[self.first..];
-        for ((range, row_skip_until), mine) in self.starts.windows(2).zip(&mut self.row_skip_until).zip(mine) {
-            if mine + context.largest_travel < *row_skip_until {
-                continue;
-            }
-            checked += 1;
-            let pairs = range[0] as usize..range[1] as usize;
-            let mut least = Real::INFINITY;
-            for (p, (high, skip_until)) in
-                (range[0]..).zip(self.high[pairs.clone()].iter().zip(&self.skip_until[pairs]))
-            {
-                let other = context.travel[*high as usize];
-                if mine + other >= *skip_until {
-                    self.due.push(p);
-                } else {
-                    least = least.min(skip_until - other);
-                }
-            }
-            *row_skip_until = least + context.largest_travel;
-        }
-        if self.due.is_empty() {
-            return checked;
-        }
-        self.found.clear();
-        for n in 0..self.due.len() {
-            self.search(context, self.due[n]);
-            self.lower_row_limit(context, self.due[n]);
-        }
-        self.insert_found();
-        checked
-    }
-
-    /// Limits the skipping of a row to that of its pair `p`.
-    fn lower_row_limit(&mut self, context: &ContactContext<'_>, p: u32) {
-        let pair = &self.pairs[p as usize];
-        let row_skip_until = &mut self.row_skip_until[pair.low as usize - self.first];
-        *row_skip_until = row_skip_until
-            .min(self.skip_until[p as usize] - context.travel[pair.high as usize] + context.largest_travel);
-    }
-
-    /// Measures the gaps of a pair that is due: of the sphere pairs stored with it, or if that is not enough of all.
-    fn search(&mut self, context: &ContactContext<'_>, p: u32) {
-        let pair = &self.pairs[p as usize];
-        let (low, high) = (pair.low as usize, pair.high as usize);
-        let poses = [low, high].map(|g| &context.poses[g]);
-        let offset = poses[1].unwrapped - poses[0].unwrapped + pair.shift(context.period);
-        let size = poses.map(|f| context.bodies[f.body as usize].bounding_radius * f.scale);
-        let size = size[0].min(size[1]);
-        let touch = TOUCH * size;
-        let sum = context.travel[low] + context.travel[high];
-        let start = if pair.touching { pair.contacts as usize } else { self.contacts.len() };
-        let mine = self.contacts[start..].iter().take_while(|c| c.pair == p);
-        let known = |spheres: (u16, u16)| mine.clone().any(|c| (c.a, c.b) == spheres);
-        let nearest = &mut self.nearest[p as usize];
-        let new = |(a, b): (u16, u16)| Contact { pair: p, a, b, deep: false, d_t: Vector::ZERO };
-        if poses.iter().all(|f| f.radius > 0.0) {
-            // Balls have one sphere each. While they touch they need no check; see `part`.
-            let gap = offset.length() - (poses[0].radius + poses[1].radius);
-            self.skip_until[p as usize] = if gap < touch { Real::INFINITY } else { sum + (gap - touch) };
-            if gap < touch && !pair.touching {
-                self.found.push(new((0, 0)));
-            }
-        } else if sum < nearest.rest {
-            let mut skip_until = nearest.rest;
-            for &spheres in &nearest.spheres[..nearest.count as usize] {
-                if known(spheres) {
-                    continue;
-                }
-                let gap = gap(context, [low, high], spheres, offset);
-                if gap < touch {
-                    self.found.push(new(spheres))
-                } else {
-                    skip_until = skip_until.min(sum + (gap - touch))
-                }
-            }
-            self.skip_until[p as usize] = skip_until;
-        } else {
-            let ends = [low, high].map(|g| {
-                let pose = &context.poses[g];
-                let body = pose.body as usize;
-                (&context.bodies[body], &context.arrays[body], &context.rotations[g], pose.scale)
-            });
-            let gap = self.near.find(ends, offset, CUT_OFF * size, touch);
-            self.skip_until[p as usize] = sum + (gap - touch).max(0.0);
-            *nearest = self.near.nearest(sum, touch);
-            self.found.extend(self.near.found.iter().filter(|s| !known(**s)).map(|s| new(*s)));
-        }
-    }
-
-    /// Merges the new contacts into the ordered list.
-    fn insert_found(&mut self) {
-        if self.found.is_empty() {
-            return;
-        }
-        self.found.sort_unstable_by_key(Contact::key);
-        self.merged.clear();
-        let mut new = self.found.iter().peekable();
-        for old in &self.contacts {
-            while let Some(contact) = new.next_if(|c| c.key() < old.key()) {
-                self.merged.push(*contact);
-            }
-            self.merged.push(*old);
-        }
-        self.merged.extend(new);
-        std::mem::swap(&mut self.contacts, &mut self.merged);
-    }
-
     /// Evaluates all contacts, adds up pairs and rows in order, drops the contacts that have ended.
     #[inline(never)]
     fn evaluate<M: ContactModel, const PLAIN: bool>(&mut self, step: &Step<'_, M>, counters: &mut Counters) {
@@ -241,7 +133,7 @@ impl Block {
         let count = self.contacts.len();
         let (mut kept, mut at) = (0, 0);
         let mut present = u32::MAX;
-        let mut total = Total::default();
+        let (mut total, mut deepest) = (Total::default(), (0.0, 0));
         while at < count {
             let end = (at + WIDTH).min(count);
             let forces = evaluate::<M, WIDTH, PLAIN, false>(context, laws, (&self.pairs, &self.contacts[at..end]), dt);
@@ -264,8 +156,11 @@ impl Block {
                 }
                 self.contacts[kept].d_t = forces.d_t.lane(l);
                 let fraction = forces.fraction.0[l];
-                if fraction > counters.deepest.min(DEEP_OVERLAP) {
-                    self.note_depth(context, ids, kept, fraction, counters);
+                if fraction > deepest.0 {
+                    deepest = (fraction, kept);
+                }
+                if fraction > DEEP_OVERLAP {
+                    self.mark_deep(context, kept, counters);
                 }
                 kept += 1;
                 total.add(&forces, l, self.pairs[p as usize].multiplicity);
@@ -274,6 +169,7 @@ impl Block {
         }
         self.close(context, present, &total, counters);
         self.contacts.truncate(kept);
+        self.note_deepest(context, ids, deepest, counters);
     }
 
     /// The same where all bodies are balls: a pair has one contact, and there is nothing to add up.
@@ -284,6 +180,7 @@ impl Block {
         self.touches.fill(false);
         let count = self.contacts.len();
         let (mut kept, mut at) = (0, 0);
+        let mut deepest = (0.0, 0);
         while at < count {
             let end = (at + WIDTH).min(count);
             let forces = evaluate::<M, WIDTH, PLAIN, true>(context, laws, (&self.pairs, &self.contacts[at..end]), dt);
@@ -307,8 +204,11 @@ impl Block {
                 }
                 self.contacts[kept].d_t = forces.d_t.lane(l);
                 let fraction = forces.fraction.0[l];
-                if fraction > counters.deepest.min(DEEP_OVERLAP) {
-                    self.note_depth(context, ids, kept, fraction, counters);
+                if fraction > deepest.0 {
+                    deepest = (fraction, kept);
+                }
+                if fraction > DEEP_OVERLAP {
+                    self.mark_deep(context, kept, counters);
                 }
                 kept += 1;
                 let force = forces.force.lane(l);
@@ -321,28 +221,31 @@ impl Block {
             at = end;
         }
         self.contacts.truncate(kept);
+        self.note_deepest(context, ids, deepest, counters);
     }
 
-    /// Records the deepest contact, and one that passes the warning limit.
-    #[cold]
-    fn note_depth(
-        &mut self,
+    /// Records the deepest contact, given with its overlap over the smaller radius.
+    fn note_deepest(
+        &self,
         context: &ContactContext<'_>,
         ids: &[u64],
-        contact: usize,
-        fraction: Real,
+        (fraction, contact): (Real, usize),
         counters: &mut Counters,
     ) {
-        let p = self.contacts[contact].pair;
-        let pair = &self.pairs[p as usize];
         if fraction > counters.deepest {
+            let pair = &self.pairs[self.contacts[contact].pair as usize];
             counters.deepest = fraction;
             counters.deepest_ids = [ids[pair.low as usize], ids[pair.high as usize]];
             counters.deepest_at = context.poses[pair.low as usize].unwrapped;
         }
-        if fraction > DEEP_OVERLAP && !self.contacts[contact].deep {
+    }
+
+    /// Counts a contact that passes the warning limit.
+    #[cold]
+    fn mark_deep(&mut self, context: &ContactContext<'_>, contact: usize, counters: &mut Counters) {
+        if !self.contacts[contact].deep {
             self.contacts[contact].deep = true;
-            counters.deepened += usize::from(self.counts(context, p));
+            counters.deepened += usize::from(self.counts(context, self.contacts[contact].pair));
         }
     }
 
@@ -385,16 +288,6 @@ impl Block {
             }
         }
     }
-}
-
-/// Gap of two contact spheres \[m].
-fn gap(context: &ContactContext<'_>, [i, j]: [usize; 2], (a, b): (u16, u16), offset: Vector) -> Real {
-    let [p, q] = [(i, a), (j, b)].map(|(grain, sphere)| {
-        let pose = &context.poses[grain];
-        let [x, y, z, r] = context.spheres[pose.spheres as usize + sphere as usize];
-        (context.rotations[grain] * Vector::new(x, y, z) * pose.scale, r * pose.scale)
-    });
-    (offset + q.0 - p.0).length() - (p.1 + q.1)
 }
 
 /// Sum over the sphere contacts of a pair.

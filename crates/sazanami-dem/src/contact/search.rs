@@ -58,6 +58,7 @@ pub(crate) const NEAREST: usize = 4;
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct NearestSpheres {
     pub count: u32,
+    /// Those beyond `count` are spheres of the two grains too.
     pub spheres: [(u16, u16); NEAREST],
     /// Sum of the grains' travels at which another sphere pair could touch.
     pub rest: Real,
@@ -208,7 +209,7 @@ impl SphereSearch {
 
     /// Nearest spheres of the last search; `sum` is the sum of the two travels \[m].
     pub fn nearest(&self, sum: Real, slack: Real) -> NearestSpheres {
-        let spheres = self.nearest.map(|(_, spheres)| spheres);
+        let spheres = std::array::from_fn(|n| if n < self.count { self.nearest[n].1 } else { (0, 0) });
         NearestSpheres { count: self.count as u32, spheres, rest: sum + (self.rest - slack).max(0.0) }
     }
 

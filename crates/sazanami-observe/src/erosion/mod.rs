@@ -14,6 +14,7 @@
 
 mod crater;
 mod profile;
+mod rest;
 mod surface_grains;
 
 use sazanami_numerics::Real;
@@ -25,6 +26,7 @@ pub use crater::{
     volumes_against,
 };
 pub use profile::Profile;
+pub use rest::{Rest, VolumeCourse};
 pub(crate) use surface_grains::linked_to_bed;
 
 use crate::{BedView, Horizontal};

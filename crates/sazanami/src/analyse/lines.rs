@@ -87,9 +87,11 @@ pub(super) type Row = (&'static str, String);
 /// Labels and values of the table.
 pub(super) fn rows(summary: &Value) -> Vec<Row> {
     let of = |lines: &'static [Line]| lines.iter().filter_map(|line| line.of(summary));
-    let (erosion, splash) = (&summary["observables"]["erosion"], &summary["observables"]["splash"]);
+    let of_part = |part: &str| &summary["observables"][part];
+    let [erosion, crater_rest, splash] = ["erosion", "crater_rest", "splash"].map(of_part);
     let mut rows: Vec<Row> = of(OF_RUN).collect();
-    rows.extend(erosion_volume(erosion).map(|value| (VOLUME, value)));
+    rows.extend(erosion_volume(erosion, crater_rest).map(|value| (VOLUME, value)));
+    rows.extend(rest(crater_rest));
     rows.extend(of(OF_CRATER).chain(of(OF_SPLASH)));
     if let Some(problem) = splash["not_evaluated"].as_str() {
         rows.push(("splashed grains", format!("not evaluated: {problem}")));
@@ -114,22 +116,30 @@ pub(super) fn rows(summary: &Value) -> Vec<Row> {
 const VOLUME: &str = "erosion volume V, eq. (14)";
 
 /// The erosion volume with its uncertainty, and what speaks against it.
-fn erosion_volume(erosion: &Value) -> Option<String> {
+fn erosion_volume(erosion: &Value, crater_rest: &Value) -> Option<String> {
     if let Some(problem) = erosion["not_evaluated"].as_str() {
         return Some(format!("not evaluated: {problem}"));
     }
     let volume = number(erosion, &["volume_mm3"])?;
     let uncertainty = number(erosion, &["volume_uncertainty_mm3"]);
     let uncertainty = uncertainty.map_or_else(String::new, |value| format!(" +- {value:.2}"));
-    let caution = match erosion["rim_at_edge"].as_bool() {
-        Some(true) => format!(" (not reliable: {RIM_AT_EDGE})"),
-        _ => String::new(),
-    };
+    let doubts = [(erosion["rim_at_edge"] == true, RIM_AT_EDGE), (crater_rest["at_rest"] == false, NOT_AT_REST)];
+    let doubts: Vec<&str> = doubts.into_iter().filter(|doubt| doubt.0).map(|doubt| doubt.1).collect();
+    let caution = if doubts.is_empty() { String::new() } else { format!(" (not reliable: {})", doubts.join("; ")) };
     Some(format!("{volume:.2}{uncertainty} mm^3{caution}"))
+}
+
+/// Since when V stays within its uncertainty, where the crater has come to rest.
+fn rest(crater_rest: &Value) -> Option<Row> {
+    let since = number(crater_rest, &["within_uncertainty_since_s"]).filter(|_| crater_rest["at_rest"] == true)?;
+    Some(("  crater at rest since", format!("{:.3} ms", 1e3 * since)))
 }
 
 /// What it means that a rim lies in the outermost layer.
 pub(super) const RIM_AT_EDGE: &str = "the rim lies at the edge of the box or at `erosion.r_max`";
+
+/// What it means that a crater still changes.
+const NOT_AT_REST: &str = "the crater has not come to rest";
 
 /// Rows in columns of equal width, aligned to the right.
 pub(super) fn aligned<const N: usize>(header: &[String; N], rows: &[[String; N]]) -> Vec<String> {

@@ -316,6 +316,7 @@ impl<'a, B: Observer> Recorder<'a, B> {
                 .and_then(|()| self.observer.tables(clock, files));
         }
         if series {
+            self.observer.note_row(clock.time());
             self.totals.least_stable_step = None;
         }
         if fields {

@@ -106,6 +106,9 @@ pub(crate) trait Observer: Sized + 'static {
     /// What the last measurement found that the user should know of.
     fn warnings(&self) -> Vec<Warning>;
 
+    /// The series gets a row of what was measured last, at `time` \[s].
+    fn note_row(&mut self, _time: Real) {}
+
     /// Adds what was measured last to the tables beside the series.
     fn tables(&self, clock: &Clock, files: &mut Files) -> Result<(), RecordError>;
 

@@ -26,6 +26,10 @@ pub(crate) fn page() -> String {
         ("`particles` with `solver = \"mps\"`", table("What happened to moving particles since the start.", PARTICLES)),
         ("`observables.bed` of `summary.json`", table("The bed before the impact.", bed::BED)),
         ("`observables.erosion` of `summary.json`", table("The crater at the end.", mics::EROSION)),
+        (
+            "`observables.crater_rest` of `summary.json`",
+            table("Whether V has come to rest, by its course.", mics::REST),
+        ),
         ("`observables.splash` of `summary.json`", table("Grains that have left the bed.", mics::SPLASH)),
     ];
     sections.iter().map(|(title, table)| format!("## {title}\n\n{table}\n")).collect()

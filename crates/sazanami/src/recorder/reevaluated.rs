@@ -11,8 +11,9 @@ use sazanami_observe::splash::SplashTracker;
 use sazanami_observe::{BedView, Body, GatheredBed};
 use serde_json::{Map, Value, json};
 
+use super::CLOCK;
 use super::bed::{BED, BedFindings, BedSettings, bed_findings};
-use super::mics::{BEFORE, Findings, erosion_settings, initial_heights};
+use super::mics::{BEFORE, Findings, erosion_settings, initial_heights, volume_course};
 
 use crate::assembly::{fluid, grains};
 use crate::case::meaning::{Case, Erosion as Evaluation};
@@ -95,6 +96,12 @@ impl Beds {
                 None => initial_heights(&self.snapshot),
             };
             found.findings.set_erosion(Erosion::of(&now, &settings, initial.as_ref()));
+            // Of the course of V with other settings nothing is known.
+            if erosion_settings(own).as_ref() == Some(&settings)
+                && let Ok(&[time]) = self.snapshot.reals(CLOCK)
+            {
+                found.findings.set_rest(&volume_course(&self.snapshot), time);
+            }
         }
         self.evaluate_splash(case, own, &now, &mut found);
         found

@@ -10,7 +10,7 @@ use sazanami_mics::solver::{Solver, StepReport};
 use sazanami_numerics::snapshot::Snapshot;
 use sazanami_numerics::{Real, Vector};
 use sazanami_observe::budget::{LiquidBudget, LiquidVolume, MomentumBudget};
-use sazanami_observe::erosion::{Erosion, ErosionSettings, InitialBed};
+use sazanami_observe::erosion::{Erosion, ErosionSettings, InitialBed, VolumeCourse};
 use sazanami_observe::splash::SplashTracker;
 
 use super::bed::GatheredGrains;
@@ -21,7 +21,7 @@ use crate::clock::Clock;
 use crate::job::{Job, RankError, RecordError, Totals};
 use crate::state::WaterState;
 
-pub(super) use summary::{CONSERVATION, EROSION, Findings, SPLASH};
+pub(super) use summary::{CONSERVATION, EROSION, Findings, REST, SPLASH};
 
 /// The table of the crater's profiles as the reference page has it.
 pub(super) fn profile_page() -> String {
@@ -38,6 +38,7 @@ const INITIAL_HEIGHTS: &str = "observe/initial_heights";
 const INITIAL_NOISE: &str = "observe/initial_noise";
 /// Prefix of the bed as it lay before the impact.
 pub(super) const BEFORE: &str = "observe/before_impact/";
+const VOLUME_COURSE: &str = "observe/volume_course";
 const LIQUID_TRACE: &str = "observe/liquid_trace";
 
 /// Energies as measured last \[J].
@@ -53,6 +54,8 @@ pub(crate) struct GridObserver {
     initial: Option<InitialBed>,
     /// The bed before the impact, as it goes into every checkpoint; empty on ranks without files.
     before: Snapshot,
+    /// V of each row of the series.
+    course: VolumeCourse,
     splash: Option<SplashTracker>,
     /// None of a flow that is given: nothing acts on its momentum.
     momentum: Option<MomentumBudget>,
@@ -115,6 +118,7 @@ impl GridObserver {
         self.liquid = Some(LiquidBudget::restore(snapshot)?);
         self.splash = SplashTracker::restore(snapshot).ok();
         self.initial = initial_heights(snapshot);
+        self.course = volume_course(snapshot);
         if leads {
             // Checkpoints of earlier versions have no such bed.
             let before = snapshot.sections().filter(|(name, _)| name.starts_with(BEFORE));
@@ -137,6 +141,7 @@ impl Observer for GridObserver {
             erosion: erosion_settings(job.case),
             initial: None,
             before: Snapshot::default(),
+            course: VolumeCourse::default(),
             splash: None,
             momentum: None,
             liquid: None,
@@ -161,7 +166,7 @@ impl Observer for GridObserver {
         self.add_to_budgets(step.report);
     }
 
-    fn measure(&mut self, grains: &mut GatheredGrains, solver: &mut Solver, _time: Real) {
+    fn measure(&mut self, grains: &mut GatheredGrains, solver: &mut Solver, time: Real) {
         let domain = solver.domain();
         let volume = self.liquid_volume(solver);
         if let Some(liquid) = &mut self.liquid {
@@ -180,9 +185,16 @@ impl Observer for GridObserver {
             return;
         }
         self.evaluate_erosion(grains);
+        self.findings.set_rest(&self.course, time);
         if let Some(mut splash) = self.splash.take() {
             self.findings.splash = Some(grains.with_bed(|bed| splash.observe(bed)));
             self.splash = Some(splash);
+        }
+    }
+
+    fn note_row(&mut self, time: Real) {
+        if let Some(erosion) = &self.findings.erosion {
+            self.course.add(time, erosion.crater.volume);
         }
     }
 
@@ -247,6 +259,9 @@ impl Observer for GridObserver {
             snapshot.put_reals(INITIAL_HEIGHTS, initial.heights.clone());
             snapshot.put_reals(INITIAL_NOISE, vec![initial.noise]);
         }
+        if self.erosion.is_some() {
+            snapshot.put_reals(VOLUME_COURSE, self.course.pairs());
+        }
         self.before.sections().for_each(|(name, section)| snapshot.put(name, section.clone()));
         snapshot.put_reals(LIQUID_TRACE, vec![self.through, self.clipped]);
     }
@@ -262,6 +277,11 @@ fn front(solver: &Solver) -> Option<Real> {
         c[row.shifted(0)].iter().rposition(|&c| c >= 0.5).map_or(Real::NEG_INFINITY, end_of)
     }));
     found.is_finite().then_some(found)
+}
+
+/// V of each row of the series up to a checkpoint; empty in those of earlier versions.
+pub(super) fn volume_course(snapshot: &Snapshot) -> VolumeCourse {
+    snapshot.reals(VOLUME_COURSE).map_or_else(|_| VolumeCourse::default(), VolumeCourse::from_pairs)
 }
 
 /// The initial bed as the run evaluated it.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use sazanami_numerics::{Real, Vector};
 use sazanami_observe::budget::MomentumBudget;
-use sazanami_observe::erosion::{Erosion, ErosionError};
+use sazanami_observe::erosion::{Erosion, ErosionError, Rest, VolumeCourse};
 use sazanami_observe::splash::Splash;
 use serde_json::{Map, Value, json};
 
@@ -18,6 +18,8 @@ pub(crate) struct Findings {
     pub erosion: Option<Erosion>,
     /// Why there is none at present.
     pub no_erosion: Option<String>,
+    /// When the crater came to rest, where its course is known.
+    pub rest: Option<Rest>,
     pub splash: Option<Splash>,
     pub liquid_relative_change: Real,
     pub wet_relative_change: Real,
@@ -32,6 +34,15 @@ impl Findings {
         };
     }
 
+    /// Judges by the `course` before whether the crater, as it was evaluated at `time` \[s], has come to rest.
+    pub fn set_rest(&mut self, course: &VolumeCourse, time: Real) {
+        self.rest = self.erosion.as_ref().and_then(|erosion| {
+            let mut course = course.clone();
+            course.add(time, erosion.crater.volume);
+            course.rest(erosion.volume_uncertainty())
+        });
+    }
+
     /// Crater and splash as the summary has them.
     pub fn observables(&self) -> Map<String, Value> {
         let mut observables = Map::new();
@@ -39,6 +50,9 @@ impl Findings {
             observables.insert("erosion".into(), Value::Object(object(EROSION, erosion)));
         } else if let Some(problem) = &self.no_erosion {
             observables.insert("erosion".into(), json!({ "not_evaluated": problem }));
+        }
+        if let Some(rest) = &self.rest {
+            observables.insert("crater_rest".into(), Value::Object(object(REST, rest)));
         }
         if let Some(splash) = &self.splash {
             observables.insert("splash".into(), Value::Object(object(SPLASH, splash)));
@@ -106,6 +120,28 @@ pub(crate) const EROSION: &[Field<Erosion>] = &[
     ),
     quantity("surface_grains", "", "grains that form the surface", |erosion| json!(erosion.surface_grains)),
     quantity("airborne_grains", "", "grains in flight, which are left out", |erosion| json!(erosion.airborne_grains)),
+];
+
+/// Fields of `observables.crater_rest`: by the course of V, as `series.csv` has it.
+pub(crate) const REST: &[Field<Rest>] = &[
+    quantity(
+        "at_rest",
+        "",
+        "whether the crater has come to rest: V has kept within its uncertainty for a tenth of the run or longer, and its mean over the second half of that time is that over the first half to a quarter of the uncertainty",
+        |rest| json!(rest.at_rest),
+    ),
+    quantity(
+        "within_uncertainty_since_s",
+        "s",
+        "time from which V stays within its uncertainty of the last one",
+        |rest| json!(rest.since),
+    ),
+    quantity(
+        "late_drift_mm3",
+        "mm^3",
+        "mean of V over the second half of the time since then, less that over the first",
+        |rest| json!(1e9 * rest.drift),
+    ),
 ];
 
 /// Fields of `observables.splash`: grains that have left the bed.

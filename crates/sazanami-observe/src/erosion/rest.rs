@@ -1,0 +1,135 @@
+//! Whether a crater has come to rest, by the course of its volume.
+
+use sazanami_numerics::Real;
+
+/// Erosion volume against time, in the order of time.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct VolumeCourse {
+    times: Vec<Real>,
+    volumes: Vec<Real>,
+}
+
+/// Part of the course for which a crater at rest has kept its volume, at least.
+const LEAST_PART: Real = 0.1;
+/// Fewest instants in that time.
+const LEAST_INSTANTS: usize = 8;
+/// Change of the mean volume from the first to the second half of that time, over the uncertainty, up to which the crater
+/// rests. One that grows evenly through the whole uncertainty has a half.
+const LARGEST_DRIFT: Real = 0.25;
+
+/// When a crater came to rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rest {
+    /// Time from which the volume stays within its uncertainty of the last one \[s].
+    pub since: Real,
+    /// Mean volume over the second half of the time since then less that over the first half [m^3].
+    pub drift: Real,
+    /// Whether the crater rests: `since` lies at least a tenth of the course before its end, with eight instants or more,
+    /// and `drift` is at most a quarter of the uncertainty.
+    pub at_rest: bool,
+}
+
+impl VolumeCourse {
+    /// A course from its times \[s] and volumes [m^3] in turns.
+    #[must_use]
+    pub fn from_pairs(pairs: &[Real]) -> Self {
+        let mut course = Self::default();
+        pairs.chunks_exact(2).for_each(|pair| course.add(pair[0], pair[1]));
+        course
+    }
+
+    /// Times \[s] and volumes [m^3] in turns.
+    #[must_use]
+    pub fn pairs(&self) -> Vec<Real> {
+        self.times.iter().zip(&self.volumes).flat_map(|(&time, &volume)| [time, volume]).collect()
+    }
+
+    /// Adds a volume [m^3] at a `time` \[s] after all others; an earlier one is left out.
+    pub fn add(&mut self, time: Real, volume: Real) {
+        if self.times.last().is_none_or(|&last| time > last) {
+            self.times.push(time);
+            self.volumes.push(volume);
+        }
+    }
+
+    /// When the crater came to rest whose last volume is uncertain by `uncertainty` [m^3]; `None` without a volume.
+    #[must_use]
+    pub fn rest(&self, uncertainty: Real) -> Option<Rest> {
+        let (end, volume) = (*self.times.last()?, *self.volumes.last()?);
+        let away = self.volumes.iter().rposition(|v| (v - volume).abs() > uncertainty);
+        let first = away.map_or(0, |n| n + 1);
+        let since = self.times[first];
+        let middle = 0.5 * (since + end);
+        let drift = self.mean(middle, end) - self.mean(since, middle);
+        let long = end - since >= LEAST_PART * (end - self.times[0]) && self.times.len() - first >= LEAST_INSTANTS;
+        Some(Rest { since, drift, at_rest: long && drift.abs() <= LARGEST_DRIFT * uncertainty })
+    }
+
+    /// Mean volume between two times, linear between instants [m^3].
+    fn mean(&self, from: Real, to: Real) -> Real {
+        let (mut sum, mut length) = (0.0, 0.0);
+        for (t, v) in self.times.windows(2).zip(self.volumes.windows(2)) {
+            let (a, b) = (t[0].max(from), t[1].min(to));
+            if b > a {
+                let at = |time: Real| v[0] + (v[1] - v[0]) * (time - t[0]) / (t[1] - t[0]);
+                sum += 0.5 * (at(a) + at(b)) * (b - a);
+                length += b - a;
+            }
+        }
+        if length > 0.0 { sum / length } else { self.volumes.last().copied().unwrap_or_default() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn course(volume: impl Fn(Real) -> Real) -> VolumeCourse {
+        let mut course = VolumeCourse::default();
+        (0..=200).for_each(|n| course.add(1e-3 * Real::from(n), volume(1e-3 * Real::from(n))));
+        course
+    }
+
+    /// Grows to 1 with a time constant of 10 ms, rough by 2 %.
+    fn settling(time: Real) -> Real {
+        1.0 - (-time / 0.01).exp() + 0.02 * (9e4 * time).sin()
+    }
+
+    #[test]
+    fn a_crater_that_has_settled_is_at_rest_since_it_entered_the_uncertainty() {
+        let rest = course(settling).rest(0.1).expect("there are volumes");
+        // exp(-t/10 ms) = 0.1 at 23 ms; the roughness moves that by some milliseconds.
+        assert!(rest.at_rest && (0.020..0.028).contains(&rest.since), "{rest:?}");
+        assert!(rest.drift.abs() < 0.025);
+    }
+
+    #[test]
+    fn a_crater_that_still_grows_is_not_at_rest_however_slowly() {
+        // Control: even growth, through more, as much and half as much as the uncertainty in the whole course.
+        for growth in [10.0, 1.0, 0.6] {
+            let rest = course(|time| 1.0 + 0.1 * growth * time / 0.2).rest(0.1).expect("there are volumes");
+            assert!(!rest.at_rest && rest.drift > 0.025, "{growth}: {rest:?}");
+        }
+        // One that settles with the length of the course as its time constant.
+        assert!(!course(|time| 1.0 - (-time / 0.2).exp()).rest(0.1).expect("there are volumes").at_rest);
+    }
+
+    #[test]
+    fn a_sudden_slide_before_the_end_is_not_rest() {
+        let slid = course(|time| if time < 0.19 { 1.0 } else { 1.5 });
+        let rest = slid.rest(0.1).expect("there are volumes");
+        assert!(!rest.at_rest && rest.since > 0.189, "{rest:?}");
+    }
+
+    #[test]
+    fn few_instants_say_nothing() {
+        let mut short = VolumeCourse::default();
+        assert_eq!(short.rest(1.0), None);
+        (0..7).for_each(|n| short.add(Real::from(n), 1.0));
+        assert!(!short.rest(1.0).expect("there are volumes").at_rest);
+        short.add(7.0, 1.0);
+        assert_eq!(short.rest(1.0), Some(Rest { since: 0.0, drift: 0.0, at_rest: true }));
+        short.add(6.5, 9.0);
+        assert_eq!(VolumeCourse::from_pairs(&short.pairs()), short);
+    }
+}
