@@ -296,7 +296,7 @@ fn slips_of_units_are_found_soon() {
         false,
         &[
             (RAINDROP, "grains.0.shape.spheroid.length=20 mm", "too large to be packed into this box"),
-            ("raindrop/paper.toml", "grains.0.shape.spheroid.diameter=0.52 m", "sticks out of the box"),
+            ("raindrop/paper.toml", "grains.0.shape.spheroid.diameter=0.52 m", "stick out of the box"),
         ],
     );
 }

@@ -105,12 +105,6 @@ impl Search<'_> {
         }
     }
 
-    /// Overlapping pairs that are looked for beside one for each grain.
-    const MOST_PAIRS: usize = 1000;
-
-    /// Pairs with boxes that meet, for each grain, in which contact spheres are compared.
-    const MOST_LOOKED_AT: usize = 100;
-
     /// The box round the contact spheres of a grain.
     fn hull(&self, number: usize, grain: &Placed) -> Hull {
         let spheres = self.shapes[grain.population].contact_spheres();
