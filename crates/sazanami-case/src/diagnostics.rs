@@ -1,6 +1,7 @@
 //! What is wrong with a case file: several errors together, each with its place, what was expected
 //! and one suggestion.
 
+use std::collections::HashMap;
 use std::ops::Range;
 
 use annotate_snippets::renderer::DecorStyle;
@@ -10,7 +11,7 @@ use serde::Serialize;
 use crate::source::Source;
 
 /// How bad it is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Severity {
     /// The case cannot run.
@@ -48,10 +49,16 @@ impl Diagnostic {
     }
 }
 
+/// Findings shown with their excerpts, and findings for other programs: more of them help nobody.
+const MOST_SHOWN: usize = 40;
+const MOST_RECORDED: usize = 1000;
+
 /// The findings on one case, in the order of the file.
 #[derive(Clone, Debug, Default)]
 pub struct Diagnostics {
     list: Vec<Diagnostic>,
+    /// Place in the list of the findings that have a place in the file.
+    placed: HashMap<(Severity, Range<usize>, String), usize>,
 }
 
 /// A finding in a form for other programs.
@@ -96,17 +103,23 @@ impl Diagnostics {
 
     /// A finding reported before, such as one on a general table that several entries share, is reported once.
     fn add(&mut self, severity: Severity, span: Option<Range<usize>>, title: String) -> &mut Diagnostic {
-        let same = |d: &Diagnostic| d.severity == severity && d.span.is_some() && d.span == span && d.title == title;
-        if let Some(before) = self.list.iter().position(same) {
-            return &mut self.list[before];
+        let number = match &span {
+            Some(span) => *self.placed.entry((severity, span.clone(), title.clone())).or_insert(self.list.len()),
+            None => self.list.len(),
+        };
+        if number == self.list.len() {
+            self.list.push(Diagnostic { severity, title, span, label: String::new(), help: None });
         }
-        self.list.push(Diagnostic { severity, title, span, label: String::new(), help: None });
-        self.list.last_mut().expect("an element was pushed just now")
+        &mut self.list[number]
     }
 
     /// Takes over the findings of another list.
     pub fn extend(&mut self, other: Self) {
+        let before = self.list.len();
         self.list.extend(other.list);
+        other.placed.into_iter().for_each(|(finding, number)| {
+            self.placed.entry(finding).or_insert(before + number);
+        });
     }
 
     /// Whether one of them is an error.
@@ -136,9 +149,13 @@ impl Diagnostics {
         let renderer = if styled { Renderer::styled() } else { Renderer::plain() };
         let renderer = renderer.decor_style(DecorStyle::Ascii);
         let mut text = String::new();
-        for diagnostic in self.sorted() {
+        let sorted = self.sorted();
+        for diagnostic in sorted.iter().take(MOST_SHOWN) {
             text.push_str(&render_one(&renderer, diagnostic, source));
             text.push_str("\n\n");
+        }
+        if let Some(more) = sorted.len().checked_sub(MOST_SHOWN).filter(|more| *more > 0) {
+            text.push_str(&format!("... and {more} more that are not shown\n\n"));
         }
         text.push_str(&self.closing_line(source));
         text
@@ -157,7 +174,7 @@ impl Diagnostics {
         format!("{} in {}\n", parts.join(", "), source.name())
     }
 
-    /// The findings for other programs.
+    /// The findings for other programs, the first thousand of them.
     #[must_use]
     pub fn records(&self, source: &Source) -> Vec<DiagnosticRecord> {
         let record = |d: &Diagnostic| {
@@ -172,7 +189,7 @@ impl Diagnostics {
                 suggestion: d.help.clone(),
             }
         };
-        self.sorted().into_iter().map(record).collect()
+        self.sorted().into_iter().take(MOST_RECORDED).map(record).collect()
     }
 }
 
@@ -205,4 +222,28 @@ fn render_one(renderer: &Renderer, diagnostic: &Diagnostic, source: &Source) -> 
         None => group,
     };
     renderer.render(&[group])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn many_findings_are_counted_but_not_all_shown() {
+        let source = Source::new("a.toml", "x = 1\n".repeat(5000), &[]);
+        let mut report = Diagnostics::default();
+        (0..5000).for_each(|n| {
+            report.error(6 * n..6 * n + 1, "unknown key `x`").label("not known here");
+        });
+        // One that is there already, and one of another list.
+        report.error(0..1, "unknown key `x`");
+        let mut others = Diagnostics::default();
+        others.warning(Some(0..1), "unknown key `x`");
+        report.extend(others);
+        let text = report.render(&source, false);
+        assert!(text.contains("and 4961 more that are not shown") && text.len() < 20_000, "{}", text.len());
+        assert!(text.ends_with("5000 errors, 1 warning in a.toml\n"), "{text}");
+        assert_eq!(report.records(&source).len(), MOST_RECORDED);
+        assert_eq!(report.records(&source)[999].line, Some(1000));
+    }
 }

@@ -63,6 +63,8 @@ pub mod meaning {
 
 /// More errors than this help nobody.
 const MOST_ERRORS: usize = 40;
+/// Longest case file \[bytes].
+const LONGEST: u64 = 64 << 20;
 
 /// A case with the text it was read from, for findings that come later.
 #[derive(Clone, Debug)]
@@ -101,18 +103,34 @@ impl std::error::Error for CaseError {}
 /// # Errors
 /// All findings together, if one of them is an error.
 pub fn load(path: &Path, overrides: &[String]) -> Result<LoadedCase, Box<CaseError>> {
-    match std::fs::read_to_string(path) {
+    match text_of(path) {
         Ok(text) => parse(path, &text, overrides),
-        Err(error) => {
+        Err(why) => {
             let source = Source::new(path.display().to_string(), "", overrides);
             let mut diagnostics = Diagnostics::default();
             diagnostics
                 .error_in_file("the case file cannot be read")
-                .label(error.to_string())
+                .label(why)
                 .help("`sazanami new` lists templates for case files");
             Err(Box::new(CaseError { source, diagnostics }))
         }
     }
+}
+
+/// The text of a case file, or why there is none.
+fn text_of(path: &Path) -> Result<String, String> {
+    use std::io::Read as _;
+    let mut bytes = Vec::new();
+    // Devices and pipes say nothing of their length, and some have no end.
+    let read = std::fs::File::open(path).and_then(|file| file.take(LONGEST + 1).read_to_end(&mut bytes));
+    read.map_err(|error| error.to_string())?;
+    if bytes.len() as u64 > LONGEST {
+        return Err(format!("it is longer than {} MiB: this is no case file", LONGEST >> 20));
+    }
+    String::from_utf8(bytes).map_err(|error| {
+        let line = source::line_of(error.as_bytes(), error.utf8_error().valid_up_to());
+        format!("line {line} is not UTF-8: save the file in that encoding")
+    })
 }
 
 /// Tables of a case that say how craters are evaluated, from a checkpoint, and nothing of how the run goes.

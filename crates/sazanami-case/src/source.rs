@@ -70,13 +70,18 @@ impl Source {
     }
 }
 
+/// Line of the byte `at` of a text, from 1.
+pub(crate) fn line_of(text: &[u8], at: usize) -> usize {
+    text[..at.min(text.len())].iter().filter(|byte| **byte == b'\n').count() + 1
+}
+
 fn place<'a>(origin: &'a str, text: &'a str, span: Range<usize>) -> Place<'a> {
     let before = &text[..span.start];
     let line_start = before.rfind('\n').map_or(0, |at| at + 1);
     Place {
         origin,
         text,
-        line: before.matches('\n').count() + 1,
+        line: line_of(text.as_bytes(), span.start),
         column: before[line_start..].chars().count() + 1,
         span,
     }

@@ -183,13 +183,27 @@ pub fn error(error: &CommandError) {
 /// signal, sent to the group and to the program.
 const PATIENCE: Duration = Duration::from_secs(2);
 
-/// What Ctrl-C, SIGTERM, SIGHUP and SIGUSR1 set; a second signal ends the program at once.
+/// Whether whoever started this program asked it to ignore a signal: `nohup` does so with SIGHUP, shells do so with SIGINT
+/// for what runs in the background.
+fn is_ignored(signal: &i32) -> bool {
+    let mut action = std::mem::MaybeUninit::<libc::sigaction>::zeroed();
+    // SAFETY: without a new action `sigaction` changes nothing, and it fills the structure, which is valid as zeros too.
+    let action = unsafe {
+        libc::sigaction(*signal, std::ptr::null(), action.as_mut_ptr());
+        action.assume_init()
+    };
+    action.sa_sigaction == libc::SIG_IGN
+}
+
+/// What Ctrl-C, SIGTERM, SIGHUP and SIGUSR1 set; a second signal ends the program at once. Those that were ignored when
+/// the program began stay ignored.
 pub fn stop_on_signals() -> Result<Arc<Stop>, CommandError> {
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGUSR1};
     let failed =
         |error| CommandError::input(format!("signals cannot be caught: {error}"), "this is a fault of the system");
     let stop = Arc::new(Stop::new());
-    let mut signals = signal_hook::iterator::Signals::new([SIGINT, SIGTERM, SIGHUP, SIGUSR1]).map_err(failed)?;
+    let heard = [SIGINT, SIGTERM, SIGHUP, SIGUSR1].into_iter().filter(|signal| !is_ignored(signal));
+    let mut signals = signal_hook::iterator::Signals::new(heard).map_err(failed)?;
     let asked = Arc::clone(&stop);
     let listen = move || {
         let mut first: Option<Instant> = None;

@@ -32,13 +32,16 @@ fn text(bytes: &[u8]) -> String {
 
 /// A folder with the long case, and its run into `out` as soon as it has steps to show.
 fn live_run(folder: &Path) -> Child {
-    start_live_run(folder).expect("a run can be started in a folder of its own")
+    let program = Command::new(env!("CARGO_BIN_EXE_sazanami"));
+    start_live_run(folder, program).expect("a run can be started in a folder of its own")
 }
 
-fn start_live_run(folder: &Path) -> std::io::Result<Child> {
+fn start_live_run(folder: &Path, mut program: Command) -> std::io::Result<Child> {
     std::fs::write(folder.join("long.toml"), LONG)?;
     let errors = folder.join("errors.txt");
-    let mut run = command(folder, &["run", "long.toml", "--out", "out", "--threads", "1"])
+    let mut run = program
+        .args(["run", "long.toml", "--out", "out", "--threads", "1"])
+        .current_dir(folder)
         .stdout(Stdio::null())
         .stderr(std::fs::File::create(&errors)?)
         .spawn()?;
@@ -67,6 +70,9 @@ fn a_folder_belongs_to_one_run_and_comes_free_when_that_is_killed() {
         assert_eq!(refused.status.code(), Some(2), "{printed}");
         assert!(printed.contains(&format!("(process {}, since 20", run.id())), "{printed}");
     }
+    let early = sazanami(folder.path(), &["analyse", "out"]);
+    assert_eq!(early.status.code(), Some(2));
+    assert!(text(&early.stderr).contains("has written no summary.json yet"), "{}", text(&early.stderr));
     assert!(run.try_wait().unwrap().is_none(), "the live run goes on");
     signal(&run, "-KILL");
     run.wait().unwrap();
@@ -112,6 +118,27 @@ fn a_closed_terminal_ends_a_run_with_a_checkpoint_and_the_log_says_so() {
         let printed = std::fs::read_to_string(folder.path().join(file)).unwrap();
         assert!(printed.contains("stopped by SIGHUP: its terminal was closed at step "), "{file}: {printed}");
     }
+}
+
+#[test]
+fn signals_that_were_ignored_at_the_start_stay_ignored() {
+    let folder = tempfile::tempdir().unwrap();
+    // As `nohup sazanami run ... &` in a script: neither a closed terminal nor Ctrl-C is meant for it.
+    let mut shell = Command::new("sh");
+    shell.args(["-c", "trap '' HUP INT; exec \"$0\" \"$@\"", env!("CARGO_BIN_EXE_sazanami")]);
+    let mut run = start_live_run(folder.path(), shell).unwrap();
+    let lines = || std::fs::read_to_string(folder.path().join("out/series.csv")).unwrap().lines().count();
+    signal(&run, "-HUP");
+    signal(&run, "-INT");
+    let (before, began) = (lines(), Instant::now());
+    while lines() < before + 3 {
+        assert!(run.try_wait().unwrap().is_none() && began.elapsed() < Duration::from_secs(100), "it goes on");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    signal(&run, "-TERM");
+    assert_eq!(run.wait().unwrap().code(), Some(130));
+    let log = std::fs::read_to_string(folder.path().join("out/log.txt")).unwrap();
+    assert!(log.contains("stopped by SIGTERM") && !log.contains("SIGHUP"), "{log}");
 }
 
 #[test]
@@ -206,6 +233,13 @@ fn the_doctor_looks_at_machine_and_limits() {
     let limited = text(&shell(folder.path(), "ulimit -v 3000000; $S doctor").stdout);
     let rules = limited.lines().find(|line| line.contains("it rules")).expect(&limited);
     assert!(rules.contains("ulimit -v"), "{limited}");
+    // Where it leaves no room for the measurement that is said, with all the rest.
+    for limit in ["250000", "350000", "400000", "450000", "550000"] {
+        let limited = shell(folder.path(), &format!("ulimit -v {limit}; $S doctor"));
+        let printed = text(&limited.stdout);
+        assert_eq!(limited.status.code(), Some(0), "{limit}: {printed}{}", text(&limited.stderr));
+        assert!(printed.contains("memory bandwidth") && printed.contains("fonts"), "{limit}: {printed}");
+    }
 }
 
 #[test]

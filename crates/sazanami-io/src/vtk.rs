@@ -15,8 +15,8 @@ pub use array::DataArray;
 pub use bodies::{BodyFile, write_bodies};
 pub use image::{ImageFile, write_image};
 pub use points::{PointFile, write_points};
-pub use read::{ReadError, Values, VtkFile, read_series};
-pub use series::{PvdSeries, SeriesEntry};
+pub use read::{ReadError, Values, VtkFile};
+pub use series::{PvdSeries, SeriesEntry, read_series};
 
 use std::io;
 use std::path::PathBuf;

@@ -41,6 +41,8 @@ impl Arrangement {
         let Self { ghosts, bins, neighbours, bin } = self;
         ghosts.migrate(domain, particles);
         bins.renew(domain, reach);
+        // Walls far from the fluid take part in nothing.
+        bins.narrow(particles.len(), |a| (particles.kind[a] == Kind::Fluid).then(|| particles.position[a]));
         ghosts.sort(particles, bins);
         ghosts.renew(domain, periods, particles, reach, bins);
         let (own, others) = particles.position.split_at(particles.owned);

@@ -18,7 +18,7 @@ mod text;
 use sazanami_numerics::Real;
 use sazanami_numerics::choice::Choice as _;
 
-use crate::case::meaning::{Case, LiquidRegion};
+use crate::case::meaning::{Case, FluidName, LiquidRegion};
 use crate::machine::Machine;
 
 pub(crate) use bed_flow::bed_flow;
@@ -27,7 +27,7 @@ pub(crate) use cost::packing_substeps;
 use cost::packing_time;
 pub use disk::warn_of_disk;
 pub(crate) use limits::{Cause, Pace, speeds, stiffest_contact, stiffness, strongest_force};
-pub use memory::{check_memory, memory};
+pub use memory::{check_memory, memory, warn_of_address_space};
 pub use model::CostModel;
 pub(crate) use particles::tank;
 pub use particles::{ParticlesReport, TankReport};
@@ -94,9 +94,10 @@ pub fn check(case: &Case, known: Known, machine: &Machine, threads: usize, model
     let packing = cost::packing_substeps(case, &populations, model);
     let pictures = pictures::time(case, &populations, [pace.steps, pace.dt], model);
     let predict = |pace: &Pace| {
-        let Pace { steps, passes, substeps, .. } = *pace;
-        let work = cost::Work { steps, passes, substeps, packing, pictures, made_ready: known.made_ready };
-        cost::predict(case, &populations, &size, &work, particles.as_ref(), threads, model)
+        let Pace { steps, dt, passes, substeps, .. } = *pace;
+        let work = cost::Work { steps, dt, passes, substeps, packing, pictures, made_ready: known.made_ready };
+        // Threads beyond the processors take turns on them.
+        cost::predict(case, &populations, &size, &work, particles.as_ref(), threads.min(machine.cores), model)
     };
     let total = |parts: &[(&'static str, Real)]| parts.iter().map(|(_, seconds)| seconds).sum::<Real>();
     let (predicted, most) = (predict(&pace), total(&predict(&reached)));
@@ -150,12 +151,16 @@ pub(crate) fn packing_time_of(case: &Case, shapes: &[ShapeFacts]) -> Option<Real
 }
 
 fn liquid_reports(case: &Case) -> Vec<LiquidReport> {
-    let density = case.fluid.liquid.density;
     let report = |liquid: &LiquidRegion| {
+        let density = match liquid.fluid {
+            FluidName::Liquid => case.fluid.liquid.density,
+            FluidName::Gas => case.fluid.gas.density,
+        };
         let volume = particles::volume_between_grains(case, liquid);
         let [low, high] = liquid.region.heights();
         LiquidReport {
             name: liquid.name.clone(),
+            fluid: liquid.fluid.word(),
             volume_m3: volume,
             mass_kg: volume.map(|volume| volume * density),
             momentum: volume.map(|volume| volume * density * liquid.velocity.length()),

@@ -159,8 +159,7 @@ fn bandwidth(machine: &Machine) -> Finding {
         return Finding::new(what, State::Fair, "not measured: too little memory");
     }
     let best = with_threads(machine.cores, || {
-        let (b, c) = (vec![1.0_f64; TRIAD], vec![2.0_f64; TRIAD]);
-        let mut a = vec![0.0_f64; TRIAD];
+        let (b, c, mut a) = (filled(1.0)?, filled(2.0)?, filled(0.0)?);
         let pass = |a: &mut [f64]| {
             let began = Instant::now();
             for_each_chunk(a, CHUNK, |number, chunk: &mut [f64]| {
@@ -170,16 +169,26 @@ fn bandwidth(machine: &Machine) -> Finding {
             });
             began.elapsed().as_secs_f64()
         };
-        (0..5).map(|_| pass(&mut a)).fold(f64::INFINITY, f64::min)
+        Some((0..5).map(|_| pass(&mut a)).fold(f64::INFINITY, f64::min))
     });
     match best {
+        // The threads have taken of the address space too.
+        Ok(None) => Finding::new(what, State::Fair, "not measured: the system refused the memory"),
         // Two arrays are read; the one written is read into the cache first.
-        Ok(seconds) => {
+        Ok(Some(seconds)) => {
             let rate = 4.0 * 8.0 * TRIAD as f64 / seconds;
             Finding::new(what, State::Good, format!("{:.1} GB/s by a triad of {} threads", 1e-9 * rate, machine.cores))
         }
         Err(error) => Finding::new(what, State::Bad, error.to_string()),
     }
+}
+
+/// An array of the triad, if there is memory for it.
+fn filled(value: f64) -> Option<Vec<f64>> {
+    let mut array = Vec::new();
+    array.try_reserve_exact(TRIAD).ok()?;
+    array.resize(TRIAD, value);
+    Some(array)
 }
 
 /// A folder that runs write to, or the nearest one above it that exists.

@@ -34,13 +34,16 @@ pub fn examine(
     let feasible = feasible::check(loaded, &machine, &model)?;
     let ready = tanks::made_ready(loaded, commit)?;
     let known = Known { shapes: &feasible.facts, made_ready: ready.tank.is_some() };
-    let mut report = check::check(&loaded.case, known, &machine, threads.unwrap_or(machine.cores), &model);
+    let threads = threads.unwrap_or(machine.cores);
+    workers::few_enough(threads, machine.cores)?;
+    let mut report = check::check(&loaded.case, known, &machine, threads, &model);
     if let Some(ranks) = ranks {
         workers::can_share(&loaded.case, ranks, |most| format!("give `--ranks {most}` or fewer"))?;
         report.ranks = check::ranks(&loaded.case, ranks, report.memory_bytes);
     }
     report.disk_available = machine::free_disk(Path::new("."));
     let mut warnings = feasible.warnings;
+    check::warn_of_address_space(&report, &mut warnings);
     check::warn_of_disk(loaded, &report, report.disk_available, &mut warnings);
     Ok(Examined { report, warnings, messages: ready.messages })
 }

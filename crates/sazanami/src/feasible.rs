@@ -14,15 +14,16 @@ use std::ops::Range;
 
 use sazanami_dem::{Body, Engine};
 use sazanami_mics::grains::RESOLVED;
-use sazanami_numerics::Real;
 use sazanami_numerics::choice::Choice as _;
 use sazanami_numerics::geometry::{Exact, Shape};
+use sazanami_numerics::{Quaternion, Real};
 
 use crate::assembly::grains;
 use crate::assembly::shapes::shape_of;
 use crate::bed_file::Bed;
 use crate::case::meaning::{
     BedFile, BoundarySide, Case, ContactSphereChoice, Exchange, GrainPlacement, GrainShape, MOST_ON_SHELL, Motion,
+    Population,
 };
 use crate::case::units::rounded;
 use crate::case::{CaseError, Diagnostics, LoadedCase};
@@ -81,6 +82,7 @@ pub fn check(loaded: &LoadedCase, machine: &Machine, model: &CostModel) -> Resul
     search.weights(&facts);
     search.contact_gaps();
     search.room();
+    search.widths(&facts);
     search.periods();
     let lying: Vec<Placed> = lying.iter().map(|grain| search.as_it_lies(grain)).collect();
     let placed = search.placed(&lying);
@@ -145,10 +147,20 @@ pub fn shapes_alone(loaded: &LoadedCase) -> Result<Vec<Shape>, Box<CaseError>> {
     Ok(shapes)
 }
 
-/// Builds the shapes; those that fail are reported.
+/// Builds the shapes, each once for all populations that have it; those that fail are reported.
 fn shapes(loaded: &LoadedCase, report: &mut Diagnostics) -> Vec<Shape> {
-    let mut shapes = Vec::new();
-    for (n, population) in loaded.case.grains.iter().enumerate() {
+    let grains = &loaded.case.grains;
+    let mut shapes: Vec<Shape> = Vec::new();
+    for (n, population) in grains.iter().enumerate() {
+        let alike =
+            |other: &Population| other.shape == population.shape && other.contact_spheres == population.contact_spheres;
+        // Those before have all been built, or nothing is made of them.
+        let before = if shapes.len() == n { grains[..n].iter().position(alike) } else { None };
+        if let Some(before) = before {
+            let shape = shapes[before].clone().named(&population.name);
+            shapes.push(shape);
+            continue;
+        }
         match shape_of(population) {
             Ok(shape) => shapes.push(shape),
             Err(problem) => {
@@ -249,8 +261,12 @@ impl Search<'_> {
     /// Warns of surfaces that contact spheres leave uncovered: grains sink that far into each other and into walls.
     fn contact_gaps(&mut self) {
         for (n, (population, shape)) in self.case.grains.iter().zip(self.shapes).enumerate() {
-            let (low, high) = shape.extent();
-            let (size, gap) = ((high - low).min_element(), shape.contact_spheres().largest_gap);
+            // That of the smooth shape where there is one: a mesh lies within it.
+            let extent = match shape.exact() {
+                Some(exact) => 2.0 * exact.half_extents(Quaternion::IDENTITY),
+                None => shape.extent().1 - shape.extent().0,
+            };
+            let (size, gap) = (extent.min_element(), shape.contact_spheres().largest_gap);
             if gap <= WIDE_GAP * size {
                 continue;
             }
@@ -327,6 +343,26 @@ impl Search<'_> {
                     .warning(Some(span), format!("`{}` may reach out of the box", population.name))
                     .label(format!("{count} grains make a bed about {:.1} mm high", height * 1e3));
             }
+        }
+    }
+
+    /// Grains that are packed begin on a lattice, of which a place has to fit into the plan of the box.
+    fn widths(&mut self, facts: &[ShapeFacts]) {
+        let extent = self.case.domain.extent();
+        for (n, population) in self.case.grains.iter().enumerate() {
+            let GrainPlacement::Packed(how) = &population.placement else { continue };
+            let Some(body) = &facts[n].body else { continue };
+            let needed = how.spacing * 2.0 * body.bounding_radius * population.size.largest();
+            let Some(d) = (0..2).find(|&d| extent[d] < needed) else { continue };
+            self.report
+                .error(self.span_of_shape(n), format!("`{}` is too large to be packed into this box", population.name))
+                .label(format!(
+                    "up to {:.4} mm between places of the lattice, the box is {:.4} mm long along x{}",
+                    1e3 * needed,
+                    1e3 * extent[d],
+                    d + 1
+                ))
+                .help("check the units of the shape; else make the box wider");
         }
     }
 

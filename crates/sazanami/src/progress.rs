@@ -8,6 +8,11 @@ use crate::case::{Diagnostics, Source};
 
 pub(crate) use pace::Pace;
 
+/// Phases that grains end by coming to rest: their end is predicted.
+const BY_REST: [&str; 2] = ["packing", "relax"];
+/// Part of a predicted phase beyond which nothing is said of its end.
+const OVERDUE: Real = 0.99;
+
 /// State of a run after a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StepLine {
@@ -34,10 +39,17 @@ pub struct StepLine {
 }
 
 impl StepLine {
-    /// Part of this phase that is done, from 0 to 1.
+    /// Part of this phase that is done, from 0 to 1; just below 1 where a phase takes longer than was predicted.
     #[must_use]
     pub fn fraction(&self) -> Real {
-        if self.until > 0.0 { (self.time / self.until).clamp(0.0, 1.0) } else { 0.0 }
+        let most = if self.is_overdue() { OVERDUE } else { 1.0 };
+        if self.until > 0.0 { (self.time / self.until).clamp(0.0, most) } else { 0.0 }
+    }
+
+    /// Whether a phase that grains end by coming to rest goes on beyond the time that was predicted for it.
+    #[must_use]
+    pub fn is_overdue(&self) -> bool {
+        BY_REST.contains(&self.phase) && self.time >= OVERDUE * self.until
     }
 
     /// Percentage and time left, then where the run is: at most 79 columns.
@@ -147,5 +159,10 @@ mod tests {
         let first = StepLine { remaining: None, time: 0.0, ..line };
         assert!(first.short().starts_with("packing   0 %                   "), "{}", first.short());
         assert!(!first.short().contains("left"));
+        // A bed that takes longer than predicted is never done before it is.
+        let late = StepLine { time: 0.06, ..line };
+        assert!(late.short().starts_with("packing  99 %") && late.fraction() == OVERDUE, "{}", late.short());
+        let flow = StepLine { phase: "flow", time: 0.05, ..line };
+        assert!(flow.short().starts_with("flow    100 %"), "{}", flow.short());
     }
 }

@@ -68,7 +68,7 @@ pub fn run(
     let mut feasible = feasible::check(loaded, &machine, &CostModel::default())?;
     let workers = workers::of_run(loaded, options, machine.cores)?;
     let ready = tanks::made_ready(loaded, options.commit)?;
-    foresee_disk(loaded, &mut feasible, &ready, options);
+    foresee_limits(loaded, &mut feasible, &ready, options, workers.ranks * workers.threads);
     if !feasible.warnings.is_empty() {
         progress.warnings(&feasible.warnings, &loaded.source);
     }
@@ -97,10 +97,17 @@ fn warn_without(lock: &FolderLock, log: &mut Log) {
     }
 }
 
-/// Warns of results that the disk does not hold.
-fn foresee_disk(loaded: &LoadedCase, feasible: &mut Feasible, ready: &MadeReady, options: &RunOptions) {
+/// Warns of results that the disk does not hold, and of an address space too small for so many threads.
+fn foresee_limits(
+    loaded: &LoadedCase,
+    feasible: &mut Feasible,
+    ready: &MadeReady,
+    options: &RunOptions,
+    threads: usize,
+) {
     let known = Known { shapes: &feasible.facts, made_ready: ready.tank.is_some() };
-    let report = check::check(&loaded.case, known, &Machine::this(), 1, &CostModel::default());
+    let report = check::check(&loaded.case, known, &Machine::this(), threads, &CostModel::default());
+    check::warn_of_address_space(&report, &mut feasible.warnings);
     let free = machine::free_disk(options.out.as_deref().unwrap_or(Path::new(".")));
     check::warn_of_disk(loaded, &report, free, &mut feasible.warnings);
 }
@@ -302,7 +309,7 @@ impl Launch<'_> {
             failed.into_command_error(checkpoints::last_good(folder), bed.as_deref())
         })?;
         let wall = began.elapsed().as_secs_f64();
-        progress.message(&how_it_ended(&ended, options, stop, wall));
+        progress.message(&how_it_ended(&ended, &last, options, stop, wall));
         let lines = crate::analyse::present(folder, options.artist, progress)?;
         if let Some(report) = options.report {
             let undone = |error: &dyn std::fmt::Display| CommandError::Undone(error.to_string());
@@ -322,9 +329,16 @@ impl Launch<'_> {
     }
 }
 
-/// What stopped a run, and where.
-fn how_it_ended(ended: &Ended, options: &RunOptions, stop: &Stop, wall: Real) -> String {
-    let place = format!("at step {}, time {:.6e} s, after {}", ended.steps, ended.time, duration(wall));
+/// What stopped a run, and where: `last` is the last step that was reported.
+fn how_it_ended(ended: &Ended, last: &StepLine, options: &RunOptions, stop: &Stop, wall: Real) -> String {
+    // Before the flow its time and steps are zero.
+    let before = ended.status != Status::Finished && !["", "flow"].contains(&last.phase);
+    let place = if before {
+        let StepLine { phase, step, time, .. } = last;
+        format!("in the phase `{phase}` at its step {step}, time {time:.6e} s, after {}", duration(wall))
+    } else {
+        format!("at step {}, time {:.6e} s, after {}", ended.steps, ended.time, duration(wall))
+    };
     match (ended.status, stop.cause(), options.steps) {
         (Status::Finished, _, _) => format!("finished {place}"),
         (_, Some(cause), _) if ended.interrupted => format!("stopped by {cause} {place}; a checkpoint was written"),
@@ -394,5 +408,23 @@ fn ranks_of(job: &Job) -> Result<Ended, Box<RankFailure>> {
         (Some(failed), _) => Err(failed),
         (None, Some(ended)) => Ok(ended),
         (None, None) => unreachable!("a group has at least one rank"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stop::StopCause;
+
+    #[test]
+    fn what_stops_a_packing_says_how_far_it_was() {
+        let ended = Ended { status: Status::Stopped, interrupted: true, time: 0.0, steps: 0 };
+        let last = StepLine { phase: "packing", step: 1234, time: 0.02468, ..StepLine::default() };
+        let stop = Stop::new();
+        stop.set(StopCause::Interrupt);
+        let told = |last: &StepLine| how_it_ended(&ended, last, &RunOptions::default(), &stop, 60.0);
+        assert!(told(&last).contains("in the phase `packing` at its step 1234, time 2.468000e-2 s"), "{}", told(&last));
+        // Negative control: the flow counts by itself.
+        assert!(told(&StepLine { phase: "flow", ..last }).contains("at step 0, time 0.000000e0 s"));
     }
 }

@@ -24,7 +24,7 @@ const MOST_GATHERED: usize = 50_000_000;
 pub(crate) fn of_run(loaded: &LoadedCase, options: &RunOptions, cores: usize) -> Result<Workers, CommandError> {
     let Some(processes) = &options.processes else {
         let workers = Workers::of_this_process(options, cores);
-        few_enough(&workers, cores)?;
+        few_enough(workers.ranks.saturating_mul(workers.threads), cores)?;
         let more = |most| format!("give `--ranks {most}` or fewer");
         return can_share(&loaded.case, workers.ranks, more).map(|()| workers);
     };
@@ -54,7 +54,7 @@ pub fn of_options(options: &RunOptions) -> Result<[usize; 2], CommandError> {
         None => Workers::of_this_process(options, cores),
     };
     if options.processes.is_none() {
-        few_enough(&workers, cores)?;
+        few_enough(workers.ranks.saturating_mul(workers.threads), cores)?;
     }
     Ok([workers.ranks, workers.threads])
 }
@@ -70,8 +70,11 @@ fn only_launched(options: &RunOptions, processes: &Processes) -> Result<(), Comm
     ))
 }
 
-fn few_enough(workers: &Workers, cores: usize) -> Result<(), CommandError> {
-    let all = workers.ranks.saturating_mul(workers.threads);
+/// Refuses more threads in `all` than systems start, on a machine of `cores` processors.
+///
+/// # Errors
+/// If there are more.
+pub(crate) fn few_enough(all: usize, cores: usize) -> Result<(), CommandError> {
     let most = MOST_THREADS.max(cores);
     if all <= most {
         return Ok(());

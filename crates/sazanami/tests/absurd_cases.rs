@@ -286,3 +286,68 @@ fn a_sphere_lies_in_the_box_by_its_true_shape() {
     let (runs, texts) = sphere(0.9999);
     assert!(!runs && texts[0].contains("sticks out of the box | 0.0001 mm beyond the side x1_lower"), "{texts:#?}");
 }
+
+#[test]
+fn slips_of_units_are_found_soon() {
+    // Ten times too long: every grain of the bed overlaps hundreds of others, and not all pairs are looked at.
+    let (runs, texts) = findings("raindrop/paper.toml", &["grains.0.shape.spheroid.diameter=5.2 mm"]);
+    assert!(!runs && texts.iter().any(|text| text.contains("; at least 31900 pairs of the bed")), "{texts:#?}");
+    all_reported(
+        false,
+        &[
+            (RAINDROP, "grains.0.shape.spheroid.length=20 mm", "too large to be packed into this box"),
+            ("raindrop/paper.toml", "grains.0.shape.spheroid.diameter=0.52 m", "stick out of the box"),
+        ],
+    );
+}
+
+#[test]
+fn threads_beyond_the_processors_make_nothing_faster() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases").join(RAINDROP);
+    let loaded = case::load(&path, &[]).unwrap();
+    let machine = Machine { cores: 2, ..Machine::this() };
+    let on = |threads| check::check(&loaded.case, Known::default(), &machine, threads, &CostModel::default());
+    assert_eq!(on(64).predicted_total_s, on(2).predicted_total_s);
+    assert!(on(1).predicted_total_s > 1.5 * on(2).predicted_total_s);
+    let refused = sazanami::examine::examine(&loaded, Some(5000), None, None).unwrap_err().to_string();
+    assert!(refused.contains("5000 threads"), "{refused}");
+    // What they reserve of a limited address space is warned of.
+    let warnings = |free: u64, memory_limit: MemoryLimit| {
+        let limited = Machine { memory_available: Some(free), memory_limit, ..machine.clone() };
+        let report = check::check(&loaded.case, Known::default(), &limited, 8, &CostModel::default());
+        let mut found = Diagnostics::default();
+        check::warn_of_address_space(&report, &mut found);
+        found.records(&loaded.source).len()
+    };
+    let address_space = MemoryLimit::AddressSpace;
+    assert_eq!([warnings(1 << 30, address_space), warnings(3 << 30, address_space)], [1, 0]);
+    assert_eq!(warnings(1 << 30, MemoryLimit::Machine), 0);
+}
+
+#[test]
+fn predictions_are_numbers_and_bubbles_are_of_gas() {
+    for case in [RAINDROP, RIPPLES] {
+        let (_, report) = report(case, &["run.until=0 s"]);
+        assert!(report.predicted_total_s.is_finite() && report.predicted_most_s.is_finite(), "{case}");
+    }
+    let (_, of_water) = report(RAINDROP, &[]);
+    let (_, of_gas) = report(RAINDROP, &["liquid.0.fluid=gas"]);
+    let mass = |report: &CheckReport| report.liquids[0].mass_kg.unwrap();
+    assert_eq!([of_water.liquids[0].fluid, of_gas.liquids[0].fluid], ["liquid", "gas"]);
+    assert!(mass(&of_gas) < 2e-3 * mass(&of_water), "{} {}", mass(&of_gas), mass(&of_water));
+}
+
+#[test]
+fn the_bins_of_a_tank_are_foretold_where_water_can_be() {
+    let memory = |changes: &[&str]| {
+        let open = ["solver=mps", "boundary.x1=periodic", "boundary.x2=periodic", "boundary.x3_upper=outflow"];
+        let (loaded, _) = report("both/dam-break.toml", &[&open[..], changes].concat());
+        check::memory(&loaded.case, &CostModel::default())
+    };
+    let low = memory(&[]);
+    // Nothing is above the water of a tall tank; a drop falls through all of it.
+    let high = "domain.size.2=171.45 m";
+    assert!(memory(&[high]) < 1.01 * low, "{low}");
+    let above = "liquid.0.position=[\"0 mm\", \"0 mm\", \"171 m\"]";
+    assert!(memory(&[high, above]) > 5.0 * low, "{low}");
+}

@@ -666,3 +666,29 @@ fn counts_beyond_reason_are_refused() {
         assert!(findings(&text, &[change]).is_empty(), "{change}");
     }
 }
+
+#[test]
+fn files_that_are_no_texts_are_named_and_not_read_without_end() {
+    let folder = tempfile::tempdir().unwrap();
+    let refused = |name: &str, bytes: &[u8]| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, bytes).unwrap();
+        case::load(&path, &[]).unwrap_err().to_string()
+    };
+    let latin = refused("latin.toml", b"title = \"sand\"\n# gr\xf6\xdfe\n[run]\n");
+    assert!(latin.contains("line 2 is not UTF-8"), "{latin}");
+    // As long as /dev/zero for who reads it to its end.
+    let path = folder.path().join("endless.toml");
+    std::fs::File::create(&path).unwrap().set_len(1 << 40).unwrap();
+    let endless = case::load(&path, &[]).unwrap_err().to_string();
+    assert!(endless.contains("longer than 64 MiB"), "{endless}");
+}
+
+#[test]
+fn texts_about_keys_have_no_links_of_the_code() {
+    let page = sazanami::case::reference::page();
+    assert!(!page.contains("[`RESOLVED`]") && !page.contains("[`Self"), "links of rustdoc in the reference");
+    let links =
+        page.match_indices("[`").filter(|(at, _)| !page[*at..].split(']').nth(1).is_some_and(|t| t.starts_with('(')));
+    assert_eq!(links.count(), 0, "links of rustdoc in the reference");
+}

@@ -251,8 +251,16 @@ fn steps_of_a_run_in_which_bodies_speed_up_lie_within_the_range() {
         "grains.0.placement.list=[{ position = [\"5 mm\", \"5 mm\", \"60 mm\"] }, \
          { position = [\"11 mm\", \"11 mm\", \"56 mm\"] }]",
     ];
+    // A column of water that collapses and runs along the floor.
+    let dam = [
+        "grains=[]",
+        "domain.size=[\"40 mm\", \"4 mm\", \"20 mm\"]",
+        "domain.cells=[40, 4, 20]",
+        "run.until=0.1 s",
+        "liquid.0.region={ box = { lower = [\"0 mm\", \"0 mm\", \"0 mm\"], upper = [\"10 mm\", \"4 mm\", \"15 mm\"] } }",
+    ];
     let folder = Scratch::new("speeding-up");
-    for (name, overrides) in [("settling", &[][..]), ("falling", &falling[..])] {
+    for (name, overrides) in [("settling", &[][..]), ("falling", &falling[..]), ("dam", &dam[..])] {
         let loaded = load(BASE, &[&SETTLING, overrides].concat());
         let report = predicted(&loaded);
         let steps = start(&loaded, &folder.join(name), On::threads(2)).unwrap_or_else(|error| panic!("{error}")).steps;

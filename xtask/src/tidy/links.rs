@@ -1,9 +1,10 @@
-//! Relative links of the pages: each must point to a file that exists.
+//! Relative links of the pages: each must point to a file that exists, and its anchor to a heading there.
 
+use std::collections::HashSet;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Links of `README.md`, `ARCHITECTURE.md`, `docs` and `verification` below `root` whose target does not exist.
+/// Links of `README.md`, `ARCHITECTURE.md`, `docs` and `verification` below `root` whose target or anchor does not exist.
 pub fn broken(root: &Path) -> io::Result<Vec<String>> {
     let mut pages: Vec<PathBuf> = ["README.md", "README.ja.md", "ARCHITECTURE.md"].map(|page| root.join(page)).into();
     for folder in ["docs", "verification"] {
@@ -13,18 +14,44 @@ pub fn broken(root: &Path) -> io::Result<Vec<String>> {
     for page in pages {
         let text = std::fs::read_to_string(&page)?;
         let folder = page.parent().unwrap_or(root);
-        for target in targets(&text).filter(|target| !folder.join(target).exists()) {
-            broken.push(format!("{}: the link to `{target}` has no target", page.display()));
+        for (file, anchor) in targets(&text) {
+            let target = if file.is_empty() { page.clone() } else { folder.join(file) };
+            if !target.exists() {
+                broken.push(format!("{}: the link to `{file}` has no target", page.display()));
+            } else if !anchor.is_empty() && target.extension().is_some_and(|kind| kind == "md") {
+                let of_target = if file.is_empty() { text.clone() } else { std::fs::read_to_string(&target)? };
+                if !anchors(&of_target).contains(anchor) {
+                    broken.push(format!("{}: the link to `{file}#{anchor}` has no heading", page.display()));
+                }
+            }
         }
     }
     Ok(broken)
 }
 
-/// Files that the Markdown links of a page name, without anchors and web addresses.
-fn targets(text: &str) -> impl Iterator<Item = &str> {
-    let links = text.split("](").skip(1).filter_map(|rest| rest.split([')', '\n']).next());
-    let files = links.filter(|link| !link.contains("://") && !link.starts_with("mailto:"));
-    files.filter_map(|link| link.split(['#', ' ']).next()).filter(|file| !file.is_empty())
+/// Files and anchors that the Markdown links of a page name, without web addresses; a file is empty for the page itself.
+fn targets(text: &str) -> impl Iterator<Item = (&str, &str)> {
+    let links = text.split("](").skip(1).filter_map(|rest| rest.split([')', '\n', ' ']).next());
+    let files = links.filter(|link| !link.contains("://") && !link.starts_with("mailto:") && !link.is_empty());
+    files.map(|link| link.split_once('#').unwrap_or((link, "")))
+}
+
+/// Anchors of the headings of a page, as GitHub and mdBook make them.
+fn anchors(text: &str) -> HashSet<String> {
+    let mut anchors = HashSet::new();
+    let mut is_code = false;
+    for line in text.lines() {
+        is_code ^= line.trim_start().starts_with("```");
+        let Some(heading) = line.strip_prefix('#').filter(|_| !is_code) else { continue };
+        let title = heading.trim_start_matches('#').trim().to_lowercase();
+        let kept = title.chars().filter(|c| c.is_alphanumeric() || matches!(c, ' ' | '-' | '_'));
+        let anchor: String = kept.map(|c| if c == ' ' { '-' } else { c }).collect();
+        // Headings of the same text are numbered.
+        let numbered = (1..).map(|n| format!("{anchor}-{n}"));
+        let free = std::iter::once(anchor.clone()).chain(numbered).find(|name| !anchors.contains(name));
+        anchors.extend(free);
+    }
+    anchors
 }
 
 #[cfg(test)]
@@ -32,9 +59,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn files_of_links_are_found_without_anchors_and_addresses() {
+    fn links_and_headings_are_found_without_addresses_and_code() {
         let text = "[a](b.md#c), ![d](e/f.png) [g](#h) [i](https://j.k/l.md)";
-        assert_eq!(targets(text).collect::<Vec<_>>(), ["b.md", "e/f.png"]);
+        assert_eq!(targets(text).collect::<Vec<_>>(), [("b.md", "c"), ("e/f.png", ""), ("", "h")]);
+        let found = anchors("# `a.b` and C\n## What, where?\n```\n# no heading\n```\n## What, where?\n");
+        let expected = ["ab-and-c", "what-where", "what-where-1"];
+        assert_eq!(found, expected.map(str::to_owned).into());
     }
 
     #[test]
@@ -45,9 +75,10 @@ mod tests {
         for page in ["README.md", "README.ja.md", "ARCHITECTURE.md"] {
             std::fs::write(root.join(page), "[there](docs/page.md)").unwrap();
         }
-        std::fs::write(root.join("docs/page.md"), "[back](../README.md), [nowhere](absent.md)").unwrap();
+        let page = "# There\n[back](../README.md), [here](#there), [nowhere](absent.md), [no heading](page.md#here)";
+        std::fs::write(root.join("docs/page.md"), page).unwrap();
         let found = broken(&root).unwrap();
         std::fs::remove_dir_all(&root).unwrap();
-        assert!(found.len() == 1 && found[0].contains("absent.md"), "{found:?}");
+        assert!(found.len() == 2 && found[0].contains("absent.md") && found[1].contains("`page.md#here`"), "{found:?}");
     }
 }

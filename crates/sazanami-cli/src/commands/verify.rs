@@ -21,7 +21,7 @@ use crate::terminal::Screen;
 #[derive(Debug, Args)]
 #[command(
     long_about = "Run cases with known results and judge what they measure: value, reference, band and verdict. All of it takes \
-                  about 19 minutes on two cores; --long adds what takes longer. Exit code 0 if nothing is worse than recorded in \
+                  about 40 minutes on two cores; --long adds what takes longer. Exit code 0 if nothing is worse than recorded in \
                   verification/<case>/expected.toml, 1 on a regression or a miss that is not recorded there.",
     after_help = "Example:\n  sazanami verify layers-at-rest falling-drop --json"
 )]

@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-use super::{PvdSeries, SeriesEntry, VtkError};
 use crate::blocks::BLOCK;
 
 /// Why a VTK file could not be read.
@@ -199,22 +198,6 @@ fn attribute<'a>(tag: &'a str, name: &str) -> Option<&'a str> {
     Some(rest.split_once('"')?.0)
 }
 
-/// Files of the series at `path` in the order of their times; none if there is no such series.
-///
-/// # Errors
-/// If it cannot be read or is damaged.
-pub fn read_series(path: &Path) -> Result<Vec<SeriesEntry>, ReadError> {
-    let damaged = |what| ReadError::Damaged { path: path.to_owned(), what };
-    match PvdSeries::resume(path, f64::INFINITY) {
-        Ok(series) => match series.damage() {
-            None => Ok(series.entries().to_vec()),
-            Some(damage) => Err(damaged(damage.to_owned())),
-        },
-        Err(VtkError::Write { path, source }) => Err(ReadError::File { path, source }),
-        Err(other) => Err(damaged(other.to_string())),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use sazanami_numerics::Vector;
@@ -254,8 +237,5 @@ mod tests {
         let torn = VtkFile::read(&path).unwrap();
         assert!(["speed", "Points"].iter().any(|name| torn.array(name).is_err()));
         assert!(VtkFile::read(&folder.path().join("absent")).unwrap_err().to_string().contains("cannot read"));
-        assert!(read_series(&folder.path().join("absent.pvd")).unwrap().is_empty());
-        std::fs::write(folder.path().join("bad.pvd"), "<DataSet").unwrap();
-        assert!(read_series(&folder.path().join("bad.pvd")).is_err());
     }
 }

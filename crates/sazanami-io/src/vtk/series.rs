@@ -1,11 +1,13 @@
 //! Time series: `.pvd`, a list of files with their times.
 
+use std::collections::HashSet;
 use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use super::VtkError;
 use super::appended::{escaped, unescaped};
+use super::read::{ReadError, Values, VtkFile};
 use crate::replace_file;
 
 /// A file of a series.
@@ -63,7 +65,45 @@ impl PvdSeries {
         Ok(Self { path: path.to_owned(), entries, damage })
     }
 
-    /// What was lost of a damaged series that is gone on with.
+    /// As [`Self::resume`]. A series that is damaged, missing or shorter than it was is made anew from the files that are
+    /// there: those of `folder`, relative to that of the series, whose names begin with `prefix`, with the times that
+    /// stand in them. [`Self::damage`] says what was done.
+    ///
+    /// # Errors
+    /// If the list or the folder cannot be read, or the new list cannot be written.
+    pub fn restore(path: &Path, folder: &str, prefix: &str, time: f64) -> Result<Self, VtkError> {
+        let mut series = Self::resume(path, f64::INFINITY)?;
+        let listed: HashSet<&str> = series.entries.iter().map(|entry| entry.file.as_str()).collect();
+        let root = path.parent().unwrap_or(Path::new(""));
+        let (mut left_out, mut unreadable) = (Vec::new(), 0);
+        for file in files_in(&root.join(folder), prefix)?.iter().map(|name| format!("{folder}/{name}")) {
+            if listed.contains(file.as_str()) {
+                continue;
+            }
+            match time_of(&root.join(&file)) {
+                Some(of_file) if of_file <= time => left_out.push(SeriesEntry { time: of_file, file }),
+                Some(_) => {}
+                None => unreadable += 1,
+            }
+        }
+        series.entries.retain(|entry| entry.time <= time);
+        if left_out.is_empty() && series.damage.is_none() {
+            return Ok(series);
+        }
+        let found = left_out.len();
+        series.entries.extend(left_out);
+        series.entries.sort_by(|a, b| a.time.total_cmp(&b.time));
+        series.write()?;
+        let lost = if unreadable > 0 { format!("; {unreadable} that cannot be read stay out") } else { String::new() };
+        series.damage = Some(format!(
+            "{} was damaged or incomplete: it lists {} files again, {found} of them found in {folder}{lost}",
+            path.display(),
+            series.entries.len()
+        ));
+        Ok(series)
+    }
+
+    /// What was lost or mended of a damaged series that is gone on with.
     #[must_use]
     pub fn damage(&self) -> Option<&str> {
         self.damage.as_deref()
@@ -84,6 +124,10 @@ impl PvdSeries {
         self.entries.retain(|entry| entry.time.total_cmp(&time).is_ne() && entry.file != file);
         let place = self.entries.partition_point(|entry| entry.time < time);
         self.entries.insert(place, SeriesEntry { time, file: file.to_owned() });
+        self.write()
+    }
+
+    fn write(&self) -> Result<(), VtkError> {
         replace_file(&self.path, |out| {
             out.write_all(b"<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\">\n  <Collection>\n")?;
             for SeriesEntry { time, file } in &self.entries {
@@ -95,6 +139,32 @@ impl PvdSeries {
     }
 }
 
+/// Names of the files in `folder` that begin with `prefix` and belong to VTK, in alphabetic order; none without a folder.
+fn files_in(folder: &Path, prefix: &str) -> Result<Vec<String>, VtkError> {
+    let failed = |source| VtkError::Write { path: folder.to_owned(), source };
+    let entries = match fs::read_dir(folder) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
+        entries => entries.map_err(failed)?,
+    };
+    let mut names = Vec::new();
+    for entry in entries {
+        let name = entry.map_err(failed)?.file_name().to_string_lossy().into_owned();
+        if name.starts_with(prefix) && [".vtp", ".vti"].iter().any(|ending| name.ends_with(ending)) {
+            names.push(name);
+        }
+    }
+    names.sort_unstable();
+    Ok(names)
+}
+
+/// Time of a file of a series \[s].
+fn time_of(path: &Path) -> Option<f64> {
+    match VtkFile::read(path).ok()?.values("TimeValue").ok()?.1 {
+        Values::F64(times) => times.first().copied(),
+        _ => None,
+    }
+}
+
 fn entry_of(line: &str) -> Option<SeriesEntry> {
     let attribute = |name: &str| {
         let (_, rest) = line.split_once(&format!(" {name}=\""))?;
@@ -103,9 +173,28 @@ fn entry_of(line: &str) -> Option<SeriesEntry> {
     Some(SeriesEntry { time: attribute("timestep")?.parse().ok()?, file: unescaped(attribute("file")?) })
 }
 
+/// Files of the series at `path` in the order of their times; none if there is no such series.
+///
+/// # Errors
+/// If it cannot be read or is damaged.
+pub fn read_series(path: &Path) -> Result<Vec<SeriesEntry>, ReadError> {
+    let damaged = |what| ReadError::Damaged { path: path.to_owned(), what };
+    match PvdSeries::resume(path, f64::INFINITY) {
+        Ok(series) => match series.damage() {
+            None => Ok(series.entries().to_vec()),
+            Some(damage) => Err(damaged(damage.to_owned())),
+        },
+        Err(VtkError::Write { path, source }) => Err(ReadError::File { path, source }),
+        Err(other) => Err(damaged(other.to_string())),
+    }
+}
+
 #[cfg(test)]
 mod tests {
+    use sazanami_numerics::Vector;
+
     use super::*;
+    use crate::vtk::{PointFile, write_points};
 
     #[test]
     fn a_resumed_series_forgets_what_came_later() {
@@ -146,5 +235,38 @@ mod tests {
         }
         fs::write(&path, [0xff, 0xfe, 0x00]).unwrap();
         assert!(PvdSeries::resume(&path, 1.0).unwrap().damage().is_some());
+        assert!(read_series(&path).is_err());
+        assert!(read_series(&folder.path().join("absent.pvd")).unwrap().is_empty());
+    }
+
+    #[test]
+    fn a_lost_or_damaged_list_is_made_anew_from_the_files() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("grains.pvd");
+        fs::create_dir(folder.path().join("grains")).unwrap();
+        let restore = |time: f64| PvdSeries::restore(&path, "grains", "grains-", time).unwrap();
+        assert!(restore(1.0).entries().is_empty() && !path.exists(), "nothing to list, nothing written");
+        let mut series = PvdSeries::create(&path);
+        for step in 0..5_u32 {
+            let (name, time) = (format!("grains/grains-{step:09}.vtp"), 0.1 * f64::from(step));
+            let file = PointFile { places: &[Vector::ZERO], time: Some(time), arrays: &[], scalars: None, frame: None };
+            write_points(&folder.path().join(&name), &file).unwrap();
+            series.push(time, &name).unwrap();
+        }
+        fs::write(folder.path().join("grains/shape-0.vtp"), "the glyph is no state").unwrap();
+        let whole = fs::read(&path).unwrap();
+        // Negative control: a whole list is left alone.
+        assert_eq!(restore(1.0).damage(), None);
+        fs::remove_file(&path).unwrap();
+        let mended = restore(1.0);
+        assert!(mended.damage().is_some_and(|text| text.contains("5 of them found in grains")), "{mended:?}");
+        assert_eq!(fs::read(&path).unwrap(), whole);
+        // Torn in the middle; a file of it is damaged too, and the run goes on from 0.3 s.
+        fs::write(&path, &whole[..whole.len() / 2]).unwrap();
+        fs::write(folder.path().join("grains/grains-000000003.vtp"), "torn").unwrap();
+        let mended = restore(0.3);
+        let files: Vec<_> = mended.entries().iter().map(|entry| &entry.file[14..23]).collect();
+        assert_eq!(files, ["000000000", "000000001", "000000002"].map(|name| &name[..]), "{mended:?}");
+        assert_eq!(PvdSeries::resume(&path, 1.0).unwrap().damage(), None);
     }
 }

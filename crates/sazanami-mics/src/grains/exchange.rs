@@ -25,7 +25,7 @@ choices! {
     /// How grains and fluid exchange momentum.
     #[derive(Default)]
     pub enum Exchange {
-        /// `surface` where the narrowest grain is at least [`RESOLVED`] cells wide, else `exact`.
+        /// `surface` where the narrowest grain is at least four cells wide, else `exact`.
         #[default]
         Auto = "auto",
         /// Grains close faces in the projection and rub on the fluid in the viscous equation: right drag, added mass and

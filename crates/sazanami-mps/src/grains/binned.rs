@@ -78,6 +78,7 @@ impl<const N: usize> Binned<N> {
         let Self { bins, starts, bin, entries, groups, .. } = self;
         self.radius = radius;
         bins.cover(domain, radius, radius * EDGES);
+        bins.narrow(count, &place);
         bin.resize(count, NONE);
         for_each_chunk(&mut bin[..], MANY, |number, bin| {
             for (n, bin) in bin.iter_mut().enumerate() {

@@ -2,14 +2,20 @@
 
 use std::ops::Range;
 
+use sazanami_parallel::reduce_over;
+
 use crate::domain::Domain;
 use crate::{Real, Vector};
 
 /// A rank's part of space and its surroundings, cut into bins.
 #[derive(Clone, Debug, Default)]
 pub struct Bins {
-    /// Lower corner \[m].
+    /// Lower corner of the first bin \[m].
     pub lower: Vector,
+    /// Lower corner before bins were left out \[m].
+    origin: Vector,
+    /// Number of bins left out below the first one in each direction.
+    first: [usize; 3],
     spacing: Vector,
     inverse: Vector,
     /// Number of bins in each direction.
@@ -33,10 +39,15 @@ impl Bins {
         let margin = Vector::from_array(self.layers.map(|n| n as Real)) * spacing;
         let cells = domain.cells();
         self.count = std::array::from_fn(|d| cells[d] + 2 * self.layers[d]);
-        self.lower = lower - margin;
+        self.begin_at(lower - margin);
         self.cut_off = cut_off;
         self.spacing = spacing;
         self.inverse = spacing.recip();
+    }
+
+    /// No bins are left out any more: they begin at `lower` \[m].
+    fn begin_at(&mut self, lower: Vector) {
+        (self.lower, self.origin, self.first) = (lower, lower, [0; 3]);
     }
 
     /// Makes boxes with edges no longer than `edge` \[m], in this rank's part and `cut_off` \[m] around it, the bins.
@@ -44,12 +55,34 @@ impl Bins {
         let (lower, upper) = domain.rank_box(domain.communicator().rank());
         let extent = upper - lower + 2.0 * cut_off;
         self.count = std::array::from_fn(|d| ((extent[d] / edge[d]).ceil() as usize).max(1));
-        self.lower = lower - cut_off;
+        self.begin_at(lower - cut_off);
         self.spacing = extent / Vector::from_array(self.count.map(|n| n as Real));
         self.inverse = self.spacing.recip();
         self.layers = std::array::from_fn(|d| (cut_off * self.inverse[d]).ceil() as usize);
         self.cut_off = cut_off;
     }
+
+    /// Leaves out bins beyond the cut-off round those of the `count` places that are given \[m], if there are many more
+    /// bins than places: boxes may be far larger than what is in them. Positions there belong to the nearest bin, which
+    /// is out of reach of the places.
+    pub fn narrow(&mut self, count: usize, place: impl Fn(usize) -> Option<Vector> + Sync) {
+        if self.len() <= Self::PER_PLACE * count + Self::FEW {
+            return;
+        }
+        let nothing = (Vector::INFINITY, Vector::NEG_INFINITY);
+        let part = |n: usize| place(n).map_or(nothing, |x| (x, x));
+        let joined = |a: (Vector, Vector), b: (Vector, Vector)| (a.0.min(b.0), a.1.max(b.1));
+        let (low, high) = reduce_over(count, part, joined).unwrap_or(nothing);
+        let (low, high) = if low.cmple(high).all() { (low, high) } else { (self.origin, self.origin) };
+        let (low, high) = (self.place(low), self.place(high));
+        self.first = std::array::from_fn(|d| low[d].saturating_sub(self.layers[d] + 1));
+        self.count = std::array::from_fn(|d| (high[d] + self.layers[d] + 2).min(self.count[d]) - self.first[d]);
+        self.lower = self.origin + Vector::from_array(self.first.map(|n| n as Real)) * self.spacing;
+    }
+
+    /// Bins for each place, and beside, up to which none is left out.
+    const PER_PLACE: usize = 4;
+    const FEW: usize = 1 << 16;
 
     /// Cubes with an edge of at least `edge` \[m] over all `positions`, no more than `most` of them.
     pub fn enclose(&mut self, positions: &[Vector], edge: Real, most: usize) {
@@ -60,7 +93,7 @@ impl Bins {
         while count(edge).iter().product::<Real>() > most as Real {
             edge *= 1.3;
         }
-        self.lower = lower;
+        self.begin_at(lower);
         self.spacing = Vector::splat(edge);
         self.inverse = Vector::splat(1.0 / edge);
         self.count = if positions.is_empty() { [1; 3] } else { count(edge).map(|n| n as usize) };
@@ -68,19 +101,19 @@ impl Bins {
         self.cut_off = edge;
     }
 
-    /// Coordinates of `position`, in bins.
+    /// Coordinates of `position` from the first bin on, in bins.
     #[inline(always)]
     #[must_use]
     pub fn coordinates(&self, position: Vector) -> Vector {
-        (position - self.lower) * self.inverse
+        (position - self.origin) * self.inverse - Vector::from_array(self.first.map(|n| n as Real))
     }
 
     /// Bin of `position` in each direction; positions beyond the bins belong to the nearest.
     #[inline(always)]
     #[must_use]
     pub fn place(&self, position: Vector) -> [usize; 3] {
-        let s = (position - self.lower) * self.inverse;
-        std::array::from_fn(|d| (s[d] as u32 as usize).min(self.count[d] - 1))
+        let s = (position - self.origin) * self.inverse;
+        std::array::from_fn(|d| (s[d] as u32 as usize).saturating_sub(self.first[d]).min(self.count[d] - 1))
     }
 
     /// Number of the bin of `position`, x1 fastest.
@@ -156,7 +189,7 @@ impl Bins {
     pub fn for_each_row(&self, position: Vector, radius: Real, mut body: impl FnMut(Range<usize>)) {
         // A little more, so that round-off loses nothing at the radius itself.
         let radius = radius * (1.0 + 1e-9);
-        let s = (position - self.lower) * self.inverse;
+        let s = self.coordinates(position);
         let low = self.place(position - radius);
         let high = self.place(position + radius);
         let end = Vector::from_array(self.count.map(|n| n as Real));
@@ -236,5 +269,63 @@ impl BinIndex {
                 self.sorted[range].iter().for_each(|&particle| visit(particle));
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::grid::Grid;
+
+    /// Numbers of the positions within `radius` of `x`, by the bins or by looking at all.
+    fn near(bins: Option<&Bins>, positions: &[Vector], x: Vector, radius: Real) -> Vec<usize> {
+        let mut found = Vec::new();
+        let within = |n: &usize| positions[*n].distance(x) < radius;
+        match bins {
+            Some(bins) => bins.for_each_range(x, radius, |range| found.extend(range.filter(within))),
+            None => found.extend((0..positions.len()).filter(within)),
+        }
+        found.sort_unstable();
+        found
+    }
+
+    #[test]
+    fn a_long_box_has_bins_only_where_there_is_something() {
+        let domain = Domain::solo(Grid::new([40_000, 8, 8], Vector::ZERO, Vector::new(40_000.0, 8.0, 8.0)), [false; 3]);
+        let mut state = 7_u64;
+        let mut random = move || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as Real / (1_u64 << 53) as Real
+        };
+        let mut positions: Vec<Vector> =
+            (0..500).map(|_| Vector::new(9000.0 + 12.0 * random(), 8.0 * random(), 8.0 * random())).collect();
+        let mut bins = Bins::default();
+        bins.renew(&domain, 1.4);
+        let whole = bins.len();
+        // Few places in many bins; where there are as many places as that none is left out.
+        bins.narrow(whole, |n| positions.get(n).copied());
+        assert_eq!((bins.len(), bins.lower), (whole, Vector::splat(-2.0)));
+        bins.narrow(positions.len(), |n| Some(positions[n]));
+        assert!(bins.len() < 3000 && whole > 5_000_000, "{} of {whole}", bins.len());
+        positions.sort_by_key(|&x| bins.number(x));
+        // The latter half are ghosts.
+        let (own, ghosts) = positions.split_at(250);
+        let (mut own, mut ghosts) = (own.to_vec(), ghosts.to_vec());
+        own.sort_by_key(|&x| bins.number(x));
+        ghosts.sort_by_key(|&x| bins.number(x));
+        bins.fill(&own, &ghosts);
+        let mut met = 0;
+        for n in 0..500 {
+            // About the places, far from all of them, and beyond the box.
+            let x = if n % 10 == 0 { Vector::splat(1e5 * (random() - 0.5)) } else { positions[n] };
+            let expected = near(None, &positions, x, 1.4);
+            assert_eq!(near(Some(&bins), &positions, x, 1.4), expected, "{x}");
+            met += expected.len();
+        }
+        assert!(met > 2000, "{met}");
+        // Nothing at all: a single corner of the box is left.
+        bins.renew(&domain, 1.4);
+        bins.narrow(0, |_| None);
+        assert!(bins.len() <= 1000, "{}", bins.len());
     }
 }

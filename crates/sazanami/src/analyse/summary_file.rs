@@ -6,12 +6,19 @@ use serde_json::{Map, Value, json};
 
 use super::output::{Output, undone};
 use crate::error::CommandError;
+use crate::lock::FolderLock;
 use crate::results::SUMMARY;
 
 /// Reads the summary in a folder of results.
 pub(crate) fn summary(folder: &Path) -> Result<Value, CommandError> {
     let path = folder.join(SUMMARY);
     let text = std::fs::read_to_string(&path).map_err(|error| {
+        if error.kind() == std::io::ErrorKind::NotFound && FolderLock::refuse_held(folder).is_err() {
+            return CommandError::input(
+                format!("the run in `{}` has written no {SUMMARY} yet", folder.display()),
+                "it comes with the first checkpoint and at the end of the run: try again later",
+            );
+        }
         CommandError::input(
             format!("`{}` holds no results: {error}", folder.display()),
             "give the folder that `sazanami run` wrote to",

@@ -11,6 +11,8 @@ use crate::case::meaning::{Case, GrainPlacement, Lattice, Packing, PackingStop};
 pub(super) struct Work {
     /// Fluid steps.
     pub steps: Real,
+    /// Length of a step \[s].
+    pub dt: Real,
     /// Fluid passes in a step.
     pub passes: usize,
     /// Sub-steps of the grains in a step.
@@ -46,7 +48,7 @@ pub(super) fn predict(
         return parts;
     }
     if let Some(particles) = particles.filter(|_| case.particles.is_some()) {
-        let before = super::particles::preparation_steps(&case.preparation, case.run.until / work.steps.max(1.0));
+        let before = super::particles::preparation_steps(&case.preparation, work.dt);
         let before = if work.made_ready { 0.0 } else { before };
         let steps = work.steps + before;
         parts.push(("fluid", super::particles::predict(particles, steps, threads, model)));

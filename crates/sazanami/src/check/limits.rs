@@ -62,6 +62,9 @@ impl Pace {
         let [fluid, grains] = largest(&speeds(case, tank.filter(|_| case.solver == Solver::Mps)));
         let falling = case.grains.iter().map(|population| reached::falling(case, population));
         let grains = falling.fold(grains, Vector::max);
+        // The gas goes round a liquid that falls and spreads, about as fast as that.
+        let spreads = case.solver == Solver::Mics && case.liquids.iter().any(|l| collapse(case, l) != Vector::ZERO);
+        let fluid = if spreads && carrying_flow(case).is_none() { 2.0 * fluid } else { fluid };
         Self::at(case, populations, [fluid.max(grains), grains])
     }
 
@@ -162,10 +165,7 @@ pub(crate) fn speeds(case: &Case, tank: Option<&TankReport>) -> Vec<(Cause, Vect
     all.extend(case.boundary.iter().flatten().filter_map(moving));
     for (cause, speed) in &mut all {
         let more = match *cause {
-            Cause::Liquid(n) => {
-                let fall = fall_of(case, &case.liquids[n]);
-                Vector::new(0.0, 0.0, (2.0 * case.resting_gravity().length() * fall).sqrt())
-            }
+            Cause::Liquid(n) => collapse(case, &case.liquids[n]),
             Cause::Frame => of_frame(case, tank),
             Cause::Side | Cause::InitialVelocity | Cause::CarryingFlow | Cause::Grains(_) => Vector::ZERO,
         };
@@ -173,6 +173,19 @@ pub(crate) fn speeds(case: &Case, tank: Option<&TankReport>) -> Vec<(Cause, Vect
         *speed = if more.is_nan() { more } else { speed.max(more) };
     }
     all
+}
+
+/// Speed of a liquid that falls and spreads [m/s]: that of its fall, and along the floor that of the front of a dam break
+/// (Ritter 1892), twice the speed of long waves of its height, where there is room for it.
+fn collapse(case: &Case, liquid: &LiquidRegion) -> Vector {
+    let (extent, gravity) = (case.domain.extent(), case.resting_gravity().length());
+    let fall = fall_of(case, liquid);
+    let is_free = |d: usize| match &liquid.region {
+        Region::Box { lower, upper } => upper[d] - lower[d] < 0.99 * extent[d],
+        _ => true,
+    };
+    let front = |d: usize| if is_free(d) { 2.0 * (gravity * fall).sqrt() } else { 0.0 };
+    Vector::new(front(0), front(1), (2.0 * gravity * fall).sqrt())
 }
 
 /// Speed of the water in the waves of its tank, or in a frame that swings [m/s].

@@ -3,10 +3,10 @@
 use sazanami_numerics::Real;
 
 use super::populations::{exchange_of, spheres_of};
-use super::{CostModel, bytes, disk::points, particles, pictures};
+use super::{CheckReport, CostModel, bytes, disk::points, particles, pictures};
 use crate::case::meaning::{Case, Exchange, Population, Solver};
 use crate::case::{Diagnostics, LoadedCase};
-use crate::machine::Machine;
+use crate::machine::{Machine, MemoryLimit};
 
 /// Part of the free memory that a case is advised to take.
 const FILLED: Real = 0.9;
@@ -14,6 +14,9 @@ const FILLED: Real = 0.9;
 const MEMORY_TETRAHEDRON: Real = 1e3;
 /// Memory of a contact sphere of a shape \[bytes].
 const MEMORY_SHAPE_SPHERE: Real = 200.0;
+/// Address space of the program, and of each of its threads with stack and heap of its own \[bytes].
+const OF_PROGRAM: Real = 270.0 * 1024.0 * 1024.0;
+const OF_THREAD: Real = 140.0 * 1024.0 * 1024.0;
 /// Memory of a mean over a cell, a layer or a pixel \[bytes].
 const MEMORY_MEAN: Real = 16.0;
 /// Memory of the surfaces of resolved grains in their exchange with the fluid [bytes per cell]: ten fields for three.
@@ -52,7 +55,7 @@ fn observer_memory(case: &Case, model: &CostModel) -> Real {
 /// Memory of the fluids \[bytes].
 fn fluid_memory(case: &Case, model: &CostModel) -> Real {
     match particles::report(case) {
-        Some(particles) => particles::memory(&particles, model),
+        Some(particles) => particles::memory(case, &particles, model),
         None => cell_memory(case.domain.cells, per_cell(case, model)),
     }
 }
@@ -79,6 +82,25 @@ fn grain_memory(case: &Case, population: &Population, count: usize, model: &Cost
     let spheres = spheres_of(population).unwrap_or(0) as Real * MEMORY_SHAPE_SPHERE;
     let shape = pictures::triangles(population) * MEMORY_TETRAHEDRON + spheres;
     shape + count as Real * memory_per_grain(case, population, model)
+}
+
+/// Warns where the threads take so much of a limited address space that the case may not fit beside them.
+pub fn warn_of_address_space(report: &CheckReport, warnings: &mut Diagnostics) {
+    let reserved = OF_PROGRAM + OF_THREAD * report.threads as Real;
+    let sum = report.memory_bytes + reserved;
+    let Some(available) = report.machine.memory_available.filter(|available| sum > *available as Real) else { return };
+    if report.machine.memory_limit == MemoryLimit::AddressSpace {
+        warnings
+            .warning(None, "the address space may be too small for this run")
+            .label(format!(
+                "{} for the case and up to {} that {} threads reserve, {} are free under `ulimit -v`",
+                bytes(report.memory_bytes),
+                bytes(reserved),
+                report.threads,
+                bytes(available as Real)
+            ))
+            .help("take fewer threads, or raise the limit");
+    }
 }
 
 /// Refuses a case that does not fit into the machine's memory, and points to what takes most of it.

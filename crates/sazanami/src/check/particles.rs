@@ -7,11 +7,14 @@ use serde::Serialize;
 
 use super::bed_flow::{BedReport, bed_flow};
 use super::{CostModel, PACKED_SPHERES};
+use crate::assembly::particles;
 use crate::case::meaning::{
     BoundarySide, Case, FluidName, GrainPlacement, LiquidRegion, Particles, Placement, Population, Preparation, Region,
     Solver,
 };
 
+/// Memory of a bin, with its part of the coarse pressure equation \[bytes].
+const MEMORY_BIN: Real = 75.0;
 /// Layers of a wall beside those within the radius of influence.
 const WALL_LAYERS: Real = 1.0;
 
@@ -219,9 +222,21 @@ pub(super) fn predict(report: &ParticlesReport, steps: Real, threads: usize, mod
     steps * (report.fluid as Real * model.fluid_particle + report.walls as Real * model.wall_particle) / speed
 }
 
-/// Memory \[bytes].
-pub(super) fn memory(report: &ParticlesReport, model: &CostModel) -> Real {
-    (report.fluid + report.walls) as Real * model.memory_particle
+/// Memory of the particles, and of the bins in which their neighbours are found \[bytes].
+pub(super) fn memory(case: &Case, report: &ParticlesReport, model: &CostModel) -> Real {
+    (report.fluid + report.walls) as Real * model.memory_particle + bins(case) * MEMORY_BIN
+}
+
+/// Bins of the part of the tank in which there is water, from side to side and up to its highest place.
+fn bins(case: &Case) -> Real {
+    let extent = case.domain.extent();
+    let tops = case.liquids.iter().map(|liquid| match liquid.placement {
+        Placement::Absolute(position) => position.z + liquid.region.heights()[1] - case.domain.lower.z,
+        Placement::AboveBed { .. } => extent.z,
+    });
+    let top = tops.fold(0.0, Real::max);
+    // Three bins on each side are within the radius of influence and the way of a step.
+    (extent.with_z(extent.z.min(top)) / particles::grid(case).spacing + 6.0).element_product()
 }
 
 /// Steps that come before the run, at most.

@@ -58,6 +58,8 @@ pub struct ExchangeReport {
 pub struct LiquidReport {
     /// Name.
     pub name: String,
+    /// Its fluid: `liquid`, or `gas` for a bubble.
+    pub fluid: &'static str,
     /// Volume within the box and between the grains [m^3], where it has a formula.
     pub volume_m3: Option<Real>,
     /// Mass \[kg].

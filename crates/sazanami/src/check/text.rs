@@ -100,7 +100,7 @@ fn flow_over_bed(text: &mut String, bed: &BedReport) {
 
 fn bodies(text: &mut String, case: &Case, report: &CheckReport) {
     for liquid in &report.liquids {
-        let _ = write!(text, "liquid        {}", liquid.name);
+        let _ = write!(text, "{:<14}{}", liquid.fluid, liquid.name);
         if let (Some(volume), Some(mass), Some(momentum)) = (liquid.volume_m3, liquid.mass_kg, liquid.momentum) {
             let volume = number(volume * 1e9, 3);
             let _ = write!(text, ": {volume} mm^3, {mass:.4e} kg, momentum {momentum:.4e} kg m/s");

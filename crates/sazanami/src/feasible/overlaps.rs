@@ -6,6 +6,11 @@ use sazanami_numerics::{Real, Vector};
 use super::placed::{Origin, Placed, no_corners};
 use super::{MOST_ALIKE, Search};
 
+/// Pairs with boxes that meet, for each grain, in which contact spheres are compared.
+const MOST_LOOKED_AT: usize = 100;
+/// Overlapping pairs that are looked for beside one for each grain.
+const MOST_PAIRS: usize = 1000;
+
 /// The box round a grain's contact spheres.
 #[derive(Clone, Copy, Debug)]
 struct Hull {
@@ -17,11 +22,19 @@ struct Hull {
 impl Search<'_> {
     /// Grains must not lie within each other.
     pub(super) fn overlaps(&mut self, placed: &[Placed]) {
-        let settled = |n: &usize| placed[*n].slack == 0.0 && placed[*n].origin != (Origin::Bed { relaxes: true });
+        // Grains larger than the box stick out of it, which is said already.
+        let longest = self.case.domain.extent().length();
+        let fits = |grain: &Placed| grain.factor * self.shapes[grain.population].bounding_radius() < longest;
+        let settled = |n: &usize| {
+            let grain = &placed[*n];
+            grain.slack == 0.0 && grain.origin != (Origin::Bed { relaxes: true }) && fits(grain)
+        };
         let mut order: Vec<Hull> = (0..placed.len()).filter(settled).map(|n| self.hull(n, &placed[n])).collect();
         order.sort_by(|a, b| a.lower.x.total_cmp(&b.lower.x));
-        let mut found = Vec::new();
-        for (rank, a) in order.iter().enumerate() {
+        // More than this many pairs are counted no further: grains far too large for their places all overlap one another.
+        let most = MOST_PAIRS + order.len();
+        let (mut found, mut looked_at) = (Vec::new(), 0);
+        'search: for (rank, a) in order.iter().enumerate() {
             let mut mine = None;
             for b in &order[rank + 1..] {
                 if b.lower.x > a.upper.x {
@@ -31,13 +44,22 @@ impl Search<'_> {
                 if lower.cmpgt(upper).any() {
                     continue;
                 }
+                looked_at += 1;
+                if looked_at > MOST_LOOKED_AT * (MOST_PAIRS + order.len()) {
+                    self.not_all_looked_at();
+                    break 'search;
+                }
                 let mine = mine.get_or_insert_with(|| self.spheres(&placed[a.grain]));
                 let overlap = self.overlap(mine, &placed[b.grain], [lower, upper]);
                 if overlap > DEEP_OVERLAP {
                     found.push((a.grain.min(b.grain), a.grain.max(b.grain), overlap));
+                    if found.len() == most {
+                        break 'search;
+                    }
                 }
             }
         }
+        let at_least = if found.len() == most { "at least " } else { "" };
         found.sort_by_key(|&(a, b, _)| (a, b));
         let of_beds =
             |&(a, b, _): &(usize, usize, Real)| [a, b].iter().all(|&n| matches!(placed[n].origin, Origin::Bed { .. }));
@@ -53,11 +75,21 @@ impl Search<'_> {
         if let Some(&(a, b, overlap)) = within_beds.iter().max_by(|a, b| a.2.total_cmp(&b.2)) {
             let more = match within_beds.len() {
                 1 => String::new(),
-                pairs => format!("; {pairs} pairs of the bed by more than {:.0} %", 1e2 * DEEP_OVERLAP),
+                pairs => format!("; {at_least}{pairs} pairs of the bed by more than {:.0} %", 1e2 * DEEP_OVERLAP),
             };
             let help = "`relax = true` lets the bed come to rest with these contact spheres before the run begins";
             self.overlapping([&placed[a], &placed[b]], overlap, &more, help);
         }
+    }
+
+    /// Says that the grains lie so close that not all pairs were looked at.
+    fn not_all_looked_at(&mut self) {
+        self.report
+            .warning(self.loaded.places.near("grains.0.shape"), "the grains are long for the places they are given")
+            .label(format!(
+                "each comes near more than {MOST_LOOKED_AT} others: overlaps were not looked for in all pairs"
+            ))
+            .help("check the units of shapes and positions");
     }
 
     /// Says that two grains overlap.

@@ -55,7 +55,7 @@ impl Pace {
         let (pace, of_late) = (pace_since(0)?, pace_since(self.marks.len() / 2)?);
         let is_steady = (1.0 / STEADY..STEADY).contains(&(of_late / pace));
         self.is_known |= self.marks.len() >= MARKS && is_steady;
-        self.is_known.then(|| (line.until - line.time).max(0.0) / pace)
+        (self.is_known && !line.is_overdue()).then(|| (line.until - line.time).max(0.0) / pace)
     }
 }
 
@@ -91,6 +91,10 @@ mod tests {
         let times: Vec<Real> = slow.chain((0..62).map(|n| 0.1 + 5e-3 * Real::from(n))).collect();
         let left = predicted("flow", &mut pace, begin, &times).pop().unwrap().unwrap();
         assert!((left - (1.0 - 0.405) / 5e-3).abs() < 1.0, "{left}");
+        // Beyond the time predicted for a bed nothing is known.
+        let even: Vec<Real> = (0..12).map(|n| 0.1 * Real::from(n)).collect();
+        let said = predicted("packing", &mut Pace::new(), begin, &even);
+        assert!(said[9].is_some() && said[10].is_none() && said[11].is_none(), "{said:?}");
         // Another phase has its own pace.
         assert_eq!(predicted("settle", &mut pace, begin + Duration::from_secs(200), &[0.0, 0.1]), [None, None]);
     }

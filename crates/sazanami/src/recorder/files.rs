@@ -109,9 +109,9 @@ impl Files {
             series,
             with_crater,
             tables: BTreeMap::new(),
-            fields: open_times(job, &folder.join(FIELD_SERIES), resumed_at)?,
-            grains: open_times(job, &folder.join(GRAIN_SERIES), resumed_at)?,
-            meshes: open_times(job, &folder.join(MESH_SERIES), resumed_at)?,
+            fields: open_times(job, FIELD_SERIES, [FIELDS, "fields-"], resumed_at)?,
+            grains: open_times(job, GRAIN_SERIES, [GRAINS, "grains-"], resumed_at)?,
+            meshes: open_times(job, MESH_SERIES, [GRAINS, "meshes-"], resumed_at)?,
             has_glyphs: false,
             folder,
             precision: case.output.precision,
@@ -234,10 +234,11 @@ fn open_table(path: &Path, columns: &[Column], left: Left) -> Result<SeriesWrite
     })
 }
 
-/// Opens a time series for ParaView anew, or where the run left it.
-fn open_times(job: &Job, path: &Path, left: Left) -> Result<PvdSeries, RecordError> {
-    let Some((time, _)) = left else { return Ok(PvdSeries::create(path)) };
-    let series = PvdSeries::resume(path, time)?;
+/// Opens a time series for ParaView, of the files of a folder that begin with a prefix, anew, or where the run left it.
+fn open_times(job: &Job, name: &str, [files, prefix]: [&str; 2], left: Left) -> Result<PvdSeries, RecordError> {
+    let path = job.folder.join(name);
+    let Some((time, _)) = left else { return Ok(PvdSeries::create(&path)) };
+    let series = PvdSeries::restore(&path, files, prefix, time)?;
     if let Some(damage) = series.damage() {
         job.say(format!("warning: {damage}"));
     }

@@ -175,7 +175,7 @@ impl<'a, B: Observer> Recorder<'a, B> {
         );
         job.say(format!(
             "packed {} grains in {:.4} s of simulated time ({wall:.0} s of wall-clock time since {began:.4} s): {porosity}, \
-             height H_s {:.3} mm, mean speed {:.2e} m/s ({:.3} m/s at most), order of the long axes {:.3}",
+             height H_s {:.3} mm, mean speed of the grains {:.2e} m/s ({:.3} m/s in the fall), order of the long axes {:.3}",
             self.grains.count(),
             report.time,
             found.height_mm,
