@@ -28,8 +28,7 @@ fn drag_impulse(
     own: usize,
     mass_properties: &MassProperties,
     v: Vector,
-    h: Real,
-    gravity: Vector,
+    (h, gravity): (Real, Vector),
     others: &Wrench,
     given: Vector,
 ) -> Vector {
@@ -122,8 +121,7 @@ impl Kick<'_> {
                     g,
                     &mass_properties[row],
                     velocity[row],
-                    h,
-                    gravity,
+                    (h, gravity),
                     &impulses[row],
                     outputs.drag_impulse[row],
                 );

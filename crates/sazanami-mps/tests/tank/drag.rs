@@ -9,7 +9,7 @@ use sazanami_numerics::{Real, Vector};
 use crate::support::{Case, GRAVITY, OPEN_TOP, PERIODIC, SPACING, WALLS, under};
 
 /// Void fraction of grains on a cubic lattice 1.2 diameters apart.
-const VOID: Real = 1.0 - 0.5236 / 1.728;
+const VOID: Real = 1.0 - std::f64::consts::FRAC_PI_6 / 1.728;
 
 /// Held grains on a lattice between a smooth floor and lid, and fluid between them that moves along x1.
 fn filter(viscosity: Real, speed: Real) -> Case {
@@ -100,7 +100,8 @@ fn a_driven_liquid_gets_the_same_velocity_with_long_steps() {
 fn suspension(exchange: DragExchange) -> Case {
     let mut case = Case::filled([10, 8, 12], [10, 8, 10], [WALLS, PERIODIC, OPEN_TOP]);
     (case.viscosity, case.exchange) = (1e-4, exchange);
-    case.fluid.retain(|p| p.position.z > 4e-3 || ((p.position.x + p.position.z) / SPACING) as usize % 2 == 0);
+    case.fluid
+        .retain(|p| p.position.z > 4e-3 || (((p.position.x + p.position.z) / SPACING) as usize).is_multiple_of(2));
     let at = |n: u64, step: Real| (n as Real + 0.5) * step;
     case.grains = (0..9 * 7 * 4)
         .map(|id| {
