@@ -32,6 +32,7 @@ mod motion;
 mod neighbours;
 mod number_density;
 mod particles;
+pub mod pouring;
 pub mod pressure;
 mod pressure_system;
 pub mod probe;

@@ -39,12 +39,13 @@ pub(crate) fn flow_time(step: &Context<'_>, particles: &Particles) -> Real {
     stability::flow_time(speeds / count.max(1.0), step.forcing.body_force, step.settings.fluid.spacing, step.dt)
 }
 
-/// Velocities and positions without the pressure: viscosity, body force and the velocity change `drag` by drag [m/s].
+/// Velocities and positions without the pressure: viscosity, body force and the velocity change `drag` by drag [m/s], if
+/// it is known.
 pub(crate) fn predict(
     step: &Context<'_>,
     particles: &Particles,
     densities: &[NumberDensity],
-    drag: &[Vector],
+    drag: Option<&[Vector]>,
     ghosts: &mut Ghosts,
     predicted: &mut Motion,
 ) {
@@ -58,7 +59,8 @@ pub(crate) fn predict(
             let a = number * ROWS + row;
             *u = present[a];
             if kind[a] == Kind::Fluid {
-                *u += dt * (viscosity * densities[a].laplacian.total + body_force) + drag[a];
+                let drag = drag.map_or(Vector::ZERO, |drag| drag[a]);
+                *u += dt * (viscosity * densities[a].laplacian.total + body_force) + drag;
             }
             // On exact multiples, so that both particles of a pair across a periodic side get the same distance.
             *x = periods.rounded(start[a] + dt * *u);

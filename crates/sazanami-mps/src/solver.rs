@@ -11,7 +11,7 @@ use crate::boundary::Tank;
 use crate::context::{Context, Motion, Voids};
 pub use crate::error::{SetupError, StepError};
 use crate::ghosts::Periods;
-use crate::grains::GrainPhase;
+use crate::grains::{DragExchange, GrainPhase};
 use crate::number_density::{self, NumberDensity, PredictedPairs, Prediction, Sample};
 use crate::particles::{Kind, Particles, Role};
 use crate::pressure::PressureEquation;
@@ -98,7 +98,7 @@ impl Solver {
             // Isolated particles interact with nothing.
             advective: motion::largest_speed(&self.domain, &self.particles, |role| role != Role::Inactive) / spacing,
             grain_motion: self.grains.motion_rate(&self.domain),
-            drag: self.grains.drag_rate(),
+            drag: self.grains.limiting_drag_rate(),
         };
         self.settings.limits.choose(&rates, body_force, spacing, viscosity)
     }
@@ -133,14 +133,20 @@ impl Solver {
         number_density::at_start(kernel, &near.neighbours, samples, &viscous, start);
 
         watch(Phase::Coupling);
-        grains.interpolate_fluid(step, particles, &voids.inverse, &mut near.ghosts);
+        let velocity = if grains.coupling().exchange == DragExchange::Implicit {
+            motion::predict(step, particles, start, None, &mut near.ghosts, predicted);
+            Some(&predicted.velocity[..])
+        } else {
+            None
+        };
+        grains.interpolate_fluid(step, particles, velocity, &voids.inverse, &mut near.ghosts);
         watch(Phase::Grains);
         report.contacts = grains.advance(step, &mut report.coupling)?;
         watch(Phase::Coupling);
         report.coupling.drag_on_fluid = grains.return_drag(step, particles, &voids.inverse, drag);
 
         watch(Phase::Fluid);
-        motion::predict(step, particles, start, drag, &mut near.ghosts, predicted);
+        motion::predict(step, particles, start, Some(&drag[..]), &mut near.ghosts, predicted);
         tank.displacement = forcing.wall_displacement;
         near.follow(step, particles, predicted);
         watch(Phase::Coupling);

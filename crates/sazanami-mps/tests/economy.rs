@@ -2,7 +2,7 @@
 
 use sazanami_dem::{Body, Engine, Grain, Interactions, LinearSpringDashpot, Setup, Substeps, Wall};
 use sazanami_mps::boundary::{Side, Tank, WallFriction};
-use sazanami_mps::grains::{Coupling, DragParameters, GrainPhase};
+use sazanami_mps::grains::{Coupling, DragExchange, DragParameters, GrainPhase};
 use sazanami_mps::pressure::Tolerance;
 use sazanami_mps::scheme::{Fluid, Scheme};
 use sazanami_mps::solver::{FluidParticle, Forcing, Settings, Solver};
@@ -40,6 +40,7 @@ fn tank() -> Solver {
         smoothing: 3.0 * SPACING,
         least_void: 0.3,
         implicit_pressure_force: true,
+        exchange: DragExchange::Lagged,
         substeps: Substeps::Auto,
     };
     let engine = Engine::new(&domain, setup, &grains).expect("sound grains");

@@ -52,6 +52,7 @@ shape.sphere = { diameter = "1 mm" }
 placement.packed = { level = "3 mm", spacing = 1.1, fall_gravity = 1.0 }
 [preparation]
 relax_steps = 12
+must_rest = false
 settle = "1 ms"
 cache = false
 [ripples]

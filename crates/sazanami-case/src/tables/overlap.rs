@@ -1,7 +1,7 @@
 //! `[overlap]`: particles of water and the grains they overlap, for `solver = "mps"`.
 
 use sazanami_case_derive::Keys;
-use sazanami_mps::grains::{DensityReference, DragForm, SphereDrag};
+use sazanami_mps::grains::{DensityReference, DragExchange, DragForm, SphereDrag};
 use sazanami_numerics::{Real, choices};
 
 use super::Population;
@@ -38,6 +38,9 @@ pub struct Overlap {
     /// Pressure that grains feel.
     #[key(word, default = PressureForce::Implicit)]
     pub pressure_force: PressureForce,
+    /// Fluid velocity that the drag of a step is taken with; `implicit` for viscous liquids and any length of the step.
+    #[key(word, default = DragExchange::Lagged)]
+    pub exchange: DragExchange,
     /// Drag law of the grains.
     #[key(word, default = DragForm::Blend)]
     pub drag: DragForm,

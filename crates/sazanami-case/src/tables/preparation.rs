@@ -12,7 +12,8 @@ use crate::read::{Context, Table};
 #[keys(check = Self::check)]
 pub struct Preparation {
     /// Most steps in which the water comes to rest with the grains held.
-    #[key(default = if cx.known.has_bed() { 500 } else { 0 }, says = "500 with a bed, otherwise 0")]
+    #[key(default = if cx.known.has_bed() || cx.known.has_block() { 500 } else { 0 },
+          says = "500 with a bed or a block of a hundred grains, otherwise 0")]
     pub relax_steps: usize,
     /// What a step leaves of the water's velocity meanwhile.
     #[key(range = Between(0.0, 1.0), default = 0.9)]
@@ -23,6 +24,10 @@ pub struct Preparation {
     /// Largest speed of water at rest.
     #[key(unit = "m/s", range = Positive, default = 1e-3)]
     pub speed: Real,
+    /// Whether the run ends where the water, with the grains held, is still far from rest after `relax_steps`: beyond five times
+    /// `strain` or `speed`.
+    #[key(default = true)]
+    pub must_rest: bool,
     /// Time for which the grains are then free in water at rest.
     #[key(unit = "s", range = NonNegative, default = if cx.known.has_bed() { 0.2 } else { 0.0 },
           says = "0.2 s with a bed, otherwise 0")]

@@ -35,13 +35,21 @@ pub struct Loads<'a> {
 /// The drag of a fluid on own grains: force `kappa (u - v)` through the centre of mass.
 ///
 /// A sub-step of length `h` takes a free grain from velocity `v` to
-/// `(v + h (F/m + g) + h kappa u/m)/(1 + h kappa/m)`, with `kappa` at the slip `|u - v|` of its start.
+/// `(v + h (F/m + g) + h kappa u/m)/(1 + h kappa/m)`, with `kappa` at the slip `|u - v|` of its start. Where the fluid
+/// yields with a mass `M`, `u` follows the drag too: `u` is that of the start less the impulse so far over `M`, and the
+/// sub-step is implicit on both sides, with `1/m + 1/M` for `1/m` below the line.
 pub trait Drag: Sync {
     /// Velocity `u` of the fluid round own grain `own` [m/s].
     fn fluid_velocity(&self, own: usize) -> Vector;
 
     /// Drag coefficient `kappa` of own grain `own` at the speed `slip` [m/s] relative to the fluid [kg/s].
     fn coefficient(&self, own: usize, slip: Real) -> Real;
+
+    /// One over the mass of the fluid that yields to the drag on own grain `own` [1/kg]; 0 for a fluid that keeps its
+    /// velocity.
+    fn inverse_fluid_mass(&self, _own: usize) -> Real {
+        0.0
+    }
 }
 
 impl std::fmt::Debug for Loads<'_> {

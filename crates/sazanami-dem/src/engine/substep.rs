@@ -21,17 +21,19 @@ use crate::motion::{KickAndDrift, MassProperties, Moving};
 use crate::stability::EffectiveMasses;
 use crate::wrench::Wrench;
 
-/// Impulse of the implicit drag on own grain `own` of velocity `v` over `h`, beside gravity and the other impulses.
+/// Impulse of the implicit drag on own grain `own` of velocity `v` over `h`, beside gravity and the other impulses. The
+/// fluid has given `given` to the grain in the sub-steps before, and yields to that and to the drag itself.
 fn drag_impulse(
     drag: &dyn Drag,
     own: usize,
     mass_properties: &MassProperties,
     v: Vector,
-    h: Real,
-    gravity: Vector,
+    (h, gravity): (Real, Vector),
     others: &Wrench,
+    given: Vector,
 ) -> Vector {
-    let u = drag.fluid_velocity(own);
+    let fluid = drag.inverse_fluid_mass(own);
+    let u = drag.fluid_velocity(own) - given * fluid;
     let kappa = drag.coefficient(own, (u - v).length());
     // Only a free grain yields to forces, and to the drag itself.
     let without = if mass_properties.motion == Motion::Free {
@@ -39,7 +41,7 @@ fn drag_impulse(
     } else {
         v
     };
-    (u - without) * (h * kappa / (1.0 + h * kappa * mass_properties.inverse_mass))
+    (u - without) * (h * kappa / (1.0 + h * kappa * (mass_properties.inverse_mass + fluid)))
 }
 
 /// A change of velocities by contacts, loads, drag and gravity.
@@ -114,7 +116,15 @@ impl Kick<'_> {
             }
             impulses[row] = Wrench { force: h * total.force, torque: h * total.torque };
             if let Some(drag) = loads.drag {
-                let impulse = drag_impulse(drag, g, &mass_properties[row], velocity[row], h, gravity, &impulses[row]);
+                let impulse = drag_impulse(
+                    drag,
+                    g,
+                    &mass_properties[row],
+                    velocity[row],
+                    (h, gravity),
+                    &impulses[row],
+                    outputs.drag_impulse[row],
+                );
                 impulses[row].force += impulse;
                 outputs.drag_impulse[row] += impulse;
             }

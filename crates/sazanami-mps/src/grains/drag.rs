@@ -73,6 +73,18 @@ impl DensityReference {
     }
 }
 
+choices! {
+    /// What velocity of the fluid the drag of a step is taken with.
+    #[derive(Default)]
+    pub enum DragExchange {
+        /// That of the start of the step: explicit for the fluid, stable for steps well below the relaxation time.
+        #[default]
+        Lagged = "lagged",
+        /// That of the end of the step, fluid and grains together: stable for any step.
+        Implicit = "implicit",
+    }
+}
+
 /// Quadratic coefficient of flow through a bed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Forchheimer {
@@ -187,8 +199,13 @@ impl DragParameters {
 
 /// See [`DragParameters::relaxation_rate`], for a drag coefficient [kg/s] and a density of the fluid [kg/m^3].
 pub(crate) fn relaxation_rate(coefficient: Real, density: Real, d: Real, mass: Real, eps: Real) -> Real {
-    let fluid = (1.0 - eps) / (eps * density * volume(d));
-    coefficient * (1.0 / mass + fluid)
+    coefficient * (1.0 / mass + yielding(density, d, eps))
+}
+
+/// One over the mass of fluid of a density [kg/m^3] between grains of diameter `d` \[m] at void fraction `eps`, for each
+/// grain [1/kg].
+pub(crate) fn yielding(density: Real, d: Real, eps: Real) -> Real {
+    (1.0 - eps) / (eps * density * volume(d))
 }
 
 /// Volume of a sphere of diameter `d` [m^3].

@@ -6,11 +6,12 @@ use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
 use super::binned::{Binned, Lanes, lanes};
-use super::drag::{DragLaw, ForDragLaw, relaxation_rate, volume};
+use super::drag::{DragLaw, ForDragLaw, relaxation_rate, volume, yielding};
 use super::{
     CouplingReport, DRAG_FORCE, FluidAtGrain, GRADIENT, GrainPhase, PLACE, PRESSURE_FORCE, SUPPORT, VOID, WETNESS,
     diameter_of, largest,
 };
+use crate::boundary::Tank;
 use crate::context::{Context, Motion};
 use crate::ghosts::Ghosts;
 use crate::neighbours::ROWS;
@@ -28,6 +29,8 @@ struct Fluid<'a> {
     velocity: &'a [Vector],
     gradient: &'a [Vector],
     inverse_void: &'a [Real],
+    /// Change of the velocity over the pressure gradient [m^3 s/kg].
+    yields: Real,
 }
 
 impl Fluid<'_> {
@@ -40,7 +43,8 @@ impl Fluid<'_> {
             |a| (self.kind[a] == Kind::Fluid).then_some(self.position[a]),
             |a, b| a.cmp(&b),
             |a| {
-                let (x, g, u) = (self.position[a], self.gradient[a], self.velocity[a]);
+                let (x, g) = (self.position[a], self.gradient[a]);
+                let u = self.velocity[a] + self.yields * g;
                 [x.x, x.y, x.z, self.inverse_void[a], g.x, g.y, g.z, u.x, u.y, u.z]
             },
         );
@@ -65,6 +69,10 @@ impl<L: DragLaw> Drag for FluidDrag<'_, L> {
             return 0.0;
         }
         around.wetness * self.law.coefficient(self.diameter[own], around.void_fraction, slip)
+    }
+
+    fn inverse_fluid_mass(&self, own: usize) -> Real {
+        self.around[own].inverse_fluid_mass
     }
 }
 
@@ -119,21 +127,26 @@ impl ForDragLaw for DragRate<'_> {
 }
 
 impl GrainPhase {
-    /// Interpolates the fluid at each own grain.
+    /// Interpolates the fluid at each own grain: its velocity at the start of the step or, for an implicit exchange, the
+    /// `predicted` one without drag [m/s] and with the pressure of the step before.
     pub(crate) fn interpolate_fluid(
         &mut self,
         step: &Context<'_>,
         particles: &mut Particles,
+        predicted: Option<&[Vector]>,
         inverse_void: &[Real],
         ghosts: &mut Ghosts,
     ) {
         if !self.is_active() {
             return;
         }
-        let Context { domain, kernel, .. } = *step;
+        let Context { domain, kernel, dt, .. } = *step;
         ghosts.refresh(domain, &mut particles.gradient);
         let Particles { kind, position, velocity, gradient, .. } = &*particles;
-        let fluid = Fluid { kind, position, velocity, gradient, inverse_void };
+        let density = self.coupling.drag.density;
+        let yields = if predicted.is_some() { -dt / density } else { 0.0 };
+        let velocity = predicted.unwrap_or(velocity);
+        let fluid = Fluid { kind, position, velocity, gradient, inverse_void, yields };
         let Self { engine, coupling, sources, around, diameter, fluid: binned, .. } = self;
         let engine = &*engine;
         let grains = engine.grains();
@@ -141,6 +154,7 @@ impl GrainPhase {
         let whole = WET * kernel.sums.number_density;
         fluid.put_into(binned, domain, kernel);
         let (binned, sources, diameter, least) = (&*binned, &*sources, &diameter[..], coupling.least_void);
+        let particle_mass = step.particle_mass();
         set_column(around, grains.owned(), |g| {
             let x = grains.position[g];
             let family = kernel.weight.family;
@@ -158,8 +172,32 @@ impl GrainPhase {
             }
             let solid = sources.fraction(x);
             sum.void_fraction = (1.0 - sources.around(solid, diameter[g])).clamp(least, 1.0);
+            if predicted.is_some() && support > 0.0 {
+                // The fluid between grains, less where a grain stands out of it: beside a wall each grain has half the fluid,
+                // and each fluid particle half the grains. A grain alone moves at most the particles it reads.
+                let between = yielding(density, diameter[g], sum.void_fraction) * (whole / support).max(1.0);
+                sum.inverse_fluid_mass = between.max(1.0 / (support * particle_mass));
+            }
             sum
         });
+    }
+
+    /// Sets the drag rate for the first step: grains among others as they lie, in fluid at rest. All ranks take part.
+    pub(crate) fn expect_drag(&mut self, domain: &Domain, tank: &Tank) {
+        if self.is_empty() {
+            return;
+        }
+        self.place(domain, tank);
+        let Self { engine, coupling, sources, around, diameter, .. } = self;
+        let (engine, sources, least) = (&*engine, &*sources, coupling.least_void);
+        let grains = engine.grains();
+        set_column(diameter, grains.owned(), |g| diameter_of(engine, g));
+        set_column(around, grains.owned(), |g| {
+            let solid = sources.fraction(grains.position[g]);
+            let void_fraction = (1.0 - sources.around(solid, diameter[g])).clamp(least, 1.0);
+            FluidAtGrain { wetness: 1.0, void_fraction, ..FluidAtGrain::default() }
+        });
+        self.first_drag_rate = self.present_drag_rate(domain);
     }
 
     /// The [`Self::drag_rate`] of the present state.
@@ -238,7 +276,8 @@ impl GrainPhase {
         let Context { domain, kernel, dt, .. } = *step;
         ghosts.refresh(domain, &mut particles.gradient);
         let Particles { kind, gradient, .. } = &*particles;
-        let fluid = Fluid { kind, position: &new.position, velocity: &new.velocity, gradient, inverse_void };
+        let (position, velocity) = (&new.position, &new.velocity);
+        let fluid = Fluid { kind, position, velocity, gradient, inverse_void, yields: 0.0 };
         let Self { engine, force, fluid: binned, .. } = self;
         fluid.put_into(binned, domain, kernel);
         let binned = &*binned;

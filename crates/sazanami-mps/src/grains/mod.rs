@@ -16,7 +16,7 @@ use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
 use binned::Binned;
-pub use drag::{DensityReference, DragForm, DragLaw, DragParameters, Forchheimer, SphereDrag, volume};
+pub use drag::{DensityReference, DragExchange, DragForm, DragLaw, DragParameters, Forchheimer, SphereDrag, volume};
 use sources::Sources;
 
 use crate::boundary::Tank;
@@ -39,6 +39,8 @@ pub struct Coupling {
     /// Whether the pressure force on grains is that of the same step, with the acceleration of the grains in the pressure
     /// equation; otherwise it is that of the previous step, which is stable only for heavy grains.
     pub implicit_pressure_force: bool,
+    /// Velocity of the fluid that the drag of a step is taken with.
+    pub exchange: DragExchange,
     /// Contact sub-steps per step.
     pub substeps: Substeps,
 }
@@ -54,6 +56,8 @@ pub(crate) struct FluidAtGrain {
     pub wetness: Real,
     /// Void fraction, without the contribution of the grain itself.
     pub void_fraction: Real,
+    /// One over the mass of the fluid that yields to the drag on the grain [1/kg]; 0 with a lagged exchange.
+    pub inverse_fluid_mass: Real,
     /// Sum of the weights of the fluid particles.
     support: Real,
 }
@@ -119,6 +123,8 @@ pub struct GrainPhase {
     /// Reciprocal of the shortest drag relaxation time of a grain and the fluid around it in the last step, over all
     /// ranks [1/s].
     drag_rate: Real,
+    /// The same before the first step, with grains and fluid at rest.
+    first_drag_rate: Real,
     diameter: Vec<Real>,
     force: Vec<Vector>,
     shared: Vec<[Real; 6]>,
@@ -157,6 +163,7 @@ impl GrainPhase {
             smoothing: 1.0,
             least_void: 1.0,
             implicit_pressure_force: false,
+            exchange: DragExchange::Lagged,
             substeps: Substeps::Auto,
         };
         Ok(Self::new(domain, Engine::new(domain, setup, &[])?, coupling))
@@ -181,6 +188,7 @@ impl GrainPhase {
             void: Vec::new(),
             around: Vec::new(),
             drag_rate: 0.0,
+            first_drag_rate: 0.0,
             diameter: Vec::new(),
             force: Vec::new(),
             shared: Vec::new(),
@@ -338,6 +346,15 @@ impl GrainPhase {
     /// Reciprocal of the shortest drag relaxation time in the last step [1/s].
     pub(crate) fn drag_rate(&self) -> Real {
         self.drag_rate
+    }
+
+    /// The drag rate that limits the next step [1/s]: none where the exchange is implicit or the grains are held; before
+    /// the first step that of fluid at rest.
+    pub(crate) fn limiting_drag_rate(&self) -> Real {
+        if self.coupling.exchange == DragExchange::Implicit || !self.is_active() {
+            return 0.0;
+        }
+        if self.drag_rate > 0.0 { self.drag_rate } else { self.first_drag_rate }
     }
 
     /// Restores the drag rate [1/s] of a snapshot.

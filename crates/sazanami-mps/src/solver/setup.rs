@@ -41,7 +41,7 @@ impl Solver {
         settings: Settings,
         tank: Tank,
         records: &[ParticleRecord],
-        grains: GrainPhase,
+        mut grains: GrainPhase,
     ) -> Result<Self, SetupError> {
         let radius = settings.scheme.radius;
         if !(2.1..=3.6).contains(&radius) {
@@ -59,6 +59,7 @@ impl Solver {
         let initial = Walls::new(&tank, tank.lattice(settings.fluid.spacing)?, &walls);
         let water = records.iter().filter(|record| record.id < WALL).count() as Real * settings.fluid.spacing.powi(3);
         let full = tank.is_full(water + grains.solid_volume(&domain));
+        grains.expect_drag(&domain, &tank);
         let me = domain.communicator().rank();
         let mut particles = Particles::default();
         for known in records.iter().filter(|record| record.id >= WALL) {

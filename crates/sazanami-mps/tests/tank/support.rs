@@ -2,7 +2,7 @@
 
 use sazanami_dem::{Body, Engine, Grain, Interactions, LinearSpringDashpot, Setup, Substeps, Wall};
 use sazanami_mps::boundary::{Side, Tank, WallFriction};
-use sazanami_mps::grains::{Coupling, DragParameters, GrainPhase};
+use sazanami_mps::grains::{Coupling, DragExchange, DragParameters, GrainPhase};
 use sazanami_mps::pressure::Tolerance;
 use sazanami_mps::scheme::{Fluid, Scheme};
 use sazanami_mps::solver::{FluidParticle, Forcing, Settings, Solver};
@@ -34,6 +34,7 @@ pub struct Case {
     pub fluid: Vec<FluidParticle>,
     pub grains: Vec<Grain>,
     pub implicit_pressure_force: bool,
+    pub exchange: DragExchange,
 }
 
 impl Case {
@@ -50,6 +51,7 @@ impl Case {
             fluid: lattice(fill),
             grains: Vec::new(),
             implicit_pressure_force: true,
+            exchange: DragExchange::Lagged,
         }
     }
 
@@ -93,10 +95,11 @@ impl Case {
 
     pub fn coupling(&self) -> Coupling {
         Coupling {
-            drag: DragParameters::recommended(1000.0, 1e-3),
+            drag: DragParameters::recommended(1000.0, 1000.0 * self.viscosity),
             smoothing: 3.0 * SPACING,
             least_void: 0.3,
             implicit_pressure_force: self.implicit_pressure_force,
+            exchange: self.exchange,
             substeps: Substeps::Auto,
         }
     }

@@ -146,7 +146,7 @@ fn ripples(part: &SurfaceProfile, waves: &[Real], settings: &BedFormSettings) ->
     let distances: Vec<Real> =
         allowed.windows(2).filter(|pair| pair[0].0 == pair[1].0).map(|pair| pair[1].1 - pair[0].1).collect();
     if distances.is_empty() {
-        let highest = highest_step(waves);
+        let highest = extent(waves);
         return Err(Unmeasured::TooFewCrests { found: allowed.len(), least: settings.grain_size, highest });
     }
     Ok(CrestedRipples {
@@ -156,9 +156,9 @@ fn ripples(part: &SurfaceProfile, waves: &[Real], settings: &BedFormSettings) ->
     })
 }
 
-fn highest_step(waves: &[Real]) -> Real {
-    let extent = |values: &[Real]| values.iter().fold([Real::MAX, Real::MIN], |[a, b], &v| [a.min(v), b.max(v)]);
-    let [low, high] = extent(waves);
+/// Highest less lowest value.
+fn extent(values: &[Real]) -> Real {
+    let [low, high] = values.iter().fold([Real::MAX, Real::MIN], |[low, high], &v| [low.min(v), high.max(v)]);
     high - low
 }
 

@@ -6,7 +6,7 @@ use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
 
 use sazanami_mps::boundary::{Side, Tank, WallFriction};
-use sazanami_mps::grains::{Coupling, DragParameters, GrainPhase};
+use sazanami_mps::grains::{Coupling, DragExchange, DragParameters, GrainPhase};
 use sazanami_mps::pressure::Tolerance;
 use sazanami_mps::scheme::{Fluid, Scheme};
 use sazanami_mps::solver::{FluidParticle, Forcing, Settings, SetupError, Solver, StepError, StepReport};
@@ -162,6 +162,7 @@ impl Vessel {
             smoothing: 3.0 * self.diameter,
             least_void: 0.3,
             implicit_pressure_force: self.implicit_pressure_force,
+            exchange: DragExchange::Lagged,
             substeps: Substeps::Auto,
         };
         Ok(GrainPhase::new(domain, self.engine(domain)?, coupling))

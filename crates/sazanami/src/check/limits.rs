@@ -6,7 +6,8 @@ use sazanami_dem::stability::EffectiveMasses;
 use sazanami_mics::forces::Forces;
 use sazanami_mics::stability::{Limit as GridLimit, Rates as GridRates};
 use sazanami_mics::viscosity::explicit_rate;
-use sazanami_mps::stability::{BODY_FORCE, Limit as ParticleLimit, Rates as ParticleRates, VISCOUS};
+use sazanami_mps::grains::{DragExchange, volume};
+use sazanami_mps::stability::{BODY_FORCE, DRAG, Limit as ParticleLimit, Rates as ParticleRates, VISCOUS};
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::{Real, Vector};
 
@@ -316,10 +317,16 @@ fn of_particles(case: &Case, how: &Particles, speeds: [Vector; 2]) -> (Vec<Limit
         ParticleLimit::GrainMotion => format!("{courant} of the smallest grain {}", speed(grains)),
         ParticleLimit::BodyForce => format!("{BODY_FORCE} sqrt(spacing / body force)"),
         ParticleLimit::Viscous => format!("{VISCOUS} spacing^2 / nu"),
+        ParticleLimit::Drag => {
+            format!("{DRAG} of the time in which drag stops grains of a packed bed in liquid at rest")
+        }
         _ => String::new(),
     };
-    // The relaxation time of the drag is known once the grains lie in the water.
-    let rates = ParticleRates { advective: flow / spacing, grain_motion: grains / smallest, drag: 0.0 };
+    let rates = ParticleRates {
+        advective: flow / spacing,
+        grain_motion: grains / smallest,
+        drag: drag_rate(case).unwrap_or(0.0),
+    };
     let bounds = particles::settings(case, 0.0).limits;
     let force = Vector::new(0.0, 0.0, strongest_force(case));
     let mut limits: Vec<LimitReport> = bounds
@@ -337,6 +344,19 @@ fn of_particles(case: &Case, how: &Particles, speeds: [Vector; 2]) -> (Vec<Limit
             (limits, None)
         }
     }
+}
+
+/// Rate at which drag stops the smallest grains of a packed bed in liquid at rest [1/s]; `None` where it is no limit.
+fn drag_rate(case: &Case) -> Option<Real> {
+    let coupling = particles::coupling(case);
+    let rate = |population: &Population| {
+        let d = population.shape.size()? * population.size.smallest();
+        let mass = case.material(&population.material)?.density * volume(d);
+        let eps = (1.0 - super::PACKED_SPHERES).max(coupling.least_void);
+        Some(coupling.drag.relaxation_rate(d, mass, eps, 0.0)).filter(|rate| rate.is_finite())
+    };
+    let rates = case.grains.iter().filter_map(rate);
+    rates.reduce(Real::max).filter(|_| coupling.exchange == DragExchange::Lagged && !case.liquids.is_empty())
 }
 
 /// Contacts of a population.

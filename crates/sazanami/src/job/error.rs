@@ -116,6 +116,12 @@ pub(crate) enum RankError {
         "the bed did not come to rest within {time} s: its mean speed is still {mean_speed:.2e} m/s\n  help: {help}"
     )]
     NotAtRest { time: Real, mean_speed: Real, help: &'static str },
+    #[error(
+        "the water did not come to rest between the grains {state}\n  help: raise `preparation.relax_steps`; if the strain does \
+         not fall, look at what was poured: a liquid and grains at the same place, a tank narrower than the grains; \
+         `preparation.must_rest = false` goes on all the same"
+    )]
+    WaterNotAtRest { state: String, steps: u64 },
     #[error("the checkpoint does not fit the case: {0}")]
     Snapshot(#[from] SnapshotError),
     #[error(transparent)]
@@ -184,6 +190,7 @@ impl RankError {
         let (step, time, limiter) = match self {
             Self::Step { step, time, limit, .. } => (*step, *time, *limit),
             Self::PackingStep { step, time, .. } => (*step, *time, Limit::Contact.name()),
+            Self::WaterNotAtRest { steps, .. } => (*steps, 0.0, "preparation"),
             Self::NotAtRest { time, .. } => (0, *time, Limit::Contact.name()),
             _ => reached,
         };
@@ -212,6 +219,7 @@ impl RankError {
             | Self::Snapshot(_) => "input",
             Self::Packing(error) | Self::PackingStep { error, .. } => grain_kind(error),
             Self::NotAtRest { .. } => "packing",
+            Self::WaterNotAtRest { .. } => "preparation",
             Self::Record(error) => error.kind(),
             Self::Elsewhere(_) => "elsewhere",
             Self::Start(error) => mics::kind(error),

@@ -20,6 +20,9 @@ use crate::water::{StepProblem, Water, mps};
 /// Section of a checkpoint with the [`Stage`] of a preparation.
 const STAGE: &str = "preparation/stage";
 
+/// Strain and speed of water that is far from rest, over those of water at rest.
+const FAR: Real = 5.0;
+
 /// How far a preparation has come.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Stage {
@@ -207,7 +210,7 @@ fn make_ready(
             contacts: report.contacts.contacts,
             ..StepLine::default()
         });
-        stage = next(how, solver, stage, dt, &report, recorder);
+        stage = next(how, solver, stage, dt, &report, recorder)?;
     }
 }
 
@@ -216,6 +219,9 @@ fn not_prepared(problem: StepProblem, step: u64, time: Real) -> RankError {
 }
 
 /// The stage after a step.
+///
+/// # Errors
+/// If the water is still far from rest when it should have come to it.
 fn next<B: Observer>(
     how: &Preparation,
     solver: &mut Solver,
@@ -223,13 +229,13 @@ fn next<B: Observer>(
     dt: Real,
     report: &StepReport,
     recorder: &Recorder<B>,
-) -> Stage {
+) -> Result<Stage, RankError> {
     let after_rest = |solver: &mut Solver| {
         solver.set_velocities(|_, _| Vector::ZERO);
         solver.grains_mut().freeze(false);
         if how.settle > 0.0 { Stage::Settling(0.0) } else { Stage::Ready }
     };
-    match stage {
+    Ok(match stage {
         Stage::Relaxing(done) => {
             let done = done + 1;
             let state = || {
@@ -243,16 +249,20 @@ fn next<B: Observer>(
             let at_rest = report.strain[1] < how.strain && report.largest_speed < how.speed;
             if at_rest && done > 1 {
                 recorder.say(&format!("the water is at rest {}", state()));
-                return after_rest(solver);
+                return Ok(after_rest(solver));
             }
             if done >= how.relax_steps {
+                let far = report.strain[1] > FAR * how.strain || report.largest_speed > FAR * how.speed;
+                if far && how.must_rest {
+                    return Err(RankError::WaterNotAtRest { state: state(), steps: done as u64 });
+                }
                 recorder.say(&format!(
                     "warning: the water is not at rest {}; asked for {:.2} % and {:.2} mm/s",
                     state(),
                     1e2 * how.strain,
                     1e3 * how.speed
                 ));
-                return after_rest(solver);
+                return Ok(after_rest(solver));
             }
             solver.set_velocities(|particles, a| how.damping * particles.velocity[a]);
             Stage::Relaxing(done)
@@ -260,7 +270,7 @@ fn next<B: Observer>(
         Stage::Settling(done) if done + dt >= how.settle * (1.0 - END) => Stage::Ready,
         Stage::Settling(done) => Stage::Settling(done + dt),
         Stage::Ready => Stage::Ready,
-    }
+    })
 }
 
 /// Gives fluid and grains at rest the velocity that they have against a tank which begins with a speed.
