@@ -74,7 +74,8 @@
     const all = [...Array(count).keys()].filter(n => fixed.population[n] === population);
     const [fine, coarse] = [shape, shape.coarse ?? shape].map(of => new THREE.InstancedMesh(geometry(of), material, all.length));
     coarse.instanceMatrix = fine.instanceMatrix;
-    coarse.instanceColor = fine.instanceColor = new THREE.InstancedBufferAttribute(new Float32Array(3 * all.length), 3);
+    fine.setColorAt(0, new THREE.Color());
+    coarse.instanceColor = fine.instanceColor;
     for (const mesh of [fine, coarse]) {
       mesh.frustumCulled = false;
       scene.add(mesh);
