@@ -123,8 +123,8 @@
     for (let d = 0; d < 3; d++) for (let n = 0; n < of.count; n++) places[3 * n + d] = placed(parts[d * of.count + n], d);
     return new THREE.BufferGeometry().setAttribute("position", new THREE.BufferAttribute(places, 3));
   };
-  // Grains that others hide on all sides are not drawn: those whose cell, about two grains wide, lies among cells that grains fill. What
-  // the section takes away hides nothing.
+  // Grains that others hide on all sides are not drawn: on each of the six sides of their cell, about two grains wide, grains fill more
+  // than a third of the nine cells there. What the section takes away hides nothing.
   const LEAST_FILLED = 0.35;
   const seen = grains => {
     const volume = n => meshes[fixed.population[n]].volume * fixed.scale[n] ** 3;
@@ -136,8 +136,9 @@
     const index = ([i, j, k]) => i + cells[0] * (j + cells[1] * k);
     // Cells at the sides of the box may be cut: they count as whole, and lie at the surface anyway.
     for (const n of kept) if (planes.every(plane => plane.distanceToPoint(at.set(...[0, 1, 2].map(d => placed(grains.place[d * count + n], d)))) >= 0)) filled[index(cell(n))] += volume(n) / edge ** 3;
-    const around = [-1, 0, 1].flatMap(i => [-1, 0, 1].flatMap(j => [-1, 0, 1].map(k => i + cells[0] * (j + cells[1] * k))));
-    return kept.filter(n => { const c = index(cell(n)); return around.some(step => filled[c + step] < LEAST_FILLED); });
+    const steps = [1, cells[0], cells[0] * cells[1]], three = [-1, 0, 1];
+    const sides = [0, 1, 2].flatMap(d => [-1, 1].map(sign => three.flatMap(a => three.map(b => sign * steps[d] + a * steps[(d + 1) % 3] + b * steps[(d + 2) % 3]))));
+    return kept.filter(n => { const c = index(cell(n)); return sides.some(side => side.reduce((sum, step) => sum + filled[c + step], 0) < 9 * LEAST_FILLED); });
   };
   const arrange = () => {
     const time = times[chosen], quantity = quantities[byId("view-colour").value];

@@ -129,10 +129,10 @@ fn grains_that_others_hide_are_not_drawn_and_are_not_missed() {
     };
     let Some(bed) = met(20_000, Lying::Bed) else { return };
     println!("{bed}");
-    assert!(bed["drawn"].as_f64().unwrap() < 0.75 * 20_000.0, "{bed}");
+    assert!(bed["drawn"].as_f64().unwrap() < 0.8 * 20_000.0, "{bed}");
     assert!(bed["missed"].as_f64().unwrap() < 2e-3, "{bed}");
     let triangles = |of: &str| bed[of]["triangles"].as_f64().unwrap();
-    assert!(triangles("coarse") < 0.3 * triangles("all") && triangles("whole") < 0.75 * triangles("all"), "{bed}");
+    assert!(triangles("coarse") < 0.3 * triangles("all") && triangles("whole") < 0.8 * triangles("all"), "{bed}");
     // The control: where grains lie apart none is hidden.
     let Some(loose) = met(500, Lying::Anywhere) else { return };
     assert_eq!(loose["drawn"].as_f64(), Some(500.0), "{loose}");
