@@ -44,6 +44,9 @@ column = sazanami.Case.from_text(
     shape.sphere = { diameter = "1 mm" }
     material = "sand"
     placement.lattice = { lower = ["0.05 mm", "0 mm", "0.05 mm"], upper = ["10.8 mm", "4 mm", "13.2 mm"], counts = [10, 3, 12], jitter = 0.05 }
+    [heap]
+    shape = "ridge"
+    axis = ["0 mm", "2 mm"]
     [output]
     series = { every = "20 ms" }
     [run]
@@ -52,28 +55,20 @@ column = sazanami.Case.from_text(
 )
 
 
-# %% The slope of the pile: the highest grain of each slice, fitted by a line where the pile is
-def slope(state, width=2e-3):
-    """Angle of the surface of a pile against the horizontal [degree]."""
-    x, _, z = state.grains.position.T
-    slices = np.floor(x / width).astype(int)
-    places = [n for n in range(slices.max() + 1) if (slices == n).sum() >= 3]
-    top = np.array([z[slices == n].max() for n in places])
-    middle = (np.array(places) + 0.5) * width
-    pile = top > 1.2e-3
-    return np.degrees(np.arctan(-np.polyfit(middle[pile], top[pile], 1)[0]))
-
-
-# %% Run it with three coefficients
+# %% Run it with three coefficients: the slope of the pile that falls away from the wall is in the summary of a run
 angles = {}
 for friction in [0.05, 0.3, 0.8]:
     case = column.with_keys({"contact.default.friction": friction})
-    run = case.start(folder=results / f"friction-{friction:g}", pictures=False, report=False)
-    for state in run.steps(every="50 ms"):
-        pass
-    speed = np.sqrt((state.grains.velocity**2).sum(axis=1)).mean()
-    angles[friction] = slope(state)
-    print(f"friction {friction:g}: {angles[friction]:.1f} degrees, mean speed {speed:.1e} m/s, {run.wall:.0f} s")
+    run = case.run(folder=results / f"friction-{friction:g}", pictures=False, report=False)
+    heap = run.results.observables["heap"]
+    if "angle_deg" not in heap:
+        print(f"friction {friction:g}: {heap['not_evaluated']}")
+        continue
+    angles[friction] = heap["angle_deg"]
+    print(
+        f"friction {friction:g}: {heap['angle_deg']:.1f} +- {heap['angle_uncertainty_deg']:.1f} degrees, "
+        f"mean speed {heap['mean_speed']:.1e} m/s, {run.wall:.0f} s"
+    )
 
 # %% The friction of a pile of 8 degrees, between those that were run (smooth spheres that roll freely lie flat)
 target = 8.0

@@ -15,8 +15,8 @@ use crate::presets::{Preset, Solver};
 use crate::read::{At, Context, Table};
 use crate::tables::{
     Bed, BoundarySide, BoxDomain, Checkpoints, Contacts, Coupling, DemOptions, Erosion, FluidOptions, Frame,
-    GrainPlacement, LiquidRegion, Material, Materials, Measured, OutputFrame, Outputs, Overlap, Particles, Population,
-    Preparation, Probe, Ripples, RunLength, Sides, WallMotion, check_names,
+    GrainPlacement, HeapObserved, LiquidRegion, Material, Materials, Measured, OutputFrame, Outputs, Overlap,
+    Particles, Population, Preparation, Probe, Ripples, RunLength, Sides, WallMotion, check_names,
 };
 use crate::value::{Range1, Value};
 use crate::write::{Paths, Written};
@@ -91,6 +91,9 @@ pub struct Case {
     /// Where liquid (or a bubble) is at first; the rest is gas.
     #[key(tables, name = "liquid")]
     pub liquids: Vec<LiquidRegion>,
+    /// Observation of the slope of a heap, if it is wanted.
+    #[key(table)]
+    pub heap: Option<HeapObserved>,
     /// Observation of the crater, if it is wanted.
     #[key(table)]
     pub erosion: Option<Erosion>,
@@ -109,7 +112,7 @@ pub struct Case {
 }
 
 /// Order of the tables in the copy of a case and in the reference.
-pub(crate) const ORDER: [&str; 25] = [
+pub(crate) const ORDER: [&str; 26] = [
     "name",
     "title",
     "preset",
@@ -129,6 +132,7 @@ pub(crate) const ORDER: [&str; 25] = [
     "contact",
     "grains",
     "bed",
+    "heap",
     "erosion",
     "ripples",
     "probe",

@@ -59,6 +59,7 @@ pub mod meaning {
     pub use sazanami_mics::grains::Exchange;
     pub use sazanami_mics::viscosity::ViscosityScheme;
     pub use sazanami_observe::erosion::CountedGrains;
+    pub use sazanami_observe::heap::HeapShape;
 }
 
 /// More errors than this help nobody.
@@ -133,8 +134,8 @@ fn text_of(path: &Path) -> Result<String, String> {
     })
 }
 
-/// Tables of a case that say how craters are evaluated, from a checkpoint, and nothing of how the run goes.
-pub const CRATERS_EVALUATED: [&str; 2] = ["bed", "erosion"];
+/// Tables of a case that say how heaps and craters are evaluated, from a checkpoint, and nothing of how the run goes.
+pub const CRATERS_EVALUATED: [&str; 3] = ["bed", "heap", "erosion"];
 /// Keys that say how ripples are evaluated from tables: layers and surfaces were gathered during the run.
 pub const RIPPLES_EVALUATED: [&str; 3] = ["ripples.grain_size", "ripples.margin", "ripples.measured"];
 

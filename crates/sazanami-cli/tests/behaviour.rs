@@ -271,3 +271,33 @@ fn an_abort_with_another_cause_is_not_taken_for_a_lack_of_memory() {
     let errors = std::fs::read_to_string(folder.path().join("errors.txt")).unwrap();
     assert!(errors.contains("aborted (signal SIGABRT)") && !errors.contains("out of memory"), "{errors}");
 }
+
+/// A drop near the floor, whose pressure does not converge once it moves.
+const FAILING: &str = "[domain]\nsize = [\"4 mm\", \"4 mm\", \"4 mm\"]\ncells = [12, 12, 12]\n[[liquid]]\n\
+    region.sphere = { diameter = \"1.5 mm\" }\nposition = [\"1.5 mm\", \"2 mm\", \"1.2 mm\"]\n[fluid]\ndt_first = \"1 ns\"\n\
+    tol_div = 1e-11\npressure_iterations = 2\n[checkpoint]\nevery = \"1 us\"\n[run]\nuntil = \"2 ms\"\n";
+
+#[test]
+fn a_run_that_fails_or_is_stopped_leaves_a_report_that_says_so() {
+    let folder = tempfile::tempdir().expect("a scratch folder");
+    std::fs::write(folder.path().join("case.toml"), FAILING).expect("a scratch folder is writable");
+    let report = |name: &str| std::fs::read_to_string(folder.path().join(name).join("report.html")).unwrap_or_default();
+    let failed = sazanami(folder.path(), &["run", "case.toml", "--out", "failed"]);
+    assert_eq!(failed.status.code(), Some(1), "{}", text(&failed.stderr));
+    let page = report("failed");
+    for expected in
+        ["The run failed in step", "the pressure did not converge", "Its last good checkpoint is checkpoints"]
+    {
+        assert!(page.contains(expected), "{expected}: {}", text(&failed.stderr));
+    }
+    // The control: a run that stops where it was asked to says that, and one that ends says neither.
+    let good = ["run", "case.toml", "--set", "fluid.pressure_iterations=500"];
+    let stopped = sazanami(folder.path(), &[&good[..], &["--steps", "3", "--out", "stopped"]].concat());
+    assert_eq!(stopped.status.code(), Some(0), "{}", text(&stopped.stderr));
+    let page = report("stopped");
+    assert!(page.contains("The run was stopped at") && !page.contains("The run failed"));
+    let ended = sazanami(folder.path(), &[&good[..], &["--set", "run.until=0 s", "--out", "ended"]].concat());
+    assert_eq!(ended.status.code(), Some(0), "{}", text(&ended.stderr));
+    let page = report("ended");
+    assert!(!page.is_empty() && !page.contains("The run was stopped at") && !page.contains("The run failed"));
+}

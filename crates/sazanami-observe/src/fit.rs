@@ -4,7 +4,7 @@ use sazanami_numerics::Real;
 
 /// Straight line of least squares, `y = intercept + slope x`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Line {
+pub struct Line {
     /// Slope.
     pub slope: Real,
     /// Value at zero.
@@ -18,7 +18,7 @@ pub(crate) struct Line {
 }
 
 /// The line through `(x, y)` points; `None` with fewer than two, or where all `x` are the same.
-pub(crate) fn line(points: &[(Real, Real)]) -> Option<Line> {
+pub fn line(points: &[(Real, Real)]) -> Option<Line> {
     let count = points.len() as Real;
     let mean = |pick: fn(&(Real, Real)) -> Real| points.iter().map(pick).sum::<Real>() / count;
     let (x_mean, y_mean) = (mean(|p| p.0), mean(|p| p.1));
@@ -34,7 +34,7 @@ pub(crate) fn line(points: &[(Real, Real)]) -> Option<Line> {
 
 /// Highest point of the parabola through three values one apart: its place, from the middle one on, and its value.
 /// `None` if their curvature is not negative.
-pub(crate) fn vertex(before: Real, middle: Real, after: Real) -> Option<(Real, Real)> {
+pub fn vertex(before: Real, middle: Real, after: Real) -> Option<(Real, Real)> {
     let curvature = before - 2.0 * middle + after;
     (curvature < 0.0).then(|| {
         let place = 0.5 * (before - after) / curvature;

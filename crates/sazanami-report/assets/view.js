@@ -62,13 +62,25 @@
   };
   const material = new THREE.MeshPhongMaterial({ side: THREE.DoubleSide, clippingPlanes: planes, shininess: 15 });
   renderer.localClippingEnabled = true;
+  // Each shape once as it is and once with few triangles, for frames that would be slow and for grains of few pixels; both have the same
+  // instances.
+  const volumeOf = ({ nodes, triangles }) => {
+    const at = n => new THREE.Vector3(...nodes.slice(3 * n, 3 * n + 3));
+    let sum = 0;
+    for (let n = 0; n < triangles.length; n += 3) sum += at(triangles[n]).dot(at(triangles[n + 1]).cross(at(triangles[n + 2]))) / 6;
+    return Math.abs(sum);
+  };
   const meshes = head.shapes.map((shape, population) => {
-    const grains = [...Array(count).keys()].filter(n => fixed.population[n] === population);
-    const mesh = new THREE.InstancedMesh(geometry(shape), material, grains.length);
-    mesh.frustumCulled = false;
-    mesh.grains = grains;
-    scene.add(mesh);
-    return mesh;
+    const all = [...Array(count).keys()].filter(n => fixed.population[n] === population);
+    const [fine, coarse] = [shape, shape.coarse ?? shape].map(of => new THREE.InstancedMesh(geometry(of), material, all.length));
+    coarse.instanceMatrix = fine.instanceMatrix;
+    fine.setColorAt(0, new THREE.Color());
+    coarse.instanceColor = fine.instanceColor;
+    for (const mesh of [fine, coarse]) {
+      mesh.frustumCulled = false;
+      scene.add(mesh);
+    }
+    return { fine, coarse, all, grains: all, volume: volumeOf(shape), reach: Math.max(...shape.nodes.map(Math.abs)) };
   });
   const water = new THREE.Mesh(new THREE.BufferGeometry(), new THREE.MeshPhongMaterial({ color: 0x3b82d0, transparent: true, opacity: 0.5, side: THREE.DoubleSide, depthWrite: false, clippingPlanes: planes, shininess: 80 }));
   const drops = new THREE.Points(new THREE.BufferGeometry(), new THREE.PointsMaterial({ color: 0x3b82d0, size: reach / 250, transparent: true, opacity: 0.6, clippingPlanes: planes }));
@@ -92,7 +104,7 @@
     quantity.most = all[Math.floor(0.995 * (all.length - 1))] || 1;
   }
 
-  let chosen = times.length - 1, picked = -1;
+  let chosen = times.length - 1, picked = -1, showsAll = false;
   const matrix = new THREE.Matrix4(), turn = new THREE.Quaternion(), at = new THREE.Vector3(), scaled = new THREE.Vector3();
   const pose = (grains, n) => {
     const parts = [0, 1, 2].map(d => (grains.turn[d * count + n] << 16 >> 16) / 32767);
@@ -111,32 +123,75 @@
     for (let d = 0; d < 3; d++) for (let n = 0; n < of.count; n++) places[3 * n + d] = placed(parts[d * of.count + n], d);
     return new THREE.BufferGeometry().setAttribute("position", new THREE.BufferAttribute(places, 3));
   };
+  // Grains that others hide on all sides are not drawn: on each of the six sides of their cell, about two grains wide, grains fill more
+  // than a third of the nine cells there. What the section takes away hides nothing.
+  const LEAST_FILLED = 0.35;
+  const seen = grains => {
+    const volume = n => meshes[fixed.population[n]].volume * fixed.scale[n] ** 3;
+    const kept = [...Array(count).keys()].filter(n => planes.every(plane => plane.distanceToPoint(at.set(...[0, 1, 2].map(d => placed(grains.place[d * count + n], d)))) > -fixed.diameter[n] * 2));
+    const mean = kept.reduce((sum, n) => sum + volume(n), 0) / kept.length, edge = 2 * Math.cbrt(mean);
+    if (!(edge > 0)) return kept;
+    const cells = size.map(x => Math.ceil(x / edge) + 2), filled = new Float32Array(cells[0] * cells[1] * cells[2]);
+    const cell = n => [0, 1, 2].map(d => 1 + Math.floor(size[d] * grains.place[d * count + n] / 65535.001 / edge));
+    const index = ([i, j, k]) => i + cells[0] * (j + cells[1] * k);
+    // Cells at the sides of the box may be cut: they count as whole, and lie at the surface anyway.
+    for (const n of kept) if (planes.every(plane => plane.distanceToPoint(at.set(...[0, 1, 2].map(d => placed(grains.place[d * count + n], d)))) >= 0)) filled[index(cell(n))] += volume(n) / edge ** 3;
+    const steps = [1, cells[0], cells[0] * cells[1]], three = [-1, 0, 1];
+    const sides = [0, 1, 2].flatMap(d => [-1, 1].map(sign => three.flatMap(a => three.map(b => sign * steps[d] + a * steps[(d + 1) % 3] + b * steps[(d + 2) % 3]))));
+    return kept.filter(n => { const c = index(cell(n)); return sides.some(side => side.reduce((sum, step) => sum + filled[c + step], 0) < 9 * LEAST_FILLED); });
+  };
+  const arrange = () => {
+    const time = times[chosen], quantity = quantities[byId("view-colour").value];
+    if (!time.grains) return;
+    const values = quantity.of(time), shown = showsAll ? null : new Set(seen(time.grains));
+    for (const of of meshes) {
+      const { fine, coarse } = of;
+      of.grains = shown ? of.all.filter(n => shown.has(n)) : of.all;
+      of.grains.forEach((n, instance) => {
+        fine.setMatrixAt(instance, pose(time.grains, n));
+        fine.setColorAt(instance, n === picked ? tone.setRGB(1, 0, 0) : coloured(values[n] / quantity.most));
+      });
+      for (const mesh of [fine, coarse]) Object.assign(mesh, { count: of.grains.length, boundingSphere: null });
+      fine.instanceMatrix.needsUpdate = fine.instanceColor.needsUpdate = true;
+    }
+  };
   const show = () => {
     const time = times[chosen], quantity = quantities[byId("view-colour").value];
-    if (time.grains) {
-      const values = quantity.of(time);
-      for (const mesh of meshes) {
-        mesh.grains.forEach((n, instance) => {
-          mesh.setMatrixAt(instance, pose(time.grains, n));
-          mesh.setColorAt(instance, n === picked ? tone.setRGB(1, 0, 0) : coloured(values[n] / quantity.most));
-        });
-        mesh.instanceMatrix.needsUpdate = true;
-        if (mesh.instanceColor) mesh.instanceColor.needsUpdate = true;
-        mesh.boundingSphere = null;
-      }
-    }
+    arrange();
     [[water, time.water?.nodes && surface], [drops, time.water?.particles && cloud]].forEach(([object, made]) => {
       object.geometry.dispose();
       object.geometry = made ? made(time.water) : new THREE.BufferGeometry();
       object.visible = Boolean(made) && byId("view-water").checked;
     });
-    meshes.forEach(mesh => { mesh.visible = byId("view-grains").checked && Boolean(time.grains); });
     byId("view-time-said").textContent = `t = ${+(1e3 * time.time).toPrecision(5)} ms`;
     byId("view-scale-said").textContent = `0 to ${quantity.most.toPrecision(3)} ${quantity.unit}`;
     tell();
     render();
   };
+  // Few triangles while the view turns, if whole shapes take too long, and for grains of a few pixels.
+  const SLOW = 1000 / 30, SMALL = 6;
+  let isMoving = false, isSlow = false, isAsked = false;
+  const isCoarse = of => {
+    const pixels = 2 * of.reach * canvas.height / (2 * Math.tan(camera.fov * Math.PI / 360) * camera.position.distanceTo(centre));
+    return (isMoving && isSlow) || pixels < SMALL;
+  };
+  // However many events ask for it: a picture a frame, and none while nothing changes.
   const render = () => {
+    if (isAsked) return;
+    isAsked = true;
+    const asked = performance.now();
+    requestAnimationFrame(() => {
+      isAsked = false;
+      draw();
+      requestAnimationFrame(() => { if (isMoving && performance.now() - asked > 2 * SLOW) isSlow = true; });
+    });
+  };
+  const draw = () => {
+    for (const of of meshes) {
+      const isShown = byId("view-grains").checked && Boolean(times[chosen].grains), coarse = isCoarse(of);
+      of.fine.visible = isShown && !coarse;
+      of.coarse.visible = isShown && coarse;
+    }
     const dark = matchMedia("(prefers-color-scheme: dark)").matches;
     scene.background = tone.set(dark ? 0x0d1117 : 0xf6f8fa).clone();
     frame.material.color.set(dark ? 0x6e7681 : 0x8c959f);
@@ -156,7 +211,9 @@
   const pick = event => {
     const box = canvas.getBoundingClientRect();
     ray.setFromCamera(new THREE.Vector2(2 * (event.clientX - box.left) / box.width - 1, 1 - 2 * (event.clientY - box.top) / box.height), camera);
-    const hits = ray.intersectObjects(meshes.filter(mesh => mesh.visible)).filter(hit => planes.every(plane => plane.distanceToPoint(hit.point) >= 0));
+    draw();
+    const drawn = meshes.flatMap(({ fine, coarse, grains }) => [fine, coarse].filter(mesh => mesh.visible).map(mesh => Object.assign(mesh, { grains })));
+    const hits = ray.intersectObjects(drawn).filter(hit => planes.every(plane => plane.distanceToPoint(hit.point) >= 0));
     picked = hits.length ? hits[0].object.grains[hits[0].instanceId] : -1;
     if (picked < 0) say.textContent = "Press on a grain to see its numbers.";
     show();
@@ -172,6 +229,7 @@
       planes.push(plane);
     }
     [material, water.material, drops.material].forEach(of => { of.clippingPlanes = planes.length ? [...planes] : null; of.needsUpdate = true; });
+    arrange();
     render();
   };
   const turnBy = event => {
@@ -198,6 +256,8 @@
   for (const id of ["view-colour", "view-grains", "view-water"]) byId(id).addEventListener("change", show);
   for (const id of ["view-axis", "view-cut"]) byId(id).addEventListener("input", cut);
   controls.addEventListener("change", render);
+  controls.addEventListener("start", () => { isMoving = true; });
+  controls.addEventListener("end", () => { isMoving = false; render(); });
   canvas.addEventListener("keydown", turnBy);
   let pressed = [0, 0];
   canvas.addEventListener("pointerdown", event => { pressed = [event.clientX, event.clientY]; });
@@ -208,16 +268,37 @@
     renderer.setSize(width, height);
     camera.aspect = width / height;
     camera.updateProjectionMatrix();
-    render();
+    draw();
   };
   new ResizeObserver(fit).observe(place);
   fit();
   cut();
   show();
-  // For tests: what is drawn, where a grain is on the screen, and how fast frames follow one another.
+  draw();
+  // For tests: what is drawn, where a grain is on the screen, what frames take, and the picture with and without hidden grains.
+  const frames = (number, coarse) => {
+    const began = performance.now(), gl = renderer.getContext(), pixel = new Uint8Array(4);
+    [isMoving, isSlow] = [coarse, coarse];
+    for (let n = 0; n < number; n++) {
+      camera.position.sub(centre).applyAxisAngle(camera.up, 1e-3).add(centre);
+      draw();
+      gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
+    }
+    [isMoving, isSlow] = [false, false];
+    return { perSecond: number / (performance.now() - began) * 1e3, triangles: renderer.info.render.triangles, calls: renderer.info.render.calls };
+  };
+  const picture = all => {
+    const gl = renderer.getContext(), pixels = new Uint8Array(4 * canvas.width * canvas.height);
+    showsAll = all;
+    arrange();
+    draw();
+    gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+    return pixels;
+  };
   window.reportView = {
-    head, numbers, get picked() { return picked; }, get calls() { return renderer.info.render; },
+    head, numbers, frames, all: number => { picture(true); const found = frames(number, false); picture(false); return found; }, get picked() { return picked; }, get calls() { return renderer.info.render; }, get drawn() { return meshes.map(of => of.grains.length); },
     seen: n => { const box = canvas.getBoundingClientRect(); const p = at.set(...numbers(n).position_mm.map(x => x / 1e3)).clone().project(camera); return [box.left + (p.x + 1) / 2 * box.width, box.top + (1 - p.y) / 2 * box.height]; },
-    frames: count => { const began = performance.now(), gl = renderer.getContext(), pixel = new Uint8Array(4); for (let n = 0; n < count; n++) { camera.position.applyAxisAngle(camera.up, 1e-3); render(); gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel); } return count / (performance.now() - began) * 1e3; },
+    // Part of the pixels that differ by more than a tenth where hidden grains are drawn as well.
+    missed: () => { const [with_, without] = [picture(true), picture(false)]; let sum = 0; for (let n = 0; n < with_.length; n += 4) sum += [0, 1, 2].some(c => Math.abs(with_[n + c] - without[n + c]) > 25); return 4 * sum / with_.length; },
   };
 })();

@@ -11,6 +11,13 @@ struct Headline(&'static str, String, String);
 /// The answer of a run.
 pub fn section(html: &mut Html, run: &Finished, findings: &[(String, String)]) {
     html.section("answer", "Answer");
+    if let Some((verdict, more)) = how_it_broke_off(run) {
+        html.raw("<p class=\"verdict bad\">");
+        html.element("strong", &[], &verdict);
+        html.raw(" ");
+        html.text(&more);
+        html.raw("</p>\n");
+    }
     html.raw("<dl class=\"headlines\">\n");
     for Headline(label, value, more) in headlines(run) {
         html.raw("<div>");
@@ -25,6 +32,34 @@ pub fn section(html: &mut Html, run: &Finished, findings: &[(String, String)]) {
     let rows: Vec<Vec<String>> = findings.iter().map(|(label, value)| vec![label.clone(), value.clone()]).collect();
     html.table("What the run found", &[], &rows);
     html.close("section");
+}
+
+/// What ended a run before its end, and what it can go on from.
+pub fn how_it_broke_off(run: &Finished) -> Option<(String, String)> {
+    let failure = &run.summary["failure"];
+    let milliseconds =
+        |time: Option<f64>| time.map_or("an unknown time".into(), |time| format!("{} ms", rounded(1e3 * time)));
+    let verdict = match run.summary["status"].as_str() {
+        Some("failed") => {
+            let step = failure["step"].as_u64().map_or_else(String::new, |step| format!(" in step {step},"));
+            let why = failure["message"].as_str().unwrap_or("why was not recorded");
+            format!("The run failed{step} at {}: {why}.", milliseconds(failure["time"].as_f64()))
+        }
+        Some("stopped") => format!("The run was stopped at {}, before its end.", milliseconds(run.number("time_s"))),
+        _ => return None,
+    };
+    let more = match run.last_checkpoint() {
+        Some(path) => {
+            let path = path.strip_prefix(&run.folder).map(std::path::Path::to_owned).unwrap_or(path);
+            format!(
+                "What follows is what it had written until then. Its last good checkpoint is {}; `sazanami resume {}` goes on from it.",
+                path.display(),
+                run.folder.display()
+            )
+        }
+        None => "What follows is what it had written until then. It has no good checkpoint.".into(),
+    };
+    Some((verdict, more))
 }
 
 /// Crater volume with its uncertainty, as people write it.
@@ -42,6 +77,15 @@ fn headlines(run: &Finished) -> Vec<Headline> {
         let noise = number("erosion.volume_noise_mm3");
         let noise = noise.map_or_else(String::new, |noise| format!("same bed before the impact: {noise:.2} mm³"));
         found.push(Headline("Erosion volume V", volume, noise));
+    }
+    if let [Some(angle), Some(error)] = ["angle_deg", "angle_uncertainty_deg"].map(|key| number(&format!("heap.{key}")))
+    {
+        let speed = number("heap.mean_speed").unwrap_or_default();
+        found.push(Headline(
+            "Angle of the heap",
+            format!("{angle:.1} ± {error:.1}°"),
+            format!("grains move at {} m/s on the mean", rounded(speed)),
+        ));
     }
     let lengths = [
         ("Depth of the crater", "erosion.depth_mm", "below its rim"),
@@ -69,15 +113,8 @@ pub fn warnings(run: &Finished, log: &str) -> Vec<String> {
     let summary = &run.summary;
     let text =
         |path: &[&str]| path.iter().try_fold(summary, |value, key| value.get(key)).and_then(|value| value.as_str());
-    match summary["status"].as_str() {
-        Some("failed") => {
-            let why = text(&["failure", "message"]).unwrap_or("for a reason that was not recorded");
-            found.push(format!("The run failed: {why}. What stands here is what it had written until then."));
-        }
-        Some("stopped") => found.push("The run was stopped before its end.".into()),
-        _ => {}
-    }
     for (what, path) in [
+        ("The heap", ["observables", "heap", "not_evaluated"]),
         ("The crater", ["observables", "erosion", "not_evaluated"]),
         ("The splash", ["observables", "splash", "not_evaluated"]),
     ] {

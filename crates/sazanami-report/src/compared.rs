@@ -199,7 +199,13 @@ fn joined(mut charts: impl Iterator<Item = Chart>) -> Option<Chart> {
 fn warnings(sides: &[Side]) -> Vec<String> {
     let mut found = Vec::new();
     for side in sides {
-        found.extend(answer::warnings(side.run, "").into_iter().map(|warning| format!("{}: {warning}", side.name)));
+        let broke_off = answer::how_it_broke_off(side.run).map(|(verdict, _)| verdict);
+        found.extend(
+            broke_off
+                .into_iter()
+                .chain(answer::warnings(side.run, ""))
+                .map(|warning| format!("{}: {warning}", side.name)),
+        );
     }
     let ends: Vec<f64> = sides.iter().filter_map(|side| side.run.number("time_s")).collect();
     let [least, most] = [f64::min, f64::max].map(|of| ends.iter().copied().reduce(of).unwrap_or_default());

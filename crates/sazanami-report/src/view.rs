@@ -25,6 +25,8 @@ const MOST_BYTES: usize = 21_000_000;
 const MOST_TIMES: usize = 100;
 /// Most triangles of all grains: what a common graphics chip draws 30 times a second.
 const MOST_TRIANGLES: usize = 4_000_000;
+/// Most triangles of a grain while the view turns on a machine that does not draw whole shapes 30 times a second.
+const MOST_COARSE: usize = 24;
 /// Bytes of a grain at a time before they are deflated.
 const BYTES_OF_GRAIN: usize = 20;
 /// Liquid fraction at the surface of the water, and how often it is smoothed, as in the pictures of a run.
@@ -157,7 +159,13 @@ impl<'a> Source<'a> {
             let path = self.run.folder.join(GRAINS).join(format!("shape-{n}.vtp"));
             let file = VtkFile::read(&path)?;
             let mesh = Mesh::new(&file.array("Points")?, &file.array("connectivity")?).reduced(most);
-            Ok(json!({ "nodes": mesh.nodes.as_flattened(), "triangles": mesh.triangles.as_flattened() }))
+            let of =
+                |mesh: &Mesh| json!({ "nodes": mesh.nodes.as_flattened(), "triangles": mesh.triangles.as_flattened() });
+            let mut shape = of(&mesh);
+            if mesh.triangles.len() > MOST_COARSE {
+                shape["coarse"] = of(&mesh.reduced(MOST_COARSE));
+            }
+            Ok(shape)
         };
         let whole = |name: &str| -> Result<Vec<u32>, ReadError> {
             let numbers = if file.has(name) { file.array(name)? } else { (0..self.grains).map(|n| n as f32).collect() };

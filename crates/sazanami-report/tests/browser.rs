@@ -7,7 +7,7 @@ use std::process::Command;
 
 use sazanami_io::vtk::VtkFile;
 use serde_json::Value;
-use support::results;
+use support::{Lying, results, results_with};
 
 /// Where Debian and others put it.
 const NAMES: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
@@ -94,6 +94,64 @@ fn a_grain_that_is_picked_has_the_numbers_of_its_file() {
     // The control: the next time has other numbers.
     let other = VtkFile::read(&folder.path().join("grains/grains-000000002.vtp")).unwrap();
     assert_ne!(numbers["speed"].as_f64(), Some(f64::from(other.array("speed").unwrap()[n])));
+}
+
+#[test]
+fn charts_and_view_come_out_in_print() {
+    let folder = tempfile::tempdir().unwrap();
+    results(folder.path(), 40, 3, [12, 12, 12]);
+    let page = sazanami_report::of_run(folder.path()).unwrap();
+    let inked = "[...document.querySelectorAll('canvas.printed')].map(c => new Set(new Uint32Array(\
+        c.getContext('2d').getImageData(0, 0, c.width, c.height).data.buffer)).size > 2)";
+    let steps = [
+        READY,
+        "dispatchEvent(new Event('beforeprint'))",
+        inked,
+        "dispatchEvent(new Event('afterprint'))",
+        "document.querySelectorAll('canvas.printed').length",
+    ];
+    let Some(said) = opened(&page, "1280", &steps) else { return };
+    assert_eq!(said[2], serde_json::json!([true, true]), "the view and the chart");
+    assert_eq!(said[4], 0);
+}
+
+/// Results of a view's frames: drawn grains, part of the picture that is missed, a frame of whole shapes, and a coarse one.
+const FRAMES: &str = "(() => { document.getElementById('stage').scrollIntoView(); const n = reportView.head.count > 25000 ? 5 : 1, missed = reportView.missed(); \
+    const drawn = reportView.drawn[0], all = reportView.all(n); \
+    return { drawn, missed, all, whole: reportView.frames(n, false), coarse: reportView.frames(n, true) }; })()";
+
+#[test]
+fn grains_that_others_hide_are_not_drawn_and_are_not_missed() {
+    let met = |grains: usize, lying: Lying| {
+        let folder = tempfile::tempdir().unwrap();
+        results_with(folder.path(), grains, 2, [12, 12, 12], lying);
+        opened(&sazanami_report::of_run(folder.path()).unwrap(), "1280", &[READY, FRAMES]).map(|said| said[1].clone())
+    };
+    let Some(bed) = met(20_000, Lying::Bed) else { return };
+    println!("{bed}");
+    assert!(bed["drawn"].as_f64().unwrap() < 0.8 * 20_000.0, "{bed}");
+    assert!(bed["missed"].as_f64().unwrap() < 2e-3, "{bed}");
+    let triangles = |of: &str| bed[of]["triangles"].as_f64().unwrap();
+    assert!(triangles("coarse") < 0.3 * triangles("all") && triangles("whole") < 0.8 * triangles("all"), "{bed}");
+    // The control: where grains lie apart none is hidden.
+    let Some(loose) = met(500, Lying::Anywhere) else { return };
+    assert_eq!(loose["drawn"].as_f64(), Some(500.0), "{loose}");
+}
+
+/// The figures of `docs/guide/report.md`: on a quiet machine, `cargo test --release -p sazanami-report --test browser -- --ignored --nocapture`.
+#[test]
+#[ignore = "a measurement"]
+fn frames_of_30_900_grains_at_twenty_times() {
+    let folder = tempfile::tempdir().unwrap();
+    results_with(folder.path(), 30_900, 20, [88, 92, 66], Lying::Bed);
+    let page = sazanami_report::of_run(folder.path()).unwrap();
+    let Some(said) = met(&page, "1280", &[READY, FRAMES]) else { return };
+    println!(
+        "{:.1} MB, opened in {}: {}",
+        1e-6 * std::fs::metadata(&page).unwrap().len() as f64,
+        said["opened_s"],
+        said["results"][1]
+    );
 }
 
 #[test]

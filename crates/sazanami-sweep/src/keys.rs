@@ -65,13 +65,16 @@ pub(crate) enum Design {
     LatinHypercube { count: usize, seed: u64 },
     /// Points of a Sobol sequence.
     Sobol { count: usize, seed: u64 },
+    /// Trajectories on a grid of levels that change one key after the other (Morris 1991).
+    Morris { trajectories: usize, levels: usize, seed: u64 },
 }
 
 impl Design {
-    /// Points, where the design says how many.
-    pub const fn count(self) -> Option<usize> {
+    /// Points for so many keys, where the design says how many.
+    pub const fn count(self, keys: usize) -> Option<usize> {
         match self {
             Self::LatinHypercube { count, .. } | Self::Sobol { count, .. } => Some(count),
+            Self::Morris { trajectories, .. } => Some(trajectories.saturating_mul(keys + 1)),
             Self::Product | Self::Zip => None,
         }
     }

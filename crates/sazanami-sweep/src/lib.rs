@@ -2,7 +2,7 @@
 //!
 //! A [`Plan`] says which keys take which values; [`Sweep::pose`] makes a case of each point and checks all of them before
 //! anything runs; [`Sweep::run`] runs them side by side, each in a process of its own. What came of them is in one table.
-//! [`calibrate`] looks for the values with which given targets are found.
+//! [`calibrate`] looks for the values with which given targets are found; a plan of trajectories says which keys matter.
 //!
 //! ```
 //! use std::path::Path;
@@ -20,6 +20,7 @@ mod plan;
 mod points;
 mod pool;
 mod posed;
+mod sensitivity;
 mod slurm;
 mod state;
 mod sweep;
@@ -31,6 +32,7 @@ pub use keys::Setting;
 pub use plan::Plan;
 pub use pool::SideBySide;
 pub use posed::{Needs, Run};
+pub use sensitivity::SENSITIVITY;
 pub use state::{Progressed, State};
 pub use sweep::Sweep;
 pub use table::TABLE;

@@ -86,6 +86,16 @@ impl Plan {
         points::of(&self.keys, self.design)
     }
 
+    /// Places of the points in the unit cube, where the design is one of trajectories, whose steps have effects.
+    pub(crate) fn trajectories(&self) -> Option<Vec<Vec<f64>>> {
+        match self.design {
+            Design::Morris { trajectories, levels, seed } => {
+                Some(points::morris(self.keys.len(), trajectories, levels, seed))
+            }
+            _ => None,
+        }
+    }
+
     /// Whether it is for a calibration.
     #[must_use]
     pub fn has_targets(&self) -> bool {
@@ -105,6 +115,8 @@ type Entry<'t> = &'t Spanned<DeValue<'t>>;
 const TOP: [&str; 8] = ["case", "points", "seeds", "side_by_side", "set", "keys", "targets", "most_runs"];
 /// Most runs of a calibration, unless its plan says so.
 const MOST_TRIED: usize = 40;
+/// Levels of a design of trajectories, unless its plan says so.
+const LEVELS: usize = 4;
 /// Keys of a range.
 const RANGE: [&str; 6] = ["values", "from", "to", "count", "scale", "integers"];
 
@@ -376,7 +388,7 @@ impl Reader<'_> {
     }
 
     fn design(&mut self, value: Entry) -> Option<Design> {
-        const WORDS: [&str; 4] = ["product", "zip", "latin_hypercube", "sobol"];
+        const WORDS: [&str; 5] = ["product", "zip", "latin_hypercube", "sobol", "morris"];
         match value.get_ref() {
             DeValue::String(word) if word == "product" => return Some(Design::Product),
             DeValue::String(word) if word == "zip" => return Some(Design::Zip),
@@ -385,23 +397,7 @@ impl Reader<'_> {
                 if let [(name, inner)] = entries(table)[..]
                     && let DeValue::Table(of) = inner.get_ref()
                 {
-                    self.only(of, &["count", "seed"], "such a design");
-                    let count = match of.get("count") {
-                        Some(count) => self.count(count, "count", 2)?,
-                        None => {
-                            self.report.error(inner.span(), "the number of points is missing").help("add `count = 20`");
-                            return None;
-                        }
-                    };
-                    let seed = match of.get("seed") {
-                        Some(seed) => self.count(seed, "seed", 0)? as u64,
-                        None => 0,
-                    };
-                    match name.get_ref().as_ref() {
-                        "latin_hypercube" => return Some(Design::LatinHypercube { count, seed }),
-                        "sobol" => return Some(Design::Sobol { count, seed }),
-                        _ => return None,
-                    }
+                    return self.samples(name.get_ref(), inner, of);
                 }
             }
             _ => {}
@@ -416,11 +412,46 @@ impl Reader<'_> {
         None
     }
 
+    /// A design of samples, by its name and table.
+    fn samples(&mut self, name: &str, place: Entry, of: &DeTable) -> Option<Design> {
+        let (size, least) = if name == "morris" { ("trajectories", 1) } else { ("count", 2) };
+        self.only(
+            of,
+            if name == "morris" { &["trajectories", "levels", "seed"] } else { &["count", "seed"] },
+            "such a design",
+        );
+        let Some(entry) = of.get(size) else {
+            self.report
+                .error(place.span(), format!("the number of {} is missing", size.replace("count", "points")))
+                .help(format!("add `{size} = 20`"));
+            return None;
+        };
+        let count = self.count(entry, size, least)?;
+        let seed = match of.get("seed") {
+            Some(seed) => self.count(seed, "seed", 0)? as u64,
+            None => 0,
+        };
+        let levels = match of.get("levels") {
+            Some(levels) => self.count(levels, "levels", 2)?,
+            None => LEVELS,
+        };
+        if levels % 2 == 1 {
+            self.report.error(of["levels"].span(), "`levels` is even").label("so that each step has one side to go to");
+            return None;
+        }
+        match name {
+            "latin_hypercube" => Some(Design::LatinHypercube { count, seed }),
+            "sobol" => Some(Design::Sobol { count, seed }),
+            "morris" => Some(Design::Morris { trajectories: count, levels, seed }),
+            _ => None,
+        }
+    }
+
     /// Whether the choices of the keys fit the design.
     fn fitting(&mut self, keys: &[Key], design: Design) {
         for key in keys {
             let Choices::Between(between) = &key.choices else { continue };
-            match (between.count, design.count()) {
+            match (between.count, design.count(keys.len())) {
                 (None, None) => {
                     self.report
                         .error(key.span.clone(), format!("how many values of `{}` there are is not said", key.path))

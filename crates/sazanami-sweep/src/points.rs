@@ -13,7 +13,9 @@ pub fn count(keys: &[Key], design: Design) -> usize {
     match design {
         Design::Product => keys.iter().fold(1, |product, key| usize::saturating_mul(product, key.choices.len())),
         Design::Zip => keys.first().map_or(0, |key| key.choices.len()),
-        Design::LatinHypercube { count, .. } | Design::Sobol { count, .. } => count,
+        Design::LatinHypercube { .. } | Design::Sobol { .. } | Design::Morris { .. } => {
+            design.count(keys.len()).unwrap_or_default()
+        }
     }
 }
 
@@ -42,6 +44,10 @@ pub fn of(keys: &[Key], design: Design) -> Vec<Vec<Setting>> {
         Design::Sobol { count, seed } => {
             sampled(keys, count, |n, d| f64::from(sobol_burley::sample(n as u32, d as u32, seed as u32)))
         }
+        Design::Morris { trajectories, levels, seed } => {
+            let places = morris(keys.len(), trajectories, levels, seed);
+            sampled(keys, places.len(), |n, d| places[n][d])
+        }
     }
 }
 
@@ -66,6 +72,27 @@ fn latin_hypercube(dimensions: usize, count: usize, seed: u64) -> Vec<Vec<f64>> 
         parts.into_iter().map(|part| (part as f64 + random.unit()) / count as f64).collect()
     };
     (0..dimensions).map(|_| column()).collect()
+}
+
+/// Places in the unit cube of trajectories (Morris 1991), one after the other, each with one point more than keys: from a random point on
+/// a grid of an even number of `levels` each key in random order goes a step of `levels / (2 (levels - 1))` to the only side where there is
+/// room for it.
+pub fn morris(keys: usize, trajectories: usize, levels: usize, seed: u64) -> Vec<Vec<f64>> {
+    let mut random = Random::new(seed);
+    let mut below = |count: usize| ((random.unit() * count as f64) as usize).min(count - 1);
+    let mut places = Vec::new();
+    for _ in 0..trajectories {
+        let mut at: Vec<usize> = (0..keys).map(|_| below(levels)).collect();
+        let mut order: Vec<usize> = (0..keys).collect();
+        (1..keys).rev().for_each(|last| order.swap(last, below(last + 1)));
+        let place = |at: &[usize]| at.iter().map(|&level| level as f64 / (levels - 1) as f64).collect();
+        places.push(place(&at));
+        for key in order {
+            at[key] = (at[key] + levels / 2) % levels;
+            places.push(place(&at));
+        }
+    }
+    places
 }
 
 /// All values of a key.
@@ -144,6 +171,32 @@ mod tests {
             parts.sort_unstable();
             assert_eq!(parts, (0..20).collect::<Vec<_>>());
         }
+    }
+
+    #[test]
+    fn trajectories_change_each_key_once_and_use_all_levels() {
+        let places = super::morris(5, 40, 4, 2);
+        assert_eq!(places, super::morris(5, 40, 4, 2));
+        assert_ne!(places, super::morris(5, 40, 4, 3));
+        let mut met = [0; 4];
+        for trajectory in places.chunks(6) {
+            let mut changed = [0; 5];
+            for pair in trajectory.windows(2) {
+                let steps: Vec<usize> = (0..5).filter(|&d| pair[0][d] != pair[1][d]).collect();
+                assert!(steps.len() == 1 && ((pair[0][steps[0]] - pair[1][steps[0]]).abs() - 2.0 / 3.0).abs() < 1e-12);
+                changed[steps[0]] += 1;
+            }
+            assert_eq!(changed, [1; 5]);
+            trajectory.iter().flatten().for_each(|place| met[(3.0 * place).round() as usize] += 1);
+        }
+        assert!(met.iter().all(|&count| (200..400).contains(&count)), "{met:?}");
+        let text = "points = { morris = { trajectories = 3 } }\n[keys]\n\"a\" = { from = \"1 mm\", to = \"4 mm\" }\n\
+                    \"b\" = [true, false]\n";
+        let points = values(text);
+        assert_eq!(points.len(), 9);
+        assert!(
+            points.iter().all(|point| ["\"1 mm\"", "\"2 mm\"", "\"3 mm\"", "\"4 mm\""].contains(&point[0].as_str()))
+        );
     }
 
     #[test]

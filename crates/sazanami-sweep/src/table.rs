@@ -20,10 +20,13 @@ const SAID: [&str; 3] = ["time_s", "steps", "state_hash"];
 
 /// Writes the table into `folder`.
 pub fn write(folder: &Path, runs: &[Run], states: &[Progressed]) -> std::io::Result<()> {
-    let rows = rows(runs, states);
+    replace_file(&folder.join(TABLE), |file| file.write_all(csv(&rows(runs, states)).as_bytes()))
+}
+
+/// Rows of cells as CSV.
+pub fn csv(rows: &[Vec<String>]) -> String {
     let line = |row: &Vec<String>| row.iter().map(|cell| quoted(cell)).collect::<Vec<_>>().join(",") + "\n";
-    let text: String = rows.iter().map(line).collect();
-    replace_file(&folder.join(TABLE), |file| file.write_all(text.as_bytes()))
+    rows.iter().map(line).collect()
 }
 
 /// The heading and a row for each run.

@@ -16,9 +16,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::pool::{Pool, SideBySide};
 use crate::posed::Run;
-use crate::state::State;
+use crate::sensitivity::SENSITIVITY;
+use crate::state::{Progressed, State};
 use crate::sweep::{CASES, LOGS, Sweep};
-use crate::{slurm, table};
+use crate::{sensitivity, slurm, table};
 
 /// What the sweep in a folder is.
 const RECORD: &str = "sweep.json";
@@ -54,6 +55,8 @@ pub struct Outcome {
     pub failed: Vec<(String, String)>,
     /// Runs that are neither.
     pub left: usize,
+    /// Table of the sensitivity to the keys, where the plan asks for it and runs tell something.
+    pub sensitivity: Option<PathBuf>,
 }
 
 impl Sweep {
@@ -91,7 +94,9 @@ impl Sweep {
     pub fn collect(&self) -> Result<Outcome, CommandError> {
         let states = self.states();
         table::write(&self.folder, &self.runs, &states).map_err(|error| self.unwritable(&error))?;
-        let mut outcome = Outcome { interrupted: false, finished: Vec::new(), failed: Vec::new(), left: 0 };
+        let sensitivity = self.write_sensitivity(&states).map_err(|error| self.unwritable(&error))?;
+        let mut outcome =
+            Outcome { interrupted: false, finished: Vec::new(), failed: Vec::new(), left: 0, sensitivity };
         for (number, found) in states.into_iter().enumerate() {
             match found.state {
                 State::Finished => outcome.finished.push(self.folder_of(number)),
@@ -100,6 +105,18 @@ impl Sweep {
             }
         }
         Ok(outcome)
+    }
+
+    /// Writes how sensitive the findings are to the keys, where the plan asks for it and runs tell something.
+    fn write_sensitivity(&self, states: &[Progressed]) -> std::io::Result<Option<PathBuf>> {
+        let Some(places) = self.plan().trajectories() else { return Ok(None) };
+        let keys: Vec<&str> = self.plan().keys.iter().map(|key| key.path.as_str()).collect();
+        let rows = sensitivity::rows(&keys, &places, states);
+        if rows.len() < 2 {
+            return Ok(None);
+        }
+        sensitivity::write(&self.folder, &rows)?;
+        Ok(Some(self.folder.join(SENSITIVITY)))
     }
 
     /// The table as rows of cells, the heading first.

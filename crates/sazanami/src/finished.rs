@@ -6,6 +6,7 @@ use serde_json::Value;
 
 use crate::analyse::Table;
 use crate::case::{self, LoadedCase};
+use crate::checkpoints;
 use crate::error::CommandError;
 use crate::lock::FolderLock;
 use crate::results::{CASE, SERIES, SUMMARY};
@@ -58,6 +59,12 @@ impl Finished {
     #[must_use]
     pub fn number(&self, path: &str) -> Option<f64> {
         path.split('.').try_fold(&self.summary, |value, key| value.get(key)).and_then(Value::as_f64)
+    }
+
+    /// The newest checkpoint that can be gone on from.
+    #[must_use]
+    pub fn last_checkpoint(&self) -> Option<PathBuf> {
+        checkpoints::last_good(&self.folder)
     }
 
     /// Another table of the run, if it wrote one.

@@ -297,17 +297,20 @@ impl Launch<'_> {
             }
             worker.join()
         });
-        let ended = outcome.map_err(|panic| broke_off(folder, &last, panic.as_ref(), progress))?.map_err(|failed| {
-            // Rank 0, which wrote the summary, may have known only that another rank had failed. A wrong command has
-            // not touched the run it was to go on with.
-            if !(goes_on && failed.is_at_once) {
-                put_failure(folder, &failed.failure, progress);
-            }
-            // A case file may lie elsewhere, and files are named relative to it.
-            let bed = case.packs().then(|| recorder::packed_bed(case, folder));
-            let bed = bed.map(|bed| std::path::absolute(&bed).unwrap_or(bed));
-            failed.into_command_error(checkpoints::last_good(folder), bed.as_deref())
-        })?;
+        let ended = outcome.map_err(|panic| broke_off(folder, &last, panic.as_ref(), options, progress))?.map_err(
+            |failed| {
+                // Rank 0, which wrote the summary, may have known only that another rank had failed. A wrong command has
+                // not touched the run it was to go on with.
+                if !(goes_on && failed.is_at_once) {
+                    put_failure(folder, &failed.failure, progress);
+                    report_failure(folder, options, progress);
+                }
+                // A case file may lie elsewhere, and files are named relative to it.
+                let bed = case.packs().then(|| recorder::packed_bed(case, folder));
+                let bed = bed.map(|bed| std::path::absolute(&bed).unwrap_or(bed));
+                failed.into_command_error(checkpoints::last_good(folder), bed.as_deref())
+            },
+        )?;
         let wall = began.elapsed().as_secs_f64();
         progress.message(&how_it_ended(&ended, &last, options, stop, wall));
         let lines = crate::analyse::present(folder, options.artist, progress)?;
@@ -348,7 +351,13 @@ fn how_it_ended(ended: &Ended, last: &StepLine, options: &RunOptions, stop: &Sto
 }
 
 /// The run panicked, soon after it reported its step `last`.
-fn broke_off(folder: &Path, last: &StepLine, panic: &(dyn Any + Send), progress: &mut dyn Progress) -> Failure {
+fn broke_off(
+    folder: &Path,
+    last: &StepLine,
+    panic: &(dyn Any + Send),
+    options: &RunOptions,
+    progress: &mut dyn Progress,
+) -> Failure {
     // Ranks say which of them it was, and why.
     let cause = panic.downcast_ref::<RanksFailed>().map_or_else(String::new, |failed| format!("\n{failed}"));
     let mut failure = Failure {
@@ -365,7 +374,18 @@ fn broke_off(folder: &Path, last: &StepLine, panic: &(dyn Any + Send), progress:
     // First what is short: a job that cannot end in good order has seconds left.
     put_failure(folder, &failure, progress);
     failure.checkpoint = checkpoints::last_good(folder);
+    report_failure(folder, options, progress);
     failure
+}
+
+/// Writes the report on a run that failed, if it left anything that can be shown: what went wrong stands in it.
+fn report_failure(folder: &Path, options: &RunOptions, progress: &mut dyn Progress) {
+    let Some(report) = options.report else { return };
+    let listed = |error: sazanami_io::table::TableError| CommandError::Undone(error.to_string());
+    match report(folder).and_then(|path| recorder::put_files(folder).map_err(listed).map(|()| path)) {
+        Ok(path) => progress.message(&format!("wrote {}", path.display())),
+        Err(problem) => progress.message(&format!("no report was written: {problem}")),
+    }
 }
 
 /// Puts a failure into the summary of its run, or says that it could not.

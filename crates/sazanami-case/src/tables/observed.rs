@@ -1,8 +1,9 @@
-//! `[bed]` and `[erosion]`: what is measured of the bed and of the crater.
+//! `[bed]`, `[heap]` and `[erosion]`: what is measured of the bed, of a heap and of the crater.
 
 use sazanami_case_derive::Keys;
 use sazanami_numerics::Real;
 use sazanami_observe::erosion::CountedGrains;
+use sazanami_observe::heap::HeapShape;
 
 use super::Population;
 use crate::read::{Context, Table};
@@ -54,6 +55,21 @@ impl Bed {
     pub fn porosity_slab(&self) -> [Real; 2] {
         [self.porosity_lower, self.porosity_upper]
     }
+}
+
+/// The slope of a heap. Absent: not observed. An empty table observes a cone in the middle.
+#[derive(Clone, Copy, Debug, PartialEq, Keys)]
+pub struct HeapObserved {
+    /// What the heap looks like.
+    #[key(word, default = HeapShape::Cone)]
+    pub shape: HeapShape,
+    /// Axis of the cone in x1 and x2; of a ridge the line along x2 that the heap falls away from: its crest, or a wall.
+    #[key(unit = "m", default = cx.known.bed.axis, says = "`bed.axis`")]
+    pub axis: [Real; 2],
+    /// Grain size: width of the bands over which heights are averaged.
+    #[key(unit = "m", within = range_of_grain_size(cx), default = first_size(table, "heap up", cx),
+          says = "that of the first population")]
+    pub grain_size: Real,
 }
 
 /// The crater. Absent: not observed. An empty table observes it with the defaults.

@@ -18,8 +18,8 @@ const MOST_IN_REPORT: usize = 40;
 /// Run the cases of a plan, several at a time.
 #[derive(Debug, Args)]
 #[command(
-    long_about = "Run the cases of a plan: one case file with keys that vary over lists, ranges, a Latin hypercube or a \
-                  Sobol sequence. All cases are checked before the first one runs. Runs go side by side, each in a \
+    long_about = "Run the cases of a plan: one case file with keys that vary over lists, ranges, a Latin hypercube, a \
+                  Sobol sequence, or trajectories that say which key matters. All cases are checked before the first one runs. Runs go side by side, each in a \
                   process of its own, as far as processors and memory allow. Ctrl-C ends all of them with checkpoints; \
                   the same command goes on wherever the sweep ended: runs that ended are not repeated, runs begun go on \
                   from their checkpoints. A run that fails is marked in the table, and the others go on. Exit code 1 if \
@@ -152,6 +152,9 @@ fn tell(sweep: &sazanami_sweep::Sweep, outcome: &Outcome, is_collected: bool) ->
     let all = sweep.runs().len();
     outln!("{} of {all} runs finished, {} failed, {} left", outcome.finished.len(), outcome.failed.len(), outcome.left);
     outln!("table in {}", sweep.folder().join(TABLE).display());
+    if let Some(path) = &outcome.sensitivity {
+        outln!("elementary effects of the keys in {}", path.display());
+    }
     if outcome.left > 0 && !is_collected {
         outln!("the same command goes on with them");
     }

@@ -29,8 +29,22 @@ impl Random {
     }
 }
 
-/// Results of a run with so many grains, written at so many times; grains jump from time to time, so that nothing repeats.
+/// How grains lie in the box.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lying {
+    /// Anywhere, and elsewhere at each time, so that nothing repeats: octahedra.
+    Anywhere,
+    /// As a dense bed over the floor: spheroids of 84 triangles with the axes of the paper's, half of the space.
+    Bed,
+}
+
+/// Results of a run with so many grains that lie anywhere, written at so many times.
 pub fn results(folder: &Path, grains: usize, times: usize, cells: [usize; 3]) {
+    results_with(folder, grains, times, cells, Lying::Anywhere);
+}
+
+/// The same with grains that lie so.
+pub fn results_with(folder: &Path, grains: usize, times: usize, cells: [usize; 3], lying: Lying) {
     for name in ["grains", "fields"] {
         fs::create_dir_all(folder.join(name)).expect(WRITABLE);
     }
@@ -62,11 +76,11 @@ pub fn results(folder: &Path, grains: usize, times: usize, cells: [usize; 3]) {
     let mut random = Random(7);
     let (mut points, mut images) =
         (PvdSeries::create(&folder.join("grains.pvd")), PvdSeries::create(&folder.join("fields.pvd")));
-    write_shape(&folder.join("grains/shape-0.vtp"));
+    write_shape(&folder.join("grains/shape-0.vtp"), lying);
     for n in 0..times {
         let time = 0.02 * n as f64 / times as f64;
         let name = format!("grains/grains-{n:09}.vtp");
-        write_grains(&folder.join(&name), grains, &mut random);
+        write_grains(&folder.join(&name), grains, &mut random, lying);
         points.push(time, &name).expect(WRITABLE);
         let name = format!("fields/fields-{n:09}.vti");
         write_water(&folder.join(&name), cells, n);
@@ -74,21 +88,52 @@ pub fn results(folder: &Path, grains: usize, times: usize, cells: [usize; 3]) {
     }
 }
 
-fn write_shape(path: &Path) {
+/// An octahedron, or a spheroid of seven rings of six nodes and two poles.
+fn write_shape(path: &Path, lying: Lying) {
     let (x, y, z) = (Vector::X * 5e-4, Vector::Y * 5e-4, Vector::Z * 5e-4);
-    let nodes = [x, y, z, -x, -y, -z];
-    let triangles = [[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]];
+    let mut nodes = vec![x, y, z, -x, -y, -z];
+    let mut triangles = vec![[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]];
+    if lying == Lying::Bed {
+        let (rings, around) = (7_u32, 6_u32);
+        let node = |n: u32| {
+            let [polar, turn] = [
+                std::f64::consts::PI * f64::from(n / around + 1) / f64::from(rings + 1),
+                std::f64::consts::TAU * f64::from(n % around) / f64::from(around),
+            ];
+            let across = 2.6e-4 * polar.sin();
+            Vector::new(across * turn.cos(), across * turn.sin(), 6.35e-4 * polar.cos())
+        };
+        nodes = (0..rings * around).map(node).chain([6.35e-4, -6.35e-4].map(|z| Vector::Z * z)).collect();
+        let [top, bottom] = [rings * around, rings * around + 1];
+        let next = |n: u32| n / around * around + (n + 1) % around;
+        let quads =
+            (0..(rings - 1) * around).flat_map(|n| [[n, n + around, next(n)], [next(n), n + around, next(n) + around]]);
+        let caps = (0..around).flat_map(|n| {
+            let last = (rings - 1) * around + n;
+            [[top, n, next(n)], [bottom, next(last), last]]
+        });
+        triangles = quads.chain(caps).collect();
+    }
     let pose = BodyPose { surface: 0, scale: 1.0, position: Vector::ZERO, orientation: Quaternion::IDENTITY };
     let surfaces = [BodySurface { nodes: &nodes, triangles: &triangles }];
     let bodies = Bodies { surfaces: &surfaces, poses: &[pose] };
     write_bodies(path, &BodyFile { bodies, time: None, arrays: &[], scalars: None, frame: None }).expect(WRITABLE);
 }
 
-fn write_grains(path: &Path, count: usize, random: &mut Random) {
+fn write_grains(path: &Path, count: usize, random: &mut Random, lying: Lying) {
     let mut vectors = |scale: f64| -> Vec<Vector> {
         (0..count).map(|_| scale * Vector::new(random.next(), random.next(), random.next())).collect()
     };
-    let (places, speeds, forces, turns) = (vectors(BOX), vectors(1.0), vectors(1e-3), vectors(1.0));
+    let (mut places, speeds, forces, turns) = (vectors(BOX), vectors(1.0), vectors(1e-3), vectors(1.0));
+    if lying == Lying::Bed {
+        // Half of the space is grains: cells of twice their volume, each with one somewhere about its middle.
+        let cell = (2.0 * 1.5e-10_f64).cbrt();
+        let along = (BOX / cell) as usize;
+        for (n, place) in places.iter_mut().enumerate() {
+            let middle = [n % along, n / along % along, n / along / along].map(|k| (k as f64 + 0.5) * cell);
+            *place = Vector::from_array(middle) + (*place / BOX - Vector::splat(0.5)) * (0.5 * cell);
+        }
+    }
     let flat = |vectors: &[Vector]| vectors.iter().flat_map(|v| v.to_array()).collect::<Vec<f64>>();
     let turn = |v: &Vector| {
         let turned = Quaternion::from_rotation_x(6.0 * v.x) * Quaternion::from_rotation_z(6.0 * v.y);

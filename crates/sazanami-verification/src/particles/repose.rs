@@ -6,6 +6,7 @@ use super::settled_bed::SettledBed;
 use super::vessel::DIAMETER;
 use super::vessel::{ExperimentError, GRAVITY, advance};
 use sazanami_mps::solver::{Forcing, Solver};
+use sazanami_observe::fit::line;
 
 /// Angle to which the bed is tilted fast, and how fast [rad, rad/s].
 const FIRST: (Real, Real) = (0.26, 0.35);
@@ -48,7 +49,7 @@ fn speed(solver: &Solver, top: Real) -> Real {
 }
 
 /// Tops of the bed in columns along x, away from the ends: `(x, z)` \[m].
-fn surface(solver: &Solver) -> Vec<[Real; 2]> {
+fn surface(solver: &Solver) -> Vec<(Real, Real)> {
     let grains = solver.grains().engine().grains();
     let length = solver.tank().upper.x;
     let columns = (length / (COLUMN * DIAMETER)).round();
@@ -60,15 +61,7 @@ fn surface(solver: &Solver) -> Vec<[Real; 2]> {
         }
     }
     let kept = tops.len() / 6..tops.len() - tops.len() / 6;
-    kept.map(|n| [(n as Real + 0.5) / columns * length, tops[n]]).collect()
-}
-
-/// Slope of the straight line that fits points best.
-fn slope(points: &[[Real; 2]]) -> Real {
-    let count = points.len() as Real;
-    let [x, z] = [0, 1].map(|d| points.iter().map(|p| p[d]).sum::<Real>() / count);
-    let moment = |d: usize, mean: Real| points.iter().map(|p| (p[0] - x) * (p[d] - mean)).sum::<Real>();
-    moment(1, z) / moment(0, x)
+    kept.map(|n| ((n as Real + 0.5) / columns * length, tops[n])).collect()
 }
 
 /// A bed of `layers` diameters of spheres on a rough floor, in a box of `size` diameters, under water that covers it
@@ -85,7 +78,7 @@ pub fn repose(size: [usize; 2], layers: Real, rate: Real) -> Result<Repose, Expe
     let angle = |time: Real| if time < first / fast { fast * time } else { first + rate * (time - first / fast) };
     let scale = (GRAVITY * DIAMETER).sqrt();
     let tops = surface(&solver);
-    let height = tops.iter().map(|p| p[1]).sum::<Real>() / tops.len() as Real;
+    let height = tops.iter().map(|p| p.1).sum::<Real>() / tops.len() as Real;
     // Judged every hundredth of a second.
     let (look, mut time, mut creep) = (0.01, 0.0, 0.0);
     loop {
@@ -112,18 +105,8 @@ pub fn repose(size: [usize; 2], layers: Real, rate: Real) -> Result<Repose, Expe
         }
     }
     // Grains heap up towards +x: the surface is less steep than the floor.
-    let stop = start - slope(&surface(&solver)).atan();
+    let slope = line(&surface(&solver)).map_or(Real::NAN, |line| line.slope);
+    let stop = start - slope.atan();
     let [start, stop] = [start, stop].map(Real::to_degrees);
     Ok(Repose { start, stop, seconds: time - begin, creep, speed: largest })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_slope_of_a_line_is_found() {
-        let points: Vec<[Real; 2]> = (0..7).map(|n| [Real::from(n), 0.4 - 0.3 * Real::from(n)]).collect();
-        assert!((slope(&points) + 0.3).abs() < 1e-12);
-    }
 }

@@ -90,6 +90,7 @@ pub(super) fn rows(summary: &Value) -> Vec<Row> {
     let of_part = |part: &str| &summary["observables"][part];
     let [erosion, crater_rest, splash] = ["erosion", "crater_rest", "splash"].map(of_part);
     let mut rows: Vec<Row> = of(OF_RUN).collect();
+    rows.extend(slope(of_part("heap")).map(|value| ("angle of the heap", value)));
     rows.extend(erosion_volume(erosion, crater_rest).map(|value| (VOLUME, value)));
     rows.extend(rest(crater_rest));
     rows.extend(of(OF_CRATER).chain(of(OF_SPLASH)));
@@ -114,6 +115,15 @@ pub(super) fn rows(summary: &Value) -> Vec<Row> {
 }
 
 const VOLUME: &str = "erosion volume V, eq. (14)";
+
+/// The slope of a heap with its standard error, and how fast the grains still move.
+fn slope(heap: &Value) -> Option<String> {
+    if let Some(problem) = heap["not_evaluated"].as_str() {
+        return Some(format!("not evaluated: {problem}"));
+    }
+    let [angle, error, speed] = ["angle_deg", "angle_uncertainty_deg", "mean_speed"].map(|key| number(heap, &[key]));
+    Some(format!("{:.1} +- {:.1} degrees, mean speed {:.1e} m/s", angle?, error?, speed?))
+}
 
 /// The erosion volume with its uncertainty, and what speaks against it.
 fn erosion_volume(erosion: &Value, crater_rest: &Value) -> Option<String> {

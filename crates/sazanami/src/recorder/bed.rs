@@ -7,11 +7,12 @@ use sazanami_numerics::domain::Domain;
 use sazanami_numerics::geometry::Shape;
 use sazanami_numerics::snapshot::Snapshot;
 use sazanami_numerics::{Quaternion, Real, Vector};
+use sazanami_observe::heap::{Heap, HeapError, HeapSettings};
 use sazanami_observe::{BedView, Body, GatheredBed, bed_profile};
-use serde_json::json;
+use serde_json::{Value, json};
 
 use crate::case::meaning::Case;
-use crate::columns::{Field, quantity};
+use crate::columns::{Field, object, quantity};
 use crate::job::Job;
 
 const SECTION: &str = "observe/bed";
@@ -57,6 +58,57 @@ pub(crate) const BED: &[Field<BedFindings>] = &[
     }),
 ];
 
+/// Fields of `observables.heap`.
+pub(crate) const HEAP: &[Field<Heap>] = &[
+    quantity(
+        "angle_deg",
+        "degree",
+        "angle of the flank against the horizontal: of repose, once the grains lie still",
+        |heap| json!(heap.angle.to_degrees()),
+    ),
+    quantity(
+        "angle_uncertainty_deg",
+        "degree",
+        "its standard error, from the scatter about the fitted line or between parts of the heap; other heaps scatter more",
+        |heap| json!(heap.uncertainty.to_degrees()),
+    ),
+    quantity("upper_angle_deg", "degree", "angle of the upper half of the flank", |heap| {
+        json!(heap.halves[0].to_degrees())
+    }),
+    quantity("lower_angle_deg", "degree", "angle of the lower half of the flank", |heap| {
+        json!(heap.halves[1].to_degrees())
+    }),
+    quantity("relief_mm", "mm", "height of the crest over the foot", |heap| json!(1e3 * heap.relief)),
+    quantity("flank_mm", "mm", "distances from the axis between which the line is fitted", |heap| {
+        json!(heap.flank.map(|distance| 1e3 * distance))
+    }),
+    quantity("mean_speed", "m/s", "mean speed of the grains: a heap that moves has no angle of repose yet", |heap| {
+        json!(heap.mean_speed)
+    }),
+];
+
+/// A heap, or why there is none, as the summary has it.
+pub(super) fn heap_json(heap: &Result<Heap, HeapError>) -> Value {
+    match heap {
+        Ok(heap) => Value::Object(object(HEAP, heap)),
+        Err(problem) => json!({ "not_evaluated": problem.to_string() }),
+    }
+}
+
+/// How the heap of a case is measured, if it is.
+pub(super) fn heap_settings(case: &Case) -> Option<HeapSettings> {
+    let heap = case.heap?;
+    let domain = &case.domain;
+    Some(HeapSettings {
+        shape: heap.shape,
+        axis: heap.axis,
+        grain_size: heap.grain_size,
+        lower: [domain.lower.x, domain.lower.y],
+        upper: [domain.upper.x, domain.upper.y],
+        floor: domain.lower.z,
+    })
+}
+
 /// The grains of all ranks, gathered on rank 0.
 pub(crate) struct GatheredGrains {
     shapes: Arc<[Shape]>,
@@ -66,6 +118,9 @@ pub(crate) struct GatheredGrains {
     measured: BedSettings,
     /// The bed as it was last measured.
     pub found: Option<BedFindings>,
+    heap_settings: Option<HeapSettings>,
+    /// The heap as it was last measured, where the case asks for it.
+    pub heap: Option<Result<Heap, HeapError>>,
 }
 
 impl GatheredGrains {
@@ -76,6 +131,8 @@ impl GatheredGrains {
             leads: false,
             measured: BedSettings::of(job.case),
             found: None,
+            heap_settings: heap_settings(job.case),
+            heap: None,
         }
     }
 
@@ -107,6 +164,13 @@ impl GatheredGrains {
             self.found = Some(found);
         }
         (height, found)
+    }
+
+    /// Measures the slope of the heap on rank 0, where the case asks for it.
+    pub fn measure_heap(&mut self) {
+        if let Some(settings) = self.heap_settings.filter(|_| self.leads) {
+            self.heap = Some(self.with_bed(|bed| Heap::of(bed, &settings)));
+        }
     }
 
     /// The grains as they lie, in the order of their identifiers.

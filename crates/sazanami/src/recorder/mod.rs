@@ -165,6 +165,7 @@ impl<'a, B: Observer> Recorder<'a, B> {
         let case = job.case;
         let floor = case.domain.lower.z;
         let (_, found) = self.grains.measure_bed();
+        self.grains.measure_heap();
         let slab = [case.bed.porosity_lower, floor + 1e-3 * found.slab_top_mm.unwrap_or_default()];
         let porosity = found.porosity.map_or_else(
             || "no porosity: the slab of `[bed]` lies above the bed".to_owned(),
@@ -294,6 +295,7 @@ impl<'a, B: Observer> Recorder<'a, B> {
     /// Measures grains and fluid. All ranks take part.
     fn measure(&mut self, water: &mut B::Water, time: Real) {
         self.grains.gather(water.domain(), water.engine());
+        self.grains.measure_heap();
         self.observer.measure(&mut self.grains, water, time);
         self.report_warnings();
     }
@@ -490,6 +492,7 @@ impl<'a, B: Observer> Recorder<'a, B> {
             totals: &self.totals,
             grains_by_shape: &self.grains.grains_by_shape(self.job.shapes.len()),
             bed: self.grains.found.as_ref(),
+            heap: self.grains.heap.as_ref(),
             parts: self.observer.summary_parts(),
             state_hash: self.state_hash,
         };

@@ -25,6 +25,7 @@ pub(crate) fn page() -> String {
         ("`tidied` of `summary.json`", table("What had to be corrected since the start.", TIDIED)),
         ("`particles` with `solver = \"mps\"`", table("What happened to moving particles since the start.", PARTICLES)),
         ("`observables.bed` of `summary.json`", table("The bed before the impact.", bed::BED)),
+        ("`observables.heap` of `summary.json`", table("The slope of a heap (with `[heap]`).", bed::HEAP)),
         ("`observables.erosion` of `summary.json`", table("The crater at the end.", mics::EROSION)),
         (
             "`observables.crater_rest` of `summary.json`",

@@ -7,12 +7,13 @@ use sazanami_numerics::domain::Domain;
 use sazanami_numerics::geometry::Shape;
 use sazanami_numerics::snapshot::Snapshot;
 use sazanami_observe::erosion::{Erosion, InitialBed};
+use sazanami_observe::heap::{Heap, HeapError};
 use sazanami_observe::splash::SplashTracker;
 use sazanami_observe::{BedView, Body, GatheredBed};
 use serde_json::{Map, Value, json};
 
 use super::CLOCK;
-use super::bed::{BED, BedFindings, BedSettings, bed_findings};
+use super::bed::{BED, BedFindings, BedSettings, bed_findings, heap_json, heap_settings};
 use super::mics::{BEFORE, Findings, erosion_settings, initial_heights, volume_course};
 
 use crate::assembly::{fluid, grains};
@@ -31,6 +32,7 @@ pub(crate) struct Beds {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Reevaluated {
     bed: Option<BedFindings>,
+    heap: Option<Result<Heap, HeapError>>,
     findings: Findings,
     /// The crater evaluation of the bed before the impact.
     initial: Option<Erosion>,
@@ -89,6 +91,7 @@ impl Beds {
             Some(before) => Some(BedSettings::of(case).measure(before)),
             None => bed_findings(&self.snapshot),
         };
+        found.heap = heap_settings(case).map(|settings| Heap::of(&now, &settings));
         if let Some(settings) = erosion_settings(case) {
             found.initial = before.as_ref().and_then(|before| Erosion::of(before, &settings, None).ok());
             let initial: Option<InitialBed> = match &before {
@@ -121,12 +124,13 @@ impl Beds {
 }
 
 impl Reevaluated {
-    /// Bed, crater and splash in the form of the summary.
+    /// Bed, heap, crater and splash in the form of the summary.
     pub fn observables(&self) -> Map<String, Value> {
         let mut observables = self.findings.observables();
         if let Some(bed) = self.bed.as_ref().filter(|bed| bed.is_bed()) {
             observables.insert("bed".into(), Value::Object(object(BED, bed)));
         }
+        observables.extend(self.heap.as_ref().map(|heap| ("heap".into(), heap_json(heap))));
         if let Some(problem) = self.no_splash {
             observables.insert("splash".into(), json!({ "not_evaluated": problem }));
         }

@@ -4,9 +4,10 @@ use std::path::Path;
 
 use sazanami_io::table::{TableError, write_json};
 use sazanami_numerics::Real;
+use sazanami_observe::heap::{Heap, HeapError};
 use serde_json::{Map, Value, json};
 
-use super::bed::{BED, BedFindings};
+use super::bed::{BED, BedFindings, heap_json};
 use super::files::Fixed;
 use super::observer::SummaryParts;
 use crate::columns::{Field, object, quantity};
@@ -24,6 +25,8 @@ pub(crate) struct Present<'a> {
     pub grains_by_shape: &'a [usize],
     /// The bed as it was last measured.
     pub bed: Option<&'a BedFindings>,
+    /// The heap as it was last measured.
+    pub heap: Option<&'a Result<Heap, HeapError>>,
     pub parts: SummaryParts,
     pub state_hash: Option<u64>,
 }
@@ -55,6 +58,7 @@ pub(crate) fn write(folder: &Path, fixed: &Fixed, present: &Present) -> Result<(
     if let Some(bed) = present.bed.filter(|bed| bed.is_bed()) {
         observables.insert("bed".into(), Value::Object(object(BED, bed)));
     }
+    observables.extend(present.heap.map(|heap| ("heap".into(), heap_json(heap))));
     let grains = present.grains_by_shape;
     let counts = Counts {
         cells: fixed.cells,

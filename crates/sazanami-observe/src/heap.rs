@@ -1,0 +1,315 @@
+//! The slope of a heap: the angle of repose, once the grains lie still.
+//!
+//! The surface is that of the grains seen from above, averaged over bands that lie one grain wide at the same distance from the axis of a
+//! cone or from the line of a ridge. The flank is what lies between a fifth and four fifths of the way up from the foot to the
+//! crest, so that neither the round top nor grains that rolled away count; a straight line of least squares through its bands has
+//! the slope.
+
+use sazanami_numerics::{Real, choices};
+
+use crate::fit::line;
+use crate::height_map::HeightMap;
+use crate::{BedView, Horizontal, bed_profile};
+
+choices! {
+    /// What a heap looks like.
+    pub enum HeapShape {
+        /// A cone about a vertical axis.
+        Cone = "cone",
+        /// Straight along x2: a ridge, a pile at a wall, a slope from end to end. Its height depends on the distance from the axis along x1.
+        Ridge = "ridge",
+    }
+}
+
+/// How a heap is measured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HeapSettings {
+    /// What it looks like.
+    pub shape: HeapShape,
+    /// Axis of the cone; of a ridge the line of its crest along x1 \[m].
+    pub axis: Horizontal,
+    /// Width of a band, and the unit in which a heap has to be high: the size of a grain \[m].
+    pub grain_size: Real,
+    /// Horizontal corners of the box \[m].
+    pub lower: Horizontal,
+    /// Horizontal corners of the box \[m].
+    pub upper: Horizontal,
+    /// Height of the floor, the surface where there is no grain \[m].
+    pub floor: Real,
+}
+
+/// A heap, as it lies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Heap {
+    /// Angle of the flank against the horizontal, positive if it falls away from the axis \[rad].
+    pub angle: Real,
+    /// Standard error of the angle: from the scatter of the bands about the line, or of the angles of the parts of the heap, whichever
+    /// is larger \[rad]. Nothing of the scatter between heaps is in it.
+    pub uncertainty: Real,
+    /// Angles of the upper and the lower half of the flank: they differ where it is not straight \[rad].
+    pub halves: [Real; 2],
+    /// Angles of the parts of the heap: four quadrants of a cone, the flanks of a ridge in two strips each \[rad].
+    pub parts: [Option<Real>; 4],
+    /// Height of the crest over the foot \[m].
+    pub relief: Real,
+    /// Distances from the axis between which the flank lies \[m].
+    pub flank: [Real; 2],
+    /// Mean speed of the grains [m/s]: a heap that moves has no angle of repose yet.
+    pub mean_speed: Real,
+}
+
+/// Why there is no angle.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum HeapError {
+    /// There is no heap.
+    #[error(
+        "the bed is flat: its surface falls by {:.3} mm from its crest, less than {LEAST_RELIEF} grain sizes of {:.3} mm",
+        1e3 * .relief, 1e3 * .grain_size
+    )]
+    Flat {
+        /// Height of the crest over the foot \[m].
+        relief: Real,
+        /// Size of a grain \[m].
+        grain_size: Real,
+    },
+    /// There is hardly a flank.
+    #[error(
+        "the flank is {bands} grains long, and a slope needs {LEAST_BANDS}: a larger heap, or a finer `grain_size`"
+    )]
+    Short {
+        /// Bands of the flank.
+        bands: usize,
+    },
+}
+
+/// Height of a heap in grain sizes, at least.
+const LEAST_RELIEF: Real = 4.0;
+/// Bands of a flank, at least.
+const LEAST_BANDS: usize = 4;
+/// Part of the way up at which the flank begins and ends.
+const FLANK: [Real; 2] = [0.2, 0.8];
+/// Pixels across a grain.
+const FINENESS: Real = 8.0;
+/// Parts of a heap whose slopes are compared.
+const PARTS: usize = 4;
+
+/// Part of a band that grains cover, at least: elsewhere the floor is its surface, with a few grains on it.
+const COVERED: Real = 0.3;
+
+/// What is seen of a band: sum of the heights of grains, pixels with grains, all pixels.
+#[derive(Clone, Copy, Default)]
+struct Seen {
+    height: Real,
+    grains: Real,
+    pixels: Real,
+}
+
+impl Seen {
+    /// Mean height of the surface \[m]; `None` of a band that is not there.
+    fn height(&self, floor: Real) -> Option<Real> {
+        let is_covered = self.grains >= COVERED * self.pixels;
+        (self.pixels > 0.0).then(|| if is_covered { self.height / self.grains } else { floor })
+    }
+}
+
+/// A band: all of it, and each of its parts.
+type Band = [Seen; 1 + PARTS];
+
+impl Heap {
+    /// Measures the heap that the grains of `bed` make.
+    ///
+    /// # Errors
+    /// If the bed is flat, or the heap is too small to have a slope.
+    pub fn of(bed: &BedView, settings: &HeapSettings) -> Result<Self, HeapError> {
+        let bands = bands(bed, settings);
+        let d = settings.grain_size;
+        let profile = |part: usize| -> Vec<(Real, Real)> {
+            let all = bands.iter().enumerate();
+            all.filter_map(|(n, band)| Some(((n as Real + 0.5) * d, band[part].height(settings.floor)?))).collect()
+        };
+        let whole = profile(0);
+        let [from, to, relief] = flank(&whole, d)?;
+        let within = |points: Vec<(Real, Real)>| -> Vec<(Real, Real)> {
+            points.into_iter().filter(|&(s, _)| (from..=to).contains(&s)).collect()
+        };
+        let points = within(whole);
+        let too_short = HeapError::Short { bands: points.len() };
+        if points.len() < LEAST_BANDS {
+            return Err(too_short);
+        }
+        let line_through = |points: &[(Real, Real)]| line(points).ok_or(too_short);
+        let angle = |slope: Real| (-slope).atan();
+        let fitted = line_through(&points)?;
+        let (inner, outer) = points.split_at(points.len() / 2);
+        let halves = [angle(line_through(inner)?.slope), angle(line_through(outer)?.slope)];
+        let parts = std::array::from_fn(|part| line(&within(profile(part + 1))).map(|line| angle(line.slope)));
+        // The angle changes by cos^2 of it with the slope.
+        let of_bands = fitted.standard_error.unwrap_or_default() / (1.0 + fitted.slope * fitted.slope);
+        Ok(Self {
+            angle: angle(fitted.slope),
+            uncertainty: of_bands.max(standard_error(&parts)),
+            halves,
+            parts,
+            relief,
+            flank: [from - 0.5 * d, to + 0.5 * d],
+            mean_speed: bed_profile::motion(bed).mean_speed,
+        })
+    }
+}
+
+/// Standard error of the mean of those values that there are; 0 of fewer than two.
+fn standard_error(values: &[Option<Real>]) -> Real {
+    let known = || values.iter().flatten();
+    let count = known().count() as Real;
+    if count < 2.0 {
+        return 0.0;
+    }
+    let mean = known().sum::<Real>() / count;
+    (known().map(|value| (value - mean).powi(2)).sum::<Real>() / (count - 1.0) / count).sqrt()
+}
+
+/// The bands about the axis, out to where they reach the nearest side of the box or, of a ridge, the farthest.
+fn bands(bed: &BedView, settings: &HeapSettings) -> Vec<Band> {
+    let &HeapSettings { shape, axis, grain_size: d, lower, upper, .. } = settings;
+    let map = HeightMap::of(bed, lower, upper, d / FINENESS);
+    let to_sides = |k: usize| [axis[k] - lower[k], upper[k] - axis[k]];
+    let reach = match shape {
+        HeapShape::Cone => to_sides(0).into_iter().chain(to_sides(1)).fold(Real::INFINITY, Real::min),
+        HeapShape::Ridge => to_sides(0).into_iter().fold(0.0, Real::max),
+    };
+    let mut bands = vec![Band::default(); (reach / d).floor().max(0.0) as usize];
+    let [columns, rows] = map.pixels();
+    for (j, i) in (0..rows).flat_map(|j| (0..columns).map(move |i| (j, i))) {
+        let centre = map.centre(i, j);
+        let [x, y] = [0, 1].map(|k| centre[k] - axis[k]);
+        let (distance, across) = match shape {
+            HeapShape::Cone => (x.hypot(y), y),
+            HeapShape::Ridge => (x.abs(), centre[1] - 0.5 * (lower[1] + upper[1])),
+        };
+        let part = 1 + 2 * usize::from(x >= 0.0) + usize::from(across >= 0.0);
+        if let Some(band) = bands.get_mut((distance / d) as usize) {
+            let height = map.height(i, j);
+            for part in [0, part] {
+                let seen = &mut band[part];
+                seen.pixels += 1.0;
+                seen.grains += Real::from(u8::from(height.is_some()));
+                seen.height += height.unwrap_or_default();
+            }
+        }
+    }
+    bands
+}
+
+/// First and last distance of the flank of a profile, and the relief \[m].
+fn flank(profile: &[(Real, Real)], grain_size: Real) -> Result<[Real; 3], HeapError> {
+    let flat = |relief: Real| HeapError::Flat { relief, grain_size };
+    let crest = (0..profile.len()).max_by(|&a, &b| profile[a].1.total_cmp(&profile[b].1)).ok_or(flat(0.0))?;
+    let beyond = &profile[crest..];
+    let foot = beyond.iter().map(|&(_, z)| z).fold(Real::INFINITY, Real::min);
+    let relief = profile[crest].1 - foot;
+    if relief < LEAST_RELIEF * grain_size {
+        return Err(flat(relief));
+    }
+    let [low, high] = FLANK.map(|part| foot + part * relief);
+    let bands: Vec<Real> =
+        beyond.iter().skip_while(|&&(_, z)| z > high).take_while(|&&(_, z)| z >= low).map(|&(s, _)| s).collect();
+    match (bands.first(), bands.last()) {
+        (Some(&from), Some(&to)) => Ok([from, to, relief]),
+        _ => Err(HeapError::Short { bands: 0 }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bed::test_bed::Bed;
+
+    const HALF: Real = 20.0;
+    const HEAP: HeapSettings = HeapSettings {
+        shape: HeapShape::Cone,
+        axis: [0.0, 0.0],
+        grain_size: 1.0,
+        lower: [-HALF, -HALF],
+        upper: [HALF, HALF],
+        floor: -4.0,
+    };
+
+    fn measured(bed: &Bed, settings: &HeapSettings) -> Result<Heap, HeapError> {
+        bed.view(|view| Heap::of(view, settings))
+    }
+
+    /// A reproducible number from -0.5 to 0.5.
+    fn scatter(seed: &mut u64) -> Real {
+        *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (*seed >> 33) as Real / Real::from(1_u32 << 31) - 0.5
+    }
+
+    #[test]
+    fn cones_have_their_angles() {
+        for degrees in [16.0_f64, 20.0, 32.0, 40.0] {
+            let bed = Bed::columns(1.0, HALF, 3, |r| (16.0 - r).max(0.0) * degrees.to_radians().tan());
+            let heap = measured(&bed, &HEAP).unwrap();
+            let [found, error] = [heap.angle, heap.uncertainty].map(Real::to_degrees);
+            assert!((found - degrees).abs() < 0.5, "{found} +- {error} for {degrees}");
+            assert!(
+                error < 1.0 && heap.halves.iter().all(|half| (half.to_degrees() - degrees).abs() < 2.0),
+                "{heap:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_slope_from_side_to_side_and_a_pile_at_a_wall_have_theirs() {
+        let wedge = |degrees: Real, top: Real| {
+            let mut bed = Bed::columns(1.0, HALF, 3, |_| 0.0);
+            for position in &mut bed.position {
+                position.z += ((top - position.x - HALF) * degrees.to_radians().tan()).max(0.0);
+            }
+            bed
+        };
+        let settings = HeapSettings { shape: HeapShape::Ridge, axis: [-HALF, 0.0], ..HEAP };
+        for (degrees, top) in [(15.0, 40.0), (32.0, 40.0), (32.0, 20.0)] {
+            let heap = measured(&wedge(degrees, top), &settings).unwrap();
+            assert!((heap.angle.to_degrees() - degrees).abs() < 0.5, "{heap:?}");
+        }
+        // Seen from the foot there is no crest to fall from, and from the side nothing falls.
+        let from_the_foot = measured(&wedge(32.0, 40.0), &HeapSettings { axis: [HALF, 0.0], ..settings });
+        assert!(matches!(from_the_foot, Err(HeapError::Flat { .. })), "{from_the_foot:?}");
+    }
+
+    #[test]
+    fn a_flat_bed_has_no_angle() {
+        let mut bed = Bed::columns(1.0, HALF, 3, |_| 5.0);
+        let mut seed = 1;
+        bed.position.iter_mut().for_each(|position| position.z += scatter(&mut seed));
+        for shape in [HeapShape::Cone, HeapShape::Ridge] {
+            let flat = measured(&bed, &HeapSettings { shape, ..HEAP });
+            assert!(matches!(flat, Err(HeapError::Flat { .. })), "{flat:?}");
+            assert!(flat.unwrap_err().to_string().contains("the bed is flat"));
+        }
+        let nothing = measured(&Bed::new(1.0, Vec::new()), &HEAP);
+        assert_eq!(nothing, Err(HeapError::Flat { relief: 0.0, grain_size: 1.0 }));
+        let steep = Bed::columns(1.0, HALF, 9, |r| if r < 5.0 { 9.0 } else { 0.0 });
+        assert!(matches!(measured(&steep, &HEAP), Err(HeapError::Short { .. })));
+    }
+
+    /// Rough cones: the angle is right on the mean, and scatters by about what is said of one.
+    #[test]
+    fn the_uncertainty_is_that_of_rough_heaps() {
+        let degrees: Real = 30.0;
+        let (mut found, mut said) = (Vec::new(), 0.0);
+        let count = 24;
+        for heap in 0..count {
+            let mut seed = 77 + heap;
+            let mut bed = Bed::columns(1.0, HALF, 3, |r| (18.0 - r).max(0.0) * degrees.to_radians().tan());
+            bed.position.iter_mut().for_each(|position| position.z += 2.0 * scatter(&mut seed));
+            let heap = measured(&bed, &HEAP).unwrap();
+            found.push(heap.angle.to_degrees());
+            said += heap.uncertainty.to_degrees() / count as Real;
+        }
+        let mean = found.iter().sum::<Real>() / count as Real;
+        let scatter = (found.iter().map(|angle| (angle - mean).powi(2)).sum::<Real>() / (count - 1) as Real).sqrt();
+        assert!((mean - degrees).abs() < 0.5, "{mean}");
+        assert!((0.4..2.5).contains(&(said / scatter)), "said {said}, scatter {scatter}");
+    }
+}
