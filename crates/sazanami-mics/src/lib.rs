@@ -33,6 +33,7 @@ pub mod mobility;
 pub mod momentum;
 pub mod pressure;
 mod pressure_sides;
+pub mod room;
 mod schemes;
 pub mod snapshot;
 pub mod solver;

@@ -18,6 +18,7 @@ use crate::flow::Flow;
 use crate::forces::Forces;
 use crate::grains::{Coupling, GrainPhase};
 use crate::pressure::Projection;
+use crate::room::Room;
 use crate::solver::{Settings, Solver};
 
 const VOLUME_FRACTION: &str = "fluid/volume_fraction";
@@ -99,8 +100,20 @@ impl Solver {
         grains.resume(&domain, &flow);
         let previous_step = snapshot.reals(PREVIOUS_STEP)?.first().copied();
         let (forces, acceleration) = (Forces::default(), Acceleration::beside(&domain, &grains, &mut flow));
-        let carried = None;
-        Ok(Self { domain, boundary, settings, flow, forces, projection, grains, acceleration, previous_step, carried })
+        let (room, carried) = (Room::beside(&domain, &mut grains), None);
+        Ok(Self {
+            domain,
+            boundary,
+            settings,
+            flow,
+            forces,
+            projection,
+            grains,
+            acceleration,
+            room,
+            previous_step,
+            carried,
+        })
     }
 }
 

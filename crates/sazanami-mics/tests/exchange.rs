@@ -5,6 +5,7 @@ use sazanami_mics::boundary::{Boundary, Side};
 use sazanami_mics::flow::{Flow, Fluids, Schemes};
 use sazanami_mics::grains::{Coupling, Exchange, SurfaceFriction, TorqueArm, Weighting};
 use sazanami_mics::pressure::Tolerance;
+use sazanami_mics::room::LiquidRoom;
 use sazanami_mics::solver::{Settings, Solver};
 use sazanami_mics::stability::StepLimits;
 use sazanami_mics::viscosity::ViscosityScheme;
@@ -64,6 +65,7 @@ fn spheroid_in_a_vortex(viscosity: Real, friction: SurfaceFriction) -> Solver {
     let coupling = Coupling {
         exchange: Exchange::Surface,
         friction,
+        room: LiquidRoom::Whole,
         weighting: Weighting::Mass,
         volume_fraction: VolumeFractionMethod::default(),
         torque_arm: TorqueArm::Centroid,

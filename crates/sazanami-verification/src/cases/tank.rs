@@ -6,6 +6,7 @@ use sazanami_mics::flow::{Flow, Fluids, Schemes};
 use sazanami_mics::grains::{Coupling, Exchange, SurfaceFriction, TorqueArm, Weighting};
 use sazanami_mics::momentum::{Impulses, StoredMomentum};
 use sazanami_mics::pressure::Tolerance;
+use sazanami_mics::room::LiquidRoom;
 use sazanami_mics::solver::{Settings, Solver, StepReport};
 use sazanami_mics::stability::StepLimits;
 use sazanami_mics::viscosity::ViscosityScheme;
@@ -114,6 +115,7 @@ impl Tank {
         let coupling = Coupling {
             exchange: self.exchange,
             friction: self.friction,
+            room: LiquidRoom::Whole,
             weighting: Weighting::Mass,
             volume_fraction: VolumeFractionMethod::default(),
             torque_arm: TorqueArm::Centroid,

@@ -1,0 +1,294 @@
+//! Liquid beyond the room of a cell goes to its neighbours.
+//!
+//! A cell with more liquid than room (or less than none, where it gave more than it had) hands the excess over its six
+//! faces, and takes gas of the same volume back. Most goes where there is room for it, and where the flow leads. What a
+//! neighbour cannot hold is its own excess in the next round. The liquid takes its momentum along. What is left after the last
+//! round stays as a fraction out of range, and is counted; what is left in a cell without room is taken away and booked.
+
+use sazanami_numerics::domain::{Domain, GhostRules};
+use sazanami_numerics::grid::{Field, GHOSTS};
+use sazanami_numerics::{Real, Vector};
+use sazanami_parallel::for_each_chunk;
+
+use super::{Room, split};
+use crate::boundary::Boundary;
+use crate::flow::Flow;
+use crate::fluids::Fluids;
+use crate::grains::Imprint;
+use crate::mobility::RowSet;
+
+/// Most rounds in which liquid is handed on.
+const ROUNDS: usize = 24;
+/// Part of an excess, per room of a neighbour, that is handed over whether there is room or not: so it spreads to where there is.
+const SPREADING: Real = 1e-3;
+/// Preference of faces without outflow, beside the Courant number of the others.
+const STILL: Real = 0.02;
+/// Least room in which a rest can stay.
+const LEAST_ROOM: Real = 1e-3;
+
+/// Liquid that had no room where the step left it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SettleReport {
+    /// Rounds in which liquid was handed on.
+    pub rounds: usize,
+    /// Volume handed on, summed over the rounds [m^3].
+    pub moved_volume: Real,
+    /// Cells left with a liquid fraction out of range.
+    pub left_cells: u64,
+    /// Liquid beyond their room [m^3].
+    pub left_volume: Real,
+    /// Liquid added where there was no room for it (negative: removed) [m^3].
+    pub clipped_volume: Real,
+    /// Momentum added with it [N s].
+    pub clipped_momentum: Vector,
+}
+
+impl std::ops::AddAssign for SettleReport {
+    fn add_assign(&mut self, other: Self) {
+        self.rounds += other.rounds;
+        self.moved_volume += other.moved_volume;
+        self.left_cells += other.left_cells;
+        self.left_volume += other.left_volume;
+        self.clipped_volume += other.clipped_volume;
+        self.clipped_momentum += other.clipped_momentum;
+    }
+}
+
+/// New values of a cell.
+struct Change {
+    at: usize,
+    fraction: Real,
+    excess: Real,
+    velocity: Vector,
+    given: Vector,
+}
+
+/// Storage of the rounds.
+pub(super) struct Settler {
+    planes: Vec<Vec<Change>>,
+    /// Sum of the weights of the neighbours of a cell with an excess, one ghost layer filled.
+    weights: Field<Real>,
+    rows: RowSet,
+    beside: RowSet,
+}
+
+impl Settler {
+    pub fn new(domain: &Domain) -> Self {
+        let planes = (0..domain.cells()[2]).map(|_| Vec::with_capacity(256)).collect();
+        Self { planes, weights: domain.field(0.0), rows: RowSet::default(), beside: RowSet::default() }
+    }
+}
+
+/// Fields of a round, by place in memory.
+#[derive(Clone, Copy)]
+struct Cells<'a> {
+    open: &'a [Real],
+    alpha: &'a [Real],
+    fraction: &'a [Real],
+    excess: &'a [Real],
+    weights: &'a [Real],
+    velocity: [&'a [Real]; 3],
+    faces: [&'a [Real]; 3],
+    strides: [usize; 3],
+    /// Time over the widths of the cells [s/m].
+    per_width: Vector,
+    /// Local cells along each direction, and whether the box ends before the first and behind the last of them.
+    size: [isize; 3],
+    ends: [[bool; 2]; 3],
+    fluids: Fluids,
+}
+
+impl Cells<'_> {
+    fn velocity(&self, at: usize) -> Vector {
+        Vector::new(self.velocity[0][at], self.velocity[1][at], self.velocity[2][at])
+    }
+
+    /// The neighbours within the box of the cell with local indices `cell` at place `at`: place, direction, whether above.
+    fn neighbours(&self, cell: [isize; 3], at: usize) -> impl Iterator<Item = (usize, usize, bool)> + '_ {
+        (0..6).map(|n| (n / 2, n % 2 == 1)).filter_map(move |(d, above)| {
+            let outside = if above { cell[d] + 1 == self.size[d] } else { cell[d] == 0 };
+            let place = if above { at + self.strides[d] } else { at - self.strides[d] };
+            (!(outside && self.ends[d][usize::from(above)])).then_some((place, d, above))
+        })
+    }
+
+    /// Weight with which the cell at `from` hands its `excess` to the neighbour at `to` in direction `d`.
+    fn weight(&self, from: usize, to: usize, d: usize, above: bool, excess: Real) -> Real {
+        let room = self.open[to].max(0.0);
+        let c = self.fraction[to].clamp(0.0, 1.0);
+        let takes = room * if excess > 0.0 { 1.0 - c } else { c };
+        let outflow = if above { self.faces[d][to] } else { -self.faces[d][from] };
+        (takes + SPREADING * excess.abs() * room) * (STILL + self.per_width[d] * outflow.max(0.0))
+    }
+
+    /// What a round makes of a cell; `None` if nothing.
+    fn change(&self, cell: [isize; 3], at: usize) -> Option<Change> {
+        let drho = self.fluids.liquid_density - self.fluids.gas_density;
+        let (own, u) = (self.excess[at], self.velocity(at));
+        let goes = own != 0.0 && self.weights[at] > 0.0;
+        let (mut entered, mut impulse, mut touched) = (0.0, Vector::ZERO, goes);
+        for (beside, d, above) in self.neighbours(cell, at) {
+            let theirs = self.excess[beside];
+            if theirs != 0.0 && self.weights[beside] > 0.0 {
+                let part = theirs * self.weight(beside, at, d, !above, theirs) / self.weights[beside];
+                touched |= part != 0.0;
+                entered += part;
+                impulse += drho * part.max(0.0) * (self.velocity(beside) - u);
+            }
+            if goes && own < 0.0 {
+                let part = -own * self.weight(at, beside, d, above, own) / self.weights[at];
+                impulse += drho * part * (self.velocity(beside) - u);
+            }
+        }
+        if !touched {
+            return None;
+        }
+        let (open, c) = (self.open[at], self.fraction[at]);
+        let liquid = open * c + if goes { 0.0 } else { own } + entered;
+        let [fraction, excess] = split(liquid, open, c);
+        let mass = open * self.fluids.density(fraction) + drho * excess;
+        // Grains take part of it where there are any: small rooms with much passing through stay slow.
+        let inertia = if self.alpha[at] > 0.0 { self.fluids.density(fraction) } else { mass };
+        let gained = impulse / inertia;
+        let given = if self.alpha[at] > 0.0 { impulse - mass * gained } else { Vector::ZERO };
+        Some(Change { at, fraction, excess, velocity: u + gained, given })
+    }
+}
+
+impl Room {
+    /// Hands the excess on; afterwards the first ghost layer of the fractions is not filled.
+    pub(super) fn settle(
+        &mut self,
+        domain: &Domain,
+        boundary: &Boundary,
+        imprint: &Imprint,
+        flow: &mut Flow,
+        dt: Real,
+    ) -> SettleReport {
+        let mut report = SettleReport::default();
+        let rules: [GhostRules; 3] = std::array::from_fn(|d| boundary.velocity_rules(d));
+        while report.rounds < ROUNDS && self.largest_excess(domain) > 0.0 {
+            report.rounds += 1;
+            let Flow { volume_fraction, velocity: [u1, u2, u3], .. } = flow;
+            domain.fill_halos_to(
+                1,
+                &mut [
+                    (volume_fraction, &boundary.volume_fraction_rules()),
+                    (&mut self.excess, &GhostRules::EVEN),
+                    (u1, &rules[0]),
+                    (u2, &rules[1]),
+                    (u3, &rules[2]),
+                ],
+            );
+            report.moved_volume += self.hand_on(domain, imprint, flow, dt);
+        }
+        self.leave(domain, flow, &mut report);
+        report
+    }
+
+    fn largest_excess(&self, domain: &Domain) -> Real {
+        let excess = self.excess.data();
+        domain.max(
+            domain.max_rows(&domain.interior(), |row| row.shifted(0).map(|at| excess[at].abs()).fold(0.0, Real::max)),
+        )
+    }
+
+    /// One round; returns the volume handed on over all ranks [m^3].
+    fn hand_on(&mut self, domain: &Domain, imprint: &Imprint, flow: &mut Flow, dt: Real) -> Real {
+        let Self { open, given, excess, settler, .. } = self;
+        let Settler { planes, weights, rows, beside } = settler;
+        let [n1, n2, n3] = domain.cells();
+        let x = excess.data();
+        rows.mark([n2, n3], |j, k| {
+            let start = excess.at(-1, j, k);
+            x[start..start + n1 + 2].iter().any(|&x| x != 0.0)
+        });
+        beside.and_beside(domain, rows);
+        let cells = Cells {
+            open: open.data(),
+            alpha: imprint.solid_fraction.data(),
+            fraction: flow.volume_fraction.data(),
+            excess: x,
+            weights: &[],
+            velocity: flow.velocity.each_ref().map(Field::data),
+            faces: flow.face_velocity.each_ref().map(Field::data),
+            strides: domain.strides().map(|stride| stride as usize),
+            per_width: domain.grid().spacing.recip() * dt,
+            size: domain.cells().map(|n| n as isize),
+            ends: [0, 1, 2].map(|d| [0, 1].map(|side| domain.at_box_end(d, side) && !domain.periodic()[d])),
+            fluids: flow.fluids,
+        };
+        domain.for_each_row(&domain.interior(), weights.data_mut(), |row, weights| {
+            if !rows.holds(row.j, row.k) {
+                return;
+            }
+            for (i, at) in row.shifted(0).enumerate() {
+                let cell = [row.first + i as isize, row.j, row.k];
+                let weight = |(to, d, above)| cells.weight(at, to, d, above, x[at]);
+                weights[i] = if x[at] == 0.0 { 0.0 } else { cells.neighbours(cell, at).map(weight).sum() };
+            }
+        });
+        domain.fill_halos_to(1, &mut [(&mut *weights, &GhostRules::EVEN)]);
+        let cells = Cells { weights: weights.data(), ..cells };
+        for_each_chunk(&mut planes[..], 1, |k, changes| {
+            changes[0].clear();
+            for j in (0..n2).filter(|&j| beside.holds(j as isize, k as isize)) {
+                let start = cells.strides[2] * (k + GHOSTS) + cells.strides[1] * (j + GHOSTS) + GHOSTS;
+                let change = |i: usize| cells.change([i as isize, j as isize, k as isize], start + i);
+                changes[0].extend((0..n1).filter_map(change));
+            }
+        });
+        let moved = domain.sum_rows(&domain.interior(), |row| {
+            if !rows.holds(row.j, row.k) {
+                return [0.0];
+            }
+            [row.shifted(0).filter(|&at| cells.weights[at] > 0.0).map(|at| x[at].abs()).sum()]
+        });
+        let [u1, u2, u3] = flow.velocity.each_mut().map(Field::data_mut);
+        let [g1, g2, g3] = given.each_mut().map(Field::data_mut);
+        let (c, x) = (flow.volume_fraction.data_mut(), excess.data_mut());
+        for change in planes.iter().flatten() {
+            let at = change.at;
+            (c[at], x[at]) = (change.fraction, change.excess);
+            (u1[at], u2[at], u3[at]) = (change.velocity.x, change.velocity.y, change.velocity.z);
+            g1[at] += change.given.x;
+            g2[at] += change.given.y;
+            g3[at] += change.given.z;
+        }
+        domain.sum(moved)[0] * domain.grid().cell_volume()
+    }
+
+    /// Leaves what no round has placed in its cell, or takes it away where there is no room.
+    fn leave(&mut self, domain: &Domain, flow: &mut Flow, report: &mut SettleReport) {
+        if self.largest_excess(domain) == 0.0 {
+            return;
+        }
+        let volume = domain.grid().cell_volume();
+        let drho = flow.fluids.liquid_density - flow.fluids.gas_density;
+        let (open, x, u) = (self.open.data(), self.excess.data(), flow.velocity.each_ref().map(Field::data));
+        let left = domain.sum(domain.sum_rows(&domain.interior(), |row| {
+            let mut sum = [0.0; 6];
+            for at in row.shifted(0).filter(|&at| x[at] != 0.0) {
+                if open[at] > LEAST_ROOM {
+                    sum[0] += 1.0;
+                    sum[1] += x[at].abs() * volume;
+                } else {
+                    sum[2] -= x[at] * volume;
+                    (0..3).for_each(|d| sum[3 + d] -= drho * x[at] * volume * u[d][at]);
+                }
+            }
+            sum
+        }));
+        report.left_cells = left[0] as u64;
+        report.left_volume = left[1];
+        report.clipped_volume = left[2];
+        report.clipped_momentum = Vector::from_slice(&left[3..]);
+        let (excess, c) = (self.excess.data_mut(), flow.volume_fraction.data_mut());
+        domain.for_each_row(&domain.interior(), (excess, c), |row, (excess, c)| {
+            for (i, at) in row.shifted(0).enumerate().filter(|(_, at)| open[*at] > LEAST_ROOM) {
+                c[i] += excess[i] / open[at];
+            }
+            excess.fill(0.0);
+        });
+    }
+}
