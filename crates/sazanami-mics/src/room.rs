@@ -45,6 +45,10 @@ choices! {
 
 /// Rooms smaller than this hold no liquid: their fraction is that of the sweeps.
 const NONE: Real = 1e-9;
+/// Fraction of a full cell.
+const FULL: Real = 1.0;
+/// Gas in a cell that counts as full once grains move.
+const TRACE: Real = 1e-9;
 /// Round-off of the liquid in a cell.
 const ROUND_OFF: Real = 1e-15;
 
@@ -68,7 +72,7 @@ pub(crate) struct Room {
     given: [Field<Real>; 3],
     /// Liquid beyond the room, in cell volumes.
     excess: Field<Real>,
-    /// Rows with grains.
+    /// Rows with grains, or with another room than that of a whole cell.
     rows: RowSet,
     /// Solid fraction from which on a cell has no room.
     solid: Real,
@@ -102,14 +106,36 @@ impl Room {
         Some(room)
     }
 
-    /// Fills ghosts, and finds the rows with grains.
-    fn complete(&mut self, domain: &Domain, imprint: &mut Imprint) {
+    /// Fills ghosts, and finds the rows that are not wholly open.
+    pub fn complete(&mut self, domain: &Domain, imprint: &mut Imprint) {
         imprint.fill_halos(domain);
-        self.rows.covered(domain, &imprint.solid_fraction, |j, k| imprint.row_is_covered(j, k));
         domain.fill_halos_to(1, &mut [(&mut self.open, &GhostRules::EVEN)]);
+        self.mark(domain, imprint);
     }
 
-    /// The open part of the cells.
+    /// Finds the rows that are not wholly open.
+    fn mark(&mut self, domain: &Domain, imprint: &Imprint) {
+        let Self { rows, open, .. } = self;
+        let [n1, n2, n3] = domain.cells();
+        let alpha = imprint.solid_fraction.data();
+        rows.mark([n2, n3], |j, k| {
+            let start = open.at(-1, j, k);
+            let row = start..start + n1 + 2;
+            open.data()[row.clone()].iter().any(|&open| open != 1.0) || alpha[row].iter().any(|&alpha| alpha > 0.0)
+        });
+    }
+
+    /// The open part of the cells as a field.
+    pub fn open_field(&self) -> &Field<Real> {
+        &self.open
+    }
+
+    /// The same for writing, at a restart: [`Self::complete`] comes after it.
+    pub fn open_mut(&mut self) -> &mut Field<Real> {
+        &mut self.open
+    }
+
+    /// The open part of the cells, by place in memory.
     pub fn open(&self) -> &[Real] {
         self.open.data()
     }
@@ -141,9 +167,39 @@ impl Room {
         }
     }
 
-    /// Gives the grains what the covered part has gained since the velocity was kept, less the `fall` of a free fluid [m/s].
-    pub fn hand_over(&mut self, domain: &Domain, flow: &Flow, fall: Vector) {
+    /// Gives the grains what the covered part has gained since the velocity was kept, less the `fall` of a free fluid [m/s]. In a
+    /// cell without grains the fluid takes all.
+    pub fn hand_over(&mut self, domain: &Domain, imprint: &Imprint, flow: &mut Flow, fall: Vector) {
         let Self { open, kept, given, rows, weight, .. } = self;
+        let (open, rho, alpha) = (open.data(), flow.density.data(), imprint.solid_fraction.data());
+        for (d, (kept, given)) in kept.iter_mut().zip(given).enumerate() {
+            let fields = (flow.velocity[d].data_mut(), kept.data_mut(), given.data_mut());
+            domain.for_each_row(&domain.interior(), fields, |row, (u, kept, given)| {
+                if !rows.holds(row.j, row.k) {
+                    return;
+                }
+                for (i, at) in row.shifted(0).enumerate() {
+                    if alpha[at] > 0.0 {
+                        given[i] += (1.0 - open[at]) * rho[at] * (u[i] - kept[i] - fall[d]);
+                    } else if open[at] != 1.0 {
+                        u[i] = kept[i] + (u[i] - kept[i]) / open[at];
+                    }
+                    kept[i] = u[i];
+                }
+            });
+        }
+        if fall != Vector::ZERO {
+            let covered = domain.sum_rows(&domain.interior(), |row| {
+                let mass = |at: usize| if alpha[at] > 0.0 { (1.0 - open[at]) * rho[at] } else { 0.0 };
+                [if rows.holds(row.j, row.k) { row.shifted(0).map(mass).sum() } else { 0.0 }]
+            });
+            *weight += domain.sum(covered)[0] * domain.grid().cell_volume() * fall;
+        }
+    }
+
+    /// Takes from the grains what their hold on the cells that move with them has given to the fluid in these.
+    pub fn hold(&mut self, domain: &Domain, flow: &Flow) {
+        let Self { open, kept, given, rows, .. } = self;
         let (open, rho) = (open.data(), flow.density.data());
         for (d, (kept, given)) in kept.iter_mut().zip(given).enumerate() {
             let u = flow.velocity[d].data();
@@ -152,17 +208,10 @@ impl Room {
                     return;
                 }
                 for (i, at) in row.shifted(0).enumerate() {
-                    given[i] += (1.0 - open[at]) * rho[at] * (u[at] - kept[i] - fall[d]);
+                    given[i] -= open[at] * rho[at] * (u[at] - kept[i]);
                     kept[i] = u[at];
                 }
             });
-        }
-        if fall != Vector::ZERO {
-            let covered = domain.sum_rows(&domain.interior(), |row| {
-                let mass = |at: usize| (1.0 - open[at]) * rho[at];
-                [if rows.holds(row.j, row.k) { row.shifted(0).map(mass).sum() } else { 0.0 }]
-            });
-            *weight += domain.sum(covered)[0] * domain.grid().cell_volume() * fall;
         }
     }
 
@@ -214,42 +263,54 @@ impl Room {
         let per_width = domain.grid().spacing.recip() * dt;
         let Flow { volume_fraction, velocity, face_velocity, fluids, .. } = flow;
         let (alpha, faces) = (imprint.solid_fraction.data(), face_velocity.each_ref().map(Field::data));
-        let (before, u) = (fraction.data(), velocity.each_ref().map(Field::data));
+        let (before, drho) = (fraction.data(), fluids.liquid_density - fluids.gas_density);
         let kept = kept.each_ref().map(Field::data);
+        let [u1, u2, u3] = velocity.each_mut().map(Field::data_mut);
         let [g1, g2, g3] = given.each_mut().map(Field::data_mut);
-        let fields = (volume_fraction.data_mut(), open.data_mut(), excess.data_mut(), (g1, g2, g3));
-        domain.for_each_row(&domain.interior(), fields, |row, (c, open, excess, (g1, g2, g3))| {
+        let fields = (volume_fraction.data_mut(), open.data_mut(), excess.data_mut(), (u1, u2, u3), (g1, g2, g3));
+        domain.for_each_row(&domain.interior(), fields, |row, (c, open, excess, (u1, u2, u3), (g1, g2, g3))| {
             excess.fill(0.0);
             if !rows.holds(row.j, row.k) {
                 return;
             }
-            for (i, at) in row.shifted(0).enumerate().filter(|(_, at)| alpha[*at] > 0.0) {
+            for (i, at) in row.shifted(0).enumerate() {
+                if alpha[at] == 0.0 && open[i] == 1.0 {
+                    continue;
+                }
                 let widening = |d: usize| per_width[d] * (faces[d][at + strides[d]] - faces[d][at]);
                 let dilatation = widening(0) + widening(1) + widening(2);
                 let (was, full) = (before[at], if before[at] > 0.5 { 1.0 } else { 0.0 });
                 let liquid = open[i] * was + (c[i] - was) - full * dilatation;
                 let covered = (1.0 - open[i]) * fluids.density(was) + dilatation * fluids.density(full);
-                for (d, given) in [&mut *g1, g2, g3].into_iter().enumerate() {
-                    given[i] += covered * (u[d][at] - kept[d][at]);
-                }
                 open[i] -= dilatation;
                 [c[i], excess[i]] = split(liquid, open[i], c[i]);
+                let mass = open[i] * fluids.density(c[i]) + drho * excess[i];
+                for (d, (u, given)) in
+                    [(&mut *u1, &mut *g1), (&mut *u2, &mut *g2), (&mut *u3, &mut *g3)].into_iter().enumerate()
+                {
+                    let left = covered * (u[i] - kept[d][at]);
+                    if alpha[at] > 0.0 {
+                        given[i] += left;
+                    } else {
+                        u[i] += left / mass;
+                    }
+                }
             }
         });
         domain.fill_halos_to(1, &mut [(&mut self.open, &GhostRules::EVEN)]);
-        let report = self.settle(domain, boundary, imprint, flow, dt);
+        let report = self.settle(domain, boundary, imprint, flow, Some(dt));
+        self.mark(domain, imprint);
         self.keep(domain, &flow.velocity);
         report
     }
 
-    /// Gives the fluid the room that the grains leave it in their new places after a step of `dt` \[s].
+    /// Gives the fluid the room that the grains leave it in their new places.
     pub fn refit(
         &mut self,
         domain: &Domain,
         boundary: &Boundary,
         imprint: &mut Imprint,
         flow: &mut Flow,
-        dt: Real,
     ) -> SettleReport {
         let Self { open, given, excess, rows, solid, .. } = self;
         let Flow { volume_fraction, velocity, fluids, .. } = flow;
@@ -269,7 +330,8 @@ impl Room {
                     continue;
                 }
                 let (liquid, before) = (open[i] * c[i], open[i] * fluids.density(c[i]));
-                [c[i], excess[i]] = split(liquid, now, c[i]);
+                // Without gas for the difference it is the room that differs.
+                [c[i], excess[i]] = if c[i] > FULL - TRACE { [FULL, liquid - now] } else { split(liquid, now, c[i]) };
                 open[i] = now;
                 let after = now * fluids.density(c[i]) + drho * excess[i];
                 for (u, given) in [(&mut *u1, &mut *g1), (u2, g2), (u3, g3)] {
@@ -281,8 +343,9 @@ impl Room {
                 }
             }
         });
+        domain.fill_halos_to(1, &mut [(&mut self.open, &GhostRules::EVEN)]);
+        let report = self.settle(domain, boundary, imprint, flow, None);
         self.complete(domain, imprint);
-        let report = self.settle(domain, boundary, imprint, flow, dt);
         domain.fill_halos(&mut [(&mut flow.volume_fraction, &boundary.volume_fraction_rules())]);
         flow.update_density(domain);
         report

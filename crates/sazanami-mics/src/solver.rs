@@ -203,9 +203,12 @@ impl Solver {
         let gravity = settings.gravity;
         let mut report = StepReport { fluid_passes: step.fluid_passes, ..StepReport::default() };
         let pass = dt / step.fluid_passes as Real;
-        grains.place_surfaces(domain, flow, dt);
         if let Some(room) = room.as_mut() {
             room.keep(domain, &flow.velocity);
+        }
+        grains.place_surfaces(domain, flow, dt);
+        if let Some(room) = room.as_mut() {
+            room.hold(domain, flow);
         }
         for _ in 0..step.fluid_passes {
             watch(Phase::Fluid);
@@ -244,7 +247,7 @@ impl Solver {
                 acceleration.rub(&now, flow, projection, surface);
             }
             if let Some(room) = room.as_mut() {
-                room.hand_over(domain, flow, gravity * pass);
+                room.hand_over(domain, grains.covered(), flow, gravity * pass);
             }
             let gradient = projection.gradient(&flow.density);
             grains.add_stress(domain, pass, |at| {
@@ -257,7 +260,7 @@ impl Solver {
         watch(Phase::Coupling);
         report.imprint = grains.imprint(domain);
         if let Some(room) = room.as_mut() {
-            report.transport.settled += room.refit(domain, boundary, grains.covered_mut(), flow, dt);
+            report.transport.settled += room.refit(domain, boundary, grains.covered_mut(), flow);
         }
         report.impulses += grains.exchange(domain, flow, room.as_mut(), gravity, dt);
         report.impulses.walls_on_fluid += report.diffusion.wall_impulse + report.pressure.wall_impulse;

@@ -81,7 +81,7 @@ impl Flow {
             self.move_faces_to_middle(domain, dt);
         }
         if let Some((room, imprint)) = &mut beside {
-            room.hand_over(domain, self, Vector::ZERO);
+            room.hand_over(domain, imprint, self, Vector::ZERO);
             room.keep_fraction(domain, &self.volume_fraction);
             room.carry_grains(domain, imprint, &mut self.face_velocity, -1.0);
         }

@@ -357,6 +357,13 @@ const CASES: [Small; 10] = [
         perturbed: "contact.default.friction=0.41",
     },
     Small {
+        name: "open_room",
+        apart: false,
+        text: DROP_ON_BED,
+        overrides: &["coupling.room=open"],
+        perturbed: "liquid.0.fall.speed=2.0001 m/s",
+    },
+    Small {
         name: "settling",
         apart: true,
         text: SETTLING,
@@ -540,6 +547,11 @@ fn equivalent(name: &str) {
 #[test]
 fn a_drop_on_a_bed() {
     equivalent("drop_on_bed");
+}
+
+#[test]
+fn a_drop_on_a_bed_with_open_room() {
+    equivalent("open_room");
 }
 
 #[test]

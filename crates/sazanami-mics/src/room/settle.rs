@@ -10,21 +10,23 @@ use sazanami_numerics::grid::{Field, GHOSTS};
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
-use super::{Room, split};
+use super::{FULL, Room, split};
 use crate::boundary::Boundary;
 use crate::flow::Flow;
 use crate::fluids::Fluids;
 use crate::grains::Imprint;
 use crate::mobility::RowSet;
 
-/// Most rounds in which liquid is handed on.
-const ROUNDS: usize = 24;
+/// Most rounds in which liquid is handed on after a transport, and after the grains have moved.
+const ROUNDS: [usize; 2] = [24, 12];
+/// Excess at which the rounds end, in cell volumes.
+const SETTLED: Real = 1e-14;
+/// Part of its difference that a full cell hands on in a round.
+const PART: Real = 2.0 / 3.0;
 /// Part of an excess, per room of a neighbour, that is handed over whether there is room or not: so it spreads to where there is.
 const SPREADING: Real = 1e-3;
 /// Preference of faces without outflow, beside the Courant number of the others.
 const STILL: Real = 0.02;
-/// Least room in which a rest can stay.
-const LEAST_ROOM: Real = 1e-3;
 
 /// Liquid that had no room where the step left it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -96,6 +98,8 @@ struct Cells<'a> {
     size: [isize; 3],
     ends: [[bool; 2]; 3],
     fluids: Fluids,
+    /// Whether full cells stay full.
+    moved: bool,
 }
 
 impl Cells<'_> {
@@ -116,6 +120,9 @@ impl Cells<'_> {
     fn weight(&self, from: usize, to: usize, d: usize, above: bool, excess: Real) -> Real {
         let room = self.open[to].max(0.0);
         let c = self.fraction[to].clamp(0.0, 1.0);
+        if self.moved {
+            return room * if excess > 0.0 && c < 1.0 { 1.0 - c } else { c };
+        }
         let takes = room * if excess > 0.0 { 1.0 - c } else { c };
         let outflow = if above { self.faces[d][to] } else { -self.faces[d][from] };
         (takes + SPREADING * excess.abs() * room) * (STILL + self.per_width[d] * outflow.max(0.0))
@@ -126,17 +133,18 @@ impl Cells<'_> {
         let drho = self.fluids.liquid_density - self.fluids.gas_density;
         let (own, u) = (self.excess[at], self.velocity(at));
         let goes = own != 0.0 && self.weights[at] > 0.0;
+        let part_of = if self.moved { PART } else { 1.0 };
         let (mut entered, mut impulse, mut touched) = (0.0, Vector::ZERO, goes);
         for (beside, d, above) in self.neighbours(cell, at) {
             let theirs = self.excess[beside];
             if theirs != 0.0 && self.weights[beside] > 0.0 {
-                let part = theirs * self.weight(beside, at, d, !above, theirs) / self.weights[beside];
+                let part = part_of * theirs * self.weight(beside, at, d, !above, theirs) / self.weights[beside];
                 touched |= part != 0.0;
                 entered += part;
                 impulse += drho * part.max(0.0) * (self.velocity(beside) - u);
             }
             if goes && own < 0.0 {
-                let part = -own * self.weight(at, beside, d, above, own) / self.weights[at];
+                let part = -part_of * own * self.weight(at, beside, d, above, own) / self.weights[at];
                 impulse += drho * part * (self.velocity(beside) - u);
             }
         }
@@ -144,8 +152,8 @@ impl Cells<'_> {
             return None;
         }
         let (open, c) = (self.open[at], self.fraction[at]);
-        let liquid = open * c + if goes { 0.0 } else { own } + entered;
-        let [fraction, excess] = split(liquid, open, c);
+        let liquid = open * c + if goes { (1.0 - part_of) * own } else { own } + entered;
+        let [fraction, excess] = if self.moved && c == FULL { [c, liquid - open] } else { split(liquid, open, c) };
         let mass = open * self.fluids.density(fraction) + drho * excess;
         // Grains take part of it where there are any: small rooms with much passing through stay slow.
         let inertia = if self.alpha[at] > 0.0 { self.fluids.density(fraction) } else { mass };
@@ -163,11 +171,12 @@ impl Room {
         boundary: &Boundary,
         imprint: &Imprint,
         flow: &mut Flow,
-        dt: Real,
+        dt: Option<Real>,
     ) -> SettleReport {
         let mut report = SettleReport::default();
         let rules: [GhostRules; 3] = std::array::from_fn(|d| boundary.velocity_rules(d));
-        while report.rounds < ROUNDS && self.largest_excess(domain) > 0.0 {
+        let rounds = ROUNDS[usize::from(dt.is_none())];
+        while report.rounds < rounds && self.largest_excess(domain) > SETTLED {
             report.rounds += 1;
             let Flow { volume_fraction, velocity: [u1, u2, u3], .. } = flow;
             domain.fill_halos_to(
@@ -182,7 +191,7 @@ impl Room {
             );
             report.moved_volume += self.hand_on(domain, imprint, flow, dt);
         }
-        self.leave(domain, flow, &mut report);
+        self.leave(domain, imprint, flow, &mut report);
         report
     }
 
@@ -194,7 +203,7 @@ impl Room {
     }
 
     /// One round; returns the volume handed on over all ranks [m^3].
-    fn hand_on(&mut self, domain: &Domain, imprint: &Imprint, flow: &mut Flow, dt: Real) -> Real {
+    fn hand_on(&mut self, domain: &Domain, imprint: &Imprint, flow: &mut Flow, dt: Option<Real>) -> Real {
         let Self { open, given, excess, settler, .. } = self;
         let Settler { planes, weights, rows, beside } = settler;
         let [n1, n2, n3] = domain.cells();
@@ -213,10 +222,11 @@ impl Room {
             velocity: flow.velocity.each_ref().map(Field::data),
             faces: flow.face_velocity.each_ref().map(Field::data),
             strides: domain.strides().map(|stride| stride as usize),
-            per_width: domain.grid().spacing.recip() * dt,
+            per_width: domain.grid().spacing.recip() * dt.unwrap_or_default(),
             size: domain.cells().map(|n| n as isize),
             ends: [0, 1, 2].map(|d| [0, 1].map(|side| domain.at_box_end(d, side) && !domain.periodic()[d])),
             fluids: flow.fluids,
+            moved: dt.is_none(),
         };
         domain.for_each_row(&domain.interior(), weights.data_mut(), |row, weights| {
             if !rows.holds(row.j, row.k) {
@@ -258,18 +268,19 @@ impl Room {
         domain.sum(moved)[0] * domain.grid().cell_volume()
     }
 
-    /// Leaves what no round has placed in its cell, or takes it away where there is no room.
-    fn leave(&mut self, domain: &Domain, flow: &mut Flow, report: &mut SettleReport) {
+    /// Leaves what no round has placed: a full cell keeps it as a difference of its room, to be settled later.
+    fn leave(&mut self, domain: &Domain, imprint: &Imprint, flow: &mut Flow, report: &mut SettleReport) {
         if self.largest_excess(domain) == 0.0 {
             return;
         }
         let volume = domain.grid().cell_volume();
         let drho = flow.fluids.liquid_density - flow.fluids.gas_density;
-        let (open, x, u) = (self.open.data(), self.excess.data(), flow.velocity.each_ref().map(Field::data));
+        let gas = flow.fluids.gas_density;
+        let (x, c, u) = (self.excess.data(), flow.volume_fraction.data(), flow.velocity.each_ref().map(Field::data));
         let left = domain.sum(domain.sum_rows(&domain.interior(), |row| {
             let mut sum = [0.0; 6];
             for at in row.shifted(0).filter(|&at| x[at] != 0.0) {
-                if open[at] > LEAST_ROOM {
+                if c[at] == FULL {
                     sum[0] += 1.0;
                     sum[1] += x[at].abs() * volume;
                 } else {
@@ -283,12 +294,28 @@ impl Room {
         report.left_volume = left[1];
         report.clipped_volume = left[2];
         report.clipped_momentum = Vector::from_slice(&left[3..]);
-        let (excess, c) = (self.excess.data_mut(), flow.volume_fraction.data_mut());
-        domain.for_each_row(&domain.interior(), (excess, c), |row, (excess, c)| {
-            for (i, at) in row.shifted(0).enumerate().filter(|(_, at)| open[*at] > LEAST_ROOM) {
-                c[i] += excess[i] / open[at];
+        let Flow { volume_fraction, velocity, fluids, .. } = flow;
+        let (c, alpha) = (volume_fraction.data(), imprint.solid_fraction.data());
+        let [u1, u2, u3] = velocity.each_mut().map(Field::data_mut);
+        let [g1, g2, g3] = self.given.each_mut().map(Field::data_mut);
+        let fields = (self.open.data_mut(), self.excess.data_mut(), (u1, u2, u3), (g1, g2, g3));
+        domain.for_each_row(&domain.interior(), fields, |row, (open, excess, (u1, u2, u3), (g1, g2, g3))| {
+            for (i, at) in row.shifted(0).enumerate().filter(|(_, at)| c[*at] == FULL) {
+                if excess[i] == 0.0 {
+                    continue;
+                }
+                let before = open[i] * fluids.liquid_density + drho * excess[i];
+                open[i] += excess[i];
+                for (u, given) in [(&mut *u1, &mut *g1), (&mut *u2, &mut *g2), (&mut *u3, &mut *g3)] {
+                    if alpha[at] > 0.0 {
+                        given[i] -= gas * excess[i] * u[i];
+                    } else {
+                        u[i] *= before / (open[i] * fluids.liquid_density);
+                    }
+                }
             }
             excess.fill(0.0);
         });
+        domain.fill_halos_to(1, &mut [(&mut self.open, &GhostRules::EVEN)]);
     }
 }
