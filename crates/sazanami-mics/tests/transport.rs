@@ -10,6 +10,7 @@ use sazanami_mics::carrying::CarryingFlow;
 use sazanami_mics::flow::{DropVelocity, Flow, Fluids, Schemes};
 use sazanami_mics::grains::{Coupling, Exchange, SurfaceFriction, TorqueArm, Weighting};
 use sazanami_mics::pressure::Tolerance;
+use sazanami_mics::room::LiquidRoom;
 use sazanami_mics::solver::{Settings, Solver};
 use sazanami_mics::stability::StepLimits;
 use sazanami_numerics::domain::Domain;
@@ -195,6 +196,7 @@ fn a_given_flow_carries_a_ball_and_brings_it_back() {
     let coupling = Coupling {
         exchange: Exchange::Exact,
         friction: SurfaceFriction::default(),
+        room: LiquidRoom::Whole,
         weighting: Weighting::Mass,
         volume_fraction: VolumeFractionMethod::Clip,
         torque_arm: TorqueArm::Centroid,

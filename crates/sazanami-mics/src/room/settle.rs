@@ -2,8 +2,11 @@
 //!
 //! A cell with more liquid than room (or less than none, where it gave more than it had) hands the excess over its six
 //! faces, and takes gas of the same volume back. Most goes where there is room for it, and where the flow leads. What a
-//! neighbour cannot hold is its own excess in the next round. The liquid takes its momentum along. What is left after the last
-//! round stays as a fraction out of range, and is counted; what is left in a cell without room is taken away and booked.
+//! neighbour cannot hold is its own excess in the next round. The liquid takes its momentum along.
+//!
+//! After grains have moved, a full cell stays full, and its excess of either sign is a difference of its room: it hands a part of it on,
+//! so that differences of opposite sign meet, or reach a surface. What is left after the last round a full cell keeps as such a
+//! difference; what is left elsewhere is taken away and booked.
 
 use sazanami_numerics::domain::{Domain, GhostRules};
 use sazanami_numerics::grid::{Field, GHOSTS};
@@ -35,9 +38,9 @@ pub struct SettleReport {
     pub rounds: usize,
     /// Volume handed on, summed over the rounds [m^3].
     pub moved_volume: Real,
-    /// Cells left with a liquid fraction out of range.
+    /// Full cells whose room differs from their open part.
     pub left_cells: u64,
-    /// Liquid beyond their room [m^3].
+    /// Sum of these differences without their sign, in the last rounds [m^3].
     pub left_volume: Real,
     /// Liquid added where there was no room for it (negative: removed) [m^3].
     pub clipped_volume: Real,
@@ -49,8 +52,7 @@ impl std::ops::AddAssign for SettleReport {
     fn add_assign(&mut self, other: Self) {
         self.rounds += other.rounds;
         self.moved_volume += other.moved_volume;
-        self.left_cells += other.left_cells;
-        self.left_volume += other.left_volume;
+        (self.left_cells, self.left_volume) = (other.left_cells, other.left_volume);
         self.clipped_volume += other.clipped_volume;
         self.clipped_momentum += other.clipped_momentum;
     }
