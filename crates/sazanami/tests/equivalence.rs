@@ -332,7 +332,7 @@ until = "5 ms"
 steps = 30
 "#;
 
-const CASES: [Small; 10] = [
+const CASES: [Small; 11] = [
     Small {
         name: "drop_on_bed",
         apart: false,
