@@ -33,7 +33,6 @@ pub mod mobility;
 pub mod momentum;
 pub mod pressure;
 mod pressure_sides;
-pub mod room;
 mod schemes;
 pub mod snapshot;
 pub mod solver;

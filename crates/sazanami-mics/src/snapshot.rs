@@ -16,9 +16,9 @@ use crate::acceleration::Acceleration;
 use crate::boundary::Boundary;
 use crate::flow::Flow;
 use crate::forces::Forces;
+use crate::grains::room::Room;
 use crate::grains::{Coupling, GrainPhase};
 use crate::pressure::Projection;
-use crate::room::Room;
 use crate::solver::{Settings, Solver};
 
 const VOLUME_FRACTION: &str = "fluid/volume_fraction";

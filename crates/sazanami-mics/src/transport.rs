@@ -8,8 +8,8 @@ use crate::advection::{Convection, Dilatation, Frozen, Sweep};
 use crate::boundary::Boundary;
 use crate::flow::{Flow, StateFields};
 use crate::grains::Imprint;
+use crate::grains::room::{Room, SettleReport};
 use crate::interface::ResidueReport;
-use crate::room::{Room, SettleReport};
 use crate::schemes::{Carrier, ViscosityScheme};
 
 /// Diagnostics of a transport: inflow through open sides, and mixed-cell residue.

@@ -3,9 +3,9 @@
 use sazanami_dem::{Body, Engine, Grain, Interactions, LinearSpringDashpot, Motion, Setup, Substeps, Wall};
 use sazanami_mics::boundary::{Boundary, Side};
 use sazanami_mics::flow::{DropVelocity, Flow, Fluids, Schemes};
+use sazanami_mics::grains::room::LiquidRoom;
 use sazanami_mics::grains::{Coupling, Exchange, SurfaceFriction, TorqueArm, Weighting};
 use sazanami_mics::pressure::Tolerance;
-use sazanami_mics::room::LiquidRoom;
 use sazanami_mics::solver::{Settings, Solver};
 use sazanami_mics::stability::StepLimits;
 use sazanami_mics::viscosity::ViscosityScheme;

@@ -1,8 +1,8 @@
 //! `[coupling]`: how fluid and resolved grains act on each other.
 
 use sazanami_case_derive::Keys;
+use sazanami_mics::grains::room::LiquidRoom;
 use sazanami_mics::grains::{Exchange, SurfaceFriction, TorqueArm, Weighting};
-use sazanami_mics::room::LiquidRoom;
 use sazanami_numerics::geometry::VolumeFractionMethod;
 use serde_json::json;
 use toml::de::DeValue;

@@ -6,6 +6,7 @@ mod imprint;
 mod loads;
 mod open;
 mod resolved;
+pub mod room;
 mod surface;
 mod wetted;
 
@@ -19,8 +20,8 @@ use sazanami_numerics::{Quaternion, Real, Vector};
 use sazanami_parallel::{Reduction, reduce_over};
 
 use crate::flow::Flow;
+use crate::grains::room::{LiquidRoom, Room};
 use crate::momentum::Impulses;
-use crate::room::{LiquidRoom, Room};
 
 pub use exchange::{Exchange, RESOLVED, Transfer, Weighting};
 pub use imprint::{Imprint, ImprintReport, Pose, Share, TorqueArm};

@@ -1,4 +1,4 @@
-//! The exchange where liquid has only the open part of the cells as its room ([`crate::room`]): what the equations of the whole
+//! The exchange where liquid has only the open part of the cells as its room ([`crate::grains::room`]): what the equations of the whole
 //! cells owe to the covered part is the load of the grains.
 
 use sazanami_dem::Motion;
@@ -10,8 +10,8 @@ use super::loads::{self, FluidLoad};
 use super::surface::SOLID;
 use super::{CouplingState, Exchange, GrainPhase, exchange, sum_over_ranks, vectors};
 use crate::flow::Flow;
+use crate::grains::room::{LiquidRoom, Room};
 use crate::momentum::Impulses;
-use crate::room::{LiquidRoom, Room};
 
 impl GrainPhase {
     /// Solid fraction from which on a cell has no room for liquid, if liquid has only the open part of the cells.

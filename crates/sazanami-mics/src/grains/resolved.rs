@@ -12,9 +12,9 @@ use sazanami_numerics::{Real, Vector};
 use super::{GrainPhase, Imprint, Surface, covered, loads, sum_over_ranks, vectors};
 use crate::flow::Flow;
 use crate::grains::loads::FluidLoad;
+use crate::grains::room::LiquidRoom;
 use crate::mobility::Closing;
 use crate::momentum::Impulses;
-use crate::room::LiquidRoom;
 
 /// What the exchange keeps with each grain, also when it migrates to another rank.
 #[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]

@@ -3,10 +3,10 @@
 use sazanami_dem::{Body, Damping, Engine, Grain, Interactions, LinearSpringDashpot, Setup, Substeps, Wall};
 use sazanami_mics::boundary::{Boundary, Side};
 use sazanami_mics::flow::{Flow, Fluids, Schemes};
+use sazanami_mics::grains::room::LiquidRoom;
 use sazanami_mics::grains::{Coupling, Exchange, SurfaceFriction, TorqueArm, Weighting};
 use sazanami_mics::momentum::{Impulses, StoredMomentum};
 use sazanami_mics::pressure::Tolerance;
-use sazanami_mics::room::LiquidRoom;
 use sazanami_mics::solver::{Settings, Solver, StepReport};
 use sazanami_mics::stability::StepLimits;
 use sazanami_mics::viscosity::ViscosityScheme;

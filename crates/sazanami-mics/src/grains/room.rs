@@ -23,9 +23,9 @@ use sazanami_numerics::domain::{Domain, GhostRules};
 use sazanami_numerics::grid::Field;
 use sazanami_numerics::{Real, Vector};
 
+use super::{GrainPhase, Imprint};
 use crate::boundary::Boundary;
 use crate::flow::Flow;
-use crate::grains::{GrainPhase, Imprint};
 use crate::mobility::RowSet;
 use settle::Settler;
 
