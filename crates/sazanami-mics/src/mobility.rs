@@ -40,7 +40,7 @@ pub(crate) struct RowSet {
 }
 
 impl RowSet {
-    fn mark(&mut self, [n2, n3]: [usize; 2], marked: impl Fn(isize, isize) -> bool) {
+    pub fn mark(&mut self, [n2, n3]: [usize; 2], marked: impl Fn(isize, isize) -> bool) {
         self.width = n2 + 2;
         self.marked.clear();
         self.marked.extend(

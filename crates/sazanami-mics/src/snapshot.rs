@@ -16,11 +16,13 @@ use crate::acceleration::Acceleration;
 use crate::boundary::Boundary;
 use crate::flow::Flow;
 use crate::forces::Forces;
+use crate::grains::room::Room;
 use crate::grains::{Coupling, GrainPhase};
 use crate::pressure::Projection;
 use crate::solver::{Settings, Solver};
 
 const VOLUME_FRACTION: &str = "fluid/volume_fraction";
+const OPEN_PART: &str = "fluid/open_part";
 const VELOCITY: [&str; 3] = ["fluid/velocity_1", "fluid/velocity_2", "fluid/velocity_3"];
 const FACE_VELOCITY: [&str; 3] = ["fluid/face_velocity_1", "fluid/face_velocity_2", "fluid/face_velocity_3"];
 const LAST_FACES: [&str; 3] = ["fluid/last_faces_1", "fluid/last_faces_2", "fluid/last_faces_3"];
@@ -43,6 +45,9 @@ impl Solver {
         let mut snapshot = Snapshot::default();
         self.grains.engine_mut().snapshot(domain, GRAINS, &mut snapshot);
         snapshot.put_reals(VOLUME_FRACTION, domain.gather(&self.flow.volume_fraction));
+        if let Some(room) = &self.room {
+            snapshot.put_reals(OPEN_PART, domain.gather(room.open_field()));
+        }
         snapshot.put_reals(PRESSURE, domain.gather(self.projection.pressure()));
         for d in 0..3 {
             snapshot.put_reals(VELOCITY[d], domain.gather(&self.flow.velocity[d]));
@@ -99,8 +104,24 @@ impl Solver {
         grains.resume(&domain, &flow);
         let previous_step = snapshot.reals(PREVIOUS_STEP)?.first().copied();
         let (forces, acceleration) = (Forces::default(), Acceleration::beside(&domain, &grains, &mut flow));
-        let carried = None;
-        Ok(Self { domain, boundary, settings, flow, forces, projection, grains, acceleration, previous_step, carried })
+        let (mut room, carried) = (Room::beside(&domain, &mut grains), None);
+        if let Some(room) = &mut room {
+            scatter(OPEN_PART, room.open_mut())?;
+            room.complete(&domain, grains.covered_mut());
+        }
+        Ok(Self {
+            domain,
+            boundary,
+            settings,
+            flow,
+            forces,
+            projection,
+            grains,
+            acceleration,
+            room,
+            previous_step,
+            carried,
+        })
     }
 }
 
@@ -108,7 +129,7 @@ impl Solver {
 #[must_use]
 pub fn is_of_cells(name: &str) -> bool {
     let fields = [VELOCITY, FACE_VELOCITY, LAST_FACES, EARLIER_FACES, EARLIER_LAST_FACES];
-    [VOLUME_FRACTION, PRESSURE].contains(&name) || fields.iter().flatten().any(|&field| field == name)
+    [VOLUME_FRACTION, OPEN_PART, PRESSURE].contains(&name) || fields.iter().flatten().any(|&field| field == name)
 }
 
 /// Reads a field of the cells on rank 0 and gives each rank its part.

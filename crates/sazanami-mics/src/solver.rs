@@ -13,6 +13,7 @@ use crate::boundary::Boundary;
 use crate::carrying::CarryingFlow;
 use crate::flow::Flow;
 use crate::forces::{Force, Forces, Pass};
+use crate::grains::room::Room;
 use crate::grains::{Coupling, GrainPhase, ImprintReport};
 use crate::mobility::Closing;
 use crate::momentum::{Impulses, StoredMomentum};
@@ -110,6 +111,8 @@ pub struct Solver {
     pub(crate) grains: GrainPhase,
     /// The acceleration that the viscous step sees, if it does.
     pub(crate) acceleration: Option<Acceleration>,
+    /// The room of the liquid, if that is only the open part of the cells.
+    pub(crate) room: Option<Room>,
     /// Length that the limits allowed for the last step, before an output time shortened it \[s].
     pub(crate) previous_step: Option<Real>,
     /// The last flow that carried the liquid, and its advective rate [1/s].
@@ -145,9 +148,22 @@ impl Solver {
             // It made the initial velocity free of divergence at once: no acceleration.
             projection.pressure_mut().fill(0.0);
         }
+        let room = Room::beside(&domain, &mut grains);
         let forces = Forces::default();
         let (previous_step, carried) = (None, None);
-        Ok(Self { domain, boundary, settings, flow, forces, projection, grains, acceleration, previous_step, carried })
+        Ok(Self {
+            domain,
+            boundary,
+            settings,
+            flow,
+            forces,
+            projection,
+            grains,
+            acceleration,
+            room,
+            previous_step,
+            carried,
+        })
     }
 
     /// Adds forces on the fluid to gravity; at a restart they must be the same.
@@ -183,11 +199,17 @@ impl Solver {
     /// # Errors
     /// [`StepError`] names what failed and where; the state is then not usable.
     pub fn step(&mut self, step: Step, dt: Real, mut watch: impl FnMut(Phase)) -> Result<StepReport, StepError> {
-        let Self { domain, boundary, settings, flow, forces, projection, grains, acceleration, .. } = self;
+        let Self { domain, boundary, settings, flow, forces, projection, grains, acceleration, room, .. } = self;
         let gravity = settings.gravity;
         let mut report = StepReport { fluid_passes: step.fluid_passes, ..StepReport::default() };
         let pass = dt / step.fluid_passes as Real;
+        if let Some(room) = room.as_mut() {
+            room.keep(domain, &flow.velocity);
+        }
         grains.place_surfaces(domain, flow, dt);
+        if let Some(room) = room.as_mut() {
+            room.hold(domain, flow);
+        }
         for _ in 0..step.fluid_passes {
             watch(Phase::Fluid);
             report.courant = report.courant.max(flow.advective_rate(domain) * pass);
@@ -197,7 +219,8 @@ impl Solver {
             if let Some(acceleration) = acceleration.as_mut() {
                 acceleration.keep(domain, projection.pressure(), &flow.density, gravity);
             }
-            report.transport += flow.transport(domain, boundary, pass);
+            let beside = room.as_mut().map(|room| (room, grains.covered()));
+            report.transport += flow.transport_beside(domain, boundary, pass, beside);
             projection.add_gradient(domain, &flow.density, &mut flow.velocity, half);
             if let Some(acceleration) = acceleration.as_mut() {
                 acceleration.add(domain, &mut flow.velocity, |_| pass);
@@ -223,21 +246,28 @@ impl Solver {
             if let (Some(acceleration), Some(surface)) = (acceleration.as_ref(), grains.surface_mut()) {
                 acceleration.rub(&now, flow, projection, surface);
             }
+            if let Some(room) = room.as_mut() {
+                room.hand_over(domain, grains.covered(), flow, gravity * pass);
+            }
             let gradient = projection.gradient(&flow.density);
             grains.add_stress(domain, pass, |at| {
                 flow.density.data()[at] * flow.viscous_acceleration(at, pass) - gradient.at(at)
             });
         }
-        report.impulses += grains.load(domain, flow, gravity, dt);
+        report.impulses += grains.load(domain, flow, room.as_mut(), gravity, dt);
         watch(Phase::Grains);
         report.contacts = grains.advance(domain, gravity, dt)?;
         watch(Phase::Coupling);
         report.imprint = grains.imprint(domain);
-        report.impulses += grains.exchange(domain, flow, gravity, dt);
+        if let Some(room) = room.as_mut() {
+            report.transport.settled += room.refit(domain, boundary, grains.covered_mut(), flow);
+        }
+        report.impulses += grains.exchange(domain, flow, room.as_mut(), gravity, dt);
         report.impulses.walls_on_fluid += report.diffusion.wall_impulse + report.pressure.wall_impulse;
         report.impulses.walls_on_grains -= report.contacts.impulse_on_walls;
         report.impulses.open_sides += report.transport.momentum_through;
-        report.impulses.open_sides += report.transport.residue.clipped_momentum;
+        report.impulses.open_sides +=
+            report.transport.residue.clipped_momentum + report.transport.settled.clipped_momentum;
         self.previous_step = Some(step.dt);
         self.check(&report)?;
         Ok(report)
@@ -319,13 +349,28 @@ impl Solver {
     #[must_use]
     pub fn momentum(&self) -> StoredMomentum {
         let [liquid, gas] = self.flow.momentum(&self.domain);
-        let [grains, displaced, deferred] = self.grains.momentum(&self.domain);
+        let [grains, mut displaced, deferred] = self.grains.momentum(&self.domain);
+        if let Some(room) = &self.room {
+            displaced = room.covered_momentum(&self.domain, &self.flow);
+        }
         StoredMomentum { liquid, gas, grains, displaced, deferred }
+    }
+
+    /// Volume of the liquid, over all ranks [m^3]; inside grains too if it fills whole cells.
+    #[must_use]
+    pub fn liquid_volume(&self) -> Real {
+        match &self.room {
+            Some(room) => room.liquid_volume(&self.domain, &self.flow.volume_fraction),
+            None => self.flow.liquid_volume(&self.domain),
+        }
     }
 
     /// Volume of liquid outside grains, over all ranks [m^3].
     #[must_use]
     pub fn wet_liquid_volume(&self) -> Real {
+        if self.room.is_some() {
+            return self.liquid_volume();
+        }
         self.flow.liquid_volume(&self.domain)
             - self.grains.liquid_volume_inside(&self.domain, &self.flow.volume_fraction)
     }

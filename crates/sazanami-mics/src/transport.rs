@@ -7,6 +7,8 @@ use sazanami_numerics::{Real, Vector};
 use crate::advection::{Convection, Dilatation, Frozen, Sweep};
 use crate::boundary::Boundary;
 use crate::flow::{Flow, StateFields};
+use crate::grains::Imprint;
+use crate::grains::room::{Room, SettleReport};
 use crate::interface::ResidueReport;
 use crate::schemes::{Carrier, ViscosityScheme};
 
@@ -19,6 +21,8 @@ pub struct TransportReport {
     pub momentum_through: Vector,
     /// Mixed-cell residue: fractions out of range or nearly pure.
     pub residue: ResidueReport,
+    /// Liquid that had no room beside grains.
+    pub settled: SettleReport,
 }
 
 impl std::ops::AddAssign for TransportReport {
@@ -28,6 +32,7 @@ impl std::ops::AddAssign for TransportReport {
         }
         self.momentum_through += other.momentum_through;
         self.residue = self.residue.and(other.residue);
+        self.settled += other.settled;
     }
 }
 
@@ -58,11 +63,27 @@ impl Flow {
     ///
     /// Afterwards the ghosts of volume fraction and density are filled, those of the velocity are not.
     pub fn transport(&mut self, domain: &Domain, boundary: &Boundary, dt: Real) -> TransportReport {
+        self.transport_beside(domain, boundary, dt, None)
+    }
+
+    /// The same, with liquid that has only the room that the grains of an imprint, ghosts filled, leave it.
+    pub(crate) fn transport_beside(
+        &mut self,
+        domain: &Domain,
+        boundary: &Boundary,
+        dt: Real,
+        mut beside: Option<(&mut Room, &Imprint)>,
+    ) -> TransportReport {
         if self.schemes.viscosity == ViscosityScheme::CrankNicolson {
             self.diffuse_before(domain, boundary, 0.5 * dt);
         }
         if self.schemes.carrier == Carrier::Middle {
             self.move_faces_to_middle(domain, dt);
+        }
+        if let Some((room, imprint)) = &mut beside {
+            room.hand_over(domain, imprint, self, Vector::ZERO);
+            room.keep_fraction(domain, &self.volume_fraction);
+            room.carry_grains(domain, imprint, &mut self.face_velocity, -1.0);
         }
         let mut report = TransportReport::default();
         let order = ORDERS[(self.transports % 6) as usize];
@@ -113,7 +134,13 @@ impl Flow {
         if boundary.has_openings() {
             report.sum_over_ranks(domain);
         }
-        self.collect_residue(domain, boundary, &mut report);
+        if let Some((room, imprint)) = &mut beside {
+            report.settled = room.carried(domain, boundary, imprint, self, dt);
+            room.carry_grains(domain, imprint, &mut self.face_velocity, 1.0);
+            let [u1, u2, u3] = &mut self.velocity;
+            StateFields { c: &mut self.volume_fraction, u: [u1, u2, u3] }.fill_halos(domain, boundary, moves_velocity);
+        }
+        self.collect_residue(domain, boundary, beside.as_ref().map(|(room, _)| room.open()), &mut report);
         self.update_density(domain);
         report
     }
@@ -138,7 +165,13 @@ impl Flow {
     }
 
     /// Moves mixed-cell residue to the interface.
-    fn collect_residue(&mut self, domain: &Domain, boundary: &Boundary, report: &mut TransportReport) {
+    fn collect_residue(
+        &mut self,
+        domain: &Domain,
+        boundary: &Boundary,
+        open: Option<&[Real]>,
+        report: &mut TransportReport,
+    ) {
         let density = match self.schemes.convection {
             Convection::Consistent => self.fluids.density_line(),
             Convection::VelocityForm | Convection::Off => [1.0, 0.0],
@@ -148,6 +181,7 @@ impl Flow {
             c: volume_fraction.data(),
             u: velocity.each_ref().map(|field| field.data()),
             density,
+            open,
         };
         report.residue = collector.find(domain, view);
         if report.residue.moved_cells + report.residue.clipped_cells > 0 {

@@ -3,6 +3,7 @@
 use sazanami_dem::{Body, Engine, Grain, Interactions, LinearSpringDashpot, Setup, Substeps};
 use sazanami_mics::boundary::{Boundary, Side};
 use sazanami_mics::flow::{Flow, Fluids, Schemes};
+use sazanami_mics::grains::room::LiquidRoom;
 use sazanami_mics::grains::{Coupling, Exchange, SurfaceFriction, TorqueArm, Weighting};
 use sazanami_mics::pressure::Tolerance;
 use sazanami_mics::solver::{Settings, Solver};
@@ -64,6 +65,7 @@ fn spheroid_in_a_vortex(viscosity: Real, friction: SurfaceFriction) -> Solver {
     let coupling = Coupling {
         exchange: Exchange::Surface,
         friction,
+        room: LiquidRoom::Whole,
         weighting: Weighting::Mass,
         volume_fraction: VolumeFractionMethod::default(),
         torque_arm: TorqueArm::Centroid,

@@ -8,6 +8,7 @@ use sazanami_mics::ball::ball;
 use sazanami_mics::boundary::{Boundary, Side};
 use sazanami_mics::carrying::CarryingFlow;
 use sazanami_mics::flow::{DropVelocity, Flow, Fluids, Schemes};
+use sazanami_mics::grains::room::LiquidRoom;
 use sazanami_mics::grains::{Coupling, Exchange, SurfaceFriction, TorqueArm, Weighting};
 use sazanami_mics::pressure::Tolerance;
 use sazanami_mics::solver::{Settings, Solver};
@@ -195,6 +196,7 @@ fn a_given_flow_carries_a_ball_and_brings_it_back() {
     let coupling = Coupling {
         exchange: Exchange::Exact,
         friction: SurfaceFriction::default(),
+        room: LiquidRoom::Whole,
         weighting: Weighting::Mass,
         volume_fraction: VolumeFractionMethod::Clip,
         torque_arm: TorqueArm::Centroid,

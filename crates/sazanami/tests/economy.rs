@@ -6,6 +6,7 @@ use sazanami_dem::{Body, Damping, Engine, Grain, Interactions, LinearSpringDashp
 use sazanami_mics::ball::ball;
 use sazanami_mics::boundary::Boundary;
 use sazanami_mics::flow::{DropVelocity, Flow, Fluids, Schemes};
+use sazanami_mics::grains::room::LiquidRoom;
 use sazanami_mics::grains::{Coupling, Exchange, SurfaceFriction, TorqueArm, Weighting};
 use sazanami_mics::pressure::Tolerance;
 use sazanami_mics::solver::{Settings, Solver};
@@ -23,7 +24,7 @@ static ALLOCATOR: CountingAllocator = CountingAllocator;
 const WIDTH: Real = 4e-3;
 
 /// Grains on a floor, pressed together by a strong slanted gravity, in shallow water that a drop falls into.
-fn solver(substeps: Substeps) -> Solver {
+fn solver(substeps: Substeps, room: LiquidRoom) -> Solver {
     let domain = Domain::solo(Grid::new([16, 16, 12], Vector::ZERO, Vector::new(WIDTH, WIDTH, 3e-3)), [false; 3]);
     let boundary = Boundary::closed();
     let fluids = Fluids { liquid_density: 1e3, gas_density: 1.0, liquid_viscosity: 1e-3, gas_viscosity: 1e-5 };
@@ -69,6 +70,7 @@ fn solver(substeps: Substeps) -> Solver {
     let coupling = Coupling {
         exchange: Exchange::Exact,
         friction: SurfaceFriction::default(),
+        room,
         weighting: Weighting::Mass,
         volume_fraction: VolumeFractionMethod::Columns { per_axis: 4 },
         torque_arm: TorqueArm::Centroid,
@@ -85,8 +87,13 @@ fn solver(substeps: Substeps) -> Solver {
 
 #[test]
 fn a_step_with_grains_in_contact_allocates_nothing() {
+    [LiquidRoom::Whole, LiquidRoom::Open].into_iter().for_each(allocates_nothing);
+}
+
+/// A step beside grains in contact, with liquid that has this room, takes no memory.
+fn allocates_nothing(room: LiquidRoom) {
     with_threads(1, || {
-        let mut solver = solver(Substeps::Auto);
+        let mut solver = solver(Substeps::Auto, room);
         let mut step = |watched: bool| {
             let stable = solver.stable_step();
             let (count, bytes) = (allocations_of_thread(), bytes_of_thread());

@@ -332,7 +332,7 @@ until = "5 ms"
 steps = 30
 "#;
 
-const CASES: [Small; 10] = [
+const CASES: [Small; 11] = [
     Small {
         name: "drop_on_bed",
         apart: false,
@@ -355,6 +355,13 @@ const CASES: [Small; 10] = [
         text: PERIODIC,
         overrides: &["coupling.exchange=surface"],
         perturbed: "contact.default.friction=0.41",
+    },
+    Small {
+        name: "open_room",
+        apart: false,
+        text: DROP_ON_BED,
+        overrides: &["coupling.room=open"],
+        perturbed: "liquid.0.fall.speed=2.0001 m/s",
     },
     Small {
         name: "settling",
@@ -540,6 +547,11 @@ fn equivalent(name: &str) {
 #[test]
 fn a_drop_on_a_bed() {
     equivalent("drop_on_bed");
+}
+
+#[test]
+fn a_drop_on_a_bed_with_open_room() {
+    equivalent("open_room");
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! `[coupling]`: how fluid and resolved grains act on each other.
 
 use sazanami_case_derive::Keys;
+use sazanami_mics::grains::room::LiquidRoom;
 use sazanami_mics::grains::{Exchange, SurfaceFriction, TorqueArm, Weighting};
 use sazanami_numerics::geometry::VolumeFractionMethod;
 use serde_json::json;
@@ -22,6 +23,9 @@ pub struct Coupling {
     /// Friction on the surfaces of grains, with `exchange = "surface"`.
     #[key(word, default = SurfaceFriction::Distance)]
     pub friction: SurfaceFriction,
+    /// What liquid fills of a cell that grains cover in part: with `open` none of it hides within grains.
+    #[key(word, default = LiquidRoom::Whole)]
+    pub room: LiquidRoom,
     /// Weight of the grain's velocity in shared cells.
     #[key(word, default = Weighting::Mass)]
     pub weighting: Weighting,

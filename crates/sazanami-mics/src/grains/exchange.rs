@@ -106,19 +106,27 @@ pub struct Transfer {
     pub displaced_mass: Real,
 }
 
+/// The fluid that back-projection meets, by place in memory.
+#[derive(Clone, Copy)]
+pub(super) struct Fluid<'a> {
+    pub u: [&'a [Real]; 3],
+    pub density: &'a [Real],
+    /// Open part of the cells, if momentum is counted on it.
+    pub open: Option<&'a [Real]>,
+}
+
 /// Sums over the cells of each grain what back-projection will take: call before [`back_project`].
 pub(super) fn take(
     domain: &Domain,
     imprint: &Imprint,
     grains: &Grains,
-    u: &[Field<Real>; 3],
-    density: &Field<Real>,
+    fluid: Fluid<'_>,
     weighting: Weighting,
     taken: &mut [Transfer],
 ) {
     let volume = domain.grid().cell_volume();
-    let (alpha, solid, rho) = (imprint.solid_fraction.data(), imprint.solid_density.data(), density.data());
-    let [u1, u2, u3] = u.each_ref().map(Field::data);
+    let (alpha, solid) = (imprint.solid_fraction.data(), imprint.solid_density.data());
+    let Fluid { u: [u1, u2, u3], density: rho, open } = fluid;
     for_each_chunk(taken, 64, |number, taken| {
         for (offset, taken) in taken.iter_mut().enumerate() {
             let n = number * 64 + offset;
@@ -129,7 +137,12 @@ pub(super) fn take(
                 let cell = MixedCell::new(alpha[at], solid[at], rho[at], weighting);
                 let arm = share.arm();
                 let slip = Vector::new(u1[at], u2[at], u3[at]) - (velocity + spin.cross(arm));
-                let momentum = rho[at] * volume * cell.weight * (share.fraction / cell.alpha) * slip;
+                let momentum = open.map_or(1.0, |open| open[at])
+                    * rho[at]
+                    * volume
+                    * cell.weight
+                    * (share.fraction / cell.alpha)
+                    * slip;
                 taken.momentum += momentum;
                 taken.angular_momentum += arm.cross(momentum);
                 taken.displaced_mass += cell.share(share.fraction) * rho[at] * volume;

@@ -43,13 +43,31 @@ pub(super) fn integrate(
     });
 }
 
-/// The friction of the last step that acts on each grain: impulses [N s] and angular impulses [N m s].
+/// Shares out what is `given` to the grains in each cell, per volume [N s/m^3], among these: impulses [N s] and angular impulses
+/// [N m s].
+pub(super) fn share_out(domain: &Domain, imprint: &Imprint, given: &[Field<Real>; 3], loads: &mut [FluidLoad]) {
+    let volume = domain.grid().cell_volume();
+    let alpha = imprint.solid_fraction.data();
+    let [g1, g2, g3] = given.each_ref().map(Field::data);
+    for_each_chunk(loads, 64, |number, loads| {
+        for (offset, load) in loads.iter_mut().enumerate() {
+            *load = FluidLoad::default();
+            for share in imprint.shares(number * 64 + offset) {
+                let at = share.at as usize;
+                let impulse = share.fraction / alpha[at] * volume * Vector::new(g1[at], g2[at], g3[at]);
+                load.force += impulse;
+                load.torque += share.arm().cross(impulse);
+            }
+        }
+    });
+}
+
+/// Adds the friction of the last step that acts on each grain: impulses [N s] and angular impulses [N m s].
 pub(super) fn of_friction(domain: &Domain, imprint: &Imprint, surface: &Surface, loads: &mut [FluidLoad]) {
     let volume = domain.grid().cell_volume();
     let alpha = imprint.solid_fraction.data();
     for_each_chunk(loads, 64, |number, loads| {
         for (offset, load) in loads.iter_mut().enumerate() {
-            *load = FluidLoad::default();
             for share in imprint.shares(number * 64 + offset) {
                 let part = share.fraction / alpha[share.at as usize] * volume;
                 let [impulse, angular] = surface.on_grain(domain, alpha, share, part);

@@ -4,7 +4,9 @@ mod covered;
 mod exchange;
 mod imprint;
 mod loads;
+mod open;
 mod resolved;
+pub mod room;
 mod surface;
 mod wetted;
 
@@ -18,6 +20,7 @@ use sazanami_numerics::{Quaternion, Real, Vector};
 use sazanami_parallel::{Reduction, reduce_over};
 
 use crate::flow::Flow;
+use crate::grains::room::{LiquidRoom, Room};
 use crate::momentum::Impulses;
 
 pub use exchange::{Exchange, RESOLVED, Transfer, Weighting};
@@ -38,6 +41,8 @@ pub struct Coupling {
     pub exchange: Exchange,
     /// Friction on the surfaces of grains, in [`Exchange::Surface`].
     pub friction: SurfaceFriction,
+    /// What liquid fills of a partly covered cell.
+    pub room: LiquidRoom,
     /// Weight of the grain velocity in partly covered cells.
     pub weighting: Weighting,
     /// Evaluation of the volume fractions.
@@ -274,7 +279,7 @@ impl GrainPhase {
     /// Adds the stress divergence [N/m^3] of a fluid pass of length `dt` \[s], given per cell by its
     /// place in memory, in the cells that grains cover.
     pub(crate) fn add_stress(&mut self, domain: &Domain, dt: Real, stress_divergence: impl Fn(usize) -> Vector + Sync) {
-        if self.is_empty() || self.has_surfaces() {
+        if self.is_empty() || self.has_surfaces() || self.coupling.room == LiquidRoom::Open {
             return;
         }
         let Self { stress_impulse: [s1, s2, s3], imprint, .. } = self;
@@ -295,7 +300,17 @@ impl GrainPhase {
 
     /// Turns the stress of the passes into a constant force and torque on each owned grain over
     /// `dt` \[s], and adds the deferred impulse of the last exchange.
-    pub(crate) fn load(&mut self, domain: &Domain, flow: &Flow, gravity: Vector, dt: Real) -> Impulses {
+    pub(crate) fn load(
+        &mut self,
+        domain: &Domain,
+        flow: &Flow,
+        room: Option<&mut Room>,
+        gravity: Vector,
+        dt: Real,
+    ) -> Impulses {
+        if let Some(room) = room {
+            return self.load_open(domain, room, gravity, dt);
+        }
         if self.has_surfaces() {
             return self.load_surfaces(domain, flow, gravity, dt);
         }
@@ -377,9 +392,19 @@ impl GrainPhase {
     }
 
     /// Makes the velocity `u` of covered cells mass-averaged and sets the deferred impulses of the grains.
-    pub(crate) fn exchange(&mut self, domain: &Domain, flow: &mut Flow, gravity: Vector, dt: Real) -> Impulses {
+    pub(crate) fn exchange(
+        &mut self,
+        domain: &Domain,
+        flow: &mut Flow,
+        room: Option<&mut Room>,
+        gravity: Vector,
+        dt: Real,
+    ) -> Impulses {
         if self.is_empty() {
             return Impulses::default();
+        }
+        if let Some(room) = room {
+            return self.exchange_open(domain, flow, room, dt);
         }
         if self.has_surfaces() {
             return self.exchange_surfaces(domain, flow, dt);
@@ -387,7 +412,7 @@ impl GrainPhase {
         let weighting = self.coupling.weighting;
         self.sum_velocities(domain, |_, _| [Vector::ZERO; 2]);
         let Flow { velocity: u, density, .. } = flow;
-        self.take(domain, u, density);
+        self.take(domain, u, density, None);
         exchange::back_project(domain, &self.imprint, u, density, weighting);
 
         let mut sum = [Vector::ZERO; 3];
@@ -429,7 +454,7 @@ impl GrainPhase {
             return self.begin_surfaces(domain, flow, gravity);
         }
         let (u, density) = (&flow.velocity, &flow.density);
-        self.take(domain, u, density);
+        self.take(domain, u, density, None);
         for n in 0..self.engine.grains().owned() {
             let state = self.coupling_state(n);
             self.set_coupling_state(n, CouplingState { displaced_mass: self.partial[n][6], ..state.without_impulse() });
@@ -480,10 +505,11 @@ impl GrainPhase {
         self.engine.attached_mut()[n] = bytemuck::cast(state);
     }
 
-    fn take(&mut self, domain: &Domain, u: &[Field<Real>; 3], density: &Field<Real>) {
+    fn take(&mut self, domain: &Domain, u: &[Field<Real>; 3], density: &Field<Real>, open: Option<&[Real]>) {
         let grains = self.engine.grains();
         self.taken.resize(grains.len(), Transfer::default());
-        exchange::take(domain, &self.imprint, grains, u, density, self.coupling.weighting, &mut self.taken);
+        let fluid = exchange::Fluid { u: u.each_ref().map(Field::data), density: density.data(), open };
+        exchange::take(domain, &self.imprint, grains, fluid, self.coupling.weighting, &mut self.taken);
         self.partial.clear();
         self.partial.extend(self.taken.iter().map(|taken| {
             let [p, l] = [taken.momentum.to_array(), taken.angular_momentum.to_array()];

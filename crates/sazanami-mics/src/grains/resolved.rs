@@ -12,22 +12,23 @@ use sazanami_numerics::{Real, Vector};
 use super::{GrainPhase, Imprint, Surface, covered, loads, sum_over_ranks, vectors};
 use crate::flow::Flow;
 use crate::grains::loads::FluidLoad;
+use crate::grains::room::LiquidRoom;
 use crate::mobility::Closing;
 use crate::momentum::Impulses;
 
 /// What the exchange keeps with each grain, also when it migrates to another rank.
 #[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
-struct SurfaceState {
+pub(super) struct SurfaceState {
     /// Momentum of the fluid on the covered part before the grain moved [N s].
     momentum: [Real; 3],
     /// Its angular momentum about the origin, without wrapping at periodic sides [N m s].
     angular_momentum: [Real; 3],
     reserved: Real,
     /// Between steps the mean acceleration in the last step [m/s^2]; while the grain moves its velocity before [m/s].
-    motion: [Real; 3],
+    pub motion: [Real; 3],
     /// The same of its rotation [rad/s^2, rad/s].
-    rotation: [Real; 3],
+    pub rotation: [Real; 3],
     /// See [`super::CouplingState`].
     imprinted: [Real; 7],
 }
@@ -39,6 +40,10 @@ impl GrainPhase {
     /// at its end that they have if their acceleration stays what it was.
     pub(crate) fn place_surfaces(&mut self, domain: &Domain, flow: &mut Flow, dt: Real) {
         if !self.has_surfaces() {
+            if self.coupling.room == LiquidRoom::Open {
+                self.sum_velocities(domain, |_, _| [Vector::ZERO; 2]);
+                self.imprint.fill_halos(domain);
+            }
             return self.clear_stress(domain);
         }
         self.sum_velocities(domain, |_, _| [Vector::ZERO; 2]);
@@ -49,8 +54,10 @@ impl GrainPhase {
             self.surface.place(domain, &mut self.imprint, flow.scratch_vector_mut());
         }
         self.surface.hold(domain, &mut flow.velocity);
-        self.sum_covered(domain, flow);
-        std::mem::swap(&mut self.partial, &mut self.before);
+        if self.coupling.room == LiquidRoom::Whole {
+            self.sum_covered(domain, flow);
+            std::mem::swap(&mut self.partial, &mut self.before);
+        }
         self.sum_velocities(domain, |grains, n| {
             let state = grains.surface_state(n);
             [state.motion, state.rotation].map(|rate| dt * Vector::from_array(rate))
@@ -81,6 +88,7 @@ impl GrainPhase {
         self.surface.complete(domain);
         self.sum_covered(domain, flow);
         std::mem::swap(&mut self.partial, &mut self.after);
+        self.loads.clear();
         self.loads.resize(self.engine.grains().len(), FluidLoad::default());
         loads::of_friction(domain, &self.imprint, &self.surface, &mut self.loads);
         self.gather_loads(domain);
@@ -178,11 +186,11 @@ impl GrainPhase {
         self.engine.gather_to_owners(domain, &mut self.partial);
     }
 
-    fn surface_state(&self, n: usize) -> SurfaceState {
+    pub(super) fn surface_state(&self, n: usize) -> SurfaceState {
         bytemuck::cast(self.engine.grains().attached[n])
     }
 
-    fn set_surface_state(&mut self, n: usize, state: SurfaceState) {
+    pub(super) fn set_surface_state(&mut self, n: usize, state: SurfaceState) {
         self.engine.attached_mut()[n] = bytemuck::cast(state);
     }
 }

@@ -102,11 +102,23 @@ pub(crate) struct View<'a> {
     pub u: [&'a [Real]; 3],
     /// Density is `density[0] + density[1] C` [kg/m^3].
     pub density: [Real; 2],
+    /// Open part of the cells, if liquid has only that; cells not wholly open keep their residue.
+    pub open: Option<&'a [Real]>,
 }
 
 impl View<'_> {
     fn velocity(&self, at: usize) -> Vector {
         Vector::new(self.u[0][at], self.u[1][at], self.u[2][at])
+    }
+
+    /// Whether a cell gives and takes residue.
+    fn is_open(&self, at: usize) -> bool {
+        self.open.is_none_or(|open| open[at] == 1.0)
+    }
+
+    /// See [`excess`].
+    fn excess(&self, at: usize) -> Option<Real> {
+        excess(self.c[at]).filter(|_| self.is_open(at))
     }
 
     fn density(&self, c: Real) -> Real {
@@ -146,11 +158,11 @@ impl Collector {
                 }
                 for (i, &c) in row.iter().enumerate() {
                     let cell = [i as isize, j as isize, k as isize];
-                    if let Some(e) = excess(c) {
+                    if let Some(e) = view.excess(start + i) {
                         let (change, residue) = neighbours.release(view, cell, start + i, e, volume);
                         changes.extend(change);
                         *report = report.and(residue);
-                    } else if c * (1.0 - c) > LEAST_RECEIVER {
+                    } else if c * (1.0 - c) > LEAST_RECEIVER && view.is_open(start + i) {
                         neighbours.receive(view, cell, start + i, changes);
                     }
                 }
@@ -206,8 +218,9 @@ impl Neighbours {
         let mut best = None;
         let mut most = LEAST_RECEIVER.max(RECEIVER_TO_RESIDUE * e.abs());
         for offset in self.offsets(cell) {
-            let c = view.c[(at as isize + self.shift(offset)) as usize];
-            if c * (1.0 - c) > most {
+            let beside = (at as isize + self.shift(offset)) as usize;
+            let c = view.c[beside];
+            if c * (1.0 - c) > most && view.is_open(beside) {
                 most = c * (1.0 - c);
                 best = Some(offset);
             }
@@ -250,7 +263,7 @@ impl Neighbours {
         for offset in self.offsets(cell) {
             let from = (at as isize + self.shift(offset)) as usize;
             let neighbour = std::array::from_fn(|d| cell[d] + offset[d]);
-            if let Some(e) = excess(view.c[from])
+            if let Some(e) = view.excess(from)
                 && e.abs() <= LARGEST
                 && self.receiver(view, neighbour, from, e) == Some(offset.map(|o| -o))
             {
@@ -302,7 +315,7 @@ mod tests {
         };
         let before = totals(&c, &u);
         let mut collector = Collector::default();
-        let view = View { c: c.data(), u: u.each_ref().map(|f| f.data()), density };
+        let view = View { c: c.data(), u: u.each_ref().map(|f| f.data()), density, open: None };
         let report = collector.find(&domain, view);
         let [u1, u2, u3] = &mut u;
         collector.apply(c.data_mut(), [u1.data_mut(), u2.data_mut(), u3.data_mut()]);

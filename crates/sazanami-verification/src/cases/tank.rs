@@ -3,6 +3,7 @@
 use sazanami_dem::{Body, Damping, Engine, Grain, Interactions, LinearSpringDashpot, Setup, Substeps, Wall};
 use sazanami_mics::boundary::{Boundary, Side};
 use sazanami_mics::flow::{Flow, Fluids, Schemes};
+use sazanami_mics::grains::room::LiquidRoom;
 use sazanami_mics::grains::{Coupling, Exchange, SurfaceFriction, TorqueArm, Weighting};
 use sazanami_mics::momentum::{Impulses, StoredMomentum};
 use sazanami_mics::pressure::Tolerance;
@@ -114,6 +115,7 @@ impl Tank {
         let coupling = Coupling {
             exchange: self.exchange,
             friction: self.friction,
+            room: LiquidRoom::Whole,
             weighting: Weighting::Mass,
             volume_fraction: VolumeFractionMethod::default(),
             torque_arm: TorqueArm::Centroid,

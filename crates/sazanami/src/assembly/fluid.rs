@@ -107,6 +107,7 @@ pub fn coupling(case: &Case) -> Coupling {
     Coupling {
         exchange: options.exchange,
         friction: options.friction,
+        room: options.room,
         weighting: options.weighting,
         volume_fraction: options.alpha,
         torque_arm: options.torque_arm,

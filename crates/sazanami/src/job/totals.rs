@@ -35,6 +35,8 @@ summed! {
         volume_fraction_excess: Real, "", "distance of a liquid fraction from the range 0 to 1 before it was corrected";
         overfull_volume: Real, "m^3", "volume by which grains overlap within cells";
         outside_volume: Real, "m^3", "volume of grains outside the box";
+        #[serde(default)]
+        room_difference: Real, "m^3", "liquid in full cells without their room beside grains, or room without liquid";
         grain_speed: Real, "m/s", "speed of a grain";
     }
 }
@@ -46,6 +48,8 @@ summed! {
         moved_volume: Real, "m^3", "volume of these remnants";
         clipped_cells: u64, "", "nearly empty or full cells that were clipped";
         clipped_volume: Real, "m^3", "liquid volume that this added (negative: removed)";
+        #[serde(default)]
+        handed_on_volume: Real, "m^3", "liquid without room beside grains that was handed on, from cell to cell";
         out_of_range_cells: u64, "", "cells whose liquid fraction left the range 0 to 1 by more than 1e-9";
         deep_contacts: usize, "", "contacts that became deeper than 20 % of a contact sphere's radius";
     }
@@ -164,11 +168,14 @@ impl Totals {
         worst.volume_fraction_excess = worst.volume_fraction_excess.max(residue.worst_excess);
         worst.overfull_volume = worst.overfull_volume.max(report.imprint.overfull_volume);
         worst.outside_volume = worst.outside_volume.max(report.imprint.outside_volume);
+        let settled = &report.transport.settled;
+        worst.room_difference = worst.room_difference.max(settled.left_volume);
         let tidied = &mut self.tidied;
         tidied.moved_cells += residue.moved_cells;
         tidied.moved_volume += residue.moved_volume;
         tidied.clipped_cells += residue.clipped_cells;
-        tidied.clipped_volume += residue.clipped_volume;
+        tidied.clipped_volume += residue.clipped_volume + settled.clipped_volume;
+        tidied.handed_on_volume += settled.moved_volume;
         tidied.out_of_range_cells += residue.out_of_range_cells;
         self.liquid_through += report.transport.volume_through.iter().flatten().sum::<Real>();
     }

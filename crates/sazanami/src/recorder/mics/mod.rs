@@ -95,7 +95,7 @@ impl GridObserver {
 
     fn liquid_volume(&self, solver: &Solver) -> LiquidVolume {
         LiquidVolume {
-            transported: solver.flow().liquid_volume(solver.domain()),
+            transported: solver.liquid_volume(),
             wet: solver.wet_liquid_volume(),
             through_open_sides: self.through,
             clipped: -self.clipped,
@@ -107,7 +107,7 @@ impl GridObserver {
             momentum.add(report.impulses.terms());
         }
         self.through += report.transport.volume_through.iter().flatten().sum::<Real>();
-        self.clipped += report.transport.residue.clipped_volume;
+        self.clipped += report.transport.residue.clipped_volume + report.transport.settled.clipped_volume;
     }
 
     fn restore(&mut self, job: &Job, leads: bool, solver: &Solver, snapshot: &Snapshot) -> Result<(), RankError> {

@@ -1,0 +1,122 @@
+//! The exchange where liquid has only the open part of the cells as its room ([`crate::grains::room`]): what the equations of the whole
+//! cells owe to the covered part is the load of the grains.
+
+use sazanami_dem::Motion;
+use sazanami_numerics::domain::Domain;
+use sazanami_numerics::{Real, Vector};
+
+use super::imprint::Imprint;
+use super::loads::{self, FluidLoad};
+use super::surface::SOLID;
+use super::{CouplingState, Exchange, GrainPhase, exchange, sum_over_ranks, vectors};
+use crate::flow::Flow;
+use crate::grains::room::{LiquidRoom, Room};
+use crate::momentum::Impulses;
+
+impl GrainPhase {
+    /// Solid fraction from which on a cell has no room for liquid, if liquid has only the open part of the cells.
+    pub(crate) fn without_room(&self) -> Option<Real> {
+        let solid = if self.coupling.exchange == Exchange::Surface { SOLID } else { 1.0 };
+        (!self.is_empty() && self.coupling.room == LiquidRoom::Open).then_some(solid)
+    }
+
+    /// Volume fractions of the grains, for filling their ghosts.
+    pub(crate) fn covered_mut(&mut self) -> &mut Imprint {
+        &mut self.imprint
+    }
+
+    /// Sets force and torque on each owned grain over `dt` \[s]: what the cells owe it, the friction, and the deferred impulse.
+    pub(super) fn load_open(&mut self, domain: &Domain, room: &mut Room, gravity: Vector, dt: Real) -> Impulses {
+        let surfaces = self.has_surfaces();
+        self.share_out(domain, room, surfaces);
+        let fluid_weight = room.take_given(domain);
+        self.force.clear();
+        self.torque.clear();
+        let (mut weight, mut held) = (Vector::ZERO, Vector::ZERO);
+        for n in 0..self.engine.grains().owned() {
+            let grains = self.engine.grains();
+            let [mut impulse, mut turn] = vectors(&self.partial[n]);
+            let free = grains.motion[n] == Motion::Free;
+            let (mass, v, w) = (grains.mass[n], grains.velocity[n].to_array(), grains.angular_velocity(n).to_array());
+            if surfaces {
+                let mut state = self.surface_state(n);
+                (state.motion, state.rotation) = (v, w);
+                self.set_surface_state(n, state);
+            } else {
+                let state = self.coupling_state(n);
+                impulse += Vector::from_array(state.impulse);
+                turn += Vector::from_array(state.angular_impulse);
+                self.set_coupling_state(n, state.without_impulse());
+            }
+            if free {
+                weight += mass * gravity * dt;
+            } else {
+                held -= impulse;
+            }
+            self.force.push(impulse / dt);
+            self.torque.push(turn / dt);
+        }
+        let [gravity_on_grains, held_grains, _] = sum_over_ranks(domain, [weight, held, Vector::ZERO]);
+        Impulses { gravity_on_grains: gravity_on_grains - fluid_weight, held_grains, ..Impulses::default() }
+    }
+
+    /// Gives the grains in their new places what the cells owe them, in the same step (surfaces) or deferred with what
+    /// back-projection takes.
+    pub(super) fn exchange_open(&mut self, domain: &Domain, flow: &mut Flow, room: &mut Room, dt: Real) -> Impulses {
+        self.share_out(domain, room, false);
+        let _ = room.take_given(domain);
+        if self.has_surfaces() {
+            return self.exchange_open_surfaces(domain, dt);
+        }
+        std::mem::swap(&mut self.partial, &mut self.before);
+        let weighting = self.coupling.weighting;
+        self.sum_velocities(domain, |_, _| [Vector::ZERO; 2]);
+        let Flow { velocity: u, density, .. } = flow;
+        self.take(domain, u, density, Some(room.open()));
+        exchange::back_project(domain, &self.imprint, u, density, weighting);
+        for n in 0..self.engine.grains().owned() {
+            let ([taken, turned], [given, turn]) = (vectors(&self.partial[n]), vectors(&self.before[n]));
+            let mut state: CouplingState = self.coupling_state(n);
+            state.displaced_mass = self.partial[n][6];
+            if self.coupling.exchange == Exchange::Exact {
+                state.impulse = (taken + given).to_array();
+                state.angular_impulse = (turned + turn).to_array();
+            }
+            self.set_coupling_state(n, state);
+        }
+        Impulses::default()
+    }
+
+    fn exchange_open_surfaces(&mut self, domain: &Domain, dt: Real) -> Impulses {
+        let mut held = Vector::ZERO;
+        for n in 0..self.engine.grains().owned() {
+            let [given, turn] = vectors(&self.partial[n]);
+            let mut state = self.surface_state(n);
+            if self.engine.grains().motion[n] == Motion::Free {
+                self.engine.add_impulse(n, given, turn);
+                let grains = self.engine.grains();
+                let change = |now: Vector, before: [Real; 3]| ((now - Vector::from_array(before)) / dt).to_array();
+                state.motion = change(grains.velocity[n], state.motion);
+                state.rotation = change(grains.angular_velocity(n), state.rotation);
+            } else {
+                held -= given;
+                (state.motion, state.rotation) = ([0.0; 3], [0.0; 3]);
+            }
+            self.set_surface_state(n, state);
+        }
+        self.engine.refresh_ghosts(domain);
+        let [held_grains, ..] = sum_over_ranks(domain, [held, Vector::ZERO, Vector::ZERO]);
+        Impulses { held_grains, ..Impulses::default() }
+    }
+
+    /// Sums what the cells owe each grain, and the friction on its surface if asked for, at its owner.
+    fn share_out(&mut self, domain: &Domain, room: &Room, friction: bool) {
+        self.loads.resize(self.engine.grains().len(), FluidLoad::default());
+        loads::share_out(domain, &self.imprint, room.given(), &mut self.loads);
+        if friction {
+            self.surface.complete(domain);
+            loads::of_friction(domain, &self.imprint, &self.surface, &mut self.loads);
+        }
+        self.gather_loads(domain);
+    }
+}

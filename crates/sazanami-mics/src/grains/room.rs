@@ -1,0 +1,378 @@
+//! Liquid that has only the open part of the cells as its room.
+//!
+//! With the part `V` of a cell that is open, 1 - alpha between steps, the liquid in it is `L = V C`. A step carries
+//!
+//! ```text
+//! phi = u_f - chi u_s                            chi u_s: mean of alpha u_s of two covered cells, else 0
+//! L <- V C + (C* - C) - c_c D,   V <- V - D      D = dt div phi
+//! ```
+//!
+//! with the fraction `C*` that the sweeps give with phi instead of u_f ([`crate::advection`]): `C* - C - c_c D` is the
+//! liquid through the faces of the cell, so that the sum of L is kept to round-off, and a cell in a bath of liquid stays
+//! full to the last bit. After the grains have moved, V becomes 1 - alpha; what that changes is gas. Liquid beyond
+//! the room, or less than none, goes to the neighbours ([`settle`]). C, and with it density and viscosity, is L / V; a cell
+//! without room keeps that of the sweeps, in which nothing but the equations of the whole cell sees it.
+//!
+//! Momentum is counted on the open part, `sum V rho u dV + sum M v`. The equations of the fluid still hold on whole cells; what
+//! they give the part 1 - V of a cell, transport included, goes to the grains in it, and so does what a change of V leaves.
+
+mod settle;
+
+use sazanami_numerics::choices;
+use sazanami_numerics::domain::{Domain, GhostRules};
+use sazanami_numerics::grid::Field;
+use sazanami_numerics::{Real, Vector};
+
+use super::{GrainPhase, Imprint};
+use crate::boundary::Boundary;
+use crate::flow::Flow;
+use crate::mobility::RowSet;
+use settle::Settler;
+
+pub use settle::SettleReport;
+
+choices! {
+    /// What liquid fills of a cell that grains cover in part.
+    #[derive(Default)]
+    pub enum LiquidRoom {
+        /// The whole cell, the part within grains too.
+        #[default]
+        Whole = "whole",
+        /// The open part.
+        Open = "open",
+    }
+}
+
+/// Rooms smaller than this hold no liquid: their fraction is that of the sweeps.
+const NONE: Real = 1e-9;
+/// Fraction of a full cell.
+const FULL: Real = 1.0;
+/// Gas in a cell that counts as full once grains move.
+const TRACE: Real = 1e-9;
+/// Round-off of the liquid in a cell.
+const ROUND_OFF: Real = 1e-15;
+
+/// Fraction and excess of the liquid `l` in the room `v`, both in cell volumes; `beside` is the fraction where there is no room.
+fn split(l: Real, v: Real, beside: Real) -> [Real; 2] {
+    let bounded = if v.abs() > NONE { l / v } else { beside }.clamp(0.0, 1.0);
+    let excess = l - v * bounded;
+    // Round-off is no reason to move liquid.
+    if excess.abs() <= ROUND_OFF && v > 1e-6 { [l / v, 0.0] } else { [bounded, excess] }
+}
+
+/// The open part of the cells, and what the equations of the whole cells owe to the grains.
+pub(crate) struct Room {
+    /// Open part V, one ghost layer filled.
+    open: Field<Real>,
+    /// Liquid fraction before the sweeps.
+    fraction: Field<Real>,
+    /// Velocity up to which the grains have got their part [m/s].
+    kept: [Field<Real>; 3],
+    /// Momentum for the grains of a cell, per volume [N s/m^3].
+    given: [Field<Real>; 3],
+    /// Liquid beyond the room, in cell volumes.
+    excess: Field<Real>,
+    /// Rows with grains, or with another room than that of a whole cell.
+    rows: RowSet,
+    /// Solid fraction from which on a cell has no room.
+    solid: Real,
+    /// Weight times time of the fluid on the covered part, over all ranks [N s].
+    weight: Vector,
+    settler: Settler,
+}
+
+impl Room {
+    /// The room beside `grains`, if their coupling asks for it.
+    pub fn beside(domain: &Domain, grains: &mut GrainPhase) -> Option<Self> {
+        let solid = grains.without_room()?;
+        let three = || std::array::from_fn(|_| domain.field(0.0));
+        let mut room = Self {
+            open: domain.field(1.0),
+            fraction: domain.field(0.0),
+            kept: three(),
+            given: three(),
+            excess: domain.field(0.0),
+            rows: RowSet::default(),
+            solid,
+            weight: Vector::ZERO,
+            settler: Settler::new(domain),
+        };
+        let imprint = grains.covered_mut();
+        let (alpha, of) = (imprint.solid_fraction.data(), |alpha: Real| open_part(alpha, solid));
+        domain.for_each_row(&domain.interior(), room.open.data_mut(), |row, open| {
+            open.iter_mut().zip(&alpha[row.shifted(0)]).for_each(|(open, &alpha)| *open = of(alpha));
+        });
+        room.complete(domain, imprint);
+        Some(room)
+    }
+
+    /// Fills ghosts, and finds the rows that are not wholly open.
+    pub fn complete(&mut self, domain: &Domain, imprint: &mut Imprint) {
+        imprint.fill_halos(domain);
+        domain.fill_halos_to(1, &mut [(&mut self.open, &GhostRules::EVEN)]);
+        self.mark(domain, imprint);
+    }
+
+    /// Finds the rows that are not wholly open.
+    fn mark(&mut self, domain: &Domain, imprint: &Imprint) {
+        let Self { rows, open, .. } = self;
+        let [n1, n2, n3] = domain.cells();
+        let alpha = imprint.solid_fraction.data();
+        rows.mark([n2, n3], |j, k| {
+            let start = open.at(-1, j, k);
+            let row = start..start + n1 + 2;
+            open.data()[row.clone()].iter().any(|&open| open != 1.0) || alpha[row].iter().any(|&alpha| alpha > 0.0)
+        });
+    }
+
+    /// The open part of the cells as a field.
+    pub fn open_field(&self) -> &Field<Real> {
+        &self.open
+    }
+
+    /// The same for writing, at a restart: [`Self::complete`] comes after it.
+    pub fn open_mut(&mut self) -> &mut Field<Real> {
+        &mut self.open
+    }
+
+    /// The open part of the cells, by place in memory.
+    pub fn open(&self) -> &[Real] {
+        self.open.data()
+    }
+
+    /// Momentum for the grains of each cell, per volume [N s/m^3].
+    pub fn given(&self) -> &[Field<Real>; 3] {
+        &self.given
+    }
+
+    /// Forgets what has been given, and the weight of the fluid on the covered part times the time [N s].
+    pub fn take_given(&mut self, domain: &Domain) -> Vector {
+        let [g1, g2, g3] = self.given.each_mut().map(Field::data_mut);
+        domain.for_each_row(&domain.interior(), (g1, g2, g3), |row, (g1, g2, g3)| {
+            if self.rows.holds(row.j, row.k) {
+                [g1, g2, g3].into_iter().for_each(|given| given.fill(0.0));
+            }
+        });
+        std::mem::take(&mut self.weight)
+    }
+
+    /// From now on the grains get their part of what changes the `velocity`.
+    pub fn keep(&mut self, domain: &Domain, velocity: &[Field<Real>; 3]) {
+        for (kept, u) in self.kept.iter_mut().zip(velocity) {
+            domain.for_each_row(&domain.interior(), kept.data_mut(), |row, kept| {
+                if self.rows.holds(row.j, row.k) {
+                    kept.copy_from_slice(&u.data()[row.shifted(0)]);
+                }
+            });
+        }
+    }
+
+    /// Gives the grains what the covered part has gained since the velocity was kept, less the `fall` of a free fluid [m/s]. In a
+    /// cell without grains the fluid takes all.
+    pub fn hand_over(&mut self, domain: &Domain, imprint: &Imprint, flow: &mut Flow, fall: Vector) {
+        let Self { open, kept, given, rows, weight, .. } = self;
+        let (open, rho, alpha) = (open.data(), flow.density.data(), imprint.solid_fraction.data());
+        for (d, (kept, given)) in kept.iter_mut().zip(given).enumerate() {
+            let fields = (flow.velocity[d].data_mut(), kept.data_mut(), given.data_mut());
+            domain.for_each_row(&domain.interior(), fields, |row, (u, kept, given)| {
+                if !rows.holds(row.j, row.k) {
+                    return;
+                }
+                for (i, at) in row.shifted(0).enumerate() {
+                    if alpha[at] > 0.0 {
+                        given[i] += (1.0 - open[at]) * rho[at] * (u[i] - kept[i] - fall[d]);
+                    } else if open[at] != 1.0 {
+                        u[i] = kept[i] + (u[i] - kept[i]) / open[at];
+                    }
+                    kept[i] = u[i];
+                }
+            });
+        }
+        if fall != Vector::ZERO {
+            let covered = domain.sum_rows(&domain.interior(), |row| {
+                let mass = |at: usize| if alpha[at] > 0.0 { (1.0 - open[at]) * rho[at] } else { 0.0 };
+                [if rows.holds(row.j, row.k) { row.shifted(0).map(mass).sum() } else { 0.0 }]
+            });
+            *weight += domain.sum(covered)[0] * domain.grid().cell_volume() * fall;
+        }
+    }
+
+    /// Takes from the grains what their hold on the cells that move with them has given to the fluid in these.
+    pub fn hold(&mut self, domain: &Domain, flow: &Flow) {
+        let Self { open, kept, given, rows, .. } = self;
+        let (open, rho) = (open.data(), flow.density.data());
+        for (d, (kept, given)) in kept.iter_mut().zip(given).enumerate() {
+            let u = flow.velocity[d].data();
+            domain.for_each_row(&domain.interior(), (kept.data_mut(), given.data_mut()), |row, (kept, given)| {
+                if !rows.holds(row.j, row.k) {
+                    return;
+                }
+                for (i, at) in row.shifted(0).enumerate() {
+                    given[i] -= open[at] * rho[at] * (u[at] - kept[i]);
+                    kept[i] = u[at];
+                }
+            });
+        }
+    }
+
+    /// Adds `sign` times the volume that moving grains carry through the faces between covered cells to the face velocity.
+    pub fn carry_grains(&self, domain: &Domain, imprint: &Imprint, faces: &mut [Field<Real>; 3], sign: Real) {
+        let alpha = imprint.solid_fraction.data();
+        for (d, uf) in faces.iter_mut().enumerate() {
+            let (behind, solid) = (domain.strides()[d] as usize, imprint.solid_velocity[d].data());
+            let (a, b) = ([0, 1, 0][d], [0, 0, 1][d]);
+            let last = domain.cells()[d] as isize;
+            let [lower, upper] = [0, 1].map(|side| domain.at_box_end(d, side) && !domain.periodic()[d]);
+            let carried = |at: usize| solid[at] / alpha[at].max(1.0);
+            domain.for_each_row(&domain.faces(d), uf.data_mut(), |row, uf| {
+                if !self.rows.holds(row.j, row.k) || !self.rows.holds(row.j - a, row.k - b) {
+                    return;
+                }
+                for (i, at) in row.shifted(0).enumerate() {
+                    let index = [row.first + i as isize, row.j, row.k][d];
+                    let on_side = (lower && index == 0) || (upper && index == last);
+                    if alpha[at] > 0.0 && alpha[at - behind] > 0.0 && !on_side {
+                        uf[i] += sign * 0.5 * (carried(at) + carried(at - behind));
+                    }
+                }
+            });
+        }
+    }
+
+    /// Keeps the liquid fraction before the sweeps.
+    pub fn keep_fraction(&mut self, domain: &Domain, c: &Field<Real>) {
+        domain.for_each_row(&domain.interior(), self.fraction.data_mut(), |row, fraction| {
+            if self.rows.holds(row.j, row.k) {
+                fraction.copy_from_slice(&c.data()[row.shifted(0)]);
+            }
+        });
+    }
+
+    /// Turns what the sweeps of `dt` \[s] with the present face velocities have done to whole cells into what it is to their
+    /// open parts.
+    pub fn carried(
+        &mut self,
+        domain: &Domain,
+        boundary: &Boundary,
+        imprint: &Imprint,
+        flow: &mut Flow,
+        dt: Real,
+    ) -> SettleReport {
+        let Self { open, fraction, kept, given, excess, rows, .. } = self;
+        let strides = domain.strides().map(|stride| stride as usize);
+        let per_width = domain.grid().spacing.recip() * dt;
+        let Flow { volume_fraction, velocity, face_velocity, fluids, .. } = flow;
+        let (alpha, faces) = (imprint.solid_fraction.data(), face_velocity.each_ref().map(Field::data));
+        let (before, drho) = (fraction.data(), fluids.liquid_density - fluids.gas_density);
+        let kept = kept.each_ref().map(Field::data);
+        let [u1, u2, u3] = velocity.each_mut().map(Field::data_mut);
+        let [g1, g2, g3] = given.each_mut().map(Field::data_mut);
+        let fields = (volume_fraction.data_mut(), open.data_mut(), excess.data_mut(), (u1, u2, u3), (g1, g2, g3));
+        domain.for_each_row(&domain.interior(), fields, |row, (c, open, excess, (u1, u2, u3), (g1, g2, g3))| {
+            excess.fill(0.0);
+            if !rows.holds(row.j, row.k) {
+                return;
+            }
+            for (i, at) in row.shifted(0).enumerate() {
+                if alpha[at] == 0.0 && open[i] == 1.0 {
+                    continue;
+                }
+                let widening = |d: usize| per_width[d] * (faces[d][at + strides[d]] - faces[d][at]);
+                let dilatation = widening(0) + widening(1) + widening(2);
+                let (was, full) = (before[at], if before[at] > 0.5 { 1.0 } else { 0.0 });
+                let liquid = open[i] * was + (c[i] - was) - full * dilatation;
+                let covered = (1.0 - open[i]) * fluids.density(was) + dilatation * fluids.density(full);
+                open[i] -= dilatation;
+                [c[i], excess[i]] = split(liquid, open[i], c[i]);
+                let mass = open[i] * fluids.density(c[i]) + drho * excess[i];
+                for (d, (u, given)) in
+                    [(&mut *u1, &mut *g1), (&mut *u2, &mut *g2), (&mut *u3, &mut *g3)].into_iter().enumerate()
+                {
+                    let left = covered * (u[i] - kept[d][at]);
+                    if alpha[at] > 0.0 {
+                        given[i] += left;
+                    } else {
+                        u[i] += left / mass;
+                    }
+                }
+            }
+        });
+        domain.fill_halos_to(1, &mut [(&mut self.open, &GhostRules::EVEN)]);
+        let report = self.settle(domain, boundary, imprint, flow, Some(dt));
+        self.mark(domain, imprint);
+        self.keep(domain, &flow.velocity);
+        report
+    }
+
+    /// Gives the fluid the room that the grains leave it in their new places.
+    pub fn refit(
+        &mut self,
+        domain: &Domain,
+        boundary: &Boundary,
+        imprint: &mut Imprint,
+        flow: &mut Flow,
+    ) -> SettleReport {
+        let Self { open, given, excess, rows, solid, .. } = self;
+        let Flow { volume_fraction, velocity, fluids, .. } = flow;
+        let drho = fluids.liquid_density - fluids.gas_density;
+        let alpha = imprint.solid_fraction.data();
+        let [u1, u2, u3] = velocity.each_mut().map(Field::data_mut);
+        let [g1, g2, g3] = given.each_mut().map(Field::data_mut);
+        let fields = (volume_fraction.data_mut(), open.data_mut(), excess.data_mut(), (u1, u2, u3), (g1, g2, g3));
+        domain.for_each_row(&domain.interior(), fields, |row, (c, open, excess, (u1, u2, u3), (g1, g2, g3))| {
+            excess.fill(0.0);
+            if !rows.holds(row.j, row.k) && !imprint.row_is_covered(row.j, row.k) {
+                return;
+            }
+            for (i, at) in row.shifted(0).enumerate() {
+                let now = open_part(alpha[at], *solid);
+                if now == open[i] {
+                    continue;
+                }
+                let (liquid, before) = (open[i] * c[i], open[i] * fluids.density(c[i]));
+                // Without gas for the difference it is the room that differs.
+                [c[i], excess[i]] = if c[i] > FULL - TRACE { [FULL, liquid - now] } else { split(liquid, now, c[i]) };
+                open[i] = now;
+                let after = now * fluids.density(c[i]) + drho * excess[i];
+                for (u, given) in [(&mut *u1, &mut *g1), (u2, g2), (u3, g3)] {
+                    if alpha[at] > 0.0 {
+                        given[i] += (before - after) * u[i];
+                    } else {
+                        u[i] *= before / after;
+                    }
+                }
+            }
+        });
+        domain.fill_halos_to(1, &mut [(&mut self.open, &GhostRules::EVEN)]);
+        let report = self.settle(domain, boundary, imprint, flow, None);
+        self.complete(domain, imprint);
+        domain.fill_halos(&mut [(&mut flow.volume_fraction, &boundary.volume_fraction_rules())]);
+        flow.update_density(domain);
+        report
+    }
+
+    /// Volume of the liquid, over all ranks [m^3].
+    pub fn liquid_volume(&self, domain: &Domain, c: &Field<Real>) -> Real {
+        let (open, c) = (self.open.data(), c.data());
+        let sum = domain.sum_rows(&domain.interior(), |row| [row.shifted(0).map(|at| open[at] * c[at]).sum()]);
+        domain.sum(sum)[0] * domain.grid().cell_volume()
+    }
+
+    /// Momentum of the fluid on the covered part of the cells, over all ranks [N s].
+    pub fn covered_momentum(&self, domain: &Domain, flow: &Flow) -> Vector {
+        let (open, rho) = (self.open.data(), flow.density.data());
+        let u = flow.velocity.each_ref().map(Field::data);
+        let sum = domain.sum(domain.sum_rows(&domain.interior(), |row| {
+            if !self.rows.holds(row.j, row.k) {
+                return [0.0; 3];
+            }
+            [0, 1, 2].map(|d| row.shifted(0).map(|at| (1.0 - open[at]) * rho[at] * u[d][at]).sum())
+        }));
+        Vector::from_array(sum) * domain.grid().cell_volume()
+    }
+}
+
+/// The open part of a cell covered by `alpha`.
+fn open_part(alpha: Real, solid: Real) -> Real {
+    if alpha < solid { 1.0 - alpha } else { 0.0 }
+}

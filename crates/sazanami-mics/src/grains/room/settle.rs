@@ -1,0 +1,323 @@
+//! Liquid beyond the room of a cell goes to its neighbours.
+//!
+//! A cell with more liquid than room (or less than none, where it gave more than it had) hands the excess over its six
+//! faces, and takes gas of the same volume back. Most goes where there is room for it, and where the flow leads. What a
+//! neighbour cannot hold is its own excess in the next round. The liquid takes its momentum along.
+//!
+//! After grains have moved, a full cell stays full, and its excess of either sign is a difference of its room: it hands a part of it on,
+//! so that differences of opposite sign meet, or reach a surface. What is left after the last round a full cell keeps as such a
+//! difference; what is left elsewhere is taken away and booked.
+
+use sazanami_numerics::domain::{Domain, GhostRules};
+use sazanami_numerics::grid::{Field, GHOSTS};
+use sazanami_numerics::{Real, Vector};
+use sazanami_parallel::for_each_chunk;
+
+use super::{FULL, Room, split};
+use crate::boundary::Boundary;
+use crate::flow::Flow;
+use crate::fluids::Fluids;
+use crate::grains::Imprint;
+use crate::mobility::RowSet;
+
+/// Most rounds in which liquid is handed on after a transport, and after the grains have moved.
+const ROUNDS: [usize; 2] = [24, 12];
+/// Excess at which the rounds end, in cell volumes.
+const SETTLED: Real = 1e-14;
+/// Part of its difference that a full cell hands on in a round.
+const PART: Real = 2.0 / 3.0;
+/// Part of an excess, per room of a neighbour, that is handed over whether there is room or not: so it spreads to where there is.
+const SPREADING: Real = 1e-3;
+/// Preference of faces without outflow, beside the Courant number of the others.
+const STILL: Real = 0.02;
+
+/// Liquid that had no room where the step left it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SettleReport {
+    /// Rounds in which liquid was handed on.
+    pub rounds: usize,
+    /// Volume handed on, summed over the rounds [m^3].
+    pub moved_volume: Real,
+    /// Full cells whose room differs from their open part.
+    pub left_cells: u64,
+    /// Sum of these differences without their sign, in the last rounds [m^3].
+    pub left_volume: Real,
+    /// Liquid added where there was no room for it (negative: removed) [m^3].
+    pub clipped_volume: Real,
+    /// Momentum added with it [N s].
+    pub clipped_momentum: Vector,
+}
+
+impl std::ops::AddAssign for SettleReport {
+    fn add_assign(&mut self, other: Self) {
+        self.rounds += other.rounds;
+        self.moved_volume += other.moved_volume;
+        (self.left_cells, self.left_volume) = (other.left_cells, other.left_volume);
+        self.clipped_volume += other.clipped_volume;
+        self.clipped_momentum += other.clipped_momentum;
+    }
+}
+
+/// New values of a cell.
+struct Change {
+    at: usize,
+    fraction: Real,
+    excess: Real,
+    velocity: Vector,
+    given: Vector,
+}
+
+/// Storage of the rounds.
+pub(super) struct Settler {
+    planes: Vec<Vec<Change>>,
+    /// Sum of the weights of the neighbours of a cell with an excess, one ghost layer filled.
+    weights: Field<Real>,
+    rows: RowSet,
+    beside: RowSet,
+}
+
+impl Settler {
+    pub fn new(domain: &Domain) -> Self {
+        let planes = (0..domain.cells()[2]).map(|_| Vec::with_capacity(256)).collect();
+        Self { planes, weights: domain.field(0.0), rows: RowSet::default(), beside: RowSet::default() }
+    }
+}
+
+/// Fields of a round, by place in memory.
+#[derive(Clone, Copy)]
+struct Cells<'a> {
+    open: &'a [Real],
+    alpha: &'a [Real],
+    fraction: &'a [Real],
+    excess: &'a [Real],
+    weights: &'a [Real],
+    velocity: [&'a [Real]; 3],
+    faces: [&'a [Real]; 3],
+    strides: [usize; 3],
+    /// Time over the widths of the cells [s/m].
+    per_width: Vector,
+    /// Local cells along each direction, and whether the box ends before the first and behind the last of them.
+    size: [isize; 3],
+    ends: [[bool; 2]; 3],
+    fluids: Fluids,
+    /// Whether full cells stay full.
+    moved: bool,
+}
+
+impl Cells<'_> {
+    fn velocity(&self, at: usize) -> Vector {
+        Vector::new(self.velocity[0][at], self.velocity[1][at], self.velocity[2][at])
+    }
+
+    /// The neighbours within the box of the cell with local indices `cell` at place `at`: place, direction, whether above.
+    fn neighbours(&self, cell: [isize; 3], at: usize) -> impl Iterator<Item = (usize, usize, bool)> + '_ {
+        (0..6).map(|n| (n / 2, n % 2 == 1)).filter_map(move |(d, above)| {
+            let outside = if above { cell[d] + 1 == self.size[d] } else { cell[d] == 0 };
+            let place = if above { at + self.strides[d] } else { at - self.strides[d] };
+            (!(outside && self.ends[d][usize::from(above)])).then_some((place, d, above))
+        })
+    }
+
+    /// Weight with which the cell at `from` hands its `excess` to the neighbour at `to` in direction `d`.
+    fn weight(&self, from: usize, to: usize, d: usize, above: bool, excess: Real) -> Real {
+        let room = self.open[to].max(0.0);
+        let c = self.fraction[to].clamp(0.0, 1.0);
+        if self.moved {
+            return room * if excess > 0.0 && c < 1.0 { 1.0 - c } else { c };
+        }
+        let takes = room * if excess > 0.0 { 1.0 - c } else { c };
+        let outflow = if above { self.faces[d][to] } else { -self.faces[d][from] };
+        (takes + SPREADING * excess.abs() * room) * (STILL + self.per_width[d] * outflow.max(0.0))
+    }
+
+    /// What a round makes of a cell; `None` if nothing.
+    fn change(&self, cell: [isize; 3], at: usize) -> Option<Change> {
+        let drho = self.fluids.liquid_density - self.fluids.gas_density;
+        let (own, u) = (self.excess[at], self.velocity(at));
+        let goes = own != 0.0 && self.weights[at] > 0.0;
+        let part_of = if self.moved { PART } else { 1.0 };
+        let (mut entered, mut impulse, mut touched) = (0.0, Vector::ZERO, goes);
+        for (beside, d, above) in self.neighbours(cell, at) {
+            let theirs = self.excess[beside];
+            if theirs != 0.0 && self.weights[beside] > 0.0 {
+                let part = part_of * theirs * self.weight(beside, at, d, !above, theirs) / self.weights[beside];
+                touched |= part != 0.0;
+                entered += part;
+                impulse += drho * part.max(0.0) * (self.velocity(beside) - u);
+            }
+            if goes && own < 0.0 {
+                let part = -part_of * own * self.weight(at, beside, d, above, own) / self.weights[at];
+                impulse += drho * part * (self.velocity(beside) - u);
+            }
+        }
+        if !touched {
+            return None;
+        }
+        let (open, c) = (self.open[at], self.fraction[at]);
+        let liquid = open * c + if goes { (1.0 - part_of) * own } else { own } + entered;
+        let [fraction, excess] = if self.moved && c == FULL { [c, liquid - open] } else { split(liquid, open, c) };
+        let mass = open * self.fluids.density(fraction) + drho * excess;
+        // Grains take part of it where there are any: small rooms with much passing through stay slow.
+        let inertia = if self.alpha[at] > 0.0 { self.fluids.density(fraction) } else { mass };
+        let gained = impulse / inertia;
+        let given = if self.alpha[at] > 0.0 { impulse - mass * gained } else { Vector::ZERO };
+        Some(Change { at, fraction, excess, velocity: u + gained, given })
+    }
+}
+
+impl Room {
+    /// Hands the excess on; afterwards the first ghost layer of the fractions is not filled.
+    pub(super) fn settle(
+        &mut self,
+        domain: &Domain,
+        boundary: &Boundary,
+        imprint: &Imprint,
+        flow: &mut Flow,
+        dt: Option<Real>,
+    ) -> SettleReport {
+        let mut report = SettleReport::default();
+        let rules: [GhostRules; 3] = std::array::from_fn(|d| boundary.velocity_rules(d));
+        let rounds = ROUNDS[usize::from(dt.is_none())];
+        while report.rounds < rounds && self.largest_excess(domain) > SETTLED {
+            report.rounds += 1;
+            let Flow { volume_fraction, velocity: [u1, u2, u3], .. } = flow;
+            domain.fill_halos_to(
+                1,
+                &mut [
+                    (volume_fraction, &boundary.volume_fraction_rules()),
+                    (&mut self.excess, &GhostRules::EVEN),
+                    (u1, &rules[0]),
+                    (u2, &rules[1]),
+                    (u3, &rules[2]),
+                ],
+            );
+            report.moved_volume += self.hand_on(domain, imprint, flow, dt);
+        }
+        self.leave(domain, imprint, flow, &mut report);
+        report
+    }
+
+    fn largest_excess(&self, domain: &Domain) -> Real {
+        let excess = self.excess.data();
+        domain.max(
+            domain.max_rows(&domain.interior(), |row| row.shifted(0).map(|at| excess[at].abs()).fold(0.0, Real::max)),
+        )
+    }
+
+    /// One round; returns the volume handed on over all ranks [m^3].
+    fn hand_on(&mut self, domain: &Domain, imprint: &Imprint, flow: &mut Flow, dt: Option<Real>) -> Real {
+        let Self { open, given, excess, settler, .. } = self;
+        let Settler { planes, weights, rows, beside } = settler;
+        let [n1, n2, n3] = domain.cells();
+        let x = excess.data();
+        rows.mark([n2, n3], |j, k| {
+            let start = excess.at(-1, j, k);
+            x[start..start + n1 + 2].iter().any(|&x| x != 0.0)
+        });
+        beside.and_beside(domain, rows);
+        let cells = Cells {
+            open: open.data(),
+            alpha: imprint.solid_fraction.data(),
+            fraction: flow.volume_fraction.data(),
+            excess: x,
+            weights: &[],
+            velocity: flow.velocity.each_ref().map(Field::data),
+            faces: flow.face_velocity.each_ref().map(Field::data),
+            strides: domain.strides().map(|stride| stride as usize),
+            per_width: domain.grid().spacing.recip() * dt.unwrap_or_default(),
+            size: domain.cells().map(|n| n as isize),
+            ends: [0, 1, 2].map(|d| [0, 1].map(|side| domain.at_box_end(d, side) && !domain.periodic()[d])),
+            fluids: flow.fluids,
+            moved: dt.is_none(),
+        };
+        domain.for_each_row(&domain.interior(), weights.data_mut(), |row, weights| {
+            if !rows.holds(row.j, row.k) {
+                return;
+            }
+            for (i, at) in row.shifted(0).enumerate() {
+                let cell = [row.first + i as isize, row.j, row.k];
+                let weight = |(to, d, above)| cells.weight(at, to, d, above, x[at]);
+                weights[i] = if x[at] == 0.0 { 0.0 } else { cells.neighbours(cell, at).map(weight).sum() };
+            }
+        });
+        domain.fill_halos_to(1, &mut [(&mut *weights, &GhostRules::EVEN)]);
+        let cells = Cells { weights: weights.data(), ..cells };
+        for_each_chunk(&mut planes[..], 1, |k, changes| {
+            changes[0].clear();
+            for j in (0..n2).filter(|&j| beside.holds(j as isize, k as isize)) {
+                let start = cells.strides[2] * (k + GHOSTS) + cells.strides[1] * (j + GHOSTS) + GHOSTS;
+                let change = |i: usize| cells.change([i as isize, j as isize, k as isize], start + i);
+                changes[0].extend((0..n1).filter_map(change));
+            }
+        });
+        let moved = domain.sum_rows(&domain.interior(), |row| {
+            if !rows.holds(row.j, row.k) {
+                return [0.0];
+            }
+            [row.shifted(0).filter(|&at| cells.weights[at] > 0.0).map(|at| x[at].abs()).sum()]
+        });
+        let [u1, u2, u3] = flow.velocity.each_mut().map(Field::data_mut);
+        let [g1, g2, g3] = given.each_mut().map(Field::data_mut);
+        let (c, x) = (flow.volume_fraction.data_mut(), excess.data_mut());
+        for change in planes.iter().flatten() {
+            let at = change.at;
+            (c[at], x[at]) = (change.fraction, change.excess);
+            (u1[at], u2[at], u3[at]) = (change.velocity.x, change.velocity.y, change.velocity.z);
+            g1[at] += change.given.x;
+            g2[at] += change.given.y;
+            g3[at] += change.given.z;
+        }
+        domain.sum(moved)[0] * domain.grid().cell_volume()
+    }
+
+    /// Leaves what no round has placed: a full cell keeps it as a difference of its room, to be settled later.
+    fn leave(&mut self, domain: &Domain, imprint: &Imprint, flow: &mut Flow, report: &mut SettleReport) {
+        if self.largest_excess(domain) == 0.0 {
+            return;
+        }
+        let volume = domain.grid().cell_volume();
+        let drho = flow.fluids.liquid_density - flow.fluids.gas_density;
+        let gas = flow.fluids.gas_density;
+        let (x, c, u) = (self.excess.data(), flow.volume_fraction.data(), flow.velocity.each_ref().map(Field::data));
+        let left = domain.sum(domain.sum_rows(&domain.interior(), |row| {
+            let mut sum = [0.0; 6];
+            for at in row.shifted(0).filter(|&at| x[at] != 0.0) {
+                if c[at] == FULL {
+                    sum[0] += 1.0;
+                    sum[1] += x[at].abs() * volume;
+                } else {
+                    sum[2] -= x[at] * volume;
+                    (0..3).for_each(|d| sum[3 + d] -= drho * x[at] * volume * u[d][at]);
+                }
+            }
+            sum
+        }));
+        report.left_cells = left[0] as u64;
+        report.left_volume = left[1];
+        report.clipped_volume = left[2];
+        report.clipped_momentum = Vector::from_slice(&left[3..]);
+        let Flow { volume_fraction, velocity, fluids, .. } = flow;
+        let (c, alpha) = (volume_fraction.data(), imprint.solid_fraction.data());
+        let [u1, u2, u3] = velocity.each_mut().map(Field::data_mut);
+        let [g1, g2, g3] = self.given.each_mut().map(Field::data_mut);
+        let fields = (self.open.data_mut(), self.excess.data_mut(), (u1, u2, u3), (g1, g2, g3));
+        domain.for_each_row(&domain.interior(), fields, |row, (open, excess, (u1, u2, u3), (g1, g2, g3))| {
+            for (i, at) in row.shifted(0).enumerate().filter(|(_, at)| c[*at] == FULL) {
+                if excess[i] == 0.0 {
+                    continue;
+                }
+                let before = open[i] * fluids.liquid_density + drho * excess[i];
+                open[i] += excess[i];
+                for (u, given) in [(&mut *u1, &mut *g1), (&mut *u2, &mut *g2), (&mut *u3, &mut *g3)] {
+                    if alpha[at] > 0.0 {
+                        given[i] -= gas * excess[i] * u[i];
+                    } else {
+                        u[i] *= before / (open[i] * fluids.liquid_density);
+                    }
+                }
+            }
+            excess.fill(0.0);
+        });
+        domain.fill_halos_to(1, &mut [(&mut self.open, &GhostRules::EVEN)]);
+    }
+}
