@@ -121,24 +121,25 @@ fn nothing_is_shifted_by_strain_at_rest_or_where_water_only_travels() {
 
 #[test]
 fn velocities_of_a_linear_flow_are_carried_to_the_shifted_places() {
-    let flow = |x: Vector| 20.0 * Vector::new(x.x, 0.0, -x.z);
-    let case = block_in_the_air(flow, 0.2);
+    // So slow that what a step leaves of its divergence is below the tolerance of the pressure.
+    let rate = 0.1;
+    let case = block_in_the_air(|x| rate * Vector::new(x.x, 0.0, -x.z), 0.2);
     let still = Case { scheme: Scheme { shifting: 0.0, ..case.scheme }, ..case.clone() };
     let (solver, report) = stepped(&case, Vector::ZERO);
     let (plain, moved) = (fluid(&stepped(&still, Vector::ZERO).0), fluid(&solver));
     // Positions have moved for a step, velocities not: the field over the new places.
-    let flow = |x: Vector| 20.0 * Vector::new(x.x / (1.0 + 20.0 * DT), 0.0, -x.z / (1.0 - 20.0 * DT));
+    let flow = |x: Vector| rate * Vector::new(x.x / (1.0 + rate * DT), 0.0, -x.z / (1.0 - rate * DT));
     let (mut carried, mut kept) = (0.0_f64, 0.0_f64);
     for (before, after) in plain.iter().zip(&moved) {
         let way = after.0 - before.0;
         carried = carried.max((after.1 - before.1 - flow(way)).length());
         kept = kept.max(flow(way).length());
     }
-    assert!(carried < 1e-6 * kept && kept > 1e-5, "{carried} {kept}");
+    assert!(carried < 1e-6 * kept && kept > 1e-10, "{carried} {kept}");
     let change: Vector = moved.iter().zip(&plain).map(|(after, before)| after.1 - before.1).sum();
     let impulse = solver.particle_mass() * change;
     assert!((report.shifting_impulse - impulse).length() < 1e-9 * solver.particle_mass() * kept);
-    assert!((report.impulses.contact).length() < 1e-9 * solver.particle_mass() * kept, "no wall has touched the water");
+    assert!(report.impulses.contact.length() < 1e-5 * impulse.length(), "no wall has touched the water");
 }
 
 #[test]
