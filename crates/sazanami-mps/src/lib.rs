@@ -41,6 +41,7 @@ mod report;
 pub mod scheme;
 mod settings;
 mod shifting;
+mod shifting_by_strain;
 pub mod snapshot;
 pub mod solver;
 mod source;

@@ -63,6 +63,14 @@ impl VelocitySlopes {
         &self.moments
     }
 
+    /// Derivatives of the velocity along each coordinate [1/s]. `None` if there are no neighbours or they do not span the
+    /// space.
+    pub fn gradient(&self) -> Option<[Vector; 3]> {
+        let m = &self.moments;
+        let inverse = inverse(m, m[0] + m[1] + m[2])?;
+        Some([0, 1, 2].map(|d| (0..3).map(|e| inverse.col(d)[e] * self.products[e]).sum()))
+    }
+
     /// Rate of compression `-div u - (deps/dt)/eps` [1/s], exact for linear velocities; `density` is the number density.
     /// `None` if there are no neighbours or they do not span the space.
     pub fn compression(&self, density: Real) -> Option<Real> {

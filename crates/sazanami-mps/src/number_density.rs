@@ -104,7 +104,7 @@ pub(crate) fn at_start(
     for_kernel!(kernel, at_start_with(kernel, neighbours, samples, viscous, into));
 }
 
-fn at_start_with<const C4: bool, const CLASSICAL: bool>(
+fn at_start_with<const C4: bool, const FORM: u8>(
     kernel: &Kernel,
     neighbours: &Neighbours,
     samples: &[Sample],
@@ -114,7 +114,7 @@ fn at_start_with<const C4: bool, const CLASSICAL: bool>(
     let sums = &kernel.sums;
     let corrected = kernel.scheme.source == SourceForm::Corrected;
     neighbours.set(into, |a, near| {
-        let (weight, form) = kernel.pair::<C4, CLASSICAL>();
+        let (weight, form) = kernel.pair::<C4, FORM>();
         let square = weight.radius * weight.radius;
         let mine = samples[a];
         // Only fluid feels viscosity.
@@ -213,7 +213,7 @@ pub(crate) fn prediction(
     for_kernel!(kernel, prediction_with(kernel, spacing, neighbours, pairs, blocks, into));
 }
 
-fn prediction_with<const C4: bool, const CLASSICAL: bool>(
+fn prediction_with<const C4: bool, const FORM: u8>(
     kernel: &Kernel,
     spacing: Real,
     neighbours: &Neighbours,
@@ -229,7 +229,7 @@ fn prediction_with<const C4: bool, const CLASSICAL: bool>(
     let by_cone = kernel.scheme.surface_test == SurfaceForm::Cone;
     let moments = corrected || by_cone;
     for_each_chunk((blocks, Rows { data: into, width: ROWS }), 1, |number, (block, into)| {
-        let (weight, form) = kernel.pair::<C4, CLASSICAL>();
+        let (weight, form) = kernel.pair::<C4, FORM>();
         let square = weight.radius * weight.radius;
         let (close, half) = (close, half);
         let block = &mut block[0];

@@ -1,12 +1,13 @@
 //! What a step reports.
 
 use sazanami_dem::ContactReport;
-use sazanami_numerics::Real;
+use sazanami_numerics::{Real, Vector};
 
 use crate::free_surface::SurfaceReport;
 use crate::grains::CouplingReport;
 use crate::momentum::FluidImpulses;
 use crate::pressure::PressureReport;
+use crate::shifting_by_strain::ShiftReport;
 use crate::stabilisation::StabilisationReport;
 
 /// A phase of the step, for whoever measures it.
@@ -45,6 +46,10 @@ pub struct StepReport {
     pub stabilisation_work: Real,
     /// Largest displacement by shifting \[m].
     pub largest_shift: Real,
+    /// Change of the kinetic energy by carrying velocities to shifted places \[J].
+    pub shifting_work: Real,
+    /// Change of the momentum by the same; the budget of the momentum has it in its residual [N s].
+    pub shifting_impulse: Vector,
     /// Pairs that collided, fluid with fluid or fluid with wall.
     pub collisions: usize,
     /// Particles clipped to the box.
@@ -64,6 +69,10 @@ pub struct StepReport {
 impl StepReport {
     pub(crate) fn set_surface(&mut self, found: &SurfaceReport) {
         (self.isolated, self.surface, self.strain) = (found.isolated, found.surface, found.strain);
+    }
+
+    pub(crate) fn set_shift(&mut self, found: &ShiftReport) {
+        (self.largest_shift, self.shifting_work, self.shifting_impulse) = (found.largest, found.work, found.impulse);
     }
 
     pub(crate) fn set_stabilisation(&mut self, found: StabilisationReport) {

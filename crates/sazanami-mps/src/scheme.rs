@@ -57,6 +57,18 @@ choices! {
     }
 }
 
+choices! {
+    /// How fast particles are shifted, and where.
+    #[derive(Default)]
+    pub enum ShiftingForm {
+        /// Over the flow time scale, away from free surfaces alone; velocities do not change.
+        #[default]
+        Inside = "inside",
+        /// As fast as the flow deforms, beside free surfaces too; away from walls velocities are carried along.
+        Strain = "strain",
+    }
+}
+
 /// Dynamic stabilisation: repulsion between particles that overlap (DS, Tsuruta, Khayyer & Gotoh 2013).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stabilisation {
@@ -101,6 +113,8 @@ pub struct Scheme {
     /// Diffusion number of particle shifting, 0 to 0.5: in one flow time scale particles move by this times
     /// `(r_e/2)^2` down the gradient of their concentration; 0: off.
     pub shifting: Real,
+    /// How fast and where.
+    pub shifting_form: ShiftingForm,
     /// Whether the hydrostatic part is split off the pressure before solving: exact for still water.
     pub reduced_pressure: bool,
 }
@@ -119,6 +133,7 @@ impl Default for Scheme {
             gradient: GradientForm::Corrected,
             stabilisation: Some(Stabilisation::default()),
             shifting: 0.0,
+            shifting_form: ShiftingForm::Inside,
             reduced_pressure: true,
         }
     }
@@ -174,21 +189,27 @@ impl Kernel {
 
     /// Weight and Laplacian with their families fixed at compile time: call it inside the loop over pairs.
     #[inline(always)]
-    pub fn pair<const C4: bool, const CLASSICAL: bool>(&self) -> (Weight, LaplacianForm) {
+    pub fn pair<const C4: bool, const FORM: u8>(&self) -> (Weight, LaplacianForm) {
         let family = if C4 { Wendland::C4 } else { Wendland::C2 };
-        let form = if CLASSICAL { LaplacianForm::Classical } else { LaplacianForm::HigherOrder };
+        let form = match FORM {
+            0 => LaplacianForm::HigherOrder,
+            1 => LaplacianForm::Slope,
+            _ => LaplacianForm::Classical,
+        };
         (Weight { family, radius: self.weight.radius }, form)
     }
 }
 
-/// Calls `$function::<C4, CLASSICAL>` for the kernel's weight and Laplacian.
+/// Calls `$function::<C4, FORM>` for the kernel's weight and Laplacian.
 macro_rules! for_kernel {
     ($kernel:expr, $function:ident($($argument:expr),* $(,)?)) => {
         match ($kernel.weight.family, $kernel.scheme.laplacian) {
-            (Wendland::C2, LaplacianForm::HigherOrder) => $function::<false, false>($($argument),*),
-            (Wendland::C2, LaplacianForm::Classical) => $function::<false, true>($($argument),*),
-            (Wendland::C4, LaplacianForm::HigherOrder) => $function::<true, false>($($argument),*),
-            (Wendland::C4, LaplacianForm::Classical) => $function::<true, true>($($argument),*),
+            (Wendland::C2, LaplacianForm::HigherOrder) => $function::<false, 0>($($argument),*),
+            (Wendland::C2, LaplacianForm::Slope) => $function::<false, 1>($($argument),*),
+            (Wendland::C2, LaplacianForm::Classical) => $function::<false, 2>($($argument),*),
+            (Wendland::C4, LaplacianForm::HigherOrder) => $function::<true, 0>($($argument),*),
+            (Wendland::C4, LaplacianForm::Slope) => $function::<true, 1>($($argument),*),
+            (Wendland::C4, LaplacianForm::Classical) => $function::<true, 2>($($argument),*),
         }
     };
 }

@@ -16,8 +16,9 @@ use crate::number_density::{self, NumberDensity, PredictedPairs, Prediction, Sam
 use crate::particles::{Kind, Particles, Role};
 use crate::pressure::PressureEquation;
 pub use crate::report::{Phase, StepReport};
-use crate::scheme::{Fluid, Kernel};
+use crate::scheme::{Fluid, Kernel, ShiftingForm};
 pub use crate::settings::{Forcing, Settings};
+use crate::shifting_by_strain::Shifter;
 use crate::source::{self, SourceTerms};
 use crate::stabilisation::{Pairs, Stabiliser};
 use crate::stability::{Rates, Step};
@@ -51,6 +52,7 @@ struct Columns {
     new: Motion,
     stabiliser: Stabiliser,
     displacements: Vec<Vector>,
+    shifter: Shifter,
 }
 
 /// Fluid and walls on one rank.
@@ -193,7 +195,16 @@ impl Solver {
             Pairs { kind, owned: *owned, position: &predicted.position, inverse_void, blocks: &equation.blocks };
         report.set_stabilisation(columns.stabiliser.stabilise(step, &pairs, &mut near.ghosts, new));
         report.collisions = columns.stabiliser.collide(step, &pairs, new);
-        report.largest_shift = shifting::shift(step, particles, inverse_void, near, new, &mut columns.displacements);
+        match settings.scheme.shifting_form {
+            ShiftingForm::Strain if settings.scheme.shifting > 0.0 => {
+                report.set_shift(&columns.shifter.shift(step, particles, (inverse_void, sums), near, new));
+                report.impulses.contact -= report.shifting_impulse;
+            }
+            _ => {
+                report.largest_shift =
+                    shifting::shift(step, particles, inverse_void, near, new, &mut columns.displacements);
+            }
+        }
 
         watch(Phase::Coupling);
         report.coupling.pressure_on_grains +=

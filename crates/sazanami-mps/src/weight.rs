@@ -3,6 +3,8 @@
 //! The weights are 1 at the centre and have support `r_e`. Each operator is normalised by its own sum over a cubic
 //! lattice, not by the number density, so that it is exact there for quadratic fields.
 
+use std::f64::consts::PI;
+
 use sazanami_numerics::Real;
 use sazanami_numerics::choices;
 
@@ -84,6 +86,20 @@ impl Weight {
     }
 }
 
+impl Weight {
+    /// Integral over the half space beyond a plane at `distance` \[m] of `-w' z/r`, `z` the distance across the plane:
+    /// what a neighbourhood cut there lacks of its concentration gradient, `2 pi int w r dr` from the distance on [m^2].
+    #[must_use]
+    pub fn beyond(&self, distance: Real) -> Real {
+        let (_, p) = self.normalised(distance.max(0.0));
+        let whole = 2.0 * PI * self.radius * self.radius;
+        match self.family {
+            Wendland::C2 => whole * p.powi(5) * (1.0 + p * (-1.5 + p * (4.0 / 7.0))),
+            Wendland::C4 => whole * p.powi(7) * (8.0 / 3.0 + p * (-6.0 + p * (41.0 / 9.0 - p * (7.0 / 6.0)))),
+        }
+    }
+}
+
 choices! {
     /// Form of the Laplacian: weight of a pair.
     #[derive(Default)]
@@ -91,6 +107,9 @@ choices! {
         /// Second derivative of the weight (HL, Khayyer & Gotoh 2010, in three dimensions), where it is positive.
         #[default]
         HigherOrder = "higher_order",
+        /// The slope of the weight over the distance, `-w'/r` (Brookshaw 1985; Cummins & Rudman 1999): the weights of the
+        /// source, positive for pairs however close.
+        Slope = "slope",
         /// The weight function itself (Koshizuka & Oka 1996).
         Classical = "classical",
     }
@@ -106,6 +125,7 @@ impl LaplacianForm {
                 let f = weight.curvature(r);
                 (f.max(0.0), f < 0.0)
             }
+            Self::Slope => (-weight.slope_over_distance(r), false),
             Self::Classical => (weight.value(r), false),
         }
     }
@@ -219,6 +239,23 @@ mod tests {
                 assert!((curvature - weight.curvature(r)).abs() < 1e-8, "{family:?} {r}");
             }
         }
+    }
+
+    #[test]
+    fn slopes_couple_pairs_however_close() {
+        for family in [Wendland::C2, Wendland::C4] {
+            let weight = Weight { family, radius: 3.1 };
+            let coefficient = |form: LaplacianForm, r: Real| form.coefficient(&weight, r);
+            for pair in [[0.5, 0.75], [0.75, 1.0], [1.0, 1.5]] {
+                let [near, far] = pair.map(|r| coefficient(LaplacianForm::Slope, r).0);
+                assert!(near > far && far > 0.0, "{family:?} {pair:?}");
+            }
+            // Negative control: the second derivative leaves a close pair without a coefficient.
+            assert_eq!(coefficient(LaplacianForm::HigherOrder, 0.5), (0.0, true));
+        }
+        // Its lattice sum is half that of the source, whose weights it has.
+        let sums = Calibration::new(&c2(2.6), LaplacianForm::Slope, 1.0);
+        assert!((sums.laplacian - 0.5 * sums.strain).abs() < 1e-12 * sums.strain);
     }
 
     #[test]

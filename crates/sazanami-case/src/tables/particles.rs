@@ -1,7 +1,7 @@
 //! `[particles]`: water as moving particles, for `solver = "mps"`.
 
 use sazanami_case_derive::Keys;
-use sazanami_mps::scheme::{GradientForm, SourceForm, SurfaceForm, SurfacePressure};
+use sazanami_mps::scheme::{GradientForm, ShiftingForm, SourceForm, SurfaceForm, SurfacePressure};
 use sazanami_mps::stability::COURANT;
 use sazanami_mps::weight::{LaplacianForm, Wendland};
 use sazanami_numerics::{Real, choices};
@@ -69,6 +69,9 @@ pub struct Particles {
     /// of the flow; 0: they do not. For closed and deep flows, see docs/decisions/0008-shifting.md.
     #[key(range = Between(0.0, SHIFTING), default = 0.0)]
     pub shifting: Real,
+    /// How fast particles are shifted, and where.
+    #[key(word, default = ShiftingForm::Inside)]
+    pub shifting_form: ShiftingForm,
     /// Whether the pressure is solved for without its part at rest.
     #[key(default = true, paper_literal = (Tazaki, false, "the usual equations hold the whole pressure"))]
     pub reduced_pressure: bool,

@@ -27,6 +27,8 @@ pub struct RestSetup {
     pub jitter: Real,
     /// How long the water is watched after its relaxation \[s].
     pub seconds: Real,
+    /// Enhancements.
+    pub scheme: Scheme,
 }
 
 /// How much water at rest moves.
@@ -71,12 +73,13 @@ fn hydrostatics(solver: &Solver, body_force: Vector) -> [Real; 2] {
 /// # Errors
 /// [`ExperimentError`] if a step fails.
 pub fn rest(setup: &RestSetup) -> Result<Rest, ExperimentError> {
-    let RestSetup { spacing, tilt, jitter, seconds } = *setup;
+    let RestSetup { spacing, tilt, jitter, seconds, scheme } = *setup;
     let body_force = Vector::new(tilt * GRAVITY, 0.0, -GRAVITY);
     let rise = (0.5 * tilt.abs() * LAYERS as Real).ceil() as usize;
     let size = [LAYERS, SLAB, LAYERS + rise + 5];
     let mut vessel = Vessel::new(size, spacing, [WALLS, PERIODIC, OPEN_TOP]).filled([LAYERS, SLAB, LAYERS + rise]);
     vessel.reference = spacing * Vector::new(0.5 * LAYERS as Real, 0.0, LAYERS as Real);
+    vessel.scheme = scheme;
     let (reference, surface) = (vessel.reference, body_force);
     vessel.fluid.retain(|particle| surface.dot(particle.position - reference) > 0.0);
     vessel.jitter(jitter);

@@ -68,6 +68,7 @@ pub(crate) fn settings(case: &Case, level: Real) -> Settings {
                 StabilisationWeight::Off => None,
             },
             shifting: p.shifting,
+            shifting_form: p.shifting_form,
             reduced_pressure: p.reduced_pressure,
         },
         limits: StepLimits { courant: p.courant, longest: p.dt_max, fixed: p.dt },

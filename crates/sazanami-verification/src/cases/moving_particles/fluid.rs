@@ -80,7 +80,8 @@ pub fn hydrostatics() -> Result<Vec<Measured>, String> {
     ];
     for (name, spacing, tilt, jitter) in cases {
         let seconds = if jitter > 0.0 || tilt > 0.0 { 3.0 } else { 2.5 };
-        let found = experiments::rest(&RestSetup { spacing, tilt, jitter, seconds }).map_err(said)?;
+        let setup = RestSetup { spacing, tilt, jitter, seconds, scheme: Scheme::default() };
+        let found = experiments::rest(&setup).map_err(said)?;
         rows.extend(rest_rows(name, &found));
     }
     for radius in [2.1, 2.6, 3.1] {
