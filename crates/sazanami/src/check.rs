@@ -14,6 +14,7 @@ mod reached;
 mod report;
 mod tank_warnings;
 mod text;
+mod waves;
 
 use sazanami_numerics::Real;
 use sazanami_numerics::choice::Choice as _;
@@ -29,8 +30,7 @@ pub use disk::warn_of_disk;
 pub(crate) use limits::{Cause, Pace, speeds, stiffest_contact, stiffness, strongest_force};
 pub use memory::{check_memory, memory, warn_of_address_space};
 pub use model::CostModel;
-pub(crate) use particles::tank;
-pub use particles::{ParticlesReport, TankReport};
+pub use particles::ParticlesReport;
 pub use pictures::PictureCost;
 pub use populations::ShapeFacts;
 pub(crate) use populations::{exchange_of, population_reports};
@@ -38,6 +38,8 @@ pub use ranks::{RanksReport, ranks};
 pub use report::{CheckReport, ExchangeReport, LimitReport, LiquidReport, PopulationReport};
 pub(crate) use tank_warnings::warn_of_tank;
 pub use text::explain;
+pub use waves::TankReport;
+pub(crate) use waves::tank;
 
 /// Solid fraction of a bed of grains that were packed, about.
 pub(crate) const PACKED: Real = 0.55;

@@ -178,7 +178,7 @@ fn only_the_evaluation_can_be_changed() {
     };
     let speed = refused(&["erosion.dr=0.4 mm", "liquid.0.fall.speed=2 m/s"]);
     assert!(speed.contains("`liquid.0.fall.speed` cannot be changed afterwards"), "{speed}");
-    assert!(speed.contains("keys under `bed` and `erosion` can be"), "{speed}");
+    assert!(speed.contains("keys under `bed`, `heap` and `erosion` can be"), "{speed}");
     assert!(refused(&["erosoin.dr=0.4 mm"]).contains("did you mean `erosion`?"));
     assert!(refused(&["erosion.dt=0.4 mm"]).contains("unknown key `dt`"));
     assert!(refused(&["erosion.dr=0.4 s"]).contains("wrong unit"));

@@ -266,7 +266,7 @@ mod tests {
         fs::write(folder.path().join("grains/grains-000000003.vtp"), "torn").unwrap();
         let mended = restore(0.3);
         let files: Vec<_> = mended.entries().iter().map(|entry| &entry.file[14..23]).collect();
-        assert_eq!(files, ["000000000", "000000001", "000000002"].map(|name| &name[..]), "{mended:?}");
+        assert_eq!(files, ["000000000", "000000001", "000000002"], "{mended:?}");
         assert_eq!(PvdSeries::resume(&path, 1.0).unwrap().damage(), None);
     }
 }

@@ -10,7 +10,7 @@
 //! with the fraction `C*` that the sweeps give with phi instead of u_f ([`crate::advection`]): `C* - C - c_c D` is the
 //! liquid through the faces of the cell, so that the sum of L is kept to round-off, and a cell in a bath of liquid stays
 //! full to the last bit. After the grains have moved, V becomes 1 - alpha; what that changes is gas. Liquid beyond
-//! the room, or less than none, goes to the neighbours ([`settle`]). C, and with it density and viscosity, is L / V; a cell
+//! the room, or less than none, goes to the neighbours (`settle.rs`). C, and with it density and viscosity, is L / V; a cell
 //! without room keeps that of the sweeps, in which nothing but the equations of the whole cell sees it.
 //!
 //! Momentum is counted on the open part, `sum V rho u dV + sum M v`. The equations of the fluid still hold on whole cells; what

@@ -8,7 +8,7 @@ use sazanami_observe::ripples::predictors::{LEAST_MOBILITY, mobility, predicted}
 use serde::Serialize;
 
 use super::limits::swing;
-use super::particles::waves_along;
+use super::waves::waves_along;
 use crate::case::meaning::{BoundarySide, Case};
 
 /// Places along half of a tank at which the flow is looked at.

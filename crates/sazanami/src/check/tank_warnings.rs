@@ -1,7 +1,8 @@
 //! Warnings about tanks of moving particles that need more than the case file to be found.
 
 use super::number;
-use super::particles::{levelled, tank};
+use super::particles::levelled;
+use super::waves::tank;
 use crate::case::meaning::{Case, ProbePlace, Solver};
 use crate::case::{Diagnostics, LoadedCase};
 
