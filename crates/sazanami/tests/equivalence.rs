@@ -495,8 +495,13 @@ fn table_differences(a: &Left, b: &Left) -> Vec<(Real, String)> {
     std::iter::once(table_difference(&a.series, &b.series)).chain(probes).collect()
 }
 
+/// Liquid in cell volumes: that in the open part of the cells where it has only that as its room.
 fn liquid(left: &Left) -> Real {
-    left.state.reals("fluid/volume_fraction").expect("the case is sound").iter().sum()
+    let fraction = left.state.reals("fluid/volume_fraction").expect("the case is sound");
+    match left.state.reals("fluid/open_part") {
+        Ok(open) => fraction.iter().zip(&open).map(|(fraction, open)| fraction * open).sum(),
+        Err(_) => fraction.iter().sum(),
+    }
 }
 
 fn equivalent(name: &str) {

@@ -318,7 +318,7 @@ fn of_particles(case: &Case, how: &Particles, speeds: [Vector; 2]) -> (Vec<Limit
         ParticleLimit::BodyForce => format!("{BODY_FORCE} sqrt(spacing / body force)"),
         ParticleLimit::Viscous => format!("{VISCOUS} spacing^2 / nu"),
         ParticleLimit::Drag => {
-            format!("{DRAG} of the time in which drag stops grains of a packed bed in liquid at rest")
+            format!("{DRAG} of the time in which drag stops grains in liquid at rest")
         }
         _ => String::new(),
     };
@@ -346,17 +346,34 @@ fn of_particles(case: &Case, how: &Particles, speeds: [Vector; 2]) -> (Vec<Limit
     }
 }
 
-/// Rate at which drag stops the smallest grains of a packed bed in liquid at rest [1/s]; `None` where it is no limit.
+/// Rate at which drag stops the smallest grains in liquid at rest, as densely as they are placed [1/s]; `None` where it is no limit.
 fn drag_rate(case: &Case) -> Option<Real> {
     let coupling = particles::coupling(case);
     let rate = |population: &Population| {
         let d = population.shape.size()? * population.size.smallest();
         let mass = case.material(&population.material)?.density * volume(d);
-        let eps = (1.0 - super::PACKED_SPHERES).max(coupling.least_void);
+        let solid = solid_fraction(&population.placement, d, coupling.smoothing);
+        let eps = (1.0 - solid).max(coupling.least_void);
         Some(coupling.drag.relaxation_rate(d, mass, eps, 0.0)).filter(|rate| rate.is_finite())
     };
     let rates = case.grains.iter().filter_map(rate);
     rates.reduce(Real::max).filter(|_| coupling.exchange == DragExchange::Lagged && !case.liquids.is_empty())
+}
+
+/// Solid fraction that a sphere of diameter `d` \[m] meets of the others, smoothed over a radius \[m], where they are placed.
+fn solid_fraction(placement: &GrainPlacement, d: Real, smoothing: Real) -> Real {
+    let among = |count: usize, [lower, upper]: [Vector; 2]| {
+        let room = (upper - lower + 2.0 * smoothing).element_product();
+        (count.saturating_sub(1) as Real * volume(d) / room).min(super::PACKED_SPHERES)
+    };
+    match placement {
+        GrainPlacement::Packed(_) | GrainPlacement::Bed(_) => super::PACKED_SPHERES,
+        GrainPlacement::Lattice(block) => among(block.counts.iter().product(), [block.lower, block.upper]),
+        GrainPlacement::List(grains) => {
+            let places = grains.iter().map(|grain| [grain.position; 2]);
+            among(grains.len(), places.reduce(|[a, b], [c, e]| [a.min(c), b.max(e)]).unwrap_or_default())
+        }
+    }
 }
 
 /// Contacts of a population.
