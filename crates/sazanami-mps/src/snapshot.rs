@@ -20,6 +20,8 @@ const PRESSURE: &str = "fluid/pressure";
 const GRADIENT: &str = "fluid/gradient";
 const REFERENCE: &str = "fluid/reference";
 const DRAG_RATE: &str = "fluid/drag_rate";
+/// There only if grains were stepped without drag: it tells their rate of zero from that before the first step.
+const WITHOUT_DRAG: &str = "fluid/without_drag";
 /// Displacement and velocity of the walls.
 const WALLS: &str = "fluid/walls";
 /// Prefix of the sections of the grain engine.
@@ -54,6 +56,9 @@ impl Solver {
         snapshot.put_reals(GRADIENT, all.iter().flat_map(|r| r.gradient).collect());
         snapshot.put_reals(REFERENCE, self.settings().reference.to_array().to_vec());
         snapshot.put_reals(DRAG_RATE, vec![self.grains.drag_rate()]);
+        if self.grains.stepped_without_drag() {
+            snapshot.put_u64(WITHOUT_DRAG, vec![1]);
+        }
         let tank = self.tank();
         snapshot.put_reals(WALLS, [tank.displacement, tank.velocity].iter().flat_map(|v| v.to_array()).collect());
         snapshot
@@ -97,7 +102,9 @@ impl Solver {
             Err(_) => tank,
         };
         let mut solver = Self::from_records(domain, settings, tank, &records, grains)?;
-        solver.grains.set_drag_rate(snapshot.reals_of(DRAG_RATE, 1)?[0]);
+        let rate = snapshot.reals_of(DRAG_RATE, 1)?[0];
+        let stepped = rate > 0.0 || snapshot.u64_of(WITHOUT_DRAG, 1).is_ok();
+        solver.grains.set_drag_rate(rate, stepped);
         Ok(solver)
     }
 }

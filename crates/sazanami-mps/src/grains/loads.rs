@@ -197,7 +197,7 @@ impl GrainPhase {
             let void_fraction = (1.0 - sources.around(solid, diameter[g])).clamp(least, 1.0);
             FluidAtGrain { wetness: 1.0, void_fraction, ..FluidAtGrain::default() }
         });
-        self.first_drag_rate = self.present_drag_rate(domain);
+        self.first_drag_rate = Some(self.present_drag_rate(domain));
     }
 
     /// The [`Self::drag_rate`] of the present state.
@@ -227,6 +227,7 @@ impl GrainPhase {
         let Context { domain, dt, reduced_force: reduced, .. } = *step;
         let body_force = step.forcing.body_force;
         self.drag_rate = self.present_drag_rate(domain);
+        self.first_drag_rate = None;
         let Self { engine, coupling, around, diameter, force, places, .. } = self;
         let density = coupling.drag.density;
         let (around, diameter, owned) = (&around[..], &diameter[..], around.len());

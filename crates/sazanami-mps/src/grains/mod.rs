@@ -123,8 +123,8 @@ pub struct GrainPhase {
     /// Reciprocal of the shortest drag relaxation time of a grain and the fluid around it in the last step, over all
     /// ranks [1/s].
     drag_rate: Real,
-    /// The same before the first step, with grains and fluid at rest.
-    first_drag_rate: Real,
+    /// The same before the first step, with grains and fluid at rest; none once grains were stepped.
+    first_drag_rate: Option<Real>,
     diameter: Vec<Real>,
     force: Vec<Vector>,
     shared: Vec<[Real; 6]>,
@@ -188,7 +188,7 @@ impl GrainPhase {
             void: Vec::new(),
             around: Vec::new(),
             drag_rate: 0.0,
-            first_drag_rate: 0.0,
+            first_drag_rate: None,
             diameter: Vec::new(),
             force: Vec::new(),
             shared: Vec::new(),
@@ -354,12 +354,20 @@ impl GrainPhase {
         if self.coupling.exchange == DragExchange::Implicit || !self.is_active() {
             return 0.0;
         }
-        if self.drag_rate > 0.0 { self.drag_rate } else { self.first_drag_rate }
+        self.first_drag_rate.unwrap_or(self.drag_rate)
     }
 
-    /// Restores the drag rate [1/s] of a snapshot.
-    pub(crate) fn set_drag_rate(&mut self, rate: Real) {
+    /// Whether the last step had grains of which none felt drag.
+    pub(crate) fn stepped_without_drag(&self) -> bool {
+        !self.is_empty() && self.first_drag_rate.is_none() && self.drag_rate == 0.0
+    }
+
+    /// Restores the drag rate [1/s] of a snapshot, that of the last step if there was one.
+    pub(crate) fn set_drag_rate(&mut self, rate: Real, stepped: bool) {
         self.drag_rate = rate;
+        if stepped {
+            self.first_drag_rate = None;
+        }
     }
 
     /// Largest speed of a grain [m/s].

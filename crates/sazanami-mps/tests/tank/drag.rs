@@ -12,7 +12,7 @@ use crate::support::{Case, GRAVITY, OPEN_TOP, PERIODIC, SPACING, WALLS, under};
 const VOID: Real = 1.0 - std::f64::consts::FRAC_PI_6 / 1.728;
 
 /// Held grains on a lattice between a smooth floor and lid, and fluid between them that moves along x1.
-fn filter(viscosity: Real, speed: Real) -> Case {
+pub(crate) fn filter(viscosity: Real, speed: Real) -> Case {
     let mut case = Case::filled([12; 3], [0; 3], [PERIODIC, PERIODIC, WALLS]);
     (case.viscosity, case.friction) = (viscosity, WallFriction::Slip);
     let places = |counts: [u32; 3]| {

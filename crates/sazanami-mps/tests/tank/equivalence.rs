@@ -1,10 +1,11 @@
 //! Results do not depend on threads and restarts, nor on ranks up to rounding.
 
-use crate::support::{Case, GRAVITY, OPEN_TOP, PERIODIC, SPACING, WALLS, jittered};
+use crate::support::{Case, GRAVITY, OPEN_TOP, PERIODIC, SPACING, WALLS, jittered, under};
 use sazanami_dem::{Engine, Grain, Motion};
-use sazanami_mps::grains::GrainPhase;
+use sazanami_mps::grains::{DragExchange, GrainPhase};
 use sazanami_mps::snapshot::GRAINS;
 use sazanami_mps::solver::{Forcing, Solver};
+use sazanami_mps::stability::Limit;
 use sazanami_numerics::snapshot::{Section, Snapshot};
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::{Communicator, Solo, run_ranks, with_threads};
@@ -240,4 +241,21 @@ fn ranks_agree_up_to_rounding() {
     case.fluid[5].position.x += 0.01 * SPACING;
     let (found, name) = difference(&one, &state(&case, Box::<Solo>::default(), 4));
     assert!(found > 1e-4, "{name} differs by {found:e}");
+}
+
+/// Grains in dry air feel no drag: the rate of fluid at rest limits the first step alone, also after a restart.
+#[test]
+fn dry_grains_are_limited_by_drag_in_the_first_step_alone() {
+    let mut case = crate::drag::filter(1e-4, 0.0);
+    (case.exchange, case.limits.longest) = (DragExchange::Lagged, 1e-2);
+    case.fluid.retain(|particle| particle.position.z < 3.0 * SPACING);
+    case.grains.retain(|grain| grain.position.z > 8.0 * SPACING);
+    let mut solver = case.solo();
+    let first = solver.stable_step(Vector::ZERO);
+    assert_eq!(first.limit, Limit::Drag);
+    assert_eq!(restored(&case, &solver.snapshot()).stable_step(Vector::ZERO).dt.to_bits(), first.dt.to_bits());
+    solver.step(1e-5, &under(Vector::ZERO), |_| ()).expect("a sound step");
+    let next = solver.stable_step(Vector::ZERO);
+    assert!(next.limit != Limit::Drag && next.dt > first.dt, "{next:?} {first:?}");
+    assert_eq!(restored(&case, &solver.snapshot()).stable_step(Vector::ZERO).dt.to_bits(), next.dt.to_bits());
 }
