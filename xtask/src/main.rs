@@ -34,6 +34,7 @@ fn main() -> ExitCode {
         "test" => test::run(&rest),
         "assets" => assets::run(),
         "book" => book::run(),
+        "book-links" => book::preprocess(&rest),
         "tidy" => tidy::run(rest.iter().any(|argument| argument == "--locked")),
         "generate" => generated::write(&root()),
         "verify" | "bench" => forward(&command, &rest),

@@ -27,12 +27,13 @@ fn scene() -> Scene {
     Scene {
         title: "t = 1 ms".into(),
         grid,
+        top: 0.008,
         plane: 0.004,
-        fastest: 1.0,
+        colouring: Colouring::Speed(vec![0.3], 1.0),
         shapes: [ball].into(),
         poses: vec![pose],
-        speeds: vec![0.3],
         liquid,
+        surface: None,
     }
 }
 
@@ -123,7 +124,7 @@ fn a_grain_that_the_middle_plane_cuts_is_in_the_view_and_one_in_front_of_it_is_n
     let folder = tempfile::tempdir().expect("the picture was written");
     // Without liquid nothing else in the view has the warm colours of a slow grain.
     let drawn = |y: f64| {
-        let mut scene = Scene { liquid: vec![0.0; 512], speeds: vec![0.0], ..scene() };
+        let mut scene = Scene { liquid: vec![0.0; 512], colouring: Colouring::Speed(vec![0.0], 1.0), ..scene() };
         scene.poses[0].position.y = y;
         let path = folder.path().join("view.png");
         Painter.draw(&Figure::View(&scene), &path).expect("the picture was written");
@@ -143,7 +144,7 @@ fn a_section_that_meets_no_grain_goes_through_the_nearest_one() {
     let folder = tempfile::tempdir().expect("the picture was written");
     let cut = ColourScale::speed(1.0).colour(1.0);
     let drawn = |y: f64| {
-        let mut scene = Scene { liquid: vec![0.0; 512], speeds: vec![1.0], ..scene() };
+        let mut scene = Scene { liquid: vec![0.0; 512], colouring: Colouring::Speed(vec![1.0], 1.0), ..scene() };
         scene.poses[0].position.y = y;
         let path = folder.path().join("section.png");
         Painter.draw(&Figure::Section(&scene), &path).expect("the picture was written");

@@ -30,10 +30,32 @@ pub fn broken(root: &Path) -> io::Result<Vec<String>> {
 }
 
 /// Files and anchors that the Markdown links of a page name, without web addresses; a file is empty for the page itself.
-fn targets(text: &str) -> impl Iterator<Item = (&str, &str)> {
-    let links = text.split("](").skip(1).filter_map(|rest| rest.split([')', '\n', ' ']).next());
-    let files = links.filter(|link| !link.contains("://") && !link.starts_with("mailto:") && !link.is_empty());
-    files.map(|link| link.split_once('#').unwrap_or((link, "")))
+pub fn targets(text: &str) -> impl Iterator<Item = (&str, &str)> {
+    let links = text.split("](").skip(1).map(|rest| split_at_end(rest).0);
+    links.filter(|link| is_local(link)).map(|link| link.split_once('#').unwrap_or((link, "")))
+}
+
+/// A page whose links that are no web addresses are what `replaced` makes of them.
+pub fn rewritten(text: &str, replaced: impl Fn(&str) -> String) -> String {
+    let mut parts = text.split("](");
+    let mut page = parts.next().unwrap_or_default().to_owned();
+    for rest in parts {
+        let (link, after) = split_at_end(rest);
+        page.push_str("](");
+        page.push_str(&if is_local(link) { replaced(link) } else { link.to_owned() });
+        page.push_str(after);
+    }
+    page
+}
+
+/// Whether a link is no web address.
+pub fn is_local(link: &str) -> bool {
+    !link.contains("://") && !link.starts_with("mailto:") && !link.is_empty()
+}
+
+/// A link and what follows it.
+fn split_at_end(rest: &str) -> (&str, &str) {
+    rest.split_at(rest.find([')', '\n', ' ']).unwrap_or(rest.len()))
 }
 
 /// Anchors of the headings of a page, as GitHub and mdBook make them.

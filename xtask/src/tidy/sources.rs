@@ -52,7 +52,7 @@ pub fn findings(name: &str, folder: &Path, root: &Path) -> io::Result<Findings> 
 }
 
 /// Adds the files with an extension in a folder and its folders, in the order of their names.
-pub(super) fn files_below(folder: &Path, ending: &str, files: &mut Vec<PathBuf>) -> io::Result<()> {
+pub fn files_below(folder: &Path, ending: &str, files: &mut Vec<PathBuf>) -> io::Result<()> {
     if !folder.is_dir() {
         return Ok(());
     }
