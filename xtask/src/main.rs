@@ -3,6 +3,7 @@
 mod assets;
 mod book;
 mod generated;
+mod links;
 mod mpi;
 mod python;
 mod test;

@@ -195,7 +195,7 @@ impl<'a> Still<'a> {
         let font = Font { size: 24.0, colour: BLACK, across: Anchor::Start, down: Anchor::Start, upwards: false };
         canvas.text([26.0, 22.0], self.title, font);
         if self.liquid.is_some() {
-            draw_swatch(&mut canvas, [width as f64 - 8.0, 30.0], BLUE, "liquid", 18.0);
+            draw_swatch(&mut canvas, [width as f64 - 14.0, (ABOVE + height) as f64 - 20.0], BLUE, "liquid", 18.0);
         }
         if self.cut_open {
             let bottom = (ABOVE + height) as f64 - 14.0;

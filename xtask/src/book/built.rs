@@ -4,8 +4,7 @@ use std::collections::HashMap;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::tidy::links::is_local;
-use crate::tidy::sources::files_below;
+use crate::links::{files_below, is_local};
 
 /// Pages that mdBook makes by itself, with links that are relative to the root of a site.
 const OWN: [&str; 2] = ["404.html", "toc.html"];

@@ -7,8 +7,8 @@ use std::path::{Component, Path, PathBuf};
 use serde_json::Value;
 
 use super::LAST;
+use crate::links::{rewritten, targets};
 use crate::root;
-use crate::tidy::links::{rewritten, targets};
 
 /// Where files are read that the book does not have.
 const REPOSITORY: &str = env!("CARGO_PKG_REPOSITORY");

@@ -1,15 +1,14 @@
 //! Architecture rules that the compiler does not know.
 
 mod edges;
-pub mod links;
 mod modules;
-pub mod sources;
+mod sources;
 
 use std::path::Path;
 
 use serde_json::Value;
 
-use crate::{book, cargo, generated, root};
+use crate::{book, cargo, generated, links, root};
 
 /// Checks the workspace, prints what is wrong, and returns the exit code.
 pub fn run(locked: bool) -> u8 {

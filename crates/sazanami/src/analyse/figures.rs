@@ -6,7 +6,6 @@ use sazanami_numerics::Real;
 use sazanami_observe::erosion::is_crater;
 use serde_json::Value;
 
-use super::lines::number;
 use super::output::{Output, undone};
 use super::table::Table;
 use crate::artist::{Curve, Figure};
@@ -36,8 +35,8 @@ pub(super) fn draw_figures(folder: &Path, summary: &Value, output: &mut Output) 
 
 /// `, V = 68.81 ± 12.04 mm³` as the summary has it; nothing without a crater.
 fn volume_words(summary: &Value) -> String {
-    let [volume, half] =
-        ["volume_mm3", "volume_uncertainty_mm3"].map(|key| number(summary, &["observables", "erosion", key]));
+    let found = &summary["observables"]["erosion"];
+    let [volume, half] = ["volume_mm3", "volume_uncertainty_mm3"].map(|key| found[key].as_f64());
     match (volume, half) {
         (Some(volume), Some(half)) => format!(", V = {volume:.2} ± {half:.2} mm³"),
         _ => String::new(),

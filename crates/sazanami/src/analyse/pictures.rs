@@ -9,16 +9,24 @@ use sazanami_observe::erosion::{Erosion, InitialBed};
 use sazanami_observe::{BedView, Body};
 use serde_json::Value;
 
-use super::lines::number;
 use super::output::{Output, undone};
-use crate::artist::Figure;
+use crate::artist::{Figure, Scene};
+use crate::case;
+use crate::case::meaning::Case;
 use crate::error::CommandError;
 use crate::feasible;
-use crate::finished::Finished;
-use crate::recorder::{Drawn, LOOSEST, bed_surface, erosion_settings, scene};
-use crate::results::FIGURES;
+use crate::recorder::{Drawn, LOOSEST, NEVER, bed_surface, erosion_settings, scene};
+use crate::results::{CASE, FIGURES};
 use crate::saved::{SavedTime, state, times};
 use crate::state::{Array, State, Values, WaterState};
+
+/// What all pictures of a run share.
+struct Run<'a> {
+    case: &'a Case,
+    shapes: Arc<[Shape]>,
+    /// Height of the bed before the impact, if there was one \[m].
+    height: Option<Real>,
+}
 
 /// The values of the grains that pictures need, as columns.
 struct Grains {
@@ -38,6 +46,7 @@ impl Grains {
         let array = |name: &str| state.grains.iter().find(|array| array.name == name);
         let reals = |name: &str| array(name).map(reals);
         let vectors = |name: &str| reals(name).map(|values| values.chunks_exact(3).map(Vector::from_slice).collect());
+        let last_contact = |since: Real| if since < NEVER { state.time - since } else { Real::NEG_INFINITY };
         let orientation = reals("orientation")?;
         let orientation =
             orientation.chunks_exact(4).map(|q| Quaternion::from_xyzw(q[1], q[2], q[3], q[0]).normalize());
@@ -49,7 +58,7 @@ impl Grains {
             position: position.into_iter().map(|place| place - tank).collect(),
             orientation: orientation.collect(),
             velocity: vectors("velocity")?,
-            last_contact: reals("time_since_contact")?.into_iter().map(|since| state.time - since).collect(),
+            last_contact: reals("time_since_contact")?.into_iter().map(last_contact).collect(),
             time: state.time,
         })
     }
@@ -86,17 +95,20 @@ pub(super) fn draw_pictures(folder: &Path, summary: &Value, output: &mut Output)
     if output.artist.is_none() || summary["status"] == "running" || !figures.is_dir() {
         return Ok(());
     }
-    let run = Finished::read(folder)?;
-    let shapes: Arc<[Shape]> = feasible::shapes_alone(&run.case)?.into();
+    let loaded = case::load(&folder.join(CASE), &[])?;
+    let shapes: Arc<[Shape]> = feasible::shapes_alone(&loaded)?.into();
+    let found = |key: &str| summary["observables"]["bed"][key].as_f64();
+    let height = found("height_mm").filter(|_| found("porosity").is_some_and(|porosity| porosity < LOOSEST));
+    let run = Run { case: &loaded.case, shapes, height: height.map(|height| 1e-3 * height) };
     let mut initial = None;
-    for saved in times(&run)? {
+    for saved in times(folder)? {
         let Some(step) = step_of(&saved) else { continue };
         let [section, liquid, view] =
             ["section", "liquid", "view"].map(|kind| figures.join(format!("{kind}-{step}.png")));
         if !section.is_file() && saved.time > 0.0 {
             continue;
         }
-        let Some(scene) = scene_of(&run, &shapes, &saved, &mut initial)? else {
+        let Some(scene) = scene_of(&run, &saved, &mut initial)? else {
             output
                 .message(&format!("{}: too few of the grains' arrays were written to draw it anew", section.display()));
             continue;
@@ -119,13 +131,8 @@ fn step_of(saved: &SavedTime) -> Option<&str> {
 }
 
 /// What the pictures of a time show; the surface of the first bed is kept in `initial`.
-fn scene_of(
-    run: &Finished,
-    shapes: &Arc<[Shape]>,
-    saved: &SavedTime,
-    initial: &mut Option<InitialBed>,
-) -> Result<Option<crate::artist::Scene>, CommandError> {
-    let case = &run.case.case;
+fn scene_of(run: &Run, saved: &SavedTime, initial: &mut Option<InitialBed>) -> Result<Option<Scene>, CommandError> {
+    let Run { case, shapes, height } = run;
     let state = state(saved)?;
     let (Some(grains), Some(WaterState::Grid { grid, arrays })) =
         (Grains::of(&state, case.to_written_frame(state.time)[0]), &state.water)
@@ -146,8 +153,6 @@ fn scene_of(
         }
         bed_surface(&settings, initial.as_ref(), now.as_ref())
     });
-    let found = |key: &str| number(&run.summary, &["observables", "bed", key]);
-    let height = found("height_mm").filter(|_| found("porosity").is_some_and(|porosity| porosity < LOOSEST));
     let drawn = Drawn { shapes: Arc::clone(shapes), grid: *grid, liquid: reals(liquid), surface };
-    Ok(Some(scene(case, state.time, &bed, height.map(|height| 1e-3 * height), drawn)))
+    Ok(Some(scene(case, state.time, &bed, *height, drawn)))
 }

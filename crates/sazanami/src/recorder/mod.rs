@@ -45,6 +45,7 @@ pub(crate) use bed::LOOSEST;
 use columns::{series_headings, series_row};
 use files::Files;
 use grain_files::GrainStates;
+pub(crate) use grain_files::NEVER;
 pub(crate) use mics::pictures::{Drawn, bed_surface, scene};
 pub(crate) use mics::{GridObserver, erosion_settings};
 pub(crate) use mps::{

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 pub fn broken(root: &Path) -> io::Result<Vec<String>> {
     let mut pages: Vec<PathBuf> = ["README.md", "README.ja.md", "ARCHITECTURE.md"].map(|page| root.join(page)).into();
     for folder in ["docs", "verification"] {
-        super::sources::files_below(&root.join(folder), "md", &mut pages)?;
+        files_below(&root.join(folder), "md", &mut pages)?;
     }
     let mut broken = Vec::new();
     for page in pages {
@@ -27,6 +27,23 @@ pub fn broken(root: &Path) -> io::Result<Vec<String>> {
         }
     }
     Ok(broken)
+}
+
+/// Adds the files with an extension in a folder and its folders, in the order of their names.
+pub fn files_below(folder: &Path, ending: &str, files: &mut Vec<PathBuf>) -> io::Result<()> {
+    if !folder.is_dir() {
+        return Ok(());
+    }
+    let mut entries = std::fs::read_dir(folder)?.map(|entry| Ok(entry?.path())).collect::<io::Result<Vec<_>>>()?;
+    entries.sort();
+    for path in entries {
+        if path.is_dir() {
+            files_below(&path, ending, files)?;
+        } else if path.extension().is_some_and(|extension| extension == ending) {
+            files.push(path);
+        }
+    }
+    Ok(())
 }
 
 /// Files and anchors that the Markdown links of a page name, without web addresses; a file is empty for the page itself.
