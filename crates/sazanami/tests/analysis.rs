@@ -137,7 +137,7 @@ fn pictures_of_a_run_show_the_same_part_of_the_box_and_are_drawn_again() {
     let scratch = Scratch::new("analysis-pictures");
     // To a size of grains that small the hollow is a crater.
     let every = ["figures", "fields", "grains"].map(|table| format!("output.{table}={{ every = \"0.5 ms\" }}"));
-    let keys: Vec<&str> = every.iter().map(String::as_str).chain(["erosion.grain_size=0.02 mm"]).collect();
+    let keys: Vec<&str> = every.iter().map(String::as_str).chain(["erosion.grain_size=0.04 mm"]).collect();
     let folder = beads(&scratch, "run", &keys, 1);
     let first = sections(&folder);
     assert!(first.len() >= 4, "{}", first.len());
