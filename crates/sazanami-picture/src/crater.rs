@@ -13,6 +13,9 @@ const ROW: f64 = 27.0;
 const SAMPLE: f64 = 46.0;
 const SIZE: f64 = 18.0;
 
+/// What is added where V cannot be trusted.
+const AT_EDGE: &str = "; the rim is at the edge of the box or of what is evaluated: V is not reliable";
+
 const SURFACE: Colour = [150, 0, 110];
 const DASHES: &[f64] = &[9.0, 6.0];
 
@@ -30,7 +33,12 @@ fn explanation(surface: &BedSurface) -> [String; 2] {
                 volume_words(crater),
                 1e9 * crater.noise
             ),
-            format!("depth H = {:.2} mm, rim radius L = {:.2} mm", 1e3 * crater.depth, 1e3 * crater.rim_radius),
+            format!(
+                "depth H = {:.2} mm, rim radius L = {:.2} mm{}",
+                1e3 * crater.depth,
+                1e3 * crater.rim_radius,
+                if crater.rim_at_edge { AT_EDGE } else { "" }
+            ),
         ],
         None => {
             ["no crater: no hollow deeper than a grain and clear of the roughness of the bed".into(), String::new()]
@@ -145,6 +153,7 @@ mod tests {
             volume: 68.812e-9,
             uncertainty: 12.04e-9,
             noise: 5.44e-9,
+            rim_at_edge: false,
         }
     }
 
@@ -155,6 +164,9 @@ mod tests {
         for part in ["V = 68.81 ± 12.04 mm³", "5.44 mm³", "H = 1.72 mm", "L = 4.95 mm", "π H (3 L² + H²) / 6"] {
             assert!(words.contains(part), "{part}: {words}");
         }
+        assert!(!words.contains(AT_EDGE));
+        let at_edge = BedSurface { crater: Some(CraterCap { rim_at_edge: true, ..crater() }), ..with };
+        assert!(explanation(&at_edge)[1].ends_with(AT_EDGE));
         let words = explanation(&BedSurface::default()).join(" ");
         assert!(words.starts_with("no crater") && !words.contains("L ="), "{words}");
     }

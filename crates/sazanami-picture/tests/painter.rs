@@ -5,7 +5,8 @@ use std::io::BufReader;
 use std::path::Path;
 
 use sazanami::artist::{
-    Artist as _, Colouring, ErosionPoint, Figure, LayerHistory, RippleHistory, Scene, SideView, Surfaces,
+    Artist as _, BedSurface, Colouring, CraterCap, ErosionPoint, Figure, LayerHistory, RippleHistory, Scene, SideView,
+    Surfaces,
 };
 use sazanami_io::BodyPose;
 use sazanami_numerics::geometry::{ContactSphereRule, Shape, VolumeRule};
@@ -137,6 +138,46 @@ fn a_grain_that_the_middle_plane_cuts_is_in_the_view_and_one_in_front_of_it_is_n
         assert!(moved.abs_diff(seen) < seen / 4, "{moved} against {seen} after {nudge} m");
     }
     assert_eq!(drawn(0.004 - 1.5e-3), 0, "a ball of 1 mm radius that lies wholly in front of the plane");
+}
+
+#[test]
+fn pictures_of_all_times_have_one_frame_and_a_rim_only_with_a_crater() {
+    let folder = tempfile::tempdir().expect("the picture was written");
+    let path = folder.path().join("frame.png");
+    let size = |figure: &Figure| {
+        Painter.draw(figure, &path).expect("the picture was written");
+        let file = BufReader::new(File::open(&path).expect("the picture was written"));
+        png::Decoder::new(file).read_info().expect("the picture was written").info().size()
+    };
+    // The line of the surface, and the marks of the rim, which are black.
+    let black = || count(&path, |pixel| pixel.iter().all(|&c| c < 60));
+    let crater = CraterCap {
+        rim_radius: 2e-3,
+        rim_height: 4e-3,
+        depth: 1e-3,
+        volume: 7e-9,
+        uncertainty: 1e-9,
+        noise: 0.0,
+        rim_at_edge: false,
+    };
+    let surface = BedSurface {
+        axis: 4e-3,
+        before: vec![[1e-3, 4e-3], [3e-3, 4e-3]],
+        now: vec![[1e-3, 3e-3], [2e-3, 4e-3]],
+        crater: None,
+    };
+    let first = Scene { top: 6e-3, surface: Some(surface.clone()), ..scene() };
+    let mut later = Scene { liquid: vec![0.0; 512], ..first.clone() };
+    later.poses[0].position.z = 7e-3;
+    later.surface = Some(BedSurface { crater: Some(crater), ..surface });
+    for figure in [Figure::Liquid, Figure::View, Figure::Section] {
+        assert_eq!(size(&figure(&first)), size(&figure(&later)));
+    }
+    let with_crater = black();
+    size(&Figure::Section(&Scene { surface: first.surface.clone(), ..later.clone() }));
+    assert!(with_crater > black() + 500, "{with_crater} against {}", black());
+    // Another box has another frame: the control.
+    assert_ne!(size(&Figure::Section(&first)), size(&Figure::Section(&Scene { top: 8e-3, ..first.clone() })));
 }
 
 #[test]

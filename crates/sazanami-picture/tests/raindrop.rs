@@ -55,6 +55,7 @@ fn section(scene: &Scene, liquid: &[f64], surface: Option<&Isosurface>, with_gra
         liquid_threshold: 0.01,
         liquid_style: LiquidStyle::Cells,
         liquid_behind: surface,
+        surface: None,
         bodies,
         values: if with_grains { &scene.speeds } else { &[] },
         scale: &ColourScale::speed(1.0),

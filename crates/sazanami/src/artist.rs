@@ -152,6 +152,8 @@ pub struct CraterCap {
     pub uncertainty: Real,
     /// V of the same bed before the impact [m^3].
     pub noise: Real,
+    /// The rim lies at the edge of what is evaluated: V is not reliable.
+    pub rim_at_edge: bool,
 }
 
 /// A tank from the side: a panel for each quantity of the grains within a slab about its middle, and arrows of the water.

@@ -135,9 +135,8 @@ fn value<'a>(sketch: &'a str, name: &str) -> &'a str {
 #[test]
 fn pictures_of_a_run_show_the_same_part_of_the_box_and_are_drawn_again() {
     let scratch = Scratch::new("analysis-pictures");
-    // To a size of grains that small the hollow is a crater.
-    let every = ["figures", "fields", "grains"].map(|table| format!("output.{table}={{ every = \"0.5 ms\" }}"));
-    let keys: Vec<&str> = every.iter().map(String::as_str).chain(["erosion.grain_size=0.02 mm"]).collect();
+    let every = ["figures", "fields", "grains"].map(|table| format!("output.{table}={{ steps = 10 }}"));
+    let keys: Vec<&str> = every.iter().map(String::as_str).chain(["erosion.grain_size=0.2 mm"]).collect();
     let folder = beads(&scratch, "run", &keys, 1);
     let first = sections(&folder);
     assert!(first.len() >= 4, "{}", first.len());
@@ -146,17 +145,13 @@ fn pictures_of_a_run_show_the_same_part_of_the_box_and_are_drawn_again() {
         let top: Real = value(sketch, "top").parse().unwrap();
         assert!((top - 2.66e-3).abs() < 1e-12, "{}: {top}", path.display());
     }
-    // No rim without a crater, and V of the summary with one.
+    // No rim without a crater.
     assert_eq!(value(&first[0].1, "crater"), "None");
     let found = summary(&folder)["observables"]["erosion"].clone();
-    let last = &first[first.len() - 1].1;
-    let drawn = |name: &str| value(last, name).parse::<Real>().unwrap();
-    for (name, key, unit) in
-        [("volume", "volume_mm3", 1e9), ("rim_radius", "rim_radius_mm", 1e3), ("depth", "depth_mm", 1e3)]
-    {
-        let expected = found[key].as_f64().unwrap();
-        assert!((unit * drawn(name) / expected - 1.0).abs() < 1e-12, "{name}: {} and {expected}", drawn(name));
-    }
+    // The hollow at the end is no crater either: shallower than a grain, or within the noise.
+    let of = |key: &str| found[key].as_f64().unwrap();
+    assert!(of("depth_mm") <= 0.2 || of("volume_mm3") <= 3.0 * of("volume_noise_mm3"), "{found}");
+    assert_eq!(value(&first[first.len() - 1].1, "crater"), "None");
     first.iter().for_each(|(path, _)| std::fs::write(path, "lost").unwrap());
     analysed(&folder, &[]).0.unwrap();
     for ((path, before), (_, after)) in first.iter().zip(sections(&folder)) {

@@ -33,12 +33,14 @@ pub(super) fn draw_figures(folder: &Path, summary: &Value, output: &mut Output) 
     list_files(folder, summary)
 }
 
-/// `, V = 68.81 ± 12.04 mm³` as the summary has it; nothing without a crater.
+/// `, V = 68.81 ± 12.04 mm³ at 15.0 ms` as the summary has it; nothing without a crater.
 fn volume_words(summary: &Value) -> String {
     let found = &summary["observables"]["erosion"];
     let [volume, half] = ["volume_mm3", "volume_uncertainty_mm3"].map(|key| found[key].as_f64());
-    match (volume, half) {
-        (Some(volume), Some(half)) => format!(", V = {volume:.2} ± {half:.2} mm³"),
+    match (volume, half, summary["time_s"].as_f64()) {
+        (Some(volume), Some(half), Some(time)) => {
+            format!(", V = {volume:.2} ± {half:.2} mm³ at {:.1} ms", 1e3 * time)
+        }
         _ => String::new(),
     }
 }

@@ -38,7 +38,9 @@ struct Again {
 pub(super) fn as_it_was(folder: &Path, output: &mut Output) -> Result<Vec<String>, CommandError> {
     let summary = summary(folder)?;
     draw_figures(folder, &summary, output)?;
-    draw_pictures(folder, &summary, output)?;
+    if let Err(error) = draw_pictures(folder, &summary, output) {
+        output.message(&format!("sections and views were not drawn anew: {error}"));
+    }
     let again = evaluate(folder, None, output).unwrap_or_else(|error| {
         output.message(&format!("what the summary says was not found again: {error}"));
         None

@@ -23,9 +23,6 @@ pub struct PictureCost {
     pub memory_triangle: Real,
 }
 
-/// Triangles of a smooth spheroid: nine rings of twelve nodes and two poles.
-const SMOOTH: Real = 216.0;
-
 impl PictureCost {
     /// Section (0.12 s without grains), liquid (0.1 s) and view (0.18 s) of a flow on a grid.
     pub const GRID: Self = Self {
@@ -57,12 +54,6 @@ pub(super) fn triangles(population: &Population) -> Real {
     }
 }
 
-/// Triangles of a grain as pictures draw it: spheroids are smooth, however coarse their mesh is.
-fn drawn_triangles(population: &Population) -> Real {
-    let own = triangles(population);
-    if matches!(population.shape, GrainShape::Spheroid { .. }) { own.max(SMOOTH) } else { own }
-}
-
 /// Wall-clock time of the pictures of a run of so many steps of a length \[s].
 pub(super) fn time(case: &Case, populations: &[PopulationReport], [steps, dt]: [Real; 2], model: &CostModel) -> Real {
     let times = case.output.figures.count(case.run.until.min(steps * dt), steps);
@@ -72,7 +63,7 @@ pub(super) fn time(case: &Case, populations: &[PopulationReport], [steps, dt]: [
     let cost = PictureCost::of(case, model);
     let of_grains = case.grains.iter().zip(populations).map(|(population, report)| {
         let grains = report.levelled.or(report.grains).unwrap_or(0) as Real;
-        grains * (cost.time_grain + cost.time_triangle * drawn_triangles(population))
+        grains * (cost.time_grain + cost.time_triangle * triangles(population))
     });
     times * (cost.time + of_grains.sum::<Real>())
 }
@@ -94,7 +85,7 @@ pub(super) fn memory_per_cell(case: &Case, model: &CostModel) -> Real {
 
 /// Memory for a grain in pictures \[bytes].
 pub(super) fn memory_per_grain(case: &Case, population: &Population, model: &CostModel) -> Real {
-    drawn(case, model).map_or(0.0, |cost| cost.memory_triangle * drawn_triangles(population))
+    drawn(case, model).map_or(0.0, |cost| cost.memory_triangle * triangles(population))
 }
 
 #[cfg(test)]

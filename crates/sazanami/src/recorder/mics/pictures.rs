@@ -132,6 +132,7 @@ pub(crate) fn bed_surface(
             volume: erosion.crater.volume,
             uncertainty: erosion.volume_uncertainty(),
             noise: erosion.noise.unwrap_or_default(),
+            rim_at_edge: erosion.crater.rim_at_edge,
         }),
     }
 }
