@@ -16,7 +16,7 @@ use crate::grains::{DragExchange, GrainPhase};
 use crate::number_density::{self, NumberDensity, PredictedPairs, Prediction, Sample};
 use crate::particles::{Kind, Particles, Role};
 use crate::pressure::PressureEquation;
-pub use crate::report::{Phase, StepReport};
+pub use crate::report::{EnergyChanges, Phase, StepReport};
 use crate::scheme::{Fluid, Kernel, Projection, Scheme, ShiftingForm};
 pub use crate::settings::{Forcing, Settings};
 use crate::shifting_by_strain::Shifter;

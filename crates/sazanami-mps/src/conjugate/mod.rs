@@ -25,7 +25,7 @@ use crate::neighbours::ROWS;
 use crate::number_density::NumberDensity;
 use crate::particles::{Kind, Particles, Role};
 use crate::pressure::{PressureEquation, PressureError, PressureReport};
-use crate::reductions::{set_column, sum_of};
+use crate::reductions::{largest, set_column, sum_of};
 use crate::report::StepReport;
 use crate::weight::{Weight, Wendland};
 use exchange::{Fields, Received};
@@ -204,15 +204,11 @@ impl Columns {
         let operators = Operators { pairs: &self.pairs, inverse: &self.inverse, sums: &self.sums };
         operators.divergence(&equation.blocks, &self.velocity, &mut self.divergence);
         let (divergence, surroundings) = (&self.divergence[..], &self.surroundings[..]);
-        let sums = &step.kernel.sums;
-        let rate = 1.0 / (step.settings.scheme.relaxation * step.flow_time);
         for_each_chunk(&mut equation.rows[..owned], ROWS, |number, rows| {
             for (row, entry) in rows.iter_mut().enumerate().filter(|(_, entry)| entry.diagonal > 0.0) {
                 let a = number * ROWS + row;
-                let strain = (surroundings[a].density - sums.number_density) / (3.0 * sums.strain);
-                // Beside the surface a low number density is no error.
-                let strain = if entry.beside_surface { strain.max(0.0) } else { strain };
-                entry.right = step.settings.fluid.density / step.dt * (rate * strain - divergence[a]);
+                let wanted = expansion(step, surroundings[a].density, entry.beside_surface);
+                entry.right = step.settings.fluid.density / step.dt * (wanted - divergence[a]);
             }
         });
     }
@@ -235,13 +231,14 @@ impl Columns {
         equation.solve_with(&mut matrix, &layout, ghosts, pressure, strain, &step.settings.tolerance)
     }
 
-    /// New velocities and positions; returns the impulse of the walls \[N s].
+    /// New velocities and positions; returns the impulse of the walls \[N s], and the kinetic energy (relative to the walls)
+    /// that the pressure adds by relaxing the number density, and otherwise \[J].
     pub fn apply_pressure(
         &mut self,
         step: &Context<'_>,
         particles: &mut Particles,
         equation: &PressureEquation,
-    ) -> Vector {
+    ) -> (Vector, [Real; 2]) {
         let Particles { kind, position, velocity: present, pressure, gradient, owned, .. } = particles;
         let owned = *owned;
         self.operators().force(&equation.blocks, pressure, &mut gradient[..owned]);
@@ -260,12 +257,20 @@ impl Columns {
                 }
             }
         });
-        let force = step.domain.sum(sum_of(owned, |a| gradient[a].to_array()));
-        -step.particle_mass() * factor * Vector::from_array(force)
+        let (mass, surroundings, rows) = (step.particle_mass(), &self.surroundings[..], &equation.rows[..]);
+        let sums = step.domain.sum(sum_of(owned, |a| {
+            let change = -factor * gradient[a];
+            let whole = change.dot(free[a] + 0.5 * change);
+            let inside = rows[a].diagonal > 0.0;
+            let wanted = if inside { expansion(step, surroundings[a].density, rows[a].beside_surface) } else { 0.0 };
+            [change.x, change.y, change.z, factor * wanted * pressure[a], whole]
+        }));
+        let [relaxation, whole] = [mass * sums[3], mass * sums[4]];
+        (mass * Vector::from_slice(&sums[..3]), [relaxation, whole - relaxation])
     }
 
-    /// Shifts the new positions; returns the longest way \[m].
-    pub fn shift(&mut self, step: &Context<'_>, particles: &Particles, equation: &PressureEquation) -> Real {
+    /// Shifts the new positions; returns the longest way \[m], and the potential energy that it adds \[J].
+    pub fn shift(&mut self, step: &Context<'_>, particles: &Particles, equation: &PressureEquation) -> [Real; 2] {
         let close = CLOSE_RADIUS * step.settings.fluid.spacing;
         let (pairs, blocks, role) = (&self.pairs, &equation.blocks[..], &particles.role[..]);
         let second = |a: usize| {
@@ -274,9 +279,25 @@ impl Columns {
         let (surroundings, received) = (&self.surroundings[..], &self.received[..]);
         let rate = |a: usize| received[a].strain;
         let kind = &particles.kind[..];
-        let longest = shift::shift(step, kind, surroundings, rate, second, &mut self.new.position[..particles.owned]);
-        step.domain.max(longest)
+        // The forces of the last product serve as the ways.
+        let ways = &mut self.force[..particles.owned];
+        shift::find_ways(step, kind, surroundings, rate, second, ways);
+        let ways = &*ways;
+        for_each_chunk(&mut self.new.position[..particles.owned], ROWS, |number, position| {
+            position.iter_mut().zip(&ways[number * ROWS..]).for_each(|(x, way)| *x += *way);
+        });
+        let longest = step.domain.max(largest(ways.len(), |a| ways[a].length()).max(0.0));
+        let [work] = step.domain.sum(sum_of(ways.len(), |a| [ways[a].dot(step.forcing.body_force)]));
+        [longest, -step.particle_mass() * work]
     }
+}
+
+/// Divergence that relaxes a number `density` [1/s]; beside the surface a low one is no error.
+fn expansion(step: &Context<'_>, density: Real, beside_surface: bool) -> Real {
+    let sums = &step.kernel.sums;
+    let strain = (density - sums.number_density) / (3.0 * sums.strain);
+    let strain = if beside_surface { strain.max(0.0) } else { strain };
+    strain / (step.settings.scheme.relaxation * step.flow_time)
 }
 
 /// Gives wall particles beside fluid the pressure of the fluid that they mirror, for whoever looks at it; others have none.

@@ -7,23 +7,22 @@ use super::surroundings::Surroundings;
 use crate::context::Context;
 use crate::neighbours::ROWS;
 use crate::particles::{Kind, Role};
-use crate::reductions::largest;
 
 /// Way over that of a diffusion number `rate dt`, times 1.5 as drops and vortices need it.
 const SHARE: Real = 2.0 * 1.5;
 /// Longest way in a step over the spacing.
 const LONGEST: Real = 0.05;
 
-/// Shifts the own fluid particles at `position` \[m] by their `rate` of strain [1/s]; those at the surface and those with
-/// one of these near (`second`) along it alone, isolated ones not. Returns the longest way on this rank \[m].
-pub(crate) fn shift(
+/// Ways of the own fluid particles for their `rate` of strain [1/s] \[m]; those at the surface and those with one of these
+/// near (`second`) move along it alone, isolated ones not.
+pub(crate) fn find_ways(
     step: &Context<'_>,
     kind: &[Kind],
     surroundings: &[Surroundings],
     rate: impl Fn(usize) -> Real + Sync,
     second: impl Fn(usize) -> bool + Sync,
-    position: &mut [Vector],
-) -> Real {
+    ways: &mut [Vector],
+) {
     let spacing = step.settings.fluid.spacing;
     let (longest, factor) = (LONGEST * spacing, SHARE * spacing * spacing * step.dt);
     let way = |a: usize| {
@@ -32,11 +31,10 @@ pub(crate) fn shift(
             return Vector::ZERO;
         }
         let whole = (factor * rate(a) * drift).clamp_length_max(longest);
-        let free = role == Role::Dirichlet || second(a);
-        if free { whole - whole.dot(normal) * normal } else { whole }
+        let along = role == Role::Dirichlet || second(a);
+        if along { whole - whole.dot(normal) * normal } else { whole }
     };
-    for_each_chunk(&mut position[..], ROWS, |number, position| {
-        position.iter_mut().enumerate().for_each(|(row, x)| *x += way(number * ROWS + row));
+    for_each_chunk(ways, ROWS, |number, ways| {
+        ways.iter_mut().enumerate().for_each(|(row, entry)| *entry = way(number * ROWS + row));
     });
-    largest(position.len(), |a| way(a).length()).max(0.0)
 }

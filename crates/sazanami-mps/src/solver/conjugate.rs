@@ -8,6 +8,7 @@ use sazanami_numerics::{Real, Vector};
 use super::{Forcing, Phase, Solver, StepError, StepReport};
 use crate::conjugate::{self, Mirrors};
 use crate::context::Context;
+use crate::report::EnergyChanges;
 use crate::{momentum, motion};
 
 impl Solver {
@@ -44,11 +45,14 @@ impl Solver {
         watch(Phase::Pressure);
         columns.set_right_side(step, particles, equation);
         report.pressure = columns.project(step, near, particles, equation)?;
-        report.impulses.wall_pressure = columns.apply_pressure(step, particles, equation);
+        let (impulse, [relaxation, projection]) = columns.apply_pressure(step, particles, equation);
+        report.impulses.wall_pressure = impulse;
         conjugate::set_wall_pressures(step, tank, near, particles, &mut columns.divergence);
 
         watch(Phase::Fluid);
-        report.largest_shift = columns.shift(step, particles, equation);
+        let [longest, shifting] = columns.shift(step, particles, equation);
+        report.largest_shift = longest;
+        report.energy = EnergyChanges { projection, relaxation, shifting };
         tank.displacement = forcing.wall_displacement;
         let before = momentum::momentum(step, particles, &columns.new.velocity);
         report.clipped = motion::finalise(step, tank, &columns.new, particles)?;
