@@ -33,7 +33,7 @@ impl ResultsCore {
     fn open(py: Python<'_>, folder: PathBuf) -> PyResult<Self> {
         unlocked(py, || {
             let run = Finished::open(&folder)?;
-            Ok(Self { times: saved::times(&run)?, run })
+            Ok(Self { times: saved::times(&run.folder)?, run })
         })
     }
 

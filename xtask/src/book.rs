@@ -1,4 +1,7 @@
-//! The book: its table of contents from the pages of `docs/`, and its build by mdBook.
+//! The book: its table of contents from the pages of `docs/`, its links, and its build by mdBook.
+
+mod built;
+mod links;
 
 use std::fmt::Write as _;
 use std::fs;
@@ -6,6 +9,12 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::{exit_code, root};
+
+pub use links::{dead, preprocess};
+
+/// The page that the book opens with. mdBook copies the first page to the root of the book with its links as they are,
+/// so it has to lie in `docs` itself.
+const FIRST: &str = "README.md";
 
 /// Parts of the book: title, folder within `docs/`, and the pages that come first.
 const PARTS: [(&str, &str, &[&str]); 5] = [
@@ -15,16 +24,31 @@ const PARTS: [(&str, &str, &[&str]); 5] = [
     ("Reference", "", &["case-files.md"]),
     ("Decisions", "decisions", &["README.md"]),
 ];
-/// Pages of the repository's root, which the book includes.
-const LAST: [(&str, &str); 2] = [("Architecture", "book/architecture.md"), ("Changelog", "book/changelog.md")];
+/// Pages of the repository's root, which the book includes: title, page of the book, file.
+const LAST: [(&str, &str, &str); 2] =
+    [("Architecture", "book/architecture.md", "ARCHITECTURE.md"), ("Changelog", "book/changelog.md", "CHANGELOG.md")];
 
-/// Builds the book; mdBook has to be installed.
+/// Builds the book and follows every link of it; mdBook has to be installed.
 pub fn run() -> u8 {
     if !Command::new("mdbook").arg("--version").output().is_ok_and(|output| output.status.success()) {
         eprintln!("error: the book needs mdBook: `cargo install mdbook`");
         return 1;
     }
-    exit_code(Command::new("mdbook").arg("build").current_dir(root()))
+    let code = exit_code(Command::new("mdbook").arg("build").current_dir(root()));
+    if code != 0 {
+        return code;
+    }
+    match built::dead(&root().join("target/book")) {
+        Ok((links, dead)) => {
+            dead.iter().for_each(|problem| eprintln!("error: {problem}"));
+            println!("{links} links in the book, {} dead", dead.len());
+            u8::from(!dead.is_empty())
+        }
+        Err(problem) => {
+            eprintln!("error: the book cannot be read: {problem}");
+            1
+        }
+    }
 }
 
 /// The table of contents of all pages in `docs`, with the headings of `fresh` for the pages that are about to be written:
@@ -35,9 +59,10 @@ pub fn summary(root: &Path, fresh: &[(String, String)]) -> String {
         Some((_, text)) => text.clone(),
         None => fs::read_to_string(path).unwrap_or_default(),
     };
-    let mut text = String::from("# Summary\n");
+    let mut text = format!("# Summary\n\n[{}]({FIRST})\n", heading(&text_of(&docs.join(FIRST))));
     for (title, folder, first) in PARTS {
         let mut found = pages(&docs.join(folder), !folder.is_empty());
+        found.retain(|path| *path != docs.join(FIRST));
         found.sort_by_key(|path| {
             let name = path.strip_prefix(docs.join(folder)).unwrap_or(path);
             (first.iter().position(|known| Path::new(known) == name).unwrap_or(first.len()), path.clone())
@@ -51,7 +76,7 @@ pub fn summary(root: &Path, fresh: &[(String, String)]) -> String {
         }
     }
     text.push_str("\n# Development\n\n");
-    for (title, name) in LAST {
+    for (title, name, _) in LAST {
         let _ = writeln!(text, "- [{title}]({name})");
     }
     text
@@ -81,6 +106,9 @@ mod tests {
     #[test]
     fn the_table_of_contents_names_pages_of_every_part() {
         let written = summary(&root(), &[]);
+        // The first page lies in `docs` itself, and is named once.
+        let pages: Vec<&str> = written.split("](").skip(1).filter_map(|rest| rest.split(')').next()).collect();
+        assert_eq!((pages[0], pages.iter().filter(|&&page| page == FIRST).count()), (FIRST, 1));
         assert!(written.contains("](guide/README.md)") && written.contains("](decisions/0001-dependencies.md)"));
         assert!(!written.contains("New heading"));
         // What is about to be written gives its new heading, not that on disk.

@@ -3,6 +3,7 @@
 mod assets;
 mod book;
 mod generated;
+mod links;
 mod mpi;
 mod python;
 mod test;
@@ -19,7 +20,7 @@ cargo xtask tidy                        who may depend on whom, what the sources
 cargo xtask generate                    schema, reference pages, pages of verification/ and docs/results, docs/SUMMARY.md
 cargo xtask verify [ARGS...]            `sazanami verify`: cases with known results; with `--out verification`, `generate` next
 cargo xtask assets                      libraries that reports embed, by npm (needs a network); to change their versions
-cargo xtask book                        the book, by mdBook (`cargo install mdbook`)
+cargo xtask book                        the book, by mdBook (`cargo install mdbook`), and every link of it
 cargo xtask bench [ARGS...]             `sazanami bench`: kernels and whole steps
 
 Everything is built with the release profile, so that all commands share what is built.";
@@ -34,6 +35,7 @@ fn main() -> ExitCode {
         "test" => test::run(&rest),
         "assets" => assets::run(),
         "book" => book::run(),
+        "book-links" => book::preprocess(&rest),
         "tidy" => tidy::run(rest.iter().any(|argument| argument == "--locked")),
         "generate" => generated::write(&root()),
         "verify" | "bench" => forward(&command, &rest),

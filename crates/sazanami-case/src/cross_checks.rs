@@ -1,6 +1,9 @@
 //! What has to fit together across the tables of a case.
 
 use sazanami_dem::Motion;
+use sazanami_mics::advection::Convection;
+use sazanami_mics::grains::Exchange;
+use sazanami_mics::grains::room::LiquidRoom;
 use sazanami_numerics::Vector;
 
 use crate::case::Case;
@@ -27,6 +30,7 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
     check_velocity_fields(case, cx);
     check_carrying_flow(case, cx);
     check_written_frame(case, cx);
+    check_room(case, cx);
     check_floor(case, cx);
 }
 
@@ -52,6 +56,25 @@ fn check_written_frame(case: &Case, cx: &mut Context<'_>) {
             .error_at(cx.places.near("output.frame"), "the way to the laboratory is not known")
             .label("an acceleration of the frame says nothing of where it began, and how fast")
             .help("write the motion as `frame.motion`, or leave out `output.frame`");
+    }
+}
+
+/// Liquid in the open part of the cells is carried, and given to the grains, in one way only.
+fn check_room(case: &Case, cx: &mut Context<'_>) {
+    if case.coupling.room != LiquidRoom::Open || case.solver != Solver::Mics {
+        return;
+    }
+    if case.coupling.exchange == Exchange::Stress {
+        cx.report
+            .error_at(cx.places.near("coupling.room"), "`room = \"open\"` and `exchange = \"stress\"`")
+            .label("grains get what the covered part of their cells gains, which is not the stress integral")
+            .help("choose `exchange = \"exact\"` or \"surface\", or `room = \"whole\"`");
+    }
+    if case.fluid.convection == Convection::VelocityForm {
+        cx.report
+            .error_at(cx.places.near("coupling.room"), "`room = \"open\"` and `convection = \"velocity_form\"`")
+            .label("the open part is given momentum with the mass that crosses faces, which this form does not carry")
+            .help("choose `fluid.convection = \"consistent\"`, or `room = \"whole\"`");
     }
 }
 

@@ -1,5 +1,6 @@
 //! What has to fit together in a case of moving particles, and what such a case cannot have.
 
+use sazanami_mps::scheme::{CONJUGATE_RADIUS, Projection};
 use sazanami_numerics::Real;
 
 use crate::case::Case;
@@ -51,6 +52,7 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
     check_light_grains(case, cx);
     warn_of_glued_beds(case, cx);
     check_smoothing(case, cx);
+    check_conjugate(case, cx, particles);
     check_lattice(case, cx, particles);
     if let Some(TankMotion::File { curve, .. }) = case.frame.as_ref().and_then(|frame| frame.motion.as_ref())
         && curve.range()[1] < case.run.until * (1.0 - 1e-9)
@@ -134,6 +136,27 @@ fn check_spheres(case: &Case, cx: &mut Context<'_>) {
                 ))
                 .help("make the tank wider or the grains smaller");
         }
+    }
+}
+
+/// The conjugate projection has a least radius and no grains.
+fn check_conjugate(case: &Case, cx: &mut Context<'_>, particles: &Particles) {
+    if particles.projection != Projection::Conjugate {
+        return;
+    }
+    if particles.radius < CONJUGATE_RADIUS {
+        let span = cx.places.of("particles.radius");
+        cx.report
+            .error_at(span, format!("`radius` is below {CONJUGATE_RADIUS}, the least of `projection = \"conjugate\"`"))
+            .label(format!("with {} water on a lattice does not stay at rest", particles.radius))
+            .help(format!("write `radius = {CONJUGATE_RADIUS}`, or leave out `projection`"));
+    }
+    if !case.grains.is_empty() {
+        let span = cx.places.at("particles.projection");
+        cx.report
+            .error(span, "`projection = \"conjugate\"` knows no grains")
+            .label("its sums have no void fraction yet")
+            .help("leave out `projection`, or the grains");
     }
 }
 

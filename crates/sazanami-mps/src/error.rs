@@ -76,4 +76,16 @@ pub enum SetupError {
         /// Radius over the spacing.
         radius: Real,
     },
+    /// The radius of influence is too small for the conjugate scheme.
+    #[error(
+        "a radius of influence of {radius} particle spacings is below {}, the least of the conjugate scheme",
+        crate::scheme::CONJUGATE_RADIUS
+    )]
+    ConjugateRadius {
+        /// Radius over the spacing.
+        radius: Real,
+    },
+    /// The conjugate scheme has no grains.
+    #[error("the conjugate scheme knows no grains")]
+    ConjugateGrains,
 }

@@ -82,7 +82,7 @@ pub(crate) fn set_roles(
 }
 
 /// Brings the role numbers of ghosts up to date, and all roles with them.
-fn share(domain: &Domain, ghosts: &mut Ghosts, numbers: &mut [u8], role: &mut [Role]) {
+pub(crate) fn share(domain: &Domain, ghosts: &mut Ghosts, numbers: &mut [u8], role: &mut [Role]) {
     ghosts.refresh(domain, numbers);
     let numbers = &*numbers;
     for_each_chunk(role, ROWS, |number, role| {

@@ -18,6 +18,7 @@
 mod arrangement;
 pub mod boundary;
 mod coarse;
+mod conjugate;
 mod context;
 mod error;
 pub mod filling;

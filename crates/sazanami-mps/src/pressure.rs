@@ -18,7 +18,7 @@ use crate::matrix::{Block, Layout, Row};
 use crate::neighbours::ROWS;
 use crate::number_density::Prediction;
 use crate::particles::{Kind, Particles, Role};
-use crate::pressure_system::{ParticleSystem, evaluate};
+use crate::pressure_system::{Compact, ParticleSystem, Product, subtract_from_right};
 use crate::reductions::sum_of;
 pub use crate::settings::Tolerance;
 
@@ -242,12 +242,18 @@ impl PressureEquation {
         // Converts a residual into a volume strain in the step.
         let strain = step.dt * step.dt / step.settings.fluid.density;
         let [cut, limited] = step.domain.sum(self.limited());
-        let solved = self.solve_for(&layout, ghosts, pressure, strain, &step.settings.tolerance)?;
+        let solved = self.solve_with(&mut Compact, &layout, ghosts, pressure, strain, &step.settings.tolerance)?;
         Ok(PressureReport { cut_coefficients: cut as usize, limited_rows: limited as usize, ..solved })
     }
 
-    fn solve_for(
+    /// Solves with a `matrix`, of which the rows hold the preconditioner; `strain` converts a residual into a volume strain
+    /// in the step.
+    ///
+    /// # Errors
+    /// [`PressureError`] if the residual does not fall below the tolerance.
+    pub fn solve_with<P: Product>(
         &mut self,
+        matrix: &mut P,
         layout: &Layout<'_>,
         ghosts: &mut Ghosts,
         pressure: &mut [Real],
@@ -272,15 +278,17 @@ impl PressureEquation {
         direction.clear();
         direction.resize(roles.len().max(padded), 0.0);
 
-        let singular = given == 0.0;
+        let singular = given == 0.0 && P::UP_TO_CONSTANT;
         if singular {
             report.removed_mean = remove_mean(layout, rows, unknowns) * strain;
         }
         let Tolerance { strain: tolerance, most_iterations } = *tolerance;
         // In double precision the recursive residual is as good as the true one until it has converged.
         let control = Control { tolerance, most_iterations, margin: 1.0, trusted_fall: 0.0, most_stalls: usize::MAX };
-        let size = evaluate(layout, blocks, rows, pressure, residual);
+        matrix.multiply(layout, ghosts, (blocks, rows), pressure, residual);
+        let size = subtract_from_right(layout, rows, residual);
         let mut system = ParticleSystem {
+            matrix,
             layout,
             ghosts: &mut *ghosts,
             blocks,

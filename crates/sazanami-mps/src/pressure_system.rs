@@ -11,8 +11,28 @@ use crate::neighbours::ROWS;
 use crate::particles::Role;
 use crate::reductions::sum_of;
 
+/// A product with the matrix of the equation.
+pub(crate) trait Product {
+    /// Whether pressures are determined up to a constant where none is prescribed.
+    const UP_TO_CONSTANT: bool;
+
+    /// `q = A d`, with `d` zero outside and up to date at ghosts.
+    fn multiply(
+        &mut self,
+        layout: &Layout<'_>,
+        ghosts: &mut Ghosts,
+        matrix: (&mut [Block], &[Row]),
+        d: &[Real],
+        q: &mut [Real],
+    );
+}
+
+/// The matrix whose coefficients are stored.
+pub(crate) struct Compact;
+
 /// The system of a step as conjugate gradients solve it; residuals are measured as volume strains in the step.
-pub(crate) struct ParticleSystem<'a> {
+pub(crate) struct ParticleSystem<'a, P> {
+    pub matrix: &'a mut P,
     pub layout: &'a Layout<'a>,
     pub ghosts: &'a mut Ghosts,
     pub blocks: &'a mut [Block],
@@ -31,16 +51,18 @@ pub(crate) struct ParticleSystem<'a> {
     pub before: Option<Real>,
 }
 
-impl System for ParticleSystem<'_> {
+impl<P: Product> System for ParticleSystem<'_, P> {
     fn evaluate(&mut self) -> Real {
-        let Self { layout, ghosts, blocks, rows, pressure, residual, .. } = self;
+        let Self { matrix, layout, ghosts, blocks, rows, pressure, residual, .. } = self;
         ghosts.refresh(layout.domain, pressure);
         self.before = None;
-        layout.domain.max(evaluate(layout, blocks, rows, pressure, residual)) * self.strain
+        matrix.multiply(layout, ghosts, (blocks, rows), pressure, residual);
+        layout.domain.max(subtract_from_right(layout, rows, residual)) * self.strain
     }
 
     fn advance(&mut self, _last: bool) -> Result<Real, Real> {
-        let Self { layout, ghosts, blocks, rows, coarse, pressure, residual, step, direction, product, .. } = self;
+        let Self { matrix, layout, ghosts, blocks, rows, coarse, pressure, residual, step, direction, product, .. } =
+            self;
         let Layout { domain, roles, owned, .. } = **layout;
         let padded = blocks.len() * ROWS;
         // z = M^-1 r
@@ -58,7 +80,7 @@ impl System for ParticleSystem<'_> {
         // Entries behind the own particles are ghosts, also those that pad the last block.
         direction[owned..padded.min(roles.len())].fill(0.0);
         ghosts.refresh(domain, &mut direction[..roles.len()]);
-        multiply(layout, blocks, rows, direction, product);
+        matrix.multiply(layout, ghosts, (blocks, rows), direction, product);
         let [curvature] = domain.sum(sum_of(padded, |a| if a < owned { [direction[a] * product[a]] } else { [0.0] }));
         if !(descent.is_finite() && curvature.is_finite()) {
             return Err(Real::NAN);
@@ -81,9 +103,8 @@ impl System for ParticleSystem<'_> {
     }
 }
 
-/// `r = b + sum c (p_j - p_i)`, with `p` zero outside; returns the largest.
-pub(crate) fn evaluate(layout: &Layout<'_>, blocks: &mut [Block], rows: &[Row], p: &[Real], r: &mut [Real]) -> Real {
-    multiply(layout, blocks, rows, p, r);
+/// `r = b - A p` from the product `A p` in `r`; returns the largest.
+pub(crate) fn subtract_from_right(layout: &Layout<'_>, rows: &[Row], r: &mut [Real]) -> Real {
     let owned = layout.owned;
     for_each_chunk(&mut *r, ROWS, |number, r| {
         for (n, r) in r.iter_mut().enumerate() {
@@ -94,7 +115,7 @@ pub(crate) fn evaluate(layout: &Layout<'_>, blocks: &mut [Block], rows: &[Row], 
         }
     });
     let r = &*r;
-    max_over(blocks.len(), |n| r[n * ROWS..(n + 1) * ROWS].iter().fold(0.0, |m: Real, r| larger(m, r.abs())))
+    max_over(r.len() / ROWS, |n| r[n * ROWS..(n + 1) * ROWS].iter().fold(0.0, |m: Real, r| larger(m, r.abs())))
 }
 
 /// The larger of two numbers; NaN if `b` is NaN.
@@ -102,19 +123,29 @@ fn larger(a: Real, b: Real) -> Real {
     if b.is_nan() || a < b { b } else { a }
 }
 
-/// `q = A d`, with `d` zero outside.
-fn multiply(layout: &Layout<'_>, blocks: &mut [Block], rows: &[Row], d: &[Real], q: &mut [Real]) {
-    let owned = layout.owned;
-    for_each_chunk((blocks, Rows { data: q, width: ROWS }), 1, |number, (block, q)| {
-        for (row, q) in q.data.iter_mut().enumerate() {
-            let a = number * ROWS + row;
-            *q = 0.0;
-            if a < owned && rows[a].diagonal > 0.0 {
-                let (columns, coefficients) = block[0].row(row);
-                *q = rows[a].diagonal * d[a] - gathered(columns, coefficients, d);
+impl Product for Compact {
+    const UP_TO_CONSTANT: bool = true;
+
+    fn multiply(
+        &mut self,
+        layout: &Layout<'_>,
+        _: &mut Ghosts,
+        (blocks, rows): (&mut [Block], &[Row]),
+        d: &[Real],
+        q: &mut [Real],
+    ) {
+        let owned = layout.owned;
+        for_each_chunk((blocks, Rows { data: q, width: ROWS }), 1, |number, (block, q)| {
+            for (row, q) in q.data.iter_mut().enumerate() {
+                let a = number * ROWS + row;
+                *q = 0.0;
+                if a < owned && rows[a].diagonal > 0.0 {
+                    let (columns, coefficients) = block[0].row(row);
+                    *q = rows[a].diagonal * d[a] - gathered(columns, coefficients, d);
+                }
             }
-        }
-    });
+        });
+    }
 }
 
 /// `sum c_b d_b`, in four partial sums.

@@ -25,6 +25,18 @@ pub enum Phase {
     Coupling,
 }
 
+/// Energy that parts of a step of the conjugate projection add to the fluid \[J]; that of its damping is
+/// [`StepReport::stabilisation_work`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct EnergyChanges {
+    /// Kinetic energy relative to the walls by the pressure, never positive up to its residual.
+    pub projection: Real,
+    /// Kinetic energy by the relaxation of the number density.
+    pub relaxation: Real,
+    /// Potential energy by shifting.
+    pub shifting: Real,
+}
+
 /// Report of a step, over all ranks.
 #[derive(Clone, Debug, Default)]
 pub struct StepReport {
@@ -64,6 +76,8 @@ pub struct StepReport {
     pub coupling: CouplingReport,
     /// External impulses on the fluid.
     pub impulses: FluidImpulses,
+    /// Energy added by the conjugate projection; zero with the other one.
+    pub energy: EnergyChanges,
 }
 
 impl StepReport {

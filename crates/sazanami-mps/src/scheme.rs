@@ -6,6 +6,19 @@ use sazanami_numerics::choices;
 use crate::weight::{Calibration, LaplacianForm, Weight, Wendland};
 
 choices! {
+    /// How velocities are made free of divergence.
+    #[derive(Default)]
+    pub enum Projection {
+        /// Enhanced MPS: a Laplacian with a source, pressure zero at the particles found at the surface, a corrected gradient.
+        #[default]
+        Enhanced = "enhanced",
+        /// The pressure force is the negative transpose of the divergence: it keeps momentum and never adds kinetic energy;
+        /// pressure zero lies beyond the outermost particles by itself (`docs/decisions/0018-scheme-of-moving-particles.md`).
+        Conjugate = "conjugate",
+    }
+}
+
+choices! {
     /// Source of the pressure equation.
     #[derive(Default)]
     pub enum SourceForm {
@@ -86,9 +99,16 @@ impl Default for Stabilisation {
     }
 }
 
+/// Least radius of influence of [`Projection::Conjugate`] over the particle spacing: with less still water of a lattice
+/// does not stay at rest.
+pub const CONJUGATE_RADIUS: Real = 2.6;
+
 /// The enhancements in use and their parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scheme {
+    /// How velocities are made free of divergence. [`Projection::Conjugate`] uses `weight`, `radius`, `laplacian` (of the
+    /// velocity) and `relaxation` alone.
+    pub projection: Projection,
     /// Family of the weight function.
     pub weight: Wendland,
     /// Radius of influence r_e over the particle spacing, 2.1 to 3.6.
@@ -122,6 +142,7 @@ pub struct Scheme {
 impl Default for Scheme {
     fn default() -> Self {
         Self {
+            projection: Projection::Enhanced,
             weight: Wendland::C2,
             radius: 3.1,
             source: SourceForm::HigherOrder,

@@ -1,5 +1,6 @@
 //! Fluid, walls and grains on one rank, and one step of all.
 
+mod conjugate;
 mod setup;
 
 use sazanami_dem::Engine;
@@ -15,8 +16,8 @@ use crate::grains::{DragExchange, GrainPhase};
 use crate::number_density::{self, NumberDensity, PredictedPairs, Prediction, Sample};
 use crate::particles::{Kind, Particles, Role};
 use crate::pressure::PressureEquation;
-pub use crate::report::{Phase, StepReport};
-use crate::scheme::{Fluid, Kernel, ShiftingForm};
+pub use crate::report::{EnergyChanges, Phase, StepReport};
+use crate::scheme::{Fluid, Kernel, Projection, Scheme, ShiftingForm};
 pub use crate::settings::{Forcing, Settings};
 use crate::shifting_by_strain::Shifter;
 use crate::source::{self, SourceTerms};
@@ -70,6 +71,7 @@ pub struct Solver {
     equation: PressureEquation,
     pub(crate) grains: GrainPhase,
     columns: Columns,
+    conjugate: crate::conjugate::Columns,
 }
 
 /// Initial state of a fluid particle.
@@ -86,7 +88,8 @@ impl Solver {
     /// not periodic.
     #[must_use]
     pub fn reduced_force(&self, body_force: Vector) -> Vector {
-        if !self.settings.scheme.reduced_pressure {
+        let Scheme { projection, reduced_pressure, .. } = self.settings.scheme;
+        if projection == Projection::Conjugate || !reduced_pressure {
             return Vector::ZERO;
         }
         Vector::select(self.periods.length.cmpgt(Vector::ZERO), Vector::ZERO, body_force)
@@ -110,6 +113,9 @@ impl Solver {
     /// # Errors
     /// [`StepError`] names what failed and where; the state is then not usable.
     pub fn step(&mut self, dt: Real, forcing: &Forcing, mut watch: impl FnMut(Phase)) -> Result<StepReport, StepError> {
+        if self.settings.scheme.projection == Projection::Conjugate {
+            return self.step_conjugate(dt, forcing, watch);
+        }
         let reduced_force = self.reduced_force(forcing.body_force);
         let Self { domain, periods, settings, kernel, tank, particles, walls, near, equation, grains, columns, .. } =
             self;

@@ -49,17 +49,22 @@ impl Support {
 /// The direction is that of their mean, with weights `1 - (r/2.1 l0)^2`: of small radii the weight of the scheme lets the
 /// nearest neighbours alone decide, and a quarter of a disordered top layer is missed.
 pub(crate) fn cone_is_empty(spacing: Real, apart: impl Iterator<Item = Vector> + Clone) -> bool {
-    let square = (CLOSE_RADIUS * spacing).powi(2);
-    let towards = apart.clone().fold(Vector::ZERO, |sum, d| {
-        let r2 = d.length_squared();
-        sum + ((1.0 - r2 / square).max(0.0) / r2.sqrt().max(COINCIDENT)) * d
-    });
+    let towards = towards(spacing, apart.clone());
     let half = 0.5 * towards.length_squared();
     let mut apart = apart;
     !apart.any(|d| {
         let along = d.dot(towards);
         // cos^2 of the angle to the outward direction above 1/2.
         along < 0.0 && along * along > half * d.length_squared()
+    })
+}
+
+/// Mean direction to the neighbours at the distance vectors `apart` \[m], with the weights of the cone.
+pub(crate) fn towards(spacing: Real, apart: impl Iterator<Item = Vector>) -> Vector {
+    let square = (CLOSE_RADIUS * spacing).powi(2);
+    apart.fold(Vector::ZERO, |sum, d| {
+        let r2 = d.length_squared();
+        sum + ((1.0 - r2 / square).max(0.0) / r2.sqrt().max(COINCIDENT)) * d
     })
 }
 

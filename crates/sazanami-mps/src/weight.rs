@@ -140,6 +140,8 @@ pub struct Calibration {
     pub others: Real,
     /// First-moment sum N1 = sum (-w') r / 3: converts a change of the number density into a volume strain.
     pub strain: Real,
+    /// Sum of `-w'/r` over N1: the diagonal of a compact Laplacian with full support [1/m^2].
+    pub support: Real,
     /// Second-moment sum N2 = sum f r^2 / 6 of the Laplacian in use.
     pub laplacian: Real,
     /// Number density of the top layer under a flat surface over n0.
@@ -178,6 +180,7 @@ impl Calibration {
                     sums[0] += w;
                     sums[1] -= weight.slope(r) * r / 3.0;
                     sums[2] += form.coefficient(weight, r).0 * r * r / 6.0;
+                    sums[3] -= weight.slope_over_distance(r);
                     if k == 1 {
                         next -= weight.slope_over_distance(r) * spacing * spacing;
                     }
@@ -196,6 +199,7 @@ impl Calibration {
             number_density,
             others: sums[0],
             strain: sums[1],
+            support: sums[3] / sums[1],
             laplacian: sums[2],
             top_layer: layers[0] / number_density,
             second_layer: layers[1] / number_density,

@@ -45,6 +45,12 @@ impl ColourScale {
         Self { label: "grain speed [m/s]".to_owned(), range: [0.0, fastest], map: ColourMap::Sand }
     }
 
+    /// Grains by height between those of the first and the last colour \[m].
+    #[must_use]
+    pub fn height(range: [f64; 2]) -> Self {
+        Self { label: "height x₃ [mm]".to_owned(), range: range.map(|height| 1e3 * height), map: ColourMap::Viridis }
+    }
+
     /// A quantity of either sign, zero in the middle, up to `largest` to either side.
     #[must_use]
     pub fn symmetric(label: &str, largest: f64) -> Self {

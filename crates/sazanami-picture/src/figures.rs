@@ -3,6 +3,8 @@
 use sazanami::artist::{Curve, ErosionPoint};
 
 use super::chart::{Dash, LinePlot, Mark, Trace};
+use super::colour::LINES;
+use super::{Picture, PictureError, sheet};
 
 /// Marks that tell traces apart.
 const MARKS: [Mark; 5] = [Mark::Disc, Mark::Square, Mark::Triangle, Mark::Diamond, Mark::Ring];
@@ -55,17 +57,62 @@ pub fn erosion_against_momentum(title: &str, groups: &[(String, Vec<ErosionPoint
     plot
 }
 
+/// A part of a momentum budget that is nowhere larger than this part of the largest one has no place beside it.
+const SMALL: f64 = 0.02;
+
 /// Parts of the momentum budget [N s] against time \[s]; `axis` names the direction, as in `x₃`. A part called
-/// `residual` is drawn in dashes.
-#[must_use]
-pub fn momentum_budget(title: &str, axis: &str, times: &[f64], parts: &[(&str, Vec<f64>)]) -> LinePlot {
-    let mut plot = LinePlot::new(title, "t [ms]", &format!("momentum along {axis} [N s]"));
-    // A part that is zero throughout is in the legend only as the residual: that it is zero is what it is for.
-    let is_shown =
-        |label: &str, values: &[f64]| label == "residual" || values.iter().any(|v| v.is_finite() && *v != 0.0);
-    for (label, values) in parts.iter().filter(|(label, values)| is_shown(label, values)) {
-        let trace = Trace::line(label, times.iter().zip(values).map(|(&t, &value)| [1e3 * t, value]));
-        plot = plot.with(if *label == "residual" { trace.dashed(Dash::Dashed) } else { trace });
+/// `residual` is drawn in dashes. Parts too small to be told from zero beside the largest one are drawn below it, on an axis
+/// of their own.
+///
+/// # Errors
+/// As [`LinePlot::draw`].
+pub fn momentum_budget(
+    title: &str,
+    axis: &str,
+    times: &[f64],
+    parts: &[(&str, Vec<f64>)],
+) -> Result<Picture, PictureError> {
+    let largest_of =
+        |values: &[f64]| values.iter().filter(|v| v.is_finite()).fold(0.0_f64, |most, v| most.max(v.abs()));
+    let largest = parts.iter().map(|part| largest_of(&part.1)).fold(0.0, f64::max);
+    let mut plots = [true, false].map(|is_large| {
+        let label = format!("momentum along {axis} [N s]");
+        let title = if is_large { title.to_owned() } else { format!("parts below {} % of the largest", 100.0 * SMALL) };
+        LinePlot { size: [1000, if is_large { 560 } else { 400 }], ..LinePlot::new(&title, "t [ms]", &label) }
+    });
+    for (number, (label, values)) in parts.iter().enumerate() {
+        let most = largest_of(values);
+        // A part that is zero throughout is in the legend only as the residual: that it is zero is what it is for.
+        if *label != "residual" && most == 0.0 {
+            continue;
+        }
+        let points = times.iter().zip(values).map(|(&t, &value)| [1e3 * t, value]);
+        let trace = match *label {
+            "residual" => Trace::line(&format!("residual, at most {most:.0e}"), points).dashed(Dash::Dashed),
+            label => Trace::line(label, points),
+        };
+        plots[usize::from(most <= SMALL * largest)].traces.push(trace.coloured(LINES[number % LINES.len()]));
     }
-    plot
+    let shown = plots.iter().filter(|plot| !plot.traces.is_empty());
+    let rows = shown.map(|plot| Ok(vec![plot.draw()?])).collect::<Result<Vec<_>, PictureError>>()?;
+    Ok(sheet("", &rows))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_that_would_lie_on_zero_have_an_axis_of_their_own() {
+        let times = [0.0, 1.0];
+        let height = |parts: &[(&str, Vec<f64>)]| momentum_budget("", "x₃", &times, parts).unwrap().height();
+        let (large, half) = (("liquid", vec![-1e-3, 0.0]), ("grains", vec![0.0, 5e-4]));
+        let (small, residual) = (("gas", vec![0.0, 1e-6]), ("residual", vec![0.0, 1e-15]));
+        assert_eq!(height(&[large.clone(), half.clone()]), 560);
+        for small in [small, residual] {
+            assert_eq!(height(&[large.clone(), half.clone(), small]), 560 + 400);
+        }
+        // A part that is zero throughout is not drawn at all.
+        assert_eq!(height(&[large, ("walls", vec![0.0; 2])]), 560);
+    }
 }

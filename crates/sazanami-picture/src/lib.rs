@@ -7,6 +7,7 @@ mod axes;
 mod canvas;
 mod chart;
 mod colour;
+mod crater;
 mod figures;
 mod isosurface;
 mod painter;

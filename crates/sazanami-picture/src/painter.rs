@@ -1,10 +1,13 @@
 //! The pictures of runs and of their evaluation.
 
+use std::borrow::Cow;
 use std::path::Path;
 
 use sazanami::artist::{Artist, Colouring, Figure, NotDrawn, Scene, SideView};
 use sazanami_io::{Bodies, BodyPose, BodySurface};
+use sazanami_numerics::geometry::{ContactSphereRule, Exact, Shape, SpheroidMesh, VolumeRule};
 
+use super::crater::volume_words;
 use super::{
     ColourScale, Isosurface, LayerFigure, Picture, PictureError, ProfileFigure, SectionView, SlabPanel, SlabView,
     Still, VectorWindow, Viewpoint, bed_profiles, crater_history, erosion_against_momentum, momentum_budget,
@@ -13,7 +16,7 @@ use super::{
 
 /// Part of a cell that is liquid outside grains on the surface that is drawn: thin sheets stay visible.
 const SURFACE: f64 = 0.3;
-/// Width of the panels of a tank \[pixels].
+/// Width of the panels of a tank, and of a view \[pixels].
 const WIDTH: usize = 1100;
 
 /// The artist of this crate.
@@ -37,7 +40,7 @@ fn picture_of(figure: &Figure) -> Result<Picture, PictureError> {
         Figure::Crater { title, times, depths_and_radii: [depths, radii] } => {
             crater_history(title, times, depths, radii).draw()
         }
-        Figure::MomentumBudget { title, times, parts } => momentum_budget(title, "x₃", times, parts).draw(),
+        Figure::MomentumBudget { title, times, parts } => momentum_budget(title, "x₃", times, parts),
         Figure::Erosion { title, groups } => erosion_against_momentum(title, groups).draw(),
         Figure::Layers { title, history, layers, submerged_weight } => {
             let runs = std::slice::from_ref(history);
@@ -47,24 +50,67 @@ fn picture_of(figure: &Figure) -> Result<Picture, PictureError> {
     }
 }
 
-/// Surfaces of the shapes of a scene.
-fn surfaces(scene: &Scene) -> Vec<BodySurface<'_>> {
-    let surfaces = scene.shapes.iter().map(|shape| shape.surface());
+/// Rings and segments of a spheroid as it is drawn: cut through, it is round.
+const SMOOTH: SpheroidMesh = SpheroidMesh { rings: 9, segments: 12 };
+
+/// Shapes as they are drawn: spheroids smooth, if the mesh that the fluid knows them by is coarser; the others by their meshes.
+fn drawn_shapes(scene: &Scene) -> Vec<Shape> {
+    let drawn = scene.shapes.iter().map(|shape| match shape.exact() {
+        Some(Exact::Spheroid(exact)) if exact.equatorial != exact.axial => {
+            let spheres = ContactSphereRule::Axis { count: 1 };
+            Shape::spheroid(exact.equatorial, exact.axial, SMOOTH, VolumeRule::Inscribed, &spheres)
+                .ok()
+                .filter(|smooth| smooth.surface().triangles.len() > shape.surface().triangles.len())
+                .unwrap_or_else(|| shape.clone())
+        }
+        _ => shape.clone(),
+    });
+    drawn.collect()
+}
+
+/// Surfaces of shapes.
+fn surfaces(shapes: &[Shape]) -> Vec<BodySurface<'_>> {
+    let surfaces = shapes.iter().map(|shape| shape.surface());
     surfaces.map(|surface| BodySurface { nodes: &surface.nodes, triangles: &surface.triangles }).collect()
+}
+
+/// Values that colour bodies, and their scale.
+fn coloured(colouring: &Colouring) -> (Cow<'_, [f64]>, ColourScale) {
+    match colouring {
+        Colouring::Speed(values, fastest) => (values.into(), ColourScale::speed(*fastest)),
+        Colouring::Height(heights, range) => {
+            (heights.iter().map(|height| 1e3 * height).collect(), ColourScale::height(*range))
+        }
+        Colouring::Signed(values, label, largest) => (values.into(), ColourScale::symmetric(label, *largest)),
+    }
+}
+
+/// Title of a scene, with the volume of its crater if there is one.
+fn title(scene: &Scene) -> String {
+    let crater = scene.surface.as_ref().and_then(|surface| surface.crater.as_ref());
+    let volume = crater.map_or_else(String::new, |crater| format!(", {}", volume_words(crater)));
+    format!("{}{volume}", scene.title)
 }
 
 /// Section through the liquid, with the grains or without.
 fn section(scene: &Scene, with_grains: bool) -> Result<Picture, PictureError> {
-    let surfaces = surfaces(scene);
+    let shapes = drawn_shapes(scene);
+    let surfaces = surfaces(&shapes);
     let bodies = Bodies { surfaces: &surfaces, poses: &scene.poses };
-    let scale = ColourScale::speed(scene.fastest);
+    let (values, scale) = coloured(&scene.colouring);
     let plane = plane(scene, &bodies);
-    let title = format!("{}, section at x₂ = {:.3} mm", scene.title, 1e3 * plane);
-    let title = if plane == scene.plane { &scene.title } else { &title };
+    let mut title = title(scene);
+    if plane != scene.plane {
+        title += &format!(", section at x₂ = {:.3} mm", 1e3 * plane);
+    }
     let cells = section_of_cells(&scene.grid, &scene.liquid, plane);
-    let liquid = SectionView::new(&scene.grid, plane, title, &cells, &scale);
-    let liquid = SectionView { top: top(scene, &bodies), ..liquid };
-    if with_grains { liquid.with_grains(bodies, &scene.speeds).draw() } else { liquid.draw() }
+    let liquid = SectionView::new(&scene.grid, plane, &title, &cells, &scale);
+    let liquid = SectionView { top: scene.top, ..liquid };
+    if with_grains {
+        SectionView { surface: scene.surface.as_ref(), ..liquid }.with_grains(bodies, &values).draw()
+    } else {
+        liquid.draw()
+    }
 }
 
 /// Place of the section: that of the scene or, if it meets no grain, the centre of the nearest one \[m].
@@ -76,39 +122,26 @@ fn plane(scene: &Scene, bodies: &Bodies) -> f64 {
 
 /// Grains and liquid in perspective, cut open.
 fn view(scene: &Scene) -> Result<Picture, PictureError> {
-    let surfaces = surfaces(scene);
-    let scale = ColourScale::speed(scene.fastest);
+    let shapes = drawn_shapes(scene);
+    let surfaces = surfaces(&shapes);
+    let (values, scale) = coloured(&scene.colouring);
     let any_liquid = scene.liquid.iter().any(|&c| c > SURFACE);
     let liquid = any_liquid.then(|| Isosurface::new(&scene.grid, &scene.liquid, SURFACE, 1)).transpose()?;
     let bodies = Bodies { surfaces: &surfaces, poses: &scene.poses };
+    let title = title(scene);
     let still = Still {
-        viewpoint: Viewpoint { azimuth: -75.0, elevation: 20.0 },
-        top: top(scene, &bodies),
+        viewpoint: Viewpoint { azimuth: -75.0, elevation: 28.0 },
+        top: scene.top,
         cut_open: true,
         liquid: liquid.as_ref(),
-        ..Still::new(&scene.grid, &scene.title, bodies, &scene.speeds, &scale)
+        ..Still::new(&scene.grid, &title, bodies, &values, &scale)
     };
-    still.draw()
-}
-
-/// Upper edge of the pictures of a scene: above all grains and liquid, in steps of a tenth of the box so that it seldom
-/// moves from one time to the next \[m].
-fn top(scene: &Scene, bodies: &Bodies) -> f64 {
-    let tops = bodies.poses.iter().zip(bodies.outer_radii()).map(|(pose, radius)| pose.position.z + radius);
-    let [n1, n2, _] = scene.grid.cells;
-    let layer = scene.liquid.iter().rposition(|&c| c > SURFACE).map_or(0, |cell| cell / (n1 * n2) + 1);
-    let (lower, upper) = (scene.grid.lower.z, scene.grid.upper().z);
-    let highest = tops.fold(lower + layer as f64 * scene.grid.spacing.z, f64::max);
-    let tenths = (10.0 * (highest - lower) / (upper - lower) + 0.3).ceil().clamp(1.0, 10.0);
-    lower + 0.1 * tenths * (upper - lower)
+    still.fitted(WIDTH).draw()
 }
 
 /// A tank from the side.
 fn tank(side: &SideView) -> Result<Picture, PictureError> {
-    let scaled = side.panels.iter().map(|panel| match panel {
-        Colouring::Speed(values, fastest) => (values, ColourScale::speed(*fastest)),
-        Colouring::Signed(values, label, largest) => (values, ColourScale::symmetric(label, *largest)),
-    });
+    let scaled = side.panels.iter().map(coloured);
     let scaled: Vec<_> = scaled.collect();
     let panels: Vec<SlabPanel> = scaled.iter().map(|(values, scale)| SlabPanel { values, scale }).collect();
     let window = VectorWindow { x: side.window, z: side.z, vectors: &side.arrows, reference: side.reference };

@@ -8,7 +8,8 @@ use super::canvas::{Anchor, Canvas, Font, Pen, Rectangle};
 use super::colour::{BLACK, BLUE, Light, mix, to_colour, to_light};
 use super::raster::{EMPTY, INSIDE, Layer, Place, SAMPLES, is_front, reduce};
 use super::scene::{Drawn, Scene, daylight};
-use super::{ColourScale, Isosurface, Picture, PictureError, check_length};
+use super::{ColourScale, Isosurface, Picture, PictureError, check_length, crater};
+use sazanami::artist::BedSurface;
 use sazanami_io::Bodies;
 
 /// How the liquid of a section is drawn.
@@ -46,6 +47,8 @@ pub struct SectionView<'a> {
     pub values: &'a [f64],
     /// Colours of the values; a bar beside the picture explains them if there are grains.
     pub scale: &'a ColourScale,
+    /// Surface of the bed and crater, drawn over the grains and explained below them.
+    pub surface: Option<&'a BedSurface>,
     /// Whether grains behind the section are drawn too.
     pub behind: bool,
     /// Width of the section in the picture \[pixels].
@@ -94,6 +97,7 @@ impl<'a> SectionView<'a> {
             bodies: Bodies::none(),
             values: &[],
             scale,
+            surface: None,
             behind: true,
             width: 1000,
         }
@@ -116,7 +120,8 @@ impl<'a> SectionView<'a> {
         let height = (self.width as f64 * self.height() / self.grid.extent().x).round() as usize;
         let (left, top) = (96, 56);
         let has_bar = !self.bodies.poses.is_empty();
-        let mut canvas = Canvas::new(left + self.width + if has_bar { 150 } else { 36 }, top + height + 80);
+        let below = 80 + if self.surface.is_some() { crater::legend_height() } else { 0 };
+        let mut canvas = Canvas::new(left + self.width + if has_bar { 150 } else { 36 }, top + height + below);
         canvas.paste(left, top, &self.render(height));
         let area = Rectangle {
             left: left as f64,
@@ -130,8 +135,14 @@ impl<'a> SectionView<'a> {
         canvas.clipped(area, |canvas| {
             self.draw_liquid_line(canvas, &frame);
             self.draw_outlines(canvas, &frame);
+            if let Some(surface) = self.surface {
+                crater::draw(canvas, &frame, surface);
+            }
         });
         frame.draw(&mut canvas);
+        if let Some(surface) = self.surface {
+            crater::draw_legend(&mut canvas, [area.left, area.bottom + 72.0], surface);
+        }
         if has_bar {
             let bar = Rectangle { left: area.right + 28.0, right: area.right + 52.0, ..area };
             draw_colour_bar(&mut canvas, bar, self.scale, SIZE);

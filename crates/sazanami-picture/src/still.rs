@@ -141,6 +141,23 @@ impl<'a> Still<'a> {
         Self { liquid: Some(surface), ..self }
     }
 
+    /// The same as wide as `width` \[pixels] and as high as what is shown needs.
+    #[must_use]
+    pub fn fitted(self, width: usize) -> Self {
+        let [lower, upper] = self.shown();
+        let extent = upper - lower;
+        let [azimuth, elevation] = [self.viewpoint.azimuth, self.viewpoint.elevation].map(f64::to_radians);
+        let [right, up, deep] = [
+            [azimuth.sin().abs(), azimuth.cos().abs(), 0.0],
+            [elevation.sin() * azimuth.cos().abs(), elevation.sin() * azimuth.sin().abs(), elevation.cos()],
+            [elevation.cos() * azimuth.cos().abs(), elevation.cos() * azimuth.sin().abs(), elevation.sin()],
+        ]
+        .map(|direction| extent.dot(Vector::from_array(direction)));
+        // The near side is larger to the eye.
+        let nearer = 1.0 + HALF_VIEW * deep / up.max(right);
+        Self { size: [width, (width as f64 * (up / right * nearer).clamp(0.3, 1.2)).round() as usize], ..self }
+    }
+
     /// Draws the still.
     ///
     /// # Errors
@@ -178,7 +195,7 @@ impl<'a> Still<'a> {
         let font = Font { size: 24.0, colour: BLACK, across: Anchor::Start, down: Anchor::Start, upwards: false };
         canvas.text([26.0, 22.0], self.title, font);
         if self.liquid.is_some() {
-            draw_swatch(&mut canvas, [width as f64 - 8.0, 30.0], BLUE, "liquid", 18.0);
+            draw_swatch(&mut canvas, [width as f64 - 14.0, (ABOVE + height) as f64 - 20.0], BLUE, "liquid", 18.0);
         }
         if self.cut_open {
             let bottom = (ABOVE + height) as f64 - 14.0;

@@ -5,7 +5,8 @@ use std::io::BufReader;
 use std::path::Path;
 
 use sazanami::artist::{
-    Artist as _, Colouring, ErosionPoint, Figure, LayerHistory, RippleHistory, Scene, SideView, Surfaces,
+    Artist as _, BedSurface, Colouring, CraterCap, ErosionPoint, Figure, LayerHistory, RippleHistory, Scene, SideView,
+    Surfaces,
 };
 use sazanami_io::BodyPose;
 use sazanami_numerics::geometry::{ContactSphereRule, Shape, VolumeRule};
@@ -27,12 +28,13 @@ fn scene() -> Scene {
     Scene {
         title: "t = 1 ms".into(),
         grid,
+        top: 0.008,
         plane: 0.004,
-        fastest: 1.0,
+        colouring: Colouring::Speed(vec![0.3], 1.0),
         shapes: [ball].into(),
         poses: vec![pose],
-        speeds: vec![0.3],
         liquid,
+        surface: None,
     }
 }
 
@@ -123,7 +125,7 @@ fn a_grain_that_the_middle_plane_cuts_is_in_the_view_and_one_in_front_of_it_is_n
     let folder = tempfile::tempdir().expect("the picture was written");
     // Without liquid nothing else in the view has the warm colours of a slow grain.
     let drawn = |y: f64| {
-        let mut scene = Scene { liquid: vec![0.0; 512], speeds: vec![0.0], ..scene() };
+        let mut scene = Scene { liquid: vec![0.0; 512], colouring: Colouring::Speed(vec![0.0], 1.0), ..scene() };
         scene.poses[0].position.y = y;
         let path = folder.path().join("view.png");
         Painter.draw(&Figure::View(&scene), &path).expect("the picture was written");
@@ -139,11 +141,51 @@ fn a_grain_that_the_middle_plane_cuts_is_in_the_view_and_one_in_front_of_it_is_n
 }
 
 #[test]
+fn pictures_of_all_times_have_one_frame_and_a_rim_only_with_a_crater() {
+    let folder = tempfile::tempdir().expect("the picture was written");
+    let path = folder.path().join("frame.png");
+    let size = |figure: &Figure| {
+        Painter.draw(figure, &path).expect("the picture was written");
+        let file = BufReader::new(File::open(&path).expect("the picture was written"));
+        png::Decoder::new(file).read_info().expect("the picture was written").info().size()
+    };
+    // The line of the surface, and the marks of the rim, which are black.
+    let black = || count(&path, |pixel| pixel.iter().all(|&c| c < 60));
+    let crater = CraterCap {
+        rim_radius: 2e-3,
+        rim_height: 4e-3,
+        depth: 1e-3,
+        volume: 7e-9,
+        uncertainty: 1e-9,
+        noise: 0.0,
+        rim_at_edge: false,
+    };
+    let surface = BedSurface {
+        axis: 4e-3,
+        before: vec![[1e-3, 4e-3], [3e-3, 4e-3]],
+        now: vec![[1e-3, 3e-3], [2e-3, 4e-3]],
+        crater: None,
+    };
+    let first = Scene { top: 6e-3, surface: Some(surface.clone()), ..scene() };
+    let mut later = Scene { liquid: vec![0.0; 512], ..first.clone() };
+    later.poses[0].position.z = 7e-3;
+    later.surface = Some(BedSurface { crater: Some(crater), ..surface });
+    for figure in [Figure::Liquid, Figure::View, Figure::Section] {
+        assert_eq!(size(&figure(&first)), size(&figure(&later)));
+    }
+    let with_crater = black();
+    size(&Figure::Section(&Scene { surface: first.surface.clone(), ..later.clone() }));
+    assert!(with_crater > black() + 500, "{with_crater} against {}", black());
+    // Another box has another frame: the control.
+    assert_ne!(size(&Figure::Section(&first)), size(&Figure::Section(&Scene { top: 8e-3, ..first.clone() })));
+}
+
+#[test]
 fn a_section_that_meets_no_grain_goes_through_the_nearest_one() {
     let folder = tempfile::tempdir().expect("the picture was written");
     let cut = ColourScale::speed(1.0).colour(1.0);
     let drawn = |y: f64| {
-        let mut scene = Scene { liquid: vec![0.0; 512], speeds: vec![1.0], ..scene() };
+        let mut scene = Scene { liquid: vec![0.0; 512], colouring: Colouring::Speed(vec![1.0], 1.0), ..scene() };
         scene.poses[0].position.y = y;
         let path = folder.path().join("section.png");
         Painter.draw(&Figure::Section(&scene), &path).expect("the picture was written");

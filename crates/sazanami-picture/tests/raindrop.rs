@@ -55,6 +55,7 @@ fn section(scene: &Scene, liquid: &[f64], surface: Option<&Isosurface>, with_gra
         liquid_threshold: 0.01,
         liquid_style: LiquidStyle::Cells,
         liquid_behind: surface,
+        surface: None,
         bodies,
         values: if with_grains { &scene.speeds } else { &[] },
         scale: &ColourScale::speed(1.0),
@@ -216,7 +217,8 @@ fn figures_of_the_raindrop_draw_in_readable_units() {
     let history = crater_history("crater", &times, &[0.0, 2e-3, 2.5e-3], &[0.0, 5e-3, 6e-3]);
     let budget =
         momentum_budget("budget", "x₃", &times, &[("liquid", vec![-8e-4, -1e-4, 0.0]), ("residual", vec![0.0; 3])]);
-    for plot in [plot, volumes, history, budget, erosion_against_momentum("no runs", &[])] {
+    assert!(budget.unwrap().height() > 560, "the residual stands below");
+    for plot in [plot, volumes, history, erosion_against_momentum("no runs", &[])] {
         plot.draw().unwrap();
     }
 }

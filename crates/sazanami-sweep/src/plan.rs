@@ -90,7 +90,8 @@ impl Plan {
     pub(crate) fn trajectories(&self) -> Option<Vec<Vec<f64>>> {
         match self.design {
             Design::Morris { trajectories, levels, seed } => {
-                Some(points::morris(self.keys.len(), trajectories, levels, seed))
+                let places = points::morris(self.keys.len(), trajectories, levels, seed);
+                Some(points::realised(&self.keys, places))
             }
             _ => None,
         }

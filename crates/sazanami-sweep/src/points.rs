@@ -54,7 +54,7 @@ pub fn of(keys: &[Key], design: Design) -> Vec<Vec<Setting>> {
 /// Points of a design by its places in the unit cube.
 fn sampled(keys: &[Key], count: usize, place: impl Fn(usize, usize) -> f64) -> Vec<Vec<Setting>> {
     let value = |key: &Key, part: f64| match &key.choices {
-        Choices::Values(list) => list[((part * list.len() as f64) as usize).min(list.len() - 1)].clone(),
+        Choices::Values(list) => list[entry(list.len(), part)].clone(),
         Choices::Between(between) => between.at(part, DIGITS_OF_SAMPLE),
     };
     (0..count).map(|n| keys.iter().enumerate().map(|(d, key)| value(key, place(n, d))).collect()).collect()
@@ -95,6 +95,22 @@ pub fn morris(keys: usize, trajectories: usize, levels: usize, seed: u64) -> Vec
     places
 }
 
+/// Where the values that keys have at these places of the unit cube really lie: entries of a list and integers are the same over
+/// a part of the way, and then leap.
+pub fn realised(keys: &[Key], places: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+    let part = |(key, part): (&Key, f64)| match &key.choices {
+        Choices::Values(list) => entry(list.len(), part) as f64 / (list.len() - 1).max(1) as f64,
+        Choices::Between(between) if between.is_integer => between.part_of_integer(part),
+        Choices::Between(_) => part,
+    };
+    places.into_iter().map(|place| keys.iter().zip(place).map(part).collect()).collect()
+}
+
+/// Entry of a list of `count` at a part of the way through it.
+fn entry(count: usize, part: f64) -> usize {
+    ((part * count as f64) as usize).min(count - 1)
+}
+
 /// All values of a key.
 fn all(choices: &Choices) -> Vec<Setting> {
     match choices {
@@ -109,9 +125,19 @@ fn all(choices: &Choices) -> Vec<Setting> {
 impl Between {
     /// The value at a part of the way from the lower end to the upper one.
     pub fn at(&self, part: f64, digits: usize) -> Setting {
+        self.setting(self.between(part), digits)
+    }
+
+    /// The number at a part of the way.
+    fn between(&self, part: f64) -> f64 {
         let [a, b] = self.ends;
-        let value = if self.is_logarithmic { a * (b / a).powf(part) } else { a + part * (b - a) };
-        self.setting(value, digits)
+        if self.is_logarithmic { a * (b / a).powf(part) } else { a + part * (b - a) }
+    }
+
+    /// Part of the way at which the integer next to the number at `part` lies.
+    fn part_of_integer(&self, part: f64) -> f64 {
+        let ([a, b], value) = (self.ends, self.between(part).round());
+        if self.is_logarithmic { (value / a).ln() / (b / a).ln() } else { (value - a) / (b - a) }
     }
 
     /// A value of the range, written with its unit.

@@ -106,9 +106,19 @@ pub fn rows(keys: &[&str], places: &[Vec<f64>], states: &[Progressed]) -> Vec<Ve
     rows
 }
 
-/// Writes the table into `folder`.
-pub fn write(folder: &Path, rows: &[Vec<String>]) -> std::io::Result<()> {
-    replace_file(&folder.join(SENSITIVITY), |file| file.write_all(table::csv(rows).as_bytes()))
+/// Writes the table into `folder`; without a row below the heading there is none, nor one of an earlier time.
+///
+/// Returns whether there is one.
+pub fn write(folder: &Path, rows: &[Vec<String>]) -> std::io::Result<bool> {
+    let path = folder.join(SENSITIVITY);
+    if rows.len() > 1 {
+        replace_file(&path, |file| file.write_all(table::csv(rows).as_bytes()))?;
+        return Ok(true);
+    }
+    match std::fs::remove_file(path) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(error),
+        _ => Ok(false),
+    }
 }
 
 #[cfg(test)]
@@ -149,6 +159,36 @@ mod tests {
             assert!((indices.mu - 0.5).abs() < 0.02, "{found:?}");
             assert!((indices.sigma.unwrap() - (5.0_f64 / 36.0).sqrt()).abs() < 0.01, "{found:?}");
         }
+    }
+
+    #[test]
+    fn keys_that_leap_have_the_effect_of_the_step_that_they_made() {
+        let text = "case = \"a.toml\"\npoints = { morris = { trajectories = 12, seed = 1 } }\n[keys]\n\"a\" = [1, 3]\n\
+                    \"b\" = { from = 1, to = 3, integers = true }\n\"c\" = [1, 2, 3]\n";
+        let plan = crate::Plan::parse(Path::new("plan.toml"), text).unwrap();
+        let number = |text: &str| text.parse::<f64>().unwrap();
+        let values: Vec<Option<f64>> =
+            plan.points().iter().map(|point| Some(point.iter().map(|key| number(&key.value)).sum())).collect();
+        // Each goes from 1 to 3, and a finding that is their sum changes by 2 over the range of each.
+        for found in indices(&plan.trajectories().unwrap(), &values, 3, 1) {
+            let Indices { mu_star, mu, sigma, .. } = found.unwrap();
+            assert!((mu_star - 2.0).abs() < 1e-12 && (mu - 2.0).abs() < 1e-12 && sigma.unwrap() < 1e-12, "{found:?}");
+        }
+        // Control: by the steps of the grid, of 2/3, a leap from end to end would count as 3.
+        let by_grid = indices(&morris(3, 12, 4, 1), &values, 3, 1);
+        assert!(by_grid.iter().flatten().all(|found| (found.mu_star - 2.0).abs() > 0.1), "{by_grid:?}");
+    }
+
+    #[test]
+    fn a_table_of_an_earlier_time_goes_where_nothing_has_an_effect() {
+        let folder = std::env::temp_dir().join(format!("sazanami_sensitivity_{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let heading = vec![vec!["finding".to_owned()]];
+        assert!(write(&folder, &[heading.clone(), heading.clone()].concat()).unwrap());
+        assert!(folder.join(SENSITIVITY).exists());
+        assert!(!write(&folder, &heading).unwrap() && !folder.join(SENSITIVITY).exists());
+        assert!(!write(&folder, &heading).unwrap());
+        std::fs::remove_dir_all(&folder).unwrap();
     }
 
     /// Eight keys of Sobol's g-function, whose order of importance is known: a smaller `a` matters more.

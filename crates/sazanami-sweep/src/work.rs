@@ -112,11 +112,8 @@ impl Sweep {
         let Some(places) = self.plan().trajectories() else { return Ok(None) };
         let keys: Vec<&str> = self.plan().keys.iter().map(|key| key.path.as_str()).collect();
         let rows = sensitivity::rows(&keys, &places, states);
-        if rows.len() < 2 {
-            return Ok(None);
-        }
-        sensitivity::write(&self.folder, &rows)?;
-        Ok(Some(self.folder.join(SENSITIVITY)))
+        let is_written = sensitivity::write(&self.folder, &rows)?;
+        Ok(is_written.then(|| self.folder.join(SENSITIVITY)))
     }
 
     /// The table as rows of cells, the heading first.

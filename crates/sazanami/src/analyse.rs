@@ -4,6 +4,7 @@ mod craters;
 mod figures;
 mod lines;
 mod output;
+mod pictures;
 mod reevaluated;
 mod ripples;
 mod summary_file;

@@ -108,18 +108,52 @@ pub struct Scene {
     pub title: String,
     /// Cells and extent of the box.
     pub grid: Grid,
+    /// Height up to which the box is shown, the same at all times of a run \[m].
+    pub top: Real,
     /// Place of the section along x2 \[m].
     pub plane: Real,
-    /// Speed of the last colour of the grains [m/s].
-    pub fastest: Real,
+    /// What the grains are coloured by.
+    pub colouring: Colouring,
     /// Shapes of the grains.
     pub shapes: Arc<[Shape]>,
     /// Which shape each grain has, and how it lies.
     pub poses: Vec<BodyPose>,
-    /// Speeds of the grains [m/s].
-    pub speeds: Vec<Real>,
     /// Part of each cell that is liquid outside grains.
     pub liquid: Vec<Real>,
+    /// The surface of the bed about the axis of the impact, in runs that evaluate it.
+    pub surface: Option<BedSurface>,
+}
+
+/// Smoothed surface of a bed about the axis of an impact, and the crater in it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct BedSurface {
+    /// Place of the axis along x1 \[m].
+    pub axis: Real,
+    /// Distance from the axis and mean height before the impact \[m].
+    pub before: Points,
+    /// The same now.
+    pub now: Points,
+    /// The crater, once there is one.
+    pub crater: Option<CraterCap>,
+}
+
+/// A crater as the spherical cap of eq. (14) of Yagyu et al. (2015).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CraterCap {
+    /// Distance of the rim from the axis, L \[m].
+    pub rim_radius: Real,
+    /// Height of the rim \[m].
+    pub rim_height: Real,
+    /// Depth below the rim, H \[m].
+    pub depth: Real,
+    /// Erosion volume V [m^3].
+    pub volume: Real,
+    /// Its uncertainty, up and down [m^3].
+    pub uncertainty: Real,
+    /// V of the same bed before the impact [m^3].
+    pub noise: Real,
+    /// The rim lies at the edge of what is evaluated: V is not reliable.
+    pub rim_at_edge: bool,
 }
 
 /// A tank from the side: a panel for each quantity of the grains within a slab about its middle, and arrows of the water.
@@ -156,6 +190,8 @@ pub struct SideView {
 pub enum Colouring {
     /// Speeds, up to a fastest [m/s].
     Speed(Vec<Real>, Real),
+    /// Heights between those of the first and the last colour \[m].
+    Height(Vec<Real>, [Real; 2]),
     /// A quantity of either sign, with the label of its colours and the value of the last colour to either side.
     Signed(Vec<Real>, String, Real),
 }

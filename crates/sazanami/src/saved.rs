@@ -1,13 +1,12 @@
 //! States in the files that a run wrote for ParaView, read back.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use sazanami_io::vtk::{ReadError, SeriesEntry, VtkFile, read_series};
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
 
 use crate::error::CommandError;
-use crate::finished::Finished;
 use crate::results::{FIELD_SERIES, GRAIN_SERIES};
 use crate::state::{Array, State, Values, WaterState};
 
@@ -22,13 +21,13 @@ pub struct SavedTime {
     pub water: Option<PathBuf>,
 }
 
-/// The times at which a run wrote grains, water or both, in their order.
+/// The times at which the run in `folder` wrote grains, water or both, in their order.
 ///
 /// # Errors
 /// If a list of files is damaged.
-pub fn times(run: &Finished) -> Result<Vec<SavedTime>, CommandError> {
-    let series = |name: &str| read_series(&run.folder.join(name)).map_err(refused);
-    let path = |entry: &SeriesEntry| Some(run.folder.join(&entry.file));
+pub fn times(folder: &Path) -> Result<Vec<SavedTime>, CommandError> {
+    let series = |name: &str| read_series(&folder.join(name)).map_err(refused);
+    let path = |entry: &SeriesEntry| Some(folder.join(&entry.file));
     let entry = |entry: &SeriesEntry| SavedTime { time: entry.time, grains: path(entry), water: None };
     let mut times: Vec<SavedTime> = series(GRAIN_SERIES)?.iter().map(entry).collect();
     for water in series(FIELD_SERIES)? {

@@ -116,6 +116,51 @@ fn what_a_run_found_is_found_again() {
     }
 }
 
+/// Sketches of the sections of a run, in the order of their times.
+fn sections(folder: &Path) -> Vec<(PathBuf, String)> {
+    let entries = std::fs::read_dir(folder.join("figures")).expect("the run drew").flatten().map(|entry| entry.path());
+    let is_section =
+        |path: &PathBuf| path.file_name().is_some_and(|name| name.to_string_lossy().starts_with("section-"));
+    let mut paths: Vec<PathBuf> = entries.filter(is_section).collect();
+    paths.sort();
+    paths.into_iter().map(|path| (path.clone(), std::fs::read_to_string(path).expect("the run drew"))).collect()
+}
+
+/// What follows `name: ` in a sketch, up to a comma or a bracket.
+fn value<'a>(sketch: &'a str, name: &str) -> &'a str {
+    let (_, rest) = sketch.split_once(&format!(" {name}: ")).unwrap_or_else(|| panic!("no {name}"));
+    rest.split([',', '}']).next().unwrap_or_default().trim()
+}
+
+#[test]
+fn pictures_of_a_run_show_the_same_part_of_the_box_and_are_drawn_again() {
+    let scratch = Scratch::new("analysis-pictures");
+    let every = ["figures", "fields", "grains"].map(|table| format!("output.{table}={{ steps = 10 }}"));
+    let keys: Vec<&str> = every.iter().map(String::as_str).chain(["erosion.grain_size=0.2 mm"]).collect();
+    let folder = beads(&scratch, "run", &keys, 1);
+    let first = sections(&folder);
+    assert!(first.len() >= 4, "{}", first.len());
+    // The drop reaches up to 2.5 mm at the start, and the box is 4 mm wide.
+    for (path, sketch) in &first {
+        let top: Real = value(sketch, "top").parse().unwrap();
+        assert!((top - 2.66e-3).abs() < 1e-12, "{}: {top}", path.display());
+    }
+    // No rim without a crater.
+    assert_eq!(value(&first[0].1, "crater"), "None");
+    let found = summary(&folder)["observables"]["erosion"].clone();
+    // The hollow at the end is no crater either: shallower than a grain, or within the noise.
+    let of = |key: &str| found[key].as_f64().unwrap();
+    assert!(of("depth_mm") <= 0.2 || of("volume_mm3") <= 3.0 * of("volume_noise_mm3"), "{found}");
+    assert_eq!(value(&first[first.len() - 1].1, "crater"), "None");
+    first.iter().for_each(|(path, _)| std::fs::write(path, "lost").unwrap());
+    analysed(&folder, &[]).0.unwrap();
+    for ((path, before), (_, after)) in first.iter().zip(sections(&folder)) {
+        let head = |sketch: &str| sketch.split(" colouring").next().unwrap_or_default().to_owned();
+        assert_eq!(head(before), head(&after), "{}", path.display());
+        assert_eq!(value(before, "crater") == "None", value(&after, "crater") == "None", "{}", path.display());
+    }
+}
+
 #[test]
 fn other_keys_find_what_a_run_with_them_finds() {
     let scratch = Scratch::new("analysis-other");

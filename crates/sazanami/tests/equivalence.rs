@@ -499,7 +499,7 @@ fn table_differences(a: &Left, b: &Left) -> Vec<(Real, String)> {
 fn liquid(left: &Left) -> Real {
     let fraction = left.state.reals("fluid/volume_fraction").expect("the case is sound");
     match left.state.reals("fluid/open_part") {
-        Ok(open) => fraction.iter().zip(&open).map(|(fraction, open)| fraction * open).sum(),
+        Ok(open) => fraction.iter().zip(open).map(|(fraction, open)| fraction * open).sum(),
         Err(_) => fraction.iter().sum(),
     }
 }

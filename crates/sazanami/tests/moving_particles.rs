@@ -412,6 +412,11 @@ fn wrong_tanks_are_refused_with_a_reason() {
         ),
         (vec!["particles.radius=1.9".into()], "has to lie between 2.1 and 3.6"),
         (vec!["particles.radius=3.7".into()], "has to lie between 2.1 and 3.6"),
+        (vec!["particles.projection=conjugate".into()], "knows no grains"),
+        (
+            vec!["particles.projection=conjugate".into(), "particles.radius=2.5".into()],
+            "is below 2.6, the least of `projection = \"conjugate\"`",
+        ),
         (vec!["boundary.x1=slip".into()], "walls of moving particles are all alike"),
         (
             vec!["boundary.x1_lower={ inflow = { velocity = [\"1 m/s\",\"0 m/s\",\"0 m/s\"] } }".into()],

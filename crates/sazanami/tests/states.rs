@@ -83,7 +83,7 @@ fn states_are_seen_as_they_are_written_and_change_nothing() {
     assert_eq!(hash("alone"), hash("watched"));
     // What files hold is what was seen at that time, rounded.
     let finished = Finished::open(&scratch.join("watched")).unwrap();
-    let times = saved::times(&finished).unwrap();
+    let times = saved::times(&finished.folder).unwrap();
     assert_eq!(times.len(), 3);
     for time in &times {
         let read = saved::state(time).unwrap();

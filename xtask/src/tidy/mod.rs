@@ -1,7 +1,6 @@
 //! Architecture rules that the compiler does not know.
 
 mod edges;
-mod links;
 mod modules;
 mod sources;
 
@@ -9,7 +8,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use crate::{cargo, generated, root};
+use crate::{book, cargo, generated, links, root};
 
 /// Checks the workspace, prints what is wrong, and returns the exit code.
 pub fn run(locked: bool) -> u8 {
@@ -37,9 +36,11 @@ pub fn run(locked: bool) -> u8 {
         }
     }
     problems.extend(generated::stale(&root()));
-    match links::broken(&root()) {
-        Ok(broken) => problems.extend(broken),
-        Err(error) => problems.push(format!("the pages cannot be read: {error}")),
+    for found in [links::broken(&root()), book::dead(&root())] {
+        match found {
+            Ok(dead) => problems.extend(dead),
+            Err(error) => problems.push(format!("the pages cannot be read: {error}")),
+        }
     }
     warnings.iter().for_each(|warning| println!("warning: {warning}"));
     problems.iter().for_each(|problem| eprintln!("error: {problem}"));

@@ -4,7 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 use std::path::Path;
 
-use super::sources::{files_below, lines_of_tests, without_comments_and_text};
+use super::sources::{lines_of_tests, without_comments_and_text};
+use crate::links::files_below;
 
 /// Modules that may import one another, by crate: reading, writing and checking a table recurse through its keys.
 const MUTUAL: &[(&str, &[&[&str]])] = &[(

@@ -1,9 +1,10 @@
 //! What the sources of a crate may name.
 
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use super::edges::PURE;
+use crate::links::files_below;
 
 /// Lines of a file, without its tests, from which on a warning asks to split it.
 const LONG: usize = 700;
@@ -49,23 +50,6 @@ pub fn findings(name: &str, folder: &Path, root: &Path) -> io::Result<Findings> 
         }
     }
     Ok(findings)
-}
-
-/// Adds the files with an extension in a folder and its folders, in the order of their names.
-pub(super) fn files_below(folder: &Path, ending: &str, files: &mut Vec<PathBuf>) -> io::Result<()> {
-    if !folder.is_dir() {
-        return Ok(());
-    }
-    let mut entries = std::fs::read_dir(folder)?.map(|entry| Ok(entry?.path())).collect::<io::Result<Vec<_>>>()?;
-    entries.sort();
-    for path in entries {
-        if path.is_dir() {
-            files_below(&path, ending, files)?;
-        } else if path.extension().is_some_and(|extension| extension == ending) {
-            files.push(path);
-        }
-    }
-    Ok(())
 }
 
 fn look_at(name: &str, shown: &str, text: &str, is_source: bool, findings: &mut Findings) {

@@ -47,6 +47,16 @@ choices! {
         Both = "both",
     }
 
+    /// What the grains of pictures are coloured by.
+    #[derive(Default)]
+    pub enum GrainColour {
+        /// Their speed.
+        #[default]
+        Speed = "speed",
+        /// Their height: craters and heaps show their shape.
+        Height = "height",
+    }
+
     /// A value of each grain.
     pub enum GrainArray {
         /// Identifier, the same in all files of a run.
@@ -187,6 +197,10 @@ pub struct Outputs {
     /// Pictures.
     #[key(table, default = Schedule::ends(cx.known.run.until), says = "at the start and at the end")]
     pub figures: Schedule,
+    /// What colours the grains of the sections and views of `solver = "mics"`: `speed`, up to a tenth of the fastest liquid's at
+    /// the start, or `height`, from half the height of the bed to 1.2 of it.
+    #[key(word, default = GrainColour::Speed)]
+    pub grain_colour: GrainColour,
     /// Rows of series.csv.
     #[key(table, default = Schedule::each_step(), says = "every step")]
     pub series: Schedule,

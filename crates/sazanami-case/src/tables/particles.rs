@@ -1,7 +1,7 @@
 //! `[particles]`: water as moving particles, for `solver = "mps"`.
 
 use sazanami_case_derive::Keys;
-use sazanami_mps::scheme::{GradientForm, ShiftingForm, SourceForm, SurfaceForm, SurfacePressure};
+use sazanami_mps::scheme::{GradientForm, Projection, ShiftingForm, SourceForm, SurfaceForm, SurfacePressure};
 use sazanami_mps::stability::COURANT;
 use sazanami_mps::weight::{LaplacianForm, Wendland};
 use sazanami_numerics::{Real, choices};
@@ -38,6 +38,11 @@ pub struct Particles {
     /// Family of the weight function.
     #[key(word, default = Wendland::C2)]
     pub weight: Wendland,
+    /// How velocities are made free of divergence. With `conjugate` (radius 2.6 at least, no grains), `source`,
+    /// `surface_pressure`, `surface_test`, `compensation`, `gradient`, `stabilisation`, `shifting` and `reduced_pressure` do
+    /// nothing; see docs/decisions/0018-scheme-of-moving-particles.md.
+    #[key(word, default = Projection::Enhanced)]
+    pub projection: Projection,
     /// Source of the pressure equation.
     #[key(word, default = SourceForm::HigherOrder)]
     pub source: SourceForm,

@@ -12,7 +12,7 @@ use crate::ghosts::Periods;
 use crate::grains::GrainPhase;
 use crate::particles::{Kind, ParticleRecord, Particles};
 use crate::pressure::PressureEquation;
-use crate::scheme::Kernel;
+use crate::scheme::{CONJUGATE_RADIUS, Kernel, Projection};
 use crate::settings::Settings;
 use crate::surface_test::SurfaceTest;
 use crate::walls::Walls;
@@ -46,6 +46,14 @@ impl Solver {
         let radius = settings.scheme.radius;
         if !(2.1..=3.6).contains(&radius) {
             return Err(SetupError::Radius { radius });
+        }
+        if settings.scheme.projection == Projection::Conjugate {
+            if radius < CONJUGATE_RADIUS {
+                return Err(SetupError::ConjugateRadius { radius });
+            }
+            if !grains.is_empty() {
+                return Err(SetupError::ConjugateGrains);
+            }
         }
         let kernel = Kernel::new(settings.scheme, settings.fluid.spacing);
         let periods = Periods::of(&domain);
@@ -87,6 +95,7 @@ impl Solver {
             near: Arrangement::default(),
             equation: PressureEquation::default(),
             columns: Columns::default(),
+            conjugate: crate::conjugate::Columns::default(),
         })
     }
 }

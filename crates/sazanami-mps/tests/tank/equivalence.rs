@@ -25,7 +25,7 @@ fn shaken() -> Case {
     case
 }
 
-fn go_on(solver: &mut Solver, from: usize, steps: usize) {
+pub fn go_on(solver: &mut Solver, from: usize, steps: usize) {
     for n in from..from + steps {
         let phase = 60.0 * DT * n as Real;
         let forcing = Forcing { body_force: GRAVITY + Vector::new(3.0 * phase.sin(), 0.0, 0.0), ..Forcing::default() };
@@ -33,7 +33,7 @@ fn go_on(solver: &mut Solver, from: usize, steps: usize) {
     }
 }
 
-fn state(case: &Case, communicator: Box<dyn Communicator>, steps: usize) -> Snapshot {
+pub fn state(case: &Case, communicator: Box<dyn Communicator>, steps: usize) -> Snapshot {
     let mut solver = case.on(communicator);
     go_on(&mut solver, 0, steps);
     solver.snapshot()
@@ -56,13 +56,17 @@ fn results_do_not_depend_on_threads() {
 /// A solver restored from a snapshot on ranks.
 fn restored_on(case: &Case, state: &Snapshot, communicator: Box<dyn Communicator>) -> Solver {
     let domain = case.domain(communicator);
-    let engine = Engine::restore(&domain, case.setup(), GRAINS, state).expect("a sound state of the grains");
-    let grains = GrainPhase::new(&domain, engine, case.coupling());
+    let grains = if case.grains.is_empty() {
+        GrainPhase::none(&domain).expect("no grains")
+    } else {
+        let engine = Engine::restore(&domain, case.setup(), GRAINS, state).expect("a sound state of the grains");
+        GrainPhase::new(&domain, engine, case.coupling())
+    };
     Solver::restore(domain, case.settings(), case.tank(), grains, state).expect("a sound state of the fluid")
 }
 
 /// A solver restored from a snapshot.
-fn restored(case: &Case, state: &Snapshot) -> Solver {
+pub fn restored(case: &Case, state: &Snapshot) -> Solver {
     restored_on(case, state, Box::<Solo>::default())
 }
 
@@ -208,7 +212,7 @@ fn a_restart_at_any_step_continues_above_a_bed_in_a_moving_tank() {
 }
 
 /// Largest difference of two states' numbers over the largest of each section.
-fn difference(a: &Snapshot, b: &Snapshot) -> (Real, String) {
+pub fn difference(a: &Snapshot, b: &Snapshot) -> (Real, String) {
     let mut worst = (0.0, String::new());
     for ((name, a), (_, b)) in a.sections().zip(b.sections()) {
         match (a, b) {

@@ -2,6 +2,7 @@
 
 mod at_rest;
 mod budget;
+mod conjugate;
 mod drag;
 mod equivalence;
 mod grains;

@@ -45,6 +45,16 @@ choices! {
     }
 }
 
+/// A volume is that of a crater if it is so many times that of the same bed before the impact.
+const CLEAR_OF_NOISE: Real = 3.0;
+
+/// Whether a hollow of a `depth` \[m] and an erosion volume [m^3] is a crater in a bed of grains of a size \[m]: deeper than a
+/// grain, and three times the volume that the bed before the impact had. Less is the roughness of the bed.
+#[must_use]
+pub fn is_crater(depth: Real, volume: Real, grain_size: Real, noise: Real) -> bool {
+    depth > grain_size && volume > CLEAR_OF_NOISE * noise
+}
+
 /// How the bed surface is smoothed and which grains belong to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ErosionSettings {
@@ -252,6 +262,12 @@ impl Erosion {
         InitialBed { heights: self.profile.filled(), noise: self.crater.volume }
     }
 
+    /// Whether there is a crater in a bed of grains of a size \[m], and not just the roughness of the bed ([`is_crater`]).
+    #[must_use]
+    pub fn has_crater(&self, grain_size: Real) -> bool {
+        is_crater(self.crater.depth, self.crater.volume, grain_size, self.noise.unwrap_or_default())
+    }
+
     /// Half the width of [`Self::volume_range`] [m^3].
     #[must_use]
     pub fn volume_uncertainty(&self) -> Real {
@@ -376,9 +392,11 @@ mod tests {
         assert!((after.depth_below_initial.unwrap() - (depth - rim)).abs() < 0.5 * D);
         assert!(after.noise.unwrap() < 0.5 * after.crater.volume);
         assert!(after.volume_rim.unwrap() > 0.0);
+        assert!(after.has_crater(D) && !after.has_crater(after.crater.depth));
         // Against itself nothing was moved.
         let same = rough(3, |_| LEVEL).view(|view| Erosion::of(view, &settings(), Some(&initial))).unwrap();
         assert_eq!((same.volume_excavated, same.volume_rim), (Some(0.0), Some(0.0)));
+        assert!(!same.has_crater(D) && !same.has_crater(0.0));
     }
 
     #[test]

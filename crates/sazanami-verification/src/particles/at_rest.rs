@@ -6,7 +6,7 @@ use super::vessel::{DENSITY, DOWN, ExperimentError, GRAVITY, OPEN, OPEN_TOP, PER
 use super::vessel::{advance, fluid, kinetic_energy, under};
 use sazanami_mps::Role;
 use sazanami_mps::pressure::hydrostatic;
-use sazanami_mps::scheme::Scheme;
+use sazanami_mps::scheme::{Projection, Scheme};
 use sazanami_mps::solver::Solver;
 
 /// Layers of water.
@@ -59,10 +59,16 @@ fn hydrostatics(solver: &Solver, body_force: Vector) -> [Real; 2] {
     let [height, count] = solver.sum_over_fluid(|p, a| [surface(p, a) * up.dot(p.position[a]), surface(p, a)]);
     let level = height / count;
     let settings = solver.settings();
+    let reduced_force = solver.reduced_force(body_force);
+    // Where the pressure vanishes, over the middle of the top layer.
+    let above = match settings.scheme.projection {
+        Projection::Enhanced => 0.0,
+        Projection::Conjugate => 0.5 * settings.fluid.spacing,
+    };
     let error = |a: usize| {
         let x = particles.position[a];
-        let p = particles.pressure[a] + hydrostatic(DENSITY, body_force, x, settings.reference);
-        (p - weight * (level - up.dot(x))).abs()
+        let p = particles.pressure[a] + hydrostatic(DENSITY, reduced_force, x, settings.reference);
+        (p - weight * (level + above - up.dot(x))).abs()
     };
     let worst = fluid(solver).map(error).fold(0.0, Real::max);
     [worst / (weight * LAYERS as Real * settings.fluid.spacing), level]
@@ -83,6 +89,7 @@ pub fn rest(setup: &RestSetup) -> Result<Rest, ExperimentError> {
     let (reference, surface) = (vessel.reference, body_force);
     vessel.fluid.retain(|particle| surface.dot(particle.position - reference) > 0.0);
     vessel.jitter(jitter);
+    vessel.scheme = scheme;
     let mut solver = vessel.solver()?;
     let scale = (GRAVITY * LAYERS as Real * spacing).sqrt();
     let mut found = Rest::default();

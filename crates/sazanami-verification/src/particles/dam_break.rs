@@ -6,6 +6,7 @@ use super::vessel::{DENSITY, DOWN, ExperimentError, GRAVITY, OPEN_TOP, PERIODIC,
 use super::vessel::{advance, fluid, under};
 use sazanami_mps::boundary::WallFriction;
 use sazanami_mps::pressure::hydrostatic;
+use sazanami_mps::scheme::Scheme;
 use sazanami_mps::solver::Solver;
 use sazanami_mps::{Kind, Role};
 
@@ -23,6 +24,8 @@ pub struct Column {
     pub high: usize,
     /// Length of the tank in spacings.
     pub length: usize,
+    /// Enhancements.
+    pub scheme: Scheme,
 }
 
 /// What a collapsing column does at a time.
@@ -36,6 +39,8 @@ pub struct Collapse {
     pub height: Real,
     /// Pressure on the right wall one particle above the floor \[Pa].
     pub impact: Real,
+    /// Kinetic energy and that of height above the floor \[J].
+    pub energy: Real,
 }
 
 impl Column {
@@ -53,6 +58,7 @@ impl Column {
         let fill = [self.across, SLAB, self.high];
         let mut vessel = Vessel::new(size, spacing, [WALLS, PERIODIC, OPEN_TOP]).filled(fill);
         vessel.friction = WallFriction::Slip;
+        vessel.scheme = self.scheme;
         let right = vessel.upper.x;
         let mut solver = vessel.solver()?;
         // No pressure is known before the first step.
@@ -66,7 +72,9 @@ impl Column {
 fn state(solver: &Solver, time: Real, right: Real) -> Collapse {
     let particles = solver.particles();
     let spacing = solver.settings().fluid.spacing;
-    let mut state = Collapse { time, ..Collapse::default() };
+    let [specific] = solver.sum_over_fluid(|p, a| [0.5 * p.velocity[a].length_squared() + GRAVITY * p.position[a].z]);
+    let energy = solver.particle_mass() * specific;
+    let mut state = Collapse { time, energy, ..Collapse::default() };
     for a in fluid(solver).filter(|&a| particles.role[a] != Role::Inactive) {
         let x = particles.position[a];
         state.front = state.front.max(x.x + 0.5 * spacing);
@@ -75,14 +83,14 @@ fn state(solver: &Solver, time: Real, right: Real) -> Collapse {
             state.height += spacing / (2 * SLAB) as Real;
         }
     }
-    let reference = solver.settings().reference;
+    let (reference, force) = (solver.settings().reference, solver.reduced_force(DOWN));
     let (mut sum, mut count) = (0.0, 0.0);
     for a in (0..particles.owned()).filter(|&a| particles.kind[a] == Kind::Wall) {
         let x = particles.position[a];
         if x.x > right && x.x < right + spacing && x.z > 0.0 && x.z < spacing {
             count += 1.0;
             if particles.role[a] == Role::Unknown {
-                sum += particles.pressure[a] + hydrostatic(DENSITY, DOWN, x, reference);
+                sum += particles.pressure[a] + hydrostatic(DENSITY, force, x, reference);
             }
         }
     }

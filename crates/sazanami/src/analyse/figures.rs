@@ -3,14 +3,16 @@
 use std::path::{Path, PathBuf};
 
 use sazanami_numerics::Real;
+use sazanami_observe::erosion::is_crater;
 use serde_json::Value;
 
 use super::output::{Output, undone};
 use super::table::Table;
 use crate::artist::{Curve, Figure};
+use crate::case;
 use crate::error::CommandError;
 use crate::recorder;
-use crate::results::{CRATER_PROFILES, FIGURES, SERIES};
+use crate::results::{CASE, CRATER_PROFILES, FIGURES, SERIES};
 
 /// Draws the figures of a run with a crater from its tables.
 pub(super) fn draw_figures(folder: &Path, summary: &Value, output: &mut Output) -> Result<(), CommandError> {
@@ -19,39 +21,69 @@ pub(super) fn draw_figures(folder: &Path, summary: &Value, output: &mut Output) 
     std::fs::create_dir_all(&figures).map_err(undone)?;
     let curves = Table::read(&folder.join(CRATER_PROFILES)).map(|profiles| curves(&profiles)).unwrap_or_default();
     if !curves.is_empty() {
-        let figure = Figure::BedProfiles { title: &format!("{name}: smoothed bed surface"), curves: &curves };
-        output.draw(&figure, &figures.join("profiles.png"))?;
+        let title = format!("{name}: smoothed bed surface{}", volume_words(summary));
+        output.draw(&Figure::BedProfiles { title: &title, curves: &curves }, &figures.join("profiles.png"))?;
     }
     if let Some(series) = Table::read(&folder.join(SERIES)).filter(|series| series.len() > 1) {
-        draw_histories(&series, name, &figures, output)?;
+        let grain_size = case::load(&folder.join(CASE), &[]).ok().and_then(|loaded| loaded.case.erosion);
+        let grain_size = grain_size.map_or(0.0, |erosion| erosion.grain_size);
+        draw_crater(&series, &format!("{name}: crater{}", volume_words(summary)), grain_size, &figures, output)?;
+        draw_momentum(&series, &format!("{name}: momentum"), &figures, output)?;
     }
     list_files(folder, summary)
 }
 
-/// Draws crater and momentum against time.
-fn draw_histories(series: &Table, name: &str, figures: &Path, output: &mut Output) -> Result<(), CommandError> {
-    let times = &series.column("time");
-    let is_known = |values: &[Real]| values.iter().any(|value| value.is_finite());
-    let [depths, radii] = ["crater_depth", "rim_radius"].map(|column| series.column(column));
-    if is_known(&depths) {
-        let title = &format!("{name}: crater");
-        let figure = Figure::Crater { title, times, depths_and_radii: [&depths, &radii] };
-        output.draw(&figure, &figures.join("crater.png"))?;
+/// `, V = 68.81 ± 12.04 mm³ at 15.0 ms` as the summary has it; nothing without a crater.
+fn volume_words(summary: &Value) -> String {
+    let found = &summary["observables"]["erosion"];
+    let [volume, half] = ["volume_mm3", "volume_uncertainty_mm3"].map(|key| found[key].as_f64());
+    match (volume, half, summary["time_s"].as_f64()) {
+        (Some(volume), Some(half), Some(time)) => {
+            format!(", V = {volume:.2} ± {half:.2} mm³ at {:.1} ms", 1e3 * time)
+        }
+        _ => String::new(),
     }
+}
+
+/// Draws depth and rim of the crater against time.
+fn draw_crater(
+    series: &Table,
+    title: &str,
+    grain_size: Real,
+    figures: &Path,
+    output: &mut Output,
+) -> Result<(), CommandError> {
+    let [times, depths, mut radii, volumes] =
+        ["time", "crater_depth", "rim_radius", "erosion_volume"].map(|column| series.column(column));
+    if !depths.iter().any(|depth| depth.is_finite()) {
+        return Ok(());
+    }
+    // The highest layer is a rim only where there is a crater.
+    let noise = volumes.first().copied().filter(|noise| noise.is_finite()).unwrap_or_default();
+    for ((radius, &depth), &volume) in radii.iter_mut().zip(&depths).zip(&volumes) {
+        if !is_crater(depth, volume, grain_size, noise) {
+            *radius = Real::NAN;
+        }
+    }
+    let figure = Figure::Crater { title, times: &times, depths_and_radii: [&depths, &radii] };
+    output.draw(&figure, &figures.join("crater.png"))
+}
+
+/// Draws the parts of the momentum along x3 against time. Walls carry what gravity brings: they are drawn less that.
+fn draw_momentum(series: &Table, title: &str, figures: &Path, output: &mut Output) -> Result<(), CommandError> {
     let part = |column: &str| series.column(column);
-    let walls: Vec<Real> =
-        part("impulse_walls_on_fluid_3").iter().zip(part("impulse_walls_on_grains_3")).map(|(a, b)| a + b).collect();
+    let external = ["impulse_walls_on_fluid_3", "impulse_walls_on_grains_3", "impulse_gravity_3"].map(part);
+    let sum = (0..external[0].len()).map(|row| external.iter().map(|column| column[row]).sum());
     let parts = [
         ("liquid", part("momentum_liquid_3")),
         ("gas", part("momentum_gas_3")),
         ("grains", part("momentum_grains_3")),
-        ("walls", walls),
-        ("gravity", part("impulse_gravity_3")),
+        ("walls and gravity", sum.collect()),
         ("displaced mass", part("impulse_swallowed_3")),
         ("residual", part("momentum_residual_3")),
     ];
-    if is_known(&parts[0].1) {
-        let figure = Figure::MomentumBudget { title: &format!("{name}: momentum"), times, parts: &parts };
+    if parts[0].1.iter().any(|value| value.is_finite()) {
+        let figure = Figure::MomentumBudget { title, times: &part("time"), parts: &parts };
         output.draw(&figure, &figures.join("momentum.png"))?;
     }
     Ok(())

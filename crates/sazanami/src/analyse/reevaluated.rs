@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 use super::figures::{draw_figures, list_files};
 use super::lines::{number, report};
 use super::output::{Output, undone};
+use super::pictures::draw_pictures;
 use super::summary_file::{summary, write_evaluation};
 use crate::artist::{Curve, Figure};
 use crate::case::{self, CRATERS_EVALUATED, LoadedCase, resolved};
@@ -37,6 +38,9 @@ struct Again {
 pub(super) fn as_it_was(folder: &Path, output: &mut Output) -> Result<Vec<String>, CommandError> {
     let summary = summary(folder)?;
     draw_figures(folder, &summary, output)?;
+    if let Err(error) = draw_pictures(folder, &summary, output) {
+        output.message(&format!("sections and views were not drawn anew: {error}"));
+    }
     let again = evaluate(folder, None, output).unwrap_or_else(|error| {
         output.message(&format!("what the summary says was not found again: {error}"));
         None

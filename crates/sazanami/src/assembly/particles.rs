@@ -53,6 +53,7 @@ pub(crate) fn settings(case: &Case, level: Real) -> Settings {
     Settings {
         fluid: Fluid { density: liquid.density, viscosity: liquid.viscosity / liquid.density, spacing: p.spacing },
         scheme: Scheme {
+            projection: p.projection,
             weight: p.weight,
             radius: p.radius,
             source: p.source,

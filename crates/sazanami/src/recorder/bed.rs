@@ -17,7 +17,7 @@ use crate::job::Job;
 
 const SECTION: &str = "observe/bed";
 /// Where grains leave more void than this there is no bed.
-const LOOSEST: Real = 0.9;
+pub(crate) const LOOSEST: Real = 0.9;
 
 /// The bed before the impact.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -17,7 +17,7 @@ use crate::job::RecordError;
 use crate::state::Array;
 
 /// Time since the last contact of a grain that never touched any \[s].
-const NEVER: Real = 1e9;
+pub(crate) const NEVER: Real = 1e9;
 
 /// A grain on its way to rank 0.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]

@@ -203,47 +203,57 @@ fn front_chart(title: &str, series: &[Collapse], front: &[[Real; 2]], [unit, shi
 
 /// Martin and Moyce, both ratios.
 pub fn dam_break() -> Result<(Vec<Measured>, Vec<Chart>), String> {
-    let across = 16;
     let (mut rows, mut charts) = (Vec::new(), Vec::new());
-    let tables = [DAM_BREAK, SQUARE_DAM].map(|table| reference::history(table, "front"));
-    for (name, ratio, front) in [("n^2 = 2", 2, &tables[0]), ("n^2 = 1", 1, &tables[1])] {
-        let n = Real::from(ratio as u32).sqrt();
-        let column = Column { width: WIDTH, across, high: ratio * across, length: 6 * across };
-        let last = front[front.len() - 1][0] + 0.35;
-        let series = column.collapse(last / (n * dimensionless(1.0, WIDTH))).map_err(said)?;
-        let [shift, error] = best_front(&series, front, n, WIDTH);
-        rows.push(Measured::new(format!("{name}: rms error of the front"), error));
-        let clock = format!("{name}: shift of the clock allowed for it, up to 0.3 n t sqrt(g/a)");
-        rows.push(Measured::new(clock, shift));
-        let slope = slope(&series, front, n, [1.4, 3.33]);
-        rows.push(Measured::new(format!("{name}: slope of the front, 1.4 < T < 3.3"), slope));
-        charts.push(front_chart(
-            &format!("Front, {name}, clock shifted"),
-            &series,
-            front,
-            [n * dimensionless(1.0, WIDTH), shift, WIDTH],
-        ));
-        if ratio == 2 {
-            let height = |row: &[Real; 2]| {
-                let time = row[0] / dimensionless(1.0, WIDTH);
-                at(&series, time, |s| s.height) / (2.0 * WIDTH) - row[1]
-            };
-            let table = &reference::history(DAM_BREAK, "column")[..11];
-            let error = (table.iter().map(|row| height(row).powi(2)).sum::<Real>() / table.len() as Real).sqrt();
-            rows.push(Measured::new(format!("{name}: rms error of the column, of its first height"), error));
-            let still = [Collapse { front: WIDTH, ..series[0] }, Collapse { time: 1.0, front: WIDTH, ..series[0] }];
-            let [_, control] = best_front(&still, front, n, WIDTH);
-            rows.push(Measured::new("control: error of a front that stays", control));
-        }
+    for (name, ratio) in [("n^2 = 2", 2), ("n^2 = 1", 1)] {
+        let (measured, chart, _) = column(name, ratio, Scheme::default())?;
+        rows.extend(measured);
+        charts.push(chart);
     }
     Ok((rows, charts))
+}
+
+/// A column of Martin and Moyce `ratio` times as high as wide: what is judged of it, its front, and its states.
+pub(super) fn column(
+    name: &str,
+    ratio: usize,
+    scheme: Scheme,
+) -> Result<(Vec<Measured>, Chart, Vec<Collapse>), String> {
+    let across = 16;
+    let front = &reference::history([SQUARE_DAM, DAM_BREAK][ratio - 1], "front");
+    let n = Real::from(ratio as u32).sqrt();
+    let column = Column { width: WIDTH, across, high: ratio * across, length: 6 * across, scheme };
+    let last = front[front.len() - 1][0] + 0.35;
+    let series = column.collapse(last / (n * dimensionless(1.0, WIDTH))).map_err(said)?;
+    let [shift, error] = best_front(&series, front, n, WIDTH);
+    let clock = format!("{name}: shift of the clock allowed for it, up to 0.3 n t sqrt(g/a)");
+    let slope = slope(&series, front, n, [1.4, 3.33]);
+    let mut rows = vec![
+        Measured::new(format!("{name}: rms error of the front"), error),
+        Measured::new(clock, shift),
+        Measured::new(format!("{name}: slope of the front, 1.4 < T < 3.3"), slope),
+    ];
+    let scale = [n * dimensionless(1.0, WIDTH), shift, WIDTH];
+    let chart = front_chart(&format!("Front, {name}, clock shifted"), &series, front, scale);
+    if ratio == 2 {
+        let height = |row: &[Real; 2]| {
+            let time = row[0] / dimensionless(1.0, WIDTH);
+            at(&series, time, |s| s.height) / (2.0 * WIDTH) - row[1]
+        };
+        let table = &reference::history(DAM_BREAK, "column")[..11];
+        let error = (table.iter().map(|row| height(row).powi(2)).sum::<Real>() / table.len() as Real).sqrt();
+        rows.push(Measured::new(format!("{name}: rms error of the column, of its first height"), error));
+        let still = [Collapse { front: WIDTH, ..series[0] }, Collapse { time: 1.0, front: WIDTH, ..series[0] }];
+        let [_, control] = best_front(&still, front, n, WIDTH);
+        rows.push(Measured::new("control: error of a front that stays", control));
+    }
+    Ok((rows, chart, series))
 }
 
 /// Lobovsky et al., 600 mm, particles of 12 mm.
 pub fn dam_break_lobovsky() -> Result<(Vec<Measured>, Vec<Chart>), String> {
     let front = reference::history(LOBOVSKY, "front");
     let height = 0.6;
-    let column = Column { width: height, across: 50, high: 50, length: 134 };
+    let column = Column { width: height, across: 50, high: 50, length: 134, scheme: Scheme::default() };
     let series = column.collapse(0.65).map_err(said)?;
     let unit = dimensionless(1.0, height);
     let late = front.iter().filter(|row| row[0] > 0.8);

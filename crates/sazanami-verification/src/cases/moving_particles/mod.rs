@@ -1,9 +1,11 @@
 //! The moving-particle solver beside what is known exactly or was measured.
 
+mod conjugate;
 mod fluid;
 mod grains;
 mod waves;
 
+pub(crate) use conjugate::{conjugate_dam_break, conjugate_drop, conjugate_wave};
 pub(crate) use fluid::{
     dam_break, dam_break_lobovsky, falling_block, hydrostatics, operators, rotating_square, taylor_green, viscous_walls,
 };

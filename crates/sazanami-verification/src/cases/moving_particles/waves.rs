@@ -17,23 +17,37 @@ pub fn standing_wave() -> Result<Vec<Measured>, String> {
     let mut rows = periods(&[(0.1, 0.05, 5, 1), (0.1, 0.05, 10, 1), (0.15, 0.01, 5, 1)])?;
     let mut found = Vec::new();
     for radius in RADII {
-        let tank = WaveTank { length: 0.1, depth: 0.05, layers: 10, scheme: Scheme { radius, ..Scheme::default() } };
-        let wave = experiments::standing_wave(tank, 1, 0.02).map_err(said)?;
-        let name = format!("h/l0 10, radius {radius}");
-        rows.push(Measured::new(format!("{name}: period over theory"), wave.period));
-        rows.push(Measured::new(format!("{name}: numerical viscosity"), wave.viscosity));
-        found.push(wave.period);
+        let (measured, period) = wave(Scheme { radius, ..Scheme::default() })?;
+        rows.extend(measured);
+        found.push(period);
     }
     let [low, high] = [found.iter().copied().fold(Real::MAX, Real::min), found.iter().copied().fold(0.0, Real::max)];
     rows.push(Measured::new("h/l0 10: periods of the three radii over theory, largest less smallest", high - low));
     Ok(rows)
 }
 
+/// Period and viscosity of a wave in ten layers; the period over theory once more.
+pub(super) fn wave(scheme: Scheme) -> Result<(Vec<Measured>, Real), String> {
+    let tank = WaveTank { length: 0.1, depth: 0.05, layers: 10, scheme };
+    let wave = experiments::standing_wave(tank, 1, 0.02).map_err(said)?;
+    let name = format!("h/l0 10, radius {}", scheme.radius);
+    let rows = vec![
+        Measured::new(format!("{name}: period over theory"), wave.period),
+        Measured::new(format!("{name}: numerical viscosity"), wave.viscosity),
+    ];
+    Ok((rows, wave.period))
+}
+
 /// A drop that stretches.
 pub fn stretching_drop() -> Result<Vec<Measured>, String> {
+    drops(&RADII.map(|radius| Scheme { radius, ..Scheme::default() }))
+}
+
+/// What is judged of a drop that stretches, for each scheme.
+pub(super) fn drops(schemes: &[Scheme]) -> Result<Vec<Measured>, String> {
     let mut rows = Vec::new();
-    for radius in RADII {
-        let scheme = Scheme { radius, ..Scheme::default() };
+    for &scheme in schemes {
+        let radius = scheme.radius;
         let found = experiments::stretching_drop(16, 1.0, scheme).map_err(said)?;
         let mut row = |quantity: &str, value| rows.push(Measured::new(format!("radius {radius}: {quantity}"), value));
         row("time reached, t A", found.time);

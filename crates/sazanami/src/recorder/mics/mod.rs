@@ -1,6 +1,6 @@
 //! Runs with one grid for water, air and grains: the crater, the splash, and the budgets of liquid and momentum.
 
-mod pictures;
+pub(super) mod pictures;
 mod probes;
 mod series;
 mod summary;
@@ -232,7 +232,7 @@ impl Observer for GridObserver {
     }
 
     fn draw(&self, to: Output, solver: &Solver, grains: &GatheredGrains) -> Result<(), RecordError> {
-        pictures::draw(to, solver, grains)
+        pictures::draw(to, solver, grains, self)
     }
 
     fn probe(&mut self, to: Output, solver: &mut Solver, due: &[bool]) -> Result<(), RecordError> {
@@ -292,7 +292,7 @@ pub(super) fn initial_heights(snapshot: &Snapshot) -> Option<InitialBed> {
     })
 }
 
-pub(super) fn erosion_settings(case: &Case) -> Option<ErosionSettings> {
+pub(crate) fn erosion_settings(case: &Case) -> Option<ErosionSettings> {
     let erosion = case.erosion.as_ref()?;
     let corner = |v: Vector| [v.x, v.y];
     let (lower, upper) = (corner(case.domain.lower), corner(case.domain.upper));

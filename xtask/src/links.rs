@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 pub fn broken(root: &Path) -> io::Result<Vec<String>> {
     let mut pages: Vec<PathBuf> = ["README.md", "README.ja.md", "ARCHITECTURE.md"].map(|page| root.join(page)).into();
     for folder in ["docs", "verification"] {
-        super::sources::files_below(&root.join(folder), "md", &mut pages)?;
+        files_below(&root.join(folder), "md", &mut pages)?;
     }
     let mut broken = Vec::new();
     for page in pages {
@@ -29,11 +29,50 @@ pub fn broken(root: &Path) -> io::Result<Vec<String>> {
     Ok(broken)
 }
 
+/// Adds the files with an extension in a folder and its folders, in the order of their names.
+pub fn files_below(folder: &Path, ending: &str, files: &mut Vec<PathBuf>) -> io::Result<()> {
+    if !folder.is_dir() {
+        return Ok(());
+    }
+    let mut entries = std::fs::read_dir(folder)?.map(|entry| Ok(entry?.path())).collect::<io::Result<Vec<_>>>()?;
+    entries.sort();
+    for path in entries {
+        if path.is_dir() {
+            files_below(&path, ending, files)?;
+        } else if path.extension().is_some_and(|extension| extension == ending) {
+            files.push(path);
+        }
+    }
+    Ok(())
+}
+
 /// Files and anchors that the Markdown links of a page name, without web addresses; a file is empty for the page itself.
-fn targets(text: &str) -> impl Iterator<Item = (&str, &str)> {
-    let links = text.split("](").skip(1).filter_map(|rest| rest.split([')', '\n', ' ']).next());
-    let files = links.filter(|link| !link.contains("://") && !link.starts_with("mailto:") && !link.is_empty());
-    files.map(|link| link.split_once('#').unwrap_or((link, "")))
+pub fn targets(text: &str) -> impl Iterator<Item = (&str, &str)> {
+    let links = text.split("](").skip(1).map(|rest| split_at_end(rest).0);
+    links.filter(|link| is_local(link)).map(|link| link.split_once('#').unwrap_or((link, "")))
+}
+
+/// A page whose links that are no web addresses are what `replaced` makes of them.
+pub fn rewritten(text: &str, replaced: impl Fn(&str) -> String) -> String {
+    let mut parts = text.split("](");
+    let mut page = parts.next().unwrap_or_default().to_owned();
+    for rest in parts {
+        let (link, after) = split_at_end(rest);
+        page.push_str("](");
+        page.push_str(&if is_local(link) { replaced(link) } else { link.to_owned() });
+        page.push_str(after);
+    }
+    page
+}
+
+/// Whether a link is no web address.
+pub fn is_local(link: &str) -> bool {
+    !link.contains("://") && !link.starts_with("mailto:") && !link.is_empty()
+}
+
+/// A link and what follows it.
+fn split_at_end(rest: &str) -> (&str, &str) {
+    rest.split_at(rest.find([')', '\n', ' ']).unwrap_or(rest.len()))
 }
 
 /// Anchors of the headings of a page, as GitHub and mdBook make them.

@@ -1,0 +1,331 @@
+//! Projection with a pressure force that is the negative transpose of the divergence.
+//!
+//! Every fluid particle has an unknown pressure; walls are mirrors ([`mirrors`]). Equations, constants and what they were
+//! chosen by are in `docs/decisions/0018-scheme-of-moving-particles.md`. A step: pairs, moments and velocity gradients;
+//! viscosity and damping of pairs; projection; motion and shifting. All sums are taken at the positions at its start.
+
+mod exchange;
+mod mirrors;
+mod operators;
+mod pairs;
+mod shift;
+mod surroundings;
+
+use sazanami_numerics::{Matrix, Real, Vector};
+use sazanami_parallel::for_each_chunk;
+
+use crate::arrangement::Arrangement;
+use crate::boundary::{Tank, WallFriction};
+use crate::context::{Context, Motion, Voids};
+use crate::free_surface;
+use crate::matrix::{Block, CLOSE_RADIUS, Layout};
+use crate::moments::Symmetric;
+use crate::momentum::FluidImpulses;
+use crate::neighbours::ROWS;
+use crate::number_density::NumberDensity;
+use crate::particles::{Kind, Particles, Role};
+use crate::pressure::{PressureEquation, PressureError, PressureReport};
+use crate::reductions::{largest, set_column, sum_of};
+use crate::report::StepReport;
+use crate::weight::{Weight, Wendland};
+use exchange::{Fields, Received};
+pub(crate) use mirrors::Mirrors;
+use operators::Conjugate;
+pub(crate) use operators::Operators;
+use pairs::{Pairs, Search};
+use surroundings::{Found, Near, Surroundings};
+
+/// Damping number of the motion between pairs that is not linear: this part of a step over the flow time scale, at most
+/// [`MOST_DAMPED`].
+const DAMPED: Real = 0.05;
+const MOST_DAMPED: Real = 0.5;
+
+/// Columns over particles, kept for their memory.
+#[derive(Debug, Default)]
+pub(crate) struct Columns {
+    pub voids: Voids,
+    pub pairs: Pairs,
+    /// Velocities relative to the walls [m/s].
+    velocity: Vec<Vector>,
+    /// `B` of each particle and ghost.
+    inverse: Vec<Symmetric>,
+    /// Velocity gradient of each particle and ghost [1/s].
+    gradient: Vec<Matrix>,
+    sums: Vec<Vector>,
+    surroundings: Vec<Surroundings>,
+    received: Vec<Received>,
+    /// `G p` of each particle and ghost.
+    force: Vec<Vector>,
+    pub divergence: Vec<Real>,
+    roles: Vec<u8>,
+    /// Unknown pressures: those of all fluid.
+    unknown: Vec<Role>,
+    start: Vec<NumberDensity>,
+    pub new: Motion,
+}
+
+impl Columns {
+    /// `D` and `G` at the start of the step.
+    pub fn operators(&self) -> Operators<'_> {
+        Operators { pairs: &self.pairs, inverse: &self.inverse, sums: &self.sums }
+    }
+
+    /// Pairs, moments, velocity gradients and roles at the start of the step.
+    pub fn surround(
+        &mut self,
+        step: &Context<'_>,
+        mirrors: &Mirrors,
+        near: &mut Arrangement,
+        particles: &mut Particles,
+        equation: &mut PressureEquation,
+    ) {
+        let Arrangement { ghosts, bins, neighbours, .. } = near;
+        let Particles { kind, role, position, velocity, owned, .. } = particles;
+        let (owned, count, walls) = (*owned, kind.len(), step.forcing.wall_velocity);
+        set_column(&mut self.velocity, count, |a| velocity[a] - walls);
+        let fluid = |a: usize| if kind[a] == Kind::Fluid { Role::Unknown } else { Role::Inactive };
+        set_column(&mut self.unknown, count, fluid);
+        let search = Search { kernel: step.kernel, mirrors, bins, neighbours, kind, position };
+        self.pairs.renew(&search, &mut equation.blocks, &mut equation.rows);
+        self.inverse.resize(count, [0.0; 6]);
+        self.gradient.resize(count, Matrix::ZERO);
+        self.sums.resize(owned, Vector::ZERO);
+        self.surroundings.resize(owned, Surroundings::default());
+        surroundings::surround(
+            step.kernel,
+            &Near::new(step.settings.fluid.spacing),
+            step.surface.is_some(),
+            (&self.pairs, &equation.blocks),
+            (kind, &self.velocity),
+            Found {
+                inverse: &mut self.inverse[..owned],
+                gradient: &mut self.gradient[..owned],
+                sums: &mut self.sums,
+                surroundings: &mut self.surroundings,
+            },
+        );
+        ghosts.refresh(step.domain, &mut self.inverse);
+        ghosts.refresh(step.domain, &mut self.gradient);
+        let surroundings = &self.surroundings[..];
+        let lists = neighbours.blocks();
+        set_column(&mut self.roles, count, |a| match kind[a] {
+            _ if a >= owned => 0,
+            Kind::Fluid => surroundings[a].role.number(),
+            // Walls without fluid beside them have no list.
+            Kind::Wall if !lists[a / ROWS].of(a % ROWS).is_empty() => Role::Unknown.number(),
+            Kind::Wall | Kind::Dummy => Role::Inactive.number(),
+        });
+        free_surface::share(step.domain, ghosts, &mut self.roles, role);
+        let (pairs, role) = (&self.pairs, &role[..]);
+        let outside = |blocks: &[Block], a: usize| {
+            role[a] != Role::Unknown || pairs.of(blocks, a).any(|pair| role[pair.particle] != Role::Unknown)
+        };
+        let PressureEquation { blocks, rows, .. } = equation;
+        for_each_chunk(&mut rows[..owned], ROWS, |number, rows| {
+            for (row, entry) in rows.iter_mut().enumerate().filter(|(_, entry)| entry.diagonal > 0.0) {
+                entry.beside_surface = outside(blocks, number * ROWS + row);
+            }
+        });
+    }
+
+    /// Counts of roles and the volume strain; returns the number of pairs nearer than half a spacing.
+    pub fn report(
+        &mut self,
+        step: &Context<'_>,
+        particles: &Particles,
+        equation: &PressureEquation,
+        report: &mut StepReport,
+    ) -> usize {
+        let (owned, surroundings) = (particles.owned, &self.surroundings[..]);
+        set_column(&mut self.start, owned, |a| NumberDensity {
+            density: surroundings[a].density,
+            ..Default::default()
+        });
+        report.set_surface(&free_surface::report(step, particles, &equation.rows, &self.start));
+        let ends = sum_of(owned, |a| [Real::from(surroundings[a].collided)]);
+        (0.5 * step.domain.sum(ends)[0]).round() as usize
+    }
+
+    /// Velocities without the pressure; returns the work of the damping \[J].
+    pub fn move_freely(
+        &mut self,
+        step: &Context<'_>,
+        friction: WallFriction,
+        near: &mut Arrangement,
+        particles: &Particles,
+        equation: &PressureEquation,
+    ) -> Real {
+        let owned = particles.owned;
+        self.received.resize(owned, Received::default());
+        let fields = Fields { kind: &particles.kind, velocity: &self.velocity, gradient: &self.gradient };
+        exchange::exchange(step.kernel, friction, (&self.pairs, &equation.blocks), &fields, &mut self.received);
+        let damping = (DAMPED * step.dt / step.flow_time).min(MOST_DAMPED);
+        let (viscosity, force) = (step.settings.fluid.viscosity, step.forcing.body_force);
+        let kind = &particles.kind[..];
+        for_each_chunk((&mut self.velocity[..owned], &mut self.received[..]), ROWS, |number, (velocity, received)| {
+            for (row, (u, received)) in velocity.iter_mut().zip(received).enumerate() {
+                received.laplacian *= viscosity * step.dt;
+                received.damping *= damping;
+                if kind[number * ROWS + row] == Kind::Fluid {
+                    *u += received.laplacian + step.dt * force;
+                }
+            }
+        });
+        let (velocity, received) = (&self.velocity[..], &self.received[..]);
+        let [work] = sum_of(owned, |a| [(velocity[a] + 0.5 * received[a].damping).dot(received[a].damping)]);
+        for_each_chunk(&mut self.velocity[..owned], ROWS, |number, velocity| {
+            velocity.iter_mut().zip(&received[number * ROWS..]).for_each(|(u, received)| *u += received.damping);
+        });
+        near.ghosts.refresh(step.domain, &mut self.velocity);
+        step.particle_mass() * step.domain.sum([work])[0]
+    }
+
+    /// Impulses but that of the pressure. Forces between particles cancel, so that all of a sum comes from walls.
+    pub fn impulses(&self, step: &Context<'_>, particles: &Particles) -> FluidImpulses {
+        let (kind, received) = (&particles.kind[..], &self.received[..]);
+        let sums = step.domain.sum(sum_of(particles.owned, |a| {
+            let Received { laplacian: friction, damping, .. } = received[a];
+            let one = if kind[a] == Kind::Fluid { 1.0 } else { 0.0 };
+            [one, friction.x, friction.y, friction.z, damping.x, damping.y, damping.z]
+        }));
+        let mass = step.particle_mass();
+        FluidImpulses {
+            body_force: mass * sums[0] * step.dt * step.forcing.body_force,
+            wall_pressure: Vector::ZERO,
+            friction: mass * Vector::from_slice(&sums[1..4]),
+            contact: mass * Vector::from_slice(&sums[4..]),
+        }
+    }
+
+    /// Right side: the divergence to be taken away, less that which relaxes the number density.
+    pub fn set_right_side(&mut self, step: &Context<'_>, particles: &Particles, equation: &mut PressureEquation) {
+        let owned = particles.owned;
+        self.divergence.resize(owned, 0.0);
+        let operators = Operators { pairs: &self.pairs, inverse: &self.inverse, sums: &self.sums };
+        operators.divergence(&equation.blocks, &self.velocity, &mut self.divergence);
+        let (divergence, surroundings) = (&self.divergence[..], &self.surroundings[..]);
+        for_each_chunk(&mut equation.rows[..owned], ROWS, |number, rows| {
+            for (row, entry) in rows.iter_mut().enumerate().filter(|(_, entry)| entry.diagonal > 0.0) {
+                let a = number * ROWS + row;
+                let wanted = expansion(step, surroundings[a].density, entry.beside_surface);
+                entry.right = step.settings.fluid.density / step.dt * (wanted - divergence[a]);
+            }
+        });
+    }
+
+    /// Solves for the pressure.
+    pub fn project(
+        &mut self,
+        step: &Context<'_>,
+        near: &mut Arrangement,
+        particles: &mut Particles,
+        equation: &mut PressureEquation,
+    ) -> Result<PressureReport, PressureError> {
+        let Arrangement { ghosts, bins, bin, .. } = near;
+        let Particles { pressure, position, owned, kind, .. } = particles;
+        self.force.resize(kind.len(), Vector::ZERO);
+        let operators = Operators { pairs: &self.pairs, inverse: &self.inverse, sums: &self.sums };
+        let mut matrix = Conjugate { operators, force: &mut self.force, divergence: &mut self.divergence };
+        let layout = Layout { domain: step.domain, bins, roles: &self.unknown, bin, place: position, owned: *owned };
+        let strain = step.dt * step.dt / step.settings.fluid.density;
+        equation.solve_with(&mut matrix, &layout, ghosts, pressure, strain, &step.settings.tolerance)
+    }
+
+    /// New velocities and positions; returns the impulse of the walls \[N s], and the kinetic energy (relative to the walls)
+    /// that the pressure adds by relaxing the number density, and otherwise \[J].
+    pub fn apply_pressure(
+        &mut self,
+        step: &Context<'_>,
+        particles: &mut Particles,
+        equation: &PressureEquation,
+    ) -> (Vector, [Real; 2]) {
+        let Particles { kind, position, velocity: present, pressure, gradient, owned, .. } = particles;
+        let owned = *owned;
+        self.operators().force(&equation.blocks, pressure, &mut gradient[..owned]);
+        self.new.resize(kind.len());
+        let (free, walls) = (&self.velocity[..], step.forcing.wall_velocity);
+        let (kind, gradient) = (&kind[..], &gradient[..]);
+        let factor = step.dt / step.settings.fluid.density;
+        let new = (&mut self.new.velocity[..owned], &mut self.new.position[..owned]);
+        for_each_chunk(new, ROWS, |number, (velocity, place)| {
+            for (row, (u, x)) in velocity.iter_mut().zip(place).enumerate() {
+                let a = number * ROWS + row;
+                (*u, *x) = (present[a], position[a]);
+                if kind[a] == Kind::Fluid {
+                    *u = free[a] + walls - factor * gradient[a];
+                    *x += step.dt * *u;
+                }
+            }
+        });
+        let (mass, surroundings, rows) = (step.particle_mass(), &self.surroundings[..], &equation.rows[..]);
+        let sums = step.domain.sum(sum_of(owned, |a| {
+            let change = -factor * gradient[a];
+            let whole = change.dot(free[a] + 0.5 * change);
+            let inside = rows[a].diagonal > 0.0;
+            let wanted = if inside { expansion(step, surroundings[a].density, rows[a].beside_surface) } else { 0.0 };
+            [change.x, change.y, change.z, factor * wanted * pressure[a], whole]
+        }));
+        let [relaxation, whole] = [mass * sums[3], mass * sums[4]];
+        (mass * Vector::from_slice(&sums[..3]), [relaxation, whole - relaxation])
+    }
+
+    /// Shifts the new positions; returns the longest way \[m], and the potential energy that it adds \[J].
+    pub fn shift(&mut self, step: &Context<'_>, particles: &Particles, equation: &PressureEquation) -> [Real; 2] {
+        let close = CLOSE_RADIUS * step.settings.fluid.spacing;
+        let (pairs, blocks, role) = (&self.pairs, &equation.blocks[..], &particles.role[..]);
+        let second = |a: usize| {
+            pairs.of(blocks, a).any(|pair| role[pair.particle] != Role::Unknown && pair.way().length() < close)
+        };
+        let (surroundings, received) = (&self.surroundings[..], &self.received[..]);
+        let rate = |a: usize| received[a].strain;
+        let kind = &particles.kind[..];
+        // The forces of the last product serve as the ways.
+        let ways = &mut self.force[..particles.owned];
+        shift::find_ways(step, kind, surroundings, rate, second, ways);
+        let ways = &*ways;
+        for_each_chunk(&mut self.new.position[..particles.owned], ROWS, |number, position| {
+            position.iter_mut().zip(&ways[number * ROWS..]).for_each(|(x, way)| *x += *way);
+        });
+        let longest = step.domain.max(largest(ways.len(), |a| ways[a].length()).max(0.0));
+        let [work] = step.domain.sum(sum_of(ways.len(), |a| [ways[a].dot(step.forcing.body_force)]));
+        [longest, -step.particle_mass() * work]
+    }
+}
+
+/// Divergence that relaxes a number `density` [1/s]; beside the surface a low one is no error.
+fn expansion(step: &Context<'_>, density: Real, beside_surface: bool) -> Real {
+    let sums = &step.kernel.sums;
+    let strain = (density - sums.number_density) / (3.0 * sums.strain);
+    let strain = if beside_surface { strain.max(0.0) } else { strain };
+    strain / (step.settings.scheme.relaxation * step.flow_time)
+}
+
+/// Gives wall particles beside fluid the pressure of the fluid that they mirror, for whoever looks at it; others have none.
+/// `means` is work space.
+pub(crate) fn set_wall_pressures(
+    step: &Context<'_>,
+    tank: &Tank,
+    near: &Arrangement,
+    particles: &mut Particles,
+    means: &mut [Real],
+) {
+    let weight = Weight { family: Wendland::C2, radius: CLOSE_RADIUS * step.settings.fluid.spacing };
+    let Particles { kind, position, pressure, owned, .. } = particles;
+    let (kind, position, solved) = (&kind[..], &position[..], &pressure[..]);
+    near.neighbours.set(means, |a, near| {
+        if kind[a] == Kind::Fluid {
+            return solved[a];
+        }
+        let at = tank.mirrored(position[a]);
+        let fluid = near.iter().map(|&b| b as usize).filter(|&b| kind[b] == Kind::Fluid);
+        let [sum, total] = fluid.fold([0.0; 2], |[sum, total], b| {
+            let w = weight.value((position[b] - at).length());
+            [sum + w * solved[b], total + w]
+        });
+        if total > 0.0 { sum / total } else { 0.0 }
+    });
+    let means = &*means;
+    for_each_chunk(&mut pressure[..*owned], ROWS, |number, pressure| {
+        pressure.copy_from_slice(&means[number * ROWS..][..pressure.len()]);
+    });
+}

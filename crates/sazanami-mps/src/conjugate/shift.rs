@@ -1,0 +1,40 @@
+//! Shifting of particles by the rate of strain: positions move to where particles are sparse, velocities stay.
+
+use sazanami_numerics::{Real, Vector};
+use sazanami_parallel::for_each_chunk;
+
+use super::surroundings::Surroundings;
+use crate::context::Context;
+use crate::neighbours::ROWS;
+use crate::particles::{Kind, Role};
+
+/// Way over that of a diffusion number `rate dt`, times 1.5 as drops and vortices need it.
+const SHARE: Real = 2.0 * 1.5;
+/// Longest way in a step over the spacing.
+const LONGEST: Real = 0.05;
+
+/// Ways of the own fluid particles for their `rate` of strain [1/s] \[m]; those at the surface and those with one of these
+/// near (`second`) move along it alone, isolated ones not.
+pub(crate) fn find_ways(
+    step: &Context<'_>,
+    kind: &[Kind],
+    surroundings: &[Surroundings],
+    rate: impl Fn(usize) -> Real + Sync,
+    second: impl Fn(usize) -> bool + Sync,
+    ways: &mut [Vector],
+) {
+    let spacing = step.settings.fluid.spacing;
+    let (longest, factor) = (LONGEST * spacing, SHARE * spacing * spacing * step.dt);
+    let way = |a: usize| {
+        let Surroundings { drift, normal, role, .. } = surroundings[a];
+        if kind[a] != Kind::Fluid || role == Role::Inactive {
+            return Vector::ZERO;
+        }
+        let whole = (factor * rate(a) * drift).clamp_length_max(longest);
+        let along = role == Role::Dirichlet || second(a);
+        if along { whole - whole.dot(normal) * normal } else { whole }
+    };
+    for_each_chunk(ways, ROWS, |number, ways| {
+        ways.iter_mut().enumerate().for_each(|(row, entry)| *entry = way(number * ROWS + row));
+    });
+}

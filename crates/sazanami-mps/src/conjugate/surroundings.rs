@@ -1,0 +1,145 @@
+//! Sums over pairs that need neither pressure nor the neighbours' gradients: `B`, velocity gradient, density, drift, roles.
+
+use sazanami_numerics::{Matrix, Real, Vector};
+use sazanami_parallel::for_each_chunk;
+
+use super::pairs::{Neighbour, Pairs};
+use crate::free_surface::is_isolated;
+use crate::matrix::{Block, CLOSE_RADIUS};
+use crate::moments::{Symmetric, add, eigenvalues_exceed, full};
+use crate::neighbours::ROWS;
+use crate::particles::{Kind, Role};
+use crate::scheme::Kernel;
+use crate::surface_test::{Support, cone_is_empty, towards};
+use crate::weight::{Calibration, LaplacianForm, Weight, Wendland};
+
+/// Smallest eigenvalue of `M` below which `B` is the unit matrix: sheets of one layer and threads.
+const THINNEST: Real = 0.1;
+/// Factor of the drift of close pairs (Monaghan 2000, J. Comput. Phys. 159, 290).
+const CLOSE_PAIRS: Real = 0.2;
+/// Distance over the spacing below which a pair is counted as collided.
+const COLLIDED: Real = 0.5;
+const UNIT: Symmetric = [1.0, 1.0, 1.0, 0.0, 0.0, 0.0];
+
+/// The weight of shifting and of the surface test: C2 of 2.1 spacings, whatever that of the scheme.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Near {
+    weight: Weight,
+    strain: Real,
+    at_spacing: Real,
+}
+
+impl Near {
+    pub fn new(spacing: Real) -> Self {
+        let weight = Weight { family: Wendland::C2, radius: CLOSE_RADIUS * spacing };
+        let strain = Calibration::new(&weight, LaplacianForm::HigherOrder, spacing).strain;
+        Self { weight, strain, at_spacing: weight.value(spacing) }
+    }
+
+    /// Share of a neighbour at distance `r` \[m] in the drift, over its way [1/m^2].
+    #[inline(always)]
+    fn drift(&self, r: Real) -> Real {
+        let ratio = (self.weight.value(r) / self.at_spacing).powi(2);
+        -self.weight.slope_over_distance(r) / self.strain * (1.0 + CLOSE_PAIRS * ratio * ratio)
+    }
+}
+
+/// What surrounds a particle.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Surroundings {
+    /// Number density.
+    pub density: Real,
+    /// Direction in which particles are sparse, `-grad C` of shifting [1/m].
+    pub drift: Vector,
+    /// Outward direction: away from the mean of the close neighbours; zero inside.
+    pub normal: Vector,
+    /// Pairs nearer than half a spacing.
+    pub collided: u32,
+    /// Whether it lies inside, at the free surface, or alone.
+    pub role: Role,
+}
+
+/// Columns set by [`surround`] for each own particle.
+pub(crate) struct Found<'a> {
+    pub inverse: &'a mut [Symmetric],
+    /// Gradient of the velocity, `grad[i][j] = du_i/dx_j` as a matrix [1/s].
+    pub gradient: &'a mut [Matrix],
+    /// `sum g` [1/m].
+    pub sums: &'a mut [Vector],
+    pub surroundings: &'a mut [Surroundings],
+}
+
+/// Sums over the pairs of each own fluid particle with its `velocity` [m/s]; `open` if there is a free surface.
+pub(crate) fn surround(
+    kernel: &Kernel,
+    near: &Near,
+    open: bool,
+    (pairs, blocks): (&Pairs, &[Block]),
+    (kind, velocity): (&[Kind], &[Vector]),
+    found: Found<'_>,
+) {
+    let spacing = near.weight.radius / CLOSE_RADIUS;
+    let Found { inverse, gradient, sums, surroundings } = found;
+    for_each_chunk((inverse, gradient, sums, surroundings), ROWS, |number, (inverse, gradient, sums, surroundings)| {
+        for row in 0..inverse.len() {
+            let a = number * ROWS + row;
+            (inverse[row], gradient[row], sums[row]) = (UNIT, Matrix::ZERO, Vector::ZERO);
+            surroundings[row] = Surroundings::default();
+            if kind[a] != Kind::Fluid {
+                continue;
+            }
+            let (mut moments, mut changes, mut close) = ([0.0; 6], Matrix::ZERO, 0);
+            let mine = &mut surroundings[row];
+            mine.density = 1.0;
+            for pair in pairs.of(blocks, a) {
+                let Neighbour { particle: b, slope, stiffness, .. } = pair;
+                let apart = pair.way();
+                let r = apart.length();
+                mine.density += kernel.weight.value(r);
+                sums[row] += slope;
+                add(&mut moments, stiffness, apart);
+                let change = pair.seen(velocity[b]) - velocity[a];
+                changes += Matrix::from_cols(slope.x * change, slope.y * change, slope.z * change);
+                if r < CLOSE_RADIUS * spacing {
+                    close += 1;
+                    mine.drift -= near.drift(r) * apart;
+                    mine.collided += u32::from(r < COLLIDED * spacing);
+                }
+            }
+            if eigenvalues_exceed(&moments, THINNEST) {
+                let m = full(&moments).inverse();
+                inverse[row] = [m.x_axis.x, m.y_axis.y, m.z_axis.z, m.x_axis.y, m.x_axis.z, m.y_axis.z];
+            }
+            gradient[row] = changes * full(&inverse[row]);
+            let apart = pairs.of(blocks, a).map(|pair| pair.way()).filter(|d| d.length() < CLOSE_RADIUS * spacing);
+            let scaled = moments.map(|m| m * kernel.sums.strain);
+            let role = if open { role(&scaled, &kernel.sums, close, spacing, apart.clone()) } else { Role::Unknown };
+            mine.role = role;
+            mine.normal = match role {
+                Role::Dirichlet => -towards(spacing, apart),
+                Role::Inactive | Role::Unknown => -sums[row],
+            }
+            .normalize_or_zero();
+        }
+    });
+}
+
+/// Role by eigenvalue and cone; it matters for shifting, spray and the relaxation of the density alone.
+fn role(
+    moments: &Symmetric,
+    sums: &Calibration,
+    close: u32,
+    spacing: Real,
+    apart: impl Iterator<Item = Vector> + Clone,
+) -> Role {
+    let at_surface = match Support::of(moments, sums) {
+        Support::Full => return Role::Unknown,
+        Support::Thin => true,
+        Support::Partial => cone_is_empty(spacing, apart),
+    };
+    match at_surface {
+        _ if is_isolated(close) => Role::Inactive,
+        true => Role::Dirichlet,
+        false => Role::Unknown,
+    }
+}

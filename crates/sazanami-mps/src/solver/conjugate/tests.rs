@@ -1,0 +1,169 @@
+use sazanami_dem::Random;
+use sazanami_numerics::domain::Domain;
+use sazanami_numerics::grid::Grid;
+
+use super::*;
+use crate::boundary::{Side, Tank, WallFriction};
+use crate::conjugate::Operators;
+use crate::grains::GrainPhase;
+use crate::moments::Symmetric;
+use crate::momentum::FluidImpulses;
+use crate::pressure::Tolerance;
+use crate::scheme::{Fluid, Projection, Scheme};
+use crate::solver::{FluidParticle, Settings};
+use crate::stability::StepLimits;
+
+const WALLS: [Side; 2] = [Side::Wall; 2];
+const OPEN: [Side; 2] = [Side::Open; 2];
+const OPEN_TOP: [Side; 2] = [Side::Wall, Side::Open];
+const PERIODIC: [Side; 2] = [Side::Periodic; 2];
+
+/// A disordered block of 10 x 8 x 6 particles of unit spacing, from the lower corner of a box, ready for its operators.
+fn posed(sides: [[Side; 2]; 3], radius: Real) -> Solver {
+    let mut random = Random::new(5);
+    let mut way = || 0.15 * random.between(-1.0, 1.0);
+    let places = (0..480).map(|n| [n % 10, n / 10 % 8, n / 80].map(|n| f64::from(n) + 0.5));
+    let at =
+        |x: [Real; 3], way: Vector| FluidParticle { position: Vector::from_array(x) + way, velocity: Vector::ZERO };
+    let fluid: Vec<_> = places.map(|x| at(x, Vector::new(way(), way(), way()))).collect();
+    let upper = Vector::new(10.0, 8.0, 12.0);
+    let domain = Domain::solo(Grid::new([4, 4, 4], Vector::ZERO, upper), sides.map(|s| s[0] == Side::Periodic));
+    let settings = Settings {
+        fluid: Fluid { density: 2.0, viscosity: 0.01, spacing: 1.0 },
+        scheme: Scheme { projection: Projection::Conjugate, radius, ..Scheme::default() },
+        limits: StepLimits { longest: 0.05, ..StepLimits::default() },
+        tolerance: Tolerance::default(),
+        reference: Vector::ZERO,
+    };
+    let tank = Tank::new(Vector::ZERO, upper, sides, WallFriction::Slip);
+    let grains = GrainPhase::none(&domain).unwrap();
+    let mut solver = Solver::new(domain, settings, tank, &fluid, grains).unwrap();
+    let (forcing, surface, reduced_force, dt) = (Forcing::default(), solver.surface, Vector::ZERO, 0.01);
+    let Solver { domain, periods, settings, kernel, tank, particles, walls, near, equation, conjugate, .. } =
+        &mut solver;
+    let step =
+        Context { domain, periods, settings, kernel, surface, forcing: &forcing, reduced_force, dt, flow_time: dt };
+    walls.begin_step(&step, tank, particles);
+    near.renew(&step, particles, 0.0, 0.0, &mut conjugate.voids);
+    equation.resize(particles.owned);
+    conjugate.surround(&step, &Mirrors::of(tank), near, particles, equation);
+    solver
+}
+
+/// A column of `value` at all particles, with ghosts; zero at walls.
+fn column<T: bytemuck::Pod + Default + Send + Sync>(solver: &mut Solver, mut value: impl FnMut(Vector) -> T) -> Vec<T> {
+    let particles = &solver.particles;
+    let of = |a: usize| if particles.is_fluid(a) { value(particles.position[a]) } else { T::default() };
+    let mut column: Vec<T> = (0..particles.len()).map(of).collect();
+    solver.near.ghosts.refresh(&solver.domain, &mut column);
+    column
+}
+
+fn divergence(solver: &Solver, operators: &Operators<'_>, velocity: &[Vector]) -> Vec<Real> {
+    let mut found = vec![0.0; solver.particles.owned];
+    operators.divergence(&solver.equation.blocks, velocity, &mut found);
+    found
+}
+
+fn force(solver: &Solver, pressure: &[Real]) -> Vec<Vector> {
+    let mut found = vec![Vector::ZERO; solver.particles.owned];
+    solver.conjugate.operators().force(&solver.equation.blocks, pressure, &mut found);
+    found
+}
+
+#[test]
+fn the_divergence_of_linear_flows_is_exact_at_surfaces_and_at_walls() {
+    let free = |x: Vector| Vector::new(2.0 * x.x + 0.7 * x.z, 0.3, x.y - 0.5 * x.z);
+    // Along the floor and a wall, so that their mirrors continue it.
+    let walled = |x: Vector| Vector::new(2.0 * x.x, 0.3, -0.5 * x.z);
+    for radius in [2.6, 3.1] {
+        for (sides, flow, free) in
+            [([OPEN; 3], free as fn(Vector) -> Vector, true), ([OPEN_TOP, OPEN, OPEN_TOP], walled, false)]
+        {
+            let mut solver = posed(sides, radius);
+            let velocity = column(&mut solver, flow);
+            let worst = |found: Vec<Real>| {
+                let of = |a: usize| if solver.particles.is_fluid(a) { (found[a] - 1.5).abs() } else { 0.0 };
+                (0..found.len()).map(of).fold(0.0, Real::max)
+            };
+            let operators = solver.conjugate.operators();
+            let exact = worst(divergence(&solver, &operators, &velocity));
+            assert!(exact < 2e-5, "{radius} {free}: {exact:e}");
+            // Negative control: without the moments.
+            let unit: Vec<Symmetric> = vec![[1.0, 1.0, 1.0, 0.0, 0.0, 0.0]; velocity.len()];
+            let plain = worst(divergence(&solver, &Operators { inverse: &unit, ..operators }, &velocity));
+            assert!(plain > 0.3, "{radius} {free}: {plain}");
+        }
+    }
+}
+
+#[test]
+fn the_pressure_force_is_the_negative_transpose_of_the_divergence() {
+    let all = [[WALLS, PERIODIC, OPEN_TOP], [WALLS, WALLS, OPEN_TOP], [PERIODIC, PERIODIC, OPEN], [OPEN; 3]];
+    for (sides, radius) in all.into_iter().flat_map(|sides| [(sides, 2.6), (sides, 3.1)]) {
+        let mut solver = posed(sides, radius);
+        let mut random = Random::new(3);
+        let velocity = column(&mut solver, |_| {
+            Vector::new(random.between(-1.0, 1.0), random.between(-1.0, 1.0), random.between(-1.0, 1.0))
+        });
+        let pressure = column(&mut solver, |_| random.between(0.0, 1.0));
+        let work: Real = force(&solver, &pressure).iter().zip(&velocity).map(|(f, u)| f.dot(*u)).sum();
+        let against = |found: Vec<Real>| -> Real { found.iter().zip(&pressure).map(|(d, p)| d * p).sum() };
+        let operators = solver.conjugate.operators();
+        let transposed = against(divergence(&solver, &operators, &velocity));
+        let scale: Real = force(&solver, &pressure).iter().map(|f| f.length()).sum();
+        assert!((work + transposed).abs() < 1e-13 * scale, "{sides:?}: {work} {transposed}");
+        // Negative control: a divergence without the moments is not its transpose.
+        let unit: Vec<Symmetric> = vec![[1.0, 1.0, 1.0, 0.0, 0.0, 0.0]; velocity.len()];
+        let plain = against(divergence(&solver, &Operators { inverse: &unit, ..operators }, &velocity));
+        assert!((work + plain).abs() > 1e-4 * scale, "{sides:?}: {work} {plain}");
+        // Without walls momentum is kept.
+        let sum = force(&solver, &pressure).into_iter().sum::<Vector>();
+        for d in (0..3).filter(|&d| sides[d][0] != Side::Wall) {
+            assert!(sum[d].abs() < 1e-13 * scale, "{sides:?}: {sum}");
+        }
+        // Negative control: walls push.
+        assert!(sides[2][0] == Side::Open || sum.z.abs() > 1e-3 * scale);
+    }
+}
+
+#[test]
+fn momentum_and_energy_of_a_step_are_what_its_parts_report() {
+    for relaxation in [Real::INFINITY, 10.0] {
+        let mut solver = posed([WALLS, PERIODIC, OPEN_TOP], 2.6);
+        let mut random = Random::new(9);
+        let mut some = || 0.2 * random.between(-1.0, 1.0);
+        let velocities: Vec<Vector> = (0..480).map(|_| Vector::new(some(), some(), some())).collect();
+        solver.set_velocities(|particles, a| velocities[particles.id[a] as usize]);
+        solver.settings.scheme.relaxation = relaxation;
+        solver.settings.fluid.viscosity = 0.0;
+        solver.settings.tolerance.strain = 1e-10;
+        let energy = |solver: &Solver| {
+            solver.particle_mass() * solver.sum_over_fluid(|p, a| [0.5 * p.velocity[a].length_squared()])[0]
+        };
+        for n in 0..10 {
+            let body_force = if n < 5 { Vector::ZERO } else { Vector::new(0.1, 0.0, -1.0) };
+            let forcing = Forcing { body_force, ..Forcing::default() };
+            let (before, momentum) = (energy(&solver), solver.fluid_momentum());
+            let report = solver.step(0.01, &forcing, |_| ()).unwrap();
+            let FluidImpulses { body_force, wall_pressure, friction, contact } = report.impulses;
+            let rest = solver.fluid_momentum() - momentum - (body_force + wall_pressure + friction + contact);
+            assert!(rest.length() < 1e-12 * wall_pressure.length(), "{rest} {wall_pressure}");
+            let EnergyChanges { projection, relaxation: relaxed, shifting } = report.energy;
+            assert!(report.stabilisation_work < 0.0 && projection < 0.0, "{report:?}");
+            // Only a pressure that relaxes the density can add energy.
+            assert!((relaxed == 0.0) == relaxation.is_infinite(), "{relaxed:e}");
+            if n < 5 {
+                assert!(report.clipped == 0 && shifting == 0.0);
+                let gained = energy(&solver) - before;
+                let booked = projection + relaxed + report.stabilisation_work;
+                assert!((gained - booked).abs() < 1e-11 * before, "{gained:e} {booked:e}");
+                assert!(gained < 0.0 || relaxation.is_finite(), "{gained:e}");
+                // Negative control: a part left out.
+                assert!((gained - projection - relaxed).abs() > 1e-6 * before);
+            } else {
+                assert!(shifting != 0.0);
+            }
+        }
+    }
+}

@@ -1,0 +1,158 @@
+//! Sections and views of a run, drawn anew from the grains and fields that it wrote at their times.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use sazanami_numerics::geometry::Shape;
+use sazanami_numerics::{Quaternion, Real, Vector};
+use sazanami_observe::erosion::{Erosion, InitialBed};
+use sazanami_observe::{BedView, Body};
+use serde_json::Value;
+
+use super::output::{Output, undone};
+use crate::artist::{Figure, Scene};
+use crate::case;
+use crate::case::meaning::Case;
+use crate::error::CommandError;
+use crate::feasible;
+use crate::recorder::{Drawn, LOOSEST, NEVER, bed_surface, erosion_settings, scene};
+use crate::results::{CASE, FIGURES};
+use crate::saved::{SavedTime, state, times};
+use crate::state::{Array, State, Values, WaterState};
+
+/// What all pictures of a run share.
+struct Run<'a> {
+    case: &'a Case,
+    shapes: Arc<[Shape]>,
+    /// Height of the bed before the impact, if there was one \[m].
+    height: Option<Real>,
+}
+
+/// The values of the grains that pictures need, as columns.
+struct Grains {
+    population: Vec<u32>,
+    scale: Vec<Real>,
+    mass: Vec<Real>,
+    position: Vec<Vector>,
+    orientation: Vec<Quaternion>,
+    velocity: Vec<Vector>,
+    last_contact: Vec<Real>,
+    time: Real,
+}
+
+impl Grains {
+    /// The grains of a state in the frame of the tank, which is displaced by `tank` \[m]; `None` if an array was not written.
+    fn of(state: &State, tank: Vector) -> Option<Self> {
+        let array = |name: &str| state.grains.iter().find(|array| array.name == name);
+        let reals = |name: &str| array(name).map(reals);
+        let vectors = |name: &str| reals(name).map(|values| values.chunks_exact(3).map(Vector::from_slice).collect());
+        let last_contact = |since: Real| if since < NEVER { state.time - since } else { Real::NEG_INFINITY };
+        let orientation = reals("orientation")?;
+        let orientation =
+            orientation.chunks_exact(4).map(|q| Quaternion::from_xyzw(q[1], q[2], q[3], q[0]).normalize());
+        let position: Vec<Vector> = vectors("position")?;
+        Some(Self {
+            population: reals("population")?.into_iter().map(|number| number as u32).collect(),
+            scale: reals("scale")?,
+            mass: reals("mass")?,
+            position: position.into_iter().map(|place| place - tank).collect(),
+            orientation: orientation.collect(),
+            velocity: vectors("velocity")?,
+            last_contact: reals("time_since_contact")?.into_iter().map(last_contact).collect(),
+            time: state.time,
+        })
+    }
+
+    fn view<'a>(&'a self, bodies: &'a [Body<'a>]) -> BedView<'a> {
+        BedView {
+            bodies,
+            body: &self.population,
+            scale: &self.scale,
+            mass: &self.mass,
+            position: &self.position,
+            orientation: &self.orientation,
+            velocity: &self.velocity,
+            last_contact: Some(&self.last_contact),
+            time: self.time,
+        }
+    }
+}
+
+/// The values of an array.
+fn reals(array: &Array) -> Vec<Real> {
+    match &array.values {
+        Values::F64(values) => values.clone(),
+        Values::F32(values) => values.iter().map(|&value| value.into()).collect(),
+        Values::U64(values) => values.iter().map(|&value| value as Real).collect(),
+        Values::U32(values) => values.iter().map(|&value| value.into()).collect(),
+        Values::I32(values) => values.iter().map(|&value| value.into()).collect(),
+    }
+}
+
+/// Draws the pictures of a run on a grid again at the times of which it wrote grains and fields too.
+pub(super) fn draw_pictures(folder: &Path, summary: &Value, output: &mut Output) -> Result<(), CommandError> {
+    let figures = folder.join(FIGURES);
+    if output.artist.is_none() || summary["status"] == "running" || !figures.is_dir() {
+        return Ok(());
+    }
+    let loaded = case::load(&folder.join(CASE), &[])?;
+    let shapes: Arc<[Shape]> = feasible::shapes_alone(&loaded)?.into();
+    let found = |key: &str| summary["observables"]["bed"][key].as_f64();
+    let height = found("height_mm").filter(|_| found("porosity").is_some_and(|porosity| porosity < LOOSEST));
+    let run = Run { case: &loaded.case, shapes, height: height.map(|height| 1e-3 * height) };
+    let mut initial = None;
+    for saved in times(folder)? {
+        let Some(step) = step_of(&saved) else { continue };
+        let [section, liquid, view] =
+            ["section", "liquid", "view"].map(|kind| figures.join(format!("{kind}-{step}.png")));
+        if !section.is_file() && saved.time > 0.0 {
+            continue;
+        }
+        let Some(scene) = scene_of(&run, &saved, &mut initial)? else {
+            output
+                .message(&format!("{}: too few of the grains' arrays were written to draw it anew", section.display()));
+            continue;
+        };
+        for (figure, path) in
+            [(Figure::Section(&scene), section), (Figure::Liquid(&scene), liquid), (Figure::View(&scene), view)]
+        {
+            if path.is_file() {
+                output.draw(&figure, &path)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The number of the step as file names have it, where there are grains and a field.
+fn step_of(saved: &SavedTime) -> Option<&str> {
+    saved.water.as_ref()?;
+    saved.grains.as_ref()?.file_stem()?.to_str()?.strip_prefix("grains-")
+}
+
+/// What the pictures of a time show; the surface of the first bed is kept in `initial`.
+fn scene_of(run: &Run, saved: &SavedTime, initial: &mut Option<InitialBed>) -> Result<Option<Scene>, CommandError> {
+    let Run { case, shapes, height } = run;
+    let state = state(saved)?;
+    let (Some(grains), Some(WaterState::Grid { grid, arrays })) =
+        (Grains::of(&state, case.to_written_frame(state.time)[0]), &state.water)
+    else {
+        return Ok(None);
+    };
+    if grains.population.iter().any(|&population| population as usize >= shapes.len()) {
+        return Err(undone(format!("the grains at {} s are not those of the case", state.time)));
+    }
+    let array = |name: &str| arrays.iter().find(|array| array.name == name);
+    let Some(liquid) = array("liquid_outside_grains").or_else(|| array("liquid_fraction")) else { return Ok(None) };
+    let bodies: Vec<Body> = shapes.iter().map(Body::of).collect();
+    let bed = grains.view(&bodies);
+    let surface = erosion_settings(case).map(|settings| {
+        let now = Erosion::of(&bed, &settings, initial.as_ref()).ok();
+        if saved.time == 0.0 {
+            *initial = now.as_ref().map(Erosion::as_initial);
+        }
+        bed_surface(&settings, initial.as_ref(), now.as_ref())
+    });
+    let drawn = Drawn { shapes: Arc::clone(shapes), grid: *grid, liquid: reals(liquid), surface };
+    Ok(Some(scene(case, state.time, &bed, *height, drawn)))
+}
