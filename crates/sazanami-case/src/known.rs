@@ -81,16 +81,6 @@ impl Known {
         self.grains.iter().any(forms)
     }
 
-    /// Whether a population without a packed bed is large enough to be one: a hundred grains in a list or on a lattice.
-    pub fn has_block(&self) -> bool {
-        let count = |p: &Population| match &p.placement {
-            GrainPlacement::List(list) => list.len(),
-            GrainPlacement::Lattice(lattice) => lattice.counts.iter().product(),
-            GrainPlacement::Packed(_) | GrainPlacement::Bed(_) => 0,
-        };
-        self.grains.iter().any(|p| count(p) >= 100)
-    }
-
     /// Lengths of what is observed: no longer than the box.
     pub fn lengths(&self) -> Range1 {
         let longest = self.domain.extent().length();

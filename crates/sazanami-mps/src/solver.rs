@@ -229,6 +229,12 @@ impl Solver {
         motion::largest_speed(&self.domain, &self.particles, |_| true)
     }
 
+    /// The same without particles that fly alone.
+    #[must_use]
+    pub fn largest_speed_together(&self) -> Real {
+        motion::largest_speed(&self.domain, &self.particles, |role| role != Role::Inactive)
+    }
+
     /// Sum of `part` over all fluid particles, over all ranks.
     #[must_use]
     pub fn sum_over_fluid<const N: usize>(&self, part: impl Fn(&Particles, usize) -> [Real; N] + Sync) -> [Real; N] {

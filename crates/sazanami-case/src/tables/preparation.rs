@@ -12,8 +12,7 @@ use crate::read::{Context, Table};
 #[keys(check = Self::check)]
 pub struct Preparation {
     /// Most steps in which the water comes to rest with the grains held.
-    #[key(default = if cx.known.has_bed() || cx.known.has_block() { 500 } else { 0 },
-          says = "500 with a bed or a block of a hundred grains, otherwise 0")]
+    #[key(default = if cx.known.has_bed() { 500 } else { 0 }, says = "500 with a bed, otherwise 0")]
     pub relax_steps: usize,
     /// What a step leaves of the water's velocity meanwhile.
     #[key(range = Between(0.0, 1.0), default = 0.9)]

@@ -34,9 +34,9 @@ pub(super) fn without_line(values: &[Real]) -> Vec<Real> {
     line(&points).map_or_else(|| values.to_vec(), |line| points.iter().map(|point| rest(*point, line)).collect())
 }
 
-/// Wavelength \[m] of the highest peak of the spectrum of values `spacing` \[m] apart, all waves of up to twice the
+/// Wavelength \[m] of the highest peak of the spectrum of values `spacing` \[m] apart, waves from `shortest` \[m] to twice the
 /// profile; `None` for values that are all the same.
-pub(super) fn length_of_peak(values: &[Real], spacing: Real) -> Option<Real> {
+pub(super) fn length_of_peak(values: &[Real], spacing: Real, shortest: Real) -> Option<Real> {
     let count = values.len();
     let weights = window(count, 0.1);
     let mean =
@@ -49,8 +49,9 @@ pub(super) fn length_of_peak(values: &[Real], spacing: Real) -> Option<Real> {
         };
         of(Real::sin).powi(2) + of(Real::cos).powi(2)
     };
-    // From twice the profile to four values a wave.
-    let strengths: Vec<Real> = (PADDING..=2 * PADDING * count / 4).map(strength).collect();
+    // From twice the profile to the shortest wave, of four values at least.
+    let last = ((period as Real * spacing / shortest) as usize).clamp(PADDING + 1, period / 4);
+    let strengths: Vec<Real> = (PADDING..=last).map(strength).collect();
     let top = (0..strengths.len()).max_by(|a, b| strengths[*a].total_cmp(&strengths[*b]))?;
     let near = |n: usize| strengths.get(n).copied().unwrap_or(0.0);
     let shift = top.checked_sub(1).and_then(|before| vertex(near(before), near(top), near(top + 1)));

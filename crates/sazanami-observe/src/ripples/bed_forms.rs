@@ -126,7 +126,8 @@ fn mound(
     if height < least {
         return Err(Unmeasured::Level { height, least });
     }
-    let wavelength = length_of_peak(values, part.spacing).ok_or(Unmeasured::Level { height: 0.0, least })?;
+    let wavelength =
+        length_of_peak(values, part.spacing, settings.longest).ok_or(Unmeasured::Level { height: 0.0, least })?;
     Ok(Mound { wavelength, height, crest: part.x(high) })
 }
 
@@ -143,8 +144,13 @@ fn ripples(part: &SurfaceProfile, waves: &[Real], settings: &BedFormSettings) ->
         .into_iter()
         .filter_map(|(n, height)| settings.allows(place(n)).map(|zone| (zone, place(n), height)))
         .collect();
-    let distances: Vec<Real> =
-        allowed.windows(2).filter(|pair| pair[0].0 == pair[1].0).map(|pair| pair[1].1 - pair[0].1).collect();
+    // What is left of bars by the filter stands further apart than ripples do.
+    let distances: Vec<Real> = allowed
+        .windows(2)
+        .filter(|pair| pair[0].0 == pair[1].0)
+        .map(|pair| pair[1].1 - pair[0].1)
+        .filter(|distance| *distance <= settings.longest)
+        .collect();
     if distances.is_empty() {
         let highest = extent(waves);
         return Err(Unmeasured::TooFewCrests { found: allowed.len(), least: settings.grain_size, highest });
@@ -254,6 +260,26 @@ mod tests {
             (mound.wavelength / 87e-3 - 1.0).abs() < 0.2 && (mound.height / 3.6e-3 - 1.0).abs() < 0.15,
             "{mound:?}"
         );
+    }
+
+    #[test]
+    fn long_bars_are_no_ripples() {
+        let x = |n: u32| -0.15 + 0.5e-3 * f64::from(n);
+        let bars = |x: Real| 0.02 + 3.5e-3 * (TAU * x / 87e-3).cos();
+        let bed = SurfaceProfile::complete(x(0), 0.5e-3, (0..600).map(|n| bars(x(n))));
+        let found = BedForms::of(&bed, [-0.14, 0.14], &BedFormSettings::of_grains(D));
+        assert!(matches!(found.ripples, Err(Unmeasured::TooFewCrests { .. })), "{found:?}");
+        assert!((found.mound.expect("bars").wavelength / 87e-3 - 1.0).abs() < 0.1);
+        // Negative control: without that bound their rests are crests.
+        let kept = BedFormSettings { longest: 0.09, ..BedFormSettings::of_grains(D) };
+        assert!(BedForms::of(&bed, [-0.14, 0.14], &kept).ripples.is_ok());
+    }
+
+    #[test]
+    fn a_low_mound_under_ripples_keeps_its_wavelength() {
+        let bed = profile(|x| 0.01 + 0.4 * mound_at(x) + ripple_at(x));
+        let found = BedForms::of(&bed, RANGE, &settings());
+        assert!((found.mound.expect("a mound").wavelength / 87e-3 - 1.0).abs() < 0.25);
     }
 
     #[test]
