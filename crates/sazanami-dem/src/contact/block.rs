@@ -103,6 +103,8 @@ impl Block {
         reserve(&mut self.contacts, room);
         reserve(&mut self.merged, room);
         reserve(&mut self.found, room);
+        // Sphere pairs of one pair of grains.
+        reserve(&mut self.near.found, 64);
         reserve(&mut self.due, room);
         reserve(&mut self.changes, room);
         self.walls.reserve();

@@ -1,6 +1,6 @@
 //! Liquid that has only the open part of the cells as its room.
 //!
-//! With the part `V` of a cell that is open, 1 - alpha between steps, the liquid in it is `L = V C`. A step carries
+//! With the part `V` of a cell that is open, 1 - alpha between steps but for what full cells keep as a difference, the liquid in it is `L = V C`. A step carries
 //!
 //! ```text
 //! phi = u_f - chi u_s                            chi u_s: mean of alpha u_s of two covered cells, else 0
@@ -49,6 +49,9 @@ const NONE: Real = 1e-9;
 const FULL: Real = 1.0;
 /// Gas in a cell that counts as full once grains move.
 const TRACE: Real = 1e-9;
+/// Least mass of a cell without grains that takes momentum, over that of the fluid in a whole cell or over the mass that leaves its
+/// momentum there: a lighter one would leap away.
+const LIGHT: Real = 0.5;
 /// Round-off of the liquid in a cell.
 const ROUND_OFF: Real = 1e-15;
 
@@ -68,7 +71,8 @@ pub(crate) struct Room {
     fraction: Field<Real>,
     /// Velocity up to which the grains have got their part [m/s].
     kept: [Field<Real>; 3],
-    /// Momentum for the grains of a cell, per volume [N s/m^3].
+    /// Momentum for the grains of a cell, per volume [N s/m^3]; in a cell without grains what it was too light to take, until that is
+    /// booked.
     given: [Field<Real>; 3],
     /// Liquid beyond the room, in cell volumes.
     excess: Field<Real>,
@@ -285,11 +289,12 @@ impl Room {
                 open[i] -= dilatation;
                 [c[i], excess[i]] = split(liquid, open[i], c[i]);
                 let mass = open[i] * fluids.density(c[i]) + drho * excess[i];
+                let is_light = mass <= LIGHT * covered.abs();
                 for (d, (u, given)) in
                     [(&mut *u1, &mut *g1), (&mut *u2, &mut *g2), (&mut *u3, &mut *g3)].into_iter().enumerate()
                 {
                     let left = covered * (u[i] - kept[d][at]);
-                    if alpha[at] > 0.0 {
+                    if alpha[at] > 0.0 || is_light {
                         given[i] += left;
                     } else {
                         u[i] += left / mass;

@@ -49,6 +49,10 @@ summed! {
         clipped_cells: u64, "", "nearly empty or full cells that were clipped";
         clipped_volume: Real, "m^3", "liquid volume that this added (negative: removed)";
         #[serde(default)]
+        unplaced_cells: u64, "", "cells in which liquid without room beside grains was added or removed";
+        #[serde(default)]
+        unplaced_volume: Real, "m^3", "this liquid, each cell without its sign; its sum is in `clipped_volume`";
+        #[serde(default)]
         handed_on_volume: Real, "m^3", "liquid without room beside grains that was handed on, from cell to cell";
         out_of_range_cells: u64, "", "cells whose liquid fraction left the range 0 to 1 by more than 1e-9";
         deep_contacts: usize, "", "contacts that became deeper than 20 % of a contact sphere's radius";
@@ -175,6 +179,8 @@ impl Totals {
         tidied.moved_volume += residue.moved_volume;
         tidied.clipped_cells += residue.clipped_cells;
         tidied.clipped_volume += residue.clipped_volume + settled.clipped_volume;
+        tidied.unplaced_cells += settled.clipped_cells;
+        tidied.unplaced_volume += settled.clipped_amount;
         tidied.handed_on_volume += settled.moved_volume;
         tidied.out_of_range_cells += residue.out_of_range_cells;
         self.liquid_through += report.transport.volume_through.iter().flatten().sum::<Real>();
