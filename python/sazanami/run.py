@@ -124,7 +124,11 @@ class Run:
         states = self._going_on() if callback is None else self.steps(every)
         for state in states:
             if callback is not None:
-                callback(state)
+                try:
+                    callback(state)
+                except KeyboardInterrupt:
+                    self._interrupt()
+                    raise
         return self
 
     def steps(self, every: Every = 1) -> Iterator[State]:
@@ -158,16 +162,21 @@ class Run:
             # The loop was left, or an exception came through it.
             self.stop()
 
+    def _interrupt(self) -> None:
+        """Stops the run, which writes a checkpoint, and says so by an exception if that was its end."""
+        assert self._core is not None
+        self._core.stop(True)
+        self._to_the_end()
+        if self._ended is not None and self.interrupted:
+            raise RunInterrupted(self.folder) from None
+
     def _next(self) -> Optional[State]:
         """The next state, if there is one soon."""
         assert self._core is not None
         try:
             found = self._core.wait(_SLICE)
         except KeyboardInterrupt:
-            self._core.stop(True)
-            self._to_the_end()
-            if self._ended is not None and self.interrupted:
-                raise RunInterrupted(self.folder) from None
+            self._interrupt()
             raise
         except BaseException:
             # Nobody will look after the run any more.
