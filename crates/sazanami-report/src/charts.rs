@@ -52,9 +52,12 @@ type Group = (&'static str, &'static [&'static str]);
 const GROUPS: &[Group] = &[
     ("Crater", &["crater_depth", "rim_radius"]),
     ("Volume of the crater", &["erosion_volume", "erosion_volume_direct", "erosion_volume_excavated"]),
-    ("Height of ripples", &["ripple_height", "ripple_crest_to_trough", "bed_relief"]),
+    ("Heights of mound and ripples", &["mound_height", "ripple_crest_height", "bed_relief"]),
+    ("Lengths of mound and ripples", &["mound_wavelength", "ripple_crest_spacing"]),
+    ("Crests of ripples", &["ripple_crests"]),
+    ("Height of all waves as long as ripples", &["ripple_height", "ripple_crest_to_trough"]),
     (
-        "Wavelength of ripples",
+        "Wavelength of all waves as long as ripples",
         &["ripple_wavelength_spectrum", "ripple_wavelength_crossings", "ripple_wavelength_correlation"],
     ),
     ("Level of the water", &["water_level_mean", "water_level_highest", "water_level_lowest"]),

@@ -17,7 +17,7 @@ use sazanami_io::table::write_json;
 use crate::keys::{Between, Choices, Design, Setting};
 use crate::plan::{Plan, Target};
 use crate::pool::SideBySide;
-use crate::state::State;
+use crate::state::{Progressed, State};
 use crate::sweep::Sweep;
 use crate::table;
 use crate::work::TRIED;
@@ -34,21 +34,24 @@ const FAILED: f64 = 1e12;
 pub struct FittedKey {
     /// Its path.
     pub path: String,
-    /// The value of the best run, as text with its unit.
+    /// The value of the best point, as text with its unit.
     pub value: String,
-    /// By how much it is uncertain if each target is by its tolerance, in the same unit; absent where the runs do not tell.
+    /// By how much it is uncertain if each target is by its tolerance and by the standard error of its mean over the
+    /// seeds, in the same unit; absent where the runs do not tell.
     pub uncertainty: Option<f64>,
 }
 
-/// A target and what the best run found.
+/// A target and what was found at the best point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FittedTarget {
     /// Name of the finding.
     pub name: String,
     /// What was to be found, and how nearly.
     pub target: [f64; 2],
-    /// What the best run found.
+    /// What was found: the mean over the seeds.
     pub found: f64,
+    /// Standard error of that mean, from the scatter between seeds at all points; absent with less than two seeds.
+    pub error: Option<f64>,
 }
 
 /// What came of a calibration.
@@ -64,16 +67,24 @@ pub struct Fit {
     pub interrupted: bool,
     /// Runs that it took.
     pub runs: usize,
-    /// Folder of the best run.
+    /// Folder of the best run: with seeds the first one at the best point.
     pub best: PathBuf,
 }
 
-/// A point in the unit cube that was tried, and what its run found for each target; nothing if it failed.
+/// A point in the unit cube that was tried, and what its runs found for each target, one for each seed; nothing if one of
+/// them failed.
 #[derive(Clone, Debug)]
 struct Tried {
     name: String,
     place: Vec<f64>,
-    found: Option<Vec<f64>>,
+    found: Option<Vec<Vec<f64>>>,
+}
+
+impl Tried {
+    /// What was found for each target on the mean over the seeds.
+    fn means(&self) -> Option<Vec<f64>> {
+        Some(self.found.as_ref()?.iter().map(|of_seeds| mean(of_seeds)).collect())
+    }
 }
 
 /// Why the search ends.
@@ -199,7 +210,8 @@ impl Search<'_> {
         }
         plan.design = Design::Zip;
         let cores = Machine::this().cores;
-        let side_by_side = SideBySide::of(self.asked, None, points.len() - state.tried.len(), cores);
+        let seeds = self.seeds();
+        let side_by_side = SideBySide::of(self.asked, None, (points.len() - state.tried.len()) * seeds, cores);
         let run = || -> Result<(Sweep, bool), CommandError> {
             let sweep = Sweep::pose(plan, self.folder, side_by_side.threads)?;
             let unwritable = |error: &dyn std::fmt::Display| CommandError::Undone(error.to_string());
@@ -211,36 +223,65 @@ impl Search<'_> {
         };
         let (sweep, interrupted) = run().map_err(|error| refused(state, error))?;
         let before = state.tried.len();
-        for (number, point) in points.iter().enumerate().skip(before) {
-            let progressed = sweep.progressed(number);
-            let found: BTreeMap<String, String> = table::findings(&progressed).into_iter().collect();
-            let value = |target: &Target| found.get(&target.name).and_then(|text| text.parse::<f64>().ok());
-            let values: Option<Vec<f64>> = self.plan.targets.iter().map(value).collect();
-            match &progressed.state {
-                State::Finished if values.is_none() => {
-                    let known: Vec<&str> = found.keys().map(String::as_str).collect();
-                    let missing = self.plan.targets.iter().find(|target| value(target).is_none());
-                    let name = missing.map_or("", |target| target.name.as_str());
-                    return Err(refused(state, CommandError::unknown("finding", name, &known)));
-                }
-                State::Finished | State::Failed(_) => {
-                    let found = values.filter(|_| progressed.state == State::Finished);
-                    let name = sweep.runs()[number].name.clone();
-                    state.tried.push(Tried { name, place: point.clone(), found });
-                }
-                _ if interrupted => return Err(End::Stopped),
-                state_of => {
-                    let text = format!("{}: {}", sweep.runs()[number].name, state_of.word());
-                    return Err(refused(state, CommandError::Undone(text)));
+        for (place, point) in points.iter().enumerate().skip(before) {
+            let mut found = Some(vec![Vec::new(); self.plan.targets.len()]);
+            for number in place * seeds..(place + 1) * seeds {
+                let progressed = sweep.progressed(number);
+                match &progressed.state {
+                    State::Finished => {
+                        let values = self.values(&progressed).map_err(|error| refused(state, error))?;
+                        found.iter_mut().flatten().zip(values).for_each(|(all, value)| all.push(value));
+                    }
+                    State::Failed(_) => found = None,
+                    _ if interrupted => return Err(End::Stopped),
+                    state_of => {
+                        let text = format!("{}: {}", sweep.runs()[number].name, state_of.word());
+                        return Err(refused(state, CommandError::Undone(text)));
+                    }
                 }
             }
+            let name = sweep.runs()[place * seeds].name.clone();
+            state.tried.push(Tried { name, place: point.clone(), found });
         }
         if state.tried.iter().any(|tried| self.is_met(tried)) { Err(End::Met) } else { Ok(()) }
     }
 
+    /// What a run found for each target.
+    fn values(&self, progressed: &Progressed) -> Result<Vec<f64>, CommandError> {
+        let found: BTreeMap<String, String> = table::findings(progressed).into_iter().collect();
+        let value = |target: &Target| {
+            found.get(&target.name).and_then(|text| text.parse::<f64>().ok()).ok_or_else(|| {
+                let known: Vec<&str> = found.keys().map(String::as_str).collect();
+                CommandError::unknown("finding", &target.name, &known)
+            })
+        };
+        self.plan.targets.iter().map(value).collect()
+    }
+
+    /// Runs at each point.
+    fn seeds(&self) -> usize {
+        self.plan.seeds.len().max(1)
+    }
+
+    /// Standard errors of the means over the seeds for each target, from the scatter between seeds about the means of all
+    /// points; nothing where no point has two seeds.
+    fn errors(&self, tried: &[Tried]) -> Option<Vec<f64>> {
+        let seeds = self.seeds();
+        let known: Vec<&Vec<Vec<f64>>> = tried.iter().filter_map(|tried| tried.found.as_ref()).collect();
+        let freedom = known.len() * (seeds - 1);
+        let error = |target: usize| {
+            let squares = known.iter().map(|found| {
+                let middle = mean(&found[target]);
+                found[target].iter().map(|value| (value - middle).powi(2)).sum::<f64>()
+            });
+            (squares.sum::<f64>() / (freedom * seeds) as f64).sqrt()
+        };
+        (freedom > 0).then(|| (0..self.plan.targets.len()).map(error).collect())
+    }
+
     /// Deviations from the targets in their tolerances.
     fn deviations(&self, tried: &Tried) -> Option<Vec<f64>> {
-        let found = tried.found.as_ref()?;
+        let found = tried.means()?;
         Some(found.iter().zip(&self.plan.targets).map(|(found, t)| (found - t.value) / t.tolerance).collect())
     }
 
@@ -275,24 +316,26 @@ impl Search<'_> {
                 uncertainty: uncertainty.as_ref().map(|all| all[d] * slope),
             }
         };
-        let found = tried.found.as_deref().unwrap_or_default();
-        let target = |(target, &found): (&Target, &f64)| FittedTarget {
+        let (found, errors) = (tried.means().unwrap_or_default(), self.errors(&state.tried));
+        let target = |(n, target): (usize, &Target)| FittedTarget {
             name: target.name.clone(),
             target: [target.value, target.tolerance],
-            found,
+            found: found[n],
+            error: errors.as_ref().map(|all| all[n]),
         };
         Ok(Fit {
             keys: (0..self.ranges.len()).map(key).collect(),
-            targets: self.plan.targets.iter().zip(found).map(target).collect(),
+            targets: self.plan.targets.iter().enumerate().map(target).collect(),
             is_met: self.is_met(tried),
             interrupted,
-            runs: state.tried.len(),
+            runs: state.tried.len() * self.seeds(),
             best: self.folder.join(&tried.name),
         })
     }
 
-    /// Standard uncertainties of the places \[parts of the ranges], from a plane through the runs nearest to the best one: if
-    /// each target is uncertain by its tolerance.
+    /// Standard uncertainties of the places \[parts of the ranges], from a plane through the points nearest to the best one:
+    /// if each target is uncertain by its tolerance and, with seeds, by the standard error of its mean. Means scatter, and
+    /// points that lie close tell little of a slope: with seeds the plane goes through all points.
     fn uncertainty(&self, tried: &[Tried], best: usize) -> Option<Vec<f64>> {
         let n = self.ranges.len();
         let centre = &tried[best];
@@ -302,7 +345,10 @@ impl Search<'_> {
         let mut near: Vec<&Tried> =
             tried.iter().filter(|other| other.found.is_some() && distance(other) > 0.0).collect();
         near.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
-        near.truncate(2 * n);
+        let errors = self.errors(tried);
+        if errors.is_none() {
+            near.truncate(2 * n);
+        }
         // Least squares for the slopes of all deviations, then the covariance of the keys.
         let mut normal = vec![vec![0.0; n]; n];
         let mut right = vec![vec![0.0; origin.len()]; n];
@@ -318,8 +364,10 @@ impl Search<'_> {
         let slope = |t: usize, i: usize| (0..n).map(|j| inverse[i][j] * right[j][t]).sum::<f64>();
         let mut information: Vec<Vec<f64>> = vec![vec![0.0; n]; n];
         for t in 0..origin.len() {
+            let error = errors.as_ref().map_or(0.0, |all| all[t] / self.plan.targets[t].tolerance);
+            let weight = 1.0 / (1.0 + error * error);
             for (i, row) in information.iter_mut().enumerate() {
-                row.iter_mut().enumerate().for_each(|(j, sum)| *sum += slope(t, i) * slope(t, j));
+                row.iter_mut().enumerate().for_each(|(j, sum)| *sum += weight * slope(t, i) * slope(t, j));
             }
         }
         let covariance = self::inverse(information)?;
@@ -346,7 +394,7 @@ impl CostFunction for &Search<'_> {
             return Ok(self.cost_of(&tried));
         }
         let mut points: Vec<Vec<f64>> = self.state.borrow().tried.iter().map(|tried| tried.place.clone()).collect();
-        if points.len() >= self.plan.most_runs {
+        if (points.len() + 1) * self.seeds() > self.plan.most_runs {
             return Err(End::Runs.into());
         }
         points.push(place.clone());
@@ -354,6 +402,10 @@ impl CostFunction for &Search<'_> {
         let state = self.state.borrow();
         Ok(state.tried.last().map_or(FAILED, |tried| self.cost_of(tried)))
     }
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
 }
 
 /// The number of a setting, without its unit.
@@ -396,5 +448,57 @@ mod tests {
         let found = inverse(vec![vec![0.0, 2.0], vec![4.0, 1.0]]).unwrap();
         assert_eq!(found, [[-0.125, 0.25], [0.5, 0.0]]);
         assert_eq!(inverse(vec![vec![1.0, 2.0], vec![2.0, 4.0]]), None);
+    }
+
+    /// What stands for the program: `steps` are ten times the key, and off by what the seed has drawn.
+    #[cfg(unix)]
+    const NOISY: &str = r#"#!/bin/sh
+value() { sed -n "s/^$1 = //p" "$2"; }
+mkdir -p "$4" && cp "$2" "$4/case.toml"
+awk -v key="$(value cfl "$2")" -v seed="$(value seed "$2")" 'BEGIN {
+    split("0.9 -0.2 -0.5 0.1", drawn, " ")
+    printf "{ \"status\": \"finished\", \"steps\": %.9f }", 10 * key + drawn[seed]
+}' > "$4/summary.json"
+"#;
+
+    /// Finds the key whose `steps` are 3, by the mean over `seeds`.
+    #[cfg(unix)]
+    fn found_with(seeds: &str) -> Fit {
+        use std::os::unix::fs::PermissionsExt as _;
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        let case = "[domain]\nsize = [\"8 mm\", \"8 mm\", \"8 mm\"]\ncells = [8, 8, 8]\n[material.glass]\n\
+                    density = \"2500 kg/m^3\"\n[contact.default]\nnormal_stiffness = \"1e3 N/m\"\nrestitution = 0.3\n\
+                    [[grains]]\nshape.sphere = { diameter = \"2 mm\" }\n\
+                    placement.list = [{ position = [\"4 mm\", \"4 mm\", \"5 mm\"] }]\n[run]\nuntil = \"1 ms\"\n";
+        fs::write(at("a.toml"), case).unwrap();
+        fs::write(at("program"), NOISY).unwrap();
+        fs::set_permissions(at("program"), fs::Permissions::from_mode(0o700)).unwrap();
+        let plan = format!(
+            "case = \"a.toml\"\nseeds = {seeds}\n[keys]\n\"fluid.cfl\" = {{ from = 0.1, to = 0.5 }}\n\
+             [targets]\n\"steps\" = {{ value = 3.0, tolerance = 0.05 }}\n"
+        );
+        let plan = Plan::parse(&at("plan.toml"), &plan).unwrap();
+        let silent = &mut sazanami::progress::Silent;
+        calibrate(&plan, &at("runs"), &at("program"), Some(4), silent, &Stop::new()).unwrap()
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn the_mean_over_seeds_finds_what_one_seed_misses() {
+        let off = |fit: &Fit| (fit.keys[0].value.parse::<f64>().unwrap() - 0.3, fit.keys[0].uncertainty.unwrap());
+        let fit = found_with("[1, 2, 3, 4]");
+        let (distance, uncertainty) = off(&fit);
+        let error = fit.targets[0].error.unwrap();
+        assert!(fit.is_met && fit.runs % 4 == 0, "{fit:?}");
+        // The standard deviation of what is drawn, over the root of four.
+        assert!((error - 0.301_039_9).abs() < 1e-6, "{fit:?}");
+        assert!((uncertainty / (error.hypot(0.05) / 10.0) - 1.0).abs() < 1e-6, "{fit:?}");
+        assert!(distance.abs() < 2.0 * uncertainty && distance.abs() < 0.014, "{fit:?}");
+        // The control: one seed meets the target, and is off by many times what it believes.
+        let fit = found_with("[1]");
+        let (distance, uncertainty) = off(&fit);
+        assert!(fit.is_met && fit.targets[0].error.is_none(), "{fit:?}");
+        assert!((distance + 0.09).abs() <= 6e-3 && distance.abs() > 10.0 * uncertainty, "{fit:?}");
     }
 }

@@ -52,7 +52,8 @@ fn tell(fit: &Fit) -> u8 {
     }
     for target in &fit.targets {
         let [value, tolerance] = target.target;
-        outln!("{}: {}, target {value} within {tolerance}", target.name, target.found);
+        let error = target.error.map_or_else(String::new, |error| format!(" +- {} over seeds", rounded(error)));
+        outln!("{}: {}{error}, target {value} within {tolerance}", target.name, target.found);
     }
     let verdict = if fit.is_met { "the targets are met" } else { "the targets are not met" };
     outln!("{verdict} after {} runs; the nearest is {}", fit.runs, fit.best.display());
