@@ -48,6 +48,15 @@ fn lengths_of_what_is_observed_are_bounded_by_the_box() {
     refused("erosion.r_max=1e9 m", "`r_max` has to lie between");
     refused("bed.height_radius=1 m", "`height_radius` has to lie between");
     assert!(findings(&["erosion.r_max=4.9 mm"]).is_empty());
+    let axis = |x: &str, y: &str, shape: &str| {
+        findings(&[&format!("heap.axis=[\"{x}\", \"{y}\"]"), &format!("heap.shape={shape}")])
+    };
+    let is_outside =
+        |found: Vec<String>| found.len() == 1 && found[0].contains("the axis of the heap lies outside the box");
+    assert!(is_outside(axis("11 mm", "5 mm", "cone")) && is_outside(axis("5 mm", "-1 mm", "cone")));
+    assert!(is_outside(axis("-0.1 mm", "5 mm", "ridge")));
+    // A ridge stands along the whole of x2, and a heap may lean on a wall.
+    assert!(axis("0 mm", "50 mm", "ridge").is_empty() && axis("10 mm", "0 mm", "cone").is_empty());
 }
 
 #[test]

@@ -3,13 +3,15 @@
 //! The surface is that of the grains seen from above, averaged over bands that lie one grain wide at the same distance from the axis of a
 //! cone or from the line of a ridge. The flank is what lies between a fifth and four fifths of the way up from the foot to the
 //! crest, so that neither the round top nor grains that rolled away count; a straight line of least squares through its bands has
-//! the slope.
+//! the slope. Grains in the air are left out, and a heap that moves has no angle.
 
 use sazanami_numerics::{Real, choices};
+use sazanami_parallel::sum_over;
 
+use crate::erosion::linked_to_bed;
 use crate::fit::line;
 use crate::height_map::HeightMap;
-use crate::{BedView, Horizontal, bed_profile};
+use crate::{BedView, Horizontal};
 
 choices! {
     /// What a heap looks like.
@@ -36,6 +38,17 @@ pub struct HeapSettings {
     pub upper: Horizontal,
     /// Height of the floor, the surface where there is no grain \[m].
     pub floor: Real,
+    /// Magnitude of gravity [m/s^2]: it says how fast grains of a heap that moves are.
+    pub gravity: Real,
+}
+
+impl HeapSettings {
+    /// Mean speed of the grains up to which a heap lies still [m/s]: its grains take a hundred times as long to move by their size as
+    /// one that falls.
+    #[must_use]
+    pub fn still(&self) -> Real {
+        STILL * (self.gravity * self.grain_size).sqrt()
+    }
 }
 
 /// A heap, as it lies.
@@ -54,8 +67,10 @@ pub struct Heap {
     pub relief: Real,
     /// Distances from the axis between which the flank lies \[m].
     pub flank: [Real; 2],
-    /// Mean speed of the grains [m/s]: a heap that moves has no angle of repose yet.
+    /// Mean speed of the grains that are not in the air [m/s].
     pub mean_speed: Real,
+    /// Grains in the air, which are left out.
+    pub airborne: usize,
 }
 
 /// Why there is no angle.
@@ -71,6 +86,16 @@ pub enum HeapError {
         relief: Real,
         /// Size of a grain \[m].
         grain_size: Real,
+    },
+    /// The grains have not come to rest.
+    #[error(
+        "the heap moves: the mean speed of its grains is {:.2e} m/s, and that of a heap that lies still {:.2e} m/s at most", .mean_speed, .still
+    )]
+    Moving {
+        /// Mean speed of the grains that are not in the air [m/s].
+        mean_speed: Real,
+        /// The largest of a heap that lies still [m/s].
+        still: Real,
     },
     /// There is hardly a flank.
     #[error(
@@ -88,6 +113,10 @@ const LEAST_RELIEF: Real = 4.0;
 const LEAST_BANDS: usize = 4;
 /// Part of the way up at which the flank begins and ends.
 const FLANK: [Real; 2] = [0.2, 0.8];
+/// Mean speed of a heap that lies still, over that of a grain that falls by its size.
+const STILL: Real = 0.01;
+/// Time without a contact after which a grain apart from the heap is in the air, over that in which it falls by its size.
+const FLIGHT: Real = 0.05;
 /// Pixels across a grain.
 const FINENESS: Real = 8.0;
 /// Parts of a heap whose slopes are compared.
@@ -119,9 +148,11 @@ impl Heap {
     /// Measures the heap that the grains of `bed` make.
     ///
     /// # Errors
-    /// If the bed is flat, or the heap is too small to have a slope.
+    /// If the bed is flat, the heap is too small to have a slope, or it moves.
     pub fn of(bed: &BedView, settings: &HeapSettings) -> Result<Self, HeapError> {
-        let bands = bands(bed, settings);
+        let lying = lying(bed, settings);
+        let airborne = bed.len() - lying.len();
+        let bands = bands(bed, &lying, settings);
         let d = settings.grain_size;
         let profile = |part: usize| -> Vec<(Real, Real)> {
             let all = bands.iter().enumerate();
@@ -129,6 +160,11 @@ impl Heap {
         };
         let whole = profile(0);
         let [from, to, relief] = flank(&whole, d)?;
+        let [speeds] = sum_over(lying.len(), |n| [bed.velocity[lying[n]].length()]);
+        let (mean_speed, still) = (speeds / lying.len() as Real, settings.still());
+        if mean_speed > still {
+            return Err(HeapError::Moving { mean_speed, still });
+        }
         let within = |points: Vec<(Real, Real)>| -> Vec<(Real, Real)> {
             points.into_iter().filter(|&(s, _)| (from..=to).contains(&s)).collect()
         };
@@ -152,7 +188,8 @@ impl Heap {
             parts,
             relief,
             flank: [from - 0.5 * d, to + 0.5 * d],
-            mean_speed: bed_profile::motion(bed).mean_speed,
+            mean_speed,
+            airborne,
         })
     }
 }
@@ -168,10 +205,19 @@ fn standard_error(values: &[Option<Real>]) -> Real {
     (known().map(|value| (value - mean).powi(2)).sum::<Real>() / (count - 1.0) / count).sqrt()
 }
 
+/// Numbers of the grains that are not in the air: those near to others of the heap, and those that touched something just now.
+fn lying(bed: &BedView, settings: &HeapSettings) -> Vec<usize> {
+    let linked = linked_to_bed(bed, settings.grain_size);
+    let flight = FLIGHT * (settings.grain_size / settings.gravity).sqrt();
+    let touches = |grain: usize| bed.time_since_contact(grain).is_some_and(|age| age <= flight);
+    (0..bed.len()).filter(|&grain| linked[grain] || touches(grain)).collect()
+}
+
 /// The bands about the axis, out to where they reach the nearest side of the box or, of a ridge, the farthest.
-fn bands(bed: &BedView, settings: &HeapSettings) -> Vec<Band> {
+fn bands(bed: &BedView, lying: &[usize], settings: &HeapSettings) -> Vec<Band> {
     let &HeapSettings { shape, axis, grain_size: d, lower, upper, .. } = settings;
-    let map = HeightMap::of(bed, lower, upper, d / FINENESS);
+    let mut map = HeightMap::new(lower, upper, d / FINENESS);
+    map.add(bed, &bed.bounds(), lying);
     let to_sides = |k: usize| [axis[k] - lower[k], upper[k] - axis[k]];
     let reach = match shape {
         HeapShape::Cone => to_sides(0).into_iter().chain(to_sides(1)).fold(Real::INFINITY, Real::min),
@@ -221,6 +267,8 @@ fn flank(profile: &[(Real, Real)], grain_size: Real) -> Result<[Real; 3], HeapEr
 
 #[cfg(test)]
 mod tests {
+    use sazanami_numerics::Vector;
+
     use super::*;
     use crate::bed::test_bed::Bed;
 
@@ -232,6 +280,7 @@ mod tests {
         lower: [-HALF, -HALF],
         upper: [HALF, HALF],
         floor: -4.0,
+        gravity: 9.81,
     };
 
     fn measured(bed: &Bed, settings: &HeapSettings) -> Result<Heap, HeapError> {
@@ -291,6 +340,30 @@ mod tests {
         assert_eq!(nothing, Err(HeapError::Flat { relief: 0.0, grain_size: 1.0 }));
         let steep = Bed::columns(1.0, HALF, 9, |r| if r < 5.0 { 9.0 } else { 0.0 });
         assert!(matches!(measured(&steep, &HEAP), Err(HeapError::Short { .. })));
+    }
+
+    #[test]
+    fn a_heap_that_moves_has_no_angle_and_grains_in_the_air_do_not_count() {
+        let cone = || Bed::columns(1.0, HALF, 3, |r| (16.0 - r).max(0.0) * 32.0_f64.to_radians().tan());
+        let lying = measured(&cone(), &HEAP).unwrap();
+        assert_eq!((lying.airborne, lying.mean_speed), (0, 0.0));
+        // A cloud over one side of the flank.
+        let cloud = (0..40).map(|n| Vector::new(4.5 + f64::from(n % 8), 0.5 + f64::from(n / 8), 25.0));
+        let mut splashed = Bed::new(1.0, cone().position.into_iter().chain(cloud).collect());
+        let flying = splashed.position.len() - 40..;
+        splashed.velocity[flying.clone()].fill(Vector::new(0.0, 0.0, 3.0));
+        splashed.last_contact.as_mut().unwrap()[flying].fill(0.5);
+        let seen = measured(&splashed, &HEAP).unwrap();
+        assert_eq!(seen, Heap { airborne: 40, ..lying });
+        // Control: the same grains with a contact just now are part of the bed.
+        splashed.last_contact.as_mut().unwrap().iter_mut().for_each(|time| *time = 1.0);
+        assert!(measured(&splashed, &HEAP) != Ok(seen));
+        for (part, still) in [(0.9, true), (1.1, false)] {
+            let mut moving = cone();
+            moving.velocity.fill(Vector::new(part * HEAP.still(), 0.0, 0.0));
+            let found = measured(&moving, &HEAP);
+            assert!(if still { found.is_ok() } else { matches!(found, Err(HeapError::Moving { .. })) }, "{found:?}");
+        }
     }
 
     /// Rough cones: the angle is right on the mean, and scatters by about what is said of one.

@@ -63,7 +63,7 @@
     // Range of points with their bars.
     range() {
       const ends = this.curves.flatMap(curve => curve.y.flatMap((y, n) => y == null ? [] : [y - (curve.bars[n] ?? 0), y + (curve.bars[n] ?? 0)]));
-      return uPlot.rangeNum(Math.min(0, ...ends), Math.max(0, ...ends), 0.08, true);
+      return uPlot.rangeNum(...[Math.min, Math.max].map(of => ends.reduce((a, b) => of(a, b), 0)), 0.08, true);
     }
     keys() {
       const keys = this.figure.querySelector(".keys");

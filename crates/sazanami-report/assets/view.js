@@ -80,7 +80,7 @@
       mesh.frustumCulled = false;
       scene.add(mesh);
     }
-    return { fine, coarse, all, grains: all, volume: volumeOf(shape), reach: Math.max(...shape.nodes.map(Math.abs)) };
+    return { fine, coarse, all, grains: all, volume: volumeOf(shape), reach: shape.nodes.reduce((most, x) => Math.max(most, Math.abs(x)), 0) };
   });
   const water = new THREE.Mesh(new THREE.BufferGeometry(), new THREE.MeshPhongMaterial({ color: 0x3b82d0, transparent: true, opacity: 0.5, side: THREE.DoubleSide, depthWrite: false, clippingPlanes: planes, shininess: 80 }));
   const drops = new THREE.Points(new THREE.BufferGeometry(), new THREE.PointsMaterial({ color: 0x3b82d0, size: reach / 250, transparent: true, opacity: 0.6, clippingPlanes: planes }));

@@ -1,6 +1,7 @@
 //! What people came for, in a few large numbers, and what speaks against it.
 
 use sazanami::finished::Finished;
+use serde_json::Value;
 
 use crate::charts::rounded;
 use crate::html::Html;
@@ -87,12 +88,11 @@ fn headlines(run: &Finished) -> Vec<Headline> {
             format!("grains move at {} m/s on the mean", rounded(speed)),
         ));
     }
+    found.extend(bed_forms(run));
     let lengths = [
         ("Depth of the crater", "erosion.depth_mm", "below its rim"),
         ("Radius of the rim", "erosion.rim_radius_mm", "from the axis"),
-        ("Height of the ripples", "ripples.height_mm", "2√2 standard deviations"),
-        ("Wavelength of the ripples", "ripples.wavelength_mm", "centre of the spectrum"),
-        ("Relief of the bed", "ripples.relief_mm", "root mean square"),
+        ("Relief of the bed", "ripples.relief_mm", "root mean square, all wavelengths"),
     ];
     for (label, path, more) in lengths {
         found.extend(millimetres(path).map(|value| Headline(label, value, more.into())));
@@ -105,6 +105,28 @@ fn headlines(run: &Finished) -> Vec<Headline> {
         found.push(Headline("Simulated time", format!("{} ms", rounded(1e3 * time)), String::new()));
     }
     found
+}
+
+/// Mound and ripples of a bed apart, as the terminal tells them; where there is none, why.
+fn bed_forms(run: &Finished) -> Vec<Headline> {
+    let ripples = &run.summary["observables"]["ripples"];
+    let mm = |form: &Value, key: &str| form[key].as_f64().map(|value| format!("{value:.1} mm"));
+    let of = |label: &'static str, form: &Value, told: Option<(String, String)>| match (told, form["none"].as_str()) {
+        (Some((value, more)), _) => Some(Headline(label, value, more)),
+        (None, Some(why)) => Some(Headline(label, "none".into(), why.to_owned())),
+        (None, None) => None,
+    };
+    let [mound, crested] = ["mound", "crested"].map(|key| &ripples[key]);
+    let of_mound = || {
+        let [length, height, crest] = ["wavelength_mm", "height_mm", "crest_mm"].map(|key| mm(mound, key));
+        Some((format!("{} long", length?), format!("{} high, highest at x1 = {}", height?, crest?)))
+    };
+    let of_ripples = || {
+        let [apart, height] = ["wavelength_mm", "height_mm"].map(|key| mm(crested, key));
+        let crests = crested["crests_mm"].as_array()?.len();
+        Some((format!("{} apart", apart?), format!("{crests} crests, {} high", height?)))
+    };
+    [of("Mound", mound, of_mound()), of("Ripples", crested, of_ripples())].into_iter().flatten().collect()
 }
 
 /// What deserves attention: of the summary, then of the log.

@@ -132,12 +132,14 @@ fn volumes(sides: &[Side], keys: &[String]) -> Vec<Chart> {
 }
 
 /// The columns that several runs share and people compare, a chart each.
-const COMPARED: [&str; 10] = [
+const COMPARED: [&str; 12] = [
     "crater_depth",
     "rim_radius",
     "erosion_volume",
-    "ripple_height",
-    "ripple_wavelength_spectrum",
+    "mound_height",
+    "mound_wavelength",
+    "ripple_crest_height",
+    "ripple_crest_spacing",
     "bed_relief",
     "largest_grain_speed",
     "kinetic_energy_fluid",

@@ -16,8 +16,9 @@ use sazanami_io::table::write_json;
 
 use crate::keys::{Between, Choices, Design, Setting};
 use crate::plan::{Plan, Target};
+use crate::plane::uncertainties;
 use crate::pool::SideBySide;
-use crate::state::State;
+use crate::state::{Progressed, State};
 use crate::sweep::Sweep;
 use crate::table;
 use crate::work::TRIED;
@@ -34,21 +35,25 @@ const FAILED: f64 = 1e12;
 pub struct FittedKey {
     /// Its path.
     pub path: String,
-    /// The value of the best run, as text with its unit.
+    /// The value of the best point, as text with its unit.
     pub value: String,
-    /// By how much it is uncertain if each target is by its tolerance, in the same unit; absent where the runs do not tell.
+    /// By how much it is uncertain if each target is by its tolerance and by the standard error of its mean over the
+    /// seeds, in the same unit; absent where the runs do not determine the key within its range: the targets change with
+    /// it by no more than they scatter.
     pub uncertainty: Option<f64>,
 }
 
-/// A target and what the best run found.
+/// A target and what was found at the best point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FittedTarget {
     /// Name of the finding.
     pub name: String,
     /// What was to be found, and how nearly.
     pub target: [f64; 2],
-    /// What the best run found.
+    /// What was found: the mean over the seeds.
     pub found: f64,
+    /// Standard error of that mean, from the scatter between seeds at all points; absent with less than two seeds.
+    pub error: Option<f64>,
 }
 
 /// What came of a calibration.
@@ -64,16 +69,24 @@ pub struct Fit {
     pub interrupted: bool,
     /// Runs that it took.
     pub runs: usize,
-    /// Folder of the best run.
+    /// Folder of the best run: with seeds the first one at the best point.
     pub best: PathBuf,
 }
 
-/// A point in the unit cube that was tried, and what its run found for each target; nothing if it failed.
+/// A point in the unit cube that was tried, and what its runs found for each target, one for each seed; nothing if one of
+/// them failed.
 #[derive(Clone, Debug)]
 struct Tried {
     name: String,
     place: Vec<f64>,
-    found: Option<Vec<f64>>,
+    found: Option<Vec<Vec<f64>>>,
+}
+
+impl Tried {
+    /// What was found for each target on the mean over the seeds.
+    fn means(&self) -> Option<Vec<f64>> {
+        Some(self.found.as_ref()?.iter().map(|of_seeds| mean(of_seeds)).collect())
+    }
 }
 
 /// Why the search ends.
@@ -199,7 +212,8 @@ impl Search<'_> {
         }
         plan.design = Design::Zip;
         let cores = Machine::this().cores;
-        let side_by_side = SideBySide::of(self.asked, None, points.len() - state.tried.len(), cores);
+        let seeds = self.seeds();
+        let side_by_side = SideBySide::of(self.asked, None, (points.len() - state.tried.len()) * seeds, cores);
         let run = || -> Result<(Sweep, bool), CommandError> {
             let sweep = Sweep::pose(plan, self.folder, side_by_side.threads)?;
             let unwritable = |error: &dyn std::fmt::Display| CommandError::Undone(error.to_string());
@@ -211,36 +225,65 @@ impl Search<'_> {
         };
         let (sweep, interrupted) = run().map_err(|error| refused(state, error))?;
         let before = state.tried.len();
-        for (number, point) in points.iter().enumerate().skip(before) {
-            let progressed = sweep.progressed(number);
-            let found: BTreeMap<String, String> = table::findings(&progressed).into_iter().collect();
-            let value = |target: &Target| found.get(&target.name).and_then(|text| text.parse::<f64>().ok());
-            let values: Option<Vec<f64>> = self.plan.targets.iter().map(value).collect();
-            match &progressed.state {
-                State::Finished if values.is_none() => {
-                    let known: Vec<&str> = found.keys().map(String::as_str).collect();
-                    let missing = self.plan.targets.iter().find(|target| value(target).is_none());
-                    let name = missing.map_or("", |target| target.name.as_str());
-                    return Err(refused(state, CommandError::unknown("finding", name, &known)));
-                }
-                State::Finished | State::Failed(_) => {
-                    let found = values.filter(|_| progressed.state == State::Finished);
-                    let name = sweep.runs()[number].name.clone();
-                    state.tried.push(Tried { name, place: point.clone(), found });
-                }
-                _ if interrupted => return Err(End::Stopped),
-                state_of => {
-                    let text = format!("{}: {}", sweep.runs()[number].name, state_of.word());
-                    return Err(refused(state, CommandError::Undone(text)));
+        for (place, point) in points.iter().enumerate().skip(before) {
+            let mut found = Some(vec![Vec::new(); self.plan.targets.len()]);
+            for number in place * seeds..(place + 1) * seeds {
+                let progressed = sweep.progressed(number);
+                match &progressed.state {
+                    State::Finished => {
+                        let values = self.values(&progressed).map_err(|error| refused(state, error))?;
+                        found.iter_mut().flatten().zip(values).for_each(|(all, value)| all.push(value));
+                    }
+                    State::Failed(_) => found = None,
+                    _ if interrupted => return Err(End::Stopped),
+                    state_of => {
+                        let text = format!("{}: {}", sweep.runs()[number].name, state_of.word());
+                        return Err(refused(state, CommandError::Undone(text)));
+                    }
                 }
             }
+            let name = sweep.runs()[place * seeds].name.clone();
+            state.tried.push(Tried { name, place: point.clone(), found });
         }
         if state.tried.iter().any(|tried| self.is_met(tried)) { Err(End::Met) } else { Ok(()) }
     }
 
+    /// What a run found for each target.
+    fn values(&self, progressed: &Progressed) -> Result<Vec<f64>, CommandError> {
+        let found: BTreeMap<String, String> = table::findings(progressed).into_iter().collect();
+        let value = |target: &Target| {
+            found.get(&target.name).and_then(|text| text.parse::<f64>().ok()).ok_or_else(|| {
+                let known: Vec<&str> = found.keys().map(String::as_str).collect();
+                CommandError::unknown("finding", &target.name, &known)
+            })
+        };
+        self.plan.targets.iter().map(value).collect()
+    }
+
+    /// Runs at each point.
+    fn seeds(&self) -> usize {
+        self.plan.seeds.len().max(1)
+    }
+
+    /// Standard errors of the means over the seeds for each target, from the scatter between seeds about the means of all
+    /// points; nothing where no point has two seeds.
+    fn errors(&self, tried: &[Tried]) -> Option<Vec<f64>> {
+        let seeds = self.seeds();
+        let known: Vec<&Vec<Vec<f64>>> = tried.iter().filter_map(|tried| tried.found.as_ref()).collect();
+        let freedom = known.len() * (seeds - 1);
+        let error = |target: usize| {
+            let squares = known.iter().map(|found| {
+                let middle = mean(&found[target]);
+                found[target].iter().map(|value| (value - middle).powi(2)).sum::<f64>()
+            });
+            (squares.sum::<f64>() / (freedom * seeds) as f64).sqrt()
+        };
+        (freedom > 0).then(|| (0..self.plan.targets.len()).map(error).collect())
+    }
+
     /// Deviations from the targets in their tolerances.
     fn deviations(&self, tried: &Tried) -> Option<Vec<f64>> {
-        let found = tried.found.as_ref()?;
+        let found = tried.means()?;
         Some(found.iter().zip(&self.plan.targets).map(|(found, t)| (found - t.value) / t.tolerance).collect())
     }
 
@@ -262,7 +305,7 @@ impl Search<'_> {
             return Err(CommandError::Undone("no run has found anything yet".into()));
         };
         let tried = &state.tried[best];
-        let uncertainty = self.uncertainty(&state.tried, best);
+        let uncertainties = self.uncertainties(&state.tried, best);
         let key = |d: usize| {
             let range = self.ranges[d];
             let setting = range.at(tried.place[d], DIGITS);
@@ -272,58 +315,43 @@ impl Search<'_> {
             FittedKey {
                 path: self.plan.keys[d].path.clone(),
                 value: setting.shown(),
-                uncertainty: uncertainty.as_ref().map(|all| all[d] * slope),
+                uncertainty: uncertainties[d].map(|of_range| of_range * slope.abs()),
             }
         };
-        let found = tried.found.as_deref().unwrap_or_default();
-        let target = |(target, &found): (&Target, &f64)| FittedTarget {
+        let (found, errors) = (tried.means().unwrap_or_default(), self.errors(&state.tried));
+        let target = |(n, target): (usize, &Target)| FittedTarget {
             name: target.name.clone(),
             target: [target.value, target.tolerance],
-            found,
+            found: found[n],
+            error: errors.as_ref().map(|all| all[n]),
         };
         Ok(Fit {
             keys: (0..self.ranges.len()).map(key).collect(),
-            targets: self.plan.targets.iter().zip(found).map(target).collect(),
+            targets: self.plan.targets.iter().enumerate().map(target).collect(),
             is_met: self.is_met(tried),
             interrupted,
-            runs: state.tried.len(),
+            runs: state.tried.len() * self.seeds(),
             best: self.folder.join(&tried.name),
         })
     }
 
-    /// Standard uncertainties of the places \[parts of the ranges], from a plane through the runs nearest to the best one: if
-    /// each target is uncertain by its tolerance.
-    fn uncertainty(&self, tried: &[Tried], best: usize) -> Option<Vec<f64>> {
-        let n = self.ranges.len();
-        let centre = &tried[best];
-        let origin = self.deviations(centre)?;
-        let distance =
-            |other: &Tried| -> f64 { other.place.iter().zip(&centre.place).map(|(a, b)| (a - b).powi(2)).sum() };
-        let mut near: Vec<&Tried> =
-            tried.iter().filter(|other| other.found.is_some() && distance(other) > 0.0).collect();
-        near.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
-        near.truncate(2 * n);
-        // Least squares for the slopes of all deviations, then the covariance of the keys.
-        let mut normal = vec![vec![0.0; n]; n];
-        let mut right = vec![vec![0.0; origin.len()]; n];
-        for other in near {
-            let step: Vec<f64> = other.place.iter().zip(&centre.place).map(|(a, b)| a - b).collect();
-            let rise: Vec<f64> = self.deviations(other)?.iter().zip(&origin).map(|(a, b)| a - b).collect();
-            for i in 0..n {
-                (0..n).for_each(|j| normal[i][j] += step[i] * step[j]);
-                (0..rise.len()).for_each(|t| right[i][t] += step[i] * rise[t]);
-            }
+    /// Standard uncertainties of the places \[parts of the ranges], by the plane through the best point and those nearest to it: if
+    /// each target is uncertain by its tolerance and, with seeds, by the standard error of its mean. Means scatter, and
+    /// points that lie close tell little of a slope: with seeds the plane goes through all points.
+    fn uncertainties(&self, tried: &[Tried], best: usize) -> Vec<Option<f64>> {
+        let centre = &tried[best].place;
+        let distance = |other: &Tried| -> f64 { other.place.iter().zip(centre).map(|(a, b)| (a - b).powi(2)).sum() };
+        let mut known: Vec<&Tried> = tried.iter().filter(|other| other.found.is_some()).collect();
+        known.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
+        let errors = self.errors(tried);
+        if errors.is_none() {
+            known.truncate(1 + 2 * self.ranges.len());
         }
-        let inverse = inverse(normal)?;
-        let slope = |t: usize, i: usize| (0..n).map(|j| inverse[i][j] * right[j][t]).sum::<f64>();
-        let mut information: Vec<Vec<f64>> = vec![vec![0.0; n]; n];
-        for t in 0..origin.len() {
-            for (i, row) in information.iter_mut().enumerate() {
-                row.iter_mut().enumerate().for_each(|(j, sum)| *sum += slope(t, i) * slope(t, j));
-            }
-        }
-        let covariance = self::inverse(information)?;
-        Some((0..n).map(|d| covariance[d][d].max(0.0).sqrt()).collect())
+        let places: Vec<&[f64]> = known.iter().map(|tried| &tried.place[..]).collect();
+        let deviations: Vec<Vec<f64>> = known.iter().filter_map(|tried| self.deviations(tried)).collect();
+        let error = |(t, target): (usize, &Target)| errors.as_ref().map_or(0.0, |all| all[t] / target.tolerance);
+        let errors: Vec<f64> = self.plan.targets.iter().enumerate().map(error).collect();
+        uncertainties(&places, &deviations, &errors)
     }
 }
 
@@ -346,7 +374,7 @@ impl CostFunction for &Search<'_> {
             return Ok(self.cost_of(&tried));
         }
         let mut points: Vec<Vec<f64>> = self.state.borrow().tried.iter().map(|tried| tried.place.clone()).collect();
-        if points.len() >= self.plan.most_runs {
+        if (points.len() + 1) * self.seeds() > self.plan.most_runs {
             return Err(End::Runs.into());
         }
         points.push(place.clone());
@@ -356,45 +384,72 @@ impl CostFunction for &Search<'_> {
     }
 }
 
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
 /// The number of a setting, without its unit.
 fn number(setting: &Setting) -> f64 {
     let text = setting.shown();
     text.split_whitespace().next().and_then(|number| number.parse().ok()).unwrap_or(f64::NAN)
 }
 
-/// Inverse of a small matrix by elimination with pivots; nothing if it has none.
-fn inverse(mut a: Vec<Vec<f64>>) -> Option<Vec<Vec<f64>>> {
-    let n = a.len();
-    let mut b: Vec<Vec<f64>> = (0..n).map(|i| (0..n).map(|j| f64::from(u8::from(i == j))).collect()).collect();
-    let largest = a.iter().flatten().fold(0.0, |most: f64, value| most.max(value.abs()));
-    for column in 0..n {
-        let pivot = (column..n).max_by(|&i, &j| a[i][column].abs().total_cmp(&a[j][column].abs()))?;
-        if a[pivot][column].abs() <= 1e-12 * largest {
-            return None;
-        }
-        a.swap(column, pivot);
-        b.swap(column, pivot);
-        let scale = a[column][column];
-        a[column].iter_mut().chain(&mut b[column]).for_each(|value| *value /= scale);
-        for row in (0..n).filter(|&row| row != column) {
-            let factor = a[row][column];
-            for j in 0..n {
-                a[row][j] -= factor * a[column][j];
-                b[row][j] -= factor * b[column][j];
-            }
-        }
-    }
-    Some(b)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    /// What stands for the program: `steps` change with the key by a slope, are 3 at 0.3, and off by what the seed has drawn.
+    #[cfg(unix)]
+    const NOISY: &str = r#"#!/bin/sh
+value() { sed -n "s/^$1 = //p" "$2"; }
+mkdir -p "$4" && cp "$2" "$4/case.toml"
+awk -v key="$(value cfl "$2")" -v seed="$(value seed "$2")" 'BEGIN {
+    split("0.9 -0.2 -0.5 0.1", drawn, " ")
+    printf "{ \"status\": \"finished\", \"steps\": %.9f }", SLOPE * (key - 0.3) + 3 + drawn[seed]
+}' > "$4/summary.json"
+"#;
+
+    /// Finds the key whose `steps`, which change by `slope` with it, are 3, by the mean over `seeds`.
+    #[cfg(unix)]
+    fn found_with(seeds: &str, slope: &str) -> Fit {
+        use std::os::unix::fs::PermissionsExt as _;
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        let case = "[domain]\nsize = [\"8 mm\", \"8 mm\", \"8 mm\"]\ncells = [8, 8, 8]\n[material.glass]\n\
+                    density = \"2500 kg/m^3\"\n[contact.default]\nnormal_stiffness = \"1e3 N/m\"\nrestitution = 0.3\n\
+                    [[grains]]\nshape.sphere = { diameter = \"2 mm\" }\n\
+                    placement.list = [{ position = [\"4 mm\", \"4 mm\", \"5 mm\"] }]\n[run]\nuntil = \"1 ms\"\n";
+        fs::write(at("a.toml"), case).unwrap();
+        fs::write(at("program"), NOISY.replace("SLOPE", slope)).unwrap();
+        fs::set_permissions(at("program"), fs::Permissions::from_mode(0o700)).unwrap();
+        let plan = format!(
+            "case = \"a.toml\"\nseeds = {seeds}\n[keys]\n\"fluid.cfl\" = {{ from = 0.1, to = 0.5 }}\n\
+             [targets]\n\"steps\" = {{ value = 3.0, tolerance = 0.05 }}\n"
+        );
+        let plan = Plan::parse(&at("plan.toml"), &plan).unwrap();
+        let silent = &mut sazanami::progress::Silent;
+        calibrate(&plan, &at("runs"), &at("program"), Some(4), silent, &Stop::new()).unwrap()
+    }
+
+    #[cfg(unix)]
     #[test]
-    fn small_matrices_are_inverted() {
-        let found = inverse(vec![vec![0.0, 2.0], vec![4.0, 1.0]]).unwrap();
-        assert_eq!(found, [[-0.125, 0.25], [0.5, 0.0]]);
-        assert_eq!(inverse(vec![vec![1.0, 2.0], vec![2.0, 4.0]]), None);
+    fn the_mean_over_seeds_finds_what_one_seed_misses() {
+        let off = |fit: &Fit| (fit.keys[0].value.parse::<f64>().unwrap() - 0.3, fit.keys[0].uncertainty.unwrap());
+        let fit = found_with("[1, 2, 3, 4]", "10");
+        let (distance, uncertainty) = off(&fit);
+        let error = fit.targets[0].error.unwrap();
+        assert!(fit.is_met && fit.runs % 4 == 0, "{fit:?}");
+        // The standard deviation of what is drawn, over the root of four.
+        assert!((error - 0.301_039_9).abs() < 1e-6, "{fit:?}");
+        assert!((uncertainty / (error.hypot(0.05) / 10.0) - 1.0).abs() < 1e-6, "{fit:?}");
+        assert!(distance.abs() < 2.0 * uncertainty && distance.abs() < 0.014, "{fit:?}");
+        // The control: one seed meets the target, and is off by many times what it believes.
+        let fit = found_with("[1]", "10");
+        let (distance, uncertainty) = off(&fit);
+        assert!(fit.is_met && fit.targets[0].error.is_none(), "{fit:?}");
+        assert!((distance + 0.09).abs() <= 6e-3 && distance.abs() > 10.0 * uncertainty, "{fit:?}");
+        // Another one: where the scatter hides the slope no key is determined, though the target may be met.
+        let fit = found_with("[1, 2, 3, 4]", "0.5");
+        assert!(fit.is_met && fit.keys[0].uncertainty.is_none(), "{fit:?}");
     }
 }

@@ -17,6 +17,7 @@
 mod calibration;
 mod keys;
 mod plan;
+mod plane;
 mod points;
 mod pool;
 mod posed;

@@ -40,7 +40,7 @@ pub struct Plan {
     pub(crate) design: Design,
     pub(crate) seeds: Vec<Setting>,
     pub(crate) targets: Vec<Target>,
-    /// Most runs of a calibration.
+    /// Most runs of a calibration, those of all seeds.
     pub(crate) most_runs: usize,
 }
 
@@ -169,10 +169,8 @@ impl Reader<'_> {
         let most_runs = root.get("most_runs").and_then(|value| self.count(value, "most_runs", 3)).unwrap_or(MOST_TRIED);
         if targets.is_empty() {
             self.fitting(&keys, design);
-        } else if let Some(other) = root.get("points").or_else(|| root.get("seeds")) {
-            self.report
-                .error(other.span(), "a plan with targets makes its points itself")
-                .label("neither `points` nor `seeds`");
+        } else if let Some(points) = root.get("points") {
+            self.report.error(points.span(), "a plan with targets makes its points itself").label("no `points`");
         }
         let seeds = root.get("seeds").map(|value| self.seeds(value)).unwrap_or_default();
         let (file, case_span) = case?;

@@ -45,7 +45,11 @@ impl Finished {
         let summary = crate::analyse::summary(folder)?;
         refuse_other(folder, &summary)?;
         let case = case::load(&folder.join(CASE), &[])?;
-        Ok(Self { series: checked_table(&folder.join(SERIES))?, folder: folder.to_owned(), summary, case })
+        let series = folder.join(SERIES);
+        let Some(series) = Table::read(&series)? else {
+            return Err(CommandError::input(format!("`{}` is missing", series.display()), "run the case again"));
+        };
+        Ok(Self { series, folder: folder.to_owned(), summary, case })
     }
 
     /// Name of the results for people: that of their folder.
@@ -72,8 +76,7 @@ impl Finished {
     /// # Errors
     /// If it is damaged.
     pub fn table(&self, name: &str) -> Result<Option<Table>, CommandError> {
-        let path = self.folder.join(name);
-        if path.is_file() { checked_table(&path).map(Some) } else { Ok(None) }
+        Table::read(&self.folder.join(name))
     }
 }
 
@@ -103,20 +106,6 @@ fn refuse_other(folder: &Path, summary: &Value) -> Result<(), CommandError> {
     }
     Ok(())
 }
-
-/// Reads the table at `path`.
-fn checked_table(path: &Path) -> Result<Table, CommandError> {
-    let shown = path.display();
-    let Some(table) = Table::read(path) else {
-        return Err(CommandError::input(format!("`{shown}` is missing, empty or not a text"), REWRITE));
-    };
-    match table.damaged_line() {
-        Some(line) => Err(CommandError::input(format!("{shown}:{line}: this is not a row of the table"), REWRITE)),
-        None => Ok(table),
-    }
-}
-
-const REWRITE: &str = "the results are damaged: take them from a copy, or run the case again";
 
 #[cfg(test)]
 mod tests {
@@ -153,7 +142,9 @@ mod tests {
             ("finished", "0.0.1", good, "sazanami 0.0.1"),
             ("finished", own, "step,time [s]\n0,0\n1\n", "series.csv:3"),
             ("finished", own, "step,time [s]\nx,0\n", "series.csv:2"),
-            ("finished", own, "", "missing, empty"),
+            ("finished", own, "", "series.csv: this is empty"),
+            ("finished", own, "step,time [s],lim", "series.csv:1: the file ends within this line"),
+            ("finished", own, "step,time [s]\n0,0\n1,0.5", "series.csv:3: the file ends within this line"),
         ] {
             results(folder, status, version, series);
             assert!(refused().contains(cause), "{}", refused());
@@ -162,6 +153,9 @@ mod tests {
         assert!(refused().contains("the summary is damaged"), "{}", refused());
         fs::write(folder.join(SUMMARY), "{}").unwrap();
         assert!(refused().contains("no version"), "{}", refused());
+        results(folder, "finished", own, good);
+        fs::remove_file(folder.join(SERIES)).unwrap();
+        assert!(refused().contains("series.csv` is missing"), "{}", refused());
         results(folder, "finished", own, good);
         let held = FolderLock::take(folder).unwrap();
         assert!(refused().contains("in use"), "{}", refused());

@@ -1,6 +1,7 @@
 //! Architecture rules that the compiler does not know.
 
 mod edges;
+mod lock;
 mod modules;
 mod sources;
 
@@ -36,6 +37,10 @@ pub fn run(locked: bool) -> u8 {
         }
     }
     problems.extend(generated::stale(&root()));
+    match std::fs::read_to_string(root().join("python/Cargo.lock")) {
+        Ok(text) => problems.extend(lock::stale(&metadata, &text)),
+        Err(error) => problems.push(format!("python/Cargo.lock: cannot be read: {error}")),
+    }
     for found in [links::broken(&root()), book::dead(&root())] {
         match found {
             Ok(dead) => problems.extend(dead),

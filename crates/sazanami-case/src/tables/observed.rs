@@ -1,7 +1,7 @@
 //! `[bed]`, `[heap]` and `[erosion]`: what is measured of the bed, of a heap and of the crater.
 
 use sazanami_case_derive::Keys;
-use sazanami_numerics::Real;
+use sazanami_numerics::{Real, Vector};
 use sazanami_observe::erosion::CountedGrains;
 use sazanami_observe::heap::HeapShape;
 
@@ -59,6 +59,7 @@ impl Bed {
 
 /// The slope of a heap. Absent: not observed. An empty table observes a cone in the middle.
 #[derive(Clone, Copy, Debug, PartialEq, Keys)]
+#[keys(check = Self::check)]
 pub struct HeapObserved {
     /// What the heap looks like.
     #[key(word, default = HeapShape::Cone)]
@@ -70,6 +71,22 @@ pub struct HeapObserved {
     #[key(unit = "m", within = range_of_grain_size(cx), default = first_size(table, "heap up", cx),
           says = "that of the first population")]
     pub grain_size: Real,
+}
+
+impl HeapObserved {
+    fn check(&mut self, table: &Table<'_>, cx: &mut Context<'_>) {
+        let (domain, [x, y]) = (cx.known.domain, self.axis);
+        // A ridge stands along the whole of x2.
+        let y = if self.shape == HeapShape::Ridge { domain.lower.y } else { y };
+        if domain.excludes(Vector::new(x, y, domain.lower.z)) {
+            cx.report
+                .error(table.place("axis"), "the axis of the heap lies outside the box")
+                .label(domain.reaches())
+                .help(
+                    "a cone stands about a point of the floor, a ridge falls away from a line between the ends of x1",
+                );
+        }
+    }
 }
 
 /// The crater. Absent: not observed. An empty table observes it with the defaults.

@@ -15,7 +15,9 @@ use crate::terminal::{self, Screen};
     long_about = "Find the values of one to five keys with which a case meets targets within their tolerances, by the \
                   simplex of Nelder and Mead over runs. The search ends with the first run that meets all targets, or with \
                   the most runs that the plan allows (exit code 1). Ctrl-C ends it with checkpoints; the same command goes \
-                  on where it was. The uncertainties of the keys are those that the tolerances of the targets leave.",
+                  on where it was. The uncertainties of the keys are those that the tolerances of the targets leave and, with \
+                  `seeds` in the plan, the scatter between them. A key with which the targets change by no more than they \
+                  scatter is not determined, and the fit one of noise (exit code 1).",
     after_help = "Example:\n  sazanami calibrate porosity.toml --out runs/porosity"
 )]
 pub struct Calibrate {
@@ -46,18 +48,33 @@ impl Calibrate {
 
 /// Tells the fit; returns the exit code.
 fn tell(fit: &Fit) -> u8 {
+    let is_sampled = fit.targets.iter().all(|target| target.error.is_some());
+    let of_what = if is_sampled { "" } else { ", nothing of the scatter between seeds in it" };
+    let is_noise = fit.keys.iter().any(|key| key.uncertainty.is_none());
     for key in &fit.keys {
-        let uncertainty = key.uncertainty.map_or("not known".to_owned(), rounded);
-        outln!("{} = {} (standard uncertainty {uncertainty})", key.path, key.value);
+        match key.uncertainty {
+            Some(uncertainty) => {
+                outln!("{} = {} (standard uncertainty {}{of_what})", key.path, key.value, rounded(uncertainty));
+            }
+            None => outln!("{} = {}, but uncertain by more than its range", key.path, key.value),
+        }
     }
     for target in &fit.targets {
         let [value, tolerance] = target.target;
-        outln!("{}: {}, target {value} within {tolerance}", target.name, target.found);
+        let error = target.error.map_or_else(String::new, |error| format!(" +- {} over seeds", rounded(error)));
+        outln!("{}: {}{error}, target {value} within {tolerance}", target.name, target.found);
     }
     let verdict = if fit.is_met { "the targets are met" } else { "the targets are not met" };
     outln!("{verdict} after {} runs; the nearest is {}", fit.runs, fit.best.display());
+    if is_noise {
+        outln!(
+            "a fit of noise: within these runs the targets change with a key by no more than they scatter; more seeds, a wider \
+             range or other targets may determine it"
+        );
+    }
     match fit {
         Fit { interrupted: true, .. } => exit::STOPPED,
+        _ if is_noise => exit::FAILED,
         Fit { is_met: false, .. } => exit::FAILED,
         _ => exit::DONE,
     }

@@ -1,6 +1,7 @@
 //! Reads the VTK XML files that this crate writes: arrays appended raw in LZ4 blocks.
 
-use std::io;
+use std::fs::File;
+use std::io::{self, Read as _, Seek as _, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use thiserror::Error;
@@ -75,6 +76,8 @@ const BEGIN: &[u8] = b"<AppendedData encoding=\"raw\">\n_";
 const END: &[u8] = b"\n  </AppendedData>\n</VTKFile>\n";
 /// Most bytes of an array: what a wrong header asks for beyond is refused.
 const MOST: u64 = 1 << 36;
+/// Bytes of a beginning: the header takes a few thousand, and the time stands behind it.
+const BEGINNING: u64 = 1 << 16;
 
 impl VtkFile {
     /// Reads the file at `path`.
@@ -82,13 +85,46 @@ impl VtkFile {
     /// # Errors
     /// If it cannot be read or is none.
     pub fn read(path: &Path) -> Result<Self, ReadError> {
-        let mut bytes = std::fs::read(path).map_err(|source| ReadError::File { path: path.to_owned(), source })?;
+        let bytes = std::fs::read(path).map_err(|source| ReadError::File { path: path.to_owned(), source })?;
+        let end = bytes[bytes.len().saturating_sub(END.len())..].to_vec();
+        Self::of(path, bytes, &end)
+    }
+
+    /// The time \[s] in the file at `path`, from its beginning and its end alone; `None` if it states none.
+    ///
+    /// # Errors
+    /// If it cannot be read or is none.
+    pub fn time_in(path: &Path) -> Result<Option<f64>, ReadError> {
+        let parts = || -> io::Result<(Vec<u8>, Vec<u8>)> {
+            let mut file = File::open(path)?;
+            let (mut beginning, mut end) = (Vec::new(), Vec::new());
+            file.by_ref().take(BEGINNING).read_to_end(&mut beginning)?;
+            let length = file.metadata()?.len();
+            file.seek(SeekFrom::Start(length.saturating_sub(END.len() as u64)))?;
+            file.read_to_end(&mut end)?;
+            Ok((beginning, end))
+        };
+        let (beginning, end) = parts().map_err(|source| ReadError::File { path: path.to_owned(), source })?;
+        let file = Self::of(path, beginning, &end)?;
+        if !file.has("TimeValue") {
+            return Ok(None);
+        }
+        match file.values("TimeValue")?.1 {
+            Values::F64(times) => Ok(times.first().copied()),
+            _ => Ok(None),
+        }
+    }
+
+    /// A file of its `bytes`, or of the first ones, and its last ones.
+    fn of(path: &Path, mut bytes: Vec<u8>, end: &[u8]) -> Result<Self, ReadError> {
         let damaged = |what: &str| ReadError::Damaged { path: path.to_owned(), what: what.to_owned() };
         let at = bytes.windows(BEGIN.len()).position(|window| window == BEGIN).ok_or_else(|| damaged("no data"))?;
-        if !bytes.ends_with(END) {
+        if end != END {
             return Err(damaged("its end is missing"));
         }
-        bytes.truncate(bytes.len() - END.len());
+        if bytes.ends_with(END) {
+            bytes.truncate(bytes.len() - END.len());
+        }
         let data = bytes.get(at + BEGIN.len()..).ok_or_else(|| damaged("no data"))?.to_vec();
         bytes.truncate(at);
         let text = String::from_utf8(bytes).map_err(|_| damaged("its header is not a text"))?;
@@ -228,7 +264,14 @@ mod tests {
         assert!(read.has("speed") && !read.has("spee"));
         assert!(read.array("spin").unwrap_err().to_string().contains("array `spin`"));
         let whole = std::fs::read(&path).unwrap();
+        assert!(whole.len() as u64 > BEGINNING && VtkFile::time_in(&path).unwrap() == Some(0.25));
+        // What lies between beginning and end is not looked at.
+        let mut torn = whole.clone();
+        torn[BEGINNING as usize..whole.len() - END.len()].fill(0);
+        std::fs::write(&path, &torn).unwrap();
+        assert_eq!(VtkFile::time_in(&path).unwrap(), Some(0.25));
         std::fs::write(&path, &whole[..whole.len() / 2]).unwrap();
+        assert!(VtkFile::time_in(&path).unwrap_err().to_string().contains("end is missing"));
         assert!(VtkFile::read(&path).unwrap_err().to_string().contains("end is missing"));
         let mut torn = whole.clone();
         let middle = torn.len() / 2;
@@ -236,6 +279,7 @@ mod tests {
         std::fs::write(&path, &torn).unwrap();
         let torn = VtkFile::read(&path).unwrap();
         assert!(["speed", "Points"].iter().any(|name| torn.array(name).is_err()));
+        assert!(VtkFile::time_in(&folder.path().join("absent")).unwrap_err().to_string().contains("cannot read"));
         assert!(VtkFile::read(&folder.path().join("absent")).unwrap_err().to_string().contains("cannot read"));
     }
 }

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use super::VtkError;
 use super::appended::{escaped, unescaped};
-use super::read::{ReadError, Values, VtkFile};
+use super::read::{ReadError, VtkFile};
 use crate::replace_file;
 
 /// A file of a series.
@@ -67,7 +67,7 @@ impl PvdSeries {
 
     /// As [`Self::resume`]. A series that is damaged, missing or shorter than it was is made anew from the files that are
     /// there: those of `folder`, relative to that of the series, whose names begin with `prefix`, with the times that
-    /// stand in them. [`Self::damage`] says what was done.
+    /// stand in them. Files that are gone leave the list. [`Self::damage`] says what was done.
     ///
     /// # Errors
     /// If the list or the folder cannot be read, or the new list cannot be written.
@@ -80,25 +80,30 @@ impl PvdSeries {
             if listed.contains(file.as_str()) {
                 continue;
             }
-            match time_of(&root.join(&file)) {
+            match VtkFile::time_in(&root.join(&file)).ok().flatten() {
                 Some(of_file) if of_file <= time => left_out.push(SeriesEntry { time: of_file, file }),
                 Some(_) => {}
                 None => unreadable += 1,
             }
         }
         series.entries.retain(|entry| entry.time <= time);
-        if left_out.is_empty() && series.damage.is_none() {
+        let before = series.entries.len();
+        series.entries.retain(|entry| root.join(&entry.file).is_file());
+        let gone = before - series.entries.len();
+        if left_out.is_empty() && gone == 0 && series.damage.is_none() {
             return Ok(series);
         }
         let found = left_out.len();
         series.entries.extend(left_out);
         series.entries.sort_by(|a, b| a.time.total_cmp(&b.time));
         series.write()?;
-        let lost = if unreadable > 0 { format!("; {unreadable} that cannot be read stay out") } else { String::new() };
+        let counted = |count: usize, what: &str| if count > 0 { format!("; {what}: {count}") } else { String::new() };
         series.damage = Some(format!(
-            "{} was damaged or incomplete: it lists {} files again, {found} of them found in {folder}{lost}",
+            "{} did not fit the files in {folder}: it lists {} now, {found} of them found there{}{}",
             path.display(),
-            series.entries.len()
+            series.entries.len(),
+            counted(gone, "listed before and gone"),
+            counted(unreadable, "left out, since they cannot be read"),
         ));
         Ok(series)
     }
@@ -155,14 +160,6 @@ fn files_in(folder: &Path, prefix: &str) -> Result<Vec<String>, VtkError> {
     }
     names.sort_unstable();
     Ok(names)
-}
-
-/// Time of a file of a series \[s].
-fn time_of(path: &Path) -> Option<f64> {
-    match VtkFile::read(path).ok()?.values("TimeValue").ok()?.1 {
-        Values::F64(times) => times.first().copied(),
-        _ => None,
-    }
 }
 
 fn entry_of(line: &str) -> Option<SeriesEntry> {
@@ -259,7 +256,17 @@ mod tests {
         assert_eq!(restore(1.0).damage(), None);
         fs::remove_file(&path).unwrap();
         let mended = restore(1.0);
-        assert!(mended.damage().is_some_and(|text| text.contains("5 of them found in grains")), "{mended:?}");
+        assert!(mended.damage().is_some_and(|text| text.contains("it lists 5 now, 5 of them found")), "{mended:?}");
+        assert_eq!(fs::read(&path).unwrap(), whole);
+        // A file is lost: nothing of it stays in the list.
+        let lost = folder.path().join("grains/grains-000000001.vtp");
+        let kept = fs::read(&lost).unwrap();
+        fs::remove_file(&lost).unwrap();
+        let mended = restore(1.0);
+        assert!(mended.damage().is_some_and(|text| text.ends_with("; listed before and gone: 1")), "{mended:?}");
+        assert_eq!(read_series(&path).unwrap().len(), 4);
+        fs::write(&lost, kept).unwrap();
+        restore(1.0);
         assert_eq!(fs::read(&path).unwrap(), whole);
         // Torn in the middle; a file of it is damaged too, and the run goes on from 0.3 s.
         fs::write(&path, &whole[..whole.len() / 2]).unwrap();

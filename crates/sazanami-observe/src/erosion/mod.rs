@@ -26,7 +26,7 @@ pub use crater::{
     volumes_against,
 };
 pub use profile::Profile;
-pub use rest::{Rest, VolumeCourse};
+pub use rest::{Rest, RestError, VolumeCourse};
 pub(crate) use surface_grains::linked_to_bed;
 
 use crate::{BedView, Horizontal};

@@ -17,6 +17,20 @@ const LEAST_INSTANTS: usize = 8;
 /// rests. One that grows evenly through the whole uncertainty has a half.
 const LARGEST_DRIFT: Real = 0.25;
 
+/// Why nothing is known of a crater's rest.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum RestError {
+    /// The course is not known: a rest is judged by several instants.
+    #[error("the course of V before is not known")]
+    Unknown,
+    /// There was no crater to come to rest.
+    #[error("no crater has formed: V has stayed within its uncertainty of {:.2} mm^3 about zero", 1e9 * .uncertainty)]
+    NoCrater {
+        /// Of the last volume [m^3].
+        uncertainty: Real,
+    },
+}
+
 /// When a crater came to rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rest {
@@ -52,17 +66,24 @@ impl VolumeCourse {
         }
     }
 
-    /// When the crater came to rest whose last volume is uncertain by `uncertainty` [m^3]; `None` without a volume.
-    #[must_use]
-    pub fn rest(&self, uncertainty: Real) -> Option<Rest> {
-        let (end, volume) = (*self.times.last()?, *self.volumes.last()?);
+    /// When the crater came to rest whose last volume is uncertain by `uncertainty` [m^3].
+    ///
+    /// # Errors
+    /// If the course is one instant long at most, or there never was a crater.
+    pub fn rest(&self, uncertainty: Real) -> Result<Rest, RestError> {
+        let (&[.., end], &[_, .., volume]) = (&self.times[..], &self.volumes[..]) else {
+            return Err(RestError::Unknown);
+        };
+        if self.volumes.iter().all(|volume| volume.abs() <= uncertainty) {
+            return Err(RestError::NoCrater { uncertainty });
+        }
         let away = self.volumes.iter().rposition(|v| (v - volume).abs() > uncertainty);
         let first = away.map_or(0, |n| n + 1);
         let since = self.times[first];
         let middle = 0.5 * (since + end);
         let drift = self.mean(middle, end) - self.mean(since, middle);
         let long = end - since >= LEAST_PART * (end - self.times[0]) && self.times.len() - first >= LEAST_INSTANTS;
-        Some(Rest { since, drift, at_rest: long && drift.abs() <= LARGEST_DRIFT * uncertainty })
+        Ok(Rest { since, drift, at_rest: long && drift.abs() <= LARGEST_DRIFT * uncertainty })
     }
 
     /// Mean volume between two times, linear between instants [m^3].
@@ -122,13 +143,27 @@ mod tests {
     }
 
     #[test]
+    fn a_crater_that_never_formed_is_not_at_rest() {
+        let nothing = course(|time| 0.05 * (9e4 * time).sin());
+        assert_eq!(nothing.rest(0.1), Err(RestError::NoCrater { uncertainty: 0.1 }));
+        // Controls: one that is known better, and one that was filled up again.
+        assert!(nothing.rest(0.01).is_ok());
+        let filled = course(|time| if time < 0.05 { 1.0 } else { 0.0 });
+        assert!(filled.rest(0.1).is_ok_and(|rest| rest.at_rest && rest.since >= 0.05));
+    }
+
+    #[test]
     fn few_instants_say_nothing() {
         let mut short = VolumeCourse::default();
-        assert_eq!(short.rest(1.0), None);
-        (0..7).for_each(|n| short.add(Real::from(n), 1.0));
-        assert!(!short.rest(1.0).expect("there are volumes").at_rest);
+        for n in 0..2 {
+            // A checkpoint without the course before has one instant.
+            assert_eq!(short.rest(0.5), Err(RestError::Unknown));
+            short.add(Real::from(n), 1.0);
+        }
+        (2..7).for_each(|n| short.add(Real::from(n), 1.0));
+        assert!(!short.rest(0.5).expect("there are volumes").at_rest);
         short.add(7.0, 1.0);
-        assert_eq!(short.rest(1.0), Some(Rest { since: 0.0, drift: 0.0, at_rest: true }));
+        assert_eq!(short.rest(0.5), Ok(Rest { since: 0.0, drift: 0.0, at_rest: true }));
         short.add(6.5, 9.0);
         assert_eq!(VolumeCourse::from_pairs(&short.pairs()), short);
     }

@@ -38,7 +38,9 @@ fn tank(name: &str, changes: &[&str]) -> Result<Found, String> {
     overrides.extend(changes.iter().map(|change| (*change).to_owned()));
     let left = WholeRun::of_text(&format!("ripples-{name}"), CASE, &overrides)?;
     let summary = left.summary()?;
-    let layers = layer_history(left.folder()).ok_or("the run tells nothing of its layers")?;
+    let layers = layer_history(left.folder())
+        .map_err(|error| error.to_string())?
+        .ok_or("the run tells nothing of its layers")?;
     let half_ranges = |columns: &[Vec<Real>; 4]| {
         // Velocity of water, drag, pressure force.
         [0, 2, 3].map(|quantity| half_range(&layers.time, &columns[quantity]))

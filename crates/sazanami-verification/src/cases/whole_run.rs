@@ -46,7 +46,8 @@ impl WholeRun {
     /// Columns of one of its tables, by name.
     pub fn columns<const N: usize>(&self, table: &str, names: [&str; N]) -> Result<[Vec<Real>; N], String> {
         let path = self.folder.join(table);
-        let table = Table::read(&path).ok_or_else(|| format!("{} is no table", path.display()))?;
+        let table = Table::read(&path).map_err(|error| error.to_string())?;
+        let table = table.ok_or_else(|| format!("there is no table {}", path.display()))?;
         let found = names.map(|name| table.column(name));
         match found.iter().position(Vec::is_empty) {
             Some(n) => Err(format!("{} has no column {}", path.display(), names[n])),

@@ -47,8 +47,7 @@ fn is_same_end(a: Real, b: Real) -> bool {
 const LAST_PART: Real = 0.1;
 
 /// Relative change of the erosion volume over the last part of a run, by its series; `None` where there is no volume.
-fn late_change(folder: &Path) -> Option<Real> {
-    let series = Table::read(&folder.join(SERIES))?;
+fn late_change(series: &Table) -> Option<Real> {
     let (times, volumes) = (series.column("time"), series.column("erosion_volume"));
     let (end, last) = (*times.last()?, *volumes.last()?);
     let before = times.iter().rposition(|&time| time <= (1.0 - LAST_PART) * end)?;
@@ -92,7 +91,7 @@ pub(super) fn comparable(folders: &[PathBuf]) -> Result<(Vec<RunResult>, Vec<Str
             rim_radius: 1e-3 * erosion("rim_radius_mm").unwrap_or_default(),
             splashed: number(&summary, &["observables", "splash", "grains"]).unwrap_or_default() as usize,
             rim_at_edge: summary["observables"]["erosion"]["rim_at_edge"].as_bool().unwrap_or_default(),
-            late_change: late_change(folder),
+            late_change: Table::read(&folder.join(SERIES))?.as_ref().and_then(late_change),
         };
         found.push((end, result));
     }

@@ -19,12 +19,12 @@ pub(super) fn draw_figures(folder: &Path, summary: &Value, output: &mut Output) 
     let name = summary["case"].as_str().unwrap_or("run");
     let figures = folder.join(FIGURES);
     std::fs::create_dir_all(&figures).map_err(undone)?;
-    let curves = Table::read(&folder.join(CRATER_PROFILES)).map(|profiles| curves(&profiles)).unwrap_or_default();
+    let curves = Table::read(&folder.join(CRATER_PROFILES))?.map(|profiles| curves(&profiles)).unwrap_or_default();
     if !curves.is_empty() {
         let title = format!("{name}: smoothed bed surface{}", volume_words(summary));
         output.draw(&Figure::BedProfiles { title: &title, curves: &curves }, &figures.join("profiles.png"))?;
     }
-    if let Some(series) = Table::read(&folder.join(SERIES)).filter(|series| series.len() > 1) {
+    if let Some(series) = Table::read(&folder.join(SERIES))?.filter(|series| series.len() > 1) {
         let grain_size = case::load(&folder.join(CASE), &[]).ok().and_then(|loaded| loaded.case.erosion);
         let grain_size = grain_size.map_or(0.0, |erosion| erosion.grain_size);
         draw_crater(&series, &format!("{name}: crater{}", volume_words(summary)), grain_size, &figures, output)?;

@@ -139,8 +139,11 @@ fn erosion_volume(erosion: &Value, crater_rest: &Value) -> Option<String> {
     Some(format!("{volume:.2}{uncertainty} mm^3{caution}"))
 }
 
-/// Since when V stays within its uncertainty, where the crater has come to rest.
+/// Since when V stays within its uncertainty, where the crater has come to rest, or why that is not known.
 fn rest(crater_rest: &Value) -> Option<Row> {
+    if let Some(problem) = crater_rest["not_evaluated"].as_str() {
+        return Some(("  crater at rest", format!("not evaluated: {problem}")));
+    }
     let since = number(crater_rest, &["within_uncertainty_since_s"]).filter(|_| crater_rest["at_rest"] == true)?;
     Some(("  crater at rest since", format!("{:.3} ms", 1e3 * since)))
 }

@@ -44,7 +44,7 @@ pub(super) fn of_run(folder: &Path, overrides: &[String], output: &mut Output) -
         let _ = std::fs::remove_file(figures.join(name));
     }
     let name = tables.summary["case"].as_str().unwrap_or("run").to_owned();
-    let layers = layer_history(folder);
+    let layers = layer_history(folder)?;
     let cycles = layers.as_ref().zip(tables.period).map(|(layers, period)| cycles::averages(layers, period));
     if let Some(cycles) = cycles.as_ref().filter(|cycles| !cycles.is_empty()) {
         let place = if overrides.is_empty() { folder } else { &figures };
@@ -80,16 +80,16 @@ pub(super) fn of_run(folder: &Path, overrides: &[String], output: &mut Output) -
         write_evaluation(&figures, overrides, &tables.summary, found.into_iter().collect(), output)?;
     }
     list_files(folder, &tables.summary)?;
-    Ok(report::lines(folder, &tables, &cycles, &compared))
+    report::lines(folder, &tables, &cycles, &compared)
 }
 
 /// Labels and values of the table at the end of a run, as its own case evaluates it.
 pub(super) fn rows_of(folder: &Path) -> Result<Vec<(String, String)>, CommandError> {
     let loaded = case::load(&folder.join(CASE), &[])?;
     let tables = RunTables::read(folder, loaded)?;
-    let layers = layer_history(folder).zip(tables.period);
+    let layers = layer_history(folder)?.zip(tables.period);
     let cycles = layers.map(|(layers, period)| cycles::averages(&layers, period)).unwrap_or_default();
-    Ok(report::rows(folder, &tables, &cycles, &measured::compared(&tables)))
+    report::rows(folder, &tables, &cycles, &measured::compared(&tables))
 }
 
 /// Puts what was found into the summary of a run that has ended.

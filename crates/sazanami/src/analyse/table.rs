@@ -1,8 +1,11 @@
 //! Tables that runs wrote.
 
+use std::io::ErrorKind;
 use std::path::Path;
 
 use sazanami_numerics::Real;
+
+use crate::error::CommandError;
 
 /// Rows of a table with named columns.
 #[derive(Debug)]
@@ -23,13 +26,30 @@ pub enum Cells<'t> {
 
 impl Table {
     /// Reads the table at `path`; `None` if there is none.
-    pub fn read(path: &Path) -> Option<Self> {
-        let text = std::fs::read_to_string(path).ok()?;
+    ///
+    /// # Errors
+    /// If it cannot be read, is empty or not a text, ends within a line, or has a line that is no row.
+    pub fn read(path: &Path) -> Result<Option<Self>, CommandError> {
+        let damaged = |what: &str| CommandError::input(format!("{}{what}", path.display()), REWRITE);
+        let bytes = match std::fs::read(path) {
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
+            bytes => bytes.map_err(|error| damaged(&format!(": cannot be read: {error}")))?,
+        };
+        let text = String::from_utf8(bytes).map_err(|_| damaged(": this is not a text"))?;
         let mut lines = text.lines();
-        let headings = lines.next()?.split(',').map(|heading| heading.split_once(" [").unwrap_or((heading, "]")));
+        let Some(heading) = lines.next() else { return Err(damaged(": this is empty")) };
+        let headings = heading.split(',').map(|heading| heading.split_once(" [").unwrap_or((heading, "]")));
         let (columns, units) =
             headings.map(|(name, unit)| (name.to_owned(), unit.trim_end_matches(']').to_owned())).unzip();
-        Some(Self { columns, units, rows: lines.map(str::to_owned).collect() })
+        let table = Self { columns, units, rows: lines.map(str::to_owned).collect() };
+        // What is left of a line may look like a whole one.
+        if !text.ends_with('\n') {
+            return Err(damaged(&format!(":{}: the file ends within this line", 1 + table.len())));
+        }
+        match table.damaged_line() {
+            Some(line) => Err(damaged(&format!(":{line}: this is not a row of the table"))),
+            None => Ok(Some(table)),
+        }
     }
 
     /// Names and units of the columns.
@@ -39,8 +59,7 @@ impl Table {
 
     /// Number of the first line that is no row, that of the headings being 1: it has another number of cells than the
     /// headings, or its first cell is not a number.
-    #[must_use]
-    pub fn damaged_line(&self) -> Option<usize> {
+    fn damaged_line(&self) -> Option<usize> {
         let is_row = |row: &String| {
             row.split(',').count() == self.columns.len() && !value(row.split(',').next().unwrap_or_default()).is_nan()
         };
@@ -95,6 +114,8 @@ impl Table {
         place.into_iter().flat_map(|at| self.rows.iter().map(move |row| row.split(',').nth(at).unwrap_or_default()))
     }
 }
+
+const REWRITE: &str = "the results are damaged: `sazanami resume` mends the tables of a run that broke off; otherwise take them from a copy, or run the case again";
 
 /// Value of a cell; NaN if it is empty.
 fn value(cell: &str) -> Real {

@@ -82,9 +82,13 @@ pub(crate) const HEAP: &[Field<Heap>] = &[
     quantity("flank_mm", "mm", "distances from the axis between which the line is fitted", |heap| {
         json!(heap.flank.map(|distance| 1e3 * distance))
     }),
-    quantity("mean_speed", "m/s", "mean speed of the grains: a heap that moves has no angle of repose yet", |heap| {
-        json!(heap.mean_speed)
-    }),
+    quantity(
+        "mean_speed",
+        "m/s",
+        "mean speed of the grains that are not in the air; a heap that moves has no angle",
+        |heap| json!(heap.mean_speed),
+    ),
+    quantity("airborne_grains", "", "grains in the air, which are left out", |heap| json!(heap.airborne)),
 ];
 
 /// A heap, or why there is none, as the summary has it.
@@ -106,6 +110,7 @@ pub(super) fn heap_settings(case: &Case) -> Option<HeapSettings> {
         lower: [domain.lower.x, domain.lower.y],
         upper: [domain.upper.x, domain.upper.y],
         floor: domain.lower.z,
+        gravity: case.resting_gravity().length(),
     })
 }
 

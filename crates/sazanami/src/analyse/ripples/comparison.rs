@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use sazanami_io::replace_file;
 use sazanami_numerics::Real;
-use sazanami_observe::ripples::{Growth, Ripples};
+use sazanami_observe::ripples::{BedForms, Growth};
 use serde_json::Value;
 
 use super::tables::RunTables;
@@ -37,18 +37,23 @@ const fn column(
     Column { heading, factor, digits, signed, in_file, value }
 }
 
-/// A measure of the ripples at the end of a run.
-fn of_ripples(run: &RunTables, measure: fn(&Ripples) -> Real) -> Option<Real> {
-    run.last_ripples().and_then(|ripples| ripples.as_ref().ok()).map(measure)
+/// Of mound and ripples at the end of a run, where there are any.
+fn of_forms(run: &RunTables, measure: fn(&BedForms) -> Option<Real>) -> Option<Real> {
+    run.forms.as_ref().and_then(measure)
 }
 
-const COLUMNS: [Column; 7] = [
+const COLUMNS: [Column; 8] = [
     column("L [mm]", (1e3, 0, false), "length [m]", |run| Some(run.case.domain.extent().x)),
     column("t [s]", (1.0, 3, false), "time [s]", |run| number(&run.summary, &["time_s"])),
-    column("wavelength [mm]", (1e3, 2, false), "wavelength [m]", |run| {
-        of_ripples(run, |ripples| ripples.spectral_wavelength)
+    column("mound high [mm]", (1e3, 2, false), "mound_height [m]", |run| {
+        of_forms(run, |forms| forms.mound.as_ref().ok().map(|mound| mound.height))
     }),
-    column("height [mm]", (1e3, 2, false), "height [m]", |run| of_ripples(run, Ripples::height)),
+    column("ripples apart [mm]", (1e3, 2, false), "ripple_crest_spacing [m]", |run| {
+        of_forms(run, |forms| forms.ripples.as_ref().ok().map(|ripples| ripples.wavelength))
+    }),
+    column("ripples high [mm]", (1e3, 2, false), "ripple_crest_height [m]", |run| {
+        of_forms(run, |forms| forms.ripples.as_ref().ok().map(|ripples| ripples.height))
+    }),
     column("relief [mm]", (1e3, 2, false), "relief [m]", |run| {
         number(&run.summary, &["observables", "ripples", "relief_mm"]).map(|relief| 1e-3 * relief)
     }),

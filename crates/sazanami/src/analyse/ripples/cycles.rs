@@ -11,6 +11,7 @@ use sazanami_observe::ripples::{PhaseAverage, cycle_averages, phase_average};
 use crate::analyse::table::Table;
 use crate::artist::LayerHistory;
 use crate::columns::{Quantity, quantity};
+use crate::error::CommandError;
 use crate::results::LAYER_MEANS;
 
 /// Quantities that are averaged over layers, by their columns.
@@ -114,8 +115,11 @@ pub(super) fn write_averages(path: &Path, cycles: &[CycleAverage]) -> std::io::R
 }
 
 /// What layers did in a run; `None` if it has no table of layers.
-pub fn layer_history(folder: &Path) -> Option<LayerHistory> {
-    let table = Table::read(&folder.join(LAYER_MEANS))?;
+///
+/// # Errors
+/// If the table is damaged.
+pub fn layer_history(folder: &Path) -> Result<Option<LayerHistory>, CommandError> {
+    let Some(table) = Table::read(&folder.join(LAYER_MEANS))? else { return Ok(None) };
     let (times, columns) = (table.column("time"), QUANTITIES.map(|name| table.column(name)));
     let is_upper: Vec<bool> = table.words("layer").iter().map(|layer| *layer == "upper").collect();
     let of = |values: &Vec<Real>, upper: bool| -> Vec<Real> {
@@ -124,5 +128,5 @@ pub fn layer_history(folder: &Path) -> Option<LayerHistory> {
     let layer = |upper: bool| columns.each_ref().map(|column| of(column, upper));
     let found = LayerHistory { time: of(&times, true), upper: layer(true), lower: layer(false), ..Default::default() };
     let is_whole = columns.iter().all(|column| column.len() == times.len());
-    (is_whole && found.time.len() > 1).then_some(found)
+    Ok((is_whole && found.time.len() > 1).then_some(found))
 }

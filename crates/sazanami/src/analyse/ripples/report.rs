@@ -13,6 +13,7 @@ use crate::analyse::figures::newest_picture;
 use crate::analyse::lines::{labelled, number};
 use crate::analyse::table::Table;
 use crate::check::bed_flow;
+use crate::error::CommandError;
 use crate::recorder::{closed, tank_of};
 use crate::results::{BED_PROFILES, LAYER_MEANS, SERIES, WATER_PROFILES};
 
@@ -20,26 +21,37 @@ use crate::results::{BED_PROFILES, LAYER_MEANS, SERIES, WATER_PROFILES};
 pub(super) type Row = (String, String);
 
 /// The table at the end of a run, with its newest picture.
-pub(super) fn lines(folder: &Path, tables: &RunTables, cycles: &[CycleAverage], compared: &[Compared]) -> Vec<String> {
-    let mut rows = rows(folder, tables, cycles, compared);
+pub(super) fn lines(
+    folder: &Path,
+    tables: &RunTables,
+    cycles: &[CycleAverage],
+    compared: &[Compared],
+) -> Result<Vec<String>, CommandError> {
+    let mut rows = rows(folder, tables, cycles, compared)?;
     if let Some(picture) = newest_picture(folder, "grains-") {
         rows.push(("picture".into(), picture.display().to_string()));
     }
-    labelled(&rows)
+    Ok(labelled(&rows))
 }
 
 /// Labels and values of that table.
-pub(super) fn rows(folder: &Path, tables: &RunTables, cycles: &[CycleAverage], compared: &[Compared]) -> Vec<Row> {
+pub(super) fn rows(
+    folder: &Path,
+    tables: &RunTables,
+    cycles: &[CycleAverage],
+    compared: &[Compared],
+) -> Result<Vec<Row>, CommandError> {
+    let series = Table::read(&folder.join(SERIES))?;
     let mut rows = of_run(&tables.summary);
     rows.extend(of_forms(tables));
     rows.extend(of_ripples(tables));
     rows.extend(of_layers(cycles));
     rows.extend(of_water(&tables.summary));
-    rows.extend(above_rim(folder));
+    rows.extend(series.as_ref().and_then(above_rim));
     rows.extend(of_scheme(&tables.summary));
     rows.extend(compared.iter().flat_map(Compared::rows));
-    rows.extend(absent(folder, tables));
-    rows
+    rows.extend(absent(folder, tables)?);
+    Ok(rows)
 }
 
 fn row(label: &str, value: impl Into<String>) -> Row {
@@ -179,9 +191,8 @@ fn momentum_residual(residual: &Value) -> Option<Row> {
 }
 
 /// The most water that stood above the rim of an open tank, if the run looked and there was any.
-fn above_rim(folder: &Path) -> Option<Row> {
-    let counts = Table::read(&folder.join(SERIES))?.column("particles_above_rim");
-    let most = counts.into_iter().fold(0.0, Real::max);
+fn above_rim(series: &Table) -> Option<Row> {
+    let most = series.column("particles_above_rim").into_iter().fold(0.0, Real::max);
     (most > 0.0).then(|| row("water above the rim, at most", format!("{most:.0} particles")))
 }
 
@@ -203,7 +214,7 @@ fn of_scheme(summary: &Value) -> Vec<Row> {
 }
 
 /// A line for each table that the run should have left and did not.
-fn absent(folder: &Path, tables: &RunTables) -> Vec<Row> {
+fn absent(folder: &Path, tables: &RunTables) -> Result<Vec<Row>, CommandError> {
     let observes = tables.case.ripples.is_some();
     let expected = [
         (BED_PROFILES, observes, "no ripples, no growth, no migration"),
@@ -211,7 +222,11 @@ fn absent(folder: &Path, tables: &RunTables) -> Vec<Row> {
         (LAYER_MEANS, observes, "no averages over layers"),
         (SERIES, true, "nothing of single steps"),
     ];
-    let is_missing = |name: &str| Table::read(&folder.join(name)).is_none_or(|table| table.is_empty());
-    let missing = expected.into_iter().filter(|(name, expected, _)| *expected && is_missing(name));
-    missing.map(|(name, _, lost)| row(&format!("{name}: absent or empty"), lost)).collect()
+    let mut rows = Vec::new();
+    for (name, _, lost) in expected.into_iter().filter(|(_, expected, _)| *expected) {
+        if Table::read(&folder.join(name))?.is_none_or(|table| table.is_empty()) {
+            rows.push(row(&format!("{name}: absent or empty"), lost));
+        }
+    }
+    Ok(rows)
 }

@@ -28,9 +28,8 @@ pub(super) struct Profiles {
 }
 
 impl Profiles {
-    /// Reads the heights of one column of a table with a row for each time and place.
-    fn read(path: &Path, column: &str) -> Option<Self> {
-        let table = Table::read(path)?;
+    /// The heights of one column of a table with a row for each time and place; `None` without a row.
+    fn of(table: &Table, column: &str) -> Option<Self> {
         let (times, places, heights) = (table.column("time"), table.column("x"), table.column(column));
         let mut found = Self { time: Vec::new(), profile: Vec::new() };
         let mut first = 0;
@@ -106,9 +105,11 @@ impl RunTables {
             .as_ref()
             .or(case.ripples.as_ref())
             .map_or(0.0, |how| BedSurfaceSettings::of_grains(how.grain_size).slab);
+        let [beds, waters] = [BED_PROFILES, WATER_PROFILES].map(|name| Table::read(&folder.join(name)));
+        let (beds, waters) = (beds?, waters?);
         let [bed, image, top_layer] = ["z_concentration", "z_image", "z_top_layer"]
-            .map(|column| Profiles::read(&folder.join(BED_PROFILES), column));
-        let water = Profiles::read(&folder.join(WATER_PROFILES), "z");
+            .map(|column| beds.as_ref().and_then(|table| Profiles::of(table, column)));
+        let water = waters.as_ref().and_then(|table| Profiles::of(table, "z"));
         let mut ripples = Vec::new();
         if let (Some(bed), Some(how)) = (&bed, &case.ripples) {
             let tank = tank_of(&case);

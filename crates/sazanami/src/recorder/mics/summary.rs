@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use sazanami_numerics::{Real, Vector};
 use sazanami_observe::budget::MomentumBudget;
-use sazanami_observe::erosion::{Erosion, ErosionError, Rest, VolumeCourse};
+use sazanami_observe::erosion::{Erosion, ErosionError, Rest, RestError, VolumeCourse};
 use sazanami_observe::splash::Splash;
 use serde_json::{Map, Value, json};
 
@@ -18,8 +18,8 @@ pub(crate) struct Findings {
     pub erosion: Option<Erosion>,
     /// Why there is none at present.
     pub no_erosion: Option<String>,
-    /// When the crater came to rest, where its course is known.
-    pub rest: Option<Rest>,
+    /// When the crater came to rest, or why that is not known; `None` without a crater that could be evaluated.
+    pub rest: Option<Result<Rest, RestError>>,
     pub splash: Option<Splash>,
     pub liquid_relative_change: Real,
     pub wet_relative_change: Real,
@@ -36,7 +36,7 @@ impl Findings {
 
     /// Judges by the `course` before whether the crater, as it was evaluated at `time` \[s], has come to rest.
     pub fn set_rest(&mut self, course: &VolumeCourse, time: Real) {
-        self.rest = self.erosion.as_ref().and_then(|erosion| {
+        self.rest = self.erosion.as_ref().map(|erosion| {
             let mut course = course.clone();
             course.add(time, erosion.crater.volume);
             course.rest(erosion.volume_uncertainty())
@@ -52,7 +52,11 @@ impl Findings {
             observables.insert("erosion".into(), json!({ "not_evaluated": problem }));
         }
         if let Some(rest) = &self.rest {
-            observables.insert("crater_rest".into(), Value::Object(object(REST, rest)));
+            let found = match rest {
+                Ok(rest) => Value::Object(object(REST, rest)),
+                Err(problem) => json!({ "not_evaluated": problem.to_string() }),
+            };
+            observables.insert("crater_rest".into(), found);
         }
         if let Some(splash) = &self.splash {
             observables.insert("splash".into(), Value::Object(object(SPLASH, splash)));
