@@ -139,7 +139,9 @@ def test_a_run_that_goes_on(drop, tmp_path):
     [
         ("summary.json", lambda data: data[: len(data) // 2], "the summary is damaged"),
         ("series.csv", lambda data: data + b"1,2\n", "not a row"),
-        ("series.csv", lambda data: b"", "missing, empty"),
+        ("series.csv", lambda data: b"", "this is empty"),
+        ("series.csv", lambda data: data[:20], "series.csv:1: the file ends within this line"),
+        ("series.csv", lambda data: data[:-1], "the file ends within this line"),
         ("case.toml", lambda data: data + b"\n= 3", "this is not TOML"),
         ("grains.pvd", lambda data: data[: len(data) // 2], "damaged"),
         ("grains/grains-*.vtp", lambda data: data[: len(data) // 2], "damaged"),

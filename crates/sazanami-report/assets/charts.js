@@ -126,15 +126,11 @@
   const charts = JSON.parse(document.getElementById("charts-data").textContent).map((data, n) => new Chart(document.getElementById(`chart-${n}`), data));
   const redraw = printed => charts.forEach(chart => chart.draw(printed));
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => redraw(false));
-  // Canvases of a graphics chip come out blank on paper: copies that the processor draws stand for them, once the charts are drawn.
+  // Canvases come out blank on paper: images stand for them, once the charts are drawn.
   const copies = () => {
-    for (const canvas of document.querySelectorAll("canvas:not(.printed)")) {
-      const copy = Object.assign(document.createElement("canvas"), { className: "printed", width: canvas.width, height: canvas.height });
-      copy.getContext("2d", { willReadFrequently: true }).drawImage(canvas, 0, 0);
-      canvas.after(copy);
-    }
+    for (const canvas of document.querySelectorAll("canvas")) canvas.after(Object.assign(new Image(), { className: "printed", src: canvas.toDataURL() }));
   };
   addEventListener("beforeprint", () => { redraw(true); queueMicrotask(copies); });
-  addEventListener("afterprint", () => { document.querySelectorAll("canvas.printed").forEach(copy => copy.remove()); redraw(false); });
+  addEventListener("afterprint", () => { document.querySelectorAll(".printed").forEach(copy => copy.remove()); redraw(false); });
   window.reportCharts = charts;
 })();

@@ -138,6 +138,7 @@ pub fn warnings(run: &Finished, log: &str) -> Vec<String> {
     for (what, path) in [
         ("The heap", ["observables", "heap", "not_evaluated"]),
         ("The crater", ["observables", "erosion", "not_evaluated"]),
+        ("Whether the crater rests", ["observables", "crater_rest", "not_evaluated"]),
         ("The splash", ["observables", "splash", "not_evaluated"]),
     ] {
         found.extend(text(&path).map(|why| format!("{what} was not evaluated: {why}.")));

@@ -301,6 +301,13 @@ pub fn rounded(value: f64) -> String {
     }
 }
 
+/// The name of a column as a title.
+pub fn capitalised(name: &str) -> String {
+    let words = plain(name);
+    let mut letters = words.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
 /// The name of a column as words.
 pub fn plain(name: &str) -> String {
     ["_1", "_2", "_3"]

@@ -20,10 +20,14 @@ struct Side<'a> {
 
 /// The page.
 pub fn page(runs: &[Finished]) -> Result<String, CommandError> {
-    let sides: Vec<Side> = runs.iter().map(|run| Side { run, name: run.name(), values: values(&run.case) }).collect();
+    // Files of a run lie in its own folder.
+    let own = |run: &Finished, value: String| value.replace(&format!("{}/", run.folder.display()), "");
+    let own_values =
+        |run: &Finished| values(&run.case).into_iter().map(|(key, value)| (key, own(run, value))).collect();
+    let sides: Vec<Side> = runs.iter().map(|run| Side { run, name: run.name(), values: own_values(run) }).collect();
     let title = format!("{} runs side by side", sides.len());
     let keys = differing(&sides);
-    let answers = volumes(&sides, &keys);
+    let answers = answers(&sides, &keys);
     let histories = overlaid(&sides)?;
     page::page(&title, None, |html| {
         html.raw("<header>");
@@ -110,25 +114,32 @@ fn quantity(value: &str) -> Option<(f64, String)> {
     }
 }
 
-/// Erosion volume against each key that differs and is a number, where every run has it.
-fn volumes(sides: &[Side], keys: &[String]) -> Vec<Chart> {
+/// A number of the answer that is shown against keys: its name, unit, factor to that unit, and where it and its uncertainty are.
+struct Answer(&'static str, &'static str, f64, [&'static str; 2]);
+
+const ANSWERS: [Answer; 2] = [
+    Answer("Erosion volume V", "m^3", 1e-9, ["erosion.volume_mm3", "erosion.volume_uncertainty_mm3"]),
+    Answer("Angle of the heap", "degrees", 1.0, ["heap.angle_deg", "heap.angle_uncertainty_deg"]),
+];
+
+/// Numbers of the answer against each key that differs and is a number, where every run has them.
+fn answers(sides: &[Side], keys: &[String]) -> Vec<Chart> {
     const MOST: usize = 4;
-    let point = |key: &String, side: &Side| {
+    let point = |key: &String, side: &Side, Answer(_, _, factor, paths): &Answer| {
         let (x, unit) = quantity(side.values.get(key)?)?;
-        let erosion = |name: &str| side.run.number(&format!("observables.erosion.{name}"));
-        let (volume, half) = (erosion("volume_mm3")?, erosion("volume_uncertainty_mm3").unwrap_or_default());
-        let curve =
-            Curve { label: side.name.clone(), shown: true, values: vec![1e-9 * volume], bars: vec![1e-9 * half] };
+        let [value, half] = paths.map(|path| side.run.number(&format!("observables.{path}")));
+        let (values, bars) = (vec![factor * value?], vec![factor * half.unwrap_or_default()]);
+        let curve = Curve { label: side.name.clone(), shown: true, values, bars };
         Some((unit, Curves { x: vec![x], curves: vec![curve] }))
     };
-    let of = |key: &String| {
-        let points: Vec<(String, Curves)> = sides.iter().map(|side| point(key, side)).collect::<Option<_>>()?;
+    let of = |key: &String, answer: &Answer| {
+        let points: Vec<(String, Curves)> = sides.iter().map(|side| point(key, side, answer)).collect::<Option<_>>()?;
         let x = (key.clone(), points.first()?.0.clone());
         let tables = points.into_iter().map(|(_, table)| table).collect();
-        let title = format!("Erosion volume V against {key}");
-        Some(Chart { title, x, unit: "m^3".into(), tables, points: true, every: 1 })
+        let title = format!("{} against {key}", answer.0);
+        Some(Chart { title, x, unit: answer.1.into(), tables, points: true, every: 1 })
     };
-    keys.iter().filter_map(of).take(MOST).collect()
+    ANSWERS.iter().flat_map(|answer| keys.iter().filter_map(move |key| of(key, answer)).take(MOST)).collect()
 }
 
 /// The columns that several runs share and people compare, a chart each.
@@ -153,7 +164,7 @@ fn overlaid(sides: &[Side]) -> Result<Vec<Chart>, CommandError> {
     found.extend(last_profiles(sides)?);
     for column in COMPARED {
         let own = |side: &Side| {
-            let mut chart = charts::of_columns(&side.run.series, &charts::plain(column), &[column], 1)?;
+            let mut chart = charts::of_columns(&side.run.series, &charts::capitalised(column), &[column], 1)?;
             chart
                 .tables
                 .iter_mut()

@@ -3,7 +3,8 @@
     browser.py CHROMIUM PAGE WIDTH SCREENSHOT EXPRESSION...
 
 Speaks the DevTools protocol through a pipe (file descriptors 3 and 4), so that Python alone is needed. Each EXPRESSION is
-evaluated in the page, promises awaited; `@click X Y` presses the mouse at that point of the window, `@key NAME` a key.
+evaluated in the page, promises awaited; `@click X Y` presses the mouse at that point of the window, `@key NAME` a key;
+`@print` prints the page and gives the number of images on paper.
 Of `@click` the numbers may come from the expression before: `@click result` takes the pair that it gave.
 """
 
@@ -121,6 +122,8 @@ def act(call, step, results):
                 button = "none" if kind == "mouseMoved" else "left"
                 call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button=button, clickCount=1)
             return None
+        case ["@print"]:
+            return base64.b64decode(call("Page.printToPDF", printBackground=True)["data"]).count(b"/Subtype /Image")
         case ["@key", name]:
             for kind in ("rawKeyDown", "keyUp"):
                 call("Input.dispatchKeyEvent", type=kind, key=name)

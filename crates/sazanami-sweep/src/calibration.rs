@@ -74,7 +74,7 @@ pub struct Fit {
 }
 
 /// A point in the unit cube that was tried, and what its runs found for each target, one for each seed; nothing if one of
-/// them failed.
+/// them failed or could not evaluate a target.
 #[derive(Clone, Debug)]
 struct Tried {
     name: String,
@@ -232,7 +232,10 @@ impl Search<'_> {
                 match &progressed.state {
                     State::Finished => {
                         let values = self.values(&progressed).map_err(|error| refused(state, error))?;
-                        found.iter_mut().flatten().zip(values).for_each(|(all, value)| all.push(value));
+                        match values {
+                            Some(values) => found.iter_mut().flatten().zip(values).for_each(|(all, of)| all.push(of)),
+                            None => found = None,
+                        }
                     }
                     State::Failed(_) => found = None,
                     _ if interrupted => return Err(End::Stopped),
@@ -248,14 +251,19 @@ impl Search<'_> {
         if state.tried.iter().any(|tried| self.is_met(tried)) { Err(End::Met) } else { Ok(()) }
     }
 
-    /// What a run found for each target.
-    fn values(&self, progressed: &Progressed) -> Result<Vec<f64>, CommandError> {
+    /// What a run found for each target; nothing if it could not evaluate one: a heap too flat for an angle, a bed without a crater.
+    fn values(&self, progressed: &Progressed) -> Result<Option<Vec<f64>>, CommandError> {
         let found: BTreeMap<String, String> = table::findings(progressed).into_iter().collect();
-        let value = |target: &Target| {
-            found.get(&target.name).and_then(|text| text.parse::<f64>().ok()).ok_or_else(|| {
+        let not_evaluated = |name: &str| {
+            name.rsplit_once('.').is_some_and(|(of, _)| found.contains_key(&format!("{of}.not_evaluated")))
+        };
+        let value = |target: &Target| match found.get(&target.name).and_then(|text| text.parse::<f64>().ok()) {
+            Some(value) => Ok(Some(value)),
+            None if not_evaluated(&target.name) => Ok(None),
+            None => {
                 let known: Vec<&str> = found.keys().map(String::as_str).collect();
-                CommandError::unknown("finding", &target.name, &known)
-            })
+                Err(CommandError::unknown("finding", &target.name, &known))
+            }
         };
         self.plan.targets.iter().map(value).collect()
     }

@@ -75,7 +75,7 @@ pub fn run_example() -> Result<(), Box<dyn Error>> {
     println!("{:?} after {} steps, {} s", summary.status, summary.steps, summary.time);
 
     // The series: a row per step.
-    let series = Table::read(&folder.join("series.csv")).ok_or("the run wrote a series")?;
+    let series = Table::read(&folder.join("series.csv"))?.ok_or("the run wrote a series")?;
     let (time, sub_steps) = (series.column("time"), series.column("grain_substeps"));
     println!(
         "{} rows to {:.4} s, {} sub-steps in the last",

@@ -105,7 +105,7 @@ pub(super) fn rows(summary: &Value) -> Vec<Row> {
     rows.extend(
         soaked
             .filter(|_| has_grains)
-            .map(|value| ("liquid covered by grains", format!("{:.1} % of the liquid volume", -1e2 * value))),
+            .map(|value| ("liquid covered by grains", format!("{:.1} % of the liquid volume", 0.0 - 1e2 * value))),
     );
     rows.extend(
         number(summary, &["worst", "overlap_relative"])

@@ -182,9 +182,12 @@ mod tests {
 
     #[test]
     fn numbers_have_the_units_of_their_columns() {
-        let values = [Some(0.15), Some(3.0), Some(0.0325), None, Some(6.4e-4), Some(0.1), Some(-6e-4)];
+        let values = [Some(0.15), Some(3.0), Some(2.1e-3), Some(0.0325), None, Some(6.4e-4), Some(0.1), Some(-6e-4)];
         let row = Row { name: "a,b".into(), status: "failed: step".into(), values };
-        assert_eq!(row.text(), ["a,b", "failed: step", "150", "3.000", "32.50", "none", "0.64", "+0.10", "-0.06"]);
-        assert_eq!(row.in_file(), "\"a,b\",\"failed: step\",0.15,3,0.0325,,0.00064,0.1,-0.0006");
+        assert_eq!(
+            row.text(),
+            ["a,b", "failed: step", "150", "3.000", "2.10", "32.50", "none", "0.64", "+0.10", "-0.06"]
+        );
+        assert_eq!(row.in_file(), "\"a,b\",\"failed: step\",0.15,3,0.0021,0.0325,,0.00064,0.1,-0.0006");
     }
 }
