@@ -82,6 +82,18 @@ pub struct LoadedCase {
     pub places: Places,
 }
 
+impl LoadedCase {
+    /// The case without some of its populations, by their numbers: the others keep their places in the text.
+    #[must_use]
+    pub fn without_grains(&self, left_out: &[usize]) -> Self {
+        let mut rest = self.clone();
+        let mut number = 0..;
+        rest.case.grains.retain(|_| number.next().is_some_and(|n| !left_out.contains(&n)));
+        rest.places = self.places.without_grains(left_out);
+        rest
+    }
+}
+
 /// Why there is no case: findings on a text.
 #[derive(Clone, Debug)]
 pub struct CaseError {

@@ -1,7 +1,8 @@
 //! What has to fit together in a case of moving particles, and what such a case cannot have.
 
-use sazanami_mps::scheme::{CONJUGATE_RADIUS, Projection};
+use sazanami_mps::scheme::{CONJUGATE_RADIUS, Projection, ShiftingForm};
 use sazanami_numerics::Real;
+use sazanami_numerics::choice::Choice;
 
 use crate::case::Case;
 use crate::presets::Solver;
@@ -53,6 +54,7 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
     warn_of_glued_beds(case, cx);
     check_smoothing(case, cx);
     check_conjugate(case, cx, particles);
+    warn_of_shifting(cx, particles);
     check_lattice(case, cx, particles);
     if let Some(TankMotion::File { curve, .. }) = case.frame.as_ref().and_then(|frame| frame.motion.as_ref())
         && curve.range()[1] < case.run.until * (1.0 - 1e-9)
@@ -157,6 +159,17 @@ fn check_conjugate(case: &Case, cx: &mut Context<'_>, particles: &Particles) {
             .error(span, "`projection = \"conjugate\"` knows no grains")
             .label("its sums have no void fraction yet")
             .help("leave out `projection`, or the grains");
+    }
+}
+
+/// A form of shifting without shifting does nothing.
+fn warn_of_shifting(cx: &mut Context<'_>, particles: &Particles) {
+    if particles.shifting == 0.0 && particles.shifting_form != ShiftingForm::default() {
+        let span = cx.places.of("particles.shifting_form");
+        cx.report
+            .warning(span, "nothing is shifted: `shifting` is 0")
+            .label(format!("`{}` says how, not whether", particles.shifting_form.word()))
+            .help("write `shifting = 0.5` beside it, or leave it out");
     }
 }
 

@@ -46,6 +46,20 @@ impl Places {
         self.near(path).unwrap_or(0..0)
     }
 
+    /// The places of a case without some of its populations.
+    pub(crate) fn without_grains(&self, left_out: &[usize]) -> Self {
+        let renumbered = |path: &str| -> Option<String> {
+            let Some(rest) = path.strip_prefix("grains.") else { return Some(path.to_owned()) };
+            let (number, key) = rest.split_once('.').map_or((rest, ""), |(number, key)| (number, key));
+            let number: usize = number.parse().ok()?;
+            let before = left_out.iter().filter(|&&n| n < number).count();
+            let dot = if key.is_empty() { "" } else { "." };
+            (!left_out.contains(&number)).then(|| format!("grains.{}{dot}{key}", number - before))
+        };
+        let spans = self.spans.iter().filter_map(|(path, span)| Some((renumbered(path)?, span.clone())));
+        Self { spans: spans.collect() }
+    }
+
     /// Paths of the keys that begin with `prefix`.
     pub fn under<'a>(&'a self, prefix: &'a str) -> impl Iterator<Item = (&'a str, &'a Range<usize>)> {
         self.spans.iter().map(|(path, span)| (path.as_str(), span)).filter(move |(path, _)| path.starts_with(prefix))

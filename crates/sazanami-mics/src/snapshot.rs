@@ -12,11 +12,8 @@ use sazanami_numerics::grid::Field;
 use sazanami_numerics::snapshot::{Snapshot, SnapshotError};
 use sazanami_numerics::{Real, Vector};
 
-use crate::acceleration::Acceleration;
 use crate::boundary::Boundary;
 use crate::flow::Flow;
-use crate::forces::Forces;
-use crate::grains::room::Room;
 use crate::grains::{Coupling, GrainPhase};
 use crate::pressure::Projection;
 use crate::solver::{Settings, Solver};
@@ -102,26 +99,14 @@ impl Solver {
         projection.fill_ghosts(&domain, &flow.density, gravity);
         let mut grains = GrainPhase::new(&domain, engine, shapes, coupling);
         grains.resume(&domain, &flow);
-        let previous_step = snapshot.reals(PREVIOUS_STEP)?.first().copied();
-        let (forces, acceleration) = (Forces::default(), Acceleration::beside(&domain, &grains, &mut flow));
-        let (mut room, carried) = (Room::beside(&domain, &mut grains), None);
-        if let Some(room) = &mut room {
-            scatter(OPEN_PART, room.open_mut())?;
-            room.complete(&domain, grains.covered_mut());
+        let mut solver = Self::assembled(domain, boundary, settings, flow, projection, grains);
+        solver.previous_step = snapshot.reals(PREVIOUS_STEP)?.first().copied();
+        let Self { domain, room, grains, .. } = &mut solver;
+        if let Some(room) = room {
+            self::scatter(domain, snapshot, OPEN_PART, room.open_mut())?;
+            room.complete(domain, grains.covered_mut());
         }
-        Ok(Self {
-            domain,
-            boundary,
-            settings,
-            flow,
-            forces,
-            projection,
-            grains,
-            acceleration,
-            room,
-            previous_step,
-            carried,
-        })
+        Ok(solver)
     }
 }
 

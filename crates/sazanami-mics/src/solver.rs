@@ -143,27 +143,38 @@ impl Solver {
         projection.project(&domain, density, velocity, face_velocity, Vector::ZERO, dt, &settings.tolerance)?;
         flow.fill_halos(&domain, &boundary);
         grains.begin_exchange(&domain, &flow, settings.gravity);
-        let acceleration = Acceleration::beside(&domain, &grains, &mut flow);
-        if acceleration.is_some() {
+        let mut solver = Self::assembled(domain, boundary, settings, flow, projection, grains);
+        if solver.acceleration.is_some() {
             // It made the initial velocity free of divergence at once: no acceleration.
-            projection.pressure_mut().fill(0.0);
+            solver.projection.pressure_mut().fill(0.0);
         }
+        Ok(solver)
+    }
+
+    /// The solver of these parts, before its first step.
+    pub(crate) fn assembled(
+        domain: Domain,
+        boundary: Boundary,
+        settings: Settings,
+        mut flow: Flow,
+        projection: Projection,
+        mut grains: GrainPhase,
+    ) -> Self {
+        let acceleration = Acceleration::beside(&domain, &grains, &mut flow);
         let room = Room::beside(&domain, &mut grains);
-        let forces = Forces::default();
-        let (previous_step, carried) = (None, None);
-        Ok(Self {
+        Self {
             domain,
             boundary,
             settings,
             flow,
-            forces,
+            forces: Forces::default(),
             projection,
             grains,
             acceleration,
             room,
-            previous_step,
-            carried,
-        })
+            previous_step: None,
+            carried: None,
+        }
     }
 
     /// Adds forces on the fluid to gravity; at a restart they must be the same.
@@ -373,6 +384,30 @@ impl Solver {
         }
         self.flow.liquid_volume(&self.domain)
             - self.grains.liquid_volume_inside(&self.domain, &self.flow.volume_fraction)
+    }
+
+    /// Whether liquid has only the open part of the cells as its room.
+    #[must_use]
+    pub fn has_open_room(&self) -> bool {
+        self.room.is_some()
+    }
+
+    /// Liquid in the cell at a place in memory, and the room it has there, in cell volumes: the whole cell, or its open part.
+    #[must_use]
+    #[inline]
+    pub fn liquid_and_room(&self, at: usize) -> [Real; 2] {
+        let (c, room) =
+            (self.flow.volume_fraction.data()[at], self.room.as_ref().map_or(1.0, |room| room.for_liquid(at)));
+        [room * c, room]
+    }
+
+    /// Kinetic energy of liquid and gas, over all ranks \[J]: of whole cells, or of their open parts where liquid has only these.
+    #[must_use]
+    pub fn fluid_energy(&self) -> Real {
+        match &self.room {
+            Some(room) => room.kinetic_energy(&self.domain, &self.flow),
+            None => self.flow.kinetic_energy(&self.domain),
+        }
     }
 
     /// The grid and this rank's part of it.

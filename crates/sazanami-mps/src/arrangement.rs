@@ -42,7 +42,8 @@ impl Arrangement {
         ghosts.migrate(domain, particles);
         bins.renew(domain, reach);
         // Walls far from the fluid take part in nothing.
-        bins.narrow(particles.len(), |a| (particles.kind[a] == Kind::Fluid).then(|| particles.position[a]));
+        let fluid = |a: usize| (particles.kind[a] == Kind::Fluid).then(|| particles.position[a]);
+        bins.narrow_together(domain, particles.len(), fluid);
         ghosts.sort(particles, bins);
         ghosts.renew(domain, periods, particles, reach, bins);
         let (own, others) = particles.position.split_at(particles.owned);

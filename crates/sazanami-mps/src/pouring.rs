@@ -4,52 +4,30 @@
 //! The box is cut in two across its longest edge, in whole layers and so that both parts hold whole numbers of particles,
 //! and so on until every part holds one. Clear fluid in a box of whole spacings becomes a cubic lattice.
 
+use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
 
-/// Samples of the void fraction per particle spacing.
-const FINENESS: Real = 2.0;
+/// Cells per particle spacing.
+pub const FINENESS: Real = 2.0;
 /// Bisections that find a cut: to 1e-8 of an edge.
 const BISECTIONS: usize = 27;
 /// Slice at the end of a part, over its edge, and share of the mean below which it is taken for empty.
 const END: Real = 1.0 / 16.0;
 const EMPTY: Real = 0.1;
 
-/// Places at the middles of equal cells, at which the share of fluid is asked for.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Samples {
-    lower: Vector,
-    step: Vector,
-    counts: [usize; 3],
+/// Equal cells of a box \[m] in which the share of fluid is given, for particles of spacing `spacing` \[m]. The box ends where
+/// the liquid does, wherever that lies between whole spacings.
+#[must_use]
+pub fn cells(lower: Vector, upper: Vector, spacing: Real) -> Grid {
+    let extent = upper - lower;
+    Grid::new([0, 1, 2].map(|d| ((extent[d] / spacing * FINENESS).round() as usize).max(1)), lower, upper)
 }
 
-impl Samples {
-    /// Of a box \[m] for particles of spacing `spacing` \[m].
-    #[must_use]
-    pub fn of(lower: Vector, upper: Vector, spacing: Real) -> Self {
-        let extent = upper - lower;
-        let counts = [0, 1, 2].map(|d| ((extent[d] / spacing * FINENESS).round() as usize).max(1));
-        Self { lower, step: extent / Vector::from_array(counts.map(|n| n as Real)), counts }
-    }
-
-    /// Number of places.
-    #[must_use]
-    pub fn len(&self) -> usize {
-        self.counts.iter().product()
-    }
-
-    /// Whether there are none.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
-    /// Place `n` \[m]; x1 runs fastest.
-    #[must_use]
-    pub fn place(&self, n: usize) -> Vector {
-        let [nx, ny, _] = self.counts;
-        let at = [n % nx, n / nx % ny, n / (nx * ny)].map(|i| i as Real + 0.5);
-        self.lower + self.step * Vector::from_array(at)
-    }
+/// Position of cell `n` of a grid, x1 fastest.
+#[must_use]
+pub fn position(grid: &Grid, n: usize) -> [isize; 3] {
+    let [nx, ny, _] = grid.cells;
+    [n % nx, n / nx % ny, n / (nx * ny)].map(|i| i as isize)
 }
 
 /// Volume of fluid, in particles, below the corners of the cells.
@@ -80,9 +58,9 @@ impl Part {
 }
 
 impl Below {
-    fn of(samples: &Samples, share: &[Real], spacing: Real) -> Self {
-        let cell = samples.step.element_product() / spacing.powi(3);
-        let corners = samples.counts.map(|n| n + 1);
+    fn of(grid: &Grid, share: &[Real], spacing: Real) -> Self {
+        let cell = grid.cell_volume() / spacing.powi(3);
+        let corners = grid.cells.map(|n| n + 1);
         let [nx, ny, nz] = corners;
         let mut sums = vec![0.0; nx * ny * nz];
         for k in 1..nz {
@@ -148,16 +126,16 @@ impl Below {
     }
 }
 
-/// Positions of fluid particles of spacing `spacing` \[m] where `share` of the volume at each of `samples` is fluid: the
-/// void fraction, and zero where no liquid is poured.
+/// Positions of fluid particles of spacing `spacing` \[m] where `share` of each cell of `grid`, x1 fastest, is fluid: the
+/// void fraction by the share of the cell in which liquid is poured.
 #[must_use]
-pub fn pour(samples: &Samples, share: &[Real], spacing: Real) -> Vec<Vector> {
-    let below = Below::of(samples, share, spacing);
-    let whole = Part { low: [0.0; 3], high: samples.counts.map(|n| n as Real) };
+pub fn pour(grid: &Grid, share: &[Real], spacing: Real) -> Vec<Vector> {
+    let below = Below::of(grid, share, spacing);
+    let whole = Part { low: [0.0; 3], high: grid.cells.map(|n| n as Real) };
     let count = below.within(whole).round() as usize;
     let mut places = Vec::with_capacity(count);
     let mut parts = vec![(whole, count)];
-    let step = samples.step * (1.0 / spacing);
+    let step = grid.spacing * (1.0 / spacing);
     while let Some((part, count)) = parts.pop() {
         if count == 0 {
             continue;
@@ -166,7 +144,7 @@ pub fn pour(samples: &Samples, share: &[Real], spacing: Real) -> Vec<Vector> {
         let part = below.trimmed(part, held);
         if count == 1 {
             let middle = [0, 1, 2].map(|d| below.cut(part, d, 0.5 * held));
-            places.push(samples.lower + samples.step * Vector::from_array(middle));
+            places.push(grid.lower + grid.spacing * Vector::from_array(middle));
             continue;
         }
         let edges = [0, 1, 2].map(|d| (part.high[d] - part.low[d]) * step[d]);
@@ -188,10 +166,13 @@ mod tests {
 
     const UPPER: Vector = Vector::new(24.0, 8.0, 20.0);
 
+    fn centres(grid: &Grid) -> impl Iterator<Item = Vector> {
+        (0..grid.len()).map(|n| position(grid, n)).map(|[i, j, k]| grid.centre(i, j, k))
+    }
+
     fn poured(upper: Vector, share: impl Fn(Vector) -> Real) -> Vec<Vector> {
-        let samples = Samples::of(Vector::ZERO, upper, 1.0);
-        let shares: Vec<Real> = (0..samples.len()).map(|n| share(samples.place(n))).collect();
-        pour(&samples, &shares, 1.0)
+        let grid = cells(Vector::ZERO, upper, 1.0);
+        pour(&grid, &centres(&grid).map(share).collect::<Vec<_>>(), 1.0)
     }
 
     /// Number of places under a soft mask, so that whole rows on a rim do not count at once.
@@ -201,8 +182,8 @@ mod tests {
 
     /// What `share` holds under a mask, in particles.
     fn held(share: impl Fn(Vector) -> Real, mask: impl Fn(Vector) -> Real) -> Real {
-        let fine = Samples::of(Vector::ZERO, UPPER, 0.5);
-        (0..fine.len()).map(|n| fine.place(n)).map(|x| share(x) * mask(x) * fine.step.element_product()).sum()
+        let fine = cells(Vector::ZERO, UPPER, 0.5);
+        centres(&fine).map(|x| share(x) * mask(x) * fine.cell_volume()).sum()
     }
 
     /// From 0 to 1 over 4 spacings about a distance of zero.

@@ -1,6 +1,7 @@
 //! Fluid, walls and grains on one rank, and one step of all.
 
 mod conjugate;
+mod phases;
 mod setup;
 
 use sazanami_dem::Engine;
@@ -12,20 +13,20 @@ use crate::boundary::Tank;
 use crate::context::{Context, Motion, Voids};
 pub use crate::error::{SetupError, StepError};
 use crate::ghosts::Periods;
-use crate::grains::{DragExchange, GrainPhase};
-use crate::number_density::{self, NumberDensity, PredictedPairs, Prediction, Sample};
+use crate::grains::GrainPhase;
+use crate::motion;
+use crate::number_density::{NumberDensity, Prediction, Sample};
 use crate::particles::{Kind, Particles, Role};
 use crate::pressure::PressureEquation;
 pub use crate::report::{EnergyChanges, Phase, StepReport};
-use crate::scheme::{Fluid, Kernel, Projection, Scheme, ShiftingForm};
+use crate::scheme::{Fluid, Kernel, Projection, Scheme};
 pub use crate::settings::{Forcing, Settings};
 use crate::shifting_by_strain::Shifter;
-use crate::source::{self, SourceTerms};
-use crate::stabilisation::{Pairs, Stabiliser};
+use crate::stabilisation::Stabiliser;
 use crate::stability::{Rates, Step};
 use crate::surface_test::SurfaceTest;
 use crate::walls::Walls;
-use crate::{free_surface, gradient, momentum, motion, shifting, viscosity};
+use phases::Phases;
 
 /// What the phases of a step hand to each other: columns over particles, kept for their memory.
 #[derive(Debug, Default)]
@@ -116,110 +117,44 @@ impl Solver {
         if self.settings.scheme.projection == Projection::Conjugate {
             return self.step_conjugate(dt, forcing, watch);
         }
-        let reduced_force = self.reduced_force(forcing.body_force);
+        let (reduced_force, surface) = (self.reduced_force(forcing.body_force), self.surface);
         let Self { domain, periods, settings, kernel, tank, particles, walls, near, equation, grains, columns, .. } =
             self;
-        let surface = self.surface;
         let step = Context { domain, periods, settings, kernel, surface, forcing, reduced_force, dt, flow_time: dt };
-        let Columns { voids, mirrored, samples, start, drag, predicted, sums, new, .. } = columns;
+        let mut state = Phases { tank, particles, walls, near, equation, grains, columns };
         let mut report = StepReport::default();
 
         watch(Phase::Neighbours);
-        walls.begin_step(&step, tank, particles);
-        grains.begin_step(&step);
-        let fastest = motion::largest_speed(domain, particles, |_| true).max(grains.largest_speed(domain));
-        near.renew(&step, particles, fastest, grains.drag_rate(), voids);
-        let step = &Context { flow_time: motion::flow_time(&step, particles), ..step };
-        equation.resize(particles.owned);
-
+        let step = &state.arrange(step);
         watch(Phase::Coupling);
-        let now = (&particles.position[..], &particles.velocity[..]);
-        let voids_now = grains.void_fractions(step, tank, particles, now, &mut near.ghosts, voids);
+        let voids_now = state.void_fractions(step);
         watch(Phase::Fluid);
-        number_density::sample(now, voids, samples);
-        let viscous = viscosity::field(step, tank, particles, near, mirrored);
-        number_density::at_start(kernel, &near.neighbours, samples, &viscous, start);
+        state.densities(step);
 
         watch(Phase::Coupling);
-        let velocity = if grains.coupling().exchange == DragExchange::Implicit {
-            motion::predict(step, particles, start, None, &mut near.ghosts, predicted);
-            Some(&predicted.velocity[..])
-        } else {
-            None
-        };
-        grains.interpolate_fluid(step, particles, velocity, &voids.inverse, &mut near.ghosts);
+        state.interpolate_fluid(step);
         watch(Phase::Grains);
-        report.contacts = grains.advance(step, &mut report.coupling)?;
+        report.contacts = state.grains.advance(step, &mut report.coupling)?;
         watch(Phase::Coupling);
-        report.coupling.drag_on_fluid = grains.return_drag(step, particles, &voids.inverse, drag);
+        report.coupling.drag_on_fluid = state.return_drag(step);
 
         watch(Phase::Fluid);
-        motion::predict(step, particles, start, Some(&drag[..]), &mut near.ghosts, predicted);
-        tank.displacement = forcing.wall_displacement;
-        near.follow(step, particles, predicted);
+        state.predict(step);
         watch(Phase::Coupling);
-        let then = (&predicted.position[..], &predicted.velocity[..]);
-        let voids_then = grains.void_fractions(step, tank, particles, then, &mut near.ghosts, voids);
+        let voids_then = state.predicted_void_fractions(step);
         report.coupling.set_voids([voids_now, voids_then]);
-
         watch(Phase::Fluid);
-        number_density::sample(then, voids, samples);
-        number_density::mobility(voids, &mut columns.mobility);
-        let pairs = PredictedPairs { kind: &particles.kind, samples, mobility: &columns.mobility };
-        number_density::prediction(
-            kernel,
-            settings.fluid.spacing,
-            &near.neighbours,
-            &pairs,
-            &mut equation.blocks,
-            sums,
-        );
-        let found = (&sums[..], then.0);
-        free_surface::set_roles(step, particles, found, &equation.blocks, &mut near.ghosts, &mut columns.roles);
-        equation.set_diagonal(&particles.role, particles.owned);
-        report.set_surface(&free_surface::report(step, particles, &equation.rows, start));
-
+        state.assemble(step, &mut report);
         watch(Phase::Pressure);
-        let terms = SourceTerms { start, predicted: sums, samples, mobility: &columns.mobility, voids };
-        source::set_right_side(step, &terms, particles, &equation.blocks, &mut equation.rows);
-        source::prescribe(step, particles, then.0);
-        equation.complete_support(particles, then.0, sums);
-        report.pressure = equation.solve(step, near, particles, then.0)?;
-        report.tensile_cutoffs = equation.cut_tension(step, sums, particles);
-        near.ghosts.refresh(domain, &mut particles.pressure);
-        report.uncorrected_gradients =
-            gradient::gradient(step, &equation.blocks, then.0, &voids.inverse, particles, &mut columns.uncorrected);
-        source::release_inactive(step, particles, then.0);
+        state.solve(step, &mut report)?;
 
         watch(Phase::Fluid);
-        motion::correct(step, particles, predicted, &mut near.ghosts, new);
-        report.impulses = momentum::impulses(step, particles, walls, start, sums, &predicted.position);
-        report.impulses.contact -= momentum::momentum(step, particles, &new.velocity);
-        let Particles { kind, owned, .. } = particles;
-        let inverse_void = &voids.inverse;
-        let pairs =
-            Pairs { kind, owned: *owned, position: &predicted.position, inverse_void, blocks: &equation.blocks };
-        report.set_stabilisation(columns.stabiliser.stabilise(step, &pairs, &mut near.ghosts, new));
-        report.collisions = columns.stabiliser.collide(step, &pairs, new);
-        match settings.scheme.shifting_form {
-            ShiftingForm::Strain if settings.scheme.shifting > 0.0 => {
-                report.set_shift(&columns.shifter.shift(step, particles, (inverse_void, sums), near, new));
-                report.impulses.contact -= report.shifting_impulse;
-            }
-            _ => {
-                report.largest_shift =
-                    shifting::shift(step, particles, inverse_void, near, new, &mut columns.displacements);
-            }
-        }
-
+        state.correct(step, &mut report);
+        state.stabilise(step, &mut report);
         watch(Phase::Coupling);
-        report.coupling.pressure_on_grains +=
-            grains.correct_pressure_force(step, particles, new, inverse_void, &mut near.ghosts);
+        report.coupling.pressure_on_grains += state.correct_grains(step);
         watch(Phase::Fluid);
-        report.clipped = motion::finalise(step, tank, new, particles)?;
-        report.impulses.contact += momentum::momentum(step, particles, &particles.velocity);
-        report.largest_speed = motion::largest_speed(domain, particles, |_| true);
-        report.pairs = near.neighbours.pairs;
+        state.finalise(step, &mut report)?;
         Ok(report)
     }
 

@@ -22,48 +22,28 @@ struct Record {
     last_contact: Real,
 }
 
-/// All grains of all ranks on rank 0, in the order of their identifiers; empty on the other ranks.
-///
-/// Keep one and gather into it again: its columns keep their memory.
+/// Grains as columns that observers look at, each with a value per grain.
 #[derive(Clone, Debug, Default)]
-pub struct GatheredBed {
-    /// Identifiers.
-    pub id: Vec<u64>,
-    body: Vec<u32>,
-    scale: Vec<Real>,
-    mass: Vec<Real>,
-    position: Vec<Vector>,
-    orientation: Vec<Quaternion>,
-    velocity: Vec<Vector>,
-    last_contact: Vec<Real>,
-    time: Real,
+pub struct BedColumns {
+    /// Number of the grain's shape among those of [`Self::view`].
+    pub body: Vec<u32>,
+    /// Factor on the shape.
+    pub scale: Vec<Real>,
+    /// Mass \[kg].
+    pub mass: Vec<Real>,
+    /// Position \[m].
+    pub position: Vec<Vector>,
+    /// Orientation.
+    pub orientation: Vec<Quaternion>,
+    /// Velocity [m/s].
+    pub velocity: Vec<Vector>,
+    /// Time at which a grain touched another one or a wall last \[s]; negative infinity if it never did.
+    pub last_contact: Vec<Real>,
+    /// Time on the same clock \[s].
+    pub time: Real,
 }
 
-impl GatheredBed {
-    /// Gathers the grains at `time` on the clock of their engine \[s]. Collective.
-    pub fn gather(&mut self, domain: &Domain, grains: &Grains, time: Real) {
-        let mine: Vec<Record> = (0..grains.owned()).map(|i| record(grains, i)).collect();
-        let mut records = domain.to_first(&mine);
-        records.sort_unstable_by_key(|record| record.id);
-        self.time = time;
-        self.unpack(&records);
-    }
-
-    fn unpack(&mut self, records: &[Record]) {
-        fn refill<T>(column: &mut Vec<T>, records: &[Record], value: impl Fn(&Record) -> T) {
-            column.clear();
-            column.extend(records.iter().map(value));
-        }
-        refill(&mut self.id, records, |r| r.id);
-        refill(&mut self.body, records, |r| r.body as u32);
-        refill(&mut self.scale, records, |r| r.scale);
-        refill(&mut self.mass, records, |r| r.mass);
-        refill(&mut self.position, records, |r| r.position.into());
-        refill(&mut self.orientation, records, |r| Quaternion::from_array(r.orientation));
-        refill(&mut self.velocity, records, |r| r.velocity.into());
-        refill(&mut self.last_contact, records, |r| r.last_contact);
-    }
-
+impl BedColumns {
     /// The bed for the observers, with the surfaces of the shapes that the grains refer to.
     #[must_use]
     pub fn view<'a>(&'a self, bodies: &'a [Body<'a>]) -> BedView<'a> {
@@ -79,19 +59,63 @@ impl GatheredBed {
             time: self.time,
         }
     }
+}
+
+/// All grains of all ranks on rank 0, in the order of their identifiers; empty on the other ranks.
+///
+/// Keep one and gather into it again: its columns keep their memory.
+#[derive(Clone, Debug, Default)]
+pub struct GatheredBed {
+    /// Identifiers.
+    pub id: Vec<u64>,
+    /// The grains.
+    pub grains: BedColumns,
+}
+
+impl GatheredBed {
+    /// Gathers the grains at `time` on the clock of their engine \[s]. Collective.
+    pub fn gather(&mut self, domain: &Domain, grains: &Grains, time: Real) {
+        let mine: Vec<Record> = (0..grains.owned()).map(|i| record(grains, i)).collect();
+        let mut records = domain.to_first(&mine);
+        records.sort_unstable_by_key(|record| record.id);
+        self.grains.time = time;
+        self.unpack(&records);
+    }
+
+    fn unpack(&mut self, records: &[Record]) {
+        fn refill<T>(column: &mut Vec<T>, records: &[Record], value: impl Fn(&Record) -> T) {
+            column.clear();
+            column.extend(records.iter().map(value));
+        }
+        refill(&mut self.id, records, |r| r.id);
+        refill(&mut self.grains.body, records, |r| r.body as u32);
+        refill(&mut self.grains.scale, records, |r| r.scale);
+        refill(&mut self.grains.mass, records, |r| r.mass);
+        refill(&mut self.grains.position, records, |r| r.position.into());
+        refill(&mut self.grains.orientation, records, |r| Quaternion::from_array(r.orientation));
+        refill(&mut self.grains.velocity, records, |r| r.velocity.into());
+        refill(&mut self.grains.last_contact, records, |r| r.last_contact);
+    }
+
+    /// The bed for the observers, with the surfaces of the shapes that the grains refer to.
+    #[must_use]
+    pub fn view<'a>(&'a self, bodies: &'a [Body<'a>]) -> BedView<'a> {
+        self.grains.view(bodies)
+    }
 
     /// Writes the bed as it lies into a snapshot under names that begin with `prefix`.
     pub fn save(&self, prefix: &str, snapshot: &mut Snapshot) {
         let name = |part: &str| format!("{prefix}{part}");
         snapshot.put_u64(name("id"), self.id.clone());
-        snapshot.put_u32(name("shape"), self.body.clone());
-        snapshot.put_reals(name("scale"), self.scale.clone());
-        snapshot.put_reals(name("mass"), self.mass.clone());
-        snapshot.put_vectors(name("position"), &self.position);
-        snapshot.put_reals(name("orientation"), self.orientation.iter().flat_map(|turn| turn.to_array()).collect());
-        snapshot.put_vectors(name("velocity"), &self.velocity);
-        snapshot.put_reals(name("last_contact"), self.last_contact.clone());
-        snapshot.put_reals(name("time"), vec![self.time]);
+        snapshot.put_u32(name("shape"), self.grains.body.clone());
+        snapshot.put_reals(name("scale"), self.grains.scale.clone());
+        snapshot.put_reals(name("mass"), self.grains.mass.clone());
+        snapshot.put_vectors(name("position"), &self.grains.position);
+        snapshot
+            .put_reals(name("orientation"), self.grains.orientation.iter().flat_map(|turn| turn.to_array()).collect());
+        snapshot.put_vectors(name("velocity"), &self.grains.velocity);
+        snapshot.put_reals(name("last_contact"), self.grains.last_contact.clone());
+        snapshot.put_reals(name("time"), vec![self.grains.time]);
     }
 
     /// Reads a bed from a snapshot.
@@ -110,7 +134,7 @@ impl GatheredBed {
         if body.len() != count {
             return Err(SnapshotError::Length { name: name("shape"), expected: count, found: body.len() });
         }
-        Ok(Self {
+        let grains = BedColumns {
             body,
             scale: reals("scale", 1)?.to_vec(),
             mass: reals("mass", 1)?.to_vec(),
@@ -119,8 +143,8 @@ impl GatheredBed {
             velocity: vectors("velocity")?,
             last_contact: reals("last_contact", 1)?.to_vec(),
             time: snapshot.reals_of(&name("time"), 1)?[0],
-            id,
-        })
+        };
+        Ok(Self { id, grains })
     }
 }
 
@@ -153,7 +177,8 @@ mod tests {
             velocity: [0.1, 0.0, -0.3],
             last_contact,
         };
-        let mut bed = GatheredBed { time: 0.5, ..GatheredBed::default() };
+        let mut bed = GatheredBed::default();
+        bed.grains.time = 0.5;
         bed.unpack(&[record(3, 0.25), record(8, Real::NEG_INFINITY)]);
         let mut snapshot = Snapshot::default();
         bed.save("before/", &mut snapshot);

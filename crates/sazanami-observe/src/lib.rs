@@ -27,7 +27,7 @@ pub mod ripples;
 pub mod splash;
 
 pub use bed::{BedView, Body};
-pub use gathered::GatheredBed;
+pub use gathered::{BedColumns, GatheredBed};
 
 use sazanami_numerics::Real;
 

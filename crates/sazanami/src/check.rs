@@ -124,6 +124,7 @@ pub fn check(case: &Case, known: Known, machine: &Machine, threads: usize, model
         dt_s: pace.dt,
         fluid_passes: pace.passes,
         substeps: pace.substeps,
+        spin_error: pace.spin_error,
         steps: pace.steps,
         most_steps: reached.steps,
         limits: pace.limits,

@@ -71,30 +71,44 @@ pub fn check(loaded: &LoadedCase, machine: &Machine, model: &CostModel) -> Resul
     if report.has_errors() {
         return Err(refused(report));
     }
-    let shapes = shapes(loaded, &mut report);
-    let beds = beds::read(loaded, &mut report);
+    let (shapes, beds) = (shapes(loaded, &mut report), beds::read(loaded, &mut report));
+    let facts = match complete(loaded, &shapes, &beds) {
+        Ok(shapes) => {
+            let facts = facts_of_all(&shapes, &beds);
+            let mut search = Search { loaded, case: &loaded.case, shapes: &shapes, beds: &beds, report: &mut report };
+            search.faults(&facts);
+            search.pace(&facts, model);
+            facts
+        }
+        Err(left_out) => {
+            // The faults of the others are told at once.
+            let rest = loaded.without_grains(&left_out);
+            let is_left = |n: &usize| !left_out.contains(n);
+            let (shapes, beds): (Vec<Shape>, Vec<Option<Bed>>) = (0..shapes.len())
+                .filter(is_left)
+                .filter_map(|n| shapes[n].clone().map(|shape| (shape, beds[n].clone())))
+                .unzip();
+            let facts = facts_of_all(&shapes, &beds);
+            Search { loaded: &rest, case: &rest.case, shapes: &shapes, beds: &beds, report: &mut report }
+                .faults(&facts);
+            return Err(refused(report));
+        }
+    };
     if report.has_errors() {
         return Err(refused(report));
     }
-    let facts: Vec<ShapeFacts> = shapes.iter().zip(&beds).map(|(shape, bed)| facts_of(shape, bed.as_ref())).collect();
-    let lying = grains::placed(&loaded.case, &beds);
-    let mut search = Search { loaded, case: &loaded.case, shapes: &shapes, beds: &beds, report: &mut report };
-    search.weights(&facts);
-    search.contact_gaps();
-    search.room();
-    search.widths(&facts);
-    search.periods();
-    let lying: Vec<Placed> = lying.iter().map(|grain| search.as_it_lies(grain)).collect();
-    let placed = search.placed(&lying);
-    search.within_box(&placed);
-    search.overlaps(&placed);
-    search.beside_packed(&lying);
-    search.liquids(&lying);
-    search.pace(&facts, model);
-    if report.has_errors() {
-        return Err(refused(report));
-    }
-    Ok(Feasible { shapes, beds, facts, warnings: report })
+    Ok(Feasible { shapes: shapes.into_iter().flatten().collect(), beds, facts, warnings: report })
+}
+
+/// The shapes if every population has one, and its bed if it lies in one; else which have not.
+fn complete(loaded: &LoadedCase, shapes: &[Option<Shape>], beds: &[Option<Bed>]) -> Result<Vec<Shape>, Vec<usize>> {
+    let lacks_bed = |n: usize| matches!(loaded.case.grains[n].placement, GrainPlacement::Bed(_)) && beds[n].is_none();
+    let left_out: Vec<usize> = (0..shapes.len()).filter(|&n| shapes[n].is_none() || lacks_bed(n)).collect();
+    if left_out.is_empty() { Ok(shapes.iter().flatten().cloned().collect()) } else { Err(left_out) }
+}
+
+fn facts_of_all(shapes: &[Shape], beds: &[Option<Bed>]) -> Vec<ShapeFacts> {
+    shapes.iter().zip(beds).map(|(shape, bed)| facts_of(shape, bed.as_ref())).collect()
 }
 
 /// The same for a run whose grains are already there: their shapes only.
@@ -108,7 +122,7 @@ pub fn check_without_grains(
 ) -> Result<Feasible, Box<CaseError>> {
     let mut report = loaded.warnings.clone();
     check_memory(loaded, machine, model, &mut report);
-    let shapes = if report.has_errors() { Vec::new() } else { shapes(loaded, &mut report) };
+    let shapes = if report.has_errors() { Vec::new() } else { usable_shapes(loaded, &mut report) };
     if report.has_errors() {
         return Err(Box::new(CaseError { source: loaded.source.clone(), diagnostics: report }));
     }
@@ -123,7 +137,7 @@ pub fn check_without_grains(
 /// All findings together, if a population has no usable shape or its bed cannot be read.
 pub(crate) fn shapes_and_beds(loaded: &LoadedCase, with_beds: bool) -> Result<ShapesAndBeds, Box<CaseError>> {
     let mut report = Diagnostics::default();
-    let shapes = shapes(loaded, &mut report);
+    let shapes = usable_shapes(loaded, &mut report);
     let beds = if with_beds { beds::read(loaded, &mut report) } else { vec![None; shapes.len()] };
     if report.has_errors() {
         return Err(Box::new(CaseError { source: loaded.source.clone(), diagnostics: report }));
@@ -140,29 +154,32 @@ pub(crate) type ShapesAndBeds = (Vec<Shape>, Vec<Option<Bed>>);
 /// All findings together, if a population has no usable shape.
 pub fn shapes_alone(loaded: &LoadedCase) -> Result<Vec<Shape>, Box<CaseError>> {
     let mut report = loaded.warnings.clone();
-    let shapes = shapes(loaded, &mut report);
+    let shapes = usable_shapes(loaded, &mut report);
     if report.has_errors() {
         return Err(Box::new(CaseError { source: loaded.source.clone(), diagnostics: report }));
     }
     Ok(shapes)
 }
 
-/// Builds the shapes, each once for all populations that have it; those that fail are reported.
-fn shapes(loaded: &LoadedCase, report: &mut Diagnostics) -> Vec<Shape> {
+/// The shapes that can be built, which are all if nothing is reported.
+fn usable_shapes(loaded: &LoadedCase, report: &mut Diagnostics) -> Vec<Shape> {
+    shapes(loaded, report).into_iter().flatten().collect()
+}
+
+/// Builds the shape of each population, each once for all that have it; those that fail are reported.
+fn shapes(loaded: &LoadedCase, report: &mut Diagnostics) -> Vec<Option<Shape>> {
     let grains = &loaded.case.grains;
-    let mut shapes: Vec<Shape> = Vec::new();
+    let mut shapes: Vec<Option<Shape>> = Vec::new();
     for (n, population) in grains.iter().enumerate() {
         let alike =
             |other: &Population| other.shape == population.shape && other.contact_spheres == population.contact_spheres;
-        // Those before have all been built, or nothing is made of them.
-        let before = if shapes.len() == n { grains[..n].iter().position(alike) } else { None };
+        let before = grains[..n].iter().position(alike).and_then(|before| shapes[before].clone());
         if let Some(before) = before {
-            let shape = shapes[before].clone().named(&population.name);
-            shapes.push(shape);
+            shapes.push(Some(before.named(&population.name)));
             continue;
         }
         match shape_of(population) {
-            Ok(shape) => shapes.push(shape),
+            Ok(shape) => shapes.push(Some(shape)),
             Err(problem) => {
                 let key = if matches!(population.shape, GrainShape::Mesh { .. }) { "shape.mesh.file" } else { "shape" };
                 let span = loaded.places.at(&format!("grains.{n}.{key}"));
@@ -176,6 +193,7 @@ fn shapes(loaded: &LoadedCase, report: &mut Diagnostics) -> Vec<Shape> {
                     .error(span, format!("`{}` has no usable shape", population.name))
                     .label(problem.to_string())
                     .help(help);
+                shapes.push(None);
             }
         }
     }
@@ -225,6 +243,22 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
+    /// Looks for all that makes the case impossible.
+    fn faults(&mut self, facts: &[ShapeFacts]) {
+        self.weights(facts);
+        self.contact_gaps();
+        self.room();
+        self.widths(facts);
+        self.periods();
+        let lying = grains::placed(self.case, self.beds);
+        let lying: Vec<Placed> = lying.iter().map(|grain| self.as_it_lies(grain)).collect();
+        let placed = self.placed(&lying);
+        self.within_box(&placed);
+        self.overlaps(&placed);
+        self.beside_packed(&lying);
+        self.liquids(&lying);
+    }
+
     /// Place of a population in the file.
     fn span(&self, population: usize) -> Range<usize> {
         self.loaded.places.at(&format!("grains.{population}.placement"))

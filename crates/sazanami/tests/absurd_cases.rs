@@ -273,6 +273,32 @@ fn surfaces_that_contact_spheres_leave_uncovered_are_warned_of() {
 }
 
 #[test]
+fn a_shape_that_cannot_be_built_hides_no_other_faults() {
+    let at = |x: &str| format!("placement.list = [{{ position = [\"{x}\", \"6 mm\", \"6 mm\"] }}]");
+    let bad = format!(
+        "{{ name = \"bad\", shape.box = {{ size = [\"1 mm\", \"1 mm\", \"1 mm\"] }}, contact_spheres = \"shell(9)\", sphere_radius = \"0.6 mm\", {} }}",
+        at("6 mm")
+    );
+    let beyond = format!("{{ name = \"beyond\", shape.sphere = {{ diameter = \"1 mm\" }}, {} }}", at("0.1 mm"));
+    let of = |populations: &[&str]| {
+        findings(RAINDROP, &[&format!("grains=[{}]", populations.join(", ")), "liquid=[]", "probe=[]"])
+    };
+    let says =
+        |texts: &[String], what: &str| texts.iter().filter(|text| text.contains(what)).cloned().collect::<Vec<_>>();
+    let sticks_out = says(&of(&[&beyond]).1, "sticks out of the box");
+    assert_eq!(sticks_out.len(), 1);
+    let column = |text: &str| text.split(&[':', ' '][..]).nth(1).and_then(|column| column.parse::<usize>().ok());
+    for (populations, later) in [([&bad, &beyond], bad.len() + 2), ([&beyond, &bad], 0)] {
+        let (runs, texts) = of(&populations.map(String::as_str));
+        assert!(!runs && says(&texts, "`bad` has no usable shape").len() == 1, "{texts:#?}");
+        let found = says(&texts, "sticks out of the box");
+        // Where it stands in the text.
+        assert_eq!(found.len(), 1, "{texts:#?}");
+        assert_eq!(column(&found[0]).unwrap(), column(&sticks_out[0]).unwrap() + later, "{texts:#?}");
+    }
+}
+
+#[test]
 fn a_sphere_lies_in_the_box_by_its_true_shape() {
     // The nodes of a mesh that keeps the volume of the sphere stand out of it.
     let sphere = |x: f64| {

@@ -623,6 +623,19 @@ fn memory_is_refused_with_what_would_fit() {
 }
 
 #[test]
+fn memory_of_open_room_is_ten_fields() {
+    let text = format!("{SMALL}{PACKED}");
+    let memory = |changes: &[&str]| {
+        let loaded = read(&text, changes).unwrap();
+        let cells = loaded.case.domain.cells.iter().map(|&n| n as f64 + 4.0).product::<f64>();
+        (sazanami::check::memory(&loaded.case, &CostModel::default()), cells)
+    };
+    let large = "domain.cells=[400, 400, 400]";
+    let ((open, cells), (whole, _)) = (memory(&[large, "coupling.room=open"]), memory(&[large]));
+    assert!(((open - whole) / (80.0 * cells) - 1.0).abs() < 1e-9, "{open} {whole}");
+}
+
+#[test]
 fn memory_of_the_smoothing_grid_is_counted_with_its_radius() {
     let text = format!("{SMALL}{PACKED}[erosion]\n[output]\nfigures = {{ at = [] }}\n");
     let wide = ["domain.size=[\"1 m\", \"1 m\", \"2 mm\"]", "erosion.dx=10 um", "erosion.dr=10 um"];

@@ -12,7 +12,7 @@ use sazanami::state::{Array, Every, Onlooker, Showing, State, Values, WaterState
 use sazanami::stop::Stop;
 use sazanami_numerics::Real;
 
-use support::{Listener, On, Scratch, load, start};
+use support::{Left, Listener, On, Scratch, load, start};
 
 const DROP: &str = r#"
 [domain]
@@ -115,4 +115,80 @@ fn states_by_time_come_at_any_number_of_ranks() {
         let (a, b) = (of_water(a, "liquid_fraction"), of_water(b, "liquid_fraction"));
         assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-6));
     }
+}
+
+/// Still water with a sphere in it that is held, six cells wide.
+const HELD: &str = r#"
+[domain]
+size = ["8 mm", "8 mm", "8 mm"]
+cells = [16, 16, 16]
+[[liquid]]
+region.box = { lower = ["0 mm", "0 mm", "0 mm"], upper = ["6.65 mm", "8 mm", "5 mm"] }
+allow_touching_grains = true
+[material.sand]
+density = "2650 kg/m^3"
+[contact.default]
+normal_stiffness = "1e3 N/m"
+restitution = 0.5
+friction = 0.6
+[[grains]]
+shape.sphere = { diameter = "3 mm" }
+material = "sand"
+placement.list = [{ position = ["3 mm", "4 mm", "2.6 mm"] }]
+motion = "fixed"
+[[probe]]
+name = "grain"
+point = ["3 mm", "4 mm", "2.6 mm"]
+[[probe]]
+name = "over"
+gauge = ["3 mm", "4 mm"]
+[[probe]]
+name = "water"
+point = ["1 mm", "1 mm", "1 mm"]
+[[probe]]
+name = "through"
+plane = { x1 = "3 mm" }
+[run]
+until = "10 us"
+"#;
+
+#[test]
+fn where_liquid_has_no_room_nothing_is_reported() {
+    let scratch = Scratch::new("states-room");
+    let run_with = |room: &str, ranks: usize| {
+        let seen = Arc::new(Seen::default());
+        let folder = scratch.join(&format!("{room}-{ranks}"));
+        let showing = Some(Showing { every: Every::Steps(1), to: Arc::clone(&seen) as Arc<dyn Onlooker> });
+        let options = RunOptions { showing, ..On::ranks(ranks, 1).options(Some(&folder)) };
+        let loaded = load(HELD, &[&format!("coupling.room={room}")]);
+        run(&loaded, &options, &mut Listener::default(), &Stop::new()).expect("the case runs");
+        (std::mem::take(&mut *seen.0.lock().expect("nobody panicked")).remove(0), Left::in_folder(&folder))
+    };
+    let first = |left: &Left, probe: &str, column: &str| {
+        let table = left.probes.iter().find(|(name, _)| name == &format!("{probe}.csv")).expect("the probe is there");
+        table.1.column(column)[0]
+    };
+    let close = |a: Real, b: Real| (a - b).abs() < 1e-9;
+    for ranks in [1, 2] {
+        let (state, left) = run_with("open", ranks);
+        let [share, outside, solid] =
+            ["liquid_fraction", "liquid_outside_grains", "solid_fraction"].map(|name| of_water(&state, name));
+        let covered = share.iter().filter(|share| share.is_nan()).count();
+        // The cells wholly within the sphere, of which it has 113 in volume.
+        assert!((30..113).contains(&covered), "{covered}");
+        for ((share, outside), solid) in share.iter().zip(&outside).zip(&solid) {
+            let expected = if share.is_nan() { 0.0 } else { share * (1.0 - solid) };
+            assert!(close(*outside, expected), "{share} {outside} {solid}");
+        }
+        assert!(first(&left, "grain", "liquid_fraction").is_nan());
+        assert!(close(first(&left, "water", "liquid_fraction"), 1.0));
+        assert!(close(first(&left, "over", "water_level"), 5e-3), "{}", first(&left, "over", "water_level"));
+        // The front lies within a cell: at 13.3 of them.
+        assert!(close(left.column("front")[0], 6.65e-3), "{}", left.column("front")[0]);
+    }
+    // Control: liquid in whole cells is within grains too.
+    let (state, left) = run_with("whole", 1);
+    assert!(of_water(&state, "liquid_fraction").iter().all(|share| share.is_finite()));
+    assert!(close(first(&left, "grain", "liquid_fraction"), 1.0));
+    assert!(close(left.column("front")[0], 6.65e-3));
 }

@@ -1,6 +1,7 @@
 //! Liquid that has only the open part of the cells as its room.
 //!
-//! With the part `V` of a cell that is open, 1 - alpha between steps but for what full cells keep as a difference, the liquid in it is `L = V C`. A step carries
+//! With the part `V` of a cell that is open, the liquid in it is `L = V C`. V is 1 - alpha where there is gas; in full cells it follows
+//! the volume through their faces and may differ from 1 - alpha between steps too. A step carries
 //!
 //! ```text
 //! phi = u_f - chi u_s                            chi u_s: mean of alpha u_s of two covered cells, else 0
@@ -142,6 +143,13 @@ impl Room {
     /// The open part of the cells, by place in memory.
     pub fn open(&self) -> &[Real] {
         self.open.data()
+    }
+
+    /// The part of a cell that liquid can fill, by place in memory; 0 where its fraction means nothing.
+    #[inline]
+    pub fn for_liquid(&self, at: usize) -> Real {
+        let open = self.open.data()[at];
+        if open > NONE { open } else { 0.0 }
     }
 
     /// Momentum for the grains of each cell, per volume [N s/m^3].
@@ -360,6 +368,17 @@ impl Room {
     pub fn liquid_volume(&self, domain: &Domain, c: &Field<Real>) -> Real {
         let (open, c) = (self.open.data(), c.data());
         let sum = domain.sum_rows(&domain.interior(), |row| [row.shifted(0).map(|at| open[at] * c[at]).sum()]);
+        domain.sum(sum)[0] * domain.grid().cell_volume()
+    }
+
+    /// Kinetic energy of the fluid in the open part of the cells, over all ranks \[J].
+    pub fn kinetic_energy(&self, domain: &Domain, flow: &Flow) -> Real {
+        let rho = flow.density.data();
+        let u = flow.velocity.each_ref().map(Field::data);
+        let sum = domain.sum_rows(&domain.interior(), |row| {
+            let square = |at: usize| u[0][at] * u[0][at] + u[1][at] * u[1][at] + u[2][at] * u[2][at];
+            [row.shifted(0).map(|at| 0.5 * self.for_liquid(at) * rho[at] * square(at)).sum()]
+        });
         domain.sum(sum)[0] * domain.grid().cell_volume()
     }
 

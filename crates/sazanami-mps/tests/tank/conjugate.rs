@@ -1,13 +1,13 @@
 //! The conjugate projection: free fall, rest, threads, restarts, ranks, and what it refuses.
 
-use crate::equivalence::{difference, go_on, restored, state};
+use crate::equivalence::{ranks_agree, restart_agrees, threads_agree};
 use crate::support::{Case, GRAVITY, NOTHING, OPEN_TOP, PERIODIC, SPACING, WALLS, jittered, under};
 use sazanami_dem::Grain;
 use sazanami_mps::grains::GrainPhase;
 use sazanami_mps::scheme::{Projection, Scheme};
 use sazanami_mps::solver::{SetupError, Solver};
 use sazanami_numerics::{Real, Vector};
-use sazanami_parallel::{Solo, run_ranks, with_threads};
+use sazanami_parallel::Solo;
 
 fn conjugate(radius: Real) -> Scheme {
     Scheme { projection: Projection::Conjugate, radius, ..Scheme::default() }
@@ -73,42 +73,13 @@ fn sloshing() -> Case {
 
 #[test]
 fn results_do_not_depend_on_threads_nor_on_restarts() {
-    let case = sloshing();
-    let on = |case: &Case, threads: usize| {
-        with_threads(threads, || state(case, Box::<Solo>::default(), 14)).expect("the threads are granted")
-    };
-    let one = on(&case, 1);
-    assert!(on(&case, 2) == one && on(&case, 4) == one);
-    let half = state(&case, Box::<Solo>::default(), 6);
-    let mut solver = restored(&case, &half);
-    go_on(&mut solver, 6, 8);
-    assert!(solver.snapshot() == one);
-    // Negative controls: a particle displaced by 1e-12 m, and a restart without the pressure.
-    let mut other = case.clone();
-    other.fluid[5].position.x += 1e-12;
-    assert!(on(&other, 1) != one);
-    let mut forgetful = half.clone();
-    let pressure = half.reals("fluid/pressure").expect("there is a pressure");
-    forgetful.put_reals("fluid/pressure", vec![0.0; pressure.len()]);
-    let mut solver = restored(&case, &forgetful);
-    go_on(&mut solver, 6, 8);
-    assert!(solver.snapshot() != one);
+    threads_agree(&sloshing());
+    restart_agrees(&sloshing(), "fluid/pressure");
 }
 
 #[test]
 fn ranks_agree_up_to_rounding() {
-    let mut case = sloshing();
-    case.tolerance.strain = 1e-10;
-    let one = state(&case, Box::<Solo>::default(), 4);
-    for ranks in [2, 3, 4] {
-        let states = run_ranks(ranks, 1, |communicator| state(&case, communicator, 4)).expect("ranks run");
-        let (found, name) = difference(&one, &states[0]);
-        assert!(found < 1e-5, "{ranks} ranks: {name} differs by {found:e}");
-    }
-    // Negative control: a particle a hundredth of its spacing elsewhere is no difference of rounding.
-    case.fluid[5].position.x += 0.01 * SPACING;
-    let (found, name) = difference(&one, &state(&case, Box::<Solo>::default(), 4));
-    assert!(found > 1e-4, "{name} differs by {found:e}");
+    ranks_agree(sloshing());
 }
 
 #[test]

@@ -39,18 +39,64 @@ pub fn state(case: &Case, communicator: Box<dyn Communicator>, steps: usize) -> 
     solver.snapshot()
 }
 
-#[test]
-fn results_do_not_depend_on_threads() {
-    let case = shaken();
+/// The state after some steps does not depend on threads.
+pub fn threads_agree(case: &Case) {
     let on = |case: &Case, threads: usize| {
         with_threads(threads, || state(case, Box::<Solo>::default(), 12)).expect("the threads are granted")
     };
-    let one = on(&case, 1);
-    assert!(on(&case, 2) == one && on(&case, 4) == one);
+    let one = on(case, 1);
+    assert!(on(case, 2) == one && on(case, 4) == one);
     // Negative control: a particle displaced by 1e-12 m changes the bits.
     let mut other = case.clone();
     other.fluid[5].position.x += 1e-12;
     assert!(on(&other, 1) != one);
+}
+
+/// A restart continues with the same bits, and would not without the section `needed` of its state.
+pub fn restart_agrees(case: &Case, needed: &str) {
+    let whole = state(case, Box::<Solo>::default(), 14);
+    let half = state(case, Box::<Solo>::default(), 6);
+    let resumed = |half: &Snapshot| {
+        let mut solver = restored(case, half);
+        go_on(&mut solver, 6, 8);
+        solver.snapshot()
+    };
+    assert!(resumed(&half) == whole);
+    let mut forgetful = half.clone();
+    let kept = half.reals(needed).expect("it is kept");
+    forgetful.put_reals(needed, vec![0.0; kept.len()]);
+    assert!(resumed(&forgetful) != whole);
+}
+
+/// Ranks give the same state up to rounding.
+pub fn ranks_agree(mut case: Case) {
+    case.tolerance.strain = 1e-10;
+    // Rounding errors grow; after more steps they would change the role of a particle at the surface.
+    let one = state(&case, Box::<Solo>::default(), 4);
+    for ranks in [2, 3, 4] {
+        let states = run_ranks(ranks, 1, |communicator| state(&case, communicator, 4)).expect("the ranks run");
+        let (found, name) = difference(&one, &states[0]);
+        assert!(found < 1e-5, "{ranks} ranks: {name} differs by {found:e}");
+    }
+    // Negative control: a particle a hundredth of its spacing elsewhere is no difference of rounding.
+    case.fluid[5].position.x += 0.01 * SPACING;
+    let (found, name) = difference(&one, &state(&case, Box::<Solo>::default(), 4));
+    assert!(found > 1e-4, "{name} differs by {found:e}");
+}
+
+#[test]
+fn results_do_not_depend_on_threads() {
+    threads_agree(&shaken());
+}
+
+#[test]
+fn a_restart_continues_with_the_same_bits() {
+    restart_agrees(&shaken(), "fluid/gradient");
+}
+
+#[test]
+fn ranks_agree_up_to_rounding() {
+    ranks_agree(shaken());
 }
 
 /// A solver restored from a snapshot on ranks.
@@ -95,23 +141,6 @@ fn a_restart_on_ranks_continues_with_the_same_bits() {
         let (found, name) = difference(&whole, &resumed.unwrap()[0]);
         assert!(found == 0.0, "{ranks} ranks: {name} differs by {found:e}");
     }
-}
-
-#[test]
-fn a_restart_continues_with_the_same_bits() {
-    let case = shaken();
-    let whole = state(&case, Box::<Solo>::default(), 14);
-    let half = state(&case, Box::<Solo>::default(), 6);
-    let mut solver = restored(&case, &half);
-    go_on(&mut solver, 6, 8);
-    assert!(solver.snapshot() == whole);
-    // Negative control: without the pressure gradient of the last step it does not.
-    let mut forgetful = half.clone();
-    let gradient = half.reals("fluid/gradient").unwrap();
-    forgetful.put_reals("fluid/gradient", vec![0.0; gradient.len()]);
-    let mut solver = restored(&case, &forgetful);
-    go_on(&mut solver, 6, 8);
-    assert!(solver.snapshot() != whole);
 }
 
 #[test]
@@ -228,23 +257,6 @@ pub fn difference(a: &Snapshot, b: &Snapshot) -> (Real, String) {
         }
     }
     worst
-}
-
-#[test]
-fn ranks_agree_up_to_rounding() {
-    let mut case = shaken();
-    case.tolerance.strain = 1e-10;
-    // Rounding errors grow; after more steps they would change the role of a particle at the surface.
-    let one = state(&case, Box::<Solo>::default(), 4);
-    for ranks in [2, 3, 4] {
-        let states = run_ranks(ranks, 1, |communicator| state(&case, communicator, 4)).unwrap();
-        let (found, name) = difference(&one, &states[0]);
-        assert!(found < 1e-5, "{ranks} ranks: {name} differs by {found:e}");
-    }
-    // Negative control: a particle a hundredth of its spacing elsewhere is no difference of rounding.
-    case.fluid[5].position.x += 0.01 * SPACING;
-    let (found, name) = difference(&one, &state(&case, Box::<Solo>::default(), 4));
-    assert!(found > 1e-4, "{name} differs by {found:e}");
 }
 
 /// Grains in dry air feel no drag: the rate of fluid at rest limits the first step alone, also after a restart.

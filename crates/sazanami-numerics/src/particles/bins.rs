@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use sazanami_parallel::reduce_over;
+use sazanami_parallel::{Reduction, reduce_over};
 
 use crate::domain::Domain;
 use crate::{Real, Vector};
@@ -66,13 +66,31 @@ impl Bins {
     /// bins than places: boxes may be far larger than what is in them. Positions there belong to the nearest bin, which
     /// is out of reach of the places.
     pub fn narrow(&mut self, count: usize, place: impl Fn(usize) -> Option<Vector> + Sync) {
-        if self.len() <= Self::PER_PLACE * count + Self::FEW {
+        if self.are_many(count) {
+            let [low, high] = ends(count, place);
+            self.keep_between(low, high);
+        }
+    }
+
+    /// The same where ghosts of other ranks are to come: the bins round the places of all ranks are kept, so that what lies on
+    /// this rank beside ghosts is not crowded into one bin. All ranks take part.
+    pub fn narrow_together(&mut self, domain: &Domain, count: usize, place: impl Fn(usize) -> Option<Vector> + Sync) {
+        if domain.max(Real::from(u8::from(self.are_many(count)))) == 0.0 {
             return;
         }
-        let nothing = (Vector::INFINITY, Vector::NEG_INFINITY);
-        let part = |n: usize| place(n).map_or(nothing, |x| (x, x));
-        let joined = |a: (Vector, Vector), b: (Vector, Vector)| (a.0.min(b.0), a.1.max(b.1));
-        let (low, high) = reduce_over(count, part, joined).unwrap_or(nothing);
+        let [low, high] = ends(count, place);
+        let mut far = [-low.x, -low.y, -low.z, high.x, high.y, high.z];
+        domain.communicator().all_reduce(&mut far, Reduction::Max);
+        self.keep_between(-Vector::from_slice(&far[..3]), Vector::from_slice(&far[3..]));
+    }
+
+    /// Whether there are many more bins than places.
+    fn are_many(&self, count: usize) -> bool {
+        self.len() > Self::PER_PLACE * count + Self::FEW
+    }
+
+    /// Keeps the bins between two corners \[m] and those within the cut-off round them; one corner if there are none.
+    fn keep_between(&mut self, low: Vector, high: Vector) {
         let (low, high) = if low.cmple(high).all() { (low, high) } else { (self.origin, self.origin) };
         let (low, high) = (self.place(low), self.place(high));
         self.first = std::array::from_fn(|d| low[d].saturating_sub(self.layers[d] + 1));
@@ -218,6 +236,13 @@ impl Bins {
     }
 }
 
+/// Smallest and largest coordinates of the `count` places that are given \[m].
+fn ends(count: usize, place: impl Fn(usize) -> Option<Vector> + Sync) -> [Vector; 2] {
+    let nothing = [Vector::INFINITY, Vector::NEG_INFINITY];
+    let part = |n: usize| place(n).map_or(nothing, |x| [x, x]);
+    reduce_over(count, part, |a, b| [a[0].min(b[0]), a[1].max(b[1])]).unwrap_or(nothing)
+}
+
 /// Particles by bin, whatever their order is.
 #[derive(Clone, Debug, Default)]
 pub struct BinIndex {
@@ -274,6 +299,8 @@ impl BinIndex {
 
 #[cfg(test)]
 mod tests {
+    use sazanami_parallel::run_ranks;
+
     use super::*;
     use crate::grid::Grid;
 
@@ -327,5 +354,43 @@ mod tests {
         bins.renew(&domain, 1.4);
         bins.narrow(0, |_| None);
         assert!(bins.len() <= 1000, "{}", bins.len());
+    }
+
+    #[test]
+    fn what_lies_beside_ghosts_is_not_crowded_into_one_bin() {
+        // A long tank whose liquid ends at the cut between two ranks; walls all along its floor.
+        let cells = [4000, 8, 8];
+        let crowd = |together: bool| {
+            let parts = run_ranks(2, 1, |communicator| {
+                let upper = Vector::from_array(cells.map(|n| n as Real));
+                let domain = Domain::new(Grid::new(cells, Vector::ZERO, upper), [false; 3], communicator).unwrap();
+                let (lower, upper) = domain.rank_box(domain.communicator().rank());
+                let along = |n: usize, count: usize, height: Real| {
+                    Vector::new(lower.x + (n as Real + 0.5) / count as Real * (upper.x - lower.x), 4.0, height)
+                };
+                let cut = if lower.x > 0.0 { lower.x } else { upper.x };
+                let liquid = (0..2000).map(|n| along(n, 2000, 0.5)).filter(|x| (cut - 10.0..cut).contains(&x.x));
+                let liquid: Vec<Vector> = liquid.collect();
+                let mut bins = Bins::default();
+                bins.renew(&domain, 1.4);
+                let place = |n: usize| liquid.get(n).copied();
+                if together {
+                    bins.narrow_together(&domain, liquid.len(), place);
+                } else {
+                    bins.narrow(liquid.len(), place);
+                }
+                // Walls within reach of the liquid, which share their bin with no more than what lies there.
+                let beside = bins.number(Vector::new(cut + 1.3, 4.0, -0.5));
+                let walls = (0..2000).map(|n| along(n, 2000, -0.5)).filter(|&x| bins.number(x) == beside).count();
+                (bins.len(), walls, lower.x > 0.0)
+            });
+            let (bins, walls, _) = parts.unwrap().into_iter().find(|part| part.2).unwrap();
+            (bins, walls)
+        };
+        let (bins, walls) = crowd(true);
+        assert!(bins < 2000 && walls <= 2, "{bins} {walls}");
+        // Negative control: each rank by its own liquid, of which the second has none.
+        let (bins, walls) = crowd(false);
+        assert!(walls > 1000, "{bins} {walls}");
     }
 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use sazanami_numerics::geometry::Shape;
 use sazanami_numerics::{Quaternion, Real, Vector};
 use sazanami_observe::erosion::{Erosion, InitialBed};
-use sazanami_observe::{BedView, Body};
+use sazanami_observe::{BedColumns, Body};
 use serde_json::Value;
 
 use super::output::{Output, undone};
@@ -28,54 +28,25 @@ struct Run<'a> {
     height: Option<Real>,
 }
 
-/// The values of the grains that pictures need, as columns.
-struct Grains {
-    population: Vec<u32>,
-    scale: Vec<Real>,
-    mass: Vec<Real>,
-    position: Vec<Vector>,
-    orientation: Vec<Quaternion>,
-    velocity: Vec<Vector>,
-    last_contact: Vec<Real>,
-    time: Real,
-}
-
-impl Grains {
-    /// The grains of a state in the frame of the tank, which is displaced by `tank` \[m]; `None` if an array was not written.
-    fn of(state: &State, tank: Vector) -> Option<Self> {
-        let array = |name: &str| state.grains.iter().find(|array| array.name == name);
-        let reals = |name: &str| array(name).map(reals);
-        let vectors = |name: &str| reals(name).map(|values| values.chunks_exact(3).map(Vector::from_slice).collect());
-        let last_contact = |since: Real| if since < NEVER { state.time - since } else { Real::NEG_INFINITY };
-        let orientation = reals("orientation")?;
-        let orientation =
-            orientation.chunks_exact(4).map(|q| Quaternion::from_xyzw(q[1], q[2], q[3], q[0]).normalize());
-        let position: Vec<Vector> = vectors("position")?;
-        Some(Self {
-            population: reals("population")?.into_iter().map(|number| number as u32).collect(),
-            scale: reals("scale")?,
-            mass: reals("mass")?,
-            position: position.into_iter().map(|place| place - tank).collect(),
-            orientation: orientation.collect(),
-            velocity: vectors("velocity")?,
-            last_contact: reals("time_since_contact")?.into_iter().map(last_contact).collect(),
-            time: state.time,
-        })
-    }
-
-    fn view<'a>(&'a self, bodies: &'a [Body<'a>]) -> BedView<'a> {
-        BedView {
-            bodies,
-            body: &self.population,
-            scale: &self.scale,
-            mass: &self.mass,
-            position: &self.position,
-            orientation: &self.orientation,
-            velocity: &self.velocity,
-            last_contact: Some(&self.last_contact),
-            time: self.time,
-        }
-    }
+/// The grains of a state in the frame of the tank, which is displaced by `tank` \[m]; `None` if an array was not written.
+fn grains_of(state: &State, tank: Vector) -> Option<BedColumns> {
+    let array = |name: &str| state.grains.iter().find(|array| array.name == name);
+    let reals = |name: &str| array(name).map(reals);
+    let vectors = |name: &str| reals(name).map(|values| values.chunks_exact(3).map(Vector::from_slice).collect());
+    let last_contact = |since: Real| if since < NEVER { state.time - since } else { Real::NEG_INFINITY };
+    let orientation = reals("orientation")?;
+    let orientation = orientation.chunks_exact(4).map(|q| Quaternion::from_xyzw(q[1], q[2], q[3], q[0]).normalize());
+    let position: Vec<Vector> = vectors("position")?;
+    Some(BedColumns {
+        body: reals("population")?.into_iter().map(|number| number as u32).collect(),
+        scale: reals("scale")?,
+        mass: reals("mass")?,
+        position: position.into_iter().map(|place| place - tank).collect(),
+        orientation: orientation.collect(),
+        velocity: vectors("velocity")?,
+        last_contact: reals("time_since_contact")?.into_iter().map(last_contact).collect(),
+        time: state.time,
+    })
 }
 
 /// The values of an array.
@@ -135,11 +106,11 @@ fn scene_of(run: &Run, saved: &SavedTime, initial: &mut Option<InitialBed>) -> R
     let Run { case, shapes, height } = run;
     let state = state(saved)?;
     let (Some(grains), Some(WaterState::Grid { grid, arrays })) =
-        (Grains::of(&state, case.to_written_frame(state.time)[0]), &state.water)
+        (grains_of(&state, case.to_written_frame(state.time)[0]), &state.water)
     else {
         return Ok(None);
     };
-    if grains.population.iter().any(|&population| population as usize >= shapes.len()) {
+    if grains.body.iter().any(|&population| population as usize >= shapes.len()) {
         return Err(undone(format!("the grains at {} s are not those of the case", state.time)));
     }
     let array = |name: &str| arrays.iter().find(|array| array.name == name);

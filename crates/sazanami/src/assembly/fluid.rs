@@ -128,7 +128,7 @@ pub(crate) fn origin_of(liquid: &LiquidRegion, axis: [Real; 2], bed_height: Real
 }
 
 /// Columns per cell edge on which the surface of an initial liquid is sampled.
-const COLUMNS: u32 = 8;
+pub(super) const COLUMNS: u32 = 8;
 
 /// Puts the initial liquids (and bubbles) into `flow`, in the order of the case: later ones take the
 /// place of earlier ones.

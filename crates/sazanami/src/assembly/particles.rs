@@ -3,19 +3,21 @@
 use sazanami_dem::{Body, Setup};
 use sazanami_mps::filling;
 use sazanami_mps::grains::{Coupling, DragParameters, Forchheimer, GrainPhase};
-use sazanami_mps::pouring::{self, Samples};
+use sazanami_mps::pouring;
 use sazanami_mps::pressure::Tolerance;
 use sazanami_mps::scheme::{Fluid, Scheme, Stabilisation};
 use sazanami_mps::solver::{FluidParticle, Settings};
 use sazanami_mps::stability::StepLimits;
 use sazanami_numerics::domain::{Domain, LayoutError};
-use sazanami_numerics::geometry::{Region, Shape};
+use sazanami_numerics::geometry::{Region, RegionFractions, Shape};
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::{Communicator, Reduction, for_each_chunk};
 
 use super::{fluid, grains};
-use crate::case::meaning::{BoundarySide, Case, FluidName, GrainShape, Population, PressureForce, StabilisationWeight};
+use crate::case::meaning::{
+    BoundarySide, Case, FluidName, GrainShape, LiquidRegion, Population, PressureForce, StabilisationWeight,
+};
 
 /// Cells of the division into ranks, over the radius of influence.
 const CELL: Real = 0.56;
@@ -24,7 +26,7 @@ const GRAIN_WAY: Real = 0.6;
 /// Distance of the void fraction of a place from the mean of its height from which on water is poured place by place. A
 /// level bed of grains in disorder keeps within 0.2, a heap or column goes beyond 0.4.
 const UNEVEN: Real = 0.3;
-/// Samples that a thread takes at a time.
+/// Cells that a thread takes at a time.
 const ROWS: usize = 1024;
 /// Places in each direction at which the void fraction of a height is taken, over the smoothing radius.
 const PLACES: Real = 1.0;
@@ -160,47 +162,104 @@ pub(crate) fn fill(case: &Case, domain: &Domain, grains: &GrainPhase, bed_height
         let mean = sum / count;
         [mean, (mean - domain.min(ends[0])).max(domain.max(ends[1]) - mean)]
     };
-    let regions: Vec<(Region, FluidName, Vector)> = case
-        .liquids
-        .iter()
-        .map(|liquid| {
-            let origin = fluid::origin_of(liquid, case.bed.axis, bed_height);
-            (liquid.region.moved(origin).geometry(), liquid.fluid, liquid.velocity)
-        })
-        .collect();
-    let liquid_at = |position: Vector| {
-        // Later regions overwrite earlier ones.
-        let (_, fluid, velocity) = regions.iter().rev().find(|(region, ..)| region.contains(position))?;
-        (*fluid == FluidName::Liquid).then_some(FluidParticle { position, velocity: *velocity })
-    };
+    let liquids = Liquids::of(case, bed_height);
     let top = level(case, bed_height);
     let heights = (top - lower.z) / spacing;
     let uneven = !grains.is_empty()
         && (0..heights.max(0.0).ceil() as usize).any(|n| at_height(lower.z + (n as Real + 0.5) * spacing)[1] > UNEVEN);
-    let places = if uneven {
-        let samples = Samples::of(lower, upper, spacing);
-        pouring::pour(&samples, &shares(domain, grains, &samples, |x| liquid_at(x).is_some()), spacing)
-    } else {
-        filling::layers(lower, upper, top, spacing, |z| at_height(z)[0])
+    if !uneven {
+        let places = filling::layers(lower, upper, top, spacing, |z| at_height(z)[0]);
+        return places.into_iter().filter_map(|place| liquids.particle_at(place)).collect();
+    }
+    let (first, last) = liquids.bounds();
+    let [lower, upper] = [lower.max(first), upper.min(last)];
+    if lower.cmpge(upper).any() {
+        return Vec::new();
+    }
+    let cells = pouring::cells(lower, upper, spacing);
+    let fractions = liquids.fractions(&cells);
+    let shares = shares(domain, grains, &cells, |[i, j, k]| {
+        let covered = |share, (fraction, liquid): &(RegionFractions<'_>, &Liquid)| {
+            let part = fraction.fraction(i, j, k);
+            share * (1.0 - part) + if liquid.fluid == FluidName::Liquid { part } else { 0.0 }
+        };
+        fractions.iter().fold(0.0, covered)
+    });
+    let particle = |position: Vector| {
+        // The middle of a particle that is cut by a surface may lie beyond it.
+        let [i, j, k] = cells.cell_of(position);
+        let is_here = |(fraction, liquid): &&(RegionFractions<'_>, &Liquid)| {
+            liquid.fluid == FluidName::Liquid && fraction.fraction(i, j, k) > 0.0
+        };
+        let near = || fractions.iter().rev().find(is_here).map(|(_, liquid)| liquid.particle(position));
+        liquids.particle_at(position).or_else(near)
     };
-    places.into_iter().filter_map(liquid_at).collect()
+    pouring::pour(&cells, &shares, spacing).into_iter().filter_map(particle).collect()
 }
 
-/// Share of the volume that is liquid at each of the samples: the void fraction where there `is_liquid`, else zero. All
-/// ranks take part and have the same.
+/// A liquid or bubble of the case where it lies at the start.
+struct Liquid {
+    region: Region,
+    fluid: FluidName,
+    velocity: Vector,
+}
+
+impl Liquid {
+    fn particle(&self, position: Vector) -> FluidParticle {
+        FluidParticle { position, velocity: self.velocity }
+    }
+}
+
+/// Liquids and bubbles of the case: later ones take the place of earlier ones.
+struct Liquids(Vec<Liquid>);
+
+impl Liquids {
+    fn of(case: &Case, bed_height: Real) -> Self {
+        let placed = |liquid: &LiquidRegion| {
+            let origin = fluid::origin_of(liquid, case.bed.axis, bed_height);
+            let region = liquid.region.moved(origin).geometry();
+            Liquid { region, fluid: liquid.fluid, velocity: liquid.velocity }
+        };
+        Self(case.liquids.iter().map(placed).collect())
+    }
+
+    /// The particle of a place, if there is liquid.
+    fn particle_at(&self, position: Vector) -> Option<FluidParticle> {
+        let found = self.0.iter().rev().find(|liquid| liquid.region.contains(position))?;
+        (found.fluid == FluidName::Liquid).then(|| found.particle(position))
+    }
+
+    /// Smallest box around all liquids, with infinite sides where they have no end \[m].
+    fn bounds(&self) -> (Vector, Vector) {
+        let liquids = self.0.iter().filter(|liquid| liquid.fluid == FluidName::Liquid);
+        liquids
+            .map(|liquid| liquid.region.bounds())
+            .fold((Vector::INFINITY, Vector::NEG_INFINITY), |(lower, upper), (l, u)| (lower.min(l), upper.max(u)))
+    }
+
+    /// What each fills of the cells of a grid.
+    fn fractions(&self, cells: &Grid) -> Vec<(RegionFractions<'_>, &Liquid)> {
+        self.0.iter().map(|liquid| (RegionFractions::new(&liquid.region, cells, fluid::COLUMNS), liquid)).collect()
+    }
+}
+
+/// Share of the volume of each cell that is liquid: the void fraction of its middle by the share `of_liquid` of the cell
+/// where liquid is poured. All ranks take part and have the same.
 fn shares(
     domain: &Domain,
     grains: &GrainPhase,
-    samples: &Samples,
-    is_liquid: impl Fn(Vector) -> bool + Sync,
+    cells: &Grid,
+    of_liquid: impl Fn([isize; 3]) -> Real + Sync,
 ) -> Vec<Real> {
     let me = domain.communicator().rank();
-    let mut shares = vec![0.0; samples.len()];
+    let mut shares = vec![0.0; cells.len()];
     for_each_chunk(&mut shares[..], ROWS, |number, shares| {
         for (row, share) in shares.iter_mut().enumerate() {
-            let place = samples.place(number * ROWS + row);
-            if domain.owner_of(place) == me && is_liquid(place) {
-                *share = grains.void_fraction(place);
+            let cell = pouring::position(cells, number * ROWS + row);
+            let place = cells.centre(cell[0], cell[1], cell[2]);
+            if domain.owner_of(place) == me {
+                let liquid = of_liquid(cell);
+                *share = if liquid > 0.0 { liquid * grains.void_fraction(place) } else { 0.0 };
             }
         }
     });
@@ -236,33 +295,63 @@ mod tests {
         assert!(liquid.0 == DragForm::Blend && (liquid.1 / di_felice - 1.0).abs() > 0.05, "{liquid:?}");
     }
 
-    #[test]
-    fn water_is_poured_into_the_voids_of_a_column() {
+    /// A tank with a column of spheres in one corner and water up to a level \[mm]: its case, and what is filled.
+    fn column(level: Real) -> (Case, GrainPhase, Vec<FluidParticle>) {
         let text = "solver = \"mps\"\ngravity = \"9.81 m/s^2\"\n[domain]\nsize = [\"24 mm\", \"8 mm\", \"20 mm\"]\n\
                     [boundary]\nall = \"no_slip\"\nx2 = \"periodic\"\n[run]\nuntil = \"1 ms\"\n[particles]\n\
                     spacing = \"1 mm\"\n[[liquid]]\nname = \"water\"\nregion.box = { lower = [\"0 mm\", \"0 mm\", \
-                    \"0 mm\"], upper = [\"24 mm\", \"8 mm\", \"16 mm\"] }\n[material.sand]\ndensity = \"2650 kg/m^3\"\n\
+                    \"0 mm\"], upper = [\"24 mm\", \"8 mm\", \"LEVEL mm\"] }\n[material.sand]\ndensity = \"2650 kg/m^3\"\n\
                     [contact.default]\nnormal_stiffness = \"400 N/m\"\ntangential_stiffness = \"100 N/m\"\ndamping = \
                     \"restitution\"\nrestitution = 0.5\nfriction = 0.4\n[[grains]]\nname = \"sand\"\n\
                     shape.sphere = { diameter = \"0.999 mm\" }\nplacement.lattice = { lower = [\"0 mm\", \"0 mm\", \
                     \"0 mm\"], upper = [\"8 mm\", \"8 mm\", \"12 mm\"], counts = [8, 8, 12] }\n";
-        let loaded = sazanami_case::parse(Path::new("c.toml"), text, &[]).expect("the case is complete");
-        let case = &loaded.case;
+        let text = text.replace("LEVEL", &level.to_string());
+        let case = sazanami_case::parse(Path::new("c.toml"), &text, &[]).expect("the case is complete").case;
         let shapes: Vec<_> = case.grains.iter().map(|p| super::super::shapes::shape_of(p).expect("a sphere")).collect();
-        let domain = domain(case, Box::<sazanami_parallel::Solo>::default()).expect("one rank");
-        let engine = sazanami_dem::Engine::new(&domain, setup(case, &shapes), &grains::placed(case, &[None]));
-        let mut phase = GrainPhase::new(&domain, engine.expect("sound grains"), coupling(case));
+        let domain = domain(&case, Box::<sazanami_parallel::Solo>::default()).expect("one rank");
+        let engine = sazanami_dem::Engine::new(&domain, setup(&case, &shapes), &grains::placed(&case, &[None]));
+        let mut phase = GrainPhase::new(&domain, engine.expect("sound grains"), coupling(&case));
         phase.place(&domain, &case.tank());
-        let fluid = fill(case, &domain, &phase, 0.0);
+        let fluid = fill(&case, &domain, &phase, 0.0);
+        (case, phase, fluid)
+    }
+
+    /// Integral over the box in volumes of a particle.
+    fn integral(case: &Case, of: impl Fn(Vector) -> Real) -> Real {
+        let cells = pouring::cells(case.domain.lower, case.domain.upper, 0.5e-3);
+        let centre = |[i, j, k]: [isize; 3]| cells.centre(i, j, k);
+        let sum: Real = (0..cells.len()).map(|n| of(centre(pouring::position(&cells, n)))).sum();
+        sum * cells.cell_volume() * 1e9
+    }
+
+    #[test]
+    fn water_is_poured_up_to_levels_between_spacings() {
+        for level in [15.0, 15.2, 15.3, 15.6] {
+            let (case, phase, fluid) = column(level);
+            // Rows on which a level falls are counted by their part below it.
+            let below = |x: Vector| ((1e-3 * level - x.z) / 0.25e-3 + 0.5).clamp(0.0, 1.0);
+            let held = integral(&case, |x| below(x) * phase.void_fraction(x));
+            let found = fluid.len() as Real;
+            assert!((found - held).abs() < 2.0, "{level}: {found} {held}");
+            assert!(fluid.iter().all(|p| p.position.z < 1e-3 * level), "{level}");
+            // Negative control: a level rounded to the next half spacing, 24 x 8 x 0.2 particles off.
+            let rounded =
+                integral(
+                    &case,
+                    |x| if x.z < 1e-3 * (2.0 * level).round() / 2.0 { phase.void_fraction(x) } else { 0.0 },
+                );
+            assert_eq!((found - rounded).abs() > 15.0, (2.0 * level).fract() != 0.0, "{level}: {found} {rounded}");
+        }
+    }
+
+    #[test]
+    fn water_is_poured_into_the_voids_of_a_column() {
+        let (case, phase, fluid) = column(16.0);
         // A soft mask, so that whole rows on its rim do not count at once.
         let mask =
             |x: Vector| (0.5 + 250.0 * (6e-3 - x.x)).clamp(0.0, 1.0) * (0.5 + 250.0 * (10e-3 - x.z)).clamp(0.0, 1.0);
         let found: Real = fluid.iter().map(|p| mask(p.position)).sum();
-        let samples = Samples::of(case.domain.lower, case.domain.upper, 0.5e-3);
-        let held = |void: &dyn Fn(Vector) -> Real| -> Real {
-            (0..samples.len()).map(|n| samples.place(n)).map(|x| void(x) * mask(x) / 64.0).sum()
-        };
-        let expected = held(&|x| phase.void_fraction(x));
+        let expected = integral(&case, |x| phase.void_fraction(x) * mask(x));
         assert!((found / expected - 1.0).abs() < 0.01, "{found} {expected}");
         // Negative control: the mean of each height.
         let mean = |z: Real| {

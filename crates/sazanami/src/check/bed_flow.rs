@@ -8,7 +8,7 @@ use sazanami_observe::ripples::predictors::{LEAST_MOBILITY, mobility, predicted}
 use serde::Serialize;
 
 use super::limits::swing;
-use super::waves::waves_along;
+use super::waves::Modes;
 use crate::case::meaning::{BoundarySide, Case};
 
 /// Places along half of a tank at which the flow is looked at.
@@ -51,7 +51,7 @@ impl BedReport {
     }
 }
 
-/// The flow over the bed of a tank that swings along x1: between end walls that of linear waves, in a periodic tank water
+/// The flow over the bed of a tank that swings along x1: between end walls that of small waves of any length, in a periodic tank water
 /// that stays behind. `None` without grains or without such a motion.
 pub(crate) fn bed_flow(case: &Case) -> Option<BedReport> {
     let (amplitude, frequency) = swing(case)?;
@@ -69,8 +69,8 @@ pub(crate) fn bed_flow(case: &Case) -> Option<BedReport> {
     let ratio: Box<dyn Fn(Real) -> Real> = if case.boundary[0].contains(&BoundarySide::Periodic) {
         Box::new(|_| 1.0)
     } else {
-        let half = 0.5 * TAU / waves_along(case, 0, amplitude, frequency)?.wavelength_m * (upper - lower);
-        Box::new(move |place: Real| (1.0 - (half * place).cos() / half.cos()).abs())
+        let modes = Modes::along(case, 0, frequency)?;
+        Box::new(move |place: Real| modes.at_floor(0.5 * (upper - lower) * place).abs())
     };
     let places: Vec<Real> = (0..=2 * PLACES).map(|n| Real::from(n) / Real::from(PLACES) - 1.0).collect();
     let largest = places.iter().map(|&place| ratio(place)).fold(0.0, Real::max);

@@ -36,6 +36,10 @@ pub(crate) enum Cause {
     Grains(usize),
 }
 
+/// Error of the spin after an oblique impact over its tangential speed with the longest sub-step, at the constants of Yagyu et
+/// al. (2015) (docs/decisions/0019).
+const SPIN_ERROR: Real = 0.032;
+
 /// How a case will go on in time, as far as its start tells.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Pace {
@@ -47,6 +51,8 @@ pub(crate) struct Pace {
     pub passes: usize,
     /// Sub-steps of the grains in a step.
     pub substeps: usize,
+    /// Expected error of the spin after an oblique impact over its tangential speed, where grains move.
+    pub spin_error: Option<Real>,
     /// Steps, if they stay as long as the first.
     pub steps: Real,
 }
@@ -85,7 +91,11 @@ impl Pace {
         let passes = if in_passes { ((dt / pass).ceil() as usize).max(1) } else { 1 };
         let steps = (case.run.until / dt).ceil().min(case.run.steps.map_or(Real::INFINITY, |n| n as Real));
         limits.iter_mut().enumerate().for_each(|(n, limit)| limit.rules = n == ruling);
-        Self { limits, dt, passes, substeps: substeps(case, populations, dt), steps }
+        let substeps = substeps(case, populations, dt);
+        // Of first order in the sub-step.
+        let of_longest = |longest: Real| SPIN_ERROR * dt / substeps as Real / longest;
+        let spin_error = contact_step(case, populations).map(of_longest).filter(|_| substeps > 0);
+        Self { limits, dt, passes, substeps, spin_error, steps }
     }
 }
 

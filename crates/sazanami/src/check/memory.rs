@@ -1,5 +1,6 @@
 //! Memory that a case takes, and whether the machine has it.
 
+use sazanami_mics::grains::room::LiquidRoom;
 use sazanami_numerics::Real;
 
 use super::populations::{exchange_of, spheres_of};
@@ -21,6 +22,8 @@ const OF_THREAD: Real = 140.0 * 1024.0 * 1024.0;
 const MEMORY_MEAN: Real = 16.0;
 /// Memory of the surfaces of resolved grains in their exchange with the fluid [bytes per cell]: ten fields for three.
 const MEMORY_SURFACES: Real = 56.0;
+/// Memory of liquid that has only the open part of the cells as its room [bytes per cell]: ten fields.
+const MEMORY_ROOM: Real = 80.0;
 /// Memory of a point of a probe's line: values, and their columns \[bytes].
 const MEMORY_POINT: Real = 1e3;
 
@@ -63,7 +66,10 @@ fn fluid_memory(case: &Case, model: &CostModel) -> Real {
 /// Memory of the fields, and of the liquid in pictures [bytes per cell].
 fn per_cell(case: &Case, model: &CostModel) -> Real {
     let surfaces = matches!(exchange_of(case, &[]), Some((Exchange::Surface, _)));
-    model.memory_cell + if surfaces { MEMORY_SURFACES } else { 0.0 } + pictures::memory_per_cell(case, model)
+    let room = case.coupling.room == LiquidRoom::Open && !case.grains.is_empty();
+    let asked = [(surfaces, MEMORY_SURFACES), (room, MEMORY_ROOM)];
+    let extra: Real = asked.iter().filter(|(asked, _)| *asked).map(|(_, bytes)| bytes).sum();
+    model.memory_cell + extra + pictures::memory_per_cell(case, model)
 }
 
 /// Memory of cells with those round the box, of so many bytes each \[bytes].

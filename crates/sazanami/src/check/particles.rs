@@ -1,5 +1,6 @@
 //! What a case of moving particles will be: counts, memory and time.
 
+use sazanami_mps::pouring;
 use sazanami_numerics::{Real, Vector};
 use serde::Serialize;
 
@@ -13,6 +14,9 @@ use crate::case::meaning::{
 
 /// Memory of a bin, with its part of the coarse pressure equation \[bytes].
 const MEMORY_BIN: Real = 75.0;
+/// Memory of a cell in which water is poured: its share of liquid, what lies below its corner, and a copy while ranks add
+/// theirs \[bytes].
+const MEMORY_POURED: Real = 24.0;
 /// Layers of a wall beside those within the radius of influence.
 const WALL_LAYERS: Real = 1.0;
 
@@ -118,21 +122,36 @@ pub(super) fn predict(report: &ParticlesReport, steps: Real, threads: usize, mod
     steps * (report.fluid as Real * model.fluid_particle + report.walls as Real * model.wall_particle) / speed
 }
 
-/// Memory of the particles, and of the bins in which their neighbours are found \[bytes].
+/// Memory of the particles, and of the bins in which their neighbours are found \[bytes]; that of pouring where it is more.
 pub(super) fn memory(case: &Case, report: &ParticlesReport, model: &CostModel) -> Real {
-    (report.fluid + report.walls) as Real * model.memory_particle + bins(case) * MEMORY_BIN
+    let steps = (report.fluid + report.walls) as Real * model.memory_particle + bins(case) * MEMORY_BIN;
+    steps.max(pouring(case, report))
 }
 
-/// Bins of the part of the tank in which there is water, from side to side and up to its highest place.
-fn bins(case: &Case) -> Real {
+/// Memory of pouring between grains that may lie unevenly \[bytes].
+fn pouring(case: &Case, report: &ParticlesReport) -> Real {
+    if case.grains.is_empty() {
+        return 0.0;
+    }
+    let cells = watered(case) * (pouring::FINENESS / report.spacing_m);
+    cells.element_product() * MEMORY_POURED
+}
+
+/// Extent of the part of the tank in which there is water, from side to side and up to its highest place \[m].
+fn watered(case: &Case) -> Vector {
     let extent = case.domain.extent();
     let tops = case.liquids.iter().map(|liquid| match liquid.placement {
         Placement::Absolute(position) => position.z + liquid.region.heights()[1] - case.domain.lower.z,
         Placement::AboveBed { .. } => extent.z,
     });
     let top = tops.fold(0.0, Real::max);
+    extent.with_z(extent.z.min(top))
+}
+
+/// Bins of that part.
+fn bins(case: &Case) -> Real {
     // Three bins on each side are within the radius of influence and the way of a step.
-    (extent.with_z(extent.z.min(top)) / particles::grid(case).spacing + 6.0).element_product()
+    (watered(case) / particles::grid(case).spacing + 6.0).element_product()
 }
 
 /// Steps that come before the run, at most.

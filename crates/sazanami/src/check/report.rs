@@ -107,6 +107,9 @@ pub struct CheckReport {
     pub fluid_passes: usize,
     /// Sub-steps of the grains in a step.
     pub substeps: usize,
+    /// Expected error of the spin after an oblique impact over its tangential speed, of first order in the sub-step, where
+    /// grains move.
+    pub spin_error: Option<Real>,
     /// Fluid steps, if the step stays as it is at the start.
     pub steps: Real,
     /// Fluid steps, if the step is that of the speeds that bodies reach from the start on.

@@ -66,7 +66,7 @@ fn waves(text: &mut String, tank: &TankReport) {
     );
     let _ = writeln!(
         text,
-        "  speed       up to {} m/s over the bed: {} times that of the tank; 1/cos(kL/2) = {}",
+        "  speed       up to {} m/s at the surface: {} times that of the tank; 1/cos(kL/2) = {}",
         number(tank.speed_ratio * tank.tank_speed, 3),
         number(tank.speed_ratio, 2),
         number(tank.amplification, 2)
@@ -170,6 +170,13 @@ fn step(text: &mut String, case: &Case, report: &CheckReport) {
     if report.substeps > 0 {
         let how = if case.dem.substeps == Substeps::Auto { "by the stiffest contact" } else { "as the case asks" };
         let _ = writeln!(text, "  the grains make {} sub-steps in a step, {how}", report.substeps);
+        if let Some(error) = report.spin_error {
+            let _ = writeln!(
+                text,
+                "  the spin after an oblique impact is off by about {} % of its tangential speed",
+                number(1e2 * error, 1)
+            );
+        }
     }
     let most = if report.most_steps > 1.2 * report.steps {
         format!(" to {}, as fast as bodies become,", number(report.most_steps, 0))

@@ -1,6 +1,6 @@
 //! Waves that a shaken tank makes, by linear theory.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use sazanami_numerics::Real;
 use serde::Serialize;
@@ -22,7 +22,7 @@ pub struct TankReport {
     pub wavelength_m: Real,
     /// `1/cos(k L/2)`, without its sign: large near resonance.
     pub amplification: Real,
-    /// Largest speed of the water against the tank over that of the tank.
+    /// Largest speed of the water at its surface against the tank over that of the tank.
     pub speed_ratio: Real,
     /// Elevation at the end walls over the depth.
     pub end_elevation: Real,
@@ -43,34 +43,74 @@ pub(crate) fn tank(case: &Case) -> Option<TankReport> {
 }
 
 /// Waves along a direction with end walls, from 0, in which the tank is shaken by an amplitude \[m] at a frequency \[Hz].
-pub(super) fn waves_along(case: &Case, axis: usize, amplitude: Real, frequency: Real) -> Option<TankReport> {
-    let closed = amplitude != 0.0 && case.boundary[axis].iter().all(is_wall);
-    depth(case).filter(|_| closed).map(|depth| waves(case, axis, amplitude, frequency, depth))
-}
-
-/// Waves along a direction, from 0, in which the tank is shaken by an amplitude \[m] at a frequency \[Hz].
-fn waves(case: &Case, axis: usize, amplitude: Real, frequency: Real, depth: Real) -> TankReport {
+fn waves_along(case: &Case, axis: usize, amplitude: Real, frequency: Real) -> Option<TankReport> {
+    let modes = Modes::along(case, axis, frequency).filter(|_| amplitude != 0.0)?;
     let omega = TAU * frequency;
-    let length_m = case.domain.extent()[axis];
-    let k = wavenumber(omega, case.gravity.length(), depth);
-    let half = 0.5 * k * length_m;
-    let amplification = 1.0 / half.cos().abs();
-    // The speed relative to the tank is 1 - cos(k x)/cos(k L/2) of the tank's, the elevation h A k sin(k x)/cos(k L/2).
-    let places = (0..=200).map(|n| half * Real::from(n) / 200.0);
-    let speed_ratio = places.clone().map(|place| (1.0 - place.cos() / half.cos()).abs()).fold(0.0, Real::max);
-    let elevation = amplitude * k * amplification;
-    TankReport {
+    let k = wavenumber(omega, case.gravity.length(), modes.depth);
+    let places = (0..=200).map(|n| 0.5 * modes.length * Real::from(n) / 200.0);
+    let elevation = |x: Real| amplitude * modes.elevation(x).abs();
+    Some(TankReport {
         axis: axis + 1,
         frequency_hz: frequency,
-        length_m,
-        depth_m: depth,
+        length_m: modes.length,
+        depth_m: modes.depth,
         wavelength_m: TAU / k,
-        amplification,
-        speed_ratio,
-        end_elevation: elevation * half.sin().abs(),
-        largest_elevation: elevation * places.map(|place| place.sin().abs()).fold(0.0, Real::max),
+        amplification: 1.0 / (0.5 * k * modes.length).cos().abs(),
+        speed_ratio: places.clone().map(|x| modes.at_surface(x).abs()).fold(0.0, Real::max),
+        end_elevation: elevation(0.5 * modes.length),
+        largest_elevation: places.map(elevation).fold(0.0, Real::max),
         tank_speed: amplitude * omega,
         stokes_layer_m: (2.0 * case.fluid.liquid.viscosity / case.fluid.liquid.density / omega).sqrt(),
+    })
+}
+
+/// Modes of a tank by which the water is described: their parts fall with `1/n^2` at the surface and exponentially on the
+/// floor.
+const MODES: u32 = 400;
+
+/// Water in a tank that is shaken along a direction: potential flow of small waves in the tank's modes `sin(k_n x)`,
+/// `k_n = (2n - 1) pi/L` (Faltinsen 1978), whatever the depth over the wavelength.
+pub(super) struct Modes {
+    /// Depth of the water \[m].
+    depth: Real,
+    /// Length of the tank \[m].
+    length: Real,
+    /// Square of the frequency over gravity \[1/m].
+    deep: Real,
+}
+
+impl Modes {
+    /// Of a direction, from 0, with end walls, at a frequency \[Hz].
+    pub(super) fn along(case: &Case, axis: usize, frequency: Real) -> Option<Self> {
+        let closed = case.boundary[axis].iter().all(is_wall);
+        let deep = (TAU * frequency).powi(2) / case.gravity.length();
+        let found = depth(case).map(|depth| Self { depth, length: case.domain.extent()[axis], deep });
+        found.filter(|_| closed)
+    }
+
+    /// Sum over modes of `of(k_n, a_n w^2/(w_n^2 - w^2))`, where `a_n` is the coefficient of `x`.
+    fn sum(&self, of: impl Fn(Real, Real) -> Real) -> Real {
+        let mode = |n: u32| {
+            let k = Real::from(2 * n - 1) * PI / self.length;
+            let sign = if n % 2 == 1 { 4.0 } else { -4.0 };
+            of(k, sign / (self.length * k * k) * self.deep / (k * (k * self.depth).tanh() - self.deep))
+        };
+        (1..=MODES).map(mode).sum()
+    }
+
+    /// Speed over the floor against that of the tank, over the tank's, at a distance from the middle \[m].
+    pub(super) fn at_floor(&self, x: Real) -> Real {
+        self.sum(|k, part| part * k * (k * x).cos() / (k * self.depth).cosh())
+    }
+
+    /// The same at the surface.
+    fn at_surface(&self, x: Real) -> Real {
+        self.sum(|k, part| part * k * (k * x).cos())
+    }
+
+    /// Elevation over the depth and the amplitude of the tank, at a distance from the middle [1/m].
+    fn elevation(&self, x: Real) -> Real {
+        (x + self.sum(|k, part| part * (k * x).sin())) * self.deep / self.depth
     }
 }
 
@@ -119,5 +159,31 @@ mod tests {
         assert!((wavenumber(2.0 * TAU, 9.81, 0.01) - 41.2).abs() < 0.1);
         let deep = wavenumber(20.0, 9.81, 10.0);
         assert!((deep - 400.0 / 9.81).abs() < 1e-9);
+    }
+
+    #[test]
+    fn modes_are_those_of_long_waves_in_shallow_water_and_decay_towards_the_floor_of_deep_water() {
+        let length = 0.12;
+        let modes = |depth: Real, kl: Real| Modes { depth, length, deep: kl / length * (kl / length * depth).tanh() };
+        // Long waves: 1 - cos(k x)/cos(k L/2), and an elevation of k sin(k x)/cos(k L/2) over depth and amplitude.
+        let (kl, x): (Real, Real) = (4.4, 0.03);
+        let shallow = modes(1e-4, kl);
+        let long = 1.0 - (kl * 0.25).cos() / (0.5 * kl).cos();
+        for speed in [shallow.at_floor(x), shallow.at_surface(x)] {
+            assert!((speed + long).abs() < 1e-3 * long.abs(), "{speed} {long}");
+        }
+        let elevation = kl / length * (kl * 0.25).sin() / (0.5 * kl).cos();
+        assert!((shallow.elevation(x) / elevation - 1.0).abs() < 1e-3, "{} {elevation}", shallow.elevation(x));
+        // Near resonance the first mode alone is left, which has 1/cosh(k h) of its speed on the floor.
+        for depth in [0.01, 0.03, 0.1] {
+            let near = modes(depth, PI * 1.0001);
+            let decay = near.at_floor(x) / near.at_surface(x);
+            assert!((decay * (PI * depth / length).cosh() - 1.0).abs() < 1e-3, "{depth} {decay}");
+        }
+        // Continuity: what flows through a section raises the water beyond it. h U/w d(elevation)/dt = - d(depth mean)/dx.
+        let deep = modes(0.05, kl);
+        let mean = |x: Real| deep.sum(|k, part| part * k * (k * x).cos() * (k * deep.depth).tanh() / (k * deep.depth));
+        let slope = (mean(x + 1e-5) - mean(x - 1e-5)) / 2e-5;
+        assert!((deep.elevation(x) / -slope - 1.0).abs() < 1e-3, "{} {slope}", deep.elevation(x));
     }
 }

@@ -1,6 +1,7 @@
 //! Grains that lie within each other.
 
 use sazanami_dem::{DEEP_OVERLAP, LARGEST_OVERLAP};
+use sazanami_numerics::particles::BinIndex;
 use sazanami_numerics::{Real, Vector};
 
 use super::placed::{Origin, Placed, no_corners};
@@ -8,6 +9,8 @@ use super::{MOST_ALIKE, Search};
 
 /// Pairs with boxes that meet, for each grain, in which contact spheres are compared.
 const MOST_LOOKED_AT: usize = 100;
+/// Pairs of boxes that are compared, for each grain.
+const MOST_COMPARED: usize = 10_000;
 /// Overlapping pairs that are looked for beside one for each grain.
 const MOST_PAIRS: usize = 1000;
 
@@ -17,6 +20,51 @@ struct Hull {
     grain: usize,
     lower: Vector,
     upper: Vector,
+}
+
+impl Hull {
+    fn extent(&self) -> Real {
+        (self.upper - self.lower).max_element()
+    }
+}
+
+/// What became of a search for pairs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Outcome {
+    All,
+    /// The caller has seen enough.
+    Enough,
+    /// So many boxes lie in one place that not all were compared.
+    TooMany,
+}
+
+/// Calls `visit` with each pair of boxes that meet, the longer one first, and the part they share, until that returns false.
+/// Compares no more than `most` pairs.
+fn meeting(hulls: &mut [Hull], most: usize, mut visit: impl FnMut(&Hull, &Hull, [Vector; 2]) -> bool) -> Outcome {
+    hulls.sort_by(|a, b| b.extent().total_cmp(&a.extent()).then(a.grain.cmp(&b.grain)));
+    let corners: Vec<Vector> = hulls.iter().map(|hull| hull.lower).collect();
+    let mean = hulls.iter().map(Hull::extent).sum::<Real>() / hulls.len().max(1) as Real;
+    let mut index = BinIndex::default();
+    index.sort(&corners, mean.max(Real::MIN_POSITIVE));
+    let (mut compared, mut near) = (0, Vec::new());
+    for (rank, a) in hulls.iter().enumerate() {
+        // A shorter one that reaches its box begins no farther below it than it is long.
+        near.clear();
+        index.visit(a.lower - a.extent(), a.upper, |b| near.push(b as usize));
+        compared += near.len();
+        if compared > most {
+            return Outcome::TooMany;
+        }
+        near.retain(|&b| b > rank);
+        near.sort_unstable();
+        for b in near.iter().map(|&b| &hulls[b]) {
+            let (lower, upper) = (a.lower.max(b.lower), a.upper.min(b.upper));
+            if lower.cmple(upper).all() && !visit(a, b, [lower, upper]) {
+                return Outcome::Enough;
+            }
+        }
+    }
+    Outcome::All
 }
 
 impl Search<'_> {
@@ -29,35 +77,27 @@ impl Search<'_> {
             let grain = &placed[*n];
             grain.slack == 0.0 && grain.origin != (Origin::Bed { relaxes: true }) && fits(grain)
         };
-        let mut order: Vec<Hull> = (0..placed.len()).filter(settled).map(|n| self.hull(n, &placed[n])).collect();
-        order.sort_by(|a, b| a.lower.x.total_cmp(&b.lower.x));
+        let mut hulls: Vec<Hull> = (0..placed.len()).filter(settled).map(|n| self.hull(n, &placed[n])).collect();
         // More than this many pairs are counted no further: grains far too large for their places all overlap one another.
-        let most = MOST_PAIRS + order.len();
+        let most = MOST_PAIRS + hulls.len();
         let (mut found, mut looked_at) = (Vec::new(), 0);
-        'search: for (rank, a) in order.iter().enumerate() {
-            let mut mine = None;
-            for b in &order[rank + 1..] {
-                if b.lower.x > a.upper.x {
-                    break;
-                }
-                let (lower, upper) = (a.lower.max(b.lower), a.upper.min(b.upper));
-                if lower.cmpgt(upper).any() {
-                    continue;
-                }
-                looked_at += 1;
-                if looked_at > MOST_LOOKED_AT * (MOST_PAIRS + order.len()) {
-                    self.not_all_looked_at();
-                    break 'search;
-                }
-                let mine = mine.get_or_insert_with(|| self.spheres(&placed[a.grain]));
-                let overlap = self.overlap(mine, &placed[b.grain], [lower, upper]);
-                if overlap > DEEP_OVERLAP {
-                    found.push((a.grain.min(b.grain), a.grain.max(b.grain), overlap));
-                    if found.len() == most {
-                        break 'search;
-                    }
-                }
+        let mut mine = (usize::MAX, Vec::new());
+        let outcome = meeting(&mut hulls, MOST_COMPARED * most, |a, b, shared| {
+            looked_at += 1;
+            if looked_at > MOST_LOOKED_AT * most {
+                return false;
             }
+            if mine.0 != a.grain {
+                mine = (a.grain, self.spheres(&placed[a.grain]));
+            }
+            let overlap = self.overlap(&mine.1, &placed[b.grain], shared);
+            if overlap > DEEP_OVERLAP {
+                found.push((a.grain.min(b.grain), a.grain.max(b.grain), overlap));
+            }
+            found.len() < most
+        });
+        if outcome == Outcome::TooMany || looked_at > MOST_LOOKED_AT * most {
+            self.not_all_looked_at();
         }
         let at_least = if found.len() == most { "at least " } else { "" };
         found.sort_by_key(|&(a, b, _)| (a, b));
@@ -87,7 +127,8 @@ impl Search<'_> {
         self.report
             .warning(self.loaded.places.near("grains.0.shape"), "the grains are long for the places they are given")
             .label(format!(
-                "each comes near more than {MOST_LOOKED_AT} others: overlaps were not looked for in all pairs"
+                "each comes near more than {MOST_LOOKED_AT} others, or {MOST_COMPARED} lie about it: overlaps were not looked for \
+                 in all pairs"
             ))
             .help("check the units of shapes and positions");
     }
@@ -132,5 +173,57 @@ impl Search<'_> {
             }
         }
         largest
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn hull(grain: usize, middle: Vector, edges: Vector) -> Hull {
+        Hull { grain, lower: middle - 0.5 * edges, upper: middle + 0.5 * edges }
+    }
+
+    #[test]
+    fn pairs_of_boxes_are_those_of_comparing_all() {
+        let mut state = 11_u64;
+        let mut random = move || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as Real / (1_u64 << 53) as Real
+        };
+        let mut hulls: Vec<Hull> = (0..400)
+            .map(|n| {
+                let middle = Vector::new(10.0 * random(), 10.0 * random(), 10.0 * random());
+                // From small to far larger, long ones among them.
+                let size = 0.2 * 20.0_f64.powf(random().powi(4));
+                hull(n, middle, size * Vector::new(1.0, 0.3 + random(), 1.0))
+            })
+            .collect();
+        let meet = |a: &Hull, b: &Hull| a.lower.max(b.lower).cmple(a.upper.min(b.upper)).all();
+        let all = hulls.clone();
+        let mut expected: Vec<(usize, usize)> = (0..400).flat_map(|a| (0..a).map(move |b| (b, a))).collect();
+        expected.retain(|&(a, b)| meet(&all[a], &all[b]));
+        expected.sort_unstable();
+        let mut found = Vec::new();
+        let outcome = meeting(&mut hulls, usize::MAX, |a, b, _| {
+            found.push((a.grain.min(b.grain), a.grain.max(b.grain)));
+            true
+        });
+        found.sort_unstable();
+        assert_eq!((outcome, &found), (Outcome::All, &expected));
+        assert!(found.len() > 200, "{}", found.len());
+    }
+
+    #[test]
+    fn columns_are_looked_through_in_proportion_to_their_grains() {
+        for up in 0..3 {
+            let count = 50_000;
+            let at = |n: usize| Vector::AXES[up] * n as Real + 0.3 * Vector::splat((n % 3) as Real);
+            let mut column: Vec<Hull> = (0..count).map(|n| hull(n, at(n), Vector::splat(0.9))).collect();
+            assert_eq!(meeting(&mut column, 30 * count, |_, _, _| true), Outcome::All, "{up}");
+        }
+        // Boxes that all lie in one place are not compared without end.
+        let mut heap: Vec<Hull> = (0..2000).map(|n| hull(n, Vector::ZERO, Vector::ONE)).collect();
+        assert_eq!(meeting(&mut heap, 30 * 2000, |_, _, _| true), Outcome::TooMany);
     }
 }

@@ -64,6 +64,10 @@ summed! {
     ParticleTotals, PARTICLES {
         pushed_pairs: u64, "", "pairs that the dynamic stabilisation pushed apart";
         push_work: Real, "J", "work of these pushes (negative: taken from the water)";
+        #[serde(default)]
+        shifting_work: Real, "J", "kinetic energy that shifting particles has added (negative: taken)";
+        #[serde(default)]
+        shifting_impulse: [Real; 3], "N s", "momentum that it has added: part of `fluid_residual`";
         collisions: u64, "", "pairs that collided";
         clipped: u64, "", "particles put back from a wall";
         cut_voids: u64, "", "particles whose void fraction was raised to the least allowed";
@@ -118,6 +122,11 @@ impl ParticleTotals {
         }
         self.pushed_pairs += report.stabilised_pairs as u64;
         self.push_work += report.stabilisation_work;
+        self.shifting_work += report.shifting_work + report.energy.shifting;
+        self.shifting_impulse
+            .iter_mut()
+            .zip(report.shifting_impulse.to_array())
+            .for_each(|(sum, impulse)| *sum += impulse);
         self.collisions += report.collisions as u64;
         self.clipped += report.clipped as u64;
         self.cut_voids += report.coupling.cut_voids as u64;

@@ -140,6 +140,12 @@ fn poured(
     grains.place(&domain, &tank);
     let fluid = particles::fill(case, &domain, &grains, bed_height);
     recorder.say(&format!("poured {} particles of water", fluid.len()));
+    if !case.grains.is_empty() && case.preparation.relax_steps == 0 {
+        recorder.say(
+            "the water starts as it was poured between the grains: with `preparation.relax_steps = 500` it comes to rest \
+             first, the grains held",
+        );
+    }
     let settings = particles::settings(case, particles::level(case, bed_height));
     Ok(Some(Solver::new(domain, settings, tank, &fluid, grains)?))
 }

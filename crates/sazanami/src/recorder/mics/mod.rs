@@ -64,7 +64,7 @@ pub(crate) struct GridObserver {
     clipped: Real,
     findings: Findings,
     energies: Energies,
-    /// Largest place of liquid along x1 \[m], if there is any.
+    /// Largest place of the interface along x1 \[m], if there is liquid.
     front: Option<Real>,
 }
 
@@ -179,7 +179,9 @@ impl Observer for GridObserver {
         }
         let own = solver.grains().engine().grains();
         let mine: Real = (0..own.owned()).map(|n| own.kinetic_energy(n)).sum();
-        self.energies = Energies { fluid: solver.flow().kinetic_energy(domain), grains: domain.sum([mine])[0] };
+        self.energies = Energies { fluid: solver.fluid_energy(), grains: domain.sum([mine])[0] };
+        // The cell beyond the last one of a rank is another's.
+        solver.fill_halos();
         self.front = front(solver);
         if !grains.leads || grains.count() == 0 {
             return;
@@ -267,14 +269,26 @@ impl Observer for GridObserver {
     }
 }
 
-/// Largest place along x1 of a cell that is at least half liquid: the far side of the liquid in it \[m].
+/// Share of the liquid in the room it has in the cell at a place in memory; none where it has no room.
+fn liquid_share(solver: &Solver, at: usize) -> Option<Real> {
+    let [liquid, room] = solver.liquid_and_room(at);
+    if room == 1.0 { Some(liquid) } else { (room > 0.0).then(|| liquid / room) }
+}
+
+/// Largest place of the interface along x1 \[m]: of the last cell of a row that is at least half full, the liquid in it and
+/// in the next cell reaches that far from its lower side. Ghosts are filled.
 fn front(solver: &Solver) -> Option<Real> {
     let domain = solver.domain();
     let (grid, start) = (domain.grid(), domain.start());
-    let c = solver.flow().volume_fraction.data();
-    let end_of = |i: usize| grid.lower.x + grid.spacing.x * ((i + start[0]) as Real + 1.0);
+    let ends = domain.at_box_end(0, 1);
+    let share = |at: usize| liquid_share(solver, at).unwrap_or_default();
     let found = domain.max(domain.max_rows(&domain.interior(), |row| {
-        c[row.shifted(0)].iter().rposition(|&c| c >= 0.5).map_or(Real::NEG_INFINITY, end_of)
+        let cells = row.shifted(0);
+        let (first, last) = (cells.start, cells.end - 1);
+        cells.rev().find(|&at| share(at) >= 0.5).map_or(Real::NEG_INFINITY, |at| {
+            let beyond = if ends && at == last { 0.0 } else { share(at + 1) };
+            grid.lower.x + grid.spacing.x * ((at - first + start[0]) as Real + share(at) + beyond)
+        })
     }));
     found.is_finite().then_some(found)
 }

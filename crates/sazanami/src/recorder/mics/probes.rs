@@ -11,12 +11,14 @@ use crate::case::meaning::{Case, Probe, ProbePlace};
 use crate::columns::{Cell, cells, quantity};
 use crate::job::RecordError;
 use crate::recorder::columns::{GAUGE, ProbeColumns};
+use crate::recorder::mics::liquid_share;
 use crate::recorder::observer::Output;
 
 /// What is found at a point.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct AtPoint {
-    liquid_fraction: Real,
+    /// None where liquid has no room.
+    liquid_fraction: Option<Real>,
     pressure: Real,
     velocity: Vector,
 }
@@ -45,7 +47,12 @@ pub(super) const COLUMNS: ProbeColumns<AtPoint, ThroughPlane, OfBody> =
     ProbeColumns { at_point: AT_POINT, through_plane: THROUGH_PLANE, of_body: OF_BODY };
 
 const AT_POINT: &[Cell<AtPoint>] = &[
-    quantity("liquid_fraction", "", "volume fraction C of the liquid", |at| at.liquid_fraction.into()),
+    quantity(
+        "liquid_fraction",
+        "",
+        "volume fraction C of the liquid; with `coupling.room = \"open\"` its share of the open part, empty where there is none",
+        |at| at.liquid_fraction.into(),
+    ),
     quantity("pressure", "Pa", "pressure", |at| at.pressure.into()),
     quantity("velocity_1", "m/s", "velocity along x1", |at| at.velocity.x.into()),
     quantity("velocity_2", "m/s", "along x2", |at| at.velocity.y.into()),
@@ -120,27 +127,32 @@ fn measure(case: &Case, solver: &Solver, time: Real, probe: &Probe) -> Vec<Value
 /// Values interpolated linearly between cell centres; the rank whose part holds the point gives them. `drift` is the
 /// velocity of the tank in the frame that is written [m/s].
 fn at_point(solver: &Solver, point: Vector, drift: Vector) -> AtPoint {
-    let [liquid_fraction, pressure, u1, u2, u3] = fields_at(solver, point);
+    let [liquid, room, pressure, u1, u2, u3] = fields_at(solver, point);
+    let liquid_fraction = if solver.has_open_room() { (room > 0.0).then(|| liquid / room) } else { Some(liquid) };
     AtPoint { liquid_fraction, pressure, velocity: Vector::new(u1, u2, u3) + drift }
 }
 
-fn fields_at(solver: &Solver, point: Vector) -> [Real; 5] {
+/// Liquid and its room, in cell volumes, pressure and velocity.
+fn fields_at(solver: &Solver, point: Vector) -> [Real; 6] {
     let domain = solver.domain();
     if domain.owner_of(point) != domain.communicator().rank() {
-        return domain.sum([0.0; 5]);
+        return domain.sum([0.0; 6]);
     }
     let grid = domain.grid();
     // Between the centres of the outermost cells of the box nothing is extrapolated.
     let last = Vector::new(grid.cells[0] as Real, grid.cells[1] as Real, grid.cells[2] as Real) - 1.0;
     let place = ((point - grid.lower) / grid.spacing - 0.5).clamp(Vector::ZERO, last);
-    let [u1, u2, u3] = &solver.flow().velocity;
-    let fields = [&solver.flow().volume_fraction, solver.pressure(), u1, u2, u3];
-    domain.sum(fields.map(|field| interpolate(domain, field, place)))
+    let (pressure, u) = (solver.pressure().data(), solver.flow().velocity.each_ref().map(Field::data));
+    domain.sum(interpolate(solver, place, |at| {
+        let [liquid, room] = solver.liquid_and_room(at);
+        [liquid, room, pressure[at], u[0][at], u[1][at], u[2][at]]
+    }))
 }
 
-fn interpolate(domain: &Domain, field: &Field<Real>, place: Vector) -> Real {
+fn interpolate<const N: usize>(solver: &Solver, place: Vector, value: impl Fn(usize) -> [Real; N]) -> [Real; N] {
+    let (domain, layout) = (solver.domain(), solver.pressure());
     let (cells, start) = (domain.cells(), domain.start());
-    let mut sum = 0.0;
+    let mut sum = [0.0; N];
     for corner in 0..8_usize {
         let mut weight = 1.0;
         let mut cell = [0_isize; 3];
@@ -153,7 +165,8 @@ fn interpolate(domain: &Domain, field: &Field<Real>, place: Vector) -> Real {
             cell[d] = index.clamp(-1, cells[d] as isize);
         }
         if weight > 0.0 {
-            sum += weight * field[cell];
+            let values = value(layout.at(cell[0], cell[1], cell[2]));
+            sum.iter_mut().zip(values).for_each(|(sum, value)| *sum += weight * value);
         }
     }
     sum
@@ -169,14 +182,14 @@ fn through_plane(domain: &Domain, solver: &Solver, direction: usize, position: R
         range[direction] = local..local + 1;
         let behind = -domain.strides()[direction];
         let flow = solver.flow();
-        let (u, c, p) = (flow.face_velocity[direction].data(), flow.volume_fraction.data(), solver.pressure().data());
+        let (u, p) = (flow.face_velocity[direction].data(), solver.pressure().data());
         found = domain.sum_rows(&range, |row| {
             let mut sum = [0.0; 4];
             for at in row.shifted(0) {
                 let before = (at as isize + behind) as usize;
                 let donor = if u[at] > 0.0 { before } else { at };
                 sum[0] += u[at];
-                sum[1] += u[at] * c[donor];
+                sum[1] += u[at] * liquid_share(solver, donor).unwrap_or_default();
                 sum[2] += 0.5 * (p[at] + p[before]);
                 sum[3] += 1.0;
             }
@@ -214,7 +227,8 @@ fn of_body(solver: &Solver, id: u64, [shift, drift]: [Vector; 2]) -> OfBody {
     OfBody { position, velocity, spin, fluid_force, contact_force, fluid_torque }
 }
 
-/// Height above the floor that the liquid in the column of cells over a place would fill \[m], and the floor's height.
+/// Height above the floor that the liquid in the column of cells over a place would fill, grains in it too \[m], and the
+/// floor's height.
 fn level(solver: &Solver, [x, y]: [Real; 2]) -> Real {
     let domain = solver.domain();
     let grid = domain.grid();
@@ -224,8 +238,15 @@ fn level(solver: &Solver, [x, y]: [Real; 2]) -> Real {
     let range = domain.interior();
     let mut depth = 0.0;
     if range[0].contains(&local[0]) && range[1].contains(&local[1]) {
-        let c = &solver.flow().volume_fraction;
-        depth = range[2].clone().map(|k| c[[local[0], local[1], k]]).sum::<Real>() * grid.spacing.z;
+        let layout = solver.pressure();
+        let share = |k: isize| liquid_share(solver, layout.at(local[0], local[1], k));
+        let mut below = range[2].clone().find_map(share).unwrap_or_default();
+        for k in range[2].clone() {
+            // A cell without room has the share of the one below it.
+            below = share(k).unwrap_or(below);
+            depth += below;
+        }
+        depth *= grid.spacing.z;
     }
     let [depth] = domain.sum([depth]);
     grid.lower.z + depth

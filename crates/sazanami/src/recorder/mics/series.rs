@@ -12,7 +12,7 @@ use sazanami_observe::budget::MomentumBudget;
 use sazanami_observe::erosion::Erosion;
 use sazanami_observe::splash::Splash;
 
-use super::GridObserver;
+use super::{GridObserver, liquid_share};
 use crate::case::meaning::FieldPrecision;
 use crate::clock::Clock;
 use crate::columns::{Quantity, cells, headings, quantity};
@@ -144,7 +144,12 @@ pub(in crate::recorder) const SERIES: &[SeriesCell<GridObserver>] = &[
         "the residual of all directions over the largest term of the budget",
         |row| of_budget(row, MomentumBudget::relative_residual),
     ),
-    quantity("front", "m", "largest x1 of a cell at least half full of liquid", |row| row.observer.front.into()),
+    quantity(
+        "front",
+        "m",
+        "largest x1 of the interface in rows of cells: where the liquid of the last cell at least half full, and of the next, would end",
+        |row| row.observer.front.into(),
+    ),
 ];
 
 /// Columns of the series of a run whose crater is evaluated.
@@ -197,7 +202,7 @@ pub(super) fn tables(observer: &GridObserver, clock: &Clock, files: &mut Files) 
 pub(super) fn fields(solver: &Solver, Output { job, clock, files }: Output) -> Result<(), RecordError> {
     let domain = solver.domain();
     let flow = solver.flow();
-    let Fractions { liquid, solid } = Fractions::gather(solver);
+    let Fractions { liquid, beside_grains } = Fractions::gather(solver);
     let pressure = domain.gather(solver.pressure());
     let mut velocity = flow.velocity.each_ref().map(|u| domain.gather(u));
     let Some(files) = files else { return Ok(()) };
@@ -205,10 +210,10 @@ pub(super) fn fields(solver: &Solver, Output { job, clock, files }: Output) -> R
     for (u, drift) in velocity.iter_mut().zip(drift.to_array()).filter(|(_, drift)| *drift != 0.0) {
         u.iter_mut().for_each(|u| *u += drift);
     }
-    let outside = solid.as_ref().map(|solid| outside_grains(&liquid, solid));
     let mut scalars = vec![("liquid_fraction", &liquid), ("pressure", &pressure)];
-    scalars.extend(outside.as_ref().map(|values| ("liquid_outside_grains", values)));
-    scalars.extend(solid.as_ref().map(|values| ("solid_fraction", values)));
+    if let Some([solid, outside]) = &beside_grains {
+        scalars.extend([("liquid_outside_grains", outside), ("solid_fraction", solid)]);
+    }
     let parts = velocity.each_ref().map(Vec::as_slice);
     let mut arrays = Vec::new();
     for (name, values) in scalars {
@@ -229,56 +234,61 @@ pub(super) fn fields(solver: &Solver, Output { job, clock, files }: Output) -> R
 /// The water as arrays, by the names of its files; on rank 0. All ranks take part.
 pub(super) fn state(solver: &Solver, job: &Job, clock: &Clock) -> Option<WaterState> {
     let domain = solver.domain();
-    let Fractions { liquid, solid } = Fractions::gather(solver);
+    let Fractions { liquid, beside_grains } = Fractions::gather(solver);
     let pressure = domain.gather(solver.pressure());
     let [u, v, w] = solver.flow().velocity.each_ref().map(|u| domain.gather(u));
     if domain.communicator().rank() != 0 {
         return None;
     }
     let [shift, drift] = job.case.to_written_frame(clock.time());
-    let outside = solid.as_ref().map(|solid| outside_grains(&liquid, solid));
     let velocity = u.iter().zip(&v).zip(&w).flat_map(|((u, v), w)| [u + drift.x, v + drift.y, w + drift.z]);
     let mut arrays = vec![Array::reals("velocity", 3, velocity)];
-    let scalars = [
-        ("liquid_fraction", Some(liquid)),
-        ("pressure", Some(pressure)),
-        ("liquid_outside_grains", outside),
-        ("solid_fraction", solid),
-    ];
-    arrays.extend(scalars.into_iter().filter_map(|(name, values)| Some(Array::reals(name, 1, values?))));
+    let mut scalars = vec![("liquid_fraction", liquid), ("pressure", pressure)];
+    if let Some([solid, outside]) = beside_grains {
+        scalars.extend([("liquid_outside_grains", outside), ("solid_fraction", solid)]);
+    }
+    arrays.extend(scalars.into_iter().map(|(name, values)| Array::reals(name, 1, values)));
     let grid = Grid { lower: domain.grid().lower + shift, ..*domain.grid() };
     Some(WaterState::Grid { grid, arrays })
 }
 
 /// Parts of the cells of the whole box, on rank 0.
 pub(super) struct Fractions {
-    /// Volume fraction that the flow transports, within grains too.
+    /// Share of the liquid: of the cell, within grains too, or of its open part if liquid has only that as its room (NaN where there
+    /// is none).
     pub liquid: Vec<Real>,
-    /// Part covered by grains; `None` without grains.
-    pub solid: Option<Vec<Real>>,
+    /// Parts of each cell covered by grains, and liquid outside them; `None` without grains.
+    pub beside_grains: Option<[Vec<Real>; 2]>,
 }
 
 impl Fractions {
-    /// Gathers both. All ranks take part.
+    /// Gathers them. All ranks take part.
     pub fn gather(solver: &Solver) -> Self {
         let (domain, grains) = (solver.domain(), solver.grains());
-        let liquid = domain.gather(&solver.flow().volume_fraction);
-        let solid = (!grains.is_empty()).then(|| domain.gather(&grains.covered().solid_fraction));
+        if grains.is_empty() {
+            return Self { liquid: domain.gather(&solver.flow().volume_fraction), beside_grains: None };
+        }
         // Grains may overlap: a cell holds no more than itself.
-        let solid = solid.map(|parts| parts.into_iter().map(|alpha| alpha.min(1.0)).collect());
-        Self { liquid, solid }
+        let covered = domain.gather(&grains.covered().solid_fraction);
+        let solid: Vec<Real> = covered.into_iter().map(|alpha| alpha.min(1.0)).collect();
+        if !solver.has_open_room() {
+            let liquid = domain.gather(&solver.flow().volume_fraction);
+            let outside = liquid.iter().zip(&solid).map(|(c, alpha)| c * (1.0 - alpha)).collect();
+            return Self { liquid, beside_grains: Some([solid, outside]) };
+        }
+        let gather = |of: &(dyn Fn(usize) -> Real + Sync)| {
+            let mut field = domain.field(0.0);
+            domain.for_each_row(&domain.interior(), field.data_mut(), |row, values| {
+                values.iter_mut().zip(row.shifted(0)).for_each(|(value, at)| *value = of(at));
+            });
+            domain.gather(&field)
+        };
+        let liquid = gather(&|at| liquid_share(solver, at).unwrap_or(Real::NAN));
+        Self { liquid, beside_grains: Some([solid, gather(&|at| solver.liquid_and_room(at)[0])]) }
     }
 
     /// Part of each cell that is liquid outside grains.
     pub fn outside_grains(self) -> Vec<Real> {
-        match &self.solid {
-            Some(solid) => outside_grains(&self.liquid, solid),
-            None => self.liquid,
-        }
+        self.beside_grains.map_or(self.liquid, |[_, outside]| outside)
     }
-}
-
-/// Of each cell that part of the liquid that lies outside grains, from its volume fraction and the covered part.
-fn outside_grains(liquid: &[Real], solid: &[Real]) -> Vec<Real> {
-    liquid.iter().zip(solid).map(|(c, alpha)| c * (1.0 - alpha)).collect()
 }

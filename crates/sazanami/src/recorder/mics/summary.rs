@@ -178,6 +178,12 @@ pub(in crate::recorder) const CONSERVATION: &[Field<GridObserver>] = &[
     quantity("momentum_residual_relative", "", "momentum residual over the largest term of the budget", |observer| {
         json!(observer.momentum.as_ref().map(MomentumBudget::relative_residual))
     }),
+    quantity(
+        "momentum_residual_of_exchange",
+        "",
+        "momentum residual over the largest momentum that the grains have had from the fluid so far",
+        |observer| json!(observer.momentum.as_ref().and_then(MomentumBudget::residual_of_exchange)),
+    ),
     quantity("momentum_residual_of_initial", "", "momentum residual over the momentum at the start", |observer| {
         json!(observer.momentum.as_ref().and_then(MomentumBudget::residual_of_initial))
     }),
