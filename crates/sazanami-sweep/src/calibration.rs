@@ -446,7 +446,7 @@ awk -v key="$(value cfl "$2")" -v seed="$(value seed "$2")" 'BEGIN {
         let fit = found_with("[1, 2, 3, 4]", "10");
         let (distance, uncertainty) = off(&fit);
         let error = fit.targets[0].error.unwrap();
-        assert!(fit.is_met && fit.runs % 4 == 0, "{fit:?}");
+        assert!(fit.is_met && fit.runs.is_multiple_of(4), "{fit:?}");
         // The standard deviation of what is drawn, over the root of four.
         assert!((error - 0.301_039_9).abs() < 1e-6, "{fit:?}");
         assert!((uncertainty / (error.hypot(0.05) / 10.0) - 1.0).abs() < 1e-6, "{fit:?}");
