@@ -16,6 +16,7 @@ use crate::contact::counters::Counters;
 use crate::contact::incoming::Incoming;
 use crate::contact::laws::{Interactions, LawTable};
 use crate::contact::neighbours::ListBuilder;
+use crate::contact::pace::{PACES, Pace};
 use crate::contact::record::ContactRecord;
 use crate::contact::search::SphereArrays;
 use crate::error::DemError;
@@ -56,10 +57,12 @@ pub struct Engine {
     /// Angles that balls have turned through in the present call \[rad].
     turned: Vec<Vector>,
     travel: Vec<Real>,
-    /// Upper bound of every grain's travel since the lists were built \[m].
-    largest_travel: Real,
-    /// Largest increment of an own grain's travel that is not in `largest_travel` yet \[m].
-    pending_travel: Real,
+    /// How fast each grain was when the lists were built.
+    paces: Vec<Pace>,
+    /// Upper bound of the travel since the lists were built of every grain of a pace or a slower one \[m].
+    largest_travel: [Real; PACES],
+    /// Largest increments of own grains' travel that are not in `largest_travel` yet, by pace \[m].
+    pending_travel: [Real; PACES],
     wall_travel: Vec<Real>,
     blocks: Vec<Block>,
     /// Contiguous counters of the last sub-step, one per block.
@@ -127,8 +130,9 @@ impl Engine {
             mass_properties: Vec::new(),
             turned: Vec::new(),
             travel: Vec::new(),
-            largest_travel: 0.0,
-            pending_travel: 0.0,
+            paces: Vec::new(),
+            largest_travel: [0.0; PACES],
+            pending_travel: [0.0; PACES],
             blocks: Vec::new(),
             block_counters: Vec::new(),
             former: Vec::new(),

@@ -51,8 +51,10 @@ impl Block {
         let mut checked = 0;
         self.due.clear();
         let mine = &context.travel[self.first..];
-        for ((range, row_skip_until), mine) in self.starts.windows(2).zip(&mut self.row_skip_until).zip(mine) {
-            if mine + context.largest_travel < *row_skip_until {
+        let rows = self.starts.windows(2).zip(&self.row_paces).zip(&mut self.row_skip_until).zip(mine);
+        for (((range, pace), row_skip_until), mine) in rows {
+            let largest_travel = context.largest_travel[pace.index()];
+            if mine + largest_travel < *row_skip_until {
                 continue;
             }
             checked += 1;
@@ -68,7 +70,7 @@ impl Block {
                     least = least.min(skip_until - other);
                 }
             }
-            *row_skip_until = least + context.largest_travel;
+            *row_skip_until = least + largest_travel;
         }
         checked
     }
@@ -113,9 +115,10 @@ impl Block {
     /// Limits the skipping of a row to that of its pair `p`.
     pub(super) fn lower_row_limit(&mut self, context: &ContactContext<'_>, p: u32) {
         let pair = &self.pairs[p as usize];
-        let row_skip_until = &mut self.row_skip_until[pair.low as usize - self.first];
-        *row_skip_until = row_skip_until
-            .min(self.skip_until[p as usize] - context.travel[pair.high as usize] + context.largest_travel);
+        let row = pair.low as usize - self.first;
+        let largest_travel = context.largest_travel[self.row_paces[row].index()];
+        let skip_until = self.skip_until[p as usize] - context.travel[pair.high as usize] + largest_travel;
+        self.row_skip_until[row] = self.row_skip_until[row].min(skip_until);
     }
 
     /// Judges a pair that is due by the sphere pairs stored with it, or if that is not enough measures all.
