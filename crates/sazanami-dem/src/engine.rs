@@ -75,6 +75,8 @@ pub struct Engine {
     pub(crate) records: Vec<ContactRecord>,
     /// Whether blocks and records belong to the present grains: false before the first list.
     listed: bool,
+    /// Time from the last evaluation of contacts to the present places \[s].
+    since_contacts: Real,
     /// Overlap over a contact sphere's radius above which a run ends.
     largest_overlap_allowed: Real,
     /// Whether a grain changes its owner in the step in which it crosses a boundary between ranks.
@@ -142,6 +144,7 @@ impl Engine {
             exchange: Exchange::default(),
             records,
             listed: false,
+            since_contacts: 0.0,
             largest_overlap_allowed: LARGEST_OVERLAP,
             owned_promptly: false,
             time_step: Real::INFINITY,
@@ -356,6 +359,7 @@ impl Engine {
                 domain.agree(outcome)?;
             }
         }
+        self.since_contacts = 0.5 * h;
         self.check_finite(domain, count)?;
         self.finish(domain)?;
         self.report(domain, &mut report, [counters, deepest], deep);

@@ -8,7 +8,7 @@ use super::block::Block;
 use super::context::ContactContext;
 use super::laws::Interactions;
 use super::pace::Pace;
-use super::pair::{Contact, Pair};
+use super::pair::{Contact, Pair, give};
 use super::record::ContactRecord;
 use super::search::{NearestSpheres, PlacedCapsule};
 use super::walls::{WallContact, WallPair};
@@ -181,6 +181,7 @@ fn pair(grains: &Grains, interactions: &Interactions, [low, high]: [u32; 2], ima
         multiplicity: interactions.laws()[law as usize].options().multiplicity,
         touching,
         contacts: 0,
+        give: give([inverse(l), inverse(h)]),
     }
 }
 
@@ -236,6 +237,7 @@ fn add_walls(
             wall: w as u32,
             law,
             factor,
+            give: give([grains.mass[grain].recip(), 0.0]),
             skip_until: context.travel[grain] + context.wall_travel[w] + left.max(height * (1.0 - 1e-9)),
             multiplicity: interactions.laws()[law as usize].options().multiplicity,
         });

@@ -214,9 +214,8 @@ impl Engine {
         // Numbers that are not negative are ordered as their bits are.
         let farthest = [const { AtomicU64::new(0) }; PACES];
         let Self { grains, poses, rotations, turned, travel, paces, mass_properties, blocks, incoming, .. } = self;
-        let now = &self.time;
         let (skin, paces) = (&grains.skin[..owned], &paces[..owned]);
-        let contacts = Contacts { blocks, incoming, time: *now };
+        let contacts = Contacts { blocks, incoming, time: self.time };
         let gravity = kick.map_or(Vector::ZERO, |kick| kick.h * kick.gravity);
         let motion = (
             &mut grains.unwrapped[..owned],
