@@ -16,6 +16,7 @@ use crate::contact::counters::Counters;
 use crate::contact::incoming::Incoming;
 use crate::contact::laws::{Interactions, LawTable};
 use crate::contact::neighbours::ListBuilder;
+use crate::contact::pace::{PACES, Pace};
 use crate::contact::record::ContactRecord;
 use crate::contact::search::SphereArrays;
 use crate::error::DemError;
@@ -56,10 +57,12 @@ pub struct Engine {
     /// Angles that balls have turned through in the present call \[rad].
     turned: Vec<Vector>,
     travel: Vec<Real>,
-    /// Upper bound of every grain's travel since the lists were built \[m].
-    largest_travel: Real,
-    /// Largest increment of an own grain's travel that is not in `largest_travel` yet \[m].
-    pending_travel: Real,
+    /// How fast each grain was when the lists were built.
+    paces: Vec<Pace>,
+    /// Upper bound of the travel since the lists were built of every grain of a pace or a slower one \[m].
+    largest_travel: [Real; PACES],
+    /// Largest increments of own grains' travel that are not in `largest_travel` yet, by pace \[m].
+    pending_travel: [Real; PACES],
     wall_travel: Vec<Real>,
     blocks: Vec<Block>,
     /// Contiguous counters of the last sub-step, one per block.
@@ -72,6 +75,8 @@ pub struct Engine {
     pub(crate) records: Vec<ContactRecord>,
     /// Whether blocks and records belong to the present grains: false before the first list.
     listed: bool,
+    /// Time from the last evaluation of contacts to the present places \[s].
+    since_contacts: Real,
     /// Overlap over a contact sphere's radius above which a run ends.
     largest_overlap_allowed: Real,
     /// Whether a grain changes its owner in the step in which it crosses a boundary between ranks.
@@ -127,8 +132,9 @@ impl Engine {
             mass_properties: Vec::new(),
             turned: Vec::new(),
             travel: Vec::new(),
-            largest_travel: 0.0,
-            pending_travel: 0.0,
+            paces: Vec::new(),
+            largest_travel: [0.0; PACES],
+            pending_travel: [0.0; PACES],
             blocks: Vec::new(),
             block_counters: Vec::new(),
             former: Vec::new(),
@@ -138,6 +144,7 @@ impl Engine {
             exchange: Exchange::default(),
             records,
             listed: false,
+            since_contacts: 0.0,
             largest_overlap_allowed: LARGEST_OVERLAP,
             owned_promptly: false,
             time_step: Real::INFINITY,
@@ -352,6 +359,7 @@ impl Engine {
                 domain.agree(outcome)?;
             }
         }
+        self.since_contacts = 0.5 * h;
         self.check_finite(domain, count)?;
         self.finish(domain)?;
         self.report(domain, &mut report, [counters, deepest], deep);

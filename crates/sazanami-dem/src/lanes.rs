@@ -53,12 +53,6 @@ impl<const W: usize> Lanes<W> {
         self.zip(other, |a, b| if a < b { a } else { b })
     }
 
-    /// The largest, NaN left out.
-    #[inline(always)]
-    pub fn largest(self) -> Real {
-        self.0.into_iter().fold(Real::NEG_INFINITY, Real::max)
-    }
-
     #[inline(always)]
     pub fn abs(self) -> Self {
         self.map(Real::abs)

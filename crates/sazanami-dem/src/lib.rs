@@ -37,7 +37,7 @@ pub use contact::public::*;
 pub use engine::{ContactReport, Drag, Engine, LARGEST_OVERLAP, Loads, Setup, Substeps, Vicinity};
 pub use error::DemError;
 pub use grain::{ATTACHED, Grain, Grains, Motion};
-pub use material::{ContactOptions, HistoryRotation, Multiplicity, SlipDirection};
+pub use material::{ContactOptions, ContactStart, HistoryRotation, Multiplicity, SlipDirection};
 pub use packing::{Lattice, Packing, PackingReport, PackingSettings, Stage, TILT, Tapping, lying_order};
 pub use random::Random;
 pub use sazanami_numerics::particles::WALL;

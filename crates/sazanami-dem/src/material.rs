@@ -41,6 +41,30 @@ choices! {
     }
 }
 
+choices! {
+    /// From when on the tangential spring of a new contact grows, and with it how long a sub-step may be.
+    #[derive(Default)]
+    pub enum ContactStart {
+        /// From the beginning of the sub-step in which the spheres meet; sub-steps of 0.057 pi sqrt(m*/K).
+        #[default]
+        SubStep = "sub_step",
+        /// From the moment in which they touch, and the tangential dashpot acts at the time of the spring; sub-steps of
+        /// 0.075 pi sqrt(m*/K).
+        Touch = "touch",
+    }
+}
+
+impl ContactStart {
+    /// Longest sub-step over the half period `pi sqrt(m*/K)` of the stiffest contact.
+    #[must_use]
+    pub const fn substep_factor(self) -> Real {
+        match self {
+            Self::SubStep => 0.057,
+            Self::Touch => 0.075,
+        }
+    }
+}
+
 /// Parameters that every contact law has besides its springs and dashpots.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactOptions {
@@ -56,6 +80,8 @@ pub struct ContactOptions {
     pub history: HistoryRotation,
     /// Effect of several sphere contacts in one pair of grains.
     pub multiplicity: Multiplicity,
+    /// Beginning of a contact's tangential spring.
+    pub contact_start: ContactStart,
 }
 
 impl ContactOptions {

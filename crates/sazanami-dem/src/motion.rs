@@ -157,36 +157,33 @@ fn spins<const W: usize>(r: &Rotations<W>, inverse_inertia: Lanes3<W>, momentum:
 }
 
 impl Moving<'_> {
-    /// Kicks all grains and lets them drift. Returns the largest increment of a travel \[m].
-    pub fn kick_and_drift(&mut self, step: &KickAndDrift<'_>) -> Real {
+    /// Kicks all grains and lets them drift.
+    pub fn kick_and_drift(&mut self, step: &KickAndDrift<'_>) {
         let count = self.poses.len();
-        let (mut at, mut farthest) = (0, 0.0);
+        let mut at = 0;
         while at < count {
             let ball = self.mass_properties[at].ball;
             let alike = |i: &MassProperties| i.motion == Motion::Free && i.ball == ball;
             let several = at + WIDTH <= count && self.mass_properties[at..at + WIDTH].iter().all(alike);
-            let (width, distance) = if several && ball {
-                (WIDTH, self.drift_free::<WIDTH, true>(at, step))
+            if several && ball {
+                self.drift_free::<WIDTH, true>(at, step);
             } else if several {
-                (WIDTH, self.drift_free::<WIDTH, false>(at, step))
+                self.drift_free::<WIDTH, false>(at, step);
             } else {
-                let distance = match self.mass_properties[at].motion {
+                match self.mass_properties[at].motion {
                     Motion::Free if ball => self.drift_free::<1, true>(at, step),
                     Motion::Free => self.drift_free::<1, false>(at, step),
                     Motion::Prescribed => self.drift_prescribed(at, step.time),
                     Motion::WithWalls => self.drift_with_walls(at, step.time),
-                    Motion::Fixed => 0.0,
-                };
-                (1, distance)
-            };
-            farthest = Real::max(farthest, distance);
-            at += width;
+                    Motion::Fixed => {}
+                }
+            }
+            at += if several { WIDTH } else { 1 };
         }
-        farthest
     }
 
     #[inline(always)]
-    fn drift_free<const W: usize, const BALL: bool>(&mut self, at: usize, step: &KickAndDrift<'_>) -> Real {
+    fn drift_free<const W: usize, const BALL: bool>(&mut self, at: usize, step: &KickAndDrift<'_>) {
         let time = Lanes::<W>::splat(step.time);
         let mass_properties: [&MassProperties; W] = std::array::from_fn(|l| &self.mass_properties[at + l]);
         let inverse_mass = Lanes::from_fn(|l| mass_properties[l].inverse_mass);
@@ -227,22 +224,20 @@ impl Moving<'_> {
             pose.spin = after.lane(l);
             self.travel[at + l] += distance.0[l];
         }
-        distance.largest()
     }
 
     /// Drift of a grain that moves with the walls and does not rotate.
-    fn drift_with_walls(&mut self, at: usize, time: Real) -> Real {
+    fn drift_with_walls(&mut self, at: usize, time: Real) {
         let velocity = self.velocity[at];
         self.unwrapped[at] += time * velocity;
         self.poses[at].unwrapped = self.unwrapped[at];
         let (unwrapped, arm) = (Lanes3::splat(self.unwrapped[at]), Lanes::splat(self.mass_properties[at].arm));
         let distance = distance(Lanes3::<1>::splat(velocity), Lanes3::splat(Vector::ZERO), arm, unwrapped, time).0[0];
         self.travel[at] += distance;
-        distance
     }
 
     /// Moves a grain whose velocity and angular velocity are prescribed.
-    fn drift_prescribed(&mut self, at: usize, time: Real) -> Real {
+    fn drift_prescribed(&mut self, at: usize, time: Real) {
         let mass_properties = &self.mass_properties[at];
         let spin = self.poses[at].spin;
         self.unwrapped[at] += time * self.velocity[at];
@@ -259,7 +254,6 @@ impl Moving<'_> {
         let momentum = self.angular_momentum[at];
         self.rotations[at] =
             self.poses[at].set(self.unwrapped[at], self.orientation[at], self.velocity[at], momentum, mass_properties);
-        distance
     }
 }
 

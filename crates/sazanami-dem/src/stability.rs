@@ -11,9 +11,11 @@ use sazanami_numerics::domain::Domain;
 
 use crate::body::Body;
 use crate::contact::laws::Interactions;
+use crate::material::ContactStart;
 
-/// Longest sub-step over the half period `pi sqrt(m*/K)` of the stiffest contact.
-pub const SUBSTEP_FACTOR: Real = 0.057;
+/// Longest sub-step over the half period `pi sqrt(m*/K)` of the stiffest contact, where nothing else is chosen
+/// ([`ContactStart`]).
+pub const SUBSTEP_FACTOR: Real = ContactStart::SubStep.substep_factor();
 
 /// The smallest effective masses at contact points of the grains of each material.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,21 +54,25 @@ impl EffectiveMasses {
     }
 
     /// Longest sub-step that resolves every contact of these grains with each other and with walls of any of the
-    /// materials, `0.057 pi sqrt(m*/K)` \[s]; infinite without grains.
+    /// materials, `0.057 pi sqrt(m*/K)` \[s], or `0.075` ([`ContactStart`]); infinite without grains.
     #[must_use]
     pub fn longest_substep(&self, interactions: &Interactions) -> Real {
         let materials = interactions.materials();
-        let mut square: Real = 0.0;
+        let mut longest = Real::INFINITY;
         for a in 0..materials {
             for b in 0..materials {
                 // A wall has no curvature: the effective radius of a contact is at most that of its larger sphere.
                 let radius = self.radius[a].max(self.radius[b]);
-                let [normal, tangential] = interactions.law(a as u32, b as u32).stiffness(radius);
+                let law = interactions.law(a as u32, b as u32);
+                let [normal, tangential] = law.stiffness(radius);
                 let sum = |d: usize| self.inverse[a][d] + self.inverse[b][d];
-                square = square.max(normal * sum(0)).max(tangential * sum(1));
+                let square = Real::max(normal * sum(0), tangential * sum(1));
+                if square > 0.0 {
+                    longest = longest.min(law.options().contact_start.substep_factor() * PI / square.sqrt());
+                }
             }
         }
-        if square > 0.0 { SUBSTEP_FACTOR * PI / square.sqrt() } else { Real::INFINITY }
+        longest
     }
 }
 
@@ -87,5 +93,8 @@ mod tests {
         let softer = LinearSpringDashpot { tangential_stiffness: 1e3, ..law };
         let found = masses.longest_substep(&Interactions::uniform(1, softer));
         assert!((found / (expected * 3.5_f64.sqrt()) - 1.0).abs() < 1e-12, "then by the normal one: {found}");
+        let from_touch = LinearSpringDashpot { contact_start: ContactStart::Touch, ..law };
+        let found = masses.longest_substep(&Interactions::uniform(1, from_touch));
+        assert!((found / expected - 0.075 / 0.057).abs() < 1e-12, "{found} {expected}");
     }
 }

@@ -112,6 +112,75 @@ fn the_usual_sub_step_keeps_restitution_within_two_percent() {
     }
 }
 
+/// Sub-steps in the contact of a ball with a wall, where they are as long as the engine lets them be.
+fn usual_steps(start: ContactStart) -> Real {
+    3.5_f64.sqrt() / start.substep_factor()
+}
+
+/// Normal velocity and speed of the surface by the spin after an impact at `angle` \[degrees] from the normal, over the
+/// normal and the tangential speed before: means over twelve moments within a sub-step at which ball and floor meet.
+fn mean_impact(angle: Real, law: LinearSpringDashpot, steps: Real) -> [Real; 2] {
+    let domain = domain();
+    let radius = 3.5e-4;
+    let (along, down) = (0.3 * angle.to_radians().sin(), 0.3 * angle.to_radians().cos());
+    let mut mean = [0.0; 2];
+    for phase in 0..12 {
+        let mass = 2650.0 * Body::ball(radius).volume;
+        let step = std::f64::consts::PI * (mass / law.normal_stiffness).sqrt() / steps;
+        let height = radius + (0.5 + Real::from(phase)) / 12.0 * down * step;
+        let velocity = Vector::new(along, 0.0, -down);
+        let grain = Grain { velocity, ..Grain::new(1, 2650.0, Vector::new(0.0, 0.0, height)) };
+        let mut engine = Engine::new(&domain, setup(radius, law, floor()), &[grain]).expect("the case is sound");
+        for _ in 0..(3.0 * steps) as usize {
+            engine.advance(&domain, &Loads::none(), Vector::ZERO, step, Substeps::Fixed(1)).expect("the case is sound");
+        }
+        let spin = engine.grains().angular_velocity(0).length();
+        let found = [engine.grains().velocity[0].z / down, spin * radius / along];
+        (0..2).for_each(|n| mean[n] += found[n] / 12.0);
+    }
+    mean
+}
+
+#[test]
+fn sub_steps_of_contacts_from_touch_keep_the_mean_restitution_within_one_percent() {
+    let start = ContactStart::Touch;
+    for e in [0.5, 0.7, 0.9] {
+        let law = LinearSpringDashpot { contact_start: start, ..law(1e4, Damping::Restitution(e)) };
+        let [fine, usual] = [500.0, usual_steps(start)].map(|steps| mean_impact(1.0, law, steps)[0]);
+        println!("restitution {e}: {fine:.4} fine, {usual:.4} at the usual sub-step");
+        assert!((usual / fine - 1.0).abs() < 1e-2, "{e}: {fine} {usual}");
+    }
+}
+
+/// Negative control of the test above: a sub-step 3.3 times as long misses the restitution of 0.5 by more.
+#[test]
+fn too_long_sub_steps_miss_the_mean_restitution() {
+    let start = ContactStart::Touch;
+    let law = LinearSpringDashpot { contact_start: start, ..law(1e4, Damping::Restitution(0.5)) };
+    let [fine, coarse] = [500.0, 0.3 * usual_steps(start)].map(|steps| mean_impact(1.0, law, steps)[0]);
+    assert!((coarse / fine - 1.0).abs() > 1e-2, "{fine} {coarse}");
+}
+
+/// Largest error of the spin over the tangential speed before, with sub-steps `factor` times as short as usual.
+fn error_of_the_spin(start: ContactStart, factor: Real) -> Real {
+    let paper = Damping::Literal { normal: 2.95e-3, tangential: 2.95e-3 };
+    let law = LinearSpringDashpot { contact_start: start, ..law(1e4, paper) };
+    let spin = |angle: Real, steps: Real| mean_impact(angle, law, steps)[1];
+    let error = |angle: Real| (spin(angle, factor * usual_steps(start)) - spin(angle, 2000.0)).abs();
+    [5.0, 20.0, 30.0, 40.0, 60.0].map(error).into_iter().fold(0.0, Real::max)
+}
+
+#[test]
+fn contacts_that_start_at_the_touch_take_up_the_right_spin() {
+    let [usual, half] = [1.0, 2.0].map(|factor| error_of_the_spin(ContactStart::Touch, factor));
+    let from_the_sub_step = error_of_the_spin(ContactStart::SubStep, 1.0);
+    println!(
+        "error of the spin from the touch {usual:.4}, at half the sub-step {half:.4}; from the sub-step {from_the_sub_step:.4}"
+    );
+    assert!(usual < 1e-2 && half < 1e-2, "{usual} {half}");
+    assert!(from_the_sub_step > 2e-2, "negative control: {from_the_sub_step}");
+}
+
 #[test]
 fn the_printed_sign_of_the_tangential_dashpot_would_feed_energy() {
     // With the law as it is, a slipping or sticking ball only loses; a negative dashpot stands for the misprint.

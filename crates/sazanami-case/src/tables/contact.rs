@@ -223,6 +223,7 @@ fn law_of(given: &[(String, ContactKeys)], names: &[String], cx: &mut Context<'_
         slip_direction: dem.slip_direction,
         history: dem.history,
         multiplicity: dem.multiplicity,
+        contact_start: dem.contact_start,
         rolling_friction: match dem.rolling {
             Rolling::None => 0.0,
             Rolling::ConstantTorque => dem.rolling_friction,

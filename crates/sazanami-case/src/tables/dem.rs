@@ -1,7 +1,7 @@
 //! `[dem]`: how grains are moved.
 
 use sazanami_case_derive::Keys;
-use sazanami_dem::{HistoryRotation, Multiplicity, SlipDirection, Substeps};
+use sazanami_dem::{ContactStart, HistoryRotation, Multiplicity, SlipDirection, Substeps};
 use sazanami_numerics::{Real, choices};
 use serde_json::json;
 use toml::de::DeValue;
@@ -33,8 +33,8 @@ choices! {
 /// How grains are moved.
 #[derive(Clone, Copy, Debug, PartialEq, Keys)]
 pub struct DemOptions {
-    /// Contact sub-steps in a step of the fluid: `auto`, as many as the contacts need (0.057 pi sqrt(m*/K) long, m* the
-    /// least effective mass a contact can meet), or a number.
+    /// Contact sub-steps in a step of the fluid: `auto`, as many as the contacts need (0.057 pi sqrt(m*/K) long, or as
+    /// `contact_start` says; m* is the least effective mass a contact can meet), or a number.
     #[key(default = Substeps::Auto, paper_literal = (Yagyu, Substeps::Fixed(325),
           "the paper's number of sub-steps in a fluid step"))]
     pub substeps: Substeps,
@@ -55,6 +55,9 @@ pub struct DemOptions {
     #[key(word, default = HistoryRotation::LengthKept, paper_literal = (Yagyu, HistoryRotation::Projected,
           "the tangential displacement is projected and not stretched back"))]
     pub history: HistoryRotation,
+    /// From when on the tangential spring of a new contact grows, and the length of `auto` sub-steps.
+    #[key(word, default = ContactStart::SubStep)]
+    pub contact_start: ContactStart,
     /// Rolling resistance.
     #[key(word, default = Rolling::None)]
     pub rolling: Rolling,
@@ -83,6 +86,7 @@ impl DemOptions {
             multiplicity: Multiplicity::Sum,
             slip_direction: SlipDirection::Force,
             history: HistoryRotation::LengthKept,
+            contact_start: ContactStart::SubStep,
             rolling: Rolling::None,
             rolling_friction: 0.0,
             wall: WallContact::AsGrains,

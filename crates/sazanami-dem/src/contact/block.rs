@@ -2,8 +2,8 @@
 //!
 //! Skin check: every grain carries an upper bound of the path of its contact spheres, its travel. A pair is skipped
 //! until the travel of its two grains has grown by the gap last measured; a row of pairs is skipped until its grain's
-//! travel and the largest travel of any grain could add up to the smallest gap left in the row, so that a skipped row
-//! costs one comparison. Contacts that touch are kept in a list ordered by pair and sphere and evaluated in every
+//! travel and the largest travel of any grain as slow as its neighbours ([`super::pace`]) could add up to the smallest gap
+//! left in the row, so that a skipped row costs one comparison. Contacts that touch are kept in a list ordered by pair and sphere and evaluated in every
 //! sub-step. Which pairs are listed or skipped has no influence on any force.
 
 mod waking;
@@ -14,6 +14,7 @@ use super::context::{ContactContext, Step};
 use super::counters::Counters;
 use super::evaluate::{ContactForces, evaluate};
 use super::model::ContactModel;
+use super::pace::Pace;
 use super::pair::{Contact, DEEP_OVERLAP, Pair, reserve};
 use super::search::{NearestSpheres, SphereSearch, TOUCH};
 use super::walls::WallContacts;
@@ -35,6 +36,8 @@ pub(crate) struct Block {
     pub skip_until: Vec<Real>,
     /// Sum of a row's travel and [`ContactContext::largest_travel`] until which the whole row is skipped \[m].
     row_skip_until: Vec<Real>,
+    /// Pace of the fastest neighbour in each row.
+    row_paces: Vec<Pace>,
     pub pairs: Vec<Pair>,
     /// Nearest spheres of each pair from its last search.
     pub nearest: Vec<NearestSpheres>,
@@ -68,6 +71,7 @@ impl Block {
         self.skip_until.clear();
         self.row_skip_until.clear();
         self.row_skip_until.resize(rows, Real::NEG_INFINITY);
+        self.row_paces.clear();
         self.pairs.clear();
         self.rank.clear();
         self.nearest.clear();
@@ -91,9 +95,10 @@ impl Block {
         self.on_high.push(Wrench::default());
     }
 
-    /// Ends the row being filled.
-    pub fn end_row(&mut self) {
+    /// Ends the row being filled, whose fastest neighbour is of this pace.
+    pub fn end_row(&mut self, pace: Pace) {
         self.starts.push(self.pairs.len() as u32);
+        self.row_paces.push(pace);
     }
 
     /// Reserves the memory that the sub-steps with this list need: one contact per listed pair, of which few touch,

@@ -4,6 +4,7 @@ use sazanami_numerics::{Matrix, Real, Vector};
 
 use super::force::PairConstants;
 use super::model::ContactModel;
+use super::pace::PACES;
 use super::search::SphereArrays;
 use crate::body::Body;
 use crate::motion::Pose;
@@ -24,8 +25,8 @@ pub(crate) struct ContactContext<'a> {
     pub rotations: &'a [Matrix],
     /// Upper bound of the path of each grain's contact spheres since the lists were built; 0 for images on this rank \[m].
     pub travel: &'a [Real],
-    /// Upper bound of all of them \[m].
-    pub largest_travel: Real,
+    /// Upper bound of the growth of those of all grains of a pace or a slower one \[m].
+    pub largest_travel: [Real; PACES],
     pub walls: &'a [Wall],
     /// Path of each wall since the lists were built \[m].
     pub wall_travel: &'a [Real],

@@ -74,9 +74,9 @@ pub(crate) fn evaluate<M: ContactModel, const W: usize, const PLAIN: bool, const
         Lanes3::splat(Vector::ZERO)
     };
     let constants = if laws.len() == 1 {
-        ConstantLanes::from_fn(|l| (&laws[0], pair[l].factor))
+        ConstantLanes::from_fn(|l| (&laws[0], pair[l].factor, pair[l].give))
     } else {
-        ConstantLanes::from_fn(|l| (&laws[pair[l].law as usize], pair[l].factor))
+        ConstantLanes::from_fn(|l| (&laws[pair[l].law as usize], pair[l].factor, pair[l].give))
     };
     let (low, high) = (pair.map(|p| p.low), pair.map(|p| p.high));
     let i: [&Pose; W] = std::array::from_fn(|l| &context.poses[low[l] as usize]);

@@ -9,7 +9,7 @@ use sazanami_numerics::Real;
 
 use super::model::{ContactModel, Springs};
 use crate::lanes::Lanes;
-use crate::material::{ContactOptions, HistoryRotation, Multiplicity, SlipDirection};
+use crate::material::{ContactOptions, ContactStart, HistoryRotation, Multiplicity, SlipDirection};
 
 /// How the dashpot of a contact is given.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,6 +55,8 @@ pub struct LinearSpringDashpot {
     pub history: HistoryRotation,
     /// Effect of several sphere contacts in one pair of grains.
     pub multiplicity: Multiplicity,
+    /// Beginning of a contact's tangential spring.
+    pub contact_start: ContactStart,
     /// Coefficient of a constant torque against rolling, in units of the effective radius; 0: none.
     pub rolling_friction: Real,
 }
@@ -70,6 +72,7 @@ impl LinearSpringDashpot {
         slip_direction: SlipDirection::Force,
         history: HistoryRotation::LengthKept,
         multiplicity: Multiplicity::Sum,
+        contact_start: ContactStart::SubStep,
         rolling_friction: 0.0,
     };
 
@@ -167,8 +170,9 @@ impl ContactModel for LinearSpringDashpot {
     type Lanes<const W: usize> = Springs<W>;
 
     fn options(&self) -> ContactOptions {
-        let Self { friction, rolling_friction, tension, slip_direction, history, multiplicity, .. } = *self;
-        ContactOptions { friction, rolling_friction, tension, slip_direction, history, multiplicity }
+        let Self { friction, rolling_friction, tension, slip_direction, history, multiplicity, contact_start, .. } =
+            *self;
+        ContactOptions { friction, rolling_friction, tension, slip_direction, history, multiplicity, contact_start }
     }
 
     fn scale_friction(&mut self, factor: Real) {

@@ -13,6 +13,7 @@ pub(crate) mod laws;
 pub(crate) mod linear_spring_dashpot;
 pub(crate) mod model;
 pub(crate) mod neighbours;
+pub(crate) mod pace;
 pub(crate) mod pair;
 pub(crate) mod record;
 pub(crate) mod search;

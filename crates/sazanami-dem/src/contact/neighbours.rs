@@ -7,7 +7,8 @@ use sazanami_parallel::for_each_chunk;
 use super::block::Block;
 use super::context::ContactContext;
 use super::laws::Interactions;
-use super::pair::{Contact, Pair};
+use super::pace::Pace;
+use super::pair::{Contact, Pair, give};
 use super::record::ContactRecord;
 use super::search::{NearestSpheres, PlacedCapsule};
 use super::walls::{WallContact, WallPair};
@@ -43,6 +44,8 @@ pub(crate) struct ListInput<'a> {
     pub records: &'a [ContactRecord],
     /// The entry that contacts read for each grain and ghost: images on this rank share that of their grain.
     pub originals: &'a [u32],
+    /// Pace of each grain and ghost.
+    pub paces: &'a [Pace],
 }
 
 /// Work space for building lists.
@@ -98,7 +101,7 @@ fn fill(
     previous: Option<&Previous<'_>>,
     (bins, bounds, largest): (&BinIndex, &[Bound], Vector),
 ) {
-    let ListInput { grains, interactions, records, originals, .. } = input;
+    let ListInput { grains, interactions, records, originals, paces } = input;
     block.reset(rows.start, rows.len());
     let mut near = std::mem::take(&mut block.listed);
     for low in rows {
@@ -106,7 +109,7 @@ fn fill(
         // Rows of images on this rank stay empty: the pair is in the row of the grain itself, with an image of the
         // other.
         if originals[low] as usize != low {
-            block.end_row();
+            block.end_row(Pace::SLOWEST);
             continue;
         }
         let b = &bounds[low];
@@ -130,7 +133,9 @@ fn fill(
         let id = grains.id[low];
         let from = records.partition_point(|r| r.low < id);
         let mine = records[from..].iter().take_while(|r| r.low == id);
+        let mut pace = Pace::SLOWEST;
         for &(_, image, high, gap) in &near {
+            pace = pace.max(paces[high as usize]);
             let p = block.pairs.len() as u32;
             let first = block.contacts.len() as u32;
             let known = mine.clone().filter(|r| r.high == grains.id[high as usize] && r.image == image);
@@ -151,7 +156,7 @@ fn fill(
             nearest.rest += sum;
             block.push(pair, sum + left.max(gap * (1.0 - 1e-9)), nearest);
         }
-        block.end_row();
+        block.end_row(pace);
         if low < context.owned && bounds[low].mobile {
             add_walls(block, context, input, previous, low, &bounds[low]);
         }
@@ -176,6 +181,7 @@ fn pair(grains: &Grains, interactions: &Interactions, [low, high]: [u32; 2], ima
         multiplicity: interactions.laws()[law as usize].options().multiplicity,
         touching,
         contacts: 0,
+        give: give([inverse(l), inverse(h)]),
     }
 }
 
@@ -231,6 +237,7 @@ fn add_walls(
             wall: w as u32,
             law,
             factor,
+            give: give([grains.mass[grain].recip(), 0.0]),
             skip_until: context.travel[grain] + context.wall_travel[w] + left.max(height * (1.0 - 1e-9)),
             multiplicity: interactions.laws()[law as usize].options().multiplicity,
         });

@@ -23,6 +23,15 @@ pub(crate) struct Pair {
     pub touching: bool,
     /// First of its contacts, if it touches.
     pub contacts: u32,
+    /// See [`give`].
+    pub give: f32,
+}
+
+/// Half the reciprocal of the effective mass across the normal in a contact of balls with these reciprocal masses, 0 of
+/// what forces do not move: by how much a tangential force changes their velocity within half a sub-step [1/kg]. Read
+/// with [`crate::ContactStart::Touch`].
+pub(crate) fn give(inverse_masses: [Real; 2]) -> f32 {
+    (0.5 * 3.5 * (inverse_masses[0] + inverse_masses[1])) as f32
 }
 
 impl Pair {

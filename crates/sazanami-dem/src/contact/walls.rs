@@ -19,6 +19,8 @@ pub(crate) struct WallPair {
     pub wall: u32,
     pub law: u32,
     pub factor: Real,
+    /// See [`super::pair::give`].
+    pub give: f32,
     /// Sum of the travels of grain and wall until which the pair is skipped \[m].
     pub skip_until: Real,
     pub multiplicity: Multiplicity,
@@ -198,7 +200,7 @@ fn touch<M: ContactModel>(
     let n = -wall.normal;
     let arm = to_a + n * (radius - 0.5 * overlap);
     let v_r = wall.velocity - pose.velocity - pose.spin.cross(arm);
-    let constants: ConstantLanes<M, 1> = ConstantLanes::from_fn(|_| (&laws[pair.law as usize], pair.factor));
+    let constants: ConstantLanes<M, 1> = ConstantLanes::from_fn(|_| (&laws[pair.law as usize], pair.factor, pair.give));
     // A plane has no curvature: the effective radius is the sphere's own.
     let (own, far) = (Lanes::splat(radius), Lanes::splat(1e9 * radius));
     let (h, d_t, h_n) = force::<M, 1, false>(

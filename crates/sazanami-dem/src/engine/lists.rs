@@ -7,6 +7,7 @@ use sazanami_parallel::for_each_chunk;
 use super::{Engine, LARGEST_SKIN};
 use crate::contact::counters::Counters;
 use crate::contact::neighbours::{ListInput, Previous};
+use crate::contact::pace::{PACES, Pace};
 use crate::contact::record::ContactRecord;
 use crate::contact::walls::WallContact;
 use crate::error::DemError;
@@ -100,10 +101,11 @@ impl Engine {
         former_list.size.clear();
         former_list.size.extend((0..self.grains.owned).map(|g| self.bounding_radius(g) + self.grains.skin[g]));
         self.exchange.renew(domain, &mut self.grains, &former_list.size, self.ghost_margin);
+        self.paces.resize(self.grains.len(), Pace::FASTEST);
         self.set_poses();
         self.travel.clear();
         self.travel.resize(self.grains.len(), 0.0);
-        self.largest_travel = 0.0;
+        self.largest_travel = [0.0; PACES];
         self.wall_travel.fill(0.0);
         self.list(&mut former_list);
         self.former_list = former_list;
@@ -125,8 +127,13 @@ impl Engine {
         std::mem::swap(&mut self.blocks, &mut self.former);
         let mut blocks = std::mem::take(&mut self.blocks);
         let mut builder = std::mem::take(&mut self.builder);
-        let input =
-            ListInput { grains: &self.grains, interactions: &self.interactions, records: &self.records, originals };
+        let input = ListInput {
+            grains: &self.grains,
+            interactions: &self.interactions,
+            records: &self.records,
+            originals,
+            paces: &self.paces,
+        };
         let previous = Previous { blocks: &self.former, travel, wall_travel, number };
         builder.build(&self.context(), input, self.listed.then_some(&previous), &mut blocks);
         self.incoming.rebuild(&mut blocks, &self.grains.id, self.grains.owned);
@@ -140,20 +147,24 @@ impl Engine {
         self.bodies[self.grains.shape[g] as usize].bounding_radius * self.grains.scale[g]
     }
 
+    /// Skins and paces of own grains.
     fn choose_skins(&mut self) {
         let mut skins = std::mem::take(&mut self.grains.skin);
+        let mut paces = std::mem::take(&mut self.paces);
         let (grains, time_step) = (&self.grains, self.time_step);
-        for_each_chunk(&mut skins[..grains.owned], ROWS, |number, skins| {
-            for (n, skin) in skins.iter_mut().enumerate() {
+        paces.resize(grains.owned, Pace::FASTEST);
+        for_each_chunk((&mut skins[..grains.owned], &mut paces[..]), ROWS, |number, (skins, paces)| {
+            for (n, (skin, pace)) in skins.iter_mut().zip(paces).enumerate() {
                 let g = number * ROWS + n;
                 let size = self.bounding_radius(g);
                 let arm = self.bodies[grains.shape[g] as usize].centre_radius * grains.scale[g];
                 let speed = grains.velocity[g].length() + arm * grains.angular_velocity(g).length();
                 let way = if time_step.is_finite() { HORIZON * time_step * speed } else { LARGEST_SKIN * size };
                 *skin = (RESTING_SKIN * size + way).min(LARGEST_SKIN * size);
+                *pace = Pace::new(way, size);
             }
         });
-        self.grains.skin = skins;
+        (self.grains.skin, self.paces) = (skins, paces);
     }
 
     fn set_poses(&mut self) {

@@ -8,6 +8,7 @@ use super::Engine;
 use crate::contact::counters::Counters;
 use crate::error::DemError;
 use crate::grain::ROWS;
+use crate::material::ContactStart;
 
 /// What happened among the grains of all ranks during a call.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -81,33 +82,60 @@ impl Engine {
     /// Contacts with other ranks' grains are counted on both ranks.
     #[must_use]
     pub fn elastic_energy(&self) -> Real {
-        let point = |g: usize, a: u16| {
-            let pose = &self.poses[g];
-            let body = &self.bodies[pose.body as usize];
-            (self.rotations[g] * body.centres[a as usize] * pose.scale, body.radii[a as usize] * pose.scale)
-        };
         let mut energy = 0.0;
         for block in &self.blocks {
             for contact in &block.contacts {
                 let pair = &block.pairs[contact.pair as usize];
                 let (low, high) = (pair.low as usize, pair.high as usize);
-                let ((a, ra), (b, rb)) = (point(low, contact.a), point(high, contact.b));
-                let line = self.poses[high].unwrapped - self.poses[low].unwrapped + pair.shift(self.period) + b - a;
+                let ((a, ra), (b, rb)) = (self.sphere(low, contact.a), self.sphere(high, contact.b));
+                let between = self.poses[high].unwrapped - self.poses[low].unwrapped + pair.shift(self.period);
+                let line = between + b - a;
                 let overlap = (ra + rb - line.length()).max(0.0);
-                let energies = self.laws.energy(pair.law as usize, overlap, contact.d_t.length(), [ra, rb]);
-                energy += energies[0] + energies[1];
+                let n = line.normalize();
+                let arm = a + n * (ra - 0.5 * overlap);
+                let v_r = self.velocity_at(high, arm - between) - self.velocity_at(low, arm);
+                let stretch = self.stretch(pair.law.into(), contact.d_t, [n, v_r], overlap, ra);
+                energy += self.laws.energy(pair.law as usize, overlap, stretch, [ra, rb]).into_iter().sum::<Real>();
             }
             for contact in &block.walls.contacts {
                 let pair = &block.walls.pairs[contact.pair as usize];
-                let (a, radius) = point(pair.grain as usize, contact.a);
-                let height = self.walls[pair.wall as usize].distance(self.poses[pair.grain as usize].unwrapped + a);
-                let overlap = (radius - height).max(0.0);
+                let (grain, wall) = (pair.grain as usize, &self.walls[pair.wall as usize]);
+                let (a, radius) = self.sphere(grain, contact.a);
+                let overlap = (radius - wall.distance(self.poses[grain].unwrapped + a)).max(0.0);
+                let n = -wall.normal;
+                let v_r = wall.velocity - self.velocity_at(grain, a + n * (radius - 0.5 * overlap));
+                let stretch = self.stretch(pair.law, contact.d_t, [n, v_r], overlap, radius);
                 let radii = [radius, Real::INFINITY];
-                let energies = self.laws.energy(pair.law as usize, overlap, contact.d_t.length(), radii);
-                energy += energies[0] + energies[1];
+                energy += self.laws.energy(pair.law as usize, overlap, stretch, radii).into_iter().sum::<Real>();
             }
         }
         energy
+    }
+
+    /// Centre of contact sphere `a` relative to its grain's centre of mass, in the laboratory frame, and its radius \[m].
+    fn sphere(&self, g: usize, a: u16) -> (Vector, Real) {
+        let pose = &self.poses[g];
+        let body = &self.bodies[pose.body as usize];
+        (self.rotations[g] * body.centres[a as usize] * pose.scale, body.radii[a as usize] * pose.scale)
+    }
+
+    /// Velocity of a point of grain `g` at `arm` from its centre of mass [m/s].
+    fn velocity_at(&self, g: usize, arm: Vector) -> Vector {
+        self.poses[g].velocity + self.poses[g].spin.cross(arm)
+    }
+
+    /// Length of a tangential spring at the time of the present places, half a sub-step after the last evaluation, with
+    /// normal and relative velocity at the contact \[m]. One that grew from the touch has grown further, as far as friction
+    /// holds it; one that grew from the beginning of a sub-step is ahead by that much on average.
+    fn stretch(&self, law: u32, d_t: Vector, [n, v_r]: [Vector; 2], overlap: Real, radius: Real) -> Real {
+        let law = &self.interactions.laws()[law as usize];
+        if law.options().contact_start == ContactStart::SubStep {
+            return d_t.length();
+        }
+        let v_t = v_r - n * v_r.dot(n);
+        let [normal, tangential] = law.stiffness(radius);
+        let held = law.options().friction * normal * overlap / tangential.max(Real::MIN_POSITIVE);
+        (d_t + v_t * self.since_contacts).length().min(held.max(d_t.length()))
     }
 }
 

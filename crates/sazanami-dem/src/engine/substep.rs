@@ -15,6 +15,7 @@ use crate::contact::force::PairConstants;
 use crate::contact::incoming::Incoming;
 use crate::contact::laws::ForModel;
 use crate::contact::model::ContactModel;
+use crate::contact::pace::{PACES, Pace};
 use crate::ghosts::PoseState;
 use crate::grain::{Grains, Motion, ROWS, image_position};
 use crate::motion::{KickAndDrift, MassProperties, Moving};
@@ -211,10 +212,10 @@ impl Engine {
         let owned = self.grains.owned;
         let state = AtomicU8::new(FINE);
         // Numbers that are not negative are ordered as their bits are.
-        let farthest = AtomicU64::new(0);
-        let Self { grains, poses, rotations, turned, travel, mass_properties, blocks, incoming, time: now, .. } = self;
-        let skin = &grains.skin[..owned];
-        let contacts = Contacts { blocks, incoming, time: *now };
+        let farthest = [const { AtomicU64::new(0) }; PACES];
+        let Self { grains, poses, rotations, turned, travel, paces, mass_properties, blocks, incoming, .. } = self;
+        let (skin, paces) = (&grains.skin[..owned], &paces[..owned]);
+        let contacts = Contacts { blocks, incoming, time: self.time };
         let gravity = kick.map_or(Vector::ZERO, |kick| kick.h * kick.gravity);
         let motion = (
             &mut grains.unwrapped[..owned],
@@ -244,6 +245,8 @@ impl Engine {
                     }
                     None => [Wrench::default(); ROWS],
                 };
+                let mut before = [0.0; ROWS];
+                before[..travel.len()].copy_from_slice(travel);
                 let mut moving = Moving {
                     mass_properties,
                     unwrapped,
@@ -255,10 +258,16 @@ impl Engine {
                     turned,
                     travel,
                 };
-                let distance = moving.kick_and_drift(&KickAndDrift { gravity, impulses: &impulses, time });
-                // Most chunks do not raise the maximum and skip the atomic write.
-                if distance.to_bits() > farthest.load(Ordering::Relaxed) {
-                    farthest.fetch_max(distance.to_bits(), Ordering::Relaxed);
+                moving.kick_and_drift(&KickAndDrift { gravity, impulses: &impulses, time });
+                let mut grown = [0.0; PACES];
+                for ((after, before), pace) in moving.travel.iter().zip(&before).zip(&paces[rows.clone()]) {
+                    grown[pace.index()] = Real::max(grown[pace.index()], after - before);
+                }
+                // Most chunks do not raise the maxima and skip the atomic writes.
+                for (grown, farthest) in grown.iter().zip(&farthest) {
+                    if grown.to_bits() > farthest.load(Ordering::Relaxed) {
+                        farthest.fetch_max(grown.to_bits(), Ordering::Relaxed);
+                    }
                 }
                 // NaN counts as expired: the check that follows finds it.
                 if !moving.travel.iter().zip(&skin[rows]).all(|(travel, skin)| travel <= skin) {
@@ -266,7 +275,11 @@ impl Engine {
                 }
             },
         );
-        self.pending_travel += Real::from_bits(farthest.into_inner());
+        let mut slower: Real = 0.0;
+        for (pending, farthest) in self.pending_travel.iter_mut().zip(farthest) {
+            slower = slower.max(Real::from_bits(farthest.into_inner()));
+            *pending += slower;
+        }
         state.into_inner()
     }
 
@@ -291,8 +304,11 @@ impl Engine {
         let Self { exchange, grains, travel, poses, rotations, mass_properties, .. } = self;
         let others =
             exchange.refresh(domain, grains, &mut PoseState { poses, rotations, travel, mass_properties }, all);
-        self.largest_travel += others.max(self.pending_travel);
-        self.pending_travel = 0.0;
+        let fastest = &mut self.pending_travel[Pace::FASTEST.index()];
+        *fastest = fastest.max(others);
+        for (largest, pending) in self.largest_travel.iter_mut().zip(&mut self.pending_travel) {
+            *largest += std::mem::take(pending);
+        }
     }
 
     /// Positions of the periodic images that the entries of this rank represent.
@@ -318,16 +334,19 @@ mod tests {
     use crate::engine::Setup;
     use crate::grain::Grain;
 
-    /// Part of the rows of pairs that were checked in a hundred sub-steps of a cube of balls 5 % of a radius apart, every
-    /// second of which moves at `speed` [m/s].
-    fn checked(speed: Real) -> Real {
-        let (n, radius) = (6_u64, 1e-3);
+    /// Balls along an edge of the cube of [`checked`].
+    const EDGE: u64 = 6;
+
+    /// Part of the rows of pairs that were checked in a hundred sub-steps of a cube of balls 5 % of a radius apart, one in
+    /// `every` of which moves at `speed` [m/s].
+    fn checked(speed: Real, every: u64) -> Real {
+        let (n, radius) = (EDGE, 1e-3);
         let domain = Domain::solo(Grid::new([4; 3], Vector::ZERO, Vector::splat(0.02)), [false; 3]);
         let place = |id: u64| Vector::new((id % n) as Real, (id / n % n) as Real, (id / (n * n)) as Real);
         let grains: Vec<Grain> = (0..n * n * n)
             .map(|id| {
                 let mut grain = Grain::new(id, 2650.0, Vector::splat(3e-3) + 2.05 * radius * place(id));
-                grain.velocity = Vector::splat(if id % 2 == 0 { speed } else { 0.0 });
+                grain.velocity = Vector::splat(if id % every == 0 { speed } else { 0.0 });
                 grain
             })
             .collect();
@@ -352,9 +371,11 @@ mod tests {
 
     #[test]
     fn rows_of_resting_grains_are_skipped() {
-        assert!(checked(0.0) <= 0.011, "the first sub-step checks all, the others none");
-        let [slow, fast] = [1e-2, 10.0].map(checked);
+        assert!(checked(0.0, 2) <= 0.011, "the first sub-step checks all, the others none");
+        let [slow, fast] = [1e-2, 10.0].map(|speed| checked(speed, 2));
         assert!(slow < 0.05, "{slow}");
         assert!(fast > 10.0 * slow, "negative control: rows of fast grains are checked: {fast}");
+        let flier = checked(10.0, EDGE.pow(3));
+        assert!(flier < 0.05, "one fast grain wakes its neighbours alone: {flier}");
     }
 }

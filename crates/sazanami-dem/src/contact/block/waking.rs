@@ -3,7 +3,7 @@
 //! Thousands of pairs are due in a sub-step of a bed that flows, each with its grains elsewhere in memory. So all are
 //! posed first, then all measured, then judged: the loops before the last have no branches that wait for what they load.
 
-use sazanami_numerics::{Real, Vector};
+use sazanami_numerics::{Matrix, Real, Vector};
 
 use super::Block;
 use crate::contact::context::ContactContext;
@@ -24,6 +24,27 @@ pub(super) struct Approach {
     size: Real,
     /// Gaps of the nearest spheres stored with the pair \[m].
     gaps: [Real; NEAREST],
+}
+
+/// Pairs measured together.
+const BATCH: usize = 8;
+
+/// Centres relative to the grain's centre of mass, in the laboratory frame, and radii of contact spheres of a grain.
+#[inline(always)]
+fn placed(
+    context: &ContactContext<'_>,
+    grain: u32,
+    rotation: &Matrix,
+    spheres: [u16; NEAREST],
+) -> (Lanes3<NEAREST>, Lanes<NEAREST>) {
+    let pose = &context.poses[grain as usize];
+    let of_body = &context.spheres[pose.spheres as usize..];
+    let sphere = spheres.map(|number| &of_body[usize::from(number)]);
+    let component = |d: usize| Lanes::from_fn(|l| sphere[l][d]);
+    let column = |d: usize| Lanes3::splat(rotation.col(d));
+    let centre = column(0) * component(0) + column(1) * component(1) + column(2) * component(2);
+    let scale = Lanes::<NEAREST>::splat(pose.scale);
+    (centre * scale, component(3) * scale)
 }
 
 impl Block {
@@ -51,8 +72,10 @@ impl Block {
         let mut checked = 0;
         self.due.clear();
         let mine = &context.travel[self.first..];
-        for ((range, row_skip_until), mine) in self.starts.windows(2).zip(&mut self.row_skip_until).zip(mine) {
-            if mine + context.largest_travel < *row_skip_until {
+        let rows = self.starts.windows(2).zip(&self.row_paces).zip(&mut self.row_skip_until).zip(mine);
+        for (((range, pace), row_skip_until), mine) in rows {
+            let largest_travel = context.largest_travel[pace.index()];
+            if mine + largest_travel < *row_skip_until {
                 continue;
             }
             checked += 1;
@@ -68,7 +91,7 @@ impl Block {
                     least = least.min(skip_until - other);
                 }
             }
-            *row_skip_until = least + context.largest_travel;
+            *row_skip_until = least + largest_travel;
         }
         checked
     }
@@ -89,33 +112,29 @@ impl Block {
 
     /// Gaps of the nearest spheres stored with the pairs that are due; beyond their number of no meaning.
     fn measure(&mut self, context: &ContactContext<'_>) {
-        for approach in &mut self.due {
-            let spheres = &self.nearest[approach.pair as usize].spheres;
-            let [p, q] = [0, 1].map(|end| {
-                let grain = approach.ends[end] as usize;
-                let (pose, rotation) = (&context.poses[grain], &context.rotations[grain]);
-                let of_body = &context.spheres[pose.spheres as usize..];
-                let sphere: [&[Real; 4]; NEAREST] = std::array::from_fn(|l| {
-                    let (a, b) = spheres[l];
-                    &of_body[usize::from(if end == 0 { a } else { b })]
-                });
-                let component = |d: usize| Lanes::from_fn(|l| sphere[l][d]);
-                let column = |d: usize| Lanes3::splat(rotation.col(d));
-                let centre = column(0) * component(0) + column(1) * component(1) + column(2) * component(2);
-                let scale = Lanes::<NEAREST>::splat(pose.scale);
-                (centre * scale, component(3) * scale)
-            });
-            let line = Lanes3::splat(approach.offset) + q.0 - p.0;
-            approach.gaps = (line.dot(line).sqrt() - (p.1 + q.1)).0;
+        for batch in self.due.chunks_mut(BATCH) {
+            // Read first, so that many of these scattered reads are in flight at once.
+            let mut read = [([(0, 0); NEAREST], [Matrix::ZERO; 2]); BATCH];
+            for ((spheres, rotations), approach) in read.iter_mut().zip(&*batch) {
+                *spheres = self.nearest[approach.pair as usize].spheres;
+                *rotations = approach.ends.map(|grain| context.rotations[grain as usize]);
+            }
+            for ((spheres, rotations), approach) in read.iter().zip(batch) {
+                let p = placed(context, approach.ends[0], &rotations[0], spheres.map(|(a, _)| a));
+                let q = placed(context, approach.ends[1], &rotations[1], spheres.map(|(_, b)| b));
+                let line = Lanes3::splat(approach.offset) + q.0 - p.0;
+                approach.gaps = (line.dot(line).sqrt() - (p.1 + q.1)).0;
+            }
         }
     }
 
     /// Limits the skipping of a row to that of its pair `p`.
     pub(super) fn lower_row_limit(&mut self, context: &ContactContext<'_>, p: u32) {
         let pair = &self.pairs[p as usize];
-        let row_skip_until = &mut self.row_skip_until[pair.low as usize - self.first];
-        *row_skip_until = row_skip_until
-            .min(self.skip_until[p as usize] - context.travel[pair.high as usize] + context.largest_travel);
+        let row = pair.low as usize - self.first;
+        let largest_travel = context.largest_travel[self.row_paces[row].index()];
+        let skip_until = self.skip_until[p as usize] - context.travel[pair.high as usize] + largest_travel;
+        self.row_skip_until[row] = self.row_skip_until[row].min(skip_until);
     }
 
     /// Judges a pair that is due by the sphere pairs stored with it, or if that is not enough measures all.
