@@ -3,8 +3,8 @@
 //! The name is that of the folder in `verification/` with `expected.toml`, reference data and page.
 
 use crate::cases::{
-    arrays, at_rest, beds, both, contact, free_grains, immersed, impact, moving_particles, reduced, ripples, rising,
-    settling, single_phase, transport, turning, two_phase, volume_fractions,
+    arrays, at_rest, beds, both, contact, free_grains, immersed, impact, moving_particles, random_bed, reduced,
+    ripples, rising, settling, single_phase, transport, turning, two_phase, volume_fractions,
 };
 use crate::measured::{IntoOutcome, Outcome};
 
@@ -55,9 +55,12 @@ pub const CASES: &[Case] = &[
     case!("drop-on-bed", impact::drop_on_bed),
     case!("added-mass", immersed::added_mass),
     case!("drag", immersed::drag_coarse),
+    case!("drag-hydraulic", immersed::drag_hydraulic),
     case!("spinning-sphere", turning::spinning_sphere),
     case!("jeffery", turning::jeffery),
     case!("grain-arrays", arrays::grain_arrays),
+    case!("grain-arrays-hydraulic", arrays::grain_arrays_hydraulic),
+    case!("random-bed", random_bed::random_bed),
     case!("moving-sphere", rising::moving_sphere),
     case!("light-sphere", rising::light_sphere),
     case!("settling", settling::settling),

@@ -10,15 +10,17 @@
 //! towards the velocity of the surface at its centre in the cell, where it also acts on the grain. In slow flow the one
 //! formula serves lone grains, beds of grains that the grid resolves, and pores narrower than a cell (docs/decisions/0010).
 //!
-//! With inertia it takes too much: momentum that the flow carries through the open part of a cell leaves it again before
-//! viscosity has spread it over the hydraulic radius. With `hydraulic_radius_slip` the friction is, with `Re = |u - u_s| r / nu`,
+//! With inertia it takes too much where the grid resolves the surface: momentum that the flow carries through the open part of a
+//! cell leaves it again before viscosity has spread it over the hydraulic radius. Pores within a cell have a form drag besides (the
+//! second term of Ergun 1952, Chem. Eng. Prog. 48, 89, with the hydraulic radius of spheres), of which a resolved surface keeps
+//! half. With `hydraulic_radius_slip`, `Re = |u - u_s| r / nu` and the part `w` to which the grid resolves the surface,
 //!
 //! ```text
-//! f r^2 = 1 + 5 / (1 + Re / 0.1) + 0.29 Re
+//! f r^2 = 6 - 5 w Re / (0.1 + Re) + 0.29 (1 - w / 2) Re,   w = min(1, s / 0.6)
 //! ```
 //!
-//! where the last term is the form drag of pores (the second term of Ergun 1952, Chem. Eng. Prog. 48, 89, with the hydraulic
-//! radius of spheres); it vanishes as the cells become narrow beside the grains.
+//! where `s`, the variance of the solid fraction over the cell and its 26 neighbours over `m (1 - m)` with the mean `m`, is 1 where
+//! cells are covered whole or not at all, and 0 where all are covered by the same part.
 
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::{Real, Vector};
@@ -35,10 +37,26 @@ const FAST: Real = 1.0;
 const HALF_WAY: Real = 0.1;
 /// Form drag in pores, Ergun's second term with the hydraulic radius `d theta / (6 alpha)` of spheres: 1.75/6.
 const FORM: Real = 1.75 / 6.0;
+/// Variance of the solid fraction, see above, from which on a surface counts as resolved.
+const RESOLVED: Real = 0.6;
 
-/// Friction times the squared hydraulic radius at the Reynolds number of the slip and the hydraulic radius.
-fn beside_slip(reynolds: Real) -> Real {
-    FAST + (SLOW - FAST) / (1.0 + reynolds / HALF_WAY) + FORM * reynolds
+/// Friction times the squared hydraulic radius at the Reynolds number of the slip and the hydraulic radius, where the surface is
+/// `resolved` to this part.
+fn beside_slip(reynolds: Real, resolved: Real) -> Real {
+    SLOW - resolved * (SLOW - FAST) * reynolds / (HALF_WAY + reynolds) + FORM * (1.0 - 0.5 * resolved) * reynolds
+}
+
+/// Part to which the grid resolves the surface in a cell.
+fn resolved(alpha: &[Real], at: usize, strides: [usize; 3]) -> Real {
+    let first = at - strides.iter().sum::<usize>();
+    let around = (0..27).map(|n| first + n % 3 * strides[0] + n / 3 % 3 * strides[1] + n / 9 * strides[2]);
+    let [sum, squares] = around.fold([0.0; 2], |[sum, squares], at| {
+        let alpha = alpha[at].min(1.0);
+        [sum + alpha, squares + alpha * alpha]
+    });
+    let mean: Real = sum / 27.0;
+    let spread = mean * (1.0 - mean);
+    if spread > 0.0 { ((squares / 27.0 - mean * mean) / (RESOLVED * spread)).min(1.0) } else { 1.0 }
 }
 
 impl Surface {
@@ -54,6 +72,7 @@ impl Surface {
         self.beside.and_beside(domain, &self.covered);
         let [v1, v2, v3] = &mut self.velocity;
         imprint.sum_surfaces(domain, motion, &mut self.area, [v1, v2, v3]);
+        let strides = domain.strides().map(|s| s as usize);
         let alpha = imprint.solid_fraction.data();
         let solid = imprint.solid_velocity.each_ref().map(|v| v.data());
         let Self { friction, velocity: [v1, v2, v3], area, law, taken: [t1, t2, t3], covered, .. } = self;
@@ -75,7 +94,8 @@ impl Surface {
                     let (radius, towards) = ((1.0 - alpha[at]) / area[at], Vector::new(v1[i], v2[i], v3[i]) / area[at]);
                     let factor = if law == SurfaceFriction::HydraulicRadiusSlip {
                         let slip = (Vector::new(u1[at], u2[at], u3[at]) - towards).length();
-                        beside_slip(slip * radius / flow.fluids.kinematic_viscosity(c[at]))
+                        let reynolds = slip * radius / flow.fluids.kinematic_viscosity(c[at]);
+                        beside_slip(reynolds, resolved(alpha, at, strides))
                     } else {
                         SLOW
                     };
@@ -101,5 +121,31 @@ impl Surface {
             return [Vector::ZERO; 2];
         };
         [impulse, arm.cross(impulse)]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_surface_is_resolved_where_cells_are_covered_whole_or_not_at_all() {
+        let strides = [1, 4, 16];
+        let field = |alpha: fn(usize) -> Real| (0..64).map(alpha).collect::<Vec<_>>();
+        let at = 1 + 4 + 16;
+        let half = field(|n| if n % 4 < 1 { 1.0 } else { 0.0 });
+        assert_eq!(resolved(&half, at, strides), 1.0);
+        let mixed = field(|_| 0.4);
+        assert!(resolved(&mixed, at, strides) < 1e-12);
+        let between = field(|n| if n % 2 == 0 { 0.2 } else { 0.6 });
+        let found = resolved(&between, at, strides);
+        assert!(found > 0.05 && found < 0.5, "{found}");
+    }
+
+    #[test]
+    fn slow_flow_meets_the_same_friction_however_well_it_is_resolved() {
+        assert_eq!([0.0, 0.5, 1.0].map(|part| beside_slip(0.0, part)), [SLOW; 3]);
+        // Fast slip: less than in slow flow where it is resolved, more in a pore.
+        assert!(beside_slip(2.0, 1.0) < SLOW && beside_slip(2.0, 0.0) > SLOW);
     }
 }

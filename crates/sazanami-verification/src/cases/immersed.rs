@@ -2,7 +2,7 @@
 
 use sazanami_dem::{Grain, Motion};
 use sazanami_mics::boundary::{Boundary, Side};
-use sazanami_mics::grains::Exchange;
+use sazanami_mics::grains::{Exchange, SurfaceFriction};
 use sazanami_mics::stability::StepLimits;
 use sazanami_numerics::geometry::{ContactSphereRule, Shape, VolumeRule};
 use sazanami_numerics::grid::Grid;
@@ -85,6 +85,7 @@ struct Stream {
     reynolds: Real,
     cells_per_diameter: usize,
     exchange: Exchange,
+    friction: SurfaceFriction,
     /// Length of the steps over the longest.
     shorter: Real,
     /// Place of the sphere on the grid, in cells.
@@ -106,6 +107,7 @@ impl Stream {
         let mut tank = Tank::new(grid, boundary, single(1.0, 1.0 / self.reynolds), longest);
         tank.divergence = 1e-6 * self.shorter * self.shorter;
         tank.exchange = self.exchange;
+        tank.friction = self.friction;
         tank.shapes = vec![ball(1.0)?];
         let position = Vector::new(0.5, 0.5, 0.5) * width - Vector::Z * 0.5 + self.place * grid.spacing;
         tank.grains = vec![Grain { motion: Motion::Fixed, ..Grain::new(0, 2.65, position) }];
@@ -152,8 +154,14 @@ fn placed(stream: Stream, places: &[Vector], rows: &mut Vec<Measured>) -> Result
 pub(crate) fn drag_coarse() -> Result<Vec<Measured>, String> {
     let mut rows = Vec::new();
     for reynolds in [20.0, 100.0] {
-        let stream =
-            Stream { reynolds, cells_per_diameter: 8, exchange: Exchange::Surface, shorter: 1.0, place: PLACES[0] };
+        let stream = Stream {
+            reynolds,
+            cells_per_diameter: 8,
+            exchange: Exchange::Surface,
+            friction: SurfaceFriction::Distance,
+            shorter: 1.0,
+            place: PLACES[0],
+        };
         let first = placed(stream, &PLACES, &mut rows)?;
         let fine = Stream { shorter: 0.25, ..stream }.drag()?.coefficient;
         rows.push(Measured::new(
@@ -161,9 +169,32 @@ pub(crate) fn drag_coarse() -> Result<Vec<Measured>, String> {
             (fine / first - 1.0).abs(),
         ));
     }
-    let stress =
-        Stream { reynolds: 20.0, cells_per_diameter: 8, exchange: Exchange::Stress, shorter: 1.0, place: PLACES[0] };
+    let stress = Stream {
+        reynolds: 20.0,
+        cells_per_diameter: 8,
+        exchange: Exchange::Stress,
+        friction: SurfaceFriction::Distance,
+        shorter: 1.0,
+        place: PLACES[0],
+    };
     rows.push(Measured::new("stress, Re 20: drag coefficient", stress.drag()?.coefficient));
+    Ok(rows)
+}
+
+/// 5.4 with 8 cells to a diameter, friction from the hydraulic radius and the slip.
+pub(crate) fn drag_hydraulic() -> Result<Vec<Measured>, String> {
+    let mut rows = Vec::new();
+    for reynolds in [20.0, 100.0] {
+        let stream = Stream {
+            reynolds,
+            cells_per_diameter: 8,
+            exchange: Exchange::Surface,
+            friction: SurfaceFriction::HydraulicRadiusSlip,
+            shorter: 1.0,
+            place: PLACES[0],
+        };
+        placed(stream, &PLACES[..1], &mut rows)?;
+    }
     Ok(rows)
 }
 
@@ -172,8 +203,14 @@ pub(crate) fn drag_fine() -> Result<Vec<Measured>, String> {
     let mut rows = Vec::new();
     for reynolds in [20.0, 100.0] {
         for cells_per_diameter in [12, 16] {
-            let stream =
-                Stream { reynolds, cells_per_diameter, exchange: Exchange::Surface, shorter: 1.0, place: PLACES[0] };
+            let stream = Stream {
+                reynolds,
+                cells_per_diameter,
+                exchange: Exchange::Surface,
+                friction: SurfaceFriction::Distance,
+                shorter: 1.0,
+                place: PLACES[0],
+            };
             placed(stream, &PLACES[..1], &mut rows)?;
         }
     }
