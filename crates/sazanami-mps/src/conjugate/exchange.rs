@@ -42,6 +42,7 @@ pub(crate) fn exchange(
 ) {
     let Fields { kind, velocity, gradient } = *fields;
     let (weight, form, sums) = (kernel.weight, kernel.scheme.laplacian, kernel.sums);
+    let [per_laplacian, per_density] = [sums.laplacian, sums.number_density].map(Real::recip);
     for_each_chunk(into, ROWS, |number, into| {
         for (row, into) in into.iter_mut().enumerate() {
             let a = number * ROWS + row;
@@ -58,17 +59,17 @@ pub(crate) fn exchange(
                 let held = turned != 0 && friction == WallFriction::NoSlip;
                 // The image of a wall that holds the fluid moves against it.
                 let image = if held { -velocity[b] } else { pair.seen(velocity[b]) };
-                into.laplacian += form.coefficient(&weight, r).0 / sums.laplacian * (image - velocity[a]);
+                into.laplacian += form.coefficient(&weight, r).0 * per_laplacian * (image - velocity[a]);
                 let other = seen(&pair, &gradient[b]);
                 total += w;
                 mean += w * other;
-                let along = apart / r.max(COINCIDENT);
+                let along = r.max(COINCIDENT).recip() * apart;
                 let speed = (pair.seen(velocity[b]) - velocity[a]).dot(along);
                 let rest = speed - 0.5 * along.dot((gradient[a] + other) * apart);
-                if rest * speed > 0.0 {
-                    let least = if rest.abs() < speed.abs() { rest } else { speed };
-                    into.damping += w / sums.number_density * least * along;
-                }
+                let least = if rest.abs() < speed.abs() { rest } else { speed };
+                // Signs are hard to foretell: no branch.
+                let least = if rest * speed > 0.0 { least } else { 0.0 };
+                into.damping += w * per_density * least * along;
             }
             let mean = mean * total.recip();
             let twice = mean + mean.transpose();

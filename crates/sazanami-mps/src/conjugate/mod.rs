@@ -48,14 +48,16 @@ pub(crate) struct Columns {
     /// Velocities relative to the walls [m/s].
     velocity: Vec<Vector>,
     /// `B` of each particle and ghost.
-    inverse: Vec<Symmetric>,
+    pub inverse: Vec<Symmetric>,
     /// Velocity gradient of each particle and ghost [1/s].
     gradient: Vec<Matrix>,
-    sums: Vec<Vector>,
+    /// Sums of the coefficients of each own particle, by whole blocks.
+    sums: Vec<[Real; 4]>,
     surroundings: Vec<Surroundings>,
     received: Vec<Received>,
-    /// `G p` of each particle and ghost.
-    force: Vec<Vector>,
+    /// Force and pressure of each particle and ghost in a product.
+    force: Vec<[Real; 4]>,
+    ways: Vec<Vector>,
     pub divergence: Vec<Real>,
     roles: Vec<u8>,
     /// Unknown pressures: those of all fluid.
@@ -67,7 +69,12 @@ pub(crate) struct Columns {
 impl Columns {
     /// `D` and `G` at the start of the step.
     pub fn operators(&self) -> Operators<'_> {
-        Operators { pairs: &self.pairs, inverse: &self.inverse, sums: &self.sums }
+        Operators { pairs: &self.pairs, sums: &self.sums }
+    }
+
+    /// Coefficients of the operators from `B`.
+    pub fn weigh(&mut self, blocks: &[Block]) {
+        self.pairs.weigh(blocks, &self.inverse, &mut self.sums);
     }
 
     /// Pairs, moments, velocity gradients and roles at the start of the step.
@@ -89,7 +96,7 @@ impl Columns {
         self.pairs.renew(&search, &mut equation.blocks, &mut equation.rows);
         self.inverse.resize(count, [0.0; 6]);
         self.gradient.resize(count, Matrix::ZERO);
-        self.sums.resize(owned, Vector::ZERO);
+        self.sums.resize(equation.rows.len(), [0.0; 4]);
         self.surroundings.resize(owned, Surroundings::default());
         surroundings::surround(
             step.kernel,
@@ -100,12 +107,12 @@ impl Columns {
             Found {
                 inverse: &mut self.inverse[..owned],
                 gradient: &mut self.gradient[..owned],
-                sums: &mut self.sums,
                 surroundings: &mut self.surroundings,
             },
         );
         ghosts.refresh(step.domain, &mut self.inverse);
         ghosts.refresh(step.domain, &mut self.gradient);
+        self.weigh(&equation.blocks);
         let surroundings = &self.surroundings[..];
         let lists = neighbours.blocks();
         set_column(&mut self.roles, count, |a| match kind[a] {
@@ -201,7 +208,7 @@ impl Columns {
     pub fn set_right_side(&mut self, step: &Context<'_>, particles: &Particles, equation: &mut PressureEquation) {
         let owned = particles.owned;
         self.divergence.resize(owned, 0.0);
-        let operators = Operators { pairs: &self.pairs, inverse: &self.inverse, sums: &self.sums };
+        let operators = Operators { pairs: &self.pairs, sums: &self.sums };
         operators.divergence(&equation.blocks, &self.velocity, &mut self.divergence);
         let (divergence, surroundings) = (&self.divergence[..], &self.surroundings[..]);
         for_each_chunk(&mut equation.rows[..owned], ROWS, |number, rows| {
@@ -223,9 +230,9 @@ impl Columns {
     ) -> Result<PressureReport, PressureError> {
         let Arrangement { ghosts, bins, bin, .. } = near;
         let Particles { pressure, position, owned, kind, .. } = particles;
-        self.force.resize(kind.len(), Vector::ZERO);
-        let operators = Operators { pairs: &self.pairs, inverse: &self.inverse, sums: &self.sums };
-        let mut matrix = Conjugate { operators, force: &mut self.force, divergence: &mut self.divergence };
+        self.force.resize(kind.len(), [0.0; 4]);
+        let operators = Operators { pairs: &self.pairs, sums: &self.sums };
+        let mut matrix = Conjugate { operators, force: &mut self.force };
         let layout = Layout { domain: step.domain, bins, roles: &self.unknown, bin, place: position, owned: *owned };
         let strain = step.dt * step.dt / step.settings.fluid.density;
         equation.solve_with(&mut matrix, &layout, ghosts, pressure, strain, &step.settings.tolerance)
@@ -241,7 +248,7 @@ impl Columns {
     ) -> (Vector, [Real; 2]) {
         let Particles { kind, position, velocity: present, pressure, gradient, owned, .. } = particles;
         let owned = *owned;
-        self.operators().force(&equation.blocks, pressure, &mut gradient[..owned]);
+        self.operators().force(&equation.blocks, pressure, &mut gradient[..owned], |into, _, force| *into = force);
         self.new.resize(kind.len());
         let (free, walls) = (&self.velocity[..], step.forcing.wall_velocity);
         let (kind, gradient) = (&kind[..], &gradient[..]);
@@ -279,8 +286,8 @@ impl Columns {
         let (surroundings, received) = (&self.surroundings[..], &self.received[..]);
         let rate = |a: usize| received[a].strain;
         let kind = &particles.kind[..];
-        // The forces of the last product serve as the ways.
-        let ways = &mut self.force[..particles.owned];
+        self.ways.resize(particles.owned, Vector::ZERO);
+        let ways = &mut self.ways[..];
         shift::find_ways(step, kind, surroundings, rate, second, ways);
         let ways = &*ways;
         for_each_chunk(&mut self.new.position[..particles.owned], ROWS, |number, position| {

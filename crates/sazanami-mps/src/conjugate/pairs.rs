@@ -6,6 +6,7 @@ use sazanami_parallel::{Rows, for_each_chunk};
 
 use super::mirrors::{Mirrors, Turned, turn, way};
 use crate::matrix::{Block, Row};
+use crate::moments::Symmetric;
 use crate::neighbours::{Neighbours, ROWS};
 use crate::particles::Kind;
 use crate::scheme::Kernel;
@@ -17,16 +18,36 @@ const WITHIN: Real = 1.0 - 1e-6;
 #[derive(Clone, Debug)]
 pub(crate) struct PairBlock {
     starts: [u32; ROWS + 1],
+    /// First pair of each row with an image.
+    images: [u32; ROWS],
     /// `g_ij = s_ij r_ij` [1/m].
     slopes: Vec<[f32; 3]>,
     turned: Vec<Turned>,
+    /// `B_i g_ij` [1/m], and the coefficient of the compact matrix [1/m^2].
+    own: Vec<[f32; 4]>,
+    /// `B_j g_ij` [1/m], which the neighbour holds with the other sign; a zero.
+    others: Vec<[f32; 4]>,
 }
 
 impl Default for PairBlock {
     fn default() -> Self {
-        Self { starts: [0; ROWS + 1], slopes: Vec::new(), turned: Vec::new() }
+        let (slopes, turned, own, others) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        Self { starts: [0; ROWS + 1], images: [0; ROWS], slopes, turned, own, others }
     }
 }
+
+/// Signs of a vector at an image, and of a scalar behind it, by the directions turned.
+const SIGNS: [[Real; 4]; 8] = {
+    let mut signs = [[1.0; 4]; 8];
+    let mut n = 0;
+    while n < 24 {
+        if ((n % 8) >> (n / 8)) & 1 == 1 {
+            signs[n % 8][n / 8] = -1.0;
+        }
+        n += 1;
+    }
+    signs
+};
 
 /// A neighbour of a particle: another one, or an image.
 #[derive(Clone, Copy, Debug)]
@@ -44,7 +65,7 @@ impl Neighbour {
     /// Way to the neighbour \[m].
     #[inline(always)]
     pub fn way(&self) -> Vector {
-        self.slope / self.stiffness
+        self.stiffness.recip() * self.slope
     }
 
     /// A vector of the particle behind as its image has it.
@@ -52,6 +73,16 @@ impl Neighbour {
     pub fn seen(&self, vector: Vector) -> Vector {
         if self.turned == 0 { vector } else { turn(self.turned, vector) }
     }
+}
+
+/// `matrix vector`.
+#[inline(always)]
+fn times(m: &Symmetric, v: Vector) -> Vector {
+    Vector::new(
+        m[0] * v.x + m[3] * v.y + m[4] * v.z,
+        m[3] * v.x + m[1] * v.y + m[5] * v.z,
+        m[4] * v.x + m[5] * v.y + m[2] * v.z,
+    )
 }
 
 /// The pairs of a rank by rows of own particles.
@@ -87,8 +118,9 @@ impl Pairs {
             for (row, entry) in rows.data.iter_mut().enumerate() {
                 let a = number * ROWS + row;
                 *entry = Row::default();
+                pairs.images[row] = pairs.turned.len() as u32;
                 if a < owned && search.kind[a] == Kind::Fluid {
-                    search.list(a, search.neighbours.blocks()[number].of(row), pairs, block);
+                    search.list(a, search.neighbours.blocks()[number].of(row), (pairs, row), block);
                     let begin = pairs.starts[row] as usize;
                     let sum: Real = block.coefficients[begin..].iter().map(|&c| Real::from(c)).sum();
                     entry.diagonal = sum.max(2.0 * support);
@@ -97,6 +129,87 @@ impl Pairs {
                 block.end_row(row, pairs.turned.len(), 0);
             }
         });
+    }
+
+    /// Sets the coefficients of the operators from the matrices `B` of all particles, and their `sums` by whole blocks of
+    /// own ones: `sum B_i g_ij` [1/m] and that of the compact matrix [1/m^2]. They are rounded alike from both ends of a
+    /// pair.
+    pub fn weigh(&mut self, blocks: &[Block], inverse: &[Symmetric], sums: &mut [[Real; 4]]) {
+        let columns = (&mut self.blocks[..], Rows { data: sums, width: ROWS });
+        for_each_chunk(columns, 1, |number, (pairs, sums)| {
+            let PairBlock { starts, slopes, turned, own, others, .. } = &mut pairs[0];
+            let Block { columns, coefficients, .. } = &blocks[number];
+            own.resize(slopes.len(), [0.0; 4]);
+            others.resize(slopes.len(), [0.0; 4]);
+            for (row, sum) in sums.data.iter_mut().enumerate() {
+                *sum = [0.0; 4];
+                for n in starts[row] as usize..starts[row + 1] as usize {
+                    let mine = &inverse[number * ROWS + row];
+                    let (slope, turned) = (Vector::from_array(slopes[n].map(Real::from)), turned[n]);
+                    let theirs = &inverse[columns[n] as usize];
+                    let [x, y, z] = times(mine, slope).to_array().map(|k| k as f32);
+                    own[n] = [x, y, z, coefficients[n]];
+                    (0..4).for_each(|l| sum[l] += Real::from(own[n][l]));
+                    let [x, y, z] = turn(turned, times(theirs, turn(turned, slope))).to_array().map(|k| k as f32);
+                    others[n] = [x, y, z, 0.0];
+                }
+            }
+        });
+    }
+
+    /// `sum (f_j - f_a) k_aj` in each component of a field with the values `at`: `k` is `B_a g_aj` and, last, the coefficient
+    /// of the compact matrix. Images have the first three turned.
+    #[inline(always)]
+    pub fn differences(&self, blocks: &[Block], a: usize, at: impl Fn(usize) -> [Real; 4]) -> [Real; 4] {
+        let (number, row) = (a / ROWS, a % ROWS);
+        let PairBlock { starts, images, own, turned, .. } = &self.blocks[number];
+        let [begin, between, end] = [starts[row], images[row], starts[row + 1]].map(|n| n as usize);
+        let columns = &blocks[number].columns;
+        let here = at(a);
+        // Two sums, so that neither waits for the other.
+        let mut sums = [[0.0; 4]; 2];
+        let add = |sums: &mut [Real; 4], b: u32, k: &[f32; 4]| {
+            let there = at(b as usize);
+            for l in 0..4 {
+                sums[l] += (there[l] - here[l]) * Real::from(k[l]);
+            }
+        };
+        let (twos, rest) = columns[begin..between].as_chunks::<2>();
+        let (own_twos, own_rest) = own[begin..between].as_chunks::<2>();
+        for (b, k) in twos.iter().zip(own_twos) {
+            (0..2).for_each(|n| add(&mut sums[n], b[n], &k[n]));
+        }
+        rest.iter().zip(own_rest).for_each(|(&b, k)| add(&mut sums[0], b, k));
+        let mut sums: [Real; 4] = std::array::from_fn(|l| sums[0][l] + sums[1][l]);
+        for n in between..end {
+            let (there, k, signs) = (at(columns[n] as usize), &own[n], &SIGNS[usize::from(turned[n])]);
+            for l in 0..4 {
+                sums[l] += (signs[l] * there[l] - here[l]) * Real::from(k[l]);
+            }
+        }
+        sums
+    }
+
+    /// `sum f_j B_j g_aj` of a field `f`.
+    #[inline(always)]
+    pub fn gathered(&self, blocks: &[Block], a: usize, field: &[Real]) -> Vector {
+        let (number, row) = (a / ROWS, a % ROWS);
+        let PairBlock { starts, others, .. } = &self.blocks[number];
+        let range = starts[row] as usize..starts[row + 1] as usize;
+        let mut sums = [[0.0; 4]; 2];
+        let add = |sums: &mut [Real; 4], b: u32, h: &[f32; 4]| {
+            let value = field[b as usize];
+            for l in 0..4 {
+                sums[l] += value * Real::from(h[l]);
+            }
+        };
+        let (twos, rest) = blocks[number].columns[range.clone()].as_chunks::<2>();
+        let (others_twos, others_rest) = others[range].as_chunks::<2>();
+        for (b, h) in twos.iter().zip(others_twos) {
+            (0..2).for_each(|n| add(&mut sums[n], b[n], &h[n]));
+        }
+        rest.iter().zip(others_rest).for_each(|(&b, h)| add(&mut sums[0], b, h));
+        Vector::from_slice(&sums[0][..3]) + Vector::from_slice(&sums[1][..3])
     }
 
     /// Neighbours of own particle `a`.
@@ -122,8 +235,8 @@ impl Pairs {
 }
 
 impl Search<'_> {
-    /// Lists the neighbours of `a`: particles of the list `near`, then images.
-    fn list(&self, a: usize, near: &[u32], pairs: &mut PairBlock, block: &mut Block) {
+    /// Lists the neighbours of `a` in its `row`: particles of the list `near`, then images.
+    fn list(&self, a: usize, near: &[u32], (pairs, row): (&mut PairBlock, usize), block: &mut Block) {
         let Self { kernel, mirrors, bins, kind, position, .. } = *self;
         let (weight, here) = (kernel.weight, position[a]);
         let radius = WITHIN * weight.radius;
@@ -141,6 +254,7 @@ impl Search<'_> {
         for b in near.iter().map(|&b| b as usize).filter(|&b| kind[b] == Kind::Fluid) {
             add(b, 0, position[b] - here, pairs);
         }
+        pairs.images[row] = pairs.turned.len() as u32;
         mirrors.near(here, radius, |turned, twice| {
             let image = way(here, here, turned, twice) + here;
             bins.for_each_range(image, radius, |range| {

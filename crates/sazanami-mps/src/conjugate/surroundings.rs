@@ -64,8 +64,6 @@ pub(crate) struct Found<'a> {
     pub inverse: &'a mut [Symmetric],
     /// Gradient of the velocity, `grad[i][j] = du_i/dx_j` as a matrix [1/s].
     pub gradient: &'a mut [Matrix],
-    /// `sum g` [1/m].
-    pub sums: &'a mut [Vector],
     pub surroundings: &'a mut [Surroundings],
 }
 
@@ -79,16 +77,16 @@ pub(crate) fn surround(
     found: Found<'_>,
 ) {
     let spacing = near.weight.radius / CLOSE_RADIUS;
-    let Found { inverse, gradient, sums, surroundings } = found;
-    for_each_chunk((inverse, gradient, sums, surroundings), ROWS, |number, (inverse, gradient, sums, surroundings)| {
+    let Found { inverse, gradient, surroundings } = found;
+    for_each_chunk((inverse, gradient, surroundings), ROWS, |number, (inverse, gradient, surroundings)| {
         for row in 0..inverse.len() {
             let a = number * ROWS + row;
-            (inverse[row], gradient[row], sums[row]) = (UNIT, Matrix::ZERO, Vector::ZERO);
+            (inverse[row], gradient[row]) = (UNIT, Matrix::ZERO);
             surroundings[row] = Surroundings::default();
             if kind[a] != Kind::Fluid {
                 continue;
             }
-            let (mut moments, mut changes, mut close) = ([0.0; 6], Matrix::ZERO, 0);
+            let (mut moments, mut changes, mut sum, mut close) = ([0.0; 6], Matrix::ZERO, Vector::ZERO, 0);
             let mine = &mut surroundings[row];
             mine.density = 1.0;
             for pair in pairs.of(blocks, a) {
@@ -96,7 +94,7 @@ pub(crate) fn surround(
                 let apart = pair.way();
                 let r = apart.length();
                 mine.density += kernel.weight.value(r);
-                sums[row] += slope;
+                sum += slope;
                 add(&mut moments, stiffness, apart);
                 let change = pair.seen(velocity[b]) - velocity[a];
                 changes += Matrix::from_cols(slope.x * change, slope.y * change, slope.z * change);
@@ -117,7 +115,7 @@ pub(crate) fn surround(
             mine.role = role;
             mine.normal = match role {
                 Role::Dirichlet => -towards(spacing, apart),
-                Role::Inactive | Role::Unknown => -sums[row],
+                Role::Inactive | Role::Unknown => -sum,
             }
             .normalize_or_zero();
         }
