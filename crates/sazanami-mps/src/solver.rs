@@ -128,7 +128,7 @@ impl Solver {
         walls.begin_step(&step, tank, particles);
         grains.begin_step(&step);
         let fastest = motion::largest_speed(domain, particles, |_| true).max(grains.largest_speed(domain));
-        near.renew(&step, particles, fastest, grains.drag_rate(), voids);
+        near.renew(&step, particles, (fastest, grains.drag_rate()), 1.0, voids);
         let step = &Context { flow_time: motion::flow_time(&step, particles), ..step };
         equation.resize(particles.owned);
 

@@ -3,12 +3,13 @@
 //! With `g_ij = s_ij r_ij`, `s_ij = -w'/(r N1)` and `B_i` the inverse of `M_i = sum g_ij r_ij^T`,
 //! `D_i u = sum (u_j - u_i).B_i g_ij` is exact for linear velocities, and `G_i p = sum (B_i p_i + B_j p_j) g_ij` pushes
 //! both particles of a pair equally. Sums run over particles and their images in walls, which carry the mirrored `u` and
-//! `B`. See `docs/decisions/0018-scheme-of-moving-particles.md`.
+//! `B`. Water between grains is in [`super::voids`]. See `docs/decisions/0018-scheme-of-moving-particles.md`.
 
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
 use super::pairs::Pairs;
+use super::voids::Bulk;
 use crate::ghosts::Ghosts;
 use crate::matrix::{Block, Layout, Row};
 use crate::neighbours::ROWS;
@@ -23,16 +24,20 @@ pub(crate) struct Operators<'a> {
     pub pairs: &'a Pairs,
     /// `sum B_i g_ij` of each own particle [1/m], and that of the compact matrix [1/m^2].
     pub sums: &'a [[Real; 4]],
+    /// `(grad eps)/eps` at each own particle, by whole blocks [1/m].
+    pub slope: &'a [Vector],
 }
 
 impl Operators<'_> {
-    /// Sets the divergence of `velocity` [m/s] at each own particle [1/s]; ghosts of the velocity are up to date.
-    pub fn divergence(&self, blocks: &[Block], velocity: &[Vector], into: &mut [Real]) {
+    /// Sets the divergence of a velocity [m/s] at each own particle [1/s], with its rate along slopes of the void fraction
+    /// if they are `sloping`; ghosts of the velocity are up to date.
+    pub fn divergence(&self, blocks: &[Block], velocity: &[Vector], sloping: bool, into: &mut [Real]) {
         for_each_chunk(into, ROWS, |number, into| {
             for (row, into) in into.iter_mut().enumerate() {
+                let a = number * ROWS + row;
                 let at = |a: usize| [velocity[a].x, velocity[a].y, velocity[a].z, 0.0];
-                let [x, y, z, _] = self.pairs.differences(blocks, number * ROWS + row, at);
-                *into = x + y + z;
+                let [x, y, z, _] = self.pairs.differences(blocks, a, at);
+                *into = x + y + z + if sloping { self.slope[a].dot(velocity[a]) } else { 0.0 };
             }
         });
     }
@@ -49,21 +54,19 @@ impl Operators<'_> {
         for_each_chunk(into, ROWS, |number, into| {
             for (row, into) in into.iter_mut().enumerate() {
                 let a = number * ROWS + row;
-                set(
-                    into,
-                    a,
-                    pressure[a] * Vector::from_slice(&self.sums[a][..3]) + self.pairs.gathered(blocks, a, pressure),
-                );
+                let own = Vector::from_slice(&self.sums[a][..3]) - self.slope[a];
+                set(into, a, pressure[a] * own + self.pairs.gathered(blocks, a, pressure));
             }
         });
     }
 }
 
-/// `(1 - a) D D^T + a C`, with the compact matrix `C` in the rows of the equation.
+/// `(1 - a) D m D^T + a C`, `m` the motion of fluid and grains over that of the fluid, with the compact matrix `C` in the rows of the equation.
 pub(crate) struct Conjugate<'a> {
     pub operators: Operators<'a>,
     /// Work space: the force and the pressure at each particle, ghosts included.
     pub force: &'a mut [[Real; 4]],
+    pub bulk: Bulk<'a>,
 }
 
 impl Product for Conjugate<'_> {
@@ -77,8 +80,11 @@ impl Product for Conjugate<'_> {
         d: &[Real],
         q: &mut [Real],
     ) {
-        let Self { operators, force } = self;
-        let set = |into: &mut [Real; 4], a: usize, force: Vector| *into = [force.x, force.y, force.z, d[a]];
+        let Self { operators, force, bulk } = self;
+        let set = |into: &mut [Real; 4], a: usize, force: Vector| {
+            let force = bulk.own(a) * force;
+            *into = [force.x, force.y, force.z, d[a]];
+        };
         operators.force(blocks, d, &mut force[..layout.owned], set);
         ghosts.refresh(layout.domain, force);
         let (blocks, force) = (&*blocks, &force[..]);
@@ -87,7 +93,8 @@ impl Product for Conjugate<'_> {
                 let a = number * ROWS + row;
                 let [x, y, z, near] = operators.pairs.differences(blocks, a, |b| force[b]);
                 let missing = rows[a].diagonal - operators.sums[a][3];
-                *q = COMPACT * (missing * d[a] - near) - (1.0 - COMPACT) * (x + y + z);
+                let along = operators.slope[a].dot(Vector::from_slice(&force[a][..3]));
+                *q = COMPACT * (missing * d[a] - near) - (1.0 - COMPACT) * (x + y + z + along);
             }
         });
     }

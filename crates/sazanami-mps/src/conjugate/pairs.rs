@@ -5,6 +5,7 @@ use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::{Rows, for_each_chunk};
 
 use super::mirrors::{Mirrors, Turned, turn, way};
+use super::voids::Bulk;
 use crate::matrix::{Block, Row};
 use crate::moments::Symmetric;
 use crate::neighbours::{Neighbours, ROWS};
@@ -20,12 +21,12 @@ pub(crate) struct PairBlock {
     starts: [u32; ROWS + 1],
     /// First pair of each row with an image.
     images: [u32; ROWS],
-    /// `g_ij = s_ij r_ij` [1/m].
+    /// `s_ij r_ij` [1/m]: `g_ij`, over the share of fluid and grains that move.
     slopes: Vec<[f32; 3]>,
     turned: Vec<Turned>,
-    /// `B_i g_ij` [1/m], and the coefficient of the compact matrix [1/m^2].
+    /// `B_i g_ij eps_j/eps_i` [1/m], and the coefficient of the compact matrix [1/m^2].
     own: Vec<[f32; 4]>,
-    /// `B_j g_ij` [1/m], which the neighbour holds with the other sign; a zero.
+    /// `B_j g_ij eps_i/eps_j` [1/m], which the neighbour holds with the other sign; a zero.
     others: Vec<[f32; 4]>,
 }
 
@@ -99,6 +100,9 @@ pub(crate) struct Search<'a> {
     pub neighbours: &'a Neighbours,
     pub kind: &'a [Kind],
     pub position: &'a [Vector],
+    pub bulk: Bulk<'a>,
+    /// Largest size of a pair over the spacing.
+    pub widest: Real,
 }
 
 impl Pairs {
@@ -122,8 +126,13 @@ impl Pairs {
                 if a < owned && search.kind[a] == Kind::Fluid {
                     search.list(a, search.neighbours.blocks()[number].of(row), (pairs, row), block);
                     let begin = pairs.starts[row] as usize;
-                    let sum: Real = block.coefficients[begin..].iter().map(|&c| Real::from(c)).sum();
-                    entry.diagonal = sum.max(2.0 * support);
+                    let row = block.columns[begin..].iter().zip(&block.coefficients[begin..]);
+                    let [sum, filled] = row.fold([0.0; 2], |[sum, filled], (&b, &c)| {
+                        let (b, c) = (b as usize, Real::from(c));
+                        [sum + c, filled + c / search.bulk.pair(a, b)]
+                    });
+                    let full = 2.0 * support / search.bulk.size[a].powi(2);
+                    entry.diagonal = sum + search.bulk.own(a) * (full - filled).max(0.0);
                 }
                 pairs.starts[row + 1] = pairs.turned.len() as u32;
                 block.end_row(row, pairs.turned.len(), 0);
@@ -132,25 +141,35 @@ impl Pairs {
     }
 
     /// Sets the coefficients of the operators from the matrices `B` of all particles, and their `sums` by whole blocks of
-    /// own ones: `sum B_i g_ij` [1/m] and that of the compact matrix [1/m^2]. They are rounded alike from both ends of a
-    /// pair.
-    pub fn weigh(&mut self, blocks: &[Block], inverse: &[Symmetric], sums: &mut [[Real; 4]]) {
-        let columns = (&mut self.blocks[..], Rows { data: sums, width: ROWS });
-        for_each_chunk(columns, 1, |number, (pairs, sums)| {
+    /// own ones: those of the operators [1/m] and that of the compact matrix [1/m^2]. They are rounded alike from both ends
+    /// of a pair. Sets `slope` to `sum (eps_j/eps_i - 1) B_i g_ij`, by whole blocks too [1/m].
+    pub fn weigh(
+        &mut self,
+        blocks: &[Block],
+        inverse: &[Symmetric],
+        bulk: &Bulk<'_>,
+        (sums, slope): (&mut [[Real; 4]], &mut [Vector]),
+    ) {
+        let rows = (Rows { data: sums, width: ROWS }, Rows { data: slope, width: ROWS });
+        let columns = (&mut self.blocks[..], rows.0, rows.1);
+        for_each_chunk(columns, 1, |number, (pairs, sums, slope)| {
             let PairBlock { starts, slopes, turned, own, others, .. } = &mut pairs[0];
             let Block { columns, coefficients, .. } = &blocks[number];
             own.resize(slopes.len(), [0.0; 4]);
             others.resize(slopes.len(), [0.0; 4]);
-            for (row, sum) in sums.data.iter_mut().enumerate() {
-                *sum = [0.0; 4];
+            for (row, (sum, along)) in sums.data.iter_mut().zip(slope.data.iter_mut()).enumerate() {
+                (*sum, *along) = ([0.0; 4], Vector::ZERO);
                 for n in starts[row] as usize..starts[row + 1] as usize {
-                    let mine = &inverse[number * ROWS + row];
-                    let (slope, turned) = (Vector::from_array(slopes[n].map(Real::from)), turned[n]);
-                    let theirs = &inverse[columns[n] as usize];
-                    let [x, y, z] = times(mine, slope).to_array().map(|k| k as f32);
+                    let (a, b, turned) = (number * ROWS + row, columns[n] as usize, turned[n]);
+                    let g = bulk.moving(a, b).recip() * Vector::from_array(slopes[n].map(Real::from));
+                    let [mine, theirs] = [a, b].map(|n| bulk.inverse_void[n]);
+                    let whole = times(&inverse[a], g);
+                    *along += (mine / theirs - 1.0) * whole;
+                    let [x, y, z] = (mine / theirs * whole).to_array().map(|k| k as f32);
                     own[n] = [x, y, z, coefficients[n]];
                     (0..4).for_each(|l| sum[l] += Real::from(own[n][l]));
-                    let [x, y, z] = turn(turned, times(theirs, turn(turned, slope))).to_array().map(|k| k as f32);
+                    let whole = turn(turned, times(&inverse[b], turn(turned, g)));
+                    let [x, y, z] = (theirs / mine * whole).to_array().map(|k| k as f32);
                     others[n] = [x, y, z, 0.0];
                 }
             }
@@ -237,14 +256,16 @@ impl Pairs {
 impl Search<'_> {
     /// Lists the neighbours of `a` in its `row`: particles of the list `near`, then images.
     fn list(&self, a: usize, near: &[u32], (pairs, row): (&mut PairBlock, usize), block: &mut Block) {
-        let Self { kernel, mirrors, bins, kind, position, .. } = *self;
+        let Self { kernel, mirrors, bins, kind, position, bulk, .. } = *self;
         let (weight, here) = (kernel.weight, position[a]);
-        let radius = WITHIN * weight.radius;
-        let square = radius * radius;
+        let radius = self.widest * WITHIN * weight.radius;
+        let square = (WITHIN * weight.radius).powi(2);
         let mut add = |b: usize, turned: Turned, apart: Vector, pairs: &mut PairBlock| {
-            let r2 = apart.length_squared();
+            let narrower = bulk.size(a, b).recip();
+            let area = narrower * narrower;
+            let r2 = apart.length_squared() * area;
             if r2 < square {
-                let s = -weight.slope_over_distance(r2.sqrt()) / kernel.sums.strain;
+                let s = -weight.slope_over_distance(r2.sqrt()) * area / kernel.sums.strain * bulk.pair(a, b);
                 block.columns.push(b as u32);
                 block.coefficients.push((2.0 * s) as f32);
                 pairs.slopes.push((s * apart).to_array().map(|g| g as f32));

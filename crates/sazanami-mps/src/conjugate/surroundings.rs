@@ -4,6 +4,7 @@ use sazanami_numerics::{Matrix, Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
 use super::pairs::{Neighbour, Pairs};
+use super::voids::Bulk;
 use crate::free_surface::is_isolated;
 use crate::matrix::{Block, CLOSE_RADIUS};
 use crate::moments::{Symmetric, add, eigenvalues_exceed, full};
@@ -74,6 +75,7 @@ pub(crate) fn surround(
     open: bool,
     (pairs, blocks): (&Pairs, &[Block]),
     (kind, velocity): (&[Kind], &[Vector]),
+    bulk: &Bulk<'_>,
     found: Found<'_>,
 ) {
     let spacing = near.weight.radius / CLOSE_RADIUS;
@@ -90,9 +92,12 @@ pub(crate) fn surround(
             let mine = &mut surroundings[row];
             mine.density = 1.0;
             for pair in pairs.of(blocks, a) {
-                let Neighbour { particle: b, slope, stiffness, .. } = pair;
+                let Neighbour { particle: b, .. } = pair;
+                let share = bulk.moving(a, b).recip();
+                let (slope, stiffness) = (share * pair.slope, share * pair.stiffness);
                 let apart = pair.way();
-                let r = apart.length();
+                let narrower = bulk.size(a, b).recip();
+                let r = apart.length() * narrower;
                 mine.density += kernel.weight.value(r);
                 sum += slope;
                 add(&mut moments, stiffness, apart);
@@ -100,7 +105,7 @@ pub(crate) fn surround(
                 changes += Matrix::from_cols(slope.x * change, slope.y * change, slope.z * change);
                 if r < CLOSE_RADIUS * spacing {
                     close += 1;
-                    mine.drift -= near.drift(r) * apart;
+                    mine.drift -= near.drift(r) * narrower * narrower * apart;
                     mine.collided += u32::from(r < COLLIDED * spacing);
                 }
             }
@@ -109,8 +114,9 @@ pub(crate) fn surround(
                 inverse[row] = [m.x_axis.x, m.y_axis.y, m.z_axis.z, m.x_axis.y, m.x_axis.z, m.y_axis.z];
             }
             gradient[row] = changes * full(&inverse[row]);
+            let spacing = bulk.size[a] * spacing;
             let apart = pairs.of(blocks, a).map(|pair| pair.way()).filter(|d| d.length() < CLOSE_RADIUS * spacing);
-            let scaled = moments.map(|m| m * kernel.sums.strain);
+            let scaled = moments.map(|m| m * kernel.sums.strain / bulk.inverse_void[a]);
             let role = if open { role(&scaled, &kernel.sums, close, spacing, apart.clone()) } else { Role::Unknown };
             mine.role = role;
             mine.normal = match role {
