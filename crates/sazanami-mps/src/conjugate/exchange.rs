@@ -56,7 +56,7 @@ pub(crate) fn exchange(
             for pair in pairs.of(blocks, a) {
                 let Neighbour { particle: b, turned, .. } = pair;
                 let apart = pair.way();
-                let narrower = bulk.size(a, b).recip();
+                let narrower = bulk.narrowing(a, b);
                 let r = apart.length() * narrower;
                 let w = weight.value(r);
                 let held = turned != 0 && friction == WallFriction::NoSlip;

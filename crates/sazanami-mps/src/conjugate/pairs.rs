@@ -161,15 +161,15 @@ impl Pairs {
                 (*sum, *along) = ([0.0; 4], Vector::ZERO);
                 for n in starts[row] as usize..starts[row + 1] as usize {
                     let (a, b, turned) = (number * ROWS + row, columns[n] as usize, turned[n]);
-                    let g = bulk.moving(a, b).recip() * Vector::from_array(slopes[n].map(Real::from));
-                    let [mine, theirs] = [a, b].map(|n| bulk.inverse_void[n]);
+                    let g = bulk.share(a, b) * Vector::from_array(slopes[n].map(Real::from));
+                    let [mine, theirs] = [bulk.ratio(a, b), bulk.ratio(b, a)];
                     let whole = times(&inverse[a], g);
-                    *along += (mine / theirs - 1.0) * whole;
-                    let [x, y, z] = (mine / theirs * whole).to_array().map(|k| k as f32);
+                    *along += (mine - 1.0) * whole;
+                    let [x, y, z] = (mine * whole).to_array().map(|k| k as f32);
                     own[n] = [x, y, z, coefficients[n]];
                     (0..4).for_each(|l| sum[l] += Real::from(own[n][l]));
                     let whole = turn(turned, times(&inverse[b], turn(turned, g)));
-                    let [x, y, z] = (theirs / mine * whole).to_array().map(|k| k as f32);
+                    let [x, y, z] = (theirs * whole).to_array().map(|k| k as f32);
                     others[n] = [x, y, z, 0.0];
                 }
             }
@@ -261,7 +261,7 @@ impl Search<'_> {
         let radius = self.widest * WITHIN * weight.radius;
         let square = (WITHIN * weight.radius).powi(2);
         let mut add = |b: usize, turned: Turned, apart: Vector, pairs: &mut PairBlock| {
-            let narrower = bulk.size(a, b).recip();
+            let narrower = bulk.narrowing(a, b);
             let area = narrower * narrower;
             let r2 = apart.length_squared() * area;
             if r2 < square {

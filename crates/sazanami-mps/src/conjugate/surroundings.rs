@@ -93,10 +93,10 @@ pub(crate) fn surround(
             mine.density = 1.0;
             for pair in pairs.of(blocks, a) {
                 let Neighbour { particle: b, .. } = pair;
-                let share = bulk.moving(a, b).recip();
+                let share = bulk.share(a, b);
                 let (slope, stiffness) = (share * pair.slope, share * pair.stiffness);
                 let apart = pair.way();
-                let narrower = bulk.size(a, b).recip();
+                let narrower = bulk.narrowing(a, b);
                 let r = apart.length() * narrower;
                 mine.density += kernel.weight.value(r);
                 sum += slope;

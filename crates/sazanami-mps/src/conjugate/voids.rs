@@ -20,6 +20,8 @@ use crate::reductions::set_column;
 /// Weights of particles and pairs, ghosts included: 1 in clear water.
 #[derive(Clone, Copy)]
 pub(crate) struct Bulk<'a> {
+    /// Whether there is no grain, so that nothing needs to be looked up.
+    pub clear: bool,
     /// `1/eps`.
     pub inverse_void: &'a [Real],
     /// `eps^(-1/3)`: distance between particles over the spacing of clear water.
@@ -29,22 +31,31 @@ pub(crate) struct Bulk<'a> {
 }
 
 impl Bulk<'_> {
-    /// Size of a pair over the spacing of clear water, by which the radius of influence is scaled.
+    /// Spacing of clear water over the size of a pair, by which distances are scaled.
     #[inline(always)]
-    pub fn size(&self, a: usize, b: usize) -> Real {
-        0.5 * (self.size[a] + self.size[b])
+    pub fn narrowing(&self, a: usize, b: usize) -> Real {
+        if self.clear { 1.0 } else { 2.0 / (self.size[a] + self.size[b]) }
     }
 
-    /// Of the compact matrix, over that of `g`.
+    /// Of `g`, over that of the compact matrix.
     #[inline(always)]
-    pub fn moving(&self, a: usize, b: usize) -> Real {
-        0.5 * (self.mobility[a] + self.mobility[b])
+    pub fn share(&self, a: usize, b: usize) -> Real {
+        if self.clear { 1.0 } else { 2.0 / (self.mobility[a] + self.mobility[b]) }
     }
 
     /// Of the compact matrix, the same from both ends.
     #[inline(always)]
     pub fn pair(&self, a: usize, b: usize) -> Real {
-        self.moving(a, b) * self.mean(a, b)
+        if self.clear {
+            return 1.0;
+        }
+        0.25 * (self.mobility[a] + self.mobility[b]) * (self.inverse_void[a] + self.inverse_void[b])
+    }
+
+    /// `eps_b/eps_a`.
+    #[inline(always)]
+    pub fn ratio(&self, a: usize, b: usize) -> Real {
+        if self.clear { 1.0 } else { self.inverse_void[a] / self.inverse_void[b] }
     }
 
     /// Sum of the compact matrix in a uniform bed over that in clear water: motion of fluid and grains under a pressure over
@@ -53,18 +64,13 @@ impl Bulk<'_> {
     pub fn own(&self, a: usize) -> Real {
         self.mobility[a] * self.inverse_void[a]
     }
-
-    /// Of `g`.
-    #[inline(always)]
-    fn mean(&self, a: usize, b: usize) -> Real {
-        0.5 * (self.inverse_void[a] + self.inverse_void[b])
-    }
 }
 
 /// Void fractions at the start of the step, and what they are where fluid and grains move without the new pressure.
 #[derive(Debug, Default)]
 pub(crate) struct VoidColumns {
     pub start: Voids,
+    clear: bool,
     size: Vec<Real>,
     pub mobility: Vec<Real>,
     then: Voids,
@@ -75,7 +81,7 @@ pub(crate) struct VoidColumns {
 
 impl VoidColumns {
     pub fn bulk(&self) -> Bulk<'_> {
-        Bulk { inverse_void: &self.start.inverse, size: &self.size, mobility: &self.mobility }
+        Bulk { clear: self.clear, inverse_void: &self.start.inverse, size: &self.size, mobility: &self.mobility }
     }
 
     /// Void fractions at the start of the step.
@@ -89,12 +95,14 @@ impl VoidColumns {
     ) -> VoidReport {
         let now = (&particles.position[..], &particles.velocity[..]);
         let found = grains.void_fractions(step, tank, particles, now, &mut near.ghosts, &mut self.start);
-        self.prepare(particles.owned);
+        self.prepare(particles.owned, grains.is_empty());
         found
     }
 
-    /// Columns that follow from the void fractions at the start; rates of `owned` particles are zero until predicted.
-    pub fn prepare(&mut self, owned: usize) {
+    /// Columns that follow from the void fractions at the start; rates of `owned` particles are zero until predicted. It is
+    /// `clear` water if there is no grain.
+    pub fn prepare(&mut self, owned: usize, clear: bool) {
+        self.clear = clear;
         number_density::mobility(&self.start, &mut self.mobility);
         let inverse = &self.start.inverse;
         set_column(&mut self.size, inverse.len(), |a| inverse[a].cbrt());

@@ -55,7 +55,7 @@ fn posed_between(sides: [[Side; 2]; 3], radius: Real, void: impl Fn(Vector) -> R
         *inverse = if particles.is_fluid(a) { void(particles.position[a]).recip() } else { 1.0 };
     }
     near.ghosts.refresh(domain, &mut conjugate.voids.start.inverse);
-    conjugate.voids.prepare(particles.owned);
+    conjugate.voids.prepare(particles.owned, false);
     conjugate.surround(&step, (&Mirrors::of(tank), widest), near, particles, equation);
     solver
 }
