@@ -22,7 +22,7 @@ const COMPACT: Real = 0.5;
 #[derive(Clone, Copy)]
 pub(crate) struct Operators<'a> {
     pub pairs: &'a Pairs,
-    /// `sum B_i g_ij` of each own particle [1/m], and that of the compact matrix [1/m^2].
+    /// Sum of the coefficients of `D` at each own particle [1/m], and that of the compact matrix [1/m^2].
     pub sums: &'a [[Real; 4]],
     /// `(grad eps)/eps` at each own particle, by whole blocks [1/m].
     pub slope: &'a [Vector],
@@ -61,7 +61,8 @@ impl Operators<'_> {
     }
 }
 
-/// `(1 - a) D m D^T + a C`, `m` the motion of fluid and grains over that of the fluid, with the compact matrix `C` in the rows of the equation.
+/// `(1 - a) D m D^T + a C`, with the compact matrix `C` in the rows of the equation and `m` the motion of fluid and grains
+/// over that of the fluid.
 pub(crate) struct Conjugate<'a> {
     pub operators: Operators<'a>,
     /// Work space: the force and the pressure at each particle, ghosts included.

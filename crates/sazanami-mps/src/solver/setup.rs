@@ -47,12 +47,10 @@ impl Solver {
         if !(2.1..=3.6).contains(&radius) {
             return Err(SetupError::Radius { radius });
         }
-        if settings.scheme.projection == Projection::Conjugate {
-            if radius < CONJUGATE_RADIUS {
-                return Err(SetupError::ConjugateRadius { radius });
-            }
-        }
         let conjugate = settings.scheme.projection == Projection::Conjugate;
+        if conjugate && radius < CONJUGATE_RADIUS {
+            return Err(SetupError::ConjugateRadius { radius });
+        }
         let widening = if conjugate { grains.widest_size() } else { 1.0 };
         let kernel = Kernel::new(settings.scheme, settings.fluid.spacing);
         let periods = Periods::of(&domain);
