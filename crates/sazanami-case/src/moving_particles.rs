@@ -157,7 +157,7 @@ fn check_conjugate(case: &Case, cx: &mut Context<'_>, particles: &Particles) {
         let span = cx.places.at("particles.projection");
         cx.report
             .error(span, "`projection = \"conjugate\"` knows no grains")
-            .label("its sums have no void fraction yet")
+            .label("water that a moving bed stirs stays too dense (docs/decisions/0018-scheme-of-moving-particles.md)")
             .help("leave out `projection`, or the grains");
     }
 }

@@ -21,20 +21,21 @@ pub(crate) struct Arrangement {
 
 impl Arrangement {
     /// Migrates and sorts the particles, and renews ghosts and lists for a step in which fluid and grains move at
-    /// up to `fastest` [m/s] at the start and drag relaxes at `drag_rate` [1/s]. Resets `voids` to clear fluid.
+    /// up to `fastest` [m/s] at the start and drag relaxes at `drag_rate` [1/s], with lists that reach `widening` times as far
+    /// as the radius of influence. Resets `voids` to clear fluid.
     pub fn renew(
         &mut self,
         step: &Context<'_>,
         particles: &mut Particles,
-        fastest: Real,
-        drag_rate: Real,
+        (fastest, drag_rate): (Real, Real),
+        widening: Real,
         voids: &mut Voids,
     ) {
         let Context { domain, periods, kernel, settings, forcing, dt, .. } = *step;
         let speed = fastest.max(forcing.wall_velocity.length());
         // Pairs may approach by this much before the pressure acts.
         let margin = MARGIN * settings.fluid.spacing;
-        let radius = kernel.weight.radius + margin;
+        let radius = widening * kernel.weight.radius + margin;
         // Drag may change the velocity by up to its rate times the slip.
         let kick = 1.0 + (dt * drag_rate).min(1.0);
         let reach = radius + 2.1 * dt * (kick * speed + dt * forcing.body_force.length());

@@ -85,7 +85,4 @@ pub enum SetupError {
         /// Radius over the spacing.
         radius: Real,
     },
-    /// The conjugate scheme has no grains.
-    #[error("the conjugate scheme knows no grains")]
-    ConjugateGrains,
 }

@@ -4,6 +4,7 @@ use sazanami_numerics::{Matrix, Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
 use super::pairs::{Neighbour, Pairs};
+use super::voids::Bulk;
 use crate::boundary::WallFriction;
 use crate::matrix::Block;
 use crate::neighbours::ROWS;
@@ -30,6 +31,7 @@ pub(crate) struct Fields<'a> {
     pub velocity: &'a [Vector],
     /// Velocity gradients [1/s].
     pub gradient: &'a [Matrix],
+    pub bulk: Bulk<'a>,
 }
 
 /// Sets what each own fluid particle receives.
@@ -40,8 +42,9 @@ pub(crate) fn exchange(
     fields: &Fields<'_>,
     into: &mut [Received],
 ) {
-    let Fields { kind, velocity, gradient } = *fields;
+    let Fields { kind, velocity, gradient, bulk } = *fields;
     let (weight, form, sums) = (kernel.weight, kernel.scheme.laplacian, kernel.sums);
+    let [per_laplacian, per_density] = [sums.laplacian, sums.number_density].map(Real::recip);
     for_each_chunk(into, ROWS, |number, into| {
         for (row, into) in into.iter_mut().enumerate() {
             let a = number * ROWS + row;
@@ -53,22 +56,24 @@ pub(crate) fn exchange(
             for pair in pairs.of(blocks, a) {
                 let Neighbour { particle: b, turned, .. } = pair;
                 let apart = pair.way();
-                let r = apart.length();
+                let narrower = bulk.narrowing(a, b);
+                let r = apart.length() * narrower;
                 let w = weight.value(r);
                 let held = turned != 0 && friction == WallFriction::NoSlip;
                 // The image of a wall that holds the fluid moves against it.
                 let image = if held { -velocity[b] } else { pair.seen(velocity[b]) };
-                into.laplacian += form.coefficient(&weight, r).0 / sums.laplacian * (image - velocity[a]);
+                let stiffness = form.coefficient(&weight, r).0 * narrower * narrower;
+                into.laplacian += stiffness * per_laplacian * (image - velocity[a]);
                 let other = seen(&pair, &gradient[b]);
                 total += w;
                 mean += w * other;
-                let along = apart / r.max(COINCIDENT);
+                let along = narrower * r.max(COINCIDENT).recip() * apart;
                 let speed = (pair.seen(velocity[b]) - velocity[a]).dot(along);
                 let rest = speed - 0.5 * along.dot((gradient[a] + other) * apart);
-                if rest * speed > 0.0 {
-                    let least = if rest.abs() < speed.abs() { rest } else { speed };
-                    into.damping += w / sums.number_density * least * along;
-                }
+                let least = if rest.abs() < speed.abs() { rest } else { speed };
+                // Signs are hard to foretell: no branch.
+                let least = if rest * speed > 0.0 { least } else { 0.0 };
+                into.damping += w * per_density * least * along;
             }
             let mean = mean * total.recip();
             let twice = mean + mean.transpose();

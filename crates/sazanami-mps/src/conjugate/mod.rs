@@ -10,14 +10,16 @@ mod operators;
 mod pairs;
 mod shift;
 mod surroundings;
+mod voids;
 
 use sazanami_numerics::{Matrix, Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
 use crate::arrangement::Arrangement;
 use crate::boundary::{Tank, WallFriction};
-use crate::context::{Context, Motion, Voids};
+use crate::context::{Context, Motion};
 use crate::free_surface;
+use crate::grains::{GrainPhase, VoidReport};
 use crate::matrix::{Block, CLOSE_RADIUS, Layout};
 use crate::moments::Symmetric;
 use crate::momentum::FluidImpulses;
@@ -34,6 +36,7 @@ use operators::Conjugate;
 pub(crate) use operators::Operators;
 use pairs::{Pairs, Search};
 use surroundings::{Found, Near, Surroundings};
+use voids::VoidColumns;
 
 /// Damping number of the motion between pairs that is not linear: this part of a step over the flow time scale, at most
 /// [`MOST_DAMPED`].
@@ -43,20 +46,30 @@ const MOST_DAMPED: Real = 0.5;
 /// Columns over particles, kept for their memory.
 #[derive(Debug, Default)]
 pub(crate) struct Columns {
-    pub voids: Voids,
+    pub voids: VoidColumns,
     pub pairs: Pairs,
     /// Velocities relative to the walls [m/s].
     velocity: Vec<Vector>,
     /// `B` of each particle and ghost.
-    inverse: Vec<Symmetric>,
+    pub inverse: Vec<Symmetric>,
     /// Velocity gradient of each particle and ghost [1/s].
     gradient: Vec<Matrix>,
-    sums: Vec<Vector>,
+    /// Sums of the coefficients of each own particle, by whole blocks.
+    sums: Vec<[Real; 4]>,
+    /// `(grad eps)/eps` at each own particle, by whole blocks [1/m].
+    slope: Vec<Vector>,
     surroundings: Vec<Surroundings>,
     received: Vec<Received>,
-    /// `G p` of each particle and ghost.
-    force: Vec<Vector>,
+    /// Force and pressure of each particle and ghost in a product.
+    force: Vec<[Real; 4]>,
+    ways: Vec<Vector>,
     pub divergence: Vec<Real>,
+    /// Divergence of the grains' share in the motion by the old pressure [1/s].
+    shares: Vec<Real>,
+    /// Whether grains move with the pressure of the step.
+    pub gives_way: bool,
+    /// Velocity changes by drag [m/s].
+    pub drag: Vec<Vector>,
     roles: Vec<u8>,
     /// Unknown pressures: those of all fluid.
     unknown: Vec<Role>,
@@ -67,14 +80,20 @@ pub(crate) struct Columns {
 impl Columns {
     /// `D` and `G` at the start of the step.
     pub fn operators(&self) -> Operators<'_> {
-        Operators { pairs: &self.pairs, inverse: &self.inverse, sums: &self.sums }
+        Operators { pairs: &self.pairs, sums: &self.sums, slope: &self.slope }
+    }
+
+    /// Coefficients of the operators from `B`.
+    pub fn weigh(&mut self, blocks: &[Block]) {
+        let bulk = self.voids.bulk();
+        self.pairs.weigh(blocks, &self.inverse, &bulk, (&mut self.sums, &mut self.slope));
     }
 
     /// Pairs, moments, velocity gradients and roles at the start of the step.
     pub fn surround(
         &mut self,
         step: &Context<'_>,
-        mirrors: &Mirrors,
+        (mirrors, widest): (&Mirrors, Real),
         near: &mut Arrangement,
         particles: &mut Particles,
         equation: &mut PressureEquation,
@@ -85,11 +104,13 @@ impl Columns {
         set_column(&mut self.velocity, count, |a| velocity[a] - walls);
         let fluid = |a: usize| if kind[a] == Kind::Fluid { Role::Unknown } else { Role::Inactive };
         set_column(&mut self.unknown, count, fluid);
-        let search = Search { kernel: step.kernel, mirrors, bins, neighbours, kind, position };
+        let bulk = self.voids.bulk();
+        let search = Search { kernel: step.kernel, mirrors, bins, neighbours, kind, position, bulk, widest };
         self.pairs.renew(&search, &mut equation.blocks, &mut equation.rows);
         self.inverse.resize(count, [0.0; 6]);
         self.gradient.resize(count, Matrix::ZERO);
-        self.sums.resize(owned, Vector::ZERO);
+        self.sums.resize(equation.rows.len(), [0.0; 4]);
+        self.slope.resize(equation.rows.len(), Vector::ZERO);
         self.surroundings.resize(owned, Surroundings::default());
         surroundings::surround(
             step.kernel,
@@ -97,15 +118,16 @@ impl Columns {
             step.surface.is_some(),
             (&self.pairs, &equation.blocks),
             (kind, &self.velocity),
+            &bulk,
             Found {
                 inverse: &mut self.inverse[..owned],
                 gradient: &mut self.gradient[..owned],
-                sums: &mut self.sums,
                 surroundings: &mut self.surroundings,
             },
         );
         ghosts.refresh(step.domain, &mut self.inverse);
         ghosts.refresh(step.domain, &mut self.gradient);
+        self.weigh(&equation.blocks);
         let surroundings = &self.surroundings[..];
         let lists = neighbours.blocks();
         set_column(&mut self.roles, count, |a| match kind[a] {
@@ -157,7 +179,8 @@ impl Columns {
     ) -> Real {
         let owned = particles.owned;
         self.received.resize(owned, Received::default());
-        let fields = Fields { kind: &particles.kind, velocity: &self.velocity, gradient: &self.gradient };
+        let bulk = self.voids.bulk();
+        let fields = Fields { kind: &particles.kind, velocity: &self.velocity, gradient: &self.gradient, bulk };
         exchange::exchange(step.kernel, friction, (&self.pairs, &equation.blocks), &fields, &mut self.received);
         let damping = (DAMPED * step.dt / step.flow_time).min(MOST_DAMPED);
         let (viscosity, force) = (step.settings.fluid.viscosity, step.forcing.body_force);
@@ -197,12 +220,79 @@ impl Columns {
         }
     }
 
-    /// Right side: the divergence to be taken away, less that which relaxes the number density.
-    pub fn set_right_side(&mut self, step: &Context<'_>, particles: &Particles, equation: &mut PressureEquation) {
+    /// Velocities and positions without the new pressure, with the velocity changes `drag` [m/s] if they are known.
+    pub fn predict(
+        &mut self,
+        step: &Context<'_>,
+        particles: &Particles,
+        drag: Option<&[Vector]>,
+        near: &mut Arrangement,
+    ) {
+        self.new.resize(particles.len());
+        let (free, walls, owned) = (&self.velocity[..], step.forcing.wall_velocity, particles.owned);
+        let Particles { kind, position, velocity: present, .. } = particles;
+        let new = (&mut self.new.velocity[..owned], &mut self.new.position[..owned]);
+        for_each_chunk(new, ROWS, |number, (velocity, place)| {
+            for (row, (u, x)) in velocity.iter_mut().zip(place).enumerate() {
+                let a = number * ROWS + row;
+                *u = present[a];
+                if kind[a] == Kind::Fluid {
+                    *u = free[a] + walls + drag.map_or(Vector::ZERO, |drag| drag[a]);
+                }
+                *x = step.periods.rounded(position[a] + step.dt * *u);
+            }
+        });
+        self.new.refresh(step.domain, &mut near.ghosts);
+    }
+
+    /// Takes over the predicted velocities, drag included, and the rates of the void fraction there.
+    pub fn take_drag(
+        &mut self,
+        step: &Context<'_>,
+        tank: &Tank,
+        particles: &Particles,
+        grains: &mut GrainPhase,
+    ) -> VoidReport {
+        let (walls, predicted) = (step.forcing.wall_velocity, &self.new.velocity[..]);
+        set_column(&mut self.velocity, particles.len(), |a| predicted[a] - walls);
+        self.voids.predict(step, tank, particles, &self.new, grains)
+    }
+
+    /// Right side: the divergence to be taken away, less that which relaxes the number density. Grains have the pressure
+    /// of the step before already: their part of the equation acts on its change alone.
+    pub fn set_right_side(
+        &mut self,
+        step: &Context<'_>,
+        particles: &Particles,
+        near: &mut Arrangement,
+        equation: &mut PressureEquation,
+    ) {
         let owned = particles.owned;
         self.divergence.resize(owned, 0.0);
-        let operators = Operators { pairs: &self.pairs, inverse: &self.inverse, sums: &self.sums };
-        operators.divergence(&equation.blocks, &self.velocity, &mut self.divergence);
+        let operators = Operators { pairs: &self.pairs, sums: &self.sums, slope: &self.slope };
+        operators.divergence(&equation.blocks, &self.velocity, false, &mut self.divergence);
+        let (rate, slope, bulk) = (&self.voids.rate[..], &self.slope[..], self.voids.bulk());
+        let (free, present, walls) = (&self.velocity[..], &particles.velocity[..], step.forcing.wall_velocity);
+        let divergence = &mut self.divergence[..];
+        // Rates by the velocity at the start hold in every frame; what it has gained since is treated as the pressure's.
+        for_each_chunk(&mut *divergence, ROWS, |number, divergence| {
+            for (row, div) in divergence.iter_mut().enumerate() {
+                let a = number * ROWS + row;
+                *div += rate[a] + slope[a].dot(free[a] + walls - present[a]);
+            }
+        });
+        if self.gives_way {
+            let (factor, old) = (step.dt / step.settings.fluid.density, &particles.gradient[..]);
+            let ways = &mut self.ways;
+            set_column(ways, particles.len(), |a| factor * (bulk.own(a) - 1.0) * old[a]);
+            near.ghosts.refresh(step.domain, ways);
+            self.shares.resize(owned, 0.0);
+            operators.divergence(&equation.blocks, ways, true, &mut self.shares);
+            let shares = &self.shares[..];
+            for_each_chunk(divergence, ROWS, |number, divergence| {
+                divergence.iter_mut().zip(&shares[number * ROWS..]).for_each(|(div, share)| *div += share);
+            });
+        }
         let (divergence, surroundings) = (&self.divergence[..], &self.surroundings[..]);
         for_each_chunk(&mut equation.rows[..owned], ROWS, |number, rows| {
             for (row, entry) in rows.iter_mut().enumerate().filter(|(_, entry)| entry.diagonal > 0.0) {
@@ -223,9 +313,9 @@ impl Columns {
     ) -> Result<PressureReport, PressureError> {
         let Arrangement { ghosts, bins, bin, .. } = near;
         let Particles { pressure, position, owned, kind, .. } = particles;
-        self.force.resize(kind.len(), Vector::ZERO);
-        let operators = Operators { pairs: &self.pairs, inverse: &self.inverse, sums: &self.sums };
-        let mut matrix = Conjugate { operators, force: &mut self.force, divergence: &mut self.divergence };
+        self.force.resize(kind.len(), [0.0; 4]);
+        let operators = Operators { pairs: &self.pairs, sums: &self.sums, slope: &self.slope };
+        let mut matrix = Conjugate { operators, force: &mut self.force, bulk: self.voids.bulk() };
         let layout = Layout { domain: step.domain, bins, roles: &self.unknown, bin, place: position, owned: *owned };
         let strain = step.dt * step.dt / step.settings.fluid.density;
         equation.solve_with(&mut matrix, &layout, ghosts, pressure, strain, &step.settings.tolerance)
@@ -241,7 +331,7 @@ impl Columns {
     ) -> (Vector, [Real; 2]) {
         let Particles { kind, position, velocity: present, pressure, gradient, owned, .. } = particles;
         let owned = *owned;
-        self.operators().force(&equation.blocks, pressure, &mut gradient[..owned]);
+        self.operators().force(&equation.blocks, pressure, &mut gradient[..owned], |into, _, force| *into = force);
         self.new.resize(kind.len());
         let (free, walls) = (&self.velocity[..], step.forcing.wall_velocity);
         let (kind, gradient) = (&kind[..], &gradient[..]);
@@ -258,12 +348,14 @@ impl Columns {
             }
         });
         let (mass, surroundings, rows) = (step.particle_mass(), &self.surroundings[..], &equation.rows[..]);
+        let inverse_void = &self.voids.start.inverse[..];
         let sums = step.domain.sum(sum_of(owned, |a| {
             let change = -factor * gradient[a];
+            let by_walls = inverse_void[a] * change;
             let whole = change.dot(free[a] + 0.5 * change);
             let inside = rows[a].diagonal > 0.0;
             let wanted = if inside { expansion(step, surroundings[a].density, rows[a].beside_surface) } else { 0.0 };
-            [change.x, change.y, change.z, factor * wanted * pressure[a], whole]
+            [by_walls.x, by_walls.y, by_walls.z, factor * wanted * pressure[a], whole]
         }));
         let [relaxation, whole] = [mass * sums[3], mass * sums[4]];
         (mass * Vector::from_slice(&sums[..3]), [relaxation, whole - relaxation])
@@ -272,15 +364,18 @@ impl Columns {
     /// Shifts the new positions; returns the longest way \[m], and the potential energy that it adds \[J].
     pub fn shift(&mut self, step: &Context<'_>, particles: &Particles, equation: &PressureEquation) -> [Real; 2] {
         let close = CLOSE_RADIUS * step.settings.fluid.spacing;
+        let size = self.voids.bulk().size;
         let (pairs, blocks, role) = (&self.pairs, &equation.blocks[..], &particles.role[..]);
         let second = |a: usize| {
-            pairs.of(blocks, a).any(|pair| role[pair.particle] != Role::Unknown && pair.way().length() < close)
+            pairs
+                .of(blocks, a)
+                .any(|pair| role[pair.particle] != Role::Unknown && pair.way().length() < close * size[a])
         };
         let (surroundings, received) = (&self.surroundings[..], &self.received[..]);
         let rate = |a: usize| received[a].strain;
         let kind = &particles.kind[..];
-        // The forces of the last product serve as the ways.
-        let ways = &mut self.force[..particles.owned];
+        self.ways.resize(particles.owned, Vector::ZERO);
+        let ways = &mut self.ways[..];
         shift::find_ways(step, kind, surroundings, rate, second, ways);
         let ways = &*ways;
         for_each_chunk(&mut self.new.position[..particles.owned], ROWS, |number, position| {

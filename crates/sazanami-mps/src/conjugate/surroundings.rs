@@ -4,6 +4,7 @@ use sazanami_numerics::{Matrix, Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
 use super::pairs::{Neighbour, Pairs};
+use super::voids::Bulk;
 use crate::free_surface::is_isolated;
 use crate::matrix::{Block, CLOSE_RADIUS};
 use crate::moments::{Symmetric, add, eigenvalues_exceed, full};
@@ -64,8 +65,6 @@ pub(crate) struct Found<'a> {
     pub inverse: &'a mut [Symmetric],
     /// Gradient of the velocity, `grad[i][j] = du_i/dx_j` as a matrix [1/s].
     pub gradient: &'a mut [Matrix],
-    /// `sum g` [1/m].
-    pub sums: &'a mut [Vector],
     pub surroundings: &'a mut [Surroundings],
 }
 
@@ -76,33 +75,37 @@ pub(crate) fn surround(
     open: bool,
     (pairs, blocks): (&Pairs, &[Block]),
     (kind, velocity): (&[Kind], &[Vector]),
+    bulk: &Bulk<'_>,
     found: Found<'_>,
 ) {
     let spacing = near.weight.radius / CLOSE_RADIUS;
-    let Found { inverse, gradient, sums, surroundings } = found;
-    for_each_chunk((inverse, gradient, sums, surroundings), ROWS, |number, (inverse, gradient, sums, surroundings)| {
+    let Found { inverse, gradient, surroundings } = found;
+    for_each_chunk((inverse, gradient, surroundings), ROWS, |number, (inverse, gradient, surroundings)| {
         for row in 0..inverse.len() {
             let a = number * ROWS + row;
-            (inverse[row], gradient[row], sums[row]) = (UNIT, Matrix::ZERO, Vector::ZERO);
+            (inverse[row], gradient[row]) = (UNIT, Matrix::ZERO);
             surroundings[row] = Surroundings::default();
             if kind[a] != Kind::Fluid {
                 continue;
             }
-            let (mut moments, mut changes, mut close) = ([0.0; 6], Matrix::ZERO, 0);
+            let (mut moments, mut changes, mut sum, mut close) = ([0.0; 6], Matrix::ZERO, Vector::ZERO, 0);
             let mine = &mut surroundings[row];
             mine.density = 1.0;
             for pair in pairs.of(blocks, a) {
-                let Neighbour { particle: b, slope, stiffness, .. } = pair;
+                let Neighbour { particle: b, .. } = pair;
+                let share = bulk.share(a, b);
+                let (slope, stiffness) = (share * pair.slope, share * pair.stiffness);
                 let apart = pair.way();
-                let r = apart.length();
+                let narrower = bulk.narrowing(a, b);
+                let r = apart.length() * narrower;
                 mine.density += kernel.weight.value(r);
-                sums[row] += slope;
+                sum += slope;
                 add(&mut moments, stiffness, apart);
                 let change = pair.seen(velocity[b]) - velocity[a];
                 changes += Matrix::from_cols(slope.x * change, slope.y * change, slope.z * change);
                 if r < CLOSE_RADIUS * spacing {
                     close += 1;
-                    mine.drift -= near.drift(r) * apart;
+                    mine.drift -= near.drift(r) * narrower * narrower * apart;
                     mine.collided += u32::from(r < COLLIDED * spacing);
                 }
             }
@@ -111,13 +114,14 @@ pub(crate) fn surround(
                 inverse[row] = [m.x_axis.x, m.y_axis.y, m.z_axis.z, m.x_axis.y, m.x_axis.z, m.y_axis.z];
             }
             gradient[row] = changes * full(&inverse[row]);
+            let spacing = bulk.size[a] * spacing;
             let apart = pairs.of(blocks, a).map(|pair| pair.way()).filter(|d| d.length() < CLOSE_RADIUS * spacing);
-            let scaled = moments.map(|m| m * kernel.sums.strain);
+            let scaled = moments.map(|m| m * kernel.sums.strain / bulk.inverse_void[a]);
             let role = if open { role(&scaled, &kernel.sums, close, spacing, apart.clone()) } else { Role::Unknown };
             mine.role = role;
             mine.normal = match role {
                 Role::Dirichlet => -towards(spacing, apart),
-                Role::Inactive | Role::Unknown => -sums[row],
+                Role::Inactive | Role::Unknown => -sum,
             }
             .normalize_or_zero();
         }

@@ -266,6 +266,16 @@ impl GrainPhase {
         self.any && !self.frozen
     }
 
+    /// Whether the pressure of a step moves grains in the same step.
+    pub(crate) fn gives_way(&self) -> bool {
+        self.any && self.coupling.implicit_pressure_force && !self.frozen
+    }
+
+    /// Distance between fluid particles at the lower bound of the void fraction over that in clear water.
+    pub(crate) fn widest_size(&self) -> Real {
+        if self.any { self.coupling.least_void.cbrt().recip() } else { 1.0 }
+    }
+
     /// Volume of the grains of all ranks [m^3].
     pub(crate) fn solid_volume(&self, domain: &Domain) -> Real {
         let own = (0..self.engine.grains().owned()).map(|g| volume(diameter_of(&self.engine, g)));
@@ -310,7 +320,7 @@ impl GrainPhase {
         voids: &mut Voids,
     ) -> (usize, Real) {
         let count = kind.len();
-        let gives_way = self.coupling.implicit_pressure_force && !self.frozen;
+        let gives_way = self.gives_way();
         let Self { sources, void, coupling, .. } = self;
         let (sources, least) = (&*sources, coupling.least_void);
         void.clear();

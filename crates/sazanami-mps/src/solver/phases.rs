@@ -34,7 +34,8 @@ impl Phases<'_> {
         self.grains.begin_step(&step);
         let of_fluid = motion::largest_speed(step.domain, self.particles, |_| true);
         let fastest = of_fluid.max(self.grains.largest_speed(step.domain));
-        self.near.renew(&step, self.particles, fastest, self.grains.drag_rate(), &mut self.columns.voids);
+        let rates = (fastest, self.grains.drag_rate());
+        self.near.renew(&step, self.particles, rates, 1.0, &mut self.columns.voids);
         self.equation.resize(self.particles.owned);
         Context { flow_time: motion::flow_time(&step, self.particles), ..step }
     }

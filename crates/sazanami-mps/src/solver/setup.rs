@@ -47,18 +47,15 @@ impl Solver {
         if !(2.1..=3.6).contains(&radius) {
             return Err(SetupError::Radius { radius });
         }
-        if settings.scheme.projection == Projection::Conjugate {
-            if radius < CONJUGATE_RADIUS {
-                return Err(SetupError::ConjugateRadius { radius });
-            }
-            if !grains.is_empty() {
-                return Err(SetupError::ConjugateGrains);
-            }
+        let conjugate = settings.scheme.projection == Projection::Conjugate;
+        if conjugate && radius < CONJUGATE_RADIUS {
+            return Err(SetupError::ConjugateRadius { radius });
         }
+        let widening = if conjugate { grains.widest_size() } else { 1.0 };
         let kernel = Kernel::new(settings.scheme, settings.fluid.spacing);
         let periods = Periods::of(&domain);
         for direction in 0..3 {
-            let (length, needed) = (periods.length[direction], 2.0 * kernel.weight.radius);
+            let (length, needed) = (periods.length[direction], 2.0 * widening * kernel.weight.radius);
             if length > 0.0 && length < needed {
                 return Err(SetupError::BoxTooShort { direction, length, needed });
             }

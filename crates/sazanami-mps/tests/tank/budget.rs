@@ -6,7 +6,7 @@ use sazanami_mps::boundary::WallFriction;
 use sazanami_numerics::{Real, Vector};
 
 /// Momentum gained by the fluid, impulse of the walls, and impulse of body force and grains, over the impulse of gravity.
-fn balance(case: &Case, body_force: Vector, [from, until]: [Real; 2]) -> [Vector; 3] {
+pub fn balance(case: &Case, body_force: Vector, [from, until]: [Real; 2]) -> [Vector; 3] {
     let mut solver = case.solo();
     let mut before = solver.fluid_momentum();
     let (mut time, mut span, mut walls, mut others) = (0.0, 0.0, Vector::ZERO, Vector::ZERO);

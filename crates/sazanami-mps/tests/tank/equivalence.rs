@@ -13,7 +13,7 @@ use sazanami_parallel::{Communicator, Solo, run_ranks, with_threads};
 const DT: Real = 2e-4;
 
 /// A tank that is shaken, part filled, with some grains falling through the water.
-fn shaken() -> Case {
+pub fn shaken() -> Case {
     let mut case = Case::filled([16, 8, 14], [10, 8, 8], [WALLS, PERIODIC, OPEN_TOP]);
     case.fluid = jittered(case.fluid, 0.05);
     case.grains = (0..24)

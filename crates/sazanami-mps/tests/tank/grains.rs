@@ -8,7 +8,7 @@ use sazanami_numerics::{Real, Vector};
 use crate::support::{Case, GRAVITY, OPEN_TOP, PERIODIC, SPACING, WALLS, under};
 
 /// Speed of a grain that falls through water at rest, from its drag law without added mass [m/s].
-fn expected_speed(time: Real) -> Real {
+pub fn expected_speed(time: Real) -> Real {
     let law = DragParameters::recommended(1000.0, 1e-3);
     let (mass, weight) = (2650.0 * volume(SPACING), 1650.0 * volume(SPACING) * 9.81);
     let (mut speed, steps) = (0.0, 10_000);
