@@ -1,11 +1,17 @@
 //! What neighbours exchange without the pressure: viscosity, damping of the motion that is not linear, mean gradients.
+//!
+//! A pair parts by `m = (u_j - u_i).e - e.(L_i + L_j) r/2` faster than the velocity gradients `L` of its particles let it.
+//! The damping is the negative gradient of `sum (w/n0) m^2/2` over all pairs with respect to the velocities: that of `m` itself
+//! pulls along the pair, that of `L` acts as a stress does. It takes energy only, and keeps momentum and angular momentum.
 
 use sazanami_numerics::{Matrix, Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
+use super::operators::{Operators, times};
 use super::pairs::{Neighbour, Pairs};
 use crate::boundary::WallFriction;
 use crate::matrix::Block;
+use crate::moments::{Symmetric, add};
 use crate::neighbours::ROWS;
 use crate::particles::Kind;
 use crate::scheme::Kernel;
@@ -32,20 +38,21 @@ pub(crate) struct Fields<'a> {
     pub gradient: &'a [Matrix],
 }
 
-/// Sets what each own fluid particle receives.
+/// Sets what each own fluid particle receives, its damping without the part of the gradients, and its stress
+/// `sum (w/n0) m e r^T` [m^2/s], for [`add_stress`].
 pub(crate) fn exchange(
     kernel: &Kernel,
     friction: WallFriction,
     (pairs, blocks): (&Pairs, &[Block]),
     fields: &Fields<'_>,
-    into: &mut [Received],
+    (into, stress): (&mut [Received], &mut [Symmetric]),
 ) {
     let Fields { kind, velocity, gradient } = *fields;
     let (weight, form, sums) = (kernel.weight, kernel.scheme.laplacian, kernel.sums);
-    for_each_chunk(into, ROWS, |number, into| {
-        for (row, into) in into.iter_mut().enumerate() {
+    for_each_chunk((into, stress), ROWS, |number, (into, stress)| {
+        for (row, (into, stress)) in into.iter_mut().zip(stress).enumerate() {
             let a = number * ROWS + row;
-            *into = Received::default();
+            (*into, *stress) = (Received::default(), [0.0; 6]);
             if kind[a] != Kind::Fluid {
                 continue;
             }
@@ -63,16 +70,36 @@ pub(crate) fn exchange(
                 total += w;
                 mean += w * other;
                 let along = apart / r.max(COINCIDENT);
-                let speed = (pair.seen(velocity[b]) - velocity[a]).dot(along);
-                let rest = speed - 0.5 * along.dot((gradient[a] + other) * apart);
-                if rest * speed > 0.0 {
-                    let least = if rest.abs() < speed.abs() { rest } else { speed };
-                    into.damping += w / sums.number_density * least * along;
-                }
+                let change = pair.seen(velocity[b]) - velocity[a] - 0.5 * (gradient[a] + other) * apart;
+                let pull = w / sums.number_density * change.dot(along);
+                into.damping += pull * along;
+                add(stress, pull * r, along);
             }
             let mean = mean * total.recip();
             let twice = mean + mean.transpose();
             into.strain = twice.to_cols_array().iter().map(|v| v * v).sum::<Real>().sqrt();
+        }
+    });
+}
+
+/// Adds to the damping of each own fluid particle what the velocity gradients have to do with it: with the stress `Q`,
+/// `-1/2 sum (Q_i B_i + Q_j B_j) g_ij`. Ghosts of `stress` are up to date.
+pub(crate) fn add_stress(
+    operators: &Operators<'_>,
+    blocks: &[Block],
+    kind: &[Kind],
+    stress: &[Symmetric],
+    into: &mut [Received],
+) {
+    let Operators { pairs, inverse, sums } = *operators;
+    let of = |a: usize, slope: Vector| times(&stress[a], times(&inverse[a], slope));
+    for_each_chunk(into, ROWS, |number, into| {
+        for (row, into) in into.iter_mut().enumerate() {
+            let a = number * ROWS + row;
+            if kind[a] == Kind::Fluid {
+                let there = pairs.of(blocks, a).map(|pair| pair.seen(of(pair.particle, pair.seen(pair.slope))));
+                into.damping -= 0.5 * (of(a, sums[a]) + there.sum::<Vector>());
+            }
         }
     });
 }
