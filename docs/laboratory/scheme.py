@@ -144,10 +144,10 @@ def first_pass(x, owner, sign, u, start, column, radius, strain, narrow, thinnes
 
 
 @njit(cache=True)
-def second_pass(x, owner, sign, u, gradient, start, column, radius, sums_density, laplacian, viscous, damping):
-    """Velocity change by viscosity and by damping of pairs; mean of the neighbours' velocity gradients."""
+def second_pass(x, owner, sign, u, gradient, start, column, radius, sums_density, laplacian, viscous, g, inverse):
+    """Velocity change by viscosity, damping for a number of 1, mean of the neighbours' velocity gradients."""
     n = len(start)-1
-    change, mean = np.zeros((n, 2)), gradient.copy()
+    change, damping, stress, mean = np.zeros((n, 2)), np.zeros((n, 2)), np.zeros((n, 2, 2)), gradient.copy()
     for a in range(n):
         total = 1.0
         for k in range(start[a], start[a+1]):
@@ -157,18 +157,27 @@ def second_pass(x, owner, sign, u, gradient, start, column, radius, sums_density
             w = weight(r, radius)
             total += w
             change[a] += viscous*curvature(r, radius)/laplacian*v
-            speed = (v[0]*d[0]+v[1]*d[1])/r
-            rest = speed
+            rest = (v[0]*d[0]+v[1]*d[1])/r
             for i in range(2):
                 for j in range(2):
                     other = gradient[owner[b], i, j]*sign[b, i]*sign[b, j]
                     mean[a, i, j] += w*other
                     rest -= 0.5*(gradient[a, i, j]+other)*d[i]*d[j]/r
-            if rest*speed > 0:
-                rest = rest if abs(rest) < abs(speed) else speed
-                change[a] += damping*w/sums_density*rest/r*d
+            pull = w/sums_density*rest/r
+            damping[a] += pull*d
+            for i in range(2):
+                for j in range(2):
+                    stress[a, i, j] += pull*d[i]*d[j]
         mean[a] /= total
-    return change, mean
+        stress[a] = stress[a]@inverse[a]
+    for a in range(n):
+        for k in range(start[a], start[a+1]):
+            b = column[k]
+            for i in range(2):
+                for j in range(2):
+                    other = stress[owner[b], i, j]*sign[b, i]*sign[b, j]
+                    damping[a, i] -= 0.5*(stress[a, i, j]+other)*g[k, j]
+    return change, damping, mean
 
 
 @njit(cache=True)
@@ -273,7 +282,7 @@ def row_sums(start, g):
 class Conjugate:
     """State and step of the scheme with conjugate operators; keywords are its constants."""
 
-    def __init__(self, x, u, box, radius, body=(0., 0.), viscosity=0., compact=0.5, shifting=2.0, damping=0.05,
+    def __init__(self, x, u, box, radius, body=(0., 0.), viscosity=0., compact=0.5, shifting=2.0, damping=0.2,
                  relaxation=1.0, carried=False, tolerance=1e-5):
         self.x, self.u, self.box, self.radius, self.body, self.viscosity = x.copy(), u.copy(), box, radius, np.array(body), viscosity
         self.share, self.shifting, self.damping, self.relaxation = compact, shifting, damping, relaxation
@@ -297,8 +306,9 @@ class Conjugate:
             image, owner, sign, u, *lists, radius, sums.strain, self.narrow, 0.1)
         surface, isolated, normal = at_surface(image, *lists, eigenvalue, close, sums.next_layer)
         time = self.flow_time()
-        change, mean = second_pass(image, owner, sign, u, gradient, *lists, radius, sums.density, sums.laplacian,
-                                   self.viscosity*dt, min(self.damping*dt/time, 0.5))
+        change, damping, mean = second_pass(image, owner, sign, u, gradient, *lists, radius, sums.density, sums.laplacian,
+                                            self.viscosity*dt, g, inverse)
+        change += min(self.damping*dt/time, 0.5)*damping
         beside = surface | isolated | has_near(image, *lists, (surface | isolated)[owner], radius)
         strain = (density-sums.density)/(2*sums.strain)
         strain = self.relaxation*np.where(beside, np.maximum(strain, 0), strain)/(100*time)

@@ -1,12 +1,17 @@
 //! What neighbours exchange without the pressure: viscosity, damping of the motion that is not linear, mean gradients.
+//!
+//! A pair parts by `m = (u_j - u_i).e - e.(L_i + L_j) r/2` faster than the velocity gradients `L` of its particles let it.
+//! The damping is the negative gradient of `sum (w/n0) m^2/2` over all pairs with respect to the velocities: that of `m` itself
+//! pulls along the pair, that of `L` acts as a stress does. It takes energy only, and keeps momentum and angular momentum.
 
 use sazanami_numerics::{Matrix, Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
-use super::pairs::{Neighbour, Pairs};
+use super::pairs::{Neighbour, Pairs, times};
 use super::voids::Bulk;
 use crate::boundary::WallFriction;
 use crate::matrix::Block;
+use crate::moments::{Symmetric, add};
 use crate::neighbours::ROWS;
 use crate::particles::Kind;
 use crate::scheme::Kernel;
@@ -34,21 +39,22 @@ pub(crate) struct Fields<'a> {
     pub bulk: Bulk<'a>,
 }
 
-/// Sets what each own fluid particle receives.
+/// Sets what each own fluid particle receives, its damping without the part of the gradients, and its stress
+/// `sum (w/n0) m e r^T` [m^2/s], for [`add_stress`].
 pub(crate) fn exchange(
     kernel: &Kernel,
     friction: WallFriction,
     (pairs, blocks): (&Pairs, &[Block]),
     fields: &Fields<'_>,
-    into: &mut [Received],
+    (into, stress): (&mut [Received], &mut [Symmetric]),
 ) {
     let Fields { kind, velocity, gradient, bulk } = *fields;
     let (weight, form, sums) = (kernel.weight, kernel.scheme.laplacian, kernel.sums);
     let [per_laplacian, per_density] = [sums.laplacian, sums.number_density].map(Real::recip);
-    for_each_chunk(into, ROWS, |number, into| {
-        for (row, into) in into.iter_mut().enumerate() {
+    for_each_chunk((into, stress), ROWS, |number, (into, stress)| {
+        for (row, (into, stress)) in into.iter_mut().zip(stress).enumerate() {
             let a = number * ROWS + row;
-            *into = Received::default();
+            (*into, *stress) = (Received::default(), [0.0; 6]);
             if kind[a] != Kind::Fluid {
                 continue;
             }
@@ -68,16 +74,40 @@ pub(crate) fn exchange(
                 total += w;
                 mean += w * other;
                 let along = narrower * r.max(COINCIDENT).recip() * apart;
-                let speed = (pair.seen(velocity[b]) - velocity[a]).dot(along);
-                let rest = speed - 0.5 * along.dot((gradient[a] + other) * apart);
-                let least = if rest.abs() < speed.abs() { rest } else { speed };
-                // Signs are hard to foretell: no branch.
-                let least = if rest * speed > 0.0 { least } else { 0.0 };
-                into.damping += w * per_density * least * along;
+                let change = pair.seen(velocity[b]) - velocity[a] - 0.5 * (gradient[a] + other) * apart;
+                let pull = w * per_density * change.dot(along);
+                into.damping += pull * along;
+                add(stress, pull * r / narrower, along);
             }
             let mean = mean * total.recip();
             let twice = mean + mean.transpose();
             into.strain = twice.to_cols_array().iter().map(|v| v * v).sum::<Real>().sqrt();
+        }
+    });
+}
+
+/// Adds to the damping of each own fluid particle what the velocity gradients have to do with it: with the stress `Q`,
+/// `-1/2 sum (Q_i B_i + Q_j B_j) g_ij`. Ghosts of `stress` are up to date.
+pub(crate) fn add_stress(
+    (pairs, blocks): (&Pairs, &[Block]),
+    (kind, bulk): (&[Kind], &Bulk<'_>),
+    (stress, inverse): (&[Symmetric], &[Symmetric]),
+    into: &mut [Received],
+) {
+    let of = |a: usize, slope: Vector| times(&stress[a], times(&inverse[a], slope));
+    for_each_chunk(into, ROWS, |number, into| {
+        for (row, into) in into.iter_mut().enumerate() {
+            let a = number * ROWS + row;
+            if kind[a] != Kind::Fluid {
+                continue;
+            }
+            let (mut slopes, mut there) = (Vector::ZERO, Vector::ZERO);
+            for pair in pairs.of(blocks, a) {
+                let slope = bulk.share(a, pair.particle) * pair.slope;
+                slopes += slope;
+                there += pair.seen(of(pair.particle, pair.seen(slope)));
+            }
+            into.damping -= 0.5 * (of(a, slopes) + there);
         }
     });
 }

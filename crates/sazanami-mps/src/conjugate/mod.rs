@@ -4,7 +4,7 @@
 //! chosen by are in `docs/decisions/0018-scheme-of-moving-particles.md`. A step: pairs, moments and velocity gradients;
 //! viscosity and damping of pairs; projection; motion and shifting. All sums are taken at the positions at its start.
 
-mod exchange;
+pub(crate) mod exchange;
 mod mirrors;
 mod operators;
 mod pairs;
@@ -40,7 +40,7 @@ use voids::VoidColumns;
 
 /// Damping number of the motion between pairs that is not linear: this part of a step over the flow time scale, at most
 /// [`MOST_DAMPED`].
-const DAMPED: Real = 0.05;
+const DAMPED: Real = 0.2;
 const MOST_DAMPED: Real = 0.5;
 
 /// Columns over particles, kept for their memory.
@@ -59,7 +59,9 @@ pub(crate) struct Columns {
     /// `(grad eps)/eps` at each own particle, by whole blocks [1/m].
     slope: Vec<Vector>,
     surroundings: Vec<Surroundings>,
-    received: Vec<Received>,
+    pub received: Vec<Received>,
+    /// Stress of the damping of each particle and ghost [m^2/s].
+    pub stress: Vec<Symmetric>,
     /// Force and pressure of each particle and ghost in a product.
     force: Vec<[Real; 4]>,
     ways: Vec<Vector>,
@@ -168,6 +170,27 @@ impl Columns {
         (0.5 * step.domain.sum(ends)[0]).round() as usize
     }
 
+    /// What neighbours exchange at the start of the step.
+    pub fn exchange(
+        &mut self,
+        step: &Context<'_>,
+        friction: WallFriction,
+        near: &mut Arrangement,
+        particles: &Particles,
+        equation: &PressureEquation,
+    ) {
+        let owned = particles.owned;
+        self.received.resize(owned, Received::default());
+        self.stress.resize(particles.len(), [0.0; 6]);
+        let bulk = self.voids.bulk();
+        let fields = Fields { kind: &particles.kind, velocity: &self.velocity, gradient: &self.gradient, bulk };
+        let (into, pairs) = ((&mut self.received[..], &mut self.stress[..owned]), (&self.pairs, &equation.blocks[..]));
+        exchange::exchange(step.kernel, friction, pairs, &fields, into);
+        near.ghosts.refresh(step.domain, &mut self.stress);
+        let moments = (&self.stress[..], &self.inverse[..]);
+        exchange::add_stress(pairs, (&particles.kind, &bulk), moments, &mut self.received);
+    }
+
     /// Velocities without the pressure; returns the work of the damping \[J].
     pub fn move_freely(
         &mut self,
@@ -178,10 +201,7 @@ impl Columns {
         equation: &PressureEquation,
     ) -> Real {
         let owned = particles.owned;
-        self.received.resize(owned, Received::default());
-        let bulk = self.voids.bulk();
-        let fields = Fields { kind: &particles.kind, velocity: &self.velocity, gradient: &self.gradient, bulk };
-        exchange::exchange(step.kernel, friction, (&self.pairs, &equation.blocks), &fields, &mut self.received);
+        self.exchange(step, friction, near, particles, equation);
         let damping = (DAMPED * step.dt / step.flow_time).min(MOST_DAMPED);
         let (viscosity, force) = (step.settings.fluid.viscosity, step.forcing.body_force);
         let kind = &particles.kind[..];

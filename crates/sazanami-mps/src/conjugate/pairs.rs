@@ -78,7 +78,7 @@ impl Neighbour {
 
 /// `matrix vector`.
 #[inline(always)]
-fn times(m: &Symmetric, v: Vector) -> Vector {
+pub(crate) fn times(m: &Symmetric, v: Vector) -> Vector {
     Vector::new(
         m[0] * v.x + m[3] * v.y + m[4] * v.z,
         m[3] * v.x + m[1] * v.y + m[5] * v.z,

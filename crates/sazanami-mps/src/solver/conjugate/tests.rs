@@ -4,6 +4,7 @@ use sazanami_numerics::grid::Grid;
 
 use super::*;
 use crate::boundary::{Side, Tank, WallFriction};
+use crate::conjugate::exchange::{Received, add_stress};
 use crate::grains::GrainPhase;
 use crate::momentum::FluidImpulses;
 use crate::pressure::Tolerance;
@@ -42,9 +43,15 @@ fn posed_between(sides: [[Side; 2]; 3], radius: Real, void: impl Fn(Vector) -> R
     let grains = GrainPhase::none(&domain).unwrap();
     let mut solver = Solver::new(domain, settings, tank, &fluid, grains).unwrap();
     let widest = Real::cbrt(2.5);
+    prepare(&mut solver, widest, void);
+    solver
+}
+
+/// Pairs, moments and what neighbours exchange of a solver as it stands, with a `void` fraction.
+fn prepare(solver: &mut Solver, widest: Real, void: impl Fn(Vector) -> Real) {
     let (forcing, surface, reduced_force, dt) = (Forcing::default(), solver.surface, Vector::ZERO, 0.01);
     let Solver { domain, periods, settings, kernel, tank, particles, walls, near, equation, grains, conjugate, .. } =
-        &mut solver;
+        solver;
     let step =
         Context { domain, periods, settings, kernel, surface, forcing: &forcing, reduced_force, dt, flow_time: dt };
     walls.begin_step(&step, tank, particles);
@@ -57,7 +64,7 @@ fn posed_between(sides: [[Side; 2]; 3], radius: Real, void: impl Fn(Vector) -> R
     near.ghosts.refresh(domain, &mut conjugate.voids.start.inverse);
     conjugate.voids.prepare(particles.owned, false);
     conjugate.surround(&step, (&Mirrors::of(tank), widest), near, particles, equation);
-    solver
+    conjugate.exchange(&step, tank.friction, near, particles, equation);
 }
 
 /// A column of `value` at all particles, with ghosts; zero at walls.
@@ -190,4 +197,72 @@ fn momentum_and_energy_of_a_step_are_what_its_parts_report() {
             }
         }
     }
+}
+
+/// Damping for a damping number of 1 in a flow, without and with the part of the velocity gradients, by identifier.
+fn damping(solver: &mut Solver, flow: &[Vector], void: fn(Vector) -> Real) -> [Vec<Vector>; 2] {
+    solver.set_velocities(|particles, a| flow[particles.id[a] as usize]);
+    prepare(solver, Real::cbrt(2.5), void);
+    let Solver { particles, equation, conjugate, .. } = &*solver;
+    let mut stress = vec![Received::default(); particles.owned];
+    let (pairs, moments) = ((&conjugate.pairs, &equation.blocks[..]), (&conjugate.stress[..], &conjugate.inverse[..]));
+    add_stress(pairs, (&particles.kind, &conjugate.voids.bulk()), moments, &mut stress);
+    let mut found = [vec![Vector::ZERO; flow.len()], vec![Vector::ZERO; flow.len()]];
+    for a in (0..particles.owned).filter(|&a| particles.is_fluid(a)) {
+        let (id, whole) = (particles.id[a] as usize, conjugate.received[a].damping);
+        (found[0][id], found[1][id]) = (whole - stress[a].damping, whole);
+    }
+    found
+}
+
+#[test]
+fn damping_is_symmetric_takes_energy_and_leaves_linear_flows() {
+    let dot = |u: &[Vector], v: &[Vector]| u.iter().zip(v).map(|(u, v)| u.dot(*v)).sum::<Real>();
+    let mut random = Random::new(21);
+    let mut some = || -> Vec<Vector> {
+        let mut one = || random.between(-1.0, 1.0);
+        (0..480).map(|_| Vector::new(one(), one(), one())).collect()
+    };
+    let clear: fn(Vector) -> Real = |_| 1.0;
+    for (sides, void) in [
+        ([WALLS, PERIODIC, OPEN_TOP], clear),
+        ([OPEN; 3], clear),
+        ([WALLS, PERIODIC, OPEN_TOP], |x: Vector| if x.x < 5.0 { 0.6 } else { 1.0 }),
+    ] {
+        let mut solver = posed(sides, 2.6);
+        let (u, v) = (some(), some());
+        let (at_u, at_v) = (damping(&mut solver, &u, void), damping(&mut solver, &v, void));
+        let scale = dot(&u, &u);
+        let asymmetry = |part: usize| (dot(&at_u[part], &v) - dot(&at_v[part], &u)).abs() / scale;
+        assert!(asymmetry(1) < 1e-6, "{sides:?}: {:e}", asymmetry(1));
+        // Negative control: without the part of the gradients.
+        assert!(asymmetry(0) > 1e-4, "{sides:?}: {:e}", asymmetry(0));
+        assert!(dot(&at_u[1], &u) < -0.1 * scale && dot(&at_v[1], &v) < -0.1 * scale);
+        // A step may take all of a motion, not turn it over: the largest eigenvalue.
+        let (mut mode, mut largest) = (u, 0.0);
+        for _ in 0..20 {
+            mode = damping(&mut solver, &mode, void).into_iter().next_back().unwrap();
+            largest = dot(&mode, &mode).sqrt();
+            mode.iter_mut().for_each(|u| *u /= largest);
+        }
+        assert!((0.3..1.0).contains(&largest), "{sides:?}: {largest}");
+    }
+    let mut solver = posed([OPEN; 3], 2.6);
+    let mut places = vec![Vector::ZERO; 480];
+    let particles = &solver.particles;
+    (0..particles.owned)
+        .filter(|&a| particles.is_fluid(a))
+        .for_each(|a| places[particles.id[a] as usize] = particles.position[a]);
+    let noise = damping(&mut solver, &some(), clear).into_iter().next_back().unwrap();
+    let scale: Real = noise.iter().map(|u| u.length()).sum();
+    let turning: Vector = places.iter().zip(&noise).map(|(x, f)| x.cross(*f)).sum();
+    assert!(noise.iter().sum::<Vector>().length() < 1e-12 * scale && turning.length() < 1e-3 * scale, "{turning}");
+    // Negative control: a quadratic flow is not left alone.
+    let worst = |flow: Vec<Vector>, solver: &mut Solver| {
+        damping(solver, &flow, clear)[1].iter().map(|f| f.length()).fold(0.0, Real::max)
+    };
+    let linear = places.iter().map(|x| Vector::new(2.0 * x.x + 0.7 * x.z, 0.3, x.y - 2.0 * x.z)).collect();
+    let linear = worst(linear, &mut solver);
+    let quadratic = worst(places.iter().map(|x| Vector::new(x.z * x.z, 0.0, 0.0)).collect(), &mut solver);
+    assert!(linear < 1e-6 && quadratic > 0.01, "{linear} {quadratic}");
 }
