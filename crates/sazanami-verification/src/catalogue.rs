@@ -86,6 +86,7 @@ pub const CASES: &[Case] = &[
     case!("mps-stretching-drop", moving_particles::stretching_drop),
     case!("mps-conjugate-drop", moving_particles::conjugate_drop),
     case!("mps-conjugate-wave", moving_particles::conjugate_wave),
+    case!("mps-conjugate-still", moving_particles::conjugate_still),
     case!("mps-conjugate-dam-break", moving_particles::conjugate_dam_break),
     case!("mps-frames", moving_particles::frames),
     case!("mps-frames-bed", moving_particles::frames_with_bed),

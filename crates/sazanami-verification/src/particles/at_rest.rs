@@ -42,6 +42,8 @@ pub struct Rest {
     pub first_speed: Real,
     /// Largest speed in the last third of the watch, over `sqrt(g H)`.
     pub speed: Real,
+    /// Root mean square of the speed there.
+    pub mean_speed: Real,
     /// Change of the mean height of the particles at the surface, in spacings.
     pub level: Real,
     /// Change of the mean volume strain.
@@ -122,7 +124,10 @@ pub fn rest(setup: &RestSetup) -> Result<Rest, ExperimentError> {
     found.pressure_at_end = after[0];
     found.level = (after[1] - before) / spacing;
     found.strain = strain[1].unwrap_or(0.0) - strain[0].unwrap_or(0.0);
-    found.energy = (energy[1] / counts[1]) / (energy[0] / counts[0]);
+    let [first, last] = [energy[0] / counts[0], energy[1] / counts[1]];
+    found.energy = last / first;
+    let [mass] = solver.sum_over_fluid(|_, _| [0.5 * solver.particle_mass()]);
+    found.mean_speed = (last / mass).sqrt() / scale;
     Ok(found)
 }
 

@@ -37,6 +37,28 @@ pub fn conjugate_wave() -> Result<Vec<Measured>, String> {
     Ok(rows)
 }
 
+/// Water at rest off the lattice, and under a tilted surface.
+pub fn conjugate_still() -> Result<Vec<Measured>, String> {
+    let [scheme, _] = schemes();
+    let mut rows = Vec::new();
+    for (name, tilt, jitter) in [("disordered", 0.0, 0.1), ("tilted", 0.16, 0.0)] {
+        let setup = experiments::RestSetup { spacing: 1e-3, tilt, jitter, seconds: 1.0, scheme };
+        let found = experiments::rest(&setup).map_err(said)?;
+        rows.extend([
+            Measured::new(format!("{name}: largest speed, last third of 1 s, of sqrt(g H)"), found.speed),
+            Measured::new(format!("{name}: rms of the speed, last third of 1 s, of sqrt(g H)"), found.mean_speed),
+            Measured::new(format!("{name}: mean kinetic energy, last over first third"), found.energy),
+            Measured::new(format!("{name}: largest error of p at the end, of rho g H"), found.pressure_at_end),
+            Measured::new(format!("{name}: drift of the surface, in spacings"), found.level.abs()),
+            Measured::new(
+                format!("control: {name}: largest speed before the damping, of sqrt(g H)"),
+                found.first_speed,
+            ),
+        ]);
+    }
+    Ok(rows)
+}
+
 /// A column of Martin and Moyce.
 pub fn conjugate_dam_break() -> Result<(Vec<Measured>, Vec<Chart>), String> {
     let (mut rows, mut charts) = (Vec::new(), Vec::new());
