@@ -4,7 +4,7 @@ use sazanami_dem::{Body, Engine, Grain, Interactions, LinearSpringDashpot, Setup
 use sazanami_mps::boundary::{Side, Tank, WallFriction};
 use sazanami_mps::grains::{Coupling, DragExchange, DragParameters, GrainPhase};
 use sazanami_mps::pressure::Tolerance;
-use sazanami_mps::scheme::{Fluid, Scheme};
+use sazanami_mps::scheme::{Fluid, Projection, Scheme};
 use sazanami_mps::solver::{FluidParticle, Forcing, Settings, Solver};
 use sazanami_mps::stability::StepLimits;
 use sazanami_numerics::domain::Domain;
@@ -19,7 +19,7 @@ static ALLOCATOR: CountingAllocator = CountingAllocator;
 const SPACING: Real = 1e-3;
 
 /// Water with some grains between two walls, periodic in x2.
-fn tank() -> Solver {
+fn tank(scheme: Scheme) -> Solver {
     let upper = SPACING * Vector::new(12.0, 8.0, 14.0);
     let sides = [[Side::Wall; 2], [Side::Periodic; 2], [Side::Wall, Side::Open]];
     let tank = Tank::new(Vector::ZERO, upper, sides, WallFriction::NoSlip);
@@ -50,7 +50,7 @@ fn tank() -> Solver {
         (0..12 * 8 * 9).map(|n| FluidParticle { position: place(n), velocity: Vector::ZERO }).collect();
     let settings = Settings {
         fluid: Fluid { density: 1000.0, viscosity: 1e-6, spacing: SPACING },
-        scheme: Scheme::default(),
+        scheme,
         limits: StepLimits::default(),
         tolerance: Tolerance::default(),
         reference: Vector::new(0.0, 0.0, 9.0 * SPACING),
@@ -58,10 +58,9 @@ fn tank() -> Solver {
     Solver::new(domain, settings, tank, &fluid, phase).expect("a sound tank")
 }
 
-#[test]
-fn a_step_allocates_nothing_after_some() {
+fn a_step_allocates_nothing(scheme: Scheme) {
     let allocations = with_threads(1, || {
-        let mut solver = tank();
+        let mut solver = tank(scheme);
         // To and fro, so that every list has met its longest.
         let mut step = |n: usize| {
             let sway = Vector::new(2.0 * (0.3 * n as Real).sin(), 0.0, -9.81);
@@ -79,4 +78,14 @@ fn a_step_allocates_nothing_after_some() {
     })
     .expect("the threads are granted");
     assert_eq!(allocations, 0);
+}
+
+#[test]
+fn a_step_allocates_nothing_after_some() {
+    a_step_allocates_nothing(Scheme::default());
+}
+
+#[test]
+fn a_step_of_the_conjugate_projection_allocates_nothing_after_some() {
+    a_step_allocates_nothing(Scheme { projection: Projection::Conjugate, radius: 2.6, ..Scheme::default() });
 }

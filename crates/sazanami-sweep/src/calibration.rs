@@ -39,7 +39,7 @@ pub struct FittedKey {
     pub value: String,
     /// By how much it is uncertain if each target is by its tolerance and by the standard error of its mean over the
     /// seeds, in the same unit; absent where the runs do not determine the key within its range: the targets change with
-    /// it by no more than they scatter.
+    /// it by no more than they scatter, or do not tell it from other keys.
     pub uncertainty: Option<f64>,
 }
 
@@ -359,7 +359,8 @@ impl Search<'_> {
         let deviations: Vec<Vec<f64>> = known.iter().filter_map(|tried| self.deviations(tried)).collect();
         let error = |(t, target): (usize, &Target)| errors.as_ref().map_or(0.0, |all| all[t] / target.tolerance);
         let errors: Vec<f64> = self.plan.targets.iter().enumerate().map(error).collect();
-        uncertainties(&places, &deviations, &errors)
+        let freedom = self.errors(tried).map(|_| known.len() * (self.seeds() - 1));
+        uncertainties(&places, &deviations, &errors, freedom)
     }
 }
 

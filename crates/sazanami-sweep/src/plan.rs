@@ -173,6 +173,16 @@ impl Reader<'_> {
             self.report.error(points.span(), "a plan with targets makes its points itself").label("no `points`");
         }
         let seeds = root.get("seeds").map(|value| self.seeds(value)).unwrap_or_default();
+        let first = (keys.len() + 1) * seeds.len().max(1);
+        if !targets.is_empty() && most_runs < first {
+            let span = root.get("most_runs").or_else(|| root.get("targets")).map_or(0..0, |value| value.span());
+            self.report
+                .error(
+                    span,
+                    format!("the first points alone take {first} runs, one more point than keys with all seeds"),
+                )
+                .help(format!("`most_runs = {}` or more", 4 * first));
+        }
         let (file, case_span) = case?;
         if self.report.has_errors() {
             return None;
@@ -524,6 +534,14 @@ impl Reader<'_> {
         };
         for value in list.iter().filter(|value| self.integer(value).is_none()).map(Spanned::span).collect::<Vec<_>>() {
             self.report.error(value, "a seed is a whole number of zero or more");
+        }
+        let numbers: Vec<Option<f64>> = list.iter().map(|value| self.number(value)).collect();
+        for (n, value) in
+            list.iter().enumerate().filter(|(n, _)| numbers[*n].is_some() && numbers[..*n].contains(&numbers[*n]))
+        {
+            self.report
+                .error(value.span(), format!("seed {} is there already", n + 1))
+                .help("each seed makes another bed: name it once");
         }
         list.iter().map(|value| self.verbatim(value.span())).collect()
     }

@@ -1,13 +1,27 @@
 //! The plane through what the points of a calibration found, and how well it determines the keys.
 
-/// Standard errors of a slope within which it is noise.
-const NOISE: f64 = 2.0;
+/// Standard errors of a slope within which it is noise, by the degrees of freedom of the error from 1 on: the quantiles of
+/// Student's t that noise passes in one of 20 cases.
+const NOISE: [f64; 30] = [
+    12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26, 2.23, 2.20, 2.18, 2.16, 2.14, 2.13, 2.12, 2.11, 2.10, 2.09,
+    2.09, 2.08, 2.07, 2.07, 2.06, 2.06, 2.06, 2.05, 2.05, 2.05, 2.04,
+];
+/// The same where the error is known.
+const NOISE_OF_KNOWN: f64 = 1.96;
 
 /// Standard uncertainties of the keys \[parts of their ranges], by the plane of least squares through the `deviations` of the targets
 /// \[tolerances] at the `places` \[parts of the ranges]: each target is uncertain by its tolerance and by its standard error among `errors`
-/// \[tolerances]. Nothing of a key with which no target changes by more than twice the standard error of that change, and
-/// of one that is uncertain by its whole range or more.
-pub fn uncertainties(places: &[&[f64]], deviations: &[Vec<f64>], errors: &[f64]) -> Vec<Option<f64>> {
+/// \[tolerances], which comes from so many degrees of `freedom` (nothing: it is known). Nothing of a key with which no target
+/// changes by more than noise does in 19 of 20 cases, of all keys if the targets do not tell them apart, and of one that is
+/// uncertain by its whole range or more. What is told of a key holds with those of which nothing is.
+pub fn uncertainties(
+    places: &[&[f64]],
+    deviations: &[Vec<f64>],
+    errors: &[f64],
+    freedom: Option<usize>,
+) -> Vec<Option<f64>> {
+    let noise_of_slope =
+        freedom.map_or(NOISE_OF_KNOWN, |n| NOISE.get(n.saturating_sub(1)).copied().unwrap_or(NOISE[NOISE.len() - 1]));
     let n = places.first().map_or(0, |place| place.len());
     let nothing = vec![None; n];
     let count = places.len() as f64;
@@ -21,7 +35,7 @@ pub fn uncertainties(places: &[&[f64]], deviations: &[Vec<f64>], errors: &[f64])
     let slopes = |(t, &error): (usize, &f64)| -> Vec<f64> {
         let right: Vec<f64> = (0..n).map(|j| products(&|point| step(point, j) * deviations[point][t])).collect();
         let slope = |i: usize| (0..n).map(|j| inverse_of_normal[i][j] * right[j]).sum::<f64>();
-        let noise = |i: usize| NOISE * error * inverse_of_normal[i][i].max(0.0).sqrt();
+        let noise = |i: usize| noise_of_slope * error * inverse_of_normal[i][i].max(0.0).sqrt();
         (0..n).map(|i| Some(slope(i)).filter(|slope| slope.abs() > noise(i)).unwrap_or_default()).collect()
     };
     let slopes: Vec<Vec<f64>> = errors.iter().enumerate().map(slopes).collect();
@@ -79,7 +93,7 @@ mod tests {
         let places: [&[f64]; 4] = [&[0.3, 0.3], &[0.7, 0.3], &[0.3, 0.7], &[0.5, 0.5]];
         // The first target changes by 20 tolerances over the range of the first key, the second one by 10 over that of both.
         let found: Vec<Vec<f64>> = places.iter().map(|p| vec![20.0 * p[0] - 8.0, 10.0 * (p[0] + p[1]) - 5.0]).collect();
-        let of = |errors: [f64; 2]| uncertainties(&places, &found, &errors);
+        let of = |errors: [f64; 2]| uncertainties(&places, &found, &errors, None);
         let near = |found: Option<f64>, expected: f64| found.is_some_and(|found| (found - expected).abs() < 1e-12);
         let sure = of([0.0, 0.0]);
         assert!(near(sure[0], 0.05) && near(sure[1], 0.1_f64.hypot(0.05)), "{sure:?}");
@@ -91,14 +105,14 @@ mod tests {
         assert_eq!(of([9.0, 9.0]), [None, None]);
         // One target for two keys, points in a line, a slope so flat that the tolerance spans the range.
         let one: Vec<Vec<f64>> = found.iter().map(|of| of[1..].to_vec()).collect();
-        assert_eq!(uncertainties(&places, &one, &[0.0]), [None, None]);
-        assert_eq!(uncertainties(&[&[0.3], &[0.3]], &[vec![1.0], vec![2.0]], &[0.0]), [None]);
-        assert_eq!(uncertainties(&[&[0.3], &[0.7]], &[vec![0.1], vec![0.4]], &[0.0]), [None]);
+        assert_eq!(uncertainties(&places, &one, &[0.0], None), [None, None]);
+        assert_eq!(uncertainties(&[&[0.3], &[0.3]], &[vec![1.0], vec![2.0]], &[0.0], None), [None]);
+        assert_eq!(uncertainties(&[&[0.3], &[0.7]], &[vec![0.1], vec![0.4]], &[0.0], None), [None]);
     }
 
     #[test]
     fn noise_determines_no_key() {
-        // Two hundred calibrations of four points that nothing but noise tells apart: few are taken for more.
+        // Two thousand calibrations of points that nothing but noise tells apart: one in 20 is taken for more.
         let mut seed = 7_u64;
         let mut drawn = || {
             let sum = (0..12).map(|_| {
@@ -107,15 +121,24 @@ mod tests {
             });
             sum.sum::<f64>() - 6.0
         };
-        let places: [&[f64]; 4] = [&[0.3], &[0.7], &[0.1], &[0.5]];
-        let mut taken = |slope: f64| {
-            let fits = (0..200).filter(|_| {
-                let found: Vec<Vec<f64>> = places.iter().map(|place| vec![slope * place[0] + 3.0 * drawn()]).collect();
-                uncertainties(&places, &found, &[3.0])[0].is_some()
+        // Two points of three seeds, as in a first simplex: the error is estimated from four degrees of freedom.
+        let places: [&[f64]; 2] = [&[0.3], &[0.7]];
+        let mut taken = |slope: f64, freedom: Option<usize>| {
+            let fits = (0..2000).filter(|_| {
+                let draws: Vec<[f64; 3]> =
+                    places.iter().map(|place| [0; 3].map(|_| slope * place[0] + 3.0 * drawn())).collect();
+                let means = draws.iter().map(|of| of.iter().sum::<f64>() / 3.0);
+                let found: Vec<Vec<f64>> = means.map(|mean| vec![mean]).collect();
+                let squares = draws.iter().zip(&found).flat_map(|(of, mean)| of.map(|x| (x - mean[0]).powi(2)));
+                let error = (squares.sum::<f64>() / 4.0 / 3.0).sqrt();
+                uncertainties(&places, &found, &[error], freedom)[0].is_some()
             });
             fits.count()
         };
-        let (noise, told) = (taken(0.0), taken(40.0));
-        assert!(noise <= 20 && told >= 190, "{noise} of noise, {told} of a key that matters");
+        let (noise, told) = (taken(0.0, Some(4)), taken(80.0, Some(4)));
+        assert!(noise <= 130 && told >= 1900, "{noise} of noise, {told} of a key that matters");
+        // Negative control: as if the error were known.
+        let lax = taken(0.0, None);
+        assert!(lax > 160, "{lax}");
     }
 }

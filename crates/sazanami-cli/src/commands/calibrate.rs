@@ -13,7 +13,7 @@ use crate::terminal::{self, Screen};
 #[derive(Debug, Args)]
 #[command(
     long_about = "Find the values of one to five keys with which a case meets targets within their tolerances, by the \
-                  simplex of Nelder and Mead over runs. The search ends with the first run that meets all targets, or with \
+                  simplex of Nelder and Mead over runs. The search ends with the first point that meets all targets, or with \
                   the most runs that the plan allows (exit code 1). Ctrl-C ends it with checkpoints; the same command goes \
                   on where it was. The uncertainties of the keys are those that the tolerances of the targets leave and, with \
                   `seeds` in the plan, the scatter between them. A key with which the targets change by no more than they \
@@ -50,13 +50,15 @@ impl Calibrate {
 fn tell(fit: &Fit) -> u8 {
     let is_sampled = fit.targets.iter().all(|target| target.error.is_some());
     let of_what = if is_sampled { "" } else { ", nothing of the scatter between seeds in it" };
-    let is_noise = fit.keys.iter().any(|key| key.uncertainty.is_none());
+    let is_determined = fit.keys.iter().all(|key| key.uncertainty.is_some());
+    let is_told_apart = fit.targets.len() >= fit.keys.len();
+    let is_noise = !is_determined && is_told_apart && is_sampled && !fit.interrupted;
     for key in &fit.keys {
         match key.uncertainty {
             Some(uncertainty) => {
                 outln!("{} = {} (standard uncertainty {}{of_what})", key.path, key.value, rounded(uncertainty));
             }
-            None => outln!("{} = {}, but uncertain by more than its range", key.path, key.value),
+            None => outln!("{} = {}, of unknown uncertainty", key.path, key.value),
         }
     }
     for target in &fit.targets {
@@ -66,6 +68,13 @@ fn tell(fit: &Fit) -> u8 {
     }
     let verdict = if fit.is_met { "the targets are met" } else { "the targets are not met" };
     outln!("{verdict} after {} runs; the nearest is {}", fit.runs, fit.best.display());
+    if !is_determined && !is_told_apart {
+        outln!("fewer targets than keys: other values of the keys may meet them as well");
+    } else if !is_determined && !is_noise {
+        outln!(
+            "the runs there are do not determine all keys; with `seeds` in the plan the scatter between runs would be known"
+        );
+    }
     if is_noise {
         outln!(
             "a fit of noise: within these runs the targets change with a key by no more than they scatter; more seeds, a wider \

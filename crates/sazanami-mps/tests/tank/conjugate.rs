@@ -86,6 +86,7 @@ fn results_do_not_depend_on_threads_nor_on_restarts() {
 #[test]
 fn ranks_agree_up_to_rounding() {
     ranks_agree(sloshing());
+    ranks_agree(Case { scheme: conjugate(2.6), ..shaken() });
 }
 
 #[test]

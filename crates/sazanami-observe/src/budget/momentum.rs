@@ -125,7 +125,7 @@ impl MomentumBudget {
         self.stored_term(term) - before - lines.iter().map(|line| self.impulse(line)).sum::<Vector>()
     }
 
-    /// Residual relative to the largest momentum that the grains have had from the fluid so far, if they had any.
+    /// Residual relative to the largest momentum that the grains have had from the fluid so far, beyond the buoyancy of fluid at rest, if they had any.
     #[must_use]
     pub fn residual_of_exchange(&self) -> Option<Real> {
         (self.largest_exchange > 0.0).then(|| self.residual().length() / self.largest_exchange)

@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use sazanami_dem::ContactStart;
 use sazanami_dem::stability::EffectiveMasses;
 use sazanami_mics::forces::Forces;
 use sazanami_mics::stability::{Limit as GridLimit, Rates as GridRates};
@@ -39,6 +40,8 @@ pub(crate) enum Cause {
 /// Error of the spin after an oblique impact over its tangential speed with the longest sub-step, at the constants of Yagyu et
 /// al. (2015) (docs/decisions/0019).
 const SPIN_ERROR: Real = 0.032;
+/// The same where contacts start at touch.
+const SPIN_ERROR_AT_TOUCH: Real = 0.001;
 
 /// How a case will go on in time, as far as its start tells.
 #[derive(Clone, Debug, PartialEq)]
@@ -93,7 +96,11 @@ impl Pace {
         limits.iter_mut().enumerate().for_each(|(n, limit)| limit.rules = n == ruling);
         let substeps = substeps(case, populations, dt);
         // Of first order in the sub-step.
-        let of_longest = |longest: Real| SPIN_ERROR * dt / substeps as Real / longest;
+        let of_first = match case.dem.contact_start {
+            ContactStart::SubStep => SPIN_ERROR,
+            ContactStart::Touch => SPIN_ERROR_AT_TOUCH,
+        };
+        let of_longest = |longest: Real| of_first * dt / substeps as Real / longest;
         let spin_error = contact_step(case, populations).map(of_longest).filter(|_| substeps > 0);
         Self { limits, dt, passes, substeps, spin_error, steps }
     }

@@ -65,7 +65,7 @@ summed! {
         pushed_pairs: u64, "", "pairs that the dynamic stabilisation pushed apart";
         push_work: Real, "J", "work of these pushes (negative: taken from the water)";
         #[serde(default)]
-        shifting_work: Real, "J", "kinetic energy that shifting particles has added (negative: taken)";
+        shifting_work: Real, "J", "energy that shifting has added: kinetic, with the conjugate projection potential (negative: taken)";
         #[serde(default)]
         shifting_impulse: [Real; 3], "N s", "momentum that it has added: part of `fluid_residual`";
         collisions: u64, "", "pairs that collided";

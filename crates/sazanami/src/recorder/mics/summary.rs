@@ -181,7 +181,7 @@ pub(in crate::recorder) const CONSERVATION: &[Field<GridObserver>] = &[
     quantity(
         "momentum_residual_of_exchange",
         "",
-        "momentum residual over the largest momentum that the grains have had from the fluid so far",
+        "momentum residual over the largest momentum that the grains have had from the fluid so far, beyond the buoyancy of fluid at rest",
         |observer| json!(observer.momentum.as_ref().and_then(MomentumBudget::residual_of_exchange)),
     ),
     quantity("momentum_residual_of_initial", "", "momentum residual over the momentum at the start", |observer| {
