@@ -28,7 +28,7 @@ pub(crate) fn dam_break() -> Result<Vec<Measured>, String> {
     for (n, &time) in grid[0].iter().enumerate() {
         let Some(m) = particles[0].iter().position(|&other| (other - time).abs() < 1e-9) else { continue };
         let (a, b) = (grid[1][n] / WIDTH, particles[1][m] / WIDTH);
-        // Until the front has moved by a tenth of the width a cell decides.
+        // Until the front has moved by a tenth of the width its first motion decides.
         if a.min(b) < 1.1 {
             continue;
         }
