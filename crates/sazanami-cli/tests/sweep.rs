@@ -115,7 +115,7 @@ fn a_sweep_that_was_killed_goes_on_to_the_same_table() {
     let whole = folder(&plan);
     let output = sweep(whole.path(), &[]);
     assert_eq!(output.status.code(), Some(0), "{}", said(&output));
-    for signal in ["-INT", "-KILL"] {
+    for signal in ["-TERM", "-KILL"] {
         let broken = folder(&plan);
         let mut child = command(broken.path(), &["sweep", "plan.toml", "--threads", "1"])
             .stdout(Stdio::null())
@@ -129,7 +129,7 @@ fn a_sweep_that_was_killed_goes_on_to_the_same_table() {
         }
         assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
         let code = child.wait().unwrap().code();
-        if signal == "-INT" {
+        if signal == "-TERM" {
             assert_eq!(code, Some(130));
             assert!(table(broken.path()).contains(",broken off,"), "{}", table(broken.path()));
         }
