@@ -173,15 +173,9 @@ impl Reader<'_> {
             self.report.error(points.span(), "a plan with targets makes its points itself").label("no `points`");
         }
         let seeds = root.get("seeds").map(|value| self.seeds(value)).unwrap_or_default();
-        let first = (keys.len() + 1) * seeds.len().max(1);
-        if !targets.is_empty() && most_runs < first {
-            let span = root.get("most_runs").or_else(|| root.get("targets")).map_or(0..0, |value| value.span());
-            self.report
-                .error(
-                    span,
-                    format!("the first points alone take {first} runs, one more point than keys with all seeds"),
-                )
-                .help(format!("`most_runs = {}` or more", 4 * first));
+        if !targets.is_empty() {
+            let place = root.get("most_runs").or_else(|| root.get("targets")).map(Spanned::span);
+            self.first_points((keys.len() + 1) * seeds.len().max(1), most_runs, place);
         }
         let (file, case_span) = case?;
         if self.report.has_errors() {
@@ -209,6 +203,18 @@ impl Reader<'_> {
             return None;
         }
         Some(plan)
+    }
+
+    /// Refuses a plan that allows fewer than the `first` runs of a search.
+    fn first_points(&mut self, first: usize, most_runs: usize, place: Option<Range<usize>>) {
+        if most_runs < first {
+            self.report
+                .error_at(
+                    place,
+                    format!("the first points take {first} runs: one more point than keys, with all seeds"),
+                )
+                .help(format!("`most_runs = {}` or more", 4 * first));
+        }
     }
 
     /// Refuses keys other than those `known`.
@@ -604,6 +610,12 @@ mod tests {
             (
                 "case = \"a.toml\"\n[keys]\n\"a\" = { from = 1, to = 2 }\n[targets]\n\"b\" = { value = 1 }\n",
                 "a tolerance",
+            ),
+            ("case = \"a.toml\"\nseeds = [1, 10, 1_0]\n[keys]\n\"a\" = [1]\n", "seed 3 is there already"),
+            (
+                "case = \"a.toml\"\nmost_runs = 5\nseeds = [1, 2, 3]\n[keys]\n\"a\" = { from = 1, to = 2 }\n[targets]\n\
+                 \"b\" = { value = 1, tolerance = 1 }\n",
+                "the first points take 6 runs",
             ),
             ("case = \n", "not TOML"),
         ] {

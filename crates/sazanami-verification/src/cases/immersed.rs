@@ -93,6 +93,12 @@ struct Stream {
 }
 
 impl Stream {
+    /// Sphere that acts by its surface, the longest steps, the first place.
+    fn new(reynolds: Real, cells_per_diameter: usize) -> Self {
+        let (exchange, friction) = (Exchange::Surface, SurfaceFriction::Distance);
+        Self { reynolds, cells_per_diameter, exchange, friction, shorter: 1.0, place: PLACES[0] }
+    }
+
     /// Drag at the end of a run of 8 diameters of travel, in a box 6 diameters wide.
     fn drag(self) -> Result<Drag, String> {
         let (n, width, until) = (self.cells_per_diameter, 6.0, 8.0);
@@ -154,14 +160,7 @@ fn placed(stream: Stream, places: &[Vector], rows: &mut Vec<Measured>) -> Result
 pub(crate) fn drag_coarse() -> Result<Vec<Measured>, String> {
     let mut rows = Vec::new();
     for reynolds in [20.0, 100.0] {
-        let stream = Stream {
-            reynolds,
-            cells_per_diameter: 8,
-            exchange: Exchange::Surface,
-            friction: SurfaceFriction::Distance,
-            shorter: 1.0,
-            place: PLACES[0],
-        };
+        let stream = Stream::new(reynolds, 8);
         let first = placed(stream, &PLACES, &mut rows)?;
         let fine = Stream { shorter: 0.25, ..stream }.drag()?.coefficient;
         rows.push(Measured::new(
@@ -169,14 +168,7 @@ pub(crate) fn drag_coarse() -> Result<Vec<Measured>, String> {
             (fine / first - 1.0).abs(),
         ));
     }
-    let stress = Stream {
-        reynolds: 20.0,
-        cells_per_diameter: 8,
-        exchange: Exchange::Stress,
-        friction: SurfaceFriction::Distance,
-        shorter: 1.0,
-        place: PLACES[0],
-    };
+    let stress = Stream { exchange: Exchange::Stress, ..Stream::new(20.0, 8) };
     rows.push(Measured::new("stress, Re 20: drag coefficient", stress.drag()?.coefficient));
     Ok(rows)
 }
@@ -185,14 +177,7 @@ pub(crate) fn drag_coarse() -> Result<Vec<Measured>, String> {
 pub(crate) fn drag_hydraulic() -> Result<Vec<Measured>, String> {
     let mut rows = Vec::new();
     for reynolds in [20.0, 100.0] {
-        let stream = Stream {
-            reynolds,
-            cells_per_diameter: 8,
-            exchange: Exchange::Surface,
-            friction: SurfaceFriction::HydraulicRadiusSlip,
-            shorter: 1.0,
-            place: PLACES[0],
-        };
+        let stream = Stream { friction: SurfaceFriction::HydraulicRadiusSlip, ..Stream::new(reynolds, 8) };
         placed(stream, &PLACES[..1], &mut rows)?;
     }
     Ok(rows)
@@ -203,14 +188,7 @@ pub(crate) fn drag_fine() -> Result<Vec<Measured>, String> {
     let mut rows = Vec::new();
     for reynolds in [20.0, 100.0] {
         for cells_per_diameter in [12, 16] {
-            let stream = Stream {
-                reynolds,
-                cells_per_diameter,
-                exchange: Exchange::Surface,
-                friction: SurfaceFriction::Distance,
-                shorter: 1.0,
-                place: PLACES[0],
-            };
+            let stream = Stream::new(reynolds, cells_per_diameter);
             placed(stream, &PLACES[..1], &mut rows)?;
         }
     }
