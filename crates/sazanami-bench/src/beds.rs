@@ -15,7 +15,7 @@ use sazanami_parallel::{Communicator, Solo};
 
 use sazanami::assembly::grains;
 use sazanami::assembly::shapes::shape_of;
-use sazanami::bed_file::{Bed, Lying, Recipe};
+use sazanami::bed_file::{Bed, BedGrain, Recipe};
 use sazanami::case::meaning::{BedFile, BoundarySide, Case, ContactSphereChoice, GrainPlacement};
 use sazanami::case::{self, LoadedCase};
 
@@ -117,9 +117,14 @@ fn stand_in() -> Result<Paper, String> {
     // Soft springs take longer sub-steps, and at rest the overlaps stay below a thousandth of a grain all the same.
     let soft = LinearSpringDashpot { normal_stiffness: SOFT, tangential_stiffness: SOFT, ..LinearSpringDashpot::SAND };
     let tile = pack_tile(&axis, soft, [width; 2], TILE_GRAINS)?;
-    let grains: Vec<Lying> = tiled(&tile, [width; 2], [TILES; 2])
+    let grains: Vec<BedGrain> = tiled(&tile, [width; 2], [TILES; 2])
         .iter()
-        .map(|grain| Lying { shape: 0, scale: 1.0, position: lower + grain.position, orientation: grain.orientation })
+        .map(|grain| BedGrain {
+            shape: 0,
+            scale: 1.0,
+            position: lower + grain.position,
+            orientation: grain.orientation,
+        })
         .collect();
     let file = BedFile { file: PathBuf::new(), scale: 1.0, relax: false, recipe: None };
     let kind = case.grains.first_mut().ok_or("the paper's case has no grains")?;

@@ -202,7 +202,7 @@ fn check_smoothing(case: &Case, cx: &mut Context<'_>) {
             .help(format!("take {least} mm at least, 2.5 times the largest grain"));
     } else if smoothing < wide * (1.0 - 1e-9) {
         cx.report
-            .warning(span, "`smoothing` is short: one grain passes for a dense bed where it lies")
+            .warning(span, "`smoothing` is short: at a single grain the void fraction is that of a dense bed")
             .label(format!("{} times the largest grain", rounded(smoothing / largest)))
             .help(format!("take {least} mm at least, 2.5 times the largest grain"));
     }
@@ -246,7 +246,7 @@ fn check_light_grains(case: &Case, cx: &mut Context<'_>) {
     }
 }
 
-/// The tank fits the lattice of its walls and is longer than what a particle looks at; the water fits into it.
+/// The tank fits the lattice of its walls and is longer than the reach of a particle; the water fits into it.
 fn check_lattice(case: &Case, cx: &mut Context<'_>, particles: &Particles) {
     let span = cx.places.at("domain");
     let reach = particles.radius * particles.spacing;
@@ -256,7 +256,7 @@ fn check_lattice(case: &Case, cx: &mut Context<'_>, particles: &Particles) {
         let needed = if periodic { 2.0 * reach } else { reach };
         if extent[d] < needed {
             cx.report
-                .error(span.clone(), format!("the tank is shorter along x{} than what a particle looks at", d + 1))
+                .error(span.clone(), format!("the tank is too short along x{} for the radius of influence", d + 1))
                 .label(format!("{:.4} mm; it has to be {:.4} mm at least", 1e3 * extent[d], 1e3 * needed))
                 .help("make the tank longer or the particles smaller");
             continue;

@@ -77,7 +77,7 @@ pub struct Context<'a> {
     /// Tables read before, which later ones depend on.
     pub known: Known,
     /// Keys whose absence is no error, since something wrong stood in their place.
-    forgiven: BTreeSet<String>,
+    suggested: BTreeSet<String>,
 }
 
 /// A value, or its absence, with its place.
@@ -296,7 +296,7 @@ impl KeyDoc {
 impl<'a> Context<'a> {
     /// A context that knows nothing yet.
     pub fn new(report: &'a mut Diagnostics, folder: &'a Path) -> Self {
-        Self { report, folder, places: Places::default(), known: Known::default(), forgiven: BTreeSet::new() }
+        Self { report, folder, places: Places::default(), known: Known::default(), suggested: BTreeSet::new() }
     }
 
     /// Whether defaults are those of a paper.
@@ -307,7 +307,7 @@ impl<'a> Context<'a> {
 
     /// Says that a required key is missing from the table at `table`.
     pub fn missing(&mut self, table: Option<Range<usize>>, key: &str, help: &str) {
-        if self.forgiven.contains(key) {
+        if self.suggested.contains(key) {
             return;
         }
         let title = format!("`{key}` is missing");
@@ -391,7 +391,7 @@ impl<'a> Context<'a> {
         match nearest(name, sorted.iter().copied()) {
             Some(meant) => {
                 finding.label(format!("did you mean `{meant}`?"));
-                self.forgiven.insert(meant.to_owned());
+                self.suggested.insert(meant.to_owned());
             }
             None => {
                 finding.label(format!("not a {what} known here"));

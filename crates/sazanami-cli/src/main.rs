@@ -56,7 +56,7 @@ fn main() -> ExitCode {
     let code = terminal::end_output(code);
     if terminal::verbosity() == Verbosity::Verbose {
         let memory = machine::peak_memory().map_or_else(String::new, |bytes| format!(", {} MiB at most", bytes >> 20));
-        terminal::complain(format_args!("took {}{memory}", duration(began.elapsed().as_secs_f64())));
+        terminal::print_error(format_args!("took {}{memory}", duration(began.elapsed().as_secs_f64())));
     }
     ExitCode::from(code)
 }

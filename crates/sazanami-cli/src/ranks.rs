@@ -56,7 +56,7 @@ fn announce_panics(processes: &Processes) {
     let (rank, host) = (processes.rank(), processes.host());
     let say = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
-        terminal::complain(format_args!("[rank {rank} on {host}]"));
+        terminal::print_error(format_args!("[rank {rank} on {host}]"));
         say(panic);
     }));
 }

@@ -66,7 +66,7 @@ pub fn end_output(code: u8) -> u8 {
     }
     match OUTPUT_ERROR.get() {
         Some(error) if error.kind() != ErrorKind::BrokenPipe => {
-            complain(format_args!("error: standard output cannot be written: {error}"));
+            print_error(format_args!("error: standard output cannot be written: {error}"));
             code.max(exit::FAILED)
         }
         _ => code,
@@ -74,7 +74,7 @@ pub fn end_output(code: u8) -> u8 {
 }
 
 /// Writes a line to the error stream; where that is closed nobody reads it.
-pub fn complain(text: Arguments) {
+pub fn print_error(text: Arguments) {
     let _ = std::io::stderr().write_fmt(format_args!("{text}\n"));
 }
 
@@ -116,8 +116,8 @@ impl Screen {
     /// Writes a line above the live one.
     fn write(&self, text: &str) {
         match &self.bar {
-            Some(bar) => bar.suspend(|| complain(format_args!("{text}"))),
-            None => complain(format_args!("{text}")),
+            Some(bar) => bar.suspend(|| print_error(format_args!("{text}"))),
+            None => print_error(format_args!("{text}")),
         }
     }
 }
@@ -173,9 +173,9 @@ pub fn error(error: &CommandError) {
     match error {
         CommandError::Case(case) => {
             let text = case.diagnostics.render(&case.source, std::io::stderr().is_terminal());
-            complain(format_args!("{}", text.trim_end_matches('\n')));
+            print_error(format_args!("{}", text.trim_end_matches('\n')));
         }
-        other => complain(format_args!("error: {other}")),
+        other => print_error(format_args!("error: {other}")),
     }
 }
 
@@ -216,10 +216,12 @@ pub fn stop_on_signals() -> Result<Arc<Stop>, CommandError> {
             };
             asked.set(cause);
             if first.is_none() && verbosity() != Verbosity::Silent {
-                complain(format_args!("\n{cause}: ending after this step with a checkpoint; once more ends at once"));
+                print_error(format_args!(
+                    "\n{cause}: ending after this step with a checkpoint; once more ends at once"
+                ));
             }
             if first.get_or_insert_with(Instant::now).elapsed() > PATIENCE {
-                complain(format_args!("\nended at once; what was computed since the last checkpoint is lost"));
+                print_error(format_args!("\nended at once; what was computed since the last checkpoint is lost"));
                 std::process::exit(i32::from(exit::STOPPED));
             }
         }

@@ -29,7 +29,7 @@ pub struct StoredMomentum {
 impl StoredMomentum {
     /// Names of the terms in files, and their signs in the total.
     pub const TERMS: [(&str, Real); 5] =
-        [("liquid", 1.0), ("gas", 1.0), ("grains", 1.0), ("displaced", -1.0), ("owed_to_grains", 1.0)];
+        [("liquid", 1.0), ("gas", 1.0), ("grains", 1.0), ("displaced", -1.0), ("deferred_to_grains", 1.0)];
 
     /// The terms in the order of [`Self::TERMS`].
     #[must_use]
@@ -66,7 +66,7 @@ impl Impulses {
     pub fn names(forces: &Forces) -> Vec<&'static str> {
         let mut forces = forces.names();
         let gravity = forces.next();
-        let own = ["gravity_on_grains", "swallowed", "open_sides", "held_grains"];
+        let own = ["gravity_on_grains", "displaced_mass_flux", "open_sides", "held_grains"];
         ["walls_on_fluid", "walls_on_grains"].into_iter().chain(gravity).chain(own).chain(forces).collect()
     }
 
@@ -100,7 +100,7 @@ mod tests {
         let mut impulses = Impulses { displaced_mass_flux: Vector::X, ..Impulses::default() };
         impulses.forces[0] = Vector::Y;
         let term = |name: &str| names.iter().position(|&n| n == name).and_then(|at| impulses.terms().nth(at));
-        assert_eq!(term("swallowed"), Some(Vector::X));
+        assert_eq!(term("displaced_mass_flux"), Some(Vector::X));
         assert_eq!(term("gravity_on_fluid"), Some(Vector::Y));
         assert_eq!(term("held_grains"), Some(Vector::ZERO));
         assert_eq!(names.len(), Impulses::WITH_GRAVITY);

@@ -152,8 +152,8 @@ pub fn warnings(run: &Finished, log: &str) -> Vec<String> {
         found.push("The crater has not come to rest at the end of the run: V is not its final volume.".into());
     }
     let counted = [
-        ("tidied.deep_contacts", "contacts became deeper than 20 % of a contact sphere's radius"),
-        ("tidied.out_of_range_cells", "cells had a liquid fraction outside the range 0 to 1"),
+        ("corrections.deep_contacts", "contacts became deeper than 20 % of a contact sphere's radius"),
+        ("corrections.out_of_range_cells", "cells had a liquid fraction outside the range 0 to 1"),
     ];
     for (path, what) in counted {
         found.extend(run.number(path).filter(|count| *count > 0.0).map(|count| format!("{count:.0} {what}.")));

@@ -21,7 +21,7 @@ pub struct Recipe {
     pub case_hash: String,
     /// Version of the program.
     pub version: String,
-    /// Names of the shapes, in the order of [`Lying::shape`].
+    /// Names of the shapes, in the order of [`BedGrain::shape`].
     pub shapes: Vec<String>,
     /// Porosity of a slab; `None` if the slab that the case gives lies above the bed.
     pub porosity: Option<Real>,
@@ -53,7 +53,7 @@ impl Recipe {
 
 /// A grain at rest in a bed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Lying {
+pub struct BedGrain {
     /// Which of the [`Recipe::shapes`] it has.
     pub shape: u32,
     /// Factor on the size of its shape.
@@ -74,7 +74,7 @@ pub struct Bed {
     /// Where it comes from.
     pub recipe: Recipe,
     /// Its grains, in the order of their identifiers.
-    pub grains: Vec<Lying>,
+    pub grains: Vec<BedGrain>,
 }
 
 /// A bed file cannot be used.
@@ -128,7 +128,7 @@ impl Bed {
         if corners.len() != 6 || scale.len() != count || position.len() != 3 * count || orientation.len() != 4 * count {
             return Err(BedFileError::Inconsistent { path: path.to_owned() });
         }
-        let lying = |n: usize| Lying {
+        let lying = |n: usize| BedGrain {
             shape: shape[n],
             scale: scale[n],
             position: Vector::from_slice(&position[3 * n..]),
@@ -154,7 +154,7 @@ mod tests {
             upper: Vector::ONE,
             recipe: Recipe { case: "bed".into(), porosity: Some(0.454), ..Recipe::default() },
             grains: (0..5)
-                .map(|n| Lying {
+                .map(|n| BedGrain {
                     shape: n % 2,
                     scale: 1.0 + 0.1 * Real::from(n),
                     position: Vector::new(0.1, 0.2, Real::from(n) / 3.0),

@@ -15,7 +15,7 @@ use crate::case::meaning::{Case, Solver};
 use crate::case::{self, LoadedCase};
 use crate::error::CommandError;
 use crate::feasible;
-use crate::job::{Ended, Job, Program, RUN_STATE, RankFailure, Reporter, Resumed, RunOptions, Workers};
+use crate::job::{Ending, Job, Program, RUN_STATE, RankFailure, Reporter, Resumed, RunOptions, Workers};
 use crate::machine::{self, Machine};
 use crate::results::{self, CASE};
 use crate::simulation;
@@ -266,7 +266,7 @@ fn readiness(processes: &Processes, own: Result<(), String>) -> Option<(usize, S
 }
 
 /// How a run ended on each rank, or what broke off all.
-type Outcomes = Result<Vec<Result<Ended, Box<RankFailure>>>, RanksFailed>;
+type Outcomes = Result<Vec<Result<Ending, Box<RankFailure>>>, RanksFailed>;
 
 /// Runs this rank's part of `job`, for which all have got ready. The outcomes of all come by rank.
 pub(crate) fn run(processes: &Processes, job: &Job) -> Outcomes {

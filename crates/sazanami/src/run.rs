@@ -16,7 +16,7 @@ use crate::check::{self, CostModel, Known};
 use crate::error::{CommandError, Failure};
 use crate::feasible::{self, Feasible};
 use crate::followers;
-use crate::job::{Ended, Event, Job, Program, RankFailure, Reporter, Resumed, RunState, Workers};
+use crate::job::{Ending, Event, Job, Program, RankFailure, Reporter, Resumed, RunState, Workers};
 use crate::lock::FolderLock;
 use crate::log::{LOG, Log};
 use crate::machine::{self, Machine};
@@ -86,7 +86,7 @@ pub fn run(
     }
     warn_without(&lock, &mut log);
     ready.messages.iter().for_each(|text| log.message(text));
-    let from = From::Case(resolved::write(&kept, Paths::AsGiven), ready.tank);
+    let from = Start::Case(resolved::write(&kept, Paths::AsGiven), ready.tank);
     Launch { case: &loaded.case, feasible, workers, options, folder: &folder, stop }.start(from, &mut log)
 }
 
@@ -169,7 +169,7 @@ pub fn resume(
         log.message(&text);
     }
     let launch = Launch { case: &loaded.case, feasible, workers, options, folder, stop };
-    launch.start(From::Checkpoint(Box::new(resumed)), &mut log)
+    launch.start(Start::Checkpoint(Box::new(resumed)), &mut log)
 }
 
 /// Begins a run again that ended before its first checkpoint, from the case in its folder.
@@ -193,7 +193,7 @@ fn begin_again(
     log.note(&heading(&loaded.case, options));
     log.message("no checkpoint had been written: the run begins again from the case in its folder");
     ready.messages.iter().for_each(|text| log.message(text));
-    let from = From::Case(resolved::write(&kept, Paths::AsGiven), ready.tank);
+    let from = Start::Case(resolved::write(&kept, Paths::AsGiven), ready.tank);
     Launch { case: &loaded.case, feasible, workers, options, folder, stop }.start(from, &mut log)
 }
 
@@ -213,7 +213,7 @@ fn other_program(run: &RunState, case: &Case, options: &RunOptions) -> Option<St
 }
 
 /// What a run begins with.
-enum From {
+enum Start {
     /// A case, with the text of its resolved copy and a tank that was prepared before.
     Case(String, Option<Snapshot>),
     /// A checkpoint of the run in the folder.
@@ -246,7 +246,7 @@ struct Launch<'a> {
 
 impl Launch<'_> {
     /// Runs; how it ended goes into the log.
-    fn start(self, from: From, log: &mut Log) -> Result<RunSummary, CommandError> {
+    fn start(self, from: Start, log: &mut Log) -> Result<RunSummary, CommandError> {
         let outcome = self.listen(from, log);
         match &outcome {
             Ok(summary) => summary.lines.iter().for_each(|line| log.note(line)),
@@ -256,13 +256,13 @@ impl Launch<'_> {
     }
 
     /// Starts the ranks and hears them to the end.
-    fn listen(self, from: From, progress: &mut dyn Progress) -> Result<RunSummary, CommandError> {
+    fn listen(self, from: Start, progress: &mut dyn Progress) -> Result<RunSummary, CommandError> {
         let Self { case, feasible, workers, options, folder, stop } = self;
         let began = Instant::now();
         let (sender, events) = mpsc::sync_channel(LISTENER_LAG);
         let (case_text, prepared, resumed) = match from {
-            From::Case(text, prepared) => (Some(text), prepared, None),
-            From::Checkpoint(resumed) => (None, None, Some(*resumed)),
+            Start::Case(text, prepared) => (Some(text), prepared, None),
+            Start::Checkpoint(resumed) => (None, None, Some(*resumed)),
         };
         let goes_on = resumed.is_some();
         let job = Job {
@@ -333,7 +333,7 @@ impl Launch<'_> {
 }
 
 /// What stopped a run, and where: `last` is the last step that was reported.
-fn how_it_ended(ended: &Ended, last: &StepLine, options: &RunOptions, stop: &Stop, wall: Real) -> String {
+fn how_it_ended(ended: &Ending, last: &StepLine, options: &RunOptions, stop: &Stop, wall: Real) -> String {
     // Before the flow its time and steps are zero.
     let before = ended.status != Status::Finished && !["", "flow"].contains(&last.phase);
     let place = if before {
@@ -396,7 +396,7 @@ fn put_failure(folder: &Path, failure: &Failure, progress: &mut dyn Progress) {
 }
 
 /// Runs the job on its ranks; the first-hand error of the lowest rank counts.
-fn ranks_of(job: &Job) -> Result<Ended, Box<RankFailure>> {
+fn ranks_of(job: &Job) -> Result<Ending, Box<RankFailure>> {
     let Workers { ranks, threads, .. } = job.workers;
     let run_rank = |communicator| simulation::run_rank(communicator, job);
     let outcomes = match &job.options.processes {
@@ -438,7 +438,7 @@ mod tests {
 
     #[test]
     fn what_stops_a_packing_says_how_far_it_was() {
-        let ended = Ended { status: Status::Stopped, interrupted: true, time: 0.0, steps: 0 };
+        let ended = Ending { status: Status::Stopped, interrupted: true, time: 0.0, steps: 0 };
         let last = StepLine { phase: "packing", step: 1234, time: 0.02468, ..StepLine::default() };
         let stop = Stop::new();
         stop.set(StopCause::Interrupt);

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use sazanami::bed_file::{Bed, Lying, Recipe};
+use sazanami::bed_file::{Bed, BedGrain, Recipe};
 use sazanami::case::meaning::{
     BoundarySide, Case, ContactLaw, Damping, Exchange, GrainPlacement, GrainShape, Placement, Preset, Projection,
     Region, Step, Substeps, ViscosityScheme,
@@ -463,7 +463,7 @@ fn grains_too_light_for_their_exchange_are_refused() {
 
 /// Three spheres of 1 mm side by side on the floor of a box of 6 mm, two of the shape `a` and one of `b`.
 fn made_bed(name: &str) -> PathBuf {
-    let lying = |n: u32, shape: u32| Lying {
+    let lying = |n: u32, shape: u32| BedGrain {
         shape,
         scale: 1.0,
         position: Vector::new(1e-3 + 2e-3 * f64::from(n), 3e-3, 0.5e-3),

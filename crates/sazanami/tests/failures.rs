@@ -214,7 +214,7 @@ fn deep_contacts_are_counted_and_warned_of() {
         let (left, said) = run("200 N/m", ranks);
         let worst = left.summary["worst"]["overlap_relative"].as_f64().unwrap();
         assert!((0.2..0.8).contains(&worst), "{worst}");
-        let counted = left.summary["tidied"]["deep_contacts"].as_u64().unwrap();
+        let counted = left.summary["corrections"]["deep_contacts"].as_u64().unwrap();
         assert_eq!(counted, 1, "one contact became deep, once");
         assert_eq!(left.column("deep_contacts").last(), Some(&1.0));
         let warnings: Vec<_> = said.iter().filter(|text| text.starts_with("warning: 1 contacts")).collect();
@@ -223,7 +223,7 @@ fn deep_contacts_are_counted_and_warned_of() {
     }
     // Negative control: stiff grains.
     let (left, said) = run("1e4 N/m", 1);
-    assert_eq!(left.summary["tidied"]["deep_contacts"], 0);
+    assert_eq!(left.summary["corrections"]["deep_contacts"], 0);
     assert!(left.column("contacts").iter().any(|&n| n > 0.0));
     assert!(said.iter().all(|text| !text.starts_with("warning")), "{said:#?}");
 }

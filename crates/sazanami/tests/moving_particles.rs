@@ -398,7 +398,7 @@ fn wrong_tanks_are_refused_with_a_reason() {
     let scratch = Scratch::new("wrong");
     let size = |x: &str, y: &str| format!("domain.size=[\"{x}\",\"{y}\",\"14 mm\"]");
     for (changes, reason) in [
-        (vec![size("14 mm", "6 mm")], "than what a particle looks at"),
+        (vec![size("14 mm", "6 mm")], "for the radius of influence"),
         (vec![size("14.5 mm", "7 mm")], "no lattice of wall particles fits"),
         (vec!["grains.0.shape.sphere.diameter=2 mm".into()], "too large for its tank"),
         (vec!["liquid.0.region.box.upper=[\"7 mm\",\"7 mm\",\"15 mm\"]".into()], "deeper than the tank"),

@@ -131,7 +131,7 @@ fn assert_same(folder: &Path, expected: &Path, what: &str) {
     for ((name, a), (other, b)) in tables(folder).iter().zip(&tables(expected)) {
         assert_eq!((name, a), (other, b), "{what}");
     }
-    for sum in ["worst", "tidied", "limiter", "grain_substeps", "fluid_passes", "momentum", "observables"] {
+    for sum in ["worst", "corrections", "limiter", "grain_substeps", "fluid_passes", "momentum", "observables"] {
         assert_eq!(left.summary[sum], right.summary[sum], "{what}: {sum}");
     }
 }

@@ -42,12 +42,12 @@ impl Calibrate {
         let mut screen = Screen::new();
         let fit = calibrate(&plan, &out, &program, asked, &mut screen, &stop)?;
         drop(screen);
-        Ok(tell(&fit))
+        Ok(exit_code(&fit))
     }
 }
 
 /// Tells the fit; returns the exit code.
-fn tell(fit: &Fit) -> u8 {
+fn exit_code(fit: &Fit) -> u8 {
     let is_sampled = fit.targets.iter().all(|target| target.error.is_some());
     let of_what = if is_sampled { "" } else { ", nothing of the scatter between seeds in it" };
     let is_determined = fit.keys.iter().all(|key| key.uncertainty.is_some());

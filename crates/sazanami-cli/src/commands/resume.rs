@@ -7,7 +7,7 @@ use sazanami::error::CommandError;
 use sazanami::run::resume;
 use sazanami_parallel::Processes;
 
-use super::run::{Extent, tell};
+use super::run::{Extent, exit_code};
 use crate::terminal::{self, Screen};
 
 /// Go on from the newest good checkpoint in DIR.
@@ -37,6 +37,6 @@ impl Resume {
         let mut screen = Screen::new();
         let summary = resume(&self.dir, &self.extent.options(None, false, processes), &mut screen, &stop)?;
         drop(screen);
-        Ok(tell(&summary))
+        Ok(exit_code(&summary))
     }
 }

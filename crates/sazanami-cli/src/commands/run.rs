@@ -92,12 +92,12 @@ impl Run {
         let mut screen = Screen::new();
         let summary = run(&loaded, &self.extent.options(self.out, self.force, processes), &mut screen, &stop)?;
         drop(screen);
-        Ok(tell(&summary))
+        Ok(exit_code(&summary))
     }
 }
 
 /// Tells what came of a run; returns the exit code.
-pub fn tell(summary: &RunSummary) -> u8 {
+pub fn exit_code(summary: &RunSummary) -> u8 {
     for line in &summary.lines {
         outln!("{line}");
     }

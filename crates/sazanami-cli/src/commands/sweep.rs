@@ -91,7 +91,7 @@ impl Sweep {
             compare(&outcome, &out, &mut screen);
         }
         drop(screen);
-        Ok(tell(&sweep, &outcome, self.collect))
+        Ok(exit_code(&sweep, &outcome, self.collect))
     }
 }
 
@@ -129,7 +129,7 @@ fn compare(outcome: &Outcome, out: &Path, screen: &mut Screen) {
     let _ = std::fs::remove_dir_all(&place);
     let has_ended = |result: Result<Vec<String>, CommandError>| match result {
         Ok(lines) => lines.iter().for_each(|line| outln!("{line}")),
-        Err(error) => terminal::complain(format_args!("warning: the runs are not compared: {error}")),
+        Err(error) => terminal::print_error(format_args!("warning: the runs are not compared: {error}")),
     };
     let says = |name: &str| {
         std::fs::read_to_string(first.join("case.toml")).is_ok_and(|text| text.contains(&format!("\n[{name}]")))
@@ -145,7 +145,7 @@ fn compare(outcome: &Outcome, out: &Path, screen: &mut Screen) {
 }
 
 /// Tells what came of it; returns the exit code.
-fn tell(sweep: &sazanami_sweep::Sweep, outcome: &Outcome, is_collected: bool) -> u8 {
+fn exit_code(sweep: &sazanami_sweep::Sweep, outcome: &Outcome, is_collected: bool) -> u8 {
     for (name, cause) in &outcome.failed {
         outln!("{name} failed: {cause}");
     }

@@ -66,7 +66,7 @@ pub(crate) struct FluidAtGrain {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CouplingReport {
     /// Fluid particles whose void fraction was raised to the lower bound.
-    pub cut_voids: usize,
+    pub limited_voids: usize,
     /// Smallest void fraction of a fluid particle before the lower bound was applied.
     pub least_void: Real,
     /// Impulse of the drag on the grains [N s].
@@ -96,7 +96,7 @@ impl Default for VoidReport {
 impl CouplingReport {
     /// Takes over the void fractions of a step, at its start and at the predicted positions.
     pub(crate) fn set_voids(&mut self, [start, predicted]: [VoidReport; 2]) {
-        self.cut_voids = start.cut.max(predicted.cut);
+        self.limited_voids = start.cut.max(predicted.cut);
         self.least_void = start.least.min(predicted.least);
     }
 }

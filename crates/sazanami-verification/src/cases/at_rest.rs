@@ -61,7 +61,7 @@ fn carried(liquid: bool) -> Result<[Real; 2], String> {
     Ok([contact / weight, 1.0 - naive / weight])
 }
 
-/// 1.1: a block on the floor carries its weight less that of the displaced fluid.
+/// A block on the floor carries its weight less that of the displaced fluid.
 pub(crate) fn block_on_floor() -> Result<Vec<Measured>, String> {
     let air = 1.0 - 1.0 / BLOCK_DENSITY;
     let [in_air, naive] = carried(false)?;

@@ -80,7 +80,7 @@ pub(crate) fn view<R>(shape: &Shape, grains: &[Grain], look: impl FnOnce(&BedVie
     })
 }
 
-/// 6.2: beds are looser with friction, and long axes lie down.
+/// Beds are looser with friction, and long axes lie down.
 pub(crate) fn friction_and_porosity() -> Result<Vec<Measured>, String> {
     let shape = grain(&ContactSphereRule::Axis { count: 9 }, VolumeRule::Preserve)?;
     let width = 5.4e-3;
@@ -118,7 +118,7 @@ fn random_order(count: u32) -> Real {
     1.0 - 3.0 * squares / Real::from(count)
 }
 
-/// 6.1: the paper's bed of 30,900 grains.
+/// The paper's bed of 30,900 grains.
 pub(crate) fn paper_bed() -> Result<Vec<Measured>, String> {
     let shell = ContactSphereRule::Shell { count: 75, radius: Some(0.075e-3) };
     let shape = grain(&shell, VolumeRule::Inscribed)?;
@@ -157,7 +157,7 @@ fn columns(diameter: Real, half: Real, rough: Real, top: impl Fn(Real) -> Real) 
     grains
 }
 
-/// 7.1: the evaluation of craters.
+/// The evaluation of craters.
 pub(crate) fn crater_evaluation() -> Result<Vec<Measured>, String> {
     let heights = [6.20, 6.45, 7.05, 7.80, 8.35, 8.55, 8.40, 8.25, 8.18, 8.15, 8.16, 8.14];
     let profile = Profile { layer: 1.0, heights: heights.map(Some).to_vec() };

@@ -83,7 +83,7 @@ fn rebound(law: LinearSpringDashpot, mass: Real, steps: Real) -> Result<[Real; 2
     Ok([bench.grains().velocity[0].z / speed, touching])
 }
 
-/// 4.1: a ball rebounds with the restitution it was given.
+/// A ball rebounds with the restitution it was given.
 pub(crate) fn restitution_of_a_ball() -> Result<Vec<Measured>, String> {
     let mut rows = Vec::new();
     for tension in [true, false] {
@@ -149,7 +149,7 @@ fn apexes(stiffness: Real, e: Real) -> Result<[Real; 3], String> {
     Ok(found)
 }
 
-/// 4.2: the apexes of a bouncing ball tend to those of a hard one as the spring stiffens.
+/// The apexes of a bouncing ball tend to those of a hard one as the spring stiffens.
 pub(crate) fn bouncing() -> Result<Vec<Measured>, String> {
     let (e, radius): (Real, Real) = (0.9, 0.1);
     let hard = [1, 2, 3].map(|k| (0.5 - radius) * e.powi(2 * k) + radius);
@@ -229,7 +229,7 @@ fn sliding_error(hardness: Real) -> Result<Real, String> {
     Ok(worst)
 }
 
-/// 4.3: oblique impact of a sphere on a wall.
+/// Oblique impact of a sphere on a wall.
 ///
 /// The converged solution lets friction act at the radius of the sphere. Here it acts in the middle of the overlap, up
 /// to 0.24 % nearer to the centre with the stiffness given; springs 10^4 times as stiff take the difference away.
@@ -279,7 +279,7 @@ fn lying(radius: Real, density: Real, law: &LinearSpringDashpot, g: Real) -> Gra
     Grain::new(1, density, Vector::new(0.0, 0.0, radius - overlap))
 }
 
-/// 4.5: a ball that slips on a plane comes to roll.
+/// A ball that slips on a plane comes to roll.
 pub(crate) fn slip_to_roll() -> Result<Vec<Measured>, String> {
     let (radius, density, speed, friction, g): (Real, Real, Real, Real, Real) = (0.05, 2000.0, 1.0, 0.3, 9.81);
     let run = |friction: Real| -> Result<[Real; 3], String> {
@@ -351,7 +351,7 @@ fn creep(degrees: Real, history: bool) -> Result<[Real; 2], String> {
     Ok([(bench.grains().position[0].x - start) / (50_000.0 * dt) / (2.0 * radius), renewals as Real])
 }
 
-/// 4.6: rolling, sliding and sticking on an incline.
+/// Rolling, sliding and sticking on an incline.
 pub(crate) fn incline() -> Result<Vec<Measured>, String> {
     let mut rows = Vec::new();
     for degrees in [10.0, 20.0, 30.0] {

@@ -17,7 +17,7 @@ fn vector(random: &mut Random) -> Vector {
 
 const AXES: [Real; 2] = [0.26e-3, 0.635e-3];
 
-/// 4.7: the paper's grain spins freely about an oblique axis.
+/// The paper's grain spins freely about an oblique axis.
 pub(crate) fn free_rotation() -> Result<Vec<Measured>, String> {
     let body = Body::prolate(AXES[0], AXES[1], 9);
     let ratio = body.inertia.z / body.inertia.x;
@@ -137,7 +137,7 @@ fn collide(law: LinearSpringDashpot, refinement: Real, time: Real) -> Result<Kep
     Ok(kept)
 }
 
-/// 4.8: a closed swarm keeps momentum; elastic, it keeps energy.
+/// A closed swarm keeps momentum; elastic, it keeps energy.
 pub(crate) fn swarm_budget() -> Result<Vec<Measured>, String> {
     let elastic =
         LinearSpringDashpot { damping: Damping::Restitution(1.0), friction: 0.0, ..LinearSpringDashpot::SAND };
@@ -191,7 +191,7 @@ fn difference(bench: &Bench, body: &Body) -> Result<Real, String> {
     Ok(largest((0..grains.len()).map(of)))
 }
 
-/// 4.9: forces from lists are those from all pairs, while grains fall into a box and come to rest.
+/// Forces from lists are those from all pairs, while grains fall into a box and come to rest.
 pub(crate) fn neighbour_lists() -> Result<Vec<Measured>, String> {
     let body = Body::prolate(AXES[0], AXES[1], 9);
     let mut random = Random::new(11);

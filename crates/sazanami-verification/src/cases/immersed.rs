@@ -53,7 +53,7 @@ fn release(ratio: Real, exchange: Exchange, steps: u32) -> Result<Real, String> 
     Err("the sphere does not move".to_owned())
 }
 
-/// 5.3: added mass of a sphere, from lighter than the liquid to steel in water.
+/// Added mass of a sphere, from lighter than the liquid to steel in water.
 pub(crate) fn added_mass() -> Result<Vec<Measured>, String> {
     let mut rows = Vec::new();
     for ratio in [0.5, 1.15, 2.65, 7.8] {
@@ -156,7 +156,7 @@ fn placed(stream: Stream, places: &[Vector], rows: &mut Vec<Measured>) -> Result
     Ok(first.coefficient)
 }
 
-/// 5.4 with 8 cells to a diameter, mean of five positions on the grid; and with a quarter of the step at the first.
+/// Drag of a fixed sphere of 8 cells a diameter, mean of five positions on the grid; and with a quarter of the step at the first.
 pub(crate) fn drag_coarse() -> Result<Vec<Measured>, String> {
     let mut rows = Vec::new();
     for reynolds in [20.0, 100.0] {
@@ -173,7 +173,7 @@ pub(crate) fn drag_coarse() -> Result<Vec<Measured>, String> {
     Ok(rows)
 }
 
-/// 5.4 with 8 cells to a diameter, friction from the hydraulic radius and the slip.
+/// The same with friction from the hydraulic radius and the slip.
 pub(crate) fn drag_hydraulic() -> Result<Vec<Measured>, String> {
     let mut rows = Vec::new();
     for reynolds in [20.0, 100.0] {
@@ -183,7 +183,7 @@ pub(crate) fn drag_hydraulic() -> Result<Vec<Measured>, String> {
     Ok(rows)
 }
 
-/// 5.4 with 12 and 16 cells to a diameter.
+/// The same with 12 and 16 cells to a diameter.
 pub(crate) fn drag_fine() -> Result<Vec<Measured>, String> {
     let mut rows = Vec::new();
     for reynolds in [20.0, 100.0] {

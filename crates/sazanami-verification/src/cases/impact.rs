@@ -80,7 +80,7 @@ fn outcome(cells_per_grain: Real, exchange: Exchange) -> Result<Outcome, String>
     })
 }
 
-/// 5.2: the momentum of a drop stays in fluid and grains; the stress integral alone loses it.
+/// The momentum of a drop stays in fluid and grains; the stress integral alone loses it.
 pub(crate) fn drop_on_bed() -> Result<Vec<Measured>, String> {
     let [coarse, found] = [outcome(1.7, Exchange::Surface)?, outcome(2.7, Exchange::Surface)?];
     let stress = outcome(2.7, Exchange::Stress)?;

@@ -14,7 +14,7 @@ fn at(speed: &str) -> Result<LoadedCase, String> {
     case::parse(Path::new("reduced.toml"), CASE, &[speed]).map_err(|error| error.to_string())
 }
 
-/// 7.4: a quarter of the bed, an eighth of the drop, at 2.25 and 9 m/s.
+/// A quarter of the bed, an eighth of the drop, at 2.25 and 9 m/s.
 pub(crate) fn reduced_raindrop() -> Result<Vec<Measured>, String> {
     let mut rows = Vec::new();
     let mut volumes = Vec::new();

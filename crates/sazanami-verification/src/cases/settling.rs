@@ -78,7 +78,7 @@ fn compared(oils: &[Oil], resolutions: &[usize]) -> Result<(Vec<Measured>, Vec<C
     Ok((rows, charts))
 }
 
-/// 5.5 with 8 cells to a diameter, Reynolds numbers 1.5 to 31.9; with a quarter of the step at 4.1.
+/// A settling sphere of 8 cells a diameter, Reynolds numbers 1.5 to 31.9; with a quarter of the step at 4.1 (ten Cate et al. 2002).
 pub(crate) fn settling() -> Result<(Vec<Measured>, Vec<Chart>), String> {
     let (mut rows, charts) = compared(&[E1, E2, E3, E4], &[8])?;
     let [fine, _] = peak(&fall(E2, 8, Exchange::Surface, 0.25 * LONGEST)?);
@@ -86,7 +86,7 @@ pub(crate) fn settling() -> Result<(Vec<Measured>, Vec<Chart>), String> {
     Ok((rows, charts))
 }
 
-/// 5.5 with 12 cells to a diameter.
+/// The same with 12 cells a diameter.
 pub(crate) fn settling_rest() -> Result<(Vec<Measured>, Vec<Chart>), String> {
     compared(&[E1, E2, E3, E4], &[12])
 }

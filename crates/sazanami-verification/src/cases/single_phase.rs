@@ -39,7 +39,7 @@ pub(crate) fn each<I: Copy, O, E: std::fmt::Display, const N: usize>(
     outputs?.try_into().map_err(|_| "as many results as inputs".to_owned())
 }
 
-/// 1.1: layers of air, water and air at rest.
+/// Layers of air, water and air at rest.
 pub(crate) fn layers() -> Result<Vec<Measured>, String> {
     let still = layers_at_rest(100).map_err(|error| error.to_string())?;
     Ok(vec![
@@ -48,7 +48,7 @@ pub(crate) fn layers() -> Result<Vec<Measured>, String> {
     ])
 }
 
-/// 1.2: the vortices of Taylor and Green.
+/// The vortices of Taylor and Green.
 pub(crate) fn taylor_green_vortices() -> Result<Vec<Measured>, String> {
     let mut rows = Vec::new();
     for (name, drift) in [("at rest", 0.0), ("drifting", 0.7)] {
@@ -145,7 +145,7 @@ fn driven(n: usize, fluids: Fluids, gravity: Real, liquid: impl Fn(usize) -> Rea
     Ok((0..n as isize).map(|k| flow.velocity[0][[0, 0, k]]).collect())
 }
 
-/// 1.3: plane Poiseuille flow of one fluid and of two layers.
+/// Plane Poiseuille flow of one fluid and of two layers.
 pub(crate) fn channels() -> Result<Vec<Measured>, String> {
     let (n, gravity, nu) = (20, 0.7, 0.15);
     let h = 1.0 / n as Real;
@@ -173,7 +173,7 @@ pub(crate) fn channels() -> Result<Vec<Measured>, String> {
     ])
 }
 
-/// 1.4: the lid-driven cavity at Reynolds numbers 100 and 1000.
+/// The lid-driven cavity at Reynolds numbers 100 and 1000.
 pub(crate) fn lid_driven_cavity() -> Result<(Vec<Measured>, Vec<Chart>), String> {
     let (mut rows, mut charts) = (Vec::new(), Vec::new());
     for (name, n, reynolds) in [("Re 100, 64^2", 64, Reynolds::Hundred), ("Re 1000, 128^2", 128, Reynolds::Thousand)] {
@@ -258,7 +258,7 @@ impl Sprinkled {
     }
 }
 
-/// 1.5: the projection of a random velocity with density jumps of 1000 cell by cell.
+/// The projection of a random velocity with density jumps of 1000 cell by cell.
 pub(crate) fn projection() -> Result<Vec<Measured>, String> {
     let (dt, asked) = (1e-4, 1e-10);
     let mut box_ = Sprinkled::new(40);

@@ -42,7 +42,7 @@ fn drift(dilatation: Dilatation) -> Real {
     ((flow.liquid_volume(&domain) - volume - clipped) / volume).abs()
 }
 
-/// 2.1: a sphere carried once along the diagonal of a periodic box.
+/// A sphere carried once along the diagonal of a periodic box.
 pub(crate) fn carried_sphere() -> Result<Vec<Measured>, String> {
     let runs = [16, 32, 64].map(|n| translation(n, InterfaceScheme::Plic));
     let worst = |value: fn(&ShapeError) -> Real| largest(runs.iter().map(value));
@@ -58,7 +58,7 @@ pub(crate) fn carried_sphere() -> Result<Vec<Measured>, String> {
     ])
 }
 
-/// 2.3: the reversed single vortex.
+/// The reversed single vortex.
 pub(crate) fn vortex() -> Result<Vec<Measured>, String> {
     let mut rows = Vec::new();
     for (name, scheme) in SCHEMES {
@@ -75,7 +75,7 @@ pub(crate) fn vortex() -> Result<Vec<Measured>, String> {
     Ok(rows)
 }
 
-/// 2.4: deformation in three dimensions.
+/// Deformation in three dimensions.
 pub(crate) fn deformed_sphere() -> Result<Vec<Measured>, String> {
     let mut rows = Vec::new();
     for (name, scheme) in SCHEMES {

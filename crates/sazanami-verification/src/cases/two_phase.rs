@@ -27,7 +27,7 @@ fn initial_momentum(semi_axes: Vector, mode: DropVelocity) -> Real {
     flow.momentum(&domain).into_iter().sum::<Vector>().z / (-9.0 * mass)
 }
 
-/// 3.1: the drop of the raindrop cases falls freely at 9 m/s for 1 ms.
+/// The drop of the raindrop cases falls freely at 9 m/s for 1 ms.
 pub(crate) fn falling_drop() -> Result<Vec<Measured>, String> {
     let run = |convection| drop_in_flight(0.38e-3, 1e-3, convection, 1e-12).map_err(|error| error.to_string());
     let FreeFlight { momentum, way, volume, .. } = run(Convection::Consistent)?;
@@ -105,7 +105,7 @@ fn dam_errors(history: &[[Real; 3]], shift: Real) -> [Real; 2] {
     ]
 }
 
-/// 3.2: the dam break of Martin and Moyce.
+/// The dam break of Martin and Moyce.
 pub(crate) fn dam_break() -> Result<(Vec<Measured>, Vec<Chart>), String> {
     let history = dam(24, Convection::Consistent)?;
     let [front, column] = [0, 1].map(|n| best_shift(0.2, |shift| dam_errors(&history, shift)[n]));

@@ -107,7 +107,7 @@ fn shape_edges(shape: &Shape, edges: Vector) -> Vector {
     (turn.transpose() * edges).abs()
 }
 
-/// 5.1: volume fractions of shapes in cells.
+/// Volume fractions of shapes in cells.
 pub(crate) fn evaluators() -> Result<Vec<Measured>, String> {
     let shapes = shapes().map_err(|error| error.to_string())?;
     let mut rows = Vec::new();

@@ -22,7 +22,7 @@ use crate::results::{ANALYSIS, CASE};
 const SAME_VOLUME: Real = 1e-9;
 
 /// A checkpoint evaluated again.
-struct Again {
+struct Reevaluation {
     /// Name of the checkpoint, relative to the folder of results.
     checkpoint: String,
     step: u64,
@@ -74,7 +74,11 @@ pub(super) fn with_other_keys(
 
 /// Evaluates the newest good checkpoint in `folder`, as the run did or with the keys of `asked`; `None` if there is
 /// none, or none of the flow.
-fn evaluate(folder: &Path, asked: Option<&LoadedCase>, output: &mut Output) -> Result<Option<Again>, CommandError> {
+fn evaluate(
+    folder: &Path,
+    asked: Option<&LoadedCase>,
+    output: &mut Output,
+) -> Result<Option<Reevaluation>, CommandError> {
     let Some((step, reader)) = checkpoints::newest(folder, output.progress)?.good else { return Ok(None) };
     let run = checkpoints::run_state(&reader)?;
     if !run.flows() {
@@ -108,7 +112,7 @@ fn evaluate(folder: &Path, asked: Option<&LoadedCase>, output: &mut Output) -> R
         None => (as_the_run(), None),
     };
     let checkpoint = reader.path().strip_prefix(folder).unwrap_or(reader.path()).display().to_string();
-    Ok(Some(Again { checkpoint, step, time: run.time, found, as_in_the_run }))
+    Ok(Some(Reevaluation { checkpoint, step, time: run.time, found, as_in_the_run }))
 }
 
 /// The summary with what was found in place of its observables.
@@ -119,7 +123,7 @@ fn with_observables(summary: &Value, found: &Reevaluated) -> Value {
 }
 
 /// Says which step was evaluated, if the summary is of another.
-fn report_step(again: &Again, summary: &Value, output: &mut Output) {
+fn report_step(again: &Reevaluation, summary: &Value, output: &mut Output) {
     if summary["steps"].as_u64() != Some(again.step) {
         output.message(&format!(
             "evaluated {}, step {} at {:.3} ms; the summary is of step {}",
@@ -132,7 +136,7 @@ fn report_step(again: &Again, summary: &Value, output: &mut Output) {
 }
 
 /// Warns if the summary has another erosion volume of the same state.
-fn warn_of_volume(again: &Again, summary: &Value, found: &Value, output: &mut Output) {
+fn warn_of_volume(again: &Reevaluation, summary: &Value, found: &Value, output: &mut Output) {
     // While a run goes on, or where it failed, the last measurement may be older than the checkpoint.
     let is_last = summary["status"] == "finished" || summary["status"] == "stopped";
     if !is_last || summary["steps"].as_u64() != Some(again.step) {
@@ -154,7 +158,7 @@ fn write(
     folder: &Path,
     overrides: &[String],
     summary: &Value,
-    again: &Again,
+    again: &Reevaluation,
     output: &mut Output,
 ) -> Result<(), CommandError> {
     let place = folder.join(ANALYSIS);

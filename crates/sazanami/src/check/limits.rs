@@ -298,7 +298,7 @@ fn of_grid(
     let speed = |of: Vector| super::number(of.length(), 3);
     let rule = |of: GridLimit| match of {
         GridLimit::Advective => {
-            let part = if stirs(case) { "; half of it when the liquid sets the gas beside it in motion" } else { "" };
+            let part = if stirs(case) { "; half of it once the gas moves with the liquid" } else { "" };
             format!("{} / sum of speed over cell edge, speeds {} m/s{part}", bounds.courant, speed(flow))
         }
         GridLimit::Viscous => "1 / (2 nu sum of 1/dx^2)".to_owned(),

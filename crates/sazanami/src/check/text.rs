@@ -179,7 +179,7 @@ fn step(text: &mut String, case: &Case, report: &CheckReport) {
         }
     }
     let most = if report.most_steps > 1.2 * report.steps {
-        format!(" to {}, as fast as bodies become,", number(report.most_steps, 0))
+        format!(" to {}, at the highest speed that bodies reach,", number(report.most_steps, 0))
     } else {
         String::new()
     };
@@ -229,7 +229,7 @@ fn cost(text: &mut String, case: &Case, report: &CheckReport) {
         "run time      about {}{} on {} thread{} ({})",
         duration(report.predicted_total_s),
         if report.predicted_most_s > 1.2 * report.predicted_total_s {
-            format!(" to {}, as fast as bodies become,", duration(report.predicted_most_s))
+            format!(" to {}, at the highest speed that bodies reach,", duration(report.predicted_most_s))
         } else {
             String::new()
         },

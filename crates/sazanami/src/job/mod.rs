@@ -24,7 +24,7 @@ use crate::state::Showing;
 use crate::stop::Stop;
 
 pub(crate) use error::{RankError, RankFailure, RecordError, StateError};
-pub(crate) use totals::{PARTICLES, TIDIED, Totals, WORST};
+pub(crate) use totals::{CORRECTIONS, PARTICLES, Totals, WORST};
 
 /// Section of a checkpoint with the [`RunState`].
 pub(crate) const RUN_STATE: &str = "run/state";
@@ -258,7 +258,7 @@ impl Job<'_> {
 
 /// How a run ended on a rank.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Ended {
+pub(crate) struct Ending {
     pub status: Status,
     pub interrupted: bool,
     pub time: Real,

@@ -43,7 +43,7 @@ summed! {
 
 summed! {
     /// What had to be corrected.
-    Tidied, TIDIED {
+    Corrections, CORRECTIONS {
         moved_cells: u64, "", "nearly empty or full cells whose remnant was given to the interface next to them";
         moved_volume: Real, "m^3", "volume of these remnants";
         clipped_cells: u64, "", "nearly empty or full cells that were clipped";
@@ -62,21 +62,21 @@ summed! {
 summed! {
     /// What happened to moving particles.
     ParticleTotals, PARTICLES {
-        pushed_pairs: u64, "", "pairs that the dynamic stabilisation pushed apart";
-        push_work: Real, "J", "work of these pushes (negative: taken from the water)";
+        stabilised_pairs: u64, "", "pairs that the dynamic stabilisation pushed apart";
+        stabilisation_work: Real, "J", "work of these pushes (negative: taken from the water)";
         #[serde(default)]
         shifting_work: Real, "J", "energy that shifting has added: kinetic, with the conjugate projection potential (negative: taken)";
         #[serde(default)]
         shifting_impulse: [Real; 3], "N s", "momentum that it has added: part of `fluid_residual`";
         collisions: u64, "", "pairs that collided";
         clipped: u64, "", "particles put back from a wall";
-        cut_voids: u64, "", "particles whose void fraction was raised to the least allowed";
-        plain_gradients: u64, "", "particles whose pressure gradient was not corrected";
+        limited_voids: u64, "", "particles whose void fraction was raised to the least allowed";
+        uncorrected_gradients: u64, "", "particles whose pressure gradient was not corrected";
         #[serde(default)]
-        released_walls: u64, "", "wall particles at a film of water whose tension was cut off";
+        tensile_cutoffs: u64, "", "wall particles at a film of water whose tension was cut off";
         cut_coefficients: u64, "", "coefficients of the pressure equation that were cut to zero";
         #[serde(default)]
-        held_rows: u64, "", "particles beside the surface whose support beyond it was taken as half a neighbourhood";
+        limited_rows: u64, "", "particles beside the surface whose support beyond it was taken as half a neighbourhood";
         worst_strain_rms: Real, "", "largest root mean square of the volume strain";
         least_void: Real, "", "smallest void fraction before it was raised";
         fluid_speed: Real, "m/s", "largest speed of the fluid";
@@ -104,7 +104,7 @@ pub(crate) struct Totals {
     /// Largest values met.
     pub worst: Worst,
     /// What had to be corrected.
-    pub tidied: Tidied,
+    pub corrections: Corrections,
     /// Liquid through open sides [m^3].
     pub liquid_through: Real,
     /// Contacts in the last step: pairs, touching spheres.
@@ -120,8 +120,8 @@ impl ParticleTotals {
         if self.least_void == 0.0 {
             self.least_void = 1.0;
         }
-        self.pushed_pairs += report.stabilised_pairs as u64;
-        self.push_work += report.stabilisation_work;
+        self.stabilised_pairs += report.stabilised_pairs as u64;
+        self.stabilisation_work += report.stabilisation_work;
         self.shifting_work += report.shifting_work + report.energy.shifting;
         self.shifting_impulse
             .iter_mut()
@@ -129,11 +129,11 @@ impl ParticleTotals {
             .for_each(|(sum, impulse)| *sum += impulse);
         self.collisions += report.collisions as u64;
         self.clipped += report.clipped as u64;
-        self.cut_voids += report.coupling.cut_voids as u64;
-        self.plain_gradients += report.uncorrected_gradients as u64;
-        self.released_walls += report.tensile_cutoffs as u64;
+        self.limited_voids += report.coupling.limited_voids as u64;
+        self.uncorrected_gradients += report.uncorrected_gradients as u64;
+        self.tensile_cutoffs += report.tensile_cutoffs as u64;
         self.cut_coefficients += report.pressure.cut_coefficients as u64;
-        self.held_rows += report.pressure.limited_rows as u64;
+        self.limited_rows += report.pressure.limited_rows as u64;
         self.worst_strain_rms = self.worst_strain_rms.max(report.strain[1]);
         self.least_void = self.least_void.min(report.coupling.least_void);
         self.fluid_speed = self.fluid_speed.max(report.largest_speed);
@@ -156,7 +156,7 @@ impl Totals {
 
     /// Notes how deep contacts were and how fast grains.
     pub fn note_contacts(&mut self, contacts: &ContactReport) {
-        self.tidied.deep_contacts += contacts.deep_contacts;
+        self.corrections.deep_contacts += contacts.deep_contacts;
         let worst = &mut self.worst;
         worst.overlap_relative = worst.overlap_relative.max(contacts.largest_overlap);
         worst.grain_speed = worst.grain_speed.max(contacts.largest_speed);
@@ -183,15 +183,15 @@ impl Totals {
         worst.outside_volume = worst.outside_volume.max(report.imprint.outside_volume);
         let settled = &report.transport.settled;
         worst.room_difference = worst.room_difference.max(settled.left_volume);
-        let tidied = &mut self.tidied;
-        tidied.moved_cells += residue.moved_cells;
-        tidied.moved_volume += residue.moved_volume;
-        tidied.clipped_cells += residue.clipped_cells;
-        tidied.clipped_volume += residue.clipped_volume + settled.clipped_volume;
-        tidied.unplaced_cells += settled.clipped_cells;
-        tidied.unplaced_volume += settled.clipped_amount;
-        tidied.handed_on_volume += settled.moved_volume;
-        tidied.out_of_range_cells += residue.out_of_range_cells;
+        let corrections = &mut self.corrections;
+        corrections.moved_cells += residue.moved_cells;
+        corrections.moved_volume += residue.moved_volume;
+        corrections.clipped_cells += residue.clipped_cells;
+        corrections.clipped_volume += residue.clipped_volume + settled.clipped_volume;
+        corrections.unplaced_cells += settled.clipped_cells;
+        corrections.unplaced_volume += settled.clipped_amount;
+        corrections.handed_on_volume += settled.moved_volume;
+        corrections.out_of_range_cells += residue.out_of_range_cells;
         self.liquid_through += report.transport.volume_through.iter().flatten().sum::<Real>();
     }
 }

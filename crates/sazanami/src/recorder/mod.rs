@@ -26,12 +26,12 @@ use sazanami_numerics::Real;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::snapshot::Snapshot;
 
-use crate::bed_file::{Bed, Lying, Recipe};
+use crate::bed_file::{Bed, BedGrain, Recipe};
 use crate::case::meaning::Case;
 use crate::clock::{Clock, fixed_step};
 use crate::error::Failure;
 use crate::job::{
-    Ended, Job, PACKING, RELAXATION, RUN_STATE, RankError, RankFailure, RecordError, RunState, Status, Totals,
+    Ending, Job, PACKING, RELAXATION, RUN_STATE, RankError, RankFailure, RecordError, RunState, Status, Totals,
 };
 use crate::naming::partner;
 use crate::progress::StepLine;
@@ -133,7 +133,7 @@ impl<'a, B: Observer> Recorder<'a, B> {
 
     /// Warns when contacts become deep for the first time, and then whenever there are ten times as many.
     fn warn_of_overlap(&self, engine: &Engine, contacts: &ContactReport, time: Real) {
-        let before = self.totals.tidied.deep_contacts;
+        let before = self.totals.corrections.deep_contacts;
         let now = before + contacts.deep_contacts;
         let decade = |count: usize| count.checked_ilog10().map_or(0, |power| power + 1);
         if self.files.is_none() || decade(now) == decade(before) {
@@ -203,7 +203,7 @@ impl<'a, B: Observer> Recorder<'a, B> {
                 lying_order: found.lying_order,
                 time: report.time,
             },
-            grains: self.grains.lying(|shape, scale, position, orientation| Lying {
+            grains: self.grains.lying(|shape, scale, position, orientation| BedGrain {
                 shape,
                 scale,
                 position,
@@ -460,7 +460,7 @@ impl<'a, B: Observer> Recorder<'a, B> {
     }
 
     /// The run has ended well.
-    pub fn close(&mut self, ended: &Ended) -> Result<(), RankError> {
+    pub fn close(&mut self, ended: &Ending) -> Result<(), RankError> {
         self.finish_drawing();
         self.watch.empty_into(&mut self.totals);
         if self.files.is_some() {

@@ -5,7 +5,7 @@ use super::mics::GridObserver;
 use super::mps::ParticleObserver;
 use super::{bed, mics, mps, summary};
 use crate::columns::page as table;
-use crate::job::{PARTICLES, TIDIED, WORST};
+use crate::job::{CORRECTIONS, PARTICLES, WORST};
 
 /// A section for each table and for each part of the summary.
 pub(crate) fn page() -> String {
@@ -22,7 +22,7 @@ pub(crate) fn page() -> String {
         ("`conservation` with `solver = \"mics\"`", table("What should be conserved.", mics::CONSERVATION)),
         ("`conservation` with `solver = \"mps\"`", table("What should be conserved.", mps::CONSERVATION)),
         ("`worst` of `summary.json`", table("Largest values met since the start.", WORST)),
-        ("`tidied` of `summary.json`", table("What had to be corrected since the start.", TIDIED)),
+        ("`corrections` of `summary.json`", table("What had to be corrected since the start.", CORRECTIONS)),
         ("`particles` with `solver = \"mps\"`", table("What happened to moving particles since the start.", PARTICLES)),
         ("`observables.bed` of `summary.json`", table("The bed before the impact.", bed::BED)),
         ("`observables.heap` of `summary.json`", table("The slope of a heap (with `[heap]`).", bed::HEAP)),

@@ -12,7 +12,7 @@ use super::files::Fixed;
 use super::observer::SummaryParts;
 use crate::columns::{Field, object, quantity};
 use crate::error::Failure;
-use crate::job::{PARTICLES, Status, TIDIED, Totals, WORST};
+use crate::job::{CORRECTIONS, PARTICLES, Status, Totals, WORST};
 use crate::results::SUMMARY;
 
 /// The parts of the summary that change during a run.
@@ -90,7 +90,7 @@ pub(crate) fn write(folder: &Path, fixed: &Fixed, present: &Present) -> Result<(
         "conservation": present.parts.conservation,
         "momentum": present.parts.momentum,
         "worst": object(WORST, &totals.worst),
-        "tidied": object(TIDIED, &totals.tidied),
+        "corrections": object(CORRECTIONS, &totals.corrections),
         "particles": totals.particles.map(|particles| object(PARTICLES, &particles)),
         "limiter": totals.limiter,
         "observables": observables,

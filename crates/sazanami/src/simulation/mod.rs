@@ -13,7 +13,7 @@ use sazanami_parallel::{Communicator, Reduction};
 
 use crate::case::meaning::Solver;
 use crate::clock::Clock;
-use crate::job::{Ended, Job, RankError, RankFailure, Status};
+use crate::job::{Ending, Job, RankError, RankFailure, Status};
 use crate::progress::StepLine;
 use crate::recorder::{GridObserver, Observer, ParticleObserver, Recorder, Step};
 use crate::state::Due;
@@ -25,7 +25,7 @@ const OUTPUT: &str = "output";
 const END: Real = 1e-12;
 
 /// Runs `job` on one rank of a group.
-pub(crate) fn run_rank(communicator: Box<dyn Communicator>, job: &Job) -> Result<Ended, Box<RankFailure>> {
+pub(crate) fn run_rank(communicator: Box<dyn Communicator>, job: &Job) -> Result<Ending, Box<RankFailure>> {
     match job.case.solver {
         Solver::Mics => {
             let periodic = crate::assembly::fluid::boundary(job.case)?.periodic();
@@ -54,7 +54,7 @@ where
 }
 
 /// Runs `job` with a recorder from beginning to end.
-fn recorded<B: Observer>(job: &Job, domain: Domain, begin: impl Begin<B>) -> Result<Ended, Box<RankFailure>> {
+fn recorded<B: Observer>(job: &Job, domain: Domain, begin: impl Begin<B>) -> Result<Ending, Box<RankFailure>> {
     let recorder = Recorder::<B>::open(job, domain.communicator().rank() == 0);
     let mut recorder = domain.agree(recorder)?;
     let outcome = stages(job, domain, &mut recorder, begin);
@@ -67,8 +67,8 @@ fn stages<B: Observer>(
     domain: Domain,
     recorder: &mut Recorder<B>,
     begin: impl Begin<B>,
-) -> Result<Ended, RankError> {
-    let stopped = Ended { status: Status::Stopped, interrupted: true, time: 0.0, steps: 0 };
+) -> Result<Ending, RankError> {
+    let stopped = Ending { status: Status::Stopped, interrupted: true, time: 0.0, steps: 0 };
     let packed = match &job.resumed {
         Some(state) if !state.run.packing => None,
         _ if preparation::is_ready(job) => None,
@@ -81,7 +81,7 @@ fn stages<B: Observer>(
         },
     };
     if job.case.run.packing_only {
-        return Ok(Ended { status: Status::Finished, interrupted: false, time: 0.0, steps: 0 });
+        return Ok(Ending { status: Status::Finished, interrupted: false, time: 0.0, steps: 0 });
     }
     match begin(domain, packed, recorder)? {
         Some(water) => flow(job, water, recorder),
@@ -155,7 +155,7 @@ fn pack<B: Observer>(
 }
 
 /// Steps through the flow.
-fn flow<B: Observer>(job: &Job, mut water: B::Water, recorder: &mut Recorder<B>) -> Result<Ended, RankError> {
+fn flow<B: Observer>(job: &Job, mut water: B::Water, recorder: &mut Recorder<B>) -> Result<Ending, RankError> {
     let case = job.case;
     let mut clock = start::clock(job);
     let first = clock.step();
@@ -185,7 +185,7 @@ fn flow<B: Observer>(job: &Job, mut water: B::Water, recorder: &mut Recorder<B>)
             let status = if finished { Status::Finished } else { Status::Stopped };
             let interrupted = stop && !finished && !stopped;
             recorder.end(&mut water, &clock);
-            return Ok(Ended { status, interrupted, time: clock.time(), steps: clock.step() });
+            return Ok(Ending { status, interrupted, time: clock.time(), steps: clock.step() });
         }
         let due = recorder.next_due(case, clock.time());
         let next = water.stable_step(case, clock.time());

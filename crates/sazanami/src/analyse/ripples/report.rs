@@ -204,8 +204,8 @@ fn of_scheme(summary: &Value) -> Vec<Row> {
     if let Some(value) = number(summary, &["worst", "overlap_relative"]) {
         rows.push(row("largest overlap of grains", format!("{:.1} % of a radius", 1e2 * value)));
     }
-    let counted =
-        ["clipped", "collisions", "cut_voids", "plain_gradients"].map(|key| number(summary, &["particles", key]));
+    let counted = ["clipped", "collisions", "limited_voids", "uncorrected_gradients"]
+        .map(|key| number(summary, &["particles", key]));
     if let [Some(clipped), Some(collisions), Some(voids), Some(plain)] = counted {
         let text = format!("{clipped:.0}, {collisions:.0}, {voids:.0}, {plain:.0}");
         rows.push(row("put back, bounced, cut voids, plain gradients", text));

@@ -55,7 +55,7 @@ pub(in crate::recorder) const SERIES: &[SeriesCell<GridObserver>] = &[
         of_step(row, |step| step.contacts.largest_overlap)
     }),
     quantity("deep_contacts", "", "contacts so far that became deeper than 20 % of a contact sphere's radius", |row| {
-        row.totals.tidied.deep_contacts.into()
+        row.totals.corrections.deep_contacts.into()
     }),
     quantity("overfull_volume", "m^3", "volume by which grains overlap within cells", |row| {
         row.step.map_or(0.0, |step| step.report.imprint.overfull_volume).into()
@@ -64,13 +64,13 @@ pub(in crate::recorder) const SERIES: &[SeriesCell<GridObserver>] = &[
         "out_of_range_cells",
         "",
         "cells so far whose liquid fraction left the range 0 to 1 by more than 1e-9",
-        |row| row.totals.tidied.out_of_range_cells.into(),
+        |row| row.totals.corrections.out_of_range_cells.into(),
     ),
     quantity(
         "clipped_volume",
         "m^3",
         "liquid volume added so far by clipping liquid fractions (negative: removed)",
-        |row| row.totals.tidied.clipped_volume.into(),
+        |row| row.totals.corrections.clipped_volume.into(),
     ),
     quantity(
         "liquid_volume_relative_change",
@@ -102,7 +102,7 @@ pub(in crate::recorder) const SERIES: &[SeriesCell<GridObserver>] = &[
         of_budget(row, |budget| budget.stored_term("displaced").z)
     }),
     quantity("momentum_owed_3", "N s", "impulse of the fluid that the grains have yet to receive", |row| {
-        of_budget(row, |budget| budget.stored_term("owed_to_grains").z)
+        of_budget(row, |budget| budget.stored_term("deferred_to_grains").z)
     }),
     quantity("impulse_walls_on_fluid_3", "N s", "impulse of the walls on the fluid along x3 since the start", |row| {
         of_budget(row, |budget| budget.impulse("walls_on_fluid").z)
@@ -114,7 +114,7 @@ pub(in crate::recorder) const SERIES: &[SeriesCell<GridObserver>] = &[
         of_budget(row, |budget| (budget.impulse("gravity_on_fluid") + budget.impulse("gravity_on_grains")).z)
     }),
     quantity("impulse_swallowed_3", "N s", "momentum brought by the fluid that grains displace", |row| {
-        of_budget(row, |budget| budget.impulse("swallowed").z)
+        of_budget(row, |budget| budget.impulse("displaced_mass_flux").z)
     }),
     quantity(
         "impulse_open_sides_3",

@@ -74,13 +74,13 @@ pub(in crate::recorder) const SERIES: &[SeriesCell<ParticleObserver>] = &[
     quantity("surface_particles", "", "particles at the surface", |row| of_step(row, |step| step.surface)),
     quantity("splash_particles", "", "isolated particles", |row| of_step(row, |step| step.isolated)),
     quantity(
-        "plain_gradients",
+        "uncorrected_gradients",
         "",
         "particles whose neighbourhood is too thin for the corrected pressure gradient (GC); a few in spray",
         |row| of_step(row, |step| step.uncorrected_gradients),
     ),
     quantity(
-        "released_walls",
+        "tensile_cutoffs",
         "",
         "wall particles at a film of water whose tension was cut off; tens as a rule",
         |row| of_step(row, |step| step.tensile_cutoffs),
@@ -89,18 +89,18 @@ pub(in crate::recorder) const SERIES: &[SeriesCell<ParticleObserver>] = &[
         of_step(row, |step| step.pressure.cut_coefficients)
     }),
     quantity(
-        "held_rows",
+        "limited_rows",
         "",
         "particles beside the surface whose support beyond it is taken as half a neighbourhood; some in spray",
         |row| of_step(row, |step| step.pressure.limited_rows),
     ),
     quantity(
-        "pushed_pairs",
+        "stabilised_pairs",
         "",
         "pairs that the dynamic stabilisation (DS) pushes apart; 0.7 to 0.9 of the number of fluid particles",
         |row| of_step(row, |step| step.stabilised_pairs),
     ),
-    quantity("push_work", "J", "work of these pushes (negative: taken from the water)", |row| {
+    quantity("stabilisation_work", "J", "work of these pushes (negative: taken from the water)", |row| {
         of_step(row, |step| step.stabilisation_work)
     }),
     quantity(
@@ -116,8 +116,8 @@ pub(in crate::recorder) const SERIES: &[SeriesCell<ParticleObserver>] = &[
         |row| of_step(row, |step| step.collisions),
     ),
     quantity("clipped_particles", "", "particles put back from a wall; a few", |row| of_step(row, |step| step.clipped)),
-    quantity("cut_voids", "", "particles whose void fraction was raised to the least allowed; 0", |row| {
-        of_step(row, |step| step.coupling.cut_voids)
+    quantity("limited_voids", "", "particles whose void fraction was raised to the least allowed; 0", |row| {
+        of_step(row, |step| step.coupling.limited_voids)
     }),
     quantity("least_void_fraction", "", "smallest void fraction of a particle, before it was raised", |row| {
         of_step(row, |step| step.coupling.least_void)
