@@ -67,7 +67,7 @@ pub(crate) fn volume_fractions() -> Result<Timing, String> {
 }
 
 /// A rank's part of the paper's case, built.
-fn whole_case(communicator: Box<dyn Communicator>) -> Result<(Case, Solver), String> {
+pub(crate) fn whole_case(communicator: Box<dyn Communicator>) -> Result<(Case, Solver), String> {
     let paper = beds::paper_on(&*communicator)?;
     let case = paper.case.clone();
     let shapes: Arc<[Shape]> = vec![beds::shape(&case, case.grains[0].contact_spheres.clone())?].into();

@@ -13,6 +13,7 @@ mod coupling;
 mod fluid;
 mod machine;
 mod particles;
+pub mod scaling;
 mod stopwatch;
 mod timing;
 

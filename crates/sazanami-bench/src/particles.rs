@@ -18,7 +18,7 @@ use crate::timing::Timing;
 
 /// Particle spacing, and diameter of the spheres \[m].
 const SPACING: Real = 1e-3;
-const GRAVITY: Vector = Vector::new(0.0, 0.0, -9.81);
+pub(crate) const GRAVITY: Vector = Vector::new(0.0, 0.0, -9.81);
 const WALLS: [Side; 2] = [Side::Wall; 2];
 const OPEN_TOP: [Side; 2] = [Side::Wall, Side::Open];
 const PERIODIC: [Side; 2] = [Side::Periodic; 2];
@@ -28,8 +28,10 @@ const TANK: [Real; 3] = [150.0, 20.0, 35.0];
 const DEPTH: Real = 20.0;
 const BED_LAYERS: usize = 17;
 /// Step in the tank \[s], and the amplitude of its acceleration: 10 mm at 2 Hz [m/s^2].
-const TANK_STEP: Real = 2e-4;
+pub(crate) const TANK_STEP: Real = 2e-4;
 const SWAY: Real = 1.58;
+/// What the water of the tank feels [m/s^2].
+pub(crate) const SHAKEN: Vector = Vector::new(SWAY, 0.0, GRAVITY.z);
 /// Steps in which the water finds its places while it loses a tenth of its speed in each, steps that are not timed
 /// and steps that are.
 const RELAXATION: usize = 60;
@@ -39,7 +41,7 @@ const TANK_STEPS: usize = 15;
 /// The box of the dam break and its water, in spacings; step \[s]; first and last step that is timed.
 const BOX: [usize; 3] = [100, 40, 80];
 const WATER: [usize; 3] = [50, 40, 50];
-const DAM_STEP: Real = 5e-4;
+pub(crate) const DAM_STEP: Real = 5e-4;
 const DAM_STEPS: [usize; 2] = [50, 100];
 
 /// Bytes per pair that a list takes: written once, read by two passes.
@@ -154,13 +156,10 @@ impl Steps {
     fn step(&mut self, solver: &mut Solver, dt: Real, body_force: Vector, timed: bool) -> Result<StepReport, String> {
         let mut now = (0, Stopwatch::start());
         let mut laps: Vec<(usize, Lap)> = Vec::new();
-        let forcing = Forcing { body_force, ..Forcing::default() };
-        let report = solver
-            .step(dt, &forcing, |phase| {
-                laps.push((now.0, now.1.stop()));
-                now = (number(phase), Stopwatch::start());
-            })
-            .map_err(|error| error.to_string())?;
+        let report = self::step(solver, dt, body_force, |phase| {
+            laps.push((now.0, now.1.stop()));
+            now = (number(phase), Stopwatch::start());
+        })?;
         laps.push((now.0, now.1.stop()));
         if timed {
             let busy = laps.iter().filter_map(|(_, lap)| Some(lap.busy_elsewhere? * lap.wall)).sum::<Real>();
@@ -204,8 +203,19 @@ impl Steps {
     }
 }
 
-/// Steps of a wave tank over a bed of loose spheres, without the grains' sub-steps.
-pub(crate) fn tank_step() -> Result<Timing, String> {
+/// A step under a body force.
+pub(crate) fn step(
+    solver: &mut Solver,
+    dt: Real,
+    body_force: Vector,
+    watch: impl FnMut(Phase),
+) -> Result<StepReport, String> {
+    let forcing = Forcing { body_force, ..Forcing::default() };
+    solver.step(dt, &forcing, watch).map_err(|error| error.to_string())
+}
+
+/// A wave tank over a bed of loose spheres, its water at rest, and the number of spheres.
+pub(crate) fn tank() -> Result<(Solver, usize), String> {
     let size = SPACING * Vector::from_array(TANK);
     let lower = Vector::new(-0.5 * size.x, 0.0, 0.0);
     let tank = Tank::new(lower, lower + size, [WALLS, PERIODIC, OPEN_TOP], WallFriction::NoSlip);
@@ -217,23 +227,29 @@ pub(crate) fn tank_step() -> Result<Timing, String> {
     let places = filling::layers(tank.lower, tank.upper, level, SPACING, |z| mean_void(&phase, &tank, z));
     let fluid: Vec<FluidParticle> = places.into_iter().map(at_rest).collect();
     let mut solver = Solver::new(domain, settings(level), tank, &fluid, phase).map_err(|error| error.to_string())?;
-    let mut steps = Steps::default();
     solver.grains_mut().freeze(true);
     for _ in 0..RELAXATION {
-        steps.step(&mut solver, TANK_STEP, GRAVITY, false)?;
+        step(&mut solver, TANK_STEP, GRAVITY, |_| ())?;
         solver.set_velocities(|particles, a| 0.9 * particles.velocity[a]);
     }
     solver.grains_mut().freeze(false);
+    Ok((solver, grains.len()))
+}
+
+/// Steps of a wave tank over a bed of loose spheres, without the grains' sub-steps.
+pub(crate) fn tank_step() -> Result<Timing, String> {
+    let (mut solver, spheres) = tank()?;
+    let mut steps = Steps::default();
     let mut report = StepReport::default();
     for n in 0..WARM_UP + TANK_STEPS {
-        report = steps.step(&mut solver, TANK_STEP, GRAVITY + Vector::new(SWAY, 0.0, 0.0), n >= WARM_UP)?;
+        report = steps.step(&mut solver, TANK_STEP, SHAKEN, n >= WARM_UP)?;
     }
-    let words = format!("tank of 150 x 20 x 35 mm, {} spheres, step {TANK_STEP:.0e} s", grains.len());
+    let words = format!("tank of 150 x 20 x 35 mm, {spheres} spheres, step {TANK_STEP:.0e} s");
     Ok(steps.finish(&solver, &words, &report))
 }
 
-/// Steps of a dam that breaks in a box with walls all around.
-pub(crate) fn dam_break() -> Result<Timing, String> {
+/// A dam in a box with walls all around.
+pub(crate) fn dam() -> Result<Solver, String> {
     let upper = SPACING * Vector::from_array(BOX.map(|n| n as Real));
     let tank = Tank::new(Vector::ZERO, upper, [WALLS, WALLS, OPEN_TOP], WallFriction::NoSlip);
     let domain = domain(&tank, &Scheme::default());
@@ -242,7 +258,12 @@ pub(crate) fn dam_break() -> Result<Timing, String> {
     let fluid: Vec<FluidParticle> = (0..n1 * n2 * n3).map(|n| at_rest(SPACING * place(n))).collect();
     let none = GrainPhase::none(&domain).map_err(|error| error.to_string())?;
     let level = n3 as Real * SPACING;
-    let mut solver = Solver::new(domain, settings(level), tank, &fluid, none).map_err(|error| error.to_string())?;
+    Solver::new(domain, settings(level), tank, &fluid, none).map_err(|error| error.to_string())
+}
+
+/// Steps of a dam that breaks.
+pub(crate) fn dam_break() -> Result<Timing, String> {
+    let mut solver = dam()?;
     let mut steps = Steps::default();
     let mut report = StepReport::default();
     for n in 1..=DAM_STEPS[1] {

@@ -95,6 +95,8 @@ fn the_command_line_is_checked() {
         &["report"],
         &["verify", "no_such_case"],
         &["bench", "no_such_bench"],
+        &["bench", "scaling", "machine_triad"],
+        &["bench", "scaling", "--threads", "2"],
         &["new", "raindrop"],
         &["dance"],
         &[],

@@ -24,6 +24,7 @@ mod loops;
 mod mpi;
 mod reduction;
 mod solo;
+mod work_and_span;
 
 pub use communicator::{Communicator, Reduction, Sums};
 pub use in_process::{RanksFailed, run_ranks, run_ranks_with};
@@ -32,3 +33,4 @@ pub use launch::{JoinError, Launcher, Processes, World};
 pub use loops::{Rows, SlicesMut, ThreadsRefused, for_each_chunk, join, number_of_threads, with_threads};
 pub use reduction::{max_over, reduce_over, sum_over};
 pub use solo::Solo;
+pub use work_and_span::{ParallelLoop, SerialSection, WorkAndSpan, work_and_span};

@@ -1,5 +1,9 @@
 //! Loops over disjoint parts, spread over the threads of the pool of this rank.
 
+use std::panic::Location;
+
+use crate::work_and_span::{fork, in_loop, recorded_threads};
+
 /// The operating system refused to start the threads.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ThreadsRefused {
@@ -47,15 +51,21 @@ pub(crate) fn pool_of(threads: usize) -> Result<rayon::ThreadPool, ThreadsRefuse
     pool.map_err(|reason| ThreadsRefused::new(threads, &reason))
 }
 
-/// Number of threads of the current pool.
+/// Number of threads of the current pool, or that loops are recorded for.
 #[must_use]
 pub fn number_of_threads() -> usize {
-    rayon::current_num_threads()
+    recorded_threads().unwrap_or_else(rayon::current_num_threads)
 }
 
 /// Runs two pieces of work, at the same time if a thread is free.
+#[track_caller]
 pub fn join<A: Send, B: Send>(a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B) {
-    rayon::join(a, b)
+    in_loop(Location::caller(), || in_two(a, b))
+}
+
+/// Runs two parts of a loop.
+pub(crate) fn in_two<A: Send, B: Send>(a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B) {
+    if recorded_threads().is_some() { fork(a, b) } else { rayon::join(a, b) }
 }
 
 /// Pieces that a loop is cut into for each thread: enough to even out their costs.
@@ -134,6 +144,7 @@ slices_mut_for_tuple!(A.0, B.1, C.2, D.3, E.4, F.5, G.6, H.7);
 
 /// Cuts `slices` into chunks of `chunk` elements (the last may be shorter) and calls
 /// `body(number of the chunk, chunk)` for each, in parallel.
+#[track_caller]
 pub fn for_each_chunk<S: SlicesMut>(slices: S, chunk: usize, body: impl Fn(usize, S) + Sync) {
     /// Number of elements in a chunk, and of chunks in one go.
     #[derive(Clone, Copy)]
@@ -148,7 +159,7 @@ pub fn for_each_chunk<S: SlicesMut>(slices: S, chunk: usize, body: impl Fn(usize
         if chunks > least {
             let middle = chunks / 2;
             let (a, b) = slices.cut(middle * chunk);
-            rayon::join(|| split(a, first, sizes, body), || split(b, first + middle, sizes, body));
+            in_two(|| split(a, first, sizes, body), || split(b, first + middle, sizes, body));
             return;
         }
         for number in first..first + chunks {
@@ -160,7 +171,7 @@ pub fn for_each_chunk<S: SlicesMut>(slices: S, chunk: usize, body: impl Fn(usize
     }
     let chunk = chunk.max(1);
     let least = in_one_go(slices.length().div_ceil(chunk));
-    split(slices, 0, Sizes { chunk, least }, &body);
+    in_loop(Location::caller(), || split(slices, 0, Sizes { chunk, least }, &body));
 }
 
 #[cfg(test)]

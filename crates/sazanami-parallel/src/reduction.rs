@@ -1,12 +1,15 @@
 //! Sums and extremes over indices with bits that do not depend on the number of threads.
 
 use std::ops::Range;
+use std::panic::Location;
 
-use crate::loops::in_one_go;
+use crate::loops::{in_one_go, in_two};
+use crate::work_and_span::in_loop;
 
 /// Combines `part(index)` over all indices below `count` along a fixed binary tree.
 ///
 /// `None` if `count` is zero.
+#[track_caller]
 pub fn reduce_over<T: Send>(
     count: usize,
     part: impl Fn(usize) -> T + Sync,
@@ -26,18 +29,21 @@ pub fn reduce_over<T: Send>(
         // Either way the same tree.
         let shared = range.len() > least;
         let [a, b] = halves.map(|half| move || tree(half, least, part, combine));
-        let (a, b) = if shared { rayon::join(a, b) } else { (a(), b()) };
+        let (a, b) = if shared { in_two(a, b) } else { (a(), b()) };
         combine(a, b)
     }
-    (count > 0).then(|| tree(0..count, in_one_go(count), &part, &combine))
+    let at = Location::caller();
+    (count > 0).then(|| in_loop(at, || tree(0..count, in_one_go(count), &part, &combine)))
 }
 
 /// Sums `part(index)` over all indices below `count`, element by element.
+#[track_caller]
 pub fn sum_over<const N: usize>(count: usize, part: impl Fn(usize) -> [f64; N] + Sync) -> [f64; N] {
     reduce_over(count, part, |a, b| std::array::from_fn(|n| a[n] + b[n])).unwrap_or([0.0; N])
 }
 
 /// Largest `part(index)` over all indices below `count`; NaN if one is NaN, minus infinity if none.
+#[track_caller]
 pub fn max_over(count: usize, part: impl Fn(usize) -> f64 + Sync) -> f64 {
     reduce_over(count, part, |a, b| crate::Reduction::Max.combine(a, b)).unwrap_or(f64::NEG_INFINITY)
 }

@@ -10,12 +10,16 @@ use super::print_json;
 use super::run::of_this_program;
 use crate::terminal::Screen;
 
+/// Name of the record of loops among the benchmarks.
+const SCALING: &str = "scaling";
+
 /// Time kernels and whole steps on this machine.
 #[derive(Debug, Args)]
 #[command(
     long_about = "Time kernels and whole steps on this machine: median, least and largest of several runs, beside the \
-                  least time the machine allows where it can be told.",
-    after_help = "Example:\n  sazanami bench dem_substep_shell75 pressure_solve --json"
+                  least time the machine allows where it can be told. `scaling`, by itself, says what more threads could \
+                  bring: time outside parallel loops, tasks of the loops, and the speed-up these allow.",
+    after_help = "Examples:\n  sazanami bench dem_substep_shell75 pressure_solve --json\n  sazanami bench scaling"
 )]
 pub struct Bench {
     /// Benchmarks (default: all)
@@ -41,9 +45,13 @@ impl Bench {
             for bench in bench::benches() {
                 outln!("{:<24} {}", bench.name, bench.about);
             }
+            outln!("{SCALING:<24} what more threads could bring to steps, from one thread; by itself");
             return Ok(exit::DONE);
         }
         let mut screen = Screen::new();
+        if self.names.iter().any(|name| name == SCALING) {
+            return self.scaling(processes, screen);
+        }
         let options = RunOptions {
             threads: self.threads.map(usize::from),
             ranks: usize::from(self.ranks),
@@ -58,6 +66,23 @@ impl Bench {
             print_json(&super::json(&rows)?);
         } else {
             out!("{}", bench::table(&rows));
+        }
+        Ok(exit::DONE)
+    }
+
+    fn scaling(&self, processes: Option<&Processes>, mut screen: Screen) -> Result<u8, CommandError> {
+        if self.names.len() > 1 || self.threads.is_some() || self.ranks > 1 || processes.is_some() {
+            return Err(CommandError::input(
+                format!("`{SCALING}` goes by itself, on one rank and one thread"),
+                format!("leave out the rest: `sazanami bench {SCALING}`"),
+            ));
+        }
+        let found = bench::scaling::scaling(&mut screen)?;
+        drop(screen);
+        if self.json {
+            print_json(&super::json(&found)?);
+        } else {
+            out!("{}", bench::scaling::table(&found));
         }
         Ok(exit::DONE)
     }

@@ -74,6 +74,7 @@ impl Domain {
     ///
     /// `slices` are the whole data (ghosts included) of the fields written; planes of x3 are spread
     /// over the threads.
+    #[track_caller]
     pub fn for_each_row<S: SlicesMut>(&self, range: &Range3, slices: S, body: impl Fn(Row, S) + Sync) {
         let plane = self.strides()[2] as usize;
         let first = (range[2].start + GHOSTS as isize) as usize;
@@ -92,6 +93,7 @@ impl Domain {
     }
 
     /// Sets every interior value of `field` to `value(i, j, k)` of its local indices.
+    #[track_caller]
     pub fn set<T: Copy + Send>(&self, field: &mut Field<T>, value: impl Fn(isize, isize, isize) -> T + Sync) {
         self.for_each_row(&self.interior(), field.data_mut(), |row, values| {
             for (i, v) in values.iter_mut().enumerate() {
@@ -102,6 +104,7 @@ impl Domain {
 
     /// Sums `part(row)` over the rows of `range` on this rank, in an order that does not depend on
     /// the number of threads.
+    #[track_caller]
     pub fn sum_rows<const N: usize>(&self, range: &Range3, part: impl Fn(Row) -> [Real; N] + Sync) -> [Real; N] {
         let add = |a: [Real; N], b: [Real; N]| std::array::from_fn(|n| a[n] + b[n]);
         let plane = |number: usize| {
@@ -112,6 +115,7 @@ impl Domain {
     }
 
     /// Largest `part(row)` over the rows of `range` on this rank; NaN if one is NaN.
+    #[track_caller]
     pub fn max_rows(&self, range: &Range3, part: impl Fn(Row) -> Real + Sync) -> Real {
         sazanami_parallel::max_over(range[2].len(), |number| {
             let k = range[2].start + number as isize;
