@@ -19,7 +19,7 @@ const SCALING: &str = "scaling";
     long_about = "Time kernels and whole steps on this machine: median, least and largest of several runs, beside the \
                   least time the machine allows where it can be told. `scaling`, by itself, says what more threads could \
                   bring: time outside parallel loops, tasks of the loops, and the speed-up these allow.",
-    after_help = "Examples:\n  sazanami bench dem_substep_shell75 pressure_solve --json\n  sazanami bench scaling"
+    after_help = "Example:\n  sazanami bench dem_substep_shell75 pressure_solve --json\n  sazanami bench scaling"
 )]
 pub struct Bench {
     /// Benchmarks (default: all)
