@@ -160,6 +160,22 @@ fn iterations_stay_bounded_and_residuals_are_true() {
 }
 
 #[test]
+fn a_solve_has_the_same_bits_on_any_number_of_threads() {
+    for (cells, open) in [([40, 40, 132], false), ([37, 42, 131], true)] {
+        let density = |i: isize, j: isize, k: isize| if random(i / 5, j / 5, k / 7) < 0.4 { 1000.0 } else { 1.0 };
+        let problem = Problem::new(cells, Vector::ONE * 1e-3, open, density);
+        let solved = |threads: usize| {
+            let mut p = problem.domain.field(0.0);
+            let solve = || problem.solve(&mut ConjugateGradient::new(&problem.domain), &mut p, 1e-6).unwrap();
+            let solution = sazanami_parallel::with_threads(threads, solve).unwrap();
+            (solution.iterations, p.data().iter().map(|p| p.to_bits()).collect::<Vec<_>>())
+        };
+        let alone = solved(1);
+        assert!([2, 5, 16, 64].iter().all(|&threads| solved(threads) == alone), "{cells:?}");
+    }
+}
+
+#[test]
 fn double_precision_is_reached() {
     let problem = Problem::new([32, 30, 28], Vector::ONE, true, |i, _, _| if i < 9 { 1000.0 } else { 1.0 });
     let mut p = problem.domain.field(0.0);

@@ -6,7 +6,7 @@ use sazanami_parallel::{Rows, for_each_chunk};
 
 use super::borders::Borders;
 use super::chequerboard::Colours;
-use super::level::{ALONE, BLACK, Frame, LAGS, Level, RED};
+use super::level::{BLACK, Frame, LAGS, Level, RED};
 use super::measure::{add_sums, largest_of, sums_of};
 use super::stencil::{RUN, Source};
 use super::wavefront::{Part, Planes};
@@ -163,12 +163,7 @@ impl Multigrid {
         let mut lags = [0; LAGS.len()];
         lags[..2].copy_from_slice(&LAGS[..2]);
         lags[2..].copy_from_slice(&LAGS[1..LAGS.len() - 1]);
-        if descending > 0 {
-            // Pairs of planes and rows that make a coarse one stay together.
-            lags[descending + 1] = lags[descending + 1].div_ceil(2) * 2;
-        }
-        for stages in frame.stages(borders, 2 + descending) {
-            let lags = if stages.len() == 1 { &ALONE[..] } else { &lags[..stages.len()] };
+        for group in frame.groups(borders, &lags[..2 + descending], descending > 0) {
             let plane = frame.stencil.board.plane();
             let coarse = match &frame.transfer {
                 Some(transfer) => transfer.planes(coarse),
@@ -180,8 +175,8 @@ impl Multigrid {
             let [s0, s1] = steps.each_mut().map(|s| Planes::with_ghosts(s, plane, 1));
             let mut part =
                 Part { arrays: [x0, x1, b0, b1, c0, c1, p0, p1, s0, s1], sums: Planes::one_each(&mut *sums) };
-            let first = stages.start;
-            frame.pass(borders, lags).run(&mut part, &|number, k, rows, part: &mut Part<'_, 10>| {
+            let first = group.stages.start;
+            frame.pass(borders, group.lags()).run(&mut part, &|number, k, rows, part: &mut Part<'_, 10>| {
                 let [x0, x1, b0, b1, c0, c1, p0, p1, s0, s1] = &mut part.arrays;
                 match first + number {
                     0 => frame.new_direction(outer, step, (rows, k), [x0, x1], [p0, p1]),

@@ -15,7 +15,7 @@ use crate::domain::Domain;
 pub(super) const LAGS: [usize; 16] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
 /// Lag of a stage that runs by itself: slabs may then not touch at a cut, and pairs of planes and
 /// rows that make a coarse one stay together.
-pub(super) const ALONE: [usize; 1] = [2];
+const ALONE: [usize; 1] = [2];
 /// Fewest cells worth a thread of their own.
 const LEAST: usize = 20_000;
 /// Bytes of the planes in flight that should stay in the cache nearest to a core.
@@ -27,6 +27,41 @@ const PER_CELL: usize = 28;
 pub(super) const RED: usize = 0;
 /// The other colour.
 pub(super) const BLACK: usize = 1;
+
+/// Stages that one pass holds.
+#[derive(Clone, Debug)]
+pub(super) struct Group {
+    /// Which of the stages.
+    pub stages: Range<usize>,
+    lags: [usize; LAGS.len()],
+}
+
+impl Group {
+    /// `stages` of those that have `lags` in one pass.
+    fn of(lags: &[usize], stages: Range<usize>, restricts: bool) -> Self {
+        let mut own = [0; LAGS.len()];
+        if stages.len() == 1 {
+            own[0] = ALONE[0];
+        } else {
+            // The first of all uses its own plane only; what begins another group reads the planes beside it.
+            let begin = usize::from(stages.start > 0);
+            for (own, lag) in own.iter_mut().zip(&lags[stages.clone()]) {
+                *own = lag - lags[stages.start] + begin;
+            }
+            if restricts && stages.end == lags.len() {
+                // Pairs of planes and rows that make a coarse one stay together.
+                let last = &mut own[stages.len() - 1];
+                *last = last.next_multiple_of(2);
+            }
+        }
+        Self { stages, lags: own }
+    }
+
+    /// Lag of each stage in planes and rows.
+    pub(super) fn lags(&self) -> &[usize] {
+        &self.lags[..self.stages.len()]
+    }
+}
 
 /// The unchanging part of a level: operator, neighbours, link to the coarser level.
 pub(super) struct Frame {
@@ -103,14 +138,13 @@ impl Level {
     pub(super) fn descend(&mut self, coarse: &mut Colours) {
         let Self { frame, borders, x, b } = self;
         let Some(transfer) = frame.transfer else { return };
-        for stage in frame.stages(borders, 2 * frame.relaxations + 1) {
-            let lags = frame.lags(&stage);
+        for group in frame.groups(borders, &LAGS[..=2 * frame.relaxations], true) {
             let mut part = Part {
                 arrays: frame.arrays([&mut *x, &mut *b], transfer.planes(coarse)),
                 sums: Planes::one_each(&mut []),
             };
-            let first = stage.start;
-            frame.pass(borders, lags).run(&mut part, &|number, plane, rows, part: &mut Part<'_, 6>| {
+            let first = group.stages.start;
+            frame.pass(borders, group.lags()).run(&mut part, &|number, plane, rows, part: &mut Part<'_, 6>| {
                 frame.descend_stage(borders, first + number, (rows, plane), &mut part.arrays);
             });
             if !borders.still() {
@@ -127,16 +161,15 @@ impl Level {
         let Self { frame, borders, x, b } = self;
         let (previous, sums) = measure.map_or((None, &mut [][..]), |(previous, sums)| (Some(previous), sums));
         let count = 2 * frame.relaxations + 1;
-        for stage in frame.stages(borders, count + usize::from(previous.is_some())) {
-            let lags = frame.lags(&stage);
+        for group in frame.groups(borders, &LAGS[..count + usize::from(previous.is_some())], false) {
             let board = frame.stencil.board;
             let [x0, x1] = &mut *x;
             let mut part = Part {
                 arrays: [x0, x1].map(|x| Planes::with_ghosts(x, board.plane(), 1)),
                 sums: Planes::one_each(&mut *sums),
             };
-            let first = stage.start;
-            frame.pass(borders, lags).run(&mut part, &|number, plane, rows, part: &mut Part<'_, 2>| {
+            let first = group.stages.start;
+            frame.pass(borders, group.lags()).run(&mut part, &|number, plane, rows, part: &mut Part<'_, 2>| {
                 let number = first + number;
                 if let (true, Some(previous)) = (number == count, previous) {
                     let sums = &mut part.sums.run_mut(plane, 1)[0];
@@ -196,25 +229,44 @@ impl Transfer {
 }
 
 impl Frame {
-    /// Groups of stages that one pass may hold: all, or one by one where ghosts change in between.
-    pub(super) fn stages(&self, borders: &Borders, count: usize) -> impl Iterator<Item = Range<usize>> + use<> {
-        let step = if borders.still() { count } else { 1 };
-        (0..count).step_by(step).map(move |first| first..first + step)
+    /// Groups of stages that one pass holds: those of least cost, or one by one where ghosts change in between. `lags`
+    /// are those of one pass that holds all; `restricts` says that the last stage makes planes of the coarser level.
+    pub(super) fn groups(
+        &self,
+        borders: &Borders,
+        lags: &[usize],
+        restricts: bool,
+    ) -> impl Iterator<Item = Group> + use<> {
+        let count = lags.len();
+        let mut table = [0; LAGS.len()];
+        table[..count].copy_from_slice(lags);
+        let groups = move |size: usize| {
+            (0..count)
+                .step_by(size)
+                .map(move |first| Group::of(&table[..count], first..(first + size).min(count), restricts))
+        };
+        // A pass moves the level once through the caches, which takes about as long as the arithmetic of a stage.
+        let cost = |size: &usize| -> f64 {
+            let of = |group: Group| (1 + group.stages.len()) as f64 / self.slabs(group.lags()) as f64;
+            groups(*size).map(of).sum()
+        };
+        let least = (1..=count).rev().min_by(|a, b| cost(a).total_cmp(&cost(b))).unwrap_or(1);
+        groups(if borders.still() { least } else { 1 })
     }
 
-    /// Lags for a group of stages.
-    pub(super) fn lags(&self, stages: &Range<usize>) -> &'static [usize] {
-        if stages.len() == 1 { &ALONE } else { &LAGS[..stages.len()] }
+    /// Slabs of planes that a pass is cut into, for threads; each is higher than the seam beside it.
+    fn slabs(&self, lags: &[usize]) -> usize {
+        let [n1, rows, planes] = self.stencil.board.cells;
+        let deepest = lags.last().copied().unwrap_or(0);
+        (n1 * rows * planes / LEAST).min(planes / (2 * deepest + 4)).clamp(1, number_of_threads())
     }
 
     pub(super) fn pass<'a>(&self, borders: &Borders, lags: &'a [usize]) -> Pass<'a> {
         let [n1, rows, planes] = self.stencil.board.cells;
         let deepest = lags.last().copied().unwrap_or(0);
-        let cells = n1 * rows * planes;
-        let slabs = (cells / LEAST).min(planes / (2 * deepest + 4)).clamp(1, number_of_threads());
         let tile = CACHE / (PER_CELL * n1 * (deepest + 2)) / 2 * 2;
         let tile = if borders.rows_wrap() { rows } else { tile.max(deepest + 8) / 2 * 2 };
-        Pass { planes, rows, tile, slabs, lags }
+        Pass { planes, rows, tile, slabs: self.slabs(lags), lags }
     }
 
     /// `[x, b, coarse]` as planes.

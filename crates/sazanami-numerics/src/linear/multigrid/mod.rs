@@ -442,6 +442,22 @@ mod tests {
     }
 
     #[test]
+    fn passes_are_cut_where_threads_would_find_too_few_slabs() {
+        let domain = Domain::solo(Grid::new([176, 184, 132], Vector::ZERO, Vector::ONE), [false; 3]);
+        let multigrid = Multigrid::new(&domain);
+        let Level { frame, borders, .. } = &multigrid.levels[0];
+        let stages = |threads: usize| {
+            let groups = || -> Vec<usize> {
+                frame.groups(borders, &level::LAGS[..5], true).map(|group| group.stages.len()).collect()
+            };
+            sazanami_parallel::with_threads(threads, groups).unwrap()
+        };
+        let one_pass: Vec<usize> = vec![5];
+        assert_eq!([1, 2, 8].map(stages), [(); 3].map(|()| one_pass.clone()));
+        assert_eq!(stages(64), [3, 2]);
+    }
+
+    #[test]
     fn a_cycle_knows_nothing_of_the_one_before() {
         for (cells, periodic) in
             [([12, 12, 12], [true, true, false]), ([13, 9, 7], [true, false, true]), ([24, 20, 12], [false; 3])]
