@@ -7,6 +7,7 @@ use sazanami_dem::{
     Body, Engine, Grain, Interactions, Lattice, LinearSpringDashpot, Loads, Packing, PackingSettings, Setup, Stage,
     Substeps, Wall,
 };
+use sazanami_mics::boundary::Boundary;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::geometry::Shape;
 use sazanami_numerics::grid::Grid;
@@ -148,7 +149,7 @@ impl Paper {
 
     /// A rank's part of the case's box.
     pub(crate) fn domain_on(&self, communicator: Box<dyn Communicator>) -> Result<Domain, String> {
-        let boundary = sazanami::assembly::fluid::boundary(&self.case).map_err(|error| error.to_string())?;
+        let boundary = Boundary::new(self.case.boundary).map_err(|error| error.to_string())?;
         Domain::new(self.case.domain.grid(), boundary.periodic(), communicator).map_err(|error| error.to_string())
     }
 

@@ -14,7 +14,6 @@ use crate::fluid::{Phases, build};
 use crate::machine::floor_of_bytes;
 use crate::stopwatch::{Stopwatch, forget_peak, memory};
 use crate::timing::Timing;
-use sazanami::assembly::fluid;
 use sazanami::case::meaning::Case;
 
 /// Bytes in a mebibyte.
@@ -35,7 +34,7 @@ pub(crate) fn volume_fractions() -> Result<Timing, String> {
     let shape = beds::shape(case, case.grains[0].contact_spheres.clone())?;
     let domain = paper.domain()?;
     let engine = paper.engine(&domain, &shape)?;
-    let coupling = fluid::coupling(case);
+    let coupling = case.coupling;
     let shapes = [shape];
     let mut imprint = Imprint::new(domain.cells(), coupling.volume_fraction, coupling.torque_arm);
     let mut moved = engine.grains().clone();

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use sazanami_dem::Engine;
+use sazanami_mics::boundary::Boundary;
 use sazanami_mics::solver::{Phase, Solver};
 use sazanami_numerics::domain::{Domain, GhostRules};
 use sazanami_numerics::grid::{Field, Grid};
@@ -175,7 +176,7 @@ fn drop_alone() -> Result<(Case, Solver), String> {
     drop.placement = Placement::Absolute(centre);
     drop.velocity = Vector::new(0.0, 0.0, -SPEED);
     case.fluid.step = Step::Adaptive { longest: STEP, first: STEP, growth: 1.2 };
-    let boundary = fluid::boundary(&case).map_err(|error| error.to_string())?;
+    let boundary = Boundary::new(case.boundary).map_err(|error| error.to_string())?;
     let domain = Domain::solo(case.domain.grid(), boundary.periodic());
     let solver = build(&case, domain, None, 0.0)?;
     Ok((case, solver))
@@ -188,7 +189,7 @@ pub(crate) fn build(
     with: Option<(Engine, Arc<[sazanami_numerics::geometry::Shape]>)>,
     bed_height: Real,
 ) -> Result<Solver, String> {
-    let boundary = fluid::boundary(case).map_err(|error| error.to_string())?;
+    let boundary = Boundary::new(case.boundary).map_err(|error| error.to_string())?;
     let mut flow = fluid::flow(case, &domain);
     fluid::pour(case, &domain, &boundary, &mut flow, bed_height);
     let (engine, shapes) = match with {
@@ -198,7 +199,7 @@ pub(crate) fn build(
             (engine, Vec::new().into())
         }
     };
-    let (settings, coupling) = (fluid::settings(case), fluid::coupling(case));
+    let (settings, coupling) = (fluid::settings(case), case.coupling);
     let mut solver =
         Solver::new(domain, boundary, settings, flow, engine, shapes, coupling).map_err(|error| error.to_string())?;
     solver.limit_first_step(fluid::first_step(case));

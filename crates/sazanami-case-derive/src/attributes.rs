@@ -3,7 +3,9 @@
 use proc_macro2::TokenStream as Tokens;
 use quote::quote;
 use syn::meta::ParseNestedMeta;
-use syn::{Attribute, Expr, ExprLit, GenericArgument, Ident, Lit, LitStr, Meta, Path, PathArguments, Token, Type};
+use syn::{
+    Attribute, Expr, ExprLit, GenericArgument, Ident, Lit, LitStr, Meta, Path, PathArguments, Token, Type, parse_quote,
+};
 
 /// What kind of entry a field is.
 #[derive(Default)]
@@ -42,7 +44,8 @@ pub struct Attributes {
     pub within: Option<Expr>,
     pub count: [Option<Expr>; 2],
     pub default: Option<Expr>,
-    pub says: Option<String>,
+    pub says: Option<Expr>,
+    pub meant: Option<Expr>,
     pub literal: Option<(Ident, Expr, String, Option<String>)>,
     pub example: Option<String>,
     pub omit_if: Option<Expr>,
@@ -80,12 +83,14 @@ impl Attributes {
             "skip" => self.form = Form::Skip(expression()?),
             "name" => self.name = Some(text()?),
             "unit" => self.unit = Some(text()?),
-            "says" => self.says = Some(text()?),
+            "says" => self.says = Some(expression()?),
+            "meant" => self.meant = Some(expression()?),
             "example" => self.example = Some(text()?),
             "range" => self.range = Some(expression()?),
             "within" => self.within = Some(expression()?),
             "least" => self.count[0] = Some(expression()?),
             "most" => self.count[1] = Some(expression()?),
+            "default" if !meta.input.peek(Token![=]) => self.default = Some(parse_quote!(Default::default())),
             "default" => self.default = Some(expression()?),
             "omit_if" => self.omit_if = Some(expression()?),
             "paper_literal" => {

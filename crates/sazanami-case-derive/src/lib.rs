@@ -10,7 +10,9 @@
 //! | `within = expr` | range that is known only with the rest of the case |
 //! | `least = 1`, `most = 200` | limits of a whole number |
 //! | `default = expr` | value where the case says nothing; `cx` and the fields before may be used |
-//! | `says = "2.5 d"` | words for a default that depends on the case |
+//! | `default` | that of the type |
+//! | `says = "2.5 d"` | words for a default that depends on the case, as a text or an expression |
+//! | `meant = expr` | value that an `Option` without default comes to mean, for the reference |
 //! | `paper_literal = (Yagyu, expr, "why")` | default of the preset `paper_literal`, by whose paper, and the reason |
 //! | `word` | the value is a word of a `Choice` |
 //! | `table`, `tables` | a table of keys of its own, or a list of them |
@@ -28,6 +30,9 @@
 //! A field without `default` that is no `Option` has to be given. An enumeration is a choice between tables: unit
 //! variants are words, variants with fields are `{ variant = { ... } }`. `#[keys(check = path)]` names a function that
 //! is called with the struct, its table and the context once all keys are read.
+//!
+//! `#[keys_of(Type)]` over such a declaration makes `Type`, of a crate below, the table: the declared fields are fields of
+//! it, every one of them, and nothing else is left of the declaration.
 
 mod attributes;
 
@@ -35,18 +40,26 @@ use attributes::{Attributes, Form, about, inner_of};
 use proc_macro::TokenStream;
 use proc_macro2::TokenStream as Tokens;
 use quote::{format_ident, quote};
-use syn::{Data, DeriveInput, Fields, FieldsNamed, Ident, Type, Variant, parse_macro_input};
+use syn::{Data, DeriveInput, Fields, FieldsNamed, Ident, Type, Variant, parse_macro_input, parse_quote};
 
 /// See the crate.
 #[proc_macro_derive(Keys, attributes(key, keys))]
 pub fn derive_keys(input: TokenStream) -> TokenStream {
     let input = parse_macro_input!(input as DeriveInput);
-    expand(&input).unwrap_or_else(syn::Error::into_compile_error).into()
+    let name = &input.ident;
+    expand(&input, &parse_quote!(#name)).unwrap_or_else(syn::Error::into_compile_error).into()
 }
 
-fn expand(input: &DeriveInput) -> syn::Result<Tokens> {
-    let name = &input.ident;
-    let label = name.to_string();
+/// See the crate.
+#[proc_macro_attribute]
+pub fn keys_of(target: TokenStream, input: TokenStream) -> TokenStream {
+    let (target, input) = (parse_macro_input!(target as Type), parse_macro_input!(input as DeriveInput));
+    expand(&input, &target).unwrap_or_else(syn::Error::into_compile_error).into()
+}
+
+/// The implementation of `Keys` for the type `name`.
+fn expand(input: &DeriveInput, name: &Type) -> syn::Result<Tokens> {
+    let label = input.ident.to_string();
     let meaning = about(&input.attrs);
     let body = match &input.data {
         Data::Struct(data) => {
@@ -92,7 +105,7 @@ struct TableOf {
 impl TableOf {
     /// `reference` leads to a field where the table is written.
     fn new(fields: &FieldsNamed, reference: impl Fn(&Ident) -> Tokens) -> syn::Result<Self> {
-        let keys = keys_of(fields)?;
+        let keys = declared(fields)?;
         let entries = keys.iter().map(|key| key.write(&reference(&key.field)));
         Ok(Self {
             docs: keys.iter().map(Key::docs).collect(),
@@ -218,7 +231,7 @@ struct Key {
     attributes: Attributes,
 }
 
-fn keys_of(fields: &FieldsNamed) -> syn::Result<Vec<Key>> {
+fn declared(fields: &FieldsNamed) -> syn::Result<Vec<Key>> {
     let key = |field: &syn::Field| {
         let attributes = Attributes::of(&field.attrs)?;
         let inner = inner_of(&field.ty, "Option");
@@ -251,7 +264,7 @@ impl Key {
     }
 
     fn docs(&self) -> Tokens {
-        let Attributes { unit, range, count, default, says, literal, example, form, .. } = &self.attributes;
+        let Attributes { unit, range, count, default, says, meant, literal, example, form, .. } = &self.attributes;
         let (name, about, kind) = (self.name(), &self.about, &self.kind);
         let says = says.as_ref().map(|text| quote!(key.default = crate::key::DefaultDoc::Text(#text.into());));
         let example = example.as_ref().map(|text| quote!(key.example = Some(#text);));
@@ -290,14 +303,13 @@ impl Key {
         let [least, most] = count;
         let least = least.as_ref().map(|n| quote!(key.count[0] = #n;));
         let most = most.as_ref().map(|n| quote!(key.count[1] = #n;));
-        let default = match (default, self.optional) {
-            (Some(_), _) if says.is_some() => says.clone(),
-            (Some(default), _) => {
+        let default = match (says, default.as_ref().or(meant.as_ref())) {
+            (Some(says), _) => Some(says),
+            (None, Some(default)) => {
                 let value = self.wrapped(&quote!(#default));
                 Some(quote!(key.default = crate::key::DefaultDoc::Text(crate::value::Value::show(&#value, &key));))
             }
-            (None, true) => Some(says.unwrap_or_else(|| quote!(key.default = crate::key::DefaultDoc::None;))),
-            (None, false) => None,
+            (None, None) => self.optional.then(|| quote!(key.default = crate::key::DefaultDoc::None;)),
         };
         let literal = literal.as_ref().map(|(paper, value, reason, says)| {
             let value = match says {

@@ -60,12 +60,12 @@ pub struct Case {
     /// Liquid, gas and how they are computed.
     #[key(table, from_nothing)]
     pub fluid: FluidOptions,
-    /// How fluid and resolved grains act on each other.
-    #[key(table, from_nothing)]
-    pub coupling: Coupling,
     /// How grains are moved.
     #[key(table, from_nothing, shared)]
     pub dem: DemOptions,
+    /// How fluid and resolved grains act on each other.
+    #[key(table, from_nothing)]
+    pub coupling: Coupling,
     /// What grains are made of, by names of your choice: `[material.NAME]`.
     #[key(table, named, from_nothing, shared, name = "material")]
     pub materials: Materials,

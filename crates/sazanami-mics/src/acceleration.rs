@@ -91,7 +91,7 @@ impl Acceleration {
         let Pass { domain, boundary, gravity, dt } = *pass;
         let (damping, response) = (self.damping.data(), self.response.data());
         self.add(domain, &mut flow.velocity, |at| -damping[at]);
-        forces.predict(pass, flow, &mut impulses.forces);
+        forces.predict(pass, flow, impulses);
         self.add(domain, &mut flow.velocity, |at| damping[at] - dt);
         for (d, (uf, faces)) in flow.face_velocity.iter_mut().zip(&self.faces).enumerate() {
             let (a, behind, rho) = (faces.data(), domain.strides()[d] as usize, flow.density.data());

@@ -3,9 +3,30 @@
 //! The kind of a side determines the ghost values of every field.
 
 use sazanami_numerics::domain::{Ghost, GhostRules, Location};
-use sazanami_numerics::{Real, Vector};
+use sazanami_numerics::{Real, Vector, choices};
 
 use crate::pressure_sides::PressureSide;
+
+choices! {
+    /// Which of the two fluids.
+    pub enum FluidName {
+        /// The heavier one.
+        Liquid = "liquid",
+        /// The lighter one.
+        Gas = "gas",
+    }
+}
+
+impl FluidName {
+    /// Liquid fraction of the fluid.
+    #[must_use]
+    pub fn volume_fraction(self) -> Real {
+        match self {
+            Self::Liquid => 1.0,
+            Self::Gas => 0.0,
+        }
+    }
+}
 
 /// Boundary condition on a side of the box.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,21 +46,32 @@ pub enum Side {
     Inflow {
         /// Velocity at the side [m/s].
         velocity: Vector,
-        /// Liquid fraction of the inflow.
-        volume_fraction: Real,
+        /// Fluid that enters.
+        fluid: FluidName,
     },
-    /// Fluid leaves against zero pressure.
-    Outflow {
-        /// Liquid fraction of any backflow.
-        volume_fraction: Real,
-    },
+    /// Fluid leaves against zero pressure; any backflow is gas, as at the top of a tank.
+    Outflow,
     /// An opening to fluid at rest at a given pressure.
     FixedPressure {
         /// Pressure on the side \[Pa].
         pressure: Real,
-        /// Liquid fraction of any inflow.
-        volume_fraction: Real,
+        /// Fluid that comes in, if any does.
+        fluid: FluidName,
     },
+}
+
+impl Side {
+    /// Whether fluid can leave through it.
+    #[must_use]
+    pub fn is_open(&self) -> bool {
+        matches!(self, Self::Outflow | Self::FixedPressure { .. })
+    }
+
+    /// Whether it is a wall.
+    #[must_use]
+    pub fn is_wall(&self) -> bool {
+        matches!(self, Self::NoSlip | Self::Slip | Self::Moving { .. })
+    }
 }
 
 /// What enters where the flow at an open side is inward.
@@ -68,14 +100,6 @@ pub enum BoundaryError {
         /// Largest inward speed [m/s].
         rate: Real,
     },
-    /// A liquid fraction outside 0 to 1.
-    #[error("the liquid fraction {value} of the inflow through a side in x{} is not between 0 and 1", direction + 1)]
-    NotAFraction {
-        /// Direction of the side, from 0.
-        direction: usize,
-        /// The value that the case gives.
-        value: Real,
-    },
 }
 
 /// The six sides of the box: lower and upper in each direction.
@@ -95,19 +119,10 @@ impl Boundary {
             if (pair[0] == Side::Periodic) != (pair[1] == Side::Periodic) {
                 return Err(BoundaryError::UnpairedPeriodicSide { direction });
             }
-            for side in 0..2 {
-                if let Some(Opening { volume_fraction: value, .. }) = boundary.opening(direction, side)
-                    && !(0.0..=1.0).contains(&value)
-                {
-                    return Err(BoundaryError::NotAFraction { direction, value });
-                }
-            }
         }
         let rate = boundary.largest_inward_speed();
-        let way_out =
-            |side: &Side| matches!(side, Side::Outflow { .. } | Side::FixedPressure { .. } | Side::Inflow { .. });
-        let only_in = !sides.iter().flatten().any(|s| matches!(s, Side::Outflow { .. } | Side::FixedPressure { .. }))
-            && sides.iter().flatten().filter(|s| way_out(s)).count() == 1;
+        let inlets = sides.iter().flatten().filter(|side| matches!(side, Side::Inflow { .. })).count();
+        let only_in = inlets == 1 && !sides.iter().flatten().any(Side::is_open);
         if rate > 0.0 && only_in {
             return Err(BoundaryError::NoOutlet { rate });
         }
@@ -147,9 +162,12 @@ impl Boundary {
     /// Inflow condition of a side, or `None` at walls and periodic sides.
     pub(crate) fn opening(&self, direction: usize, side: usize) -> Option<Opening> {
         match self.sides[direction][side] {
-            Side::Inflow { velocity, volume_fraction } => Some(Opening { volume_fraction, velocity: Some(velocity) }),
-            Side::Outflow { volume_fraction } | Side::FixedPressure { volume_fraction, .. } => {
-                Some(Opening { volume_fraction, velocity: None })
+            Side::Inflow { velocity, fluid } => {
+                Some(Opening { volume_fraction: fluid.volume_fraction(), velocity: Some(velocity) })
+            }
+            Side::Outflow => Some(Opening { volume_fraction: FluidName::Gas.volume_fraction(), velocity: None }),
+            Side::FixedPressure { fluid, .. } => {
+                Some(Opening { volume_fraction: fluid.volume_fraction(), velocity: None })
             }
             Side::NoSlip | Side::Slip | Side::Moving { .. } | Side::Periodic => None,
         }
@@ -201,7 +219,7 @@ impl Boundary {
         self.sides.map(|pair| {
             pair.map(|side| match side {
                 Side::NoSlip | Side::Slip | Side::Moving { .. } | Side::Inflow { .. } => PressureSide::Wall,
-                Side::Outflow { .. } => PressureSide::Fixed(0.0),
+                Side::Outflow => PressureSide::Fixed(0.0),
                 Side::FixedPressure { pressure, .. } => PressureSide::Fixed(pressure),
                 Side::Periodic => PressureSide::Periodic,
             })
@@ -212,8 +230,8 @@ impl Boundary {
     #[must_use]
     pub fn volume_fraction_rules(&self) -> GhostRules {
         self.rules(Location::Cell, |_, side| match side {
-            Side::Inflow { volume_fraction, .. } => Ghost::Constant { value: volume_fraction },
-            Side::Outflow { .. } | Side::FixedPressure { .. } => Ghost::Nearest,
+            Side::Inflow { fluid, .. } => Ghost::Constant { value: fluid.volume_fraction() },
+            Side::Outflow | Side::FixedPressure { .. } => Ghost::Nearest,
             Side::NoSlip | Side::Slip | Side::Moving { .. } | Side::Periodic => Ghost::Even,
         })
     }
@@ -226,7 +244,7 @@ fn velocity_ghost(component: usize, direction: usize, side: Side) -> Ghost {
         Side::Slip | Side::Moving { .. } if normal => Ghost::Odd { wall: 0.0 },
         Side::Slip => Ghost::Even,
         Side::Moving { velocity } | Side::Inflow { velocity, .. } => Ghost::Odd { wall: velocity[component] },
-        Side::Outflow { .. } | Side::FixedPressure { .. } => Ghost::Nearest,
+        Side::Outflow | Side::FixedPressure { .. } => Ghost::Nearest,
         Side::Periodic => Ghost::Kept,
     }
 }
@@ -252,11 +270,9 @@ mod tests {
         let mut sides = [[Side::NoSlip; 2]; 3];
         sides[1][0] = Side::Periodic;
         assert_eq!(Boundary::new(sides), Err(BoundaryError::UnpairedPeriodicSide { direction: 1 }));
-        sides[1][0] = Side::Inflow { velocity: Vector::Y, volume_fraction: 1.0 };
+        sides[1][0] = Side::Inflow { velocity: Vector::Y, fluid: FluidName::Liquid };
         assert_eq!(Boundary::new(sides), Err(BoundaryError::NoOutlet { rate: 1.0 }));
-        sides[1][1] = Side::Outflow { volume_fraction: 0.0 };
+        sides[1][1] = Side::Outflow;
         assert!(Boundary::new(sides).is_ok());
-        sides[1][1] = Side::Outflow { volume_fraction: 1.5 };
-        assert!(matches!(Boundary::new(sides), Err(BoundaryError::NotAFraction { .. })));
     }
 }

@@ -13,8 +13,11 @@ use sazanami_numerics::{Real, Vector};
 /// case of the literature.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum CarryingFlow {
-    /// The same velocity everywhere [m/s].
-    Uniform(Vector),
+    /// The same velocity everywhere.
+    Uniform {
+        /// Velocity [m/s].
+        velocity: Vector,
+    },
     /// Rotation as a rigid body (Zalesak 1979, J. Comput. Phys. 31).
     Rotation {
         /// A point of the axis \[m].
@@ -72,6 +75,33 @@ impl CarryingFlow {
         }))
     }
 
+    /// Upper bounds of its components in a box of this lower corner and these edges \[m] [m/s].
+    #[must_use]
+    pub fn largest(&self, lower: Vector, extent: Vector) -> Vector {
+        match *self {
+            Self::Uniform { velocity } => velocity.abs(),
+            Self::Rotation { centre, angular_velocity } => {
+                let corner = |n: usize| Vector::from_array([0, 1, 2].map(|d| (n >> d & 1) as Real));
+                let at = |n: usize| angular_velocity.cross(lower + corner(n) * extent - centre).abs();
+                (0..8).map(at).fold(Vector::ZERO, Vector::max)
+            }
+            Self::ReversedVortex { speed, .. } => speed.abs() * Vector::new(extent.x / extent.z, 0.0, 1.0),
+            Self::Deformation { speed, .. } => speed.abs() * Vector::new(2.0, 1.0, 1.0) * extent / extent.x,
+        }
+    }
+
+    /// Directions in which it has a velocity at the sides of the box.
+    #[must_use]
+    pub fn crosses_sides(&self) -> [bool; 3] {
+        match self {
+            Self::Uniform { velocity } => velocity.to_array().map(|u| u != 0.0),
+            Self::Rotation { angular_velocity: w, .. } => {
+                [0, 1, 2].map(|d| w[(d + 1) % 3] != 0.0 || w[(d + 2) % 3] != 0.0)
+            }
+            Self::ReversedVortex { .. } | Self::Deformation { .. } => [false; 3],
+        }
+    }
+
     /// Normal velocity on the lower face in direction `d` of the cell with these global indices [m/s].
     fn on_face(&self, grid: &Grid, d: usize, cell: [isize; 3], time: Real) -> Real {
         let (h, extent) = (grid.spacing, grid.extent());
@@ -79,7 +109,7 @@ impl CarryingFlow {
         let part = grid.cells.map(|n| 1.0 / n as Real);
         let modulation = |period: Real| (PI * time / period).cos();
         match *self {
-            Self::Uniform(velocity) => velocity[d],
+            Self::Uniform { velocity } => velocity[d],
             Self::Rotation { centre, angular_velocity } => {
                 let [i, j, k] = cell;
                 angular_velocity.cross(grid.centre(i, j, k) - centre)[d]
@@ -140,7 +170,7 @@ mod tests {
     #[test]
     fn the_flows_are_free_of_divergence_on_the_faces() {
         let flows = [
-            CarryingFlow::Uniform(Vector::new(1.0, -2.0, 0.5)),
+            CarryingFlow::Uniform { velocity: Vector::new(1.0, -2.0, 0.5) },
             CarryingFlow::Rotation { centre: Vector::splat(0.2), angular_velocity: Vector::new(1.0, 3.0, -2.0) },
             CarryingFlow::ReversedVortex { speed: 2.0, period: 8.0 },
             CarryingFlow::Deformation { speed: 0.5, period: 3.0 },

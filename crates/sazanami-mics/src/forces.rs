@@ -12,6 +12,7 @@ use sazanami_numerics::{Real, Vector};
 use crate::boundary::Boundary;
 use crate::flow::{Flow, FluidState};
 use crate::fluids::Fluids;
+use crate::momentum::Impulses;
 
 /// Most forces in a list, gravity included.
 pub const MAX_FORCES: usize = 8;
@@ -98,9 +99,10 @@ impl Forces {
 
     /// Accelerates the cells, predicts the face velocities and adds the impulses of the forces to
     /// `impulses`, over all ranks [N s].
-    pub(crate) fn predict(&self, pass: &Pass, flow: &mut Flow, impulses: &mut [Vector; MAX_FORCES]) {
+    pub(crate) fn predict(&self, pass: &Pass, flow: &mut Flow, impulses: &mut Impulses) {
         let uniform: Vector = self.0.iter().map(|force| force.uniform_acceleration(pass)).sum();
         flow.predict_faces(pass.domain, pass.boundary, uniform, pass.dt);
+        let impulses = std::iter::once(&mut impulses.gravity_on_fluid).chain(&mut impulses.other_forces);
         for (force, impulse) in self.0.iter().zip(impulses) {
             let uniform = force.uniform_acceleration(pass);
             if uniform != Vector::ZERO {
@@ -176,22 +178,23 @@ mod tests {
             let mut flow = Flow::new(&domain, fluids, Schemes::default());
             flow.volume_fraction[[1, 2, 3]] = 0.25;
             flow.fill_halos(&domain, &boundary);
-            let mut impulses = [Vector::ZERO; MAX_FORCES];
+            let mut impulses = Impulses::default();
             let pass = Pass { domain: &domain, boundary: &boundary, gravity, dt: 0.1 };
             forces.predict(&pass, &mut flow, &mut impulses);
             (flow, impulses)
         };
         let (pushed, by_push) = run(&forces, Vector::ZERO);
         let (fallen, by_gravity) = run(&Forces::default(), Vector::new(3.0, 0.0, 0.0));
-        assert!((by_push[1] - by_gravity[0]).length() < 1e-12 * by_gravity[0].length());
-        assert_eq!((by_push[0], by_gravity[1]), (Vector::ZERO, Vector::ZERO));
+        let (push, weight) = (by_push.other_forces[0], by_gravity.gravity_on_fluid);
+        assert!((push - weight).length() < 1e-12 * weight.length());
+        assert_eq!((by_push.gravity_on_fluid, by_gravity.other_forces[0]), (Vector::ZERO, Vector::ZERO));
         let momentum = |flow: &Flow| flow.momentum(&domain).into_iter().sum::<Vector>();
-        assert!((momentum(&pushed) - by_push[1]).length() < 1e-12 * by_push[1].length());
-        assert!((momentum(&fallen) - by_gravity[0]).length() < 1e-12 * by_gravity[0].length());
+        assert!((momentum(&pushed) - push).length() < 1e-12 * push.length());
+        assert!((momentum(&fallen) - weight).length() < 1e-12 * weight.length());
         let faces = |flow: &Flow| flow.face_velocity[0][[1, 2, 3]];
         assert!((faces(&pushed) - faces(&fallen)).abs() < 1e-15 && (faces(&pushed) - 0.3).abs() < 1e-15);
         // Negative control: without the force nothing moves.
         let (still, none) = run(&Forces::default(), Vector::ZERO);
-        assert_eq!((faces(&still), none), (0.0, [Vector::ZERO; MAX_FORCES]));
+        assert_eq!((faces(&still), none), (0.0, Impulses::default()));
     }
 }

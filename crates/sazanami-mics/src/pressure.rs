@@ -34,7 +34,7 @@ pub struct Tolerance {
 
 impl Default for Tolerance {
     fn default() -> Self {
-        Self { divergence: 1e-6, max_iterations: 300 }
+        Self { divergence: 1e-6, max_iterations: 500 }
     }
 }
 

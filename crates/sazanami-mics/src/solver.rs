@@ -243,7 +243,7 @@ impl Solver {
                     acceleration.set_damping(domain, pass, flow, surface.parts().0);
                     acceleration.predict(&now, flow, forces, &mut report.impulses);
                 }
-                _ => forces.predict(&now, flow, &mut report.impulses.forces),
+                _ => forces.predict(&now, flow, &mut report.impulses),
             }
             if let Some(closing) = grains.closing() {
                 let response = acceleration.as_ref().map(Acceleration::response);
@@ -360,11 +360,11 @@ impl Solver {
     #[must_use]
     pub fn momentum(&self) -> StoredMomentum {
         let [liquid, gas] = self.flow.momentum(&self.domain);
-        let [grains, mut displaced, deferred] = self.grains.momentum(&self.domain);
+        let [grains, mut displaced, deferred_to_grains] = self.grains.momentum(&self.domain);
         if let Some(room) = &self.room {
             displaced = room.covered_momentum(&self.domain, &self.flow);
         }
-        StoredMomentum { liquid, gas, grains, displaced, deferred }
+        StoredMomentum { liquid, gas, grains, displaced, deferred_to_grains }
     }
 
     /// Volume of the liquid, over all ranks [m^3]; inside grains too if it fills whole cells.

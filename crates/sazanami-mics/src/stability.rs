@@ -80,7 +80,7 @@ pub struct StepLimits {
 impl StepLimits {
     /// The recommended limits with a longest step \[s].
     #[must_use]
-    pub fn up_to(longest: Real) -> Self {
+    pub const fn up_to(longest: Real) -> Self {
         Self { courant: 0.45, grain_travel: 0.2, grain_turn: 0.4, growth: 1.2, longest, fixed: None }
     }
 

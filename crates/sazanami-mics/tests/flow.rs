@@ -1,7 +1,7 @@
 //! Viscosity and the prediction of face velocities.
 
 use sazanami_mics::ball::ball;
-use sazanami_mics::boundary::{Boundary, Side};
+use sazanami_mics::boundary::{Boundary, FluidName, Side};
 use sazanami_mics::flow::{DropVelocity, Flow, Fluids, Schemes};
 use sazanami_mics::viscosity::ViscosityScheme;
 use sazanami_numerics::domain::Domain;
@@ -200,10 +200,7 @@ fn ranks_and_threads_change_no_bit() {
     walls[1][1] = Side::Slip;
     walls[2][1] = Side::Moving { velocity: Vector::X };
     let mut open = [[Side::Periodic; 2]; 3];
-    open[0] = [
-        Side::Inflow { velocity: Vector::new(0.4, 0.1, 0.0), volume_fraction: 0.5 },
-        Side::Outflow { volume_fraction: 0.0 },
-    ];
+    open[0] = [Side::Inflow { velocity: Vector::new(0.4, 0.1, 0.0), fluid: FluidName::Liquid }, Side::Outflow];
     for sides in [walls, open] {
         let boundary = Boundary::new(sides).expect("the sides make a box");
         let alone = steps(&Domain::solo(grid, boundary.periodic()), &boundary);

@@ -130,7 +130,7 @@ fn run(case: &Case, until: Real) -> (Solver, Kept) {
 
 fn total(solver: &Solver) -> Vector {
     let stored = solver.momentum();
-    stored.liquid + stored.gas + stored.grains - stored.displaced + stored.deferred
+    stored.liquid + stored.gas + stored.grains - stored.displaced + stored.deferred_to_grains
 }
 
 /// A drop on four layers of spheres of 1.7 cells.

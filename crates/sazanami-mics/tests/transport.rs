@@ -5,7 +5,7 @@ use std::sync::Arc;
 use sazanami_dem::{Engine, Interactions, LinearSpringDashpot, Setup, Substeps};
 use sazanami_mics::advection::{Convection, Dilatation, Limiter};
 use sazanami_mics::ball::ball;
-use sazanami_mics::boundary::{Boundary, Side};
+use sazanami_mics::boundary::{Boundary, FluidName, Side};
 use sazanami_mics::carrying::CarryingFlow;
 use sazanami_mics::flow::{DropVelocity, Flow, Fluids, Schemes};
 use sazanami_mics::grains::room::LiquidRoom;
@@ -128,7 +128,7 @@ fn momentum_and_liquid_are_conserved_in_a_periodic_box() {
 fn what_passes_the_open_sides_is_booked() {
     let velocity = Vector::new(0.7, 0.0, 0.0);
     let mut sides = [[Side::Slip; 2]; 3];
-    sides[0] = [Side::Inflow { velocity, volume_fraction: 1.0 }, Side::Outflow { volume_fraction: 0.0 }];
+    sides[0] = [Side::Inflow { velocity, fluid: FluidName::Liquid }, Side::Outflow];
     let boundary = Boundary::new(sides).unwrap();
     let domain = Domain::solo(Grid::new([10, 3, 4], Vector::ZERO, Vector::new(1.0, 0.3, 0.4)), [false; 3]);
     let mut flow = Flow::new(&domain, WATER_AND_AIR, Schemes::default());

@@ -16,6 +16,7 @@ pub mod domain;
 pub mod geometry;
 pub mod grid;
 pub mod linear;
+mod named_vectors;
 pub mod particles;
 pub mod snapshot;
 pub mod spline;

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use sazanami_numerics::Real;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 /// Expectations of a case.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -45,7 +45,7 @@ pub struct Quantity {
     pub meaning: String,
     /// A miss that is recorded: the band is not met, and must not be missed by more than this.
     pub known_miss: Option<KnownMiss>,
-    /// Set where there is no band.
+    /// Beside what it is judged.
     #[serde(default)]
     pub kind: Kind,
 }
@@ -60,16 +60,21 @@ pub struct KnownMiss {
     pub reason: String,
 }
 
-/// Whether a quantity is judged.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+/// Beside what a quantity is judged.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
-    /// Beside its band.
+    /// A reference: theory, experiment, conservation, another computation.
     #[default]
-    Judged,
-    /// Not at all.
+    Reference,
+    /// Its own value of an earlier version: a change is seen, an error that was always there is not.
+    Regression,
+    /// Nothing: it is reported alone.
     Informational,
 }
+
+/// Begins the source of a band about a value of an earlier version.
+const RECORDED: &str = "recorded value";
 
 impl Expected {
     /// Reads `expected.toml`.
@@ -94,10 +99,16 @@ impl Quantity {
         match (self.kind, self.band, &self.known_miss) {
             (Kind::Informational, Some(_), _) | (Kind::Informational, _, Some(_)) => Err("informational, with a band"),
             (Kind::Informational, ..) if self.meaning.is_empty() => Err("informational, and no meaning says why"),
-            (Kind::Judged, None, _) => Err("neither a band nor informational"),
-            (Kind::Judged, Some(band), _) if !holds_values(band) => Err("a band without values"),
-            (Kind::Judged, ..) if self.source.is_empty() => Err("a band without a source"),
-            (Kind::Judged, Some(band), Some(miss)) => miss.check(band),
+            (_, None, _) if self.kind != Kind::Informational => Err("neither a band nor informational"),
+            (_, Some(band), _) if !holds_values(band) => Err("a band without values"),
+            (_, Some(_), _) if self.source.is_empty() => Err("a band without a source"),
+            (Kind::Reference, ..) if self.source.starts_with(RECORDED) => {
+                Err("a recorded value is no reference: add `kind = \"regression\"`")
+            }
+            (Kind::Regression, ..) if !self.source.starts_with(RECORDED) => {
+                Err("the source of a regression row begins with `recorded value`")
+            }
+            (_, Some(band), Some(miss)) => miss.check(band),
             _ => Ok(()),
         }
     }

@@ -73,6 +73,8 @@ pub struct Row {
     pub high: Option<Real>,
     /// How it stands.
     pub verdict: Verdict,
+    /// Beside what it is judged.
+    pub kind: Kind,
     /// Where reference and band come from.
     pub source: String,
     /// Reason of a known miss, meaning of an informational quantity, message of a failure.
@@ -96,6 +98,7 @@ impl Row {
             low: None,
             high: None,
             verdict,
+            kind: Kind::default(),
             source: String::new(),
             remark: String::new(),
         }
@@ -109,6 +112,7 @@ impl Row {
             reference: expected.reference,
             low: end(0),
             high: end(1),
+            kind: expected.kind,
             source: expected.source.clone(),
             remark: remark.clone(),
             ..Self::bare(case, &expected.name, value, verdict(expected, value))
@@ -153,6 +157,31 @@ pub fn judge(case: &str, expected: &Expected, found: &Outcome) -> Vec<Row> {
     judged.chain(extra.map(|(name, value)| Row::bare(case, name, Some(*value), Verdict::NotExpected))).collect()
 }
 
+/// How many rows are judged beside a reference, a recorded value or nothing, and how they stand.
+#[must_use]
+pub fn tally(rows: &[Row]) -> String {
+    let kinds = [
+        (Kind::Reference, " beside a reference"),
+        (Kind::Regression, " regression rows, beside values recorded earlier"),
+        (Kind::Informational, ""),
+    ];
+    let of_kind = |(kind, words): (Kind, &str)| {
+        let mut counts: Vec<(&str, usize)> = Vec::new();
+        for word in rows.iter().filter(|row| row.kind == kind).map(|row| row.verdict.word()) {
+            match counts.iter_mut().find(|(other, _)| *other == word) {
+                Some((_, count)) => *count += 1,
+                None => counts.push((word, 1)),
+            }
+        }
+        let total: usize = counts.iter().map(|(_, count)| count).sum();
+        let counts: Vec<String> = counts.iter().map(|(word, count)| format!("{count} {word}")).collect();
+        let heading = if words.is_empty() { String::new() } else { format!("{total}{words}: ") };
+        (total > 0).then(|| heading + &counts.join(", "))
+    };
+    let parts: Vec<String> = kinds.into_iter().filter_map(of_kind).collect();
+    parts.join("; ")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -195,6 +224,25 @@ meaning = "only counted"
         assert_eq!(verdicts(&[("x", 0.5), ("slow", 0.8), ("y", 7.0)])[2..], [NotMeasured, NotExpected]);
         assert!([Miss, Regression, NotMeasured, NotExpected, Verdict::Failed].iter().all(|verdict| verdict.is_bad()));
         assert!([Pass, KnownMiss, Mended, Informational].iter().all(|verdict| !verdict.is_bad()));
+    }
+
+    #[test]
+    fn recorded_values_are_counted_apart() {
+        let text = format!(
+            "{TEXT}[[quantity]]\nname = \"y\"\nband = [0.0, 1.0]\nsource = \"recorded value 0.5\"\nkind = \"regression\"\n"
+        );
+        let measured = [("x", 0.5), ("slow", 0.8), ("count", 7.0), ("y", 0.5)].map(|(name, x)| Measured::new(name, x));
+        let outcome = measured.to_vec().into_outcome().unwrap();
+        let rows = |text: &str| judge("test", &Expected::parse(text).unwrap(), &outcome);
+        assert_eq!(
+            tally(&rows(&text)),
+            "2 beside a reference: 1 pass, 1 known miss; 1 regression rows, beside values recorded earlier: 1 pass; \
+             1 informational"
+        );
+        // Either word alone is refused.
+        for (from, to) in [("kind = \"regression\"\n", ""), ("recorded value 0.5", "theory")] {
+            assert!(Expected::parse(&text.replace(from, to)).is_err(), "{to}");
+        }
     }
 
     #[test]

@@ -10,7 +10,7 @@ use serde_json::json;
 use crate::catalogue::Case;
 use crate::chart::figure;
 use crate::expected::Expected;
-use crate::judge::{Row, Verdict, judge};
+use crate::judge::{Row, Verdict, judge, tally};
 use crate::measured::Outcome;
 use crate::verify::number;
 
@@ -144,7 +144,7 @@ fn overview(recorded: &[Recorded]) -> String {
     let mut lines = String::from(
         "| case | what it shows | worst quantity | measured | band | verdict |\n|---|---|---|---|---|---|\n",
     );
-    let (mut quantities, mut known, mut informational) = (0, 0, 0);
+    let mut all: Vec<Row> = Vec::new();
     for Recorded { name, expected, outcome } in recorded {
         let link = format!("[{name}](../../verification/{name}/README.md)");
         let Some(outcome) = outcome else {
@@ -156,11 +156,8 @@ fn overview(recorded: &[Recorded]) -> String {
             continue;
         };
         let rows = judge(name, expected, outcome);
-        let count = |verdict| rows.iter().filter(|row| row.verdict == verdict).count();
-        let misses = count(Verdict::KnownMiss);
-        quantities += rows.len();
-        known += misses;
-        informational += count(Verdict::Informational);
+        all.extend_from_slice(&rows);
+        let misses = rows.iter().filter(|row| row.verdict == Verdict::KnownMiss).count();
         let rank = |row: &Row| (row.verdict.is_bad(), row.verdict == Verdict::KnownMiss);
         let worst = rows
             .iter()
@@ -178,11 +175,8 @@ fn overview(recorded: &[Recorded]) -> String {
             band(worst)
         ));
     }
-    format!(
-        "{quantities} quantities in {} cases: {} within their bands, {known} known misses, {informational} informational.\n\n{lines}",
-        recorded.iter().filter(|case| case.outcome.is_some()).count(),
-        quantities - known - informational
-    )
+    let cases = recorded.iter().filter(|case| case.outcome.is_some()).count();
+    format!("{} quantities in {cases} cases: {}.\n\n{lines}", all.len(), tally(&all))
 }
 
 #[cfg(test)]

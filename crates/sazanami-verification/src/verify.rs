@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::catalogue::Case;
 use crate::expected::Expected;
-use crate::judge::{Row, judge};
+use crate::judge::{Row, judge, tally};
 use crate::measured::Outcome;
 
 /// How often a case that runs long says so.
@@ -302,15 +302,7 @@ pub fn table(rows: &[Row]) -> String {
             text.push_str(&format!("{:<26} {}\n", "", row.remark));
         }
     }
-    let mut counts: Vec<(&str, usize)> = Vec::new();
-    for word in rows.iter().map(|row| row.verdict.word()) {
-        match counts.iter_mut().find(|(other, _)| *other == word) {
-            Some((_, count)) => *count += 1,
-            None => counts.push((word, 1)),
-        }
-    }
-    let counts: Vec<String> = counts.iter().map(|(word, count)| format!("{count} {word}")).collect();
-    text.push_str(&format!("{} quantities: {}\n", rows.len(), counts.join(", ")));
+    text.push_str(&format!("{} quantities: {}\n", rows.len(), tally(rows)));
     text
 }
 

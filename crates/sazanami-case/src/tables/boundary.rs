@@ -2,8 +2,9 @@
 
 use std::ops::Range;
 
-use sazanami_case_derive::Keys;
-use sazanami_numerics::{Real, Vector, choices};
+use sazanami_case_derive::{Keys, keys_of};
+pub use sazanami_mics::boundary::{FluidName, Side as BoundarySide};
+use sazanami_numerics::{Real, Vector};
 
 use super::{BoxDomain, read_by};
 use crate::read::{Context, Places, Table};
@@ -11,19 +12,9 @@ use crate::read::{Context, Places, Table};
 /// Names of the sides of the box, `SIDE_NAMES[direction][0 lower, 1 upper]`.
 pub const SIDE_NAMES: [[&str; 2]; 3] = [["x1_lower", "x1_upper"], ["x2_lower", "x2_upper"], ["x3_lower", "x3_upper"]];
 
-choices! {
-    /// Which of the two fluids.
-    pub enum FluidName {
-        /// The heavier one.
-        Liquid = "liquid",
-        /// The lighter one.
-        Gas = "gas",
-    }
-}
-
 /// One side of the box.
-#[derive(Clone, Copy, Debug, PartialEq, Keys)]
-pub enum BoundarySide {
+#[keys_of(BoundarySide)]
+enum BoundarySide {
     /// Wall that holds the fluid.
     NoSlip,
     /// Wall without friction.
@@ -56,20 +47,6 @@ pub enum BoundarySide {
         #[key(word, default = FluidName::Gas)]
         fluid: FluidName,
     },
-}
-
-impl BoundarySide {
-    /// Whether fluid can leave through it.
-    #[must_use]
-    pub fn is_open(&self) -> bool {
-        matches!(self, Self::Outflow | Self::FixedPressure { .. })
-    }
-
-    /// Whether it is a wall.
-    #[must_use]
-    pub fn is_wall(&self) -> bool {
-        matches!(self, Self::NoSlip | Self::Slip | Self::Moving { .. })
-    }
 }
 
 /// The sides of the box; the more special key wins, and a side that none names is a wall that holds the fluid.

@@ -15,10 +15,9 @@ use crate::write::{Entries, Paths, Show, Written, quoted};
 /// Name of the box among the materials of a contact.
 pub const WALL: &str = "wall";
 
-/// Contact of the paper's sand.
-const STIFFNESS: Real = 1e4;
-const DASHPOT: Real = 2.95e-3;
-const FRICTION: Real = 0.6;
+/// What a contact has of which the case says nothing.
+const SAND: LinearSpringDashpot = LinearSpringDashpot::SAND;
+/// Restitution where a case asks for a dashpot from it and gives none.
 const RESTITUTION: Real = 0.5;
 
 choices! {
@@ -79,7 +78,7 @@ struct ContactKeys {
     #[key(skip = table.span())]
     span: Range<usize>,
     /// Stiffness along the normal, per contact of two spheres.
-    #[key(unit = "N/m", range = Positive, says = "1e4 N/m")]
+    #[key(unit = "N/m", range = Positive, meant = SAND.normal_stiffness)]
     normal_stiffness: Option<Real>,
     /// Stiffness along the tangent.
     #[key(unit = "N/m", range = Positive, says = "as along the normal")]
@@ -88,19 +87,19 @@ struct ContactKeys {
     #[key(word, says = "what is given, or else `literal`")]
     damping: Option<DampingKind>,
     /// Coefficient of the dashpot along the normal, with `damping = "literal"`.
-    #[key(unit = "N s/m", range = NonNegative, says = "2.95e-3 N s/m")]
+    #[key(unit = "N s/m", range = NonNegative, meant = LinearSpringDashpot::SAND_DASHPOT)]
     normal_damping: Option<Real>,
     /// Coefficient of the dashpot along the tangent.
     #[key(unit = "N s/m", range = NonNegative, says = "as along the normal")]
     tangential_damping: Option<Real>,
     /// Restitution coefficient, with `damping = "restitution"`; the dashpot then follows from the grains' masses.
-    #[key(range = Between(1e-3, 1.0), says = "0.5")]
+    #[key(range = Between(1e-3, 1.0), meant = RESTITUTION)]
     restitution: Option<Real>,
     /// Tangential dashpot over the normal one, with `damping = "restitution"`.
     #[key(range = NonNegative, says = "sqrt(K_t/K_n), the ratio to critical damping being the same along both")]
     damping_ratio: Option<Real>,
     /// Friction coefficient.
-    #[key(range = Between(0.0, 10.0), says = "0.6")]
+    #[key(range = Between(0.0, 10.0), meant = SAND.friction)]
     friction: Option<Real>,
     /// Whether a separating contact may pull.
     #[key(says = "`dem.tension`")]
@@ -201,7 +200,7 @@ fn law_of(given: &[(String, ContactKeys)], names: &[String], cx: &mut Context<'_
     let implied = if !coefficients && restitution.is_some() { DampingKind::Restitution } else { DampingKind::Literal };
     let damping = match said.unwrap_or(implied) {
         DampingKind::Literal => {
-            let normal = normal.unwrap_or(DASHPOT);
+            let normal = normal.unwrap_or(LinearSpringDashpot::SAND_DASHPOT);
             Damping::Literal { normal, tangential: tangential.unwrap_or(normal) }
         }
         DampingKind::Restitution => {
@@ -212,13 +211,13 @@ fn law_of(given: &[(String, ContactKeys)], names: &[String], cx: &mut Context<'_
             }
         }
     };
-    let normal_stiffness = pair.normal_stiffness.or(general.normal_stiffness).unwrap_or(STIFFNESS);
+    let normal_stiffness = pair.normal_stiffness.or(general.normal_stiffness).unwrap_or(SAND.normal_stiffness);
     let dem = &cx.known.dem;
     let law = LinearSpringDashpot {
         normal_stiffness,
         tangential_stiffness: pair.tangential_stiffness.or(general.tangential_stiffness).unwrap_or(normal_stiffness),
         damping,
-        friction: pair.friction.or(general.friction).unwrap_or(FRICTION),
+        friction: pair.friction.or(general.friction).unwrap_or(SAND.friction),
         tension: pair.tension.or(general.tension).unwrap_or(dem.tension),
         slip_direction: dem.slip_direction,
         history: dem.history,

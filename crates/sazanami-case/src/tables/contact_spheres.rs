@@ -30,7 +30,7 @@ pub(super) struct ContactSphereKeys {
     /// File of contact spheres, lines `x y z r` in the body frame.
     sphere_file: Option<PathBuf>,
     /// Length of that file's unit.
-    #[key(unit = "m", range = Positive, says = "1 m")]
+    #[key(unit = "m", range = Positive, meant = 1.0)]
     sphere_file_unit: Option<Real>,
 }
 

@@ -1,6 +1,7 @@
 //! `[coupling]`: how fluid and resolved grains act on each other.
 
-use sazanami_case_derive::Keys;
+use sazanami_case_derive::keys_of;
+pub use sazanami_mics::grains::Coupling;
 use sazanami_mics::grains::room::LiquidRoom;
 use sazanami_mics::grains::{Exchange, SurfaceFriction, TorqueArm, Weighting};
 use sazanami_numerics::geometry::VolumeFractionMethod;
@@ -13,30 +14,32 @@ use crate::value::{Range1, Value, split_call};
 use crate::write::{Paths, Written};
 
 /// Fluid and resolved grains.
-#[derive(Clone, Copy, Debug, PartialEq, Keys)]
-pub struct Coupling {
+#[keys_of(Coupling)]
+struct Coupling {
     /// How fluid and grains exchange momentum: by itself `surface` where the narrowest grain is at least four cells wide,
     /// else `exact`; see docs/guide/exchange.md.
-    #[key(word, default = Exchange::Auto, paper_literal = (Yagyu, Exchange::Stress,
+    #[key(word, default, paper_literal = (Yagyu, Exchange::Stress,
           "forces on grains are the stress integral; what back-projection takes is lost"))]
-    pub exchange: Exchange,
+    exchange: Exchange,
     /// Friction on the surfaces of grains, with `exchange = "surface"`.
-    #[key(word, default = SurfaceFriction::Distance)]
-    pub friction: SurfaceFriction,
+    #[key(word, default)]
+    friction: SurfaceFriction,
     /// What liquid fills of a cell that grains cover in part: with `open` none of it hides within grains.
-    #[key(word, default = LiquidRoom::Whole)]
-    pub room: LiquidRoom,
+    #[key(word, default)]
+    room: LiquidRoom,
     /// Weight of the grain's velocity in shared cells.
     #[key(word, default = Weighting::Mass)]
-    pub weighting: Weighting,
+    weighting: Weighting,
     /// Evaluator of covered volumes: `columns(n)` (n x n columns a cell, exact along x3), `subcell(n)` (n^3 sub-cells),
     /// `clip` (exact clipping of tetrahedra, slow); n from 1 to 64.
-    #[key(default = VolumeFractionMethod::Columns { per_axis: 4 }, paper_literal = (Yagyu, VolumeFractionMethod::Clip,
+    #[key(name = "alpha", default = VolumeFractionMethod::Columns { per_axis: 4 }, paper_literal = (Yagyu, VolumeFractionMethod::Clip,
           "volume fractions by exact clipping, the reference evaluator"))]
-    pub alpha: VolumeFractionMethod,
+    volume_fraction: VolumeFractionMethod,
     /// Where the arm of a cell's force ends.
-    #[key(word, default = TorqueArm::Centroid)]
-    pub torque_arm: TorqueArm,
+    #[key(word, default)]
+    torque_arm: TorqueArm,
+    #[key(skip = cx.known.dem.substeps)]
+    substeps: sazanami_dem::Substeps,
 }
 
 impl Value for VolumeFractionMethod {

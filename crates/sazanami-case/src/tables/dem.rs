@@ -45,18 +45,18 @@ pub struct DemOptions {
     #[key(omit_if = true, default = false, paper_literal = (Yagyu, true, "eq. (4) without a cut: a separating contact may pull"))]
     pub tension: bool,
     /// Several touching spheres of one pair of grains.
-    #[key(word, default = Multiplicity::Sum)]
+    #[key(word, default)]
     pub multiplicity: Multiplicity,
     /// Direction of friction while a contact slips.
-    #[key(word, default = SlipDirection::Force, paper_literal = (Yagyu, SlipDirection::Velocity,
+    #[key(word, default, paper_literal = (Yagyu, SlipDirection::Velocity,
           "eq. (6): friction along the sliding velocity"))]
     pub slip_direction: SlipDirection,
     /// What the turning of the normal does to the tangential displacement.
-    #[key(word, default = HistoryRotation::LengthKept, paper_literal = (Yagyu, HistoryRotation::Projected,
+    #[key(word, default, paper_literal = (Yagyu, HistoryRotation::Projected,
           "the tangential displacement is projected and not stretched back"))]
     pub history: HistoryRotation,
     /// From when on the tangential spring of a new contact grows, and the length of `auto` sub-steps.
-    #[key(word, default = ContactStart::SubStep)]
+    #[key(word, default)]
     pub contact_start: ContactStart,
     /// Rolling resistance.
     #[key(word, default = Rolling::None)]

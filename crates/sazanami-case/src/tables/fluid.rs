@@ -3,6 +3,8 @@
 use sazanami_case_derive::Keys;
 use sazanami_mics::advection::{Convection, Limiter};
 use sazanami_mics::interface::InterfaceScheme;
+use sazanami_mics::pressure::Tolerance;
+use sazanami_mics::stability::StepLimits;
 use sazanami_mics::viscosity::ViscosityScheme;
 use sazanami_numerics::{Real, choices};
 
@@ -12,6 +14,10 @@ use crate::read::{Context, Table};
 /// Water and air as in Yagyu et al. (2015).
 const WATER: Fluid = Fluid { density: 1000.0, viscosity: 1000.0 * 1e-6 };
 const AIR: Fluid = Fluid { density: 1.0, viscosity: 1.0 * 1e-5 };
+/// Longest of the longest steps that are taken where the case says nothing \[s].
+const LONGEST: Real = 1e-3;
+/// The recommended limits of the step.
+const LIMITS: StepLimits = StepLimits::up_to(LONGEST);
 
 choices! {
     /// Projection onto divergence-free velocities.
@@ -49,6 +55,13 @@ pub struct Fluid {
 
 read_by!(Fluid, FluidKeys);
 
+impl Fluid {
+    fn words(&self, name: &str) -> String {
+        let Self { density, viscosity } = self;
+        format!("{name}: {density} kg/m^3, {:e} m^2/s", viscosity / density)
+    }
+}
+
 impl FluidKeys {
     fn check(&mut self, table: &Table<'_>, cx: &mut Context<'_>) {
         match (self.kinematic_viscosity, self.dynamic_viscosity) {
@@ -85,13 +98,13 @@ struct StepKeys {
           paper_literal = (Yagyu, 1e-5, "the paper's step; the fluid makes several passes where its own limits ask for it"))]
     dt: Option<Real>,
     /// Longest adaptive step.
-    #[key(unit = "s", range = Positive, says = "a free fall through a tenth of a cell, at most 1e-3 s")]
+    #[key(unit = "s", range = Positive, says = format!("a free fall through a tenth of a cell, at most {LONGEST:e} s"))]
     dt_max: Option<Real>,
     /// First adaptive step.
     #[key(unit = "s", range = Positive, says = "`dt_max`")]
     dt_first: Option<Real>,
     /// Largest ratio of a step to the one before.
-    #[key(range = Between(1.0, 10.0), says = "1.2")]
+    #[key(range = Between(1.0, 10.0), meant = LIMITS.growth)]
     dt_growth: Option<Real>,
 }
 
@@ -134,8 +147,12 @@ impl StepKeys {
         }
         // Falling freely from rest for this long crosses a tenth of a cell.
         let fall = (0.2 * cx.known.domain.spacing().min_element() / cx.known.gravity.length()).sqrt();
-        let longest = self.dt_max.unwrap_or(if fall.is_finite() { fall.min(1e-3) } else { 1e-3 });
-        Some(Step::Adaptive { longest, first: self.dt_first.unwrap_or(longest), growth: self.dt_growth.unwrap_or(1.2) })
+        let longest = self.dt_max.unwrap_or(if fall.is_finite() { fall.min(LONGEST) } else { LONGEST });
+        Some(Step::Adaptive {
+            longest,
+            first: self.dt_first.unwrap_or(longest),
+            growth: self.dt_growth.unwrap_or(LIMITS.growth),
+        })
     }
 
     fn of(step: &Step) -> Self {
@@ -153,15 +170,15 @@ impl StepKeys {
 #[keys(check = Self::check)]
 pub struct FluidOptions {
     /// Transport of the liquid's volume.
-    #[key(word, default = InterfaceScheme::Plic, paper_literal = (Yagyu, InterfaceScheme::ThincWlic,
+    #[key(word, default, paper_literal = (Yagyu, InterfaceScheme::ThincWlic,
           "the paper transports density and names no scheme; an algebraic one comes closest"))]
     pub vof: InterfaceScheme,
     /// Form of the convection of momentum.
-    #[key(word, default = Convection::Consistent, paper_literal = (Yagyu, Convection::VelocityForm,
+    #[key(word, default, paper_literal = (Yagyu, Convection::VelocityForm,
           "eq. (3) is written for the velocity, not for momentum"))]
     pub convection: Convection,
     /// Limiter of the slopes in the convection.
-    #[key(word, default = Limiter::VanLeer)]
+    #[key(word, default)]
     pub limiter: Limiter,
     /// Projection onto divergence-free velocities.
     #[key(word, default = Projection::Full, paper_literal = (Yagyu, Projection::Incremental,
@@ -174,14 +191,14 @@ pub struct FluidOptions {
     #[key(flatten)]
     pub step: Step,
     /// Largest sum over directions of the parts of a cell swept in a pass.
-    #[key(range = Between(1e-3, 0.499), default = 0.45)]
+    #[key(range = Between(1e-3, 0.499), default = LIMITS.courant)]
     pub cfl: Real,
     /// Largest `|div u| dt` that the projection leaves. The volume of liquid changes by no more than this and the number
     /// of steps allow.
-    #[key(name = "tol_div", range = Between(1e-15, 1e-2), default = 1e-6)]
+    #[key(name = "tol_div", range = Between(1e-15, 1e-2), default = Tolerance::default().divergence)]
     pub divergence_tolerance: Real,
     /// Iterations after which a solve of the pressure is given up (exit code 1).
-    #[key(least = 1, default = 500)]
+    #[key(least = 1, default = Tolerance::default().max_iterations)]
     pub pressure_iterations: usize,
     /// Velocity at the start on the grid (`solver = "mics"`), on top of that of the liquids; the pressure takes out its
     /// divergence.
@@ -192,10 +209,10 @@ pub struct FluidOptions {
     #[key(table)]
     pub carrying_flow: Option<CarryingFlow>,
     /// The heavier fluid.
-    #[key(table, default = WATER, says = "water: 1000 kg/m^3, 1e-6 m^2/s")]
+    #[key(table, default = WATER, says = WATER.words("water"))]
     pub liquid: Fluid,
     /// The lighter fluid.
-    #[key(table, default = AIR, says = "air: 1 kg/m^3, 1e-5 m^2/s")]
+    #[key(table, default = AIR, says = AIR.words("air"))]
     pub gas: Fluid,
 }
 

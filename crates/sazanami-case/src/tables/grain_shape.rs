@@ -43,7 +43,7 @@ pub enum GrainShape {
         #[key(least = 3, most = MOST_DIVISIONS, default = 6)]
         segments: usize,
         /// Volume of its mesh; inscribed, the paper's grain has about 0.8 of the spheroid's volume.
-        #[key(word, default = VolumeRule::Inscribed)]
+        #[key(word, default)]
         volume: VolumeRule,
     },
     /// A box.

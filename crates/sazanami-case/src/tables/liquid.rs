@@ -63,7 +63,7 @@ struct LiquidKeys {
     #[key(table)]
     fall: Option<Fall>,
     /// Velocity in cells that it fills in part.
-    #[key(word, default = DropVelocity::Mass, paper_literal = (Yagyu, DropVelocity::Beta,
+    #[key(word, default, paper_literal = (Yagyu, DropVelocity::Beta,
           "u3 = beta_w v: cells with some water get some of the velocity"))]
     drop_velocity: DropVelocity,
     /// Whether it may touch grains at the start; otherwise a liquid that does is refused.

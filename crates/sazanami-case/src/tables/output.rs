@@ -170,12 +170,12 @@ const MESHED: usize = 1000;
 #[keys(check = Self::check)]
 pub struct Outputs {
     /// Precision of fields.
-    #[key(word, default = FieldPrecision::Single)]
+    #[key(word, default)]
     pub precision: FieldPrecision,
     /// Where the tank moves: frame of positions and velocities in `fields`, `grains` and probes. Series, `bed.csv`,
     /// `water.csv`, `layers.csv` and pictures are always those in the tank; so are the places of `point`, `line`,
     /// `plane` and `gauge` probes, fluxes, and water levels. The displacement is that of `frame.motion`.
-    #[key(word, default = OutputFrame::Tank)]
+    #[key(word, default)]
     pub frame: OutputFrame,
     /// File that the packed bed is written to, beside `packed.bed` in the folder of results; relative to the case file.
     pub bed: Option<PathBuf>,
@@ -199,7 +199,7 @@ pub struct Outputs {
     pub figures: Schedule,
     /// What colours the grains of the sections and views of `solver = "mics"`: `speed`, up to a tenth of the fastest liquid's at
     /// the start, or `height`, from half the height of the bed to 1.2 of it.
-    #[key(word, default = GrainColour::Speed)]
+    #[key(word, default)]
     pub grain_colour: GrainColour,
     /// Rows of series.csv.
     #[key(table, default = Schedule::each_step(), says = "every step")]

@@ -1,7 +1,7 @@
 //! `[overlap]`: particles of water and the grains they overlap, for `solver = "mps"`.
 
 use sazanami_case_derive::Keys;
-use sazanami_mps::grains::{DensityReference, DragExchange, DragForm, SphereDrag};
+use sazanami_mps::grains::{DensityReference, DragExchange, DragForm, DragParameters, SphereDrag};
 use sazanami_numerics::{Real, choices};
 
 use super::Population;
@@ -9,6 +9,9 @@ use crate::read::{Context, Table};
 
 /// Smoothing of the void fraction over the mean diameter, and over the largest.
 pub(crate) const SMOOTHING: [Real; 2] = [3.0, 2.5];
+
+/// The recommended drag law; its parameters depend on no fluid.
+const DRAG: DragParameters = DragParameters::recommended(0.0, 0.0);
 
 /// Keys of the drag law `blend` alone.
 const BLEND_ALONE: [&str; 5] = ["kozeny", "forchheimer", "sphere_drag", "density_reference", "blend"];
@@ -39,25 +42,25 @@ pub struct Overlap {
     #[key(word, default = PressureForce::Implicit)]
     pub pressure_force: PressureForce,
     /// Fluid velocity that the drag of a step is taken with; `implicit` for viscous liquids and any length of the step.
-    #[key(word, default = DragExchange::Lagged)]
+    #[key(word, default)]
     pub exchange: DragExchange,
     /// Drag law of the grains.
-    #[key(word, default = DragForm::Blend)]
+    #[key(word, default)]
     pub drag: DragForm,
     /// Kozeny's constant k in the permeability `eps^3 d^2/(k (1-eps)^2)`.
-    #[key(range = NonNegative, default = 150.0, omit_if = self.drag != DragForm::Blend)]
+    #[key(range = NonNegative, default = DRAG.kozeny, omit_if = self.drag != DragForm::Blend)]
     pub kozeny: Real,
     /// Constant quadratic coefficient F_ch instead of Ergun's `1.75/sqrt(150 eps^3)`.
     #[key(range = NonNegative, says = "Ergun's", omit_if = self.drag != DragForm::Blend)]
     pub forchheimer: Option<Real>,
     /// Drag of a single sphere.
-    #[key(word, default = SphereDrag::SchillerNaumann, omit_if = self.drag != DragForm::Blend)]
+    #[key(word, default, omit_if = self.drag != DragForm::Blend)]
     pub sphere_drag: SphereDrag,
     /// What the solid number density phi is counted from.
-    #[key(word, default = DensityReference::SimpleCubic, omit_if = self.drag != DragForm::Blend)]
+    #[key(word, default, omit_if = self.drag != DragForm::Blend)]
     pub density_reference: DensityReference,
     /// Lower and upper phi between which the drag law goes over from single grains to a bed.
-    #[key(default = [0.38, 0.42], omit_if = self.drag != DragForm::Blend, paper_literal = (Tazaki, [0.4, 0.4],
+    #[key(default = DRAG.blend, omit_if = self.drag != DragForm::Blend, paper_literal = (Tazaki, [0.4, 0.4],
           "Tazaki et al. switch between the drag laws at phi = 0.4"))]
     pub blend: [Real; 2],
 }

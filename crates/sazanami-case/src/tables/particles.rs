@@ -1,8 +1,11 @@
 //! `[particles]`: water as moving particles, for `solver = "mps"`.
 
 use sazanami_case_derive::Keys;
-use sazanami_mps::scheme::{GradientForm, Projection, ShiftingForm, SourceForm, SurfaceForm, SurfacePressure};
-use sazanami_mps::stability::COURANT;
+use sazanami_mps::pressure::Tolerance;
+use sazanami_mps::scheme::{
+    GradientForm, Projection, Scheme, ShiftingForm, SourceForm, Stabilisation, SurfaceForm, SurfacePressure,
+};
+use sazanami_mps::stability::StepLimits;
 use sazanami_mps::weight::{LaplacianForm, Wendland};
 use sazanami_numerics::{Real, choices};
 
@@ -33,67 +36,67 @@ pub struct Particles {
     #[key(unit = "m", range = Positive, example = "1 mm")]
     pub spacing: Real,
     /// Radius of influence r_e over the spacing.
-    #[key(range = Between(RADII[0], RADII[1]), default = 3.1)]
+    #[key(range = Between(RADII[0], RADII[1]), default = Scheme::default().radius)]
     pub radius: Real,
     /// Family of the weight function.
-    #[key(word, default = Wendland::C2)]
+    #[key(word, default = Scheme::default().weight)]
     pub weight: Wendland,
     /// How velocities are made free of divergence. With `conjugate` (radius 2.6 at least, no grains), `source`,
     /// `surface_pressure`, `surface_test`, `compensation`, `gradient`, `stabilisation`, `shifting` and `reduced_pressure` do
     /// nothing; see docs/decisions/0018-scheme-of-moving-particles.md.
-    #[key(word, default = Projection::Enhanced)]
+    #[key(word, default = Scheme::default().projection)]
     pub projection: Projection,
     /// Source of the pressure equation.
-    #[key(word, default = SourceForm::HigherOrder)]
+    #[key(word, default = Scheme::default().source)]
     pub source: SourceForm,
     /// Positions of the surface particles that set their pressure.
-    #[key(word, default = SurfacePressure::Predicted)]
+    #[key(word, default = Scheme::default().surface_pressure)]
     pub surface_pressure: SurfacePressure,
     /// Test for particles at the free surface.
-    #[key(word, default = SurfaceForm::Density)]
+    #[key(word, default = Scheme::default().surface_test)]
     pub surface_test: SurfaceForm,
     /// Laplacian.
-    #[key(word, default = LaplacianForm::HigherOrder)]
+    #[key(word, default = Scheme::default().laplacian)]
     pub laplacian: LaplacianForm,
     /// Factor of the error-compensating source (ECS); 0: none.
-    #[key(range = Between(0.0, 10.0), default = 1.0)]
+    #[key(range = Between(0.0, 10.0), default = Scheme::default().compensation)]
     pub compensation: Real,
     /// Times of the flow over which an error of the number density relaxes; 0: it does not.
-    #[key(range = NonNegative, default = 100.0)]
+    #[key(range = NonNegative, default = Scheme::default().relaxation)]
     pub relaxation: Real,
     /// Gradient of the pressure.
-    #[key(word, default = GradientForm::Corrected)]
+    #[key(word, default = Scheme::default().gradient)]
     pub gradient: GradientForm,
     /// Dynamic stabilisation (DS).
     #[key(word, default = StabilisationWeight::Weighted)]
     pub stabilisation: StabilisationWeight,
     /// Distance below which DS acts, over the particle size.
-    #[key(range = Between(0.5, 1.0), default = 0.95)]
+    #[key(range = Between(0.5, 1.0), default = Stabilisation::default().distance)]
     pub stabilisation_distance: Real,
     /// Part of (r_e/2)^2 by which particles that see no surface move down the gradient of their concentration in a time
     /// of the flow; 0: they do not. For closed and deep flows, see docs/decisions/0008-shifting.md.
-    #[key(range = Between(0.0, SHIFTING), default = 0.0)]
+    #[key(range = Between(0.0, SHIFTING), default = Scheme::default().shifting)]
     pub shifting: Real,
     /// How fast particles are shifted, and where.
-    #[key(word, default = ShiftingForm::Inside)]
+    #[key(word, default = Scheme::default().shifting_form)]
     pub shifting_form: ShiftingForm,
     /// Whether the pressure is solved for without its part at rest.
-    #[key(default = true, paper_literal = (Tazaki, false, "the usual equations hold the whole pressure"))]
+    #[key(default = Scheme::default().reduced_pressure, paper_literal = (Tazaki, false, "the usual equations hold the whole pressure"))]
     pub reduced_pressure: bool,
     /// Way of the fastest particle or grain in a step over its size.
-    #[key(range = Between(1e-3, 0.5), default = COURANT)]
+    #[key(range = Between(1e-3, 0.5), default = StepLimits::default().courant)]
     pub courant: Real,
     /// Fixed time step; steps longer than what the limits allow are counted as `fixed_beyond_limits` under `limiter` in
     /// summary.json.
     #[key(unit = "s", range = Positive, says = "adaptive")]
     pub dt: Option<Real>,
     /// Longest time step.
-    #[key(unit = "s", range = Positive, default = 2e-4)]
+    #[key(unit = "s", range = Positive, default = StepLimits::default().longest)]
     pub dt_max: Real,
     /// Largest residual of the pressure equation, as a volume strain in a step.
-    #[key(range = Between(1e-15, 1e-2), default = 1e-6)]
+    #[key(range = Between(1e-15, 1e-2), default = Tolerance::default().strain)]
     pub tolerance: Real,
     /// Most iterations of the pressure solver.
-    #[key(least = 1, default = 500)]
+    #[key(least = 1, default = Tolerance::default().most_iterations)]
     pub pressure_iterations: usize,
 }

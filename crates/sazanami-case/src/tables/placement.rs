@@ -4,11 +4,14 @@ use std::ops::Range;
 use std::path::PathBuf;
 
 use sazanami_case_derive::Keys;
-use sazanami_dem::{Lattice, Motion};
+use sazanami_dem::{Lattice, Motion, PackingSettings};
 use sazanami_numerics::{Quaternion, Real, Vector, choices};
 
 use super::read_by;
 use crate::read::{Context, Table};
+
+/// The recommended way to pack; it does not depend on the box.
+const PACKING: PackingSettings = PackingSettings::new(Vector::ZERO, Vector::ZERO);
 
 choices! {
     /// When packing ends.
@@ -25,13 +28,13 @@ choices! {
 #[derive(Clone, Debug, PartialEq, Keys)]
 pub struct Packing {
     /// Lattice the grains fall from.
-    #[key(word, default = Lattice::Cubic)]
+    #[key(word, default)]
     pub lattice: Lattice,
     /// Distance of neighbours over the largest extent of a grain.
-    #[key(range = Between(0.1, 100.0), default = 1.05)]
+    #[key(range = Between(0.1, 100.0), default = PACKING.spacing)]
     pub spacing: Real,
     /// Random displacement over the distance of neighbours.
-    #[key(range = Between(0.0, 0.5), default = 0.02)]
+    #[key(range = Between(0.0, 0.5), default = PACKING.jitter)]
     pub jitter: Real,
     /// For `solver = "mps"`: height above the floor at which the packed bed is levelled; grains that reach above are
     /// taken away. Without `count` as many grains are packed as fill it.
@@ -45,26 +48,26 @@ pub struct Packing {
     #[key(unit = "m", range = Positive, says = "by the lattice")]
     pub height: Option<Real>,
     /// Gravity during the fall over gravity.
-    #[key(range = Positive, default = 4.0)]
+    #[key(range = Positive, default = PACKING.fall_factor)]
     pub fall_gravity: Real,
     /// Least time after the switch to normal gravity, when the highest grain meets another.
-    #[key(unit = "s", range = NonNegative, default = 5e-3)]
+    #[key(unit = "s", range = NonNegative, default = PACKING.settling_time)]
     pub settle_time: Real,
     /// When packing ends.
     #[key(word, default = PackingStop::Settled, paper_literal = (Yagyu, PackingStop::TimeOnly,
           "the bed is taken 5e-3 s after the first collision, at rest or not"))]
     pub stop: PackingStop,
     /// Largest mean speed of a bed at rest.
-    #[key(unit = "m/s", range = Positive, default = 2e-3)]
+    #[key(unit = "m/s", range = Positive, default = PACKING.rest_speed)]
     pub mean_speed: Real,
     /// Largest kinetic energy of a bed at rest over N M g d.
-    #[key(range = Positive, default = 1e-3)]
+    #[key(range = Positive, default = PACKING.rest_energy)]
     pub energy_ratio: Real,
     /// Friction while packing over friction; below 1 packs denser.
-    #[key(range = NonNegative, default = 1.0)]
+    #[key(range = NonNegative, default = PACKING.fall_friction)]
     pub friction_scale: Real,
     /// Longest simulated packing time; after it the run fails.
-    #[key(unit = "s", range = Positive, default = 2.0)]
+    #[key(unit = "s", range = Positive, default = PACKING.longest)]
     pub time_limit: Real,
 }
 

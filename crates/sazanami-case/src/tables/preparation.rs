@@ -7,12 +7,18 @@ use sazanami_numerics::Real;
 
 use crate::read::{Context, Table};
 
+/// Steps in which water over a bed comes to rest.
+const RELAX_STEPS: usize = 500;
+/// Time for which the grains of a bed settle in water at rest \[s].
+const SETTLE: Real = 0.2;
+
 /// What comes before the run, for `solver = "mps"`.
 #[derive(Clone, Debug, PartialEq, Keys)]
 #[keys(check = Self::check)]
 pub struct Preparation {
     /// Most steps in which the water comes to rest with the grains held.
-    #[key(default = if cx.known.has_bed() { 500 } else { 0 }, says = "500 with a bed, otherwise 0")]
+    #[key(default = if cx.known.has_bed() { RELAX_STEPS } else { 0 },
+          says = format!("{RELAX_STEPS} with a bed, otherwise 0"))]
     pub relax_steps: usize,
     /// What a step leaves of the water's velocity meanwhile.
     #[key(range = Between(0.0, 1.0), default = 0.9)]
@@ -28,8 +34,8 @@ pub struct Preparation {
     #[key(default = true)]
     pub must_rest: bool,
     /// Time for which the grains are then free in water at rest.
-    #[key(unit = "s", range = NonNegative, default = if cx.known.has_bed() { 0.2 } else { 0.0 },
-          says = "0.2 s with a bed, otherwise 0")]
+    #[key(unit = "s", range = NonNegative, default = if cx.known.has_bed() { SETTLE } else { 0.0 },
+          says = format!("{SETTLE} s with a bed, otherwise 0"))]
     pub settle: Real,
     /// A tank prepared by an earlier run, instead.
     pub state: Option<PathBuf>,

@@ -55,7 +55,7 @@ pub struct Ripples {
           default = MARGIN.min(0.25 * cx.known.domain.extent().x), says = "10 mm, at most a quarter of the length")]
     pub margin: Real,
     /// Side of the tank that photographs are taken from.
-    #[key(word, default = ViewedSide::Lower)]
+    #[key(word, default)]
     pub image_side: ViewedSide,
     /// Speed at the upper end of the colours of grains by speed.
     #[key(unit = "m/s", range = Positive, default = 0.1)]

@@ -38,12 +38,15 @@ impl RunLength {
     }
 }
 
+/// Wall-clock time between checkpoints \[s].
+const EVERY: Real = 600.0;
+
 /// Checkpoints.
 #[derive(Clone, Copy, Debug, PartialEq, Keys)]
 #[keys(check = Self::check)]
 pub struct Checkpoints {
     /// Every so much wall-clock time.
-    #[key(unit = "s", range = Positive, says = "10 min, none if `every` is given")]
+    #[key(unit = "s", range = Positive, says = format!("{} min, none if `every` is given", EVERY / 60.0))]
     pub every_wall: Option<Real>,
     /// Every so much simulated time.
     #[key(unit = "s", range = Positive)]
@@ -56,7 +59,7 @@ pub struct Checkpoints {
 impl Checkpoints {
     fn check(&mut self, table: &Table<'_>, _: &mut Context<'_>) {
         if !table.has("every_wall") && self.every.is_none() {
-            self.every_wall = Some(600.0);
+            self.every_wall = Some(EVERY);
         }
     }
 }

@@ -3,8 +3,8 @@
 
 use std::f64::consts::PI;
 
-use sazanami_case_derive::Keys;
-use sazanami_mics::carrying;
+use sazanami_case_derive::{Keys, keys_of};
+pub use sazanami_mics::carrying::CarryingFlow;
 use sazanami_numerics::{Real, Vector};
 
 use super::BoxDomain;
@@ -69,8 +69,8 @@ fn sin_cos(angle: Real) -> [Real; 2] {
 }
 
 /// A flow that carries the liquid and is not solved for.
-#[derive(Clone, Copy, Debug, PartialEq, Keys)]
-pub enum CarryingFlow {
+#[keys_of(CarryingFlow)]
+enum CarryingFlow {
     /// The same velocity everywhere.
     Uniform {
         /// Velocity.
@@ -106,47 +106,4 @@ pub enum CarryingFlow {
         #[key(unit = "s", range = Positive)]
         period: Real,
     },
-}
-
-impl CarryingFlow {
-    /// The flow as the solver computes it.
-    #[must_use]
-    pub fn formula(&self) -> carrying::CarryingFlow {
-        match *self {
-            Self::Uniform { velocity } => carrying::CarryingFlow::Uniform(velocity),
-            Self::Rotation { centre, angular_velocity } => {
-                carrying::CarryingFlow::Rotation { centre, angular_velocity }
-            }
-            Self::ReversedVortex { speed, period } => carrying::CarryingFlow::ReversedVortex { speed, period },
-            Self::Deformation { speed, period } => carrying::CarryingFlow::Deformation { speed, period },
-        }
-    }
-
-    /// Upper bounds of its components in a box [m/s].
-    #[must_use]
-    pub fn largest(&self, domain: &BoxDomain) -> Vector {
-        let extent = domain.extent();
-        match *self {
-            Self::Uniform { velocity } => velocity.abs(),
-            Self::Rotation { centre, angular_velocity } => {
-                let corner = |n: usize| Vector::from_array([0, 1, 2].map(|d| (n >> d & 1) as Real));
-                let at = |n: usize| angular_velocity.cross(domain.lower + corner(n) * extent - centre).abs();
-                (0..8).map(at).fold(Vector::ZERO, Vector::max)
-            }
-            Self::ReversedVortex { speed, .. } => speed.abs() * Vector::new(extent.x / extent.z, 0.0, 1.0),
-            Self::Deformation { speed, .. } => speed.abs() * Vector::new(2.0, 1.0, 1.0) * extent / extent.x,
-        }
-    }
-
-    /// Directions in which it has a velocity at the sides of the box.
-    #[must_use]
-    pub fn crosses_sides(&self) -> [bool; 3] {
-        match self {
-            Self::Uniform { velocity } => velocity.to_array().map(|u| u != 0.0),
-            Self::Rotation { angular_velocity: w, .. } => {
-                [0, 1, 2].map(|d| w[(d + 1) % 3] != 0.0 || w[(d + 2) % 3] != 0.0)
-            }
-            Self::ReversedVortex { .. } | Self::Deformation { .. } => [false; 3],
-        }
-    }
 }

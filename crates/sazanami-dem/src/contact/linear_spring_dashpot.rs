@@ -62,11 +62,13 @@ pub struct LinearSpringDashpot {
 }
 
 impl LinearSpringDashpot {
+    /// Dashpots of the paper's sand [N s/m].
+    pub const SAND_DASHPOT: Real = 2.95e-3;
     /// The law of the paper's sand: 1e4 N/m, 2.95e-3 N s/m, 0.6, without tension.
     pub const SAND: Self = Self {
         normal_stiffness: 1.0e4,
         tangential_stiffness: 1.0e4,
-        damping: Damping::Literal { normal: 2.95e-3, tangential: 2.95e-3 },
+        damping: Damping::Literal { normal: Self::SAND_DASHPOT, tangential: Self::SAND_DASHPOT },
         friction: 0.6,
         tension: false,
         slip_direction: SlipDirection::Force,

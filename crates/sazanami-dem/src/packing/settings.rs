@@ -83,7 +83,7 @@ pub struct PackingSettings {
 impl PackingSettings {
     /// The paper's procedure in a box.
     #[must_use]
-    pub fn new(lower: Vector, upper: Vector) -> Self {
+    pub const fn new(lower: Vector, upper: Vector) -> Self {
         Self {
             lower,
             upper,

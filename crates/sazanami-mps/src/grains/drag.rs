@@ -131,15 +131,15 @@ pub struct DragParameters {
 impl DragParameters {
     /// The recommended law for a fluid of this density [kg/m^3] and dynamic viscosity [Pa s].
     #[must_use]
-    pub fn recommended(density: Real, viscosity: Real) -> Self {
+    pub const fn recommended(density: Real, viscosity: Real) -> Self {
         Self {
             density,
             viscosity,
-            form: DragForm::default(),
+            form: DragForm::Blend,
             kozeny: 150.0,
-            forchheimer: Forchheimer::default(),
-            sphere: SphereDrag::default(),
-            reference: DensityReference::default(),
+            forchheimer: Forchheimer::Ergun,
+            sphere: SphereDrag::SchillerNaumann,
+            reference: DensityReference::SimpleCubic,
             blend: [0.38, 0.42],
         }
     }

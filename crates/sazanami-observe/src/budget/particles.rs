@@ -1,7 +1,7 @@
 //! Momentum budget of a fluid of moving particles.
 
 use sazanami_numerics::snapshot::{Snapshot, SnapshotError};
-use sazanami_numerics::{Real, Vector};
+use sazanami_numerics::{Real, Vector, named_vectors};
 
 use super::total::{Total, relative, vectors_of};
 
@@ -10,55 +10,29 @@ const FLUID_SUMS: &str = "observe/momentum";
 /// Round-off of these sums.
 const FLUID_RESTS: &str = "observe/momentum_rest";
 
-/// Impulses in a tank of moving particles during one step, or since the start [N s].
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ParticleImpulses {
-    /// Gravity and the inertial force of the tank's motion on the fluid.
-    pub body_force_on_fluid: Vector,
-    /// Pressure of the walls on the fluid.
-    pub wall_pressure_on_fluid: Vector,
-    /// Viscous stress of the walls on the fluid.
-    pub wall_friction_on_fluid: Vector,
-    /// Stabilisation and collisions of fluid particles with walls, and particles returned to the box.
-    pub wall_contact_on_fluid: Vector,
-    /// Drag of the grains on the fluid.
-    pub drag_on_fluid: Vector,
-    /// Drag of the fluid on the grains.
-    pub drag_on_grains: Vector,
-    /// Force of the fluid's pressure on the grains.
-    pub pressure_on_grains: Vector,
-    /// Contact forces of the grains on the walls.
-    pub grains_on_walls: Vector,
+named_vectors! {
+    /// Impulses in a tank of moving particles during one step, or since the start [N s].
+    pub struct ParticleImpulses {
+        /// Gravity and the inertial force of the tank's motion on the fluid.
+        body_force_on_fluid,
+        /// Pressure of the walls on the fluid.
+        wall_pressure_on_fluid,
+        /// Viscous stress of the walls on the fluid.
+        wall_friction_on_fluid,
+        /// Stabilisation and collisions of fluid particles with walls, and particles returned to the box.
+        wall_contact_on_fluid,
+        /// Drag of the grains on the fluid.
+        drag_on_fluid,
+        /// Drag of the fluid on the grains.
+        drag_on_grains,
+        /// Force of the fluid's pressure on the grains.
+        pressure_on_grains,
+        /// Contact forces of the grains on the walls.
+        grains_on_walls,
+    }
 }
 
 impl ParticleImpulses {
-    /// Names of the terms, in the order of [`Self::terms`].
-    pub const NAMES: [&str; 8] = [
-        "body_force_on_fluid",
-        "wall_pressure_on_fluid",
-        "wall_friction_on_fluid",
-        "wall_contact_on_fluid",
-        "drag_on_fluid",
-        "drag_on_grains",
-        "pressure_on_grains",
-        "grains_on_walls",
-    ];
-
-    /// The terms in the order of [`Self::NAMES`].
-    #[must_use]
-    pub fn terms(&self) -> [Vector; 8] {
-        [
-            self.body_force_on_fluid,
-            self.wall_pressure_on_fluid,
-            self.wall_friction_on_fluid,
-            self.wall_contact_on_fluid,
-            self.drag_on_fluid,
-            self.drag_on_grains,
-            self.pressure_on_grains,
-            self.grains_on_walls,
-        ]
-    }
-
     /// Impulse of body force, walls and grains on the fluid.
     #[must_use]
     pub fn on_fluid(&self) -> Vector {
@@ -82,28 +56,14 @@ impl ParticleImpulses {
     }
 }
 
-impl From<[Vector; 8]> for ParticleImpulses {
-    fn from(terms: [Vector; 8]) -> Self {
-        let [body_force_on_fluid, wall_pressure_on_fluid, wall_friction_on_fluid, wall_contact_on_fluid, ..] = terms;
-        let [.., drag_on_fluid, drag_on_grains, pressure_on_grains, grains_on_walls] = terms;
-        Self {
-            body_force_on_fluid,
-            wall_pressure_on_fluid,
-            wall_friction_on_fluid,
-            wall_contact_on_fluid,
-            drag_on_fluid,
-            drag_on_grains,
-            pressure_on_grains,
-            grains_on_walls,
-        }
-    }
-}
+/// Lines of the budget.
+const LINES: usize = ParticleImpulses::TERMS.len();
 
 /// Momentum budget of a fluid of moving particles over a whole run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FluidMomentumBudget {
     initial: Vector,
-    impulses: [Total; 8],
+    impulses: [Total; LINES],
     /// Absolute impulses of the body force in each direction: the scale of the residual.
     forced: Total,
     residual: Vector,
@@ -130,7 +90,7 @@ impl FluidMomentumBudget {
     /// Impulses since the start.
     #[must_use]
     pub fn impulses(&self) -> ParticleImpulses {
-        self.impulses.map(|total| total.value()).into()
+        ParticleImpulses::from_terms(self.impulses.iter().map(Total::value))
     }
 
     /// Momentum gained beyond the impulses, when last balanced [N s].
@@ -162,9 +122,10 @@ impl FluidMomentumBudget {
     /// # Errors
     /// [`SnapshotError`] if it is not there or of another length.
     pub fn restore(snapshot: &Snapshot) -> Result<Self, SnapshotError> {
-        let sums = vectors_of(snapshot, FLUID_SUMS, 2 + 8)?;
+        let sums = vectors_of(snapshot, FLUID_SUMS, 2 + LINES)?;
         let is_plain = snapshot.reals(FLUID_RESTS).is_err();
-        let rests = if is_plain { vec![Vector::ZERO; 1 + 8] } else { vectors_of(snapshot, FLUID_RESTS, 1 + 8)? };
+        let rests =
+            if is_plain { vec![Vector::ZERO; 1 + LINES] } else { vectors_of(snapshot, FLUID_RESTS, 1 + LINES)? };
         let total = |n: usize| Total { sum: sums[1 + n], rest: rests[n] };
         Ok(Self {
             initial: sums[0],
@@ -178,14 +139,6 @@ impl FluidMomentumBudget {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn names_and_terms_match() {
-        let only = ParticleImpulses { pressure_on_grains: Vector::ONE, ..Default::default() };
-        let at = ParticleImpulses::NAMES.iter().position(|&name| name == "pressure_on_grains").unwrap();
-        assert_eq!(only.terms()[at], Vector::ONE);
-        assert_eq!(ParticleImpulses::from(only.terms()), only);
-    }
 
     /// A fluid that is shaken along x1 between walls and drags grains along.
     fn shaken(steps: u32) -> FluidMomentumBudget {

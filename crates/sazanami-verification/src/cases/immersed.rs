@@ -1,7 +1,7 @@
 //! A sphere in one liquid: added mass and drag.
 
 use sazanami_dem::{Grain, Motion};
-use sazanami_mics::boundary::{Boundary, Side};
+use sazanami_mics::boundary::{Boundary, FluidName, Side};
 use sazanami_mics::grains::{Exchange, SurfaceFriction};
 use sazanami_mics::stability::StepLimits;
 use sazanami_numerics::geometry::{ContactSphereRule, Shape, VolumeRule};
@@ -106,7 +106,7 @@ impl Stream {
         let cells = size.to_array().map(|l| (l * n as Real).round() as usize);
         let grid = Grid::new(cells, Vector::ZERO, size);
         let mut sides = [[Side::Slip; 2]; 3];
-        sides[2] = [Side::Inflow { velocity: Vector::Z, volume_fraction: 0.0 }, Side::Outflow { volume_fraction: 0.0 }];
+        sides[2] = [Side::Inflow { velocity: Vector::Z, fluid: FluidName::Gas }, Side::Outflow];
         let boundary = Boundary::new(sides).map_err(|error| error.to_string())?;
         // The Courant number decides.
         let longest = self.shorter * 0.3 / n as Real;

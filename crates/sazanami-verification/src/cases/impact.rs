@@ -4,6 +4,7 @@ use sazanami_dem::Grain;
 use sazanami_mics::boundary::Boundary;
 use sazanami_mics::flow::DropVelocity;
 use sazanami_mics::grains::Exchange;
+use sazanami_mics::momentum::Impulses;
 use sazanami_numerics::geometry::{ContactSphereRule, Region, Shape, VolumeRule};
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
@@ -68,7 +69,8 @@ fn outcome(cells_per_grain: Real, exchange: Exchange) -> Result<Outcome, String>
         enter(&mut budget, &solver, &report);
     }
     let start = budget.initial_total().z;
-    let walls = (budget.impulse("walls_on_fluid") + budget.impulse("walls_on_grains")).z;
+    let impulses = Impulses::from_terms(budget.impulses().map(|(_, impulse)| impulse));
+    let walls = (impulses.walls_on_fluid + impulses.walls_on_grains).z;
     let now = solver.momentum();
     let (fluid, grains) = ((now.liquid + now.gas - now.displaced).z, now.grains.z);
     Ok(Outcome {

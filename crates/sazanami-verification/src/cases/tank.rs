@@ -144,13 +144,13 @@ pub(crate) fn step(solver: &mut Solver, now: Real, end: Real) -> Result<(Real, S
 
 /// A momentum budget that starts with the present state of a solver.
 pub(crate) fn new_budget(solver: &Solver) -> MomentumBudget {
-    MomentumBudget::new(&StoredMomentum::TERMS, &solver.momentum().terms(), Impulses::names(solver.forces()))
+    MomentumBudget::new(&StoredMomentum::TERMS, solver.momentum().terms(), Impulses::names(solver.forces()))
 }
 
 /// Enters the impulses of a step and the momentum after it into the budget.
 pub(crate) fn enter(budget: &mut MomentumBudget, solver: &Solver, report: &StepReport) {
     budget.add(report.impulses.terms());
-    budget.set_stored(&solver.momentum().terms());
+    budget.set_stored(solver.momentum().terms());
 }
 
 /// Largest of `values`, at least zero; not a number if one of them is not.

@@ -3,7 +3,7 @@
 use crate::grid::dam_break::{GRAVITY, WIDTH};
 use crate::grid::{FreeFlight, drop_in_flight};
 use sazanami_mics::advection::Convection;
-use sazanami_mics::boundary::{Boundary, Side};
+use sazanami_mics::boundary::{Boundary, FluidName, Side};
 use sazanami_mics::flow::{DropVelocity, Flow, Schemes};
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::geometry::Region;
@@ -57,7 +57,7 @@ fn dam(cells_per_width: usize, convection: Convection) -> Result<Vec<[Real; 3]>,
     let extent = Vector::from_array(cells.map(|n| n as Real)) * width;
     let mut sides = [[Side::Slip; 2]; 3];
     sides[1] = [Side::Periodic; 2];
-    sides[2][1] = Side::FixedPressure { pressure: 0.0, volume_fraction: 0.0 };
+    sides[2][1] = Side::FixedPressure { pressure: 0.0, fluid: FluidName::Gas };
     let boundary = Boundary::new(sides).map_err(|error| error.to_string())?;
     let mut tank = Tank::new(Grid::new(cells, Vector::ZERO, extent), boundary, WATER_AND_AIR, 1e-3);
     tank.schemes.convection = convection;

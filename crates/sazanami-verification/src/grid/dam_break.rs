@@ -5,7 +5,7 @@ use sazanami_numerics::{Real, Vector};
 
 use super::experiment::{Experiment, ExperimentError};
 use crate::reference::{DAM_BREAK, history};
-use sazanami_mics::boundary::{Boundary, Side};
+use sazanami_mics::boundary::{Boundary, FluidName, Side};
 use sazanami_mics::flow::{Fluids, Schemes};
 
 /// Width of the column \[m]; it is twice as high.
@@ -39,7 +39,7 @@ pub fn collapse(n: usize) -> Result<Collapse, ExperimentError> {
     let grid = Grid::new(cells, Vector::ZERO, h * Vector::from_array(cells.map(|n| n as Real)));
     let mut sides = [[Side::Slip; 2]; 3];
     sides[1] = [Side::Periodic; 2];
-    sides[2][1] = Side::FixedPressure { pressure: 0.0, volume_fraction: 0.0 };
+    sides[2][1] = Side::FixedPressure { pressure: 0.0, fluid: FluidName::Gas };
     let boundary = Boundary::new(sides).expect("periodic sides stand opposite each other");
     let fluids = Fluids { liquid_density: 998.0, gas_density: 1.2, liquid_viscosity: 1e-3, gas_viscosity: 1.8e-5 };
     let mut run = Experiment::new(grid, boundary, fluids, Schemes::default());

@@ -39,7 +39,7 @@ pub fn translation(n: usize, scheme: InterfaceScheme) -> ShapeError {
         scheme,
         shape,
         (1.0, 0.43 / 3.0 / n as Real),
-        CarryingFlow::Uniform(Vector::ONE),
+        CarryingFlow::Uniform { velocity: Vector::ONE },
     )
 }
 

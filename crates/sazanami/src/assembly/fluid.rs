@@ -1,10 +1,9 @@
 //! The fluid side of a case: boundary, schemes, limits of the step, initial liquid.
 
 use sazanami_mics::advection::Convection;
-use sazanami_mics::boundary::{Boundary, BoundaryError, Side};
+use sazanami_mics::boundary::Boundary;
 use sazanami_mics::flow::{Carrier, Flow, Fluids, Schemes};
 use sazanami_mics::forces::Force;
-use sazanami_mics::grains::Coupling;
 use sazanami_mics::pressure::Tolerance;
 use sazanami_mics::solver::Settings;
 use sazanami_mics::stability::StepLimits;
@@ -12,34 +11,7 @@ use sazanami_numerics::domain::Domain;
 use sazanami_numerics::geometry::RegionFractions;
 use sazanami_numerics::{Real, Vector};
 
-use crate::case::meaning::{BoundarySide, Case, FluidName, LiquidRegion, Placement, Projection, Step};
-
-/// Sides of the box as the solver knows them.
-pub fn boundary(case: &Case) -> Result<Boundary, BoundaryError> {
-    Boundary::new(case.boundary.map(|sides| sides.map(side)))
-}
-
-fn side(side: BoundarySide) -> Side {
-    match side {
-        BoundarySide::NoSlip => Side::NoSlip,
-        BoundarySide::Slip => Side::Slip,
-        BoundarySide::Moving { velocity } => Side::Moving { velocity },
-        BoundarySide::Periodic => Side::Periodic,
-        BoundarySide::Inflow { velocity, fluid } => Side::Inflow { velocity, volume_fraction: part(fluid) },
-        // What flows back in through an open side is gas: the top of a tank.
-        BoundarySide::Outflow => Side::Outflow { volume_fraction: 0.0 },
-        BoundarySide::FixedPressure { pressure, fluid } => {
-            Side::FixedPressure { pressure, volume_fraction: part(fluid) }
-        }
-    }
-}
-
-fn part(fluid: FluidName) -> Real {
-    match fluid {
-        FluidName::Liquid => 1.0,
-        FluidName::Gas => 0.0,
-    }
-}
+use crate::case::meaning::{Case, FluidName, LiquidRegion, Placement, Projection, Step};
 
 /// Properties of the two fluids.
 pub(crate) fn fluids(case: &Case) -> Fluids {
@@ -98,20 +70,6 @@ pub fn first_step(case: &Case) -> Option<Real> {
     match case.fluid.step {
         Step::Adaptive { first, .. } => Some(first),
         Step::Fixed(_) => None,
-    }
-}
-
-/// How grains and fluid act on each other.
-pub fn coupling(case: &Case) -> Coupling {
-    let options = &case.coupling;
-    Coupling {
-        exchange: options.exchange,
-        friction: options.friction,
-        room: options.room,
-        weighting: options.weighting,
-        volume_fraction: options.alpha,
-        torque_arm: options.torque_arm,
-        substeps: case.dem.substeps,
     }
 }
 

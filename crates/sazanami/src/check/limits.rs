@@ -131,7 +131,7 @@ fn carrying_flow(case: &Case) -> Option<CarryingFlow> {
 /// Speeds at the start with what makes them [m/s].
 fn given_speeds(case: &Case) -> Vec<(Cause, Vector)> {
     if let Some(flow) = carrying_flow(case) {
-        return vec![(Cause::CarryingFlow, flow.largest(&case.domain))];
+        return vec![(Cause::CarryingFlow, flow.largest(case.domain.lower, case.domain.extent()))];
     }
     let initial = case.fluid.initial_velocity.filter(|_| case.solver == Solver::Mics);
     let with_initial = |velocity: Vector| match &initial {
@@ -283,7 +283,7 @@ fn of_grid(
     let rates = match carrying_flow(case) {
         // The solver has the same on its faces, and nothing else limits it.
         Some(carrying) => GridRates {
-            advective: carrying.formula().rate(&Domain::solo(case.domain.grid(), [false; 3])),
+            advective: carrying.rate(&Domain::solo(case.domain.grid(), [false; 3])),
             ..GridRates::default()
         },
         None => GridRates {

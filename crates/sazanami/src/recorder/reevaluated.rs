@@ -1,6 +1,7 @@
 //! What a run observed, found again from one of its checkpoints: as its case evaluates it, or with other keys.
 
 use sazanami_dem::Engine;
+use sazanami_mics::boundary::Boundary;
 use sazanami_mics::snapshot::GRAINS;
 use sazanami_numerics::Real;
 use sazanami_numerics::domain::Domain;
@@ -16,7 +17,7 @@ use super::CLOCK;
 use super::bed::{BED, BedFindings, BedSettings, bed_findings, heap_json, heap_settings};
 use super::mics::{BEFORE, Findings, erosion_settings, initial_heights, volume_course};
 
-use crate::assembly::{fluid, grains};
+use crate::assembly::grains;
 use crate::case::meaning::{Case, Erosion as Evaluation};
 use crate::columns::object;
 use crate::error::CommandError;
@@ -63,7 +64,7 @@ impl Beds {
                 return Err(misfit(&format!("it holds grains of a {what} that the case does not have")));
             }
         }
-        let periodic = fluid::boundary(case).map_err(|error| misfit(&error))?.periodic();
+        let periodic = Boundary::new(case.boundary).map_err(|error| misfit(&error))?.periodic();
         let domain = Domain::solo(case.domain.grid(), periodic);
         let setup = grains::setup(case, shapes);
         let engine = Engine::restore(&domain, setup, GRAINS, &snapshot).map_err(|error| misfit(&error))?;

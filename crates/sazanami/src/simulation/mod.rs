@@ -7,6 +7,7 @@ mod start;
 use std::time::Instant;
 
 use sazanami_dem::{Packing, Stage};
+use sazanami_mics::boundary::Boundary;
 use sazanami_numerics::Real;
 use sazanami_numerics::domain::Domain;
 use sazanami_parallel::{Communicator, Reduction};
@@ -28,7 +29,7 @@ const END: Real = 1e-12;
 pub(crate) fn run_rank(communicator: Box<dyn Communicator>, job: &Job) -> Result<Ending, Box<RankFailure>> {
     match job.case.solver {
         Solver::Mics => {
-            let periodic = crate::assembly::fluid::boundary(job.case)?.periodic();
+            let periodic = Boundary::new(job.case.boundary)?.periodic();
             let domain = Domain::new(job.case.domain.grid(), periodic, communicator)?;
             recorded::<GridObserver>(job, domain, |domain, packed, recorder| {
                 start::solver(job, domain, packed, recorder)

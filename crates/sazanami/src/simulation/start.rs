@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use sazanami_dem::{Body, Engine, Packing, Setup};
+use sazanami_mics::boundary::Boundary;
 use sazanami_mics::snapshot::GRAINS;
 use sazanami_mics::solver::Solver;
 use sazanami_numerics::domain::Domain;
@@ -49,9 +50,9 @@ pub(super) fn solver(
     recorder: &mut Recorder<crate::recorder::GridObserver>,
 ) -> Result<Option<Solver>, RankError> {
     let case = job.case;
-    let boundary = fluid::boundary(case)?;
+    let boundary = Boundary::new(case.boundary)?;
     let settings = fluid::settings(case);
-    let coupling = fluid::coupling(case);
+    let coupling = case.coupling;
     let mut flow = fluid::flow(case, &domain);
     let setup = grains::setup(case, &job.shapes);
     let shapes = Arc::clone(&job.shapes);
@@ -82,7 +83,7 @@ pub(super) fn solver(
     let mut solver = solver.with_forces(fluid::forces(case));
     solver.limit_first_step(fluid::first_step(case));
     if let Some(carrying) = &case.fluid.carrying_flow {
-        solver.set_carried(&carrying.formula(), 0.0);
+        solver.set_carried(carrying, 0.0);
     }
     Ok(Some(solver))
 }

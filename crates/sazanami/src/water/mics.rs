@@ -20,7 +20,7 @@ impl Water for Solver {
 
     fn stable_step(&mut self, case: &Case, _time: Real) -> Step {
         match &case.fluid.carrying_flow {
-            Some(carrying) => self.stable_step_carried(&carrying.formula()),
+            Some(carrying) => self.stable_step_carried(carrying),
             None => Self::stable_step(self),
         }
     }
@@ -39,7 +39,7 @@ impl Water for Solver {
         let outcome = match &case.fluid.carrying_flow {
             Some(carrying) => {
                 watch(phase_name(Phase::Fluid));
-                self.carry(&carrying.formula(), stable, time, dt)
+                self.carry(carrying, stable, time, dt)
             }
             None => self.step(stable, dt, |phase| watch(phase_name(phase))),
         };

@@ -71,7 +71,7 @@ pub(crate) struct GridObserver {
 impl GridObserver {
     fn open(&mut self, case: &Case, grains: &mut GatheredGrains, solver: &Solver) {
         self.momentum = case.fluid.carrying_flow.is_none().then(|| {
-            MomentumBudget::new(&StoredMomentum::TERMS, &solver.momentum().terms(), Impulses::names(solver.forces()))
+            MomentumBudget::new(&StoredMomentum::TERMS, solver.momentum().terms(), Impulses::names(solver.forces()))
         });
         self.liquid = Some(LiquidBudget::new(self.liquid_volume(solver)));
         if grains.count() > 0 {
@@ -175,7 +175,11 @@ impl Observer for GridObserver {
             self.findings.wet_relative_change = liquid.wet_relative_change();
         }
         if let Some(momentum) = &mut self.momentum {
-            momentum.set_stored(&solver.momentum().terms());
+            let stored = solver.momentum();
+            momentum.set_stored(stored.terms());
+            let before = StoredMomentum::from_terms(momentum.initial().map(|(_, term)| term));
+            let impulses = Impulses::from_terms(momentum.impulses().map(|(_, impulse)| impulse));
+            momentum.note_exchange(stored.grains - before.grains - impulses.on_grains());
         }
         let own = solver.grains().engine().grains();
         let mine: Real = (0..own.owned()).map(|n| own.kinetic_energy(n)).sum();

@@ -2,7 +2,7 @@
 
 use sazanami_io::table::{Column, Value};
 use sazanami_io::vtk::{DataArray, ImageFile};
-use sazanami_mics::momentum::Impulses;
+use sazanami_mics::momentum::{Impulses, StoredMomentum};
 use sazanami_mics::solver::Solver;
 use sazanami_numerics::Real;
 use sazanami_numerics::choice::Choice;
@@ -28,6 +28,16 @@ type SeriesRow<'a> = Row<'a, GridObserver>;
 /// A term of the momentum budget [N s].
 fn of_budget<T: Into<Value>>(row: &SeriesRow<'_>, value: impl FnOnce(&MomentumBudget) -> T) -> Value {
     row.observer.momentum.as_ref().map(value).into()
+}
+
+/// A term of the stored momentum [N s].
+fn of_stored(row: &SeriesRow<'_>, value: impl FnOnce(&StoredMomentum) -> Real) -> Value {
+    of_budget(row, |budget| value(&StoredMomentum::from_terms(budget.stored().map(|(_, term)| term))))
+}
+
+/// An impulse since the start [N s].
+fn of_impulses(row: &SeriesRow<'_>, value: impl FnOnce(&Impulses) -> Real) -> Value {
+    of_budget(row, |budget| value(&Impulses::from_terms(budget.impulses().map(|(_, impulse)| impulse))))
 }
 
 /// A measure of the crater; missing where there is none.
@@ -90,50 +100,44 @@ pub(in crate::recorder) const SERIES: &[SeriesCell<GridObserver>] = &[
         row.grains.with_bed(|bed| bed_profile::motion(bed).largest_speed).into()
     }),
     quantity("momentum_liquid_3", "N s", "momentum of the liquid along x3", |row| {
-        of_budget(row, |budget| budget.stored_term("liquid").z)
+        of_stored(row, |stored| stored.liquid.z)
     }),
-    quantity("momentum_gas_3", "N s", "momentum of the gas along x3", |row| {
-        of_budget(row, |budget| budget.stored_term("gas").z)
-    }),
+    quantity("momentum_gas_3", "N s", "momentum of the gas along x3", |row| of_stored(row, |stored| stored.gas.z)),
     quantity("momentum_grains_3", "N s", "momentum of the grains along x3", |row| {
-        of_budget(row, |budget| budget.stored_term("grains").z)
+        of_stored(row, |stored| stored.grains.z)
     }),
     quantity("momentum_displaced_3", "N s", "momentum of the fluid that grains displace", |row| {
-        of_budget(row, |budget| budget.stored_term("displaced").z)
+        of_stored(row, |stored| stored.displaced.z)
     }),
     quantity("momentum_owed_3", "N s", "impulse of the fluid that the grains have yet to receive", |row| {
-        of_budget(row, |budget| budget.stored_term("deferred_to_grains").z)
+        of_stored(row, |stored| stored.deferred_to_grains.z)
     }),
     quantity("impulse_walls_on_fluid_3", "N s", "impulse of the walls on the fluid along x3 since the start", |row| {
-        of_budget(row, |budget| budget.impulse("walls_on_fluid").z)
+        of_impulses(row, |impulses| impulses.walls_on_fluid.z)
     }),
     quantity("impulse_walls_on_grains_3", "N s", "impulse of the walls on the grains along x3", |row| {
-        of_budget(row, |budget| budget.impulse("walls_on_grains").z)
+        of_impulses(row, |impulses| impulses.walls_on_grains.z)
     }),
     quantity("impulse_gravity_3", "N s", "impulse of gravity on fluid and grains along x3", |row| {
-        of_budget(row, |budget| (budget.impulse("gravity_on_fluid") + budget.impulse("gravity_on_grains")).z)
+        of_impulses(row, |impulses| (impulses.gravity_on_fluid + impulses.gravity_on_grains).z)
     }),
     quantity("impulse_swallowed_3", "N s", "momentum brought by the fluid that grains displace", |row| {
-        of_budget(row, |budget| budget.impulse("displaced_mass_flux").z)
+        of_impulses(row, |impulses| impulses.displaced_mass_flux.z)
     }),
     quantity(
         "impulse_open_sides_3",
         "N s",
         "momentum through open sides along x3, that of clipped liquid included",
-        |row| of_budget(row, |budget| budget.impulse("open_sides").z),
+        |row| of_impulses(row, |impulses| impulses.open_sides.z),
     ),
     quantity("impulse_held_grains_3", "N s", "impulse on grains that are held, along x3", |row| {
-        of_budget(row, |budget| budget.impulse("held_grains").z)
+        of_impulses(row, |impulses| impulses.held_grains.z)
     }),
     quantity(
         "impulse_other_forces_3",
         "N s",
         "impulse of the forces on the fluid other than gravity along x3",
-        |row| {
-            of_budget(row, |budget| {
-                budget.impulses().skip(Impulses::WITH_GRAVITY).map(|(_, impulse)| impulse.z).sum::<Real>()
-            })
-        },
+        |row| of_impulses(row, |impulses| impulses.other_forces.iter().map(|impulse| impulse.z).sum::<Real>()),
     ),
     quantity("momentum_residual_3", "N s", "change of the momentum less all impulses", |row| {
         of_budget(row, |budget| budget.residual().z)

@@ -388,10 +388,10 @@ impl Observer for ParticleObserver {
             );
         }
         let impulses = self.momentum.impulses();
-        let named: Map<String, serde_json::Value> = ParticleImpulses::NAMES
+        let named: Map<String, serde_json::Value> = ParticleImpulses::TERMS
             .into_iter()
             .zip(impulses.terms())
-            .map(|(name, impulse)| (name.to_owned(), json!(impulse.to_array())))
+            .map(|((name, _), impulse)| (name.to_owned(), json!(impulse.to_array())))
             .collect();
         SummaryParts {
             particles: self.sums.particles,
