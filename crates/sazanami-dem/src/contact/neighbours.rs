@@ -2,7 +2,7 @@
 
 use sazanami_numerics::particles::BinIndex;
 use sazanami_numerics::{Real, Vector};
-use sazanami_parallel::for_each_chunk;
+use sazanami_parallel::{for_each_chunk, reduce_over};
 
 use super::block::Block;
 use super::context::ContactContext;
@@ -15,7 +15,7 @@ use super::walls::{WallContact, WallPair};
 use crate::grain::{Grains, Motion, ROWS};
 
 /// Capsule and bounding box of a grain for the list.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Bound {
     capsule: PlacedCapsule,
     /// Half extents of the capsule's box about `middle`, skin included \[m].
@@ -68,11 +68,17 @@ impl ListBuilder {
         let grains = input.grains;
         let count = grains.len();
         blocks.resize_with(count.div_ceil(ROWS), Block::default);
-        self.bounds.clear();
-        self.bounds.extend((0..count).map(|g| bound(context, grains, grains.skin[g], g)));
-        self.centres.clear();
-        self.centres.extend(self.bounds.iter().map(|b| b.middle));
-        let largest = self.bounds.iter().map(|b| b.half).fold(Vector::ZERO, Vector::max);
+        self.bounds.resize(count, Bound::default());
+        self.centres.resize(count, Vector::ZERO);
+        for_each_chunk((&mut self.bounds[..], &mut self.centres[..]), ROWS, |number, (bounds, centres)| {
+            for (n, (b, centre)) in bounds.iter_mut().zip(centres).enumerate() {
+                let g = number * ROWS + n;
+                *b = bound(context, grains, grains.skin[g], g);
+                *centre = b.middle;
+            }
+        });
+        let half = |g: usize| self.bounds[g].half;
+        let largest = reduce_over(count, half, Vector::max).unwrap_or(Vector::ZERO);
         self.bins.sort(&self.centres, 1.1 * largest.max_element().max(Real::MIN_POSITIVE));
         let (bins, bounds) = (&self.bins, &self.bounds[..]);
         for_each_chunk(&mut blocks[..], 1, |number, block| {

@@ -15,7 +15,7 @@ pub(crate) const TOUCH: Real = 1e-9;
 pub(crate) const CUT_OFF: Real = 0.1;
 
 /// A capsule in the laboratory frame or another common one: all points within `radius` of a segment \[m].
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct PlacedCapsule {
     pub start: Vector,
     pub end: Vector,

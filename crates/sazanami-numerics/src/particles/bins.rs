@@ -2,8 +2,9 @@
 
 use std::ops::Range;
 
-use sazanami_parallel::{Reduction, reduce_over};
+use sazanami_parallel::{Reduction, for_each_chunk, reduce_over};
 
+use super::columns::MANY;
 use crate::domain::Domain;
 use crate::{Real, Vector};
 
@@ -157,15 +158,15 @@ impl Bins {
     }
 
     fn starts(&self, positions: &[Vector], first: usize, starts: &mut Vec<u32>) {
-        starts.clear();
         starts.resize(self.len() + 1, 0);
-        for &x in positions {
-            starts[self.number(x) as usize + 1] += 1;
-        }
-        starts[0] = first as u32;
-        for n in 1..starts.len() {
-            starts[n] += starts[n - 1];
-        }
+        for_each_chunk(&mut starts[..], MANY, |chunk, starts| {
+            let bin = (chunk * MANY) as u32;
+            let mut at = positions.partition_point(|&x| self.number(x) < bin);
+            for (bin, start) in (bin..).zip(starts) {
+                at += positions[at..].iter().take_while(|&&x| self.number(x) < bin).count();
+                *start = (first + at) as u32;
+            }
+        });
     }
 
     /// Whether there are no bins yet.
