@@ -20,6 +20,7 @@
 use sazanami_numerics::Real;
 use sazanami_numerics::domain::{Domain, Row};
 use sazanami_numerics::grid::Field;
+use sazanami_parallel::for_each_chunk;
 
 use crate::boundary::Boundary;
 use crate::flow::Flow;
@@ -40,12 +41,12 @@ pub(crate) struct RowSet {
 }
 
 impl RowSet {
-    pub fn mark(&mut self, [n2, n3]: [usize; 2], marked: impl Fn(isize, isize) -> bool) {
+    pub fn mark(&mut self, [n2, n3]: [usize; 2], marked: impl Fn(isize, isize) -> bool + Sync) {
         self.width = n2 + 2;
-        self.marked.clear();
-        self.marked.extend(
-            (-1..=n3 as isize).flat_map(|k| (-1..=n2 as isize).map(move |j| (j, k))).map(|(j, k)| marked(j, k)),
-        );
+        self.marked.resize(self.width * (n3 + 2), false);
+        for_each_chunk(&mut self.marked[..], self.width, |k, layer| {
+            (-1..).zip(layer).for_each(|(j, row)| *row = marked(j, k as isize - 1));
+        });
     }
 
     /// Whether the row with these local indices, from -1 on, is in the set.
@@ -56,7 +57,7 @@ impl RowSet {
 
     /// The rows of cells with a solid fraction, ghosts included: the first ghost layer of `alpha` must be filled, and
     /// `covered` tells of rows of the interior.
-    pub fn covered(&mut self, domain: &Domain, alpha: &Field<Real>, covered: impl Fn(isize, isize) -> bool) {
+    pub fn covered(&mut self, domain: &Domain, alpha: &Field<Real>, covered: impl Fn(isize, isize) -> bool + Sync) {
         let [n1, n2, n3] = domain.cells();
         self.mark([n2, n3], |j, k| {
             if (0..n2 as isize).contains(&j) && (0..n3 as isize).contains(&k) && covered(j, k) {
