@@ -86,7 +86,6 @@ pub fn conjugate_isolated() -> Result<Vec<Measured>, String> {
         row(&format!("vortices, radius {name}: rms error of the velocity"), vortices.velocity);
     }
     let square = experiments::turning_patch(50, 2.0, scheme).map_err(said)?;
-    row("square: pressure in the middle after the first step, of rho w^2 L^2", square.pressure);
     row("square: kinetic energy at t w = 2 over that at the start", square.energy[0]);
     row("square: largest kinetic energy over that at the start", square.energy[1]);
     row("square: angular momentum at t w = 2 over that at the start", square.angular_momentum);
