@@ -109,6 +109,7 @@ fn grain_phase(domain: &Domain, tank: &Tank, grains: &[Grain]) -> Result<GrainPh
     let coupling = Coupling {
         drag: DragParameters::recommended(1000.0, 1e-3),
         smoothing: 3.0 * SPACING,
+        reach: 1.0,
         least_void: 0.3,
         implicit_pressure_force: true,
         exchange: DragExchange::Lagged,

@@ -19,6 +19,9 @@ const LARGEST_GRAIN: Real = 0.25;
 /// bed of void fraction 0.4.
 const LAGGED_LEAST: Real = 1.8;
 
+/// Least radius within which grains read the water, in particle spacings: that of the narrowest scheme.
+const LEAST_REACH: Real = 2.1;
+
 /// What has to fit together for moving particles.
 pub fn check(case: &Case, cx: &mut Context<'_>) {
     if case.solver == Solver::Mics {
@@ -53,7 +56,8 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
     check_light_grains(case, cx);
     warn_of_glued_beds(case, cx);
     check_smoothing(case, cx);
-    check_conjugate(case, cx, particles);
+    check_conjugate(cx, particles);
+    check_reach(case, cx, particles);
     warn_of_shifting(cx, particles);
     check_lattice(case, cx, particles);
     if let Some(TankMotion::File { curve, .. }) = case.frame.as_ref().and_then(|frame| frame.motion.as_ref())
@@ -141,8 +145,8 @@ fn check_spheres(case: &Case, cx: &mut Context<'_>) {
     }
 }
 
-/// The conjugate projection has a least radius and no grains.
-fn check_conjugate(case: &Case, cx: &mut Context<'_>, particles: &Particles) {
+/// The conjugate projection has a least radius.
+fn check_conjugate(cx: &mut Context<'_>, particles: &Particles) {
     if particles.projection != Projection::Conjugate {
         return;
     }
@@ -151,14 +155,19 @@ fn check_conjugate(case: &Case, cx: &mut Context<'_>, particles: &Particles) {
         cx.report
             .error_at(span, format!("`radius` is below {CONJUGATE_RADIUS}, the least of `projection = \"conjugate\"`"))
             .label(format!("with {} water on a lattice does not stay at rest", particles.radius))
-            .help(format!("write `radius = {CONJUGATE_RADIUS}`, or leave out `projection`"));
+            .help(format!("write `radius = {CONJUGATE_RADIUS}`, or `projection = \"enhanced\"`"));
     }
-    if !case.grains.is_empty() {
-        let span = cx.places.at("particles.projection");
+}
+
+/// Grains read several particles of water.
+fn check_reach(case: &Case, cx: &mut Context<'_>, particles: &Particles) {
+    let reach = case.overlap.reach * particles.radius;
+    if reach < LEAST_REACH * (1.0 - 1e-9) {
+        let span = cx.places.of("overlap.reach");
         cx.report
-            .error(span, "`projection = \"conjugate\"` knows no grains")
-            .label("water that a moving bed stirs stays too dense (docs/decisions/0018-scheme-of-moving-particles.md)")
-            .help("leave out `projection`, or the grains");
+            .error_at(span, format!("`reach` is below {LEAST_REACH} spacings: grains would read too few particles"))
+            .label(format!("{} of `particles.radius` are {} spacings", case.overlap.reach, rounded(reach)))
+            .help(format!("take {} at least", rounded_within(LEAST_REACH / particles.radius, 1.0)[0]));
     }
 }
 

@@ -114,7 +114,15 @@ fn failure(step: &Context<'_>, particles: &Particles, new: &Motion, a: usize) ->
     (speed > COMPRESSIBLE).then_some(StepError::TooFast { id, speed, position })
 }
 
-/// Stores the new state, with fluid particles clipped to the box; returns the number of clipped particles of all ranks.
+/// Fluid particles of all ranks that were put back into the box.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Clipped {
+    pub count: usize,
+    /// Energy that this gave them, kinetic and potential \[J].
+    pub work: Real,
+}
+
+/// Stores the new state, with fluid particles clipped to the box.
 ///
 /// # Errors
 /// [`StepError`] for the first particle of a rank with a value that is not finite, or a displacement or speed out of
@@ -124,7 +132,7 @@ pub(crate) fn finalise(
     tank: &Tank,
     new: &Motion,
     particles: &mut Particles,
-) -> Result<usize, StepError> {
+) -> Result<Clipped, StepError> {
     let Context { domain, periods, .. } = *step;
     let spacing = step.settings.fluid.spacing;
     let owned = particles.owned;
@@ -134,8 +142,11 @@ pub(crate) fn finalise(
         (x, u, moved)
     };
     let one = |is: bool| if is { 1.0 } else { 0.0 };
-    let [failed, count] =
-        sum_of(owned, |a| [one(failure(step, particles, new, a).is_some()), one(clipped(particles.kind[a], a).2)]);
+    let [failed, count, work] = sum_of(owned, |a| {
+        let (x, u, moved) = clipped(particles.kind[a], a);
+        let change = if moved { energy_change(step, [new.position[a], x], [new.velocity[a], u]) } else { 0.0 };
+        [one(failure(step, particles, new, a).is_some()), one(moved), change]
+    });
     let first = if failed > 0.0 { (0..owned).find_map(|a| failure(step, particles, new, a)) } else { None };
     domain.agree(first.map_or(Ok(()), Err))?;
     let Particles { kind, position, velocity, .. } = particles;
@@ -149,5 +160,12 @@ pub(crate) fn finalise(
             }
         }
     });
-    Ok(domain.sum([count])[0] as usize)
+    let [count, work] = domain.sum([count, work]);
+    Ok(Clipped { count: count as usize, work: step.particle_mass() * work })
+}
+
+/// Change of the energy per mass between two places \[m] and velocities [m/s] [J/kg].
+fn energy_change(step: &Context<'_>, place: [Vector; 2], velocity: [Vector; 2]) -> Real {
+    let [before, after] = velocity.map(Vector::length_squared);
+    0.5 * (after - before) - step.forcing.body_force.dot(place[1] - place[0])
 }

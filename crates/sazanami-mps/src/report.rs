@@ -6,6 +6,7 @@ use sazanami_numerics::{Real, Vector};
 use crate::free_surface::SurfaceReport;
 use crate::grains::CouplingReport;
 use crate::momentum::FluidImpulses;
+use crate::motion::Clipped;
 use crate::pressure::PressureReport;
 use crate::shifting_by_strain::ShiftReport;
 use crate::stabilisation::StabilisationReport;
@@ -66,6 +67,8 @@ pub struct StepReport {
     pub collisions: usize,
     /// Particles clipped to the box.
     pub clipped: usize,
+    /// Energy that this gave them, kinetic and potential \[J].
+    pub clipping_work: Real,
     /// Largest speed of the fluid [m/s].
     pub largest_speed: Real,
     /// Pairs in the neighbour lists.
@@ -83,6 +86,10 @@ pub struct StepReport {
 impl StepReport {
     pub(crate) fn set_surface(&mut self, found: &SurfaceReport) {
         (self.isolated, self.surface, self.strain) = (found.isolated, found.surface, found.strain);
+    }
+
+    pub(crate) fn set_clipped(&mut self, found: Clipped) {
+        (self.clipped, self.clipping_work) = (found.count, found.work);
     }
 
     pub(crate) fn set_shift(&mut self, found: &ShiftReport) {

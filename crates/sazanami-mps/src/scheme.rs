@@ -103,6 +103,9 @@ impl Default for Stabilisation {
 /// does not stay at rest.
 pub const CONJUGATE_RADIUS: Real = 2.6;
 
+/// Radius of influence of [`Projection::Enhanced`] over the particle spacing that its constants were found with.
+pub const ENHANCED_RADIUS: Real = 3.1;
+
 /// The enhancements in use and their parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scheme {
@@ -144,7 +147,7 @@ impl Default for Scheme {
         Self {
             projection: Projection::Enhanced,
             weight: Wendland::C2,
-            radius: 3.1,
+            radius: ENHANCED_RADIUS,
             source: SourceForm::HigherOrder,
             surface_pressure: SurfacePressure::Predicted,
             surface_test: SurfaceForm::Density,
@@ -161,6 +164,12 @@ impl Default for Scheme {
 }
 
 impl Scheme {
+    /// The conjugate projection with a radius of influence, over the particle spacing.
+    #[must_use]
+    pub fn conjugate(radius: Real) -> Self {
+        Self { projection: Projection::Conjugate, radius, ..Self::default() }
+    }
+
     /// Source of the pressure equation [1/s]: the `predicted` rate of compression plus the error-compensating terms
     /// (Khayyer & Gotoh 2011), from the rate of compression and the volume strain (`error`) at the start of the step;
     /// `time` is the flow time scale \[s].

@@ -38,6 +38,7 @@ fn tank(scheme: Scheme) -> Solver {
     let coupling = Coupling {
         drag: DragParameters::recommended(1000.0, 1e-3),
         smoothing: 3.0 * SPACING,
+        reach: 1.0,
         least_void: 0.3,
         implicit_pressure_force: true,
         exchange: DragExchange::Lagged,

@@ -88,6 +88,8 @@ pub const CASES: &[Case] = &[
     case!("mps-conjugate-wave", moving_particles::conjugate_wave),
     case!("mps-conjugate-still", moving_particles::conjugate_still),
     case!("mps-conjugate-dam-break", moving_particles::conjugate_dam_break),
+    case!("mps-conjugate-isolated", moving_particles::conjugate_isolated),
+    case!("mps-conjugate-bed", moving_particles::conjugate_bed),
     case!("mps-frames", moving_particles::frames),
     case!("mps-frames-bed", moving_particles::frames_with_bed),
     case!("both-dam-break", both::dam_break),

@@ -44,7 +44,7 @@ fn void_fractions_know_walls_and_motion() {
 
 #[test]
 fn a_bed_resists_as_ergun_says() {
-    let found = seepage(0.5, 0.8, 0.04).unwrap();
+    let found = seepage(Scheme::default(), 0.5, 0.8, 0.04).unwrap();
     assert!((found.ergun(3) - 1.0).abs() < 0.03, "{found:?}");
     // Negative control: another power of eps.
     assert!((found.ergun(2) - 1.0).abs() > 0.3);

@@ -19,6 +19,7 @@ use sazanami::run;
 use sazanami::stop::Stop;
 use sazanami::tanks;
 use sazanami_io::checkpoint::{CheckpointReader, CheckpointWriter};
+use sazanami_mps::scheme::Projection;
 use sazanami_numerics::Real;
 
 use support::{Left, Listener, On, Scratch, Table, go_on, load, start};
@@ -374,6 +375,34 @@ fn evaluated_otherwise(folder: &Path) {
 }
 
 #[test]
+fn the_projection_suits_the_case_and_the_radius_the_projection() {
+    let dam = include_str!("../../../cases/both/dam-break.toml");
+    let of = |text: &str, change: &[&str]| {
+        let case = load(text, change).case;
+        // The copy of a case means the same, keys that have no effect left out.
+        let again = load(&resolved::write(&case, Paths::AsGiven), &[]);
+        assert_eq!(again.case, case, "{change:?}");
+        assert!(!again.warnings.render(&again.source, false).contains("no effect"), "{change:?}");
+        let Some(particles) = case.particles else { panic!("moving particles") };
+        (particles.projection, particles.radius)
+    };
+    let (conjugate, enhanced) = (Projection::Conjugate, Projection::Enhanced);
+    assert_eq!(of(dam, &[]), (conjugate, 2.6));
+    assert_eq!(of(dam, &["particles.radius=3.1"]), (conjugate, 3.1));
+    for change in ["particles.projection=enhanced", "particles.source=corrected", "particles.shifting=0.5"] {
+        assert_eq!(of(dam, &[change]), (enhanced, 3.1), "{change}");
+    }
+    assert_eq!(of(&format!("preset = \"paper_literal\"\n{dam}"), &[]), (enhanced, 3.1));
+    assert_eq!(of(TANK, &[]), (enhanced, 3.1));
+    assert_eq!(of(TANK, &["particles.projection=conjugate"]), (conjugate, 2.6));
+    let both = load(dam, &["particles.projection=conjugate", "particles.shifting=0.5"]);
+    assert!(both.warnings.render(&both.source, false).contains("`shifting` has no effect"));
+    let narrow = case::parse(Path::new("dam.toml"), dam, &["particles.radius=2.1".to_owned()]);
+    let message = narrow.expect_err("too narrow").to_string();
+    assert!(message.contains("is below 2.6") && message.contains("`projection = \"enhanced\"`"), "{message}");
+}
+
+#[test]
 fn resolved_tanks_mean_the_same() {
     let first = load(TANK, &["frame.motion.walls=moving", "particles.dt=0.1 ms", "overlap.forchheimer=0.55"]).case;
     assert_eq!(first.solver, Solver::Mps);
@@ -412,11 +441,12 @@ fn wrong_tanks_are_refused_with_a_reason() {
         ),
         (vec!["particles.radius=1.9".into()], "has to lie between 2.1 and 3.6"),
         (vec!["particles.radius=3.7".into()], "has to lie between 2.1 and 3.6"),
-        (vec!["particles.projection=conjugate".into()], "knows no grains"),
         (
             vec!["particles.projection=conjugate".into(), "particles.radius=2.5".into()],
             "is below 2.6, the least of `projection = \"conjugate\"`",
         ),
+        (vec!["overlap.reach=0.6".into()], "is below 2.1 spacings"),
+        (vec!["overlap.reach=1.5".into()], "has to lie between 0.5 and 1"),
         (vec!["boundary.x1=slip".into()], "walls of moving particles are all alike"),
         (
             vec!["boundary.x1_lower={ inflow = { velocity = [\"1 m/s\",\"0 m/s\",\"0 m/s\"] } }".into()],

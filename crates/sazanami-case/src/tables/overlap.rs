@@ -35,6 +35,10 @@ pub struct Overlap {
     #[key(unit = "m", range = Positive, default = suited_smoothing(&cx.known.grains),
           says = "3 mean diameters, at least 2.5 of the largest")]
     pub smoothing: Real,
+    /// Radius R_c within which a grain reads velocity and pressure gradient of the water and gives its drag back, over
+    /// `particles.radius`; 2.1 spacings at least.
+    #[key(range = Between(0.5, 1.0), default = 1.0)]
+    pub reach: Real,
     /// Least void fraction; smaller ones are cut, and counted.
     #[key(range = Between(0.05, 1.0), default = 0.3)]
     pub least_void: Real,

@@ -20,7 +20,7 @@ use crate::boundary::{Tank, WallFriction};
 use crate::context::{Context, Motion};
 use crate::free_surface;
 use crate::grains::{GrainPhase, VoidReport};
-use crate::matrix::{Block, CLOSE_RADIUS, Layout};
+use crate::matrix::{Block, CLOSE_RADIUS, Layout, Row};
 use crate::moments::Symmetric;
 use crate::momentum::FluidImpulses;
 use crate::neighbours::ROWS;
@@ -148,6 +148,29 @@ impl Columns {
         for_each_chunk(&mut rows[..owned], ROWS, |number, rows| {
             for (row, entry) in rows.iter_mut().enumerate().filter(|(_, entry)| entry.diagonal > 0.0) {
                 entry.beside_surface = outside(blocks, number * ROWS + row);
+            }
+        });
+        self.close_inside_beds(step, &mut equation.rows[..owned]);
+    }
+
+    /// Takes missing neighbours out of the rows between grains that see no surface, where there is one: disorder and sizes
+    /// that differ would let the pressure leak, and the water becomes denser until nothing seems to be missing. In clear
+    /// water the leak is small, and tilted water is stiller with it.
+    fn close_inside_beds(&self, step: &Context<'_>, rows: &mut [Row]) {
+        if self.voids.bulk().clear {
+            return;
+        }
+        let sees = |row: &Row| if row.beside_surface { 1.0 } else { 0.0 };
+        if step.domain.max(largest(rows.len(), |a| sees(&rows[a])).max(0.0)) == 0.0 {
+            return;
+        }
+        let (sums, inverse_void) = (&self.sums[..], self.voids.bulk().inverse_void);
+        for_each_chunk(rows, ROWS, |number, rows| {
+            for (row, entry) in rows.iter_mut().enumerate().filter(|(_, entry)| !entry.beside_surface) {
+                let a = number * ROWS + row;
+                if inverse_void[a] > 1.0 {
+                    entry.diagonal = sums[a][3];
+                }
             }
         });
     }
@@ -396,7 +419,7 @@ impl Columns {
         let kind = &particles.kind[..];
         self.ways.resize(particles.owned, Vector::ZERO);
         let ways = &mut self.ways[..];
-        shift::find_ways(step, kind, surroundings, rate, second, ways);
+        shift::find_ways(step, kind, (surroundings, size), rate, second, ways);
         let ways = &*ways;
         for_each_chunk(&mut self.new.position[..particles.owned], ROWS, |number, position| {
             position.iter_mut().zip(&ways[number * ROWS..]).for_each(|(x, way)| *x += *way);

@@ -10,27 +10,27 @@ use crate::particles::{Kind, Role};
 
 /// Way over that of a diffusion number `rate dt`, times 1.5 as drops and vortices need it.
 const SHARE: Real = 2.0 * 1.5;
-/// Longest way in a step over the spacing.
+/// Longest way in a step over the spacing of the particles there.
 const LONGEST: Real = 0.05;
 
-/// Ways of the own fluid particles for their `rate` of strain [1/s] \[m]; those at the surface and those with one of these
-/// near (`second`) move along it alone, isolated ones not.
+/// Ways of the own fluid particles for their `rate` of strain [1/s] \[m] and the `size` of their spacing over that of clear
+/// water; those at the surface and those with one of these near (`second`) move along it alone, isolated ones not.
 pub(crate) fn find_ways(
     step: &Context<'_>,
     kind: &[Kind],
-    surroundings: &[Surroundings],
+    (surroundings, size): (&[Surroundings], &[Real]),
     rate: impl Fn(usize) -> Real + Sync,
     second: impl Fn(usize) -> bool + Sync,
     ways: &mut [Vector],
 ) {
     let spacing = step.settings.fluid.spacing;
-    let (longest, factor) = (LONGEST * spacing, SHARE * spacing * spacing * step.dt);
     let way = |a: usize| {
         let Surroundings { drift, normal, role, .. } = surroundings[a];
         if kind[a] != Kind::Fluid || role == Role::Inactive {
             return Vector::ZERO;
         }
-        let whole = (factor * rate(a) * drift).clamp_length_max(longest);
+        let spacing = spacing * size[a];
+        let whole = (SHARE * spacing * spacing * step.dt * rate(a) * drift).clamp_length_max(LONGEST * spacing);
         let along = role == Role::Dirichlet || second(a);
         if along { whole - whole.dot(normal) * normal } else { whole }
     };

@@ -27,7 +27,8 @@ impl GrainPhase {
         }
         let Context { domain, kernel, .. } = *step;
         let particle_mass = step.particle_mass();
-        let Self { engine, shared, impulses, .. } = self;
+        let Self { engine, coupling, shared, impulses, .. } = self;
+        let reach = coupling.reach * kernel.weight.radius;
         let grains = engine.grains();
         set_column(shared, grains.len(), |g| {
             if g >= grains.owned() {
@@ -48,10 +49,10 @@ impl GrainPhase {
         });
         let shared = &shared[..];
         // Which ghosts are known beyond the radius is arbitrary.
-        let near = engine.vicinity(domain, kernel.weight.radius);
+        let near = engine.vicinity(domain, reach);
         impulses.fill(
             domain,
-            kernel.weight.radius,
+            reach,
             shared.len(),
             |g| Some(Vector::from_slice(&shared[g][..3])).filter(|&place| near.contains(place)),
             |a, b| {

@@ -17,7 +17,7 @@ use crate::ghosts::Ghosts;
 use crate::neighbours::ROWS;
 use crate::particles::{Kind, Particles};
 use crate::reductions::{set_column, sum_of};
-use crate::scheme::Kernel;
+use crate::weight::{Calibration, Weight};
 
 /// Sum of weights over n0 above which a grain is fully wet.
 const WET: Real = 0.5;
@@ -35,10 +35,10 @@ struct Fluid<'a> {
 
 impl Fluid<'_> {
     /// Sorts the fluid particles into bins, in their present order.
-    fn put_into(&self, binned: &mut Binned<10>, domain: &Domain, kernel: &Kernel) {
+    fn put_into(&self, binned: &mut Binned<10>, domain: &Domain, radius: Real) {
         binned.fill(
             domain,
-            kernel.weight.radius,
+            radius,
             self.position.len(),
             |a| (self.kind[a] == Kind::Fluid).then_some(self.position[a]),
             |a, b| a.cmp(&b),
@@ -151,8 +151,10 @@ impl GrainPhase {
         let engine = &*engine;
         let grains = engine.grains();
         set_column(diameter, grains.owned(), |g| diameter_of(engine, g));
-        let whole = WET * kernel.sums.number_density;
-        fluid.put_into(binned, domain, kernel);
+        let reach = Weight { radius: coupling.reach * kernel.weight.radius, ..kernel.weight };
+        let full = Calibration::new(&reach, kernel.scheme.laplacian, step.settings.fluid.spacing).number_density;
+        let whole = WET * full;
+        fluid.put_into(binned, domain, reach.radius);
         let (binned, sources, diameter, least) = (&*binned, &*sources, &diameter[..], coupling.least_void);
         let particle_mass = step.particle_mass();
         set_column(around, grains.owned(), |g| {
@@ -279,8 +281,8 @@ impl GrainPhase {
         let Particles { kind, gradient, .. } = &*particles;
         let (position, velocity) = (&new.position, &new.velocity);
         let fluid = Fluid { kind, position, velocity, gradient, inverse_void, yields: 0.0 };
-        let Self { engine, force, fluid: binned, .. } = self;
-        fluid.put_into(binned, domain, kernel);
+        let Self { engine, coupling, force, fluid: binned, .. } = self;
+        fluid.put_into(binned, domain, coupling.reach * kernel.weight.radius);
         let binned = &*binned;
         let grains = engine.grains();
         let owned = grains.owned();

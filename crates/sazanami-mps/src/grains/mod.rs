@@ -34,6 +34,8 @@ pub struct Coupling {
     pub drag: DragParameters,
     /// Smoothing radius R_eps of the void fraction \[m].
     pub smoothing: Real,
+    /// Radius R_c within which a grain reads the fluid and gives the drag back, over that of influence, at most 1.
+    pub reach: Real,
     /// Lower bound of the void fraction.
     pub least_void: Real,
     /// Whether the pressure force on grains is that of the same step, with the acceleration of the grains in the pressure
@@ -161,6 +163,7 @@ impl GrainPhase {
         let coupling = Coupling {
             drag: DragParameters::recommended(1.0, 0.0),
             smoothing: 1.0,
+            reach: 1.0,
             least_void: 1.0,
             implicit_pressure_force: false,
             exchange: DragExchange::Lagged,

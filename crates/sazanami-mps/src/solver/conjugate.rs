@@ -88,7 +88,7 @@ impl Solver {
         report.energy = EnergyChanges { projection, relaxation, shifting };
         tank.displacement = forcing.wall_displacement;
         let before = momentum::momentum(step, particles, &columns.new.velocity);
-        report.clipped = motion::finalise(step, tank, &columns.new, particles)?;
+        report.set_clipped(motion::finalise(step, tank, &columns.new, particles)?);
         report.impulses.contact += momentum::momentum(step, particles, &particles.velocity) - before;
         report.largest_speed = motion::largest_speed(domain, particles, |_| true);
         report.pairs = columns.pairs.len();

@@ -162,7 +162,7 @@ impl Phases<'_> {
     /// The new state, clipped to the box and checked.
     pub fn finalise(&mut self, step: &Context<'_>, report: &mut StepReport) -> Result<(), StepError> {
         let Self { tank, particles, near, columns, .. } = self;
-        report.clipped = motion::finalise(step, tank, &columns.new, particles)?;
+        report.set_clipped(motion::finalise(step, tank, &columns.new, particles)?);
         report.impulses.contact += momentum::momentum(step, particles, &particles.velocity);
         report.largest_speed = motion::largest_speed(step.domain, particles, |_| true);
         report.pairs = near.neighbours.pairs;

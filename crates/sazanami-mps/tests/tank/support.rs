@@ -97,6 +97,7 @@ impl Case {
         Coupling {
             drag: DragParameters::recommended(1000.0, 1000.0 * self.viscosity),
             smoothing: 3.0 * SPACING,
+            reach: 1.0,
             least_void: 0.3,
             implicit_pressure_force: self.implicit_pressure_force,
             exchange: self.exchange,

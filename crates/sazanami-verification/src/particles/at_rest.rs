@@ -3,10 +3,10 @@
 use sazanami_numerics::{Real, Vector};
 
 use super::vessel::{DENSITY, DOWN, ExperimentError, GRAVITY, OPEN, OPEN_TOP, PERIODIC, SLAB, Vessel, WALLS};
-use super::vessel::{advance, fluid, kinetic_energy, under};
+use super::vessel::{advance, fluid, kinetic_energy, under, zero_above_surface};
 use sazanami_mps::Role;
 use sazanami_mps::pressure::hydrostatic;
-use sazanami_mps::scheme::{Projection, Scheme};
+use sazanami_mps::scheme::Scheme;
 use sazanami_mps::solver::Solver;
 
 /// Layers of water.
@@ -62,11 +62,7 @@ fn hydrostatics(solver: &Solver, body_force: Vector) -> [Real; 2] {
     let level = height / count;
     let settings = solver.settings();
     let reduced_force = solver.reduced_force(body_force);
-    // Where the pressure vanishes, over the middle of the top layer.
-    let above = match settings.scheme.projection {
-        Projection::Enhanced => 0.0,
-        Projection::Conjugate => 0.5 * settings.fluid.spacing,
-    };
+    let above = zero_above_surface(solver);
     let error = |a: usize| {
         let x = particles.position[a];
         let p = particles.pressure[a] + hydrostatic(DENSITY, reduced_force, x, settings.reference);

@@ -9,11 +9,12 @@ use super::settled_bed::{SettledBed, packed};
 use super::vessel::{
     DENSITY, DIAMETER, DOWN, ExperimentError, GRAIN_DENSITY, GRAVITY, OPEN, OPEN_TOP, PERIODIC, Vessel, WALLS,
 };
-use super::vessel::{advance, fluid, lattice, under};
+use super::vessel::{advance, fluid, lattice, under, zero_above_surface};
 use sazanami_mps::boundary::WallFriction;
 use sazanami_mps::filling;
 use sazanami_mps::grains::{DragParameters, GrainPhase, Voids, volume};
 use sazanami_mps::pressure::hydrostatic;
+use sazanami_mps::scheme::Scheme;
 use sazanami_mps::solver::{FluidParticle, Forcing, Solver};
 use sazanami_mps::weight::{Calibration, Weight};
 use sazanami_mps::{Kind, Role};
@@ -139,11 +140,11 @@ pub struct Falling {
 ///
 /// # Errors
 /// [`ExperimentError`] if a step fails.
-pub fn falling_grain(spacing: Real, density: Real, end: Real) -> Result<Falling, ExperimentError> {
+pub fn falling_grain(scheme: Scheme, spacing: Real, density: Real, end: Real) -> Result<Falling, ExperimentError> {
     let d = DIAMETER;
     let size = [20.0, 20.0, 60.0].map(|n: Real| (n / spacing).round() as usize);
     let mut vessel = Vessel::new(size, spacing * d, [WALLS, WALLS, OPEN_TOP]).filled([size[0], size[1], size[2] - 3]);
-    vessel.diameter = d;
+    (vessel.diameter, vessel.scheme) = (d, scheme);
     vessel.longest = 5e-4;
     let start = Vector::new(10.13 * d, 9.88 * d, (size[2] - 3) as Real * spacing * d - 8.0 * d);
     vessel.grains = vec![Grain::new(0, density, start)];
@@ -223,11 +224,11 @@ impl Seepage {
 ///
 /// # Errors
 /// [`ExperimentError`] if a step fails.
-pub fn seepage(eps: Real, force: Real, end: Real) -> Result<Seepage, ExperimentError> {
+pub fn seepage(scheme: Scheme, eps: Real, force: Real, end: Real) -> Result<Seepage, ExperimentError> {
     let d = DIAMETER;
     let size = [10, 8, 10];
     let mut vessel = Vessel::new(size, d, [PERIODIC, PERIODIC, WALLS]);
-    vessel.friction = WallFriction::Slip;
+    (vessel.friction, vessel.scheme) = (WallFriction::Slip, scheme);
     vessel.longest = 2e-4;
     // As many cells of two grains as the solid volume asks for.
     let grains = (1.0 - eps) * (vessel.upper / d).element_product() / (PI / 6.0);
@@ -298,14 +299,14 @@ pub struct RestingBed {
 /// # Errors
 /// [`ExperimentError`] if a step fails.
 pub fn resting_bed(
+    scheme: Scheme,
     size: [usize; 2],
-    layers: Real,
-    water: Real,
+    [layers, water]: [Real; 2],
     tilt: Real,
     seconds: Real,
 ) -> Result<RestingBed, ExperimentError> {
     let d = DIAMETER;
-    let bed = SettledBed { size, layers, water, tilt, ..SettledBed::default() };
+    let bed = SettledBed { scheme, size, layers, water, tilt, ..SettledBed::default() };
     let (mut solver, depth) = (bed.solver()?, bed.depth());
     let force = Vector::new(tilt * GRAVITY, 0.0, -GRAVITY);
     let submerged: Real = {
@@ -377,11 +378,11 @@ fn pressure_error(solver: &Solver, force: Vector, depth: Real) -> Real {
         level += up.dot(particles.position[a]);
         count += 1.0;
     }
-    let level = level / Real::max(count, 1.0);
-    let weight = DENSITY * force.length();
+    let level = level / Real::max(count, 1.0) + zero_above_surface(solver);
+    let (weight, reduced) = (DENSITY * force.length(), solver.reduced_force(force));
     let error = |a: usize| {
         let x = particles.position[a];
-        let p = particles.pressure[a] + hydrostatic(DENSITY, force, x, reference);
+        let p = particles.pressure[a] + hydrostatic(DENSITY, reduced, x, reference);
         (p - weight * (level - up.dot(x))).abs()
     };
     fluid(solver).map(error).fold(0.0, Real::max) / (weight * depth)

@@ -1,10 +1,10 @@
-//! Flows without walls: decaying vortices, a turning patch.
+//! Flows without walls: decaying vortices, a turning patch, drops that collide.
 
 use std::f64::consts::PI;
 
 use sazanami_numerics::{Real, Vector};
 
-use super::vessel::{DENSITY, ExperimentError, OPEN, PERIODIC, SLAB, Vessel, advance, fluid, under};
+use super::vessel::{DENSITY, ExperimentError, OPEN, PERIODIC, SLAB, Vessel, advance, fluid, kinetic_energy, under};
 use sazanami_mps::Role;
 use sazanami_mps::scheme::Scheme;
 
@@ -76,6 +76,8 @@ pub struct TurningPatch {
     pub splashes: Real,
     /// Distance of the farthest particle from the axis at the end over the side.
     pub reach: Real,
+    /// Kinetic energy at the end, and the largest, over that at the start.
+    pub energy: [Real; 2],
     /// Pairs of particles nearer than half a spacing, over all steps.
     pub collisions: usize,
 }
@@ -104,6 +106,7 @@ pub fn turning_patch(count: usize, end: Real, scheme: Scheme) -> Result<TurningP
         x.z * u.x - x.x * u.z
     };
     let [before] = solver.sum_over_fluid(|p, a| [momentum(p, a)]);
+    let first = kinetic_energy(&solver);
     let dt = solver.stable_step(Vector::ZERO).dt;
     solver.step(dt, &under(Vector::ZERO)(0.0, dt), |_| ())?;
     let [sum, weight] = solver.sum_over_fluid(|p, a| {
@@ -112,8 +115,12 @@ pub fn turning_patch(count: usize, end: Real, scheme: Scheme) -> Result<TurningP
         [inside * p.pressure[a], inside]
     });
     let pressure = sum / weight / DENSITY;
-    let mut collisions = 0;
-    advance(&mut solver, [dt, end], under(Vector::ZERO), |_, _, report| collisions += report.collisions)?;
+    let (mut collisions, mut energy) = (0, [1.0; 2]);
+    advance(&mut solver, [dt, end], under(Vector::ZERO), |_, solver, report| {
+        collisions += report.collisions;
+        energy[0] = kinetic_energy(solver) / first;
+        energy[1] = energy[1].max(energy[0]);
+    })?;
     let particles = solver.particles();
     let distance = |a: usize| ((particles.position[a] - centre) * Vector::new(1.0, 0.0, 1.0)).length();
     let reach = fluid(&solver).map(distance).fold(0.0, Real::max);
@@ -124,7 +131,7 @@ pub fn turning_patch(count: usize, end: Real, scheme: Scheme) -> Result<TurningP
     });
     let [angular_momentum, angular_momentum_of_fewer] = [after, after_of_fewer].map(|sum| sum / before);
     let splashes = alone / all;
-    Ok(TurningPatch { pressure, angular_momentum, angular_momentum_of_fewer, splashes, reach, collisions })
+    Ok(TurningPatch { pressure, angular_momentum, angular_momentum_of_fewer, splashes, reach, energy, collisions })
 }
 
 /// Pressure in the middle of a turning square over `rho w^2 L^2` (Colagrossi 2005), from its double series.
@@ -136,4 +143,54 @@ pub fn turning_patch_pressure() -> Real {
         -32.0 / (m * n * PI * PI * (n * n + m * m) * PI * PI) * sign(m) * sign(n)
     };
     odd().map(|m| odd().map(|n| term(m, n)).sum::<Real>()).sum()
+}
+
+/// What two drops keep that collide off their centres; nothing but themselves acts on them.
+#[derive(Clone, Copy, Debug)]
+pub struct CollidedDrops {
+    /// Kinetic energy at the end, and the largest, over that at the start.
+    pub energy: [Real; 2],
+    /// Largest momentum over the sum of the first momenta of both.
+    pub momentum: Real,
+    /// Angular momentum at the end over that at the start.
+    pub angular_momentum: Real,
+    /// The same without every tenth particle.
+    pub angular_momentum_of_fewer: Real,
+}
+
+/// Two round drops of unit radius, `across` particles to it and 7 thick, that meet with unit speeds, their paths a radius
+/// apart, until `t = end`.
+///
+/// # Errors
+/// [`ExperimentError`] if a step fails.
+pub fn colliding_drops(across: usize, end: Real, scheme: Scheme) -> Result<CollidedDrops, ExperimentError> {
+    let spacing = 1.0 / across as Real;
+    let size = [10 * across, SLAB, 8 * across];
+    let mut vessel = Vessel::new(size, spacing, [OPEN, PERIODIC, OPEN]).filled(size);
+    let middle = Vector::new(5.0, 0.0, 4.0);
+    let away = Vector::new(1.0 + spacing, 0.0, 0.5);
+    let flat = Vector::new(1.0, 0.0, 1.0);
+    let is_in = |x: Vector, side: Real| ((x - middle - side * away) * flat).length() < 1.0;
+    vessel.fluid.retain(|particle| is_in(particle.position, 1.0) || is_in(particle.position, -1.0));
+    (vessel.scheme, vessel.viscosity, vessel.longest) = (scheme, 0.0, 0.15 * spacing);
+    vessel.set_velocity(|x| if x.x < middle.x { Vector::X } else { -Vector::X });
+    let mut solver = vessel.solver()?;
+    let turning = |p: &sazanami_mps::Particles, a: usize| {
+        let (x, u) = (p.position[a] - middle, p.velocity[a]);
+        x.z * u.x - x.x * u.z
+    };
+    let [before, speeds] = solver.sum_over_fluid(|p, a| [turning(p, a), p.velocity[a].length()]);
+    let (first, scale) = (kinetic_energy(&solver), speeds * solver.particle_mass());
+    let (mut energy, mut momentum) = ([1.0; 2], 0.0);
+    advance(&mut solver, [0.0, end], under(Vector::ZERO), |_, solver, _| {
+        energy[0] = kinetic_energy(solver) / first;
+        energy[1] = energy[1].max(energy[0]);
+        momentum = Real::max(momentum, solver.fluid_momentum().length() / scale);
+    })?;
+    let sums = solver.sum_over_fluid(|p, a| {
+        let turning = turning(p, a);
+        [turning, if p.id[a] % 10 == 0 { 0.0 } else { turning }]
+    });
+    let [angular_momentum, angular_momentum_of_fewer] = sums.map(|sum| sum / before);
+    Ok(CollidedDrops { energy, momentum, angular_momentum, angular_momentum_of_fewer })
 }

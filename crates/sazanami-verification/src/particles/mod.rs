@@ -11,6 +11,7 @@ mod repose;
 mod settled_bed;
 mod vessel;
 mod viscous;
+mod watered_bed;
 mod waves;
 
 pub use at_rest::{Rest, RestSetup, falling_block, plain_pressure_gradient, rest};
@@ -19,9 +20,12 @@ pub use beds::{
 };
 pub use drop::{Ellipse, StretchedDrop, stretching_drop};
 pub use frames::{FrameDifference, frames, frames_with_bed};
-pub use interior::{TurningPatch, Vortices, taylor_green, turning_patch, turning_patch_pressure};
+pub use interior::{
+    CollidedDrops, TurningPatch, Vortices, colliding_drops, taylor_green, turning_patch, turning_patch_pressure,
+};
 pub use operators::{Operators, bulk_weighted, laplacian_by_number_density, operators};
 pub use repose::{Repose, repose};
 pub use vessel::{DENSITY, DIAMETER, DOWN, ExperimentError, GRAIN_DENSITY, GRAVITY, Vessel, advance};
 pub use viscous::{Channel, poiseuille, stokes_layer};
+pub use watered_bed::{BedSetup, WateredBed, watered_bed};
 pub use waves::{Shaking, Sloshing, StandingWave, WaveTank, sloshing, standing_wave};

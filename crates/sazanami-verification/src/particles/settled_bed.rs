@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use sazanami_dem::{Grain, Loads, Motion, Random, Substeps};
 use sazanami_mps::filling;
+use sazanami_mps::scheme::Scheme;
 use sazanami_mps::solver::{FluidParticle, Solver};
 use sazanami_numerics::{Real, Vector};
 
@@ -13,6 +14,8 @@ use super::vessel::{lattice, under};
 /// A bed that settled without water, covered by water that came to rest around held grains; lengths in diameters.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct SettledBed {
+    /// Enhancements.
+    pub scheme: Scheme,
     /// Extent in x and y.
     pub size: [usize; 2],
     /// Thickness of the bed.
@@ -42,7 +45,7 @@ impl SettledBed {
         let rise = self.rise + 0.5 * tilt.abs() * size[0] as Real;
         let high = (layers + water + rise + 6.0).ceil() as usize;
         let mut vessel = Vessel::new([size[0], size[1], high], d, [WALLS, PERIODIC, OPEN_TOP]);
-        (vessel.longest, vessel.margin) = (2e-4, self.margin);
+        (vessel.longest, vessel.margin, vessel.scheme) = (2e-4, self.margin, self.scheme);
         vessel.reference = Vector::new(0.5 * vessel.upper.x, 0.0, depth);
         vessel.grains = packed(&vessel, layers)?;
         for grain in vessel.grains.iter_mut().filter(|grain| grain.position.z < self.glued * d) {

@@ -8,7 +8,7 @@ use sazanami_numerics::{Real, Vector};
 use sazanami_mps::boundary::{Side, Tank, WallFriction};
 use sazanami_mps::grains::{Coupling, DragExchange, DragParameters, GrainPhase};
 use sazanami_mps::pressure::Tolerance;
-use sazanami_mps::scheme::{Fluid, Scheme};
+use sazanami_mps::scheme::{Fluid, Projection, Scheme};
 use sazanami_mps::solver::{FluidParticle, Forcing, Settings, SetupError, Solver, StepError, StepReport};
 use sazanami_mps::stability::StepLimits;
 
@@ -160,6 +160,7 @@ impl Vessel {
         let coupling = Coupling {
             drag: DragParameters::recommended(DENSITY, DENSITY * self.viscosity),
             smoothing: 3.0 * self.diameter,
+            reach: 1.0,
             least_void: 0.3,
             implicit_pressure_force: self.implicit_pressure_force,
             exchange: DragExchange::Lagged,
@@ -231,4 +232,12 @@ pub(super) fn kinetic_energy(solver: &Solver) -> Real {
 pub(super) fn fluid(solver: &Solver) -> impl Iterator<Item = usize> {
     let particles = solver.particles();
     (0..particles.owned()).filter(|&a| particles.is_fluid(a))
+}
+
+/// Height over the middle of the top layer at which the pressure vanishes \[m].
+pub(super) fn zero_above_surface(solver: &Solver) -> Real {
+    match solver.settings().scheme.projection {
+        Projection::Enhanced => 0.0,
+        Projection::Conjugate => 0.5 * solver.settings().fluid.spacing,
+    }
 }

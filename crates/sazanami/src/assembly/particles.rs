@@ -95,6 +95,7 @@ pub(crate) fn coupling(case: &Case) -> Coupling {
             ..DragParameters::recommended(liquid.density, liquid.viscosity)
         },
         smoothing: overlap.smoothing,
+        reach: overlap.reach,
         least_void: overlap.least_void,
         implicit_pressure_force: overlap.pressure_force == PressureForce::Implicit,
         exchange: overlap.exchange,

@@ -70,6 +70,8 @@ summed! {
         shifting_impulse: [Real; 3], "N s", "momentum that it has added: part of `fluid_residual`";
         collisions: u64, "", "pairs that collided";
         clipped: u64, "", "particles put back from a wall";
+        #[serde(default)]
+        clipping_work: Real, "J", "energy that this gave them, kinetic and potential (negative: taken from the water)";
         limited_voids: u64, "", "particles whose void fraction was raised to the least allowed";
         uncorrected_gradients: u64, "", "particles whose pressure gradient was not corrected";
         #[serde(default)]
@@ -129,6 +131,7 @@ impl ParticleTotals {
             .for_each(|(sum, impulse)| *sum += impulse);
         self.collisions += report.collisions as u64;
         self.clipped += report.clipped as u64;
+        self.clipping_work += report.clipping_work;
         self.limited_voids += report.coupling.limited_voids as u64;
         self.uncorrected_gradients += report.uncorrected_gradients as u64;
         self.tensile_cutoffs += report.tensile_cutoffs as u64;

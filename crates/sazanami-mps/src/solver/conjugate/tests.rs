@@ -159,6 +159,21 @@ fn the_pressure_force_is_the_negative_transpose_of_the_divergence() {
 }
 
 #[test]
+fn in_a_bed_neighbours_are_missing_beside_a_surface_alone() {
+    let solver = posed_between([WALLS, PERIODIC, OPEN_TOP], 2.6, |_| 0.97);
+    let (rows, sums) = (&solver.equation.rows, solver.conjugate.operators().sums);
+    let fluid = (0..solver.particles.owned).filter(|&a| solver.particles.is_fluid(a));
+    let (outer, inner): (Vec<usize>, Vec<usize>) = fluid.partition(|&a| rows[a].beside_surface);
+    assert!(inner.len() > 100 && outer.len() > 100, "{} {}", inner.len(), outer.len());
+    assert!(inner.iter().all(|&a| rows[a].diagonal == sums[a][3]));
+    assert!(outer.iter().filter(|&&a| rows[a].diagonal > 1.1 * sums[a][3]).count() >= 80);
+    // Negative control: in clear water disorder alone misses neighbours inside.
+    let clear = posed([WALLS, PERIODIC, OPEN_TOP], 2.6);
+    let (rows, sums) = (&clear.equation.rows, clear.conjugate.operators().sums);
+    assert!(inner.iter().any(|&a| rows[a].diagonal > 1.03 * sums[a][3]));
+}
+
+#[test]
 fn momentum_and_energy_of_a_step_are_what_its_parts_report() {
     for relaxation in [Real::INFINITY, 10.0] {
         let mut solver = posed([WALLS, PERIODIC, OPEN_TOP], 2.6);

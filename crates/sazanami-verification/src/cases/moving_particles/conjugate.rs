@@ -1,8 +1,9 @@
 //! The conjugate projection beside the same references.
 
 use crate::measured::{Chart, Measured};
-use crate::particles as experiments;
-use sazanami_mps::scheme::{Projection, Scheme};
+use crate::particles::{self as experiments, BedSetup};
+use sazanami_mps::scheme::Scheme;
+use sazanami_mps::stability::COURANT;
 use sazanami_numerics::Real;
 
 use super::fluid::column;
@@ -11,7 +12,7 @@ use super::waves::{drops, wave};
 
 /// The scheme with its radii.
 fn schemes() -> [Scheme; 2] {
-    [2.6, 3.1].map(|radius| Scheme { projection: Projection::Conjugate, radius, ..Scheme::default() })
+    [2.6, 3.1].map(Scheme::conjugate)
 }
 
 /// A drop that stretches.
@@ -72,4 +73,76 @@ pub fn conjugate_dam_break() -> Result<(Vec<Measured>, Vec<Chart>), String> {
         charts.push(chart);
     }
     Ok((rows, charts))
+}
+
+/// Vortices, a turning square and drops that collide.
+pub fn conjugate_isolated() -> Result<Vec<Measured>, String> {
+    let mut rows = Vec::new();
+    let mut row = |name: &str, value: Real| rows.push(Measured::new(name, value));
+    let [scheme, wider] = schemes();
+    for (name, scheme) in [("2.6", scheme), ("3.1", wider)] {
+        let vortices = experiments::taylor_green(50, COURANT, scheme).map_err(said)?;
+        row(&format!("vortices, radius {name}: rate of decay of the largest speed over exact"), vortices.decay);
+        row(&format!("vortices, radius {name}: rms error of the velocity"), vortices.velocity);
+    }
+    let square = experiments::turning_patch(50, 2.0, scheme).map_err(said)?;
+    row("square: kinetic energy at t w = 2 over that at the start", square.energy[0]);
+    row("square: largest kinetic energy over that at the start", square.energy[1]);
+    row("square: angular momentum at t w = 2 over that at the start", square.angular_momentum);
+    row("square: part of the particles that are isolated", square.splashes);
+    let without = (square.angular_momentum_of_fewer - 1.0).abs();
+    row("control, square: angular momentum without every tenth particle, off by", without);
+    let drops = experiments::colliding_drops(12, 2.0, scheme).map_err(said)?;
+    row("drops: kinetic energy at t U/R = 2 over that at the start", drops.energy[0]);
+    row("drops: largest kinetic energy over that at the start", drops.energy[1]);
+    row("drops: largest momentum over that of both", drops.momentum);
+    row("drops: angular momentum at t U/R = 2 over that at the start", drops.angular_momentum);
+    row(
+        "control, drops: angular momentum without every tenth particle, off by",
+        (drops.angular_momentum_of_fewer - 1.0).abs(),
+    );
+    Ok(rows)
+}
+
+/// A bed under deep water, held or falling together; flow through a bed; a bed that settled before.
+pub fn conjugate_bed() -> Result<Vec<Measured>, String> {
+    let [scheme, _] = schemes();
+    let mut rows = Vec::new();
+    for (name, setup) in [("held", BedSetup::held(scheme)), ("loose", BedSetup::loose(scheme))] {
+        let found = experiments::watered_bed(&setup).map_err(said)?;
+        rows.extend([
+            Measured::new(format!("{name}: largest error of the pressure less its mean, of rho g H"), found.pressure),
+            Measured::new(format!("{name}: mean error of the pressure, of rho g H"), found.mean_pressure),
+            Measured::new(format!("{name}: buoyancy over rho g V"), found.buoyancy[0]),
+            Measured::new(format!("{name}: buoyancy, rms about its mean"), found.buoyancy[1]),
+            Measured::new(format!("{name}: volume strain of the water"), found.strain[0]),
+            Measured::new(format!("{name}: volume strain, rms"), found.strain[1]),
+            Measured::new(format!("{name}: largest speed of the water, of sqrt(g H)"), found.speed[0]),
+        ]);
+        if !setup.held {
+            rows.push(Measured::new("loose: way down of its grains, in diameters", found.sunk));
+            rows.push(Measured::new("loose: rms speed of the grains at the end", found.grains));
+        }
+    }
+    let forgetful = BedSetup::loose(Scheme { relaxation: Real::INFINITY, ..scheme });
+    let found = experiments::watered_bed(&forgetful).map_err(said)?;
+    rows.push(Measured::new("control, loose: volume strain, rms, without the relaxation", found.strain[1]));
+    for (eps, force) in [(0.40, 0.8), (0.40, 3.0), (0.50, 0.8)] {
+        let found = experiments::seepage(scheme, eps, force, 0.1).map_err(said)?;
+        let name = format!("eps {eps}, {:.0} Pa/m", found.gradient);
+        rows.push(Measured::new(format!("{name}: Ergun over found"), found.ergun(3)));
+        if force == 3.0 {
+            let off = (found.ergun(4) - 1.0).abs();
+            rows.push(Measured::new(format!("control, {name}: error with eps^4"), off));
+        }
+    }
+    let settled = experiments::resting_bed(scheme, [10, 8], [10.0, 5.0], 0.0, 1.0).map_err(said)?;
+    rows.extend([
+        Measured::new("settled: largest error of the pressure, of rho g H", settled.pressure),
+        Measured::new("settled: drift of the bed's height, in diameters", settled.height.abs()),
+        Measured::new("settled: largest speed of a grain", settled.speed),
+        Measured::new("settled: force on the floor over submerged weight", settled.floor),
+        Measured::new("settled: change of the fluid's bulk volume", settled.volume.abs()),
+    ]);
+    Ok(rows)
 }

@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::particles::{self as experiments, RestingBed};
+use sazanami_mps::scheme::Scheme;
 use sazanami_numerics::Real;
 
 use super::said;
@@ -37,8 +38,9 @@ fn bed_rows(name: &str, found: &RestingBed) -> Vec<Measured> {
 
 /// A bed at rest, level and under a tilted surface.
 pub fn resting_bed() -> Result<Vec<Measured>, String> {
-    let level = experiments::resting_bed([10, 8], 10.0, 5.0, 0.0, 5.0).map_err(said)?;
-    let tilted = experiments::resting_bed([10, 8], 10.0, 5.0, 0.161, 1.0).map_err(said)?;
+    let scheme = Scheme::default();
+    let level = experiments::resting_bed(scheme, [10, 8], [10.0, 5.0], 0.0, 5.0).map_err(said)?;
+    let tilted = experiments::resting_bed(scheme, [10, 8], [10.0, 5.0], 0.161, 1.0).map_err(said)?;
     let mut rows = bed_rows("level", &level);
     rows.push(Measured::new("tilted: drift of the bed's height, in diameters", tilted.height.abs()));
     rows.push(Measured::new("tilted: largest speed of a grain", tilted.speed));
@@ -65,7 +67,8 @@ pub fn repose() -> Result<Vec<Measured>, String> {
 pub fn settling_grain() -> Result<Vec<Measured>, String> {
     let mut rows = Vec::new();
     for spacing in [1.0, 1.5, 2.0] {
-        let found = experiments::falling_grain(spacing, experiments::GRAIN_DENSITY, 0.15).map_err(said)?;
+        let found =
+            experiments::falling_grain(Scheme::default(), spacing, experiments::GRAIN_DENSITY, 0.15).map_err(said)?;
         let name = format!("l0/d {spacing}");
         rows.push(Measured::new(format!("{name}: speed after 0.15 s"), found.speed * found.expected));
         rows.push(Measured::new(format!("{name}: rms difference from one-way coupling"), found.history));
@@ -73,7 +76,8 @@ pub fn settling_grain() -> Result<Vec<Measured>, String> {
         let by_density = found.momentum_by_density;
         rows.push(Measured::new(format!("control, {name}: sum of drag with shares over n0"), by_density));
     }
-    let heavier = experiments::falling_grain(1.5, 1.1 * experiments::GRAIN_DENSITY, 0.15).map_err(said)?;
+    let heavier =
+        experiments::falling_grain(Scheme::default(), 1.5, 1.1 * experiments::GRAIN_DENSITY, 0.15).map_err(said)?;
     rows.push(Measured::new("control, l0/d 1.5: speed of a grain a tenth heavier, over", heavier.speed));
     Ok(rows)
 }
@@ -82,7 +86,7 @@ pub fn settling_grain() -> Result<Vec<Measured>, String> {
 pub fn packed_bed() -> Result<Vec<Measured>, String> {
     let mut rows = Vec::new();
     for (eps, force) in [(0.36, 0.8), (0.40, 0.1), (0.40, 0.8), (0.40, 3.0), (0.50, 0.8)] {
-        let found = experiments::seepage(eps, force, 0.2).map_err(said)?;
+        let found = experiments::seepage(Scheme::default(), eps, force, 0.2).map_err(said)?;
         let name = format!("eps {eps}, {:.0} Pa/m", found.gradient);
         let void = Measured::new(format!("{name}: void fraction of the fluid"), found.void_fraction);
         rows.push(void);

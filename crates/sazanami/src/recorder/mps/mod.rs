@@ -10,6 +10,7 @@ mod rim;
 mod series;
 
 use sazanami_mps::solver::Solver;
+use sazanami_mps::stability::COMPRESSIBLE;
 use sazanami_numerics::snapshot::Snapshot;
 use sazanami_numerics::{Real, Vector};
 use sazanami_observe::budget::{FluidMomentumBudget, ParticleImpulses};
@@ -114,6 +115,8 @@ pub(crate) struct ParticleObserver {
     highest: Option<Real>,
     /// Rim of the tank, if it is open and has walls.
     rim: Option<Rim>,
+    /// Largest speed of the water so far, and one that gravity in the box does not explain [m/s].
+    speeds: [Real; 2],
     found: Option<Found>,
     sums: TankSums,
     /// Where the momentum of the fluid went, in the frame of its places.
@@ -218,6 +221,14 @@ fn number_of(layer: Option<ripples::Layer>) -> u64 {
     }
 }
 
+/// Speed that gravity in the box does not explain: five times `sqrt(g H)` of its height, twice that of poured water if it
+/// is more [m/s].
+fn unlikely_speed(case: &Case) -> Real {
+    let wave = (case.gravity.length() * case.domain.extent().z).sqrt();
+    let poured = case.liquids.iter().map(|liquid| liquid.velocity.length()).fold(0.0, Real::max);
+    if wave > 0.0 { (5.0 * wave).max(2.0 * poured) } else { Real::INFINITY }
+}
+
 /// The tank as ripples are measured in it.
 pub(crate) fn tank_of(case: &Case) -> Tank {
     let periodic = case.boundary[1][0] == meaning::BoundarySide::Periodic;
@@ -253,6 +264,7 @@ impl Observer for ParticleObserver {
             water: SurfaceProfile { start: 0.0, spacing: 1.0, heights: Vec::new() },
             highest: None,
             rim: job.case.particles.as_ref().and_then(|p| Rim::of(job.case, p.radius * p.spacing)),
+            speeds: [0.0, unlikely_speed(job.case)],
             found: None,
             sums: TankSums::default(),
             momentum: FluidMomentumBudget::default(),
@@ -291,7 +303,9 @@ impl Observer for ParticleObserver {
         let worst = &mut totals.worst;
         worst.cfl = worst.cfl.max(report.largest_speed * dt / self.spacing);
         worst.divergence = worst.divergence.max(report.pressure.residual);
-        totals.particles.get_or_insert_default().add(report);
+        let particles = totals.particles.get_or_insert_default();
+        particles.add(report);
+        self.speeds[0] = particles.fluid_speed;
         let (fluid, coupling) = (&report.impulses, &report.coupling);
         self.momentum.add(&ParticleImpulses {
             body_force_on_fluid: fluid.body_force,
@@ -328,7 +342,15 @@ impl Observer for ParticleObserver {
                 1e3 * excess
             ),
         });
-        volume.into_iter().chain(rim).collect()
+        let [fastest, unlikely] = self.speeds;
+        let fast = (fastest > unlikely).then(|| Warning {
+            about: "speed",
+            text: format!(
+                "water has reached {fastest:.2} m/s, and gravity in this box explains {unlikely:.2} m/s at most: look at \
+                 its energy; the run ends at {COMPRESSIBLE} m/s"
+            ),
+        });
+        volume.into_iter().chain(rim).chain(fast).collect()
     }
 
     fn tables(&self, clock: &Clock, files: &mut Files) -> Result<(), RecordError> {
