@@ -31,13 +31,13 @@ use sazanami::progress::Progress;
 pub struct Bench {
     /// Name on the command line.
     pub name: &'static str,
-    /// What it times, in one line.
+    /// Subject, in one line.
     pub about: &'static str,
     /// Times it.
     pub time: Time,
 }
 
-/// How a benchmark is timed.
+/// Timing of a benchmark.
 #[derive(Clone, Copy, Debug)]
 pub enum Time {
     /// On one rank.
@@ -46,7 +46,7 @@ pub enum Time {
     Shared(fn(Box<dyn Communicator>) -> Result<Timing, String>),
 }
 
-/// What benchmarks run on.
+/// Cases and machine that benchmarks run on.
 #[derive(Clone, Debug)]
 pub struct Place {
     /// Threads of each rank.

@@ -18,7 +18,7 @@ pub struct BenchRow {
     pub min: Real,
     /// Largest value.
     pub max: Real,
-    /// How many runs.
+    /// Number of runs.
     pub runs: usize,
     /// Threads of each rank.
     pub threads: usize,
@@ -28,7 +28,7 @@ pub struct BenchRow {
     pub size: String,
     /// Least possible value on this machine, if it is known.
     pub floor: Option<Real>,
-    /// How the floor was found.
+    /// Derivation of the floor.
     pub floor_how: String,
     /// Median processor time, all threads together, in the unit of the values; absent where it means nothing.
     pub cpu: Option<Real>,
@@ -36,7 +36,7 @@ pub struct BenchRow {
     pub busy_elsewhere: Option<Real>,
 }
 
-/// What a benchmark found: its values and what they are values of.
+/// Result of a benchmark: values and their meaning.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Timing {
     /// Unit of the values.
@@ -51,7 +51,7 @@ pub struct Timing {
     pub size: String,
     /// Least possible value on this machine.
     pub floor: Option<Real>,
-    /// How the floor was found.
+    /// Derivation of the floor.
     pub floor_how: String,
 }
 

@@ -50,7 +50,7 @@ pub struct Case {
     /// The sides of the box, `boundary[direction][0 lower, 1 upper]`.
     #[key(table, from_nothing, shared)]
     pub boundary: Sides,
-    /// How long the run is.
+    /// Length of the run.
     #[key(table, shared, default = absent::<RunLength>(table, "run", "`[run]` with `until = \"0.02 s\"`", cx),
           says = "required")]
     pub run: RunLength,
@@ -60,13 +60,13 @@ pub struct Case {
     /// Liquid, gas and how they are computed.
     #[key(table, from_nothing)]
     pub fluid: FluidOptions,
-    /// How grains are moved.
+    /// Motion and contact of the grains.
     #[key(table, from_nothing, shared)]
     pub dem: DemOptions,
-    /// How fluid and resolved grains act on each other.
+    /// Coupling of fluid and resolved grains.
     #[key(table, from_nothing)]
     pub coupling: Coupling,
-    /// What grains are made of, by names of your choice: `[material.NAME]`.
+    /// Materials of the grains, by names of your choice: `[material.NAME]`.
     #[key(table, named, from_nothing, shared, name = "material")]
     pub materials: Materials,
     /// Contact of pairs of materials, `[contact."A/B"]`; `"A/wall"` is the box (as `"A/A"` where it is not given),
@@ -79,16 +79,16 @@ pub struct Case {
     /// Water as moving particles, for `solver = "mps"`.
     #[key(table)]
     pub particles: Option<Particles>,
-    /// How grains and the particles of water that overlap them act on each other, for `solver = "mps"`.
+    /// Coupling of grains and the particles of water that overlap them, for `solver = "mps"`.
     #[key(table, from_nothing, omit_if = self.particles.is_none())]
     pub overlap: Overlap,
-    /// How a bed in water is prepared before the run begins, for `solver = "mps"`.
+    /// Preparation of a bed in water before the run begins, for `solver = "mps"`.
     #[key(table, from_nothing, omit_if = self.particles.is_none())]
     pub preparation: Preparation,
-    /// What is measured of the bed.
+    /// Measures of the bed.
     #[key(table, from_nothing, shared)]
     pub bed: Bed,
-    /// Where liquid (or a bubble) is at first; the rest is gas.
+    /// Liquids (or bubbles) at the start; the rest is gas.
     #[key(tables, name = "liquid")]
     pub liquids: Vec<LiquidRegion>,
     /// Observation of the slope of a heap, if it is wanted.
@@ -100,7 +100,7 @@ pub struct Case {
     /// Observation of ripples, if it is wanted.
     #[key(table)]
     pub ripples: Option<Ripples>,
-    /// What is written when.
+    /// Output and its schedule.
     #[key(table, from_nothing, shared)]
     pub output: Outputs,
     /// Places to watch.
@@ -230,7 +230,7 @@ impl Case {
         moving_particles::check(self, cx);
     }
 
-    /// How water is moving particles, in a case for that solver.
+    /// Water as moving particles, in a case for that solver.
     ///
     /// # Panics
     /// In a case for another one.
@@ -245,7 +245,7 @@ impl Case {
         self.frame.as_ref().map_or(self.gravity, |frame| self.gravity - frame.acceleration_at(time))
     }
 
-    /// What stands above pictures: the title, or the name of a case without one.
+    /// Heading of pictures: the title, or the name of a case without one.
     #[must_use]
     pub fn caption(&self) -> &str {
         if self.title.is_empty() { &self.name } else { &self.title }
@@ -264,7 +264,7 @@ impl Case {
         motion.map_or([Vector::ZERO; 3], |motion| motion.at(time))
     }
 
-    /// What is added to positions \[m] and velocities [m/s] in the tank for the frame that is written
+    /// Added to positions \[m] and velocities [m/s] in the tank for the frame that is written
     /// ([`Outputs::frame`](crate::tables::Outputs::frame)).
     #[must_use]
     pub fn to_written_frame(&self, time: Real) -> [Vector; 2] {

@@ -27,7 +27,7 @@ pub enum DefaultValue {
 pub struct Changed {
     /// Path of the key; elements of lists by their numbers.
     pub path: String,
-    /// What it means.
+    /// Meaning.
     pub about: &'static str,
     /// Its value as text.
     pub value: String,

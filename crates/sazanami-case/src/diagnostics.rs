@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use crate::source::Source;
 
-/// How bad it is.
+/// Severity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Severity {
@@ -23,13 +23,13 @@ pub enum Severity {
 /// One finding.
 #[derive(Clone, Debug)]
 pub struct Diagnostic {
-    /// How bad it is.
+    /// Severity.
     pub severity: Severity,
-    /// What is wrong, in one line.
+    /// The problem, in one line.
     pub title: String,
-    /// Where it stands in the [`Source`]; findings about the whole file have no place.
+    /// Place in the [`Source`]; findings about the whole file have none.
     pub span: Option<Range<usize>>,
-    /// What was expected there.
+    /// Expectation at this place, in a few words.
     pub label: String,
     /// One thing to do.
     pub help: Option<String>,
@@ -64,9 +64,9 @@ pub struct Diagnostics {
 /// A finding in a form for other programs.
 #[derive(Clone, Debug, Serialize)]
 pub struct DiagnosticRecord {
-    /// How bad it is.
+    /// Severity.
     pub severity: Severity,
-    /// What is wrong.
+    /// The problem.
     pub message: String,
     /// Case file, or `--set`.
     pub file: String,
@@ -74,7 +74,7 @@ pub struct DiagnosticRecord {
     pub line: Option<usize>,
     /// Column in characters, from 1.
     pub column: Option<usize>,
-    /// What was expected.
+    /// The expectation.
     pub expected: Option<String>,
     /// One thing to do.
     pub suggestion: Option<String>,

@@ -8,7 +8,7 @@ use crate::case::{Case, ORDER};
 use crate::key::{DefaultDoc, KeyDoc, Keys, TableDoc, ValueDoc};
 use crate::suggest::nearest;
 
-/// What is known of a key that was asked for.
+/// Answer about a key.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Explained {
     /// The text.

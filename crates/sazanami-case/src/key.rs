@@ -23,7 +23,7 @@ pub trait Keys: Sized {
 pub struct TableDoc {
     /// Name of its type.
     pub name: &'static str,
-    /// What it is about.
+    /// Subject.
     pub about: &'static str,
     /// Its keys, or the alternatives.
     pub keys: Vec<KeyDoc>,
@@ -49,11 +49,11 @@ pub struct Literal {
     pub paper: Paper,
     /// The value.
     pub value: String,
-    /// Why.
+    /// Reason.
     pub reason: &'static str,
 }
 
-/// What can be written for a key.
+/// Kinds of value of a key.
 #[derive(Clone, Debug)]
 pub enum ValueDoc {
     /// A single value: its kind in words, and its JSON Schema.
@@ -75,9 +75,9 @@ pub enum ValueDoc {
 pub struct KeyDoc {
     /// Its name.
     pub name: &'static str,
-    /// What it means.
+    /// Meaning.
     pub about: &'static str,
-    /// What can be written.
+    /// Kind of value.
     pub value: ValueDoc,
     /// Its unit.
     pub unit: Option<Quantity>,
@@ -89,7 +89,7 @@ pub struct KeyDoc {
     pub default: DefaultDoc,
     /// What stands then with the preset `paper_literal`.
     pub literal: Option<Literal>,
-    /// What the message about its absence suggests.
+    /// Example in the message about its absence.
     pub example: Option<&'static str>,
 }
 
@@ -129,18 +129,12 @@ impl KeyDoc {
         Self { value: ValueDoc::Named(docs), default: DefaultDoc::None, ..Self::leaf::<bool>(name, about) }
     }
 
-    /// What is declared of the table it holds; an empty one where it holds none.
+    /// Declaration of the table it holds; an empty one where it holds none.
     #[must_use]
     pub fn nested_docs(&self) -> TableDoc {
         match self.value {
             ValueDoc::Table(docs) | ValueDoc::Tables(docs) | ValueDoc::Named(docs) => docs(),
             _ => TableDoc { name: self.name, about: self.about, keys: Vec::new(), is_choice: false },
         }
-    }
-
-    /// Whether it has to be given.
-    #[must_use]
-    pub fn is_required(&self) -> bool {
-        self.default == DefaultDoc::Required
     }
 }

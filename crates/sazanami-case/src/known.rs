@@ -18,7 +18,7 @@ pub struct Known {
     pub preset: Preset,
     /// Solver of the water.
     pub solver: Solver,
-    /// How long the run is.
+    /// Length of the run.
     pub run: RunLength,
     /// The box.
     pub domain: BoxDomain,
@@ -28,9 +28,9 @@ pub struct Known {
     pub gravity: Vector,
     /// Motion of the box.
     pub frame: Option<Frame>,
-    /// How grains are moved.
+    /// Motion and contact of the grains.
     pub dem: DemOptions,
-    /// What grains are made of.
+    /// Material of grains.
     pub materials: Materials,
     /// The grains.
     pub grains: Vec<Population>,
@@ -38,7 +38,7 @@ pub struct Known {
     pub motion: Motion,
     /// Observation of the bed.
     pub bed: Bed,
-    /// What is written when.
+    /// Output and its schedule.
     pub output: Outputs,
     /// Names of the probes read before.
     pub probe_names: Vec<String>,

@@ -70,7 +70,7 @@ const LONGEST: u64 = 64 << 20;
 /// A case with the text it was read from, for findings that come later.
 #[derive(Clone, Debug)]
 pub struct LoadedCase {
-    /// What it means.
+    /// Meaning.
     pub case: Case,
     /// The case file.
     pub path: PathBuf,
@@ -78,7 +78,7 @@ pub struct LoadedCase {
     pub source: Source,
     /// Warnings.
     pub warnings: Diagnostics,
-    /// What was written where, for later findings.
+    /// Places of the keys in the file, for later findings.
     pub places: Places,
 }
 

@@ -14,7 +14,7 @@ use crate::presets::{Paper, Preset};
 use crate::suggest::nearest;
 use crate::value::{Found, Range1, Value};
 
-/// Where each key of a case stands: byte ranges in its [`Source`](crate::Source), by paths such as
+/// Places of the keys of a case: byte ranges in its [`Source`](crate::Source), by paths such as
 /// `grains.0.shape.sphere.diameter`.
 #[derive(Clone, Debug, Default)]
 pub struct Places {
@@ -22,13 +22,13 @@ pub struct Places {
 }
 
 impl Places {
-    /// Where the value of a key stands, if the case gives it.
+    /// Place of the value of a key, if the case gives it.
     #[must_use]
     pub fn of(&self, path: &str) -> Option<Range<usize>> {
         self.spans.get(path).cloned()
     }
 
-    /// Where the value of a key stands, or else the table it would stand in, or the table round that.
+    /// Place of the value of a key, or else of the table it would stand in, or of the table round that.
     #[must_use]
     pub fn near(&self, path: &str) -> Option<Range<usize>> {
         let mut path = path;
@@ -66,13 +66,13 @@ impl Places {
     }
 }
 
-/// What every table needs to know while it is read.
+/// Context of reading, common to all tables.
 pub struct Context<'a> {
     /// The findings.
     pub report: &'a mut Diagnostics,
     /// Folder of the case file.
     pub folder: &'a Path,
-    /// Where keys stand.
+    /// Places of the keys.
     pub places: Places,
     /// Tables read before, which later ones depend on.
     pub known: Known,
@@ -85,7 +85,7 @@ pub struct Context<'a> {
 pub struct At<'t> {
     /// The value, if it is given.
     pub value: Option<&'t DeValue<'t>>,
-    /// Where it stands; where it should stand, if it is absent.
+    /// Its place; where it should stand, if it is absent.
     pub span: Range<usize>,
     /// Path of its key.
     pub path: String,
@@ -106,7 +106,7 @@ impl<'t> At<'t> {
         Self { value: Some(value), span: 0..0, path: String::new(), is_part: false }
     }
 
-    /// What kind of value it is, for messages.
+    /// Kind of its value, for messages.
     #[must_use]
     pub fn kind(&self) -> &'static str {
         match self.value {
@@ -183,7 +183,7 @@ pub struct Table<'t> {
 }
 
 impl<'t> Table<'t> {
-    /// Where it stands.
+    /// Its place.
     #[must_use]
     pub fn span(&self) -> Range<usize> {
         self.at.span.clone()
@@ -226,7 +226,7 @@ impl<'t> Table<'t> {
         at
     }
 
-    /// Where the value of a key stands, or the table where it is absent.
+    /// Place of the value of a key, or of the table where it is absent.
     #[must_use]
     pub fn place(&self, name: &str) -> Range<usize> {
         self.get(name).span

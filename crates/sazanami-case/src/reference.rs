@@ -30,7 +30,7 @@ impl KeyDoc {
         }
     }
 
-    /// What can be written, in words.
+    /// Kind of value, in words.
     #[must_use]
     pub fn kind(&self) -> String {
         let quantity = self.unit.map(|unit| {

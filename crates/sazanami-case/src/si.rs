@@ -10,7 +10,7 @@ use crate::resolved::{self, Paths};
 use crate::units::parse_quantity;
 use crate::{Diagnostics, LoadedCase, Source, overrides};
 
-/// What a key holds.
+/// Content of a key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Holds {
     /// A single value or a list of them.
@@ -26,9 +26,9 @@ pub enum Holds {
 /// A key that there is.
 #[derive(Clone, Debug)]
 pub struct KnownKey {
-    /// What it means.
+    /// Meaning.
     pub about: &'static str,
-    /// What it holds.
+    /// Content.
     pub holds: Holds,
     /// Its SI unit, if it has a dimension.
     pub unit: Option<&'static str>,
@@ -45,7 +45,7 @@ pub struct UnknownKey {
     pub meant: Option<String>,
 }
 
-/// What is declared of the key with the path `names`, numbers of list elements and chosen names among them; the case
+/// Declaration of the key with the path `names`, numbers of list elements and chosen names among them; the case
 /// itself without names.
 ///
 /// # Errors

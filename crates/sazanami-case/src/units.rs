@@ -146,7 +146,7 @@ pub(crate) fn rounded_within(low: Real, high: Real) -> [String; 2] {
 /// Why a text is no quantity.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UnitError {
-    /// What is wrong.
+    /// The problem.
     pub message: String,
     /// One thing to try.
     pub suggestion: Option<String>,

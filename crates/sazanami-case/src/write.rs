@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::key::Keys;
 
-/// How file names are written.
+/// Form of file names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Paths {
     /// From the root: the copy may lie anywhere.
@@ -29,7 +29,7 @@ impl Paths {
     }
 }
 
-/// What is written of a key or a table.
+/// A key or a table as written.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Written {
     /// Nothing: the key is left out.
@@ -80,7 +80,7 @@ impl Written {
     }
 }
 
-/// How a table is shown.
+/// Form in which a table is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Show {
     /// Under a header of its own.

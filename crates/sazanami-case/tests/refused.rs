@@ -55,6 +55,9 @@ fn lengths_of_what_is_observed_are_bounded_by_the_box() {
         |found: Vec<String>| found.len() == 1 && found[0].contains("the axis of the heap lies outside the box");
     assert!(is_outside(axis("11 mm", "5 mm", "cone")) && is_outside(axis("5 mm", "-1 mm", "cone")));
     assert!(is_outside(axis("-0.1 mm", "5 mm", "ridge")));
+    refused("bed.axis=[\"11 mm\", \"5 mm\"]", "the axis of the bed lies outside the box");
+    refused("erosion.axis=[\"5 mm\", \"-1 mm\"]", "the axis of the crater lies outside the box");
+    assert!(findings(&["bed.axis=[\"0 mm\", \"10 mm\"]"]).is_empty());
     // A ridge stands along the whole of x2, and a heap may lean on a wall.
     assert!(axis("0 mm", "50 mm", "ridge").is_empty() && axis("10 mm", "0 mm", "cone").is_empty());
 }

@@ -11,7 +11,7 @@ use sazanami::error::{CommandError, exit};
 use sazanami::progress::{Progress, StepLine};
 use sazanami::stop::{Stop, StopCause};
 
-/// How much is shown on the error stream.
+/// Amount of messages on the error stream.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Verbosity {
     /// Nothing at all: a rank that follows another.
@@ -34,7 +34,7 @@ pub fn set_verbosity(verbosity: Verbosity) {
     VERBOSITY.get_or_init(|| verbosity);
 }
 
-/// How much is shown.
+/// Amount of messages.
 pub fn verbosity() -> Verbosity {
     VERBOSITY.get().copied().unwrap_or_default()
 }

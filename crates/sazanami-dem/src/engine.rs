@@ -201,7 +201,7 @@ impl Engine {
         &mut self.grains.attached
     }
 
-    /// What lies within `margin` \[m] of this rank's part along the periodic directions that it spans.
+    /// Surroundings within `margin` \[m] of this rank's part along the periodic directions that it spans.
     ///
     /// With a margin up to [`Setup::ghost_margin`] every image of a grain in it has an entry. Whether there are entries
     /// farther away depends on when lists were renewed: a sum whose order is to follow from the state alone omits

@@ -13,7 +13,7 @@ pub(crate) const ROWS: usize = 64;
 pub const ATTACHED: usize = 20;
 
 choices! {
-    /// How a grain moves.
+    /// Motion of a grain.
     #[derive(Default)]
     pub enum Motion {
         /// Moved by forces.
@@ -44,7 +44,7 @@ pub struct Grain {
     pub density: Real,
     /// Mass that overrides density times volume \[kg].
     pub mass: Option<Real>,
-    /// How it moves.
+    /// Its motion.
     pub motion: Motion,
     /// Centre of mass \[m].
     pub position: Vector,
@@ -95,7 +95,7 @@ columns! {
         pub mass: Real,
         /// Principal moments of inertia [kg m^2].
         pub inertia: Vector,
-        /// How the grain moves.
+        /// Motion of the grain.
         pub motion: Motion,
         /// Centre of mass of the periodic image that this entry represents \[m].
         pub position: Vector,

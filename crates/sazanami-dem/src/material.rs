@@ -16,7 +16,7 @@ choices! {
 }
 
 choices! {
-    /// What the rotation of the normal does to the tangential displacement.
+    /// Tangential displacement as the normal rotates.
     #[derive(Default)]
     pub enum HistoryRotation {
         /// It is projected onto the new tangent plane and keeps its length.
@@ -28,7 +28,7 @@ choices! {
 }
 
 choices! {
-    /// What several simultaneous sphere contacts of one pair of grains add up to.
+    /// Sum of several simultaneous sphere contacts of one pair of grains.
     #[derive(Default)]
     pub enum Multiplicity {
         /// All of them act in full.

@@ -49,7 +49,7 @@ pub struct PackingReport {
     pub highest: Real,
     /// Time at which gravity took its true value \[s]; infinite before.
     pub switched: Real,
-    /// What happened among the contacts.
+    /// Diagnostics of the contacts.
     pub contacts: ContactReport,
 }
 

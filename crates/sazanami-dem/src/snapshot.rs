@@ -16,13 +16,12 @@ impl Engine {
     /// Writes the state into `snapshot` on rank 0 under names that begin with `prefix`. All ranks take part.
     pub fn snapshot(&mut self, domain: &Domain, prefix: &str, snapshot: &mut Snapshot) {
         self.collect_records();
-        let grains: Vec<GrainRecord> = (0..self.grains.owned).map(|g| self.grains.record(g)).collect();
-        let mut grains: Vec<GrainRecord> = domain.to_first(&grains);
+        let own = (0..self.grains.owned).map(|g| self.grains.record(g));
+        let grains: Vec<GrainRecord> = domain.to_first_by(own, |g| g.id);
         let mut contacts: Vec<ContactRecord> = domain.to_first(&self.records);
         if domain.communicator().rank() != 0 {
             return;
         }
-        grains.sort_unstable_by_key(|g| g.id);
         contacts.sort_unstable_by_key(ContactRecord::key);
         // Both owners of a pair hold the same bits.
         contacts.dedup_by_key(|c| c.key());

@@ -11,7 +11,7 @@ pub struct BodySurface<'a> {
     pub triangles: &'a [[u32; 3]],
 }
 
-/// Where a body is, and which surface it has.
+/// Pose and surface of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BodyPose {
     /// Index into the surfaces.

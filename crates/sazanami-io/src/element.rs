@@ -34,7 +34,7 @@ impl ElementType {
     }
 }
 
-/// What an array in a file can be made of.
+/// Element type of an array in a file.
 pub trait Element: bytemuck::Pod {
     /// Name of the type in the file.
     const TYPE: ElementType;

@@ -13,7 +13,7 @@ const LABORATORY: &str = "laboratory";
 /// [`crate::readings`]).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MeasuredProfile {
-    /// Where it was read from (`source`).
+    /// Origin as the file declares it (`source`).
     pub source: Option<String>,
     /// Frame of the film, or frame of reference, in the words of whoever read it (`frame`). Places are those in the
     /// tank unless it is `laboratory`.

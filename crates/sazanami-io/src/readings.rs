@@ -115,7 +115,7 @@ impl Readings {
         self.columns[0].iter().zip(&self.columns[1]).map(|(&x, &y)| [x, y]).collect()
     }
 
-    /// What a comment declares for `key`; the first one counts.
+    /// Value that a comment declares for `key`; the first one counts.
     #[must_use]
     pub fn declared(&self, key: &str) -> Option<&str> {
         self.declarations.iter().find(|known| known.key == key).map(|known| known.value.as_str())

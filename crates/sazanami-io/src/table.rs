@@ -57,7 +57,7 @@ pub enum TableError {
 /// Heading of a column.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Column {
-    /// What the column holds.
+    /// Name.
     pub name: String,
     /// Its unit, empty for none.
     pub unit: String,
@@ -199,7 +199,8 @@ impl SeriesWriter {
                 }
                 Value::Real(value) => self.line.push_str(&shortest(*value)),
                 Value::Count(count) => drop(write!(self.line, "{count}")),
-                Value::Text(text) => self.line.push_str(&quoted(text)),
+                // A row is a line.
+                Value::Text(text) => self.line.push_str(&quoted(&text.replace(['\n', '\r'], " "))),
                 Value::Missing => {}
             }
         }
@@ -250,33 +251,46 @@ fn good_part(file: &File, step: u64) -> io::Result<GoodPart> {
 
 /// Where each column of one header stands in another; `None` if that lacks a column of the first one.
 fn places(found: &str, expected: &str) -> Option<Vec<usize>> {
-    let expected = fields(expected);
-    fields(found).into_iter().map(|name| expected.iter().position(|other| *other == name)).collect()
+    fields(found).map(|name| fields(expected).position(|other| other == name)).collect()
 }
 
 /// Replaces the first `length` bytes of a table by the same rows under a wider `header`, all at once.
 fn widen(path: &Path, length: u64, header: &str, places: &[usize]) -> io::Result<()> {
     let text = std::fs::read_to_string(path)?;
-    let width = fields(header).len();
+    let width = fields(header).count();
     replace_file(path, |file| {
         writeln!(file, "{header}")?;
         for line in text[..length as usize].lines().skip(1) {
             let mut row = vec![""; width];
-            fields(line).into_iter().zip(places).for_each(|(field, &place)| row[place] = field);
+            fields(line).zip(places).for_each(|(field, &place)| row[place] = field);
             writeln!(file, "{}", row.join(","))?;
         }
         Ok(())
     })
 }
 
-/// The fields of a line as they are written.
-fn fields(line: &str) -> Vec<&str> {
+/// The fields of a line as they are written, quotes included.
+pub fn fields(line: &str) -> impl Iterator<Item = &str> {
     let mut is_quoted = false;
     line.split(move |character| {
         is_quoted ^= character == '"';
         character == ',' && !is_quoted
     })
-    .collect()
+}
+
+/// Replaces `path` by rows of fields, the heading first, all at once.
+///
+/// # Errors
+/// If the file system refuses; the old file is then untouched.
+pub fn write_csv(path: &Path, rows: impl IntoIterator<Item: IntoIterator<Item: AsRef<str>>>) -> io::Result<()> {
+    let text: String = rows.into_iter().map(csv_line).collect();
+    replace_file(path, |file| file.write_all(text.as_bytes()))
+}
+
+/// A line of CSV (RFC 4180) with its end: a field is quoted if it holds a comma, a quote or the end of a line.
+fn csv_line(fields: impl IntoIterator<Item: AsRef<str>>) -> String {
+    let fields: Vec<String> = fields.into_iter().map(|field| quoted(field.as_ref())).collect();
+    fields.join(",") + "\n"
 }
 
 /// Shortest decimal that reads back to the same bits, with an exponent where that is shorter to read.
@@ -285,10 +299,9 @@ fn shortest(value: f64) -> String {
     if size != 0.0 && !(1e-4..1e9).contains(&size) { format!("{value:e}") } else { format!("{value}") }
 }
 
-/// A CSV field: quoted if it holds a comma, a quote or the end of a line.
-fn quoted(text: &str) -> String {
-    let text = text.replace(['\n', '\r'], " ");
-    if text.contains([',', '"']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text }
+fn quoted(field: &str) -> String {
+    let is_plain = !field.contains([',', '"', '\n', '\r']);
+    if is_plain { field.to_owned() } else { format!("\"{}\"", field.replace('"', "\"\"")) }
 }
 
 /// Replaces `path` by `value` as indented JSON, all at once. JSON knows no NaN: numbers that are not finite become

@@ -147,7 +147,7 @@ impl Boundary {
         &self.sides
     }
 
-    /// Which directions are periodic.
+    /// The periodic directions.
     #[must_use]
     pub fn periodic(&self) -> [bool; 3] {
         self.sides.map(|pair| pair[0] == Side::Periodic)

@@ -267,7 +267,7 @@ impl Flow {
     }
 }
 
-/// What the acceleration on a face may depend on, by place in memory.
+/// State on which the acceleration of a face may depend, by place in memory.
 #[derive(Clone, Copy)]
 pub struct FluidState<'a> {
     /// Liquid fraction, ghosts filled.

@@ -12,10 +12,7 @@ use sazanami_numerics::{Real, Vector};
 use crate::boundary::Boundary;
 use crate::flow::{Flow, FluidState};
 use crate::fluids::Fluids;
-use crate::momentum::Impulses;
-
-/// Most forces in a list, gravity included.
-pub const MAX_FORCES: usize = 8;
+use crate::momentum::{Impulses, MAX_FORCES};
 
 /// One pass of the fluid, as a force needs it.
 #[derive(Clone, Copy)]

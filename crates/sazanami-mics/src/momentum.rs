@@ -7,7 +7,8 @@
 
 use sazanami_numerics::{Vector, named_vectors};
 
-use crate::forces::{Forces, MAX_FORCES};
+/// Most forces on the fluid, gravity included.
+pub const MAX_FORCES: usize = 8;
 
 named_vectors! {
     /// Momentum stored at one time, over all ranks [N s].
@@ -49,10 +50,10 @@ named_vectors! {
 }
 
 impl Impulses {
-    /// Names of the lines in the budget, those of the forces included.
+    /// Names of the lines in the budget with the names of the `forces` on the fluid, of which gravity is the first.
     #[must_use]
-    pub fn names(forces: &Forces) -> Vec<&'static str> {
-        Self::TERMS.map(|(name, _)| name).into_iter().chain(forces.names().skip(1)).collect()
+    pub fn names(forces: impl Iterator<Item = &'static str>) -> Vec<&'static str> {
+        Self::TERMS.map(|(name, _)| name).into_iter().chain(forces.skip(1)).collect()
     }
 
     /// The impulse that free grains have beside that of the fluid.

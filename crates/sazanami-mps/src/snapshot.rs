@@ -45,9 +45,8 @@ impl Solver {
         let mut snapshot = Snapshot::default();
         let Self { domain, grains, .. } = self;
         grains.engine_mut().snapshot(domain, GRAINS, &mut snapshot);
-        let mine: Vec<ParticleRecord> = (0..self.particles.owned).map(|a| self.particles.record(a)).collect();
-        let mut all = self.domain.to_first(&mine);
-        all.sort_unstable_by_key(|record| record.id);
+        let own = (0..self.particles.owned).map(|a| self.particles.record(a));
+        let all: Vec<ParticleRecord> = self.domain.to_first_by(own, |record| record.id);
         snapshot.put_u64(ID, all.iter().map(|r| r.id).collect());
         snapshot.put_u64(FLAGS, all.iter().map(ParticleRecord::flags).collect());
         snapshot.put_reals(POSITION, all.iter().flat_map(|r| r.position).collect());

@@ -6,9 +6,6 @@ pub trait Choice: Copy + PartialEq + std::fmt::Debug + 'static {
     /// The alternatives that can be chosen, in the order in which they are listed.
     const ALL: &'static [Self];
 
-    /// What the set is about, from its documentation.
-    const SUBJECT: &'static str;
-
     /// The word in case files: lower case, joined by underscores.
     fn word(self) -> &'static str;
 
@@ -82,7 +79,6 @@ macro_rules! choices {
                 }
                 listed
             };
-            const SUBJECT: &'static str = concat!($($subject),+).trim_ascii();
 
             fn word(self) -> &'static str {
                 match self {

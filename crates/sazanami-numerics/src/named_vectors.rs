@@ -41,7 +41,7 @@ macro_rules! named_vectors {
         impl $name {
             /// Names of the lines, and their signs in the total.
             pub const TERMS: [(&'static str, $crate::Real); [$(stringify!($field)),+].len()] =
-                [$((stringify!($field), 1.0 $(* $sign)?)),+];
+                [$((stringify!($field), $crate::named_vectors!(@sign $($sign)?))),+];
 
             /// The vectors, in the order of [`Self::TERMS`].
             pub fn terms(&self) -> impl Iterator<Item = $crate::Vector> {
@@ -63,4 +63,6 @@ macro_rules! named_vectors {
             }
         }
     };
+    (@sign) => { 1.0 };
+    (@sign $sign:literal) => { $sign };
 }

@@ -75,9 +75,7 @@ pub struct GatheredBed {
 impl GatheredBed {
     /// Gathers the grains at `time` on the clock of their engine \[s]. Collective.
     pub fn gather(&mut self, domain: &Domain, grains: &Grains, time: Real) {
-        let mine: Vec<Record> = (0..grains.owned()).map(|i| record(grains, i)).collect();
-        let mut records = domain.to_first(&mine);
-        records.sort_unstable_by_key(|record| record.id);
+        let records = domain.to_first_by((0..grains.owned()).map(|i| record(grains, i)), |record| record.id);
         self.grains.time = time;
         self.unpack(&records);
     }

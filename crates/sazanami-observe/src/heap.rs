@@ -14,7 +14,7 @@ use crate::height_map::HeightMap;
 use crate::{BedView, Horizontal};
 
 choices! {
-    /// What a heap looks like.
+    /// Shape of a heap.
     pub enum HeapShape {
         /// A cone about a vertical axis.
         Cone = "cone",
@@ -26,7 +26,7 @@ choices! {
 /// How a heap is measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HeapSettings {
-    /// What it looks like.
+    /// Its shape.
     pub shape: HeapShape,
     /// Axis of the cone; of a ridge the line of its crest along x1 \[m].
     pub axis: Horizontal,

@@ -139,7 +139,7 @@ pub struct LinePlot {
     pub x_label: String,
     /// Label of the vertical axis with its unit.
     pub y_label: String,
-    /// What is plotted; points that are not finite are gaps.
+    /// Curves; points that are not finite are gaps.
     pub traces: Vec<Trace>,
     /// Range of the horizontal axis, or what the data need.
     pub x_range: Option<[f64; 2]>,

@@ -16,7 +16,7 @@ pub(super) struct Scene {
     pub places: Vec<Vector>,
     /// Unit normals, outwards.
     pub normals: Vec<Vector>,
-    /// What each corner belongs to.
+    /// Body of each corner.
     pub tags: Vec<u32>,
     /// Corner numbers.
     pub triangles: Vec<[u32; 3]>,

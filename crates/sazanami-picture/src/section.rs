@@ -12,7 +12,7 @@ use super::{ColourScale, Isosurface, Picture, PictureError, check_length, crater
 use sazanami::artist::BedSurface;
 use sazanami_io::Bodies;
 
-/// How the liquid of a section is drawn.
+/// Style of the liquid of a section.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum LiquidStyle {
     /// Cells as they are, the fuller the darker.
@@ -37,13 +37,13 @@ pub struct SectionView<'a> {
     pub liquid: &'a [f64],
     /// Cells with less liquid show none (0.01 in Yagyu et al. 2015).
     pub liquid_threshold: f64,
-    /// How the liquid is drawn.
+    /// Style of the liquid.
     pub liquid_style: LiquidStyle,
     /// Surface of the liquid, to be shown behind the section.
     pub liquid_behind: Option<&'a Isosurface>,
     /// Grains; none for a picture of the liquid alone.
     pub bodies: Bodies<'a>,
-    /// What colours the grains, one value each.
+    /// Values that colour the grains, one each.
     pub values: &'a [f64],
     /// Colours of the values; a bar beside the picture explains them if there are grains.
     pub scale: &'a ColourScale,

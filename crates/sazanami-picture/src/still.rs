@@ -39,7 +39,7 @@ pub struct Still<'a> {
     pub title: &'a str,
     /// Grains.
     pub bodies: Bodies<'a>,
-    /// What colours the grains, one value each.
+    /// Values that colour the grains, one each.
     pub values: &'a [f64],
     /// Colours of the values.
     pub scale: &'a ColourScale,
@@ -133,12 +133,6 @@ impl<'a> Still<'a> {
             colour_bar: true,
             size: [1100, 700],
         }
-    }
-
-    /// The same with liquid.
-    #[must_use]
-    pub fn with_liquid(self, surface: &'a Isosurface) -> Self {
-        Self { liquid: Some(surface), ..self }
     }
 
     /// The same as wide as `width` \[pixels] and as high as what is shown needs.

@@ -35,7 +35,7 @@ pub fn section(html: &mut Html, run: &Finished, findings: &[(String, String)]) {
     html.close("section");
 }
 
-/// What ended a run before its end, and what it can go on from.
+/// Cause of an early end, and the state to go on from.
 pub fn how_it_broke_off(run: &Finished) -> Option<(String, String)> {
     let failure = &run.summary["failure"];
     let milliseconds =
@@ -129,7 +129,7 @@ fn bed_forms(run: &Finished) -> Vec<Headline> {
     [of("Mound", mound, of_mound()), of("Ripples", crested, of_ripples())].into_iter().flatten().collect()
 }
 
-/// What deserves attention: of the summary, then of the log.
+/// Warnings: of the summary, then of the log.
 pub fn warnings(run: &Finished, log: &str) -> Vec<String> {
     let mut found = Vec::new();
     let summary = &run.summary;

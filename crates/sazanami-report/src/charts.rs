@@ -9,13 +9,13 @@ pub const MOST_ROWS: usize = 2000;
 /// A curve: values of a column.
 #[derive(Clone, Debug)]
 pub struct Curve {
-    /// What it is called.
+    /// Name.
     pub label: String,
     /// Whether it is shown at first.
     pub shown: bool,
     /// Values in SI units, NaN where there is none.
     pub values: Vec<f64>,
-    /// How far a value may be off to either side; empty if that is not known.
+    /// Uncertainty to either side; empty if not known.
     pub bars: Vec<f64>,
 }
 

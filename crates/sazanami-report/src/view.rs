@@ -36,11 +36,11 @@ const MOST_PARTICLES: usize = 60_000;
 
 /// The data of a view.
 pub struct View {
-    /// What the script has to know of it.
+    /// Head for the script.
     pub head: Value,
     /// The deflated arrays.
     pub bytes: Vec<u8>,
-    /// What was left out, in words.
+    /// Omissions, in words.
     pub left_out: Vec<String>,
 }
 

@@ -48,15 +48,15 @@ pub struct FittedKey {
 pub struct FittedTarget {
     /// Name of the finding.
     pub name: String,
-    /// What was to be found, and how nearly.
+    /// Target and its tolerance.
     pub target: [f64; 2],
-    /// What was found: the mean over the seeds.
+    /// Measured mean over the seeds.
     pub found: f64,
     /// Standard error of that mean, from the scatter between seeds at all points; absent with less than two seeds.
     pub error: Option<f64>,
 }
 
-/// What came of a calibration.
+/// Result of a calibration.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fit {
     /// The keys.

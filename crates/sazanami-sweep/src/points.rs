@@ -8,7 +8,7 @@ use crate::keys::{Between, Choices, Design, Key, Setting};
 const DIGITS_OF_RANGE: usize = 12;
 const DIGITS_OF_SAMPLE: usize = 6;
 
-/// How many points there are.
+/// Number of points.
 pub fn count(keys: &[Key], design: Design) -> usize {
     match design {
         Design::Product => keys.iter().fold(1, |product, key| usize::saturating_mul(product, key.choices.len())),

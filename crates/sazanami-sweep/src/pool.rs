@@ -22,7 +22,7 @@ const LOOK: Duration = Duration::from_millis(100);
 /// Time between two lines about all runs.
 const TOLD: Duration = Duration::from_secs(60);
 
-/// How many runs at a time, and on what.
+/// Number of runs at a time, and their threads and ranks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SideBySide {
     /// Most runs at a time.
@@ -49,7 +49,7 @@ struct Active {
     began: Instant,
 }
 
-/// What there is to do.
+/// Work of the pool.
 pub struct Pool<'a> {
     pub sweep: &'a Sweep,
     pub program: &'a Path,

@@ -17,7 +17,7 @@ const MOST_WRONG: usize = 20;
 /// Longest part of the name of a folder that tells values.
 const LONGEST: usize = 60;
 
-/// What a run needs, as `sazanami check` foretells it.
+/// Resources of a run, as `sazanami check` foretells them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Needs {
     /// Memory \[bytes].
@@ -37,7 +37,7 @@ pub struct Run {
     pub settings: Vec<(String, String)>,
     /// Hash of what its case means.
     pub hash: String,
-    /// What it needs.
+    /// Its resources.
     pub needs: Needs,
     /// Its case as text.
     pub(crate) text: String,

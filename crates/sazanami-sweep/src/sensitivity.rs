@@ -4,10 +4,9 @@
 //! effect of that key there. Over many trajectories mu* (Campolongo, Cariboni and Saltelli 2007), the mean of their absolute values, says
 //! how much a key matters, and sigma, their standard deviation, whether it acts on its own and in proportion.
 
-use std::io::Write as _;
 use std::path::Path;
 
-use sazanami_io::replace_file;
+use sazanami_io::table::write_csv;
 
 use crate::state::{Progressed, State};
 use crate::table;
@@ -112,7 +111,7 @@ pub fn rows(keys: &[&str], places: &[Vec<f64>], states: &[Progressed]) -> Vec<Ve
 pub fn write(folder: &Path, rows: &[Vec<String>]) -> std::io::Result<bool> {
     let path = folder.join(SENSITIVITY);
     if rows.len() > 1 {
-        replace_file(&path, |file| file.write_all(table::csv(rows).as_bytes()))?;
+        write_csv(&path, rows)?;
         return Ok(true);
     }
     match std::fs::remove_file(path) {

@@ -5,7 +5,7 @@ use std::path::Path;
 use sazanami::results::{self, CASE, SUMMARY};
 use serde_json::Value;
 
-/// How far a run has come.
+/// Progress of a run.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum State {
     /// Not begun.
@@ -43,7 +43,7 @@ impl State {
 /// State of a run, and what its summary says.
 #[derive(Clone, Debug)]
 pub struct Progressed {
-    /// How far it has come.
+    /// Progress.
     pub state: State,
     /// The summary; `null` where there is none.
     pub summary: Value,

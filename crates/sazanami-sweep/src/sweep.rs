@@ -70,7 +70,7 @@ impl Sweep {
         state::of(&self.folder_of(number), self.runs[number].most_steps)
     }
 
-    /// How far a run has come. One that its process refused before it began has failed, too.
+    /// Progress of a run. One that its process refused before it began has failed, too.
     #[must_use]
     pub fn progressed(&self, number: usize) -> Progressed {
         let mut found = self.in_folder(number);
@@ -82,7 +82,7 @@ impl Sweep {
         found
     }
 
-    /// How far all runs have come.
+    /// Progress of all runs.
     #[must_use]
     pub fn states(&self) -> Vec<Progressed> {
         self.states_beside(&[])

@@ -3,10 +3,9 @@
 //! Nothing in it depends on the machine or on interruptions, so that a sweep that was killed and went on has the table of
 //! one without a break, to the byte.
 
-use std::io::Write as _;
 use std::path::Path;
 
-use sazanami_io::replace_file;
+use sazanami_io::table::write_csv;
 use serde_json::Value;
 
 use crate::posed::Run;
@@ -20,13 +19,7 @@ const SAID: [&str; 3] = ["time_s", "steps", "state_hash"];
 
 /// Writes the table into `folder`.
 pub fn write(folder: &Path, runs: &[Run], states: &[Progressed]) -> std::io::Result<()> {
-    replace_file(&folder.join(TABLE), |file| file.write_all(csv(&rows(runs, states)).as_bytes()))
-}
-
-/// Rows of cells as CSV.
-pub fn csv(rows: &[Vec<String>]) -> String {
-    let line = |row: &Vec<String>| row.iter().map(|cell| quoted(cell)).collect::<Vec<_>>().join(",") + "\n";
-    rows.iter().map(line).collect()
+    write_csv(&folder.join(TABLE), rows(runs, states))
 }
 
 /// The heading and a row for each run.
@@ -62,7 +55,7 @@ pub fn rows(runs: &[Run], states: &[Progressed]) -> Vec<Vec<String>> {
     std::iter::once(heading).chain(runs.iter().zip(states).zip(&found).map(row)).collect()
 }
 
-/// What a run has found, with its names in the summary.
+/// Findings of a run, with their names in the summary.
 pub fn findings(progressed: &Progressed) -> Vec<(String, String)> {
     let mut found = Vec::new();
     // What a run on its way has so far is in its own folder.
@@ -90,11 +83,6 @@ fn leaves(name: &str, value: &Value, found: &mut Vec<(String, String)>) {
         Value::Bool(is) => found.push((name.to_owned(), is.to_string())),
         Value::Array(_) | Value::Null => {}
     }
-}
-
-/// A cell of CSV (RFC 4180).
-fn quoted(cell: &str) -> String {
-    if cell.contains([',', '"', '\n', '\r']) { format!("\"{}\"", cell.replace('"', "\"\"")) } else { cell.to_owned() }
 }
 
 #[cfg(test)]

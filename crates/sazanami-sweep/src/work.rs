@@ -44,7 +44,7 @@ struct RecordedRun {
     settings: Vec<(String, String)>,
 }
 
-/// What came of a sweep.
+/// Result of a sweep.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Outcome {
     /// Whether a signal ended it.

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Expected {
-    /// What the case shows, in one line.
+    /// Subject, in one line.
     pub about: String,
     /// Processor time it takes, about \[s].
     pub cost: Real,
@@ -37,7 +37,7 @@ pub struct Quantity {
     pub reference: Option<Real>,
     /// Smallest and largest value that pass.
     pub band: Option<[Real; 2]>,
-    /// Where reference and band come from.
+    /// Source of reference and band.
     #[serde(default)]
     pub source: String,
     /// What the quantity says where its name does not; of an informational one, why nothing could be wrong with it.
@@ -50,7 +50,7 @@ pub struct Quantity {
     pub kind: Kind,
 }
 
-/// How far a quantity may miss its band, and why it does.
+/// Recorded miss of a band: its extent and reason.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct KnownMiss {

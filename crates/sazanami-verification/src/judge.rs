@@ -6,7 +6,7 @@ use serde::Serialize;
 use crate::expected::{Expected, Kind, Quantity};
 use crate::measured::Outcome;
 
-/// How a measured value stands.
+/// Verdict on a measured value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
@@ -37,7 +37,7 @@ impl Verdict {
         !matches!(self, Self::Pass | Self::Informational | Self::KnownMiss | Self::Mended)
     }
 
-    /// How it is written in tables.
+    /// Word in tables.
     #[must_use]
     pub const fn word(self) -> &'static str {
         match self {
@@ -59,7 +59,7 @@ impl Verdict {
 pub struct Row {
     /// Name of the case.
     pub case: String,
-    /// What was measured.
+    /// Quantity.
     pub quantity: String,
     /// Its unit.
     pub unit: String,
@@ -71,11 +71,11 @@ pub struct Row {
     pub low: Option<Real>,
     /// Upper end of the band; absent if open.
     pub high: Option<Real>,
-    /// How it stands.
+    /// Verdict.
     pub verdict: Verdict,
     /// Beside what it is judged.
     pub kind: Kind,
-    /// Where reference and band come from.
+    /// Source of reference and band.
     pub source: String,
     /// Reason of a known miss, meaning of an informational quantity, message of a failure.
     pub remark: String,
@@ -162,7 +162,7 @@ pub fn judge(case: &str, expected: &Expected, found: &Outcome) -> Vec<Row> {
 pub fn tally(rows: &[Row]) -> String {
     let kinds = [
         (Kind::Reference, " beside a reference"),
-        (Kind::Regression, " regression rows, beside values recorded earlier"),
+        (Kind::Regression, " beside a value recorded earlier (regression)"),
         (Kind::Informational, ""),
     ];
     let of_kind = |(kind, words): (Kind, &str)| {
@@ -236,7 +236,7 @@ meaning = "only counted"
         let rows = |text: &str| judge("test", &Expected::parse(text).unwrap(), &outcome);
         assert_eq!(
             tally(&rows(&text)),
-            "2 beside a reference: 1 pass, 1 known miss; 1 regression rows, beside values recorded earlier: 1 pass; \
+            "2 beside a reference: 1 pass, 1 known miss; 1 beside a value recorded earlier (regression): 1 pass; \
              1 informational"
         );
         // Either word alone is refused.

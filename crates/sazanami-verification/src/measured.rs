@@ -73,7 +73,7 @@ fn short(value: Real) -> Real {
     format!("{value:.4e}").parse().unwrap_or(value)
 }
 
-/// What a case measured, as it is kept beside its `expected.toml`.
+/// Measurements of a case, as kept beside its `expected.toml`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Outcome {
@@ -100,7 +100,7 @@ impl Outcome {
     }
 }
 
-/// What a program of the catalogue may return.
+/// Return value of a program of the catalogue.
 pub trait IntoOutcome {
     /// The outcome.
     ///

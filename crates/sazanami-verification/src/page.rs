@@ -14,7 +14,7 @@ use crate::judge::{Row, Verdict, judge, tally};
 use crate::measured::Outcome;
 use crate::verify::number;
 
-/// What was measured last, beside `expected.toml`.
+/// File of the last measurements, beside `expected.toml`.
 pub const MEASURED: &str = "measured.json";
 const PAGE: &str = "README.md";
 const FIGURE: &str = "figure.svg";

@@ -21,7 +21,7 @@ use crate::measured::Outcome;
 /// How often a case that runs long says so.
 const STILL_RUNNING: Duration = Duration::from_secs(30);
 
-/// What to run and how.
+/// Choice of cases and manner of running.
 #[derive(Clone, Debug, Default)]
 pub struct Choice {
     /// Names of cases; empty for all.
@@ -41,9 +41,9 @@ pub struct Choice {
 pub struct Judged {
     /// Name of the case.
     pub name: &'static str,
-    /// What is expected of it.
+    /// Expectations.
     pub expected: Expected,
-    /// What was measured; empty if it failed.
+    /// Measurements; empty if it failed.
     pub outcome: Outcome,
     /// The verdicts.
     pub rows: Vec<Row>,
@@ -64,7 +64,7 @@ enum News {
     Done(usize, Box<Judged>),
 }
 
-/// What is expected of `case`, from the folder of the choice or from the program.
+/// Expectations of `case`, from the folder of the choice or from the program.
 ///
 /// # Errors
 /// If the text is no valid `expected.toml`.

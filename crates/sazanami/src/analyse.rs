@@ -79,7 +79,7 @@ pub fn analyse(
     }
 }
 
-/// What a run found, as at its end: labels and values with their units. Labels that belong to the one above are indented.
+/// Findings of a run, as at its end: labels and values with their units. Labels that belong to the one above are indented.
 ///
 /// # Errors
 /// If the tables of the run cannot be read.

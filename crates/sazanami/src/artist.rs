@@ -29,7 +29,7 @@ pub type Points = Vec<[Real; 2]>;
 /// A curve with its label.
 pub type Curve = (String, Points);
 
-/// What a picture shows, from quantities in SI units.
+/// Content of a picture, in SI units.
 #[derive(Clone, Copy, Debug)]
 pub enum Figure<'a> {
     /// Vertical section through the grains and the liquid (as figures 8 to 10 of Yagyu et al. 2015).
@@ -112,11 +112,11 @@ pub struct Scene {
     pub top: Real,
     /// Place of the section along x2 \[m].
     pub plane: Real,
-    /// What the grains are coloured by.
+    /// Quantity that colours the grains.
     pub colouring: Colouring,
     /// Shapes of the grains.
     pub shapes: Arc<[Shape]>,
-    /// Which shape each grain has, and how it lies.
+    /// Shape and pose of each grain.
     pub poses: Vec<BodyPose>,
     /// Part of each cell that is liquid outside grains.
     pub liquid: Vec<Real>,
@@ -161,7 +161,7 @@ pub struct CraterCap {
 pub struct SideView {
     /// Title, with the time.
     pub title: String,
-    /// What is left out, below the panels.
+    /// Note on omissions, below the panels.
     pub note: String,
     /// Bounds in x1 \[m].
     pub x: [Real; 2],
@@ -173,7 +173,7 @@ pub struct SideView {
     pub position: Vec<Vector>,
     /// Diameters of the grains \[m].
     pub diameter: Vec<Real>,
-    /// What the grains are coloured by, a panel each.
+    /// Quantities that colour the grains, a panel each.
     pub panels: Vec<Colouring>,
     /// Surface of the water: points (x1, x3) \[m], NaN for a gap.
     pub water: Points,
@@ -199,7 +199,7 @@ pub enum Colouring {
 /// Surfaces of bed and water at one instant, points (x1, x3) \[m]; one curve per run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Surfaces {
-    /// What stands above, as `t = 3.0 s`.
+    /// Heading, as `t = 3.0 s`.
     pub title: String,
     /// Surface of the bed, by its main definition.
     pub bed: Vec<Curve>,

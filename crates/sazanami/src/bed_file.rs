@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use crate::case::meaning::Case;
 use crate::case::resolved;
 
-/// Where a bed comes from and what was measured of it.
+/// Origin of a bed and its measures.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Recipe {
     /// Name of the case that packed it.
@@ -54,7 +54,7 @@ impl Recipe {
 /// A grain at rest in a bed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BedGrain {
-    /// Which of the [`Recipe::shapes`] it has.
+    /// Its number among the [`Recipe::shapes`].
     pub shape: u32,
     /// Factor on the size of its shape.
     pub scale: Real,
@@ -71,7 +71,7 @@ pub struct Bed {
     pub lower: Vector,
     /// Upper corner \[m].
     pub upper: Vector,
-    /// Where it comes from.
+    /// Its origin.
     pub recipe: Recipe,
     /// Its grains, in the order of their identifiers.
     pub grains: Vec<BedGrain>,

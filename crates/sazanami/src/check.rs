@@ -62,7 +62,7 @@ pub fn number(value: Real, decimals: usize) -> String {
     if value.abs() < 1e6 { format!("{value:.decimals$}") } else { format!("{value:.3e}") }
 }
 
-/// What is known of a case beyond its file.
+/// Facts about a case beyond its file.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Known<'k> {
     /// The shape of each population.

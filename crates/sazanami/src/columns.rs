@@ -25,6 +25,14 @@ pub(crate) const fn quantity<F>(
     Quantity { name, unit, meaning, value }
 }
 
+/// A list of quantities: `name, unit, meaning => value;`, or `..function();` of one that is written elsewhere.
+macro_rules! quantities {
+    ($($(..$whole:ident())? $($name:literal, $unit:literal, $meaning:literal => $value:expr)?;)+) => {
+        &[$($($whole())? $($crate::columns::quantity($name, $unit, $meaning, $value))?),+]
+    };
+}
+pub(crate) use quantities;
+
 /// A column whose value is read from an `S`.
 pub(crate) type Cell<S> = Quantity<fn(&S) -> Value>;
 /// A field of the summary that is read from an `S`.

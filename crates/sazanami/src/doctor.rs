@@ -34,11 +34,11 @@ impl std::fmt::Display for State {
 /// One thing that was looked at.
 #[derive(Clone, Debug, Serialize)]
 pub struct Finding {
-    /// What was looked at.
+    /// Subject.
     pub what: &'static str,
     /// Whether it is in order.
     pub state: State,
-    /// What was found, for people.
+    /// Finding, for people.
     pub found: String,
 }
 

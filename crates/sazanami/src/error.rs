@@ -19,12 +19,12 @@ pub mod exit {
     pub const STOPPED: u8 = 130;
 }
 
-/// Where and when a run failed, and what is left of it.
+/// Failure of a run: place, time and last state.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Failure {
     /// Kind in one word, `not_finite`, `grain_escaped`, `overlap`, `pressure`, `disk`, ...
     pub kind: String,
-    /// What happened, with the grain or cell and its position.
+    /// Message, with the grain or cell and its position.
     pub message: String,
     /// Fluid step at which it failed.
     pub step: u64,

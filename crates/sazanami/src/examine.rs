@@ -8,14 +8,14 @@ use crate::error::CommandError;
 use crate::machine::{self, Machine};
 use crate::{feasible, tanks, workers};
 
-/// What an examination found of a case that can run.
+/// Result of the examination of a case that can run.
 #[derive(Clone, Debug)]
 pub struct Examined {
     /// Resolution, counts, limits on the step, memory, disk and cost.
     pub report: CheckReport,
-    /// What should be looked at.
+    /// Warnings.
     pub warnings: Diagnostics,
-    /// What was found beside the case, such as a tank prepared before.
+    /// Messages on what lies beside the case, such as a tank prepared before.
     pub messages: Vec<String>,
 }
 

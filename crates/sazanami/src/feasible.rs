@@ -32,14 +32,14 @@ use crate::machine::Machine;
 
 use placed::Placed;
 
-/// What was built on the way.
+/// Shapes, beds and tables built on the way.
 #[derive(Clone, Debug)]
 pub struct Feasible {
     /// Shape of each population at size factor 1.
     pub shapes: Vec<Shape>,
     /// Bed of each population that is read from a file, with the grains of that population alone.
     pub beds: Vec<Option<Bed>>,
-    /// What is worth telling about them.
+    /// Facts about the shapes.
     pub facts: Vec<ShapeFacts>,
     /// Warnings, those of the case file included.
     pub warnings: Diagnostics,

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
-/// What a run can count on.
+/// Processors and memory of the machine.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Machine {
     /// Name of the processor.
@@ -14,11 +14,11 @@ pub struct Machine {
     pub cores: usize,
     /// Memory that this program can still take \[bytes]: the least of what is free and of the limits set to it.
     pub memory_available: Option<u64>,
-    /// What bounds that memory.
+    /// Bound of that memory.
     pub memory_limit: MemoryLimit,
 }
 
-/// What bounds the memory of this program.
+/// Bound of the memory of this program.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum MemoryLimit {
@@ -56,7 +56,7 @@ impl Machine {
     }
 }
 
-/// What this program can still take under each bound that holds for it \[bytes].
+/// Memory that this program can still take under each bound \[bytes].
 #[must_use]
 pub fn memory_bounds() -> Vec<(MemoryLimit, u64)> {
     let read = |path: &str| fs::read_to_string(path).unwrap_or_default();

@@ -16,7 +16,7 @@ const OVERDUE: Real = 0.99;
 /// State of a run after a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StepLine {
-    /// What the run is doing: `packing`, `relax`, `settle` or `flow`.
+    /// Phase of the run: `packing`, `relax`, `settle` or `flow`.
     pub phase: &'static str,
     /// Fluid step (packing: sub-step).
     pub step: u64,
@@ -58,7 +58,7 @@ impl StepLine {
         format!("{:<7} {:>3.0} %  {}", self.phase, (100.0 * self.fraction()).floor(), self.after_percentage())
     }
 
-    /// What follows the percentage in [`StepLine::short`].
+    /// Text after the percentage in [`StepLine::short`].
     #[must_use]
     pub fn after_percentage(&self) -> String {
         let left = self.remaining.map_or_else(String::new, |seconds| format!("left {}", duration(seconds)));

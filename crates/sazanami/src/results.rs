@@ -75,7 +75,7 @@ const WRITTEN: [&str; 20] = [
 
 /// The case as it is run.
 pub const CASE: &str = "case.toml";
-/// What a run was, did, and found.
+/// Summary of a run.
 pub const SUMMARY: &str = "summary.json";
 /// A row per observation.
 pub const SERIES: &str = "series.csv";

@@ -72,7 +72,7 @@ pub trait Onlooker: std::fmt::Debug + Send + Sync {
     fn see(&self, state: State);
 }
 
-/// How often states are seen. No step is cut for it: a state is that after the first step which reaches its time.
+/// Interval of states. No step is cut for it: a state is that after the first step which reaches its time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Every {
     /// After so many fluid steps.
@@ -84,7 +84,7 @@ pub enum Every {
 /// States to be seen: when, and by whom. On processes of a launcher all are given the same times.
 #[derive(Clone, Debug)]
 pub struct Showing {
-    /// How often; the first state and the last are always seen.
+    /// Interval; the first state and the last are always seen.
     pub every: Every,
     /// By whom.
     pub to: Arc<dyn Onlooker>,

@@ -98,12 +98,12 @@ fn read(path: &Path) -> Result<(Recipe, Snapshot), String> {
     Ok((recipe, snapshot))
 }
 
-/// What was prepared before.
+/// A tank prepared before.
 #[derive(Clone, Debug, Default)]
 pub struct MadeReady {
     /// The tank, if there is one that fits the case.
     pub tank: Option<Snapshot>,
-    /// Where it comes from, or why it cannot be used.
+    /// Origin, or why it cannot be used.
     pub messages: Vec<String>,
 }
 

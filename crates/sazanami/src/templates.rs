@@ -8,7 +8,7 @@ use crate::error::CommandError;
 pub struct Template {
     /// Name, also that of its file.
     pub name: &'static str,
-    /// What happens in it.
+    /// One line on what happens in it.
     pub about: &'static str,
     /// The case file.
     pub text: &'static str,

@@ -12,7 +12,7 @@ pub use sazanami_numerics::{Quaternion, Vector};
 use crate::case::value::split_call;
 use crate::error::CommandError;
 
-/// Where a body lies: its mesh multiplied by `scale`, turned, then moved.
+/// A placed body: its mesh multiplied by `scale`, turned, then moved.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placed {
     /// Place of the origin of the mesh \[m].

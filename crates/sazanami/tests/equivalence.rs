@@ -69,9 +69,6 @@ steps = 2
 name = "section"
 plane = { x1 = "1.2 mm" }
 steps = 2
-[output]
-figures = { at = [] }
-series = { steps = 2 }
 [run]
 until = "2 ms"
 steps = 20
@@ -105,9 +102,6 @@ placement.list = [
     { position = ["80 mm", "55 mm", "12.6 mm"] },
     { position = ["80 mm", "40 mm", "38 mm"], axis = [0, 0, 1], angle = "45 deg" },
 ]
-[output]
-figures = { at = [] }
-series = { steps = 5 }
 [run]
 until = "0.3 s"
 steps = 25
@@ -138,9 +132,6 @@ shape.spheroid = { diameter = "0.6 mm", length = "0.95 mm" }
 contact_spheres = "axis(5)"
 material = "glass"
 placement.lattice = { lower = ["0 mm", "0 mm", "0.05 mm"], upper = ["4 mm", "4 mm", "2 mm"], counts = [4, 4, 2], jitter = 0.02, velocity = ["0.8 m/s", "0.5 m/s", "-1 m/s"], random_orientation = true }
-[output]
-figures = { at = [] }
-series = { steps = 4 }
 [run]
 until = "3 ms"
 steps = 30
@@ -170,9 +161,6 @@ restitution = 0.9
 shape.sphere = { diameter = "15 mm" }
 material = "nylon"
 placement.list = [{ position = ["20.3 mm", "18.9 mm", "30 mm"], velocity = ["0.02 m/s", "0 m/s", "0 m/s"] }]
-[output]
-figures = { at = [] }
-series = { steps = 4 }
 [run]
 until = "1 s"
 steps = 20
@@ -209,9 +197,6 @@ shape.box = { size = ["3 mm", "2.5 mm", "3.5 mm"] }
 contact_spheres = "shell(26)"
 material = "glass"
 placement.list = [{ position = ["13.9 mm", "6.2 mm", "3 mm"], axis = [1, 1, 0], angle = "30 deg" }]
-[output]
-figures = { at = [] }
-series = { steps = 4 }
 [run]
 until = "1 s"
 steps = 20
@@ -239,9 +224,6 @@ shape.spheroid = { diameter = "2 mm", length = "5 mm" }
 contact_spheres = "axis(9)"
 material = "glass"
 placement.list = [{ position = ["5 mm", "4.8 mm", "7.4 mm"], axis = [1, 0, 0], angle = "70 deg" }]
-[output]
-figures = { at = [] }
-series = { steps = 4 }
 [run]
 until = "1 s"
 steps = 20
@@ -267,9 +249,6 @@ shape.spheroid = { diameter = "1.2 mm", length = "2.4 mm" }
 contact_spheres = "shell(75)"
 material = "rock"
 placement.list = [{ position = ["2.6 mm", "2 mm", "1.3 mm"], quaternion = [0.9, 0.1, 0.4, 0.2] }]
-[output]
-figures = { at = [] }
-series = { steps = 3 }
 [run]
 until = "5 ms"
 steps = 30
@@ -324,9 +303,6 @@ placement.list = [
     { position = ["1.3 mm", "2.4 mm", "0.36 mm"] },
     { position = ["3.6 mm", "2.6 mm", "0.45 mm"], axis = [1, 2, 0], angle = "12 deg" },
 ]
-[output]
-figures = { at = [] }
-series = { steps = 3 }
 [run]
 until = "5 ms"
 steps = 30
@@ -399,7 +375,8 @@ const CASES: [Small; 11] = [
 ];
 
 fn outcome(scratch: &Scratch, small: &Small, on: On, more: Option<&str>) -> Left {
-    let overrides: Vec<&str> = small.overrides.iter().copied().chain(more).collect();
+    let output = ["output.figures={ at = [] }", "output.series={ steps = 2 }"];
+    let overrides: Vec<&str> = small.overrides.iter().copied().chain(output).chain(more).collect();
     let loaded = load(small.text, &overrides);
     let folder = scratch.join(small.name);
     start(&loaded, &folder, on).unwrap_or_else(|error| panic!("{} on {on:?}: {error}", small.name));
@@ -549,57 +526,25 @@ fn equivalent(name: &str) {
     println!("{name}: ranks differ by {:.1e} at most ({}), the perturbed case by {seen:.1e}", worst.0, worst.1);
 }
 
-#[test]
-fn a_drop_on_a_bed() {
-    equivalent("drop_on_bed");
+macro_rules! equivalent {
+    ($($test:ident: $name:literal,)+) => {$(
+        #[test]
+        fn $test() {
+            equivalent($name);
+        }
+    )+};
 }
 
-#[test]
-fn a_drop_on_a_bed_with_open_room() {
-    equivalent("open_room");
-}
-
-#[test]
-fn a_collapsing_column() {
-    equivalent("dam_break");
-}
-
-#[test]
-fn grains_across_periodic_sides() {
-    equivalent("periodic");
-}
-
-#[test]
-fn grains_that_act_by_their_surfaces() {
-    equivalent("surfaces");
-}
-
-#[test]
-fn a_settling_sphere() {
-    equivalent("settling");
-}
-
-#[test]
-fn a_channel_with_obstacles() {
-    equivalent("channel");
-}
-
-#[test]
-fn a_moving_lid() {
-    equivalent("lid");
-}
-
-#[test]
-fn a_rock_hit_obliquely() {
-    equivalent("oblique");
-}
-
-#[test]
-fn mixed_shapes_and_sizes() {
-    equivalent("mixed");
-}
-
-#[test]
-fn the_literal_scheme() {
-    equivalent("literal");
+equivalent! {
+    a_drop_on_a_bed: "drop_on_bed",
+    a_drop_on_a_bed_with_open_room: "open_room",
+    a_collapsing_column: "dam_break",
+    grains_across_periodic_sides: "periodic",
+    grains_that_act_by_their_surfaces: "surfaces",
+    a_settling_sphere: "settling",
+    a_channel_with_obstacles: "channel",
+    a_moving_lid: "lid",
+    a_rock_hit_obliquely: "oblique",
+    mixed_shapes_and_sizes: "mixed",
+    the_literal_scheme: "literal",
 }

@@ -3,8 +3,10 @@
 #[allow(dead_code, reason = "every test program uses a part of it")]
 mod support;
 
+use std::path::Path;
 use std::sync::{Arc, Mutex};
 
+use sazanami::case::LoadedCase;
 use sazanami::finished::Finished;
 use sazanami::run::{RunOptions, run};
 use sazanami::saved;
@@ -48,12 +50,12 @@ impl Onlooker for Seen {
     }
 }
 
-/// Runs the case, looking at its states.
-fn watched(scratch: &Scratch, name: &str, on: On, every: Every) -> Vec<State> {
+/// Runs a case into `folder`, looking at its states.
+fn watched(case: &LoadedCase, folder: &Path, on: On, every: Every) -> Vec<State> {
     let seen = Arc::new(Seen::default());
     let showing = Some(Showing { every, to: Arc::clone(&seen) as Arc<dyn Onlooker> });
-    let options = RunOptions { showing, ..on.options(Some(&scratch.join(name))) };
-    run(&load(DROP, &[]), &options, &mut Listener::default(), &Stop::new()).expect("the case runs");
+    let options = RunOptions { showing, ..on.options(Some(folder)) };
+    run(case, &options, &mut Listener::default(), &Stop::new()).expect("the case runs");
     std::mem::take(&mut *seen.0.lock().expect("nobody panicked"))
 }
 
@@ -76,7 +78,7 @@ fn of_water(state: &State, name: &str) -> Vec<Real> {
 fn states_are_seen_as_they_are_written_and_change_nothing() {
     let scratch = Scratch::new("states");
     start(&load(DROP, &[]), &scratch.join("alone"), On::threads(1)).unwrap();
-    let states = watched(&scratch, "watched", On::threads(2), Every::Steps(1));
+    let states = watched(&load(DROP, &[]), &scratch.join("watched"), On::threads(2), Every::Steps(1));
     let steps: Vec<u64> = states.iter().filter_map(|state| state.step).collect();
     assert_eq!(steps, (0..steps.len() as u64).collect::<Vec<_>>());
     let hash = |name: &str| Finished::open(&scratch.join(name)).unwrap().summary["state_hash"].clone();
@@ -105,8 +107,8 @@ fn states_are_seen_as_they_are_written_and_change_nothing() {
 #[test]
 fn states_by_time_come_at_any_number_of_ranks() {
     let scratch = Scratch::new("states-ranks");
-    let one = watched(&scratch, "one", On::threads(1), Every::Time(0.2e-3));
-    let two = watched(&scratch, "two", On::ranks(2, 1), Every::Time(0.2e-3));
+    let one = watched(&load(DROP, &[]), &scratch.join("one"), On::threads(1), Every::Time(0.2e-3));
+    let two = watched(&load(DROP, &[]), &scratch.join("two"), On::ranks(2, 1), Every::Time(0.2e-3));
     // Steps are longer than half of that: the state at the end is the second that is due, and is seen once.
     assert_eq!(one.len(), 3);
     assert!((0.2e-3..0.4e-3).contains(&one[1].time) && (one[2].time - 0.5e-3).abs() < 1e-12);
@@ -156,13 +158,9 @@ until = "10 us"
 fn where_liquid_has_no_room_nothing_is_reported() {
     let scratch = Scratch::new("states-room");
     let run_with = |room: &str, ranks: usize| {
-        let seen = Arc::new(Seen::default());
         let folder = scratch.join(&format!("{room}-{ranks}"));
-        let showing = Some(Showing { every: Every::Steps(1), to: Arc::clone(&seen) as Arc<dyn Onlooker> });
-        let options = RunOptions { showing, ..On::ranks(ranks, 1).options(Some(&folder)) };
-        let loaded = load(HELD, &[&format!("coupling.room={room}")]);
-        run(&loaded, &options, &mut Listener::default(), &Stop::new()).expect("the case runs");
-        (std::mem::take(&mut *seen.0.lock().expect("nobody panicked")).remove(0), Left::in_folder(&folder))
+        let case = load(HELD, &[&format!("coupling.room={room}")]);
+        (watched(&case, &folder, On::ranks(ranks, 1), Every::Steps(1)).remove(0), Left::in_folder(&folder))
     };
     let first = |left: &Left, probe: &str, column: &str| {
         let table = left.probes.iter().find(|(name, _)| name == &format!("{probe}.csv")).expect("the probe is there");

@@ -30,7 +30,7 @@ choices! {
     }
 }
 
-/// What grains are made of.
+/// Material of grains.
 #[derive(Clone, Debug, PartialEq, Keys)]
 pub struct Material {
     /// Name.

@@ -30,7 +30,7 @@ choices! {
     }
 }
 
-/// How grains are moved.
+/// Motion and contact of the grains.
 #[derive(Clone, Copy, Debug, PartialEq, Keys)]
 pub struct DemOptions {
     /// Contact sub-steps in a step of the fluid: `auto`, as many as the contacts need (0.057 pi sqrt(m*/K) long, or as

@@ -44,7 +44,7 @@ pub struct Frame {
     pub oscillation: Option<Oscillation>,
     /// Displacement of the tank, if it has one.
     pub motion: Option<TankMotion>,
-    /// Where that motion is seen from.
+    /// Frame of reference of that motion.
     pub walls: WallMotion,
 }
 

@@ -64,7 +64,7 @@ struct PopulationKeys {
 pub struct Population {
     /// Name.
     pub name: String,
-    /// How many; given by the file for beds read from one.
+    /// Number; given by the file for beds read from one.
     pub count: Option<usize>,
     /// Shape.
     pub shape: GrainShape,
@@ -78,9 +78,9 @@ pub struct Population {
     pub size: SizeDistribution,
     /// Seed of its random numbers.
     pub seed: u64,
-    /// How its grains move (listed grains say so themselves).
+    /// Motion of its grains (listed grains say so themselves).
     pub motion: Motion,
-    /// Where they are put.
+    /// Their placement.
     pub placement: GrainPlacement,
 }
 

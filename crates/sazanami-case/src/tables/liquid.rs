@@ -71,7 +71,7 @@ struct LiquidKeys {
     allow_touching_grains: bool,
 }
 
-/// Where a region is put.
+/// Placement of a region.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Placement {
     /// The region's origin comes to this point \[m].
@@ -92,11 +92,11 @@ pub enum Placement {
 pub struct LiquidRegion {
     /// Name for messages and results.
     pub name: String,
-    /// Which fluid fills it. Later regions overwrite earlier ones.
+    /// Fluid that fills it. Later regions overwrite earlier ones.
     pub fluid: FluidName,
     /// Its shape about its origin.
     pub region: Region,
-    /// Where its origin is put.
+    /// Placement of its origin.
     pub placement: Placement,
     /// Velocity [m/s].
     pub velocity: Vector,

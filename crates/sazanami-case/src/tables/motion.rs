@@ -12,7 +12,7 @@ use crate::read::{Context, Table};
 use crate::units::rounded;
 
 choices! {
-    /// Where the motion of a tank is seen from.
+    /// Frame of reference of the motion of a tank.
     pub enum WallMotion {
         /// From the tank: its walls are at rest, and the fluid feels the acceleration.
         AtRest = "at_rest",

@@ -15,7 +15,7 @@ const NEAR_SIZE: Real = 10.0;
 /// Cells of an evaluation over the shortest edge of the box at least, where no size of grains is known.
 const FINEST: Real = 1e-3;
 
-/// What is measured of the bed.
+/// Measures of the bed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Keys)]
 #[keys(check = Self::check)]
 pub struct Bed {
@@ -34,8 +34,20 @@ pub struct Bed {
     pub axis: [Real; 2],
 }
 
+/// Refuses an axis that is given and lies outside the box.
+fn check_axis(what: &str, [x, y]: [Real; 2], table: &Table<'_>, help: &str, cx: &mut Context<'_>) {
+    let domain = cx.known.domain;
+    if table.has("axis") && domain.excludes(Vector::new(x, y, domain.lower.z)) {
+        cx.report
+            .error(table.place("axis"), format!("the axis of the {what} lies outside the box"))
+            .label(domain.reaches())
+            .help(help);
+    }
+}
+
 impl Bed {
     fn check(&mut self, table: &Table<'_>, cx: &mut Context<'_>) {
+        check_axis("bed", self.axis, table, "leave out `axis` for the middle of the box", cx);
         let ([lower, upper], domain) = ([self.porosity_lower, self.porosity_upper], cx.known.domain);
         if lower >= upper || lower < domain.lower.z || upper > domain.upper.z {
             let place = if table.has("porosity_upper") { "porosity_upper" } else { "porosity_lower" };
@@ -61,7 +73,7 @@ impl Bed {
 #[derive(Clone, Copy, Debug, PartialEq, Keys)]
 #[keys(check = Self::check)]
 pub struct HeapObserved {
-    /// What the heap looks like.
+    /// Shape of the heap.
     #[key(word, default = HeapShape::Cone)]
     pub shape: HeapShape,
     /// Axis of the cone in x1 and x2; of a ridge the line along x2 that the heap falls away from: its crest, or a wall.
@@ -75,17 +87,11 @@ pub struct HeapObserved {
 
 impl HeapObserved {
     fn check(&mut self, table: &Table<'_>, cx: &mut Context<'_>) {
-        let (domain, [x, y]) = (cx.known.domain, self.axis);
         // A ridge stands along the whole of x2.
-        let y = if self.shape == HeapShape::Ridge { domain.lower.y } else { y };
-        if domain.excludes(Vector::new(x, y, domain.lower.z)) {
-            cx.report
-                .error(table.place("axis"), "the axis of the heap lies outside the box")
-                .label(domain.reaches())
-                .help(
-                    "a cone stands about a point of the floor, a ridge falls away from a line between the ends of x1",
-                );
-        }
+        let [x, y] = self.axis;
+        let y = if self.shape == HeapShape::Ridge { cx.known.domain.lower.y } else { y };
+        let help = "a cone stands about a point of the floor, a ridge falls away from a line between the ends of x1";
+        check_axis("heap", [x, y], table, help, cx);
     }
 }
 
@@ -137,6 +143,7 @@ fn cells(grain_size: Real, cx: &Context<'_>) -> Range1 {
 
 impl Erosion {
     fn check(&mut self, table: &Table<'_>, cx: &mut Context<'_>) {
+        check_axis("crater", self.axis, table, "leave out `axis` for that of the bed", cx);
         // The coarsest smoothing of the evaluation takes layers 1.6 times as thick, and two of them.
         if self.dr * 3.2 > self.r_max {
             cx.report

@@ -35,7 +35,7 @@ choices! {
         Laboratory = "laboratory",
     }
 
-    /// How grains are written for ParaView.
+    /// Form of the grains for ParaView.
     #[derive(Default)]
     pub enum GrainForm {
         /// A point a grain in `grains.pvd`, for glyphs.
@@ -47,7 +47,7 @@ choices! {
         Both = "both",
     }
 
-    /// What the grains of pictures are coloured by.
+    /// Colouring of the grains of pictures.
     #[derive(Default)]
     pub enum GrainColour {
         /// Their speed.
@@ -165,25 +165,25 @@ impl Value for GrainArrays {
 /// Most grains whose surfaces are written where the case does not say.
 const MESHED: usize = 1000;
 
-/// What is written when.
+/// Output and its schedule.
 #[derive(Clone, Debug, Default, PartialEq, Keys)]
 #[keys(check = Self::check)]
 pub struct Outputs {
     /// Precision of fields.
     #[key(word, default)]
     pub precision: FieldPrecision,
-    /// Where the tank moves: frame of positions and velocities in `fields`, `grains` and probes. Series, `bed.csv`,
+    /// Frame of positions and velocities in `fields`, `grains` and probes, where the tank moves. Series, `bed.csv`,
     /// `water.csv`, `layers.csv` and pictures are always those in the tank; so are the places of `point`, `line`,
     /// `plane` and `gauge` probes, fluxes, and water levels. The displacement is that of `frame.motion`.
     #[key(word, default)]
     pub frame: OutputFrame,
     /// File that the packed bed is written to, beside `packed.bed` in the folder of results; relative to the case file.
     pub bed: Option<PathBuf>,
-    /// How grains are written: points that glyphs are set on, with a glyph `grains/shape-N.vtp` a population, or the surface
+    /// Form of the grains: points that glyphs are set on, with a glyph `grains/shape-N.vtp` a population, or the surface
     /// of each grain.
     #[key(word, default = suited_form(&cx.known.grains), says = "`both` up to 1000 grains, else `points`")]
     pub grain_form: GrainForm,
-    /// What is written of each grain, all by default: `id`, `population`, `material`, `diameter` (of equal volume), `scale`,
+    /// Arrays of each grain, all by default: `id`, `population`, `material`, `diameter` (of equal volume), `scale`,
     /// `mass`, `orientation` (of points), `velocity`, `speed`, `angular_velocity`, `contact_force`, `contact_torque`, `height`,
     /// `time_since_contact`, `touched_grains`; with moving particles also `drag`, `pressure_force`, `void_fraction`, `wetness`.
     #[key(default = GrainArrays::of(cx.known.solver), says = "all")]
@@ -197,7 +197,7 @@ pub struct Outputs {
     /// Pictures.
     #[key(table, default = Schedule::ends(cx.known.run.until), says = "at the start and at the end")]
     pub figures: Schedule,
-    /// What colours the grains of the sections and views of `solver = "mics"`: `speed`, up to a tenth of the fastest liquid's at
+    /// Colouring of the grains of the sections and views of `solver = "mics"`: `speed`, up to a tenth of the fastest liquid's at
     /// the start, or `height`, from half the height of the bed to 1.2 of it.
     #[key(word, default)]
     pub grain_colour: GrainColour,

@@ -14,7 +14,7 @@ use crate::read::{Context, Table};
 const PACKING: PackingSettings = PackingSettings::new(Vector::ZERO, Vector::ZERO);
 
 choices! {
-    /// When packing ends.
+    /// End of packing.
     pub enum PackingStop {
         /// When the bed has come to rest, by `mean_speed` and `energy_ratio`, after `settle_time`.
         Settled = "settled",
@@ -53,7 +53,7 @@ pub struct Packing {
     /// Least time after the switch to normal gravity, when the highest grain meets another.
     #[key(unit = "s", range = NonNegative, default = PACKING.settling_time)]
     pub settle_time: Real,
-    /// When packing ends.
+    /// End of packing.
     #[key(word, default = PackingStop::Settled, paper_literal = (Yagyu, PackingStop::TimeOnly,
           "the bed is taken 5e-3 s after the first collision, at rest or not"))]
     pub stop: PackingStop,
@@ -220,7 +220,7 @@ pub struct Grain {
     /// Angular velocity.
     #[key(unit = "rad/s", default = Vector::ZERO, says = "none")]
     pub angular_velocity: Vector,
-    /// How it moves.
+    /// Its motion.
     #[key(word, default = cx.known.motion, says = "as its population")]
     pub motion: Motion,
     /// Size factor.
@@ -240,7 +240,7 @@ impl Grain {
     }
 }
 
-/// Where the grains of a population are put.
+/// Placement of the grains of a population.
 #[derive(Clone, Debug, PartialEq, Keys)]
 pub enum GrainPlacement {
     /// Packed within the run.

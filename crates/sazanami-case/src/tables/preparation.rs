@@ -12,7 +12,7 @@ const RELAX_STEPS: usize = 500;
 /// Time for which the grains of a bed settle in water at rest \[s].
 const SETTLE: Real = 0.2;
 
-/// What comes before the run, for `solver = "mps"`.
+/// Preparation before the run, for `solver = "mps"`.
 #[derive(Clone, Debug, PartialEq, Keys)]
 #[keys(check = Self::check)]
 pub struct Preparation {
@@ -20,7 +20,7 @@ pub struct Preparation {
     #[key(default = if cx.known.has_bed() { RELAX_STEPS } else { 0 },
           says = format!("{RELAX_STEPS} with a bed, otherwise 0"))]
     pub relax_steps: usize,
-    /// What a step leaves of the water's velocity meanwhile.
+    /// Part of the water's velocity that a step leaves meanwhile.
     #[key(range = Between(0.0, 1.0), default = 0.9)]
     pub damping: Real,
     /// Root mean square of the volume strain of water at rest.

@@ -118,9 +118,9 @@ pub enum ProbePlace {
 pub struct Probe {
     /// Name.
     pub name: String,
-    /// Where.
+    /// Place.
     pub place: ProbePlace,
-    /// When.
+    /// Schedule.
     pub schedule: Schedule,
 }
 

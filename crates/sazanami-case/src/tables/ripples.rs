@@ -20,7 +20,7 @@ const WIDEST_MARGIN: Real = 0.45;
 pub const COLOUR_FORCE: Real = 0.3;
 
 choices! {
-    /// Where layers of a bed are counted from.
+    /// Reference of the layers of a bed.
     pub enum LayerReference {
         /// From the floor, where grains and water are now.
         Floor = "floor",
@@ -43,7 +43,7 @@ pub struct Ripples {
     #[key(unit = "m", within = Between(0.1 * grain_size, cx.known.domain.extent().z),
           default = (5.0 * grain_size).min(cx.known.domain.extent().z), says = "5 d, at most the height of the box")]
     pub layer_thickness: Real,
-    /// Where the layers are counted from.
+    /// Reference of the layers.
     #[key(word, default = LayerReference::Floor)]
     pub layers: LayerReference,
     /// Part of x1 that is averaged over, about the middle; at most the length of the tank.

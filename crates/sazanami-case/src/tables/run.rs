@@ -5,7 +5,7 @@ use sazanami_numerics::Real;
 
 use crate::read::{Context, Table};
 
-/// How long the run is.
+/// Length of the run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Keys)]
 #[keys(check = Self::check)]
 pub struct RunLength {
@@ -51,7 +51,7 @@ pub struct Checkpoints {
     /// Every so much simulated time.
     #[key(unit = "s", range = Positive)]
     pub every: Option<Real>,
-    /// How many are kept.
+    /// Number kept.
     #[key(least = 1, default = 2)]
     pub keep: usize,
 }

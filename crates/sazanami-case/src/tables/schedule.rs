@@ -53,7 +53,7 @@ impl Schedule {
         self.every.is_none() && self.steps.is_none() && self.at.is_empty()
     }
 
-    /// How often it happens up to `until` \[s], with about `steps` steps on the way.
+    /// Number of times up to `until` \[s], with about `steps` steps on the way.
     #[must_use]
     pub fn count(&self, until: Real, steps: Real) -> Real {
         let every = self.every.map_or(0.0, |every| (until / every).floor() + 1.0);

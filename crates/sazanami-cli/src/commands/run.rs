@@ -75,7 +75,7 @@ impl Extent {
     }
 }
 
-/// What every run of this program has.
+/// Options common to every run of this program.
 pub fn of_this_program() -> RunOptions {
     RunOptions {
         commit: option_env!("SAZANAMI_COMMIT"),

@@ -11,7 +11,7 @@ use super::model::{ContactModel, Springs};
 use crate::lanes::Lanes;
 use crate::material::{ContactOptions, ContactStart, HistoryRotation, Multiplicity, SlipDirection};
 
-/// How the dashpot of a contact is given.
+/// Dashpot of a contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Damping {
     /// Coefficients as they stand [N s/m].

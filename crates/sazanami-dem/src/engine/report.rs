@@ -10,7 +10,7 @@ use crate::error::DemError;
 use crate::grain::ROWS;
 use crate::material::ContactStart;
 
-/// What happened among the grains of all ranks during a call.
+/// Diagnostics of the grains of all ranks during a call.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ContactReport {
     /// Sub-steps taken.

@@ -67,7 +67,7 @@ impl Loads<'_> {
     }
 }
 
-/// How many sub-steps a call takes.
+/// Number of sub-steps of a call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Substeps {
     /// As many as [`Engine::contact_time_step`](crate::Engine::contact_time_step) asks for.

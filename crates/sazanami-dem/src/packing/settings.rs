@@ -12,7 +12,7 @@ use crate::random::Random;
 use crate::wall::Wall;
 
 choices! {
-    /// How the lattice is laid out.
+    /// Layout of the lattice.
     #[derive(Default)]
     pub enum Lattice {
         /// Cubic, room for every orientation, orientations uniformly random.
@@ -35,14 +35,14 @@ pub struct Tapping {
     pub periods: u32,
 }
 
-/// How a bed is packed.
+/// Settings of the packing of a bed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PackingSettings {
     /// Lower corner of the box \[m].
     pub lower: Vector,
     /// Upper corner of the box \[m]; its height does not limit the grains.
     pub upper: Vector,
-    /// Which of x1 and x2 are periodic instead of walled.
+    /// Directions among x1 and x2 that are periodic instead of walled.
     pub periodic: [bool; 2],
     /// Material of the walls.
     pub wall_material: u32,

@@ -28,7 +28,7 @@ pub enum ReadingsError {
     },
 }
 
-/// What is wrong with a line.
+/// Problem of a line.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum Trouble {
     /// Not text.

@@ -108,7 +108,7 @@ impl PvdSeries {
         Ok(series)
     }
 
-    /// What was lost or mended of a damaged series that is gone on with.
+    /// Losses and repairs of a damaged series that is gone on with.
     #[must_use]
     pub fn damage(&self) -> Option<&str> {
         self.damage.as_deref()

@@ -150,12 +150,6 @@ impl GrainPhase {
         phase
     }
 
-    /// How fluid and grains exchange momentum: never [`Exchange::Auto`].
-    #[must_use]
-    pub fn exchange_scheme(&self) -> Exchange {
-        self.coupling.exchange
-    }
-
     /// The engine that moves the grains and finds their contacts.
     #[must_use]
     pub fn engine(&self) -> &Engine {

@@ -208,12 +208,6 @@ impl GrainPhase {
         self.frozen = frozen;
     }
 
-    /// Whether the grains are held in place.
-    #[must_use]
-    pub fn is_frozen(&self) -> bool {
-        self.frozen
-    }
-
     /// Whether there are no grains on any rank.
     #[must_use]
     pub fn is_empty(&self) -> bool {

@@ -122,6 +122,13 @@ impl Domain {
         all
     }
 
+    /// The values of all ranks on rank 0, in the order of their identifiers; empty on the others.
+    pub fn to_first_by<T: Pod>(&self, mine: impl IntoIterator<Item = T>, id: impl Fn(&T) -> u64) -> Vec<T> {
+        let mut all = self.to_first(&mine.into_iter().collect::<Vec<T>>());
+        all.sort_unstable_by_key(id);
+        all
+    }
+
     /// The values of rank 0 on every rank.
     pub fn from_first<T: Pod>(&self, values: Vec<T>) -> Vec<T> {
         let communicator = self.communicator();

@@ -36,7 +36,7 @@ pub enum Location {
     Face(usize),
 }
 
-/// What stands behind a wall of the box.
+/// Ghost value behind a side of the box.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Ghost {
     /// The mirror image: zero normal gradient. A value on the wall face itself is kept.

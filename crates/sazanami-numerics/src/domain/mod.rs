@@ -93,13 +93,13 @@ impl Domain {
         &self.grid
     }
 
-    /// Which directions are periodic.
+    /// The periodic directions.
     #[must_use]
     pub fn periodic(&self) -> [bool; 3] {
         self.periodic
     }
 
-    /// How the grid is cut over the ranks.
+    /// Division of the grid among the ranks.
     #[must_use]
     pub fn decomposition(&self) -> &Decomposition {
         &self.decomposition

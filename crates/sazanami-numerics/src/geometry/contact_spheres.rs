@@ -11,7 +11,7 @@ use crate::{Real, Vector};
 mod mesh_shell;
 mod spheroid_shell;
 
-/// How the contact spheres of a shape are found.
+/// Rule for the contact spheres of a shape.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ContactSphereRule {
     /// `count` equal spheres touching the outline from inside, spread evenly.
@@ -239,7 +239,7 @@ fn axis(spheroid: &Spheroid, count: usize) -> Vec<(Vector, Real)> {
 pub struct SphereListError {
     /// Number of the line, from one.
     pub line: usize,
-    /// What is wrong.
+    /// The problem.
     pub problem: String,
 }
 

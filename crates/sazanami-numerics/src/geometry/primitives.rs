@@ -7,7 +7,7 @@ use crate::choices;
 use crate::{Real, Vector};
 
 choices! {
-    /// What a faceted mesh of a smooth shape has in common with it.
+    /// Property that a faceted mesh shares with its smooth shape.
     #[derive(Default)]
     pub enum VolumeRule {
         /// The nodes lie on the surface; the mesh holds less than the shape.

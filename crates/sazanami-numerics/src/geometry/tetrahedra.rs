@@ -102,7 +102,7 @@ pub enum MeshError {
     },
 }
 
-/// How well shaped the tetrahedra are.
+/// Quality of the tetrahedra.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeshQuality {
     /// Smallest dihedral angle \[degree]; 70.5 in a regular tetrahedron.

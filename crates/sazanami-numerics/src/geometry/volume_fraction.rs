@@ -20,7 +20,7 @@ use super::Shape;
 use crate::grid::Grid;
 use crate::{Matrix, Quaternion, Real, Vector};
 
-/// How volume fractions are evaluated.
+/// Evaluation of volume fractions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum VolumeFractionMethod {
     /// The surface rasterised into `per_axis` x `per_axis` vertical columns a cell, exact vertically.
@@ -58,7 +58,7 @@ pub struct CellCover {
     pub surface: Vector,
 }
 
-/// What an imprint did.
+/// Diagnostics of an imprint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Imprint {
     /// Number of cells covered: the last so many of the list.

@@ -28,7 +28,7 @@ pub enum Stop {
     Relative(Real),
 }
 
-/// What a solve did.
+/// Outcome of a solve.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Solution {
     /// Iterations.

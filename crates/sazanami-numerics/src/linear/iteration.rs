@@ -27,11 +27,11 @@ pub struct Control {
     pub margin: Real,
     /// Fall of the recursive residual after which it is replaced by the true one.
     pub trusted_fall: Real,
-    /// How often the true residual may fall by less than half from one evaluation to the next.
+    /// Number of times that the true residual may fall by less than half from one evaluation to the next.
     pub most_stalls: usize,
 }
 
-/// What the loop did.
+/// Progress of the loop.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Progress {
     /// Iterations.

@@ -43,7 +43,7 @@ pub fn cap_volume(depth: Real, rim_radius: Real) -> Real {
     PI * depth.max(0.0) / 6.0 * (3.0 * rim_radius * rim_radius + depth * depth)
 }
 
-/// What a smoothed profile says about the crater.
+/// Crater found in a smoothed profile.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Crater {
     /// Height at the axis: the innermost layer's, `b` \[m].

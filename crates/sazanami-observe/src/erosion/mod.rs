@@ -55,7 +55,7 @@ pub fn is_crater(depth: Real, volume: Real, grain_size: Real, noise: Real) -> bo
     depth > grain_size && volume > CLEAR_OF_NOISE * noise
 }
 
-/// How the bed surface is smoothed and which grains belong to it.
+/// Smoothing of the bed surface and grains that belong to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ErosionSettings {
     /// Impact axis \[m].

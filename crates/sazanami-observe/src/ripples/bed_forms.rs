@@ -20,7 +20,7 @@ const LONGEST: Real = 60e-3;
 /// Part of the longest ripples at each end of a profile that a mound is not read from.
 const ENDS: Real = 0.25;
 
-/// How mound and ripples are told apart.
+/// Settings that tell mound and ripples apart.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BedFormSettings {
     /// Grain size: the least height of a mound and of a crest \[m].
@@ -75,7 +75,7 @@ pub struct CrestedRipples {
     pub height: Real,
 }
 
-/// What stands on a bed.
+/// Bed forms.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BedForms {
     /// The mound, or why there is none.

@@ -9,7 +9,7 @@ use crate::fit::vertex;
 /// Part of a profile over which waves are compared with themselves.
 const LARGEST_LAG: Real = 0.6;
 
-/// How ripples are distinguished from the rest of a profile.
+/// Settings that tell ripples from the rest of a profile.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RippleSettings {
     /// Distance from the end walls that is left out \[m].

@@ -53,7 +53,7 @@ impl<W: Fn(Real) -> Real> Interpolation<'_, W> {
     }
 }
 
-/// What a mean can be taken of.
+/// Quantity of which a mean can be taken.
 pub trait Mean: Copy + Default + AddAssign + Mul<Real, Output = Self> + Div<Real, Output = Self> {}
 
 impl<T: Copy + Default + AddAssign + Mul<Real, Output = T> + Div<Real, Output = T>> Mean for T {}

@@ -47,7 +47,7 @@ pub(crate) struct Tank {
     pub limits: StepLimits,
     /// Largest |div u| dt.
     pub divergence: Real,
-    /// How momentum returns to the grains.
+    /// Momentum exchange with the grains.
     pub exchange: Exchange,
     /// Friction on the surfaces of grains.
     pub friction: SurfaceFriction,
@@ -144,7 +144,7 @@ pub(crate) fn step(solver: &mut Solver, now: Real, end: Real) -> Result<(Real, S
 
 /// A momentum budget that starts with the present state of a solver.
 pub(crate) fn new_budget(solver: &Solver) -> MomentumBudget {
-    MomentumBudget::new(&StoredMomentum::TERMS, solver.momentum().terms(), Impulses::names(solver.forces()))
+    MomentumBudget::new(&StoredMomentum::TERMS, solver.momentum().terms(), Impulses::names(solver.forces().names()))
 }
 
 /// Enters the impulses of a step and the momentum after it into the budget.

@@ -13,7 +13,7 @@ pub const WIDTH: Real = 0.05715;
 /// Acceleration of gravity there [m/s^2].
 pub const GRAVITY: Real = 9.81;
 
-/// How a collapsing column differs from the experiment.
+/// Differences of a collapsing column from the experiment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Collapse {
     /// Root mean square of the relative difference of the front.

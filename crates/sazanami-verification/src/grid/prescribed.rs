@@ -11,7 +11,7 @@ use sazanami_mics::carrying::CarryingFlow;
 use sazanami_mics::flow::{Flow, Fluids, Schemes};
 use sazanami_mics::interface::{InterfaceScheme, ResidueReport};
 
-/// How a shape came back.
+/// Errors of a shape that came back.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShapeError {
     /// Sum of `|C - C_0|` times the cell volume.

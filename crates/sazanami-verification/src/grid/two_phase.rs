@@ -17,7 +17,7 @@ pub const WATER_AND_AIR: Fluids =
 /// Gravity of Yagyu et al. (2015) [m/s^2].
 pub const GRAVITY: Vector = Vector::new(0.0, 0.0, -9.8);
 
-/// How quiet layers stay.
+/// Measures of how quiet layers stay.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stillness {
     /// Largest speed of a cell after the last step [m/s].

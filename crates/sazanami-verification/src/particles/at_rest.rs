@@ -23,15 +23,15 @@ pub struct RestSetup {
     pub spacing: Real,
     /// Body force in x over gravity; the surface lies across the sum.
     pub tilt: Real,
-    /// How far particles are moved off their lattice, in spacings.
+    /// Random displacement off the lattice, in spacings.
     pub jitter: Real,
-    /// How long the water is watched after its relaxation \[s].
+    /// Time of observation after the relaxation \[s].
     pub seconds: Real,
     /// Enhancements.
     pub scheme: Scheme,
 }
 
-/// How much water at rest moves.
+/// Motion of water at rest.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Rest {
     /// Largest difference from the hydrostatic pressure after half a second, over that of the depth.

@@ -271,7 +271,7 @@ pub fn seepage(scheme: Scheme, eps: Real, force: Real, end: Real) -> Result<Seep
     })
 }
 
-/// How a bed under water rests.
+/// State of a bed under water at rest.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RestingBed {
     /// Largest difference of the reduced pressure from its value at the surface, over `rho g H`, as a mean over the

@@ -28,7 +28,7 @@ pub struct Column {
     pub scheme: Scheme,
 }
 
-/// What a collapsing column does at a time.
+/// State of a collapsing column at a time.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Collapse {
     /// Time \[s].

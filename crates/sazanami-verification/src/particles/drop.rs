@@ -64,7 +64,7 @@ impl Ellipse {
     }
 }
 
-/// How a drop of particles differs from the exact one.
+/// Differences of a drop of particles from the exact one.
 #[derive(Clone, Copy, Debug)]
 pub struct StretchedDrop {
     /// When it was looked at, t A0: the end, or when it burst.

@@ -16,7 +16,7 @@ const EVERY: usize = 25;
 /// Columns in which profiles are compared.
 const COLUMNS: usize = 12;
 
-/// How far two frames differ, each over the root mean square of what is compared.
+/// Differences of two frames, each over the root mean square of what is compared.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct FrameDifference {
     /// Mean velocity along x in the frame of the tank, by columns.

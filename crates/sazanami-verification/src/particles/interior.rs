@@ -8,7 +8,7 @@ use super::vessel::{DENSITY, ExperimentError, OPEN, PERIODIC, SLAB, Vessel, adva
 use sazanami_mps::Role;
 use sazanami_mps::scheme::Scheme;
 
-/// How decaying vortices differ from the solution of Taylor and Green (1937).
+/// Differences of decaying vortices from the solution of Taylor and Green (1937).
 #[derive(Clone, Copy, Debug)]
 pub struct Vortices {
     /// When they were looked at, t U/L: 0.5, or when they burst.
@@ -63,7 +63,7 @@ pub fn taylor_green(count: usize, courant: Real, scheme: Scheme) -> Result<Vorti
     })
 }
 
-/// How a square patch of water turns in the air.
+/// Measures of a square patch of water turning in the air.
 #[derive(Clone, Copy, Debug)]
 pub struct TurningPatch {
     /// Pressure in the middle after the first step over `rho w^2 L^2`.

@@ -13,7 +13,7 @@ const COUNT: usize = 18;
 /// Particles nearer to the outside than this lack neighbours, in spacings.
 const RIM: Real = 5.0;
 
-/// What the operators find well inside, as means and root mean square errors.
+/// Values of the operators well inside, as means and root mean square errors.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Operators {
     /// Mean number density over n0.

@@ -27,7 +27,7 @@ pub struct Repose {
     pub start: Real,
     /// Angle of the surface of the bed when they lie still again \[degrees].
     pub stop: Real,
-    /// How long they slid \[s].
+    /// Duration of the slide \[s].
     pub seconds: Real,
     /// Way of the upper grains in the tilt before the slide, on the mean \[diameters].
     pub creep: Real,

@@ -26,7 +26,7 @@ pub(super) struct SettledBed {
     pub rise: Real,
     /// Part of gravity along x while the water comes to rest; its surface lies across the sum.
     pub tilt: Real,
-    /// How far the vessel may move in x \[m].
+    /// Largest displacement of the vessel in x \[m].
     pub margin: Real,
     /// Height below which grains are held for good.
     pub glued: Real,

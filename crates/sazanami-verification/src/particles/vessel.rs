@@ -57,7 +57,7 @@ pub struct Vessel {
     pub spacing: Real,
     /// Kinematic viscosity [m^2/s].
     pub viscosity: Real,
-    /// How fluid moves along walls.
+    /// Friction of the fluid along walls.
     pub friction: WallFriction,
     /// Enhancements.
     pub scheme: Scheme,
@@ -65,9 +65,9 @@ pub struct Vessel {
     pub tolerance: Tolerance,
     /// Longest step \[s].
     pub longest: Real,
-    /// Where the hydrostatic part of the pressure is zero \[m].
+    /// Point at which the hydrostatic part of the pressure is zero \[m].
     pub reference: Vector,
-    /// How far the box will move in x \[m].
+    /// Largest displacement of the box in x \[m].
     pub margin: Real,
     /// Fluid.
     pub fluid: Vec<FluidParticle>,

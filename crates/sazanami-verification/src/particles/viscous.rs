@@ -36,7 +36,7 @@ fn layer_means(solver: &Solver, layers: usize) -> Vec<Real> {
     sums.into_iter().map(|[sum, count]| if count > 0.0 { sum / count } else { 0.0 }).collect()
 }
 
-/// How a steady channel flow differs from a parabola.
+/// Differences of a steady channel flow from a parabola.
 #[derive(Clone, Copy, Debug)]
 pub struct Channel {
     /// Speed in the middle over `b h^2/(8 nu)`.

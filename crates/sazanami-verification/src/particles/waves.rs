@@ -204,7 +204,7 @@ impl Linear {
     }
 }
 
-/// How water in a shaken tank differs from linear theory.
+/// Differences of water in a shaken tank from linear theory.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Sloshing {
     /// Root mean square of the centre of mass over that of linear theory.

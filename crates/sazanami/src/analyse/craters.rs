@@ -1,9 +1,8 @@
 //! Several runs with craters: erosion volume against the momentum of the drop.
 
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-use sazanami_io::replace_file;
+use sazanami_io::table::write_csv;
 use sazanami_numerics::Real;
 use sazanami_observe::comparison::{Comparison, RunResult, Series};
 
@@ -134,13 +133,7 @@ fn points(series: &Series) -> (String, Vec<ErosionPoint>) {
 
 /// Writes the table of a comparison as CSV.
 fn write(path: &Path, header: &[String; 11], rows: &[[String; 11]], output: &mut Output) -> Result<(), CommandError> {
-    let quoted = |cell: &String| match cell.contains([',', '"']) {
-        true => format!("\"{}\"", cell.replace('"', "\"\"")),
-        false => cell.clone(),
-    };
-    let line = |row: &[String; 11]| row.each_ref().map(quoted).join(",") + "\n";
-    let text: String = std::iter::once(header).chain(rows).map(line).collect();
-    replace_file(path, |file| file.write_all(text.as_bytes())).map_err(undone)?;
+    write_csv(path, std::iter::once(header).chain(rows)).map_err(undone)?;
     output.message(&format!("wrote {}", path.display()));
     Ok(())
 }

@@ -3,6 +3,7 @@
 use std::io::ErrorKind;
 use std::path::Path;
 
+use sazanami_io::table::fields;
 use sazanami_numerics::Real;
 
 use crate::error::CommandError;
@@ -38,7 +39,7 @@ impl Table {
         let text = String::from_utf8(bytes).map_err(|_| damaged(": this is not a text"))?;
         let mut lines = text.lines();
         let Some(heading) = lines.next() else { return Err(damaged(": this is empty")) };
-        let headings = heading.split(',').map(|heading| heading.split_once(" [").unwrap_or((heading, "]")));
+        let headings = fields(heading).map(|heading| heading.split_once(" [").unwrap_or((heading, "]")));
         let (columns, units) =
             headings.map(|(name, unit)| (name.to_owned(), unit.trim_end_matches(']').to_owned())).unzip();
         let table = Self { columns, units, rows: lines.map(str::to_owned).collect() };
@@ -61,7 +62,7 @@ impl Table {
     /// headings, or its first cell is not a number.
     fn damaged_line(&self) -> Option<usize> {
         let is_row = |row: &String| {
-            row.split(',').count() == self.columns.len() && !value(row.split(',').next().unwrap_or_default()).is_nan()
+            fields(row).count() == self.columns.len() && !value(fields(row).next().unwrap_or_default()).is_nan()
         };
         self.rows.iter().position(|row| !is_row(row)).map(|row| row + 2)
     }
@@ -101,7 +102,7 @@ impl Table {
 
     /// Values of a row.
     pub fn row(&self, number: usize) -> impl Iterator<Item = Real> {
-        self.rows[number].split(',').map(value)
+        fields(&self.rows[number]).map(value)
     }
 
     /// Number of a column.
@@ -111,7 +112,7 @@ impl Table {
 
     fn cells(&self, name: &str) -> impl Iterator<Item = &str> {
         let place = self.place(name);
-        place.into_iter().flat_map(|at| self.rows.iter().map(move |row| row.split(',').nth(at).unwrap_or_default()))
+        place.into_iter().flat_map(|at| self.rows.iter().map(move |row| fields(row).nth(at).unwrap_or_default()))
     }
 }
 

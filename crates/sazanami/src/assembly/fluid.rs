@@ -46,7 +46,7 @@ pub(crate) fn forces(_case: &Case) -> Vec<Box<dyn Force>> {
     Vec::new()
 }
 
-/// How fluid and step are computed.
+/// Settings of the fluid and the step.
 pub fn settings(case: &Case) -> Settings {
     let limits = match case.fluid.step {
         Step::Fixed(step) => StepLimits { courant: case.fluid.cfl, ..StepLimits::always(step) },

@@ -57,7 +57,7 @@ fn walls(case: &Case) -> Vec<Wall> {
     all
 }
 
-/// What the engine needs beside the grains.
+/// Bodies, contact laws and walls of the engine.
 pub fn setup(case: &Case, shapes: &[Shape]) -> Setup {
     let largest = case.grains.iter().zip(shapes).map(|(p, s)| s.bounding_radius() * p.size.largest());
     let reach = largest.fold(0.0, Real::max);

@@ -46,7 +46,7 @@ pub(crate) fn domain(case: &Case, communicator: Box<dyn Communicator>) -> Result
     Domain::new(grid(case), periodic, communicator)
 }
 
-/// How fluid and step are computed.
+/// Settings of the fluid and the step.
 pub(crate) fn settings(case: &Case, level: Real) -> Settings {
     let p = case.moving_particles();
     let liquid = case.fluid.liquid;

@@ -7,7 +7,7 @@ use super::{PopulationReport, particles};
 use crate::assembly::shapes::shape_of;
 use crate::case::meaning::{Case, ContactSphereChoice, Exchange, Population, Solver};
 
-/// What is known of a population's shape once it has been built.
+/// Facts about the shape of a population, once it is built.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ShapeFacts {
     /// Volume of its mesh [m^3].

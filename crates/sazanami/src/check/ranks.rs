@@ -8,7 +8,7 @@ use serde::Serialize;
 use crate::assembly::particles;
 use crate::case::meaning::{Case, Solver};
 
-/// How a case is shared among ranks.
+/// Division of a case among ranks.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RanksReport {
     /// Number of ranks.

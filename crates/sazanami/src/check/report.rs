@@ -14,7 +14,7 @@ pub struct LimitReport {
     pub name: &'static str,
     /// Longest step it allows at the start \[s].
     pub dt_s: Real,
-    /// How it is found.
+    /// Rule by which it is found.
     pub rule: String,
     /// Whether it rules at the start.
     pub rules: bool,
@@ -25,9 +25,9 @@ pub struct LimitReport {
 pub struct PopulationReport {
     /// Name.
     pub name: String,
-    /// How many; absent for a bed whose file has not been read.
+    /// Number of grains; absent for a bed whose file has not been read.
     pub grains: Option<usize>,
-    /// How many of those that are packed stay when the bed is levelled, about.
+    /// Approximate number of packed grains that stay when the bed is levelled.
     pub levelled: Option<usize>,
     /// Contact spheres of one grain.
     pub contact_spheres: Option<usize>,
@@ -44,7 +44,7 @@ pub struct PopulationReport {
     pub body: Option<Body>,
 }
 
-/// How resolved grains and fluid exchange momentum.
+/// Momentum exchange between resolved grains and fluid.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ExchangeReport {
     /// Word of `coupling.exchange`, `auto` resolved.
@@ -133,7 +133,7 @@ pub struct CheckReport {
     pub predicted_most_s: Real,
     /// Threads the prediction is for.
     pub threads: usize,
-    /// How it is shared among ranks, if that was asked for.
+    /// Division among ranks, if that was asked for.
     pub ranks: Option<RanksReport>,
     /// The machine.
     pub machine: Machine,

@@ -19,7 +19,7 @@ pub(super) struct Placed {
     pub factor: Real,
     /// Room to leave round it for what is random \[m].
     pub slack: Real,
-    /// How it came there.
+    /// Origin of its place.
     pub origin: Origin,
 }
 

@@ -231,7 +231,7 @@ impl RankError {
 /// A rank's error as it is reported: text, which travels between processes.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct RankFailure {
-    /// What failed, where and when.
+    /// The failure, with place and time.
     pub failure: Failure,
     /// What to do about it where the input is wrong; `None` if the run itself failed.
     help: Option<String>,

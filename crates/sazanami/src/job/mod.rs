@@ -33,7 +33,7 @@ pub(crate) const PACKING: &str = "packing/";
 /// Prefix of what a bed on its way to rest writes into a snapshot.
 pub(crate) const RELAXATION: &str = "relaxation/";
 
-/// How a run ended.
+/// End of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
@@ -50,7 +50,7 @@ pub enum Status {
 /// Writes the report on the run in a folder into it; returns its path.
 pub type ReportWriter = fn(&Path) -> Result<PathBuf, CommandError>;
 
-/// What `run` is asked beyond the case.
+/// Options of a run beyond the case.
 #[derive(Clone, Debug, Default)]
 pub struct RunOptions {
     /// Folder for the results; absent: the next free `runs/<case>-<n>`.
@@ -225,13 +225,13 @@ pub(crate) struct Job<'a> {
     pub shapes: Arc<[Shape]>,
     /// Beds of the populations that are read from a file.
     pub beds: Vec<Option<Bed>>,
-    /// What is asked beyond the case.
+    /// Options beyond the case.
     pub options: &'a RunOptions,
     /// Folder of the results.
     pub folder: PathBuf,
     /// A tank with water that was prepared before; none where the run prepares it.
     pub prepared: Option<Snapshot>,
-    /// Where the run goes on from.
+    /// State that the run goes on from.
     pub resumed: Option<Resumed>,
     /// Who hears what rank 0 reports.
     pub reporter: Reporter,

@@ -105,13 +105,13 @@ pub(crate) struct Totals {
     pub pressure_iterations: u64,
     /// Largest values met.
     pub worst: Worst,
-    /// What had to be corrected.
+    /// Corrections.
     pub corrections: Corrections,
     /// Liquid through open sides [m^3].
     pub liquid_through: Real,
     /// Contacts in the last step: pairs, touching spheres.
     pub contacts: [usize; 2],
-    /// What happened to moving particles, where there are any.
+    /// Totals of moving particles, where there are any.
     #[serde(default)]
     pub particles: Option<ParticleTotals>,
 }

@@ -12,7 +12,7 @@ use sazanami_observe::{BedView, Body, GatheredBed, bed_profile};
 use serde_json::{Value, json};
 
 use crate::case::meaning::Case;
-use crate::columns::{Field, object, quantity};
+use crate::columns::{Field, object, quantities};
 use crate::job::Job;
 
 const SECTION: &str = "observe/bed";
@@ -42,54 +42,30 @@ impl BedFindings {
 }
 
 /// Fields of `observables.bed`.
-pub(crate) const BED: &[Field<BedFindings>] = &[
-    quantity("porosity", "", "porosity of the slab of `[bed]`, as far as it lies within the bed", |bed| {
-        json!(bed.porosity)
-    }),
-    quantity("height_mm", "mm", "height of the highest node near the axis, H_s, above the floor", |bed| {
-        json!(bed.height_mm)
-    }),
-    quantity("slab_top_mm", "mm", "upper side of that slab: `porosity_upper`, or H_s if it lies lower", |bed| {
-        json!(bed.slab_top_mm)
-    }),
-    quantity("mean_speed", "m/s", "mean speed of the grains", |bed| json!(bed.mean_speed)),
-    quantity("lying_order", "", "order of the long axes: above 0 if they lie, 0 at random", |bed| {
-        json!(bed.lying_order)
-    }),
-];
+pub(crate) const BED: &[Field<BedFindings>] = quantities! {
+    "porosity", "", "porosity of the slab of `[bed]`, as far as it lies within the bed" => |bed| json!(bed.porosity);
+    "height_mm", "mm", "height of the highest node near the axis, H_s, above the floor" => |bed| json!(bed.height_mm);
+    "slab_top_mm", "mm", "upper side of that slab: `porosity_upper`, or H_s if it lies lower"
+        => |bed| json!(bed.slab_top_mm);
+    "mean_speed", "m/s", "mean speed of the grains" => |bed| json!(bed.mean_speed);
+    "lying_order", "", "order of the long axes: above 0 if they lie, 0 at random" => |bed| json!(bed.lying_order);
+};
 
 /// Fields of `observables.heap`.
-pub(crate) const HEAP: &[Field<Heap>] = &[
-    quantity(
-        "angle_deg",
-        "degree",
-        "angle of the flank against the horizontal: of repose, once the grains lie still",
-        |heap| json!(heap.angle.to_degrees()),
-    ),
-    quantity(
-        "angle_uncertainty_deg",
-        "degree",
-        "its standard error, from the scatter about the fitted line or between parts of the heap; other heaps scatter more",
-        |heap| json!(heap.uncertainty.to_degrees()),
-    ),
-    quantity("upper_angle_deg", "degree", "angle of the upper half of the flank", |heap| {
-        json!(heap.halves[0].to_degrees())
-    }),
-    quantity("lower_angle_deg", "degree", "angle of the lower half of the flank", |heap| {
-        json!(heap.halves[1].to_degrees())
-    }),
-    quantity("relief_mm", "mm", "height of the crest over the foot", |heap| json!(1e3 * heap.relief)),
-    quantity("flank_mm", "mm", "distances from the axis between which the line is fitted", |heap| {
-        json!(heap.flank.map(|distance| 1e3 * distance))
-    }),
-    quantity(
-        "mean_speed",
-        "m/s",
-        "mean speed of the grains that are not in the air; a heap that moves has no angle",
-        |heap| json!(heap.mean_speed),
-    ),
-    quantity("airborne_grains", "", "grains in the air, which are left out", |heap| json!(heap.airborne)),
-];
+pub(crate) const HEAP: &[Field<Heap>] = quantities! {
+    "angle_deg", "degree", "angle of the flank against the horizontal: of repose, once the grains lie still"
+        => |heap| json!(heap.angle.to_degrees());
+    "angle_uncertainty_deg", "degree", "its standard error, from the scatter about the fitted line or between parts of the heap; other heaps scatter more"
+        => |heap| json!(heap.uncertainty.to_degrees());
+    "upper_angle_deg", "degree", "angle of the upper half of the flank" => |heap| json!(heap.halves[0].to_degrees());
+    "lower_angle_deg", "degree", "angle of the lower half of the flank" => |heap| json!(heap.halves[1].to_degrees());
+    "relief_mm", "mm", "height of the crest over the foot" => |heap| json!(1e3 * heap.relief);
+    "flank_mm", "mm", "distances from the axis between which the line is fitted"
+        => |heap| json!(heap.flank.map(|distance| 1e3 * distance));
+    "mean_speed", "m/s", "mean speed of the grains that are not in the air; a heap that moves has no angle"
+        => |heap| json!(heap.mean_speed);
+    "airborne_grains", "", "grains in the air, which are left out" => |heap| json!(heap.airborne);
+};
 
 /// A heap, or why there is none, as the summary has it.
 pub(super) fn heap_json(heap: &Result<Heap, HeapError>) -> Value {
@@ -240,7 +216,7 @@ impl BedSettings {
         bed_profile::height_near(bed, self.axis, self.height_radius).unwrap_or(self.floor)
     }
 
-    /// What is found of a bed as it lies.
+    /// Measures of a bed as it lies.
     pub fn measure(&self, bed: &BedView) -> BedFindings {
         self.findings(bed, self.height(bed))
     }

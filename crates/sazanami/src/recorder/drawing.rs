@@ -66,7 +66,7 @@ impl Drawing {
         }
     }
 
-    /// What went wrong since the last call, a sentence each.
+    /// Failures since the last call, a sentence each.
     pub fn failures(&self) -> impl Iterator<Item = String> {
         self.failed.1.try_iter()
     }

@@ -212,7 +212,7 @@ impl Files {
         Ok(table.record(clock.step(), row)?)
     }
 
-    /// Where the picture `name` goes.
+    /// Path of the picture `name`.
     pub fn figure(&self, name: &str) -> PathBuf {
         self.folder.join(FIGURES).join(name)
     }

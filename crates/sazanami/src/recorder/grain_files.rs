@@ -71,10 +71,7 @@ impl GrainStates {
                 time_since_contact: (engine.time() - grains.last_contact[i]).min(NEVER),
             }
         };
-        let mine: Vec<Record> = (0..grains.owned()).map(record).collect();
-        let mut records = domain.to_first(&mine);
-        records.sort_unstable_by_key(|record| record.id);
-        Self { records }
+        Self { records: domain.to_first_by((0..grains.owned()).map(record), |record| record.id) }
     }
 
     /// Whether there are no grains.

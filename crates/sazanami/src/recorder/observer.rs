@@ -56,7 +56,7 @@ pub(crate) struct Output<'a> {
 
 /// Something that the user should know of.
 pub(crate) struct Warning {
-    /// What it is about: each subject is reported once.
+    /// Subject: each is reported once.
     pub about: &'static str,
     /// The message, in a sentence.
     pub text: String,

@@ -10,7 +10,7 @@ use serde_json::{Map, Value, json};
 use super::bed::{BED, BedFindings, heap_json};
 use super::files::Fixed;
 use super::observer::SummaryParts;
-use crate::columns::{Field, object, quantity};
+use crate::columns::{Field, object, quantities};
 use crate::error::Failure;
 use crate::job::{CORRECTIONS, PARTICLES, Status, Totals, WORST};
 use crate::results::SUMMARY;
@@ -42,14 +42,14 @@ pub(super) struct Counts {
 }
 
 /// Fields of `counts`.
-pub(super) const COUNTS: &[Field<Counts>] = &[
-    quantity("cells", "", "cells of the grid", |counts| json!(counts.cells)),
-    quantity("fluid_particles", "", "moving particles of fluid", |counts| json!(counts.fluid_particles)),
-    quantity("grains", "", "grains", |counts| json!(counts.grains)),
-    quantity("contact_spheres", "", "contact spheres of all grains", |counts| json!(counts.contact_spheres)),
-    quantity("contacts", "", "touching pairs of contact spheres in the last step", |counts| json!(counts.contacts[1])),
-    quantity("contact_pairs", "", "pairs of touching grains in the last step", |counts| json!(counts.contacts[0])),
-];
+pub(super) const COUNTS: &[Field<Counts>] = quantities! {
+    "cells", "", "cells of the grid" => |counts| json!(counts.cells);
+    "fluid_particles", "", "moving particles of fluid" => |counts| json!(counts.fluid_particles);
+    "grains", "", "grains" => |counts| json!(counts.grains);
+    "contact_spheres", "", "contact spheres of all grains" => |counts| json!(counts.contact_spheres);
+    "contacts", "", "touching pairs of contact spheres in the last step" => |counts| json!(counts.contacts[1]);
+    "contact_pairs", "", "pairs of touching grains in the last step" => |counts| json!(counts.contacts[0]);
+};
 
 /// Writes the summary, all at once.
 pub(crate) fn write(folder: &Path, fixed: &Fixed, present: &Present) -> Result<(), TableError> {

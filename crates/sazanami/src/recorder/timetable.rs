@@ -68,12 +68,12 @@ impl Timetables {
         self.outputs.each_ref().map(|table| table.is_due(before, clock, tolerance))
     }
 
-    /// Which probes are due before the first step.
+    /// Probes that are due before the first step.
     pub fn probes_due_at_start(&self) -> Vec<bool> {
         self.probes.iter().map(Timetable::starts_at_zero).collect()
     }
 
-    /// Which probes are due.
+    /// Probes that are due.
     pub fn probes_due(&self, before: Real, clock: &Clock, tolerance: Real) -> Vec<bool> {
         self.probes.iter().map(|table| table.is_due(before, clock, tolerance)).collect()
     }

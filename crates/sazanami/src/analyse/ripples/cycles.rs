@@ -1,16 +1,14 @@
 //! Averages over the layers of a bed in cycles of its tank.
 
-use std::fmt::Write as _;
-use std::io::Write as _;
 use std::path::Path;
 
-use sazanami_io::replace_file;
+use sazanami_io::table::write_csv;
 use sazanami_numerics::Real;
 use sazanami_observe::ripples::{PhaseAverage, cycle_averages, phase_average};
 
 use crate::analyse::table::Table;
 use crate::artist::LayerHistory;
-use crate::columns::{Quantity, quantity};
+use crate::columns::{Quantity, quantities};
 use crate::error::CommandError;
 use crate::results::LAYER_MEANS;
 
@@ -77,28 +75,22 @@ pub(crate) struct CycleRow {
 pub(crate) type CycleValue = fn(&CycleRow) -> String;
 
 /// Columns of the table of cycles.
-pub(crate) const CYCLE_COLUMNS: &[Quantity<CycleValue>] = &[
-    quantity("layer", "", "`upper` or `lower`", |row| row.layer.to_owned()),
-    quantity("quantity", "", "column of `layers.csv` that is averaged, in its unit", |row| row.quantity.to_owned()),
-    quantity("kind", "", "`phase`: mean over the last cycles at a phase; `cycle`: mean over one whole cycle", |row| {
-        row.kind.to_owned()
-    }),
-    quantity("phase_or_end_of_cycle", "", "phase from 0 to 1, or end of the cycle [s]", |row| row.place.to_string()),
-    quantity("mean", "", "the mean", |row| format!("{:e}", row.mean)),
-    quantity("deviation", "", "standard deviation over the cycles at that phase", |row| {
-        row.deviation.map_or_else(String::new, |deviation| format!("{deviation:e}"))
-    }),
-    quantity("cycles", "", "number of cycles in the mean", |row| row.cycles.to_string()),
-];
+pub(crate) const CYCLE_COLUMNS: &[Quantity<CycleValue>] = quantities! {
+    "layer", "", "`upper` or `lower`" => |row| row.layer.to_owned();
+    "quantity", "", "column of `layers.csv` that is averaged, in its unit" => |row| row.quantity.to_owned();
+    "kind", "", "`phase`: mean over the last cycles at a phase; `cycle`: mean over one whole cycle"
+        => |row| row.kind.to_owned();
+    "phase_or_end_of_cycle", "", "phase from 0 to 1, or end of the cycle [s]" => |row| row.place.to_string();
+    "mean", "", "the mean" => |row| format!("{:e}", row.mean);
+    "deviation", "", "standard deviation over the cycles at that phase"
+        => |row| row.deviation.map_or_else(String::new, |deviation| format!("{deviation:e}"));
+    "cycles", "", "number of cycles in the mean" => |row| row.cycles.to_string();
+};
 
 /// Writes a row for each phase and for each whole cycle.
 pub(super) fn write_averages(path: &Path, cycles: &[CycleAverage]) -> std::io::Result<()> {
-    let names: Vec<&str> = CYCLE_COLUMNS.iter().map(|column| column.name).collect();
-    let mut text = names.join(",") + "\n";
-    let mut add = |row: &CycleRow| {
-        let values: Vec<String> = CYCLE_COLUMNS.iter().map(|column| (column.value)(row)).collect();
-        let _ = writeln!(text, "{}", values.join(","));
-    };
+    let mut rows = vec![CYCLE_COLUMNS.iter().map(|column| column.name.to_owned()).collect::<Vec<String>>()];
+    let mut add = |row: &CycleRow| rows.push(CYCLE_COLUMNS.iter().map(|column| (column.value)(row)).collect());
     for &CycleAverage { layer, quantity, ref phases, ref means } in cycles {
         if let Some(phases) = phases {
             for (n, (&mean, &deviation)) in phases.mean.iter().zip(&phases.deviation).enumerate() {
@@ -111,10 +103,10 @@ pub(super) fn write_averages(path: &Path, cycles: &[CycleAverage]) -> std::io::R
             add(&CycleRow { layer, quantity, kind: "cycle", place, mean, deviation: None, cycles: 1 });
         }
     }
-    replace_file(path, |file| file.write_all(text.as_bytes()))
+    write_csv(path, rows)
 }
 
-/// What layers did in a run; `None` if it has no table of layers.
+/// History of the layers of a run; `None` if it has no table of layers.
 ///
 /// # Errors
 /// If the table is damaged.

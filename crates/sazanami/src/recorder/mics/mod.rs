@@ -71,7 +71,11 @@ pub(crate) struct GridObserver {
 impl GridObserver {
     fn open(&mut self, case: &Case, grains: &mut GatheredGrains, solver: &Solver) {
         self.momentum = case.fluid.carrying_flow.is_none().then(|| {
-            MomentumBudget::new(&StoredMomentum::TERMS, solver.momentum().terms(), Impulses::names(solver.forces()))
+            MomentumBudget::new(
+                &StoredMomentum::TERMS,
+                solver.momentum().terms(),
+                Impulses::names(solver.forces().names()),
+            )
         });
         self.liquid = Some(LiquidBudget::new(self.liquid_volume(solver)));
         if grains.count() > 0 {
@@ -112,7 +116,7 @@ impl GridObserver {
 
     fn restore(&mut self, job: &Job, leads: bool, solver: &Solver, snapshot: &Snapshot) -> Result<(), RankError> {
         if job.case.fluid.carrying_flow.is_none() {
-            let names = Impulses::names(solver.forces());
+            let names = Impulses::names(solver.forces().names());
             self.momentum = Some(MomentumBudget::restore(&StoredMomentum::TERMS, names, snapshot)?);
         }
         self.liquid = Some(LiquidBudget::restore(snapshot)?);

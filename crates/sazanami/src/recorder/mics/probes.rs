@@ -8,7 +8,7 @@ use sazanami_numerics::{Real, Vector};
 
 use crate::assembly::grains::identifier;
 use crate::case::meaning::{Case, Probe, ProbePlace};
-use crate::columns::{Cell, cells, quantity};
+use crate::columns::{Cell, cells, quantities};
 use crate::job::RecordError;
 use crate::recorder::columns::{GAUGE, ProbeColumns};
 use crate::recorder::mics::liquid_share;
@@ -46,45 +46,41 @@ pub(super) struct OfBody {
 pub(super) const COLUMNS: ProbeColumns<AtPoint, ThroughPlane, OfBody> =
     ProbeColumns { at_point: AT_POINT, through_plane: THROUGH_PLANE, of_body: OF_BODY };
 
-const AT_POINT: &[Cell<AtPoint>] = &[
-    quantity(
-        "liquid_fraction",
-        "",
-        "volume fraction C of the liquid; with `coupling.room = \"open\"` its share of the open part, empty where there is none",
-        |at| at.liquid_fraction.into(),
-    ),
-    quantity("pressure", "Pa", "pressure", |at| at.pressure.into()),
-    quantity("velocity_1", "m/s", "velocity along x1", |at| at.velocity.x.into()),
-    quantity("velocity_2", "m/s", "along x2", |at| at.velocity.y.into()),
-    quantity("velocity_3", "m/s", "along x3", |at| at.velocity.z.into()),
-];
+const AT_POINT: &[Cell<AtPoint>] = quantities! {
+    "liquid_fraction", "", "volume fraction C of the liquid; with `coupling.room = \"open\"` its share of the open part, empty where there is none"
+        => |at| at.liquid_fraction.into();
+    "pressure", "Pa", "pressure" => |at| at.pressure.into();
+    "velocity_1", "m/s", "velocity along x1" => |at| at.velocity.x.into();
+    "velocity_2", "m/s", "along x2" => |at| at.velocity.y.into();
+    "velocity_3", "m/s", "along x3" => |at| at.velocity.z.into();
+};
 
-const THROUGH_PLANE: &[Cell<ThroughPlane>] = &[
-    quantity("volume_flux", "m^3/s", "volume flux of liquid and gas", |at| at.volume_flux.into()),
-    quantity("liquid_flux", "m^3/s", "volume flux of the liquid", |at| at.liquid_flux.into()),
-    quantity("mean_pressure", "Pa", "mean pressure on the plane", |at| at.mean_pressure.into()),
-];
+const THROUGH_PLANE: &[Cell<ThroughPlane>] = quantities! {
+    "volume_flux", "m^3/s", "volume flux of liquid and gas" => |at| at.volume_flux.into();
+    "liquid_flux", "m^3/s", "volume flux of the liquid" => |at| at.liquid_flux.into();
+    "mean_pressure", "Pa", "mean pressure on the plane" => |at| at.mean_pressure.into();
+};
 
-const OF_BODY: &[Cell<OfBody>] = &[
-    quantity("position_1", "m", "position of the centre of mass, x1", |at| at.position.x.into()),
-    quantity("position_2", "m", "x2", |at| at.position.y.into()),
-    quantity("position_3", "m", "x3", |at| at.position.z.into()),
-    quantity("velocity_1", "m/s", "velocity along x1", |at| at.velocity.x.into()),
-    quantity("velocity_2", "m/s", "along x2", |at| at.velocity.y.into()),
-    quantity("velocity_3", "m/s", "along x3", |at| at.velocity.z.into()),
-    quantity("spin_1", "rad/s", "angular velocity along x1", |at| at.spin.x.into()),
-    quantity("spin_2", "rad/s", "along x2", |at| at.spin.y.into()),
-    quantity("spin_3", "rad/s", "along x3", |at| at.spin.z.into()),
-    quantity("fluid_force_1", "N", "force of the fluid along x1", |at| at.fluid_force.x.into()),
-    quantity("fluid_force_2", "N", "along x2", |at| at.fluid_force.y.into()),
-    quantity("fluid_force_3", "N", "along x3", |at| at.fluid_force.z.into()),
-    quantity("contact_force_1", "N", "force of all contacts along x1", |at| at.contact_force.x.into()),
-    quantity("contact_force_2", "N", "along x2", |at| at.contact_force.y.into()),
-    quantity("contact_force_3", "N", "along x3", |at| at.contact_force.z.into()),
-    quantity("fluid_torque_1", "N m", "torque of the fluid along x1", |at| at.fluid_torque.x.into()),
-    quantity("fluid_torque_2", "N m", "along x2", |at| at.fluid_torque.y.into()),
-    quantity("fluid_torque_3", "N m", "along x3", |at| at.fluid_torque.z.into()),
-];
+const OF_BODY: &[Cell<OfBody>] = quantities! {
+    "position_1", "m", "position of the centre of mass, x1" => |at| at.position.x.into();
+    "position_2", "m", "x2" => |at| at.position.y.into();
+    "position_3", "m", "x3" => |at| at.position.z.into();
+    "velocity_1", "m/s", "velocity along x1" => |at| at.velocity.x.into();
+    "velocity_2", "m/s", "along x2" => |at| at.velocity.y.into();
+    "velocity_3", "m/s", "along x3" => |at| at.velocity.z.into();
+    "spin_1", "rad/s", "angular velocity along x1" => |at| at.spin.x.into();
+    "spin_2", "rad/s", "along x2" => |at| at.spin.y.into();
+    "spin_3", "rad/s", "along x3" => |at| at.spin.z.into();
+    "fluid_force_1", "N", "force of the fluid along x1" => |at| at.fluid_force.x.into();
+    "fluid_force_2", "N", "along x2" => |at| at.fluid_force.y.into();
+    "fluid_force_3", "N", "along x3" => |at| at.fluid_force.z.into();
+    "contact_force_1", "N", "force of all contacts along x1" => |at| at.contact_force.x.into();
+    "contact_force_2", "N", "along x2" => |at| at.contact_force.y.into();
+    "contact_force_3", "N", "along x3" => |at| at.contact_force.z.into();
+    "fluid_torque_1", "N m", "torque of the fluid along x1" => |at| at.fluid_torque.x.into();
+    "fluid_torque_2", "N m", "along x2" => |at| at.fluid_torque.y.into();
+    "fluid_torque_3", "N m", "along x3" => |at| at.fluid_torque.z.into();
+};
 
 /// Writes a row for every probe that is `due`. All ranks take part.
 pub(super) fn record(to: Output, solver: &Solver, due: &[bool]) -> Result<(), RecordError> {

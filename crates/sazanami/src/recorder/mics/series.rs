@@ -15,7 +15,7 @@ use sazanami_observe::splash::Splash;
 use super::{GridObserver, liquid_share};
 use crate::case::meaning::FieldPrecision;
 use crate::clock::Clock;
-use crate::columns::{Quantity, cells, headings, quantity};
+use crate::columns::{Quantity, cells, headings, quantities};
 use crate::job::{Job, RecordError};
 use crate::recorder::columns::{grain_substeps, of_step, pressure_iterations};
 use crate::recorder::files::Files;
@@ -51,143 +51,86 @@ fn of_splash<T: Into<Value>>(row: &SeriesRow<'_>, value: impl FnOnce(&Splash) ->
 }
 
 /// Columns of the series.
-pub(in crate::recorder) const SERIES: &[SeriesCell<GridObserver>] = &[
-    quantity("fluid_passes", "", "passes of the fluid in the last step", |row| of_step(row, |step| step.fluid_passes)),
-    pressure_iterations(),
-    quantity("divergence", "", "largest `abs(div u) dt` that the projection left", |row| {
-        of_step(row, |step| step.pressure.divergence)
-    }),
-    quantity("courant", "", "advective Courant number of the last step", |row| of_step(row, |step| step.courant)),
-    grain_substeps(),
-    quantity("contact_pairs", "", "pairs of touching grains", |row| of_step(row, |step| step.contacts.pairs)),
-    quantity("contacts", "", "touching pairs of contact spheres", |row| of_step(row, |step| step.contacts.contacts)),
-    quantity("largest_overlap", "", "largest overlap over the smaller contact sphere's radius", |row| {
-        of_step(row, |step| step.contacts.largest_overlap)
-    }),
-    quantity("deep_contacts", "", "contacts so far that became deeper than 20 % of a contact sphere's radius", |row| {
-        row.totals.corrections.deep_contacts.into()
-    }),
-    quantity("overfull_volume", "m^3", "volume by which grains overlap within cells", |row| {
-        row.step.map_or(0.0, |step| step.report.imprint.overfull_volume).into()
-    }),
-    quantity(
-        "out_of_range_cells",
-        "",
-        "cells so far whose liquid fraction left the range 0 to 1 by more than 1e-9",
-        |row| row.totals.corrections.out_of_range_cells.into(),
-    ),
-    quantity(
-        "clipped_volume",
-        "m^3",
-        "liquid volume added so far by clipping liquid fractions (negative: removed)",
-        |row| row.totals.corrections.clipped_volume.into(),
-    ),
-    quantity(
-        "liquid_volume_relative_change",
-        "",
-        "change of the transported liquid volume since the start, over that at the start",
-        |row| row.observer.findings.liquid_relative_change.into(),
-    ),
-    quantity(
-        "wet_liquid_volume_relative_change",
-        "",
-        "the same of the liquid outside grains: water that soaks into the bed counts as lost",
-        |row| row.observer.findings.wet_relative_change.into(),
-    ),
-    quantity("kinetic_energy_fluid", "J", "kinetic energy of liquid and gas", |row| row.observer.energies.fluid.into()),
-    quantity("kinetic_energy_grains", "J", "kinetic energy of the grains", |row| row.observer.energies.grains.into()),
-    quantity("largest_grain_speed", "m/s", "speed of the fastest grain", |row| {
-        row.grains.with_bed(|bed| bed_profile::motion(bed).largest_speed).into()
-    }),
-    quantity("momentum_liquid_3", "N s", "momentum of the liquid along x3", |row| {
-        of_stored(row, |stored| stored.liquid.z)
-    }),
-    quantity("momentum_gas_3", "N s", "momentum of the gas along x3", |row| of_stored(row, |stored| stored.gas.z)),
-    quantity("momentum_grains_3", "N s", "momentum of the grains along x3", |row| {
-        of_stored(row, |stored| stored.grains.z)
-    }),
-    quantity("momentum_displaced_3", "N s", "momentum of the fluid that grains displace", |row| {
-        of_stored(row, |stored| stored.displaced.z)
-    }),
-    quantity("momentum_owed_3", "N s", "impulse of the fluid that the grains have yet to receive", |row| {
-        of_stored(row, |stored| stored.deferred_to_grains.z)
-    }),
-    quantity("impulse_walls_on_fluid_3", "N s", "impulse of the walls on the fluid along x3 since the start", |row| {
-        of_impulses(row, |impulses| impulses.walls_on_fluid.z)
-    }),
-    quantity("impulse_walls_on_grains_3", "N s", "impulse of the walls on the grains along x3", |row| {
-        of_impulses(row, |impulses| impulses.walls_on_grains.z)
-    }),
-    quantity("impulse_gravity_3", "N s", "impulse of gravity on fluid and grains along x3", |row| {
-        of_impulses(row, |impulses| (impulses.gravity_on_fluid + impulses.gravity_on_grains).z)
-    }),
-    quantity("impulse_swallowed_3", "N s", "momentum brought by the fluid that grains displace", |row| {
-        of_impulses(row, |impulses| impulses.displaced_mass_flux.z)
-    }),
-    quantity(
-        "impulse_open_sides_3",
-        "N s",
-        "momentum through open sides along x3, that of clipped liquid included",
-        |row| of_impulses(row, |impulses| impulses.open_sides.z),
-    ),
-    quantity("impulse_held_grains_3", "N s", "impulse on grains that are held, along x3", |row| {
-        of_impulses(row, |impulses| impulses.held_grains.z)
-    }),
-    quantity(
-        "impulse_other_forces_3",
-        "N s",
-        "impulse of the forces on the fluid other than gravity along x3",
-        |row| of_impulses(row, |impulses| impulses.other_forces.iter().map(|impulse| impulse.z).sum::<Real>()),
-    ),
-    quantity("momentum_residual_3", "N s", "change of the momentum less all impulses", |row| {
-        of_budget(row, |budget| budget.residual().z)
-    }),
-    quantity(
-        "momentum_residual_relative",
-        "",
-        "the residual of all directions over the largest term of the budget",
-        |row| of_budget(row, MomentumBudget::relative_residual),
-    ),
-    quantity(
-        "front",
-        "m",
-        "largest x1 of the interface in rows of cells: where the liquid of the last cell at least half full, and of the next, would end",
-        |row| row.observer.front.into(),
-    ),
-];
+pub(in crate::recorder) const SERIES: &[SeriesCell<GridObserver>] = quantities! {
+    "fluid_passes", "", "passes of the fluid in the last step" => |row| of_step(row, |step| step.fluid_passes);
+    ..pressure_iterations();
+    "divergence", "", "largest `abs(div u) dt` that the projection left"
+        => |row| of_step(row, |step| step.pressure.divergence);
+    "courant", "", "advective Courant number of the last step" => |row| of_step(row, |step| step.courant);
+    ..grain_substeps();
+    "contact_pairs", "", "pairs of touching grains" => |row| of_step(row, |step| step.contacts.pairs);
+    "contacts", "", "touching pairs of contact spheres" => |row| of_step(row, |step| step.contacts.contacts);
+    "largest_overlap", "", "largest overlap over the smaller contact sphere's radius"
+        => |row| of_step(row, |step| step.contacts.largest_overlap);
+    "deep_contacts", "", "contacts so far that became deeper than 20 % of a contact sphere's radius"
+        => |row| row.totals.corrections.deep_contacts.into();
+    "overfull_volume", "m^3", "volume by which grains overlap within cells"
+        => |row| row.step.map_or(0.0, |step| step.report.imprint.overfull_volume).into();
+    "out_of_range_cells", "", "cells so far whose liquid fraction left the range 0 to 1 by more than 1e-9"
+        => |row| row.totals.corrections.out_of_range_cells.into();
+    "clipped_volume", "m^3", "liquid volume added so far by clipping liquid fractions (negative: removed)"
+        => |row| row.totals.corrections.clipped_volume.into();
+    "liquid_volume_relative_change", "", "change of the transported liquid volume since the start, over that at the start"
+        => |row| row.observer.findings.liquid_relative_change.into();
+    "wet_liquid_volume_relative_change", "", "the same of the liquid outside grains: water that soaks into the bed counts as lost"
+        => |row| row.observer.findings.wet_relative_change.into();
+    "kinetic_energy_fluid", "J", "kinetic energy of liquid and gas" => |row| row.observer.energies.fluid.into();
+    "kinetic_energy_grains", "J", "kinetic energy of the grains" => |row| row.observer.energies.grains.into();
+    "largest_grain_speed", "m/s", "speed of the fastest grain"
+        => |row| row.grains.with_bed(|bed| bed_profile::motion(bed).largest_speed).into();
+    "momentum_liquid_3", "N s", "momentum of the liquid along x3" => |row| of_stored(row, |stored| stored.liquid.z);
+    "momentum_gas_3", "N s", "momentum of the gas along x3" => |row| of_stored(row, |stored| stored.gas.z);
+    "momentum_grains_3", "N s", "momentum of the grains along x3" => |row| of_stored(row, |stored| stored.grains.z);
+    "momentum_displaced_3", "N s", "momentum of the fluid that grains displace"
+        => |row| of_stored(row, |stored| stored.displaced.z);
+    "momentum_owed_3", "N s", "impulse of the fluid that the grains have yet to receive"
+        => |row| of_stored(row, |stored| stored.deferred_to_grains.z);
+    "impulse_walls_on_fluid_3", "N s", "impulse of the walls on the fluid along x3 since the start"
+        => |row| of_impulses(row, |impulses| impulses.walls_on_fluid.z);
+    "impulse_walls_on_grains_3", "N s", "impulse of the walls on the grains along x3"
+        => |row| of_impulses(row, |impulses| impulses.walls_on_grains.z);
+    "impulse_gravity_3", "N s", "impulse of gravity on fluid and grains along x3"
+        => |row| of_impulses(row, |impulses| (impulses.gravity_on_fluid + impulses.gravity_on_grains).z);
+    "impulse_swallowed_3", "N s", "momentum brought by the fluid that grains displace"
+        => |row| of_impulses(row, |impulses| impulses.displaced_mass_flux.z);
+    "impulse_open_sides_3", "N s", "momentum through open sides along x3, that of clipped liquid included"
+        => |row| of_impulses(row, |impulses| impulses.open_sides.z);
+    "impulse_held_grains_3", "N s", "impulse on grains that are held, along x3"
+        => |row| of_impulses(row, |impulses| impulses.held_grains.z);
+    "impulse_other_forces_3", "N s", "impulse of the forces on the fluid other than gravity along x3"
+        => |row| of_impulses(row, |impulses| impulses.other_forces.iter().map(|impulse| impulse.z).sum::<Real>());
+    "momentum_residual_3", "N s", "change of the momentum less all impulses"
+        => |row| of_budget(row, |budget| budget.residual().z);
+    "momentum_residual_relative", "", "the residual of all directions over the largest term of the budget"
+        => |row| of_budget(row, MomentumBudget::relative_residual);
+    "front", "m", "largest x1 of the interface in rows of cells: where the liquid of the last cell at least half full, and of the next, would end"
+        => |row| row.observer.front.into();
+};
 
 /// Columns of the series of a run whose crater is evaluated.
-pub(in crate::recorder) const CRATER: &[SeriesCell<GridObserver>] = &[
-    quantity("crater_depth", "m", "depth of the crater below its rim, H", |row| {
-        of_crater(row, |erosion| erosion.crater.depth)
-    }),
-    quantity("rim_radius", "m", "distance of the rim from the axis, L", |row| {
-        of_crater(row, |erosion| erosion.crater.rim_radius)
-    }),
-    quantity("erosion_volume", "m^3", "erosion volume V, eq. (14) of Yagyu et al. (2015)", |row| {
-        of_crater(row, |erosion| erosion.crater.volume)
-    }),
-    quantity("erosion_volume_direct", "m^3", "volume below the plane of the rim", |row| {
-        of_crater(row, |erosion| erosion.crater.volume_direct)
-    }),
-    quantity("erosion_volume_excavated", "m^3", "volume below the bed's surface before the impact", |row| {
-        of_crater(row, |erosion| erosion.volume_excavated)
-    }),
-    quantity("splashed_grains", "", "grains that have left the bed", |row| of_splash(row, |splash| splash.grains)),
-    quantity("splashed_mass", "kg", "mass of these grains", |row| of_splash(row, |splash| splash.mass)),
-    quantity("splash_distance", "m", "distance of the farthest of them from the axis", |row| {
-        of_splash(row, |splash| splash.farthest_distance)
-    }),
-];
+pub(in crate::recorder) const CRATER: &[SeriesCell<GridObserver>] = quantities! {
+    "crater_depth", "m", "depth of the crater below its rim, H" => |row| of_crater(row, |erosion| erosion.crater.depth);
+    "rim_radius", "m", "distance of the rim from the axis, L" => |row| of_crater(row, |erosion| erosion.crater.rim_radius);
+    "erosion_volume", "m^3", "erosion volume V, eq. (14) of Yagyu et al. (2015)"
+        => |row| of_crater(row, |erosion| erosion.crater.volume);
+    "erosion_volume_direct", "m^3", "volume below the plane of the rim"
+        => |row| of_crater(row, |erosion| erosion.crater.volume_direct);
+    "erosion_volume_excavated", "m^3", "volume below the bed's surface before the impact"
+        => |row| of_crater(row, |erosion| erosion.volume_excavated);
+    "splashed_grains", "", "grains that have left the bed" => |row| of_splash(row, |splash| splash.grains);
+    "splashed_mass", "kg", "mass of these grains" => |row| of_splash(row, |splash| splash.mass);
+    "splash_distance", "m", "distance of the farthest of them from the axis"
+        => |row| of_splash(row, |splash| splash.farthest_distance);
+};
 
 /// Value of a column of the profiles.
 type ProfileValue = fn(&(&Clock, &Erosion)) -> Value;
 
 /// The first columns of the table of the crater's profiles; the smoothed height of each layer about the axis follows.
-pub(in crate::recorder) const PROFILE: &[Quantity<ProfileValue>] = &[
-    quantity("time", "s", "simulated time", |(clock, _)| clock.time().into()),
-    quantity("layer", "m", "width of a layer about the axis", |(_, erosion)| erosion.profile.layer.into()),
-];
+pub(in crate::recorder) const PROFILE: &[Quantity<ProfileValue>] = quantities! {
+    "time", "s", "simulated time" => |(clock, _)| clock.time().into();
+    "layer", "m", "width of a layer about the axis" => |(_, erosion)| erosion.profile.layer.into();
+};
 
 /// Adds the crater's profile to its table.
 pub(super) fn tables(observer: &GridObserver, clock: &Clock, files: &mut Files) -> Result<(), RecordError> {

@@ -9,7 +9,7 @@ use sazanami_observe::splash::Splash;
 use serde_json::{Map, Value, json};
 
 use super::GridObserver;
-use crate::columns::{Field, object, quantity};
+use crate::columns::{Field, object, quantities};
 use crate::recorder::observer::SummaryParts;
 
 /// The observables that a case asks for, as measured last.
@@ -66,128 +66,67 @@ impl Findings {
 }
 
 /// Fields of `observables.erosion`, in the units in which craters are compared.
-pub(crate) const EROSION: &[Field<Erosion>] = &[
-    quantity(
-        "volume_mm3",
-        "mm^3",
-        "erosion volume V, eq. (14) of Yagyu et al. (2015): that of the spherical cap with the depth and the rim radius of the crater",
-        |erosion| json!(1e9 * erosion.crater.volume),
-    ),
-    quantity("volume_uncertainty_mm3", "mm^3", "half the width of `volume_range_mm3`", |erosion| {
-        json!(1e9 * erosion.volume_uncertainty())
-    }),
-    quantity(
-        "volume_range_mm3",
-        "mm^3",
-        "smallest and largest V over nine smoothings and with the rim half a layer nearer and farther",
-        |erosion| json!(erosion.volume_range.map(|volume| 1e9 * volume)),
-    ),
-    quantity(
-        "volume_refined_mm3",
-        "mm^3",
-        "V with the rim from a parabola through the three layers about it",
-        |erosion| json!(1e9 * erosion.crater.refined_volume),
-    ),
-    quantity(
-        "volume_noise_mm3",
-        "mm^3",
-        "V of the same bed before the impact: a V that is not several times larger means nothing",
-        |erosion| json!(erosion.noise.map(|volume| 1e9 * volume)),
-    ),
-    quantity("volume_direct_mm3", "mm^3", "volume below the plane of the rim", |erosion| {
-        json!(1e9 * erosion.crater.volume_direct)
-    }),
-    quantity("volume_excavated_mm3", "mm^3", "volume below the bed's surface before the impact", |erosion| {
-        json!(erosion.volume_excavated.map(|volume| 1e9 * volume))
-    }),
-    quantity("volume_rim_mm3", "mm^3", "volume heaped up above that surface", |erosion| {
-        json!(erosion.volume_rim.map(|volume| 1e9 * volume))
-    }),
-    quantity("rim_radius_mm", "mm", "distance of the rim from the axis, L", |erosion| {
-        json!(1e3 * erosion.crater.rim_radius)
-    }),
-    quantity("rim_height_mm", "mm", "height of the rim above the floor of the box", |erosion| {
-        json!(1e3 * erosion.crater.rim_height)
-    }),
-    quantity("depth_mm", "mm", "depth of the crater below its rim, H", |erosion| json!(1e3 * erosion.crater.depth)),
-    quantity(
-        "depth_below_initial_mm",
-        "mm",
-        "depth of the crater below the bed's surface before the impact",
-        |erosion| json!(erosion.depth_below_initial.map(|depth| 1e3 * depth)),
-    ),
-    quantity(
-        "rim_at_edge",
-        "",
-        "whether the rim lies in the outermost layer: the box, or `erosion.r_max`, is too small for this crater, and V cannot be trusted",
-        |erosion| json!(erosion.crater.rim_at_edge),
-    ),
-    quantity("surface_grains", "", "grains that form the surface", |erosion| json!(erosion.surface_grains)),
-    quantity("airborne_grains", "", "grains in flight, which are left out", |erosion| json!(erosion.airborne_grains)),
-];
+pub(crate) const EROSION: &[Field<Erosion>] = quantities! {
+    "volume_mm3", "mm^3", "erosion volume V, eq. (14) of Yagyu et al. (2015): that of the spherical cap with the depth and the rim radius of the crater"
+        => |erosion| json!(1e9 * erosion.crater.volume);
+    "volume_uncertainty_mm3", "mm^3", "half the width of `volume_range_mm3`"
+        => |erosion| json!(1e9 * erosion.volume_uncertainty());
+    "volume_range_mm3", "mm^3", "smallest and largest V over nine smoothings and with the rim half a layer nearer and farther"
+        => |erosion| json!(erosion.volume_range.map(|volume| 1e9 * volume));
+    "volume_refined_mm3", "mm^3", "V with the rim from a parabola through the three layers about it"
+        => |erosion| json!(1e9 * erosion.crater.refined_volume);
+    "volume_noise_mm3", "mm^3", "V of the same bed before the impact: a V that is not several times larger means nothing"
+        => |erosion| json!(erosion.noise.map(|volume| 1e9 * volume));
+    "volume_direct_mm3", "mm^3", "volume below the plane of the rim" => |erosion| json!(1e9 * erosion.crater.volume_direct);
+    "volume_excavated_mm3", "mm^3", "volume below the bed's surface before the impact"
+        => |erosion| json!(erosion.volume_excavated.map(|volume| 1e9 * volume));
+    "volume_rim_mm3", "mm^3", "volume heaped up above that surface"
+        => |erosion| json!(erosion.volume_rim.map(|volume| 1e9 * volume));
+    "rim_radius_mm", "mm", "distance of the rim from the axis, L" => |erosion| json!(1e3 * erosion.crater.rim_radius);
+    "rim_height_mm", "mm", "height of the rim above the floor of the box"
+        => |erosion| json!(1e3 * erosion.crater.rim_height);
+    "depth_mm", "mm", "depth of the crater below its rim, H" => |erosion| json!(1e3 * erosion.crater.depth);
+    "depth_below_initial_mm", "mm", "depth of the crater below the bed's surface before the impact"
+        => |erosion| json!(erosion.depth_below_initial.map(|depth| 1e3 * depth));
+    "rim_at_edge", "", "whether the rim lies in the outermost layer: the box, or `erosion.r_max`, is too small for this crater, and V cannot be trusted"
+        => |erosion| json!(erosion.crater.rim_at_edge);
+    "surface_grains", "", "grains that form the surface" => |erosion| json!(erosion.surface_grains);
+    "airborne_grains", "", "grains in flight, which are left out" => |erosion| json!(erosion.airborne_grains);
+};
 
 /// Fields of `observables.crater_rest`: by the course of V, as `series.csv` has it.
-pub(crate) const REST: &[Field<Rest>] = &[
-    quantity(
-        "at_rest",
-        "",
-        "whether the crater has come to rest: V has kept within its uncertainty for a tenth of the run or longer, and its mean over the second half of that time is that over the first half to a quarter of the uncertainty",
-        |rest| json!(rest.at_rest),
-    ),
-    quantity(
-        "within_uncertainty_since_s",
-        "s",
-        "time from which V stays within its uncertainty of the last one",
-        |rest| json!(rest.since),
-    ),
-    quantity(
-        "late_drift_mm3",
-        "mm^3",
-        "mean of V over the second half of the time since then, less that over the first",
-        |rest| json!(1e9 * rest.drift),
-    ),
-];
+pub(crate) const REST: &[Field<Rest>] = quantities! {
+    "at_rest", "", "whether the crater has come to rest: V has kept within its uncertainty for a tenth of the run or longer, and its mean over the second half of that time is that over the first half to a quarter of the uncertainty"
+        => |rest| json!(rest.at_rest);
+    "within_uncertainty_since_s", "s", "time from which V stays within its uncertainty of the last one"
+        => |rest| json!(rest.since);
+    "late_drift_mm3", "mm^3", "mean of V over the second half of the time since then, less that over the first"
+        => |rest| json!(1e9 * rest.drift);
+};
 
 /// Fields of `observables.splash`: grains that have left the bed.
-pub(crate) const SPLASH: &[Field<Splash>] = &[
-    quantity("grains", "", "their number", |splash| json!(splash.grains)),
-    quantity("mass_mg", "mg", "their mass", |splash| json!(1e6 * splash.mass)),
-    quantity("farthest_distance_mm", "mm", "distance of the farthest of them from the axis", |splash| {
-        json!(1e3 * splash.farthest_distance)
-    }),
-    quantity("highest_rise_mm", "mm", "highest rise of one of them above the bed", |splash| {
-        json!(1e3 * splash.highest_rise)
-    }),
-    quantity("above_now", "", "grains that are above the bed at this time", |splash| json!(splash.above_now)),
-];
+pub(crate) const SPLASH: &[Field<Splash>] = quantities! {
+    "grains", "", "their number" => |splash| json!(splash.grains);
+    "mass_mg", "mg", "their mass" => |splash| json!(1e6 * splash.mass);
+    "farthest_distance_mm", "mm", "distance of the farthest of them from the axis"
+        => |splash| json!(1e3 * splash.farthest_distance);
+    "highest_rise_mm", "mm", "highest rise of one of them above the bed" => |splash| json!(1e3 * splash.highest_rise);
+    "above_now", "", "grains that are above the bed at this time" => |splash| json!(splash.above_now);
+};
 
 /// Fields of `conservation`.
-pub(in crate::recorder) const CONSERVATION: &[Field<GridObserver>] = &[
-    quantity(
-        "liquid_volume_relative_change",
-        "",
-        "change of the transported liquid volume since the start, over that at the start",
-        |observer| json!(observer.findings.liquid_relative_change),
-    ),
-    quantity(
-        "wet_liquid_volume_relative_change",
-        "",
-        "the same of the liquid outside grains: water that soaks into the bed counts as lost",
-        |observer| json!(observer.findings.wet_relative_change),
-    ),
-    quantity("momentum_residual_relative", "", "momentum residual over the largest term of the budget", |observer| {
-        json!(observer.momentum.as_ref().map(MomentumBudget::relative_residual))
-    }),
-    quantity(
-        "momentum_residual_of_exchange",
-        "",
-        "momentum residual over the largest momentum that the grains have had from the fluid so far, beyond the buoyancy of fluid at rest",
-        |observer| json!(observer.momentum.as_ref().and_then(MomentumBudget::residual_of_exchange)),
-    ),
-    quantity("momentum_residual_of_initial", "", "momentum residual over the momentum at the start", |observer| {
-        json!(observer.momentum.as_ref().and_then(MomentumBudget::residual_of_initial))
-    }),
-];
+pub(in crate::recorder) const CONSERVATION: &[Field<GridObserver>] = quantities! {
+    "liquid_volume_relative_change", "", "change of the transported liquid volume since the start, over that at the start"
+        => |observer| json!(observer.findings.liquid_relative_change);
+    "wet_liquid_volume_relative_change", "", "the same of the liquid outside grains: water that soaks into the bed counts as lost"
+        => |observer| json!(observer.findings.wet_relative_change);
+    "momentum_residual_relative", "", "momentum residual over the largest term of the budget"
+        => |observer| json!(observer.momentum.as_ref().map(MomentumBudget::relative_residual));
+    "momentum_residual_of_exchange", "", "momentum residual over the largest momentum that the grains have had from the fluid so far, beyond the buoyancy of fluid at rest"
+        => |observer| json!(observer.momentum.as_ref().and_then(MomentumBudget::residual_of_exchange));
+    "momentum_residual_of_initial", "", "momentum residual over the momentum at the start"
+        => |observer| json!(observer.momentum.as_ref().and_then(MomentumBudget::residual_of_initial));
+};
 
 fn momentum_json(budget: &MomentumBudget) -> Value {
     fn named(lines: impl Iterator<Item = (&'static str, Vector)>) -> BTreeMap<&'static str, [Real; 3]> {

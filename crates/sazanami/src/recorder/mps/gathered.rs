@@ -121,43 +121,37 @@ impl GatheredTank {
         let phase = solver.grains();
         let engine = phase.engine();
         let all = engine.grains();
-        let mine: Vec<GrainRecord> = (0..all.owned())
-            .map(|g| {
-                let [drag, pressure_force] = phase.forces(g).map(|force| force.to_array());
-                let [void_fraction, wetness] = phase.surroundings(g);
-                GrainRecord {
-                    id: all.id[g],
-                    contacts: engine.touched_grains(g) as u64,
-                    position: (all.position[g] - shift).to_array(),
-                    velocity: (all.velocity[g] - drift).to_array(),
-                    drag,
-                    pressure_force,
-                    diameter: diameter_of(engine, g),
-                    void_fraction,
-                    wetness,
-                }
-            })
-            .collect();
-        let mut grains = domain.to_first(&mine);
-        grains.sort_unstable_by_key(|record| record.id);
+        let grain = |g: usize| {
+            let [drag, pressure_force] = phase.forces(g).map(|force| force.to_array());
+            let [void_fraction, wetness] = phase.surroundings(g);
+            GrainRecord {
+                id: all.id[g],
+                contacts: engine.touched_grains(g) as u64,
+                position: (all.position[g] - shift).to_array(),
+                velocity: (all.velocity[g] - drift).to_array(),
+                drag,
+                pressure_force,
+                diameter: diameter_of(engine, g),
+                void_fraction,
+                wetness,
+            }
+        };
+        let grains = domain.to_first_by((0..all.owned()).map(grain), |record| record.id);
         let particles = solver.particles();
-        let mine: Vec<WaterRecord> = (0..particles.owned())
-            .filter(|&a| particles.kind[a] == Kind::Fluid)
-            .map(|a| WaterRecord {
-                id: particles.id[a],
-                role: match particles.role[a] {
-                    Role::Unknown => 0,
-                    Role::Dirichlet => 1,
-                    Role::Inactive => 2,
-                },
-                position: (particles.position[a] - shift).to_array(),
-                velocity: (particles.velocity[a] - drift).to_array(),
-                pressure: particles.pressure[a],
-                bulk_volume: volume / phase.void_fraction(particles.position[a]),
-            })
-            .collect();
-        let mut water = domain.to_first(&mine);
-        water.sort_unstable_by_key(|record| record.id);
+        let particle = |a: usize| WaterRecord {
+            id: particles.id[a],
+            role: match particles.role[a] {
+                Role::Unknown => 0,
+                Role::Dirichlet => 1,
+                Role::Inactive => 2,
+            },
+            position: (particles.position[a] - shift).to_array(),
+            velocity: (particles.velocity[a] - drift).to_array(),
+            pressure: particles.pressure[a],
+            bulk_volume: volume / phase.void_fraction(particles.position[a]),
+        };
+        let fluid = (0..particles.owned()).filter(|&a| particles.kind[a] == Kind::Fluid);
+        let water = domain.to_first_by(fluid.map(particle), |record| record.id);
         self.unpack(&grains, &water);
     }
 

@@ -9,7 +9,7 @@ use sazanami_observe::ripples::{Near, SurfaceProfile, Tank};
 use super::gathered::GatheredTank;
 use crate::assembly::grains::identifier;
 use crate::case::meaning::{Case, ProbePlace};
-use crate::columns::{Cell, cells, missing, quantity};
+use crate::columns::{Cell, cells, missing, quantities};
 use crate::job::RecordError;
 use crate::recorder::columns::{GAUGE, ProbeColumns};
 use crate::recorder::observer::Output;
@@ -35,32 +35,28 @@ pub(super) struct OfBody {
 pub(super) const COLUMNS: ProbeColumns<AtPoint, (), OfBody> =
     ProbeColumns { at_point: AT_POINT, through_plane: &[], of_body: OF_BODY };
 
-const AT_POINT: &[Cell<AtPoint>] = &[
-    quantity("pressure", "Pa", "pressure", |at| at.pressure.into()),
-    quantity("velocity_1", "m/s", "velocity of the water along x1", |at| at.velocity.x.into()),
-    quantity("velocity_2", "m/s", "along x2", |at| at.velocity.y.into()),
-    quantity("velocity_3", "m/s", "along x3", |at| at.velocity.z.into()),
-];
+const AT_POINT: &[Cell<AtPoint>] = quantities! {
+    "pressure", "Pa", "pressure" => |at| at.pressure.into();
+    "velocity_1", "m/s", "velocity of the water along x1" => |at| at.velocity.x.into();
+    "velocity_2", "m/s", "along x2" => |at| at.velocity.y.into();
+    "velocity_3", "m/s", "along x3" => |at| at.velocity.z.into();
+};
 
-const OF_BODY: &[Cell<OfBody>] = &[
-    quantity("position_1", "m", "position of the centre, x1", |at| at.position.x.into()),
-    quantity("position_2", "m", "x2", |at| at.position.y.into()),
-    quantity("position_3", "m", "x3", |at| at.position.z.into()),
-    quantity("velocity_1", "m/s", "velocity along x1", |at| at.velocity.x.into()),
-    quantity("velocity_2", "m/s", "along x2", |at| at.velocity.y.into()),
-    quantity("velocity_3", "m/s", "along x3", |at| at.velocity.z.into()),
-    quantity("drag_1", "N", "drag along x1", |at| at.drag.x.into()),
-    quantity("drag_2", "N", "along x2", |at| at.drag.y.into()),
-    quantity("drag_3", "N", "along x3", |at| at.drag.z.into()),
-    quantity("pressure_force_1", "N", "force of the pressure, buoyancy included, along x1", |at| {
-        at.pressure_force.x.into()
-    }),
-    quantity("pressure_force_2", "N", "along x2", |at| at.pressure_force.y.into()),
-    quantity("pressure_force_3", "N", "along x3", |at| at.pressure_force.z.into()),
-    quantity("void_fraction", "", "void fraction around the grain, without its own share", |at| {
-        at.void_fraction.into()
-    }),
-];
+const OF_BODY: &[Cell<OfBody>] = quantities! {
+    "position_1", "m", "position of the centre, x1" => |at| at.position.x.into();
+    "position_2", "m", "x2" => |at| at.position.y.into();
+    "position_3", "m", "x3" => |at| at.position.z.into();
+    "velocity_1", "m/s", "velocity along x1" => |at| at.velocity.x.into();
+    "velocity_2", "m/s", "along x2" => |at| at.velocity.y.into();
+    "velocity_3", "m/s", "along x3" => |at| at.velocity.z.into();
+    "drag_1", "N", "drag along x1" => |at| at.drag.x.into();
+    "drag_2", "N", "along x2" => |at| at.drag.y.into();
+    "drag_3", "N", "along x3" => |at| at.drag.z.into();
+    "pressure_force_1", "N", "force of the pressure, buoyancy included, along x1" => |at| at.pressure_force.x.into();
+    "pressure_force_2", "N", "along x2" => |at| at.pressure_force.y.into();
+    "pressure_force_3", "N", "along x3" => |at| at.pressure_force.z.into();
+    "void_fraction", "", "void fraction around the grain, without its own share" => |at| at.void_fraction.into();
+};
 
 /// What probes are read from.
 struct View<'a> {

@@ -51,7 +51,7 @@ impl Rim {
         self.level = surface.points().filter(|[x, _]| is_beside(*x)).map(|[_, z]| z).reduce(Real::max);
     }
 
-    /// How far the water beside walls stands above the rim \[m], if it does.
+    /// Height of the water beside walls above the rim \[m], if it is higher.
     pub fn excess(&self) -> Option<Real> {
         self.level.map(|level| level - self.height).filter(|&excess| excess > 0.0)
     }

@@ -7,7 +7,7 @@ use serde_json::json;
 
 use super::{Found, ParticleObserver, TankSums, forms_json};
 use crate::clock::Clock;
-use crate::columns::{Cell, Field, Quantity, cells, headings, quantity};
+use crate::columns::{Cell, Field, Quantity, cells, headings, quantities};
 use crate::job::RecordError;
 use crate::recorder::columns::{grain_substeps, of_step, pressure_iterations};
 use crate::recorder::files::Files;
@@ -54,228 +54,112 @@ fn carried_share(row: &SeriesRow<'_>) -> Value {
 }
 
 /// Columns of the series.
-pub(in crate::recorder) const SERIES: &[SeriesCell<ParticleObserver>] = &[
-    pressure_iterations(),
-    quantity("pressure_residual", "", "relative residual that the pressure solver left", |row| {
-        of_step(row, |step| step.pressure.residual)
-    }),
-    quantity(
-        "removed_mean_strain",
-        "",
-        "mean taken off the source of the pressure equation, so that it can be solved in a closed tank",
-        |row| of_step(row, |step| step.pressure.removed_mean),
-    ),
-    quantity("strain_mean", "", "mean volume strain of the water away from its surface", |row| {
-        of_step(row, |step| step.strain[0])
-    }),
-    quantity("strain_rms", "", "root mean square of the volume strain; below 3 % as a rule", |row| {
-        of_step(row, |step| step.strain[1])
-    }),
-    quantity("surface_particles", "", "particles at the surface", |row| of_step(row, |step| step.surface)),
-    quantity("splash_particles", "", "isolated particles", |row| of_step(row, |step| step.isolated)),
-    quantity(
-        "uncorrected_gradients",
-        "",
-        "particles whose neighbourhood is too thin for the corrected pressure gradient (GC); a few in spray",
-        |row| of_step(row, |step| step.uncorrected_gradients),
-    ),
-    quantity(
-        "tensile_cutoffs",
-        "",
-        "wall particles at a film of water whose tension was cut off; tens as a rule",
-        |row| of_step(row, |step| step.tensile_cutoffs),
-    ),
-    quantity("cut_coefficients", "", "coefficients of the pressure equation that were cut to zero", |row| {
-        of_step(row, |step| step.pressure.cut_coefficients)
-    }),
-    quantity(
-        "limited_rows",
-        "",
-        "particles beside the surface whose support beyond it is taken as half a neighbourhood; some in spray",
-        |row| of_step(row, |step| step.pressure.limited_rows),
-    ),
-    quantity(
-        "stabilised_pairs",
-        "",
-        "pairs that the dynamic stabilisation (DS) pushes apart; 0.7 to 0.9 of the number of fluid particles",
-        |row| of_step(row, |step| step.stabilised_pairs),
-    ),
-    quantity("stabilisation_work", "J", "work of these pushes (negative: taken from the water)", |row| {
-        of_step(row, |step| step.stabilisation_work)
-    }),
-    quantity(
-        "largest_shift",
-        "m",
-        "longest displacement by particle shifting; 0 unless `particles.shifting` is set",
-        |row| of_step(row, |step| step.largest_shift),
-    ),
-    quantity(
-        "collisions",
-        "",
-        "pairs nearer than half a spacing that collided; 0, at violent moments up to 5",
-        |row| of_step(row, |step| step.collisions),
-    ),
-    quantity("clipped_particles", "", "particles put back from a wall; a few", |row| of_step(row, |step| step.clipped)),
-    quantity("limited_voids", "", "particles whose void fraction was raised to the least allowed; 0", |row| {
-        of_step(row, |step| step.coupling.limited_voids)
-    }),
-    quantity("least_void_fraction", "", "smallest void fraction of a particle, before it was raised", |row| {
-        of_step(row, |step| step.coupling.least_void)
-    }),
-    quantity("largest_fluid_speed", "m/s", "speed of the fastest fluid particle", |row| {
-        of_step(row, |step| step.largest_speed)
-    }),
-    quantity("largest_grain_speed", "m/s", "speed of the fastest grain", |row| {
-        of_step(row, |step| step.contacts.largest_speed)
-    }),
-    grain_substeps(),
-    quantity("contacts", "", "touching pairs of grains", |row| of_step(row, |step| step.contacts.contacts)),
-    quantity("largest_overlap", "", "largest overlap over the radius; below 5 %", |row| {
-        of_step(row, |step| step.contacts.largest_overlap)
-    }),
-    quantity(
-        "contact_force_over_submerged_weight",
-        "",
-        "vertical force of walls and held grains on the free grains over their submerged weight: 1 at rest, about 1 on the mean over a period; a bed that stays far below is carried by the water (fluidised)",
-        carried_share,
-    ),
-    quantity(
-        "bulk_volume_relative_change",
-        "",
-        "change of the bulk volume of the water since the start; 1e-3",
-        |row| row.observer.volume_change().into(),
-    ),
-    quantity("kinetic_energy_fluid", "J", "kinetic energy of the water", |row| row.observer.sums.fluid_energy.into()),
-    quantity("kinetic_energy_grains", "J", "kinetic energy of the grains", |row| row.observer.sums.grain_energy.into()),
-    quantity(
-        "potential_energy",
-        "J",
-        "potential energy of the water and the submerged grains, from the floor",
-        |row| row.observer.sums.potential_energy.into(),
-    ),
-    quantity("momentum_1", "N s", "momentum of water and grains along x1, against the tank", |row| {
-        row.observer.sums.momentum.x.into()
-    }),
-    quantity(
-        "momentum_2",
-        "N s",
-        "along x2: with periodic sides only friction at the floor acts from outside, so it stays small beside the amplitude of `momentum_1`",
-        |row| row.observer.sums.momentum.y.into(),
-    ),
-    quantity("momentum_3", "N s", "momentum of water and grains along x3", |row| row.observer.sums.momentum.z.into()),
-    quantity(
-        "drag_exchange_residual",
-        "N s",
-        "impulse of the drag on grains and on water since the start, added; round-off",
-        |row| row.observer.momentum.impulses().drag_residual().length().into(),
-    ),
-    quantity(
-        "fluid_momentum_residual_1",
-        "N s",
-        "momentum along x1 that the water gained since the start beyond the impulses of body force, walls (pressure, friction, contact) and grains (drag, pressure)",
-        |row| row.observer.momentum.residual().x.into(),
-    ),
-    quantity("fluid_momentum_residual_2", "N s", "the same along x2", |row| row.observer.momentum.residual().y.into()),
-    quantity(
-        "fluid_momentum_residual_3",
-        "N s",
-        "along x3; at rest the weight of half a layer of particles, since the pressure vanishes in the middle of the particles at the surface",
-        |row| row.observer.momentum.residual().z.into(),
-    ),
-    quantity("grain_height", "m", "mean height of the grains above the floor", |row| {
-        with_grains(row, |sums| sums.grain_height)
-    }),
-    quantity(
-        "bed_law_share",
-        "",
-        "share of the grains under the drag law of dense beds (ratio of number densities above 0.4)",
-        |row| with_grains(row, |sums| sums.bed_share),
-    ),
-    quantity("front", "m", "largest x1 of the water, isolated particles left out", |row| {
-        Some(row.observer.sums.front).filter(|front| front.is_finite()).into()
-    }),
-    quantity("water_level_mean", "m", "mean height of the water's surface", |row| row.observer.water.mean().into()),
-    quantity("water_level_highest", "m", "highest point of the water's surface", |row| level(row, Real::max)),
-    quantity("water_level_lowest", "m", "lowest point of the water's surface", |row| level(row, Real::min)),
-    quantity(
-        "particles_above_rim",
-        "",
-        "particles beside walls above the top of an open box, where the walls end but still keep the water in; make the box higher if it is not 0",
-        |row| row.observer.rim.as_ref().map(|rim| rim.above).into(),
-    ),
-    quantity("bed_relief", "m", "root mean square of the bed's surface without its trend, all wavelengths", |row| {
-        of_bed(row, |bed| bed.relief)
-    }),
-    quantity(
-        "ripple_height",
-        "m",
-        "2 sqrt(2) times the standard deviation within the band of wavelengths of ripples",
-        |row| of_ripples(row, |ripples| Ok(ripples.height())),
-    ),
-    quantity("ripple_crest_to_trough", "m", "mean height from crest to trough", |row| {
-        of_ripples(row, |ripples| ripples.crest_to_trough)
-    }),
-    quantity("ripple_wavelength_spectrum", "m", "wavelength: centre of the spectrum", |row| {
-        of_ripples(row, |ripples| Ok(ripples.spectral_wavelength))
-    }),
-    quantity("ripple_wavelength_crossings", "m", "wavelength: mean distance of upward crossings", |row| {
-        of_ripples(row, |ripples| ripples.crossing_wavelength)
-    }),
-    quantity("ripple_wavelength_correlation", "m", "wavelength: first maximum of the correlation", |row| {
-        of_ripples(row, |ripples| ripples.correlation_wavelength)
-    }),
-    quantity("ripple_steepness", "", "height over wavelength", |row| of_ripples(row, |ripples| ripples.steepness())),
-    quantity("mound_wavelength", "m", "wavelength of the highest peak of the whole spectrum of the bed", |row| {
-        of_mound(row, |mound| mound.wavelength)
-    }),
-    quantity(
-        "mound_height",
-        "m",
-        "highest less lowest place of the bed without the waves of ripples; missing below a grain's size",
-        |row| of_mound(row, |mound| mound.height),
-    ),
-    quantity(
-        "ripple_crests",
-        "",
-        "crests of at least a grain's size among waves as short as ripples, where the flow allows them",
-        |row| of_crests(row, |ripples| ripples.crests.len() as Real),
-    ),
-    quantity("ripple_crest_spacing", "m", "mean distance of these crests", |row| {
-        of_crests(row, |ripples| ripples.wavelength)
-    }),
-    quantity("ripple_crest_height", "m", "mean height of these crests above the troughs beside them", |row| {
-        of_crests(row, |ripples| ripples.height)
-    }),
-    quantity("suspended_grains", "", "grains that are not part of the bed", |row| of_bed(row, |bed| bed.bed.suspended)),
-];
+pub(in crate::recorder) const SERIES: &[SeriesCell<ParticleObserver>] = quantities! {
+    ..pressure_iterations();
+    "pressure_residual", "", "relative residual that the pressure solver left"
+        => |row| of_step(row, |step| step.pressure.residual);
+    "removed_mean_strain", "", "mean taken off the source of the pressure equation, so that it can be solved in a closed tank"
+        => |row| of_step(row, |step| step.pressure.removed_mean);
+    "strain_mean", "", "mean volume strain of the water away from its surface" => |row| of_step(row, |step| step.strain[0]);
+    "strain_rms", "", "root mean square of the volume strain; below 3 % as a rule"
+        => |row| of_step(row, |step| step.strain[1]);
+    "surface_particles", "", "particles at the surface" => |row| of_step(row, |step| step.surface);
+    "splash_particles", "", "isolated particles" => |row| of_step(row, |step| step.isolated);
+    "uncorrected_gradients", "", "particles whose neighbourhood is too thin for the corrected pressure gradient (GC); a few in spray"
+        => |row| of_step(row, |step| step.uncorrected_gradients);
+    "tensile_cutoffs", "", "wall particles at a film of water whose tension was cut off; tens as a rule"
+        => |row| of_step(row, |step| step.tensile_cutoffs);
+    "cut_coefficients", "", "coefficients of the pressure equation that were cut to zero"
+        => |row| of_step(row, |step| step.pressure.cut_coefficients);
+    "limited_rows", "", "particles beside the surface whose support beyond it is taken as half a neighbourhood; some in spray"
+        => |row| of_step(row, |step| step.pressure.limited_rows);
+    "stabilised_pairs", "", "pairs that the dynamic stabilisation (DS) pushes apart; 0.7 to 0.9 of the number of fluid particles"
+        => |row| of_step(row, |step| step.stabilised_pairs);
+    "stabilisation_work", "J", "work of these pushes (negative: taken from the water)"
+        => |row| of_step(row, |step| step.stabilisation_work);
+    "largest_shift", "m", "longest displacement by particle shifting; 0 unless `particles.shifting` is set"
+        => |row| of_step(row, |step| step.largest_shift);
+    "collisions", "", "pairs nearer than half a spacing that collided; 0, at violent moments up to 5"
+        => |row| of_step(row, |step| step.collisions);
+    "clipped_particles", "", "particles put back from a wall; a few" => |row| of_step(row, |step| step.clipped);
+    "limited_voids", "", "particles whose void fraction was raised to the least allowed; 0"
+        => |row| of_step(row, |step| step.coupling.limited_voids);
+    "least_void_fraction", "", "smallest void fraction of a particle, before it was raised"
+        => |row| of_step(row, |step| step.coupling.least_void);
+    "largest_fluid_speed", "m/s", "speed of the fastest fluid particle" => |row| of_step(row, |step| step.largest_speed);
+    "largest_grain_speed", "m/s", "speed of the fastest grain" => |row| of_step(row, |step| step.contacts.largest_speed);
+    ..grain_substeps();
+    "contacts", "", "touching pairs of grains" => |row| of_step(row, |step| step.contacts.contacts);
+    "largest_overlap", "", "largest overlap over the radius; below 5 %"
+        => |row| of_step(row, |step| step.contacts.largest_overlap);
+    "contact_force_over_submerged_weight", "", "vertical force of walls and held grains on the free grains over their submerged weight: 1 at rest, about 1 on the mean over a period; a bed that stays far below is carried by the water (fluidised)"
+        => carried_share;
+    "bulk_volume_relative_change", "", "change of the bulk volume of the water since the start; 1e-3"
+        => |row| row.observer.volume_change().into();
+    "kinetic_energy_fluid", "J", "kinetic energy of the water" => |row| row.observer.sums.fluid_energy.into();
+    "kinetic_energy_grains", "J", "kinetic energy of the grains" => |row| row.observer.sums.grain_energy.into();
+    "potential_energy", "J", "potential energy of the water and the submerged grains, from the floor"
+        => |row| row.observer.sums.potential_energy.into();
+    "momentum_1", "N s", "momentum of water and grains along x1, against the tank"
+        => |row| row.observer.sums.momentum.x.into();
+    "momentum_2", "N s", "along x2: with periodic sides only friction at the floor acts from outside, so it stays small beside the amplitude of `momentum_1`"
+        => |row| row.observer.sums.momentum.y.into();
+    "momentum_3", "N s", "momentum of water and grains along x3" => |row| row.observer.sums.momentum.z.into();
+    "drag_exchange_residual", "N s", "impulse of the drag on grains and on water since the start, added; round-off"
+        => |row| row.observer.momentum.impulses().drag_residual().length().into();
+    "fluid_momentum_residual_1", "N s", "momentum along x1 that the water gained since the start beyond the impulses of body force, walls (pressure, friction, contact) and grains (drag, pressure)"
+        => |row| row.observer.momentum.residual().x.into();
+    "fluid_momentum_residual_2", "N s", "the same along x2" => |row| row.observer.momentum.residual().y.into();
+    "fluid_momentum_residual_3", "N s", "along x3; at rest the weight of half a layer of particles, since the pressure vanishes in the middle of the particles at the surface"
+        => |row| row.observer.momentum.residual().z.into();
+    "grain_height", "m", "mean height of the grains above the floor" => |row| with_grains(row, |sums| sums.grain_height);
+    "bed_law_share", "", "share of the grains under the drag law of dense beds (ratio of number densities above 0.4)"
+        => |row| with_grains(row, |sums| sums.bed_share);
+    "front", "m", "largest x1 of the water, isolated particles left out"
+        => |row| Some(row.observer.sums.front).filter(|front| front.is_finite()).into();
+    "water_level_mean", "m", "mean height of the water's surface" => |row| row.observer.water.mean().into();
+    "water_level_highest", "m", "highest point of the water's surface" => |row| level(row, Real::max);
+    "water_level_lowest", "m", "lowest point of the water's surface" => |row| level(row, Real::min);
+    "particles_above_rim", "", "particles beside walls above the top of an open box, where the walls end but still keep the water in; make the box higher if it is not 0"
+        => |row| row.observer.rim.as_ref().map(|rim| rim.above).into();
+    "bed_relief", "m", "root mean square of the bed's surface without its trend, all wavelengths"
+        => |row| of_bed(row, |bed| bed.relief);
+    "ripple_height", "m", "2 sqrt(2) times the standard deviation within the band of wavelengths of ripples"
+        => |row| of_ripples(row, |ripples| Ok(ripples.height()));
+    "ripple_crest_to_trough", "m", "mean height from crest to trough"
+        => |row| of_ripples(row, |ripples| ripples.crest_to_trough);
+    "ripple_wavelength_spectrum", "m", "wavelength: centre of the spectrum"
+        => |row| of_ripples(row, |ripples| Ok(ripples.spectral_wavelength));
+    "ripple_wavelength_crossings", "m", "wavelength: mean distance of upward crossings"
+        => |row| of_ripples(row, |ripples| ripples.crossing_wavelength);
+    "ripple_wavelength_correlation", "m", "wavelength: first maximum of the correlation"
+        => |row| of_ripples(row, |ripples| ripples.correlation_wavelength);
+    "ripple_steepness", "", "height over wavelength" => |row| of_ripples(row, |ripples| ripples.steepness());
+    "mound_wavelength", "m", "wavelength of the highest peak of the whole spectrum of the bed"
+        => |row| of_mound(row, |mound| mound.wavelength);
+    "mound_height", "m", "highest less lowest place of the bed without the waves of ripples; missing below a grain's size"
+        => |row| of_mound(row, |mound| mound.height);
+    "ripple_crests", "", "crests of at least a grain's size among waves as short as ripples, where the flow allows them"
+        => |row| of_crests(row, |ripples| ripples.crests.len() as Real);
+    "ripple_crest_spacing", "m", "mean distance of these crests" => |row| of_crests(row, |ripples| ripples.wavelength);
+    "ripple_crest_height", "m", "mean height of these crests above the troughs beside them"
+        => |row| of_crests(row, |ripples| ripples.height);
+    "suspended_grains", "", "grains that are not part of the bed" => |row| of_bed(row, |bed| bed.bed.suspended);
+};
 
 /// Fields of `conservation` in the summary.
-pub(in crate::recorder) const CONSERVATION: &[Field<ParticleObserver>] = &[
-    quantity("liquid_volume_relative_change", "", "as `fluid_bulk_volume_relative_change`", |observer| {
-        json!(observer.volume_change())
-    }),
-    quantity("momentum_residual_relative", "", "largest part of `fluid_momentum_residual_relative`", |observer| {
-        json!(observer.momentum.relative_residual().into_iter().flatten().reduce(Real::max))
-    }),
-    quantity(
-        "fluid_bulk_volume_relative_change",
-        "",
-        "change of the bulk volume of the water since the start",
-        |observer| json!(observer.volume_change()),
-    ),
-    quantity(
-        "drag_exchange_residual_relative",
-        "",
-        "impulse of the drag on grains and on water added, over that on the water",
-        |observer| json!(observer.momentum.impulses().relative_drag_residual()),
-    ),
-    quantity(
-        "fluid_momentum_residual_relative",
-        "",
-        "momentum residual of the water over the impulse of the body force, direction by direction",
-        |observer| json!(observer.momentum.relative_residual()),
-    ),
-];
+pub(in crate::recorder) const CONSERVATION: &[Field<ParticleObserver>] = quantities! {
+    "liquid_volume_relative_change", "", "as `fluid_bulk_volume_relative_change`"
+        => |observer| json!(observer.volume_change());
+    "momentum_residual_relative", "", "largest part of `fluid_momentum_residual_relative`"
+        => |observer| json!(observer.momentum.relative_residual().into_iter().flatten().reduce(Real::max));
+    "fluid_bulk_volume_relative_change", "", "change of the bulk volume of the water since the start"
+        => |observer| json!(observer.volume_change());
+    "drag_exchange_residual_relative", "", "impulse of the drag on grains and on water added, over that on the water"
+        => |observer| json!(observer.momentum.impulses().relative_drag_residual());
+    "fluid_momentum_residual_relative", "", "momentum residual of the water over the impulse of the body force, direction by direction"
+        => |observer| json!(observer.momentum.relative_residual());
+};
 
 /// A place of the water's surface at a time.
 pub(in crate::recorder) struct WaterPlace {
@@ -285,11 +169,11 @@ pub(in crate::recorder) struct WaterPlace {
 }
 
 /// Columns of the profiles of the water.
-pub(in crate::recorder) const WATER: &[Cell<WaterPlace>] = &[
-    quantity("time", "s", "simulated time", |at| at.time.into()),
-    quantity("x", "m", "place along x1", |at| at.x.into()),
-    quantity("z", "m", "height of the water's surface", |at| at.height.into()),
-];
+pub(in crate::recorder) const WATER: &[Cell<WaterPlace>] = quantities! {
+    "time", "s", "simulated time" => |at| at.time.into();
+    "x", "m", "place along x1" => |at| at.x.into();
+    "z", "m", "height of the water's surface" => |at| at.height.into();
+};
 
 /// A place of the bed's surface at a time, in its three definitions.
 pub(in crate::recorder) struct BedPlace {
@@ -299,18 +183,14 @@ pub(in crate::recorder) struct BedPlace {
 }
 
 /// Columns of the profiles of the bed.
-pub(in crate::recorder) const BED: &[Cell<BedPlace>] = &[
-    quantity("time", "s", "simulated time", |at| at.time.into()),
-    quantity("x", "m", "place along x1", |at| at.x.into()),
-    quantity(
-        "z_concentration",
-        "m",
-        "height at which the concentration of grains is 0.30, the main definition",
-        |at| at.heights[0].into(),
-    ),
-    quantity("z_image", "m", "outline of the bed seen from the side, as in a photograph", |at| at.heights[1].into()),
-    quantity("z_top_layer", "m", "mean height of the topmost grains", |at| at.heights[2].into()),
-];
+pub(in crate::recorder) const BED: &[Cell<BedPlace>] = quantities! {
+    "time", "s", "simulated time" => |at| at.time.into();
+    "x", "m", "place along x1" => |at| at.x.into();
+    "z_concentration", "m", "height at which the concentration of grains is 0.30, the main definition"
+        => |at| at.heights[0].into();
+    "z_image", "m", "outline of the bed seen from the side, as in a photograph" => |at| at.heights[1].into();
+    "z_top_layer", "m", "mean height of the topmost grains" => |at| at.heights[2].into();
+};
 
 /// Averages over a layer of the bed at a time.
 pub(in crate::recorder) struct LayerAt<'a> {
@@ -323,18 +203,16 @@ pub(in crate::recorder) struct LayerAt<'a> {
 pub(in crate::recorder) type LayerValue = fn(&LayerAt<'_>) -> Value;
 
 /// Columns of the averages over layers.
-pub(in crate::recorder) const LAYERS: &[Quantity<LayerValue>] = &[
-    quantity("time", "s", "simulated time", |at| at.time.into()),
-    quantity("layer", "", "`lower` or `upper`", |at| at.name.into()),
-    quantity("water_velocity_1", "m/s", "mean velocity of the water along x1", |at| at.means.water_velocity.into()),
-    quantity("grain_velocity_1", "m/s", "mean velocity of the grains along x1", |at| at.means.grain_velocity.into()),
-    quantity("drag_1", "N", "mean drag on a grain along x1", |at| at.means.drag.into()),
-    quantity("pressure_force_1", "N", "mean force of the pressure on a grain along x1", |at| {
-        at.means.pressure_force.into()
-    }),
-    quantity("water_particles", "", "number of water particles", |at| at.means.water_count.into()),
-    quantity("grains", "", "number of grains", |at| at.means.grain_count.into()),
-];
+pub(in crate::recorder) const LAYERS: &[Quantity<LayerValue>] = quantities! {
+    "time", "s", "simulated time" => |at| at.time.into();
+    "layer", "", "`lower` or `upper`" => |at| at.name.into();
+    "water_velocity_1", "m/s", "mean velocity of the water along x1" => |at| at.means.water_velocity.into();
+    "grain_velocity_1", "m/s", "mean velocity of the grains along x1" => |at| at.means.grain_velocity.into();
+    "drag_1", "N", "mean drag on a grain along x1" => |at| at.means.drag.into();
+    "pressure_force_1", "N", "mean force of the pressure on a grain along x1" => |at| at.means.pressure_force.into();
+    "water_particles", "", "number of water particles" => |at| at.means.water_count.into();
+    "grains", "", "number of grains" => |at| at.means.grain_count.into();
+};
 
 /// Adds what was measured last to the tables beside the series.
 pub(super) fn tables(observer: &ParticleObserver, clock: &Clock, files: &mut Files) -> Result<(), RecordError> {

@@ -1,0 +1,295 @@
+//! What can be said of a case that can be read before it is run: beds, memory, counts beyond reason.
+
+use sazanami::bed_file::{Bed, BedGrain, Recipe};
+use sazanami::check::CostModel;
+use sazanami::feasible::{self, Feasible};
+use sazanami::machine::{Machine, MemoryLimit};
+use sazanami_numerics::{Quaternion, Vector};
+
+use super::*;
+
+/// A machine with so much free memory \[bytes].
+fn machine(memory: u64) -> Machine {
+    Machine { cpu: "any".into(), cores: 2, memory_available: Some(memory), memory_limit: MemoryLimit::Machine }
+}
+
+/// What is said about a case that can be read, errors first; what was found if it can run.
+fn feasibility(text: &str, overrides: &[&str], memory: u64) -> (Vec<String>, Option<Feasible>) {
+    let loaded = read(text, overrides).unwrap_or_else(|error| panic!("{error}"));
+    let reported = |d: &case::Diagnostics| {
+        let of = |r: &case::DiagnosticRecord| {
+            let place = r.line.unwrap_or(0);
+            format!("{place} {} | {}", r.message, r.suggestion.clone().or(r.expected.clone()).unwrap_or_default())
+        };
+        d.records(&loaded.source).iter().map(of).collect()
+    };
+    match feasible::check(&loaded, &machine(memory), &CostModel::default()) {
+        Ok(feasible) => (reported(&feasible.warnings), Some(feasible)),
+        Err(error) => (reported(&error.diagnostics), None),
+    }
+}
+
+const ENOUGH: u64 = 8 << 30;
+
+#[test]
+fn grains_too_light_for_their_exchange_are_refused() {
+    let cork = |density: u32| {
+        format!(
+            "{SMALL}[material.cork]\ndensity = \"{density} kg/m^3\"\n[[grains]]\nshape.sphere = {{ diameter = \"0.5 mm\" }}\nplacement.list = [{{ position = [\"0.5 mm\", \"0.5 mm\", \"1 mm\"] }}]\n"
+        )
+    };
+    let fine = "domain.cells=[10, 10, 20]";
+    let refused = |density: u32, overrides: &[&str], exchange: &str| {
+        let (found, feasible) = feasibility(&cork(density), overrides, ENOUGH);
+        let title = format!("too light for the exchange `{exchange}`");
+        assert!(feasible.is_none() && found.iter().any(|f| f.contains(&title)), "{density} {overrides:?}: {found:#?}");
+    };
+    // Two cells wide, then five.
+    refused(1000, &[], "exact");
+    refused(1000, &[fine, "coupling.exchange=exact"], "exact");
+    refused(400, &[fine], "surface");
+    refused(400, &["coupling.exchange=surface"], "surface");
+    for (density, overrides) in [(1100, &[][..]), (600, &[fine][..]), (400, &[fine, "grains.0.motion=fixed"][..])] {
+        let (found, feasible) = feasibility(&cork(density), overrides, ENOUGH);
+        assert!(feasible.is_some(), "{density} {overrides:?}: {found:#?}");
+    }
+}
+
+/// Three spheres of 1 mm side by side on the floor of a box of 6 mm, two of the shape `a` and one of `b`.
+fn made_bed(name: &str) -> PathBuf {
+    let lying = |n: u32, shape: u32| BedGrain {
+        shape,
+        scale: 1.0,
+        position: Vector::new(1e-3 + 2e-3 * f64::from(n), 3e-3, 0.5e-3),
+        orientation: Quaternion::IDENTITY,
+    };
+    let bed = Bed {
+        lower: Vector::ZERO,
+        upper: Vector::splat(6e-3),
+        recipe: Recipe { shapes: vec!["a".into(), "b".into()], ..Recipe::default() },
+        grains: vec![lying(0, 0), lying(1, 1), lying(2, 0)],
+    };
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}-{}.bed", std::process::id()));
+    bed.write(&path).unwrap_or_else(|error| panic!("{error}"));
+    path
+}
+
+/// A case on that bed; lines 1 to 13, then each population on four lines of its own.
+fn on_bed(bed: &Path, populations: &[&str]) -> String {
+    let mut text = "[domain]\nsize = [\"6 mm\", \"6 mm\", \"6 mm\"]\ncells = [6, 6, 6]\n[run]\nuntil = \"1 ms\"\n\
+                    [bed]\nheight_radius = \"1 mm\"\n[material.sand]\ndensity = \"2650 kg/m^3\"\n[[liquid]]\n\
+                    name = \"drop\"\nregion.sphere = { diameter = \"1 mm\" }\nabove_bed = \"2 mm\"\n"
+        .to_owned();
+    for name in populations {
+        text += &format!(
+            "[[grains]]\nname = \"{name}\"\nshape.sphere = {{ diameter = \"1 mm\" }}\nplacement.bed = {{ file = \"{}\" }}\n",
+            bed.display()
+        );
+    }
+    text
+}
+
+#[test]
+fn each_population_takes_its_shape_of_a_bed() {
+    let path = made_bed("shapes");
+    let counts = |names: &[&str]| {
+        let (found, feasible) = feasibility(&on_bed(&path, names), &[], ENOUGH);
+        let beds = feasible.unwrap_or_else(|| panic!("{found:#?}")).beds;
+        beds.iter().map(|bed| bed.as_ref().map_or(0, |bed| bed.grains.len())).collect::<Vec<_>>()
+    };
+    assert_eq!(counts(&["a", "b"]), [2, 1]);
+    assert_eq!(counts(&["b", "a"]), [1, 2]);
+    assert_eq!(counts(&["fine", "coarse"]), [2, 1]);
+    let refused = |names: &[&str], overrides: &[&str], expected: &str| {
+        let (found, feasible) = feasibility(&on_bed(&path, names), overrides, ENOUGH);
+        assert!(feasible.is_none() && found.iter().any(|f| f.contains(expected)), "{expected}: {found:#?}");
+    };
+    refused(&["a"], &[], "17 no population takes the shape `b` of the bed");
+    refused(&["sand"], &[], "17 the bed has no shape `sand`");
+    refused(&["a", "c"], &[], "the bed has no shape `c`");
+    refused(&["a", "b"], &["grains.0.count=3"], "`count` says 3, the bed holds 2 grains of `a`");
+    assert!(feasibility(&on_bed(&path, &["a", "b"]), &["grains.0.count=2"], ENOUGH).1.is_some());
+    std::fs::remove_file(path).unwrap();
+}
+
+#[test]
+fn beds_are_looked_at_before_the_run() {
+    let path = made_bed("places");
+    let text = on_bed(&path, &["a", "b"]);
+    let (found, feasible) = feasibility(&text, &[], ENOUGH);
+    assert!(feasible.is_some() && found.is_empty(), "{found:#?}");
+    let refused = |overrides: &[&str], expected: &str| {
+        let (found, feasible) = feasibility(&text, overrides, ENOUGH);
+        assert!(feasible.is_none() && found.iter().any(|f| f.contains(expected)), "{expected}: {found:#?}");
+    };
+    refused(&["domain.size=[\"5 mm\", \"6 mm\", \"6 mm\"]"], "grain 1 of `a` sticks out of the box");
+    refused(&["domain.size=[\"6 mm\", \"6 mm\", \"0.9 mm\"]"], "of the bed of `a` stick out of the box");
+    refused(
+        &["grains.0.placement.bed.scale=2", "grains.1.placement.bed.scale=2"],
+        "the bed was packed in a box of 12.0000 mm",
+    );
+    refused(&["grains.0.placement.bed.scale=0.25", "grains.1.placement.bed.scale=0.25"], "overlaps grain");
+    // The highest grain near the axis ends 1 mm above the floor.
+    refused(&["liquid.0.above_bed=4.6 mm"], "`drop` does not fit above the bed | lower it by 0.1");
+    assert!(feasibility(&text, &["liquid.0.above_bed=4.45 mm"], ENOUGH).1.is_some());
+    // A grain beside the axis counts for what the drop touches, not for the height of the bed.
+    let wide = ["liquid.0.region.sphere.diameter=3 mm"];
+    let pillar = |place: &str| {
+        let grain = "[[grains]]\nname = \"pillar\"\nshape.sphere = { diameter = \"1 mm\" }\n";
+        format!("{text}{grain}placement.list = [{{ position = [\"{place} mm\", \"3 mm\", \"3 mm\"] }}]\n")
+    };
+    let (found, feasible) = feasibility(&pillar("4.9"), &wide, ENOUGH);
+    assert!(feasible.is_none() && found[0].contains("`drop` touches grains"), "{found:#?}");
+    let (found, feasible) = feasibility(&pillar("5.3"), &wide, ENOUGH);
+    assert!(feasible.is_some(), "{found:#?}");
+    std::fs::write(&path, b"not a bed").unwrap();
+    refused(&[], "is no bed file");
+    std::fs::remove_file(path).unwrap();
+}
+
+/// A few grains to be packed.
+const PACKED: &str = "[material.sand]\ndensity = \"2650 kg/m^3\"\n[[grains]]\ncount = 3\n\
+                      shape.spheroid = { diameter = \"0.1 mm\", length = \"0.2 mm\" }\nplacement.packed = {}\n";
+
+#[test]
+fn grains_in_the_way_of_a_bed_that_is_packed_are_told_before_it_is() {
+    let bed = made_bed("beside");
+    let stone = "[[grains]]\nname = \"stone\"\nshape.sphere = { diameter = \"0.3 mm\" }\n";
+    let with = |placement: &str| feasibility(&format!("{SMALL}{PACKED}{stone}{placement}\n"), &[], ENOUGH);
+    let at =
+        |height: &str| with(&format!("placement.list = [{{ position = [\"0.5 mm\", \"0.5 mm\", \"{height} mm\"] }}]"));
+    let (found, feasible) = at("0.2");
+    assert!(feasible.is_none() && found.len() == 1, "{found:#?}");
+    assert!(
+        found[0].contains("grain 0 of `stone` lies where other grains are packed | pack the bed first"),
+        "{found:#?}"
+    );
+    let lattice = "placement.lattice = { upper = [\"1 mm\", \"1 mm\", \"1 mm\"], counts = [2, 2, 2] }";
+    let (found, feasible) = with(lattice);
+    assert!(feasible.is_none() && found[0].contains("lies where other grains are packed"), "{found:#?}");
+    // Negative controls: above the bed, and without a bed that is packed.
+    let (found, feasible) = at("0.7");
+    assert!(feasible.is_some(), "{found:#?}");
+    let alone = format!("{SMALL}[material.sand]\ndensity = \"2650 kg/m^3\"\n{stone}{lattice}\n");
+    let (found, feasible) = feasibility(&alone, &[], ENOUGH);
+    assert!(feasible.is_some(), "{found:#?}");
+    // A bed that should come to rest first.
+    let wide = on_bed(&bed, &["a", "b"]) + &PACKED.replace("[material.sand]\ndensity = \"2650 kg/m^3\"\n", "");
+    let (found, feasible) = feasibility(&wide, &["grains.1.placement.bed.relax=true"], ENOUGH);
+    assert!(feasible.is_none(), "{found:#?}");
+    let reported =
+        found.iter().filter(|text| text.contains("`b` cannot come to rest beside grains that are packed")).count();
+    assert_eq!(reported, 1, "{found:#?}");
+    std::fs::remove_file(bed).unwrap();
+}
+
+#[test]
+fn a_bed_that_cannot_be_written_is_reported_before_it_is_packed() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
+    let text = format!("{SMALL}{PACKED}");
+    let with = |path: &Path| feasibility(&text, &[&format!("output.bed={}", path.display())], ENOUGH);
+    assert!(with(&folder.join("made.bed")).1.is_some());
+    let (found, feasible) = with(&folder.join("no such folder/made.bed"));
+    assert!(feasible.is_none() && found[0].contains("the bed cannot be written to"), "{found:#?}");
+    let (found, feasible) = with(folder);
+    assert!(feasible.is_none() && found[0].contains("add the name of a file"), "{found:#?}");
+    let left = std::fs::read_dir(folder).unwrap().flatten();
+    let process = std::process::id().to_string();
+    assert!(!left.into_iter().any(|e| e.file_name().to_string_lossy() == format!(".sazanami-write-test-{process}")));
+}
+
+#[test]
+fn memory_is_refused_with_what_would_fit() {
+    let text = format!("{SMALL}{PACKED}");
+    let gibibyte = 1 << 30;
+    let refused = |change: &str, expected: &str| {
+        let (found, feasible) = feasibility(&text, &[change], gibibyte);
+        assert!(feasible.is_none() && found.len() == 1 && found[0].contains(expected), "{expected}: {found:#?}");
+        found[0].clone()
+    };
+    let box_ = refused("domain.cells=[4000, 4000, 8000]", "this box is too large for the memory of this machine");
+    let fits = box_.split(" | ").last().unwrap().trim_end_matches(" fits").to_owned();
+    let grains = refused("grains.0.count=1000000000", "`grains 0` is too large for the memory of this machine");
+    let count = grains.split(" | ").last().unwrap().split(' ').next().unwrap().to_owned();
+    // What is suggested does fit, and is not much less than what could.
+    for (key, value) in [("domain.cells", fits), ("grains.0.count", count)] {
+        let loaded = read(&text, &[&format!("{key}={value}")]).unwrap();
+        let needed = sazanami::check::memory(&loaded.case, &CostModel::default());
+        assert!((0.8..=1.0).contains(&(needed / f64::from(gibibyte as u32))), "{key}={value}: {needed}");
+    }
+}
+
+#[test]
+fn memory_of_open_room_is_ten_fields() {
+    let text = format!("{SMALL}{PACKED}");
+    let memory = |changes: &[&str]| {
+        let loaded = read(&text, changes).unwrap();
+        let cells = loaded.case.domain.cells.iter().map(|&n| n as f64 + 4.0).product::<f64>();
+        (sazanami::check::memory(&loaded.case, &CostModel::default()), cells)
+    };
+    let large = "domain.cells=[400, 400, 400]";
+    let ((open, cells), (whole, _)) = (memory(&[large, "coupling.room=open"]), memory(&[large]));
+    assert!(((open - whole) / (80.0 * cells) - 1.0).abs() < 1e-9, "{open} {whole}");
+}
+
+#[test]
+fn memory_of_the_smoothing_grid_is_counted_with_its_radius() {
+    let text = format!("{SMALL}{PACKED}[erosion]\n[output]\nfigures = {{ at = [] }}\n");
+    let wide = ["domain.size=[\"1 m\", \"1 m\", \"2 mm\"]", "erosion.dx=10 um", "erosion.dr=10 um"];
+    let with = |radius: &str| format!("erosion.r_max={radius}");
+    let memory = |radius: &str| {
+        let loaded = read(&text, &[wide[0], wide[1], wide[2], &with(radius)]).unwrap();
+        sazanami::check::memory(&loaded.case, &CostModel::default())
+    };
+    // A mean of 16 bytes for each cell of a square of twice the radius.
+    let grown = memory("450 mm") - memory("50 mm");
+    let expected = 16.0 * (90_000.0_f64.powi(2) - 10_000.0_f64.powi(2));
+    assert!((grown / expected - 1.0).abs() < 1e-3, "{grown} {expected}");
+    let allowed = |radius: &str| feasibility(&text, &[wide[0], wide[1], wide[2], &with(radius)], ENOUGH);
+    let (found, feasible) = allowed("450 mm");
+    assert!(feasible.is_none() && found.len() == 1 && found[0].contains("`erosion.r_max`"), "{found:#?}");
+    // Negative control: a tenth of the radius fits.
+    assert!(allowed("45 mm").1.is_some(), "{:#?}", allowed("45 mm").0);
+    // A radius beyond the box is refused.
+    let found = findings(&text, &["erosion.r_max=45 mm"]);
+    assert!(found.len() == 1 && found[0].contains("`r_max` has to lie between"), "{found:#?}");
+}
+
+#[test]
+fn counts_beyond_reason_are_refused() {
+    let text = format!("{SMALL}{PACKED}");
+    for (change, expected) in [
+        ("grains.0.contact_spheres=shell(1000000000)", "too many contact spheres"),
+        ("grains.0.contact_spheres=axis(1001)", "too many contact spheres"),
+        ("grains.0.shape.spheroid.rings=100000", "`rings` has to be 200 or less"),
+        ("grains.0.shape.spheroid.segments=201", "`segments` has to be 200 or less"),
+    ] {
+        let found = findings(&text, &[change]);
+        assert!(found.len() == 1 && found[0].contains(expected), "{change}: {found:#?}");
+    }
+    for change in [
+        "grains.0.contact_spheres=shell(1000)",
+        "grains.0.contact_spheres=axis(1000)",
+        "grains.0.shape.spheroid.rings=200",
+        "grains.0.shape.spheroid.segments=200",
+    ] {
+        assert!(findings(&text, &[change]).is_empty(), "{change}");
+    }
+}
+
+#[test]
+fn files_that_are_no_texts_are_named_and_not_read_without_end() {
+    let folder = tempfile::tempdir().unwrap();
+    let refused = |name: &str, bytes: &[u8]| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, bytes).unwrap();
+        case::load(&path, &[]).unwrap_err().to_string()
+    };
+    let latin = refused("latin.toml", b"title = \"sand\"\n# gr\xf6\xdfe\n[run]\n");
+    assert!(latin.contains("line 2 is not UTF-8"), "{latin}");
+    // As long as /dev/zero for who reads it to its end.
+    let path = folder.path().join("endless.toml");
+    std::fs::File::create(&path).unwrap().set_len(1 << 40).unwrap();
+    let endless = case::load(&path, &[]).unwrap_err().to_string();
+    assert!(endless.contains("longer than 64 MiB"), "{endless}");
+}
