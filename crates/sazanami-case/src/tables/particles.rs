@@ -81,7 +81,8 @@ pub struct Particles {
     #[key(word, default = Scheme::default().shifting_form)]
     pub shifting_form: ShiftingForm,
     /// Whether the pressure is solved for without its part at rest.
-    #[key(default = Scheme::default().reduced_pressure, paper_literal = (Tazaki, false, "the usual equations hold the whole pressure"))]
+    #[key(default = Scheme::default().reduced_pressure,
+          paper_literal = (Tazaki, false, "the usual equations hold the whole pressure"))]
     pub reduced_pressure: bool,
     /// Way of the fastest particle or grain in a step over its size.
     #[key(range = Between(1e-3, 0.5), default = StepLimits::default().courant)]
