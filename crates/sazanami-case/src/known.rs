@@ -57,7 +57,7 @@ impl Default for Known {
             boundary: [[BoundarySide::NoSlip; 2]; 3],
             gravity: Vector::NAN,
             frame: None,
-            dem: DemOptions::plain(),
+            dem: DemOptions::default(),
             materials: Materials::default(),
             grains: Vec::new(),
             motion: Motion::Free,

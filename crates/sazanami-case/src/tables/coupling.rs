@@ -32,7 +32,8 @@ struct Coupling {
     weighting: Weighting,
     /// Evaluator of covered volumes: `columns(n)` (n x n columns a cell, exact along x3), `subcell(n)` (n^3 sub-cells),
     /// `clip` (exact clipping of tetrahedra, slow); n from 1 to 64.
-    #[key(name = "alpha", default = VolumeFractionMethod::Columns { per_axis: 4 }, paper_literal = (Yagyu, VolumeFractionMethod::Clip,
+    #[key(name = "alpha", default = VolumeFractionMethod::Columns { per_axis: 4 },
+          paper_literal = (Yagyu, VolumeFractionMethod::Clip,
           "volume fractions by exact clipping, the reference evaluator"))]
     volume_fraction: VolumeFractionMethod,
     /// Where the arm of a cell's force ends.

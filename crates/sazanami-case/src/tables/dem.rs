@@ -14,16 +14,20 @@ use crate::write::{Paths, Written};
 
 choices! {
     /// Rolling resistance.
+    #[derive(Default)]
     pub enum Rolling {
         /// None: the shape gives it.
+        #[default]
         None = "none",
         /// A constant torque against rolling, for spheres.
         ConstantTorque = "constant_torque",
     }
 
     /// Contact of grains with the walls of the box.
+    #[derive(Default)]
     pub enum WallContact {
         /// As that between grains.
+        #[default]
         AsGrains = "as_grains",
         /// Without friction on the vertical sides.
         FrictionlessSides = "frictionless_sides",
@@ -31,11 +35,11 @@ choices! {
 }
 
 /// Motion and contact of the grains.
-#[derive(Clone, Copy, Debug, PartialEq, Keys)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Keys)]
 pub struct DemOptions {
     /// Contact sub-steps in a step of the fluid: `auto`, as many as the contacts need (0.057 pi sqrt(m*/K) long, or as
     /// `contact_start` says; m* is the least effective mass a contact can meet), or a number.
-    #[key(default = Substeps::Auto, paper_literal = (Yagyu, Substeps::Fixed(325),
+    #[key(default, paper_literal = (Yagyu, Substeps::Fixed(325),
           "the paper's number of sub-steps in a fluid step"))]
     pub substeps: Substeps,
     /// Dashpot of contacts that do not say themselves.
@@ -59,13 +63,13 @@ pub struct DemOptions {
     #[key(word, default)]
     pub contact_start: ContactStart,
     /// Rolling resistance.
-    #[key(word, default = Rolling::None)]
+    #[key(word, default)]
     pub rolling: Rolling,
     /// Torque of the rolling resistance over normal force and effective radius.
     #[key(range = NonNegative, default = 0.0)]
     pub rolling_friction: Real,
     /// Contact with the vertical sides of the box where no `"a/wall"` says otherwise.
-    #[key(word, default = WallContact::AsGrains, paper_literal = (Yagyu, WallContact::FrictionlessSides,
+    #[key(word, default, paper_literal = (Yagyu, WallContact::FrictionlessSides,
           "the paper states no wall contact; the alternative to the default"))]
     pub wall: WallContact,
     /// Sides of the box that hold grains back, `[direction][0 lower, 1 upper]`.
@@ -74,25 +78,6 @@ pub struct DemOptions {
     #[key(default = cx.known.boundary.map(|pair| pair.map(|side: BoundarySide| side.is_wall())),
           says = "sides that are walls for the fluid")]
     pub grain_walls: [[bool; 2]; 3],
-}
-
-impl DemOptions {
-    /// What stands before the table is read.
-    pub(crate) fn plain() -> Self {
-        Self {
-            substeps: Substeps::Auto,
-            damping: None,
-            tension: false,
-            multiplicity: Multiplicity::Sum,
-            slip_direction: SlipDirection::Force,
-            history: HistoryRotation::LengthKept,
-            contact_start: ContactStart::SubStep,
-            rolling: Rolling::None,
-            rolling_friction: 0.0,
-            wall: WallContact::AsGrains,
-            grain_walls: [[false; 2]; 3],
-        }
-    }
 }
 
 impl Value for Substeps {

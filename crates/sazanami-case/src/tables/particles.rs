@@ -86,7 +86,8 @@ pub struct Particles {
     #[key(word, omit_if = self.is_conjugate(), default = Scheme::default().shifting_form)]
     pub shifting_form: ShiftingForm,
     /// Whether the pressure is solved for without its part at rest.
-    #[key(omit_if = self.is_conjugate(), default = Scheme::default().reduced_pressure, paper_literal = (Tazaki, false, "the usual equations hold the whole pressure"))]
+    #[key(omit_if = self.is_conjugate(), default = Scheme::default().reduced_pressure,
+          paper_literal = (Tazaki, false, "the usual equations hold the whole pressure"))]
     pub reduced_pressure: bool,
     /// Way of the fastest particle or grain in a step over its size.
     #[key(range = Between(1e-3, 0.5), default = StepLimits::default().courant)]

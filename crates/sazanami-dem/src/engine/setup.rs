@@ -68,9 +68,10 @@ impl Loads<'_> {
 }
 
 /// Number of sub-steps of a call.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Substeps {
     /// As many as [`Engine::contact_time_step`](crate::Engine::contact_time_step) asks for.
+    #[default]
     Auto,
     /// This number.
     Fixed(usize),
