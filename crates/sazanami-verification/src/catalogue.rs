@@ -3,7 +3,7 @@
 //! The name is that of the folder in `verification/` with `expected.toml`, reference data and page.
 
 use crate::cases::{
-    arrays, at_rest, beds, both, contact, free_grains, immersed, impact, moving_particles, random_bed, reduced,
+    arrays, at_rest, beds, both, contact, free_grains, immersed, impact, moving_particles, pair, random_bed, reduced,
     ripples, rising, settling, single_phase, transport, turning, two_phase, volume_fractions,
 };
 use crate::measured::{IntoOutcome, Outcome};
@@ -53,17 +53,22 @@ pub const CASES: &[Case] = &[
     case!("neighbour-lists", free_grains::neighbour_lists),
     case!("volume-fractions", volume_fractions::evaluators),
     case!("drop-on-bed", impact::drop_on_bed),
+    case!("drop-on-bed-hydraulic", impact::drop_on_bed_hydraulic),
     case!("added-mass", immersed::added_mass),
     case!("drag", immersed::drag_coarse),
     case!("drag-hydraulic", immersed::drag_hydraulic),
     case!("spinning-sphere", turning::spinning_sphere),
+    case!("spinning-sphere-hydraulic", turning::spinning_sphere_hydraulic),
     case!("jeffery", turning::jeffery),
     case!("grain-arrays", arrays::grain_arrays),
     case!("grain-arrays-hydraulic", arrays::grain_arrays_hydraulic),
     case!("random-bed", random_bed::random_bed),
     case!("moving-sphere", rising::moving_sphere),
+    case!("moving-sphere-hydraulic", rising::moving_sphere_hydraulic),
+    case!("two-spheres", pair::two_spheres),
     case!("light-sphere", rising::light_sphere),
     case!("settling", settling::settling),
+    case!("settling-narrow", settling::settling_narrow),
     case!("friction-and-porosity", beds::friction_and_porosity),
     case!("crater-evaluation", beds::crater_evaluation),
     case!("mps-operators", moving_particles::operators),

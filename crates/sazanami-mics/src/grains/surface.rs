@@ -59,8 +59,8 @@ choices! {
         /// From the hydraulic radius of a cell, its open volume over the surface in it: one formula from grains that the grid
         /// resolves to pores narrower than a cell. The viscous step sees gravity and the pressure gradient.
         HydraulicRadius = "hydraulic_radius",
-        /// As `hydraulic_radius`, with Ergun's form drag; where the grid resolves a surface, weaker as the Reynolds number of the
-        /// slip past it grows.
+        /// As `hydraulic_radius`, with Ergun's form drag in pores; where the grid resolves a surface, the friction of a boundary layer
+        /// that is thinner as the Reynolds number of the slip past it grows.
         HydraulicRadiusSlip = "hydraulic_radius_slip",
     }
 }

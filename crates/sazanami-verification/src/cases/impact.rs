@@ -3,7 +3,7 @@
 use sazanami_dem::Grain;
 use sazanami_mics::boundary::Boundary;
 use sazanami_mics::flow::DropVelocity;
-use sazanami_mics::grains::Exchange;
+use sazanami_mics::grains::{Exchange, SurfaceFriction};
 use sazanami_mics::momentum::Impulses;
 use sazanami_numerics::geometry::{ContactSphereRule, Region, Shape, VolumeRule};
 use sazanami_numerics::grid::Grid;
@@ -17,7 +17,7 @@ const GRAIN: Real = 0.52e-3;
 /// Drop radius over grain diameter, as in the two-dimensional prototype.
 const DROP: Real = GRAIN / 0.3;
 
-/// Where the momentum of the drop is after its first radius of travel, over that at the start.
+/// Where the momentum of the drop is after some radii of travel, over that at the start.
 #[derive(Clone, Copy, Debug)]
 struct Outcome {
     fluid: Real,
@@ -29,12 +29,27 @@ struct Outcome {
     liquid: Real,
 }
 
+/// After the first radius, without viscosity.
 fn outcome(cells_per_grain: Real, exchange: Exchange) -> Result<Outcome, String> {
+    Ok(outcomes(cells_per_grain, exchange, None, [1.0])?[0])
+}
+
+/// After `radii` of travel; `friction` on the surfaces of the grains if water and air are viscous.
+fn outcomes<const N: usize>(
+    cells_per_grain: Real,
+    exchange: Exchange,
+    friction: Option<SurfaceFriction>,
+    radii: [Real; N],
+) -> Result<[Outcome; N], String> {
     let width = GRAIN / cells_per_grain;
     let cells = [5.0, 5.0, 5.0].map(|n| (n * DROP / width).round() as usize);
     let extent = Vector::from_array(cells.map(|n| n as Real)) * width;
     let grid = Grid::new(cells, Vector::ZERO, extent);
-    let mut tank = Tank::new(grid, Boundary::closed(), WATER_AND_AIR, 1e-5).inviscid();
+    let mut tank = Tank::new(grid, Boundary::closed(), WATER_AND_AIR, 1e-5);
+    match friction {
+        Some(friction) => tank.friction = friction,
+        None => tank = tank.inviscid(),
+    }
     tank.exchange = exchange;
     tank.divergence = 1e-10;
     let sphere = Shape::sphere(GRAIN, 2, VolumeRule::Preserve, &ContactSphereRule::Single);
@@ -60,26 +75,31 @@ fn outcome(cells_per_grain: Real, exchange: Exchange) -> Result<Outcome, String>
     })?;
     let mut budget = new_budget(&solver);
     let liquid = solver.flow().liquid_volume(solver.domain());
-    let (mut time, end) = (0.0, DROP / SPEED);
-    let mut clipped = 0.0;
-    while time < end * (1.0 - 1e-9) {
-        let (dt, report) = step(&mut solver, time, end)?;
-        time += dt;
-        clipped += report.transport.residue.clipped_volume;
-        enter(&mut budget, &solver, &report);
-    }
     let start = budget.initial_total().z;
-    let impulses = Impulses::from_terms(budget.impulses().map(|(_, impulse)| impulse));
-    let walls = (impulses.walls_on_fluid + impulses.walls_on_grains).z;
-    let now = solver.momentum();
-    let (fluid, grains) = ((now.liquid + now.gas - now.displaced).z, now.grains.z);
-    Ok(Outcome {
-        fluid: fluid / start,
-        grains: grains / start,
-        lost: 1.0 - (fluid + grains - walls) / start,
-        closed: budget.relative_residual(),
-        liquid: (solver.flow().liquid_volume(solver.domain()) - liquid - clipped) / liquid,
-    })
+    let (mut time, mut clipped) = (0.0, 0.0);
+    let mut found = [None; N];
+    for (radii, found) in radii.iter().zip(&mut found) {
+        let end = radii * DROP / SPEED;
+        while time < end * (1.0 - 1e-9) {
+            let (dt, report) = step(&mut solver, time, end)?;
+            time += dt;
+            clipped += report.transport.residue.clipped_volume;
+            enter(&mut budget, &solver, &report);
+        }
+        let impulses = Impulses::from_terms(budget.impulses().map(|(_, impulse)| impulse));
+        let walls = (impulses.walls_on_fluid + impulses.walls_on_grains).z;
+        let now = solver.momentum();
+        let (fluid, grains) = ((now.liquid + now.gas - now.displaced).z, now.grains.z);
+        *found = Some(Outcome {
+            fluid: fluid / start,
+            grains: grains / start,
+            lost: 1.0 - (fluid + grains - walls) / start,
+            closed: budget.relative_residual(),
+            liquid: (solver.flow().liquid_volume(solver.domain()) - liquid - clipped) / liquid,
+        });
+    }
+    let found: Option<Vec<_>> = found.into_iter().collect();
+    found.and_then(|found| found.try_into().ok()).ok_or_else(|| "the drop has not travelled".to_owned())
 }
 
 /// The momentum of a drop stays in fluid and grains; the stress integral alone loses it.
@@ -109,4 +129,30 @@ pub(crate) fn drop_on_bed_fine() -> Result<Vec<Measured>, String> {
         Measured::new("1.7 cells over 5.4 cells: in the grains", coarse.grains / fine.grains),
         Measured::new("2.7 cells over 5.4 cells: in the grains", middle.grains / fine.grains),
     ])
+}
+
+/// Momentum in the grains after one and after two radii of travel, and the worst residual of the budget.
+fn shares(cells_per_grain: Real, friction: SurfaceFriction) -> Result<[Real; 3], String> {
+    let [first, second] = outcomes(cells_per_grain, Exchange::Surface, Some(friction), [1.0, 2.0])?;
+    Ok([first.grains, second.grains, first.closed.max(second.closed)])
+}
+
+/// With friction from the hydraulic radius and the slip, beside that from distances.
+pub(crate) fn drop_on_bed_hydraulic() -> Result<Vec<Measured>, String> {
+    let mut rows = Vec::new();
+    let finest = shares(4.0, SurfaceFriction::HydraulicRadiusSlip)?;
+    for cells in [1.7, 2.7] {
+        let found = shares(cells, SurfaceFriction::HydraulicRadiusSlip)?;
+        for (n, radii) in ["one radius", "two radii"].into_iter().enumerate() {
+            let name = format!("{cells} cells over 4 cells: in the grains after {radii}");
+            rows.push(Measured::new(name, found[n] / finest[n]));
+        }
+        rows.push(Measured::new(format!("{cells} cells: closed budget, residual over largest term"), found[2]));
+    }
+    rows.push(Measured::new("4 cells: in the grains after one radius", finest[0]));
+    rows.push(Measured::new("4 cells: in the grains after two radii", finest[1]));
+    // Negative control: with friction from distances less reaches narrow grains.
+    let control = shares(1.7, SurfaceFriction::Distance)?[1] / shares(4.0, SurfaceFriction::Distance)?[1];
+    rows.push(Measured::new("control: distances, 1.7 cells over 4 cells, two radii", control));
+    Ok(rows)
 }

@@ -9,6 +9,7 @@ pub mod free_grains;
 pub mod immersed;
 pub mod impact;
 pub mod moving_particles;
+pub mod pair;
 pub mod random_bed;
 pub mod reduced;
 pub mod ripples;

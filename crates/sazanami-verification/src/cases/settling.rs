@@ -2,7 +2,7 @@
 
 use sazanami_dem::Grain;
 use sazanami_mics::boundary::Boundary;
-use sazanami_mics::grains::Exchange;
+use sazanami_mics::grains::{Exchange, SurfaceFriction};
 use sazanami_numerics::geometry::{ContactSphereRule, Shape, VolumeRule};
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
@@ -27,16 +27,25 @@ struct Oil {
 
 const E1: Oil = Oil { name: "E1", density: 970.0, viscosity: 0.373, until: 1.5 };
 const E2: Oil = Oil { name: "E2", density: 965.0, viscosity: 0.212, until: 0.8 };
+/// Largest speed of the sphere in it [m/s].
+const E2_FASTEST: Real = 0.05718;
 const E3: Oil = Oil { name: "E3", density: 962.0, viscosity: 0.113, until: 1.2 };
 const E4: Oil = Oil { name: "E4", density: 960.0, viscosity: 0.058, until: 1.05 };
 
 /// Time \[s] and velocity [m/s] of the sphere until `oil.until`, in steps of at most `longest` \[s].
-fn fall(oil: Oil, cells_per_diameter: usize, exchange: Exchange, longest: Real) -> Result<Vec<[Real; 2]>, String> {
+fn fall(
+    friction: SurfaceFriction,
+    oil: Oil,
+    cells_per_diameter: usize,
+    exchange: Exchange,
+    longest: Real,
+) -> Result<Vec<[Real; 2]>, String> {
     let width = DIAMETER / cells_per_diameter as Real;
     let extent = Vector::new(0.1, 0.1, 0.16);
     let grid = Grid::new(extent.to_array().map(|l| (l / width).round() as usize), Vector::ZERO, extent);
     let mut tank = Tank::new(grid, Boundary::closed(), single(oil.density, oil.viscosity), longest);
     tank.exchange = exchange;
+    tank.friction = friction;
     tank.gravity = down(9.81);
     tank.divergence = 1e-6;
     let sphere = Shape::sphere(DIAMETER, 3, VolumeRule::Preserve, &ContactSphereRule::Single);
@@ -65,7 +74,7 @@ fn compared(oils: &[Oil], resolutions: &[usize]) -> Result<(Vec<Measured>, Vec<C
     for oil in oils {
         let mut chart = Chart::new(oil.name, "time [s]", "velocity [m/s]");
         for &n in resolutions {
-            let history = fall(*oil, n, Exchange::Surface, LONGEST)?;
+            let history = fall(SurfaceFriction::Distance, *oil, n, Exchange::Surface, LONGEST)?;
             let [fastest, variation] = peak(&history);
             rows.push(Measured::new(format!("{}, {n} cells: largest speed", oil.name), fastest));
             rows.push(Measured::new(format!("{}, {n} cells: total variation of the speed", oil.name), variation));
@@ -81,7 +90,7 @@ fn compared(oils: &[Oil], resolutions: &[usize]) -> Result<(Vec<Measured>, Vec<C
 /// A settling sphere of 8 cells a diameter, Reynolds numbers 1.5 to 31.9; with a quarter of the step at 4.1 (ten Cate et al. 2002).
 pub(crate) fn settling() -> Result<(Vec<Measured>, Vec<Chart>), String> {
     let (mut rows, charts) = compared(&[E1, E2, E3, E4], &[8])?;
-    let [fine, _] = peak(&fall(E2, 8, Exchange::Surface, 0.25 * LONGEST)?);
+    let [fine, _] = peak(&fall(SurfaceFriction::Distance, E2, 8, Exchange::Surface, 0.25 * LONGEST)?);
     rows.push(Measured::new("E2, 8 cells, a quarter of the step: largest speed", fine));
     Ok((rows, charts))
 }
@@ -89,4 +98,20 @@ pub(crate) fn settling() -> Result<(Vec<Measured>, Vec<Chart>), String> {
 /// The same with 12 cells a diameter.
 pub(crate) fn settling_rest() -> Result<(Vec<Measured>, Vec<Chart>), String> {
     compared(&[E1, E2, E3, E4], &[12])
+}
+
+/// Narrow spheres, with friction from the hydraulic radius and the slip, at Re 4.1: largest speed over that of the experiment.
+pub(crate) fn settling_narrow() -> Result<Vec<Measured>, String> {
+    let speed = |friction, cells, exchange| -> Result<Real, String> {
+        Ok(peak(&fall(friction, E2, cells, exchange, 0.25 * LONGEST)?)[0] / E2_FASTEST)
+    };
+    let (slip, distance) = (SurfaceFriction::HydraulicRadiusSlip, SurfaceFriction::Distance);
+    let mut rows = Vec::new();
+    for cells in [4, 3, 2] {
+        let (surface, exact) = (speed(slip, cells, Exchange::Surface)?, speed(distance, cells, Exchange::Exact)?);
+        rows.push(Measured::new(format!("{cells} cells: largest speed over the experiment's"), surface));
+        rows.push(Measured::new(format!("{cells} cells, exact: the same"), exact));
+    }
+    rows.push(Measured::new("4 cells, distances: the same", speed(distance, 4, Exchange::Surface)?));
+    Ok(rows)
 }
