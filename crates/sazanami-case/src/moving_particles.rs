@@ -1,6 +1,7 @@
 //! What has to fit together in a case of moving particles, and what such a case cannot have.
 
 use sazanami_mps::scheme::{CONJUGATE_RADIUS, Projection, ShiftingForm};
+use sazanami_mps::weight::Wendland;
 use sazanami_numerics::Real;
 use sazanami_numerics::choice::Choice;
 
@@ -145,10 +146,17 @@ fn check_spheres(case: &Case, cx: &mut Context<'_>) {
     }
 }
 
-/// The conjugate projection has a least radius.
+/// The conjugate projection has a least radius and one weight.
 fn check_conjugate(cx: &mut Context<'_>, particles: &Particles) {
     if particles.projection != Projection::Conjugate {
         return;
+    }
+    if particles.weight != Wendland::C2 {
+        let span = cx.places.of("particles.weight");
+        cx.report
+            .error_at(span, "`projection = \"conjugate\"` has the weight C2")
+            .label("with C4 the pressure of still water is not hydrostatic")
+            .help("leave out `weight`, or write `projection = \"enhanced\"`");
     }
     if particles.radius < CONJUGATE_RADIUS {
         let span = cx.places.of("particles.radius");
@@ -258,7 +266,10 @@ fn check_light_grains(case: &Case, cx: &mut Context<'_>) {
 /// The tank fits the lattice of its walls and is longer than the reach of a particle; the water fits into it.
 fn check_lattice(case: &Case, cx: &mut Context<'_>, particles: &Particles) {
     let span = cx.places.at("domain");
-    let reach = particles.radius * particles.spacing;
+    // Between grains particles are larger by the conjugate projection, and so are their radii.
+    let widens = particles.projection == Projection::Conjugate && !case.grains.is_empty();
+    let size = if widens { case.overlap.least_void.cbrt().recip() } else { 1.0 };
+    let reach = size * particles.radius * particles.spacing;
     let extent = case.domain.extent();
     for d in 0..3 {
         let periodic = case.boundary[d][0] == BoundarySide::Periodic;

@@ -85,4 +85,7 @@ pub enum SetupError {
         /// Radius over the spacing.
         radius: Real,
     },
+    /// The weight is not that of the conjugate scheme.
+    #[error("the conjugate scheme has the weight C2: with C4 the pressure of still water is not hydrostatic")]
+    ConjugateWeight,
 }

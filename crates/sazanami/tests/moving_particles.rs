@@ -394,9 +394,18 @@ fn the_projection_suits_the_case_and_the_radius_the_projection() {
     }
     assert_eq!(of(&format!("preset = \"paper_literal\"\n{dam}"), &[]), (enhanced, 3.1));
     assert_eq!(of(TANK, &[]), (enhanced, 3.1));
-    assert_eq!(of(TANK, &["particles.projection=conjugate"]), (conjugate, 2.6));
+    assert_eq!(of(dam, &["particles.weight=c4"]), (enhanced, 3.1));
+    // Between grains particles are up to half as large again, and so is the least width of a periodic tank.
+    let wide = ["particles.projection=conjugate", "particles.spacing=0.5 mm"];
+    assert_eq!(of(TANK, &wide), (conjugate, 2.6));
+    let overrides = ["particles.projection=conjugate".to_owned()];
+    let short = case::parse(Path::new("tank.toml"), TANK, &overrides).expect_err("7 mm across").to_string();
+    assert!(short.contains("too short along x2") && short.contains("7.7"), "{short}");
     let both = load(dam, &["particles.projection=conjugate", "particles.shifting=0.5"]);
     assert!(both.warnings.render(&both.source, false).contains("`shifting` has no effect"));
+    let c4 = ["particles.weight=c4".to_owned(), "particles.projection=conjugate".to_owned()];
+    let message = case::parse(Path::new("dam.toml"), dam, &c4).expect_err("C4").to_string();
+    assert!(message.contains("has the weight C2"), "{message}");
     let narrow = case::parse(Path::new("dam.toml"), dam, &["particles.radius=2.1".to_owned()]);
     let message = narrow.expect_err("too narrow").to_string();
     assert!(message.contains("is below 2.6") && message.contains("`projection = \"enhanced\"`"), "{message}");
@@ -442,7 +451,11 @@ fn wrong_tanks_are_refused_with_a_reason() {
         (vec!["particles.radius=1.9".into()], "has to lie between 2.1 and 3.6"),
         (vec!["particles.radius=3.7".into()], "has to lie between 2.1 and 3.6"),
         (
-            vec!["particles.projection=conjugate".into(), "particles.radius=2.5".into()],
+            vec![
+                "particles.projection=conjugate".into(),
+                "particles.radius=2.5".into(),
+                "particles.spacing=0.5 mm".into(),
+            ],
             "is below 2.6, the least of `projection = \"conjugate\"`",
         ),
         (vec!["overlap.reach=0.6".into()], "is below 2.1 spacings"),

@@ -39,18 +39,17 @@ pub struct Particles {
     /// periodic.
     #[key(unit = "m", range = Positive, example = "1 mm")]
     pub spacing: Real,
-    /// How velocities are made free of divergence. `conjugate` has a radius of 2.6 at least, and does without
-    /// the keys from `source` on that only `enhanced` has; see docs/decisions/0018-scheme-of-moving-particles.md.
-    #[key(word, default = suited_projection(table, cx), says = "`conjugate`; `enhanced` with grains or with a key that only it has",
-          paper_literal = (Tazaki, Projection::Enhanced, "MPS-HS-HL-ECS-GC-DS is theirs"))]
-    pub projection: Projection,
-    /// Radius of influence r_e over the spacing.
-    #[key(range = Between(RADII[0], RADII[1]), default = suited_radius(projection),
-          says = "3.1; 2.6 with `projection = \"conjugate\"`")]
-    pub radius: Real,
     /// Family of the weight function.
     #[key(word, default = Scheme::default().weight)]
     pub weight: Wendland,
+    /// How velocities are made free of divergence. `conjugate` has the weight C2 and does without the keys from `source` on that only `enhanced` has; see docs/decisions/0018-scheme-of-moving-particles.md.
+    #[key(word, default = suited_projection(weight, table, cx), says = "`conjugate`; `enhanced` with grains, C4 or a key that only it has",
+          paper_literal = (Tazaki, Projection::Enhanced, "MPS-HS-HL-ECS-GC-DS is theirs"))]
+    pub projection: Projection,
+    /// Radius of influence r_e over the spacing; 2.6 at least with `conjugate`.
+    #[key(range = Between(RADII[0], RADII[1]), default = suited_radius(projection),
+          says = "3.1; 2.6 with `conjugate`")]
+    pub radius: Real,
     /// Source of the pressure equation.
     #[key(word, omit_if = self.is_conjugate(), default = Scheme::default().source)]
     pub source: SourceForm,
@@ -122,9 +121,13 @@ const ENHANCED_ALONE: [&str; 10] = [
 ];
 
 /// The better one where it can be used and no key asks for the other.
-fn suited_projection(table: &Table<'_>, cx: &Context<'_>) -> Projection {
+fn suited_projection(weight: Wendland, table: &Table<'_>, cx: &Context<'_>) -> Projection {
     let asked = ENHANCED_ALONE.iter().any(|key| table.has(key));
-    if cx.known.grains.is_empty() && !asked { Projection::Conjugate } else { Projection::Enhanced }
+    if cx.known.grains.is_empty() && weight == Wendland::C2 && !asked {
+        Projection::Conjugate
+    } else {
+        Projection::Enhanced
+    }
 }
 
 fn suited_radius(projection: Projection) -> Real {

@@ -43,6 +43,14 @@ fn grid(text: &mut String, case: &Case, report: &CheckReport) {
             particles.walls,
             length(particles.spacing_m)
         );
+        if let Some(chosen) = &case.particles {
+            let _ = writeln!(
+                text,
+                "projection    {}, radius of influence {} spacings",
+                chosen.projection,
+                rounded(chosen.radius)
+            );
+        }
         if let Some(tank) = &particles.tank {
             waves(text, tank);
         }
