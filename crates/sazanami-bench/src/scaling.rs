@@ -33,7 +33,7 @@ const FEW: usize = 64;
 pub struct Scaling {
     /// What steps.
     pub name: &'static str,
-    /// Time of a step on one thread, recording included \[s].
+    /// Time of a step on one thread, recording included and loops cut as on 64 \[s].
     pub step: Real,
     /// Time outside all parallel loops \[s].
     pub serial: Real,
@@ -128,7 +128,7 @@ fn of_steps(name: &'static str, steps: &[WorkAndSpan]) -> Scaling {
     let (in_loops, span) = (sum(&work), sum(&spans));
     let step = serial + in_loops;
     let most = THREADS[THREADS.len() - 1] as Real;
-    // As `WorkAndSpan::time_on`.
+    // A scheduler which lets no thread idle promises this of loops that begin once the one before has ended (Graham 1969).
     let speed_up = |threads: Real, meeting: Real| {
         step / (serial + span + (in_loops - span) / threads + if threads > 1.0 { loops * meeting } else { 0.0 })
     };

@@ -18,7 +18,7 @@ use crate::grains::{Coupling, GrainPhase, ImprintReport};
 use crate::mobility::Closing;
 use crate::momentum::{Impulses, StoredMomentum};
 use crate::pressure::{PressureError, PressureReport, Projection, Tolerance};
-use crate::stability::{LARGEST_COURANT, Rates, Step, StepLimits};
+use crate::stability::{Rates, Step, StepLimits};
 use crate::transport::TransportReport;
 use crate::viscosity::{DiffusionReport, ViscosityError};
 
@@ -216,16 +216,12 @@ impl Solver {
             room.keep(domain, &flow.velocity);
         }
         grains.place_surfaces(domain, flow, dt);
-        let mut fluid_passes = step.fluid_passes;
         if let Some(room) = room.as_mut() {
             room.hold(domain, flow);
-            // Grains that move against the fluid make what the sweeps carry faster than it.
-            let rate = room.advective_rate(domain, grains.covered(), &flow.face_velocity);
-            fluid_passes = fluid_passes.max((rate * dt / LARGEST_COURANT).ceil() as usize);
         }
-        let mut report = StepReport { fluid_passes, ..StepReport::default() };
-        let pass = dt / fluid_passes as Real;
-        for _ in 0..fluid_passes {
+        let mut report = StepReport { fluid_passes: step.fluid_passes, ..StepReport::default() };
+        let pass = dt / step.fluid_passes as Real;
+        for _ in 0..step.fluid_passes {
             watch(Phase::Fluid);
             report.courant = report.courant.max(flow.advective_rate(domain) * pass);
             // Incremental projection: the old pressure gradient acts at half time during the transport (second order).

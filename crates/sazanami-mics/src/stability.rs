@@ -2,9 +2,6 @@
 
 use sazanami_numerics::Real;
 
-/// Courant number, summed over the directions, up to which the split transport is stable.
-pub(crate) const LARGEST_COURANT: Real = 0.5;
-
 /// The limit that set the length of a time step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Limit {

@@ -45,16 +45,6 @@ impl WorkAndSpan {
     pub fn serial_time(&self) -> f64 {
         self.work - self.loops.iter().map(|l| l.work).sum::<f64>()
     }
-
-    /// Least time on `threads` threads that a scheduler which lets no thread idle can promise, each loop beginning
-    /// once the one before has ended (Graham 1969): `span + (work - span)/threads` for each, and `meeting` for each
-    /// loop, in which threads wake and wait for one another \[s].
-    #[must_use]
-    pub fn time_on(&self, threads: usize, meeting: f64) -> f64 {
-        let meeting = if threads > 1 { meeting } else { 0.0 };
-        let of_loop = |l: &ParallelLoop| l.span + (l.work - l.span) / threads as f64 + meeting;
-        self.serial_time() + self.loops.iter().map(of_loop).sum::<f64>()
-    }
 }
 
 thread_local! {
@@ -88,18 +78,33 @@ struct Record {
 /// Records the parallel loops of `work`, which runs on the pool of one thread that calls this, cut as on `threads`
 /// threads.
 ///
+/// What runs in another pool within `work` counts as serial.
+///
 /// # Panics
-/// If more than one thread would take part.
+/// If more than one thread would take part, or within another recording.
 pub fn work_and_span<T>(threads: usize, work: impl FnOnce() -> T) -> (T, WorkAndSpan) {
     assert_eq!(rayon::current_num_threads(), 1, "loops are recorded on one thread");
+    assert!(recorded_threads().is_none(), "a recording within another");
     let begin = now();
     let record = Record { begin, since: begin, depth: 0, spared: 0.0, tasks: 0, found: WorkAndSpan::default() };
     RECORD.set(Some(record));
     AS_OF.set(threads.max(1));
+    let recording = Recording;
     let result = work();
-    AS_OF.set(0);
-    let found = RECORD.take().map(|record| WorkAndSpan { work: now() - record.begin, ..record.found });
+    let end = now();
+    let found = RECORD.take().map(|record| WorkAndSpan { work: end - record.begin, ..record.found });
+    drop(recording);
     (result, found.unwrap_or_default())
+}
+
+/// Ends the recording on this thread, also where the work panics.
+struct Recording;
+
+impl Drop for Recording {
+    fn drop(&mut self) {
+        AS_OF.set(0);
+        RECORD.set(None);
+    }
 }
 
 /// Threads that a recording on this thread is for, if there is one.
@@ -193,8 +198,6 @@ mod tests {
         );
         assert_eq!(found.serial.iter().map(|s| s.time).collect::<Vec<_>>(), [4.0, 2.0]);
         assert_eq!((found.work, found.serial_time()), (22.5, 6.5));
-        // 1 + 15/5 of the loop, and twice 0.25 to meet.
-        assert_eq!([1, 5].map(|threads| found.time_on(threads, 0.25)), [22.5, 6.5 + 4.0 + 0.5]);
     }
 
     #[test]
@@ -228,6 +231,9 @@ mod tests {
         with_threads(1, || {
             for_each_chunk(&mut a[..], 1, |_, _| ());
             assert!(RECORD.with_borrow(Option::is_none) && recorded_threads().is_none());
+            // Nor after work that panics.
+            let broken = std::panic::catch_unwind(|| work_and_span(8, || panic!("as asked")));
+            assert!(broken.is_err() && RECORD.with_borrow(Option::is_none) && recorded_threads().is_none());
         })
         .unwrap();
     }

@@ -74,7 +74,7 @@ const GROUPS: &[Group] = &[
             "impulse_walls_on_fluid_3",
             "impulse_walls_on_grains_3",
             "impulse_gravity_3",
-            "impulse_swallowed_3",
+            "impulse_displaced_mass_flux_3",
             "impulse_open_sides_3",
             "momentum_residual_3",
         ],

@@ -166,6 +166,10 @@ fn overview(recorded: &[Recorded]) -> String {
         let Some(worst) = worst else { continue };
         let verdict = match (worst.verdict, misses) {
             (Verdict::KnownMiss, misses) => format!("{misses} known of {}", rows.len()),
+            (verdict, _) if verdict.is_bad() => {
+                let bad = rows.iter().filter(|row| row.verdict.is_bad()).count();
+                format!("{} {} of {}", bad, verdict.word(), rows.len())
+            }
             (verdict, _) => format!("{}, all {}", verdict.word(), rows.len()),
         };
         let (quantity, measured) = (worst.quantity.replace('|', "\\|"), number(worst.measured));

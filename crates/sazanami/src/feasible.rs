@@ -207,7 +207,12 @@ fn facts_of(shape: &Shape, bed: Option<&Bed>) -> ShapeFacts {
         format!("{} nodes, {} tetrahedra, volume {:.5} mm^3", report.nodes, report.tetrahedra, report.volume * 1e9);
     if let (Some(volume), Some(inertia)) = (report.volume_error, report.inertia_error) {
         first +=
-            &format!(": {:+.1} % of the smooth shape's, inertia off by {:.1} %", 1e2 * volume, 1e2 * inertia.abs());
+            // Rounded first, for no "-0.0 %".
+            &format!(
+                ": {:+.1} % of the smooth shape's, inertia off by {:.1} %",
+                (1e3 * volume).round() / 10.0 + 0.0,
+                1e2 * inertia.abs()
+            );
     }
     let mut lines = vec![first];
     lines.push(format!(

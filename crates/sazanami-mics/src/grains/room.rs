@@ -251,32 +251,6 @@ impl Room {
         }
     }
 
-    /// Largest sum over the directions of `|phi| / dx` of a cell beside grains, over all ranks [1/s]: see [`Flow::advective_rate`].
-    pub fn advective_rate(&self, domain: &Domain, imprint: &Imprint, faces: &[Field<Real>; 3]) -> Real {
-        let (alpha, strides) = (imprint.solid_fraction.data(), domain.strides().map(|stride| stride as usize));
-        let spacing = domain.grid().spacing;
-        let ends = [0, 1, 2].map(|d| [0, 1].map(|side| domain.at_box_end(d, side) && !domain.periodic()[d]));
-        let last = domain.cells().map(|n| n as isize);
-        let carried = |d: usize, at: usize| imprint.solid_velocity[d].data()[at] / alpha[at].max(1.0);
-        domain.max(domain.max_rows(&domain.interior(), |row| {
-            if !self.rows.holds(row.j, row.k) {
-                return 0.0;
-            }
-            let phi = |d: usize, face: isize, at: usize| {
-                let below = at - strides[d];
-                let on_side = (ends[d][0] && face == 0) || (ends[d][1] && face == last[d]);
-                let is_carried = alpha[at] > 0.0 && alpha[below] > 0.0 && !on_side;
-                let grains = if is_carried { 0.5 * (carried(d, at) + carried(d, below)) } else { 0.0 };
-                (faces[d].data()[at] - grains).abs()
-            };
-            let rate = |(i, at): (usize, usize)| {
-                let cell = [row.first + i as isize, row.j, row.k];
-                (0..3).map(|d| phi(d, cell[d], at).max(phi(d, cell[d] + 1, at + strides[d])) / spacing[d]).sum::<Real>()
-            };
-            row.shifted(0).enumerate().map(rate).fold(0.0, |a, b| sazanami_parallel::Reduction::Max.combine(a, b))
-        }))
-    }
-
     /// Keeps the liquid fraction before the sweeps.
     pub fn keep_fraction(&mut self, domain: &Domain, c: &Field<Real>) {
         domain.for_each_row(&domain.interior(), self.fraction.data_mut(), |row, fraction| {

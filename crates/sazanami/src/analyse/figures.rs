@@ -79,7 +79,7 @@ fn draw_momentum(series: &Table, title: &str, figures: &Path, output: &mut Outpu
         ("gas", part("momentum_gas_3")),
         ("grains", part("momentum_grains_3")),
         ("walls and gravity", sum.collect()),
-        ("displaced mass", part("impulse_swallowed_3")),
+        ("displaced mass", part("impulse_displaced_mass_flux_3")),
         ("residual", part("momentum_residual_3")),
     ];
     if parts[0].1.iter().any(|value| value.is_finite()) {

@@ -62,7 +62,9 @@ summed! {
 summed! {
     /// What happened to moving particles.
     ParticleTotals, PARTICLES {
+        #[serde(alias = "pushed_pairs")]
         stabilised_pairs: u64, "", "pairs that the dynamic stabilisation pushed apart";
+        #[serde(alias = "push_work")]
         stabilisation_work: Real, "J", "work of these pushes (negative: taken from the water)";
         #[serde(default)]
         shifting_work: Real, "J", "energy that shifting has added: kinetic, with the conjugate projection potential (negative: taken)";
@@ -72,12 +74,14 @@ summed! {
         clipped: u64, "", "particles put back from a wall";
         #[serde(default)]
         clipping_work: Real, "J", "energy that this gave them, kinetic and potential (negative: taken from the water)";
+        #[serde(alias = "cut_voids")]
         limited_voids: u64, "", "particles whose void fraction was raised to the least allowed";
+        #[serde(alias = "plain_gradients")]
         uncorrected_gradients: u64, "", "particles whose pressure gradient was not corrected";
-        #[serde(default)]
+        #[serde(default, alias = "released_walls")]
         tensile_cutoffs: u64, "", "wall particles at a film of water whose tension was cut off";
         cut_coefficients: u64, "", "coefficients of the pressure equation that were cut to zero";
-        #[serde(default)]
+        #[serde(default, alias = "held_rows")]
         limited_rows: u64, "", "particles beside the surface whose support beyond it was taken as half a neighbourhood";
         worst_strain_rms: Real, "", "largest root mean square of the volume strain";
         least_void: Real, "", "smallest void fraction before it was raised";
@@ -106,6 +110,7 @@ pub(crate) struct Totals {
     /// Largest values met.
     pub worst: Worst,
     /// Corrections.
+    #[serde(alias = "tidied")]
     pub corrections: Corrections,
     /// Liquid through open sides [m^3].
     pub liquid_through: Real,

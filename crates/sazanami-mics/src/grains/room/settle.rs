@@ -6,27 +6,22 @@
 //!
 //! After grains have moved, a full cell stays full, and its excess of either sign is a difference of its room: it hands a part of it on,
 //! so that differences of opposite sign meet, or reach a surface. What is left after the last round a full cell keeps as such a
-//! difference; what is left elsewhere finds its way in further rounds, through cells without room too. What is left then is taken away
-//! and booked.
+//! difference; what is left elsewhere is taken away and booked.
 
 use sazanami_numerics::domain::{Domain, GhostRules};
 use sazanami_numerics::grid::{Field, GHOSTS};
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
-use super::{FULL, LIGHT, NONE, Room, split};
+use super::{FULL, LIGHT, Room, split};
 use crate::boundary::Boundary;
 use crate::flow::Flow;
 use crate::fluids::Fluids;
 use crate::grains::Imprint;
 use crate::mobility::RowSet;
 
-/// Rounds in which full cells hand their differences on, after a transport and after the grains have moved; then they keep them.
+/// Most rounds in which liquid is handed on after a transport, and after the grains have moved.
 const ROUNDS: [usize; 2] = [24, 12];
-/// Most rounds in which liquid is handed on at all.
-const MOST_ROUNDS: usize = 200;
-/// Room with which a cell without any lets pass what finds none beside it.
-const PASSAGE: Real = 1e-6;
 /// Excess at which the rounds end, in cell volumes.
 const SETTLED: Real = 1e-14;
 /// Part of its difference that a full cell hands on in a round.
@@ -131,7 +126,7 @@ impl Cells<'_> {
 
     /// Weight with which the cell at `from` hands its `excess` to the neighbour at `to` in direction `d`.
     fn weight(&self, from: usize, to: usize, d: usize, above: bool, excess: Real) -> Real {
-        let room = self.open[to].max(PASSAGE);
+        let room = self.open[to].max(0.0);
         let c = self.fraction[to].clamp(0.0, 1.0);
         if self.moved {
             return room * if excess > 0.0 && c < 1.0 { 1.0 - c } else { c };
@@ -146,19 +141,18 @@ impl Cells<'_> {
         let drho = self.fluids.liquid_density - self.fluids.gas_density;
         let (own, u) = (self.excess[at], self.velocity(at));
         let goes = own != 0.0 && self.weights[at] > 0.0;
-        // A cell without room hands on all that passes through it.
-        let part_of = |at: usize| if self.moved && self.open[at] > NONE { PART } else { 1.0 };
+        let part_of = if self.moved { PART } else { 1.0 };
         let (mut entered, mut impulse, mut touched) = (0.0, Vector::ZERO, goes);
         for (beside, d, above) in self.neighbours(cell, at) {
             let theirs = self.excess[beside];
             if theirs != 0.0 && self.weights[beside] > 0.0 {
-                let part = part_of(beside) * theirs * self.weight(beside, at, d, !above, theirs) / self.weights[beside];
+                let part = part_of * theirs * self.weight(beside, at, d, !above, theirs) / self.weights[beside];
                 touched |= part != 0.0;
                 entered += part;
                 impulse += drho * part.max(0.0) * (self.velocity(beside) - u);
             }
             if goes && own < 0.0 {
-                let part = -part_of(at) * own * self.weight(at, beside, d, above, own) / self.weights[at];
+                let part = -part_of * own * self.weight(at, beside, d, above, own) / self.weights[at];
                 impulse += drho * part * (self.velocity(beside) - u);
             }
         }
@@ -166,7 +160,7 @@ impl Cells<'_> {
             return None;
         }
         let (open, c) = (self.open[at], self.fraction[at]);
-        let liquid = open * c + if goes { (1.0 - part_of(at)) * own } else { own } + entered;
+        let liquid = open * c + if goes { (1.0 - part_of) * own } else { own } + entered;
         let [fraction, excess] = if self.moved && c == FULL { [c, liquid - open] } else { split(liquid, open, c) };
         let mass = open * self.fluids.density(fraction) + drho * excess;
         // Grains take part of it where there are any: small rooms with much passing through stay slow.
@@ -191,11 +185,7 @@ impl Room {
         let mut report = SettleReport::default();
         let rules: [GhostRules; 3] = std::array::from_fn(|d| boundary.velocity_rules(d));
         let rounds = ROUNDS[usize::from(dt.is_none())];
-        while report.rounds < MOST_ROUNDS {
-            let full_keep = report.rounds >= rounds;
-            if self.largest_excess(domain, &flow.volume_fraction, full_keep) <= SETTLED {
-                break;
-            }
+        while report.rounds < rounds && self.largest_excess(domain) > SETTLED {
             report.rounds += 1;
             let Flow { volume_fraction, velocity: [u1, u2, u3], .. } = flow;
             domain.fill_halos_to(
@@ -208,31 +198,22 @@ impl Room {
                     (u3, &rules[2]),
                 ],
             );
-            report.moved_volume += self.hand_on(domain, imprint, flow, dt, full_keep);
+            report.moved_volume += self.hand_on(domain, imprint, flow, dt);
         }
         self.leave(domain, imprint, flow, &mut report);
         report.clipped_momentum += self.take_untaken(domain, imprint);
         report
     }
 
-    /// Largest excess of a cell; of those that are not full, where these keep theirs.
-    fn largest_excess(&self, domain: &Domain, fraction: &Field<Real>, full_keep: bool) -> Real {
-        let (excess, c) = (self.excess.data(), fraction.data());
-        domain.max(domain.max_rows(&domain.interior(), |row| {
-            let counts = |at: &usize| !full_keep || c[*at] != FULL;
-            row.shifted(0).filter(counts).map(|at| excess[at].abs()).fold(0.0, Real::max)
-        }))
+    fn largest_excess(&self, domain: &Domain) -> Real {
+        let excess = self.excess.data();
+        domain.max(
+            domain.max_rows(&domain.interior(), |row| row.shifted(0).map(|at| excess[at].abs()).fold(0.0, Real::max)),
+        )
     }
 
     /// One round; returns the volume handed on over all ranks [m^3].
-    fn hand_on(
-        &mut self,
-        domain: &Domain,
-        imprint: &Imprint,
-        flow: &mut Flow,
-        dt: Option<Real>,
-        full_keep: bool,
-    ) -> Real {
+    fn hand_on(&mut self, domain: &Domain, imprint: &Imprint, flow: &mut Flow, dt: Option<Real>) -> Real {
         let Self { open, given, excess, settler, .. } = self;
         let Settler { planes, weights, rows, beside } = settler;
         let [n1, n2, n3] = domain.cells();
@@ -251,8 +232,7 @@ impl Room {
             velocity: flow.velocity.each_ref().map(Field::data),
             faces: flow.face_velocity.each_ref().map(Field::data),
             strides: domain.strides().map(|stride| stride as usize),
-            // Rests go wherever there is room for them.
-            per_width: domain.grid().spacing.recip() * if full_keep { 0.0 } else { dt.unwrap_or_default() },
+            per_width: domain.grid().spacing.recip() * dt.unwrap_or_default(),
             size: domain.cells().map(|n| n as isize),
             ends: [0, 1, 2].map(|d| [0, 1].map(|side| domain.at_box_end(d, side) && !domain.periodic()[d])),
             fluids: flow.fluids,
@@ -265,8 +245,7 @@ impl Room {
             for (i, at) in row.shifted(0).enumerate() {
                 let cell = [row.first + i as isize, row.j, row.k];
                 let weight = |(to, d, above)| cells.weight(at, to, d, above, x[at]);
-                let keeps = x[at] == 0.0 || (full_keep && cells.fraction[at] == FULL);
-                weights[i] = if keeps { 0.0 } else { cells.neighbours(cell, at).map(weight).sum() };
+                weights[i] = if x[at] == 0.0 { 0.0 } else { cells.neighbours(cell, at).map(weight).sum() };
             }
         });
         domain.fill_halos_to(1, &mut [(&mut *weights, &GhostRules::EVEN)]);
@@ -309,7 +288,7 @@ impl Room {
 
     /// Leaves what no round has placed: a full cell keeps it as a difference of its room, to be settled later.
     fn leave(&mut self, domain: &Domain, imprint: &Imprint, flow: &mut Flow, report: &mut SettleReport) {
-        if self.largest_excess(domain, &flow.volume_fraction, false) == 0.0 {
+        if self.largest_excess(domain) == 0.0 {
             return;
         }
         let volume = domain.grid().cell_volume();

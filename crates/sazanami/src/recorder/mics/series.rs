@@ -83,7 +83,7 @@ pub(in crate::recorder) const SERIES: &[SeriesCell<GridObserver>] = quantities! 
     "momentum_grains_3", "N s", "momentum of the grains along x3" => |row| of_stored(row, |stored| stored.grains.z);
     "momentum_displaced_3", "N s", "momentum of the fluid that grains displace"
         => |row| of_stored(row, |stored| stored.displaced.z);
-    "momentum_owed_3", "N s", "impulse of the fluid that the grains have yet to receive"
+    "momentum_deferred_to_grains_3", "N s", "impulse of the fluid that the grains have yet to receive"
         => |row| of_stored(row, |stored| stored.deferred_to_grains.z);
     "impulse_walls_on_fluid_3", "N s", "impulse of the walls on the fluid along x3 since the start"
         => |row| of_impulses(row, |impulses| impulses.walls_on_fluid.z);
@@ -91,7 +91,7 @@ pub(in crate::recorder) const SERIES: &[SeriesCell<GridObserver>] = quantities! 
         => |row| of_impulses(row, |impulses| impulses.walls_on_grains.z);
     "impulse_gravity_3", "N s", "impulse of gravity on fluid and grains along x3"
         => |row| of_impulses(row, |impulses| (impulses.gravity_on_fluid + impulses.gravity_on_grains).z);
-    "impulse_swallowed_3", "N s", "momentum brought by the fluid that grains displace"
+    "impulse_displaced_mass_flux_3", "N s", "momentum brought by the fluid that grains displace"
         => |row| of_impulses(row, |impulses| impulses.displaced_mass_flux.z);
     "impulse_open_sides_3", "N s", "momentum through open sides along x3, that of clipped liquid included"
         => |row| of_impulses(row, |impulses| impulses.open_sides.z);

@@ -346,8 +346,8 @@ impl Observer for ParticleObserver {
         let fast = (fastest > unlikely).then(|| Warning {
             about: "speed",
             text: format!(
-                "water has reached {fastest:.2} m/s, and gravity in this box explains {unlikely:.2} m/s at most: look at \
-                 its energy; the run ends at {COMPRESSIBLE} m/s"
+                "water has reached {fastest:.2} m/s, more than {unlikely:.2} m/s (five times sqrt(g H) of the box, or twice \
+                 the speed of poured water): look at its energy; the run ends at {COMPRESSIBLE} m/s"
             ),
         });
         volume.into_iter().chain(rim).chain(fast).collect()
