@@ -4,6 +4,8 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::panic::Location;
+use std::sync::OnceLock;
+use std::time::Instant;
 
 use sazanami_numerics::Real;
 use sazanami_parallel::{Solo, WorkAndSpan, with_threads, work_and_span};
@@ -88,11 +90,17 @@ pub fn scaling(progress: &mut dyn Progress) -> Result<Vec<Scaling>, CommandError
     cases.into_iter().map(record).collect()
 }
 
+/// Time since the first call \[s].
+fn clock() -> Real {
+    static FIRST: OnceLock<Instant> = OnceLock::new();
+    FIRST.get_or_init(Instant::now).elapsed().as_secs_f64()
+}
+
 /// Steps, the first ones not recorded.
 fn recorded(mut step: impl FnMut() -> Result<(), String>) -> Result<Vec<WorkAndSpan>, String> {
     (0..WARM_UP).try_for_each(|_| step())?;
     let one = |_| {
-        let (outcome, found) = work_and_span(THREADS[THREADS.len() - 1], &mut step);
+        let (outcome, found) = work_and_span(THREADS[THREADS.len() - 1], clock, &mut step);
         outcome.map(|()| found)
     };
     (0..STEPS).map(one).collect()

@@ -2,8 +2,6 @@
 
 use std::cell::{Cell, RefCell};
 use std::panic::Location;
-#[cfg(not(test))]
-use std::time::Instant;
 
 /// Work outside all parallel loops before one of them.
 #[derive(Clone, Copy, Debug)]
@@ -53,17 +51,9 @@ thread_local! {
     static RECORD: RefCell<Option<Record>> = const { RefCell::new(None) };
 }
 
-/// Time since the first call in this program \[s]; in tests what they set.
-#[cfg(not(test))]
-fn now() -> f64 {
-    static FIRST: std::sync::OnceLock<Instant> = std::sync::OnceLock::new();
-    FIRST.get_or_init(Instant::now).elapsed().as_secs_f64()
-}
-
-#[cfg(test)]
-use tests::now;
-
 struct Record {
+    /// Time that has passed \[s].
+    clock: fn() -> f64,
     begin: f64,
     /// End of the last outermost loop.
     since: f64,
@@ -82,16 +72,16 @@ struct Record {
 ///
 /// # Panics
 /// If more than one thread would take part, or within another recording.
-pub fn work_and_span<T>(threads: usize, work: impl FnOnce() -> T) -> (T, WorkAndSpan) {
+pub fn work_and_span<T>(threads: usize, clock: fn() -> f64, work: impl FnOnce() -> T) -> (T, WorkAndSpan) {
     assert_eq!(rayon::current_num_threads(), 1, "loops are recorded on one thread");
     assert!(recorded_threads().is_none(), "a recording within another");
-    let begin = now();
-    let record = Record { begin, since: begin, depth: 0, spared: 0.0, tasks: 0, found: WorkAndSpan::default() };
+    let begin = clock();
+    let record = Record { clock, begin, since: begin, depth: 0, spared: 0.0, tasks: 0, found: WorkAndSpan::default() };
     RECORD.set(Some(record));
     AS_OF.set(threads.max(1));
     let recording = Recording;
     let result = work();
-    let end = now();
+    let end = clock();
     let found = RECORD.take().map(|record| WorkAndSpan { work: end - record.begin, ..record.found });
     drop(recording);
     (result, found.unwrap_or_default())
@@ -131,7 +121,7 @@ pub(crate) fn in_loop<T>(at: &'static Location<'static>, body: impl FnOnce() -> 
     with_record(|record| {
         record.depth -= 1;
         if outermost {
-            record.since = now();
+            record.since = (record.clock)();
             let work = record.since - begin;
             record.found.loops.push(ParallelLoop { at, work, span: work - record.spared, tasks: record.tasks });
         }
@@ -157,6 +147,11 @@ pub(crate) fn fork<A, B>(a: impl FnOnce() -> A, b: impl FnOnce() -> B) -> (A, B)
     (first, second)
 }
 
+/// Time by the clock of the recording; 0 without one \[s].
+fn now() -> f64 {
+    RECORD.with_borrow(|record| record.as_ref().map_or(0.0, |record| (record.clock)()))
+}
+
 fn with_record(change: impl FnOnce(&mut Record) -> bool) -> bool {
     RECORD.with_borrow_mut(|record| record.as_mut().is_some_and(change))
 }
@@ -170,16 +165,16 @@ mod tests {
         static CLOCK: Cell<f64> = const { Cell::new(0.0) };
     }
 
-    pub(super) fn now() -> f64 {
+    fn clock() -> f64 {
         CLOCK.get()
     }
 
     fn busy(seconds: f64) {
-        CLOCK.set(now() + seconds);
+        CLOCK.set(clock() + seconds);
     }
 
     fn record(work: impl FnOnce() + Send) -> WorkAndSpan {
-        with_threads(1, || work_and_span(64, work).1).unwrap()
+        with_threads(1, || work_and_span(64, clock, work).1).unwrap()
     }
 
     #[test]
@@ -232,7 +227,7 @@ mod tests {
             for_each_chunk(&mut a[..], 1, |_, _| ());
             assert!(RECORD.with_borrow(Option::is_none) && recorded_threads().is_none());
             // Nor after work that panics.
-            let broken = std::panic::catch_unwind(|| work_and_span(8, || panic!("as asked")));
+            let broken = std::panic::catch_unwind(|| work_and_span(8, clock, || panic!("as asked")));
             assert!(broken.is_err() && RECORD.with_borrow(Option::is_none) && recorded_threads().is_none());
         })
         .unwrap();
