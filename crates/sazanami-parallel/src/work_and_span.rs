@@ -66,7 +66,7 @@ struct Record {
 }
 
 /// Records the parallel loops of `work`, which runs on the pool of one thread that calls this, cut as on `threads`
-/// threads.
+/// threads, by a `clock` in seconds.
 ///
 /// What runs in another pool within `work` counts as serial.
 ///
