@@ -62,3 +62,22 @@ impl Impulses {
         self.gravity_on_grains + self.walls_on_grains + self.held_grains
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn grains_have_weight_walls_and_holding_beside_the_fluid() {
+        let impulses = Impulses {
+            gravity_on_grains: -5.0 * Vector::Z,
+            walls_on_grains: 2.0 * Vector::Z,
+            held_grains: Vector::X,
+            gravity_on_fluid: -70.0 * Vector::Z,
+            walls_on_fluid: 11.0 * Vector::Z,
+            displaced_mass_flux: 13.0 * Vector::Y,
+            ..Impulses::default()
+        };
+        assert_eq!(impulses.on_grains(), Vector::new(1.0, 0.0, -3.0));
+    }
+}
