@@ -208,7 +208,7 @@ fn of_scheme(summary: &Value) -> Vec<Row> {
         .map(|key| number(summary, &["particles", key]));
     if let [Some(clipped), Some(collisions), Some(voids), Some(plain)] = counted {
         let text = format!("{clipped:.0}, {collisions:.0}, {voids:.0}, {plain:.0}");
-        rows.push(row("put back, bounced, cut voids, plain gradients", text));
+        rows.push(row("put back, bounced, voids limited, uncorrected", text));
     }
     rows
 }
