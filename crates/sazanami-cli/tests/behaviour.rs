@@ -112,6 +112,14 @@ fn a_closed_terminal_ends_a_run_with_a_checkpoint_and_the_log_says_so() {
     let folder = tempfile::tempdir().unwrap();
     let mut run = live_run(folder.path());
     signal(&run, "-HUP");
+    let began = Instant::now();
+    while run.try_wait().unwrap().is_none() {
+        if began.elapsed() > Duration::from_secs(100) {
+            run.kill().unwrap();
+            panic!("SIGHUP does not end the run: were these tests begun by nohup, which ignores it?");
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
     assert_eq!(run.wait().unwrap().code(), Some(130));
     assert!(std::fs::read_dir(folder.path().join("out/checkpoints")).unwrap().count() > 0);
     for file in ["errors.txt", "out/log.txt"] {

@@ -46,10 +46,10 @@ choices! {
     #[derive(Default)]
     pub enum ContactStart {
         /// From the beginning of the sub-step in which the spheres meet; sub-steps of 0.057 pi sqrt(m*/K).
-        #[default]
         SubStep = "sub_step",
         /// From the moment in which they touch, and the tangential dashpot acts at the time of the spring; sub-steps of
         /// 0.075 pi sqrt(m*/K).
+        #[default]
         Touch = "touch",
     }
 }

@@ -11,11 +11,6 @@ use sazanami_numerics::domain::Domain;
 
 use crate::body::Body;
 use crate::contact::laws::Interactions;
-use crate::material::ContactStart;
-
-/// Longest sub-step over the half period `pi sqrt(m*/K)` of the stiffest contact, where nothing else is chosen
-/// ([`ContactStart`]).
-pub const SUBSTEP_FACTOR: Real = ContactStart::SubStep.substep_factor();
 
 /// The smallest effective masses at contact points of the grains of each material.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,7 +49,7 @@ impl EffectiveMasses {
     }
 
     /// Longest sub-step that resolves every contact of these grains with each other and with walls of any of the
-    /// materials, `0.057 pi sqrt(m*/K)` \[s], or `0.075` ([`ContactStart`]); infinite without grains.
+    /// materials, [`crate::ContactStart::substep_factor`] times `pi sqrt(m*/K)` \[s]; infinite without grains.
     #[must_use]
     pub fn longest_substep(&self, interactions: &Interactions) -> Real {
         let materials = interactions.materials();
@@ -80,6 +75,7 @@ impl EffectiveMasses {
 mod tests {
     use super::*;
     use crate::contact::linear_spring_dashpot::LinearSpringDashpot;
+    use crate::material::ContactStart;
 
     #[test]
     fn two_balls_are_limited_by_their_tangential_spring() {
@@ -87,14 +83,14 @@ mod tests {
         let mut masses = EffectiveMasses::new(1);
         assert_eq!(masses.longest_substep(&Interactions::uniform(1, law)), Real::INFINITY);
         masses.add(&Body::ball(1e-3), 1.0, 2e-6, 0);
-        let expected = 0.057 * PI * (2e-6 / (2.0 * 3.5 * 1e4_f64)).sqrt();
+        let expected = 0.075 * PI * (2e-6 / (2.0 * 3.5 * 1e4_f64)).sqrt();
         let found = masses.longest_substep(&Interactions::uniform(1, law));
         assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected}");
         let softer = LinearSpringDashpot { tangential_stiffness: 1e3, ..law };
         let found = masses.longest_substep(&Interactions::uniform(1, softer));
         assert!((found / (expected * 3.5_f64.sqrt()) - 1.0).abs() < 1e-12, "then by the normal one: {found}");
-        let from_touch = LinearSpringDashpot { contact_start: ContactStart::Touch, ..law };
-        let found = masses.longest_substep(&Interactions::uniform(1, from_touch));
-        assert!((found / expected - 0.075 / 0.057).abs() < 1e-12, "{found} {expected}");
+        let from_the_sub_step = LinearSpringDashpot { contact_start: ContactStart::SubStep, ..law };
+        let found = masses.longest_substep(&Interactions::uniform(1, from_the_sub_step));
+        assert!((found / expected - 0.057 / 0.075).abs() < 1e-12, "{found} {expected}");
     }
 }

@@ -12,7 +12,7 @@ use sazanami::machine::Machine;
 use sazanami::progress::StepLine;
 use sazanami::run;
 use sazanami::stop::Stop;
-use sazanami_dem::stability::SUBSTEP_FACTOR;
+use sazanami_dem::ContactStart;
 use sazanami_numerics::Real;
 
 use support::{Listener, On, Scratch, load, start};
@@ -165,7 +165,7 @@ fn the_first_step_of_random_cases_is_that_of_check() {
         // Negative control: a sphere that forces across the normal would not turn, of leverage 1 and not 3.5.
         let mass = report.populations[0].mass_kg.expect("a sphere has a mass");
         let [normal, tangential] = loaded.case.contacts[0].law.stiffness(0.0);
-        let contact = SUBSTEP_FACTOR * PI * (mass / (2.0 * normal.max(tangential))).sqrt();
+        let contact = ContactStart::default().substep_factor() * PI * (mass / (2.0 * normal.max(tangential))).sqrt();
         told_apart += usize::from((step.dt / contact).ceil() as usize != step.substeps);
     }
     assert!(told_apart >= 3, "{told_apart}");

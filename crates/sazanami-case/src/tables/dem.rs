@@ -37,7 +37,7 @@ choices! {
 /// Motion and contact of the grains.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Keys)]
 pub struct DemOptions {
-    /// Contact sub-steps in a step of the fluid: `auto`, as many as the contacts need (0.057 pi sqrt(m*/K) long, or as
+    /// Contact sub-steps in a step of the fluid: `auto`, as many as the contacts need (0.075 pi sqrt(m*/K) long, or as
     /// `contact_start` says; m* is the least effective mass a contact can meet), or a number.
     #[key(default, paper_literal = (Yagyu, Substeps::Fixed(325),
           "the paper's number of sub-steps in a fluid step"))]
@@ -60,7 +60,8 @@ pub struct DemOptions {
           "the tangential displacement is projected and not stretched back"))]
     pub history: HistoryRotation,
     /// From when on the tangential spring of a new contact grows, and the length of `auto` sub-steps.
-    #[key(word, default)]
+    #[key(word, default, paper_literal = (Yagyu, ContactStart::SubStep,
+          "the tangential displacement grows by whole sub-steps"))]
     pub contact_start: ContactStart,
     /// Rolling resistance.
     #[key(word, default)]

@@ -74,7 +74,7 @@ impl LinearSpringDashpot {
         slip_direction: SlipDirection::Force,
         history: HistoryRotation::LengthKept,
         multiplicity: Multiplicity::Sum,
-        contact_start: ContactStart::SubStep,
+        contact_start: ContactStart::Touch,
         rolling_friction: 0.0,
     };
 

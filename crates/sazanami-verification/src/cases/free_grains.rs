@@ -159,7 +159,6 @@ pub(crate) fn swarm_budget() -> Result<Vec<Measured>, String> {
         Measured::new("damped: change of momentum", damped.momentum[0]),
         Measured::new("damped: change of angular momentum", damped.momentum[1]),
         Measured::new("damped: energy left", damped.left),
-        // Missed: a spring set against its dashpot in slip holds energy only on paper, and it is counted.
         Measured::new("damped: largest rise of energy, springs against dashpots included", damped.rise),
         Measured::new("no tangential dashpot, a 32nd of the sub-step: largest rise of energy", rubbed.rise),
         Measured::new("elastic: largest change of energy, auto sub-steps", coarse.energy),
@@ -176,19 +175,16 @@ const PLAIN: LinearSpringDashpot = LinearSpringDashpot {
     ..LinearSpringDashpot::SAND
 };
 
-/// Largest difference of the engine's contact forces and torques from those of all pairs, over the largest.
-fn difference(bench: &Bench, body: &Body) -> Result<Real, String> {
+/// Largest difference of the engine's contact forces and torques from those of all pairs, over the largest of either; 0
+/// where nothing pushes.
+fn difference(bench: &Bench, body: &Body) -> Real {
     let grains = bench.grains();
     let (forces, torques) = all_pairs(body, grains, bench.engine.walls());
-    let [force, torque] = [&forces, &torques].map(|values| largest(values.iter().map(|v| v.length())));
-    if !(force > 0.0 && torque > 0.0) {
-        return Err("no grains touch".to_owned());
-    }
-    let of = |n: usize| {
-        let off = (grains.contact_force[n] - forces[n]).length() / force;
-        off.max((grains.contact_torque[n] - torques[n]).length() / torque)
+    let off = |pairs: &[Vector], lists: &[Vector]| {
+        let scale = largest(pairs.iter().chain(lists).map(|v| v.length()));
+        largest(pairs.iter().zip(lists).map(|(a, b)| (*a - *b).length())) / scale.max(Real::MIN_POSITIVE)
     };
-    Ok(largest((0..grains.len()).map(of)))
+    off(&forces, &grains.contact_force).max(off(&torques, &grains.contact_torque))
 }
 
 /// Forces from lists are those from all pairs, while grains fall into a box and come to rest.
@@ -219,13 +215,11 @@ pub(crate) fn neighbour_lists() -> Result<Vec<Measured>, String> {
         contacts = report.contacts;
         // No time passes: the forces of this sub-step belong to the present poses.
         bench.step(Vector::ZERO, 1e-18)?;
-        if contacts > 0 {
-            worst = worst.max(difference(&bench, &body)?);
-        }
+        worst = worst.max(difference(&bench, &body));
     }
     // Control: a sub-step's forces act at its middle; at its end they are others.
     bench.step(gravity, 1e-6)?;
-    let stale = difference(&bench, &body)?;
+    let stale = difference(&bench, &body);
     Ok(vec![
         Measured::new("largest difference from all pairs, 40 looks", worst),
         Measured::new("contacts at the end", contacts as Real),

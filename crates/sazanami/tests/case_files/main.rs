@@ -82,7 +82,7 @@ damping = "restitution"
 tension = true
 multiplicity = "average"
 slip_direction = "velocity"
-contact_start = "touch"
+contact_start = "sub_step"
 rolling = "constant_torque"
 rolling_friction = 0.01
 wall = "frictionless_sides"
@@ -232,7 +232,7 @@ fn values_mean_what_they_say() {
     assert_eq!(law("oak wood", "sand").damping, Damping::Restitution(0.35));
     let wall = law("sand", "wall");
     assert_eq!((wall.normal_stiffness, wall.friction, wall.damping), (2e4, 0.3, Damping::Restitution(0.5)));
-    assert_eq!(wall.contact_start, ContactStart::Touch);
+    assert_eq!(wall.contact_start, ContactStart::SubStep);
     assert_eq!(case.grains[2].count, Some(2));
     assert_eq!(case.grains[0].mass_override, None);
     assert!(case.grains[0].size.largest() > 1.3);

@@ -337,13 +337,16 @@ fn grains_of_a_squeezed_bed_part_and_come_to_rest() {
         let folder = scratch.join(name);
         start(&squeezed(&scratch, "0.85", relax), &folder, On::ranks(ranks, 1).steps(1)).expect("the case is sound");
         let left = Left::in_folder(&folder);
-        let worst = |key: &str| left.summary["worst"][key].as_f64().expect("a number");
-        let place = left.state.vectors("grains/grain.position").expect("there are grains");
-        (worst("overlap_relative"), worst("grain_speed"), place)
+        let overlap = left.summary["worst"]["overlap_relative"].as_f64().expect("a number");
+        let [place, velocity] = ["position", "velocity"]
+            .map(|name| left.state.vectors(&format!("grains/grain.{name}")).expect("there are grains"));
+        let mean_speed = velocity.iter().map(|v| v.length()).sum::<f64>() / velocity.len() as f64;
+        (overlap, mean_speed, place)
     };
     let (overlap, speed, alone) = run("alone", 1, true);
     println!("overlap {overlap}, speed {speed}");
-    assert!(overlap < 0.05 && speed < 0.02, "overlap {overlap}, speed {speed}");
+    // At rest is a mean speed of 2 mm/s; the drop has not met them yet.
+    assert!(overlap < 0.05 && speed < 2e-3, "overlap {overlap}, speed {speed}");
     let (_, _, shared) = run("shared", 3, true);
     let apart = alone.iter().zip(&shared).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
     println!("ranks apart by {apart}");
@@ -351,7 +354,7 @@ fn grains_of_a_squeezed_bed_part_and_come_to_rest() {
     // Negative control: as they are squeezed.
     let (overlap, speed, _) = run("squeezed", 1, false);
     println!("overlap {overlap}, speed {speed}");
-    assert!(overlap > 0.2 && speed > 0.05, "overlap {overlap}, speed {speed}");
+    assert!(overlap > 0.2 && speed > 2e-2, "overlap {overlap}, speed {speed}");
 }
 
 #[test]
