@@ -5,6 +5,7 @@ mod probes;
 mod series;
 mod summary;
 
+use sazanami_io::table::{Column, Value};
 use sazanami_mics::momentum::{Impulses, StoredMomentum};
 use sazanami_mics::solver::{Solver, StepReport};
 use sazanami_numerics::snapshot::Snapshot;
@@ -16,7 +17,7 @@ use sazanami_observe::splash::SplashTracker;
 use super::bed::GatheredGrains;
 use super::files::Files;
 use super::observer::{Observer, Output, SeriesCell, Step, SummaryParts, Warning};
-use crate::case::meaning::Case;
+use crate::case::meaning::{Case, ProbePlace};
 use crate::clock::Clock;
 use crate::job::{Job, RankError, RecordError, Totals};
 use crate::state::WaterState;
@@ -245,10 +246,14 @@ impl Observer for GridObserver {
         pictures::draw(to, solver, grains, self)
     }
 
-    fn probe(&mut self, to: Output, solver: &mut Solver, due: &[bool]) -> Result<(), RecordError> {
+    fn probe_headings(place: &ProbePlace) -> Vec<Column> {
+        probes::COLUMNS.headings(place)
+    }
+
+    fn probe(&mut self, job: &Job, solver: &mut Solver, time: Real, asked: &[bool]) -> Vec<Vec<Value>> {
         // A probe between cells of two ranks looks at both.
         solver.fill_halos();
-        probes::record(to, solver, due)
+        probes::read(job.case, solver, time, asked)
     }
 
     fn summary_parts(&self) -> SummaryParts {
