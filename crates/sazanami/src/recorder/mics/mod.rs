@@ -3,6 +3,7 @@
 pub(super) mod pictures;
 mod probes;
 mod series;
+mod soaked;
 mod summary;
 
 use sazanami_io::table::{Column, Value};
@@ -22,7 +23,8 @@ use crate::clock::Clock;
 use crate::job::{Job, RankError, RecordError, Totals};
 use crate::state::WaterState;
 
-pub(super) use summary::{CONSERVATION, EROSION, Findings, REST, SPLASH};
+use soaked::Soaked;
+pub(super) use summary::{CONSERVATION, EROSION, Findings, REST, SOAKED, SPLASH};
 
 /// The table of the crater's profiles as the reference page has it.
 pub(super) fn profile_page() -> String {
@@ -192,6 +194,10 @@ impl Observer for GridObserver {
         // The cell beyond the last one of a rank is another's.
         solver.fill_halos();
         self.front = front(solver);
+        self.findings.soaked = self.erosion.as_ref().and_then(|_| {
+            let level = solver.domain().max(self.initial.as_ref().map_or(Real::NEG_INFINITY, InitialBed::level));
+            level.is_finite().then(|| Soaked::below(level, solver))
+        });
         if !grains.leads || grains.count() == 0 {
             return;
         }
