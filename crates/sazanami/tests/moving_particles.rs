@@ -67,6 +67,10 @@ name = "grain"
 body = { index = 17 }
 steps = 5
 [[probe]]
+name = "grain between steps"
+body = { index = 17 }
+every = "0.13 ms"
+[[probe]]
 name = "middle"
 point = ["0 mm", "3 mm", "5 mm"]
 steps = 2
