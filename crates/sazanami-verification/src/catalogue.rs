@@ -94,6 +94,7 @@ pub const CASES: &[Case] = &[
     case!("mps-conjugate-still", moving_particles::conjugate_still),
     case!("mps-conjugate-dam-break", moving_particles::conjugate_dam_break),
     case!("mps-conjugate-isolated", moving_particles::conjugate_isolated),
+    case!("mps-conjugate-jets", moving_particles::conjugate_jets),
     case!("mps-conjugate-bed", moving_particles::conjugate_bed),
     case!("mps-frames", moving_particles::frames),
     case!("mps-frames-bed", moving_particles::frames_with_bed),

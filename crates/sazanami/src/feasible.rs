@@ -53,7 +53,7 @@ const DENSEST: Real = 0.78;
 const LOOSEST: Real = 0.4;
 /// Least density of a grain over that of the liquid, with the exchange `exact` and with `surface`.
 const LIGHTEST_EXACT: Real = 1.05;
-const LIGHTEST_SURFACE: Real = 0.5;
+const LIGHTEST_SURFACE: Real = 0.3;
 /// Largest gap between the surface of a grain and its contact spheres over its size that is not warned of; `shell(75)` on
 /// the sand of Yagyu et al. (2015) has 0.108.
 const WIDE_GAP: Real = 0.12;

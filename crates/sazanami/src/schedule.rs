@@ -43,6 +43,12 @@ impl Schedule {
         self.next_after(before + 0.5 * tolerance).is_some_and(|due| due <= reach + SAME * reach.abs())
     }
 
+    /// The times after `before` and not after `now` \[s] at which something is due, in their order.
+    pub fn within(&self, before: Real, now: Real) -> impl Iterator<Item = Real> {
+        let until = now + SAME * now.abs();
+        std::iter::successors(self.next_after(before), |&due| self.next_after(due)).take_while(move |&due| due <= until)
+    }
+
     /// Whether time zero itself is listed or regular.
     #[must_use]
     pub fn starts_at_zero(&self) -> bool {

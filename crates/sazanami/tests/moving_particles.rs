@@ -67,6 +67,10 @@ name = "grain"
 body = { index = 17 }
 steps = 5
 [[probe]]
+name = "grain between steps"
+body = { index = 17 }
+every = "0.13 ms"
+[[probe]]
 name = "middle"
 point = ["0 mm", "3 mm", "5 mm"]
 steps = 2
@@ -553,4 +557,47 @@ fn waves_that_a_tank_will_make_are_expected_on_either_axis_and_from_a_record() {
     let shaken = "[frame.oscillation]\namplitude = [\"1.97 m/s^2\", \"0 m/s^2\", \"0 m/s^2\"]\nfrequency = \"5 Hz\"";
     let oscillating = TANK.replace(&formula, shaken);
     assert!(told(&oscillating, &longer, resonant) && !told(&oscillating, &[], resonant));
+}
+
+/// Water alone in a box of 14 x 7 x 14 mm that is shaken at up to 0.25 m/s.
+const SHAKEN: &str = r#"
+solver = "mps"
+gravity = "9.81 m/s^2"
+[domain]
+lower = ["0 mm", "0 mm", "0 mm"]
+size = ["14 mm", "7 mm", "14 mm"]
+[boundary]
+x2 = "periodic"
+x3_upper = "outflow"
+[frame.motion]
+amplitude = ["8 mm", "0 mm", "0 mm"]
+frequency = "5 Hz"
+ramp = "0.01 s"
+[particles]
+spacing = "1 mm"
+[[liquid]]
+region.box = { lower = ["0 mm", "0 mm", "0 mm"], upper = ["14 mm", "7 mm", "5 mm"] }
+[output]
+figures = { at = [] }
+fields = { at = [] }
+series = { steps = 1 }
+[run]
+until = "0.03 s"
+"#;
+
+#[test]
+fn water_faster_than_gravity_explains_is_warned_of_once() {
+    let scratch = Scratch::new("fast");
+    let warnings = |gravity: &str| {
+        let mut listener = Listener::default();
+        let options = On::threads(2).options(Some(&scratch.join(&gravity.replace('/', "_"))));
+        let loaded = load(SHAKEN, &[&format!("gravity={gravity}")]);
+        run::run(&loaded, &options, &mut listener, &Stop::new()).unwrap_or_else(|error| panic!("{error}"));
+        listener.messages.into_iter().filter(|text| text.contains("water has reached")).collect::<Vec<_>>()
+    };
+    // Five times sqrt(g H) of the box is 0.08 m/s.
+    let found = warnings("0.02 m/s^2");
+    assert!(found.len() == 1 && found[0].contains("more than 0.08 m/s"), "{found:?}");
+    // Negative control: here it is 1.9 m/s.
+    assert_eq!(warnings("9.81 m/s^2"), Vec::<String>::new());
 }

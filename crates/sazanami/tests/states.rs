@@ -3,6 +3,7 @@
 #[allow(dead_code, reason = "every test program uses a part of it")]
 mod support;
 
+use std::f64::consts::PI;
 use std::path::Path;
 use std::sync::{Arc, Mutex};
 
@@ -189,4 +190,65 @@ fn where_liquid_has_no_room_nothing_is_reported() {
     assert!(of_water(&state, "liquid_fraction").iter().all(|share| share.is_finite()));
     assert!(close(first(&left, "grain", "liquid_fraction"), 1.0));
     assert!(close(left.column("front")[0], 6.65e-3));
+}
+
+/// A layer of held spheres of 1 mm, side by side, with liquid between 0.4 and 0.8 mm, and above them.
+const SOAKED: &str = r#"
+gravity = "9.8 m/s^2"
+[domain]
+size = ["6 mm", "6 mm", "4 mm"]
+cells = [60, 60, 40]
+[[liquid]]
+region.box = { lower = ["0 mm", "0 mm", "0.4 mm"], upper = ["6 mm", "6 mm", "0.8 mm"] }
+allow_touching_grains = true
+[[liquid]]
+region.box = { lower = ["0 mm", "0 mm", "2 mm"], upper = ["6 mm", "6 mm", "3 mm"] }
+[material.sand]
+density = "2650 kg/m^3"
+[contact.default]
+normal_stiffness = "200 N/m"
+restitution = 0.3
+[[grains]]
+name = "balls"
+shape.sphere = { diameter = "1 mm" }
+material = "sand"
+motion = "fixed"
+placement.lattice = { lower = ["0 mm", "0 mm", "0 mm"], upper = ["6 mm", "6 mm", "1 mm"], counts = [6, 6, 1] }
+[erosion]
+[output]
+figures = { at = [] }
+[run]
+until = "1 us"
+"#;
+
+#[test]
+fn liquid_in_the_bed_is_that_below_its_first_surface() {
+    let scratch = Scratch::new("states-soaked");
+    // A slab of a sphere of radius 0.5, from 0.1 below its middle to 0.3 above [mm^3].
+    let slab = PI * (0.25 * 0.4 - (0.3_f64.powi(3) + 0.1_f64.powi(3)) / 3.0);
+    let exact = 36.0 * (0.4 - slab);
+    for (room, ranks) in [("whole", 1), ("open", 1), ("open", 2)] {
+        let folder = scratch.join(&format!("{room}-{ranks}"));
+        let case = load(SOAKED, &[&format!("coupling.room={room}")]);
+        start(&case, &folder, On::ranks(ranks, 1)).unwrap();
+        let left = Left::in_folder(&folder);
+        let found = |name: &str| left.summary["observables"]["soaked"][name].as_f64().unwrap();
+        let [depth, volume] = ["wetted_depth", "soaked_volume"].map(|name| left.column(name)[0]);
+        // The tops of the spheres, smoothed.
+        assert!((0.8..=1.05).contains(&found("level_mm")), "{}", found("level_mm"));
+        assert!((1e3 * depth - (found("level_mm") - 0.4)).abs() < 1e-6, "{depth}");
+        assert!((1e9 * volume / exact - 1.0).abs() < 0.01, "{volume} beside {exact}");
+        // Negative control: grains counted as liquid.
+        assert!((36.0 * 0.4 / exact - 1.0).abs() > 0.5);
+    }
+    // Negative control: a bed without liquid in it.
+    let dry = load(
+        SOAKED,
+        &[
+            "liquid=[{ region.box = { lower = [\"0 mm\", \"0 mm\", \"2 mm\"], upper = [\"6 mm\", \"6 mm\", \"3 mm\"] } }]",
+        ],
+    );
+    start(&dry, &scratch.join("dry"), On::threads(1)).unwrap();
+    let left = Left::in_folder(&scratch.join("dry"));
+    assert_eq!(["wetted_depth", "soaked_volume"].map(|name| left.column(name)[0]), [0.0, 0.0]);
 }

@@ -2,6 +2,7 @@
 
 use sazanami_dem::{Grain, Motion};
 use sazanami_mps::grains::{DragParameters, volume};
+use sazanami_mps::scheme::Scheme;
 use sazanami_mps::solver::Forcing;
 use sazanami_numerics::{Real, Vector};
 
@@ -39,6 +40,37 @@ fn a_grain_falls_as_its_drag_says_and_the_fluid_gets_what_it_loses() {
     case.grains[0].density *= 1.1;
     let heavier = fallen(&case);
     assert!((heavier / expected - 1.0).abs() > 0.03, "{heavier} {expected}");
+}
+
+#[test]
+fn a_grain_reads_the_fluid_within_its_reach_alone() {
+    let centre = SPACING * Vector::splat(7.0);
+    let grain = Grain { motion: Motion::Fixed, ..Grain::new(0, 2650.0, centre) };
+    let mut case = Case::filled([14, 14, 20], [14, 14, 16], [PERIODIC, PERIODIC, OPEN_TOP]);
+    case.grains = vec![grain];
+    // Drag on the grain in a step, of fluid that moves along x farther than `still` spacings from it.
+    let mut drag = |scheme: Scheme, reach: Real, still: Real| {
+        (case.scheme, case.reach) = (scheme, reach);
+        let mut solver = case.solo();
+        solver.set_velocities(|p, a| {
+            if (p.position[a] - centre).length() < still * SPACING { Vector::ZERO } else { 0.1 * Vector::X }
+        });
+        let report = solver.step(1e-5, &under(Vector::ZERO), |_| ()).unwrap().coupling;
+        assert!((report.drag_on_grains + report.drag_on_fluid).length() <= 1e-12 * report.drag_on_grains.length());
+        report.drag_on_grains.x
+    };
+    for (scheme, reach) in [(Scheme::default(), 0.7), (Scheme::conjugate(2.6), 0.82)] {
+        let edge = reach * scheme.radius;
+        // All of the fluid moves: a mean is the same over any of it.
+        let [near, far] = [reach, 1.0].map(|reach| drag(scheme, reach, 0.0));
+        assert!(far > 0.0 && (near / far - 1.0).abs() < 1e-9, "{near:e} {far:e}");
+        // What moves is beyond the reach.
+        let beyond = drag(scheme, reach, edge);
+        assert!(beyond.abs() < 1e-12 * far, "{beyond:e} {far:e}");
+        // Negative controls: a reach that is not shortened sees it, and a shorter one what is just within.
+        assert!(drag(scheme, 1.0, edge) > 1e-3 * far);
+        assert!(drag(scheme, reach, 0.7 * edge) > 1e-2 * far);
+    }
 }
 
 #[test]

@@ -35,6 +35,8 @@ pub struct Case {
     pub grains: Vec<Grain>,
     pub implicit_pressure_force: bool,
     pub exchange: DragExchange,
+    /// Radius within which grains read the fluid, over the radius of influence.
+    pub reach: Real,
 }
 
 impl Case {
@@ -52,6 +54,7 @@ impl Case {
             grains: Vec::new(),
             implicit_pressure_force: true,
             exchange: DragExchange::Lagged,
+            reach: 1.0,
         }
     }
 
@@ -97,7 +100,7 @@ impl Case {
         Coupling {
             drag: DragParameters::recommended(1000.0, 1000.0 * self.viscosity),
             smoothing: 3.0 * SPACING,
-            reach: 1.0,
+            reach: self.reach,
             least_void: 0.3,
             implicit_pressure_force: self.implicit_pressure_force,
             exchange: self.exchange,

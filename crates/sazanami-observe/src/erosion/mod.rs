@@ -180,6 +180,16 @@ pub struct InitialBed {
     pub noise: Real,
 }
 
+impl InitialBed {
+    /// Mean height of the surface \[m]: of the layers by their areas.
+    #[must_use]
+    pub fn level(&self) -> Real {
+        let area = |n: usize| (2 * n + 1) as Real;
+        let sum: Real = self.heights.iter().enumerate().map(|(n, height)| area(n) * height).sum();
+        sum / (self.heights.len() * self.heights.len()) as Real
+    }
+}
+
 /// Erosion volume for one smoothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Smoothing {
@@ -390,6 +400,8 @@ mod tests {
         let excavated = cap_volume_of_sphere(depth - rim, sphere_radius(depth, 2.0 * rim_radius));
         assert!((after.volume_excavated.unwrap() / excavated - 1.0).abs() < 0.1);
         assert!((after.depth_below_initial.unwrap() - (depth - rim)).abs() < 0.5 * D);
+        let ring = InitialBed { heights: vec![4.0, 2.0], noise: 0.0 };
+        assert_eq!(ring.level(), (4.0 + 3.0 * 2.0) / 4.0);
         assert!(after.noise.unwrap() < 0.5 * after.crater.volume);
         assert!(after.volume_rim.unwrap() > 0.0);
         assert!(after.has_crater(D) && !after.has_crater(after.crater.depth));

@@ -68,7 +68,7 @@ pub(crate) fn moving_sphere() -> Result<(Vec<Measured>, Vec<Chart>), String> {
 /// Spheres lighter than the liquid rise and come to rest below a lid.
 pub(crate) fn light_sphere() -> Result<(Vec<Measured>, Vec<Chart>), String> {
     let (mut rows, mut chart) = (Vec::new(), Chart::new("Re 20", "time", "velocity"));
-    for ratio in [0.7, 0.5, 0.1] {
+    for ratio in [0.7, 0.5, 0.3, 0.1] {
         let history = history(SurfaceFriction::Distance, ratio, 20.0, 2.7056, 20.0)?;
         let [fastest, _] = variation(&history);
         let end = largest(history.iter().filter(|row| row[0] > 18.0).map(|row| row[1].abs()));

@@ -4,7 +4,8 @@ use std::f64::consts::PI;
 
 use sazanami_numerics::{Real, Vector};
 
-use super::vessel::{DENSITY, ExperimentError, OPEN, PERIODIC, SLAB, Vessel, advance, fluid, kinetic_energy, under};
+use super::vessel::{DENSITY, Energy, ExperimentError, OPEN, PERIODIC, SLAB, Vessel};
+use super::vessel::{advance, fluid, kinetic_energy, under};
 use sazanami_mps::Role;
 use sazanami_mps::scheme::Scheme;
 
@@ -76,8 +77,8 @@ pub struct TurningPatch {
     pub splashes: Real,
     /// Distance of the farthest particle from the axis at the end over the side.
     pub reach: Real,
-    /// Kinetic energy at the end, and the largest, over that at the start.
-    pub energy: [Real; 2],
+    /// Kinetic energy.
+    pub energy: Energy,
     /// Pairs of particles nearer than half a spacing, over all steps.
     pub collisions: usize,
 }
@@ -115,11 +116,10 @@ pub fn turning_patch(count: usize, end: Real, scheme: Scheme) -> Result<TurningP
         [inside * p.pressure[a], inside]
     });
     let pressure = sum / weight / DENSITY;
-    let (mut collisions, mut energy) = (0, [1.0; 2]);
+    let (mut collisions, mut energy) = (0, Energy::new(first));
     advance(&mut solver, [dt, end], under(Vector::ZERO), |_, solver, report| {
         collisions += report.collisions;
-        energy[0] = kinetic_energy(solver) / first;
-        energy[1] = energy[1].max(energy[0]);
+        energy.see(kinetic_energy(solver));
     })?;
     let particles = solver.particles();
     let distance = |a: usize| ((particles.position[a] - centre) * Vector::new(1.0, 0.0, 1.0)).length();
@@ -148,8 +148,8 @@ pub fn turning_patch_pressure() -> Real {
 /// What two drops keep that collide off their centres; nothing but themselves acts on them.
 #[derive(Clone, Copy, Debug)]
 pub struct CollidedDrops {
-    /// Kinetic energy at the end, and the largest, over that at the start.
-    pub energy: [Real; 2],
+    /// Kinetic energy.
+    pub energy: Energy,
     /// Largest momentum over the sum of the first momenta of both.
     pub momentum: Real,
     /// Angular momentum at the end over that at the start.
@@ -180,11 +180,10 @@ pub fn colliding_drops(across: usize, end: Real, scheme: Scheme) -> Result<Colli
         x.z * u.x - x.x * u.z
     };
     let [before, speeds] = solver.sum_over_fluid(|p, a| [turning(p, a), p.velocity[a].length()]);
-    let (first, scale) = (kinetic_energy(&solver), speeds * solver.particle_mass());
-    let (mut energy, mut momentum) = ([1.0; 2], 0.0);
+    let scale = speeds * solver.particle_mass();
+    let (mut energy, mut momentum) = (Energy::new(kinetic_energy(&solver)), 0.0);
     advance(&mut solver, [0.0, end], under(Vector::ZERO), |_, solver, _| {
-        energy[0] = kinetic_energy(solver) / first;
-        energy[1] = energy[1].max(energy[0]);
+        energy.see(kinetic_energy(solver));
         momentum = Real::max(momentum, solver.fluid_momentum().length() / scale);
     })?;
     let sums = solver.sum_over_fluid(|p, a| {

@@ -7,6 +7,7 @@ pub mod dam_break;
 mod drop;
 mod frames;
 mod interior;
+mod jets;
 mod operators;
 mod repose;
 mod settled_bed;
@@ -19,15 +20,17 @@ pub use at_rest::{Rest, RestSetup, falling_block, plain_pressure_gradient, rest}
 pub use bed_load::{BedLoad, bed_load};
 pub use beds::{
     Falling, LatticeVoids, RestingBed, Seepage, dry_bed, falling_grain, lattice_voids, resting_bed, seepage,
+    seepage_with_surface,
 };
 pub use drop::{Ellipse, StretchedDrop, stretching_drop};
 pub use frames::{FrameDifference, frames, frames_with_bed};
 pub use interior::{
     CollidedDrops, TurningPatch, Vortices, colliding_drops, taylor_green, turning_patch, turning_patch_pressure,
 };
+pub use jets::{ReversedFall, ShearedJet, reversed_fall, sheared_jet};
 pub use operators::{Operators, bulk_weighted, laplacian_by_number_density, operators};
 pub use repose::{Repose, repose};
-pub use vessel::{DENSITY, DIAMETER, DOWN, ExperimentError, GRAIN_DENSITY, GRAVITY, Vessel, advance};
+pub use vessel::{DENSITY, DIAMETER, DOWN, Energy, ExperimentError, GRAIN_DENSITY, GRAVITY, Vessel, advance};
 pub use viscous::{Channel, poiseuille, stokes_layer};
 pub use watered_bed::{BedSetup, WateredBed, watered_bed};
 pub use waves::{Shaking, Sloshing, StandingWave, WaveTank, sloshing, standing_wave};

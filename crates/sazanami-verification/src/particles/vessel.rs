@@ -228,6 +228,32 @@ pub(super) fn kinetic_energy(solver: &Solver) -> Real {
     0.5 * solver.particle_mass() * square
 }
 
+/// An energy as it is seen from step to step, over what it was at first.
+#[derive(Clone, Copy, Debug)]
+pub struct Energy {
+    first: Real,
+    least: Real,
+    /// The last.
+    pub last: Real,
+    /// The largest.
+    pub largest: Real,
+    /// The largest rise above the least before it.
+    pub rise: Real,
+}
+
+impl Energy {
+    pub(super) fn new(first: Real) -> Self {
+        Self { first, least: 1.0, last: 1.0, largest: 1.0, rise: 0.0 }
+    }
+
+    pub(super) fn see(&mut self, now: Real) {
+        self.last = now / self.first;
+        self.least = self.least.min(self.last);
+        self.largest = self.largest.max(self.last);
+        self.rise = self.rise.max(self.last - self.least);
+    }
+}
+
 /// Own particles that are fluid.
 pub(super) fn fluid(solver: &Solver) -> impl Iterator<Item = usize> {
     let particles = solver.particles();

@@ -1,6 +1,7 @@
 //! A bed of grains under deep water: held, or loose so that it falls together and stirs the water in it.
 
 use sazanami_dem::{Grain, Motion, Random};
+use sazanami_mps::Role;
 use sazanami_mps::filling;
 use sazanami_mps::grains::volume;
 use sazanami_mps::pressure::hydrostatic;
@@ -28,6 +29,8 @@ pub struct BedSetup {
     pub height: Real,
     /// Whether grains stay where they are.
     pub held: bool,
+    /// Speed of each grain, in any direction, when it is let go [m/s].
+    pub stirred: Real,
     /// How long it is watched \[s].
     pub seconds: Real,
 }
@@ -36,13 +39,19 @@ impl BedSetup {
     /// A dense bed that is held, of void fraction 0.46.
     #[must_use]
     pub fn held(scheme: Scheme) -> Self {
-        Self { scheme, grains: [12, 10, 9], height: 8.7, held: true, seconds: 0.04 }
+        Self { scheme, grains: [12, 10, 9], height: 8.7, held: true, stirred: 0.0, seconds: 0.04 }
     }
 
     /// A bed of void fraction 0.61, whose grains fall together by a diameter and more when they are let go.
     #[must_use]
     pub fn loose(scheme: Scheme) -> Self {
-        Self { scheme, grains: [11, 9, 8], height: 8.8, held: false, seconds: 0.3 }
+        Self { scheme, grains: [11, 9, 8], height: 8.8, held: false, stirred: 0.0, seconds: 0.3 }
+    }
+
+    /// The loose bed with its grains thrown about.
+    #[must_use]
+    pub fn stirred(scheme: Scheme) -> Self {
+        Self { stirred: 1.3, ..Self::loose(scheme) }
     }
 }
 
@@ -59,6 +68,10 @@ pub struct WateredBed {
     pub strain: [Real; 2],
     /// Speed of the water over `sqrt(g H)`, largest and root mean square.
     pub speed: [Real; 2],
+    /// Largest speed of the water over `sqrt(g H)` at any time.
+    pub fastest: Real,
+    /// Largest part of the water that is isolated, at any time.
+    pub isolated: Real,
     /// Rms speed of the grains [m/s].
     pub grains: Real,
     /// Way of the mean grain down, in diameters.
@@ -67,7 +80,8 @@ pub struct WateredBed {
     pub steps: usize,
 }
 
-/// Mean difference of the pressure from the hydrostatic and the largest from that, over `rho g H`.
+/// Mean difference of the pressure from the hydrostatic and the largest from that, over `rho g H`; of water that is not
+/// isolated.
 fn pressure_errors(solver: &Solver, level: Real) -> [Real; 2] {
     let (particles, settings) = (solver.particles(), solver.settings());
     let reduced = solver.reduced_force(DOWN);
@@ -76,9 +90,10 @@ fn pressure_errors(solver: &Solver, level: Real) -> [Real; 2] {
         let p = particles.pressure[a] + hydrostatic(DENSITY, reduced, x, settings.reference);
         p - DENSITY * GRAVITY * (level - x.z)
     };
-    let (sum, count) = fluid(solver).map(error).fold((0.0, 0.0), |(sum, count), e| (sum + e, count + 1.0));
+    let water = || fluid(solver).filter(|&a| particles.role[a] != Role::Inactive);
+    let (sum, count) = water().map(error).fold((0.0, 0.0), |(sum, count), e| (sum + e, count + 1.0));
     let mean = sum / count;
-    let largest = fluid(solver).map(|a| (error(a) - mean).abs()).fold(0.0, Real::max);
+    let largest = water().map(|a| (error(a) - mean).abs()).fold(0.0, Real::max);
     [mean, largest].map(|e| e / (DENSITY * GRAVITY * DEPTH * DIAMETER))
 }
 
@@ -126,7 +141,21 @@ fn posed(setup: &BedSetup) -> Result<Solver, ExperimentError> {
     }
     solver.set_velocities(|_, _| Vector::ZERO);
     solver.grains_mut().freeze(false);
+    if setup.stirred > 0.0 {
+        throw(&mut solver, setup.stirred);
+    }
     Ok(solver)
+}
+
+/// Gives each grain a velocity of `speed` [m/s] in a direction of its own.
+fn throw(solver: &mut Solver, speed: Real) {
+    let (engine, domain) = solver.engine_mut();
+    for g in 0..engine.grains().owned() {
+        let mut random = Random::new(engine.grains().id[g]);
+        let mut way = || random.between(-1.0, 1.0);
+        engine.set_velocity(g, speed * Vector::new(way(), way(), way()).normalize_or_zero(), Vector::ZERO);
+    }
+    engine.refresh_ghosts(domain);
 }
 
 /// A bed under water, after its grains are let go.
@@ -147,6 +176,8 @@ pub fn watered_bed(setup: &BedSetup) -> Result<WateredBed, ExperimentError> {
     let (mut found, mut seen) = (WateredBed::default(), 0.0);
     advance(&mut solver, [0.0, setup.seconds], under(DOWN), |time, solver, report| {
         found.steps += 1;
+        found.fastest = found.fastest.max(report.largest_speed / wave);
+        found.isolated = found.isolated.max(report.isolated as Real / count);
         if time < 0.9 * setup.seconds {
             return;
         }

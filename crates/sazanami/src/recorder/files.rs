@@ -189,14 +189,14 @@ impl Files {
         Ok(self.fields.push(clock.time(), &name)?)
     }
 
-    /// Adds a row to the table of probe `number`.
+    /// Adds rows to the table of probe `number`.
     pub fn probe(
         &mut self,
         number: usize,
         name: &str,
-        columns: impl FnOnce() -> Vec<Column>,
-        clock: &Clock,
-        row: &[Value],
+        columns: &[Column],
+        step: u64,
+        rows: impl Iterator<Item = Vec<Value>>,
         say: impl Fn(String),
     ) -> Result<(), RecordError> {
         let table = match &mut self.probes[number] {
@@ -204,12 +204,15 @@ impl Files {
             place => {
                 let folder = self.folder.join(PROBES);
                 make_folder(&folder)?;
-                let (table, warning) = open_probe(&folder.join(format!("{name}.csv")), &columns(), self.resumed_at)?;
+                let (table, warning) = open_probe(&folder.join(format!("{name}.csv")), columns, self.resumed_at)?;
                 warning.into_iter().for_each(&say);
                 place.insert(table)
             }
         };
-        Ok(table.record(clock.step(), row)?)
+        for row in rows {
+            table.record(step, &row)?;
+        }
+        Ok(())
     }
 
     /// Path of the picture `name`.

@@ -11,6 +11,7 @@ mod mics;
 mod mps;
 mod observer;
 mod page;
+mod probing;
 mod reevaluated;
 mod summary;
 mod timetable;
@@ -21,6 +22,7 @@ use std::time::{Duration, Instant};
 
 use sazanami_dem::{ContactReport, Engine, Packing, PackingReport};
 use sazanami_io::checkpoint::CheckpointWriter;
+use sazanami_io::table::Value;
 use sazanami_mps::snapshot::GRAINS;
 use sazanami_numerics::Real;
 use sazanami_numerics::domain::Domain;
@@ -72,6 +74,8 @@ pub(crate) struct Recorder<'a, B: Observer> {
     timetables: Timetables,
     grains: GatheredGrains,
     observer: B,
+    /// What the probes that fall due within the step found at its start.
+    probed: Vec<Vec<Value>>,
     files: Option<Files>,
     last_checkpoint: Instant,
     state_hash: Option<u64>,
@@ -97,6 +101,7 @@ impl<'a, B: Observer> Recorder<'a, B> {
             timetables: Timetables::of(job.case),
             grains: GatheredGrains::new(job),
             observer: B::new(job),
+            probed: Vec::new(),
             files,
             last_checkpoint: now,
             state_hash: None,
@@ -239,7 +244,7 @@ impl<'a, B: Observer> Recorder<'a, B> {
         if resumed.is_none() {
             B::notes(self.job.case).iter().for_each(|note| self.say(note));
             self.write_due(water, clock, self.timetables.due_at_start(), None)?;
-            self.write_probes(water, clock, &self.timetables.probes_due_at_start())?;
+            self.write_probes(water, clock, clock.time(), &self.timetables.probes_due_at_start())?;
         }
         Ok(())
     }
@@ -265,19 +270,9 @@ impl<'a, B: Observer> Recorder<'a, B> {
         if due.iter().any(|due| *due) {
             self.write_due(water, clock, due, Some(step))?;
         }
-        self.write_probes(water, clock, &self.timetables.probes_due(before, clock, tolerance))?;
+        self.write_probes(water, clock, before, &self.timetables.probes_due(before, clock))?;
         if self.timetables.checkpoint_is_due(before, clock, tolerance) {
             self.checkpoint(water, clock)?;
-        }
-        Ok(())
-    }
-
-    /// Writes a row for each probe that is due.
-    fn write_probes(&mut self, water: &mut B::Water, clock: &Clock, due: &[bool]) -> Result<(), RankError> {
-        if due.contains(&true) {
-            let to = Output { job: self.job, clock, files: self.files.as_mut() };
-            let outcome = self.observer.probe(to, water, due);
-            water.domain().agree(outcome.map_err(RankError::from))?;
         }
         Ok(())
     }

@@ -1,6 +1,6 @@
 //! What a recorder asks of the observer of a solver.
 
-use sazanami_io::table;
+use sazanami_io::table::{self, Column};
 use sazanami_numerics::snapshot::Snapshot;
 use sazanami_numerics::{Real, Vector};
 use serde_json::{Map, Value};
@@ -8,7 +8,7 @@ use serde_json::{Map, Value};
 use super::bed::GatheredGrains;
 use super::files::Files;
 use super::grain_files::OwnArray;
-use crate::case::meaning::{Case, OutputFrame};
+use crate::case::meaning::{Case, OutputFrame, ProbePlace};
 use crate::clock::Clock;
 use crate::columns::Quantity;
 use crate::job::{Job, RankError, RecordError, Totals};
@@ -136,8 +136,12 @@ pub(crate) trait Observer: Sized + 'static {
     /// Draws the pictures of a time, as measured last.
     fn draw(&self, to: Output, water: &Self::Water, grains: &GatheredGrains) -> Result<(), RecordError>;
 
-    /// Writes a row for every probe that is `due`.
-    fn probe(&mut self, to: Output, water: &mut Self::Water, due: &[bool]) -> Result<(), RecordError>;
+    /// Headings of the table of a probe, after the time.
+    fn probe_headings(place: &ProbePlace) -> Vec<Column>;
+
+    /// What each of the probes that are `asked` finds at `time` \[s], after the time; nothing of the others, and on ranks that do
+    /// not lead there may be nothing at all. Collective.
+    fn probe(&mut self, job: &Job, water: &mut Self::Water, time: Real, asked: &[bool]) -> Vec<Vec<table::Value>>;
 
     /// What goes into the summary.
     fn summary_parts(&self) -> SummaryParts;

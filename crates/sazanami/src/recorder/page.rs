@@ -31,6 +31,10 @@ pub(crate) fn page() -> String {
             "`observables.crater_rest` of `summary.json`",
             table("Whether V has come to rest, by its course.", mics::REST),
         ),
+        (
+            "`observables.soaked` of `summary.json`",
+            table("Liquid below the bed's surface before the impact.", mics::SOAKED),
+        ),
         ("`observables.splash` of `summary.json`", table("Grains that have left the bed.", mics::SPLASH)),
     ];
     sections.iter().map(|(title, table)| format!("## {title}\n\n{table}\n")).collect()

@@ -25,6 +25,17 @@ impl Timetable {
         self.steps.is_some() || self.times.starts_at_zero()
     }
 
+    /// Times at which something is due in the step from `before` to now \[s].
+    fn within(&self, before: Real, clock: &Clock) -> Vec<Real> {
+        let now = clock.time();
+        let mut times: Vec<Real> = self.times.within(before, now).map(|time| time.min(now)).collect();
+        let by_step = self.steps.is_some_and(|steps| clock.step().is_multiple_of(steps));
+        if by_step && times.last() != Some(&now) {
+            times.push(now);
+        }
+        times
+    }
+
     fn is_due(&self, before: Real, clock: &Clock, tolerance: Real) -> bool {
         let by_step = self.steps.is_some_and(|steps| clock.step().is_multiple_of(steps));
         by_step || self.times.is_due(before, clock.time(), tolerance)
@@ -50,9 +61,9 @@ impl Timetables {
         }
     }
 
-    /// Next time after `now` \[s] on which a step has to end.
+    /// Next time after `now` \[s] on which a step has to end. Probes are read between the ends of steps and shorten none.
     pub fn next_after(&self, now: Real) -> Option<Real> {
-        let all = self.outputs.iter().chain(&self.probes).map(|table| &table.times);
+        let all = self.outputs.iter().map(|table| &table.times);
         all.chain([&self.checkpoints]).filter_map(|times| times.next_after(now)).reduce(Real::min)
     }
 
@@ -68,14 +79,14 @@ impl Timetables {
         self.outputs.each_ref().map(|table| table.is_due(before, clock, tolerance))
     }
 
-    /// Probes that are due before the first step.
-    pub fn probes_due_at_start(&self) -> Vec<bool> {
-        self.probes.iter().map(Timetable::starts_at_zero).collect()
+    /// Times at which each probe is due before the first step: zero or never.
+    pub fn probes_due_at_start(&self) -> Vec<Vec<Real>> {
+        self.probes.iter().map(|table| vec![0.0; usize::from(table.starts_at_zero())]).collect()
     }
 
-    /// Probes that are due.
-    pub fn probes_due(&self, before: Real, clock: &Clock, tolerance: Real) -> Vec<bool> {
-        self.probes.iter().map(|table| table.is_due(before, clock, tolerance)).collect()
+    /// Times at which each probe is due in the step from `before` to now \[s].
+    pub fn probes_due(&self, before: Real, clock: &Clock) -> Vec<Vec<Real>> {
+        self.probes.iter().map(|table| table.within(before, clock)).collect()
     }
 
     pub fn checkpoint_is_due(&self, before: Real, clock: &Clock, tolerance: Real) -> bool {

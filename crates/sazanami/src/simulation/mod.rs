@@ -195,11 +195,14 @@ fn flow<B: Observer>(job: &Job, mut water: B::Water, recorder: &mut Recorder<B>)
         let limit = if dt < longest { OUTPUT } else { ruling };
         recorder.watch.turn(OUTPUT);
         let (step, time) = (clock.step() + 1, clock.time());
+        let mut after = clock;
+        after.advance(dt, due);
+        recorder.before_step(&mut water, &clock, &after);
         let report = water
             .advance(case, time, next, dt, |phase| recorder.watch.turn(phase))
             .map_err(|problem| RankError::Step { problem, step, time, limit })?;
         recorder.watch.turn(OUTPUT);
-        clock.advance(dt, due);
+        clock = after;
         recorder.observe(&mut water, &clock, time, &Step { dt, limit, stable, report: &report })?;
         if shown.as_mut().is_some_and(|due| due.is_due(clock.step(), time, clock.time())) {
             recorder.show(&mut water, &clock);

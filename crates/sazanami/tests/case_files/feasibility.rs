@@ -47,9 +47,9 @@ fn grains_too_light_for_their_exchange_are_refused() {
     // Two cells wide, then five.
     refused(1000, &[], "exact");
     refused(1000, &[fine, "coupling.exchange=exact"], "exact");
-    refused(400, &[fine], "surface");
-    refused(400, &["coupling.exchange=surface"], "surface");
-    for (density, overrides) in [(1100, &[][..]), (600, &[fine][..]), (400, &[fine, "grains.0.motion=fixed"][..])] {
+    refused(250, &[fine], "surface");
+    refused(250, &["coupling.exchange=surface"], "surface");
+    for (density, overrides) in [(1100, &[][..]), (350, &[fine][..]), (250, &[fine, "grains.0.motion=fixed"][..])] {
         let (found, feasible) = feasibility(&cork(density), overrides, ENOUGH);
         assert!(feasible.is_some(), "{density} {overrides:?}: {found:#?}");
     }

@@ -265,6 +265,42 @@ fn probes_keep_their_own_schedules() {
     assert_eq!(left.column("step"), [0.0, 2.0, 4.0, 6.0]);
 }
 
+/// A linear signal: the place of a grain that moves with a constant velocity.
+#[test]
+fn probes_are_read_between_the_ends_of_steps() {
+    let scratch = Scratch::new("restart-between");
+    let moving = "[[grains]]\nname = \"moving\"\nmotion = \"prescribed\"\nshape.sphere = { diameter = \"0.3 mm\" }\n\
+                  material = \"sand\"\nplacement.lattice = { lower = [\"1 mm\", \"1 mm\", \"2.5 mm\"], \
+                  upper = [\"1.4 mm\", \"1.4 mm\", \"2.9 mm\"], counts = [1, 1, 1], velocity = [\"0.7 m/s\", \"0 m/s\", \"0 m/s\"] }\n[bed]\n";
+    let text = SLIDING.replace("[bed]\n", moving);
+    let run = |name: &str, probes: &str, overrides: &[&str]| {
+        let folder = scratch.join(name);
+        let text = text.replace("[output]\n", &format!("{probes}[output]\n"));
+        start(&load(&text, overrides), &folder, On::threads(1).steps(15)).unwrap();
+        Left::in_folder(&folder)
+    };
+    let body = "body = { population = \"moving\" }\n";
+    let probes =
+        format!("[[probe]]\nname = \"times\"\n{body}every = \"3 us\"\n[[probe]]\nname = \"steps\"\n{body}steps = 1\n");
+    let [with, without] = [run("with", &probes, &[]), run("without", "", &[])];
+    assert_eq!((with.hash(), &with.series), (without.hash(), &without.series));
+    // Negative control: output at the same times shortens steps.
+    let cut = run("cut", "", &["output.grains.every=3 us"]);
+    assert_ne!(cut.hash(), without.hash());
+
+    let table = |name: &str| &with.probes.iter().find(|(file, _)| *file == format!("{name}.csv")).unwrap().1;
+    let (times, ends) = (table("times").column("time"), table("steps").column("time"));
+    let last = ends[ends.len() - 1];
+    assert_eq!(times.len(), 1 + (last / 3e-6).floor() as usize);
+    for (n, (time, place)) in times.iter().zip(table("times").column("position_1")).enumerate() {
+        assert!((time - 3e-6 * n as f64).abs() < 1e-15, "{time}");
+        assert!((place - 1.2e-3 - 0.7 * time).abs() < 1e-15, "{place} at {time}");
+    }
+    // Negative control: at the ends of the steps it is elsewhere.
+    let away = |time: &f64| ends.iter().map(|end| 0.7 * (end - time).abs()).fold(f64::INFINITY, f64::min);
+    assert!(times.iter().map(away).fold(0.0, f64::max) > 1e-7);
+}
+
 fn copy_folder(from: &Path, to: &Path) -> bool {
     std::fs::create_dir_all(to).expect("the case is sound");
     for entry in std::fs::read_dir(from).expect("the case is sound") {

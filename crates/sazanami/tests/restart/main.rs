@@ -62,6 +62,14 @@ steps = 1
 name = "grain"
 body = { population = "sand", index = 4 }
 steps = 3
+[[probe]]
+name = "middle between steps"
+point = ["1.5 mm", "1.5 mm", "0.7 mm"]
+every = "17 us"
+[[probe]]
+name = "grain between steps"
+body = { population = "sand", index = 4 }
+every = "3.1 us"
 [output]
 figures = { at = [] }
 series = { steps = 1 }

@@ -7,6 +7,7 @@ use crate::boundary::{Side, Tank, WallFriction};
 use crate::conjugate::exchange::{Received, add_stress};
 use crate::grains::GrainPhase;
 use crate::momentum::FluidImpulses;
+use crate::particles::Role;
 use crate::pressure::Tolerance;
 use crate::scheme::{Fluid, Projection, Scheme};
 use crate::solver::{FluidParticle, Settings};
@@ -171,6 +172,36 @@ fn in_a_bed_neighbours_are_missing_beside_a_surface_alone() {
     let clear = posed([WALLS, PERIODIC, OPEN_TOP], 2.6);
     let (rows, sums) = (&clear.equation.rows, clear.conjugate.operators().sums);
     assert!(inner.iter().any(|&a| rows[a].diagonal > 1.03 * sums[a][3]));
+}
+
+#[test]
+fn beds_are_closed_where_there_is_a_surface_and_not_for_a_drop_in_the_air() {
+    let mut solver = posed_between([WALLS, PERIODIC, OPEN_TOP], 2.6, |_| 0.97);
+    let fluid: Vec<usize> = (0..solver.particles.owned).filter(|&a| solver.particles.is_fluid(a)).collect();
+    // Part of the rows that see no surface which are closed, with these roles of the first particles.
+    let mut closed = |roles: &[Role]| {
+        let Solver { domain, periods, settings, kernel, particles, equation, conjugate, surface, .. } = &mut solver;
+        let (forcing, reduced_force, surface) = (&Forcing::default(), Vector::ZERO, *surface);
+        let (domain, periods, settings, kernel) = (&*domain, &*periods, &*settings, &*kernel);
+        let step =
+            Context { domain, periods, settings, kernel, surface, forcing, reduced_force, dt: 0.01, flow_time: 0.01 };
+        let sums = conjugate.operators().sums;
+        for (n, &a) in fluid.iter().enumerate() {
+            particles.role[a] = roles.get(n).copied().unwrap_or(Role::Unknown);
+            equation.rows[a].diagonal = 1.1 * sums[a][3];
+        }
+        conjugate.close_inside_beds(&step, &particles.role, &mut equation.rows[..particles.owned]);
+        let inner = || fluid.iter().filter(|&&a| !equation.rows[a].beside_surface);
+        inner().filter(|&&a| equation.rows[a].diagonal == sums[a][3]).count() as Real / inner().count() as Real
+    };
+    assert_eq!(closed(&[Role::Dirichlet; 40]), 1.0);
+    // Isolated particles, however many, are no surface, and take no part of it.
+    assert_eq!(closed(&[]), 0.0);
+    assert_eq!(closed(&[Role::Inactive]), 0.0);
+    assert_eq!(closed(&[Role::Inactive; 40]), 0.0);
+    let mut both = [Role::Inactive; 80];
+    both[..40].fill(Role::Dirichlet);
+    assert_eq!(closed(&both), 1.0);
 }
 
 #[test]

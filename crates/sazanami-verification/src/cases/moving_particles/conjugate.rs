@@ -2,13 +2,13 @@
 
 use crate::measured::{Chart, Measured};
 use crate::particles::{self as experiments, BedSetup};
-use sazanami_mps::scheme::Scheme;
+use sazanami_mps::scheme::{CONJUGATE_RADIUS, Scheme};
 use sazanami_mps::stability::COURANT;
 use sazanami_numerics::Real;
 
 use super::fluid::column;
 use super::said;
-use super::waves::{drops, wave};
+use super::waves::{Wave, called, drops, over_theory};
 
 /// The scheme with its radii.
 fn schemes() -> [Scheme; 2] {
@@ -20,11 +20,28 @@ pub fn conjugate_drop() -> Result<Vec<Measured>, String> {
     drops(&schemes())
 }
 
-/// A standing wave in ten layers, and a block in free fall.
+/// Waves in ten and in five layers of deep water, with both radii.
+const DEEP_WAVES: [Wave; 2] = [(0.1, 0.05, 10, 1), (0.1, 0.05, 5, 1)];
+/// A longer wave and the second mode of shallow water, with the smaller one.
+const LONG_WAVES: [Wave; 2] = [(0.3, 0.05, 10, 1), (0.15, 0.01, 10, 2)];
+
+/// Standing waves, and a block in free fall.
 pub fn conjugate_wave() -> Result<Vec<Measured>, String> {
     let mut rows = Vec::new();
+    let one =
+        |wave: Wave, scheme: Scheme| over_theory(&format!("{}, radius {}", called(wave), scheme.radius), wave, scheme);
+    for wave in DEEP_WAVES {
+        let [near, far] = schemes().map(|scheme| one(wave, scheme));
+        let ((near, period), (far, other)) = (near?, far?);
+        rows.extend(near.into_iter().chain(far));
+        let apart = (period - other).abs();
+        rows.push(Measured::new(format!("{}: periods of the two radii over theory, apart", called(wave)), apart));
+    }
+    let [scheme, _] = schemes();
+    for wave in LONG_WAVES {
+        rows.extend(one(wave, scheme)?.0);
+    }
     for scheme in schemes() {
-        rows.extend(wave(scheme)?.0);
         let name = format!("radius {}", scheme.radius);
         let times = [1e-4, 0.02];
         let lattice = experiments::falling_block(scheme, 0.0, &times).map_err(said)?;
@@ -86,21 +103,55 @@ pub fn conjugate_isolated() -> Result<Vec<Measured>, String> {
         row(&format!("vortices, radius {name}: rms error of the velocity"), vortices.velocity);
     }
     let square = experiments::turning_patch(50, 2.0, scheme).map_err(said)?;
-    row("square: kinetic energy at t w = 2 over that at the start", square.energy[0]);
-    row("square: largest kinetic energy over that at the start", square.energy[1]);
+    row("square: kinetic energy at t w = 2 over that at the start", square.energy.last);
+    row("square: largest kinetic energy over that at the start", square.energy.largest);
     row("square: angular momentum at t w = 2 over that at the start", square.angular_momentum);
     row("square: part of the particles that are isolated", square.splashes);
     let without = (square.angular_momentum_of_fewer - 1.0).abs();
     row("control, square: angular momentum without every tenth particle, off by", without);
+    let jet = experiments::sheared_jet(12, 2.0, scheme).map_err(said)?;
+    row("jet: kinetic energy at t U/h = 2 over that at the start", jet.energy.last);
+    row("jet: largest rise of the kinetic energy", jet.energy.rise);
+    row("jet: largest change of the momentum over the momentum", jet.momentum);
+    row("jet: rms error of the velocity", jet.velocity);
     let drops = experiments::colliding_drops(12, 2.0, scheme).map_err(said)?;
-    row("drops: kinetic energy at t U/R = 2 over that at the start", drops.energy[0]);
-    row("drops: largest kinetic energy over that at the start", drops.energy[1]);
+    row("drops: kinetic energy at t U/R = 2 over that at the start", drops.energy.last);
+    row("drops: largest kinetic energy over that at the start", drops.energy.largest);
+    row("drops: largest rise of the kinetic energy", drops.energy.rise);
     row("drops: largest momentum over that of both", drops.momentum);
     row("drops: angular momentum at t U/R = 2 over that at the start", drops.angular_momentum);
     row(
         "control, drops: angular momentum without every tenth particle, off by",
         (drops.angular_momentum_of_fewer - 1.0).abs(),
     );
+    let enhanced = Scheme::default();
+    let jet = experiments::sheared_jet(12, 2.0, enhanced).map_err(said)?;
+    row("control, jet: largest rise of the kinetic energy with the enhanced scheme", jet.energy.rise);
+    let drops = experiments::colliding_drops(12, 2.0, enhanced).map_err(said)?;
+    row("control, drops: largest rise of the kinetic energy with the enhanced scheme", drops.energy.rise);
+    row("control, drops: largest momentum with the enhanced scheme", drops.momentum);
+    Ok(rows)
+}
+
+/// Radii with the steps of water that falls to and fro; those of the enhanced scheme.
+const FALLS: [(Real, usize); 3] = [(CONJUGATE_RADIUS, 100_000), (3.1, 10_000), (3.6, 10_000)];
+const ENHANCED_FALLS: usize = 3000;
+
+/// Jets that strike walls again and again, at the radii that are offered.
+pub fn conjugate_jets() -> Result<Vec<Measured>, String> {
+    let mut rows = Vec::new();
+    for (radius, steps) in FALLS {
+        let found = experiments::reversed_fall(steps, Scheme::conjugate(radius)).map_err(said)?;
+        rows.extend([
+            Measured::new(format!("radius {radius}: steps done"), found.steps as Real),
+            Measured::new(format!("radius {radius}: reversals of gravity"), found.reversals as Real),
+            Measured::new(format!("radius {radius}: largest energy over that at the last reversal"), found.energy),
+            Measured::new(format!("radius {radius}: largest rise of the energy between reversals"), found.rise),
+            Measured::new(format!("radius {radius}: largest speed over that of a fall through the box"), found.speed),
+        ]);
+    }
+    let enhanced = experiments::reversed_fall(ENHANCED_FALLS, Scheme::default()).map_err(said)?;
+    rows.push(Measured::new("control: largest rise of the energy with the enhanced scheme", enhanced.rise));
     Ok(rows)
 }
 
@@ -108,7 +159,9 @@ pub fn conjugate_isolated() -> Result<Vec<Measured>, String> {
 pub fn conjugate_bed() -> Result<Vec<Measured>, String> {
     let [scheme, _] = schemes();
     let mut rows = Vec::new();
-    for (name, setup) in [("held", BedSetup::held(scheme)), ("loose", BedSetup::loose(scheme))] {
+    let setups =
+        [("held", BedSetup::held(scheme)), ("loose", BedSetup::loose(scheme)), ("stirred", BedSetup::stirred(scheme))];
+    for (name, setup) in setups {
         let found = experiments::watered_bed(&setup).map_err(said)?;
         rows.extend([
             Measured::new(format!("{name}: largest error of the pressure less its mean, of rho g H"), found.pressure),
@@ -120,8 +173,14 @@ pub fn conjugate_bed() -> Result<Vec<Measured>, String> {
             Measured::new(format!("{name}: largest speed of the water, of sqrt(g H)"), found.speed[0]),
         ]);
         if !setup.held {
-            rows.push(Measured::new("loose: way down of its grains, in diameters", found.sunk));
-            rows.push(Measured::new("loose: rms speed of the grains at the end", found.grains));
+            rows.push(Measured::new(format!("{name}: way down of its grains, in diameters"), found.sunk));
+            rows.push(Measured::new(format!("{name}: rms speed of the grains at the end"), found.grains));
+        }
+        if setup.stirred > 0.0 {
+            rows.push(Measured::new("stirred: largest part of the water that is isolated", found.isolated));
+            let fastest =
+                Measured::new("control, stirred: largest speed of the water at any time, of sqrt(g H)", found.fastest);
+            rows.push(fastest);
         }
     }
     let forgetful = BedSetup::loose(Scheme { relaxation: Real::INFINITY, ..scheme });
@@ -136,6 +195,16 @@ pub fn conjugate_bed() -> Result<Vec<Measured>, String> {
             rows.push(Measured::new(format!("control, {name}: error with eps^4"), off));
         }
     }
+    let [driven, left] = [0.8, 0.0].map(|force| experiments::seepage_with_surface(scheme, 0.40, force, 0.1));
+    let (driven, left) = (driven.map_err(said)?, left.map_err(said)?);
+    rows.push(Measured::new("under a surface, eps 0.4, 800 Pa/m: Ergun over found", driven.ergun(3)));
+    rows.push(Measured::new("under a surface, eps 0.4, 800 Pa/m: change of the flux at the end", driven.change));
+    rows.push(Measured::new(
+        "control, under a surface, eps 0.4, 800 Pa/m: error with eps^4",
+        (driven.ergun(4) - 1.0).abs(),
+    ));
+    let still = (left.flux / driven.flux).abs();
+    rows.push(Measured::new("under a surface, eps 0.4: flux without a drive over that of 800 Pa/m", still));
     let settled = experiments::resting_bed(scheme, [10, 8], [10.0, 5.0], 0.0, 1.0).map_err(said)?;
     rows.extend([
         Measured::new("settled: largest error of the pressure, of rho g H", settled.pressure),

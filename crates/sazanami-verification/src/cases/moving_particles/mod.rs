@@ -6,7 +6,8 @@ mod grains;
 mod waves;
 
 pub(crate) use conjugate::{
-    conjugate_bed, conjugate_dam_break, conjugate_drop, conjugate_isolated, conjugate_still, conjugate_wave,
+    conjugate_bed, conjugate_dam_break, conjugate_drop, conjugate_isolated, conjugate_jets, conjugate_still,
+    conjugate_wave,
 };
 pub(crate) use fluid::{
     dam_break, dam_break_lobovsky, falling_block, hydrostatics, operators, rotating_square, taylor_green, viscous_walls,

@@ -2,15 +2,15 @@
 
 use std::f64::consts::PI;
 
-use crate::particles::{self as experiments, Shaking, WaveTank};
-use sazanami_mps::scheme::Scheme;
+use crate::particles::{self as experiments, Shaking, Sloshing, WaveTank};
+use sazanami_mps::scheme::{CONJUGATE_RADIUS, Scheme};
 use sazanami_numerics::Real;
 
 use super::said;
 use crate::measured::Measured;
 
 /// Length, depth \[m], layers, mode.
-type Wave = (Real, Real, usize, usize);
+pub(super) type Wave = (Real, Real, usize, usize);
 
 /// Standing waves.
 pub fn standing_wave() -> Result<Vec<Measured>, String> {
@@ -27,15 +27,28 @@ pub fn standing_wave() -> Result<Vec<Measured>, String> {
 }
 
 /// Period and viscosity of a wave in ten layers; the period over theory once more.
-pub(super) fn wave(scheme: Scheme) -> Result<(Vec<Measured>, Real), String> {
-    let tank = WaveTank { length: 0.1, depth: 0.05, layers: 10, scheme };
-    let wave = experiments::standing_wave(tank, 1, 0.02).map_err(said)?;
-    let name = format!("h/l0 10, radius {}", scheme.radius);
+fn wave(scheme: Scheme) -> Result<(Vec<Measured>, Real), String> {
+    over_theory(&format!("h/l0 10, radius {}", scheme.radius), (0.1, 0.05, 10, 1), scheme)
+}
+
+/// Period and viscosity of any wave; the period over theory once more.
+pub(super) fn over_theory(
+    name: &str,
+    (length, depth, layers, mode): Wave,
+    scheme: Scheme,
+) -> Result<(Vec<Measured>, Real), String> {
+    let tank = WaveTank { length, depth, layers, scheme };
+    let wave = experiments::standing_wave(tank, mode, 0.02).map_err(said)?;
     let rows = vec![
         Measured::new(format!("{name}: period over theory"), wave.period),
         Measured::new(format!("{name}: numerical viscosity"), wave.viscosity),
     ];
     Ok((rows, wave.period))
+}
+
+/// How a wave is called.
+pub(super) fn called((length, depth, layers, mode): Wave) -> String {
+    format!("L {length} m, h {depth} m, mode {mode}, h/l0 {layers}")
 }
 
 /// A drop that stretches.
@@ -74,10 +87,11 @@ pub fn standing_wave_shallow() -> Result<Vec<Measured>, String> {
 fn periods(waves: &[Wave]) -> Result<Vec<Measured>, String> {
     let scheme = Scheme::default();
     let mut rows = Vec::new();
-    for &(length, depth, layers, mode) in waves {
+    for &wave in waves {
+        let (length, depth, layers, mode) = wave;
         let tank = WaveTank { length, depth, layers, scheme };
         let found = experiments::standing_wave(tank, mode, 0.02).map_err(said)?;
-        let name = format!("L {length} m, h {depth} m, mode {mode}, h/l0 {layers}");
+        let name = called(wave);
         let (period, exact) = (format!("{name}: period"), 2.0 * PI / tank.frequency(mode));
         rows.push(Measured::new(period, found.period * exact));
         rows.push(Measured::new(format!("{name}: numerical viscosity"), found.viscosity));
@@ -90,7 +104,7 @@ fn periods(waves: &[Wave]) -> Result<Vec<Measured>, String> {
     Ok(rows)
 }
 
-/// V5, away from resonance.
+/// V5, away from resonance: with the enhanced scheme, and with the conjugate one in twice the layers.
 pub fn sloshing() -> Result<Vec<Measured>, String> {
     let tank = WaveTank { length: 0.3, depth: 0.05, layers: 10, scheme: Scheme::default() };
     let part = 0.7;
@@ -102,17 +116,29 @@ pub fn sloshing() -> Result<Vec<Measured>, String> {
     let answer = (1.0 - part * part) / (period.powi(2).recip() - part * part);
     let nearer = WaveTank { scheme: Scheme { radius: 2.6, ..tank.scheme }, ..tank };
     let other = experiments::sloshing(nearer, shaking, 5.0).map_err(said)?;
-    Ok(vec![
+    let mut rows = vec![
         Measured::new("period of a standing wave in this tank over that of linear theory", period),
         Measured::new("rms of the centre of mass that follows from this period", answer),
         Measured::new("radius of influence 2.6: rms of the centre of mass", other.amplitude),
         Measured::new("radius of influence 2.6: rms error of the centre of mass", other.history),
-        Measured::new("largest wave at a wall, of spacings", found.height),
-        Measured::new("rms of the centre of mass over that of linear theory", found.amplitude),
-        Measured::new("rms error of the centre of mass over five periods", found.history),
-        Measured::new("rms error of the velocity in ten columns", found.velocity),
-        Measured::new("control: rms error beside theory for 0.8 of the depth", found.shallower),
-    ])
+    ];
+    rows.extend(driven("", &found));
+    let conjugate = WaveTank { layers: 20, scheme: Scheme::conjugate(CONJUGATE_RADIUS), ..tank };
+    let found = experiments::sloshing(conjugate, shaking, 5.0).map_err(said)?;
+    rows.extend(driven("conjugate, 20 layers: ", &found));
+    Ok(rows)
+}
+
+/// What is judged of driven waves.
+fn driven(name: &str, found: &Sloshing) -> [Measured; 5] {
+    [
+        ("", "largest wave at a wall, of spacings", found.height),
+        ("", "rms of the centre of mass over that of linear theory", found.amplitude),
+        ("", "rms error of the centre of mass over five periods", found.history),
+        ("", "rms error of the velocity in ten columns", found.velocity),
+        ("control: ", "rms error beside theory for 0.8 of the depth", found.shallower),
+    ]
+    .map(|(kind, what, value)| Measured::new(format!("{kind}{name}{what}"), value))
 }
 
 /// V5, lengths around the resonance at 2 Hz and 10 mm.

@@ -3,8 +3,10 @@
 pub(super) mod pictures;
 mod probes;
 mod series;
+mod soaked;
 mod summary;
 
+use sazanami_io::table::{Column, Value};
 use sazanami_mics::momentum::{Impulses, StoredMomentum};
 use sazanami_mics::solver::{Solver, StepReport};
 use sazanami_numerics::snapshot::Snapshot;
@@ -16,12 +18,13 @@ use sazanami_observe::splash::SplashTracker;
 use super::bed::GatheredGrains;
 use super::files::Files;
 use super::observer::{Observer, Output, SeriesCell, Step, SummaryParts, Warning};
-use crate::case::meaning::Case;
+use crate::case::meaning::{Case, ProbePlace};
 use crate::clock::Clock;
 use crate::job::{Job, RankError, RecordError, Totals};
 use crate::state::WaterState;
 
-pub(super) use summary::{CONSERVATION, EROSION, Findings, REST, SPLASH};
+use soaked::Soaked;
+pub(super) use summary::{CONSERVATION, EROSION, Findings, REST, SOAKED, SPLASH};
 
 /// The table of the crater's profiles as the reference page has it.
 pub(super) fn profile_page() -> String {
@@ -191,6 +194,10 @@ impl Observer for GridObserver {
         // The cell beyond the last one of a rank is another's.
         solver.fill_halos();
         self.front = front(solver);
+        self.findings.soaked = self.erosion.as_ref().and_then(|_| {
+            let level = solver.domain().max(self.initial.as_ref().map_or(Real::NEG_INFINITY, InitialBed::level));
+            level.is_finite().then(|| Soaked::below(level, solver))
+        });
         if !grains.leads || grains.count() == 0 {
             return;
         }
@@ -245,10 +252,14 @@ impl Observer for GridObserver {
         pictures::draw(to, solver, grains, self)
     }
 
-    fn probe(&mut self, to: Output, solver: &mut Solver, due: &[bool]) -> Result<(), RecordError> {
+    fn probe_headings(place: &ProbePlace) -> Vec<Column> {
+        probes::COLUMNS.headings(place)
+    }
+
+    fn probe(&mut self, job: &Job, solver: &mut Solver, time: Real, asked: &[bool]) -> Vec<Vec<Value>> {
         // A probe between cells of two ranks looks at both.
         solver.fill_halos();
-        probes::record(to, solver, due)
+        probes::read(job.case, solver, time, asked)
     }
 
     fn summary_parts(&self) -> SummaryParts {

@@ -9,10 +9,8 @@ use sazanami_numerics::{Real, Vector};
 use crate::assembly::grains::identifier;
 use crate::case::meaning::{Case, Probe, ProbePlace};
 use crate::columns::{Cell, cells, quantities};
-use crate::job::RecordError;
 use crate::recorder::columns::{GAUGE, ProbeColumns};
 use crate::recorder::mics::liquid_share;
-use crate::recorder::observer::Output;
 
 /// What is found at a point.
 #[derive(Clone, Copy, Debug, Default)]
@@ -82,21 +80,10 @@ const OF_BODY: &[Cell<OfBody>] = quantities! {
     "fluid_torque_3", "N m", "along x3" => |at| at.fluid_torque.z.into();
 };
 
-/// Writes a row for every probe that is `due`. All ranks take part.
-pub(super) fn record(to: Output, solver: &Solver, due: &[bool]) -> Result<(), RecordError> {
-    let Output { job, clock, mut files } = to;
-    let mut outcome = Ok(());
-    for (number, probe) in job.case.probes.iter().enumerate().filter(|&(number, _)| due[number]) {
-        let found = measure(job.case, solver, clock.time(), probe);
-        if let Some(files) = files.as_deref_mut() {
-            // The other ranks go on to the next probe: so does this one.
-            let row: Vec<Value> = std::iter::once(clock.time().into()).chain(found).collect();
-            let columns = || COLUMNS.headings(&probe.place);
-            outcome =
-                outcome.and_then(|()| files.probe(number, &probe.name, columns, clock, &row, |text| job.say(text)));
-        }
-    }
-    outcome
+/// What the probes that are `asked` find. All ranks take part.
+pub(super) fn read(case: &Case, solver: &Solver, time: Real, asked: &[bool]) -> Vec<Vec<Value>> {
+    let found = |(probe, asked): (&Probe, &bool)| if *asked { measure(case, solver, time, probe) } else { Vec::new() };
+    case.probes.iter().zip(asked).map(found).collect()
 }
 
 fn measure(case: &Case, solver: &Solver, time: Real, probe: &Probe) -> Vec<Value> {

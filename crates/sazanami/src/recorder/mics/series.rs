@@ -12,7 +12,7 @@ use sazanami_observe::budget::MomentumBudget;
 use sazanami_observe::erosion::Erosion;
 use sazanami_observe::splash::Splash;
 
-use super::{GridObserver, liquid_share};
+use super::{GridObserver, Soaked, liquid_share};
 use crate::case::meaning::FieldPrecision;
 use crate::clock::Clock;
 use crate::columns::{Quantity, cells, headings, quantities};
@@ -43,6 +43,11 @@ fn of_impulses(row: &SeriesRow<'_>, value: impl FnOnce(&Impulses) -> Real) -> Va
 /// A measure of the crater; missing where there is none.
 fn of_crater<T: Into<Value>>(row: &SeriesRow<'_>, value: impl FnOnce(&Erosion) -> T) -> Value {
     row.observer.findings.erosion.as_ref().map(value).into()
+}
+
+/// A measure of the liquid in the bed.
+fn of_soaked(row: &SeriesRow<'_>, value: impl FnOnce(&Soaked) -> Real) -> Value {
+    row.observer.findings.soaked.as_ref().map(value).into()
 }
 
 /// A measure of the splash.
@@ -117,6 +122,10 @@ pub(in crate::recorder) const CRATER: &[SeriesCell<GridObserver>] = quantities! 
         => |row| of_crater(row, |erosion| erosion.crater.volume_direct);
     "erosion_volume_excavated", "m^3", "volume below the bed's surface before the impact"
         => |row| of_crater(row, |erosion| erosion.volume_excavated);
+    "wetted_depth", "m", "from the bed's mean surface before the impact to the lowest interface of a cell at least half full"
+        => |row| of_soaked(row, |soaked| soaked.depth);
+    "soaked_volume", "m^3", "volume of the liquid outside grains below that surface"
+        => |row| of_soaked(row, |soaked| soaked.volume);
     "splashed_grains", "", "grains that have left the bed" => |row| of_splash(row, |splash| splash.grains);
     "splashed_mass", "kg", "mass of these grains" => |row| of_splash(row, |splash| splash.mass);
     "splash_distance", "m", "distance of the farthest of them from the axis"

@@ -8,7 +8,7 @@ use sazanami_observe::erosion::{Erosion, ErosionError, Rest, RestError, VolumeCo
 use sazanami_observe::splash::Splash;
 use serde_json::{Map, Value, json};
 
-use super::GridObserver;
+use super::{GridObserver, Soaked};
 use crate::columns::{Field, object, quantities};
 use crate::recorder::observer::SummaryParts;
 
@@ -21,6 +21,7 @@ pub(crate) struct Findings {
     /// When the crater came to rest, or why that is not known; `None` without a crater that could be evaluated.
     pub rest: Option<Result<Rest, RestError>>,
     pub splash: Option<Splash>,
+    pub soaked: Option<Soaked>,
     pub liquid_relative_change: Real,
     pub wet_relative_change: Real,
 }
@@ -60,6 +61,9 @@ impl Findings {
         }
         if let Some(splash) = &self.splash {
             observables.insert("splash".into(), Value::Object(object(SPLASH, splash)));
+        }
+        if let Some(soaked) = &self.soaked {
+            observables.insert("soaked".into(), Value::Object(object(SOAKED, soaked)));
         }
         observables
     }
@@ -112,6 +116,15 @@ pub(crate) const SPLASH: &[Field<Splash>] = quantities! {
         => |splash| json!(1e3 * splash.farthest_distance);
     "highest_rise_mm", "mm", "highest rise of one of them above the bed" => |splash| json!(1e3 * splash.highest_rise);
     "above_now", "", "grains that are above the bed at this time" => |splash| json!(splash.above_now);
+};
+
+/// Fields of `observables.soaked`: liquid below the bed's surface before the impact.
+pub(crate) const SOAKED: &[Field<Soaked>] = quantities! {
+    "level_mm", "mm", "mean height of that surface above the floor of the box" => |soaked| json!(1e3 * soaked.level);
+    "depth_mm", "mm", "wetted depth: from the level to the lowest interface of a cell at least half full"
+        => |soaked| json!(1e3 * soaked.depth);
+    "volume_mm3", "mm^3", "soaked volume: of the liquid outside grains below the level"
+        => |soaked| json!(1e9 * soaked.volume);
 };
 
 /// Fields of `conservation`.

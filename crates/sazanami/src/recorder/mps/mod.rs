@@ -9,6 +9,7 @@ mod probes;
 mod rim;
 mod series;
 
+use sazanami_io::table::{Column, Value};
 use sazanami_mps::solver::Solver;
 use sazanami_mps::stability::COMPRESSIBLE;
 use sazanami_numerics::snapshot::Snapshot;
@@ -23,7 +24,7 @@ use super::bed::GatheredGrains;
 use super::files::Files;
 use super::grain_files::OwnArray;
 use super::observer::{Observer, Output, SeriesCell, Step, SummaryParts, Warning};
-use crate::case::meaning::{self, Case, LayerReference, TankMotion};
+use crate::case::meaning::{self, Case, LayerReference, ProbePlace, TankMotion};
 use crate::check::{BedReport, bed_flow};
 use crate::clock::Clock;
 use crate::columns::object;
@@ -384,9 +385,13 @@ impl Observer for ParticleObserver {
         to.files.map_or(Ok(()), |files| pictures::draw(to.job, self, to.clock, files))
     }
 
-    fn probe(&mut self, to: Output, water: &mut Solver, due: &[bool]) -> Result<(), RecordError> {
-        self.gather(water, to.clock.time());
-        probes::record(to, &self.tank, &self.gathered, due)
+    fn probe_headings(place: &ProbePlace) -> Vec<Column> {
+        probes::COLUMNS.headings(place)
+    }
+
+    fn probe(&mut self, job: &Job, water: &mut Solver, time: Real, asked: &[bool]) -> Vec<Vec<Value>> {
+        self.gather(water, time);
+        if self.gathered.leads { probes::read(job.case, &self.tank, &self.gathered, time, asked) } else { Vec::new() }
     }
 
     fn summary_parts(&self) -> SummaryParts {

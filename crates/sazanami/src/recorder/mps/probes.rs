@@ -8,11 +8,9 @@ use sazanami_observe::ripples::{Near, SurfaceProfile, Tank};
 
 use super::gathered::GatheredTank;
 use crate::assembly::grains::identifier;
-use crate::case::meaning::{Case, ProbePlace};
+use crate::case::meaning::{Case, Probe, ProbePlace};
 use crate::columns::{Cell, cells, missing, quantities};
-use crate::job::RecordError;
 use crate::recorder::columns::{GAUGE, ProbeColumns};
-use crate::recorder::observer::Output;
 
 /// What is found at a point.
 #[derive(Clone, Copy, Debug, Default)]
@@ -66,16 +64,12 @@ struct View<'a> {
     surface: OnceCell<SurfaceProfile>,
 }
 
-/// Writes a row for every probe that is `due`.
-pub(super) fn record(to: Output, tank: &Tank, gathered: &GatheredTank, due: &[bool]) -> Result<(), RecordError> {
-    let Output { job, clock, files: Some(files) } = to else { return Ok(()) };
+/// What the probes that are `asked` find.
+pub(super) fn read(case: &Case, tank: &Tank, gathered: &GatheredTank, time: Real, asked: &[bool]) -> Vec<Vec<Value>> {
     let view = View { tank, gathered, surface: OnceCell::new() };
-    for (number, probe) in job.case.probes.iter().enumerate().filter(|&(number, _)| due[number]) {
-        let measured = measure(job.case, &view, clock.time(), &probe.place);
-        let row: Vec<Value> = std::iter::once(clock.time().into()).chain(measured).collect();
-        files.probe(number, &probe.name, || COLUMNS.headings(&probe.place), clock, &row, |text| job.say(text))?;
-    }
-    Ok(())
+    let found =
+        |(probe, asked): (&Probe, &bool)| if *asked { measure(case, &view, time, &probe.place) } else { Vec::new() };
+    case.probes.iter().zip(asked).map(found).collect()
 }
 
 fn measure(case: &Case, view: &View<'_>, time: Real, place: &ProbePlace) -> Vec<Value> {
