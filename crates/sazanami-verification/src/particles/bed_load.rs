@@ -39,6 +39,14 @@ pub struct BedLoad {
     pub halves: [Real; 2],
 }
 
+impl BedLoad {
+    /// The load by Wong and Parker (2006), `3.97 (theta - 0.0495)^1.5`, at the Shields number of this flow.
+    #[must_use]
+    pub fn by_wong_and_parker(&self) -> Real {
+        3.97 * Real::max(self.shields - 0.0495, 0.0).powf(1.5)
+    }
+}
+
 /// Volume flux of the grains per width [m^2/s], and that of grains whose centres lie below `level`.
 fn flux(solver: &Solver, level: Real) -> [Real; 2] {
     let grains = solver.grains().engine().grains();
@@ -70,7 +78,15 @@ fn top(solver: &Solver) -> Real {
 /// # Errors
 /// [`ExperimentError`] if a step fails.
 pub fn bed_load(scheme: Scheme, shields: Real, seconds: Real) -> Result<BedLoad, ExperimentError> {
-    let bed = SettledBed { scheme, size: SIZE, layers: LAYERS, water: WATER, glued: 0.75, endless: true, ..SettledBed::default() };
+    let bed = SettledBed {
+        scheme,
+        size: SIZE,
+        layers: LAYERS,
+        water: WATER,
+        glued: 0.75,
+        endless: true,
+        ..SettledBed::default()
+    };
     let mut solver = bed.solver()?;
     let d = DIAMETER;
     let reduced = (GRAIN_DENSITY / DENSITY - 1.0) * GRAVITY * d;
@@ -86,8 +102,6 @@ pub fn bed_load(scheme: Scheme, shields: Real, seconds: Real) -> Result<BedLoad,
     let forcing = |_: Real, _: Real| Forcing { body_force: DOWN + drive.get() * Vector::X, ..Forcing::default() };
     let mut last = 0.0;
     let area = (SIZE[0] * SIZE[1]) as Real * d * d;
-    let verbose = std::env::var_os("LOAD_SAYS").is_some();
-    let mut next = 0.0;
     advance(&mut solver, [0.0, seconds], forcing, |time, solver, _| {
         let dt = time - last;
         last = time;
@@ -100,10 +114,6 @@ pub fn bed_load(scheme: Scheme, shields: Real, seconds: Real) -> Result<BedLoad,
         drive.set(held.get() + 2.0 * (target - speed) / ANSWER);
         let stress = drive.get() * count * solver.particle_mass() / area;
         let [all, deep] = flux(solver, level - 2.0 * d);
-        if verbose && time >= next {
-            next += 0.05;
-            println!("{time:.3} U {speed:.4} shields {:.4} load {:.4} deep {:.4}", stress / (DENSITY * reduced), all / (reduced * d * d).sqrt(), deep / (reduced * d * d).sqrt());
-        }
         if time < FROM * seconds {
             return;
         }
