@@ -79,6 +79,7 @@ pub const CASES: &[Case] = &[
     case!("mps-packed-bed", moving_particles::packed_bed),
     case!("mps-resting-bed", moving_particles::resting_bed),
     case!("mps-repose", moving_particles::repose),
+    case!("mps-bed-load", moving_particles::bed_load),
     case!("mps-standing-wave", moving_particles::standing_wave),
     case!("mps-standing-wave-shallow", moving_particles::standing_wave_shallow),
     case!("mps-sloshing", moving_particles::sloshing),

@@ -1,6 +1,7 @@
 //! Experiments on moving particles: programs that set up a vessel, run it and return how far the result is off.
 
 mod at_rest;
+mod bed_load;
 mod beds;
 pub mod dam_break;
 mod drop;
@@ -16,6 +17,7 @@ mod watered_bed;
 mod waves;
 
 pub use at_rest::{Rest, RestSetup, falling_block, plain_pressure_gradient, rest};
+pub use bed_load::{BedLoad, bed_load};
 pub use beds::{
     Falling, LatticeVoids, RestingBed, Seepage, dry_bed, falling_grain, lattice_voids, resting_bed, seepage,
     seepage_with_surface,

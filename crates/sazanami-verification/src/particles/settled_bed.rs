@@ -28,6 +28,8 @@ pub(super) struct SettledBed {
     pub tilt: Real,
     /// Largest displacement of the vessel in x \[m].
     pub margin: Real,
+    /// Whether the ends in x are periodic.
+    pub endless: bool,
     /// Height below which grains are held for good.
     pub glued: Real,
 }
@@ -44,7 +46,8 @@ impl SettledBed {
         let (d, depth) = (DIAMETER, self.depth());
         let rise = self.rise + 0.5 * tilt.abs() * size[0] as Real;
         let high = (layers + water + rise + 6.0).ceil() as usize;
-        let mut vessel = Vessel::new([size[0], size[1], high], d, [WALLS, PERIODIC, OPEN_TOP]);
+        let ends = if self.endless { PERIODIC } else { WALLS };
+        let mut vessel = Vessel::new([size[0], size[1], high], d, [ends, PERIODIC, OPEN_TOP]);
         (vessel.longest, vessel.margin, vessel.scheme) = (2e-4, self.margin, self.scheme);
         vessel.reference = Vector::new(0.5 * vessel.upper.x, 0.0, depth);
         vessel.grains = packed(&vessel, layers)?;

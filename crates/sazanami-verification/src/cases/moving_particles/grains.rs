@@ -63,6 +63,29 @@ pub fn repose() -> Result<Vec<Measured>, String> {
     ])
 }
 
+/// Grains carried along by steady flows over their bed.
+pub fn bed_load() -> Result<Vec<Measured>, String> {
+    let mut rows = Vec::new();
+    for shields in [0.1, 0.2, 0.4, 0.8] {
+        let found = experiments::bed_load(Scheme::default(), shields, 0.8).map_err(said)?;
+        let name = format!("log law {shields}");
+        let over = found.shields / found.shields_by_log_law;
+        rows.push(Measured::new(format!("{name}: Shields number of the driving force"), found.shields));
+        rows.push(Measured::new(format!("{name}: the same over that of the logarithmic law"), over));
+        rows.push(Measured::new(format!("{name}: load"), found.load));
+        rows.push(Measured::new(format!("{name}: load over Wong and Parker"), found.load / found.by_wong_and_parker()));
+        // The grains of slower flows come to rest: there is no steady load to look at.
+        if shields >= 0.4 {
+            rows.push(Measured::new(format!("{name}: part of it two diameters deep"), found.deep / found.load));
+            let change = found.halves[1] / found.halves[0];
+            rows.push(Measured::new(format!("{name}: load of the second half over the first"), change));
+        }
+    }
+    let slow = experiments::bed_load(Scheme::default(), 0.01, 0.4).map_err(said)?;
+    rows.push(Measured::new("control: load far below the threshold", slow.load.abs()));
+    Ok(rows)
+}
+
 /// One grain in water at rest.
 pub fn settling_grain() -> Result<Vec<Measured>, String> {
     let mut rows = Vec::new();

@@ -12,7 +12,9 @@ pub(crate) use conjugate::{
 pub(crate) use fluid::{
     dam_break, dam_break_lobovsky, falling_block, hydrostatics, operators, rotating_square, taylor_green, viscous_walls,
 };
-pub(crate) use grains::{frames, frames_with_bed, packed_bed, repose, resting_bed, settling_grain, void_fraction};
+pub(crate) use grains::{
+    bed_load, frames, frames_with_bed, packed_bed, repose, resting_bed, settling_grain, void_fraction,
+};
 pub(crate) use waves::{sloshing, sloshing_resonance, standing_wave, standing_wave_shallow, stretching_drop};
 
 use crate::particles::ExperimentError;
