@@ -161,8 +161,8 @@ impl Columns {
     /// that differ would let the pressure leak, and the water becomes denser until nothing seems to be missing. In clear
     /// water the leak is small, and tilted water is stiller with it.
     ///
-    /// There is a surface where more than [`LEAST_SURFACE`] of the fluid that is not isolated lies at it: drops in the air,
-    /// and single particles inside that pass for spray or surface, open no bed.
+    /// There is a surface where more than [`LEAST_SURFACE`] of the fluid that is not isolated lies at it: isolated particles,
+    /// and single ones inside that pass for surface, close no rows.
     pub(crate) fn close_inside_beds(&self, step: &Context<'_>, role: &[Role], rows: &mut [Row]) {
         if self.voids.bulk().clear {
             return;

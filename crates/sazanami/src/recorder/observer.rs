@@ -136,11 +136,11 @@ pub(crate) trait Observer: Sized + 'static {
     /// Draws the pictures of a time, as measured last.
     fn draw(&self, to: Output, water: &Self::Water, grains: &GatheredGrains) -> Result<(), RecordError>;
 
-    /// Headings of the table of a probe, after the time.
+    /// Headings of the table of a probe, the time first.
     fn probe_headings(place: &ProbePlace) -> Vec<Column>;
 
-    /// What each of the probes that are `asked` finds at `time` \[s], after the time; nothing of the others, and on ranks that do
-    /// not lead there may be nothing at all. Collective.
+    /// What each of the probes that are `asked` finds at `time` \[s], in the order of the headings but the time; an empty row of the
+    /// others, and on ranks that do not lead there may be no rows at all. Collective.
     fn probe(&mut self, job: &Job, water: &mut Self::Water, time: Real, asked: &[bool]) -> Vec<Vec<table::Value>>;
 
     /// What goes into the summary.

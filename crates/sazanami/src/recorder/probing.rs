@@ -5,6 +5,7 @@ use sazanami_numerics::Real;
 
 use super::files::Files;
 use super::{Observer, Recorder};
+use crate::case::meaning::{BoundarySide, Case};
 use crate::clock::Clock;
 use crate::job::{RankError, RecordError};
 use crate::water::Water as _;
@@ -41,7 +42,8 @@ impl<B: Observer> Recorder<'_, B> {
                 let rows = times.iter().map(|&time| {
                     let first = self.probed.get(number).filter(|_| time < now).unwrap_or(last);
                     let part = (time - before) / (now - before);
-                    std::iter::once(time.into()).chain(between(&columns[1..], first, last, part)).collect()
+                    let box_then = periodic_sides(&job.case, time);
+                    std::iter::once(time.into()).chain(between(&columns[1..], first, last, part, &box_then)).collect()
                 });
                 files.probe(number, &probe.name, &columns, clock.step(), rows, |text| job.say(text))?;
             }
@@ -53,14 +55,34 @@ impl<B: Observer> Recorder<'_, B> {
     }
 }
 
-/// The row at a `part` of the step, of those at its ends. Pressures, forces and what else acts throughout the step are means over
-/// it; where one end has no value there is none.
-fn between(columns: &[Column], first: &[Value], last: &[Value], part: Real) -> Vec<Value> {
+/// Places of the two sides of each direction that is periodic, in the frame that is written \[m].
+type PeriodicSides = [Option<[Real; 2]>; 3];
+
+fn periodic_sides(case: &Case, time: Real) -> PeriodicSides {
+    let [shift, _] = case.to_written_frame(time);
+    let (lower, upper) = (case.domain.lower + shift, case.domain.upper + shift);
+    let sides = |d: usize| (case.boundary[d][0] == BoundarySide::Periodic).then(|| [lower[d], upper[d]]);
+    std::array::from_fn(sides)
+}
+
+/// The row at a `part` of the step, of those at its ends. Pressures, forces and torques are those of the step; where one end has no
+/// value there is none. A grain goes the shorter way, through a periodic side if that is shorter.
+fn between(columns: &[Column], first: &[Value], last: &[Value], part: Real, sides: &PeriodicSides) -> Vec<Value> {
+    let period = |column: &Column| {
+        let direction = ["position_1", "position_2", "position_3"].iter().position(|name| *name == column.name);
+        direction.and_then(|d| sides[d])
+    };
     let value = |((column, first), last): ((&Column, &Value), &Value)| match (first, last) {
         _ if ["Pa", "N", "N m"].contains(&column.unit.as_str()) => last.clone(),
-        (Value::Real(first), Value::Real(last)) => {
-            Value::Real(if first == last { *last } else { first + part * (last - first) })
-        }
+        (Value::Real(first), Value::Real(last)) if first == last => Value::Real(*last),
+        (Value::Real(first), Value::Real(last)) => Value::Real(match period(column) {
+            Some([lower, upper]) => {
+                let edge = upper - lower;
+                let way = (last - first) - edge * ((last - first) / edge).round();
+                lower + (first + part * way - lower).rem_euclid(edge)
+            }
+            None => first + part * (last - first),
+        }),
         (Value::Missing, _) => Value::Missing,
         _ => last.clone(),
     };
@@ -75,11 +97,28 @@ mod tests {
     fn states_are_linear_within_a_step_and_forces_are_those_of_the_step() {
         let columns = [Column::new("velocity_1", "m/s"), Column::new("pressure", "Pa"), Column::new("level", "m")];
         let row = |time: Real| vec![Value::Real(3.0 - 2.0 * time), Value::Real(time), Value::Real(time)];
-        let found = between(&columns, &row(0.5), &row(0.75), 0.25);
+        let walls = [None; 3];
+        let between = |first: &[Value], last: &[Value]| super::between(&columns, first, last, 0.25, &walls);
+        let found = between(&row(0.5), &row(0.75));
         assert_eq!(found, [Value::Real(3.0 - 2.0 * 0.5625), Value::Real(0.75), Value::Real(0.5625)]);
         let nothing = vec![Value::Missing; 3];
         let half_known = [Value::Missing, Value::Real(0.75), Value::Missing];
-        assert_eq!(between(&columns, &nothing, &row(0.75), 0.25), half_known);
-        assert_eq!(between(&columns, &row(0.5), &nothing, 0.25), nothing);
+        assert_eq!(between(&nothing, &row(0.75)), half_known);
+        assert_eq!(between(&row(0.5), &nothing), nothing);
+    }
+
+    #[test]
+    fn a_grain_goes_through_a_periodic_side() {
+        let columns = ["position_1", "position_2", "level"].map(|name| Column::new(name, "m"));
+        let row = |x: Real| vec![Value::Real(x); 3];
+        let at = |part: Real| between(&columns, &row(0.98), &row(0.02), part, &[Some([0.0, 1.0]), None, None]);
+        let places = |part: Real| match &at(part)[..] {
+            &[Value::Real(x), Value::Real(y), Value::Real(z)] => [x, y, z],
+            other => panic!("{other:?}"),
+        };
+        let ([before, wall, level], [after, ..]) = (places(0.25), places(0.75));
+        assert!((before - 0.99).abs() < 1e-12 && (after - 0.01).abs() < 1e-12, "{before} {after}");
+        // Negative control: between walls, and what is no place, goes the long way.
+        assert!((wall - 0.74).abs() < 1e-12 && (level - 0.74).abs() < 1e-12, "{wall} {level}");
     }
 }

@@ -175,7 +175,7 @@ fn in_a_bed_neighbours_are_missing_beside_a_surface_alone() {
 }
 
 #[test]
-fn beds_are_closed_where_there_is_a_surface_and_not_for_a_drop_in_the_air() {
+fn beds_are_closed_where_there_is_a_surface_and_not_for_isolated_particles() {
     let mut solver = posed_between([WALLS, PERIODIC, OPEN_TOP], 2.6, |_| 0.97);
     let fluid: Vec<usize> = (0..solver.particles.owned).filter(|&a| solver.particles.is_fluid(a)).collect();
     // Part of the rows that see no surface which are closed, with these roles of the first particles.

@@ -137,7 +137,7 @@ pub fn conjugate_isolated() -> Result<Vec<Measured>, String> {
 const FALLS: [(Real, usize); 3] = [(CONJUGATE_RADIUS, 100_000), (3.1, 10_000), (3.6, 10_000)];
 const ENHANCED_FALLS: usize = 3000;
 
-/// Jets that strike walls again and again, at the radii that are offered.
+/// Jets that strike walls again and again, at three of the radii that are offered.
 pub fn conjugate_jets() -> Result<Vec<Measured>, String> {
     let mut rows = Vec::new();
     for (radius, steps) in FALLS {
