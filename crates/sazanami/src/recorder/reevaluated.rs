@@ -135,6 +135,9 @@ impl Reevaluated {
         if let Some(problem) = self.no_splash {
             observables.insert("splash".into(), json!({ "not_evaluated": problem }));
         }
+        if self.findings.erosion.is_some() {
+            observables.insert("soaked".into(), json!({ "not_evaluated": "the water is not looked at again" }));
+        }
         observables
     }
 
