@@ -42,7 +42,7 @@ impl<B: Observer> Recorder<'_, B> {
                 let rows = times.iter().map(|&time| {
                     let first = self.probed.get(number).filter(|_| time < now).unwrap_or(last);
                     let part = (time - before) / (now - before);
-                    let box_then = periodic_sides(&job.case, time);
+                    let box_then = periodic_sides(job.case, time);
                     std::iter::once(time.into()).chain(between(&columns[1..], first, last, part, &box_then)).collect()
                 });
                 files.probe(number, &probe.name, &columns, clock.step(), rows, |text| job.say(text))?;
