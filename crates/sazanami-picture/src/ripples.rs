@@ -49,7 +49,7 @@ fn traces_of_runs(runs: &[(String, Vec<[f64; 2]>)]) -> impl Iterator<Item = Trac
     let line = |(number, (label, points)): (usize, &(String, Vec<[f64; 2]>))| {
         Trace::line(label, in_mm(points)).coloured(LINES[number % LINES.len()])
     };
-    runs.iter().enumerate().map(line)
+    runs.iter().enumerate().filter(|(_, (_, points))| !points.is_empty()).map(line)
 }
 
 /// Readings of an experiment, at least `closest` \[m] apart.
@@ -70,7 +70,7 @@ fn heights_of<'a>(traces: impl Iterator<Item = &'a Trace>) -> [f64; 2] {
 }
 
 /// Bed (above) and water surface (below) at one or several instants side by side, each within the heights that it
-/// reaches at any of them, drawn higher than it is: how much the axes say.
+/// reaches at any of them, drawn higher than it is: how much the axes say. A bed that no instant has is left out.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ProfileFigure<'a> {
     /// Title of the sheet.
@@ -102,14 +102,19 @@ impl ProfileFigure<'_> {
             }
         }
         let strip = key.legend_strip(width * self.moments.len());
+        let with_bed = beds.iter().any(|traces| !traces.is_empty());
         let (mut above, mut below) = (Vec::new(), Vec::new());
         for ((moment, bed), water) in self.moments.iter().zip(beds).zip(waters) {
-            let bed = self.plot([&moment.title, "", "bed"], bed, ranges[0], width);
-            let water = self.plot(["", "x₁ [mm]", "water"], water, ranges[1], width);
-            above.push(bed.framed(width, PROFILE_HEIGHT).draw()?);
+            if with_bed {
+                let bed = self.plot([&moment.title, "", "bed"], bed, ranges[0], width);
+                above.push(bed.framed(width, PROFILE_HEIGHT).draw()?);
+            }
+            let title = if with_bed { "" } else { &moment.title };
+            let water = self.plot([title, "x₁ [mm]", "water"], water, ranges[1], width);
             below.push(water.framed(width, PROFILE_HEIGHT).draw()?);
         }
-        Ok(sheet(self.title, &[vec![strip], above, below]))
+        let rows: Vec<_> = [vec![strip], above, below].into_iter().filter(|row| !row.is_empty()).collect();
+        Ok(sheet(self.title, &rows))
     }
 
     /// A plot of a surface in a picture of `width` \[pixels].

@@ -190,6 +190,22 @@ fn profiles_show_every_run_and_the_experiment_where_there_is_one() {
 }
 
 #[test]
+fn water_without_a_bed_has_one_panel() {
+    let draw = |bed: Vec<[f64; 2]>| {
+        let moment = Surfaces {
+            title: "t = 1 s".into(),
+            bed: vec![("bed".into(), bed)],
+            water: vec![(String::new(), curve(|x| water(x, 1.0)))],
+            ..Surfaces::default()
+        };
+        ProfileFigure { title: "Water", moments: &[moment], x_range: X }.draw().expect("profiles")
+    };
+    let (alone, over_bed) = (draw(Vec::new()), draw(curve(|x| bed(x, 2e-3))));
+    assert!(over_bed.height() > alone.height() + 250, "{} {}", over_bed.height(), alone.height());
+    assert!(pixels_of(&alone, FIRST) > 1000);
+}
+
+#[test]
 fn a_slab_colours_its_own_grains() {
     let (slab, whole) = (section([0.0085, 0.0115]), section([0.0, 0.02]));
     assert_eq!(differences(&slab, &section([0.0085, 0.0115])), 0);
