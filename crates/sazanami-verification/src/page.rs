@@ -5,6 +5,7 @@
 use std::io;
 use std::path::Path;
 
+use sazanami::progress::duration;
 use serde_json::json;
 
 use crate::catalogue::Case;
@@ -148,9 +149,9 @@ fn overview(recorded: &[Recorded]) -> String {
     for Recorded { name, expected, outcome } in recorded {
         let link = format!("[{name}](../../verification/{name}/README.md)");
         let Some(outcome) = outcome else {
-            let hours = expected.cost / 3600.0;
+            let cost = duration(expected.cost);
             lines.push_str(&format!(
-                "| {link} | {} | not measured yet: {hours:.0} h of processor time | | | |\n",
+                "| {link} | {} | not measured yet: {cost} of processor time | | | |\n",
                 expected.about
             ));
             continue;
