@@ -1,8 +1,8 @@
 //! The acceleration of the last step in the viscous step of the next.
 //!
-//! The viscous step alone would not see gravity and the pressure gradient, which then move the fluid beside a surface for a
-//! whole step as if there were no friction. With the acceleration `a = g - grad p / rho` of the last projection and the
-//! viscous operator A,
+//! An implicit viscous step alone would not see gravity and the pressure gradient, which then move the fluid beside a wall or
+//! the surface of a grain for a whole step as if there were no friction: a steady flow would be too fast by `a dt`. With the
+//! acceleration `a = g - grad p / rho` of the last projection and the viscous operator A,
 //!
 //! ```text
 //! u' = (I + A)^-1 (u + dt a_old) + b dt (a_new - a_old),   b = 1 / (1 + dt beta)
@@ -10,8 +10,10 @@
 //!
 //! with the friction `beta` of the surfaces of grains over the density has its steady state where `A u = dt a`, whatever the
 //! step. Without b the pressure follows friction too slowly. The acceleration is carried, not the pressure gradient: it is
-//! continuous across the interface. Face velocities, which damp what the pressure does differently on cells and
-//! faces (Rhie and Chow 1983, AIAA J. 21, 1525), take
+//! continuous across the interface. An explicit viscous step is steady there by itself and takes no part in this.
+//!
+//! Beside surfaces whose friction comes from the wetted area, face velocities, which damp what the pressure does differently
+//! on cells and faces (Rhie and Chow 1983, AIAA J. 21, 1525), take
 //!
 //! ```text
 //! u_f = mean(u'' - tau a_old) + mean(tau) a_old,f + mean(b) dt (a_new,f - a_old,f),   tau = min(b dt, 0.1 dx^2 / nu)
@@ -36,41 +38,67 @@ const DAMPING: Real = 0.1;
 
 /// Acceleration of the fluid in the last projection.
 pub(crate) struct Acceleration {
-    /// On the lower faces, sides of the box included [m/s^2].
-    faces: [Field<Real>; 3],
+    /// On the lower faces, sides of the box included [m/s^2]; absent before it is first needed.
+    faces: Option<[Field<Real>; 3]>,
+    /// Beside surfaces whose friction comes from the wetted area.
+    beside: Option<Beside>,
+    spacing: Vector,
+}
+
+/// Share of an acceleration in the velocities beside surfaces of grains.
+struct Beside {
     /// The time tau in the cells, one ghost layer filled \[s].
     damping: Field<Real>,
     /// The factor b in the cells, one ghost layer filled: what friction leaves of an acceleration within the step.
     response: Field<Real>,
-    spacing: Vector,
 }
 
 impl Acceleration {
-    /// What the viscous step beside `grains` needs, if their friction does; sets the form of the transposed gradient in `flow`.
-    pub fn beside(domain: &Domain, grains: &GrainPhase, flow: &mut Flow) -> Option<Self> {
-        if !grains.is_wetted() || flow.schemes.viscosity == ViscosityScheme::Off {
+    /// The acceleration that the viscous step of `flow` needs, if it ever needs one; no memory is taken before it does.
+    ///
+    /// Surfaces with friction by distance have none: it is made for a viscous step that does not see the acceleration.
+    pub fn of(domain: &Domain, grains: &GrainPhase, flow: &Flow) -> Option<Self> {
+        let is_implicit = !matches!(flow.schemes.viscosity, ViscosityScheme::Off | ViscosityScheme::Explicit);
+        let beside = grains.is_wetted() && flow.schemes.viscosity != ViscosityScheme::Off;
+        if !beside && (!is_implicit || grains.has_surfaces()) {
             return None;
         }
-        // The whole transposed gradient, explicit, is unstable with the old acceleration from steps of 2 dx^2 / nu on.
-        flow.transposed = Transposed::AtInterface;
-        let spacing = domain.grid().spacing;
-        Some(Self {
-            faces: std::array::from_fn(|_| domain.field(0.0)),
-            damping: domain.field(0.0),
-            response: domain.field(1.0),
-            spacing,
-        })
+        let beside = beside.then(|| Beside { damping: domain.field(0.0), response: domain.field(1.0) });
+        Some(Self { faces: None, beside, spacing: domain.grid().spacing })
     }
 
-    /// Keeps the acceleration that `pressure` and `gravity` gave a fluid of this `density`, ghosts filled.
-    pub fn keep(&mut self, domain: &Domain, pressure: &Field<Real>, density: &Field<Real>, gravity: Vector) {
+    /// Whether surfaces need it in every step.
+    pub fn is_beside_surfaces(&self) -> bool {
+        self.beside.is_some()
+    }
+
+    /// The acceleration for a pass of `dt` \[s] if the viscous step in it has to see one; sets the form of the transposed
+    /// gradient in `flow`.
+    pub fn for_pass<'a>(
+        this: &'a mut Option<Self>,
+        domain: &Domain,
+        flow: &mut Flow,
+        dt: Real,
+    ) -> Option<&'a mut Self> {
+        // The pressure of the first projection made the initial velocity free of divergence: no acceleration.
+        let in_flow = flow.transports > 0 && flow.diffuses_implicitly(domain, dt);
+        let this = this.as_mut().filter(|this| this.is_beside_surfaces() || in_flow);
+        // The whole transposed gradient, explicit, is unstable with the old acceleration from steps of 2 dx^2 / nu on.
+        flow.transposed = if this.is_some() { Transposed::AtInterface } else { Transposed::Whole };
+        this
+    }
+
+    /// Keeps the acceleration that `pressure` and the `uniform` one of the forces gave a fluid of this `density`, ghosts
+    /// filled.
+    pub fn keep(&mut self, domain: &Domain, pressure: &Field<Real>, density: &Field<Real>, uniform: Vector) {
         let (p, rho) = (pressure.data(), density.data());
-        for (d, faces) in self.faces.iter_mut().enumerate() {
+        let faces = self.faces.get_or_insert_with(|| std::array::from_fn(|_| domain.field(0.0)));
+        for (d, faces) in faces.iter_mut().enumerate() {
             let (behind, per_width) = (domain.strides()[d] as usize, 2.0 / self.spacing[d]);
             domain.for_each_row(&domain.faces(d), faces.data_mut(), |row, faces| {
                 for (face, at) in faces.iter_mut().zip(row.shifted(0)) {
                     let below = at - behind;
-                    *face = gravity[d] - per_width * (p[at] - p[below]) / (rho[at] + rho[below]);
+                    *face = uniform[d] - per_width * (p[at] - p[below]) / (rho[at] + rho[below]);
                 }
             });
         }
@@ -78,7 +106,7 @@ impl Acceleration {
 
     /// Adds `time(at)` \[s] times the acceleration to the velocity of the cells.
     pub fn add(&self, domain: &Domain, velocity: &mut [Field<Real>; 3], time: impl Fn(usize) -> Real + Sync) {
-        for (d, (u, faces)) in velocity.iter_mut().zip(&self.faces).enumerate() {
+        for (d, (u, faces)) in velocity.iter_mut().zip(self.kept()).enumerate() {
             let (a, ahead) = (faces.data(), domain.strides()[d] as usize);
             domain.for_each_row(&domain.interior(), u.data_mut(), |row, u| {
                 u.iter_mut().zip(row.shifted(0)).for_each(|(u, at)| *u += time(at) * 0.5 * (a[at] + a[at + ahead]));
@@ -86,14 +114,23 @@ impl Acceleration {
         }
     }
 
+    /// The acceleration on the faces.
+    fn kept(&self) -> &[Field<Real>; 3] {
+        self.faces.as_ref().expect("it was kept at the start of the pass")
+    }
+
     /// Takes the acceleration over the pass back after the viscous step, and predicts the face velocities.
-    pub fn predict(&mut self, pass: &Pass, flow: &mut Flow, forces: &Forces, impulses: &mut Impulses) {
+    pub fn predict(&self, pass: &Pass, flow: &mut Flow, forces: &Forces, impulses: &mut Impulses) {
         let Pass { domain, boundary, gravity, dt } = *pass;
-        let (damping, response) = (self.damping.data(), self.response.data());
+        let Some(Beside { damping, response }) = &self.beside else {
+            self.add(domain, &mut flow.velocity, |_| -dt);
+            return forces.predict(pass, flow, impulses);
+        };
+        let (damping, response) = (damping.data(), response.data());
         self.add(domain, &mut flow.velocity, |at| -damping[at]);
         forces.predict(pass, flow, impulses);
         self.add(domain, &mut flow.velocity, |at| damping[at] - dt);
-        for (d, (uf, faces)) in flow.face_velocity.iter_mut().zip(&self.faces).enumerate() {
+        for (d, (uf, faces)) in flow.face_velocity.iter_mut().zip(self.kept()).enumerate() {
             let (a, behind, rho) = (faces.data(), domain.strides()[d] as usize, flow.density.data());
             domain.for_each_row(&domain.faces(d), uf.data_mut(), |row, uf| {
                 for (uf, at) in uf.iter_mut().zip(row.shifted(0)) {
@@ -111,7 +148,7 @@ impl Acceleration {
     pub fn set_damping(&mut self, domain: &Domain, dt: Real, flow: &Flow, friction: &[Real]) {
         let c = flow.volume_fraction.data();
         let squares = 3.0 / (self.spacing * self.spacing).recip().element_sum();
-        let Self { damping, response, .. } = self;
+        let Some(Beside { damping, response }) = &mut self.beside else { return };
         domain.for_each_row(
             &domain.interior(),
             (damping.data_mut(), response.data_mut()),
@@ -127,19 +164,20 @@ impl Acceleration {
         domain.fill_halos_to(1, &mut [(damping, even), (response, even)]);
     }
 
-    /// The factor b in the cells.
-    pub fn response(&self) -> &[Real] {
-        self.response.data()
+    /// The factor b in the cells, if it is not one everywhere.
+    pub fn response(&self) -> Option<&[Real]> {
+        self.beside.as_ref().map(|beside| beside.response.data())
     }
 
     /// Leaves of the change of the acceleration by the projection what the friction of the surfaces leaves, and books what it
     /// takes.
     pub fn rub(&self, pass: &Pass, flow: &mut Flow, projection: &Projection, surface: &mut Surface) {
         let Pass { domain, gravity, dt, .. } = *pass;
+        let Some(response) = self.response() else { return };
         let Flow { density, velocity, work: [t1, t2, t3, ..], .. } = flow;
-        let (gradient, density, response) = (projection.gradient(density), density.data(), self.response.data());
+        let (gradient, density) = (projection.gradient(density), density.data());
         for (d, (u, taken)) in velocity.iter_mut().zip([&mut *t1, &mut *t2, &mut *t3]).enumerate() {
-            let (a, ahead) = (self.faces[d].data(), domain.strides()[d] as usize);
+            let (a, ahead) = (self.kept()[d].data(), domain.strides()[d] as usize);
             domain.for_each_row(&domain.interior(), (u.data_mut(), taken.data_mut()), |row, (u, taken)| {
                 for (i, at) in row.shifted(0).enumerate() {
                     let lost = if response[at] < 1.0 {

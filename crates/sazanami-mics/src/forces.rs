@@ -94,11 +94,15 @@ impl Forces {
         rates.fold((0.0, ""), |a, b| if b.0 > a.0 { b } else { a })
     }
 
+    /// Acceleration by all forces that is the same everywhere in the fluid [m/s^2].
+    pub(crate) fn uniform_acceleration(&self, pass: &Pass) -> Vector {
+        self.0.iter().map(|force| force.uniform_acceleration(pass)).sum()
+    }
+
     /// Accelerates the cells, predicts the face velocities and adds the impulses of the forces to
     /// `impulses`, over all ranks [N s].
     pub(crate) fn predict(&self, pass: &Pass, flow: &mut Flow, impulses: &mut Impulses) {
-        let uniform: Vector = self.0.iter().map(|force| force.uniform_acceleration(pass)).sum();
-        flow.predict_faces(pass.domain, pass.boundary, uniform, pass.dt);
+        flow.predict_faces(pass.domain, pass.boundary, self.uniform_acceleration(pass), pass.dt);
         let impulses = std::iter::once(&mut impulses.gravity_on_fluid).chain(&mut impulses.other_forces);
         for (force, impulse) in self.0.iter().zip(impulses) {
             let uniform = force.uniform_acceleration(pass);

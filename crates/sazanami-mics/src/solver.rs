@@ -109,7 +109,7 @@ pub struct Solver {
     pub(crate) forces: Forces,
     pub(crate) projection: Projection,
     pub(crate) grains: GrainPhase,
-    /// The acceleration that the viscous step sees, if it does.
+    /// The acceleration that implicit viscous steps see.
     pub(crate) acceleration: Option<Acceleration>,
     /// The room of the liquid, if that is only the open part of the cells.
     pub(crate) room: Option<Room>,
@@ -144,7 +144,7 @@ impl Solver {
         flow.fill_halos(&domain, &boundary);
         grains.begin_exchange(&domain, &flow, settings.gravity);
         let mut solver = Self::assembled(domain, boundary, settings, flow, projection, grains);
-        if solver.acceleration.is_some() {
+        if solver.acceleration.as_ref().is_some_and(Acceleration::is_beside_surfaces) {
             // It made the initial velocity free of divergence at once: no acceleration.
             solver.projection.pressure_mut().fill(0.0);
         }
@@ -156,11 +156,11 @@ impl Solver {
         domain: Domain,
         boundary: Boundary,
         settings: Settings,
-        mut flow: Flow,
+        flow: Flow,
         projection: Projection,
         mut grains: GrainPhase,
     ) -> Self {
-        let acceleration = Acceleration::beside(&domain, &grains, &mut flow);
+        let acceleration = Acceleration::of(&domain, &grains, &flow);
         let room = Room::beside(&domain, &mut grains);
         Self {
             domain,
@@ -227,26 +227,28 @@ impl Solver {
             // Incremental projection: the old pressure gradient acts at half time during the transport (second order).
             let half = if settings.incremental { 0.5 * pass } else { 0.0 };
             projection.add_gradient(domain, &flow.density, &mut flow.velocity, -half);
-            if let Some(acceleration) = acceleration.as_mut() {
-                acceleration.keep(domain, projection.pressure(), &flow.density, gravity);
+            let mut acceleration = Acceleration::for_pass(acceleration, domain, flow, pass);
+            if let Some(acceleration) = &mut acceleration {
+                let uniform = forces.uniform_acceleration(&Pass { domain, boundary, gravity, dt: pass });
+                acceleration.keep(domain, projection.pressure(), &flow.density, uniform);
             }
             let beside = room.as_mut().map(|room| (room, grains.covered()));
             report.transport += flow.transport_beside(domain, boundary, pass, beside);
             projection.add_gradient(domain, &flow.density, &mut flow.velocity, half);
-            if let Some(acceleration) = acceleration.as_mut() {
+            if let Some(acceleration) = &acceleration {
                 acceleration.add(domain, &mut flow.velocity, |_| pass);
             }
             report.diffusion += flow.diffuse_beside(domain, boundary, pass, grains.surface_mut())?;
             let now = Pass { domain, boundary, gravity, dt: pass };
-            match (acceleration.as_mut(), grains.surface_mut()) {
-                (Some(acceleration), Some(surface)) => {
-                    acceleration.set_damping(domain, pass, flow, surface.parts().0);
-                    acceleration.predict(&now, flow, forces, &mut report.impulses);
-                }
-                _ => forces.predict(&now, flow, &mut report.impulses),
+            if let (Some(acceleration), Some(surface)) = (&mut acceleration, grains.surface_mut()) {
+                acceleration.set_damping(domain, pass, flow, surface.parts().0);
+            }
+            match &acceleration {
+                Some(acceleration) => acceleration.predict(&now, flow, forces, &mut report.impulses),
+                None => forces.predict(&now, flow, &mut report.impulses),
             }
             if let Some(closing) = grains.closing() {
-                let response = acceleration.as_ref().map(Acceleration::response);
+                let response = acceleration.as_ref().and_then(|acceleration| acceleration.response());
                 projection.close_faces(domain, boundary, Closing { response, ..closing }, flow, pass);
             }
             watch(Phase::Pressure);
@@ -254,7 +256,7 @@ impl Solver {
             report.pressure +=
                 projection.project(domain, density, velocity, face_velocity, gravity, pass, &settings.tolerance)?;
             watch(Phase::Coupling);
-            if let (Some(acceleration), Some(surface)) = (acceleration.as_ref(), grains.surface_mut()) {
+            if let (Some(acceleration), Some(surface)) = (&acceleration, grains.surface_mut()) {
                 acceleration.rub(&now, flow, projection, surface);
             }
             if let Some(room) = room.as_mut() {

@@ -139,9 +139,9 @@ impl Flow {
             ViscosityScheme::CrankNicolson => 0.5 * dt,
             ViscosityScheme::Off => return Ok(DiffusionReport::default()),
         };
-        let is_explicit = match self.schemes.viscosity {
-            ViscosityScheme::Auto => surface.is_none() && stiffness(domain, &self.fluids, dt) <= SOFT,
-            scheme => scheme == ViscosityScheme::Explicit,
+        let is_explicit = !match self.schemes.viscosity {
+            ViscosityScheme::Auto if surface.is_some() => true,
+            _ => self.diffuses_implicitly(domain, whole),
         };
         let (steps, radius) = plan(domain, &self.fluids, self.viscous_tolerance, dt);
         if steps > MAX_ITERATIONS && !is_explicit {
@@ -174,6 +174,15 @@ impl Flow {
             Ok(DiffusionReport { iterations, wall_impulse })
         } else {
             Err(ViscosityError::NotFinite)
+        }
+    }
+
+    /// Whether the viscous step over `dt` \[s] is implicit where no grain acts by its surface.
+    pub(crate) fn diffuses_implicitly(&self, domain: &Domain, dt: Real) -> bool {
+        match self.schemes.viscosity {
+            ViscosityScheme::Auto => stiffness(domain, &self.fluids, dt) > SOFT,
+            ViscosityScheme::Implicit | ViscosityScheme::CrankNicolson => true,
+            ViscosityScheme::Explicit | ViscosityScheme::Off => false,
         }
     }
 

@@ -234,7 +234,7 @@ impl GrainPhase {
     }
 
     /// Whether the grains act on the fluid by their surfaces.
-    fn has_surfaces(&self) -> bool {
+    pub(crate) fn has_surfaces(&self) -> bool {
         !self.is_empty() && self.coupling.exchange == Exchange::Surface
     }
 

@@ -1,6 +1,7 @@
 //! Memory that a case takes, and whether the machine has it.
 
 use sazanami_mics::grains::room::LiquidRoom;
+use sazanami_mics::viscosity::ViscosityScheme;
 use sazanami_numerics::Real;
 
 use super::populations::{exchange_of, spheres_of};
@@ -22,6 +23,8 @@ const OF_THREAD: Real = 140.0 * 1024.0 * 1024.0;
 const MEMORY_MEAN: Real = 16.0;
 /// Memory of the surfaces of resolved grains in their exchange with the fluid [bytes per cell]: ten fields for three.
 const MEMORY_SURFACES: Real = 56.0;
+/// Memory of the acceleration that implicit viscous steps see [bytes per cell]: three fields.
+const MEMORY_ACCELERATION: Real = 24.0;
 /// Memory of liquid that has only the open part of the cells as its room [bytes per cell]: ten fields.
 const MEMORY_ROOM: Real = 80.0;
 /// Memory of a point of a probe's line: values, and their columns \[bytes].
@@ -67,7 +70,8 @@ fn fluid_memory(case: &Case, model: &CostModel) -> Real {
 fn per_cell(case: &Case, model: &CostModel) -> Real {
     let surfaces = matches!(exchange_of(case, &[]), Some((Exchange::Surface, _)));
     let room = case.coupling.room == LiquidRoom::Open && !case.grains.is_empty();
-    let asked = [(surfaces, MEMORY_SURFACES), (room, MEMORY_ROOM)];
+    let implicit = !matches!(case.fluid.viscosity, ViscosityScheme::Explicit | ViscosityScheme::Off);
+    let asked = [(surfaces, MEMORY_SURFACES), (room, MEMORY_ROOM), (implicit && !surfaces, MEMORY_ACCELERATION)];
     let extra: Real = asked.iter().filter(|(asked, _)| *asked).map(|(_, bytes)| bytes).sum();
     model.memory_cell + extra + pictures::memory_per_cell(case, model)
 }
