@@ -46,7 +46,7 @@ pub(crate) struct Acceleration {
 }
 
 impl Acceleration {
-    /// What the viscous step beside `grains` needs, if their friction does; sets the form of the transposed gradient in `flow`.
+    /// Fields of the viscous step beside `grains`, if their friction needs any; sets the transposed gradient of `flow`.
     pub fn beside(domain: &Domain, grains: &GrainPhase, flow: &mut Flow) -> Option<Self> {
         if !grains.is_wetted() || flow.schemes.viscosity == ViscosityScheme::Off {
             return None;
