@@ -1,4 +1,4 @@
-//! What a run records, as the reference page has it.
+//! Reference page of the records of a run.
 
 use super::columns::series_page;
 use super::mics::GridObserver;
