@@ -6,9 +6,9 @@ use std::process::Command;
 
 use crate::{exit_code, root};
 
-/// Where they lie, with the list of their versions.
+/// Folder of the libraries, with the list of their versions.
 const ASSETS: &str = "crates/sazanami-report/assets";
-/// What is copied from the packages: from `node_modules`, to `vendor`.
+/// Files copied from the packages: from `node_modules`, to `vendor`.
 const COPIED: [(&str, &str); 4] = [
     ("uplot/dist/uPlot.iife.min.js", "uPlot.iife.min.js"),
     ("uplot/dist/uPlot.min.css", "uPlot.min.css"),

@@ -9,7 +9,7 @@ use sazanami_verification::page::pages;
 
 use crate::book;
 
-/// Where the table of the preset `paper_literal` stands in its page.
+/// Begin and end of the table of the preset `paper_literal` in its page.
 const BEGIN: &str = "<!-- generated: keys -->\n";
 const END: &str = "<!-- end -->";
 

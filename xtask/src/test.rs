@@ -5,7 +5,7 @@ use std::process::{Command, Stdio};
 
 use crate::{cargo, exit_code, tidy};
 
-/// How a stage ended.
+/// Outcome of a stage.
 enum Outcome {
     Ran(u8),
     NotInstalled,

@@ -22,7 +22,7 @@ use sazanami::case::{self, LoadedCase};
 
 /// The paper's case, as shipped.
 const PAPER: &str = include_str!("../../../cases/raindrop/paper.toml");
-/// Where it lies in the repository.
+/// Its path in the repository.
 const PLACE: &str = "cases/raindrop/paper.toml";
 /// Tiles of the bed of a wave tank, along x1.
 const TANK_TILES: usize = 8;
@@ -160,7 +160,7 @@ impl Paper {
         Engine::new(domain, setup, &placed).map_err(|error| error.to_string())
     }
 
-    /// What the bed is, in words.
+    /// Description of the bed.
     pub(crate) fn bed_in_words(&self) -> &'static str {
         if self.shipped { "the shipped bed" } else { "16 tiles of a small bed, sides periodic" }
     }

@@ -18,7 +18,7 @@ use sazanami::case::meaning::Case;
 
 /// Bytes in a mebibyte.
 const MEBI: Real = 1_048_576.0;
-/// Runs.
+/// Number of runs that are timed.
 const RUNS: usize = 7;
 /// Bytes of a cell's share of a grain: fraction, place and arm.
 const SHARE_BYTES: Real = 24.0;

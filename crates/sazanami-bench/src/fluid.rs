@@ -26,7 +26,7 @@ const SPEED: Real = 9.0;
 const STEP: Real = 1e-5;
 /// Density of the liquid over that of the gas, less one.
 const JUMP: Real = 999.0;
-/// Runs of each.
+/// Number of timed runs of each kernel.
 const RUNS: usize = 7;
 
 /// Bytes per cell that an iteration moves at least, in single precision: it passes over the finest level twice, once

@@ -33,7 +33,7 @@ pub struct Bench {
     pub name: &'static str,
     /// Subject, in one line.
     pub about: &'static str,
-    /// Times it.
+    /// Function that runs and times it.
     pub time: Time,
 }
 

@@ -51,7 +51,7 @@ pub(crate) fn bandwidth() -> Real {
     *BANDWIDTH.get_or_init(|| 1e9 * run_triad(LENGTH / 2, 9).values.into_iter().fold(0.0, Real::max))
 }
 
-/// How a floor of so many bytes was found.
+/// Time \[s] in which so many bytes are read or written at least, with its derivation in words.
 pub(crate) fn floor_of_bytes(bytes: Real, what: &str) -> (Real, String) {
     let bandwidth = bandwidth();
     (bytes / bandwidth, format!("{:.3e} bytes ({what}) at {:.1} GB/s", bytes, 1e-9 * bandwidth))

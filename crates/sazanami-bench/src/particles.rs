@@ -30,7 +30,7 @@ const BED_LAYERS: usize = 17;
 /// Step in the tank \[s], and the amplitude of its acceleration: 10 mm at 2 Hz [m/s^2].
 pub(crate) const TANK_STEP: Real = 2e-4;
 const SWAY: Real = 1.58;
-/// What the water of the tank feels [m/s^2].
+/// Body force on the water of the tank [m/s^2].
 pub(crate) const SHAKEN: Vector = Vector::new(SWAY, 0.0, GRAVITY.z);
 /// Steps in which the water finds its places while it loses a tenth of its speed in each, steps that are not timed
 /// and steps that are.

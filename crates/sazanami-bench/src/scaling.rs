@@ -1,4 +1,4 @@
-//! What more threads could bring to whole steps: time outside parallel loops, tasks of each loop, and the speed-up
+//! Possible gain of whole steps by more threads: time outside parallel loops, tasks of each loop, and the speed-up
 //! these allow.
 
 use std::collections::BTreeMap;
@@ -30,10 +30,10 @@ const LISTED: usize = 8;
 /// Loops of fewer tasks keep threads idle on a machine of that many.
 const FEW: usize = 64;
 
-/// How far a step can be spread.
+/// Parallelism of a step.
 #[derive(Clone, Debug, Serialize)]
 pub struct Scaling {
-    /// What steps.
+    /// Name of the solver and its case.
     pub name: &'static str,
     /// Time of a step on one thread, recording included and loops cut as on 64 \[s].
     pub step: Real,
@@ -58,7 +58,7 @@ pub struct Scaling {
 /// Time over time on one thread.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct SpeedUp {
-    /// Threads.
+    /// Number of threads.
     pub threads: usize,
     /// Loops that begin and end at once.
     pub at_once: Real,

@@ -1,4 +1,4 @@
-//! What a benchmark found.
+//! Results of a benchmark.
 
 use sazanami_numerics::Real;
 use serde::Serialize;
@@ -22,7 +22,7 @@ pub struct BenchRow {
     pub runs: usize,
     /// Threads of each rank.
     pub threads: usize,
-    /// Ranks.
+    /// Number of ranks.
     pub ranks: usize,
     /// Size of the problem, in words.
     pub size: String,

@@ -1,4 +1,4 @@
-//! What stands in `#[key(...)]`, `#[keys(...)]` and doc comments.
+//! Contents of `#[key(...)]`, `#[keys(...)]` and doc comments.
 
 use proc_macro2::TokenStream as Tokens;
 use quote::quote;
@@ -7,7 +7,7 @@ use syn::{
     Attribute, Expr, ExprLit, GenericArgument, Ident, Lit, LitStr, Meta, Path, PathArguments, Token, Type, parse_quote,
 };
 
-/// What kind of entry a field is.
+/// Kind of entry of a field.
 #[derive(Default)]
 pub enum Form {
     /// A single value.
@@ -49,7 +49,7 @@ pub struct Attributes {
     pub literal: Option<(Ident, Expr, String, Option<String>)>,
     pub example: Option<String>,
     pub omit_if: Option<Expr>,
-    /// How the copy shows it.
+    /// Form of the value in the copy of the case.
     pub show: Tokens,
 }
 
@@ -141,7 +141,7 @@ pub fn about(attributes: &[Attribute]) -> String {
     lines.collect::<Vec<_>>().join(" ")
 }
 
-/// What is inside `Wrapper<...>`.
+/// Type inside `Wrapper<...>`.
 pub fn inner_of<'t>(kind: &'t Type, wrapper: &str) -> Option<&'t Type> {
     let Type::Path(path) = kind else { return None };
     let last = path.path.segments.last().filter(|segment| segment.ident == wrapper)?;

@@ -94,7 +94,7 @@ fn expand(input: &DeriveInput, name: &Type) -> syn::Result<Tokens> {
     })
 }
 
-/// What reads and writes a table with the keys of named fields.
+/// Code that reads and writes a table with the keys of named fields.
 struct TableOf {
     names: Vec<Ident>,
     docs: Tokens,

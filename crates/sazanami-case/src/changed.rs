@@ -11,7 +11,7 @@ use crate::explain::declared;
 use crate::resolved::{self, Paths};
 use crate::{LoadedCase, parse};
 
-/// What stands where a key is left out.
+/// Value in place of a key that is left out.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum DefaultValue {
     /// Nothing can: without the key there is no such case.
@@ -31,7 +31,7 @@ pub struct Changed {
     pub about: &'static str,
     /// Its value as text.
     pub value: String,
-    /// What would stand there without it.
+    /// The value without it.
     pub default: DefaultValue,
 }
 

@@ -1,4 +1,4 @@
-//! What has to fit together across the tables of a case.
+//! Checks across the tables of a case.
 
 use sazanami_dem::Motion;
 use sazanami_mics::advection::Convection;
@@ -11,7 +11,7 @@ use crate::presets::Solver;
 use crate::read::Context;
 use crate::tables::{BoundarySide, GrainPlacement, OutputFrame, Population, Projection, place_of_side};
 
-/// Reports what does not.
+/// Reports what does not fit together across the tables of a case.
 pub fn check(case: &Case, cx: &mut Context<'_>) {
     if case.fluid.projection == Projection::Incremental && !case.liquids.is_empty() {
         let span = cx.places.of("fluid.projection");
@@ -48,7 +48,7 @@ fn check_velocity_fields(case: &Case, cx: &mut Context<'_>) {
     }
 }
 
-/// Where the laboratory is follows from the displacement of the tank alone.
+/// Requires a displacement of the tank for output in the laboratory, whose place follows from nothing else.
 fn check_written_frame(case: &Case, cx: &mut Context<'_>) {
     let Some(frame) = case.frame.as_ref().filter(|_| case.output.frame == OutputFrame::Laboratory) else { return };
     if frame.oscillation.is_some() || frame.acceleration != Vector::ZERO {

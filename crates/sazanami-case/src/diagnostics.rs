@@ -1,5 +1,4 @@
-//! What is wrong with a case file: several errors together, each with its place, what was expected
-//! and one suggestion.
+//! Errors of a case file, several together, each with its place, the expected value and one suggestion.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -10,7 +9,7 @@ use serde::Serialize;
 
 use crate::source::Source;
 
-/// Severity.
+/// Severity of a finding: whether the case can run in spite of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Severity {
@@ -23,7 +22,7 @@ pub enum Severity {
 /// One finding.
 #[derive(Clone, Debug)]
 pub struct Diagnostic {
-    /// Severity.
+    /// Error or warning.
     pub severity: Severity,
     /// The problem, in one line.
     pub title: String,
@@ -64,7 +63,7 @@ pub struct Diagnostics {
 /// A finding in a form for other programs.
 #[derive(Clone, Debug, Serialize)]
 pub struct DiagnosticRecord {
-    /// Severity.
+    /// Error or warning.
     pub severity: Severity,
     /// The problem.
     pub message: String,

@@ -11,7 +11,7 @@ use crate::suggest::nearest;
 /// Answer about a key.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Explained {
-    /// The text.
+    /// Text on a key or a table, as the command prints it.
     Text(String),
     /// There is no such key; the nearest one, if one is near, and the tables or keys where the path is lost.
     Unknown {
@@ -48,7 +48,7 @@ pub fn explain(path: &str) -> Explained {
     unknown(&names, &docs)
 }
 
-/// What is declared of the key at the end of `names`, numbers of list elements left out.
+/// Declaration of the key at the end of `names`, numbers of list elements left out.
 pub(crate) fn declared(names: &[&str]) -> Option<KeyDoc> {
     followed(names, "", &Case::docs()).map(|(_, key)| key)
 }

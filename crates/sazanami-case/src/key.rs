@@ -1,4 +1,4 @@
-//! What is declared of a key, and the trait that tables of keys derive.
+//! Declaration of a key, and the trait that tables of keys derive.
 
 use crate::presets::Paper;
 use crate::read::{At, Context};
@@ -10,7 +10,7 @@ use crate::write::{Paths, Written};
 ///
 /// Derived from the declaration of the struct, see `sazanami_case_derive`.
 pub trait Keys: Sized {
-    /// What is declared.
+    /// The declaration.
     fn docs() -> TableDoc;
     /// Reads the table; `None` where it is so wrong that nothing can be made of it, which has been reported then.
     fn read(at: &At<'_>, cx: &mut Context<'_>) -> Option<Self>;
@@ -31,7 +31,7 @@ pub struct TableDoc {
     pub is_choice: bool,
 }
 
-/// What stands where the case says nothing.
+/// Value of a key that the case leaves out.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum DefaultDoc {
     /// The key has to be given.
@@ -47,9 +47,9 @@ pub enum DefaultDoc {
 pub struct Literal {
     /// Whose paper.
     pub paper: Paper,
-    /// The value.
+    /// The default, as text of a case file.
     pub value: String,
-    /// Reason.
+    /// Reason for a default other than the recommended one.
     pub reason: &'static str,
 }
 
@@ -62,7 +62,7 @@ pub enum ValueDoc {
     Words(Vec<(&'static str, &'static str)>),
     /// A word by itself, one of several alternatives.
     Word,
-    /// A table.
+    /// A table; the function gives its declaration.
     Table(fn() -> TableDoc),
     /// A list of tables.
     Tables(fn() -> TableDoc),
@@ -73,21 +73,21 @@ pub enum ValueDoc {
 /// A key as declared.
 #[derive(Clone, Debug)]
 pub struct KeyDoc {
-    /// Its name.
+    /// Name in case files.
     pub name: &'static str,
     /// Meaning.
     pub about: &'static str,
     /// Kind of value.
     pub value: ValueDoc,
-    /// Its unit.
+    /// Quantity and unit; `None` of pure numbers and words.
     pub unit: Option<Quantity>,
     /// Range of numbers.
     pub range: Range1,
     /// Least and most of whole numbers.
     pub count: [usize; 2],
-    /// What stands where the case says nothing.
+    /// Value where the case says nothing.
     pub default: DefaultDoc,
-    /// What stands then with the preset `paper_literal`.
+    /// The same with the preset `paper_literal`.
     pub literal: Option<Literal>,
     /// Example in the message about its absence.
     pub example: Option<&'static str>,

@@ -1,4 +1,4 @@
-//! What earlier tables hand to those read after them.
+//! Values of earlier tables for those read after them.
 
 use sazanami_dem::Motion;
 use sazanami_numerics::{Real, Vector};
@@ -32,9 +32,9 @@ pub struct Known {
     pub dem: DemOptions,
     /// Material of grains.
     pub materials: Materials,
-    /// The grains.
+    /// Populations of grains read before.
     pub grains: Vec<Population>,
-    /// How the grains of the population that is read move.
+    /// Motion of the grains of the population that is read.
     pub motion: Motion,
     /// Observation of the bed.
     pub bed: Bed,

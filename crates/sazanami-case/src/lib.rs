@@ -76,7 +76,7 @@ pub struct LoadedCase {
     pub path: PathBuf,
     /// Its text and overrides.
     pub source: Source,
-    /// Warnings.
+    /// Warnings about the case; it can run with them.
     pub warnings: Diagnostics,
     /// Places of the keys in the file, for later findings.
     pub places: Places,

@@ -1,4 +1,4 @@
-//! What has to fit together in a case of moving particles, and what such a case cannot have.
+//! Checks of a case of moving particles, and the keys that such a case cannot have.
 
 use sazanami_mps::scheme::{CONJUGATE_RADIUS, Projection, ShiftingForm};
 use sazanami_mps::weight::Wendland;
@@ -23,7 +23,7 @@ const LAGGED_LEAST: Real = 1.8;
 /// Least radius within which grains read the water, in particle spacings: that of the narrowest scheme.
 const LEAST_REACH: Real = 2.1;
 
-/// What has to fit together for moving particles.
+/// Checks across the tables of a case of moving particles.
 pub fn check(case: &Case, cx: &mut Context<'_>) {
     if case.solver == Solver::Mics {
         for (n, population) in case.grains.iter().enumerate() {

@@ -13,7 +13,7 @@ choices! {
 
     /// Set of defaults.
     pub enum Preset {
-        /// What works best.
+        /// The settings that work best.
         Recommended = "recommended",
         /// The scheme of the solver's paper to the letter, where the letter is known.
         PaperLiteral = "paper_literal",

@@ -118,7 +118,7 @@ impl<'t> At<'t> {
         }
     }
 
-    /// What it is, for messages about tables.
+    /// Kind of the value and its text, for messages about tables.
     fn found(&self) -> String {
         match self.value {
             Some(DeValue::String(text)) => format!("string \"{text}\""),
@@ -139,7 +139,7 @@ impl<'t> At<'t> {
         }
     }
 
-    /// A number.
+    /// The value as a real, if it is an integer or a floating-point number.
     #[must_use]
     pub fn number(&self) -> Option<Real> {
         match self.value {

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use crate::case::{Case, ORDER};
 use crate::key::{DefaultDoc, KeyDoc, Keys, TableDoc, ValueDoc};
 
-/// What stands above the tables of the reference page.
+/// Text above the tables of the reference page.
 const INTRODUCTION: &str = "\
 # Case file reference
 
@@ -139,7 +139,7 @@ impl Page {
     }
 }
 
-/// What a key means, with the words it can have.
+/// Meaning of a key, with the words it can have.
 fn meaning(key: &KeyDoc) -> String {
     let ValueDoc::Words(words) = &key.value else { return key.about.to_owned() };
     let words = words.iter().map(|(word, about)| format!("`{word}`: {}", about.trim_end_matches('.')));

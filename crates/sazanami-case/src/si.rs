@@ -15,7 +15,7 @@ use crate::{Diagnostics, LoadedCase, Source, overrides};
 pub enum Holds {
     /// A single value or a list of them.
     Value,
-    /// A table.
+    /// One table of keys.
     Table,
     /// A list of tables.
     Tables,

@@ -128,7 +128,7 @@ pub fn rounded(value: Real) -> String {
     if short == 0.0 || (1e-3..1e6).contains(&short.abs()) { format!("{short}") } else { format!("{short:e}") }
 }
 
-/// How near a value is the same as an end of a range, relative: what is lost when numbers are written and computed.
+/// Relative distance within which a value equals an end of a range: round-off of numbers that are written and computed.
 pub(crate) const SAME: Real = 1e-9;
 
 /// The ends of a range for people, as [`rounded`], but never beyond it.

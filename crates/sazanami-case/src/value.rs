@@ -24,13 +24,13 @@ pub trait Value: Sized {
     fn read(at: &At<'_>, key: &KeyDoc, range: Range1, cx: &mut Context<'_>) -> Option<Self>;
     /// The value as TOML, quantities in `unit`.
     fn write(&self, unit: &str, style: Paths) -> Written;
-    /// What stands for a value that has to be given and is not.
+    /// Substitute for a value that has to be given and is not.
     fn blank() -> Self;
-    /// What stands for a wrong value, if not the default.
+    /// Substitute for a wrong value, if not the default.
     fn wrong() -> Option<Self> {
         None
     }
-    /// What stands as an example in messages.
+    /// Example in messages.
     fn example(key: &KeyDoc) -> String;
     /// The value for people, as a default in the reference.
     fn show(&self, key: &KeyDoc) -> String {
@@ -48,7 +48,7 @@ pub enum Found<T> {
     Value(T),
     /// The case leaves it out.
     Absent,
-    /// What the case gives is wrong, and has been reported.
+    /// The case gives a wrong value, which has been reported.
     Wrong,
 }
 
@@ -66,7 +66,7 @@ pub enum Range1 {
 }
 
 impl Range1 {
-    /// What is wrong with a value, in a unit.
+    /// Message on a value, in a unit, that lies outside the range.
     fn refuses(self, value: Real, unit: &str) -> Option<String> {
         match self {
             Self::Any => None,
@@ -255,7 +255,7 @@ fn so_many<'t, const N: usize>(
     })
 }
 
-/// How a list of reals is called, and an example of it.
+/// Name of a list of reals, and an example of it.
 fn expected_reals<const N: usize>(key: &KeyDoc) -> [String; 2] {
     let words = ["", "", "two", "three"].get(N).map_or_else(|| N.to_string(), |word| (*word).to_owned());
     match (key.unit, N) {

@@ -38,7 +38,7 @@ pub enum Written {
     Leaf(String),
     /// The name of a file as TOML.
     File(String),
-    /// A table.
+    /// The entries of a table.
     Table(Entries),
     /// A list of tables.
     Tables(Vec<Written>),

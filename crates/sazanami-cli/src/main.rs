@@ -61,7 +61,7 @@ fn main() -> ExitCode {
     ExitCode::from(code)
 }
 
-/// What the command line asks for, on the processes of a launcher if there are any; `refused` says why these cannot work
+/// Execution of the command line, on the processes of a launcher if there are any; `refused` says why these cannot work
 /// together.
 fn command(processes: Option<&Processes>, refused: Option<&JoinError>) -> u8 {
     let arguments = match Arguments::try_parse() {

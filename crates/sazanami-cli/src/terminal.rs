@@ -1,4 +1,4 @@
-//! What is shown on the terminal. A closed or full output never ends a command in the middle.
+//! Output on the terminal. A closed or full output never ends a command in the middle.
 
 use std::fmt::Arguments;
 use std::io::{ErrorKind, IsTerminal as _, Write as _};
@@ -195,8 +195,8 @@ fn is_ignored(signal: &i32) -> bool {
     action.sa_sigaction == libc::SIG_IGN
 }
 
-/// What Ctrl-C, SIGTERM, SIGHUP and SIGUSR1 set; a second signal ends the program at once. Those that were ignored when
-/// the program began stay ignored.
+/// Stop that Ctrl-C, SIGTERM, SIGHUP and SIGUSR1 set; a second signal ends the program at once. Those that were ignored
+/// when the program began stay ignored.
 pub fn stop_on_signals() -> Result<Arc<Stop>, CommandError> {
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGUSR1};
     let failed =

@@ -1,4 +1,4 @@
-//! How the command behaves towards terminals, signals, other runs and the limits of the machine.
+//! Behaviour of the command towards terminals, signals, other runs and the limits of the machine.
 
 #![cfg(unix)]
 

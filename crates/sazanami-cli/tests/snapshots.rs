@@ -1,4 +1,4 @@
-//! What people read: help texts and the findings on wrong case files, compared with `expected/`.
+//! Help texts and the findings on wrong case files, compared with `expected/`.
 //!
 //! `SAZANAMI_BLESS=1 cargo test -p sazanami-cli` writes the expected texts anew.
 

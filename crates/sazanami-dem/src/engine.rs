@@ -41,7 +41,7 @@ pub struct Engine {
     pub(crate) bodies: Vec<Body>,
     arrays: Vec<SphereArrays>,
     spheres: Vec<[Real; 4]>,
-    /// Where each body's begin among `spheres`.
+    /// Number of the first of each body's among `spheres`.
     first_spheres: Vec<u32>,
     pub(crate) interactions: Interactions,
     laws: LawTable,
@@ -57,7 +57,7 @@ pub struct Engine {
     /// Angles that balls have turned through in the present call \[rad].
     turned: Vec<Vector>,
     travel: Vec<Real>,
-    /// How fast each grain was when the lists were built.
+    /// Class of speed of each grain when the lists were built.
     paces: Vec<Pace>,
     /// Upper bound of the travel since the lists were built of every grain of a pace or a slower one \[m].
     largest_travel: [Real; PACES],

@@ -55,7 +55,7 @@ pub enum DemError {
     BadGrain {
         /// Identifier of the grain.
         id: u64,
-        /// What is wrong with it.
+        /// Error in its description.
         what: String,
     },
     /// A snapshot does not hold what is needed.

@@ -44,7 +44,7 @@ pub struct Grain {
     pub density: Real,
     /// Mass that overrides density times volume \[kg].
     pub mass: Option<Real>,
-    /// Its motion.
+    /// Cause of its motion: forces, or a prescribed velocity.
     pub motion: Motion,
     /// Centre of mass \[m].
     pub position: Vector,

@@ -1,4 +1,4 @@
-//! What contact laws have in common: friction, tension, history of the tangential displacement, rolling.
+//! Properties that all contact laws have: friction, tension, history of the tangential displacement, rolling.
 
 use sazanami_numerics::Real;
 use sazanami_numerics::choices;

@@ -326,8 +326,8 @@ impl Packing {
     }
 }
 
-/// How flat the long axes of this rank's grains lie: `1 - 3 <cos^2>` of the angle to the vertical over
-/// all ranks; 0 without order, 1 if all lie, -2 if all stand.
+/// Order of the long axes of this rank's grains, `1 - 3 <cos^2>` of the angle to the vertical over all ranks: 0 without
+/// order, 1 if all lie, -2 if all stand.
 #[must_use]
 pub fn lying_order(domain: &Domain, engine: &Engine) -> Real {
     let grains = engine.grains();

@@ -11,7 +11,7 @@ pub(crate) fn first_where(count: usize, test: impl Fn(usize) -> bool + Sync) -> 
     reduce_over(count.div_ceil(CHUNK), of_chunk, Option::or).flatten()
 }
 
-/// What was found in each chunk of grains, kept so that a search allocates nothing after the first.
+/// Findings in each chunk of grains, kept so that a search allocates nothing after the first.
 #[derive(Debug)]
 pub(crate) struct Selection<T> {
     chunks: Vec<Vec<T>>,

@@ -76,7 +76,7 @@ impl Engine {
     }
 }
 
-/// What a snapshot holds.
+/// Contents of a snapshot.
 #[derive(Default)]
 struct State {
     grains: Vec<GrainRecord>,

@@ -6,7 +6,7 @@ use crate::readings::{Readings, ReadingsError, Trouble};
 
 const COLUMNS: [&str; 2] = ["x_m", "z_m"];
 const LEAST_ROWS: usize = 3;
-/// What `frame` declares of a profile that was seen from there.
+/// Declaration of `frame` for a profile seen from the laboratory.
 const LABORATORY: &str = "laboratory";
 
 /// A profile read from an experiment: a file with the columns `x_m,z_m` and comments `# key: value` (see

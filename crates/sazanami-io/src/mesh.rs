@@ -50,13 +50,13 @@ pub enum MeshFileError {
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the operating system.
         source: std::io::Error,
     },
     /// It is some other file.
     #[error("this is not a Gmsh mesh file: it should start with $MeshFormat, but {found}")]
     NotMesh {
-        /// What it starts with instead, and what to do.
+        /// Start of the file, and a suggestion.
         found: String,
     },
     /// A version that is not understood.
@@ -65,7 +65,7 @@ pub enum MeshFileError {
              -o new.msh old.msh`"
     )]
     Version {
-        /// Where.
+        /// Place of the version.
         at: Place,
         /// Version of the file.
         version: String,
@@ -73,25 +73,25 @@ pub enum MeshFileError {
     /// The file breaks its own format.
     #[error("{at}: {problem}")]
     Malformed {
-        /// Where.
+        /// Place of the error.
         at: Place,
-        /// What is wrong.
+        /// The error.
         problem: String,
     },
     /// The file is in order but holds no solid mesh of four-node tetrahedra.
     #[error("{problem}")]
     NoTetrahedra {
-        /// What it holds instead, and what to do.
+        /// Contents instead, and a suggestion.
         problem: String,
     },
     /// The tetrahedra do not make a sound solid.
     #[error("{at}: element {element}: {source}")]
     Unsound {
-        /// Where the element is written.
+        /// Place of the element.
         at: Place,
         /// Its number in the file.
         element: u64,
-        /// What is wrong (there elements are counted in the order of the tetrahedra of the file).
+        /// Error of the mesh (there elements are counted in the order of the tetrahedra of the file).
         source: MeshError,
     },
 }
@@ -151,7 +151,7 @@ enum Version {
     Four,
 }
 
-/// What the sections hold, by the numbers of the file.
+/// Contents of the sections, by the numbers of the file.
 #[derive(Default)]
 struct Raw {
     nodes: Vec<(u64, Vector)>,

@@ -12,7 +12,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// What a declared value is, with the line it stands in.
+/// A declared value, with the line it stands in.
 #[derive(Clone, Debug, PartialEq)]
 struct Declaration {
     key: String,
@@ -139,7 +139,7 @@ impl Readings {
     }
 }
 
-/// What a comment declares, if it declares something: the part before the first `:` or `=` is one word.
+/// Declaration in a comment, if there is one: the part before the first `:` or `=` is one word.
 fn declaration(comment: &str, line: usize) -> Option<Declaration> {
     let (key, value) = comment.split_once([':', '='])?;
     let (key, value) = (key.trim(), value.trim());
@@ -147,7 +147,7 @@ fn declaration(comment: &str, line: usize) -> Option<Declaration> {
     is_word.then(|| Declaration { key: key.to_owned(), value: value.to_owned(), line })
 }
 
-/// Where the columns asked for stand.
+/// Numbers of the columns asked for.
 fn places(fields: &[&str], names: &[&str]) -> Result<Vec<usize>, Trouble> {
     let all = |name: &str| fields.iter().filter(|field| **field == name).count();
     if let Some(twice) = fields.iter().find(|name| !name.is_empty() && all(name) > 1) {

@@ -57,7 +57,7 @@ pub enum TableError {
 /// Heading of a column.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Column {
-    /// Name.
+    /// Name of the quantity.
     pub name: String,
     /// Its unit, empty for none.
     pub unit: String,
@@ -249,7 +249,7 @@ fn good_part(file: &File, step: u64) -> io::Result<GoodPart> {
     }
 }
 
-/// Where each column of one header stands in another; `None` if that lacks a column of the first one.
+/// Number of each column of one header in another; `None` if that lacks a column of the first one.
 fn places(found: &str, expected: &str) -> Option<Vec<usize>> {
     fields(found).map(|name| fields(expected).position(|other| other == name)).collect()
 }

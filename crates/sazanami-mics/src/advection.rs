@@ -57,7 +57,7 @@ pub(crate) type State<'a> = [&'a [Real]; 4];
 /// The same for writing.
 pub(crate) type StateMut<'a> = [&'a mut [Real]; 4];
 
-/// Where `C^n` and `u^n` are stored during a sweep.
+/// Storage of `C^n` and `u^n` during a sweep.
 #[derive(Clone, Copy)]
 pub(crate) enum Frozen<'a> {
     /// They are what the sweep reads.

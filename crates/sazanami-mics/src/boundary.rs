@@ -8,7 +8,7 @@ use sazanami_numerics::{Real, Vector, choices};
 use crate::pressure_sides::PressureSide;
 
 choices! {
-    /// Which of the two fluids.
+    /// Either of the two fluids.
     pub enum FluidName {
         /// The heavier one.
         Liquid = "liquid",
@@ -74,7 +74,7 @@ impl Side {
     }
 }
 
-/// What enters where the flow at an open side is inward.
+/// Fluid that enters through an open side while the flow there is inward.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Opening {
     /// Liquid fraction of what flows in.

@@ -1,4 +1,4 @@
-//! How freely the pressure accelerates the faces of the cells: grains close them in part.
+//! Mobility of the faces of the cells under the pressure: grains close them in part.
 //!
 //! With the closed part of a face `chi = (alpha_L rho_L + alpha_R rho_R) / (rho_L + rho_R)`, the mean solid fraction
 //! of its cells weighted by the mass of their fluid, the face velocity is
@@ -88,7 +88,7 @@ pub(crate) struct Closing<'a> {
     pub density: &'a [Real],
     /// Sum of `alpha_k` times the velocity expected of the grain at the end of the step [m/s].
     pub velocity: [&'a [Real]; 3],
-    /// What friction leaves of an acceleration within the step, if the projection counts it.
+    /// Part of an acceleration that friction leaves within the step, if the projection counts it.
     pub response: Option<&'a [Real]>,
     /// Rows with a fraction above zero.
     pub rows: &'a RowSet,

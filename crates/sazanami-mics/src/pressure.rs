@@ -369,7 +369,7 @@ impl PressureEquation<'_> {
         CellPlace { cell, position: domain.grid().centre(i, j, k) }
     }
 
-    /// What a face at this index in its direction is, if it lies on a side: the side.
+    /// Side of the box on which a face at this index in its direction lies, if its velocity or pressure is given there.
     fn side(&self, direction: usize, index: isize) -> Option<usize> {
         let last = self.density.cells()[direction] as isize;
         let side = if index == 0 { 0 } else { usize::from(index == last) };

@@ -17,7 +17,7 @@ pub enum PressureSide {
 
 /// The sides of the box that this rank touches.
 pub(crate) struct BoxSides {
-    /// Which sides are walls.
+    /// Whether each side is a wall.
     pub wall: [[bool; 2]; 3],
     /// Pressure on sides of fixed pressure \[Pa].
     pub fixed: [[Option<Real>; 2]; 3],

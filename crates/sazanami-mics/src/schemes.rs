@@ -22,7 +22,7 @@ pub struct Schemes {
     pub carrier: Carrier,
 }
 
-/// What of the transposed gradient is in the stress.
+/// Part of the transposed gradient in the stress.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Transposed {
     /// Nothing.
@@ -30,7 +30,7 @@ pub(crate) enum Transposed {
     /// All of it: `mu du_j/dx_i`.
     #[default]
     Whole,
-    /// What acts where the viscosity changes: `mu (du_j/dx_i - delta_ij div u)`. For a velocity without divergence it is
+    /// The part where the viscosity changes: `mu (du_j/dx_i - delta_ij div u)`. For a velocity without divergence it is
     /// the whole; its divergence is zero to round-off where the viscosity is constant, whatever the velocity.
     AtInterface,
 }

@@ -124,7 +124,7 @@ fn scatter(domain: &Domain, snapshot: &Snapshot, name: &str, field: &mut Field<R
     Ok(())
 }
 
-/// What rank 0 reads; nothing on the others. An error is one on all.
+/// Values read on rank 0; nothing on the others. An error is one on all.
 fn on_first<'a>(
     domain: &Domain,
     read: impl FnOnce() -> Result<&'a [Real], SnapshotError>,

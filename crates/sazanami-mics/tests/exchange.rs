@@ -1,4 +1,4 @@
-//! What a grain gains of linear and angular momentum, the fluid on the cells that it covers has lost.
+//! Balance of linear and angular momentum: a grain gains what the fluid on the cells that it covers has lost.
 
 use sazanami_dem::{Body, Engine, Grain, Interactions, LinearSpringDashpot, Setup, Substeps};
 use sazanami_mics::boundary::{Boundary, Side};

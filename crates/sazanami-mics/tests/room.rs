@@ -88,7 +88,7 @@ impl Case {
     }
 }
 
-/// What a run has kept.
+/// Conservation of a run: liquid, momentum and corrections.
 #[derive(Debug)]
 struct Kept {
     /// Change of the liquid outside grains, what was clipped left out, over that at the start.

@@ -1,4 +1,4 @@
-//! What every phase of a step is given: settings, forcing, and the constants that follow from them.
+//! Input of every phase of a step: settings, forcing, and the constants that follow from them.
 
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::{Real, Vector};

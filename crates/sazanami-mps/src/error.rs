@@ -1,4 +1,4 @@
-//! What can go wrong in setting up a solver and in a step.
+//! Errors in setting up a solver and in a step.
 
 use sazanami_dem::DemError;
 use sazanami_numerics::domain::FailedElsewhere;

@@ -177,7 +177,7 @@ pub(crate) struct Prediction {
     pub rate: Real,
     /// Sum of weights times unit vectors to the neighbours.
     pub asymmetry: Vector,
-    /// How far the neighbours surround it.
+    /// Support by the neighbours.
     pub support: Support,
     /// First-moment deficit: sum of the pressure coefficients times distance vectors [1/m]; zero with complete support.
     pub moment_deficit: Vector,

@@ -5,7 +5,7 @@ use sazanami_numerics::columns;
 use sazanami_numerics::particles::Stored;
 use sazanami_numerics::{Real, Vector};
 
-/// What a particle is.
+/// Kind of a particle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Kind {
     /// Fluid particle, moves with the flow.
@@ -81,7 +81,7 @@ columns! {
     {
         /// Identifiers.
         pub id: u64,
-        /// What each particle is.
+        /// Kind of each particle.
         pub kind: Kind,
         /// Role in the pressure equation of the last step.
         pub role: Role,

@@ -95,7 +95,7 @@ impl Below {
         face(b[0]) - face(a[0])
     }
 
-    /// Where along `d` a part is cut so that `wanted` of it lies below: the least place if there are several.
+    /// Place along `d` of the cut below which `wanted` of a part lies: the least if there are several.
     fn cut(&self, part: Part, d: usize, wanted: Real) -> Real {
         let (mut low, mut high) = (part.low[d], part.high[d]);
         for _ in 0..BISECTIONS {
@@ -180,7 +180,7 @@ mod tests {
         places.iter().map(|place| mask(*place)).sum()
     }
 
-    /// What `share` holds under a mask, in particles.
+    /// Liquid of `share` under a mask, in particles.
     fn held(share: impl Fn(Vector) -> Real, mask: impl Fn(Vector) -> Real) -> Real {
         let fine = cells(Vector::ZERO, UPPER, 0.5);
         centres(&fine).map(|x| share(x) * mask(x) * fine.cell_volume()).sum()

@@ -1,4 +1,4 @@
-//! What a step reports.
+//! Report of a step.
 
 use sazanami_dem::ContactReport;
 use sazanami_numerics::{Real, Vector};
@@ -18,7 +18,7 @@ pub enum Phase {
     Neighbours,
     /// Sums over neighbours, motion.
     Fluid,
-    /// Pressure.
+    /// Assembly and solution of the pressure equation.
     Pressure,
     /// Contacts and motion of the grains.
     Grains,

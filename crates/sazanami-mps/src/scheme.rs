@@ -6,7 +6,7 @@ use sazanami_numerics::choices;
 use crate::weight::{Calibration, LaplacianForm, Weight, Wendland};
 
 choices! {
-    /// How velocities are made free of divergence.
+    /// Projection of the velocities to zero divergence.
     #[derive(Default)]
     pub enum Projection {
         /// Enhanced MPS: a Laplacian with a source, pressure zero at the particles found at the surface, a corrected gradient.
@@ -71,7 +71,7 @@ choices! {
 }
 
 choices! {
-    /// How fast particles are shifted, and where.
+    /// Speed of the shifting, and the particles that it moves.
     #[derive(Default)]
     pub enum ShiftingForm {
         /// Over the flow time scale, away from free surfaces alone; velocities do not change.
@@ -109,8 +109,8 @@ pub const ENHANCED_RADIUS: Real = 3.1;
 /// The enhancements in use and their parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scheme {
-    /// How velocities are made free of divergence. [`Projection::Conjugate`] uses `weight`, `radius`, `laplacian` (of the
-    /// velocity) and `relaxation` alone.
+    /// Projection of the velocities to zero divergence. [`Projection::Conjugate`] uses `weight`, `radius`, `laplacian`
+    /// (of the velocity) and `relaxation` alone.
     pub projection: Projection,
     /// Family of the weight function.
     pub weight: Wendland,
@@ -136,7 +136,7 @@ pub struct Scheme {
     /// Diffusion number of particle shifting, 0 to 0.5: in one flow time scale particles move by this times
     /// `(r_e/2)^2` down the gradient of their concentration; 0: off.
     pub shifting: Real,
-    /// How fast and where.
+    /// Speed of the shifting, and the particles that it moves.
     pub shifting_form: ShiftingForm,
     /// Whether the hydrostatic part is split off the pressure before solving: exact for still water.
     pub reduced_pressure: bool,

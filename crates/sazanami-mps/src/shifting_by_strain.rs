@@ -67,7 +67,7 @@ struct Columns<'a> {
     full: Real,
 }
 
-/// What lies beside a particle.
+/// Fluid or surfaces beside a particle.
 enum Beside {
     /// Fluid alone.
     Fluid,
@@ -129,7 +129,7 @@ impl Shifter {
 }
 
 impl Columns<'_> {
-    /// What lies beside particle `a`.
+    /// Fluid or surfaces beside particle `a`.
     fn surface(&self, step: &Context<'_>, a: usize, near: &[u32]) -> Beside {
         let weight = step.kernel.weight;
         let (mut normal, mut way, mut weights) = (self.outward[a], Vector::ZERO, self.outward[a].length_squared());

@@ -28,7 +28,7 @@ use crate::surface_test::SurfaceTest;
 use crate::walls::Walls;
 use phases::Phases;
 
-/// What the phases of a step hand to each other: columns over particles, kept for their memory.
+/// Columns over particles that the phases of a step hand to each other, kept for their memory.
 #[derive(Debug, Default)]
 struct Columns {
     /// Void fraction, at the present or the predicted positions.

@@ -2,7 +2,7 @@
 
 use sazanami_numerics::{Real, Vector};
 
-/// What limits a step.
+/// Limit on the length of a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Limit {
     /// Courant number of the fluid particles.
@@ -54,7 +54,7 @@ pub const DRAG: Real = 0.5;
 /// unstable.
 pub const COMPRESSIBLE: Real = 150.0;
 
-/// Limits of the step.
+/// Settings that bound the length of a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StepLimits {
     /// Courant number: displacement of the fastest fluid particle or grain in a step over its size.

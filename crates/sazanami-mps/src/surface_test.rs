@@ -12,7 +12,7 @@ const STANDS_OUT: Real = 0.18;
 /// Number density over n0 below which a particle lies at the surface whatever its asymmetry.
 const SPARSE: Real = 0.7;
 
-/// How far the neighbours of a particle surround it, by the smallest eigenvalue of its first-moment matrix over that of full
+/// Support of a particle by its neighbours, by the smallest eigenvalue of its first-moment matrix over that of full
 /// support (Marrone et al. 2010, with thresholds of the weight in use instead of theirs).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Support {

@@ -9,7 +9,7 @@ pub trait Choice: Copy + PartialEq + std::fmt::Debug + 'static {
     /// The word in case files: lower case, joined by underscores.
     fn word(self) -> &'static str;
 
-    /// What the alternative means, from its documentation.
+    /// Meaning of the alternative, from its documentation.
     fn about(self) -> &'static str;
 
     /// The alternative of that word.

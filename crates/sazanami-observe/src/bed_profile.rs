@@ -63,7 +63,7 @@ fn mean_below_zero(mut z: [Real; 3]) -> Real {
     }
 }
 
-/// How a bed moves.
+/// Speeds of the grains of a bed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Motion {
     /// Magnitude of the mean velocity of the grains [m/s].

@@ -4,7 +4,7 @@ use sazanami_numerics::Real;
 
 use crate::fit::line;
 
-/// One run.
+/// Drop and crater of one run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunResult {
     /// Name of the run.

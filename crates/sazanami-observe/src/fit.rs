@@ -5,7 +5,7 @@ use sazanami_numerics::Real;
 /// Straight line of least squares, `y = intercept + slope x`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Line {
-    /// Slope.
+    /// Increase of y for an increase of x by one.
     pub slope: Real,
     /// Value at zero.
     pub intercept: Real,

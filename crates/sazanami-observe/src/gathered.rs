@@ -8,7 +8,7 @@ use sazanami_numerics::{Quaternion, Real, Vector};
 
 use crate::{BedView, Body};
 
-/// What the observers need of a grain.
+/// State of a grain as the observers need it, gathered on rank 0.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 struct Record {
@@ -33,7 +33,7 @@ pub struct BedColumns {
     pub mass: Vec<Real>,
     /// Position \[m].
     pub position: Vec<Vector>,
-    /// Orientation.
+    /// Rotation from body to laboratory coordinates.
     pub orientation: Vec<Quaternion>,
     /// Velocity [m/s].
     pub velocity: Vec<Vector>,
@@ -68,7 +68,7 @@ impl BedColumns {
 pub struct GatheredBed {
     /// Identifiers.
     pub id: Vec<u64>,
-    /// The grains.
+    /// State of the grains, in the order of their identifiers.
     pub grains: BedColumns,
 }
 

@@ -23,10 +23,10 @@ choices! {
     }
 }
 
-/// How a heap is measured.
+/// Settings of the measurement of a heap.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HeapSettings {
-    /// Its shape.
+    /// Cone or ridge.
     pub shape: HeapShape,
     /// Axis of the cone; of a ridge the line of its crest along x1 \[m].
     pub axis: Horizontal,
@@ -125,7 +125,7 @@ const PARTS: usize = 4;
 /// Part of a band that grains cover, at least: elsewhere the floor is its surface, with a few grains on it.
 const COVERED: Real = 0.3;
 
-/// What is seen of a band: sum of the heights of grains, pixels with grains, all pixels.
+/// View of a band: sum of the heights of grains, pixels with grains, all pixels.
 #[derive(Clone, Copy, Default)]
 struct Seen {
     height: Real,

@@ -116,7 +116,7 @@ impl HeightMap {
 /// Rows of pixels that one thread draws at a time.
 const STRIP: usize = 8;
 
-/// Where the pixels of a map are.
+/// Grid of the pixels of a map.
 #[derive(Clone, Copy)]
 struct Plane {
     lower: Horizontal,

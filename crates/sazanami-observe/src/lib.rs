@@ -1,5 +1,5 @@
-//! What people came for: crater volume and profile, splashed grains, the state of the bed, the slope of a heap, ripples,
-//! budgets of momentum and liquid, and the comparison of several runs.
+//! Observations of a run: crater volume and profile, splashed grains, the state of the bed, the slope of a heap,
+//! ripples, budgets of momentum and liquid, and the comparison of several runs.
 //!
 //! Everything here reads plain slices ([`BedView`]) and returns plain numbers. Nothing is written,
 //! and nothing depends on the number of threads or ranks: all grains are looked at in the order of

@@ -14,18 +14,18 @@ use crate::bed::GRAINS_AT_ONCE;
 use crate::erosion::linked_to_bed;
 use crate::{BedView, Horizontal};
 
-/// What has become of a grain.
+/// Fate of a grain.
 const IN_BED: u8 = 0;
 const SPLASHED: u8 = 1;
 const ALREADY_FLYING: u8 = 2;
 
-/// Which grains were splashed so far.
+/// Grains that were splashed so far.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SplashTracker {
     axis: Horizontal,
     bed_top: Real,
     threshold: Real,
-    /// What has become of each grain.
+    /// Fate of each grain.
     fate: Vec<u8>,
     farthest: Real,
     highest: Real,

@@ -1,4 +1,4 @@
-//! What all ranks do together, written once over messages between two of them: the same bits, whatever carries them.
+//! Collective operations, written once over messages between two ranks: the same bits, whatever carries them.
 
 use std::sync::{Mutex, PoisonError};
 

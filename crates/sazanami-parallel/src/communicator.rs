@@ -1,6 +1,6 @@
 //! Communication with other ranks.
 
-/// How [`Communicator::all_reduce`] combines the values of the ranks, element by element.
+/// Operation by which [`Communicator::all_reduce`] combines the values of the ranks, element by element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reduction {
     /// Sum, in the order that [`Sums`] names.

@@ -169,7 +169,7 @@ pub fn run_ranks_with<T: Send>(
     if results.len() == ranks { Ok(results) } else { Err(RanksFailed::Panicked(panics)) }
 }
 
-/// What a panic says.
+/// Message of a panic.
 pub(crate) fn message(payload: &(dyn Any + Send)) -> String {
     let text = payload.downcast_ref::<String>().map(String::as_str);
     text.or_else(|| payload.downcast_ref::<&str>().copied()).unwrap_or("no message").to_string()

@@ -12,7 +12,7 @@ use crate::in_process::{FailedElsewhere, message};
 use crate::loops::pool_of;
 use crate::{Communicator, RanksFailed, Sums, ThreadsRefused};
 
-/// How long a rank that failed waits for rank 0 to end the job before it does so itself.
+/// Time that a rank that failed waits for rank 0 to end the job before it does so itself.
 const PATIENCE: Duration = Duration::from_secs(4);
 
 /// A launcher that started this process.
@@ -66,7 +66,7 @@ pub enum JoinError {
     NotBuiltIn(Launcher),
     /// The MPI that the program was built with knows of other processes than the launcher.
     OtherWorld {
-        /// The launcher.
+        /// Launcher that started the program.
         launcher: Launcher,
         /// Number of processes that MPI knows of.
         size: usize,
@@ -80,7 +80,7 @@ pub enum JoinError {
 }
 
 impl JoinError {
-    /// What to do about it.
+    /// Suggestion to the user.
     #[must_use]
     pub const fn help(&self) -> &'static str {
         match self {
@@ -119,7 +119,7 @@ impl std::fmt::Display for JoinError {
 
 impl std::error::Error for JoinError {}
 
-/// What the processes of a launcher do beside exchanging messages.
+/// Services of a launcher to its processes beside the exchange of messages.
 pub(crate) trait Session: Send + Sync {
     /// Messages apart from all others, the physics' or those of [`Processes::control`].
     fn transport(&self, control: bool) -> Box<dyn Transport>;
@@ -282,7 +282,7 @@ impl World {
         Self { processes, _library: library }
     }
 
-    /// The processes.
+    /// The processes of the launcher, this one among them.
     #[must_use]
     pub const fn processes(&self) -> &Processes {
         &self.processes

@@ -1,4 +1,4 @@
-//! Where work runs: ranks that exchange messages, and threads inside a rank.
+//! Ranks that exchange messages, and threads inside a rank.
 //!
 //! This is the only crate that names a thread pool or a message-passing library. Physics sees
 //! [`Communicator`] behind a domain, and the loops of this crate, which give the same bits for

@@ -1,4 +1,4 @@
-//! How much of a piece of work could run side by side: work and span of its parallel loops.
+//! Work and span of parallel loops: how much of a piece of work could run side by side.
 
 use std::cell::{Cell, RefCell};
 use std::panic::Location;
@@ -15,7 +15,7 @@ pub struct SerialSection {
 /// An outermost parallel loop, or a fork of two tasks.
 #[derive(Clone, Copy, Debug)]
 pub struct ParallelLoop {
-    /// Where it is called.
+    /// Place of its call.
     pub at: &'static Location<'static>,
     /// Time on one thread \[s].
     pub work: f64,
@@ -33,7 +33,7 @@ pub struct WorkAndSpan {
     pub work: f64,
     /// Outermost parallel loops, in order.
     pub loops: Vec<ParallelLoop>,
-    /// What ran between them, in order; the last section, which no loop ends, is in the total alone.
+    /// Work between them, in order; the last section, which no loop ends, is in the total alone.
     pub serial: Vec<SerialSection>,
 }
 
@@ -68,7 +68,7 @@ struct Record {
 /// Records the parallel loops of `work`, which runs on the pool of one thread that calls this, cut as on `threads`
 /// threads, by a `clock` in seconds.
 ///
-/// What runs in another pool within `work` counts as serial.
+/// Work in another pool within `work` counts as serial.
 ///
 /// # Panics
 /// If more than one thread would take part, or within another recording.

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use sazanami_parallel::{Communicator, Processes, Reduction, Sums, join_processes, run_ranks_with};
 
-/// What a rank is to do.
+/// Environment variable with the task of a rank.
 const ROLE: &str = "SAZANAMI_ROLE";
 
 fn main() -> ExitCode {

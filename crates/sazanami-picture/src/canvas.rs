@@ -3,7 +3,7 @@
 use super::colour::{Colour, WHITE};
 use super::{Picture, text};
 
-/// Where a text stands relative to its point, across and down its own line.
+/// Position of a text relative to its point, across and down its own line.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Anchor {
     Start,
@@ -11,7 +11,7 @@ pub(super) enum Anchor {
     End,
 }
 
-/// How a text is set.
+/// Size, colour and position of a text.
 #[derive(Clone, Copy)]
 pub(super) struct Font {
     pub size: f64,

@@ -69,7 +69,7 @@ pub struct Trace {
 }
 
 impl Trace {
-    /// A line.
+    /// Points joined by a line in full, without marks.
     #[must_use]
     pub fn line(label: &str, points: impl IntoIterator<Item = [f64; 2]>) -> Self {
         Self { label: label.to_owned(), points: points.into_iter().collect(), ..Self::default() }
@@ -267,7 +267,7 @@ impl LinePlot {
         self.traces.iter().enumerate().filter(|(_, trace)| !trace.label.is_empty())
     }
 
-    /// Where the legend goes, if there is one: inside the frame where it hides nothing, or else to the right of the
+    /// Place of the legend, if there is one: inside the frame where it hides nothing, or else to the right of the
     /// frame, which then shrinks.
     fn place_legend(&self, frame: &mut Frame) -> Option<Rectangle> {
         let longest = self.named().map(|(_, trace)| text::length(&trace.label, LEGEND_SIZE)).reduce(f64::max)?;

@@ -30,7 +30,7 @@ pub enum ColourMap {
 /// Colours for a range of values that stays the same from picture to picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ColourScale {
-    /// What is shown, with its unit, as in `grain speed [m/s]`.
+    /// Quantity shown, with its unit, as in `grain speed [m/s]`.
     pub label: String,
     /// Values of the first and the last colour; what lies beyond has these.
     pub range: [f64; 2],

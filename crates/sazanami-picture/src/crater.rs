@@ -13,7 +13,7 @@ const ROW: f64 = 27.0;
 const SAMPLE: f64 = 46.0;
 const SIZE: f64 = 18.0;
 
-/// What is added where V cannot be trusted.
+/// Addition to a V that cannot be trusted.
 const AT_EDGE: &str = "; the rim is at the edge of the box or of what is evaluated: V is not reliable";
 
 const SURFACE: Colour = [150, 0, 110];
@@ -24,7 +24,7 @@ pub(super) fn volume_words(crater: &CraterCap) -> String {
     format!("V = {:.2} ± {:.2} mm³", 1e9 * crater.volume, 1e9 * crater.uncertainty)
 }
 
-/// What V is: the last rows of the legend.
+/// Meaning of V: the last rows of the legend.
 fn explanation(surface: &BedSurface) -> [String; 2] {
     match &surface.crater {
         Some(crater) => [

@@ -54,7 +54,7 @@ pub enum PictureError {
     /// Something to be drawn has the wrong number of values.
     #[error("the picture needs {expected} values of {what}, not {found}")]
     WrongLength {
-        /// What the values are.
+        /// Quantity of the values.
         what: &'static str,
         /// Number needed.
         expected: usize,

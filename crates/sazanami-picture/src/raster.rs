@@ -50,7 +50,7 @@ impl Layer {
         layer
     }
 
-    /// Which corners belong to a triangle that is seen somewhere.
+    /// Whether each corner belongs to a triangle that is seen somewhere.
     pub fn seen_corners(&self) -> Vec<bool> {
         let mut seen = vec![false; self.places.len()];
         for number in self.nearest.iter().filter(|&&number| number != EMPTY) {

@@ -151,9 +151,9 @@ fn without_labels(mut plot: LinePlot) -> LinePlot {
 pub struct LayerFigure<'a> {
     /// Title of the sheet.
     pub title: &'a str,
-    /// Runs.
+    /// Layer averages of each run against time.
     pub runs: &'a [LayerHistory],
-    /// What the layers are, in the legend: upper, lower.
+    /// Names of the layers in the legend: upper, lower.
     pub layers: [&'a str; 2],
     /// Times shown \[s], or all.
     pub time_range: Option<[f64; 2]>,

@@ -37,7 +37,7 @@ pub struct SectionView<'a> {
     pub liquid: &'a [f64],
     /// Cells with less liquid show none (0.01 in Yagyu et al. 2015).
     pub liquid_threshold: f64,
-    /// Style of the liquid.
+    /// Drawing of the liquid fractions of the cells.
     pub liquid_style: LiquidStyle,
     /// Surface of the liquid, to be shown behind the section.
     pub liquid_behind: Option<&'a Isosurface>,
@@ -75,10 +75,10 @@ pub fn section_of_cells(grid: &Grid, values: &[f64], x2: f64) -> Vec<f64> {
     section
 }
 
-/// What is smaller than this on a grain is not drawn [samples].
+/// Smallest detail of a grain that is drawn [samples].
 const DETAIL: f64 = 3.0;
 const SIZE: f64 = 20.0;
-/// Where the sun stands.
+/// Direction of the sun.
 const SUN: Vector = Vector::new(-0.45, -0.9, 0.85);
 
 impl<'a> SectionView<'a> {
@@ -161,7 +161,7 @@ impl<'a> SectionView<'a> {
         self.top - self.grid.lower.z
     }
 
-    /// What the section shows, without lines and labels.
+    /// Picture of the section, without lines and labels.
     fn render(&self, height: usize) -> Picture {
         let size = [self.width * SAMPLES, height * SAMPLES];
         let grains = self.draw_grains(size);

@@ -37,7 +37,7 @@ pub struct SlabPanel<'a> {
 pub struct SlabView<'a> {
     /// Line above the panels, for example the time.
     pub title: &'a str,
-    /// What is to be known of all panels, small above the first: which grains are drawn, for example.
+    /// Note on all panels, small above the first: which grains are drawn, for example.
     pub note: &'a str,
     /// Part of x1 shown \[m].
     pub x: [f64; 2],
@@ -49,7 +49,7 @@ pub struct SlabView<'a> {
     pub position: &'a [Vector],
     /// Diameters \[m].
     pub diameter: &'a [f64],
-    /// The panels.
+    /// Quantities of the grains, a panel for each, from the top.
     pub panels: &'a [SlabPanel<'a>],
     /// Points `(x1, x3)` of the water surface in the order of x1 \[m]; NaN where there is none.
     pub water: &'a [[f64; 2]],

@@ -11,7 +11,7 @@ use super::scene::{Drawn, Scene, daylight};
 use super::{ColourScale, Isosurface, Picture, PictureError, check_length};
 use sazanami_io::Bodies;
 
-/// Where the eye is.
+/// Direction of the eye.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Viewpoint {
     /// Direction of the eye seen from above, from the x1 axis towards x2 \[degrees].
@@ -33,7 +33,7 @@ pub struct Still<'a> {
     pub grid: &'a Grid,
     /// Height up to which the box is shown \[m].
     pub top: f64,
-    /// Where the eye is.
+    /// Direction of the eye.
     pub viewpoint: Viewpoint,
     /// Line above the picture, or nothing.
     pub title: &'a str,
@@ -57,9 +57,9 @@ pub struct Still<'a> {
 /// Room above the picture for the title and beside it for the bar of colours \[pixels].
 const ABOVE: usize = 56;
 const BESIDE: usize = 130;
-/// What a picture says that is cut open.
+/// Note in a picture that is cut open.
 const CUT_NOTE: &str = "front half left out";
-/// What is smaller than this on a grain is not drawn [samples].
+/// Smallest detail of a grain that is drawn [samples].
 const DETAIL: f64 = 3.0;
 /// Tangent of half the height of the picture seen from the eye.
 const HALF_VIEW: f64 = 0.23;

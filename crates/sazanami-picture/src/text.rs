@@ -19,9 +19,9 @@ fn scale(size: f64) -> PxScale {
 /// A glyph in its place.
 struct Placed {
     glyph: GlyphId,
-    /// Where it starts, from the left end of the line \[pixels].
+    /// Place of its start, from the left end of the line \[pixels].
     at: f32,
-    /// How far below the line it stands \[pixels].
+    /// Distance below the line \[pixels].
     below: f32,
     scale: PxScale,
 }

@@ -1,4 +1,4 @@
-//! What people came for, in a few large numbers, and what speaks against it.
+//! Main results of a run in a few large numbers, and the objections to them.
 
 use sazanami::finished::Finished;
 use serde_json::Value;

@@ -24,14 +24,14 @@ pub struct Curve {
 pub struct Curves {
     /// Abscissae in SI units, ascending.
     pub x: Vec<f64>,
-    /// The curves.
+    /// Curves, each with a value for every abscissa.
     pub curves: Vec<Curve>,
 }
 
-/// A chart.
+/// Curves in one frame, with its axes.
 #[derive(Clone, Debug)]
 pub struct Chart {
-    /// Title.
+    /// Heading over the frame.
     pub title: String,
     /// Name and unit of the abscissa.
     pub x: (String, String),

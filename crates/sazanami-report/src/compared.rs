@@ -18,7 +18,7 @@ struct Side<'a> {
     values: std::collections::BTreeMap<String, String>,
 }
 
-/// The page.
+/// Report on several runs side by side, as HTML.
 pub fn page(runs: &[Finished]) -> Result<String, CommandError> {
     // Files of a run lie in its own folder.
     let own = |run: &Finished, value: String| value.replace(&format!("{}/", run.folder.display()), "");

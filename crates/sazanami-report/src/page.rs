@@ -6,7 +6,7 @@ use crate::charts::Chart;
 use crate::html::Html;
 use crate::view::View;
 
-/// What the page may load: nothing from anywhere.
+/// Content security policy: the page may load nothing from anywhere.
 const POLICY: &str = "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; script-src \
                       'unsafe-inline'; style-src 'unsafe-inline'; img-src data:\">\n";
 

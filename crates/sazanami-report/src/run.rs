@@ -12,7 +12,7 @@ use crate::html::Html;
 use crate::view::{self, View};
 use crate::{answer, budgets, page};
 
-/// The page.
+/// Report on one run, as HTML.
 pub fn page(run: &Finished) -> Result<String, CommandError> {
     let findings = analyse::findings(&run.folder, &run.summary)?;
     let log = std::fs::read(run.folder.join(LOG)).unwrap_or_default();

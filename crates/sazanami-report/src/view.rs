@@ -1,4 +1,4 @@
-//! What the three-dimensional view of a run holds: grains and water at the times written, small enough to mail.
+//! Contents of the three-dimensional view of a run: grains and water at the times written, small enough to mail.
 //!
 //! Places are in 16 bits of the box, orientations in three components of 15 bits and a sign; speeds, forces and sizes are as in the
 //! files. Numbers that change little from time to time or from corner to corner are stored as differences; all is deflated.
@@ -21,7 +21,7 @@ use crate::mesh::Mesh;
 
 /// Most bytes of the deflated data: 28 MB of the page, in base64.
 const MOST_BYTES: usize = 21_000_000;
-/// Most times.
+/// Most times of a run that are shown.
 const MOST_TIMES: usize = 100;
 /// Most triangles of all grains: what a common graphics chip draws 30 times a second.
 const MOST_TRIANGLES: usize = 4_000_000;
@@ -78,7 +78,7 @@ struct Moment {
 
 type VtkPath = std::path::PathBuf;
 
-/// What a run wrote.
+/// Results of a run for the view.
 struct Source<'a> {
     run: &'a Finished,
     times: Vec<Moment>,

@@ -9,14 +9,14 @@ use sazanami_io::vtk::VtkFile;
 use serde_json::Value;
 use support::{Lying, results, results_with};
 
-/// Where Debian and others put it.
+/// Names of the browser on Debian and others.
 const NAMES: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
 
 fn can_run(program: &str) -> bool {
     Command::new(program).arg("--version").output().is_ok_and(|output| output.status.success())
 }
 
-/// What the browser met on a page: results of the steps, complaints; `None` where it is not installed.
+/// Findings of the browser on a page: results of the steps, complaints; `None` where it is not installed.
 fn met(page: &Path, width: &str, steps: &[&str]) -> Option<Value> {
     let Some(browser) = NAMES.into_iter().find(|name| can_run(name)).filter(|_| can_run("python3")) else {
         eprintln!("SKIPPED: no Chromium or no python3 here; `apt-get install chromium` and run this test again");

@@ -1,4 +1,4 @@
-//! What stands in reports, and what is refused.
+//! Contents of reports, and refusals.
 
 mod support;
 

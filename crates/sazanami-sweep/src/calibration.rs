@@ -33,7 +33,7 @@ const FAILED: f64 = 1e12;
 /// A key as it was fitted.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FittedKey {
-    /// Its path.
+    /// Path of the key in the case.
     pub path: String,
     /// The value of the best point, as text with its unit.
     pub value: String,
@@ -59,9 +59,9 @@ pub struct FittedTarget {
 /// Result of a calibration.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fit {
-    /// The keys.
+    /// Keys that were fitted, with their best values.
     pub keys: Vec<FittedKey>,
-    /// The targets.
+    /// Targets of the plan, as the best point meets them.
     pub targets: Vec<FittedTarget>,
     /// Whether all of them were met.
     pub is_met: bool,
@@ -83,7 +83,7 @@ struct Tried {
 }
 
 impl Tried {
-    /// What was found for each target on the mean over the seeds.
+    /// Findings for each target, mean over the seeds.
     fn means(&self) -> Option<Vec<f64>> {
         Some(self.found.as_ref()?.iter().map(|of_seeds| mean(of_seeds)).collect())
     }
@@ -251,7 +251,7 @@ impl Search<'_> {
         if state.tried.iter().any(|tried| self.is_met(tried)) { Err(End::Met) } else { Ok(()) }
     }
 
-    /// What a run found for each target; nothing if it could not evaluate one: a heap too flat for an angle, a bed without a crater.
+    /// Findings of a run for each target; none if it could not evaluate one: too flat a heap, a bed without a crater.
     fn values(&self, progressed: &Progressed) -> Result<Option<Vec<f64>>, CommandError> {
         let found: BTreeMap<String, String> = table::findings(progressed).into_iter().collect();
         let not_evaluated = |name: &str| {
@@ -407,7 +407,7 @@ fn number(setting: &Setting) -> f64 {
 mod tests {
     use super::*;
 
-    /// What stands for the program: `steps` change with the key by a slope, are 3 at 0.3, and off by what the seed has drawn.
+    /// Substitute for the program: `steps` change with the key by a slope, are 3 at 0.3, and off by a draw of the seed.
     #[cfg(unix)]
     const NOISY: &str = r#"#!/bin/sh
 value() { sed -n "s/^$1 = //p" "$2"; }

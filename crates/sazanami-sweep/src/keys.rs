@@ -7,7 +7,7 @@ use std::ops::Range;
 pub struct Setting {
     /// The value as TOML.
     pub value: String,
-    /// Where it stands in the plan.
+    /// Its place in the text of the plan.
     pub(crate) span: Range<usize>,
     /// Whether the plan has this very text there, or only the ends that it lies between.
     pub(crate) is_verbatim: bool,
@@ -22,7 +22,7 @@ impl Setting {
     }
 }
 
-/// What a key can be.
+/// Values that a key can have.
 #[derive(Clone, Debug)]
 pub(crate) enum Choices {
     /// One of these.
@@ -54,14 +54,14 @@ pub(crate) struct Key {
     pub choices: Choices,
 }
 
-/// How values of several keys make points.
+/// Design of experiments: points from the values of several keys.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Design {
     /// Each value of each key with each of the others.
     Product,
     /// The first values of all keys, then the second ones.
     Zip,
-    /// A Latin hypercube.
+    /// Points of a Latin hypercube.
     LatinHypercube { count: usize, seed: u64 },
     /// Points of a Sobol sequence.
     Sobol { count: usize, seed: u64 },

@@ -15,7 +15,7 @@ use crate::points;
 /// Most runs of a sweep.
 pub(crate) const MOST_RUNS: usize = 10_000;
 
-/// What a calibration is to find.
+/// Target of a calibration.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Target {
     /// Name of the finding, as in the table.

@@ -95,8 +95,8 @@ pub fn morris(keys: usize, trajectories: usize, levels: usize, seed: u64) -> Vec
     places
 }
 
-/// Where the values that keys have at these places of the unit cube really lie: entries of a list and integers are the same over
-/// a part of the way, and then leap.
+/// Places in the unit cube of the values that keys really have at these places: entries of a list and integers are the
+/// same over a part of the way, and then leap.
 pub fn realised(keys: &[Key], places: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
     let part = |(key, part): (&Key, f64)| match &key.choices {
         Choices::Values(list) => entry(list.len(), part) as f64 / (list.len() - 1).max(1) as f64,

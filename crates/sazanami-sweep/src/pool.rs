@@ -27,7 +27,7 @@ const TOLD: Duration = Duration::from_secs(60);
 pub struct SideBySide {
     /// Most runs at a time.
     pub runs: usize,
-    /// Threads of each.
+    /// Number of threads of each run.
     pub threads: usize,
 }
 

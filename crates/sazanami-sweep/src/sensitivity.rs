@@ -1,4 +1,4 @@
-//! Which key matters: elementary effects (Morris 1991) of the keys of a sweep on all that its runs found.
+//! Sensitivity to each key: elementary effects (Morris 1991) of the keys of a sweep on all that its runs found.
 //!
 //! A trajectory changes one key after the other; what a finding changes by, over the step in parts of the key's range, is an elementary
 //! effect of that key there. Over many trajectories mu* (Campolongo, Cariboni and Saltelli 2007), the mean of their absolute values, says

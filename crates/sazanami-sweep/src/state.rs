@@ -1,4 +1,4 @@
-//! How far a run has come, from what lies in its folder.
+//! Progress of a run by the contents of its folder.
 
 use std::path::Path;
 

@@ -32,19 +32,19 @@ impl Sweep {
         Ok(Self { plan, folder: folder.to_owned(), runs })
     }
 
-    /// Its plan.
+    /// Plan that the sweep carries out.
     #[must_use]
     pub const fn plan(&self) -> &Plan {
         &self.plan
     }
 
-    /// Its folder.
+    /// Folder of all its files.
     #[must_use]
     pub fn folder(&self) -> &Path {
         &self.folder
     }
 
-    /// Its runs.
+    /// One run for each point and seed.
     #[must_use]
     pub fn runs(&self) -> &[Run] {
         &self.runs
@@ -60,12 +60,12 @@ impl Sweep {
         self.folder.join(CASES).join(format!("{}.toml", self.runs[number].name))
     }
 
-    /// What the process of a run said.
+    /// File of the output of a run's process.
     pub(crate) fn log_of(&self, number: usize) -> PathBuf {
         self.folder.join(LOGS).join(format!("{}.txt", self.runs[number].name))
     }
 
-    /// How far a run has come by what lies in its folder.
+    /// Progress of a run by the contents of its folder.
     pub(crate) fn in_folder(&self, number: usize) -> Progressed {
         state::of(&self.folder_of(number), self.runs[number].most_steps)
     }

@@ -21,7 +21,7 @@ use crate::state::{Progressed, State};
 use crate::sweep::{CASES, LOGS, Sweep};
 use crate::{sensitivity, slurm, table};
 
-/// What the sweep in a folder is.
+/// Record of the sweep in a folder.
 const RECORD: &str = "sweep.json";
 /// The points that a calibration tried, so that it goes on where it was.
 pub(crate) const TRIED: &str = "calibration.json";
@@ -30,7 +30,7 @@ const LOCK: &str = ".sweep-lock";
 /// The script of an array job.
 const SCRIPT: &str = "sweep.sbatch";
 
-/// What the record of a sweep says.
+/// Contents of the record of a sweep.
 #[derive(Debug, PartialEq, Eq, Serialize, Deserialize)]
 struct Record {
     version: String,

@@ -1,4 +1,4 @@
-//! What is expected of a case: `verification/<case>/expected.toml`.
+//! Expectations of a case: `verification/<case>/expected.toml`.
 
 use std::collections::BTreeSet;
 
@@ -40,7 +40,7 @@ pub struct Quantity {
     /// Source of reference and band.
     #[serde(default)]
     pub source: String,
-    /// What the quantity says where its name does not; of an informational one, why nothing could be wrong with it.
+    /// Meaning of the quantity beyond its name; of an informational one, why nothing could be wrong with it.
     #[serde(default)]
     pub meaning: String,
     /// A miss that is recorded: the band is not met, and must not be missed by more than this.
@@ -80,7 +80,7 @@ impl Expected {
     /// Reads `expected.toml`.
     ///
     /// # Errors
-    /// What is wrong with the text.
+    /// The error in the text.
     pub fn parse(text: &str) -> Result<Self, String> {
         let expected: Self = toml::from_str(text).map_err(|error| error.to_string())?;
         let mut names = BTreeSet::new();

@@ -59,9 +59,9 @@ impl Verdict {
 pub struct Row {
     /// Name of the case.
     pub case: String,
-    /// Quantity.
+    /// Name of the quantity, unique in its case.
     pub quantity: String,
-    /// Its unit.
+    /// Unit of the values; empty for a ratio or a count.
     pub unit: String,
     /// Measured value, if there is one and it is a number.
     pub measured: Option<Real>,
@@ -71,7 +71,7 @@ pub struct Row {
     pub low: Option<Real>,
     /// Upper end of the band; absent if open.
     pub high: Option<Real>,
-    /// Verdict.
+    /// Whether the value lies in its band, and how a recorded miss stands.
     pub verdict: Verdict,
     /// Beside what it is judged.
     pub kind: Kind,
@@ -157,7 +157,7 @@ pub fn judge(case: &str, expected: &Expected, found: &Outcome) -> Vec<Row> {
     judged.chain(extra.map(|(name, value)| Row::bare(case, name, Some(*value), Verdict::NotExpected))).collect()
 }
 
-/// How many rows are judged beside a reference, a recorded value or nothing, and how they stand.
+/// Numbers of rows that are judged beside a reference, a recorded value or nothing, and of each verdict among them.
 #[must_use]
 pub fn tally(rows: &[Row]) -> String {
     let kinds = [

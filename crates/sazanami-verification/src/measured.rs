@@ -1,4 +1,4 @@
-//! What a program measures: values by name, and curves to be shown beside their references.
+//! Measurements of a program: values by name, and curves to be shown beside their references.
 
 use std::collections::BTreeMap;
 
@@ -79,7 +79,7 @@ fn short(value: Real) -> Real {
 pub struct Outcome {
     /// Values by the names of their quantities.
     pub values: BTreeMap<String, Real>,
-    /// Curves.
+    /// Charts of the case's page, with their references.
     #[serde(default)]
     pub curves: Vec<Chart>,
 }

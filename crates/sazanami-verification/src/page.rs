@@ -37,7 +37,7 @@ pub fn write_case(folder: &Path, name: &str, expected: &Expected, outcome: &Outc
     Ok(())
 }
 
-/// What was measured as JSON, a value a line.
+/// Measurements as JSON, a value a line.
 fn kept(outcome: &Outcome) -> String {
     let values: Vec<String> =
         outcome.values.iter().map(|(name, value)| format!("{}: {}", json!(name), json!(value))).collect();
@@ -125,7 +125,7 @@ fn recorded(root: &Path, cases: &[Case]) -> Result<Vec<Recorded>, String> {
 /// Paths and texts of all pages of a checkout at `root`, from what was measured last.
 ///
 /// # Errors
-/// What is wrong with an `expected.toml` or a `measured.json`.
+/// The error in an `expected.toml` or a `measured.json`.
 pub fn pages(root: &Path, cases: &[Case]) -> Result<Vec<(String, String)>, String> {
     let recorded = recorded(root, cases)?;
     let mut pages = Vec::new();

@@ -18,7 +18,7 @@ use crate::expected::Expected;
 use crate::judge::{Row, judge, tally};
 use crate::measured::Outcome;
 
-/// How often a case that runs long says so.
+/// Interval of the messages of a case that runs long.
 const STILL_RUNNING: Duration = Duration::from_secs(30);
 
 /// Choice of cases and manner of running.
@@ -153,7 +153,7 @@ pub fn verify_on(
     Ok(found)
 }
 
-/// What a rank is given to do.
+/// Cases of a rank, and their cost \[s].
 #[derive(Clone, Debug, Default)]
 struct Share {
     cost: Real,
@@ -170,7 +170,7 @@ struct Order {
     jobs: usize,
 }
 
-/// What a case measured on another rank, or why it did not, and how long that took \[s].
+/// Outcome of a case on another rank, or why there is none, and its duration \[s].
 #[derive(Debug, Serialize, Deserialize)]
 struct Found {
     name: String,
@@ -180,7 +180,7 @@ struct Found {
 
 /// Runs the cases that rank 0 ordered for this rank, if this is such an order.
 ///
-/// What cannot be run here has no answer, and fails on rank 0.
+/// A case that cannot be run here has no answer, and fails on rank 0.
 pub fn follow_order(processes: &Processes, cases: &[Case], order: &str) {
     let Some(Ok(order)) = order.strip_prefix(ORDER).map(serde_json::from_str::<Order>) else { return };
     let names = order.shares.into_iter().nth(processes.rank()).unwrap_or_default();

@@ -87,7 +87,7 @@ pub enum Figure<'a> {
         title: &'a str,
         /// The averages at their times.
         history: &'a LayerHistory,
-        /// What the upper and the lower layer are.
+        /// Names of the upper and the lower layer.
         layers: [&'a str; 2],
         /// Submerged weight of a grain \[N], in parts of which forces are shown; without it they are shown in N.
         submerged_weight: Option<Real>,

@@ -1,4 +1,4 @@
-//! What a case will be, without running it: resolution, counts, step limits, memory, disk and cost.
+//! Prediction of a case without running it: resolution, counts, step limits, memory, disk and cost.
 
 mod bed_flow;
 mod cost;

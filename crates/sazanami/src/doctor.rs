@@ -1,4 +1,4 @@
-//! What the program finds on a machine: what a run can count on, and what would keep it from working.
+//! Findings on a machine: its means for a run, and what would keep a run from working.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;

@@ -1,4 +1,4 @@
-//! What ends a command other than success, and the exit code that says so.
+//! Causes for which a command ends other than by success, and their exit codes.
 
 use std::path::PathBuf;
 
@@ -63,7 +63,7 @@ pub enum CommandError {
     /// The command line or what it names is wrong.
     #[error("{message}{}", .help.as_ref().map(|help| format!("\n  help: {help}")).unwrap_or_default())]
     Input {
-        /// What cannot be used, and why.
+        /// The input that cannot be used, and why.
         message: String,
         /// One thing to do.
         help: Option<String>,
@@ -71,7 +71,7 @@ pub enum CommandError {
     /// The run failed: physics or machine.
     #[error("{0}")]
     Failed(Box<Failure>),
-    /// What comes of results or beside a run, a picture, a table, a timing, could not be had.
+    /// A picture, a table, a timing or another part of the results, or beside a run, could not be had.
     #[error("{0}")]
     Undone(String),
 }

@@ -13,7 +13,7 @@ use crate::{feasible, tanks, workers};
 pub struct Examined {
     /// Resolution, counts, limits on the step, memory, disk and cost.
     pub report: CheckReport,
-    /// Warnings.
+    /// Warnings about the case; it can run with them.
     pub warnings: Diagnostics,
     /// Messages on what lies beside the case, such as a tank prepared before.
     pub messages: Vec<String>,

@@ -200,7 +200,7 @@ fn shapes(loaded: &LoadedCase, report: &mut Diagnostics) -> Vec<Option<Shape>> {
     shapes
 }
 
-/// What `check` reports about a shape.
+/// Facts about a shape for the report of `check`.
 fn facts_of(shape: &Shape, bed: Option<&Bed>) -> ShapeFacts {
     let report = shape.report();
     let mut first =

@@ -14,7 +14,7 @@ use crate::results::{CASE, SERIES, SUMMARY};
 /// Results in a folder.
 #[derive(Debug)]
 pub struct Finished {
-    /// The folder.
+    /// Folder of the results.
     pub folder: PathBuf,
     /// `summary.json`: what the run was, did and found.
     pub summary: Value,

@@ -21,7 +21,7 @@ use crate::results::{self, CASE};
 use crate::simulation;
 use crate::stop::Stop;
 
-/// What rank 0 tells the others to do.
+/// Order of rank 0 to the others.
 #[derive(Debug, Serialize, Deserialize)]
 enum Order {
     /// Say what you are, and whether you were started alike.
@@ -34,7 +34,7 @@ enum Order {
     End,
 }
 
-/// What the processes of a job were started with.
+/// Program, arguments and case file that a process was started with.
 #[derive(Debug, PartialEq, Eq, Serialize, Deserialize)]
 struct Command {
     program: Program,
@@ -44,13 +44,13 @@ struct Command {
     case: Option<(PathBuf, u64)>,
 }
 
-/// What a process has.
+/// Host, processors and objection of a process.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Present {
     host: String,
     /// Processors that it may use, by their numbers where the system tells them.
     processors: String,
-    /// How many these are.
+    /// Their number.
     cores: usize,
     /// In what it differs from rank 0.
     objection: Option<String>,
@@ -73,14 +73,14 @@ const STATE: &str = "state";
 const TANK: &str = "tank";
 
 impl Command {
-    /// What this process was started with.
+    /// The command that started this process.
     fn of_this(options: &RunOptions, case: Option<(PathBuf, u64)>) -> Self {
         let arguments = std::env::args_os().skip(1).map(|text| text.to_string_lossy().into_owned()).collect();
         Self { program: Program::this(options), arguments, case }
     }
 
-    /// What keeps this process from following that command of rank 0. A case file that it does not see is no
-    /// hindrance: rank 0 sends it.
+    /// Reason why this process cannot follow that command of rank 0. A case file that it does not see is no hindrance:
+    /// rank 0 sends it.
     fn objection(&self, options: &RunOptions) -> Option<String> {
         let own = Self::of_this(options, None);
         if own.program != self.program {
@@ -265,7 +265,7 @@ fn readiness(processes: &Processes, own: Result<(), String>) -> Option<(usize, S
     all.into_iter().enumerate().find_map(|(rank, reason)| Some((rank, reason?)))
 }
 
-/// How a run ended on each rank, or what broke off all.
+/// End of a run on each rank, or the failure that broke off all.
 type Outcomes = Result<Vec<Result<Ending, Box<RankFailure>>>, RanksFailed>;
 
 /// Runs this rank's part of `job`, for which all have got ready. The outcomes of all come by rank.
@@ -292,7 +292,7 @@ pub fn follow(processes: &Processes, options: &RunOptions, stop: &Stop, mut work
     }
 }
 
-/// What a follower has got ready for a run.
+/// Case, shapes, beds and state that a follower has got ready for a run.
 struct Ready {
     case: Case,
     shapes: Vec<sazanami_numerics::geometry::Shape>,

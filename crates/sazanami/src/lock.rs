@@ -85,7 +85,7 @@ impl Drop for FolderLock {
     }
 }
 
-/// What the lock's file says.
+/// Text of the lock's file: process and time of the start.
 fn owner() -> String {
     format!("process {}, since {}\n", std::process::id(), humantime::format_rfc3339_seconds(SystemTime::now()))
 }

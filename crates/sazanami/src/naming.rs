@@ -6,7 +6,7 @@ use sazanami_numerics::Vector;
 use crate::assembly::grains::population_of;
 use crate::case::meaning::{Case, SIDE_NAMES};
 
-/// What went wrong among the grains.
+/// Message on an error of the grains, by their names in the case.
 pub(crate) fn grain_error(case: &Case, walls: &[Wall], error: &DemError) -> String {
     let name = |id: u64| partner(case, walls, id);
     match error {

@@ -1,4 +1,4 @@
-//! What a running command reports about itself; who listens decides how it is shown.
+//! Reports of a running command about itself; who listens decides how they are shown.
 
 mod pace;
 

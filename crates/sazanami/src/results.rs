@@ -49,7 +49,7 @@ pub fn is_in_use(folder: &Path) -> bool {
     FolderLock::refuse_held(folder).is_err()
 }
 
-/// What a run writes, beside its case.
+/// Files and folders that a run writes, beside its case.
 const WRITTEN: [&str; 20] = [
     FIELDS,
     GRAINS,
@@ -83,13 +83,13 @@ pub const SERIES: &str = "series.csv";
 pub const CRATER_PROFILES: &str = "profiles.csv";
 /// Heights of the bed's surface along a tank.
 pub const BED_PROFILES: &str = "bed.csv";
-/// What the surface of a bed is in pictures, in the order of the columns of [`BED_PROFILES`]: the main definition first.
+/// Surfaces of a bed as pictures name them, in the order of the columns of [`BED_PROFILES`]: the main definition first.
 pub(crate) const BED_DEFINITIONS: [&str; 3] = ["bed: concentration 0.30", "seen from the side", "topmost grains"];
 /// Heights of the water's surface along a tank.
 pub const WATER_PROFILES: &str = "water.csv";
 /// Averages over the layers of the bed.
 pub const LAYER_MEANS: &str = "layers.csv";
-/// What layers do in a cycle of the tank.
+/// Averages over the layers of the bed in a cycle of the tank.
 pub(crate) const CYCLES: &str = "cycles.csv";
 /// Times and files of the fluid for ParaView.
 pub const FIELD_SERIES: &str = "fields.pvd";

@@ -212,7 +212,7 @@ fn other_program(run: &RunState, case: &Case, options: &RunOptions) -> Option<St
     ))
 }
 
-/// What a run begins with.
+/// Beginning of a run.
 enum Start {
     /// A case, with the text of its resolved copy and a tank that was prepared before.
     Case(String, Option<Snapshot>),
@@ -231,7 +231,7 @@ fn heading(case: &Case, options: &RunOptions) -> String {
     )
 }
 
-/// How many events a run may be ahead of its listener before it waits for it.
+/// Number of events that a run may be ahead of its listener before it waits for it.
 const LISTENER_LAG: usize = 1;
 
 /// A run that can begin.
@@ -332,7 +332,7 @@ impl Launch<'_> {
     }
 }
 
-/// What stopped a run, and where: `last` is the last step that was reported.
+/// Message on what stopped a run, and where: `last` is the last step that was reported.
 fn how_it_ended(ended: &Ending, last: &StepLine, options: &RunOptions, stop: &Stop, wall: Real) -> String {
     // Before the flow its time and steps are zero.
     let before = ended.status != Status::Finished && !["", "flow"].contains(&last.phase);

@@ -17,7 +17,7 @@ pub struct SavedTime {
     pub time: Real,
     /// The grains as points.
     pub grains: Option<PathBuf>,
-    /// The water.
+    /// File with the fields or particles of the water.
     pub water: Option<PathBuf>,
 }
 

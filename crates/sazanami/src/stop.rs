@@ -1,4 +1,4 @@
-//! What ends a run from outside: a flag that says by what it was set.
+//! Stop of a run from outside: a flag that says by what it was set.
 
 use std::sync::atomic::{AtomicU8, Ordering};
 

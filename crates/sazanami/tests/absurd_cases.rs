@@ -185,7 +185,7 @@ fn findings_are_told_once_with_a_place_and_something_to_do() {
     assert!(error.contains("add `until = \"0.02 s\"`"), "{error}");
 }
 
-/// What the check of a shipped case reports.
+/// Report of `check` on a shipped case.
 fn report(case: &str, overrides: &[&str]) -> (LoadedCase, CheckReport) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases").join(case);
     let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();

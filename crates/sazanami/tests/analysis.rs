@@ -1,4 +1,4 @@
-//! What a run found is found again from its checkpoint, and found otherwise as a run with other keys finds it.
+//! Findings of a run, found again from its checkpoint, and found otherwise as a run with other keys finds them.
 
 #[allow(dead_code, reason = "every test program uses a part of it")]
 mod support;
@@ -81,7 +81,7 @@ fn analysed(folder: &Path, overrides: &[&str]) -> (Result<Vec<String>, CommandEr
     (outcome, listener.messages)
 }
 
-/// What an analysis with other keys finds.
+/// Findings of an analysis with other keys.
 fn found(folder: &Path, overrides: &[&str]) -> Value {
     analysed(folder, overrides).0.expect("the run can be evaluated again");
     let left = summary(&folder.join("analysis"));
@@ -95,7 +95,7 @@ fn volume(observables: &Value) -> Real {
     observables["erosion"]["volume_mm3"].as_f64().unwrap_or_else(|| panic!("no volume in {observables:#}"))
 }
 
-/// What a run found, but for the water, which is not looked at again.
+/// Findings of a run, but for the water, which is not looked at again.
 fn of_grains(summary: &Value) -> Value {
     let mut found = summary["observables"].clone();
     assert!(found["soaked"]["volume_mm3"].is_number(), "{found}");
@@ -134,7 +134,7 @@ fn sections(folder: &Path) -> Vec<(PathBuf, String)> {
     paths.into_iter().map(|path| (path.clone(), std::fs::read_to_string(path).expect("the run drew"))).collect()
 }
 
-/// What follows `name: ` in a sketch, up to a comma or a bracket.
+/// Text after `name: ` in a sketch, up to a comma or a bracket.
 fn value<'a>(sketch: &'a str, name: &str) -> &'a str {
     let (_, rest) = sketch.split_once(&format!(" {name}: ")).unwrap_or_else(|| panic!("no {name}"));
     rest.split([',', '}']).next().unwrap_or_default().trim()

@@ -1,4 +1,4 @@
-//! What ends a run ends it in the open: exit code, message, summary, and the checkpoint that is left.
+//! Ends of a run by failure, in the open: exit code, message, summary, and the checkpoint that is left.
 
 #[allow(dead_code, reason = "every test program uses a part of it")]
 mod support;
@@ -112,7 +112,7 @@ fn fails(name: &str, text: &'static str, overrides: &[&str], kind: &str, words: 
     }
 }
 
-/// What a failure and its repetition have in common.
+/// Common part of a failure and its repetition.
 fn essence(error: &CommandError) -> (&str, &str, u64, f64) {
     let failure = failure(error);
     (failure.kind.as_str(), &failure.message, failure.step, failure.time)
@@ -304,7 +304,7 @@ fn a_place_that_cannot_be_written_to() {
     }
 }
 
-/// What lies in a folder, with what is in it.
+/// Files in a folder, with their contents.
 fn all_files(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
     let mut found: Vec<_> = entries

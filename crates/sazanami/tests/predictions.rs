@@ -1,4 +1,4 @@
-//! What `check` predicts of a run, held against the run: its first step, and its steps where bodies speed up.
+//! Predictions of `check`, held against the run: its first step, and its steps where bodies speed up.
 
 #[allow(dead_code, reason = "every test program uses a part of it")]
 mod support;

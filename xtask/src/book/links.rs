@@ -10,7 +10,7 @@ use super::LAST;
 use crate::links::{rewritten, targets};
 use crate::root;
 
-/// Where files are read that the book does not have.
+/// Address of files that the book does not have.
 const REPOSITORY: &str = env!("CARGO_PKG_REPOSITORY");
 
 /// The pages of the book.

@@ -1,4 +1,4 @@
-//! Which crate may depend on which.
+//! Dependencies allowed between crates.
 
 use serde_json::Value;
 

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-/// What crates of the workspace in `lock` need by their manifests and the lock does not name: `pip install` would be refused.
+/// Dependencies of the crates in `lock` by their manifests that the lock does not name: `pip install` would be refused.
 pub fn stale(metadata: &Value, lock: &str) -> Vec<String> {
     let packages = metadata["packages"].as_array().map(Vec::as_slice).unwrap_or_default();
     let mut problems = Vec::new();

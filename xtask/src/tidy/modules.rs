@@ -36,7 +36,7 @@ pub fn circles(name: &str, folder: &Path) -> io::Result<Vec<String>> {
     Ok(problems)
 }
 
-/// What the modules within `parent` (the crate: none) import of each other, by `texts`, each with the path of its module.
+/// Imports between the modules within `parent` (the crate: none) by `texts`, each with the path of its module.
 fn imports(texts: &[(Vec<String>, String)], parent: &[String]) -> Imports {
     let level = parent.len();
     let within: Vec<_> =

@@ -1,4 +1,4 @@
-//! What the sources of a crate may name.
+//! Names that the sources of a crate may use.
 
 use std::io;
 use std::path::Path;
@@ -30,7 +30,7 @@ const NOT_IN_PURE: &[(&str, &str)] = &[
     ("SystemTime", "physics has no wall clock"),
 ];
 
-/// What was found in a crate.
+/// Problems and warnings of a crate.
 #[derive(Debug, Default)]
 pub struct Findings {
     pub problems: Vec<String>,

@@ -32,7 +32,7 @@ enum BoundarySide {
         /// Velocity of the fluid.
         #[key(unit = "m/s")]
         velocity: Vector,
-        /// Which fluid enters.
+        /// Fluid that enters.
         #[key(word, default = FluidName::Liquid)]
         fluid: FluidName,
     },
@@ -43,7 +43,7 @@ enum BoundarySide {
         /// Pressure.
         #[key(unit = "Pa", default = 0.0)]
         pressure: Real,
-        /// Which fluid comes back in.
+        /// Fluid that comes back in.
         #[key(word, default = FluidName::Gas)]
         fluid: FluidName,
     },

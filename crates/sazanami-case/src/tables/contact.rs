@@ -15,7 +15,7 @@ use crate::write::{Entries, Paths, Show, Written, quoted};
 /// Name of the box among the materials of a contact.
 pub const WALL: &str = "wall";
 
-/// What a contact has of which the case says nothing.
+/// Properties of a contact of which the case says nothing.
 const SAND: LinearSpringDashpot = LinearSpringDashpot::SAND;
 /// Restitution where a case asks for a dashpot from it and gives none.
 const RESTITUTION: Real = 0.5;

@@ -14,10 +14,10 @@ use crate::value::split_call;
 pub const MOST_ON_SHELL: usize = 1000;
 /// Most contact spheres along an axis.
 const MOST_ON_AXIS: usize = 1000;
-/// What can be written.
+/// Forms that can be written.
 const EXPECTED: &str = "expected \"shell(75)\", \"axis(9)\", \"single\" or \"file\"";
 
-/// How the surface of grains is covered by spheres that touch.
+/// Cover of the surface of grains by spheres that touch.
 #[derive(Clone, Debug, Default, Keys)]
 pub(super) struct ContactSphereKeys {
     /// `shell(n)`: equal spheres under the surface of any closed shape, 1000 at most; `axis(n)`: largest spheres on the
@@ -39,7 +39,7 @@ pub(super) struct ContactSphereKeys {
 pub enum ContactSphereChoice {
     /// Equal spheres under the surface; the radius \[m] by rule if not given.
     Shell {
-        /// How many.
+        /// Number of spheres.
         count: usize,
         /// Radius \[m].
         radius: Option<Real>,
@@ -58,7 +58,7 @@ pub enum ContactSphereChoice {
 }
 
 impl ContactSphereKeys {
-    /// What they mean for a shape, and what is wrong with that.
+    /// Their meaning for a shape; errors are reported.
     pub(super) fn meaning(self, shape: &GrainShape, table: &Table<'_>, cx: &mut Context<'_>) -> ContactSphereChoice {
         let radius = self.sphere_radius;
         let default = match shape {

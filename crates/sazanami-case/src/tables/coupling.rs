@@ -16,15 +16,15 @@ use crate::write::{Paths, Written};
 /// Fluid and resolved grains.
 #[keys_of(Coupling)]
 struct Coupling {
-    /// How fluid and grains exchange momentum: by itself `surface` where the narrowest grain is at least four cells wide,
-    /// else `exact`; see docs/guide/exchange.md.
+    /// Exchange of momentum between fluid and grains: by itself `surface` where the narrowest grain is at least four
+    /// cells wide, else `exact`; see docs/guide/exchange.md.
     #[key(word, default, paper_literal = (Yagyu, Exchange::Stress,
           "forces on grains are the stress integral; what back-projection takes is lost"))]
     exchange: Exchange,
     /// Friction on the surfaces of grains, with `exchange = "surface"`.
     #[key(word, default)]
     friction: SurfaceFriction,
-    /// What liquid fills of a cell that grains cover in part: with `open` none of it hides within grains.
+    /// Part of a cell that liquid fills where grains cover some of it: with `open` none of it hides within grains.
     #[key(word, default)]
     room: LiquidRoom,
     /// Weight of the grain's velocity in shared cells.
@@ -36,7 +36,7 @@ struct Coupling {
           paper_literal = (Yagyu, VolumeFractionMethod::Clip,
           "volume fractions by exact clipping, the reference evaluator"))]
     volume_fraction: VolumeFractionMethod,
-    /// Where the arm of a cell's force ends.
+    /// End of the arm of a cell's force.
     #[key(word, default)]
     torque_arm: TorqueArm,
     #[key(skip = cx.known.dem.substeps)]

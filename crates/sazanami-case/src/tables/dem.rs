@@ -55,7 +55,7 @@ pub struct DemOptions {
     #[key(word, default, paper_literal = (Yagyu, SlipDirection::Velocity,
           "eq. (6): friction along the sliding velocity"))]
     pub slip_direction: SlipDirection,
-    /// What the turning of the normal does to the tangential displacement.
+    /// Tangential displacement as the normal turns.
     #[key(word, default, paper_literal = (Yagyu, HistoryRotation::Projected,
           "the tangential displacement is projected and not stretched back"))]
     pub history: HistoryRotation,

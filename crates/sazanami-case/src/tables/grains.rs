@@ -23,7 +23,7 @@ struct PopulationKeys {
     /// Name, unlike that of any other population.
     #[key(default = numbered(table), says = "`grains N`")]
     name: String,
-    /// How many grains: required with `placement.packed` unless the bed is levelled; the other placements tell it
+    /// Number of grains: required with `placement.packed` unless the bed is levelled; the other placements tell it
     /// themselves.
     #[key(least = 1)]
     count: Option<usize>,
@@ -33,7 +33,7 @@ struct PopulationKeys {
     /// Seed of random places, orientations and sizes.
     #[key(default = 1)]
     seed: u64,
-    /// How the grains move; `prescribed` is for lists and lattices only.
+    /// Motion of the grains; `prescribed` is for lists and lattices only.
     #[key(word, shared, default = Motion::Free)]
     motion: Motion,
     /// Mass of a grain of size factor 1, instead of density times volume of the mesh.
@@ -52,7 +52,7 @@ struct PopulationKeys {
         example = "`shape.spheroid = { diameter = \"0.52 mm\", length = \"1.27 mm\" }` or another shape"
     )]
     shape: GrainShape,
-    /// Where the grains are put.
+    /// Placement of the grains.
     #[key(table, example = "`placement.packed = {}`, `bed`, `lattice` or `list`")]
     placement: GrainPlacement,
     #[key(skip = ContactSphereChoice::Single)]
@@ -62,13 +62,13 @@ struct PopulationKeys {
 /// Grains of one kind.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Population {
-    /// Name.
+    /// Name, unlike that of any other population.
     pub name: String,
     /// Number; given by the file for beds read from one.
     pub count: Option<usize>,
-    /// Shape.
+    /// Shape of a grain of size factor 1.
     pub shape: GrainShape,
-    /// Contact spheres.
+    /// Spheres by which its contacts are found.
     pub contact_spheres: ContactSphereChoice,
     /// Name of the material.
     pub material: String,
@@ -138,7 +138,7 @@ impl PopulationKeys {
             .help(format!("add `[material.{}]` with `density = \"2650 kg/m^3\"`", self.material));
     }
 
-    /// How many grains there are, as far as the case tells.
+    /// Number of grains, as far as the case tells.
     fn counted(&self, table: &Table<'_>, cx: &mut Context<'_>) -> Option<usize> {
         let implied = match &self.placement {
             GrainPlacement::Packed(packing) => {

@@ -37,13 +37,13 @@ struct LiquidKeys {
     /// Name, for messages and results.
     #[key(default = numbered(table), says = "`liquid N`")]
     name: String,
-    /// Which fluid fills it; `gas` puts a bubble into an earlier liquid.
+    /// Fluid that fills it; `gas` puts a bubble into an earlier liquid.
     #[key(word, default = FluidName::Liquid)]
     fluid: FluidName,
     /// Shape about its origin.
     #[key(table, inline, example = "`region.sphere = { diameter = \"5.537 mm\" }` or another shape")]
     region: Region,
-    /// Where the shape's origin is put.
+    /// Position of the shape's origin.
     #[key(unit = "m", says = "the origin")]
     position: Option<Vector>,
     /// Instead of `position`: height of the shape's origin above H_s, the highest point of the bed in use within

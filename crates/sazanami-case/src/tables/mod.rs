@@ -57,8 +57,8 @@ pub(crate) use boundary::place_of_side;
 pub(crate) use grains::check_names;
 pub(crate) use overlap::SMOOTHING;
 
-/// What a table means, where that is not what its keys say one by one: `$meaning` is read and written by way of
-/// `$keys`, which it is made of and turned into.
+/// Reading of a table by way of its keys, where its meaning is not what they say one by one: `$meaning` is made from
+/// `$keys` and turned into them.
 macro_rules! read_by {
     ($meaning:ty, $keys:ty) => {
         impl crate::key::Keys for $meaning {

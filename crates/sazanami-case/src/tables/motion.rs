@@ -161,7 +161,7 @@ pub enum Motion {
     },
     /// Positions along a direction, joined by cubic pieces with continuous acceleration.
     File {
-        /// Where they come from.
+        /// File of the positions.
         file: PathBuf,
         /// Direction.
         axis: Axis,

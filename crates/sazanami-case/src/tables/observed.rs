@@ -10,7 +10,7 @@ use crate::read::{Context, Table};
 use crate::units::{rounded, rounded_within};
 use crate::value::Range1;
 
-/// How far a grain size that lengths of an evaluation are measured in may be from those of the grains.
+/// Largest ratio, either way, of the grain size that an evaluation measures lengths in to that of the grains.
 const NEAR_SIZE: Real = 10.0;
 /// Cells of an evaluation over the shortest edge of the box at least, where no size of grains is known.
 const FINEST: Real = 1e-3;
@@ -113,7 +113,7 @@ pub struct Erosion {
     /// Largest radius, at most from the axis to the farthest corner of a box that has it in its middle.
     #[key(unit = "m", within = cx.known.radii(), default = outer_default(cx), says = "0.45 of the smaller horizontal edge")]
     pub r_max: Real,
-    /// Which grains make the surface of the bed.
+    /// Grains that make the surface of the bed.
     #[key(word, default = CountedGrains::Surface, paper_literal = (Yagyu, CountedGrains::All,
           "the wording counts all grains of a cell, not only those at the surface"))]
     pub mode: CountedGrains,

@@ -60,7 +60,7 @@ pub struct Overlap {
     /// Drag of a single sphere.
     #[key(word, default, omit_if = self.drag != DragForm::Blend)]
     pub sphere_drag: SphereDrag,
-    /// What the solid number density phi is counted from.
+    /// Packing whose solid number density phi is 1.
     #[key(word, default, omit_if = self.drag != DragForm::Blend)]
     pub density_reference: DensityReference,
     /// Lower and upper phi between which the drag law goes over from single grains to a bed.

@@ -42,7 +42,8 @@ pub struct Particles {
     /// Family of the weight function.
     #[key(word, default = Scheme::default().weight)]
     pub weight: Wendland,
-    /// How velocities are made free of divergence. `conjugate` has the weight C2 and does without the keys from `source` on that only `enhanced` has; see docs/decisions/0018-scheme-of-moving-particles.md.
+    /// Projection of the velocities to zero divergence. `conjugate` has the weight C2 and does without the keys from
+    /// `source` on that only `enhanced` has; see docs/decisions/0018-scheme-of-moving-particles.md.
     #[key(word, default = suited_projection(weight, table, cx), says = "`conjugate`; `enhanced` with grains, C4 or a key that only it has",
           paper_literal = (Tazaki, Projection::Enhanced, "MPS-HS-HL-ECS-GC-DS is theirs"))]
     pub projection: Projection,
@@ -81,7 +82,7 @@ pub struct Particles {
     /// of the flow; 0: they do not. For closed and deep flows, see docs/decisions/0008-shifting.md.
     #[key(range = Between(0.0, SHIFTING), omit_if = self.is_conjugate(), default = Scheme::default().shifting)]
     pub shifting: Real,
-    /// How fast particles are shifted, and where.
+    /// Speed of the shifting, and the particles that it moves.
     #[key(word, omit_if = self.is_conjugate(), default = Scheme::default().shifting_form)]
     pub shifting_form: ShiftingForm,
     /// Whether the pressure is solved for without its part at rest.

@@ -22,7 +22,7 @@ struct Line {
     /// Last point.
     #[key(unit = "m")]
     to: Vector,
-    /// How many points.
+    /// Number of points.
     #[key(least = 2, most = MOST_POINTS, default = 101)]
     points: usize,
 }
@@ -92,7 +92,7 @@ pub enum ProbePlace {
         from: Vector,
         /// Last point \[m].
         to: Vector,
-        /// How many.
+        /// Number of points.
         points: usize,
     },
     /// A plane normal to a direction of the box.
@@ -116,11 +116,11 @@ pub enum ProbePlace {
 /// A place to watch and when.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Probe {
-    /// Name.
+    /// Name of its table of results.
     pub name: String,
-    /// Place.
+    /// Point, line, plane or other place that is watched.
     pub place: ProbePlace,
-    /// Schedule.
+    /// Times at which it is read.
     pub schedule: Schedule,
 }
 

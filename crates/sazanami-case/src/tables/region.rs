@@ -123,7 +123,7 @@ impl Region {
         }
     }
 
-    /// What is wrong with it; a normal becomes a unit vector.
+    /// Reports errors of the region; a normal becomes a unit vector.
     pub(super) fn check(&mut self, at: &At<'_>, cx: &mut Context<'_>) {
         match self {
             Self::Box { lower, upper } if (*upper - *lower).min_element() <= 0.0 => {

@@ -32,7 +32,7 @@ impl RunLength {
         }
     }
 
-    /// What stands for a table that is missing.
+    /// Substitute for a table that is missing.
     pub(crate) fn unknown() -> Self {
         Self { until: Real::NAN, steps: None, packing_only: false }
     }

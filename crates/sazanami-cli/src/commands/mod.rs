@@ -19,7 +19,7 @@ use sazanami::case::units::{Dimension, parse_quantity};
 use sazanami::error::CommandError;
 use sazanami_parallel::Processes;
 
-/// What to do.
+/// Subcommands of the program.
 #[derive(Debug, Subcommand)]
 pub enum Command {
     New(new::New),

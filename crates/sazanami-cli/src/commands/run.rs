@@ -37,7 +37,7 @@ pub struct Run {
     extent: Extent,
 }
 
-/// How long and on what.
+/// End of a run, threads and ranks.
 #[derive(Debug, Args)]
 pub struct Extent {
     /// Stop at this simulated time, with its unit; never changes a time step

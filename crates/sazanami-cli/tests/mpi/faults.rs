@@ -7,10 +7,10 @@ use std::time::{Duration, Instant};
 use crate::{HALF, On, STEPS, cases, launcher, run, sazanami, steps, summary, text};
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_sazanami");
-/// How long the end of a job may take once something is wrong.
+/// Longest time to the end of a job once something is wrong.
 const SOON: Duration = Duration::from_secs(5);
 
-/// What `mpirun -n 2` of a shell line with `$S` for the program prints on the error stream, and its exit code.
+/// Error stream and exit code of `mpirun -n 2` of a shell line with `$S` for the program.
 fn shell(folder: &Path, line: &str) -> (Option<i32>, String) {
     let mut command = launcher();
     command.args(["-n", "2", "sh", "-c", line]).env("S", PROGRAM).current_dir(folder);

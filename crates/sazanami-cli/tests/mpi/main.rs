@@ -115,7 +115,7 @@ fn run(folder: &Path, ranks: usize, arguments: &[&str]) -> Output {
     sazanami(folder, ranks, arguments).output().expect("the launcher can be started")
 }
 
-/// Where a run takes place: on the processes of a launcher, or on ranks within one.
+/// Ranks of a run: processes of a launcher, or ranks within one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum On {
     Mpi(usize),

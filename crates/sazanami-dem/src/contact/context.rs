@@ -1,4 +1,4 @@
-//! What the evaluation of contacts reads.
+//! Input of the evaluation of contacts.
 
 use sazanami_numerics::{Matrix, Real, Vector};
 

@@ -19,7 +19,7 @@ pub(crate) mod record;
 pub(crate) mod search;
 pub(crate) mod walls;
 
-/// What the crate shows of contacts.
+/// Public part of the contacts.
 pub mod public {
     pub use super::laws::{ContactLaw, Interactions};
     pub use super::linear_spring_dashpot::{Damping, LinearSpringDashpot, damping_ratio, restitution};

@@ -1,4 +1,4 @@
-//! What one contact law has of its own: its springs and dashpots, and what limits follow from them.
+//! A contact law by itself: its springs and dashpots, and the limits that follow from them.
 //!
 //! With `n` from body i to body j, `v_r` the velocity of j relative to i at the contact point, `d_n` the overlap and
 //! `d_t` the tangential displacement, the force on i is `h_n + h_t` with

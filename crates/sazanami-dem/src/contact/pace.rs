@@ -1,4 +1,4 @@
-//! How fast grains are, in a few classes, so that rows of pairs of slow grains are skipped for long beside a fast flier.
+//! Classes of the speed of grains, so that rows of pairs of slow grains are skipped for long beside a fast flier.
 
 use sazanami_numerics::Real;
 

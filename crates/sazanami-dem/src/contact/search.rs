@@ -1,4 +1,4 @@
-//! Which contact spheres of two grains are near each other.
+//! Pairs of contact spheres of two grains that are near each other.
 //!
 //! The search is exact: spheres are left out only where a bound proves them far. Bounds come
 //! from the capsules round the two grains, so that a pair costs some tens of distances instead of

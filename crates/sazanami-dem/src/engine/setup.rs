@@ -1,4 +1,4 @@
-//! What an engine is given: bodies and walls, loads and drag, the number of sub-steps.
+//! Input of an engine: bodies and walls, loads and drag, the number of sub-steps.
 
 use sazanami_numerics::{Real, Vector};
 
@@ -13,7 +13,7 @@ pub struct Setup {
     pub bodies: Vec<Body>,
     /// Contact laws.
     pub interactions: Interactions,
-    /// Walls.
+    /// Planes that bound the grains, fixed or moving.
     pub walls: Vec<Wall>,
     /// Corners of the region that centres of mass may not leave \[m]; components may be infinite.
     pub region: [Vector; 2],

@@ -1,4 +1,4 @@
-//! How a bed is packed: box, lattice of the first places, fall, conditions of rest, tapping.
+//! Settings of a packing: box, lattice of the first places, fall, conditions of rest, tapping.
 
 use sazanami_numerics::choices;
 use sazanami_numerics::{Quaternion, Real, Vector};
@@ -44,7 +44,7 @@ pub struct PackingSettings {
     pub upper: Vector,
     /// Directions among x1 and x2 that are periodic instead of walled.
     pub periodic: [bool; 2],
-    /// Material of the walls.
+    /// Number of the material of floor and side walls.
     pub wall_material: u32,
     /// Layout of the first positions.
     pub lattice: Lattice,

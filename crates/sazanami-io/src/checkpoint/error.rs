@@ -1,4 +1,4 @@
-//! What can be wrong with a checkpoint.
+//! Errors of a checkpoint.
 
 use std::io;
 use std::path::PathBuf;
@@ -77,7 +77,7 @@ pub enum CheckpointError {
     DamagedIndex {
         /// File read.
         path: PathBuf,
-        /// What is wrong with it.
+        /// Failed check of the index.
         reason: String,
     },
     /// A section does not match its checksum or cannot be unpacked.
@@ -115,7 +115,7 @@ pub enum CheckpointError {
         path: PathBuf,
         /// Name of the section.
         name: String,
-        /// What is wrong with it.
+        /// Message of the JSON reader.
         reason: String,
     },
 }

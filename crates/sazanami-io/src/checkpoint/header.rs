@@ -4,7 +4,7 @@ use xxhash_rust::xxh3::xxh3_64;
 
 use super::{MAGIC, VERSION};
 
-/// Where the index is, and how long the file must be.
+/// Place and length of the index, and length of the whole file \[bytes].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Header {
     pub version: u32,
@@ -14,7 +14,7 @@ pub(super) struct Header {
     pub file_length: u64,
 }
 
-/// What the first bytes of a file turned out to be.
+/// Kind of a file by its first bytes.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum Parsed {
     Good(Header),

@@ -300,11 +300,11 @@ fn excerpt(text: &str) -> String {
     short
 }
 
-/// How the volume within a surface is meshed.
+/// Advice on meshing the volume within a surface.
 pub(super) const FILL: &str = "To fill `grain.stl`: a file `grain.geo` with the line `Merge \"grain.stl\"; Surface Loop(1) \
                                = {1}; Volume(1) = {1};`, then `gmsh -3 grain.geo -o grain.msh`";
 
-/// What a file that does not start like a mesh may be, and what to do about it.
+/// Likely kind of a file that does not start like a mesh, with a suggestion.
 fn what_it_is(first: &str) -> String {
     let convert = "convert it, for instance with `meshio convert`";
     if first.is_empty() {

@@ -23,7 +23,7 @@ pub enum ReadingsError {
         path: PathBuf,
         /// Number of the line, from 1.
         line: usize,
-        /// What is wrong with it.
+        /// Its error.
         trouble: Trouble,
     },
 }
@@ -31,7 +31,7 @@ pub enum ReadingsError {
 /// Problem of a line.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum Trouble {
-    /// Not text.
+    /// Bytes that are not UTF-8 text.
     #[error("this is not UTF-8 text")]
     NotText,
     /// There is nothing but comments.
@@ -80,7 +80,7 @@ pub enum Trouble {
         /// Value of this row.
         found: f64,
     },
-    /// Too few rows.
+    /// Fewer rows of numbers than a reading needs.
     #[error("the file ends after {found} rows of numbers; expected at least {needed}")]
     TooFewRows {
         /// Number of rows.
@@ -91,7 +91,7 @@ pub enum Trouble {
     /// A declared length or time is below zero.
     #[error("{key} is {found}; expected zero or more")]
     Negative {
-        /// What is declared.
+        /// Name of the value.
         key: String,
         /// Its value.
         found: f64,

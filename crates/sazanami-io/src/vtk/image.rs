@@ -10,7 +10,7 @@ use super::{DataArray, VtkError};
 /// Cell fields of one instant.
 #[derive(Clone, Copy, Debug)]
 pub struct ImageFile<'a> {
-    /// The grid.
+    /// Cells of the fields: number, origin and spacing \[m].
     pub grid: &'a Grid,
     /// Time \[s].
     pub time: Option<f64>,

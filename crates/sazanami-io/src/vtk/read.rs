@@ -24,7 +24,7 @@ pub enum ReadError {
     Damaged {
         /// The file.
         path: PathBuf,
-        /// What is missing or wrong.
+        /// Missing or wrong part.
         what: String,
     },
 }

@@ -22,7 +22,7 @@ use sazanami_parallel::for_each_chunk;
 use super::imprint::Imprint;
 
 choices! {
-    /// How grains and fluid exchange momentum.
+    /// Scheme of the momentum exchange between grains and fluid.
     #[derive(Default)]
     pub enum Exchange {
         /// `surface` where the narrowest grain is at least four cells wide, else `exact`.
@@ -31,7 +31,7 @@ choices! {
         /// Grains close faces in the projection and rub on the fluid in the viscous equation: right drag, added mass and
         /// torque of grains that the grid resolves, of any density, with a limit as the step goes to zero.
         Surface = "surface",
-        /// What back-projection takes beyond the stress integral is given to the grains in the next step.
+        /// The stress integral, and in the next step the momentum that back-projection takes beyond it.
         Exact = "exact",
         /// The stress integral alone, as in Yagyu et al. (2015): momentum is not conserved.
         Stress = "stress",

@@ -34,14 +34,14 @@ const BATCH: usize = 256;
 /// Makes a bound safe from round-off.
 const ROUND_UP: Real = 1.0 + 1e-12;
 
-/// How grains and fluid are coupled.
+/// Coupling of fluid and grains.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coupling {
     /// Scheme of the momentum exchange.
     pub exchange: Exchange,
     /// Friction on the surfaces of grains, in [`Exchange::Surface`].
     pub friction: SurfaceFriction,
-    /// What liquid fills of a partly covered cell.
+    /// Part of a partly covered cell that liquid fills.
     pub room: LiquidRoom,
     /// Weight of the grain velocity in partly covered cells.
     pub weighting: Weighting,
@@ -53,8 +53,8 @@ pub struct Coupling {
     pub substeps: Substeps,
 }
 
-/// What the coupling keeps with each grain between steps, also when it migrates to another rank: the deferred
-/// impulse, the grain's state before the contacts moved it, and the pose of its volume fractions.
+/// State of the coupling with each grain between steps, also when it migrates to another rank: the deferred impulse,
+/// the grain's state before the contacts moved it, and the pose of its volume fractions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 struct CouplingState {

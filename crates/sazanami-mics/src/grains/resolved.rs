@@ -16,7 +16,7 @@ use crate::grains::room::LiquidRoom;
 use crate::mobility::Closing;
 use crate::momentum::Impulses;
 
-/// What the exchange keeps with each grain, also when it migrates to another rank.
+/// State of the exchange with each grain, also when it migrates to another rank.
 #[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub(super) struct SurfaceState {
@@ -70,7 +70,7 @@ impl GrainPhase {
         self.has_surfaces().then_some(&mut self.surface)
     }
 
-    /// How the grains close faces, if they act by their surfaces.
+    /// Grains that close faces, if they act by their surfaces.
     pub(crate) fn closing(&self) -> Option<Closing<'_>> {
         let Imprint { solid_fraction, solid_density, solid_velocity, .. } = &self.imprint;
         self.has_surfaces().then(|| Closing {

@@ -33,7 +33,7 @@ use settle::Settler;
 pub use settle::SettleReport;
 
 choices! {
-    /// What liquid fills of a cell that grains cover in part.
+    /// Part of a cell that liquid fills where grains cover some of it.
     #[derive(Default)]
     pub enum LiquidRoom {
         /// The whole cell, the part within grains too.

@@ -80,7 +80,7 @@ pub(crate) struct Surface {
     pub(super) velocity: [Field<Real>; 3],
     /// Surface in each cell over its volume [1/m], if the friction comes from it.
     pub(super) area: Field<Real>,
-    /// What the friction follows.
+    /// Law of the friction.
     pub(super) law: SurfaceFriction,
     /// Momentum that friction took from the fluid in this step, per volume [N s/m^3].
     pub(super) taken: [Field<Real>; 3],

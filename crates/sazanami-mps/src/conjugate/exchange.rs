@@ -1,4 +1,4 @@
-//! What neighbours exchange without the pressure: viscosity, damping of the motion that is not linear, mean gradients.
+//! Exchange between neighbours without the pressure: viscosity, damping of non-linear motion, mean gradients.
 //!
 //! A pair parts by `m = (u_j - u_i).e - e.(L_i + L_j) r/2` faster than the velocity gradients `L` of its particles let it.
 //! The damping is the negative gradient of `sum (w/n0) m^2/2` over all pairs with respect to the velocities: that of `m` itself
@@ -17,7 +17,7 @@ use crate::particles::Kind;
 use crate::scheme::Kernel;
 use crate::weight::COINCIDENT;
 
-/// What a particle receives from its neighbours.
+/// Sums over the neighbours of a particle.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Received {
     /// Laplacian of the velocity [1/(m s)].

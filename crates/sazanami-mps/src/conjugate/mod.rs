@@ -205,7 +205,7 @@ impl Columns {
         (0.5 * step.domain.sum(ends)[0]).round() as usize
     }
 
-    /// What neighbours exchange at the start of the step.
+    /// Viscosity, damping and mean gradients of the neighbours at the start of the step.
     pub fn exchange(
         &mut self,
         step: &Context<'_>,

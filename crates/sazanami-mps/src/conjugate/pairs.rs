@@ -15,7 +15,7 @@ use crate::scheme::Kernel;
 /// Part of the radius within which pairs count: nearer to it the vectors vanish in single precision.
 const WITHIN: Real = 1.0 - 1e-6;
 
-/// What the pairs of one block have besides the columns and coefficients `2 s` of its [`Block`].
+/// Vectors and images of the pairs of one block, beside the columns and coefficients `2 s` of its [`Block`].
 #[derive(Clone, Debug)]
 pub(crate) struct PairBlock {
     starts: [u32; ROWS + 1],
@@ -92,7 +92,7 @@ pub(crate) struct Pairs {
     blocks: Vec<PairBlock>,
 }
 
-/// Where pairs are looked for.
+/// Particles, bins and kernel of a search for pairs.
 pub(crate) struct Search<'a> {
     pub kernel: &'a Kernel,
     pub mirrors: &'a Mirrors,

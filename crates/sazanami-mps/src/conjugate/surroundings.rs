@@ -45,7 +45,7 @@ impl Near {
     }
 }
 
-/// What surrounds a particle.
+/// Density, surface and role of a particle among its neighbours.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Surroundings {
     /// Number density.

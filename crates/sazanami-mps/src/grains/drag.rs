@@ -74,7 +74,7 @@ impl DensityReference {
 }
 
 choices! {
-    /// What velocity of the fluid the drag of a step is taken with.
+    /// Time level of the fluid velocity in the drag of a step.
     #[derive(Default)]
     pub enum DragExchange {
         /// That of the start of the step: explicit for the fluid, stable for steps well below the relaxation time.

@@ -16,7 +16,7 @@ use crate::stabilisation::Pairs;
 use crate::walls::Walls;
 use crate::{free_surface, gradient, momentum, motion, shifting, viscosity};
 
-/// What a step changes.
+/// State that a step changes.
 pub(super) struct Phases<'a> {
     pub tank: &'a mut Tank,
     pub particles: &'a mut Particles,

@@ -27,7 +27,7 @@ impl Element for f32 {
     }
 }
 
-/// Where on the cell the values of a field stand.
+/// Position of the values of a field on the cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Location {
     /// In the centre.
@@ -58,10 +58,10 @@ pub enum Ghost {
     Kept,
 }
 
-/// Where a field stands and what its ghosts are at the six sides of the box.
+/// Location of a field, and its ghosts at the six sides of the box.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GhostRules {
-    /// Where on the cell.
+    /// Position on the cell.
     pub location: Location,
     /// Rule at the lower and the upper side in each direction; not used in periodic directions.
     pub sides: [[Ghost; 2]; 3],
@@ -208,7 +208,7 @@ struct Layer<T> {
     image: Image<T>,
 }
 
-/// What is made of a value behind a wall.
+/// Value behind a wall, from one before it.
 #[derive(Clone, Copy)]
 enum Image<T> {
     Same,

@@ -45,7 +45,7 @@ struct Branch {
     count: u32,
 }
 
-/// The tree.
+/// Binary tree of boxes over numbered items.
 #[derive(Clone, Debug)]
 pub(crate) struct BoundingTree {
     branches: Vec<Branch>,

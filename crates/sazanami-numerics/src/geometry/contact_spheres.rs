@@ -65,7 +65,7 @@ pub enum ContactSphereError {
     NotProlate {
         /// Number of spheres asked for.
         count: usize,
-        /// What the shape is instead.
+        /// Kind of the shape.
         found: &'static str,
     },
     /// The single rule needs a sphere.
@@ -94,7 +94,7 @@ pub enum ContactSphereError {
     },
 }
 
-/// What spheres are measured against.
+/// Outline that spheres are measured against.
 pub(super) enum Outline<'a> {
     Spheroid(Spheroid),
     Mesh { surface: &'a SurfaceMesh, tree: BoundingTree },
@@ -239,7 +239,7 @@ fn axis(spheroid: &Spheroid, count: usize) -> Vec<(Vector, Real)> {
 pub struct SphereListError {
     /// Number of the line, from one.
     pub line: usize,
-    /// The problem.
+    /// Error of the line, for people.
     pub problem: String,
 }
 

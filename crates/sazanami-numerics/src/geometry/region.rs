@@ -47,7 +47,7 @@ pub enum Region {
     Union(Vec<Region>),
 }
 
-/// Where a cell lies with respect to a region.
+/// Position of a cell relative to a region.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Place {
     Inside,

@@ -33,7 +33,7 @@ pub enum ShapeError {
     /// A length that is not a positive number.
     #[error("{quantity} is {value} m: it must be a positive length")]
     NotPositive {
-        /// Which length.
+        /// Name of the length.
         quantity: &'static str,
         /// Its value \[m].
         value: Real,
@@ -333,7 +333,7 @@ impl Shape {
         self.exact
     }
 
-    /// Where the mesh as given lies in the body frame: its coordinates are `origin + axes * (body coordinates)`.
+    /// Frame of the mesh as given in the body frame: its coordinates are `origin + axes * (body coordinates)`.
     #[must_use]
     pub fn source_frame(&self) -> (Vector, Matrix) {
         (self.origin, self.axes)

@@ -78,7 +78,7 @@ impl SurfaceMesh {
         Ok(())
     }
 
-    /// How often the surface winds round `point`: 1 inside, 0 outside (Van Oosterom and Strackee, 1983).
+    /// Winding number of the surface round `point`: 1 inside, 0 outside (Van Oosterom and Strackee, 1983).
     #[must_use]
     pub fn winding_number(&self, point: Vector) -> Real {
         let angle: Real = (0..self.triangles.len())

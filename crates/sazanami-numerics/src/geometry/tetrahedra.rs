@@ -56,7 +56,7 @@ pub enum MeshError {
         tetrahedron: usize,
         /// Its volume [m^3].
         volume: Real,
-        /// How many are inverted.
+        /// Number of inverted tetrahedra.
         count: usize,
         /// Number of tetrahedra.
         total: usize,
@@ -66,7 +66,7 @@ pub enum MeshError {
     Unreferenced {
         /// Index of the first such node.
         node: usize,
-        /// How many there are.
+        /// Number of such nodes.
         count: usize,
     },
     /// A face has three or more owners.
@@ -97,7 +97,7 @@ pub enum MeshError {
     NonManifoldEdge {
         /// Surface nodes of the edge.
         edge: [usize; 2],
-        /// How many faces meet there.
+        /// Number of faces that meet there.
         faces: usize,
     },
 }

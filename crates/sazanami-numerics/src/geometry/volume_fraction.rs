@@ -71,7 +71,7 @@ pub struct Imprint {
 
 /// Fractions below this are left out (and made up for by the correction).
 const NEGLIGIBLE: Real = 1e-9;
-/// Where the correction would change a half-filled cell by more than a quarter of this, samples are too few.
+/// Largest correction; it changes a half-filled cell by a quarter of this. Samples that need a larger one are too few.
 const LARGEST_CORRECTION: Real = 0.5;
 
 /// Integrals over the pieces of surface in one cell, lengths in cell edges: over the part of the cell below them

@@ -31,7 +31,7 @@ pub enum Stop {
 /// Outcome of a solve.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Solution {
-    /// Iterations.
+    /// Number of iterations.
     pub iterations: usize,
     /// Largest residual of a cell, evaluated from the solution.
     pub largest: Real,

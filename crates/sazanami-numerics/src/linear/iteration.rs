@@ -34,7 +34,7 @@ pub struct Control {
 /// Progress of the loop.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Progress {
-    /// Iterations.
+    /// Number of iterations so far.
     pub iterations: usize,
     /// Evaluations of the true residual, that of the initial guess included.
     pub evaluations: usize,

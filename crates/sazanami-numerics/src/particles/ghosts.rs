@@ -27,7 +27,7 @@ struct Buffers {
     totals: Vec<Real>,
 }
 
-/// Which own particles are ghosts where; `I` says which periodic image a ghost is.
+/// Own particles that are ghosts on other ranks or images on this one; `I` says which periodic image a ghost is.
 #[derive(Debug)]
 pub struct Ghosts<I, R> {
     links: Vec<Link<I>>,
@@ -58,7 +58,7 @@ impl<I, R> Default for Ghosts<I, R> {
     }
 }
 
-/// How ghosts are chosen.
+/// Rule that chooses own particles as ghosts of other ranks, or of periodic images.
 pub trait GhostChoice<C: Columns, I> {
     /// Whether this rank sends ghosts to `rank`, and whether it receives some from there; both ends agree.
     fn linked(&self, rank: usize) -> [bool; 2];

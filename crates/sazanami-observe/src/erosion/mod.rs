@@ -151,7 +151,7 @@ pub enum ErosionError {
     /// A length is zero, negative or not finite.
     #[error("the {name} of the erosion evaluation is {value} m, not a positive length")]
     NotALength {
-        /// Which length.
+        /// Name of the length.
         name: &'static str,
         /// Its value \[m].
         value: Real,
@@ -206,7 +206,7 @@ pub struct Smoothing {
 pub struct Erosion {
     /// Smoothed bed surface.
     pub profile: Profile,
-    /// The crater in it.
+    /// Crater found in this profile.
     pub crater: Crater,
     /// Erosion volume for each of the nine smoothings.
     pub smoothings: Vec<Smoothing>,

@@ -1,4 +1,4 @@
-//! Which grains make the surface of the bed: not those in the air, and only those seen from above.
+//! Grains that make the surface of the bed: not those in the air, and only those seen from above.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -76,7 +76,7 @@ fn sort_out(bed: &BedView, bounds: &[(Vector, Vector)], settings: &ErosionSettin
     (airborne, map)
 }
 
-/// Which grains belong to the bed: the largest group of grains close to each other, within half a grain size.
+/// Whether each grain belongs to the bed: the largest group of grains close to each other, within half a grain size.
 pub(crate) fn linked_to_bed(bed: &BedView, grain_size: Real) -> Vec<bool> {
     let bounds = bed.bounds();
     linked(&bounds, grain_size / 4.0)

@@ -6,7 +6,7 @@ use sazanami_numerics::Real;
 
 use crate::fit::{Line, line, vertex};
 
-/// How much longer than the profile the period of its spectrum is.
+/// Period of the spectrum over the length of the profile.
 const PADDING: usize = 4;
 
 /// Takes the parabola of least squares off evenly spaced values.

@@ -1,4 +1,4 @@
-//! What stands on a bed: the mound of the tank's wave, and ripples on it.
+//! Forms of a bed: the mound of the tank's wave, and ripples on it.
 //!
 //! A standing wave heaps sand under the antinodes of its velocity (Jan and Yen 1992: bars beneath the nodes of standing
 //! waves, with small ripples riding on their tops). Such a mound has harmonics in the band of ripples. So the two are
@@ -75,7 +75,7 @@ pub struct CrestedRipples {
     pub height: Real,
 }
 
-/// Bed forms.
+/// Mound and ripples of a bed, told apart.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BedForms {
     /// The mound, or why there is none.

@@ -1,4 +1,4 @@
-//! How ripples change: growth of their height and migration.
+//! Change of ripples in time: growth of their height and migration.
 
 use sazanami_numerics::Real;
 

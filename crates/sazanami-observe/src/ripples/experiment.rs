@@ -12,8 +12,8 @@ const SHIFT_STEP: Real = 0.05e-3;
 /// Least number of places to compare at.
 const LEAST_PLACES: usize = 3;
 
-/// How far a measured profile may be moved as a whole before it is compared, because its origin is known to that
-/// accuracy only.
+/// Largest shifts of a measured profile as a whole before it is compared, because its origin is known to that accuracy
+/// only.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ShiftLimits {
     /// Largest shift in x1 to either side \[m]; 0 if the experiment declares none.
@@ -25,9 +25,9 @@ pub struct ShiftLimits {
 /// A profile of a run held against a measured one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProfileMatch {
-    /// How far the measured profile was moved towards larger x1 \[m].
+    /// Shift of the measured profile towards larger x1 \[m].
     pub shift_x: Real,
-    /// How far it was moved upwards \[m].
+    /// Shift upwards \[m].
     pub shift_z: Real,
     /// Whether the shifts in x1 and x3 are as large as they may be: a better one may lie beyond.
     pub at_limit: [bool; 2],

@@ -15,7 +15,7 @@ pub enum Layer {
     Upper,
 }
 
-/// Where layers are counted from.
+/// Surface from which layers are counted.
 #[derive(Clone, Copy, Debug)]
 pub enum LayerReference<'a> {
     /// From the floor at this height \[m] upwards: lower, upper.
@@ -27,7 +27,7 @@ pub enum LayerReference<'a> {
 /// Two layers of equal thickness.
 #[derive(Clone, Copy, Debug)]
 pub struct Layers<'a> {
-    /// Where they are counted from.
+    /// Surface from which they are counted.
     pub reference: LayerReference<'a>,
     /// Thickness of each \[m]: 5 grain diameters in the paper.
     pub thickness: Real,

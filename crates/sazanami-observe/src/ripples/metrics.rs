@@ -43,7 +43,7 @@ impl RippleSettings {
     }
 }
 
-/// What a profile without its trend is in the band of ripples.
+/// Waves of a profile without its trend, in the band of ripples.
 pub(super) struct Waves {
     pub band: Band,
     /// Root mean square without the trend, before the band is taken out \[m].

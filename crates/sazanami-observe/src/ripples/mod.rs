@@ -35,13 +35,13 @@ pub use water_surface::water_surface;
 use sazanami_numerics::{Real, Vector};
 use thiserror::Error;
 
-/// What the sides of the tank at the ends of x2 are.
+/// Sides of the tank at the ends of x2.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Sides {
-    /// What leaves on one side enters on the other.
+    /// Joined: what leaves on one side enters on the other.
     #[default]
     Periodic,
-    /// Walls.
+    /// Walls at both ends of x2.
     Walls,
 }
 
@@ -54,7 +54,7 @@ pub struct Tank {
     pub y: [Real; 2],
     /// Height of the floor \[m].
     pub floor: Real,
-    /// What the sides are.
+    /// Kind of the sides.
     pub sides: Sides,
 }
 

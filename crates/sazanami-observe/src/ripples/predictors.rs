@@ -1,7 +1,7 @@
-//! What published formulas say of ripples under an oscillating flow.
+//! Predictions of published formulas for ripples under an oscillating flow.
 //!
-//! Each rests on ripples in equilibrium under waves of deep channels; few hold for ripples that still grow or for a
-//! tank shallower than its waves are high.
+//! Each formula rests on ripples in equilibrium under waves of deep channels; few hold for ripples that still grow or
+//! for a tank shallower than its waves are high.
 
 use sazanami_numerics::Real;
 

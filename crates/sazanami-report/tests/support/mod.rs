@@ -29,7 +29,7 @@ impl Random {
     }
 }
 
-/// How grains lie in the box.
+/// Arrangement of the grains in the box.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lying {
     /// Anywhere, and elsewhere at each time, so that nothing repeats: octahedra.

@@ -160,7 +160,7 @@ fn columns(diameter: Real, half: Real, rough: Real, top: impl Fn(Real) -> Real) 
     grains
 }
 
-/// The evaluation of craters.
+/// Erosion volumes of a profile worked by hand, and of beds with a known cap.
 pub(crate) fn crater_evaluation() -> Result<Vec<Measured>, String> {
     let heights = [6.20, 6.45, 7.05, 7.80, 8.35, 8.55, 8.40, 8.25, 8.18, 8.15, 8.16, 8.14];
     let profile = Profile { layer: 1.0, heights: heights.map(Some).to_vec() };

@@ -93,7 +93,7 @@ fn kinetic(grains: &Grains) -> Real {
     (0..grains.len()).map(|n| grains.kinetic_energy(n)).sum()
 }
 
-/// How much a swarm of colliding grains keeps.
+/// Conservation in a swarm of colliding grains.
 struct Kept {
     /// Change of momentum and of angular momentum over the sum of the grains' own.
     momentum: [Real; 2],

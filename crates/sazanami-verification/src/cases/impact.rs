@@ -17,7 +17,7 @@ const GRAIN: Real = 0.52e-3;
 /// Drop radius over grain diameter, as in the two-dimensional prototype.
 const DROP: Real = GRAIN / 0.3;
 
-/// Where the momentum of the drop is after some radii of travel, over that at the start.
+/// Parts of the momentum of the drop after some radii of travel, over that at the start.
 #[derive(Clone, Copy, Debug)]
 struct Outcome {
     fluid: Real,

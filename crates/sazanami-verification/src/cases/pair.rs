@@ -13,7 +13,7 @@ use crate::measured::Measured;
 /// Box in diameters.
 const SIZE: [Real; 3] = [6.0, 6.0, 30.0];
 
-/// What two spheres do.
+/// Drafting, kissing and tumbling of two spheres.
 #[derive(Clone, Copy, Debug)]
 struct Meeting {
     /// When they first touch; not a number if never.

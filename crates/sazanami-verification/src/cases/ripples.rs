@@ -12,7 +12,7 @@ const UNTIL: Real = 3.0;
 /// Last part of a run whose layer averages count: two periods \[s].
 const WATCHED: Real = 1.0;
 
-/// What a run found at its end.
+/// Results of a run at its end.
 struct Found {
     /// Root mean square of the bed without its trend [mm].
     relief: Real,

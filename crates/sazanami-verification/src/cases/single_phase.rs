@@ -48,7 +48,7 @@ pub(crate) fn layers() -> Result<Vec<Measured>, String> {
     ])
 }
 
-/// The vortices of Taylor and Green.
+/// Orders in space and time, and error of the energy, of Taylor-Green vortices at rest and drifting.
 pub(crate) fn taylor_green_vortices() -> Result<Vec<Measured>, String> {
     let mut rows = Vec::new();
     for (name, drift) in [("at rest", 0.0), ("drifting", 0.7)] {

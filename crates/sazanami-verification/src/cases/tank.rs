@@ -37,7 +37,7 @@ pub(crate) struct Tank {
     pub grid: Grid,
     /// Sides; grains meet walls where the fluid does.
     pub boundary: Boundary,
-    /// Fluids.
+    /// Densities and viscosities of liquid and gas.
     pub fluids: Fluids,
     /// Schemes of the fluid phase.
     pub schemes: Schemes,
@@ -57,9 +57,9 @@ pub(crate) struct Tank {
     pub substeps: Substeps,
     /// Shapes of the grains.
     pub shapes: Vec<Shape>,
-    /// Grains.
+    /// Grains at the start.
     pub grains: Vec<Grain>,
-    /// How far grains may stand beyond the sides in x3 \[m]: copies of those at a periodic side, which has no images.
+    /// Largest distance of grains beyond the sides in x3 \[m]: copies of those at a periodic side, which has no images.
     pub beyond: Real,
 }
 

@@ -79,7 +79,7 @@ pub(crate) fn jeffery() -> Result<Vec<Measured>, String> {
     Ok(vec![Measured::new("period times shear rate", period(SurfaceFriction::Distance)?)])
 }
 
-/// Its period.
+/// Period of the orbit, from half a turn.
 fn period(friction: SurfaceFriction) -> Result<Real, String> {
     let ratio = 1.27 / 0.52;
     let size = Vector::new(6.0, 4.0, 6.0);

@@ -1,4 +1,4 @@
-//! How much of each cell a shape covers.
+//! Part of each cell that a shape covers.
 
 use sazanami_dem::Random;
 use sazanami_numerics::geometry::{

@@ -11,7 +11,7 @@ use sazanami::progress::Silent;
 use sazanami::run::{RunOptions, run};
 use sazanami::stop::Stop;
 
-/// What a run left behind.
+/// Folder of a finished run.
 pub(crate) struct WholeRun {
     folder: PathBuf,
 }
@@ -31,12 +31,12 @@ impl WholeRun {
         Self::of(name, &loaded)
     }
 
-    /// Where it is.
+    /// Folder of its results.
     pub fn folder(&self) -> &Path {
         &self.folder
     }
 
-    /// Its summary.
+    /// Contents of `summary.json`.
     pub fn summary(&self) -> Result<Value, String> {
         let path = self.folder.join(sazanami::results::SUMMARY);
         let text = std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;

@@ -154,7 +154,7 @@ pub fn slip_box_vortex(n: usize, steps: usize, order: TimeOrder) -> Result<[Real
 pub struct CavityError {
     /// Along the lid.
     pub along: Real,
-    /// Across.
+    /// Of the velocity across the lid, on the horizontal centre line.
     pub across: Real,
     /// Time steps to the steady state.
     pub steps: usize,

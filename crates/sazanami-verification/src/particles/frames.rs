@@ -37,7 +37,7 @@ pub struct FrameDifference {
     pub speed: Real,
 }
 
-/// What is compared at a time.
+/// Quantities compared at a time.
 #[derive(Clone, Debug, Default)]
 struct Sample {
     velocity: [Real; COLUMNS],

@@ -145,7 +145,7 @@ pub fn turning_patch_pressure() -> Real {
     odd().map(|m| odd().map(|n| term(m, n)).sum::<Real>()).sum()
 }
 
-/// What two drops keep that collide off their centres; nothing but themselves acts on them.
+/// Conservation in two drops that collide off their centres; nothing but themselves acts on them.
 #[derive(Clone, Copy, Debug)]
 pub struct CollidedDrops {
     /// Kinetic energy.

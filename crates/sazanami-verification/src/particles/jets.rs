@@ -8,7 +8,7 @@ use sazanami_mps::boundary::WallFriction;
 use sazanami_mps::scheme::Scheme;
 use sazanami_mps::solver::Solver;
 
-/// What a jet keeps whose velocity is a parabola between two free surfaces: without viscosity it is steady, with pressure zero.
+/// Conservation in a jet with a parabolic velocity between free surfaces: inviscid it is steady, with pressure zero.
 #[derive(Clone, Copy, Debug)]
 pub struct ShearedJet {
     /// Kinetic energy.

@@ -69,7 +69,7 @@ pub struct Vessel {
     pub reference: Vector,
     /// Largest displacement of the box in x \[m].
     pub margin: Real,
-    /// Fluid.
+    /// Fluid particles at the start.
     pub fluid: Vec<FluidParticle>,
     /// Grains, spheres of [`Self::diameter`].
     pub grains: Vec<Grain>,
@@ -233,9 +233,9 @@ pub(super) fn kinetic_energy(solver: &Solver) -> Real {
 pub struct Energy {
     first: Real,
     least: Real,
-    /// The last.
+    /// Energy in the last step seen.
     pub last: Real,
-    /// The largest.
+    /// Largest energy of all steps.
     pub largest: Real,
     /// The largest rise above the least before it.
     pub rise: Real,

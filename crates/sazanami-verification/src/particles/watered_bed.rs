@@ -31,7 +31,7 @@ pub struct BedSetup {
     pub held: bool,
     /// Speed of each grain, in any direction, when it is let go [m/s].
     pub stirred: Real,
-    /// How long it is watched \[s].
+    /// Time for which it is watched \[s].
     pub seconds: Real,
 }
 
@@ -55,7 +55,7 @@ impl BedSetup {
     }
 }
 
-/// What the water in and over a bed does in the last tenth of a watch.
+/// State of the water in and over a bed in the last tenth of a watch.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct WateredBed {
     /// Largest difference of the pressure from the hydrostatic of the level of all volumes less its mean, over `rho g H`.
@@ -76,7 +76,7 @@ pub struct WateredBed {
     pub grains: Real,
     /// Way of the mean grain down, in diameters.
     pub sunk: Real,
-    /// Steps.
+    /// Number of steps of the watch.
     pub steps: usize,
 }
 

@@ -62,7 +62,7 @@ impl WaveTank {
     }
 }
 
-/// A standing wave.
+/// Period, decay and energy of a free wave in a tank.
 #[derive(Clone, Copy, Debug)]
 pub struct StandingWave {
     /// Period over that of linear theory.

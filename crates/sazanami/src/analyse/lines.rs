@@ -148,10 +148,10 @@ fn rest(crater_rest: &Value) -> Option<Row> {
     Some(("  crater at rest since", format!("{:.3} ms", 1e3 * since)))
 }
 
-/// What it means that a rim lies in the outermost layer.
+/// Caution for a rim that lies in the outermost layer.
 pub(super) const RIM_AT_EDGE: &str = "the rim lies at the edge of the box or at `erosion.r_max`";
 
-/// What it means that a crater still changes.
+/// Caution for a crater that still changes.
 const NOT_AT_REST: &str = "the crater has not come to rest";
 
 /// Rows in columns of equal width, aligned to the right.

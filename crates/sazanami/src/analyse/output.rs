@@ -1,4 +1,4 @@
-//! Where an evaluation puts what it finds: figures by an artist, messages to whoever listens.
+//! Output of an evaluation: figures by an artist, messages to whoever listens.
 
 use std::path::Path;
 

@@ -20,7 +20,7 @@ use crate::results::{CASE, FIGURES};
 use crate::saved::{SavedTime, state, times};
 use crate::state::{Array, State, Values, WaterState};
 
-/// What all pictures of a run share.
+/// Case, shapes and bed height, common to all pictures of a run.
 struct Run<'a> {
     case: &'a Case,
     shapes: Arc<[Shape]>,
@@ -101,7 +101,7 @@ fn step_of(saved: &SavedTime) -> Option<&str> {
     saved.grains.as_ref()?.file_stem()?.to_str()?.strip_prefix("grains-")
 }
 
-/// What the pictures of a time show; the surface of the first bed is kept in `initial`.
+/// Scene of the pictures of a time; the surface of the first bed is kept in `initial`.
 fn scene_of(run: &Run, saved: &SavedTime, initial: &mut Option<InitialBed>) -> Result<Option<Scene>, CommandError> {
     let Run { case, shapes, height } = run;
     let state = state(saved)?;

@@ -73,8 +73,7 @@ pub fn first_step(case: &Case) -> Option<Real> {
     }
 }
 
-/// Where the origin of a liquid region is put \[m], above a bed whose highest point near the axis is
-/// at `bed_height` \[m].
+/// Origin of a liquid region \[m], above a bed whose highest point near the axis is at `bed_height` \[m].
 pub(crate) fn origin_of(liquid: &LiquidRegion, axis: [Real; 2], bed_height: Real) -> Vector {
     match liquid.placement {
         Placement::Absolute(origin) => origin,

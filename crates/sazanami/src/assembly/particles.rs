@@ -80,7 +80,7 @@ pub(crate) fn settings(case: &Case, level: Real) -> Settings {
     }
 }
 
-/// How grains and fluid act on each other.
+/// Laws of the interaction of grains and fluid: drag, averaging, exchange.
 pub(crate) fn coupling(case: &Case) -> Coupling {
     let overlap = &case.overlap;
     let liquid = case.fluid.liquid;
@@ -112,7 +112,7 @@ pub(crate) fn bodies(case: &Case) -> Vec<Body> {
     case.grains.iter().map(|population| Body::ball(radius(population))).collect()
 }
 
-/// What the engine of the grains needs.
+/// Setup of the engine of the grains, with its ghost margin \[m] and moving walls.
 pub(crate) fn setup(case: &Case, shapes: &[Shape]) -> Setup {
     let particles = case.moving_particles();
     let largest = case.grains.iter().filter_map(|p| Some(p.shape.size()? * p.size.largest())).fold(0.0, Real::max);
@@ -238,7 +238,7 @@ impl Liquids {
             .fold((Vector::INFINITY, Vector::NEG_INFINITY), |(lower, upper), (l, u)| (lower.min(l), upper.max(u)))
     }
 
-    /// What each fills of the cells of a grid.
+    /// Part of each cell of a grid that each liquid fills.
     fn fractions(&self, cells: &Grid) -> Vec<(RegionFractions<'_>, &Liquid)> {
         self.0.iter().map(|liquid| (RegionFractions::new(&liquid.region, cells, fluid::COLUMNS), liquid)).collect()
     }

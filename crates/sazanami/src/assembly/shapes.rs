@@ -42,7 +42,7 @@ pub enum ShapeProblem {
     Unreadable {
         /// File that the case names.
         path: PathBuf,
-        /// What the system says.
+        /// Error of the operating system.
         error: std::io::Error,
     },
 }

@@ -17,7 +17,7 @@ const PLACES: u32 = 200;
 /// Flow over a bed and what it does to the grains.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct BedReport {
-    /// Grain size \[m].
+    /// Diameter of the grains of the bed \[m].
     pub grain_size_m: Real,
     /// Largest speed of the water over the bed [m/s].
     pub orbital_speed: Real,
@@ -38,14 +38,14 @@ pub struct BedReport {
 pub struct PredictedReport {
     /// Authors and year.
     pub source: &'static str,
-    /// Wavelength \[m].
+    /// Distance between crests \[m].
     pub wavelength_m: Real,
     /// Height \[m], where the formula has one.
     pub height_m: Option<Real>,
 }
 
 impl BedReport {
-    /// How mound and ripples of this bed are told apart.
+    /// Settings that tell mound and ripples of this bed apart.
     pub(crate) fn forms(&self) -> BedFormSettings {
         BedFormSettings::under(self.grain_size_m, self.orbital_amplitude_m, self.mobile_m.clone())
     }

@@ -1,4 +1,4 @@
-//! How long a run will take.
+//! Predicted wall-clock time of a run.
 
 use sazanami_dem::TILT;
 use sazanami_numerics::Real;
@@ -7,7 +7,7 @@ use super::limits::contact_step;
 use super::{CostModel, PACKED, ParticlesReport, PopulationReport, Size};
 use crate::case::meaning::{Case, GrainPlacement, Lattice, Packing, PackingStop};
 
-/// What a run has to do.
+/// Work of a run: steps of each kind and their length.
 pub(super) struct Work {
     /// Fluid steps.
     pub steps: Real,
@@ -84,7 +84,7 @@ pub(crate) fn packing_time(case: &Case, populations: &[PopulationReport], model:
     Some((fall + rest).min(how.time_limit))
 }
 
-/// How the grains are packed, and the time \[s] in which those of the uppermost layer fall onto the bed.
+/// Packing of the grains, and the time \[s] in which those of the uppermost layer fall onto the bed.
 fn fall_of<'c>(case: &'c Case, populations: &[PopulationReport]) -> Option<(&'c Packing, Real)> {
     let box_ = case.domain.extent();
     let mut how = None;

@@ -10,15 +10,15 @@ use crate::case::{Diagnostics, LoadedCase};
 const PICTURES: Real = 1.5e6;
 /// A row of the series on disk \[bytes].
 const ROW: Real = 600.0;
-/// What is written of a point that is watched \[bytes].
+/// Row of a watched point \[bytes].
 const ROW_OF_POINT: Real = 70.0;
-/// What is written of a place along the bed, with the water above it \[bytes].
+/// Row of a place along the bed, with the water above it \[bytes].
 const ROW_OF_PLACE: Real = 150.0;
-/// What is written of the place of a grain that is a point \[bytes].
+/// Place of a grain that is written as a point \[bytes].
 const PLACE_OF_GRAIN: Real = 14.0;
-/// What is written of a value of a grain that is a point \[bytes].
+/// Value of a grain that is written as a point \[bytes].
 const VALUE_OF_GRAIN: Real = 6.0;
-/// What a value adds to the surface of a grain, whose corners all have it \[bytes].
+/// Addition of a value to the surface of a grain, whose corners all have it \[bytes].
 const MESH_OF_VALUE: Real = 20.0;
 
 /// Results on disk by key of `[output]` \[bytes], and the checkpoints kept.

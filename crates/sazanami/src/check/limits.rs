@@ -20,12 +20,12 @@ use crate::case::meaning::{
     Placement, Population, Region, Solver, Step, Substeps, TankMotion, ViscosityScheme,
 };
 
-/// What makes a speed.
+/// Source of a speed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Cause {
     /// A liquid of the case: its velocity, or its fall.
     Liquid(usize),
-    /// What moves along or comes in through a side.
+    /// Motion along a side, or flow in through it.
     Side,
     /// The motion of the frame or the tank.
     Frame,
@@ -43,7 +43,7 @@ const SPIN_ERROR: Real = 0.032;
 /// The same where contacts start at touch.
 const SPIN_ERROR_AT_TOUCH: Real = 0.001;
 
-/// How a case will go on in time, as far as its start tells.
+/// Step length and step counts of a case, as far as its start tells.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Pace {
     /// Limits on the step, shortest first.

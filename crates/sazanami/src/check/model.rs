@@ -1,4 +1,4 @@
-//! What the parts of a run cost: time, memory, disk.
+//! Cost of the parts of a run: time, memory, disk.
 
 use sazanami_numerics::Real;
 

@@ -1,4 +1,4 @@
-//! What a case of moving particles will be: counts, memory and time.
+//! Prediction of a case of moving particles: counts, memory and time.
 
 use sazanami_mps::pouring;
 use sazanami_numerics::{Real, Vector};

@@ -1,4 +1,4 @@
-//! What is known of the populations of grains.
+//! Facts on the populations of grains, as far as the case gives them.
 
 use sazanami_dem::Body;
 use sazanami_numerics::Real;
@@ -12,7 +12,7 @@ use crate::case::meaning::{Case, ContactSphereChoice, Exchange, Population, Solv
 pub struct ShapeFacts {
     /// Volume of its mesh [m^3].
     pub volume: Option<Real>,
-    /// Contact spheres.
+    /// Number of contact spheres of a grain.
     pub contact_spheres: Option<usize>,
     /// Grain size \[m].
     pub size: Option<Real>,
@@ -24,15 +24,15 @@ pub struct ShapeFacts {
     pub lines: Vec<String>,
 }
 
-/// What is known of the populations; `shapes` as for [`check`].
+/// Reports on the populations; `shapes` as for [`check`].
 pub(crate) fn population_reports(case: &Case, shapes: &[ShapeFacts]) -> Vec<PopulationReport> {
     let nothing = ShapeFacts::default();
     let facts = |n: usize| shapes.get(n).unwrap_or(&nothing);
     case.grains.iter().enumerate().map(|(n, population)| population_report(case, population, facts(n))).collect()
 }
 
-/// How grains and grid fluid exchange momentum, and the width of the narrowest grain in cells, as far as the shapes are
-/// known; absent without resolved grains.
+/// Exchange of momentum between grains and grid fluid, and the width of the narrowest grain in cells, as far as the
+/// shapes are known; absent without resolved grains.
 pub(crate) fn exchange_of(case: &Case, shapes: &[ShapeFacts]) -> Option<(Exchange, Real)> {
     if case.solver != Solver::Mics || case.grains.is_empty() {
         return None;

@@ -1,4 +1,4 @@
-//! How a case is shared among ranks, and what each of them has to hold.
+//! Division of a case among ranks, and the memory of each of them.
 
 use sazanami_numerics::Real;
 use sazanami_numerics::domain::Decomposition;
@@ -36,7 +36,7 @@ const GATHERED_CELL: Real = 60.0;
 /// Memory of a checkpoint of the flow on rank 0 [bytes per cell]: eight fields, and three more of an earlier step.
 const CHECKPOINT_CELL: Real = 11.0 * 8.0;
 
-/// How `case`, of so much memory in all \[bytes], is shared among `ranks`; `None` if it cannot be.
+/// Division of `case`, of so much memory in all \[bytes], among `ranks`; `None` if there is none.
 #[must_use]
 pub fn ranks(case: &Case, ranks: usize, memory: Real) -> Option<RanksReport> {
     let grid = match case.solver {

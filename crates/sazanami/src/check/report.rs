@@ -1,4 +1,4 @@
-//! What `check` reports.
+//! Report of `check`.
 
 use sazanami_dem::Body;
 use sazanami_numerics::Real;
@@ -23,7 +23,7 @@ pub struct LimitReport {
 /// A population of grains.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PopulationReport {
-    /// Name.
+    /// Name of the population in the case.
     pub name: String,
     /// Number of grains; absent for a bed whose file has not been read.
     pub grains: Option<usize>,
@@ -56,17 +56,17 @@ pub struct ExchangeReport {
 /// A body of liquid.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LiquidReport {
-    /// Name.
+    /// Name of the liquid in the case.
     pub name: String,
     /// Its fluid: `liquid`, or `gas` for a bubble.
     pub fluid: &'static str,
     /// Volume within the box and between the grains [m^3], where it has a formula.
     pub volume_m3: Option<Real>,
-    /// Mass \[kg].
+    /// Mass of this volume \[kg].
     pub mass_kg: Option<Real>,
     /// Momentum [kg m/s].
     pub momentum: Option<Real>,
-    /// Cells on its height.
+    /// Height of the liquid over that of a cell.
     pub cells_per_height: Option<Real>,
 }
 
@@ -85,7 +85,7 @@ pub struct CheckReport {
     pub cell_count: usize,
     /// Edges of a cell \[m].
     pub spacing_m: [Real; 3],
-    /// Liquids.
+    /// Bodies of liquid at the start.
     pub liquids: Vec<LiquidReport>,
     /// Grains.
     pub populations: Vec<PopulationReport>,
@@ -114,7 +114,7 @@ pub struct CheckReport {
     pub steps: Real,
     /// Fluid steps, if the step is that of the speeds that bodies reach from the start on.
     pub most_steps: Real,
-    /// Memory \[bytes].
+    /// Memory that the run takes \[bytes].
     pub memory_bytes: Real,
     /// Memory that is free \[bytes].
     pub memory_available: Option<u64>,
@@ -135,6 +135,6 @@ pub struct CheckReport {
     pub threads: usize,
     /// Division among ranks, if that was asked for.
     pub ranks: Option<RanksReport>,
-    /// The machine.
+    /// Processors and memory of this machine.
     pub machine: Machine,
 }

@@ -36,7 +36,7 @@ pub(super) fn read(loaded: &LoadedCase, report: &mut Diagnostics) -> Vec<Option<
     beds
 }
 
-/// How a bed file is made anew.
+/// Advice on making a bed file anew.
 fn again(file: &BedFile) -> String {
     match &file.recipe {
         Some(recipe) => {
@@ -104,7 +104,7 @@ fn deal(
     }
 }
 
-/// Which of the shapes called `names` each of the populations called `wanted` takes.
+/// Index among the shapes called `names` of the one that each of the populations called `wanted` takes.
 fn choose(names: &[String], wanted: &[&str]) -> Vec<Option<usize>> {
     if let ([_], [_]) = (names, wanted) {
         return vec![Some(0)];

@@ -28,7 +28,7 @@ impl Hull {
     }
 }
 
-/// What became of a search for pairs.
+/// Outcome of a search for pairs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Outcome {
     All,

@@ -23,7 +23,7 @@ pub(super) struct Placed {
     pub origin: Origin,
 }
 
-/// How a grain came to its place.
+/// File that gave a grain its place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Origin {
     /// By the case file.

@@ -7,7 +7,7 @@ use super::placed::{Origin, Placed, no_corners};
 use super::{MOST_ALIKE, Search};
 use crate::case::meaning::{GrainPlacement, SIDE_NAMES};
 
-/// How far a grain stands out of the box.
+/// Side of the box out of which a grain stands, and the depth.
 #[derive(Clone, Copy, Debug)]
 struct Outside {
     direction: usize,
@@ -70,7 +70,7 @@ impl Search<'_> {
         }
     }
 
-    /// How far a grain stands out of the box, if it does.
+    /// Largest depth by which a grain stands out of the box, and the side; `None` if it lies within.
     ///
     /// Grains put by hand may not do so at all. Those of a bed press against the sides, and their contact spheres
     /// need not be those they were packed with: they may overlap a side as far as they may overlap each other.

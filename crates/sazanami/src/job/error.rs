@@ -1,4 +1,4 @@
-//! How a run can fail on a rank, and what the command reports of it.
+//! Failures of a run on a rank, and the command's report of them.
 
 use std::path::{Path, PathBuf};
 
@@ -31,7 +31,7 @@ pub(crate) enum RecordError {
     /// A file for ParaView.
     #[error(transparent)]
     Vtk(#[from] sazanami_io::vtk::VtkError),
-    /// A checkpoint.
+    /// A checkpoint of the run.
     #[error(transparent)]
     Checkpoint(#[from] CheckpointError),
     /// The file of a packed bed.
@@ -42,7 +42,7 @@ pub(crate) enum RecordError {
     Path {
         /// The file or folder.
         path: PathBuf,
-        /// What the system says.
+        /// Error of the operating system.
         error: std::io::Error,
     },
     /// Rank 0 could not write.
@@ -151,7 +151,7 @@ impl RankError {
         }
     }
 
-    /// What to do about it where the input is wrong; `None` if the run itself failed.
+    /// Suggestion where the input is wrong; `None` if the run itself failed.
     fn help(&self) -> Option<&'static str> {
         match self {
             Self::Threads(_) => Some("ask for fewer with `--threads` or `--ranks`"),
@@ -185,7 +185,7 @@ impl RankError {
         no_state || other_table || matches!(self, Self::Threads(_) | Self::Layout(_) | Self::Boundary(_))
     }
 
-    /// What failed, where and when; `reached` is the run's last step, its time, and the limit that ruled it.
+    /// Cause, place and time of the failure; `reached` is the run's last step, its time, and the limit that ruled it.
     pub fn failure(&self, reached: (u64, Real, &'static str)) -> Failure {
         let (step, time, limiter) = match self {
             Self::Step { step, time, limit, .. } => (*step, *time, *limit),
@@ -233,7 +233,7 @@ impl RankError {
 pub(crate) struct RankFailure {
     /// The failure, with place and time.
     pub failure: Failure,
-    /// What to do about it where the input is wrong; `None` if the run itself failed.
+    /// Suggestion where the input is wrong; `None` if the run itself failed.
     help: Option<String>,
     /// Whether the bed that the run packed can be used by a changed case.
     bed_serves: bool,
@@ -263,7 +263,7 @@ impl RankFailure {
         Box::new(Self { failure, help: error.help().map(str::to_owned), bed_serves, is_secondary, is_at_once })
     }
 
-    /// What the command says, with the last good checkpoint and the file of the bed that the run packed.
+    /// Error of the command, with the last good checkpoint and the file of the bed that the run packed.
     pub fn into_command_error(self, checkpoint: Option<PathBuf>, bed: Option<&Path>) -> CommandError {
         match (self.help, bed.filter(|_| self.bed_serves)) {
             (Some(help), Some(bed)) => CommandError::input(

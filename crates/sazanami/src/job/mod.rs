@@ -73,7 +73,7 @@ pub struct RunOptions {
     pub commit: Option<&'static str>,
     /// Who draws the pictures; without an artist there are none.
     pub artist: Option<&'static dyn Artist>,
-    /// What writes the report on a run that ended into its folder; absent: there is none.
+    /// Writer of the report on a run that ended into its folder; absent: there is none.
     pub report: Option<ReportWriter>,
     /// Who sees the states of the flow while it goes on, and how often; absent: nobody.
     pub showing: Option<Showing>,
@@ -120,7 +120,7 @@ impl Workers {
     }
 }
 
-/// What a running command reports.
+/// Event that a running command reports.
 #[derive(Clone, Debug)]
 pub(crate) enum Event {
     /// A step is done.
@@ -256,7 +256,7 @@ impl Job<'_> {
     }
 }
 
-/// How a run ended on a rank.
+/// End of a run on a rank: status, time \[s] and steps.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Ending {
     pub status: Status,

@@ -42,7 +42,7 @@ summed! {
 }
 
 summed! {
-    /// What had to be corrected.
+    /// Corrections of the fluid on the grid, and deep contacts.
     Corrections, CORRECTIONS {
         moved_cells: u64, "", "nearly empty or full cells whose remnant was given to the interface next to them";
         moved_volume: Real, "m^3", "volume of these remnants";
@@ -60,7 +60,7 @@ summed! {
 }
 
 summed! {
-    /// What happened to moving particles.
+    /// Stabilisation, collisions and corrections of moving particles.
     ParticleTotals, PARTICLES {
         #[serde(alias = "pushed_pairs")]
         stabilised_pairs: u64, "", "pairs that the dynamic stabilisation pushed apart";
@@ -109,7 +109,7 @@ pub(crate) struct Totals {
     pub pressure_iterations: u64,
     /// Largest values met.
     pub worst: Worst,
-    /// Corrections.
+    /// Cells and contacts that had to be corrected.
     #[serde(alias = "tidied")]
     pub corrections: Corrections,
     /// Liquid through open sides [m^3].

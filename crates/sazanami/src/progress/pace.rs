@@ -1,4 +1,4 @@
-//! How fast a phase of a run gets on, to say when it will be done.
+//! Pace of a phase of a run, and the time left until it is done.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
@@ -63,7 +63,7 @@ impl Pace {
 mod tests {
     use super::*;
 
-    /// What is predicted after each second in which the simulated time reaches `times` \[s], of a phase of 1 s.
+    /// Predictions after each second in which the simulated time reaches `times` \[s], of a phase of 1 s.
     fn predicted(phase: &'static str, pace: &mut Pace, begin: Instant, times: &[Real]) -> Vec<Option<Real>> {
         let after = |n: usize| begin + Duration::from_secs(n as u64);
         let line = |time: Real| StepLine { phase, time, until: 1.0, ..StepLine::default() };

@@ -16,7 +16,7 @@ use crate::columns::{Field, object, quantities};
 use crate::job::Job;
 
 const SECTION: &str = "observe/bed";
-/// Where grains leave more void than this there is no bed.
+/// Void fraction above which grains are no bed.
 pub(crate) const LOOSEST: Real = 0.9;
 
 /// The bed before the impact.
@@ -75,7 +75,7 @@ pub(super) fn heap_json(heap: &Result<Heap, HeapError>) -> Value {
     }
 }
 
-/// How the heap of a case is measured, if it is.
+/// Settings of the heap of a case, if it measures one.
 pub(super) fn heap_settings(case: &Case) -> Option<HeapSettings> {
     let heap = case.heap?;
     let domain = &case.domain;
@@ -189,7 +189,7 @@ impl GatheredGrains {
     }
 }
 
-/// How the bed is measured.
+/// Settings of the bed's measurement.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct BedSettings {
     floor: Real,

@@ -61,7 +61,7 @@ pub(crate) fn series_row<O: Observer>(row: &Row<'_, O>, with_crater: bool) -> Ve
     series::<O>(with_crater).map(|column| (column.value)(row)).collect()
 }
 
-/// What a solver gives at each kind of place; [`ProbePlace::Gauge`] always gives the level of the water.
+/// Quantities of a solver at each kind of place; [`ProbePlace::Gauge`] always gives the level of the water.
 pub(crate) struct ProbeColumns<P: 'static, T: 'static, B: 'static> {
     /// At a point, and at each point of a line.
     pub at_point: &'static [Cell<P>],

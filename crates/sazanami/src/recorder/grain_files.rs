@@ -187,7 +187,7 @@ fn w_first([x, y, z, w]: [Real; 4]) -> [Real; 4] {
     [w, x, y, z]
 }
 
-/// What ParaView colours by at first.
+/// Array by which ParaView colours at first.
 fn coloured(arrays: &[DataArray]) -> Option<&'static str> {
     ["speed", "velocity"].into_iter().find(|name| arrays.iter().any(|array| array.name() == *name))
 }

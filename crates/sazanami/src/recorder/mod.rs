@@ -1,4 +1,4 @@
-//! What a run leaves behind: series, fields, grains, pictures, checkpoints, summary.
+//! Records of a run: series, fields, grains, pictures, checkpoints, summary.
 //!
 //! Every rank has a recorder, because what is written is gathered from all; rank 0 alone has files.
 
@@ -74,7 +74,7 @@ pub(crate) struct Recorder<'a, B: Observer> {
     timetables: Timetables,
     grains: GatheredGrains,
     observer: B,
-    /// What the probes that fall due within the step found at its start.
+    /// Values of the probes that fall due within the step, found at its start.
     probed: Vec<Vec<Value>>,
     files: Option<Files>,
     last_checkpoint: Instant,
@@ -504,7 +504,7 @@ fn is_physical(section: &str) -> bool {
     section == CLOCK || ["fluid/", GRAINS, PACKING, RELAXATION].iter().any(|prefix| section.starts_with(prefix))
 }
 
-/// Where a run into `folder` writes the bed that it packs.
+/// File of the bed that a run into `folder` packs.
 pub(crate) fn packed_bed(case: &Case, folder: &Path) -> PathBuf {
     case.output.bed.clone().unwrap_or_else(|| folder.join(PACKED_BED))
 }

@@ -1,4 +1,4 @@
-//! What a recorder asks of the observer of a solver.
+//! Interface between a recorder and the observer of a solver.
 
 use sazanami_io::table::{self, Column};
 use sazanami_numerics::snapshot::Snapshot;
@@ -27,7 +27,7 @@ pub(crate) struct Step<'a, W: Water> {
     pub report: &'a W::Report,
 }
 
-/// What a row of the series is read from.
+/// Source of a row of the series.
 pub(crate) struct Row<'a, O: Observer> {
     /// Time and number of the step.
     pub clock: &'a Clock,
@@ -37,14 +37,14 @@ pub(crate) struct Row<'a, O: Observer> {
     pub grains: &'a GatheredGrains,
     /// Sums and extremes since the start.
     pub totals: &'a Totals,
-    /// What the observer measured last.
+    /// The observer, with its last measurement.
     pub observer: &'a O,
 }
 
 /// A column of the series of an observer.
 pub(crate) type SeriesCell<O> = Quantity<fn(&Row<'_, O>) -> table::Value>;
 
-/// Where the output of a time goes.
+/// Destination of the output of a time.
 pub(crate) struct Output<'a> {
     /// The run.
     pub job: &'a Job<'a>,
@@ -103,7 +103,7 @@ pub(crate) trait Observer: Sized + 'static {
         Vec::from_iter(of_frame(case))
     }
 
-    /// What the last measurement found that the user should know of.
+    /// Warnings to the user from the last measurement.
     fn warnings(&self) -> Vec<Warning>;
 
     /// The series gets a row of what was measured last, at `time` \[s].
@@ -139,11 +139,11 @@ pub(crate) trait Observer: Sized + 'static {
     /// Headings of the table of a probe, the time first.
     fn probe_headings(place: &ProbePlace) -> Vec<Column>;
 
-    /// What each of the probes that are `asked` finds at `time` \[s], in the order of the headings but the time; an empty row of the
-    /// others, and on ranks that do not lead there may be no rows at all. Collective.
+    /// Values of each of the probes that are `asked` at `time` \[s], in the order of the headings but the time; an
+    /// empty row of the others, and on ranks that do not lead there may be no rows at all. Collective.
     fn probe(&mut self, job: &Job, water: &mut Self::Water, time: Real, asked: &[bool]) -> Vec<Vec<table::Value>>;
 
-    /// What goes into the summary.
+    /// Conservation, momentum and observables for the summary.
     fn summary_parts(&self) -> SummaryParts;
 
     /// Adds what a resumed run needs to a snapshot.

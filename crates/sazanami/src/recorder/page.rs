@@ -1,4 +1,4 @@
-//! What a run records, as the reference page has it.
+//! Reference page of the records of a run.
 
 use super::columns::series_page;
 use super::mics::GridObserver;
@@ -18,12 +18,12 @@ pub(crate) fn page() -> String {
         ("`layers.csv`", table("A row per layer and observation.", mps::LAYERS)),
         ("`probes/NAME.csv` of `solver = \"mics\"`", mics::probe_page()),
         ("`probes/NAME.csv` of `solver = \"mps\"`", mps::probe_page()),
-        ("`counts` of `summary.json`", table("What the run consists of.", summary::COUNTS)),
-        ("`conservation` with `solver = \"mics\"`", table("What should be conserved.", mics::CONSERVATION)),
-        ("`conservation` with `solver = \"mps\"`", table("What should be conserved.", mps::CONSERVATION)),
+        ("`counts` of `summary.json`", table("Sizes of the run.", summary::COUNTS)),
+        ("`conservation` with `solver = \"mics\"`", table("Errors of conserved quantities.", mics::CONSERVATION)),
+        ("`conservation` with `solver = \"mps\"`", table("Errors of conserved quantities.", mps::CONSERVATION)),
         ("`worst` of `summary.json`", table("Largest values met since the start.", WORST)),
-        ("`corrections` of `summary.json`", table("What had to be corrected since the start.", CORRECTIONS)),
-        ("`particles` with `solver = \"mps\"`", table("What happened to moving particles since the start.", PARTICLES)),
+        ("`corrections` of `summary.json`", table("Corrections since the start.", CORRECTIONS)),
+        ("`particles` with `solver = \"mps\"`", table("Events of moving particles since the start.", PARTICLES)),
         ("`observables.bed` of `summary.json`", table("The bed before the impact.", bed::BED)),
         ("`observables.heap` of `summary.json`", table("The slope of a heap (with `[heap]`).", bed::HEAP)),
         ("`observables.erosion` of `summary.json`", table("The crater at the end.", mics::EROSION)),

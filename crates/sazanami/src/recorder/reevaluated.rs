@@ -1,4 +1,4 @@
-//! What a run observed, found again from one of its checkpoints: as its case evaluates it, or with other keys.
+//! Observations of a run, found again from one of its checkpoints: as its case evaluates it, or with other keys.
 
 use sazanami_dem::Engine;
 use sazanami_mics::boundary::Boundary;
@@ -29,7 +29,7 @@ pub(crate) struct Beds {
     before: Option<GatheredBed>,
 }
 
-/// What was found again.
+/// Results found again.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Reevaluated {
     bed: Option<BedFindings>,
@@ -111,7 +111,7 @@ impl Beds {
         found
     }
 
-    /// Which grains were splashed is known from the whole course of the run, for the threshold and the axis it had.
+    /// Splash for the threshold and the axis of the run, whose whole course tells which grains were splashed.
     fn evaluate_splash(&self, case: &Case, own: &Case, now: &BedView, found: &mut Reevaluated) {
         let watched = |erosion: &Evaluation| (erosion.axis, erosion.grain_size);
         let Some(asked) = case.erosion.as_ref().map(watched) else { return };

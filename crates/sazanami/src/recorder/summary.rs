@@ -31,7 +31,7 @@ pub(crate) struct Present<'a> {
     pub state_hash: Option<u64>,
 }
 
-/// What a run consists of.
+/// Numbers of cells, particles, grains and contacts of a run.
 pub(super) struct Counts {
     cells: usize,
     fluid_particles: usize,
@@ -144,7 +144,7 @@ fn amend(folder: &Path, change: impl FnOnce(&mut Map<String, Value>)) -> Result<
     write_json(&path, &Value::Object(summary))
 }
 
-/// What lies in the folder of results, relative to it; not the lock of the run, nor what is being written.
+/// Files in the folder of results, relative to it; not the lock of the run, nor what is being written.
 fn files(folder: &Path) -> Vec<String> {
     let mut found = Vec::new();
     let mut folders = vec![folder.to_owned()];

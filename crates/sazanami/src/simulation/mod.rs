@@ -44,7 +44,7 @@ pub(crate) fn run_rank(communicator: Box<dyn Communicator>, job: &Job) -> Result
     }
 }
 
-/// How a run comes by its solver: from a packed bed, if it packs one; `None` if it is stopped before.
+/// Constructor of a run's solver: from a packed bed, if it packs one; `None` if the run is stopped before.
 trait Begin<B: Observer>: FnOnce(Domain, Option<Packing>, &mut Recorder<B>) -> Result<Option<B::Water>, RankError> {}
 
 impl<B, F> Begin<B> for F
@@ -90,7 +90,7 @@ fn stages<B: Observer>(
     }
 }
 
-/// What one rank knows of the outside, agreed with all: stop, and write a checkpoint.
+/// Signals from outside that one rank knows of, agreed with all: stop, and write a checkpoint.
 fn signals<B: Observer>(domain: &Domain, job: &Job, recorder: &Recorder<B>) -> [bool; 2] {
     let mut values = [job.stop.number(), u8::from(recorder.wants_checkpoint())].map(Real::from);
     domain.communicator().all_reduce(&mut values, Reduction::Max);

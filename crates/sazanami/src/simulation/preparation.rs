@@ -23,7 +23,7 @@ const STAGE: &str = "preparation/stage";
 /// Strain and speed of water that is far from rest, over those of water at rest.
 const FAR: Real = 5.0;
 
-/// How far a preparation has come.
+/// Progress of a preparation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Stage {
     /// Water comes to rest between grains that are held; steps done.

@@ -21,7 +21,7 @@ const LEAST: Real = 5e-3;
 const LONGEST: Real = 0.5;
 /// Grains that overlap part no faster than this [m/s].
 const PARTING_SPEED: Real = 0.05;
-/// What a sub-step leaves of their speed.
+/// Part of the speed of parting grains that a sub-step leaves.
 const PARTING_DAMPING: Real = 0.98;
 /// They have parted when no overlap is deeper than this, over a contact sphere's radius.
 const PARTED: Real = 0.05;

@@ -1,4 +1,4 @@
-//! How a run begins: from the case, from a packed bed, or from a checkpoint.
+//! Start of a run: from the case, from a packed bed, or from a checkpoint.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! What a run needs of a solver: water with grains in it.
+//! Interface of a run to its solver: water with grains in it.
 
 pub(crate) mod mics;
 pub(crate) mod mps;
@@ -39,7 +39,7 @@ impl StepProblem {
     }
 }
 
-/// What the solvers and their reports name alike.
+/// Methods that the solvers and their reports name alike.
 macro_rules! named_alike {
     () => {
         fn domain(&self) -> &Domain {
@@ -73,7 +73,7 @@ use named_alike;
 pub(crate) trait Water: Sized {
     /// A stable next step.
     type Stable: Copy;
-    /// What a step did.
+    /// Report of a step.
     type Report;
 
     /// This rank's part of the box.

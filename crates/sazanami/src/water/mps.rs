@@ -12,7 +12,7 @@ use super::{ELSEWHERE, StepProblem, Water, named_alike};
 use crate::case::meaning::Case;
 use crate::naming::grain_kind;
 
-/// What moves water and walls in the step from `time` to `time + dt` \[s].
+/// Body force, displacement and velocity of the walls in the step from `time` to `time + dt` \[s].
 fn forcing(case: &Case, time: Real, dt: Real) -> Forcing {
     let body_force = case.effective_gravity(time + 0.5 * dt);
     if !case.walls_move() {

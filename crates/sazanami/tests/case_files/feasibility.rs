@@ -1,4 +1,4 @@
-//! What can be said of a case that can be read before it is run: beds, memory, counts beyond reason.
+//! Feasibility of a case that can be read, before it is run: beds, memory, counts beyond reason.
 
 use sazanami::bed_file::{Bed, BedGrain, Recipe};
 use sazanami::check::CostModel;
@@ -13,7 +13,7 @@ fn machine(memory: u64) -> Machine {
     Machine { cpu: "any".into(), cores: 2, memory_available: Some(memory), memory_limit: MemoryLimit::Machine }
 }
 
-/// What is said about a case that can be read, errors first; what was found if it can run.
+/// Messages on a case that can be read, errors first; the findings if it can run.
 fn feasibility(text: &str, overrides: &[&str], memory: u64) -> (Vec<String>, Option<Feasible>) {
     let loaded = read(text, overrides).unwrap_or_else(|error| panic!("{error}"));
     let reported = |d: &case::Diagnostics| {

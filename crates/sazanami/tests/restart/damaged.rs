@@ -1,8 +1,8 @@
-//! What happened to a folder between two parts of a run: damage, older programs, wrong commands.
+//! Damage to a folder between two parts of a run: broken files, older programs, wrong commands.
 
 use super::*;
 
-/// What can happen to a file.
+/// Damages a file.
 fn damage(path: &Path, how: &str) {
     let mut bytes = std::fs::read(path).expect("the case is sound");
     let length = bytes.len();

@@ -39,7 +39,7 @@ impl Drop for Scratch {
     }
 }
 
-/// What a run says, and when it is to be stopped from outside.
+/// Messages and steps of a run, and the step at which to stop it from outside.
 #[derive(Default)]
 pub struct Listener<'a> {
     pub messages: Vec<String>,
@@ -154,7 +154,7 @@ impl Table {
     }
 }
 
-/// What a run left behind.
+/// Results of a run.
 pub struct Left {
     pub summary: Value,
     pub state: Snapshot,

@@ -1,4 +1,4 @@
-//! Which pairs of a block are due, and the gaps of their spheres.
+//! Pairs of a block that are due, and the gaps of their spheres.
 //!
 //! Thousands of pairs are due in a sub-step of a bed that flows, each with its grains elsewhere in memory. So all are
 //! posed first, then all measured, then judged: the loops before the last have no branches that wait for what they load.
@@ -96,7 +96,7 @@ impl Block {
         checked
     }
 
-    /// Where the grains of the pairs that are due stand to each other.
+    /// Sets the relative positions of the grains of the pairs that are due.
     fn pose(&mut self, context: &ContactContext<'_>) {
         for approach in &mut self.due {
             let pair = &self.pairs[approach.pair as usize];

@@ -136,7 +136,7 @@ impl Cells<'_> {
         (takes + SPREADING * excess.abs() * room) * (STILL + self.per_width[d] * outflow.max(0.0))
     }
 
-    /// What a round makes of a cell; `None` if nothing.
+    /// Change of a cell in a round; `None` if there is none.
     fn change(&self, cell: [isize; 3], at: usize) -> Option<Change> {
         let drho = self.fluids.liquid_density - self.fluids.gas_density;
         let (own, u) = (self.excess[at], self.velocity(at));

@@ -69,7 +69,7 @@ fn largest_ball(surface: &SurfaceMesh, tree: &BoundingTree, samples: &[(Vector, 
     samples.iter().step_by(stride).map(ball).fold(0.0, Real::max)
 }
 
-/// Where a ball of `radius` set below the sample ends up when pushed clear of the surface, if anywhere.
+/// Centre \[m] of a ball of `radius` set below the sample and pushed clear of the surface; `None` if it stays outside.
 fn candidate(surface: &SurfaceMesh, tree: &BoundingTree, sample: &(Vector, Vector), radius: Real) -> Option<Vector> {
     let mut centre = sample.0 - radius * sample.1;
     if !surface.contains(centre) {

@@ -12,7 +12,7 @@ use crate::{Real, Vector};
 
 /// Radius over smallest semi-axis of the paper's grain: 0.075 mm / 0.26 mm.
 const RADIUS_RATIO: Real = 0.075 / 0.26;
-/// Where neighbouring centres leave more than this many radii to the farthest point between them, spheres are enlarged.
+/// Distance in radii from neighbouring centres to the farthest point between them, below which spheres are kept.
 const COVERED: Real = 1.2;
 const LLOYD_STEPS: usize = 40;
 

@@ -8,7 +8,7 @@ use crate::domain::Domain;
 /// First tag of the messages of this module.
 const TAG: u32 = 200;
 
-/// What lies beyond the cells of a rank's part of a level.
+/// Periodic images and neighbouring ranks beyond the cells of a rank's part of a level.
 pub(super) struct Borders {
     board: Chequerboard,
     /// Directions in which this rank is its own periodic neighbour.

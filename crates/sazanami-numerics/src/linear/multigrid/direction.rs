@@ -33,7 +33,7 @@ pub(crate) struct Residual {
     pub mean: Real,
 }
 
-/// How the direction and the steps are advanced: `p = z - mean + beta p`, then a step of `alpha p`.
+/// Factors that advance the direction and the steps: `p = z - mean + beta p`, then a step of `alpha p`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Step {
     pub beta: f32,

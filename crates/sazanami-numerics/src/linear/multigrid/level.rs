@@ -31,7 +31,7 @@ pub(super) const BLACK: usize = 1;
 /// Stages that one pass holds.
 #[derive(Clone, Debug)]
 pub(super) struct Group {
-    /// Which of the stages.
+    /// Numbers of the stages.
     pub stages: Range<usize>,
     lags: [usize; LAGS.len()],
 }
@@ -76,7 +76,7 @@ pub(super) struct Frame {
     pub relaxations: usize,
 }
 
-/// A level.
+/// Grid of one level, with solution and right-hand side.
 pub(super) struct Level {
     pub frame: Frame,
     pub borders: Borders,

@@ -96,7 +96,7 @@ impl Multigrid {
         }
     }
 
-    /// Where the cells of the finest level are.
+    /// Layout of the cells of the finest level.
     pub(crate) fn board(&self) -> &Chequerboard {
         self.levels[0].board()
     }
@@ -249,7 +249,7 @@ impl Chequerboard {
     }
 }
 
-/// How many cells make a coarse cell in each direction.
+/// Number of cells that make a coarse cell in each direction.
 fn coarsening(cells: [usize; 3], spacing: [Real; 3]) -> [usize; 3] {
     let coupling = |d: usize| if cells[d] > 1 { 1.0 / (spacing[d] * spacing[d]) } else { 0.0 };
     let strongest = (0..3).map(coupling).fold(0.0, Real::max);

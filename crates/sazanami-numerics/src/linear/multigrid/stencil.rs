@@ -28,7 +28,7 @@ impl Source for Vec<f32> {
 
 /// Coefficients of the lower faces, and the reciprocals of the diagonal.
 pub(super) struct Stencil {
-    /// Where cells are.
+    /// Layout of the cells.
     pub board: Chequerboard,
     /// Per row of one colour: lower-face coefficients in x1, then x2, then x3.
     pub faces: Colours,

@@ -10,7 +10,7 @@ use super::chequerboard::{Chequerboard, Colours};
 use super::stencil::{RUN, Source, Stencil};
 use super::wavefront::Planes;
 
-/// How many cells make a coarse cell in each direction (1 or 2), and where the coarse cells are.
+/// Number of cells that make a coarse cell in each direction (1 or 2), and the layout of the coarse cells.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Transfer {
     pub ratio: [usize; 3],

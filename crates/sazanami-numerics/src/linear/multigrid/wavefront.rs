@@ -83,7 +83,7 @@ impl<const N: usize> Part<'_, N> {
     }
 }
 
-/// How a pass runs over the planes and rows of a level.
+/// Order of a pass over the planes and rows of a level.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pass<'a> {
     /// Number of planes.

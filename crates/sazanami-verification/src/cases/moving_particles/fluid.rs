@@ -57,7 +57,7 @@ pub fn operators() -> Result<Vec<Measured>, String> {
     Ok(rows)
 }
 
-/// What is judged of water at rest.
+/// Judged quantities of water at rest.
 fn rest_rows(name: &str, found: &Rest) -> Vec<Measured> {
     vec![
         Measured::new(format!("{name}: largest error of p after 0.5 s, of rho g H"), found.pressure),

@@ -9,7 +9,7 @@ use sazanami_numerics::Real;
 use super::said;
 use crate::measured::Measured;
 
-/// Void fractions.
+/// Void fraction in a lattice of touching spheres and at a wall, and its rate under compression.
 pub fn void_fraction() -> Result<Vec<Measured>, String> {
     let found = experiments::lattice_voids().map_err(said)?;
     let eps = 1.0 - PI / 6.0;
@@ -23,7 +23,7 @@ pub fn void_fraction() -> Result<Vec<Measured>, String> {
     ])
 }
 
-/// What is judged of a bed at rest.
+/// Judged quantities of a bed at rest.
 fn bed_rows(name: &str, found: &RestingBed) -> Vec<Measured> {
     vec![
         Measured::new(format!("{name}: largest error of the pressure, of rho g H"), found.pressure),
@@ -145,7 +145,7 @@ pub fn frames() -> Result<Vec<Measured>, String> {
     ])
 }
 
-/// With a bed.
+/// A swinging tank with a bed, in the frame of the tank and in that of the laboratory.
 pub fn frames_with_bed() -> Result<Vec<Measured>, String> {
     let [found, chance] = experiments::frames_with_bed(120, 0.5).map_err(said)?;
     let row = |name: &str, value: Real| Measured::new(name, value.abs());

@@ -12,7 +12,7 @@ use crate::measured::Measured;
 /// Length, depth \[m], layers, mode.
 pub(super) type Wave = (Real, Real, usize, usize);
 
-/// Standing waves.
+/// Periods over linear theory and numerical viscosities of free waves.
 pub fn standing_wave() -> Result<Vec<Measured>, String> {
     let mut rows = periods(&[(0.1, 0.05, 5, 1), (0.1, 0.05, 10, 1), (0.15, 0.01, 5, 1)])?;
     let mut found = Vec::new();
@@ -46,7 +46,7 @@ pub(super) fn over_theory(
     Ok((rows, wave.period))
 }
 
-/// How a wave is called.
+/// Name of a wave.
 pub(super) fn called((length, depth, layers, mode): Wave) -> String {
     format!("L {length} m, h {depth} m, mode {mode}, h/l0 {layers}")
 }
@@ -56,7 +56,7 @@ pub fn stretching_drop() -> Result<Vec<Measured>, String> {
     drops(&RADII.map(|radius| Scheme { radius, ..Scheme::default() }))
 }
 
-/// What is judged of a drop that stretches, for each scheme.
+/// Judged quantities of a drop that stretches, for each scheme.
 pub(super) fn drops(schemes: &[Scheme]) -> Result<Vec<Measured>, String> {
     let mut rows = Vec::new();
     for &scheme in schemes {
@@ -129,7 +129,7 @@ pub fn sloshing() -> Result<Vec<Measured>, String> {
     Ok(rows)
 }
 
-/// What is judged of driven waves.
+/// Judged quantities of driven waves.
 fn driven(name: &str, found: &Sloshing) -> [Measured; 5] {
     [
         ("", "largest wave at a wall, of spacings", found.height),

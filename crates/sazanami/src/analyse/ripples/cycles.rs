@@ -39,7 +39,7 @@ impl CycleAverage {
     }
 }
 
-/// What layers do in cycles of a `period` \[s].
+/// Phase and cycle averages of every quantity of both layers, in cycles of a `period` \[s].
 pub(super) fn averages(layers: &LayerHistory, period: Real) -> Vec<CycleAverage> {
     let sides = [("upper", &layers.upper), ("lower", &layers.lower)];
     let each = sides.into_iter().flat_map(|(layer, columns)| {

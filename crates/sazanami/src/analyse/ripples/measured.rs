@@ -17,7 +17,7 @@ pub(super) struct Compared {
     time: Real,
     /// The surface, as the run defines it.
     surface: &'static str,
-    /// What was found, or why nothing was.
+    /// Match with the measured surface, or why there is none.
     found: Result<Match, String>,
 }
 
@@ -181,7 +181,7 @@ fn not_reached(own: &Profiles) -> String {
     format!("not compared: the table of the run ends at {} s", own.end())
 }
 
-/// How far a profile may be moved: as far as its header declares.
+/// Limits on the displacement of a profile \[m], as its header declares; 0 without a declaration.
 fn limits(measured: &MeasuredProfile) -> ShiftLimits {
     ShiftLimits { x: measured.x_shift_limit.unwrap_or(0.0), z: measured.z_shift_limit.unwrap_or(0.0) }
 }

@@ -175,8 +175,8 @@ fn of_water(summary: &Value) -> Vec<Row> {
     rows
 }
 
-/// What is not accounted for of the water's momentum, over the impulse of the body force: direction by direction, or of
-/// all of them together, as earlier versions wrote it.
+/// Part of the water's momentum that is not accounted for, over the impulse of the body force: direction by direction,
+/// or of all of them together, as earlier versions wrote it.
 fn momentum_residual(residual: &Value) -> Option<Row> {
     let one = |value: &Value| value.as_f64().map_or("no such force".into(), |value| format!("{value:.1e}"));
     let text = match residual {

@@ -176,7 +176,7 @@ fn at_whole_periods(series: impl Iterator<Item = (Real, Real)>, period: Real) ->
     found
 }
 
-/// How ripples are measured on the main surface of the bed; `None` if the case does not ask for it.
+/// Settings of the ripple measurement on the main surface of the bed; `None` if the case does not ask for it.
 pub(super) fn settings_of(case: &Case) -> Option<RippleSettings> {
     Some(recorder::settings_of(case.ripples.as_ref()?, tank_of(case).width()))
 }

@@ -57,7 +57,7 @@ pub(super) fn draw(
     Ok(())
 }
 
-/// What a scene takes over as it is.
+/// Parts that a scene takes over as they are.
 pub(crate) struct Drawn {
     pub shapes: Arc<[Shape]>,
     pub grid: Grid,
@@ -93,7 +93,7 @@ fn top(case: &Case, bed_before: Option<Real>) -> Real {
     (highest + ABOVE * case.domain.extent().x).min(lid)
 }
 
-/// What the grains are coloured by, with a range that is the same for all pictures of a run.
+/// Quantity that colours the grains, with a range that is the same for all pictures of a run.
 fn colouring(case: &Case, bed: &BedView, bed_before: Option<Real>) -> Colouring {
     match case.output.grain_colour {
         GrainColour::Speed => Colouring::Speed(bed.velocity.iter().map(|v| v.length()).collect(), fastest(case)),

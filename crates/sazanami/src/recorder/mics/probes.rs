@@ -12,7 +12,7 @@ use crate::columns::{Cell, cells, quantities};
 use crate::recorder::columns::{GAUGE, ProbeColumns};
 use crate::recorder::mics::liquid_share;
 
-/// What is found at a point.
+/// State of the fluid at a point.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct AtPoint {
     /// None where liquid has no room.
@@ -21,7 +21,7 @@ pub(super) struct AtPoint {
     velocity: Vector,
 }
 
-/// What is found on a plane.
+/// Fluxes and mean pressure on a plane.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct ThroughPlane {
     volume_flux: Real,
@@ -80,7 +80,7 @@ const OF_BODY: &[Cell<OfBody>] = quantities! {
     "fluid_torque_3", "N m", "along x3" => |at| at.fluid_torque.z.into();
 };
 
-/// What the probes that are `asked` find. All ranks take part.
+/// Values of the probes that are `asked`. All ranks take part.
 pub(super) fn read(case: &Case, solver: &Solver, time: Real, asked: &[bool]) -> Vec<Vec<Value>> {
     let found = |(probe, asked): (&Probe, &bool)| if *asked { measure(case, solver, time, probe) } else { Vec::new() };
     case.probes.iter().zip(asked).map(found).collect()

@@ -8,13 +8,13 @@ use super::{closed, settings_of};
 use crate::case::meaning::{self, Case};
 use crate::check::{BedReport, bed_flow};
 
-/// How mound and ripples of a case are told apart; `None` if it observes none.
+/// Settings that tell mound and ripples of a case apart; `None` if it observes none.
 pub(crate) fn form_settings(case: &Case) -> Option<BedFormSettings> {
     let how = case.ripples.as_ref()?;
     Some(bed_flow(case).map_or_else(|| BedFormSettings::of_grains(how.grain_size), |flow| flow.forms()))
 }
 
-/// What stands on the main surface of a bed.
+/// Mound and ripples on the main surface of a bed.
 pub(crate) fn forms_of(
     how: &meaning::Ripples,
     tank: &Tank,

@@ -46,7 +46,7 @@ pub(super) fn probe_page() -> String {
     probes::COLUMNS.page()
 }
 
-/// What is found of bed and water.
+/// Measured surfaces, forms and layers of the bed.
 #[derive(Clone, Debug)]
 pub(super) struct Found {
     /// Surface of the bed in its three definitions.
@@ -94,7 +94,7 @@ pub(crate) struct ParticleObserver {
     settings: Option<meaning::Ripples>,
     /// Flow over the bed, where the tank swings.
     flow: Option<BedReport>,
-    /// How mound and ripples are told apart.
+    /// Settings that tell mound and ripples apart.
     forms: Option<BedFormSettings>,
     /// Motion of the tank, where its walls move.
     moving: Option<TankMotion>,
@@ -120,7 +120,7 @@ pub(crate) struct ParticleObserver {
     speeds: [Real; 2],
     found: Option<Found>,
     sums: TankSums,
-    /// Where the momentum of the fluid went, in the frame of its places.
+    /// Budget of the fluid's momentum, in the frame of its places.
     momentum: FluidMomentumBudget,
 }
 
@@ -176,7 +176,7 @@ impl ParticleObserver {
     }
 }
 
-/// How ripples of a surface are measured that is an average over `across` \[m] across the tank.
+/// Settings of the ripple measurement on a surface that is an average over `across` \[m] across the tank.
 pub(crate) fn settings_of(case: &meaning::Ripples, across: Real) -> ripples::RippleSettings {
     ripples::RippleSettings { margin: case.margin, ..ripples::RippleSettings::of_grains(case.grain_size, across) }
 }

@@ -1,9 +1,9 @@
-//! What is to be said as a flow begins: in which frame things are written, and what is made of the motion of a tank.
+//! Notes as a flow begins: the frame in which things are written, and what is made of the motion of a tank.
 
 use crate::case::meaning::{Axis, Case, TankMotion};
 use crate::recorder::observer::of_frame;
 
-/// What is to be said of a case.
+/// Notes on a case.
 pub(super) fn of(case: &Case) -> Vec<String> {
     let Some(motion) = case.frame.as_ref().and_then(|frame| frame.motion.as_ref()) else { return Vec::new() };
     let mut notes = Vec::from_iter(of_frame(case));

@@ -12,7 +12,7 @@ use crate::case::meaning::{Case, Probe, ProbePlace};
 use crate::columns::{Cell, cells, missing, quantities};
 use crate::recorder::columns::{GAUGE, ProbeColumns};
 
-/// What is found at a point.
+/// State of the fluid at a point.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct AtPoint {
     pressure: Real,
@@ -56,7 +56,7 @@ const OF_BODY: &[Cell<OfBody>] = quantities! {
     "void_fraction", "", "void fraction around the grain, without its own share" => |at| at.void_fraction.into();
 };
 
-/// What probes are read from.
+/// Source of the probes' values.
 struct View<'a> {
     tank: &'a Tank,
     gathered: &'a GatheredTank,
@@ -64,7 +64,7 @@ struct View<'a> {
     surface: OnceCell<SurfaceProfile>,
 }
 
-/// What the probes that are `asked` find.
+/// Values of the probes that are `asked`.
 pub(super) fn read(case: &Case, tank: &Tank, gathered: &GatheredTank, time: Real, asked: &[bool]) -> Vec<Vec<Value>> {
     let view = View { tank, gathered, surface: OnceCell::new() };
     let found =
