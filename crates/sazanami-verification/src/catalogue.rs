@@ -3,8 +3,8 @@
 //! The name is that of the folder in `verification/` with `expected.toml`, reference data and page.
 
 use crate::cases::{
-    arrays, at_rest, beds, both, contact, free_grains, immersed, impact, moving_particles, pair, random_bed, reduced,
-    ripples, rising, settling, single_phase, transport, turning, two_phase, volume_fractions,
+    arrays, at_rest, beds, both, contact, examples, free_grains, immersed, impact, moving_particles, pair, random_bed,
+    reduced, ripples, rising, settling, single_phase, transport, turning, two_phase, volume_fractions,
 };
 use crate::measured::{IntoOutcome, Outcome};
 
@@ -101,6 +101,7 @@ pub const CASES: &[Case] = &[
     case!("mps-frames-bed", moving_particles::frames_with_bed),
     case!("both-dam-break", both::dam_break),
     case!("both-settling-sphere", both::settling_sphere),
+    case!("examples", examples::examples),
     case!("ripples", ripples::ripples),
     case!("drop-on-bed-fine", impact::drop_on_bed_fine),
     case!("drag-fine", immersed::drag_fine),

@@ -5,6 +5,7 @@ pub mod at_rest;
 pub mod beds;
 pub mod both;
 pub mod contact;
+pub mod examples;
 pub mod free_grains;
 pub mod immersed;
 pub mod impact;
