@@ -86,6 +86,17 @@ pub struct Population {
 
 read_by!(Population, PopulationKeys);
 
+impl Population {
+    /// Whether any of its grains moves by the forces on it.
+    #[must_use]
+    pub fn has_free_grains(&self) -> bool {
+        match &self.placement {
+            GrainPlacement::List(list) => list.iter().any(|grain| grain.motion == Motion::Free),
+            _ => self.motion == Motion::Free,
+        }
+    }
+}
+
 /// `grains N` or `liquid N` by the place in the list.
 pub(super) fn numbered(table: &Table<'_>) -> String {
     table.at().path.replace('.', " ")

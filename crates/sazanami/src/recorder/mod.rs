@@ -312,7 +312,7 @@ impl<'a, B: Observer> Recorder<'a, B> {
         if series && let Some(files) = &mut self.files {
             let row = Row { clock, step, grains: &self.grains, totals: &self.totals, observer: &self.observer };
             outcome = files
-                .row(clock, &series_row(&row, files.with_crater))
+                .row(clock, &series_row(&row, files.parts))
                 .and_then(|()| self.observer.tables(clock, files));
         }
         if series {

@@ -15,7 +15,7 @@ use crate::case::meaning::{Case, GrainPlacement, Preparation};
 use crate::job::{Job, RankError, StateError};
 use crate::progress::StepLine;
 use crate::recorder::{Observer, ParticleObserver, Recorder};
-use crate::water::{StepProblem, Water, mps};
+use crate::water::{self, StepProblem, Water, mps};
 
 /// Section of a checkpoint with the [`Stage`] of a preparation.
 const STAGE: &str = "preparation/stage";
@@ -69,7 +69,9 @@ pub(super) fn solver(
 ) -> Result<Option<Solver>, RankError> {
     let resumed = job.resumed.as_ref();
     let (mut solver, stage) = if let Some(state) = resumed.filter(|state| state.run.flows()) {
-        return restored(job, domain, &state.snapshot).map(Some);
+        let mut solver = restored(job, domain, &state.snapshot)?;
+        hold_mean_flow(job.case, &mut solver, Some(&state.snapshot))?;
+        return Ok(Some(solver));
     } else if let Some(state) = resumed.filter(|state| state.run.preparing) {
         (restored(job, domain, &state.snapshot)?, Stage::of(&state.snapshot)?)
     } else if let Some(prepared) = &job.prepared {
@@ -87,7 +89,16 @@ pub(super) fn solver(
         recorder.keep_tank(&mut solver)?;
     }
     set_off(job.case, &mut solver);
+    hold_mean_flow(job.case, &mut solver, None)?;
     Ok(Some(solver))
+}
+
+/// Lets the solver hold the mean velocity of the case, if it has one.
+fn hold_mean_flow(case: &Case, solver: &mut Solver, resumed: Option<&Snapshot>) -> Result<(), RankError> {
+    if let Some(flow) = water::mean_flow(case, resumed)? {
+        solver.hold_mean_flow(flow);
+    }
+    Ok(())
 }
 
 fn first_stage(case: &Case) -> Stage {

@@ -6,6 +6,7 @@ use sazanami_mps::solver::{Forcing, Phase, Solver, StepError, StepReport};
 use sazanami_mps::stability::Step;
 use sazanami_numerics::Real;
 use sazanami_numerics::domain::Domain;
+use sazanami_numerics::mean_flow::MeanFlowReport;
 use sazanami_numerics::snapshot::Snapshot;
 
 use super::{ELSEWHERE, StepProblem, Water, named_alike};
