@@ -7,6 +7,7 @@ use sazanami_mics::grains::room::LiquidRoom;
 use sazanami_numerics::Vector;
 
 use crate::case::Case;
+use crate::liquids_at_walls;
 use crate::presets::Solver;
 use crate::read::Context;
 use crate::tables::{BoundarySide, GrainPlacement, OutputFrame, Population, Projection, check_drive, place_of_side};
@@ -33,6 +34,7 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
     check_room(case, cx);
     check_floor(case, cx);
     check_drive(case, cx);
+    liquids_at_walls::check(case, cx);
 }
 
 /// Velocity fields are given on the grid alone.

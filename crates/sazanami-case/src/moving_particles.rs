@@ -122,7 +122,9 @@ fn check_spheres(case: &Case, cx: &mut Context<'_>) {
         cx.report
             .error(span, format!("`{}` needs a floor: x3 is periodic", case.grains[n].name))
             .label("its grains would fall without end")
-            .help("make x3 a wall, write `motion = \"fixed\"`, or hold a mean velocity along x3 (`drive.mean_velocity`)");
+            .help(
+                "make x3 a wall, write `motion = \"fixed\"`, or hold a mean velocity along x3 (`drive.mean_velocity`)",
+            );
     }
     let smallest = case.domain.extent().min_element();
     for (n, population) in case.grains.iter().enumerate() {

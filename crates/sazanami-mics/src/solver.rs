@@ -440,6 +440,20 @@ impl Solver {
         self.settings.gravity = gravity;
     }
 
+    /// Lets held grains move by the forces on them from now on; see [`Engine::release`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn release(&mut self, which: impl Fn(u64) -> bool + Sync) -> Result<usize, DemError> {
+        let Self { domain, grains, .. } = self;
+        let count = grains.engine_mut().release(domain, which)?;
+        if count > 0 {
+            // Grains that are not free have another density there.
+            grains.imprint(domain);
+        }
+        Ok(count)
+    }
+
     /// The fluid phase: volume fraction, velocity, density.
     #[must_use]
     pub fn flow(&self) -> &Flow {

@@ -4,7 +4,7 @@ mod conjugate;
 mod phases;
 mod setup;
 
-use sazanami_dem::Engine;
+use sazanami_dem::{DemError, Engine};
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::mean_flow::MeanFlow;
 use sazanami_numerics::{Real, Vector};
@@ -243,6 +243,18 @@ impl Solver {
     /// Mutable access to the grain engine between steps, with the domain.
     pub fn engine_mut(&mut self) -> (&mut Engine, &Domain) {
         (self.grains.engine_mut(), &self.domain)
+    }
+
+    /// Lets held grains move by the forces on them from now on; see [`Engine::release`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn release(&mut self, which: impl Fn(u64) -> bool + Sync) -> Result<usize, DemError> {
+        let count = self.grains.engine_mut().release(&self.domain, which)?;
+        if count > 0 {
+            self.grains.expect_drag(&self.domain, &self.tank);
+        }
+        Ok(count)
     }
 
     /// Decomposition of the box and this rank's part of it.

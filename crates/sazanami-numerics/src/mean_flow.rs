@@ -117,7 +117,8 @@ impl MeanFlow {
 mod tests {
     use super::*;
 
-    const SETTINGS: MeanFlowSettings = MeanFlowSettings { velocity: Vector::new(0.3, 0.0, 0.0), above: 0.0, area: 0.5, answer: 0.05, rise: 0.0 };
+    const SETTINGS: MeanFlowSettings =
+        MeanFlowSettings { velocity: Vector::new(0.3, 0.0, 0.0), above: 0.0, area: 0.5, answer: 0.05, rise: 0.0 };
 
     /// Velocity after a second, last force and largest velocity of a mass of 2 kg with a friction of `rate` [1/s].
     fn after(mut flow: MeanFlow, rate: Real) -> [Real; 3] {

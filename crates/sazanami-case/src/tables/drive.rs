@@ -86,7 +86,10 @@ pub fn check_drive(case: &Case, cx: &mut Context<'_>) {
     let Some(velocity) = drive.mean_velocity else { return };
     for d in (0..3).filter(|&d| velocity[d] != 0.0 && case.boundary[d][0] != BoundarySide::Periodic) {
         cx.report
-            .error(cx.places.at("drive.mean_velocity"), format!("the mean velocity goes through the sides of x{}", d + 1))
+            .error(
+                cx.places.at("drive.mean_velocity"),
+                format!("the mean velocity goes through the sides of x{}", d + 1),
+            )
             .label(format!("{} and {} are not periodic", SIDE_NAMES[d][0], SIDE_NAMES[d][1]))
             .help(format!("write `boundary.x{} = \"periodic\"`, or a velocity of 0 along x{}", d + 1, d + 1));
     }

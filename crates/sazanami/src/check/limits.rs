@@ -188,7 +188,9 @@ pub(crate) fn speeds(case: &Case, tank: Option<&TankReport>) -> Vec<(Cause, Vect
         let more = match *cause {
             Cause::Liquid(n) => collapse(case, &case.liquids[n]),
             Cause::Frame => of_frame(case, tank),
-            Cause::Side | Cause::InitialVelocity | Cause::CarryingFlow | Cause::Drive | Cause::Grains(_) => Vector::ZERO,
+            Cause::Side | Cause::InitialVelocity | Cause::CarryingFlow | Cause::Drive | Cause::Grains(_) => {
+                Vector::ZERO
+            }
         };
         // What cannot be reckoned is refused later.
         *speed = if more.is_nan() { more } else { speed.max(more) };

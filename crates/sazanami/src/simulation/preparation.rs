@@ -10,8 +10,9 @@ use sazanami_numerics::snapshot::Snapshot;
 use sazanami_numerics::{Real, Vector};
 
 use super::{END, signals, start};
+use crate::assembly::grains::after_packing;
 use crate::assembly::particles;
-use crate::case::meaning::{Case, GrainPlacement, Preparation};
+use crate::case::meaning::{Case, Preparation};
 use crate::job::{Job, RankError, StateError};
 use crate::progress::StepLine;
 use crate::recorder::{Observer, ParticleObserver, Recorder};
@@ -165,20 +166,12 @@ fn poured(
 /// that are glued to the floor.
 fn levelled(case: &Case, packing: &Packing) -> Vec<Grain> {
     let bodies = packing.engine().bodies();
-    let floor = case.domain.lower.z;
-    let how = |grain: &Grain| match &case.grains[grain.shape as usize].placement {
-        GrainPlacement::Packed(how) => Some(how),
-        _ => None,
+    let lying = |grain: Grain| {
+        let radius = grain.scale * bodies[grain.shape as usize].bounding_radius;
+        let glued = after_packing(case, grain.shape, grain.position, radius)?;
+        Some(Grain { motion: if glued { Motion::WithWalls } else { grain.motion }, ..grain })
     };
-    let stays = |grain: &Grain| {
-        let top = grain.position.z + grain.scale * bodies[grain.shape as usize].bounding_radius;
-        how(grain).and_then(|how| how.level).is_none_or(|level| top <= floor + level)
-    };
-    let held = |grain: Grain| {
-        let glued = how(&grain).and_then(|how| how.glued).is_some_and(|glued| grain.position.z < floor + glued);
-        Grain { motion: if glued { Motion::WithWalls } else { grain.motion }, ..grain }
-    };
-    packing.bed().into_iter().filter(stays).map(held).collect()
+    packing.bed().into_iter().filter_map(lying).collect()
 }
 
 /// Lets water and grains come to rest; returns whether they did, or the run was stopped before.

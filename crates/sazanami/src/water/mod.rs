@@ -63,6 +63,10 @@ macro_rules! named_alike {
             &report.contacts
         }
 
+        fn release(&mut self, which: impl Fn(u64) -> bool + Sync) -> Result<usize, DemError> {
+            self.release(which)
+        }
+
         fn mean_flow(report: &StepReport) -> Option<&MeanFlowReport> {
             report.mean_flow.as_ref()
         }
@@ -108,6 +112,9 @@ pub(crate) trait Water: Sized {
 
     /// Contacts of the grains in a step.
     fn contacts(report: &Self::Report) -> &ContactReport;
+
+    /// Lets the held grains whose identifier `which` takes move from now on; returns how many did not before. Collective.
+    fn release(&mut self, which: impl Fn(u64) -> bool + Sync) -> Result<usize, DemError>;
 
     /// The mean velocity that is held, if one is, and the force that held it in a step.
     fn mean_flow(report: &Self::Report) -> Option<&MeanFlowReport>;
