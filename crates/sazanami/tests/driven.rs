@@ -35,7 +35,7 @@ figures = { at = [] }
 fields = { at = [] }
 series = { every = "1 ms" }
 [run]
-until = "0.15 s"
+until = "0.12 s"
 "#;
 
 fn left(folder: &Path, overrides: &[&str], steps: Option<u64>) -> Left {
@@ -246,10 +246,11 @@ until = "0.15 s"
         let superficial = (1.0 - 0.216) * last(&left, &format!("mean_velocity_{}", d + 1));
         let stokes = 3.0 * std::f64::consts::PI * 1e-2 * 1e-3 * superficial;
         let factor = 1000.0 * force * edge.powi(3) / stokes;
-        assert!((factor / 7.442 - 1.0).abs() < 0.15, "{name}: {factor}");
+        assert!((factor / 7.442 - 1.0).abs() < 0.05, "{name}: {factor}");
         forces.push(force);
     }
-    assert!(forces.iter().all(|force| (force / forces[0] - 1.0).abs() < 1e-4), "{forces:?}");
+    // The mesh of a sphere is not quite the same along x1 and x3.
+    assert!((forces[1] / forces[0] - 1.0).abs() < 1e-6 && (forces[2] / forces[0] - 1.0).abs() < 1e-3, "{forces:?}");
     // Negative control: fewer spheres resist less.
     let drive = "drive={ mean_velocity = [\"1 mm/s\", \"0 m/s\", \"0 m/s\"], answer = \"8 ms\" }";
     let list = "grains.0.placement.list=[{ position = [\"1 mm\", \"1 mm\", \"1 mm\"] }]";

@@ -49,16 +49,20 @@ fn left(folder: &Path, overrides: &[&str]) -> Left {
 #[test]
 fn a_held_grain_falls_from_its_release_on() {
     let scratch = Scratch::new("held");
-    for solver in ["mics", "mps"] {
-        let word = format!("solver={solver}");
-        let held = left(&scratch.join(solver), &[&word]);
+    for (solver, way) in [("mics", "exact"), ("mics", "surface"), ("mps", "exact")] {
+        let (word, exchange) = (format!("solver={solver}"), format!("coupling.exchange={way}"));
+        let solver = format!("{solver}-{way}");
+        let held = left(&scratch.join(&solver), &[&word, &exchange]);
+        // The momentum of grains begins with their release, and stands in the budget.
+        let residual = held.summary["conservation"]["momentum_residual_relative"].as_f64();
+        assert!(residual.is_none_or(|residual| residual < 1e-9), "{solver}: {residual:?}");
         let [times, speeds] = ["time", "largest_grain_speed"].map(|column| held.column(column));
         for (&time, &speed) in times.iter().zip(&speeds).skip(1) {
             let expected = 9.81 * Real::max(time - 2.05e-3, 0.0);
             assert!((speed - expected).abs() <= 5e-3 * expected, "{solver}: {speed} for {expected} at {time}");
         }
         // A step ends at the release. Negative control: without it they fall from the start on.
-        let free = left(&scratch.join(&format!("{solver}-free")), &[&word, "grains.1.release=0 s"]);
+        let free = left(&scratch.join(&format!("{solver}-free")), &[&word, &exchange, "grains.1.release=0 s"]);
         let speed = *free.column("largest_grain_speed").last().expect("there are rows");
         assert!((speed / (9.81 * 6e-3) - 1.0).abs() < 5e-3, "{solver}: {speed}");
         // Broken off before the release and just at it, the run comes to the same bits.
@@ -68,7 +72,7 @@ fn a_held_grain_falls_from_its_release_on() {
             let before = times.iter().filter(|&&time| time < 2.05e-3 * (1.0 - 1e-9)).count() as u64;
             assert!(before < steps, "{until}");
             let first = On::threads(1).steps(if n == 0 { 5 } else { 21 });
-            start(&load(HELD, &[&word]), &folder, first).unwrap_or_else(|error| panic!("{error}"));
+            start(&load(HELD, &[&word, &exchange]), &folder, first).unwrap_or_else(|error| panic!("{error}"));
             go_on(&folder, On::threads(2)).0.expect("the run goes on");
             assert_eq!(Left::in_folder(&folder).hash(), held.hash(), "{solver}, {until}");
         }
@@ -190,4 +194,24 @@ fn a_liquid_that_flows_into_a_wall_is_told_with_the_wall() {
     let lost =
         findings(&["solver=mps", &water("[\"-1 m/s\", \"0 m/s\", \"0 m/s\"]", at_side), "preparation.relax_steps=10"]);
     assert!(lost[0].contains("does not begin with its velocity"), "{lost:?}");
+}
+
+#[test]
+fn water_that_does_not_come_to_rest_names_the_key_whatever_the_grains_lie_on() {
+    let scratch = Scratch::new("no-rest");
+    let water = "liquid=[{ region = { box = { lower = [\"0 mm\", \"0 mm\", \"0 mm\"], upper = [\"8 mm\", \"8 mm\", \"4 mm\"] } } }]";
+    let lattice = "grains.1.placement={ lattice = { upper = [\"8 mm\", \"8 mm\", \"4 mm\"], counts = [4, 4, 2] } }";
+    let list = "grains.1.placement.list=[{ position = [\"4.1 mm\", \"4.2 mm\", \"1.3 mm\"] }]";
+    for (name, place) in [("lattice", lattice), ("list", list)] {
+        let prepared = |steps: &str, folder: &str| {
+            let steps = format!("preparation={{ relax_steps = {steps}, cache = false }}");
+            let changes = ["solver=mps", water, place, &steps[..], "run.steps=1"];
+            start(&load(HELD, &changes), &scratch.join(&format!("{name}-{folder}")), On::threads(1))
+        };
+        let refused = prepared("2", "short").expect_err("two steps are too few").to_string();
+        assert!(refused.contains("did not come to rest"), "{name}: {refused}");
+        assert!(refused.contains("preparation.relax_steps"), "{name}: {refused}");
+        // Negative control: enough steps.
+        prepared("1000", "long").unwrap_or_else(|error| panic!("{name}: {error}"));
+    }
 }
