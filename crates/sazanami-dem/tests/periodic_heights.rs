@@ -60,7 +60,7 @@ fn run(domain: &Domain, engine: &mut Engine, steps: usize) {
 
 /// Positions after 2 ms.
 fn streamed(periodic: [bool; 3], turns: usize) -> Vec<Vector> {
-    let domain = domain(Box::new(Solo::default()), periodic);
+    let domain = domain(Box::<Solo>::default(), periodic);
     let mut engine = Engine::new(&domain, setup(), &grains(turns)).expect("the grains fit");
     run(&domain, &mut engine, 100);
     snapshot_of(&domain, &mut engine).vectors("dem/grain.position").expect("it holds them")
@@ -89,12 +89,12 @@ fn ranks_and_an_interruption_change_no_bit_of_contacts_across_x3() {
         run(&domain, &mut engine, 60);
         snapshot_of(&domain, &mut engine)
     };
-    let expected = whole(Box::new(Solo::default()));
+    let expected = whole(Box::<Solo>::default());
     for ranks in [2, 4] {
         assert!(run_ranks(ranks, 1, whole).expect("it runs")[0] == expected, "{ranks} ranks");
     }
     // Some contact crosses x3 at the break.
-    let domain = domain(Box::new(Solo::default()), [true; 3]);
+    let domain = domain(Box::<Solo>::default(), [true; 3]);
     let mut engine = Engine::new(&domain, setup(), &grains(0)).expect("the grains fit");
     let mut steps = 0;
     let at_break = loop {
