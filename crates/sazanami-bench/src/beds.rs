@@ -125,6 +125,7 @@ fn stand_in() -> Result<Paper, String> {
             scale: 1.0,
             position: lower + grain.position,
             orientation: grain.orientation,
+            held: false,
         })
         .collect();
     let file = BedFile { file: PathBuf::new(), scale: 1.0, relax: false, recipe: None };

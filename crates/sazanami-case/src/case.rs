@@ -14,7 +14,7 @@ use crate::key::{KeyDoc, ValueDoc};
 use crate::presets::{Preset, Solver};
 use crate::read::{At, Context, Table};
 use crate::tables::{
-    Bed, BoundarySide, BoxDomain, Checkpoints, Contacts, Coupling, DemOptions, Erosion, FluidOptions, Frame,
+    Bed, BoundarySide, BoxDomain, Checkpoints, Contacts, Coupling, DemOptions, Drive, Erosion, FluidOptions, Frame,
     GrainPlacement, HeapObserved, LiquidRegion, Material, Materials, Measured, OutputFrame, Outputs, Overlap,
     Particles, Population, Preparation, Probe, Ripples, RunLength, Sides, WallMotion, check_names,
 };
@@ -57,6 +57,9 @@ pub struct Case {
     /// Motion of the box.
     #[key(table, shared)]
     pub frame: Option<Frame>,
+    /// What drives the flow through periodic sides.
+    #[key(table)]
+    pub drive: Option<Drive>,
     /// Liquid, gas and how they are computed.
     #[key(table, from_nothing)]
     pub fluid: FluidOptions,
@@ -112,7 +115,7 @@ pub struct Case {
 }
 
 /// Order of the tables in the copy of a case and in the reference.
-pub(crate) const ORDER: [&str; 26] = [
+pub(crate) const ORDER: [&str; 27] = [
     "name",
     "title",
     "preset",
@@ -121,6 +124,7 @@ pub(crate) const ORDER: [&str; 26] = [
     "domain",
     "boundary",
     "frame",
+    "drive",
     "fluid",
     "coupling",
     "particles",
@@ -239,10 +243,12 @@ impl Case {
         self.particles.as_ref().expect("a case of moving particles says how they are")
     }
 
-    /// Gravity in the frame of positions at `time` [m/s^2]: gravity less the frame's acceleration.
+    /// Body force per mass in the frame of positions at `time` [m/s^2]: gravity less the frame's acceleration, and what drives the
+    /// flow beside a mean velocity that is held.
     #[must_use]
     pub fn effective_gravity(&self, time: Real) -> Vector {
-        self.frame.as_ref().map_or(self.gravity, |frame| self.gravity - frame.acceleration_at(time))
+        let gravity = self.frame.as_ref().map_or(self.gravity, |frame| self.gravity - frame.acceleration_at(time));
+        self.drive.map_or(gravity, |drive| gravity + drive.acceleration)
     }
 
     /// Heading of pictures: the title, or the name of a case without one.

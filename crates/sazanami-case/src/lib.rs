@@ -21,6 +21,7 @@ pub mod diagnostics;
 mod explain;
 pub mod key;
 mod known;
+mod liquids_at_walls;
 mod moving_particles;
 mod overrides;
 pub mod presets;

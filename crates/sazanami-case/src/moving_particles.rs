@@ -115,12 +115,16 @@ fn check_sides(case: &Case, cx: &mut Context<'_>) {
 
 /// Overlapping grains are spheres, small against their tank.
 fn check_spheres(case: &Case, cx: &mut Context<'_>) {
-    if case.boundary[2][0] == BoundarySide::Periodic && !case.grains.is_empty() {
-        let span = cx.places.at("grains.0");
+    let held = case.drive.and_then(|drive| drive.mean_velocity).is_some_and(|velocity| velocity.z != 0.0);
+    let falls = case.boundary[2][0] == BoundarySide::Periodic && case.effective_gravity(0.0).z != 0.0 && !held;
+    if let Some(n) = case.grains.iter().position(|population| falls && population.has_free_grains()) {
+        let span = cx.places.at(&format!("grains.{n}"));
         cx.report
-            .error(span, "grains need a floor: x3 is periodic")
-            .label("they would fall without end")
-            .help("make x3 a wall, or leave the grains out");
+            .error(span, format!("`{}` needs a floor: x3 is periodic", case.grains[n].name))
+            .label("its grains would fall without end")
+            .help(
+                "make x3 a wall, write `motion = \"fixed\"`, or hold a mean velocity along x3 (`drive.mean_velocity`)",
+            );
     }
     let smallest = case.domain.extent().min_element();
     for (n, population) in case.grains.iter().enumerate() {

@@ -58,6 +58,7 @@ fn help_is_as_expected() {
         "run",
         "resume",
         "analyse",
+        "bed",
         "report",
         "sweep",
         "calibrate",

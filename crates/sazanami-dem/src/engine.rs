@@ -23,6 +23,7 @@ use crate::error::DemError;
 use crate::ghosts::{self, Exchange};
 use crate::grain::{Grain, GrainRecord, Grains, Motion, ROWS, image_position};
 use crate::motion::{MassProperties, Pose, turn_balls};
+use crate::selection::Selection;
 use crate::wall::Wall;
 use lists::FormerList;
 pub use report::ContactReport;
@@ -210,7 +211,7 @@ impl Engine {
     pub fn vicinity(&self, domain: &Domain, margin: Real) -> Vicinity {
         let (mut lower, mut upper) = domain.rank_box(domain.communicator().rank());
         for d in 0..3 {
-            let beyond = if d < 2 && domain.wraps_alone(d) { margin.min(self.period[d]) } else { Real::INFINITY };
+            let beyond = if domain.wraps_alone(d) { margin.min(self.period[d]) } else { Real::INFINITY };
             lower[d] -= beyond;
             upper[d] += beyond;
         }
@@ -225,7 +226,7 @@ impl Engine {
 
     /// Position of the periodic image `image` of a grain whose unwrapped position is `unwrapped` \[m].
     #[must_use]
-    pub fn image_position(&self, unwrapped: Vector, image: [i32; 2]) -> Vector {
+    pub fn image_position(&self, unwrapped: Vector, image: [i32; 3]) -> Vector {
         image_position(unwrapped, image, self.period)
     }
 
@@ -395,6 +396,24 @@ impl Engine {
     #[must_use]
     pub fn touches_a_grain(&self, own: usize) -> bool {
         self.touched_grains(own) > 0
+    }
+
+    /// Lets the grains whose identifier `which` takes move by the forces on them from now on; returns how many did not before,
+    /// over all ranks. Collective.
+    ///
+    /// # Errors
+    /// Those of new lists of neighbours.
+    pub fn release(&mut self, domain: &Domain, which: impl Fn(u64) -> bool + Sync) -> Result<usize, DemError> {
+        let Grains { id, motion, owned, .. } = &mut self.grains;
+        let held = |g: usize| motion[g] != Motion::Free && which(id[g]);
+        let mut found = Vec::new();
+        Selection::default().collect(*owned, |g| held(g).then_some(g), &mut found);
+        found.iter().for_each(|&g| motion[g] = Motion::Free);
+        let [count] = domain.sum([found.len() as Real]);
+        if count > 0.0 {
+            self.renew(domain, false)?;
+        }
+        Ok(count as usize)
     }
 
     /// Changes the velocity of an own grain, and its angular velocity [m/s, rad/s]; its ghosts follow with

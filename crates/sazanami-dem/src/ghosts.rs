@@ -47,7 +47,7 @@ struct Extent {
 struct Departed {
     own: u32,
     /// The image of it that lies in the box.
-    image: [i32; 2],
+    image: [i32; 3],
     /// The ghost that represents this image; `u32::MAX`: none does.
     ghost: u32,
 }
@@ -63,25 +63,25 @@ pub(crate) struct PoseState<'a> {
 /// Owners and ghosts of the grains, with all storage.
 #[derive(Debug, Default)]
 pub(crate) struct Exchange {
-    ghosts: Ghosts<[i32; 2], GrainRecord>,
+    ghosts: Ghosts<[i32; 3], GrainRecord>,
     migration: Migration<GrainRecord>,
     contacts: RecordExchange<ContactRecord>,
     extents: Vec<Extent>,
     gathered: Vec<Vec<u8>>,
     departed: Vec<Departed>,
     leaving: Selection<Departed>,
-    near: Selection<(u32, [i32; 2])>,
+    near: Selection<(u32, [i32; 3])>,
 }
 
 /// Extent of the box in the periodic directions, else 0 \[m].
 pub(crate) fn period(domain: &Domain) -> Vector {
     let extent = domain.grid().extent();
     let of = |d: usize| if domain.periodic()[d] { extent[d] } else { 0.0 };
-    Vector::new(of(0), of(1), 0.0)
+    Vector::new(of(0), of(1), of(2))
 }
 
 /// The periodic image of a grain at `unwrapped` \[m] that lies in the box.
-pub(crate) fn image_in_box(domain: &Domain, unwrapped: [Real; 3]) -> [i32; 2] {
+pub(crate) fn image_in_box(domain: &Domain, unwrapped: [Real; 3]) -> [i32; 3] {
     let (lower, period) = (domain.grid().lower, period(domain));
     std::array::from_fn(|d| if period[d] > 0.0 { -((unwrapped[d] - lower[d]) / period[d]).floor() as i32 } else { 0 })
 }
@@ -92,10 +92,14 @@ fn distance(point: Vector, lower: Vector, upper: Vector) -> Real {
 }
 
 /// Relative periodic images to be considered, in ascending order.
-fn images(domain: &Domain) -> impl Iterator<Item = [i32; 2]> {
+fn images(domain: &Domain) -> impl Iterator<Item = [i32; 3]> {
     let range = |d: usize| if domain.periodic()[d] { -1..=1 } else { 0..=0 };
-    let second = range(1);
-    range(0).flat_map(move |a| second.clone().map(move |b| [a, b]))
+    let [first, second, third] = [0, 1, 2].map(range);
+    let of_plane = move |a: i32| {
+        let third = third.clone();
+        second.clone().flat_map(move |b| third.clone().map(move |c| [a, b, c]))
+    };
+    first.flat_map(of_plane)
 }
 
 /// Grains whose surface may come within `need` of a rank's part and of its own grains are ghosts there.
@@ -106,7 +110,7 @@ struct Near<'a> {
     /// Bounding radius plus skin of each own grain \[m].
     size: &'a [Real],
     need: Real,
-    found: &'a mut Selection<(u32, [i32; 2])>,
+    found: &'a mut Selection<(u32, [i32; 3])>,
 }
 
 impl Near<'_> {
@@ -117,8 +121,8 @@ impl Near<'_> {
         (lower.min(Vector::from_array(e.lower)), upper.max(Vector::from_array(e.upper)))
     }
 
-    fn shift(&self, image: [i32; 2]) -> Vector {
-        Vector::new(Real::from(image[0]), Real::from(image[1]), 0.0) * self.period
+    fn shift(&self, image: [i32; 3]) -> Vector {
+        Vector::from_array(image.map(Real::from)) * self.period
     }
 
     fn sends(&self, from: usize, to: usize) -> bool {
@@ -133,18 +137,22 @@ impl Near<'_> {
     }
 }
 
-impl GhostChoice<Grains, [i32; 2]> for Near<'_> {
+impl GhostChoice<Grains, [i32; 3]> for Near<'_> {
     fn linked(&self, rank: usize) -> [bool; 2] {
         let me = self.domain.communicator().rank();
         [self.sends(me, rank), self.sends(rank, me)]
     }
 
-    fn choose(&mut self, grains: &Grains, rank: usize, chosen: &mut Vec<(u32, [i32; 2])>) {
+    fn choose(&mut self, grains: &Grains, rank: usize, chosen: &mut Vec<(u32, [i32; 3])>) {
         let itself = rank == self.domain.communicator().rank();
         let (lower, upper) = self.zone(rank);
-        // Heights do not matter to whom a cell belongs, nor to whom a grain is sent.
-        let away = |position: Vector| distance(position.with_z(position.z.clamp(lower.z, upper.z)), lower, upper);
-        for image in images(self.domain).filter(|&image| !itself || image != [0; 2]) {
+        // Heights do not matter to whom a cell belongs, nor, unless they are periodic, to whom a grain is sent.
+        let endless = self.period.z > 0.0;
+        let away = |position: Vector| {
+            let height = if endless { position.z } else { position.z.clamp(lower.z, upper.z) };
+            distance(position.with_z(height), lower, upper)
+        };
+        for image in images(self.domain).filter(|&image| !itself || image != [0; 3]) {
             let shift = self.shift(image);
             let (size, need) = (self.size, self.need);
             let near = |g: usize| (away(grains.position[g] + shift) < size[g] + need).then_some((g as u32, image));
@@ -152,9 +160,9 @@ impl GhostChoice<Grains, [i32; 2]> for Near<'_> {
         }
     }
 
-    fn image(&self, grains: &Grains, own: u32, image: [i32; 2]) -> GrainRecord {
+    fn image(&self, grains: &Grains, own: u32, image: [i32; 3]) -> GrainRecord {
         let record = grains.record(own as usize);
-        record.as_image([record.image[0] + image[0], record.image[1] + image[1]], self.period)
+        record.as_image([0, 1, 2].map(|d| record.image[d] + image[d]), self.period)
     }
 
     fn arrange(&mut self, _ghosts: &[GrainRecord], _order: &mut [u32]) {}
@@ -246,7 +254,7 @@ impl Exchange {
         }
         ghosts.change_images(|relative, own, ghost| {
             let (there, here) = (grains.image[ghost as usize], grains.image[own as usize]);
-            *relative = [there[0] - here[0], there[1] - here[1]];
+            *relative = [0, 1, 2].map(|d| there[d] - here[d]);
         });
         true
     }
@@ -338,7 +346,7 @@ mod tests {
     }
 
     /// Image and position of every entry, by grain.
-    fn images(grains: &Grains) -> Vec<(u64, [i32; 2], [Real; 3])> {
+    fn images(grains: &Grains) -> Vec<(u64, [i32; 3], [Real; 3])> {
         let entries = 0..grains.len();
         let mut images: Vec<_> =
             entries.map(|g| (grains.id[g], grains.image[g], grains.position[g].to_array())).collect();
@@ -359,7 +367,7 @@ mod tests {
         }
         let before = images(&grains);
         assert!(exchange.return_to_box(&domain, &mut grains));
-        assert_eq!(grains.image[..3], [[-1, -1], [0, 1], [0, 0]]);
+        assert_eq!(grains.image[..3], [[-1, -1, 0], [0, 1, 0], [0, 0, 0]]);
         assert!(grains.position[..3].iter().all(|p| p.cmpge(Vector::ZERO).all() && p.cmplt(Vector::ONE).all()));
         assert_eq!(images(&grains), before, "the same images, in other places");
         // Contacts read the grain itself, wherever its images are.
@@ -370,7 +378,7 @@ mod tests {
         let self_images: Vec<_> = exchange.ghosts.images().iter().map(|s| (s.0, s.1)).collect();
         renew(&mut exchange, &domain, &mut grains);
         assert_eq!(self_images, exchange.ghosts.images().iter().map(|s| (s.0, s.1)).collect::<Vec<_>>());
-        assert!(self_images.contains(&([0, -1], 1)));
+        assert!(self_images.contains(&([0, -1, 0], 1)));
     }
 
     #[test]
@@ -380,6 +388,6 @@ mod tests {
         let (before, self_images) = (images(&grains), exchange.ghosts.images().to_vec());
         assert!(!exchange.return_to_box(&domain, &mut grains));
         assert_eq!((images(&grains), exchange.ghosts.images().to_vec()), (before, self_images));
-        assert_eq!(grains.image[..2], [[0; 2]; 2]);
+        assert_eq!(grains.image[..2], [[0; 3]; 2]);
     }
 }

@@ -119,7 +119,7 @@ columns! {
         /// Centre of mass without wrapping at periodic sides \[m].
         pub(crate) unwrapped: Vector,
         /// Periodic image: `position = unwrapped + image * period`.
-        pub(crate) image: [i32; 2],
+        pub(crate) image: [i32; 3],
         /// Distance that the grain may travel before lists are renewed \[m].
         pub(crate) skin: Real,
     }
@@ -144,9 +144,9 @@ impl Stored for Motion {
 
 impl GrainRecord {
     /// The same grain as periodic image `image`.
-    pub(crate) fn as_image(&self, image: [i32; 2], period: Vector) -> Self {
+    pub(crate) fn as_image(&self, image: [i32; 3], period: Vector) -> Self {
         let position = image_position(Vector::from_array(self.unwrapped), image, period).to_array();
-        Self { image, position, ..*self }
+        Self { image: image.store(), position, ..*self }
     }
 
     /// Turns users' descriptions into states, by identifier; `materials` is how many materials there are.
@@ -197,7 +197,7 @@ impl GrainRecord {
             inertia: inertia.to_array(),
             position: grain.position.to_array(),
             unwrapped: grain.position.to_array(),
-            image: [0; 2],
+            image: [0; 4],
             orientation: orientation.to_array(),
             velocity: velocity.to_array(),
             angular_momentum: momentum.to_array(),
@@ -218,7 +218,7 @@ impl Grains {
 
     /// Periodic image that entry `i` represents, counted from [`Self::unwrapped_position`].
     #[must_use]
-    pub fn image(&self, i: usize) -> [i32; 2] {
+    pub fn image(&self, i: usize) -> [i32; 3] {
         self.image[i]
     }
 
@@ -244,9 +244,9 @@ impl Grains {
 }
 
 /// Position of the periodic image `image` of a grain \[m].
-pub(crate) fn image_position(unwrapped: Vector, image: [i32; 2], period: Vector) -> Vector {
-    if image == [0; 2] {
+pub(crate) fn image_position(unwrapped: Vector, image: [i32; 3], period: Vector) -> Vector {
+    if image == [0; 3] {
         return unwrapped;
     }
-    unwrapped + Vector::new(Real::from(image[0]) * period.x, Real::from(image[1]) * period.y, 0.0)
+    unwrapped + Vector::from_array(image.map(Real::from)) * period
 }

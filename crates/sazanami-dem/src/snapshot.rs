@@ -43,9 +43,12 @@ impl Engine {
         out.reals("grain.attached", grains.iter().flat_map(|g| g.attached));
         out.u64("contact.low", contacts.iter().map(|c| c.low));
         out.u64("contact.high", contacts.iter().map(|c| c.high));
-        out.u32("contact.image", contacts.iter().flat_map(|c| c.image.map(i32::cast_unsigned)));
+        out.u32("contact.image", contacts.iter().flat_map(|c| [c.image[0], c.image[1]].map(i32::cast_unsigned)));
+        if domain.periodic()[2] {
+            out.u32("contact.image_3", contacts.iter().map(|c| c.image[2].cast_unsigned()));
+        }
         out.u32("contact.spheres", contacts.iter().flat_map(|c| [u32::from(c.a), u32::from(c.b)]));
-        out.u32("contact.deep", contacts.iter().map(|c| c.deep));
+        out.u32("contact.deep", contacts.iter().map(|c| c.deep as u32));
         out.reals("contact.displacement", contacts.iter().flat_map(|c| c.d_t));
         out.reals("wall.point", self.walls.iter().flat_map(|w| w.point.to_array()));
         out.reals("wall.velocity", self.walls.iter().flat_map(|w| w.velocity.to_array()));
@@ -105,7 +108,7 @@ impl State {
                 shape: shape[g],
                 material: material[g],
                 motion: u64::from(motion[g]),
-                image: [0; 2],
+                image: [0; 4],
                 position: triple(unwrapped, g),
                 scale: scale[g],
                 mass: mass[g],
@@ -127,15 +130,17 @@ impl State {
         let n = low.len();
         let high = from.u64_of("contact.high", n)?;
         let (image, spheres) = (from.u32_of("contact.image", 2 * n)?, from.u32_of("contact.spheres", 2 * n)?);
+        // There in boxes that are periodic along x3 alone.
+        let high_image = from.u32_of("contact.image_3", n).ok();
         let (deep, d_t) = (from.u32_of("contact.deep", n)?, from.reals_of("contact.displacement", 3 * n)?);
         let contacts = (0..n)
             .map(|c| ContactRecord {
                 low: low[c],
                 high: high[c],
-                image: [image[2 * c].cast_signed(), image[2 * c + 1].cast_signed()],
+                image: [image[2 * c], image[2 * c + 1], high_image.map_or(0, |image| image[c])].map(u32::cast_signed),
                 a: spheres[2 * c] as u16,
                 b: spheres[2 * c + 1] as u16,
-                deep: deep[c],
+                deep: u64::from(deep[c]),
                 d_t: triple(d_t, c),
             })
             .collect();

@@ -61,11 +61,15 @@ impl Solver {
         }
         snapshot.put_u64(COUNTERS, vec![self.flow.transports]);
         snapshot.put_reals(GRAVITY, self.settings.gravity.to_array().to_vec());
+        if let Some(flow) = &self.mean_flow {
+            flow.save(&mut snapshot);
+        }
         snapshot.put_reals(PREVIOUS_STEP, self.previous_step.into_iter().collect());
         snapshot
     }
 
     /// Continues from a snapshot, whose cell fields are read on rank 0 only, the rest on every rank. `flow` supplies fluids and schemes.
+    /// A mean velocity that was held is to be held again ([`Solver::with_mean_flow`]).
     ///
     /// # Errors
     /// [`SnapshotError`] if the snapshot does not fit this grid.

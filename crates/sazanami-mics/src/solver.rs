@@ -6,6 +6,7 @@ use sazanami_dem::{ContactReport, DemError, Engine};
 use sazanami_numerics::domain::{Domain, FailedElsewhere};
 use sazanami_numerics::geometry::Shape;
 use sazanami_numerics::grid::Field;
+use sazanami_numerics::mean_flow::{MeanFlow, MeanFlowReport};
 use sazanami_numerics::{Real, Vector};
 
 use crate::acceleration::Acceleration;
@@ -71,6 +72,8 @@ pub struct StepReport {
     pub imprint: ImprintReport,
     /// Impulses in the momentum budget, over all ranks.
     pub impulses: Impulses,
+    /// The mean velocity that is held, if one is, and the force that held it; its impulse is part of that of gravity.
+    pub mean_flow: Option<MeanFlowReport>,
 }
 
 /// Physical and numerical settings of the step.
@@ -117,6 +120,8 @@ pub struct Solver {
     pub(crate) previous_step: Option<Real>,
     /// The last flow that carried the liquid, and its advective rate [1/s].
     pub(crate) carried: Option<(CarryingFlow, Real)>,
+    /// The mean velocity that is held, if one is.
+    pub(crate) mean_flow: Option<MeanFlow>,
 }
 
 impl Solver {
@@ -174,6 +179,7 @@ impl Solver {
             room,
             previous_step: None,
             carried: None,
+            mean_flow: None,
         }
     }
 
@@ -211,7 +217,7 @@ impl Solver {
     /// [`StepError`] names what failed and where; the state is then not usable.
     pub fn step(&mut self, step: Step, dt: Real, mut watch: impl FnMut(Phase)) -> Result<StepReport, StepError> {
         let Self { domain, boundary, settings, flow, forces, projection, grains, acceleration, room, .. } = self;
-        let gravity = settings.gravity;
+        let gravity = settings.gravity + self.mean_flow.map_or(Vector::ZERO, |flow| flow.acceleration());
         if let Some(room) = room.as_mut() {
             room.keep(domain, &flow.velocity);
         }
@@ -282,6 +288,7 @@ impl Solver {
         report.impulses.open_sides +=
             report.transport.residue.clipped_momentum + report.transport.settled.clipped_momentum;
         self.previous_step = Some(step.dt);
+        report.mean_flow = self.answer(dt);
         self.check(&report)?;
         Ok(report)
     }
@@ -433,6 +440,20 @@ impl Solver {
     /// Sets gravity [m/s^2]: in an accelerated frame of reference it changes with time.
     pub fn set_gravity(&mut self, gravity: Vector) {
         self.settings.gravity = gravity;
+    }
+
+    /// Lets held grains move by the forces on them from now on; see [`Engine::release`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn release(&mut self, which: impl Fn(u64) -> bool + Sync) -> Result<usize, DemError> {
+        let Self { domain, grains, .. } = self;
+        let count = grains.engine_mut().release(domain, which)?;
+        if count > 0 {
+            // Grains that are not free have another density there.
+            grains.imprint(domain);
+        }
+        Ok(count)
     }
 
     /// The fluid phase: volume fraction, velocity, density.

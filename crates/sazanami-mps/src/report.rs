@@ -1,6 +1,7 @@
 //! Report of a step.
 
 use sazanami_dem::ContactReport;
+use sazanami_numerics::mean_flow::MeanFlowReport;
 use sazanami_numerics::{Real, Vector};
 
 use crate::free_surface::SurfaceReport;
@@ -81,6 +82,8 @@ pub struct StepReport {
     pub impulses: FluidImpulses,
     /// Energy added by the conjugate projection; zero with the other one.
     pub energy: EnergyChanges,
+    /// The mean velocity that is held, if one is, and the force that held it; its impulse is part of that of the body force.
+    pub mean_flow: Option<MeanFlowReport>,
 }
 
 impl StepReport {

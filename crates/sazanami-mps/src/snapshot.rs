@@ -58,12 +58,16 @@ impl Solver {
         if self.grains.stepped_without_drag() {
             snapshot.put_u64(WITHOUT_DRAG, vec![1]);
         }
+        if let Some(flow) = &self.mean_flow {
+            flow.save(&mut snapshot);
+        }
         let tank = self.tank();
         snapshot.put_reals(WALLS, [tank.displacement, tank.velocity].iter().flat_map(|v| v.to_array()).collect());
         snapshot
     }
 
-    /// Restores a solver from a snapshot that every rank holds; `grains` are restored by their engine before.
+    /// Restores a solver from a snapshot that every rank holds; `grains` are restored by their engine before. A mean velocity that
+    /// was held is to be held again ([`Solver::hold_mean_flow`]).
     ///
     /// # Errors
     /// [`RestoreError`] if the snapshot belongs to another problem.

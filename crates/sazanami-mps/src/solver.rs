@@ -4,8 +4,9 @@ mod conjugate;
 mod phases;
 mod setup;
 
-use sazanami_dem::Engine;
+use sazanami_dem::{DemError, Engine};
 use sazanami_numerics::domain::Domain;
+use sazanami_numerics::mean_flow::MeanFlow;
 use sazanami_numerics::{Real, Vector};
 
 use crate::arrangement::Arrangement;
@@ -73,6 +74,7 @@ pub struct Solver {
     pub(crate) grains: GrainPhase,
     columns: Columns,
     conjugate: crate::conjugate::Columns,
+    pub(crate) mean_flow: Option<MeanFlow>,
 }
 
 /// Initial state of a fluid particle.
@@ -96,9 +98,20 @@ impl Solver {
         Vector::select(self.periods.length.cmpgt(Vector::ZERO), Vector::ZERO, body_force)
     }
 
-    /// The longest stable next step under a body force [m/s^2].
+    /// Holds a mean velocity of the fluid from the next step on, by a body force on fluid and grains beside that of the step.
+    pub fn hold_mean_flow(&mut self, mean_flow: MeanFlow) {
+        self.mean_flow = Some(mean_flow);
+    }
+
+    /// Body force per mass by which a mean velocity is held in the next step [m/s^2].
+    fn driving(&self) -> Vector {
+        self.mean_flow.map_or(Vector::ZERO, |flow| flow.acceleration())
+    }
+
+    /// The longest stable next step under a body force [m/s^2], beside that which holds a mean velocity.
     #[must_use]
     pub fn stable_step(&self, body_force: Vector) -> Step {
+        let body_force = body_force + self.driving();
         let Fluid { spacing, viscosity, .. } = self.settings.fluid;
         let rates = Rates {
             // Isolated particles interact with nothing.
@@ -113,10 +126,32 @@ impl Solver {
     ///
     /// # Errors
     /// [`StepError`] names what failed and where; the state is then not usable.
-    pub fn step(&mut self, dt: Real, forcing: &Forcing, mut watch: impl FnMut(Phase)) -> Result<StepReport, StepError> {
-        if self.settings.scheme.projection == Projection::Conjugate {
-            return self.step_conjugate(dt, forcing, watch);
+    pub fn step(&mut self, dt: Real, forcing: &Forcing, watch: impl FnMut(Phase)) -> Result<StepReport, StepError> {
+        let forcing = &Forcing { body_force: forcing.body_force + self.driving(), ..*forcing };
+        let mut report = match self.settings.scheme.projection {
+            Projection::Conjugate => self.step_conjugate(dt, forcing, watch),
+            Projection::Enhanced => self.step_enhanced(dt, forcing, watch),
+        }?;
+        if let Some(mut flow) = self.mean_flow {
+            let level = flow.above();
+            let [count, x, y, z] = self.sum_over_fluid(|particles, a| {
+                let [x, y, z] = particles.velocity[a].to_array();
+                if particles.position[a].z > level { [1.0, x, y, z] } else { [0.0; 4] }
+            });
+            let mass = self.particle_mass();
+            report.mean_flow = Some(flow.answer(dt, mass * Vector::new(x, y, z), mass * count));
+            self.mean_flow = Some(flow);
         }
+        Ok(report)
+    }
+
+    /// The step of [`Projection::Enhanced`].
+    fn step_enhanced(
+        &mut self,
+        dt: Real,
+        forcing: &Forcing,
+        mut watch: impl FnMut(Phase),
+    ) -> Result<StepReport, StepError> {
         let (reduced_force, surface) = (self.reduced_force(forcing.body_force), self.surface);
         let Self { domain, periods, settings, kernel, tank, particles, walls, near, equation, grains, columns, .. } =
             self;
@@ -208,6 +243,18 @@ impl Solver {
     /// Mutable access to the grain engine between steps, with the domain.
     pub fn engine_mut(&mut self) -> (&mut Engine, &Domain) {
         (self.grains.engine_mut(), &self.domain)
+    }
+
+    /// Lets held grains move by the forces on them from now on; see [`Engine::release`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn release(&mut self, which: impl Fn(u64) -> bool + Sync) -> Result<usize, DemError> {
+        let count = self.grains.engine_mut().release(&self.domain, which)?;
+        if count > 0 {
+            self.grains.expect_drag(&self.domain, &self.tank);
+        }
+        Ok(count)
     }
 
     /// Decomposition of the box and this rank's part of it.

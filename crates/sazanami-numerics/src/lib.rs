@@ -16,6 +16,7 @@ pub mod domain;
 pub mod geometry;
 pub mod grid;
 pub mod linear;
+pub mod mean_flow;
 mod named_vectors;
 pub mod particles;
 pub mod snapshot;

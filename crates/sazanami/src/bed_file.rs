@@ -1,7 +1,9 @@
 //! Beds in files: positions and orientations of settled grains, with the recipe that made them.
 //!
-//! The file is a container of named, checksummed sections; the grains are in the order of their
-//! identifiers.
+//! The file is a container of named, checksummed sections, or, where its name ends in `.csv`, a table for people
+//! ([`table`]); the grains are in the order of their identifiers.
+
+mod table;
 
 use std::path::{Path, PathBuf};
 
@@ -51,6 +53,9 @@ impl Recipe {
     }
 }
 
+/// Section with the grains that are glued.
+const HELD: &str = "bed/held";
+
 /// A grain at rest in a bed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BedGrain {
@@ -62,6 +67,8 @@ pub struct BedGrain {
     pub position: Vector,
     /// Rotation from the frame of its shape to that of the box.
     pub orientation: Quaternion,
+    /// Whether it is glued to the floor: forces do not move it.
+    pub held: bool,
 }
 
 /// A bed at rest, as its file keeps it.
@@ -89,14 +96,35 @@ pub enum BedFileError {
         /// The file.
         path: PathBuf,
     },
+    /// A table is not one of grains.
+    #[error("{}, line {line}: {problem}", path.display())]
+    Table {
+        /// The file.
+        path: PathBuf,
+        /// Line, counted from 1.
+        line: usize,
+        /// What is wrong there, and what was expected.
+        problem: String,
+    },
+    /// A table cannot be read or written.
+    #[error("{}: {source}", path.display())]
+    Path {
+        /// The file.
+        path: PathBuf,
+        /// Refusal of the file system.
+        source: std::io::Error,
+    },
 }
 
 impl Bed {
-    /// Writes the bed, all at once.
+    /// Writes the bed, all at once: as a table if the name of the file ends in `.csv`.
     ///
     /// # Errors
     /// If the file system refuses.
     pub fn write(&self, path: &Path) -> Result<(), BedFileError> {
+        if table::is_table(path) {
+            return table::write(self, path);
+        }
         let position: Vec<Real> = self.grains.iter().flat_map(|grain| grain.position.to_array()).collect();
         let orientation: Vec<Real> = self.grains.iter().flat_map(|grain| grain.orientation.to_array()).collect();
         let scale: Vec<Real> = self.grains.iter().map(|grain| grain.scale).collect();
@@ -109,15 +137,22 @@ impl Bed {
         file.add("bed/orientation", &orientation)?;
         file.add("bed/scale", &scale)?;
         file.add("bed/shape", &shape)?;
+        let held: Vec<u32> = self.grains.iter().map(|grain| u32::from(grain.held)).collect();
+        if held.contains(&1) {
+            file.add(HELD, &held)?;
+        }
         file.write_atomic(path)?;
         Ok(())
     }
 
-    /// Reads a bed from `path`.
+    /// Reads a bed from `path`: a table if its name ends in `.csv`.
     ///
     /// # Errors
     /// [`BedFileError`] if it is not one.
     pub fn read(path: &Path) -> Result<Self, BedFileError> {
+        if table::is_table(path) {
+            return table::read(path);
+        }
         let file = CheckpointReader::open(path)?;
         let corners: Vec<Real> = file.get("bed/box")?;
         let position: Vec<Real> = file.get("bed/position")?;
@@ -125,7 +160,14 @@ impl Bed {
         let scale: Vec<Real> = file.get("bed/scale")?;
         let shape: Vec<u32> = file.get("bed/shape")?;
         let count = shape.len();
-        if corners.len() != 6 || scale.len() != count || position.len() != 3 * count || orientation.len() != 4 * count {
+        // There only if grains are glued.
+        let held: Vec<u32> = file.get(HELD).unwrap_or_else(|_| vec![0; count]);
+        if held.len() != count
+            || corners.len() != 6
+            || scale.len() != count
+            || position.len() != 3 * count
+            || orientation.len() != 4 * count
+        {
             return Err(BedFileError::Inconsistent { path: path.to_owned() });
         }
         let lying = |n: usize| BedGrain {
@@ -133,6 +175,7 @@ impl Bed {
             scale: scale[n],
             position: Vector::from_slice(&position[3 * n..]),
             orientation: Quaternion::from_slice(&orientation[4 * n..]),
+            held: held[n] != 0,
         };
         Ok(Self {
             lower: Vector::from_slice(&corners),
@@ -152,21 +195,34 @@ mod tests {
         let bed = Bed {
             lower: Vector::ZERO,
             upper: Vector::ONE,
-            recipe: Recipe { case: "bed".into(), porosity: Some(0.454), ..Recipe::default() },
+            recipe: Recipe {
+                case: "bed".into(),
+                shapes: vec!["sand".into(), "shell".into()],
+                porosity: Some(0.454),
+                ..Recipe::default()
+            },
             grains: (0..5)
                 .map(|n| BedGrain {
                     shape: n % 2,
                     scale: 1.0 + 0.1 * Real::from(n),
                     position: Vector::new(0.1, 0.2, Real::from(n) / 3.0),
                     orientation: Quaternion::from_rotation_x(Real::from(n)),
+                    held: n == 2,
                 })
                 .collect(),
         };
-        let path = std::env::temp_dir().join(format!("sazanami-bed-{}.bed", std::process::id()));
-        bed.write(&path).unwrap();
-        assert_eq!(Bed::read(&path).unwrap(), bed);
-        std::fs::write(&path, b"not a bed").unwrap();
-        assert!(Bed::read(&path).is_err());
-        std::fs::remove_file(&path).unwrap();
+        for ending in ["bed", "csv"] {
+            let path = std::env::temp_dir().join(format!("sazanami-bed-{}.{ending}", std::process::id()));
+            bed.write(&path).unwrap();
+            assert_eq!(Bed::read(&path).unwrap(), bed, "{ending}");
+            // Negative control: the last bit of a place makes another bed.
+            let mut other = bed.clone();
+            other.grains[3].position.x = other.grains[3].position.x.next_up();
+            other.write(&path).unwrap();
+            assert_ne!(Bed::read(&path).unwrap(), bed, "{ending}");
+            std::fs::write(&path, b"not a bed").unwrap();
+            assert!(Bed::read(&path).is_err());
+            std::fs::remove_file(&path).unwrap();
+        }
     }
 }

@@ -62,6 +62,7 @@ fn tank_of(case: &Case) -> String {
         run: RunLength { until: 0.0, steps: None, packing_only: false },
         ..case.clone()
     };
+    tank.drive = None;
     if let Some(frame) = &mut tank.frame {
         frame.oscillation = None;
         frame.motion = None;

@@ -2,13 +2,14 @@
 
 use sazanami_case_derive::Keys;
 use sazanami_dem::Motion;
-use sazanami_numerics::Real;
+use sazanami_numerics::{Real, Vector};
 
 use super::contact_spheres::ContactSphereKeys;
 use super::{ContactSphereChoice, GrainPlacement, GrainShape, SizeDistribution, read_by};
 use crate::presets::Paper;
 use crate::read::{Context, Table};
 use crate::suggest::nearest;
+use crate::units::rounded;
 
 /// The paper's grain: its two equal axes and the single one \[m], and its mass \[kg].
 const PAPER_GRAIN: [Real; 2] = [0.52e-3, 1.27e-3];
@@ -36,6 +37,10 @@ struct PopulationKeys {
     /// Motion of the grains; `prescribed` is for lists and lattices only.
     #[key(word, shared, default = Motion::Free)]
     motion: Motion,
+    /// Time at which the grains begin to move; until then they are held where they are put, at rest. For lists and lattices of
+    /// free grains.
+    #[key(unit = "s", range = NonNegative, says = "from the start on")]
+    release: Option<Real>,
     /// Mass of a grain of size factor 1, instead of density times volume of the mesh.
     #[key(unit = "kg", range = Positive, paper_literal = (Yagyu, PAPER_MASS,
           "table 1's mass, for the spheroid of 0.52 mm x 1.27 mm only"))]
@@ -80,11 +85,24 @@ pub struct Population {
     pub seed: u64,
     /// Motion of its grains (listed grains say so themselves).
     pub motion: Motion,
+    /// Time until which its free grains are held \[s], if they are.
+    pub release: Option<Real>,
     /// Their placement.
     pub placement: GrainPlacement,
 }
 
 read_by!(Population, PopulationKeys);
+
+impl Population {
+    /// Whether any of its grains moves by the forces on it.
+    #[must_use]
+    pub fn has_free_grains(&self) -> bool {
+        match &self.placement {
+            GrainPlacement::List(list) => list.iter().any(|grain| grain.motion == Motion::Free),
+            _ => self.motion == Motion::Free,
+        }
+    }
+}
 
 /// `grains N` or `liquid N` by the place in the list.
 pub(super) fn numbered(table: &Table<'_>) -> String {
@@ -118,11 +136,47 @@ impl PopulationKeys {
                 .label("prescribed motion is for listed grains and lattices")
                 .help("use `motion = \"fixed\"` for a bed that stays");
         }
+        self.check_release(table, cx);
         if matches!(&self.placement, GrainPlacement::List(list) if list.is_empty()) {
             cx.report
                 .error(table.place("placement"), "the list of grains is empty")
                 .label("expected at least one")
                 .help("for example `list = [{ position = [\"5 mm\", \"5 mm\", \"5 mm\"] }]`");
+        }
+    }
+
+    fn check_release(&self, table: &Table<'_>, cx: &mut Context<'_>) {
+        let Some(release) = self.release else { return };
+        let moves = match &self.placement {
+            GrainPlacement::Packed(_) | GrainPlacement::Bed(_) => {
+                cx.report
+                    .error(table.place("release"), "a bed is not held until a time")
+                    .label("`release` is for lists and lattices")
+                    .help("leave it out: beds are at rest when the run begins");
+                return;
+            }
+            GrainPlacement::Lattice(lattice) => lattice.velocity != Vector::ZERO,
+            GrainPlacement::List(list) => {
+                list.iter().any(|grain| grain.velocity != Vector::ZERO || grain.angular_velocity != Vector::ZERO)
+            }
+        };
+        if moves {
+            cx.report
+                .error(table.place("release"), "grains that are held have no velocity")
+                .label("they are at rest until this time, and begin from rest")
+                .help("leave out `velocity` and `angular_velocity`, or `release`");
+        }
+        if self.motion != Motion::Free {
+            cx.report
+                .error(table.place("release"), "these grains never move by the forces on them")
+                .label("`release` is for free grains")
+                .help("leave out `motion`, or `release`");
+        }
+        if release >= cx.known.run.until {
+            cx.report
+                .warning(Some(table.place("release")), "these grains are held to the end of the run")
+                .label(format!("the run ends at {} s", rounded(cx.known.run.until)))
+                .help("release them before, or write `motion = \"fixed\"`");
         }
     }
 
@@ -169,16 +223,63 @@ impl PopulationKeys {
     fn meaning(self, cx: &mut Context<'_>) -> Option<Population> {
         cx.known.motion = Motion::Free;
         let Self {
-            name, count, material, seed, motion, mass_override, size, shape, placement, contact_spheres, ..
+            name,
+            count,
+            material,
+            seed,
+            motion,
+            release,
+            mass_override,
+            size,
+            shape,
+            placement,
+            contact_spheres,
+            ..
         } = self;
-        Some(Population { name, count, shape, contact_spheres, material, mass_override, size, seed, motion, placement })
+        Some(Population {
+            name,
+            count,
+            shape,
+            contact_spheres,
+            material,
+            mass_override,
+            size,
+            seed,
+            motion,
+            release,
+            placement,
+        })
     }
 
     fn of(population: &Population) -> Self {
-        let Population { name, count, shape, contact_spheres, material, mass_override, size, seed, motion, placement } =
-            population.clone();
+        let Population {
+            name,
+            count,
+            shape,
+            contact_spheres,
+            material,
+            mass_override,
+            size,
+            seed,
+            motion,
+            release,
+            placement,
+        } = population.clone();
         let spheres = ContactSphereKeys::of(&contact_spheres);
-        Self { name, count, material, seed, motion, mass_override, spheres, size, shape, placement, contact_spheres }
+        Self {
+            name,
+            count,
+            material,
+            seed,
+            motion,
+            release,
+            mass_override,
+            spheres,
+            size,
+            shape,
+            placement,
+            contact_spheres,
+        }
     }
 }
 

@@ -7,6 +7,7 @@ mod contact_spheres;
 mod coupling;
 mod dem;
 mod domain;
+mod drive;
 mod fluid;
 mod frame;
 mod grain_shape;
@@ -33,6 +34,7 @@ pub use contact_spheres::*;
 pub use coupling::*;
 pub use dem::*;
 pub use domain::*;
+pub use drive::Drive;
 pub use fluid::*;
 pub use frame::*;
 pub use grain_shape::*;
@@ -54,6 +56,7 @@ pub use size::*;
 pub use velocity_field::*;
 
 pub(crate) use boundary::place_of_side;
+pub(crate) use drive::check_drive;
 pub(crate) use grains::check_names;
 pub(crate) use overlap::SMOOTHING;
 

@@ -1,6 +1,7 @@
 //! The commands, one file each.
 
 mod analyse;
+mod bed;
 mod bench;
 mod calibrate;
 mod check;
@@ -29,6 +30,7 @@ pub enum Command {
     Resume(resume::Resume),
     Analyse(analyse::Analyse),
     Report(report::Report),
+    Bed(bed::BedCommand),
     Sweep(sweep::Sweep),
     Calibrate(calibrate::Calibrate),
     Verify(verify::Verify),
@@ -53,6 +55,7 @@ impl Command {
             Self::Resume(command) => command.execute(processes),
             Self::Analyse(command) => command.execute(),
             Self::Report(command) => command.execute(),
+            Self::Bed(command) => command.execute(),
             Self::Sweep(command) => command.execute(),
             Self::Calibrate(command) => command.execute(),
             Self::Verify(command) => command.execute(processes),

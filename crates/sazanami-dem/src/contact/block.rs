@@ -54,7 +54,7 @@ pub(crate) struct Block {
     pub changes: Vec<u32>,
     pub walls: WallContacts,
     /// Identifier, image, place and gap of the neighbours of the row being filled.
-    pub listed: Vec<(u64, [i32; 2], u32, Real)>,
+    pub listed: Vec<(u64, [i32; 3], u32, Real)>,
     due: Vec<Approach>,
     found: Vec<Contact>,
     merged: Vec<Contact>,

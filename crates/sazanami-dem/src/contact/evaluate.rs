@@ -68,7 +68,7 @@ pub(crate) fn evaluate<M: ContactModel, const W: usize, const PLAIN: bool, const
     let contact: [&Contact; W] = std::array::from_fn(|l| &contacts[l.min(last)]);
     let pair: [&Pair; W] = std::array::from_fn(|l| &pairs[contact[l].pair as usize]);
     // Branches come first: what is computed before one would have to be put aside.
-    let shift = if pair.iter().any(|p| p.image != [0; 2]) {
+    let shift = if pair.iter().any(|p| p.image != [0; 3]) {
         Lanes3::from_fn(|l| pair[l].shift(context.period))
     } else {
         Lanes3::splat(Vector::ZERO)

@@ -19,7 +19,7 @@ pub(crate) struct Incoming {
     starts: Vec<u32>,
     counts: Vec<u32>,
     entries: Vec<IncomingPair>,
-    order: Vec<(u64, [i16; 2], u32, u32)>,
+    order: Vec<(u64, [i16; 3], u32, u32)>,
 }
 
 impl Incoming {
@@ -42,7 +42,7 @@ impl Incoming {
         self.entries.resize(places, IncomingPair::default());
         // Rows of own grains come in the order of identifiers; those of other ranks' grains break it.
         self.order.clear();
-        self.order.resize(places, (0, [0; 2], 0, 0));
+        self.order.resize(places, (0, [0; 3], 0, 0));
         for (b, block) in blocks.iter().enumerate() {
             for (p, pair) in block.pairs.iter().enumerate() {
                 let high = pair.high as usize;

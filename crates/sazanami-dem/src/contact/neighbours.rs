@@ -132,7 +132,7 @@ fn fill(
             let gap = b.capsule.gap(&o.capsule, Vector::ZERO);
             if gap < b.skin + o.skin {
                 let (m, n) = (grains.image[low], grains.image[h]);
-                near.push((grains.id[h], [n[0] - m[0], n[1] - m[1]], originals[h], gap));
+                near.push((grains.id[h], [0, 1, 2].map(|d| n[d] - m[d]), originals[h], gap));
             }
         });
         near.sort_unstable_by_key(|&(id, image, ..)| (id, image));
@@ -171,7 +171,7 @@ fn fill(
     block.reserve();
 }
 
-fn pair(grains: &Grains, interactions: &Interactions, [low, high]: [u32; 2], image: [i32; 2], touching: bool) -> Pair {
+fn pair(grains: &Grains, interactions: &Interactions, [low, high]: [u32; 2], image: [i32; 3], touching: bool) -> Pair {
     let (l, h) = (low as usize, high as usize);
     let law = interactions.index(grains.material[l], grains.material[h]);
     // A grain that forces do not move is a wall to the other.
@@ -193,7 +193,7 @@ fn pair(grains: &Grains, interactions: &Interactions, [low, high]: [u32; 2], ima
 
 /// Travel left until a pair of the previous list is due, if it was listed, and its nearest spheres with the travel left
 /// until the others are.
-fn remaining(old: &Previous<'_>, low: usize, high: usize, image: [i32; 2]) -> Option<(Real, NearestSpheres)> {
+fn remaining(old: &Previous<'_>, low: usize, high: usize, image: [i32; 3]) -> Option<(Real, NearestSpheres)> {
     let (low, high) = (old.number[low], old.number[high]);
     if low == u32::MAX || high == u32::MAX {
         return None;

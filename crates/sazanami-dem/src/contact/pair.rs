@@ -16,7 +16,7 @@ pub(crate) struct Pair {
     /// Factor on the dashpots.
     pub factor: Real,
     /// Periodic image of the second grain relative to the first.
-    pub image: [i16; 2],
+    pub image: [i16; 3],
     /// Number of the contact law.
     pub law: u16,
     pub multiplicity: Multiplicity,
@@ -38,7 +38,7 @@ impl Pair {
     /// From the second grain's unwrapped position to its periodic image \[m].
     #[inline(always)]
     pub fn shift(&self, period: Vector) -> Vector {
-        Vector::new(Real::from(self.image[0]) * period.x, Real::from(self.image[1]) * period.y, 0.0)
+        Vector::from_array(self.image.map(Real::from)) * period
     }
 }
 

@@ -11,16 +11,16 @@ pub(crate) struct ContactRecord {
     /// Identifier of the other grain, or [`crate::WALL`] plus the number of the wall.
     pub high: u64,
     /// Periodic image of the second grain relative to the first, both without wrapping.
-    pub image: [i32; 2],
+    pub image: [i32; 3],
     pub a: u16,
     pub b: u16,
     /// Whether it has been counted as deeper than the warning limit.
-    pub deep: u32,
+    pub deep: u64,
     pub d_t: [Real; 3],
 }
 
 impl ContactRecord {
-    pub fn key(&self) -> (u64, u64, [i32; 2], u16, u16) {
+    pub fn key(&self) -> (u64, u64, [i32; 3], u16, u16) {
         (self.low, self.high, self.image, self.a, self.b)
     }
 }

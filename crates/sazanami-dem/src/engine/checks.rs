@@ -12,7 +12,7 @@ impl Engine {
     pub(super) fn check_box(&self, domain: &Domain, grains: &[GrainRecord]) -> Result<(), DemError> {
         let size = |r: &GrainRecord| self.bodies[r.shape as usize].bounding_radius * r.scale;
         let needed = Self::shortest_period(grains.iter().map(size).fold(0.0, Real::max));
-        for direction in 0..2 {
+        for direction in 0..3 {
             let length = self.period[direction];
             if domain.periodic()[direction] && length < needed {
                 return Err(DemError::BoxTooShort { direction, length, needed });
@@ -64,9 +64,6 @@ impl Engine {
     /// Whether own grain `g` is outside the region in a direction that is not periodic.
     fn outside(&self, g: usize) -> bool {
         let p = self.grains.unwrapped[g];
-        (0..3).any(|d| {
-            let periodic = d < 2 && self.period[d] > 0.0;
-            !periodic && (p[d] < self.region[0][d] || p[d] > self.region[1][d])
-        })
+        (0..3).any(|d| self.period[d] == 0.0 && (p[d] < self.region[0][d] || p[d] > self.region[1][d]))
     }
 }

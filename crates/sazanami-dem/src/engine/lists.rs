@@ -23,7 +23,7 @@ const HORIZON: Real = 150.0;
 #[derive(Debug, Default)]
 pub(super) struct FormerList {
     /// Sorted identifier, image (of other ranks' grains only) and index of each grain that took part in contacts.
-    known: Vec<(u64, Option<[i32; 2]>, u32)>,
+    known: Vec<(u64, Option<[i32; 3]>, u32)>,
     /// Former index of each present grain; unused for images on this rank.
     number: Vec<u32>,
     travel: Vec<Real>,
@@ -48,10 +48,10 @@ impl Engine {
                 ContactRecord {
                     low: grains.id[pair.grain as usize],
                     high: crate::WALL + u64::from(pair.wall),
-                    image: [0; 2],
+                    image: [0; 3],
                     a: c.a,
                     b: 0,
-                    deep: u32::from(c.deep),
+                    deep: u64::from(c.deep),
                     d_t: c.d_t.to_array(),
                 }
             };
@@ -68,7 +68,7 @@ impl Engine {
                     image: pair.image.map(i32::from),
                     a: c.a,
                     b: c.b,
-                    deep: u32::from(c.deep),
+                    deep: u64::from(c.deep),
                     d_t: c.d_t.to_array(),
                 });
             }

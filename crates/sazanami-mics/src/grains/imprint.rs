@@ -244,7 +244,7 @@ pub struct Imprint {
     rigid: Real,
     groups: Vec<Group>,
     /// Identifier and image of every entry of the engine.
-    keys: Vec<(u64, [i32; 2])>,
+    keys: Vec<(u64, [i32; 3])>,
     /// Entries in the order of their keys: sums over them do not depend on the decomposition.
     order: Vec<u32>,
     /// Entries that touch each plane of cells, plane by plane, and the offset of each plane.

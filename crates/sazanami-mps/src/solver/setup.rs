@@ -97,6 +97,7 @@ impl Solver {
             equation: PressureEquation::default(),
             columns: Columns::default(),
             conjugate: crate::conjugate::Columns::default(),
+            mean_flow: None,
         })
     }
 }

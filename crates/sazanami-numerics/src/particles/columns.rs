@@ -31,7 +31,20 @@ macro_rules! stored_as_they_are {
         })+
     };
 }
-stored_as_they_are!(u8, u32, u64, Real, [i32; 2], [Real; 20]);
+stored_as_they_are!(u8, u32, u64, Real, [Real; 20]);
+
+/// A periodic image, with a spare number that keeps records free of gaps.
+impl Stored for [i32; 3] {
+    type Form = [i32; 4];
+
+    fn store(self) -> [i32; 4] {
+        [self[0], self[1], self[2], 0]
+    }
+
+    fn load(form: [i32; 4]) -> Self {
+        [form[0], form[1], form[2]]
+    }
+}
 
 impl Stored for Vector {
     type Form = [Real; 3];

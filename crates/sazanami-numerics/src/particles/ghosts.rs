@@ -208,10 +208,10 @@ impl<I: Copy + Send + Sync, R: Pod> Ghosts<I, R> {
     }
 }
 
-impl<R: Pod> Ghosts<[i32; 2], R> {
+impl<R: Pod> Ghosts<[i32; 3], R> {
     /// Changes which image each ghost of an own particle on this rank is; they stay sorted by image. `change` gets image,
     /// own particle and ghost.
-    pub fn change_images(&mut self, mut change: impl FnMut(&mut [i32; 2], u32, u32)) {
+    pub fn change_images(&mut self, mut change: impl FnMut(&mut [i32; 3], u32, u32)) {
         self.images.iter_mut().for_each(|(image, own, ghost)| change(image, *own, *ghost));
         self.images.sort_unstable();
         for &(image, own, ghost) in &self.images {
@@ -238,7 +238,7 @@ impl<R: Pod> Ghosts<[i32; 2], R> {
             totals[own * N..(own + 1) * N].iter_mut().zip(values).for_each(|(total, value)| *total += value);
         };
         let add_own = |add: &mut dyn FnMut(usize, &[Real])| {
-            let images = |before: bool| self.images.iter().filter(move |image| (image.0 < [0; 2]) == before);
+            let images = |before: bool| self.images.iter().filter(move |image| (image.0 < [0; 3]) == before);
             images(true).for_each(|&(_, own, ghost)| add(own as usize, &partial[ghost as usize]));
             (0..self.first).for_each(|own| add(own, &partial[own]));
             images(false).for_each(|&(_, own, ghost)| add(own as usize, &partial[ghost as usize]));

@@ -45,17 +45,12 @@ impl Array {
         tank.gravity = Vector::X * force;
         tank.divergence = 1e-10;
         tank.shapes = vec![ball(self.diameter())?];
-        // There are no images of grains beyond the sides in x3: copies stand there.
-        tank.beyond = 1.0;
-        let cells = (-1..3).flat_map(|k| [0, 1].map(|j| [0, 1].map(|i| Vector::new(i.into(), j.into(), k.into()))));
+        let cells = (0..2).flat_map(|k| [0, 1].map(|j| [0, 1].map(|i| Vector::new(i.into(), j.into(), k.into()))));
         for corner in cells.flatten() {
             for &centre in self.centres {
                 let place = corner + Vector::from_array(centre) + Vector::new(0.21, 0.37, 0.13) * grid.spacing;
-                let reach = 0.5 * self.diameter();
-                if place.z > -reach && place.z < 2.0 + reach {
-                    let id = tank.grains.len() as u64;
-                    tank.grains.push(Grain { motion: Motion::Fixed, ..Grain::new(id, 2.65, place) });
-                }
+                let id = tank.grains.len() as u64;
+                tank.grains.push(Grain { motion: Motion::Fixed, ..Grain::new(id, 2.65, place) });
             }
         }
         Ok(tank)

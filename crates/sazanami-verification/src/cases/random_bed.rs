@@ -76,16 +76,9 @@ fn drag(friction: SurfaceFriction, seed: u64, reynolds: Real, cells_per_diameter
     tank.friction = friction;
     tank.divergence = 1e-8;
     tank.shapes = vec![ball(1.0)?];
-    tank.beyond = 1.0;
     for centre in arrangement(seed) {
-        // There are no images of grains beyond the sides in x3: copies stand there.
-        for copy in [-edge, 0.0, edge] {
-            let place = centre + copy * Vector::Z;
-            if place.z > -0.5 && place.z < edge + 0.5 {
-                let id = tank.grains.len() as u64;
-                tank.grains.push(Grain { motion: Motion::Fixed, ..Grain::new(id, 2.65, place) });
-            }
-        }
+        let id = tank.grains.len() as u64;
+        tank.grains.push(Grain { motion: Motion::Fixed, ..Grain::new(id, 2.65, centre) });
     }
     let mut solver = tank.solver(|domain, boundary, flow| {
         flow.velocity[0].fill(1.0);

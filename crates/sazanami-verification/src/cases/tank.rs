@@ -59,8 +59,6 @@ pub(crate) struct Tank {
     pub shapes: Vec<Shape>,
     /// Grains at the start.
     pub grains: Vec<Grain>,
-    /// Largest distance of grains beyond the sides in x3 \[m]: copies of those at a periodic side, which has no images.
-    pub beyond: Real,
 }
 
 impl Tank {
@@ -80,7 +78,6 @@ impl Tank {
             substeps: Substeps::Auto,
             shapes: Vec::new(),
             grains: Vec::new(),
-            beyond: 0.0,
         }
     }
 
@@ -102,7 +99,7 @@ impl Tank {
             bodies: self.shapes.iter().map(Body::from).collect(),
             interactions: Interactions::uniform(1, self.law),
             walls: Wall::of_box(lower, upper, 0, present),
-            region: [lower - self.beyond * Vector::Z, upper + self.beyond * Vector::Z],
+            region: [lower, upper],
             ghost_margin: 2.0 * self.grid.spacing.max_element(),
         };
         let engine = Engine::new(&domain, setup, &self.grains).map_err(|error| error.to_string())?;

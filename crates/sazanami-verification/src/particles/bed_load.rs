@@ -1,14 +1,13 @@
 //! Grains carried along by a steady flow over their bed, in a channel periodic along and across.
 
-use std::cell::Cell;
-
 use sazanami_mps::grains::volume;
 use sazanami_mps::scheme::Scheme;
-use sazanami_mps::solver::{Forcing, Solver};
+use sazanami_mps::solver::Solver;
+use sazanami_numerics::mean_flow::{MeanFlow, MeanFlowSettings};
 use sazanami_numerics::{Real, Vector};
 
 use super::settled_bed::SettledBed;
-use super::vessel::{DENSITY, DIAMETER, DOWN, ExperimentError, GRAIN_DENSITY, GRAVITY, advance};
+use super::vessel::{DENSITY, DIAMETER, DOWN, ExperimentError, GRAIN_DENSITY, GRAVITY, advance, under};
 
 /// Extent of the channel along and across, thickness of the bed and water above it, in diameters.
 const SIZE: [usize; 2] = [24, 8];
@@ -97,30 +96,23 @@ pub fn bed_load(scheme: Scheme, shields: Real, seconds: Real) -> Result<BedLoad,
     let law = |z: Real| friction / KARMAN * Real::max(30.0 * (z - level) / (ROUGHNESS * d), 1.0).ln();
     solver.set_velocities(|p, a| law(p.position[a].z) * Vector::X);
     let target = friction * mean;
-    let (drive, held) = (Cell::new(0.0), Cell::new(0.0));
-    let (mut found, mut seen) = (BedLoad::default(), [0.0; 2]);
-    let forcing = |_: Real, _: Real| Forcing { body_force: DOWN + drive.get() * Vector::X, ..Forcing::default() };
-    let mut last = 0.0;
     let area = (SIZE[0] * SIZE[1]) as Real * d * d;
-    advance(&mut solver, [0.0, seconds], forcing, |time, solver, _| {
+    let velocity = target * Vector::X;
+    solver.hold_mean_flow(MeanFlow::new(MeanFlowSettings { velocity, above: level, area, answer: ANSWER, rise: 0.0 }));
+    let (mut found, mut seen) = (BedLoad::default(), [0.0; 2]);
+    let mut last = 0.0;
+    advance(&mut solver, [0.0, seconds], under(DOWN), |time, solver, report| {
         let dt = time - last;
         last = time;
-        let [moving, count] = solver.sum_over_fluid(|p, a| {
-            let above = if p.position[a].z > level { 1.0 } else { 0.0 };
-            [above * p.velocity[a].x, above]
-        });
-        let speed = moving / count;
-        held.set(held.get() + (target - speed) * dt / (ANSWER * ANSWER));
-        drive.set(held.get() + 2.0 * (target - speed) / ANSWER);
-        let stress = drive.get() * count * solver.particle_mass() / area;
+        let flow = report.mean_flow.expect("a mean velocity is held");
         let [all, deep] = flux(solver, level - 2.0 * d);
         if time < FROM * seconds {
             return;
         }
         let half = usize::from(time > 0.5 * (1.0 + FROM) * seconds);
         seen[half] += dt;
-        found.speed += speed * dt;
-        found.shields += stress * dt;
+        found.speed += flow.velocity.x * dt;
+        found.shields += flow.stress.x * dt;
         found.halves[half] += all * dt;
         found.deep += deep * dt;
     })?;

@@ -93,13 +93,15 @@ pub(crate) fn member(case: &Case, population: usize, index: usize, scale: Real) 
         material: material_number(case, &kind.material),
         scale,
         mass: kind.mass_override.map(|mass| mass * scale.powi(3)),
-        motion: motion(case, kind.motion),
+        motion: motion(case, kind, kind.motion),
         ..Grain::new(identifier(population, index), density, Vector::ZERO)
     }
 }
 
-/// Fixed in the tank, wherever that goes; one that was prepared at rest may be moved later.
-fn motion(case: &Case, motion: Motion) -> Motion {
+/// Fixed in the tank, wherever that goes; one that was prepared at rest may be moved later. Grains that are released later are
+/// fixed at first.
+fn motion(case: &Case, population: &Population, motion: Motion) -> Motion {
+    let motion = if motion == Motion::Free && population.release.is_some() { Motion::Fixed } else { motion };
     if motion == Motion::Fixed && case.solver == Solver::Mps { Motion::WithWalls } else { motion }
 }
 
@@ -142,7 +144,7 @@ pub fn placed(case: &Case, beds: &[Option<Bed>]) -> Vec<Grain> {
                 orientation: grain.orientation,
                 velocity: grain.velocity,
                 angular_velocity: grain.angular_velocity,
-                motion: motion(case, grain.motion),
+                motion: motion(case, population, grain.motion),
                 ..make(index, grain.factor)
             })),
             GrainPlacement::Lattice(lattice) => {
@@ -170,6 +172,7 @@ pub fn placed(case: &Case, beds: &[Option<Bed>]) -> Vec<Grain> {
                     all.push(Grain {
                         position: case.domain.lower + file.scale * (lying.position - bed.lower),
                         orientation: lying.orientation,
+                        motion: motion(case, population, if lying.held { Motion::Fixed } else { population.motion }),
                         ..make(index, lying.scale)
                     });
                 }
@@ -177,6 +180,15 @@ pub fn placed(case: &Case, beds: &[Option<Bed>]) -> Vec<Grain> {
         }
     }
     all
+}
+
+/// What becomes of a grain of the population number `shape` once it is packed, a sphere of `radius` \[m] around it: nothing where it
+/// reaches above the level of its population, else whether it is glued to the floor.
+pub(crate) fn after_packing(case: &Case, shape: u32, position: Vector, radius: Real) -> Option<bool> {
+    let GrainPlacement::Packed(how) = &case.grains[shape as usize].placement else { return Some(false) };
+    let floor = case.domain.lower.z;
+    let stays = how.level.is_none_or(|level| position.z + radius <= floor + level);
+    stays.then(|| how.glued.is_some_and(|glued| position.z < floor + glued))
 }
 
 /// Grains that are to be packed, with the settings; `None` if none are.

@@ -33,6 +33,8 @@ pub(crate) enum Cause {
     InitialVelocity,
     /// The flow that carries the liquid.
     CarryingFlow,
+    /// The mean velocity that is held.
+    Drive,
     /// Grains of a population.
     Grains(usize),
 }
@@ -109,7 +111,7 @@ impl Pace {
 /// The strongest body force until the end of the run: gravity, less what the frame does at its worst [m/s^2].
 pub(crate) fn strongest_force(case: &Case) -> Real {
     let swing = swing(case).map_or(Vector::ZERO, |(amplitude, frequency)| amplitude * (TAU * frequency).powi(2));
-    let resting = case.resting_gravity();
+    let resting = case.resting_gravity() + case.drive.map_or(Vector::ZERO, |drive| drive.acceleration);
     (resting + swing).length().max((resting - swing).length())
 }
 
@@ -148,8 +150,9 @@ fn given_speeds(case: &Case) -> Vec<(Cause, Vector)> {
         _ => None,
     });
     let [_, tank, _] = case.tank_at(0.0);
+    let held = case.drive.and_then(|drive| drive.mean_velocity).map(|velocity| (Cause::Drive, velocity.abs()));
     let grains = case.grains.iter().enumerate().map(|(n, population)| (Cause::Grains(n), fastest_of(population)));
-    liquids.chain(sides).chain([(Cause::Frame, tank.abs())]).chain(together).chain(grains).collect()
+    liquids.chain(sides).chain([(Cause::Frame, tank.abs())]).chain(held).chain(together).chain(grains).collect()
 }
 
 /// Largest components of an initial velocity, found at the places among which all of them have their extremes.
@@ -185,7 +188,9 @@ pub(crate) fn speeds(case: &Case, tank: Option<&TankReport>) -> Vec<(Cause, Vect
         let more = match *cause {
             Cause::Liquid(n) => collapse(case, &case.liquids[n]),
             Cause::Frame => of_frame(case, tank),
-            Cause::Side | Cause::InitialVelocity | Cause::CarryingFlow | Cause::Grains(_) => Vector::ZERO,
+            Cause::Side | Cause::InitialVelocity | Cause::CarryingFlow | Cause::Drive | Cause::Grains(_) => {
+                Vector::ZERO
+            }
         };
         // What cannot be reckoned is refused later.
         *speed = if more.is_nan() { more } else { speed.max(more) };

@@ -78,7 +78,7 @@ impl Search<'_> {
                     number(strongest_force(case), 1),
                     number(falls, 1)
                 ))
-                .help("check the units of gravity and of the frame's acceleration");
+                .help("check the units of gravity, of the frame's acceleration and of that of the drive");
         }
     }
 
@@ -140,13 +140,14 @@ impl Search<'_> {
             Cause::Frame => places.near("frame.motion"),
             Cause::InitialVelocity => places.near("fluid.initial_velocity"),
             Cause::CarryingFlow => places.near("fluid.carrying_flow"),
+            Cause::Drive => places.near("drive.mean_velocity"),
             Cause::Grains(n) => Some(self.span(n)),
         }
     }
 
-    /// Place of the body force: the frame, or gravity.
+    /// Place of the body force: what drives the flow, the frame, or gravity.
     fn span_of_force(&self) -> Option<Range<usize>> {
-        self.loaded.places.of("frame").or_else(|| self.loaded.places.of("gravity"))
+        ["drive", "frame", "gravity"].into_iter().find_map(|key| self.loaded.places.of(key))
     }
 
     /// Place of the stiffness of a contact.

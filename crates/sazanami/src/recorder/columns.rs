@@ -1,10 +1,13 @@
 //! Columns of the series and of the tables of probes.
 
+use std::marker::PhantomData;
+
 use sazanami_io::table::{Column, Value};
+use sazanami_numerics::mean_flow::MeanFlowReport;
 
 use super::observer::{Observer, Row, SeriesCell};
 use crate::case::meaning::ProbePlace;
-use crate::columns::{Cell, headings, page, quantity};
+use crate::columns::{Cell, headings, page, quantities, quantity};
 use crate::water::Water;
 
 /// The columns that every series begins with: time, the length of the last step before and after it was shortened to
@@ -45,20 +48,55 @@ pub(crate) const fn grain_substeps<O: Observer>() -> SeriesCell<O> {
     })
 }
 
-/// All columns of the series of an observer, those of a crater only `with_crater`.
-fn series<O: Observer>(with_crater: bool) -> impl Iterator<Item = SeriesCell<O>> {
-    let crater = if with_crater { O::SERIES_OF_CRATER } else { &[] };
-    first_columns::<O>().into_iter().chain(O::SERIES.iter().chain(crater).copied())
+/// Parts of the series that not every run has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct SeriesParts {
+    /// The crater.
+    pub crater: bool,
+    /// The mean velocity that is held.
+    pub mean_flow: bool,
+}
+
+/// A value of the mean velocity that is held; missing before the first step.
+fn of_mean_flow<O: Observer>(row: &Row<'_, O>, value: impl FnOnce(&MeanFlowReport) -> f64) -> Value {
+    row.step.and_then(|step| O::Water::mean_flow(step.report)).map(value).into()
+}
+
+/// The columns of the series of an observer that not every run has.
+struct Further<O>(PhantomData<O>);
+
+impl<O: Observer> Further<O> {
+    /// Those of a run whose mean velocity is held.
+    const MEAN_FLOW: &'static [SeriesCell<O>] = quantities! {
+        "mean_velocity_1", "m/s", "mean velocity of the water above `drive.above` along x1"
+            => |row| of_mean_flow(row, |flow| flow.velocity.x);
+        "mean_velocity_2", "m/s", "the same along x2" => |row| of_mean_flow(row, |flow| flow.velocity.y);
+        "mean_velocity_3", "m/s", "the same along x3" => |row| of_mean_flow(row, |flow| flow.velocity.z);
+        "driving_acceleration_1", "m/s^2", "body force per mass that held this velocity in the last step, along x1"
+            => |row| of_mean_flow(row, |flow| flow.acceleration.x);
+        "driving_acceleration_2", "m/s^2", "the same along x2" => |row| of_mean_flow(row, |flow| flow.acceleration.y);
+        "driving_acceleration_3", "m/s^2", "the same along x3" => |row| of_mean_flow(row, |flow| flow.acceleration.z);
+        "driving_stress_1", "Pa", "that force on the water above `drive.above` over the plan of the box along x1: in steady flow the shear stress on what lies below"
+            => |row| of_mean_flow(row, |flow| flow.stress.x);
+        "driving_stress_2", "Pa", "the same along x2" => |row| of_mean_flow(row, |flow| flow.stress.y);
+    };
+}
+
+/// All columns of the series of an observer, of these parts.
+fn series<O: Observer>(parts: SeriesParts) -> impl Iterator<Item = SeriesCell<O>> {
+    let crater = if parts.crater { O::SERIES_OF_CRATER } else { &[] };
+    let driven = if parts.mean_flow { Further::<O>::MEAN_FLOW } else { &[] };
+    first_columns::<O>().into_iter().chain(O::SERIES.iter().chain(crater).chain(driven).copied())
 }
 
 /// Headings of the series of an observer.
-pub(crate) fn series_headings<O: Observer>(with_crater: bool) -> Vec<Column> {
-    series::<O>(with_crater).map(|column| Column::new(column.name, column.unit)).collect()
+pub(crate) fn series_headings<O: Observer>(parts: SeriesParts) -> Vec<Column> {
+    series::<O>(parts).map(|column| Column::new(column.name, column.unit)).collect()
 }
 
 /// A row of the series.
-pub(crate) fn series_row<O: Observer>(row: &Row<'_, O>, with_crater: bool) -> Vec<Value> {
-    series::<O>(with_crater).map(|column| (column.value)(row)).collect()
+pub(crate) fn series_row<O: Observer>(row: &Row<'_, O>, parts: SeriesParts) -> Vec<Value> {
+    series::<O>(parts).map(|column| (column.value)(row)).collect()
 }
 
 /// Quantities of a solver at each kind of place; [`ProbePlace::Gauge`] always gives the level of the water.
@@ -98,11 +136,12 @@ impl<P, T, B> ProbeColumns<P, T, B> {
 
 /// The series of an observer as the reference page has it.
 pub(crate) fn series_page<O: Observer>() -> String {
-    let all: Vec<SeriesCell<O>> = series(false).collect();
+    let all: Vec<SeriesCell<O>> = series(SeriesParts { crater: false, mean_flow: false }).collect();
     let main = page("A row per observation.", &all);
+    let driven = page("With `drive.mean_velocity` also:", Further::<O>::MEAN_FLOW);
     match O::SERIES_OF_CRATER {
-        [] => main,
-        crater => format!("{main}\n{}", page("With `[erosion]` also:", crater)),
+        [] => format!("{main}\n{driven}"),
+        crater => format!("{main}\n{}\n{driven}", page("With `[erosion]` also:", crater)),
     }
 }
 

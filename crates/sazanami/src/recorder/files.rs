@@ -9,6 +9,7 @@ use sazanami_io::table::{Column, SeriesWriter, TableError, Value};
 use sazanami_io::vtk::{ImageFile, PointFile, PvdSeries, write_image, write_points};
 use sazanami_numerics::Real;
 
+use super::columns::SeriesParts;
 use super::drawing::Drawing;
 use super::grain_files::{GrainStates, OwnArray, write_glyph};
 use crate::case::meaning::FieldPrecision;
@@ -45,8 +46,8 @@ pub(crate) struct Files {
     pub fixed: Fixed,
     pub checkpoints: CheckpointFolder,
     series: SeriesWriter,
-    /// Whether the series has the columns of a crater.
-    pub with_crater: bool,
+    /// Parts of the series.
+    pub parts: SeriesParts,
     tables: BTreeMap<&'static str, SeriesWriter>,
     fields: PvdSeries,
     grains: PvdSeries,
@@ -61,16 +62,18 @@ pub(crate) struct Files {
 impl Files {
     /// Opens the files of a run anew, or where it left them.
     ///
-    /// `columns` are those of the series, with those of a crater or without.
-    pub fn open(job: &Job, columns: fn(bool) -> Vec<Column>, resumed_at: Left) -> Result<Self, RankError> {
+    /// `columns` are those of the series of such parts.
+    pub fn open(job: &Job, columns: fn(SeriesParts) -> Vec<Column>, resumed_at: Left) -> Result<Self, RankError> {
         Self::open_files(job, columns, resumed_at).map_err(RankError::from)
     }
 
-    fn open_files(job: &Job, columns: fn(bool) -> Vec<Column>, resumed_at: Left) -> Result<Self, RecordError> {
+    fn open_files(job: &Job, columns: fn(SeriesParts) -> Vec<Column>, resumed_at: Left) -> Result<Self, RecordError> {
         let (case, folder) = (job.case, job.folder.clone());
         let series = folder.join(SERIES);
         // Earlier versions wrote the columns of a crater, empty, where there was none to evaluate.
-        let with_crater = case.erosion.is_some() || resumed_at.is_some() && has_column(&series, "crater_depth");
+        let crater = case.erosion.is_some() || resumed_at.is_some() && has_column(&series, "crater_depth");
+        let held = case.drive.is_some_and(|drive| drive.mean_velocity.is_some());
+        let parts = SeriesParts { crater, mean_flow: held };
         for name in [FIELDS, GRAINS, FIGURES, CHECKPOINTS] {
             make_folder(&folder.join(name))?;
         }
@@ -91,7 +94,7 @@ impl Files {
             contact_spheres_by_shape: job.shapes.iter().map(|shape| shape.contact_spheres().len()).collect(),
         };
         let probes = case.probes.iter().map(|_| None).collect();
-        let series = open_table(&series, &columns(with_crater), resumed_at)?;
+        let series = open_table(&series, &columns(parts), resumed_at)?;
         let expected = job.resumed.as_ref().and_then(|state| state.run.last_row);
         if resumed_at.is_some() && series.last_step() < expected {
             let kept =
@@ -107,7 +110,7 @@ impl Files {
             checkpoints: CheckpointFolder::new(folder.join(CHECKPOINTS), case.checkpoint.keep),
             fixed,
             series,
-            with_crater,
+            parts,
             tables: BTreeMap::new(),
             fields: open_times(job, FIELD_SERIES, [FIELDS, "fields-"], resumed_at)?,
             grains: open_times(job, GRAIN_SERIES, [GRAINS, "grains-"], resumed_at)?,

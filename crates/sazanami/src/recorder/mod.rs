@@ -28,6 +28,7 @@ use sazanami_numerics::Real;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::snapshot::Snapshot;
 
+use crate::assembly::grains::after_packing;
 use crate::bed_file::{Bed, BedGrain, Recipe};
 use crate::case::meaning::Case;
 use crate::clock::{Clock, fixed_step};
@@ -163,12 +164,18 @@ impl<'a, B: Observer> Recorder<'a, B> {
     ) -> Result<(), RankError> {
         self.watch.turn(SETUP);
         self.grains.gather(domain, packing.engine());
-        let outcome = self.files.is_some().then(|| self.report_bed(report, wall, began)).transpose();
+        let outcome = self.files.is_some().then(|| self.report_bed(packing, report, wall, began)).transpose();
         domain.agree(outcome.map_err(RankError::from))?;
         Ok(())
     }
 
-    fn report_bed(&mut self, report: &PackingReport, wall: Real, began: Real) -> Result<(), RecordError> {
+    fn report_bed(
+        &mut self,
+        packing: &Packing,
+        report: &PackingReport,
+        wall: Real,
+        began: Real,
+    ) -> Result<(), RecordError> {
         let job = self.job;
         let case = job.case;
         let floor = case.domain.lower.z;
@@ -208,17 +215,22 @@ impl<'a, B: Observer> Recorder<'a, B> {
                 lying_order: found.lying_order,
                 time: report.time,
             },
-            grains: self.grains.lying(|shape, scale, position, orientation| BedGrain {
-                shape,
-                scale,
-                position,
-                orientation,
-            }),
+            grains: self.as_used(packing),
         };
         let path = packed_bed(case, &job.folder);
         bed.write(&path)?;
         job.say(format!("bed written to {}", path.display()));
         self.write_summary(Status::Running, None)
+    }
+
+    /// The grains of the packed bed as the flow will have them: levelled, and glued where the case says so.
+    fn as_used(&self, packing: &Packing) -> Vec<BedGrain> {
+        let (case, bodies) = (self.job.case, packing.engine().bodies());
+        let lying = self.grains.lying(|shape, scale, position, orientation| {
+            let held = after_packing(case, shape, position, scale * bodies[shape as usize].bounding_radius)?;
+            Some(BedGrain { shape, scale, position, orientation, held })
+        });
+        lying.into_iter().flatten().collect()
     }
 
     /// Height of the highest node of the bed near the axis, known to all ranks \[m]; the floor if there are no grains.
@@ -311,9 +323,8 @@ impl<'a, B: Observer> Recorder<'a, B> {
         let mut outcome = Ok(());
         if series && let Some(files) = &mut self.files {
             let row = Row { clock, step, grains: &self.grains, totals: &self.totals, observer: &self.observer };
-            outcome = files
-                .row(clock, &series_row(&row, files.with_crater))
-                .and_then(|()| self.observer.tables(clock, files));
+            outcome =
+                files.row(clock, &series_row(&row, files.parts)).and_then(|()| self.observer.tables(clock, files));
         }
         if series {
             self.observer.note_row(clock.time());

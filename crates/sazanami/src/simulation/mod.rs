@@ -2,6 +2,7 @@
 
 mod preparation;
 mod relaxation;
+mod releases;
 mod start;
 
 use std::time::Instant;
@@ -12,6 +13,7 @@ use sazanami_numerics::Real;
 use sazanami_numerics::domain::Domain;
 use sazanami_parallel::{Communicator, Reduction};
 
+use self::releases::Releases;
 use crate::case::meaning::Solver;
 use crate::clock::Clock;
 use crate::job::{Ending, Job, RankError, RankFailure, Status};
@@ -172,6 +174,7 @@ fn flow<B: Observer>(job: &Job, mut water: B::Water, recorder: &mut Recorder<B>)
             || case.run.steps.is_some_and(|steps| clock.step() >= steps as u64)
             || job.options.until.is_some_and(|until| clock.time() >= until * (1.0 - END))
     };
+    let mut releases = Releases::from(case, clock.time());
     loop {
         let [stop, checkpoint] = signals(water.domain(), job, recorder);
         let finished = end(&clock);
@@ -188,7 +191,8 @@ fn flow<B: Observer>(job: &Job, mut water: B::Water, recorder: &mut Recorder<B>)
             recorder.end(&mut water, &clock);
             return Ok(Ending { status, interrupted, time: clock.time(), steps: clock.step() });
         }
-        let due = recorder.next_due(case, clock.time());
+        releases.let_go(job, &mut water, clock.time())?;
+        let due = releases.next(recorder.next_due(case, clock.time()));
         let next = water.stable_step(case, clock.time());
         let stable @ (longest, ruling) = B::Water::length(next);
         let dt = clock.next_step(longest, due);

@@ -10,12 +10,13 @@ use sazanami_numerics::snapshot::Snapshot;
 use sazanami_numerics::{Real, Vector};
 
 use super::{END, signals, start};
+use crate::assembly::grains::after_packing;
 use crate::assembly::particles;
-use crate::case::meaning::{Case, GrainPlacement, Preparation};
+use crate::case::meaning::{Case, Preparation};
 use crate::job::{Job, RankError, StateError};
 use crate::progress::StepLine;
 use crate::recorder::{Observer, ParticleObserver, Recorder};
-use crate::water::{StepProblem, Water, mps};
+use crate::water::{self, StepProblem, Water, mps};
 
 /// Section of a checkpoint with the [`Stage`] of a preparation.
 const STAGE: &str = "preparation/stage";
@@ -69,7 +70,9 @@ pub(super) fn solver(
 ) -> Result<Option<Solver>, RankError> {
     let resumed = job.resumed.as_ref();
     let (mut solver, stage) = if let Some(state) = resumed.filter(|state| state.run.flows()) {
-        return restored(job, domain, &state.snapshot).map(Some);
+        let mut solver = restored(job, domain, &state.snapshot)?;
+        hold_mean_flow(job.case, &mut solver, Some(&state.snapshot))?;
+        return Ok(Some(solver));
     } else if let Some(state) = resumed.filter(|state| state.run.preparing) {
         (restored(job, domain, &state.snapshot)?, Stage::of(&state.snapshot)?)
     } else if let Some(prepared) = &job.prepared {
@@ -87,7 +90,16 @@ pub(super) fn solver(
         recorder.keep_tank(&mut solver)?;
     }
     set_off(job.case, &mut solver);
+    hold_mean_flow(job.case, &mut solver, None)?;
     Ok(Some(solver))
+}
+
+/// Lets the solver hold the mean velocity of the case, if it has one.
+fn hold_mean_flow(case: &Case, solver: &mut Solver, resumed: Option<&Snapshot>) -> Result<(), RankError> {
+    if let Some(flow) = water::mean_flow(case, resumed)? {
+        solver.hold_mean_flow(flow);
+    }
+    Ok(())
 }
 
 fn first_stage(case: &Case) -> Stage {
@@ -154,20 +166,12 @@ fn poured(
 /// that are glued to the floor.
 fn levelled(case: &Case, packing: &Packing) -> Vec<Grain> {
     let bodies = packing.engine().bodies();
-    let floor = case.domain.lower.z;
-    let how = |grain: &Grain| match &case.grains[grain.shape as usize].placement {
-        GrainPlacement::Packed(how) => Some(how),
-        _ => None,
+    let lying = |grain: Grain| {
+        let radius = grain.scale * bodies[grain.shape as usize].bounding_radius;
+        let glued = after_packing(case, grain.shape, grain.position, radius)?;
+        Some(Grain { motion: if glued { Motion::WithWalls } else { grain.motion }, ..grain })
     };
-    let stays = |grain: &Grain| {
-        let top = grain.position.z + grain.scale * bodies[grain.shape as usize].bounding_radius;
-        how(grain).and_then(|how| how.level).is_none_or(|level| top <= floor + level)
-    };
-    let held = |grain: Grain| {
-        let glued = how(&grain).and_then(|how| how.glued).is_some_and(|glued| grain.position.z < floor + glued);
-        Grain { motion: if glued { Motion::WithWalls } else { grain.motion }, ..grain }
-    };
-    packing.bed().into_iter().filter(stays).map(held).collect()
+    packing.bed().into_iter().filter_map(lying).collect()
 }
 
 /// Lets water and grains come to rest; returns whether they did, or the run was stopped before.

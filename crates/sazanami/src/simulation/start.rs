@@ -17,6 +17,7 @@ use crate::clock::{Clock, fixed_step};
 use crate::job::{Job, PACKING, RankError};
 use crate::naming::partner;
 use crate::recorder::{Observer, Recorder};
+use crate::water::mean_flow;
 
 /// The bed to be packed, new or from a checkpoint; `None` if the case packs none.
 pub(super) fn packing(job: &Job, domain: &Domain) -> Result<Option<Packing>, RankError> {
@@ -60,7 +61,7 @@ pub(super) fn solver(
         let engine = Engine::restore(&domain, setup, GRAINS, &state.snapshot)?;
         let snapshot = &state.snapshot;
         let solver = Solver::restore(domain, boundary, settings, flow, engine, shapes, coupling, snapshot)?;
-        return Ok(Some(solver.with_forces(fluid::forces(case))));
+        return Ok(Some(solver.with_forces(fluid::forces(case)).with_mean_flow(mean_flow(case, Some(snapshot))?)));
     }
     let engine = match packed {
         None => match laid(job, &domain, setup, recorder)? {
@@ -80,7 +81,7 @@ pub(super) fn solver(
     keep_clear(job, &domain, &engine, bed_height)?;
     fluid::pour(case, &domain, &boundary, &mut flow, bed_height);
     let solver = Solver::new(domain, boundary, settings, flow, engine, shapes, coupling)?;
-    let mut solver = solver.with_forces(fluid::forces(case));
+    let mut solver = solver.with_forces(fluid::forces(case)).with_mean_flow(mean_flow(case, None)?);
     solver.limit_first_step(fluid::first_step(case));
     if let Some(carrying) = &case.fluid.carrying_flow {
         solver.set_carried(carrying, 0.0);

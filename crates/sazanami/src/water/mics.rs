@@ -1,11 +1,12 @@
 //! One grid for water, air and grains, as a run drives it.
 
-use sazanami_dem::{ContactReport, Engine};
+use sazanami_dem::{ContactReport, DemError, Engine};
 use sazanami_mics::pressure::PressureError;
 use sazanami_mics::solver::{Phase, Solver, StepError, StepReport};
 use sazanami_mics::stability::Step;
 use sazanami_numerics::Real;
 use sazanami_numerics::domain::Domain;
+use sazanami_numerics::mean_flow::MeanFlowReport;
 use sazanami_numerics::snapshot::Snapshot;
 
 use super::{ELSEWHERE, StepProblem, Water, named_alike};

@@ -6,7 +6,8 @@ pub(crate) mod mps;
 use sazanami_dem::{ContactReport, DemError, Engine};
 use sazanami_numerics::Real;
 use sazanami_numerics::domain::Domain;
-use sazanami_numerics::snapshot::Snapshot;
+use sazanami_numerics::mean_flow::{MeanFlow, MeanFlowReport};
+use sazanami_numerics::snapshot::{Snapshot, SnapshotError};
 
 use crate::case::meaning::Case;
 use crate::naming::grain_error;
@@ -62,6 +63,14 @@ macro_rules! named_alike {
             &report.contacts
         }
 
+        fn release(&mut self, which: impl Fn(u64) -> bool + Sync) -> Result<usize, DemError> {
+            self.release(which)
+        }
+
+        fn mean_flow(report: &StepReport) -> Option<&MeanFlowReport> {
+            report.mean_flow.as_ref()
+        }
+
         fn snapshot(&mut self) -> Snapshot {
             self.snapshot()
         }
@@ -104,6 +113,21 @@ pub(crate) trait Water: Sized {
     /// Contacts of the grains in a step.
     fn contacts(report: &Self::Report) -> &ContactReport;
 
+    /// Lets the held grains whose identifier `which` takes move from now on; returns how many did not before. Collective.
+    fn release(&mut self, which: impl Fn(u64) -> bool + Sync) -> Result<usize, DemError>;
+
+    /// The mean velocity that is held, if one is, and the force that held it in a step.
+    fn mean_flow(report: &Self::Report) -> Option<&MeanFlowReport>;
+
     /// Everything that a run needs to go on. Collective; complete on rank 0.
     fn snapshot(&mut self) -> Snapshot;
+}
+
+/// The mean velocity that the case holds, if it holds one: new, or as a checkpoint has it.
+pub(crate) fn mean_flow(case: &Case, resumed: Option<&Snapshot>) -> Result<Option<MeanFlow>, SnapshotError> {
+    let Some(settings) = case.drive.and_then(|drive| drive.mean_flow(case.domain.extent())) else { return Ok(None) };
+    Ok(Some(match resumed {
+        Some(snapshot) => MeanFlow::restore(settings, snapshot)?,
+        None => MeanFlow::new(settings),
+    }))
 }

@@ -1,11 +1,12 @@
 //! Moving particles of water that overlap grains, as a run drives them.
 
-use sazanami_dem::{ContactReport, Engine};
+use sazanami_dem::{ContactReport, DemError, Engine};
 use sazanami_mps::pressure::PressureError;
 use sazanami_mps::solver::{Forcing, Phase, Solver, StepError, StepReport};
 use sazanami_mps::stability::Step;
 use sazanami_numerics::Real;
 use sazanami_numerics::domain::Domain;
+use sazanami_numerics::mean_flow::MeanFlowReport;
 use sazanami_numerics::snapshot::Snapshot;
 
 use super::{ELSEWHERE, StepProblem, Water, named_alike};

@@ -62,6 +62,7 @@ fn made_bed(name: &str) -> PathBuf {
         scale: 1.0,
         position: Vector::new(1e-3 + 2e-3 * f64::from(n), 3e-3, 0.5e-3),
         orientation: Quaternion::IDENTITY,
+        held: false,
     };
     let bed = Bed {
         lower: Vector::ZERO,

@@ -1,0 +1,117 @@
+//! `[drive]`: what drives the flow through periodic sides.
+
+use sazanami_case_derive::Keys;
+use sazanami_numerics::mean_flow::MeanFlowSettings;
+use sazanami_numerics::{Real, Vector};
+
+use super::{BoundarySide, SIDE_NAMES, Step};
+use crate::case::Case;
+use crate::presets::Solver;
+use crate::read::{Context, Table};
+use crate::units::rounded;
+
+/// Time in which the force answers to the mean velocity \[s].
+const ANSWER: Real = 0.05;
+/// Rise of the flow, in times of the answer.
+const RISE: Real = 5.0;
+/// Longest step over the time of the answer; the force swings from one on.
+const LONGEST_STEP: Real = 0.25;
+
+/// What drives the flow once the run begins, beside gravity and motion of the box: it does not act while a bed is packed and water
+/// comes to rest. Like the gravity of a channel that slopes it acts on water, gas and grains alike.
+#[derive(Clone, Copy, Debug, PartialEq, Keys)]
+#[keys(check = Self::check)]
+pub struct Drive {
+    /// Body force per mass, the same all the time.
+    #[key(unit = "m/s^2", default = Vector::ZERO, says = "none")]
+    pub acceleration: Vector,
+    /// Mean velocity of the water that a body force holds, along periodic directions and in those alone in which it is not zero. The
+    /// force is in the series (`driving_acceleration_1` and so on).
+    #[key(unit = "m/s")]
+    pub mean_velocity: Option<Vector>,
+    /// Height above which the mean of the velocity is taken (on the grid outside grains): over a bed its top.
+    #[key(unit = "m", default = cx.known.domain.lower.z, says = "the floor of the box")]
+    pub above: Real,
+    /// Time in which that force answers to the mean velocity; four steps at least.
+    #[key(unit = "s", range = Positive, default = ANSWER)]
+    pub answer: Real,
+    /// Rise of the mean velocity from rest, `3 s^2 - 2 s^3` with `s = t/ramp`; none suits water that begins with this velocity.
+    #[key(unit = "s", range = NonNegative, default = RISE * answer, says = format!("{RISE} times `answer`"))]
+    pub ramp: Real,
+}
+
+impl Drive {
+    fn check(&mut self, table: &Table<'_>, cx: &mut Context<'_>) {
+        if !table.has("acceleration") && !table.has("mean_velocity") {
+            cx.missing(
+                Some(table.span()),
+                "mean_velocity",
+                "add `mean_velocity = [\"0.3 m/s\", \"0 m/s\", \"0 m/s\"]`, or `acceleration`",
+            );
+        }
+        if self.mean_velocity == Some(Vector::ZERO) {
+            cx.report
+                .error(table.place("mean_velocity"), "a mean velocity of zero is not held")
+                .label("only directions in which it is not zero are")
+                .help("leave it out");
+        }
+        if self.mean_velocity.is_none()
+            && let Some(key) = ["above", "answer", "ramp"].into_iter().find(|key| table.has(key))
+        {
+            cx.report
+                .warning(Some(table.place(key)), format!("`{key}` does nothing without `mean_velocity`"))
+                .label("it says how a mean velocity is held")
+                .help("add `mean_velocity`, or leave this out");
+        }
+    }
+
+    /// The mean velocity that is held, if one is, in a box of this `extent` \[m].
+    #[must_use]
+    pub fn mean_flow(&self, extent: Vector) -> Option<MeanFlowSettings> {
+        let Self { mean_velocity, above, answer, ramp, .. } = *self;
+        let area = extent.x * extent.y;
+        mean_velocity.map(|velocity| MeanFlowSettings { velocity, above, area, answer, rise: ramp })
+    }
+}
+
+/// What a mean velocity needs of the rest of the case.
+pub fn check_drive(case: &Case, cx: &mut Context<'_>) {
+    let Some(drive) = case.drive else { return };
+    if case.solver == Solver::Mics && case.fluid.carrying_flow.is_some() {
+        cx.report
+            .error(cx.places.at("drive"), "a carrying flow is not driven")
+            .label("its velocity is given")
+            .help("leave out `drive` or `fluid.carrying_flow`");
+    }
+    let Some(velocity) = drive.mean_velocity else { return };
+    for d in (0..3).filter(|&d| velocity[d] != 0.0 && case.boundary[d][0] != BoundarySide::Periodic) {
+        cx.report
+            .error(
+                cx.places.at("drive.mean_velocity"),
+                format!("the mean velocity goes through the sides of x{}", d + 1),
+            )
+            .label(format!("{} and {} are not periodic", SIDE_NAMES[d][0], SIDE_NAMES[d][1]))
+            .help(format!("write `boundary.x{} = \"periodic\"`, or a velocity of 0 along x{}", d + 1, d + 1));
+    }
+    let (floor, top) = (case.domain.lower.z, case.domain.upper.z);
+    if drive.above < floor || drive.above >= top {
+        let [floor, top] = [floor, top].map(|z| rounded(1e3 * z));
+        cx.report
+            .error(cx.places.at("drive.above"), "`above` lies outside the box")
+            .label(format!("the box reaches from {floor} mm to {top} mm"))
+            .help("choose the height of the top of the bed, or leave it out for all the water");
+    }
+    let longest = match (&case.particles, case.solver) {
+        (Some(particles), Solver::Mps) => particles.dt.unwrap_or(particles.dt_max),
+        _ => match case.fluid.step {
+            Step::Fixed(dt) => dt,
+            Step::Adaptive { longest, .. } => longest,
+        },
+    };
+    if longest > LONGEST_STEP * drive.answer {
+        cx.report
+            .error(cx.places.at("drive.answer"), "`answer` is shorter than four steps: the force would swing")
+            .label(format!("{} s, a step may be {} s long", rounded(drive.answer), rounded(longest)))
+            .help(format!("take {} s at least, or shorter steps", rounded(longest / LONGEST_STEP)));
+    }
+}

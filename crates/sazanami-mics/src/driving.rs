@@ -1,0 +1,44 @@
+//! A mean velocity of the liquid that is held by a body force on fluids and grains.
+
+use sazanami_numerics::Vector;
+use sazanami_numerics::grid::Field;
+use sazanami_numerics::mean_flow::{MeanFlow, MeanFlowReport};
+
+use crate::solver::Solver;
+
+impl Solver {
+    /// Holds a mean velocity of the liquid from the next step on.
+    #[must_use]
+    pub fn with_mean_flow(mut self, mean_flow: Option<MeanFlow>) -> Self {
+        self.mean_flow = mean_flow;
+        self
+    }
+
+    /// Lets the force answer to the mean velocity of the liquid outside grains after a step of `dt` \[s]. Collective.
+    pub(crate) fn answer(&mut self, dt: f64) -> Option<MeanFlowReport> {
+        let mut held = self.mean_flow?;
+        let Self { domain, flow, grains, .. } = &*self;
+        let (c, u) = (flow.volume_fraction.data(), flow.velocity.each_ref().map(Field::data));
+        let imprint = grains.covered();
+        let alpha = imprint.solid_fraction.data();
+        let sum = domain.sum_rows(&domain.interior(), |row| {
+            let mut sum = [0.0; 4];
+            if domain.centre(0, row.j, row.k).z <= held.above() {
+                return sum;
+            }
+            let covered = !grains.is_empty() && imprint.row_is_covered(row.j, row.k);
+            for at in row.shifted(0) {
+                let open = if covered { 1.0 - alpha[at].min(1.0) } else { 1.0 };
+                let part = open * c[at];
+                (0..3).for_each(|d| sum[d] += part * u[d][at]);
+                sum[3] += part;
+            }
+            sum
+        });
+        let [x, y, z, volume] = domain.sum(sum);
+        let density = flow.fluids.liquid_density * domain.grid().cell_volume();
+        let report = held.answer(dt, density * Vector::new(x, y, z), density * volume);
+        self.mean_flow = Some(held);
+        Some(report)
+    }
+}

@@ -1,0 +1,166 @@
+//! A mean velocity that a uniform body force holds, as in a channel that is periodic along its flow.
+//!
+//! The force per mass answers to the mean velocity `u` as a critically damped oscillator does: with the wanted velocity `U` and
+//! the time `T` of the answer,
+//!
+//! ```text
+//! a = h + 2 (U - u) / T,   dh/dt = (U - u) / T^2
+//! ```
+//!
+//! In steady flow `a` times the mass that it drives is the friction that holds this mass back: over a bed the shear stress.
+//! A velocity that would take long to be reached at a bearable force rises as `U (3 s^2 - 2 s^3)`, `s = t / rise`.
+
+use crate::snapshot::{Snapshot, SnapshotError};
+use crate::{Real, Vector};
+
+/// Section of a snapshot with the state of the force.
+const STATE: &str = "mean_flow/state";
+
+/// What is held, and how.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeanFlowSettings {
+    /// Mean velocity that is held in the directions in which it is not zero [m/s].
+    pub velocity: Vector,
+    /// Height above which the mean is taken \[m].
+    pub above: Real,
+    /// Area of what lies under the flow, for the stress on it [m^2].
+    pub area: Real,
+    /// Time in which the force answers to the mean \[s]; longer than a step.
+    pub answer: Real,
+    /// Time in which the velocity rises \[s].
+    pub rise: Real,
+}
+
+/// The mean flow and what drove it, at the end of a step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct MeanFlowReport {
+    /// Body force per mass during the step [m/s^2].
+    pub acceleration: Vector,
+    /// Mean velocity of the liquid above the height at its end [m/s].
+    pub velocity: Vector,
+    /// Force on that liquid over the area under it \[Pa]: in steady flow the shear stress there.
+    pub stress: Vector,
+}
+
+/// A mean velocity that is held, and the force that holds it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeanFlow {
+    settings: MeanFlowSettings,
+    /// Time since it is held \[s].
+    time: Real,
+    /// The part of the force that has gathered [m/s^2].
+    held: Vector,
+    acceleration: Vector,
+}
+
+impl MeanFlow {
+    /// A flow that is held from now on; the first step is without force.
+    #[must_use]
+    pub const fn new(settings: MeanFlowSettings) -> Self {
+        Self { settings, time: 0.0, held: Vector::ZERO, acceleration: Vector::ZERO }
+    }
+
+    /// Goes on from a snapshot.
+    ///
+    /// # Errors
+    /// [`SnapshotError`] if nothing was held when it was taken.
+    pub fn restore(settings: MeanFlowSettings, snapshot: &Snapshot) -> Result<Self, SnapshotError> {
+        let state = snapshot.reals_of(STATE, 7)?;
+        let [held, acceleration] = [1, 4].map(|n| Vector::from_slice(&state[n..n + 3]));
+        Ok(Self { settings, time: state[0], held, acceleration })
+    }
+
+    /// Adds the state of the force to a snapshot.
+    pub fn save(&self, snapshot: &mut Snapshot) {
+        let state = [self.held, self.acceleration].into_iter().flat_map(|v| v.to_array());
+        snapshot.put_reals(STATE, std::iter::once(self.time).chain(state).collect());
+    }
+
+    /// Body force per mass in the next step [m/s^2].
+    #[must_use]
+    pub const fn acceleration(&self) -> Vector {
+        self.acceleration
+    }
+
+    /// Height above which the mean is taken \[m].
+    #[must_use]
+    pub const fn above(&self) -> Real {
+        self.settings.above
+    }
+
+    /// The wanted velocity at `time` \[s] since it is held [m/s].
+    fn wanted(&self, time: Real) -> Vector {
+        let MeanFlowSettings { velocity, rise, .. } = self.settings;
+        let s = if rise > 0.0 { (time / rise).min(1.0) } else { 1.0 };
+        velocity * (s * s * (3.0 - 2.0 * s))
+    }
+
+    /// Answers to the `momentum` [N s] of a `mass` \[kg] of liquid after a step of `dt` \[s]; where there is no liquid the force
+    /// stays.
+    pub fn answer(&mut self, dt: Real, momentum: Vector, mass: Real) -> MeanFlowReport {
+        let acceleration = self.acceleration;
+        self.time += dt;
+        let MeanFlowSettings { velocity, area, answer, .. } = self.settings;
+        let stress = acceleration * mass / area;
+        if mass <= 0.0 {
+            return MeanFlowReport { acceleration, velocity: Vector::ZERO, stress };
+        }
+        let mean = momentum / mass;
+        let lacks = Vector::select(velocity.cmpne(Vector::ZERO), self.wanted(self.time) - mean, Vector::ZERO);
+        self.held += lacks * dt / (answer * answer);
+        self.acceleration = self.held + 2.0 * lacks / answer;
+        MeanFlowReport { acceleration, velocity: mean, stress }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SETTINGS: MeanFlowSettings =
+        MeanFlowSettings { velocity: Vector::new(0.3, 0.0, 0.0), above: 0.0, area: 0.5, answer: 0.05, rise: 0.0 };
+
+    /// Velocity after a second, last force and largest velocity of a mass of 2 kg with a friction of `rate` [1/s].
+    fn after(mut flow: MeanFlow, rate: Real) -> [Real; 3] {
+        let (dt, mut u, mut largest) = (1e-4, Vector::new(0.0, 0.1, 0.0), Real::NEG_INFINITY);
+        for _ in 0..10_000 {
+            u += dt * (flow.acceleration() - rate * u);
+            let report = flow.answer(dt, 2.0 * u, 2.0);
+            assert_eq!((report.velocity, report.stress), (u, 4.0 * report.acceleration));
+            largest = largest.max(u.x);
+        }
+        assert_eq!(flow.acceleration().y, 0.0, "nothing is wanted across");
+        [u.x, flow.acceleration().x, largest]
+    }
+
+    #[test]
+    fn the_force_in_steady_flow_is_the_friction() {
+        for rate in [2.0, 4.0] {
+            let [u, force, _] = after(MeanFlow::new(SETTINGS), rate);
+            assert!((u / 0.3 - 1.0).abs() < 1e-4 && (force / (rate * 0.3) - 1.0).abs() < 1e-3, "{u} {force}");
+        }
+        // Negative control: nothing is held at a velocity of zero.
+        let idle = MeanFlow::new(MeanFlowSettings { velocity: Vector::ZERO, ..SETTINGS });
+        assert_eq!(after(idle, 2.0)[..2], [0.0; 2]);
+    }
+
+    #[test]
+    fn a_velocity_that_rises_is_not_exceeded_by_much() {
+        let [_, _, at_once] = after(MeanFlow::new(SETTINGS), 1.0);
+        let [u, _, risen] = after(MeanFlow::new(MeanFlowSettings { rise: 0.5, ..SETTINGS }), 1.0);
+        assert!((u / 0.3 - 1.0).abs() < 1e-3 && risen < 0.31 && at_once > 0.33, "{u} {risen} {at_once}");
+    }
+
+    #[test]
+    fn a_restart_goes_on_with_the_same_force_and_dry_steps_change_none() {
+        let mut flow = MeanFlow::new(MeanFlowSettings { rise: 0.1, ..SETTINGS });
+        flow.answer(0.01, Vector::ZERO, 1.0);
+        let before = flow;
+        assert_eq!(flow.answer(0.01, Vector::ZERO, 0.0).acceleration, before.acceleration());
+        assert_eq!(flow.acceleration(), before.acceleration());
+        let mut snapshot = Snapshot::default();
+        flow.save(&mut snapshot);
+        assert_eq!(MeanFlow::restore(flow.settings, &snapshot).unwrap(), flow);
+        assert!(MeanFlow::restore(flow.settings, &Snapshot::default()).is_err());
+    }
+}

@@ -1,0 +1,288 @@
+//! Flows that a body force drives through periodic sides, by both solvers: the force that holds a mean velocity is the friction.
+
+#[allow(dead_code, reason = "every test program uses a part of it")]
+mod support;
+
+use std::path::Path;
+
+use sazanami_numerics::Real;
+use support::{Left, On, Scratch, go_on, load, start};
+
+/// A viscous liquid between two plates 4 mm apart, at a mean velocity of 10 mm/s along x1.
+const PLATES: &str = r#"
+gravity = "0 m/s^2"
+[domain]
+size = ["4 mm", "4 mm", "4 mm"]
+cells = [4, 4, 16]
+[boundary]
+x1 = "periodic"
+x2 = "periodic"
+[drive]
+mean_velocity = ["10 mm/s", "0 m/s", "0 m/s"]
+answer = "5 ms"
+[fluid]
+dt_max = "0.1 ms"
+[fluid.liquid]
+density = "1000 kg/m^3"
+kinematic_viscosity = "1e-4 m^2/s"
+[[liquid]]
+region.box = { lower = ["0 mm", "0 mm", "0 mm"], upper = ["4 mm", "4 mm", "4 mm"] }
+[particles]
+spacing = "0.5 mm"
+dt_max = "0.1 ms"
+[output]
+figures = { at = [] }
+fields = { at = [] }
+series = { every = "1 ms" }
+[run]
+until = "0.12 s"
+"#;
+
+fn left(folder: &Path, overrides: &[&str], steps: Option<u64>) -> Left {
+    start(&load(PLATES, overrides), folder, On { steps, ..On::threads(1) }).unwrap_or_else(|error| panic!("{error}"));
+    Left::in_folder(folder)
+}
+
+/// The last value of a column.
+fn last(left: &Left, column: &str) -> Real {
+    *left.column(column).last().expect("the series has rows")
+}
+
+#[test]
+fn the_force_between_plates_is_that_of_poiseuille() {
+    let scratch = Scratch::new("plates");
+    for (solver, tolerance) in [("mics", 1e-3), ("mps", 0.05)] {
+        let word = format!("solver={solver}");
+        let expected = |nu: Real| {
+            // 12 nu U / h^2. On 16 cells the second-order differences give 2/16^2 more velocity, and the mean is taken after the
+            // force of a step and before its friction, with dt a more.
+            let (exact, friction) = (12.0 * nu * 0.01 / 16e-6, 12.0 * nu / 16e-6);
+            if solver == "mics" { exact / (1.0 + 2.0 / 256.0 + friction * 1e-4) } else { exact }
+        };
+        let flow = left(&scratch.join(solver), &[&word], None);
+        let (speed, force) = (last(&flow, "mean_velocity_1"), last(&flow, "driving_acceleration_1"));
+        assert!((speed / 0.01 - 1.0).abs() < 1e-3, "{solver}: {speed}");
+        assert!((force / expected(1e-4) - 1.0).abs() < tolerance, "{solver}: {force} for {}", expected(1e-4));
+        assert_eq!((last(&flow, "driving_acceleration_2"), last(&flow, "driving_acceleration_3")), (0.0, 0.0));
+        let stress = last(&flow, "driving_stress_1");
+        assert!((stress / (1000.0 * 4e-3 * force) - 1.0).abs() < 1e-9, "{solver}: {stress}");
+        // The force stands in the momentum budget, which closes.
+        let residual = flow.summary["conservation"]["momentum_residual_relative"].as_f64().expect("a number");
+        assert!(residual < 0.01, "{solver}: {residual}");
+        // Negative control: half the viscosity takes half the force, and without a velocity to be held nothing moves.
+        let thin = left(
+            &scratch.join(&format!("{solver}-thin")),
+            &[&word, "fluid.liquid.kinematic_viscosity=5e-5 m^2/s"],
+            None,
+        );
+        let force = last(&thin, "driving_acceleration_1");
+        assert!((force / expected(5e-5) - 1.0).abs() < tolerance, "{solver}: {force} for {}", expected(5e-5));
+        let still = left(
+            &scratch.join(&format!("{solver}-still")),
+            &[&word, "drive={ acceleration = [\"0 m/s^2\", \"0 m/s^2\", \"0 m/s^2\"] }"],
+            Some(20),
+        );
+        assert!(!still.series.columns.iter().any(|column| column == "mean_velocity_1"));
+        assert!(last(&still, "kinetic_energy_fluid") < 1e-20);
+    }
+}
+
+#[test]
+fn a_constant_force_begins_with_the_run() {
+    let scratch = Scratch::new("pushed");
+    for solver in ["mics", "mps"] {
+        let word = format!("solver={solver}");
+        let pushed = "drive={ acceleration = [\"3 m/s^2\", \"0 m/s^2\", \"0 m/s^2\"] }";
+        let free = "boundary.x3=periodic";
+        let flow = left(&scratch.join(solver), &[&word, pushed, free, "run.until=10 ms"], None);
+        // Nothing holds the liquid: it moves at 30 mm/s.
+        let (mass, speed): (Real, Real) = (1000.0 * 64e-9, 3.0 * 0.01);
+        let energy = last(&flow, "kinetic_energy_fluid");
+        assert!((energy / (0.5 * mass * speed * speed) - 1.0).abs() < 1e-6, "{solver}: {energy}");
+    }
+}
+
+#[test]
+fn a_restart_goes_on_with_the_force_as_it_was() {
+    let scratch = Scratch::new("driven-restart");
+    for solver in ["mics", "mps"] {
+        let word = format!("solver={solver}");
+        let whole = left(&scratch.join(&format!("{solver}-whole")), &[&word], Some(20));
+        let folder = scratch.join(&format!("{solver}-parts"));
+        left(&folder, &[&word], Some(8));
+        go_on(&folder, On::threads(2).steps(12)).0.expect("the run goes on");
+        let parts = Left::in_folder(&folder);
+        assert_eq!(whole.hash(), parts.hash(), "{solver}");
+        assert_eq!(whole.series, parts.series, "{solver}");
+        assert!(last(&whole, "driving_acceleration_1") != 0.0);
+    }
+}
+
+/// A simple cubic lattice of fixed spheres in a box that is periodic all round, and a liquid that is driven through it.
+const LATTICE: &str = r#"
+gravity = "0 m/s^2"
+[boundary]
+all = "periodic"
+[fluid]
+dt_max = "0.5 ms"
+[fluid.liquid]
+density = "1000 kg/m^3"
+kinematic_viscosity = "1e-5 m^2/s"
+[material.glass]
+density = "2500 kg/m^3"
+[contact.default]
+[output]
+figures = { at = [] }
+fields = { at = [] }
+series = { every = "1 ms" }
+"#;
+
+#[test]
+fn a_periodic_lattice_of_fixed_spheres_resists_as_ergun_says_with_moving_particles() {
+    let scratch = Scratch::new("lattice-mps");
+    // 512 spheres of 1 mm, 1.1 mm apart: a solid fraction of 0.393.
+    let text = format!(
+        "{LATTICE}{}",
+        r#"
+[domain]
+size = ["8.8 mm", "8.8 mm", "8.8 mm"]
+[particles]
+spacing = "1.1 mm"
+dt_max = "1 ms"
+[[liquid]]
+region.box = { lower = ["0 mm", "0 mm", "0 mm"], upper = ["8.8 mm", "8.8 mm", "8.8 mm"] }
+[[grains]]
+shape.sphere = { diameter = "1 mm" }
+motion = "fixed"
+placement.lattice = { counts = [8, 8, 8] }
+[run]
+until = "0.1 s"
+"#
+    );
+    let (solid, speed, d, nu): (Real, Real, Real, Real) =
+        (std::f64::consts::PI / 6.0 / 1.1_f64.powi(3), 0.02, 1e-3, 1e-5);
+    let void = 1.0 - solid;
+    // Ergun (1952): gradient of the pressure over the density at the superficial velocity.
+    let ergun = |speed: Real| {
+        let superficial = void * speed;
+        150.0 * nu * (solid / d).powi(2) / void.powi(3) * superficial
+            + 1.75 * solid / (void.powi(3) * d) * superficial.powi(2)
+    };
+    let found = |name: &str, more: &[&str]| {
+        let folder = scratch.join(name);
+        let overrides: Vec<&str> = [&["solver=mps"][..], more].concat();
+        start(&load(&text, &overrides), &folder, On::threads(1)).unwrap_or_else(|error| panic!("{error}"));
+        Left::in_folder(&folder)
+    };
+    let mut forces = Vec::new();
+    for (name, velocity) in
+        [("along", "[\"2 cm/s\", \"0 m/s\", \"0 m/s\"]"), ("up", "[\"0 m/s\", \"0 m/s\", \"2 cm/s\"]")]
+    {
+        let flow = found(name, &[&format!("drive={{ mean_velocity = {velocity}, answer = \"5 ms\" }}")]);
+        let force = last(&flow, if name == "up" { "driving_acceleration_3" } else { "driving_acceleration_1" });
+        assert!((force / ergun(speed) - 1.0).abs() < 0.1, "{name}: {force} for {}", ergun(speed));
+        let residual = flow.summary["conservation"]["momentum_residual_relative"].as_f64().expect("a number");
+        assert!(residual < 1e-3, "{name}: {residual}");
+        forces.push(force);
+    }
+    // The particles of water are in disorder.
+    assert!((forces[0] / forces[1] - 1.0).abs() < 0.01, "{forces:?}");
+    // Negative control: spheres that are a tenth smaller resist less.
+    let drive = "drive={ mean_velocity = [\"2 cm/s\", \"0 m/s\", \"0 m/s\"], answer = \"5 ms\" }";
+    let smaller = found("smaller", &[drive, "grains.0.shape.sphere={ diameter = \"0.9 mm\" }"]);
+    assert!(last(&smaller, "driving_acceleration_1") < 0.8 * forces[0]);
+    // Free grains would fall without end under gravity, but not where nothing pulls them.
+    let titles = |more: &[&str]| refused(&text, &[&["solver=mps"], more].concat());
+    let free = "grains.0.motion=free";
+    assert!(titles(&[free]).is_empty());
+    assert!(titles(&[free, "gravity=9.81 m/s^2"])[0].contains("needs a floor: x3 is periodic"));
+    assert!(titles(&["gravity=9.81 m/s^2"]).is_empty());
+}
+
+#[test]
+fn a_periodic_lattice_of_fixed_spheres_resists_as_zick_and_homsy_say_on_the_grid() {
+    let scratch = Scratch::new("lattice-mics");
+    // Spheres of 1 mm, 1.344 mm apart: a solid fraction of 0.216, whose drag is 7.442 times that of Stokes.
+    let text = format!(
+        "{LATTICE}{}",
+        r#"
+[domain]
+size = ["2.6871 mm", "2.6871 mm", "2.6871 mm"]
+cells = [24, 24, 24]
+[[liquid]]
+region.box = { lower = ["0 mm", "0 mm", "0 mm"], upper = ["2.6871 mm", "2.6871 mm", "2.6871 mm"] }
+allow_touching_grains = true
+[coupling]
+exchange = "surface"
+friction = "hydraulic_radius"
+[[grains]]
+shape.sphere = { diameter = "1 mm" }
+motion = "fixed"
+[run]
+until = "0.15 s"
+"#
+    );
+    let edge: Real = 1.34355e-3;
+    let mut forces = Vec::new();
+    // In the middle of their cells, and cut by the sides of x3, beyond which there are images.
+    for (name, height, d) in [("middle", 0.671775, 0), ("cut", 0.0, 0), ("up", 0.0, 2)] {
+        let velocity: Vec<String> = (0..3).map(|n| format!("\"{} mm/s\"", if n == d { 1 } else { 0 })).collect();
+        let folder = scratch.join(name);
+        let place = |n: usize| {
+            let at = |d: usize, first: Real| first + if n >> d & 1 == 1 { 1.34355 } else { 0.0 };
+            format!(
+                "{{ position = [\"{} mm\", \"{} mm\", \"{} mm\"] }}",
+                at(0, 0.671775),
+                at(1, 0.671775),
+                at(2, height)
+            )
+        };
+        let list = format!("grains.0.placement.list=[{}]", (0..8).map(place).collect::<Vec<_>>().join(", "));
+        let drive = format!("drive={{ mean_velocity = [{}], answer = \"8 ms\" }}", velocity.join(", "));
+        start(&load(&text, &[&list, &drive]), &folder, On::threads(1)).unwrap_or_else(|error| panic!("{error}"));
+        let left = Left::in_folder(&folder);
+        let force = last(&left, &format!("driving_acceleration_{}", d + 1));
+        // The mean is that outside the spheres; the force on a cell is that on its sphere.
+        let superficial = (1.0 - 0.216) * last(&left, &format!("mean_velocity_{}", d + 1));
+        let stokes = 3.0 * std::f64::consts::PI * 1e-2 * 1e-3 * superficial;
+        let factor = 1000.0 * force * edge.powi(3) / stokes;
+        assert!((factor / 7.442 - 1.0).abs() < 0.05, "{name}: {factor}");
+        forces.push(force);
+    }
+    // The mesh of a sphere is not quite the same along x1 and x3.
+    assert!((forces[1] / forces[0] - 1.0).abs() < 1e-6 && (forces[2] / forces[0] - 1.0).abs() < 1e-3, "{forces:?}");
+    // Negative control: fewer spheres resist less.
+    let drive = "drive={ mean_velocity = [\"1 mm/s\", \"0 m/s\", \"0 m/s\"], answer = \"8 ms\" }";
+    let list = "grains.0.placement.list=[{ position = [\"1 mm\", \"1 mm\", \"1 mm\"] }]";
+    start(&load(&text, &[list, drive]), &scratch.join("one"), On::threads(1)).unwrap_or_else(|error| panic!("{error}"));
+    let one = last(&Left::in_folder(&scratch.join("one")), "driving_acceleration_1");
+    assert!(one < 0.4 * forces[0], "{one} {forces:?}");
+}
+
+/// Titles of what is wrong with the case.
+fn refused(text: &str, overrides: &[&str]) -> Vec<String> {
+    let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
+    match sazanami::case::parse(Path::new("case.toml"), text, &overrides) {
+        Ok(_) => Vec::new(),
+        Err(error) => error.diagnostics.records(&error.source).iter().map(|record| record.message.clone()).collect(),
+    }
+}
+
+#[test]
+fn flows_that_cannot_be_driven_are_refused() {
+    let velocity = |x3: &str| format!("drive.mean_velocity=[\"10 mm/s\", \"0 m/s\", \"{x3}\"]");
+    for (change, words) in [
+        (velocity("1 mm/s"), "goes through the sides of x3"),
+        ("boundary.x1=no_slip".to_owned(), "goes through the sides of x1"),
+        ("drive.mean_velocity=[\"0 m/s\", \"0 m/s\", \"0 m/s\"]".to_owned(), "a mean velocity of zero is not held"),
+        ("drive.above=4 mm".to_owned(), "`above` lies outside the box"),
+        ("drive.answer=0.3 ms".to_owned(), "shorter than four steps"),
+        ("drive={}".to_owned(), "mean_velocity"),
+    ] {
+        for solver in ["solver=mics", "solver=mps"] {
+            let found = refused(PLATES, &[&change, solver]);
+            assert!(found.len() == 1 && found[0].contains(words), "{change}, {solver}: {found:#?}");
+        }
+    }
+    assert!(refused(PLATES, &[&velocity("0 m/s")]).is_empty());
+}
