@@ -7,10 +7,11 @@ use sazanami_mics::grains::room::LiquidRoom;
 use sazanami_numerics::Vector;
 
 use crate::case::Case;
+use crate::driven;
 use crate::liquids_at_walls;
 use crate::presets::Solver;
 use crate::read::Context;
-use crate::tables::{BoundarySide, GrainPlacement, OutputFrame, Population, Projection, check_drive, place_of_side};
+use crate::tables::{BoundarySide, GrainPlacement, OutputFrame, Population, Projection, place_of_side};
 
 /// Reports what does not fit together across the tables of a case.
 pub fn check(case: &Case, cx: &mut Context<'_>) {
@@ -33,7 +34,7 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
     check_written_frame(case, cx);
     check_room(case, cx);
     check_floor(case, cx);
-    check_drive(case, cx);
+    driven::check(case, cx);
     liquids_at_walls::check(case, cx);
 }
 

@@ -18,6 +18,7 @@ mod case;
 mod changed;
 mod cross_checks;
 pub mod diagnostics;
+mod driven;
 mod explain;
 pub mod key;
 mod known;

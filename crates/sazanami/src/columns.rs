@@ -38,6 +38,15 @@ pub(crate) type Cell<S> = Quantity<fn(&S) -> Value>;
 /// A field of the summary that is read from an `S`.
 pub(crate) type Field<S> = Quantity<fn(&S) -> serde_json::Value>;
 
+/// Parts of the series that not every run has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct SeriesParts {
+    /// The crater.
+    pub crater: bool,
+    /// The mean velocity that is held.
+    pub mean_flow: bool,
+}
+
 /// Headings of a list of columns.
 pub(crate) fn headings<F>(list: &[Quantity<F>]) -> Vec<Column> {
     list.iter().map(|quantity| Column::new(quantity.name, quantity.unit)).collect()

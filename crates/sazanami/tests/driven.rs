@@ -35,7 +35,7 @@ figures = { at = [] }
 fields = { at = [] }
 series = { every = "1 ms" }
 [run]
-until = "0.12 s"
+until = "0.3 s"
 "#;
 
 fn left(folder: &Path, overrides: &[&str], steps: Option<u64>) -> Left {
@@ -48,10 +48,17 @@ fn last(left: &Left, column: &str) -> Real {
     *left.column(column).last().expect("the series has rows")
 }
 
+/// The mean of the last third of a column: the force on moving particles fluctuates by a per cent.
+fn late_mean(left: &Left, column: &str) -> Real {
+    let all = left.column(column);
+    let late = &all[all.len() - all.len() / 3..];
+    late.iter().sum::<Real>() / late.len() as Real
+}
+
 #[test]
 fn the_force_between_plates_is_that_of_poiseuille() {
     let scratch = Scratch::new("plates");
-    for (solver, tolerance) in [("mics", 1e-3), ("mps", 0.05)] {
+    for (solver, tolerance) in [("mics", 2e-3), ("mps", 0.06)] {
         let word = format!("solver={solver}");
         let expected = |nu: Real| {
             // 12 nu U / h^2. On 16 cells the second-order differences give 2/16^2 more velocity.
@@ -59,12 +66,13 @@ fn the_force_between_plates_is_that_of_poiseuille() {
             if solver == "mics" { exact / (1.0 + 2.0 / 256.0) } else { exact }
         };
         let flow = left(&scratch.join(solver), &[&word], None);
-        let (speed, force) = (last(&flow, "mean_velocity_1"), last(&flow, "driving_acceleration_1"));
+        let (speed, force) = (last(&flow, "mean_velocity_1"), late_mean(&flow, "driving_acceleration_1"));
         assert!((speed / 0.01 - 1.0).abs() < 1e-3, "{solver}: {speed}");
         assert!((force / expected(1e-4) - 1.0).abs() < tolerance, "{solver}: {force} for {}", expected(1e-4));
         assert_eq!((last(&flow, "driving_acceleration_2"), last(&flow, "driving_acceleration_3")), (0.0, 0.0));
         let stress = last(&flow, "driving_stress_1");
-        assert!((stress / (1000.0 * 4e-3 * force) - 1.0).abs() < 1e-9, "{solver}: {stress}");
+        let over_plates = 1000.0 * 4e-3 * last(&flow, "driving_acceleration_1");
+        assert!((stress / over_plates - 1.0).abs() < 1e-9, "{solver}: {stress}");
         // The force stands in the momentum budget, which closes.
         let residual = flow.summary["conservation"]["momentum_residual_relative"].as_f64().expect("a number");
         assert!(residual < 0.01, "{solver}: {residual}");
@@ -74,7 +82,7 @@ fn the_force_between_plates_is_that_of_poiseuille() {
             &[&word, "fluid.liquid.kinematic_viscosity=5e-5 m^2/s"],
             None,
         );
-        let force = last(&thin, "driving_acceleration_1");
+        let force = late_mean(&thin, "driving_acceleration_1");
         assert!((force / expected(5e-5) - 1.0).abs() < tolerance, "{solver}: {force} for {}", expected(5e-5));
         let still = left(
             &scratch.join(&format!("{solver}-still")),

@@ -203,15 +203,15 @@ fn water_that_does_not_come_to_rest_names_the_key_whatever_the_grains_lie_on() {
     let lattice = "grains.1.placement={ lattice = { upper = [\"8 mm\", \"8 mm\", \"4 mm\"], counts = [4, 4, 2] } }";
     let list = "grains.1.placement.list=[{ position = [\"4.1 mm\", \"4.2 mm\", \"1.3 mm\"] }]";
     for (name, place) in [("lattice", lattice), ("list", list)] {
-        let prepared = |steps: &str, folder: &str| {
-            let steps = format!("preparation={{ relax_steps = {steps}, cache = false }}");
+        let prepared = |steps: &str, speed: &str, folder: &str| {
+            let steps = format!("preparation={{ relax_steps = {steps}, speed = \"{speed}\", cache = false }}");
             let changes = ["solver=mps", water, place, &steps[..], "run.steps=1"];
             start(&load(HELD, &changes), &scratch.join(&format!("{name}-{folder}")), On::threads(1))
         };
-        let refused = prepared("2", "short").expect_err("two steps are too few").to_string();
+        let refused = prepared("2", "1e-9 m/s", "short").expect_err("two steps are too few").to_string();
         assert!(refused.contains("did not come to rest"), "{name}: {refused}");
         assert!(refused.contains("preparation.relax_steps"), "{name}: {refused}");
         // Negative control: enough steps.
-        prepared("1000", "long").unwrap_or_else(|error| panic!("{name}: {error}"));
+        prepared("1000", "1 mm/s", "long").unwrap_or_else(|error| panic!("{name}: {error}"));
     }
 }

@@ -56,7 +56,6 @@ pub use size::*;
 pub use velocity_field::*;
 
 pub(crate) use boundary::place_of_side;
-pub(crate) use drive::check_drive;
 pub(crate) use grains::check_names;
 pub(crate) use overlap::SMOOTHING;
 

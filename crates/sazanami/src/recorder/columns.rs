@@ -7,7 +7,7 @@ use sazanami_numerics::mean_flow::MeanFlowReport;
 
 use super::observer::{Observer, Row, SeriesCell};
 use crate::case::meaning::ProbePlace;
-use crate::columns::{Cell, headings, page, quantities, quantity};
+use crate::columns::{Cell, SeriesParts, headings, page, quantities, quantity};
 use crate::water::Water;
 
 /// The columns that every series begins with: time, the length of the last step before and after it was shortened to
@@ -46,15 +46,6 @@ pub(crate) const fn grain_substeps<O: Observer>() -> SeriesCell<O> {
     quantity("grain_substeps", "", "contact sub-steps in the last step", |row| {
         of_step(row, |report| O::Water::contacts(report).substeps)
     })
-}
-
-/// Parts of the series that not every run has.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct SeriesParts {
-    /// The crater.
-    pub crater: bool,
-    /// The mean velocity that is held.
-    pub mean_flow: bool,
 }
 
 /// A value of the mean velocity that is held; missing before the first step.

@@ -9,11 +9,11 @@ use sazanami_io::table::{Column, SeriesWriter, TableError, Value};
 use sazanami_io::vtk::{ImageFile, PointFile, PvdSeries, write_image, write_points};
 use sazanami_numerics::Real;
 
-use super::columns::SeriesParts;
 use super::drawing::Drawing;
 use super::grain_files::{GrainStates, OwnArray, write_glyph};
 use crate::case::meaning::FieldPrecision;
 use crate::clock::Clock;
+use crate::columns::SeriesParts;
 use crate::job::{Job, RankError, RecordError, RunState, Workers};
 use crate::machine::Machine;
 use crate::results::{
