@@ -68,7 +68,7 @@ fn settle(diameter: Real, ratio: Real, step: Real, end: Real) -> Result<Vec<Real
 
 #[test]
 fn table() {
-    for (diameter, ratio) in [(1.5, 2.65), (2.5, 2.65), (1.5, 1.1), (4.0, 1.1), (2.5, 0.5)] {
+    for (diameter, ratio) in [(1.5, 2.65), (2.5, 2.65), (1.5, 1.1), (4.0, 1.1), (2.5, 0.5), (2.5, 0.1)] {
         for step in [0.02, 0.1, 0.25, 1.0, 4.0] {
             match settle(diameter, ratio, step, 60.0) {
                 Ok(speeds) => {

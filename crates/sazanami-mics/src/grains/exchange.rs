@@ -50,7 +50,7 @@ choices! {
 
 /// Width in cells of the narrowest grain from which on [`Exchange::Auto`] is [`Exchange::Surface`]. Below it the pores of
 /// a bed are narrower than a cell, and only back-projection holds a fluid up that flows into it.
-pub const RESOLVED: Real = 4.0;
+pub const RESOLVED: Real = 2.0;
 
 impl Exchange {
     /// The exchange for grains of which the narrowest is `cells` wide.

@@ -31,7 +31,7 @@ use sazanami_dem::Motion;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::Field;
 use sazanami_numerics::{Matrix, Real, Vector};
-use sazanami_parallel::for_each_chunk;
+use sazanami_parallel::{for_each_chunk, max_over};
 
 use super::covered::part;
 use super::imprint::{Imprint, Share};
@@ -44,8 +44,10 @@ use crate::viscosity::{DiffusionReport, ViscosityError};
 const STIFF: Real = 0.05;
 /// Part of it that hangs on the viscous stress from which on the viscous equation is solved again.
 const SPREAD: Real = 0.1;
-/// Solves of the viscous equation then.
-const ROUNDS: usize = 3;
+/// Solves of the viscous equation then, at most.
+const ROUNDS: usize = 4;
+/// Part of what the first solve leaves that is left at last.
+const CLOSE: Real = 0.05;
 /// Bounds of the slope of the impulse over the estimate.
 const SLOPES: [Real; 2] = [0.05, 4.0];
 
@@ -66,7 +68,6 @@ pub(super) struct Joint {
     /// Impulses that are left, of owned grains; changes of the velocity, of all.
     left: Vec<[Real; 6]>,
     change: Vec<[Real; 6]>,
-    before: Vec<[Real; 6]>,
     slope: Vec<[Real; 2]>,
     /// Impulse and angular impulse of viscosity, friction and projection in the step.
     pub gained: Vec<[Real; 6]>,
@@ -155,11 +156,14 @@ impl GrainPhase {
         });
         engine.gather_to_owners(domain, &mut joint.bound);
         if first {
-            let grains = engine.grains();
-            let free = (0..grains.owned()).filter(|&n| grains.motion[n] == Motion::Free);
-            let stiffest = free.map(|n| joint.bound[n][0] / grains.mass[n]).fold(0.0, Real::max);
-            joint.on = domain.max(stiffest) > STIFF;
+            let (grains, joint) = (self.engine.grains(), &self.joint);
+            let stiffest = self.largest(domain, |n| {
+                let (mass, inertia) = (grains.mass[n], grains.inertia[n].min_element());
+                (joint.bound[n][0] / mass).max(joint.bound[n][2] / inertia)
+            });
+            self.joint.on = stiffest > STIFF;
         }
+        let joint = &mut self.joint;
         if joint.on {
             joint.start.clone_from(&joint.velocity);
             let mut held = std::mem::take(&mut joint.held);
@@ -215,20 +219,25 @@ impl GrainPhase {
             return flow.diffuse_beside(domain, boundary, dt, self.surface_mut());
         }
         let owned = self.engine.grains().owned();
-        let rounds = {
-            let grains = self.engine.grains();
-            let free = (0..owned).filter(|&n| grains.motion[n] == Motion::Free);
-            let of = |n: usize| (self.joint.bound[n][0] - self.joint.bound[n][1]) / grains.mass[n];
-            if domain.max(free.map(of).fold(0.0, Real::max)) > SPREAD { ROUNDS } else { 1 }
-        };
+        let (grains, joint) = (self.engine.grains(), &self.joint);
+        let spread = self.largest(domain, |n| {
+            let ([a, b, turning_a, turning_b, _], inertia) = (joint.bound[n], grains.inertia[n].min_element());
+            ((a - b) / grains.mass[n]).max((turning_a - turning_b) / inertia)
+        });
+        let rounds = if spread > SPREAD { ROUNDS } else { 1 };
         let kept = self.joint.kept.get_or_insert_with(|| std::array::from_fn(|_| domain.field(0.0)));
         for (kept, u) in kept.iter_mut().zip(&flow.velocity) {
             kept.data_mut().copy_from_slice(u.data());
         }
-        self.joint.slope.clear();
-        self.joint.slope.resize(owned, [1.0; 2]);
+        let mut slopes = std::mem::take(&mut self.joint.slope);
+        slopes.clear();
+        slopes.extend((0..owned).map(|n| match self.surface_state(n).slope {
+            0.0 => [1.0; 2],
+            slope => [slope; 2],
+        }));
+        self.joint.slope = slopes;
         let force_before = flow.force_before;
-        let mut iterations = 0;
+        let (mut iterations, mut first) = (0, 0.0);
         let mut report = DiffusionReport::default();
         for round in 0..rounds {
             self.surface.follow(domain, &self.imprint, &self.joint.velocity);
@@ -240,9 +249,21 @@ impl GrainPhase {
             }
             report = flow.diffuse_against(domain, boundary, dt, Some(&self.surface))?;
             iterations += report.iterations;
-            self.find_left(domain, flow, gravity, dt, round > 0);
+            let left = self.find_left(domain, flow, gravity, dt, round > 0);
+            if round == 0 {
+                first = left;
+            } else if left <= CLOSE * first {
+                break;
+            }
             if round + 1 < rounds {
                 self.move_towards(domain);
+            }
+        }
+        if rounds > 1 {
+            for n in 0..owned {
+                let mut state = self.surface_state(n);
+                state.slope = self.joint.slope[n][0];
+                self.set_surface_state(n, state);
             }
         }
         report.iterations = iterations;
@@ -251,53 +272,61 @@ impl GrainPhase {
         Ok(report)
     }
 
-    /// Sets the impulses left, and the slopes if there was a change.
-    fn find_left(&mut self, domain: &Domain, flow: &Flow, gravity: Vector, dt: Real, changed: bool) {
+    /// Sets the impulses left, and after a change of the velocities the slopes. Returns the largest change of a velocity that the bound
+    /// fluid would leave of these [m/s].
+    fn find_left(&mut self, domain: &Domain, flow: &Flow, gravity: Vector, dt: Real, changed: bool) -> Real {
         let mut now = std::mem::take(&mut self.joint.now);
         let [b1, b2, b3, ..] = &flow.work;
         self.sum_held(domain, flow, Some([b1, b2, b3].map(Field::data)), &mut now);
         self.joint.now = now;
-        let grains = self.engine.grains();
-        let mut left = std::mem::take(&mut self.joint.left);
-        std::mem::swap(&mut left, &mut self.joint.before);
-        left.resize(grains.owned(), [0.0; 6]);
-        for (n, left) in left.iter_mut().enumerate() {
-            *left = [0.0; 6];
-            if grains.motion[n] != Motion::Free {
-                continue;
-            }
-            let joint = &self.joint;
-            let state = self.surface_state(n);
-            let [rest, turn] = [state.momentum, state.angular_momentum].map(Vector::from_array);
-            let ([held, holding], [now, turning]) = (super::vectors(&joint.held[n]), super::vectors(&joint.now[n]));
-            let ([v, spin], [w, spinning]) = (two(&joint.start[n]), two(&joint.velocity[n]));
-            let mass = grains.mass[n];
-            let linear = now - held - joint.now[n][6] * gravity * dt + mass * (v - w + dt * (gravity + rest));
-            let angular = turning - holding + self.inertia(n, 0.0) * (spin - spinning + dt * turn);
-            *left = six([linear, angular]);
-        }
-        self.joint.left = left;
-        if !changed {
-            return;
-        }
-        for n in 0..grains.owned() {
-            if grains.motion[n] != Motion::Free {
-                continue;
-            }
-            let joint = &self.joint;
-            let ([before, turn_before], [left, turn], [d, turned]) =
-                (two(&joint.before[n]), two(&joint.left[n]), two(&joint.change[n]));
-            let estimate = [
-                (grains.mass[n] + joint.bound[n][0]) * d.length_squared(),
-                turned.dot(self.inertia(n, joint.bound[n][2]) * turned),
-            ];
-            let found = [(before - left).dot(d), (turn_before - turn).dot(turned)];
-            for (slope, (found, estimate)) in self.joint.slope[n].iter_mut().zip(found.into_iter().zip(estimate)) {
-                if estimate > 0.0 {
-                    *slope = (found / estimate).clamp(SLOPES[0], SLOPES[1]);
+        let (mut left, mut slopes) = (std::mem::take(&mut self.joint.left), std::mem::take(&mut self.joint.slope));
+        let owned = self.engine.grains().owned();
+        left.resize(owned, [0.0; 6]);
+        let (grains, joint) = (self.engine.grains(), &self.joint);
+        for_each_chunk((&mut left[..], &mut slopes[..]), 64, |number, (left, slopes)| {
+            for (offset, (left, slopes)) in left.iter_mut().zip(slopes).enumerate() {
+                let n = number * 64 + offset;
+                let before = two(&std::mem::replace(left, [0.0; 6]));
+                if grains.motion[n] != Motion::Free {
+                    continue;
+                }
+                let state = self.surface_state(n);
+                let [rest, turn] = [state.momentum, state.angular_momentum].map(Vector::from_array);
+                let ([held, holding], [now, turning]) = (super::vectors(&joint.held[n]), super::vectors(&joint.now[n]));
+                let ([v, spin], [w, spinning]) = (two(&joint.start[n]), two(&joint.velocity[n]));
+                let mass = grains.mass[n];
+                let linear = now - held - joint.now[n][6] * gravity * dt + mass * (v - w + dt * (gravity + rest));
+                let angular = turning - holding + self.inertia(n, 0.0) * (spin - spinning + dt * turn);
+                *left = six([linear, angular]);
+                if changed {
+                    let [moved, turned] = two(&joint.change[n]);
+                    let estimates = [
+                        (mass + joint.bound[n][0]) * moved.length_squared(),
+                        turned.dot(self.inertia(n, joint.bound[n][2]) * turned),
+                    ];
+                    let found = [(before[0] - linear).dot(moved), (before[1] - angular).dot(turned)];
+                    for (slope, (found, estimate)) in slopes.iter_mut().zip(found.into_iter().zip(estimates)) {
+                        if estimate > 0.0 {
+                            *slope = (found / estimate).clamp(SLOPES[0], SLOPES[1]);
+                        }
+                    }
                 }
             }
-        }
+        });
+        let largest = self.largest(domain, |n| {
+            let ([linear, angular], inertia) = (two(&left[n]), grains.inertia[n].min_element());
+            let turning = angular.length() / (inertia + joint.bound[n][3]) * (inertia / grains.mass[n]).sqrt();
+            turning.max(linear.length() / (grains.mass[n] + joint.bound[n][1]))
+        });
+        (self.joint.left, self.joint.slope) = (left, slopes);
+        largest
+    }
+
+    /// Largest `value(n)` of the free grains on all ranks, at least zero.
+    fn largest(&self, domain: &Domain, value: impl Fn(usize) -> Real + Sync) -> Real {
+        let grains = self.engine.grains();
+        let of = |n: usize| if grains.motion[n] == Motion::Free { value(n) } else { 0.0 };
+        domain.max(max_over(grains.owned(), of).max(0.0))
     }
 
     /// The moment of inertia of a grain, and `more` about every axis [kg m^2].
@@ -319,13 +348,16 @@ impl GrainPhase {
     }
 
     /// Changes the velocities of free grains by `change(n)`, and keeps the changes with the ghosts.
-    fn change_by(&mut self, domain: &Domain, change: impl Fn(&Self, usize) -> [Vector; 2]) {
+    fn change_by(&mut self, domain: &Domain, change: impl Fn(&Self, usize) -> [Vector; 2] + Sync) {
         let mut changes = std::mem::take(&mut self.joint.change);
         let grains = self.engine.grains();
         changes.resize(grains.len(), [0.0; 6]);
-        for (n, value) in changes.iter_mut().enumerate().take(grains.owned()) {
-            *value = if grains.motion[n] == Motion::Free { six(change(self, n)) } else { [0.0; 6] };
-        }
+        for_each_chunk(&mut changes[..grains.owned()], 64, |number, changes| {
+            for (offset, value) in changes.iter_mut().enumerate() {
+                let n = number * 64 + offset;
+                *value = if grains.motion[n] == Motion::Free { six(change(self, n)) } else { [0.0; 6] };
+            }
+        });
         self.engine.share_with_ghosts(domain, &mut changes);
         for (velocity, change) in self.joint.velocity.iter_mut().zip(&changes) {
             velocity.iter_mut().zip(change).for_each(|(v, c)| *v += c);

@@ -20,11 +20,13 @@ use crate::momentum::Impulses;
 #[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub(super) struct SurfaceState {
-    /// Momentum of the fluid on the covered part before the grain moved [N s].
+    /// Between steps the acceleration by all but gravity, viscosity, friction and projection [m/s^2] ([`super::joint`]); while
+    /// the grain moves the momentum of the fluid on the covered part before [N s].
     pub momentum: [Real; 3],
-    /// Its angular momentum about the origin, without wrapping at periodic sides [N m s].
+    /// The same of its rotation [rad/s^2]; angular momentum about the origin, without wrapping at periodic sides [N m s].
     pub angular_momentum: [Real; 3],
-    reserved: Real,
+    /// Slope of the impulse over its estimate in the last joint step ([`super::joint`]); zero: not known.
+    pub slope: Real,
     /// Between steps the mean acceleration in the last step [m/s^2]; while the grain moves its velocity before [m/s].
     pub motion: [Real; 3],
     /// The same of its rotation [rad/s^2, rad/s].
