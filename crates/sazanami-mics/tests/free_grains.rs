@@ -14,9 +14,9 @@ use sazanami_numerics::geometry::{ContactSphereRule, Shape, VolumeFractionMethod
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
 
-/// Speeds of a sphere that settles in a box of 10 x 10 x 24 cells of width 1, gravity 0.02, kinematic viscosity 1, in steps
-/// of `step` for 60 units of time.
-fn settle(diameter: Real, ratio: Real, step: Real, end: Real) -> Result<Vec<Real>, String> {
+/// Downward speeds of a sphere that settles in a box of 10 x 10 x 24 cells of width 1, gravity 0.02, kinematic viscosity 1, in `count`
+/// steps of `step`.
+fn settle(diameter: Real, ratio: Real, step: Real, count: u32) -> Vec<Real> {
     let grid = Grid::new([10, 10, 24], Vector::ZERO, Vector::new(10.0, 10.0, 24.0));
     let boundary =
         Boundary::new([[Side::Periodic; 2], [Side::Periodic; 2], [Side::NoSlip; 2]]).expect("the case is sound");
@@ -52,41 +52,36 @@ fn settle(diameter: Real, ratio: Real, step: Real, end: Real) -> Result<Vec<Real
         torque_arm: TorqueArm::Centroid,
         substeps: Substeps::Fixed(1),
     };
-    let mut solver = Solver::new(domain, boundary, settings, flow, engine, vec![shape].into(), coupling)
-        .map_err(|e| e.to_string())?;
-    let mut speeds = Vec::new();
-    for _ in 0..(end / step).round() as usize {
+    let mut solver =
+        Solver::new(domain, boundary, settings, flow, engine, vec![shape].into(), coupling).expect("the case is sound");
+    let speeds = (0..count).map(|_| {
         let next = solver.stable_step();
-        solver.step(next, step, |_| ()).map_err(|e| e.to_string())?;
-        speeds.push(-solver.grains().engine().grains().velocity[0].z);
-        if speeds[speeds.len() - 1].abs() > 1.0 {
-            return Err(format!("out: {speeds:.4?}"));
-        }
-    }
-    Ok(speeds)
+        solver.step(next, step, |_| ()).expect("the case is sound");
+        -solver.grains().engine().grains().velocity[0].z
+    });
+    speeds.collect()
+}
+
+/// Sum of the changes of the speed from the fifth step on over that from there to the end, as a part of the last one.
+fn excess(speeds: &[Real]) -> Real {
+    let (late, last) = (&speeds[5..], speeds[speeds.len() - 1]);
+    let variation: Real = late.windows(2).map(|pair| (pair[1] - pair[0]).abs()).sum();
+    (variation - (last - late[0]).abs()) / last.abs()
 }
 
 #[test]
-fn table() {
-    for (diameter, ratio) in [(1.5, 2.65), (2.5, 2.65), (1.5, 1.1), (4.0, 1.1), (2.5, 0.5), (2.5, 0.1)] {
-        for step in [0.02, 0.1, 0.25, 1.0, 4.0] {
-            match settle(diameter, ratio, step, 60.0) {
-                Ok(speeds) => {
-                    let last = *speeds.last().expect("steps");
-                    let peak = speeds.iter().fold(0.0, |a: Real, b| a.max(b.abs()));
-                    let variation: Real = std::iter::once(&0.0)
-                        .chain(&speeds)
-                        .collect::<Vec<_>>()
-                        .windows(2)
-                        .map(|p| (p[1] - p[0]).abs())
-                        .sum();
-                    println!(
-                        "{diameter} {ratio} step {step}: {last:.6} peak {peak:.6} variation {:.3}",
-                        (variation - (peak - last.abs())) / peak
-                    );
-                }
-                Err(error) => println!("{diameter} {ratio} step {step}: {}", &error[..error.len().min(120)]),
-            }
+fn the_speed_of_a_narrow_grain_does_not_ring_in_long_steps() {
+    // Step over dx^2 / nu. Without the velocity as an unknown all but the heavy grain of 2.5 cells in the first leave the box.
+    for (diameter, ratio) in [(1.5, 2.65), (2.5, 2.65), (1.5, 1.1), (2.5, 0.5)] {
+        let right = settle(diameter, ratio, 0.1, 600)[599];
+        for step in [0.25, 1.0, 4.0] {
+            let speeds = settle(diameter, ratio, step, (60.0 / step) as u32);
+            let (last, excess) = (speeds[speeds.len() - 1], excess(&speeds));
+            println!("{diameter} cells, density ratio {ratio}, step {step}: {:.4}, {excess:.4}", last / right);
+            assert!((last / right - 1.0).abs() < 0.04 && excess < 0.04);
         }
     }
+    // Negative control: a speed that rings by a hundredth is noticed.
+    let ringing: Vec<Real> = (0..40).map(|n| 1.0 + if n % 2 == 0 { 0.01 } else { -0.01 }).collect();
+    assert!(excess(&ringing) > 0.3);
 }

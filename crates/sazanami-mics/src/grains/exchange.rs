@@ -25,7 +25,7 @@ choices! {
     /// How grains and fluid exchange momentum.
     #[derive(Default)]
     pub enum Exchange {
-        /// `surface` where the narrowest grain is at least four cells wide, else `exact`.
+        /// `surface` where the narrowest grain is at least two cells wide, else `exact`.
         #[default]
         Auto = "auto",
         /// Grains close faces in the projection and rub on the fluid in the viscous equation: right drag, added mass and
@@ -48,8 +48,8 @@ choices! {
     }
 }
 
-/// Width in cells of the narrowest grain from which on [`Exchange::Auto`] is [`Exchange::Surface`]. Below it the pores of
-/// a bed are narrower than a cell, and only back-projection holds a fluid up that flows into it.
+/// Width in cells of the narrowest grain from which on [`Exchange::Auto`] is [`Exchange::Surface`]: below it a lone sphere is all
+/// surface cells, and neither exchange has its drag (docs/decisions/0010).
 pub const RESOLVED: Real = 2.0;
 
 impl Exchange {

@@ -128,13 +128,18 @@ pub(crate) fn settling_narrow() -> Result<Vec<Measured>, String> {
     }
     let distances = speed(distance, 4.0, Exchange::Surface)?;
     rows.push(Measured::new("4 cells, distances: the same", distances));
-    let [below, above] = [3.9, 4.1].map(|cells| speed(SurfaceFriction::default(), cells, Exchange::Auto));
-    let below = below?;
-    rows.push(Measured::new("4.1 cells over 3.9, by itself", above? / below));
-    // Control: what a change of the scheme there would do.
+    // 25 and 27 cells between the walls: the sphere falls along the centres of cells in both.
+    // 25 and 27 cells between the walls: the sphere falls along the centres of cells in both.
+    let [below, above] = [3.75, 4.05].map(|cells| speed(slip, cells, Exchange::Surface));
+    let alone = above? / below?;
+    let [below, above] = [3.75, 4.05].map(|cells| speed(SurfaceFriction::default(), cells, Exchange::Auto));
     rows.push(Measured::new(
-        "4 cells with distances over 3.9 with back-projection",
-        distances / speed(distance, 3.9, Exchange::Exact)?,
+        "4.05 cells over 3.75, by itself, over the same with one exchange",
+        above? / below? / alone,
     ));
+    // Control: what a change of the exchange there would do.
+    let two = speed(distance, 4.05, Exchange::Surface)? / speed(distance, 3.75, Exchange::Exact)?;
+    rows.push(Measured::new("4.05 cells with distances over 3.75 with back-projection, over the same", two / alone));
+    rows.push(Measured::new("4.05 cells over 3.75: largest speed", alone));
     Ok(rows)
 }
