@@ -169,20 +169,38 @@ impl Acceleration {
         self.beside.as_ref().map(|beside| beside.response.data())
     }
 
+    /// Change of the acceleration by the projection, times the length of the pass, by place in memory [m/s].
+    pub fn change<'a>(
+        &'a self,
+        pass: &Pass,
+        flow: &'a Flow,
+        projection: &'a Projection,
+    ) -> impl Fn(usize) -> Vector + Sync + use<'a> {
+        let (gradient, density) = (projection.gradient(&flow.density), flow.density.data());
+        let (gravity, dt, ahead) = (pass.gravity, pass.dt, pass.domain.strides().map(|s| s as usize));
+        let faces = self.kept().each_ref().map(Field::data);
+        move |at| {
+            let before = Vector::from_array(std::array::from_fn(|d| 0.5 * (faces[d][at] + faces[d][at + ahead[d]])));
+            dt * (gravity - gradient.at(at) / density[at] - before)
+        }
+    }
+
     /// Leaves of the change of the acceleration by the projection what the friction of the surfaces leaves, and books what it
     /// takes.
-    pub fn rub(&self, pass: &Pass, flow: &mut Flow, projection: &Projection, surface: &mut Surface) {
+    pub fn rub(&self, pass: &Pass, flow: &mut Flow, projection: &Projection, surface: &mut Surface, joint: bool) {
         let Pass { domain, gravity, dt, .. } = *pass;
         let Some(response) = self.response() else { return };
         let Flow { density, velocity, work: [t1, t2, t3, ..], .. } = flow;
         let (gradient, density) = (projection.gradient(density), density.data());
         for (d, (u, taken)) in velocity.iter_mut().zip([&mut *t1, &mut *t2, &mut *t3]).enumerate() {
             let (a, ahead) = (self.kept()[d].data(), domain.strides()[d] as usize);
+            let yielding = surface.parts().1[d];
             domain.for_each_row(&domain.interior(), (u.data_mut(), taken.data_mut()), |row, (u, taken)| {
                 for (i, at) in row.shifted(0).enumerate() {
                     let lost = if response[at] < 1.0 {
                         let now = gravity[d] - gradient.at(at)[d] / density[at];
-                        dt * (1.0 - response[at]) * (now - 0.5 * (a[at] + a[at + ahead]))
+                        let change = dt * (now - 0.5 * (a[at] + a[at + ahead]));
+                        (1.0 - response[at]) * if joint { change - yielding[at] } else { change }
                     } else {
                         0.0
                     };

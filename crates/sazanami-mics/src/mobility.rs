@@ -90,6 +90,8 @@ pub(crate) struct Closing<'a> {
     pub velocity: [&'a [Real]; 3],
     /// Part of an acceleration that friction leaves within the step, if the projection counts it.
     pub response: Option<&'a [Real]>,
+    /// Whether the grains take the fluid that friction binds along.
+    pub binding: bool,
     /// Rows with a fraction above zero.
     pub rows: &'a RowSet,
 }
@@ -128,7 +130,7 @@ impl Mobility {
         flow: &mut Flow,
         dt: Real,
     ) {
-        let Closing { fraction: alpha, density: solid, velocity, response, rows: covered } = closing;
+        let Closing { fraction: alpha, density: solid, velocity, response, binding, rows: covered } = closing;
         let [_, n2, n3] = domain.cells();
         let (p, rho) = (pressure.data(), flow.density.data());
         for (d, uf) in flow.face_velocity.iter_mut().enumerate() {
@@ -161,10 +163,11 @@ impl Mobility {
                     let closed = (below.min(1.0) * rho[at - behind] + here.min(1.0) * rho[at]) / mass;
                     let lightness = both / (solid[at - behind] + solid[at]);
                     let rigid = (velocity[at - behind] + velocity[at]) / both;
-                    uf[i] += closed * (rigid + scale * lightness * (p[at] - p[at - behind]) - uf[i]);
                     let response =
                         response.map_or(1.0, |b| (b[at - behind] * rho[at - behind] + b[at] * rho[at]) / mass);
-                    mobility[i] = (1.0 - closed) * response + closed * lightness * 0.5 * mass;
+                    let bound = if binding { closed + (1.0 - closed) * (1.0 - response) } else { closed };
+                    uf[i] += closed * (rigid - uf[i]) + bound * scale * lightness * (p[at] - p[at - behind]);
+                    mobility[i] = (1.0 - closed) * response + bound * lightness * 0.5 * mass;
                 }
             });
             domain.fill_halos_to(1, &mut [(uf, &boundary.face_velocity_rules(d))]);

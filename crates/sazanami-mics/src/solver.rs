@@ -227,7 +227,7 @@ impl Solver {
         }
         let mut report = StepReport { fluid_passes: step.fluid_passes, ..StepReport::default() };
         let pass = dt / step.fluid_passes as Real;
-        for _ in 0..step.fluid_passes {
+        for number in 0..step.fluid_passes {
             watch(Phase::Fluid);
             report.courant = report.courant.max(flow.advective_rate(domain) * pass);
             // Incremental projection: the old pressure gradient acts at half time during the transport (second order).
@@ -241,16 +241,20 @@ impl Solver {
             let beside = room.as_mut().map(|room| (room, grains.covered()));
             report.transport += flow.transport_beside(domain, boundary, pass, beside);
             projection.add_gradient(domain, &flow.density, &mut flow.velocity, half);
-            if let Some(acceleration) = &acceleration {
-                acceleration.add(domain, &mut flow.velocity, |_| pass);
-            }
-            report.diffusion += flow.diffuse_beside(domain, boundary, pass, grains.surface_mut())?;
-            let now = Pass { domain, boundary, gravity, dt: pass };
             if let (Some(acceleration), Some(surface)) = (&mut acceleration, grains.surface_mut()) {
                 acceleration.set_damping(domain, pass, flow, surface.parts().0);
             }
+            if let Some(acceleration) = &acceleration {
+                grains.join(domain, flow, acceleration.response(), pass, number == 0);
+                acceleration.add(domain, &mut flow.velocity, |_| pass);
+            }
+            report.diffusion += grains.diffuse(domain, boundary, flow, gravity, pass)?;
+            let now = Pass { domain, boundary, gravity, dt: pass };
             match &acceleration {
-                Some(acceleration) => acceleration.predict(&now, flow, forces, &mut report.impulses),
+                Some(acceleration) => {
+                    grains.settle(domain, flow, acceleration.response());
+                    acceleration.predict(&now, flow, forces, &mut report.impulses);
+                }
                 None => forces.predict(&now, flow, &mut report.impulses),
             }
             if let Some(closing) = grains.closing() {
@@ -262,8 +266,15 @@ impl Solver {
             report.pressure +=
                 projection.project(domain, density, velocity, face_velocity, gravity, pass, &settings.tolerance)?;
             watch(Phase::Coupling);
-            if let (Some(acceleration), Some(surface)) = (&acceleration, grains.surface_mut()) {
-                acceleration.rub(&now, flow, projection, surface);
+            if let Some(acceleration) = &acceleration {
+                if let Some(response) = acceleration.response() {
+                    grains.give_way(domain, flow, response, acceleration.change(&now, flow, projection));
+                }
+                let joint = grains.is_joint();
+                if let Some(surface) = grains.surface_mut() {
+                    acceleration.rub(&now, flow, projection, surface, joint);
+                }
+                grains.end_pass(domain, flow, gravity, pass);
             }
             if let Some(room) = room.as_mut() {
                 room.hand_over(domain, grains.covered(), flow, gravity * pass);

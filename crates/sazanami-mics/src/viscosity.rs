@@ -133,6 +133,23 @@ impl Flow {
         dt: Real,
         surface: Option<&mut Surface>,
     ) -> Result<DiffusionReport, ViscosityError> {
+        let report = self.diffuse_against(domain, boundary, dt, surface.as_deref())?;
+        if let Some(surface) = surface.filter(|_| self.schemes.viscosity != ViscosityScheme::Off) {
+            let [b1, b2, b3, ..] = &self.work;
+            surface.add_taken(domain, [b1, b2, b3]);
+        }
+        Ok(report)
+    }
+
+    /// The same; what the friction took from the fluid, per volume, is then in the first three scratch fields
+    /// in the rows that may have friction [N s/m^3].
+    pub(crate) fn diffuse_against(
+        &mut self,
+        domain: &Domain,
+        boundary: &Boundary,
+        dt: Real,
+        surface: Option<&Surface>,
+    ) -> Result<DiffusionReport, ViscosityError> {
         let whole = dt;
         let dt = match self.schemes.viscosity {
             ViscosityScheme::Auto | ViscosityScheme::Implicit | ViscosityScheme::Explicit => dt,
@@ -159,13 +176,9 @@ impl Flow {
             }
             1
         } else {
-            let friction = surface.as_deref().map(|surface| Friction::new(surface, &self.fluids, dt, whole));
+            let friction = surface.map(|surface| Friction::new(surface, &self.fluids, dt, whole));
             let step = Step { stress, dt, steps, radius, friction };
             force += self.diffuse_implicitly(domain, boundary, &step);
-            if let Some(surface) = surface {
-                let [b1, b2, b3, ..] = &self.work;
-                surface.add_taken(domain, [b1, b2, b3]);
-            }
             steps + 1
         };
         force += std::mem::take(&mut self.force_before);
@@ -245,7 +258,7 @@ impl Flow {
     }
 
     /// Friction alone, implicit, for `dt` \[s].
-    fn rub(&mut self, domain: &Domain, surface: &mut Surface, dt: Real) {
+    fn rub(&mut self, domain: &Domain, surface: &Surface, dt: Real) {
         let Self { volume_fraction, velocity: [u1, u2, u3], fluids, work: [t1, t2, t3, ..], .. } = self;
         let (c, friction) = (volume_fraction.data(), Friction::new(surface, fluids, dt, dt));
         let targets = ((u1.data_mut(), t1.data_mut()), (u2.data_mut(), t2.data_mut()), (u3.data_mut(), t3.data_mut()));
@@ -263,7 +276,6 @@ impl Flow {
                 }
             }
         });
-        surface.add_taken(domain, [t1, t2, t3]);
     }
 
     /// Returns the force on the sides of the box that the implicit part adds.

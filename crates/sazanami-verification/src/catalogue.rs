@@ -68,6 +68,7 @@ pub const CASES: &[Case] = &[
     case!("two-spheres", pair::two_spheres),
     case!("light-sphere", rising::light_sphere),
     case!("settling", settling::settling),
+    case!("settling-hydraulic", settling::settling_hydraulic),
     case!("settling-narrow", settling::settling_narrow),
     case!("friction-and-porosity", beds::friction_and_porosity),
     case!("crater-evaluation", beds::crater_evaluation),

@@ -1,7 +1,7 @@
 //! Beds in files: positions and orientations of settled grains, with the recipe that made them.
 //!
 //! The file is a container of named, checksummed sections, or, where its name ends in `.csv`, a table for people
-//! ([`table`]); the grains are in the order of their identifiers.
+//! (`table.rs`); the grains are in the order of their identifiers.
 
 mod table;
 

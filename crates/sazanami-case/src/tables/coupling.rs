@@ -16,7 +16,7 @@ use crate::write::{Paths, Written};
 /// Fluid and resolved grains.
 #[keys_of(Coupling)]
 struct Coupling {
-    /// Exchange of momentum between fluid and grains: by itself `surface` where the narrowest grain is at least four
+    /// Exchange of momentum between fluid and grains: by itself `surface` where the narrowest grain is at least two
     /// cells wide, else `exact`; see docs/guide/exchange.md.
     #[key(word, default, paper_literal = (Yagyu, Exchange::Stress,
           "forces on grains are the stress integral; what back-projection takes is lost"))]

@@ -44,6 +44,6 @@ pub(super) fn sum(
 
 /// Part of a cell that belongs to a grain covering the `fraction` of it: all of it where the cell moves with its grains.
 #[inline]
-fn part(fraction: Real, alpha: Real) -> Real {
+pub(super) fn part(fraction: Real, alpha: Real) -> Real {
     if alpha >= SOLID { fraction / alpha } else { fraction }
 }

@@ -25,7 +25,7 @@ choices! {
     /// Scheme of the momentum exchange between grains and fluid.
     #[derive(Default)]
     pub enum Exchange {
-        /// `surface` where the narrowest grain is at least four cells wide, else `exact`.
+        /// `surface` where the narrowest grain is at least two cells wide, else `exact`.
         #[default]
         Auto = "auto",
         /// Grains close faces in the projection and rub on the fluid in the viscous equation: right drag, added mass and
@@ -48,9 +48,9 @@ choices! {
     }
 }
 
-/// Width in cells of the narrowest grain from which on [`Exchange::Auto`] is [`Exchange::Surface`]. Below it the pores of
-/// a bed are narrower than a cell, and only back-projection holds a fluid up that flows into it.
-pub const RESOLVED: Real = 4.0;
+/// Width in cells of the narrowest grain from which on [`Exchange::Auto`] is [`Exchange::Surface`]: below it a lone sphere is all
+/// surface cells, and neither exchange has its drag (docs/decisions/0010).
+pub const RESOLVED: Real = 2.0;
 
 impl Exchange {
     /// The exchange for grains of which the narrowest is `cells` wide.

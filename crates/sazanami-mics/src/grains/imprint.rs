@@ -480,6 +480,38 @@ impl Imprint {
         });
     }
 
+    /// Sums `value(grain, share)` over the grains in each cell into `into`.
+    pub(super) fn sum_shares(
+        &self,
+        domain: &Domain,
+        into: [&mut Field<Real>; 3],
+        value: impl Fn(usize, &Share) -> Vector + Sync,
+    ) {
+        let Self { groups, touching, planes, covered, .. } = self;
+        Lists { groups, touching, planes }.sum(domain, covered, into, value);
+    }
+
+    /// Sums `alpha_k density(k)` into the solid mass per cell volume, until the grains are imprinted again.
+    pub(super) fn sum_densities(&mut self, domain: &Domain, density: impl Fn(usize) -> Real + Sync) {
+        let Self { groups, touching, planes, solid_density, .. } = self;
+        let lists = Lists { groups, touching, planes };
+        let plane = domain.strides()[2] as usize;
+        let interior = GHOSTS * plane..(GHOSTS + domain.cells()[2]) * plane;
+        let rows = Rows { data: &mut solid_density.data_mut()[interior], width: plane };
+        for_each_chunk(rows, 1, |k, sums| {
+            let origin = (GHOSTS + k) * plane;
+            sums.data.fill(0.0);
+            lists.for_each_share(k, origin..origin + plane, |n, _, shares| {
+                shares.iter().for_each(|share| sums.data[share.at as usize - origin] += share.fraction * density(n));
+            });
+        });
+    }
+
+    /// Density of grains that are not free over their own.
+    pub(super) fn rigid(&self) -> Real {
+        self.rigid
+    }
+
     /// Sums the angular velocities in `motion` times the fractions into `spin`.
     pub fn sum_spins(&self, domain: &Domain, motion: &[[Real; 6]], spin: [&mut Field<Real>; 3]) {
         let Self { groups, touching, planes, covered, .. } = self;

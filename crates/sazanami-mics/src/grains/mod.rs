@@ -3,6 +3,7 @@
 mod covered;
 mod exchange;
 mod imprint;
+mod joint;
 mod loads;
 mod open;
 mod resolved;
@@ -20,6 +21,7 @@ use sazanami_numerics::{Quaternion, Real, Vector};
 use sazanami_parallel::{Reduction, reduce_over};
 
 use crate::flow::Flow;
+use crate::grains::joint::Joint;
 use crate::grains::room::{LiquidRoom, Room};
 use crate::momentum::Impulses;
 
@@ -93,6 +95,7 @@ pub struct GrainPhase {
     coupling: Coupling,
     imprint: Imprint,
     surface: Surface,
+    joint: Joint,
     /// Time integral of the stress divergence over the passes of a step [N s/m^3].
     stress_impulse: [Field<Real>; 3],
     loads: Vec<FluidLoad>,
@@ -131,6 +134,7 @@ impl GrainPhase {
                 if coupling.exchange == Exchange::Surface { cells } else { [0; 3] },
                 coupling.friction,
             ),
+            joint: Joint::default(),
             stress_impulse: {
                 let cells = if coupling.exchange == Exchange::Surface { [0; 3] } else { cells };
                 std::array::from_fn(|_| Field::new(cells, 0.0))
@@ -398,10 +402,10 @@ impl GrainPhase {
             return Impulses::default();
         }
         if let Some(room) = room {
-            return self.exchange_open(domain, flow, room, dt);
+            return self.exchange_open(domain, flow, room, gravity, dt);
         }
         if self.has_surfaces() {
-            return self.exchange_surfaces(domain, flow, dt);
+            return self.exchange_surfaces(domain, flow, gravity, dt);
         }
         let weighting = self.coupling.weighting;
         self.sum_velocities(domain, |_, _| [Vector::ZERO; 2]);

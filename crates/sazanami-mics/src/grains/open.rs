@@ -62,11 +62,18 @@ impl GrainPhase {
 
     /// Gives the grains in their new places what the cells owe them, in the same step (surfaces) or deferred with what
     /// back-projection takes.
-    pub(super) fn exchange_open(&mut self, domain: &Domain, flow: &mut Flow, room: &mut Room, dt: Real) -> Impulses {
+    pub(super) fn exchange_open(
+        &mut self,
+        domain: &Domain,
+        flow: &mut Flow,
+        room: &mut Room,
+        gravity: Vector,
+        dt: Real,
+    ) -> Impulses {
         self.share_out(domain, room, false);
         let _ = room.take_given(domain);
         if self.has_surfaces() {
-            return self.exchange_open_surfaces(domain, dt);
+            return self.exchange_open_surfaces(domain, gravity, dt);
         }
         std::mem::swap(&mut self.partial, &mut self.before);
         let weighting = self.coupling.weighting;
@@ -87,7 +94,7 @@ impl GrainPhase {
         Impulses::default()
     }
 
-    fn exchange_open_surfaces(&mut self, domain: &Domain, dt: Real) -> Impulses {
+    fn exchange_open_surfaces(&mut self, domain: &Domain, gravity: Vector, dt: Real) -> Impulses {
         let mut held = Vector::ZERO;
         for n in 0..self.engine.grains().owned() {
             let [given, turn] = vectors(&self.partial[n]);
@@ -98,6 +105,8 @@ impl GrainPhase {
                 let change = |now: Vector, before: [Real; 3]| ((now - Vector::from_array(before)) / dt).to_array();
                 state.motion = change(grains.velocity[n], state.motion);
                 state.rotation = change(grains.angular_velocity(n), state.rotation);
+                let rates = [state.motion, state.rotation].map(Vector::from_array);
+                [state.momentum, state.angular_momentum] = self.rest(n, rates, gravity, dt);
             } else {
                 held -= given;
                 (state.motion, state.rotation) = ([0.0; 3], [0.0; 3]);

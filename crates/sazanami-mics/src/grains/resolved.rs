@@ -20,11 +20,13 @@ use crate::momentum::Impulses;
 #[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub(super) struct SurfaceState {
-    /// Momentum of the fluid on the covered part before the grain moved [N s].
-    momentum: [Real; 3],
-    /// Its angular momentum about the origin, without wrapping at periodic sides [N m s].
-    angular_momentum: [Real; 3],
-    reserved: Real,
+    /// Between steps the acceleration by all but gravity, viscosity, friction and projection [m/s^2] ([`super::joint`]); while
+    /// the grain moves the momentum of the fluid on the covered part before [N s].
+    pub momentum: [Real; 3],
+    /// The same of its rotation [rad/s^2]; angular momentum about the origin, without wrapping at periodic sides [N m s].
+    pub angular_momentum: [Real; 3],
+    /// Slope of the impulse over its estimate in the last joint step ([`super::joint`]); zero: not known.
+    pub slope: Real,
     /// Between steps the mean acceleration in the last step [m/s^2]; while the grain moves its velocity before [m/s].
     pub motion: [Real; 3],
     /// The same of its rotation [rad/s^2, rad/s].
@@ -49,6 +51,7 @@ impl GrainPhase {
         self.sum_velocities(domain, |_, _| [Vector::ZERO; 2]);
         if self.is_wetted() {
             self.surface.place_wetted(domain, &mut self.imprint, &self.motion, flow);
+            self.begin_joint();
         } else {
             self.imprint.sum_spins(domain, &self.motion, flow.scratch_vector_mut());
             self.surface.place(domain, &mut self.imprint, flow.scratch_vector_mut());
@@ -78,6 +81,7 @@ impl GrainPhase {
             density: solid_density.data(),
             velocity: solid_velocity.each_ref().map(Field::data),
             response: None,
+            binding: self.joint.on,
             rows: &self.surface.covered,
         })
     }
@@ -127,7 +131,7 @@ impl GrainPhase {
 
     /// Gives the grains the momentum of the fluid that they cover or uncover by their motion, and keeps their
     /// accelerations.
-    pub(super) fn exchange_surfaces(&mut self, domain: &Domain, flow: &Flow, dt: Real) -> Impulses {
+    pub(super) fn exchange_surfaces(&mut self, domain: &Domain, flow: &Flow, gravity: Vector, dt: Real) -> Impulses {
         self.sum_covered(domain, flow);
         let mut held = Vector::ZERO;
         for n in 0..self.engine.grains().owned() {
@@ -142,6 +146,8 @@ impl GrainPhase {
                 let change = |now: Vector, before: [Real; 3]| ((now - Vector::from_array(before)) / dt).to_array();
                 state.motion = change(grains.velocity[n], state.motion);
                 state.rotation = change(grains.angular_velocity(n), state.rotation);
+                let rates = [state.motion, state.rotation].map(Vector::from_array);
+                [state.momentum, state.angular_momentum] = self.rest(n, rates, gravity, dt);
             } else {
                 held -= now - then;
                 (state.motion, state.rotation) = ([0.0; 3], [0.0; 3]);

@@ -54,13 +54,13 @@ choices! {
     #[derive(Default)]
     pub enum SurfaceFriction {
         /// From the distance between the centre of a cell and the surface in it or beside it.
-        #[default]
         Distance = "distance",
         /// From the hydraulic radius of a cell, its open volume over the surface in it: one formula from grains that the grid
         /// resolves to pores narrower than a cell. The viscous step sees gravity and the pressure gradient.
         HydraulicRadius = "hydraulic_radius",
         /// As `hydraulic_radius`, with Ergun's form drag in pores; where the grid resolves a surface, the friction of a boundary layer
         /// that is thinner as the Reynolds number of the slip past it grows.
+        #[default]
         HydraulicRadiusSlip = "hydraulic_radius_slip",
     }
 }

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use sazanami_mics::grains::RESOLVED;
 use sazanami_numerics::Real;
 
 use super::{BedReport, CheckReport, RanksReport, TankReport, bytes, number};
@@ -152,7 +153,8 @@ fn bodies(text: &mut String, case: &Case, report: &CheckReport) {
     if let Some(exchange) = &report.exchange {
         let _ = match exchange.narrowest_cells {
             Some(cells) => {
-                writeln!(text, "exchange      {}: the narrowest grain is {cells:.2} cells wide", exchange.scheme)
+                let lost = if cells < RESOLVED { "; below two cells its drag is not resolved" } else { "" };
+                writeln!(text, "exchange      {}: the narrowest grain is {cells:.2} cells wide{lost}", exchange.scheme)
             }
             None => writeln!(text, "exchange      {}", exchange.scheme),
         };

@@ -38,18 +38,21 @@ fn grains_too_light_for_their_exchange_are_refused() {
             "{SMALL}[material.cork]\ndensity = \"{density} kg/m^3\"\n[[grains]]\nshape.sphere = {{ diameter = \"0.5 mm\" }}\nplacement.list = [{{ position = [\"0.5 mm\", \"0.5 mm\", \"1 mm\"] }}]\n"
         )
     };
-    let fine = "domain.cells=[10, 10, 20]";
+    let [fine, coarse] = ["domain.cells=[10, 10, 20]", "domain.cells=[3, 3, 6]"];
     let refused = |density: u32, overrides: &[&str], exchange: &str| {
         let (found, feasible) = feasibility(&cork(density), overrides, ENOUGH);
         let title = format!("too light for the exchange `{exchange}`");
         assert!(feasible.is_none() && found.iter().any(|f| f.contains(&title)), "{density} {overrides:?}: {found:#?}");
     };
-    // Two cells wide, then five.
-    refused(1000, &[], "exact");
+    // One and a half cells wide, then two, then five.
+    refused(1000, &[coarse], "exact");
+    refused(1000, &["coupling.exchange=exact"], "exact");
     refused(1000, &[fine, "coupling.exchange=exact"], "exact");
     refused(250, &[fine], "surface");
     refused(250, &["coupling.exchange=surface"], "surface");
-    for (density, overrides) in [(1100, &[][..]), (350, &[fine][..]), (250, &[fine, "grains.0.motion=fixed"][..])] {
+    for (density, overrides) in
+        [(1100, &[coarse][..]), (1000, &[][..]), (350, &[fine][..]), (250, &[fine, "grains.0.motion=fixed"][..])]
+    {
         let (found, feasible) = feasibility(&cork(density), overrides, ENOUGH);
         assert!(feasible.is_some(), "{density} {overrides:?}: {found:#?}");
     }
