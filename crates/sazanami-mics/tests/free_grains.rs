@@ -71,7 +71,7 @@ fn excess(speeds: &[Real]) -> Real {
 
 #[test]
 fn the_speed_of_a_narrow_grain_does_not_ring_in_long_steps() {
-    // Step over dx^2 / nu. Without the velocity as an unknown all but the heavy grain of 2.5 cells in the first leave the box.
+    // Step over dx^2 / nu. Without the velocity as an unknown all but the heavy grain of 2.5 cells in the first ring or leave the box.
     for (diameter, ratio) in [(1.5, 2.65), (2.5, 2.65), (1.5, 1.1), (2.5, 0.5)] {
         let right = settle(diameter, ratio, 0.1, 600)[599];
         for step in [0.25, 1.0, 4.0] {

@@ -161,7 +161,7 @@ impl Bed {
         let shape: Vec<u32> = file.get("bed/shape")?;
         let count = shape.len();
         // There only if grains are glued.
-        let held: Vec<u32> = file.get(HELD).unwrap_or_else(|_| vec![0; count]);
+        let held: Vec<u32> = if file.has(HELD) { file.get(HELD)? } else { vec![0; count] };
         if held.len() != count
             || corners.len() != 6
             || scale.len() != count

@@ -9,7 +9,7 @@ use sazanami::bed_file::Bed;
 use sazanami_numerics::Real;
 use support::{Left, On, Scratch, go_on, load, start};
 
-/// Two grains in an empty box, of which the second is held for 2 ms.
+/// Three grains in an empty box, of which the second is held for 2 ms.
 const HELD: &str = r#"
 gravity = "9.81 m/s^2"
 [domain]

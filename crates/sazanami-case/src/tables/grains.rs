@@ -166,7 +166,11 @@ impl PopulationKeys {
                 .label("they are at rest until this time, and begin from rest")
                 .help("leave out `velocity` and `angular_velocity`, or `release`");
         }
-        if self.motion != Motion::Free {
+        let listed = match &self.placement {
+            GrainPlacement::List(list) => list.iter().any(|grain| grain.motion != Motion::Free),
+            _ => false,
+        };
+        if self.motion != Motion::Free || listed {
             cx.report
                 .error(table.place("release"), "these grains never move by the forces on them")
                 .label("`release` is for free grains")

@@ -1,4 +1,4 @@
-//! `sazanami bed`: beds in files, from the form of runs to that of people and back.
+//! `sazanami bed`: beds in files, between the binary form and a table and back.
 
 use std::path::PathBuf;
 

@@ -41,12 +41,13 @@ pub(super) fn write(bed: &Bed, path: &Path) -> Result<(), BedFileError> {
         let Vector { x, y, z } = *position;
         let _ = writeln!(text, "{shape},{scale},{x},{y},{z},{},{},{},{},{}", q.w, q.x, q.y, q.z, u8::from(*held));
     }
-    std::fs::write(path, text).map_err(refused)
+    let unfinished = path.with_extension("csv.part");
+    std::fs::write(&unfinished, text).and_then(|()| std::fs::rename(&unfinished, path)).map_err(refused)
 }
 
 /// A name that stands in one field whatever it holds.
 fn quoted(name: &str) -> String {
-    if name.contains([',', '"', '\n']) || name.trim() != name || name.is_empty() {
+    if name.contains([',', '"']) || name.starts_with('#') || name.trim() != name || name.is_empty() {
         format!("\"{}\"", name.replace('"', "\"\""))
     } else {
         name.to_owned()
@@ -130,6 +131,9 @@ fn places(head: &[String]) -> Result<Vec<Option<usize>>, String> {
     if let Some(unknown) = head.iter().find(|name| !COLUMNS.contains(&name.trim())) {
         return Err(format!("there is no column `{}`: they are `{}`", unknown.trim(), COLUMNS.join(",")));
     }
+    if let Some(twice) = COLUMNS.iter().find(|column| head.iter().filter(|name| name.trim() == **column).count() > 1) {
+        return Err(format!("the column `{twice}` stands there twice"));
+    }
     let places: Vec<Option<usize>> =
         COLUMNS.iter().map(|column| head.iter().position(|name| name.trim() == *column)).collect();
     let is_there = |name: &str| COLUMNS.iter().zip(&places).any(|(column, place)| *column == name && place.is_some());
@@ -183,9 +187,9 @@ fn grain(fields: &[String], places: &[Option<usize>], shapes: &mut Vec<String>) 
 }
 
 fn corner(value: &str) -> Result<Vector, String> {
-    let numbers: Vec<Real> = value.split(',').filter_map(|number| number.trim().parse().ok()).collect();
+    let numbers: Vec<Real> = value.split(',').map(|number| number.trim().parse().unwrap_or(Real::NAN)).collect();
     match numbers[..] {
-        [x, y, z] => Ok(Vector::new(x, y, z)),
+        [x, y, z] if x.is_finite() && y.is_finite() && z.is_finite() => Ok(Vector::new(x, y, z)),
         _ => Err(format!("`{}` is no corner of a box: expected three numbers in metres", value.trim())),
     }
 }
@@ -193,6 +197,16 @@ fn corner(value: &str) -> Result<Vector, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn corners_and_columns_that_do_not_fit_are_refused() {
+        let refused = |text: &str| parse(text).is_err();
+        assert!(refused("# lower_m: 1, junk, 0, 0\nx1_m,x2_m,x3_m\n"));
+        assert!(refused("# lower_m: 0, nan, 0\nx1_m,x2_m,x3_m\n"));
+        assert!(refused("x1_m,x2_m,x3_m,x1_m\n0,0,0,0\n"));
+        assert!(!refused("# lower_m: 0, 0, 0\nx1_m,x2_m,x3_m\n0,0,0\n"));
+        assert_eq!(quoted("#1 sand"), "\"#1 sand\"");
+    }
 
     #[test]
     fn a_table_made_by_hand_needs_places_alone() {

@@ -174,7 +174,7 @@ fn flow<B: Observer>(job: &Job, mut water: B::Water, recorder: &mut Recorder<B>)
             || case.run.steps.is_some_and(|steps| clock.step() >= steps as u64)
             || job.options.until.is_some_and(|until| clock.time() >= until * (1.0 - END))
     };
-    let mut releases = Releases::from(case, clock.time());
+    let mut releases = Releases::of(case);
     loop {
         let [stop, checkpoint] = signals(water.domain(), job, recorder);
         let finished = end(&clock);

@@ -12,11 +12,10 @@ use crate::water::Water;
 pub(super) struct Releases(Vec<(Real, usize)>);
 
 impl Releases {
-    /// Those of a run that begins or goes on at `time` \[s]. A population that was released at just this time is released again,
-    /// which changes nothing.
-    pub fn from(case: &Case, time: Real) -> Self {
+    /// Those of a run that begins or goes on. A population that was released before is released again, which changes nothing.
+    pub fn of(case: &Case) -> Self {
         let times = case.grains.iter().enumerate().filter_map(|(n, population)| Some((population.release?, n)));
-        let mut waiting: Vec<(Real, usize)> = times.filter(|(release, _)| *release >= time * (1.0 - END)).collect();
+        let mut waiting: Vec<(Real, usize)> = times.collect();
         waiting.sort_by(|a, b| b.0.total_cmp(&a.0).then(b.1.cmp(&a.1)));
         Self(waiting)
     }
@@ -26,7 +25,7 @@ impl Releases {
         while let Some((_, number)) = self.0.pop_if(|(release, _)| *release <= time * (1.0 + END)) {
             let count = water.release(|id| population_of(id).0 == number)?;
             if count > 0 && water.domain().communicator().rank() == 0 {
-                job.say(format!("released {count} grains of `{}` at {time:.4} s", job.case.grains[number].name));
+                job.say(format!("released {count} grains of `{}` at {time} s", job.case.grains[number].name));
             }
         }
         Ok(())
