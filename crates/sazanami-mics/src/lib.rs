@@ -23,6 +23,7 @@ pub mod advection;
 pub mod ball;
 pub mod boundary;
 pub mod carrying;
+mod diffusion;
 mod driving;
 pub mod flow;
 mod fluids;

@@ -79,6 +79,22 @@ fn a_held_grain_falls_from_its_release_on() {
     }
 }
 
+#[test]
+fn a_release_within_a_fixed_step_survives_a_restart_behind_it() {
+    let scratch = Scratch::new("held-fixed-steps");
+    let text = HELD.replace("dt_max", "dt");
+    let case = load(&text, &["solver=mps"]);
+    let (whole, parts) = (scratch.join("whole"), scratch.join("parts"));
+    start(&case, &whole, On::threads(1)).unwrap_or_else(|error| panic!("{error}"));
+    // The step that ends at 2.1 ms holds the release at 2.05 ms; the checkpoint is written before the grains go.
+    start(&case, &parts, On::threads(1).steps(21)).unwrap_or_else(|error| panic!("{error}"));
+    go_on(&parts, On::threads(1)).0.expect("the run goes on");
+    let (whole, parts) = (Left::in_folder(&whole), Left::in_folder(&parts));
+    assert_eq!(parts.hash(), whole.hash());
+    let speed = *whole.column("largest_grain_speed").last().expect("there are rows");
+    assert!((speed / (9.81 * 3.9e-3) - 1.0).abs() < 5e-3, "{speed}");
+}
+
 fn findings(overrides: &[&str]) -> Vec<String> {
     let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
     match sazanami::case::parse(Path::new("case.toml"), HELD, &overrides) {
@@ -97,6 +113,10 @@ fn releases_that_mean_nothing_are_told() {
             "have no velocity",
         ),
         ("grains.1.release=-1 ms", "`release`"),
+        (
+            "grains.1.placement={ list = [{ position = [\"4 mm\", \"4 mm\", \"4 mm\"], motion = \"fixed\" }] }",
+            "never move by the forces",
+        ),
     ] {
         let found = findings(&[change]);
         assert!(found.len() == 1 && found[0].contains(words), "{change}: {found:#?}");

@@ -37,8 +37,8 @@ use super::covered::part;
 use super::imprint::{Imprint, Share};
 use super::{GrainPhase, Surface};
 use crate::boundary::Boundary;
+use crate::diffusion::{DiffusionReport, ViscosityError};
 use crate::flow::Flow;
-use crate::viscosity::{DiffusionReport, ViscosityError};
 
 /// Resistance over mass and step from which on velocities of grains are unknowns.
 const STIFF: Real = 0.05;
