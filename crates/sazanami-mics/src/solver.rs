@@ -227,7 +227,7 @@ impl Solver {
         }
         let mut report = StepReport { fluid_passes: step.fluid_passes, ..StepReport::default() };
         let pass = dt / step.fluid_passes as Real;
-        for number in 0..step.fluid_passes {
+        for _ in 0..step.fluid_passes {
             watch(Phase::Fluid);
             report.courant = report.courant.max(flow.advective_rate(domain) * pass);
             // Incremental projection: the old pressure gradient acts at half time during the transport (second order).
@@ -245,7 +245,7 @@ impl Solver {
                 acceleration.set_damping(domain, pass, flow, surface.parts().0);
             }
             if let Some(acceleration) = &acceleration {
-                grains.join(domain, flow, acceleration.response(), pass, number == 0);
+                grains.join(domain, flow, acceleration.response(), pass);
                 acceleration.add(domain, &mut flow.velocity, |_| pass);
             }
             report.diffusion += grains.diffuse(domain, boundary, flow, gravity, pass)?;

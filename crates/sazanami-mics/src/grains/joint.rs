@@ -1,15 +1,15 @@
 //! The velocities of free grains as unknowns of the viscous step and of the projection.
 //!
-//! Friction takes a free grain and the fluid in its cells towards one another. Where the resistance over a step is not small
-//! beside the mass of the grain, friction towards the velocity at the start of the step overshoots. The velocity `w` and the spin at
-//! the end of the step are then unknowns: with the impulse `I(w)` of the viscous step on the grain, friction and what the covered part of the
+//! Friction from the wetted area takes a free grain and the fluid in its cells towards one another. Where the resistance over a step is
+//! not small beside the mass of the grain, friction towards the velocity at the start of the step would overshoot. So the velocity `w` and
+//! the spin at the end of the step are unknowns: with the impulse `I(w)` of the viscous step on the grain, friction and what the covered part of the
 //! cells gains less its weight, and the acceleration `c` by all else (contacts, transport) in the last step,
 //!
 //! ```text
 //! m (w - v) = I(w) + m dt (g + c)
 //! ```
 //!
-//! `I` is linear. Rounds of the viscous solve find `w` by secants from the resistance
+//! `I` is linear. Where much of it hangs on the viscous stress, rounds of the viscous solve find `w` by secants from the resistance
 //! `A = sum (1 - alpha) rho dV a (1 + s)/(1 + a + s)`, `a = dt mu f/rho`, `s` the diagonal of the viscous operator. What is
 //! left goes to grain and fluid as friction alone shares it out: with `b = 1/(1 + a)` and `B = sum (1 - alpha) rho dV (1 - b)` grain and
 //! bound fluid change by
@@ -39,10 +39,9 @@ use super::{GrainPhase, Surface};
 use crate::boundary::Boundary;
 use crate::diffusion::{DiffusionReport, ViscosityError};
 use crate::flow::Flow;
+use crate::schemes::ViscosityScheme;
 
-/// Resistance over mass and step from which on velocities of grains are unknowns.
-const STIFF: Real = 0.05;
-/// Part of it that hangs on the viscous stress from which on the viscous equation is solved again.
+/// Part of the resistance over the mass that hangs on the viscous stress, and over which on the viscous equation is solved again.
 const SPREAD: Real = 0.1;
 /// Solves of the viscous equation then, at most.
 const ROUNDS: usize = 4;
@@ -114,20 +113,24 @@ impl Surface {
 }
 
 impl GrainPhase {
+    /// Whether velocities of grains are unknowns in steps of this `flow`: friction comes from the wetted area, and some are free.
+    pub(super) fn joins(&self, domain: &Domain, flow: &Flow) -> bool {
+        let viscous = flow.schemes.viscosity != ViscosityScheme::Off;
+        self.is_wetted() && viscous && self.largest(domain, |_| 1.0) > 0.0
+    }
+
     /// Starts a step: the grains have the velocity that they have.
     pub(super) fn begin_joint(&mut self) {
         let joint = &mut self.joint;
-        joint.on = false;
         joint.gained.clear();
         joint.gained.resize(self.engine.grains().owned(), [0.0; 6]);
         joint.velocity.clear();
         joint.velocity.extend_from_slice(&self.motion);
     }
 
-    /// Starts a pass of `dt` \[s] after the transport; `response` is the factor b in the cells. Finds whether velocities of
-    /// grains are unknowns.
-    pub(crate) fn join(&mut self, domain: &Domain, flow: &Flow, response: Option<&[Real]>, dt: Real, first: bool) {
-        let Some(response) = response.filter(|_| first || self.joint.on) else { return };
+    /// Starts a pass of `dt` \[s] after the transport; `response` is the factor b in the cells.
+    pub(crate) fn join(&mut self, domain: &Domain, flow: &Flow, response: Option<&[Real]>, dt: Real) {
+        let Some(response) = response.filter(|_| self.joint.on) else { return };
         let count = self.engine.grains().len();
         let Self { joint, imprint, surface, engine, .. } = self;
         joint.bound.resize(count, [0.0; 5]);
@@ -155,21 +158,10 @@ impl GrainPhase {
             }
         });
         engine.gather_to_owners(domain, &mut joint.bound);
-        if first {
-            let (grains, joint) = (self.engine.grains(), &self.joint);
-            let stiffest = self.largest(domain, |n| {
-                let (mass, inertia) = (grains.mass[n], grains.inertia[n].min_element());
-                (joint.bound[n][0] / mass).max(joint.bound[n][2] / inertia)
-            });
-            self.joint.on = stiffest > STIFF;
-        }
-        let joint = &mut self.joint;
-        if joint.on {
-            joint.start.clone_from(&joint.velocity);
-            let mut held = std::mem::take(&mut joint.held);
-            self.sum_held(domain, flow, None, &mut held);
-            self.joint.held = held;
-        }
+        joint.start.clone_from(&joint.velocity);
+        let mut held = std::mem::take(&mut joint.held);
+        self.sum_held(domain, flow, None, &mut held);
+        self.joint.held = held;
     }
 
     /// Whether velocities of grains are unknowns in this step.
@@ -291,7 +283,7 @@ impl GrainPhase {
                     continue;
                 }
                 let state = self.surface_state(n);
-                let [rest, turn] = [state.momentum, state.angular_momentum].map(Vector::from_array);
+                let [rest, turn] = [state.motion, state.rotation].map(Vector::from_array);
                 let ([held, holding], [now, turning]) = (super::vectors(&joint.held[n]), super::vectors(&joint.now[n]));
                 let ([v, spin], [w, spinning]) = (two(&joint.start[n]), two(&joint.velocity[n]));
                 let mass = grains.mass[n];
@@ -468,18 +460,16 @@ impl GrainPhase {
         joint.now = now;
     }
 
-    /// Acceleration of a grain by all but gravity, viscosity, friction and projection in a step of `dt` \[s], and the same of its
-    /// rotation, where `rates` are the whole accelerations.
-    pub(super) fn rest(&self, n: usize, rates: [Vector; 2], gravity: Vector, dt: Real) -> [[Real; 3]; 2] {
-        if !self.is_wetted() {
-            return [[0.0; 3]; 2];
+    /// Velocity and spin of an owned grain after a step of `dt` \[s] that gravity, viscosity, friction and projection alone give it
+    /// [m/s, rad/s]; those that it has where they are no unknowns.
+    pub(super) fn without_rest(&self, n: usize, gravity: Vector, dt: Real) -> [[Real; 3]; 2] {
+        let grains = self.engine.grains();
+        let (v, spin) = (grains.velocity[n], grains.angular_velocity(n));
+        if !self.joint.on {
+            return [v, spin].map(|rate| rate.to_array());
         }
-        let [linear, angular] = if self.joint.on {
-            two(&self.joint.gained[n]).map(|gained| gained / dt)
-        } else {
-            [self.force[n], self.torque[n]]
-        };
-        let rest = rates[0] - gravity - linear / self.engine.grains().mass[n];
-        [rest, rates[1] - self.inertia(n, 0.0).inverse() * angular].map(|rate| rate.to_array())
+        let [linear, angular] = two(&self.joint.gained[n]);
+        let turned = self.inertia(n, 0.0).inverse() * angular;
+        [v + dt * gravity + linear / grains.mass[n], spin + turned].map(|rate| rate.to_array())
     }
 }

@@ -402,10 +402,10 @@ impl GrainPhase {
             return Impulses::default();
         }
         if let Some(room) = room {
-            return self.exchange_open(domain, flow, room, gravity, dt);
+            return self.exchange_open(domain, flow, room, dt);
         }
         if self.has_surfaces() {
-            return self.exchange_surfaces(domain, flow, gravity, dt);
+            return self.exchange_surfaces(domain, flow, dt);
         }
         let weighting = self.coupling.weighting;
         self.sum_velocities(domain, |_, _| [Vector::ZERO; 2]);

@@ -37,10 +37,10 @@ impl GrainPhase {
             let grains = self.engine.grains();
             let [mut impulse, mut turn] = vectors(&self.partial[n]);
             let free = grains.motion[n] == Motion::Free;
-            let (mass, v, w) = (grains.mass[n], grains.velocity[n].to_array(), grains.angular_velocity(n).to_array());
+            let mass = grains.mass[n];
             if surfaces {
                 let mut state = self.surface_state(n);
-                (state.motion, state.rotation) = (v, w);
+                [state.motion, state.rotation] = self.without_rest(n, gravity, dt);
                 self.set_surface_state(n, state);
             } else {
                 let state = self.coupling_state(n);
@@ -62,18 +62,11 @@ impl GrainPhase {
 
     /// Gives the grains in their new places what the cells owe them, in the same step (surfaces) or deferred with what
     /// back-projection takes.
-    pub(super) fn exchange_open(
-        &mut self,
-        domain: &Domain,
-        flow: &mut Flow,
-        room: &mut Room,
-        gravity: Vector,
-        dt: Real,
-    ) -> Impulses {
+    pub(super) fn exchange_open(&mut self, domain: &Domain, flow: &mut Flow, room: &mut Room, dt: Real) -> Impulses {
         self.share_out(domain, room, false);
         let _ = room.take_given(domain);
         if self.has_surfaces() {
-            return self.exchange_open_surfaces(domain, gravity, dt);
+            return self.exchange_open_surfaces(domain, dt);
         }
         std::mem::swap(&mut self.partial, &mut self.before);
         let weighting = self.coupling.weighting;
@@ -94,7 +87,7 @@ impl GrainPhase {
         Impulses::default()
     }
 
-    fn exchange_open_surfaces(&mut self, domain: &Domain, gravity: Vector, dt: Real) -> Impulses {
+    fn exchange_open_surfaces(&mut self, domain: &Domain, dt: Real) -> Impulses {
         let mut held = Vector::ZERO;
         for n in 0..self.engine.grains().owned() {
             let [given, turn] = vectors(&self.partial[n]);
@@ -105,8 +98,6 @@ impl GrainPhase {
                 let change = |now: Vector, before: [Real; 3]| ((now - Vector::from_array(before)) / dt).to_array();
                 state.motion = change(grains.velocity[n], state.motion);
                 state.rotation = change(grains.angular_velocity(n), state.rotation);
-                let rates = [state.motion, state.rotation].map(Vector::from_array);
-                [state.momentum, state.angular_momentum] = self.rest(n, rates, gravity, dt);
             } else {
                 held -= given;
                 (state.motion, state.rotation) = ([0.0; 3], [0.0; 3]);

@@ -20,14 +20,15 @@ use crate::momentum::Impulses;
 #[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub(super) struct SurfaceState {
-    /// Between steps the acceleration by all but gravity, viscosity, friction and projection [m/s^2] ([`super::joint`]); while
-    /// the grain moves the momentum of the fluid on the covered part before [N s].
-    pub momentum: [Real; 3],
-    /// The same of its rotation [rad/s^2]; angular momentum about the origin, without wrapping at periodic sides [N m s].
-    pub angular_momentum: [Real; 3],
+    /// Momentum of the fluid on the covered part before the grain moved [N s].
+    momentum: [Real; 3],
+    /// Its angular momentum about the origin, without wrapping at periodic sides [N m s].
+    angular_momentum: [Real; 3],
     /// Slope of the impulse over its estimate in the last joint step ([`super::joint`]); zero: not known.
     pub slope: Real,
-    /// Between steps the mean acceleration in the last step [m/s^2]; while the grain moves its velocity before [m/s].
+    /// Between steps the mean acceleration in the last step [m/s^2]; while the grain moves its velocity before [m/s]. Where
+    /// velocities are unknowns ([`super::joint`]) the acceleration by all but gravity, viscosity, friction and projection, and the velocity
+    /// without it.
     pub motion: [Real; 3],
     /// The same of its rotation [rad/s^2, rad/s].
     pub rotation: [Real; 3],
@@ -51,6 +52,7 @@ impl GrainPhase {
         self.sum_velocities(domain, |_, _| [Vector::ZERO; 2]);
         if self.is_wetted() {
             self.surface.place_wetted(domain, &mut self.imprint, &self.motion, flow);
+            self.joint.on = self.joins(domain, flow);
             self.begin_joint();
         } else {
             self.imprint.sum_spins(domain, &self.motion, flow.scratch_vector_mut());
@@ -60,6 +62,10 @@ impl GrainPhase {
         if self.coupling.room == LiquidRoom::Whole {
             self.sum_covered(domain, flow);
             std::mem::swap(&mut self.partial, &mut self.before);
+        }
+        if self.joint.on {
+            // What they have at its end is found in the viscous step.
+            return;
         }
         self.sum_velocities(domain, |grains, n| {
             let state = grains.surface_state(n);
@@ -114,11 +120,12 @@ impl GrainPhase {
             // The fluid loses the impulse at the place of the start, the grain takes it on its way from there.
             let way = dt * (grains.velocity[n] + 0.5 * dt * gravity);
             let angular_momentum = turning + grains.unwrapped_position(n).cross(now) + 0.5 * way.cross(impulse);
+            let [motion, rotation] = self.without_rest(n, gravity, dt);
             let state = SurfaceState {
                 momentum: now.to_array(),
                 angular_momentum: angular_momentum.to_array(),
-                motion: grains.velocity[n].to_array(),
-                rotation: grains.angular_velocity(n).to_array(),
+                motion,
+                rotation,
                 ..self.surface_state(n)
             };
             self.force.push(impulse / dt);
@@ -131,7 +138,7 @@ impl GrainPhase {
 
     /// Gives the grains the momentum of the fluid that they cover or uncover by their motion, and keeps their
     /// accelerations.
-    pub(super) fn exchange_surfaces(&mut self, domain: &Domain, flow: &Flow, gravity: Vector, dt: Real) -> Impulses {
+    pub(super) fn exchange_surfaces(&mut self, domain: &Domain, flow: &Flow, dt: Real) -> Impulses {
         self.sum_covered(domain, flow);
         let mut held = Vector::ZERO;
         for n in 0..self.engine.grains().owned() {
@@ -146,8 +153,6 @@ impl GrainPhase {
                 let change = |now: Vector, before: [Real; 3]| ((now - Vector::from_array(before)) / dt).to_array();
                 state.motion = change(grains.velocity[n], state.motion);
                 state.rotation = change(grains.angular_velocity(n), state.rotation);
-                let rates = [state.motion, state.rotation].map(Vector::from_array);
-                [state.momentum, state.angular_momentum] = self.rest(n, rates, gravity, dt);
             } else {
                 held -= now - then;
                 (state.motion, state.rotation) = ([0.0; 3], [0.0; 3]);
@@ -161,8 +166,9 @@ impl GrainPhase {
 
     /// Starts the exchange: free grains fall until they are known to be carried.
     pub(super) fn begin_surfaces(&mut self, domain: &Domain, flow: &Flow, gravity: Vector) {
+        let joins = self.joins(domain, flow);
         for n in 0..self.engine.grains().owned() {
-            if self.engine.grains().motion[n] == Motion::Free {
+            if !joins && self.engine.grains().motion[n] == Motion::Free {
                 let state = SurfaceState { motion: gravity.to_array(), ..self.surface_state(n) };
                 self.set_surface_state(n, state);
             }
