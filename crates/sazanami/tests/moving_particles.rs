@@ -450,7 +450,7 @@ fn wrong_tanks_are_refused_with_a_reason() {
                 "boundary.x3_upper=periodic".into(),
                 "boundary.x3_lower=periodic".into(),
             ],
-            "grains need a floor",
+            "needs a floor",
         ),
         (vec!["particles.radius=1.9".into()], "has to lie between 2.1 and 3.6"),
         (vec!["particles.radius=3.7".into()], "has to lie between 2.1 and 3.6"),
