@@ -248,7 +248,13 @@ impl Case {
     #[must_use]
     pub fn effective_gravity(&self, time: Real) -> Vector {
         let gravity = self.frame.as_ref().map_or(self.gravity, |frame| self.gravity - frame.acceleration_at(time));
-        self.drive.map_or(gravity, |drive| gravity + drive.acceleration)
+        self.drive.map_or(gravity, |drive| gravity + drive.acceleration_at(time))
+    }
+
+    /// The part of it that acts on grains by the volume of water that they displace [m/s^2].
+    #[must_use]
+    pub fn force_by_volume(&self, time: Real) -> Vector {
+        self.drive.map_or(Vector::ZERO, |drive| drive.by_volume(drive.acceleration_at(time)))
     }
 
     /// Heading of pictures: the title, or the name of a case without one.

@@ -56,6 +56,7 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
     check_spheres(case, cx);
     check_light_grains(case, cx);
     warn_of_glued_beds(case, cx);
+    check_seeded_ripples(case, cx);
     check_smoothing(case, cx);
     check_conjugate(cx, particles);
     check_reach(case, cx, particles);
@@ -241,6 +242,26 @@ fn warn_of_glued_beds(case: &Case, cx: &mut Context<'_>) {
                 .warning(Some(span), format!("every grain of `{}` is glued to the floor", population.name))
                 .label(format!("up to {} mm, the bed is {} mm high", rounded(1e3 * glued), rounded(1e3 * level)))
                 .help("lower `glued`: three quarters of a grain size hold the lowest layer");
+        }
+    }
+}
+
+/// Ripples that a bed begins with go round a periodic box a whole number of times.
+fn check_seeded_ripples(case: &Case, cx: &mut Context<'_>) {
+    let length = case.domain.extent().x;
+    for (n, population) in case.grains.iter().enumerate() {
+        let GrainPlacement::Packed(how) = &population.placement else { continue };
+        let Some(ripples) = how.ripples.filter(|_| case.boundary[0][0] == BoundarySide::Periodic) else { continue };
+        let number = length / ripples.wavelength;
+        let whole = number.round().max(1.0);
+        if (number / whole - 1.0).abs() > 1e-3 {
+            cx.report
+                .error(
+                    cx.places.at(&format!("grains.{n}.placement")),
+                    "the ripples do not fit the box, which is periodic",
+                )
+                .label(format!("{} of them", rounded(number)))
+                .help(format!("take a wavelength of {} mm", rounded(1e3 * length / whole)));
         }
     }
 }

@@ -40,6 +40,9 @@ pub struct Settings {
 pub struct Forcing {
     /// Body force per mass in the middle of the step, in the frame of the positions [m/s^2].
     pub body_force: Vector,
+    /// Part of the body force that stands for a gradient of pressure from outside: on grains it acts by the volume of fluid that they
+    /// displace, not by their mass [m/s^2].
+    pub by_volume: Vector,
     /// Displacement of the walls at the end of the step, from the start of the run \[m].
     pub wall_displacement: Vector,
     /// Mean velocity of the walls in the step [m/s].

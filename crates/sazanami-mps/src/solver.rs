@@ -103,15 +103,15 @@ impl Solver {
         self.mean_flow = Some(mean_flow);
     }
 
-    /// Body force per mass by which a mean velocity is held in the next step [m/s^2].
-    fn driving(&self) -> Vector {
-        self.mean_flow.map_or(Vector::ZERO, |flow| flow.acceleration())
+    /// Body force per mass by which a mean velocity is held in the next step, and what of it acts by volume [m/s^2].
+    fn driving(&self) -> [Vector; 2] {
+        self.mean_flow.map_or([Vector::ZERO; 2], |flow| [flow.acceleration(), flow.by_volume()])
     }
 
     /// The longest stable next step under a body force [m/s^2], beside that which holds a mean velocity.
     #[must_use]
     pub fn stable_step(&self, body_force: Vector) -> Step {
-        let body_force = body_force + self.driving();
+        let body_force = body_force + self.driving()[0];
         let Fluid { spacing, viscosity, .. } = self.settings.fluid;
         let rates = Rates {
             // Isolated particles interact with nothing.
@@ -127,7 +127,9 @@ impl Solver {
     /// # Errors
     /// [`StepError`] names what failed and where; the state is then not usable.
     pub fn step(&mut self, dt: Real, forcing: &Forcing, watch: impl FnMut(Phase)) -> Result<StepReport, StepError> {
-        let forcing = &Forcing { body_force: forcing.body_force + self.driving(), ..*forcing };
+        let [all, by_volume] = self.driving();
+        let (body_force, by_volume) = (forcing.body_force + all, forcing.by_volume + by_volume);
+        let forcing = &Forcing { body_force, by_volume, ..*forcing };
         let mut report = match self.settings.scheme.projection {
             Projection::Conjugate => self.step_conjugate(dt, forcing, watch),
             Projection::Enhanced => self.step_enhanced(dt, forcing, watch),

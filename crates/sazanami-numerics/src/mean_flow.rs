@@ -11,10 +11,20 @@
 //! A velocity that would take long to be reached at a bearable force rises as `U (3 s^2 - 2 s^3)`, `s = t / rise`.
 
 use crate::snapshot::{Snapshot, SnapshotError};
-use crate::{Real, Vector};
+use crate::{Real, Vector, choices};
 
 /// Section of a snapshot with the state of the force.
 const STATE: &str = "mean_flow/state";
+
+choices! {
+    /// What the force that drives a flow acts on grains by.
+    pub enum ActsBy {
+        /// Their mass, as gravity in a channel that slopes.
+        Mass = "mass",
+        /// The volume of liquid that they displace, as a gradient of pressure from outside: in a tunnel, under waves.
+        Volume = "volume",
+    }
+}
 
 /// What is held, and how.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,6 +39,8 @@ pub struct MeanFlowSettings {
     pub answer: Real,
     /// Time in which the velocity rises \[s].
     pub rise: Real,
+    /// What the force acts on grains by.
+    pub acts_by: ActsBy,
 }
 
 /// The mean flow and what drove it, at the end of a step.
@@ -82,6 +94,12 @@ impl MeanFlow {
         self.acceleration
     }
 
+    /// The part of [`Self::acceleration`] that acts on grains by their volume [m/s^2].
+    #[must_use]
+    pub fn by_volume(&self) -> Vector {
+        if self.settings.acts_by == ActsBy::Volume { self.acceleration } else { Vector::ZERO }
+    }
+
     /// Height above which the mean is taken \[m].
     #[must_use]
     pub const fn above(&self) -> Real {
@@ -117,8 +135,14 @@ impl MeanFlow {
 mod tests {
     use super::*;
 
-    const SETTINGS: MeanFlowSettings =
-        MeanFlowSettings { velocity: Vector::new(0.3, 0.0, 0.0), above: 0.0, area: 0.5, answer: 0.05, rise: 0.0 };
+    const SETTINGS: MeanFlowSettings = MeanFlowSettings {
+        velocity: Vector::new(0.3, 0.0, 0.0),
+        above: 0.0,
+        area: 0.5,
+        answer: 0.05,
+        rise: 0.0,
+        acts_by: ActsBy::Mass,
+    };
 
     /// Velocity after a second, last force and largest velocity of a mass of 2 kg with a friction of `rate` [1/s].
     fn after(mut flow: MeanFlow, rate: Real) -> [Real; 3] {

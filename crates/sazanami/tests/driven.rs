@@ -6,7 +6,7 @@ mod support;
 use std::path::Path;
 
 use sazanami_numerics::Real;
-use support::{Left, On, Scratch, go_on, load, start};
+use support::{Left, On, Scratch, findings, go_on, load, start};
 
 /// A viscous liquid between two plates 4 mm apart, at a mean velocity of 10 mm/s along x1.
 const PLATES: &str = r#"
@@ -37,6 +37,16 @@ series = { every = "1 ms" }
 [run]
 until = "0.3 s"
 "#;
+
+/// A grain in that liquid, before its particles.
+const GRAIN: &str = r#"
+[material.sand]
+density = "2500 kg/m^3"
+[contact.default]
+[[grains]]
+shape.sphere = { diameter = "1 mm" }
+placement.list = [{ position = ["2 mm", "2 mm", "2 mm"] }]
+[particles]"#;
 
 fn left(folder: &Path, overrides: &[&str], steps: Option<u64>) -> Left {
     start(&load(PLATES, overrides), folder, On { steps, ..On::threads(1) }).unwrap_or_else(|error| panic!("{error}"));
@@ -107,6 +117,55 @@ fn a_constant_force_begins_with_the_run() {
         let energy = last(&flow, "kinetic_energy_fluid");
         assert!((energy / (0.5 * mass * speed * speed) - 1.0).abs() < 1e-6, "{solver}: {energy}");
     }
+}
+
+#[test]
+fn an_oscillating_force_swings_free_water_without_a_mean_velocity() {
+    let scratch = Scratch::new("swung");
+    for solver in ["mics", "mps"] {
+        let word = format!("solver={solver}");
+        let energies = |name: &str, phase: &str| {
+            let drive = format!(
+                "drive={{ oscillation = {{ amplitude = [\"3 m/s^2\", \"0 m/s^2\", \"0 m/s^2\"], frequency = \"25 Hz\", phase = \"{phase}\" }} }}"
+            );
+            let folder = scratch.join(&format!("{solver}-{name}"));
+            let flow = left(&folder, &[&word, &drive, "boundary.x3=periodic", "run.until=20 ms"], None);
+            let energy = flow.column("kinetic_energy_fluid");
+            [energy[energy.len() / 2], energy[energy.len() - 1]]
+        };
+        // The speed is `a/omega sin(omega t)`: largest after 10 ms, nothing after 20 ms.
+        let (mass, speed): (Real, Real) = (1000.0 * 64e-9, 3.0 / (std::f64::consts::TAU * 25.0));
+        let largest = 0.5 * mass * speed * speed;
+        let [half, whole] = energies("even", "90 deg");
+        assert!((half / largest - 1.0).abs() < 1e-4 && whole < 1e-7 * largest, "{solver}: {half} {whole} {largest}");
+        // Negative control: begun at its zero the force leaves a mean velocity, twice the amplitude after half a period.
+        let [_, whole] = energies("uneven", "0 deg");
+        assert!((whole / (4.0 * largest) - 1.0).abs() < 1e-3, "{solver}: {whole}");
+    }
+}
+
+#[test]
+fn a_gradient_of_pressure_acts_on_grains_by_the_water_that_they_displace() {
+    let scratch = Scratch::new("by-volume");
+    let text = PLATES.replace("[particles]", GRAIN);
+    let momentum = |name: &str, acts_by: &str| {
+        let drive =
+            format!("drive={{ acceleration = [\"3 m/s^2\", \"0 m/s^2\", \"0 m/s^2\"], acts_by = \"{acts_by}\" }}");
+        let folder = scratch.join(name);
+        let nu = "fluid.liquid.kinematic_viscosity=1e-6 m^2/s";
+        let overrides = ["solver=mps", &drive, nu, "boundary.x3=periodic", "run.until=5 ms"];
+        start(&load(&text, &overrides), &folder, On::threads(1)).unwrap_or_else(|error| panic!("{error}"));
+        let flow = Left::in_folder(&folder);
+        let residual = flow.summary["conservation"]["momentum_residual_relative"].as_f64().expect("a number");
+        // Viscosity and pressure do not quite cancel where the void fraction varies.
+        assert!(residual < 2e-4, "{acts_by}: {residual}");
+        last(&flow, "momentum_1")
+    };
+    // Drag and pressure act between water and grain; what both gain comes from outside.
+    let volume = std::f64::consts::PI / 6.0 * 1e-9;
+    let [by_mass, by_volume] = ["mass", "volume"].map(|by| momentum(by, by));
+    let expected = 1500.0 * volume * 3.0 * 5e-3;
+    assert!(((by_mass - by_volume) / expected - 1.0).abs() < 0.02, "{by_mass} {by_volume} {expected}");
 }
 
 #[test]
@@ -199,7 +258,7 @@ until = "0.1 s"
     let smaller = found("smaller", &[drive, "grains.0.shape.sphere={ diameter = \"0.9 mm\" }"]);
     assert!(last(&smaller, "driving_acceleration_1") < 0.8 * forces[0]);
     // Free grains would fall without end under gravity, but not where nothing pulls them.
-    let titles = |more: &[&str]| refused(&text, &[&["solver=mps"], more].concat());
+    let titles = |more: &[&str]| findings(&text, &[&["solver=mps"], more].concat());
     let free = "grains.0.motion=free";
     assert!(titles(&[free]).is_empty());
     assert!(titles(&[free, "gravity=9.81 m/s^2"])[0].contains("needs a floor: x3 is periodic"));
@@ -266,15 +325,6 @@ until = "0.15 s"
     assert!(one < 0.4 * forces[0], "{one} {forces:?}");
 }
 
-/// Titles of what is wrong with the case.
-fn refused(text: &str, overrides: &[&str]) -> Vec<String> {
-    let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
-    match sazanami::case::parse(Path::new("case.toml"), text, &overrides) {
-        Ok(_) => Vec::new(),
-        Err(error) => error.diagnostics.records(&error.source).iter().map(|record| record.message.clone()).collect(),
-    }
-}
-
 #[test]
 fn flows_that_cannot_be_driven_are_refused() {
     let velocity = |x3: &str| format!("drive.mean_velocity=[\"10 mm/s\", \"0 m/s\", \"{x3}\"]");
@@ -287,9 +337,23 @@ fn flows_that_cannot_be_driven_are_refused() {
         ("drive={}".to_owned(), "mean_velocity"),
     ] {
         for solver in ["solver=mics", "solver=mps"] {
-            let found = refused(PLATES, &[&change, solver]);
+            let found = findings(PLATES, &[&change, solver]);
             assert!(found.len() == 1 && found[0].contains(words), "{change}, {solver}: {found:#?}");
         }
     }
-    assert!(refused(PLATES, &[&velocity("0 m/s")]).is_empty());
+    assert!(findings(PLATES, &[&velocity("0 m/s")]).is_empty());
+    let empty = "liquid.0.region.box.upper=[\"4 mm\", \"4 mm\", \"2 mm\"]";
+    let found = findings(PLATES, &[empty, "drive.above=3 mm"]);
+    assert!(found.len() == 1 && found[0].contains("there is no water above `above`"), "{found:#?}");
+    // A gradient of pressure acts on grains that water overlaps, along periodic sides.
+    let by_volume = "drive.acts_by=volume";
+    let found = findings(PLATES, &[by_volume]);
+    assert!(
+        found.len() == 1 && found[0].contains("on the grid the force that drives a flow acts by mass"),
+        "{found:#?}"
+    );
+    let upwards = "drive.acceleration=[\"0 m/s^2\", \"0 m/s^2\", \"1 m/s^2\"]";
+    let found = findings(PLATES, &["solver=mps", by_volume, upwards]);
+    assert!(found.len() == 1 && found[0].contains("a gradient of pressure along x3 does nothing"), "{found:#?}");
+    assert!(findings(PLATES, &["solver=mps", by_volume]).is_empty());
 }

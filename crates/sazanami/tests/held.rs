@@ -95,12 +95,9 @@ fn a_release_within_a_fixed_step_survives_a_restart_behind_it() {
     assert!((speed / (9.81 * 3.9e-3) - 1.0).abs() < 5e-3, "{speed}");
 }
 
+/// Titles of what is wrong with [`HELD`] under these values, or of its warnings.
 fn findings(overrides: &[&str]) -> Vec<String> {
-    let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
-    match sazanami::case::parse(Path::new("case.toml"), HELD, &overrides) {
-        Ok(loaded) => loaded.warnings.records(&loaded.source).iter().map(|record| record.message.clone()).collect(),
-        Err(error) => error.diagnostics.records(&error.source).iter().map(|record| record.message.clone()).collect(),
-    }
+    support::findings(HELD, overrides)
 }
 
 #[test]
@@ -187,6 +184,36 @@ fn a_packed_bed_is_written_as_it_is_used_and_comes_back_from_its_table() {
     assert_ne!(line, moved);
     std::fs::write(&table, written.replace(&line, &moved)).expect("it can be written");
     assert_ne!(on(&table, "moved").hash(), binary.hash());
+}
+
+#[test]
+fn a_bed_can_begin_with_ripples() {
+    let scratch = Scratch::new("seeded");
+    let tops = |name: &str, ripples: &str| {
+        let place =
+            format!("grains.0.placement.packed={{ level = \"4 mm\", spacing = 1.1, fall_gravity = 1.0{ripples} }}");
+        let folder = scratch.join(name);
+        start(&load(PACKED, &[&place]), &folder, On::threads(1)).unwrap_or_else(|error| panic!("{error}"));
+        let bed = Bed::read(&folder.join("packed.bed")).expect("it was written");
+        bed.grains.iter().map(|grain| [grain.position.x, grain.position.z + 0.5e-3]).collect::<Vec<_>>()
+    };
+    let level = |x: f64| 4e-3 + 1e-3 * (std::f64::consts::TAU * (x - 4e-3) / 8e-3).cos();
+    let rippled = tops("rippled", ", ripples = { wavelength = \"8 mm\", height = \"2 mm\" }");
+    assert!(rippled.iter().all(|&[x, top]| top <= level(x) + 1e-12));
+    let above = |tops: &[[f64; 2]]| tops.iter().filter(|[_, top]| *top > 4e-3).count();
+    assert!(above(&rippled) > 10, "{}", above(&rippled));
+    // Negative control: the level bed keeps below the mean, and reaches above the troughs.
+    let flat = tops("flat", "");
+    assert!(above(&flat) == 0 && flat.iter().any(|&[x, top]| top > level(x)));
+    for (ripples, words) in [
+        ("level = \"1 mm\", ripples = { wavelength = \"8 mm\", height = \"2 mm\" }", "reach below the floor"),
+        ("ripples = { wavelength = \"8 mm\", height = \"2 mm\" }", "is not levelled has no ripples"),
+        ("level = \"4 mm\", ripples = { wavelength = \"3 mm\", height = \"2 mm\" }", "do not fit"),
+    ] {
+        let change = format!("grains.0.placement.packed={{ {ripples} }}");
+        let found = support::findings(PACKED, &["grains.0.count=100", &change]);
+        assert!(found.len() == 1 && found[0].contains(words), "{found:#?}");
+    }
 }
 
 #[test]

@@ -1,9 +1,10 @@
 //! `[drive]`: what drives the flow through periodic sides.
 
 use sazanami_case_derive::Keys;
-use sazanami_numerics::mean_flow::MeanFlowSettings;
+use sazanami_numerics::mean_flow::{ActsBy, MeanFlowSettings};
 use sazanami_numerics::{Real, Vector};
 
+use super::Oscillation;
 use crate::read::{Context, Table};
 
 /// Time in which the force answers to the mean velocity \[s].
@@ -12,13 +13,21 @@ const ANSWER: Real = 0.05;
 const RISE: Real = 5.0;
 
 /// What drives the flow once the run begins, beside gravity and motion of the box: it does not act while a bed is packed and water
-/// comes to rest. Like the gravity of a channel that slopes it acts on water, gas and grains alike.
+/// comes to rest. It acts on water and gas by their mass, on grains as `acts_by` says.
 #[derive(Clone, Copy, Debug, PartialEq, Keys)]
 #[keys(check = Self::check)]
 pub struct Drive {
     /// Body force per mass, the same all the time.
     #[key(unit = "m/s^2", default = Vector::ZERO, says = "none")]
     pub acceleration: Vector,
+    /// Oscillating body force per mass on top, `amplitude sin(2 pi frequency t + phase)`: water that begins at rest swings by
+    /// `amplitude/(2 pi frequency)^2` without a mean velocity at a phase of `90 deg`.
+    #[key(table)]
+    pub oscillation: Option<Oscillation>,
+    /// What the force acts on grains by: their mass, as the gravity of a channel that slopes, or the volume of water that they
+    /// displace, as the gradient of pressure in a tunnel or under waves (`solver = "mps"`).
+    #[key(word, default = ActsBy::Mass)]
+    pub acts_by: ActsBy,
     /// Mean velocity of the water that a body force holds, along periodic directions and in those alone in which it is not zero. The
     /// force is in the series (`driving_acceleration_1` and so on).
     #[key(unit = "m/s")]
@@ -36,11 +45,11 @@ pub struct Drive {
 
 impl Drive {
     fn check(&mut self, table: &Table<'_>, cx: &mut Context<'_>) {
-        if !table.has("acceleration") && !table.has("mean_velocity") {
+        if !["acceleration", "oscillation", "mean_velocity"].iter().any(|key| table.has(key)) {
             cx.missing(
                 Some(table.span()),
                 "mean_velocity",
-                "add `mean_velocity = [\"0.3 m/s\", \"0 m/s\", \"0 m/s\"]`, or `acceleration`",
+                "add `mean_velocity = [\"0.3 m/s\", \"0 m/s\", \"0 m/s\"]`, `acceleration` or `oscillation`",
             );
         }
         if self.mean_velocity == Some(Vector::ZERO) {
@@ -59,11 +68,23 @@ impl Drive {
         }
     }
 
+    /// Body force per mass at `time` beside that which holds a mean velocity [m/s^2].
+    #[must_use]
+    pub fn acceleration_at(&self, time: Real) -> Vector {
+        self.acceleration + self.oscillation.map_or(Vector::ZERO, |swing| swing.at(time))
+    }
+
+    /// What of a body force that drives the flow acts on grains by their volume [m/s^2].
+    #[must_use]
+    pub fn by_volume(&self, force: Vector) -> Vector {
+        if self.acts_by == ActsBy::Volume { force } else { Vector::ZERO }
+    }
+
     /// The mean velocity that is held, if one is, in a box of this `extent` \[m].
     #[must_use]
     pub fn mean_flow(&self, extent: Vector) -> Option<MeanFlowSettings> {
-        let Self { mean_velocity, above, answer, ramp, .. } = *self;
+        let Self { mean_velocity, above, answer, ramp, acts_by, .. } = *self;
         let area = extent.x * extent.y;
-        mean_velocity.map(|velocity| MeanFlowSettings { velocity, above, area, answer, rise: ramp })
+        mean_velocity.map(|velocity| MeanFlowSettings { velocity, above, area, answer, rise: ramp, acts_by })
     }
 }

@@ -1,5 +1,7 @@
 //! `[frame]`: motion of the box without rotation.
 
+use std::f64::consts::TAU;
+
 use sazanami_case_derive::Keys;
 use sazanami_numerics::{Real, Vector};
 
@@ -7,7 +9,7 @@ use super::motion::MotionKeys;
 use super::{TankMotion, WallMotion, read_by};
 use crate::read::Context;
 
-/// An oscillating part of the box's acceleration, `amplitude sin(2 pi frequency t + phase)`.
+/// An acceleration that oscillates, `amplitude sin(2 pi frequency t + phase)`.
 #[derive(Clone, Copy, Debug, PartialEq, Keys)]
 pub struct Oscillation {
     /// Amplitude.
@@ -19,6 +21,20 @@ pub struct Oscillation {
     /// Phase.
     #[key(unit = "rad", default = 0.0)]
     pub phase: Real,
+}
+
+impl Oscillation {
+    /// Acceleration at `time` [m/s^2].
+    #[must_use]
+    pub fn at(&self, time: Real) -> Vector {
+        self.amplitude * (TAU * self.frequency * time + self.phase).sin()
+    }
+
+    /// Amplitude of the displacement of what is accelerated so \[m].
+    #[must_use]
+    pub fn stroke(&self) -> Vector {
+        self.amplitude / (TAU * self.frequency).powi(2)
+    }
 }
 
 /// A box that moves.
@@ -67,9 +83,7 @@ impl Frame {
     /// Acceleration of the frame at `time` [m/s^2].
     #[must_use]
     pub fn acceleration_at(&self, time: Real) -> Vector {
-        let oscillating = self
-            .oscillation
-            .map_or(Vector::ZERO, |o| o.amplitude * (std::f64::consts::TAU * o.frequency * time + o.phase).sin());
+        let oscillating = self.oscillation.map_or(Vector::ZERO, |swing| swing.at(time));
         let moved = match (&self.motion, self.walls) {
             (Some(motion), WallMotion::AtRest) => motion.at(time)[2],
             _ => Vector::ZERO,

@@ -203,7 +203,7 @@ impl PopulationKeys {
                 if table.has("count") {
                     return self.count;
                 }
-                if let (Some(level), Some(volume)) = (packing.level, self.shape.volume()) {
+                if let (Some(level), Some(volume)) = (packing.highest_level(), self.shape.volume()) {
                     let extent = cx.known.domain.extent();
                     let solid = LEVELLED * extent.x * extent.y * level;
                     return Some((solid / (volume * self.size.mean_cube())).ceil().max(1.0) as usize);

@@ -1,5 +1,6 @@
 //! `placement` of `[[grains]]`: where grains are put.
 
+use std::f64::consts::TAU;
 use std::ops::Range;
 use std::path::PathBuf;
 
@@ -9,6 +10,7 @@ use sazanami_numerics::{Quaternion, Real, Vector, choices};
 
 use super::read_by;
 use crate::read::{Context, Table};
+use crate::units::rounded;
 
 /// The recommended way to pack; it does not depend on the box.
 const PACKING: PackingSettings = PackingSettings::new(Vector::ZERO, Vector::ZERO);
@@ -26,6 +28,7 @@ choices! {
 /// A bed packed within the run. The settings of the first packed population hold for all; populations are mixed at
 /// random. Grains that are placed otherwise come in when the bed is done and have to lie above it.
 #[derive(Clone, Debug, PartialEq, Keys)]
+#[keys(check = Self::check)]
 pub struct Packing {
     /// Lattice the grains fall from.
     #[key(word, default)]
@@ -40,6 +43,9 @@ pub struct Packing {
     /// taken away. Without `count` as many grains are packed as fill it.
     #[key(unit = "m", range = Positive)]
     pub level: Option<Real>,
+    /// Ripples along x1 that the levelled surface begins with.
+    #[key(table)]
+    pub ripples: Option<SeededRipples>,
     /// For `solver = "mps"`: height above the floor below which the centres of grains lie that are glued to it once they
     /// are packed, so that the floor is rough.
     #[key(unit = "m", range = Positive)]
@@ -69,6 +75,51 @@ pub struct Packing {
     /// Longest simulated packing time; after it the run fails.
     #[key(unit = "s", range = Positive, default = PACKING.longest)]
     pub time_limit: Real,
+}
+
+/// Ripples of a bed that is levelled to `level + height/2 cos(2 pi (x1 - middle)/wavelength)`, a crest in the middle of the box.
+#[derive(Clone, Copy, Debug, PartialEq, Keys)]
+pub struct SeededRipples {
+    /// Distance of the crests.
+    #[key(unit = "m", range = Positive)]
+    pub wavelength: Real,
+    /// Height of a crest above a trough.
+    #[key(unit = "m", range = Positive)]
+    pub height: Real,
+}
+
+impl Packing {
+    /// Height above the floor at which the bed is levelled at `x` \[m] from the middle of the box \[m].
+    #[must_use]
+    pub fn level_at(&self, x: Real) -> Option<Real> {
+        let wave = |by: SeededRipples| 0.5 * by.height * (TAU * x / by.wavelength).cos();
+        self.level.map(|level| level + self.ripples.map_or(0.0, wave))
+    }
+
+    /// Highest level of the bed above the floor \[m].
+    #[must_use]
+    pub fn highest_level(&self) -> Option<Real> {
+        self.level_at(0.0)
+    }
+
+    fn check(&mut self, table: &Table<'_>, cx: &mut Context<'_>) {
+        let Some(ripples) = self.ripples else { return };
+        match self.level {
+            None => {
+                cx.report
+                    .error(table.place("ripples"), "a bed that is not levelled has no ripples")
+                    .label("they are a change of `level` along x1")
+                    .help("add `level = \"7 mm\"`, the mean height of the bed");
+            }
+            Some(level) if 0.5 * ripples.height >= level => {
+                cx.report
+                    .error(table.place("ripples"), "the troughs of the ripples reach below the floor")
+                    .label(format!("half of `height` is {} mm", rounded(5e2 * ripples.height)))
+                    .help(format!("`level` is {} mm: take a lower height or a thicker bed", rounded(1e3 * level)));
+            }
+            Some(_) => {}
+        }
+    }
 }
 
 /// A bed from a file that `output.bed` wrote.

@@ -227,14 +227,15 @@ impl GrainPhase {
             return Ok(ContactReport::default());
         }
         let Context { domain, dt, reduced_force: reduced, .. } = *step;
-        let body_force = step.forcing.body_force;
+        let by_volume = step.forcing.by_volume;
+        let body_force = step.forcing.body_force - by_volume;
         self.drag_rate = self.present_drag_rate(domain);
         self.first_drag_rate = None;
         let Self { engine, coupling, around, diameter, force, places, .. } = self;
         let density = coupling.drag.density;
         let (around, diameter, owned) = (&around[..], &diameter[..], around.len());
         set_column(force, owned, |g| {
-            -around[g].wetness * volume(diameter[g]) * (around[g].gradient + density * reduced)
+            -around[g].wetness * volume(diameter[g]) * (around[g].gradient + density * (reduced - by_volume))
         });
         set_column(places, owned, |g| engine.grains().unwrapped_position(g));
         for_each_grain(&mut engine.attached_mut()[..owned], |g, kept| {
@@ -251,7 +252,10 @@ impl GrainPhase {
         let grains = engine.grains();
         let sum = domain.sum(sum_of(owned, |g| {
             let drag = grains.drag_impulse[g];
-            let pressure = dt * Vector::from_slice(&grains.attached[g][PRESSURE_FORCE..PRESSURE_FORCE + 3]);
+            let kept = &grains.attached[g];
+            // That of the water alone; what comes from outside has no reaction on it.
+            let outside = kept[WETNESS] * density * volume(diameter[g]) * by_volume;
+            let pressure = dt * (Vector::from_slice(&kept[PRESSURE_FORCE..PRESSURE_FORCE + 3]) - outside);
             [drag.x, drag.y, drag.z, pressure.x, pressure.y, pressure.z]
         }));
         report.drag_on_grains = Vector::from_slice(&sum[..3]);

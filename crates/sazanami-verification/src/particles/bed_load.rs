@@ -3,7 +3,7 @@
 use sazanami_mps::grains::volume;
 use sazanami_mps::scheme::Scheme;
 use sazanami_mps::solver::Solver;
-use sazanami_numerics::mean_flow::{MeanFlow, MeanFlowSettings};
+use sazanami_numerics::mean_flow::{ActsBy, MeanFlow, MeanFlowSettings};
 use sazanami_numerics::{Real, Vector};
 
 use super::settled_bed::SettledBed;
@@ -98,7 +98,14 @@ pub fn bed_load(scheme: Scheme, shields: Real, seconds: Real) -> Result<BedLoad,
     let target = friction * mean;
     let area = (SIZE[0] * SIZE[1]) as Real * d * d;
     let velocity = target * Vector::X;
-    solver.hold_mean_flow(MeanFlow::new(MeanFlowSettings { velocity, above: level, area, answer: ANSWER, rise: 0.0 }));
+    solver.hold_mean_flow(MeanFlow::new(MeanFlowSettings {
+        velocity,
+        above: level,
+        area,
+        answer: ANSWER,
+        rise: 0.0,
+        acts_by: ActsBy::Mass,
+    }));
     let (mut found, mut seen) = (BedLoad::default(), [0.0; 2]);
     let mut last = 0.0;
     advance(&mut solver, [0.0, seconds], under(DOWN), |time, solver, report| {

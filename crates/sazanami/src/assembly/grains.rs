@@ -187,7 +187,8 @@ pub fn placed(case: &Case, beds: &[Option<Bed>]) -> Vec<Grain> {
 pub(crate) fn after_packing(case: &Case, shape: u32, position: Vector, radius: Real) -> Option<bool> {
     let GrainPlacement::Packed(how) = &case.grains[shape as usize].placement else { return Some(false) };
     let floor = case.domain.lower.z;
-    let stays = how.level.is_none_or(|level| position.z + radius <= floor + level);
+    let middle = 0.5 * (case.domain.lower.x + case.domain.upper.x);
+    let stays = how.level_at(position.x - middle).is_none_or(|level| position.z + radius <= floor + level);
     stays.then(|| how.glued.is_some_and(|glued| position.z < floor + glued))
 }
 

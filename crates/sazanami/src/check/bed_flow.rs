@@ -52,9 +52,10 @@ impl BedReport {
 }
 
 /// The flow over the bed of a tank that swings along x1: between end walls that of small waves of any length, in a periodic tank water
-/// that stays behind. `None` without grains or without such a motion.
+/// that stays behind, or water that a force drives to and fro. `None` without grains or without such a motion.
 pub(crate) fn bed_flow(case: &Case) -> Option<BedReport> {
-    let (amplitude, frequency) = swing(case)?;
+    let driven = case.drive.and_then(|drive| drive.oscillation).map(|swing| (swing.stroke(), swing.frequency));
+    let (amplitude, frequency) = swing(case).or(driven)?;
     let amplitude = amplitude.x.abs();
     let population = case.grains.first()?;
     let observed = case.ripples.as_ref().map(|ripples| ripples.grain_size);

@@ -108,11 +108,13 @@ impl Pace {
     }
 }
 
-/// The strongest body force until the end of the run: gravity, less what the frame does at its worst [m/s^2].
+/// The strongest body force until the end of the run: gravity, with what the frame and the drive do at their worst [m/s^2].
 pub(crate) fn strongest_force(case: &Case) -> Real {
     let swing = swing(case).map_or(Vector::ZERO, |(amplitude, frequency)| amplitude * (TAU * frequency).powi(2));
+    let driven = case.drive.and_then(|drive| drive.oscillation).map_or(Vector::ZERO, |swing| swing.amplitude);
     let resting = case.resting_gravity() + case.drive.map_or(Vector::ZERO, |drive| drive.acceleration);
-    (resting + swing).length().max((resting - swing).length())
+    let at_worst = [swing + driven, swing - driven].map(|by| (resting + by).length().max((resting - by).length()));
+    at_worst[0].max(at_worst[1])
 }
 
 /// Amplitude \[m] and frequency \[Hz] of the strongest harmonic in which the tank or its frame swings.
@@ -121,7 +123,7 @@ pub(super) fn swing(case: &Case) -> Option<(Vector, Real)> {
     let moved = frame.motion.as_ref().and_then(TankMotion::harmonic);
     moved.or_else(|| {
         let by = frame.oscillation?;
-        Some((by.amplitude / (TAU * by.frequency).powi(2), by.frequency))
+        Some((by.stroke(), by.frequency))
     })
 }
 

@@ -34,7 +34,7 @@ impl Water for Solver {
         dt: Real,
         mut watch: impl FnMut(&'static str),
     ) -> Result<StepReport, StepProblem> {
-        if case.frame.is_some() {
+        if case.frame.is_some() || case.drive.is_some_and(|drive| drive.oscillation.is_some()) {
             self.set_gravity(case.effective_gravity(time + 0.5 * dt));
         }
         let outcome = match &case.fluid.carrying_flow {

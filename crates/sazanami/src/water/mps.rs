@@ -15,12 +15,12 @@ use crate::naming::grain_kind;
 
 /// Body force, displacement and velocity of the walls in the step from `time` to `time + dt` \[s].
 fn forcing(case: &Case, time: Real, dt: Real) -> Forcing {
-    let body_force = case.effective_gravity(time + 0.5 * dt);
+    let [body_force, by_volume] = [case.effective_gravity(time + 0.5 * dt), case.force_by_volume(time + 0.5 * dt)];
     if !case.walls_move() {
-        return Forcing { body_force, ..Forcing::default() };
+        return Forcing { body_force, by_volume, ..Forcing::default() };
     }
     let [before, after] = [time, time + dt].map(|time| case.tank_at(time)[0]);
-    Forcing { body_force, wall_displacement: after, wall_velocity: (after - before) / dt }
+    Forcing { body_force, by_volume, wall_displacement: after, wall_velocity: (after - before) / dt }
 }
 
 impl Water for Solver {

@@ -74,6 +74,16 @@ impl Artist for Sketcher {
     }
 }
 
+/// Titles of what is wrong with a case, or of its warnings where nothing is.
+pub fn findings(text: &str, overrides: &[&str]) -> Vec<String> {
+    let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
+    let (diagnostics, source) = match sazanami::case::parse(Path::new("case.toml"), text, &overrides) {
+        Ok(loaded) => (loaded.warnings, loaded.source),
+        Err(error) => (error.diagnostics, error.source),
+    };
+    diagnostics.records(&source).iter().map(|record| record.message.clone()).collect()
+}
+
 /// Reads a case.
 pub fn load(text: &str, overrides: &[&str]) -> LoadedCase {
     let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
