@@ -113,7 +113,8 @@ fn glued_grains_go_with_the_walls() {
         let speed = 0.1 * Vector::X;
         for n in 1..=steps {
             let wall_displacement = Real::from(n) * dt * speed;
-            let forcing = Forcing { body_force: GRAVITY, wall_displacement, wall_velocity: speed };
+            let forcing =
+                Forcing { body_force: GRAVITY, wall_displacement, wall_velocity: speed, ..Forcing::default() };
             solver.step(dt, &forcing, |_| ()).unwrap();
         }
         let grains = solver.grains().engine().grains();
