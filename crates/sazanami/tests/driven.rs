@@ -184,6 +184,43 @@ fn a_restart_goes_on_with_the_force_as_it_was() {
     }
 }
 
+#[test]
+fn ranks_hold_the_same_flow_and_let_the_same_grain_go() {
+    let scratch = Scratch::new("driven-ranks");
+    let text = PLATES.replace("[particles]", GRAIN);
+    for solver in ["mics", "mps"] {
+        let word = format!("solver={solver}");
+        let wide = ["domain.size=[\"16 mm\", \"4 mm\", \"4 mm\"]", "domain.cells=[16, 4, 16]"];
+        let water = "liquid.0.region.box.upper=[\"16 mm\", \"4 mm\", \"4 mm\"]";
+        let inside = "liquid.0.allow_touching_grains=true";
+        let exact = if solver == "mps" { "particles.tolerance=1e-10" } else { "fluid.tol_div=1e-10" };
+        let release = "grains.0.release=0.5 ms";
+        let case = |more: &str| load(&text, &[&word, wide[0], wide[1], water, inside, exact, release, more]);
+        let run = |name: &str, on: On, more: &str| {
+            let folder = scratch.join(&format!("{solver}-{name}"));
+            start(&case(more), &folder, on.steps(15)).unwrap_or_else(|error| panic!("{error}"));
+            Left::in_folder(&folder)
+        };
+        let answer = "drive.answer=5 ms";
+        let alone = run("alone", On::threads(1), answer);
+        let [two, threads] = [run("two", On::ranks(2, 1), answer), run("threads", On::ranks(2, 2), answer)];
+        assert_eq!(two.hash(), threads.hash(), "{solver}");
+        let difference = |other: &Left| {
+            let of = |column: &str| {
+                let pairs = alone.column(column).into_iter().zip(other.column(column)).skip(1);
+                pairs.map(|(a, b)| (a - b).abs() / a.abs()).fold(0.0, Real::max)
+            };
+            of("driving_acceleration_1").max(of("mean_velocity_1"))
+        };
+        assert!(difference(&two) < 1e-6, "{solver}: {}", difference(&two));
+        let speed = last(&alone, "largest_grain_speed");
+        assert!(speed > 0.0 && (last(&two, "largest_grain_speed") / speed - 1.0).abs() < 1e-6, "{solver}: {speed}");
+        // Negative control: another time of the answer is seen.
+        let other = run("other", On::threads(1), "drive.answer=5.1 ms");
+        assert!(difference(&other) > 1e-3, "{solver}: {}", difference(&other));
+    }
+}
+
 /// A simple cubic lattice of fixed spheres in a box that is periodic all round, and a liquid that is driven through it.
 const LATTICE: &str = r#"
 gravity = "0 m/s^2"

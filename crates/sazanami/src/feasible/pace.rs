@@ -147,7 +147,9 @@ impl Search<'_> {
 
     /// Place of the body force: what drives the flow, the frame, or gravity.
     fn span_of_force(&self) -> Option<Range<usize>> {
-        ["drive", "frame", "gravity"].into_iter().find_map(|key| self.loaded.places.of(key))
+        ["drive.acceleration", "drive.oscillation", "frame", "gravity"]
+            .into_iter()
+            .find_map(|key| self.loaded.places.of(key))
     }
 
     /// Place of the stiffness of a contact.
