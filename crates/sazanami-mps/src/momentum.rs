@@ -20,7 +20,7 @@ use crate::walls::Walls;
 /// External impulses on the fluid in a step, or since the start [N s].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FluidImpulses {
-    /// Impulse of the body force.
+    /// Impulse of the body force and of a mean pressure gradient.
     pub body_force: Vector,
     /// Impulse of the walls by pressure.
     pub wall_pressure: Vector,
@@ -43,11 +43,12 @@ pub(crate) fn impulses(
     let Context { settings, forcing, reduced_force, .. } = *step;
     let Particles { kind, role, pressure, id, owned, .. } = particles;
     let (fluid, mass) = (settings.fluid, step.particle_mass());
+    let volume = mass / fluid.density;
     let total = sum_of(*owned, |a| {
         let [body, friction, wall] = match kind[a] {
             Kind::Fluid => {
                 let friction = mass * fluid.viscosity * densities[a].laplacian.from_walls;
-                [mass * forcing.body_force, friction, Vector::ZERO]
+                [mass * forcing.body_force - volume * forcing.pressure_gradient, friction, Vector::ZERO]
             }
             Kind::Wall if role[a] != Role::Inactive => {
                 // Total pressure on the face, half a spacing in front of the particle.

@@ -44,4 +44,7 @@ pub struct Forcing {
     pub wall_displacement: Vector,
     /// Mean velocity of the walls in the step [m/s].
     pub wall_velocity: Vector,
+    /// Mean gradient of the pressure along periodic directions of a full box, which pushes fluid and grains by their
+    /// volumes \[Pa/m].
+    pub pressure_gradient: Vector,
 }

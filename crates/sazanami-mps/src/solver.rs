@@ -98,6 +98,12 @@ impl Solver {
         Vector::select(self.periods.length.cmpgt(Vector::ZERO), Vector::ZERO, body_force)
     }
 
+    /// The part of the acceleration by mean pressure gradients that is split off: [`Self::reduced_force`], and along
+    /// periodic directions that of [`Forcing::pressure_gradient`] [m/s^2].
+    fn split_force(&self, forcing: &Forcing) -> Vector {
+        self.reduced_force(forcing.body_force) + forcing.pressure_gradient / self.settings.fluid.density
+    }
+
     /// Holds a mean velocity of the fluid from the next step on, by a body force on fluid and grains beside that of the step.
     pub fn hold_mean_flow(&mut self, mean_flow: MeanFlow) {
         self.mean_flow = Some(mean_flow);
@@ -126,7 +132,14 @@ impl Solver {
     ///
     /// # Errors
     /// [`StepError`] names what failed and where; the state is then not usable.
+    ///
+    /// # Panics
+    /// If there is a mean pressure gradient along a direction that is not periodic, or beside a free surface.
     pub fn step(&mut self, dt: Real, forcing: &Forcing, watch: impl FnMut(Phase)) -> Result<StepReport, StepError> {
+        let gradient = forcing.pressure_gradient;
+        let along = Vector::select(self.periods.length.cmpgt(Vector::ZERO), gradient, Vector::ZERO);
+        let possible = gradient == Vector::ZERO || (gradient == along && self.surface.is_none());
+        assert!(possible, "a mean pressure gradient is along periodic directions of a full box");
         let forcing = &Forcing { body_force: forcing.body_force + self.driving(), ..*forcing };
         let mut report = match self.settings.scheme.projection {
             Projection::Conjugate => self.step_conjugate(dt, forcing, watch),
@@ -152,7 +165,7 @@ impl Solver {
         forcing: &Forcing,
         mut watch: impl FnMut(Phase),
     ) -> Result<StepReport, StepError> {
-        let (reduced_force, surface) = (self.reduced_force(forcing.body_force), self.surface);
+        let (reduced_force, surface) = (self.split_force(forcing), self.surface);
         let Self { domain, periods, settings, kernel, tank, particles, walls, near, equation, grains, columns, .. } =
             self;
         let step = Context { domain, periods, settings, kernel, surface, forcing, reduced_force, dt, flow_time: dt };

@@ -238,7 +238,7 @@ impl Columns {
         let owned = particles.owned;
         self.exchange(step, friction, near, particles, equation);
         let damping = (DAMPED * step.dt / step.flow_time).min(MOST_DAMPED);
-        let (viscosity, force) = (step.settings.fluid.viscosity, step.forcing.body_force);
+        let (viscosity, force) = (step.settings.fluid.viscosity, step.explicit_force());
         let kind = &particles.kind[..];
         for_each_chunk((&mut self.velocity[..owned], &mut self.received[..]), ROWS, |number, (velocity, received)| {
             for (row, (u, received)) in velocity.iter_mut().zip(received).enumerate() {
@@ -268,7 +268,7 @@ impl Columns {
         }));
         let mass = step.particle_mass();
         FluidImpulses {
-            body_force: mass * sums[0] * step.dt * step.forcing.body_force,
+            body_force: mass * sums[0] * step.dt * step.explicit_force(),
             wall_pressure: Vector::ZERO,
             friction: mass * Vector::from_slice(&sums[1..4]),
             contact: mass * Vector::from_slice(&sums[4..]),
@@ -437,7 +437,7 @@ impl Columns {
             position.iter_mut().zip(&ways[number * ROWS..]).for_each(|(x, way)| *x += *way);
         });
         let longest = step.domain.max(largest(ways.len(), |a| ways[a].length()).max(0.0));
-        let [work] = step.domain.sum(sum_of(ways.len(), |a| [ways[a].dot(step.forcing.body_force)]));
+        let [work] = step.domain.sum(sum_of(ways.len(), |a| [ways[a].dot(step.explicit_force())]));
         [longest, -step.particle_mass() * work]
     }
 }

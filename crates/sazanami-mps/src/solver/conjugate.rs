@@ -3,7 +3,7 @@
 #[cfg(test)]
 mod tests;
 
-use sazanami_numerics::{Real, Vector};
+use sazanami_numerics::Real;
 
 use super::{Forcing, Phase, Solver, StepError, StepReport};
 use crate::arrangement::Arrangement;
@@ -23,6 +23,7 @@ impl Solver {
         forcing: &Forcing,
         mut watch: impl FnMut(Phase),
     ) -> Result<StepReport, StepError> {
+        let (surface, reduced_force) = (self.surface, self.split_force(forcing));
         let Self {
             domain,
             periods,
@@ -37,7 +38,6 @@ impl Solver {
             conjugate: columns,
             ..
         } = self;
-        let (surface, reduced_force) = (self.surface, Vector::ZERO);
         let step = Context { domain, periods, settings, kernel, surface, forcing, reduced_force, dt, flow_time: dt };
         let mut report = StepReport::default();
 

@@ -210,6 +210,7 @@ fn shake(solver: &mut Solver, n: usize, amplitude: Real) {
         body_force: GRAVITY,
         wall_displacement: amplitude * at(n + 1).sin() * Vector::X,
         wall_velocity: amplitude * (at(n + 1).sin() - at(n).sin()) / DT * Vector::X,
+        ..Forcing::default()
     };
     solver.step(DT, &forcing, |_| ()).expect("the step is sound");
 }

@@ -20,7 +20,7 @@ fn forcing(case: &Case, time: Real, dt: Real) -> Forcing {
         return Forcing { body_force, ..Forcing::default() };
     }
     let [before, after] = [time, time + dt].map(|time| case.tank_at(time)[0]);
-    Forcing { body_force, wall_displacement: after, wall_velocity: (after - before) / dt }
+    Forcing { body_force, wall_displacement: after, wall_velocity: (after - before) / dt, ..Forcing::default() }
 }
 
 impl Water for Solver {
