@@ -6,7 +6,7 @@ use sazanami_mps::scheme::Scheme;
 use sazanami_mps::solver::Forcing;
 use sazanami_numerics::{Real, Vector};
 
-use crate::support::{Case, GRAVITY, OPEN_TOP, PERIODIC, SPACING, WALLS, under};
+use crate::support::{Case, GRAVITY, OPEN_TOP, PERIODIC, SPACING, WALLS, jittered, under};
 
 /// Speed of a grain that falls through water at rest, from its drag law without added mass [m/s].
 pub fn expected_speed(time: Real) -> Real {
@@ -40,6 +40,46 @@ fn a_grain_falls_as_its_drag_says_and_the_fluid_gets_what_it_loses() {
     case.grains[0].density *= 1.1;
     let heavier = fallen(&case);
     assert!((heavier / expected - 1.0).abs() > 0.03, "{heavier} {expected}");
+}
+
+/// Largest momentum of grains and water over that of the grains in 40 steps, in a box periodic all round that falls
+/// freely but for a mean pressure gradient of `share` of what bears its weight; mean velocity of the grains in units of
+/// that of the water.
+fn borne(scheme: Scheme, share: Real) -> [Real; 2] {
+    let mut case = Case::filled([10; 3], [10; 3], [PERIODIC; 3]);
+    case.scheme = scheme;
+    case.fluid = jittered(case.fluid, 0.05);
+    let place =
+        |n: u64| SPACING * Vector::new((n % 2) as Real * 5.0, (n / 2 % 2) as Real * 5.0 + 1.0, (n / 4) as Real * 5.0);
+    case.grains = (0..8).map(|n| Grain::new(n, 2650.0, place(n) + SPACING)).collect();
+    // The water that the grains displace.
+    case.fluid.truncate(1000 - (8.0 * volume(1.0)).round() as usize);
+    let mass = 1e-6 * case.fluid.len() as Real + 8.0 * 2650.0 * volume(SPACING);
+    // Over the density of the water.
+    let by_volume = -share * mass / (1e3 * (10.0 * SPACING).powi(3)) * GRAVITY;
+    let mut solver = case.solo();
+    let (mut largest, mut velocities) = (0.0, 0.0);
+    for _ in 0..40 {
+        let forcing = Forcing { body_force: GRAVITY + by_volume, by_volume, ..Forcing::default() };
+        solver.step(2e-4, &forcing, |_| ()).unwrap();
+        let grains = solver.grains().engine().grains();
+        let own = (0..grains.owned()).map(|g| grains.mass[g] * grains.velocity[g]).sum::<Vector>();
+        let water = solver.fluid_momentum();
+        largest = Real::max(largest, (own + water).length() / own.length());
+        velocities = own.z / water.z;
+    }
+    [largest, velocities]
+}
+
+#[test]
+fn a_mean_pressure_gradient_bears_the_weight_of_water_and_grains() {
+    for scheme in [Scheme::default(), Scheme::conjugate(2.6)] {
+        let [rest, counter] = borne(scheme, 1.0);
+        assert!(rest < 0.05 && counter < 0.0, "{rest} {counter}");
+        // Negative control: half of it bears less.
+        let [rest, _] = borne(scheme, 0.5);
+        assert!(rest > 0.5, "{rest}");
+    }
 }
 
 #[test]
