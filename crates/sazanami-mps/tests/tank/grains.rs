@@ -59,7 +59,9 @@ fn borne(scheme: Scheme, share: Real) -> [Real; 2] {
     let mut solver = case.solo();
     let (mut largest, mut velocities) = (0.0, 0.0);
     for _ in 0..40 {
-        solver.step(2e-4, &Forcing { body_force: GRAVITY, pressure_gradient, ..Forcing::default() }, |_| ()).unwrap();
+        solver
+            .step(2e-4, &Forcing { body_force: GRAVITY, pressure_gradient, ..Forcing::default() }, |_| ())
+            .expect("a sound step");
         let grains = solver.grains().engine().grains();
         let own = (0..grains.owned()).map(|g| grains.mass[g] * grains.velocity[g]).sum::<Vector>();
         let water = solver.fluid_momentum();

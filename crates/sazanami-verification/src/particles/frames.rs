@@ -107,7 +107,7 @@ fn run(
         let before = if n > 0 { (place(n) - place(n - 1)) / dt } else { 0.0 };
         let forcing = if moving {
             let [wall_displacement, wall_velocity] = [place(n + 1), speed].map(|part| part * Vector::X);
-            Forcing { body_force: DOWN, wall_displacement, wall_velocity }
+            Forcing { body_force: DOWN, wall_displacement, wall_velocity, ..Forcing::default() }
         } else {
             Forcing { body_force: DOWN - (speed - before) / dt * Vector::X, ..Forcing::default() }
         };

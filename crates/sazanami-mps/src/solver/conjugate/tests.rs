@@ -1,4 +1,5 @@
 use sazanami_dem::Random;
+use sazanami_numerics::Vector;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::Grid;
 
