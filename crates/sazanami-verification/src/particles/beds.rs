@@ -218,6 +218,28 @@ impl Seepage {
     }
 }
 
+/// Fixes grains of about a diameter in a vessel of void fraction `eps`, on a body-centred lattice from which each is moved by
+/// up to a tenth of it.
+pub(super) fn fix_on_lattice(vessel: &mut Vessel, eps: Real) {
+    let d = DIAMETER;
+    // As many cells of two grains as the solid volume asks for.
+    let grains = (1.0 - eps) * (vessel.upper / d).element_product() / (PI / 6.0);
+    let width = (2.0 * (vessel.upper / d).element_product() / grains).cbrt();
+    let cells = (vessel.upper / d).to_array().map(|n| (n / width).round() as usize);
+    let cell = vessel.upper / Vector::from_array(cells.map(|n| n as Real));
+    let mut random = Random::new(11);
+    for place in lattice(cells) {
+        for offset in [-0.25, 0.25] {
+            let way = Vector::new(random.between(-1.0, 1.0), random.between(-1.0, 1.0), random.between(-1.0, 1.0));
+            let position = cell * (place + Vector::splat(offset)) + 0.1 * d * way;
+            let grain = Grain::new(vessel.grains.len() as u64, GRAIN_DENSITY, position);
+            vessel.grains.push(Grain { motion: Motion::Fixed, ..grain });
+        }
+    }
+    // Whole cells fit the box; the diameter makes up for it.
+    vessel.diameter = ((1.0 - eps) * vessel.upper.element_product() / volume(1.0) / vessel.grains.len() as Real).cbrt();
+}
+
 /// Flow until `end` \[s] under a body force `force` [m/s^2] through a bed of void fraction `eps`, 10 x 8 x 10 diameters, periodic in x
 /// and y, between walls that slip. Grains of about a diameter lie on a body-centred lattice, each moved by up to a tenth
 /// of it.
@@ -245,22 +267,7 @@ fn seep(scheme: Scheme, eps: Real, [force, end]: [Real; 2], surface: bool) -> Re
     vessel.reference = depth * Vector::Z;
     (vessel.friction, vessel.scheme) = (WallFriction::Slip, scheme);
     vessel.longest = 2e-4;
-    // As many cells of two grains as the solid volume asks for.
-    let grains = (1.0 - eps) * (vessel.upper / d).element_product() / (PI / 6.0);
-    let width = (2.0 * (vessel.upper / d).element_product() / grains).cbrt();
-    let cells = size.map(|n| (n as Real / width).round() as usize);
-    let cell = vessel.upper / Vector::from_array(cells.map(|n| n as Real));
-    let mut random = Random::new(11);
-    for place in lattice(cells) {
-        for offset in [-0.25, 0.25] {
-            let way = Vector::new(random.between(-1.0, 1.0), random.between(-1.0, 1.0), random.between(-1.0, 1.0));
-            let position = cell * (place + Vector::splat(offset)) + 0.1 * d * way;
-            let grain = Grain::new(vessel.grains.len() as u64, GRAIN_DENSITY, position);
-            vessel.grains.push(Grain { motion: Motion::Fixed, ..grain });
-        }
-    }
-    // Whole cells fit the box; the diameter makes up for it.
-    vessel.diameter = ((1.0 - eps) * vessel.upper.element_product() / volume(1.0) / vessel.grains.len() as Real).cbrt();
+    fix_on_lattice(&mut vessel, eps);
     vessel.fluid = filling::layers(vessel.lower, vessel.upper, depth, d, |_| eps)
         .into_iter()
         .map(|position| FluidParticle { position, velocity: Vector::ZERO })

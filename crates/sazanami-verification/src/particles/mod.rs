@@ -5,12 +5,14 @@ mod bed_load;
 mod beds;
 pub mod dam_break;
 mod drop;
+mod fluidised;
 mod frames;
 mod interior;
 mod jets;
 mod operators;
 mod repose;
 mod settled_bed;
+mod suspended;
 mod vessel;
 mod viscous;
 mod watered_bed;
@@ -23,6 +25,7 @@ pub use beds::{
     seepage_with_surface,
 };
 pub use drop::{Ellipse, StretchedDrop, stretching_drop};
+pub use fluidised::{BedOnSieve, FluidisedBed};
 pub use frames::{FrameDifference, frames, frames_with_bed};
 pub use interior::{
     CollidedDrops, TurningPatch, Vortices, colliding_drops, taylor_green, turning_patch, turning_patch_pressure,
@@ -30,6 +33,7 @@ pub use interior::{
 pub use jets::{ReversedFall, ShearedJet, reversed_fall, sheared_jet};
 pub use operators::{Operators, bulk_weighted, laplacian_by_number_density, operators};
 pub use repose::{Repose, repose};
+pub use suspended::{HinderedSettling, UpwardFlow, hindered_settling, settling_speed, upward_flow};
 pub use vessel::{DENSITY, DIAMETER, DOWN, Energy, ExperimentError, GRAIN_DENSITY, GRAVITY, Vessel, advance};
 pub use viscous::{Channel, poiseuille, stokes_layer};
 pub use watered_bed::{BedSetup, WateredBed, watered_bed};

@@ -3,6 +3,7 @@
 mod conjugate;
 mod fluid;
 mod grains;
+mod suspended;
 mod waves;
 
 pub(crate) use conjugate::{
@@ -15,6 +16,7 @@ pub(crate) use fluid::{
 pub(crate) use grains::{
     bed_load, frames, frames_with_bed, packed_bed, repose, resting_bed, settling_grain, void_fraction,
 };
+pub(crate) use suspended::{fluidised_bed, hindered_settling};
 pub(crate) use waves::{sloshing, sloshing_resonance, standing_wave, standing_wave_shallow, stretching_drop};
 
 use crate::particles::ExperimentError;
