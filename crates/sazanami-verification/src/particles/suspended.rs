@@ -134,7 +134,15 @@ pub fn upward_flow(scheme: Scheme, eps: Real, flux: Real, end: Real) -> Result<U
     let velocity = flux / (1.0 - solid) * Vector::Z;
     solver.set_velocities(|_, _| velocity);
     let area = extent.x * extent.y;
-    solver.hold_mean_flow(MeanFlow::new(MeanFlowSettings { velocity, above: -1.0, area, answer: ANSWER, rise: 0.0 }));
+    let acts_by = ActsBy::Mass;
+    solver.hold_mean_flow(MeanFlow::new(MeanFlowSettings {
+        velocity,
+        above: -1.0,
+        area,
+        answer: ANSWER,
+        rise: 0.0,
+        acts_by,
+    }));
     let (mut sums, mut counts) = ([[0.0; 2]; 4], [0.0; 4]);
     advance(&mut solver, [0.0, end], under(Vector::ZERO), |time, _, report| {
         let flow = report.mean_flow.expect("a mean velocity is held");
