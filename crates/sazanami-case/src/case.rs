@@ -15,12 +15,12 @@ use crate::presets::{Preset, Solver};
 use crate::read::{At, Context, Table};
 use crate::tables::{
     Bed, BoundarySide, BoxDomain, Checkpoints, Contacts, Coupling, DemOptions, Drive, Erosion, FluidOptions, Frame,
-    GrainPlacement, HeapObserved, LiquidRegion, Material, Materials, Measured, OutputFrame, Outputs, Overlap,
+    Gate, GrainPlacement, HeapObserved, LiquidRegion, Material, Materials, Measured, OutputFrame, Outputs, Overlap,
     Particles, Population, Preparation, Probe, Ripples, RunLength, Sides, WallMotion, check_names,
 };
 use crate::value::{Range1, Value};
 use crate::write::{Paths, Written};
-use crate::{cross_checks, moving_particles};
+use crate::{cross_checks, gates, moving_particles};
 
 // Fields stand in the order in which they are read: what a default depends on comes before.
 /// A sazanami case: grains under moving water. Every number with a dimension is a text with its unit.
@@ -79,6 +79,9 @@ pub struct Case {
     /// Populations of grains.
     #[key(tables, shared)]
     pub grains: Vec<Population>,
+    /// Plates that hold water and grains back until they are raised, for `solver = "mps"`.
+    #[key(tables, shared, name = "gate")]
+    pub gates: Vec<Gate>,
     /// Water as moving particles, for `solver = "mps"`.
     #[key(table)]
     pub particles: Option<Particles>,
@@ -115,7 +118,7 @@ pub struct Case {
 }
 
 /// Order of the tables in the copy of a case and in the reference.
-pub(crate) const ORDER: [&str; 27] = [
+pub(crate) const ORDER: [&str; 28] = [
     "name",
     "title",
     "preset",
@@ -131,6 +134,7 @@ pub(crate) const ORDER: [&str; 27] = [
     "overlap",
     "preparation",
     "liquid",
+    "gate",
     "dem",
     "material",
     "contact",
@@ -232,6 +236,7 @@ impl Case {
         check_names(&self.grains, cx);
         cross_checks::check(self, cx);
         moving_particles::check(self, cx);
+        gates::check(self, cx);
     }
 
     /// Water as moving particles, in a case for that solver.
@@ -367,6 +372,8 @@ impl Case {
             BoundarySide::Periodic => Side::Periodic,
             BoundarySide::Outflow | BoundarySide::FixedPressure { .. } => Side::Open,
         };
-        Tank::new(self.domain.lower, self.domain.upper, self.boundary.map(|sides| sides.map(side)), friction)
+        let sides = self.boundary.map(|sides| sides.map(side));
+        let gates = self.gates.iter().map(Gate::plate).collect();
+        Tank { gates, ..Tank::new(self.domain.lower, self.domain.upper, sides, friction) }
     }
 }

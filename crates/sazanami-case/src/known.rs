@@ -5,7 +5,8 @@ use sazanami_numerics::{Real, Vector};
 
 use crate::presets::{Preset, Solver};
 use crate::tables::{
-    Bed, BoundarySide, BoxDomain, DemOptions, Frame, GrainPlacement, Materials, Outputs, Population, RunLength, Sides,
+    Bed, BoundarySide, BoxDomain, DemOptions, Frame, Gate, GrainPlacement, Materials, Outputs, Population, RunLength,
+    Sides,
 };
 use crate::value::Range1;
 
@@ -34,6 +35,8 @@ pub struct Known {
     pub materials: Materials,
     /// Populations of grains read before.
     pub grains: Vec<Population>,
+    /// Gates.
+    pub gates: Vec<Gate>,
     /// Motion of the grains of the population that is read.
     pub motion: Motion,
     /// Observation of the bed.
@@ -60,6 +63,7 @@ impl Default for Known {
             dem: DemOptions::default(),
             materials: Materials::default(),
             grains: Vec::new(),
+            gates: Vec::new(),
             motion: Motion::Free,
             bed: Bed {
                 porosity_lower: Real::NAN,

@@ -258,15 +258,16 @@ impl Engine {
         &self.walls
     }
 
-    /// Gives all walls, and the grains that are glued to them, a velocity [m/s]. All ranks take part.
+    /// Gives all walls but plates, and the grains that are glued to them, a velocity [m/s]. All ranks take part.
     pub fn set_wall_velocities(&mut self, domain: &Domain, velocity: Vector) {
         let Grains { motion, velocity: velocities, owned, .. } = &self.grains;
         let mut glued = motion[..*owned].iter().zip(velocities).filter(|(motion, _)| **motion == Motion::WithWalls);
-        let same = self.walls.iter().all(|wall| wall.velocity == velocity) && glued.all(|(_, v)| *v == velocity);
+        let same = self.walls.iter().all(|wall| wall.edges.is_some() || wall.velocity == velocity)
+            && glued.all(|(_, v)| *v == velocity);
         if domain.max(if same { 0.0 } else { 1.0 }) == 0.0 {
             return;
         }
-        self.walls.iter_mut().for_each(|wall| wall.velocity = velocity);
+        self.walls.iter_mut().filter(|wall| wall.edges.is_none()).for_each(|wall| wall.velocity = velocity);
         for g in 0..self.grains.owned {
             if self.grains.motion[g] == Motion::WithWalls && self.grains.velocity[g] != velocity {
                 self.set_velocity(g, velocity, Vector::ZERO);
@@ -278,6 +279,14 @@ impl Engine {
     /// Gives a wall a velocity [m/s].
     pub fn set_wall_velocity(&mut self, wall: usize, velocity: Vector) {
         self.walls[wall].velocity = velocity;
+    }
+
+    /// Puts the edges of plate `number`, counted among the plates, to heights \[m], and lets it rise [m/s]. Lists of pairs hold as
+    /// long as it does not come nearer to a grain than it would by its own motion.
+    pub fn set_plate(&mut self, number: usize, edges: [Real; 2], speed: Real) {
+        if let Some(plate) = self.walls.iter_mut().filter(|wall| wall.edges.is_some()).nth(number) {
+            (plate.edges, plate.velocity) = (Some(edges), Vector::new(0.0, 0.0, speed));
+        }
     }
 
     /// Time on the grains' clock \[s].

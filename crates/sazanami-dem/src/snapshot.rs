@@ -52,6 +52,10 @@ impl Engine {
         out.reals("contact.displacement", contacts.iter().flat_map(|c| c.d_t));
         out.reals("wall.point", self.walls.iter().flat_map(|w| w.point.to_array()));
         out.reals("wall.velocity", self.walls.iter().flat_map(|w| w.velocity.to_array()));
+        let edges: Vec<Real> = self.walls.iter().filter_map(|w| w.edges).flatten().collect();
+        if !edges.is_empty() {
+            out.reals("wall.edges", edges);
+        }
         out.reals("time", [self.time]);
     }
 
@@ -71,10 +75,13 @@ impl Engine {
         let contacts = domain.from_first(state.contacts);
         let others = domain.from_first(state.others);
         let time = others[0];
-        for (wall, values) in setup.walls.iter_mut().zip(others[1..].chunks_exact(6)) {
+        let (walls, edges) = others[1..].split_at(6 * setup.walls.len());
+        for (wall, values) in setup.walls.iter_mut().zip(walls.chunks_exact(6)) {
             wall.point = Vector::from_slice(&values[..3]);
             wall.velocity = Vector::from_slice(&values[3..]);
         }
+        let plates = setup.walls.iter_mut().filter_map(|wall| wall.edges.as_mut());
+        plates.zip(edges.chunks_exact(2)).for_each(|(edges, values)| *edges = [values[0], values[1]]);
         Self::from_records(domain, setup, &grains, contacts, time)
     }
 }
@@ -84,7 +91,7 @@ impl Engine {
 struct State {
     grains: Vec<GrainRecord>,
     contacts: Vec<ContactRecord>,
-    /// Time, then point and velocity of each wall.
+    /// Time, then point and velocity of each wall, then edges of each plate.
     others: Vec<Real>,
 }
 
@@ -148,6 +155,10 @@ impl State {
         let (point, velocity) = (from.reals_of("wall.point", 3 * walls)?, from.reals_of("wall.velocity", 3 * walls)?);
         let mut others = vec![from.reals_of("time", 1)?[0]];
         (0..walls).for_each(|w| others.extend(triple(point, w).into_iter().chain(triple(velocity, w))));
+        let plates = setup.walls.iter().filter(|wall| wall.edges.is_some()).count();
+        if plates > 0 {
+            others.extend_from_slice(from.reals_of("wall.edges", 2 * plates)?);
+        }
         Ok(Self { grains, contacts, others })
     }
 }

@@ -3,6 +3,7 @@
 use sazanami_numerics::particles::WALL;
 use sazanami_numerics::{Real, Vector};
 
+use crate::gates::{Gate, MOST_GATES};
 use crate::particles::{Kind, ParticleRecord};
 
 /// A side of the box.
@@ -42,6 +43,8 @@ pub struct Tank {
     pub displacement: Vector,
     /// Velocity of the walls [m/s].
     pub velocity: Vector,
+    /// Plates across the box, all normal to the same direction; they do not move with the walls.
+    pub gates: Vec<Gate>,
 }
 
 /// The extent of the box in a direction is not a multiple of the particle spacing.
@@ -66,20 +69,36 @@ pub struct LatticeError {
 const LATTICE_TOLERANCE: Real = 0.02;
 /// Filled fraction of a closed box above which it has no free surface.
 const FULL: Real = 0.99;
+/// Part of a distance that is round-off.
+const ROUND_OFF: Real = 1e-9;
 /// Smallest distance of fluid particles from a wall over the particle spacing.
-const NEAREST: Real = 0.2;
+pub(crate) const NEAREST: Real = 0.2;
 
 impl Tank {
     /// A box at rest.
     #[must_use]
     pub fn new(lower: Vector, upper: Vector, sides: [[Side; 2]; 3], friction: WallFriction) -> Self {
-        Self { lower, upper, sides, friction, displacement: Vector::ZERO, velocity: Vector::ZERO }
+        Self { lower, upper, sides, friction, displacement: Vector::ZERO, velocity: Vector::ZERO, gates: Vec::new() }
     }
 
     /// Whether a volume of fluid and grains [m^3] fills a closed box, so that there is no free surface.
     pub(crate) fn is_full(&self, volume: Real) -> bool {
         let closed = self.sides.as_flattened().iter().all(|&side| side != Side::Open);
         closed && volume > FULL * (self.upper - self.lower).element_product()
+    }
+
+    /// Whether gates are normal to one direction, along which there are walls, and keep `room` \[m] from these and from each
+    /// other.
+    pub(crate) fn has_room_for_gates(&self, room: Real) -> bool {
+        self.gates.len() <= MOST_GATES
+            && self.gates.iter().enumerate().all(|(n, gate)| {
+                let d = gate.direction;
+                let others = self.gates[..n]
+                    .iter()
+                    .all(|other| other.direction == d && (other.place - gate.place).abs() >= room * (1.0 - ROUND_OFF));
+                let nearest = (gate.place - self.lower[d]).min(self.upper[d] - gate.place);
+                d < 2 && others && self.sides[d][0] != Side::Periodic && nearest >= room * (1.0 - ROUND_OFF)
+            })
     }
 
     /// Spacing in each direction of the lattice nearest to `spacing` \[m] that fits the box \[m].
@@ -158,6 +177,13 @@ impl Tank {
             }
         }
         clipped
+    }
+
+    /// The same for a particle that went from `from` to a `position` \[m] among gates.
+    pub(crate) fn clip_from(&self, spacing: Real, from: Vector, position: &mut Vector, velocity: &mut Vector) -> bool {
+        let present = self.gates.iter().filter(|gate| !gate.is_gone());
+        let held = present.fold(false, |held, gate| gate.clip(spacing, from, position, velocity) || held);
+        self.clip(spacing, position, velocity) || held
     }
 
     /// The point in the fluid that mirrors a `position` \[m] behind walls.

@@ -85,6 +85,15 @@ pub enum SetupError {
         /// Radius over the spacing.
         radius: Real,
     },
+    /// Gates in another scheme.
+    #[error("gates are for the conjugate scheme: walls of the enhanced one are layers of particles")]
+    Gates,
+    /// Gates that are too many, normal to several directions, or too near to each other or a wall.
+    #[error("gates are at most {}, normal to one direction, and keep {:.3} mm from each other and from walls", crate::gates::MOST_GATES, 1e3 * room)]
+    GatesTooNear {
+        /// Least distance \[m].
+        room: Real,
+    },
     /// The weight is not that of the conjugate scheme.
     #[error("the conjugate scheme has the weight C2: with C4 the pressure of still water is not hydrostatic")]
     ConjugateWeight,

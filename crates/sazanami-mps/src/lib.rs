@@ -23,6 +23,7 @@ mod context;
 mod error;
 pub mod filling;
 mod free_surface;
+pub mod gates;
 mod ghosts;
 mod gradient;
 pub mod grains;

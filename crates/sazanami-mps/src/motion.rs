@@ -136,14 +136,14 @@ pub(crate) fn finalise(
     let Context { domain, periods, .. } = *step;
     let spacing = step.settings.fluid.spacing;
     let owned = particles.owned;
-    let clipped = |kind: Kind, a: usize| {
+    let clipped = |kind: Kind, from: Vector, a: usize| {
         let (mut x, mut u) = (new.position[a], new.velocity[a]);
-        let moved = kind == Kind::Fluid && tank.clip(spacing, &mut x, &mut u);
+        let moved = kind == Kind::Fluid && tank.clip_from(spacing, from, &mut x, &mut u);
         (x, u, moved)
     };
     let one = |is: bool| if is { 1.0 } else { 0.0 };
     let [failed, count, work] = sum_of(owned, |a| {
-        let (x, u, moved) = clipped(particles.kind[a], a);
+        let (x, u, moved) = clipped(particles.kind[a], particles.position[a], a);
         let change = if moved { energy_change(step, [new.position[a], x], [new.velocity[a], u]) } else { 0.0 };
         [one(failure(step, particles, new, a).is_some()), one(moved), change]
     });
@@ -153,7 +153,7 @@ pub(crate) fn finalise(
     for_each_chunk((&mut position[..owned], &mut velocity[..owned]), ROWS, |number, (position, velocity)| {
         for (row, (position, velocity)) in position.iter_mut().zip(velocity).enumerate() {
             let a = number * ROWS + row;
-            let (x, u, _) = clipped(kind[a], a);
+            let (x, u, _) = clipped(kind[a], *position, a);
             *position = periods.wrapped(x);
             if kind[a] == Kind::Fluid {
                 *velocity = u;

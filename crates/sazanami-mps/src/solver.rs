@@ -271,6 +271,12 @@ impl Solver {
         &self.settings
     }
 
+    /// Puts the gates where they are at `time` \[s] of the run; before, they are closed.
+    pub fn open_gates(&mut self, time: Real) {
+        let ceiling = self.tank.upper.z;
+        self.tank.gates.iter_mut().for_each(|gate| gate.put(time, ceiling));
+    }
+
     /// The box and its walls.
     #[must_use]
     pub fn tank(&self) -> &Tank {

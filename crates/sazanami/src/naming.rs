@@ -27,9 +27,17 @@ pub(crate) fn grain_error(case: &Case, walls: &[Wall], error: &DemError) -> Stri
     }
 }
 
-/// A grain by its number and population, or a side of the box.
+/// A grain by its number and population, a side of the box or a gate.
 pub(crate) fn partner(case: &Case, walls: &[Wall], id: u64) -> String {
-    if let Some(wall) = id.checked_sub(sazanami_dem::WALL).and_then(|number| walls.get(number as usize)) {
+    let number = id.checked_sub(sazanami_dem::WALL).map(|number| number as usize);
+    if let Some((number, wall)) = number.and_then(|number| Some((number, walls.get(number)?))) {
+        if wall.edges.is_some() {
+            let plates = walls[..number].iter().filter(|wall| wall.edges.is_some()).count();
+            return case
+                .gates
+                .get(plates)
+                .map_or_else(|| "a gate".to_owned(), |gate| format!("the gate `{}`", gate.name));
+        }
         let direction = (0..3).find(|&d| wall.normal[d] != 0.0).unwrap_or_default();
         return format!("the side {}", SIDE_NAMES[direction][usize::from(wall.normal[direction] < 0.0)]);
     }

@@ -63,6 +63,7 @@ fn tank_of(case: &Case) -> String {
         ..case.clone()
     };
     tank.drive = None;
+    tank.gates.iter_mut().for_each(|gate| (gate.opens, gate.speed) = (0.0, None));
     if let Some(frame) = &mut tank.frame {
         frame.oscillation = None;
         frame.motion = None;

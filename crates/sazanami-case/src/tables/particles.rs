@@ -44,7 +44,7 @@ pub struct Particles {
     pub weight: Wendland,
     /// Projection of the velocities to zero divergence. `conjugate` has the weight C2 and does without the keys from
     /// `source` on that only `enhanced` has; see docs/decisions/0018-scheme-of-moving-particles.md.
-    #[key(word, default = suited_projection(weight, table, cx), says = "`conjugate`; `enhanced` with grains, C4 or a key that only it has",
+    #[key(word, default = suited_projection(weight, table, cx), says = "`conjugate`; `enhanced` with grains and no gate, C4 or a key that only it has",
           paper_literal = (Tazaki, Projection::Enhanced, "MPS-HS-HL-ECS-GC-DS is theirs"))]
     pub projection: Projection,
     /// Radius of influence r_e over the spacing; 2.6 at least with `conjugate`.
@@ -124,11 +124,8 @@ const ENHANCED_ALONE: [&str; 10] = [
 /// The better one where it can be used and no key asks for the other.
 fn suited_projection(weight: Wendland, table: &Table<'_>, cx: &Context<'_>) -> Projection {
     let asked = ENHANCED_ALONE.iter().any(|key| table.has(key));
-    if cx.known.grains.is_empty() && weight == Wendland::C2 && !asked {
-        Projection::Conjugate
-    } else {
-        Projection::Enhanced
-    }
+    let suits = cx.known.grains.is_empty() || !cx.known.gates.is_empty();
+    if suits && weight == Wendland::C2 && !asked { Projection::Conjugate } else { Projection::Enhanced }
 }
 
 fn suited_radius(projection: Projection) -> Real {

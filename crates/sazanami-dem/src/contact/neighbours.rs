@@ -220,7 +220,11 @@ fn add_walls(
     let ListInput { grains, interactions, records, .. } = input;
     let id = grains.id[grain];
     for (w, wall) in context.walls.iter().enumerate() {
-        let height = wall.distance(bound.capsule.start).min(wall.distance(bound.capsule.end)) - bound.capsule.radius;
+        let capsule = &bound.capsule;
+        let height = match wall.edges {
+            None => wall.distance(capsule.start).min(wall.distance(capsule.end)) - capsule.radius,
+            Some(_) => wall.distance(bound.middle) - 0.5 * (capsule.end - capsule.start).length() - capsule.radius,
+        };
         // Walls may move as far as grains before the list expires.
         if height >= 2.0 * grains.skin[grain] {
             continue;

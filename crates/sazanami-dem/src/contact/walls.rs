@@ -1,4 +1,4 @@
-//! Contacts with plane walls, by the law of contacts between grains.
+//! Contacts with walls, by the law of contacts between grains.
 
 use sazanami_numerics::{Real, Vector};
 
@@ -150,12 +150,20 @@ impl WallContacts {
             let height = wall.distance(pose.unwrapped);
             let rotation = &context.rotations[pair.grain as usize];
             let capsule = PlacedCapsule::new(&body.capsule, rotation, pose.scale);
-            let mut gap = height + capsule.start.dot(wall.normal).min(capsule.end.dot(wall.normal)) - capsule.radius;
+            let mut gap = match wall.edges {
+                None => height + capsule.start.dot(wall.normal).min(capsule.end.dot(wall.normal)) - capsule.radius,
+                Some(_) => height - size,
+            };
             if gap < CUT_OFF * size {
                 gap = CUT_OFF * size;
                 let normal = rotation.transpose() * wall.normal;
                 for (a, (centre, radius)) in body.centres.iter().zip(&body.radii).enumerate() {
-                    let distance = height + (centre.dot(normal) - radius) * pose.scale;
+                    let distance = match wall.edges {
+                        None => height + (centre.dot(normal) - radius) * pose.scale,
+                        Some(_) => {
+                            wall.facing(pose.unwrapped, *rotation * *centre * pose.scale).0 - radius * pose.scale
+                        }
+                    };
                     if distance >= near {
                         gap = gap.min(distance);
                     } else if !known(a as u16) {
@@ -192,12 +200,13 @@ fn touch<M: ContactModel>(
     let wall = &context.walls[pair.wall as usize];
     let radius = body.radii[contact.a as usize] * pose.scale;
     let to_a = context.rotations[pair.grain as usize] * body.centres[contact.a as usize] * pose.scale;
-    let overlap = radius - (wall.distance(pose.unwrapped) + to_a.dot(wall.normal));
+    let (distance, away) = wall.facing(pose.unwrapped, to_a);
+    let overlap = radius - distance;
     if overlap <= 0.0 {
         return None;
     }
     // The wall is body j: the normal points into it.
-    let n = -wall.normal;
+    let n = -away;
     let arm = to_a + n * (radius - 0.5 * overlap);
     let v_r = wall.velocity - pose.velocity - pose.spin.cross(arm);
     let constants: ConstantLanes<M, 1> = ConstantLanes::from_fn(|_| (&laws[pair.law as usize], pair.factor, pair.give));

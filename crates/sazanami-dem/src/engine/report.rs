@@ -101,8 +101,9 @@ impl Engine {
                 let pair = &block.walls.pairs[contact.pair as usize];
                 let (grain, wall) = (pair.grain as usize, &self.walls[pair.wall as usize]);
                 let (a, radius) = self.sphere(grain, contact.a);
-                let overlap = (radius - wall.distance(self.poses[grain].unwrapped + a)).max(0.0);
-                let n = -wall.normal;
+                let (distance, away) = wall.facing(self.poses[grain].unwrapped + a, Vector::ZERO);
+                let overlap = (radius - distance).max(0.0);
+                let n = -away;
                 let v_r = wall.velocity - self.velocity_at(grain, a + n * (radius - 0.5 * overlap));
                 let stretch = self.stretch(pair.law, contact.d_t, [n, v_r], overlap, radius);
                 let radii = [radius, Real::INFINITY];

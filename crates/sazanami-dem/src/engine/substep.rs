@@ -288,9 +288,7 @@ impl Engine {
         let mut state = FINE;
         for (wall, travel) in self.walls.iter_mut().zip(&mut self.wall_travel) {
             if wall.velocity != Vector::ZERO {
-                let step = wall.velocity.dot(wall.normal) * time;
-                wall.point += step * wall.normal;
-                *travel += step.abs() * (1.0 + 1e-9);
+                *travel += wall.advance(time) * (1.0 + 1e-9);
                 if skin.iter().any(|skin| *travel > *skin) {
                     state = EXPIRED;
                 }

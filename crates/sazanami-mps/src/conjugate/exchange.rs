@@ -7,9 +7,11 @@
 use sazanami_numerics::{Matrix, Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
+use super::mirrors::gate_of;
 use super::pairs::{Neighbour, Pairs, times};
 use super::voids::Bulk;
 use crate::boundary::WallFriction;
+use crate::gates::Gate;
 use crate::matrix::Block;
 use crate::moments::{Symmetric, add};
 use crate::neighbours::ROWS;
@@ -37,6 +39,7 @@ pub(crate) struct Fields<'a> {
     /// Velocity gradients [1/s].
     pub gradient: &'a [Matrix],
     pub bulk: Bulk<'a>,
+    pub gates: &'a [Gate],
 }
 
 /// Sets what each own fluid particle receives, its damping without the part of the gradients, and its stress
@@ -48,7 +51,7 @@ pub(crate) fn exchange(
     fields: &Fields<'_>,
     (into, stress): (&mut [Received], &mut [Symmetric]),
 ) {
-    let Fields { kind, velocity, gradient, bulk } = *fields;
+    let Fields { kind, velocity, gradient, bulk, gates } = *fields;
     let (weight, form, sums) = (kernel.weight, kernel.scheme.laplacian, kernel.sums);
     let [per_laplacian, per_density] = [sums.laplacian, sums.number_density].map(Real::recip);
     for_each_chunk((into, stress), ROWS, |number, (into, stress)| {
@@ -67,7 +70,11 @@ pub(crate) fn exchange(
                 let w = weight.value(r);
                 let held = turned != 0 && friction == WallFriction::NoSlip;
                 // The image of a wall that holds the fluid moves against it.
-                let image = if held { -velocity[b] } else { pair.seen(velocity[b]) };
+                let image = match gate_of(turned) {
+                    Some(gate) if held => Vector::new(0.0, 0.0, 2.0 * gates[gate].velocity) - velocity[b],
+                    None if held => -velocity[b],
+                    _ => pair.seen(velocity[b]),
+                };
                 let stiffness = form.coefficient(&weight, r).0 * narrower * narrower;
                 into.laplacian += stiffness * per_laplacian * (image - velocity[a]);
                 let other = seen(&pair, &gradient[b]);

@@ -16,7 +16,7 @@ use sazanami_numerics::{Matrix, Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
 use crate::arrangement::Arrangement;
-use crate::boundary::{Tank, WallFriction};
+use crate::boundary::Tank;
 use crate::context::{Context, Motion};
 use crate::free_surface;
 use crate::grains::{GrainPhase, VoidReport};
@@ -99,7 +99,7 @@ impl Columns {
     pub fn surround(
         &mut self,
         step: &Context<'_>,
-        (mirrors, widest): (&Mirrors, Real),
+        (mirrors, widest): (&Mirrors<'_>, Real),
         near: &mut Arrangement,
         particles: &mut Particles,
         equation: &mut PressureEquation,
@@ -209,16 +209,16 @@ impl Columns {
     pub fn exchange(
         &mut self,
         step: &Context<'_>,
-        friction: WallFriction,
+        tank: &Tank,
         near: &mut Arrangement,
         particles: &Particles,
         equation: &PressureEquation,
     ) {
-        let owned = particles.owned;
+        let (owned, friction, gates) = (particles.owned, tank.friction, &tank.gates[..]);
         self.received.resize(owned, Received::default());
         self.stress.resize(particles.len(), [0.0; 6]);
         let bulk = self.voids.bulk();
-        let fields = Fields { kind: &particles.kind, velocity: &self.velocity, gradient: &self.gradient, bulk };
+        let fields = Fields { kind: &particles.kind, velocity: &self.velocity, gradient: &self.gradient, bulk, gates };
         let (into, pairs) = ((&mut self.received[..], &mut self.stress[..owned]), (&self.pairs, &equation.blocks[..]));
         exchange::exchange(step.kernel, friction, pairs, &fields, into);
         near.ghosts.refresh(step.domain, &mut self.stress);
@@ -230,13 +230,13 @@ impl Columns {
     pub fn move_freely(
         &mut self,
         step: &Context<'_>,
-        friction: WallFriction,
+        tank: &Tank,
         near: &mut Arrangement,
         particles: &Particles,
         equation: &PressureEquation,
     ) -> Real {
         let owned = particles.owned;
-        self.exchange(step, friction, near, particles, equation);
+        self.exchange(step, tank, near, particles, equation);
         let damping = (DAMPED * step.dt / step.flow_time).min(MOST_DAMPED);
         let (viscosity, force) = (step.settings.fluid.viscosity, step.forcing.body_force);
         let kind = &particles.kind[..];
@@ -304,7 +304,7 @@ impl Columns {
     pub fn take_drag(
         &mut self,
         step: &Context<'_>,
-        tank: &Tank,
+        tank: &mut Tank,
         particles: &Particles,
         grains: &mut GrainPhase,
     ) -> VoidReport {

@@ -4,7 +4,7 @@ use sazanami_numerics::particles::Bins;
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::{Rows, for_each_chunk};
 
-use super::mirrors::{Mirrors, Turned, turn, way};
+use super::mirrors::{DIRECTIONS, Mirrors, Turned, turn, way};
 use super::voids::Bulk;
 use crate::matrix::{Block, Row};
 use crate::moments::Symmetric;
@@ -95,7 +95,7 @@ pub(crate) struct Pairs {
 /// Particles, bins and kernel of a search for pairs.
 pub(crate) struct Search<'a> {
     pub kernel: &'a Kernel,
-    pub mirrors: &'a Mirrors,
+    pub mirrors: &'a Mirrors<'a>,
     pub bins: &'a Bins,
     pub neighbours: &'a Neighbours,
     pub kind: &'a [Kind],
@@ -201,7 +201,7 @@ impl Pairs {
         rest.iter().zip(own_rest).for_each(|(&b, k)| add(&mut sums[0], b, k));
         let mut sums: [Real; 4] = std::array::from_fn(|l| sums[0][l] + sums[1][l]);
         for n in between..end {
-            let (there, k, signs) = (at(columns[n] as usize), &own[n], &SIGNS[usize::from(turned[n])]);
+            let (there, k, signs) = (at(columns[n] as usize), &own[n], &SIGNS[usize::from(turned[n] & DIRECTIONS)]);
             for l in 0..4 {
                 sums[l] += (signs[l] * there[l] - here[l]) * Real::from(k[l]);
             }
@@ -260,6 +260,7 @@ impl Search<'_> {
         let (weight, here) = (kernel.weight, position[a]);
         let radius = self.widest * WITHIN * weight.radius;
         let square = (WITHIN * weight.radius).powi(2);
+        let gate = mirrors.gate_near(here, radius);
         let mut add = |b: usize, turned: Turned, apart: Vector, pairs: &mut PairBlock| {
             let narrower = bulk.narrowing(a, b);
             let area = narrower * narrower;
@@ -272,14 +273,16 @@ impl Search<'_> {
                 pairs.turned.push(turned);
             }
         };
-        for b in near.iter().map(|&b| b as usize).filter(|&b| kind[b] == Kind::Fluid) {
+        let parted = |b: usize| gate.is_some_and(|number| mirrors.gates[number].parts(here, position[b]));
+        for b in near.iter().map(|&b| b as usize).filter(|&b| kind[b] == Kind::Fluid && !parted(b)) {
             add(b, 0, position[b] - here, pairs);
         }
         pairs.images[row] = pairs.turned.len() as u32;
-        mirrors.near(here, radius, |turned, twice| {
+        mirrors.near(here, radius, gate, |turned, twice| {
             let image = way(here, here, turned, twice) + here;
+            let is_seen = |b: usize| gate.is_none_or(|gate| mirrors.shows(gate, [here, position[b]], turned, twice));
             bins.for_each_range(image, radius, |range| {
-                for b in range.filter(|&b| kind[b] == Kind::Fluid) {
+                for b in range.filter(|&b| kind[b] == Kind::Fluid && is_seen(b)) {
                     add(b, turned, way(here, position[b], turned, twice), pairs);
                 }
             });

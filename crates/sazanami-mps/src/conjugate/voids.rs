@@ -114,15 +114,16 @@ impl VoidColumns {
     pub fn predict(
         &mut self,
         step: &Context<'_>,
-        tank: &Tank,
+        tank: &mut Tank,
         particles: &Particles,
         predicted: &Motion,
         grains: &mut GrainPhase,
     ) -> VoidReport {
         let Self { then, rate, .. } = self;
-        let moved = Tank { displacement: step.forcing.wall_displacement, ..tank.clone() };
+        let before = std::mem::replace(&mut tank.displacement, step.forcing.wall_displacement);
         then.clear(particles.owned);
-        grains.place(step.domain, &moved);
+        grains.place(step.domain, tank);
+        tank.displacement = before;
         let (cut, least) =
             grains.voids(&particles.kind[..particles.owned], &predicted.position, &particles.velocity, then);
         let then = &*then;

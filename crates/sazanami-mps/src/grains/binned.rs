@@ -10,6 +10,7 @@ use sazanami_numerics::particles::Bins;
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
+use crate::gates::{Gate, near};
 use crate::neighbours::ROWS;
 use crate::weight::{Weight, Wendland};
 
@@ -158,6 +159,23 @@ impl<const N: usize> Binned<N> {
         let [first, last] = self.extents[j + self.bins.count[1] * k];
         let reach = self.bins.layers[0];
         i + reach >= first as usize && i <= last as usize + reach
+    }
+
+    /// As [`Self::sum`], over the points on the same side of the gates \[m]; terms are scaled by the weight alone.
+    #[inline(always)]
+    pub fn sum_beside<const S: usize>(
+        &self,
+        gates: &[Gate],
+        family: Wendland,
+        x: Vector,
+        terms: impl Fn(&Pair, &[Lanes; N]) -> [Lanes; S],
+    ) -> [Real; S] {
+        let Some(gate) = near(gates, x, self.radius) else { return self.sum(family, x, terms) };
+        self.sum(family, x, |pair, values| {
+            let is_seen = |l: usize| !gate.parts(x, Vector::new(values[0][l], values[1][l], values[2][l]));
+            let weight = lanes(|l| if is_seen(l) { pair.weight[l] } else { 0.0 });
+            terms(&Pair { apart: pair.apart, weight, slope: pair.slope }, values)
+        })
     }
 
     /// Sums `terms` over all points within the radius of `x` \[m]; they must vanish with the weight of family `family`.

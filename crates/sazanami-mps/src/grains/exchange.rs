@@ -27,7 +27,7 @@ impl GrainPhase {
         }
         let Context { domain, kernel, .. } = *step;
         let particle_mass = step.particle_mass();
-        let Self { engine, coupling, shared, impulses, .. } = self;
+        let Self { engine, coupling, shared, impulses, gates, .. } = self;
         let reach = coupling.reach * kernel.weight.radius;
         let grains = engine.grains();
         set_column(shared, grains.len(), |g| {
@@ -61,7 +61,7 @@ impl GrainPhase {
             },
             |g| shared[g],
         );
-        let impulses = &*impulses;
+        let (impulses, gates) = (&*impulses, &gates[..]);
         for_each_chunk(&mut change[..], ROWS, |number, change| {
             for (row, change) in change.iter_mut().enumerate() {
                 let a = number * ROWS + row;
@@ -70,10 +70,14 @@ impl GrainPhase {
                     continue;
                 }
                 let family = kernel.weight.family;
-                let taken =
-                    impulses.sum(family, particles.position[a], |pair, [_, _, _, impulse @ ..]: &[Lanes; 6]| {
+                let taken = impulses.sum_beside(
+                    gates,
+                    family,
+                    particles.position[a],
+                    |pair, [_, _, _, impulse @ ..]: &[Lanes; 6]| {
                         impulse.map(|impulse| lanes(|l| pair.weight[l] * impulse[l]))
-                    });
+                    },
+                );
                 *change = -inverse_void[a] / particle_mass * Vector::from_array(taken);
             }
         });

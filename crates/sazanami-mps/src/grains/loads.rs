@@ -147,8 +147,8 @@ impl GrainPhase {
         let yields = if predicted.is_some() { -dt / density } else { 0.0 };
         let velocity = predicted.unwrap_or(velocity);
         let fluid = Fluid { kind, position, velocity, gradient, inverse_void, yields };
-        let Self { engine, coupling, sources, around, diameter, fluid: binned, .. } = self;
-        let engine = &*engine;
+        let Self { engine, coupling, sources, around, diameter, fluid: binned, gates, .. } = self;
+        let (engine, gates) = (&*engine, &gates[..]);
         let grains = engine.grains();
         set_column(diameter, grains.owned(), |g| diameter_of(engine, g));
         let reach = Weight { radius: coupling.reach * kernel.weight.radius, ..kernel.weight };
@@ -160,7 +160,7 @@ impl GrainPhase {
         set_column(around, grains.owned(), |g| {
             let x = grains.position[g];
             let family = kernel.weight.family;
-            let [support, gradient @ .., u, v, w] = binned.sum(family, x, |pair, fluid: &[Lanes; 10]| {
+            let [support, gradient @ .., u, v, w] = binned.sum_beside(gates, family, x, |pair, fluid: &[Lanes; 10]| {
                 let [_, _, _, inverse_void, g1, g2, g3, u, v, w] = fluid;
                 let weight = lanes(|l| pair.weight[l] * inverse_void[l]);
                 let mean = |field: &Lanes| lanes(|l| weight[l] * field[l]);
@@ -285,9 +285,9 @@ impl GrainPhase {
         let Particles { kind, gradient, .. } = &*particles;
         let (position, velocity) = (&new.position, &new.velocity);
         let fluid = Fluid { kind, position, velocity, gradient, inverse_void, yields: 0.0 };
-        let Self { engine, coupling, force, fluid: binned, .. } = self;
+        let Self { engine, coupling, force, fluid: binned, gates, .. } = self;
         fluid.put_into(binned, domain, coupling.reach * kernel.weight.radius);
-        let binned = &*binned;
+        let (binned, gates) = (&*binned, &gates[..]);
         let grains = engine.grains();
         let owned = grains.owned();
         set_column(force, owned, |g| {
@@ -297,7 +297,7 @@ impl GrainPhase {
             }
             let x = grains.position[g];
             let family = kernel.weight.family;
-            let [support, sum @ ..] = binned.sum(family, x, |pair, fluid: &[Lanes; 10]| {
+            let [support, sum @ ..] = binned.sum_beside(gates, family, x, |pair, fluid: &[Lanes; 10]| {
                 let [_, _, _, inverse_void, g1, g2, g3, ..] = fluid;
                 let weight = lanes(|l| pair.weight[l] * inverse_void[l]);
                 let mean = |field: &Lanes| lanes(|l| weight[l] * field[l]);

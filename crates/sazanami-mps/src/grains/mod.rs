@@ -22,6 +22,7 @@ use sources::Sources;
 use crate::boundary::Tank;
 use crate::context::Context;
 pub use crate::context::Voids;
+use crate::gates::Gate;
 use crate::ghosts::Ghosts;
 use crate::neighbours::ROWS;
 use crate::particles::{Kind, Particles};
@@ -135,6 +136,8 @@ pub struct GrainPhase {
     fluid: Binned<10>,
     /// Grains in bins: positions at the start of the step, drag impulse over the sum of weights.
     impulses: Binned<6>,
+    /// Gates where they are in the step.
+    gates: Vec<Gate>,
     /// Whether there are grains on any rank.
     any: bool,
     frozen: bool,
@@ -198,6 +201,7 @@ impl GrainPhase {
             places: Vec::new(),
             fluid: Binned::default(),
             impulses: Binned::default(),
+            gates: Vec::new(),
             any,
             frozen: false,
         }
@@ -253,9 +257,14 @@ impl GrainPhase {
         (1.0 - solid).max(self.coupling.least_void)
     }
 
-    /// Sets the velocity of the walls that grains touch.
-    pub(crate) fn begin_step(&mut self, step: &Context<'_>) {
+    /// Sets the velocity of the walls that grains touch, and puts the gates.
+    pub(crate) fn begin_step(&mut self, step: &Context<'_>, gates: &[Gate]) {
         self.engine.set_wall_velocities(step.domain, step.forcing.wall_velocity);
+        self.gates.clear();
+        self.gates.extend_from_slice(gates);
+        for (n, gate) in gates.iter().enumerate() {
+            self.engine.set_plate(n, gate.span(), gate.velocity);
+        }
     }
 
     /// Whether grains and fluid exchange momentum.

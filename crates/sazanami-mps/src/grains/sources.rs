@@ -12,6 +12,7 @@ use super::binned::{Binned, Lanes, Pair, lanes};
 use super::diameter_of;
 use super::drag::volume;
 use crate::boundary::{Side, Tank};
+use crate::gates::{Gate, near};
 use crate::neighbours::ROWS;
 use crate::weight::{Weight, Wendland};
 
@@ -43,8 +44,11 @@ pub(crate) struct Sources {
     /// `21/(2 pi R_eps^3)`.
     scale: Real,
     sources: Vec<Source>,
-    /// Sources in bins: positions, velocities, volumes, mobilities.
+    /// Sources in bins: positions, velocities, volumes (negative for an image in a gate), mobilities.
     binned: Binned<8>,
+    gates: Vec<Gate>,
+    /// Height of a wall below \[m].
+    floor: Real,
 }
 
 /// Solid fraction at a position and its rate of change.
@@ -69,6 +73,8 @@ impl Sources {
             scale: 21.0 / (2.0 * PI * radius.powi(3)),
             sources: Vec::new(),
             binned: Binned::default(),
+            gates: Vec::new(),
+            floor: Real::NEG_INFINITY,
         }
     }
 
@@ -102,9 +108,23 @@ impl Sources {
         // Which ghosts are known farther away is arbitrary, and would change the order of the sums.
         let known = engine.vicinity(domain, engine.ghost_margin());
         sources.retain(|source| known.contains(source.position));
+        self.gates.clear();
+        self.gates.extend_from_slice(&tank.gates);
+        self.floor = tank.lower.z + tank.displacement.z;
         for direction in 0..3 {
             // Images of images fill edges and corners.
             let known = sources.len();
+            for gate in tank.gates.iter().filter(|gate| gate.direction == direction && !gate.is_gone()) {
+                for n in 0..known {
+                    if gate.distance(sources[n].position).abs() < radius {
+                        let mut image = sources[n];
+                        image.position[direction] = 2.0 * gate.place - image.position[direction];
+                        image.velocity[direction] = -image.velocity[direction];
+                        image.volume = -image.volume;
+                        sources.push(image);
+                    }
+                }
+            }
             for side in 0..2 {
                 if tank.sides[direction][side] != Side::Wall {
                     continue;
@@ -137,9 +157,24 @@ impl Sources {
 
     /// Solid fraction at `position` \[m].
     pub fn fraction(&self, position: Vector) -> Real {
-        let share = |pair: &Pair, source: &[Lanes; 8]| [lanes(|l| source[6][l] * pair.weight[l])];
+        let gate = near(&self.gates, position, self.weight.radius);
+        let share = |pair: &Pair, source: &[Lanes; 8]| {
+            let volume = self.seen(gate, position, source);
+            [lanes(|l| volume[l] * pair.weight[l])]
+        };
         let [fraction] = self.binned.sum(self.weight.family, position, share);
         self.scale * fraction
+    }
+
+    /// Volumes of sources that are seen from `position` \[m] beside a gate: grains on its side, and their images beyond it.
+    #[inline(always)]
+    fn seen(&self, gate: Option<&Gate>, position: Vector, source: &[Lanes; 8]) -> Lanes {
+        let [x, y, z, _, _, _, volume, _] = source;
+        let Some(gate) = gate else { return lanes(|l| volume[l].max(0.0)) };
+        lanes(|l| {
+            let beyond = gate.parts_over(position, Vector::new(x[l], y[l], z[l]), self.floor);
+            if beyond == (volume[l] < 0.0) { volume[l].abs() } else { 0.0 }
+        })
     }
 
     /// Solid fraction at `position` \[m] and its rate along `velocity` [m/s]; `None` where no grain is near.
@@ -147,9 +182,11 @@ impl Sources {
         if !self.binned.is_near(position) {
             return None;
         }
+        let gate = near(&self.gates, position, self.weight.radius);
         let shares = |pair: &Pair, source: &[Lanes; 8]| {
             let [p, q, r] = &pair.apart;
-            let [_, _, _, u, v, w1, volume, mobility] = source;
+            let [_, _, _, u, v, w1, _, mobility] = source;
+            let volume = self.seen(gate, position, source);
             let share = lanes(|l| volume[l] * pair.weight[l]);
             let stretch =
                 lanes(|l| (velocity.x - u[l]) * p[l] + (velocity.y - v[l]) * q[l] + (velocity.z - w1[l]) * r[l]);

@@ -44,7 +44,7 @@ impl Solver {
         watch(Phase::Neighbours);
         walls.begin_step(&step, tank, particles);
         let mirrors = Mirrors::of(tank);
-        grains.begin_step(&step);
+        grains.begin_step(&step, &tank.gates);
         let fastest = motion::largest_speed(domain, particles, |_| true).max(grains.largest_speed(domain));
         let widest = grains.widest_size();
         near.renew(&step, particles, (fastest, grains.drag_rate()), widest, &mut columns.voids.start);
@@ -58,7 +58,7 @@ impl Solver {
         watch(Phase::Fluid);
         columns.surround(step, (&mirrors, widest), near, particles, equation);
         report.collisions = columns.report(step, particles, equation, &mut report);
-        report.stabilisation_work = columns.move_freely(step, tank.friction, near, particles, equation);
+        report.stabilisation_work = columns.move_freely(step, tank, near, particles, equation);
         report.impulses = columns.impulses(step, particles);
 
         columns.gives_way = grains.gives_way();
@@ -99,7 +99,7 @@ impl Solver {
 /// Grains under contacts, drag and the old pressure; the drag returned to the fluid; void fractions where both then are.
 fn advance_grains(
     step: &Context<'_>,
-    tank: &Tank,
+    tank: &mut Tank,
     (particles, near): (&mut Particles, &mut Arrangement),
     grains: &mut GrainPhase,
     columns: &mut conjugate::Columns,

@@ -31,7 +31,7 @@ impl Phases<'_> {
     /// Walls, owners, order, ghosts and lists of the step; returns it with the time scale of the flow.
     pub fn arrange<'s>(&mut self, step: Context<'s>) -> Context<'s> {
         self.walls.begin_step(&step, self.tank, self.particles);
-        self.grains.begin_step(&step);
+        self.grains.begin_step(&step, &self.tank.gates);
         let of_fluid = motion::largest_speed(step.domain, self.particles, |_| true);
         let fastest = of_fluid.max(self.grains.largest_speed(step.domain));
         let rates = (fastest, self.grains.drag_rate());

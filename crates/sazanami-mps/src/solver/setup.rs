@@ -55,6 +55,9 @@ impl Solver {
         if conjugate && radius < CONJUGATE_RADIUS {
             return Err(SetupError::ConjugateRadius { radius });
         }
+        if !conjugate && !tank.gates.is_empty() {
+            return Err(SetupError::Gates);
+        }
         let widening = if conjugate { grains.widest_size() } else { 1.0 };
         let kernel = Kernel::new(settings.scheme, settings.fluid.spacing);
         let periods = Periods::of(&domain);
@@ -63,6 +66,11 @@ impl Solver {
             if length > 0.0 && length < needed {
                 return Err(SetupError::BoxTooShort { direction, length, needed });
             }
+        }
+        let smoothing = if grains.is_empty() { 0.0 } else { grains.coupling().smoothing };
+        let room = 2.0 * (widening * kernel.weight.radius).max(smoothing);
+        if !tank.has_room_for_gates(room) {
+            return Err(SetupError::GatesTooNear { room });
         }
         let mut walls = tank.particles(settings.fluid.spacing, kernel.weight.radius)?;
         let initial = Walls::new(&tank, tank.lattice(settings.fluid.spacing)?, &walls);

@@ -29,6 +29,7 @@ pub fn go_on(solver: &mut Solver, from: usize, steps: usize) {
     for n in from..from + steps {
         let phase = 60.0 * DT * n as Real;
         let forcing = Forcing { body_force: GRAVITY + Vector::new(3.0 * phase.sin(), 0.0, 0.0), ..Forcing::default() };
+        solver.open_gates(DT * n as Real);
         solver.step(DT, &forcing, |_| ()).expect("the step is sound");
     }
 }

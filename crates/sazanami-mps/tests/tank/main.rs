@@ -1,10 +1,11 @@
-//! Small tanks: rest, free fall, grains, shifting, threads, restarts, ranks.
+//! Small tanks: gates, rest, free fall, grains, shifting, threads, restarts, ranks.
 
 mod at_rest;
 mod budget;
 mod conjugate;
 mod drag;
 mod equivalence;
+mod gates;
 mod grains;
 mod shifting;
 mod support;

@@ -2,6 +2,7 @@
 
 use sazanami_dem::{Body, Engine, Grain, Interactions, LinearSpringDashpot, Setup, Substeps, Wall};
 use sazanami_mps::boundary::{Side, Tank, WallFriction};
+use sazanami_mps::gates::Gate;
 use sazanami_mps::grains::{Coupling, DragExchange, DragParameters, GrainPhase};
 use sazanami_mps::pressure::Tolerance;
 use sazanami_mps::scheme::{Fluid, Scheme};
@@ -37,6 +38,7 @@ pub struct Case {
     pub exchange: DragExchange,
     /// Radius within which grains read the fluid, over the radius of influence.
     pub reach: Real,
+    pub gates: Vec<Gate>,
 }
 
 impl Case {
@@ -55,6 +57,7 @@ impl Case {
             implicit_pressure_force: true,
             exchange: DragExchange::Lagged,
             reach: 1.0,
+            gates: Vec::new(),
         }
     }
 
@@ -82,15 +85,22 @@ impl Case {
     }
 
     pub fn tank(&self) -> Tank {
-        Tank::new(Vector::ZERO, self.upper(), self.sides, self.friction)
+        let tank = Tank::new(Vector::ZERO, self.upper(), self.sides, self.friction);
+        Tank { gates: self.gates.clone(), ..tank }
     }
 
     pub fn setup(&self) -> Setup {
         let present = self.sides.map(|sides| sides.map(|side| side == Side::Wall));
+        let plate = |gate: &Gate| {
+            let normal = Vector::AXES[gate.direction];
+            Wall::plate(gate.place * normal, normal, 0, gate.span())
+        };
+        let mut walls = Wall::of_box(Vector::ZERO, self.upper(), 0, present);
+        walls.extend(self.gates.iter().map(plate));
         Setup {
             bodies: vec![Body::ball(0.5 * SPACING)],
             interactions: Interactions::uniform(1, LinearSpringDashpot::spheres(400.0, 0.5, 0.4)),
-            walls: Wall::of_box(Vector::ZERO, self.upper(), 0, present),
+            walls,
             region: [Vector::splat(-1.0), Vector::ONE],
             ghost_margin: 3.6 * SPACING,
         }

@@ -10,7 +10,8 @@ use sazanami_numerics::{Quaternion, Real, Vector};
 
 use crate::bed_file::Bed;
 use crate::case::meaning::{
-    BoundarySide, Case, GrainPlacement, Packing, PackingStop, Population, SizeDistribution, Solver, WALL, WallContact,
+    BoundarySide, Case, Gate, GrainPlacement, Packing, PackingStop, Population, SizeDistribution, Solver, WALL,
+    WallContact,
 };
 
 /// Identifiers of a population begin at its number times this.
@@ -47,13 +48,18 @@ pub(crate) fn interactions(case: &Case) -> Interactions {
     interactions
 }
 
-/// Walls of the box that hold grains back.
+/// Walls of the box that hold grains back, and gates.
 fn walls(case: &Case) -> Vec<Wall> {
     let walls = case.materials.len() as u32;
     let present = case.dem.grain_walls;
     let (lower, upper) = (case.domain.lower, case.domain.upper);
     let mut all = Wall::of_box(lower, upper, walls + 1, [present[0], present[1], [false; 2]]);
     all.extend(Wall::of_box(lower, upper, walls, [[false; 2], [false; 2], present[2]]));
+    let plate = |gate: &Gate| {
+        let normal = Vector::AXES[gate.direction()];
+        Wall::plate(gate.place() * normal, normal, walls, [gate.bottom, gate.top])
+    };
+    all.extend(case.gates.iter().map(plate));
     all
 }
 
@@ -183,13 +189,14 @@ pub fn placed(case: &Case, beds: &[Option<Bed>]) -> Vec<Grain> {
 }
 
 /// What becomes of a grain of the population number `shape` once it is packed, a sphere of `radius` \[m] around it: nothing where it
-/// reaches above the level of its population, else whether it is glued to the floor.
+/// reaches above the level of its population or into a gate, else whether it is glued to the floor.
 pub(crate) fn after_packing(case: &Case, shape: u32, position: Vector, radius: Real) -> Option<bool> {
     let GrainPlacement::Packed(how) = &case.grains[shape as usize].placement else { return Some(false) };
     let floor = case.domain.lower.z;
     let middle = 0.5 * (case.domain.lower.x + case.domain.upper.x);
     let stays = how.level_at(position.x - middle).is_none_or(|level| position.z + radius <= floor + level);
-    stays.then(|| how.glued.is_some_and(|glued| position.z < floor + glued))
+    let apart = case.gates.iter().all(|gate| gate.plate().clearance(position) >= radius);
+    (stays && apart).then(|| how.glued.is_some_and(|glued| position.z < floor + glued))
 }
 
 /// Grains that are to be packed, with the settings; `None` if none are.

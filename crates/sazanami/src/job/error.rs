@@ -90,6 +90,8 @@ pub(crate) enum RankError {
         top * 1e3
     )]
     BedTooHigh { grain: String, height: Real, top: Real },
+    #[error("{grain} stands in the gate `{gate}`")]
+    GrainInGate { grain: String, gate: String },
     #[error(
         "the liquid `{liquid}` does not fit above the bed: it reaches up to {:.4} mm, the box to {:.4} mm",
         height * 1e3,
@@ -161,6 +163,7 @@ impl RankError {
             Self::BedTooHigh { .. } => {
                 Some("make the box higher, take fewer grains, or let the bed come to rest: `stop = \"settled\"`")
             }
+            Self::GrainInGate { .. } => Some("move the grain or the gate: a grain keeps half its size from the plate"),
             Self::LiquidTooHigh { .. } => {
                 Some("make the box higher or the bed lower; the resting bed is lower if `stop = \"settled\"`")
             }
@@ -213,6 +216,7 @@ impl RankError {
             | Self::Boundary(_)
             | Self::LiquidOnGrain { .. }
             | Self::BedTooHigh { .. }
+            | Self::GrainInGate { .. }
             | Self::LiquidTooHigh { .. }
             | Self::Particles(_)
             | Self::State(_)

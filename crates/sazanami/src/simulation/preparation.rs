@@ -145,6 +145,7 @@ fn poured(
         },
     };
     start::within_box(job, &domain, &engine)?;
+    start::clear_of_gates(job, &domain, &engine)?;
     let bed_height = recorder.measure_bed(&domain, &engine);
     start::liquids_fit(job, bed_height)?;
     let tank = case.tank();

@@ -1,4 +1,4 @@
-//! Populations that are held until a time.
+//! Populations and gates that are held until a time.
 
 use sazanami_numerics::Real;
 
@@ -8,32 +8,47 @@ use crate::case::meaning::Case;
 use crate::job::{Job, RankError};
 use crate::water::Water;
 
-/// Populations that still wait, by number, with the times of their release \[s]; the next is the last.
-pub(super) struct Releases(Vec<(Real, usize)>);
+/// What still waits, the next last.
+pub(super) struct Releases {
+    /// Times \[s] and numbers of populations.
+    grains: Vec<(Real, usize)>,
+    /// Times \[s] and numbers of gates.
+    gates: Vec<(Real, usize)>,
+}
+
+/// Times that are given, with their numbers, the first last.
+fn waiting(times: impl Iterator<Item = Option<Real>>) -> Vec<(Real, usize)> {
+    let mut waiting: Vec<_> = times.enumerate().filter_map(|(n, time)| Some((time?, n))).collect();
+    waiting.sort_by(|a, b| b.0.total_cmp(&a.0).then(b.1.cmp(&a.1)));
+    waiting
+}
 
 impl Releases {
     /// Those of a run that begins or goes on. A population that was released before is released again, which changes nothing.
     pub fn of(case: &Case) -> Self {
-        let times = case.grains.iter().enumerate().filter_map(|(n, population)| Some((population.release?, n)));
-        let mut waiting: Vec<(Real, usize)> = times.collect();
-        waiting.sort_by(|a, b| b.0.total_cmp(&a.0).then(b.1.cmp(&a.1)));
-        Self(waiting)
+        let grains = waiting(case.grains.iter().map(|population| population.release));
+        Self { grains, gates: waiting(case.gates.iter().map(|gate| Some(gate.opens))) }
     }
 
-    /// Lets those go whose time has come.
+    /// Lets the grains go whose time has come; gates move by themselves.
     pub fn let_go<W: Water>(&mut self, job: &Job, water: &mut W, time: Real) -> Result<(), RankError> {
-        while let Some((_, number)) = self.0.pop_if(|(release, _)| *release <= time * (1.0 + END)) {
+        while let Some((_, number)) = self.grains.pop_if(|(release, _)| *release <= time * (1.0 + END)) {
             let count = water.release(|id| population_of(id).0 == number)?;
             if count > 0 && water.domain().communicator().rank() == 0 {
                 job.say(format!("released {count} grains of `{}` at {time} s", job.case.grains[number].name));
             }
         }
+        while let Some((_, number)) = self.gates.pop_if(|(opens, _)| *opens <= time * (1.0 + END)) {
+            if water.domain().communicator().rank() == 0 {
+                job.say(format!("`{}` opens at {time} s", job.case.gates[number].name));
+            }
+        }
         Ok(())
     }
 
-    /// The next time at which a step has to end \[s]: that of an output, or of the next release.
+    /// The next time at which a step has to end \[s]: that of an output, of the next release or of a gate.
     pub fn next(&self, output: Option<Real>) -> Option<Real> {
-        let release = self.0.last().map(|(release, _)| *release);
-        release.into_iter().chain(output).reduce(Real::min)
+        let next = |waiting: &[(Real, usize)]| waiting.last().map(|(time, _)| *time);
+        next(&self.grains).into_iter().chain(next(&self.gates)).chain(output).reduce(Real::min)
     }
 }

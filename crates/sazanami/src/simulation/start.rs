@@ -19,6 +19,9 @@ use crate::naming::partner;
 use crate::recorder::{Observer, Recorder};
 use crate::water::mean_flow;
 
+/// Part of its size by which a grain may overlap a gate: round-off.
+const TOUCH: Real = 1e-9;
+
 /// The bed to be packed, new or from a checkpoint; `None` if the case packs none.
 pub(super) fn packing(job: &Job, domain: &Domain) -> Result<Option<Packing>, RankError> {
     let Some((settings, to_pack)) = grains::to_pack(job.case) else { return Ok(None) };
@@ -122,6 +125,17 @@ pub(super) fn within_box(job: &Job, domain: &Domain, engine: &Engine) -> Result<
     let out = highest.filter(|&(height, _)| height > top + tolerance);
     let refused = |(height, n): (Real, usize)| RankError::BedTooHigh { grain: name(job, grains.id[n]), height, top };
     domain.agree(out.map_or(Ok(()), |highest| Err(refused(highest))))
+}
+
+/// Refuses grains that stand in a gate.
+pub(super) fn clear_of_gates(job: &Job, domain: &Domain, engine: &Engine) -> Result<(), RankError> {
+    let grains = engine.grains();
+    let found = job.case.gates.iter().find_map(|gate| {
+        let plate = gate.plate();
+        let within = |n: &usize| spheres(engine, *n).any(|(x, radius)| plate.clearance(x) < radius * (1.0 - TOUCH));
+        (0..grains.owned()).find(within).map(|n| (name(job, grains.id[n]), gate.name.clone()))
+    });
+    domain.agree(found.map_or(Ok(()), |(grain, gate)| Err(RankError::GrainInGate { grain, gate })))
 }
 
 /// Refuses liquids that the height of the bed puts outside the box, wholly or in part.

@@ -1,0 +1,89 @@
+//! Checks of gates against the other tables of a case.
+
+use sazanami_mps::gates::MOST_GATES;
+use sazanami_mps::scheme::Projection;
+use sazanami_numerics::Real;
+
+use crate::case::Case;
+use crate::presets::Solver;
+use crate::read::Context;
+use crate::tables::{BoundarySide, Particles};
+use crate::units::rounded_within;
+
+/// Least distance of gates from each other and from walls, over the largest radius of a sum.
+const ROOM: Real = 2.0;
+
+/// Reports gates that the solver cannot have.
+pub fn check(case: &Case, cx: &mut Context<'_>) {
+    let Some(first) = case.gates.first() else { return };
+    let span = cx.places.at("gate.0");
+    if case.solver == Solver::Mics {
+        cx.report
+            .error(span, "gates are for `solver = \"mps\"`")
+            .label("this case has `solver = \"mics\"`")
+            .help("leave out `[[gate]]`: on a grid water starts as it is posed, without a preparation");
+        return;
+    }
+    let Some(particles) = &case.particles else { return };
+    if particles.projection == Projection::Enhanced {
+        let place = cx.places.of("particles.projection");
+        cx.report
+            .error_at(place, "gates are for `projection = \"conjugate\"`")
+            .label("walls of this one are layers of particles, for which a plate has no room")
+            .help("write `projection = \"conjugate\"`, and leave out keys of the other; or leave out `[[gate]]`");
+    }
+    if case.walls_move() {
+        cx.report
+            .error(span.clone(), "gates stand in a tank at rest")
+            .label("this one has walls that move")
+            .help("leave out `walls` under `[frame]`: the fluid feels the acceleration of the tank");
+    }
+    if case.gates.len() > MOST_GATES {
+        let place = cx.places.at(&format!("gate.{MOST_GATES}"));
+        cx.report.error(place, format!("a tank has {MOST_GATES} gates at most")).label("one too many");
+    }
+    let direction = first.direction();
+    if case.boundary[direction][0] == BoundarySide::Periodic {
+        cx.report
+            .error(span, format!("`{}` parts nothing: x{} is periodic", first.name, direction + 1))
+            .label("water on its two sides is one")
+            .help(format!("make the sides of x{} walls", direction + 1));
+    }
+    check_room(case, cx, particles);
+}
+
+/// Two radii of influence, and of the void fraction among grains, between gates, and between gates and walls, so that a particle sees one plane at a time.
+fn check_room(case: &Case, cx: &mut Context<'_>, particles: &Particles) {
+    let reach = particles.radius * particles.spacing;
+    let reach = match &case.grains[..] {
+        [] => reach,
+        _ => (reach / case.overlap.least_void.cbrt()).max(case.overlap.smoothing),
+    };
+    let room = ROOM * reach;
+    let [needed, _] = rounded_within(1e3 * room, Real::INFINITY);
+    let direction = case.gates[0].direction();
+    let (lower, upper) = (case.domain.lower[direction], case.domain.upper[direction]);
+    for (n, gate) in case.gates.iter().enumerate() {
+        let span = cx.places.at(&format!("gate.{n}"));
+        if gate.direction() != direction {
+            cx.report
+                .error(span, format!("`{}` and `{}` meet", case.gates[0].name, gate.name))
+                .label("gates over the whole width are normal to one direction")
+                .help(format!("give `x{}` instead", direction + 1));
+            continue;
+        }
+        let near = |distance: Real| distance < room * (1.0 - 1e-9);
+        let other = case.gates[..n].iter().find(|other| near((other.place() - gate.place()).abs()));
+        let what = if let Some(other) = other {
+            format!("`{}` and `{}` are too near to each other", other.name, gate.name)
+        } else if near(gate.place() - lower) || near(upper - gate.place()) {
+            format!("`{}` is too near to a wall", gate.name)
+        } else {
+            continue;
+        };
+        cx.report
+            .error(span, what)
+            .label(format!("it has to be {needed} mm away: two radii of influence, or of the void fraction"))
+            .help("move it, or take smaller particles and grains");
+    }
+}

@@ -1,0 +1,120 @@
+//! Gates in whole runs: the water behind one is prepared at rest, runs on when it is raised, on ranks and after a restart, and what
+//! cannot be is refused.
+
+#[allow(dead_code, reason = "every test program uses a part of it")]
+mod support;
+
+use std::path::Path;
+
+use sazanami::case;
+use sazanami::error::{CommandError, exit};
+use sazanami_numerics::Real;
+use support::{Left, On, Scratch, go_on, load, start};
+
+/// A column of water behind a gate that rises from 2 ms on.
+const DAM: &str = r#"
+solver = "mps"
+gravity = "9.81 m/s^2"
+[domain]
+size = ["24 mm", "8 mm", "14 mm"]
+[boundary]
+all = "slip"
+x2 = "periodic"
+x3_upper = "outflow"
+[particles]
+spacing = "1 mm"
+dt_max = "0.2 ms"
+[[gate]]
+name = "lock"
+x1 = "10 mm"
+opens = "2 ms"
+speed = "4 m/s"
+[[liquid]]
+region.box = { lower = ["0 mm", "0 mm", "0 mm"], upper = ["10 mm", "8 mm", "10 mm"] }
+[preparation]
+relax_steps = 200
+cache = false
+[output]
+figures = { at = [] }
+fields = { at = [] }
+series = { every = "1 ms" }
+[run]
+until = "6 ms"
+"#;
+
+fn ran(folder: &Path, overrides: &[&str], on: On) -> Result<Left, Box<CommandError>> {
+    start(&load(DAM, overrides), folder, on).map_err(Box::new)?;
+    Ok(Left::in_folder(folder))
+}
+
+#[test]
+fn a_dam_is_prepared_behind_its_gate_and_breaks_when_it_opens() {
+    let scratch = Scratch::new("gates");
+    let whole = ran(&scratch.join("whole"), &[], On::threads(1)).unwrap_or_else(|error| panic!("{error}"));
+    let [times, speeds] = ["time", "largest_fluid_speed"].map(|column| whole.column(column));
+    // Still water in a tank keeps 0.04 sqrt(gH).
+    let still = 0.04 * Real::sqrt(9.81 * 10e-3);
+    // No speed is known before the first step.
+    let closed = times.iter().zip(&speeds).skip(1).filter(|(time, _)| **time <= 2e-3 * (1.0 + 1e-9));
+    assert!(closed.clone().count() >= 2 && closed.clone().all(|(_, &speed)| speed < still), "{speeds:?}");
+    assert!(speeds.last().is_some_and(|&speed| speed > 3.0 * still), "{speeds:?}");
+    // Broken off while it rises, the run comes to the same bits.
+    let folder = scratch.join("parts");
+    start(&load(DAM, &[]), &folder, On::threads(1).steps(14)).unwrap_or_else(|error| panic!("{error}"));
+    go_on(&folder, On::threads(2)).0.expect("the run goes on");
+    assert_eq!(Left::in_folder(&folder).hash(), whole.hash());
+    // Two ranks see the same physics.
+    let two = ran(&scratch.join("two"), &[], On::ranks(2, 1)).unwrap_or_else(|error| panic!("{error}"));
+    let ends = [&whole, &two].map(|left| *left.column("largest_fluid_speed").last().expect("there are rows"));
+    assert!((ends[0] / ends[1] - 1.0).abs() < 1e-3, "{ends:?}");
+    // Negative control: with a gate above the water the column collapses in the preparation, and is refused.
+    let over = ["gate.0.bottom=13 mm"];
+    let error = ran(&scratch.join("free"), &over, On::threads(1)).err().expect("the water is not at rest");
+    assert!(error.to_string().contains("did not come to rest"), "{error}");
+}
+
+/// The message on a case that is wrong.
+fn refused(change: &[&str]) -> String {
+    let overrides: Vec<String> = change.iter().map(|text| (*text).to_owned()).collect();
+    let error = case::parse(Path::new("dam.toml"), DAM, &overrides).expect_err("this is wrong");
+    let error = CommandError::from(error);
+    assert_eq!(error.exit_code(), exit::WRONG_INPUT);
+    error.to_string()
+}
+
+#[test]
+fn gates_that_cannot_be_are_refused_with_a_reason() {
+    for (change, words) in [
+        (&["gate.0.x1=30 mm"][..], &["outside the box", "x1"][..]),
+        (&["gate.0.x2=3 mm"], &["has one of `x1` and `x2`"]),
+        (&["gate.0.opens=-1 s"], &["opens"]),
+        (&["gate.0.x1=2 mm"], &["too near to a wall", "5.2 mm"]),
+        (&["gate.0.bottom=5 mm", "gate.0.top=5 mm"], &["has no height"]),
+        (&["gate.0.top=20 mm"], &["reaches out of the box"]),
+        (&["solver=mics", "domain.cells=[24, 8, 14]"], &["gates are for `solver = \"mps\"`"]),
+        (&["particles.projection=enhanced"], &["gates are for `projection = \"conjugate\"`"]),
+        (&["boundary.x1=periodic"], &["x1 is periodic"]),
+    ] {
+        let message = refused(change);
+        assert!(words.iter().all(|word| message.contains(word)), "{change:?}: {message}");
+    }
+    let with = |more: &str| {
+        let text = DAM.replace("[[liquid]]", &format!("{more}\n[[liquid]]"));
+        case::parse(Path::new("dam.toml"), &text, &[]).map(|_| ()).map_err(|error| error.to_string())
+    };
+    let near = with("[[gate]]\nname = \"b\"\nx1 = \"14 mm\"").expect_err("too near");
+    assert!(near.contains("`lock` and `b` are too near to each other"), "{near}");
+    let across = with("[[gate]]\nx2 = \"3 mm\"").expect_err("across");
+    assert!(across.contains("meet"), "{across}");
+    assert!(with("[[gate]]\nx1 = \"17 mm\"").is_ok());
+}
+
+#[test]
+fn grains_in_a_gate_are_refused() {
+    let scratch = Scratch::new("gate-grain");
+    let grain = "[material.sand]\ndensity = \"2650 kg/m^3\"\n[contact.default]\n[[grains]]\nshape.sphere = { diameter = \
+                 \"1 mm\" }\nplacement.list = [{ position = [\"10.4 mm\", \"3 mm\", \"2 mm\"] }]\n[run]";
+    let text = DAM.replace("[run]", grain);
+    let error = start(&load(&text, &[]), &scratch.join("in"), On::threads(1)).expect_err("the grain is in the gate");
+    assert!(error.to_string().contains("stands in the gate `lock`"), "{error}");
+}
