@@ -20,7 +20,7 @@ use crate::tables::{
 };
 use crate::value::{Range1, Value};
 use crate::write::{Paths, Written};
-use crate::{cross_checks, gates, moving_particles};
+use crate::{cross_checks, moving_particles};
 
 // Fields stand in the order in which they are read: what a default depends on comes before.
 /// A sazanami case: grains under moving water. Every number with a dimension is a text with its unit.
@@ -236,7 +236,6 @@ impl Case {
         check_names(&self.grains, cx);
         cross_checks::check(self, cx);
         moving_particles::check(self, cx);
-        gates::check(self, cx);
     }
 
     /// Water as moving particles, in a case for that solver.

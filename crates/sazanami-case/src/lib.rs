@@ -20,7 +20,6 @@ mod cross_checks;
 pub mod diagnostics;
 mod driven;
 mod explain;
-mod gates;
 pub mod key;
 mod known;
 mod liquids_at_walls;

@@ -1,5 +1,7 @@
 //! Checks of a case of moving particles, and the keys that such a case cannot have.
 
+mod gates;
+
 use sazanami_mps::scheme::{CONJUGATE_RADIUS, Projection, ShiftingForm};
 use sazanami_mps::weight::Wendland;
 use sazanami_numerics::Real;
@@ -25,6 +27,7 @@ const LEAST_REACH: Real = 2.1;
 
 /// Checks across the tables of a case of moving particles.
 pub fn check(case: &Case, cx: &mut Context<'_>) {
+    gates::check(case, cx);
     if case.solver == Solver::Mics {
         for (n, population) in case.grains.iter().enumerate() {
             if let GrainPlacement::Packed(how) = &population.placement

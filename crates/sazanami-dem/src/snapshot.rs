@@ -138,7 +138,10 @@ impl State {
         let high = from.u64_of("contact.high", n)?;
         let (image, spheres) = (from.u32_of("contact.image", 2 * n)?, from.u32_of("contact.spheres", 2 * n)?);
         // There in boxes that are periodic along x3 alone.
-        let high_image = from.u32_of("contact.image_3", n).ok();
+        let high_image = match from.u32_of("contact.image_3", n) {
+            Err(SnapshotError::Missing { .. }) => None,
+            found => Some(found?),
+        };
         let (deep, d_t) = (from.u32_of("contact.deep", n)?, from.reals_of("contact.displacement", 3 * n)?);
         let contacts = (0..n)
             .map(|c| ContactRecord {

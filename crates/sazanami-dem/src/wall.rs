@@ -49,20 +49,20 @@ impl Wall {
     pub fn distance(&self, position: Vector) -> Real {
         match self.edges {
             None => (position - self.point).dot(self.normal),
-            Some(edges) => self.from_plate(position, edges).length(),
+            Some(edges) => self.way_from_plate(position, edges).length(),
         }
     }
 
     /// Distance of a sphere's centre, at `arm` from `position`, from the wall \[m], and the direction from there to it.
     pub(crate) fn facing(&self, position: Vector, arm: Vector) -> (Real, Vector) {
         let Some(edges) = self.edges else { return (self.distance(position) + arm.dot(self.normal), self.normal) };
-        let way = self.from_plate(position + arm, edges);
+        let way = self.way_from_plate(position + arm, edges);
         let distance = way.length();
         (distance, if distance > 0.0 { way / distance } else { self.normal })
     }
 
     /// Shortest way from a plate to `position` \[m].
-    fn from_plate(&self, position: Vector, [lower, upper]: [Real; 2]) -> Vector {
+    fn way_from_plate(&self, position: Vector, [lower, upper]: [Real; 2]) -> Vector {
         let beyond = position.z - position.z.max(lower).min(upper);
         (position - self.point).dot(self.normal) * self.normal + Vector::new(0.0, 0.0, beyond)
     }

@@ -3,7 +3,7 @@
 use sazanami_numerics::particles::WALL;
 use sazanami_numerics::{Real, Vector};
 
-use crate::gates::{Gate, MOST_GATES};
+use crate::gates::{Gate, MOST_GATES, NEAREST};
 use crate::particles::{Kind, ParticleRecord};
 
 /// A side of the box.
@@ -71,8 +71,6 @@ const LATTICE_TOLERANCE: Real = 0.02;
 const FULL: Real = 0.99;
 /// Part of a distance that is round-off.
 const ROUND_OFF: Real = 1e-9;
-/// Smallest distance of fluid particles from a wall over the particle spacing.
-pub(crate) const NEAREST: Real = 0.2;
 
 impl Tank {
     /// A box at rest.
@@ -181,8 +179,10 @@ impl Tank {
 
     /// The same for a particle that went from `from` to a `position` \[m] among gates.
     pub(crate) fn clip_from(&self, spacing: Real, from: Vector, position: &mut Vector, velocity: &mut Vector) -> bool {
-        let present = self.gates.iter().filter(|gate| !gate.is_gone());
-        let held = present.fold(false, |held, gate| gate.clip(spacing, from, position, velocity) || held);
+        let mut held = false;
+        for gate in self.gates.iter().filter(|gate| !gate.is_gone()) {
+            held |= gate.clip(spacing, from, position, velocity);
+        }
         self.clip(spacing, position, velocity) || held
     }
 

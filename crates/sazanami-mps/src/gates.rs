@@ -5,8 +5,8 @@
 
 use sazanami_numerics::{Real, Vector};
 
-use crate::boundary::NEAREST;
-
+/// Smallest distance of fluid particles from a wall or gate over the particle spacing.
+pub(crate) const NEAREST: Real = 0.2;
 /// Most gates of a tank.
 pub const MOST_GATES: usize = 16;
 

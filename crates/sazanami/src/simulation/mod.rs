@@ -24,6 +24,8 @@ use crate::water::Water;
 
 /// Phase between the steps.
 const OUTPUT: &str = "output";
+/// What shortens a step that ends where grains are let go or a gate opens.
+const RELEASE: &str = "release";
 /// A run ends when this part of its time is left.
 const END: Real = 1e-12;
 
@@ -192,11 +194,16 @@ fn flow<B: Observer>(job: &Job, mut water: B::Water, recorder: &mut Recorder<B>)
             return Ok(Ending { status, interrupted, time: clock.time(), steps: clock.step() });
         }
         releases.let_go(job, &mut water, clock.time())?;
-        let due = releases.next(recorder.next_due(case, clock.time()));
+        let output = recorder.next_due(case, clock.time());
+        let due = releases.next(output);
         let next = water.stable_step(case, clock.time());
         let stable @ (longest, ruling) = B::Water::length(next);
         let dt = clock.next_step(longest, due);
-        let limit = if dt < longest { OUTPUT } else { ruling };
+        let limit = match dt < longest {
+            true if due == output => OUTPUT,
+            true => RELEASE,
+            false => ruling,
+        };
         recorder.watch.turn(OUTPUT);
         let (step, time) = (clock.step() + 1, clock.time());
         let mut after = clock;

@@ -65,7 +65,7 @@ fn prepare(solver: &mut Solver, widest: Real, void: impl Fn(Vector) -> Real) {
     near.ghosts.refresh(domain, &mut conjugate.voids.start.inverse);
     conjugate.voids.prepare(particles.owned, false);
     conjugate.surround(&step, (&Mirrors::of(tank), widest), near, particles, equation);
-    conjugate.exchange(&step, tank.friction, near, particles, equation);
+    conjugate.exchange(&step, tank, near, particles, equation);
 }
 
 /// A column of `value` at all particles, with ghosts; zero at walls.
