@@ -85,25 +85,25 @@ impl Gate {
     #[must_use]
     pub fn parts(&self, a: Vector, b: Vector) -> bool {
         let (da, db) = (self.distance(a), self.distance(b));
-        da * db < 0.0 && self.holds(crossing([a.z, b.z], [da, db]))
+        are_apart(da, db) && self.holds(crossing([a.z, b.z], [da, db]))
     }
 
     /// As [`Self::parts`], where `b` may lie behind a `floor` \[m] that mirrors the plate.
     pub(crate) fn parts_over(&self, a: Vector, b: Vector, floor: Real) -> bool {
         let (da, db) = (self.distance(a), self.distance(b));
-        da * db < 0.0 && self.holds(floor + (crossing([a.z, b.z], [da, db]) - floor).abs())
+        are_apart(da, db) && self.holds(floor + (crossing([a.z, b.z], [da, db]) - floor).abs())
     }
 
     /// Whether the way from `a` to the image of `b` on the same side goes through the plate.
     pub(crate) fn mirrors(&self, a: Vector, b: Vector) -> bool {
         let (da, db) = (self.distance(a), self.distance(b));
-        da * db > 0.0 && self.holds(crossing([a.z, b.z], [da, db]))
+        !are_apart(da, db) && self.holds(crossing([a.z, b.z], [da, db]))
     }
 
     /// The same where `b` is mirrored in a floor or lid at height `level` \[m] as well; `mirrored` tells whether in the gate.
     pub(crate) fn beyond(&self, a: Vector, b: Vector, level: Real, mirrored: bool) -> bool {
         let (da, db) = (self.distance(a), self.distance(b));
-        let meets = if mirrored { da * db > 0.0 } else { da * db < 0.0 };
+        let meets = are_apart(da, db) != mirrored;
         let (ua, ub) = (a.z - level, b.z - level);
         let height = ((ua * db.abs() - ub * da.abs()) / (da.abs() + db.abs())).abs();
         meets && self.holds(level + height.copysign(ua))
@@ -113,7 +113,7 @@ impl Gate {
     /// velocity into the plate; returns whether it did.
     pub(crate) fn clip(&self, spacing: Real, from: Vector, position: &mut Vector, velocity: &mut Vector) -> bool {
         let d = self.direction;
-        let side = Real::copysign(1.0, self.distance(from));
+        let side = if self.distance(from) < 0.0 { -1.0 } else { 1.0 };
         let [before, after] = [from, *position].map(|x| side * self.distance(x));
         if after >= NEAREST * spacing {
             return false;
@@ -131,6 +131,11 @@ impl Gate {
 /// The gate of `gates` whose plane is nearer than `radius` \[m] to `x`.
 pub(crate) fn near(gates: &[Gate], x: Vector, radius: Real) -> Option<&Gate> {
     gates.iter().find(|gate| !gate.is_gone() && gate.distance(x).abs() < radius)
+}
+
+/// Whether two distances from a plane are of different sides; the plane itself belongs to the upper one.
+fn are_apart(da: Real, db: Real) -> bool {
+    (da < 0.0) != (db < 0.0)
 }
 
 /// Height at which a way between heights `z` meets a plane from which its ends are `apart`.

@@ -148,14 +148,18 @@ fn an_oscillating_force_swings_free_water_without_a_mean_velocity() {
 fn a_gradient_of_pressure_acts_on_grains_by_the_water_that_they_displace() {
     let scratch = Scratch::new("by-volume");
     let text = PLATES.replace("[particles]", GRAIN);
+    let ran = |name: &str, drive: &str| {
+        let folder = scratch.join(name);
+        let nu = "fluid.liquid.kinematic_viscosity=1e-6 m^2/s";
+        let overrides =
+            ["solver=mps", drive, nu, "boundary.x3=periodic", "run.until=5 ms", "output.series={ steps = 1 }"];
+        start(&load(&text, &overrides), &folder, On::threads(1)).unwrap_or_else(|error| panic!("{error}"));
+        Left::in_folder(&folder)
+    };
     let momentum = |name: &str, acts_by: &str| {
         let drive =
             format!("drive={{ acceleration = [\"3 m/s^2\", \"0 m/s^2\", \"0 m/s^2\"], acts_by = \"{acts_by}\" }}");
-        let folder = scratch.join(name);
-        let nu = "fluid.liquid.kinematic_viscosity=1e-6 m^2/s";
-        let overrides = ["solver=mps", &drive, nu, "boundary.x3=periodic", "run.until=5 ms"];
-        start(&load(&text, &overrides), &folder, On::threads(1)).unwrap_or_else(|error| panic!("{error}"));
-        let flow = Left::in_folder(&folder);
+        let flow = ran(name, &drive);
         let residual = flow.summary["conservation"]["momentum_residual_relative"].as_f64().expect("a number");
         // Viscosity and pressure do not quite cancel where the void fraction varies.
         assert!(residual < 2e-4, "{acts_by}: {residual}");
@@ -166,6 +170,21 @@ fn a_gradient_of_pressure_acts_on_grains_by_the_water_that_they_displace() {
     let [by_mass, by_volume] = ["mass", "volume"].map(|by| momentum(by, by));
     let expected = 1500.0 * volume * 3.0 * 5e-3;
     assert!(((by_mass - by_volume) / expected - 1.0).abs() < 0.02, "{by_mass} {by_volume} {expected}");
+    // A held mean velocity likewise: by its force, step for step.
+    let whole = by_mass / (3.0 * 5e-3);
+    for (acts_by, other) in [("volume", false), ("mass", true)] {
+        let flow = ran(
+            &format!("held-{acts_by}"),
+            &format!(
+                "drive={{ mean_velocity = [\"5 cm/s\", \"0 m/s\", \"0 m/s\"], answer = \"1 ms\", acts_by = \"{acts_by}\" }}"
+            ),
+        );
+        let pairs = flow.column("driving_acceleration_1").into_iter().zip(flow.column("dt")).skip(1);
+        let impulse = pairs.map(|(a, dt)| a * dt).sum::<Real>() * (whole - 1500.0 * volume);
+        let off = last(&flow, "momentum_1") / impulse - 1.0;
+        // Negative control: by mass it is more by what the grain is heavier, 1.2 % of all.
+        assert_eq!(off.abs() > 3e-3, other, "{acts_by}: {off}");
+    }
 }
 
 #[test]

@@ -8,7 +8,7 @@ use crate::case::Case;
 use crate::presets::Solver;
 use crate::read::Context;
 use crate::tables::{BoundarySide, Particles};
-use crate::units::rounded_within;
+use crate::units::{rounded, rounded_within};
 
 /// Least distance of gates from each other and from walls, over the largest radius of a sum.
 const ROOM: Real = 2.0;
@@ -26,9 +26,10 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
     }
     let Some(particles) = &case.particles else { return };
     if particles.projection == Projection::Enhanced {
-        let place = cx.places.of("particles.projection");
+        let forced = ["particles.projection", "particles.weight", "preset"];
+        let place = forced.into_iter().find_map(|key| cx.places.of(key)).unwrap_or(span.clone());
         cx.report
-            .error_at(place, "gates are for `projection = \"conjugate\"`")
+            .error(place, "gates are for `projection = \"conjugate\"`")
             .label("walls of this one are layers of particles, for which a plate has no room")
             .help("write `projection = \"conjugate\"`, and leave out keys of the other; or leave out `[[gate]]`");
     }
@@ -49,7 +50,37 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
             .label("water on its two sides is one")
             .help(format!("make the sides of x{} walls", direction + 1));
     }
+    let [floor, top] = case.boundary[2];
+    if !matches!(floor, BoundarySide::NoSlip | BoundarySide::Slip)
+        || matches!(top, BoundarySide::NoSlip | BoundarySide::Slip | BoundarySide::Periodic)
+    {
+        cx.report
+            .error(cx.places.at("gate.0"), "gates stand on a floor, in a tank that is open above")
+            .label("under a lid the water on one side of a gate may fill its part of the tank")
+            .help("write `boundary.x3_upper = \"outflow\"` and a wall below");
+    }
+    check_places(case, cx, particles);
     check_room(case, cx, particles);
+}
+
+/// Gates stand between the particles of the lattice, and have names of their own.
+fn check_places(case: &Case, cx: &mut Context<'_>, particles: &Particles) {
+    for (n, gate) in case.gates.iter().enumerate() {
+        let span = cx.places.at(&format!("gate.{n}"));
+        let (lower, extent) = (case.domain.lower[gate.direction()], case.domain.extent()[gate.direction()]);
+        let lattice = extent / (extent / particles.spacing).round().max(1.0);
+        let number = (gate.place() - lower) / lattice;
+        if (number - number.round()).abs() > 1e-6 {
+            let nearest = rounded(1e3 * (lower + number.round() * lattice));
+            cx.report
+                .error(span.clone(), format!("`{}` stands within a layer of particles", gate.name))
+                .label(format!("they are {} mm apart, the first half of it from the side", rounded(1e3 * lattice)))
+                .help(format!("write `x{} = \"{nearest} mm\"`", gate.direction() + 1));
+        }
+        if case.gates[..n].iter().any(|other| other.name == gate.name) {
+            cx.report.error(span, format!("two gates are called `{}`", gate.name)).label("messages name them");
+        }
+    }
 }
 
 /// Two radii of influence, and of the void fraction among grains, between gates, and between gates and walls, so that a particle sees one plane at a time.

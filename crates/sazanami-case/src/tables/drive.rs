@@ -58,8 +58,13 @@ impl Drive {
                 .label("only directions in which it is not zero are")
                 .help("leave it out");
         }
+        let given = [
+            ("above", self.above != cx.known.domain.lower.z),
+            ("answer", self.answer != ANSWER),
+            ("ramp", self.ramp != RISE * self.answer),
+        ];
         if self.mean_velocity.is_none()
-            && let Some(key) = ["above", "answer", "ramp"].into_iter().find(|key| table.has(key))
+            && let Some((key, _)) = given.into_iter().find(|(key, differs)| *differs && table.has(key))
         {
             cx.report
                 .warning(Some(table.place(key)), format!("`{key}` does nothing without `mean_velocity`"))

@@ -170,6 +170,9 @@ impl Sources {
     #[inline(always)]
     fn seen(&self, gate: Option<&Gate>, position: Vector, source: &[Lanes; 8]) -> Lanes {
         let [x, y, z, _, _, _, volume, _] = source;
+        if self.gates.is_empty() {
+            return *volume;
+        }
         let Some(gate) = gate else { return lanes(|l| volume[l].max(0.0)) };
         lanes(|l| {
             let beyond = gate.parts_over(position, Vector::new(x[l], y[l], z[l]), self.floor);

@@ -181,6 +181,20 @@ fn grains_and_water_exchange_momentum_on_one_side() {
 }
 
 #[test]
+fn drag_does_not_reach_through_a_gate() {
+    let beyond = |case: Case| {
+        let mut solver = case.solo();
+        solver.step(2e-4, &under(GRAVITY), |_| ()).expect("the step is sound");
+        let near = |x: Real| x > 12.0 * SPACING && x < 14.0 * SPACING;
+        fluid(&solver).iter().filter(|p| near(p.1.x)).map(|p| p.2.x).fold(0.0, Real::max)
+    };
+    let closed = bed(1.0, None);
+    // Negative control: without the gate the grains drag the water before them along.
+    let (held, free) = (beyond(closed.clone()), beyond(Case { gates: Vec::new(), ..closed }));
+    assert!(free > 1e-4 && held < 1e-2 * free, "{held} {free}");
+}
+
+#[test]
 fn gates_that_do_not_fit_are_refused() {
     let tried = |case: &Case| {
         let domain = case.domain(Box::<Solo>::default());

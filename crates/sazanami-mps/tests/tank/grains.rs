@@ -61,7 +61,7 @@ fn borne(scheme: Scheme, share: Real) -> [Real; 2] {
     let (mut largest, mut velocities) = (0.0, 0.0);
     for _ in 0..40 {
         let forcing = Forcing { body_force: GRAVITY + by_volume, by_volume, ..Forcing::default() };
-        solver.step(2e-4, &forcing, |_| ()).unwrap();
+        solver.step(2e-4, &forcing, |_| ()).expect("the step is sound");
         let grains = solver.grains().engine().grains();
         let own = (0..grains.owned()).map(|g| grains.mass[g] * grains.velocity[g]).sum::<Vector>();
         let water = solver.fluid_momentum();

@@ -57,7 +57,7 @@ fn walls(case: &Case) -> Vec<Wall> {
     all.extend(Wall::of_box(lower, upper, walls, [[false; 2], [false; 2], present[2]]));
     let plate = |gate: &Gate| {
         let normal = Vector::AXES[gate.direction()];
-        Wall::plate(gate.place() * normal, normal, walls, [gate.bottom, gate.top])
+        Wall::plate(gate.place() * normal, normal, walls + 1, [gate.bottom, gate.top])
     };
     all.extend(case.gates.iter().map(plate));
     all

@@ -7,7 +7,7 @@ use sazanami_observe::ripples::BedFormSettings;
 use sazanami_observe::ripples::predictors::{LEAST_MOBILITY, mobility, predicted};
 use serde::Serialize;
 
-use super::limits::swing;
+use super::limits::swing_of_water;
 use super::waves::Modes;
 use crate::case::meaning::{BoundarySide, Case};
 
@@ -54,8 +54,7 @@ impl BedReport {
 /// The flow over the bed of a tank that swings along x1: between end walls that of small waves of any length, in a periodic tank water
 /// that stays behind, or water that a force drives to and fro. `None` without grains or without such a motion.
 pub(crate) fn bed_flow(case: &Case) -> Option<BedReport> {
-    let driven = case.drive.and_then(|drive| drive.oscillation).map(|swing| (swing.stroke(), swing.frequency));
-    let (amplitude, frequency) = swing(case).or(driven)?;
+    let (amplitude, frequency) = swing_of_water(case)?;
     let amplitude = amplitude.x.abs();
     let population = case.grains.first()?;
     let observed = case.ripples.as_ref().map(|ripples| ripples.grain_size);

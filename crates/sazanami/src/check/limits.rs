@@ -118,13 +118,20 @@ pub(crate) fn strongest_force(case: &Case) -> Real {
 }
 
 /// Amplitude \[m] and frequency \[Hz] of the strongest harmonic in which the tank or its frame swings.
-pub(super) fn swing(case: &Case) -> Option<(Vector, Real)> {
+fn swing(case: &Case) -> Option<(Vector, Real)> {
     let frame = case.frame.as_ref()?;
     let moved = frame.motion.as_ref().and_then(TankMotion::harmonic);
     moved.or_else(|| {
         let by = frame.oscillation?;
         Some((by.stroke(), by.frequency))
     })
+}
+
+/// Amplitude \[m] and frequency \[Hz] of the water far from the bed against the box: as the frame or the drive swings, whichever is faster.
+pub(super) fn swing_of_water(case: &Case) -> Option<(Vector, Real)> {
+    let driven = case.drive.and_then(|drive| drive.oscillation).map(|swing| (swing.stroke(), swing.frequency));
+    let speed = |(amplitude, frequency): &(Vector, Real)| amplitude.length() * frequency;
+    swing(case).into_iter().chain(driven).max_by(|a, b| speed(a).total_cmp(&speed(b)))
 }
 
 /// The flow that carries the liquid in place of one that is solved for.
@@ -218,7 +225,7 @@ fn of_frame(case: &Case, tank: Option<&TankReport>) -> Vector {
     if let Some(tank) = tank {
         return Vector::AXES[tank.axis - 1] * (tank.speed_ratio.min(MOST_AMPLIFIED) * tank.tank_speed);
     }
-    swing(case).map_or(Vector::ZERO, |(amplitude, frequency)| {
+    swing_of_water(case).map_or(Vector::ZERO, |(amplitude, frequency)| {
         // What swings slowly does not get faster than what falls through the box.
         let speed = amplitude.abs() * TAU * frequency;
         speed.min((2.0 * speed * TAU * frequency * case.domain.extent()).map(Real::sqrt))

@@ -37,7 +37,7 @@ pub struct TankReport {
 /// Waves of a tank that is shaken at its strongest harmonic, along the horizontal direction with end walls in which
 /// they are highest.
 pub(crate) fn tank(case: &Case) -> Option<TankReport> {
-    let (amplitude, frequency) = super::limits::swing(case)?;
+    let (amplitude, frequency) = super::limits::swing_of_water(case)?;
     let waves = (0..2).filter_map(|axis| waves_along(case, axis, amplitude[axis].abs(), frequency));
     waves.max_by(|a, b| a.largest_elevation.total_cmp(&b.largest_elevation))
 }

@@ -164,6 +164,7 @@ fn flow<B: Observer>(job: &Job, mut water: B::Water, recorder: &mut Recorder<B>)
     let case = job.case;
     let mut clock = start::clock(job);
     let first = clock.step();
+    water.put(clock.time());
     recorder.watch.turn(OUTPUT);
     recorder.begin(&mut water, &clock)?;
     let mut shown = job.options.showing.as_ref().map(|showing| Due::new(showing.every, first, clock.time()));
@@ -176,7 +177,7 @@ fn flow<B: Observer>(job: &Job, mut water: B::Water, recorder: &mut Recorder<B>)
             || case.run.steps.is_some_and(|steps| clock.step() >= steps as u64)
             || job.options.until.is_some_and(|until| clock.time() >= until * (1.0 - END))
     };
-    let mut releases = Releases::of(case);
+    let mut releases = Releases::of(case, clock.time());
     loop {
         let [stop, checkpoint] = signals(water.domain(), job, recorder);
         let finished = end(&clock);
@@ -214,6 +215,7 @@ fn flow<B: Observer>(job: &Job, mut water: B::Water, recorder: &mut Recorder<B>)
             .map_err(|problem| RankError::Step { problem, step, time, limit })?;
         recorder.watch.turn(OUTPUT);
         clock = after;
+        water.put(clock.time());
         recorder.observe(&mut water, &clock, time, &Step { dt, limit, stable, report: &report })?;
         if shown.as_mut().is_some_and(|due| due.is_due(clock.step(), time, clock.time())) {
             recorder.show(&mut water, &clock);

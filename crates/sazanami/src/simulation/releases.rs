@@ -24,10 +24,11 @@ fn waiting(times: impl Iterator<Item = Option<Real>>) -> Vec<(Real, usize)> {
 }
 
 impl Releases {
-    /// Those of a run that begins or goes on. A population that was released before is released again, which changes nothing.
-    pub fn of(case: &Case) -> Self {
+    /// Those of a run that begins or goes on at `time` \[s]. A population that was released before is released again, which changes nothing.
+    pub fn of(case: &Case, time: Real) -> Self {
         let grains = waiting(case.grains.iter().map(|population| population.release));
-        Self { grains, gates: waiting(case.gates.iter().map(|gate| Some(gate.opens))) }
+        let closed = |opens: Real| (opens >= time * (1.0 - END)).then_some(opens);
+        Self { grains, gates: waiting(case.gates.iter().map(|gate| closed(gate.opens))) }
     }
 
     /// Lets the grains go whose time has come; gates move by themselves.

@@ -107,6 +107,9 @@ pub(crate) trait Water: Sized {
         watch: impl FnMut(&'static str),
     ) -> Result<Self::Report, StepProblem>;
 
+    /// Puts what moves by the clock alone where it is at `time` \[s]: gates.
+    fn put(&mut self, _time: Real) {}
+
     /// Iterations of the pressure solver in a step.
     fn pressure_iterations(report: &Self::Report) -> usize;
 

@@ -41,9 +41,12 @@ impl Water for Solver {
         dt: Real,
         mut watch: impl FnMut(&'static str),
     ) -> Result<StepReport, StepProblem> {
-        self.open_gates(time);
         let outcome = self.step(dt, &forcing(case, time, dt), |phase| watch(phase_name(phase)));
         outcome.map_err(|error| problem(case, self, &error))
+    }
+
+    fn put(&mut self, time: Real) {
+        self.open_gates(time);
     }
 }
 
