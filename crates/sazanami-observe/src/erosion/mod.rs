@@ -48,11 +48,23 @@ choices! {
 /// A volume is that of a crater if it is so many times that of the same bed before the impact.
 const CLEAR_OF_NOISE: Real = 3.0;
 
-/// Whether a hollow of a `depth` \[m] and an erosion volume [m^3] is a crater in a bed of grains of a size \[m]: deeper than a
-/// grain, and three times the volume that the bed before the impact had. Less is the roughness of the bed.
+/// Volumes that tell a crater from the roughness of a bed [m^3].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Hollow {
+    /// Erosion volume.
+    pub volume: Real,
+    /// That of the same bed before the impact.
+    pub noise: Real,
+    /// Volume below the surface before the impact; zero if that is not known.
+    pub excavated: Real,
+}
+
+/// Whether a hollow of a `depth` and a rim radius \[m] is a crater in a bed of grains of a size \[m]: deeper than a grain, and either of three times the
+/// volume that the bed before the impact had, or dug out by more than a cap one grain deep within its rim. Less is the roughness of the bed.
 #[must_use]
-pub fn is_crater(depth: Real, volume: Real, grain_size: Real, noise: Real) -> bool {
-    depth > grain_size && volume > CLEAR_OF_NOISE * noise
+pub fn is_crater(depth: Real, rim_radius: Real, grain_size: Real, hollow: Hollow) -> bool {
+    let Hollow { volume, noise, excavated } = hollow;
+    depth > grain_size && (volume > CLEAR_OF_NOISE * noise || excavated > cap_volume(grain_size, rim_radius))
 }
 
 /// Smoothing of the bed surface and grains that belong to it.
@@ -275,7 +287,9 @@ impl Erosion {
     /// Whether there is a crater in a bed of grains of a size \[m], and not just the roughness of the bed ([`is_crater`]).
     #[must_use]
     pub fn has_crater(&self, grain_size: Real) -> bool {
-        is_crater(self.crater.depth, self.crater.volume, grain_size, self.noise.unwrap_or_default())
+        let (noise, excavated) = (self.noise.unwrap_or_default(), self.volume_excavated.unwrap_or_default());
+        let hollow = Hollow { volume: self.crater.volume, noise, excavated };
+        is_crater(self.crater.depth, self.crater.rim_radius, grain_size, hollow)
     }
 
     /// Half the width of [`Self::volume_range`] [m^3].
@@ -409,6 +423,17 @@ mod tests {
         let same = rough(3, |_| LEVEL).view(|view| Erosion::of(view, &settings(), Some(&initial))).unwrap();
         assert_eq!((same.volume_excavated, same.volume_rim), (Some(0.0), Some(0.0)));
         assert!(!same.has_crater(D) && !same.has_crater(0.0));
+    }
+
+    #[test]
+    fn a_crater_in_a_bed_that_was_dished_before_is_told_by_what_was_dug_out() {
+        // Volumes of a small bed whose own surface has a third of the volume: mm^3 and mm.
+        let dug = Hollow { volume: 71.0, noise: 23.9, excavated: 26.1 };
+        assert!(is_crater(1.77, 4.95, 0.52, dug));
+        // Negative controls: nothing dug out, a wider rim, no depth.
+        assert!(!is_crater(1.77, 4.95, 0.52, Hollow { excavated: 0.0, ..dug }));
+        assert!(!is_crater(1.77, 8.0, 0.52, dug) && !is_crater(0.5, 4.95, 0.52, dug));
+        assert!(is_crater(1.77, 4.95, 0.52, Hollow { noise: 5.0, excavated: 0.0, ..dug }));
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use sazanami_numerics::Real;
-use sazanami_observe::erosion::is_crater;
+use sazanami_observe::erosion::{Hollow, is_crater};
 use serde_json::Value;
 
 use super::output::{Output, undone};
@@ -53,15 +53,19 @@ fn draw_crater(
     figures: &Path,
     output: &mut Output,
 ) -> Result<(), CommandError> {
-    let [times, depths, mut radii, volumes] =
-        ["time", "crater_depth", "rim_radius", "erosion_volume"].map(|column| series.column(column));
+    let [times, depths, mut radii, volumes, excavated] =
+        ["time", "crater_depth", "rim_radius", "erosion_volume", "erosion_volume_excavated"]
+            .map(|column| series.column(column));
     if !depths.iter().any(|depth| depth.is_finite()) {
         return Ok(());
     }
     // The highest layer is a rim only where there is a crater.
     let noise = volumes.first().copied().filter(|noise| noise.is_finite()).unwrap_or_default();
-    for ((radius, &depth), &volume) in radii.iter_mut().zip(&depths).zip(&volumes) {
-        if !is_crater(depth, volume, grain_size, noise) {
+    for (row, radius) in radii.iter_mut().enumerate() {
+        // Tables of older runs lack some.
+        let at = |column: &[Real]| column.get(row).copied().unwrap_or_default();
+        let hollow = Hollow { volume: at(&volumes), noise, excavated: at(&excavated) };
+        if !is_crater(at(&depths), *radius, grain_size, hollow) {
             *radius = Real::NAN;
         }
     }
