@@ -10,7 +10,10 @@ use sazanami_numerics::{Real, Vector};
 use crate::contact::record::ContactRecord;
 use crate::engine::{Engine, Setup};
 use crate::error::DemError;
-use crate::grain::GrainRecord;
+use crate::grain::{ALWAYS_STORED, ATTACHED, GrainRecord};
+
+/// Values attached to a grain that are stored where some are not zero.
+const FURTHER: usize = ATTACHED - ALWAYS_STORED;
 
 impl Engine {
     /// Writes the state into `snapshot` on rank 0 under names that begin with `prefix`. All ranks take part.
@@ -40,7 +43,11 @@ impl Engine {
         out.reals("grain.angular_momentum", grains.iter().flat_map(|g| g.angular_momentum));
         out.reals("grain.contact_force", grains.iter().flat_map(|g| g.contact_force));
         out.reals("grain.contact_torque", grains.iter().flat_map(|g| g.contact_torque));
-        out.reals("grain.attached", grains.iter().flat_map(|g| g.attached));
+        out.reals("grain.attached", grains.iter().flat_map(|g| g.attached[..ALWAYS_STORED].iter().copied()));
+        let further = || grains.iter().flat_map(|g| &g.attached[ALWAYS_STORED..]).copied();
+        if further().any(|value| value != 0.0) {
+            out.reals("grain.attached_further", further());
+        }
         out.u64("contact.low", contacts.iter().map(|c| c.low));
         out.u64("contact.high", contacts.iter().map(|c| c.high));
         out.u32("contact.image", contacts.iter().flat_map(|c| [c.image[0], c.image[1]].map(i32::cast_unsigned)));
@@ -108,7 +115,11 @@ impl State {
         let (inertia, unwrapped, orientation) = (real("inertia", 3)?, real("position", 3)?, real("orientation", 4)?);
         let (velocity, momentum) = (real("velocity", 3)?, real("angular_momentum", 3)?);
         let (force, torque) = (real("contact_force", 3)?, real("contact_torque", 3)?);
-        let attached = real("attached", crate::ATTACHED)?;
+        let attached = real("attached", ALWAYS_STORED)?;
+        let further = match real("attached_further", FURTHER) {
+            Err(SnapshotError::Missing { .. }) => None,
+            found => Some(found?),
+        };
         let grains = (0..n)
             .map(|g| GrainRecord {
                 id: id[g],
@@ -130,7 +141,10 @@ impl State {
                 contact_torque: triple(torque, g),
                 // Every step collects it anew.
                 drag_impulse: [0.0; 3],
-                attached: std::array::from_fn(|d| attached[crate::ATTACHED * g + d]),
+                attached: std::array::from_fn(|d| match d.checked_sub(ALWAYS_STORED) {
+                    None => attached[ALWAYS_STORED * g + d],
+                    Some(d) => further.map_or(0.0, |further| further[FURTHER * g + d]),
+                }),
             })
             .collect();
         let low = from.u64("contact.low")?;

@@ -106,6 +106,57 @@ fn linear_drag_is_implicit_euler() {
 }
 
 #[test]
+fn added_mass_is_inertia_without_weight() {
+    let domain = alone(false);
+    let start = Vector::new(0.1, -0.3, 0.2);
+    let grain = Grain { velocity: start, ..Grain::new(1, 2650.0, Vector::splat(0.5 * WIDTH)) };
+    let held = Grain { motion: Motion::Fixed, ..Grain::new(2, 2650.0, Vector::splat(0.9 * WIDTH)) };
+    let (h, kappa, u, force) = (1e-4, 3e-2, 0.5 * Vector::X, 1e-3 * Vector::Y);
+    let drag = Law { fluid: vec![u; 2], linear: kappa, quadratic: 0.0 };
+    let moved = |added: Real| {
+        let mut engine = Engine::new(&domain, setup(vec![]), &[grain, held]).expect("the case is sound");
+        let (force, added_mass) = ([force; 2], [added * engine.grains().mass[0]; 2]);
+        let loads = Loads { force: &force, added_mass: &added_mass, drag: Some(&drag), ..Loads::none() };
+        engine.advance(&domain, &loads, GRAVITY, h, Substeps::Fixed(1)).expect("it flies");
+        let grains = engine.grains();
+        assert_eq!(grains.velocity[1], Vector::ZERO);
+        (grains.velocity[0], grains.drag_impulse[0], grains.mass[0])
+    };
+    for added in [0.3, 5.0] {
+        let (found, impulse, m) = moved(added);
+        let whole = (1.0 + added) * m;
+        // Implicit Euler: `(m + a)(v' - v)/h = F + m g + kappa (u - v')`.
+        let expected = (whole * start + h * (force + m * GRAVITY + kappa * u)) / (whole + h * kappa);
+        assert!((found - expected).length() < 1e-14, "{found} {expected}");
+        assert!((impulse - h * kappa * (u - expected)).length() < 1e-13 * m);
+        // Negative control: without it.
+        let (without, ..) = moved(0.0);
+        assert!((found - without).length() > 1e-4, "{found} {without}");
+    }
+}
+
+/// Restitution of a ball that falls on a floor, in the speeds of its first bounce.
+fn restitution(added: Real) -> Real {
+    let domain = alone(false);
+    let mut grain = Grain::new(1, 2650.0, Vector::splat(0.5 * WIDTH));
+    grain.velocity = -Vector::Z;
+    let floor = Wall::at_rest(Vector::new(0.0, 0.0, 0.4 * WIDTH), Vector::Z, 0);
+    let mut engine = Engine::new(&domain, setup(vec![floor]), &[grain]).expect("the case is sound");
+    let added_mass = [added * engine.grains().mass[0]];
+    let loads = Loads { added_mass: &added_mass, ..Loads::none() };
+    for _ in 0..4000 {
+        engine.advance(&domain, &loads, Vector::ZERO, 1e-5, Substeps::Auto).expect("it bounces");
+    }
+    engine.grains().velocity[0].z
+}
+
+#[test]
+fn a_ball_with_added_mass_bounces_as_a_heavier_one() {
+    let [dry, wet] = [0.0, 1.0].map(restitution);
+    assert!(dry > 0.1 && wet > 1.05 * dry, "{dry} {wet}");
+}
+
+#[test]
 fn a_ball_falls_at_its_terminal_velocity() {
     let domain = alone(false);
     let mut deep = setup(vec![]);

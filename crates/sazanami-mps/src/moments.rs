@@ -50,6 +50,11 @@ impl VelocitySlopes {
         Self { voids, ..Self::default() }
     }
 
+    /// From weighted sums of products of each coordinate with the velocity, and weighted second moments.
+    pub fn of_sums(products: [Vector; 3], moments: Symmetric) -> Self {
+        Self { products, moments, voids: 0.0 }
+    }
+
     /// Adds a neighbour at distance `d` \[m] with a velocity `change` [m/s] over it.
     #[inline(always)]
     pub fn add(&mut self, weight: Real, d: Vector, change: Vector) {

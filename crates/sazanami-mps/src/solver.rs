@@ -189,7 +189,7 @@ impl Solver {
         state.correct(step, &mut report);
         state.stabilise(step, &mut report);
         watch(Phase::Coupling);
-        report.coupling.pressure_on_grains += state.correct_grains(step);
+        state.correct_grains(step, &mut report);
         watch(Phase::Fluid);
         state.finalise(step, &mut report)?;
         Ok(report)

@@ -2,7 +2,7 @@
 
 use sazanami_dem::{Body, Engine, Grain, Interactions, LinearSpringDashpot, Setup, Substeps, Wall};
 use sazanami_mps::boundary::{Side, Tank, WallFriction};
-use sazanami_mps::grains::{Coupling, DragExchange, DragParameters, GrainPhase};
+use sazanami_mps::grains::{AddedMass, AddedMassForm, Coupling, DragExchange, DragParameters, GrainPhase, Lift};
 use sazanami_mps::pressure::Tolerance;
 use sazanami_mps::scheme::{Fluid, Projection, Scheme};
 use sazanami_mps::solver::{FluidParticle, Forcing, Settings, Solver};
@@ -19,7 +19,7 @@ static ALLOCATOR: CountingAllocator = CountingAllocator;
 const SPACING: Real = 1e-3;
 
 /// Water with some grains between two walls, periodic in x2.
-fn tank(scheme: Scheme) -> Solver {
+fn tank(scheme: Scheme, (form, lift): (AddedMassForm, Lift)) -> Solver {
     let upper = SPACING * Vector::new(12.0, 8.0, 14.0);
     let sides = [[Side::Wall; 2], [Side::Periodic; 2], [Side::Wall, Side::Open]];
     let tank = Tank::new(Vector::ZERO, upper, sides, WallFriction::NoSlip);
@@ -42,6 +42,8 @@ fn tank(scheme: Scheme) -> Solver {
         least_void: 0.3,
         implicit_pressure_force: true,
         exchange: DragExchange::Lagged,
+        added_mass: AddedMass { form, coefficient: 0.5 },
+        lift,
         substeps: Substeps::Auto,
     };
     let engine = Engine::new(&domain, setup, &grains).expect("sound grains");
@@ -59,9 +61,9 @@ fn tank(scheme: Scheme) -> Solver {
     Solver::new(domain, settings, tank, &fluid, phase).expect("a sound tank")
 }
 
-fn a_step_allocates_nothing(scheme: Scheme) {
+fn a_step_allocates_nothing(scheme: Scheme, forces: (AddedMassForm, Lift)) {
     let allocations = with_threads(1, || {
-        let mut solver = tank(scheme);
+        let mut solver = tank(scheme, forces);
         // To and fro, so that every list has met its longest.
         let mut step = |n: usize| {
             let sway = Vector::new(2.0 * (0.3 * n as Real).sin(), 0.0, -9.81);
@@ -83,10 +85,16 @@ fn a_step_allocates_nothing(scheme: Scheme) {
 
 #[test]
 fn a_step_allocates_nothing_after_some() {
-    a_step_allocates_nothing(Scheme::default());
+    a_step_allocates_nothing(Scheme::default(), (AddedMassForm::None, Lift::None));
 }
 
 #[test]
 fn a_step_of_the_conjugate_projection_allocates_nothing_after_some() {
-    a_step_allocates_nothing(Scheme { projection: Projection::Conjugate, radius: 2.6, ..Scheme::default() });
+    let scheme = Scheme { projection: Projection::Conjugate, radius: 2.6, ..Scheme::default() };
+    a_step_allocates_nothing(scheme, (AddedMassForm::None, Lift::None));
+}
+
+#[test]
+fn a_step_with_added_mass_and_lift_allocates_nothing_after_some() {
+    a_step_allocates_nothing(Scheme::default(), (AddedMassForm::Zuber, Lift::Mei));
 }

@@ -28,6 +28,12 @@ pub struct Loads<'a> {
     pub force: &'a [Vector],
     /// Torque about the centre of mass of each own grain [N m]; empty: none.
     pub torque: &'a [Vector],
+    /// Mass of fluid that each own grain has to accelerate with itself \[kg]; empty: none.
+    ///
+    /// It is inertia without weight: forces and drag move a free grain of mass `m` with `F/(m + a)`, gravity with
+    /// `m g/(m + a)`; torques by its own inertia. The dashpots of contacts are those of `m`: with it a collision restitutes as
+    /// that of a heavier grain.
+    pub added_mass: &'a [Real],
     /// Drag, implicit in every sub-step; what it gives each own grain is in [`Grains::drag_impulse`](crate::Grains::drag_impulse).
     pub drag: Option<&'a dyn Drag>,
 }
@@ -55,7 +61,8 @@ pub trait Drag: Sync {
 impl std::fmt::Debug for Loads<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let mut out = f.debug_struct("Loads");
-        out.field("force", &self.force).field("torque", &self.torque).field("drag", &self.drag.is_some()).finish()
+        out.field("force", &self.force).field("torque", &self.torque).field("added_mass", &self.added_mass);
+        out.field("drag", &self.drag.is_some()).finish()
     }
 }
 

@@ -22,12 +22,13 @@ use crate::motion::{KickAndDrift, MassProperties, Moving};
 use crate::stability::EffectiveMasses;
 use crate::wrench::Wrench;
 
-/// Impulse of the implicit drag on own grain `own` of velocity `v` over `h`, beside gravity and the other impulses. The
-/// fluid has given `given` to the grain in the sub-steps before, and yields to that and to the drag itself.
+/// Impulse of the implicit drag on own grain `own` of velocity `v` over `h`, beside gravity and the other impulses, with its
+/// `share` of the mass that it moves. The fluid has given `given` to the grain in the sub-steps before, and yields to that
+/// and to the drag itself.
 fn drag_impulse(
     drag: &dyn Drag,
     own: usize,
-    mass_properties: &MassProperties,
+    (mass_properties, share): (&MassProperties, Real),
     v: Vector,
     (h, gravity): (Real, Vector),
     others: &Wrench,
@@ -36,13 +37,11 @@ fn drag_impulse(
     let fluid = drag.inverse_fluid_mass(own);
     let u = drag.fluid_velocity(own) - given * fluid;
     let kappa = drag.coefficient(own, (u - v).length());
+    let inverse_mass = mass_properties.inverse_mass * share;
     // Only a free grain yields to forces, and to the drag itself.
-    let without = if mass_properties.motion == Motion::Free {
-        v + others.force * mass_properties.inverse_mass + h * gravity
-    } else {
-        v
-    };
-    (u - without) * (h * kappa / (1.0 + h * kappa * (mass_properties.inverse_mass + fluid)))
+    let without =
+        if mass_properties.motion == Motion::Free { v + others.force * inverse_mass + h * gravity * share } else { v };
+    (u - without) * (h * kappa / (1.0 + h * kappa * (inverse_mass + fluid)))
 }
 
 /// A change of velocities by contacts, loads, drag and gravity.
@@ -116,11 +115,13 @@ impl Kick<'_> {
                 total.torque += *torque;
             }
             impulses[row] = Wrench { force: h * total.force, torque: h * total.torque };
+            let added = loads.added_mass.get(g).copied();
+            let share = added.map_or(1.0, |added| (1.0 + added * mass_properties[row].inverse_mass).recip());
             if let Some(drag) = loads.drag {
                 let impulse = drag_impulse(
                     drag,
                     g,
-                    &mass_properties[row],
+                    (&mass_properties[row], share),
                     velocity[row],
                     (h, gravity),
                     &impulses[row],
@@ -128,6 +129,10 @@ impl Kick<'_> {
                 );
                 impulses[row].force += impulse;
                 outputs.drag_impulse[row] += impulse;
+            }
+            if let Some(added) = added {
+                // What moves the own mass alone as this impulse and gravity move both.
+                impulses[row].force = share * (impulses[row].force - added * h * gravity);
             }
         }
         impulses

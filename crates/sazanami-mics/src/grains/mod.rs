@@ -71,6 +71,7 @@ struct CouplingState {
     /// The pose at which the grain was last imprinted, without wrapping at periodic sides; orientation zero: never.
     imprinted_at: [Real; 3],
     imprinted_turned: [Real; 4],
+    unused: [Real; 8],
 }
 
 impl CouplingState {
@@ -352,7 +353,7 @@ impl GrainPhase {
         if self.is_empty() {
             return Ok(ContactReport::default());
         }
-        let loads = Loads { force: &self.force, torque: &self.torque, drag: None };
+        let loads = Loads { force: &self.force, torque: &self.torque, ..Loads::none() };
         self.engine.advance(domain, &loads, gravity, dt, self.coupling.substeps)
     }
 

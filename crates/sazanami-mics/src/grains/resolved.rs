@@ -34,6 +34,7 @@ pub(super) struct SurfaceState {
     pub rotation: [Real; 3],
     /// See [`super::CouplingState`].
     imprinted: [Real; 7],
+    unused: [Real; 8],
 }
 
 const _: () = assert!(size_of::<SurfaceState>() == size_of::<[Real; ATTACHED]>());

@@ -313,6 +313,11 @@ impl Columns {
         self.voids.predict(step, tank, particles, &self.new, grains)
     }
 
+    /// Velocity of a particle or ghost without the pressure of the step, after [`Self::take_drag`] [m/s].
+    pub fn unpressed(&self, step: &Context<'_>, a: usize) -> Vector {
+        self.velocity[a] + step.forcing.wall_velocity
+    }
+
     /// Right side: the divergence to be taken away, less that which relaxes the number density. Grains have the pressure
     /// of the step before already: their part of the equation acts on its change alone.
     pub fn set_right_side(

@@ -1,18 +1,19 @@
-//! Momentum exchange: the drag on the grains returned to the fluid.
+//! Momentum exchange: the reaction of drag, lift and added mass returned to the fluid.
 
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
 use super::binned::{Lanes, lanes};
-use super::{GrainPhase, PLACE, SUPPORT};
+use super::{GrainPhase, LIFT_FORCE, NOT_RETURNED, PLACE, SUPPORT, vector};
 use crate::context::Context;
 use crate::neighbours::ROWS;
 use crate::particles::{Kind, Particles};
 use crate::reductions::{set_column, sum_of};
 
 impl GrainPhase {
-    /// Sets `change` to the velocity change of each own fluid particle by drag [m/s], with positions and weights of the
-    /// start of the step. Returns the impulse of the drag on the fluid, over all ranks [N s].
+    /// Sets `change` to the velocity change of each own fluid particle by drag [m/s], by lift, and by the added mass in the
+    /// step before, with positions and weights of the start of the step. Returns their impulse on the fluid, over all ranks
+    /// [N s].
     pub(crate) fn return_drag(
         &mut self,
         step: &Context<'_>,
@@ -25,17 +26,21 @@ impl GrainPhase {
             for_each_chunk(&mut change[..], ROWS, |_, change| change.fill(Vector::ZERO));
             return Vector::ZERO;
         }
-        let Context { domain, kernel, .. } = *step;
+        let Context { domain, kernel, dt, .. } = *step;
         let particle_mass = step.particle_mass();
         let Self { engine, coupling, shared, impulses, gates, .. } = self;
         let reach = coupling.reach * kernel.weight.radius;
+        let has_more = coupling.has_more_than_drag();
         let grains = engine.grains();
         set_column(shared, grains.len(), |g| {
             if g >= grains.owned() {
                 return [0.0; 6];
             }
             let kept = &grains.attached[g];
-            let (support, impulse) = (kept[SUPPORT], grains.drag_impulse[g]);
+            let (support, mut impulse) = (kept[SUPPORT], grains.drag_impulse[g]);
+            if has_more {
+                impulse += dt * vector(kept, LIFT_FORCE) + vector(kept, NOT_RETURNED);
+            }
             let share = |d: usize| if support > 0.0 { impulse[d] / support } else { 0.0 };
             [kept[PLACE], kept[PLACE + 1], kept[PLACE + 2], share(0), share(1), share(2)]
         });

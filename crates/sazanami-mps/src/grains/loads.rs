@@ -8,8 +8,8 @@ use sazanami_parallel::for_each_chunk;
 use super::binned::{Binned, Lanes, lanes};
 use super::drag::{DragLaw, ForDragLaw, relaxation_rate, volume, yielding};
 use super::{
-    CouplingReport, DRAG_FORCE, FluidAtGrain, GRADIENT, GrainPhase, PLACE, PRESSURE_FORCE, SUPPORT, VOID, WETNESS,
-    diameter_of, largest,
+    CouplingReport, DRAG_FORCE, FluidAtGrain, GRADIENT, GrainPhase, Lift, PLACE, PRESSURE_FORCE, SUPPORT, VOID,
+    WETNESS, diameter_of, largest,
 };
 use crate::boundary::Tank;
 use crate::context::{Context, Motion};
@@ -23,17 +23,16 @@ use crate::weight::{Calibration, Weight};
 const WET: Real = 0.5;
 
 /// Columns of the fluid that grains interpolate, ghosts included.
-struct Fluid<'a> {
+struct Fluid<'a, U> {
     kind: &'a [Kind],
     position: &'a [Vector],
-    velocity: &'a [Vector],
     gradient: &'a [Vector],
     inverse_void: &'a [Real],
-    /// Change of the velocity over the pressure gradient [m^3 s/kg].
-    yields: Real,
+    /// What is interpolated beside the gradient, by particle: the velocity [m/s] or a part of the acceleration [m/s^2].
+    of_motion: U,
 }
 
-impl Fluid<'_> {
+impl<U: Fn(usize) -> Vector + Sync> Fluid<'_, U> {
     /// Sorts the fluid particles into bins, in their present order.
     fn put_into(&self, binned: &mut Binned<10>, domain: &Domain, radius: Real) {
         binned.fill(
@@ -44,7 +43,7 @@ impl Fluid<'_> {
             |a, b| a.cmp(&b),
             |a| {
                 let (x, g) = (self.position[a], self.gradient[a]);
-                let u = self.velocity[a] + self.yields * g;
+                let u = (self.of_motion)(a);
                 [x.x, x.y, x.z, self.inverse_void[a], g.x, g.y, g.z, u.x, u.y, u.z]
             },
         );
@@ -84,6 +83,7 @@ struct Advance<'a> {
     diameter: &'a [Real],
     /// Pressure force \[N].
     force: &'a [Vector],
+    added_mass: &'a [Real],
     body_force: Vector,
     dt: Real,
     substeps: Substeps,
@@ -93,9 +93,10 @@ impl ForDragLaw for Advance<'_> {
     type Output = Result<ContactReport, DemError>;
 
     fn run<L: DragLaw>(self, law: &L) -> Self::Output {
-        let Self { domain, engine, around, diameter, force, body_force, dt, substeps } = self;
+        let Self { domain, engine, around, diameter, force, added_mass, body_force, dt, substeps } = self;
         let drag = FluidDrag { law, around, diameter };
-        engine.advance(domain, &Loads { force, torque: &[], drag: Some(&drag) }, body_force, dt, substeps)
+        let loads = Loads { force, torque: &[], added_mass, drag: Some(&drag) };
+        engine.advance(domain, &loads, body_force, dt, substeps)
     }
 }
 
@@ -126,7 +127,36 @@ impl ForDragLaw for DragRate<'_> {
     }
 }
 
+/// The fluid around a grain that yields to it.
+#[derive(Clone, Copy)]
+pub(super) struct NearFluid {
+    /// Density of the fluid [kg/m^3].
+    density: Real,
+    particle_mass: Real,
+    /// Sum of weights above which a grain is fully wet.
+    whole: Real,
+}
+
+impl NearFluid {
+    /// One over the mass of the fluid that yields to a grain of diameter `d` \[m] at void fraction `eps` with this sum of weights [1/kg].
+    pub fn inverse_mass(&self, d: Real, eps: Real, support: Real) -> Real {
+        // The fluid between grains, less where a grain stands out of it: beside a wall each grain has half the fluid,
+        // and each fluid particle half the grains. A grain alone moves at most the particles it reads.
+        let between = yielding(self.density, d, eps) * (self.whole / support).max(1.0);
+        between.max(1.0 / (support * self.particle_mass))
+    }
+}
+
 impl GrainPhase {
+    /// What the fluid that yields to a grain is known by.
+    pub(super) fn near_fluid(&self, step: &Context<'_>) -> NearFluid {
+        let Context { kernel, settings, .. } = *step;
+        let reach = Weight { radius: self.coupling.reach * kernel.weight.radius, ..kernel.weight };
+        let full = Calibration::new(&reach, kernel.scheme.laplacian, settings.fluid.spacing).number_density;
+        let (density, particle_mass) = (self.coupling.drag.density, step.particle_mass());
+        NearFluid { density, particle_mass, whole: WET * full }
+    }
+
     /// Interpolates the fluid at each own grain: its velocity at the start of the step or, for an implicit exchange, the
     /// `predicted` one without drag [m/s] and with the pressure of the step before.
     pub(crate) fn interpolate_fluid(
@@ -146,17 +176,16 @@ impl GrainPhase {
         let density = self.coupling.drag.density;
         let yields = if predicted.is_some() { -dt / density } else { 0.0 };
         let velocity = predicted.unwrap_or(velocity);
-        let fluid = Fluid { kind, position, velocity, gradient, inverse_void, yields };
+        let of_motion = |a: usize| velocity[a] + yields * gradient[a];
+        let fluid = Fluid { kind, position, gradient, inverse_void, of_motion };
+        let near = self.near_fluid(step);
         let Self { engine, coupling, sources, around, diameter, fluid: binned, gates, .. } = self;
         let (engine, gates) = (&*engine, &gates[..]);
         let grains = engine.grains();
         set_column(diameter, grains.owned(), |g| diameter_of(engine, g));
-        let reach = Weight { radius: coupling.reach * kernel.weight.radius, ..kernel.weight };
-        let full = Calibration::new(&reach, kernel.scheme.laplacian, step.settings.fluid.spacing).number_density;
-        let whole = WET * full;
-        fluid.put_into(binned, domain, reach.radius);
+        fluid.put_into(binned, domain, coupling.reach * kernel.weight.radius);
         let (binned, sources, diameter, least) = (&*binned, &*sources, &diameter[..], coupling.least_void);
-        let particle_mass = step.particle_mass();
+        let with_added_mass = coupling.added_mass.is_some();
         set_column(around, grains.owned(), |g| {
             let x = grains.position[g];
             let family = kernel.weight.family;
@@ -170,18 +199,20 @@ impl GrainPhase {
             if support > 0.0 {
                 sum.velocity = Vector::new(u, v, w) / support;
                 sum.gradient = Vector::from_array(gradient) / support;
-                sum.wetness = (support / whole).min(1.0);
+                sum.wetness = (support / near.whole).min(1.0);
             }
             let solid = sources.fraction(x);
             sum.void_fraction = (1.0 - sources.around(solid, diameter[g])).clamp(least, 1.0);
-            if predicted.is_some() && support > 0.0 {
-                // The fluid between grains, less where a grain stands out of it: beside a wall each grain has half the fluid,
-                // and each fluid particle half the grains. A grain alone moves at most the particles it reads.
-                let between = yielding(density, diameter[g], sum.void_fraction) * (whole / support).max(1.0);
-                sum.inverse_fluid_mass = between.max(1.0 / (support * particle_mass));
+            if support > 0.0 {
+                let inverse_mass = near.inverse_mass(diameter[g], sum.void_fraction, support);
+                sum.inverse_fluid_mass = if predicted.is_some() { inverse_mass } else { 0.0 };
+                sum.inverse_moved_mass = if with_added_mass { inverse_mass } else { 0.0 };
             }
             sum
         });
+        if coupling.lift != Lift::None {
+            self.set_lift(step);
+        }
     }
 
     /// Sets the drag rate for the first step: grains among others as they lie, in fluid at rest. All ranks take part.
@@ -246,9 +277,25 @@ impl GrainPhase {
             kept[GRADIENT..GRADIENT + 3].copy_from_slice(&around[g].gradient.to_array());
             kept[PRESSURE_FORCE..PRESSURE_FORCE + 3].copy_from_slice(&force[g].to_array());
         });
+        let has_more = coupling.has_more_than_drag();
+        if has_more {
+            self.add_further_forces(step);
+        }
+        let Self { engine, coupling, around, diameter, force, places, added, .. } = self;
+        let (around, diameter, added_mass) = (&around[..], &diameter[..], added.as_flattened());
         let substeps = coupling.substeps;
-        let contacts =
-            coupling.drag.run(Advance { domain, engine, around, diameter, force, body_force, dt, substeps })?;
+        let [without] = sum_of(owned, |g| [if around[g].without_vorticity { 1.0 } else { 0.0 }]);
+        let contacts = coupling.drag.run(Advance {
+            domain,
+            engine,
+            around,
+            diameter,
+            force,
+            added_mass,
+            body_force,
+            dt,
+            substeps,
+        })?;
         let grains = engine.grains();
         let sum = domain.sum(sum_of(owned, |g| {
             let drag = grains.drag_impulse[g];
@@ -264,27 +311,34 @@ impl GrainPhase {
         for_each_grain(&mut engine.attached_mut()[..owned], |g, kept| {
             kept[DRAG_FORCE..DRAG_FORCE + 3].copy_from_slice(&(places[g] / dt).to_array());
         });
+        if has_more {
+            self.report_further_forces(step, without, report);
+        }
         Ok(contacts)
     }
 
-    /// Corrects the pressure force of the step from the gradient of the previous step to that of the new pressure;
-    /// returns the impulse of the correction, over all ranks [N s].
+    /// Corrects the pressure force of the step from the gradient of the previous step to that of the new pressure, and
+    /// settles the added mass. The fluid was `new` places and had the velocities `unpressed` without the pressure of the step
+    /// [m/s]. Adds the impulses to the report.
     pub(crate) fn correct_pressure_force(
         &mut self,
         step: &Context<'_>,
         particles: &mut Particles,
-        new: &Motion,
+        (new, unpressed): (&Motion, impl Fn(usize) -> Vector + Sync),
         inverse_void: &[Real],
         ghosts: &mut Ghosts,
-    ) -> Vector {
+        report: &mut CouplingReport,
+    ) {
         if !self.is_active() || !self.coupling.implicit_pressure_force {
-            return Vector::ZERO;
+            return;
         }
         let Context { domain, kernel, dt, .. } = *step;
         ghosts.refresh(domain, &mut particles.gradient);
-        let Particles { kind, gradient, .. } = &*particles;
-        let (position, velocity) = (&new.position, &new.velocity);
-        let fluid = Fluid { kind, position, velocity, gradient, inverse_void, yields: 0.0 };
+        let Particles { kind, gradient, velocity, .. } = &*particles;
+        let (with_added_mass, by_body) = (self.coupling.added_mass.is_some(), step.explicit_force());
+        let of_motion =
+            |a: usize| if with_added_mass { (unpressed(a) - velocity[a]) / dt - by_body } else { Vector::ZERO };
+        let fluid = Fluid { kind, position: &new.position, gradient, inverse_void, of_motion };
         let Self { engine, coupling, force, fluid: binned, gates, .. } = self;
         fluid.put_into(binned, domain, coupling.reach * kernel.weight.radius);
         let (binned, gates) = (&*binned, &gates[..]);
@@ -313,9 +367,11 @@ impl GrainPhase {
             (0..3).for_each(|d| kept[PRESSURE_FORCE + d] += force[g][d]);
         });
         for_each_grain(&mut force[..], |_, impulse| *impulse *= dt);
-        let sum = sum_of(owned, |g| force[g].to_array());
-        engine.apply_impulses(domain, force);
-        Vector::from_array(domain.sum(sum))
+        let sum = domain.sum(sum_of(owned, |g| force[g].to_array()));
+        report.pressure_on_grains += Vector::from_array(sum);
+        self.share_pressure_with_added_mass();
+        self.engine.apply_impulses(domain, &self.force);
+        report.added_mass_on_grains = self.settle_added_mass(step);
     }
 }
 

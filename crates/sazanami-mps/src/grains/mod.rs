@@ -4,19 +4,26 @@
 //! gradient at a grain are means over the fluid particles within the radius of influence, weighted by `w/eps`; the drag
 //! on the grain is returned to the same particles with the same weights, so that momentum is conserved.
 
+mod added_mass;
 mod binned;
 mod drag;
 mod exchange;
+mod lift;
 mod loads;
+mod report;
 mod sources;
 
-use sazanami_dem::{DemError, Engine, Interactions, LinearSpringDashpot, Setup, Substeps};
+use sazanami_dem::{ATTACHED, DemError, Engine, Interactions, LinearSpringDashpot, Setup, Substeps};
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
+pub use added_mass::{AddedMass, AddedMassForm};
 use binned::Binned;
 pub use drag::{DensityReference, DragExchange, DragForm, DragLaw, DragParameters, Forchheimer, SphereDrag, volume};
+pub use lift::{Lift, lift_force};
+pub use report::CouplingReport;
+pub(crate) use report::VoidReport;
 use sources::Sources;
 
 use crate::boundary::Tank;
@@ -44,8 +51,19 @@ pub struct Coupling {
     pub implicit_pressure_force: bool,
     /// Velocity of the fluid that the drag of a step is taken with.
     pub exchange: DragExchange,
+    /// Fluid that grains accelerate with themselves; with a pressure force of the same step alone.
+    pub added_mass: AddedMass,
+    /// Lift of grains in sheared fluid.
+    pub lift: Lift,
     /// Contact sub-steps per step.
     pub substeps: Substeps,
+}
+
+impl Coupling {
+    /// Whether grains and fluid exchange momentum beside drag and pressure.
+    fn has_more_than_drag(&self) -> bool {
+        self.added_mass.is_some() || self.lift != Lift::None
+    }
 }
 
 /// Fluid interpolated at a grain at the start of a step.
@@ -61,47 +79,14 @@ pub(crate) struct FluidAtGrain {
     pub void_fraction: Real,
     /// One over the mass of the fluid that yields to the drag on the grain [1/kg]; 0 with a lagged exchange.
     pub inverse_fluid_mass: Real,
+    /// One over the mass of the fluid that yields to the added mass [1/kg].
+    inverse_moved_mass: Real,
+    /// Lift on the grain \[N].
+    lift: Vector,
+    /// Whether too few particles are around for a vorticity.
+    without_vorticity: bool,
     /// Sum of the weights of the fluid particles.
     support: Real,
-}
-
-/// Report of the coupling in a step, over all ranks.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct CouplingReport {
-    /// Fluid particles whose void fraction was raised to the lower bound.
-    pub limited_voids: usize,
-    /// Smallest void fraction of a fluid particle before the lower bound was applied.
-    pub least_void: Real,
-    /// Impulse of the drag on the grains [N s].
-    pub drag_on_grains: Vector,
-    /// Impulse of the drag on the fluid [N s].
-    pub drag_on_fluid: Vector,
-    /// Impulse of the pressure on the grains, buoyancy included [N s].
-    pub pressure_on_grains: Vector,
-}
-
-/// Void fractions of the fluid particles of all ranks.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct VoidReport {
-    /// Number at the lower bound.
-    pub cut: usize,
-    /// Smallest value before the lower bound is applied.
-    pub least: Real,
-}
-
-impl Default for VoidReport {
-    /// Clear fluid.
-    fn default() -> Self {
-        Self { cut: 0, least: 1.0 }
-    }
-}
-
-impl CouplingReport {
-    /// Takes over the void fractions of a step, at its start and at the predicted positions.
-    pub(crate) fn set_voids(&mut self, [start, predicted]: [VoidReport; 2]) {
-        self.limited_voids = start.cut.max(predicted.cut);
-        self.least_void = start.least.min(predicted.least);
-    }
 }
 
 /// Layout of the numbers attached to each grain by the engine.
@@ -113,6 +98,17 @@ const GRADIENT: usize = 5;
 const DRAG_FORCE: usize = 8;
 const PRESSURE_FORCE: usize = 11;
 const VOID: usize = 14;
+/// Lift on a grain in the last step \[N].
+const LIFT_FORCE: usize = 15;
+/// Added mass with which the grain moves \[kg].
+const ADDED_MASS: usize = 18;
+/// Force of the added mass on a grain in the last step \[N].
+const ADDED_MASS_FORCE: usize = 19;
+/// Impulse of the added mass on the grain whose reaction the fluid has not had yet [N s].
+const NOT_RETURNED: usize = 22;
+/// Between steps the acceleration of the fluid at the grain by all but body force, pressure and added mass [m/s^2]; in a
+/// step the velocity that the grain would have if it had moved with the fluid since its end before [m/s].
+const CARRIED: usize = 25;
 
 /// The grains of one rank and their coupling to the fluid.
 #[derive(Debug)]
@@ -130,6 +126,8 @@ pub struct GrainPhase {
     first_drag_rate: Option<Real>,
     diameter: Vec<Real>,
     force: Vec<Vector>,
+    /// Added mass of each grain and ghost, empty without \[kg].
+    added: Vec<[Real; 1]>,
     shared: Vec<[Real; 6]>,
     places: Vec<Vector>,
     /// Fluid in bins: positions, `1/eps`, pressure gradients, velocities.
@@ -170,6 +168,8 @@ impl GrainPhase {
             least_void: 1.0,
             implicit_pressure_force: false,
             exchange: DragExchange::Lagged,
+            added_mass: AddedMass::NONE,
+            lift: Lift::None,
             substeps: Substeps::Auto,
         };
         Ok(Self::new(domain, Engine::new(domain, setup, &[])?, coupling))
@@ -178,7 +178,8 @@ impl GrainPhase {
     /// The spheres of `engine`, coupled to the fluid.
     ///
     /// # Panics
-    /// If the ghost margin of the engine is not larger than the smoothing radius of the void fraction.
+    /// If the ghost margin of the engine is not larger than the smoothing radius of the void fraction, or grains have an added
+    /// mass but the pressure force of the step before.
     #[must_use]
     pub fn new(domain: &Domain, mut engine: Engine, coupling: Coupling) -> Self {
         engine.own_promptly();
@@ -186,6 +187,10 @@ impl GrainPhase {
         assert!(
             !any || engine.ghost_margin() > coupling.smoothing,
             "ghost margin of the grains exceeds the smoothing radius"
+        );
+        assert!(
+            !coupling.added_mass.is_some() || coupling.implicit_pressure_force,
+            "the added mass needs the pressure force of the same step"
         );
         Self {
             engine,
@@ -197,6 +202,7 @@ impl GrainPhase {
             first_drag_rate: None,
             diameter: Vec::new(),
             force: Vec::new(),
+            added: Vec::new(),
             shared: Vec::new(),
             places: Vec::new(),
             fluid: Binned::default(),
@@ -243,11 +249,11 @@ impl GrainPhase {
         [kept[VOID], kept[WETNESS]]
     }
 
-    /// Mean drag and pressure force on own grain `g` in the last step \[N].
+    /// Mean drag, pressure force, lift and force of the added mass on own grain `g` in the last step \[N].
     #[must_use]
-    pub fn forces(&self, g: usize) -> [Vector; 2] {
+    pub fn forces(&self, g: usize) -> [Vector; 4] {
         let kept = &self.engine.grains().attached[g];
-        [DRAG_FORCE, PRESSURE_FORCE].map(|at| Vector::from_slice(&kept[at..at + 3]))
+        [DRAG_FORCE, PRESSURE_FORCE, LIFT_FORCE, ADDED_MASS_FORCE].map(|at| vector(kept, at))
     }
 
     /// Void fraction at `position` \[m] for the grain positions at the last [`Self::place`], not below its lower bound.
@@ -259,6 +265,7 @@ impl GrainPhase {
 
     /// Sets the velocity of the walls that grains touch, and puts the gates.
     pub(crate) fn begin_step(&mut self, step: &Context<'_>, gates: &[Gate]) {
+        self.carry_with_fluid(step.dt);
         self.engine.set_wall_velocities(step.domain, step.forcing.wall_velocity);
         self.gates.clear();
         self.gates.extend_from_slice(gates);
@@ -291,7 +298,8 @@ impl GrainPhase {
     /// Updates the grain positions that void fractions are computed from, with mirror images in the walls of `tank`.
     pub fn place(&mut self, domain: &Domain, tank: &Tank) {
         if self.any {
-            self.sources.fill(domain, tank, &self.engine, self.coupling.drag.density);
+            self.share_added_mass(domain);
+            self.sources.fill(domain, tank, &self.engine, self.coupling.drag.density, self.added.as_flattened());
         }
     }
 
@@ -398,6 +406,16 @@ impl GrainPhase {
         let rate = |g: usize| grains.velocity[g].length() / diameter_of(&self.engine, g);
         largest(domain, grains.owned(), rate)
     }
+}
+
+/// Three of the values attached to a grain.
+fn vector(kept: &[Real; ATTACHED], at: usize) -> Vector {
+    Vector::from_slice(&kept[at..at + 3])
+}
+
+/// Sets three of the values attached to a grain.
+fn set_vector(kept: &mut [Real; ATTACHED], at: usize, value: Vector) {
+    kept[at..at + 3].copy_from_slice(&value.to_array());
 }
 
 /// Maximum of `rate` over the first `count` grains of all ranks; 0 without grains.

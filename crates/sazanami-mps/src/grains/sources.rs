@@ -24,7 +24,7 @@ struct Source {
     position: Vector,
     velocity: Vector,
     volume: Real,
-    /// Density of the fluid over that of the grain; 0 for a grain that does not move freely.
+    /// Acceleration by a gradient of pressure over that of the fluid; 0 for a grain that does not move freely.
     mobility: Real,
 }
 
@@ -56,7 +56,8 @@ pub(crate) struct Sources {
 pub(crate) struct Solid {
     pub fraction: Real,
     pub rate: Real,
-    /// Solid fraction times fluid density over grain density.
+    /// Solid fraction times the acceleration of grains by a gradient of pressure over that of the fluid: without added mass
+    /// fluid density over grain density.
     pub grain_mobility: Real,
 }
 
@@ -89,8 +90,9 @@ impl Sources {
         (others / (1.0 - share_within(d / self.weight.radius))).min(solid)
     }
 
-    /// Collects all grains near this rank's part and their images in walls; `density` is that of the fluid [kg/m^3].
-    pub fn fill(&mut self, domain: &Domain, tank: &Tank, engine: &Engine, density: Real) {
+    /// Collects all grains near this rank's part and their images in walls; `density` is that of the fluid [kg/m^3], `added`
+    /// the added mass of each grain and ghost, empty without \[kg].
+    pub fn fill(&mut self, domain: &Domain, tank: &Tank, engine: &Engine, density: Real, added: &[Real]) {
         let radius = self.weight.radius;
         let grains = engine.grains();
         let sources = &mut self.sources;
@@ -100,7 +102,9 @@ impl Sources {
             for (n, source) in sources.iter_mut().enumerate() {
                 let g = number * ROWS + n;
                 let volume = volume(diameter_of(engine, g));
-                let mobility = if grains.motion[g] == Motion::Free { density * volume / grains.mass[g] } else { 0.0 };
+                let added = added.get(g).copied().unwrap_or(0.0);
+                let free = grains.motion[g] == Motion::Free;
+                let mobility = if free { (density * volume + added) / (grains.mass[g] + added) } else { 0.0 };
                 let (position, velocity) = (grains.position[g], grains.velocity[g]);
                 *source = Source { id: grains.id[g], position, velocity, volume, mobility };
             }

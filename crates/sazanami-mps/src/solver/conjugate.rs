@@ -77,9 +77,9 @@ impl Solver {
         if !grains.is_empty() {
             watch(Phase::Coupling);
             columns.new.refresh(domain, &mut near.ghosts);
-            let inverse_void = &columns.voids.start.inverse;
-            report.coupling.pressure_on_grains +=
-                grains.correct_pressure_force(step, particles, &columns.new, inverse_void, &mut near.ghosts);
+            let (inverse_void, ghosts) = (&columns.voids.start.inverse, &mut near.ghosts);
+            let motion = (&columns.new, |a: usize| columns.unpressed(step, a));
+            grains.correct_pressure_force(step, particles, motion, inverse_void, ghosts, &mut report.coupling);
         }
 
         watch(Phase::Fluid);

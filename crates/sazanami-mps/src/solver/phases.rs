@@ -153,10 +153,13 @@ impl Phases<'_> {
         }
     }
 
-    /// Force of the new pressure on the grains; returns the impulse it adds [N s].
-    pub fn correct_grains(&mut self, step: &Context<'_>) -> Vector {
+    /// Force of the new pressure on the grains, and their added mass.
+    pub fn correct_grains(&mut self, step: &Context<'_>, report: &mut StepReport) {
         let Self { particles, near, grains, columns, .. } = self;
-        grains.correct_pressure_force(step, particles, &columns.new, &columns.voids.inverse, &mut near.ghosts)
+        let Columns { new, predicted, voids, .. } = &**columns;
+        let motion = (new, |a: usize| predicted.velocity[a]);
+        let ghosts = &mut near.ghosts;
+        grains.correct_pressure_force(step, particles, motion, &voids.inverse, ghosts, &mut report.coupling);
     }
 
     /// The new state, clipped to the box and checked.

@@ -9,7 +9,7 @@ use sazanami_numerics::{Real, Vector};
 use crate::support::{Case, GRAVITY, OPEN_TOP, PERIODIC, SPACING, WALLS, under};
 
 /// Void fraction of grains on a cubic lattice 1.2 diameters apart.
-const VOID: Real = 1.0 - std::f64::consts::FRAC_PI_6 / 1.728;
+pub(crate) const VOID: Real = 1.0 - std::f64::consts::FRAC_PI_6 / 1.728;
 
 /// Held grains on a lattice between a smooth floor and lid, and fluid between them that moves along x1.
 pub(crate) fn filter(viscosity: Real, speed: Real) -> Case {

@@ -5,6 +5,7 @@ mod budget;
 mod conjugate;
 mod drag;
 mod equivalence;
+mod forces;
 mod gates;
 mod grains;
 mod shifting;

@@ -3,7 +3,7 @@
 use sazanami_dem::{Body, Engine, Grain, Interactions, LinearSpringDashpot, Setup, Substeps, Wall};
 use sazanami_mps::boundary::{Side, Tank, WallFriction};
 use sazanami_mps::gates::Gate;
-use sazanami_mps::grains::{Coupling, DragExchange, DragParameters, GrainPhase};
+use sazanami_mps::grains::{AddedMass, Coupling, DragExchange, DragParameters, GrainPhase, Lift};
 use sazanami_mps::pressure::Tolerance;
 use sazanami_mps::scheme::{Fluid, Scheme};
 use sazanami_mps::solver::{FluidParticle, Forcing, Settings, Solver};
@@ -36,6 +36,8 @@ pub struct Case {
     pub grains: Vec<Grain>,
     pub implicit_pressure_force: bool,
     pub exchange: DragExchange,
+    pub added_mass: AddedMass,
+    pub lift: Lift,
     /// Radius within which grains read the fluid, over the radius of influence.
     pub reach: Real,
     pub gates: Vec<Gate>,
@@ -56,6 +58,8 @@ impl Case {
             grains: Vec::new(),
             implicit_pressure_force: true,
             exchange: DragExchange::Lagged,
+            added_mass: AddedMass::NONE,
+            lift: Lift::None,
             reach: 1.0,
             gates: Vec::new(),
         }
@@ -114,6 +118,8 @@ impl Case {
             least_void: 0.3,
             implicit_pressure_force: self.implicit_pressure_force,
             exchange: self.exchange,
+            added_mass: self.added_mass,
+            lift: self.lift,
             substeps: Substeps::Auto,
         }
     }
