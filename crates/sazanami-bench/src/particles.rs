@@ -3,7 +3,7 @@
 use sazanami_dem::{Body, Engine, Grain, Interactions, LinearSpringDashpot, Setup, Substeps, Wall};
 use sazanami_mps::boundary::{Side, Tank, WallFriction};
 use sazanami_mps::filling;
-use sazanami_mps::grains::{Coupling, DragExchange, DragParameters, GrainPhase};
+use sazanami_mps::grains::{AddedMass, Coupling, DragExchange, DragParameters, GrainPhase, Lift};
 use sazanami_mps::pressure::Tolerance;
 use sazanami_mps::scheme::{Fluid, Scheme};
 use sazanami_mps::solver::{FluidParticle, Forcing, Phase, Settings, Solver, StepReport};
@@ -113,6 +113,8 @@ fn grain_phase(domain: &Domain, tank: &Tank, grains: &[Grain]) -> Result<GrainPh
         least_void: 0.3,
         implicit_pressure_force: true,
         exchange: DragExchange::Lagged,
+        added_mass: AddedMass::NONE,
+        lift: Lift::None,
         substeps: Substeps::Auto,
     };
     Ok(GrainPhase::new(domain, engine, coupling))

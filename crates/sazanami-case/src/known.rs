@@ -5,8 +5,8 @@ use sazanami_numerics::{Real, Vector};
 
 use crate::presets::{Preset, Solver};
 use crate::tables::{
-    Bed, BoundarySide, BoxDomain, DemOptions, Frame, Gate, GrainPlacement, Materials, Outputs, Population, RunLength,
-    Sides,
+    Bed, BoundarySide, BoxDomain, DemOptions, Frame, Gate, GrainPlacement, Materials, Outputs, Overlap, Population,
+    RunLength, Sides,
 };
 use crate::value::Range1;
 
@@ -39,6 +39,8 @@ pub struct Known {
     pub gates: Vec<Gate>,
     /// Motion of the grains of the population that is read.
     pub motion: Motion,
+    /// Coupling of grains and the water that overlaps them.
+    pub overlap: Overlap,
     /// Observation of the bed.
     pub bed: Bed,
     /// Output and its schedule.
@@ -65,6 +67,7 @@ impl Default for Known {
             grains: Vec::new(),
             gates: Vec::new(),
             motion: Motion::Free,
+            overlap: Overlap::default(),
             bed: Bed {
                 porosity_lower: Real::NAN,
                 porosity_upper: Real::NAN,

@@ -3,12 +3,14 @@
 use std::path::PathBuf;
 
 use sazanami_case_derive::Keys;
+use sazanami_mps::grains::Lift;
 use sazanami_numerics::choice::Choice;
 use sazanami_numerics::choices;
 use serde_json::json;
 
 use super::{GrainPlacement, Population, Schedule};
 use crate::key::{KeyDoc, ValueDoc};
+use crate::known::Known;
 use crate::presets::Solver;
 use crate::read::{At, Context, Table};
 use crate::value::{Range1, Value, Word, elements};
@@ -93,6 +95,10 @@ choices! {
         Drag = "drag",
         /// Force of the pressure, buoyancy included, mean over the last step \[N]; of moving particles.
         PressureForce = "pressure_force",
+        /// Lift, mean over the last step \[N]; with `overlap.lift`.
+        Lift = "lift",
+        /// Force of the added mass, mean over the last step \[N]; with `overlap.added_mass`.
+        AddedMassForce = "added_mass_force",
         /// Void fraction around it; of moving particles.
         VoidFraction = "void_fraction",
         /// Part of it that is wet; of moving particles.
@@ -115,10 +121,17 @@ impl GrainForm {
 }
 
 impl GrainArray {
-    /// Whether runs with a solver have it.
-    fn is_of(self, solver: Solver) -> bool {
-        let fluid = [Self::Drag, Self::PressureForce, Self::VoidFraction, Self::Wetness];
-        solver == Solver::Mps || !fluid.contains(&self)
+    /// Whether the run has it, and what it is known with.
+    fn is_of(self, known: &Known) -> (bool, &'static str) {
+        let moving = known.solver == Solver::Mps;
+        match self {
+            Self::Drag | Self::PressureForce | Self::VoidFraction | Self::Wetness => (moving, "`solver = \"mps\"`"),
+            Self::Lift => (moving && known.overlap.lift != Lift::None, "`overlap.lift`, for `solver = \"mps\"`"),
+            Self::AddedMassForce => {
+                (moving && known.overlap.has_added_mass(), "`overlap.added_mass`, for `solver = \"mps\"`")
+            }
+            _ => (true, ""),
+        }
     }
 }
 
@@ -127,9 +140,9 @@ impl GrainArray {
 pub struct GrainArrays(pub Vec<GrainArray>);
 
 impl GrainArrays {
-    /// All that runs with a solver have.
-    fn of(solver: Solver) -> Self {
-        Self(GrainArray::ALL.iter().copied().filter(|array| array.is_of(solver)).collect())
+    /// All that the run has.
+    fn of(known: &Known) -> Self {
+        Self(GrainArray::ALL.iter().copied().filter(|array| array.is_of(known).0).collect())
     }
 }
 
@@ -185,8 +198,9 @@ pub struct Outputs {
     pub grain_form: GrainForm,
     /// Arrays of each grain, all by default: `id`, `population`, `material`, `diameter` (of equal volume), `scale`,
     /// `mass`, `orientation` (of points), `velocity`, `speed`, `angular_velocity`, `contact_force`, `contact_torque`, `height`,
-    /// `time_since_contact`, `touched_grains`; with moving particles also `drag`, `pressure_force`, `void_fraction`, `wetness`.
-    #[key(default = GrainArrays::of(cx.known.solver), says = "all")]
+    /// `time_since_contact`, `touched_grains`; with moving particles also `drag`, `pressure_force`, `void_fraction`, `wetness`,
+    /// and `lift` and `added_mass_force` where grains feel them.
+    #[key(default = GrainArrays::of(&cx.known), says = "all")]
     pub grain_arrays: GrainArrays,
     /// Fields for ParaView.
     #[key(table, default = Schedule::ends(cx.known.run.until), says = "at the start and at the end")]
@@ -214,12 +228,14 @@ fn suited_form(grains: &[Population]) -> GrainForm {
 
 impl Outputs {
     fn check(&mut self, table: &Table<'_>, cx: &mut Context<'_>) {
-        let solver = cx.known.solver;
-        for array in self.grain_arrays.0.iter().filter(|array| !array.is_of(solver)) {
-            cx.report
-                .error(table.place("grain_arrays"), format!("grains in this run have no `{array}`"))
-                .label("it is known with `solver = \"mps\"`")
-                .help("leave it out");
+        for array in &self.grain_arrays.0 {
+            let (known, with) = array.is_of(&cx.known);
+            if !known {
+                cx.report
+                    .error(table.place("grain_arrays"), format!("grains in this run have no `{array}`"))
+                    .label(format!("it is known with {with}"))
+                    .help("leave it out");
+            }
         }
         let packs = cx.known.grains.iter().any(|p| matches!(p.placement, GrainPlacement::Packed(_)));
         if self.bed.is_some() && !packs && !cx.known.is_damaged {

@@ -1,7 +1,9 @@
 //! `[overlap]`: particles of water and the grains they overlap, for `solver = "mps"`.
 
 use sazanami_case_derive::Keys;
-use sazanami_mps::grains::{DensityReference, DragExchange, DragForm, DragParameters, SphereDrag};
+use sazanami_mps::grains::{
+    AddedMass, AddedMassForm, DensityReference, DragExchange, DragForm, DragParameters, Lift, SphereDrag,
+};
 use sazanami_numerics::{Real, choices};
 
 use super::Population;
@@ -18,8 +20,10 @@ const BLEND_ALONE: [&str; 5] = ["kozeny", "forchheimer", "sphere_drag", "density
 
 choices! {
     /// Pressure that grains feel.
+    #[derive(Default)]
     pub enum PressureForce {
         /// That of the same step: stable for light grains too.
+        #[default]
         Implicit = "implicit",
         /// That of the step before.
         Lagged = "lagged",
@@ -27,7 +31,7 @@ choices! {
 }
 
 /// Particles and grains, for `solver = "mps"`.
-#[derive(Clone, Debug, PartialEq, Keys)]
+#[derive(Clone, Debug, Default, PartialEq, Keys)]
 #[keys(check = Self::check)]
 pub struct Overlap {
     /// Radius over which the void fraction is smoothed: from the largest diameter (below 2.5 of it with a warning) to the
@@ -43,11 +47,22 @@ pub struct Overlap {
     #[key(range = Between(0.05, 1.0), default = 0.3)]
     pub least_void: Real,
     /// Pressure that grains feel.
-    #[key(word, default = PressureForce::Implicit)]
+    #[key(word, default)]
     pub pressure_force: PressureForce,
     /// Fluid velocity that the drag of a step is taken with; `implicit` for viscous liquids and any length of the step.
     #[key(word, default)]
     pub exchange: DragExchange,
+    /// Added mass: the force `C rho V (Du/Dt - dv/dt)` on a grain that moves otherwise than the water, and its reaction; with
+    /// `pressure_force = "implicit"`.
+    #[key(word, default)]
+    pub added_mass: AddedMassForm,
+    /// Coefficient C of the added mass of a grain alone, 1/2 for a sphere.
+    #[key(range = Between(0.0, 10.0), default = AddedMass::NONE.coefficient,
+          omit_if = !self.has_added_mass())]
+    pub added_mass_coefficient: Real,
+    /// Lift of a grain that moves through sheared water, by the laws for a sphere alone far from walls.
+    #[key(word, default)]
+    pub lift: Lift,
     /// Drag law of the grains.
     #[key(word, default)]
     pub drag: DragForm,
@@ -90,12 +105,34 @@ impl Overlap {
                     .help("leave it out");
             }
         }
+        self.check_added_mass(table, cx);
         let [low, high] = self.blend;
         if low.is_finite() && high.is_finite() && !(0.0..=high).contains(&low) {
             cx.report
                 .error(table.place("blend"), "`blend` is a lower and an upper solid number density")
                 .label(format!("[{low}, {high}]"))
                 .help("for example `blend = [0.38, 0.42]`, or `[0.4, 0.4]` for a switch");
+        }
+    }
+
+    /// Whether grains accelerate water with themselves.
+    #[must_use]
+    pub fn has_added_mass(&self) -> bool {
+        self.added_mass != AddedMassForm::None
+    }
+
+    fn check_added_mass(&self, table: &Table<'_>, cx: &mut Context<'_>) {
+        if !self.has_added_mass() && table.has("added_mass_coefficient") {
+            cx.report
+                .warning(Some(table.place("added_mass_coefficient")), "`added_mass_coefficient` has no effect")
+                .label("there is no added mass")
+                .help("write `added_mass = \"constant\"` beside it, or leave it out");
+        }
+        if self.has_added_mass() && self.pressure_force == PressureForce::Lagged {
+            cx.report
+                .error(table.place("added_mass"), "the added mass needs the pressure force of the same step")
+                .label("the acceleration of the water is known with its pressure; `pressure_force` is \"lagged\"")
+                .help("leave out `pressure_force`, or `added_mass`");
         }
     }
 }

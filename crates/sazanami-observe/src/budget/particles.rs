@@ -21,9 +21,9 @@ named_vectors! {
         wall_friction_on_fluid,
         /// Stabilisation and collisions of fluid particles with walls, and particles returned to the box.
         wall_contact_on_fluid,
-        /// Drag of the grains on the fluid.
+        /// Drag of the grains on the fluid, with lift and added mass where grains have them.
         drag_on_fluid,
-        /// Drag of the fluid on the grains.
+        /// Drag of the fluid on the grains, with lift, and with the added mass in the step before, whose reaction is in that on the fluid.
         drag_on_grains,
         /// Force of the fluid's pressure on the grains.
         pressure_on_grains,

@@ -6,7 +6,7 @@ use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
 
 use sazanami_mps::boundary::{Side, Tank, WallFriction};
-use sazanami_mps::grains::{Coupling, DragExchange, DragParameters, GrainPhase};
+use sazanami_mps::grains::{AddedMass, Coupling, DragExchange, DragParameters, GrainPhase, Lift};
 use sazanami_mps::pressure::Tolerance;
 use sazanami_mps::scheme::{Fluid, Projection, Scheme};
 use sazanami_mps::solver::{FluidParticle, Forcing, Settings, SetupError, Solver, StepError, StepReport};
@@ -164,6 +164,8 @@ impl Vessel {
             least_void: 0.3,
             implicit_pressure_force: self.implicit_pressure_force,
             exchange: DragExchange::Lagged,
+            added_mass: AddedMass::NONE,
+            lift: Lift::None,
             substeps: Substeps::Auto,
         };
         Ok(GrainPhase::new(domain, self.engine(domain)?, coupling))

@@ -2,7 +2,7 @@
 
 use sazanami_dem::{Body, Setup};
 use sazanami_mps::filling;
-use sazanami_mps::grains::{Coupling, DragParameters, Forchheimer, GrainPhase};
+use sazanami_mps::grains::{AddedMass, Coupling, DragParameters, Forchheimer, GrainPhase};
 use sazanami_mps::pouring;
 use sazanami_mps::pressure::Tolerance;
 use sazanami_mps::scheme::{Fluid, Scheme, Stabilisation};
@@ -99,6 +99,8 @@ pub(crate) fn coupling(case: &Case) -> Coupling {
         least_void: overlap.least_void,
         implicit_pressure_force: overlap.pressure_force == PressureForce::Implicit,
         exchange: overlap.exchange,
+        added_mass: AddedMass { form: overlap.added_mass, coefficient: overlap.added_mass_coefficient },
+        lift: overlap.lift,
         substeps: case.dem.substeps,
     }
 }

@@ -83,6 +83,8 @@ summed! {
         cut_coefficients: u64, "", "coefficients of the pressure equation that were cut to zero";
         #[serde(default, alias = "held_rows")]
         limited_rows: u64, "", "particles beside the surface whose support beyond it was taken as half a neighbourhood";
+        #[serde(default)]
+        grains_without_vorticity: u64, "", "wet grains without lift, since too few particles around them tell a vorticity";
         worst_strain_rms: Real, "", "largest root mean square of the volume strain";
         least_void: Real, "", "smallest void fraction before it was raised";
         fluid_speed: Real, "m/s", "largest speed of the fluid";
@@ -138,6 +140,7 @@ impl ParticleTotals {
         self.clipped += report.clipped as u64;
         self.clipping_work += report.clipping_work;
         self.limited_voids += report.coupling.limited_voids as u64;
+        self.grains_without_vorticity += report.coupling.without_vorticity as u64;
         self.uncorrected_gradients += report.uncorrected_gradients as u64;
         self.tensile_cutoffs += report.tensile_cutoffs as u64;
         self.cut_coefficients += report.pressure.cut_coefficients as u64;

@@ -177,7 +177,12 @@ impl GrainStates {
             GrainArray::Orientation => {
                 Some(DataArray::rounded(name, 4, self.records.iter().flat_map(|r| w_first(r.orientation))))
             }
-            GrainArray::Drag | GrainArray::PressureForce | GrainArray::VoidFraction | GrainArray::Wetness => None,
+            GrainArray::Drag
+            | GrainArray::PressureForce
+            | GrainArray::Lift
+            | GrainArray::AddedMassForce
+            | GrainArray::VoidFraction
+            | GrainArray::Wetness => None,
         }
     }
 }

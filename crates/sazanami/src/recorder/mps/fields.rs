@@ -58,6 +58,8 @@ pub(super) fn grain_state(gathered: &GatheredTank) -> Vec<Array> {
     vec![
         vector(GrainArray::Drag, &grains.drag),
         vector(GrainArray::PressureForce, &grains.pressure_force),
+        vector(GrainArray::Lift, &grains.lift),
+        vector(GrainArray::AddedMassForce, &grains.added_mass_force),
         real(GrainArray::VoidFraction, &grains.void_fraction),
         real(GrainArray::Wetness, &grains.wetness),
     ]
@@ -74,6 +76,8 @@ pub(super) fn grain_arrays(gathered: &GatheredTank) -> Vec<OwnArray<'_>> {
     vec![
         vector(GrainArray::Drag, &grains.drag),
         vector(GrainArray::PressureForce, &grains.pressure_force),
+        vector(GrainArray::Lift, &grains.lift),
+        vector(GrainArray::AddedMassForce, &grains.added_mass_force),
         real(GrainArray::VoidFraction, &grains.void_fraction),
         real(GrainArray::Wetness, &grains.wetness),
     ]

@@ -24,6 +24,8 @@ struct GrainRecord {
     velocity: [Real; 3],
     drag: [Real; 3],
     pressure_force: [Real; 3],
+    lift: [Real; 3],
+    added_mass_force: [Real; 3],
     diameter: Real,
     void_fraction: Real,
     wetness: Real,
@@ -57,6 +59,10 @@ pub(super) struct Grains {
     pub drag: Vec<Vector>,
     /// Force of the pressure, buoyancy included, mean over the last step \[N].
     pub pressure_force: Vec<Vector>,
+    /// Lift, mean over the last step \[N].
+    pub lift: Vec<Vector>,
+    /// Force of the added mass, mean over the last step \[N].
+    pub added_mass_force: Vec<Vector>,
     /// Void fraction around each, without its own share.
     pub void_fraction: Vec<Real>,
     /// Part of its surroundings that is water, 0 to 1.
@@ -122,7 +128,7 @@ impl GatheredTank {
         let engine = phase.engine();
         let all = engine.grains();
         let grain = |g: usize| {
-            let [drag, pressure_force] = phase.forces(g).map(|force| force.to_array());
+            let [drag, pressure_force, lift, added_mass_force] = phase.forces(g).map(|force| force.to_array());
             let [void_fraction, wetness] = phase.surroundings(g);
             GrainRecord {
                 id: all.id[g],
@@ -131,6 +137,8 @@ impl GatheredTank {
                 velocity: (all.velocity[g] - drift).to_array(),
                 drag,
                 pressure_force,
+                lift,
+                added_mass_force,
                 diameter: diameter_of(engine, g),
                 void_fraction,
                 wetness,
@@ -167,6 +175,8 @@ impl GatheredTank {
             contacts: column(grains, |r| r.contacts as u32),
             drag: column(grains, |r| r.drag.into()),
             pressure_force: column(grains, |r| r.pressure_force.into()),
+            lift: column(grains, |r| r.lift.into()),
+            added_mass_force: column(grains, |r| r.added_mass_force.into()),
             void_fraction: column(grains, |r| r.void_fraction),
             wetness: column(grains, |r| r.wetness),
         };

@@ -314,7 +314,8 @@ impl Observer for ParticleObserver {
             wall_friction_on_fluid: fluid.friction,
             wall_contact_on_fluid: fluid.contact,
             drag_on_fluid: coupling.drag_on_fluid,
-            drag_on_grains: coupling.drag_on_grains,
+            // With what else the water gives the grains and gets back.
+            drag_on_grains: coupling.drag_on_grains + coupling.lift_on_grains + coupling.added_mass_returned,
             pressure_on_grains: coupling.pressure_on_grains,
             grains_on_walls: report.contacts.impulse_on_walls,
         });
