@@ -21,6 +21,7 @@ use sazanami::tanks;
 use sazanami_io::checkpoint::{CheckpointReader, CheckpointWriter};
 use sazanami_mps::scheme::Projection;
 use sazanami_numerics::Real;
+use sazanami_test_support::vtk::parse;
 
 use support::{Left, Listener, On, Scratch, Table, go_on, load, start};
 
@@ -259,6 +260,55 @@ fn the_pressure_of_water_that_follows_a_force_is_level_along_it() {
     assert!(slope > 5.0, "{slope}");
 }
 
+/// Added mass and lift.
+const FORCES: [&str; 3] = [TIGHT, "overlap.added_mass=zuber", "overlap.lift=mei"];
+
+#[test]
+fn added_mass_and_lift_are_kept_through_interruptions_and_written() {
+    let scratch = Scratch::new("forces");
+    let text = TANK.replace("grains = { at = [] }", "grains = { steps = 14 }");
+    let whole = scratch.join("whole");
+    start(&load(&text, &FORCES), &whole, On::threads(1).steps(STEPS)).unwrap();
+    let left = Left::in_folder(&whole);
+    assert!(left.summary["conservation"]["drag_exchange_residual_relative"].as_f64().unwrap() < 1e-9);
+    assert_eq!(left.summary["particles"]["grains_without_vorticity"].as_u64(), Some(0));
+    let parts = scratch.join("parts");
+    start(&load(&text, &FORCES), &parts, On::threads(2).steps(5)).unwrap();
+    go_on(&parts, On::threads(1).steps(STEPS - 5)).0.unwrap();
+    assert_eq!(left.hash(), Left::in_folder(&parts).hash());
+    let file = parse(&whole.join("grains/grains-000000014.vtp"));
+    let moves = |name: &str| file.array(name).2.iter().any(|byte| *byte != 0);
+    assert!(moves("lift") && moves("added_mass_force"));
+    // Negative controls: another motion without them, and no such arrays.
+    let plain = scratch.join("plain");
+    start(&load(&text, &[TIGHT]), &plain, On::threads(1).steps(STEPS)).unwrap();
+    assert_ne!(left.hash(), Left::in_folder(&plain).hash());
+    let file = std::fs::read(plain.join("grains/grains-000000014.vtp")).unwrap();
+    assert!(!String::from_utf8_lossy(&file).contains("added_mass_force"));
+    assert!(warned(TANK, &["overlap.added_mass_coefficient=0.4"]).iter().any(|w| w.contains("has no effect")));
+}
+
+#[test]
+fn grains_with_added_mass_move_alike_in_a_frame_and_with_moving_walls() {
+    let scratch = Scratch::new("carried");
+    let on = On::threads(2).steps(4 * STEPS);
+    let run = |overrides: &[&str], name: &str| {
+        let all: Vec<&str> = FORCES.iter().chain(&["particles.dt=0.05 ms"]).chain(overrides).copied().collect();
+        start(&load(TANK, &all), &scratch.join(name), on).unwrap();
+        Left::in_folder(&scratch.join(name))
+    };
+    let frame = run(&[], "frame");
+    let state = format!("preparation.state={}", scratch.join("frame").join("prepared.state").display());
+    let moving = run(&["frame.motion.walls=moving", &state], "moving");
+    for column in ["momentum_1", "kinetic_energy_grains", "grain_height"] {
+        near(&frame.column(column), &moving.column(column), 5e-2, column);
+    }
+    // Negative control: with another added mass.
+    let other = run(&["frame.motion.walls=moving", "overlap.added_mass_coefficient=0"], "other");
+    let last = |left: &Left| *left.column("kinetic_energy_grains").last().unwrap();
+    assert!((last(&other) / last(&frame) - 1.0).abs() > 5e-2, "{} {}", last(&other), last(&frame));
+}
+
 #[test]
 fn one_motion_in_several_ways() {
     let scratch = Scratch::new("motion");
@@ -473,6 +523,20 @@ fn wrong_tanks_are_refused_with_a_reason() {
         (
             vec!["overlap.pressure_force=lagged".into(), "material.sand.density=1500 kg/m^3".into()],
             "too light for a lagged pressure force",
+        ),
+        (
+            vec!["overlap.added_mass=constant".into(), "overlap.pressure_force=lagged".into()],
+            "needs the pressure force of the same step",
+        ),
+        (vec!["overlap.added_mass=zubr".into()], "did you mean `zuber`?"),
+        (
+            vec!["overlap.added_mass=zuber".into(), "overlap.added_mass_coefficient=-0.5".into()],
+            "has to lie between 0 and 10",
+        ),
+        (vec!["output.grain_arrays=[\"lift\"]".into()], "grains in this run have no `lift`"),
+        (
+            vec!["overlap.lift=mei".into(), "output.grain_arrays=[\"added_mass_force\"]".into()],
+            "grains in this run have no `added_mass_force`",
         ),
         (vec!["preparation.state=nowhere.state".into()], "there is no file"),
         (vec!["solver=mics".into(), "domain.cells=[14,7,14]".into()], "ripples are observed with"),

@@ -15,10 +15,10 @@ use sazanami_parallel::for_each_chunk;
 
 use super::binned::{Lanes, lanes};
 use super::drag::volume;
-use super::{
-    ADDED_MASS, ADDED_MASS_FORCE, CARRIED, CouplingReport, GrainPhase, LIFT_FORCE, NOT_RETURNED, SUPPORT, VOID,
-    WETNESS, diameter_of, set_vector, vector,
+use super::kept::{
+    ADDED_MASS, ADDED_MASS_FORCE, CARRIED, LIFT_FORCE, NOT_RETURNED, SUPPORT, VOID, WETNESS, set_vector, vector,
 };
+use super::{CouplingReport, GrainPhase, diameter_of};
 use crate::context::Context;
 use crate::neighbours::ROWS;
 use crate::reductions::{set_column, sum_of};

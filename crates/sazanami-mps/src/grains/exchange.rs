@@ -3,8 +3,9 @@
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
+use super::GrainPhase;
 use super::binned::{Lanes, lanes};
-use super::{GrainPhase, LIFT_FORCE, NOT_RETURNED, PLACE, SUPPORT, vector};
+use super::kept::{LIFT_FORCE, NOT_RETURNED, PLACE, SUPPORT, vector};
 use crate::context::Context;
 use crate::neighbours::ROWS;
 use crate::particles::{Kind, Particles};

@@ -7,10 +7,8 @@ use sazanami_parallel::for_each_chunk;
 
 use super::binned::{Binned, Lanes, lanes};
 use super::drag::{DragLaw, ForDragLaw, relaxation_rate, volume, yielding};
-use super::{
-    CouplingReport, DRAG_FORCE, FluidAtGrain, GRADIENT, GrainPhase, Lift, PLACE, PRESSURE_FORCE, SUPPORT, VOID,
-    WETNESS, diameter_of, largest,
-};
+use super::kept::{DRAG_FORCE, GRADIENT, PLACE, PRESSURE_FORCE, SUPPORT, VOID, WETNESS};
+use super::{CouplingReport, FluidAtGrain, GrainPhase, Lift, diameter_of, largest};
 use crate::boundary::Tank;
 use crate::context::{Context, Motion};
 use crate::ghosts::Ghosts;

@@ -8,12 +8,13 @@ mod added_mass;
 mod binned;
 mod drag;
 mod exchange;
+mod kept;
 mod lift;
 mod loads;
 mod report;
 mod sources;
 
-use sazanami_dem::{ATTACHED, DemError, Engine, Interactions, LinearSpringDashpot, Setup, Substeps};
+use sazanami_dem::{DemError, Engine, Interactions, LinearSpringDashpot, Setup, Substeps};
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;
@@ -21,6 +22,7 @@ use sazanami_parallel::for_each_chunk;
 pub use added_mass::{AddedMass, AddedMassForm};
 use binned::Binned;
 pub use drag::{DensityReference, DragExchange, DragForm, DragLaw, DragParameters, Forchheimer, SphereDrag, volume};
+use kept::{ADDED_MASS_FORCE, DRAG_FORCE, LIFT_FORCE, PRESSURE_FORCE, VOID, WETNESS, vector};
 pub use lift::{Lift, lift_force};
 pub use report::CouplingReport;
 pub(crate) use report::VoidReport;
@@ -88,27 +90,6 @@ pub(crate) struct FluidAtGrain {
     /// Sum of the weights of the fluid particles.
     support: Real,
 }
-
-/// Layout of the numbers attached to each grain by the engine.
-const PLACE: usize = 0;
-const SUPPORT: usize = 3;
-const WETNESS: usize = 4;
-const GRADIENT: usize = 5;
-/// Drag and pressure force on a grain in the last step, for output \[N].
-const DRAG_FORCE: usize = 8;
-const PRESSURE_FORCE: usize = 11;
-const VOID: usize = 14;
-/// Lift on a grain in the last step \[N].
-const LIFT_FORCE: usize = 15;
-/// Added mass with which the grain moves \[kg].
-const ADDED_MASS: usize = 18;
-/// Force of the added mass on a grain in the last step \[N].
-const ADDED_MASS_FORCE: usize = 19;
-/// Impulse of the added mass on the grain whose reaction the fluid has not had yet [N s].
-const NOT_RETURNED: usize = 22;
-/// Between steps the acceleration of the fluid at the grain by all but body force, pressure and added mass [m/s^2]; in a
-/// step the velocity that the grain would have if it had moved with the fluid since its end before [m/s].
-const CARRIED: usize = 25;
 
 /// The grains of one rank and their coupling to the fluid.
 #[derive(Debug)]
@@ -406,16 +387,6 @@ impl GrainPhase {
         let rate = |g: usize| grains.velocity[g].length() / diameter_of(&self.engine, g);
         largest(domain, grains.owned(), rate)
     }
-}
-
-/// Three of the values attached to a grain.
-fn vector(kept: &[Real; ATTACHED], at: usize) -> Vector {
-    Vector::from_slice(&kept[at..at + 3])
-}
-
-/// Sets three of the values attached to a grain.
-fn set_vector(kept: &mut [Real; ATTACHED], at: usize, value: Vector) {
-    kept[at..at + 3].copy_from_slice(&value.to_array());
 }
 
 /// Maximum of `rate` over the first `count` grains of all ranks; 0 without grains.
