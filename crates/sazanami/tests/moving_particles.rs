@@ -290,7 +290,7 @@ fn added_mass_and_lift_are_kept_through_interruptions_and_written() {
 
 #[test]
 fn grains_with_added_mass_move_alike_in_a_frame_and_with_moving_walls() {
-    let scratch = Scratch::new("carried");
+    let scratch = Scratch::new("added mass");
     let on = On::threads(2).steps(4 * STEPS);
     let run = |overrides: &[&str], name: &str| {
         let all: Vec<&str> = FORCES.iter().chain(&["particles.dt=0.05 ms"]).chain(overrides).copied().collect();
