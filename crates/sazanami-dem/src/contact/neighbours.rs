@@ -73,7 +73,7 @@ impl ListBuilder {
         for_each_chunk((&mut self.bounds[..], &mut self.centres[..]), ROWS, |number, (bounds, centres)| {
             for (n, (b, centre)) in bounds.iter_mut().zip(centres).enumerate() {
                 let g = number * ROWS + n;
-                *b = bound(context, grains, grains.skin[g], g);
+                *b = bound(context, grains, grains.skin[g] + 0.5 * context.reach * context.poses[g].radius, g);
                 *centre = b.middle;
             }
         });
@@ -186,6 +186,7 @@ fn pair(grains: &Grains, interactions: &Interactions, [low, high]: [u32; 2], ima
         law: law as u16,
         multiplicity: interactions.laws()[law as usize].options().multiplicity,
         touching,
+        apart: false,
         contacts: 0,
         give: give([inverse(l), inverse(h)]),
     }
@@ -226,7 +227,7 @@ fn add_walls(
             Some(_) => wall.distance(bound.middle) - 0.5 * (capsule.end - capsule.start).length() - capsule.radius,
         };
         // Walls may move as far as grains before the list expires.
-        if height >= 2.0 * grains.skin[grain] {
+        if height >= 2.0 * bound.skin {
             continue;
         }
         let law = interactions.index(grains.material[grain], wall.material);
