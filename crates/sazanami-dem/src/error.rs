@@ -4,7 +4,7 @@ use sazanami_numerics::domain::FailedElsewhere;
 use sazanami_numerics::snapshot::SnapshotError;
 use sazanami_numerics::{Real, Vector};
 
-use crate::contact::public::Film;
+use crate::film::Film;
 
 /// The grains cannot be set up or moved on.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

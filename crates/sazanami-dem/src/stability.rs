@@ -11,8 +11,8 @@ use sazanami_numerics::Real;
 use sazanami_numerics::domain::Domain;
 
 use crate::body::Body;
-use crate::contact::film::Film;
 use crate::contact::laws::Interactions;
+use crate::film::Film;
 
 /// Longest sub-step times the rate `D/m*` at which a film brings a ball to rest at a wall, at the roughness. A grain among twelve
 /// equal ones is stable up to twice this.

@@ -14,9 +14,9 @@
 
 use sazanami_numerics::{Real, Vector};
 
-use super::film::Film;
 use super::model::ContactModel;
 use super::pair::ACROSS;
+use crate::film::Film;
 use crate::lanes::{Lanes, Lanes3, Mask};
 use crate::material::{ContactStart, HistoryRotation, SlipDirection};
 

@@ -2,10 +2,10 @@
 
 use sazanami_numerics::Real;
 
-use super::film::Film;
 use super::force::PairConstants;
 use super::linear_spring_dashpot::LinearSpringDashpot;
 use super::model::ContactModel;
+use crate::film::Film;
 use crate::material::ContactOptions;
 
 /// Work that is compiled for each contact model.

@@ -7,7 +7,6 @@ pub(crate) mod block;
 pub(crate) mod context;
 pub(crate) mod counters;
 pub(crate) mod evaluate;
-pub(crate) mod film;
 pub(crate) mod force;
 pub(crate) mod incoming;
 pub(crate) mod laws;
@@ -22,7 +21,6 @@ pub(crate) mod walls;
 
 /// Public part of the contacts.
 pub mod public {
-    pub use super::film::Film;
     pub use super::laws::{ContactLaw, Interactions};
     pub use super::linear_spring_dashpot::{Damping, LinearSpringDashpot, damping_ratio, restitution};
     pub use super::pair::DEEP_OVERLAP;

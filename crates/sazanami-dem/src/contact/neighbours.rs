@@ -160,7 +160,10 @@ fn fill(
                 .and_then(|old| remaining(old, low, high as usize, image))
                 .unwrap_or((Real::NEG_INFINITY, NearestSpheres::default()));
             nearest.rest += sum;
-            block.push(pair, sum + left.max(gap * (1.0 - 1e-9)), nearest);
+            // Balls alone have films; the radius of others is 0.
+            let [a, b] = [low, high as usize].map(|g| context.poses[g].radius);
+            let free = gap * (1.0 - 1e-9) - context.reach * a.min(b);
+            block.push(pair, sum + left.max(free), nearest);
         }
         block.end_row(pace);
         if low < context.owned && bounds[low].mobile {
@@ -242,6 +245,7 @@ fn add_walls(
             deep: r.deep != 0,
             d_t: Vector::from_array(r.d_t),
         }));
+        let free = height * (1.0 - 1e-9) - context.reach * context.poses[grain].radius;
         let left = previous.and_then(|old| remaining_to_wall(old, grain, w)).unwrap_or(Real::NEG_INFINITY);
         block.walls.pairs.push(WallPair {
             grain: grain as u32,
@@ -249,7 +253,7 @@ fn add_walls(
             law,
             factor,
             give: give([grains.mass[grain].recip(), 0.0]),
-            skip_until: context.travel[grain] + context.wall_travel[w] + left.max(height * (1.0 - 1e-9)),
+            skip_until: context.travel[grain] + context.wall_travel[w] + left.max(free),
             multiplicity: interactions.laws()[law as usize].options().multiplicity,
         });
     }
