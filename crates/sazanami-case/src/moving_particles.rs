@@ -1,5 +1,6 @@
 //! Checks of a case of moving particles, and the keys that such a case cannot have.
 
+mod films;
 mod gates;
 
 use sazanami_mps::scheme::{CONJUGATE_RADIUS, Projection, ShiftingForm};
@@ -27,6 +28,7 @@ const LEAST_REACH: Real = 2.1;
 
 /// Checks across the tables of a case of moving particles.
 pub fn check(case: &Case, cx: &mut Context<'_>) {
+    films::check(case, cx);
     gates::check(case, cx);
     if case.solver == Solver::Mics {
         for (n, population) in case.grains.iter().enumerate() {

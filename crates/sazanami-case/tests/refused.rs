@@ -26,8 +26,12 @@ point = ["5 mm", "5 mm", "5 mm"]
 
 /// Titles and suggestions of what is wrong with the case when these values are laid over it.
 fn findings(overrides: &[&str]) -> Vec<String> {
+    findings_of(BASE, overrides)
+}
+
+fn findings_of(base: &str, overrides: &[&str]) -> Vec<String> {
     let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
-    match sazanami_case::parse(Path::new("c.toml"), BASE, &overrides) {
+    match sazanami_case::parse(Path::new("c.toml"), base, &overrides) {
         Ok(_) => Vec::new(),
         Err(error) => {
             let records = error.diagnostics.records(&error.source);
@@ -167,6 +171,26 @@ fn parameters_of_another_drag_law_bring_a_warning() {
     );
     assert!(copy.contains("drag = \"di_felice\"") && !copy.contains("kozeny"), "{copy}");
     refused("overlap.drag=stokes", "`drag`");
+    let warned = titles(&["overlap.drag=beetstra", "overlap.kozeny=180"]);
+    assert_eq!(warned, ["`kozeny` has no effect with `drag = \"beetstra\"`"]);
+}
+
+#[test]
+fn films_are_for_moving_particles_and_end_above_the_roughness() {
+    let base = BASE.replace("[erosion]\n", "");
+    let with = |changes: &[&str]| findings_of(&base, &[&["solver=mps", "particles.spacing=0.5 mm"], changes].concat());
+    assert!(with(&["dem.film_roughness=1 um"]).is_empty(), "{:?}", with(&["dem.film_roughness=1 um"]));
+    let found = with(&["dem.film_roughness=30 um"]);
+    assert!(found.len() == 1 && found[0].contains("the film ends within the roughness"), "{found:?}");
+    assert!(
+        with(&["dem.film_roughness=20 um"]).is_empty()
+            && with(&["dem.film_roughness=30 um", "dem.film_reach=0.2"]).is_empty()
+    );
+    refused("dem.film_roughness=1 um", "a film between grains is for `solver = \"mps\"`");
+    let found = with(&["dem.film_roughness=1 um", "dem.film_reach=2"]);
+    assert!(found.len() == 1 && found[0].contains("`film_reach` has to lie between"), "{found:?}");
+    let found = with(&["dem.film_roughness=0 m"]);
+    assert!(found.len() == 1 && found[0].contains("`film_roughness`"), "{found:?}");
 }
 
 #[test]

@@ -398,7 +398,7 @@ impl Engine {
         let block = &self.blocks[own / ROWS];
         let row = own - block.first;
         let range = block.starts[row] as usize..block.starts[row + 1] as usize;
-        block.pairs[range].iter().filter(|p| p.touching).count() + self.incoming.count(own)
+        block.pairs[range].iter().filter(|p| p.touching && !p.apart).count() + self.incoming.touching(&self.blocks, own)
     }
 
     /// Whether own grain `own` touched another grain in the last sub-step.

@@ -4,6 +4,8 @@ use sazanami_numerics::domain::FailedElsewhere;
 use sazanami_numerics::snapshot::SnapshotError;
 use sazanami_numerics::{Real, Vector};
 
+use crate::film::Film;
+
 /// The grains cannot be set up or moved on.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum DemError {
@@ -57,6 +59,20 @@ pub enum DemError {
         id: u64,
         /// Error in its description.
         what: String,
+    },
+    /// The parameters of the film make no sense.
+    #[error("a film needs a viscosity, a roughness and a reach above zero, not {film:?}")]
+    BadFilm {
+        /// The film.
+        film: Film,
+    },
+    /// A grain is no ball, or its film would end within the roughness.
+    #[error("grain {id} has no film: it is no ball, or the reach of {} radii is below the roughness of {} m", film.reach, film.roughness)]
+    FilmDoesNotFit {
+        /// Identifier of the grain.
+        id: u64,
+        /// The film.
+        film: Film,
     },
     /// A snapshot does not hold what is needed.
     #[error(transparent)]

@@ -2,7 +2,8 @@
 //!
 //! A contact of stiffness `K` between grains of effective mass `m*` oscillates with half period `pi sqrt(m*/K)`. A force
 //! off the centre of mass also turns a grain: at its contact point a grain of mass `m` has the effective mass `m/l` with
-//! the leverage `l` of [`Body::leverage`], which is 1 along and 3.5 across the normal for a ball.
+//! the leverage `l` of [`Body::leverage`], which is 1 along and 3.5 across the normal for a ball. A liquid film damps at the
+//! rate `D/m*`, `D` the coefficient of [`crate::Film`] at the roughness.
 
 use std::f64::consts::PI;
 
@@ -11,6 +12,11 @@ use sazanami_numerics::domain::Domain;
 
 use crate::body::Body;
 use crate::contact::laws::Interactions;
+use crate::film::Film;
+
+/// Longest sub-step times the rate `D/m*` at which a film brings a ball to rest at a wall, at the roughness. A grain among twelve
+/// equal ones is stable up to twice this.
+const FILM_FACTOR: Real = 0.15;
 
 /// The smallest effective masses at contact points of the grains of each material.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,13 +25,15 @@ pub struct EffectiveMasses {
     inverse: Vec<[Real; 2]>,
     /// Largest radius of a contact sphere, by material \[m].
     radius: Vec<Real>,
+    /// Largest square of that of a grain over its mass, by material [m^2/kg].
+    square: Vec<Real>,
 }
 
 impl EffectiveMasses {
     /// No grains yet, of any of `materials` materials.
     #[must_use]
     pub fn new(materials: usize) -> Self {
-        Self { inverse: vec![[0.0; 2]; materials], radius: vec![0.0; materials] }
+        Self { inverse: vec![[0.0; 2]; materials], radius: vec![0.0; materials], square: vec![0.0; materials] }
     }
 
     /// Takes a grain into account that forces move: its body times `scale`, with its `mass` \[kg].
@@ -36,6 +44,8 @@ impl EffectiveMasses {
         let radius = body.radii.iter().copied().fold(0.0, Real::max) * scale;
         let largest = &mut self.radius[material as usize];
         *largest = largest.max(radius);
+        let square = &mut self.square[material as usize];
+        *square = square.max(radius * radius / mass);
         let leverage = body.leverage();
         let worst = &mut self.inverse[material as usize];
         (0..2).for_each(|d| worst[d] = worst[d].max(leverage[d] / mass));
@@ -43,13 +53,14 @@ impl EffectiveMasses {
 
     /// Takes the grains of all ranks into account.
     pub fn over_ranks(&mut self, domain: &Domain) {
-        for value in self.inverse.iter_mut().flatten().chain(&mut self.radius) {
+        for value in self.inverse.iter_mut().flatten().chain(&mut self.radius).chain(&mut self.square) {
             *value = domain.max(*value);
         }
     }
 
     /// Longest sub-step that resolves every contact of these grains with each other and with walls of any of the
-    /// materials, [`crate::ContactStart::substep_factor`] times `pi sqrt(m*/K)` \[s]; infinite without grains.
+    /// materials, [`crate::ContactStart::substep_factor`] times `pi sqrt(m*/K)`, and the film between
+    /// them \[s]; infinite without grains.
     #[must_use]
     pub fn longest_substep(&self, interactions: &Interactions) -> Real {
         let materials = interactions.materials();
@@ -64,6 +75,12 @@ impl EffectiveMasses {
                 let square = Real::max(normal * sum(0), tangential * sum(1));
                 if square > 0.0 {
                     longest = longest.min(law.options().contact_start.substep_factor() * PI / square.sqrt());
+                }
+                // R*^2/m* of two spheres is at most the larger R^2/m, which is that at a wall.
+                let damping = interactions.film().map_or(0.0, Film::largest_damping);
+                let rate = damping * self.square[a].max(self.square[b]);
+                if rate > 0.0 {
+                    longest = longest.min(FILM_FACTOR / rate);
                 }
             }
         }

@@ -12,6 +12,9 @@ use crate::read::{At, Context};
 use crate::value::{Range1, Value};
 use crate::write::{Paths, Written};
 
+/// Outer cut-off of the lubrication force: beyond it the drag law has what the liquid does.
+const FILM_REACH: Real = 0.1;
+
 choices! {
     /// Rolling resistance.
     #[derive(Default)]
@@ -69,6 +72,14 @@ pub struct DemOptions {
     /// Torque of the rolling resistance over normal force and effective radius.
     #[key(range = NonNegative, default = 0.0)]
     pub rolling_friction: Real,
+    /// Roughness of the grains: with it the liquid film between spheres that do not touch resists their approach, down to a gap
+    /// of this height, for `solver = "mps"`; about 1e-3 of the radius for sand, 1e-5 to 1e-4 for polished balls. Dry grains
+    /// have the film too.
+    #[key(unit = "m", range = Positive, says = "no film")]
+    pub film_roughness: Option<Real>,
+    /// Largest gap of the film over the radius of the smaller sphere.
+    #[key(range = Between(1e-3, 1.0), default = FILM_REACH, omit_if = self.film_roughness.is_none())]
+    pub film_reach: Real,
     /// Contact with the vertical sides of the box where no `"a/wall"` says otherwise.
     #[key(word, default, paper_literal = (Yagyu, WallContact::FrictionlessSides,
           "the paper states no wall contact; the alternative to the default"))]

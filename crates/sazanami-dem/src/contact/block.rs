@@ -195,17 +195,21 @@ impl Block {
                 let from = at + l;
                 let p = self.contacts[from].pair;
                 let pair = &mut self.pairs[p as usize];
-                let parted = forces.overlap.0[l] <= 0.0;
+                let apart = forces.overlap.0[l] <= 0.0;
+                let parted = if PLAIN { apart } else { apart && forces.fraction.0[l] <= -context.reach };
                 if parted == pair.touching {
                     pair.touching = !parted;
                     self.changes.push(p);
+                }
+                if !PLAIN {
+                    pair.apart = apart;
                 }
                 if parted {
                     self.part(context, from, -forces.overlap.0[l]);
                     continue;
                 }
                 let row = pair.low as usize - self.first;
-                let counted = usize::from((pair.low as usize) < context.owned);
+                let counted = usize::from(!apart && (pair.low as usize) < context.owned);
                 if kept != from {
                     self.contacts[kept] = self.contacts[from];
                 }
@@ -221,7 +225,7 @@ impl Block {
                 let force = forces.force.lane(l);
                 self.own[row] += Wrench { force, torque: forces.torque_low.lane(l) };
                 self.on_high[p as usize] = Wrench { force: -force, torque: forces.torque_high.lane(l) };
-                self.touches[row] = true;
+                self.touches[row] |= !apart;
                 counters.pairs += counted;
                 counters.contacts += counted;
             }
@@ -262,7 +266,9 @@ impl Block {
         let p = contact.pair as usize;
         let pair = &self.pairs[p];
         let pose = &context.poses[pair.low as usize];
-        let slack = TOUCH * context.bodies[pose.body as usize].bounding_radius * pose.scale;
+        // Balls alone have films; the radius of others is 0.
+        let reach = context.reach * pose.radius.min(context.poses[pair.high as usize].radius);
+        let slack = TOUCH * context.bodies[pose.body as usize].bounding_radius * pose.scale + reach;
         let sum = context.travel[pair.low as usize] + context.travel[pair.high as usize];
         self.skip_until[p] = self.skip_until[p].min(sum + (gap - slack).max(0.0));
         self.nearest[p].add((contact.a, contact.b));

@@ -17,6 +17,8 @@ pub(crate) struct ContactContext<'a> {
     pub arrays: &'a [SphereArrays],
     /// Centres and radii of the contact spheres of all bodies.
     pub spheres: &'a [[Real; 4]],
+    /// Gap over the smaller radius up to which spheres act on each other; 0 without a film.
+    pub reach: Real,
     /// Whether all bodies are balls.
     pub balls: bool,
     /// Those of images on this rank are as old as the lists: contacts read the grain itself.

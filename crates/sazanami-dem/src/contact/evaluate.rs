@@ -11,7 +11,7 @@ use crate::motion::Pose;
 
 /// Overlaps, forces, torques and tangential displacements of `W` contacts in a sub-step.
 pub(crate) struct ContactForces<const W: usize> {
-    /// Overlap; not positive: the spheres are apart \[m].
+    /// Overlap; not positive: the spheres are apart, with a film between them at most \[m].
     pub overlap: Lanes<W>,
     /// Overlap over the smaller radius.
     pub fraction: Lanes<W>,

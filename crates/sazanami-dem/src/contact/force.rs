@@ -12,9 +12,11 @@
 //! the tangential dashpot then acts on that to which its force brings a ball in the meantime:
 //! `h_t = (K_t d_t + D_t v_t)/(1 + D_t h/(2 m*))`.
 
-use sazanami_numerics::Real;
+use sazanami_numerics::{Real, Vector};
 
 use super::model::ContactModel;
+use super::pair::ACROSS;
+use crate::film::Film;
 use crate::lanes::{Lanes, Lanes3, Mask};
 use crate::material::{ContactStart, HistoryRotation, SlipDirection};
 
@@ -28,10 +30,11 @@ pub(crate) struct PairConstants<M: ContactModel> {
     slip_along_velocity: bool,
     projected_only: bool,
     from_touch: bool,
+    film: Option<Film>,
 }
 
 impl<M: ContactModel> PairConstants<M> {
-    pub fn new(law: &M) -> Self {
+    pub fn new(law: &M, film: Option<Film>) -> Self {
         let options = law.options();
         Self {
             model: law.constants(),
@@ -41,6 +44,7 @@ impl<M: ContactModel> PairConstants<M> {
             slip_along_velocity: options.slip_direction == SlipDirection::Velocity,
             projected_only: options.history == HistoryRotation::Projected,
             from_touch: options.contact_start == ContactStart::Touch,
+            film,
         }
     }
 }
@@ -55,6 +59,7 @@ pub(crate) struct ConstantLanes<M: ContactModel, const W: usize> {
     projected_only: Mask<W>,
     from_touch: Mask<W>,
     give: Lanes<W>,
+    film: Option<Film>,
 }
 
 impl<M: ContactModel, const W: usize> ConstantLanes<M, W> {
@@ -73,14 +78,39 @@ impl<M: ContactModel, const W: usize> ConstantLanes<M, W> {
             projected_only: Mask(std::array::from_fn(|l| of(l).0.projected_only)),
             from_touch: Mask(std::array::from_fn(|l| of(l).0.from_touch)),
             give: Lanes::from_fn(|l| Real::from(of(l).2)),
+            film: of(0).0.film,
         }
     }
 }
 
 /// Force on body i, the new tangential displacement and the size of the normal force, at overlap `d_n` of spheres of
-/// these `radii`. `PLAIN` leaves out the rarer options.
+/// these `radii`: of the contact, or of the film where `d_n` is negative. `PLAIN` leaves out the film and the rarer options.
 #[inline(always)]
 pub(crate) fn force<M: ContactModel, const W: usize, const PLAIN: bool>(
+    c: &ConstantLanes<M, W>,
+    n: Lanes3<W>,
+    (d_n, radii): (Lanes<W>, [Lanes<W>; 2]),
+    v_r: Lanes3<W>,
+    d_t: Lanes3<W>,
+    dt: Real,
+) -> (Lanes3<W>, Lanes3<W>, Lanes<W>) {
+    let contact = contact_force::<M, W, PLAIN>(c, n, (d_n, radii), v_r, d_t, dt);
+    let (false, Some(film)) = (PLAIN, &c.film) else { return contact };
+    let zero = Lanes::splat(0.0);
+    let speed_n = v_r.dot(n);
+    let damping = Lanes::from_fn(|l| film.damping(-d_n.0[l], speed_n.0[l] * dt, radii.map(|r| r.0[l])));
+    // At the time of the places, half a sub-step after that of the velocities.
+    let later = Lanes::splat(1.0) + damping * c.give * Lanes::splat(dt / ACROSS);
+    let of_film = n * (speed_n * damping.divided_by(later));
+    let touches = d_n.above(zero);
+    let none = Lanes3::splat(Vector::ZERO);
+    let (h, d_t, h_n) = contact;
+    (touches.select3(h, none) + of_film, touches.select3(d_t, none), touches.select(h_n, zero))
+}
+
+/// The same of a contact alone.
+#[inline(always)]
+fn contact_force<M: ContactModel, const W: usize, const PLAIN: bool>(
     c: &ConstantLanes<M, W>,
     n: Lanes3<W>,
     (d_n, radii): (Lanes<W>, [Lanes<W>; 2]),

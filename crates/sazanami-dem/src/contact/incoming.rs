@@ -96,19 +96,22 @@ impl Incoming {
         }
     }
 
-    /// Sum of the actions on own grain `g` of the pairs in which it is second, and whether there are any.
+    /// Sum of the actions on own grain `g` of the pairs in which it is second, and whether any of them touches: with a `film`
+    /// not all do.
     #[inline(always)]
-    pub fn total(&self, blocks: &[Block], g: usize) -> (Wrench, bool) {
+    pub fn total(&self, blocks: &[Block], g: usize, film: bool) -> (Wrench, bool) {
         let start = self.starts[g] as usize;
         let mut total = Wrench::default();
         for entry in &self.entries[start..start + self.counts[g] as usize] {
             total += blocks[entry.block as usize].on_high[entry.pair as usize];
         }
-        (total, self.counts[g] > 0)
+        (total, if film { self.touching(blocks, g) > 0 } else { self.counts[g] > 0 })
     }
 
-    /// Number of such pairs.
-    pub fn count(&self, g: usize) -> usize {
-        self.counts[g] as usize
+    /// Number of such pairs that touch.
+    pub fn touching(&self, blocks: &[Block], g: usize) -> usize {
+        let start = self.starts[g] as usize;
+        let entries = &self.entries[start..start + self.counts[g] as usize];
+        entries.iter().filter(|entry| !blocks[entry.block as usize].pairs[entry.pair as usize].apart).count()
     }
 }

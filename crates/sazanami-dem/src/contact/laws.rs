@@ -5,6 +5,7 @@ use sazanami_numerics::Real;
 use super::force::PairConstants;
 use super::linear_spring_dashpot::LinearSpringDashpot;
 use super::model::ContactModel;
+use crate::film::Film;
 use crate::material::ContactOptions;
 
 /// Work that is compiled for each contact model.
@@ -95,7 +96,7 @@ macro_rules! contact_models {
                     $(Some(ContactLaw::$Model(_)) => Self::$Model(
                         laws.iter()
                             .filter_map(|law| match law {
-                                ContactLaw::$Model(law) => Some(PairConstants::new(law)),
+                                ContactLaw::$Model(law) => Some(PairConstants::new(law, interactions.film)),
                                 #[allow(unreachable_patterns, reason = "there may be one model only")]
                                 _ => None,
                             })
@@ -138,13 +139,36 @@ impl ContactLaw {
 pub struct Interactions {
     materials: usize,
     laws: Vec<ContactLaw>,
+    film: Option<Film>,
 }
 
 impl Interactions {
     /// The same law between all of `materials` materials.
     #[must_use]
     pub fn uniform(materials: usize, law: impl Into<ContactLaw>) -> Self {
-        Self { materials, laws: vec![law.into(); materials * materials] }
+        Self { materials, laws: vec![law.into(); materials * materials], film: None }
+    }
+
+    /// The same laws with a liquid film between spheres that do not touch, or without.
+    #[must_use]
+    pub fn with_film(self, film: Option<Film>) -> Self {
+        Self { film, ..self }
+    }
+
+    /// The liquid film between spheres.
+    #[must_use]
+    pub fn film(&self) -> Option<&Film> {
+        self.film.as_ref()
+    }
+
+    /// Gap over the smaller radius up to which spheres act on each other; 0 without a film.
+    pub(crate) fn reach(&self) -> Real {
+        self.film.map_or(0.0, |film| film.reach)
+    }
+
+    /// Whether every choice is the usual one, for which shorter formulas suffice.
+    pub(crate) fn plain(&self) -> bool {
+        self.film.is_none() && self.laws.iter().all(|law| law.options().plain())
     }
 
     /// Sets the law between two materials.

@@ -73,7 +73,7 @@ impl ListBuilder {
         for_each_chunk((&mut self.bounds[..], &mut self.centres[..]), ROWS, |number, (bounds, centres)| {
             for (n, (b, centre)) in bounds.iter_mut().zip(centres).enumerate() {
                 let g = number * ROWS + n;
-                *b = bound(context, grains, grains.skin[g], g);
+                *b = bound(context, grains, grains.skin[g] + 0.5 * context.reach * context.poses[g].radius, g);
                 *centre = b.middle;
             }
         });
@@ -160,7 +160,10 @@ fn fill(
                 .and_then(|old| remaining(old, low, high as usize, image))
                 .unwrap_or((Real::NEG_INFINITY, NearestSpheres::default()));
             nearest.rest += sum;
-            block.push(pair, sum + left.max(gap * (1.0 - 1e-9)), nearest);
+            // Balls alone have films; the radius of others is 0.
+            let [a, b] = [low, high as usize].map(|g| context.poses[g].radius);
+            let free = gap * (1.0 - 1e-9) - context.reach * a.min(b);
+            block.push(pair, sum + left.max(free), nearest);
         }
         block.end_row(pace);
         if low < context.owned && bounds[low].mobile {
@@ -186,6 +189,7 @@ fn pair(grains: &Grains, interactions: &Interactions, [low, high]: [u32; 2], ima
         law: law as u16,
         multiplicity: interactions.laws()[law as usize].options().multiplicity,
         touching,
+        apart: false,
         contacts: 0,
         give: give([inverse(l), inverse(h)]),
     }
@@ -226,7 +230,7 @@ fn add_walls(
             Some(_) => wall.distance(bound.middle) - 0.5 * (capsule.end - capsule.start).length() - capsule.radius,
         };
         // Walls may move as far as grains before the list expires.
-        if height >= 2.0 * grains.skin[grain] {
+        if height >= 2.0 * bound.skin {
             continue;
         }
         let law = interactions.index(grains.material[grain], wall.material);
@@ -241,6 +245,7 @@ fn add_walls(
             deep: r.deep != 0,
             d_t: Vector::from_array(r.d_t),
         }));
+        let free = height * (1.0 - 1e-9) - context.reach * context.poses[grain].radius;
         let left = previous.and_then(|old| remaining_to_wall(old, grain, w)).unwrap_or(Real::NEG_INFINITY);
         block.walls.pairs.push(WallPair {
             grain: grain as u32,
@@ -248,7 +253,7 @@ fn add_walls(
             law,
             factor,
             give: give([grains.mass[grain].recip(), 0.0]),
-            skip_until: context.travel[grain] + context.wall_travel[w] + left.max(height * (1.0 - 1e-9)),
+            skip_until: context.travel[grain] + context.wall_travel[w] + left.max(free),
             multiplicity: interactions.laws()[law as usize].options().multiplicity,
         });
     }

@@ -20,18 +20,24 @@ pub(crate) struct Pair {
     /// Number of the contact law.
     pub law: u16,
     pub multiplicity: Multiplicity,
+    /// Whether it has contacts, those of a film among them.
     pub touching: bool,
+    /// Whether the film alone acts between its spheres, which do not touch.
+    pub apart: bool,
     /// First of its contacts, if it touches.
     pub contacts: u32,
     /// See [`give`].
     pub give: f32,
 }
 
+/// Leverage of a ball across the normal: 1 plus the square of its radius over that of gyration.
+pub(crate) const ACROSS: Real = 3.5;
+
 /// Half the reciprocal of the effective mass across the normal in a contact of balls with these reciprocal masses, 0 of
 /// what forces do not move: by how much a tangential force changes their velocity within half a sub-step [1/kg]. Read
 /// with [`crate::ContactStart::Touch`].
 pub(crate) fn give(inverse_masses: [Real; 2]) -> f32 {
-    (0.5 * 3.5 * (inverse_masses[0] + inverse_masses[1])) as f32
+    (0.5 * ACROSS * (inverse_masses[0] + inverse_masses[1])) as f32
 }
 
 impl Pair {

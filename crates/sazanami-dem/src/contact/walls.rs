@@ -81,9 +81,10 @@ impl WallContacts {
         while at < self.contacts.len() {
             let p = self.contacts[at].pair;
             let pair = self.pairs[p as usize];
-            let mut count = 0;
+            // Spheres that act, and those of them that touch: with a film not all do.
+            let (mut count, mut touching) = (0, 0);
             let mut total = Wrench::default();
-            let mut deepest = 0.0;
+            let mut deepest = Real::NEG_INFINITY;
             while at < self.contacts.len() && self.contacts[at].pair == p {
                 let mut contact = self.contacts[at];
                 at += 1;
@@ -105,6 +106,7 @@ impl WallContacts {
                 self.contacts[kept] = contact;
                 kept += 1;
                 count += 1;
+                touching += usize::from(overlap > 0.0);
                 if pair.multiplicity != Multiplicity::Deepest {
                     total += action;
                 } else if overlap > deepest {
@@ -118,9 +120,9 @@ impl WallContacts {
                 let share = 1.0 / count as Real;
                 total = Wrench { force: share * total.force, torque: share * total.torque };
             }
-            touches[pair.grain as usize - first] = true;
-            counters.contacts += count;
-            counters.pairs += 1;
+            touches[pair.grain as usize - first] |= touching > 0;
+            counters.contacts += touching;
+            counters.pairs += usize::from(touching > 0);
             counters.on_walls -= total.force;
             match self.actions.last_mut() {
                 Some((grain, sum)) if *grain == pair.grain => *sum += total,
@@ -146,7 +148,8 @@ impl WallContacts {
             let body = &context.bodies[pose.body as usize];
             let wall = &context.walls[pair.wall as usize];
             let size = body.bounding_radius * pose.scale;
-            let near = TOUCH * size;
+            let near = (TOUCH + context.reach) * size;
+            let cut_off = (CUT_OFF * size).max(2.0 * near);
             let height = wall.distance(pose.unwrapped);
             let rotation = &context.rotations[pair.grain as usize];
             let capsule = PlacedCapsule::new(&body.capsule, rotation, pose.scale);
@@ -154,8 +157,8 @@ impl WallContacts {
                 None => height + capsule.start.dot(wall.normal).min(capsule.end.dot(wall.normal)) - capsule.radius,
                 Some(_) => height - size,
             };
-            if gap < CUT_OFF * size {
-                gap = CUT_OFF * size;
+            if gap < cut_off {
+                gap = cut_off;
                 let normal = rotation.transpose() * wall.normal;
                 for (a, (centre, radius)) in body.centres.iter().zip(&body.radii).enumerate() {
                     let distance = match wall.edges {
@@ -188,7 +191,8 @@ impl WallContacts {
     }
 }
 
-/// Action of a wall on a grain through one sphere, with overlap and overlap over radius; `None` if they are apart.
+/// Action of a wall on a grain through one sphere, with overlap and overlap over radius; `None` if they are apart and not
+/// within a film.
 fn touch<M: ContactModel>(
     step: &Step<'_, M>,
     pair: &WallPair,
@@ -202,7 +206,7 @@ fn touch<M: ContactModel>(
     let to_a = context.rotations[pair.grain as usize] * body.centres[contact.a as usize] * pose.scale;
     let (distance, away) = wall.facing(pose.unwrapped, to_a);
     let overlap = radius - distance;
-    if overlap <= 0.0 {
+    if overlap <= -context.reach * radius {
         return None;
     }
     // The wall is body j: the normal points into it.

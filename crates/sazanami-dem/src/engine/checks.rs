@@ -11,7 +11,9 @@ use crate::selection::first_where;
 impl Engine {
     pub(super) fn check_box(&self, domain: &Domain, grains: &[GrainRecord]) -> Result<(), DemError> {
         let size = |r: &GrainRecord| self.bodies[r.shape as usize].bounding_radius * r.scale;
-        let needed = Self::shortest_period(grains.iter().map(size).fold(0.0, Real::max));
+        self.check_film(grains)?;
+        let largest = grains.iter().map(size).fold(0.0, Real::max);
+        let needed = Self::shortest_period(largest) + self.interactions.reach() * largest;
         for direction in 0..3 {
             let length = self.period[direction];
             if domain.periodic()[direction] && length < needed {
@@ -19,6 +21,19 @@ impl Engine {
             }
         }
         Ok(())
+    }
+
+    /// Films are for balls, and end above the roughness.
+    fn check_film(&self, grains: &[GrainRecord]) -> Result<(), DemError> {
+        let Some(film) = self.interactions.film() else { return Ok(()) };
+        if !(film.viscosity >= 0.0 && film.roughness > 0.0 && film.reach > 0.0 && film.reach.is_finite()) {
+            return Err(DemError::BadFilm { film: *film });
+        }
+        let fits = |r: &GrainRecord| {
+            let body = &self.bodies[r.shape as usize];
+            body.is_ball() && film.reach * body.bounding_radius * r.scale > film.roughness
+        };
+        grains.iter().find(|r| !fits(r)).map_or(Ok(()), |r| Err(DemError::FilmDoesNotFit { id: r.id, film: *film }))
     }
 
     pub(super) fn check_finite(&self, domain: &Domain, substep: usize) -> Result<(), DemError> {

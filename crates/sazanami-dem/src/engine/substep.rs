@@ -59,6 +59,8 @@ pub(super) struct Kick<'a> {
 struct Contacts<'a> {
     blocks: &'a [Block],
     incoming: &'a Incoming,
+    /// Whether films act between grains that do not touch.
+    film: bool,
     /// Present time on the grains' clock \[s].
     time: Real,
 }
@@ -83,7 +85,7 @@ impl Kick<'_> {
         outputs: KickOutputs<'_>,
     ) -> [Wrench; ROWS] {
         let Self { loads, gravity, h, keep } = *self;
-        let Contacts { blocks, incoming, time } = *contacts;
+        let Contacts { blocks, incoming, film, time } = *contacts;
         let mut impulses = [Wrench::default(); ROWS];
         let Some(block) = blocks.get(number) else { return impulses };
         let rows = number * ROWS..number * ROWS + velocity.len();
@@ -91,7 +93,7 @@ impl Kick<'_> {
         // In a loop of its own, so that many of these scattered reads are in flight at once.
         let mut arriving = [(Wrench::default(), false); ROWS];
         for (sum, g) in arriving.iter_mut().zip(rows.clone()) {
-            *sum = incoming.total(blocks, g);
+            *sum = incoming.total(blocks, g, film);
         }
         for (row, g) in rows.enumerate() {
             let (mut total, touched) = arriving[row];
@@ -175,6 +177,7 @@ impl Engine {
             bodies: &self.bodies,
             arrays: &self.arrays,
             spheres: &self.spheres,
+            reach: self.interactions.reach(),
             balls: self.bodies.iter().all(Body::is_ball),
             poses: &self.poses,
             rotations: &self.rotations,
@@ -192,7 +195,7 @@ impl Engine {
         let mut blocks = std::mem::take(&mut self.blocks);
         // Apart from the blocks, which lie far from each other: one thread reads them all.
         let mut block_counters = std::mem::take(&mut self.block_counters);
-        let plain = self.interactions.laws().iter().all(|law| law.options().plain());
+        let plain = self.interactions.plain();
         let context = self.context();
         let ids = &self.grains.id[..];
         let (blocks_now, counters) = (&mut blocks[..], &mut block_counters[..]);
@@ -220,7 +223,8 @@ impl Engine {
         let farthest = [const { AtomicU64::new(0) }; PACES];
         let Self { grains, poses, rotations, turned, travel, paces, mass_properties, blocks, incoming, .. } = self;
         let (skin, paces) = (&grains.skin[..owned], &paces[..owned]);
-        let contacts = Contacts { blocks, incoming, time: self.time };
+        let film = self.interactions.film().is_some();
+        let contacts = Contacts { blocks, incoming, film, time: self.time };
         let gravity = kick.map_or(Vector::ZERO, |kick| kick.h * kick.gravity);
         let motion = (
             &mut grains.unwrapped[..owned],

@@ -4,6 +4,7 @@
 //! bulk volume. The pressure force `-V grad p` is separate and not part of it ("model A"). A new law is a file in this
 //! folder and its lines in the list here: the word of the case file and the arm of [`DragParameters::run`].
 
+mod beetstra;
 mod blend;
 mod di_felice;
 mod packed_bed;
@@ -14,6 +15,7 @@ use std::f64::consts::PI;
 use sazanami_numerics::Real;
 use sazanami_numerics::choices;
 
+use beetstra::Beetstra;
 use blend::Blend;
 use di_felice::DiFelice;
 use single_sphere::{DallaValle, SchillerNaumann};
@@ -46,6 +48,8 @@ choices! {
         Blend = "blend",
         /// One law for all void fractions: the voidage function of Di Felice (1994) with the drag coefficient of Dalla Valle.
         DiFelice = "di_felice",
+        /// One law for all void fractions, from simulations of flow through arrays of spheres: Beetstra et al. (2007).
+        Beetstra = "beetstra",
     }
 }
 
@@ -150,6 +154,7 @@ impl DragParameters {
             (DragForm::Blend, SphereDrag::SchillerNaumann) => job.run(&Blend::<SchillerNaumann>::new(self)),
             (DragForm::Blend, SphereDrag::DallaValle) => job.run(&Blend::<DallaValle>::new(self)),
             (DragForm::DiFelice, _) => job.run(&DiFelice::new(self)),
+            (DragForm::Beetstra, _) => job.run(&Beetstra::new(self)),
         }
     }
 
@@ -221,6 +226,23 @@ mod tests {
     /// The recommended law in water.
     pub(super) fn water() -> DragParameters {
         DragParameters::recommended(1000.0, 1e-3)
+    }
+
+    /// Superficial settling velocity [m/s] by `law` of a suspension in water of spheres of sand of diameter `d` \[m] at void
+    /// fraction `eps`: drag balances `eps` times the submerged weight.
+    pub(super) fn settling(law: &DragParameters, d: Real, eps: Real) -> Real {
+        let weight = eps * 1650.0 * volume(d) * 9.81;
+        let (mut low, mut high) = (0.0, 10.0);
+        for _ in 0..200 {
+            let s = 0.5 * (low + high);
+            if law.coefficient(d, eps, s) * s < weight { low = s } else { high = s }
+        }
+        eps * low
+    }
+
+    /// Exponent `n` of the settling velocity `U_t eps^n` of a suspension by `law`, between void fractions 1 and `eps`.
+    pub(super) fn richardson_zaki(law: &DragParameters, d: Real, eps: Real) -> Real {
+        (settling(law, d, eps) / settling(law, d, 1.0)).ln() / eps.ln()
     }
 
     #[test]

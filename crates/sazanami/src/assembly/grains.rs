@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use sazanami_dem::{
-    Body, Grain, Interactions, LinearSpringDashpot, Motion, PackingSettings, Random, Setup, Substeps, Wall,
+    Body, Film, Grain, Interactions, LinearSpringDashpot, Motion, PackingSettings, Random, Setup, Substeps, Wall,
 };
 use sazanami_numerics::geometry::Shape;
 use sazanami_numerics::{Quaternion, Real, Vector};
@@ -23,6 +23,18 @@ const MARGIN_CELLS: Real = 2.0;
 /// Number of a material; the box has the two after the last: its walls, and its vertical sides.
 pub(crate) fn material_number(case: &Case, name: &str) -> u32 {
     case.materials.iter().position(|material| material.name == name).unwrap_or(case.materials.len()) as u32
+}
+
+/// Contact laws of all pairs of materials, walls included, in a liquid: with the film that the case asks for.
+///
+/// Beds are packed without it.
+pub(crate) fn wet_interactions(case: &Case) -> Interactions {
+    let film = case.dem.film_roughness.map(|roughness| Film {
+        viscosity: case.fluid.liquid.viscosity,
+        roughness,
+        reach: case.dem.film_reach,
+    });
+    interactions(case).with_film(film)
 }
 
 /// Contact laws of all pairs of materials, walls included.

@@ -119,8 +119,12 @@ pub(crate) fn setup(case: &Case, shapes: &[Shape]) -> Setup {
     let particles = case.moving_particles();
     let largest = case.grains.iter().filter_map(|p| Some(p.shape.size()? * p.size.largest())).fold(0.0, Real::max);
     let cutoff = case.overlap.smoothing.max(particles.radius * particles.spacing);
-    let mut setup =
-        Setup { bodies: bodies(case), ghost_margin: cutoff + GRAIN_WAY * largest, ..grains::setup(case, shapes) };
+    let mut setup = Setup {
+        bodies: bodies(case),
+        interactions: grains::wet_interactions(case),
+        ghost_margin: cutoff + GRAIN_WAY * largest,
+        ..grains::setup(case, shapes)
+    };
     if case.walls_move() {
         // Seen from the laboratory grains go wherever the tank goes.
         setup.region = [Vector::NEG_INFINITY, Vector::INFINITY];
@@ -296,6 +300,25 @@ mod tests {
         let liquid = kappa(&[]);
         assert!((di_felice / (single * 0.6_f64.powf(2.0 - beta)) - 1.0).abs() < 0.02, "{di_felice}");
         assert!(liquid.0 == DragForm::Blend && (liquid.1 / di_felice - 1.0).abs() > 0.05, "{liquid:?}");
+    }
+
+    #[test]
+    fn the_film_of_the_case_is_that_of_the_grains_in_water_and_not_of_the_packing() {
+        let text = "solver = \"mps\"\n[domain]\nsize = [\"9 mm\", \"9 mm\", \"9 mm\"]\n[run]\nuntil = \"1 ms\"\n\
+                    [particles]\nspacing = \"1 mm\"\n[fluid.liquid]\ndensity = \"1200 kg/m^3\"\ndynamic_viscosity = \"0.1 Pa s\"\n";
+        let film = |changes: &[&str]| {
+            let overrides: Vec<String> = changes.iter().map(|text| (*text).to_owned()).collect();
+            let case = sazanami_case::parse(Path::new("c.toml"), text, &overrides).expect("the case is complete").case;
+            assert_eq!(grains::interactions(&case).film(), None);
+            setup(&case, &[]).interactions.film().copied()
+        };
+        let expected = sazanami_dem::Film { viscosity: 0.1, roughness: 1e-6, reach: 0.1 };
+        assert_eq!(film(&["dem.film_roughness=1 um"]), Some(expected));
+        assert_eq!(
+            film(&["dem.film_roughness=1 um", "dem.film_reach=0.3"]),
+            Some(sazanami_dem::Film { reach: 0.3, ..expected })
+        );
+        assert_eq!(film(&[]), None);
     }
 
     /// A tank with a column of spheres in one corner and water up to a level \[mm]: its case, and what is filled.

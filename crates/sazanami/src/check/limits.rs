@@ -430,7 +430,7 @@ pub(crate) fn stiffest_contact(case: &Case) -> Option<&PairContact> {
 /// Longest sub-step the contacts allow \[s], by the engine's own limit for the smallest and the largest grains of each
 /// population; `None` where no grain moves.
 pub(super) fn contact_step(case: &Case, populations: &[PopulationReport]) -> Option<Real> {
-    let interactions = grains::interactions(case);
+    let interactions = grains::wet_interactions(case);
     let mut masses = EffectiveMasses::new(interactions.materials());
     for (population, report) in case.grains.iter().zip(populations) {
         let Some(body) = report.body.as_ref().filter(|_| moves(population)) else { continue };

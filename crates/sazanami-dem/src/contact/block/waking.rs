@@ -141,7 +141,8 @@ impl Block {
     fn search(&mut self, context: &ContactContext<'_>, approach: &Approach) {
         let &Approach { pair: p, ends, offset, sum, size, .. } = approach;
         let pair = &self.pairs[p as usize];
-        let touch = TOUCH * size;
+        // Balls alone have films.
+        let touch = (TOUCH + context.reach) * size;
         let start = if pair.touching { pair.contacts as usize } else { self.contacts.len() };
         let mine = self.contacts[start..].iter().take_while(|c| c.pair == p);
         let known = |spheres: (u16, u16)| mine.clone().any(|c| (c.a, c.b) == spheres);

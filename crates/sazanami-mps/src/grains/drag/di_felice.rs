@@ -40,7 +40,10 @@ impl DragLaw for DiFelice {
 mod tests {
     use std::f64::consts::PI;
 
-    use super::super::tests::water;
+    use super::super::{
+        DragForm,
+        tests::{richardson_zaki, water},
+    };
     use super::*;
 
     #[test]
@@ -61,26 +64,11 @@ mod tests {
         assert!((law.coefficient(1e-3, 1.0, 0.1423) * 0.1423 / weight - 1.0).abs() < 0.01);
     }
 
-    /// Exponent `n` of the superficial settling velocity `eps s = U_t eps^n` of a suspension, between void fractions 1 and
-    /// `eps`, of spheres of diameter `d` \[m]: drag balances `eps` times the submerged weight.
-    fn richardson_zaki(d: Real, eps: Real) -> Real {
-        let law = DiFelice::new(&water());
-        let superficial = |eps: Real| {
-            let weight = eps * 1650.0 * volume(d) * 9.81;
-            let (mut low, mut high) = (0.0, 10.0);
-            for _ in 0..200 {
-                let s = 0.5 * (low + high);
-                if law.coefficient(d, eps, s) * s < weight { low = s } else { high = s }
-            }
-            eps * low
-        };
-        (superficial(eps) / superficial(1.0)).ln() / eps.ln()
-    }
-
     #[test]
     fn suspensions_settle_as_richardson_and_zaki_found() {
+        let law = DragParameters { form: DragForm::DiFelice, ..water() };
         // 4.65 at low and 2.39 at high Reynolds numbers (Richardson & Zaki 1954).
-        let [slow, fast] = [5e-6, 0.5].map(|d| richardson_zaki(d, 0.7));
+        let [slow, fast] = [5e-6, 0.5].map(|d| richardson_zaki(&law, d, 0.7));
         assert!((slow - 4.65).abs() < 0.1 && (fast - 2.39).abs() < 0.1, "{slow} {fast}");
     }
 
