@@ -283,10 +283,14 @@ impl Engine {
 
     /// Puts the edges of plate `number`, counted among the plates, to heights \[m], and lets it rise [m/s]. Lists of pairs hold as
     /// long as it does not come nearer to a grain than it would by its own motion.
-    pub fn set_plate(&mut self, number: usize, edges: [Real; 2], speed: Real) {
-        if let Some(plate) = self.walls.iter_mut().filter(|wall| wall.edges.is_some()).nth(number) {
-            (plate.edges, plate.velocity) = (Some(edges), Vector::new(0.0, 0.0, speed));
-        }
+    ///
+    /// # Errors
+    /// [`DemError::NoPlate`] if there are fewer plates.
+    pub fn set_plate(&mut self, number: usize, edges: [Real; 2], speed: Real) -> Result<(), DemError> {
+        let plate = self.walls.iter_mut().filter(|wall| wall.edges.is_some()).nth(number);
+        let plate = plate.ok_or(DemError::NoPlate { number })?;
+        (plate.edges, plate.velocity) = (Some(edges), Vector::new(0.0, 0.0, speed));
+        Ok(())
     }
 
     /// Time on the grains' clock \[s].

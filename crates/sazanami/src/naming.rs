@@ -58,7 +58,9 @@ pub(crate) fn grain_kind(error: &DemError) -> &'static str {
         DemError::NotFinite { .. } => "not_finite",
         DemError::GrainEscaped { .. } => "grain_escaped",
         DemError::OverlapTooLarge { .. } => "overlap",
-        DemError::BoxTooShort { .. } | DemError::BadGrain { .. } | DemError::Snapshot(_) => "input",
+        DemError::BoxTooShort { .. } | DemError::BadGrain { .. } | DemError::NoPlate { .. } | DemError::Snapshot(_) => {
+            "input"
+        }
         DemError::Elsewhere(_) => "elsewhere",
     }
 }
