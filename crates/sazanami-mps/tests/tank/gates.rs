@@ -230,7 +230,8 @@ fn grains_and_water_exchange_momentum_on_one_side() {
     apart.grains.retain(|grain| grain.position.x > SPACING && grain.position.y < 7.0 * SPACING);
     let spread = Vector::new(1.02, 8.0 / 7.0, 1.02);
     apart.grains.iter_mut().for_each(|grain| grain.position = spread * grain.position - 0.24 * SPACING * Vector::X);
-    let pushed = apart.solo().step(4e-4, &under(GRAVITY), |_| ()).expect("the step is sound").contacts.impulse_on_walls.x;
+    let pushed =
+        apart.solo().step(4e-4, &under(GRAVITY), |_| ()).expect("the step is sound").contacts.impulse_on_walls.x;
     let row = apart.grains.iter().filter(|grain| grain.position.x > 11.0 * SPACING).count() as Real;
     let momentum = row * 2650.0 * std::f64::consts::PI / 6.0 * SPACING.powi(3) * 0.05;
     assert!(pushed > momentum, "{pushed} {momentum}");
