@@ -1,6 +1,7 @@
 //! The engine that moves grains: as many sub-steps as the contacts need.
 
 mod checks;
+mod impulses;
 mod lists;
 mod report;
 mod setup;
@@ -283,10 +284,14 @@ impl Engine {
 
     /// Puts the edges of plate `number`, counted among the plates, to heights \[m], and lets it rise [m/s]. Lists of pairs hold as
     /// long as it does not come nearer to a grain than it would by its own motion.
-    pub fn set_plate(&mut self, number: usize, edges: [Real; 2], speed: Real) {
-        if let Some(plate) = self.walls.iter_mut().filter(|wall| wall.edges.is_some()).nth(number) {
-            (plate.edges, plate.velocity) = (Some(edges), Vector::new(0.0, 0.0, speed));
-        }
+    ///
+    /// # Errors
+    /// [`DemError::NoPlate`] if there are fewer plates.
+    pub fn set_plate(&mut self, number: usize, edges: [Real; 2], speed: Real) -> Result<(), DemError> {
+        let plate = self.walls.iter_mut().filter(|wall| wall.edges.is_some()).nth(number);
+        let plate = plate.ok_or(DemError::NoPlate { number })?;
+        (plate.edges, plate.velocity) = (Some(edges), Vector::new(0.0, 0.0, speed));
+        Ok(())
     }
 
     /// Time on the grains' clock \[s].
@@ -425,38 +430,6 @@ impl Engine {
         Ok(count as usize)
     }
 
-    /// Changes the velocity of an own grain, and its angular velocity [m/s, rad/s]; its ghosts follow with
-    /// [`Self::refresh_ghosts`].
-    pub fn set_velocity(&mut self, own: usize, velocity: Vector, angular_velocity: Vector) {
-        let turn = self.rotations[own];
-        let inertia = self.grains.inertia[own];
-        self.grains.velocity[own] = velocity;
-        self.grains.angular_momentum[own] = turn * (inertia * (turn.transpose() * angular_velocity));
-        self.rotations[own] = self.poses[own].follow(&self.grains, own, &self.mass_properties[own]);
-    }
-
-    /// Adds an impulse [N s] and an angular impulse about its centre of mass [N m s] to an own grain; its ghosts follow
-    /// with [`Self::refresh_ghosts`].
-    pub fn add_impulse(&mut self, own: usize, impulse: Vector, angular_impulse: Vector) {
-        self.grains.velocity[own] += impulse * self.mass_properties[own].inverse_mass;
-        self.grains.angular_momentum[own] += angular_impulse;
-        self.rotations[own] = self.poses[own].follow(&self.grains, own, &self.mass_properties[own]);
-    }
-
-    /// Applies an impulse through the centre of mass of each own grain that forces move [N s], and updates the ghosts.
-    ///
-    /// # Panics
-    /// If there are not as many impulses as own grains.
-    pub fn apply_impulses(&mut self, domain: &Domain, impulses: &[Vector]) {
-        assert_eq!(impulses.len(), self.grains.owned, "every own grain has an impulse");
-        for (g, impulse) in impulses.iter().enumerate() {
-            let change = *impulse * self.mass_properties[g].inverse_mass;
-            self.grains.velocity[g] += change;
-            self.poses[g].velocity = self.grains.velocity[g];
-        }
-        self.refresh_ghosts(domain);
-    }
-
     /// Accepts any overlap of contact spheres, or restores the limit of [`LARGEST_OVERLAP`].
     pub fn allow_any_overlap(&mut self, allowed: bool) {
         self.largest_overlap_allowed = if allowed { Real::INFINITY } else { LARGEST_OVERLAP };
@@ -467,21 +440,6 @@ impl Engine {
     /// grains are, not on where they came from, and have the same bits after a restart.
     pub fn own_promptly(&mut self) {
         self.owned_promptly = true;
-    }
-
-    /// Multiplies all velocities by `factor` or less, so that neither the speed of a grain's centre nor that of its
-    /// farthest contact sphere about it exceeds `limit` [m/s].
-    pub fn limit_speeds(&mut self, domain: &Domain, limit: Real, factor: Real) {
-        for g in 0..self.grains.owned {
-            if self.grains.motion[g] != Motion::Free {
-                continue;
-            }
-            let (velocity, spin) = (self.grains.velocity[g], self.grains.angular_velocity(g));
-            let speed = velocity.length().max(self.mass_properties[g].arm * spin.length());
-            let part = factor.min(limit / speed.max(Real::MIN_POSITIVE));
-            self.set_velocity(g, part * velocity, part * spin);
-        }
-        self.refresh_ghosts(domain);
     }
 
     /// Brings the ghosts up to date after own grains were changed.

@@ -74,6 +74,14 @@ pub enum DemError {
         /// The film.
         film: Film,
     },
+    /// A plate is moved that is not among the walls.
+    #[error(
+        "the walls of the grains have no plate {number}, counted from 0: name it in their setup with `Wall::plate`"
+    )]
+    NoPlate {
+        /// Its number among the plates.
+        number: usize,
+    },
     /// A snapshot does not hold what is needed.
     #[error(transparent)]
     Snapshot(#[from] SnapshotError),

@@ -62,6 +62,46 @@ fn restitution_is_what_was_asked_for() {
     }
 }
 
+#[test]
+fn a_grain_bounces_off_both_sides_of_a_plate() {
+    let domain = domain();
+    let (radius, mass, speed, e) = (1e-3, 1e-6, 0.1, 0.7);
+    // Velocity over that before of a ball that comes from a side, with the plate there or raised.
+    let after = |side: Real, edges: [Real; 2]| {
+        let (position, velocity) = (side * 1.00013 * radius * Vector::X, -side * speed * Vector::X);
+        let grain = Grain { mass: Some(mass), velocity, ..Grain::new(1, 1.0, position) };
+        let plate = Wall::plate(Vector::ZERO, Vector::X, 0, [-0.1, 0.1]);
+        let law = law(1e4, Damping::Restitution(e));
+        let mut engine = Engine::new(&domain, setup(radius, law, vec![plate]), &[grain]).expect("the case is sound");
+        engine.set_plate(0, edges, 0.0).expect("there is a plate");
+        let step = std::f64::consts::PI * (mass / 1e4_f64).sqrt() / 500.0;
+        for _ in 0..1000 {
+            engine.advance(&domain, &Loads::none(), Vector::ZERO, step, Substeps::Fixed(1)).expect("the case is sound");
+        }
+        engine.grains().velocity[0] / velocity.x
+    };
+    for side in [-1.0, 1.0] {
+        let found = after(side, [-0.1, 0.1]);
+        assert!((found.x + e).abs() < 1e-3 && found.y == 0.0 && found.z == 0.0, "{side}: {found}");
+        // Negative control: it flies on below a plate that is raised, and where there is none any more.
+        for away in [[0.01, 0.21], [Real::INFINITY; 2]] {
+            assert_eq!(after(side, away), Vector::X);
+        }
+    }
+}
+
+#[test]
+fn a_plate_that_is_not_there_cannot_be_moved() {
+    let domain = domain();
+    let walls = vec![floor()[0], Wall::plate(Vector::ZERO, Vector::X, 0, [0.0, 0.1])];
+    let mut engine =
+        Engine::new(&domain, setup(1e-3, law(1e4, Damping::Restitution(0.5)), walls), &[]).expect("the case is sound");
+    assert_eq!(engine.set_plate(1, [0.0, 0.1], 0.0), Err(DemError::NoPlate { number: 1 }));
+    // Negative control: the first is there, and rises.
+    assert_eq!(engine.set_plate(0, [0.1, 0.2], 0.5), Ok(()));
+    assert_eq!((engine.walls()[1].edges, engine.walls()[1].velocity.z), (Some([0.1, 0.2]), 0.5));
+}
+
 /// Velocity after over velocity before of two equal balls that meet head on, and the time they touch \[s].
 fn head_on(law: LinearSpringDashpot, mass: Real, steps: Real) -> (Real, Real) {
     let domain = domain();

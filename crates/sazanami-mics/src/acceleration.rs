@@ -1,8 +1,9 @@
-//! The acceleration of the last step in the viscous step of the next.
+//! The acceleration by gravity and pressure in the viscous step.
 //!
 //! An implicit viscous step alone would not see gravity and the pressure gradient, which then move the fluid beside a wall or
 //! the surface of a grain for a whole step as if there were no friction: a steady flow would be too fast by `a dt`. With the
-//! acceleration `a = g - grad p / rho` of the last projection and the viscous operator A,
+//! acceleration `a = g - grad p / rho`, before the projection by the pressure that is known (`a_old`, with gravity and density at the
+//! start of the pass), after it by the new one, and the viscous operator A,
 //!
 //! ```text
 //! u' = (I + A)^-1 (u + dt a_old) + b dt (a_new - a_old),   b = 1 / (1 + dt beta)
@@ -36,7 +37,7 @@ use crate::schemes::{Transposed, ViscosityScheme};
 /// Longest time of the damping between cells and faces, over `dx^2 / nu`.
 const DAMPING: Real = 0.1;
 
-/// Acceleration of the fluid in the last projection.
+/// Acceleration of the fluid by the uniform forces of a pass and the pressure of the projection before it.
 pub(crate) struct Acceleration {
     /// On the lower faces, sides of the box included [m/s^2]; absent before it is first needed.
     faces: Option<[Field<Real>; 3]>,

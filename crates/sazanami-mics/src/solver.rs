@@ -1,5 +1,7 @@
 //! One step of gas, liquid and grains.
 
+mod step;
+
 use std::sync::Arc;
 
 use sazanami_dem::{ContactReport, DemError, Engine};
@@ -13,10 +15,9 @@ use crate::acceleration::Acceleration;
 use crate::boundary::Boundary;
 use crate::carrying::CarryingFlow;
 use crate::flow::Flow;
-use crate::forces::{Force, Forces, Pass};
+use crate::forces::{Force, Forces};
 use crate::grains::room::Room;
 use crate::grains::{Coupling, GrainPhase, ImprintReport};
-use crate::mobility::Closing;
 use crate::momentum::{Impulses, StoredMomentum};
 use crate::pressure::{PressureError, PressureReport, Projection, Tolerance};
 use crate::stability::{Rates, Step, StepLimits};
@@ -208,100 +209,6 @@ impl Solver {
             force: self.forces.rate(self.domain.grid().spacing, &self.flow.fluids),
         };
         self.settings.limits.choose(&rates, self.previous_step)
-    }
-
-    /// Advances flow, interface and grains by `dt` \[s], at most `step.dt`: transport, diffuse,
-    /// project, load, move, imprint, exchange. `watch` is called at the start of each phase.
-    ///
-    /// # Errors
-    /// [`StepError`] names what failed and where; the state is then not usable.
-    pub fn step(&mut self, step: Step, dt: Real, mut watch: impl FnMut(Phase)) -> Result<StepReport, StepError> {
-        let Self { domain, boundary, settings, flow, forces, projection, grains, acceleration, room, .. } = self;
-        let gravity = settings.gravity + self.mean_flow.map_or(Vector::ZERO, |flow| flow.acceleration());
-        if let Some(room) = room.as_mut() {
-            room.keep(domain, &flow.velocity);
-        }
-        grains.place_surfaces(domain, flow, dt);
-        if let Some(room) = room.as_mut() {
-            room.hold(domain, flow);
-        }
-        let mut report = StepReport { fluid_passes: step.fluid_passes, ..StepReport::default() };
-        let pass = dt / step.fluid_passes as Real;
-        for _ in 0..step.fluid_passes {
-            watch(Phase::Fluid);
-            report.courant = report.courant.max(flow.advective_rate(domain) * pass);
-            // Incremental projection: the old pressure gradient acts at half time during the transport (second order).
-            let half = if settings.incremental { 0.5 * pass } else { 0.0 };
-            projection.add_gradient(domain, &flow.density, &mut flow.velocity, -half);
-            let mut acceleration = Acceleration::for_pass(acceleration, domain, flow, pass);
-            if let Some(acceleration) = &mut acceleration {
-                let uniform = forces.uniform_acceleration(&Pass { domain, boundary, gravity, dt: pass });
-                acceleration.keep(domain, projection.pressure(), &flow.density, uniform);
-            }
-            let beside = room.as_mut().map(|room| (room, grains.covered()));
-            report.transport += flow.transport_beside(domain, boundary, pass, beside);
-            projection.add_gradient(domain, &flow.density, &mut flow.velocity, half);
-            if let (Some(acceleration), Some(surface)) = (&mut acceleration, grains.surface_mut()) {
-                acceleration.set_damping(domain, pass, flow, surface.parts().0);
-            }
-            if let Some(acceleration) = &acceleration {
-                grains.join(domain, flow, acceleration.response(), pass);
-                acceleration.add(domain, &mut flow.velocity, |_| pass);
-            }
-            report.diffusion += grains.diffuse(domain, boundary, flow, gravity, pass)?;
-            let now = Pass { domain, boundary, gravity, dt: pass };
-            match &acceleration {
-                Some(acceleration) => {
-                    grains.settle(domain, flow, acceleration.response());
-                    acceleration.predict(&now, flow, forces, &mut report.impulses);
-                }
-                None => forces.predict(&now, flow, &mut report.impulses),
-            }
-            if let Some(closing) = grains.closing() {
-                let response = acceleration.as_ref().and_then(|acceleration| acceleration.response());
-                projection.close_faces(domain, boundary, Closing { response, ..closing }, flow, pass);
-            }
-            watch(Phase::Pressure);
-            let Flow { density, velocity, face_velocity, .. } = flow;
-            report.pressure +=
-                projection.project(domain, density, velocity, face_velocity, gravity, pass, &settings.tolerance)?;
-            watch(Phase::Coupling);
-            if let Some(acceleration) = &acceleration {
-                if let Some(response) = acceleration.response() {
-                    grains.give_way(domain, flow, response, acceleration.change(&now, flow, projection));
-                }
-                let joint = grains.is_joint();
-                if let Some(surface) = grains.surface_mut() {
-                    acceleration.rub(&now, flow, projection, surface, joint);
-                }
-                grains.end_pass(domain, flow, gravity, pass);
-            }
-            if let Some(room) = room.as_mut() {
-                room.hand_over(domain, grains.covered(), flow, gravity * pass);
-            }
-            let gradient = projection.gradient(&flow.density);
-            grains.add_stress(domain, pass, |at| {
-                flow.density.data()[at] * flow.viscous_acceleration(at, pass) - gradient.at(at)
-            });
-        }
-        report.impulses += grains.load(domain, flow, room.as_mut(), gravity, dt);
-        watch(Phase::Grains);
-        report.contacts = grains.advance(domain, gravity, dt)?;
-        watch(Phase::Coupling);
-        report.imprint = grains.imprint(domain);
-        if let Some(room) = room.as_mut() {
-            report.transport.settled += room.refit(domain, boundary, grains.covered_mut(), flow);
-        }
-        report.impulses += grains.exchange(domain, flow, room.as_mut(), gravity, dt);
-        report.impulses.walls_on_fluid += report.diffusion.wall_impulse + report.pressure.wall_impulse;
-        report.impulses.walls_on_grains -= report.contacts.impulse_on_walls;
-        report.impulses.open_sides += report.transport.momentum_through;
-        report.impulses.open_sides +=
-            report.transport.residue.clipped_momentum + report.transport.settled.clipped_momentum;
-        self.previous_step = Some(step.dt);
-        report.mean_flow = self.answer(dt);
-        self.check(&report)?;
-        Ok(report)
     }
 
     /// The longest stable next step of [`Self::carry`]: that of the flow when it is fastest, at time zero.

@@ -10,6 +10,13 @@ pub(crate) const NEAREST: Real = 0.2;
 /// Most gates of a tank.
 pub const MOST_GATES: usize = 16;
 
+/// Least distance of gates from each other and from walls \[m], so that a particle sees one plane at a time: twice the largest
+/// radius of a sum, of influence or, for void fractions among grains, of `smoothing`.
+#[must_use]
+pub fn room(influence: Real, smoothing: Real) -> Real {
+    2.0 * influence.max(smoothing)
+}
+
 /// Part of a time that is round-off.
 const ROUND_OFF: Real = 1e-9;
 

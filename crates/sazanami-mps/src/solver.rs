@@ -162,7 +162,7 @@ impl Solver {
         let mut report = StepReport::default();
 
         watch(Phase::Neighbours);
-        let step = &state.arrange(step);
+        let step = &state.arrange(step)?;
         watch(Phase::Coupling);
         let voids_now = state.void_fractions(step);
         watch(Phase::Fluid);

@@ -6,6 +6,8 @@ use crate::case::meaning::{Case, Solver, Step};
 
 /// A step ends on an output time when it comes this near to it, in parts of the step.
 const LANDING: Real = 1e-9;
+/// A time counts as reached when this part of it is left.
+pub(crate) const END: Real = 1e-12;
 
 /// Physical time and number of steps taken.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,6 +40,12 @@ impl Clock {
     #[must_use]
     pub fn step(&self) -> u64 {
         self.step
+    }
+
+    /// Whether it has come to `time` \[s].
+    #[must_use]
+    pub fn has_reached(&self, time: Real) -> bool {
+        self.time >= time * (1.0 - END)
     }
 
     /// Length of the next step \[s]: `stable` or the fixed one, shortened (never lengthened) so that

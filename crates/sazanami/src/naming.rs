@@ -61,6 +61,7 @@ pub(crate) fn grain_kind(error: &DemError) -> &'static str {
         DemError::BoxTooShort { .. }
         | DemError::BadGrain { .. }
         | DemError::BadFilm { .. }
+        | DemError::NoPlate { .. }
         | DemError::FilmDoesNotFit { .. }
         | DemError::Snapshot(_) => "input",
         DemError::Elsewhere(_) => "elsewhere",

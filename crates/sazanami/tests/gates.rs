@@ -42,6 +42,15 @@ series = { every = "1 ms" }
 until = "6 ms"
 "#;
 
+/// The dam with a grain of 1 mm at `x1`, with `more` keys of it.
+fn with_grain(x1: &str, more: &str) -> String {
+    let grain = format!(
+        "[material.sand]\ndensity = \"2650 kg/m^3\"\n[contact.default]\n[[grains]]\nshape.sphere = {{ diameter = \"1 mm\" }}\n\
+         {more}placement.list = [{{ position = [\"{x1}\", \"3 mm\", \"2 mm\"] }}]\n[run]"
+    );
+    DAM.replace("[run]", &grain)
+}
+
 fn ran(folder: &Path, overrides: &[&str], on: On) -> Result<Left, Box<CommandError>> {
     start(&load(DAM, overrides), folder, on).map_err(Box::new)?;
     Ok(Left::in_folder(folder))
@@ -83,9 +92,7 @@ fn a_dam_is_prepared_behind_its_gate_and_breaks_when_it_opens() {
 #[test]
 fn a_run_goes_on_with_its_gate_half_open_where_a_grain_is_released() {
     let scratch = Scratch::new("gate-release");
-    let grain = "[material.sand]\ndensity = \"2650 kg/m^3\"\n[contact.default]\n[[grains]]\nshape.sphere = { diameter = \
-                 \"1 mm\" }\nrelease = \"3 ms\"\nplacement.list = [{ position = [\"8 mm\", \"3 mm\", \"2 mm\"] }]\n[run]";
-    let case = load(&DAM.replace("[run]", grain), &[]);
+    let case = load(&with_grain("8 mm", "release = \"3 ms\"\n"), &[]);
     let [whole, parts] = ["whole", "parts"].map(|name| scratch.join(name));
     start(&case, &whole, On::threads(1)).unwrap_or_else(|error| panic!("{error}"));
     start(&case, &parts, On::threads(1).steps(15)).unwrap_or_else(|error| panic!("{error}"));
@@ -139,9 +146,7 @@ fn gates_that_cannot_be_are_refused_with_a_reason() {
 #[test]
 fn grains_in_a_gate_are_refused() {
     let scratch = Scratch::new("gate-grain");
-    let grain = "[material.sand]\ndensity = \"2650 kg/m^3\"\n[contact.default]\n[[grains]]\nshape.sphere = { diameter = \
-                 \"1 mm\" }\nplacement.list = [{ position = [\"10.4 mm\", \"3 mm\", \"2 mm\"] }]\n[run]";
-    let text = DAM.replace("[run]", grain);
-    let error = start(&load(&text, &[]), &scratch.join("in"), On::threads(1)).expect_err("the grain is in the gate");
+    let case = load(&with_grain("10.4 mm", ""), &[]);
+    let error = start(&case, &scratch.join("in"), On::threads(1)).expect_err("the grain is in the gate");
     assert!(error.to_string().contains("stands in the gate `lock`"), "{error}");
 }

@@ -1,6 +1,6 @@
 //! Checks of gates against the other tables of a case.
 
-use sazanami_mps::gates::MOST_GATES;
+use sazanami_mps::gates::{self, MOST_GATES};
 use sazanami_mps::scheme::Projection;
 use sazanami_numerics::Real;
 
@@ -9,9 +9,6 @@ use crate::presets::Solver;
 use crate::read::Context;
 use crate::tables::{BoundarySide, Particles};
 use crate::units::{rounded, rounded_within};
-
-/// Least distance of gates from each other and from walls, over the largest radius of a sum.
-const ROOM: Real = 2.0;
 
 /// Reports gates that the solver cannot have.
 pub fn check(case: &Case, cx: &mut Context<'_>) {
@@ -83,14 +80,13 @@ fn check_places(case: &Case, cx: &mut Context<'_>, particles: &Particles) {
     }
 }
 
-/// Two radii of influence, and of the void fraction among grains, between gates, and between gates and walls, so that a particle sees one plane at a time.
+/// The room that a particle needs to see one plane at a time, between gates, and between gates and walls.
 fn check_room(case: &Case, cx: &mut Context<'_>, particles: &Particles) {
     let reach = particles.radius * particles.spacing;
-    let reach = match &case.grains[..] {
-        [] => reach,
-        _ => (reach / case.overlap.least_void.cbrt()).max(case.overlap.smoothing),
+    let room = match &case.grains[..] {
+        [] => gates::room(reach, 0.0),
+        _ => gates::room(reach / case.overlap.least_void.cbrt(), case.overlap.smoothing),
     };
-    let room = ROOM * reach;
     let [needed, _] = rounded_within(1e3 * room, Real::INFINITY);
     let direction = case.gates[0].direction();
     let (lower, upper) = (case.domain.lower[direction], case.domain.upper[direction]);

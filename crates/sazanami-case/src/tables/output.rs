@@ -215,7 +215,7 @@ pub struct Outputs {
     /// the start, or `height`, from half the height of the bed to 1.2 of it.
     #[key(word, default)]
     pub grain_colour: GrainColour,
-    /// Rows of series.csv.
+    /// Rows of series.csv; it has one at the start and one at the end of the case at any rate.
     #[key(table, default = Schedule::each_step(), says = "every step")]
     pub series: Schedule,
 }

@@ -110,6 +110,8 @@ pub struct GrainPhase {
     after: Vec<[Real; 7]>,
     force: Vec<Vector>,
     torque: Vec<Vector>,
+    /// What the owned grains receive after they have moved [N s, N m s].
+    impulses: Vec<[Vector; 2]>,
     /// Poses at which the grains of the engine, ghosts included, are imprinted.
     poses: Vec<Pose>,
     count: usize,
@@ -148,6 +150,7 @@ impl GrainPhase {
             after: Vec::new(),
             force: Vec::new(),
             torque: Vec::new(),
+            impulses: Vec::new(),
             poses: Vec::new(),
             count,
         };

@@ -66,7 +66,7 @@ impl GrainPhase {
         self.share_out(domain, room, false);
         let _ = room.take_given(domain);
         if self.has_surfaces() {
-            return self.exchange_open_surfaces(domain, dt);
+            return self.receive(domain, dt, |phase, n| vectors(&phase.partial[n]));
         }
         std::mem::swap(&mut self.partial, &mut self.before);
         let weighting = self.coupling.weighting;
@@ -85,28 +85,6 @@ impl GrainPhase {
             self.set_coupling_state(n, state);
         }
         Impulses::default()
-    }
-
-    fn exchange_open_surfaces(&mut self, domain: &Domain, dt: Real) -> Impulses {
-        let mut held = Vector::ZERO;
-        for n in 0..self.engine.grains().owned() {
-            let [given, turn] = vectors(&self.partial[n]);
-            let mut state = self.surface_state(n);
-            if self.engine.grains().motion[n] == Motion::Free {
-                self.engine.add_impulse(n, given, turn);
-                let grains = self.engine.grains();
-                let change = |now: Vector, before: [Real; 3]| ((now - Vector::from_array(before)) / dt).to_array();
-                state.motion = change(grains.velocity[n], state.motion);
-                state.rotation = change(grains.angular_velocity(n), state.rotation);
-            } else {
-                held -= given;
-                (state.motion, state.rotation) = ([0.0; 3], [0.0; 3]);
-            }
-            self.set_surface_state(n, state);
-        }
-        self.engine.refresh_ghosts(domain);
-        let [held_grains, ..] = sum_over_ranks(domain, [held, Vector::ZERO, Vector::ZERO]);
-        Impulses { held_grains, ..Impulses::default() }
     }
 
     /// Sums what the cells owe each grain, and the friction on its surface if asked for, at its owner.

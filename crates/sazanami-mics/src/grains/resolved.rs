@@ -8,6 +8,7 @@ use sazanami_dem::{ATTACHED, Motion};
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::Field;
 use sazanami_numerics::{Real, Vector};
+use sazanami_parallel::{for_each_chunk, sum_over};
 
 use super::{GrainPhase, Imprint, Surface, covered, loads, sum_over_ranks, vectors};
 use crate::flow::Flow;
@@ -141,27 +142,47 @@ impl GrainPhase {
     /// accelerations.
     pub(super) fn exchange_surfaces(&mut self, domain: &Domain, flow: &Flow, dt: Real) -> Impulses {
         self.sum_covered(domain, flow);
-        let mut held = Vector::ZERO;
-        for n in 0..self.engine.grains().owned() {
-            let [now, turning] = vectors(&self.partial[n]);
-            let mut state = self.surface_state(n);
+        self.receive(domain, dt, |phase, n| {
+            let ([now, turning], state) = (vectors(&phase.partial[n]), phase.surface_state(n));
             let then = Vector::from_array(state.momentum);
-            let grains = self.engine.grains();
-            if grains.motion[n] == Motion::Free {
-                let turned = turning - Vector::from_array(state.angular_momentum);
-                self.engine.add_impulse(n, now - then, turned + grains.unwrapped_position(n).cross(then));
-                let grains = self.engine.grains();
-                let change = |now: Vector, before: [Real; 3]| ((now - Vector::from_array(before)) / dt).to_array();
-                state.motion = change(grains.velocity[n], state.motion);
-                state.rotation = change(grains.angular_velocity(n), state.rotation);
-            } else {
-                held -= now - then;
-                (state.motion, state.rotation) = ([0.0; 3], [0.0; 3]);
-            }
-            self.set_surface_state(n, state);
-        }
+            let turned = turning - Vector::from_array(state.angular_momentum);
+            [now - then, turned + phase.engine.grains().unwrapped_position(n).cross(then)]
+        })
+    }
+
+    /// Gives each free grain its `impulse(n)` and angular impulse [N s, N m s] and keeps its accelerations in the step of `dt` \[s].
+    /// Returns the impulses on grains that are held.
+    pub(super) fn receive(
+        &mut self,
+        domain: &Domain,
+        dt: Real,
+        impulse: impl Fn(&Self, usize) -> [Vector; 2] + Sync,
+    ) -> Impulses {
+        let mut impulses = std::mem::take(&mut self.impulses);
+        let grains = self.engine.grains();
+        impulses.resize(grains.owned(), [Vector::ZERO; 2]);
+        for_each_chunk(&mut impulses[..], 64, |number, impulses| {
+            impulses.iter_mut().enumerate().for_each(|(n, value)| *value = impulse(self, number * 64 + n));
+        });
+        let held = sum_over(grains.owned(), |n| match grains.motion[n] {
+            Motion::Free => [0.0; 3],
+            _ => (Vector::ZERO - impulses[n][0]).to_array(),
+        });
+        self.engine.add_impulses(&impulses);
+        self.engine.change_attached(|grains, n, attached| {
+            let state: SurfaceState = bytemuck::cast(*attached);
+            let change = |now: Vector, before: [Real; 3]| ((now - Vector::from_array(before)) / dt).to_array();
+            let [motion, rotation] = match grains.motion[n] {
+                Motion::Free => {
+                    [change(grains.velocity[n], state.motion), change(grains.angular_velocity(n), state.rotation)]
+                }
+                _ => [[0.0; 3]; 2],
+            };
+            *attached = bytemuck::cast(SurfaceState { motion, rotation, ..state });
+        });
         self.engine.refresh_ghosts(domain);
-        let [held_grains, ..] = sum_over_ranks(domain, [held, Vector::ZERO, Vector::ZERO]);
+        self.impulses = impulses;
+        let [held_grains, ..] = sum_over_ranks(domain, [Vector::from_array(held), Vector::ZERO, Vector::ZERO]);
         Impulses { held_grains, ..Impulses::default() }
     }
 

@@ -245,14 +245,16 @@ impl GrainPhase {
     }
 
     /// Sets the velocity of the walls that grains touch, and puts the gates.
-    pub(crate) fn begin_step(&mut self, step: &Context<'_>, gates: &[Gate]) {
+    ///
+    /// # Errors
+    /// [`DemError::NoPlate`] if the grains do not have a plate for each gate.
+    pub(crate) fn begin_step(&mut self, step: &Context<'_>, gates: &[Gate]) -> Result<(), DemError> {
         self.carry_with_fluid(step.dt);
         self.engine.set_wall_velocities(step.domain, step.forcing.wall_velocity);
         self.gates.clear();
         self.gates.extend_from_slice(gates);
-        for (n, gate) in gates.iter().enumerate() {
-            self.engine.set_plate(n, gate.span(), gate.velocity);
-        }
+        let felt = if self.any { gates } else { &[] };
+        felt.iter().enumerate().try_for_each(|(n, gate)| self.engine.set_plate(n, gate.span(), gate.velocity))
     }
 
     /// Whether grains and fluid exchange momentum.

@@ -44,7 +44,7 @@ impl Solver {
         watch(Phase::Neighbours);
         walls.begin_step(&step, tank, particles);
         let mirrors = Mirrors::of(tank);
-        grains.begin_step(&step, &tank.gates);
+        grains.begin_step(&step, &tank.gates)?;
         let fastest = motion::largest_speed(domain, particles, |_| true).max(grains.largest_speed(domain));
         let widest = grains.widest_size();
         near.renew(&step, particles, (fastest, grains.drag_rate()), widest, &mut columns.voids.start);

@@ -29,15 +29,18 @@ pub(super) struct Phases<'a> {
 
 impl Phases<'_> {
     /// Walls, owners, order, ghosts and lists of the step; returns it with the time scale of the flow.
-    pub fn arrange<'s>(&mut self, step: Context<'s>) -> Context<'s> {
+    ///
+    /// # Errors
+    /// If the grains have no plate for a gate.
+    pub fn arrange<'s>(&mut self, step: Context<'s>) -> Result<Context<'s>, StepError> {
         self.walls.begin_step(&step, self.tank, self.particles);
-        self.grains.begin_step(&step, &self.tank.gates);
+        self.grains.begin_step(&step, &self.tank.gates)?;
         let of_fluid = motion::largest_speed(step.domain, self.particles, |_| true);
         let fastest = of_fluid.max(self.grains.largest_speed(step.domain));
         let rates = (fastest, self.grains.drag_rate());
         self.near.renew(&step, self.particles, rates, 1.0, &mut self.columns.voids);
         self.equation.resize(self.particles.owned);
-        Context { flow_time: motion::flow_time(&step, self.particles), ..step }
+        Ok(Context { flow_time: motion::flow_time(&step, self.particles), ..step })
     }
 
     /// Void fractions at the particles.

@@ -8,6 +8,7 @@ use super::{Columns, FluidParticle, Solver};
 use crate::arrangement::Arrangement;
 use crate::boundary::Tank;
 use crate::error::SetupError;
+use crate::gates;
 use crate::ghosts::Periods;
 use crate::grains::GrainPhase;
 use crate::particles::{Kind, ParticleRecord, Particles};
@@ -68,7 +69,7 @@ impl Solver {
             }
         }
         let smoothing = if grains.is_empty() { 0.0 } else { grains.coupling().smoothing };
-        let room = 2.0 * (widening * kernel.weight.radius).max(smoothing);
+        let room = gates::room(widening * kernel.weight.radius, smoothing);
         if !tank.has_room_for_gates(room) {
             return Err(SetupError::GatesTooNear { room });
         }

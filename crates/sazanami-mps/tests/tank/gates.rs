@@ -3,6 +3,7 @@
 use crate::equivalence::{ranks_agree, restart_agrees, threads_agree};
 use crate::support::{Case, GRAVITY, OPEN_TOP, PERIODIC, SPACING, WALLS, jittered, lattice, under};
 use sazanami_dem::Grain;
+use sazanami_mps::boundary::WallFriction;
 use sazanami_mps::gates::Gate;
 use sazanami_mps::grains::GrainPhase;
 use sazanami_mps::scheme::{Projection, Scheme};
@@ -100,6 +101,52 @@ fn water_of_two_levels_stays_apart() {
     }
 }
 
+/// `erfc(x)` for `x >= 0` by Simpson's rule on `2/sqrt(pi) exp(-s^2)`.
+fn erfc(x: Real) -> Real {
+    let (parts, term) = (200, |s: Real| (-s * s).exp());
+    let h = x / Real::from(parts);
+    let weight = |n: i32| if n == 0 || n == parts { 1.0 } else { 2.0 + 2.0 * Real::from(n % 2) };
+    let sum: Real = (0..=parts).map(|n| weight(n) * term(h * Real::from(n))).sum();
+    1.0 - 2.0 / std::f64::consts::PI.sqrt() * sum * h / 3.0
+}
+
+/// Velocities along a gate that rises without end in still water, of the layers of particles on both sides, over that of the gate;
+/// with their distance from it over `2 sqrt(nu t)`.
+fn dragged(friction: WallFriction) -> Vec<[Real; 2]> {
+    let (half, speed, steps, dt) = (20, 0.05, 100, 1e-4);
+    let mut case = Case::filled([2 * half, 6, 6], [2 * half, 6, 6], [WALLS, PERIODIC, PERIODIC]);
+    case.scheme = column(24, Vec::new()).scheme;
+    (case.friction, case.viscosity) = (friction, 1e-3);
+    case.gates = vec![Gate::closed(0, half as Real * SPACING, [-1.0, 1.0], 0.0, Some(speed))];
+    let mut solver = case.solo();
+    let mut rise = |n: usize| {
+        solver.open_gates(dt * n as Real);
+        solver.step(dt, &under(Vector::ZERO), |_| ()).expect("the step is sound");
+    };
+    (0..steps).for_each(&mut rise);
+    let length = 2.0 * (case.viscosity * dt * steps as Real).sqrt();
+    let all = fluid(&solver);
+    let layer = |n: usize| {
+        let inside = |x: &Vector| (x.x / SPACING) as usize == n;
+        let speeds: Vec<Real> = all.iter().filter(|p| inside(&p.1)).map(|p| p.2.z / speed).collect();
+        let distance = (n as Real + 0.5 - half as Real).abs() * SPACING;
+        [distance / length, speeds.iter().sum::<Real>() / speeds.len() as Real]
+    };
+    (0..2 * half).map(layer).collect()
+}
+
+/// Stokes' first problem: Schlichting and Gersten, Boundary-Layer Theory, 8th ed., section 5.3.1.
+#[test]
+fn a_rough_gate_that_rises_drags_still_water_along() {
+    let layers = dragged(WallFriction::NoSlip);
+    let worst = layers.iter().map(|&[y, u]| (u - erfc(y)).abs()).fold(0.0, Real::max);
+    assert!(worst < 0.01, "{worst}: {layers:?}");
+    assert!(layers.iter().any(|layer| layer[1] > 0.8), "{layers:?}");
+    // Negative control: a smooth one drags nothing.
+    let smooth = dragged(WallFriction::Slip);
+    assert!(smooth.iter().all(|layer| layer[1].abs() < 1e-9), "{smooth:?}");
+}
+
 #[test]
 fn the_front_runs_as_without_a_gate() {
     let run = |gates| run(&column(60, gates), 250).0;
@@ -178,6 +225,17 @@ fn grains_and_water_exchange_momentum_on_one_side() {
     }
     threads_agree(&bed(8e-4, Some(4.0)));
     restart_agrees(&bed(8e-4, Some(4.0)), "fluid/pressure");
+    // Apart from each other, so that rounding does not decide who touches; the first row runs into the gate.
+    let mut apart = bed(2e-4, Some(4.0));
+    apart.grains.retain(|grain| grain.position.x > SPACING && grain.position.y < 7.0 * SPACING);
+    let spread = Vector::new(1.02, 8.0 / 7.0, 1.02);
+    apart.grains.iter_mut().for_each(|grain| grain.position = spread * grain.position - 0.24 * SPACING * Vector::X);
+    let pushed =
+        apart.solo().step(4e-4, &under(GRAVITY), |_| ()).expect("the step is sound").contacts.impulse_on_walls.x;
+    let row = apart.grains.iter().filter(|grain| grain.position.x > 11.0 * SPACING).count() as Real;
+    let momentum = row * 2650.0 * std::f64::consts::PI / 6.0 * SPACING.powi(3) * 0.05;
+    assert!(pushed > momentum, "{pushed} {momentum}");
+    ranks_agree(apart);
 }
 
 #[test]

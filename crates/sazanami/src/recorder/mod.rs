@@ -22,7 +22,6 @@ use std::time::{Duration, Instant};
 
 use sazanami_dem::{ContactReport, Engine, Packing, PackingReport};
 use sazanami_io::checkpoint::CheckpointWriter;
-use sazanami_io::table::Value;
 use sazanami_mps::snapshot::GRAINS;
 use sazanami_numerics::Real;
 use sazanami_numerics::domain::Domain;
@@ -58,6 +57,7 @@ pub(crate) use mps::{
 pub(crate) use observer::{Observer, Step, Warning};
 use observer::{Output, Row};
 pub(crate) use page::page;
+use probing::Reading;
 pub(crate) use reevaluated::{Beds, Reevaluated, is_observed};
 pub(crate) use summary::{put_failure, put_files, put_ripples};
 use timetable::Timetables;
@@ -75,8 +75,10 @@ pub(crate) struct Recorder<'a, B: Observer> {
     timetables: Timetables,
     grains: GatheredGrains,
     observer: B,
-    /// Values of the probes that fall due within the step, found at its start.
-    probed: Vec<Vec<Value>>,
+    /// Probes that fall due within the step, as read at its start.
+    probed: Reading,
+    /// Probes as read at the end of the step before.
+    last_probed: Reading,
     files: Option<Files>,
     last_checkpoint: Instant,
     state_hash: Option<u64>,
@@ -102,7 +104,8 @@ impl<'a, B: Observer> Recorder<'a, B> {
             timetables: Timetables::of(job.case),
             grains: GatheredGrains::new(job),
             observer: B::new(job),
-            probed: Vec::new(),
+            probed: Reading::default(),
+            last_probed: Reading::default(),
             files,
             last_checkpoint: now,
             state_hash: None,

@@ -10,15 +10,41 @@ use crate::clock::Clock;
 use crate::job::{RankError, RecordError};
 use crate::water::Water as _;
 
+/// What probes showed at one time.
+#[derive(Debug, Default)]
+pub(super) struct Reading {
+    /// That time \[s]; `None` before the first.
+    time: Option<Real>,
+    /// The probes that were read.
+    asked: Vec<bool>,
+    /// Values of each of them, on the rank that leads.
+    rows: Vec<Vec<Value>>,
+}
+
+impl Reading {
+    /// Whether it has all probes that are `asked` at `time` \[s]. All ranks agree.
+    fn has(&self, time: Real, asked: &[bool]) -> bool {
+        self.time == Some(time) && self.asked.iter().zip(asked).all(|(read, asked)| *read || !asked)
+    }
+}
+
 impl<B: Observer> Recorder<'_, B> {
     /// A step begins that ends at `after`: reads the probes that are due before its end.
     pub fn before_step(&mut self, water: &mut B::Water, clock: &Clock, after: &Clock) {
         let due = self.timetables.probes_due(clock.time(), after);
         let asked: Vec<bool> = due.iter().map(|times| times.iter().any(|&time| time < after.time())).collect();
-        self.probed.clear();
+        self.probed = Reading::default();
         if asked.contains(&true) {
-            self.probed = self.observer.probe(self.job, water, clock.time(), &asked);
+            // Probes of the end of the step before show the same.
+            let last = std::mem::take(&mut self.last_probed);
+            self.probed =
+                if last.has(clock.time(), &asked) { last } else { self.read_probes(water, clock.time(), asked) };
         }
+    }
+
+    fn read_probes(&mut self, water: &mut B::Water, time: Real, asked: Vec<bool>) -> Reading {
+        let rows = self.observer.probe(self.job, water, time, &asked);
+        Reading { time: Some(time), asked, rows }
     }
 
     /// Writes the rows of the probes that were `due` in the step from `before` \[s] to now.
@@ -34,13 +60,13 @@ impl<B: Observer> Recorder<'_, B> {
             return Ok(());
         }
         let (job, now) = (self.job, clock.time());
-        let found = self.observer.probe(job, water, now, &asked);
+        let found = self.read_probes(water, now, asked);
         let mut write = |files: &mut Files| -> Result<(), RecordError> {
             for (number, times) in due.iter().enumerate().filter(|(_, times)| !times.is_empty()) {
-                let (probe, last) = (&job.case.probes[number], &found[number]);
+                let (probe, last) = (&job.case.probes[number], &found.rows[number]);
                 let columns = B::probe_headings(&probe.place);
                 let rows = times.iter().map(|&time| {
-                    let first = self.probed.get(number).filter(|_| time < now).unwrap_or(last);
+                    let first = self.probed.rows.get(number).filter(|_| time < now).unwrap_or(last);
                     let part = (time - before) / (now - before);
                     let box_then = periodic_sides(job.case, time);
                     std::iter::once(time.into()).chain(between(&columns[1..], first, last, part, &box_then)).collect()
@@ -50,6 +76,7 @@ impl<B: Observer> Recorder<'_, B> {
             Ok(())
         };
         let outcome = self.files.as_mut().map_or(Ok(()), &mut write);
+        self.last_probed = found;
         water.domain().agree(outcome.map_err(RankError::from))?;
         Ok(())
     }

@@ -49,6 +49,8 @@ pub(crate) struct Timetables {
     outputs: [Timetable; 4],
     probes: Vec<Timetable>,
     checkpoints: Schedule,
+    /// Time \[s] and step that the run ends at.
+    end: (Real, Option<u64>),
 }
 
 impl Timetables {
@@ -58,6 +60,7 @@ impl Timetables {
             outputs: [&output.series, &output.fields, &output.grains, &output.figures].map(Timetable::new),
             probes: case.probes.iter().map(|probe| Timetable::new(&probe.schedule)).collect(),
             checkpoints: Schedule::new(case.checkpoint.every, Vec::new()),
+            end: (case.run.until, case.run.steps.map(|steps| steps as u64)),
         }
     }
 
@@ -74,9 +77,12 @@ impl Timetables {
         due
     }
 
-    /// Whether series, fields, grains, pictures are due.
+    /// Whether series, fields, grains, pictures are due. A series ends where the case ends, not where a command stops.
     pub fn due(&self, before: Real, clock: &Clock, tolerance: Real) -> [bool; 4] {
-        self.outputs.each_ref().map(|table| table.is_due(before, clock, tolerance))
+        let mut due = self.outputs.each_ref().map(|table| table.is_due(before, clock, tolerance));
+        let (time, step) = self.end;
+        due[0] |= clock.has_reached(time) || step.is_some_and(|step| clock.step() >= step);
+        due
     }
 
     /// Times at which each probe is due before the first step: zero or never.

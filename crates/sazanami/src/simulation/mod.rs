@@ -26,8 +26,6 @@ use crate::water::Water;
 const OUTPUT: &str = "output";
 /// What shortens a step that ends where grains are let go or a gate opens.
 const RELEASE: &str = "release";
-/// A run ends when this part of its time is left.
-const END: Real = 1e-12;
 
 /// Runs `job` on one rank of a group.
 pub(crate) fn run_rank(communicator: Box<dyn Communicator>, job: &Job) -> Result<Ending, Box<RankFailure>> {
@@ -171,16 +169,15 @@ fn flow<B: Observer>(job: &Job, mut water: B::Water, recorder: &mut Recorder<B>)
     if shown.as_mut().is_some_and(|due| due.note(first)) {
         recorder.show(&mut water, &clock);
     }
-    let end = |clock: &Clock| clock.time() >= case.run.until * (1.0 - END);
     let enough = |clock: &Clock| {
         job.options.steps.is_some_and(|steps| clock.step() >= first + steps)
             || case.run.steps.is_some_and(|steps| clock.step() >= steps as u64)
-            || job.options.until.is_some_and(|until| clock.time() >= until * (1.0 - END))
+            || job.options.until.is_some_and(|until| clock.has_reached(until))
     };
     let mut releases = Releases::of(case, clock.time());
     loop {
         let [stop, checkpoint] = signals(water.domain(), job, recorder);
-        let finished = end(&clock);
+        let finished = clock.has_reached(case.run.until);
         let stopped = enough(&clock);
         if checkpoint || stop || finished || stopped {
             recorder.checkpoint(&mut water, &clock)?;

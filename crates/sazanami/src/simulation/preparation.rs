@@ -9,10 +9,11 @@ use sazanami_numerics::domain::Domain;
 use sazanami_numerics::snapshot::Snapshot;
 use sazanami_numerics::{Real, Vector};
 
-use super::{END, signals, start};
+use super::{signals, start};
 use crate::assembly::grains::after_packing;
 use crate::assembly::particles;
 use crate::case::meaning::{Case, Preparation};
+use crate::clock::END;
 use crate::job::{Job, RankError, StateError};
 use crate::progress::StepLine;
 use crate::recorder::{Observer, ParticleObserver, Recorder};

@@ -2,9 +2,9 @@
 
 use sazanami_numerics::Real;
 
-use super::END;
 use crate::assembly::grains::population_of;
 use crate::case::meaning::Case;
+use crate::clock::END;
 use crate::job::{Job, RankError};
 use crate::water::Water;
 

@@ -402,6 +402,31 @@ fn signals_while_a_bed_comes_to_rest() {
 }
 
 #[test]
+fn a_series_ends_where_the_case_ends_and_not_where_a_command_stops() {
+    let scratch = Scratch::new("restart-series");
+    let fixed = "fluid={ dt = \"50 us\", tol_div = 1e-8 }";
+    // The last row after fourteen steps: of the time, of the steps of the case, and of both at once, which is one row.
+    for (name, end, every, steps) in [
+        ("time", "run.until=0.7 ms", "{ steps = 5 }", [0, 5, 10, 14].as_slice()),
+        ("steps", "run.steps=14", "{ every = \"0.3 ms\" }", &[0, 6, 12, 14]),
+        ("both", "run.until=0.7 ms", "{ every = \"0.35 ms\", steps = 7 }", &[0, 7, 14]),
+    ] {
+        let loaded = load(SLIDING, &[fixed, end, &format!("output.series={every}")]);
+        let [whole, broken] = ["whole", "broken"].map(|part| scratch.join(&format!("{name}-{part}")));
+        let rows = |folder: &Path| Left::in_folder(folder).column("step").iter().map(|step| *step as u64).collect();
+        start(&loaded, &whole, On::threads(1)).expect("the case is sound");
+        let found: Vec<u64> = rows(&whole);
+        assert_eq!(found, steps, "{name}");
+        // Negative control: where a command stops there is no row.
+        start(&loaded, &broken, On::threads(1).steps(13)).expect("the case is sound");
+        let found: Vec<u64> = rows(&broken);
+        assert_eq!(found, steps[..steps.len() - 1], "{name}");
+        go_on(&broken, On::threads(1)).0.expect("the run goes on");
+        assert_same(&broken, &whole, name);
+    }
+}
+
+#[test]
 fn limits_of_a_command_change_no_step() {
     let scratch = Scratch::new("restart-limits");
     let loaded = load(SLIDING, &["run.until=1 ms"]);

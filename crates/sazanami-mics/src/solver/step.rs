@@ -1,0 +1,176 @@
+//! A step in the phases of Fig. 1 of Yagyu et al. (2015), as `docs/theory/mics.md` numbers them.
+
+use sazanami_numerics::{Real, Vector};
+
+use super::{Phase, Settings, Solver, StepError, StepReport};
+use crate::acceleration::Acceleration;
+use crate::flow::Flow;
+use crate::forces::{Forces, Pass};
+use crate::grains::GrainPhase;
+use crate::grains::room::Room;
+use crate::mobility::Closing;
+use crate::pressure::Projection;
+use crate::stability::Step;
+
+impl Solver {
+    /// Advances flow, interface and grains by `dt` \[s], at most `step.dt`. `watch` is called at the start of each phase.
+    ///
+    /// # Errors
+    /// [`StepError`] names what failed and where; the state is then not usable.
+    pub fn step(&mut self, step: Step, dt: Real, mut watch: impl FnMut(Phase)) -> Result<StepReport, StepError> {
+        let gravity = self.settings.gravity + self.mean_flow.map_or(Vector::ZERO, |flow| flow.acceleration());
+        let mut report = StepReport { fluid_passes: step.fluid_passes, ..StepReport::default() };
+        self.place_surfaces(dt);
+        for _ in 0..step.fluid_passes {
+            watch(Phase::Fluid);
+            let mut pass = FluidPass::of(self, gravity, dt / step.fluid_passes as Real);
+            pass.transport(&mut report);
+            pass.diffuse(&mut report)?;
+            pass.predict(&mut report);
+            watch(Phase::Pressure);
+            pass.project(&mut report)?;
+            watch(Phase::Coupling);
+            pass.load();
+        }
+        let Self { domain, boundary, flow, grains, room, .. } = self;
+        report.impulses += grains.load(domain, flow, room.as_mut(), gravity, dt);
+        watch(Phase::Grains);
+        report.contacts = grains.advance(domain, gravity, dt)?;
+        watch(Phase::Coupling);
+        report.imprint = grains.imprint(domain);
+        if let Some(room) = room.as_mut() {
+            report.transport.settled += room.refit(domain, boundary, grains.covered_mut(), flow);
+        }
+        report.impulses += grains.exchange(domain, flow, room.as_mut(), gravity, dt);
+        report.book_sides();
+        self.previous_step = Some(step.dt);
+        report.mean_flow = self.answer(dt);
+        self.check(&report)?;
+        Ok(report)
+    }
+
+    /// Places the surfaces of the grains, and holds the fluid in the room that they leave it.
+    fn place_surfaces(&mut self, dt: Real) {
+        let Self { domain, flow, grains, room, .. } = self;
+        if let Some(room) = room.as_mut() {
+            room.keep(domain, &flow.velocity);
+        }
+        grains.place_surfaces(domain, flow, dt);
+        if let Some(room) = room.as_mut() {
+            room.hold(domain, flow);
+        }
+    }
+}
+
+impl StepReport {
+    /// Books what went through walls and open sides in the phases.
+    fn book_sides(&mut self) {
+        let Self { transport, diffusion, pressure, contacts, impulses, .. } = self;
+        impulses.walls_on_fluid += diffusion.wall_impulse + pressure.wall_impulse;
+        impulses.walls_on_grains -= contacts.impulse_on_walls;
+        impulses.open_sides += transport.momentum_through;
+        impulses.open_sides += transport.residue.clipped_momentum + transport.settled.clipped_momentum;
+    }
+}
+
+/// State that a pass of the fluid changes.
+struct FluidPass<'a> {
+    now: Pass<'a>,
+    settings: &'a Settings,
+    flow: &'a mut Flow,
+    forces: &'a Forces,
+    projection: &'a mut Projection,
+    grains: &'a mut GrainPhase,
+    /// The acceleration, if the viscous step of the pass sees one.
+    acceleration: Option<&'a mut Acceleration>,
+    room: Option<&'a mut Room>,
+}
+
+impl<'a> FluidPass<'a> {
+    /// A pass of `dt` \[s] under `gravity` [m/s^2].
+    fn of(solver: &'a mut Solver, gravity: Vector, dt: Real) -> Self {
+        let Solver { domain, boundary, settings, flow, forces, projection, grains, acceleration, room, .. } = solver;
+        let acceleration = Acceleration::for_pass(acceleration, domain, flow, dt);
+        let now = Pass { domain, boundary, gravity, dt };
+        Self { now, settings, flow, forces, projection, grains, acceleration, room: room.as_mut() }
+    }
+
+    /// Phase 1: liquid and momentum move with the face velocities.
+    fn transport(&mut self, report: &mut StepReport) {
+        let Self { flow, projection, grains, .. } = self;
+        let Pass { domain, boundary, dt, .. } = self.now;
+        report.courant = report.courant.max(flow.advective_rate(domain) * dt);
+        // Incremental projection: the old pressure gradient acts at half time during the transport (second order).
+        let half = if self.settings.incremental { 0.5 * dt } else { 0.0 };
+        projection.add_gradient(domain, &flow.density, &mut flow.velocity, -half);
+        if let Some(acceleration) = &mut self.acceleration {
+            let uniform = self.forces.uniform_acceleration(&self.now);
+            acceleration.keep(domain, projection.pressure(), &flow.density, uniform);
+        }
+        let beside = self.room.as_deref_mut().map(|room| (room, grains.covered()));
+        report.transport += flow.transport_beside(domain, boundary, dt, beside);
+        projection.add_gradient(domain, &flow.density, &mut flow.velocity, half);
+    }
+
+    /// Phase 2: viscous stress, friction on the surfaces of grains.
+    fn diffuse(&mut self, report: &mut StepReport) -> Result<(), StepError> {
+        let Self { flow, grains, acceleration, .. } = self;
+        let Pass { domain, boundary, gravity, dt } = self.now;
+        if let (Some(acceleration), Some(surface)) = (&mut *acceleration, grains.surface_mut()) {
+            acceleration.set_damping(domain, dt, flow, surface.parts().0);
+        }
+        if let Some(acceleration) = &*acceleration {
+            grains.join(domain, flow, acceleration.response(), dt);
+            acceleration.add(domain, &mut flow.velocity, |_| dt);
+        }
+        report.diffusion += grains.diffuse(domain, boundary, flow, gravity, dt)?;
+        Ok(())
+    }
+
+    /// Phase 3: forces on the fluid, face velocities.
+    fn predict(&mut self, report: &mut StepReport) {
+        let Self { now, flow, forces, grains, acceleration, .. } = self;
+        match &*acceleration {
+            Some(acceleration) => {
+                grains.settle(now.domain, flow, acceleration.response());
+                acceleration.predict(now, flow, forces, &mut report.impulses);
+            }
+            None => forces.predict(now, flow, &mut report.impulses),
+        }
+    }
+
+    /// Phase 4: pressure, velocities free of divergence beside grains that close faces.
+    fn project(&mut self, report: &mut StepReport) -> Result<(), StepError> {
+        let Pass { domain, boundary, gravity, dt } = self.now;
+        if let Some(closing) = self.grains.closing() {
+            let response = self.acceleration.as_ref().and_then(|acceleration| acceleration.response());
+            self.projection.close_faces(domain, boundary, Closing { response, ..closing }, self.flow, dt);
+        }
+        let Flow { density, velocity, face_velocity, .. } = &mut *self.flow;
+        let tolerance = &self.settings.tolerance;
+        report.pressure += self.projection.project(domain, density, velocity, face_velocity, gravity, dt, tolerance)?;
+        Ok(())
+    }
+
+    /// The part of the pass in the loads of phase 5: what the projection moved the surfaces by, and the stress.
+    fn load(&mut self) {
+        let Self { now, flow, projection, grains, room, .. } = self;
+        let Pass { domain, gravity, dt, .. } = *now;
+        if let Some(acceleration) = &self.acceleration {
+            if let Some(response) = acceleration.response() {
+                grains.give_way(domain, flow, response, acceleration.change(now, flow, projection));
+            }
+            let joint = grains.is_joint();
+            if let Some(surface) = grains.surface_mut() {
+                acceleration.rub(now, flow, projection, surface, joint);
+            }
+            grains.end_pass(domain, flow, gravity, dt);
+        }
+        if let Some(room) = room {
+            room.hand_over(domain, grains.covered(), flow, gravity * dt);
+        }
+        let gradient = projection.gradient(&flow.density);
+        grains
+            .add_stress(domain, dt, |at| flow.density.data()[at] * flow.viscous_acceleration(at, dt) - gradient.at(at));
+    }
+}
