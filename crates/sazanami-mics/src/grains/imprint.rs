@@ -16,7 +16,7 @@ use sazanami_numerics::grid::{Field, GHOSTS};
 use sazanami_numerics::{Quaternion, Real, Vector};
 use sazanami_parallel::{Rows, for_each_chunk};
 
-use lists::Lists;
+use lists::{Lists, Part, Planes, cut};
 
 /// Grains in one group of cell lists: the unit of parallel work.
 const GROUP: usize = 32;
@@ -108,6 +108,9 @@ struct Group {
     shares: Vec<Share>,
     previous: Vec<Share>,
     ends: Vec<u32>,
+    /// The shares of each member, cut at planes of cells, and the ends of these lists.
+    parts: Vec<Part>,
+    part_ends: Vec<u32>,
     poses: Vec<Pose>,
     volumes: Vec<Real>,
     outside: Vec<Real>,
@@ -126,6 +129,12 @@ struct Evaluation<'a> {
     poses: Option<&'a [Pose]>,
 }
 
+/// Range of a list with these `ends` that belongs to `member`.
+fn range_of(ends: &[u32], member: usize) -> Range<usize> {
+    let start = if member == 0 { 0 } else { ends[member - 1] as usize };
+    start..ends[member] as usize
+}
+
 impl Group {
     fn new(method: VolumeFractionMethod, with_areas: bool) -> Self {
         Self {
@@ -134,6 +143,8 @@ impl Group {
             shares: Vec::new(),
             previous: Vec::new(),
             ends: Vec::new(),
+            parts: Vec::new(),
+            part_ends: Vec::new(),
             poses: Vec::new(),
             volumes: Vec::new(),
             outside: Vec::new(),
@@ -143,8 +154,11 @@ impl Group {
     }
 
     fn range(&self, member: usize) -> Range<usize> {
-        let start = if member == 0 { 0 } else { self.ends[member - 1] as usize };
-        start..self.ends[member] as usize
+        range_of(&self.ends, member)
+    }
+
+    fn parts_of(&self, member: usize) -> &[Part] {
+        &self.parts[range_of(&self.part_ends, member)]
     }
 
     /// Evaluates the members whose pose has changed; the lists of the others are kept.
@@ -182,14 +196,28 @@ impl Group {
             }
             self.ends[member] = self.shares.len() as u32;
         }
+        self.cut(members.start, with.domain.strides()[2] as usize);
         if !known {
             // In reserve: grains that move may touch more cells.
             let reserve = self.shares.len() / 4 + 16;
             self.shares.reserve(reserve);
+            let reserve = self.parts.len() / 4 + 16;
+            self.parts.reserve(reserve);
             // Nothing of the earlier lists is needed any more. Exactly as much: the two take turns, and whatever one had more
             // than the other would be doubled whenever the entries change.
             self.previous.clear();
             self.previous.reserve_exact(self.shares.capacity());
+        }
+    }
+
+    /// Cuts the shares of the members, the `first` of which is this entry of the engine, at planes of `size` cells.
+    fn cut(&mut self, first: usize, size: usize) {
+        self.parts.clear();
+        self.part_ends.clear();
+        for member in 0..self.ends.len() {
+            let range = self.range(member);
+            cut(first + member, &self.shares[range.clone()], range.start, size, &mut self.parts);
+            self.part_ends.push(self.parts.len() as u32);
         }
     }
 
@@ -247,9 +275,7 @@ pub struct Imprint {
     keys: Vec<(u64, [i32; 3])>,
     /// Entries in the order of their keys: sums over them do not depend on the decomposition.
     order: Vec<u32>,
-    /// Entries that touch each plane of cells, plane by plane, and the offset of each plane.
-    touching: Vec<u32>,
-    planes: Vec<u32>,
+    planes: Planes,
     overfull: Vec<(usize, Real)>,
     covered: Vec<bool>,
     rows: usize,
@@ -274,8 +300,7 @@ impl Imprint {
             groups: Vec::new(),
             keys: Vec::new(),
             order: Vec::new(),
-            touching: Vec::new(),
-            planes: vec![0; n3 + 1],
+            planes: Planes::new(n3),
             overfull: vec![(0, 0.0); n3],
             covered: vec![false; n2 * n3],
             rows: n2,
@@ -333,7 +358,7 @@ impl Imprint {
             let first = number * GROUP;
             groups[0].evaluate(with, first..(first + GROUP).min(count));
         });
-        self.sort_into_planes(domain.strides()[2] as usize);
+        self.planes.sort(&self.groups, &self.order);
         self.sum(domain, grains);
         self.report(domain, grains.owned())
     }
@@ -355,49 +380,15 @@ impl Imprint {
         }
     }
 
-    /// Lists the grains that touch each plane of cells, in the order of their keys: a counting sort.
-    fn sort_into_planes(&mut self, plane: usize) {
-        let Self { touching, planes, groups, order, .. } = self;
-        let touched = |n: u32| {
-            let group = &groups[n as usize / GROUP];
-            let shares = &group.shares[group.range(n as usize % GROUP)];
-            match (shares.first(), shares.last()) {
-                (Some(first), Some(last)) => first.at as usize / plane - GHOSTS..last.at as usize / plane - GHOSTS + 1,
-                _ => 0..0,
-            }
-        };
-        planes.fill(0);
-        order.iter().flat_map(|&n| touched(n)).for_each(|k| planes[k + 1] += 1);
-        for k in 1..planes.len() {
-            planes[k] += planes[k - 1];
-        }
-        let total = planes.last().map_or(0, |&end| end as usize);
-        if touching.len() < total {
-            // In reserve: grains that move may touch more planes.
-            touching.resize(total + total / 4 + 16, 0);
-        }
-        for &n in order.iter() {
-            for k in touched(n) {
-                touching[planes[k] as usize] = n;
-                planes[k] += 1;
-            }
-        }
-        // Every start has moved to its end, which is the next start.
-        let last = planes.len() - 1;
-        planes.copy_within(0..last, 1);
-        planes[0] = 0;
-    }
-
     /// Sums the shares into solid fraction and density, plane by plane; counts the overfull cells. The velocities
     /// of rows covered before become zero.
     fn sum(&mut self, domain: &Domain, grains: &Grains) {
         let [plane, width] = [2, 1].map(|d| domain.strides()[d] as usize);
         let [n1, n2, n3] = domain.cells();
         let interior = GHOSTS * plane..(GHOSTS + n3) * plane;
-        let Self { groups, touching, planes, solid_fraction, solid_density, solid_velocity, covered, overfull, .. } =
-            self;
+        let Self { groups, planes, solid_fraction, solid_density, solid_velocity, covered, overfull, .. } = self;
         let rigid = self.rigid;
-        let lists = Lists { groups, touching, planes };
+        let lists = Lists { groups, planes };
         let [v1, v2, v3] = solid_velocity;
         let fields = [solid_fraction, solid_density, v1, v2, v3]
             .map(|field| Rows { data: &mut field.data_mut()[interior.clone()], width: plane });
@@ -414,7 +405,7 @@ impl Imprint {
                 }
             }
             covered.fill(false);
-            lists.for_each_share(k, origin..origin + plane, |n, volume, shares| {
+            lists.for_each_share(k, |n, volume, shares| {
                 let free = grains.motion[n] == Motion::Free;
                 let rho = if free { grains.mass[n] / volume } else { rigid * grains.mass[n] / volume };
                 for share in shares {
@@ -445,8 +436,8 @@ impl Imprint {
     /// Sums the rigid velocities into `solid_velocity`: velocity and angular velocity of every grain and ghost are in
     /// `motion`.
     pub fn sum_velocities(&mut self, domain: &Domain, motion: &[[Real; 6]]) {
-        let Self { groups, touching, planes, solid_velocity, covered, .. } = self;
-        let lists = Lists { groups, touching, planes };
+        let Self { groups, planes, solid_velocity, covered, .. } = self;
+        let lists = Lists { groups, planes };
         lists.sum(domain, covered, solid_velocity.each_mut(), |n, share| {
             let [velocity, spin] = [0, 3].map(|first| Vector::from_slice(&motion[n][first..first + 3]));
             share.fraction * (velocity + spin.cross(share.arm()))
@@ -462,8 +453,8 @@ impl Imprint {
         area: &mut Field<Real>,
         velocity: [&mut Field<Real>; 3],
     ) {
-        let Self { groups, touching, planes, covered, .. } = self;
-        let lists = Lists { groups, touching, planes };
+        let Self { groups, planes, covered, .. } = self;
+        let lists = Lists { groups, planes };
         lists.sum(domain, covered, velocity, |n, share| {
             let [velocity, spin] = [0, 3].map(|first| Vector::from_slice(&motion[n][first..first + 3]));
             Real::from(share.wetted) * (velocity + spin.cross(share.foot()))
@@ -474,7 +465,7 @@ impl Imprint {
         for_each_chunk(rows, 1, |k, area| {
             let origin = (GHOSTS + k) * plane;
             area.data.fill(0.0);
-            lists.for_each_share(k, origin..origin + plane, |_, _, shares| {
+            lists.for_each_share(k, |_, _, shares| {
                 shares.iter().for_each(|share| area.data[share.at as usize - origin] += Real::from(share.wetted));
             });
         });
@@ -487,21 +478,21 @@ impl Imprint {
         into: [&mut Field<Real>; 3],
         value: impl Fn(usize, &Share) -> Vector + Sync,
     ) {
-        let Self { groups, touching, planes, covered, .. } = self;
-        Lists { groups, touching, planes }.sum(domain, covered, into, value);
+        let Self { groups, planes, covered, .. } = self;
+        Lists { groups, planes }.sum(domain, covered, into, value);
     }
 
     /// Sums `alpha_k density(k)` into the solid mass per cell volume, until the grains are imprinted again.
     pub(super) fn sum_densities(&mut self, domain: &Domain, density: impl Fn(usize) -> Real + Sync) {
-        let Self { groups, touching, planes, solid_density, .. } = self;
-        let lists = Lists { groups, touching, planes };
+        let Self { groups, planes, solid_density, .. } = self;
+        let lists = Lists { groups, planes };
         let plane = domain.strides()[2] as usize;
         let interior = GHOSTS * plane..(GHOSTS + domain.cells()[2]) * plane;
         let rows = Rows { data: &mut solid_density.data_mut()[interior], width: plane };
         for_each_chunk(rows, 1, |k, sums| {
             let origin = (GHOSTS + k) * plane;
             sums.data.fill(0.0);
-            lists.for_each_share(k, origin..origin + plane, |n, _, shares| {
+            lists.for_each_share(k, |n, _, shares| {
                 shares.iter().for_each(|share| sums.data[share.at as usize - origin] += share.fraction * density(n));
             });
         });
@@ -514,8 +505,8 @@ impl Imprint {
 
     /// Sums the angular velocities in `motion` times the fractions into `spin`.
     pub fn sum_spins(&self, domain: &Domain, motion: &[[Real; 6]], spin: [&mut Field<Real>; 3]) {
-        let Self { groups, touching, planes, covered, .. } = self;
-        let lists = Lists { groups, touching, planes };
+        let Self { groups, planes, covered, .. } = self;
+        let lists = Lists { groups, planes };
         lists.sum(domain, covered, spin, |n, share| share.fraction * Vector::from_slice(&motion[n][3..]));
     }
 }
