@@ -535,7 +535,7 @@ mod tests {
         let engine = Engine::new(&domain, setup, &grains).expect("grains");
         let mut imprint = Imprint::new([8; 3], VolumeFractionMethod::Clip, TorqueArm::Centroid);
         let capacities = |imprint: &Imprint| {
-            let held = |group: &Group| group.shares.capacity() + group.previous.capacity();
+            let held = |group: &Group| group.shares.capacity() + group.previous.capacity() + group.parts.capacity();
             imprint.groups.iter().map(held).sum::<usize>()
         };
         imprint.update(&domain, engine.grains(), std::slice::from_ref(&shape), None);
