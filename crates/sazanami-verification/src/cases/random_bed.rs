@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use sazanami_dem::{Grain, Motion, Random};
+use sazanami_dem::{Grain, Motion};
 use sazanami_mics::boundary::Boundary;
 use sazanami_mics::grains::SurfaceFriction;
 use sazanami_numerics::grid::Grid;
@@ -17,6 +17,12 @@ const EDGE: usize = 3;
 /// Part of the periodic box that the spheres fill.
 const SOLID_FRACTION: Real = 0.4;
 
+/// Number between 0 and 1 of a linear congruential generator (Knuth's MMIX).
+fn random(state: &mut u64) -> Real {
+    *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+    (*state >> 11) as Real / (1_u64 << 53) as Real
+}
+
 /// Edge of the periodic box in diameters.
 fn edge() -> Real {
     (EDGE.pow(3) as Real * PI / 6.0 / SOLID_FRACTION).cbrt()
@@ -24,14 +30,15 @@ fn edge() -> Real {
 
 /// Centres of an arrangement of hard spheres in equilibrium: a lattice after 2000 trial moves of every sphere.
 fn arrangement(seed: u64) -> Vec<Vector> {
-    let (edge, mut random) = (edge(), Random::new(seed));
+    let (edge, mut state) = (edge(), seed);
     let pitch = edge / EDGE as Real;
     let at = |n: usize| (n as Real + 0.5) * pitch;
     let sites = (0..EDGE.pow(3)).map(|n| Vector::new(at(n % EDGE), at(n / EDGE % EDGE), at(n / EDGE / EDGE)));
     let mut centres: Vec<Vector> = sites.collect();
     for trial in 0..2000 * centres.len() {
         let moved = trial % centres.len();
-        let place = centres[moved] + Vector::from_array([0; 3].map(|_| random.between(-0.15, 0.15)));
+        let place =
+            centres[moved] + 0.3 * (Vector::from_array([0; 3].map(|_| random(&mut state))) - Vector::splat(0.5));
         let apart = |other: &Vector| {
             let way = place - *other;
             (way - edge * (way / edge).round()).length() > 1.01
