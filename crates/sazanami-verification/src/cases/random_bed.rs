@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use sazanami_dem::{Grain, Motion};
 use sazanami_mics::boundary::Boundary;
 use sazanami_mics::grains::SurfaceFriction;
+use sazanami_mps::grains::{DragForm, DragParameters};
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
 
@@ -53,11 +54,9 @@ fn arrangement(seed: u64) -> Vec<Vector> {
 /// Drag on a sphere of a random arrangement over `3 pi mu d U`, `U` the superficial velocity, without the mean pressure gradient
 /// (Beetstra, van der Hoef and Kuipers 2007, AIChE J. 53, 489).
 fn beetstra(reynolds: Real) -> Real {
-    let (phi, open) = (SOLID_FRACTION, 1.0 - SOLID_FRACTION);
-    let slow = 10.0 * phi / open.powi(2) + open.powi(2) * (1.0 + 1.5 * phi.sqrt());
-    let above = 1.0 / open + 3.0 * phi * open + 8.4 * reynolds.powf(-0.343);
-    let below = 1.0 + 10.0_f64.powf(3.0 * phi) * reynolds.powf(-0.5 * (1.0 + 4.0 * phi));
-    slow + 0.413 * reynolds / (24.0 * open.powi(2)) * above / below
+    let open = 1.0 - SOLID_FRACTION;
+    let law = DragParameters { form: DragForm::Beetstra, ..DragParameters::recommended(1.0, 1.0) };
+    law.coefficient(1.0, open, reynolds / open) / (3.0 * PI * open)
 }
 
 /// Drag over that of Beetstra et al. at the Reynolds number found; the mean over the last two fifths of the run.
