@@ -9,8 +9,8 @@ use super::Search;
 use crate::case::meaning::{PairContact, Solver};
 use crate::case::units::rounded;
 use crate::check::{
-    Cause, CostModel, LimitReport, Pace, ShapeFacts, TankReport, number, packing_substeps, population_reports, speeds,
-    stiffest_contact, stiffness, strongest_force, tank,
+    Cause, CostModel, LimitReport, Pace, ShapeFacts, TankReport, film_rules, number, packing_substeps,
+    population_reports, speeds, stiffest_contact, stiffness, strongest_force, tank,
 };
 use crate::clock::fixed_step;
 
