@@ -61,7 +61,9 @@ pub enum DemError {
         what: String,
     },
     /// The parameters of the film make no sense.
-    #[error("a film needs a viscosity, a roughness and a reach above zero, not {film:?}")]
+    #[error(
+        "a film needs a viscosity that is finite and not negative, and a roughness and a reach above zero, not {film:?}"
+    )]
     BadFilm {
         /// The film.
         film: Film,

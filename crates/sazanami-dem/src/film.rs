@@ -12,7 +12,7 @@
 //!
 //! A fast grain crosses the film within few sub-steps. The force of a sub-step is therefore the mean over the gaps that the
 //! spheres pass through in it at their present rate, an integral with a closed form: the momentum that the film takes is right
-//! for any length of the sub-step.
+//! for any number of sub-steps within it, as long as a grain does not pass the whole film in one.
 
 use std::f64::consts::PI;
 

@@ -55,7 +55,7 @@ impl Engine {
             out.u32("contact.image_3", contacts.iter().map(|c| c.image[2].cast_unsigned()));
         }
         out.u32("contact.spheres", contacts.iter().flat_map(|c| [u32::from(c.a), u32::from(c.b)]));
-        out.u32("contact.deep", contacts.iter().map(|c| c.deep as u32));
+        out.u32("contact.deep", contacts.iter().map(|c| c.marks as u32));
         out.reals("contact.displacement", contacts.iter().flat_map(|c| c.d_t));
         out.reals("wall.point", self.walls.iter().flat_map(|w| w.point.to_array()));
         out.reals("wall.velocity", self.walls.iter().flat_map(|w| w.velocity.to_array()));
@@ -156,7 +156,7 @@ impl State {
             Err(SnapshotError::Missing { .. }) => None,
             found => Some(found?),
         };
-        let (deep, d_t) = (from.u32_of("contact.deep", n)?, from.reals_of("contact.displacement", 3 * n)?);
+        let (marks, d_t) = (from.u32_of("contact.deep", n)?, from.reals_of("contact.displacement", 3 * n)?);
         let contacts = (0..n)
             .map(|c| ContactRecord {
                 low: low[c],
@@ -164,7 +164,7 @@ impl State {
                 image: [image[2 * c], image[2 * c + 1], high_image.map_or(0, |image| image[c])].map(u32::cast_signed),
                 a: spheres[2 * c] as u16,
                 b: spheres[2 * c + 1] as u16,
-                deep: u64::from(deep[c]),
+                marks: u64::from(marks[c]),
                 d_t: triple(d_t, c),
             })
             .collect();

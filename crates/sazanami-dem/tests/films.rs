@@ -78,7 +78,6 @@ fn balls_rebound_from_a_wall_as_measured_in_liquids() {
         let measured = (-35.0 / stokes).exp();
         let band = if stokes > 20.0 { 0.1 } else { 0.18 };
         assert!((found / DRY - measured).abs() < band, "{stokes}: {} {measured}", found / DRY);
-        println!("{stokes}: {:.3} {:.3} {measured:.3}", found / DRY, by_passage(stokes) / DRY);
     }
     // Controls: without a film, and with one of no viscosity, a ball rebounds as in air.
     for none in [None, Some(Film { viscosity: 0.0, ..film(1.0) })] {
@@ -148,6 +147,12 @@ fn a_film_is_no_contact() {
         let mut engine = Engine::new(&domain, setup(Some(film(50.0)), vec![]), &grains).expect("the case is sound");
         let report =
             engine.advance(&domain, &Loads::none(), Vector::ZERO, 1e-6, Substeps::Fixed(1)).expect("the case is sound");
+        // Nor is it one to new lists, those after an interruption among them.
+        let mut snapshot = Snapshot::default();
+        engine.snapshot(&domain, "dem/", &mut snapshot);
+        let again =
+            Engine::restore(&domain, setup(Some(film(50.0)), vec![]), "dem/", &snapshot).expect("the case is sound");
+        assert_eq!([0, 1].map(|n| engine.touched_grains(n)), [0, 1].map(|n| again.touched_grains(n)));
         let grains = engine.grains();
         let moved = grains.velocity[0].x != 0.0;
         (

@@ -27,7 +27,7 @@ pub use bed_flow::{BedReport, PredictedReport};
 pub(crate) use cost::packing_substeps;
 use cost::packing_time;
 pub use disk::warn_of_disk;
-pub(crate) use limits::{Cause, Pace, speeds, stiffest_contact, stiffness, strongest_force};
+pub(crate) use limits::{Cause, Pace, film_rules, speeds, stiffest_contact, stiffness, strongest_force};
 pub use memory::{check_memory, memory, warn_of_address_space};
 pub use model::CostModel;
 pub use particles::ParticlesReport;

@@ -214,6 +214,9 @@ impl Block {
                     self.contacts[kept] = self.contacts[from];
                 }
                 self.contacts[kept].d_t = forces.d_t.lane(l);
+                if !PLAIN && apart {
+                    self.contacts[kept].deep = false;
+                }
                 let fraction = forces.fraction.0[l];
                 if fraction > deepest.0 {
                     deepest = (fraction, kept);

@@ -145,16 +145,17 @@ fn fill(
             let p = block.pairs.len() as u32;
             let first = block.contacts.len() as u32;
             let known = mine.clone().filter(|r| r.high == grains.id[high as usize] && r.image == image);
+            let apart = known.clone().any(|r| r.is(ContactRecord::APART));
             block.contacts.extend(known.map(|r| Contact {
                 pair: p,
                 a: r.a,
                 b: r.b,
-                deep: r.deep != 0,
+                deep: r.is(ContactRecord::DEEP),
                 d_t: Vector::from_array(r.d_t),
             }));
             let touching = block.contacts.last().is_some_and(|c| c.pair == p);
             let mut pair = pair(grains, interactions, [low as u32, high], image, touching);
-            pair.contacts = first;
+            (pair.contacts, pair.apart) = (first, apart);
             let sum = context.travel[low] + context.travel[high as usize];
             let (left, mut nearest) = previous
                 .and_then(|old| remaining(old, low, high as usize, image))
@@ -242,7 +243,7 @@ fn add_walls(
         block.walls.contacts.extend(known.map(|r| WallContact {
             pair: p,
             a: r.a,
-            deep: r.deep != 0,
+            deep: r.is(ContactRecord::DEEP),
             d_t: Vector::from_array(r.d_t),
         }));
         let free = height * (1.0 - 1e-9) - context.reach * context.poses[grain].radius;

@@ -14,12 +14,25 @@ pub(crate) struct ContactRecord {
     pub image: [i32; 3],
     pub a: u16,
     pub b: u16,
-    /// Whether it has been counted as deeper than the warning limit.
-    pub deep: u64,
+    /// [`Self::DEEP`] and [`Self::APART`], or neither.
+    pub marks: u64,
     pub d_t: [Real; 3],
 }
 
 impl ContactRecord {
+    /// It has been counted as deeper than the warning limit.
+    pub const DEEP: u64 = 1;
+    /// The film alone acts.
+    pub const APART: u64 = 2;
+
+    pub fn marks(deep: bool, apart: bool) -> u64 {
+        u64::from(deep) * Self::DEEP + u64::from(apart) * Self::APART
+    }
+
+    pub fn is(&self, mark: u64) -> bool {
+        self.marks & mark != 0
+    }
+
     pub fn key(&self) -> (u64, u64, [i32; 3], u16, u16) {
         (self.low, self.high, self.image, self.a, self.b)
     }

@@ -94,6 +94,7 @@ impl WallContacts {
                     *skip_until = skip_until.min(travel);
                     continue;
                 };
+                contact.deep &= overlap > 0.0;
                 if fraction > DEEP_OVERLAP && !contact.deep {
                     contact.deep = true;
                     counters.deepened += 1;

@@ -26,7 +26,12 @@ impl Engine {
     /// Films are for balls, and end above the roughness.
     fn check_film(&self, grains: &[GrainRecord]) -> Result<(), DemError> {
         let Some(film) = self.interactions.film() else { return Ok(()) };
-        if !(film.viscosity >= 0.0 && film.roughness > 0.0 && film.reach > 0.0 && film.reach.is_finite()) {
+        if !(film.viscosity >= 0.0
+            && film.viscosity.is_finite()
+            && film.roughness > 0.0
+            && film.reach > 0.0
+            && film.reach.is_finite())
+        {
             return Err(DemError::BadFilm { film: *film });
         }
         let fits = |r: &GrainRecord| {

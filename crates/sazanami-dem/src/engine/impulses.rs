@@ -65,11 +65,15 @@ impl Engine {
     /// If there are not as many impulses as own grains.
     pub fn apply_impulses(&mut self, domain: &Domain, impulses: &[Vector]) {
         assert_eq!(impulses.len(), self.grains.owned, "every own grain has an impulse");
-        for (g, impulse) in impulses.iter().enumerate() {
-            let change = *impulse * self.mass_properties[g].inverse_mass;
-            self.grains.velocity[g] += change;
-            self.poses[g].velocity = self.grains.velocity[g];
-        }
+        let Self { grains, poses, mass_properties, .. } = self;
+        let columns = (&mut grains.velocity[..grains.owned], &mut poses[..grains.owned]);
+        for_each_chunk(columns, ROWS, |number, (velocity, poses)| {
+            for (n, (velocity, pose)) in velocity.iter_mut().zip(poses).enumerate() {
+                let g = number * ROWS + n;
+                *velocity += impulses[g] * mass_properties[g].inverse_mass;
+                pose.velocity = *velocity;
+            }
+        });
         self.refresh_ghosts(domain);
     }
 

@@ -51,7 +51,7 @@ impl Engine {
                     image: [0; 3],
                     a: c.a,
                     b: 0,
-                    deep: u64::from(c.deep),
+                    marks: ContactRecord::marks(c.deep, false),
                     d_t: c.d_t.to_array(),
                 }
             };
@@ -68,7 +68,7 @@ impl Engine {
                     image: pair.image.map(i32::from),
                     a: c.a,
                     b: c.b,
-                    deep: u64::from(c.deep),
+                    marks: ContactRecord::marks(c.deep, pair.apart),
                     d_t: c.d_t.to_array(),
                 });
             }

@@ -253,4 +253,16 @@ mod tests {
         assert!((rate(1.0) / (18.0 * 1e-3 / (density * d * d)) - 1.0).abs() < 1e-3);
         assert!(rate(0.4) > 10.0 * rate(1.0));
     }
+
+    #[test]
+    fn drag_is_finite_without_viscosity_and_without_slip() {
+        for form in [DragForm::Blend, DragForm::DiFelice, DragForm::Beetstra] {
+            let law = DragParameters { form, ..DragParameters::recommended(1000.0, 0.0) };
+            let at = |s: Real| law.coefficient(1e-3, 0.6, s);
+            // The force grows with the square of the slip.
+            assert!(at(0.0) == 0.0 && (at(0.2) / at(0.1) - 2.0).abs() < 1e-9, "{form:?}: {} {}", at(0.0), at(0.1));
+            // Control: viscosity resists the slowest slip.
+            assert!(DragParameters { viscosity: 1e-3, ..law }.coefficient(1e-3, 0.6, 0.0) > 0.0, "{form:?}");
+        }
+    }
 }

@@ -2,9 +2,10 @@
 
 use std::f64::consts::PI;
 
-use sazanami_dem::{Grain, Motion, Random};
+use sazanami_dem::{Grain, Motion};
 use sazanami_mics::boundary::Boundary;
 use sazanami_mics::grains::SurfaceFriction;
+use sazanami_mps::grains::{DragForm, DragParameters};
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
 
@@ -17,6 +18,12 @@ const EDGE: usize = 3;
 /// Part of the periodic box that the spheres fill.
 const SOLID_FRACTION: Real = 0.4;
 
+/// Number between 0 and 1 of a linear congruential generator (Knuth's MMIX).
+fn random(state: &mut u64) -> Real {
+    *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+    (*state >> 11) as Real / (1_u64 << 53) as Real
+}
+
 /// Edge of the periodic box in diameters.
 fn edge() -> Real {
     (EDGE.pow(3) as Real * PI / 6.0 / SOLID_FRACTION).cbrt()
@@ -24,14 +31,15 @@ fn edge() -> Real {
 
 /// Centres of an arrangement of hard spheres in equilibrium: a lattice after 2000 trial moves of every sphere.
 fn arrangement(seed: u64) -> Vec<Vector> {
-    let (edge, mut random) = (edge(), Random::new(seed));
+    let (edge, mut state) = (edge(), seed);
     let pitch = edge / EDGE as Real;
     let at = |n: usize| (n as Real + 0.5) * pitch;
     let sites = (0..EDGE.pow(3)).map(|n| Vector::new(at(n % EDGE), at(n / EDGE % EDGE), at(n / EDGE / EDGE)));
     let mut centres: Vec<Vector> = sites.collect();
     for trial in 0..2000 * centres.len() {
         let moved = trial % centres.len();
-        let place = centres[moved] + Vector::from_array([0; 3].map(|_| random.between(-0.15, 0.15)));
+        let place =
+            centres[moved] + 0.3 * (Vector::from_array([0; 3].map(|_| random(&mut state))) - Vector::splat(0.5));
         let apart = |other: &Vector| {
             let way = place - *other;
             (way - edge * (way / edge).round()).length() > 1.01
@@ -46,11 +54,9 @@ fn arrangement(seed: u64) -> Vec<Vector> {
 /// Drag on a sphere of a random arrangement over `3 pi mu d U`, `U` the superficial velocity, without the mean pressure gradient
 /// (Beetstra, van der Hoef and Kuipers 2007, AIChE J. 53, 489).
 fn beetstra(reynolds: Real) -> Real {
-    let (phi, open) = (SOLID_FRACTION, 1.0 - SOLID_FRACTION);
-    let slow = 10.0 * phi / open.powi(2) + open.powi(2) * (1.0 + 1.5 * phi.sqrt());
-    let above = 1.0 / open + 3.0 * phi * open + 8.4 * reynolds.powf(-0.343);
-    let below = 1.0 + 10.0_f64.powf(3.0 * phi) * reynolds.powf(-0.5 * (1.0 + 4.0 * phi));
-    slow + 0.413 * reynolds / (24.0 * open.powi(2)) * above / below
+    let open = 1.0 - SOLID_FRACTION;
+    let law = DragParameters { form: DragForm::Beetstra, ..DragParameters::recommended(1.0, 1.0) };
+    law.coefficient(1.0, open, reynolds / open) / (3.0 * PI * open)
 }
 
 /// Drag over that of Beetstra et al. at the Reynolds number found; the mean over the last two fifths of the run.

@@ -3,7 +3,7 @@
 use sazanami_dem::TILT;
 use sazanami_numerics::Real;
 
-use super::limits::contact_step;
+use super::limits::{FilmActs, contact_step};
 use super::{CostModel, PACKED, ParticlesReport, PopulationReport, Size};
 use crate::case::meaning::{Case, GrainPlacement, Lattice, Packing, PackingStop};
 
@@ -67,7 +67,7 @@ pub(super) fn predict(
 
 /// Sub-steps that packing takes: the fall from the lattice, then the bounces until the bed rests.
 pub(crate) fn packing_substeps(case: &Case, populations: &[PopulationReport], model: &CostModel) -> Real {
-    match (packing_time(case, populations, model), contact_step(case, populations)) {
+    match (packing_time(case, populations, model), contact_step(case, populations, FilmActs::Not)) {
         (Some(time), Some(contact)) => time / contact,
         _ => 0.0,
     }

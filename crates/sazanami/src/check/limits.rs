@@ -103,7 +103,7 @@ impl Pace {
             ContactStart::Touch => SPIN_ERROR_AT_TOUCH,
         };
         let of_longest = |longest: Real| of_first * dt / substeps as Real / longest;
-        let spin_error = contact_step(case, populations).map(of_longest).filter(|_| substeps > 0);
+        let spin_error = contact_step(case, populations, FilmActs::Not).map(of_longest).filter(|_| substeps > 0);
         Self { limits, dt, passes, substeps, spin_error, steps }
     }
 }
@@ -291,7 +291,7 @@ fn of_grid(
     fluid::forces(case).into_iter().for_each(|force| forces.add(force));
     let explicit = case.fluid.viscosity == ViscosityScheme::Explicit;
     let fixed = match case.dem.substeps {
-        Substeps::Fixed(n) => contact_step(case, populations).map(|contact| (n, contact)),
+        Substeps::Fixed(n) => contact_step(case, populations, FilmActs::Too).map(|contact| (n, contact)),
         Substeps::Auto => None,
     };
     let rates = match carrying_flow(case) {
@@ -427,10 +427,21 @@ pub(crate) fn stiffest_contact(case: &Case) -> Option<&PairContact> {
     all.max_by(|a, b| stiffness(case, a).total_cmp(&stiffness(case, b)))
 }
 
+/// Whether the film between grains acts beside their contacts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum FilmActs {
+    Too,
+    Not,
+}
+
 /// Longest sub-step the contacts allow \[s], by the engine's own limit for the smallest and the largest grains of each
-/// population; `None` where no grain moves.
-pub(super) fn contact_step(case: &Case, populations: &[PopulationReport]) -> Option<Real> {
-    let interactions = grains::wet_interactions(case);
+/// population; `None` where no grain moves. The film of the case may ask for shorter ones than its springs; a bed is packed
+/// without it.
+pub(super) fn contact_step(case: &Case, populations: &[PopulationReport], film: FilmActs) -> Option<Real> {
+    let interactions = match film {
+        FilmActs::Too => grains::wet_interactions(case),
+        FilmActs::Not => grains::interactions(case),
+    };
     let mut masses = EffectiveMasses::new(interactions.materials());
     for (population, report) in case.grains.iter().zip(populations) {
         let Some(body) = report.body.as_ref().filter(|_| moves(population)) else { continue };
@@ -441,6 +452,12 @@ pub(super) fn contact_step(case: &Case, populations: &[PopulationReport]) -> Opt
         }
     }
     Some(masses.longest_substep(&interactions)).filter(|step| step.is_finite())
+}
+
+/// Whether the film between grains asks for shorter sub-steps than their contacts.
+pub(crate) fn film_rules(case: &Case, populations: &[PopulationReport]) -> bool {
+    let [too, not] = [FilmActs::Too, FilmActs::Not].map(|film| contact_step(case, populations, film));
+    too < not
 }
 
 /// Whether forces move a grain of the population.
@@ -457,7 +474,9 @@ fn substeps(case: &Case, populations: &[PopulationReport], dt: Real) -> usize {
     }
     match case.dem.substeps {
         Substeps::Fixed(n) => n,
-        Substeps::Auto => contact_step(case, populations).map_or(1, |step| (dt / step).ceil() as usize).max(1),
+        Substeps::Auto => {
+            contact_step(case, populations, FilmActs::Too).map_or(1, |step| (dt / step).ceil() as usize).max(1)
+        }
     }
 }
 
@@ -496,7 +515,7 @@ mod tests {
     }
 
     fn predicted(case: &Case) -> Real {
-        contact_step(case, &population_reports(case, &[])).unwrap_or(Real::INFINITY)
+        contact_step(case, &population_reports(case, &[]), FilmActs::Too).unwrap_or(Real::INFINITY)
     }
 
     fn shipped() -> Vec<PathBuf> {

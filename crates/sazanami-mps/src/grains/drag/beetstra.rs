@@ -21,14 +21,17 @@ pub struct Beetstra {
     viscosity: Real,
 }
 
-/// The drag over that of Stokes at the same superficial velocity, `F`.
-fn normalised(phi: Real, reynolds: Real) -> Real {
+/// `mu F`, of a liquid without viscosity too: what the second line of `F` has with `mu Re = rho U d`, its `inertia`, is finite.
+fn viscosity_times_drag(phi: Real, viscosity: Real, inertia: Real) -> Real {
     let eps = 1.0 - phi;
-    let slow = 10.0 * phi / (eps * eps) + eps * eps * (1.0 + 1.5 * phi.sqrt());
-    // Re (1/eps + 3 eps phi + 8.4 Re^-0.343), which vanishes with Re.
-    let inertia = reynolds * (1.0 / eps + 3.0 * eps * phi) + 8.4 * reynolds.powf(1.0 - 0.343);
-    let sharing = 1.0 + (1e3_f64).powf(phi) * reynolds.powf(-0.5 * (1.0 + 4.0 * phi));
-    slow + 0.413 / (24.0 * eps * eps) * inertia / sharing
+    let slow = viscosity * (10.0 * phi / (eps * eps) + eps * eps * (1.0 + 1.5 * phi.sqrt()));
+    // Without slip the second line vanishes.
+    if inertia <= 0.0 {
+        return slow;
+    }
+    let shape = 1.0 / eps + 3.0 * eps * phi + 8.4 * (viscosity / inertia).powf(0.343);
+    let sharing = 1.0 + 1e3_f64.powf(phi) * (viscosity / inertia).powf(0.5 * (1.0 + 4.0 * phi));
+    slow + 0.413 / (24.0 * eps * eps) * inertia * shape / sharing
 }
 
 impl DragLaw for Beetstra {
@@ -39,8 +42,8 @@ impl DragLaw for Beetstra {
 
     #[inline]
     fn coefficient(&self, d: Real, eps: Real, s: Real) -> Real {
-        let reynolds = eps * self.density * s * d / self.viscosity;
-        3.0 * PI * self.viscosity * d * eps * normalised((1.0 - eps).max(0.0), reynolds)
+        let inertia = eps * self.density * s * d;
+        3.0 * PI * d * eps * viscosity_times_drag((1.0 - eps).max(0.0), self.viscosity, inertia)
     }
 }
 
@@ -57,11 +60,12 @@ mod tests {
     #[test]
     fn the_formula_is_that_of_the_publication() {
         // Term by term at phi = 0.5, Re = 100: 20 + 0.25 * 2.06066 + 41.3/6 * (2 + 0.75 + 8.4/4.85289)/(1 + 31.6228 * 1e-3).
-        assert!((normalised(0.5, 100.0) / 50.4134 - 1.0).abs() < 2e-6, "{}", normalised(0.5, 100.0));
+        let of = |phi: Real, reynolds: Real| viscosity_times_drag(phi, 1.0, reynolds);
+        assert!((of(0.5, 100.0) / 50.4134 - 1.0).abs() < 2e-6, "{}", of(0.5, 100.0));
         // And at phi = 0.15, Re = 10: 2.07612 + 0.7225 * 1.58095 + 4.13/17.34 * (1.17647 + 0.3825 + 8.4/2.20293)/(1 + 2.81838 * 0.158489).
-        assert!((normalised(0.15, 10.0) / 4.10280 - 1.0).abs() < 2e-6, "{}", normalised(0.15, 10.0));
+        assert!((of(0.15, 10.0) / 4.10280 - 1.0).abs() < 2e-6, "{}", of(0.15, 10.0));
         // Without slip the first line is left.
-        assert_eq!(normalised(0.5, 0.0), 20.0 + 0.25 * (1.0 + 1.5 * 0.5_f64.sqrt()));
+        assert_eq!(of(0.5, 0.0), 20.0 + 0.25 * (1.0 + 1.5 * 0.5_f64.sqrt()));
     }
 
     #[test]

@@ -31,8 +31,9 @@ impl DragLaw for DiFelice {
     fn coefficient(&self, d: Real, eps: Real, s: Real) -> Real {
         // s/Re [m/s].
         let viscous = self.viscosity / (eps * self.density * d);
+        let reynolds = if s > 0.0 { s / viscous } else { 0.0 };
         let drag_times_slip = (0.63 * s.sqrt() + 4.8 * viscous.sqrt()).powi(2);
-        volume(d) * 0.75 * drag_times_slip * eps.powf(2.0 - exponent(s / viscous)) * self.density / d
+        volume(d) * 0.75 * drag_times_slip * eps.powf(2.0 - exponent(reynolds)) * self.density / d
     }
 }
 
