@@ -114,7 +114,6 @@ impl GrainPhase {
         let owned = grains.owned();
         set_column(places, owned, |g| grains.velocity[g]);
         if with_added_mass {
-            added.resize(grains.len(), [0.0]);
             set_column(added, owned, |g| {
                 let around = &around[g];
                 let free =

@@ -3,8 +3,9 @@
 use sazanami_dem::TILT;
 use sazanami_numerics::Real;
 
-use super::limits::{FilmActs, contact_step};
+use super::limits::contact_step;
 use super::{CostModel, PACKED, ParticlesReport, PopulationReport, Size};
+use crate::assembly::grains;
 use crate::case::meaning::{Case, GrainPlacement, Lattice, Packing, PackingStop};
 
 /// Work of a run: steps of each kind and their length.
@@ -67,7 +68,7 @@ pub(super) fn predict(
 
 /// Sub-steps that packing takes: the fall from the lattice, then the bounces until the bed rests.
 pub(crate) fn packing_substeps(case: &Case, populations: &[PopulationReport], model: &CostModel) -> Real {
-    match (packing_time(case, populations, model), contact_step(case, populations, FilmActs::Not)) {
+    match (packing_time(case, populations, model), contact_step(case, populations, &grains::interactions(case))) {
         (Some(time), Some(contact)) => time / contact,
         _ => 0.0,
     }

@@ -2,8 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use sazanami_dem::ContactStart;
 use sazanami_dem::stability::EffectiveMasses;
+use sazanami_dem::{ContactStart, Interactions};
 use sazanami_mics::forces::Forces;
 use sazanami_mics::stability::{Limit as GridLimit, Rates as GridRates};
 use sazanami_mics::viscosity::explicit_rate;
@@ -103,7 +103,8 @@ impl Pace {
             ContactStart::Touch => SPIN_ERROR_AT_TOUCH,
         };
         let of_longest = |longest: Real| of_first * dt / substeps as Real / longest;
-        let spin_error = contact_step(case, populations, FilmActs::Not).map(of_longest).filter(|_| substeps > 0);
+        let spin_error =
+            contact_step(case, populations, &grains::interactions(case)).map(of_longest).filter(|_| substeps > 0);
         Self { limits, dt, passes, substeps, spin_error, steps }
     }
 }
@@ -291,7 +292,9 @@ fn of_grid(
     fluid::forces(case).into_iter().for_each(|force| forces.add(force));
     let explicit = case.fluid.viscosity == ViscosityScheme::Explicit;
     let fixed = match case.dem.substeps {
-        Substeps::Fixed(n) => contact_step(case, populations, FilmActs::Too).map(|contact| (n, contact)),
+        Substeps::Fixed(n) => {
+            contact_step(case, populations, &grains::wet_interactions(case)).map(|contact| (n, contact))
+        }
         Substeps::Auto => None,
     };
     let rates = match carrying_flow(case) {
@@ -427,21 +430,10 @@ pub(crate) fn stiffest_contact(case: &Case) -> Option<&PairContact> {
     all.max_by(|a, b| stiffness(case, a).total_cmp(&stiffness(case, b)))
 }
 
-/// Whether the film between grains acts beside their contacts.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum FilmActs {
-    Too,
-    Not,
-}
-
 /// Longest sub-step the contacts allow \[s], by the engine's own limit for the smallest and the largest grains of each
-/// population; `None` where no grain moves. The film of the case may ask for shorter ones than its springs; a bed is packed
-/// without it.
-pub(super) fn contact_step(case: &Case, populations: &[PopulationReport], film: FilmActs) -> Option<Real> {
-    let interactions = match film {
-        FilmActs::Too => grains::wet_interactions(case),
-        FilmActs::Not => grains::interactions(case),
-    };
+/// population; `None` where no grain moves. The film of [`grains::wet_interactions`] may ask for shorter ones than the springs of
+/// [`grains::interactions`]; a bed is packed without it.
+pub(super) fn contact_step(case: &Case, populations: &[PopulationReport], interactions: &Interactions) -> Option<Real> {
     let mut masses = EffectiveMasses::new(interactions.materials());
     for (population, report) in case.grains.iter().zip(populations) {
         let Some(body) = report.body.as_ref().filter(|_| moves(population)) else { continue };
@@ -451,13 +443,13 @@ pub(super) fn contact_step(case: &Case, populations: &[PopulationReport], film: 
             masses.add(body, factor, mass * factor.powi(3), grains::material_number(case, &population.material));
         }
     }
-    Some(masses.longest_substep(&interactions)).filter(|step| step.is_finite())
+    Some(masses.longest_substep(interactions)).filter(|step| step.is_finite())
 }
 
 /// Whether the film between grains asks for shorter sub-steps than their contacts.
 pub(crate) fn film_rules(case: &Case, populations: &[PopulationReport]) -> bool {
-    let [too, not] = [FilmActs::Too, FilmActs::Not].map(|film| contact_step(case, populations, film));
-    too < not
+    let step = |interactions: Interactions| contact_step(case, populations, &interactions);
+    step(grains::wet_interactions(case)) < step(grains::interactions(case))
 }
 
 /// Whether forces move a grain of the population.
@@ -474,9 +466,9 @@ fn substeps(case: &Case, populations: &[PopulationReport], dt: Real) -> usize {
     }
     match case.dem.substeps {
         Substeps::Fixed(n) => n,
-        Substeps::Auto => {
-            contact_step(case, populations, FilmActs::Too).map_or(1, |step| (dt / step).ceil() as usize).max(1)
-        }
+        Substeps::Auto => contact_step(case, populations, &grains::wet_interactions(case))
+            .map_or(1, |step| (dt / step).ceil() as usize)
+            .max(1),
     }
 }
 
@@ -515,7 +507,7 @@ mod tests {
     }
 
     fn predicted(case: &Case) -> Real {
-        contact_step(case, &population_reports(case, &[]), FilmActs::Too).unwrap_or(Real::INFINITY)
+        contact_step(case, &population_reports(case, &[]), &grains::wet_interactions(case)).unwrap_or(Real::INFINITY)
     }
 
     fn shipped() -> Vec<PathBuf> {
