@@ -297,6 +297,17 @@ impl Case {
         self.frame.as_ref()?.motion.as_ref()?.period()
     }
 
+    /// Highest frequency \[Hz] at which the box is shaken or the flow driven: of a recorded motion that of its strongest
+    /// harmonic; `None` where nothing swings.
+    #[must_use]
+    pub fn swing_frequency(&self) -> Option<Real> {
+        let frame = self.frame.as_ref();
+        let motion = frame.and_then(|frame| frame.motion.as_ref()?.harmonic()).map(|(_, frequency)| frequency);
+        let oscillations = [frame.and_then(|frame| frame.oscillation), self.drive.and_then(|drive| drive.oscillation)];
+        let swings = oscillations.into_iter().flatten().filter(|swing| swing.amplitude != Vector::ZERO);
+        swings.map(|swing| swing.frequency).chain(motion).reduce(Real::max)
+    }
+
     /// Reads a profile that was measured at `time` \[s], as seen from the tank; nothing if there is no such file.
     ///
     /// # Errors
