@@ -72,7 +72,7 @@ pub struct Case {
     /// Materials of the grains, by names of your choice: `[material.NAME]`.
     #[key(table, named, from_nothing, shared, name = "material")]
     pub materials: Materials,
-    /// Contact of pairs of materials, `[contact."A/B"]`; `"A/wall"` is the box (as `"A/A"` where it is not given),
+    /// Contact of pairs of materials, `[contact."A/B"]`; `"A/wall"` is the box (what it does not give is as in `"A/A"`),
     /// `default` what a pair does not give itself.
     #[key(table, named, from_nothing, name = "contact")]
     pub contacts: Contacts,

@@ -155,7 +155,7 @@ pub fn resume(
     let longer = longer(&case_file, &loaded, &resumed.run, options)?;
     let lengthened = longer.as_ref().map(|longer| resolved::write(&longer.case, Paths::AsGiven));
     let loaded = longer.unwrap_or(loaded);
-    if !resolved::has_hash(&loaded, &resumed.run.case_hash) {
+    if lengthened.is_some() {
         resumed.run.case_hash = resolved::hash_text(&loaded.case);
     }
     let (machine, model) = (Machine::this(), CostModel::default());
