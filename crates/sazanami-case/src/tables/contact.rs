@@ -190,15 +190,21 @@ fn law_of(given: &[(String, ContactKeys)], pairs: &[[&str; 2]], cx: &mut Context
     let normal = number(|keys| keys.normal_damping);
     let tangential = number(|keys| keys.tangential_damping);
     let restitution = number(|keys| keys.restitution);
-    let coefficients = normal.is_some() || tangential.is_some();
-    let said = layers.iter().find_map(|keys| keys.damping).or(cx.known.dem.damping);
-    if let Some(first) = layers.first().filter(|first| coefficients && first.restitution.is_some() && said.is_none()) {
+    // The nearest that says anything of a dashpot says which.
+    let coefficients = |keys: &ContactKeys| keys.normal_damping.is_some() || keys.tangential_damping.is_some();
+    let ratios = |keys: &ContactKeys| keys.restitution.is_some() || keys.damping_ratio.is_some();
+    let nearest = layers.iter().find(|keys| keys.damping.is_some() || coefficients(keys) || ratios(keys));
+    let said = nearest.and_then(|keys| keys.damping).or(cx.known.dem.damping);
+    if let Some(keys) = nearest.filter(|keys| said.is_none() && coefficients(keys) && keys.restitution.is_some()) {
         cx.report
-            .error(first.span.clone(), "which of the two dashpots is meant?")
+            .error(keys.span.clone(), "which of the two dashpots is meant?")
             .label("this contact has coefficients and a restitution")
             .help("add `damping = \"literal\"` or `damping = \"restitution\"`");
     }
-    let implied = if !coefficients && restitution.is_some() { DampingKind::Restitution } else { DampingKind::Literal };
+    let implied = match nearest {
+        Some(keys) if ratios(keys) && !coefficients(keys) => DampingKind::Restitution,
+        _ => DampingKind::Literal,
+    };
     let damping = match said.unwrap_or(implied) {
         DampingKind::Literal => {
             let normal = normal.unwrap_or(LinearSpringDashpot::SAND_DASHPOT);
