@@ -86,6 +86,23 @@ fn an_unknown_shape_is_one_error() {
 }
 
 #[test]
+fn keys_and_words_of_earlier_versions_are_refused_with_what_took_their_place() {
+    let found = findings(&["overlap.sphere_drag=dalla_valle"]);
+    assert_eq!(found.len(), 1, "{found:#?}");
+    assert!(
+        found[0].starts_with("`sphere_drag` is no key any more | ") && found[0].contains("di_felice"),
+        "{found:#?}"
+    );
+    assert!(matches!(explain("overlap.sphere_drag"), Explained::Text(text) if text.contains("di_felice")));
+    refused("particles={ spacing = \"1 mm\", weight = \"c2\" }", "`weight` is no key any more | the weight is");
+    let word = "particles={ spacing = \"1 mm\", projection = \"enhanced\", stabilisation = \"WORD\" }";
+    refused(&word.replace("WORD", "full"), "`full` is no choice any more | pairs count with their weight");
+    // Controls: a key and a word that never were.
+    refused("overlap.sphere_dragg=dalla_valle", "unknown key `sphere_dragg`");
+    refused(&word.replace("WORD", "fulll"), "`fulll` is no choice for `stabilisation`");
+}
+
+#[test]
 fn every_key_is_explained_and_misspelt_ones_lead_to_it() {
     let text = |path: &str| match explain(path) {
         Explained::Text(text) => text,
