@@ -6,6 +6,7 @@ use sazanami_numerics::choice::Choice;
 
 use crate::case::{Case, ORDER};
 use crate::key::{DefaultDoc, KeyDoc, Keys, TableDoc, ValueDoc};
+use crate::removed;
 use crate::suggest::nearest;
 
 /// Answer about a key.
@@ -45,7 +46,10 @@ pub fn explain(path: &str) -> Explained {
             return Explained::Text(texts.join("\n"));
         }
     }
-    unknown(&names, &docs)
+    match removed::instead_of(path, None) {
+        Some(instead) => Explained::Text(format!("{path}\n  no key any more: {instead}\n")),
+        None => unknown(&names, &docs),
+    }
 }
 
 /// Declaration of the key at the end of `names`, numbers of list elements left out.

@@ -28,6 +28,7 @@ mod overrides;
 pub mod presets;
 pub mod read;
 pub mod reference;
+mod removed;
 pub mod resolved;
 mod schema;
 pub mod si;

@@ -11,6 +11,7 @@ use crate::diagnostics::Diagnostics;
 use crate::key::{KeyDoc, Keys, TableDoc};
 use crate::known::Known;
 use crate::presets::{Paper, Preset};
+use crate::removed;
 use crate::suggest::nearest;
 use crate::value::{Found, Range1, Value};
 
@@ -331,7 +332,7 @@ impl<'a> Context<'a> {
         let table = Table { entries, at: at.clone(), docs };
         let known: Vec<&str> = table.docs.keys.iter().map(|key| key.name).collect();
         for (name, span) in table.names().filter(|(name, _)| !at.is_part && !known.contains(name)) {
-            self.unknown("key", name, span, &known);
+            self.unknown("key", &table.get(name).path, name, span, &known);
         }
         Some(table)
     }
@@ -384,7 +385,13 @@ impl<'a> Context<'a> {
             .label(format!("expected {expected}"));
     }
 
-    fn unknown(&mut self, what: &str, name: &str, span: Range<usize>, known: &[&str]) {
+    /// A key, or a choice for the key at `path`, that is not known.
+    fn unknown(&mut self, what: &str, path: &str, name: &str, span: Range<usize>, known: &[&str]) {
+        let word = (what == "choice").then_some(name);
+        if let Some(instead) = removed::instead_of(path, word) {
+            self.removed(what, name, span, instead);
+            return;
+        }
         let finding = self.report.error(span, format!("unknown {what} `{name}`"));
         let mut sorted = known.to_vec();
         sorted.sort_unstable();
@@ -398,6 +405,11 @@ impl<'a> Context<'a> {
             }
         }
         finding.help(format!("known here: {}", sorted.join(", ")));
+    }
+
+    /// A key or choice of an earlier version.
+    pub(crate) fn removed(&mut self, what: &str, name: &str, span: Range<usize>, instead: &str) {
+        self.report.error(span, format!("`{name}` is no {what} any more")).label("of an earlier version").help(instead);
     }
 
     /// The alternative that is chosen, by its number, with its table.
@@ -427,11 +439,12 @@ impl<'a> Context<'a> {
                 return None;
             }
         };
+        let key = at.path.as_str();
         let (name, span, at) = chosen?;
         let found = known.iter().position(|known| *known == name);
         if found.is_none() {
             self.known.is_damaged = true;
-            self.unknown("choice", name, span, &known);
+            self.unknown("choice", key, name, span, &known);
         }
         Some((found?, at))
     }

@@ -86,6 +86,19 @@ fn an_unknown_shape_is_one_error() {
 }
 
 #[test]
+fn keys_of_earlier_versions_are_refused_with_what_took_their_place() {
+    let found = findings(&["overlap.sphere_drag=dalla_valle"]);
+    assert_eq!(found.len(), 1, "{found:#?}");
+    assert!(
+        found[0].starts_with("`sphere_drag` is no key any more | ") && found[0].contains("di_felice"),
+        "{found:#?}"
+    );
+    assert!(matches!(explain("overlap.sphere_drag"), Explained::Text(text) if text.contains("di_felice")));
+    // Control: a key that never was.
+    refused("overlap.sphere_dragg=dalla_valle", "unknown key `sphere_dragg`");
+}
+
+#[test]
 fn every_key_is_explained_and_misspelt_ones_lead_to_it() {
     let text = |path: &str| match explain(path) {
         Explained::Text(text) => text,

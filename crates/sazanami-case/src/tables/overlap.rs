@@ -1,9 +1,7 @@
 //! `[overlap]`: particles of water and the grains they overlap, for `solver = "mps"`.
 
 use sazanami_case_derive::Keys;
-use sazanami_mps::grains::{
-    AddedMass, AddedMassForm, DensityReference, DragExchange, DragForm, DragParameters, Lift, SphereDrag,
-};
+use sazanami_mps::grains::{AddedMass, AddedMassForm, DragExchange, DragForm, DragParameters, Lift};
 use sazanami_numerics::{Real, choices};
 
 use super::Population;
@@ -16,7 +14,7 @@ pub(crate) const SMOOTHING: [Real; 2] = [3.0, 2.5];
 const DRAG: DragParameters = DragParameters::recommended(0.0, 0.0);
 
 /// Keys of the drag law `blend` alone.
-const BLEND_ALONE: [&str; 5] = ["kozeny", "forchheimer", "sphere_drag", "density_reference", "blend"];
+const BLEND_ALONE: [&str; 3] = ["kozeny", "forchheimer", "blend"];
 
 choices! {
     /// Pressure that grains feel.
@@ -72,13 +70,8 @@ pub struct Overlap {
     /// Constant quadratic coefficient F_ch instead of Ergun's `1.75/sqrt(150 eps^3)`.
     #[key(range = NonNegative, says = "Ergun's", omit_if = self.drag != DragForm::Blend)]
     pub forchheimer: Option<Real>,
-    /// Drag of a single sphere.
-    #[key(word, default, omit_if = self.drag != DragForm::Blend)]
-    pub sphere_drag: SphereDrag,
-    /// Packing whose solid number density phi is 1.
-    #[key(word, default, omit_if = self.drag != DragForm::Blend)]
-    pub density_reference: DensityReference,
-    /// Lower and upper phi between which the drag law goes over from single grains to a bed.
+    /// Lower and upper solid number density phi between which the drag law goes over from single grains to a bed; phi is 1
+    /// for touching spheres on a simple cubic lattice.
     #[key(default = DRAG.blend, omit_if = self.drag != DragForm::Blend, paper_literal = (Tazaki, [0.4, 0.4],
           "Tazaki et al. switch between the drag laws at phi = 0.4"))]
     pub blend: [Real; 2],

@@ -9,6 +9,7 @@ use toml::de::DeValue;
 use super::{Range1, Value, so_many};
 use crate::key::{KeyDoc, ValueDoc};
 use crate::read::{At, Context};
+use crate::removed::instead_of;
 use crate::suggest::nearest;
 use crate::write::{Paths, Written, quoted};
 
@@ -210,7 +211,12 @@ impl<C: Choice> Value for Word<C> {
             return None;
         };
         let choice = C::from_word(word);
-        if choice.is_none() {
+        if choice.is_some() {
+            return choice.map(Self);
+        }
+        if let Some(instead) = instead_of(&at.path, Some(word)) {
+            cx.removed("choice", word, at.span.clone(), instead);
+        } else {
             let finding = cx.report.error(at.span.clone(), format!("`{word}` is no choice for `{}`", key.name));
             match nearest(word, words.iter().copied()) {
                 Some(meant) => finding.label(format!("did you mean `{meant}`?")),
@@ -218,7 +224,7 @@ impl<C: Choice> Value for Word<C> {
             };
             finding.help(format!("known here: {}", words.join(", ")));
         }
-        choice.map(Self)
+        None
     }
 
     fn write(&self, _: &str, _: Paths) -> Written {

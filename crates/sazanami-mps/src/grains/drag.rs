@@ -18,7 +18,6 @@ use sazanami_numerics::choices;
 use beetstra::Beetstra;
 use blend::Blend;
 use di_felice::DiFelice;
-use single_sphere::{DallaValle, SchillerNaumann};
 
 /// A drag law. Loops over grains are compiled for each law: a law has no cost beyond its own formulas.
 pub trait DragLaw: Sync {
@@ -54,30 +53,6 @@ choices! {
 }
 
 choices! {
-    /// Volume fraction of the packing whose number density is 1.
-    #[derive(Default)]
-    pub enum DensityReference {
-        /// Touching spheres on a simple cubic lattice, `pi/6`: the convention of moving-particle methods.
-        #[default]
-        SimpleCubic = "simple_cubic",
-        /// Random close packing of spheres, 0.64.
-        ClosePacked = "close_packed",
-        /// Solid without voids.
-        Solid = "solid",
-    }
-}
-
-impl DensityReference {
-    fn solid_fraction(self) -> Real {
-        match self {
-            Self::SimpleCubic => PI / 6.0,
-            Self::ClosePacked => 0.64,
-            Self::Solid => 1.0,
-        }
-    }
-}
-
-choices! {
     /// Time level of the fluid velocity in the drag of a step.
     #[derive(Default)]
     pub enum DragExchange {
@@ -99,18 +74,6 @@ pub enum Forchheimer {
     Constant(Real),
 }
 
-choices! {
-    /// Drag coefficient of a single sphere.
-    #[derive(Default)]
-    pub enum SphereDrag {
-        /// `24/Re (1 + 0.15 Re^0.687)` up to Re = 1000, then 0.44 (Schiller & Naumann).
-        #[default]
-        SchillerNaumann = "schiller_naumann",
-        /// `(0.63 + 4.8/sqrt(Re))^2` (Dalla Valle, as Di Felice uses it).
-        DallaValle = "dalla_valle",
-    }
-}
-
 /// The drag law of a run and the parameters of all laws.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DragParameters {
@@ -124,10 +87,6 @@ pub struct DragParameters {
     pub kozeny: Real,
     /// Quadratic coefficient of the packed bed.
     pub forchheimer: Forchheimer,
-    /// Drag coefficient of single spheres.
-    pub sphere: SphereDrag,
-    /// Packing whose solid number density is 1.
-    pub reference: DensityReference,
     /// Solid number densities between which the law is blended from single spheres to a bed; equal: a switch there.
     pub blend: [Real; 2],
 }
@@ -142,19 +101,16 @@ impl DragParameters {
             form: DragForm::Blend,
             kozeny: 150.0,
             forchheimer: Forchheimer::Ergun,
-            sphere: SphereDrag::SchillerNaumann,
-            reference: DensityReference::SimpleCubic,
             blend: [0.38, 0.42],
         }
     }
 
     /// Does work with the law in use.
     pub(crate) fn run<J: ForDragLaw>(&self, job: J) -> J::Output {
-        match (self.form, self.sphere) {
-            (DragForm::Blend, SphereDrag::SchillerNaumann) => job.run(&Blend::<SchillerNaumann>::new(self)),
-            (DragForm::Blend, SphereDrag::DallaValle) => job.run(&Blend::<DallaValle>::new(self)),
-            (DragForm::DiFelice, _) => job.run(&DiFelice::new(self)),
-            (DragForm::Beetstra, _) => job.run(&Beetstra::new(self)),
+        match self.form {
+            DragForm::Blend => job.run(&Blend::new(self)),
+            DragForm::DiFelice => job.run(&DiFelice::new(self)),
+            DragForm::Beetstra => job.run(&Beetstra::new(self)),
         }
     }
 
@@ -181,16 +137,17 @@ impl DragParameters {
         relaxation_rate(self.coefficient(d, eps, s), self.density, d, mass, eps)
     }
 
-    /// Solid number density at void fraction `eps`.
+    /// Solid number density at void fraction `eps`: 1 for touching spheres on a simple cubic lattice, whose volume fraction is
+    /// `pi/6`, the convention of moving-particle methods.
     #[must_use]
-    pub fn number_density(&self, eps: Real) -> Real {
-        (1.0 - eps) / self.reference.solid_fraction()
+    pub fn number_density(eps: Real) -> Real {
+        (1.0 - eps) / (PI / 6.0)
     }
 
     /// Share of the packed-bed law at void fraction `eps`.
     #[must_use]
     pub fn bed_share(&self, eps: Real) -> Real {
-        let phi = self.number_density(eps);
+        let phi = Self::number_density(eps);
         let [low, high] = self.blend;
         if phi >= high {
             1.0

@@ -21,7 +21,7 @@ use sazanami_parallel::for_each_chunk;
 
 pub use added_mass::{AddedMass, AddedMassForm};
 use binned::Binned;
-pub use drag::{DensityReference, DragExchange, DragForm, DragLaw, DragParameters, Forchheimer, SphereDrag, volume};
+pub use drag::{DragExchange, DragForm, DragLaw, DragParameters, Forchheimer, volume};
 use kept::{ADDED_MASS_FORCE, DRAG_FORCE, LIFT_FORCE, PRESSURE_FORCE, VOID, WETNESS, vector};
 pub use lift::{Lift, lift_force};
 pub use report::CouplingReport;

@@ -89,8 +89,6 @@ pub(crate) fn coupling(case: &Case) -> Coupling {
             form: overlap.drag,
             kozeny: overlap.kozeny,
             forchheimer: overlap.forchheimer.map_or(Forchheimer::Ergun, Forchheimer::Constant),
-            sphere: overlap.sphere_drag,
-            reference: overlap.density_reference,
             blend: overlap.blend,
             ..DragParameters::recommended(liquid.density, liquid.viscosity)
         },

@@ -3,18 +3,18 @@
 use sazanami_numerics::Real;
 
 use super::packed_bed::PackedBed;
-use super::single_sphere::{SingleSphere, SphereLaw};
+use super::single_sphere::SingleSphere;
 use super::{DragLaw, DragParameters};
 
 /// Linear interpolation between [`SingleSphere`] and [`PackedBed`] by the solid number density.
 #[derive(Clone, Copy, Debug)]
-pub struct Blend<L> {
+pub struct Blend {
     parameters: DragParameters,
     bed: PackedBed,
-    sphere: SingleSphere<L>,
+    sphere: SingleSphere,
 }
 
-impl<L: SphereLaw> DragLaw for Blend<L> {
+impl DragLaw for Blend {
     fn new(parameters: &DragParameters) -> Self {
         Self { parameters: *parameters, bed: PackedBed::new(parameters), sphere: SingleSphere::new(parameters) }
     }

@@ -1,0 +1,51 @@
+//! Keys and words of earlier versions that no case can have any more, and what took their place.
+
+/// Path of a key without positions in lists, the word that went (`None`: the key went), and what a case does instead; sorted
+/// by path and word.
+const REMOVED: &[(&str, Option<&str>, &str)] = &[
+    ("overlap.density_reference", None, "phi is 1 for touching spheres on a simple cubic lattice; leave the key out"),
+    (
+        "overlap.sphere_drag",
+        None,
+        "single spheres have the drag of Schiller and Naumann; for that of Dalla Valle choose `drag = \"di_felice\"`",
+    ),
+];
+
+/// What a case does instead of the key at `path`, or of its word, where an earlier version had it.
+pub(crate) fn instead_of(path: &str, word: Option<&str>) -> Option<&'static str> {
+    let names: Vec<&str> = path.split('.').filter(|name| name.parse::<usize>().is_err()).collect();
+    let path = names.join(".");
+    REMOVED.iter().find(|row| row.0 == path && row.1 == word).map(|row| row.2)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::explain::declared;
+    use crate::key::ValueDoc;
+
+    #[test]
+    fn what_was_removed_is_sorted_and_gone() {
+        assert!(REMOVED.is_sorted_by_key(|row| (row.0, row.1)));
+        for (path, word, _) in REMOVED {
+            let key = declared(&path.split('.').collect::<Vec<_>>());
+            match (word, key.map(|key| key.value)) {
+                (None, key) => assert!(key.is_none(), "{path} is there"),
+                (Some(word), Some(ValueDoc::Words(words))) => {
+                    assert!(words.iter().all(|(known, _)| known != word), "{path} has the word {word}");
+                }
+                // Words with a count in brackets: the parser of the key knows them.
+                (Some(_), key) => assert!(key.is_some(), "{path} is no key: its words went with it"),
+            }
+        }
+    }
+
+    #[test]
+    fn paths_may_have_positions_of_lists() {
+        let (path, word, instead) = REMOVED[0];
+        let (table, key) = path.split_once('.').unwrap();
+        assert_eq!(instead_of(&format!("{table}.3.{key}"), word), Some(instead));
+        assert_eq!(instead_of(path, Some("no such word")), None);
+        assert_eq!(instead_of("overlap.drag", None), None);
+    }
+}
