@@ -1,19 +1,17 @@
 //! Liquid that has only the open part of the cells: none of it hides within grains.
 
-use sazanami_dem::{Body, Engine, Grain, Interactions, LinearSpringDashpot, Motion, Setup, Substeps, Wall};
+use sazanami_dem::{Body, Engine, Grain, Interactions, LinearSpringDashpot, Motion, Setup, Wall};
 use sazanami_mics::boundary::{Boundary, Side};
 use sazanami_mics::flow::{DropVelocity, Flow, Fluids, Schemes};
 use sazanami_mics::grains::room::LiquidRoom;
-use sazanami_mics::grains::{Coupling, Exchange, SurfaceFriction, TorqueArm, Weighting};
+use sazanami_mics::grains::{Coupling, Exchange};
 use sazanami_mics::pressure::Tolerance;
 use sazanami_mics::snapshot::GRAINS;
 use sazanami_mics::solver::{Settings, Solver};
 use sazanami_mics::stability::StepLimits;
 use sazanami_mics::viscosity::ViscosityScheme;
 use sazanami_numerics::domain::Domain;
-use sazanami_numerics::geometry::{
-    ContactSphereRule, Region, RegionFractions, Shape, VolumeFractionMethod, VolumeRule,
-};
+use sazanami_numerics::geometry::{ContactSphereRule, Region, RegionFractions, Shape, VolumeRule};
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::snapshot::Snapshot;
 use sazanami_numerics::{Real, Vector};
@@ -70,15 +68,7 @@ impl Case {
             tolerance: Tolerance { divergence: self.divergence, max_iterations: 500 },
             incremental: false,
         };
-        let coupling = Coupling {
-            exchange: self.exchange,
-            friction: SurfaceFriction::Distance,
-            room: self.room,
-            weighting: Weighting::Mass,
-            volume_fraction: VolumeFractionMethod::default(),
-            torque_arm: TorqueArm::Centroid,
-            substeps: Substeps::Auto,
-        };
+        let coupling = Coupling { exchange: self.exchange, room: self.room, ..Coupling::default() };
         let shapes = vec![shape].into();
         match snapshot {
             Some(snapshot) => Solver::restore(domain, boundary, settings, flow, engine, shapes, coupling, snapshot)

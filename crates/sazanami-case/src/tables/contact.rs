@@ -221,7 +221,6 @@ fn law_of(given: &[(String, ContactKeys)], names: &[String], cx: &mut Context<'_
         tension: pair.tension.or(general.tension).unwrap_or(dem.tension),
         slip_direction: dem.slip_direction,
         history: dem.history,
-        multiplicity: dem.multiplicity,
         contact_start: dem.contact_start,
         rolling_friction: match dem.rolling {
             Rolling::None => 0.0,

@@ -2,7 +2,7 @@
 
 use sazanami_dem::{Grain, Motion};
 use sazanami_mics::boundary::{Boundary, FluidName, Side};
-use sazanami_mics::grains::{Exchange, SurfaceFriction};
+use sazanami_mics::grains::Exchange;
 use sazanami_mics::stability::StepLimits;
 use sazanami_numerics::geometry::{ContactSphereRule, Shape, VolumeRule};
 use sazanami_numerics::grid::Grid;
@@ -85,7 +85,6 @@ struct Stream {
     reynolds: Real,
     cells_per_diameter: usize,
     exchange: Exchange,
-    friction: SurfaceFriction,
     /// Length of the steps over the longest.
     shorter: Real,
     /// Place of the sphere on the grid, in cells.
@@ -95,8 +94,7 @@ struct Stream {
 impl Stream {
     /// Sphere that acts by its surface, the longest steps, the first place.
     fn new(reynolds: Real, cells_per_diameter: usize) -> Self {
-        let (exchange, friction) = (Exchange::Surface, SurfaceFriction::Distance);
-        Self { reynolds, cells_per_diameter, exchange, friction, shorter: 1.0, place: PLACES[0] }
+        Self { reynolds, cells_per_diameter, exchange: Exchange::Surface, shorter: 1.0, place: PLACES[0] }
     }
 
     /// Drag at the end of a run of 8 diameters of travel, in a box 6 diameters wide.
@@ -113,7 +111,6 @@ impl Stream {
         let mut tank = Tank::new(grid, boundary, single(1.0, 1.0 / self.reynolds), longest);
         tank.divergence = 1e-6 * self.shorter * self.shorter;
         tank.exchange = self.exchange;
-        tank.friction = self.friction;
         tank.shapes = vec![ball(1.0)?];
         let position = Vector::new(0.5, 0.5, 0.5) * width - Vector::Z * 0.5 + self.place * grid.spacing;
         tank.grains = vec![Grain { motion: Motion::Fixed, ..Grain::new(0, 2.65, position) }];
@@ -170,16 +167,6 @@ pub(crate) fn drag_coarse() -> Result<Vec<Measured>, String> {
     }
     let stress = Stream { exchange: Exchange::Stress, ..Stream::new(20.0, 8) };
     rows.push(Measured::new("stress, Re 20: drag coefficient", stress.drag()?.coefficient));
-    Ok(rows)
-}
-
-/// The same with friction from the hydraulic radius and the slip.
-pub(crate) fn drag_hydraulic() -> Result<Vec<Measured>, String> {
-    let mut rows = Vec::new();
-    for reynolds in [20.0, 100.0] {
-        let stream = Stream { friction: SurfaceFriction::HydraulicRadiusSlip, ..Stream::new(reynolds, 8) };
-        placed(stream, &PLACES[..1], &mut rows)?;
-    }
     Ok(rows)
 }
 
