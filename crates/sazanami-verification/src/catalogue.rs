@@ -55,7 +55,7 @@ pub const CASES: &[Case] = &[
     case!("drop-on-bed", impact::drop_on_bed),
     case!("drop-on-bed-inviscid", impact::drop_on_bed_inviscid),
     case!("added-mass", immersed::added_mass),
-    case!("drag", immersed::drag_coarse),
+    case!("drag", immersed::drag),
     case!("spinning-sphere", turning::spinning_sphere),
     case!("jeffery", turning::jeffery),
     case!("grain-arrays", arrays::grain_arrays),
