@@ -336,7 +336,6 @@ region.box = { lower = ["0 mm", "0 mm", "0 mm"], upper = ["2.6871 mm", "2.6871 m
 allow_touching_grains = true
 [coupling]
 exchange = "surface"
-friction = "hydraulic_radius"
 [[grains]]
 shape.sphere = { diameter = "1 mm" }
 motion = "fixed"

@@ -228,7 +228,6 @@ fn law_of(given: &[(String, ContactKeys)], pairs: &[[&str; 2]], cx: &mut Context
         tension: layers.iter().find_map(|keys| keys.tension).unwrap_or(dem.tension),
         slip_direction: dem.slip_direction,
         history: dem.history,
-        multiplicity: dem.multiplicity,
         contact_start: dem.contact_start,
         rolling_friction: match dem.rolling {
             Rolling::None => 0.0,
