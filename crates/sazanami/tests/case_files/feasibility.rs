@@ -297,3 +297,32 @@ fn files_that_are_no_texts_are_named_and_not_read_without_end() {
     let endless = case::load(&path, &[]).unwrap_err().to_string();
     assert!(endless.contains("longer than 64 MiB"), "{endless}");
 }
+
+#[cfg(unix)]
+#[test]
+fn files_that_a_case_names_are_regular() {
+    let grains = |shape: &str, spheres: &str, placement: &str| {
+        format!(
+            "{SMALL}[material.sand]\ndensity = \"2650 kg/m^3\"\n[[grains]]\n{shape}\n{spheres}\nplacement.{placement}\n"
+        )
+    };
+    let ball = "shape.sphere = { diameter = \"0.3 mm\" }";
+    let place = "list = [{ position = [\"0.5 mm\", \"0.5 mm\", \"0.5 mm\"] }]";
+    let zero = "/dev/zero";
+    for text in [
+        grains(
+            &format!("shape.mesh = {{ file = \"{zero}\", unit = \"1 mm\" }}"),
+            "contact_spheres = \"shell(20)\"",
+            place,
+        ),
+        grains(ball, &format!("contact_spheres = \"file\"\nsphere_file = \"{zero}\""), place),
+        grains(ball, "", &format!("bed = {{ file = \"{zero}\" }}")),
+        format!("{SMALL}[frame.motion]\nfile = \"{zero}\"\naxis = \"x1\"\n"),
+    ] {
+        let refused = match read(&text, &[]) {
+            Ok(_) => feasibility(&text, &[], 1 << 40).0.join("\n"),
+            Err(error) => error.to_string(),
+        };
+        assert!(refused.contains("no regular file"), "{text}\n{refused}");
+    }
+}
