@@ -139,7 +139,7 @@ def volume_fractions(
 
     The mesh is multiplied by ``scale``, turned by the quaternion ``orientation`` (w, x, y, z) and moved by ``position``, each of
     them one or a row for every body. Where bodies overlap their parts add up; what lies outside the box is left out.
-    ``method`` is ``clip`` (exact), ``columns(4)`` (that of runs) or ``sub_cells(10)``.
+    ``method`` is ``clip`` (exact) or ``columns(4)`` (that of runs).
     """
     places = np.atleast_2d(np.asarray(position, dtype=np.float64))
     turns = np.atleast_2d(np.asarray(orientation, dtype=np.float64))

@@ -35,10 +35,9 @@ def test_volume_fractions_of_a_cube():
     assert turned == pytest.approx(expected, abs=1e-9)
     two = sazanami.volume_fractions(cube, position=[(0.25, 0.3, 0.7), (2.1, 2.2, 1.3)], scale=[1.0, 0.5], **BOX)
     assert two.sum() * 0.5 == pytest.approx(1.0 + 0.125, rel=1e-9)
-    for method, error in [("columns(4)", 0.1), ("sub_cells(10)", 0.3)]:
-        other = sazanami.volume_fractions(cube, position=(0.3, 0.3, 0.3), method=method, **BOX)
-        exact = sazanami.volume_fractions(cube, position=(0.3, 0.3, 0.3), **BOX)
-        assert np.abs(other - exact).max() < error
+    exact = sazanami.volume_fractions(cube, position=(0.3, 0.3, 0.3), **BOX)
+    columns = sazanami.volume_fractions(cube, position=(0.3, 0.3, 0.3), method="columns(4)", **BOX)
+    assert np.abs(columns - exact).max() < 0.1
 
 
 def test_volume_fractions_of_what_is_none():

@@ -3,6 +3,17 @@
 /// Path of a key without positions in lists, the word that went (`None`: the key went), and what a case does instead; sorted
 /// by path and word.
 const REMOVED: &[(&str, Option<&str>, &str)] = &[
+    ("coupling.alpha", Some("subcell"), "choose `columns(n)`, which errs less than n^3 sub-cells, or `clip`"),
+    (
+        "coupling.friction",
+        None,
+        "friction is that of the hydraulic radius and the slip, `hydraulic_radius_slip` before; leave the key out",
+    ),
+    ("coupling.torque_arm", None, "a force acts at the centroid of the covered part of its cell; leave the key out"),
+    ("coupling.weighting", None, "grain and fluid in a shared cell count by their mass; leave the key out"),
+    ("dem.multiplicity", None, "all spheres of a pair that touch act in full; leave the key out"),
+    ("fluid.limiter", Some("minmod"), "choose `van_leer`"),
+    ("fluid.vof", Some("thinc_sw"), "choose `plic` or `thinc_wlic`"),
     ("overlap.density_reference", None, "phi is 1 for touching spheres on a simple cubic lattice; leave the key out"),
     ("overlap.pressure_force", None, "grains feel the pressure of the same step; leave the key out"),
     (

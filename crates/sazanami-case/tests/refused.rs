@@ -94,6 +94,9 @@ fn keys_and_words_of_earlier_versions_are_refused_with_what_took_their_place() {
         "{found:#?}"
     );
     assert!(matches!(explain("overlap.sphere_drag"), Explained::Text(text) if text.contains("di_felice")));
+    refused("coupling.friction=distance", "`friction` is no key any more");
+    refused("coupling.alpha=subcell(4)", "`subcell` is no choice any more");
+    refused("fluid.limiter=minmod", "`minmod` is no choice any more");
     refused("particles={ spacing = \"1 mm\", weight = \"c2\" }", "`weight` is no key any more | the weight is");
     let word = "particles={ spacing = \"1 mm\", projection = \"enhanced\", stabilisation = \"WORD\" }";
     refused(&word.replace("WORD", "full"), "`full` is no choice any more | pairs count with their weight");
@@ -108,9 +111,9 @@ fn every_key_is_explained_and_misspelt_ones_lead_to_it() {
         Explained::Text(text) => text,
         unknown => panic!("{path}: {unknown:?}"),
     };
-    let vof = text("fluid.vof");
-    for words in ["thinc_wlic", "paper_literal", "names no scheme"] {
-        assert!(vof.contains(words), "{words} is not in {vof}");
+    let convection = text("fluid.convection");
+    for words in ["velocity_form", "paper_literal", "written for the velocity"] {
+        assert!(convection.contains(words), "{words} is not in {convection}");
     }
     assert!(text("grains.0.placement.packed.level").contains("above zero"));
     assert!(text("contact.sand/sand.friction").contains("0 to 10"));

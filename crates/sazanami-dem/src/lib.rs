@@ -39,7 +39,7 @@ pub use engine::{ContactReport, Drag, Engine, LARGEST_OVERLAP, Loads, Setup, Sub
 pub use error::DemError;
 pub use film::Film;
 pub use grain::{ATTACHED, Grain, Grains, Motion};
-pub use material::{ContactOptions, ContactStart, HistoryRotation, Multiplicity, SlipDirection};
+pub use material::{ContactOptions, ContactStart, HistoryRotation, SlipDirection};
 pub use packing::{Lattice, Packing, PackingReport, PackingSettings, Stage, TILT, Tapping, lying_order};
 pub use random::Random;
 pub use sazanami_numerics::particles::WALL;

@@ -28,20 +28,6 @@ choices! {
 }
 
 choices! {
-    /// Sum of several simultaneous sphere contacts of one pair of grains.
-    #[derive(Default)]
-    pub enum Multiplicity {
-        /// All of them act in full.
-        #[default]
-        Sum = "sum",
-        /// Stiffness and damping are divided by their number.
-        Average = "average",
-        /// Only the deepest acts.
-        Deepest = "deepest",
-    }
-}
-
-choices! {
     /// From when on the tangential spring of a new contact grows, and with it how long a sub-step may be.
     #[derive(Default)]
     pub enum ContactStart {
@@ -78,8 +64,6 @@ pub struct ContactOptions {
     pub slip_direction: SlipDirection,
     /// Rotation of the tangential displacement with the normal.
     pub history: HistoryRotation,
-    /// Effect of several sphere contacts in one pair of grains.
-    pub multiplicity: Multiplicity,
     /// Beginning of a contact's tangential spring.
     pub contact_start: ContactStart,
 }

@@ -13,7 +13,7 @@
 //! step. Without b the pressure follows friction too slowly. The acceleration is carried, not the pressure gradient: it is
 //! continuous across the interface. An explicit viscous step is steady there by itself and takes no part in this.
 //!
-//! Beside surfaces whose friction comes from the wetted area, face velocities, which damp what the pressure does differently
+//! Beside the surfaces of grains, face velocities, which damp what the pressure does differently
 //! on cells and faces (Rhie and Chow 1983, AIAA J. 21, 1525), take
 //!
 //! ```text
@@ -28,20 +28,20 @@ use sazanami_numerics::grid::Field;
 use sazanami_numerics::{Real, Vector};
 
 use crate::flow::Flow;
-use crate::forces::{Forces, Pass};
 use crate::grains::{GrainPhase, Surface};
 use crate::momentum::Impulses;
+use crate::pass::Pass;
 use crate::pressure::Projection;
 use crate::schemes::{Transposed, ViscosityScheme};
 
 /// Longest time of the damping between cells and faces, over `dx^2 / nu`.
 const DAMPING: Real = 0.1;
 
-/// Acceleration of the fluid by the uniform forces of a pass and the pressure of the projection before it.
+/// Acceleration of the fluid by the gravity of a pass and the pressure of the projection before it.
 pub(crate) struct Acceleration {
     /// On the lower faces, sides of the box included [m/s^2]; absent before it is first needed.
     faces: Option<[Field<Real>; 3]>,
-    /// Beside surfaces whose friction comes from the wetted area.
+    /// Beside surfaces of grains.
     beside: Option<Beside>,
     spacing: Vector,
 }
@@ -56,12 +56,10 @@ struct Beside {
 
 impl Acceleration {
     /// The acceleration that the viscous step of `flow` needs, if it ever needs one; no memory is taken before it does.
-    ///
-    /// Surfaces with friction by distance have none: it is made for a viscous step that does not see the acceleration.
     pub fn of(domain: &Domain, grains: &GrainPhase, flow: &Flow) -> Option<Self> {
         let is_implicit = !matches!(flow.schemes.viscosity, ViscosityScheme::Off | ViscosityScheme::Explicit);
-        let beside = grains.is_wetted() && flow.schemes.viscosity != ViscosityScheme::Off;
-        if !beside && (!is_implicit || grains.has_surfaces()) {
+        let beside = grains.has_surfaces() && flow.schemes.viscosity != ViscosityScheme::Off;
+        if !beside && !is_implicit {
             return None;
         }
         let beside = beside.then(|| Beside { damping: domain.field(0.0), response: domain.field(1.0) });
@@ -89,9 +87,8 @@ impl Acceleration {
         this
     }
 
-    /// Keeps the acceleration that `pressure` and the `uniform` one of the forces gave a fluid of this `density`, ghosts
-    /// filled.
-    pub fn keep(&mut self, domain: &Domain, pressure: &Field<Real>, density: &Field<Real>, uniform: Vector) {
+    /// Keeps the acceleration that `pressure` and `gravity` gave a fluid of this `density`, ghosts filled.
+    pub fn keep(&mut self, domain: &Domain, pressure: &Field<Real>, density: &Field<Real>, gravity: Vector) {
         let (p, rho) = (pressure.data(), density.data());
         let faces = self.faces.get_or_insert_with(|| std::array::from_fn(|_| domain.field(0.0)));
         for (d, faces) in faces.iter_mut().enumerate() {
@@ -99,7 +96,7 @@ impl Acceleration {
             domain.for_each_row(&domain.faces(d), faces.data_mut(), |row, faces| {
                 for (face, at) in faces.iter_mut().zip(row.shifted(0)) {
                     let below = at - behind;
-                    *face = uniform[d] - per_width * (p[at] - p[below]) / (rho[at] + rho[below]);
+                    *face = gravity[d] - per_width * (p[at] - p[below]) / (rho[at] + rho[below]);
                 }
             });
         }
@@ -121,15 +118,15 @@ impl Acceleration {
     }
 
     /// Takes the acceleration over the pass back after the viscous step, and predicts the face velocities.
-    pub fn predict(&self, pass: &Pass, flow: &mut Flow, forces: &Forces, impulses: &mut Impulses) {
+    pub fn predict(&self, pass: &Pass, flow: &mut Flow, impulses: &mut Impulses) {
         let Pass { domain, boundary, gravity, dt } = *pass;
         let Some(Beside { damping, response }) = &self.beside else {
             self.add(domain, &mut flow.velocity, |_| -dt);
-            return forces.predict(pass, flow, impulses);
+            return pass.predict(flow, impulses);
         };
         let (damping, response) = (damping.data(), response.data());
         self.add(domain, &mut flow.velocity, |at| -damping[at]);
-        forces.predict(pass, flow, impulses);
+        pass.predict(flow, impulses);
         self.add(domain, &mut flow.velocity, |at| damping[at] - dt);
         for (d, (uf, faces)) in flow.face_velocity.iter_mut().zip(self.kept()).enumerate() {
             let (a, behind, rho) = (faces.data(), domain.strides()[d] as usize, flow.density.data());

@@ -25,7 +25,7 @@ use sazanami_parallel::for_each_chunk;
 use crate::boundary::{Boundary, Opening};
 use crate::interface::{InterfaceScheme, RESIDUE, neighbourhood};
 pub use crate::limiter::Limiter;
-use crate::limiter::{Minmod, Slope, Unlimited, VanLeer};
+use crate::limiter::{Slope, Unlimited, VanLeer};
 
 choices! {
     /// Convection of momentum.
@@ -133,7 +133,6 @@ impl<'a> Sweep<'a> {
     pub fn run(&self, limiter: Limiter, from: State<'_>, frozen: Frozen<'_>, to: StateMut<'_>) {
         match limiter {
             Limiter::VanLeer => self.run_with(VanLeer, from, frozen, to),
-            Limiter::Minmod => self.run_with(Minmod, from, frozen, to),
             Limiter::Unlimited => self.run_with(Unlimited, from, frozen, to),
         }
     }
@@ -235,7 +234,6 @@ impl<'a> Sweep<'a> {
                 let faces = &mut rows[0];
                 match limiter {
                     Limiter::VanLeer => self.fluxes(VanLeer, from, row.start, row.len, faces, weight),
-                    Limiter::Minmod => self.fluxes(Minmod, from, row.start, row.len, faces, weight),
                     Limiter::Unlimited => self.fluxes(Unlimited, from, row.start, row.len, faces, weight),
                 }
                 self.open(side, 0..row.len, faces);

@@ -18,8 +18,6 @@ pub use crate::schemes::{Carrier, DropVelocity, Schemes};
 /// Number of scratch fields: two states for the sweeps, three vectors for the viscosity. From the viscous
 /// step to the end of the pass the first three hold the change of the velocity by viscosity.
 const WORK: usize = 9;
-/// The scratch field that forces may use.
-const SCRATCH: usize = 8;
 /// Default of [`Flow::viscous_tolerance`].
 const VISCOUS_TOLERANCE: Real = 1e-5;
 
@@ -179,33 +177,6 @@ impl Flow {
         }
     }
 
-    /// Three scratch fields, overwritten by the next transport.
-    pub(crate) fn scratch_vector_mut(&mut self) -> [&mut Field<Real>; 3] {
-        let [a, b, c, ..] = &mut self.work;
-        [a, b, c]
-    }
-
-    /// The scratch field that a force may use between [`crate::forces::Force::accelerate`]'s start and end.
-    pub fn scratch_mut(&mut self) -> &mut Field<Real> {
-        &mut self.work[SCRATCH]
-    }
-
-    /// The fields that forces depend on, and cell and face velocity in direction `d` for writing.
-    pub(crate) fn state_and_velocity(
-        &mut self,
-        d: usize,
-        strides: [usize; 3],
-    ) -> (FluidState<'_>, &mut Field<Real>, &mut Field<Real>) {
-        let Self { volume_fraction, density, work, velocity, face_velocity, .. } = self;
-        let state = FluidState {
-            volume_fraction: volume_fraction.data(),
-            density: density.data(),
-            scratch: work[SCRATCH].data(),
-            strides,
-        };
-        (state, &mut velocity[d], &mut face_velocity[d])
-    }
-
     /// Volume of the liquid, inside grains too, over all ranks [m^3].
     #[must_use]
     pub fn liquid_volume(&self, domain: &Domain) -> Real {
@@ -265,19 +236,6 @@ impl Flow {
             (0..row.len).map(rate).fold(0.0, max)
         }))
     }
-}
-
-/// State on which the acceleration of a face may depend, by place in memory.
-#[derive(Clone, Copy)]
-pub struct FluidState<'a> {
-    /// Liquid fraction, ghosts filled.
-    pub volume_fraction: &'a [Real],
-    /// Density, ghosts filled [kg/m^3].
-    pub density: &'a [Real],
-    /// Scratch field of the force ([`Flow::scratch_mut`]).
-    pub scratch: &'a [Real],
-    /// Distance in memory between neighbours in each direction.
-    pub strides: [usize; 3],
 }
 
 /// A volume fraction and a velocity at the same stage of the sweeps.

@@ -2,9 +2,8 @@
 //! Yagyu, Ushijima, Toriu and Aoki 2015).
 //!
 //! The step is written in [`solver`]; what it is made of: transport of liquid and momentum with the
-//! same mass fluxes ([`transport`], [`interface`], [`advection`]), viscosity ([`viscosity`]), the forces on
-//! the fluid ([`forces`]), the projection onto a divergence-free velocity ([`pressure`]), and the exchange
-//! of momentum with the grains ([`grains`]).
+//! same mass fluxes ([`transport`], [`interface`], [`advection`]), viscosity ([`viscosity`]), gravity, the projection
+//! onto a divergence-free velocity ([`pressure`]), and the exchange of momentum with the grains ([`grains`]).
 //!
 //! The length of a step is the least of what its limits allow, and says which one ruled:
 //!
@@ -27,12 +26,12 @@ mod diffusion;
 mod driving;
 pub mod flow;
 mod fluids;
-pub mod forces;
 pub mod grains;
 pub mod interface;
 mod limiter;
 pub mod mobility;
 pub mod momentum;
+mod pass;
 pub mod pressure;
 mod pressure_sides;
 mod schemes;

@@ -9,8 +9,6 @@ choices! {
         /// van Leer (1974): harmonic mean of the differences on both sides.
         #[default]
         VanLeer = "van_leer",
-        /// The smaller difference.
-        Minmod = "minmod",
         /// Mean of the differences (Fromm): second order, not monotone; for convergence tests.
         Unlimited = "none",
     }
@@ -24,8 +22,6 @@ pub(crate) trait Slope: Copy + Sync {
 #[derive(Clone, Copy)]
 pub(crate) struct VanLeer;
 #[derive(Clone, Copy)]
-pub(crate) struct Minmod;
-#[derive(Clone, Copy)]
 pub(crate) struct Unlimited;
 
 impl Slope for VanLeer {
@@ -34,14 +30,6 @@ impl Slope for VanLeer {
         let product = a * b;
         let slope = 2.0 * product / (a + b);
         if product > 0.0 { slope } else { 0.0 }
-    }
-}
-
-impl Slope for Minmod {
-    #[inline(always)]
-    fn slope(self, a: Real, b: Real) -> Real {
-        let smaller = if a.abs() < b.abs() { a } else { b };
-        if a * b > 0.0 { smaller } else { 0.0 }
     }
 }
 

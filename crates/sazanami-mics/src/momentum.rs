@@ -7,9 +7,6 @@
 
 use sazanami_numerics::{Vector, named_vectors};
 
-/// Most forces on the fluid, gravity included.
-pub const MAX_FORCES: usize = 8;
-
 named_vectors! {
     /// Momentum stored at one time, over all ranks [N s].
     pub struct StoredMomentum {
@@ -43,17 +40,14 @@ named_vectors! {
         open_sides,
         /// Of the constraints that hold or drive fixed and prescribed grains.
         held_grains,
-        ;
-        /// The forces on the fluid besides gravity, in the order of their list.
-        other_forces: [MAX_FORCES - 1],
     }
 }
 
 impl Impulses {
-    /// Names of the lines in the budget with the names of the `forces` on the fluid, of which gravity is the first.
+    /// Names of the lines in the budget.
     #[must_use]
-    pub fn names(forces: impl Iterator<Item = &'static str>) -> Vec<&'static str> {
-        Self::TERMS.map(|(name, _)| name).into_iter().chain(forces.skip(1)).collect()
+    pub fn names() -> Vec<&'static str> {
+        Self::TERMS.map(|(name, _)| name).to_vec()
     }
 
     /// The impulse that free grains have beside that of the fluid.

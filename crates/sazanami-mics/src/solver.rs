@@ -15,7 +15,6 @@ use crate::acceleration::Acceleration;
 use crate::boundary::Boundary;
 use crate::carrying::CarryingFlow;
 use crate::flow::Flow;
-use crate::forces::{Force, Forces};
 use crate::grains::room::Room;
 use crate::grains::{Coupling, GrainPhase, ImprintReport};
 use crate::momentum::{Impulses, StoredMomentum};
@@ -110,7 +109,6 @@ pub struct Solver {
     pub(crate) boundary: Boundary,
     pub(crate) settings: Settings,
     pub(crate) flow: Flow,
-    pub(crate) forces: Forces,
     pub(crate) projection: Projection,
     pub(crate) grains: GrainPhase,
     /// The acceleration that implicit viscous steps see.
@@ -173,7 +171,6 @@ impl Solver {
             boundary,
             settings,
             flow,
-            forces: Forces::default(),
             projection,
             grains,
             acceleration,
@@ -182,13 +179,6 @@ impl Solver {
             carried: None,
             mean_flow: None,
         }
-    }
-
-    /// Adds forces on the fluid to gravity; at a restart they must be the same.
-    #[must_use]
-    pub fn with_forces(mut self, forces: Vec<Box<dyn Force>>) -> Self {
-        forces.into_iter().for_each(|force| self.forces.add(force));
-        self
     }
 
     /// Limits the length of the first step to `first` \[s], if given.
@@ -206,7 +196,6 @@ impl Solver {
             grain_motion,
             grain_turn,
             contact: self.grains.contact_rate(),
-            force: self.forces.rate(self.domain.grid().spacing, &self.flow.fluids),
         };
         self.settings.limits.choose(&rates, self.previous_step)
     }
@@ -384,12 +373,6 @@ impl Solver {
     #[must_use]
     pub fn pressure(&self) -> &Field<Real> {
         self.projection.pressure()
-    }
-
-    /// The forces on the fluid, gravity first.
-    #[must_use]
-    pub fn forces(&self) -> &Forces {
-        &self.forces
     }
 
     /// The grains and their coupling to the fluid.

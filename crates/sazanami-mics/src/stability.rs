@@ -15,8 +15,6 @@ pub enum Limit {
     GrainTurn,
     /// Resolution of the contacts, where the number of sub-steps is fixed.
     Contact,
-    /// A force on the fluid ([`crate::forces`]), by name.
-    Force(&'static str),
     /// Growth over the previous step.
     Growth,
     /// The longest step allowed.
@@ -35,7 +33,6 @@ impl Limit {
             Self::GrainMotion => "grain_motion",
             Self::GrainTurn => "grain_turn",
             Self::Contact => "contact",
-            Self::Force(name) => name,
             Self::Growth => "growth",
             Self::Maximum => "maximum",
             Self::Fixed => "fixed",
@@ -56,8 +53,6 @@ pub struct Rates {
     pub grain_turn: Real,
     /// Reciprocal of the longest step that the contacts allow.
     pub contact: Real,
-    /// Reciprocal of the longest step that the forces on the fluid allow, and the force that sets it.
-    pub force: (Real, &'static str),
 }
 
 /// Bounds on the time step.
@@ -93,7 +88,7 @@ impl StepLimits {
     /// The longest step that each rate allows \[s]; infinite where it sets no limit. A forecast asks with the rates
     /// that it expects.
     #[must_use]
-    pub fn bounds(&self, rates: &Rates) -> [(Real, Limit); 6] {
+    pub fn bounds(&self, rates: &Rates) -> [(Real, Limit); 5] {
         let after = |part: Real, rate: Real| if rate > 0.0 { part / rate } else { Real::INFINITY };
         [
             (after(self.courant, rates.advective), Limit::Advective),
@@ -101,7 +96,6 @@ impl StepLimits {
             (after(self.grain_travel, rates.grain_motion), Limit::GrainMotion),
             (after(self.grain_turn, rates.grain_turn), Limit::GrainTurn),
             (after(1.0, rates.contact), Limit::Contact),
-            (after(1.0, rates.force.0), Limit::Force(rates.force.1)),
         ]
     }
 
@@ -120,7 +114,7 @@ impl StepLimits {
     /// Passes of the fluid phase in a step of `dt` \[s] so that each keeps to the Courant limit.
     #[must_use]
     pub fn passes(&self, rates: &Rates, dt: Real) -> usize {
-        let needed = (rates.advective * dt / self.courant).max(rates.viscous * dt).max(rates.force.0 * dt);
+        let needed = (rates.advective * dt / self.courant).max(rates.viscous * dt);
         // Round-off must not cause a second pass.
         (needed * (1.0 - 1e-12)).ceil().max(1.0) as usize
     }
@@ -154,8 +148,6 @@ mod tests {
         assert_eq!(limits.choose(&grains, None).limit, Limit::GrainMotion);
         let turning = Rates { grain_turn: 1e6, ..rates };
         assert_eq!(limits.choose(&turning, None).limit, Limit::GrainTurn);
-        let forced = Rates { force: (1e9, "tension"), ..rates };
-        assert_eq!(limits.choose(&forced, None), Step { dt: 1e-9, limit: Limit::Force("tension"), fluid_passes: 1 });
     }
 
     #[test]

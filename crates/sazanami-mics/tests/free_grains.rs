@@ -1,16 +1,15 @@
 //! Free grains under friction that is stiff: their speed does not ring, whatever the step.
 
-use sazanami_dem::{Body, Damping, Engine, Grain, Interactions, LinearSpringDashpot, Setup, Substeps, Wall};
+use sazanami_dem::{Body, Damping, Engine, Grain, Interactions, LinearSpringDashpot, Setup, Wall};
 use sazanami_mics::boundary::{Boundary, Side};
 use sazanami_mics::flow::{Flow, Fluids, Schemes};
-use sazanami_mics::grains::room::LiquidRoom;
-use sazanami_mics::grains::{Coupling, Exchange, SurfaceFriction, TorqueArm, Weighting};
+use sazanami_mics::grains::{Coupling, Exchange};
 use sazanami_mics::pressure::Tolerance;
 use sazanami_mics::solver::{Settings, Solver};
 use sazanami_mics::stability::StepLimits;
 use sazanami_mics::viscosity::ViscosityScheme;
 use sazanami_numerics::domain::Domain;
-use sazanami_numerics::geometry::{ContactSphereRule, Shape, VolumeFractionMethod, VolumeRule};
+use sazanami_numerics::geometry::{ContactSphereRule, Shape, VolumeRule};
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
 
@@ -49,15 +48,7 @@ fn sphere(diameter: Real, ratio: Real, step: Real, height: Real) -> Solver {
         tolerance: Tolerance { divergence: 1e-9, ..Tolerance::default() },
         incremental: false,
     };
-    let coupling = Coupling {
-        exchange: Exchange::Surface,
-        friction: SurfaceFriction::HydraulicRadiusSlip,
-        room: LiquidRoom::Whole,
-        weighting: Weighting::Mass,
-        volume_fraction: VolumeFractionMethod::default(),
-        torque_arm: TorqueArm::Centroid,
-        substeps: Substeps::Auto,
-    };
+    let coupling = Coupling { exchange: Exchange::Surface, ..Coupling::default() };
     Solver::new(domain, boundary, settings, flow, engine, vec![shape].into(), coupling).expect("the case is sound")
 }
 

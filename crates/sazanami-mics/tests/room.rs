@@ -1,19 +1,17 @@
 //! Liquid that has only the open part of the cells: none of it hides within grains.
 
-use sazanami_dem::{Body, Engine, Grain, Interactions, LinearSpringDashpot, Motion, Setup, Substeps, Wall};
+use sazanami_dem::{Body, Engine, Grain, Interactions, LinearSpringDashpot, Motion, Setup, Wall};
 use sazanami_mics::boundary::{Boundary, Side};
 use sazanami_mics::flow::{DropVelocity, Flow, Fluids, Schemes};
 use sazanami_mics::grains::room::LiquidRoom;
-use sazanami_mics::grains::{Coupling, Exchange, SurfaceFriction, TorqueArm, Weighting};
+use sazanami_mics::grains::{Coupling, Exchange};
 use sazanami_mics::pressure::Tolerance;
 use sazanami_mics::snapshot::GRAINS;
 use sazanami_mics::solver::{Settings, Solver};
 use sazanami_mics::stability::StepLimits;
 use sazanami_mics::viscosity::ViscosityScheme;
 use sazanami_numerics::domain::Domain;
-use sazanami_numerics::geometry::{
-    ContactSphereRule, Region, RegionFractions, Shape, VolumeFractionMethod, VolumeRule,
-};
+use sazanami_numerics::geometry::{ContactSphereRule, Region, RegionFractions, Shape, VolumeRule};
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::snapshot::Snapshot;
 use sazanami_numerics::{Real, Vector};
@@ -33,9 +31,17 @@ struct Case {
     divergence: Real,
     exchange: Exchange,
     room: LiquidRoom,
+    viscosity: ViscosityScheme,
 }
 
 impl Case {
+    /// Without viscosity if free grains act by their surfaces: their velocities are then no unknowns of the viscous step, with which
+    /// the sums hold less well (docs/decisions/0020).
+    fn to_round_off(self) -> Self {
+        let joint = self.exchange == Exchange::Surface && self.grains.iter().any(|grain| grain.motion == Motion::Free);
+        Self { viscosity: if joint { ViscosityScheme::Off } else { self.viscosity }, ..self }
+    }
+
     fn solver(&self) -> Solver {
         self.solver_from(None)
     }
@@ -45,7 +51,7 @@ impl Case {
         let grid = Grid::new(self.cells, Vector::ZERO, WIDTH * Vector::from_array(self.cells.map(|n| n as Real)));
         let boundary = Boundary::new([[Side::Slip; 2]; 3]).expect("the case is sound");
         let domain = Domain::solo(grid, boundary.periodic());
-        let schemes = Schemes { viscosity: ViscosityScheme::Implicit, ..Schemes::default() };
+        let schemes = Schemes { viscosity: self.viscosity, ..Schemes::default() };
         let mut flow = Flow::new(&domain, FLUIDS, schemes);
         let exact = RegionFractions::new(&self.liquid, domain.grid(), 8);
         let mut beta = domain.field(0.0);
@@ -70,15 +76,7 @@ impl Case {
             tolerance: Tolerance { divergence: self.divergence, max_iterations: 500 },
             incremental: false,
         };
-        let coupling = Coupling {
-            exchange: self.exchange,
-            friction: SurfaceFriction::Distance,
-            room: self.room,
-            weighting: Weighting::Mass,
-            volume_fraction: VolumeFractionMethod::default(),
-            torque_arm: TorqueArm::Centroid,
-            substeps: Substeps::Auto,
-        };
+        let coupling = Coupling { exchange: self.exchange, room: self.room, ..Coupling::default() };
         let shapes = vec![shape].into();
         match snapshot {
             Some(snapshot) => Solver::restore(domain, boundary, settings, flow, engine, shapes, coupling, snapshot)
@@ -174,14 +172,15 @@ fn drop_on_bed(motion: Motion, exchange: Exchange, room: LiquidRoom) -> Case {
         divergence: 1e-11,
         exchange,
         room,
+        viscosity: ViscosityScheme::Implicit,
     }
 }
 
 /// Checks that a drop on a bed of grains in `motion` keeps its liquid and momentum.
 fn check_drop_on_bed(motion: Motion) {
     for exchange in [Exchange::Exact, Exchange::Surface] {
-        let (_, kept) = run(&drop_on_bed(motion, exchange, LiquidRoom::Open), 6e-3);
-        let (_, control) = run(&drop_on_bed(motion, exchange, LiquidRoom::Whole), 6e-3);
+        let (_, kept) = run(&drop_on_bed(motion, exchange, LiquidRoom::Open).to_round_off(), 6e-3);
+        let (_, control) = run(&drop_on_bed(motion, exchange, LiquidRoom::Whole).to_round_off(), 6e-3);
         println!("{exchange:?}: {kept:?}; whole cells: {control:?}");
         assert!(kept.liquid.abs() < 1e-12 && kept.momentum < 1e-9);
         // What is booked as clipped or left beside its room is little.
@@ -216,13 +215,14 @@ fn under_a_lid(exchange: Exchange, room: LiquidRoom, diameter: Real) -> Case {
         divergence: 1e-12,
         exchange,
         room,
+        viscosity: ViscosityScheme::Implicit,
     }
 }
 
 #[test]
 fn a_grain_under_a_full_lid_leaves_the_box_full() {
     for (exchange, diameter) in [(Exchange::Exact, 2.3), (Exchange::Surface, 6.0)] {
-        let (solver, kept) = run(&under_a_lid(exchange, LiquidRoom::Open, diameter), 30e-3);
+        let (solver, kept) = run(&under_a_lid(exchange, LiquidRoom::Open, diameter).to_round_off(), 30e-3);
         let way = solver.grains().engine().grains().position[0].distance(WIDTH * Vector::new(7.3, 8.9, 10.6));
         println!("{exchange:?}: {kept:?}, way {way:e}");
         assert_eq!(kept.from_full, 0.0);
@@ -248,6 +248,7 @@ fn crossing(exchange: Exchange, room: LiquidRoom, out: bool) -> Case {
         divergence: 1e-12,
         exchange,
         room,
+        viscosity: ViscosityScheme::Implicit,
     }
 }
 
@@ -265,7 +266,7 @@ fn a_grain_that_crosses_a_level_displaces_its_volume() {
     for exchange in [Exchange::Exact, Exchange::Surface] {
         for out in [false, true] {
             let [open, whole] = [LiquidRoom::Open, LiquidRoom::Whole].map(|room| {
-                let case = crossing(exchange, room, out);
+                let case = crossing(exchange, room, out).to_round_off();
                 let [_, before] = volumes(&case.solver());
                 let (solver, kept) = run(&case, if out { 45e-3 } else { 80e-3 });
                 let [grain, after] = volumes(&solver);

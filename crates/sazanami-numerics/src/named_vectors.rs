@@ -1,8 +1,7 @@
 //! Sums of vectors that have names in files: the fields of a struct are the one list of them.
 
 /// Declares a struct of vectors whose fields are lines of a budget, in the order in which files and snapshots have them.
-/// A line enters a total with the sign that follows it, `+1` where there is none. Lines without a name in the
-/// declaration come last, as an array.
+/// A line enters a total with the sign that follows it, `+1` where there is none.
 ///
 /// ```
 /// use sazanami_numerics::Vector;
@@ -28,14 +27,12 @@ macro_rules! named_vectors {
         $(#[$of_struct:meta])*
         $visibility:vis struct $name:ident {
             $($(#[$about:meta])* $field:ident $(= $sign:literal)?,)+
-            $(; $(#[$of_rest:meta])* $rest:ident: [$count:expr],)?
         }
     ) => {
         $(#[$of_struct])*
         #[derive(Clone, Copy, Debug, Default, PartialEq)]
         $visibility struct $name {
             $($(#[$about])* pub $field: $crate::Vector,)+
-            $($(#[$of_rest])* pub $rest: [$crate::Vector; $count],)?
         }
 
         impl $name {
@@ -45,21 +42,20 @@ macro_rules! named_vectors {
 
             /// The vectors, in the order of [`Self::TERMS`].
             pub fn terms(&self) -> impl Iterator<Item = $crate::Vector> {
-                [$(self.$field),+].into_iter()$(.chain(self.$rest))?
+                [$(self.$field),+].into_iter()
             }
 
             /// From the vectors in the order of [`Self::TERMS`]; what is not there is zero.
             pub fn from_terms(terms: impl IntoIterator<Item = $crate::Vector>) -> Self {
                 let mut terms = terms.into_iter().fuse();
                 let mut next = || terms.next().unwrap_or_default();
-                Self { $($field: next(),)+ $($rest: std::array::from_fn(|_| next()),)? }
+                Self { $($field: next(),)+ }
             }
         }
 
         impl std::ops::AddAssign for $name {
             fn add_assign(&mut self, other: Self) {
                 $(self.$field += other.$field;)+
-                $(self.$rest.iter_mut().zip(other.$rest).for_each(|(sum, term)| *sum += term);)?
             }
         }
     };

@@ -49,22 +49,20 @@ fn no_cells() -> CommandError {
     CommandError::input("the grid has no cells", "give its corners, the upper one above the lower")
 }
 
-/// The method of a name: `clip`, `columns` or `columns(4)`, `sub_cells` or `sub_cells(10)`.
+/// The method of a name: `clip`, `columns` or `columns(4)`.
 ///
 /// # Errors
 /// If there is none.
 pub fn method_of(name: &str) -> Result<Method, CommandError> {
-    let known = |per_axis: Option<usize>, otherwise: u8| match per_axis {
-        None => Some(otherwise),
-        Some(count) => u8::try_from(count).ok().filter(|&count| count > 0),
-    };
     let method = match split_call(name) {
         Some(("clip", None)) => Some(Method::Clip),
-        Some(("columns", count)) => known(count, 4).map(|per_axis| Method::Columns { per_axis }),
-        Some(("sub_cells", count)) => known(count, 10).map(|per_axis| Method::SubCells { per_axis }),
+        Some(("columns", None)) => Some(Method::default()),
+        Some(("columns", Some(count))) => {
+            u8::try_from(count).ok().filter(|&count| count > 0).map(|per_axis| Method::Columns { per_axis })
+        }
         _ => None,
     };
-    method.ok_or_else(|| CommandError::unknown("method", name, &["clip", "columns(4)", "sub_cells(10)"]))
+    method.ok_or_else(|| CommandError::unknown("method", name, &["clip", "columns(4)"]))
 }
 
 /// Most cells of the box round a body, which are held while it is drawn.

@@ -7,12 +7,12 @@ use sazanami_mics::ball::ball;
 use sazanami_mics::boundary::Boundary;
 use sazanami_mics::flow::{DropVelocity, Flow, Fluids, Schemes};
 use sazanami_mics::grains::room::LiquidRoom;
-use sazanami_mics::grains::{Coupling, Exchange, SurfaceFriction, TorqueArm, Weighting};
+use sazanami_mics::grains::{Coupling, Exchange};
 use sazanami_mics::pressure::Tolerance;
 use sazanami_mics::solver::{Settings, Solver};
 use sazanami_mics::stability::StepLimits;
 use sazanami_numerics::domain::Domain;
-use sazanami_numerics::geometry::{ContactSphereRule, Shape, SpheroidMesh, VolumeFractionMethod, VolumeRule};
+use sazanami_numerics::geometry::{ContactSphereRule, Shape, SpheroidMesh, VolumeRule};
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Quaternion, Real, Vector};
 use sazanami_parallel::with_threads;
@@ -67,15 +67,7 @@ fn solver(substeps: Substeps, room: LiquidRoom) -> Solver {
         })
         .collect();
     let engine = Engine::new(&domain, setup, &grains).expect("the case is sound");
-    let coupling = Coupling {
-        exchange: Exchange::Exact,
-        friction: SurfaceFriction::default(),
-        room,
-        weighting: Weighting::Mass,
-        volume_fraction: VolumeFractionMethod::Columns { per_axis: 4 },
-        torque_arm: TorqueArm::Centroid,
-        substeps,
-    };
+    let coupling = Coupling { exchange: Exchange::Exact, room, substeps, ..Coupling::default() };
     let settings = Settings {
         gravity: Vector::new(3.0, 1.0, -30.0),
         limits: StepLimits::up_to(2e-5),

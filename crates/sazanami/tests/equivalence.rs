@@ -364,8 +364,7 @@ const CASES: [Small; 11] = [
         overrides: &[
             "fluid.convection=velocity_form",
             "coupling.exchange=stress",
-            "coupling.alpha=subcell(3)",
-            "coupling.weighting=volume",
+            "coupling.alpha=clip",
             "fluid.projection=incremental",
             "fluid.viscosity=crank_nicolson",
             "fluid.dt=0.08 ms",

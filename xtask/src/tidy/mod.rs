@@ -4,6 +4,7 @@ mod edges;
 mod lock;
 mod modules;
 mod sources;
+mod words;
 
 use std::path::Path;
 
@@ -41,10 +42,10 @@ pub fn run(locked: bool) -> u8 {
         Ok(text) => problems.extend(lock::stale(&metadata, &text)),
         Err(error) => problems.push(format!("python/Cargo.lock: cannot be read: {error}")),
     }
-    for found in [links::broken(&root()), book::dead(&root())] {
+    for found in [links::broken(&root()), book::dead(&root()), words::unused(&root())] {
         match found {
-            Ok(dead) => problems.extend(dead),
-            Err(error) => problems.push(format!("the pages cannot be read: {error}")),
+            Ok(found) => problems.extend(found),
+            Err(error) => problems.push(format!("pages, cases and sources cannot be read: {error}")),
         }
     }
     warnings.iter().for_each(|warning| println!("warning: {warning}"));

@@ -2,14 +2,15 @@
 
 use sazanami_case_derive::keys_of;
 pub use sazanami_mics::grains::Coupling;
+use sazanami_mics::grains::Exchange;
 use sazanami_mics::grains::room::LiquidRoom;
-use sazanami_mics::grains::{Exchange, SurfaceFriction, TorqueArm, Weighting};
 use sazanami_numerics::geometry::VolumeFractionMethod;
 use serde_json::json;
 use toml::de::DeValue;
 
 use crate::key::{KeyDoc, ValueDoc};
 use crate::read::{At, Context};
+use crate::removed::instead_of;
 use crate::value::{Range1, Value, split_call};
 use crate::write::{Paths, Written};
 
@@ -21,46 +22,34 @@ struct Coupling {
     #[key(word, default, paper_literal = (Yagyu, Exchange::Stress,
           "forces on grains are the stress integral; what back-projection takes is lost"))]
     exchange: Exchange,
-    /// Friction on the surfaces of grains, with `exchange = "surface"`.
-    #[key(word, default)]
-    friction: SurfaceFriction,
     /// Part of a cell that liquid fills where grains cover some of it: with `open` none of it hides within grains.
     #[key(word, default)]
     room: LiquidRoom,
-    /// Weight of the grain's velocity in shared cells.
-    #[key(word, default = Weighting::Mass)]
-    weighting: Weighting,
-    /// Evaluator of covered volumes: `columns(n)` (n x n columns a cell, exact along x3), `subcell(n)` (n^3 sub-cells),
-    /// `clip` (exact clipping of tetrahedra, slow); n from 1 to 64.
-    #[key(name = "alpha", default = VolumeFractionMethod::Columns { per_axis: 4 },
-          paper_literal = (Yagyu, VolumeFractionMethod::Clip,
-          "volume fractions by exact clipping, the reference evaluator"))]
+    /// Evaluator of covered volumes: `columns(n)` (n x n columns a cell, exact along x3) or `clip` (exact clipping of
+    /// tetrahedra, slow); n from 1 to 64.
+    #[key(name = "alpha", default)]
     volume_fraction: VolumeFractionMethod,
-    /// End of the arm of a cell's force.
-    #[key(word, default)]
-    torque_arm: TorqueArm,
     #[key(skip = cx.known.dem.substeps)]
     substeps: sazanami_dem::Substeps,
 }
 
 impl Value for VolumeFractionMethod {
     fn doc() -> ValueDoc {
-        ValueDoc::Leaf(
-            "word",
-            |_| json!({ "type": "string", "pattern": "^(columns\\([0-9]+\\)|subcell\\([0-9]+\\)|clip)$" }),
-        )
+        ValueDoc::Leaf("word", |_| json!({ "type": "string", "pattern": "^(columns\\([0-9]+\\)|clip)$" }))
     }
 
     fn read(at: &At<'_>, key: &KeyDoc, _: Range1, cx: &mut Context<'_>) -> Option<Self> {
-        const EXPECTED: &str = "expected \"columns(4)\", \"subcell(4)\" or \"clip\"";
+        const EXPECTED: &str = "expected \"columns(4)\" or \"clip\"";
         let call = match at.value {
             Some(DeValue::String(text)) => split_call(text),
             _ => None,
         };
         match call {
             Some(("columns", Some(n @ 1..=64))) => return Some(Self::Columns { per_axis: n as u8 }),
-            Some(("subcell", Some(n @ 1..=64))) => return Some(Self::SubCells { per_axis: n as u8 }),
             Some(("clip", None)) => return Some(Self::Clip),
+            Some((name, _)) if let Some(instead) = instead_of(&at.path, Some(name)) => {
+                cx.removed("choice", name, at.span.clone(), instead);
+            }
             Some(_) => {
                 cx.report
                     .error(at.span.clone(), "no such evaluator of volume fractions")
@@ -77,7 +66,6 @@ impl Value for VolumeFractionMethod {
     fn write(&self, _: &str, _: Paths) -> Written {
         Written::Leaf(match self {
             Self::Columns { per_axis } => format!("\"columns({per_axis})\""),
-            Self::SubCells { per_axis } => format!("\"subcell({per_axis})\""),
             Self::Clip => "\"clip\"".into(),
         })
     }

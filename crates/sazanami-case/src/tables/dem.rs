@@ -1,7 +1,7 @@
 //! `[dem]`: how grains are moved.
 
 use sazanami_case_derive::Keys;
-use sazanami_dem::{ContactStart, HistoryRotation, Multiplicity, SlipDirection, Substeps};
+use sazanami_dem::{ContactStart, HistoryRotation, SlipDirection, Substeps};
 use sazanami_numerics::{Real, choices};
 use serde_json::json;
 use toml::de::DeValue;
@@ -51,9 +51,6 @@ pub struct DemOptions {
     /// Whether separating contacts may pull.
     #[key(omit_if = true, default = false, paper_literal = (Yagyu, true, "eq. (4) without a cut: a separating contact may pull"))]
     pub tension: bool,
-    /// Several touching spheres of one pair of grains.
-    #[key(word, default)]
-    pub multiplicity: Multiplicity,
     /// Direction of friction while a contact slips.
     #[key(word, default, paper_literal = (Yagyu, SlipDirection::Velocity,
           "eq. (6): friction along the sliding velocity"))]
@@ -81,8 +78,7 @@ pub struct DemOptions {
     #[key(range = Between(1e-3, 1.0), default = FILM_REACH, omit_if = self.film_roughness.is_none())]
     pub film_reach: Real,
     /// Contact with the vertical sides of the box where no `"a/wall"` says otherwise.
-    #[key(word, default, paper_literal = (Yagyu, WallContact::FrictionlessSides,
-          "the paper states no wall contact; the alternative to the default"))]
+    #[key(word, default)]
     pub wall: WallContact,
     /// Sides of the box that hold grains back, `[direction][0 lower, 1 upper]`.
     ///

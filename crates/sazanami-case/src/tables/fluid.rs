@@ -170,8 +170,7 @@ impl StepKeys {
 #[keys(check = Self::check)]
 pub struct FluidOptions {
     /// Transport of the liquid's volume.
-    #[key(word, default, paper_literal = (Yagyu, InterfaceScheme::ThincWlic,
-          "the paper transports density and names no scheme; an algebraic one comes closest"))]
+    #[key(word, default)]
     pub vof: InterfaceScheme,
     /// Form of the convection of momentum.
     #[key(word, default, paper_literal = (Yagyu, Convection::VelocityForm,

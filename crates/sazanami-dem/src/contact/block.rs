@@ -19,7 +19,6 @@ use super::pair::{Contact, DEEP_OVERLAP, Pair, reserve};
 use super::search::{NearestSpheres, SphereSearch, TOUCH};
 use super::walls::WallContacts;
 use crate::lanes::WIDTH;
-use crate::material::Multiplicity;
 use crate::wrench::Wrench;
 use waking::Approach;
 
@@ -170,7 +169,7 @@ impl Block {
                     self.mark_deep(context, kept, counters);
                 }
                 kept += 1;
-                total.add(&forces, l, self.pairs[p as usize].multiplicity);
+                total.add(&forces, l);
             }
             at = end;
         }
@@ -293,10 +292,9 @@ impl Block {
             self.changes.push(p);
         }
         if total.count > 0 {
-            let (on_low, on_high) = total.wrenches(pair.multiplicity);
             let row = pair.low as usize - self.first;
-            self.own[row] += on_low;
-            self.on_high[p as usize] = on_high;
+            self.own[row] += total.on_low;
+            self.on_high[p as usize] = Wrench { force: -total.on_low.force, torque: total.torque_high };
             self.touches[row] = true;
             if self.counts(context, p) {
                 counters.pairs += 1;
@@ -310,32 +308,15 @@ impl Block {
 #[derive(Default)]
 struct Total {
     count: usize,
-    deepest: Real,
     on_low: Wrench,
     torque_high: Vector,
 }
 
 impl Total {
     #[inline(always)]
-    fn add(&mut self, forces: &ContactForces<WIDTH>, l: usize, multiplicity: Multiplicity) {
+    fn add(&mut self, forces: &ContactForces<WIDTH>, l: usize) {
         self.count += 1;
-        let on_low = Wrench { force: forces.force.lane(l), torque: forces.torque_low.lane(l) };
-        if multiplicity != Multiplicity::Deepest {
-            self.on_low += on_low;
-            self.torque_high += forces.torque_high.lane(l);
-        } else if forces.overlap.0[l] > self.deepest {
-            self.deepest = forces.overlap.0[l];
-            self.on_low = on_low;
-            self.torque_high = forces.torque_high.lane(l);
-        }
-    }
-
-    #[inline(always)]
-    fn wrenches(&self, multiplicity: Multiplicity) -> (Wrench, Wrench) {
-        let share = if multiplicity == Multiplicity::Average { 1.0 / self.count as Real } else { 1.0 };
-        (
-            Wrench { force: share * self.on_low.force, torque: share * self.on_low.torque },
-            Wrench { force: -share * self.on_low.force, torque: share * self.torque_high },
-        )
+        self.on_low += Wrench { force: forces.force.lane(l), torque: forces.torque_low.lane(l) };
+        self.torque_high += forces.torque_high.lane(l);
     }
 }

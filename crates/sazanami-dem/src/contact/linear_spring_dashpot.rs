@@ -9,7 +9,7 @@ use sazanami_numerics::Real;
 
 use super::model::{ContactModel, Springs};
 use crate::lanes::Lanes;
-use crate::material::{ContactOptions, ContactStart, HistoryRotation, Multiplicity, SlipDirection};
+use crate::material::{ContactOptions, ContactStart, HistoryRotation, SlipDirection};
 
 /// Dashpot of a contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,8 +53,6 @@ pub struct LinearSpringDashpot {
     pub slip_direction: SlipDirection,
     /// Rotation of the tangential displacement with the normal.
     pub history: HistoryRotation,
-    /// Effect of several sphere contacts in one pair of grains.
-    pub multiplicity: Multiplicity,
     /// Beginning of a contact's tangential spring.
     pub contact_start: ContactStart,
     /// Coefficient of a constant torque against rolling, in units of the effective radius; 0: none.
@@ -73,7 +71,6 @@ impl LinearSpringDashpot {
         tension: false,
         slip_direction: SlipDirection::Force,
         history: HistoryRotation::LengthKept,
-        multiplicity: Multiplicity::Sum,
         contact_start: ContactStart::Touch,
         rolling_friction: 0.0,
     };
@@ -172,9 +169,8 @@ impl ContactModel for LinearSpringDashpot {
     type Lanes<const W: usize> = Springs<W>;
 
     fn options(&self) -> ContactOptions {
-        let Self { friction, rolling_friction, tension, slip_direction, history, multiplicity, contact_start, .. } =
-            *self;
-        ContactOptions { friction, rolling_friction, tension, slip_direction, history, multiplicity, contact_start }
+        let Self { friction, rolling_friction, tension, slip_direction, history, contact_start, .. } = *self;
+        ContactOptions { friction, rolling_friction, tension, slip_direction, history, contact_start }
     }
 
     fn scale_friction(&mut self, factor: Real) {

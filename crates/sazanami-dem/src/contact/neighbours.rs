@@ -188,7 +188,6 @@ fn pair(grains: &Grains, interactions: &Interactions, [low, high]: [u32; 2], ima
         factor,
         image: image.map(|n| n as i16),
         law: law as u16,
-        multiplicity: interactions.laws()[law as usize].options().multiplicity,
         touching,
         apart: false,
         contacts: 0,
@@ -255,7 +254,6 @@ fn add_walls(
             factor,
             give: give([grains.mass[grain].recip(), 0.0]),
             skip_until: context.travel[grain] + context.wall_travel[w] + left.max(free),
-            multiplicity: interactions.laws()[law as usize].options().multiplicity,
         });
     }
 }

@@ -2,8 +2,6 @@
 
 use sazanami_numerics::{Real, Vector};
 
-use crate::material::Multiplicity;
-
 /// Overlap over the smaller contact sphere's radius above which a contact is counted as deep.
 pub const DEEP_OVERLAP: Real = 0.2;
 
@@ -19,7 +17,6 @@ pub(crate) struct Pair {
     pub image: [i16; 3],
     /// Number of the contact law.
     pub law: u16,
-    pub multiplicity: Multiplicity,
     /// Whether it has contacts, those of a film among them.
     pub touching: bool,
     /// Whether the film alone acts between its spheres, which do not touch.

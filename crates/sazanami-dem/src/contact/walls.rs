@@ -9,7 +9,6 @@ use super::model::ContactModel;
 use super::pair::{DEEP_OVERLAP, reserve};
 use super::search::{CUT_OFF, PlacedCapsule, TOUCH};
 use crate::lanes::{Lanes, Lanes3};
-use crate::material::Multiplicity;
 use crate::wrench::Wrench;
 
 /// A grain near a wall.
@@ -23,7 +22,6 @@ pub(crate) struct WallPair {
     pub give: f32,
     /// Sum of the travels of grain and wall until which the pair is skipped \[m].
     pub skip_until: Real,
-    pub multiplicity: Multiplicity,
 }
 
 /// A sphere that touches a wall.
@@ -84,7 +82,6 @@ impl WallContacts {
             // Spheres that act, and those of them that touch: with a film not all do.
             let (mut count, mut touching) = (0, 0);
             let mut total = Wrench::default();
-            let mut deepest = Real::NEG_INFINITY;
             while at < self.contacts.len() && self.contacts[at].pair == p {
                 let mut contact = self.contacts[at];
                 at += 1;
@@ -108,18 +105,10 @@ impl WallContacts {
                 kept += 1;
                 count += 1;
                 touching += usize::from(overlap > 0.0);
-                if pair.multiplicity != Multiplicity::Deepest {
-                    total += action;
-                } else if overlap > deepest {
-                    (deepest, total) = (overlap, action);
-                }
+                total += action;
             }
             if count == 0 {
                 continue;
-            }
-            if pair.multiplicity == Multiplicity::Average {
-                let share = 1.0 / count as Real;
-                total = Wrench { force: share * total.force, torque: share * total.torque };
             }
             touches[pair.grain as usize - first] |= touching > 0;
             counters.contacts += touching;

@@ -38,16 +38,6 @@ choices! {
     }
 }
 
-choices! {
-    /// Weight of the grain velocity in a partly covered cell.
-    pub enum Weighting {
-        /// Mass fraction of the grains.
-        Mass = "mass",
-        /// Volume fraction of the grains.
-        Volume = "volume",
-    }
-}
-
 /// Width in cells of the narrowest grain from which on [`Exchange::Auto`] is [`Exchange::Surface`]: below it a lone sphere is all
 /// surface cells, and neither exchange has its drag (docs/decisions/0010).
 pub const RESOLVED: Real = 2.0;
@@ -76,16 +66,10 @@ pub(super) struct MixedCell {
 impl MixedCell {
     /// `alpha` and `solid_density` as imprinted, `rho` the density of the fluid [kg/m^3].
     #[inline]
-    pub fn new(alpha: Real, solid_density: Real, rho: Real, weighting: Weighting) -> Self {
+    pub fn new(alpha: Real, solid_density: Real, rho: Real) -> Self {
         let filled = alpha.min(1.0);
-        let weight = match weighting {
-            Weighting::Volume => filled,
-            Weighting::Mass => {
-                let solid = solid_density * filled / alpha;
-                solid / ((1.0 - filled) * rho + solid)
-            }
-        };
-        Self { alpha, weight }
+        let solid = solid_density * filled / alpha;
+        Self { alpha, weight: solid / ((1.0 - filled) * rho + solid) }
     }
 
     /// Fraction of a grain in the cell, scaled down where the sum exceeds one.
@@ -116,14 +100,7 @@ pub(super) struct Fluid<'a> {
 }
 
 /// Sums over the cells of each grain what back-projection will take: call before [`back_project`].
-pub(super) fn take(
-    domain: &Domain,
-    imprint: &Imprint,
-    grains: &Grains,
-    fluid: Fluid<'_>,
-    weighting: Weighting,
-    taken: &mut [Transfer],
-) {
+pub(super) fn take(domain: &Domain, imprint: &Imprint, grains: &Grains, fluid: Fluid<'_>, taken: &mut [Transfer]) {
     let volume = domain.grid().cell_volume();
     let (alpha, solid) = (imprint.solid_fraction.data(), imprint.solid_density.data());
     let Fluid { u: [u1, u2, u3], density: rho, open } = fluid;
@@ -134,7 +111,7 @@ pub(super) fn take(
             *taken = Transfer::default();
             for share in imprint.shares(n) {
                 let at = share.at as usize;
-                let cell = MixedCell::new(alpha[at], solid[at], rho[at], weighting);
+                let cell = MixedCell::new(alpha[at], solid[at], rho[at]);
                 let arm = share.arm();
                 let slip = Vector::new(u1[at], u2[at], u3[at]) - (velocity + spin.cross(arm));
                 let momentum = open.map_or(1.0, |open| open[at])
@@ -152,13 +129,7 @@ pub(super) fn take(
 }
 
 /// Makes the velocity of covered cells mass-averaged.
-pub(super) fn back_project(
-    domain: &Domain,
-    imprint: &Imprint,
-    u: &mut [Field<Real>; 3],
-    density: &Field<Real>,
-    weighting: Weighting,
-) {
+pub(super) fn back_project(domain: &Domain, imprint: &Imprint, u: &mut [Field<Real>; 3], density: &Field<Real>) {
     let [u1, u2, u3] = u;
     let (alpha, solid, rho) = (imprint.solid_fraction.data(), imprint.solid_density.data(), density.data());
     let rigid = imprint.solid_velocity.each_ref().map(Field::data);
@@ -169,7 +140,7 @@ pub(super) fn back_project(
         for i in 0..row.len {
             let at = row.start + i;
             if alpha[at] > 0.0 {
-                let cell = MixedCell::new(alpha[at], solid[at], rho[at], weighting);
+                let cell = MixedCell::new(alpha[at], solid[at], rho[at]);
                 u1[i] += cell.weight * (rigid[0][at] / cell.alpha - u1[i]);
                 u2[i] += cell.weight * (rigid[1][at] / cell.alpha - u2[i]);
                 u3[i] += cell.weight * (rigid[2][at] / cell.alpha - u3[i]);

@@ -9,7 +9,6 @@ mod lists;
 use std::ops::Range;
 
 use sazanami_dem::{Grains, Motion};
-use sazanami_numerics::choices;
 use sazanami_numerics::domain::{Domain, GhostRules};
 use sazanami_numerics::geometry::{CellCover, Rasteriser, Shape, VolumeFractionMethod};
 use sazanami_numerics::grid::{Field, GHOSTS};
@@ -25,18 +24,6 @@ const GROUP: usize = 32;
 const RIGID: Real = 100.0;
 /// A grain is imprinted anew when a point of it has moved by this part of the cell width.
 pub(super) const STALE: Real = 1e-3;
-
-choices! {
-    /// Point of action of the fluid force in a cell.
-    #[derive(Default)]
-    pub enum TorqueArm {
-        /// Centroid of the covered part of the cell.
-        #[default]
-        Centroid = "centroid",
-        /// Centre of the cell.
-        Cell = "cell",
-    }
-}
 
 /// The part of a grain in one cell.
 #[derive(Clone, Copy, Debug)]
@@ -124,7 +111,6 @@ struct Evaluation<'a> {
     domain: &'a Domain,
     grains: &'a Grains,
     shapes: &'a [Shape],
-    arm: TorqueArm,
     /// Poses to use instead of the present ones.
     poses: Option<&'a [Pose]>,
 }
@@ -250,11 +236,7 @@ impl Group {
             let local: [isize; 3] = std::array::from_fn(|d| cover.cell[d] as isize - start[d] as isize);
             if (0..3).all(|d| (0..cells[d] as isize).contains(&local[d])) {
                 let at: isize = (0..3).map(|d| (local[d] + GHOSTS as isize) * strides[d]).sum();
-                let end = match with.arm {
-                    TorqueArm::Centroid => cover.centroid,
-                    TorqueArm::Cell => domain.centre(local[0], local[1], local[2]),
-                };
-                let arm = (end - pose.position).as_vec3().to_array();
+                let arm = (cover.centroid - pose.position).as_vec3().to_array();
                 let wetted = (cover.area / grid.cell_volume()) as f32;
                 let foot = (cover.surface - pose.position).as_vec3().to_array();
                 self.shares.push(Share { fraction: cover.fraction, at: at as u32, arm, wetted, foot });
@@ -266,7 +248,6 @@ impl Group {
 /// Volume fractions of the grains on the cells of a rank.
 pub struct Imprint {
     method: VolumeFractionMethod,
-    arm: TorqueArm,
     with_areas: bool,
     /// Density of grains that are not free over their own.
     rigid: Real,
@@ -290,11 +271,10 @@ pub struct Imprint {
 impl Imprint {
     /// Empty fields of `cells` cells (no cells if there are no grains).
     #[must_use]
-    pub fn new(cells: [usize; 3], method: VolumeFractionMethod, arm: TorqueArm) -> Self {
+    pub fn new(cells: [usize; 3], method: VolumeFractionMethod) -> Self {
         let [_, n2, n3] = cells;
         Self {
             method,
-            arm,
             with_areas: false,
             rigid: 1.0,
             groups: Vec::new(),
@@ -353,7 +333,7 @@ impl Imprint {
             self.groups.resize_with(count.div_ceil(GROUP), || Group::new(self.method, self.with_areas));
             self.groups.iter_mut().for_each(|group| group.poses.clear());
         }
-        let with = Evaluation { domain, grains, shapes, arm: self.arm, poses };
+        let with = Evaluation { domain, grains, shapes, poses };
         for_each_chunk(&mut self.groups[..], 1, |number, groups| {
             let first = number * GROUP;
             groups[0].evaluate(with, first..(first + GROUP).min(count));
@@ -502,13 +482,6 @@ impl Imprint {
     pub(super) fn rigid(&self) -> Real {
         self.rigid
     }
-
-    /// Sums the angular velocities in `motion` times the fractions into `spin`.
-    pub fn sum_spins(&self, domain: &Domain, motion: &[[Real; 6]], spin: [&mut Field<Real>; 3]) {
-        let Self { groups, planes, covered, .. } = self;
-        let lists = Lists { groups, planes };
-        lists.sum(domain, covered, spin, |n, share| share.fraction * Vector::from_slice(&motion[n][3..]));
-    }
 }
 
 #[cfg(test)]
@@ -533,7 +506,7 @@ mod tests {
         let grains: Vec<Grain> =
             (0..8u32).map(|n| Grain::new(n.into(), 1.0, Vector::splat(0.2 + 0.08 * Real::from(n)))).collect();
         let engine = Engine::new(&domain, setup, &grains).expect("grains");
-        let mut imprint = Imprint::new([8; 3], VolumeFractionMethod::Clip, TorqueArm::Centroid);
+        let mut imprint = Imprint::new([8; 3], VolumeFractionMethod::Clip);
         let capacities = |imprint: &Imprint| {
             let held = |group: &Group| group.shares.capacity() + group.previous.capacity() + group.parts.capacity();
             imprint.groups.iter().map(held).sum::<usize>()

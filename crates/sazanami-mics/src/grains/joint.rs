@@ -1,6 +1,6 @@
 //! The velocities of free grains as unknowns of the viscous step and of the projection.
 //!
-//! Friction from the wetted area takes a free grain and the fluid in its cells towards one another. Where the resistance over a step is
+//! Friction on its surface takes a free grain and the fluid in its cells towards one another. Where the resistance over a step is
 //! not small beside the mass of the grain, friction towards the velocity at the start of the step would overshoot. So the velocity `w` and
 //! the spin at the end of the step are unknowns: with the impulse `I(w)` of the viscous step on the grain, friction and what the covered part of the
 //! cells gains less its weight, and the acceleration `c` by all else (contacts, transport) in the last step,
@@ -113,10 +113,10 @@ impl Surface {
 }
 
 impl GrainPhase {
-    /// Whether velocities of grains are unknowns in steps of this `flow`: friction comes from the wetted area, and some are free.
+    /// Whether velocities of grains are unknowns in steps of this `flow`: grains act by their surfaces, and some are free.
     pub(super) fn joins(&self, domain: &Domain, flow: &Flow) -> bool {
         let viscous = flow.schemes.viscosity != ViscosityScheme::Off;
-        self.is_wetted() && viscous && self.largest(domain, |_| 1.0) > 0.0
+        self.has_surfaces() && viscous && self.largest(domain, |_| 1.0) > 0.0
     }
 
     /// Starts a step: the grains have the velocity that they have.

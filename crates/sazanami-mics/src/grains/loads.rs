@@ -70,7 +70,7 @@ pub(super) fn of_friction(domain: &Domain, imprint: &Imprint, surface: &Surface,
         for (offset, load) in loads.iter_mut().enumerate() {
             for share in imprint.shares(number * 64 + offset) {
                 let part = share.fraction / alpha[share.at as usize] * volume;
-                let [impulse, angular] = surface.on_grain(domain, alpha, share, part);
+                let [impulse, angular] = surface.on_grain(domain, share, part);
                 load.force += impulse;
                 load.torque += angular;
             }

@@ -9,7 +9,6 @@ mod open;
 mod resolved;
 pub mod room;
 mod surface;
-mod wetted;
 
 use std::sync::Arc;
 
@@ -25,10 +24,9 @@ use crate::grains::joint::Joint;
 use crate::grains::room::{LiquidRoom, Room};
 use crate::momentum::Impulses;
 
-pub use exchange::{Exchange, RESOLVED, Transfer, Weighting};
-pub use imprint::{Imprint, ImprintReport, Pose, Share, TorqueArm};
+pub use exchange::{Exchange, RESOLVED, Transfer};
+pub use imprint::{Imprint, ImprintReport, Pose, Share};
 pub use loads::FluidLoad;
-pub use surface::SurfaceFriction;
 pub(crate) use surface::{Surface, resistance};
 
 /// Grains in one parallel task.
@@ -37,20 +35,14 @@ const BATCH: usize = 256;
 const ROUND_UP: Real = 1.0 + 1e-12;
 
 /// Coupling of fluid and grains.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Coupling {
     /// Scheme of the momentum exchange.
     pub exchange: Exchange,
-    /// Friction on the surfaces of grains, in [`Exchange::Surface`].
-    pub friction: SurfaceFriction,
     /// Part of a partly covered cell that liquid fills.
     pub room: LiquidRoom,
-    /// Weight of the grain velocity in partly covered cells.
-    pub weighting: Weighting,
     /// Evaluation of the volume fractions.
     pub volume_fraction: VolumeFractionMethod,
-    /// Point of action of a cell's force.
-    pub torque_arm: TorqueArm,
     /// Number of contact sub-steps in a step.
     pub substeps: Substeps,
 }
@@ -125,21 +117,18 @@ impl GrainPhase {
         let count = domain.sum([engine.grains().owned() as Real])[0] as usize;
         let coupling =
             Coupling { exchange: coupling.exchange.for_width(narrowest(domain, &engine, &shapes)), ..coupling };
-        let wetted = coupling.exchange == Exchange::Surface && coupling.friction.is_wetted();
+        let surfaces = coupling.exchange == Exchange::Surface;
         // Without grains the fields of the coupling take no memory.
         let cells = if count == 0 { [0; 3] } else { domain.cells() };
         let mut phase = Self {
             engine,
             shapes,
             coupling,
-            imprint: Imprint::new(cells, coupling.volume_fraction, coupling.torque_arm).with_areas(wetted),
-            surface: Surface::new(
-                if coupling.exchange == Exchange::Surface { cells } else { [0; 3] },
-                coupling.friction,
-            ),
+            imprint: Imprint::new(cells, coupling.volume_fraction).with_areas(surfaces),
+            surface: Surface::new(if surfaces { cells } else { [0; 3] }),
             joint: Joint::default(),
             stress_impulse: {
-                let cells = if coupling.exchange == Exchange::Surface { [0; 3] } else { cells };
+                let cells = if surfaces { [0; 3] } else { cells };
                 std::array::from_fn(|_| Field::new(cells, 0.0))
             },
             loads: Vec::new(),
@@ -244,11 +233,6 @@ impl GrainPhase {
     /// Whether the grains act on the fluid by their surfaces.
     pub(crate) fn has_surfaces(&self) -> bool {
         !self.is_empty() && self.coupling.exchange == Exchange::Surface
-    }
-
-    /// Whether their friction comes from the wetted area.
-    pub(crate) fn is_wetted(&self) -> bool {
-        self.has_surfaces() && self.coupling.friction.is_wetted()
     }
 
     /// Sums the velocities of the grains on the grid, changed by `change(n)` of velocity and angular velocity.
@@ -411,11 +395,10 @@ impl GrainPhase {
         if self.has_surfaces() {
             return self.exchange_surfaces(domain, flow, dt);
         }
-        let weighting = self.coupling.weighting;
         self.sum_velocities(domain, |_, _| [Vector::ZERO; 2]);
         let Flow { velocity: u, density, .. } = flow;
         self.take(domain, u, density, None);
-        exchange::back_project(domain, &self.imprint, u, density, weighting);
+        exchange::back_project(domain, &self.imprint, u, density);
 
         let mut sum = [Vector::ZERO; 3];
         let [weight, displaced_mass_flux, held] = &mut sum;
@@ -511,7 +494,7 @@ impl GrainPhase {
         let grains = self.engine.grains();
         self.taken.resize(grains.len(), Transfer::default());
         let fluid = exchange::Fluid { u: u.each_ref().map(Field::data), density: density.data(), open };
-        exchange::take(domain, &self.imprint, grains, fluid, self.coupling.weighting, &mut self.taken);
+        exchange::take(domain, &self.imprint, grains, fluid, &mut self.taken);
         self.partial.clear();
         self.partial.extend(self.taken.iter().map(|taken| {
             let [p, l] = [taken.momentum.to_array(), taken.angular_momentum.to_array()];

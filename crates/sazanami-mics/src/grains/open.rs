@@ -69,11 +69,10 @@ impl GrainPhase {
             return self.receive(domain, dt, |phase, n| vectors(&phase.partial[n]));
         }
         std::mem::swap(&mut self.partial, &mut self.before);
-        let weighting = self.coupling.weighting;
         self.sum_velocities(domain, |_, _| [Vector::ZERO; 2]);
         let Flow { velocity: u, density, .. } = flow;
         self.take(domain, u, density, Some(room.open()));
-        exchange::back_project(domain, &self.imprint, u, density, weighting);
+        exchange::back_project(domain, &self.imprint, u, density);
         for n in 0..self.engine.grains().owned() {
             let ([taken, turned], [given, turn]) = (vectors(&self.partial[n]), vectors(&self.before[n]));
             let mut state: CouplingState = self.coupling_state(n);

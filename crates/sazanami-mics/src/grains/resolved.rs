@@ -52,14 +52,9 @@ impl GrainPhase {
             return self.clear_stress(domain);
         }
         self.sum_velocities(domain, |_, _| [Vector::ZERO; 2]);
-        if self.is_wetted() {
-            self.surface.place_wetted(domain, &mut self.imprint, &self.motion, flow);
-            self.joint.on = self.joins(domain, flow);
-            self.begin_joint();
-        } else {
-            self.imprint.sum_spins(domain, &self.motion, flow.scratch_vector_mut());
-            self.surface.place(domain, &mut self.imprint, flow.scratch_vector_mut());
-        }
+        self.surface.place(domain, &mut self.imprint, &self.motion, flow);
+        self.joint.on = self.joins(domain, flow);
+        self.begin_joint();
         self.surface.hold(domain, &mut flow.velocity);
         if self.coupling.room == LiquidRoom::Whole {
             self.sum_covered(domain, flow);

@@ -1,75 +1,74 @@
-//! The surface of the grains in the viscous equation: rigid cells, and friction beside them.
+//! The surface of the grains in the viscous equation: rigid cells, and friction in cells that a surface cuts.
 //!
-//! A cell covered by at least [`SOLID`] moves with its grains. In a cell covered by half or more the open part has
-//! its centroid at `(1 - alpha) dx / 2` from the surface, in a cell covered by less whose neighbour `r` is covered
-//! by half or more the surface lies `(3/2 - alpha - alpha_r) dx` from the centre. From these distances comes a
-//! friction `mu f (u_s - u)` towards the velocity of the surface, implicit with the viscous stress; what the
-//! stress between the two cells already takes is left out of `f`. The friction acts with the opposite sign on the
-//! grain, at the point of the surface.
+//! A cell covered by at least [`SOLID`] moves with its grains. A cell of which the part `theta = 1 - alpha` is open, with the surface
+//! `a` of grains per volume in it, has the hydraulic radius `r = theta / a`, and the friction of Kozeny and Carman,
 //!
-//! Distances from volume fractions along a grid line are those of a height function; the corrected distance in the
-//! diagonal follows Luchini, arXiv 2506.14328.
+//! ```text
+//! mu f (u_s - u),   f = 6 / r^2
+//! ```
+//!
+//! towards the velocity of the surface at its centre in the cell, implicit with the viscous stress; there it acts with the opposite
+//! sign on the grain. In slow flow the one formula serves lone grains, beds of grains that the grid resolves, and pores narrower than
+//! a cell (docs/decisions/0010).
+//!
+//! With inertia it takes too much where the grid resolves the surface: momentum that the flow carries through the open part of a
+//! cell leaves it again before viscosity has spread it over the hydraulic radius; what stays is a boundary layer, thinner than the
+//! cell, whose friction grows with the root of the Reynolds number. Pores within a cell have a form drag instead (the second term of
+//! Ergun 1952, Chem. Eng. Prog. 48, 89, with the hydraulic radius of spheres). With `Re = |u - u_s| r / nu` and the part `w` to which
+//! the grid resolves the surface,
+//!
+//! ```text
+//! f r^2 = 6 - 5 w Re / (0.1 + Re) + 0.5 w sqrt(Re) + 0.29 (1 - w) Re,   w = min(1, s / 0.6)
+//! ```
+//!
+//! where `s`, the variance of the solid fraction over the cell and its 26 neighbours over `m (1 - m)` with the mean `m`, is 1 where
+//! cells are covered whole or not at all, and 0 where all are covered by the same part.
 
-use sazanami_numerics::choices;
 use sazanami_numerics::domain::{Domain, GhostRules};
 use sazanami_numerics::grid::Field;
 use sazanami_numerics::{Real, Vector};
 
 use super::imprint::{Imprint, Share};
+use crate::flow::Flow;
 use crate::mobility::RowSet;
 
 /// Solid fraction from which on a cell moves with its grains.
 pub(super) const SOLID: Real = 0.99;
-/// Solid fraction from which on the centre of a cell lies inside a grain.
-const INSIDE: Real = 0.5;
-/// Least distance between the centre of a cell and a surface beside it, in cell widths: where the two expressions
-/// for the friction meet at `alpha = 1/2`.
-const LEAST_DISTANCE: Real = 0.25;
 /// Friction of a cell that moves with its grains over its inertia.
 const HOLD: Real = 1e9;
 
-/// Friction of the open part of a cell covered by `alpha` on its own surface, times the squared cell width.
-fn own_friction(alpha: Real) -> Real {
-    2.0 / (1.0 - alpha)
+/// Friction times the squared hydraulic radius in slow flow.
+const SLOW: Real = 6.0;
+/// The same where the fluid slips fast, if it counts.
+const FAST: Real = 1.0;
+/// Reynolds number of the slip and the hydraulic radius at which the friction is half way between the two.
+const HALF_WAY: Real = 0.1;
+/// Form drag in pores, Ergun's second term with the hydraulic radius `d theta / (6 alpha)` of spheres: 1.75/6.
+const FORM: Real = 1.75 / 6.0;
+/// Friction of a boundary layer over the root of the Reynolds number: the drag of beds at Reynolds number 100 at all widths from 2
+/// cells on (`verify random-bed`); that of a plate as long as a tenth of a grain is 0.33 to 0.66.
+const LAYER: Real = 0.5;
+/// Variance of the solid fraction, see above, from which on a surface counts as resolved.
+const RESOLVED: Real = 0.6;
+
+/// Friction times the squared hydraulic radius at the Reynolds number of the slip and the hydraulic radius, where the surface is
+/// `resolved` to this part.
+fn beside_slip(reynolds: Real, resolved: Real) -> Real {
+    let layer = LAYER * reynolds.sqrt() - (SLOW - FAST) * reynolds / (HALF_WAY + reynolds);
+    SLOW + resolved * layer + (1.0 - resolved) * FORM * reynolds
 }
 
-/// Friction of a cell covered by `alpha` on the surface in its neighbour covered by `inside`, less what the stress
-/// between the two cells takes, times the squared cell width.
-fn friction_beside(alpha: Real, inside: Real) -> Real {
-    let distance = (1.5 - alpha - inside.min(1.0)).max(LEAST_DISTANCE);
-    let through = if inside >= SOLID { 1.0 } else { 2.0 / (3.0 - inside) };
-    1.0 / distance - through
-}
-
-/// From the centroid of the covered part of a cell covered by `inside` to the surface towards its neighbour covered
-/// by `alpha`, in cell widths.
-fn to_surface(alpha: Real, inside: Real) -> Real {
-    let inside = inside.min(1.0);
-    let distance = (1.5 - alpha - inside).max(LEAST_DISTANCE);
-    1.0 + 0.5 * (1.0 - inside) - distance
-}
-
-choices! {
-    /// Friction of the fluid on the surfaces of grains.
-    #[derive(Default)]
-    pub enum SurfaceFriction {
-        /// From the distance between the centre of a cell and the surface in it or beside it.
-        Distance = "distance",
-        /// From the hydraulic radius of a cell, its open volume over the surface in it: one formula from grains that the grid
-        /// resolves to pores narrower than a cell. The viscous step sees gravity and the pressure gradient.
-        HydraulicRadius = "hydraulic_radius",
-        /// As `hydraulic_radius`, with Ergun's form drag in pores; where the grid resolves a surface, the friction of a boundary layer
-        /// that is thinner as the Reynolds number of the slip past it grows.
-        #[default]
-        HydraulicRadiusSlip = "hydraulic_radius_slip",
-    }
-}
-
-impl SurfaceFriction {
-    /// Whether it comes from the surface in each cell.
-    pub(super) fn is_wetted(self) -> bool {
-        self != Self::Distance
-    }
+/// Part to which the grid resolves the surface in a cell.
+fn resolved(alpha: &[Real], at: usize, strides: [usize; 3]) -> Real {
+    let first = at - strides.iter().sum::<usize>();
+    let around = (0..27).map(|n| first + n % 3 * strides[0] + n / 3 % 3 * strides[1] + n / 9 * strides[2]);
+    let [sum, squares] = around.fold([0.0; 2], |[sum, squares], at| {
+        let alpha = alpha[at].min(1.0);
+        [sum + alpha, squares + alpha * alpha]
+    });
+    let mean: Real = sum / 27.0;
+    let spread = mean * (1.0 - mean);
+    if spread > 0.0 { ((squares / 27.0 - mean * mean) / (RESOLVED * spread)).min(1.0) } else { 1.0 }
 }
 
 /// Friction on the surfaces of the grains.
@@ -78,79 +77,58 @@ pub(crate) struct Surface {
     pub(super) friction: Field<Real>,
     /// Velocity of the surface in cells with friction [m/s].
     pub(super) velocity: [Field<Real>; 3],
-    /// Surface in each cell over its volume [1/m], if the friction comes from it.
+    /// Surface in each cell over its volume [1/m].
     pub(super) area: Field<Real>,
-    /// Law of the friction.
-    pub(super) law: SurfaceFriction,
     /// Momentum that friction took from the fluid in this step, per volume [N s/m^3].
     pub(super) taken: [Field<Real>; 3],
     /// Rows that grains cover, and those beside them too.
     pub(crate) covered: RowSet,
-    pub(super) beside: RowSet,
+    beside: RowSet,
 }
 
 impl Surface {
     /// No surfaces, for fields of `cells` cells.
-    pub fn new(cells: [usize; 3], law: SurfaceFriction) -> Self {
-        let area = Field::new(if law.is_wetted() { cells } else { [0; 3] }, 0.0);
-        let three = || std::array::from_fn(|_| Field::new(cells, 0.0));
-        let friction = Field::new(cells, 0.0);
+    pub fn new(cells: [usize; 3]) -> Self {
+        let field = || Field::new(cells, 0.0);
+        let three = || [field(), field(), field()];
         let (covered, beside) = (RowSet::default(), RowSet::default());
-        Self { friction, velocity: three(), area, law, taken: three(), covered, beside }
+        Self { friction: field(), velocity: three(), area: field(), taken: three(), covered, beside }
     }
 
-    /// Places the surfaces for a step: fills the ghosts of `imprint` and of the angular velocities `spin`, times the
-    /// solid fraction, that belong to it.
-    pub fn place(&mut self, domain: &Domain, imprint: &mut Imprint, spin: [&mut Field<Real>; 3]) {
+    /// Places the surfaces for a step; velocity and angular velocity of every grain and ghost are in `motion`.
+    pub fn place(&mut self, domain: &Domain, imprint: &mut Imprint, motion: &[[Real; 6]], flow: &Flow) {
         imprint.fill_halos(domain);
-        let [w1, w2, w3] = spin;
-        let even = &GhostRules::EVEN;
-        domain.fill_halos_to(1, &mut [(w1, even), (w2, even), (w3, even)]);
         self.covered.covered(domain, &imprint.solid_fraction, |j, k| imprint.row_is_covered(j, k));
         self.beside.and_beside(domain, &self.covered);
-        let (strides, spacing) = (domain.strides().map(|s| s as usize), domain.grid().spacing);
+        let [v1, v2, v3] = &mut self.velocity;
+        imprint.sum_surfaces(domain, motion, &mut self.area, [v1, v2, v3]);
+        let strides = domain.strides().map(|s| s as usize);
         let alpha = imprint.solid_fraction.data();
         let solid = imprint.solid_velocity.each_ref().map(Field::data);
-        let spin = [w1, w2, w3].map(|w| w.data());
-        let of = |fields: [&[Real]; 3], at: usize| Vector::new(fields[0][at], fields[1][at], fields[2][at]) / alpha[at];
-        let Self { friction, velocity: [v1, v2, v3], taken: [t1, t2, t3], beside, .. } = self;
-        let fields = (
-            friction.data_mut(),
-            v1.data_mut(),
-            v2.data_mut(),
-            v3.data_mut(),
-            t1.data_mut(),
-            t2.data_mut(),
-            t3.data_mut(),
-        );
-        domain.for_each_row(&domain.interior(), fields, |row, (friction, v1, v2, v3, t1, t2, t3)| {
-            for values in [&mut *friction, t1, t2, t3] {
-                values.fill(0.0);
-            }
-            if !beside.holds(row.j, row.k) {
+        let Self { friction, velocity: [v1, v2, v3], area, taken: [t1, t2, t3], covered, .. } = self;
+        let area = area.data();
+        let (c, [u1, u2, u3]) = (flow.volume_fraction.data(), flow.velocity.each_ref().map(Field::data));
+        let velocity = (v1.data_mut(), v2.data_mut(), v3.data_mut());
+        let taken = (t1.data_mut(), t2.data_mut(), t3.data_mut());
+        let fields = (friction.data_mut(), velocity, taken);
+        domain.for_each_row(&domain.interior(), fields, |row, (friction, (v1, v2, v3), (t1, t2, t3))| {
+            [&mut *friction, t1, t2, t3].into_iter().for_each(|values| values.fill(0.0));
+            if !covered.holds(row.j, row.k) {
                 return;
             }
             for (i, at) in row.shifted(0).enumerate() {
-                let (mut sum, mut towards) = (0.0, Vector::ZERO);
-                if alpha[at] >= SOLID {
-                    (sum, towards) = (Real::INFINITY, of(solid, at));
-                } else if alpha[at] >= INSIDE {
-                    let (normal, width) = normal(alpha, at, strides, spacing);
-                    sum = own_friction(alpha[at]) / (width * width);
-                    towards = of(solid, at) + of(spin, at).cross(0.5 * alpha[at] * width * normal);
+                let towards = if alpha[at] >= SOLID {
+                    friction[i] = Real::INFINITY;
+                    Vector::new(solid[0][at], solid[1][at], solid[2][at]) / alpha[at]
+                } else if area[at] > 0.0 {
+                    let (radius, towards) = ((1.0 - alpha[at]) / area[at], Vector::new(v1[i], v2[i], v3[i]) / area[at]);
+                    let slip = (Vector::new(u1[at], u2[at], u3[at]) - towards).length();
+                    let reynolds = slip * radius / flow.fluids.kinematic_viscosity(c[at]);
+                    friction[i] = beside_slip(reynolds, resolved(alpha, at, strides)) / (radius * radius);
+                    towards
                 } else {
-                    for (neighbour, d, sign) in neighbours(at, strides).filter(|n| alpha[n.0] >= INSIDE) {
-                        let weight = friction_beside(alpha[at], alpha[neighbour]) / (spacing[d] * spacing[d]);
-                        let mut arm = Vector::ZERO;
-                        arm[d] = -sign * to_surface(alpha[at], alpha[neighbour]) * spacing[d];
-                        sum += weight;
-                        towards += weight * (of(solid, neighbour) + of(spin, neighbour).cross(arm));
-                    }
-                    if sum > 0.0 {
-                        towards /= sum;
-                    }
-                }
-                friction[i] = sum;
+                    continue;
+                };
                 (v1[i], v2[i], v3[i]) = (towards.x, towards.y, towards.z);
             }
         });
@@ -177,36 +155,20 @@ impl Surface {
         domain.fill_halos_to(1, &mut [(friction, even), (t1, even), (t2, even), (t3, even)]);
     }
 
-    /// Impulse per cell volume that the friction in and beside a cell gives a grain that covers the `part` of the
-    /// solid in it, and the angular impulse about the grain's centre [N s/m^3, N s/m^2].
-    pub fn on_grain(&self, domain: &Domain, alpha: &[Real], share: &Share, part: Real) -> [Vector; 2] {
-        let (strides, spacing) = (domain.strides().map(|s| s as usize), domain.grid().spacing);
-        let (at, arm) = (share.at as usize, share.arm());
-        let taken =
-            |at: usize| Vector::new(self.taken[0].data()[at], self.taken[1].data()[at], self.taken[2].data()[at]);
-        if self.is_wetted() {
-            return self.on_wetted_grain(domain, share, part, taken(at));
-        }
-        if alpha[at] < INSIDE {
+    /// Impulse that the friction in the cell of a share gives its grain, and the angular impulse about the grain's centre
+    /// [N s, N m s]; `part` of the cell is the grain's where it is solid [m^3].
+    pub fn on_grain(&self, domain: &Domain, share: &Share, part: Real) -> [Vector; 2] {
+        let at = share.at as usize;
+        let taken = Vector::from_array(self.taken.each_ref().map(|taken| taken.data()[at]));
+        let (impulse, arm) = if self.friction.data()[at] == Real::INFINITY {
+            (part * taken, share.arm())
+        } else if self.area.data()[at] > 0.0 {
+            let wetted = Real::from(share.wetted) / self.area.data()[at];
+            (wetted * domain.grid().cell_volume() * taken, share.foot())
+        } else {
             return [Vector::ZERO; 2];
-        }
-        let (normal, width) = normal(alpha, at, strides, spacing);
-        let depth = if alpha[at] < SOLID { 0.5 * alpha[at] * width } else { 0.0 };
-        let own = part * taken(at);
-        let (mut impulse, mut angular) = (own, (arm + depth * normal).cross(own));
-        for (neighbour, d, sign) in neighbours(at, strides) {
-            let friction = self.friction.data()[neighbour];
-            if alpha[neighbour] >= INSIDE || friction == 0.0 {
-                continue;
-            }
-            let weight = friction_beside(alpha[neighbour], alpha[at]) / (spacing[d] * spacing[d]) / friction;
-            let given = part * weight * taken(neighbour);
-            let mut arm = arm;
-            arm[d] += sign * to_surface(alpha[neighbour], alpha[at]) * spacing[d];
-            impulse += given;
-            angular += arm.cross(given);
-        }
-        [impulse, angular]
+        };
+        [impulse, arm.cross(impulse)]
     }
 
     /// Friction, velocity of the surface, and the rows in which there may be friction.
@@ -236,15 +198,31 @@ pub(crate) fn resistance(friction: Real, mu: Real, rho: Real, dt: Real) -> Real 
     if friction == Real::INFINITY { HOLD * rho / dt } else { mu * friction }
 }
 
-/// The six neighbours of a cell: place, direction and sign.
-fn neighbours(at: usize, strides: [usize; 3]) -> impl Iterator<Item = (usize, usize, Real)> {
-    (0..3).flat_map(move |d| [(at - strides[d], d, -1.0), (at + strides[d], d, 1.0)])
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-/// Outward normal of the surface in a cell, and the width of the cell along it \[m].
-fn normal(alpha: &[Real], at: usize, strides: [usize; 3], spacing: Vector) -> (Vector, Real) {
-    let slope = |d: usize| (alpha[at - strides[d]].min(1.0) - alpha[at + strides[d]].min(1.0)) / spacing[d];
-    let normal = Vector::new(slope(0), slope(1), slope(2)).normalize_or_zero();
-    let along = (normal * normal / (spacing * spacing)).element_sum();
-    (normal, if along > 0.0 { along.sqrt().recip() } else { spacing.min_element() })
+    #[test]
+    fn a_surface_is_resolved_where_cells_are_covered_whole_or_not_at_all() {
+        let strides = [1, 4, 16];
+        let field = |alpha: fn(usize) -> Real| (0..64).map(alpha).collect::<Vec<_>>();
+        let at = 1 + 4 + 16;
+        let half = field(|n| if n % 4 < 1 { 1.0 } else { 0.0 });
+        assert_eq!(resolved(&half, at, strides), 1.0);
+        let mixed = field(|_| 0.4);
+        assert!(resolved(&mixed, at, strides) < 1e-12);
+        let between = field(|n| if n % 2 == 0 { 0.2 } else { 0.6 });
+        let found = resolved(&between, at, strides);
+        assert!(found > 0.05 && found < 0.5, "{found}");
+    }
+
+    #[test]
+    fn slow_flow_meets_the_same_friction_however_well_it_is_resolved() {
+        assert_eq!([0.0, 0.5, 1.0].map(|part| beside_slip(0.0, part)), [SLOW; 3]);
+        // Fast slip: less than in slow flow where it is resolved, more in a pore.
+        assert!(beside_slip(2.0, 1.0) < SLOW && beside_slip(2.0, 0.0) > SLOW);
+        // Very fast: a boundary layer, whose friction over the square of the slip falls, or form drag, which keeps it.
+        let over_square = |part: Real| beside_slip(4e4, part) / beside_slip(1e4, part) / 4.0;
+        assert!((over_square(1.0) - 0.5).abs() < 0.02 && (over_square(0.0) - 1.0).abs() < 0.02);
+    }
 }

@@ -37,6 +37,7 @@ choices! {
         /// Hyperbolic-tangent profiles weighted by the normal (Yokoi 2007), steepness 3.5.
         ThincWlic = "thinc_wlic",
         /// Hyperbolic-tangent profiles with slope-dependent steepness (Xiao et al. 2011).
+        #[unlisted]
         ThincSw = "thinc_sw",
     }
 }

@@ -5,10 +5,10 @@ use sazanami_numerics::{Real, Vector};
 use super::{Phase, Settings, Solver, StepError, StepReport};
 use crate::acceleration::Acceleration;
 use crate::flow::Flow;
-use crate::forces::{Forces, Pass};
 use crate::grains::GrainPhase;
 use crate::grains::room::Room;
 use crate::mobility::Closing;
+use crate::pass::Pass;
 use crate::pressure::Projection;
 use crate::stability::Step;
 
@@ -78,7 +78,6 @@ struct FluidPass<'a> {
     now: Pass<'a>,
     settings: &'a Settings,
     flow: &'a mut Flow,
-    forces: &'a Forces,
     projection: &'a mut Projection,
     grains: &'a mut GrainPhase,
     /// The acceleration, if the viscous step of the pass sees one.
@@ -89,10 +88,10 @@ struct FluidPass<'a> {
 impl<'a> FluidPass<'a> {
     /// A pass of `dt` \[s] under `gravity` [m/s^2].
     fn of(solver: &'a mut Solver, gravity: Vector, dt: Real) -> Self {
-        let Solver { domain, boundary, settings, flow, forces, projection, grains, acceleration, room, .. } = solver;
+        let Solver { domain, boundary, settings, flow, projection, grains, acceleration, room, .. } = solver;
         let acceleration = Acceleration::for_pass(acceleration, domain, flow, dt);
         let now = Pass { domain, boundary, gravity, dt };
-        Self { now, settings, flow, forces, projection, grains, acceleration, room: room.as_mut() }
+        Self { now, settings, flow, projection, grains, acceleration, room: room.as_mut() }
     }
 
     /// Phase 1: liquid and momentum move with the face velocities.
@@ -104,8 +103,7 @@ impl<'a> FluidPass<'a> {
         let half = if self.settings.incremental { 0.5 * dt } else { 0.0 };
         projection.add_gradient(domain, &flow.density, &mut flow.velocity, -half);
         if let Some(acceleration) = &mut self.acceleration {
-            let uniform = self.forces.uniform_acceleration(&self.now);
-            acceleration.keep(domain, projection.pressure(), &flow.density, uniform);
+            acceleration.keep(domain, projection.pressure(), &flow.density, self.now.gravity);
         }
         let beside = self.room.as_deref_mut().map(|room| (room, grains.covered()));
         report.transport += flow.transport_beside(domain, boundary, dt, beside);
@@ -127,15 +125,15 @@ impl<'a> FluidPass<'a> {
         Ok(())
     }
 
-    /// Phase 3: forces on the fluid, face velocities.
+    /// Phase 3: gravity, face velocities.
     fn predict(&mut self, report: &mut StepReport) {
-        let Self { now, flow, forces, grains, acceleration, .. } = self;
+        let Self { now, flow, grains, acceleration, .. } = self;
         match &*acceleration {
             Some(acceleration) => {
                 grains.settle(now.domain, flow, acceleration.response());
-                acceleration.predict(now, flow, forces, &mut report.impulses);
+                acceleration.predict(now, flow, &mut report.impulses);
             }
-            None => forces.predict(now, flow, &mut report.impulses),
+            None => now.predict(flow, &mut report.impulses),
         }
     }
 

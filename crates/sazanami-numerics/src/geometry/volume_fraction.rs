@@ -8,7 +8,7 @@
 //!
 //! with h the height above the cell's floor and dA the signed horizontal area; first moments likewise. The methods
 //! differ in how they evaluate the integrals: on vertical columns through the cell (a midpoint rule horizontally,
-//! exact vertically), on sub-cells, or exactly on the surface cut by the cells' faces. All use the mesh that
+//! exact vertically), or exactly on the surface cut by the cells' faces. All use the mesh that
 //! gives the mass. What the sampling misses of the exact volume and centre of mass is then put on the partly
 //! filled cells, with weight alpha (1 - alpha), so that weight, buoyancy and the torque of a uniform
 //! pressure gradient are exact; alpha stays between 0 and 1.
@@ -26,11 +26,6 @@ pub enum VolumeFractionMethod {
     /// The surface rasterised into `per_axis` x `per_axis` vertical columns a cell, exact vertically.
     Columns {
         /// Columns per cell edge.
-        per_axis: u8,
-    },
-    /// The centres of `per_axis`^3 sub-cells, each in or out.
-    SubCells {
-        /// Sub-cells per cell edge.
         per_axis: u8,
     },
     /// The surface cut by the faces of the cells: exact.
@@ -106,7 +101,7 @@ impl Rasteriser {
     /// If the method has no samples.
     #[must_use]
     pub fn new(method: VolumeFractionMethod) -> Self {
-        if let VolumeFractionMethod::Columns { per_axis } | VolumeFractionMethod::SubCells { per_axis } = method {
+        if let VolumeFractionMethod::Columns { per_axis } = method {
             assert!(per_axis > 0, "volume fractions need at least one sample a cell");
         }
         let (columns, block) = (columns::Columns::default(), Block::default());
@@ -153,10 +148,7 @@ impl Rasteriser {
         let start = covers.len();
         let weight = match self.method {
             VolumeFractionMethod::Columns { per_axis } => {
-                self.columns.accumulate::<false>(&self.nodes, triangles, per_axis, &mut self.block)
-            }
-            VolumeFractionMethod::SubCells { per_axis } => {
-                self.columns.accumulate::<true>(&self.nodes, triangles, per_axis, &mut self.block)
+                self.columns.accumulate(&self.nodes, triangles, per_axis, &mut self.block)
             }
             VolumeFractionMethod::Clip => clip::accumulate(&self.nodes, triangles, &mut self.block),
         };

@@ -243,7 +243,7 @@ mod tests {
         let mut snapshot = Snapshot::default();
         budget.save(&mut snapshot);
         assert_eq!(MomentumBudget::restore(TERMS, lines(), &snapshot).unwrap(), budget);
-        // Another list of forces is another run.
+        // Another list of lines is another run.
         assert!(MomentumBudget::restore(TERMS, lines()[1..].to_vec(), &snapshot).is_err());
         assert!(MomentumBudget::restore(TERMS, lines(), &Snapshot::default()).is_err());
     }

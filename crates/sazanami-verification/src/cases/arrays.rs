@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use sazanami_dem::{Grain, Motion};
 use sazanami_mics::boundary::Boundary;
-use sazanami_mics::grains::SurfaceFriction;
+use sazanami_mics::grains::Exchange;
 use sazanami_mics::stability::StepLimits;
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
@@ -24,7 +24,6 @@ struct Array {
     cells_per_diameter: Real,
     /// Steps over `dx^2 / nu`.
     viscous: Real,
-    friction: SurfaceFriction,
 }
 
 const SIMPLE_CUBIC: &[[Real; 3]] = &[[0.5, 0.5, 0.5]];
@@ -41,7 +40,7 @@ impl Array {
         let dt = self.viscous / (n * n) as Real;
         let mut tank = Tank::new(grid, Boundary::all_periodic(), single(1.0, 1.0), dt);
         tank.limits = StepLimits::always(dt);
-        tank.friction = self.friction;
+        tank.exchange = Exchange::Surface;
         tank.gravity = Vector::X * force;
         tank.divergence = 1e-10;
         tank.shapes = vec![ball(self.diameter())?];
@@ -84,14 +83,14 @@ impl Array {
 
 /// Drag in simple cubic arrays of about 8 cells to a diameter, and in face-centred ones from 8 cells to less than two;
 /// and what a step four times shorter changes.
-fn arrays(friction: SurfaceFriction) -> Result<Vec<Measured>, String> {
+pub(crate) fn grain_arrays() -> Result<Vec<Measured>, String> {
     let mut rows = Vec::new();
     for (name, centres, widths) in
         [("simple cubic", SIMPLE_CUBIC, &[8.0][..]), ("face-centred", FACE_CENTRED, &[8.0, 4.0, 2.7, 2.0, 1.3][..])]
     {
         for [solid_fraction, expected] in reference::rows(reference::ARRAYS, name, ["solid_fraction", "k"]) {
             for &cells_per_diameter in widths {
-                let array = Array { centres, solid_fraction, cells_per_diameter, viscous: 1.0, friction };
+                let array = Array { centres, solid_fraction, cells_per_diameter, viscous: 1.0 };
                 let array_name = format!("{name}, solid fraction {solid_fraction}, {cells_per_diameter} cells");
                 let found = array.resistance()?;
                 let short = Array { viscous: 0.25, ..array }.resistance()?;
@@ -102,14 +101,4 @@ fn arrays(friction: SurfaceFriction) -> Result<Vec<Measured>, String> {
         }
     }
     Ok(rows)
-}
-
-/// With friction from distances.
-pub(crate) fn grain_arrays() -> Result<Vec<Measured>, String> {
-    arrays(SurfaceFriction::Distance)
-}
-
-/// With friction from the hydraulic radius.
-pub(crate) fn grain_arrays_hydraulic() -> Result<Vec<Measured>, String> {
-    arrays(SurfaceFriction::HydraulicRadius)
 }

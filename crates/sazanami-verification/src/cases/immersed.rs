@@ -2,23 +2,17 @@
 
 use sazanami_dem::{Grain, Motion};
 use sazanami_mics::boundary::{Boundary, FluidName, Side};
-use sazanami_mics::grains::{Exchange, SurfaceFriction};
+use sazanami_mics::grains::Exchange;
 use sazanami_mics::stability::StepLimits;
 use sazanami_numerics::geometry::{ContactSphereRule, Shape, VolumeRule};
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
 
-use super::tank::{Tank, down, largest, single, step};
+use super::tank::{Tank, down, single, step};
 use crate::measured::Measured;
 
-/// Places of a sphere's centre on the grid, in cells from a corner.
-const PLACES: [Vector; 5] = [
-    Vector::new(0.21, 0.37, 0.13),
-    Vector::ZERO,
-    Vector::splat(0.5),
-    Vector::new(0.5, 0.0, 0.25),
-    Vector::new(0.3, 0.8, 0.6),
-];
+/// Place of a sphere's centre on the grid, in cells from a corner: off their faces, as grains are.
+const PLACE: Vector = Vector::new(0.21, 0.37, 0.13);
 
 pub(super) fn ball(diameter: Real) -> Result<Shape, String> {
     Shape::sphere(diameter, 3, VolumeRule::Preserve, &ContactSphereRule::Single).map_err(|error| error.to_string())
@@ -38,8 +32,7 @@ fn release(ratio: Real, exchange: Exchange, steps: u32) -> Result<Real, String> 
     tank.exchange = exchange;
     tank.gravity = down(gravity);
     tank.shapes = vec![ball(diameter)?];
-    // Off the faces of the cells, as grains are.
-    let start = Vector::splat(0.5 * width * diameter) + PLACES[0] * grid.spacing;
+    let start = Vector::splat(0.5 * width * diameter) + PLACE * grid.spacing;
     tank.grains = vec![Grain::new(0, 1e3 * ratio, start)];
     let mut solver = tank.solver(|domain, boundary, flow| flow.fill_halos(domain, boundary))?;
     let mut time = 0.0;
@@ -85,20 +78,9 @@ struct Stream {
     reynolds: Real,
     cells_per_diameter: usize,
     exchange: Exchange,
-    friction: SurfaceFriction,
-    /// Length of the steps over the longest.
-    shorter: Real,
-    /// Place of the sphere on the grid, in cells.
-    place: Vector,
 }
 
 impl Stream {
-    /// Sphere that acts by its surface, the longest steps, the first place.
-    fn new(reynolds: Real, cells_per_diameter: usize) -> Self {
-        let (exchange, friction) = (Exchange::Surface, SurfaceFriction::Distance);
-        Self { reynolds, cells_per_diameter, exchange, friction, shorter: 1.0, place: PLACES[0] }
-    }
-
     /// Drag at the end of a run of 8 diameters of travel, in a box 6 diameters wide.
     fn drag(self) -> Result<Drag, String> {
         let (n, width, until) = (self.cells_per_diameter, 6.0, 8.0);
@@ -109,13 +91,12 @@ impl Stream {
         sides[2] = [Side::Inflow { velocity: Vector::Z, fluid: FluidName::Gas }, Side::Outflow];
         let boundary = Boundary::new(sides).map_err(|error| error.to_string())?;
         // The Courant number decides.
-        let longest = self.shorter * 0.3 / n as Real;
+        let longest = 0.3 / n as Real;
         let mut tank = Tank::new(grid, boundary, single(1.0, 1.0 / self.reynolds), longest);
-        tank.divergence = 1e-6 * self.shorter * self.shorter;
+        tank.divergence = 1e-6;
         tank.exchange = self.exchange;
-        tank.friction = self.friction;
         tank.shapes = vec![ball(1.0)?];
-        let position = Vector::new(0.5, 0.5, 0.5) * width - Vector::Z * 0.5 + self.place * grid.spacing;
+        let position = Vector::new(0.5, 0.5, 0.5) * width - Vector::Z * 0.5 + PLACE * grid.spacing;
         tank.grains = vec![Grain { motion: Motion::Fixed, ..Grain::new(0, 2.65, position) }];
         let mut solver = tank.solver(|domain, boundary, flow| {
             flow.velocity[2].fill(1.0);
@@ -140,57 +121,30 @@ impl Stream {
     }
 }
 
-/// Mean and half the range of the drag over places on the grid, and the rest of the balance at the first.
-fn placed(stream: Stream, places: &[Vector], rows: &mut Vec<Measured>) -> Result<Real, String> {
-    let name = format!("Re {}, {} cells", stream.reynolds, stream.cells_per_diameter);
-    let found = places.iter().map(|&place| Stream { place, ..stream }.drag()).collect::<Result<Vec<_>, _>>()?;
-    let mean = found.iter().map(|drag| drag.coefficient).sum::<Real>() / found.len() as Real;
-    let first = &found[0];
-    rows.push(Measured::new(format!("{name}: drag coefficient"), mean));
-    if places.len() > 1 {
-        let scatter = largest(found.iter().map(|drag| (drag.coefficient / mean - 1.0).abs()));
-        rows.push(Measured::new(format!("{name}: largest difference of a position from the mean"), scatter));
-    }
-    rows.push(Measured::new(format!("{name}: force over outer balance"), first.coefficient / first.outer));
-    rows.push(Measured::new(format!("{name}: change of the force to the last tenth"), first.change));
-    Ok(first.coefficient)
-}
-
-/// Drag of a fixed sphere of 8 cells a diameter, mean of five positions on the grid; and with a quarter of the step at the first.
-pub(crate) fn drag_coarse() -> Result<Vec<Measured>, String> {
+/// Drag of a sphere that acts by its surface.
+fn measured(cells_per_diameter: &[usize]) -> Result<Vec<Measured>, String> {
     let mut rows = Vec::new();
     for reynolds in [20.0, 100.0] {
-        let stream = Stream::new(reynolds, 8);
-        let first = placed(stream, &PLACES, &mut rows)?;
-        let fine = Stream { shorter: 0.25, ..stream }.drag()?.coefficient;
-        rows.push(Measured::new(
-            format!("Re {reynolds}: change with a quarter of the step"),
-            (fine / first - 1.0).abs(),
-        ));
+        for &cells_per_diameter in cells_per_diameter {
+            let name = format!("Re {reynolds}, {cells_per_diameter} cells");
+            let found = Stream { reynolds, cells_per_diameter, exchange: Exchange::Surface }.drag()?;
+            rows.push(Measured::new(format!("{name}: drag coefficient"), found.coefficient));
+            rows.push(Measured::new(format!("{name}: force over outer balance"), found.coefficient / found.outer));
+            rows.push(Measured::new(format!("{name}: change of the force to the last tenth"), found.change));
+        }
     }
-    let stress = Stream { exchange: Exchange::Stress, ..Stream::new(20.0, 8) };
-    rows.push(Measured::new("stress, Re 20: drag coefficient", stress.drag()?.coefficient));
     Ok(rows)
 }
 
-/// The same with friction from the hydraulic radius and the slip.
-pub(crate) fn drag_hydraulic() -> Result<Vec<Measured>, String> {
-    let mut rows = Vec::new();
-    for reynolds in [20.0, 100.0] {
-        let stream = Stream { friction: SurfaceFriction::HydraulicRadiusSlip, ..Stream::new(reynolds, 8) };
-        placed(stream, &PLACES[..1], &mut rows)?;
-    }
+/// Drag of a fixed sphere of 8 cells to a diameter.
+pub(crate) fn drag() -> Result<Vec<Measured>, String> {
+    let mut rows = measured(&[8])?;
+    let stress = Stream { reynolds: 20.0, cells_per_diameter: 8, exchange: Exchange::Stress };
+    rows.push(Measured::new("stress, Re 20: drag coefficient", stress.drag()?.coefficient));
     Ok(rows)
 }
 
 /// The same with 12 and 16 cells to a diameter.
 pub(crate) fn drag_fine() -> Result<Vec<Measured>, String> {
-    let mut rows = Vec::new();
-    for reynolds in [20.0, 100.0] {
-        for cells_per_diameter in [12, 16] {
-            let stream = Stream::new(reynolds, cells_per_diameter);
-            placed(stream, &PLACES[..1], &mut rows)?;
-        }
-    }
-    Ok(rows)
+    measured(&[12, 16])
 }

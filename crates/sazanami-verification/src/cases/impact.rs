@@ -3,7 +3,7 @@
 use sazanami_dem::Grain;
 use sazanami_mics::boundary::Boundary;
 use sazanami_mics::flow::DropVelocity;
-use sazanami_mics::grains::{Exchange, SurfaceFriction};
+use sazanami_mics::grains::Exchange;
 use sazanami_mics::momentum::Impulses;
 use sazanami_numerics::geometry::{ContactSphereRule, Region, Shape, VolumeRule};
 use sazanami_numerics::grid::Grid;
@@ -31,14 +31,14 @@ struct Outcome {
 
 /// After the first radius, without viscosity.
 fn outcome(cells_per_grain: Real, exchange: Exchange) -> Result<Outcome, String> {
-    Ok(outcomes(cells_per_grain, exchange, None, [1.0])?[0])
+    Ok(outcomes(cells_per_grain, exchange, false, [1.0])?[0])
 }
 
-/// After `radii` of travel; `friction` on the surfaces of the grains if water and air are viscous.
+/// After `radii` of travel of water and air, `viscous` or not.
 fn outcomes<const N: usize>(
     cells_per_grain: Real,
     exchange: Exchange,
-    friction: Option<SurfaceFriction>,
+    viscous: bool,
     radii: [Real; N],
 ) -> Result<[Outcome; N], String> {
     let width = GRAIN / cells_per_grain;
@@ -46,9 +46,8 @@ fn outcomes<const N: usize>(
     let extent = Vector::from_array(cells.map(|n| n as Real)) * width;
     let grid = Grid::new(cells, Vector::ZERO, extent);
     let mut tank = Tank::new(grid, Boundary::closed(), WATER_AND_AIR, 1e-5);
-    match friction {
-        Some(friction) => tank.friction = friction,
-        None => tank = tank.inviscid(),
+    if !viscous {
+        tank = tank.inviscid();
     }
     tank.exchange = exchange;
     tank.divergence = 1e-10;
@@ -102,8 +101,8 @@ fn outcomes<const N: usize>(
     found.and_then(|found| found.try_into().ok()).ok_or_else(|| "the drop has not travelled".to_owned())
 }
 
-/// The momentum of a drop stays in fluid and grains; the stress integral alone loses it.
-pub(crate) fn drop_on_bed() -> Result<Vec<Measured>, String> {
+/// The momentum of a drop without viscosity stays in fluid and grains; the stress integral alone loses it.
+pub(crate) fn drop_on_bed_inviscid() -> Result<Vec<Measured>, String> {
     let [coarse, found] = [outcome(1.7, Exchange::Surface)?, outcome(2.7, Exchange::Surface)?];
     let stress = outcome(2.7, Exchange::Stress)?;
     Ok(vec![
@@ -132,17 +131,17 @@ pub(crate) fn drop_on_bed_fine() -> Result<Vec<Measured>, String> {
 }
 
 /// Momentum in the grains after one and after two radii of travel, and the worst residual of the budget.
-fn shares(cells_per_grain: Real, friction: SurfaceFriction) -> Result<[Real; 3], String> {
-    let [first, second] = outcomes(cells_per_grain, Exchange::Surface, Some(friction), [1.0, 2.0])?;
+fn shares(cells_per_grain: Real, viscous: bool) -> Result<[Real; 3], String> {
+    let [first, second] = outcomes(cells_per_grain, Exchange::Surface, viscous, [1.0, 2.0])?;
     Ok([first.grains, second.grains, first.closed.max(second.closed)])
 }
 
-/// With friction from the hydraulic radius and the slip, beside that from distances.
-pub(crate) fn drop_on_bed_hydraulic() -> Result<Vec<Measured>, String> {
+/// The share of the grains in viscous water does not depend on the cells.
+pub(crate) fn drop_on_bed() -> Result<Vec<Measured>, String> {
     let mut rows = Vec::new();
-    let finest = shares(4.0, SurfaceFriction::HydraulicRadiusSlip)?;
+    let finest = shares(4.0, true)?;
     for cells in [1.7, 2.7] {
-        let found = shares(cells, SurfaceFriction::HydraulicRadiusSlip)?;
+        let found = shares(cells, true)?;
         for (n, radii) in ["one radius", "two radii"].into_iter().enumerate() {
             let name = format!("{cells} cells over 4 cells: in the grains after {radii}");
             rows.push(Measured::new(name, found[n] / finest[n]));
@@ -151,8 +150,8 @@ pub(crate) fn drop_on_bed_hydraulic() -> Result<Vec<Measured>, String> {
     }
     rows.push(Measured::new("4 cells: in the grains after one radius", finest[0]));
     rows.push(Measured::new("4 cells: in the grains after two radii", finest[1]));
-    // Negative control: with friction from distances less reaches narrow grains.
-    let control = shares(1.7, SurfaceFriction::Distance)?[1] / shares(4.0, SurfaceFriction::Distance)?[1];
-    rows.push(Measured::new("control: distances, 1.7 cells over 4 cells, two radii", control));
+    // Negative control: without friction less reaches narrow grains.
+    let control = shares(1.7, false)?[1] / shares(4.0, false)?[1];
+    rows.push(Measured::new("control: without viscosity, 1.7 cells over 4 cells, two radii", control));
     Ok(rows)
 }

@@ -2,7 +2,6 @@
 
 use sazanami_dem::Grain;
 use sazanami_mics::boundary::{Boundary, Side};
-use sazanami_mics::grains::SurfaceFriction;
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
 
@@ -28,14 +27,13 @@ struct Meeting {
 
 /// Two spheres of relative density 1.5 fall from 2.5 diameters above one another, the upper one `beside` to the side: lengths in
 /// diameters, velocities in that at which the drag of Clift et al. at Reynolds number 100 balances the weight of one.
-fn meet(friction: SurfaceFriction, cells: usize, beside: Real) -> Result<Meeting, String> {
+fn meet(cells: usize, beside: Real) -> Result<Meeting, String> {
     let n = SIZE.map(|l| (l * cells as Real).round() as usize);
     let grid = Grid::new(n, Vector::ZERO, Vector::from_array(SIZE));
     let mut sides = [[Side::Slip; 2]; 3];
     sides[2] = [Side::NoSlip; 2];
     let boundary = Boundary::new(sides).map_err(|error| error.to_string())?;
     let mut tank = Tank::new(grid, boundary, single(1.0, 0.01), 0.05);
-    tank.friction = friction;
     tank.gravity = down(0.75 * 1.0875 / 0.5);
     tank.divergence = 1e-6;
     tank.shapes = vec![ball(1.0)?];
@@ -69,18 +67,15 @@ fn meet(friction: SurfaceFriction, cells: usize, beside: Real) -> Result<Meeting
 
 /// One behind the other, and side by side.
 pub(crate) fn two_spheres() -> Result<Vec<Measured>, String> {
-    let mut rows = Vec::new();
-    for (name, friction) in
-        [("distances", SurfaceFriction::Distance), ("hydraulic radius, slip", SurfaceFriction::HydraulicRadiusSlip)]
-    {
-        let found = meet(friction, 5, 0.0)?;
-        rows.push(Measured::new(format!("{name}: speed of the upper over the lower before they touch"), found.faster));
-        rows.push(Measured::new(format!("{name}: time at which they touch"), found.touched));
-        rows.push(Measured::new(format!("{name}: angle of the line of centres to the vertical"), found.turned));
-        rows.push(Measured::new(format!("{name}: distance of the centres at the end"), found.apart));
-    }
+    let found = meet(5, 0.0)?;
+    let mut rows = vec![
+        Measured::new("speed of the upper over the lower before they touch", found.faster),
+        Measured::new("time at which they touch", found.touched),
+        Measured::new("angle of the line of centres to the vertical", found.turned),
+        Measured::new("distance of the centres at the end", found.apart),
+    ];
     // Negative control: two diameters to the side there is no wake to fall in.
-    let control = meet(SurfaceFriction::HydraulicRadiusSlip, 5, 2.0)?;
+    let control = meet(5, 2.0)?;
     rows.push(Measured::new("control, two diameters to the side: speed of the upper over the lower", control.faster));
     rows.push(Measured::new("control, two diameters to the side: distance at the end", control.apart));
     Ok(rows)

@@ -2,7 +2,6 @@
 
 use sazanami_dem::Grain;
 use sazanami_mics::boundary::{Boundary, Side};
-use sazanami_mics::grains::SurfaceFriction;
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
 
@@ -16,13 +15,7 @@ const SIZE: [Real; 3] = [5.0, 5.0, 12.0];
 /// Time and upward velocity of a sphere of relative density `ratio` in a box with slip sides, 8 cells to a diameter:
 /// lengths in diameters, velocities in that at which the drag of Clift et al. at Reynolds number `reynolds` balances
 /// its weight.
-fn history(
-    friction: SurfaceFriction,
-    ratio: Real,
-    reynolds: Real,
-    drag: Real,
-    until: Real,
-) -> Result<Vec<[Real; 2]>, String> {
+fn history(ratio: Real, reynolds: Real, drag: Real, until: Real) -> Result<Vec<[Real; 2]>, String> {
     let grid = Grid::new([40, 40, 96], Vector::ZERO, Vector::from_array(SIZE));
     let mut sides = [[Side::Slip; 2]; 3];
     sides[2] = [Side::NoSlip; 2];
@@ -30,7 +23,6 @@ fn history(
     let mut tank = Tank::new(grid, boundary, single(1.0, 1.0 / reynolds), 0.05);
     tank.gravity = down(0.75 * drag / (ratio - 1.0).abs());
     tank.divergence = 1e-6;
-    tank.friction = friction;
     tank.shapes = vec![ball(1.0)?];
     let z = if ratio < 1.0 { 1.5 } else { SIZE[2] - 1.5 };
     let position = Vector::new(0.5 * SIZE[0], 0.5 * SIZE[1], z) + Vector::new(0.21, 0.37, 0.13) * grid.spacing;
@@ -56,7 +48,7 @@ fn variation(history: &[[Real; 2]]) -> [Real; 2] {
 pub(crate) fn moving_sphere() -> Result<(Vec<Measured>, Vec<Chart>), String> {
     let (mut rows, mut charts) = (Vec::new(), Vec::new());
     for (reynolds, drag) in [(20.0, 2.7056), (100.0, 1.0875)] {
-        let history = history(SurfaceFriction::Distance, 1.5, reynolds, drag, 8.5)?;
+        let history = history(1.5, reynolds, drag, 8.5)?;
         let [fastest, variation] = variation(&history);
         rows.push(Measured::new(format!("Re {reynolds}: total variation of the speed over its peak"), variation));
         rows.push(Measured::new(format!("Re {reynolds}: largest speed over that of Clift et al."), fastest));
@@ -69,7 +61,7 @@ pub(crate) fn moving_sphere() -> Result<(Vec<Measured>, Vec<Chart>), String> {
 pub(crate) fn light_sphere() -> Result<(Vec<Measured>, Vec<Chart>), String> {
     let (mut rows, mut chart) = (Vec::new(), Chart::new("Re 20", "time", "velocity"));
     for ratio in [0.7, 0.5, 0.3, 0.1] {
-        let history = history(SurfaceFriction::Distance, ratio, 20.0, 2.7056, 20.0)?;
+        let history = history(ratio, 20.0, 2.7056, 20.0)?;
         let [fastest, _] = variation(&history);
         let end = largest(history.iter().filter(|row| row[0] > 18.0).map(|row| row[1].abs()));
         rows.push(Measured::new(format!("ratio {ratio}: largest speed over that of Clift et al."), fastest));
@@ -77,13 +69,4 @@ pub(crate) fn light_sphere() -> Result<(Vec<Measured>, Vec<Chart>), String> {
         chart = chart.computed(&format!("ratio {ratio}"), &history);
     }
     Ok((rows, vec![chart]))
-}
-
-/// The first of these with friction from the hydraulic radius and the slip.
-pub(crate) fn moving_sphere_hydraulic() -> Result<Vec<Measured>, String> {
-    let [fastest, variation] = variation(&history(SurfaceFriction::HydraulicRadiusSlip, 1.5, 20.0, 2.7056, 8.5)?);
-    Ok(vec![
-        Measured::new("Re 20: total variation of the speed over its peak", variation),
-        Measured::new("Re 20: largest speed over that of Clift et al.", fastest),
-    ])
 }

@@ -2,7 +2,7 @@
 
 use sazanami_dem::Grain;
 use sazanami_mics::boundary::Boundary;
-use sazanami_mics::grains::{Exchange, SurfaceFriction};
+use sazanami_mics::grains::Exchange;
 use sazanami_numerics::geometry::{ContactSphereRule, Shape, VolumeRule};
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
@@ -33,19 +33,12 @@ const E3: Oil = Oil { name: "E3", density: 962.0, viscosity: 0.113, until: 1.2 }
 const E4: Oil = Oil { name: "E4", density: 960.0, viscosity: 0.058, until: 1.05 };
 
 /// Time \[s] and velocity [m/s] of the sphere until `oil.until`, in steps of at most `longest` \[s].
-fn fall(
-    friction: SurfaceFriction,
-    oil: Oil,
-    cells_per_diameter: Real,
-    exchange: Exchange,
-    longest: Real,
-) -> Result<Vec<[Real; 2]>, String> {
+fn fall(oil: Oil, cells_per_diameter: Real, exchange: Exchange, longest: Real) -> Result<Vec<[Real; 2]>, String> {
     let width = DIAMETER / cells_per_diameter;
     let extent = Vector::new(0.1, 0.1, 0.16);
     let grid = Grid::new(extent.to_array().map(|l| (l / width).round() as usize), Vector::ZERO, extent);
     let mut tank = Tank::new(grid, Boundary::closed(), single(oil.density, oil.viscosity), longest);
     tank.exchange = exchange;
-    tank.friction = friction;
     tank.gravity = down(9.81);
     tank.divergence = 1e-6;
     let sphere = Shape::sphere(DIAMETER, 3, VolumeRule::Preserve, &ContactSphereRule::Single);
@@ -69,16 +62,12 @@ fn peak(history: &[[Real; 2]]) -> [Real; 2] {
 }
 
 /// At the given numbers of cells to a diameter.
-fn compared(
-    friction: SurfaceFriction,
-    oils: &[Oil],
-    resolutions: &[u32],
-) -> Result<(Vec<Measured>, Vec<Chart>), String> {
+fn compared(oils: &[Oil], resolutions: &[u32]) -> Result<(Vec<Measured>, Vec<Chart>), String> {
     let (mut rows, mut charts) = (Vec::new(), Vec::new());
     for oil in oils {
         let mut chart = Chart::new(oil.name, "time [s]", "velocity [m/s]");
         for &n in resolutions {
-            let history = fall(friction, *oil, n.into(), Exchange::Surface, LONGEST)?;
+            let history = fall(*oil, n.into(), Exchange::Surface, LONGEST)?;
             let [fastest, variation] = peak(&history);
             rows.push(Measured::new(format!("{}, {n} cells: largest speed", oil.name), fastest));
             rows.push(Measured::new(format!("{}, {n} cells: total variation of the speed", oil.name), variation));
@@ -93,53 +82,41 @@ fn compared(
 
 /// A settling sphere of 8 cells a diameter, Reynolds numbers 1.5 to 31.9; with a quarter of the step at 4.1 (ten Cate et al. 2002).
 pub(crate) fn settling() -> Result<(Vec<Measured>, Vec<Chart>), String> {
-    let (mut rows, charts) = compared(SurfaceFriction::Distance, &[E1, E2, E3, E4], &[8])?;
-    let [fine, _] = peak(&fall(SurfaceFriction::Distance, E2, 8.0, Exchange::Surface, 0.25 * LONGEST)?);
+    let (mut rows, charts) = compared(&[E1, E2, E3, E4], &[8])?;
+    let [fine, _] = peak(&fall(E2, 8.0, Exchange::Surface, 0.25 * LONGEST)?);
     rows.push(Measured::new("E2, 8 cells, a quarter of the step: largest speed", fine));
     Ok((rows, charts))
 }
 
 /// The same with 12 cells a diameter.
 pub(crate) fn settling_rest() -> Result<(Vec<Measured>, Vec<Chart>), String> {
-    compared(SurfaceFriction::Distance, &[E1, E2, E3, E4], &[12])
+    compared(&[E1, E2, E3, E4], &[12])
 }
 
-/// The same at 8 cells, with friction from the hydraulic radius and the slip.
-pub(crate) fn settling_hydraulic() -> Result<(Vec<Measured>, Vec<Chart>), String> {
-    let slip = SurfaceFriction::HydraulicRadiusSlip;
-    let (mut rows, charts) = compared(slip, &[E1, E2, E3, E4], &[8])?;
-    let [fine, _] = peak(&fall(slip, E2, 8.0, Exchange::Surface, 0.25 * LONGEST)?);
-    rows.push(Measured::new("E2, 8 cells, a quarter of the step: largest speed", fine));
-    Ok((rows, charts))
-}
-
-/// Narrow spheres, with friction from the hydraulic radius and the slip, at Re 4.1: largest speed over that of the experiment; and what
-/// `auto` makes of spheres on both sides of four cells.
+/// Narrow spheres at Re 4.1: largest speed over that of the experiment; and what `auto` makes of spheres on both sides of four
+/// cells.
 pub(crate) fn settling_narrow() -> Result<Vec<Measured>, String> {
-    let speed = |friction, cells, exchange| -> Result<Real, String> {
-        Ok(peak(&fall(friction, E2, cells, exchange, 0.25 * LONGEST)?)[0] / E2_FASTEST)
+    let speed = |cells, exchange| -> Result<Real, String> {
+        Ok(peak(&fall(E2, cells, exchange, 0.25 * LONGEST)?)[0] / E2_FASTEST)
     };
-    let (slip, distance) = (SurfaceFriction::HydraulicRadiusSlip, SurfaceFriction::Distance);
     let mut rows = Vec::new();
     for cells in [4.0, 3.0, 2.0] {
-        let (surface, exact) = (speed(slip, cells, Exchange::Surface)?, speed(distance, cells, Exchange::Exact)?);
+        let (surface, exact) = (speed(cells, Exchange::Surface)?, speed(cells, Exchange::Exact)?);
         rows.push(Measured::new(format!("{cells} cells: largest speed over the experiment's"), surface));
         rows.push(Measured::new(format!("{cells} cells, exact: the same"), exact));
     }
-    let distances = speed(distance, 4.0, Exchange::Surface)?;
-    rows.push(Measured::new("4 cells, distances: the same", distances));
     // 25 and 27 cells between the walls: the sphere falls along the centres of cells in both.
-    // 25 and 27 cells between the walls: the sphere falls along the centres of cells in both.
-    let [below, above] = [3.75, 4.05].map(|cells| speed(slip, cells, Exchange::Surface));
-    let alone = above? / below?;
-    let [below, above] = [3.75, 4.05].map(|cells| speed(SurfaceFriction::default(), cells, Exchange::Auto));
+    let over = |exchanges: [Exchange; 2]| -> Result<Real, String> {
+        Ok(speed(4.05, exchanges[1])? / speed(3.75, exchanges[0])?)
+    };
+    let alone = over([Exchange::Surface; 2])?;
     rows.push(Measured::new(
         "4.05 cells over 3.75, by itself, over the same with one exchange",
-        above? / below? / alone,
+        over([Exchange::Auto; 2])? / alone,
     ));
     // Control: what a change of the exchange there would do.
-    let two = speed(distance, 4.05, Exchange::Surface)? / speed(distance, 3.75, Exchange::Exact)?;
-    rows.push(Measured::new("4.05 cells with distances over 3.75 with back-projection, over the same", two / alone));
+    let two = over([Exchange::Exact, Exchange::Surface])?;
+    rows.push(Measured::new("4.05 cells over 3.75 with back-projection, over the same", two / alone));
     rows.push(Measured::new("4.05 cells over 3.75: largest speed", alone));
     Ok(rows)
 }

@@ -3,15 +3,14 @@
 use sazanami_dem::{Body, Damping, Engine, Grain, Interactions, LinearSpringDashpot, Setup, Substeps, Wall};
 use sazanami_mics::boundary::{Boundary, Side};
 use sazanami_mics::flow::{Flow, Fluids, Schemes};
-use sazanami_mics::grains::room::LiquidRoom;
-use sazanami_mics::grains::{Coupling, Exchange, SurfaceFriction, TorqueArm, Weighting};
+use sazanami_mics::grains::{Coupling, Exchange};
 use sazanami_mics::momentum::{Impulses, StoredMomentum};
 use sazanami_mics::pressure::Tolerance;
 use sazanami_mics::solver::{Settings, Solver, StepReport};
 use sazanami_mics::stability::StepLimits;
 use sazanami_mics::viscosity::ViscosityScheme;
 use sazanami_numerics::domain::Domain;
-use sazanami_numerics::geometry::{Region, RegionFractions, Shape, VolumeFractionMethod};
+use sazanami_numerics::geometry::{Region, RegionFractions, Shape};
 use sazanami_numerics::grid::{Field, Grid};
 use sazanami_numerics::{Real, Vector};
 use sazanami_observe::budget::MomentumBudget;
@@ -49,8 +48,6 @@ pub(crate) struct Tank {
     pub divergence: Real,
     /// Momentum exchange with the grains.
     pub exchange: Exchange,
-    /// Friction on the surfaces of grains.
-    pub friction: SurfaceFriction,
     /// Contact law between all grains and walls.
     pub law: LinearSpringDashpot,
     /// Contact sub-steps.
@@ -72,8 +69,7 @@ impl Tank {
             gravity: Vector::ZERO,
             limits: StepLimits::up_to(longest_step),
             divergence: 1e-8,
-            exchange: Exchange::Surface,
-            friction: SurfaceFriction::Distance,
+            exchange: Exchange::default(),
             law: LinearSpringDashpot { damping: Damping::Restitution(0.5), ..LinearSpringDashpot::SAND },
             substeps: Substeps::Auto,
             shapes: Vec::new(),
@@ -109,15 +105,7 @@ impl Tank {
             tolerance: Tolerance { divergence: self.divergence, ..Tolerance::default() },
             incremental: false,
         };
-        let coupling = Coupling {
-            exchange: self.exchange,
-            friction: self.friction,
-            room: LiquidRoom::Whole,
-            weighting: Weighting::Mass,
-            volume_fraction: VolumeFractionMethod::default(),
-            torque_arm: TorqueArm::Centroid,
-            substeps: self.substeps,
-        };
+        let coupling = Coupling { exchange: self.exchange, substeps: self.substeps, ..Coupling::default() };
         Solver::new(domain, self.boundary, settings, flow, engine, self.shapes.into(), coupling)
             .map_err(|error| error.to_string())
     }
@@ -141,7 +129,7 @@ pub(crate) fn step(solver: &mut Solver, now: Real, end: Real) -> Result<(Real, S
 
 /// A momentum budget that starts with the present state of a solver.
 pub(crate) fn new_budget(solver: &Solver) -> MomentumBudget {
-    MomentumBudget::new(&StoredMomentum::TERMS, solver.momentum().terms(), Impulses::names(solver.forces().names()))
+    MomentumBudget::new(&StoredMomentum::TERMS, solver.momentum().terms(), Impulses::names())
 }
 
 /// Enters the impulses of a step and the momentum after it into the budget.

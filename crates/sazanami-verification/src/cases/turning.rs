@@ -4,7 +4,6 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use sazanami_dem::{Grain, Motion};
 use sazanami_mics::boundary::{Boundary, Side};
-use sazanami_mics::grains::SurfaceFriction;
 use sazanami_mics::stability::StepLimits;
 use sazanami_numerics::geometry::{ContactSphereRule, Shape, SpheroidMesh, VolumeRule};
 use sazanami_numerics::grid::Grid;
@@ -16,13 +15,12 @@ use crate::measured::Measured;
 
 /// Torque on a sphere of `n` cells to a diameter with constant spin about `axis` in a closed box 5 diameters wide over
 /// `8 pi mu R^3 w`, and along the other directions; steps of `viscous` times `dx^2 / nu`.
-fn torque(friction: SurfaceFriction, axis: Vector, n: u32, viscous: Real) -> Result<[Real; 2], String> {
+fn torque(axis: Vector, n: u32, viscous: Real) -> Result<[Real; 2], String> {
     let width = 5.0;
     let grid = Grid::new([5 * n as usize; 3], Vector::ZERO, Vector::splat(width));
     let dt = viscous / Real::from(n * n);
     let mut tank = Tank::new(grid, Boundary::closed(), single(1.0, 1.0), dt);
     tank.limits = StepLimits::always(dt);
-    tank.friction = friction;
     tank.shapes = vec![ball(1.0)?];
     let spin = 0.4;
     let position = Vector::splat(0.5 * width) + Vector::new(0.21, 0.37, 0.13) * grid.spacing;
@@ -43,14 +41,8 @@ fn torque(friction: SurfaceFriction, axis: Vector, n: u32, viscous: Real) -> Res
 
 /// Torque of a spinning sphere.
 pub(crate) fn spinning_sphere() -> Result<Vec<Measured>, String> {
-    let [[along, aside], [oblique, _]] = [
-        torque(SurfaceFriction::Distance, Vector::Z, 8, 1.0)?,
-        torque(SurfaceFriction::Distance, Vector::ONE.normalize(), 8, 1.0)?,
-    ];
-    let [[short, _], [fine, _]] = [
-        torque(SurfaceFriction::Distance, Vector::Z, 8, 0.25)?,
-        torque(SurfaceFriction::Distance, Vector::Z, 12, 2.0)?,
-    ];
+    let [[along, aside], [oblique, _]] = [torque(Vector::Z, 8, 1.0)?, torque(Vector::ONE.normalize(), 8, 1.0)?];
+    let [[short, _], [fine, _]] = [torque(Vector::Z, 8, 0.25)?, torque(Vector::Z, 12, 2.0)?];
     Ok(vec![
         Measured::new("torque over 8 pi mu R^3 w, spin about x3", along),
         Measured::new("torque over 8 pi mu R^3 w, spin about a diagonal", oblique),
@@ -60,27 +52,13 @@ pub(crate) fn spinning_sphere() -> Result<Vec<Measured>, String> {
     ])
 }
 
-/// The same with friction from the hydraulic radius and the slip.
-pub(crate) fn spinning_sphere_hydraulic() -> Result<Vec<Measured>, String> {
-    let slip = SurfaceFriction::HydraulicRadiusSlip;
-    let [[along, aside], [oblique, _]] =
-        [torque(slip, Vector::Z, 8, 1.0)?, torque(slip, Vector::ONE.normalize(), 8, 1.0)?];
-    let [short, _] = torque(slip, Vector::Z, 8, 0.25)?;
-    Ok(vec![
-        Measured::new("torque over 8 pi mu R^3 w, spin about x3", along),
-        Measured::new("torque over 8 pi mu R^3 w, spin about a diagonal", oblique),
-        Measured::new("torque across the axis over that about it", aside),
-        Measured::new("change with a quarter of the step", (short / along - 1.0).abs()),
-    ])
-}
-
 /// Jeffery's orbit of the paper's spheroid, lengths in its short axis, times in the reciprocal of the shear rate.
 pub(crate) fn jeffery() -> Result<Vec<Measured>, String> {
-    Ok(vec![Measured::new("period times shear rate", period(SurfaceFriction::Distance)?)])
+    Ok(vec![Measured::new("period times shear rate", period()?)])
 }
 
 /// Period of the orbit, from half a turn.
-fn period(friction: SurfaceFriction) -> Result<Real, String> {
+fn period() -> Result<Real, String> {
     let ratio = 1.27 / 0.52;
     let size = Vector::new(6.0, 4.0, 6.0);
     let grid = Grid::new([48, 32, 48], Vector::ZERO, size);
@@ -90,7 +68,6 @@ fn period(friction: SurfaceFriction) -> Result<Real, String> {
     // Reynolds number of the long semi-axis 0.1.
     let viscosity = 10.0 * (0.5 * ratio) * (0.5 * ratio);
     let mut tank = Tank::new(grid, boundary, single(1.0, viscosity), 0.02);
-    tank.friction = friction;
     tank.divergence = 1e-7;
     let mesh = SpheroidMesh { rings: 15, segments: 16 };
     let shape = Shape::spheroid(0.5, 0.5 * ratio, mesh, VolumeRule::Preserve, &ContactSphereRule::Axis { count: 9 });

@@ -116,10 +116,6 @@ pub(crate) fn evaluators() -> Result<Vec<Measured>, String> {
         rows.push(Measured::new(format!("{name}: error of the corrected volume"), found.volume));
     }
     let grain = &shapes[1].1;
-    for per_axis in [2, 3, 4, 8] {
-        let found = errors(grain, VolumeFractionMethod::SubCells { per_axis }, 400);
-        rows.push(Measured::new(format!("grain, sub-cells {per_axis}^3: rms error of alpha"), found.fraction));
-    }
     let found = errors(grain, VolumeFractionMethod::default(), 400);
     rows.push(Measured::new("grain, 4^2 columns (default): rms error of alpha", found.fraction));
     rows.push(Measured::new("grain, 4^2 columns: rms error of the raw volume", found.raw[1]));
@@ -129,7 +125,7 @@ pub(crate) fn evaluators() -> Result<Vec<Measured>, String> {
     ));
     let cuboid = box_along_axes().map_err(|error| error.to_string())?;
     rows.push(Measured::new("cuboid, clipped: largest error of alpha", cuboid));
-    let coarse = errors(grain, VolumeFractionMethod::SubCells { per_axis: 2 }, 200);
-    rows.push(Measured::new("control: rms error of alpha with 2^3 sub-cells", coarse.fraction));
+    let coarse = errors(grain, VolumeFractionMethod::Columns { per_axis: 1 }, 200);
+    rows.push(Measured::new("control: rms error of alpha with one column", coarse.fraction));
     Ok(rows)
 }

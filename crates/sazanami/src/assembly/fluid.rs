@@ -3,7 +3,6 @@
 use sazanami_mics::advection::Convection;
 use sazanami_mics::boundary::Boundary;
 use sazanami_mics::flow::{Carrier, Flow, Fluids, Schemes};
-use sazanami_mics::forces::Force;
 use sazanami_mics::pressure::Tolerance;
 use sazanami_mics::solver::Settings;
 use sazanami_mics::stability::StepLimits;
@@ -39,11 +38,6 @@ pub fn flow(case: &Case, domain: &Domain) -> Flow {
         ..Schemes::default()
     };
     Flow::new(domain, fluids(case), schemes)
-}
-
-/// Forces on the fluid besides gravity.
-pub(crate) fn forces(_case: &Case) -> Vec<Box<dyn Force>> {
-    Vec::new()
 }
 
 /// Settings of the fluid and the step.

@@ -4,7 +4,6 @@ use std::f64::consts::TAU;
 
 use sazanami_dem::stability::EffectiveMasses;
 use sazanami_dem::{ContactStart, Interactions};
-use sazanami_mics::forces::Forces;
 use sazanami_mics::stability::{Limit as GridLimit, Rates as GridRates};
 use sazanami_mics::viscosity::explicit_rate;
 use sazanami_mps::grains::{DragExchange, volume};
@@ -19,6 +18,7 @@ use crate::case::meaning::{
     BoundarySide, BoxDomain, CarryingFlow, Case, GrainPlacement, LiquidRegion, Motion, PairContact, Particles,
     Placement, Population, Region, Solver, Step, Substeps, TankMotion, ViscosityScheme,
 };
+use crate::clock::{STEPS_OF_SWING, SWING, longest_in_swing};
 
 /// Source of a speed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -86,6 +86,10 @@ impl Pace {
             Some(particles) if case.solver == Solver::Mps => of_particles(case, particles, speeds),
             _ => of_grid(case, populations, speeds),
         };
+        limits.extend(
+            longest_in_swing(case)
+                .map(|longest| limit(SWING, longest, format!("a period of what swings over {STEPS_OF_SWING}"))),
+        );
         limits.retain(|limit| !limit.dt_s.is_nan() && limit.dt_s != Real::INFINITY);
         limits.sort_by(|a, b| a.dt_s.total_cmp(&b.dt_s));
         let ruling = fixed.map_or(0, |name| limits.iter().position(|limit| limit.name == name).unwrap_or(0));
@@ -288,8 +292,6 @@ fn of_grid(
     [flow, grains]: [Vector; 2],
 ) -> (Vec<LimitReport>, Option<&'static str>) {
     let (spacing, bounds) = (case.domain.spacing(), fluid::settings(case).limits);
-    let mut forces = Forces::default();
-    fluid::forces(case).into_iter().for_each(|force| forces.add(force));
     let explicit = case.fluid.viscosity == ViscosityScheme::Explicit;
     let fixed = match case.dem.substeps {
         Substeps::Fixed(n) => {
@@ -309,7 +311,6 @@ fn of_grid(
             grain_motion: grains.length() / spacing.min_element(),
             grain_turn: fastest_turn(case),
             contact: fixed.map_or(0.0, |(n, contact)| 1.0 / (n as Real * contact)),
-            force: forces.rate(spacing, &fluid::fluids(case)),
         },
     };
     let speed = |of: Vector| super::number(of.length(), 3);
@@ -322,7 +323,8 @@ fn of_grid(
         GridLimit::GrainMotion => format!("{} of a cell at {} m/s", bounds.grain_travel, speed(grains)),
         GridLimit::GrainTurn => format!("{} rad at {} rad/s", bounds.grain_turn, super::number(fastest_turn(case), 3)),
         GridLimit::Contact => fixed.map_or(String::new(), |(n, contact)| format!("{n} sub-steps of {contact:.2e} s")),
-        _ => "stability of this force on the fluid".to_owned(),
+        // No rate sets these.
+        GridLimit::Growth | GridLimit::Maximum | GridLimit::Fixed => String::new(),
     };
     let mut limits: Vec<LimitReport> =
         bounds.bounds(&rates).into_iter().map(|(dt, of)| limit(of.name(), dt, rule(of))).collect();

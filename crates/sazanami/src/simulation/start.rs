@@ -64,7 +64,7 @@ pub(super) fn solver(
         let engine = Engine::restore(&domain, setup, GRAINS, &state.snapshot)?;
         let snapshot = &state.snapshot;
         let solver = Solver::restore(domain, boundary, settings, flow, engine, shapes, coupling, snapshot)?;
-        return Ok(Some(solver.with_forces(fluid::forces(case)).with_mean_flow(mean_flow(case, Some(snapshot))?)));
+        return Ok(Some(solver.with_mean_flow(mean_flow(case, Some(snapshot))?)));
     }
     let engine = match packed {
         None => match laid(job, &domain, setup, recorder)? {
@@ -84,7 +84,7 @@ pub(super) fn solver(
     keep_clear(job, &domain, &engine, bed_height)?;
     fluid::pour(case, &domain, &boundary, &mut flow, bed_height);
     let solver = Solver::new(domain, boundary, settings, flow, engine, shapes, coupling)?;
-    let mut solver = solver.with_forces(fluid::forces(case)).with_mean_flow(mean_flow(case, None)?);
+    let mut solver = solver.with_mean_flow(mean_flow(case, None)?);
     solver.limit_first_step(fluid::first_step(case));
     if let Some(carrying) = &case.fluid.carrying_flow {
         solver.set_carried(carrying, 0.0);

@@ -36,15 +36,8 @@ pub(super) struct Columns {
 }
 
 impl Columns {
-    /// Adds all triangles to the block (with `SAMPLED`, heights rounded to sub-cells) and returns the share of a
-    /// cell that a column stands for.
-    pub fn accumulate<const SAMPLED: bool>(
-        &mut self,
-        nodes: &[Vector],
-        triangles: &[[u32; 3]],
-        per_axis: u8,
-        block: &mut Block,
-    ) -> Real {
+    /// Adds all triangles to the block and returns the share of a cell that a column stands for.
+    pub fn accumulate(&mut self, nodes: &[Vector], triangles: &[[u32; 3]], per_axis: u8, block: &mut Block) -> Real {
         let n = Real::from(per_axis);
         self.nodes.clear();
         self.nodes.extend(nodes.iter().map(|p| {
@@ -61,7 +54,7 @@ impl Columns {
                 let edges = facets.edges(triangle);
                 for row in edges.rows.clone() {
                     if listed == LISTED {
-                        self.add::<SAMPLED>(&facets, &spans, n, block);
+                        self.add(&facets, &spans, block);
                         listed = 0;
                     }
                     let span = edges.span(row);
@@ -69,7 +62,7 @@ impl Columns {
                     listed += usize::from(span.from != span.to);
                 }
             }
-            self.add::<SAMPLED>(&facets, &spans[..listed], n, block);
+            self.add(&facets, &spans[..listed], block);
         }
         1.0 / (n * n)
     }
@@ -92,8 +85,8 @@ impl Columns {
         }
     }
 
-    /// Adds the columns of these spans to the block; cells have `samples` sub-cells along an edge.
-    fn add<const SAMPLED: bool>(&self, facets: &Facets, spans: &[Span], samples: Real, block: &mut Block) {
+    /// Adds the columns of these spans to the block.
+    fn add(&self, facets: &Facets, spans: &[Span], block: &mut Block) {
         let [n1, n2, _] = block.cells;
         let layer = (n1 * n2) as Real;
         let [cells, places] = &self.along;
@@ -105,7 +98,7 @@ impl Columns {
             let at_row = facets.height[t] + facets.along_y[t] * Real::from(span.row);
             for from in (span.from..span.to).step_by(LANES) {
                 if listed + LANES > LISTED {
-                    columns.add::<SAMPLED>(listed, samples, layer, &mut block.sums);
+                    columns.add(listed, layer, &mut block.sums);
                     listed = 0;
                 }
                 let at = from as usize;
@@ -122,19 +115,18 @@ impl Columns {
                 listed += LANES.min((span.to - from) as usize);
             }
         }
-        columns.add::<SAMPLED>(listed, samples, layer, &mut block.sums);
+        columns.add(listed, layer, &mut block.sums);
     }
 }
 
 impl Listed {
     /// Adds the first `count` columns to the sums of their cells.
-    fn add<const SAMPLED: bool>(&mut self, count: usize, samples: Real, layer: Real, sums: &mut [Sums]) {
+    fn add(&mut self, count: usize, layer: Real, sums: &mut [Sums]) {
         for l in 0..LISTED {
             let z = if self.z[l] > self.lowest[l] { self.z[l] } else { self.lowest[l] };
             let z = if z < self.highest[l] { z } else { self.highest[l] };
             let floor = z.floor();
-            let h = z - floor;
-            self.z[l] = if SAMPLED { (h * samples - 0.5).ceil().max(0.0) / samples } else { h };
+            self.z[l] = z - floor;
             self.place[l] += floor * layer;
         }
         for l in 0..count.min(LISTED) {

@@ -73,13 +73,11 @@ pub(crate) struct GridObserver {
 
 impl GridObserver {
     fn open(&mut self, case: &Case, grains: &mut GatheredGrains, solver: &Solver) {
-        self.momentum = case.fluid.carrying_flow.is_none().then(|| {
-            MomentumBudget::new(
-                &StoredMomentum::TERMS,
-                solver.momentum().terms(),
-                Impulses::names(solver.forces().names()),
-            )
-        });
+        self.momentum = case
+            .fluid
+            .carrying_flow
+            .is_none()
+            .then(|| MomentumBudget::new(&StoredMomentum::TERMS, solver.momentum().terms(), Impulses::names()));
         self.liquid = Some(LiquidBudget::new(self.liquid_volume(solver)));
         if grains.count() > 0 {
             grains.keep(BEFORE, &mut self.before);
@@ -117,10 +115,10 @@ impl GridObserver {
         self.clipped += report.transport.residue.clipped_volume + report.transport.settled.clipped_volume;
     }
 
-    fn restore(&mut self, job: &Job, leads: bool, solver: &Solver, snapshot: &Snapshot) -> Result<(), RankError> {
+    fn restore(&mut self, job: &Job, leads: bool, snapshot: &Snapshot) -> Result<(), RankError> {
         if job.case.fluid.carrying_flow.is_none() {
-            let names = Impulses::names(solver.forces().names());
-            self.momentum = Some(MomentumBudget::restore(&StoredMomentum::TERMS, names, snapshot)?);
+            let terms = &StoredMomentum::TERMS;
+            self.momentum = Some(MomentumBudget::restore(terms, Impulses::names(), snapshot)?);
         }
         self.liquid = Some(LiquidBudget::restore(snapshot)?);
         self.splash = SplashTracker::restore(snapshot).ok();
@@ -162,7 +160,7 @@ impl Observer for GridObserver {
 
     fn begin(&mut self, job: &Job, grains: &mut GatheredGrains, solver: &mut Solver) -> Result<(), RankError> {
         match job.resumed.as_ref().filter(|state| state.run.flows()) {
-            Some(state) => self.restore(job, grains.leads, solver, &state.snapshot)?,
+            Some(state) => self.restore(job, grains.leads, &state.snapshot)?,
             None => self.open(job.case, grains, solver),
         }
         Ok(())

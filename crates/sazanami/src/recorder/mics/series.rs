@@ -102,8 +102,6 @@ pub(in crate::recorder) const SERIES: &[SeriesCell<GridObserver>] = quantities! 
         => |row| of_impulses(row, |impulses| impulses.open_sides.z);
     "impulse_held_grains_3", "N s", "impulse on grains that are held, along x3"
         => |row| of_impulses(row, |impulses| impulses.held_grains.z);
-    "impulse_other_forces_3", "N s", "impulse of the forces on the fluid other than gravity along x3"
-        => |row| of_impulses(row, |impulses| impulses.other_forces.iter().map(|impulse| impulse.z).sum::<Real>());
     "momentum_residual_3", "N s", "change of the momentum less all impulses"
         => |row| of_budget(row, |budget| budget.residual().z);
     "momentum_residual_relative", "", "the residual of all directions over the largest term of the budget"
