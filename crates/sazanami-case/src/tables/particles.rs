@@ -93,8 +93,8 @@ impl Particles {
     fn check(&mut self, table: &Table<'_>, cx: &mut Context<'_>) {
         for key in ENHANCED_ALONE.into_iter().filter(|key| self.is_conjugate() && table.has(key)) {
             cx.report
-                .error(table.place(key), format!("`{key}` has no effect with `projection = \"conjugate\"`"))
-                .label("a key of `projection = \"enhanced\"`")
+                .error(table.place(key), format!("`{key}` needs `projection = \"enhanced\"`"))
+                .label("the projection is `conjugate`, which does without it")
                 .help("leave it out, or write `projection = \"enhanced\"`");
         }
     }

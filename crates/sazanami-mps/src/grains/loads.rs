@@ -149,7 +149,7 @@ impl GrainPhase {
     /// What the fluid that yields to a grain is known by.
     pub(super) fn near_fluid(&self, step: &Context<'_>) -> NearFluid {
         let Context { kernel, settings, .. } = *step;
-        let reach = Weight { radius: self.coupling.reach * kernel.weight.radius, ..kernel.weight };
+        let reach = Weight { radius: self.coupling.reach * kernel.weight.radius };
         let full = Calibration::new(&reach, settings.fluid.spacing).number_density;
         let (density, particle_mass) = (self.coupling.drag.density, step.particle_mass());
         NearFluid { density, particle_mass, whole: WET * full }

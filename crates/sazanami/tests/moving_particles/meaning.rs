@@ -39,7 +39,7 @@ fn the_projection_suits_the_case_and_the_radius_the_projection() {
     for key in ["shifting=0.5", "stabilisation=off", "stabilisation_distance=0.9"] {
         let change = format!("particles.{key}");
         let message = case::parse(Path::new("dam.toml"), dam, &[change]).expect_err(key).to_string();
-        assert!(message.contains("has no effect with `projection = \"conjugate\"`"), "{message}");
+        assert!(message.contains("needs `projection = \"enhanced\"`"), "{message}");
         assert!(message.contains("leave it out, or write `projection = \"enhanced\"`"), "{message}");
     }
     let narrow = case::parse(Path::new("dam.toml"), dam, &["particles.radius=2.1".to_owned()]);
