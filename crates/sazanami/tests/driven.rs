@@ -360,7 +360,8 @@ until = "0.15 s"
         };
         let list = format!("grains.0.placement.list=[{}]", (0..8).map(place).collect::<Vec<_>>().join(", "));
         let drive = format!("drive={{ mean_velocity = [{}], answer = \"8 ms\" }}", velocity.join(", "));
-        start(&load(&text, &[&list, &drive]), &folder, On::threads(1)).unwrap_or_else(|error| panic!("{error}"));
+        start(&load(&text, &[&list, &drive, "fluid.tol_div=1e-8"]), &folder, On::threads(1))
+            .unwrap_or_else(|error| panic!("{error}"));
         let left = Left::in_folder(&folder);
         let force = last(&left, &format!("driving_acceleration_{}", d + 1));
         // The mean is that outside the spheres; the force on a cell is that on its sphere.
