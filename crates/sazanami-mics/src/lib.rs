@@ -33,6 +33,7 @@ pub mod interface;
 mod limiter;
 pub mod mobility;
 pub mod momentum;
+mod outside;
 pub mod pressure;
 mod pressure_sides;
 mod schemes;

@@ -19,7 +19,9 @@ use sazanami_numerics::{Real, Vector};
 
 use crate::boundary::Boundary;
 use crate::flow::Flow;
+use crate::fluids::Fluids;
 use crate::mobility::{Closing, Mobility};
+use crate::outside::Outside;
 use crate::pressure_sides::BoxSides;
 pub use crate::pressure_sides::PressureSide;
 
@@ -115,6 +117,8 @@ pub struct Projection {
     solver: ConjugateGradient,
     spacing: Vector,
     pub(crate) mobility: Mobility,
+    /// The fluid outside the open sides.
+    outside: Outside,
 }
 
 impl Projection {
@@ -127,7 +131,20 @@ impl Projection {
             solver: ConjugateGradient::new(domain),
             spacing: domain.grid().spacing,
             mobility: Mobility::new(domain),
+            outside: Outside::default(),
         }
+    }
+
+    /// Gives the fluid outside open sides a `gravity` [m/s^2], for a box that holds fluid of this `density`. Without it the
+    /// pressure is the same all over a side.
+    pub(crate) fn set_outside(&mut self, domain: &Domain, gravity: Vector, fluids: &Fluids, density: &Field<Real>) {
+        self.outside.set(domain, gravity, fluids);
+        self.outside.update(domain, &self.sides, density);
+    }
+
+    /// The fluid outside the open sides, as the last projection found it.
+    pub(crate) fn outside(&self) -> &Outside {
+        &self.outside
     }
 
     /// The pressure \[Pa]. Without a side of fixed pressure its mean is zero.
@@ -144,7 +161,8 @@ impl Projection {
     /// Fills the ghosts of the pressure as the projection that gave it did, for a restart: `density`
     /// is that of the projection.
     pub fn fill_ghosts(&mut self, domain: &Domain, density: &Field<Real>, gravity: Vector) {
-        let sides = BoxSides::new(domain, &self.sides);
+        self.outside.update(domain, &self.sides, density);
+        let sides = BoxSides::new(domain, &self.sides, &self.outside);
         sides.fill_solving(domain, &mut self.pressure, density);
         let _ = sides.fill_behind_walls(domain, &mut self.pressure, density, gravity);
     }
@@ -175,8 +193,9 @@ impl Projection {
         tolerance: &Tolerance,
     ) -> Result<PressureReport, PressureError> {
         let Tolerance { divergence: asked, max_iterations } = *tolerance;
-        let Self { sides, pressure, solver, spacing, mobility } = self;
-        let box_sides = BoxSides::new(domain, sides);
+        self.outside.update(domain, &self.sides, density);
+        let Self { sides, pressure, solver, spacing, mobility, outside } = self;
+        let box_sides = BoxSides::new(domain, sides, outside);
         let (sides, spacing) = (&box_sides, *spacing);
         let equation = PressureEquation { density, mobility, face_velocity: &*face_velocity, sides, spacing, dt };
         let solution = solver
@@ -193,7 +212,7 @@ impl Projection {
                 }
             })?;
         let force = box_sides.fill_behind_walls(domain, pressure, density, gravity);
-        self.correct(domain, &box_sides, density, velocity, face_velocity, dt);
+        Self::correct(domain, &box_sides, (pressure, mobility, spacing), density, velocity, face_velocity, dt);
         let [x, y, z] = domain.sum(force.to_array());
         Ok(PressureReport {
             iterations: solution.iterations,
@@ -249,24 +268,24 @@ impl Projection {
 
     /// Subtracts the face accelerations from faces and, averaged over opposite faces, from cells.
     fn correct(
-        &self,
         domain: &Domain,
-        sides: &BoxSides,
+        sides: &BoxSides<'_>,
+        (pressure, mobilities, spacing): (&Field<Real>, &Mobility, Vector),
         density: &Field<Real>,
         velocity: &mut [Field<Real>; 3],
         face_velocity: &mut [Field<Real>; 3],
         dt: Real,
     ) {
-        let (p, rho) = (self.pressure.data(), density.data());
+        let (p, rho) = (pressure.data(), density.data());
         let strides = domain.strides();
         let [u1, u2, u3] = velocity.each_mut().map(Field::data_mut);
         let [f1, f2, f3] = face_velocity.each_mut().map(Field::data_mut);
         domain.for_each_row(&domain.interior(), (u1, u2, u3, f1, f2, f3), |row, (u1, u2, u3, f1, f2, f3)| {
             let at_wall = [false, sides.wall[1][0] && row.j == 0, sides.wall[2][0] && row.k == 0];
             let kept = f1[0];
-            let mobility = [0, 1, 2].map(|d| self.mobility.of(d, &row, false));
+            let mobility = [0, 1, 2].map(|d| mobilities.of(d, &row, false));
             for (d, (u, f)) in [(u1, &mut *f1), (u2, f2), (u3, f3)].into_iter().enumerate() {
-                let scale = dt / self.spacing[d];
+                let scale = dt / spacing[d];
                 let face_scale = if at_wall[d] { 0.0 } else { 2.0 * scale };
                 let (pc, rc) = (&p[row.shifted(0)], &rho[row.shifted(0)]);
                 let (pl, rl) = (&p[row.shifted(-strides[d])], &rho[row.shifted(-strides[d])]);
@@ -290,9 +309,9 @@ impl Projection {
             let last = domain.cells()[d] as isize;
             let mut layer: Range3 = domain.interior();
             layer[d] = last..last + 1;
-            let scale = 2.0 * dt / self.spacing[d];
+            let scale = 2.0 * dt / spacing[d];
             domain.for_each_row(&layer, face_velocity[d].data_mut(), |row, f| {
-                let mobility = self.mobility.of(d, &row, false);
+                let mobility = mobilities.of(d, &row, false);
                 for (n, at) in row.shifted(0).enumerate() {
                     let below = at - strides[d] as usize;
                     f[n] -= scale * (mobility[n] * ((p[at] - p[below]) / (rho[at] + rho[below])));
@@ -333,7 +352,7 @@ struct PressureEquation<'a> {
     density: &'a Field<Real>,
     mobility: &'a Mobility,
     face_velocity: &'a [Field<Real>; 3],
-    sides: &'a BoxSides,
+    sides: &'a BoxSides<'a>,
     spacing: Vector,
     dt: Real,
 }

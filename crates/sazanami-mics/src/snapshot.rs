@@ -100,6 +100,7 @@ impl Solver {
         scatter(PRESSURE, projection.pressure_mut())?;
         // The first step starts from the old pressure, ghosts included.
         let gravity = Vector::from_slice(snapshot.reals_of(GRAVITY, 3)?);
+        projection.set_outside(&domain, boundary.gravity_outside(), &flow.fluids, &flow.density);
         projection.fill_ghosts(&domain, &flow.density, gravity);
         let mut grains = GrainPhase::new(&domain, engine, shapes, coupling);
         grains.resume(&domain, &flow);

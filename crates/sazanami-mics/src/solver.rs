@@ -147,6 +147,7 @@ impl Solver {
         flow.predict_faces(&domain, &boundary, Vector::ZERO, dt);
         let Flow { density, velocity, face_velocity, .. } = &mut flow;
         projection.project(&domain, density, velocity, face_velocity, Vector::ZERO, dt, &settings.tolerance)?;
+        projection.set_outside(&domain, boundary.gravity_outside(), &flow.fluids, &flow.density);
         flow.fill_halos(&domain, &boundary);
         grains.begin_exchange(&domain, &flow, settings.gravity);
         let mut solver = Self::assembled(domain, boundary, settings, flow, projection, grains);

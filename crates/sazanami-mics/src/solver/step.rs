@@ -108,7 +108,7 @@ impl<'a> FluidPass<'a> {
             acceleration.keep(domain, projection.pressure(), &flow.density, uniform);
         }
         let beside = self.room.as_deref_mut().map(|room| (room, grains.covered()));
-        report.transport += flow.transport_beside(domain, boundary, dt, beside);
+        report.transport += flow.transport_beside(domain, boundary, dt, beside, Some(projection.outside()));
         projection.add_gradient(domain, &flow.density, &mut flow.velocity, half);
     }
 
