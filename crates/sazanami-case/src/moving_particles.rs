@@ -121,7 +121,7 @@ fn check_sides(case: &Case, cx: &mut Context<'_>) {
 
 /// Overlapping grains are spheres, small against their tank.
 fn check_spheres(case: &Case, cx: &mut Context<'_>) {
-    let held = case.drive.and_then(|drive| drive.mean_velocity).is_some_and(|velocity| velocity.z != 0.0);
+    let held = case.mean_flow().is_some_and(|flow| flow.held[2]);
     let falls = case.boundary[2][0] == BoundarySide::Periodic && case.effective_gravity(0.0).z != 0.0 && !held;
     if let Some(n) = case.grains.iter().position(|population| falls && population.has_free_grains()) {
         let span = cx.places.at(&format!("grains.{n}"));

@@ -31,6 +31,7 @@ pub mod forces;
 pub mod grains;
 pub mod interface;
 mod limiter;
+mod mean_gradient;
 pub mod mobility;
 pub mod momentum;
 mod outside;

@@ -20,6 +20,7 @@ use sazanami_numerics::{Real, Vector};
 use crate::boundary::Boundary;
 use crate::flow::Flow;
 use crate::fluids::Fluids;
+use crate::mean_gradient::{MeanFlux, MeanGradient};
 use crate::mobility::{Closing, Mobility};
 use crate::outside::Outside;
 use crate::pressure_sides::BoxSides;
@@ -119,6 +120,8 @@ pub struct Projection {
     pub(crate) mobility: Mobility,
     /// The fluid outside the open sides.
     outside: Outside,
+    /// The mean gradient along periodic directions.
+    pub(crate) mean: MeanGradient,
 }
 
 impl Projection {
@@ -132,6 +135,7 @@ impl Projection {
             spacing: domain.grid().spacing,
             mobility: Mobility::new(domain),
             outside: Outside::default(),
+            mean: MeanGradient::default(),
         }
     }
 
@@ -162,7 +166,7 @@ impl Projection {
     /// is that of the projection.
     pub fn fill_ghosts(&mut self, domain: &Domain, density: &Field<Real>, gravity: Vector) {
         self.outside.update(domain, &self.sides, density);
-        let sides = BoxSides::new(domain, &self.sides, &self.outside);
+        let sides = BoxSides::new(domain, &self.sides, &self.outside, self.mean.gradient());
         sides.fill_solving(domain, &mut self.pressure, density);
         let _ = sides.fill_behind_walls(domain, &mut self.pressure, density, gravity);
     }
@@ -194,14 +198,15 @@ impl Projection {
     ) -> Result<PressureReport, PressureError> {
         let Tolerance { divergence: asked, max_iterations } = *tolerance;
         self.outside.update(domain, &self.sides, density);
-        let Self { sides, pressure, solver, spacing, mobility, outside } = self;
-        let box_sides = BoxSides::new(domain, sides, outside);
-        let (sides, spacing) = (&box_sides, *spacing);
-        let equation = PressureEquation { density, mobility, face_velocity: &*face_velocity, sides, spacing, dt };
-        let solution = solver
-            .solve(domain, &equation, pressure, Stop::Largest(asked / (dt * dt)), max_iterations)
-            .map_err(|error| {
-                let place = equation.worst_cell(domain, pressure.data());
+        let Self { sides, pressure, solver, spacing, mobility, outside, mean } = self;
+        let of = |gradient: Vector| BoxSides::new(domain, sides, outside, gradient);
+        let stop = Stop::Largest(asked / (dt * dt));
+        let mut solve = |sides: &BoxSides<'_>, velocity: Option<&[Field<Real>; 3]>, p: &mut Field<Real>, stop: Stop| {
+            let equation =
+                PressureEquation { density, mobility, face_velocity: velocity, sides, spacing: *spacing, dt };
+            let solution = solver.solve(domain, &equation, p, stop, max_iterations);
+            solution.map_err(|error| {
+                let place = equation.worst_cell(domain, p.data());
                 match error {
                     SolveError::NotFinite { iterations } => PressureError::NotFinite { iterations, place },
                     SolveError::NotConverged { iterations, residual, .. }
@@ -210,7 +215,21 @@ impl Projection {
                         PressureError::NotConverged { iterations, divergence, tolerance: asked, place }
                     }
                 }
-            })?;
+            })
+        };
+        let mut box_sides = of(mean.gradient());
+        let mut solution = solve(&box_sides, Some(face_velocity), pressure, stop)?;
+        if mean.is_held() {
+            let before = solution.iterations;
+            let flux = MeanFlux { domain, mobility, density: density.data(), spacing: *spacing };
+            let spent =
+                mean.respond(&flux, &box_sides, |sides, p, stop| Ok(solve(sides, None, p, stop)?.iterations))?;
+            mean.meet(&flux, face_velocity, pressure, dt);
+            box_sides = of(mean.gradient());
+            solution = solve(&box_sides, Some(face_velocity), pressure, stop)?;
+            solution.iterations += before + spent;
+        }
+        let (mobility, spacing) = (&*mobility, *spacing);
         let force = box_sides.fill_behind_walls(domain, pressure, density, gravity);
         Self::correct(domain, &box_sides, (pressure, mobility, spacing), density, velocity, face_velocity, dt);
         let [x, y, z] = domain.sum(force.to_array());
@@ -351,7 +370,8 @@ impl PressureGradient<'_> {
 struct PressureEquation<'a> {
     density: &'a Field<Real>,
     mobility: &'a Mobility,
-    face_velocity: &'a [Field<Real>; 3],
+    /// The velocity that the pressure makes free of divergence, if there is one.
+    face_velocity: Option<&'a [Field<Real>; 3]>,
     sides: &'a BoxSides<'a>,
     spacing: Vector,
     dt: Real,
@@ -439,14 +459,18 @@ impl Equation for PressureEquation<'_> {
             let rate = 1.0 / (self.dt * self.spacing[d]);
             let (pl, rl) = (&p[row.shifted(-stride)], &rho[row.shifted(-stride)]);
             let (pu, ru) = (&p[row.shifted(stride)], &rho[row.shifted(stride)]);
-            let velocity = self.face_velocity[d].data();
-            let (fl, fu) = (&velocity[row.shifted(0)], &velocity[row.shifted(stride)]);
+            let velocity = self.face_velocity.map(|velocity| velocity[d].data());
+            let fluxes = velocity.map(|velocity| (&velocity[row.shifted(0)], &velocity[row.shifted(stride)]));
             let into = &mut into[..row.len];
             let [ml, mu] = [false, true].map(|upper| &self.mobility.of(d, &row, upper)[..row.len]);
-            for n in 0..row.len {
+            let flow_by_pressure = |n: usize| {
                 let lower = ml[n] * ((pc[n] - pl[n]) / (rc[n] + rl[n]));
                 let upper = mu[n] * ((pu[n] - pc[n]) / (rc[n] + ru[n]));
-                into[n] += scale * (upper - lower) - rate * (fu[n] - fl[n]);
+                scale * (upper - lower)
+            };
+            match fluxes {
+                Some((fl, fu)) => (0..row.len).for_each(|n| into[n] += flow_by_pressure(n) - rate * (fu[n] - fl[n])),
+                None => (0..row.len).for_each(|n| into[n] += flow_by_pressure(n)),
             }
         }
     }

@@ -31,10 +31,15 @@ pub(crate) struct BoxSides<'a> {
     pub fixed: [[Option<&'a [Real]>; 2]; 3],
     /// Whether the pressure is fixed nowhere.
     pub singular: bool,
+    /// What the pressure beyond the upper side in each periodic direction is higher than within the lower one \[Pa].
+    jump: Vector,
+    /// Which ends of the box this rank has.
+    at_end: [[bool; 2]; 3],
 }
 
 impl<'a> BoxSides<'a> {
-    pub fn new(domain: &Domain, sides: &[[PressureSide; 2]; 3], outside: &'a Outside) -> Self {
+    /// The sides with a mean `gradient` of the pressure along periodic directions [Pa/m].
+    pub fn new(domain: &Domain, sides: &[[PressureSide; 2]; 3], outside: &'a Outside, gradient: Vector) -> Self {
         let touched = |d: usize, side: usize| domain.at_box_end(d, side);
         let each = |d: usize, side: usize| sides[d][side];
         Self {
@@ -46,7 +51,16 @@ impl<'a> BoxSides<'a> {
                 })
             }),
             singular: !sides.iter().flatten().any(|side| matches!(side, PressureSide::Fixed { .. })),
+            jump: gradient * domain.grid().extent(),
+            at_end: [0, 1, 2].map(|d| [0, 1].map(|s| touched(d, s))),
         }
+    }
+
+    /// The same sides for the change of the pressure by a mean `gradient` alone [Pa/m]: zero where it is fixed.
+    pub fn of_change(&self, domain: &Domain, gradient: Vector) -> BoxSides<'static> {
+        let Self { wall, singular, at_end, .. } = *self;
+        let fixed = self.fixed.map(|pair| pair.map(|side| side.map(|_| &[][..])));
+        BoxSides { wall, fixed, singular, jump: gradient * domain.grid().extent(), at_end }
     }
 
     /// Sets the ghosts behind a side so that the pressure on its face number `n` is `face(n, pressure, density)` of the
@@ -82,12 +96,28 @@ impl<'a> BoxSides<'a> {
     /// Fills all ghosts for the equation: no gradient at walls.
     pub fn fill_solving(&self, domain: &Domain, pressure: &mut Field<Real>, density: &Field<Real>) {
         domain.fill_halos_to(1, &mut [(&mut *pressure, &GhostRules::EVEN)]);
+        self.add_jump(domain, pressure);
         for d in 0..3 {
             for side in 0..2 {
                 if let Some(values) = self.fixed[d][side] {
-                    Self::fill_behind(domain, (d, side), pressure, density, |n, _, _| values[n]);
+                    let value = |n: usize| values.get(n).copied().unwrap_or_default();
+                    Self::fill_behind(domain, (d, side), pressure, density, |n, _, _| value(n));
                 }
             }
+        }
+    }
+
+    /// Adds the jump of the pressure to the ghosts beyond periodic sides.
+    fn add_jump(&self, domain: &Domain, pressure: &mut Field<Real>) {
+        for (d, side) in (0..3).flat_map(|d| [(d, 0), (d, 1)]) {
+            if self.jump[d] == 0.0 || !self.at_end[d][side] || !domain.periodic()[d] {
+                continue;
+            }
+            let (layer, jump) =
+                if side == 0 { (-1, -self.jump[d]) } else { (domain.cells()[d] as isize, self.jump[d]) };
+            let mut range = domain.interior();
+            range[d] = layer..layer + 1;
+            domain.for_each_row(&range, pressure.data_mut(), |_, p| p.iter_mut().for_each(|p| *p += jump));
         }
     }
 
@@ -102,6 +132,10 @@ impl<'a> BoxSides<'a> {
     ) -> Vector {
         let mut force = Vector::ZERO;
         for d in 0..3 {
+            if domain.periodic()[d] && self.at_end[d][0] {
+                let faces = domain.cells().into_iter().product::<usize>() / domain.cells()[d];
+                force[d] -= self.jump[d] * faces as Real * domain.grid().face_area(d);
+            }
             for side in 0..2 {
                 let outward = if side == 0 { -1.0 } else { 1.0 };
                 let climb = 0.5 * domain.grid().spacing[d] * gravity[d] * outward;

@@ -31,6 +31,7 @@ const PRESSURE: &str = "fluid/pressure";
 const COUNTERS: &str = "fluid/counters";
 const PREVIOUS_STEP: &str = "fluid/previous_step";
 const GRAVITY: &str = "fluid/gravity";
+const MEAN_GRADIENT: &str = "fluid/mean_gradient";
 /// Prefix of what the engine of the grains writes.
 pub const GRAINS: &str = "grains/";
 
@@ -61,6 +62,10 @@ impl Solver {
         }
         snapshot.put_u64(COUNTERS, vec![self.flow.transports]);
         snapshot.put_reals(GRAVITY, self.settings.gravity.to_array().to_vec());
+        let by_pressure = self.projection.mean.acceleration();
+        if by_pressure != Vector::ZERO {
+            snapshot.put_reals(MEAN_GRADIENT, by_pressure.to_array().to_vec());
+        }
         if let Some(flow) = &self.mean_flow {
             flow.save(&mut snapshot);
         }
@@ -100,6 +105,8 @@ impl Solver {
         scatter(PRESSURE, projection.pressure_mut())?;
         // The first step starts from the old pressure, ghosts included.
         let gravity = Vector::from_slice(snapshot.reals_of(GRAVITY, 3)?);
+        let by_pressure = snapshot.reals_of(MEAN_GRADIENT, 3).map_or(Vector::ZERO, Vector::from_slice);
+        projection.mean.drive(by_pressure, flow.fluids.liquid_density);
         projection.set_outside(&domain, boundary.gravity_outside(), &flow.fluids, &flow.density);
         projection.fill_ghosts(&domain, &flow.density, gravity);
         let mut grains = GrainPhase::new(&domain, engine, shapes, coupling);

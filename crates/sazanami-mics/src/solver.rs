@@ -73,7 +73,8 @@ pub struct StepReport {
     pub imprint: ImprintReport,
     /// Impulses in the momentum budget, over all ranks.
     pub impulses: Impulses,
-    /// The mean velocity that is held, if one is, and the force that held it; its impulse is part of that of gravity.
+    /// The mean velocity that is held, if one is, and the force that held it; its impulse is part of that of gravity, or of the
+    /// walls where it is a gradient of the pressure.
     pub mean_flow: Option<MeanFlowReport>,
 }
 
@@ -354,6 +355,15 @@ impl Solver {
     #[must_use]
     pub fn settings(&self) -> &Settings {
         &self.settings
+    }
+
+    /// Drives the flow along periodic directions by a mean gradient of the pressure that gives the liquid this acceleration [m/s^2];
+    /// where a net flow is held, the gradient is what holds it.
+    pub fn drive_by_pressure(&mut self, acceleration: Vector) {
+        let held = self.mean_flow.filter(MeanFlow::is_net).map_or([false; 3], |flow| flow.held());
+        let now = self.projection.mean.acceleration();
+        let all = Vector::from_array(std::array::from_fn(|d| if held[d] { now[d] } else { acceleration[d] }));
+        self.projection.mean.drive(all, self.flow.fluids.liquid_density);
     }
 
     /// Sets gravity [m/s^2]: in an accelerated frame of reference it changes with time.
