@@ -102,22 +102,32 @@ fn check_net_flow(case: &Case, drive: &Drive, cx: &mut Context<'_>) {
     }
 }
 
+/// Whether grains of a population do not move by the forces on them.
+fn is_held(population: &Population) -> bool {
+    match &population.placement {
+        GrainPlacement::List(list) => list.iter().any(|grain| grain.motion != Motion::Free),
+        _ => population.motion != Motion::Free,
+    }
+}
+
+/// Whether walls or held grains hold a flow along a direction back.
+pub fn resists(case: &Case, direction: usize) -> bool {
+    let holds = |side: &BoundarySide| matches!(side, BoundarySide::NoSlip | BoundarySide::Moving { .. });
+    let has_walls = (0..3).any(|d| d != direction && case.boundary[d].iter().any(holds));
+    has_walls || case.grains.iter().any(is_held)
+}
+
 /// Refuses boxes in which everything falls for ever, warns of those in which only friction ends the fall.
 pub fn check_fall(case: &Case, cx: &mut Context<'_>) {
     if case.solver == Solver::Mics && case.fluid.carrying_flow.is_some() {
         return;
     }
     let pull = case.resting_gravity() + case.drive.map_or(Vector::ZERO, |drive| drive.acceleration);
-    let strength = case.resting_gravity().length();
+    let gravity = case.resting_gravity();
     let held = case.mean_flow().map_or([false; 3], |flow| flow.held);
-    let is_fixed = |population: &Population| match &population.placement {
-        GrainPlacement::List(list) => list.iter().any(|grain| grain.motion != Motion::Free),
-        _ => population.motion != Motion::Free,
-    };
-    for d in (0..3).filter(|&d| case.periodic()[d] && !held[d] && pull[d].abs() > BORNE * strength) {
-        let holds = |side: &BoundarySide| matches!(side, BoundarySide::NoSlip | BoundarySide::Moving { .. });
-        let has_walls = (0..3).any(|e| e != d && case.boundary[e].iter().any(holds));
-        let resists = has_walls || case.grains.iter().any(is_fixed);
+    for d in (0..3)
+        .filter(|&d| case.periodic()[d] && !held[d] && gravity[d] != 0.0 && pull[d].abs() > BORNE * gravity.length())
+    {
         let along = format!("along x{}", d + 1);
         let place = place_of_side(&cx.places, d, 0);
         let way_out = format!(
@@ -125,12 +135,12 @@ pub fn check_fall(case: &Case, cx: &mut Context<'_>) {
              weight; or give x{} walls, or leave out gravity {along}",
             d + 1
         );
-        if !resists {
+        if !resists(case, d) {
             cx.report
                 .error_at(place, format!("everything falls {along} without end"))
                 .label("these sides are periodic, and nothing bears the weight or holds the flow back")
                 .help(way_out);
-        } else if pull[d].abs() >= pull.abs().max_element() && !case.grains.iter().all(is_fixed) {
+        } else if pull[d].abs() >= pull.abs().max_element() && !case.grains.iter().any(is_held) {
             cx.report
                 .warning(place, format!("grains and fluid fall {along} together"))
                 .label("these sides are periodic, and friction alone holds the flow back")

@@ -9,6 +9,7 @@ use sazanami_numerics::Real;
 use sazanami_numerics::choice::Choice;
 
 use crate::case::Case;
+use crate::driven::resists;
 use crate::presets::Solver;
 use crate::read::Context;
 use crate::tables::{
@@ -122,7 +123,10 @@ fn check_sides(case: &Case, cx: &mut Context<'_>) {
 /// Overlapping grains are spheres, small against their tank.
 fn check_spheres(case: &Case, cx: &mut Context<'_>) {
     let held = case.mean_flow().is_some_and(|flow| flow.held[2]);
-    let falls = case.boundary[2][0] == BoundarySide::Periodic && case.effective_gravity(0.0).z != 0.0 && !held;
+    let falls = case.boundary[2][0] == BoundarySide::Periodic
+        && case.effective_gravity(0.0).z != 0.0
+        && !held
+        && resists(case, 2);
     if let Some(n) = case.grains.iter().position(|population| falls && population.has_free_grains()) {
         let span = cx.places.at(&format!("grains.{n}"));
         cx.report

@@ -82,6 +82,16 @@ impl MeanGradient {
         self.acceleration * -self.liquid_density
     }
 
+    /// Pressure by a gradient of 1 Pa/m in each direction held: the first guess of the next.
+    pub fn responses(&self) -> &[Option<Field<Real>>; 3] {
+        &self.response
+    }
+
+    /// The same for writing, at a restart.
+    pub fn responses_mut(&mut self) -> &mut [Option<Field<Real>>; 3] {
+        &mut self.response
+    }
+
     /// Whether a net flow is held.
     pub fn is_held(&self) -> bool {
         self.held.is_some()

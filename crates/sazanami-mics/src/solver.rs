@@ -5,7 +5,7 @@ mod step;
 use std::sync::Arc;
 
 use sazanami_dem::{ContactReport, DemError, Engine};
-use sazanami_numerics::domain::{Domain, FailedElsewhere};
+use sazanami_numerics::domain::{Domain, FailedElsewhere, Row};
 use sazanami_numerics::geometry::Shape;
 use sazanami_numerics::grid::Field;
 use sazanami_numerics::mean_flow::{MeanFlow, MeanFlowReport};
@@ -19,6 +19,7 @@ use crate::forces::{Force, Forces};
 use crate::grains::room::Room;
 use crate::grains::{Coupling, GrainPhase, ImprintReport};
 use crate::momentum::{Impulses, StoredMomentum};
+use crate::outside::place_on_side;
 use crate::pressure::{PressureError, PressureReport, Projection, Tolerance};
 use crate::stability::{Rates, Step, StepLimits};
 use crate::transport::TransportReport;
@@ -337,6 +338,22 @@ impl Solver {
             Some(room) => room.kinetic_energy(&self.domain, &self.flow),
             None => self.flow.kinetic_energy(&self.domain),
         }
+    }
+
+    /// Liquid fraction of what enters through an open side with the velocity `u` [m/s] through the face at a place in memory of a
+    /// `row` of faces normal to `direction`; `None` where nothing enters through one.
+    #[must_use]
+    pub fn entering_fraction(&self, direction: usize, row: Row, at: usize, u: Real) -> Option<Real> {
+        let index = [row.first, row.j, row.k][direction];
+        let side = usize::from(u < 0.0);
+        let at_side = index == if side == 0 { 0 } else { self.domain.cells()[direction] as isize };
+        let opening = self.boundary.opening(direction, side).filter(|_| at_side && u != 0.0)?;
+        if !self.domain.at_box_end(direction, side) {
+            return None;
+        }
+        let face = place_on_side(&self.domain, direction, [row.j, row.k].map(|n| n as usize)) + (at - row.start);
+        let standing = self.projection.outside().fraction(direction, side).get(face).copied();
+        Some(standing.unwrap_or(opening.volume_fraction))
     }
 
     /// The grid and this rank's part of it.
