@@ -436,6 +436,16 @@ impl Key {
                 quote!(<#leaf as crate::value::Value>::blank() #unwrap),
             ),
         };
+        // A default that depends on the case may not fit it: that is said here, not of the copy.
+        let absent = if self.attributes.within.is_some() && !self.optional && self.attributes.default.is_some() {
+            quote!({
+                let value = #absent;
+                #table.check_default(#name, { let within = #within; within }, value, cx);
+                value
+            })
+        } else {
+            absent
+        };
         quote! {
             let #field = match { let within = #within; #table.value::<#leaf>(#name, within, cx) } {
                 crate::value::Found::Value(value) => #value,

@@ -7,6 +7,7 @@ use sazanami_dem::ContactLaw;
 use sazanami_io::MeasuredProfile;
 use sazanami_io::readings::ReadingsError;
 use sazanami_mps::boundary::{Side, Tank, WallFriction};
+use sazanami_numerics::mean_flow::{ActsBy, MeanFlowSettings};
 use sazanami_numerics::{Real, Vector};
 use serde_json::json;
 
@@ -259,6 +260,32 @@ impl Case {
     #[must_use]
     pub fn force_by_volume(&self, time: Real) -> Vector {
         self.drive.map_or(Vector::ZERO, |drive| drive.by_volume(drive.acceleration_at(time)))
+    }
+
+    /// The rest of it, which acts on all by mass [m/s^2].
+    #[must_use]
+    pub fn force_by_mass(&self, time: Real) -> Vector {
+        self.effective_gravity(time) - self.force_by_volume(time)
+    }
+
+    /// The mean velocity that is held, if one is.
+    #[must_use]
+    pub fn mean_flow(&self) -> Option<MeanFlowSettings> {
+        let drive = self.drive.as_ref()?;
+        let velocity = drive.mean_velocity?;
+        let Drive { above, answer, ramp: rise, acts_by, .. } = *drive;
+        let (extent, periodic) = (self.domain.extent(), self.periodic());
+        let everywhere = velocity == Vector::ZERO;
+        let pulled = |d: usize| velocity[d] != 0.0 || self.resting_gravity()[d] != 0.0;
+        let held = [0, 1, 2].map(|d| if periodic[d] { everywhere || pulled(d) } else { velocity[d] != 0.0 });
+        let net = everywhere || (self.solver == Solver::Mics && acts_by == ActsBy::Volume);
+        Some(MeanFlowSettings { velocity, held, net, above, area: extent.x * extent.y, answer, rise, acts_by })
+    }
+
+    /// The periodic directions.
+    #[must_use]
+    pub fn periodic(&self) -> [bool; 3] {
+        self.boundary.map(|pair| pair[0] == BoundarySide::Periodic)
     }
 
     /// Heading of pictures: the title, or the name of a case without one.

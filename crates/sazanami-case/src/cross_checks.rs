@@ -35,6 +35,7 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
     check_room(case, cx);
     check_floor(case, cx);
     driven::check(case, cx);
+    driven::check_fall(case, cx);
     liquids_at_walls::check(case, cx);
 }
 

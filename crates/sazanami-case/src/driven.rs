@@ -1,16 +1,22 @@
 //! What a flow that is driven needs of the rest of a case.
 
+use sazanami_dem::Motion;
 use sazanami_numerics::mean_flow::ActsBy;
 use sazanami_numerics::{Real, Vector};
 
 use crate::case::Case;
 use crate::presets::Solver;
 use crate::read::Context;
-use crate::tables::{BoundarySide, Drive, FluidName, Placement, SIDE_NAMES, Step};
+use crate::tables::{
+    BoundarySide, Drive, FluidName, GrainPlacement, Placement, Population, SIDE_NAMES, Step, place_of_side,
+};
 use crate::units::rounded;
 
 /// Longest step over the time of the answer; the force swings from one on.
 const LONGEST_STEP: Real = 0.25;
+
+/// Part of gravity up to which it counts as borne.
+const BORNE: Real = 1e-9;
 
 /// Refuses a drive that has no way through the box, or steps too long for it.
 pub fn check(case: &Case, cx: &mut Context<'_>) {
@@ -22,6 +28,7 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
             .help("leave out `drive` or `fluid.carrying_flow`");
     }
     check_volume(case, &drive, cx);
+    check_net_flow(case, &drive, cx);
     let Some(velocity) = drive.mean_velocity else { return };
     for d in (0..3).filter(|&d| velocity[d] != 0.0 && case.boundary[d][0] != BoundarySide::Periodic) {
         cx.report
@@ -31,6 +38,9 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
             )
             .label(format!("{} and {} are not periodic", SIDE_NAMES[d][0], SIDE_NAMES[d][1]))
             .help(format!("write `boundary.x{} = \"periodic\"`, or a velocity of 0 along x{}", d + 1, d + 1));
+    }
+    if case.mean_flow().is_some_and(|flow| flow.net) && case.solver == Solver::Mics {
+        return;
     }
     check_mean(case, drive.above, cx);
     let longest = match (&case.particles, case.solver) {
@@ -73,19 +83,90 @@ fn check_mean(case: &Case, above: Real, cx: &mut Context<'_>) {
     }
 }
 
-/// A gradient of pressure from outside acts on grains that water overlaps, and goes through the box.
+/// A net flow goes through periodic sides and is that of the whole box.
+fn check_net_flow(case: &Case, drive: &Drive, cx: &mut Context<'_>) {
+    if !case.mean_flow().is_some_and(|flow| flow.net) {
+        return;
+    }
+    if drive.above != case.domain.lower.z {
+        cx.report
+            .error(cx.places.at("drive.above"), "the net flow is that of the whole box")
+            .label("`above` is for the mean velocity of the water")
+            .help("leave it out");
+    }
+    if case.periodic() == [false; 3] {
+        cx.report
+            .error(cx.places.at("drive.mean_velocity"), "there is no direction along which a net flow is held")
+            .label("no sides are periodic")
+            .help("leave out `drive`, or write `boundary.x3 = \"periodic\"` or another pair of sides");
+    }
+}
+
+/// Whether grains of a population do not move by the forces on them.
+fn is_held(population: &Population) -> bool {
+    match &population.placement {
+        GrainPlacement::List(list) => list.iter().any(|grain| grain.motion != Motion::Free),
+        _ => population.motion != Motion::Free,
+    }
+}
+
+/// Whether walls or held grains hold a flow along a direction back.
+pub fn resists(case: &Case, direction: usize) -> bool {
+    let holds = |side: &BoundarySide| matches!(side, BoundarySide::NoSlip | BoundarySide::Moving { .. });
+    let has_walls = (0..3).any(|d| d != direction && case.boundary[d].iter().any(holds));
+    has_walls || case.grains.iter().any(is_held)
+}
+
+/// Refuses boxes in which everything falls for ever, warns of those in which only friction ends the fall.
+pub fn check_fall(case: &Case, cx: &mut Context<'_>) {
+    if case.solver == Solver::Mics && case.fluid.carrying_flow.is_some() {
+        return;
+    }
+    let pull = case.resting_gravity() + case.drive.map_or(Vector::ZERO, |drive| drive.acceleration);
+    let gravity = case.resting_gravity();
+    let held = case.mean_flow().map_or([false; 3], |flow| flow.held);
+    for d in (0..3)
+        .filter(|&d| case.periodic()[d] && !held[d] && gravity[d] != 0.0 && pull[d].abs() > BORNE * gravity.length())
+    {
+        let along = format!("along x{}", d + 1);
+        let place = place_of_side(&cx.places, d, 0);
+        let way_out = format!(
+            "hold the net flow with `drive.mean_velocity = [\"0 m/s\", \"0 m/s\", \"0 m/s\"]`: a gradient of the pressure then bears the \
+             weight; or give x{} walls, or leave out gravity {along}",
+            d + 1
+        );
+        if !resists(case, d) {
+            cx.report
+                .error_at(place, format!("everything falls {along} without end"))
+                .label("these sides are periodic, and nothing bears the weight or holds the flow back")
+                .help(way_out);
+        } else if pull[d].abs() >= pull.abs().max_element() && !case.grains.iter().any(is_held) {
+            cx.report
+                .warning(place, format!("grains and fluid fall {along} together"))
+                .label("these sides are periodic, and friction alone holds the flow back")
+                .help(way_out);
+        }
+    }
+    if case.mean_flow().is_some_and(|flow| {
+        let weight = |d: usize| flow.held[d] && pull[d].abs() >= pull.abs().max_element() && pull[d] != 0.0;
+        flow.acts_by == ActsBy::Mass && (0..3).any(weight) && case.grains.iter().any(Population::has_free_grains)
+    }) {
+        cx.report
+            .warning(
+                cx.places.near("drive"),
+                "the force that holds the mean velocity bears the weight of the grains as well",
+            )
+            .label("by mass it acts on them as on the water: they do not settle")
+            .help("write `drive.acts_by = \"volume\"`");
+    }
+}
+
+/// A gradient of pressure from outside goes through the box.
 fn check_volume(case: &Case, drive: &Drive, cx: &mut Context<'_>) {
     if drive.acts_by == ActsBy::Mass {
         return;
     }
     let place = cx.places.at("drive.acts_by");
-    if case.solver == Solver::Mics {
-        cx.report
-            .error(place, "on the grid the force that drives a flow acts by mass")
-            .label("a gradient of pressure from outside needs `solver = \"mps\"`")
-            .help("leave out `acts_by`");
-        return;
-    }
     let swing = drive.oscillation.map_or(Vector::ZERO, |swing| swing.amplitude);
     for d in (0..3).filter(|&d| case.boundary[d][0] != BoundarySide::Periodic) {
         if drive.acceleration[d] != 0.0 || swing[d] != 0.0 {

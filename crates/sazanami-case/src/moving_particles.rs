@@ -7,6 +7,7 @@ use sazanami_mps::scheme::{CONJUGATE_RADIUS, Projection};
 use sazanami_numerics::Real;
 
 use crate::case::Case;
+use crate::driven::resists;
 use crate::presets::Solver;
 use crate::read::Context;
 use crate::tables::{
@@ -114,8 +115,11 @@ fn check_sides(case: &Case, cx: &mut Context<'_>) {
 
 /// Overlapping grains are spheres, small against their tank.
 fn check_spheres(case: &Case, cx: &mut Context<'_>) {
-    let held = case.drive.and_then(|drive| drive.mean_velocity).is_some_and(|velocity| velocity.z != 0.0);
-    let falls = case.boundary[2][0] == BoundarySide::Periodic && case.effective_gravity(0.0).z != 0.0 && !held;
+    let held = case.mean_flow().is_some_and(|flow| flow.held[2]);
+    let falls = case.boundary[2][0] == BoundarySide::Periodic
+        && case.effective_gravity(0.0).z != 0.0
+        && !held
+        && resists(case, 2);
     if let Some(n) = case.grains.iter().position(|population| falls && population.has_free_grains()) {
         let span = cx.places.at(&format!("grains.{n}"));
         cx.report

@@ -13,6 +13,7 @@ use crate::known::Known;
 use crate::presets::{Paper, Preset};
 use crate::removed;
 use crate::suggest::nearest;
+use crate::units::rounded_within;
 use crate::value::{Found, Range1, Value};
 
 /// Places of the keys of a case: byte ranges in its [`Source`](crate::Source), by paths such as
@@ -250,6 +251,19 @@ impl<'t> Table<'t> {
         let at = self.child(name, cx);
         let Some(key) = self.key(name) else { return Found::Absent };
         T::read(&at, key, within.unwrap_or(key.range), cx).map_or(Found::Wrong, Found::Value)
+    }
+
+    /// Says that the default of a key that is not given lies outside the range that it has in this case.
+    pub fn check_default(&self, name: &str, within: Option<Range1>, value: Real, cx: &mut Context<'_>) {
+        let Some(key) = self.key(name) else { return };
+        let unit = key.unit.map_or("", |unit| unit.unit);
+        if let Some(why) = within.unwrap_or(key.range).refuses(value, unit) {
+            let [default, _] = rounded_within(value, value);
+            cx.report
+                .error(self.span(), format!("`{name}` {why}"))
+                .label(format!("it is not given; by default it is {default} {unit}"))
+                .help(format!("give `{name}`, or another box"));
+        }
     }
 
     /// Says that a key that has to be given is not.

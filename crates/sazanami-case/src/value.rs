@@ -67,7 +67,7 @@ pub enum Range1 {
 
 impl Range1 {
     /// Message on a value, in a unit, that lies outside the range.
-    fn refuses(self, value: Real, unit: &str) -> Option<String> {
+    pub(crate) fn refuses(self, value: Real, unit: &str) -> Option<String> {
         match self {
             Self::Any => None,
             Self::Positive => (value <= 0.0).then(|| "has to be above zero".into()),

@@ -26,6 +26,7 @@ use crate::boundary::{Boundary, Opening};
 use crate::interface::{InterfaceScheme, RESIDUE, neighbourhood};
 pub use crate::limiter::Limiter;
 use crate::limiter::{Slope, Unlimited, VanLeer};
+use crate::outside::place_on_side;
 
 choices! {
     /// Convection of momentum.
@@ -82,6 +83,8 @@ pub(crate) struct Sweep<'a> {
     pub density: [Real; 2],
     /// Inflow conditions of the lower and the upper side of the box.
     pub openings: [Option<Opening>; 2],
+    /// Liquid fraction of what stands outside each face of these sides; empty where it is that of their opening.
+    pub outside: [&'a [Real]; 2],
 }
 
 /// Fluxes through a row of faces and the velocities they carry.
@@ -205,12 +208,13 @@ impl<'a> Sweep<'a> {
     }
 
     /// Replaces what flows in through faces `range` of a row on `side` of the box.
-    fn open(&self, side: usize, range: std::ops::Range<usize>, row: &mut FaceRow) {
+    fn open(&self, side: usize, [j, k]: [usize; 2], range: std::ops::Range<usize>, row: &mut FaceRow) {
         if let Some(opening) = self.openings[side] {
-            for i in range {
+            let outside = self.outside[side].get(place_on_side(self.domain, self.direction, [j, k])..).unwrap_or(&[]);
+            for (n, i) in range.enumerate() {
                 let courant = row.courant[i];
                 if (side == 0 && courant > 0.0) || (side == 1 && courant < 0.0) {
-                    row.liquid[i] = courant * opening.volume_fraction;
+                    row.liquid[i] = courant * outside.get(n).copied().unwrap_or(opening.volume_fraction);
                     if let Some(velocity) = opening.velocity {
                         (0..3).for_each(|d| row.velocity[d][i] = velocity[d]);
                     }
@@ -236,7 +240,7 @@ impl<'a> Sweep<'a> {
                     Limiter::VanLeer => self.fluxes(VanLeer, from, row.start, row.len, faces, weight),
                     Limiter::Unlimited => self.fluxes(Unlimited, from, row.start, row.len, faces, weight),
                 }
-                self.open(side, 0..row.len, faces);
+                self.open(side, [row.j, row.k].map(|n| n as usize), 0..row.len, faces);
                 let inward = if side == 0 { 1.0 } else { -1.0 };
                 let mut sum = [0.0; 4];
                 for i in 0..row.len {
@@ -326,8 +330,8 @@ impl Chunk<'_, '_> {
                     for j in 0..n2 {
                         let row = &mut rows[0];
                         sweep.fluxes(slope, from, sweep.at(j, k), n1 + 1, row, &mut cells[0]);
-                        sweep.open(0, 0..1, row);
-                        sweep.open(1, n1..n1 + 1, row);
+                        sweep.open(0, [j, k], 0..1, row);
+                        sweep.open(1, [j, k], n1..n1 + 1, row);
                         self.update(sweep.at(j, k), (row, 0), (row, 1), cells);
                     }
                 }
@@ -337,11 +341,11 @@ impl Chunk<'_, '_> {
                 let (mut lower, mut upper) = (&mut lower[0], &mut upper[0]);
                 for k in planes {
                     sweep.fluxes(slope, from, sweep.at(0, k), n1, lower, &mut cells[0]);
-                    sweep.open(0, 0..n1, lower);
+                    sweep.open(0, [0, k], 0..n1, lower);
                     for j in 0..n2 {
                         sweep.fluxes(slope, from, sweep.at(j + 1, k), n1, upper, &mut cells[0]);
                         if j + 1 == n2 {
-                            sweep.open(1, 0..n1, upper);
+                            sweep.open(1, [j, k], 0..n1, upper);
                         }
                         self.update(sweep.at(j, k), (lower, 0), (upper, 0), cells);
                         std::mem::swap(&mut lower, &mut upper);
@@ -356,14 +360,14 @@ impl Chunk<'_, '_> {
                     for (j, lower) in block.clone().zip(&mut *lowers) {
                         sweep.fluxes(slope, from, sweep.at(j, planes.start), n1, lower, &mut cells[0]);
                         if planes.start == 0 {
-                            sweep.open(0, 0..n1, lower);
+                            sweep.open(0, [j, planes.start], 0..n1, lower);
                         }
                     }
                     for k in planes.clone() {
                         for (j, lower) in block.clone().zip(&mut *lowers) {
                             sweep.fluxes(slope, from, sweep.at(j, k + 1), n1, upper, &mut cells[0]);
                             if k + 1 == n3 {
-                                sweep.open(1, 0..n1, upper);
+                                sweep.open(1, [j, k], 0..n1, upper);
                             }
                             self.update(sweep.at(j, k), (lower, 0), (upper, 0), cells);
                             std::mem::swap(lower, upper);

@@ -49,13 +49,14 @@ pub enum Side {
         /// Fluid that enters.
         fluid: FluidName,
     },
-    /// Fluid leaves against zero pressure; any backflow is gas, as at the top of a tank.
+    /// An opening to gas at rest, of pressure zero at the highest corner of the box. Liquid that stands before the side stands outside
+    /// as well.
     Outflow,
     /// An opening to fluid at rest at a given pressure.
     FixedPressure {
-        /// Pressure on the side \[Pa].
+        /// Pressure that the fluid outside has at the highest corner of the box \[Pa].
         pressure: Real,
-        /// Fluid that comes in, if any does.
+        /// The fluid outside.
         fluid: FluidName,
     },
 }
@@ -106,6 +107,7 @@ pub enum BoundaryError {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Boundary {
     sides: [[Side; 2]; 3],
+    outside_gravity: Vector,
 }
 
 impl Boundary {
@@ -114,7 +116,7 @@ impl Boundary {
     /// # Errors
     /// [`BoundaryError`] if the sides contradict each other.
     pub fn new(sides: [[Side; 2]; 3]) -> Result<Self, BoundaryError> {
-        let boundary = Self { sides };
+        let boundary = Self { sides, outside_gravity: Vector::ZERO };
         for (direction, pair) in sides.iter().enumerate() {
             if (pair[0] == Side::Periodic) != (pair[1] == Side::Periodic) {
                 return Err(BoundaryError::UnpairedPeriodicSide { direction });
@@ -129,16 +131,28 @@ impl Boundary {
         Ok(boundary)
     }
 
+    /// Gives the fluid outside open sides, which is at rest, a `gravity` [m/s^2].
+    #[must_use]
+    pub fn with_gravity_outside(self, gravity: Vector) -> Self {
+        Self { outside_gravity: gravity, ..self }
+    }
+
+    /// Gravity on the fluid outside open sides [m/s^2].
+    #[must_use]
+    pub fn gravity_outside(&self) -> Vector {
+        self.outside_gravity
+    }
+
     /// A closed box with no-slip walls.
     #[must_use]
     pub fn closed() -> Self {
-        Self { sides: [[Side::NoSlip; 2]; 3] }
+        Self { sides: [[Side::NoSlip; 2]; 3], outside_gravity: Vector::ZERO }
     }
 
     /// A box that is periodic in all directions.
     #[must_use]
     pub fn all_periodic() -> Self {
-        Self { sides: [[Side::Periodic; 2]; 3] }
+        Self { sides: [[Side::Periodic; 2]; 3], outside_gravity: Vector::ZERO }
     }
 
     /// Boundary conditions on the lower and the upper side in each direction.
@@ -219,8 +233,8 @@ impl Boundary {
         self.sides.map(|pair| {
             pair.map(|side| match side {
                 Side::NoSlip | Side::Slip | Side::Moving { .. } | Side::Inflow { .. } => PressureSide::Wall,
-                Side::Outflow => PressureSide::Fixed(0.0),
-                Side::FixedPressure { pressure, .. } => PressureSide::Fixed(pressure),
+                Side::Outflow => PressureSide::Fixed { pressure: 0.0, fluid: FluidName::Gas },
+                Side::FixedPressure { pressure, fluid } => PressureSide::Fixed { pressure, fluid },
                 Side::Periodic => PressureSide::Periodic,
             })
         })

@@ -1,6 +1,7 @@
-//! A mean velocity of the liquid that is held by a body force on fluids and grains.
+//! A mean velocity of the liquid that is held by a body force on fluids and grains, or a net flow that is held by a gradient of the pressure.
 
 use sazanami_numerics::Vector;
+use sazanami_numerics::domain::Row;
 use sazanami_numerics::grid::Field;
 use sazanami_numerics::mean_flow::{MeanFlow, MeanFlowReport};
 
@@ -18,6 +19,16 @@ impl Solver {
     pub(crate) fn answer(&mut self, dt: f64) -> Option<MeanFlowReport> {
         let mut held = self.mean_flow?;
         let Self { domain, flow, grains, .. } = &*self;
+        if held.is_net() {
+            let faces = flow.face_velocity.each_ref().map(Field::data);
+            let sum = |row: Row, d: usize| faces[d][row.shifted(0)].iter().sum::<f64>();
+            let sums = domain.sum_rows(&domain.interior(), |row| [0, 1, 2].map(|d| sum(row, d)));
+            let mean = Vector::from_array(domain.sum(sums)) / domain.grid().len() as f64;
+            let mass = flow.fluids.liquid_density * domain.grid().extent().element_product();
+            let report = held.kept(dt, self.projection.mean.acceleration(), mean, mass);
+            self.mean_flow = Some(held);
+            return Some(report);
+        }
         let (c, u) = (flow.volume_fraction.data(), flow.velocity.each_ref().map(Field::data));
         let imprint = grains.covered();
         let alpha = imprint.solid_fraction.data();

@@ -19,7 +19,10 @@ use sazanami_numerics::{Real, Vector};
 
 use crate::boundary::Boundary;
 use crate::flow::Flow;
+use crate::fluids::Fluids;
+use crate::mean_gradient::{MeanFlux, MeanGradient};
 use crate::mobility::{Closing, Mobility};
+use crate::outside::Outside;
 use crate::pressure_sides::BoxSides;
 pub use crate::pressure_sides::PressureSide;
 
@@ -115,6 +118,10 @@ pub struct Projection {
     solver: ConjugateGradient,
     spacing: Vector,
     pub(crate) mobility: Mobility,
+    /// The fluid outside the open sides.
+    outside: Outside,
+    /// The mean gradient along periodic directions.
+    pub(crate) mean: MeanGradient,
 }
 
 impl Projection {
@@ -127,7 +134,21 @@ impl Projection {
             solver: ConjugateGradient::new(domain),
             spacing: domain.grid().spacing,
             mobility: Mobility::new(domain),
+            outside: Outside::default(),
+            mean: MeanGradient::default(),
         }
+    }
+
+    /// Gives the fluid outside open sides a `gravity` [m/s^2], for a box that holds fluid of this `density`. Without it the
+    /// pressure is the same all over a side.
+    pub(crate) fn set_outside(&mut self, domain: &Domain, gravity: Vector, fluids: &Fluids, density: &Field<Real>) {
+        self.outside.set(domain, gravity, fluids);
+        self.outside.update(domain, &self.sides, density);
+    }
+
+    /// The fluid outside the open sides, as the last projection found it.
+    pub(crate) fn outside(&self) -> &Outside {
+        &self.outside
     }
 
     /// The pressure \[Pa]. Without a side of fixed pressure its mean is zero.
@@ -144,7 +165,8 @@ impl Projection {
     /// Fills the ghosts of the pressure as the projection that gave it did, for a restart: `density`
     /// is that of the projection.
     pub fn fill_ghosts(&mut self, domain: &Domain, density: &Field<Real>, gravity: Vector) {
-        let sides = BoxSides::new(domain, &self.sides);
+        self.outside.update(domain, &self.sides, density);
+        let sides = BoxSides::new(domain, &self.sides, &self.outside, self.mean.gradient());
         sides.fill_solving(domain, &mut self.pressure, density);
         let _ = sides.fill_behind_walls(domain, &mut self.pressure, density, gravity);
     }
@@ -175,14 +197,16 @@ impl Projection {
         tolerance: &Tolerance,
     ) -> Result<PressureReport, PressureError> {
         let Tolerance { divergence: asked, max_iterations } = *tolerance;
-        let Self { sides, pressure, solver, spacing, mobility } = self;
-        let box_sides = BoxSides::new(domain, sides);
-        let (sides, spacing) = (&box_sides, *spacing);
-        let equation = PressureEquation { density, mobility, face_velocity: &*face_velocity, sides, spacing, dt };
-        let solution = solver
-            .solve(domain, &equation, pressure, Stop::Largest(asked / (dt * dt)), max_iterations)
-            .map_err(|error| {
-                let place = equation.worst_cell(domain, pressure.data());
+        self.outside.update(domain, &self.sides, density);
+        let Self { sides, pressure, solver, spacing, mobility, outside, mean } = self;
+        let of = |gradient: Vector| BoxSides::new(domain, sides, outside, gradient);
+        let stop = Stop::Largest(asked / (dt * dt));
+        let mut solve = |sides: &BoxSides<'_>, velocity: Option<&[Field<Real>; 3]>, p: &mut Field<Real>, stop: Stop| {
+            let equation =
+                PressureEquation { density, mobility, face_velocity: velocity, sides, spacing: *spacing, dt };
+            let solution = solver.solve(domain, &equation, p, stop, max_iterations);
+            solution.map_err(|error| {
+                let place = equation.worst_cell(domain, p.data());
                 match error {
                     SolveError::NotFinite { iterations } => PressureError::NotFinite { iterations, place },
                     SolveError::NotConverged { iterations, residual, .. }
@@ -191,9 +215,23 @@ impl Projection {
                         PressureError::NotConverged { iterations, divergence, tolerance: asked, place }
                     }
                 }
-            })?;
+            })
+        };
+        let mut box_sides = of(mean.gradient());
+        let mut solution = solve(&box_sides, Some(face_velocity), pressure, stop)?;
+        if mean.is_held() {
+            let before = solution.iterations;
+            let flux = MeanFlux { domain, mobility, density: density.data(), spacing: *spacing };
+            let spent =
+                mean.respond(&flux, &box_sides, |sides, p, stop| Ok(solve(sides, None, p, stop)?.iterations))?;
+            mean.meet(&flux, face_velocity, pressure, dt);
+            box_sides = of(mean.gradient());
+            solution = solve(&box_sides, Some(face_velocity), pressure, stop)?;
+            solution.iterations += before + spent;
+        }
+        let (mobility, spacing) = (&*mobility, *spacing);
         let force = box_sides.fill_behind_walls(domain, pressure, density, gravity);
-        self.correct(domain, &box_sides, density, velocity, face_velocity, dt);
+        Self::correct(domain, &box_sides, (pressure, mobility, spacing), density, velocity, face_velocity, dt);
         let [x, y, z] = domain.sum(force.to_array());
         Ok(PressureReport {
             iterations: solution.iterations,
@@ -249,24 +287,24 @@ impl Projection {
 
     /// Subtracts the face accelerations from faces and, averaged over opposite faces, from cells.
     fn correct(
-        &self,
         domain: &Domain,
-        sides: &BoxSides,
+        sides: &BoxSides<'_>,
+        (pressure, mobilities, spacing): (&Field<Real>, &Mobility, Vector),
         density: &Field<Real>,
         velocity: &mut [Field<Real>; 3],
         face_velocity: &mut [Field<Real>; 3],
         dt: Real,
     ) {
-        let (p, rho) = (self.pressure.data(), density.data());
+        let (p, rho) = (pressure.data(), density.data());
         let strides = domain.strides();
         let [u1, u2, u3] = velocity.each_mut().map(Field::data_mut);
         let [f1, f2, f3] = face_velocity.each_mut().map(Field::data_mut);
         domain.for_each_row(&domain.interior(), (u1, u2, u3, f1, f2, f3), |row, (u1, u2, u3, f1, f2, f3)| {
             let at_wall = [false, sides.wall[1][0] && row.j == 0, sides.wall[2][0] && row.k == 0];
             let kept = f1[0];
-            let mobility = [0, 1, 2].map(|d| self.mobility.of(d, &row, false));
+            let mobility = [0, 1, 2].map(|d| mobilities.of(d, &row, false));
             for (d, (u, f)) in [(u1, &mut *f1), (u2, f2), (u3, f3)].into_iter().enumerate() {
-                let scale = dt / self.spacing[d];
+                let scale = dt / spacing[d];
                 let face_scale = if at_wall[d] { 0.0 } else { 2.0 * scale };
                 let (pc, rc) = (&p[row.shifted(0)], &rho[row.shifted(0)]);
                 let (pl, rl) = (&p[row.shifted(-strides[d])], &rho[row.shifted(-strides[d])]);
@@ -290,9 +328,9 @@ impl Projection {
             let last = domain.cells()[d] as isize;
             let mut layer: Range3 = domain.interior();
             layer[d] = last..last + 1;
-            let scale = 2.0 * dt / self.spacing[d];
+            let scale = 2.0 * dt / spacing[d];
             domain.for_each_row(&layer, face_velocity[d].data_mut(), |row, f| {
-                let mobility = self.mobility.of(d, &row, false);
+                let mobility = mobilities.of(d, &row, false);
                 for (n, at) in row.shifted(0).enumerate() {
                     let below = at - strides[d] as usize;
                     f[n] -= scale * (mobility[n] * ((p[at] - p[below]) / (rho[at] + rho[below])));
@@ -332,8 +370,9 @@ impl PressureGradient<'_> {
 struct PressureEquation<'a> {
     density: &'a Field<Real>,
     mobility: &'a Mobility,
-    face_velocity: &'a [Field<Real>; 3],
-    sides: &'a BoxSides,
+    /// The velocity that the pressure makes free of divergence, if there is one.
+    face_velocity: Option<&'a [Field<Real>; 3]>,
+    sides: &'a BoxSides<'a>,
     spacing: Vector,
     dt: Real,
 }
@@ -420,14 +459,18 @@ impl Equation for PressureEquation<'_> {
             let rate = 1.0 / (self.dt * self.spacing[d]);
             let (pl, rl) = (&p[row.shifted(-stride)], &rho[row.shifted(-stride)]);
             let (pu, ru) = (&p[row.shifted(stride)], &rho[row.shifted(stride)]);
-            let velocity = self.face_velocity[d].data();
-            let (fl, fu) = (&velocity[row.shifted(0)], &velocity[row.shifted(stride)]);
+            let velocity = self.face_velocity.map(|velocity| velocity[d].data());
+            let fluxes = velocity.map(|velocity| (&velocity[row.shifted(0)], &velocity[row.shifted(stride)]));
             let into = &mut into[..row.len];
             let [ml, mu] = [false, true].map(|upper| &self.mobility.of(d, &row, upper)[..row.len]);
-            for n in 0..row.len {
+            let flow_by_pressure = |n: usize| {
                 let lower = ml[n] * ((pc[n] - pl[n]) / (rc[n] + rl[n]));
                 let upper = mu[n] * ((pu[n] - pc[n]) / (rc[n] + ru[n]));
-                into[n] += scale * (upper - lower) - rate * (fu[n] - fl[n]);
+                scale * (upper - lower)
+            };
+            match fluxes {
+                Some((fl, fu)) => (0..row.len).for_each(|n| into[n] += flow_by_pressure(n) - rate * (fu[n] - fl[n])),
+                None => (0..row.len).for_each(|n| into[n] += flow_by_pressure(n)),
             }
         }
     }

@@ -31,6 +31,8 @@ const PRESSURE: &str = "fluid/pressure";
 const COUNTERS: &str = "fluid/counters";
 const PREVIOUS_STEP: &str = "fluid/previous_step";
 const GRAVITY: &str = "fluid/gravity";
+const MEAN_GRADIENT: &str = "fluid/mean_gradient";
+const RESPONSE: [&str; 3] = ["fluid/response_1", "fluid/response_2", "fluid/response_3"];
 /// Prefix of what the engine of the grains writes.
 pub const GRAINS: &str = "grains/";
 
@@ -61,6 +63,15 @@ impl Solver {
         }
         snapshot.put_u64(COUNTERS, vec![self.flow.transports]);
         snapshot.put_reals(GRAVITY, self.settings.gravity.to_array().to_vec());
+        let by_pressure = self.projection.mean.acceleration();
+        if by_pressure != Vector::ZERO {
+            snapshot.put_reals(MEAN_GRADIENT, by_pressure.to_array().to_vec());
+        }
+        for (name, response) in RESPONSE.iter().zip(self.projection.mean.responses()) {
+            if let Some(response) = response {
+                snapshot.put_reals(*name, domain.gather(response));
+            }
+        }
         if let Some(flow) = &self.mean_flow {
             flow.save(&mut snapshot);
         }
@@ -100,6 +111,14 @@ impl Solver {
         scatter(PRESSURE, projection.pressure_mut())?;
         // The first step starts from the old pressure, ghosts included.
         let gravity = Vector::from_slice(snapshot.reals_of(GRAVITY, 3)?);
+        let by_pressure = snapshot.reals_of(MEAN_GRADIENT, 3).map_or(Vector::ZERO, Vector::from_slice);
+        projection.mean.drive(by_pressure, flow.fluids.liquid_density);
+        for (name, response) in RESPONSE.iter().zip(projection.mean.responses_mut()) {
+            if domain.max(Real::from(u8::from(snapshot.reals(name).is_ok()))) > 0.0 {
+                scatter(name, response.insert(domain.field(0.0)))?;
+            }
+        }
+        projection.set_outside(&domain, boundary.gravity_outside(), &flow.fluids, &flow.density);
         projection.fill_ghosts(&domain, &flow.density, gravity);
         let mut grains = GrainPhase::new(&domain, engine, shapes, coupling);
         grains.resume(&domain, &flow);
@@ -117,7 +136,7 @@ impl Solver {
 /// Whether section `name` is a field of the cells: complete, and needed, on rank 0 only.
 #[must_use]
 pub fn is_of_cells(name: &str) -> bool {
-    let fields = [VELOCITY, FACE_VELOCITY, LAST_FACES, EARLIER_FACES, EARLIER_LAST_FACES];
+    let fields = [VELOCITY, FACE_VELOCITY, LAST_FACES, EARLIER_FACES, EARLIER_LAST_FACES, RESPONSE];
     [VOLUME_FRACTION, OPEN_PART, PRESSURE].contains(&name) || fields.iter().flatten().any(|&field| field == name)
 }
 

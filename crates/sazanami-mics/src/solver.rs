@@ -5,7 +5,7 @@ mod step;
 use std::sync::Arc;
 
 use sazanami_dem::{ContactReport, DemError, Engine};
-use sazanami_numerics::domain::{Domain, FailedElsewhere};
+use sazanami_numerics::domain::{Domain, FailedElsewhere, Row};
 use sazanami_numerics::geometry::Shape;
 use sazanami_numerics::grid::Field;
 use sazanami_numerics::mean_flow::{MeanFlow, MeanFlowReport};
@@ -18,6 +18,7 @@ use crate::flow::Flow;
 use crate::grains::room::Room;
 use crate::grains::{Coupling, GrainPhase, ImprintReport};
 use crate::momentum::{Impulses, StoredMomentum};
+use crate::outside::place_on_side;
 use crate::pressure::{PressureError, PressureReport, Projection, Tolerance};
 use crate::stability::{Rates, Step, StepLimits};
 use crate::transport::TransportReport;
@@ -72,7 +73,8 @@ pub struct StepReport {
     pub imprint: ImprintReport,
     /// Impulses in the momentum budget, over all ranks.
     pub impulses: Impulses,
-    /// The mean velocity that is held, if one is, and the force that held it; its impulse is part of that of gravity.
+    /// The mean velocity that is held, if one is, and the force that held it; its impulse is part of that of gravity, or of the
+    /// walls where it is a gradient of the pressure.
     pub mean_flow: Option<MeanFlowReport>,
 }
 
@@ -145,6 +147,7 @@ impl Solver {
         flow.predict_faces(&domain, &boundary, Vector::ZERO, dt);
         let Flow { density, velocity, face_velocity, .. } = &mut flow;
         projection.project(&domain, density, velocity, face_velocity, Vector::ZERO, dt, &settings.tolerance)?;
+        projection.set_outside(&domain, boundary.gravity_outside(), &flow.fluids, &flow.density);
         flow.fill_halos(&domain, &boundary);
         grains.begin_exchange(&domain, &flow, settings.gravity);
         let mut solver = Self::assembled(domain, boundary, settings, flow, projection, grains);
@@ -326,6 +329,22 @@ impl Solver {
         }
     }
 
+    /// Liquid fraction of what enters through an open side with the velocity `u` [m/s] through the face at a place in memory of a
+    /// `row` of faces normal to `direction`; `None` where nothing enters through one.
+    #[must_use]
+    pub fn entering_fraction(&self, direction: usize, row: Row, at: usize, u: Real) -> Option<Real> {
+        let index = [row.first, row.j, row.k][direction];
+        let side = usize::from(u < 0.0);
+        let at_side = index == if side == 0 { 0 } else { self.domain.cells()[direction] as isize };
+        let opening = self.boundary.opening(direction, side).filter(|_| at_side && u != 0.0)?;
+        if !self.domain.at_box_end(direction, side) {
+            return None;
+        }
+        let face = place_on_side(&self.domain, direction, [row.j, row.k].map(|n| n as usize)) + (at - row.start);
+        let standing = self.projection.outside().fraction(direction, side).get(face).copied();
+        Some(standing.unwrap_or(opening.volume_fraction))
+    }
+
     /// The grid and this rank's part of it.
     #[must_use]
     pub fn domain(&self) -> &Domain {
@@ -342,6 +361,15 @@ impl Solver {
     #[must_use]
     pub fn settings(&self) -> &Settings {
         &self.settings
+    }
+
+    /// Drives the flow along periodic directions by a mean gradient of the pressure that gives the liquid this acceleration [m/s^2];
+    /// where a net flow is held, the gradient is what holds it.
+    pub fn drive_by_pressure(&mut self, acceleration: Vector) {
+        let held = self.mean_flow.filter(MeanFlow::is_net).map_or([false; 3], |flow| flow.held());
+        let now = self.projection.mean.acceleration();
+        let all = Vector::from_array(std::array::from_fn(|d| if held[d] { now[d] } else { acceleration[d] }));
+        self.projection.mean.drive(all, self.flow.fluids.liquid_density);
     }
 
     /// Sets gravity [m/s^2]: in an accelerated frame of reference it changes with time.

@@ -10,6 +10,7 @@ use crate::flow::{Flow, StateFields};
 use crate::grains::Imprint;
 use crate::grains::room::{Room, SettleReport};
 use crate::interface::ResidueReport;
+use crate::outside::Outside;
 use crate::schemes::{Carrier, ViscosityScheme};
 
 /// Diagnostics of a transport: inflow through open sides, and mixed-cell residue.
@@ -63,16 +64,18 @@ impl Flow {
     ///
     /// Afterwards the ghosts of volume fraction and density are filled, those of the velocity are not.
     pub fn transport(&mut self, domain: &Domain, boundary: &Boundary, dt: Real) -> TransportReport {
-        self.transport_beside(domain, boundary, dt, None)
+        self.transport_beside(domain, boundary, dt, None, None)
     }
 
-    /// The same, with liquid that has only the room that the grains of an imprint, ghosts filled, leave it.
+    /// The same, with liquid that has only the room that the grains of an imprint, ghosts filled, leave it, and with what stands
+    /// `outside` open sides.
     pub(crate) fn transport_beside(
         &mut self,
         domain: &Domain,
         boundary: &Boundary,
         dt: Real,
         mut beside: Option<(&mut Room, &Imprint)>,
+        outside: Option<&Outside>,
     ) -> TransportReport {
         if self.schemes.viscosity == ViscosityScheme::CrankNicolson {
             self.diffuse_before(domain, boundary, 0.5 * dt);
@@ -110,6 +113,7 @@ impl Flow {
                 convection: schemes.convection,
                 density,
                 openings: Sweep::openings_of(domain, boundary, direction),
+                outside: [0, 1].map(|side| outside.map_or(&[][..], |outside| outside.fraction(direction, side))),
             };
             let frozen_in = |kept| if schemes.dilatation == Dilatation::Frozen { kept } else { Frozen::Read };
             let from = [&now, &a, &b][number].read();

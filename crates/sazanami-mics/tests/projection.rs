@@ -1,5 +1,6 @@
 //! The projection: divergence, momentum, rest, and the same result on any ranks and threads.
 
+use sazanami_mics::boundary::FluidName;
 use sazanami_mics::pressure::{PressureError, PressureSide, Projection, Tolerance};
 use sazanami_numerics::domain::{Domain, GhostRules};
 use sazanami_numerics::grid::{Field, Grid};
@@ -7,6 +8,10 @@ use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::{Communicator, Solo, run_ranks, with_threads};
 
 const WALLS: [[PressureSide; 2]; 3] = [[PressureSide::Wall; 2]; 3];
+
+fn at(pressure: Real) -> PressureSide {
+    PressureSide::Fixed { pressure, fluid: FluidName::Gas }
+}
 const LIQUID: Real = 1000.0;
 
 /// A number in [0, 1) that depends on the global indices and `seed` alone.
@@ -122,9 +127,9 @@ fn sprinkled(cell: [usize; 3]) -> Real {
 
 fn boxes() -> Vec<([usize; 3], [[PressureSide; 2]; 3])> {
     let mut open = WALLS;
-    open[2][1] = PressureSide::Fixed(120.0);
+    open[2][1] = at(120.0);
     let mut through = WALLS;
-    through[0] = [PressureSide::Fixed(50.0); 2];
+    through[0] = [at(50.0); 2];
     through[1] = [PressureSide::Periodic; 2];
     let periodic = [[PressureSide::Periodic; 2]; 3];
     let mut flat = periodic;
@@ -262,7 +267,7 @@ fn outcome(
 #[test]
 fn ranks_agree_with_a_single_one() {
     let mut open = WALLS;
-    open[2][1] = PressureSide::Fixed(0.0);
+    open[2][1] = at(0.0);
     let mut periodic = WALLS;
     periodic[0] = [PressureSide::Periodic; 2];
     let all_periodic = [[PressureSide::Periodic; 2]; 3];

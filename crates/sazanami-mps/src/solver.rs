@@ -101,6 +101,16 @@ impl Solver {
         self.mean_flow = Some(mean_flow);
     }
 
+    /// A net flow is held from the start by what bears the weight of water and grains.
+    fn bear_weight(&mut self, body_force: Vector) {
+        let Some(mut flow) = self.mean_flow.filter(MeanFlow::is_net) else { return };
+        let [count] = self.sum_over_fluid(|_, _| [1.0]);
+        let [grains, displaced, ..] = self.grains.sums(&self.domain);
+        let water = self.particle_mass() * count;
+        flow.bear(body_force, water + grains, water + self.settings.fluid.density * displaced);
+        self.mean_flow = Some(flow);
+    }
+
     /// Body force per mass by which a mean velocity is held in the next step, and what of it acts by volume [m/s^2].
     fn driving(&self) -> [Vector; 2] {
         self.mean_flow.map_or([Vector::ZERO; 2], |flow| [flow.acceleration(), flow.by_volume()])
@@ -125,6 +135,7 @@ impl Solver {
     /// # Errors
     /// [`StepError`] names what failed and where; the state is then not usable.
     pub fn step(&mut self, dt: Real, forcing: &Forcing, watch: impl FnMut(Phase)) -> Result<StepReport, StepError> {
+        self.bear_weight(forcing.body_force);
         let [all, by_volume] = self.driving();
         let (body_force, by_volume) = (forcing.body_force + all, forcing.by_volume + by_volume);
         let forcing = &Forcing { body_force, by_volume, ..*forcing };
@@ -139,7 +150,13 @@ impl Solver {
                 if particles.position[a].z > level { [1.0, x, y, z] } else { [0.0; 4] }
             });
             let mass = self.particle_mass();
-            report.mean_flow = Some(flow.answer(dt, mass * Vector::new(x, y, z), mass * count));
+            let (mut momentum, mut moved) = (mass * Vector::new(x, y, z), mass * count);
+            if flow.is_net() {
+                let [_, displaced, x, y, z] = self.grains.sums(&self.domain);
+                momentum += self.settings.fluid.density * Vector::new(x, y, z);
+                moved += self.settings.fluid.density * displaced;
+            }
+            report.mean_flow = Some(flow.answer(dt, momentum, moved));
             self.mean_flow = Some(flow);
         }
         Ok(report)

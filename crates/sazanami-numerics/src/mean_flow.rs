@@ -29,8 +29,12 @@ choices! {
 /// What is held, and how.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeanFlowSettings {
-    /// Mean velocity that is held in the directions in which it is not zero [m/s].
+    /// Mean velocity that is held [m/s].
     pub velocity: Vector,
+    /// The directions in which it is held.
+    pub held: [bool; 3],
+    /// Whether the mean is that of all that is in the box, the net flow, in place of the liquid above a height.
+    pub net: bool,
     /// Height above which the mean is taken \[m].
     pub above: Real,
     /// Area of what lies under the flow, for the stress on it [m^2].
@@ -100,10 +104,51 @@ impl MeanFlow {
         if self.settings.acts_by == ActsBy::Volume { self.acceleration } else { Vector::ZERO }
     }
 
+    /// Whether the mean is that of all that is in the box.
+    #[must_use]
+    pub const fn is_net(&self) -> bool {
+        self.settings.net
+    }
+
+    /// The directions in which a velocity is held.
+    #[must_use]
+    pub const fn held(&self) -> [bool; 3] {
+        self.settings.held
+    }
+
+    /// Begins with the force that bears the weight of a `mass` \[kg] under `gravity` [m/s^2], by the liquid of `displaced` \[kg]
+    /// that would fill its room; nothing where the flow is held already.
+    pub fn bear(&mut self, gravity: Vector, mass: Real, displaced: Real) {
+        if self.time == 0.0 {
+            self.held = self.in_held_directions(-gravity * (mass / displaced));
+            self.acceleration = self.held;
+        }
+    }
+
+    /// The part of a vector along the directions in which the flow is held.
+    #[must_use]
+    pub fn in_held_directions(&self, of: Vector) -> Vector {
+        Vector::from_array(std::array::from_fn(|d| if self.settings.held[d] { of[d] } else { 0.0 }))
+    }
+
     /// Height above which the mean is taken \[m].
     #[must_use]
     pub const fn above(&self) -> Real {
         self.settings.above
+    }
+
+    /// The velocity that is wanted `dt` \[s] from now [m/s].
+    #[must_use]
+    pub fn wanted_after(&self, dt: Real) -> Vector {
+        self.wanted(self.time + dt)
+    }
+
+    /// Goes on by a step of `dt` \[s] whose force, an `acceleration` of the liquid [m/s^2], kept the mean `velocity` [m/s] of a room that
+    /// `mass` \[kg] of liquid would fill.
+    pub fn kept(&mut self, dt: Real, acceleration: Vector, velocity: Vector, mass: Real) -> MeanFlowReport {
+        self.time += dt;
+        (self.acceleration, self.held) = (acceleration, acceleration);
+        MeanFlowReport { acceleration, velocity, stress: acceleration * mass / self.settings.area }
     }
 
     /// The wanted velocity at `time` \[s] since it is held [m/s].
@@ -118,13 +163,13 @@ impl MeanFlow {
     pub fn answer(&mut self, dt: Real, momentum: Vector, mass: Real) -> MeanFlowReport {
         let acceleration = self.acceleration;
         self.time += dt;
-        let MeanFlowSettings { velocity, area, answer, .. } = self.settings;
+        let MeanFlowSettings { area, answer, .. } = self.settings;
         let stress = acceleration * mass / area;
         if mass <= 0.0 {
             return MeanFlowReport { acceleration, velocity: Vector::ZERO, stress };
         }
         let mean = momentum / mass;
-        let lacks = Vector::select(velocity.cmpne(Vector::ZERO), self.wanted(self.time) - mean, Vector::ZERO);
+        let lacks = self.in_held_directions(self.wanted(self.time) - mean);
         self.held += lacks * dt / (answer * answer);
         self.acceleration = self.held + 2.0 * lacks / answer;
         MeanFlowReport { acceleration, velocity: mean, stress }
@@ -137,6 +182,8 @@ mod tests {
 
     const SETTINGS: MeanFlowSettings = MeanFlowSettings {
         velocity: Vector::new(0.3, 0.0, 0.0),
+        held: [true, false, false],
+        net: false,
         above: 0.0,
         area: 0.5,
         answer: 0.05,
@@ -163,8 +210,10 @@ mod tests {
             let [u, force, _] = after(MeanFlow::new(SETTINGS), rate);
             assert!((u / 0.3 - 1.0).abs() < 1e-4 && (force / (rate * 0.3) - 1.0).abs() < 1e-3, "{u} {force}");
         }
-        // Negative control: nothing is held at a velocity of zero.
-        let idle = MeanFlow::new(MeanFlowSettings { velocity: Vector::ZERO, ..SETTINGS });
+        // A velocity of zero is held as well; negative control: nothing is where no direction is.
+        let still = after(MeanFlow::new(MeanFlowSettings { velocity: Vector::ZERO, ..SETTINGS }), 2.0);
+        assert_eq!(still[..2], [0.0; 2]);
+        let idle = MeanFlow::new(MeanFlowSettings { held: [false; 3], ..SETTINGS });
         assert_eq!(after(idle, 2.0)[..2], [0.0; 2]);
     }
 

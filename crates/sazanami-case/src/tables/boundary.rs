@@ -36,14 +36,15 @@ enum BoundarySide {
         #[key(word, default = FluidName::Liquid)]
         fluid: FluidName,
     },
-    /// Fluid leaves freely, pressure zero; gas comes back in if anything does.
+    /// Open to gas at rest, whose pressure is zero at the highest corner of the box and that of its weight below. Liquid that stands before the side, held by the
+    /// floor, stands outside as well, with its pressure, and comes back in if anything does; above it gas does.
     Outflow,
-    /// Fluid enters or leaves as the pressure has it.
+    /// Open to a fluid at rest, as `outflow`.
     FixedPressure {
-        /// Pressure.
+        /// Pressure that the fluid outside has at the highest corner of the box.
         #[key(unit = "Pa", default = 0.0)]
         pressure: Real,
-        /// Fluid that comes back in.
+        /// Fluid outside, which comes back in where no liquid stands before the side.
         #[key(word, default = FluidName::Gas)]
         fluid: FluidName,
     },

@@ -1,7 +1,7 @@
 //! `[drive]`: what drives the flow through periodic sides.
 
 use sazanami_case_derive::Keys;
-use sazanami_numerics::mean_flow::{ActsBy, MeanFlowSettings};
+use sazanami_numerics::mean_flow::ActsBy;
 use sazanami_numerics::{Real, Vector};
 
 use super::Oscillation;
@@ -24,14 +24,16 @@ pub struct Drive {
     /// `amplitude/(2 pi frequency)^2` without a mean velocity at a phase of `90 deg`.
     #[key(table)]
     pub oscillation: Option<Oscillation>,
-    /// What the force acts on grains by: their mass, as the gravity of a channel that slopes, or the volume of water that they
-    /// displace, as the gradient of pressure in a tunnel or under waves (`solver = "mps"`).
-    #[key(word, default = ActsBy::Mass)]
-    pub acts_by: ActsBy,
-    /// Mean velocity of the water that a body force holds, along periodic directions and in those alone in which it is not zero. The
-    /// force is in the series (`driving_acceleration_1` and so on).
+    /// Mean velocity of the water that a force holds along periodic directions: those in which it is not zero, and those along which
+    /// gravity has a part. Zero in all three is held along every periodic direction: no net flow of all that is in the box, fluids and grains, as where
+    /// these settle. On the grid with `acts_by = "volume"` any velocity is that of the net flow. The force is in the series
+    /// (`driving_acceleration_1` and so on).
     #[key(unit = "m/s")]
     pub mean_velocity: Option<Vector>,
+    /// What the force acts by: mass, as the gravity of a channel that slopes, or volume, as a gradient of the pressure from outside in a tunnel, under
+    /// waves, in a box in which grains settle. On grains that is the volume of water that they displace.
+    #[key(word, default = if mean_velocity == Some(Vector::ZERO) { ActsBy::Volume } else { ActsBy::Mass }, says = "`mass`; `volume` with a mean velocity of zero")]
+    pub acts_by: ActsBy,
     /// Height above which the mean of the velocity is taken (on the grid outside grains): over a bed its top.
     #[key(unit = "m", default = cx.known.domain.lower.z, says = "the floor of the box")]
     pub above: Real,
@@ -52,11 +54,11 @@ impl Drive {
                 "add `mean_velocity = [\"0.3 m/s\", \"0 m/s\", \"0 m/s\"]`, `acceleration` or `oscillation`",
             );
         }
-        if self.mean_velocity == Some(Vector::ZERO) {
+        if self.mean_velocity == Some(Vector::ZERO) && self.acts_by == ActsBy::Mass {
             cx.report
-                .error(table.place("mean_velocity"), "a mean velocity of zero is not held")
-                .label("only directions in which it is not zero are")
-                .help("leave it out");
+                .error(table.place("acts_by"), "no net flow is held by a force by mass")
+                .label("it would take the weight of grains and water alike, and nothing would settle")
+                .help("leave out `acts_by`: the gradient of the pressure holds it");
         }
         let given = [
             ("above", self.above != cx.known.domain.lower.z),
@@ -83,13 +85,5 @@ impl Drive {
     #[must_use]
     pub fn by_volume(&self, force: Vector) -> Vector {
         if self.acts_by == ActsBy::Volume { force } else { Vector::ZERO }
-    }
-
-    /// The mean velocity that is held, if one is, in a box of this `extent` \[m].
-    #[must_use]
-    pub fn mean_flow(&self, extent: Vector) -> Option<MeanFlowSettings> {
-        let Self { mean_velocity, above, answer, ramp, acts_by, .. } = *self;
-        let area = extent.x * extent.y;
-        mean_velocity.map(|velocity| MeanFlowSettings { velocity, above, area, answer, rise: ramp, acts_by })
     }
 }

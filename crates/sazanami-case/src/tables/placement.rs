@@ -73,8 +73,18 @@ pub struct Packing {
     #[key(range = NonNegative, default = PACKING.fall_friction)]
     pub friction_scale: Real,
     /// Longest simulated packing time; after it the run fails.
-    #[key(unit = "s", range = Positive, default = PACKING.longest)]
+    #[key(unit = "s", range = Positive, default = longest_packing(cx),
+          says = format!("{} s, or {FALLS} falls from the height of the box if that is longer", PACKING.longest))]
     pub time_limit: Real,
+}
+
+/// Falls from the height of the box that a packing may take.
+const FALLS: Real = 10.0;
+
+/// Time that a packing may take \[s].
+fn longest_packing(cx: &Context<'_>) -> Real {
+    let fall = (2.0 * cx.known.domain.extent().z / cx.known.gravity.length()).sqrt();
+    if fall.is_finite() { PACKING.longest.max(FALLS * fall) } else { PACKING.longest }
 }
 
 /// Ripples of a bed that is levelled to `level + height/2 cos(2 pi (x1 - middle)/wavelength)`, a crest in the middle of the box.

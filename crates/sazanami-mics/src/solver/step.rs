@@ -1,5 +1,6 @@
 //! A step in the phases of Fig. 1 of Yagyu et al. (2015), as `docs/theory/mics.md` numbers them.
 
+use sazanami_numerics::mean_flow::MeanFlow;
 use sazanami_numerics::{Real, Vector};
 
 use super::{Phase, Settings, Solver, StepError, StepReport};
@@ -18,7 +19,11 @@ impl Solver {
     /// # Errors
     /// [`StepError`] names what failed and where; the state is then not usable.
     pub fn step(&mut self, step: Step, dt: Real, mut watch: impl FnMut(Phase)) -> Result<StepReport, StepError> {
-        let gravity = self.settings.gravity + self.mean_flow.map_or(Vector::ZERO, |flow| flow.acceleration());
+        let by_mass = self.mean_flow.filter(|flow| !flow.is_net());
+        let gravity = self.settings.gravity + by_mass.map_or(Vector::ZERO, |flow| flow.acceleration());
+        if let Some(net) = self.mean_flow.filter(MeanFlow::is_net) {
+            self.projection.mean.hold(net.held(), net.wanted_after(dt));
+        }
         let mut report = StepReport { fluid_passes: step.fluid_passes, ..StepReport::default() };
         self.place_surfaces(dt);
         for _ in 0..step.fluid_passes {
@@ -106,7 +111,7 @@ impl<'a> FluidPass<'a> {
             acceleration.keep(domain, projection.pressure(), &flow.density, self.now.gravity);
         }
         let beside = self.room.as_deref_mut().map(|room| (room, grains.covered()));
-        report.transport += flow.transport_beside(domain, boundary, dt, beside);
+        report.transport += flow.transport_beside(domain, boundary, dt, beside, Some(projection.outside()));
         projection.add_gradient(domain, &flow.density, &mut flow.velocity, half);
     }
 

@@ -264,6 +264,17 @@ impl GrainPhase {
         domain.sum([own.sum()])[0]
     }
 
+    /// Mass \[kg], volume [m^3] and volume times velocity [m^4/s] of the grains of all ranks.
+    pub(crate) fn sums(&self, domain: &Domain) -> [Real; 5] {
+        let grains = self.engine.grains();
+        domain.sum((0..grains.owned()).fold([0.0; 5], |sum, g| {
+            let volume = volume(diameter_of(&self.engine, g));
+            let [x, y, z] = (volume * grains.velocity[g]).to_array();
+            let own = [grains.mass[g], volume, x, y, z];
+            std::array::from_fn(|n| sum[n] + own[n])
+        }))
+    }
+
     /// Updates the grain positions that void fractions are computed from, with mirror images in the walls of `tank`.
     pub fn place(&mut self, domain: &Domain, tank: &Tank) {
         if self.any {

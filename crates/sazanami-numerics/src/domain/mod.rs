@@ -157,6 +157,29 @@ impl Domain {
         self.decomposition.owner(self.grid.cell_of(position))
     }
 
+    /// Local indices of the cell of a place in the box or on its sides, if it is on this rank. An upper side belongs to the last cell, and to
+    /// the first where the direction is periodic.
+    #[must_use]
+    pub fn cell_at(&self, place: Vector) -> Option<[isize; 3]> {
+        let all = self.grid.cell_of(place);
+        let local = std::array::from_fn(|d| {
+            let count = self.grid.cells[d] as isize;
+            let cell = if self.periodic[d] { all[d].rem_euclid(count) } else { all[d].clamp(0, count - 1) };
+            cell - self.start[d] as isize
+        });
+        (0..3).all(|d| (0..self.cells[d] as isize).contains(&local[d])).then_some(local)
+    }
+
+    /// Local index of the faces normal to `direction` nearest to a place along it, if they are on this rank. The faces between two ranks belong to
+    /// the upper one; those on the upper side of the box to the last.
+    #[must_use]
+    pub fn faces_at(&self, direction: usize, place: Real) -> Option<isize> {
+        let face = ((place - self.grid.lower[direction]) / self.grid.spacing[direction]).round() as isize;
+        let local = face - self.start[direction] as isize;
+        let last = self.cells[direction] as isize - isize::from(!self.at_box_end(direction, 1));
+        (0..=last).contains(&local).then_some(local)
+    }
+
     /// Sum of `values` over the ranks, element by element, in rank order.
     #[must_use]
     pub fn sum<const N: usize>(&self, mut values: [Real; N]) -> [Real; N] {

@@ -100,6 +100,8 @@ pub fn bed_load(scheme: Scheme, shields: Real, seconds: Real) -> Result<BedLoad,
     let velocity = target * Vector::X;
     solver.hold_mean_flow(MeanFlow::new(MeanFlowSettings {
         velocity,
+        held: velocity.to_array().map(|u| u != 0.0),
+        net: false,
         above: level,
         area,
         answer: ANSWER,

@@ -143,7 +143,9 @@ impl BedOnSieve {
         let open = 1.0 - vessel.grains.len() as Real * volume(DIAMETER) / extent.element_product();
         let (velocity, area) = (found.flux / open * Vector::Z, extent.x * extent.y);
         let acts_by = ActsBy::Volume;
-        let settings = MeanFlowSettings { velocity, above: -1.0, area, answer: ANSWER, rise: RISE, acts_by };
+        let held = velocity.to_array().map(|u| u != 0.0);
+        let settings =
+            MeanFlowSettings { velocity, held, net: false, above: -1.0, area, answer: ANSWER, rise: RISE, acts_by };
         // Gravity acts by mass; what bears the water and drives the flow acts by volume.
         let (mut flow, driving) = (MeanFlow::new(settings), Cell::new(0.0));
         let forcing = |_: Real, _: Real| {

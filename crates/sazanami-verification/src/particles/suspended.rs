@@ -137,6 +137,8 @@ pub fn upward_flow(scheme: Scheme, eps: Real, flux: Real, end: Real) -> Result<U
     let acts_by = ActsBy::Mass;
     solver.hold_mean_flow(MeanFlow::new(MeanFlowSettings {
         velocity,
+        held: velocity.to_array().map(|u| u != 0.0),
+        net: false,
         above: -1.0,
         area,
         answer: ANSWER,

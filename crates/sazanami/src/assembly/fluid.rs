@@ -49,7 +49,7 @@ pub fn settings(case: &Case) -> Settings {
         }
     };
     Settings {
-        gravity: case.effective_gravity(0.0),
+        gravity: case.force_by_mass(0.0),
         limits,
         tolerance: Tolerance {
             divergence: case.fluid.divergence_tolerance,

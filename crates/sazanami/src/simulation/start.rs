@@ -54,7 +54,8 @@ pub(super) fn solver(
     recorder: &mut Recorder<crate::recorder::GridObserver>,
 ) -> Result<Option<Solver>, RankError> {
     let case = job.case;
-    let boundary = Boundary::new(case.boundary)?;
+    // The fluid outside open sides does not move with the box.
+    let boundary = Boundary::new(case.boundary)?.with_gravity_outside(case.gravity);
     let settings = fluid::settings(case);
     let coupling = case.coupling;
     let mut flow = fluid::flow(case, &domain);

@@ -128,7 +128,7 @@ pub(crate) trait Water: Sized {
 
 /// The mean velocity that the case holds, if it holds one: new, or as a checkpoint has it.
 pub(crate) fn mean_flow(case: &Case, resumed: Option<&Snapshot>) -> Result<Option<MeanFlow>, SnapshotError> {
-    let Some(settings) = case.drive.and_then(|drive| drive.mean_flow(case.domain.extent())) else { return Ok(None) };
+    let Some(settings) = case.mean_flow() else { return Ok(None) };
     Ok(Some(match resumed {
         Some(snapshot) => MeanFlow::restore(settings, snapshot)?,
         None => MeanFlow::new(settings),

@@ -29,6 +29,9 @@ pub(super) struct ThroughPlane {
     mean_pressure: Real,
 }
 
+/// Least share of liquid in a cell that does not end the liquid below it.
+const LIQUID: Real = 0.5;
+
 /// Motion of a grain and what acts on it.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct OfBody {
@@ -122,9 +125,11 @@ fn fields_at(solver: &Solver, point: Vector) -> [Real; 6] {
         return domain.sum([0.0; 6]);
     }
     let grid = domain.grid();
-    // Between the centres of the outermost cells of the box nothing is extrapolated.
-    let last = Vector::new(grid.cells[0] as Real, grid.cells[1] as Real, grid.cells[2] as Real) - 1.0;
-    let place = ((point - grid.lower) / grid.spacing - 0.5).clamp(Vector::ZERO, last);
+    // Beyond the centres of the outermost cells nothing is extrapolated; through periodic sides it goes on.
+    let mut place = (point - grid.lower) / grid.spacing - 0.5;
+    for d in (0..3).filter(|&d| !domain.periodic()[d]) {
+        place[d] = place[d].clamp(0.0, grid.cells[d] as Real - 1.0);
+    }
     let (pressure, u) = (solver.pressure().data(), solver.flow().velocity.each_ref().map(Field::data));
     domain.sum(interpolate(solver, place, |at| {
         let [liquid, room] = solver.liquid_and_room(at);
@@ -157,11 +162,9 @@ fn interpolate<const N: usize>(solver: &Solver, place: Vector, value: impl Fn(us
 
 fn through_plane(domain: &Domain, solver: &Solver, direction: usize, position: Real) -> ThroughPlane {
     let grid = domain.grid();
-    let face = ((position - grid.lower[direction]) / grid.spacing[direction]).round() as isize;
-    let local = face - domain.start()[direction] as isize;
     let mut range = domain.interior();
     let mut found = [0.0; 4];
-    if range[direction].contains(&local) {
+    if let Some(local) = domain.faces_at(direction, position) {
         range[direction] = local..local + 1;
         let behind = -domain.strides()[direction];
         let flow = solver.flow();
@@ -171,8 +174,9 @@ fn through_plane(domain: &Domain, solver: &Solver, direction: usize, position: R
             for at in row.shifted(0) {
                 let before = (at as isize + behind) as usize;
                 let donor = if u[at] > 0.0 { before } else { at };
+                let entering = solver.entering_fraction(direction, row, at, u[at]);
                 sum[0] += u[at];
-                sum[1] += u[at] * liquid_share(solver, donor).unwrap_or_default();
+                sum[1] += u[at] * entering.or_else(|| liquid_share(solver, donor)).unwrap_or_default();
                 sum[2] += 0.5 * (p[at] + p[before]);
                 sum[3] += 1.0;
             }
@@ -210,24 +214,25 @@ fn of_body(solver: &Solver, id: u64, [shift, drift]: [Vector; 2]) -> OfBody {
     OfBody { position, velocity, spin, fluid_force, contact_force, fluid_torque }
 }
 
-/// Height above the floor that the liquid in the column of cells over a place would fill, grains in it too \[m], and the
-/// floor's height.
+/// Height up to which liquid stands over a place on the floor, as the liquid in the column of cells would fill it up to the first gas, grains in it
+/// too \[m]: what flies above does not count.
 fn level(solver: &Solver, [x, y]: [Real; 2]) -> Real {
     let domain = solver.domain();
     let grid = domain.grid();
-    let column = grid.cell_of(Vector::new(x, y, grid.lower.z));
-    let start = domain.start();
-    let local = [0, 1].map(|d| column[d] - start[d] as isize);
     let range = domain.interior();
     let mut depth = 0.0;
-    if range[0].contains(&local[0]) && range[1].contains(&local[1]) {
+    if let Some([i, j, _]) = domain.cell_at(Vector::new(x, y, grid.lower.z)) {
         let layout = solver.pressure();
-        let share = |k: isize| liquid_share(solver, layout.at(local[0], local[1], k));
+        let share = |k: isize| liquid_share(solver, layout.at(i, j, k));
         let mut below = range[2].clone().find_map(share).unwrap_or_default();
         for k in range[2].clone() {
             // A cell without room has the share of the one below it.
-            below = share(k).unwrap_or(below);
-            depth += below;
+            let here = share(k).unwrap_or(below);
+            if below < LIQUID && here > below {
+                break;
+            }
+            depth += here;
+            below = here;
         }
         depth *= grid.spacing.z;
     }
