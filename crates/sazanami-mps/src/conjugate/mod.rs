@@ -9,7 +9,7 @@ mod mirrors;
 mod operators;
 mod pairs;
 mod shift;
-mod surroundings;
+pub(crate) mod surroundings;
 mod voids;
 
 use sazanami_numerics::{Matrix, Real, Vector};
@@ -62,7 +62,7 @@ pub(crate) struct Columns {
     sums: Vec<[Real; 4]>,
     /// `(grad eps)/eps` at each own particle, by whole blocks [1/m].
     slope: Vec<Vector>,
-    surroundings: Vec<Surroundings>,
+    pub surroundings: Vec<Surroundings>,
     pub received: Vec<Received>,
     /// Stress of the damping of each particle and ghost [m^2/s].
     pub stress: Vec<Symmetric>,

@@ -5,6 +5,7 @@ use sazanami_numerics::grid::Grid;
 use super::*;
 use crate::boundary::{Side, Tank, WallFriction};
 use crate::conjugate::exchange::{Received, add_stress};
+use crate::conjugate::surroundings::Near;
 use crate::grains::GrainPhase;
 use crate::momentum::FluidImpulses;
 use crate::particles::Role;
@@ -31,7 +32,17 @@ fn posed_between(sides: [[Side; 2]; 3], radius: Real, void: impl Fn(Vector) -> R
     let at =
         |x: [Real; 3], way: Vector| FluidParticle { position: Vector::from_array(x) + way, velocity: Vector::ZERO };
     let fluid: Vec<_> = places.map(|x| at(x, Vector::new(way(), way(), way()))).collect();
-    let upper = Vector::new(10.0, 8.0, 12.0);
+    posed_of(&fluid, Vector::new(10.0, 8.0, 12.0), sides, radius, void)
+}
+
+/// The same with these particles in a box from zero to `upper`.
+fn posed_of(
+    fluid: &[FluidParticle],
+    upper: Vector,
+    sides: [[Side; 2]; 3],
+    radius: Real,
+    void: impl Fn(Vector) -> Real,
+) -> Solver {
     let domain = Domain::solo(Grid::new([4, 4, 4], Vector::ZERO, upper), sides.map(|s| s[0] == Side::Periodic));
     let settings = Settings {
         fluid: Fluid { density: 2.0, viscosity: 0.01, spacing: 1.0 },
@@ -42,7 +53,7 @@ fn posed_between(sides: [[Side; 2]; 3], radius: Real, void: impl Fn(Vector) -> R
     };
     let tank = Tank::new(Vector::ZERO, upper, sides, WallFriction::Slip);
     let grains = GrainPhase::none(&domain).unwrap();
-    let mut solver = Solver::new(domain, settings, tank, &fluid, grains).unwrap();
+    let mut solver = Solver::new(domain, settings, tank, fluid, grains).unwrap();
     let widest = Real::cbrt(2.5);
     prepare(&mut solver, widest, void);
     solver
@@ -202,6 +213,41 @@ fn beds_are_closed_where_there_is_a_surface_and_not_for_isolated_particles() {
     let mut both = [Role::Inactive; 80];
     both[..40].fill(Role::Dirichlet);
     assert_eq!(closed(&both), 1.0);
+}
+
+/// Drift of shifting in the middle of a lattice inverted in a sphere of this `radius`, where it lies `along`, over the spacing
+/// of clear water; and that without the bulk volume of the neighbours. Cells stay cubes, and their edges grow with the square
+/// of the distance from the centre: the void fraction that is right for them falls with its sixth power.
+fn drift_of_an_inverted_lattice(radius: Real, along: Vector) -> [Vector; 2] {
+    let inverted = |y: Vector| radius * radius / y.length_squared() * y;
+    let (first, middle) = ((radius - 3.5) * along, Vector::splat(7.0));
+    let shift = middle - inverted(first);
+    let cells = (0..343).map(|n| [n % 7, n / 7 % 7, n / 49].map(|n| Real::from(n) - 3.0));
+    let position = cells.map(|cell| inverted(first + Vector::from_array(cell)) + shift);
+    let fluid: Vec<_> = position.map(|position| FluidParticle { position, velocity: Vector::ZERO }).collect();
+    let void = |x: Vector| ((x - shift).length() / radius).powi(-6);
+    let Solver { particles, conjugate, equation, .. } = posed_of(&fluid, Vector::splat(14.0), [OPEN; 3], 2.6, void);
+    let is_middle = |&a: &usize| particles.is_fluid(a) && (particles.position[a] - middle).length() < 1e-9;
+    let a = (0..particles.owned).find(is_middle).unwrap();
+    let (near, bulk) = (Near::new(1.0), conjugate.voids.bulk());
+    let plain = conjugate.pairs.of(&equation.blocks, a).map(|pair| {
+        let narrower = bulk.narrowing(a, pair.particle);
+        -near.drift(pair.way().length() * narrower) * narrower * narrower * pair.way()
+    });
+    [conjugate.surroundings[a].drift, plain.sum()]
+}
+
+#[test]
+fn shifting_leaves_water_that_follows_the_voids_where_it_is() {
+    for along in [Vector::Z, Vector::new(0.6, 0.0, 0.8)] {
+        let [steep, gentle] = [30.0, 60.0].map(|radius| drift_of_an_inverted_lattice(radius, along));
+        // Water and voids of the same slope: none to first order, and none to second.
+        let [weighted, plain] = [0, 1].map(|n| steep[n].length() / gentle[n].length());
+        assert!(gentle[0].length() < 1e-4 && (6.0..12.0).contains(&weighted), "{along}: {steep:?} {gentle:?}");
+        // Negative control: without bulk volumes half of the slope of `-ln eps`, into the bed.
+        let half = 3.0 / (60.0 * 60.0 / 56.5);
+        assert!((gentle[1].dot(along) / half - 1.0).abs() < 0.12 && plain < 2.5, "{along}: {steep:?} {gentle:?}");
+    }
 }
 
 #[test]
