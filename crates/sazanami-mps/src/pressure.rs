@@ -278,7 +278,7 @@ impl PressureEquation {
         direction.clear();
         direction.resize(roles.len().max(padded), 0.0);
 
-        let singular = given == 0.0 && P::UP_TO_CONSTANT;
+        let singular = given == 0.0 && matrix.up_to_constant();
         if singular {
             report.removed_mean = remove_mean(layout, rows, unknowns) * strain;
         }

@@ -14,7 +14,7 @@ use crate::reductions::sum_of;
 /// A product with the matrix of the equation.
 pub(crate) trait Product {
     /// Whether pressures are determined up to a constant where none is prescribed.
-    const UP_TO_CONSTANT: bool;
+    fn up_to_constant(&self) -> bool;
 
     /// `q = A d`, with `d` zero outside and up to date at ghosts.
     fn multiply(
@@ -124,7 +124,9 @@ fn larger(a: Real, b: Real) -> Real {
 }
 
 impl Product for Compact {
-    const UP_TO_CONSTANT: bool = true;
+    fn up_to_constant(&self) -> bool {
+        true
+    }
 
     fn multiply(
         &mut self,
@@ -176,7 +178,7 @@ fn add_diagonal(rows: &[Row], r: &[Real], z: &mut [Real]) {
 }
 
 /// Subtracts the mean over the unknowns.
-fn subtract_mean(layout: &Layout<'_>, z: &mut [Real], unknowns: Real) {
+pub(crate) fn subtract_mean(layout: &Layout<'_>, z: &mut [Real], unknowns: Real) {
     let [sum] = layout.domain.sum(sum_of(z.len(), |a| [z[a]]));
     let mean = sum / unknowns;
     for_each_chunk(&mut z[..layout.owned], ROWS, |number, z| {

@@ -8,8 +8,9 @@ pub(crate) mod exchange;
 mod mirrors;
 mod operators;
 mod pairs;
-mod shift;
-mod surroundings;
+pub(crate) mod shift;
+mod still;
+pub(crate) mod surroundings;
 mod voids;
 
 use sazanami_numerics::{Matrix, Real, Vector};
@@ -19,6 +20,7 @@ use crate::arrangement::Arrangement;
 use crate::boundary::Tank;
 use crate::context::{Context, Motion};
 use crate::free_surface;
+use crate::ghosts::Ghosts;
 use crate::grains::{GrainPhase, VoidReport};
 use crate::matrix::{Block, CLOSE_RADIUS, Layout, Row};
 use crate::moments::Symmetric;
@@ -35,6 +37,7 @@ pub(crate) use mirrors::Mirrors;
 use operators::Conjugate;
 pub(crate) use operators::Operators;
 use pairs::{Pairs, Search};
+use still::Still;
 use surroundings::{Found, Near, Surroundings};
 use voids::VoidColumns;
 
@@ -62,7 +65,7 @@ pub(crate) struct Columns {
     sums: Vec<[Real; 4]>,
     /// `(grad eps)/eps` at each own particle, by whole blocks [1/m].
     slope: Vec<Vector>,
-    surroundings: Vec<Surroundings>,
+    pub surroundings: Vec<Surroundings>,
     pub received: Vec<Received>,
     /// Stress of the damping of each particle and ghost [m^2/s].
     pub stress: Vec<Symmetric>,
@@ -72,6 +75,12 @@ pub(crate) struct Columns {
     pub divergence: Vec<Real>,
     /// Divergence of the grains' share in the motion by the old pressure [1/s].
     shares: Vec<Real>,
+    /// Pressure of water at rest.
+    still: Still,
+    /// Whether there is neither a surface nor a gate, but grains: nothing fixes the level of the pressure.
+    closed: bool,
+    /// Means of `ways`.
+    means: Vec<Vector>,
     /// Whether grains move with the pressure of the step.
     pub gives_way: bool,
     /// Velocity changes by drag [m/s].
@@ -104,6 +113,7 @@ impl Columns {
         particles: &mut Particles,
         equation: &mut PressureEquation,
     ) {
+        self.closed = !self.voids.bulk().clear && step.surface.is_none() && mirrors.gates.is_empty();
         let Arrangement { ghosts, bins, neighbours, .. } = near;
         let Particles { kind, role, position, velocity, owned, .. } = particles;
         let (owned, count, walls) = (*owned, kind.len(), step.forcing.wall_velocity);
@@ -158,8 +168,8 @@ impl Columns {
     }
 
     /// Takes missing neighbours out of the rows between grains that see no surface, where there is one: disorder and sizes
-    /// that differ would let the pressure leak, and the water becomes denser until nothing seems to be missing. In clear
-    /// water the leak is small, and tilted water is stiller with it.
+    /// that differ would let the pressure leak, and the water becomes denser until nothing seems to be missing. In a box with
+    /// grains that is closed all rows are. In clear water the leak is small, and tilted water is stiller with it.
     ///
     /// There is a surface where more than [`LEAST_SURFACE`] of the fluid that is not isolated lies at it: isolated particles,
     /// and single ones inside that pass for surface, close no rows.
@@ -173,14 +183,14 @@ impl Columns {
             let at_surface = fluid(a) && role[a] == Role::Dirichlet;
             [at_surface, fluid(a)].map(|is| if is { 1.0 } else { 0.0 })
         }));
-        if surface <= LEAST_SURFACE * all {
+        if !self.closed && surface <= LEAST_SURFACE * all {
             return;
         }
         let (sums, inverse_void) = (&self.sums[..], self.voids.bulk().inverse_void);
         for_each_chunk(rows, ROWS, |number, rows| {
             for (row, entry) in rows.iter_mut().enumerate().filter(|(_, entry)| !entry.beside_surface) {
                 let a = number * ROWS + row;
-                if inverse_void[a] > 1.0 {
+                if self.closed || inverse_void[a] > 1.0 {
                     entry.diagonal = sums[a][3];
                 }
             }
@@ -323,13 +333,15 @@ impl Columns {
     pub fn set_right_side(
         &mut self,
         step: &Context<'_>,
-        particles: &Particles,
+        particles: &mut Particles,
         near: &mut Arrangement,
         equation: &mut PressureEquation,
     ) {
         let owned = particles.owned;
         self.divergence.resize(owned, 0.0);
         let operators = Operators { pairs: &self.pairs, sums: &self.sums, slope: &self.slope };
+        let matrix = (&operators, &self.voids.bulk());
+        self.still.split(step, matrix, (&equation.blocks, &equation.rows), particles, &mut near.ghosts);
         operators.divergence(&equation.blocks, &self.velocity, false, &mut self.divergence);
         let (rate, slope, bulk) = (&self.voids.rate[..], &self.slope[..], self.voids.bulk());
         let (free, present, walls) = (&self.velocity[..], &particles.velocity[..], step.forcing.wall_velocity);
@@ -361,6 +373,7 @@ impl Columns {
                 entry.right = step.settings.fluid.density / step.dt * (wanted - divergence[a]);
             }
         });
+        self.still.take_from(matrix, &equation.blocks, &mut equation.rows[..owned]);
     }
 
     /// Solves for the pressure.
@@ -375,8 +388,10 @@ impl Columns {
         let Particles { pressure, position, owned, kind, .. } = particles;
         self.force.resize(kind.len(), [0.0; 4]);
         let operators = Operators { pairs: &self.pairs, sums: &self.sums, slope: &self.slope };
-        let mut matrix = Conjugate { operators, force: &mut self.force, bulk: self.voids.bulk() };
         let layout = Layout { domain: step.domain, bins, roles: &self.unknown, bin, place: position, owned: *owned };
+        let unknown = |a: usize| [if layout.roles[a] == Role::Unknown { 1.0 } else { 0.0 }];
+        let without_level = self.closed.then(|| step.domain.sum(sum_of(layout.owned, unknown))[0]);
+        let mut matrix = Conjugate { operators, force: &mut self.force, bulk: self.voids.bulk(), without_level };
         let strain = step.dt * step.dt / step.settings.fluid.density;
         equation.solve_with(&mut matrix, &layout, ghosts, pressure, strain, &step.settings.tolerance)
     }
@@ -392,6 +407,7 @@ impl Columns {
         let Particles { kind, position, velocity: present, pressure, gradient, owned, .. } = particles;
         let owned = *owned;
         self.operators().force(&equation.blocks, pressure, &mut gradient[..owned], |into, _, force| *into = force);
+        self.still.restore(pressure, &mut gradient[..owned]);
         self.new.resize(kind.len());
         let (free, walls) = (&self.velocity[..], step.forcing.wall_velocity);
         let (kind, gradient) = (&kind[..], &gradient[..]);
@@ -422,9 +438,16 @@ impl Columns {
     }
 
     /// Shifts the new positions; returns the longest way \[m], and the potential energy that it adds \[J].
-    pub fn shift(&mut self, step: &Context<'_>, particles: &Particles, equation: &PressureEquation) -> [Real; 2] {
+    pub fn shift(
+        &mut self,
+        step: &Context<'_>,
+        ghosts: &mut Ghosts,
+        particles: &Particles,
+        equation: &PressureEquation,
+    ) -> [Real; 2] {
         let close = CLOSE_RADIUS * step.settings.fluid.spacing;
-        let size = self.voids.bulk().size;
+        let bulk = self.voids.bulk();
+        let size = bulk.size;
         let (pairs, blocks, role) = (&self.pairs, &equation.blocks[..], &particles.role[..]);
         let second = |a: usize| {
             pairs
@@ -434,10 +457,19 @@ impl Columns {
         let (surroundings, received) = (&self.surroundings[..], &self.received[..]);
         let rate = |a: usize| received[a].strain;
         let kind = &particles.kind[..];
-        self.ways.resize(particles.owned, Vector::ZERO);
-        let ways = &mut self.ways[..];
+        self.ways.resize(particles.len(), Vector::ZERO);
+        let ways = &mut self.ways[..particles.owned];
         shift::find_ways(step, kind, (surroundings, size), rate, second, ways);
-        let ways = &*ways;
+        if !bulk.clear {
+            ghosts.refresh(step.domain, &mut self.ways);
+            let inside = |a: usize| kind[a] == Kind::Fluid && role[a] == Role::Unknown && !second(a);
+            self.means.resize(particles.owned, Vector::ZERO);
+            shift::find_means(step.kernel, (pairs, blocks), &bulk, &self.ways, inside, &mut self.means);
+            for_each_chunk(&mut self.ways[..particles.owned], ROWS, |number, ways| {
+                ways.iter_mut().zip(&self.means[number * ROWS..]).for_each(|(way, mean)| *way -= *mean);
+            });
+        }
+        let ways = &self.ways[..particles.owned];
         for_each_chunk(&mut self.new.position[..particles.owned], ROWS, |number, position| {
             position.iter_mut().zip(&ways[number * ROWS..]).for_each(|(x, way)| *x += *way);
         });

@@ -13,10 +13,10 @@ use super::voids::Bulk;
 use crate::ghosts::Ghosts;
 use crate::matrix::{Block, Layout, Row};
 use crate::neighbours::ROWS;
-use crate::pressure_system::Product;
+use crate::pressure_system::{Product, subtract_mean};
 
 /// Part of the compact matrix in that of the pressure equation.
-const COMPACT: Real = 0.5;
+pub(super) const COMPACT: Real = 0.5;
 
 /// Pairs with their coefficients.
 #[derive(Clone, Copy)]
@@ -68,10 +68,14 @@ pub(crate) struct Conjugate<'a> {
     /// Work space: the force and the pressure at each particle, ghosts included.
     pub force: &'a mut [[Real; 4]],
     pub bulk: Bulk<'a>,
+    /// Number of unknowns where nothing fixes the level of the pressure: products are then without their mean.
+    pub without_level: Option<Real>,
 }
 
 impl Product for Conjugate<'_> {
-    const UP_TO_CONSTANT: bool = false;
+    fn up_to_constant(&self) -> bool {
+        self.without_level.is_some()
+    }
 
     fn multiply(
         &mut self,
@@ -81,7 +85,7 @@ impl Product for Conjugate<'_> {
         d: &[Real],
         q: &mut [Real],
     ) {
-        let Self { operators, force, bulk } = self;
+        let Self { operators, force, bulk, without_level } = self;
         let set = |into: &mut [Real; 4], a: usize, force: Vector| {
             let force = bulk.own(a) * force;
             *into = [force.x, force.y, force.z, d[a]];
@@ -98,5 +102,8 @@ impl Product for Conjugate<'_> {
                 *q = COMPACT * (missing * d[a] - near) - (1.0 - COMPACT) * (x + y + z + along);
             }
         });
+        if let Some(unknowns) = *without_level {
+            subtract_mean(layout, &mut q[..layout.owned], unknowns);
+        }
     }
 }

@@ -39,7 +39,7 @@ impl Near {
 
     /// Share of a neighbour at distance `r` \[m] in the drift, over its way [1/m^2].
     #[inline(always)]
-    fn drift(&self, r: Real) -> Real {
+    pub fn drift(&self, r: Real) -> Real {
         let ratio = (self.weight.value(r) / self.at_spacing).powi(2);
         -self.weight.slope_over_distance(r) / self.strain * (1.0 + CLOSE_PAIRS * ratio * ratio)
     }
@@ -105,7 +105,7 @@ pub(crate) fn surround(
                 changes += Matrix::from_cols(slope.x * change, slope.y * change, slope.z * change);
                 if r < CLOSE_RADIUS * spacing {
                     close += 1;
-                    mine.drift -= near.drift(r) * narrower * narrower * apart;
+                    mine.drift -= bulk.crowd(a, b) * near.drift(r) * narrower * narrower * apart;
                     mine.collided += u32::from(r < COLLIDED * spacing);
                 }
             }

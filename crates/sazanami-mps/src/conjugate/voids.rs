@@ -52,6 +52,14 @@ impl Bulk<'_> {
         0.25 * (self.mobility[a] + self.mobility[b]) * (self.inverse_void[a] + self.inverse_void[b])
     }
 
+    /// Of a neighbour in the drift of shifting: the mean bulk volume of the pair over that of `a`. Without it the drift of water
+    /// as it should be, of number density `eps/l0^3`, is `-(1/2) grad ln eps`, into the bed; with it none to first order. See
+    /// docs/theory/mps.md.
+    #[inline(always)]
+    pub fn crowd(&self, a: usize, b: usize) -> Real {
+        if self.clear { 1.0 } else { 0.5 * (1.0 + self.ratio(b, a)) }
+    }
+
     /// `eps_b/eps_a`.
     #[inline(always)]
     pub fn ratio(&self, a: usize, b: usize) -> Real {

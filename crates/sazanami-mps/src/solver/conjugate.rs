@@ -83,7 +83,7 @@ impl Solver {
         }
 
         watch(Phase::Fluid);
-        let [longest, shifting] = columns.shift(step, particles, equation);
+        let [longest, shifting] = columns.shift(step, &mut near.ghosts, particles, equation);
         report.largest_shift = longest;
         report.energy = EnergyChanges { projection, relaxation, shifting };
         tank.displacement = forcing.wall_displacement;

@@ -5,6 +5,8 @@ use sazanami_numerics::grid::Grid;
 use super::*;
 use crate::boundary::{Side, Tank, WallFriction};
 use crate::conjugate::exchange::{Received, add_stress};
+use crate::conjugate::shift::find_means;
+use crate::conjugate::surroundings::Near;
 use crate::grains::GrainPhase;
 use crate::momentum::FluidImpulses;
 use crate::particles::Role;
@@ -25,13 +27,27 @@ fn posed(sides: [[Side; 2]; 3], radius: Real) -> Solver {
 
 /// The same with a `void` fraction, at least 0.4, as if there were grains.
 fn posed_between(sides: [[Side; 2]; 3], radius: Real, void: impl Fn(Vector) -> Real) -> Solver {
+    posed_of(&block(), Vector::new(10.0, 8.0, 12.0), sides, radius, void)
+}
+
+/// The particles of the block.
+fn block() -> Vec<FluidParticle> {
     let mut random = Random::new(5);
     let mut way = || 0.15 * random.between(-1.0, 1.0);
     let places = (0..480).map(|n| [n % 10, n / 10 % 8, n / 80].map(|n| f64::from(n) + 0.5));
     let at =
         |x: [Real; 3], way: Vector| FluidParticle { position: Vector::from_array(x) + way, velocity: Vector::ZERO };
-    let fluid: Vec<_> = places.map(|x| at(x, Vector::new(way(), way(), way()))).collect();
-    let upper = Vector::new(10.0, 8.0, 12.0);
+    places.map(|x| at(x, Vector::new(way(), way(), way()))).collect()
+}
+
+/// The same with these particles in a box from zero to `upper`.
+fn posed_of(
+    fluid: &[FluidParticle],
+    upper: Vector,
+    sides: [[Side; 2]; 3],
+    radius: Real,
+    void: impl Fn(Vector) -> Real,
+) -> Solver {
     let domain = Domain::solo(Grid::new([4, 4, 4], Vector::ZERO, upper), sides.map(|s| s[0] == Side::Periodic));
     let settings = Settings {
         fluid: Fluid { density: 2.0, viscosity: 0.01, spacing: 1.0 },
@@ -42,7 +58,7 @@ fn posed_between(sides: [[Side; 2]; 3], radius: Real, void: impl Fn(Vector) -> R
     };
     let tank = Tank::new(Vector::ZERO, upper, sides, WallFriction::Slip);
     let grains = GrainPhase::none(&domain).unwrap();
-    let mut solver = Solver::new(domain, settings, tank, &fluid, grains).unwrap();
+    let mut solver = Solver::new(domain, settings, tank, fluid, grains).unwrap();
     let widest = Real::cbrt(2.5);
     prepare(&mut solver, widest, void);
     solver
@@ -202,6 +218,108 @@ fn beds_are_closed_where_there_is_a_surface_and_not_for_isolated_particles() {
     let mut both = [Role::Inactive; 80];
     both[..40].fill(Role::Dirichlet);
     assert_eq!(closed(&both), 1.0);
+}
+
+/// Drift of shifting in the middle of a lattice inverted in a sphere of this `radius`, where it lies `along`, over the spacing
+/// of clear water; and that without the bulk volume of the neighbours. Cells stay cubes, and their edges grow with the square
+/// of the distance from the centre: the void fraction that is right for them falls with its sixth power.
+fn drift_of_an_inverted_lattice(radius: Real, along: Vector) -> [Vector; 2] {
+    let inverted = |y: Vector| radius * radius / y.length_squared() * y;
+    let (first, middle) = ((radius - 3.5) * along, Vector::splat(7.0));
+    let shift = middle - inverted(first);
+    let cells = (0..343).map(|n| [n % 7, n / 7 % 7, n / 49].map(|n| Real::from(n) - 3.0));
+    let position = cells.map(|cell| inverted(first + Vector::from_array(cell)) + shift);
+    let fluid: Vec<_> = position.map(|position| FluidParticle { position, velocity: Vector::ZERO }).collect();
+    let void = |x: Vector| ((x - shift).length() / radius).powi(-6);
+    let Solver { particles, conjugate, equation, .. } = posed_of(&fluid, Vector::splat(14.0), [OPEN; 3], 2.6, void);
+    let is_middle = |&a: &usize| particles.is_fluid(a) && (particles.position[a] - middle).length() < 1e-9;
+    let a = (0..particles.owned).find(is_middle).unwrap();
+    let (near, bulk) = (Near::new(1.0), conjugate.voids.bulk());
+    let plain = conjugate.pairs.of(&equation.blocks, a).map(|pair| {
+        let narrower = bulk.narrowing(a, pair.particle);
+        -near.drift(pair.way().length() * narrower) * narrower * narrower * pair.way()
+    });
+    [conjugate.surroundings[a].drift, plain.sum()]
+}
+
+#[test]
+fn shifting_leaves_water_that_follows_the_voids_where_it_is() {
+    for along in [Vector::Z, Vector::new(0.6, 0.0, 0.8)] {
+        let [steep, gentle] = [30.0, 60.0].map(|radius| drift_of_an_inverted_lattice(radius, along));
+        // Water and voids of the same slope: none to first order, and none to second.
+        let [weighted, plain] = [0, 1].map(|n| steep[n].length() / gentle[n].length());
+        assert!(gentle[0].length() < 1e-4 && (6.0..12.0).contains(&weighted), "{along}: {steep:?} {gentle:?}");
+        // Negative control: without bulk volumes half of the slope of `-ln eps`, into the bed.
+        let half = 3.0 / (60.0 * 60.0 / 56.5);
+        assert!((gentle[1].dot(along) / half - 1.0).abs() < 0.12 && plain < 2.5, "{along}: {steep:?} {gentle:?}");
+    }
+}
+
+/// Largest speed over `g dt` after a step of the solver from rest, its water with this void fraction or `clear`.
+fn speed_after_a_step(solver: &mut Solver, void: impl Fn(Vector) -> Real, clear: bool) -> Real {
+    let widest = Real::cbrt(2.5);
+    prepare(solver, widest, void);
+    let body_force = -10.0 * Vector::Z;
+    let (forcing, surface) = (&Forcing { body_force, ..Forcing::default() }, solver.surface);
+    let Solver { domain, periods, settings, kernel, tank, particles, near, equation, conjugate, .. } = solver;
+    let (domain, periods, settings, kernel, reduced_force) = (&*domain, &*periods, &*settings, &*kernel, Vector::ZERO);
+    let step =
+        &Context { domain, periods, settings, kernel, surface, forcing, reduced_force, dt: 0.01, flow_time: 0.01 };
+    conjugate.voids.prepare(particles.owned, clear);
+    conjugate.surround(step, (&Mirrors::of(tank), widest), near, particles, equation);
+    conjugate.move_freely(step, tank, near, particles, equation);
+    conjugate.set_right_side(step, particles, near, equation);
+    conjugate.project(step, near, particles, equation).unwrap();
+    conjugate.apply_pressure(step, particles, equation);
+    let speed = |a: usize| if particles.is_fluid(a) { conjugate.new.velocity[a].length() } else { 0.0 };
+    (0..particles.owned).map(speed).fold(0.0, Real::max) / (10.0 * step.dt)
+}
+
+#[test]
+fn still_water_between_grains_under_a_lid_stays_as_it_is() {
+    let bed = |x: Vector| 0.7 - 0.3 * (0.2 * std::f64::consts::PI * x.x).sin() * (0.9 * x.z).cos();
+    for void in [bed as fn(Vector) -> Real, |_| 1.0] {
+        let mut solver = posed_of(&block(), Vector::new(10.0, 8.0, 6.0), [PERIODIC, PERIODIC, WALLS], 2.6, bed);
+        solver.settings.scheme.relaxation = Real::INFINITY;
+        solver.settings.tolerance.strain = 1e-10;
+        let between = speed_after_a_step(&mut solver, void, false);
+        assert!(between < 1e-6, "{between:e}");
+        let Particles { pressure, position, gradient, .. } = &solver.particles;
+        let fluid: Vec<usize> = (0..solver.particles.owned).filter(|&a| solver.particles.is_fluid(a)).collect();
+        let depth = |a: usize| pressure[a] + 20.0 * position[a].z;
+        assert!(
+            fluid.iter().all(|&a| (depth(a) - depth(fluid[0])).abs() < 1e-4 && (gradient[a].z + 20.0).abs() < 1e-4)
+        );
+        // Negative control: water alone, whose whole pressure pushes the disordered particles about.
+        let alone = speed_after_a_step(&mut solver, void, true);
+        assert!(alone > 0.05, "{alone:e}");
+    }
+}
+
+#[test]
+fn between_grains_shifting_leaves_the_mean_of_the_water_where_it_is() {
+    let void = |x: Vector| if x.x < 5.0 { 0.6 } else { 1.0 };
+    let mut solver = posed_between([OPEN_TOP, PERIODIC, OPEN_TOP], 2.6, void);
+    let mut random = Random::new(4);
+    let mut sorted = |_| Vector::new(random.between(-1.0, 1.0), random.between(-1.0, 1.0), random.between(-1.0, 1.0));
+    let fields = [column(&mut solver, |_| Vector::Y), column(&mut solver, &mut sorted)];
+    let Solver { kernel, particles, equation, conjugate, .. } = &solver;
+    let (pairs, bulk) = ((&conjugate.pairs, &equation.blocks[..]), conjugate.voids.bulk());
+    let [even, odd] = fields.map(|ways| {
+        let mut means = vec![Vector::ZERO; particles.owned];
+        find_means(kernel, pairs, &bulk, &ways, |a| particles.is_fluid(a), &mut means);
+        means
+    });
+    for a in (0..particles.owned).filter(|&a| particles.is_fluid(a)) {
+        let between = particles.position[a].x < 5.0;
+        // What moves as one is its own mean; what only sorts particles has hardly any; clear water keeps both.
+        assert!((even[a] - if between { Vector::Y } else { Vector::ZERO }).length() < 1e-12);
+        assert!((odd[a] != Vector::ZERO) == between);
+    }
+    // Of three variances of 1/3.
+    let [left, number] =
+        odd.iter().filter(|m| **m != Vector::ZERO).fold([0.0; 2], |[l, n], m| [l + m.length_squared(), n + 1.0]);
+    assert!(left / number < 0.1, "{}", left / number);
 }
 
 #[test]

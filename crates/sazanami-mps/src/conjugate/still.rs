@@ -1,0 +1,113 @@
+//! The pressure of water at rest, split off in water with grains.
+//!
+//! Where particles are not on a lattice, the force `G p` of a pressure that is the same everywhere is not zero: it pushes them
+//! apart, and water under its own weight does not come to rest. In a bed that is seepage, which lifts grains. So the unknown is
+//! what the pressure has beyond `P = rho b.x + level`, and in rows that see no surface `P` acts by its gradient `rho b`, so
+//! that still water stays as it is. Rows that see a surface keep `G P` and `C P`: the pressure vanishes beyond the outermost
+//! particles as in clear water.
+
+use sazanami_numerics::{Real, Vector};
+use sazanami_parallel::for_each_chunk;
+
+use super::operators::{COMPACT, Operators};
+use super::voids::Bulk;
+use crate::context::Context;
+use crate::ghosts::Ghosts;
+use crate::matrix::{Block, Row};
+use crate::neighbours::ROWS;
+use crate::particles::{Kind, Particles};
+use crate::reductions::{set_column, sum_of};
+
+/// Columns over particles and ghosts.
+#[derive(Debug, Default)]
+pub(crate) struct Still {
+    /// Whether a pressure is split off in this step.
+    pub splits: bool,
+    /// Whether a row has the gradient of `P` and not its force.
+    exact: Vec<bool>,
+    /// `P` \[Pa].
+    pressure: Vec<Real>,
+    /// What acts of it [Pa/m].
+    pub gradient: Vec<Vector>,
+    ways: Vec<Vector>,
+    divergence: Vec<Real>,
+}
+
+impl Still {
+    /// Splits `P` off the pressure of the step before, where there are grains. Its level is the mean of that pressure beyond
+    /// `rho b.x` in the rows that see no surface.
+    pub fn split(
+        &mut self,
+        step: &Context<'_>,
+        (operators, bulk): (&Operators<'_>, &Bulk<'_>),
+        (blocks, rows): (&[Block], &[Row]),
+        particles: &mut Particles,
+        ghosts: &mut Ghosts,
+    ) {
+        self.splits = !bulk.clear;
+        if !self.splits {
+            return;
+        }
+        let Particles { kind, position, pressure, owned, .. } = particles;
+        let (kind, position, owned) = (&kind[..], &position[..], *owned);
+        let body = Vector::select(step.periods.length.cmpgt(Vector::ZERO), Vector::ZERO, step.forcing.body_force);
+        let force = step.settings.fluid.density * body;
+        set_column(&mut self.exact, owned, |a| kind[a] == Kind::Fluid && !rows[a].beside_surface);
+        let (exact, old) = (&self.exact[..], &pressure[..]);
+        let [sum, number] = step
+            .domain
+            .sum(sum_of(owned, |a| if exact[a] { [old[a] - force.dot(position[a]), 1.0] } else { [0.0; 2] }));
+        let level = sum / number.max(1.0);
+        let at = |a: usize| if kind[a] == Kind::Fluid { level + force.dot(position[a]) } else { 0.0 };
+        set_column(&mut self.pressure, kind.len(), at);
+        ghosts.refresh(step.domain, &mut self.pressure);
+        let still = &self.pressure[..];
+        self.gradient.resize(kind.len(), Vector::ZERO);
+        operators.force(blocks, still, &mut self.gradient[..owned], |into, a, found| {
+            *into = if exact[a] { force } else { found };
+        });
+        ghosts.refresh(step.domain, &mut self.gradient);
+        for_each_chunk(&mut pressure[..], ROWS, |number, pressure| {
+            pressure.iter_mut().zip(&still[number * ROWS..]).for_each(|(p, still)| *p -= still);
+        });
+    }
+
+    /// Takes what `P` does from the right sides of the `rows`. For a linear pressure both parts of the matrix
+    /// `(1 - a) D m D^T + a C` are `-div(eps m rho b)/eps`: so rows that have its gradient take them.
+    pub fn take_from(&mut self, (operators, bulk): (&Operators<'_>, &Bulk<'_>), blocks: &[Block], rows: &mut [Row]) {
+        if !self.splits {
+            return;
+        }
+        let Self { exact, pressure, gradient, ways, divergence, .. } = self;
+        let gradient = &gradient[..];
+        set_column(ways, gradient.len(), |a| bulk.own(a) * gradient[a]);
+        divergence.resize(rows.len(), 0.0);
+        operators.divergence(blocks, ways, true, divergence);
+        let (exact, pressure, divergence) = (&exact[..], &pressure[..], &divergence[..]);
+        for_each_chunk(rows, ROWS, |number, rows| {
+            for (row, entry) in rows.iter_mut().enumerate().filter(|(_, entry)| entry.diagonal > 0.0) {
+                let a = number * ROWS + row;
+                if exact[a] {
+                    entry.right += divergence[a];
+                    continue;
+                }
+                let [.., near] = operators.pairs.differences(blocks, a, |b| [0.0, 0.0, 0.0, pressure[b]]);
+                let compact = (entry.diagonal - operators.sums[a][3]) * pressure[a] - near;
+                entry.right += (1.0 - COMPACT) * divergence[a] - COMPACT * compact;
+            }
+        });
+    }
+
+    /// The whole pressure, and its gradient at each particle, from what was solved for.
+    pub fn restore(&self, pressure: &mut [Real], gradient: &mut [Vector]) {
+        if !self.splits {
+            return;
+        }
+        for_each_chunk(pressure, ROWS, |number, pressure| {
+            pressure.iter_mut().zip(&self.pressure[number * ROWS..]).for_each(|(p, still)| *p += still);
+        });
+        for_each_chunk(gradient, ROWS, |number, gradient| {
+            gradient.iter_mut().zip(&self.gradient[number * ROWS..]).for_each(|(g, still)| *g += *still);
+        });
+    }
+}
