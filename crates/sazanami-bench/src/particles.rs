@@ -111,7 +111,6 @@ fn grain_phase(domain: &Domain, tank: &Tank, grains: &[Grain]) -> Result<GrainPh
         smoothing: 3.0 * SPACING,
         reach: 1.0,
         least_void: 0.3,
-        implicit_pressure_force: true,
         exchange: DragExchange::Lagged,
         added_mass: AddedMass::NONE,
         lift: Lift::None,

@@ -72,7 +72,7 @@ pub struct Case {
     /// Materials of the grains, by names of your choice: `[material.NAME]`.
     #[key(table, named, from_nothing, shared, name = "material")]
     pub materials: Materials,
-    /// Contact of pairs of materials, `[contact."A/B"]`; `"A/wall"` is the box (as `"A/A"` where it is not given),
+    /// Contact of pairs of materials, `[contact."A/B"]`; `"A/wall"` is the box (what it does not give is as in `"A/A"`),
     /// `default` what a pair does not give itself.
     #[key(table, named, from_nothing, name = "contact")]
     pub contacts: Contacts,
@@ -295,6 +295,17 @@ impl Case {
     #[must_use]
     pub fn period(&self) -> Option<Real> {
         self.frame.as_ref()?.motion.as_ref()?.period()
+    }
+
+    /// Highest frequency \[Hz] at which the box is shaken or the flow driven: of a recorded motion that of its strongest
+    /// harmonic; `None` where nothing swings.
+    #[must_use]
+    pub fn swing_frequency(&self) -> Option<Real> {
+        let frame = self.frame.as_ref();
+        let motion = frame.and_then(|frame| frame.motion.as_ref()?.harmonic()).map(|(_, frequency)| frequency);
+        let oscillations = [frame.and_then(|frame| frame.oscillation), self.drive.and_then(|drive| drive.oscillation)];
+        let swings = oscillations.into_iter().flatten().filter(|swing| swing.amplitude != Vector::ZERO);
+        swings.map(|swing| swing.frequency).chain(motion).reduce(Real::max)
     }
 
     /// Reads a profile that was measured at `time` \[s], as seen from the tank; nothing if there is no such file.

@@ -3,25 +3,20 @@
 mod films;
 mod gates;
 
-use sazanami_mps::scheme::{CONJUGATE_RADIUS, Projection, ShiftingForm};
-use sazanami_mps::weight::Wendland;
+use sazanami_mps::scheme::{CONJUGATE_RADIUS, Projection};
 use sazanami_numerics::Real;
-use sazanami_numerics::choice::Choice;
 
 use crate::case::Case;
 use crate::presets::Solver;
 use crate::read::Context;
 use crate::tables::{
-    BoundarySide, FluidName, GrainPlacement, GrainShape, Particles, Placement, PressureForce, ProbePlace, SIDE_NAMES,
-    SMOOTHING, TankMotion, place_of_side,
+    BoundarySide, FluidName, GrainPlacement, GrainShape, Particles, Placement, ProbePlace, SIDE_NAMES, SMOOTHING,
+    TankMotion, place_of_side,
 };
 use crate::units::{rounded, rounded_within};
 
 /// Largest grain over the smallest edge of its tank.
 const LARGEST_GRAIN: Real = 0.25;
-/// Least density of grains over that of the liquid with a pressure force of the step before: `1.2 (1 - eps)/eps` in a
-/// bed of void fraction 0.4.
-const LAGGED_LEAST: Real = 1.8;
 
 /// Least radius within which grains read the water, in particle spacings: that of the narrowest scheme.
 const LEAST_REACH: Real = 2.1;
@@ -59,13 +54,11 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
     let Some(particles) = &case.particles else { return };
     check_sides(case, cx);
     check_spheres(case, cx);
-    check_light_grains(case, cx);
     warn_of_glued_beds(case, cx);
     check_seeded_ripples(case, cx);
     check_smoothing(case, cx);
     check_conjugate(cx, particles);
     check_reach(case, cx, particles);
-    warn_of_shifting(cx, particles);
     check_lattice(case, cx, particles);
     if let Some(TankMotion::File { curve, .. }) = case.frame.as_ref().and_then(|frame| frame.motion.as_ref())
         && curve.range()[1] < case.run.until * (1.0 - 1e-9)
@@ -156,19 +149,9 @@ fn check_spheres(case: &Case, cx: &mut Context<'_>) {
     }
 }
 
-/// The conjugate projection has a least radius and one weight.
+/// The conjugate projection has a least radius.
 fn check_conjugate(cx: &mut Context<'_>, particles: &Particles) {
-    if particles.projection != Projection::Conjugate {
-        return;
-    }
-    if particles.weight != Wendland::C2 {
-        let span = cx.places.of("particles.weight");
-        cx.report
-            .error_at(span, "`projection = \"conjugate\"` has the weight C2")
-            .label("with C4 the pressure of still water is not hydrostatic")
-            .help("leave out `weight`, or write `projection = \"enhanced\"`");
-    }
-    if particles.radius < CONJUGATE_RADIUS {
+    if particles.projection == Projection::Conjugate && particles.radius < CONJUGATE_RADIUS {
         let span = cx.places.of("particles.radius");
         cx.report
             .error_at(span, format!("`radius` is below {CONJUGATE_RADIUS}, the least of `projection = \"conjugate\"`"))
@@ -186,17 +169,6 @@ fn check_reach(case: &Case, cx: &mut Context<'_>, particles: &Particles) {
             .error_at(span, format!("`reach` is below {LEAST_REACH} spacings: grains would read too few particles"))
             .label(format!("{} of `particles.radius` are {} spacings", case.overlap.reach, rounded(reach)))
             .help(format!("take {} at least", rounded_within(LEAST_REACH / particles.radius, 1.0)[0]));
-    }
-}
-
-/// A form of shifting without shifting does nothing.
-fn warn_of_shifting(cx: &mut Context<'_>, particles: &Particles) {
-    if particles.shifting == 0.0 && particles.shifting_form != ShiftingForm::default() {
-        let span = cx.places.of("particles.shifting_form");
-        cx.report
-            .warning(span, "nothing is shifted: `shifting` is 0")
-            .label(format!("`{}` says how, not whether", particles.shifting_form.word()))
-            .help("write `shifting = 0.5` beside it, or leave it out");
     }
 }
 
@@ -273,28 +245,6 @@ fn check_seeded_ripples(case: &Case, cx: &mut Context<'_>) {
                 )
                 .label(format!("{} of them", rounded(number)))
                 .help(format!("take a wavelength of {} mm", rounded(1e3 * length / whole)));
-        }
-    }
-}
-
-/// A pressure force of the step before grows from step to step where grains have too little inertia.
-fn check_light_grains(case: &Case, cx: &mut Context<'_>) {
-    if case.overlap.pressure_force == PressureForce::Implicit {
-        return;
-    }
-    let liquid = case.fluid.liquid.density;
-    for (n, population) in case.grains.iter().enumerate() {
-        let by_volume = population.shape.volume().zip(population.mass_override).map(|(volume, mass)| mass / volume);
-        let density = by_volume.or_else(|| case.material(&population.material).map(|material| material.density));
-        if let Some(density) = density.filter(|density| *density < LAGGED_LEAST * liquid) {
-            let span = cx.places.at(&format!("grains.{n}"));
-            cx.report
-                .error(span, format!("`{}` is too light for a lagged pressure force", population.name))
-                .label(format!(
-                    "{:.2} times as heavy as the liquid; it has to be {LAGGED_LEAST} times at least",
-                    density / liquid
-                ))
-                .help("leave out `pressure_force = \"lagged\"`");
         }
     }
 }

@@ -14,12 +14,44 @@ const REMOVED: &[(&str, Option<&str>, &str)] = &[
     ("dem.multiplicity", None, "all spheres of a pair that touch act in full; leave the key out"),
     ("fluid.limiter", Some("minmod"), "choose `van_leer`"),
     ("fluid.vof", Some("thinc_sw"), "choose `plic` or `thinc_wlic`"),
-    ("overlap.density_reference", None, "phi is 1 for touching spheres on a simple cubic lattice; leave the key out"),
+    ("overlap.density_reference", None, "phi is 1 for touching spheres on a simple cubic lattice: leave this out"),
+    ("overlap.pressure_force", None, "grains feel the pressure of the same step: leave this out"),
     (
         "overlap.sphere_drag",
         None,
-        "single spheres have the drag of Schiller and Naumann; for that of Dalla Valle choose `drag = \"di_felice\"`",
+        "single spheres have the drag of Schiller and Naumann: leave this out; that of Dalla Valle is part of `drag = \"di_felice\"`",
     ),
+    ("particles.compensation", None, "the source compensates errors with the factor 1 (ECS): leave this out"),
+    ("particles.gradient", None, "the gradient of the pressure is corrected (GC): leave this out"),
+    ("particles.laplacian", None, "the Laplacian is that of higher order (HL): leave this out"),
+    (
+        "particles.reduced_pressure",
+        None,
+        "the pressure is solved for without its part at rest with `projection = \"enhanced\"`, and with it with \"conjugate\": leave this out",
+    ),
+    ("particles.relaxation", None, "an error of the number density relaxes over 100 times of the flow: leave this out"),
+    (
+        "particles.shifting_form",
+        None,
+        "`shifting` moves particles that see no surface: leave this out; shifting as fast as the flow deforms is part of `projection = \"conjugate\"`",
+    ),
+    (
+        "particles.source",
+        None,
+        "the source is that of higher order (HS): leave this out; a divergence that is exact at surfaces too is part of `projection = \"conjugate\"`",
+    ),
+    ("particles.stabilisation", Some("full"), "pairs count with their weight: write \"weighted\", or \"off\""),
+    (
+        "particles.surface_pressure",
+        None,
+        "the pressure at the surface is that of predicted positions: leave this out; waves keep their energy with `projection = \"conjugate\"`",
+    ),
+    (
+        "particles.surface_test",
+        None,
+        "a surface is found by number density and asymmetry: leave this out; eigenvalue and cone are part of `projection = \"conjugate\"`",
+    ),
+    ("particles.weight", None, "the weight is Wendland's C2: leave this out"),
 ];
 
 /// What a case does instead of the key at `path`, or of its word, where an earlier version had it.

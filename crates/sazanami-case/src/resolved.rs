@@ -70,3 +70,28 @@ fn name_only(line: &str) -> Option<String> {
 pub fn has_hash(loaded: &crate::LoadedCase, hash: &str) -> bool {
     [self::hash(&loaded.case), hash_of_copy(loaded.source.text())].iter().any(|&own| hex(own) == hash)
 }
+
+/// Hash of a resolved copy without its table `[run]` and the single times of its output, of which the end may be one: the
+/// same for runs that differ in their length alone.
+fn hash_without_length(copy: &str) -> String {
+    let mut table = "";
+    let kept = copy.lines().filter(|line| {
+        if line.starts_with('[') {
+            table = line;
+        }
+        table != "[run]" && !line.starts_with("at = ")
+    });
+    hex(hash_of_copy(&kept.map(|line| line.to_owned() + "\n").collect::<String>()))
+}
+
+/// Hash of the meaning of a case whatever its end.
+#[must_use]
+pub fn hash_of_any_length(case: &Case) -> String {
+    hash_without_length(&write(case, Paths::NameOnly))
+}
+
+/// Whether the case of `loaded` is, but for its end, the one whose [`hash_of_any_length`] was written down as `hash`.
+#[must_use]
+pub fn has_hash_of_any_length(loaded: &crate::LoadedCase, hash: &str) -> bool {
+    hash_of_any_length(&loaded.case) == hash || hash_without_length(loaded.source.text()) == hash
+}

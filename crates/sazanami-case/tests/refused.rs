@@ -86,7 +86,7 @@ fn an_unknown_shape_is_one_error() {
 }
 
 #[test]
-fn keys_of_earlier_versions_are_refused_with_what_took_their_place() {
+fn keys_and_words_of_earlier_versions_are_refused_with_what_took_their_place() {
     let found = findings(&["overlap.sphere_drag=dalla_valle"]);
     assert_eq!(found.len(), 1, "{found:#?}");
     assert!(
@@ -97,8 +97,12 @@ fn keys_of_earlier_versions_are_refused_with_what_took_their_place() {
     refused("coupling.friction=distance", "`friction` is no key any more");
     refused("coupling.alpha=subcell(4)", "`subcell` is no choice any more");
     refused("fluid.limiter=minmod", "`minmod` is no choice any more");
-    // Control: a key that never was.
+    refused("particles={ spacing = \"1 mm\", weight = \"c2\" }", "`weight` is no key any more | the weight is");
+    let word = "particles={ spacing = \"1 mm\", projection = \"enhanced\", stabilisation = \"WORD\" }";
+    refused(&word.replace("WORD", "full"), "`full` is no choice any more | pairs count with their weight");
+    // Controls: a key and a word that never were.
     refused("overlap.sphere_dragg=dalla_valle", "unknown key `sphere_dragg`");
+    refused(&word.replace("WORD", "fulll"), "`fulll` is no choice for `stabilisation`");
 }
 
 #[test]

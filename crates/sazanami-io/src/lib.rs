@@ -20,6 +20,7 @@ mod blocks;
 mod bodies;
 pub mod checkpoint;
 mod element;
+pub mod input;
 mod measured_profile;
 pub mod mesh;
 pub mod readings;

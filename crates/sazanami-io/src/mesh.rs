@@ -116,7 +116,8 @@ impl MeshFileError {
 /// # Errors
 /// If it cannot be read, is not such a file, or its tetrahedra do not make a sound solid.
 pub fn read(path: &Path, unit: Real) -> Result<MeshFile, MeshFileError> {
-    let bytes = std::fs::read(path).map_err(|source| MeshFileError::Unreadable { path: path.to_owned(), source })?;
+    let bytes =
+        crate::input::read(path).map_err(|source| MeshFileError::Unreadable { path: path.to_owned(), source })?;
     parse(&bytes, unit)
 }
 

@@ -8,7 +8,6 @@ mod error;
 
 pub use error::{ReadingsError, Trouble};
 
-use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -35,7 +34,7 @@ impl Readings {
     /// # Errors
     /// [`ReadingsError`] names the file, the line, and what was expected there.
     pub fn read(path: &Path, names: &[&str], least_rows: usize) -> Result<Self, ReadingsError> {
-        let bytes = fs::read(path).map_err(|source| ReadingsError::Read { path: path.to_owned(), source })?;
+        let bytes = crate::input::read(path).map_err(|source| ReadingsError::Read { path: path.to_owned(), source })?;
         Self::parse(path, &bytes, names, least_rows)
     }
 

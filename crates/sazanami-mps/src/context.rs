@@ -77,7 +77,7 @@ pub struct Voids {
     pub inverse: Vec<Real>,
     /// Material rate of change of `1/eps` [1/s].
     pub inverse_rate: Vec<Real>,
-    /// `(1 - eps) rho/rho_s`, where grains are accelerated by the pressure of the same step; 0 elsewhere.
+    /// `(1 - eps) rho/rho_s`, where the pressure of the step accelerates grains; 0 elsewhere.
     pub grain_mobility: Vec<Real>,
 }
 

@@ -94,7 +94,4 @@ pub enum SetupError {
         /// Least distance \[m].
         room: Real,
     },
-    /// The weight is not that of the conjugate scheme.
-    #[error("the conjugate scheme has the weight C2: with C4 the pressure of still water is not hydrostatic")]
-    ConjugateWeight,
 }

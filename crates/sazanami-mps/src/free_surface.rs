@@ -1,7 +1,7 @@
 //! Roles of particles in the pressure equation: free surface, isolated particles, dry walls.
 
+use sazanami_numerics::Real;
 use sazanami_numerics::domain::Domain;
-use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
 use crate::context::Context;
@@ -11,8 +11,6 @@ use crate::neighbours::ROWS;
 use crate::number_density::{NumberDensity, Prediction};
 use crate::particles::{Kind, Particles, Role};
 use crate::reductions::sum_of;
-use crate::scheme::SurfaceForm;
-use crate::surface_test::{Support, cone_is_empty};
 
 /// Number of close fluid neighbours below which a particle is isolated.
 const FEWEST_NEIGHBOURS: u32 = 5;
@@ -21,12 +19,12 @@ pub(crate) fn is_isolated(neighbour_count: u32) -> bool {
     neighbour_count < FEWEST_NEIGHBOURS
 }
 
-/// Sets the role of each particle in the pressure equation from its sums at the predicted `positions`; `numbers` is work
+/// Sets the role of each particle in the pressure equation from its sums at the predicted position; `numbers` is work
 /// space.
 pub(crate) fn set_roles(
     step: &Context<'_>,
     particles: &mut Particles,
-    (predicted, positions): (&[Prediction], &[Vector]),
+    predicted: &[Prediction],
     blocks: &[Block],
     ghosts: &mut Ghosts,
     numbers: &mut Vec<u8>,
@@ -36,27 +34,15 @@ pub(crate) fn set_roles(
     let Particles { kind, role, owned, .. } = particles;
     let (kind, owned) = (&kind[..], *owned);
     let isolated = |count: u32| surface.is_some() && is_isolated(count);
-    let form = step.kernel.scheme.surface_test;
-    let spacing = step.settings.fluid.spacing;
-    let at_surface = |a: usize, sums: &Prediction| match (surface, form) {
-        (None, _) => false,
-        (Some(test), SurfaceForm::Density) => test.is_surface(sums.density / n0, sums.asymmetry / n0),
-        (Some(_), SurfaceForm::Cone) => match sums.support {
-            Support::Full => false,
-            Support::Thin => true,
-            Support::Partial => {
-                let close = blocks[a / ROWS].close(a % ROWS);
-                cone_is_empty(spacing, close.iter().map(|&b| positions[b as usize] - positions[a]))
-            }
-        },
-    };
+    let at_surface =
+        |sums: &Prediction| surface.is_some_and(|test| test.is_surface(sums.density / n0, sums.asymmetry / n0));
     numbers.resize(kind.len(), 0);
     for_each_chunk(&mut numbers[..owned], ROWS, |number, numbers| {
         let sums = &predicted[number * ROWS..];
-        for (row, ((role, sums), kind)) in numbers.iter_mut().zip(sums).zip(&kind[number * ROWS..]).enumerate() {
+        for ((role, sums), kind) in numbers.iter_mut().zip(sums).zip(&kind[number * ROWS..]) {
             *role = match kind {
                 Kind::Fluid if isolated(sums.neighbour_count) => Role::Inactive,
-                Kind::Fluid if at_surface(number * ROWS + row, sums) => Role::Dirichlet,
+                Kind::Fluid if at_surface(sums) => Role::Dirichlet,
                 Kind::Wall if sums.fluid_neighbours == 0 => Role::Inactive,
                 Kind::Dummy => Role::Inactive,
                 Kind::Fluid | Kind::Wall => Role::Unknown,

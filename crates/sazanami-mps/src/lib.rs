@@ -2,14 +2,14 @@
 //!
 //! Enhanced moving-particle semi-implicit method (MPS): higher-order source of the pressure equation (HS), higher-order
 //! Laplacian (HL), error-compensating source (ECS), corrected gradient (GC) and dynamic stabilisation (DS), all with a
-//! Wendland weight function. The step is in [`solver`]; equations and their sources are in `docs/theory/mps.md`.
+//! Wendland C2 weight function. The step is in [`solver`]; equations and their sources are in `docs/theory/mps.md`.
 //!
 //! A weight function is 1 at the centre and nothing from its radius of influence on:
 //!
 //! ```
-//! use sazanami_mps::weight::{Weight, Wendland};
+//! use sazanami_mps::weight::Weight;
 //!
-//! let weight = Weight { family: Wendland::C2, radius: 3.1e-3 };
+//! let weight = Weight { radius: 3.1e-3 };
 //! assert_eq!(weight.value(0.0), 1.0);
 //! assert_eq!(weight.value(3.2e-3), 0.0);
 //! assert!(weight.slope(1e-3) < 0.0);
@@ -43,7 +43,6 @@ mod report;
 pub mod scheme;
 mod settings;
 mod shifting;
-mod shifting_by_strain;
 pub mod snapshot;
 pub mod solver;
 mod source;

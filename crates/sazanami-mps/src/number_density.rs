@@ -8,13 +8,11 @@ use sazanami_parallel::{Rows, for_each_chunk};
 
 use crate::context::Voids;
 use crate::matrix::{Block, CLOSE_RADIUS};
-use crate::moments::VelocitySlopes;
 use crate::neighbours::{Neighbours, ROWS};
 use crate::particles::Kind;
-use crate::scheme::{Kernel, SourceForm, SurfaceForm, for_kernel};
-use crate::surface_test::Support;
+use crate::scheme::Kernel;
 use crate::viscosity::{VelocityLaplacian, ViscousField};
-use crate::weight::{COINCIDENT, LaplacianForm, Wendland};
+use crate::weight::COINCIDENT;
 
 /// The columns of a particle that sums over pairs read, packed into one cache line.
 #[derive(Clone, Copy, Debug, Default)]
@@ -37,19 +35,6 @@ impl Sample {
     fn compression_by(&self, other: &Self, apart: Vector, weight: Real, slope_over_distance: Real) -> Real {
         let stretch = (other.velocity - self.velocity).dot(apart);
         slope_over_distance * stretch * other.inverse_void + weight * other.inverse_void_rate
-    }
-
-    /// Adds the neighbour to the slopes of the velocity.
-    #[inline(always)]
-    fn slope_by(
-        &self,
-        other: &Self,
-        apart: Vector,
-        [weight, slope_over_distance]: [Real; 2],
-        into: &mut VelocitySlopes,
-    ) {
-        into.add(-slope_over_distance * other.inverse_void, apart, other.velocity - self.velocity);
-        into.voids += weight * other.inverse_void_rate;
     }
 }
 
@@ -101,25 +86,13 @@ pub(crate) fn at_start(
     into: &mut Vec<NumberDensity>,
 ) {
     into.resize(neighbours.owned(), NumberDensity::default());
-    for_kernel!(kernel, at_start_with(kernel, neighbours, samples, viscous, into));
-}
-
-fn at_start_with<const C4: bool, const FORM: u8>(
-    kernel: &Kernel,
-    neighbours: &Neighbours,
-    samples: &[Sample],
-    viscous: &ViscousField<'_>,
-    into: &mut [NumberDensity],
-) {
     let sums = &kernel.sums;
-    let corrected = kernel.scheme.source == SourceForm::Corrected;
     neighbours.set(into, |a, near| {
-        let (weight, form) = kernel.pair::<C4, FORM>();
+        let weight = kernel.weight;
         let square = weight.radius * weight.radius;
         let mine = samples[a];
         // Only fluid feels viscosity.
         let is_fluid = viscous.kind[a] == Kind::Fluid;
-        let mut slopes = VelocitySlopes::new(mine.inverse_void_rate);
         let mut density = mine.inverse_void;
         let mut rate = mine.inverse_void_rate;
         let mut laplacian = VelocityLaplacian::default();
@@ -134,17 +107,12 @@ fn at_start_with<const C4: bool, const FORM: u8>(
             let r = r2.sqrt();
             let w = weight.value(r);
             density += w * other.inverse_void;
-            let slope = weight.slope_over_distance(r);
-            rate += mine.compression_by(other, apart, w, slope);
-            if corrected {
-                mine.slope_by(other, apart, [w, slope], &mut slopes);
-            }
+            rate += mine.compression_by(other, apart, w, weight.slope_over_distance(r));
             if is_fluid {
-                laplacian.add(viscous, [a, b], (form, &weight), r, other.inverse_void);
+                laplacian.add(viscous, [a, b], weight.laplacian(r).0, other.inverse_void);
             }
         }
-        let rate = slopes.compression(density).unwrap_or(rate / sums.strain);
-        NumberDensity { density, rate, laplacian: laplacian.normalised(sums.laplacian) }
+        NumberDensity { density, rate: rate / sums.strain, laplacian: laplacian.normalised(sums.laplacian) }
     });
 }
 
@@ -177,8 +145,6 @@ pub(crate) struct Prediction {
     pub rate: Real,
     /// Sum of weights times unit vectors to the neighbours.
     pub asymmetry: Vector,
-    /// Support by the neighbours.
-    pub support: Support,
     /// First-moment deficit: sum of the pressure coefficients times distance vectors [1/m]; zero with complete support.
     pub moment_deficit: Vector,
     /// Number of fluid neighbours within 2.1 spacings.
@@ -210,26 +176,12 @@ pub(crate) fn prediction(
     into: &mut Vec<Prediction>,
 ) {
     into.resize(blocks.len() * ROWS, Prediction::default());
-    for_kernel!(kernel, prediction_with(kernel, spacing, neighbours, pairs, blocks, into));
-}
-
-fn prediction_with<const C4: bool, const FORM: u8>(
-    kernel: &Kernel,
-    spacing: Real,
-    neighbours: &Neighbours,
-    pairs: &PredictedPairs<'_>,
-    blocks: &mut [Block],
-    into: &mut [Prediction],
-) {
     let PredictedPairs { kind, samples, mobility } = *pairs;
     let sums = &kernel.sums;
     let close = (CLOSE_RADIUS * spacing) * (CLOSE_RADIUS * spacing);
     let half = 0.5 / sums.laplacian;
-    let corrected = kernel.scheme.source == SourceForm::Corrected;
-    let by_cone = kernel.scheme.surface_test == SurfaceForm::Cone;
-    let moments = corrected || by_cone;
-    for_each_chunk((blocks, Rows { data: into, width: ROWS }), 1, |number, (block, into)| {
-        let (weight, form) = kernel.pair::<C4, FORM>();
+    for_each_chunk((blocks, Rows { data: &mut into[..], width: ROWS }), 1, |number, (block, into)| {
+        let weight = kernel.weight;
         let square = weight.radius * weight.radius;
         let (close, half) = (close, half);
         let block = &mut block[0];
@@ -246,7 +198,6 @@ fn prediction_with<const C4: bool, const FORM: u8>(
             let a = number * ROWS + row;
             if !near.is_empty() {
                 let (mine, mobility_a) = (samples[a], mobility[a]);
-                let mut slopes = VelocitySlopes::new(mine.inverse_void_rate);
                 let mut sum =
                     Prediction { density: mine.inverse_void, rate: mine.inverse_void_rate, ..Prediction::default() };
                 for &column in near {
@@ -261,13 +212,9 @@ fn prediction_with<const C4: bool, const FORM: u8>(
                     let value = weight.value(r);
                     let w = value * other.inverse_void;
                     sum.density += w;
-                    let slope = weight.slope_over_distance(r);
-                    sum.rate += mine.compression_by(other, apart, value, slope);
-                    if moments {
-                        mine.slope_by(other, apart, [value, slope], &mut slopes);
-                    }
+                    sum.rate += mine.compression_by(other, apart, value, weight.slope_over_distance(r));
                     sum.asymmetry += (w / r.max(COINCIDENT)) * apart;
-                    let (f, cut) = form.coefficient(&weight, r);
+                    let (f, cut) = weight.laplacian(r);
                     let c = f * half * (mobility_a + mobility[b]) * (mine.inverse_void * other.inverse_void);
                     sum.moment_deficit += c * apart;
                     let part = kind[b] != Kind::Dummy;
@@ -281,11 +228,7 @@ fn prediction_with<const C4: bool, const FORM: u8>(
                     block.close[close_end] = column;
                     close_end += usize::from(part & (r2 < close));
                 }
-                let rate = if corrected { slopes.compression(sum.density) } else { None };
-                sum.rate = rate.unwrap_or(sum.rate / sums.strain);
-                if by_cone {
-                    sum.support = Support::of(slopes.moments(), sums);
-                }
+                sum.rate /= sums.strain;
                 *entry = sum;
             }
             block.end_row(row, end, close_end);

@@ -1,15 +1,14 @@
 //! Report of a step.
 
 use sazanami_dem::ContactReport;
+use sazanami_numerics::Real;
 use sazanami_numerics::mean_flow::MeanFlowReport;
-use sazanami_numerics::{Real, Vector};
 
 use crate::free_surface::SurfaceReport;
 use crate::grains::CouplingReport;
 use crate::momentum::FluidImpulses;
 use crate::motion::Clipped;
 use crate::pressure::PressureReport;
-use crate::shifting_by_strain::ShiftReport;
 use crate::stabilisation::StabilisationReport;
 
 /// A phase of the step, for whoever measures it.
@@ -60,10 +59,6 @@ pub struct StepReport {
     pub stabilisation_work: Real,
     /// Largest displacement by shifting \[m].
     pub largest_shift: Real,
-    /// Change of the kinetic energy by carrying velocities to shifted places \[J].
-    pub shifting_work: Real,
-    /// Change of the momentum by the same; the budget of the momentum has it in its residual [N s].
-    pub shifting_impulse: Vector,
     /// Pairs that collided, fluid with fluid or fluid with wall.
     pub collisions: usize,
     /// Particles clipped to the box.
@@ -93,10 +88,6 @@ impl StepReport {
 
     pub(crate) fn set_clipped(&mut self, found: Clipped) {
         (self.clipped, self.clipping_work) = (found.count, found.work);
-    }
-
-    pub(crate) fn set_shift(&mut self, found: &ShiftReport) {
-        (self.largest_shift, self.shifting_work, self.shifting_impulse) = (found.largest, found.work, found.impulse);
     }
 
     pub(crate) fn set_stabilisation(&mut self, found: StabilisationReport) {

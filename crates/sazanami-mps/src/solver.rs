@@ -22,7 +22,6 @@ use crate::pressure::PressureEquation;
 pub use crate::report::{EnergyChanges, Phase, StepReport};
 use crate::scheme::{Fluid, Kernel, Projection, Scheme};
 pub use crate::settings::{Forcing, Settings};
-use crate::shifting_by_strain::Shifter;
 use crate::stabilisation::Stabiliser;
 use crate::stability::{Rates, Step};
 use crate::surface_test::SurfaceTest;
@@ -55,7 +54,6 @@ struct Columns {
     new: Motion,
     stabiliser: Stabiliser,
     displacements: Vec<Vector>,
-    shifter: Shifter,
 }
 
 /// Fluid and walls on one rank.

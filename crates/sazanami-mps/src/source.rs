@@ -9,7 +9,7 @@ use crate::neighbours::ROWS;
 use crate::number_density::{NumberDensity, Prediction, Sample, rate_by};
 use crate::particles::{Particles, Role};
 use crate::pressure::hydrostatic;
-use crate::scheme::{SourceForm, SurfacePressure};
+use crate::scheme::SourceForm;
 
 /// Sums and columns from which the source is computed.
 #[derive(Clone, Copy)]
@@ -46,10 +46,10 @@ pub(crate) fn set_right_side(
             let dry = step.is_dry_wall(kind[a], predicted[a].density);
             let compression = match settings.scheme.source {
                 // Isolated particles do not compress a dry wall.
-                SourceForm::HigherOrder | SourceForm::Corrected if dry => {
+                SourceForm::HigherOrder if dry => {
                     rate_by(kernel, samples, a, blocks[number].row(place).0, |b| role[b] != Role::Inactive)
                 }
-                SourceForm::HigherOrder | SourceForm::Corrected => predicted[a].rate,
+                SourceForm::HigherOrder => predicted[a].rate,
                 SourceForm::Classical => strain(predicted[a].density) / dt,
             };
             // No tension at dry walls, neither from receding fluid nor from error compensation.
@@ -78,16 +78,12 @@ pub(crate) fn set_right_side(
 /// `predicted` are positions \[m].
 pub(crate) fn prescribe(step: &Context<'_>, particles: &mut Particles, predicted: &[Vector]) {
     let role = &particles.role[..];
-    let position = match step.kernel.scheme.surface_pressure {
-        SurfacePressure::Predicted => predicted,
-        SurfacePressure::Start => &particles.position[..],
-    };
     for_each_chunk(&mut particles.pressure[..], ROWS, |number, pressure| {
         for (row, pressure) in pressure.iter_mut().enumerate() {
             let a = number * ROWS + row;
             match role[a] {
                 Role::Inactive => *pressure = 0.0,
-                Role::Dirichlet => *pressure = reduced_of_zero(step, position[a]),
+                Role::Dirichlet => *pressure = reduced_of_zero(step, predicted[a]),
                 Role::Unknown => {}
             }
         }

@@ -9,7 +9,7 @@ use crate::matrix::{Block, CLOSE_RADIUS};
 use crate::neighbours::ROWS;
 use crate::particles::Kind;
 use crate::reductions::{largest, sum_of};
-use crate::scheme::{Kernel, Stabilisation};
+use crate::scheme::Kernel;
 
 /// Distance over the particle spacing below which a pair collides.
 const COLLISION: Real = 0.5;
@@ -69,11 +69,11 @@ impl Stabiliser {
         let longest = domain.max(longest.max(0.0)).sqrt();
         *close = 2.0 * longest + widest(spacing) < CLOSE_RADIUS * spacing;
         *nearest = 0.0;
-        let Some(stabilisation) = &settings.scheme.stabilisation else { return StabilisationReport::default() };
+        let Some(distance) = settings.scheme.stabilisation else { return StabilisationReport::default() };
         let Motion { position: after, velocity } = new;
         repulsions.resize(owned, Repulsion::default());
         let moved = Moved { kind, before, after, velocity, size, blocks, close: *close };
-        find_repulsions(kernel, stabilisation, spacing, &moved, repulsions);
+        find_repulsions(kernel, distance, spacing, &moved, repulsions);
         let (rate, mass, repulsions) = (dt / (flow_time * flow_time), step.particle_mass(), &repulsions[..]);
         let sums = sum_of(owned, |a| {
             let change = rate * repulsions[a].displacement;
@@ -167,19 +167,13 @@ struct Repulsion {
     pairs: Real,
 }
 
-/// Repels each own fluid particle from neighbours that came too close (Tsuruta et al. 2013).
+/// Repels each own fluid particle from neighbours nearer than `distance` mean sizes of the pair (Tsuruta et al. 2013).
 ///
 /// A pair that is too close after the pressure correction is accelerated along its direction before the correction so
 /// that each particle would move by half of the overlap within [`crate::stability::flow_time`], times `w/n0`; by
 /// [`SEPARATING`] of that where the pair separates already, so that on disordered arrangements the repulsion extracts
 /// more energy than it supplies.
-fn find_repulsions(
-    kernel: &Kernel,
-    settings: &Stabilisation,
-    spacing: Real,
-    moved: &Moved<'_>,
-    into: &mut [Repulsion],
-) {
+fn find_repulsions(kernel: &Kernel, distance: Real, spacing: Real, moved: &Moved<'_>, into: &mut [Repulsion]) {
     let Moved { kind, before, after, velocity, size, .. } = *moved;
     let limit = widest(spacing) * widest(spacing);
     moved.set(into, |a, near| {
@@ -196,7 +190,7 @@ fn find_repulsions(
                 continue;
             }
             push.nearest = push.nearest.min(r2);
-            let least = settings.distance * 0.5 * (mine + size[b]);
+            let least = distance * 0.5 * (mine + size[b]);
             if r2 >= least * least {
                 continue;
             }
@@ -204,7 +198,7 @@ fn find_repulsions(
             let along = apart.dot(direction);
             let across = (r2 - along * along).max(0.0);
             let missing = (least * least - across).sqrt() - along;
-            let share = if settings.weighted { kernel.weight.value(r2.sqrt()) } else { 1.0 };
+            let share = kernel.weight.value(r2.sqrt());
             let approaching = (velocity[b] - velocity[a]).dot(direction) < 0.0;
             let factor = if approaching { 1.0 } else { SEPARATING };
             push.displacement -= (factor * 0.5 * missing * share / kernel.sums.number_density) * direction;

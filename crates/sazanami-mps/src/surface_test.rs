@@ -6,14 +6,14 @@ use crate::matrix::CLOSE_RADIUS;
 use crate::moments::{Symmetric, eigenvalues_exceed};
 use crate::weight::{COINCIDENT, Calibration};
 
-/// Asymmetry of the top layer of a lattice over n0 above which it exceeds that of disordered fluid: C2 with 3.1 spacings
-/// and more. With smaller radii the top layer is less asymmetric, disordered fluid more.
+/// Asymmetry of the top layer of a lattice over n0 above which it exceeds that of disordered fluid: with 3.1 spacings and
+/// more. With smaller radii the top layer is less asymmetric, disordered fluid more.
 const STANDS_OUT: Real = 0.18;
 /// Number density over n0 below which a particle lies at the surface whatever its asymmetry.
 const SPARSE: Real = 0.7;
 
 /// Support of a particle by its neighbours, by the smallest eigenvalue of its first-moment matrix over that of full
-/// support (Marrone et al. 2010, with thresholds of the weight in use instead of theirs).
+/// support (Marrone et al. 2010, with thresholds of the radius in use instead of theirs).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Support {
     /// Inside.
@@ -106,7 +106,6 @@ mod tests {
     use super::*;
     use crate::moments;
     use crate::scheme::{Kernel, Scheme};
-    use crate::weight::Wendland;
     use sazanami_dem::Random;
 
     /// Number density and asymmetry over n0 at a place among particles of unit spacing.
@@ -141,11 +140,10 @@ mod tests {
         assert!(!SurfaceTest { one_sided: Real::INFINITY, ..test }.is_surface(density, asymmetry));
     }
 
-    /// Every weight, at radii from the smallest to the largest.
+    /// Radii from the smallest to the largest.
     fn kernels() -> impl Iterator<Item = Kernel> {
         let radii = [2.1, 2.35, 2.6, 2.85, 3.1, 3.35, 3.6];
-        let all = radii.into_iter().flat_map(|radius| [Wendland::C2, Wendland::C4].map(|weight| (weight, radius)));
-        all.map(|(weight, radius)| Kernel::new(Scheme { weight, radius, ..Scheme::default() }, 1.0))
+        radii.into_iter().map(|radius| Kernel::new(Scheme { radius, ..Scheme::default() }, 1.0))
     }
 
     /// Whether eigenvalue and cone take a place among particles of unit spacing for surface.
@@ -234,13 +232,13 @@ mod tests {
 
     #[test]
     fn disordered_fluid_is_less_asymmetric_than_a_surface() {
-        for (weight, radius) in [(Wendland::C2, 3.1), (Wendland::C2, 3.6), (Wendland::C4, 3.6), (Wendland::C2, 2.1)] {
-            let kernel = Kernel::new(Scheme { weight, radius, ..Scheme::default() }, 1.0);
+        for radius in [3.1, 3.6, 2.1] {
+            let kernel = Kernel::new(Scheme { radius, ..Scheme::default() }, 1.0);
             let test = SurfaceTest::of(&kernel.sums);
             let water = lattice(6, 0.3);
             let inside = water.iter().filter(|x| x.abs().max_element() < 2.5);
             let largest = inside.map(|&x| sums(&kernel, x, &water).1.length()).fold(0.0, Real::max);
-            assert!(largest < test.one_sided, "{weight:?} {radius}: {largest} {}", test.one_sided);
+            assert!(largest < test.one_sided, "{radius}: {largest} {}", test.one_sided);
             // The top layer of a lattice would not do for small radii.
             assert!(radius > 2.5 || largest > kernel.sums.top_asymmetry, "{largest}");
         }

@@ -13,7 +13,6 @@ use crate::moments::{add, full};
 use crate::neighbours::ROWS;
 use crate::particles::{Kind, Particles};
 use crate::scheme::Kernel;
-use crate::weight::{LaplacianForm, Weight};
 
 /// Velocities and condition at walls of the viscous term.
 #[derive(Clone, Copy)]
@@ -34,19 +33,13 @@ pub(crate) struct VelocityLaplacian {
 }
 
 impl VelocityLaplacian {
-    /// Adds neighbour `b` of fluid particle `a` at distance `r` \[m], of inverse void fraction `inverse_void`.
+    /// Adds neighbour `b` of fluid particle `a`, of inverse void fraction `inverse_void`, with the coefficient of the pair
+    /// before normalisation [1/m^2].
     #[inline(always)]
-    pub fn add(
-        &mut self,
-        field: &ViscousField<'_>,
-        [a, b]: [usize; 2],
-        (form, weight): (LaplacianForm, &Weight),
-        r: Real,
-        inverse_void: Real,
-    ) {
+    pub fn add(&mut self, field: &ViscousField<'_>, [a, b]: [usize; 2], coefficient: Real, inverse_void: Real) {
         let fluid = field.kind[b] == Kind::Fluid;
         if field.friction == WallFriction::NoSlip || fluid {
-            let term = form.coefficient(weight, r).0 * inverse_void * (field.velocity[b] - field.velocity[a]);
+            let term = coefficient * inverse_void * (field.velocity[b] - field.velocity[a]);
             self.total += term;
             if !fluid {
                 self.from_walls += term;

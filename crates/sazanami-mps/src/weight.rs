@@ -1,33 +1,16 @@
-//! Wendland weight functions and the lattice sums that normalise every operator.
+//! The weight function, Wendland C2, and the lattice sums that normalise every operator.
 //!
-//! The weights are 1 at the centre and have support `r_e`. Each operator is normalised by its own sum over a cubic
+//! The weight is 1 at the centre and has the support `r_e`. Each operator is normalised by its own sum over a cubic
 //! lattice, not by the number density, so that it is exact there for quadratic fields.
 
-use std::f64::consts::PI;
-
 use sazanami_numerics::Real;
-use sazanami_numerics::choices;
 
 /// Lower bound of distances that sums divide by, for coincident particles [m or m^2].
 pub(crate) const COINCIDENT: Real = 1e-100;
 
-choices! {
-    /// Family of Wendland functions.
-    #[derive(Default)]
-    pub enum Wendland {
-        /// `(1 - q)^4 (1 + 4 q)`.
-        #[default]
-        C2 = "c2",
-        /// `(1 - q)^6 (1 + 6 q + 35 q^2 / 3)`.
-        C4 = "c4",
-    }
-}
-
-/// A weight function with its radius of influence.
+/// The weight `(1 - q)^4 (1 + 4 q)`, `q = r/r_e` (Wendland 1995, Adv. Comput. Math. 4, 389, C2), with its radius of influence.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Weight {
-    /// Wendland function in use.
-    pub family: Wendland,
     /// Radius of influence r_e \[m].
     pub radius: Real,
 }
@@ -46,10 +29,7 @@ impl Weight {
     pub fn value(&self, r: Real) -> Real {
         let (q, p) = self.normalised(r);
         let p2 = p * p;
-        match self.family {
-            Wendland::C2 => p2 * p2 * (1.0 + 4.0 * q),
-            Wendland::C4 => p2 * p2 * p2 * (1.0 + q * (6.0 + q * (35.0 / 3.0))),
-        }
+        p2 * p2 * (1.0 + 4.0 * q)
     }
 
     /// `w'(r)` [1/m].
@@ -63,13 +43,10 @@ impl Weight {
     #[inline(always)]
     #[must_use]
     pub fn slope_over_distance(&self, r: Real) -> Real {
-        let (q, p) = self.normalised(r);
+        let (_, p) = self.normalised(r);
         let scale = (self.radius * self.radius).recip();
         let p2 = p * p;
-        match self.family {
-            Wendland::C2 => -20.0 * scale * (p2 * p),
-            Wendland::C4 => -(56.0 / 3.0) * scale * (1.0 + 5.0 * q) * (p2 * p2 * p),
-        }
+        -20.0 * scale * (p2 * p)
     }
 
     /// `w''(r)` [1/m^2]; negative near the centre.
@@ -79,55 +56,16 @@ impl Weight {
         let (q, p) = self.normalised(r);
         let scale = (self.radius * self.radius).recip();
         let p2 = p * p;
-        match self.family {
-            Wendland::C2 => -20.0 * scale * p2 * (1.0 - 4.0 * q),
-            Wendland::C4 => -(56.0 / 3.0) * scale * (p2 * p2) * (1.0 + q * (4.0 - 35.0 * q)),
-        }
+        -20.0 * scale * p2 * (1.0 - 4.0 * q)
     }
-}
 
-impl Weight {
-    /// Integral over the half space beyond a plane at `distance` \[m] of `-w' z/r`, `z` the distance across the plane:
-    /// what a neighbourhood cut there lacks of its concentration gradient, `2 pi int w r dr` from the distance on [m^2].
-    #[must_use]
-    pub fn beyond(&self, distance: Real) -> Real {
-        let (_, p) = self.normalised(distance.max(0.0));
-        let whole = 2.0 * PI * self.radius * self.radius;
-        match self.family {
-            Wendland::C2 => whole * p.powi(5) * (1.0 + p * (-1.5 + p * (4.0 / 7.0))),
-            Wendland::C4 => whole * p.powi(7) * (8.0 / 3.0 + p * (-6.0 + p * (41.0 / 9.0 - p * (7.0 / 6.0)))),
-        }
-    }
-}
-
-choices! {
-    /// Form of the Laplacian: weight of a pair.
-    #[derive(Default)]
-    pub enum LaplacianForm {
-        /// Second derivative of the weight (HL, Khayyer & Gotoh 2010, in three dimensions), where it is positive.
-        #[default]
-        HigherOrder = "higher_order",
-        /// The slope of the weight over the distance, `-w'/r` (Brookshaw 1985; Cummins & Rudman 1999): the weights of the
-        /// source, positive for pairs however close.
-        Slope = "slope",
-        /// The weight function itself (Koshizuka & Oka 1996).
-        Classical = "classical",
-    }
-}
-
-impl LaplacianForm {
-    /// Coefficient of a pair at distance `r`, before normalisation, and whether it was negative and set to zero.
+    /// Coefficient of a pair at distance `r` in a Laplacian before normalisation, the second derivative of the weight
+    /// where it is positive (HL, Khayyer & Gotoh 2010, in three dimensions), and whether it was negative and set to zero.
     #[inline(always)]
     #[must_use]
-    pub fn coefficient(self, weight: &Weight, r: Real) -> (Real, bool) {
-        match self {
-            Self::HigherOrder => {
-                let f = weight.curvature(r);
-                (f.max(0.0), f < 0.0)
-            }
-            Self::Slope => (-weight.slope_over_distance(r), false),
-            Self::Classical => (weight.value(r), false),
-        }
+    pub fn laplacian(&self, r: Real) -> (Real, bool) {
+        let f = self.curvature(r);
+        (f.max(0.0), f < 0.0)
     }
 }
 
@@ -142,7 +80,7 @@ pub struct Calibration {
     pub strain: Real,
     /// Sum of `-w'/r` over N1: the diagonal of a compact Laplacian with full support [1/m^2].
     pub support: Real,
-    /// Second-moment sum N2 = sum f r^2 / 6 of the Laplacian in use.
+    /// Second-moment sum N2 = sum f r^2 / 6 of the Laplacian.
     pub laplacian: Real,
     /// Number density of the top layer under a flat surface over n0.
     pub top_layer: Real,
@@ -160,7 +98,7 @@ pub struct Calibration {
 impl Calibration {
     /// Sums for lattice spacing `spacing` \[m].
     #[must_use]
-    pub fn new(weight: &Weight, form: LaplacianForm, spacing: Real) -> Self {
+    pub fn new(weight: &Weight, spacing: Real) -> Self {
         let reach = (weight.radius / spacing).ceil() as i32;
         let range = -reach..=reach;
         let mut sums = [0.0; 4];
@@ -179,7 +117,7 @@ impl Calibration {
                     neighbours += 1;
                     sums[0] += w;
                     sums[1] -= weight.slope(r) * r / 3.0;
-                    sums[2] += form.coefficient(weight, r).0 * r * r / 6.0;
+                    sums[2] += weight.laplacian(r).0 * r * r / 6.0;
                     sums[3] -= weight.slope_over_distance(r);
                     if k == 1 {
                         next -= weight.slope_over_distance(r) * spacing * spacing;
@@ -227,39 +165,16 @@ impl Calibration {
 mod tests {
     use super::*;
 
-    fn c2(radius: Real) -> Weight {
-        Weight { family: Wendland::C2, radius }
-    }
-
     #[test]
     fn derivatives_are_those_of_the_value() {
-        for family in [Wendland::C2, Wendland::C4] {
-            let weight = Weight { family, radius: 2.3 };
-            for r in [0.1, 0.5, 1.1, 1.9, 2.2] {
-                let h = 1e-5;
-                let slope = (weight.value(r + h) - weight.value(r - h)) / (2.0 * h);
-                let curvature = (weight.slope(r + h) - weight.slope(r - h)) / (2.0 * h);
-                assert!((slope - weight.slope(r)).abs() < 1e-9, "{family:?} {r}");
-                assert!((curvature - weight.curvature(r)).abs() < 1e-8, "{family:?} {r}");
-            }
+        let weight = Weight { radius: 2.3 };
+        for r in [0.1, 0.5, 1.1, 1.9, 2.2] {
+            let h = 1e-5;
+            let slope = (weight.value(r + h) - weight.value(r - h)) / (2.0 * h);
+            let curvature = (weight.slope(r + h) - weight.slope(r - h)) / (2.0 * h);
+            assert!((slope - weight.slope(r)).abs() < 1e-9, "{r}");
+            assert!((curvature - weight.curvature(r)).abs() < 1e-8, "{r}");
         }
-    }
-
-    #[test]
-    fn slopes_couple_pairs_however_close() {
-        for family in [Wendland::C2, Wendland::C4] {
-            let weight = Weight { family, radius: 3.1 };
-            let coefficient = |form: LaplacianForm, r: Real| form.coefficient(&weight, r);
-            for pair in [[0.5, 0.75], [0.75, 1.0], [1.0, 1.5]] {
-                let [near, far] = pair.map(|r| coefficient(LaplacianForm::Slope, r).0);
-                assert!(near > far && far > 0.0, "{family:?} {pair:?}");
-            }
-            // Negative control: the second derivative leaves a close pair without a coefficient.
-            assert_eq!(coefficient(LaplacianForm::HigherOrder, 0.5), (0.0, true));
-        }
-        // Its lattice sum is half that of the source, whose weights it has.
-        let sums = Calibration::new(&c2(2.6), LaplacianForm::Slope, 1.0);
-        assert!((sums.laplacian - 0.5 * sums.strain).abs() < 1e-12 * sums.strain);
     }
 
     #[test]
@@ -272,7 +187,7 @@ mod tests {
             (3.5, 178, 12.849, 11.849, 12.796, 25.635, 0.714, 0.960),
         ];
         for (radius, neighbours, n0, others, n1, n2, top, second) in known {
-            let sums = Calibration::new(&c2(radius), LaplacianForm::HigherOrder, 1.0);
+            let sums = Calibration::new(&Weight { radius }, 1.0);
             assert_eq!(sums.neighbours, neighbours);
             let pairs = [
                 (sums.number_density, n0),
@@ -286,7 +201,7 @@ mod tests {
                 assert!((found - expected).abs() < 6e-4, "{radius}: {found} {expected}");
             }
         }
-        let sums = Calibration::new(&c2(3.1), LaplacianForm::HigherOrder, 1.0);
+        let sums = Calibration::new(&Weight { radius: 3.1 }, 1.0);
         assert!((sums.surface_density() - 0.90).abs() < 1e-3 && (sums.top_asymmetry - 0.190).abs() < 1e-3);
         // Negative control: normalised by the number density the Laplacian would be twice as large.
         assert!((sums.laplacian / sums.number_density - 1.99).abs() < 5e-3);

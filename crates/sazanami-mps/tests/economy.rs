@@ -46,7 +46,6 @@ fn tank(scheme: Scheme, length: usize, gate: Option<Gate>, (form, lift): (AddedM
         smoothing: 3.0 * SPACING,
         reach: 1.0,
         least_void: 0.3,
-        implicit_pressure_force: true,
         exchange: DragExchange::Lagged,
         added_mass: AddedMass { form, coefficient: 0.5 },
         lift,

@@ -6,6 +6,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use sazanami::case::{CaseError, Diagnostics, Source};
+use sazanami_io::input;
 
 use reader::Reader;
 
@@ -50,7 +51,7 @@ impl Plan {
     /// # Errors
     /// All findings together, if one of them is an error.
     pub fn load(path: &Path) -> Result<Self, Box<CaseError>> {
-        let text = std::fs::read_to_string(path).map_err(|error| {
+        let text = input::read_text(path).map_err(|error| {
             let mut diagnostics = Diagnostics::default();
             diagnostics.error_in_file("the plan cannot be read").label(error.to_string()).help(
                 "a plan is a TOML file with `case = \"CASE.toml\"` and `[keys]`: docs/guide/sweeps.md has examples",

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use sazanami::case::meaning::Population;
 use sazanami::case::resolved::{self, Paths};
 use sazanami::case::{self, CaseError, Diagnostics, LoadedCase};
 use sazanami::check::{self, CostModel, Known};
@@ -102,11 +103,17 @@ fn points(plan: &Plan, report: &mut Diagnostics) -> Vec<Vec<Laid>> {
             all.push(base());
             continue;
         }
-        let populations = load(plan, &base()).map_or(1, |loaded| loaded.case.grains.len());
-        if populations == 0 {
+        let posed = load(plan, &base()).ok();
+        let populations = posed.as_ref().map_or(1, |loaded| loaded.case.grains.len());
+        if let Some(loaded) = posed.filter(|loaded| !loaded.case.grains.iter().any(Population::draws_from_seed)) {
+            let why = match loaded.case.grains.is_empty() {
+                true => "seeds are for grains, and the case has none",
+                false => "these seeds change nothing: nothing of the grains is drawn at random",
+            };
             report
-                .error(plan.seeds[0].span.clone(), "seeds are for the packing of grains, and the case has none")
-                .help("leave out `seeds`");
+                .error(plan.seeds[0].span.clone(), why)
+                .label("all seeds would give one run, and its scatter would be zero")
+                .help("leave out `seeds`, or give beds of several packings: `[keys] \"grains.0.placement.bed.file\" = [...]`");
             return Vec::new();
         }
         for seed in &plan.seeds {
@@ -232,6 +239,19 @@ mod tests {
         assert_ne!(runs[0].hash, runs[1].hash);
         assert!(runs.iter().all(|run| run.needs.memory > 0.0 && run.text.contains("until = \"0.002 s\"")), "{runs:?}");
         assert_eq!(runs[1].settings, [("liquid.0.fall.speed".to_owned(), "2 m/s".to_owned())]);
+    }
+
+    #[test]
+    fn seeds_that_change_nothing_are_refused() {
+        let grains = "[set]\n\"material.sand.density\" = \"2650 kg/m^3\"\n\"grains\" = [{ shape = { sphere = { \
+                      diameter = \"0.5 mm\" } }, placement = { PLACE } }]\n[keys]\n\"fluid.cfl\" = [0.3]\n";
+        let with = |place: &str| posed(&format!("seeds = [1, 2]\n{}", grains.replace("PLACE", place)));
+        let lattice = "lattice = { lower = [\"1 mm\", \"1 mm\", \"1 mm\"], upper = [\"7 mm\", \"7 mm\", \"3 mm\"], counts = [2, 2, 1]";
+        let error = with(&format!("{lattice} }}")).unwrap_err().to_string();
+        assert!(error.contains("these seeds change nothing") && error.contains("plan.toml:2:10"), "{error}");
+        // Negative control: places that are drawn.
+        let runs = with(&format!("{lattice}, jitter = 0.1 }}")).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(runs.len(), 2);
     }
 
     #[test]

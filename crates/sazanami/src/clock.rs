@@ -80,6 +80,18 @@ impl Clock {
     }
 }
 
+/// Steps in a period of what shakes the box or drives the flow. A body that is free to follow then has the amplitude of its
+/// swing to 0.1 %: the sum of `sin` over steps of `T/n` is off by `(pi/n)^2/6`.
+pub(crate) const STEPS_OF_SWING: Real = 40.0;
+
+/// Name of that limit.
+pub(crate) const SWING: &str = "swing";
+
+/// Longest step that follows what shakes the box and drives the flow \[s]; `None` where nothing swings.
+pub(crate) fn longest_in_swing(case: &Case) -> Option<Real> {
+    case.swing_frequency().map(|frequency| (STEPS_OF_SWING * frequency).recip())
+}
+
 /// A fixed step length of the case, if it has one \[s].
 pub(crate) fn fixed_step(case: &Case) -> Option<Real> {
     match (case.solver, case.fluid.step) {

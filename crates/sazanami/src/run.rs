@@ -142,14 +142,21 @@ pub fn resume(
             ));
         }
     };
-    let resumed =
+    let mut resumed =
         Resumed { run: checkpoints::run_state(reader)?, snapshot: reader.snapshot().map_err(checkpoints::unreadable)? };
-    if !resolved::has_hash(&loaded, &resumed.run.case_hash) {
+    if !resumed.run.is_of(&loaded) {
         return Err(CommandError::input(
             format!("`{}` is not the case that this run began with: it was changed since", case_file.display()),
             "put the file back as `sazanami run` wrote it, or run the changed case into a new folder: \
              `sazanami run CASE.toml --out DIR`",
         ));
+    }
+    refuse_to_stand_still(&loaded, &resumed.run, options)?;
+    let longer = longer(&case_file, &loaded, &resumed.run, options)?;
+    let lengthened = longer.as_ref().map(|longer| resolved::write(&longer.case, Paths::AsGiven));
+    let loaded = longer.unwrap_or(loaded);
+    if lengthened.is_some() {
+        resumed.run.case_hash = resolved::hash_text(&loaded.case);
     }
     let (machine, model) = (Machine::this(), CostModel::default());
     // Once the grains lie where they are put nobody needs the beds any more: they may be gone.
@@ -165,11 +172,59 @@ pub fn resume(
     warn_without(&lock, &mut log);
     checkpoints::skipped(&newest).for_each(|text| log.note(&text));
     log.message(&format!("going on from step {step}, time {:.6e} s", resumed.run.time));
+    if lengthened.is_some() {
+        log.message(&format!("the case now ends at {} s", loaded.case.run.until));
+    }
     if let Some(text) = other_program(&resumed.run, &loaded.case, options) {
         log.message(&text);
     }
     let launch = Launch { case: &loaded.case, feasible, workers, options, folder, stop };
-    launch.start(Start::Checkpoint(Box::new(resumed)), &mut log)
+    launch.start(Start::Checkpoint(lengthened, Box::new(resumed)), &mut log)
+}
+
+/// Refuses to go on with a run whose flow is where the command asks it to stop, or at an end that the command does not
+/// move. A run at its end may be resumed without a wish: its results are then presented again.
+fn refuse_to_stand_still(loaded: &LoadedCase, run: &RunState, options: &RunOptions) -> Result<(), CommandError> {
+    let length = &loaded.case.run;
+    let at = format!("this run is at step {}, {} s", run.step, run.time);
+    let refused = |problem: String, help: &str| Err(CommandError::input(problem, help));
+    if !run.flows() {
+        return Ok(());
+    }
+    match (options.until, options.steps) {
+        (Some(until), _) if until < run.time => refused(
+            format!("{at}: it cannot go back to {until} s"),
+            "give a later time, or run the case into a new folder",
+        ),
+        (until, Some(_)) | (until @ Some(_), _) if length.steps.is_some_and(|most| run.step >= most as u64) => refused(
+            format!(
+                "{at}, and its case ends after {} steps{}",
+                length.steps.unwrap_or_default(),
+                until.map_or("", |_| " whatever the time")
+            ),
+            "raise or remove `run.steps` in the case.toml of its folder, then resume it",
+        ),
+        (None, Some(_)) if run.time >= length.until => refused(
+            format!("{at}, and its case ends at {} s", length.until),
+            "give a later end: `sazanami resume DIR --until TIME`",
+        ),
+        _ => Ok(()),
+    }
+}
+
+/// The case with the end that the command asks for, where that is later than its own.
+fn longer(
+    case_file: &Path,
+    loaded: &LoadedCase,
+    run: &RunState,
+    options: &RunOptions,
+) -> Result<Option<LoadedCase>, CommandError> {
+    let length = &loaded.case.run;
+    let later = |until: &Real| run.flows() && !length.packing_only && *until > length.until;
+    let Some(until) = options.until.filter(later) else { return Ok(None) };
+    let mut longer = case::load(case_file, &[format!("run.until=\"{until} s\"")])?;
+    longer.case.output.move_end(length.until, until);
+    Ok(Some(longer))
 }
 
 /// Begins a run again that ended before its first checkpoint, from the case in its folder.
@@ -216,8 +271,8 @@ fn other_program(run: &RunState, case: &Case, options: &RunOptions) -> Option<St
 enum Start {
     /// A case, with the text of its resolved copy and a tank that was prepared before.
     Case(String, Option<Snapshot>),
-    /// A checkpoint of the run in the folder.
-    Checkpoint(Box<Resumed>),
+    /// A checkpoint of the run in the folder, with the text of its case where that has got another end.
+    Checkpoint(Option<String>, Box<Resumed>),
 }
 
 /// First line of a command in the log.
@@ -262,7 +317,7 @@ impl Launch<'_> {
         let (sender, events) = mpsc::sync_channel(LISTENER_LAG);
         let (case_text, prepared, resumed) = match from {
             Start::Case(text, prepared) => (Some(text), prepared, None),
-            Start::Checkpoint(resumed) => (None, None, Some(*resumed)),
+            Start::Checkpoint(text, resumed) => (text, None, Some(*resumed)),
         };
         let goes_on = resumed.is_some();
         let job = Job {

@@ -413,3 +413,58 @@ fn flows_that_cannot_be_driven_are_refused() {
     assert!(found.len() == 1 && found[0].contains("a gradient of pressure along x3 does nothing"), "{found:#?}");
     assert!(findings(PLATES, &["solver=mps", by_volume]).is_empty());
 }
+
+/// A bead in hardly any gas in a box that is shaken: it stays where it is, so that in the box it swings.
+const SHAKEN: &str = r#"
+gravity = "0 m/s^2"
+[domain]
+size = ["0.4 m", "0.4 m", "0.4 m"]
+cells = [8, 8, 8]
+[boundary]
+all = "slip"
+[fluid]
+viscosity = "off"
+gas = { density = "1e-9 kg/m^3", kinematic_viscosity = "0 m^2/s" }
+[frame]
+oscillation = { amplitude = ["200 m/s^2", "0 m/s^2", "0 m/s^2"], frequency = "1000 Hz" }
+[material.glass]
+density = "2500 kg/m^3"
+[[grains]]
+name = "bead"
+shape.sphere = { diameter = "50 mm" }
+material = "glass"
+placement.list = [{ position = ["0.2 m", "0.2 m", "0.2 m"] }]
+[[probe]]
+name = "bead"
+body = { population = "bead", index = 0 }
+steps = 1
+[output]
+figures = { at = [] }
+fields = { at = [] }
+grains = { at = [] }
+[run]
+until = "4 ms"
+"#;
+
+#[test]
+fn steps_follow_what_shakes_the_box() {
+    let scratch = Scratch::new("shaken");
+    // In the frame of the box the bead's velocity is -(a/w) (1 - cos w t): its mean takes it along, its swing is a/w^2.
+    let [amplitude, turn]: [Real; 2] = [200.0, 2.0 * std::f64::consts::PI * 1000.0];
+    let off = |name: &str, overrides: &[&str]| {
+        let folder = scratch.join(name);
+        start(&load(SHAKEN, overrides), &folder, On::threads(1)).unwrap();
+        let left = Left::in_folder(&folder);
+        let probe = sazanami::analyse::Table::read(&folder.join("probes/bead.csv")).unwrap().unwrap();
+        let (times, speeds) = (probe.column("time"), probe.column("velocity_1"));
+        let exact = |time: Real| -amplitude / turn * (1.0 - (turn * time).cos());
+        let worst = times.iter().zip(&speeds).map(|(&time, &speed)| (speed - exact(time)).abs()).fold(0.0, Real::max);
+        (worst / (amplitude / turn), left.summary["limiter"].clone())
+    };
+    let (error, limiter) = off("follows", &[]);
+    assert!(error < 0.01, "{error}");
+    assert!(limiter["swing"].as_u64().is_some_and(|steps| steps > 100), "{limiter}");
+    // Negative control: with ten steps a period the swing is another.
+    let (error, _) = off("fixed", &["fluid.dt=\"0.1 ms\""]);
+    assert!(error > 0.02, "{error}");
+}

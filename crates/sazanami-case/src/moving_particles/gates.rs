@@ -23,7 +23,7 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
     }
     let Some(particles) = &case.particles else { return };
     if particles.projection == Projection::Enhanced {
-        let forced = ["particles.projection", "particles.weight", "preset"];
+        let forced = ["particles.projection", "preset"];
         let place = forced.into_iter().find_map(|key| cx.places.of(key)).unwrap_or(span.clone());
         cx.report
             .error(place, "gates are for `projection = \"conjugate\"`")

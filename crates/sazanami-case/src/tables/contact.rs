@@ -138,10 +138,10 @@ impl Keys for Contacts {
         let mut contacts = Vec::new();
         for (n, a) in names.iter().enumerate() {
             for b in &names[n..] {
-                let law = law_of(&given, &[format!("{a}/{b}"), format!("{b}/{a}")], cx);
+                let law = law_of(&given, &[[a, b]], cx);
                 contacts.push(PairContact { a: a.clone(), b: b.clone(), law });
             }
-            let law = law_of(&given, &[format!("{a}/{WALL}"), format!("{WALL}/{a}"), format!("{a}/{a}")], cx);
+            let law = law_of(&given, &[[a, WALL], [a, a]], cx);
             contacts.push(PairContact { a: a.clone(), b: WALL.into(), law });
         }
         Some(contacts)
@@ -180,24 +180,31 @@ fn check_name(pair: &str, span: Range<usize>, cx: &mut Context<'_>) {
     }
 }
 
-/// The law of the first of `names` that the case gives; what it leaves open is taken from `default`.
-fn law_of(given: &[(String, ContactKeys)], names: &[String], cx: &mut Context<'_>) -> ContactLaw {
-    let find = |wanted: &str| given.iter().find(|(name, _)| name == wanted).map(|(_, keys)| keys);
-    let empty = ContactKeys::default();
-    let own = names.iter().find_map(|name| find(name));
-    let (pair, general) = (own.unwrap_or(&empty), find("default").unwrap_or(&empty));
-    let normal = pair.normal_damping.or(general.normal_damping);
-    let tangential = pair.tangential_damping.or(general.tangential_damping);
-    let restitution = pair.restitution.or(general.restitution);
-    let coefficients = normal.is_some() || tangential.is_some();
-    let said = pair.damping.or(general.damping).or(cx.known.dem.damping);
-    if coefficients && pair.restitution.is_some() && pair.damping.is_none() && cx.known.dem.damping.is_none() {
+/// The law of the first of these pairs; what it leaves open is taken from the next that the case gives, and from `default` in
+/// the end.
+fn law_of(given: &[(String, ContactKeys)], pairs: &[[&str; 2]], cx: &mut Context<'_>) -> ContactLaw {
+    let named = |wanted: String| given.iter().find(|(name, _)| *name == wanted).map(|(_, keys)| keys);
+    let pair = |[a, b]: &[&str; 2]| named(format!("{a}/{b}")).or_else(|| named(format!("{b}/{a}")));
+    let layers: Vec<&ContactKeys> = pairs.iter().filter_map(pair).chain(named("default".into())).collect();
+    let number = |of: fn(&ContactKeys) -> Option<Real>| layers.iter().find_map(|keys| of(keys));
+    let normal = number(|keys| keys.normal_damping);
+    let tangential = number(|keys| keys.tangential_damping);
+    let restitution = number(|keys| keys.restitution);
+    // The nearest that says anything of a dashpot says which.
+    let coefficients = |keys: &ContactKeys| keys.normal_damping.is_some() || keys.tangential_damping.is_some();
+    let ratios = |keys: &ContactKeys| keys.restitution.is_some() || keys.damping_ratio.is_some();
+    let nearest = layers.iter().find(|keys| keys.damping.is_some() || coefficients(keys) || ratios(keys));
+    let said = nearest.and_then(|keys| keys.damping).or(cx.known.dem.damping);
+    if let Some(keys) = nearest.filter(|keys| said.is_none() && coefficients(keys) && keys.restitution.is_some()) {
         cx.report
-            .error(pair.span.clone(), "which of the two dashpots is meant?")
+            .error(keys.span.clone(), "which of the two dashpots is meant?")
             .label("this contact has coefficients and a restitution")
             .help("add `damping = \"literal\"` or `damping = \"restitution\"`");
     }
-    let implied = if !coefficients && restitution.is_some() { DampingKind::Restitution } else { DampingKind::Literal };
+    let implied = match nearest {
+        Some(keys) if ratios(keys) && !coefficients(keys) => DampingKind::Restitution,
+        _ => DampingKind::Literal,
+    };
     let damping = match said.unwrap_or(implied) {
         DampingKind::Literal => {
             let normal = normal.unwrap_or(LinearSpringDashpot::SAND_DASHPOT);
@@ -205,20 +212,20 @@ fn law_of(given: &[(String, ContactKeys)], names: &[String], cx: &mut Context<'_
         }
         DampingKind::Restitution => {
             let restitution = restitution.unwrap_or(RESTITUTION);
-            match pair.damping_ratio.or(general.damping_ratio) {
+            match number(|keys| keys.damping_ratio) {
                 Some(tangential) => Damping::RestitutionAndRatio { restitution, tangential },
                 None => Damping::Restitution(restitution),
             }
         }
     };
-    let normal_stiffness = pair.normal_stiffness.or(general.normal_stiffness).unwrap_or(SAND.normal_stiffness);
+    let normal_stiffness = number(|keys| keys.normal_stiffness).unwrap_or(SAND.normal_stiffness);
     let dem = &cx.known.dem;
     let law = LinearSpringDashpot {
         normal_stiffness,
-        tangential_stiffness: pair.tangential_stiffness.or(general.tangential_stiffness).unwrap_or(normal_stiffness),
+        tangential_stiffness: number(|keys| keys.tangential_stiffness).unwrap_or(normal_stiffness),
         damping,
-        friction: pair.friction.or(general.friction).unwrap_or(SAND.friction),
-        tension: pair.tension.or(general.tension).unwrap_or(dem.tension),
+        friction: number(|keys| keys.friction).unwrap_or(SAND.friction),
+        tension: layers.iter().find_map(|keys| keys.tension).unwrap_or(dem.tension),
         slip_direction: dem.slip_direction,
         history: dem.history,
         contact_start: dem.contact_start,

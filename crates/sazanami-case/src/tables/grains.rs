@@ -102,6 +102,18 @@ impl Population {
             _ => self.motion == Motion::Free,
         }
     }
+
+    /// Whether anything of it is drawn at random: a place, an orientation or a size.
+    #[must_use]
+    pub fn draws_from_seed(&self) -> bool {
+        match &self.placement {
+            GrainPlacement::Packed(_) => true,
+            GrainPlacement::Lattice(lattice) => {
+                lattice.jitter != 0.0 || lattice.random_orientation || self.size != SizeDistribution::Equal
+            }
+            GrainPlacement::List(_) | GrainPlacement::Bed(_) => false,
+        }
+    }
 }
 
 /// `grains N` or `liquid N` by the place in the list.

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use sazanami_case_derive::Keys;
 use sazanami_mps::grains::Lift;
+use sazanami_numerics::Real;
 use sazanami_numerics::choice::Choice;
 use sazanami_numerics::choices;
 use serde_json::json;
@@ -227,6 +228,11 @@ fn suited_form(grains: &[Population]) -> GrainForm {
 }
 
 impl Outputs {
+    /// Moves what is put out at the end by default with the end \[s].
+    pub fn move_end(&mut self, from: Real, to: Real) {
+        [&mut self.fields, &mut self.grains, &mut self.figures].into_iter().for_each(|times| times.move_end(from, to));
+    }
+
     fn check(&mut self, table: &Table<'_>, cx: &mut Context<'_>) {
         for array in &self.grain_arrays.0 {
             let (known, with) = array.is_of(&cx.known);

@@ -2,7 +2,7 @@
 
 use sazanami_case_derive::Keys;
 use sazanami_mps::grains::{AddedMass, AddedMassForm, DragExchange, DragForm, DragParameters, Lift};
-use sazanami_numerics::{Real, choices};
+use sazanami_numerics::Real;
 
 use super::Population;
 use crate::read::{Context, Table};
@@ -15,18 +15,6 @@ const DRAG: DragParameters = DragParameters::recommended(0.0, 0.0);
 
 /// Keys of the drag law `blend` alone.
 const BLEND_ALONE: [&str; 3] = ["kozeny", "forchheimer", "blend"];
-
-choices! {
-    /// Pressure that grains feel.
-    #[derive(Default)]
-    pub enum PressureForce {
-        /// That of the same step: stable for light grains too.
-        #[default]
-        Implicit = "implicit",
-        /// That of the step before.
-        Lagged = "lagged",
-    }
-}
 
 /// Particles and grains, for `solver = "mps"`.
 #[derive(Clone, Debug, Default, PartialEq, Keys)]
@@ -44,14 +32,10 @@ pub struct Overlap {
     /// Least void fraction; smaller ones are cut, and counted.
     #[key(range = Between(0.05, 1.0), default = 0.3)]
     pub least_void: Real,
-    /// Pressure that grains feel.
-    #[key(word, default)]
-    pub pressure_force: PressureForce,
     /// Fluid velocity that the drag of a step is taken with; `implicit` for viscous liquids and any length of the step.
     #[key(word, default)]
     pub exchange: DragExchange,
-    /// Added mass: the force `C rho V (Du/Dt - dv/dt)` on a grain that moves otherwise than the water, and its reaction; with
-    /// `pressure_force = "implicit"`.
+    /// Added mass: the force `C rho V (Du/Dt - dv/dt)` on a grain that moves otherwise than the water, and its reaction.
     #[key(word, default)]
     pub added_mass: AddedMassForm,
     /// Coefficient C of the added mass of a grain alone, 1/2 for a sphere.
@@ -120,12 +104,6 @@ impl Overlap {
                 .warning(Some(table.place("added_mass_coefficient")), "`added_mass_coefficient` has no effect")
                 .label("there is no added mass")
                 .help("write `added_mass = \"constant\"` beside it, or leave it out");
-        }
-        if self.has_added_mass() && self.pressure_force == PressureForce::Lagged {
-            cx.report
-                .error(table.place("added_mass"), "the added mass needs the pressure force of the same step")
-                .label("the acceleration of the water is known with its pressure; `pressure_force` is \"lagged\"")
-                .help("leave out `pressure_force`, or `added_mass`");
         }
     }
 }

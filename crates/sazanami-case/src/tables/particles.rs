@@ -2,12 +2,8 @@
 
 use sazanami_case_derive::Keys;
 use sazanami_mps::pressure::Tolerance;
-use sazanami_mps::scheme::{
-    CONJUGATE_RADIUS, ENHANCED_RADIUS, GradientForm, Projection, Scheme, ShiftingForm, SourceForm, Stabilisation,
-    SurfaceForm, SurfacePressure,
-};
+use sazanami_mps::scheme::{CONJUGATE_RADIUS, ENHANCED_RADIUS, Projection, STABILISATION_DISTANCE, Scheme};
 use sazanami_mps::stability::StepLimits;
-use sazanami_mps::weight::{LaplacianForm, Wendland};
 use sazanami_numerics::{Real, choices};
 
 use crate::read::{Context, Table};
@@ -22,8 +18,6 @@ choices! {
     pub enum StabilisationWeight {
         /// Pairs count with their weight.
         Weighted = "weighted",
-        /// Pairs count fully.
-        Full = "full",
         /// None.
         Off = "off",
     }
@@ -39,56 +33,25 @@ pub struct Particles {
     /// periodic.
     #[key(unit = "m", range = Positive, example = "1 mm")]
     pub spacing: Real,
-    /// Family of the weight function.
-    #[key(word, default = Scheme::default().weight)]
-    pub weight: Wendland,
-    /// Projection of the velocities to zero divergence. `conjugate` has the weight C2 and does without the keys from
-    /// `source` on that only `enhanced` has; see docs/decisions/0018-scheme-of-moving-particles.md.
-    #[key(word, default = suited_projection(weight, table, cx), says = "`conjugate`; `enhanced` with grains and no gate, C4 or a key that only it has",
+    /// Projection of the velocities to zero divergence. Stabilisation and `shifting` are parts of `enhanced`; see
+    /// docs/decisions/0018-scheme-of-moving-particles.md.
+    #[key(word, default = suited_projection(cx), says = "`conjugate`; `enhanced` with grains and no gate",
           paper_literal = (Tazaki, Projection::Enhanced, "MPS-HS-HL-ECS-GC-DS is theirs"))]
     pub projection: Projection,
     /// Radius of influence r_e over the spacing; 2.6 at least with `conjugate`.
     #[key(range = Between(RADII[0], RADII[1]), default = suited_radius(projection),
-          says = "3.1; 2.6 with `conjugate`")]
+          says = "2.6; 3.1 with `enhanced`")]
     pub radius: Real,
-    /// Source of the pressure equation.
-    #[key(word, omit_if = self.is_conjugate(), default = Scheme::default().source)]
-    pub source: SourceForm,
-    /// Positions of the surface particles that set their pressure.
-    #[key(word, omit_if = self.is_conjugate(), default = Scheme::default().surface_pressure)]
-    pub surface_pressure: SurfacePressure,
-    /// Test for particles at the free surface.
-    #[key(word, omit_if = self.is_conjugate(), default = Scheme::default().surface_test)]
-    pub surface_test: SurfaceForm,
-    /// Laplacian.
-    #[key(word, default = Scheme::default().laplacian)]
-    pub laplacian: LaplacianForm,
-    /// Factor of the error-compensating source (ECS); 0: none.
-    #[key(range = Between(0.0, 10.0), omit_if = self.is_conjugate(), default = Scheme::default().compensation)]
-    pub compensation: Real,
-    /// Times of the flow over which an error of the number density relaxes; 0: it does not.
-    #[key(range = NonNegative, default = Scheme::default().relaxation)]
-    pub relaxation: Real,
-    /// Gradient of the pressure.
-    #[key(word, omit_if = self.is_conjugate(), default = Scheme::default().gradient)]
-    pub gradient: GradientForm,
     /// Dynamic stabilisation (DS).
     #[key(word, omit_if = self.is_conjugate(), default = StabilisationWeight::Weighted)]
     pub stabilisation: StabilisationWeight,
     /// Distance below which DS acts, over the particle size.
-    #[key(range = Between(0.5, 1.0), omit_if = self.is_conjugate(), default = Stabilisation::default().distance)]
+    #[key(range = Between(0.5, 1.0), omit_if = self.is_conjugate(), default = STABILISATION_DISTANCE)]
     pub stabilisation_distance: Real,
     /// Part of (r_e/2)^2 by which particles that see no surface move down the gradient of their concentration in a time
     /// of the flow; 0: they do not. For closed and deep flows, see docs/decisions/0008-shifting.md.
     #[key(range = Between(0.0, SHIFTING), omit_if = self.is_conjugate(), default = Scheme::default().shifting)]
     pub shifting: Real,
-    /// Speed of the shifting, and the particles that it moves.
-    #[key(word, omit_if = self.is_conjugate(), default = Scheme::default().shifting_form)]
-    pub shifting_form: ShiftingForm,
-    /// Whether the pressure is solved for without its part at rest.
-    #[key(omit_if = self.is_conjugate(), default = Scheme::default().reduced_pressure,
-          paper_literal = (Tazaki, false, "the usual equations hold the whole pressure"))]
-    pub reduced_pressure: bool,
     /// Way of the fastest particle or grain in a step over its size.
     #[key(range = Between(1e-3, 0.5), default = StepLimits::default().courant)]
     pub courant: Real,
@@ -108,24 +71,11 @@ pub struct Particles {
 }
 
 /// Keys of the enhanced scheme alone.
-const ENHANCED_ALONE: [&str; 10] = [
-    "source",
-    "surface_pressure",
-    "surface_test",
-    "compensation",
-    "gradient",
-    "stabilisation",
-    "stabilisation_distance",
-    "shifting",
-    "shifting_form",
-    "reduced_pressure",
-];
+const ENHANCED_ALONE: [&str; 3] = ["stabilisation", "stabilisation_distance", "shifting"];
 
-/// The better one where it can be used and no key asks for the other.
-fn suited_projection(weight: Wendland, table: &Table<'_>, cx: &Context<'_>) -> Projection {
-    let asked = ENHANCED_ALONE.iter().any(|key| table.has(key));
-    let suits = cx.known.grains.is_empty() || !cx.known.gates.is_empty();
-    if suits && weight == Wendland::C2 && !asked { Projection::Conjugate } else { Projection::Enhanced }
+/// The better one where it can be used.
+fn suited_projection(cx: &Context<'_>) -> Projection {
+    if cx.known.grains.is_empty() || !cx.known.gates.is_empty() { Projection::Conjugate } else { Projection::Enhanced }
 }
 
 fn suited_radius(projection: Projection) -> Real {
@@ -143,9 +93,9 @@ impl Particles {
     fn check(&mut self, table: &Table<'_>, cx: &mut Context<'_>) {
         for key in ENHANCED_ALONE.into_iter().filter(|key| self.is_conjugate() && table.has(key)) {
             cx.report
-                .warning(Some(table.place(key)), format!("`{key}` has no effect with `projection = \"conjugate\"`"))
+                .error(table.place(key), format!("`{key}` has no effect with `projection = \"conjugate\"`"))
                 .label("a key of `projection = \"enhanced\"`")
-                .help("leave it out");
+                .help("leave it out, or write `projection = \"enhanced\"`");
         }
     }
 }

@@ -42,6 +42,13 @@ impl Schedule {
         Self { at: if until > 0.0 { vec![0.0, until] } else { vec![0.0] }, ..Self::default() }
     }
 
+    /// The same at the start and at the end of a run whose end moves; other times stay.
+    pub(super) fn move_end(&mut self, from: Real, to: Real) {
+        if *self == Self::ends(from) {
+            *self = Self::ends(to);
+        }
+    }
+
     /// Every step.
     pub(super) fn each_step() -> Self {
         Self { steps: Some(1), ..Self::default() }

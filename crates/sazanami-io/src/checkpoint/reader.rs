@@ -28,6 +28,7 @@ impl CheckpointReader {
     /// A variant of its own for each way in which the file can be wrong.
     pub fn open(path: &Path) -> Result<Self, CheckpointError> {
         let cannot_read = |source| CheckpointError::Read { path: path.to_owned(), source };
+        crate::input::refuse_special(path).map_err(cannot_read)?;
         let mut file = File::open(path).map_err(cannot_read)?;
         let found = file.metadata().map_err(cannot_read)?.len();
         let header = read_header(&mut file, path, found)?;

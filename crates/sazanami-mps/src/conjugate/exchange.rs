@@ -52,7 +52,7 @@ pub(crate) fn exchange(
     (into, stress): (&mut [Received], &mut [Symmetric]),
 ) {
     let Fields { kind, velocity, gradient, bulk, gates } = *fields;
-    let (weight, form, sums) = (kernel.weight, kernel.scheme.laplacian, kernel.sums);
+    let (weight, sums) = (kernel.weight, kernel.sums);
     let [per_laplacian, per_density] = [sums.laplacian, sums.number_density].map(Real::recip);
     for_each_chunk((into, stress), ROWS, |number, (into, stress)| {
         for (row, (into, stress)) in into.iter_mut().zip(stress).enumerate() {
@@ -75,7 +75,7 @@ pub(crate) fn exchange(
                     None if held => -velocity[b],
                     _ => pair.seen(velocity[b]),
                 };
-                let stiffness = form.coefficient(&weight, r).0 * narrower * narrower;
+                let stiffness = weight.laplacian(r).0 * narrower * narrower;
                 into.laplacian += stiffness * per_laplacian * (image - velocity[a]);
                 let other = seen(&pair, &gradient[b]);
                 total += w;

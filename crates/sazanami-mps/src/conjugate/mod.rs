@@ -29,7 +29,7 @@ use crate::particles::{Kind, Particles, Role};
 use crate::pressure::{PressureEquation, PressureError, PressureReport};
 use crate::reductions::{largest, set_column, sum_of};
 use crate::report::StepReport;
-use crate::weight::{Weight, Wendland};
+use crate::weight::Weight;
 use exchange::{Fields, Received};
 pub(crate) use mirrors::Mirrors;
 use operators::Conjugate;
@@ -464,7 +464,7 @@ pub(crate) fn set_wall_pressures(
     particles: &mut Particles,
     means: &mut [Real],
 ) {
-    let weight = Weight { family: Wendland::C2, radius: CLOSE_RADIUS * step.settings.fluid.spacing };
+    let weight = Weight { radius: CLOSE_RADIUS * step.settings.fluid.spacing };
     let Particles { kind, position, pressure, owned, .. } = particles;
     let (kind, position, solved) = (&kind[..], &position[..], &pressure[..]);
     near.neighbours.set(means, |a, near| {

@@ -12,7 +12,7 @@ use crate::neighbours::ROWS;
 use crate::particles::{Kind, Role};
 use crate::scheme::Kernel;
 use crate::surface_test::{Support, cone_is_empty, towards};
-use crate::weight::{Calibration, LaplacianForm, Weight, Wendland};
+use crate::weight::{Calibration, Weight};
 
 /// Smallest eigenvalue of `M` below which `B` is the unit matrix: sheets of one layer and threads.
 const THINNEST: Real = 0.1;
@@ -22,7 +22,7 @@ const CLOSE_PAIRS: Real = 0.2;
 const COLLIDED: Real = 0.5;
 const UNIT: Symmetric = [1.0, 1.0, 1.0, 0.0, 0.0, 0.0];
 
-/// The weight of shifting and of the surface test: C2 of 2.1 spacings, whatever that of the scheme.
+/// The weight of shifting and of the surface test: that of 2.1 spacings, whatever the radius of the scheme.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Near {
     weight: Weight,
@@ -32,8 +32,8 @@ pub(crate) struct Near {
 
 impl Near {
     pub fn new(spacing: Real) -> Self {
-        let weight = Weight { family: Wendland::C2, radius: CLOSE_RADIUS * spacing };
-        let strain = Calibration::new(&weight, LaplacianForm::HigherOrder, spacing).strain;
+        let weight = Weight { radius: CLOSE_RADIUS * spacing };
+        let strain = Calibration::new(&weight, spacing).strain;
         Self { weight, strain, at_spacing: weight.value(spacing) }
     }
 

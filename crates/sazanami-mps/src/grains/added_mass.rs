@@ -188,17 +188,16 @@ impl GrainPhase {
         }
         let near = self.near_fluid(step);
         let Self { engine, fluid, shared, gates, .. } = self;
-        let (grains, family, dt) = (engine.grains(), step.kernel.weight.family, step.dt);
+        let (grains, dt) = (engine.grains(), step.dt);
         let (owned, gates) = (grains.owned(), &gates[..]);
         set_column(shared, owned, |g| {
             let kept = &grains.attached[g];
-            let [support, sum @ ..] =
-                fluid.sum_beside(gates, family, grains.position[g], |pair, fluid: &[Lanes; 10]| {
-                    let [_, _, _, inverse_void, .., u, v, w] = fluid;
-                    let weight = lanes(|l| pair.weight[l] * inverse_void[l]);
-                    let mean = |field: &Lanes| lanes(|l| weight[l] * field[l]);
-                    [weight, mean(u), mean(v), mean(w)]
-                });
+            let [support, sum @ ..] = fluid.sum_beside(gates, grains.position[g], |pair, fluid: &[Lanes; 10]| {
+                let [_, _, _, inverse_void, .., u, v, w] = fluid;
+                let weight = lanes(|l| pair.weight[l] * inverse_void[l]);
+                let mean = |field: &Lanes| lanes(|l| weight[l] * field[l]);
+                [weight, mean(u), mean(v), mean(w)]
+            });
             let mut other = Vector::ZERO;
             if support > 0.0 {
                 other = Vector::from_array(sum) / support;

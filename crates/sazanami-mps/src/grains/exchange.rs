@@ -75,15 +75,10 @@ impl GrainPhase {
                 if particles.kind[a] != Kind::Fluid || !impulses.is_near(particles.position[a]) {
                     continue;
                 }
-                let family = kernel.weight.family;
-                let taken = impulses.sum_beside(
-                    gates,
-                    family,
-                    particles.position[a],
-                    |pair, [_, _, _, impulse @ ..]: &[Lanes; 6]| {
+                let taken =
+                    impulses.sum_beside(gates, particles.position[a], |pair, [_, _, _, impulse @ ..]: &[Lanes; 6]| {
                         impulse.map(|impulse| lanes(|l| pair.weight[l] * impulse[l]))
-                    },
-                );
+                    });
                 *change = -inverse_void[a] / particle_mass * Vector::from_array(taken);
             }
         });

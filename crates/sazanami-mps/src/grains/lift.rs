@@ -8,8 +8,7 @@ use sazanami_parallel::for_each_chunk;
 use super::GrainPhase;
 use super::binned::{Lanes, lanes};
 use super::drag::DragParameters;
-use crate::context::Context;
-use crate::moments::VelocitySlopes;
+use crate::moments::velocity_gradient;
 use crate::neighbours::ROWS;
 
 choices! {
@@ -80,20 +79,20 @@ fn vorticity(sums: &Sums) -> Option<Vector> {
         let row = Vector::from_slice(&products[3 * d..]);
         row - Vector::new(u, v, w) * (a / support)
     };
-    let [dx, dy, dz] = VelocitySlopes::of_sums([of(0, x), of(1, y), of(2, z)], moments).gradient()?;
+    let [dx, dy, dz] = velocity_gradient(&[of(0, x), of(1, y), of(2, z)], &moments)?;
     Some(Vector::new(dy.z - dz.y, dz.x - dx.z, dx.y - dy.x))
 }
 
 impl GrainPhase {
     /// Sets the lift on each own grain from the fluid that was interpolated last.
-    pub(super) fn set_lift(&mut self, step: &Context<'_>) {
+    pub(super) fn set_lift(&mut self) {
         let Self { engine, coupling, around, diameter, fluid, gates, .. } = self;
         let (grains, fluid, gates, diameter) = (engine.grains(), &*fluid, &gates[..], &diameter[..]);
-        let (lift, law, family) = (coupling.lift, &coupling.drag, step.kernel.weight.family);
+        let (lift, law) = (coupling.lift, &coupling.drag);
         for_each_chunk(&mut around[..], ROWS, |number, around| {
             for (row, around) in around.iter_mut().enumerate().filter(|(_, around)| around.wetness > 0.0) {
                 let g = number * ROWS + row;
-                let sums = fluid.sum_beside(gates, family, grains.position[g], |pair, fluid: &[Lanes; 10]| {
+                let sums = fluid.sum_beside(gates, grains.position[g], |pair, fluid: &[Lanes; 10]| {
                     let [_, _, _, inverse_void, _, _, _, u, v, w] = fluid;
                     let weight = lanes(|l| pair.weight[l] * inverse_void[l]);
                     let times = |a: &Lanes, b: &Lanes| lanes(|l| a[l] * b[l]);

@@ -150,7 +150,7 @@ impl GrainPhase {
     pub(super) fn near_fluid(&self, step: &Context<'_>) -> NearFluid {
         let Context { kernel, settings, .. } = *step;
         let reach = Weight { radius: self.coupling.reach * kernel.weight.radius, ..kernel.weight };
-        let full = Calibration::new(&reach, kernel.scheme.laplacian, settings.fluid.spacing).number_density;
+        let full = Calibration::new(&reach, settings.fluid.spacing).number_density;
         let (density, particle_mass) = (self.coupling.drag.density, step.particle_mass());
         NearFluid { density, particle_mass, whole: WET * full }
     }
@@ -186,8 +186,7 @@ impl GrainPhase {
         let with_added_mass = coupling.added_mass.is_some();
         set_column(around, grains.owned(), |g| {
             let x = grains.position[g];
-            let family = kernel.weight.family;
-            let [support, gradient @ .., u, v, w] = binned.sum_beside(gates, family, x, |pair, fluid: &[Lanes; 10]| {
+            let [support, gradient @ .., u, v, w] = binned.sum_beside(gates, x, |pair, fluid: &[Lanes; 10]| {
                 let [_, _, _, inverse_void, g1, g2, g3, u, v, w] = fluid;
                 let weight = lanes(|l| pair.weight[l] * inverse_void[l]);
                 let mean = |field: &Lanes| lanes(|l| weight[l] * field[l]);
@@ -209,7 +208,7 @@ impl GrainPhase {
             sum
         });
         if coupling.lift != Lift::None {
-            self.set_lift(step);
+            self.set_lift();
         }
     }
 
@@ -327,7 +326,7 @@ impl GrainPhase {
         ghosts: &mut Ghosts,
         report: &mut CouplingReport,
     ) {
-        if !self.is_active() || !self.coupling.implicit_pressure_force {
+        if !self.is_active() {
             return;
         }
         let Context { domain, kernel, dt, .. } = *step;
@@ -348,8 +347,7 @@ impl GrainPhase {
                 return Vector::ZERO;
             }
             let x = grains.position[g];
-            let family = kernel.weight.family;
-            let [support, sum @ ..] = binned.sum_beside(gates, family, x, |pair, fluid: &[Lanes; 10]| {
+            let [support, sum @ ..] = binned.sum_beside(gates, x, |pair, fluid: &[Lanes; 10]| {
                 let [_, _, _, inverse_void, g1, g2, g3, ..] = fluid;
                 let weight = lanes(|l| pair.weight[l] * inverse_void[l]);
                 let mean = |field: &Lanes| lanes(|l| weight[l] * field[l]);

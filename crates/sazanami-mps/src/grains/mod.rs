@@ -48,12 +48,9 @@ pub struct Coupling {
     pub reach: Real,
     /// Lower bound of the void fraction.
     pub least_void: Real,
-    /// Whether the pressure force on grains is that of the same step, with the acceleration of the grains in the pressure
-    /// equation; otherwise it is that of the previous step, which is stable only for heavy grains.
-    pub implicit_pressure_force: bool,
     /// Velocity of the fluid that the drag of a step is taken with.
     pub exchange: DragExchange,
-    /// Fluid that grains accelerate with themselves; with a pressure force of the same step alone.
+    /// Fluid that grains accelerate with themselves.
     pub added_mass: AddedMass,
     /// Lift of grains in sheared fluid.
     pub lift: Lift,
@@ -147,7 +144,6 @@ impl GrainPhase {
             smoothing: 1.0,
             reach: 1.0,
             least_void: 1.0,
-            implicit_pressure_force: false,
             exchange: DragExchange::Lagged,
             added_mass: AddedMass::NONE,
             lift: Lift::None,
@@ -159,8 +155,7 @@ impl GrainPhase {
     /// The spheres of `engine`, coupled to the fluid.
     ///
     /// # Panics
-    /// If the ghost margin of the engine is not larger than the smoothing radius of the void fraction, or grains have an added
-    /// mass but the pressure force of the step before.
+    /// If the ghost margin of the engine is not larger than the smoothing radius of the void fraction.
     #[must_use]
     pub fn new(domain: &Domain, mut engine: Engine, coupling: Coupling) -> Self {
         engine.own_promptly();
@@ -168,10 +163,6 @@ impl GrainPhase {
         assert!(
             !any || engine.ghost_margin() > coupling.smoothing,
             "ghost margin of the grains exceeds the smoothing radius"
-        );
-        assert!(
-            !coupling.added_mass.is_some() || coupling.implicit_pressure_force,
-            "the added mass needs the pressure force of the same step"
         );
         Self {
             engine,
@@ -257,14 +248,9 @@ impl GrainPhase {
         felt.iter().enumerate().try_for_each(|(n, gate)| self.engine.set_plate(n, gate.span(), gate.velocity))
     }
 
-    /// Whether grains and fluid exchange momentum.
-    fn is_active(&self) -> bool {
+    /// Whether grains and fluid exchange momentum, and the pressure of a step moves grains in the same step.
+    pub(crate) fn is_active(&self) -> bool {
         self.any && !self.frozen
-    }
-
-    /// Whether the pressure of a step moves grains in the same step.
-    pub(crate) fn gives_way(&self) -> bool {
-        self.any && self.coupling.implicit_pressure_force && !self.frozen
     }
 
     /// Distance between fluid particles at the lower bound of the void fraction over that in clear water.
@@ -317,7 +303,7 @@ impl GrainPhase {
         voids: &mut Voids,
     ) -> (usize, Real) {
         let count = kind.len();
-        let gives_way = self.gives_way();
+        let gives_way = self.is_active();
         let Self { sources, void, coupling, .. } = self;
         let (sources, least) = (&*sources, coupling.least_void);
         void.clear();

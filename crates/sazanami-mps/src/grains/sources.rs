@@ -14,7 +14,7 @@ use super::drag::volume;
 use crate::boundary::{Side, Tank};
 use crate::gates::{Gate, near};
 use crate::neighbours::ROWS;
-use crate::weight::{Weight, Wendland};
+use crate::weight::Weight;
 
 /// A grain or one of its images.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -70,7 +70,7 @@ fn share_within(q: Real) -> Real {
 impl Sources {
     pub fn new(radius: Real) -> Self {
         Self {
-            weight: Weight { family: Wendland::C2, radius },
+            weight: Weight { radius },
             scale: 21.0 / (2.0 * PI * radius.powi(3)),
             sources: Vec::new(),
             binned: Binned::default(),
@@ -166,7 +166,7 @@ impl Sources {
             let volume = self.seen(gate, position, source);
             [lanes(|l| volume[l] * pair.weight[l])]
         };
-        let [fraction] = self.binned.sum(self.weight.family, position, share);
+        let [fraction] = self.binned.sum(position, share);
         self.scale * fraction
     }
 
@@ -200,8 +200,7 @@ impl Sources {
             let slope = lanes(|l| volume[l] * pair.slope[l]);
             [share, lanes(|l| slope[l] * stretch[l]), lanes(|l| mobility[l] * share[l])]
         };
-        let [fraction, rate, grain_mobility] =
-            self.binned.sum(self.weight.family, position, shares).map(|sum| self.scale * sum);
+        let [fraction, rate, grain_mobility] = self.binned.sum(position, shares).map(|sum| self.scale * sum);
         Some(Solid { fraction, rate, grain_mobility })
     }
 }

@@ -61,7 +61,7 @@ impl Solver {
         report.stabilisation_work = columns.move_freely(step, tank, near, particles, equation);
         report.impulses = columns.impulses(step, particles);
 
-        columns.gives_way = grains.gives_way();
+        columns.gives_way = grains.is_active();
         if !grains.is_empty() {
             let voids_then = advance_grains(step, tank, (particles, near), grains, columns, &mut report, &mut watch)?;
             report.coupling.set_voids([voids_now, voids_then]);

@@ -10,7 +10,6 @@ use crate::grains::{DragExchange, GrainPhase, VoidReport};
 use crate::number_density::{self, PredictedPairs};
 use crate::particles::Particles;
 use crate::pressure::PressureEquation;
-use crate::scheme::ShiftingForm;
 use crate::source::{self, SourceTerms};
 use crate::stabilisation::Pairs;
 use crate::walls::Walls;
@@ -104,7 +103,7 @@ impl Phases<'_> {
         let pairs = PredictedPairs { kind: &particles.kind, samples, mobility };
         let spacing = step.settings.fluid.spacing;
         number_density::prediction(step.kernel, spacing, &near.neighbours, &pairs, &mut equation.blocks, sums);
-        free_surface::set_roles(step, particles, (&sums[..], position), &equation.blocks, &mut near.ghosts, roles);
+        free_surface::set_roles(step, particles, sums, &equation.blocks, &mut near.ghosts, roles);
         equation.set_diagonal(&particles.role, particles.owned);
         report.set_surface(&free_surface::report(step, particles, &equation.rows, start));
     }
@@ -139,21 +138,14 @@ impl Phases<'_> {
     /// Dynamic stabilisation, collisions, shifting.
     pub fn stabilise(&mut self, step: &Context<'_>, report: &mut StepReport) {
         let Self { particles, near, equation, columns, .. } = self;
-        let Columns { voids, predicted, sums, new, stabiliser, displacements, shifter, .. } = &mut **columns;
+        let Columns { voids, predicted, new, stabiliser, displacements, .. } = &mut **columns;
         let Particles { kind, owned, .. } = &**particles;
         let inverse_void = &voids.inverse;
         let pairs =
             Pairs { kind, owned: *owned, position: &predicted.position, inverse_void, blocks: &equation.blocks };
         report.set_stabilisation(stabiliser.stabilise(step, &pairs, &mut near.ghosts, new));
         report.collisions = stabiliser.collide(step, &pairs, new);
-        let scheme = &step.settings.scheme;
-        match scheme.shifting_form {
-            ShiftingForm::Strain if scheme.shifting > 0.0 => {
-                report.set_shift(&shifter.shift(step, particles, (inverse_void, sums), near, new));
-                report.impulses.contact -= report.shifting_impulse;
-            }
-            _ => report.largest_shift = shifting::shift(step, particles, inverse_void, near, new, displacements),
-        }
+        report.largest_shift = shifting::shift(step, particles, inverse_void, near, new, displacements);
     }
 
     /// Force of the new pressure on the grains, and their added mass.

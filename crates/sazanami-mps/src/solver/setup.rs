@@ -17,7 +17,6 @@ use crate::scheme::{CONJUGATE_RADIUS, Kernel, Projection};
 use crate::settings::Settings;
 use crate::surface_test::SurfaceTest;
 use crate::walls::Walls;
-use crate::weight::Wendland;
 
 impl Solver {
     /// A tank with fluid and grains. Every rank passes all fluid particles and keeps those in its part of the domain.
@@ -50,9 +49,6 @@ impl Solver {
             return Err(SetupError::Radius { radius });
         }
         let conjugate = settings.scheme.projection == Projection::Conjugate;
-        if conjugate && settings.scheme.weight != Wendland::C2 {
-            return Err(SetupError::ConjugateWeight);
-        }
         if conjugate && radius < CONJUGATE_RADIUS {
             return Err(SetupError::ConjugateRadius { radius });
         }

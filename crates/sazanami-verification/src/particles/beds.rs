@@ -186,8 +186,8 @@ pub fn falling_grain(scheme: Scheme, spacing: Real, density: Real, end: Real) ->
 /// Weight of the solver and its sums on a lattice.
 fn weight_of(solver: &Solver) -> (Weight, Calibration) {
     let settings = solver.settings();
-    let weight = Weight { family: settings.scheme.weight, radius: settings.scheme.radius * settings.fluid.spacing };
-    (weight, Calibration::new(&weight, settings.scheme.laplacian, settings.fluid.spacing))
+    let weight = Weight { radius: settings.scheme.radius * settings.fluid.spacing };
+    (weight, Calibration::new(&weight, settings.fluid.spacing))
 }
 
 /// Steady flow through a bed of fixed grains.

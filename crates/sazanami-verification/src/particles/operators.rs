@@ -40,7 +40,6 @@ pub struct Operators {
 
 /// Particles on a cubic lattice of spacing `spacing`, moved by up to `jitter` in each direction, all of weight `bulk`.
 struct Cloud {
-    scheme: Scheme,
     weight: Weight,
     sums: Calibration,
     probe: Probe,
@@ -49,8 +48,8 @@ struct Cloud {
 
 impl Cloud {
     fn new(scheme: Scheme, spacing: Real, jitter: Real, bulk: Real) -> Self {
-        let weight = Weight { family: scheme.weight, radius: scheme.radius };
-        let sums = Calibration::new(&weight, scheme.laplacian, 1.0);
+        let weight = Weight { radius: scheme.radius };
+        let sums = Calibration::new(&weight, 1.0);
         let width = spacing * COUNT as Real;
         let mut random = Random::new(3);
         let mut jittered = |place: Vector| {
@@ -62,7 +61,7 @@ impl Cloud {
         let rim = RIM.max(1.3 * weight.radius);
         let inside = |x: Vector| x.min_element() > rim && x.max_element() < width - rim;
         let inner = (0..positions.len()).filter(|&a| inside(probe.positions()[a])).collect();
-        Self { scheme, weight, sums, probe, inner }
+        Self { weight, sums, probe, inner }
     }
 
     fn values<T>(&self, value: impl Fn(Vector) -> T) -> Vec<T> {
@@ -84,7 +83,7 @@ impl Cloud {
         let position = self.probe.positions();
         let cut = |a: usize, b: usize| {
             let r = (position[b] - position[a]).length();
-            self.scheme.laplacian.coefficient(&self.weight, r).1
+            self.weight.laplacian(r).1
         };
         let count = |a: usize| self.probe.pressure_row(a).filter(|&(b, _)| cut(a, b)).count() as Real;
         self.mean(count) / self.mean(|a| self.probe.pressure_row(a).len() as Real)

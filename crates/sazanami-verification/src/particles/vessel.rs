@@ -75,8 +75,6 @@ pub struct Vessel {
     pub grains: Vec<Grain>,
     /// Diameter of the grains \[m].
     pub diameter: Real,
-    /// Whether grains answer to the pressure of the same step.
-    pub implicit_pressure_force: bool,
 }
 
 impl Vessel {
@@ -98,7 +96,6 @@ impl Vessel {
             fluid: Vec::new(),
             grains: Vec::new(),
             diameter: spacing,
-            implicit_pressure_force: true,
         }
     }
 
@@ -162,7 +159,6 @@ impl Vessel {
             smoothing: 3.0 * self.diameter,
             reach: 1.0,
             least_void: 0.3,
-            implicit_pressure_force: self.implicit_pressure_force,
             exchange: DragExchange::Lagged,
             added_mass: AddedMass::NONE,
             lift: Lift::None,

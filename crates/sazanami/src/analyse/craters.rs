@@ -1,5 +1,6 @@
 //! Several runs with craters: erosion volume against the momentum of the drop.
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use sazanami_io::table::write_csv;
@@ -58,10 +59,18 @@ fn late_change(series: &Table) -> Option<Real> {
 pub(super) fn comparable(folders: &[PathBuf]) -> Result<(Vec<RunResult>, Vec<String>), CommandError> {
     let mut found: Vec<(Real, RunResult)> = Vec::new();
     let mut lines = Vec::new();
+    let mut states: HashMap<String, String> = HashMap::new();
     for folder in folders {
         let summary = summary(folder)?;
         let name =
             folder.file_name().map_or_else(|| folder.display().to_string(), |n| n.to_string_lossy().into_owned());
+        // One run that is there twice is no scatter.
+        if let Some(state) = summary["state_hash"].as_str()
+            && let Some(same) = states.insert(state.to_owned(), name.clone())
+        {
+            lines.push(format!("{name}: left out, it has the bits of {same}"));
+            continue;
+        }
         let status = summary["status"].as_str().unwrap_or("unknown");
         let end = number(&summary, &["time_s"]).unwrap_or_default();
         if status == "failed" {

@@ -11,7 +11,7 @@ use super::output::{Output, undone};
 use super::pictures::draw_pictures;
 use super::summary_file::{summary, write_evaluation};
 use crate::artist::{Curve, Figure};
-use crate::case::{self, CRATERS_EVALUATED, LoadedCase, resolved};
+use crate::case::{self, CRATERS_EVALUATED, LoadedCase};
 use crate::checkpoints::{self, unreadable};
 use crate::error::CommandError;
 use crate::feasible;
@@ -86,7 +86,7 @@ fn evaluate(
     }
     let case_file = folder.join(CASE);
     let own = case::load(&case_file, &[])?;
-    if !resolved::has_hash(&own, &run.case_hash) {
+    if !run.is_of(&own) {
         output.message(&format!(
             "warning: `{}` is not the case that this run began with: it was changed since, or another version of \
              sazanami wrote it",

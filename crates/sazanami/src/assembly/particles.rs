@@ -5,7 +5,7 @@ use sazanami_mps::filling;
 use sazanami_mps::grains::{AddedMass, Coupling, DragParameters, Forchheimer, GrainPhase};
 use sazanami_mps::pouring;
 use sazanami_mps::pressure::Tolerance;
-use sazanami_mps::scheme::{Fluid, Scheme, Stabilisation};
+use sazanami_mps::scheme::{Fluid, Scheme};
 use sazanami_mps::solver::{FluidParticle, Settings};
 use sazanami_mps::stability::StepLimits;
 use sazanami_numerics::domain::{Domain, LayoutError};
@@ -15,9 +15,7 @@ use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::{Communicator, Reduction, for_each_chunk};
 
 use super::{fluid, grains};
-use crate::case::meaning::{
-    BoundarySide, Case, FluidName, GrainShape, LiquidRegion, Population, PressureForce, StabilisationWeight,
-};
+use crate::case::meaning::{BoundarySide, Case, FluidName, GrainShape, LiquidRegion, Population, StabilisationWeight};
 
 /// Cells of the division into ranks, over the radius of influence.
 const CELL: Real = 0.56;
@@ -51,28 +49,17 @@ pub(crate) fn settings(case: &Case, level: Real) -> Settings {
     let p = case.moving_particles();
     let liquid = case.fluid.liquid;
     let middle = 0.5 * (case.domain.lower + case.domain.upper);
-    let stabilised = |weighted| Some(Stabilisation { distance: p.stabilisation_distance, weighted });
     Settings {
         fluid: Fluid { density: liquid.density, viscosity: liquid.viscosity / liquid.density, spacing: p.spacing },
         scheme: Scheme {
             projection: p.projection,
-            weight: p.weight,
             radius: p.radius,
-            source: p.source,
-            surface_pressure: p.surface_pressure,
-            surface_test: p.surface_test,
-            laplacian: p.laplacian,
-            compensation: p.compensation,
-            relaxation: if p.relaxation > 0.0 { p.relaxation } else { Real::INFINITY },
-            gradient: p.gradient,
             stabilisation: match p.stabilisation {
-                StabilisationWeight::Weighted => stabilised(true),
-                StabilisationWeight::Full => stabilised(false),
+                StabilisationWeight::Weighted => Some(p.stabilisation_distance),
                 StabilisationWeight::Off => None,
             },
             shifting: p.shifting,
-            shifting_form: p.shifting_form,
-            reduced_pressure: p.reduced_pressure,
+            ..Scheme::default()
         },
         limits: StepLimits { courant: p.courant, longest: p.dt_max, fixed: p.dt },
         tolerance: Tolerance { strain: p.tolerance, most_iterations: p.pressure_iterations },
@@ -95,7 +82,6 @@ pub(crate) fn coupling(case: &Case) -> Coupling {
         smoothing: overlap.smoothing,
         reach: overlap.reach,
         least_void: overlap.least_void,
-        implicit_pressure_force: overlap.pressure_force == PressureForce::Implicit,
         exchange: overlap.exchange,
         added_mass: AddedMass { form: overlap.added_mass, coefficient: overlap.added_mass_coefficient },
         lift: overlap.lift,

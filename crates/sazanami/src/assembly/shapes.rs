@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use sazanami_io::input;
 use sazanami_io::mesh::MeshFileError;
 use sazanami_numerics::geometry::{
     ContactSphereRule, Cylinder, Shape, ShapeError, SphereListError, SpheroidMesh, parse_sphere_list,
@@ -89,5 +90,5 @@ fn contact_spheres(choice: &ContactSphereChoice) -> Result<ContactSphereRule, Sh
 }
 
 fn read(path: &Path) -> Result<String, ShapeProblem> {
-    std::fs::read_to_string(path).map_err(|error| ShapeProblem::Unreadable { path: path.to_owned(), error })
+    input::read_text(path).map_err(|error| ShapeProblem::Unreadable { path: path.to_owned(), error })
 }

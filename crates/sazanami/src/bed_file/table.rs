@@ -16,6 +16,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use sazanami_io::input;
 use sazanami_numerics::{Quaternion, Real, Vector};
 
 use super::{Bed, BedFileError, BedGrain, Recipe};
@@ -72,7 +73,7 @@ fn fields(row: &str) -> Vec<String> {
 
 /// Reads a table.
 pub(super) fn read(path: &Path) -> Result<Bed, BedFileError> {
-    let text = std::fs::read_to_string(path).map_err(|source| BedFileError::Path { path: path.to_owned(), source })?;
+    let text = input::read_text(path).map_err(|source| BedFileError::Path { path: path.to_owned(), source })?;
     parse(&text).map_err(|(line, problem)| BedFileError::Table { path: path.to_owned(), line, problem })
 }
 

@@ -18,6 +18,7 @@ use crate::case::meaning::{
     BoundarySide, BoxDomain, CarryingFlow, Case, GrainPlacement, LiquidRegion, Motion, PairContact, Particles,
     Placement, Population, Region, Solver, Step, Substeps, TankMotion, ViscosityScheme,
 };
+use crate::clock::{STEPS_OF_SWING, SWING, longest_in_swing};
 
 /// Source of a speed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -85,6 +86,10 @@ impl Pace {
             Some(particles) if case.solver == Solver::Mps => of_particles(case, particles, speeds),
             _ => of_grid(case, populations, speeds),
         };
+        limits.extend(
+            longest_in_swing(case)
+                .map(|longest| limit(SWING, longest, format!("a period of what swings over {STEPS_OF_SWING}"))),
+        );
         limits.retain(|limit| !limit.dt_s.is_nan() && limit.dt_s != Real::INFINITY);
         limits.sort_by(|a, b| a.dt_s.total_cmp(&b.dt_s));
         let ruling = fixed.map_or(0, |name| limits.iter().position(|limit| limit.name == name).unwrap_or(0));

@@ -12,7 +12,7 @@ use crate::check::{
     Cause, CostModel, LimitReport, Pace, ShapeFacts, TankReport, film_rules, number, packing_substeps,
     population_reports, speeds, stiffest_contact, stiffness, strongest_force, tank,
 };
-use crate::clock::fixed_step;
+use crate::clock::{SWING, fixed_step, longest_in_swing};
 
 /// Speed of sound in water [m/s]: no liquid is as good as incompressible that moves faster.
 const SOUND: Real = 1500.0;
@@ -22,8 +22,6 @@ const MOST_STEPS: Real = 1e10;
 const MOST_SUBSTEPS: Real = 1e12;
 /// Passes of the fluid in a fixed step from which on it is said to be long.
 const MANY_PASSES: usize = 10;
-/// Longest step over the period of an oscillation that it can follow.
-const OF_PERIOD: Real = 0.1;
 
 /// Whether a value is larger than allowed, or no number for the size of what it comes from.
 fn exceeds(value: Real, most: Real) -> bool {
@@ -109,7 +107,8 @@ impl Search<'_> {
         let span = self.loaded.places.of(if on_grid { "fluid.dt" } else { "particles.dt" });
         // The fluid on a grid makes several passes where it has to.
         let in_passes = [Limit::Advective, Limit::Viscous].map(Limit::name);
-        let binding = |limit: &&LimitReport| !(limit.rules || on_grid && in_passes.contains(&limit.name));
+        let binding =
+            |limit: &&LimitReport| !(limit.rules || limit.name == SWING || on_grid && in_passes.contains(&limit.name));
         if let Some(limit) = pace.limits.iter().find(binding).filter(|limit| limit.dt_s < pace.dt) {
             self.report
                 .warning(span, "this fixed step is longer than the limits allow")
@@ -125,17 +124,15 @@ impl Search<'_> {
 
     /// Warns of an oscillation that the steps cannot follow.
     fn follows_oscillation(&mut self, pace: &Pace) {
-        let Some(frame) = &self.case.frame else { return };
-        let frequencies = [
-            frame.oscillation.as_ref().map(|oscillation| oscillation.frequency),
-            frame.motion.as_ref().and_then(|motion| motion.harmonic()).map(|(_, frequency)| frequency),
-        ];
-        let Some(frequency) = frequencies.into_iter().flatten().reduce(Real::max) else { return };
-        if pace.dt * frequency > OF_PERIOD {
+        let (Some(longest), Some(frequency)) = (longest_in_swing(self.case), self.case.swing_frequency()) else {
+            return;
+        };
+        if pace.dt > longest * (1.0 + 1e-9) {
+            let span = self.span_of_cause(Cause::Frame).or_else(|| self.loaded.places.of("drive.oscillation"));
             self.report
-                .warning(self.span_of_cause(Cause::Frame), "the steps are too long for this oscillation")
+                .warning(span, "the steps are too long for this oscillation")
                 .label(format!("a step of {} s is {} of its periods", rounded(pace.dt), rounded(pace.dt * frequency)))
-                .help(format!("take steps of {} s at most, or check the frequency", rounded(OF_PERIOD / frequency)));
+                .help(format!("take steps of {} s at most, or check the frequency", rounded(longest)));
         }
     }
 

@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 use crate::artist::Artist;
 use crate::bed_file::Bed;
 use crate::case::meaning::Case;
-use crate::case::resolved;
+use crate::case::{LoadedCase, resolved};
 use crate::error::CommandError;
 use crate::progress::StepLine;
 use crate::state::Showing;
@@ -150,6 +150,9 @@ pub(crate) struct RunState {
     pub step: u64,
     /// Hash of the case, as the program that began the run found it.
     pub case_hash: String,
+    /// Hash of the case whatever its end; absent in checkpoints of earlier versions.
+    #[serde(default)]
+    pub endless_hash: Option<String>,
     /// That program; absent in checkpoints of earlier ones.
     #[serde(default)]
     pub program: Option<Program>,
@@ -192,7 +195,15 @@ impl RunState {
             Some(state) => (state.run.case_hash.clone(), state.run.program.clone()),
             None => (resolved::hash_text(job.case), Some(Program::this(job.options))),
         };
-        Self { case_hash, program, sums: Some(job.workers.sums.clone()), ..Self::default() }
+        let endless_hash = Some(resolved::hash_of_any_length(job.case));
+        Self { case_hash, endless_hash, program, sums: Some(job.workers.sums.clone()), ..Self::default() }
+    }
+
+    /// Whether `loaded` is the case of this run, or that case with another end.
+    pub fn is_of(&self, loaded: &LoadedCase) -> bool {
+        let endless = self.endless_hash.as_ref();
+        resolved::has_hash(loaded, &self.case_hash)
+            || endless.is_some_and(|hash| resolved::has_hash_of_any_length(loaded, hash))
     }
 
     /// Order of sums over the ranks, if the checkpoint knows it.

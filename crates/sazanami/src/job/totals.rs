@@ -67,9 +67,7 @@ summed! {
         #[serde(alias = "push_work")]
         stabilisation_work: Real, "J", "work of these pushes (negative: taken from the water)";
         #[serde(default)]
-        shifting_work: Real, "J", "energy that shifting has added: kinetic, with the conjugate projection potential (negative: taken)";
-        #[serde(default)]
-        shifting_impulse: [Real; 3], "N s", "momentum that it has added: part of `fluid_residual`";
+        shifting_work: Real, "J", "potential energy that shifting has added with the conjugate projection (negative: taken)";
         collisions: u64, "", "pairs that collided";
         clipped: u64, "", "particles put back from a wall";
         #[serde(default)]
@@ -131,11 +129,7 @@ impl ParticleTotals {
         }
         self.stabilised_pairs += report.stabilised_pairs as u64;
         self.stabilisation_work += report.stabilisation_work;
-        self.shifting_work += report.shifting_work + report.energy.shifting;
-        self.shifting_impulse
-            .iter_mut()
-            .zip(report.shifting_impulse.to_array())
-            .for_each(|(sum, impulse)| *sum += impulse);
+        self.shifting_work += report.energy.shifting;
         self.collisions += report.collisions as u64;
         self.clipped += report.clipped as u64;
         self.clipping_work += report.clipping_work;

@@ -15,7 +15,7 @@ use sazanami_parallel::{Communicator, Reduction};
 
 use self::releases::Releases;
 use crate::case::meaning::Solver;
-use crate::clock::Clock;
+use crate::clock::{Clock, SWING, fixed_step, longest_in_swing};
 use crate::job::{Ending, Job, RankError, RankFailure, Status};
 use crate::progress::StepLine;
 use crate::recorder::{GridObserver, Observer, ParticleObserver, Recorder, Step};
@@ -175,6 +175,7 @@ fn flow<B: Observer>(job: &Job, mut water: B::Water, recorder: &mut Recorder<B>)
             || job.options.until.is_some_and(|until| clock.has_reached(until))
     };
     let mut releases = Releases::of(case, clock.time());
+    let swing = longest_in_swing(case).filter(|_| fixed_step(case).is_none());
     loop {
         let [stop, checkpoint] = signals(water.domain(), job, recorder);
         let finished = clock.has_reached(case.run.until);
@@ -195,7 +196,10 @@ fn flow<B: Observer>(job: &Job, mut water: B::Water, recorder: &mut Recorder<B>)
         let output = recorder.next_due(case, clock.time());
         let due = releases.next(output);
         let next = water.stable_step(case, clock.time());
-        let stable @ (longest, ruling) = B::Water::length(next);
+        let stable @ (longest, ruling) = match (B::Water::length(next), swing) {
+            ((stable, _), Some(swing)) if swing < stable => (swing, SWING),
+            (length, _) => length,
+        };
         let dt = clock.next_step(longest, due);
         let limit = match dt < longest {
             true if due == output => OUTPUT,

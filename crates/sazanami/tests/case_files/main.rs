@@ -1,5 +1,6 @@
 //! Case files: what is shipped can be read, resolved copies mean the same, and what is wrong is named.
 
+mod defaults;
 mod feasibility;
 
 use std::path::{Path, PathBuf};
@@ -14,6 +15,17 @@ use sazanami_dem::ContactStart;
 
 fn cases() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases")
+}
+
+/// All shipped cases; plans of sweeps are none.
+fn shipped() -> Vec<PathBuf> {
+    let entries = |folder: &Path| -> Vec<PathBuf> {
+        let entries = std::fs::read_dir(folder).expect("the cases are shipped");
+        entries.map(|entry| entry.expect("a folder can be listed").path()).collect()
+    };
+    let folders = entries(&cases()).into_iter().filter(|path| path.is_dir() && !path.ends_with("sweeps"));
+    let files = std::iter::once(cases()).chain(folders).flat_map(|folder| entries(&folder));
+    files.filter(|path| path.extension().is_some_and(|extension| extension == "toml")).collect()
 }
 
 /// Reads a text as a case.
@@ -291,26 +303,19 @@ fn the_preset_is_explained_line_by_line() {
 
 #[test]
 fn shipped_cases_can_be_read() {
-    let mut count = 0;
-    for folder in ["raindrop", "templates"] {
-        for entry in std::fs::read_dir(cases().join(folder)).expect("the cases are shipped") {
-            let path = entry.expect("a folder can be listed").path();
-            if path.extension().is_none_or(|extension| extension != "toml") {
-                continue;
-            }
-            count += 1;
-            match case::load(&path, &[]) {
-                Ok(loaded) => assert_same_when_resolved(&loaded.case),
-                // A shipped bed may not have been made yet; the message then says how.
-                Err(error) => {
-                    let records = error.diagnostics.records(&error.source);
-                    assert!(records.iter().all(|r| r.message.starts_with("there is no bed file")), "{error}");
-                    assert!(records.iter().all(|r| r.suggestion.as_ref().is_some_and(|s| s.contains("sazanami run"))));
-                }
+    let shipped = shipped();
+    for path in &shipped {
+        match case::load(path, &[]) {
+            Ok(loaded) => assert_same_when_resolved(&loaded.case),
+            // A shipped bed may not have been made yet; the message then says how.
+            Err(error) => {
+                let records = error.diagnostics.records(&error.source);
+                assert!(records.iter().all(|r| r.message.starts_with("there is no bed file")), "{error}");
+                assert!(records.iter().all(|r| r.suggestion.as_ref().is_some_and(|s| s.contains("sazanami run"))));
             }
         }
     }
-    assert!(count >= 9, "{count} cases");
+    assert!(shipped.len() >= 24, "{} cases", shipped.len());
 }
 
 #[test]

@@ -27,23 +27,21 @@ fn the_projection_suits_the_case_and_the_radius_the_projection() {
     let (conjugate, enhanced) = (Projection::Conjugate, Projection::Enhanced);
     assert_eq!(of(dam, &[]), (conjugate, 2.6));
     assert_eq!(of(dam, &["particles.radius=3.1"]), (conjugate, 3.1));
-    for change in ["particles.projection=enhanced", "particles.source=corrected", "particles.shifting=0.5"] {
-        assert_eq!(of(dam, &[change]), (enhanced, 3.1), "{change}");
-    }
+    assert_eq!(of(dam, &["particles.projection=enhanced", "particles.shifting=0.5"]), (enhanced, 3.1));
     assert_eq!(of(&format!("preset = \"paper_literal\"\n{dam}"), &[]), (enhanced, 3.1));
     assert_eq!(of(TANK, &[]), (enhanced, 3.1));
-    assert_eq!(of(dam, &["particles.weight=c4"]), (enhanced, 3.1));
     // Between grains particles are up to half as large again, and so is the least width of a periodic tank.
     let wide = ["particles.projection=conjugate", "particles.spacing=0.5 mm"];
     assert_eq!(of(TANK, &wide), (conjugate, 2.6));
     let overrides = ["particles.projection=conjugate".to_owned()];
     let short = case::parse(Path::new("tank.toml"), TANK, &overrides).expect_err("7 mm across").to_string();
     assert!(short.contains("too short along x2") && short.contains("7.7"), "{short}");
-    let both = load(dam, &["particles.projection=conjugate", "particles.shifting=0.5"]);
-    assert!(both.warnings.render(&both.source, false).contains("`shifting` has no effect"));
-    let c4 = ["particles.weight=c4".to_owned(), "particles.projection=conjugate".to_owned()];
-    let message = case::parse(Path::new("dam.toml"), dam, &c4).expect_err("C4").to_string();
-    assert!(message.contains("has the weight C2"), "{message}");
+    for key in ["shifting=0.5", "stabilisation=off", "stabilisation_distance=0.9"] {
+        let change = format!("particles.{key}");
+        let message = case::parse(Path::new("dam.toml"), dam, &[change]).expect_err(key).to_string();
+        assert!(message.contains("has no effect with `projection = \"conjugate\"`"), "{message}");
+        assert!(message.contains("leave it out, or write `projection = \"enhanced\"`"), "{message}");
+    }
     let narrow = case::parse(Path::new("dam.toml"), dam, &["particles.radius=2.1".to_owned()]);
     let message = narrow.expect_err("too narrow").to_string();
     assert!(message.contains("is below 2.6") && message.contains("`projection = \"enhanced\"`"), "{message}");
@@ -57,7 +55,35 @@ fn resolved_tanks_mean_the_same() {
     assert_eq!(first, again);
     assert_eq!(resolved::hash(&first), resolved::hash(&again));
     let literal = load(&format!("preset = \"paper_literal\"\n{TANK}"), &[]).case;
-    assert_eq!((literal.overlap.blend, literal.particles.unwrap().reduced_pressure), ([0.4, 0.4], false));
+    assert_eq!((literal.overlap.blend, literal.particles.unwrap().projection), ([0.4, 0.4], Projection::Enhanced));
+}
+
+#[test]
+fn defaults_written_out_mean_the_same() {
+    let cases = [
+        ("cases/both/dam-break.toml", Projection::Conjugate),
+        ("cases/both/settling-sphere.toml", Projection::Enhanced),
+        ("cases/dam-over-bed.toml", Projection::Conjugate),
+        ("cases/ripples/quick.toml", Projection::Enhanced),
+        ("cases/ripples/tunnel.toml", Projection::Enhanced),
+        ("cases/templates/shaken_tank.toml", Projection::Enhanced),
+    ];
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    for (name, projection) in cases {
+        let text = std::fs::read_to_string(root.join(name)).expect("a shipped case");
+        let case = load(&text, &[]).case;
+        assert_eq!(case.particles.as_ref().map(|particles| particles.projection), Some(projection), "{name}");
+        let whole: toml::Table = resolved::write(&case, Paths::AsGiven).parse().expect("the copy is TOML");
+        let mut written = 0;
+        for table in ["particles", "overlap"] {
+            for (key, value) in whole.get(table).and_then(toml::Value::as_table).into_iter().flatten() {
+                let again = load(&text, &[&format!("{table}.{key}={value}")]).case;
+                assert_eq!(again, case, "{name}: {table}.{key} = {value}");
+                written += 1;
+            }
+        }
+        assert!(written > 8, "{name}: {written} keys");
+    }
 }
 
 /// The errors of a changed case.
@@ -104,14 +130,7 @@ fn wrong_tanks_are_refused_with_a_reason() {
             "cannot have the side",
         ),
         (vec!["overlap.blend=[0.5, 0.4]".into()], "a lower and an upper"),
-        (
-            vec!["overlap.pressure_force=lagged".into(), "material.sand.density=1500 kg/m^3".into()],
-            "too light for a lagged pressure force",
-        ),
-        (
-            vec!["overlap.added_mass=constant".into(), "overlap.pressure_force=lagged".into()],
-            "needs the pressure force of the same step",
-        ),
+        (vec!["overlap.pressure_force=implicit".into()], "`pressure_force` is no key any more"),
         (vec!["overlap.added_mass=zubr".into()], "did you mean `zuber`?"),
         (
             vec!["overlap.added_mass=zuber".into(), "overlap.added_mass_coefficient=-0.5".into()],

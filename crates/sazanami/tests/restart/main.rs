@@ -5,6 +5,7 @@
 mod support;
 
 mod damaged;
+mod longer;
 
 use std::path::Path;
 

@@ -4,7 +4,7 @@ use bytemuck::{Pod, Zeroable};
 use sazanami_dem::Motion;
 use sazanami_mps::grains::{diameter_of, volume};
 use sazanami_mps::solver::Solver;
-use sazanami_mps::weight::{Weight, Wendland};
+use sazanami_mps::weight::Weight;
 use sazanami_mps::{Kind, Role};
 use sazanami_numerics::{Real, Vector};
 use sazanami_observe::ripples::{GrainView, Interpolation, SurfaceProfile, Tank, WaterView, water_surface};
@@ -260,7 +260,7 @@ impl GatheredTank {
 
     /// Means over the water around places.
     pub fn around<'a>(&'a self, tank: &'a Tank) -> Interpolation<'a, impl Fn(Real) -> Real> {
-        let weight = Weight { family: Wendland::C2, radius: self.cutoff };
+        let weight = Weight { radius: self.cutoff };
         Interpolation {
             tank,
             position: &self.water.position,

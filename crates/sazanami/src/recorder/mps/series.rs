@@ -77,7 +77,7 @@ pub(in crate::recorder) const SERIES: &[SeriesCell<ParticleObserver>] = quantiti
         => |row| of_step(row, |step| step.stabilised_pairs);
     "stabilisation_work", "J", "work of these pushes (negative: taken from the water)"
         => |row| of_step(row, |step| step.stabilisation_work);
-    "largest_shift", "m", "longest displacement by particle shifting; 0 unless `particles.shifting` is set"
+    "largest_shift", "m", "longest displacement by particle shifting"
         => |row| of_step(row, |step| step.largest_shift);
     "collisions", "", "pairs nearer than half a spacing that collided; 0, at violent moments up to 5"
         => |row| of_step(row, |step| step.collisions);

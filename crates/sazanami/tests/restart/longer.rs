@@ -1,0 +1,93 @@
+//! Runs that go on beyond the end of their case.
+
+use super::*;
+
+/// A lid that drags liquid along, in adaptive steps.
+const DRAGGED: &str = r#"
+gravity = "0 m/s^2"
+[domain]
+size = ["3 mm", "3 mm", "3 mm"]
+cells = [6, 6, 6]
+[boundary]
+x3_upper = { moving = { velocity = ["0.1 m/s", "0 m/s", "0 m/s"] } }
+[[liquid]]
+region.half_space = { point = ["0 mm", "0 mm", "2 mm"], normal = [0, 0, 1] }
+[output]
+series = { every = "0.5 ms" }
+figures = { at = [] }
+fields = { every = "1 ms" }
+[run]
+until = "3 ms"
+"#;
+
+fn resumed(folder: &Path, options: RunOptions) -> (Result<RunSummary, CommandError>, Vec<String>) {
+    let mut listener = Listener::default();
+    let outcome = run::resume(folder, &options, &mut listener, &Stop::new());
+    (outcome, listener.messages)
+}
+
+fn until(time: f64, ranks: usize) -> RunOptions {
+    RunOptions { until: Some(time), ..On::ranks(ranks, 1).options(None) }
+}
+
+#[test]
+fn a_finished_run_goes_on_to_a_later_end() {
+    let scratch = Scratch::new("longer");
+    for ranks in [1, 2] {
+        let (folder, whole) = (scratch.join(&format!("longer-{ranks}")), scratch.join(&format!("whole-{ranks}")));
+        // The first end is a time of output, so that no step ends there that would not otherwise.
+        assert_eq!(start(&load(DRAGGED, &[]), &folder, On::ranks(ranks, 1)).unwrap().status, Status::Finished);
+        let (outcome, said) = resumed(&folder, until(5e-3, ranks));
+        assert_eq!(outcome.unwrap().status, Status::Finished);
+        assert!(said.iter().any(|text| text.contains("the case now ends at 0.005 s")), "{said:#?}");
+        start(&load(DRAGGED, &["run.until=\"5 ms\""]), &whole, On::ranks(ranks, 1)).unwrap();
+        assert_same(&folder, &whole, "a run that was lengthened");
+        let case_of = |folder: &Path| std::fs::read_to_string(folder.join("case.toml")).unwrap();
+        assert_eq!(case_of(&folder), case_of(&whole));
+        assert_eq!(Left::in_folder(&folder).summary["case_hash"], Left::in_folder(&whole).summary["case_hash"]);
+        let times = Left::in_folder(&folder).column("time");
+        assert_eq!(times.last(), Some(&5e-3));
+        assert!(times.windows(2).all(|pair| pair[0] < pair[1]), "no row stands twice: {times:?}");
+    }
+}
+
+#[test]
+fn a_run_that_broke_off_just_after_it_was_lengthened_goes_on() {
+    let scratch = Scratch::new("longer-broken");
+    let folder = scratch.join("run");
+    start(&load(DRAGGED, &[]), &folder, On::threads(1)).unwrap();
+    let file = folder.join("case.toml");
+    let text = std::fs::read_to_string(&file).unwrap();
+    let ends = |time: &str| text.replace("until = \"0.003 s\"", &format!("until = \"{time}\""));
+    assert_ne!(ends("0.004 s"), text);
+    std::fs::write(&file, ends("0.004 s")).unwrap();
+    assert_eq!(resumed(&folder, On::threads(1).options(None)).0.unwrap().status, Status::Finished);
+    assert_eq!(Left::in_folder(&folder).column("time").last(), Some(&4e-3));
+    // Negative control: another case is not the same run at any length.
+    std::fs::write(&file, ends("0.006 s").replace("[6, 6, 6]", "[6, 6, 8]")).unwrap();
+    let error = resumed(&folder, On::threads(1).options(None)).0.unwrap_err();
+    assert!(error.to_string().contains("it was changed since"), "{error}");
+}
+
+#[test]
+fn a_run_that_cannot_go_on_says_why() {
+    let scratch = Scratch::new("longer-refused");
+    let folder = scratch.join("run");
+    start(&load(DRAGGED, &[]), &folder, On::threads(1)).unwrap();
+    let before = std::fs::read(folder.join("summary.json")).unwrap();
+    let refused = |options: RunOptions, cause: &str| {
+        let error = resumed(&folder, options).0.unwrap_err();
+        assert_eq!(error.exit_code(), exit::WRONG_INPUT, "{error}");
+        assert!(error.to_string().contains(cause), "{error}");
+    };
+    refused(until(2e-3, 1), "cannot go back to 0.002 s");
+    refused(On::threads(1).steps(5).options(None), "its case ends at 0.003 s");
+    assert_eq!(std::fs::read(folder.join("summary.json")).unwrap(), before, "nothing was touched");
+    let counted = scratch.join("counted");
+    start(&load(DRAGGED, &["run.steps=3"]), &counted, On::threads(1)).unwrap();
+    let error = resumed(&counted, until(4e-3, 1)).0.unwrap_err();
+    assert!(error.to_string().contains("ends after 3 steps whatever the time"), "{error}");
+    // Presenting the results of a finished run again is no wish for more.
+    let steps = Left::in_folder(&folder).summary["steps"].as_u64();
+    assert_eq!(Some(resumed(&folder, On::threads(1).options(None)).0.unwrap().steps), steps);
+}
