@@ -9,10 +9,20 @@ use sazanami::case::key::{KeyDoc, Keys, TableDoc, ValueDoc};
 use crate::links::files_below;
 
 /// Tables whose words choose among schemes.
-const TABLES: [&str; 4] = ["contact", "coupling", "dem", "fluid"];
+const TABLES: [&str; 6] = ["contact", "coupling", "dem", "fluid", "overlap", "particles"];
 /// Words whose fate is open: tests alone use them.
-const UNDECIDED: [[&str; 2]; 3] =
-    [["coupling.room", "open"], ["fluid.viscosity", "implicit"], ["fluid.viscosity", "explicit"]];
+const UNDECIDED: [&str; 10] = [
+    "coupling.room = \"open\"",
+    "fluid.viscosity = \"explicit\"",
+    "fluid.viscosity = \"implicit\"",
+    "overlap.added_mass = \"constant\"",
+    "overlap.added_mass = \"zuber\"",
+    "overlap.drag = \"di_felice\"",
+    "overlap.exchange = \"implicit\"",
+    "overlap.lift = \"mei\"",
+    "overlap.lift = \"saffman\"",
+    "particles.stabilisation = \"off\"",
+];
 
 /// A word of a key.
 struct Word {
@@ -23,7 +33,7 @@ struct Word {
     all: Vec<&'static str>,
 }
 
-/// Words that nothing uses.
+/// What is wrong with the words that nothing uses.
 pub fn unused(root: &Path) -> io::Result<Vec<String>> {
     let sources = |folder: &str, kind: &str| -> io::Result<String> {
         let mut files = Vec::new();
@@ -34,12 +44,21 @@ pub fn unused(root: &Path) -> io::Result<Vec<String>> {
     let uses = format!("{}{}{programs}", sources("cases", "toml")?, sources("verification", "toml")?);
     let declared = choices(&sources("crates", "rs")?);
     let unused = words().into_iter().filter(|word| !is_used(word, &declared, &uses));
-    let said = |Word { path, word, .. }| {
+    let unused: Vec<String> = unused.map(|word| format!("{} = \"{}\"", word.path, word.word)).collect();
+    Ok(problems(&unused, &UNDECIDED))
+}
+
+/// Unused words that are not among the `undecided` ones, and undecided ones that are not unused.
+fn problems(unused: &[String], undecided: &[&str]) -> Vec<String> {
+    let new = unused.iter().filter(|word| !undecided.contains(&word.as_str()));
+    let new = new.map(|word| {
         format!(
-            "`{path} = \"{word}\"` is used by no shipped case and no row of verification: remove it (sazanami-case/src/removed.rs)"
+            "`{word}` is used by no shipped case and no row of verification: remove it (sazanami-case/src/removed.rs)"
         )
-    };
-    Ok(unused.map(said).collect())
+    });
+    let old = undecided.iter().filter(|word| !unused.iter().any(|unused| unused == *word));
+    new.chain(old.map(|word| format!("`{word}` is used or gone: take it off the list in xtask/src/tidy/words.rs")))
+        .collect()
 }
 
 /// The words that are neither defaults nor lines of the preset, of this key or of another one with the same words.
@@ -48,20 +67,23 @@ fn words() -> Vec<Word> {
     for table in Case::docs().keys.iter().filter(|key| TABLES.contains(&key.name)) {
         collect(table.name, &table.nested_docs(), &mut keys);
     }
-    let all = |key: &KeyDoc| match &key.value {
+    let mut found = Vec::new();
+    for (path, key) in &keys {
+        let all = words_of(key);
+        for &word in &all {
+            if !keys.iter().any(|(_, other)| words_of(other) == all && is_set(other, word)) {
+                found.push(Word { path: path.clone(), key: key.name, word, all: all.clone() });
+            }
+        }
+    }
+    found
+}
+
+fn words_of(key: &KeyDoc) -> Vec<&'static str> {
+    match &key.value {
         ValueDoc::Words(words) => words.iter().map(|(word, _)| *word).collect(),
         _ => Vec::new(),
-    };
-    let is_set = |of: &[&str], word: &str| keys.iter().any(|(_, key)| all(key) == of && is_set(key, word));
-    let of_key = |(path, key): &(String, KeyDoc)| {
-        let all = all(key);
-        let others: Vec<&str> = all.iter().copied().filter(|word| !is_set(&all, word)).collect();
-        others
-            .into_iter()
-            .map(move |word| Word { path: path.clone(), key: key.name, word, all: all.clone() })
-            .collect::<Vec<_>>()
-    };
-    keys.iter().flat_map(of_key).filter(|word| !UNDECIDED.contains(&[&word.path, word.word])).collect()
+    }
 }
 
 /// The keys of a table and of the tables in it, by their paths.
@@ -148,6 +170,14 @@ choices! {
         for uses in ["flow = \"down\"", "Other::AgainstGravity", "up"] {
             assert!(!is_used(&word, &declared, uses), "{uses}");
         }
+    }
+
+    #[test]
+    fn the_list_of_undecided_words_holds_what_is_unused_and_no_more() {
+        let unused = ["a.b = \"c\"".to_owned(), "a.b = \"d\"".to_owned()];
+        assert!(problems(&unused, &["a.b = \"c\"", "a.b = \"d\""]).is_empty());
+        assert!(problems(&unused, &["a.b = \"c\""])[0].contains("`a.b = \"d\"` is used by no"));
+        assert!(problems(&unused[..1], &["a.b = \"c\"", "a.b = \"e\""])[0].contains("`a.b = \"e\"` is used or gone"));
     }
 
     #[test]
