@@ -3,30 +3,10 @@
 //! The kind of a side determines the ghost values of every field.
 
 use sazanami_numerics::domain::{Ghost, GhostRules, Location};
-use sazanami_numerics::{Real, Vector, choices};
+use sazanami_numerics::{Real, Vector};
 
-use crate::pressure_sides::PressureSide;
-
-choices! {
-    /// Either of the two fluids.
-    pub enum FluidName {
-        /// The heavier one.
-        Liquid = "liquid",
-        /// The lighter one.
-        Gas = "gas",
-    }
-}
-
-impl FluidName {
-    /// Liquid fraction of the fluid.
-    #[must_use]
-    pub fn volume_fraction(self) -> Real {
-        match self {
-            Self::Liquid => 1.0,
-            Self::Gas => 0.0,
-        }
-    }
-}
+pub use crate::fluids::FluidName;
+use crate::outside::PressureSide;
 
 /// Boundary condition on a side of the box.
 #[derive(Clone, Copy, Debug, PartialEq)]

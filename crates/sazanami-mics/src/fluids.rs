@@ -1,6 +1,6 @@
 //! Properties of the liquid and the gas.
 
-use sazanami_numerics::Real;
+use sazanami_numerics::{Real, choices};
 
 /// Properties of the two fluids.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,5 +34,26 @@ impl Fluids {
     /// Constant and slope of the density as a function of C [kg/m^3].
     pub(crate) fn density_line(&self) -> [Real; 2] {
         [self.gas_density, self.liquid_density - self.gas_density]
+    }
+}
+
+choices! {
+    /// Either of the two fluids.
+    pub enum FluidName {
+        /// The heavier one.
+        Liquid = "liquid",
+        /// The lighter one.
+        Gas = "gas",
+    }
+}
+
+impl FluidName {
+    /// Liquid fraction of the fluid.
+    #[must_use]
+    pub fn volume_fraction(self) -> Real {
+        match self {
+            Self::Liquid => 1.0,
+            Self::Gas => 0.0,
+        }
     }
 }

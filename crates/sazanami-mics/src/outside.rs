@@ -19,9 +19,23 @@ use sazanami_numerics::grid::Field;
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::Reduction;
 
-use crate::boundary::FluidName;
-use crate::fluids::Fluids;
-use crate::pressure_sides::PressureSide;
+use crate::fluids::{FluidName, Fluids};
+
+/// Boundary condition of the pressure on a side of the box.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PressureSide {
+    /// The normal velocity is given: a wall, or an inlet.
+    Wall,
+    /// The pressure is that of a fluid outside, at rest.
+    Fixed {
+        /// What it has at the highest corner of the box \[Pa].
+        pressure: Real,
+        /// The fluid.
+        fluid: FluidName,
+    },
+    /// Periodic with the opposite side.
+    Periodic,
+}
 
 /// The fluid outside all open sides of the box.
 #[derive(Default)]

@@ -23,8 +23,8 @@ use crate::fluids::Fluids;
 use crate::mean_gradient::{MeanFlux, MeanGradient};
 use crate::mobility::{Closing, Mobility};
 use crate::outside::Outside;
+pub use crate::outside::PressureSide;
 use crate::pressure_sides::BoxSides;
-pub use crate::pressure_sides::PressureSide;
 
 /// Convergence criterion of the projection.
 #[derive(Clone, Copy, Debug, PartialEq)]

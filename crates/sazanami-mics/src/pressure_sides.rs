@@ -4,24 +4,7 @@ use sazanami_numerics::domain::{Domain, GhostRules};
 use sazanami_numerics::grid::Field;
 use sazanami_numerics::{Real, Vector};
 
-use crate::boundary::FluidName;
-use crate::outside::{Outside, place_on_side};
-
-/// Boundary condition of the pressure on a side of the box.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum PressureSide {
-    /// The normal velocity is given: a wall, or an inlet.
-    Wall,
-    /// The pressure is that of a fluid outside, at rest.
-    Fixed {
-        /// What it has at the highest corner of the box \[Pa].
-        pressure: Real,
-        /// The fluid.
-        fluid: FluidName,
-    },
-    /// Periodic with the opposite side.
-    Periodic,
-}
+use crate::outside::{Outside, PressureSide, place_on_side};
 
 /// The sides of the box that this rank touches.
 pub(crate) struct BoxSides<'a> {
