@@ -58,10 +58,10 @@ fn flux(solver: &Solver, level: Real) -> [Real; 2] {
 }
 
 /// Top of the bed: a quarter of a diameter below the mean crest of the columns of two diameters \[m].
-fn top(solver: &Solver) -> Real {
+pub(super) fn top(solver: &Solver) -> Real {
     let grains = solver.grains().engine().grains();
-    let columns = [SIZE[0] / 2, SIZE[1] / 2];
     let width = solver.tank().upper - solver.tank().lower;
+    let columns = [width.x, width.y].map(|width| (0.5 * width / DIAMETER).round() as usize);
     let mut crests = vec![0.0; columns[0] * columns[1]];
     for g in 0..grains.owned() {
         let x = grains.unwrapped_position(g);

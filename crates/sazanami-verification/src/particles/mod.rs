@@ -2,6 +2,7 @@
 
 mod at_rest;
 mod bed_load;
+mod bed_stress;
 mod beds;
 pub mod dam_break;
 mod drop;
@@ -20,6 +21,7 @@ mod waves;
 
 pub use at_rest::{Rest, RestSetup, falling_block, plain_pressure_gradient, rest};
 pub use bed_load::{BedLoad, bed_load};
+pub use bed_stress::{BedStress, bed_stress, started_flow};
 pub use beds::{
     Falling, LatticeVoids, RestingBed, Seepage, dry_bed, falling_grain, lattice_voids, resting_bed, seepage,
     seepage_with_surface,

@@ -16,6 +16,10 @@ use super::vessel::{lattice, under};
 pub(super) struct SettledBed {
     /// Enhancements.
     pub scheme: Scheme,
+    /// Spacing of the water; a diameter if there is none.
+    pub spacing: Option<Real>,
+    /// Kinematic viscosity [m^2/s]; that of water if there is none.
+    pub viscosity: Option<Real>,
     /// Extent in x and y.
     pub size: [usize; 2],
     /// Thickness of the bed.
@@ -45,9 +49,12 @@ impl SettledBed {
         let Self { size, layers, water, tilt, .. } = *self;
         let (d, depth) = (DIAMETER, self.depth());
         let rise = self.rise + 0.5 * tilt.abs() * size[0] as Real;
-        let high = (layers + water + rise + 6.0).ceil() as usize;
+        let (spacing, high) = (self.spacing.unwrap_or(1.0), layers + water + rise + 6.0);
         let ends = if self.endless { PERIODIC } else { WALLS };
-        let mut vessel = Vessel::new([size[0], size[1], high], d, [ends, PERIODIC, OPEN_TOP]);
+        let [n1, n2] = size.map(|n| (n as Real / spacing).round() as usize);
+        let count = [n1, n2, (high / spacing).ceil() as usize];
+        let mut vessel = Vessel::new(count, spacing * d, [ends, PERIODIC, OPEN_TOP]);
+        (vessel.diameter, vessel.viscosity) = (d, self.viscosity.unwrap_or(vessel.viscosity));
         (vessel.longest, vessel.margin, vessel.scheme) = (2e-4, self.margin, self.scheme);
         vessel.reference = Vector::new(0.5 * vessel.upper.x, 0.0, depth);
         vessel.grains = packed(&vessel, layers)?;
@@ -63,7 +70,8 @@ impl SettledBed {
             places.map(|x| phase.void_fraction(x + z * Vector::Z)).sum::<Real>() / 320.0
         };
         let top = vessel.upper.z - 3.0 * d;
-        let places = filling::layers(vessel.lower, vessel.upper, if tilt == 0.0 { depth } else { top }, d, mean);
+        let places =
+            filling::layers(vessel.lower, vessel.upper, if tilt == 0.0 { depth } else { top }, spacing * d, mean);
         let under_water = |x: &Vector| tilt == 0.0 || force.dot(*x - vessel.reference) > 0.0;
         let fluid = places.into_iter().filter(under_water);
         vessel.fluid = fluid.map(|position| FluidParticle { position, velocity: Vector::ZERO }).collect();

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::particles::{self as experiments, RestingBed};
-use sazanami_mps::scheme::Scheme;
+use sazanami_mps::scheme::{CONJUGATE_RADIUS, Scheme};
 use sazanami_numerics::Real;
 
 use super::said;
@@ -83,6 +83,27 @@ pub fn bed_load() -> Result<Vec<Measured>, String> {
     }
     let slow = experiments::bed_load(Scheme::default(), 0.01, 0.4).map_err(said)?;
     rows.push(Measured::new("control: load far below the threshold", slow.load.abs()));
+    Ok(rows)
+}
+
+/// Friction that particles add to the water's own, beside walls and over a bed, by each scheme.
+pub fn bed_stress() -> Result<Vec<Measured>, String> {
+    let mut rows = Vec::new();
+    for (name, scheme) in [("conjugate", Scheme::conjugate(CONJUGATE_RADIUS)), ("enhanced", Scheme::default())] {
+        let [near, far] = experiments::started_flow(scheme).map_err(said)?;
+        rows.push(Measured::new(format!("{name}: viscosity two spacings from a wall, over U l0"), near));
+        rows.push(Measured::new(format!("{name}: viscosity three spacings from a wall, over U l0"), far));
+        let found = [2.0 / 3.0, 1.0, 4.0 / 3.0].map(|spacing| experiments::bed_stress(scheme, spacing).map_err(said));
+        let [fine, middle, coarse] = found;
+        let found = [fine?, middle?, coarse?];
+        let mean = found.iter().map(|found| found.shields).sum::<Real>() / 3.0;
+        rows.push(Measured::new(format!("{name}: mean Shields number over that of a film"), mean / found[1].of_film));
+        for (spacing, found) in ["0.67", "1", "1.33"].into_iter().zip(&found) {
+            let row = |what: &str, value: Real| Measured::new(format!("{name}, spacing {spacing} d: {what}"), value);
+            rows.push(row("Shields number over the mean of the three", found.shields / mean));
+            rows.push(row("water a diameter below the top of the bed, over u*", found.pore));
+        }
+    }
     Ok(rows)
 }
 

@@ -14,7 +14,7 @@ pub(crate) use fluid::{
     dam_break, dam_break_lobovsky, falling_block, hydrostatics, operators, rotating_square, taylor_green, viscous_walls,
 };
 pub(crate) use grains::{
-    bed_load, frames, frames_with_bed, packed_bed, repose, resting_bed, settling_grain, void_fraction,
+    bed_load, bed_stress, frames, frames_with_bed, packed_bed, repose, resting_bed, settling_grain, void_fraction,
 };
 pub(crate) use suspended::{fluidised_bed, hindered_settling};
 pub(crate) use waves::{sloshing, sloshing_resonance, standing_wave, standing_wave_shallow, stretching_drop};
