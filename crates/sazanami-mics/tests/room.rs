@@ -37,7 +37,7 @@ struct Case {
 impl Case {
     /// Without viscosity if free grains act by their surfaces: their velocities are then no unknowns of the viscous step, with which
     /// the sums hold less well (docs/decisions/0020).
-    fn to_round_off(self) -> Self {
+    fn that_sums_to_round_off(self) -> Self {
         let joint = self.exchange == Exchange::Surface && self.grains.iter().any(|grain| grain.motion == Motion::Free);
         Self { viscosity: if joint { ViscosityScheme::Off } else { self.viscosity }, ..self }
     }
@@ -179,8 +179,8 @@ fn drop_on_bed(motion: Motion, exchange: Exchange, room: LiquidRoom) -> Case {
 /// Checks that a drop on a bed of grains in `motion` keeps its liquid and momentum.
 fn check_drop_on_bed(motion: Motion) {
     for exchange in [Exchange::Exact, Exchange::Surface] {
-        let (_, kept) = run(&drop_on_bed(motion, exchange, LiquidRoom::Open).to_round_off(), 6e-3);
-        let (_, control) = run(&drop_on_bed(motion, exchange, LiquidRoom::Whole).to_round_off(), 6e-3);
+        let (_, kept) = run(&drop_on_bed(motion, exchange, LiquidRoom::Open).that_sums_to_round_off(), 6e-3);
+        let (_, control) = run(&drop_on_bed(motion, exchange, LiquidRoom::Whole).that_sums_to_round_off(), 6e-3);
         println!("{exchange:?}: {kept:?}; whole cells: {control:?}");
         assert!(kept.liquid.abs() < 1e-12 && kept.momentum < 1e-9);
         // What is booked as clipped or left beside its room is little.
@@ -222,7 +222,7 @@ fn under_a_lid(exchange: Exchange, room: LiquidRoom, diameter: Real) -> Case {
 #[test]
 fn a_grain_under_a_full_lid_leaves_the_box_full() {
     for (exchange, diameter) in [(Exchange::Exact, 2.3), (Exchange::Surface, 6.0)] {
-        let (solver, kept) = run(&under_a_lid(exchange, LiquidRoom::Open, diameter).to_round_off(), 30e-3);
+        let (solver, kept) = run(&under_a_lid(exchange, LiquidRoom::Open, diameter).that_sums_to_round_off(), 30e-3);
         let way = solver.grains().engine().grains().position[0].distance(WIDTH * Vector::new(7.3, 8.9, 10.6));
         println!("{exchange:?}: {kept:?}, way {way:e}");
         assert_eq!(kept.from_full, 0.0);
@@ -266,7 +266,7 @@ fn a_grain_that_crosses_a_level_displaces_its_volume() {
     for exchange in [Exchange::Exact, Exchange::Surface] {
         for out in [false, true] {
             let [open, whole] = [LiquidRoom::Open, LiquidRoom::Whole].map(|room| {
-                let case = crossing(exchange, room, out).to_round_off();
+                let case = crossing(exchange, room, out).that_sums_to_round_off();
                 let [_, before] = volumes(&case.solver());
                 let (solver, kept) = run(&case, if out { 45e-3 } else { 80e-3 });
                 let [grain, after] = volumes(&solver);

@@ -427,7 +427,8 @@ awk -v key="$(value cfl "$2")" -v seed="$(value seed "$2")" 'BEGIN {
         let case = "[domain]\nsize = [\"8 mm\", \"8 mm\", \"8 mm\"]\ncells = [8, 8, 8]\n[material.glass]\n\
                     density = \"2500 kg/m^3\"\n[contact.default]\nnormal_stiffness = \"1e3 N/m\"\nrestitution = 0.3\n\
                     [[grains]]\nshape.sphere = { diameter = \"2 mm\" }\n\
-                    placement.list = [{ position = [\"4 mm\", \"4 mm\", \"5 mm\"] }]\n[run]\nuntil = \"1 ms\"\n";
+                    placement.lattice = { lower = [\"1 mm\", \"1 mm\", \"3 mm\"], upper = [\"7 mm\", \"7 mm\", \"6 mm\"], \
+                    counts = [1, 1, 1], jitter = 0.1 }\n[run]\nuntil = \"1 ms\"\n";
         fs::write(at("a.toml"), case).unwrap();
         fs::write(at("program"), NOISY.replace("SLOPE", slope)).unwrap();
         fs::set_permissions(at("program"), fs::Permissions::from_mode(0o700)).unwrap();

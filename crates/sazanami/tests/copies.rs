@@ -114,6 +114,6 @@ fn runs_in_boxes_of_any_size_go_on() {
         let loaded = case::parse(Path::new("case.toml"), &text, &[]).unwrap_or_else(|error| panic!("{error}"));
         let folder = scratch.join(name);
         start(&loaded, &folder, On::threads(1).steps(2)).unwrap_or_else(|error| panic!("{name}: {error}"));
-        go_on(&folder, On::threads(1).steps(2)).0.unwrap_or_else(|error| panic!("{name}: {error}"));
+        go_on(&folder, On::threads(1)).0.unwrap_or_else(|error| panic!("{name}: {error}"));
     }
 }

@@ -37,8 +37,8 @@ fn a_sphere_released_in_still_water_starts_with_its_added_mass() {
             }
             velocity(&solver).z / (dt * Real::from(steps))
         };
-        // The conjugate projection gives a light grain alone 6 % too little buoyancy, with and without added mass.
-        let buoyant = if scheme.projection == Projection::Conjugate { 0.07 } else { 0.03 };
+        // The conjugate projection gives a light grain alone 3 % too little buoyancy, half of that with added mass.
+        let (buoyant, between) = if scheme.projection == Projection::Conjugate { (0.035, 0.02) } else { (0.03, 0.015) };
         for (density, off) in [(2650.0, 0.03), (500.0, buoyant)] {
             let expected = |coefficient: Real| 9.81 * (1000.0 - density) / (density + coefficient * 1000.0);
             let [found, alone] = [SPHERE, AddedMass::NONE].map(|added| start(density, added));
@@ -46,7 +46,7 @@ fn a_sphere_released_in_still_water_starts_with_its_added_mass() {
             // Negative control: without added mass as without.
             assert!((alone / expected(0.0) - 1.0).abs() < off, "{density}: {alone} {}", expected(0.0));
             let slower = found / alone * expected(0.0) / expected(0.5);
-            assert!((slower - 1.0).abs() < 0.015, "{density}: {slower}");
+            assert!((slower - 1.0).abs() < between, "{density}: {slower}");
             // In clear water Zuber's factor is 1.
             assert!((start(density, ZUBER) / found - 1.0).abs() < 1e-9);
         }
