@@ -25,6 +25,10 @@ use sazanami_parallel::for_each_chunk;
 use crate::boundary::Boundary;
 use crate::flow::Flow;
 
+/// Least open part of a cell or a face that two grains share: a gap between them counts as at least so wide, in cells. What is narrower is
+/// not sealed, since grains touch by their roughness.
+pub(crate) const NARROWEST: Real = 0.05;
+
 /// Mobility of the faces: acceleration by a pressure difference over that in fluid alone.
 pub struct Mobility {
     faces: [Field<Real>; 3],
@@ -94,7 +98,15 @@ pub(crate) struct Closing<'a> {
     pub binding: bool,
     /// Rows with a fraction above zero.
     pub rows: &'a RowSet,
+    /// Number of grains in each cell, where some hold more than one.
+    pub shared: Option<&'a [Real]>,
+    /// What all grains cover of the faces, for those beside such cells.
+    pub cut: Option<&'a Cut<'a>>,
 }
+
+/// Sums over the grains on the lower faces in a direction: their part of the face, the volume that they carry through over its area
+/// [m/s], and the part over their density [m^3/kg].
+pub(crate) type Cut<'a> = dyn Fn(usize, [&mut Field<Real>; 3]) + 'a;
 
 impl Mobility {
     /// Faces that nothing closes.
@@ -130,10 +142,19 @@ impl Mobility {
         flow: &mut Flow,
         dt: Real,
     ) {
-        let Closing { fraction: alpha, density: solid, velocity, response, binding, rows: covered } = closing;
+        let Closing { fraction: alpha, density: solid, velocity, response, binding, rows: covered, shared, cut } =
+            closing;
+        let cut = cut.filter(|_| shared.is_some());
         let [_, n2, n3] = domain.cells();
+        let shared = cut.and(shared);
+        let is_shared = |at: usize| shared.is_some_and(|count| count[at] > 1.0);
         let (p, rho) = (pressure.data(), flow.density.data());
+        let [_, _, _, sections, fluxes, light, ..] = &mut flow.work;
         for (d, uf) in flow.face_velocity.iter_mut().enumerate() {
+            if let Some(cut) = cut {
+                cut(d, [sections, fluxes, light]);
+            }
+            let (sections, fluxes, light) = (sections.data(), fluxes.data(), light.data());
             if self.faces[d].cells() != domain.cells() {
                 self.faces[d] = domain.field(1.0);
             }
@@ -160,13 +181,19 @@ impl Mobility {
                         continue;
                     }
                     let mass = rho[at - behind] + rho[at];
-                    let closed = (below.min(1.0) * rho[at - behind] + here.min(1.0) * rho[at]) / mass;
-                    let lightness = both / (solid[at - behind] + solid[at]);
-                    let rigid = (velocity[at - behind] + velocity[at]) / both;
+                    let (closed, held, lightness) = if is_shared(at - behind) || is_shared(at) {
+                        let closed = sections[at].clamp(0.0, 1.0 - NARROWEST);
+                        let lightness = if sections[at] > 0.0 { light[at] / sections[at] } else { 0.0 };
+                        (closed, fluxes[at] - closed * uf[i], lightness)
+                    } else {
+                        let closed = (below.min(1.0) * rho[at - behind] + here.min(1.0) * rho[at]) / mass;
+                        let rigid = (velocity[at - behind] + velocity[at]) / both;
+                        (closed, closed * (rigid - uf[i]), both / (solid[at - behind] + solid[at]))
+                    };
                     let response =
                         response.map_or(1.0, |b| (b[at - behind] * rho[at - behind] + b[at] * rho[at]) / mass);
                     let bound = if binding { closed + (1.0 - closed) * (1.0 - response) } else { closed };
-                    uf[i] += closed * (rigid - uf[i]) + bound * scale * lightness * (p[at] - p[at - behind]);
+                    uf[i] += held + bound * scale * lightness * (p[at] - p[at - behind]);
                     mobility[i] = (1.0 - closed) * response + bound * lightness * 0.5 * mass;
                 }
             });

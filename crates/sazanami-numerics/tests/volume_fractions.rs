@@ -320,6 +320,48 @@ fn the_surface_in_the_cells_adds_up_to_that_of_the_grain_and_does_not_jump() {
 }
 
 #[test]
+fn the_sections_of_a_box_across_its_axis_have_the_area_and_the_centre_of_its_end() {
+    let (grid, edges) = (paper_grid(), Vector::new(1.1e-3, 0.93e-3, 0.71e-3));
+    let block = cuboid(edges);
+    let mut random = Sequence(7);
+    for (d, axis) in [Vector::X, Vector::Y, Vector::Z].into_iter().enumerate() {
+        let (x, _) = random.pose(&grid);
+        let q = Quaternion::from_axis_angle(axis, 6.0 * random.next());
+        let covers_of = |with_areas: bool| {
+            let mut covers = Vec::new();
+            Rasteriser::new(VolumeFractionMethod::Clip).with_areas(with_areas).imprint(
+                &block,
+                x,
+                q,
+                &grid,
+                &mut covers,
+            );
+            covers
+        };
+        let covers = covers_of(true);
+        let [a, b] = [1, 2].map(|t| (d + t) % 3);
+        let (face, end) = (grid.spacing[a] * grid.spacing[b], edges[a] * edges[b]);
+        let mut planes = 0;
+        for plane in 0..200 {
+            let place = grid.lower[d] + grid.spacing[d] * Real::from(plane);
+            if (place - x[d]).abs() > 0.499 * edges[d] {
+                continue;
+            }
+            planes += 1;
+            let sections = covers.iter().filter(|cover| cover.cell[d] == plane).map(|cover| cover.sections[d]);
+            let [area, first, second] = sections.fold([0.0; 3], |[area, first, second], section| {
+                [area + section.part, first + section.moment[0], second + section.moment[1]]
+            });
+            assert!((area * face / end - 1.0).abs() < 1e-6, "{d}: {}", area * face / end);
+            assert!((first / area - x[a]).abs() < 1e-6 * edges[a] && (second / area - x[b]).abs() < 1e-6 * edges[b]);
+        }
+        assert!(planes >= 3, "{planes}");
+        // Negative control: not asked for.
+        assert!(covers_of(false).iter().all(|cover| cover.sections[d].part == 0.0));
+    }
+}
+
+#[test]
 #[ignore = "prints the cost of each method"]
 fn cost() {
     let (grid, grain) = (paper_grid(), paper_grain());

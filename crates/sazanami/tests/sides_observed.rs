@@ -87,13 +87,13 @@ fn planes_on_upper_sides_have_their_flux_and_pressure() {
     let flux: Real = 0.1 * 0.016 * 0.024;
     for on in [On::threads(1), On::ranks(2, 1)] {
         let at = read(BOX, &planes, &[plug, sides], &format!("planes-{}", on.ranks), on);
-        for n in 0..positions.len() {
+        for (n, place) in positions.iter().enumerate() {
             for column in ["volume_flux", "liquid_flux"] {
                 let found = at(&format!("x{n}"), column);
-                assert!((found / flux - 1.0).abs() < 1e-6, "{}, {column}: {found}", positions[n]);
+                assert!((found / flux - 1.0).abs() < 1e-6, "{place}, {column}: {found}");
             }
             let pressure = at(&format!("x{n}"), "mean_pressure");
-            assert!((pressure / (998.2 * 9.8 * 12e-3) - 1.0).abs() < 1e-2, "{}: {pressure}", positions[n]);
+            assert!((pressure / (998.2 * 9.8 * 12e-3) - 1.0).abs() < 1e-2, "{place}: {pressure}");
         }
         // Hydrostatic to the sides themselves: nothing on top, all the water on the floor.
         let pressure = [0, 1, 2].map(|n| at(&format!("z{n}"), "mean_pressure"));

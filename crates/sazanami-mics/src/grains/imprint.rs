@@ -5,17 +5,18 @@
 //! grains overlap in a contact, alpha may exceed one: users of the fields scale it down there.
 
 mod lists;
+mod sections;
 
 use std::ops::Range;
 
 use sazanami_dem::{Grains, Motion};
 use sazanami_numerics::domain::{Domain, GhostRules};
-use sazanami_numerics::geometry::{CellCover, Rasteriser, Shape, VolumeFractionMethod};
+use sazanami_numerics::geometry::{CellCover, Rasteriser, Section, Shape, VolumeFractionMethod};
 use sazanami_numerics::grid::{Field, GHOSTS};
 use sazanami_numerics::{Quaternion, Real, Vector};
 use sazanami_parallel::{Rows, for_each_chunk};
 
-use lists::{Lists, Part, Planes, cut};
+use lists::{Lists, Part, Planes, Sections, cut};
 
 /// Grains in one group of cell lists: the unit of parallel work.
 const GROUP: usize = 32;
@@ -94,6 +95,9 @@ struct Group {
     covers: Vec<CellCover>,
     shares: Vec<Share>,
     previous: Vec<Share>,
+    /// What the shares cover of the faces of their cells; empty unless asked for.
+    sections: Vec<Sections>,
+    previous_sections: Vec<Sections>,
     ends: Vec<u32>,
     /// The shares of each member, cut at planes of cells, and the ends of these lists.
     parts: Vec<Part>,
@@ -111,6 +115,7 @@ struct Evaluation<'a> {
     domain: &'a Domain,
     grains: &'a Grains,
     shapes: &'a [Shape],
+    with_areas: bool,
     /// Poses to use instead of the present ones.
     poses: Option<&'a [Pose]>,
 }
@@ -128,6 +133,8 @@ impl Group {
             covers: Vec::new(),
             shares: Vec::new(),
             previous: Vec::new(),
+            sections: Vec::new(),
+            previous_sections: Vec::new(),
             ends: Vec::new(),
             parts: Vec::new(),
             part_ends: Vec::new(),
@@ -161,7 +168,9 @@ impl Group {
             return;
         }
         std::mem::swap(&mut self.shares, &mut self.previous);
+        std::mem::swap(&mut self.sections, &mut self.previous_sections);
         self.shares.clear();
+        self.sections.clear();
         if !known {
             self.ends.clear();
             self.ends.resize(members.len(), 0);
@@ -178,6 +187,9 @@ impl Group {
                 self.poses[member] = pose_of(members.start + member);
                 self.imprint(with, members.start + member, member);
             } else {
+                if !self.previous_sections.is_empty() {
+                    self.sections.extend_from_slice(&self.previous_sections[old.clone()]);
+                }
                 self.shares.extend_from_slice(&self.previous[old]);
             }
             self.ends[member] = self.shares.len() as u32;
@@ -193,6 +205,11 @@ impl Group {
             // than the other would be doubled whenever the entries change.
             self.previous.clear();
             self.previous.reserve_exact(self.shares.capacity());
+            if !self.sections.is_empty() {
+                self.sections.reserve(self.shares.capacity() - self.sections.len());
+                self.previous_sections.clear();
+                self.previous_sections.reserve_exact(self.sections.capacity());
+            }
         }
     }
 
@@ -240,6 +257,13 @@ impl Group {
                 let wetted = (cover.area / grid.cell_volume()) as f32;
                 let foot = (cover.surface - pose.position).as_vec3().to_array();
                 self.shares.push(Share { fraction: cover.fraction, at: at as u32, arm, wetted, foot });
+                if with.with_areas {
+                    self.sections.push([0, 1, 2].map(|d| {
+                        let Section { part, moment: [a, b] } = cover.sections[d];
+                        let [x, y] = [1, 2].map(|t| part * pose.position[(d + t) % 3]);
+                        [part, a - x, b - y].map(|value| value as f32)
+                    }));
+                }
             }
         }
     }
@@ -266,6 +290,10 @@ pub struct Imprint {
     pub solid_density: Field<Real>,
     /// Sum of alpha_k times the rigid velocity of grain k at the covered centroid [m/s].
     pub solid_velocity: [Field<Real>; 3],
+    /// Number of grains in each cell, if areas are asked for.
+    grains_in: Field<Real>,
+    /// Whether any cell on any rank holds more than one.
+    is_shared: bool,
 }
 
 impl Imprint {
@@ -287,6 +315,8 @@ impl Imprint {
             solid_fraction: Field::new(cells, 0.0),
             solid_density: Field::new(cells, 0.0),
             solid_velocity: std::array::from_fn(|_| Field::new(cells, 0.0)),
+            grains_in: Field::new([0; 3], 0.0),
+            is_shared: false,
         }
     }
 
@@ -294,7 +324,9 @@ impl Imprint {
     /// as heavy.
     #[must_use]
     pub fn with_areas(self, with_areas: bool) -> Self {
-        Self { with_areas, rigid: if with_areas { RIGID } else { 1.0 }, ..self }
+        let cells = if with_areas { self.solid_fraction.cells() } else { [0; 3] };
+        let rigid = if with_areas { RIGID } else { 1.0 };
+        Self { with_areas, rigid, grains_in: Field::new(cells, 0.0), ..self }
     }
 
     /// The cells that grain `n` of the engine covers on this rank.
@@ -333,13 +365,16 @@ impl Imprint {
             self.groups.resize_with(count.div_ceil(GROUP), || Group::new(self.method, self.with_areas));
             self.groups.iter_mut().for_each(|group| group.poses.clear());
         }
-        let with = Evaluation { domain, grains, shapes, poses };
+        let with = Evaluation { domain, grains, shapes, with_areas: self.with_areas, poses };
         for_each_chunk(&mut self.groups[..], 1, |number, groups| {
             let first = number * GROUP;
             groups[0].evaluate(with, first..(first + GROUP).min(count));
         });
         self.planes.sort(&self.groups, &self.order);
         self.sum(domain, grains);
+        if self.with_areas {
+            self.count_grains(domain);
+        }
         self.report(domain, grains.owned())
     }
 

@@ -72,7 +72,7 @@ pub(super) struct Joint {
     pub gained: Vec<[Real; 6]>,
     /// Velocity before the viscous step [m/s].
     kept: Option<[Field<Real>; 3]>,
-    density: Vec<[Real; 1]>,
+    pub density: Vec<[Real; 1]>,
 }
 
 fn two(values: &[Real; 6]) -> [Vector; 2] {

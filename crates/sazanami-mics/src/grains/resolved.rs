@@ -86,7 +86,23 @@ impl GrainPhase {
             response: None,
             binding: self.joint.on,
             rows: &self.surface.covered,
+            shared: self.imprint.shared(),
+            cut: None,
         })
+    }
+
+    /// Sums what the grains cover of the lower faces in direction `d`, what they carry through, and how light they are: [`crate::mobility::Cut`].
+    pub(crate) fn cut_faces(&self, domain: &Domain, d: usize, into: [&mut Field<Real>; 3]) {
+        let motion = if self.joint.on { &self.joint.velocity } else { &self.motion };
+        let grains = self.engine.grains();
+        let density = |n: usize| match self.joint.density.get(n).filter(|_| self.joint.on) {
+            Some(&[density]) => density,
+            None => {
+                let mass = grains.mass[n] / (self.shapes[grains.shape[n] as usize].volume() * grains.scale[n].powi(3));
+                if grains.motion[n] == Motion::Free { mass } else { self.imprint.rigid() * mass }
+            }
+        };
+        self.imprint.sum_sections(domain, d, motion, density, into);
     }
 
     /// Sets force and torque on each owned grain over `dt` \[s]: what the covered part of the cells has gained since the
@@ -164,6 +180,10 @@ impl GrainPhase {
             _ => (Vector::ZERO - impulses[n][0]).to_array(),
         });
         self.engine.add_impulses(&impulses);
+        for ((force, torque), [impulse, turn]) in self.force.iter_mut().zip(&mut self.torque).zip(&impulses) {
+            *force += *impulse / dt;
+            *torque += *turn / dt;
+        }
         self.engine.change_attached(|grains, n, attached| {
             let state: SurfaceState = bytemuck::cast(*attached);
             let change = |now: Vector, before: [Real; 3]| ((now - Vector::from_array(before)) / dt).to_array();

@@ -30,7 +30,7 @@ use sazanami_numerics::{Real, Vector};
 
 use super::imprint::{Imprint, Share};
 use crate::flow::Flow;
-use crate::mobility::RowSet;
+use crate::mobility::{NARROWEST, RowSet};
 
 /// Solid fraction from which on a cell moves with its grains.
 pub(super) const SOLID: Real = 0.99;
@@ -103,7 +103,7 @@ impl Surface {
         let [v1, v2, v3] = &mut self.velocity;
         imprint.sum_surfaces(domain, motion, &mut self.area, [v1, v2, v3]);
         let strides = domain.strides().map(|s| s as usize);
-        let alpha = imprint.solid_fraction.data();
+        let (alpha, shared) = (imprint.solid_fraction.data(), imprint.shared());
         let solid = imprint.solid_velocity.each_ref().map(Field::data);
         let Self { friction, velocity: [v1, v2, v3], area, taken: [t1, t2, t3], covered, .. } = self;
         let area = area.data();
@@ -117,11 +117,13 @@ impl Surface {
                 return;
             }
             for (i, at) in row.shifted(0).enumerate() {
-                let towards = if alpha[at] >= SOLID {
+                let is_shared = shared.is_some_and(|count| count[at] > 1.0) && area[at] > 0.0;
+                let towards = if alpha[at] >= SOLID && !is_shared {
                     friction[i] = Real::INFINITY;
                     Vector::new(solid[0][at], solid[1][at], solid[2][at]) / alpha[at]
                 } else if area[at] > 0.0 {
-                    let (radius, towards) = ((1.0 - alpha[at]) / area[at], Vector::new(v1[i], v2[i], v3[i]) / area[at]);
+                    let open = if is_shared { (1.0 - alpha[at]).max(NARROWEST) } else { 1.0 - alpha[at] };
+                    let (radius, towards) = (open / area[at], Vector::new(v1[i], v2[i], v3[i]) / area[at]);
                     let slip = (Vector::new(u1[at], u2[at], u3[at]) - towards).length();
                     let reynolds = slip * radius / flow.fluids.kinematic_viscosity(c[at]);
                     friction[i] = beside_slip(reynolds, resolved(alpha, at, strides)) / (radius * radius);

@@ -1,5 +1,6 @@
 //! A step in the phases of Fig. 1 of Yagyu et al. (2015), as `docs/theory/mics.md` numbers them.
 
+use sazanami_numerics::grid::Field;
 use sazanami_numerics::mean_flow::MeanFlow;
 use sazanami_numerics::{Real, Vector};
 
@@ -147,7 +148,9 @@ impl<'a> FluidPass<'a> {
         let Pass { domain, boundary, gravity, dt } = self.now;
         if let Some(closing) = self.grains.closing() {
             let response = self.acceleration.as_ref().and_then(|acceleration| acceleration.response());
-            self.projection.close_faces(domain, boundary, Closing { response, ..closing }, self.flow, dt);
+            let cut = |d: usize, into: [&mut Field<Real>; 3]| self.grains.cut_faces(domain, d, into);
+            let closing = Closing { response, cut: Some(&cut), ..closing };
+            self.projection.close_faces(domain, boundary, closing, self.flow, dt);
         }
         let Flow { density, velocity, face_velocity, .. } = &mut *self.flow;
         let tolerance = &self.settings.tolerance;

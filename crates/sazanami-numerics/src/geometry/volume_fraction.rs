@@ -51,6 +51,18 @@ pub struct CellCover {
     pub area: Real,
     /// Centre of that surface in the laboratory \[m]; that of the covered part where there is none.
     pub surface: Vector,
+    /// What the shape covers of the lower face in each direction; nothing unless asked for.
+    pub sections: [Section; 3],
+}
+
+/// The part of a face of a cell within a shape.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Section {
+    /// Its area over that of the face.
+    pub part: Real,
+    /// Integral of the place within the face over its part, over the area of the face \[m]: laboratory coordinates in the next two
+    /// directions, cyclically.
+    pub moment: [Real; 2],
 }
 
 /// Diagnostics of an imprint.
@@ -84,6 +96,16 @@ pub struct Rasteriser {
     with_areas: bool,
 }
 
+/// The surface of a body in one cell.
+#[derive(Clone, Copy, Debug, Default)]
+struct Piece {
+    /// Area [m^2] and its first moments from the lower corner of the block [m^2 cell edges].
+    area: [Real; 4],
+    /// In each direction the area as it is seen along it, outward, and the first moments of that in the next two directions, lengths in
+    /// cell edges; later the same of the section of the lower face.
+    seen: [[Real; 3]; 3],
+}
+
 /// The cells around a body.
 #[derive(Clone, Debug, Default)]
 struct Block {
@@ -92,8 +114,8 @@ struct Block {
     cells: [usize; 3],
     /// By x1 fastest, x3 slowest.
     sums: Vec<Sums>,
-    /// Area of the surface [m^2] and its first moments from the lower corner of the block [m^2 cell edges], if asked for.
-    areas: Vec<[Real; 4]>,
+    /// The surface in the cells, if asked for.
+    areas: Vec<Piece>,
 }
 
 impl Rasteriser {
@@ -154,8 +176,9 @@ impl Rasteriser {
         };
         if self.with_areas {
             self.block.areas.clear();
-            self.block.areas.resize(self.block.sums.len(), [0.0; 4]);
+            self.block.areas.resize(self.block.sums.len(), Piece::default());
             clip::accumulate_areas(&self.nodes, triangles, grid.spacing, &mut self.block);
+            self.block.cut_faces();
         }
         let exact_cells = shape.volume() * scale.powi(3) / grid.cell_volume();
         let mut tally = self.block.collect(weight, grid, covers);
@@ -224,6 +247,22 @@ impl Block {
         (k * self.cells[1] + j) * self.cells[0] + i
     }
 
+    /// Turns the surface seen along each direction into the sections of the lower faces: the surface in a cell and the sections of its
+    /// two faces close the covered part, over which the integrals of 1 and of the coordinates along the face cancel.
+    fn cut_faces(&mut self) {
+        let strides = [1, self.cells[0], self.cells[0] * self.cells[1]];
+        for (d, (&stride, &count)) in strides.iter().zip(&self.cells).enumerate() {
+            let is_first = |index: usize| (index / stride).is_multiple_of(count);
+            for start in (0..self.areas.len()).filter(|&index| is_first(index)) {
+                let mut section = [0.0; 3];
+                for n in 0..count {
+                    let seen = std::mem::replace(&mut self.areas[start + n * stride].seen[d], section);
+                    section.iter_mut().zip(seen).for_each(|(section, seen)| *section -= seen);
+                }
+            }
+        }
+    }
+
     /// Adds what lies under the pieces of the cells above, then lists the covered cells.
     fn collect(&mut self, weight: Real, grid: &Grid, covers: &mut Vec<CellCover>) -> Tally {
         let [n1, n2, n3] = self.cells;
@@ -244,7 +283,7 @@ impl Block {
             for j in 0..n2 as i32 {
                 for i in 0..n1 as i32 {
                     let v = &self.sums[index];
-                    let [area, moment @ ..] = self.areas.get(index).copied().unwrap_or_default();
+                    let Piece { area: [area, moment @ ..], seen } = self.areas.get(index).copied().unwrap_or_default();
                     index += 1;
                     if v[0] <= threshold {
                         continue;
@@ -263,7 +302,16 @@ impl Block {
                     } else {
                         centroid
                     };
-                    covers.push(CellCover { cell, fraction, centroid, area, surface });
+                    let corner = grid.lower + grid.spacing * first;
+                    let sections = [0, 1, 2].map(|d| {
+                        let [part, moment @ ..] = seen[d];
+                        let in_laboratory = |t: usize| {
+                            let along = (d + 1 + t) % 3;
+                            part * corner[along] + moment[t] * grid.spacing[along]
+                        };
+                        Section { part, moment: [in_laboratory(0), in_laboratory(1)] }
+                    });
+                    covers.push(CellCover { cell, fraction, centroid, area, surface, sections });
                 }
             }
         }

@@ -7,6 +7,10 @@ use sazanami_parallel::{Rows, for_each_chunk};
 
 use super::{GROUP, Group, Share};
 
+/// What a grain covers of the lower faces of a cell: a part, and its first moments in the next two directions from the grain's centre of
+/// mass \[m].
+pub(super) type Sections = [[f32; 3]; 3];
+
 /// The shares of a grain in one plane of cells.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Part {
@@ -104,6 +108,16 @@ impl Lists<'_> {
                 }
             });
         });
+    }
+
+    /// Calls `body` with the index and each share and its sections of every grain that touches plane `k` of cells, in the order of their keys.
+    pub fn for_each_section(&self, k: usize, mut body: impl FnMut(usize, &Share, &Sections)) {
+        let Planes { parts, starts } = self.planes;
+        for part in &parts[starts[k] as usize..starts[k + 1] as usize] {
+            let (n, range) = (part.grain as usize, part.begin as usize..part.end as usize);
+            let group = &self.groups[n / GROUP];
+            group.shares[range.clone()].iter().zip(&group.sections[range]).for_each(|(share, of)| body(n, share, of));
+        }
     }
 
     /// Calls `body` with the index, the volume \[m^3] and the shares of every grain that touches plane `k` of cells, in the

@@ -142,17 +142,19 @@ impl Cells<'_> {
         let (own, u) = (self.excess[at], self.velocity(at));
         let goes = own != 0.0 && self.weights[at] > 0.0;
         let part_of = if self.moved { PART } else { 1.0 };
-        let (mut entered, mut impulse, mut touched) = (0.0, Vector::ZERO, goes);
+        let (mut entered, mut carried, mut impulse, mut touched) = (0.0, 0.0, Vector::ZERO, goes);
         for (beside, d, above) in self.neighbours(cell, at) {
             let theirs = self.excess[beside];
             if theirs != 0.0 && self.weights[beside] > 0.0 {
                 let part = part_of * theirs * self.weight(beside, at, d, !above, theirs) / self.weights[beside];
                 touched |= part != 0.0;
                 entered += part;
+                carried += drho * part.max(0.0);
                 impulse += drho * part.max(0.0) * (self.velocity(beside) - u);
             }
             if goes && own < 0.0 {
                 let part = -part_of * own * self.weight(at, beside, d, above, own) / self.weights[at];
+                carried += drho * part;
                 impulse += drho * part * (self.velocity(beside) - u);
             }
         }
@@ -165,8 +167,9 @@ impl Cells<'_> {
         let mass = open * self.fluids.density(fraction) + drho * excess;
         // Grains take part of it where there are any: small rooms with much passing through stay slow.
         let (whole, is_covered) = (self.fluids.density(fraction), self.alpha[at] > 0.0);
-        let is_light = mass < LIGHT * whole;
-        let gained = impulse / if is_covered || is_light { whole } else { mass };
+        let is_light = mass < LIGHT * whole.max(carried);
+        // With what carries the impulse: gas alone would be faster than the liquid that passes through it.
+        let gained = impulse / if is_covered || is_light { whole + carried } else { mass };
         let given = if is_covered || is_light { impulse - mass * gained } else { Vector::ZERO };
         Some(Change { at, fraction, excess, velocity: u + gained, given })
     }

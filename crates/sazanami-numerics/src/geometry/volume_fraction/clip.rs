@@ -23,16 +23,23 @@ pub(super) fn accumulate(nodes: &[Vector], triangles: &[[u32; 3]], block: &mut B
     1.0
 }
 
-/// Adds to the block the area of all triangles in each cell [m^2] and its first moments [m^2 cell edges].
+/// Adds to the block the area of all triangles in each cell, how it is seen along each direction, and first moments.
 pub(super) fn accumulate_areas(nodes: &[Vector], triangles: &[[u32; 3]], spacing: Vector, block: &mut Block) {
     pieces(nodes, triangles, |[i, j, k], piece| {
         let index = block.index(i, j, k);
         let p = piece.corners[0];
         for pair in piece.corners[1..piece.len].windows(2) {
             let area = 0.5 * ((pair[0] - p) * spacing).cross((pair[1] - p) * spacing).length();
-            let moment = area / 3.0 * (p + pair[0] + pair[1]);
+            let centre = (p + pair[0] + pair[1]) / 3.0;
+            let moment = area * centre;
             let sums = [area, moment.x, moment.y, moment.z];
-            block.areas[index].iter_mut().zip(sums).for_each(|(sum, part)| *sum += part);
+            let piece = &mut block.areas[index];
+            piece.area.iter_mut().zip(sums).for_each(|(sum, part)| *sum += part);
+            let outward = 0.5 * (pair[0] - p).cross(pair[1] - p);
+            for (d, seen) in piece.seen.iter_mut().enumerate() {
+                let sums = [1.0, centre[(d + 1) % 3], centre[(d + 2) % 3]];
+                seen.iter_mut().zip(sums).for_each(|(sum, part)| *sum += outward[d] * part);
+            }
         }
     });
 }
