@@ -55,7 +55,7 @@ fn grain(id: u64, place: Vector) -> Grain {
 
 #[test]
 fn the_contacts_that_there_are_shorten_the_sub_step() {
-    let domain = domain(Box::new(Solo::default()));
+    let domain = domain(Box::<Solo>::default());
     let pressed = |places: &[Vector]| {
         let grains: Vec<Grain> = (0..).zip(places).map(|(id, &place)| grain(id, place)).collect();
         let along = LinearSpringDashpot { tangential_stiffness: 1.0, ..law(0.2) };
@@ -108,7 +108,7 @@ fn ranks_threads_and_interruptions_give_the_same_sub_steps_and_bits() {
         let mut engine = Engine::new(&domain, setup(0.2), &heap()).expect("the case is sound");
         run(&domain, &mut engine, 40)
     };
-    let expected = whole(Box::new(Solo::default()));
+    let expected = whole(Box::<Solo>::default());
     let fewest = expected.1.iter().min().expect("steps");
     assert!(expected.1.iter().any(|count| count > fewest), "contacts shorten some: {:?}", expected.1);
     for (ranks, threads) in [(1, 3), (2, 1), (4, 2)] {
@@ -152,7 +152,7 @@ fn contacts_that_drive_are_named_on_every_rank() {
 
 #[test]
 fn work_of_loads_drag_and_moving_walls_is_not_that_of_contacts() {
-    let domain = domain(Box::new(Solo::default()));
+    let domain = domain(Box::<Solo>::default());
     let body = || Grain { velocity: Vector::new(0.1, 0.0, 0.2), ..grain(1, Vector::new(3.0, 3.0, 3.0)) };
     // A force, a torque, gravity and an added mass, without contact.
     let mut engine = Engine::new(&domain, setup(0.5), &[body()]).expect("the case is sound");
