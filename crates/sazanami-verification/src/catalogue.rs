@@ -2,21 +2,44 @@
 //!
 //! The name is that of the folder in `verification/` with `expected.toml`, reference data and page.
 
+use std::borrow::Cow;
+
 use crate::cases::{
-    arrays, at_rest, beds, both, contact, examples, free_grains, immersed, impact, moving_particles, pair, random_bed,
-    reduced, ripples, rising, settling, single_phase, transport, turning, two_phase, volume_fractions,
+    arrays, beds, both, contact, examples, free_grains, immersed, impact, moving_particles, pair, random_bed, reduced,
+    ripples, rising, settling, single_phase, transport, turning, two_phase, volume_fractions,
 };
+use crate::expected::Expected;
 use crate::measured::{IntoOutcome, Outcome};
+use crate::posed::Posed;
 
 /// A verification case.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Case {
     /// Name on the command line and of the folder.
     pub name: &'static str,
     /// Text of its `expected.toml` when the program was built.
     pub expected: &'static str,
-    /// Measures; an error is a failed case.
-    pub measure: fn() -> Result<Outcome, String>,
+    /// Its case file, if it is posed by one.
+    pub posed: Option<Posed>,
+    /// Measures what no case file can pose; an error is a failed case.
+    pub program: Option<fn() -> Result<Outcome, String>>,
+}
+
+impl Case {
+    /// Runs and measures it.
+    ///
+    /// # Errors
+    /// Why it cannot be measured.
+    pub fn measure(&self, expected: &Expected) -> Result<Outcome, String> {
+        let mut outcome =
+            self.posed.as_ref().map_or_else(|| Ok(Outcome::default()), |posed| posed.measure(self.name, expected))?;
+        if let Some(program) = self.program {
+            let Outcome { values, curves } = program()?;
+            outcome.values.extend(values);
+            outcome.curves.extend(curves);
+        }
+        Ok(outcome)
+    }
 }
 
 macro_rules! case {
@@ -24,17 +47,52 @@ macro_rules! case {
         Case {
             name: $name,
             expected: include_str!(concat!("../../../verification/", $name, "/expected.toml")),
-            measure: || $program().and_then(IntoOutcome::into_outcome),
+            posed: None,
+            program: Some(|| $program().and_then(IntoOutcome::into_outcome)),
+        }
+    };
+    // Posed by its `case.toml`.
+    ($name:literal) => {
+        case!($name, case concat!("../../../verification/", $name, "/case.toml"), "", None)
+    };
+    // The same beside the `reference.csv` of a case.
+    ($name:literal, with $table:literal) => {
+        case!(
+            $name,
+            case concat!("../../../verification/", $name, "/case.toml"),
+            include_str!(concat!("../../../verification/", $table, "/reference.csv")),
+            None
+        )
+    };
+    // By a case that is shipped.
+    ($name:literal, file $path:literal) => {
+        case!($name, case $path, "", None)
+    };
+    // By its `case.toml` and, what that cannot pose, by a program.
+    ($name:literal, and $program:path) => {
+        case!(
+            $name,
+            case concat!("../../../verification/", $name, "/case.toml"),
+            "",
+            Some(|| $program().and_then(IntoOutcome::into_outcome))
+        )
+    };
+    ($name:literal, case $path:expr, $reference:expr, $program:expr) => {
+        Case {
+            name: $name,
+            expected: include_str!(concat!("../../../verification/", $name, "/expected.toml")),
+            posed: Some(Posed { case: Cow::Borrowed(include_str!($path)), reference: Cow::Borrowed($reference) }),
+            program: $program,
         }
     };
 }
 
 /// All cases, in the order of what builds on what.
 pub const CASES: &[Case] = &[
-    case!("layers-at-rest", single_phase::layers),
-    case!("block-on-floor", at_rest::block_on_floor),
+    case!("layers-at-rest"),
+    case!("block-on-floor"),
     case!("taylor-green", single_phase::taylor_green_vortices),
-    case!("channels", single_phase::channels),
+    case!("channels", with "channels"),
     case!("lid-driven-cavity", single_phase::lid_driven_cavity),
     case!("projection", single_phase::projection),
     case!("slip-box-vortex", single_phase::vortex_between_walls),
@@ -43,11 +101,11 @@ pub const CASES: &[Case] = &[
     case!("deformation", transport::deformed_sphere),
     case!("falling-drop", two_phase::falling_drop),
     case!("dam-break", two_phase::dam_break),
-    case!("restitution", contact::restitution_of_a_ball),
-    case!("bouncing", contact::bouncing),
-    case!("oblique-impact", contact::oblique),
-    case!("slip-to-roll", contact::slip_to_roll),
-    case!("incline", contact::incline),
+    case!("restitution"),
+    case!("bouncing"),
+    case!("oblique-impact"),
+    case!("slip-to-roll"),
+    case!("incline", and contact::sticking),
     case!("free-rotation", free_grains::free_rotation),
     case!("swarm", free_grains::swarm_budget),
     case!("neighbour-lists", free_grains::neighbour_lists),
@@ -108,3 +166,26 @@ pub const CASES: &[Case] = &[
     case!("reduced-raindrop", reduced::reduced_raindrop),
     case!("paper-bed", beds::paper_bed),
 ];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cases_are_posed_and_every_value_has_a_source() {
+        for case in CASES {
+            let expected = Expected::parse(case.expected).unwrap_or_else(|problem| panic!("{}: {problem}", case.name));
+            let declared = expected.quantities.iter().filter(|quantity| quantity.value.is_some()).count();
+            let Some(posed) = &case.posed else {
+                assert_eq!((declared, expected.runs.len()), (0, 0), "{} has no case file", case.name);
+                continue;
+            };
+            assert!(declared == expected.quantities.len() || case.program.is_some(), "{}", case.name);
+            posed.loaded(&expected).unwrap_or_else(|problem| panic!("{}: {problem}", case.name));
+            let quantities = expected.quantities.iter().filter_map(|quantity| quantity.beside.as_ref());
+            for beside in quantities.chain(expected.charts.iter().filter_map(|chart| chart.beside.as_ref())) {
+                beside.table(&posed.reference).unwrap_or_else(|problem| panic!("{}: {problem}", case.name));
+            }
+        }
+    }
+}

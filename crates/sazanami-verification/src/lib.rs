@@ -1,5 +1,6 @@
-//! Cases with known results: programs that measure, files that judge.
+//! Cases with known results: case files and programs that measure, files that judge.
 //!
+//! A case file is run as a user runs it, and `expected.toml` says what is taken of its tables ([`posed`], [`value`]).
 //! [`grid`] and [`particles`] are experiments on the two fluid solvers; the programs in [`cases`] measure them, and whole
 //! runs, and return values by name. Unit, reference and band of every value are in `verification/<case>/expected.toml`
 //! ([`expected`]); [`judge`] compares, [`verify`] runs, [`page`] writes the pages.
@@ -23,5 +24,7 @@ pub mod judge;
 pub mod measured;
 pub mod page;
 pub mod particles;
+pub mod posed;
 pub mod reference;
+pub mod value;
 pub mod verify;

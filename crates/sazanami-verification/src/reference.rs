@@ -10,8 +10,6 @@ pub const SQUARE_DAM: &str = include_str!("../../../verification/mps-dam-break/r
 pub const LOBOVSKY: &str = include_str!("../../../verification/mps-dam-break-lobovsky/reference.csv");
 /// Ghia, Ghia and Shin (1982).
 pub const CAVITY: &str = include_str!("../../../verification/lid-driven-cavity/reference.csv");
-/// Two-degree-of-freedom solution, and Kharaz et al. (2001).
-pub const OBLIQUE: &str = include_str!("../../../verification/oblique-impact/reference.csv");
 /// ten Cate et al. (2002).
 pub const SETTLING: &str = include_str!("../../../verification/settling/reference.csv");
 /// Zick and Homsy (1982).
@@ -47,8 +45,6 @@ mod tests {
     fn tables_are_read_whole() {
         assert_eq!((history(DAM_BREAK, "front").len(), history(DAM_BREAK, "column").len()), (15, 17));
         assert_eq!((history(SQUARE_DAM, "front").len(), history(LOBOVSKY, "front").len()), (16, 6));
-        assert_eq!(rows(OBLIQUE, "linear", ["angle_in_deg", "rebound_deg"]).len(), 10);
-        assert_eq!(rows(OBLIQUE, "experiment", ["angle_in_deg", "rebound_deg"]).len(), 7);
         assert_eq!(rows(SETTLING, "E4", ["time_s", "velocity_m_per_s"])[0], [0.068, -0.0379]);
         assert_eq!(rows(CAVITY, "", ["y", "u_re100"]).len(), 17);
         // A column that is not there.

@@ -30,7 +30,7 @@ pub struct Choice {
     pub long: bool,
     /// Only the cases that run with the tests.
     pub subset: bool,
-    /// A folder whose `<case>/expected.toml` stand in for those of the program.
+    /// A folder whose `<case>/expected.toml`, `case.toml` and `reference.csv` stand in for those of the program.
     pub expected: Option<PathBuf>,
     /// Cases at a time, each on one thread; 0 for as many as there are processors.
     pub jobs: usize,
@@ -206,7 +206,9 @@ fn work(queue: &Mutex<VecDeque<Job>>, news: &Sender<News>) {
 
 fn run(job: Job) -> Judged {
     let start = Instant::now();
-    let found = with_threads(1, job.case.measure).map_err(|refused| refused.to_string()).and_then(|found| found);
+    let found = with_threads(1, || job.case.measure(&job.expected))
+        .map_err(|refused| refused.to_string())
+        .and_then(|found| found);
     judged(job, found, start.elapsed().as_secs_f64())
 }
 
@@ -264,7 +266,12 @@ fn chosen(cases: &[Case], choice: &Choice) -> Result<Vec<Job>, CommandError> {
         let expected = expected_of(case, choice.expected.as_ref())?;
         let wanted = !choice.names.is_empty() || choice.long || !expected.long;
         if wanted && (!choice.subset || expected.subset) {
-            jobs.push(Job { place: jobs.len(), case: *case, expected });
+            let mut case = case.clone();
+            if let Some(folder) = choice.expected.as_ref().map(|folder| folder.join(case.name)) {
+                let posed = case.posed.map(|posed| posed.of_folder(&folder)).transpose();
+                case.posed = posed.map_err(|error| CommandError::Undone(format!("{}: {error}", folder.display())))?;
+            }
+            jobs.push(Job { place: jobs.len(), case, expected });
         }
     }
     Ok(jobs)
@@ -317,11 +324,15 @@ mod tests {
         "about = \"a test\"\ncost = 1\n[[quantity]]\nname = \"x\"\nband = [0.9, 1.1]\nsource = \"by hand\"\n";
     const LONG: &str = "about = \"a test\"\ncost = 9\nlong = true\nquantity = []\n";
 
+    const fn case(name: &'static str, expected: &'static str, program: fn() -> Result<Outcome, String>) -> Case {
+        Case { name, expected, posed: None, program: Some(program) }
+    }
+
     fn cases() -> [Case; 3] {
         [
-            Case { name: "near", expected: EXPECTED, measure: || vec![Measured::new("x", 1.01)].into_outcome() },
-            Case { name: "far", expected: EXPECTED, measure: || vec![Measured::new("x", 1.2)].into_outcome() },
-            Case { name: "slow", expected: LONG, measure: || Err("broke".into()) },
+            case("near", EXPECTED, || vec![Measured::new("x", 1.01)].into_outcome()),
+            case("far", EXPECTED, || vec![Measured::new("x", 1.2)].into_outcome()),
+            case("slow", LONG, || Err("broke".into())),
         ]
     }
 

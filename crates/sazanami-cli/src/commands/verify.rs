@@ -44,7 +44,7 @@ pub struct Verify {
     /// Write values, page and figure of each case to DIR/<case>
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Judge by DIR/<case>/expected.toml where there is one
+    /// Take case.toml, reference.csv and expected.toml from DIR/<case> where they are there
     #[arg(long, value_name = "DIR")]
     expected: Option<PathBuf>,
     /// Cases at a time, each on one thread (default: one for each processor)

@@ -1,7 +1,6 @@
 //! The programs that pose the cases and measure.
 
 pub mod arrays;
-pub mod at_rest;
 pub mod beds;
 pub mod both;
 pub mod contact;

@@ -3,13 +3,12 @@
 use std::f64::consts::PI;
 
 use crate::grid::{
-    CavityError, Experiment, Reynolds, TimeOrder, cavity, layers_at_rest, slip_box_vortex, taylor_green,
-    taylor_green_in_time,
+    CavityError, Experiment, Reynolds, TimeOrder, cavity, slip_box_vortex, taylor_green, taylor_green_in_time,
 };
 use sazanami_dem::Random;
 use sazanami_mics::advection::Limiter;
 use sazanami_mics::boundary::{Boundary, Side};
-use sazanami_mics::flow::{Flow, Fluids, Schemes};
+use sazanami_mics::flow::Schemes;
 use sazanami_mics::pressure::{PressureReport, PressureSide, Projection, Tolerance};
 use sazanami_mics::viscosity::ViscosityScheme;
 use sazanami_numerics::domain::{Domain, GhostRules};
@@ -37,15 +36,6 @@ pub(crate) fn each<I: Copy, O, E: std::fmt::Display, const N: usize>(
     let outputs: Result<Vec<O>, String> =
         inputs.into_iter().map(|i| run(i).map_err(|error| error.to_string())).collect();
     outputs?.try_into().map_err(|_| "as many results as inputs".to_owned())
-}
-
-/// Layers of air, water and air at rest.
-pub(crate) fn layers() -> Result<Vec<Measured>, String> {
-    let still = layers_at_rest(100).map_err(|error| error.to_string())?;
-    Ok(vec![
-        Measured::new("largest speed after 100 steps", still.speed),
-        Measured::new("largest error of a pressure step, over that in water", still.pressure),
-    ])
 }
 
 /// Orders in space and time, and error of the energy, of Taylor-Green vortices at rest and drifting.
@@ -125,52 +115,6 @@ pub(crate) fn vortex_between_walls() -> Result<Vec<Measured>, String> {
     rows.push(Measured::new("control: error with the wall pressure from u*/dt, over the true one", wrong[1] / right));
     rows.push(Measured::new("control: its growth from 64 to 256 steps", wrong[1] / wrong[0]));
     Ok(rows)
-}
-
-/// Steady velocity of a channel between no-slip walls driven by `gravity` along x1, from the bottom up.
-fn driven(n: usize, fluids: Fluids, gravity: Real, liquid: impl Fn(usize) -> Real + Sync) -> Result<Vec<Real>, String> {
-    let mut sides = [[Side::Periodic; 2]; 3];
-    sides[2] = [Side::NoSlip; 2];
-    let boundary = Boundary::new(sides).map_err(|error| error.to_string())?;
-    let domain = Domain::solo(Grid::new([1, 1, n], Vector::ZERO, Vector::ONE), boundary.periodic());
-    let mut flow = Flow::new(&domain, fluids, Schemes::default());
-    domain.set(&mut flow.volume_fraction, |_, _, k| liquid(k as usize));
-    flow.fill_halos(&domain, &boundary);
-    flow.viscous_tolerance = 1e-13;
-    let dt = 0.5;
-    for _ in 0..200 {
-        flow.predict_faces(&domain, &boundary, Vector::new(gravity, 0.0, 0.0), dt);
-        flow.diffuse(&domain, &boundary, dt).map_err(|error| error.to_string())?;
-    }
-    Ok((0..n as isize).map(|k| flow.velocity[0][[0, 0, k]]).collect())
-}
-
-/// Plane Poiseuille flow of one fluid and of two layers.
-pub(crate) fn channels() -> Result<Vec<Measured>, String> {
-    let (n, gravity, nu) = (20, 0.7, 0.15);
-    let h = 1.0 / n as Real;
-    let velocity = driven(n, single(2.0, 2.0 * nu), gravity, |_| 0.0)?;
-    let exact = |k: usize, wall: Real| {
-        let y = (k as Real + 0.5) * h;
-        gravity / (2.0 * nu) * (y * (1.0 - y) + wall * h * h / 4.0)
-    };
-    let off = |wall: Real| largest((0..n).map(|k| (velocity[k] / exact(k, wall) - 1.0).abs()));
-    // Stress between neighbouring cells of the two layers by the harmonic mean: s - y with one constant s.
-    let fluids = Fluids { liquid_density: 1.0, gas_density: 1.0, liquid_viscosity: 1.0, gas_viscosity: 0.1 };
-    let layers = driven(n, fluids, 1.0, |k| if k < n / 2 { 1.0 } else { 0.0 })?;
-    let mu = |k: usize| if k < n / 2 { 1.0 } else { 0.1 };
-    let jump = |mean: fn(Real, Real) -> Real| {
-        let stress = |k: usize| mean(mu(k - 1), mu(k)) * (layers[k] - layers[k - 1]) / h + k as Real * h;
-        let constants: Vec<Real> = (1..n).map(stress).collect();
-        let most = largest(constants.iter().copied());
-        (most - smallest(&constants)) / most
-    };
-    Ok(vec![
-        Measured::new("largest error of the discrete parabola", off(1.0)),
-        Measured::new("control: the same against the continuous parabola", off(0.0)),
-        Measured::new("two layers: jump of the shear stress", jump(|a, b| 2.0 * a * b / (a + b))),
-        Measured::new("control: the same with arithmetic face viscosity", jump(|a, b| 0.5 * (a + b))),
-    ])
 }
 
 /// The lid-driven cavity at Reynolds numbers 100 and 1000.

@@ -17,50 +17,6 @@ pub const WATER_AND_AIR: Fluids =
 /// Gravity of Yagyu et al. (2015) [m/s^2].
 pub const GRAVITY: Vector = Vector::new(0.0, 0.0, -9.8);
 
-/// Measures of how quiet layers stay.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stillness {
-    /// Largest speed of a cell after the last step [m/s].
-    pub speed: Real,
-    /// Largest difference of the pressure step between neighbouring centres from mean density times
-    /// gravity times their distance, over the pressure step in water.
-    pub pressure: Real,
-}
-
-/// Air, water, air in layers that do not end on faces, at rest in a closed box for `steps` steps.
-///
-/// # Errors
-/// [`ExperimentError`] if a step fails.
-pub fn layers_at_rest(steps: usize) -> Result<Stillness, ExperimentError> {
-    let grid = Grid::new([5, 4, 24], Vector::ZERO, Vector::new(1e-3, 0.8e-3, 4.8e-3));
-    let mut run = Experiment::new(grid, Boundary::closed(), WATER_AND_AIR, Schemes::default());
-    run.tolerance.divergence = 1e-14;
-    let domain = &run.domain;
-    domain.set(&mut run.flow.volume_fraction, |_, _, k| match k {
-        0..5 | 17.. => 0.0,
-        5 => 0.3,
-        16 => 0.8,
-        _ => 1.0,
-    });
-    run.flow.fill_halos(domain, &run.boundary);
-    for _ in 0..steps {
-        run.step(GRAVITY, 1e-5)?;
-    }
-    let domain = &run.domain;
-    let (p, rho, h) = (run.projection.pressure(), &run.flow.density, grid.spacing.z);
-    let mut pressure: Real = 0.0;
-    for k in 1..24 {
-        let step = p[[2, 1, k]] - p[[2, 1, k - 1]];
-        let exact = 0.5 * (rho[[2, 1, k]] + rho[[2, 1, k - 1]]) * GRAVITY.z * h;
-        pressure = pressure.max((step - exact).abs() / (1e3 * 9.8 * h));
-    }
-    let u = run.flow.velocity.each_ref().map(|field| field.data());
-    let speed = domain.max_rows(&domain.interior(), |row| {
-        row.shifted(0).map(|at| Vector::new(u[0][at], u[1][at], u[2][at]).length()).fold(0.0, Real::max)
-    });
-    Ok(Stillness { speed, pressure })
-}
-
 /// A drop after some time in free flight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FreeFlight {

@@ -22,6 +22,8 @@ struct GrainRecord {
     contacts: u64,
     position: [Real; 3],
     velocity: [Real; 3],
+    spin: [Real; 3],
+    contact_force: [Real; 3],
     drag: [Real; 3],
     pressure_force: [Real; 3],
     lift: [Real; 3],
@@ -53,6 +55,10 @@ pub(super) struct Grains {
     pub velocity: Vec<Vector>,
     /// Diameters \[m].
     pub diameter: Vec<Real>,
+    /// Angular velocities [rad/s].
+    pub spin: Vec<Vector>,
+    /// Force of all contacts \[N].
+    pub contact_force: Vec<Vector>,
     /// Grains that each one touches.
     pub contacts: Vec<u32>,
     /// Drag, mean over the last step \[N].
@@ -135,6 +141,8 @@ impl GatheredTank {
                 contacts: engine.touched_grains(g) as u64,
                 position: (all.position[g] - shift).to_array(),
                 velocity: (all.velocity[g] - drift).to_array(),
+                spin: all.angular_velocity(g).to_array(),
+                contact_force: all.contact_force[g].to_array(),
                 drag,
                 pressure_force,
                 lift,
@@ -171,6 +179,8 @@ impl GatheredTank {
             id: column(grains, |r| r.id),
             position: column(grains, |r| r.position.into()),
             velocity: column(grains, |r| r.velocity.into()),
+            spin: column(grains, |r| r.spin.into()),
+            contact_force: column(grains, |r| r.contact_force.into()),
             diameter: column(grains, |r| r.diameter),
             contacts: column(grains, |r| r.contacts as u32),
             drag: column(grains, |r| r.drag.into()),

@@ -24,6 +24,8 @@ pub(super) struct AtPoint {
 pub(super) struct OfBody {
     position: Vector,
     velocity: Vector,
+    spin: Vector,
+    contact_force: Vector,
     drag: Vector,
     pressure_force: Vector,
     void_fraction: Real,
@@ -47,6 +49,12 @@ const OF_BODY: &[Cell<OfBody>] = quantities! {
     "velocity_1", "m/s", "velocity along x1" => |at| at.velocity.x.into();
     "velocity_2", "m/s", "along x2" => |at| at.velocity.y.into();
     "velocity_3", "m/s", "along x3" => |at| at.velocity.z.into();
+    "spin_1", "rad/s", "angular velocity along x1" => |at| at.spin.x.into();
+    "spin_2", "rad/s", "along x2" => |at| at.spin.y.into();
+    "spin_3", "rad/s", "along x3" => |at| at.spin.z.into();
+    "contact_force_1", "N", "force of all contacts along x1" => |at| at.contact_force.x.into();
+    "contact_force_2", "N", "along x2" => |at| at.contact_force.y.into();
+    "contact_force_3", "N", "along x3" => |at| at.contact_force.z.into();
     "drag_1", "N", "drag along x1" => |at| at.drag.x.into();
     "drag_2", "N", "along x2" => |at| at.drag.y.into();
     "drag_3", "N", "along x3" => |at| at.drag.z.into();
@@ -117,6 +125,8 @@ fn of_body(case: &Case, gathered: &GatheredTank, time: Real, id: u64) -> Vec<Val
     let body = OfBody {
         position: grains.position[n] + shift,
         velocity: grains.velocity[n] + drift,
+        spin: grains.spin[n],
+        contact_force: grains.contact_force[n],
         drag: grains.drag[n],
         pressure_force: grains.pressure_force[n],
         void_fraction: grains.void_fraction[n],
