@@ -35,7 +35,7 @@ mod wrench;
 
 pub use body::Body;
 pub use contact::public::*;
-pub use engine::{ContactReport, Drag, Engine, LARGEST_OVERLAP, Loads, Setup, Substeps, Vicinity};
+pub use engine::{ContactReport, Departures, Drag, Engine, LARGEST_OVERLAP, Loads, Setup, Substeps, Vicinity};
 pub use error::DemError;
 pub use film::Film;
 pub use grain::{ATTACHED, Grain, Grains, Motion};
