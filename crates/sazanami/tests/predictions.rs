@@ -271,3 +271,51 @@ fn steps_of_a_run_in_which_bodies_speed_up_lie_within_the_range() {
         assert!(steps as Real > 1.5 * report.steps, "{name}: {steps}, {}", report.steps);
     }
 }
+
+/// A drop over two beads, for 2 ms.
+const DROP: &str = r#"
+solver = "mics"
+[domain]
+size = ["20 mm", "20 mm", "20 mm"]
+cells = [16, 16, 16]
+[[liquid]]
+region.sphere = { diameter = "4 mm" }
+position = ["10 mm", "10 mm", "14 mm"]
+fall = { speed = "1 m/s" }
+[material.sand]
+density = "2650 kg/m^3"
+[contact.default]
+restitution = 0.5
+[[grains]]
+name = "sand"
+shape.sphere = { diameter = "3 mm" }
+placement.list = [{ position = ["8 mm", "10 mm", "1.5 mm"] }, { position = ["12 mm", "10 mm", "1.5 mm"] }]
+[output]
+fields = { at = [] }
+grains = { at = [] }
+figures = { at = [] }
+[run]
+until = "2 ms"
+"#;
+
+#[test]
+fn outputs_that_end_steps_are_in_the_forecast() {
+    let folder = Scratch::new("cadence");
+    let steps = |overrides: &[&str]| predicted(&load(DROP, overrides)).steps;
+    let plain = steps(&[]);
+    let fine = load(DROP, &["output.series.every=10 us"]);
+    let report = predicted(&fine);
+    assert_eq!((report.steps, report.most_steps), (200.0, 200.0), "one each 10 us; {plain} without");
+    assert!(agree(&report, &first_step(&fine, &folder)), "{:?}", described(&report));
+    let summary = start(&fine, &folder.join("fine"), On::threads(1)).unwrap();
+    assert_eq!(summary.steps as Real, report.steps);
+    assert!(report.predicted_total_s > 4.0 * predicted(&load(DROP, &[])).predicted_total_s);
+    // Listed times and checkpoints too; probes end no step. The negative control: a longer cadence than the step.
+    assert!(plain < 20.0, "{plain}");
+    assert_eq!(steps(&["checkpoint.every=20 us"]), 100.0);
+    assert_eq!(steps(&["output.fields.at=[\"1 us\", \"2 us\"]"]), plain + 2.0);
+    assert_eq!(steps(&["probe=[{ point = [\"1 mm\", \"1 mm\", \"1 mm\"], every = \"10 us\" }]"]), plain);
+    assert_eq!(steps(&["output.series.every=1 ms"]), plain + plain % 2.0);
+    // More ends of steps than are counted one by one.
+    assert_eq!(steps(&["output.series.every=10 us", "run.until=1 s"]), 100_000.0);
+}

@@ -16,10 +16,11 @@ use super::reached;
 use super::{LimitReport, PopulationReport, TankReport};
 use crate::assembly::{fluid, grains, particles};
 use crate::case::meaning::{
-    BoundarySide, BoxDomain, CarryingFlow, Case, GrainPlacement, LiquidRegion, Motion, PairContact, Particles,
+    BoundarySide, BoxDomain, CarryingFlow, Case, GrainPlacement, LiquidRegion, Motion, PairContact, Particles, Peak,
     Placement, Population, Region, Solver, Step, Substeps, TankMotion, ViscosityScheme,
 };
-use crate::clock::{STEPS_OF_SWING, SWING, longest_in_swing};
+use crate::clock::{Clock, OUTPUT, STEPS_OF_SWING, SWING, longest_in_swing};
+use crate::schedule::StepEnds;
 
 /// Source of a speed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,15 +52,21 @@ const SPIN_ERROR_AT_TOUCH: Real = 0.001;
 pub(crate) struct Pace {
     /// Limits on the step, shortest first.
     pub limits: Vec<LimitReport>,
-    /// Step \[s].
+    /// First step \[s].
     pub dt: Real,
+    /// Longest step that the limits allow \[s].
+    pub stable: Real,
+    /// Mean step, which outputs shorten \[s].
+    pub mean: Real,
+    /// Sub-steps of the grains in the mean step.
+    pub mean_substeps: usize,
     /// Passes of the fluid in a step.
     pub passes: usize,
     /// Sub-steps of the grains in a step.
     pub substeps: usize,
     /// Expected error of the spin after an oblique impact over its tangential speed, where grains move.
     pub spin_error: Option<Real>,
-    /// Steps, if they stay as long as the first.
+    /// Steps, if the limits stay as they are at the first and outputs end steps where they are due.
     pub steps: Real,
 }
 
@@ -92,6 +99,12 @@ impl Pace {
                 .map(|longest| limit(SWING, longest, format!("a period of what swings over {STEPS_OF_SWING}"))),
         );
         limits.retain(|limit| !limit.dt_s.is_nan() && limit.dt_s != Real::INFINITY);
+        let stable = limits.iter().map(|limit| limit.dt_s).reduce(Real::min).unwrap_or(case.run.until);
+        let ends = StepEnds::of(case);
+        let first = Clock::new(None).next_step(stable, ends.next_after(0.0));
+        if fixed.is_none() && first < stable {
+            limits.push(limit(OUTPUT, first, "steps end where outputs and checkpoints are due"));
+        }
         limits.sort_by(|a, b| a.dt_s.total_cmp(&b.dt_s));
         let ruling = fixed.map_or(0, |name| limits.iter().position(|limit| limit.name == name).unwrap_or(0));
         let dt = limits.get(ruling).map_or(case.run.until, |limit| limit.dt_s);
@@ -99,7 +112,11 @@ impl Pace {
         let pass = limits.iter().find(advective).map_or(Real::INFINITY, |limit| limit.dt_s);
         let in_passes = case.solver == Solver::Mics && fixed.is_some();
         let passes = if in_passes { ((dt / pass).ceil() as usize).max(1) } else { 1 };
-        let steps = (case.run.until / dt).ceil().min(case.run.steps.map_or(Real::INFINITY, |n| n as Real));
+        let until = case.run.until;
+        let to_end = if fixed.is_some() { (until / dt).ceil() } else { ends.steps(until, stable) };
+        let stable = if fixed.is_some() { dt } else { stable };
+        let mean = until / to_end;
+        let steps = to_end.min(case.run.steps.map_or(Real::INFINITY, |n| n as Real));
         limits.iter_mut().enumerate().for_each(|(n, limit)| limit.rules = n == ruling);
         let substeps = substeps(case, populations, dt);
         // Of first order in the sub-step.
@@ -110,7 +127,8 @@ impl Pace {
         let of_longest = |longest: Real| of_first * dt / substeps as Real / longest;
         let spin_error =
             contact_step(case, populations, &grains::interactions(case)).map(of_longest).filter(|_| substeps > 0);
-        Self { limits, dt, passes, substeps, spin_error, steps }
+        let mean_substeps = self::substeps(case, populations, mean);
+        Self { limits, dt, stable, mean, mean_substeps, passes, substeps, spin_error, steps }
     }
 }
 
@@ -120,7 +138,13 @@ pub(crate) fn strongest_force(case: &Case) -> Real {
     let driven = case.drive.and_then(|drive| drive.oscillation).map_or(Vector::ZERO, |swing| swing.amplitude);
     let resting = case.resting_gravity() + case.drive.map_or(Vector::ZERO, |drive| drive.acceleration);
     let at_worst = [swing + driven, swing - driven].map(|by| (resting + by).length().max((resting - by).length()));
-    at_worst[0].max(at_worst[1])
+    let recorded = peaks(case).map_or(0.0, |[_, acceleration]| resting.length() + acceleration.value);
+    at_worst[0].max(at_worst[1]).max(recorded)
+}
+
+/// Largest speed [m/s] and acceleration [m/s^2] of a tank that moves as recorded.
+pub(super) fn peaks(case: &Case) -> Option<[Peak; 2]> {
+    case.frame.as_ref()?.motion.as_ref()?.peaks()
 }
 
 /// Amplitude \[m] and frequency \[Hz] of the strongest harmonic in which the tank or its frame swings.
@@ -202,7 +226,10 @@ pub(crate) fn speeds(case: &Case, tank: Option<&TankReport>) -> Vec<(Cause, Vect
     for (cause, speed) in &mut all {
         let more = match *cause {
             Cause::Liquid(n) => collapse(case, &case.liquids[n]),
-            Cause::Frame => of_frame(case, tank),
+            Cause::Frame => {
+                let [_, velocity, _] = peaks(case).map_or([Vector::ZERO; 3], |[fastest, _]| case.tank_at(fastest.time));
+                of_frame(case, tank).max(velocity.abs())
+            }
             Cause::Side | Cause::InitialVelocity | Cause::CarryingFlow | Cause::Drive | Cause::Grains(_) => {
                 Vector::ZERO
             }

@@ -73,7 +73,7 @@ pub struct LiquidReport {
     pub name: String,
     /// Its fluid: `liquid`, or `gas` for a bubble.
     pub fluid: &'static str,
-    /// Volume within the box and between the grains [m^3], where it has a formula.
+    /// Volume within the box and between the grains [m^3], without what later liquids take, where it has a formula.
     pub volume_m3: Option<Real>,
     /// Mass of this volume \[kg].
     pub mass_kg: Option<Real>,

@@ -6,7 +6,7 @@ use sazanami_mics::grains::RESOLVED;
 use sazanami_numerics::Real;
 
 use super::{BedReport, CheckReport, RanksReport, SubstepCause, TankReport, bytes, number};
-use crate::case::meaning::{Case, GrainPlacement, Substeps};
+use crate::case::meaning::{Case, GrainPlacement, SIDE_NAMES, Solver, Substeps};
 use crate::case::units::rounded;
 use crate::progress::duration;
 
@@ -274,6 +274,18 @@ fn cost(text: &mut String, case: &Case, report: &CheckReport) {
     let _ = writeln!(text, "machine       {}, {} cores", report.machine.cpu, report.machine.cores);
     if report.made_ready {
         let _ = writeln!(text, "note          the tank was prepared before: nothing is packed");
+    }
+    let open: Vec<&str> = (0..3)
+        .flat_map(|d| [(d, 0), (d, 1)])
+        .filter(|&(d, upper)| case.boundary[d][upper].is_open() && !case.holds_grains(d, upper))
+        .map(|(d, upper)| SIDE_NAMES[d][upper])
+        .collect();
+    if !open.is_empty() && !case.grains.is_empty() && case.solver == Solver::Mics {
+        let _ = writeln!(
+            text,
+            "note          grains leave through {}: they are counted (`departed_grains`)",
+            open.join(", ")
+        );
     }
     if case.has_bed() {
         let _ = writeln!(text, "note          heights above the bed are measured on the bed in use, once it is there");

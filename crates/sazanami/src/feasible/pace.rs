@@ -46,7 +46,7 @@ impl Search<'_> {
                 return self.without_end(&pace);
             }
         }
-        let of_flow = if case.run.packing_only { 0.0 } else { pace.steps * pace.substeps as Real };
+        let of_flow = if case.run.packing_only { 0.0 } else { pace.steps * pace.mean_substeps as Real };
         let substeps = of_flow + packing_substeps(case, &populations, model);
         if let Some(pair) = stiffest_contact(case).filter(|_| exceeds(substeps, MOST_SUBSTEPS)) {
             let cause = substep_cause(case, &populations);
@@ -102,7 +102,7 @@ impl Search<'_> {
         let rule = rule.map_or(String::new(), |limit| format!("; `{}` rules the step: {}", limit.name, limit.rule));
         self.report
             .error_at(self.loaded.places.near("run.until"), "this run would not come to its end")
-            .label(format!("about {} steps of {} s", number(pace.steps, 0), rounded(pace.dt)))
+            .label(format!("about {} steps of {} s", number(pace.steps, 0), rounded(pace.mean)))
             .help(format!("end it sooner{rule}"));
     }
 

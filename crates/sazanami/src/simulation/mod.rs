@@ -15,15 +15,13 @@ use sazanami_parallel::{Communicator, Reduction};
 
 use self::releases::Releases;
 use crate::case::meaning::Solver;
-use crate::clock::{Clock, SWING, fixed_step, longest_in_swing};
+use crate::clock::{Clock, OUTPUT, SWING, fixed_step, longest_in_swing};
 use crate::job::{Ending, Job, RankError, RankFailure, Status};
 use crate::progress::StepLine;
 use crate::recorder::{GridObserver, Observer, ParticleObserver, Recorder, Step};
 use crate::state::Due;
 use crate::water::Water;
 
-/// Phase between the steps.
-const OUTPUT: &str = "output";
 /// What shortens a step that ends where grains are let go or a gate opens.
 const RELEASE: &str = "release";
 

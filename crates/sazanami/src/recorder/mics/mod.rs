@@ -6,6 +6,7 @@ mod series;
 mod soaked;
 mod summary;
 
+use sazanami_dem::Departures;
 use sazanami_io::table::{Column, Value};
 use sazanami_mics::momentum::{Impulses, StoredMomentum};
 use sazanami_mics::solver::{Solver, StepReport};
@@ -67,6 +68,7 @@ pub(crate) struct GridObserver {
     clipped: Real,
     findings: Findings,
     energies: Energies,
+    departures: Departures,
     /// Largest place of the interface along x1 \[m], if there is liquid.
     front: Option<Real>,
 }
@@ -154,6 +156,7 @@ impl Observer for GridObserver {
             clipped: 0.0,
             findings: Findings::default(),
             energies: Energies::default(),
+            departures: Departures::default(),
             front: None,
         }
     }
@@ -184,8 +187,10 @@ impl Observer for GridObserver {
             momentum.set_stored(stored.terms());
             let before = StoredMomentum::from_terms(momentum.initial().map(|(_, term)| term));
             let impulses = Impulses::from_terms(momentum.impulses().map(|(_, impulse)| impulse));
-            momentum.note_exchange(stored.grains - before.grains - impulses.on_grains());
+            let departed = solver.grains().engine().departures().momentum;
+            momentum.note_exchange(stored.grains + departed - before.grains - impulses.on_grains());
         }
+        self.departures.clone_from(solver.grains().engine().departures());
         let own = solver.grains().engine().grains();
         let mine: Real = (0..own.owned()).map(|n| own.kinetic_energy(n)).sum();
         self.energies = Energies { fluid: solver.fluid_energy(), grains: domain.sum([mine])[0] };

@@ -129,6 +129,10 @@ pub(crate) const SOAKED: &[Field<Soaked>] = quantities! {
 
 /// Fields of `conservation`.
 pub(in crate::recorder) const CONSERVATION: &[Field<GridObserver>] = quantities! {
+    "departed_grains", "", "grains that have left through open sides" => |observer| json!(observer.departures.grains);
+    "departed_mass", "kg", "their mass" => |observer| json!(observer.departures.mass);
+    "departed_momentum", "N s", "momentum that they left with"
+        => |observer| json!(observer.departures.momentum.to_array());
     "liquid_volume_relative_change", "", "change of the transported liquid volume since the start, over that at the start"
         => |observer| json!(observer.findings.liquid_relative_change);
     "wet_liquid_volume_relative_change", "", "the same of the liquid outside grains: water that soaks into the bed counts as lost"
