@@ -38,7 +38,7 @@ pub(super) fn probe_page() -> String {
     probes::COLUMNS.page()
 }
 
-const INITIAL_HEIGHTS: &str = "observe/initial_heights";
+const INITIAL_HEIGHTS: &str = "observe/initial_surface";
 const INITIAL_NOISE: &str = "observe/initial_noise";
 /// Prefix of the bed as it lay before the impact.
 pub(super) const BEFORE: &str = "observe/before_impact/";
