@@ -107,7 +107,8 @@ impl Engine {
         self.grains.truncate(0);
         stay.iter().for_each(|record| self.grains.push(record));
         self.grains.own_all();
-        self.time_step = self.stable_time_step(domain);
+        self.time_step = self.longest_time_step(domain);
+        self.book.window = None;
         self.listed = false;
         self.renew(domain, false)?;
         Ok(all.len())
