@@ -34,7 +34,7 @@ choices! {
         /// From the beginning of the sub-step in which the spheres meet; `auto` sub-steps of 0.057 pi sqrt(m*/K).
         SubStep = "sub_step",
         /// From the moment in which they touch, and the tangential dashpot acts at the time of the spring; `auto` sub-steps of
-        /// 0.15 pi sqrt(m*/K), less where the error of an impact would be above 2 %, down to 0.075.
+        /// 0.15 pi sqrt(m*/K), less where the error of an impact would be above 2.5 %, down to 0.075.
         #[default]
         Touch = "touch",
     }

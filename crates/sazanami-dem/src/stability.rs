@@ -39,7 +39,7 @@ use crate::impact::{ImpactErrors, Impacts};
 const LEAST_FACTOR: Real = 0.0075;
 const MOST_FACTOR: Real = 0.225;
 /// Largest mean error of the restitution, and of the spin over the tangential speed, where none is asked for.
-pub const USUAL_ERROR: Real = 0.02;
+pub const USUAL_ERROR: Real = 0.025;
 
 /// Longest sub-step times the rate `D/m*` at which a film brings a ball to rest at a wall, at the roughness. A grain among twelve
 /// equal ones is stable up to twice this.
@@ -253,11 +253,7 @@ mod tests {
         let damped = |e: Real| {
             longest(LinearSpringDashpot { damping: Damping::Restitution(e), ..LinearSpringDashpot::SAND }, 1) / expected
         };
-        assert!(
-            (0.55..0.95).contains(&damped(0.3)) && (damped(0.1) - 0.5).abs() < 1e-12,
-            "{} {}",
-            damped(0.3),
-            damped(0.1)
-        );
+        let found = [0.5, 0.1].map(damped);
+        assert!((found[0] - 1.0).abs() < 1e-12 && (found[1] - 0.5).abs() < 1e-12, "{found:?}");
     }
 }

@@ -186,16 +186,16 @@ fn sub_steps_follow_the_allowed_error() {
     let [usual, fine, rough] =
         [&[][..], &["dem.allowed_error=0.001"], &["dem.allowed_error=0.05"]].map(|overrides| with(overrides));
     let mean = |errors: &check::ImpactReport| errors.restitution.mean.max(errors.spin.mean);
-    assert!(mean(&usual.2) < 0.02 && mean(&fine.2) < 0.001 && mean(&rough.2) < 0.05, "{usual:?} {fine:?} {rough:?}");
+    assert!(mean(&usual.2) < 0.025 && mean(&fine.2) < 0.001 && mean(&rough.2) < 0.05, "{usual:?} {fine:?} {rough:?}");
     assert!(usual.0.contains("an impact of the lightest grains is off by"), "{}", usual.0);
     assert!(fine.1 < 0.8 * usual.1 && (1.3..1.7).contains(&(rough.1 / usual.1)), "{usual:?} {fine:?} {rough:?}");
     // Damping, tension and contacts from the sub-step cost accuracy, and the error is that of the case.
     let [damped, pulls] =
         ["contact.\"sand/sand\".normal_damping=13e-3 N s/m", "dem.tension=true"].map(|change| with(&[change]).2);
     assert!(damped.restitution.mean > 5.0 * usual.2.restitution.mean, "{damped:?} {usual:?}");
-    assert!(pulls.spin.largest > usual.2.spin.largest, "{pulls:?} {usual:?}");
-    // Negative control: three times the usual sub-step is told as what it is.
-    assert!(mean(&with(&["dem.substeps=5"]).2) > 0.1);
+    assert!(pulls.spin.mean > usual.2.spin.mean, "{pulls:?} {usual:?}");
+    // Negative control: contacts from the sub-step keep their old one, and their error.
+    assert!(with(&["dem.contact_start=sub_step"]).2.spin.mean > 0.025);
 }
 
 /// A liquid that fills a periodic box and moves, with a velocity on top; no grains.
