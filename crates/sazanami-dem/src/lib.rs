@@ -23,6 +23,7 @@ mod face;
 mod film;
 mod ghosts;
 mod grain;
+pub mod impact;
 mod lanes;
 mod material;
 mod modes;

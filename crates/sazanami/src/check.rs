@@ -29,7 +29,9 @@ pub(crate) use cost::packing_substeps;
 use cost::packing_time;
 pub use disk::warn_of_disk;
 pub use limits::SubstepCause;
-pub(crate) use limits::{Cause, Pace, speeds, stiffest_contact, stiffness, strongest_force, substep_cause};
+pub(crate) use limits::{
+    Cause, Pace, impact_errors, longest_substep, speeds, stiffest_contact, stiffness, strongest_force, substep_cause,
+};
 pub use memory::{check_memory, memory, warn_of_address_space};
 pub use model::CostModel;
 pub(crate) use overlapping::warn_of_overlap;
@@ -38,7 +40,9 @@ pub use pictures::PictureCost;
 pub use populations::ShapeFacts;
 pub(crate) use populations::{exchange_of, population_reports};
 pub use ranks::{RanksReport, ranks};
-pub use report::{BumpReport, CheckReport, ExchangeReport, LimitReport, LiquidReport, PopulationReport};
+pub use report::{
+    BumpReport, CheckReport, ErrorReport, ExchangeReport, ImpactReport, LimitReport, LiquidReport, PopulationReport,
+};
 pub(crate) use tank_warnings::warn_of_tank;
 pub use text::explain;
 pub use waves::TankReport;
@@ -130,7 +134,7 @@ pub fn check(case: &Case, known: Known, machine: &Machine, threads: usize, model
         fluid_passes: pace.passes,
         substeps: pace.substeps,
         substep_cause,
-        spin_error: pace.spin_error,
+        impact_errors: pace.impact_errors.map(Into::into),
         steps: pace.steps,
         most_steps: reached.steps,
         limits: pace.limits,

@@ -2,8 +2,9 @@
 
 use std::f64::consts::TAU;
 
+use sazanami_dem::Interactions;
+use sazanami_dem::impact::ImpactErrors;
 use sazanami_dem::stability::{EffectiveMasses, LongestSubstep};
-use sazanami_dem::{ContactStart, Interactions};
 use sazanami_mics::stability::{Limit as GridLimit, Rates as GridRates};
 use sazanami_mics::viscosity::explicit_rate;
 use sazanami_mps::grains::{DragExchange, volume};
@@ -41,12 +42,6 @@ pub(crate) enum Cause {
     Grains(usize),
 }
 
-/// Error of the spin after an oblique impact over its tangential speed with the longest sub-step, at the constants of Yagyu et
-/// al. (2015) (docs/decisions/0019).
-const SPIN_ERROR: Real = 0.032;
-/// The same where contacts start at touch.
-const SPIN_ERROR_AT_TOUCH: Real = 0.001;
-
 /// Step length and step counts of a case, as far as its start tells.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Pace {
@@ -64,8 +59,8 @@ pub(crate) struct Pace {
     pub passes: usize,
     /// Sub-steps of the grains in a step.
     pub substeps: usize,
-    /// Expected error of the spin after an oblique impact over its tangential speed, where grains move.
-    pub spin_error: Option<Real>,
+    /// Errors of impacts that the length of the sub-steps brings, where grains move.
+    pub impact_errors: Option<ImpactErrors>,
     /// Steps, if the limits stay as they are at the first and outputs end steps where they are due.
     pub steps: Real,
 }
@@ -119,16 +114,11 @@ impl Pace {
         let steps = to_end.min(case.run.steps.map_or(Real::INFINITY, |n| n as Real));
         limits.iter_mut().enumerate().for_each(|(n, limit)| limit.rules = n == ruling);
         let substeps = substeps(case, populations, dt);
-        // Of first order in the sub-step.
-        let of_first = match case.dem.contact_start {
-            ContactStart::SubStep => SPIN_ERROR,
-            ContactStart::Touch => SPIN_ERROR_AT_TOUCH,
-        };
-        let of_longest = |longest: Real| of_first * dt / substeps as Real / longest;
-        let spin_error =
-            contact_step(case, populations, &grains::interactions(case)).map(of_longest).filter(|_| substeps > 0);
+        let impact_errors = (substeps > 0)
+            .then(|| impact_errors(case, populations, &grains::interactions(case), dt / substeps as Real))
+            .flatten();
         let mean_substeps = self::substeps(case, populations, mean);
-        Self { limits, dt, stable, mean, mean_substeps, passes, substeps, spin_error, steps }
+        Self { limits, dt, stable, mean, mean_substeps, passes, substeps, impact_errors, steps }
     }
 }
 
@@ -468,11 +458,30 @@ pub(super) fn contact_step(case: &Case, populations: &[PopulationReport], intera
 }
 
 /// The same by cause.
-fn longest_substep(
+pub(crate) fn longest_substep(
     case: &Case,
     populations: &[PopulationReport],
     interactions: &Interactions,
 ) -> Option<LongestSubstep> {
+    Some(masses(case, populations, interactions)?.longest_substep())
+}
+
+/// Errors of impacts with sub-steps of `substep` \[s]; `None` where no grain moves.
+pub(crate) fn impact_errors(
+    case: &Case,
+    populations: &[PopulationReport],
+    interactions: &Interactions,
+    substep: Real,
+) -> Option<ImpactErrors> {
+    masses(case, populations, interactions)?.impact_errors(substep)
+}
+
+/// The smallest and the largest grains of each population that forces move.
+fn masses<'i>(
+    case: &Case,
+    populations: &[PopulationReport],
+    interactions: &'i Interactions,
+) -> Option<EffectiveMasses<'i>> {
     let mut masses = EffectiveMasses::new(interactions);
     for (population, report) in case.grains.iter().zip(populations) {
         let Some(body) = report.body.as_ref().filter(|_| moves(population)) else { continue };
@@ -482,7 +491,7 @@ fn longest_substep(
             masses.add(body, factor, mass * factor.powi(3), grains::material_number(case, &population.material));
         }
     }
-    Some(masses.longest_substep())
+    Some(masses)
 }
 
 /// What asks for the shortest sub-steps.

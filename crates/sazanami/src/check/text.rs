@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use sazanami_mics::grains::RESOLVED;
 use sazanami_numerics::Real;
 
-use super::{BedReport, CheckReport, RanksReport, SubstepCause, TankReport, bytes, number};
+use super::{BedReport, CheckReport, ImpactReport, RanksReport, SubstepCause, TankReport, bytes, number};
 use crate::case::meaning::{Case, GrainPlacement, SIDE_NAMES, Solver, Substeps};
 use crate::case::units::rounded;
 use crate::progress::duration;
@@ -200,11 +200,16 @@ fn step(text: &mut String, case: &Case, report: &CheckReport) {
             (Substeps::Auto, SubstepCause::Film) => "by the film between grains",
         };
         let _ = writeln!(text, "  the grains make {} sub-steps in a step, {how}", report.substeps);
-        if let Some(error) = report.spin_error {
+        if let Some(errors) = report.impact_errors {
+            let ImpactReport { restitution, spin } = errors;
             let _ = writeln!(
                 text,
-                "  the spin after an oblique impact is off by about {} % of its tangential speed",
-                number(1e2 * error, 1)
+                "  an impact of the lightest grains is off by {} in restitution ({} at worst) and in spin by {} % of the tangential \
+                 speed ({} % at worst)",
+                number(restitution.mean, 4),
+                number(restitution.largest, 4),
+                number(1e2 * spin.mean, 1),
+                number(1e2 * spin.largest, 1)
             );
         }
     }
