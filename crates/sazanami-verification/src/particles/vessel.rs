@@ -88,7 +88,7 @@ impl Vessel {
             spacing,
             viscosity: 1e-6,
             friction: WallFriction::NoSlip,
-            scheme: Scheme::default(),
+            scheme: Scheme::published(),
             tolerance: Tolerance::default(),
             longest: 0.05 * (spacing / GRAVITY).sqrt(),
             reference: Vector::ZERO,
