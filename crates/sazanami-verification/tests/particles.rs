@@ -64,6 +64,7 @@ fn on_walls(height: Real, droplets: usize) -> (Real, bool) {
     let spacing = 1e-3;
     let sides = [[Side::Wall; 2], [Side::Periodic; 2], [Side::Wall, Side::Open]];
     let mut vessel = Vessel::new([12, 7, 16], spacing, sides).filled([12, 7, 6]);
+    vessel.scheme = Scheme::published();
     // Within the reach of a wall particle three spacings above, if only just.
     let corner = &mut vessel.fluid[5 * 12 * 7].position;
     corner.z += 0.1 * spacing;

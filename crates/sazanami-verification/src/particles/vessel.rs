@@ -59,7 +59,7 @@ pub struct Vessel {
     pub viscosity: Real,
     /// Friction of the fluid along walls.
     pub friction: WallFriction,
-    /// Enhancements.
+    /// Scheme of the water.
     pub scheme: Scheme,
     /// Accuracy of the pressure.
     pub tolerance: Tolerance,
@@ -88,7 +88,7 @@ impl Vessel {
             spacing,
             viscosity: 1e-6,
             friction: WallFriction::NoSlip,
-            scheme: Scheme::published(),
+            scheme: Scheme::default(),
             tolerance: Tolerance::default(),
             longest: 0.05 * (spacing / GRAVITY).sqrt(),
             reference: Vector::ZERO,

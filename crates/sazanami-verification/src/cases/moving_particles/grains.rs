@@ -53,7 +53,7 @@ pub fn resting_bed() -> Result<Vec<Measured>, String> {
 
 /// The submerged angle of repose.
 pub fn repose() -> Result<Vec<Measured>, String> {
-    let found = experiments::repose([40, 8], 10.0, 2.0).map_err(said)?;
+    let found = experiments::repose(Scheme::published(), [40, 8], 10.0, 2.0).map_err(said)?;
     Ok(vec![
         Measured::new("angle at which the bed begins to slide, degrees", found.start),
         Measured::new("angle at which it lies still again, degrees", found.stop),
@@ -89,11 +89,8 @@ pub fn bed_load() -> Result<Vec<Measured>, String> {
 /// Friction that particles add to the water's own, beside walls and over a bed.
 pub fn bed_stress() -> Result<Vec<Measured>, String> {
     let scheme = Scheme::default();
-    let [near, far] = experiments::started_flow(scheme).map_err(said)?;
-    let mut rows = vec![
-        Measured::new("viscosity two spacings from a wall, over U l0", near),
-        Measured::new("viscosity three spacings from a wall, over U l0", far),
-    ];
+    let added = experiments::started_flow(scheme).map_err(said)?;
+    let mut rows = vec![Measured::new("viscosity two spacings from a wall, over U l0", added)];
     let found = [2.0 / 3.0, 1.0, 4.0 / 3.0].map(|spacing| experiments::bed_stress(scheme, spacing).map_err(said));
     let [fine, middle, coarse] = found;
     let found = [fine?, middle?, coarse?];
@@ -149,7 +146,7 @@ pub fn packed_bed() -> Result<Vec<Measured>, String> {
 
 /// Water alone.
 pub fn frames() -> Result<Vec<Measured>, String> {
-    let [found, chance] = experiments::frames(5, 1.0).map_err(said)?;
+    let [found, chance] = experiments::frames(Scheme::published(), 5, 1.0).map_err(said)?;
     let row = |name: &str, value: Real| Measured::new(name, value);
     Ok(vec![
         row("rms difference of the mean velocities of columns until 0.25 s", found.early),
@@ -168,7 +165,7 @@ pub fn frames() -> Result<Vec<Measured>, String> {
 
 /// A swinging tank with a bed, in the frame of the tank and in that of the laboratory.
 pub fn frames_with_bed() -> Result<Vec<Measured>, String> {
-    let [found, chance] = experiments::frames_with_bed(120, 0.5).map_err(said)?;
+    let [found, chance] = experiments::frames_with_bed(Scheme::published(), 120, 0.5).map_err(said)?;
     let row = |name: &str, value: Real| Measured::new(name, value.abs());
     Ok(vec![
         row("relief of the bed after 0.5 s", found.bed_relief),
