@@ -4,6 +4,7 @@ use sazanami_numerics::{Real, Vector};
 
 use super::vessel::{ExperimentError, PERIODIC, SLAB, Vessel, WALLS, advance, fluid};
 use sazanami_mps::boundary::WallFriction;
+use sazanami_mps::scheme::Scheme;
 use sazanami_mps::solver::{Forcing, Solver};
 
 /// Kinematic viscosity [m^2/s].
@@ -13,8 +14,7 @@ const VISCOSITY: Real = 1e-4;
 fn channel(layers: usize, spacing: Real, friction: WallFriction) -> Vessel {
     let size = [SLAB, SLAB, layers];
     let mut vessel = Vessel::new(size, spacing, [PERIODIC, PERIODIC, WALLS]).filled(size);
-    vessel.friction = friction;
-    vessel.viscosity = VISCOSITY;
+    (vessel.scheme, vessel.friction, vessel.viscosity) = (Scheme::published(), friction, VISCOSITY);
     vessel
 }
 
