@@ -4,16 +4,13 @@ use sazanami_dem::{Body, Damping, Engine, Grain, Interactions, LinearSpringDashp
 use sazanami_mics::boundary::{Boundary, Side};
 use sazanami_mics::flow::{Flow, Fluids, Schemes};
 use sazanami_mics::grains::{Coupling, Exchange};
-use sazanami_mics::momentum::{Impulses, StoredMomentum};
 use sazanami_mics::pressure::Tolerance;
 use sazanami_mics::solver::{Settings, Solver, StepReport};
 use sazanami_mics::stability::StepLimits;
-use sazanami_mics::viscosity::ViscosityScheme;
 use sazanami_numerics::domain::Domain;
-use sazanami_numerics::geometry::{Region, RegionFractions, Shape};
-use sazanami_numerics::grid::{Field, Grid};
+use sazanami_numerics::geometry::{ContactSphereRule, Shape, VolumeRule};
+use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
-use sazanami_observe::budget::MomentumBudget;
 
 /// Standard gravity of the reference experiments, downwards [m/s^2].
 pub(crate) fn down(gravity: Real) -> Vector {
@@ -77,12 +74,6 @@ impl Tank {
         }
     }
 
-    /// Without viscosity.
-    pub fn inviscid(mut self) -> Self {
-        self.schemes.viscosity = ViscosityScheme::Off;
-        self
-    }
-
     /// The solver, after `fill` has set liquid and velocity.
     pub fn solver(self, fill: impl FnOnce(&Domain, &Boundary, &mut Flow)) -> Result<Solver, String> {
         let domain = Domain::solo(self.grid, self.boundary.periodic());
@@ -111,12 +102,9 @@ impl Tank {
     }
 }
 
-/// Part of each cell that lies in `region`.
-pub(crate) fn fractions(domain: &Domain, region: &Region) -> Field<Real> {
-    let exact = RegionFractions::new(region, domain.grid(), 8);
-    let mut beta = domain.field(0.0);
-    domain.set(&mut beta, |i, j, k| exact.fraction(i, j, k));
-    beta
+/// A sphere that touches by one contact sphere.
+pub(crate) fn ball(diameter: Real) -> Result<Shape, String> {
+    Shape::sphere(diameter, 3, VolumeRule::Preserve, &ContactSphereRule::Single).map_err(|error| error.to_string())
 }
 
 /// One step of the length that the limits allow, but not beyond `end` \[s]; returns its length \[s].
@@ -125,17 +113,6 @@ pub(crate) fn step(solver: &mut Solver, now: Real, end: Real) -> Result<(Real, S
     let dt = step.dt.min(end - now);
     let report = solver.step(step, dt, |_| ()).map_err(|error| format!("at t = {now:e} s: {error}"))?;
     Ok((dt, report))
-}
-
-/// A momentum budget that starts with the present state of a solver.
-pub(crate) fn new_budget(solver: &Solver) -> MomentumBudget {
-    MomentumBudget::new(&StoredMomentum::TERMS, solver.momentum().terms(), Impulses::names())
-}
-
-/// Enters the impulses of a step and the momentum after it into the budget.
-pub(crate) fn enter(budget: &mut MomentumBudget, solver: &Solver, report: &StepReport) {
-    budget.add(report.impulses.terms());
-    budget.set_stored(solver.momentum().terms());
 }
 
 /// Largest of `values`, at least zero; not a number if one of them is not.
