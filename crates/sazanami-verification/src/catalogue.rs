@@ -5,8 +5,8 @@
 use std::borrow::Cow;
 
 use crate::cases::{
-    arrays, beds, contact, examples, free_grains, moving_particles, pair, random_bed, reduced, ripples, single_phase,
-    transport, volume_fractions,
+    arrays, beds, contact, free_grains, moving_particles, pair, random_bed, reduced, ripples, single_phase, transport,
+    volume_fractions,
 };
 use crate::expected::Expected;
 use crate::measured::{IntoOutcome, Outcome};
@@ -68,6 +68,19 @@ macro_rules! case {
     ($name:literal, file $path:literal) => {
         case!($name, case $path, "", None)
     };
+    // By several of `cases/examples`, which its runs name.
+    ($name:literal, files [$($file:literal),*]) => {
+        Case {
+            name: $name,
+            expected: include_str!(concat!("../../../verification/", $name, "/expected.toml")),
+            posed: Some(Posed {
+                case: Cow::Borrowed(""),
+                others: &[$(($file, include_str!(concat!("../../../cases/examples/", $file, ".toml")))),*],
+                reference: Cow::Borrowed(""),
+            }),
+            program: None,
+        }
+    };
     // By its `case.toml` and, what that cannot pose, by a program.
     ($name:literal, and $program:path) => {
         case!(
@@ -81,7 +94,9 @@ macro_rules! case {
         Case {
             name: $name,
             expected: include_str!(concat!("../../../verification/", $name, "/expected.toml")),
-            posed: Some(Posed { case: Cow::Borrowed(include_str!($path)), reference: Cow::Borrowed($reference) }),
+            posed: Some(Posed {
+                case: Cow::Borrowed(include_str!($path)),
+                others: &[], reference: Cow::Borrowed($reference) }),
             program: $program,
         }
     };
@@ -158,7 +173,7 @@ pub const CASES: &[Case] = &[
     case!("mps-frames-bed", moving_particles::frames_with_bed),
     case!("both-dam-break", file "../../../cases/both/dam-break.toml"),
     case!("both-settling-sphere", file "../../../cases/both/settling-sphere.toml"),
-    case!("examples", examples::examples),
+    case!("examples", files ["channel", "standing-wave", "raft", "ball-on-slope"]),
     case!("ripples", ripples::ripples),
     case!("drop-on-bed-fine"),
     case!("drag-fine"),

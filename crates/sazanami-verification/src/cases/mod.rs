@@ -3,7 +3,6 @@
 pub mod arrays;
 pub mod beds;
 pub mod contact;
-pub mod examples;
 pub mod free_grains;
 pub mod moving_particles;
 pub mod pair;

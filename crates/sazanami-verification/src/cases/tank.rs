@@ -1,6 +1,6 @@
 //! A closed description of fluid and grains that becomes a solver on one rank.
 
-use sazanami_dem::{Body, Damping, Engine, Grain, Interactions, LinearSpringDashpot, Setup, Substeps, Wall};
+use sazanami_dem::{Body, Damping, Engine, Grain, Interactions, LinearSpringDashpot, Setup, Wall};
 use sazanami_mics::boundary::{Boundary, Side};
 use sazanami_mics::flow::{Flow, Fluids, Schemes};
 use sazanami_mics::grains::{Coupling, Exchange};
@@ -17,10 +17,6 @@ pub(crate) fn down(gravity: Real) -> Vector {
     Vector::new(0.0, 0.0, -gravity)
 }
 
-/// Water and air of the raindrop cases.
-pub(crate) const WATER_AND_AIR: Fluids =
-    Fluids { liquid_density: 1e3, gas_density: 1.0, liquid_viscosity: 1e-3, gas_viscosity: 1e-5 };
-
 /// One liquid everywhere.
 pub(crate) fn single(density: Real, viscosity: Real) -> Fluids {
     Fluids { liquid_density: density, gas_density: density, liquid_viscosity: viscosity, gas_viscosity: viscosity }
@@ -35,8 +31,6 @@ pub(crate) struct Tank {
     pub boundary: Boundary,
     /// Densities and viscosities of liquid and gas.
     pub fluids: Fluids,
-    /// Schemes of the fluid phase.
-    pub schemes: Schemes,
     /// Gravity [m/s^2].
     pub gravity: Vector,
     /// Limits of the step.
@@ -45,10 +39,6 @@ pub(crate) struct Tank {
     pub divergence: Real,
     /// Momentum exchange with the grains.
     pub exchange: Exchange,
-    /// Contact law between all grains and walls.
-    pub law: LinearSpringDashpot,
-    /// Contact sub-steps.
-    pub substeps: Substeps,
     /// Shapes of the grains.
     pub shapes: Vec<Shape>,
     /// Grains at the start.
@@ -62,13 +52,10 @@ impl Tank {
             grid,
             boundary,
             fluids,
-            schemes: Schemes::default(),
             gravity: Vector::ZERO,
             limits: StepLimits::up_to(longest_step),
             divergence: 1e-8,
             exchange: Exchange::default(),
-            law: LinearSpringDashpot { damping: Damping::Restitution(0.5), ..LinearSpringDashpot::SAND },
-            substeps: Substeps::Auto,
             shapes: Vec::new(),
             grains: Vec::new(),
         }
@@ -77,14 +64,15 @@ impl Tank {
     /// The solver, after `fill` has set liquid and velocity.
     pub fn solver(self, fill: impl FnOnce(&Domain, &Boundary, &mut Flow)) -> Result<Solver, String> {
         let domain = Domain::solo(self.grid, self.boundary.periodic());
-        let mut flow = Flow::new(&domain, self.fluids, self.schemes);
+        let mut flow = Flow::new(&domain, self.fluids, Schemes::default());
         fill(&domain, &self.boundary, &mut flow);
         let is_wall = |side: &Side| matches!(side, Side::NoSlip | Side::Slip | Side::Moving { .. });
         let present = self.boundary.sides().map(|pair| pair.map(|side| is_wall(&side)));
         let (lower, upper) = (self.grid.lower, self.grid.upper());
+        let law = LinearSpringDashpot { damping: Damping::Restitution(0.5), ..LinearSpringDashpot::SAND };
         let setup = Setup {
             bodies: self.shapes.iter().map(Body::from).collect(),
-            interactions: Interactions::uniform(1, self.law),
+            interactions: Interactions::uniform(1, law),
             walls: Wall::of_box(lower, upper, 0, present),
             region: [lower, upper],
             ghost_margin: 2.0 * self.grid.spacing.max_element(),
@@ -96,7 +84,7 @@ impl Tank {
             tolerance: Tolerance { divergence: self.divergence, ..Tolerance::default() },
             incremental: false,
         };
-        let coupling = Coupling { exchange: self.exchange, substeps: self.substeps, ..Coupling::default() };
+        let coupling = Coupling { exchange: self.exchange, ..Coupling::default() };
         Solver::new(domain, self.boundary, settings, flow, engine, self.shapes.into(), coupling)
             .map_err(|error| error.to_string())
     }
