@@ -3,6 +3,8 @@
 use sazanami_numerics::geometry::Shape;
 use sazanami_numerics::{Matrix, Real, Vector};
 
+use crate::face::Face;
+
 /// Directions in which the exposed points of a contact sphere are sampled.
 const DIRECTIONS: usize = 200;
 
@@ -25,6 +27,7 @@ pub struct Body {
     /// A capsule round all contact spheres.
     pub(crate) capsule: Capsule,
     leverage: [Real; 2],
+    face: Face,
 }
 
 /// All points within `radius` of the segment from `lower` to `upper` on a coordinate axis.
@@ -54,7 +57,8 @@ impl Body {
             .min_by(|a, b| a.volume().total_cmp(&b.volume()))
             .unwrap_or_default();
         let leverage = leverage(volume, inertia, &centres, &radii);
-        Self { volume, inertia, centres, radii, bounding_radius: outermost, centre_radius, capsule, leverage }
+        let face = Face::largest(volume, inertia, &centres, &radii);
+        Self { volume, inertia, centres, radii, bounding_radius: outermost, centre_radius, capsule, leverage, face }
     }
 
     /// A ball with a single contact sphere.
@@ -95,6 +99,18 @@ impl Body {
     #[must_use]
     pub fn leverage(&self) -> [Real; 2] {
         self.leverage
+    }
+
+    /// What it meets a plane with at most.
+    #[must_use]
+    pub fn face(&self) -> &Face {
+        &self.face
+    }
+
+    /// Places in the plane of its largest face and radii of the spheres there \[m], with the size factor `scale`.
+    #[must_use]
+    pub fn flat_face(&self, scale: Real) -> Vec<[Real; 3]> {
+        self.face.flat(&self.centres, &self.radii, scale)
     }
 
     /// Number of contact spheres.

@@ -1,8 +1,10 @@
 //! The engine that moves grains: as many sub-steps as the contacts need.
 
 mod checks;
+mod energy;
 mod impulses;
 mod lists;
+mod network;
 mod report;
 mod setup;
 mod substep;
@@ -26,6 +28,7 @@ use crate::grain::{Grain, GrainRecord, Grains, Motion, ROWS, image_position};
 use crate::motion::{MassProperties, Pose, turn_balls};
 use crate::selection::Selection;
 use crate::wall::Wall;
+use energy::EnergyBook;
 use lists::FormerList;
 pub use report::ContactReport;
 use report::overlap_error;
@@ -84,6 +87,7 @@ pub struct Engine {
     /// Whether a grain changes its owner in the step in which it crosses a boundary between ranks.
     owned_promptly: bool,
     time_step: Real,
+    book: EnergyBook,
 }
 
 /// State of a sub-step, worst wins.
@@ -150,6 +154,7 @@ impl Engine {
             largest_overlap_allowed: LARGEST_OVERLAP,
             owned_promptly: false,
             time_step: Real::INFINITY,
+            book: EnergyBook::default(),
         };
         engine.check_box(domain, grains)?;
         let rank = domain.communicator().rank();
@@ -160,7 +165,7 @@ impl Engine {
             }
         }
         engine.grains.own_all();
-        engine.time_step = engine.stable_time_step(domain);
+        engine.time_step = engine.longest_time_step(domain);
         engine.renew(domain, true)?;
         Ok(engine)
     }
@@ -186,7 +191,8 @@ impl Engine {
         self.grains.truncate(0);
         records.iter().for_each(|record| self.grains.push(record));
         self.grains.own_all();
-        self.time_step = self.stable_time_step(domain);
+        self.time_step = self.longest_time_step(domain);
+        self.book.window = None;
         self.listed = false;
         self.renew(domain, true)
     }
@@ -247,7 +253,8 @@ impl Engine {
     pub fn set_interactions(&mut self, domain: &Domain, interactions: Interactions) {
         self.laws = LawTable::new(&interactions);
         self.interactions = interactions;
-        self.time_step = self.stable_time_step(domain);
+        self.time_step = self.longest_time_step(domain);
+        self.book.window = None;
         // Pairs hold numbers and factors of their law.
         self.collect_records();
         self.listed = false;
@@ -300,17 +307,17 @@ impl Engine {
         self.time
     }
 
-    /// Longest sub-step that resolves every contact \[s]; see [`crate::stability`].
+    /// Longest sub-step that resolves every contact and lets every grain rest on a face \[s]; see [`crate::stability`].
     #[must_use]
     pub fn contact_time_step(&self) -> Real {
         self.time_step
     }
 
-    /// Number of sub-steps for a step of length `dt` \[s].
+    /// Number of sub-steps for a step of length `dt` \[s]. All ranks take part.
     #[must_use]
-    pub fn substeps(&self, dt: Real, substeps: Substeps) -> usize {
+    pub fn substeps(&self, domain: &Domain, dt: Real, substeps: Substeps) -> usize {
         match substeps {
-            Substeps::Auto => ((dt / self.time_step).ceil() as usize).max(1),
+            Substeps::Auto => ((dt / self.present_time_step(domain)).ceil() as usize).max(1),
             Substeps::Fixed(n) => n.max(1),
         }
     }
@@ -321,8 +328,8 @@ impl Engine {
     /// by less than the skin of the neighbour list, and ghosts are up to date.
     ///
     /// # Errors
-    /// [`DemError::NotFinite`], [`DemError::GrainEscaped`] or [`DemError::OverlapTooLarge`]; on all
-    /// ranks if on one.
+    /// [`DemError::NotFinite`], [`DemError::GrainEscaped`], [`DemError::OverlapTooLarge`] or
+    /// [`DemError::EnergyGained`]; on all ranks if on one.
     pub fn advance(
         &mut self,
         domain: &Domain,
@@ -331,13 +338,15 @@ impl Engine {
         dt: Real,
         substeps: Substeps,
     ) -> Result<ContactReport, DemError> {
-        let count = self.substeps(dt, substeps);
+        let count = self.substeps(domain, dt, substeps);
         let h = dt / count as Real;
         let mut report = ContactReport { substeps: count, ..ContactReport::default() };
         let start = self.time;
         self.grains.drag_impulse.fill(Vector::ZERO);
         self.turned.clear();
         self.turned.resize(self.grains.owned, Vector::ZERO);
+        self.open_book(loads, gravity, dt);
+        let mut by_walls = 0.0;
         let state = self.drift(0.5 * h);
         self.refresh_poses(domain, false);
         let mut state = Self::worst(domain, state);
@@ -354,6 +363,7 @@ impl Engine {
             deep += counters.deepened;
             deepest = deepest.merged(counters);
             report.impulse_on_walls += h * counters.on_walls;
+            by_walls += h * counters.by_walls;
             let last = step + 1 == count;
             self.time = start + dt * ((step + 1) as Real / count as Real);
             state = self.kick_and_drift(&Kick { loads, gravity, h, keep: last }, if last { 0.5 * h } else { h });
@@ -376,6 +386,7 @@ impl Engine {
         }
         self.since_contacts = 0.5 * h;
         self.check_finite(domain, count)?;
+        self.close_book(domain, (loads, gravity, dt), by_walls, &mut report)?;
         self.finish(domain)?;
         self.report(domain, &mut report, [counters, deepest], deep);
         Ok(report)

@@ -42,6 +42,21 @@ pub enum DemError {
         /// Sub-step within the call, from 0.
         substep: usize,
     },
+    /// Contacts drive the grains: an explicit integration with too long sub-steps.
+    #[error(
+        "contacts gave the grains {gained:.3e} J more than they took of the {exchanged:.3e} J that they exchanged, most to grain \
+         {id} by {time} s: sub-steps are too long"
+    )]
+    EnergyGained {
+        /// Identifier of the grain that they gave most.
+        id: u64,
+        /// End of the call in which they did \[s].
+        time: Real,
+        /// Energy that they gave beyond what they took \[J].
+        gained: Real,
+        /// Energy that they took and gave \[J].
+        exchanged: Real,
+    },
     /// A periodic direction is so short that a grain could touch its own image.
     #[error("the box is {length} m long in periodic direction x{}, but the grains need {needed} m", direction + 1)]
     BoxTooShort {

@@ -12,7 +12,7 @@ use sazanami_numerics::{Matrix, Real, Vector};
 
 use crate::body::Body;
 use crate::contact::laws::Interactions;
-use crate::engine::{ContactReport, Engine, Loads, Setup};
+use crate::engine::{ContactReport, Engine, Loads, Setup, Substeps};
 use crate::error::DemError;
 use crate::grain::Grain;
 pub use settings::{Lattice, PackingSettings, TILT, Tapping};
@@ -94,7 +94,10 @@ impl Packing {
         Ok(Self { topmost, ..Self::with(domain, settings, engine, interactions) })
     }
 
-    fn with(domain: &Domain, settings: PackingSettings, engine: Engine, interactions: Interactions) -> Self {
+    fn with(domain: &Domain, settings: PackingSettings, mut engine: Engine, interactions: Interactions) -> Self {
+        if settings.substeps == Substeps::Auto {
+            engine.book_flat_bodies_only();
+        }
         let grains = engine.grains();
         let thickness = |g: usize| 2.0 * engine.bodies()[grains.shape[g] as usize].capsule.radius * grains.scale[g];
         let mine: Real = (0..grains.owned()).map(|g| grains.mass[g] * thickness(g)).sum();

@@ -1,9 +1,25 @@
-//! The limit on the contact sub-step, the one authority that the engine, `check` and `feasible` ask.
+//! The limits on the contact sub-step, the one authority that the engine, `check` and `feasible` ask.
 //!
-//! A contact of stiffness `K` between grains of effective mass `m*` oscillates with half period `pi sqrt(m*/K)`. A force
+//! **A contact** of stiffness `K` between grains of effective mass `m*` oscillates with half period `pi sqrt(m*/K)`. A force
 //! off the centre of mass also turns a grain: at its contact point a grain of mass `m` has the effective mass `m/l` with
-//! the leverage `l` of [`Body::leverage`], which is 1 along and 3.5 across the normal for a ball. A liquid film damps at the
-//! rate `D/m*`, `D` the coefficient of [`crate::Film`] at the roughness.
+//! the leverage `l` of [`Body::leverage`], which is 1 along and 3.5 across the normal for a ball.
+//!
+//! **The contacts of a body** add up: `N` spheres of a face that touch a plane at once have `N K` and `N D`. Places are half a
+//! sub-step older than the forces, velocities a whole one, so that a mode of square frequency `k` and rate of damping `c`
+//! follows `v' = v - h (k x + c v)`, `x' = x + h v'`, which neither grows nor is driven by its dashpot while
+//!
+//! ```text
+//! h^2 k/4 + h c/2 < 1
+//! ```
+//!
+//! (both roots of `z^2 - (2 - h c - h^2 k) z + 1 - h c` within the unit circle), and so does any set of contacts with `k` and
+//! `c` the largest eigenvalues of its stiffness and its damping over mass and inertia. Two bodies share the energy of a spring
+//! between them at most as `(a - b)^2 <= 2 a^2 + 2 b^2`: eigenvalues of one body after the other, contacts with bodies that
+//! move counted twice, bound those of all. A face on a plane takes [`OF_A_FACE`] of this limit at most, before it touches; the
+//! contacts that there are at the start of a step of a body with flat faces [`OF_ALL_CONTACTS`]. Rounded bodies, of which few
+//! spheres touch at once, are far below it in sub-steps that resolve each contact.
+//!
+//! **A liquid film** damps at the rate `D/m*`, `D` the coefficient of [`crate::Film`] at the roughness.
 
 use std::f64::consts::PI;
 
@@ -17,23 +33,67 @@ use crate::film::Film;
 /// Longest sub-step times the rate `D/m*` at which a film brings a ball to rest at a wall, at the roughness. A grain among twelve
 /// equal ones is stable up to twice this.
 const FILM_FACTOR: Real = 0.15;
+/// Part of the limit of stability that a face on a plane takes.
+const OF_A_FACE: Real = 0.25;
+/// Part that all contacts of a body take.
+pub(crate) const OF_ALL_CONTACTS: Real = 0.5;
 
-/// The smallest effective masses at contact points of the grains of each material.
-#[derive(Clone, Debug, PartialEq)]
-pub struct EffectiveMasses {
+/// Longest sub-step that takes `part` of the limit of stability of a mode, or of modes up to this square frequency \[1/s^2]
+/// and this rate of damping [1/s] \[s].
+pub(crate) fn stable_for(part: Real, [square, rate]: [Real; 2]) -> Real {
+    if square > 0.0 || rate > 0.0 {
+        2.0 * part / (0.5 * rate + (0.25 * rate * rate + part * square).sqrt())
+    } else {
+        Real::INFINITY
+    }
+}
+
+/// Longest sub-steps by cause \[s]; infinite where there is none.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LongestSubstep {
+    /// That resolves each contact by itself, [`crate::ContactStart::substep_factor`] times `pi sqrt(m*/K)`.
+    pub contact: Real,
+    /// In which a body comes to rest with a face on a plane.
+    pub face: Real,
+    /// Of the film between grains.
+    pub film: Real,
+}
+
+impl LongestSubstep {
+    /// The shortest of them \[s].
+    #[must_use]
+    pub fn shortest(&self) -> Real {
+        self.contact.min(self.face).min(self.film)
+    }
+}
+
+/// The grains that set the limits: the smallest effective masses at contact points of the grains of each material, and the
+/// stiffest face.
+#[derive(Clone, Debug)]
+pub struct EffectiveMasses<'i> {
+    interactions: &'i Interactions,
     /// Largest reciprocal of the effective mass along and across the normal, by material; 0: no grain [1/kg].
     inverse: Vec<[Real; 2]>,
     /// Largest radius of a contact sphere, by material \[m].
     radius: Vec<Real>,
     /// Largest square of that of a grain over its mass, by material [m^2/kg].
     square: Vec<Real>,
+    /// See [`LongestSubstep::face`].
+    face: Real,
 }
 
-impl EffectiveMasses {
-    /// No grains yet, of any of `materials` materials.
+impl<'i> EffectiveMasses<'i> {
+    /// No grains yet.
     #[must_use]
-    pub fn new(materials: usize) -> Self {
-        Self { inverse: vec![[0.0; 2]; materials], radius: vec![0.0; materials], square: vec![0.0; materials] }
+    pub fn new(interactions: &'i Interactions) -> Self {
+        let materials = interactions.materials();
+        Self {
+            interactions,
+            inverse: vec![[0.0; 2]; materials],
+            radius: vec![0.0; materials],
+            square: vec![0.0; materials],
+            face: Real::INFINITY,
+        }
     }
 
     /// Takes a grain into account that forces move: its body times `scale`, with its `mass` \[kg].
@@ -49,6 +109,14 @@ impl EffectiveMasses {
         let leverage = body.leverage();
         let worst = &mut self.inverse[material as usize];
         (0..2).for_each(|d| worst[d] = worst[d].max(leverage[d] / mass));
+        // The few spheres of a rounded body are stable in sub-steps that resolve each by itself.
+        for other in (0..self.interactions.materials()).filter(|_| body.face().is_flat()) {
+            let law = self.interactions.law(material, other as u32);
+            let index = self.interactions.index(material, other as u32) as usize;
+            let modes = [law.stiffness(radius), self.interactions.dashpots(index, mass)]
+                .map(|values| body.face().mode(values) / mass);
+            self.face = self.face.min(stable_for(OF_A_FACE, modes));
+        }
     }
 
     /// Takes the grains of all ranks into account.
@@ -56,31 +124,31 @@ impl EffectiveMasses {
         for value in self.inverse.iter_mut().flatten().chain(&mut self.radius).chain(&mut self.square) {
             *value = domain.max(*value);
         }
+        self.face = domain.min(self.face);
     }
 
-    /// Longest sub-step that resolves every contact of these grains with each other and with walls of any of the
-    /// materials, [`crate::ContactStart::substep_factor`] times `pi sqrt(m*/K)`, and the film between
-    /// them \[s]; infinite without grains.
+    /// The longest sub-steps for every contact of these grains with each other and with walls of any of the materials.
     #[must_use]
-    pub fn longest_substep(&self, interactions: &Interactions) -> Real {
-        let materials = interactions.materials();
-        let mut longest = Real::INFINITY;
+    pub fn longest_substep(&self) -> LongestSubstep {
+        let mut longest = LongestSubstep { contact: Real::INFINITY, face: self.face, film: Real::INFINITY };
+        let materials = self.interactions.materials();
         for a in 0..materials {
             for b in 0..materials {
                 // A wall has no curvature: the effective radius of a contact is at most that of its larger sphere.
                 let radius = self.radius[a].max(self.radius[b]);
-                let law = interactions.law(a as u32, b as u32);
+                let law = self.interactions.law(a as u32, b as u32);
                 let [normal, tangential] = law.stiffness(radius);
                 let sum = |d: usize| self.inverse[a][d] + self.inverse[b][d];
                 let square = Real::max(normal * sum(0), tangential * sum(1));
                 if square > 0.0 {
-                    longest = longest.min(law.options().contact_start.substep_factor() * PI / square.sqrt());
+                    let factor = law.options().contact_start.substep_factor();
+                    longest.contact = longest.contact.min(factor * PI / square.sqrt());
                 }
                 // R*^2/m* of two spheres is at most the larger R^2/m, which is that at a wall.
-                let damping = interactions.film().map_or(0.0, Film::largest_damping);
+                let damping = self.interactions.film().map_or(0.0, Film::largest_damping);
                 let rate = damping * self.square[a].max(self.square[b]);
                 if rate > 0.0 {
-                    longest = longest.min(FILM_FACTOR / rate);
+                    longest.film = longest.film.min(FILM_FACTOR / rate);
                 }
             }
         }
@@ -97,17 +165,21 @@ mod tests {
     #[test]
     fn two_balls_are_limited_by_their_tangential_spring() {
         let law = LinearSpringDashpot { normal_stiffness: 1e4, tangential_stiffness: 1e4, ..LinearSpringDashpot::SAND };
-        let mut masses = EffectiveMasses::new(1);
-        assert_eq!(masses.longest_substep(&Interactions::uniform(1, law)), Real::INFINITY);
-        masses.add(&Body::ball(1e-3), 1.0, 2e-6, 0);
+        let longest = |law: LinearSpringDashpot, count: usize| {
+            let interactions = Interactions::uniform(1, law);
+            let mut masses = EffectiveMasses::new(&interactions);
+            (0..count).for_each(|_| masses.add(&Body::ball(1e-3), 1.0, 2e-6, 0));
+            masses.longest_substep().shortest()
+        };
+        assert_eq!(longest(law, 0), Real::INFINITY);
         let expected = 0.075 * PI * (2e-6 / (2.0 * 3.5 * 1e4_f64)).sqrt();
-        let found = masses.longest_substep(&Interactions::uniform(1, law));
+        let found = longest(law, 1);
         assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected}");
         let softer = LinearSpringDashpot { tangential_stiffness: 1e3, ..law };
-        let found = masses.longest_substep(&Interactions::uniform(1, softer));
+        let found = longest(softer, 1);
         assert!((found / (expected * 3.5_f64.sqrt()) - 1.0).abs() < 1e-12, "then by the normal one: {found}");
         let from_the_sub_step = LinearSpringDashpot { contact_start: ContactStart::SubStep, ..law };
-        let found = masses.longest_substep(&Interactions::uniform(1, from_the_sub_step));
+        let found = longest(from_the_sub_step, 1);
         assert!((found / expected - 0.057 / 0.075).abs() < 1e-12, "{found} {expected}");
     }
 }

@@ -85,7 +85,7 @@ fn drift_of_energy(law: LinearSpringDashpot, factor: usize) -> (Real, Real) {
     let domain = domain();
     let mut engine = Engine::new(&domain, setup(law), &implosion()).expect("the case is sound");
     let start = energy(&engine);
-    let substeps = Substeps::Fixed(factor * engine.substeps(2e-6, Substeps::Auto));
+    let substeps = Substeps::Fixed(factor * engine.substeps(&domain, 2e-6, Substeps::Auto));
     let (mut square, mut rise): (Real, Real) = (0.0, 0.0);
     let mut last = start;
     for _ in 0..3000 {

@@ -226,9 +226,10 @@ fn ranks_threads_and_interruptions_leave_the_bits_alone() {
 #[test]
 fn the_sub_step_resolves_the_film() {
     let longest = |film: Option<Film>| {
-        let mut masses = stability::EffectiveMasses::new(1);
+        let interactions = setup(film, vec![]).interactions;
+        let mut masses = stability::EffectiveMasses::new(&interactions);
         masses.add(&Body::ball(RADIUS), 1.0, mass(), 0);
-        masses.longest_substep(&setup(film, vec![]).interactions)
+        masses.longest_substep().shortest()
     };
     let rate = SPEED / (20.0 * ROUGHNESS * RADIUS);
     assert!((longest(Some(film(20.0))) * rate / 0.15 - 1.0).abs() < 1e-12);

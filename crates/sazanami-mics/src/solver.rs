@@ -198,7 +198,7 @@ impl Solver {
             viscous: self.flow.viscous_rate(&self.domain),
             grain_motion,
             grain_turn,
-            contact: self.grains.contact_rate(),
+            contact: self.grains.contact_rate(&self.domain),
         };
         self.settings.limits.choose(&rates, self.previous_step)
     }

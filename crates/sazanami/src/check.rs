@@ -27,7 +27,8 @@ pub use bed_flow::{BedReport, PredictedReport};
 pub(crate) use cost::packing_substeps;
 use cost::packing_time;
 pub use disk::warn_of_disk;
-pub(crate) use limits::{Cause, Pace, film_rules, speeds, stiffest_contact, stiffness, strongest_force};
+pub use limits::SubstepCause;
+pub(crate) use limits::{Cause, Pace, speeds, stiffest_contact, stiffness, strongest_force, substep_cause};
 pub use memory::{check_memory, memory, warn_of_address_space};
 pub use model::CostModel;
 pub use particles::ParticlesReport;
@@ -35,7 +36,7 @@ pub use pictures::PictureCost;
 pub use populations::ShapeFacts;
 pub(crate) use populations::{exchange_of, population_reports};
 pub use ranks::{RanksReport, ranks};
-pub use report::{CheckReport, ExchangeReport, LimitReport, LiquidReport, PopulationReport};
+pub use report::{BumpReport, CheckReport, ExchangeReport, LimitReport, LiquidReport, PopulationReport};
 pub(crate) use tank_warnings::warn_of_tank;
 pub use text::explain;
 pub use waves::TankReport;
@@ -94,6 +95,7 @@ pub fn check(case: &Case, known: Known, machine: &Machine, threads: usize, model
         .sum();
     let size = Size { cells: case.domain.cell_count(), grains, spheres: contact_spheres };
     let packing = cost::packing_substeps(case, &populations, model);
+    let substep_cause = substep_cause(case, &populations);
     let pictures = pictures::time(case, &populations, [pace.steps, pace.dt], model);
     let predict = |pace: &Pace| {
         let Pace { steps, dt, passes, substeps, .. } = *pace;
@@ -116,6 +118,7 @@ pub fn check(case: &Case, known: Known, machine: &Machine, threads: usize, model
             scheme: scheme.word(),
             narrowest_cells: Some(narrowest_cells).filter(|cells| cells.is_finite()),
         }),
+        bumps: populations::bump_reports(case, &populations),
         populations,
         grains,
         contact_spheres,
@@ -124,6 +127,7 @@ pub fn check(case: &Case, known: Known, machine: &Machine, threads: usize, model
         dt_s: pace.dt,
         fluid_passes: pace.passes,
         substeps: pace.substeps,
+        substep_cause,
         spin_error: pace.spin_error,
         steps: pace.steps,
         most_steps: reached.steps,

@@ -23,6 +23,11 @@ pub(crate) fn grain_error(case: &Case, walls: &[Wall], error: &DemError) -> Stri
             1e2 * fraction,
             place(*position)
         ),
+        DemError::EnergyGained { id, time, gained, exchanged } => format!(
+            "contacts gave the grains {gained:.3e} J more than they took of the {exchanged:.3e} J that they exchanged, most to {} \
+             by {time:.6} s: their sub-steps are too long; leave `dem.substeps` and the step to the run, or take a softer contact",
+            name(*id)
+        ),
         other => other.to_string(),
     }
 }
@@ -58,6 +63,7 @@ pub(crate) fn grain_kind(error: &DemError) -> &'static str {
         DemError::NotFinite { .. } => "not_finite",
         DemError::GrainEscaped { .. } => "grain_escaped",
         DemError::OverlapTooLarge { .. } => "overlap",
+        DemError::EnergyGained { .. } => "energy_gained",
         DemError::BoxTooShort { .. }
         | DemError::BadGrain { .. }
         | DemError::BadFilm { .. }

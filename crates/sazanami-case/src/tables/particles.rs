@@ -35,7 +35,7 @@ pub struct Particles {
     pub spacing: Real,
     /// Projection of the velocities to zero divergence. Stabilisation and `shifting` are parts of `enhanced`; see
     /// docs/decisions/0018-scheme-of-moving-particles.md.
-    #[key(word, default = suited_projection(cx), says = "`conjugate`; `enhanced` with grains and no gate",
+    #[key(word, default = Projection::Conjugate,
           paper_literal = (Tazaki, Projection::Enhanced, "MPS-HS-HL-ECS-GC-DS is theirs"))]
     pub projection: Projection,
     /// Radius of influence r_e over the spacing; 2.6 at least with `conjugate`.
@@ -72,11 +72,6 @@ pub struct Particles {
 
 /// Keys of the enhanced scheme alone.
 const ENHANCED_ALONE: [&str; 3] = ["stabilisation", "stabilisation_distance", "shifting"];
-
-/// The better one where it can be used.
-fn suited_projection(cx: &Context<'_>) -> Projection {
-    if cx.known.grains.is_empty() || !cx.known.gates.is_empty() { Projection::Conjugate } else { Projection::Enhanced }
-}
 
 fn suited_radius(projection: Projection) -> Real {
     match projection {

@@ -47,7 +47,7 @@ solver = "mps"
 gravity = "9.81 m/s^2"
 [domain]
 lower = ["-7 mm", "0 mm", "0 mm"]
-size = ["14 mm", "7 mm", "14 mm"]
+size = ["14 mm", "8 mm", "14 mm"]
 [boundary]
 x2 = "periodic"
 x3_upper = "outflow"
@@ -58,7 +58,7 @@ ramp = "0.02 s"
 [particles]
 spacing = "1 mm"
 [[liquid]]
-region.box = { lower = ["-7 mm", "0 mm", "0 mm"], upper = ["7 mm", "7 mm", "7 mm"] }
+region.box = { lower = ["-7 mm", "0 mm", "0 mm"], upper = ["7 mm", "8 mm", "7 mm"] }
 [material.sand]
 density = "2650 kg/m^3"
 [contact.default]

@@ -198,6 +198,7 @@ impl Block {
                 let parted = if PLAIN { apart } else { apart && forces.fraction.0[l] <= -context.reach };
                 if parted == pair.touching {
                     pair.touching = !parted;
+                    pair.count = u32::from(!parted);
                     self.changes.push(p);
                 }
                 if !PLAIN {
@@ -283,6 +284,19 @@ impl Block {
         (self.pairs[p as usize].low as usize) < context.owned
     }
 
+    /// Pairs in which grain `g` comes first that act.
+    pub fn touching_pairs(&self, g: usize) -> impl Iterator<Item = usize> {
+        let row = g - self.first;
+        let pairs = self.starts[row] as usize..self.starts[row + 1] as usize;
+        pairs.filter(|&p| self.pairs[p].touching)
+    }
+
+    /// Contacts of pair `p`.
+    pub fn contacts_of(&self, p: usize) -> &[Contact] {
+        let start = self.contacts.partition_point(|c| (c.pair as usize) < p);
+        &self.contacts[start..start + self.pairs[p].count as usize]
+    }
+
     /// Ends the sum over the contacts of pair `p`.
     #[inline(always)]
     fn close(&mut self, context: &ContactContext<'_>, p: u32, total: &Total, counters: &mut Counters) {
@@ -291,6 +305,7 @@ impl Block {
             pair.touching = !pair.touching;
             self.changes.push(p);
         }
+        pair.count = total.count as u32;
         if total.count > 0 {
             let row = pair.low as usize - self.first;
             self.own[row] += total.on_low;

@@ -19,6 +19,8 @@ pub(crate) struct Counters {
     pub deepest_at: Vector,
     /// Force on the walls \[N].
     pub on_walls: Vector,
+    /// Power of moving walls \[W].
+    pub by_walls: Real,
 }
 
 impl Default for Counters {
@@ -33,6 +35,7 @@ impl Default for Counters {
             deepest_ids: [u64::MAX; 2],
             deepest_at: Vector::ZERO,
             on_walls: Vector::ZERO,
+            by_walls: 0.0,
         }
     }
 }
@@ -50,6 +53,7 @@ impl Counters {
             deepest_ids: deeper.deepest_ids,
             deepest_at: deeper.deepest_at,
             on_walls: self.on_walls + other.on_walls,
+            by_walls: self.by_walls + other.by_walls,
         }
     }
 }

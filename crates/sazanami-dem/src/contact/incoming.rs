@@ -108,6 +108,13 @@ impl Incoming {
         (total, if film { self.touching(blocks, g) > 0 } else { self.counts[g] > 0 })
     }
 
+    /// Block and number in it of each such pair that acts, in order.
+    pub fn visit(&self, g: usize, mut pair: impl FnMut(usize, usize)) {
+        let start = self.starts[g] as usize;
+        let entries = &self.entries[start..start + self.counts[g] as usize];
+        entries.iter().for_each(|entry| pair(entry.block as usize, entry.pair as usize));
+    }
+
     /// Number of such pairs that touch.
     pub fn touching(&self, blocks: &[Block], g: usize) -> usize {
         let start = self.starts[g] as usize;

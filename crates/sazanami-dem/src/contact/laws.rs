@@ -57,6 +57,14 @@ macro_rules! contact_models {
                 }
             }
 
+            /// Largest normal and tangential dashpot of contacts of grains of reduced mass `mass` \[kg] [N s/m].
+            #[must_use]
+            pub fn damping(&self, mass: Real) -> [Real; 2] {
+                match self {
+                    $(Self::$Model(law) => law.damping(mass),)+
+                }
+            }
+
             /// Coefficient of restitution of a central impact of two grains of reduced mass `mass` \[kg].
             #[must_use]
             pub fn restitution(&self, mass: Real) -> Real {
@@ -139,6 +147,8 @@ impl ContactLaw {
 pub struct Interactions {
     materials: usize,
     laws: Vec<ContactLaw>,
+    /// Dashpots of each law at a unit of reduced mass: with a coefficient of restitution they take an iteration to find.
+    dashpots: Vec<[Real; 2]>,
     film: Option<Film>,
 }
 
@@ -146,7 +156,8 @@ impl Interactions {
     /// The same law between all of `materials` materials.
     #[must_use]
     pub fn uniform(materials: usize, law: impl Into<ContactLaw>) -> Self {
-        Self { materials, laws: vec![law.into(); materials * materials], film: None }
+        let (law, count) = (law.into(), materials * materials);
+        Self { materials, laws: vec![law; count], dashpots: vec![law.damping(1.0); count], film: None }
     }
 
     /// The same laws with a liquid film between spheres that do not touch, or without.
@@ -181,6 +192,7 @@ impl Interactions {
         for (a, b) in [(a, b), (b, a)] {
             let at = self.index(a, b);
             self.laws[at as usize] = law;
+            self.dashpots[at as usize] = law.damping(1.0);
         }
     }
 
@@ -188,6 +200,12 @@ impl Interactions {
     #[must_use]
     pub fn law(&self, a: u32, b: u32) -> &ContactLaw {
         &self.laws[self.index(a, b) as usize]
+    }
+
+    /// Normal and tangential dashpot by law `index` of grains of reduced mass `mass` \[kg] [N s/m].
+    pub(crate) fn dashpots(&self, index: usize, mass: Real) -> [Real; 2] {
+        let root = if self.laws[index].damped_by_mass() { mass.sqrt() } else { 1.0 };
+        self.dashpots[index].map(|dashpot| root * dashpot)
     }
 
     /// Number of materials.

@@ -226,10 +226,14 @@ impl ContactModel for LinearSpringDashpot {
         [self.normal_stiffness, self.tangential_stiffness]
     }
 
+    fn damping(&self, mass: Real) -> [Real; 2] {
+        let (dashpots, by_mass) = self.dashpots();
+        let root = if by_mass { mass.sqrt() } else { 1.0 };
+        dashpots.map(|dashpot| root * dashpot)
+    }
+
     fn restitution(&self, mass: Real) -> Real {
-        let ([damping, _], by_mass) = self.dashpots();
-        let root = if by_mass { 1.0 } else { mass.sqrt() };
-        restitution(damping / (2.0 * root * self.normal_stiffness.sqrt()), self.tension)
+        restitution(self.damping(mass)[0] / (2.0 * (mass * self.normal_stiffness).sqrt()), self.tension)
     }
 }
 

@@ -67,6 +67,9 @@ pub(crate) trait ContactModel: Copy + Display + 'static {
     /// run is meant to reach ([`super::pair::DEEP_OVERLAP`]) [N/m]: the contact sub-step must resolve it.
     fn stiffness(&self, radius: Real) -> [Real; 2];
 
+    /// Largest normal and tangential dashpot of contacts of grains of reduced mass `mass` \[kg], at those overlaps [N s/m].
+    fn damping(&self, mass: Real) -> [Real; 2];
+
     /// Coefficient of restitution of a central impact of two grains of reduced mass `mass` \[kg].
     fn restitution(&self, mass: Real) -> Real;
 }

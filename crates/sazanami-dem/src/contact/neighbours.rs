@@ -156,6 +156,7 @@ fn fill(
             let touching = block.contacts.last().is_some_and(|c| c.pair == p);
             let mut pair = pair(grains, interactions, [low as u32, high], image, touching);
             (pair.contacts, pair.apart) = (first, apart);
+            pair.count = block.contacts.len() as u32 - first;
             let sum = context.travel[low] + context.travel[high as usize];
             let (left, mut nearest) = previous
                 .and_then(|old| remaining(old, low, high as usize, image))
@@ -191,6 +192,7 @@ fn pair(grains: &Grains, interactions: &Interactions, [low, high]: [u32; 2], ima
         touching,
         apart: false,
         contacts: 0,
+        count: 0,
         give: give([inverse(l), inverse(h)]),
     }
 }

@@ -23,6 +23,8 @@ pub(crate) struct Pair {
     pub apart: bool,
     /// First of its contacts, if it touches.
     pub contacts: u32,
+    /// Number of its contacts.
+    pub count: u32,
     /// See [`give`].
     pub give: f32,
 }

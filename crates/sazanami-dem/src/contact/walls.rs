@@ -52,6 +52,13 @@ impl WallContacts {
         self.actions.clear();
     }
 
+    /// Contacts of grain `g`.
+    pub fn contacts_of(&self, g: usize) -> impl Iterator<Item = &WallContact> {
+        let grain = |c: &WallContact| self.pairs[c.pair as usize].grain as usize;
+        let start = self.contacts.partition_point(|c| grain(c) < g);
+        self.contacts[start..].iter().take_while(move |c| grain(c) == g)
+    }
+
     /// See [`super::block::Block::reserve`]; a grain touches a wall with some spheres.
     pub fn reserve(&mut self) {
         let room = 4 * self.pairs.len();
@@ -114,6 +121,7 @@ impl WallContacts {
             counters.contacts += touching;
             counters.pairs += usize::from(touching > 0);
             counters.on_walls -= total.force;
+            counters.by_walls += total.force.dot(context.walls[pair.wall as usize].velocity);
             match self.actions.last_mut() {
                 Some((grain, sum)) if *grain == pair.grain => *sum += total,
                 _ => self.actions.push((pair.grain, total)),

@@ -5,6 +5,7 @@ use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::{max_over, sum_over};
 
 use super::Engine;
+use crate::contact::block::Block;
 use crate::contact::counters::Counters;
 use crate::error::DemError;
 use crate::grain::ROWS;
@@ -29,6 +30,8 @@ pub struct ContactReport {
     pub largest_speed: Real,
     /// Kinetic energy at the end, rotation included \[J].
     pub kinetic_energy: Real,
+    /// Energy that contacts gave the grains during the call; negative: they took it; `None`: not booked \[J].
+    pub contact_work: Option<Real>,
     /// Momentum given to the walls during the call [N s].
     pub impulse_on_walls: Vector,
     /// Times the neighbour lists were renewed.
@@ -77,44 +80,57 @@ impl Engine {
         report.largest_overlap_ids = [[a, b], [c, d]].map(|[high, low]| (high as u64) << 32 | low as u64);
     }
 
-    /// Elastic energy of all contacts this rank computes, as they stood in the last sub-step, at the present poses \[J].
-    ///
-    /// Contacts with other ranks' grains are counted on both ranks.
+    /// Elastic energy of all contacts of grains of this rank with walls and with grains of higher identifiers, as they stood in
+    /// the last sub-step, at the present poses \[J]: over all ranks, each once.
     #[must_use]
     pub fn elastic_energy(&self) -> Real {
-        let mut energy = 0.0;
-        for block in &self.blocks {
-            for contact in &block.contacts {
-                let pair = &block.pairs[contact.pair as usize];
-                let (low, high) = (pair.low as usize, pair.high as usize);
+        self.elastic_energies()[0]
+    }
+
+    /// The same, and what of it springs can give back: one that slips takes up `D_t v_t` against the force, which friction does
+    /// not hold.
+    pub(super) fn elastic_energies(&self) -> [Real; 2] {
+        sum_over(self.blocks.len(), |number| self.elastic_energies_of(&self.blocks[number]))
+    }
+
+    fn elastic_energies_of(&self, block: &Block) -> [Real; 2] {
+        let mut energies = [0.0; 2];
+        let mut add = |law: u32, overlap: Real, stretches: [Real; 2], radii: [Real; 2]| {
+            let of = |stretch: Real| self.laws.energy(law as usize, overlap, stretch, radii).into_iter().sum::<Real>();
+            energies.iter_mut().zip(stretches).for_each(|(energy, stretch)| *energy += of(stretch));
+        };
+        let own = |p: &usize| block.pairs[*p].touching && (block.pairs[*p].low as usize) < self.grains.owned;
+        for p in (0..block.pairs.len()).filter(own) {
+            let pair = &block.pairs[p];
+            let (low, high) = (pair.low as usize, pair.high as usize);
+            let between = self.poses[high].unwrapped - self.poses[low].unwrapped + pair.shift(self.period);
+            for contact in block.contacts_of(p) {
                 let ((a, ra), (b, rb)) = (self.sphere(low, contact.a), self.sphere(high, contact.b));
-                let between = self.poses[high].unwrapped - self.poses[low].unwrapped + pair.shift(self.period);
                 let line = between + b - a;
                 let overlap = (ra + rb - line.length()).max(0.0);
                 let n = line.normalize();
                 let arm = a + n * (ra - 0.5 * overlap);
                 let v_r = self.velocity_at(high, arm - between) - self.velocity_at(low, arm);
                 let stretch = self.stretch(pair.law.into(), contact.d_t, [n, v_r], overlap, ra);
-                energy += self.laws.energy(pair.law as usize, overlap, stretch, [ra, rb]).into_iter().sum::<Real>();
-            }
-            for contact in &block.walls.contacts {
-                let pair = &block.walls.pairs[contact.pair as usize];
-                let (grain, wall) = (pair.grain as usize, &self.walls[pair.wall as usize]);
-                let (a, radius) = self.sphere(grain, contact.a);
-                let (distance, away) = wall.facing(self.poses[grain].unwrapped + a, Vector::ZERO);
-                let overlap = (radius - distance).max(0.0);
-                let n = -away;
-                let v_r = wall.velocity - self.velocity_at(grain, a + n * (radius - 0.5 * overlap));
-                let stretch = self.stretch(pair.law, contact.d_t, [n, v_r], overlap, radius);
-                let radii = [radius, Real::INFINITY];
-                energy += self.laws.energy(pair.law as usize, overlap, stretch, radii).into_iter().sum::<Real>();
+                add(pair.law.into(), overlap, stretch, [ra, rb]);
             }
         }
-        energy
+        for contact in &block.walls.contacts {
+            let pair = &block.walls.pairs[contact.pair as usize];
+            let (grain, wall) = (pair.grain as usize, &self.walls[pair.wall as usize]);
+            let (a, radius) = self.sphere(grain, contact.a);
+            let (distance, away) = wall.facing(self.poses[grain].unwrapped + a, Vector::ZERO);
+            let overlap = (radius - distance).max(0.0);
+            let n = -away;
+            let v_r = wall.velocity - self.velocity_at(grain, a + n * (radius - 0.5 * overlap));
+            let stretch = self.stretch(pair.law, contact.d_t, [n, v_r], overlap, radius);
+            add(pair.law, overlap, stretch, [radius, Real::INFINITY]);
+        }
+        energies
     }
 
     /// Centre of contact sphere `a` relative to its grain's centre of mass, in the laboratory frame, and its radius \[m].
-    fn sphere(&self, g: usize, a: u16) -> (Vector, Real) {
+    pub(super) fn sphere(&self, g: usize, a: u16) -> (Vector, Real) {
         let pose = &self.poses[g];
         let body = &self.bodies[pose.body as usize];
         (self.rotations[g] * body.centres[a as usize] * pose.scale, body.radii[a as usize] * pose.scale)
@@ -128,15 +144,18 @@ impl Engine {
     /// Length of a tangential spring at the time of the present places, half a sub-step after the last evaluation, with
     /// normal and relative velocity at the contact \[m]. One that grew from the touch has grown further, as far as friction
     /// holds it; one that grew from the beginning of a sub-step is ahead by that much on average.
-    fn stretch(&self, law: u32, d_t: Vector, [n, v_r]: [Vector; 2], overlap: Real, radius: Real) -> Real {
+    fn stretch(&self, law: u32, d_t: Vector, [n, v_r]: [Vector; 2], overlap: Real, radius: Real) -> [Real; 2] {
         let law = &self.interactions.laws()[law as usize];
-        if law.options().contact_start == ContactStart::SubStep {
-            return d_t.length();
-        }
-        let v_t = v_r - n * v_r.dot(n);
         let [normal, tangential] = law.stiffness(radius);
         let held = law.options().friction * normal * overlap / tangential.max(Real::MIN_POSITIVE);
-        (d_t + v_t * self.since_contacts).length().min(held.max(d_t.length()))
+        let length = match law.options().contact_start {
+            ContactStart::SubStep => d_t.length(),
+            ContactStart::Touch => {
+                let v_t = v_r - n * v_r.dot(n);
+                (d_t + v_t * self.since_contacts).length().min(held.max(d_t.length()))
+            }
+        };
+        [length, length.min(held)]
     }
 }
 

@@ -18,8 +18,7 @@ use crate::contact::model::ContactModel;
 use crate::contact::pace::{PACES, Pace};
 use crate::ghosts::PoseState;
 use crate::grain::{Grains, Motion, ROWS, image_position};
-use crate::motion::{KickAndDrift, MassProperties, Moving};
-use crate::stability::EffectiveMasses;
+use crate::motion::{KickAndDrift, MassProperties, Moving, Pose};
 use crate::wrench::Wrench;
 
 /// Impulse of the implicit drag on own grain `own` of velocity `v` over `h`, beside gravity and the other impulses, with its
@@ -71,6 +70,8 @@ struct KickOutputs<'a> {
     contact_force: &'a mut [Vector],
     contact_torque: &'a mut [Vector],
     drag_impulse: &'a mut [Vector],
+    /// See [`super::energy::EnergyBook::aside`].
+    aside: &'a mut [Real],
 }
 
 impl Kick<'_> {
@@ -81,7 +82,7 @@ impl Kick<'_> {
         contacts: &Contacts<'_>,
         number: usize,
         mass_properties: &[MassProperties],
-        velocity: &[Vector],
+        (velocity, poses): (&[Vector], &[Pose]),
         outputs: KickOutputs<'_>,
     ) -> [Wrench; ROWS] {
         let Self { loads, gravity, h, keep } = *self;
@@ -110,6 +111,10 @@ impl Kick<'_> {
             if keep {
                 (outputs.contact_force[row], outputs.contact_torque[row]) = (total.force, total.torque);
             }
+            if mass_properties[row].motion != Motion::Free {
+                let power = total.force.dot(velocity[row]) + total.torque.dot(poses[row].spin);
+                outputs.aside[row] += h * power;
+            }
             if let Some(force) = loads.force.get(g) {
                 total.force += *force;
             }
@@ -119,6 +124,7 @@ impl Kick<'_> {
             impulses[row] = Wrench { force: h * total.force, torque: h * total.torque };
             let added = loads.added_mass.get(g).copied();
             let share = added.map_or(1.0, |added| (1.0 + added * mass_properties[row].inverse_mass).recip());
+            let mut dragged = Vector::ZERO;
             if let Some(drag) = loads.drag {
                 let impulse = drag_impulse(
                     drag,
@@ -131,10 +137,15 @@ impl Kick<'_> {
                 );
                 impulses[row].force += impulse;
                 outputs.drag_impulse[row] += impulse;
+                dragged = impulse;
             }
             if let Some(added) = added {
                 // What moves the own mass alone as this impulse and gravity move both.
                 impulses[row].force = share * (impulses[row].force - added * h * gravity);
+            }
+            if loads.drag.is_some() && mass_properties[row].motion == Motion::Free {
+                let change = impulses[row].force * mass_properties[row].inverse_mass + h * gravity;
+                outputs.aside[row] += dragged.dot(velocity[row] + 0.5 * change);
             }
         }
         impulses
@@ -162,16 +173,6 @@ impl ForModel for ContactPass<'_> {
 }
 
 impl Engine {
-    pub(super) fn stable_time_step(&self, domain: &Domain) -> Real {
-        let Grains { mass, motion, material, scale, shape, .. } = &self.grains;
-        let mut masses = EffectiveMasses::new(self.interactions.materials());
-        for g in (0..self.grains.owned).filter(|&g| motion[g] == Motion::Free) {
-            masses.add(&self.bodies[shape[g] as usize], scale[g], mass[g], material[g]);
-        }
-        masses.over_ranks(domain);
-        masses.longest_substep(&self.interactions)
-    }
-
     pub(super) fn context(&self) -> ContactContext<'_> {
         ContactContext {
             bodies: &self.bodies,
@@ -221,7 +222,8 @@ impl Engine {
         let state = AtomicU8::new(FINE);
         // Numbers that are not negative are ordered as their bits are.
         let farthest = [const { AtomicU64::new(0) }; PACES];
-        let Self { grains, poses, rotations, turned, travel, paces, mass_properties, blocks, incoming, .. } = self;
+        let Self { grains, poses, rotations, turned, travel, paces, mass_properties, blocks, incoming, book, .. } =
+            self;
         let (skin, paces) = (&grains.skin[..owned], &paces[..owned]);
         let film = self.interactions.film().is_some();
         let contacts = Contacts { blocks, incoming, film, time: self.time };
@@ -237,6 +239,7 @@ impl Engine {
             &mut grains.contact_force[..owned],
             &mut grains.contact_torque[..owned],
             &mut grains.drag_impulse[..owned],
+            &mut book.aside[..owned],
         );
         let bounds = (&mut turned[..owned], &mut travel[..owned]);
         for_each_chunk(
@@ -244,13 +247,13 @@ impl Engine {
             ROWS,
             |number, (motion, outputs, poses, rotations, (turned, travel))| {
                 let (unwrapped, orientation, velocity, angular_momentum) = motion;
-                let (last_contact, contact_force, contact_torque, drag_impulse) = outputs;
+                let (last_contact, contact_force, contact_torque, drag_impulse, aside) = outputs;
                 let rows = number * ROWS..number * ROWS + poses.len();
                 let mass_properties = &mass_properties[rows.clone()];
                 let impulses = match kick {
                     Some(kick) => {
-                        let outputs = KickOutputs { last_contact, contact_force, contact_torque, drag_impulse };
-                        kick.impulses(&contacts, number, mass_properties, velocity, outputs)
+                        let outputs = KickOutputs { last_contact, contact_force, contact_torque, drag_impulse, aside };
+                        kick.impulses(&contacts, number, mass_properties, (velocity, poses), outputs)
                     }
                     None => [Wrench::default(); ROWS],
                 };
@@ -367,6 +370,7 @@ mod tests {
         let mut engine = Engine::new(&domain, setup, &grains).expect("the grains make sense");
         let h = engine.contact_time_step();
         engine.turned.resize(grains.len(), Vector::ZERO);
+        engine.book.aside.resize(grains.len(), 0.0);
         let mut rows = 0;
         for _ in 0..100 {
             engine.drift(h);

@@ -223,9 +223,9 @@ impl GrainPhase {
     /// Reciprocal of the longest step that a given number of sub-steps resolves the contacts in [1/s]; zero where
     /// their number follows the step.
     #[must_use]
-    pub fn contact_rate(&self) -> Real {
+    pub fn contact_rate(&self, domain: &Domain) -> Real {
         match self.coupling.substeps {
-            Substeps::Fixed(count) => 1.0 / (count.max(1) as Real * self.engine.contact_time_step()),
+            Substeps::Fixed(count) => 1.0 / (count.max(1) as Real * self.engine.present_time_step(domain)),
             Substeps::Auto => 0.0,
         }
     }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use sazanami_dem::stability::EffectiveMasses;
+use sazanami_dem::stability::{EffectiveMasses, LongestSubstep};
 use sazanami_dem::{ContactStart, Interactions};
 use sazanami_mics::stability::{Limit as GridLimit, Rates as GridRates};
 use sazanami_mics::viscosity::explicit_rate;
@@ -10,6 +10,7 @@ use sazanami_mps::grains::{DragExchange, volume};
 use sazanami_mps::stability::{BODY_FORCE, DRAG, Limit as ParticleLimit, Rates as ParticleRates, VISCOUS};
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::{Real, Vector};
+use serde::Serialize;
 
 use super::reached;
 use super::{LimitReport, PopulationReport, TankReport};
@@ -436,7 +437,16 @@ pub(crate) fn stiffest_contact(case: &Case) -> Option<&PairContact> {
 /// population; `None` where no grain moves. The film of [`grains::wet_interactions`] may ask for shorter ones than the springs of
 /// [`grains::interactions`]; a bed is packed without it.
 pub(super) fn contact_step(case: &Case, populations: &[PopulationReport], interactions: &Interactions) -> Option<Real> {
-    let mut masses = EffectiveMasses::new(interactions.materials());
+    Some(longest_substep(case, populations, interactions)?.shortest()).filter(|step| step.is_finite())
+}
+
+/// The same by cause.
+fn longest_substep(
+    case: &Case,
+    populations: &[PopulationReport],
+    interactions: &Interactions,
+) -> Option<LongestSubstep> {
+    let mut masses = EffectiveMasses::new(interactions);
     for (population, report) in case.grains.iter().zip(populations) {
         let Some(body) = report.body.as_ref().filter(|_| moves(population)) else { continue };
         let density = case.material(&population.material)?.density;
@@ -445,17 +455,37 @@ pub(super) fn contact_step(case: &Case, populations: &[PopulationReport], intera
             masses.add(body, factor, mass * factor.powi(3), grains::material_number(case, &population.material));
         }
     }
-    Some(masses.longest_substep(interactions)).filter(|step| step.is_finite())
+    Some(masses.longest_substep())
 }
 
-/// Whether the film between grains asks for shorter sub-steps than their contacts.
-pub(crate) fn film_rules(case: &Case, populations: &[PopulationReport]) -> bool {
-    let step = |interactions: Interactions| contact_step(case, populations, &interactions);
-    step(grains::wet_interactions(case)) < step(grains::interactions(case))
+/// What asks for the shortest sub-steps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SubstepCause {
+    /// The stiffest contact.
+    Contact,
+    /// A face that comes to rest on a plane with all its contact spheres.
+    Face,
+    /// The film between grains.
+    Film,
+}
+
+/// What asks for the shortest sub-steps.
+pub(crate) fn substep_cause(case: &Case, populations: &[PopulationReport]) -> SubstepCause {
+    let Some(longest) = longest_substep(case, populations, &grains::wet_interactions(case)) else {
+        return SubstepCause::Contact;
+    };
+    if longest.film < longest.contact.min(longest.face) {
+        SubstepCause::Film
+    } else if longest.face < longest.contact {
+        SubstepCause::Face
+    } else {
+        SubstepCause::Contact
+    }
 }
 
 /// Whether forces move a grain of the population.
-fn moves(population: &Population) -> bool {
+pub(super) fn moves(population: &Population) -> bool {
     match &population.placement {
         GrainPlacement::List(list) => list.iter().any(|grain| grain.motion == Motion::Free),
         _ => population.motion == Motion::Free,

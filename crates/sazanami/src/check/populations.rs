@@ -1,9 +1,10 @@
 //! Facts on the populations of grains, as far as the case gives them.
 
-use sazanami_dem::Body;
+use sazanami_dem::{Body, Bumps};
 use sazanami_numerics::Real;
 
-use super::{PopulationReport, particles};
+use super::limits::moves;
+use super::{BumpReport, PopulationReport, particles};
 use crate::assembly::shapes::shape_of;
 use crate::case::meaning::{Case, ContactSphereChoice, Exchange, Population, Solver};
 
@@ -48,6 +49,7 @@ pub(crate) fn exchange_of(case: &Case, shapes: &[ShapeFacts]) -> Option<(Exchang
 
 fn population_report(case: &Case, population: &Population, facts: &ShapeFacts) -> PopulationReport {
     let size = population.shape.size().or(facts.size).map(|size| size * population.size.smallest());
+    let body = facts.body.clone().or_else(|| shape_of(population).ok().map(|shape| Body::from(&shape)));
     PopulationReport {
         name: population.name.clone(),
         grains: population.count.or(facts.grains),
@@ -57,8 +59,28 @@ fn population_report(case: &Case, population: &Population, facts: &ShapeFacts) -
         cells_per_grain: size.map(|size| size / case.domain.spacing().max_element()),
         mass_kg: mass_of(case, population, facts.volume),
         shape: facts.lines.clone(),
-        body: facts.body.clone().or_else(|| shape_of(population).ok().map(|shape| Body::from(&shape))),
+        face_spheres: body.as_ref().map(|body| body.face().spheres),
+        body,
     }
+}
+
+/// What bumps add to the friction of flat faces on each other, of two populations or two grains of one.
+pub(super) fn bump_reports(case: &Case, populations: &[PopulationReport]) -> Vec<BumpReport> {
+    let flat = |n: usize| {
+        let body = populations[n].body.as_ref().filter(|body| body.face().is_flat())?;
+        Some(body.flat_face(case.grains[n].size.largest()))
+    };
+    let meet = |&(a, b): &(usize, usize)| {
+        let free = [a, b].iter().any(|&n| moves(&case.grains[n]));
+        free && (a != b || populations[a].grains != Some(1))
+    };
+    let pairs = (0..populations.len()).flat_map(|b| (0..=b).map(move |a| (a, b)));
+    let report = |(a, b): (usize, usize)| {
+        let bumps = Bumps::of([flat(a)?, flat(b)?]);
+        let speed = (case.gravity.length() * bumps.pitch).sqrt();
+        Some(BumpReport { between: [a, b].map(|n| populations[n].name.clone()), friction: bumps.friction, speed })
+    };
+    pairs.filter(meet).filter_map(report).collect()
 }
 
 /// Contact spheres of one grain, where known without reading files.

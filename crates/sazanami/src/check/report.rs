@@ -4,7 +4,7 @@ use sazanami_dem::Body;
 use sazanami_numerics::Real;
 use serde::Serialize;
 
-use super::{ParticlesReport, RanksReport};
+use super::{ParticlesReport, RanksReport, SubstepCause};
 use crate::machine::Machine;
 
 /// A limit on the time step.
@@ -31,6 +31,8 @@ pub struct PopulationReport {
     pub levelled: Option<usize>,
     /// Contact spheres of one grain.
     pub contact_spheres: Option<usize>,
+    /// Contact spheres of a grain that touch a plane at once, at most.
+    pub face_spheres: Option<usize>,
     /// Grain size \[m].
     pub size_m: Option<Real>,
     /// Cells on the grain size, for the largest edge of a cell.
@@ -42,6 +44,17 @@ pub struct PopulationReport {
     /// Its contact spheres and inertia.
     #[serde(skip)]
     pub body: Option<Body>,
+}
+
+/// Flat faces of two populations on each other, made of spheres as they are.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct BumpReport {
+    /// The populations.
+    pub between: [String; 2],
+    /// Friction coefficient that the bumps add where one slides slowly on the other.
+    pub friction: Real,
+    /// Speed beyond which it flies from bump to bump and they add more [m/s].
+    pub speed: Real,
 }
 
 /// Momentum exchange between resolved grains and fluid.
@@ -89,6 +102,8 @@ pub struct CheckReport {
     pub liquids: Vec<LiquidReport>,
     /// Grains.
     pub populations: Vec<PopulationReport>,
+    /// What the bumps of flat faces add to friction.
+    pub bumps: Vec<BumpReport>,
     /// Their exchange of momentum with the fluid on the grid.
     pub exchange: Option<ExchangeReport>,
     /// Grains of the flow in all, as far as known.
@@ -107,6 +122,8 @@ pub struct CheckReport {
     pub fluid_passes: usize,
     /// Sub-steps of the grains in a step.
     pub substeps: usize,
+    /// What asks for so many, where the case does not say how many.
+    pub substep_cause: SubstepCause,
     /// Expected error of the spin after an oblique impact over its tangential speed, of first order in the sub-step, where
     /// grains move.
     pub spin_error: Option<Real>,

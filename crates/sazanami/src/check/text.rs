@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use sazanami_mics::grains::RESOLVED;
 use sazanami_numerics::Real;
 
-use super::{BedReport, CheckReport, RanksReport, TankReport, bytes, number};
+use super::{BedReport, CheckReport, RanksReport, SubstepCause, TankReport, bytes, number};
 use crate::case::meaning::{Case, GrainPlacement, Substeps};
 use crate::case::units::rounded;
 use crate::progress::duration;
@@ -144,11 +144,24 @@ fn bodies(text: &mut String, case: &Case, report: &CheckReport) {
             let _ = writeln!(text, "  mass        {mass:.4e} kg");
         }
         if let Some(spheres) = population.contact_spheres {
-            let _ = writeln!(text, "  contact     {spheres} spheres a grain");
+            let face = population.body.as_ref().map(|body| body.face()).filter(|face| face.is_flat());
+            let flat =
+                face.map_or(String::new(), |face| format!(", {} of them touch a plane at once at most", face.spheres));
+            let _ = writeln!(text, "  contact     {spheres} spheres a grain{flat}");
         }
         for line in &population.shape {
             let _ = writeln!(text, "  shape       {line}");
         }
+    }
+    for bumps in &report.bumps {
+        let [a, b] = &bumps.between;
+        let _ = writeln!(
+            text,
+            "bumps         `{a}` on `{b}`: their spheres add {} to the friction where they slide slowly, several times as much \
+             beyond {} m/s; nothing on walls",
+            number(bumps.friction, 3),
+            number(bumps.speed, 2)
+        );
     }
     if let Some(exchange) = &report.exchange {
         let _ = match exchange.narrowest_cells {
@@ -178,7 +191,14 @@ fn step(text: &mut String, case: &Case, report: &CheckReport) {
         let _ = writeln!(text, "  the fluid makes {} passes in a step", report.fluid_passes);
     }
     if report.substeps > 0 {
-        let how = if case.dem.substeps == Substeps::Auto { "by the stiffest contact" } else { "as the case asks" };
+        let how = match (case.dem.substeps, report.substep_cause) {
+            (Substeps::Fixed(_), _) => "as the case asks",
+            (Substeps::Auto, SubstepCause::Contact) => "by the stiffest contact",
+            (Substeps::Auto, SubstepCause::Face) => {
+                "so that a face comes to rest on a plane with all its contact spheres"
+            }
+            (Substeps::Auto, SubstepCause::Film) => "by the film between grains",
+        };
         let _ = writeln!(text, "  the grains make {} sub-steps in a step, {how}", report.substeps);
         if let Some(error) = report.spin_error {
             let _ = writeln!(

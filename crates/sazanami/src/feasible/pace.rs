@@ -9,8 +9,8 @@ use super::Search;
 use crate::case::meaning::{PairContact, Solver};
 use crate::case::units::rounded;
 use crate::check::{
-    Cause, CostModel, LimitReport, Pace, ShapeFacts, TankReport, film_rules, number, packing_substeps,
-    population_reports, speeds, stiffest_contact, stiffness, strongest_force, tank,
+    Cause, CostModel, LimitReport, Pace, ShapeFacts, SubstepCause, TankReport, number, packing_substeps,
+    population_reports, speeds, stiffest_contact, stiffness, strongest_force, substep_cause, tank,
 };
 use crate::clock::{SWING, fixed_step, longest_in_swing};
 
@@ -49,17 +49,25 @@ impl Search<'_> {
         let of_flow = if case.run.packing_only { 0.0 } else { pace.steps * pace.substeps as Real };
         let substeps = of_flow + packing_substeps(case, &populations, model);
         if let Some(pair) = stiffest_contact(case).filter(|_| exceeds(substeps, MOST_SUBSTEPS)) {
-            let films = film_rules(case, &populations);
-            let film = films.then(|| self.loaded.places.of("dem.film_roughness")).flatten();
-            let (cause, help) = if films {
-                ("the film between grains asks".to_owned(), "take a larger `film_roughness`, or a liquid less viscous")
-            } else {
-                let help = "take a softer contact: grains may overlap by a hundredth of their size";
-                (format!("{:.1e} N/m ask", stiffness(case, pair)), help)
+            let cause = substep_cause(case, &populations);
+            let (asks, help) = match cause {
+                SubstepCause::Film => (
+                    "the film between grains asks".to_owned(),
+                    "take a larger `film_roughness`, or a liquid less viscous",
+                ),
+                SubstepCause::Face => (
+                    "a face that comes to rest with all its contact spheres asks".to_owned(),
+                    "take fewer contact spheres, a softer contact, or less damping",
+                ),
+                SubstepCause::Contact => (
+                    format!("{:.1e} N/m ask", stiffness(case, pair)),
+                    "take a softer contact: grains may overlap by a hundredth of their size",
+                ),
             };
+            let of_film = (cause == SubstepCause::Film).then(|| self.loaded.places.of("dem.film_roughness")).flatten();
             self.report
-                .error_at(film.or(self.span_of_contact(pair)), "the grains would not come to the end of this run")
-                .label(format!("{cause} for {} sub-steps", number(substeps, 0)))
+                .error_at(of_film.or(self.span_of_contact(pair)), "the grains would not come to the end of this run")
+                .label(format!("{asks} for {} sub-steps", number(substeps, 0)))
                 .help(help);
         }
     }

@@ -56,6 +56,8 @@ summed! {
         handed_on_volume: Real, "m^3", "liquid without room beside grains that was handed on, from cell to cell";
         out_of_range_cells: u64, "", "cells whose liquid fraction left the range 0 to 1 by more than 1e-9";
         deep_contacts: usize, "", "contacts that became deeper than 20 % of a contact sphere's radius";
+        #[serde(default)]
+        contact_work: Real, "J", "energy that contacts gave the grains (negative: took from them)";
     }
 }
 
@@ -171,6 +173,7 @@ impl Totals {
     pub fn note_step(&mut self, contacts: &ContactReport, pressure_iterations: usize) {
         self.note_contacts(contacts);
         self.grain_substeps += contacts.substeps as u64;
+        self.corrections.contact_work += contacts.contact_work.unwrap_or(0.0);
         self.contacts = [contacts.pairs, contacts.contacts];
         self.pressure_iterations += pressure_iterations as u64;
         self.worst.pressure_iterations = self.worst.pressure_iterations.max(pressure_iterations);

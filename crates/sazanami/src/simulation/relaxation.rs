@@ -81,7 +81,7 @@ impl Relaxation {
 
     /// A step with limited and damped speeds.
     fn part(&mut self, domain: &Domain, gravity: Vector) -> Result<ContactReport, DemError> {
-        let count = self.engine.substeps(STEP, Substeps::Auto);
+        let count = self.engine.substeps(domain, STEP, Substeps::Auto);
         let mut report = ContactReport::default();
         for _ in 0..count {
             report = self.engine.advance(domain, &Loads::none(), gravity, STEP / count as Real, Substeps::Fixed(1))?;

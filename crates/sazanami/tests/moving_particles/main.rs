@@ -26,13 +26,13 @@ use sazanami_test_support::vtk::parse;
 
 use support::{Left, Listener, On, Scratch, Table, go_on, load, start};
 
-/// A tank of 14 x 7 mm with three layers of grains under as much water, shaken hard.
+/// A tank of 14 x 8 mm with three layers of grains under as much water, shaken hard.
 const TANK: &str = r#"
 solver = "mps"
 gravity = "9.81 m/s^2"
 [domain]
 lower = ["-7 mm", "0 mm", "0 mm"]
-size = ["14 mm", "7 mm", "14 mm"]
+size = ["14 mm", "8 mm", "14 mm"]
 [boundary]
 x2 = "periodic"
 x3_upper = "outflow"
@@ -43,7 +43,7 @@ ramp = "0.02 s"
 [particles]
 spacing = "1 mm"
 [[liquid]]
-region.box = { lower = ["-7 mm", "0 mm", "0 mm"], upper = ["7 mm", "7 mm", "7 mm"] }
+region.box = { lower = ["-7 mm", "0 mm", "0 mm"], upper = ["7 mm", "8 mm", "7 mm"] }
 [material.sand]
 density = "2650 kg/m^3"
 [contact.default]
@@ -457,7 +457,7 @@ fn water_faster_than_gravity_explains_is_warned_of_once() {
             &format!("gravity={gravity}"),
             "frame.motion.amplitude=[\"8 mm\", \"0 mm\", \"0 mm\"]",
             "frame.motion.ramp=0.01 s",
-            "liquid.0.region.box.upper=[\"7 mm\", \"7 mm\", \"5 mm\"]",
+            "liquid.0.region.box.upper=[\"7 mm\", \"8 mm\", \"5 mm\"]",
             "run.until=0.03 s",
         ];
         let loaded = load(&water_alone(""), &changes);

@@ -29,12 +29,11 @@ fn the_projection_suits_the_case_and_the_radius_the_projection() {
     assert_eq!(of(dam, &["particles.radius=3.1"]), (conjugate, 3.1));
     assert_eq!(of(dam, &["particles.projection=enhanced", "particles.shifting=0.5"]), (enhanced, 3.1));
     assert_eq!(of(&format!("preset = \"paper_literal\"\n{dam}"), &[]), (enhanced, 3.1));
-    assert_eq!(of(TANK, &[]), (enhanced, 3.1));
+    assert_eq!(of(TANK, &[]), (conjugate, 2.6));
+    assert_eq!(of(&format!("preset = \"paper_literal\"\n{TANK}"), &[]), (enhanced, 3.1));
     // Between grains particles are up to half as large again, and so is the least width of a periodic tank.
-    let wide = ["particles.projection=conjugate", "particles.spacing=0.5 mm"];
-    assert_eq!(of(TANK, &wide), (conjugate, 2.6));
-    let overrides = ["particles.projection=conjugate".to_owned()];
-    let short = case::parse(Path::new("tank.toml"), TANK, &overrides).expect_err("7 mm across").to_string();
+    let narrow = TANK.replace("\"8 mm\"", "\"7 mm\"");
+    let short = case::parse(Path::new("tank.toml"), &narrow, &[]).expect_err("7 mm across").to_string();
     assert!(short.contains("too short along x2") && short.contains("7.7"), "{short}");
     for key in ["shifting=0.5", "stabilisation=off", "stabilisation_distance=0.9"] {
         let change = format!("particles.{key}");
@@ -55,24 +54,28 @@ fn resolved_tanks_mean_the_same() {
     assert_eq!(first, again);
     assert_eq!(resolved::hash(&first), resolved::hash(&again));
     let literal = load(&format!("preset = \"paper_literal\"\n{TANK}"), &[]).case;
-    assert_eq!((literal.overlap.blend, literal.particles.unwrap().projection), ([0.4, 0.4], Projection::Enhanced));
+    assert_eq!(literal.overlap.blend, [0.4, 0.4]);
 }
 
 #[test]
 fn defaults_written_out_mean_the_same() {
     let cases = [
-        ("cases/both/dam-break.toml", Projection::Conjugate),
-        ("cases/both/settling-sphere.toml", Projection::Enhanced),
-        ("cases/dam-over-bed.toml", Projection::Conjugate),
-        ("cases/ripples/quick.toml", Projection::Enhanced),
-        ("cases/ripples/tunnel.toml", Projection::Enhanced),
-        ("cases/templates/shaken_tank.toml", Projection::Enhanced),
+        "cases/both/dam-break.toml",
+        "cases/both/settling-sphere.toml",
+        "cases/dam-over-bed.toml",
+        "cases/ripples/quick.toml",
+        "cases/ripples/tunnel.toml",
+        "cases/templates/shaken_tank.toml",
     ];
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    for (name, projection) in cases {
+    for name in cases {
         let text = std::fs::read_to_string(root.join(name)).expect("a shipped case");
         let case = load(&text, &[]).case;
-        assert_eq!(case.particles.as_ref().map(|particles| particles.projection), Some(projection), "{name}");
+        assert_eq!(
+            case.particles.as_ref().map(|particles| particles.projection),
+            Some(Projection::Conjugate),
+            "{name}"
+        );
         let whole: toml::Table = resolved::write(&case, Paths::AsGiven).parse().expect("the copy is TOML");
         let mut written = 0;
         for table in ["particles", "overlap"] {
@@ -101,9 +104,9 @@ fn wrong_tanks_are_refused_with_a_reason() {
     let size = |x: &str, y: &str| format!("domain.size=[\"{x}\",\"{y}\",\"14 mm\"]");
     for (changes, reason) in [
         (vec![size("14 mm", "6 mm")], "for the radius of influence"),
-        (vec![size("14.5 mm", "7 mm")], "no lattice of wall particles fits"),
-        (vec!["grains.0.shape.sphere.diameter=2 mm".into()], "too large for its tank"),
-        (vec!["liquid.0.region.box.upper=[\"7 mm\",\"7 mm\",\"15 mm\"]".into()], "deeper than the tank"),
+        (vec![size("14.5 mm", "8 mm")], "no lattice of wall particles fits"),
+        (vec!["grains.0.shape.sphere.diameter=2.5 mm".into()], "too large for its tank"),
+        (vec!["liquid.0.region.box.upper=[\"7 mm\",\"8 mm\",\"15 mm\"]".into()], "deeper than the tank"),
         (
             vec![
                 "boundary.x3=periodic".into(),
@@ -114,15 +117,8 @@ fn wrong_tanks_are_refused_with_a_reason() {
         ),
         (vec!["particles.radius=1.9".into()], "has to lie between 2.1 and 3.6"),
         (vec!["particles.radius=3.7".into()], "has to lie between 2.1 and 3.6"),
-        (
-            vec![
-                "particles.projection=conjugate".into(),
-                "particles.radius=2.5".into(),
-                "particles.spacing=0.5 mm".into(),
-            ],
-            "is below 2.6, the least of `projection = \"conjugate\"`",
-        ),
-        (vec!["overlap.reach=0.6".into()], "is below 2.1 spacings"),
+        (vec!["particles.radius=2.5".into()], "is below 2.6, the least of `projection = \"conjugate\"`"),
+        (vec!["overlap.reach=0.8".into()], "is below 2.1 spacings"),
         (vec!["overlap.reach=1.5".into()], "has to lie between 0.5 and 1"),
         (vec!["boundary.x1=slip".into()], "walls of moving particles are all alike"),
         (
@@ -142,7 +138,7 @@ fn wrong_tanks_are_refused_with_a_reason() {
             "grains in this run have no `added_mass_force`",
         ),
         (vec!["preparation.state=nowhere.state".into()], "there is no file"),
-        (vec!["solver=mics".into(), "domain.cells=[14,7,14]".into()], "ripples are observed with"),
+        (vec!["solver=mics".into(), "domain.cells=[14,8,14]".into()], "ripples are observed with"),
         (vec!["particles.spacing=1 s".into()], "wrong unit"),
         (vec!["particles.spacng=1 mm".into()], "did you mean `spacing`?"),
     ] {
@@ -183,9 +179,9 @@ fn waves_that_a_tank_will_make_are_expected_on_either_axis_and_from_a_record() {
     // 4 mm of water at 5 Hz: half a wave is 19.8 mm.
     let longer = [
         "domain.lower=[\"-10 mm\",\"0 mm\",\"0 mm\"]",
-        "domain.size=[\"20 mm\",\"7 mm\",\"14 mm\"]",
+        "domain.size=[\"20 mm\",\"8 mm\",\"14 mm\"]",
         "liquid.0.region.box.lower=[\"-10 mm\",\"0 mm\",\"0 mm\"]",
-        "liquid.0.region.box.upper=[\"10 mm\",\"7 mm\",\"7 mm\"]",
+        "liquid.0.region.box.upper=[\"10 mm\",\"8 mm\",\"7 mm\"]",
     ];
     assert!(told(TANK, &longer, resonant) && told(TANK, &longer, dry) && told(TANK, &longer, thin));
     assert!(!told(TANK, &[], resonant) && !told(TANK, &[], dry));
