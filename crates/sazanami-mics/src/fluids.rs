@@ -27,8 +27,14 @@ impl Fluids {
     #[inline]
     #[must_use]
     pub(crate) fn kinematic_viscosity(&self, c: Real) -> Real {
-        let fluidity = (1.0 - c).max(0.0) / self.gas_viscosity + c.max(0.0) / self.liquid_viscosity;
+        let [gas, liquid] = self.divisors();
+        let fluidity = (1.0 - c).max(0.0) / gas + c.max(0.0) / liquid;
         1.0 / (fluidity * self.density(c))
+    }
+
+    /// Viscosities of gas and liquid to divide by, above zero where there is none [Pa s].
+    pub(crate) fn divisors(&self) -> [Real; 2] {
+        [self.gas_viscosity, self.liquid_viscosity].map(|mu| mu.max(1e-30))
     }
 
     /// Constant and slope of the density as a function of C [kg/m^3].
@@ -55,5 +61,22 @@ impl FluidName {
             Self::Liquid => 1.0,
             Self::Gas => 0.0,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_inviscid_fluid_has_almost_no_viscosity_and_it_is_a_number() {
+        let fluids =
+            |mu: Real| Fluids { liquid_density: 1e3, gas_density: 1.0, liquid_viscosity: mu, gas_viscosity: 1e-5 };
+        assert_eq!(fluids(1e-3).kinematic_viscosity(1.0), 1e-6);
+        for c in [0.0, 0.5, 1.0] {
+            let of_both = Fluids { gas_viscosity: 0.0, ..fluids(0.0) }.kinematic_viscosity(c);
+            assert!(0.0 < of_both && of_both < 1e-29, "{of_both}");
+        }
+        assert!(fluids(0.0).kinematic_viscosity(1.0) < 1e-29 && fluids(0.0).kinematic_viscosity(0.0) == 1e-5);
     }
 }

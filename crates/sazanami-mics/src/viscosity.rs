@@ -304,7 +304,7 @@ impl<'a> Friction<'a> {
     /// Friction that acts over `whole` \[s] in an equation over `dt` \[s].
     fn new(surface: &'a Surface, fluids: &Fluids, dt: Real, whole: Real) -> Self {
         let (friction, surface, rows) = surface.parts();
-        let fluidity = [fluids.gas_viscosity, fluids.liquid_viscosity].map(|mu| dt / (whole * mu));
+        let fluidity = fluids.divisors().map(|mu| dt / (whole * mu));
         Self { friction, surface, rows, fluidity, fluids: *fluids, dt }
     }
 

@@ -41,6 +41,8 @@ pub struct Expected {
 pub struct Run {
     /// Name, unique in the case.
     pub name: String,
+    /// Case file, where there are several; none: the first.
+    pub case: Option<String>,
     /// Keys that it sets, as `--set` takes them.
     #[serde(default)]
     pub set: Vec<String>,

@@ -19,6 +19,8 @@ use crate::value::{Beside, Columns, Course, order};
 pub struct Posed {
     /// Text of `case.toml`.
     pub case: Cow<'static, str>,
+    /// Names and texts of other case files, for runs that name one.
+    pub others: &'static [(&'static str, &'static str)],
     /// Text of `reference.csv`.
     pub reference: Cow<'static, str>,
 }
@@ -46,8 +48,10 @@ impl Posed {
         let alone = [Run::default()];
         let runs = if expected.runs.is_empty() { &alone } else { &expected.runs[..] };
         let load = |run: &Run| {
-            let loaded =
-                case::parse(Path::new("case.toml"), &self.case, &run.set).map_err(|error| error.to_string())?;
+            let named =
+                |name: &String| self.others.iter().find(|other| other.0 == name).ok_or(format!("no case `{name}`"));
+            let text = run.case.as_ref().map_or(Ok(&*self.case), |name| named(name).map(|other| other.1))?;
+            let loaded = case::parse(Path::new("case.toml"), text, &run.set).map_err(|error| error.to_string())?;
             Ok((run.name.clone(), loaded))
         };
         runs.iter().map(load).collect()
@@ -288,7 +292,7 @@ reference = "exact"
 
     #[test]
     fn a_ball_thrown_upwards_is_measured_as_declared() {
-        let posed = Posed { case: BALL.into(), reference: "t,z\n0,0.5\n0.3,0.95\n0.6,0.5\n".into() };
+        let posed = Posed { case: BALL.into(), others: &[], reference: "t,z\n0,0.5\n0.3,0.95\n0.6,0.5\n".into() };
         let expected = Expected::parse(EXPECTED).unwrap();
         let outcome = posed.measure("thrown-ball", &expected).unwrap();
         let rows = crate::judge::judge("thrown-ball", &expected, &outcome);

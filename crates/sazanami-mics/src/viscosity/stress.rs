@@ -22,8 +22,6 @@ pub(super) struct Source<'a> {
     pub transposed: Transposed,
 }
 
-/// Reciprocal viscosity of an inviscid fluid, large but finite [1/(Pa s)].
-const FLUID: Real = 1e200;
 /// Planes of cells in one parallel task.
 const DEPTH: usize = 8;
 
@@ -84,7 +82,7 @@ pub(super) struct DivergenceRow<'a> {
 
 impl Stress {
     pub fn new(domain: &Domain, fluids: &Fluids) -> Self {
-        let fluidity = [fluids.gas_viscosity, fluids.liquid_viscosity].map(|mu| (1.0 / mu).min(FLUID));
+        let fluidity = fluids.divisors().map(|mu| 1.0 / mu);
         Self { strides: domain.strides(), per_width: domain.grid().spacing.recip().to_array(), fluidity }
     }
 

@@ -9,8 +9,7 @@ use sazanami_mics::stability::StepLimits;
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
 
-use super::immersed::ball;
-use super::tank::{Tank, single, step};
+use super::tank::{Tank, ball, single, step};
 use crate::measured::Measured;
 use crate::reference;
 

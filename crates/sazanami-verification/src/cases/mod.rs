@@ -2,24 +2,16 @@
 
 pub mod arrays;
 pub mod beds;
-pub mod both;
 pub mod contact;
-pub mod examples;
 pub mod free_grains;
-pub mod immersed;
-pub mod impact;
 pub mod moving_particles;
 pub mod pair;
 pub mod random_bed;
 pub mod reduced;
 pub mod ripples;
-pub mod rising;
-pub mod settling;
 pub mod shift;
 pub mod single_phase;
 pub mod tank;
 pub mod transport;
-pub mod turning;
-pub mod two_phase;
 pub mod volume_fractions;
 pub mod whole_run;

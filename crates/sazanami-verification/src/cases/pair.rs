@@ -5,8 +5,7 @@ use sazanami_mics::boundary::{Boundary, Side};
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
 
-use super::immersed::ball;
-use super::tank::{Tank, down, single, step};
+use super::tank::{Tank, ball, down, single, step};
 use crate::measured::Measured;
 
 /// Box in diameters.

@@ -9,8 +9,7 @@ use sazanami_mps::grains::{DragForm, DragParameters};
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
 
-use super::immersed::ball;
-use super::tank::{Tank, largest, single, step};
+use super::tank::{Tank, ball, largest, single, step};
 use crate::measured::Measured;
 
 /// Spheres to an edge of the lattice that is shaken.

@@ -1,28 +1,21 @@
 //! A closed description of fluid and grains that becomes a solver on one rank.
 
-use sazanami_dem::{Body, Damping, Engine, Grain, Interactions, LinearSpringDashpot, Setup, Substeps, Wall};
+use sazanami_dem::{Body, Damping, Engine, Grain, Interactions, LinearSpringDashpot, Setup, Wall};
 use sazanami_mics::boundary::{Boundary, Side};
 use sazanami_mics::flow::{Flow, Fluids, Schemes};
 use sazanami_mics::grains::{Coupling, Exchange};
-use sazanami_mics::momentum::{Impulses, StoredMomentum};
 use sazanami_mics::pressure::Tolerance;
 use sazanami_mics::solver::{Settings, Solver, StepReport};
 use sazanami_mics::stability::StepLimits;
-use sazanami_mics::viscosity::ViscosityScheme;
 use sazanami_numerics::domain::Domain;
-use sazanami_numerics::geometry::{Region, RegionFractions, Shape};
-use sazanami_numerics::grid::{Field, Grid};
+use sazanami_numerics::geometry::{ContactSphereRule, Shape, VolumeRule};
+use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
-use sazanami_observe::budget::MomentumBudget;
 
 /// Standard gravity of the reference experiments, downwards [m/s^2].
 pub(crate) fn down(gravity: Real) -> Vector {
     Vector::new(0.0, 0.0, -gravity)
 }
-
-/// Water and air of the raindrop cases.
-pub(crate) const WATER_AND_AIR: Fluids =
-    Fluids { liquid_density: 1e3, gas_density: 1.0, liquid_viscosity: 1e-3, gas_viscosity: 1e-5 };
 
 /// One liquid everywhere.
 pub(crate) fn single(density: Real, viscosity: Real) -> Fluids {
@@ -38,8 +31,6 @@ pub(crate) struct Tank {
     pub boundary: Boundary,
     /// Densities and viscosities of liquid and gas.
     pub fluids: Fluids,
-    /// Schemes of the fluid phase.
-    pub schemes: Schemes,
     /// Gravity [m/s^2].
     pub gravity: Vector,
     /// Limits of the step.
@@ -48,10 +39,6 @@ pub(crate) struct Tank {
     pub divergence: Real,
     /// Momentum exchange with the grains.
     pub exchange: Exchange,
-    /// Contact law between all grains and walls.
-    pub law: LinearSpringDashpot,
-    /// Contact sub-steps.
-    pub substeps: Substeps,
     /// Shapes of the grains.
     pub shapes: Vec<Shape>,
     /// Grains at the start.
@@ -65,35 +52,27 @@ impl Tank {
             grid,
             boundary,
             fluids,
-            schemes: Schemes::default(),
             gravity: Vector::ZERO,
             limits: StepLimits::up_to(longest_step),
             divergence: 1e-8,
             exchange: Exchange::default(),
-            law: LinearSpringDashpot { damping: Damping::Restitution(0.5), ..LinearSpringDashpot::SAND },
-            substeps: Substeps::Auto,
             shapes: Vec::new(),
             grains: Vec::new(),
         }
     }
 
-    /// Without viscosity.
-    pub fn inviscid(mut self) -> Self {
-        self.schemes.viscosity = ViscosityScheme::Off;
-        self
-    }
-
     /// The solver, after `fill` has set liquid and velocity.
     pub fn solver(self, fill: impl FnOnce(&Domain, &Boundary, &mut Flow)) -> Result<Solver, String> {
         let domain = Domain::solo(self.grid, self.boundary.periodic());
-        let mut flow = Flow::new(&domain, self.fluids, self.schemes);
+        let mut flow = Flow::new(&domain, self.fluids, Schemes::default());
         fill(&domain, &self.boundary, &mut flow);
         let is_wall = |side: &Side| matches!(side, Side::NoSlip | Side::Slip | Side::Moving { .. });
         let present = self.boundary.sides().map(|pair| pair.map(|side| is_wall(&side)));
         let (lower, upper) = (self.grid.lower, self.grid.upper());
+        let law = LinearSpringDashpot { damping: Damping::Restitution(0.5), ..LinearSpringDashpot::SAND };
         let setup = Setup {
             bodies: self.shapes.iter().map(Body::from).collect(),
-            interactions: Interactions::uniform(1, self.law),
+            interactions: Interactions::uniform(1, law),
             walls: Wall::of_box(lower, upper, 0, present),
             region: [lower, upper],
             ghost_margin: 2.0 * self.grid.spacing.max_element(),
@@ -105,18 +84,15 @@ impl Tank {
             tolerance: Tolerance { divergence: self.divergence, ..Tolerance::default() },
             incremental: false,
         };
-        let coupling = Coupling { exchange: self.exchange, substeps: self.substeps, ..Coupling::default() };
+        let coupling = Coupling { exchange: self.exchange, ..Coupling::default() };
         Solver::new(domain, self.boundary, settings, flow, engine, self.shapes.into(), coupling)
             .map_err(|error| error.to_string())
     }
 }
 
-/// Part of each cell that lies in `region`.
-pub(crate) fn fractions(domain: &Domain, region: &Region) -> Field<Real> {
-    let exact = RegionFractions::new(region, domain.grid(), 8);
-    let mut beta = domain.field(0.0);
-    domain.set(&mut beta, |i, j, k| exact.fraction(i, j, k));
-    beta
+/// A sphere that touches by one contact sphere.
+pub(crate) fn ball(diameter: Real) -> Result<Shape, String> {
+    Shape::sphere(diameter, 3, VolumeRule::Preserve, &ContactSphereRule::Single).map_err(|error| error.to_string())
 }
 
 /// One step of the length that the limits allow, but not beyond `end` \[s]; returns its length \[s].
@@ -125,17 +101,6 @@ pub(crate) fn step(solver: &mut Solver, now: Real, end: Real) -> Result<(Real, S
     let dt = step.dt.min(end - now);
     let report = solver.step(step, dt, |_| ()).map_err(|error| format!("at t = {now:e} s: {error}"))?;
     Ok((dt, report))
-}
-
-/// A momentum budget that starts with the present state of a solver.
-pub(crate) fn new_budget(solver: &Solver) -> MomentumBudget {
-    MomentumBudget::new(&StoredMomentum::TERMS, solver.momentum().terms(), Impulses::names())
-}
-
-/// Enters the impulses of a step and the momentum after it into the budget.
-pub(crate) fn enter(budget: &mut MomentumBudget, solver: &Solver, report: &StepReport) {
-    budget.add(report.impulses.terms());
-    budget.set_stored(solver.momentum().terms());
 }
 
 /// Largest of `values`, at least zero; not a number if one of them is not.

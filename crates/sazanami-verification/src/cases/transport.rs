@@ -6,14 +6,14 @@ use crate::grid::{ShapeError, deformation, reversed_vortex, translation};
 use sazanami_mics::advection::{Convection, Dilatation};
 use sazanami_mics::ball::ball;
 use sazanami_mics::boundary::Boundary;
-use sazanami_mics::flow::{Flow, Schemes};
+use sazanami_mics::flow::{Flow, Fluids, Schemes};
 use sazanami_mics::interface::InterfaceScheme;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
 
 use super::single_phase::orders;
-use super::tank::{WATER_AND_AIR, largest};
+use super::tank::largest;
 use crate::measured::Measured;
 
 const SCHEMES: [(&str, InterfaceScheme); 3] = [
@@ -28,7 +28,8 @@ fn drift(dilatation: Dilatation) -> Real {
     let domain = Domain::solo(Grid::new([n, 1, n], Vector::ZERO, Vector::new(1.0, h, 1.0)), [true; 3]);
     let boundary = Boundary::all_periodic();
     let schemes = Schemes { convection: Convection::Off, dilatation, ..Schemes::default() };
-    let mut flow = Flow::new(&domain, WATER_AND_AIR, schemes);
+    let fluids = Fluids { liquid_density: 1e3, gas_density: 1.0, liquid_viscosity: 1e-3, gas_viscosity: 1e-5 };
+    let mut flow = Flow::new(&domain, fluids, schemes);
     flow.volume_fraction = ball(&domain, Vector::new(0.4, 0.5 * h, 0.55), 0.21, 16);
     let stream = |i: isize, k: isize| (2.0 * PI * i as Real * h).sin() * (2.0 * PI * k as Real * h).sin() / (2.0 * PI);
     domain.set(&mut flow.face_velocity[0], |i, _, k| -(stream(i, k + 1) - stream(i, k)) / h);
