@@ -185,7 +185,9 @@ pub enum ErosionError {
         value: Real,
     },
     /// Too few layers lie within the largest radius.
-    #[error("layers of {layer} m are too thick for a profile out to {largest_radius} m: it has to be {LEAST_LAYERS} times as far")]
+    #[error(
+        "layers of {layer} m are too thick for a profile out to {largest_radius} m: it has to be {LEAST_LAYERS} times as far"
+    )]
     TooFewLayers {
         /// Layer thickness \[m].
         layer: Real,
@@ -370,8 +372,10 @@ mod tests {
     #[test]
     fn a_rim_between_two_layers_does_not_jump() {
         // By layers V jumps as the rim passes from one to the next.
-        let volumes: Vec<[Real; 3]> = (0..8).map(|n| evaluate_cap(5.2e-3 + 0.1e-3 * n as Real, 2.1e-3, 0.1).1).collect();
-        let jump = |kind: usize| volumes.windows(2).map(|pair| (pair[1][kind] - pair[0][kind]).abs()).fold(0.0, Real::max);
+        let volumes: Vec<[Real; 3]> =
+            (0..8).map(|n| evaluate_cap(5.2e-3 + 0.1e-3 * n as Real, 2.1e-3, 0.1).1).collect();
+        let jump =
+            |kind: usize| volumes.windows(2).map(|pair| (pair[1][kind] - pair[0][kind]).abs()).fold(0.0, Real::max);
         assert!(jump(0) < 0.06 && jump(1) < 0.06 && jump(2) > 0.2, "{} {} {}", jump(0), jump(1), jump(2));
     }
 
